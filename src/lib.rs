@@ -1,1 +1,3 @@
-//!
+//! The lab: what the examples, tests and benches of the plugins share.
+
+pub mod metrics;
