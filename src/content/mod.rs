@@ -1,0 +1,43 @@
+//! Procedural test content: materials and a photograph, made from a seed.
+//!
+//! Examples, tests and benches need images with the detail of real ones, but a repository should
+//! not carry binary assets of several licences. So every image is computed: a pure function of
+//! size and seed, the same bytes for the same arguments, at any size from 1x1 upwards (none at all
+//! for a side of 0). A different seed gives another image of the same kind.
+//!
+//! | function | material | tiles | what it tests |
+//! | --- | --- | --- | --- |
+//! | [`bricks()`] | brick wall | yes | regular edges, fine grain, strong relief |
+//! | [`wood()`] | plank floor | yes | directional detail |
+//! | [`foliage()`] | leaves with gaps | yes | opacity, saturated greens, sharp veins |
+//! | [`noise()`] | fractal rock | yes | detail of all scales at once |
+//! | [`text()`] | printed page | no | thin strokes, hard edges |
+//! | [`gradients()`] | smooth ramps | no | banding, dark tones, saturated hues |
+//! | [`photo_like()`] | landscape | no | the statistics of a photograph |
+//!
+//! Surfaces are described as functions of a point (colour, height and coverage) in units of the
+//! image's short side, sampled four times a pixel; normals are the central differences of the
+//! heights. Sizes of details are thus relative to the image, and its resolution only sharpens it.
+
+mod bricks;
+mod color;
+mod foliage;
+mod fractal;
+mod gradients;
+mod lattice;
+mod material;
+mod photo;
+mod text;
+mod wood;
+
+pub use bricks::bricks;
+pub use foliage::foliage;
+pub use fractal::noise;
+pub use gradients::gradients;
+pub use material::Material;
+pub use photo::photo_like;
+pub use text::text;
+pub use wood::wood;
+
+#[cfg(test)]
+mod tests;
