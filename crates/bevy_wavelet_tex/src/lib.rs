@@ -1,1 +1,4 @@
-//!
+//! Wavelet textures for Bevy.
+#![warn(missing_docs)]
+
+pub mod codec;

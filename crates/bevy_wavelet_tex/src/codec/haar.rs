@@ -1,0 +1,131 @@
+//! The Haar transform of 2 x 2 pixels and its partially inverted form (thesis section 3.5.1).
+
+use serde::{Deserialize, Serialize};
+
+/// The three details of 2 x 2 pixels, in the order in which they are stored as R, G, B.
+pub type Details = [f32; 3];
+
+/// The four coefficients of 2 x 2 pixels.
+///
+/// With Eq. 3.15's factor 1/2 the transform is orthonormal and its own inverse: the squared error
+/// of the coefficients is the squared error of the pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// Scale coefficient, twice the mean of the pixels.
+    pub ll: f32,
+    /// Horizontal, vertical and diagonal detail: HL, LH, HH.
+    pub details: Details,
+}
+
+/// Pixels `[a, b, c, d]` (a b above c d) to coefficients (Eq. 3.15).
+pub fn haar([a, b, c, d]: [f32; 4]) -> Coefficients {
+    Coefficients {
+        ll: (a + b + c + d) / 2.0,
+        details: [(a - b + c - d) / 2.0, (a + b - c - d) / 2.0, (a - b - c + d) / 2.0],
+    }
+}
+
+/// Coefficients to pixels `[a, b, c, d]`: Eq. 3.15 again.
+pub fn inverse_haar(Coefficients { ll, details: [hl, lh, hh] }: Coefficients) -> [f32; 4] {
+    let pixels = haar([ll, hl, lh, hh]);
+    [pixels.ll, pixels.details[0], pixels.details[1], pixels.details[2]]
+}
+
+/// How the details are mixed before they are stored.
+///
+/// BC3 encodes the three channels of a block along one line through RGB space, so it pays to make
+/// them more alike than the Haar details are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Transform {
+    /// HL, LH and HH as they are.
+    Haar,
+    /// Partially inverted Haar (Eq. 3.16) with the weight of HH.
+    PartiallyInvertedHaar {
+        /// Weight of HH, in `(0, 1]`. The error of HH grows as 1 / (2 w).
+        w: f32,
+    },
+}
+
+impl Transform {
+    /// Whether it can be inverted: `w` in `(0, 1]`.
+    pub fn is_valid(self) -> bool {
+        match self {
+            Self::Haar => true,
+            Self::PartiallyInvertedHaar { w } => w > 0.0 && w <= 1.0 && (0.5 / w).is_finite(),
+        }
+    }
+
+    /// HL, LH, HH to what is stored.
+    pub fn mix(self, [hl, lh, hh]: Details) -> Details {
+        match self {
+            Self::Haar => [hl, lh, hh],
+            Self::PartiallyInvertedHaar { w } => {
+                [hl + lh + w * hh, -hl + lh - w * hh, hl - lh - w * hh]
+            }
+        }
+    }
+
+    /// Rows of the matrix that takes what is stored to HL, LH, HH; the shader's uniform.
+    pub fn unmix_rows(self) -> [[f32; 3]; 3] {
+        match self {
+            Self::Haar => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            Self::PartiallyInvertedHaar { w } => {
+                let h = -0.5 / w;
+                [[0.5, 0.0, 0.5], [0.5, 0.5, 0.0], [0.0, h, h]]
+            }
+        }
+    }
+
+    /// What is stored to HL, LH, HH.
+    pub fn unmix(self, stored: Details) -> Details {
+        self.unmix_rows().map(|row| row[0] * stored[0] + row[1] * stored[1] + row[2] * stored[2])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn assert_near(a: &[f32], b: &[f32], tolerance: f32) {
+        for (a, b) in a.iter().zip(b) {
+            assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
+        }
+    }
+
+    #[test]
+    fn bands_respond_to_their_own_pattern_only() {
+        assert_eq!(haar([1.0; 4]), Coefficients { ll: 2.0, details: [0.0; 3] });
+        assert_eq!(haar([1.0, 0.0, 1.0, 0.0]).details, [1.0, 0.0, 0.0]); // a vertical edge
+        assert_eq!(haar([1.0, 1.0, 0.0, 0.0]).details, [0.0, 1.0, 0.0]);
+        assert_eq!(haar([1.0, 0.0, 0.0, 1.0]).details, [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn w_outside_its_interval_is_not_valid() {
+        for w in [0.0, -0.5, 1.01, f32::NAN, f32::INFINITY, f32::from_bits(1)] {
+            assert!(!Transform::PartiallyInvertedHaar { w }.is_valid(), "w = {w}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn haar_is_orthonormal_and_its_own_inverse(pixels in prop::array::uniform4(-1.0f32..1.0)) {
+            let c = haar(pixels);
+            assert_near(&inverse_haar(c), &pixels, 1e-6);
+            let energy = |v: &[f32]| v.iter().map(|x| x * x).sum::<f32>();
+            prop_assert!((energy(&pixels) - c.ll * c.ll - energy(&c.details)).abs() < 1e-5);
+        }
+
+        #[test]
+        fn mixing_inverts_for_every_w(
+            details in prop::array::uniform3(-1.0f32..1.0),
+            log_w in -10.0f32..0.0,
+        ) {
+            let w = log_w.exp2();
+            let t = Transform::PartiallyInvertedHaar { w };
+            // Rounding of the sums reaches HH amplified by 1 / (2 w).
+            assert_near(&t.unmix(t.mix(details)), &details, 1e-6 + 4e-7 / w);
+        }
+    }
+}

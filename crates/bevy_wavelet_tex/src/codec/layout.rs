@@ -1,0 +1,82 @@
+//! Sizes: of planes, of the coefficient textures that hold them, and of their mip chains.
+//!
+//! Mip level n of a coefficient texture holds the coefficients of mip level n of its plane. The GPU
+//! fixes the size of every level by halving the first, which for sizes that are no power of two
+//! falls short near the end of the chain (24 pixels need 12, 6, 3 and 2 coefficients, but the GPU
+//! makes 12, 6, 3 and 1): the chain ends before that. One more mip is there all the same, since the
+//! means of a level are the next level of its plane.
+
+/// Largest width or height of an image, in pixels: what wgpu's downlevel defaults guarantee twice over.
+pub const MAX_SIZE: u32 = 16384;
+
+/// Size of mip level `level` of an image of size `size`, as the GPU counts.
+pub fn mip_size(size: [u32; 2], level: u32) -> [u32; 2] {
+    size.map(|s| s.checked_shr(level).unwrap_or(0).max(1))
+}
+
+/// Size of a plane of that image: halved `subsampling` times, rounded up.
+pub fn plane_size(image_size: [u32; 2], subsampling: u32) -> [u32; 2] {
+    image_size.map(|s| s.div_ceil(1 << subsampling))
+}
+
+/// Number of coefficients of a plane in x and y: one for 2 x 2 pixels, rounded up.
+pub fn coefficient_size(plane_size: [u32; 2]) -> [u32; 2] {
+    plane_size.map(|s| s.div_ceil(2))
+}
+
+/// Size of the coefficient texture, in texels: whole 4 x 4 blocks, as wgpu wants for level 0.
+pub fn texture_size(plane_size: [u32; 2]) -> [u32; 2] {
+    coefficient_size(plane_size).map(|s| s.next_multiple_of(4))
+}
+
+/// Bytes of one BC3 level of one layer whose size in texels is `size`.
+pub fn level_bytes(size: [u32; 2]) -> usize {
+    size.map(|s| s.div_ceil(4) as usize).iter().product::<usize>() * super::blocks::BC3_BLOCK_BYTES
+}
+
+/// The most mip levels that all planes of an image can have; at least 1.
+pub fn max_level_count(image_size: [u32; 2], subsamplings: &[u32]) -> u32 {
+    let fits = |level: u32, subsampling: u32| {
+        let texture = texture_size(plane_size(image_size, subsampling));
+        let needed = coefficient_size(plane_size(mip_size(image_size, level), subsampling));
+        let available = mip_size(texture, level);
+        let exists = texture[0].max(texture[1]) >> level > 0;
+        exists && needed[0] <= available[0] && needed[1] <= available[1]
+    };
+    let image_levels = 32 - image_size[0].max(image_size[1]).leading_zeros();
+    (0..image_levels).take_while(|&level| subsamplings.iter().all(|&s| fits(level, s))).count().max(1)
+        as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chains_of_known_sizes() {
+        assert_eq!(max_level_count([512, 512], &[0]), 9); // to 2 x 2, whose mean is the last mip
+        assert_eq!(max_level_count([512, 512], &[0, 1]), 8);
+        assert_eq!(max_level_count([768, 512], &[0]), 8);
+        assert_eq!(max_level_count([24, 24], &[0]), 3);
+        assert_eq!(max_level_count([1, 1], &[0, 1]), 1);
+        assert_eq!(max_level_count([MAX_SIZE, 1], &[0]), 14);
+    }
+
+    #[test]
+    fn every_level_holds_its_coefficients() {
+        for w in 1..200 {
+            for h in [1, 2, 7, 64, 100, 129] {
+                for subsampling in 0..3 {
+                    let texture = texture_size(plane_size([w, h], subsampling));
+                    assert!(texture.iter().all(|s| s % 4 == 0));
+                    for level in 0..max_level_count([w, h], &[subsampling]) {
+                        let plane = plane_size(mip_size([w, h], level), subsampling);
+                        let needed = coefficient_size(plane);
+                        let have = mip_size(texture, level);
+                        assert!(needed[0] <= have[0] && needed[1] <= have[1]);
+                    }
+                }
+            }
+        }
+    }
+}
