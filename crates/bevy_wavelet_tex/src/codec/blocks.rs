@@ -50,8 +50,12 @@ pub fn encode_bc3(texels: &[Texel], size: [u32; 2], quality: BlockQuality) -> Ve
         BlockQuality::High => dds::CompressionQuality::High,
     };
     let size_texels = dds::Size::new(size[0], size[1]);
-    let view = dds::ImageView::new(texels.as_flattened(), size_texels, dds::ColorFormat::RGBA_U8)
-        .expect("as many texels as the size says");
+    let view = dds::ImageView::new(
+        texels.as_flattened(),
+        size_texels,
+        dds::ColorFormat::RGBA_U8,
+    )
+    .expect("as many texels as the size says");
     let mut blocks = Vec::with_capacity(super::layout::level_bytes(size));
     dds::encode(&mut blocks, view, dds::Format::BC3_UNORM, None, &options)
         .expect("BC3 of an image in memory cannot fail");
@@ -67,7 +71,10 @@ mod tests {
         // 5:6:5 holds 0 and 255 exactly; alpha has 8 bits at its end points.
         let size = [6, 5];
         let texels: Vec<Texel> = (0..30).map(|_| [255, 0, 255, 77]).collect();
-        assert_eq!(decode_bc3(&encode_bc3(&texels, size, BlockQuality::High), size), texels);
+        assert_eq!(
+            decode_bc3(&encode_bc3(&texels, size, BlockQuality::High), size),
+            texels
+        );
 
         let ramp: Vec<Texel> = (0..16).map(|i| [0, 0, 0, 100 + 7 * (i % 8)]).collect();
         let back = decode_bc3(&encode_bc3(&ramp, [4, 4], BlockQuality::High), [4, 4]);

@@ -35,12 +35,20 @@ pub fn rgb_from_ycocg(YCoCg { y, co, cg }: YCoCg) -> [f32; 3] {
 
 /// The sRGB curve's decoding half (IEC 61966-2-1); `[0, 1]` to `[0, 1]`.
 pub fn linear_from_srgb(encoded: f32) -> f32 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
 }
 
 /// The sRGB curve's encoding half; `[0, 1]` to `[0, 1]`.
 pub fn srgb_from_linear(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    if linear <= 0.003_130_8 {
+        linear * 12.92
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
 }
 
 #[cfg(test)]
@@ -72,7 +80,13 @@ mod tests {
 
     #[test]
     fn agrees_with_the_integer_transform_within_its_rounding() {
-        for rgb in [[255, 0, 0], [0, 255, 0], [0, 0, 255], [13, 200, 77], [1, 2, 4]] {
+        for rgb in [
+            [255, 0, 0],
+            [0, 255, 0],
+            [0, 0, 255],
+            [13, 200, 77],
+            [1, 2, 4],
+        ] {
             let exact = ycocg_from_rgb(rgb.map(|v| v as f32));
             let [y, co, cg] = ycocg_r_integer(rgb);
             assert_eq!(exact.co, co as f32);

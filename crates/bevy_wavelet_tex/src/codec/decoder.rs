@@ -22,9 +22,18 @@ pub struct DecodedImage {
 impl DecodedImage {
     /// 8 bits a channel, alpha 255; normals mapped from `[-1, 1]` to `[0, 255]`.
     pub fn to_rgba8(&self, content: Content) -> Vec<Texel> {
-        let unit = |v: f32| if content == Content::Normal { 0.5 + 0.5 * v } else { v };
+        let unit = |v: f32| {
+            if content == Content::Normal {
+                0.5 + 0.5 * v
+            } else {
+                v
+            }
+        };
         let byte = |v: f32| (unit(v).clamp(0.0, 1.0) * 255.0).round() as u8;
-        self.pixels.iter().map(|&[r, g, b]| [byte(r), byte(g), byte(b), 255]).collect()
+        self.pixels
+            .iter()
+            .map(|&[r, g, b]| [byte(r), byte(g), byte(b), 255])
+            .collect()
     }
 }
 
@@ -38,20 +47,29 @@ pub fn decode(image: &WaveletImage, level: u32) -> DecodedImage {
     let planes: Vec<Vec<Plane>> = (0..image.groups.len())
         .map(|group| {
             let layers = 0..image.groups[group].codings.len();
-            layers.map(|layer| decode_plane(image, group, level, layer)).collect()
+            layers
+                .map(|layer| decode_plane(image, group, level, layer))
+                .collect()
         })
         .collect();
     let pixel = |x: u32, y: u32| match image.content {
         Content::Gray => [planes[0][0].clamped(x, y).clamp(0.0, 1.0); 3],
         Content::Color => {
             let [co, cg] = [0, 1].map(|i| planes[1][i].clamped(x / 2, y / 2));
-            let rgb = rgb_from_ycocg(YCoCg { y: planes[0][0].clamped(x, y), co, cg });
+            let rgb = rgb_from_ycocg(YCoCg {
+                y: planes[0][0].clamped(x, y),
+                co,
+                cg,
+            });
             rgb.map(|v| v.clamp(0.0, 1.0))
         }
         Content::Normal => normal_from_xy([0, 1].map(|i| planes[0][i].clamped(x, y))),
     };
     let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
-    DecodedImage { size, pixels: pixels.map(|(x, y)| pixel(x, y)).collect() }
+    DecodedImage {
+        size,
+        pixels: pixels.map(|(x, y)| pixel(x, y)).collect(),
+    }
 }
 
 /// The unit normal whose X and Y these are; shortened to the unit circle where longer.
@@ -63,8 +81,7 @@ pub fn normal_from_xy([x, y]: [f32; 2]) -> [f32; 3] {
 
 fn decode_plane(image: &WaveletImage, group: usize, level: u32, layer: usize) -> Plane {
     let shape = image.content.groups()[group];
-    let plane_size =
-        layout::plane_size(layout::mip_size(image.size, level), shape.subsampling);
+    let plane_size = layout::plane_size(layout::mip_size(image.size, level), shape.subsampling);
     let texture_size = layout::mip_size(image.texture_size(group), level);
     let texels = decode_bc3(image.level_blocks(group, level, layer), texture_size);
     let coding = &image.groups[group].codings[layer];
@@ -77,5 +94,8 @@ fn decode_plane(image: &WaveletImage, group: usize, level: u32, layer: usize) ->
 /// The coefficients that a texel stores.
 pub fn load_texel(coding: &PlaneCoding, texel: Texel) -> Coefficients {
     let [r, g, b, a] = texel.map(|v| f32::from(v) / 255.0);
-    Coefficients { ll: 2.0 * coding.load_mean(a), details: coding.load_details([r, g, b]) }
+    Coefficients {
+        ll: 2.0 * coding.load_mean(a),
+        details: coding.load_details([r, g, b]),
+    }
 }

@@ -73,11 +73,18 @@ pub fn encode(
         return Err(EncodeError::Size(size));
     }
     if pixels.len() as u64 != u64::from(size[0]) * u64::from(size[1]) {
-        return Err(EncodeError::PixelCount { size, pixels: pixels.len() });
+        return Err(EncodeError::PixelCount {
+            size,
+            pixels: pixels.len(),
+        });
     }
     let content = settings.content;
     let subsamplings: Vec<u32> = content.groups().iter().map(|g| g.subsampling).collect();
-    let levels = if settings.mips { layout::max_level_count(size, &subsamplings) } else { 1 };
+    let levels = if settings.mips {
+        layout::max_level_count(size, &subsamplings)
+    } else {
+        1
+    };
     let parts = levels as usize * content.groups().iter().map(|g| g.planes).sum::<usize>();
     let done = std::sync::atomic::AtomicUsize::new(0);
     let report = || {
@@ -108,18 +115,27 @@ pub fn encode(
                 .map(|part| {
                     let (level, layer) = (part / shape.planes, part % shape.planes);
                     let texture = layout::mip_size(texture, level as u32);
-                    let texels = coefficients(level, planes.start + layer)
-                        .texels(&codings[layer], texture);
+                    let texels =
+                        coefficients(level, planes.start + layer).texels(&codings[layer], texture);
                     let quality = settings.effort.block_quality();
                     let blocks = encode_bc3(&texels, texture, quality);
                     report();
                     blocks
                 })
                 .collect();
-            PlaneGroup { codings, blocks: blocks.concat() }
+            PlaneGroup {
+                codings,
+                blocks: blocks.concat(),
+            }
         })
         .collect();
-    Ok(WaveletImage { content, color_space: settings.color_space, size, levels, groups })
+    Ok(WaveletImage {
+        content,
+        color_space: settings.color_space,
+        size,
+        levels,
+        groups,
+    })
 }
 
 /// The planes of all mip levels, at the size of the image.
@@ -143,11 +159,19 @@ fn mip_planes(
         })
     };
     // Light adds up in linear units, normals as vectors.
-    let mut filtered = if srgb { map(&level_0, linear_from_srgb) } else { level_0.clone() };
+    let mut filtered = if srgb {
+        map(&level_0, linear_from_srgb)
+    } else {
+        level_0.clone()
+    };
     let mut mips = vec![planes_of(&level_0, settings.content)];
     for _ in 1..levels {
         filtered = filtered.map(|plane| plane.next_mip());
-        let encoded = if srgb { map(&filtered, srgb_from_linear) } else { filtered.clone() };
+        let encoded = if srgb {
+            map(&filtered, srgb_from_linear)
+        } else {
+            filtered.clone()
+        };
         mips.push(planes_of(&encoded, settings.content));
     }
     mips
@@ -172,7 +196,11 @@ fn planes_of(channels: &[Plane; 3], content: Content) -> Vec<Plane> {
             let unit = |i: usize| {
                 let v = rgb(i).map(|v| 2.0 * v - 1.0);
                 let length = v.iter().map(|v| v * v).sum::<f32>().sqrt();
-                if length > 1e-6 { v.map(|v| v / length) } else { normal_from_xy([0.0, 0.0]) }
+                if length > 1e-6 {
+                    v.map(|v| v / length)
+                } else {
+                    normal_from_xy([0.0, 0.0])
+                }
             };
             vec![plane(&|i| unit(i)[0]), plane(&|i| unit(i)[1])]
         }
@@ -191,7 +219,10 @@ impl CoefficientPlane {
     pub(super) fn from_plane(plane: &Plane) -> Self {
         let size = layout::coefficient_size(plane.size);
         let positions = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
-        Self { size, coefficients: positions.map(|(x, y)| haar(plane.quad(x, y))).collect() }
+        Self {
+            size,
+            coefficients: positions.map(|(x, y)| haar(plane.quad(x, y))).collect(),
+        }
     }
 
     /// The stored texels, filled to the texture's size by repeating the edge.
@@ -200,9 +231,7 @@ impl CoefficientPlane {
             .flat_map(|y| (0..texture_size[0]).map(move |x| (x, y)))
             .map(|(x, y)| (x.min(self.size[0] - 1), y.min(self.size[1] - 1)));
         positions
-            .map(|(x, y)| {
-                store_texel(coding, &self.coefficients[(y * self.size[0] + x) as usize])
-            })
+            .map(|(x, y)| store_texel(coding, &self.coefficients[(y * self.size[0] + x) as usize]))
             .collect()
     }
 

@@ -21,14 +21,28 @@ pub struct Coefficients {
 pub fn haar([a, b, c, d]: [f32; 4]) -> Coefficients {
     Coefficients {
         ll: (a + b + c + d) / 2.0,
-        details: [(a - b + c - d) / 2.0, (a + b - c - d) / 2.0, (a - b - c + d) / 2.0],
+        details: [
+            (a - b + c - d) / 2.0,
+            (a + b - c - d) / 2.0,
+            (a - b - c + d) / 2.0,
+        ],
     }
 }
 
 /// Coefficients to pixels `[a, b, c, d]`: Eq. 3.15 again.
-pub fn inverse_haar(Coefficients { ll, details: [hl, lh, hh] }: Coefficients) -> [f32; 4] {
+pub fn inverse_haar(
+    Coefficients {
+        ll,
+        details: [hl, lh, hh],
+    }: Coefficients,
+) -> [f32; 4] {
     let pixels = haar([ll, hl, lh, hh]);
-    [pixels.ll, pixels.details[0], pixels.details[1], pixels.details[2]]
+    [
+        pixels.ll,
+        pixels.details[0],
+        pixels.details[1],
+        pixels.details[2],
+    ]
 }
 
 /// How the details are mixed before they are stored.
@@ -78,7 +92,8 @@ impl Transform {
 
     /// What is stored to HL, LH, HH.
     pub fn unmix(self, stored: Details) -> Details {
-        self.unmix_rows().map(|row| row[0] * stored[0] + row[1] * stored[1] + row[2] * stored[2])
+        self.unmix_rows()
+            .map(|row| row[0] * stored[0] + row[1] * stored[1] + row[2] * stored[2])
     }
 }
 
@@ -89,13 +104,22 @@ mod tests {
 
     fn assert_near(a: &[f32], b: &[f32], tolerance: f32) {
         for (a, b) in a.iter().zip(b) {
-            assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
+            assert!(
+                (a - b).abs() <= tolerance,
+                "{a} is not {b} within {tolerance}"
+            );
         }
     }
 
     #[test]
     fn bands_respond_to_their_own_pattern_only() {
-        assert_eq!(haar([1.0; 4]), Coefficients { ll: 2.0, details: [0.0; 3] });
+        assert_eq!(
+            haar([1.0; 4]),
+            Coefficients {
+                ll: 2.0,
+                details: [0.0; 3]
+            }
+        );
         assert_eq!(haar([1.0, 0.0, 1.0, 0.0]).details, [1.0, 0.0, 0.0]); // a vertical edge
         assert_eq!(haar([1.0, 1.0, 0.0, 0.0]).details, [0.0, 1.0, 0.0]);
         assert_eq!(haar([1.0, 0.0, 0.0, 1.0]).details, [0.0, 0.0, 1.0]);
@@ -104,7 +128,10 @@ mod tests {
     #[test]
     fn w_outside_its_interval_is_not_valid() {
         for w in [0.0, -0.5, 1.01, f32::NAN, f32::INFINITY, f32::from_bits(1)] {
-            assert!(!Transform::PartiallyInvertedHaar { w }.is_valid(), "w = {w}");
+            assert!(
+                !Transform::PartiallyInvertedHaar { w }.is_valid(),
+                "w = {w}"
+            );
         }
     }
 

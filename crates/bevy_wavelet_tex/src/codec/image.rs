@@ -19,12 +19,24 @@ impl Content {
     /// Plane groups: how often each is halved against the image, and how many planes it has.
     pub fn groups(self) -> &'static [GroupShape] {
         match self {
-            Self::Gray => &[GroupShape { subsampling: 0, planes: 1 }],
+            Self::Gray => &[GroupShape {
+                subsampling: 0,
+                planes: 1,
+            }],
             Self::Color => &[
-                GroupShape { subsampling: 0, planes: 1 },
-                GroupShape { subsampling: 1, planes: 2 },
+                GroupShape {
+                    subsampling: 0,
+                    planes: 1,
+                },
+                GroupShape {
+                    subsampling: 1,
+                    planes: 2,
+                },
             ],
-            Self::Normal => &[GroupShape { subsampling: 0, planes: 2 }],
+            Self::Normal => &[GroupShape {
+                subsampling: 0,
+                planes: 2,
+            }],
         }
     }
 

@@ -31,7 +31,10 @@ pub fn texture_size(plane_size: [u32; 2]) -> [u32; 2] {
 
 /// Bytes of one BC3 level of one layer whose size in texels is `size`.
 pub fn level_bytes(size: [u32; 2]) -> usize {
-    size.map(|s| s.div_ceil(4) as usize).iter().product::<usize>() * super::blocks::BC3_BLOCK_BYTES
+    size.map(|s| s.div_ceil(4) as usize)
+        .iter()
+        .product::<usize>()
+        * super::blocks::BC3_BLOCK_BYTES
 }
 
 /// The most mip levels that all planes of an image can have; at least 1.
@@ -44,8 +47,10 @@ pub fn max_level_count(image_size: [u32; 2], subsamplings: &[u32]) -> u32 {
         exists && needed[0] <= available[0] && needed[1] <= available[1]
     };
     let image_levels = 32 - image_size[0].max(image_size[1]).leading_zeros();
-    (0..image_levels).take_while(|&level| subsamplings.iter().all(|&s| fits(level, s))).count().max(1)
-        as u32
+    (0..image_levels)
+        .take_while(|&level| subsamplings.iter().all(|&s| fits(level, s)))
+        .count()
+        .max(1) as u32
 }
 
 #[cfg(test)]

@@ -55,7 +55,9 @@ impl Plane {
         let rows = Self::from_fn([w, height], |x, y| {
             box_mean(x, width, w, |i| self.values[(y * width + i) as usize])
         });
-        Self::from_fn([w, h], |x, y| box_mean(y, height, h, |i| rows.values[(i * w + x) as usize]))
+        Self::from_fn([w, h], |x, y| {
+            box_mean(y, height, h, |i| rows.values[(i * w + x) as usize])
+        })
     }
 }
 
@@ -96,7 +98,10 @@ mod tests {
 
     #[test]
     fn three_pixels_become_one_by_area_and_halving_repeats_the_edge() {
-        let plane = Plane { size: [3, 1], values: vec![0.0, 3.0, 6.0] };
+        let plane = Plane {
+            size: [3, 1],
+            values: vec![0.0, 3.0, 6.0],
+        };
         assert_eq!(plane.next_mip().values, [3.0]);
         assert_eq!(plane.halved().values, [1.5, 6.0]);
     }

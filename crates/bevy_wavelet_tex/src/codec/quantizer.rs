@@ -35,6 +35,8 @@ impl PlaneCoding {
             && self.gamma >= 0.1
             && self.gamma <= 1.0
             && self.transform.is_valid()
+            // A tiny w amplifies: what it makes of the largest detail must stay an image's too.
+            && self.transform.unmix_rows().iter().flatten().all(|m| bounded(m * self.range))
     }
 
     /// Mean to alpha.
@@ -70,7 +72,13 @@ mod tests {
     use proptest::prelude::*;
 
     fn coding(gamma: f32, transform: Transform) -> PlaneCoding {
-        PlaneCoding { mean_min: -0.25, mean_max: 1.25, range: 3.0, gamma, transform }
+        PlaneCoding {
+            mean_min: -0.25,
+            mean_max: 1.25,
+            range: 3.0,
+            gamma,
+            transform,
+        }
     }
 
     proptest! {
@@ -105,13 +113,28 @@ mod tests {
         let good = coding(0.86, Transform::Haar);
         assert!(good.is_valid());
         for bad in [
-            PlaneCoding { mean_max: good.mean_min, ..good },
-            PlaneCoding { mean_min: f32::NAN, ..good },
+            PlaneCoding {
+                mean_max: good.mean_min,
+                ..good
+            },
+            PlaneCoding {
+                mean_min: f32::NAN,
+                ..good
+            },
             PlaneCoding { range: 0.0, ..good },
-            PlaneCoding { range: f32::INFINITY, ..good },
+            PlaneCoding {
+                range: f32::INFINITY,
+                ..good
+            },
             PlaneCoding { gamma: 0.0, ..good },
-            PlaneCoding { gamma: f32::NAN, ..good },
-            PlaneCoding { transform: Transform::PartiallyInvertedHaar { w: 0.0 }, ..good },
+            PlaneCoding {
+                gamma: f32::NAN,
+                ..good
+            },
+            PlaneCoding {
+                transform: Transform::PartiallyInvertedHaar { w: 0.0 },
+                ..good
+            },
         ] {
             assert!(!bad.is_valid(), "{bad:?}");
         }

@@ -45,7 +45,13 @@ pub(super) fn choose_coding(plane: &CoefficientPlane, effort: Effort) -> PlaneCo
     let [mean_min, mean_max] = bounds(means);
     let candidate = |transform: Transform, range_fraction: f32, gamma: f32| {
         let range = range_fraction * largest_detail(&plane.coefficients, transform);
-        PlaneCoding { mean_min, mean_max, range, gamma, transform }
+        PlaneCoding {
+            mean_min,
+            mean_max,
+            range,
+            gamma,
+            transform,
+        }
     };
     let start = (TRANSFORMS[0], 0.55, 0.86);
     let (sample_blocks, rounds) = match effort {
@@ -68,10 +74,18 @@ pub(super) fn choose_coding(plane: &CoefficientPlane, effort: Effort) -> PlaneCo
         best = if round == 0 {
             best_of(RANGES.map(|r| (best.0, r, best.2)).to_vec())
         } else {
-            best_of([0.8, 0.9, 1.0, 1.1, 1.2].map(|s| (best.0, best.1 * s, best.2)).to_vec())
+            best_of(
+                [0.8, 0.9, 1.0, 1.1, 1.2]
+                    .map(|s| (best.0, best.1 * s, best.2))
+                    .to_vec(),
+            )
         };
         best = best_of(GAMMAS.map(|g| (best.0, best.1, g)).to_vec());
-        best = best_of([0.88, 1.0, 1.14].map(|s| (best.0, best.1 * s, best.2)).to_vec());
+        best = best_of(
+            [0.88, 1.0, 1.14]
+                .map(|s| (best.0, best.1 * s, best.2))
+                .to_vec(),
+        );
     }
     candidate(best.0, best.1, best.2)
 }
@@ -90,7 +104,11 @@ fn squared_error(sample: &[Coefficients], coding: &PlaneCoding) -> f64 {
     let decoded = decode_bc3(&encode_bc3(&texels, size, BlockQuality::Normal), size);
     let error = |(c, texel): (&Coefficients, _)| {
         let back: Details = load_texel(coding, texel).details;
-        c.details.iter().zip(back).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
+        c.details
+            .iter()
+            .zip(back)
+            .map(|(a, b)| f64::from(a - b).powi(2))
+            .sum::<f64>()
     };
     sample.iter().zip(decoded).map(error).sum()
 }
@@ -98,12 +116,16 @@ fn squared_error(sample: &[Coefficients], coding: &PlaneCoding) -> f64 {
 fn largest_detail(coefficients: &[Coefficients], transform: Transform) -> f32 {
     let largest = |c: &Coefficients| transform.mix(c.details).map(f32::abs).into_iter();
     // A flat image has no details; any positive range stores them exactly.
-    coefficients.iter().flat_map(largest).fold(1.0 / 255.0, f32::max)
+    coefficients
+        .iter()
+        .flat_map(largest)
+        .fold(1.0 / 255.0, f32::max)
 }
 
 /// The interval of the values, widened to one 8-bit step where it is shorter.
 fn bounds(values: impl Iterator<Item = f32>) -> [f32; 2] {
-    let [min, max] = values
-        .fold([f32::INFINITY, f32::NEG_INFINITY], |[min, max], v| [min.min(v), max.max(v)]);
+    let [min, max] = values.fold([f32::INFINITY, f32::NEG_INFINITY], |[min, max], v| {
+        [min.min(v), max.max(v)]
+    });
     [min, max.max(min + 1.0 / 255.0)]
 }
