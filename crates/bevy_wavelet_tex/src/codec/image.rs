@@ -119,10 +119,3 @@ impl WaveletImage {
         8.0 * bytes as f64 / (f64::from(self.size[0]) * f64::from(self.size[1]))
     }
 }
-
-/// Bytes that a group's blocks take; what a file must hold.
-pub fn group_bytes(size: [u32; 2], shape: GroupShape, levels: u32) -> usize {
-    let texture = layout::texture_size(layout::plane_size(size, shape.subsampling));
-    let level = |l| layout::level_bytes(layout::mip_size(texture, l));
-    shape.planes * (0..levels).map(level).sum::<usize>()
-}

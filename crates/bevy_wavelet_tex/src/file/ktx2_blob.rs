@@ -1,6 +1,8 @@
 //! One group of planes as a KTX2 file of its own.
 
-use ktx2::{Format, Header, Index, LevelIndex, Reader, dfd};
+use std::ops::Range;
+
+use ktx2::{Format, Header, Index, LevelIndex, dfd};
 
 use crate::codec::{
     haar::Transform,
@@ -14,65 +16,91 @@ use crate::codec::{
 const CODINGS_KEY: &str = "wtex.codings";
 const CODING_BYTES: usize = 24;
 
-pub(super) fn write(image: &WaveletImage, group: usize) -> Vec<u8> {
-    let texture = image.texture_size(group);
-    let PlaneGroup { codings, blocks } = &image.groups[group];
+/// Everything of a blob but its codings and blocks, which follows from the sizes alone.
+///
+/// Reading compares with it instead of interpreting offsets: what is not exactly as written is
+/// damaged. (The `ktx2` crate's own reader panics on some damaged descriptors.)
+struct Frame {
+    /// All bytes before the blocks, the codings 0.
+    head: Vec<u8>,
+    /// Where in `head` the codings are.
+    codings: Range<usize>,
+    /// Bytes of each level, largest first.
+    level_bytes: Vec<usize>,
+}
 
-    let (basic, type_size) =
-        dfd::Basic::from_format_with(Format::BC3_UNORM_BLOCK, false, None, None, None)
-            .expect("BC3 has a standard descriptor");
-    let block = dfd::Block::Basic(basic).to_vec();
-    let mut descriptor = (block.len() as u32 + 4).to_le_bytes().to_vec();
-    descriptor.extend(block);
+impl Frame {
+    fn new(texture: [u32; 2], planes: usize, levels: u32) -> Self {
+        let (basic, type_size) =
+            dfd::Basic::from_format_with(Format::BC3_UNORM_BLOCK, false, None, None, None)
+                .expect("BC3 has a standard descriptor");
+        let block = dfd::Block::Basic(basic).to_vec();
+        let mut descriptor = (block.len() as u32 + 4).to_le_bytes().to_vec();
+        descriptor.extend(block);
 
-    let mut keys = Vec::new();
-    push_key(&mut keys, "KTXwriter", b"bevy_wavelet_tex\0");
-    push_key(
-        &mut keys,
-        CODINGS_KEY,
-        &codings.iter().flat_map(coding_bytes).collect::<Vec<_>>(),
-    );
+        let mut keys = Vec::new();
+        push_key(&mut keys, "KTXwriter", b"bevy_wavelet_tex\0");
+        let value_start = push_key(&mut keys, CODINGS_KEY, &vec![0; planes * CODING_BYTES]);
 
-    let level_bytes: Vec<usize> = (0..image.levels)
-        .map(|level| codings.len() * layout::level_bytes(layout::mip_size(texture, level)))
-        .collect();
-    let dfd_offset = Header::LENGTH + LevelIndex::LENGTH * level_bytes.len();
-    let keys_offset = dfd_offset + descriptor.len();
-    let data_offset = (keys_offset + keys.len()).next_multiple_of(16);
+        let level_bytes: Vec<usize> = (0..levels)
+            .map(|level| planes * layout::level_bytes(layout::mip_size(texture, level)))
+            .collect();
+        let dfd_offset = Header::LENGTH + LevelIndex::LENGTH * level_bytes.len();
+        let keys_offset = dfd_offset + descriptor.len();
+        let data_offset = (keys_offset + keys.len()).next_multiple_of(16);
 
-    let header = Header {
-        format: Some(Format::BC3_UNORM_BLOCK),
-        type_size,
-        pixel_width: texture[0],
-        pixel_height: texture[1],
-        pixel_depth: 0,
-        layer_count: codings.len() as u32,
-        face_count: 1,
-        level_count: image.levels,
-        supercompression_scheme: None,
-        index: Index {
-            dfd_byte_offset: dfd_offset as u32,
-            dfd_byte_length: descriptor.len() as u32,
-            kvd_byte_offset: keys_offset as u32,
-            kvd_byte_length: keys.len() as u32,
-            sgd_byte_offset: 0,
-            sgd_byte_length: 0,
-        },
-    };
-    let mut bytes = header.as_bytes().to_vec();
-    // KTX2 stores the smallest level first, but lists the largest first.
-    for (level, &length) in level_bytes.iter().enumerate() {
-        let smaller: usize = level_bytes[level + 1..].iter().sum();
-        let index = LevelIndex {
-            byte_offset: (data_offset + smaller) as u64,
-            byte_length: length as u64,
-            uncompressed_byte_length: length as u64,
+        let header = Header {
+            format: Some(Format::BC3_UNORM_BLOCK),
+            type_size,
+            pixel_width: texture[0],
+            pixel_height: texture[1],
+            pixel_depth: 0,
+            layer_count: planes as u32,
+            face_count: 1,
+            level_count: levels,
+            supercompression_scheme: None,
+            index: Index {
+                dfd_byte_offset: dfd_offset as u32,
+                dfd_byte_length: descriptor.len() as u32,
+                kvd_byte_offset: keys_offset as u32,
+                kvd_byte_length: keys.len() as u32,
+                sgd_byte_offset: 0,
+                sgd_byte_length: 0,
+            },
         };
-        bytes.extend(index.as_bytes());
+        let mut head = header.as_bytes().to_vec();
+        // KTX2 stores the smallest level first, but lists the largest first.
+        for (level, &length) in level_bytes.iter().enumerate() {
+            let smaller: usize = level_bytes[level + 1..].iter().sum();
+            let index = LevelIndex {
+                byte_offset: (data_offset + smaller) as u64,
+                byte_length: length as u64,
+                uncompressed_byte_length: length as u64,
+            };
+            head.extend(index.as_bytes());
+        }
+        head.extend(descriptor);
+        head.extend(keys);
+        head.resize(data_offset, 0);
+        let codings_start = keys_offset + value_start;
+        let codings = codings_start..codings_start + planes * CODING_BYTES;
+        Self {
+            head,
+            codings,
+            level_bytes,
+        }
     }
-    bytes.extend(descriptor);
-    bytes.extend(keys);
-    bytes.resize(data_offset, 0);
+}
+
+pub(super) fn write(image: &WaveletImage, group: usize) -> Vec<u8> {
+    let PlaneGroup { codings, blocks } = &image.groups[group];
+    let Frame {
+        head: mut bytes,
+        codings: codings_range,
+        level_bytes,
+    } = Frame::new(image.texture_size(group), codings.len(), image.levels);
+    let codings: Vec<u8> = codings.iter().flat_map(coding_bytes).collect();
+    bytes[codings_range].copy_from_slice(&codings);
     let mut end = blocks.len();
     for length in level_bytes.into_iter().rev() {
         bytes.extend(&blocks[end - length..end]);
@@ -81,71 +109,68 @@ pub(super) fn write(image: &WaveletImage, group: usize) -> Vec<u8> {
     bytes
 }
 
-/// The number of levels and the planes; or what is wrong.
+/// The number of levels (at most `max_levels`) and the planes; or what is wrong.
 pub(super) fn read(
     blob: &[u8],
     texture_size: [u32; 2],
     planes: usize,
+    max_levels: u32,
 ) -> Result<(u32, PlaneGroup), String> {
-    let reader = Reader::new(blob).map_err(|error| error.to_string())?;
-    let header = reader.header();
-    let expected = (Some(Format::BC3_UNORM_BLOCK), texture_size, planes as u32);
-    let found = (
-        header.format,
-        [header.pixel_width, header.pixel_height],
-        header.layer_count,
-    );
-    if found != expected
-        || header.face_count != 1
-        || header.pixel_depth != 0
-        || header.supercompression_scheme.is_some()
-    {
+    let header = blob
+        .first_chunk()
+        .ok_or("it is shorter than a KTX2 header")?;
+    let levels = Header::from_bytes(header)
+        .map_err(|error| error.to_string())?
+        .level_count;
+    if !(1..=max_levels).contains(&levels) {
         return Err(format!(
-            "it should be {planes} layers of {} x {} texels in BC3, uncompressed",
+            "it has {levels} mip levels, its size allows 1 to {max_levels}"
+        ));
+    }
+    let Frame {
+        head,
+        codings: codings_range,
+        level_bytes,
+    } = Frame::new(texture_size, planes, levels);
+    let data: usize = level_bytes.iter().sum();
+    if blob.len() != head.len() + data {
+        return Err(format!(
+            "it is {} bytes long instead of {}",
+            blob.len(),
+            head.len() + data
+        ));
+    }
+    let same = |range: Range<usize>| blob[range.clone()] == head[range];
+    if !same(0..codings_range.start) || !same(codings_range.end..head.len()) {
+        return Err(format!(
+            "it should be {planes} layers of {} x {} texels in BC3, as `wavelet-tex` writes them",
             texture_size[0], texture_size[1]
         ));
     }
-    let value = reader
-        .key_value_data()
-        .find_map(|(key, value)| (key == CODINGS_KEY).then_some(value))
-        .ok_or_else(|| format!("it lacks the key {CODINGS_KEY}"))?;
-    if value.len() != planes * CODING_BYTES {
-        return Err(format!(
-            "the key {CODINGS_KEY} does not describe {planes} planes"
-        ));
-    }
-    let codings = value
+    let codings = blob[codings_range]
         .chunks_exact(CODING_BYTES)
         .map(|bytes| {
-            read_coding(bytes).ok_or_else(|| format!("the key {CODINGS_KEY} is out of range"))
+            read_coding(bytes).ok_or_else(|| format!("its key {CODINGS_KEY} is out of range"))
         })
         .collect::<Result<Vec<_>, _>>()?;
-
-    let mut total = 0;
-    for (level, data) in reader.levels().enumerate() {
-        let size = layout::mip_size(texture_size, level as u32);
-        total += planes * layout::level_bytes(size);
-        // Levels that overlap would make more than the file holds.
-        if data.data.len() != planes * layout::level_bytes(size) || total > blob.len() {
-            return Err(format!(
-                "its mip level {level} is not as long as its size says"
-            ));
-        }
+    let mut blocks = Vec::with_capacity(data);
+    let mut end = blob.len();
+    for length in level_bytes {
+        blocks.extend(&blob[end - length..end]);
+        end -= length;
     }
-    let blocks = reader
-        .levels()
-        .flat_map(|level| level.data)
-        .copied()
-        .collect();
-    Ok((reader.levels().len() as u32, PlaneGroup { codings, blocks }))
+    Ok((levels, PlaneGroup { codings, blocks }))
 }
 
-fn push_key(keys: &mut Vec<u8>, key: &str, value: &[u8]) {
+/// Appends a key and returns where its value begins.
+fn push_key(keys: &mut Vec<u8>, key: &str, value: &[u8]) -> usize {
     keys.extend((key.len() as u32 + 1 + value.len() as u32).to_le_bytes());
     keys.extend(key.as_bytes());
     keys.push(0);
+    let value_start = keys.len();
     keys.extend(value);
     keys.resize(keys.len().next_multiple_of(4), 0);
+    value_start
 }
 
 fn coding_bytes(coding: &PlaneCoding) -> [u8; CODING_BYTES] {

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::{FIXED_HEADER_BYTES, MAGIC, VERSION, ktx2_blob};
 use crate::codec::{
-    image::{ColorSpace, Content, WaveletImage, group_bytes},
+    image::{ColorSpace, Content, WaveletImage},
     layout::{self, MAX_SIZE},
 };
 
@@ -144,18 +144,13 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         let blob = &bytes[start..start + length as usize];
         start += length as usize;
         let texture = layout::texture_size(layout::plane_size(size, shape.subsampling));
-        let (group_levels, plane_group) =
-            ktx2_blob::read(blob, texture, shape.planes).map_err(blob_error)?;
         let most = layout::max_level_count(size, &[shape.subsampling]);
-        if group_levels > most || levels.is_some_and(|levels| levels != group_levels) {
+        let (group_levels, plane_group) =
+            ktx2_blob::read(blob, texture, shape.planes, most).map_err(blob_error)?;
+        if levels.is_some_and(|levels| levels != group_levels) {
             return Err(blob_error(format!(
-                "it has {group_levels} mip levels, which does not fit the image"
+                "it has {group_levels} mip levels, not as many as the group before"
             )));
-        }
-        if plane_group.blocks.len() != group_bytes(size, *shape, group_levels) {
-            return Err(blob_error(
-                "its levels are not as long as its size says".into(),
-            ));
         }
         levels = Some(group_levels);
         groups.push(plane_group);
