@@ -1,5 +1,32 @@
-//! Wavelet textures for Bevy.
+//! Textures at 2 to 4 bits per pixel on any GPU that samples BC textures.
+//!
+//! The image is taken apart by a wavelet transform, the coefficients are stored in BC3 blocks, and
+//! the shader puts them together again with one fetch a plane (P. Mavridis, *Efficient Texture
+//! Representation and Sampling Algorithms for Real-time Rendering*, 2013, chapter 3).
+//!
+//! | room | what is in it |
+//! | --- | --- |
+//! | [`codec`] | encoder and reference decoder, plain Rust |
+//! | [`mod@file`] | the `.wtex` file |
+//! | [`asset`] | the Bevy asset and its loader |
+//! | [`material`] | the extension of `StandardMaterial` and its shaders |
+//! | [`plugin`] | what an app adds |
+//!
+//! Without the feature `bevy` only the first two are compiled, without `encode` no encoder.
 #![warn(missing_docs)]
 
+#[cfg(feature = "bevy")]
+pub mod asset;
 pub mod codec;
 pub mod file;
+#[cfg(feature = "bevy")]
+pub mod material;
+#[cfg(feature = "bevy")]
+pub mod plugin;
+
+#[cfg(feature = "bevy")]
+pub use asset::{WaveletLoaderSettings, WaveletStorage, WaveletTexture};
+#[cfg(feature = "bevy")]
+pub use material::{WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial};
+#[cfg(feature = "bevy")]
+pub use plugin::WaveletTexPlugin;

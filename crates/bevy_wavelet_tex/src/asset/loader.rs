@@ -1,0 +1,102 @@
+//! Loading `.wtex` files.
+
+use std::sync::Once;
+
+use bevy::{
+    asset::{AssetLoader, LoadContext, io::Reader},
+    log::warn,
+    reflect::TypePath,
+};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::texture::{WaveletStorage, WaveletTexture};
+use crate::file::{self, ReadError};
+
+/// Loads [`WaveletTexture`]s; their images are labelled `luma`, `chroma` or `decoded`.
+#[derive(TypePath)]
+pub struct WaveletTextureLoader {
+    /// Whether the adapter samples BC textures.
+    supports_bc: bool,
+}
+
+/// Settings of one texture, in its `.meta` file or with `load_with_settings`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WaveletLoaderSettings {
+    /// Decode on load to RGBA8 even where the adapter has BC: 8 to 16 times the memory, for
+    /// cheaper sampling. Default: false.
+    pub decode_on_load: bool,
+}
+
+/// Why a texture was not loaded.
+#[derive(Debug, Error)]
+pub enum WaveletLoadError {
+    /// The file could not be read.
+    #[error("cannot read wavelet texture '{path}': {source}")]
+    Io {
+        /// Its asset path.
+        path: String,
+        /// What the asset source says.
+        source: std::io::Error,
+    },
+    /// It is not a wavelet texture.
+    #[error("cannot load wavelet texture '{path}': {source}")]
+    Read {
+        /// Its asset path.
+        path: String,
+        /// What is wrong with it.
+        source: ReadError,
+    },
+}
+
+impl WaveletTextureLoader {
+    /// A loader for an adapter that samples BC textures, or that does not.
+    pub fn new(supports_bc: bool) -> Self {
+        Self { supports_bc }
+    }
+
+    fn storage(&self, settings: &WaveletLoaderSettings) -> WaveletStorage {
+        static WARNED: Once = Once::new();
+        if !self.supports_bc {
+            WARNED.call_once(|| {
+                warn!(
+                    "the adapter lacks TEXTURE_COMPRESSION_BC: wavelet textures are decoded on \
+                     load to RGBA8 and take 8 to 16 times the memory"
+                );
+            });
+        }
+        if self.supports_bc && !settings.decode_on_load {
+            WaveletStorage::Blocks
+        } else {
+            WaveletStorage::Decoded
+        }
+    }
+}
+
+impl AssetLoader for WaveletTextureLoader {
+    type Asset = WaveletTexture;
+    type Settings = WaveletLoaderSettings;
+    type Error = WaveletLoadError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        settings: &WaveletLoaderSettings,
+        load_context: &mut LoadContext<'_>,
+    ) -> Result<WaveletTexture, WaveletLoadError> {
+        let path = load_context.path().to_string();
+        let mut bytes = Vec::new();
+        if let Err(source) = reader.read_to_end(&mut bytes).await {
+            return Err(WaveletLoadError::Io { path, source });
+        }
+        let image = file::read(&bytes).map_err(|source| WaveletLoadError::Read { path, source })?;
+        let storage = self.storage(settings);
+        Ok(WaveletTexture::new(&image, storage, |label, image| {
+            load_context.add_labeled_asset(label.to_string(), image)
+        }))
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &[file::EXTENSION]
+    }
+}
