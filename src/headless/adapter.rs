@@ -1,0 +1,85 @@
+//! Which GPU a headless app uses.
+//!
+//! Bevy panics when there is no adapter and silently takes another one when none has the wanted
+//! name. So the adapters are listed first, in the way Bevy does it.
+
+use bevy::{render::settings::WgpuSettings, tasks::block_on};
+use serde::{Deserialize, Serialize};
+
+use super::{HeadlessError, HeadlessSettings};
+
+/// The adapter that renders.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AdapterInfo {
+    /// Name of the device.
+    pub name: String,
+    /// Name and version of the driver, as far as it tells.
+    pub driver: String,
+    /// Interface to it, e.g. `vulkan`.
+    pub backend: String,
+    /// Kind of device, e.g. `DiscreteGpu` or `Cpu`.
+    pub device_type: String,
+}
+
+impl From<&wgpu::AdapterInfo> for AdapterInfo {
+    fn from(info: &wgpu::AdapterInfo) -> Self {
+        Self {
+            name: info.name.clone(),
+            driver: format!("{} {}", info.driver, info.driver_info)
+                .trim()
+                .into(),
+            backend: info.backend.to_string(),
+            device_type: format!("{:?}", info.device_type),
+        }
+    }
+}
+
+/// The settings to give to Bevy, once it is sure that they find an adapter.
+///
+/// # Errors
+/// [`HeadlessError::NoAdapter`] without a fitting adapter, [`HeadlessError::Size`] when every
+/// fitting adapter is too small for the picture.
+pub(super) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings, HeadlessError> {
+    let result = WgpuSettings {
+        adapter_name: settings.adapter_name.clone(),
+        disabled_features: Some(settings.disabled_features),
+        ..WgpuSettings::default()
+    };
+    let backends = result.backends.unwrap_or(wgpu::Backends::all());
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = backends;
+    let adapters = block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends));
+
+    let wanted = std::env::var("WGPU_ADAPTER_NAME")
+        .ok()
+        .or_else(|| settings.adapter_name.clone());
+    let fits = |adapter: &wgpu::Adapter| {
+        let name = adapter.get_info().name.to_lowercase();
+        wanted
+            .as_ref()
+            .is_none_or(|wanted| name.contains(&wanted.to_lowercase()))
+    };
+    let limit = adapters
+        .iter()
+        .filter(|adapter| fits(adapter))
+        .map(|adapter| adapter.limits().max_texture_dimension_2d)
+        .max();
+    let Some(limit) = limit else {
+        let available = adapters.iter().map(describe).collect();
+        return Err(HeadlessError::NoAdapter { wanted, available });
+    };
+    let sides = 1..=limit;
+    if !sides.contains(&settings.width) || !sides.contains(&settings.height) {
+        return Err(HeadlessError::Size {
+            width: settings.width,
+            height: settings.height,
+            limit,
+        });
+    }
+    Ok(result)
+}
+
+fn describe(adapter: &wgpu::Adapter) -> String {
+    let info = adapter.get_info();
+    format!("{} ({})", info.name, info.backend)
+}

@@ -1,0 +1,186 @@
+//! Building a headless app and running its frames.
+
+use std::time::{Duration, Instant};
+
+use bevy::{
+    app::{PluginGroup, TerminalCtrlCHandlerPlugin},
+    camera::{ImageRenderTarget, RenderTarget},
+    log::LogPlugin,
+    prelude::*,
+    render::{
+        RenderPlugin,
+        diagnostic::RenderDiagnosticsPlugin,
+        pipelined_rendering::PipelinedRenderingPlugin,
+        render_resource::TextureUsages,
+        renderer::{RenderAdapterInfo, RenderDevice},
+    },
+    time::TimeUpdateStrategy,
+    window::ExitCondition,
+    winit::WinitPlugin,
+};
+
+use super::{
+    AdapterInfo, AwaitedAssets, FrameTimes, HeadlessError, HeadlessSettings, LabTarget,
+    adapter::wgpu_settings, timing::FrameClock,
+};
+
+/// A Bevy app that renders into an image.
+pub struct HeadlessApp {
+    pub(super) app: App,
+    pub(super) target: Handle<Image>,
+    pub(super) settings: HeadlessSettings,
+    adapter: AdapterInfo,
+}
+
+impl HeadlessApp {
+    /// Builds the app; `build` adds the plugins and the scene.
+    ///
+    /// `build` finds [`LabTarget`] in the world, the target of its cameras, and may register
+    /// assets to wait for in [`AwaitedAssets`].
+    ///
+    /// # Errors
+    /// [`HeadlessError::NoAdapter`] and [`HeadlessError::Size`].
+    pub fn new(
+        settings: HeadlessSettings,
+        build: impl FnOnce(&mut App),
+    ) -> Result<Self, HeadlessError> {
+        let wgpu_settings = wgpu_settings(&settings)?;
+        let mut app = App::new();
+        app.add_plugins(
+            DefaultPlugins
+                .set(WindowPlugin {
+                    primary_window: None,
+                    exit_condition: ExitCondition::DontExit,
+                    ..default()
+                })
+                .set(RenderPlugin {
+                    render_creation: wgpu_settings.into(),
+                    synchronous_pipeline_compilation: true,
+                    ..default()
+                })
+                .set(AssetPlugin {
+                    file_path: settings.asset_folder.clone(),
+                    watch_for_changes_override: Some(false),
+                    ..default()
+                })
+                .disable::<WinitPlugin>()
+                .disable::<PipelinedRenderingPlugin>()
+                .disable::<TerminalCtrlCHandlerPlugin>()
+                // Errors come back as values; a process can install one logger only.
+                .disable::<LogPlugin>(),
+        )
+        .add_plugins(RenderDiagnosticsPlugin)
+        .insert_resource(TimeUpdateStrategy::ManualDuration(settings.time_step))
+        .init_resource::<AwaitedAssets>();
+
+        let target = add_target(&mut app, &settings);
+        app.insert_resource(LabTarget(RenderTarget::Image(ImageRenderTarget::from(
+            target.clone(),
+        ))));
+        build(&mut app);
+        app.finish();
+        app.cleanup();
+        let adapter = AdapterInfo::from(&*app.world().resource::<RenderAdapterInfo>().0);
+        Ok(Self {
+            app,
+            target,
+            settings,
+            adapter,
+        })
+    }
+
+    /// The adapter that renders.
+    pub fn adapter(&self) -> &AdapterInfo {
+        &self.adapter
+    }
+
+    /// The settings it was built with.
+    pub fn settings(&self) -> &HeadlessSettings {
+        &self.settings
+    }
+
+    /// The features of the device: those of the adapter without the disabled ones.
+    pub fn features(&self) -> wgpu::Features {
+        self.app.world().resource::<RenderDevice>().features()
+    }
+
+    /// The world of the scene.
+    pub fn world(&self) -> &World {
+        self.app.world()
+    }
+
+    /// The world of the scene, to change it between frames.
+    pub fn world_mut(&mut self) -> &mut World {
+        self.app.world_mut()
+    }
+
+    /// The app itself, for its sub-apps.
+    pub fn app_mut(&mut self) -> &mut App {
+        &mut self.app
+    }
+
+    /// Renders `count` frames and waits for the GPU after each.
+    ///
+    /// # Errors
+    /// [`HeadlessError::Readback`] when the GPU exceeds the time limit,
+    /// [`HeadlessError::Pipeline`] when a pipeline failed to compile.
+    pub fn render_frames(&mut self, count: u32) -> Result<(), HeadlessError> {
+        for _ in 0..count {
+            self.render_frame()?;
+        }
+        self.check_pipelines()
+    }
+
+    /// Renders `count` frames and gives the median of their times.
+    ///
+    /// # Errors
+    /// As [`render_frames`](Self::render_frames).
+    pub fn measure_frames(&mut self, count: u32) -> Result<FrameTimes, HeadlessError> {
+        let mut clock = FrameClock::default();
+        for _ in 0..count {
+            let cpu = self.render_frame()?;
+            clock.record(cpu, self.app.world());
+        }
+        self.check_pipelines()?;
+        Ok(clock.medians())
+    }
+
+    /// One frame; the time that the CPU took for it, without the wait for the GPU.
+    pub(super) fn render_frame(&mut self) -> Result<Duration, HeadlessError> {
+        let start = Instant::now();
+        self.app.update();
+        let cpu = start.elapsed();
+        self.wait_for_gpu()?;
+        Ok(cpu)
+    }
+
+    pub(super) fn wait_for_gpu(&self) -> Result<(), HeadlessError> {
+        let device = self.app.world().resource::<RenderDevice>();
+        let wait = wgpu::PollType::Wait {
+            submission_index: None,
+            timeout: Some(self.settings.gpu_timeout),
+        };
+        match device.poll(wait) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(self.readback_error(error)),
+        }
+    }
+
+    pub(super) fn readback_error(&self, error: impl ToString) -> HeadlessError {
+        HeadlessError::Readback {
+            seconds: self.settings.gpu_timeout.as_secs_f32(),
+            error: error.to_string(),
+        }
+    }
+}
+
+fn add_target(app: &mut App, settings: &HeadlessSettings) -> Handle<Image> {
+    let mut image = Image::new_target_texture(
+        settings.width,
+        settings.height,
+        settings.format.texture_format(),
+        None,
+    );
+    image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+    app.world_mut().resource_mut::<Assets<Image>>().add(image)
+}

@@ -1,0 +1,36 @@
+//! Bevy without a window: the same frames on every run.
+//!
+//! [`HeadlessApp`] owns a Bevy [`App`](bevy::app::App) with the default plugins but no window, no
+//! event loop and no second render thread: one call to update is one frame, rendered when it
+//! returns. Time advances by a fixed step, pipelines compile synchronously, and the picture lands
+//! in an image of a fixed size. What is wrong is said: a missing adapter, a broken pipeline, an
+//! asset that fails to load or a GPU that does not answer are values of [`HeadlessError`], not a
+//! black picture, a panic or an endless wait.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`settings`] | size, format, adapter and limits |
+//! | [`adapter`] | which GPU, found before Bevy looks for it |
+//! | [`app`] | building and running the frames |
+//! | [`ready`] | waiting for assets and pipelines |
+//! | [`readback`] | the picture as bytes or floats |
+//! | [`timing`] | median frame times of CPU and GPU |
+//! | [`target`] | where cameras draw to, in a window or headless |
+
+pub mod adapter;
+pub mod app;
+mod error;
+pub mod readback;
+pub mod ready;
+pub mod settings;
+pub mod target;
+pub mod timing;
+
+pub use adapter::AdapterInfo;
+pub use app::HeadlessApp;
+pub use error::HeadlessError;
+pub use readback::Rgba32FImage;
+pub use ready::AwaitedAssets;
+pub use settings::{HeadlessSettings, TargetFormat};
+pub use target::LabTarget;
+pub use timing::FrameTimes;

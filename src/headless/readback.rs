@@ -1,0 +1,172 @@
+//! The picture, from the GPU to memory.
+
+use std::sync::mpsc;
+
+use bevy::{
+    prelude::*,
+    render::{
+        RenderApp,
+        render_asset::RenderAssets,
+        renderer::{RenderDevice, RenderQueue},
+        texture::GpuImage,
+    },
+};
+use image::RgbImage;
+
+use super::{HeadlessApp, HeadlessError, TargetFormat};
+
+/// A picture of linear floats.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rgba32FImage {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Red, green, blue and alpha of the pixels, row after row from the top left.
+    pub pixels: Vec<[f32; 4]>,
+}
+
+impl HeadlessApp {
+    /// The last rendered frame as a display would show it, without alpha.
+    ///
+    /// # Errors
+    /// [`HeadlessError::Format`] unless the target is [`TargetFormat::Srgb8`],
+    /// [`HeadlessError::NoTarget`] before the first frame, [`HeadlessError::Readback`] when the
+    /// GPU does not answer.
+    pub fn capture_rgb8(&mut self) -> Result<RgbImage, HeadlessError> {
+        let actual = self.settings.format;
+        if actual != TargetFormat::Srgb8 {
+            let wanted = TargetFormat::Srgb8;
+            return Err(HeadlessError::Format { actual, wanted });
+        }
+        let bytes = self.read_target(4)?;
+        let mut rgb = bytes.chunks_exact(4).flat_map(|texel| &texel[..3]);
+        Ok(RgbImage::from_fn(
+            self.settings.width,
+            self.settings.height,
+            |_, _| image::Rgb(std::array::from_fn(|_| *rgb.next().unwrap_or(&0))),
+        ))
+    }
+
+    /// The last rendered frame as linear floats.
+    ///
+    /// # Errors
+    /// As [`capture_rgb8`](Self::capture_rgb8), but for [`TargetFormat::Float32`] and
+    /// [`TargetFormat::Float16`].
+    pub fn capture_f32(&mut self) -> Result<Rgba32FImage, HeadlessError> {
+        let actual = self.settings.format;
+        let pixels = match actual {
+            TargetFormat::Float32 => texels(&self.read_target(16)?, f32::from_le_bytes),
+            TargetFormat::Float16 => texels(&self.read_target(8)?, |bytes: [u8; 2]| {
+                f16_to_f32(u16::from_le_bytes(bytes))
+            }),
+            TargetFormat::Srgb8 => {
+                let wanted = TargetFormat::Float32;
+                return Err(HeadlessError::Format { actual, wanted });
+            }
+        };
+        Ok(Rgba32FImage {
+            width: self.settings.width,
+            height: self.settings.height,
+            pixels,
+        })
+    }
+
+    /// The rows of the target without their padding; a texel has `texel_bytes` bytes.
+    fn read_target(&self, texel_bytes: u32) -> Result<Vec<u8>, HeadlessError> {
+        let world = self.app.sub_app(RenderApp).world();
+        let device = world.resource::<RenderDevice>().wgpu_device();
+        let image = world
+            .resource::<RenderAssets<GpuImage>>()
+            .get(&self.target)
+            .ok_or(HeadlessError::NoTarget)?;
+
+        let row = self.settings.width * texel_bytes;
+        let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("lab_readback_buffer"),
+            size: u64::from(padded_row) * u64::from(self.settings.height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
+            label: Some("lab_readback"),
+        });
+        encoder.copy_texture_to_buffer(
+            image.texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded_row),
+                    rows_per_image: None,
+                },
+            },
+            image.texture.size(),
+        );
+        world.resource::<RenderQueue>().submit([encoder.finish()]);
+
+        let (sender, receiver) = mpsc::channel();
+        buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+            // The receiver is gone only when the wait has failed already.
+            let _ = sender.send(result);
+        });
+        self.wait_for_gpu()?;
+        match receiver.recv_timeout(self.settings.gpu_timeout) {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(self.readback_error(error)),
+            Err(error) => return Err(self.readback_error(error)),
+        }
+        let mapped = buffer.slice(..).get_mapped_range();
+        let rows = mapped.chunks_exact(padded_row as usize);
+        Ok(rows
+            .flat_map(|padded| &padded[..row as usize])
+            .copied()
+            .collect())
+    }
+}
+
+/// Texels of four channels of `N` little-endian bytes.
+fn texels<const N: usize>(bytes: &[u8], decode: impl Fn([u8; N]) -> f32) -> Vec<[f32; 4]> {
+    bytes
+        .chunks_exact(4 * N)
+        .map(|texel| {
+            std::array::from_fn(|channel| {
+                decode(std::array::from_fn(|byte| texel[channel * N + byte]))
+            })
+        })
+        .collect()
+}
+
+/// The value of an IEEE 754 half.
+fn f16_to_f32(bits: u16) -> f32 {
+    let sign = if bits >> 15 == 0 { 1.0 } else { -1.0 };
+    let exponent = i32::from(bits >> 10 & 0x1f);
+    let fraction = f32::from(bits & 0x3ff);
+    sign * match exponent {
+        0 => fraction * 2f32.powi(-24),
+        31 if fraction == 0.0 => f32::INFINITY,
+        31 => f32::NAN,
+        _ => (1024.0 + fraction) * 2f32.powi(exponent - 25),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::f16_to_f32;
+
+    #[test]
+    fn halves_of_every_kind() {
+        for (bits, value) in [
+            (0, 0.0),
+            (1, 2f32.powi(-24)),
+            (0x3c00, 1.0),
+            (0xc000, -2.0),
+            (0x7bff, 65504.0),
+            (0x7c00, f32::INFINITY),
+        ] {
+            assert_eq!(f16_to_f32(bits), value, "{bits:#06x}");
+        }
+        assert!(f16_to_f32(0x7e00).is_nan());
+    }
+}

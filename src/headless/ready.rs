@@ -1,0 +1,145 @@
+//! Waiting until every asset is loaded and every pipeline compiled.
+
+use bevy::{
+    asset::{AssetServer, LoadState, RecursiveDependencyLoadState, UntypedHandle},
+    ecs::resource::Resource,
+    render::{
+        RenderApp,
+        render_resource::{CachedPipelineState, PipelineCache, PipelineDescriptor},
+    },
+    shader::ShaderCacheError,
+};
+
+use super::{HeadlessApp, HeadlessError};
+
+/// Frames in a row without anything new to load or compile after which a scene counts as ready.
+///
+/// An asset takes one frame to reach the render world, its pipelines are requested in the next
+/// and drawn with in the third.
+const QUIET_FRAMES: u32 = 3;
+
+/// The assets that a scene needs before its picture is meaningful.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct AwaitedAssets(pub Vec<UntypedHandle>);
+
+impl HeadlessApp {
+    /// Renders until all [`AwaitedAssets`] are loaded and all pipelines compiled; the number of
+    /// frames that it took.
+    ///
+    /// # Errors
+    /// [`HeadlessError::NotReady`] after `max_frames` frames, naming what is missing;
+    /// [`HeadlessError::Pipeline`] and [`HeadlessError::Asset`] for what can never become ready.
+    pub fn run_until_ready(&mut self, max_frames: u32) -> Result<u32, HeadlessError> {
+        let mut quiet = 0;
+        let mut pipelines = 0;
+        let mut waiting = vec!["the first frame".into()];
+        for frame in 1..=max_frames {
+            self.render_frame()?;
+            self.check_pipelines()?;
+            waiting = self.loading_assets()?;
+            waiting.extend(self.waiting_pipelines());
+            let count = self.pipeline_cache().pipelines().count();
+            quiet = if waiting.is_empty() && count == pipelines {
+                quiet + 1
+            } else {
+                0
+            };
+            pipelines = count;
+            if quiet == QUIET_FRAMES {
+                return Ok(frame);
+            }
+            if !waiting.is_empty() {
+                // Assets load on other threads: let them, instead of burning frames.
+                std::thread::sleep(std::time::Duration::from_millis(2));
+            }
+        }
+        if waiting.is_empty() {
+            waiting.push(format!("{QUIET_FRAMES} frames without a new pipeline"));
+        }
+        Err(HeadlessError::NotReady {
+            frames: max_frames,
+            waiting,
+        })
+    }
+
+    /// Fails if a pipeline failed.
+    ///
+    /// # Errors
+    /// [`HeadlessError::Pipeline`], naming the first such pipeline and why it failed.
+    pub fn check_pipelines(&self) -> Result<(), HeadlessError> {
+        for pipeline in self.pipeline_cache().pipelines() {
+            if let CachedPipelineState::Err(error) = &pipeline.state
+                && !is_waiting(&pipeline.state)
+            {
+                return Err(HeadlessError::Pipeline {
+                    label: label(&pipeline.descriptor),
+                    error: error.to_string(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn pipeline_cache(&self) -> &PipelineCache {
+        self.app.sub_app(RenderApp).world().resource()
+    }
+
+    fn waiting_pipelines(&self) -> impl Iterator<Item = String> {
+        self.pipeline_cache()
+            .pipelines()
+            .filter(|pipeline| is_waiting(&pipeline.state))
+            .map(|pipeline| format!("pipeline `{}`", label(&pipeline.descriptor)))
+    }
+
+    /// Awaited assets that are still loading.
+    fn loading_assets(&self) -> Result<Vec<String>, HeadlessError> {
+        let world = self.app.world();
+        let server = world.resource::<AssetServer>();
+        let mut loading = Vec::new();
+        for handle in &world.resource::<AwaitedAssets>().0 {
+            // An asset that was added rather than loaded has no state, and is there.
+            let Some((load, _, recursive)) = server.get_load_states(handle.id()) else {
+                continue;
+            };
+            let path = match handle.path() {
+                Some(path) => path.to_string(),
+                None => format!("{:?}", handle.id()),
+            };
+            let failure = match (&load, &recursive) {
+                (LoadState::Failed(error), _) => Some(error),
+                (_, RecursiveDependencyLoadState::Failed(error)) => Some(error),
+                _ => None,
+            };
+            if let Some(error) = failure {
+                let error = error.to_string();
+                return Err(HeadlessError::Asset { path, error });
+            }
+            if !load.is_loaded() || !recursive.is_loaded() {
+                loading.push(format!("asset `{path}`"));
+            }
+        }
+        Ok(loading)
+    }
+}
+
+/// Whether the cache will try this pipeline again: a shader that is still loading is an error to
+/// it as well.
+fn is_waiting(state: &CachedPipelineState) -> bool {
+    matches!(
+        state,
+        CachedPipelineState::Queued
+            | CachedPipelineState::Creating(_)
+            | CachedPipelineState::Err(
+                ShaderCacheError::ShaderNotLoaded(_)
+                    | ShaderCacheError::ShaderImportNotYetAvailable
+            )
+    )
+}
+
+fn label(descriptor: &PipelineDescriptor) -> String {
+    let label = match descriptor {
+        PipelineDescriptor::RenderPipelineDescriptor(descriptor) => &descriptor.label,
+        PipelineDescriptor::ComputePipelineDescriptor(descriptor) => &descriptor.label,
+    };
+    label.as_deref().unwrap_or("unlabelled").into()
+}

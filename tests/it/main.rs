@@ -1,0 +1,4 @@
+//! The integration tests of the lab, in one binary.
+
+mod headless;
+mod support;
