@@ -1,0 +1,177 @@
+//! Files, good and bad, and adapters without BC.
+
+use std::path::PathBuf;
+
+use bevy::{
+    asset::{AssetServer, LoadState},
+    prelude::*,
+};
+use bevy_frugal_lab::headless::{AwaitedAssets, HeadlessApp, HeadlessError, HeadlessSettings};
+use bevy_wavelet_tex::{
+    WaveletFilter, WaveletLoaderSettings, WaveletStorage, WaveletTexPlugin, WaveletTexture,
+    codec::image::{ColorSpace, Content},
+    file,
+};
+
+use super::scene::{MAX_FRAMES, encoded, picture, render_quad};
+use crate::support::gpu;
+
+/// A folder of assets that goes with the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("wtex-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        Self(folder)
+    }
+
+    fn with(self, name: &str, bytes: &[u8]) -> Self {
+        std::fs::write(self.0.join(name), bytes).expect("a file");
+        self
+    }
+
+    fn settings(&self) -> HeadlessSettings {
+        HeadlessSettings {
+            asset_folder: self.0.to_string_lossy().into_owned(),
+            ..HeadlessSettings::with_size(16, 16)
+        }
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn file_bytes() -> Vec<u8> {
+    file::write(&encoded(&picture(), Content::Color, ColorSpace::Srgb))
+}
+
+/// Loads `a.wtex` and waits for it.
+fn load(
+    settings: HeadlessSettings,
+    decode_on_load: bool,
+) -> (
+    HeadlessApp,
+    Handle<WaveletTexture>,
+    Result<u32, HeadlessError>,
+) {
+    let mut app =
+        HeadlessApp::new(settings, |app| drop(app.add_plugins(WaveletTexPlugin))).expect("adapter");
+    let texture: Handle<WaveletTexture> = app
+        .world()
+        .resource::<AssetServer>()
+        .load_builder()
+        .with_settings(move |s: &mut WaveletLoaderSettings| s.decode_on_load = decode_on_load)
+        .load("a.wtex");
+    app.world_mut()
+        .resource_mut::<AwaitedAssets>()
+        .0
+        .push(texture.clone().untyped());
+    let ready = app.run_until_ready(MAX_FRAMES);
+    (app, texture, ready)
+}
+
+fn storage(app: &HeadlessApp, texture: &Handle<WaveletTexture>) -> WaveletStorage {
+    let textures = app.world().resource::<Assets<WaveletTexture>>();
+    textures.get(texture).expect("loaded").storage
+}
+
+#[test]
+fn a_file_is_kept_as_blocks_decoded_on_demand_and_decoded_without_bc() {
+    let _gpu = gpu();
+    let folder = Folder::new("storage").with("a.wtex", &file_bytes());
+
+    let (app, texture, ready) = load(folder.settings(), false);
+    ready.expect("ready");
+    assert_eq!(storage(&app, &texture), WaveletStorage::Blocks);
+    let server = app.world().resource::<AssetServer>();
+    assert!(server.get_handle::<Image>("a.wtex#luma").is_some());
+    assert!(server.get_handle::<Image>("a.wtex#chroma").is_some());
+    drop(app);
+
+    let (app, texture, ready) = load(folder.settings(), true);
+    ready.expect("ready");
+    assert_eq!(storage(&app, &texture), WaveletStorage::Decoded);
+    drop(app);
+
+    let without_bc = HeadlessSettings {
+        disabled_features: wgpu::Features::TEXTURE_COMPRESSION_BC,
+        ..folder.settings()
+    };
+    let (app, texture, ready) = load(without_bc, false);
+    ready.expect("ready");
+    assert!(
+        !app.features()
+            .contains(wgpu::Features::TEXTURE_COMPRESSION_BC)
+    );
+    assert_eq!(storage(&app, &texture), WaveletStorage::Decoded);
+}
+
+#[test]
+fn without_bc_the_picture_is_the_same() {
+    let _gpu = gpu();
+    let folder = Folder::new("without-bc").with("a.wtex", &file_bytes());
+    let show = |settings: HeadlessSettings| {
+        render_quad([93, 61], 1.0, WaveletFilter::Bilinear, settings, |world| {
+            let texture = world
+                .resource::<AssetServer>()
+                .load::<WaveletTexture>("a.wtex");
+            world
+                .resource_mut::<AwaitedAssets>()
+                .0
+                .push(texture.clone().untyped());
+            texture
+        })
+    };
+    let with = show(folder.settings());
+    let without = show(HeadlessSettings {
+        disabled_features: wgpu::Features::TEXTURE_COMPRESSION_BC,
+        ..folder.settings()
+    });
+    // The decoded pixels are rounded to 8 bits before they are linearised.
+    let steepest_srgb_slope = 2.4 / 1.055;
+    let bound = 0.5 / 255.0 * steepest_srgb_slope + 0.5 / 255.0;
+    for (a, b) in with
+        .pixels
+        .iter()
+        .flatten()
+        .zip(without.pixels.iter().flatten())
+    {
+        assert!((a - b).abs() <= bound, "{a} and {b}");
+    }
+}
+
+#[test]
+fn a_bad_file_is_named_and_the_app_goes_on() {
+    let _gpu = gpu();
+    let good = file_bytes();
+    let cases: [(&str, Vec<u8>, &str); 4] = [
+        ("empty", Vec::new(), "not a wavelet texture"),
+        ("truncated", good[..good.len() / 2].to_vec(), "cut short"),
+        (
+            "png",
+            b"\x89PNG\r\n\x1a\n".to_vec(),
+            "not a wavelet texture",
+        ),
+        (
+            "newer",
+            [&good[..8], &[9, 0], &good[10..]].concat(),
+            "version 9 is newer",
+        ),
+    ];
+    for (name, bytes, reason) in cases {
+        let folder = Folder::new(name).with("a.wtex", &bytes);
+        let (mut app, texture, ready) = load(folder.settings(), false);
+        let error = ready.expect_err(name).to_string();
+        assert!(
+            error.contains("a.wtex") && error.contains(reason),
+            "{name}: {error}"
+        );
+        let server = app.world().resource::<AssetServer>();
+        assert!(matches!(server.load_state(&texture), LoadState::Failed(_)));
+        app.render_frames(2).expect("the app goes on");
+    }
+}

@@ -1,0 +1,185 @@
+//! A lit material of wavelet textures looks as the same material of decoded ones.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
+    pbr::DefaultOpaqueRendererMethod,
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_frugal_lab::{
+    content,
+    headless::{HeadlessApp, HeadlessSettings, LabTarget},
+    metrics,
+};
+use bevy_wavelet_tex::{
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
+    WaveletTexPlugin,
+    codec::{
+        decoder::decode,
+        image::{ColorSpace, Content, WaveletImage},
+    },
+};
+use image::{DynamicImage, RgbImage};
+
+use super::scene::{MAX_FRAMES, add_texture, encoded};
+use crate::support::gpu;
+
+const SIZE: u32 = 64;
+
+/// How the camera draws.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Path {
+    Forward,
+    Prepass,
+    Deferred,
+}
+
+struct Maps {
+    color: WaveletImage,
+    normal: WaveletImage,
+    mask: WaveletImage,
+}
+
+fn maps() -> Maps {
+    let foliage = content::foliage(SIZE, SIZE, 3);
+    let mask = DynamicImage::ImageLuma8(foliage.mask).to_rgb8();
+    Maps {
+        color: encoded(&foliage.color, Content::Color, ColorSpace::Srgb),
+        normal: encoded(&foliage.normal, Content::Normal, ColorSpace::Linear),
+        mask: encoded(&mask, Content::Gray, ColorSpace::Linear),
+    }
+}
+
+/// A lit, masked quad that throws its shadow on a wall; `material` gives the quad its material.
+fn render(path: Path, material: impl FnOnce(&mut World, StandardMaterial, Entity)) -> RgbImage {
+    let mut app = HeadlessApp::new(HeadlessSettings::with_size(96, 72), |app| {
+        app.add_plugins(WaveletTexPlugin);
+        if path == Path::Deferred {
+            app.insert_resource(DefaultOpaqueRendererMethod::deferred());
+        }
+    })
+    .expect("an adapter");
+    let world = app.world_mut();
+    let target = world.resource::<LabTarget>().0.clone();
+    let mut camera = world.spawn((
+        Camera3d::default(),
+        target,
+        Msaa::Off,
+        Transform::from_xyz(0.0, 0.0, 2.6).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    match path {
+        Path::Forward => {}
+        Path::Prepass => drop(camera.insert((DepthPrepass, NormalPrepass, MotionVectorPrepass))),
+        Path::Deferred => drop(camera.insert((DepthPrepass, DeferredPrepass))),
+    }
+    world.spawn((
+        DirectionalLight {
+            illuminance: 8000.0,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::from_xyz(1.5, 1.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    let wall = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Rectangle::new(6.0, 6.0));
+    let gray = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(Color::srgb(0.6, 0.6, 0.6));
+    world.spawn((
+        Mesh3d(wall),
+        MeshMaterial3d(gray),
+        Transform::from_xyz(0.0, 0.0, -0.4),
+    ));
+
+    let mesh = Mesh::from(Rectangle::new(1.6, 1.6))
+        .with_generated_tangents()
+        .expect("tangents");
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    let quad = world.spawn(Mesh3d(mesh)).id();
+    let base = StandardMaterial {
+        alpha_mode: AlphaMode::Mask(0.5),
+        perceptual_roughness: 0.6,
+        ..default()
+    };
+    material(world, base, quad);
+    app.run_until_ready(MAX_FRAMES).expect("ready");
+    app.capture_rgb8().expect("a picture")
+}
+
+fn with_wavelets(world: &mut World, base: StandardMaterial, quad: Entity) {
+    let Maps {
+        color,
+        normal,
+        mask,
+    } = maps();
+    let extension = WaveletExtension {
+        base_color: Some(add_texture(world, &color, WaveletStorage::Blocks)),
+        normal: Some(add_texture(world, &normal, WaveletStorage::Blocks)),
+        mask: Some(add_texture(world, &mask, WaveletStorage::Blocks)),
+        filter: WaveletFilter::Bilinear,
+        address_mode: WaveletAddressMode::ClampToEdge,
+    };
+    let material = world
+        .resource_mut::<Assets<WaveletStandardMaterial>>()
+        .add(WaveletStandardMaterial { base, extension });
+    world.entity_mut(quad).insert(MeshMaterial3d(material));
+}
+
+/// The same material with the reference decoder's pixels in ordinary textures.
+fn with_decoded(world: &mut World, base: StandardMaterial, quad: Entity) {
+    let Maps {
+        color,
+        normal,
+        mask,
+    } = maps();
+    let mut rgba = decode(&color, 0).to_rgba8(Content::Color);
+    for (texel, mask) in rgba
+        .iter_mut()
+        .zip(decode(&mask, 0).to_rgba8(Content::Gray))
+    {
+        texel[3] = mask[0];
+    }
+    let normal = decode(&normal, 0).to_rgba8(Content::Normal);
+    let mut image = |texels: Vec<[u8; 4]>, format| {
+        let size = Extent3d {
+            width: SIZE,
+            height: SIZE,
+            depth_or_array_layers: 1,
+        };
+        let data = texels.into_flattened();
+        let usage = RenderAssetUsages::RENDER_WORLD;
+        let image = Image::new(size, TextureDimension::D2, data, format, usage);
+        world.resource_mut::<Assets<Image>>().add(image)
+    };
+    let base = StandardMaterial {
+        base_color_texture: Some(image(rgba, TextureFormat::Rgba8UnormSrgb)),
+        normal_map_texture: Some(image(normal, TextureFormat::Rgba8Unorm)),
+        ..base
+    };
+    let material = world.resource_mut::<Assets<StandardMaterial>>().add(base);
+    world.entity_mut(quad).insert(MeshMaterial3d(material));
+}
+
+#[test]
+fn color_normal_and_mask_look_as_their_decoded_images_in_every_path() {
+    let _gpu = gpu();
+    for path in [Path::Forward, Path::Prepass, Path::Deferred] {
+        let wavelet = render(path, with_wavelets);
+        let decoded = render(path, with_decoded);
+        let bare = render(path, |world, base, quad| {
+            let material = world.resource_mut::<Assets<StandardMaterial>>().add(base);
+            world.entity_mut(quad).insert(MeshMaterial3d(material));
+        });
+        let error = metrics::compare(&decoded, &wavelet).expect("equal sizes");
+        let effect = metrics::compare(&bare, &wavelet).expect("equal sizes");
+        println!(
+            "{path:?}: {:.1} dB, {:.1} dB against no maps",
+            error.psnr_db, effect.psnr_db
+        );
+        // A few pixels at the edges of the mask fall to the other side of the cutoff.
+        assert!(error.psnr_db > 38.0, "{path:?}: {} dB", error.psnr_db);
+        assert!(effect.psnr_db < 25.0, "{path:?}: the maps are not seen");
+    }
+}

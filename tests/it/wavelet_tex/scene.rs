@@ -1,0 +1,154 @@
+//! A textured quad seen straight on, and the codec's view of it.
+
+use bevy::{
+    camera::{Hdr, ScalingMode},
+    core_pipeline::tonemapping::Tonemapping,
+    image::Image,
+    pbr::StandardMaterial,
+    prelude::*,
+};
+use bevy_frugal_lab::{
+    content,
+    headless::{HeadlessApp, HeadlessSettings, LabTarget, Rgba32FImage, TargetFormat},
+};
+use bevy_wavelet_tex::{
+    WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
+    WaveletTexture,
+    codec::{
+        color::linear_from_srgb,
+        decoder::decode,
+        encoder::{EncodeSettings, encode},
+        image::{ColorSpace, Content, WaveletImage},
+        search::Effort,
+    },
+};
+use image::RgbImage;
+
+pub const MAX_FRAMES: u32 = 200;
+
+/// A picture with all that a photograph has, at a size that no block divides.
+pub fn picture() -> RgbImage {
+    content::photo_like(93, 61, 7)
+}
+
+pub fn encoded(picture: &RgbImage, content: Content, color_space: ColorSpace) -> WaveletImage {
+    let pixels: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
+    let settings = EncodeSettings {
+        content,
+        color_space,
+        mips: true,
+        effort: Effort::Fast,
+    };
+    encode(&pixels, picture.dimensions().into(), &settings, &|_, _| {}).expect("a good image")
+}
+
+/// The reference decoder's pixels of a level in linear units, as they would be filtered.
+pub fn decoded_linear(image: &WaveletImage, level: u32) -> ([u32; 2], Vec<[f32; 3]>) {
+    let decoded = decode(image, level);
+    let srgb = image.color_space == ColorSpace::Srgb;
+    let linear = |p: [f32; 3]| if srgb { p.map(linear_from_srgb) } else { p };
+    (
+        decoded.size,
+        decoded.pixels.into_iter().map(linear).collect(),
+    )
+}
+
+/// Adds an image to a world.
+pub fn add_texture(
+    world: &mut World,
+    image: &WaveletImage,
+    storage: WaveletStorage,
+) -> Handle<WaveletTexture> {
+    world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
+        let mut images = world.resource_mut::<Assets<Image>>();
+        WaveletTexture::add(image, storage, &mut textures, &mut images)
+    })
+}
+
+/// Renders a quad that fills a float target of `target` pixels, unlit, `uv` from 0 to `uv_max`.
+pub fn render_quad(
+    target: [u32; 2],
+    uv_max: f32,
+    filter: WaveletFilter,
+    settings: HeadlessSettings,
+    texture: impl FnOnce(&mut World) -> Handle<WaveletTexture>,
+) -> Rgba32FImage {
+    let settings = HeadlessSettings {
+        width: target[0],
+        height: target[1],
+        format: TargetFormat::Float32,
+        ..settings
+    };
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(WaveletTexPlugin);
+        spawn_camera(app.world_mut(), target);
+    })
+    .expect("an adapter");
+    let texture = texture(app.world_mut());
+    spawn_quad(
+        app.world_mut(),
+        target,
+        uv_max,
+        WaveletExtension {
+            base_color: Some(texture),
+            filter,
+            ..default()
+        },
+    );
+    app.run_until_ready(MAX_FRAMES).expect("ready");
+    app.capture_f32().expect("a picture")
+}
+
+fn spawn_camera(world: &mut World, [width, height]: [u32; 2]) {
+    let target = world.resource::<LabTarget>().0.clone();
+    let scaling_mode = ScalingMode::Fixed {
+        width: width as f32,
+        height: height as f32,
+    };
+    world.spawn((
+        Camera3d::default(),
+        target,
+        Hdr,
+        Msaa::Off,
+        Tonemapping::None,
+        Projection::from(OrthographicProjection {
+            scaling_mode,
+            ..OrthographicProjection::default_3d()
+        }),
+        Transform::from_xyz(0.0, 0.0, 10.0),
+    ));
+}
+
+fn spawn_quad(world: &mut World, size: [u32; 2], uv_max: f32, extension: WaveletExtension) {
+    let mesh: Mesh = Rectangle::new(size[0] as f32, size[1] as f32).into();
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    let base = StandardMaterial {
+        unlit: true,
+        uv_transform: bevy::math::Affine2::from_scale(Vec2::splat(uv_max)),
+        ..default()
+    };
+    let material = world
+        .resource_mut::<Assets<WaveletStandardMaterial>>()
+        .add(WaveletStandardMaterial { base, extension });
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
+}
+
+/// Largest difference of a channel, and where.
+pub fn largest_difference(
+    picture: &Rgba32FImage,
+    expected: impl Fn(u32, u32) -> [f32; 3],
+) -> (f32, [u32; 2]) {
+    let mut worst = (0.0, [0; 2]);
+    for y in 0..picture.height {
+        for x in 0..picture.width {
+            let actual = picture.pixels[(y * picture.width + x) as usize];
+            for (a, e) in actual.iter().zip(expected(x, y)) {
+                assert!(a.is_finite(), "pixel {x}, {y} is {a}");
+                if (a - e).abs() > worst.0 {
+                    worst = ((a - e).abs(), [x, y]);
+                }
+            }
+        }
+    }
+    worst
+}
