@@ -205,7 +205,7 @@ fn info_describes_every_plane() {
     }
     let text = f.ok(&["info", "in.wtex"]);
     assert!(
-        text.contains("color, srgb, 75 x 46 pixels, 1 levels"),
+        text.contains("color, srgb, 75 x 46 pixels, mip levels: 1"),
         "{text}"
     );
 }

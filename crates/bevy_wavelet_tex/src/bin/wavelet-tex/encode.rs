@@ -1,6 +1,6 @@
 //! `wavelet-tex encode`.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use bevy_wavelet_tex::{
     codec::{
@@ -36,11 +36,11 @@ pub fn run(args: &EncodeArgs) -> Result<String, Error> {
         effort: args.effort(),
     };
     // Hidden by indicatif where standard error is no terminal.
-    let bar = ProgressBar::new(0).with_style(
-        ProgressStyle::with_template("{spinner} {bar:40} {pos}/{len} mip levels of planes")
+    let bar = ProgressBar::no_length().with_style(
+        ProgressStyle::with_template("{spinner} {bar:40} {pos} of {len} mip levels of planes")
             .expect("a good template"),
     );
-    bar.enable_steady_tick(std::time::Duration::from_millis(100));
+    bar.enable_steady_tick(Duration::from_millis(100));
     let start = Instant::now();
     let texture = encode(&source.pixels, source.size, &settings, &|_, parts| {
         bar.set_length(parts as u64);

@@ -1,7 +1,6 @@
 //! Reading whole files, and writing them so that a failure loses nothing.
 
 use std::{
-    ffi::OsString,
     fs::{self, OpenOptions},
     io::{self, Write},
     path::{Path, PathBuf},
@@ -58,10 +57,7 @@ pub fn check_output(input: &Path, output: &Path, extension: &str) -> Result<(), 
 
 /// Writes beside the file, then renames: the old file stays until the new one is complete.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let mut name = OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = folder(path).join(name);
+    let temporary = folder(path).join(format!(".wavelet-tex-{}.tmp", std::process::id()));
     let fail = |e: io::Error| Error::file(path, format_args!("cannot be written: {e}"));
 
     let mut file = OpenOptions::new()

@@ -90,7 +90,7 @@ impl Info {
     fn text(&self) -> String {
         let [width, height] = self.size;
         let mut text = format!(
-            "wavelet texture, version {}\n{}, {}, {width} x {height} pixels, {} levels\n\
+            "wavelet texture, version {}\n{}, {}, {width} x {height} pixels, mip levels: {}\n\
              {:.3} bits per pixel, {} bytes on the GPU\n\
              plane  mean range         detail range  gamma  transform",
             self.version,

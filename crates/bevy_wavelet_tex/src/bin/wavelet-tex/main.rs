@@ -27,7 +27,10 @@ fn main() -> ExitCode {
     // Not `println!` and `eprintln!`: they panic when the reader has gone.
     match report {
         Ok(report) => match writeln!(io::stdout(), "{report}") {
-            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => ExitCode::FAILURE,
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                let _ = writeln!(io::stderr(), "error: standard output: {error}");
+                ExitCode::FAILURE
+            }
             _ => ExitCode::SUCCESS,
         },
         Err(error) => {
