@@ -1,0 +1,130 @@
+//! `wavelet-tex compare`.
+
+use std::fmt::Write;
+
+use bevy_wavelet_tex::codec::{color::ycocg_from_rgb, image::Content};
+use serde::Serialize;
+
+use crate::{args::CompareArgs, error::Error, picture::Picture};
+
+/// How far two pictures of one size are apart.
+#[derive(Serialize)]
+pub struct Difference {
+    /// Whether luma was compared (YCoCg's Y, as the thesis does), since one is gray.
+    luma: bool,
+    /// Mean squared error of the channels, in 8-bit units squared.
+    mse: f64,
+    /// Infinite when identical, which JSON writes as null.
+    psnr_db: f64,
+    /// In 8-bit units.
+    max_error: f64,
+    /// Of normal maps only, in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mean_angle_degrees: Option<f64>,
+}
+
+/// Compares two files.
+pub fn run(args: &CompareArgs) -> Result<String, Error> {
+    let a = Picture::read_any(&args.a)?;
+    let b = Picture::read_any(&args.b)?;
+    if a.size != b.size {
+        let [width, height] = a.size;
+        return Err(Error::file(
+            &args.b,
+            format_args!(
+                "{} x {} pixels, but {} has {width} x {height}: only images of one size can be \
+                 compared",
+                b.size[0],
+                b.size[1],
+                args.a.display(),
+            ),
+        ));
+    }
+    let difference = Difference::between(&a, &b, args.normal);
+    if args.json {
+        return Ok(serde_json::to_string_pretty(&difference).expect("plain data"));
+    }
+    let mut text = format!(
+        "mse {:.4}, {}, max error {} of 255",
+        difference.mse,
+        difference.quality(),
+        difference.max_error,
+    );
+    if difference.luma {
+        let gray = if a.is_gray() { &args.a } else { &args.b };
+        let _ = write!(text, " (of luma: {} is gray)", gray.display());
+    }
+    Ok(text)
+}
+
+impl Difference {
+    /// Of pictures of one size; with the angle if one says that it is a normal map, or `normal`.
+    pub fn between(a: &Picture, b: &Picture, normal: bool) -> Self {
+        let luma = a.is_gray() != b.is_gray();
+        let pairs = || a.pixels.iter().zip(&b.pixels);
+        let (mut sum, mut max_error) = (0.0, 0.0_f64);
+        let mut add = |error: f64| {
+            sum += error * error;
+            max_error = max_error.max(error.abs());
+        };
+        for (a, b) in pairs() {
+            if luma {
+                add(luma_of(a) - luma_of(b));
+            } else {
+                (0..3).for_each(|i| add(f64::from(a[i]) - f64::from(b[i])));
+            }
+        }
+        let channels = if luma { 1.0 } else { 3.0 };
+        let mse = sum / (channels * a.pixels.len() as f64);
+        let normal = normal || [a, b].iter().any(|p| p.content == Content::Normal);
+        let mean_angle_degrees = (normal && !luma).then(|| {
+            let angles = pairs().map(|(a, b)| angle(unit(a), unit(b)));
+            angles.sum::<f64>().to_degrees() / a.pixels.len() as f64
+        });
+        Self {
+            luma,
+            mse,
+            psnr_db: 10.0 * (255.0 * 255.0 / mse).log10(),
+            max_error,
+            mean_angle_degrees,
+        }
+    }
+
+    /// PSNR, and the angle of normals, in words.
+    pub fn quality(&self) -> String {
+        let psnr = if self.psnr_db.is_finite() {
+            format!("{:.2} dB", self.psnr_db)
+        } else {
+            "identical".into()
+        };
+        match self.mean_angle_degrees {
+            Some(angle) => format!("{psnr}, {angle:.2} degrees on average"),
+            None => psnr,
+        }
+    }
+}
+
+/// YCoCg's Y in 8-bit units.
+fn luma_of(pixel: &[u8; 3]) -> f64 {
+    ycocg_from_rgb(pixel.map(f32::from)).y.into()
+}
+
+/// The normal that a pixel stands for; zero has no direction and is taken as up.
+fn unit(pixel: &[u8; 3]) -> [f64; 3] {
+    let v = pixel.map(|v| f64::from(v) / 127.5 - 1.0);
+    let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if length > 1e-6 {
+        v.map(|v| v / length)
+    } else {
+        [0.0, 0.0, 1.0]
+    }
+}
+
+/// Angle between unit vectors, in radians; exact for small ones, unlike the arc cosine.
+fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let length = |f: fn(f64, f64) -> f64| {
+        let square = |i| f(a[i], b[i]).powi(2);
+        (0..3usize).map(square).sum::<f64>().sqrt()
+    };
+    2.0 * length(|a, b| a - b).atan2(length(|a, b| a + b))
+}

@@ -1,0 +1,84 @@
+//! Reading whole files, and writing them so that a failure loses nothing.
+
+use std::{
+    fs::{self, OpenOptions},
+    io::{self, Write},
+    path::{Path, PathBuf},
+};
+
+use bevy_wavelet_tex::{codec::image::WaveletImage, file};
+
+use crate::error::Error;
+
+/// The bytes of a file that is not empty.
+pub fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    let bytes =
+        fs::read(path).map_err(|e| Error::file(path, format_args!("cannot be read: {e}")))?;
+    if bytes.is_empty() {
+        return Err(Error::file(path, "the file is empty"));
+    }
+    Ok(bytes)
+}
+
+pub fn read_texture(path: &Path) -> Result<WaveletImage, Error> {
+    file::read(&read(path)?).map_err(|e| Error::file(path, e))
+}
+
+/// Refuses an output that could not be written, before the work is done.
+pub fn check_output(input: &Path, output: &Path, extension: &str) -> Result<(), Error> {
+    let refuse = |problem: String| Err(Error::file(output, problem));
+    // Names the input twice, perhaps through a link.
+    if let (Ok(a), Ok(b)) = (input.canonicalize(), output.canonicalize())
+        && a == b
+    {
+        return refuse("the output is the input: name another file".into());
+    }
+    if !output
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case(extension))
+    {
+        return Err(Error::Usage(format!(
+            "{}: the output's name must end in .{extension}",
+            output.display()
+        )));
+    }
+    if output.is_dir() {
+        return refuse("cannot be written: it is a directory".into());
+    }
+    let folder = folder(output);
+    if !folder.is_dir() {
+        return refuse(format!(
+            "cannot be written: there is no folder {}: make it first",
+            folder.display()
+        ));
+    }
+    Ok(())
+}
+
+/// Writes beside the file, then renames: the old file stays until the new one is complete.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let temporary = folder(path).join(format!(".wavelet-tex-{}.tmp", std::process::id()));
+    let fail = |e: io::Error| Error::file(path, format_args!("cannot be written: {e}"));
+
+    let mut file = OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(&temporary)
+        .map_err(fail)?;
+    let written = file
+        .write_all(bytes)
+        .and_then(|()| file.sync_all())
+        .and_then(|()| fs::rename(&temporary, path));
+    drop(file);
+    written.map_err(|e| {
+        let _ = fs::remove_file(&temporary);
+        fail(e)
+    })
+}
+
+fn folder(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
