@@ -58,8 +58,10 @@ fn load(
     Handle<WaveletTexture>,
     Result<u32, HeadlessError>,
 ) {
-    let mut app =
-        HeadlessApp::new(settings, |app| drop(app.add_plugins(WaveletTexPlugin))).expect("adapter");
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(WaveletTexPlugin);
+    })
+    .expect("adapter");
     let texture: Handle<WaveletTexture> = app
         .world()
         .resource::<AssetServer>()
