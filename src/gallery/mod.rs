@@ -88,7 +88,7 @@ pub fn render_all(
             adapter.backend,
             outcome.flip
         );
-        println!("{}", serde_json::json!(outcome));
+        println!("{}", outcome.json_line());
         outcomes.push((scene.description(), outcome));
     }
     let path = folder.join("index.html");

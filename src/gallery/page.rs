@@ -93,8 +93,7 @@ fn figures(outcome: &Outcome) -> String {
         rows.push((format!("memory {}", escape(name)), format!("{kib:.1} KiB")));
     }
     for (name, value) in &outcome.settings {
-        let value = serde_json::json!(value).to_string();
-        rows.push(((*name).into(), escape(&value)));
+        rows.push(((*name).into(), escape(&value.to_string())));
     }
     let mut table = String::from("<table>\n");
     for (name, value) in rows {

@@ -1,6 +1,6 @@
 //! Named values with ranges: the knobs of a scene.
 
-use std::ops::RangeInclusive;
+use std::{fmt, ops::RangeInclusive};
 
 use bevy::ecs::resource::Resource;
 use thiserror::Error;
@@ -158,6 +158,18 @@ pub enum KnobValue {
     Choice(&'static str),
 }
 
+impl fmt::Display for KnobValue {
+    /// As it is written in `name=value`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Toggle(value) => value.fmt(f),
+            Self::Float(value) => value.fmt(f),
+            Self::Integer(value) => value.fmt(f),
+            Self::Choice(value) => value.fmt(f),
+        }
+    }
+}
+
 /// A setting that no knob takes.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum KnobError {
@@ -237,12 +249,6 @@ impl Knobs {
             return "  (none)".into();
         }
         let line = |(knob, value): &(Knob, KnobValue)| {
-            let value = match value {
-                KnobValue::Toggle(value) => value.to_string(),
-                KnobValue::Float(value) => value.to_string(),
-                KnobValue::Integer(value) => value.to_string(),
-                KnobValue::Choice(value) => value.to_string(),
-            };
             let range = knob.range_text();
             format!("  {}={value} ({range}): {}", knob.name, knob.help)
         };

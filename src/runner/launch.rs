@@ -19,7 +19,7 @@ pub fn run(scene: &'static dyn Scene) -> ExitCode {
     };
     let result = match &options.headless {
         Some(folder) => render_headless(scene, &options, folder).map(|outcome| {
-            println!("{}", serde_json::json!(outcome));
+            println!("{}", outcome.json_line());
         }),
         None => window::open(scene, &options, None),
     };

@@ -123,6 +123,12 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// All figures as one line of JSON.
+    pub fn json_line(&self) -> String {
+        // Plain structures with text keys always serialise.
+        serde_json::to_string(self).unwrap_or_else(|error| format!("{{\"error\":\"{error}\"}}"))
+    }
+
     /// The record of "after" against "before".
     pub fn measurement(&self) -> Measurement {
         let settings = self.settings.iter();
@@ -130,7 +136,7 @@ impl Outcome {
             plugin: self.plugin.into(),
             scene: self.scene.into(),
             setting: settings
-                .map(|(name, value)| format!("{name}={}", serde_json::json!(value)))
+                .map(|(name, value)| format!("{name}={value}"))
                 .collect::<Vec<_>>()
                 .join(" "),
             reference: "before".into(),

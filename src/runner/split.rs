@@ -72,7 +72,7 @@ pub fn add_cameras(app: &mut App, scene: &'static dyn Scene) {
 }
 
 /// The "after" camera goes where the "before" camera is, as that one is steered.
-fn follow_pose(mut cameras: Query<(&Side, &mut Transform)>) {
+fn follow_pose(mut cameras: Query<(&Side, &mut Transform), With<Camera>>) {
     let pose = cameras
         .iter()
         .find(|(side, _)| **side == Side::Before)

@@ -125,7 +125,7 @@ fn spawn_panel_camera(mut commands: Commands, mut egui: ResMut<EguiGlobalSetting
 }
 
 /// The right mouse button steers, as the left one drags the split line.
-fn steer_before_camera(mut commands: Commands, cameras: Query<(Entity, &Side), Added<Side>>) {
+fn steer_before_camera(mut commands: Commands, cameras: Query<(Entity, &Side), Added<Camera>>) {
     for (entity, side) in &cameras {
         if *side == Side::Before {
             commands.entity(entity).insert(FreeCamera {

@@ -114,8 +114,8 @@ fn apply_knobs(
         *transform = Transform::from_xyz(sin, 0.7, cos).looking_at(Vec3::ZERO, Vec3::Y);
     }
     let bytes = u64::from(4 * TEXTURE_SIZE * TEXTURE_SIZE);
-    memory.0.insert("before".into(), bytes);
-    memory.0.insert("after".into(), 2 * bytes);
+    memory.0.insert("textures before".into(), bytes);
+    memory.0.insert("textures after".into(), 2 * bytes);
 }
 
 fn spin(time: Res<Time>, knobs: Res<Knobs>, mut cubes: Query<&mut Transform, With<Cube>>) {
