@@ -14,7 +14,7 @@ use std::{
 use clap::Args;
 
 use crate::runner::{
-    Options, RunError, Scene, ScenePicker, launch::exit_code, render_headless, window,
+    Knobs, Options, RunError, Scene, ScenePicker, launch::exit_code, render_headless, window,
 };
 
 /// The `main` of the gallery of `scenes`, of which the first is the default.
@@ -22,8 +22,16 @@ use crate::runner::{
 /// Exit codes as those of [`run`](crate::runner::run).
 pub fn run(scenes: &[&'static dyn Scene]) -> ExitCode {
     let names: Vec<_> = scenes.iter().map(|scene| scene.name()).collect();
+    let knobs = |scene: &&dyn Scene| {
+        let knobs = Knobs::new(scene.knobs()).list();
+        format!("{}:\n{knobs}\n", scene.name())
+    };
+    let help: String = scenes.iter().map(knobs).collect();
     let matches = Options::augment_args(clap::Command::new("gallery"))
         .about("Shows the example scenes, in a window or as a page of pictures")
+        .after_help(format!(
+            "Knobs (name=value; with several scenes, each must have the knob):\n\n{help}"
+        ))
         .arg(
             clap::Arg::new("scene")
                 .long("scene")
@@ -73,6 +81,10 @@ pub fn render_all(
     options: &Options,
     folder: &Path,
 ) -> Result<(), RunError> {
+    // A setting that does not fit should not show up after minutes of rendering.
+    for scene in scenes {
+        options.knobs(*scene)?;
+    }
     let mut outcomes = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
         let (number, count) = (index + 1, scenes.len());

@@ -13,7 +13,8 @@
 //! | module | gives |
 //! | --- | --- |
 //! | [`scene`] | the trait, and what the runner and a scene tell each other |
-//! | [`knob`] | named values with ranges |
+//! | [`knob`] | a named value with a range |
+//! | [`knobs`] | the knobs of a scene with their values |
 //! | [`split`] | the two cameras and the line between them |
 //! | [`options`] | the command line |
 //! | [`pictures`] | the headless run |
@@ -21,6 +22,7 @@
 //! | [`launch`] | from the command line to an exit code |
 
 pub mod knob;
+pub mod knobs;
 pub mod launch;
 pub mod options;
 mod panel;
@@ -29,7 +31,8 @@ pub mod scene;
 pub mod split;
 pub mod window;
 
-pub use knob::{Knob, KnobError, KnobKind, KnobValue, Knobs};
+pub use knob::{Knob, KnobKind, KnobValue};
+pub use knobs::{KnobError, Knobs};
 pub use launch::run;
 pub use options::{Options, Size};
 pub use pictures::{Outcome, RunError, render_headless};
