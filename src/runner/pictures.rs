@@ -151,7 +151,7 @@ impl Outcome {
     }
 }
 
-/// Builds the headless app of `scene`; time runs until the first call of [`Time::pause`].
+/// Builds the headless app of `scene`; its time starts once it is ready.
 ///
 /// # Errors
 /// Those of the settings and of the adapter.
@@ -179,7 +179,7 @@ pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<Head
 /// Renders `scene` and writes `NAME_before.png`, `NAME_after.png` and `NAME_difference.png` (the
 /// FLIP error, from black to white) into `folder`, which is created.
 ///
-/// Both pictures show the same moment: the scene's time stands still once it is ready.
+/// Both pictures show the same moment, the start: the scene's time stands still.
 ///
 /// # Errors
 /// [`RunError`], for settings, rendering and files.
