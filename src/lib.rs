@@ -1,6 +1,19 @@
 //! The lab: what the examples, tests and benches of the plugins share.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`content`] | procedural textures and photographs |
+//! | [`headless`] | Bevy without a window, the same frames on every run |
+//! | [`metrics`] | how far a picture is from its reference |
+//! | [`mod@record`] | measurements in JSON |
+//! | [`runner`] | one runner for all examples: window, headless, knobs |
+//! | [`scenes`] | the example scenes |
+//! | [`gallery`] | all scenes in one window or on one page |
 
 pub mod content;
+pub mod gallery;
 pub mod headless;
 pub mod metrics;
 pub mod record;
+pub mod runner;
+pub mod scenes;

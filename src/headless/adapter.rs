@@ -39,7 +39,7 @@ impl From<&wgpu::AdapterInfo> for AdapterInfo {
 /// # Errors
 /// [`HeadlessError::NoAdapter`] without a fitting adapter, [`HeadlessError::Size`] when every
 /// fitting adapter is too small for the picture.
-pub(super) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings, HeadlessError> {
+pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings, HeadlessError> {
     let result = WgpuSettings {
         adapter_name: settings.adapter_name.clone(),
         disabled_features: Some(settings.disabled_features),

@@ -8,6 +8,7 @@ use bevy::{
         render_resource::{CachedPipelineState, PipelineCache, PipelineDescriptor},
     },
     shader::ShaderCacheError,
+    time::{Time, Virtual},
 };
 
 use super::{HeadlessApp, HeadlessError};
@@ -26,10 +27,32 @@ impl HeadlessApp {
     /// Renders until all [`AwaitedAssets`] are loaded and all pipelines compiled; the number of
     /// frames that it took.
     ///
+    /// The scene's time stands still meanwhile, so that it does not depend on how long a disk
+    /// takes to load an asset.
+    ///
     /// # Errors
     /// [`HeadlessError::NotReady`] after `max_frames` frames, naming what is missing;
     /// [`HeadlessError::Pipeline`] and [`HeadlessError::Asset`] for what can never become ready.
     pub fn run_until_ready(&mut self, max_frames: u32) -> Result<u32, HeadlessError> {
+        let was_paused = self.set_paused(true);
+        let result = self.wait_until_ready(max_frames);
+        self.set_paused(was_paused);
+        result
+    }
+
+    /// Stops or restarts the scene's time; whether it stood still before.
+    fn set_paused(&mut self, pause: bool) -> bool {
+        let mut time = self.app.world_mut().resource_mut::<Time<Virtual>>();
+        let was_paused = time.is_paused();
+        if pause {
+            time.pause();
+        } else {
+            time.unpause();
+        }
+        was_paused
+    }
+
+    fn wait_until_ready(&mut self, max_frames: u32) -> Result<u32, HeadlessError> {
         let mut quiet = 0;
         let mut pipelines = 0;
         let mut waiting = vec!["the first frame".into()];

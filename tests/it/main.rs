@@ -1,5 +1,7 @@
 //! The integration tests of the lab and of the plugins, in one binary.
 
 mod headless;
+mod knobs;
+mod runner;
 mod support;
 mod wavelet_tex;

@@ -1,0 +1,83 @@
+//! The command line of an example.
+
+use std::{path::PathBuf, str::FromStr};
+
+use clap::{ArgMatches, Args, Command, FromArgMatches};
+
+use super::{KnobError, Knobs, Scene};
+
+/// Size of a picture in pixels, written `640x360`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Width in pixels, at least 1.
+    pub width: u32,
+    /// Height in pixels, at least 1.
+    pub height: u32,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let side = |text: &str| text.parse().ok().filter(|side| *side > 0);
+        text.split_once('x')
+            .and_then(|(width, height)| {
+                let (width, height) = (side(width)?, side(height)?);
+                Some(Self { width, height })
+            })
+            .ok_or_else(|| format!("`{text}` is no size: write WIDTHxHEIGHT, such as 640x360"))
+    }
+}
+
+/// What the user asks for.
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    /// Open no window; write pictures and figures into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub headless: Option<PathBuf>,
+    /// Size of the picture, or of the window, in pixels.
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: Size,
+    /// Frames to measure on each side (headless), 1 or more.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: u32,
+    /// Turns a knob; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// An image to show instead of the built-in one, where the scene shows one.
+    #[arg(long, value_name = "FILE")]
+    pub image: Option<PathBuf>,
+    /// Part of the name of the graphics adapter.
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+}
+
+impl Options {
+    /// The clap command of the example `scene`; its help lists the knobs.
+    pub fn command(scene: &dyn Scene) -> Command {
+        let knobs = Knobs::new(scene.knobs()).list();
+        Self::augment_args(Command::new(scene.name()))
+            .about(scene.description())
+            .after_help(format!("Knobs (name=value):\n{knobs}"))
+    }
+
+    /// The options of a parsed command line.
+    ///
+    /// # Errors
+    /// Those of clap, for a command that was not augmented with these options.
+    pub fn from_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Self::from_arg_matches(matches)
+    }
+
+    /// The knobs of `scene` with the settings applied.
+    ///
+    /// # Errors
+    /// [`KnobError`] for the first setting that does not fit.
+    pub fn knobs(&self, scene: &dyn Scene) -> Result<Knobs, KnobError> {
+        let mut knobs = Knobs::new(scene.knobs());
+        for text in &self.set {
+            knobs.set(text)?;
+        }
+        Ok(knobs)
+    }
+}

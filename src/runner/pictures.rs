@@ -1,0 +1,251 @@
+//! The headless run of a scene: before, after, their difference, and the figures.
+
+use std::{
+    collections::BTreeMap,
+    io,
+    path::{Path, PathBuf},
+};
+
+use bevy::{
+    math::{URect, UVec2},
+    time::{Time, Virtual},
+};
+use image::RgbImage;
+use serde::Serialize;
+use thiserror::Error;
+
+use super::{
+    KnobError, KnobValue, MemoryFigures, Options, PictureArea, Scene, SceneImage, Size, Split,
+    split,
+};
+use crate::{
+    headless::{AdapterInfo, FrameTimes, HeadlessApp, HeadlessError, HeadlessSettings},
+    metrics::{self, DEFAULT_PIXELS_PER_DEGREE, SizeMismatch, flip, heat_map},
+    record::Measurement,
+};
+
+/// Frames after which a scene must be ready; most are within ten.
+const MAX_FRAMES: u32 = 2000;
+
+/// Why a run failed.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// A setting does not fit.
+    #[error(transparent)]
+    Knob(#[from] KnobError),
+    /// A picture could not be rendered.
+    #[error(transparent)]
+    Headless(#[from] HeadlessError),
+    /// Two pictures of different sizes.
+    #[error(transparent)]
+    Size(#[from] SizeMismatch),
+    /// A file could not be written.
+    #[error("cannot write `{}`: {source}", .path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// There is no display to open a window on.
+    #[error(
+        "there is no display for a window: set DISPLAY or WAYLAND_DISPLAY, or run with --headless DIR"
+    )]
+    NoDisplay,
+    /// No scene has this name.
+    #[error("there is no scene `{name}`; the scenes are: {}", .names.join(", "))]
+    NoScene {
+        /// What was given.
+        name: String,
+        /// The names of the scenes.
+        names: Vec<&'static str>,
+    },
+    /// The program could not be started again with another scene.
+    #[error("cannot start `{}`: {source}", .program.display())]
+    Start {
+        /// The program.
+        program: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The window was closed by a failure.
+    #[error("the window ended with an error, see above")]
+    Window,
+}
+
+/// Median frame times of one side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct SideTimes {
+    /// CPU, in milliseconds.
+    pub cpu_ms: Option<f64>,
+    /// GPU, in milliseconds; none without timestamps.
+    pub gpu_ms: Option<f64>,
+}
+
+impl From<FrameTimes> for SideTimes {
+    fn from(times: FrameTimes) -> Self {
+        Self {
+            cpu_ms: times.cpu_ms,
+            gpu_ms: times.gpu_ms,
+        }
+    }
+}
+
+/// The figures of a run: one line of JSON.
+#[derive(Clone, Debug, Serialize)]
+pub struct Outcome {
+    /// Name of the scene.
+    pub scene: &'static str,
+    /// Crate name of the plugin.
+    pub plugin: &'static str,
+    /// Width of the pictures in pixels.
+    pub width: u32,
+    /// Height of the pictures in pixels.
+    pub height: u32,
+    /// What rendered them.
+    pub adapter: AdapterInfo,
+    /// Values of the knobs.
+    pub settings: BTreeMap<&'static str, KnobValue>,
+    /// Mean squared error of after against before, in squared 8-bit units.
+    pub mse: f64,
+    /// PSNR of after against before in dB; null when they are equal.
+    pub psnr_db: Option<f64>,
+    /// Mean FLIP error, 0 to 1.
+    pub flip: f64,
+    /// Largest difference of a channel, in 8-bit units.
+    pub max_error: u8,
+    /// Frame times of "before".
+    pub before: SideTimes,
+    /// Frame times of "after".
+    pub after: SideTimes,
+    /// Memory on the GPU in bytes, as the scene reports it.
+    pub memory: BTreeMap<String, u64>,
+}
+
+impl Outcome {
+    /// All figures as one line of JSON.
+    pub fn json_line(&self) -> String {
+        // Plain structures with text keys always serialise.
+        serde_json::to_string(self).unwrap_or_else(|error| format!("{{\"error\":\"{error}\"}}"))
+    }
+
+    /// The record of "after" against "before".
+    pub fn measurement(&self) -> Measurement {
+        let settings = self.settings.iter();
+        Measurement {
+            plugin: self.plugin.into(),
+            scene: self.scene.into(),
+            setting: settings
+                .map(|(name, value)| format!("{name}={value}"))
+                .collect::<Vec<_>>()
+                .join(" "),
+            reference: "before".into(),
+            mse: Some(self.mse),
+            psnr_db: self.psnr_db,
+            flip: Some(self.flip),
+            max_error: Some(self.max_error.into()),
+            gpu_ms: self.after.gpu_ms,
+            cpu_ms: self.after.cpu_ms,
+            ..Measurement::default()
+        }
+    }
+}
+
+/// Builds the headless app of `scene`; its time starts once it is ready.
+///
+/// # Errors
+/// Those of the settings and of the adapter.
+pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<HeadlessApp, RunError> {
+    let knobs = options.knobs(scene)?;
+    let Size { width, height } = options.size;
+    let settings = HeadlessSettings {
+        adapter_name: options.adapter.clone(),
+        ..HeadlessSettings::with_size(width, height)
+    };
+    let image = SceneImage(options.image.clone());
+    Ok(HeadlessApp::new(settings, move |app| {
+        app.insert_resource(knobs)
+            .insert_resource(image)
+            .insert_resource(PictureArea(URect::from_corners(
+                UVec2::ZERO,
+                UVec2::new(width, height),
+            )))
+            .init_resource::<MemoryFigures>();
+        split::add_cameras(app, scene);
+        scene.build(app);
+    })?)
+}
+
+/// Renders `scene` and writes `NAME_before.png`, `NAME_after.png` and `NAME_difference.png` (the
+/// FLIP error, from black to white) into `folder`, which is created.
+///
+/// Both pictures show the same moment, the start: the scene's time stands still.
+///
+/// # Errors
+/// [`RunError`], for settings, rendering and files.
+pub fn render_headless(
+    scene: &'static dyn Scene,
+    options: &Options,
+    folder: &Path,
+) -> Result<Outcome, RunError> {
+    let mut app = headless_app(scene, options)?;
+    std::fs::create_dir_all(folder).map_err(|source| RunError::Write {
+        path: folder.into(),
+        source,
+    })?;
+    let (before, before_times) = render_side(&mut app, 1.0, options.frames)?;
+    let (after, after_times) = render_side(&mut app, 0.0, options.frames)?;
+    let error = metrics::compare(&before, &after)?;
+    let map = flip::flip_map(&before, &after, DEFAULT_PIXELS_PER_DEGREE)?;
+    let difference = heat_map::flip_heat_map(&map);
+    for (image, part) in [
+        (before, "before"),
+        (after, "after"),
+        (difference, "difference"),
+    ] {
+        save(&image, &folder.join(picture_name(scene.name(), part)))?;
+    }
+    let knobs = options.knobs(scene)?;
+    Ok(Outcome {
+        scene: scene.name(),
+        plugin: scene.plugin(),
+        width: options.size.width,
+        height: options.size.height,
+        adapter: app.adapter().clone(),
+        settings: knobs
+            .iter()
+            .map(|(knob, value)| (knob.name, value))
+            .collect(),
+        mse: error.mse,
+        psnr_db: error.psnr_db.is_finite().then_some(error.psnr_db),
+        flip: error.flip,
+        max_error: error.max_error,
+        before: before_times.into(),
+        after: after_times.into(),
+        memory: app.world().resource::<MemoryFigures>().0.clone(),
+    })
+}
+
+/// File name of a picture; `part` is `before`, `after` or `difference`.
+pub fn picture_name(scene: &str, part: &str) -> String {
+    format!("{scene}_{part}.png")
+}
+
+fn render_side(
+    app: &mut HeadlessApp,
+    position: f32,
+    frames: u32,
+) -> Result<(RgbImage, FrameTimes), RunError> {
+    app.world_mut().insert_resource(Split { position });
+    app.run_until_ready(MAX_FRAMES)?;
+    app.world_mut().resource_mut::<Time<Virtual>>().pause();
+    let times = app.measure_frames(frames)?;
+    Ok((app.capture_rgb8()?, times))
+}
+
+fn save(image: &RgbImage, path: &Path) -> Result<(), RunError> {
+    image.save(path).map_err(|error| RunError::Write {
+        path: path.into(),
+        source: io::Error::other(error),
+    })
+}

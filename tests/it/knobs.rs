@@ -1,0 +1,74 @@
+//! Settings from the command line.
+
+use bevy_frugal_lab::runner::{Knob, KnobError, Knobs, Size};
+
+fn knobs() -> Knobs {
+    Knobs::new(vec![
+        Knob::toggle("on", "a switch", false),
+        Knob::float("height", "a length", 0.5, 0.0..=2.0, "m"),
+        Knob::integer("count", "a number", 3, 1..=8, ""),
+        Knob::choice("kind", "a name", 1, &["red", "green"]),
+    ])
+}
+
+#[test]
+fn every_kind_is_set_by_name() {
+    let mut knobs = knobs();
+    assert_eq!(knobs.choice("kind"), "green");
+    for text in ["on=true", "height=1.25", "count=8", "kind=red"] {
+        knobs.set(text).expect(text);
+    }
+    assert!(knobs.toggle("on"));
+    assert_eq!(knobs.float("height"), 1.25);
+    assert_eq!(knobs.integer("count"), 8);
+    assert_eq!(knobs.choice("kind"), "red");
+}
+
+#[test]
+fn what_does_not_fit_changes_nothing_and_lists_the_knobs() {
+    let mut knobs = knobs();
+    let before = knobs.clone();
+    for text in [
+        "",
+        "on",
+        "off=true",
+        "on=1",
+        "on=",
+        "height=-0.1",
+        "height=NaN",
+        "height=inf",
+        "count=0",
+        "count=9",
+        "count=2.5",
+        "kind=blue",
+        "kind=red=green",
+        " on=true",
+    ] {
+        let error = knobs.set(text).expect_err(text).to_string();
+        assert!(error.contains("height=0.5 (0 to 2 m): a length"), "{error}");
+        assert!(error.contains("kind=green (red, green)"), "{error}");
+    }
+    assert_eq!(knobs, before);
+    assert!(matches!(knobs.set("x=1"), Err(KnobError::Unknown { .. })));
+    assert!(matches!(knobs.set("x"), Err(KnobError::Form { .. })));
+}
+
+#[test]
+fn sizes() {
+    let parse = |text: &str| text.parse::<Size>();
+    let size = parse("640x1").expect("a size");
+    assert_eq!((size.width, size.height), (640, 1));
+    for text in [
+        "",
+        "640",
+        "x",
+        "0x5",
+        "5x0",
+        "-1x5",
+        "5x5x5",
+        "5 x 5",
+        "99999999999x1",
+    ] {
+        assert!(parse(text).is_err(), "{text}");
+    }
+}

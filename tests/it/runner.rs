@@ -1,0 +1,169 @@
+//! Scenes with two sides.
+
+use bevy::prelude::*;
+use bevy_frugal_lab::{
+    gallery,
+    headless::HeadlessApp,
+    metrics,
+    record::Measurement,
+    runner::{
+        Knob, Knobs, Options, Scene, Side, Size, Split, pictures::headless_app, render_headless,
+    },
+};
+use image::RgbImage;
+
+use crate::support::gpu;
+
+/// A cube that is red before and green after, turning if asked to.
+struct TwoCubes;
+
+impl Scene for TwoCubes {
+    fn name(&self) -> &'static str {
+        "two_cubes"
+    }
+
+    fn plugin(&self) -> &'static str {
+        "none"
+    }
+
+    fn description(&self) -> &'static str {
+        "A red & a green cube"
+    }
+
+    fn knobs(&self) -> Vec<Knob> {
+        vec![Knob::toggle("same", "both are red", false)]
+    }
+
+    fn view(&self) -> Transform {
+        Transform::from_xyz(0.5, 1.0, 1.5).looking_at(Vec3::ZERO, Vec3::Y)
+    }
+
+    fn build(&self, app: &mut App) {
+        app.add_systems(Startup, spawn).add_systems(Update, turn);
+    }
+
+    fn dress_camera(&self, camera: &mut EntityCommands, _: Side) {
+        camera.insert(Msaa::Off);
+    }
+}
+
+fn spawn(
+    mut commands: Commands,
+    knobs: Res<Knobs>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let green = Color::srgb(0.1, 0.9, 0.1);
+    let red = Color::srgb(0.9, 0.1, 0.1);
+    for side in Side::BOTH {
+        let is_green = side == Side::After && !knobs.toggle("same");
+        commands.spawn((
+            side.layers(),
+            Mesh3d(meshes.add(Cuboid::default())),
+            MeshMaterial3d(materials.add(if is_green { green } else { red })),
+        ));
+    }
+    commands.spawn((
+        DirectionalLight::default(),
+        Transform::from_xyz(1.0, 2.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+}
+
+fn turn(time: Res<Time>, mut cubes: Query<&mut Transform, With<Mesh3d>>) {
+    for mut transform in &mut cubes {
+        transform.rotation = Quat::from_rotation_y(time.elapsed_secs());
+    }
+}
+
+fn options(set: &[&str]) -> Options {
+    Options {
+        headless: None,
+        size: Size {
+            width: 97,
+            height: 64,
+        },
+        frames: 2,
+        set: set.iter().map(|text| text.to_string()).collect(),
+        image: None,
+        adapter: None,
+    }
+}
+
+fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
+    app.world_mut().insert_resource(Split { position });
+    app.run_until_ready(200).expect("ready");
+    app.world_mut().resource_mut::<Time<Virtual>>().pause();
+    app.capture_rgb8().expect("a picture")
+}
+
+#[test]
+fn the_picture_continues_across_the_split_line() {
+    let _gpu = gpu();
+    let mut app = headless_app(&TwoCubes, &options(&[])).expect("an app");
+    let before = picture(&mut app, 1.0);
+    let after = picture(&mut app, 0.0);
+    for (position, line) in [(0.5, 49), (0.01, 1), (0.99, 96)] {
+        let both = picture(&mut app, position);
+        let expected = RgbImage::from_fn(97, 64, |x, y| {
+            *(if x < line { &before } else { &after }).get_pixel(x, y)
+        });
+        // Projections of a part and of the whole round differently at the edges of the cube.
+        let error = metrics::compare(&expected, &both).expect("equal sizes");
+        assert!(error.mse < 20.0, "split at {position}: {error:?}");
+    }
+    let different = metrics::compare(&before, &after).expect("equal sizes");
+    assert!(different.mse > 500.0, "{different:?}");
+}
+
+#[test]
+fn pictures_figures_and_page_are_written() {
+    let _gpu = gpu();
+    let folder = std::env::temp_dir().join(format!("bevy_frugal_lab_{}", std::process::id()));
+    gallery::render_all(&[&TwoCubes], &options(&[]), &folder).expect("pictures");
+    let mut names: Vec<_> = std::fs::read_dir(&folder)
+        .expect("a folder")
+        .map(|entry| {
+            entry
+                .expect("an entry")
+                .file_name()
+                .into_string()
+                .expect("text")
+        })
+        .collect();
+    names.sort();
+    assert_eq!(
+        names,
+        [
+            "index.html",
+            "two_cubes_after.png",
+            "two_cubes_before.png",
+            "two_cubes_difference.png"
+        ]
+    );
+    let page = std::fs::read_to_string(folder.join("index.html")).expect("a page");
+    assert!(page.contains("two_cubes_before.png") && page.contains("A red &amp; a green cube"));
+    std::fs::remove_dir_all(&folder).expect("a folder");
+}
+
+#[test]
+fn equal_sides_of_a_moving_scene_are_equal() {
+    let _gpu = gpu();
+    let folder = std::env::temp_dir().join(format!("bevy_frugal_equal_{}", std::process::id()));
+    let outcome = render_headless(&TwoCubes, &options(&["same=true"]), &folder).expect("pictures");
+    std::fs::remove_dir_all(&folder).expect("a folder");
+    assert_eq!(
+        (outcome.mse, outcome.psnr_db, outcome.max_error),
+        (0.0, None, 0)
+    );
+    let json: serde_json::Value = serde_json::from_str(&outcome.json_line()).expect("JSON");
+    assert_eq!(json["settings"]["same"], true);
+    assert_eq!(json["width"], 97);
+    let Measurement { setting, .. } = outcome.measurement();
+    assert_eq!(setting, "same=true");
+}
+
+#[test]
+fn wrong_settings_are_refused_before_rendering() {
+    let error = headless_app(&TwoCubes, &options(&["other=1"])).err();
+    assert!(error.is_some_and(|error| error.to_string().contains("same=false")));
+}
