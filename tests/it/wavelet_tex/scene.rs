@@ -37,7 +37,7 @@ pub fn encoded(picture: &RgbImage, content: Content, color_space: ColorSpace) ->
         content,
         color_space,
         mips: true,
-        effort: Effort::Fast,
+        effort: Effort::Default,
     };
     encode(&pixels, picture.dimensions().into(), &settings, &|_, _| {}).expect("a good image")
 }

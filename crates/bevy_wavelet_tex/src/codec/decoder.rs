@@ -92,8 +92,7 @@ fn decode_plane(image: &WaveletImage, group: usize, level: u32, layer: usize) ->
 }
 
 /// The coefficients that a texel stores.
-pub fn load_texel(coding: &PlaneCoding, texel: Texel) -> Coefficients {
-    let [r, g, b, a] = texel.map(|v| f32::from(v) / 255.0);
+pub fn load_texel(coding: &PlaneCoding, [r, g, b, a]: [f32; 4]) -> Coefficients {
     Coefficients {
         ll: 2.0 * coding.load_mean(a),
         details: coding.load_details([r, g, b]),
