@@ -1,0 +1,136 @@
+//! The geometry and the lamps.
+
+use std::f32::consts::FRAC_PI_2;
+
+use bevy::{math::Affine2, prelude::*};
+
+use crate::runner::{Knobs, Side};
+
+/// A textured surface of the room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surface {
+    /// The photograph on the wall.
+    Picture,
+    /// The wall behind it.
+    Bricks,
+    /// Boards.
+    Floor,
+    /// A card of leaves with a mask.
+    Plant,
+}
+
+/// A part of the room.
+#[derive(Component, Clone, Copy, Debug)]
+pub struct Part {
+    surface: Surface,
+    /// Repetitions of the texture in x and y.
+    repeat: Vec2,
+}
+
+impl Part {
+    /// What it is made of.
+    pub fn surface(self) -> Surface {
+        self.surface
+    }
+}
+
+/// The lamp of a side.
+#[derive(Component)]
+pub struct Lamp;
+
+/// What both sides' materials have in common.
+pub fn base_material(part: Part) -> StandardMaterial {
+    let (roughness, alpha_mode) = match part.surface {
+        Surface::Picture => (0.8, AlphaMode::Opaque),
+        Surface::Bricks => (0.9, AlphaMode::Opaque),
+        Surface::Floor => (0.45, AlphaMode::Opaque),
+        Surface::Plant => (0.6, AlphaMode::Mask(0.5)),
+    };
+    let leaf = part.surface == Surface::Plant;
+    StandardMaterial {
+        perceptual_roughness: roughness,
+        alpha_mode,
+        double_sided: leaf,
+        cull_mode: if leaf {
+            None
+        } else {
+            StandardMaterial::default().cull_mode
+        },
+        uv_transform: Affine2::from_scale(part.repeat),
+        ..default()
+    }
+}
+
+/// Spawns every part twice, one for each side, and a lamp for each.
+pub fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) -> Result {
+    let on_the_floor = Quat::from_rotation_x(-FRAC_PI_2);
+    let parts = [
+        (
+            Surface::Bricks,
+            Vec2::new(4.0, 2.0),
+            Vec2::new(8.0, 4.0),
+            Transform::from_xyz(0.0, 2.0, -1.0),
+        ),
+        (
+            Surface::Floor,
+            Vec2::new(4.0, 3.0),
+            Vec2::new(8.0, 6.0),
+            Transform::from_xyz(0.0, 0.0, 2.0).with_rotation(on_the_floor),
+        ),
+        (
+            Surface::Picture,
+            Vec2::ONE,
+            Vec2::new(2.4, 1.6),
+            Transform::from_xyz(-0.55, 1.5, -0.96),
+        ),
+        (
+            Surface::Plant,
+            Vec2::ONE,
+            Vec2::new(1.0, 1.0),
+            Transform::from_xyz(1.3, 0.75, -0.3).with_rotation(Quat::from_rotation_y(-0.5)),
+        ),
+    ];
+    for (surface, repeat, size, transform) in parts {
+        let mesh = Mesh::from(Rectangle::from_size(size)).with_generated_tangents()?;
+        let mesh = Mesh3d(meshes.add(mesh));
+        for side in Side::BOTH {
+            let part = Part { surface, repeat };
+            commands.spawn((part, side, side.layers(), mesh.clone(), transform));
+        }
+    }
+    for side in Side::BOTH {
+        // A lamp throws shadows of what shares its layer.
+        commands.spawn((
+            Lamp,
+            side.layers(),
+            SpotLight {
+                intensity: 900_000.0,
+                range: 12.0,
+                outer_angle: 0.75,
+                inner_angle: 0.4,
+                shadow_maps_enabled: true,
+                ..default()
+            },
+            Transform::default(),
+        ));
+        commands.spawn((
+            side.layers(),
+            DirectionalLight {
+                illuminance: 1500.0,
+                ..default()
+            },
+            Transform::from_xyz(0.3, 1.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
+        ));
+    }
+    Ok(())
+}
+
+/// Turns the lamps around the picture.
+pub fn aim_lamps(knobs: Res<Knobs>, mut lamps: Query<&mut Transform, With<Lamp>>) {
+    let (sin, cos) = knobs.float("light_angle").to_radians().sin_cos();
+    let centre = Vec3::new(0.0, 1.1, -0.9);
+    for mut transform in &mut lamps {
+        *transform = Transform::from_translation(centre + Vec3::new(3.4 * sin, 1.4, 3.4 * cos))
+            .looking_at(centre, Vec3::Y);
+    }
+}

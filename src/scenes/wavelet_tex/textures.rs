@@ -1,0 +1,218 @@
+//! The textures of the room, as they are and encoded.
+
+use std::path::Path;
+
+use bevy::{
+    asset::RenderAssetUsages,
+    image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_wavelet_tex::codec::{
+    color::{linear_from_srgb, srgb_from_linear},
+    encoder::{EncodeSettings, encode},
+    image::{ColorSpace, Content, WaveletImage},
+    plane::Plane,
+    search::Effort,
+};
+use image::{DynamicImage, RgbaImage};
+
+use super::room::Surface;
+use crate::content;
+
+/// Side of the generated materials in pixels.
+const MATERIAL_SIZE: u32 = 512;
+
+/// All maps of the room.
+#[derive(Resource)]
+pub struct Sources {
+    picture: SourceMap,
+    bricks: [SourceMap; 2],
+    floor: [SourceMap; 2],
+    plant: [SourceMap; 3],
+    plant_with_mask: SourceMap,
+    encoded_with: Option<Effort>,
+}
+
+/// One map, and what the codec made of it.
+pub struct SourceMap {
+    pixels: RgbaImage,
+    content: Content,
+    color_space: ColorSpace,
+    encoded: Option<WaveletImage>,
+}
+
+impl Sources {
+    /// The room with the user's picture in it, or a generated one.
+    pub fn new(picture: Option<&Path>) -> Self {
+        let opened = picture.and_then(|path| match image::open(path) {
+            Ok(image) => Some(image),
+            Err(error) => {
+                eprintln!(
+                    "cannot show '{}': {error}; a generated picture stands in",
+                    path.display()
+                );
+                None
+            }
+        });
+        let picture = opened.unwrap_or_else(|| content::photo_like(768, 512, 1).into());
+        let color = |image: DynamicImage| SourceMap::new(image, Content::Color, ColorSpace::Srgb);
+        let normal =
+            |image: DynamicImage| SourceMap::new(image, Content::Normal, ColorSpace::Linear);
+        let [bricks, wood, leaves] = [content::bricks, content::wood, content::foliage]
+            .map(|generate| generate(MATERIAL_SIZE, MATERIAL_SIZE, 1));
+        let mut masked = DynamicImage::from(leaves.color.clone()).into_rgba8();
+        for (pixel, mask) in masked.pixels_mut().zip(leaves.mask.pixels()) {
+            pixel.0[3] = mask.0[0];
+        }
+        Self {
+            picture: color(picture),
+            bricks: [color(bricks.color.into()), normal(bricks.normal.into())],
+            floor: [color(wood.color.into()), normal(wood.normal.into())],
+            plant: [
+                color(leaves.color.into()),
+                normal(leaves.normal.into()),
+                SourceMap::new(leaves.mask.into(), Content::Gray, ColorSpace::Linear),
+            ],
+            plant_with_mask: color(masked.into()),
+            encoded_with: None,
+        }
+    }
+
+    /// Encodes all maps, unless they are.
+    pub fn encode(&mut self, effort: Effort) {
+        if self.encoded_with == Some(effort) {
+            return;
+        }
+        let maps = [&mut self.picture].into_iter();
+        let maps = maps
+            .chain(&mut self.bricks)
+            .chain(&mut self.floor)
+            .chain(&mut self.plant);
+        maps.for_each(|map| map.encode(effort));
+        self.encoded_with = Some(effort);
+    }
+
+    /// The base colour of a surface.
+    pub fn base_color(&self, surface: Surface) -> &SourceMap {
+        match surface {
+            Surface::Picture => &self.picture,
+            Surface::Bricks => &self.bricks[0],
+            Surface::Floor => &self.floor[0],
+            Surface::Plant => &self.plant[0],
+        }
+    }
+
+    /// The same with the mask as its alpha, as a `StandardMaterial` wants it.
+    pub fn base_color_with_mask(&self, surface: Surface) -> &SourceMap {
+        match surface {
+            Surface::Plant => &self.plant_with_mask,
+            _ => self.base_color(surface),
+        }
+    }
+
+    /// The normal map of a surface.
+    pub fn normal(&self, surface: Surface) -> Option<&SourceMap> {
+        match surface {
+            Surface::Picture => None,
+            Surface::Bricks => Some(&self.bricks[1]),
+            Surface::Floor => Some(&self.floor[1]),
+            Surface::Plant => Some(&self.plant[1]),
+        }
+    }
+
+    /// The mask of a surface.
+    pub fn mask(&self, surface: Surface) -> Option<&SourceMap> {
+        (surface == Surface::Plant).then(|| &self.plant[2])
+    }
+}
+
+impl SourceMap {
+    fn new(image: DynamicImage, content: Content, color_space: ColorSpace) -> Self {
+        Self {
+            pixels: image.into_rgba8(),
+            content,
+            color_space,
+            encoded: None,
+        }
+    }
+
+    fn encode(&mut self, effort: Effort) {
+        let pixels: Vec<[u8; 3]> = self.pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
+        let settings = EncodeSettings {
+            content: self.content,
+            color_space: self.color_space,
+            mips: true,
+            effort,
+        };
+        match encode(
+            &pixels,
+            self.pixels.dimensions().into(),
+            &settings,
+            &|_, _| {},
+        ) {
+            Ok(image) => self.encoded = Some(image),
+            // A picture of the user's can be too large; what was shown stays.
+            Err(error) => eprintln!("{error}"),
+        }
+    }
+
+    /// What the codec made of it.
+    ///
+    /// # Panics
+    /// Before [`Sources::encode`].
+    pub fn encoded(&self) -> &WaveletImage {
+        self.encoded.as_ref().expect("encoded at start")
+    }
+
+    /// The original as RGBA8 with a full chain of mips, filtered in linear light.
+    pub fn uncompressed(&self) -> Image {
+        let (width, height) = self.pixels.dimensions();
+        let srgb = self.color_space == ColorSpace::Srgb;
+        let curve = |channel: usize, f: fn(f32) -> f32, v: f32| {
+            if srgb && channel < 3 { f(v) } else { v }
+        };
+        let mut planes = [0, 1, 2, 3].map(|channel| Plane {
+            size: [width, height],
+            values: self
+                .pixels
+                .pixels()
+                .map(|p| curve(channel, linear_from_srgb, f32::from(p[channel]) / 255.0))
+                .collect(),
+        });
+        let mut data = self.pixels.as_raw().clone();
+        let mut levels = 1;
+        while planes[0].size != [1, 1] {
+            planes = planes.map(|plane| plane.next_mip());
+            for i in 0..planes[0].values.len() {
+                let texel = [0, 1, 2, 3].map(|channel: usize| {
+                    let encoded = curve(channel, srgb_from_linear, planes[channel].values[i]);
+                    (encoded * 255.0).round() as u8
+                });
+                data.extend(texel);
+            }
+            levels += 1;
+        }
+        let format = if srgb {
+            TextureFormat::Rgba8UnormSrgb
+        } else {
+            TextureFormat::Rgba8Unorm
+        };
+        let size = Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        };
+        let usage = RenderAssetUsages::RENDER_WORLD;
+        let mut image = Image::new_uninit(size, TextureDimension::D2, format, usage);
+        image.data = Some(data);
+        image.texture_descriptor.mip_level_count = levels;
+        image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
+            address_mode_u: ImageAddressMode::Repeat,
+            address_mode_v: ImageAddressMode::Repeat,
+            mipmap_filter: ImageFilterMode::Linear,
+            ..ImageSamplerDescriptor::linear()
+        });
+        image
+    }
+}
