@@ -95,7 +95,8 @@ impl WaveletKey {
             ),
         ]
         .into_iter()
-        .filter_map(|(wanted, def)| wanted.then(|| def.into()))
+        .filter(|(wanted, _)| *wanted)
+        .map(|(_, def)| def.into())
     }
 }
 
