@@ -1,21 +1,24 @@
 //! The shader decodes as the reference does, then filters.
 
-use bevy_frugal_lab::headless::HeadlessSettings;
+use bevy_frugal_lab::headless::{HeadlessSettings, Rgba32FImage};
 use bevy_wavelet_tex::{
     WaveletFilter, WaveletStorage,
     codec::{
         color::srgb_from_linear,
+        decoder::{DecodedImage, decode},
         image::{ColorSpace, Content, WaveletImage},
     },
 };
 
-use super::scene::{
-    add_texture, decoded_linear, encoded, largest_difference, picture, render_quad,
+use super::{
+    driver::Driver,
+    exact::exact_images,
+    scene::{
+        Difference, STEP, add_texture, decoded_by, difference, encoded, linear, picture,
+        render_quad,
+    },
 };
 use crate::support::gpu;
-
-/// One 8-bit step.
-const STEP: f32 = 1.0 / 255.0;
 
 fn contents() -> [WaveletImage; 3] {
     [
@@ -25,44 +28,75 @@ fn contents() -> [WaveletImage; 3] {
     ]
 }
 
+fn shown_nearest(image: &WaveletImage, storage: WaveletStorage) -> Rgba32FImage {
+    let settings = HeadlessSettings::default();
+    render_quad(image.size, 1.0, WaveletFilter::Nearest, settings, |world| {
+        add_texture(world, image, storage)
+    })
+}
+
+/// In steps of the 8-bit picture that a display shows.
+fn encoded_difference(
+    image: &WaveletImage,
+    mut shown: Rgba32FImage,
+    decoded: &DecodedImage,
+) -> Difference {
+    if image.color_space == ColorSpace::Srgb {
+        let encode = |v: &mut f32| *v = srgb_from_linear(v.max(0.0));
+        shown.pixels.iter_mut().flatten().for_each(encode);
+    }
+    difference(&shown, |x, y| {
+        decoded.pixels[(y * decoded.size[0] + x) as usize]
+    })
+}
+
+fn report(name: &str, image: &WaveletImage, found: &Difference) {
+    println!(
+        "{:?} {:?}, {name}: {:.3} steps at {:?}, {:.2} % of pixels beyond 1",
+        image.content,
+        image.color_space,
+        found.largest / STEP,
+        found.at,
+        found.percent_beyond_a_step,
+    );
+}
+
 #[test]
 fn nearest_equals_the_reference_decoder_within_one_step_at_every_pixel() {
     let _gpu = gpu();
+    let driver = Driver::new();
     for image in contents() {
-        for storage in [WaveletStorage::Blocks, WaveletStorage::Decoded] {
-            let mut shown = render_quad(
-                image.size,
-                1.0,
-                WaveletFilter::Nearest,
-                HeadlessSettings::default(),
-                |world| add_texture(world, &image, storage),
-            );
-            let (size, mut pixels) = decoded_linear(&image, 0);
-            if image.color_space == ColorSpace::Srgb {
-                // Steps are those of the 8-bit picture that a display shows.
-                let encode = |v: &mut f32| *v = srgb_from_linear(v.max(0.0));
-                shown.pixels.iter_mut().flatten().for_each(encode);
-                pixels.iter_mut().flatten().for_each(encode);
-            }
-            let expected = |x, y| pixels[(y * size[0] + x) as usize];
-            let (difference, at) = largest_difference(&shown, expected);
-            println!(
-                "{:?} {storage:?}: {:.3} steps at {at:?}",
-                image.content,
-                difference / STEP
-            );
-            assert!(
-                difference <= STEP,
-                "{:?}: {difference} at {at:?}",
-                image.content
-            );
-        }
+        let blocks = shown_nearest(&image, WaveletStorage::Blocks);
+        let exact = decode(&image, 0);
+        let found = encoded_difference(&image, blocks.clone(), &exact);
+        report("blocks, against exact texels", &image, &found);
+
+        let found = encoded_difference(&image, blocks, &decoded_by(&driver, &image, 0));
+        report("blocks, against the driver's texels", &image, &found);
+        assert!(found.largest <= STEP, "{:?}", found.at);
+
+        let decoded = shown_nearest(&image, WaveletStorage::Decoded);
+        let found = encoded_difference(&image, decoded, &exact);
+        report("decoded", &image, &found);
+        assert!(found.largest <= STEP, "{:?}", found.at);
+    }
+}
+
+#[test]
+fn blocks_that_no_driver_rounds_are_within_one_step_of_the_reference_at_every_pixel() {
+    let _gpu = gpu();
+    for image in exact_images() {
+        let shown = shown_nearest(&image, WaveletStorage::Blocks);
+        let found = encoded_difference(&image, shown, &decode(&image, 0));
+        report("blocks without rounding", &image, &found);
+        assert!(found.largest <= STEP, "{:?}", found.at);
     }
 }
 
 #[test]
 fn bilinear_equals_filtering_the_decoded_image_in_linear_light() {
     let _gpu = gpu();
+    let driver = Driver::new();
     for image in contents() {
         // Magnified by 1.7, with a part of the next repetition in view.
         let (uv_max, target) = (1.3, image.size.map(|s| (s as f32 * 1.3 * 1.7) as u32));
@@ -73,23 +107,19 @@ fn bilinear_equals_filtering_the_decoded_image_in_linear_light() {
             HeadlessSettings::default(),
             |world| add_texture(world, &image, WaveletStorage::Blocks),
         );
-        let (size, pixels) = decoded_linear(&image, 0);
-        let expected = |x: u32, y: u32| {
-            let uv = [(x, target[0]), (y, target[1])]
-                .map(|(pixel, pixels)| (pixel as f32 + 0.5) / pixels as f32 * uv_max);
-            bilinear_repeated(size, &pixels, uv)
+        let filtered_difference = |decoded| {
+            let (size, pixels) = linear(&image, decoded);
+            difference(&shown, |x, y| {
+                let uv = [(x, target[0]), (y, target[1])]
+                    .map(|(pixel, pixels)| (pixel as f32 + 0.5) / pixels as f32 * uv_max);
+                bilinear_repeated(size, &pixels, uv)
+            })
         };
-        let (difference, at) = largest_difference(&shown, expected);
-        println!(
-            "{:?} bilinear: {:.3} steps at {at:?}",
-            image.content,
-            difference / STEP
-        );
-        assert!(
-            difference <= 2.0 * STEP,
-            "{:?}: {difference} at {at:?}",
-            image.content
-        );
+        let found = filtered_difference(decode(&image, 0));
+        report("bilinear, against exact texels", &image, &found);
+        let found = filtered_difference(decoded_by(&driver, &image, 0));
+        report("bilinear, against the driver's texels", &image, &found);
+        assert!(found.largest <= 2.0 * STEP, "{:?}", found.at);
     }
 }
 
@@ -97,28 +127,23 @@ fn bilinear_equals_filtering_the_decoded_image_in_linear_light() {
 fn minification_reads_the_mip_that_the_encoder_stored() {
     let _gpu = gpu();
     let image = encoded(&picture(), Content::Color, ColorSpace::Srgb);
+    let decoded = decoded_by(&Driver::new(), &image, 1);
     for filter in [WaveletFilter::Bilinear, WaveletFilter::Trilinear] {
         // Half the width in x, 46 pixels for 93 texels: level 1 is 46 pixels wide.
-        let (size, pixels) = decoded_linear(&image, 1);
+        let (size, pixels) = linear(&image, decoded.clone());
         let shown = render_quad(size, 1.0, filter, HeadlessSettings::default(), |world| {
             add_texture(world, &image, WaveletStorage::Blocks)
         });
         // 93 / 46 is a little more than 2: trilinear mixes some of level 2 in.
         let expected = |x, y| pixels[(y * size[0] + x) as usize];
-        let (difference, at) = largest_difference(&shown, expected);
-        println!(
-            "{filter:?} minified: {:.3} steps at {at:?}",
-            difference / STEP
-        );
+        let found = difference(&shown, expected);
+        report(&format!("{filter:?} minified"), &image, &found);
         let bound = if filter == WaveletFilter::Bilinear {
             2.0
         } else {
             8.0
         };
-        assert!(
-            difference <= bound * STEP,
-            "{filter:?}: {difference} at {at:?}"
-        );
+        assert!(found.largest <= bound * STEP, "{filter:?}: {:?}", found.at);
     }
 }
 

@@ -16,7 +16,7 @@ use bevy_wavelet_tex::{
     WaveletTexture,
     codec::{
         color::linear_from_srgb,
-        decoder::decode,
+        decoder::{DecodedImage, decode_with},
         encoder::{EncodeSettings, encode},
         image::{ColorSpace, Content, WaveletImage},
         search::Effort,
@@ -24,7 +24,12 @@ use bevy_wavelet_tex::{
 };
 use image::RgbImage;
 
+use super::driver::Driver;
+
 pub const MAX_FRAMES: u32 = 200;
+
+/// One 8-bit step.
+pub const STEP: f32 = 1.0 / 255.0;
 
 /// A picture with all that a photograph has, at a size that no block divides.
 pub fn picture() -> RgbImage {
@@ -42,9 +47,14 @@ pub fn encoded(picture: &RgbImage, content: Content, color_space: ColorSpace) ->
     encode(&pixels, picture.dimensions().into(), &settings, &|_, _| {}).expect("a good image")
 }
 
-/// The reference decoder's pixels of a level in linear units, as they would be filtered.
-pub fn decoded_linear(image: &WaveletImage, level: u32) -> ([u32; 2], Vec<[f32; 3]>) {
-    let decoded = decode(image, level);
+/// The reference decoder's pixels of a level, from the BC3 texels that the driver hands a shader:
+/// how those are rounded is up to the driver, and four of them add up in one pixel.
+pub fn decoded_by(driver: &Driver, image: &WaveletImage, level: u32) -> DecodedImage {
+    decode_with(image, level, |blocks, size| driver.decode_bc3(blocks, size))
+}
+
+/// Pixels in linear units, as they would be filtered.
+pub fn linear(image: &WaveletImage, decoded: DecodedImage) -> ([u32; 2], Vec<[f32; 3]>) {
     let srgb = image.color_space == ColorSpace::Srgb;
     let linear = |p: [f32; 3]| if srgb { p.map(linear_from_srgb) } else { p };
     (
@@ -133,22 +143,38 @@ fn spawn_quad(world: &mut World, size: [u32; 2], uv_max: f32, extension: Wavelet
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
 }
 
-/// Largest difference of a channel, and where.
-pub fn largest_difference(
-    picture: &Rgba32FImage,
-    expected: impl Fn(u32, u32) -> [f32; 3],
-) -> (f32, [u32; 2]) {
-    let mut worst = (0.0, [0; 2]);
+/// How far a picture is from what is expected of it.
+pub struct Difference {
+    /// Of a channel, the largest.
+    pub largest: f32,
+    /// Where that is.
+    pub at: [u32; 2],
+    /// Pixels with a channel that is more than one 8-bit step off, in percent.
+    pub percent_beyond_a_step: f32,
+}
+
+pub fn difference(picture: &Rgba32FImage, expected: impl Fn(u32, u32) -> [f32; 3]) -> Difference {
+    let mut found = Difference {
+        largest: 0.0,
+        at: [0; 2],
+        percent_beyond_a_step: 0.0,
+    };
+    let percent = 100.0 / picture.pixels.len() as f32;
     for y in 0..picture.height {
         for x in 0..picture.width {
             let actual = picture.pixels[(y * picture.width + x) as usize];
+            let mut here = 0.0f32;
             for (a, e) in actual.iter().zip(expected(x, y)) {
                 assert!(a.is_finite(), "pixel {x}, {y} is {a}");
-                if (a - e).abs() > worst.0 {
-                    worst = ((a - e).abs(), [x, y]);
-                }
+                here = here.max((a - e).abs());
+            }
+            if here > STEP {
+                found.percent_beyond_a_step += percent;
+            }
+            if here > found.largest {
+                (found.largest, found.at) = (here, [x, y]);
             }
         }
     }
-    worst
+    found
 }

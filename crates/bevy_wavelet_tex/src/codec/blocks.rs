@@ -9,7 +9,7 @@ pub type Texel = [u8; 4];
 /// Decodes one BC3 level of `size` texels; partial blocks at the right and bottom are cut.
 ///
 /// Exact: the interpolated values are real numbers in `[0, 1]`. GPUs, and the libraries that
-/// decode to bytes, round them each in their own way, by up to one 8-bit step.
+/// decode to bytes, round them each in their own way, by one or two 8-bit steps.
 ///
 /// # Panics
 /// When `blocks` is shorter than [`super::layout::level_bytes`] of `size`.

@@ -43,12 +43,25 @@ impl DecodedImage {
 /// When `level` is not below `image.levels`, or the blocks are not as long as the sizes say; the
 /// file reader and the encoder only make images that are.
 pub fn decode(image: &WaveletImage, level: u32) -> DecodedImage {
+    decode_with(image, level, decode_bc3)
+}
+
+/// Decodes one mip level with another decoder of BC3 blocks, such as a driver's, in the place of
+/// [`decode_bc3`].
+///
+/// # Panics
+/// As [`decode`].
+pub fn decode_with(
+    image: &WaveletImage,
+    level: u32,
+    decode_blocks: impl Fn(&[u8], [u32; 2]) -> Vec<[f32; 4]>,
+) -> DecodedImage {
     let size = layout::mip_size(image.size, level);
     let planes: Vec<Vec<Plane>> = (0..image.groups.len())
         .map(|group| {
             let layers = 0..image.groups[group].codings.len();
             layers
-                .map(|layer| decode_plane(image, group, level, layer))
+                .map(|layer| decode_plane(image, group, level, layer, &decode_blocks))
                 .collect()
         })
         .collect();
@@ -79,11 +92,17 @@ pub fn normal_from_xy([x, y]: [f32; 2]) -> [f32; 3] {
     [x * scale, y * scale, (1.0 - length_squared).max(0.0).sqrt()]
 }
 
-fn decode_plane(image: &WaveletImage, group: usize, level: u32, layer: usize) -> Plane {
+fn decode_plane(
+    image: &WaveletImage,
+    group: usize,
+    level: u32,
+    layer: usize,
+    decode_blocks: impl Fn(&[u8], [u32; 2]) -> Vec<[f32; 4]>,
+) -> Plane {
     let shape = image.content.groups()[group];
     let plane_size = layout::plane_size(layout::mip_size(image.size, level), shape.subsampling);
     let texture_size = layout::mip_size(image.texture_size(group), level);
-    let texels = decode_bc3(image.level_blocks(group, level, layer), texture_size);
+    let texels = decode_blocks(image.level_blocks(group, level, layer), texture_size);
     let coding = &image.groups[group].codings[layer];
     Plane::from_fn(plane_size, |x, y| {
         let texel = texels[(y / 2 * texture_size[0] + x / 2) as usize];
