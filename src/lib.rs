@@ -9,6 +9,7 @@
 //! | [`runner`] | one runner for all examples: window, headless, knobs |
 //! | [`scenes`] | the example scenes |
 //! | [`gallery`] | all scenes in one window or on one page |
+//! | [`mod@tradeoff`] | accuracy, memory and time of each plugin, as a report |
 
 pub mod content;
 pub mod gallery;
@@ -17,3 +18,4 @@ pub mod metrics;
 pub mod record;
 pub mod runner;
 pub mod scenes;
+pub mod tradeoff;

@@ -4,4 +4,5 @@ mod headless;
 mod knobs;
 mod runner;
 mod support;
+mod tradeoff;
 mod wavelet_tex;

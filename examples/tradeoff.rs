@@ -1,0 +1,10 @@
+//! Measures what a plugin costs and what it gains: accuracy, memory and time.
+//!
+//! `cargo run --release --example tradeoff -- wavelet_tex --quick` writes
+//! `target/tradeoff/wavelet_tex.json` and prints a table.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    bevy_frugal_lab::tradeoff::run()
+}

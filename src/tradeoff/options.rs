@@ -1,0 +1,80 @@
+//! The command line, and how much of a study it asks for.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Parser, builder::PossibleValuesParser};
+
+use super::{STUDIES, Study};
+
+/// Stands for every study on the command line.
+const ALL: &str = "all";
+
+/// Measures what a plugin costs and what it gains: accuracy, memory and time.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "tradeoff")]
+pub struct Options {
+    /// Plugin to measure.
+    #[arg(value_name = "PLUGIN", value_parser = PossibleValuesParser::new(names()))]
+    pub plugin: String,
+    /// Fewer images, smaller pictures and fewer repetitions.
+    #[arg(long)]
+    pub quick: bool,
+    /// Folder of the reports, made where it is missing.
+    #[arg(long, value_name = "DIR", default_value = "target/tradeoff")]
+    pub out: PathBuf,
+}
+
+impl Options {
+    /// The studies that were asked for.
+    pub fn studies(&self) -> impl Iterator<Item = &'static Study> {
+        STUDIES
+            .iter()
+            .filter(|study| self.plugin == ALL || self.plugin == study.name)
+    }
+}
+
+fn names() -> impl Iterator<Item = &'static str> {
+    STUDIES.iter().map(|study| study.name).chain([ALL])
+}
+
+/// How much a study measures.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Width and height of the photograph, in pixels.
+    pub photo: [u32; 2],
+    /// Width and height of the tiling materials, in pixels.
+    pub tile: [u32; 2],
+    /// Folder of the Kodak images, `kodimNN.png`; left out with a note where it is missing.
+    pub kodak_folder: PathBuf,
+    /// Numbers of the Kodak images.
+    pub kodak: Vec<u32>,
+    /// How often a time on the CPU is taken, for its median; at least 1.
+    pub repetitions: usize,
+    /// Width and height of the rendered picture, in pixels; none renders nothing.
+    pub picture: Option<[u32; 2]>,
+    /// Rounds in which the settings take turns, for the median of their frame times.
+    pub rounds: u32,
+    /// Frames of a setting in a round.
+    pub frames: u32,
+}
+
+impl Plan {
+    /// All that there is to measure, or the part that takes a minute or two.
+    pub fn new(quick: bool) -> Self {
+        let (kodak, repetitions, picture, rounds, frames) = if quick {
+            (vec![1, 5, 8, 13, 20, 23], 1, [256, 170], 5, 9)
+        } else {
+            ((1..=24).collect(), 3, [768, 512], 9, 15)
+        };
+        Self {
+            photo: [768, 512],
+            tile: [512; 2],
+            kodak_folder: Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/kodak"),
+            kodak,
+            repetitions,
+            picture: Some(picture),
+            rounds,
+            frames,
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! A report as a table of text.
+
+use std::fmt::Write;
+
+use crate::record::Report;
+
+/// One line a measurement, figures that were not measured as `-`.
+pub(super) fn table(report: &Report) -> String {
+    let mut text = String::new();
+    let adapter = &report.adapter;
+    if !adapter.name.is_empty() {
+        let _ = writeln!(text, "{} ({})", adapter.name, adapter.driver);
+    }
+    let _ = writeln!(
+        text,
+        "{:<16} {:<18} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5}",
+        "scene", "setting", "mse", "psnr dB", "flip", "max", "gpu ms", "cpu ms", "bytes", "fetch"
+    );
+    for m in &report.measurements {
+        let bytes = m.bytes.map_or("-".into(), |bytes| bytes.to_string());
+        let _ = writeln!(
+            text,
+            "{:<16} {:<18} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5}",
+            m.scene,
+            m.setting,
+            figure(m.mse, 2),
+            figure(m.psnr_db, 2),
+            figure(m.flip, 4),
+            figure(m.max_error, 0),
+            figure(m.gpu_ms, 3),
+            figure(m.cpu_ms, 2),
+            bytes,
+            figure(m.fetches, 0),
+        );
+    }
+    text
+}
+
+fn figure(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+}

@@ -1,0 +1,72 @@
+//! A tiny study without a GPU, and the command line.
+
+use super::*;
+
+#[test]
+fn a_tiny_report_has_every_row_with_finite_figures() {
+    let plan = Plan {
+        photo: [24, 16],
+        tile: [16; 2],
+        kodak: Vec::new(),
+        repetitions: 1,
+        picture: None,
+        ..Plan::new(true)
+    };
+    let report = (wavelet_tex::STUDY.measure)(&plan, &ProgressBar::hidden()).expect("a report");
+    let rows = &report.measurements;
+    // Three images in colour and in gray, and a normal map: the original and three efforts.
+    assert_eq!(rows.len(), 7 * 4);
+    for (setting, count) in [("rgba8", 7), ("gray2 fast", 3), ("color3 default", 3)] {
+        let found = rows.iter().filter(|row| row.setting == setting).count();
+        assert_eq!(found, count, "{setting}");
+    }
+    let photo = |setting| {
+        rows.iter()
+            .find(|row| row.scene == "photo" && row.setting == setting)
+    };
+    // 24 x 16 pixels at 2 bits, and 12 x 8 padded to 8 x 4 coefficients twice.
+    let bytes = |setting| photo(setting).and_then(|row| row.bytes);
+    assert_eq!(bytes("rgba8"), Some(24 * 16 * 4));
+    assert_eq!(bytes("color3 best"), Some(3 * 2 * 16 + 2 * 2 * 16));
+    assert_eq!(photo("color3 best").and_then(|row| row.fetches), Some(3.0));
+
+    let json = serde_json::to_value(&report).expect("serialises");
+    let records = json["measurements"].as_array().expect("an array");
+    for record in records.iter().filter(|r| r["setting"] != "rgba8") {
+        for name in ["plugin", "scene", "setting", "reference"] {
+            let text = record[name].as_str();
+            assert!(
+                text.is_some_and(|text| !text.is_empty()),
+                "{name}: {record}"
+            );
+        }
+        let figures = [
+            "mse",
+            "psnr_db",
+            "flip",
+            "max_error",
+            "cpu_ms",
+            "bytes",
+            "fetches",
+        ];
+        for name in figures {
+            let figure = record[name].as_f64();
+            assert!(figure.is_some_and(f64::is_finite), "{name}: {record}");
+        }
+    }
+    let table = table::table(&report);
+    assert_eq!(table.lines().count(), 1 + rows.len(), "{table}");
+}
+
+#[test]
+fn an_unknown_plugin_is_refused_with_the_known_ones() {
+    let error = Options::try_parse_from(["tradeoff", "nanite"]).expect_err("unknown");
+    assert_eq!(error.exit_code(), 2);
+    let text = error.to_string();
+    assert!(
+        text.contains("wavelet_tex") && text.contains("all"),
+        "{text}"
+    );
+    let all = Options::try_parse_from(["tradeoff", "all", "--quick"]).expect("known");
+    assert_eq!(all.studies().count(), STUDIES.len());
+}

@@ -1,0 +1,248 @@
+//! The study of `bevy_wavelet_tex`.
+//!
+//! Of every image, each effort of the encoder gives a row: the reference decoder against the
+//! original in 8 bits, `cpu_ms` the time to encode. `bytes` are everywhere those of the largest
+//! level, without mips. `fetches` are those of one nearest sample there, and those of the filter in
+//! the rows of the [renderer](render). Rows `rgba8` are the original itself.
+//!
+//! Normal maps are compared as X, Y and Z mapped to 0 to 255, so their FLIP is that of the map seen
+//! as a picture.
+
+pub mod render;
+
+use std::time::Instant;
+
+use bevy_wavelet_tex::codec::{
+    color::ycocg_from_rgb,
+    decoder::decode,
+    encoder::{EncodeError, EncodeSettings, encode},
+    image::{ColorSpace, Content, WaveletImage},
+    search::Effort,
+};
+use image::{Rgb, RgbImage};
+use indicatif::ProgressBar;
+
+use super::{Study, TradeoffError, note, options::Plan};
+use crate::{
+    content,
+    metrics::compare,
+    record::{Measurement, Report},
+};
+
+/// The study.
+pub const STUDY: Study = Study {
+    name: PLUGIN,
+    measure,
+};
+
+const PLUGIN: &str = "wavelet_tex";
+
+/// Seed of the procedural images.
+const SEED: u64 = 7;
+
+const EFFORTS: [(Effort, &str); 3] = [
+    (Effort::Fast, "fast"),
+    (Effort::Default, "default"),
+    (Effort::Best, "best"),
+];
+
+/// An image to encode.
+struct Input {
+    scene: String,
+    image: RgbImage,
+    content: Content,
+}
+
+fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
+    progress.set_message("images");
+    let photo = content::photo_like(plan.photo[0], plan.photo[1], SEED);
+    let inputs = inputs(plan, &photo, progress)?;
+    let rendered = plan.picture.map_or(0, |_| plan.rounds as usize);
+    progress.set_length((inputs.len() * EFFORTS.len() + rendered) as u64);
+
+    let mut report = Report::default();
+    for input in &inputs {
+        report.measurements.push(Measurement {
+            scene: input.scene.clone(),
+            ..original(&input.image)
+        });
+        for (effort, name) in EFFORTS {
+            progress.set_message(format!("{}, {name}", input.scene));
+            let row = encoded_row(input, effort, name, plan.repetitions)?;
+            report.measurements.push(row);
+            progress.inc(1);
+        }
+    }
+    if let Some(picture) = plan.picture {
+        progress.set_message("rendering");
+        let (adapter, rows) = render::rows(&photo, &render::FILTERS, picture, plan, progress)?;
+        report.adapter = adapter;
+        report.measurements.extend(rows);
+    }
+    Ok(report)
+}
+
+/// Every image in the contents that it is measured as.
+fn inputs(
+    plan: &Plan,
+    photo: &RgbImage,
+    progress: &ProgressBar,
+) -> Result<Vec<Input>, TradeoffError> {
+    let [width, height] = plan.tile;
+    let bricks = content::bricks(width, height, SEED);
+    let mut colors = vec![
+        ("photo".into(), photo.clone()),
+        ("bricks".into(), bricks.color),
+        (
+            "foliage".into(),
+            content::foliage(width, height, SEED).color,
+        ),
+    ];
+    colors.extend(kodak(plan, progress)?);
+    let mut inputs = Vec::new();
+    for (scene, image) in colors {
+        inputs.push(Input {
+            scene: format!("{scene} gray"),
+            image: gray(&image),
+            content: Content::Gray,
+        });
+        inputs.push(Input {
+            scene,
+            image,
+            content: Content::Color,
+        });
+    }
+    inputs.push(Input {
+        scene: "bricks normal".into(),
+        image: bricks.normal,
+        content: Content::Normal,
+    });
+    Ok(inputs)
+}
+
+/// The photographs of the Kodak set, where they are.
+fn kodak(plan: &Plan, progress: &ProgressBar) -> Result<Vec<(String, RgbImage)>, TradeoffError> {
+    let folder = &plan.kodak_folder;
+    if !folder.is_dir() {
+        if !plan.kodak.is_empty() {
+            let text = format!(
+                "skipped: the Kodak images, not found in {}",
+                folder.display()
+            );
+            note(progress, &text);
+        }
+        return Ok(Vec::new());
+    }
+    let read = |number: &u32| {
+        let name = format!("kodim{number:02}");
+        let path = folder.join(&name).with_extension("png");
+        match image::open(&path) {
+            Ok(image) => Ok((name, image.into_rgb8())),
+            Err(source) => Err(TradeoffError::Image { path, source }),
+        }
+    };
+    plan.kodak.iter().map(read).collect()
+}
+
+/// The luma of an image, in all three channels.
+fn gray(image: &RgbImage) -> RgbImage {
+    let mut gray = image.clone();
+    for pixel in gray.pixels_mut() {
+        let luma = ycocg_from_rgb(pixel.0.map(f32::from)).y;
+        *pixel = Rgb([luma.round() as u8; 3]);
+    }
+    gray
+}
+
+/// The baseline: no error, four bytes a pixel and one fetch.
+fn original(image: &RgbImage) -> Measurement {
+    Measurement {
+        plugin: PLUGIN.into(),
+        setting: "rgba8".into(),
+        reference: "itself".into(),
+        mse: Some(0.0),
+        flip: Some(0.0),
+        max_error: Some(0.0),
+        bytes: Some(rgba8_bytes(image)),
+        fetches: Some(1.0),
+        ..Measurement::default()
+    }
+}
+
+fn rgba8_bytes(image: &RgbImage) -> u64 {
+    4 * u64::from(image.width()) * u64::from(image.height())
+}
+
+/// One image with one effort.
+fn encoded_row(
+    input: &Input,
+    effort: Effort,
+    name: &str,
+    repetitions: usize,
+) -> Result<Measurement, TradeoffError> {
+    let mut times = Vec::new();
+    let encoded = loop {
+        let start = Instant::now();
+        let encoded = encoded(&input.image, input.content, effort, false)?;
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+        if times.len() >= repetitions {
+            break encoded;
+        }
+    };
+    let decoded = decode(&encoded, 0).to_rgba8(input.content);
+    let (width, height) = input.image.dimensions();
+    let decoded = RgbImage::from_fn(width, height, |x, y| {
+        let [r, g, b, _] = decoded[(y * width + x) as usize];
+        Rgb([r, g, b])
+    });
+    Ok(Measurement {
+        plugin: PLUGIN.into(),
+        scene: input.scene.clone(),
+        setting: format!("{} {name}", short_name(input.content)),
+        reference: "original in 8 bits".into(),
+        cpu_ms: median(times),
+        bytes: Some(encoded.gpu_bytes() as u64),
+        fetches: Some(fetches(input.content)),
+        ..Measurement::from(&compare(&input.image, &decoded)?)
+    })
+}
+
+fn encoded(
+    image: &RgbImage,
+    content: Content,
+    effort: Effort,
+    mips: bool,
+) -> Result<WaveletImage, EncodeError> {
+    let pixels: Vec<[u8; 3]> = image.pixels().map(|p| p.0).collect();
+    let color_space = match content {
+        Content::Normal => ColorSpace::Linear,
+        Content::Gray | Content::Color => ColorSpace::Srgb,
+    };
+    let settings = EncodeSettings {
+        content,
+        color_space,
+        mips,
+        effort,
+    };
+    encode(&pixels, image.dimensions().into(), &settings, &|_, _| {})
+}
+
+/// The content and its bits per pixel.
+fn short_name(content: Content) -> &'static str {
+    match content {
+        Content::Gray => "gray2",
+        Content::Color => "color3",
+        Content::Normal => "normal4",
+    }
+}
+
+/// Fetches of one decoded pixel: one a plane.
+fn fetches(content: Content) -> f64 {
+    content.groups().iter().map(|g| g.planes as f64).sum()
+}
+
+/// The middle value, the upper one of two.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
