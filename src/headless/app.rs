@@ -136,7 +136,7 @@ impl HeadlessApp {
     /// # Errors
     /// As [`render_frames`](Self::render_frames).
     pub fn measure_frames(&mut self, count: u32) -> Result<FrameTimes, HeadlessError> {
-        let mut clock = FrameClock::default();
+        let mut clock = FrameClock::starting_now(self.app.world());
         for _ in 0..count {
             let cpu = self.render_frame()?;
             clock.record(cpu, self.app.world());

@@ -27,6 +27,15 @@ pub(crate) struct FrameClock {
 }
 
 impl FrameClock {
+    /// A clock that does not count what was measured before.
+    pub(crate) fn starting_now(world: &World) -> Self {
+        let mut clock = Self::default();
+        if let Some(store) = world.get_resource::<DiagnosticsStore>() {
+            clock.new_gpu_ms(store);
+        }
+        clock
+    }
+
     /// Adds one frame.
     pub(crate) fn record(&mut self, cpu: Duration, world: &World) {
         self.cpu_ms.push(cpu.as_secs_f64() * 1e3);
