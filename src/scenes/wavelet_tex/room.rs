@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use bevy::{math::Affine2, prelude::*};
+use bevy::{light::CascadeShadowConfigBuilder, math::Affine2, prelude::*};
 
 use crate::runner::{Knobs, Side};
 
@@ -99,38 +99,40 @@ pub fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) -> Result
         }
     }
     for side in Side::BOTH {
-        // A lamp throws shadows of what shares its layer.
+        // Directional lights keep to the views of their layers; Bevy's GPU clusters let spot lights
+        // shine on all.
+        let shadows = CascadeShadowConfigBuilder {
+            num_cascades: 1,
+            maximum_distance: 9.0,
+            ..default()
+        };
         commands.spawn((
             Lamp,
             side.layers(),
-            SpotLight {
-                intensity: 900_000.0,
-                range: 12.0,
-                outer_angle: 0.75,
-                inner_angle: 0.4,
+            DirectionalLight {
+                illuminance: 7000.0,
                 shadow_maps_enabled: true,
                 ..default()
             },
+            shadows.build(),
             Transform::default(),
         ));
         commands.spawn((
             side.layers(),
             DirectionalLight {
-                illuminance: 1500.0,
+                illuminance: 2000.0,
                 ..default()
             },
-            Transform::from_xyz(0.3, 1.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
+            Transform::from_xyz(-0.5, 0.6, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
         ));
     }
     Ok(())
 }
 
-/// Turns the lamps around the picture.
+/// Turns the lamps around the room.
 pub fn aim_lamps(knobs: Res<Knobs>, mut lamps: Query<&mut Transform, With<Lamp>>) {
     let (sin, cos) = knobs.float("light_angle").to_radians().sin_cos();
-    let centre = Vec3::new(0.0, 1.1, -0.9);
     for mut transform in &mut lamps {
-        *transform = Transform::from_translation(centre + Vec3::new(3.4 * sin, 1.4, 3.4 * cos))
-            .looking_at(centre, Vec3::Y);
+        *transform = Transform::from_xyz(sin, 0.7, cos).looking_at(Vec3::ZERO, Vec3::Y);
     }
 }

@@ -6,7 +6,8 @@
 //! makes 12, 6, 3 and 1): the chain ends before that. One more mip is there all the same, since the
 //! means of a level are the next level of its plane.
 
-/// Largest width or height of an image, in pixels: what wgpu's downlevel defaults guarantee twice over.
+/// Largest width or height of an image, in pixels: its coefficients, half as many, then fit the
+/// 8192 texels of wgpu's default limits.
 pub const MAX_SIZE: u32 = 16384;
 
 /// Size of mip level `level` of an image of size `size`, as the GPU counts.
