@@ -252,7 +252,15 @@ bevy_is_built() {
 # Says what a first run is in for; says nothing once Bevy is there.
 announce_first_build() {
     if bevy_is_built; then return; fi
-    echo "The first run compiles Bevy: about 40 minutes on 2 cores, less with more. Later runs reuse it."
+    echo "The first run compiles Bevy: about 15 minutes on 2 cores, less with more. Later runs reuse it."
+}
+
+# Without a runtime folder, as in most containers, every start of the driver prints an error.
+provide_runtime_folder() {
+    if [ "$(uname -s)" = Linux ] && [ -z "${XDG_RUNTIME_DIR:-}" ]; then
+        mkdir -p -m 700 target/runtime
+        export XDG_RUNTIME_DIR="$PWD/target/runtime"
+    fi
 }
 
 setup() {
@@ -261,4 +269,5 @@ setup() {
     check_rust
     check_linker
     check_vulkan
+    provide_runtime_folder
 }
