@@ -3,7 +3,8 @@
 //! Of every image, each effort of the encoder gives a row: the reference decoder against the
 //! original in 8 bits, `cpu_ms` the time to encode. `bytes` are everywhere those of the largest
 //! level, without mips. `fetches` are those of one nearest sample there, and those of the filter in
-//! the rows of the [renderer](render). Rows `rgba8` are the original itself.
+//! the rows of the [renderer](render). Rows `r8`, `rg8` and `rgba8` are
+//! the original itself.
 //!
 //! Normal maps are compared as X, Y and Z mapped to 0 to 255, so their FLIP is that of the map seen
 //! as a picture.
@@ -64,7 +65,7 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     for input in &inputs {
         report.measurements.push(Measurement {
             scene: input.scene.clone(),
-            ..original(&input.image)
+            ..original(&input.image, input.content)
         });
         for (effort, name) in EFFORTS {
             progress.set_message(format!("{}, {name}", input.scene));
@@ -154,23 +155,25 @@ fn gray(image: &RgbImage) -> RgbImage {
     gray
 }
 
-/// The baseline: no error, four bytes a pixel and one fetch.
-fn original(image: &RgbImage) -> Measurement {
+/// The baseline: no error and one fetch, in the smallest uncompressed format that hardware has for
+/// the content.
+fn original(image: &RgbImage, content: Content) -> Measurement {
+    let (format, bytes_per_pixel) = match content {
+        Content::Gray => ("r8", 1),
+        Content::Normal => ("rg8", 2),
+        Content::Color => ("rgba8", 4),
+    };
     Measurement {
         plugin: PLUGIN.into(),
-        setting: "rgba8".into(),
+        setting: format.into(),
         reference: "itself".into(),
         mse: Some(0.0),
         flip: Some(0.0),
         max_error: Some(0.0),
-        bytes: Some(rgba8_bytes(image)),
+        bytes: Some(bytes_per_pixel * u64::from(image.width()) * u64::from(image.height())),
         fetches: Some(1.0),
         ..Measurement::default()
     }
-}
-
-fn rgba8_bytes(image: &RgbImage) -> u64 {
-    4 * u64::from(image.width()) * u64::from(image.height())
 }
 
 /// One image with one effort.

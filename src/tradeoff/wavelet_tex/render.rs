@@ -69,7 +69,7 @@ pub fn rows(
     let row = Measurement {
         scene: "photo rendered".into(),
         setting: "rgba8 bilinear".into(),
-        ..original(photo)
+        ..original(photo, Content::Color)
     };
     let app = quad_app(photo, size, |world, base| add_rgba8(world, base, photo))?;
     let adapter = ReportAdapter::from(app.adapter());
