@@ -13,6 +13,7 @@
 //! | [`adapter`] | which GPU, found before Bevy looks for it |
 //! | [`app`] | building and running the frames |
 //! | [`ready`] | waiting for assets and pipelines |
+//! | [`pixel_view`] | a camera that shows textures pixel by pixel |
 //! | [`readback`] | the picture as bytes or floats |
 //! | [`timing`] | median frame times of CPU and GPU |
 //! | [`target`] | where cameras draw to, in a window or headless |
@@ -20,6 +21,7 @@
 pub mod adapter;
 pub mod app;
 mod error;
+pub mod pixel_view;
 pub mod readback;
 pub mod ready;
 pub mod settings;
@@ -29,6 +31,7 @@ pub mod timing;
 pub use adapter::AdapterInfo;
 pub use app::HeadlessApp;
 pub use error::HeadlessError;
+pub use pixel_view::pixel_camera;
 pub use readback::Rgba32FImage;
 pub use ready::AwaitedAssets;
 pub use settings::{HeadlessSettings, TargetFormat};

@@ -6,8 +6,6 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    camera::ScalingMode,
-    core_pipeline::tonemapping::{DebandDither, Tonemapping},
     image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
     math::Affine2,
     prelude::*,
@@ -26,7 +24,7 @@ use indicatif::ProgressBar;
 
 use super::{PLUGIN, encoded, fetches, median, note, original};
 use crate::{
-    headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
+    headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, pixel_camera},
     metrics::compare,
     record::{Measurement, ReportAdapter},
     tradeoff::{TradeoffError, options::Plan},
@@ -153,7 +151,8 @@ fn quad_app(
     let settings = HeadlessSettings::with_size(size[0], size[1]);
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(WaveletTexPlugin);
-        spawn_camera(app.world_mut(), size);
+        let camera = pixel_camera(app.world().resource::<LabTarget>(), size);
+        app.world_mut().spawn(camera);
     })?;
     let (shown, whole) = (UVec2::from(size), UVec2::from(photo.dimensions()));
     let pixel = 1.0 / whole.as_vec2();
@@ -174,26 +173,6 @@ fn quad_app(
     world.entity_mut(quad).insert(Mesh3d(mesh));
     app.run_until_ready(MAX_FRAMES)?;
     Ok(app)
-}
-
-fn spawn_camera(world: &mut World, [width, height]: [u32; 2]) {
-    let target = world.resource::<LabTarget>().0.clone();
-    let scaling_mode = ScalingMode::Fixed {
-        width: width as f32,
-        height: height as f32,
-    };
-    world.spawn((
-        Camera3d::default(),
-        target,
-        Msaa::Off,
-        Tonemapping::None,
-        DebandDither::Disabled,
-        Projection::from(OrthographicProjection {
-            scaling_mode,
-            ..OrthographicProjection::default_3d()
-        }),
-        Transform::from_xyz(0.0, 0.0, 10.0),
-    ));
 }
 
 fn add_rgba8(world: &mut World, base: StandardMaterial, photo: &RgbImage) -> Entity {

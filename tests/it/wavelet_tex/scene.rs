@@ -1,15 +1,11 @@
 //! A textured quad seen straight on, and the codec's view of it.
 
-use bevy::{
-    camera::{Hdr, ScalingMode},
-    core_pipeline::tonemapping::Tonemapping,
-    image::Image,
-    pbr::StandardMaterial,
-    prelude::*,
-};
+use bevy::{camera::Hdr, image::Image, pbr::StandardMaterial, prelude::*};
 use bevy_frugal_lab::{
     content,
-    headless::{HeadlessApp, HeadlessSettings, LabTarget, Rgba32FImage, TargetFormat},
+    headless::{
+        HeadlessApp, HeadlessSettings, LabTarget, Rgba32FImage, TargetFormat, pixel_camera,
+    },
 };
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
@@ -91,7 +87,8 @@ pub fn render_quad(
     };
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(WaveletTexPlugin);
-        spawn_camera(app.world_mut(), target);
+        let camera = pixel_camera(app.world().resource::<LabTarget>(), target);
+        app.world_mut().spawn((camera, Hdr));
     })
     .expect("an adapter");
     let texture = texture(app.world_mut());
@@ -107,26 +104,6 @@ pub fn render_quad(
     );
     app.run_until_ready(MAX_FRAMES).expect("ready");
     app.capture_f32().expect("a picture")
-}
-
-fn spawn_camera(world: &mut World, [width, height]: [u32; 2]) {
-    let target = world.resource::<LabTarget>().0.clone();
-    let scaling_mode = ScalingMode::Fixed {
-        width: width as f32,
-        height: height as f32,
-    };
-    world.spawn((
-        Camera3d::default(),
-        target,
-        Hdr,
-        Msaa::Off,
-        Tonemapping::None,
-        Projection::from(OrthographicProjection {
-            scaling_mode,
-            ..OrthographicProjection::default_3d()
-        }),
-        Transform::from_xyz(0.0, 0.0, 10.0),
-    ));
 }
 
 fn spawn_quad(world: &mut World, size: [u32; 2], uv_max: f32, extension: WaveletExtension) {
