@@ -1,0 +1,1 @@
+//! How the plugins of this workspace reach into Bevy's renderer without a fork.

@@ -1,0 +1,1 @@
+//! Packing and reconstruction in plain Rust: what the shaders are tested against.
