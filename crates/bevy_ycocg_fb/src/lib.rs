@@ -8,9 +8,32 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`settings`] | what a user chooses |
-//! | [`reference`](mod@reference) | packing and reconstruction in plain Rust |
+//! | [`mod@reference`] | packing and reconstruction in plain Rust |
+//! | [`material`] | how materials come to pack what they shade |
+//! | [`view`] | which cameras pack, and how Bevy prepares for it |
+//! | [`pass`] | the main pass of a packed camera, and the resolve |
+//! | [`report`] | what became of each camera, and its memory |
+//! | [`plugin`] | what an app adds |
+//!
+//! Without the feature `bevy` only the first two are compiled.
 
+#[cfg(feature = "bevy")]
+pub mod material;
+#[cfg(feature = "bevy")]
+pub mod pass;
+#[cfg(feature = "bevy")]
+pub mod plugin;
 pub mod reference;
+#[cfg(feature = "bevy")]
+pub mod report;
 pub mod settings;
+#[cfg(feature = "bevy")]
+pub mod view;
 
+#[cfg(feature = "bevy")]
+pub use plugin::YCoCgFrameBufferPlugin;
+#[cfg(feature = "bevy")]
+pub use report::{CameraReport, CameraState, ColorMemory, FrameBufferReports};
 pub use settings::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
+#[cfg(feature = "bevy")]
+pub use view::fallback::FallbackReason;

@@ -1,0 +1,132 @@
+//! Which shaders pack: those that end in the function of Bevy that is patched, or call the pack
+//! function themselves, or import a module that does.
+
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
+
+use bevy::{
+    platform::collections::{HashMap, HashSet},
+    prelude::*,
+    shader::{Shader, ShaderImport, Source},
+};
+
+/// The shaders that pack what they write; the same object in both worlds.
+#[derive(Resource, Clone, Debug, Default)]
+pub(crate) struct PackingShaders(Arc<RwLock<Found>>);
+
+#[derive(Debug, Default)]
+struct Found {
+    shaders: HashSet<AssetId<Shader>>,
+    /// Counts the changes.
+    generation: u64,
+}
+
+impl PackingShaders {
+    pub(crate) fn contains(&self, shader: AssetId<Shader>) -> bool {
+        self.read().shaders.contains(&shader)
+    }
+
+    /// Another number whenever the answers may be others.
+    pub(crate) fn generation(&self) -> u64 {
+        self.read().generation
+    }
+
+    fn read(&self) -> RwLockReadGuard<'_, Found> {
+        self.0.read().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Looks through all shaders whenever one was loaded or changed.
+pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<PackingShaders>) {
+    if !shaders.is_changed() {
+        return;
+    }
+    let modules: HashMap<String, &Shader> = shaders
+        .iter()
+        .map(|(_, shader)| (shader.import_path.module_name().into_owned(), shader))
+        .collect();
+    let found: HashSet<_> = shaders
+        .iter()
+        .filter(|(_, shader)| packs(shader, &modules, &mut HashSet::new()))
+        .map(|(id, _)| id)
+        .collect();
+    if packing.read().shaders != found {
+        let mut packing = packing.0.write().unwrap_or_else(PoisonError::into_inner);
+        packing.shaders = found;
+        packing.generation += 1;
+    }
+}
+
+fn packs<'a>(
+    shader: &'a Shader,
+    modules: &HashMap<String, &'a Shader>,
+    seen: &mut HashSet<&'a ShaderImport>,
+) -> bool {
+    calls_pack(shader)
+        || shader.imports.iter().any(|import| {
+            seen.insert(import)
+                && modules
+                    .get(&*import.module_name())
+                    .is_some_and(|module| packs(module, modules, seen))
+        })
+}
+
+/// Whether it calls one of the functions that pack, rather than defining it.
+fn calls_pack(shader: &Shader) -> bool {
+    let Source::Wgsl(source) = &shader.source else {
+        return false;
+    };
+    let calls = |function: &str| {
+        source.contains(&format!("{function}(")) && !source.contains(&format!("fn {function}("))
+    };
+    // Bevy's own library of the first is patched to call the second, but a shader that imports
+    // it for something else does not pack.
+    let defines_first = source.contains("fn main_pass_post_lighting_processing(");
+    calls("main_pass_post_lighting_processing") || (!defines_first && calls("pack_fragment"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(sources: &[(&str, &str)]) -> Vec<bool> {
+        let shaders: Vec<_> = sources
+            .iter()
+            .map(|(path, source)| Shader::from_wgsl((*source).to_owned(), *path))
+            .collect();
+        let modules = shaders
+            .iter()
+            .map(|s| (s.import_path.module_name().into_owned(), s))
+            .collect();
+        shaders
+            .iter()
+            .map(|s| packs(s, &modules, &mut HashSet::new()))
+            .collect()
+    }
+
+    #[test]
+    fn those_that_call_it_or_import_a_module_that_does() {
+        let library = "#define_import_path bevy_pbr::pbr_functions\n\
+            #import bevy_ycocg_fb::pack::pack_fragment\n\
+            fn main_pass_post_lighting_processing(c: vec4<f32>) -> vec4<f32> {\n\
+            return pack_fragment(c, c); }";
+        let lit = "#import bevy_pbr::pbr_functions::main_pass_post_lighting_processing\n\
+            fn f() { x = main_pass_post_lighting_processing(c); }";
+        let own = "#import bevy_ycocg_fb::pack::pack_fragment\nfn f() { x = pack_fragment(c, p); }";
+        let module = "#define_import_path game::shade\n\
+            #import bevy_pbr::pbr_functions as fns\n\
+            fn shade() { x = fns::main_pass_post_lighting_processing(c); }";
+        let through = "#import game::shade::shade\nfn f() { x = shade(); }";
+        let raw = "#import bevy_pbr::pbr_functions::alpha_discard\nfn f() { return c; }";
+        assert_eq!(
+            found(&[
+                ("library.wgsl", library),
+                ("lit.wgsl", lit),
+                ("own.wgsl", own),
+                ("module.wgsl", module),
+                ("through.wgsl", through),
+                ("raw.wgsl", raw),
+            ]),
+            [false, true, true, true, true, false]
+        );
+    }
+}

@@ -1,0 +1,34 @@
+//! How materials come to pack what they shade, without knowing of it.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`patches`] | a line in Bevy's shaders that packs under a shader def |
+//! | [`pipeline`] | that shader def, in the pipelines of packed cameras only |
+//! | [`detect`] | which shaders pack |
+
+pub mod detect;
+pub mod patches;
+pub mod pipeline;
+
+use bevy::{prelude::*, render::RenderApp};
+use bevy_frugal_hooks::{MaterialHookPlugin, shader_patch::PatchShadersExt};
+
+use detect::PackingShaders;
+
+/// Makes materials pack.
+pub(crate) struct MaterialPackingPlugin;
+
+impl Plugin for MaterialPackingPlugin {
+    fn build(&self, app: &mut App) {
+        for patch in patches::patches() {
+            app.patch_shader(patch);
+        }
+        let shaders = PackingShaders::default();
+        app.insert_resource(shaders.clone())
+            .add_systems(Last, detect::find_packing_shaders)
+            .add_plugins(MaterialHookPlugin(pipeline::pack_for_packed_targets));
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.insert_resource(shaders);
+        }
+    }
+}

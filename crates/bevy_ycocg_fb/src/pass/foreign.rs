@@ -1,0 +1,215 @@
+//! Pipelines in the phases that are no material's: gizmos, and what other plugins queue.
+//!
+//! Materials are made to pack when their pipelines are built. Any other pipeline whose shader
+//! packs gets a twin with the packed format and the shader def; it takes the original's place in
+//! the sorted phases. A pipeline that cannot pack is reported, and from the next frame on its
+//! camera draws as Bevy does.
+
+use bevy::{
+    core_pipeline::{
+        core_3d::{AlphaMask3d, Opaque3d, Transparent3d},
+        skybox::SkyboxPipelineId,
+    },
+    pbr::Transmissive3d,
+    platform::collections::HashMap,
+    prelude::*,
+    render::{
+        render_phase::{
+            BinnedPhaseItem, BinnedRenderPhase, ViewBinnedRenderPhases, ViewSortedRenderPhases,
+        },
+        render_resource::{CachedRenderPipelineId, PipelineCache},
+        renderer::ViewQuery,
+        sync_world::MainEntity,
+        view::ExtractedView,
+    },
+};
+
+use crate::{
+    material::{
+        detect::PackingShaders,
+        pipeline::{fits, pack, packs},
+    },
+    settings::PackedFormat,
+    view::eligibility::{PackedView, UnpackedPipelines},
+};
+
+/// What is known of a pipeline.
+#[derive(Clone, Debug)]
+enum Pipeline {
+    /// It packs.
+    Packs,
+    /// Its shader can; this one does in its place.
+    Twin(CachedRenderPipelineId),
+    /// It does not.
+    Unpacked {
+        /// What it is called.
+        name: String,
+        /// It fits the packed texture, though what it draws has wrong colours.
+        fits: bool,
+    },
+}
+
+/// The pipelines seen so far, and what was found for the view that is being drawn.
+#[derive(Resource, Default)]
+pub(crate) struct ForeignPipelines {
+    known: HashMap<(CachedRenderPipelineId, PackedFormat), Pipeline>,
+    /// Of the shaders, when `known` was found.
+    generation: u64,
+    /// All that is in the phases fits the packed texture.
+    pub fits: bool,
+    /// The pipeline of the sky.
+    pub sky: Option<CachedRenderPipelineId>,
+    /// What twins took the place of, to be put back: phases may last longer than a frame.
+    replaced: Vec<(ItemKey, CachedRenderPipelineId)>,
+}
+
+type ItemKey = (Entity, MainEntity);
+
+pub(super) fn pack_foreign_pipelines(
+    view: ViewQuery<(
+        &PackedView,
+        &ExtractedView,
+        &MainEntity,
+        Option<&SkyboxPipelineId>,
+    )>,
+    opaque: Res<ViewBinnedRenderPhases<Opaque3d>>,
+    alpha_mask: Res<ViewBinnedRenderPhases<AlphaMask3d>>,
+    transmissive: Res<ViewSortedRenderPhases<Transmissive3d>>,
+    mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
+    mut foreign: ResMut<ForeignPipelines>,
+    mut unpacked: ResMut<UnpackedPipelines>,
+    shaders: Res<PackingShaders>,
+    cache: Res<PipelineCache>,
+) {
+    let (packed, extracted, main_entity, sky) = view.into_inner();
+    let id = extracted.retained_view_entity;
+    let format = packed.settings.format;
+    let foreign = &mut *foreign;
+    foreign.forget_outdated(shaders.generation());
+    foreign.fits = true;
+    foreign.sky = None;
+
+    let mut found_unpacked = None;
+    let mut inspect = |pipeline, replaceable| {
+        let found = foreign
+            .known
+            .entry((pipeline, format))
+            .or_insert_with(|| examine(pipeline, format, replaceable, &shaders, &cache));
+        match found {
+            Pipeline::Packs => Some(pipeline),
+            Pipeline::Twin(twin) => Some(*twin),
+            Pipeline::Unpacked { name, fits } => {
+                foreign.fits &= *fits;
+                found_unpacked.get_or_insert_with(|| name.clone());
+                None
+            }
+        }
+    };
+
+    for key in opaque.get(&id).into_iter().flat_map(batch_set_keys) {
+        inspect(key.pipeline, false);
+    }
+    for key in alpha_mask.get(&id).into_iter().flat_map(batch_set_keys) {
+        inspect(key.pipeline, false);
+    }
+    for item in transmissive
+        .get(&id)
+        .into_iter()
+        .flat_map(|p| p.items.values())
+    {
+        inspect(item.pipeline, false);
+    }
+    for (key, item) in transparent
+        .get_mut(&id)
+        .into_iter()
+        .flat_map(|p| &mut p.items)
+    {
+        if let Some(pipeline) = inspect(item.pipeline, true)
+            && pipeline != item.pipeline
+        {
+            foreign.replaced.push((*key, item.pipeline));
+            item.pipeline = pipeline;
+        }
+    }
+    foreign.sky = sky.and_then(|sky| inspect(sky.0, true));
+
+    if let Some(name) = found_unpacked {
+        unpacked
+            .by_camera
+            .entry(main_entity.id())
+            .or_insert((packed.settings, name));
+    }
+}
+
+/// Puts the pipelines back that had been in the phases.
+pub(super) fn restore_foreign_pipelines(
+    view: ViewQuery<&ExtractedView, With<PackedView>>,
+    mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
+    mut foreign: ResMut<ForeignPipelines>,
+) {
+    let phase = transparent.get_mut(&view.into_inner().retained_view_entity);
+    let Some(phase) = phase else {
+        return;
+    };
+    for (key, pipeline) in foreign.replaced.drain(..) {
+        if let Some(item) = phase.items.get_mut(&key) {
+            item.pipeline = pipeline;
+        }
+    }
+}
+
+impl ForeignPipelines {
+    /// A shader changed, so what was found of the pipelines may no longer hold. Twins are kept:
+    /// Bevy rebuilds them itself.
+    fn forget_outdated(&mut self, generation: u64) {
+        if self.generation != generation {
+            self.generation = generation;
+            self.known
+                .retain(|_, pipeline| matches!(pipeline, Pipeline::Twin(_)));
+        }
+    }
+}
+
+/// The keys of all that a phase draws.
+fn batch_set_keys<I: BinnedPhaseItem>(
+    phase: &BinnedRenderPhase<I>,
+) -> impl Iterator<Item = &I::BatchSetKey> {
+    let batchable = phase.batchable_meshes.keys().map(|(key, _)| key);
+    let unbatchable = phase.unbatchable_meshes.keys().map(|(key, _)| key);
+    let others = phase.non_mesh_items.keys().map(|(key, _)| key);
+    phase
+        .multidrawable_meshes
+        .keys()
+        .chain(batchable)
+        .chain(unbatchable)
+        .chain(others)
+}
+
+fn examine(
+    id: CachedRenderPipelineId,
+    format: PackedFormat,
+    replaceable: bool,
+    shaders: &PackingShaders,
+    cache: &PipelineCache,
+) -> Pipeline {
+    let descriptor = cache.get_render_pipeline_descriptor(id);
+    let shader = descriptor.fragment.as_ref().map(|f| &f.shader);
+    let shader_packs = shader.is_none_or(|shader| shaders.contains(shader.id()));
+    if shader_packs && packs(descriptor, format) {
+        return Pipeline::Packs;
+    }
+    if shader_packs && replaceable {
+        let mut twin = descriptor.clone();
+        pack(&mut twin, format);
+        return Pipeline::Twin(cache.queue_render_pipeline(twin));
+    }
+    let label = descriptor.label.as_deref().unwrap_or("unnamed pipeline");
+    let name = match shader.and_then(|shader| shader.path()) {
+        Some(path) => format!("{path} ({label})"),
+        None => label.to_owned(),
+    };
+    Pipeline::Unpacked {
+        name,
+        fits: fits(descriptor, format),
+    }
+}

@@ -1,0 +1,308 @@
+//! The main pass of a packed camera: what Bevy's main passes draw, in their order, into the packed
+//! texture, and then the resolve into the view's own.
+
+use std::ops::Range;
+
+use bevy::{
+    core_pipeline::{
+        core_3d::{AlphaMask3d, Opaque3d, Transparent3d},
+        skybox::SkyboxBindGroup,
+    },
+    pbr::{ScreenSpaceTransmission, Transmissive3d, ViewTransmissionTexture},
+    prelude::*,
+    render::{
+        camera::ExtractedCamera,
+        diagnostic::RecordDiagnostics,
+        render_phase::{
+            DrawError, TrackedRenderPass, ViewBinnedRenderPhases, ViewSortedRenderPhases,
+        },
+        render_resource::{
+            CachedRenderPipelineId, LoadOp, Operations, PipelineCache, RenderPassColorAttachment,
+            RenderPassDescriptor, StoreOp,
+        },
+        renderer::{RenderContext, ViewQuery},
+        view::{ExtractedView, ViewDepthTexture, ViewTarget, ViewUniformOffset},
+    },
+};
+
+use super::{
+    clear::PackedClear,
+    foreign::ForeignPipelines,
+    resolve::{PackedResolve, ResolveBindGroup},
+};
+use crate::view::{eligibility::PackedView, textures::PackedTextures};
+
+/// What the pass needs of its view.
+struct Packed<'a> {
+    camera: &'a ExtractedCamera,
+    target: &'a ViewTarget,
+    depth: &'a ViewDepthTexture,
+    uniform_offset: &'a ViewUniformOffset,
+    textures: &'a PackedTextures,
+    clear: &'a PackedClear,
+    resolve: &'a PackedResolve,
+    resolve_bind_group: &'a ResolveBindGroup,
+    sky: Option<&'a SkyboxBindGroup>,
+    transmission: Option<(&'a ScreenSpaceTransmission, &'a ViewTransmissionTexture)>,
+}
+
+pub(super) fn packed_main_pass(
+    world: &World,
+    view: ViewQuery<
+        (
+            &ExtractedView,
+            (&ExtractedCamera, &ViewTarget, &ViewDepthTexture),
+            &ViewUniformOffset,
+            (&PackedTextures, &PackedClear),
+            (&PackedResolve, &ResolveBindGroup),
+            Option<&SkyboxBindGroup>,
+            Option<(&ScreenSpaceTransmission, &ViewTransmissionTexture)>,
+        ),
+        With<PackedView>,
+    >,
+    opaque: Res<ViewBinnedRenderPhases<Opaque3d>>,
+    alpha_mask: Res<ViewBinnedRenderPhases<AlphaMask3d>>,
+    transmissive: Res<ViewSortedRenderPhases<Transmissive3d>>,
+    transparent: Res<ViewSortedRenderPhases<Transparent3d>>,
+    foreign: Res<ForeignPipelines>,
+    cache: Res<PipelineCache>,
+    mut ctx: RenderContext,
+) {
+    let entity = view.entity();
+    let (
+        extracted_view,
+        (camera, target, depth),
+        uniform_offset,
+        (textures, clear),
+        (resolve, resolve_bind_group),
+        sky,
+        transmission,
+    ) = view.into_inner();
+    let view = Packed {
+        camera,
+        target,
+        depth,
+        uniform_offset,
+        textures,
+        clear,
+        resolve,
+        resolve_bind_group,
+        sky,
+        transmission,
+    };
+    let id = extracted_view.retained_view_entity;
+    let transmissive = transmissive
+        .get(&id)
+        .filter(|phase| !phase.items.is_empty());
+    let ranges = transmissive.map_or_else(Vec::new, |phase| {
+        let steps = view.transmission.map_or(0, |(settings, _)| settings.steps);
+        split(phase.items.len(), steps)
+    });
+    // Without transmissive objects all is one pass.
+    let passes = ranges.len() + 1;
+    for pass_index in 0..passes {
+        let first = pass_index == 0;
+        let last = pass_index + 1 == passes;
+        if !first {
+            resolve_to_transmission(&view, &cache, &mut ctx);
+        }
+        let diagnostics = ctx.diagnostic_recorder();
+        let diagnostics = diagnostics.as_deref();
+        let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
+            label: Some("packed_ycocg_main_pass"),
+            color_attachments: &[attachment(&view, first, last)],
+            depth_stencil_attachment: Some(view.depth.get_attachment(StoreOp::Store)),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        let span = diagnostics.pass_span(&mut pass, "packed_ycocg_main_pass");
+        if let Some(viewport) = &view.camera.viewport {
+            pass.set_camera_viewport(viewport);
+        }
+        if first {
+            draw_clear(view.clear, &cache, &mut pass);
+        }
+        // A pipeline that does not fit would be an error of the graphics API. In the next frame
+        // this camera is drawn by Bevy.
+        if foreign.fits {
+            if first {
+                if let Some(phase) = opaque.get(&id) {
+                    said(phase.render(&mut pass, world, entity), "opaque");
+                }
+                if let Some(phase) = alpha_mask.get(&id) {
+                    said(phase.render(&mut pass, world, entity), "alpha mask");
+                }
+                draw_sky(&view, foreign.sky, &cache, &mut pass);
+            } else if let Some(phase) = transmissive {
+                let range = ranges[pass_index - 1].clone();
+                let drawn = phase.render_range(&mut pass, world, entity, range);
+                said(drawn, "transmissive");
+            }
+            if last && let Some(phase) = transparent.get(&id) {
+                if !phase.items.is_empty() {
+                    said(phase.render(&mut pass, world, entity), "transparent");
+                }
+            }
+        }
+        span.end(&mut pass);
+    }
+    resolve_to_view(&view, &cache, &mut ctx);
+}
+
+/// The packed texture: cleared by the first pass, kept for the next.
+fn attachment<'a>(
+    view: &Packed<'a>,
+    first: bool,
+    last: bool,
+) -> Option<RenderPassColorAttachment<'a>> {
+    let PackedTextures {
+        single,
+        multisampled,
+    } = view.textures;
+    let luminance = match view.clear {
+        PackedClear::Gray(luminance) => *luminance,
+        PackedClear::Colored { .. } => 0.0,
+    };
+    let load = if first {
+        LoadOp::Clear(LinearRgba::new(luminance, 0.0, 0.0, 0.0).into())
+    } else {
+        LoadOp::Load
+    };
+    let resolve_target = multisampled.as_ref().and(single.as_ref());
+    // Samples that the hardware has averaged are of no use after the last pass.
+    let store = if last && resolve_target.is_some() {
+        StoreOp::Discard
+    } else {
+        StoreOp::Store
+    };
+    let texture = multisampled.as_ref().or(single.as_ref())?;
+    Some(RenderPassColorAttachment {
+        view: &texture.default_view,
+        depth_slice: None,
+        resolve_target: resolve_target.map(|texture| &*texture.default_view),
+        ops: Operations { load, store },
+    })
+}
+
+fn draw_clear<'w>(
+    clear: &'w PackedClear,
+    cache: &'w PipelineCache,
+    pass: &mut TrackedRenderPass<'w>,
+) {
+    if let PackedClear::Colored {
+        pipeline,
+        bind_group,
+    } = clear
+        && let Some(pipeline) = cache.get_render_pipeline(*pipeline)
+    {
+        pass.set_render_pipeline(pipeline);
+        pass.set_bind_group(0, bind_group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+fn draw_sky<'w>(
+    view: &Packed<'w>,
+    pipeline: Option<CachedRenderPipelineId>,
+    cache: &'w PipelineCache,
+    pass: &mut TrackedRenderPass<'w>,
+) {
+    if let Some(SkyboxBindGroup((bind_group, sky_offset))) = view.sky
+        && let Some(pipeline) = pipeline.and_then(|id| cache.get_render_pipeline(id))
+    {
+        pass.set_render_pipeline(pipeline);
+        pass.set_bind_group(0, bind_group, &[view.uniform_offset.offset, *sky_offset]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+/// Also where the pipeline is not ready: the view is then cleared.
+fn resolve_to_view(view: &Packed, cache: &PipelineCache, ctx: &mut RenderContext) {
+    let target = view.target.get_color_attachment();
+    draw_resolve(view, view.resolve.to_view, target, cache, ctx);
+}
+
+fn resolve_to_transmission(view: &Packed, cache: &PipelineCache, ctx: &mut RenderContext) {
+    if let Some((_, transmission)) = view.transmission
+        && let Some(pipeline) = view.resolve.to_transmission
+    {
+        let target = RenderPassColorAttachment {
+            view: &transmission.view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: Operations {
+                load: LoadOp::Load,
+                store: StoreOp::Store,
+            },
+        };
+        draw_resolve(view, pipeline, target, cache, ctx);
+    }
+}
+
+fn draw_resolve(
+    view: &Packed,
+    pipeline: CachedRenderPipelineId,
+    target: RenderPassColorAttachment,
+    cache: &PipelineCache,
+    ctx: &mut RenderContext,
+) {
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
+        label: Some("packed_ycocg_resolve"),
+        color_attachments: &[Some(target)],
+        depth_stencil_attachment: None,
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+    let span = diagnostics.pass_span(&mut pass, "packed_ycocg_resolve");
+    if let Some(pipeline) = cache.get_render_pipeline(pipeline) {
+        if let Some(viewport) = &view.camera.viewport {
+            pass.set_camera_viewport(viewport);
+        }
+        pass.set_render_pipeline(pipeline);
+        pass.set_bind_group(0, &view.resolve_bind_group.0, &[view.uniform_offset.offset]);
+        pass.draw(0..3, 0..1);
+    }
+    span.end(&mut pass);
+}
+
+fn said(drawn: Result<(), DrawError>, phase: &str) {
+    if let Err(error) = drawn {
+        error!("the {phase} phase was not drawn: {error:?}");
+    }
+}
+
+/// Splits `len` transmissive objects, sorted from back to front, into `steps` ranges that each see
+/// those before; into one that sees none for 0 steps.
+fn split(len: usize, steps: usize) -> Vec<Range<usize>> {
+    let count = steps.clamp(1, len.max(1));
+    (0..count)
+        .map(|i| len * i / count..len * (i + 1) / count)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::split;
+
+    #[test]
+    fn ranges_cover_all_and_differ_by_one_at_most() {
+        for len in 1..20 {
+            for steps in 0..25 {
+                let ranges = split(len, steps);
+                assert_eq!(ranges.len(), steps.clamp(1, len));
+                assert_eq!(ranges[0].start, 0);
+                assert_eq!(ranges[ranges.len() - 1].end, len);
+                assert!(ranges.windows(2).all(|w| w[0].end == w[1].start));
+                assert!(
+                    ranges
+                        .iter()
+                        .all(|r| r.len().abs_diff(len / ranges.len()) <= 1)
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+// From the packed texture to colours, and to the display where Bevy has no pass for that.
+//
+// One pixel: its samples are resolved, its missing chrominance is reconstructed from its
+// neighbours, and with YCOCG_FB_TONE_MAP it goes through Bevy's tone mapping, as in
+// bevy_core_pipeline's `tonemapping.wgsl`.
+
+#import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
+#import bevy_render::{maths::powsafe, view::View}
+#import bevy_ycocg_fb::{
+    pack::{is_finite, rgb_from_ycocg, stores_orange},
+    reconstruct::{Neighborhood, linear_from_srgb, missing_chroma, nonnegative},
+}
+#ifdef YCOCG_FB_TONE_MAP
+#import bevy_core_pipeline::tonemapping::{screen_space_dither, tone_mapping}
+#endif
+#ifdef YCOCG_FB_UNORM8
+#import bevy_ycocg_fb::pack::CHROMA_BIAS
+#endif
+
+#ifdef YCOCG_FB_SAMPLES
+@group(0) @binding(0) var packed: texture_multisampled_2d<f32>;
+#else
+@group(0) @binding(0) var packed: texture_2d<f32>;
+#endif
+@group(0) @binding(1) var<uniform> view: View;
+
+// Luminance and chrominance as stored, made safe: a pixel that overflowed is bright and gray, a
+// NaN is black, and neither reaches its neighbours.
+fn decoded(texel: vec2<f32>) -> vec2<f32> {
+#ifdef YCOCG_FB_UNORM8
+    return texel - vec2(0.0, CHROMA_BIAS);
+#else
+    let luminance = select(select(0.0, 65504.0, texel.x > 0.0), texel.x, is_finite(texel.x));
+    return vec2(max(luminance, 0.0), select(0.0, texel.y, is_finite(texel.y)));
+#endif
+}
+
+// One pixel of the packed texture.
+fn resolved(pixel: vec2<i32>) -> vec2<f32> {
+#ifdef YCOCG_FB_SAMPLES
+    var sum = vec2(0.0);
+    var weights = 0.0;
+    for (var i = 0; i < #{YCOCG_FB_SAMPLES}; i++) {
+        let sample = decoded(textureLoad(packed, pixel, i).xy);
+#ifdef YCOCG_FB_TONE_MAP_WEIGHTED
+        let weight = 1.0 / (1.0 + sample.x);
+#else
+        let weight = 1.0;
+#endif
+        sum += weight * sample;
+        weights += weight;
+    }
+    return sum / weights;
+#else
+    return decoded(textureLoad(packed, pixel, 0).xy);
+#endif
+}
+
+// Mirrored at the borders of the viewport: a clamped neighbour would be of the wrong parity
+// (thesis 4.5). Stays inside even where the viewport is one pixel wide.
+fn mirrored(pixel: vec2<i32>, first: vec2<i32>, last: vec2<i32>) -> vec2<i32> {
+    var p = select(pixel, 2 * first - pixel, pixel < first);
+    p = select(p, 2 * last - p, p > last);
+    return clamp(p, first, last);
+}
+
+@fragment
+fn resolve(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
+    let first = vec2<i32>(view.viewport.xy);
+    let last = first + vec2<i32>(view.viewport.zw) - 1;
+    // Fragments beyond the border exist where a quad reaches over it.
+    let pixel = mirrored(vec2<i32>(in.position.xy), first, last);
+    let center = resolved(pixel);
+
+    var around: Neighborhood;
+    around.center = center;
+    // A row or column alone has neighbours in one direction, a single pixel has none.
+    around.exists = vec2(last.x > first.x, last.y > first.y);
+#ifdef YCOCG_FB_QUAD
+    // The differences within the quad are the neighbours (thesis 4.5, optimisations).
+    let side = vec2<f32>(1 - 2 * (vec2<i32>(in.position.xy) & vec2(1)));
+    around.right = center + side.x * dpdxFine(center);
+    around.below = center + side.y * dpdyFine(center);
+#else
+    around.right = resolved(mirrored(pixel + vec2(1, 0), first, last));
+    around.below = resolved(mirrored(pixel + vec2(0, 1), first, last));
+#ifndef YCOCG_FB_NEAREST
+    around.left = resolved(mirrored(pixel - vec2(1, 0), first, last));
+    around.above = resolved(mirrored(pixel - vec2(0, 1), first, last));
+#endif
+#endif
+
+    let other = missing_chroma(around);
+    let chroma = select(vec2(other, center.y), vec2(center.y, other), stores_orange(pixel));
+    var rgb = nonnegative(vec3(center.x, chroma));
+#ifdef YCOCG_FB_UNORM8
+    rgb = linear_from_srgb(rgb);
+#endif
+#ifdef YCOCG_FB_TONE_MAP
+    rgb = tone_mapping(vec4(rgb, 1.0), view.color_grading).rgb;
+#ifdef DEBAND_DITHER
+    rgb = powsafe(rgb, 1.0 / 2.2) + screen_space_dither(in.position.xy);
+    rgb = powsafe(rgb, 2.2);
+#endif
+#endif
+    return vec4(rgb, 1.0);
+}

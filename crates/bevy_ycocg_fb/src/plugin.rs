@@ -1,0 +1,29 @@
+//! The plugin: it registers what the modules define.
+
+use bevy::{
+    prelude::*, render::extract_component::ExtractComponentPlugin, shader::load_shader_library,
+};
+
+use crate::{
+    material::MaterialPackingPlugin, pass::PackedPassPlugin, settings::YCoCgFrameBuffer,
+    view::PackedViewPlugin,
+};
+
+/// Lets cameras with a [`YCoCgFrameBuffer`] draw into two channels instead of four.
+///
+/// An app without such a camera has no pass, no texture and no pipeline more than before.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct YCoCgFrameBufferPlugin;
+
+impl Plugin for YCoCgFrameBufferPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "shaders/pack.wgsl");
+        load_shader_library!(app, "shaders/reconstruct.wgsl");
+        app.register_type::<YCoCgFrameBuffer>().add_plugins((
+            ExtractComponentPlugin::<YCoCgFrameBuffer>::default(),
+            MaterialPackingPlugin,
+            PackedViewPlugin,
+            PackedPassPlugin,
+        ));
+    }
+}

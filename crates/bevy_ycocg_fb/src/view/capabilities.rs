@@ -1,0 +1,53 @@
+//! What the adapter can do with a packed format.
+
+use bevy::render::{
+    render_resource::{TextureFormatFeatureFlags, TextureUsages, WgpuFeatures},
+    renderer::{RenderAdapter, RenderDevice},
+};
+
+use super::fallback::FallbackReason;
+use crate::settings::PackedFormat;
+
+/// What the adapter can do with multisampled textures of a format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FormatSupport {
+    /// The hardware can resolve samples of this format.
+    pub hardware_resolve: bool,
+}
+
+impl FormatSupport {
+    /// Asks the adapter.
+    ///
+    /// # Errors
+    /// What is missing.
+    pub(crate) fn of(
+        format: PackedFormat,
+        samples: u32,
+        adapter: &RenderAdapter,
+        device: &RenderDevice,
+    ) -> Result<Self, FallbackReason> {
+        let texture_format = format.texture_format();
+        let specific = WgpuFeatures::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
+        let features = if device.features().contains(specific) {
+            adapter.get_texture_format_features(texture_format)
+        } else {
+            texture_format.guaranteed_format_features(device.features())
+        };
+        let flags = features.flags;
+        if !features
+            .allowed_usages
+            .contains(TextureUsages::RENDER_ATTACHMENT)
+        {
+            return Err(FallbackReason::NotRenderable(format));
+        }
+        if !flags.contains(TextureFormatFeatureFlags::BLENDABLE) {
+            return Err(FallbackReason::NotBlendable(format));
+        }
+        if samples > 1 && !flags.sample_count_supported(samples) {
+            return Err(FallbackReason::SampleCount { format, samples });
+        }
+        Ok(Self {
+            hardware_resolve: flags.contains(TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE),
+        })
+    }
+}

@@ -1,0 +1,222 @@
+//! Which cameras pack.
+
+use bevy::{
+    camera::{ClearColorConfig, CompositingSpace, MainPassResolutionOverride},
+    core_pipeline::{Core3d, oit::OrderIndependentTransparencySettings, prepass::DeferredPrepass},
+    ecs::{entity::EntityHashMap, query::QueryData, schedule::ScheduleLabel},
+    pbr::{ExtractedAtmosphere, ScreenSpaceReflections, wireframe::Mesh3dWireframe},
+    platform::collections::HashSet,
+    prelude::*,
+    render::{
+        Extract,
+        camera::ExtractedCamera,
+        renderer::{RenderAdapter, RenderDevice},
+        sync_world::MainEntity,
+        view::{ExtractedView, Msaa},
+    },
+};
+use bevy_frugal_hooks::ShaderPatches;
+
+use super::{capabilities::FormatSupport, fallback::FallbackReason};
+use crate::{
+    material::{detect::PackingShaders, patches::REQUIRED},
+    report::{CameraState, FrameBufferReports},
+    settings::{MsaaResolve, PackedFormat, YCoCgFrameBuffer},
+};
+
+/// A view that packs; only views with it are touched by the rest of this crate.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PackedView {
+    pub settings: YCoCgFrameBuffer,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// The hardware averages the samples; otherwise the resolve shader reads them.
+    pub hardware_resolve: bool,
+    /// Tone mapping is part of the resolve, as no later pass of Bevy does it.
+    pub tone_map: bool,
+}
+
+/// What the render world has to know of the main world.
+#[derive(Resource, Debug, Default)]
+pub(super) struct MainWorldState {
+    patched: bool,
+    refused: Option<String>,
+    wireframes: bool,
+}
+
+pub(super) fn extract_main_world_state(
+    mut state: ResMut<MainWorldState>,
+    patches: Extract<Option<Res<ShaderPatches>>>,
+    wireframes: Extract<Query<(), With<Mesh3dWireframe>>>,
+) {
+    state.wireframes = !wireframes.is_empty();
+    if let Some(patches) = patches.as_ref() {
+        state.patched = patches.all_applied(REQUIRED);
+        state.refused = patches
+            .refused(REQUIRED)
+            .map(|(name, error)| format!("the shader patch `{name}` does not fit: {error}"));
+    }
+}
+
+/// The pipelines that were found not to pack, by the camera that drew them with these settings.
+#[derive(Resource, Debug, Default)]
+pub(crate) struct UnpackedPipelines {
+    pub by_camera: EntityHashMap<(YCoCgFrameBuffer, String)>,
+    /// Of the shaders, when they were found.
+    generation: u64,
+}
+
+/// What was warned of already.
+#[derive(Resource, Debug, Default)]
+pub(super) struct WarnedOf(HashSet<(Entity, FallbackReason)>);
+
+#[derive(QueryData)]
+pub(super) struct Candidate {
+    entity: Entity,
+    main_entity: &'static MainEntity,
+    settings: &'static YCoCgFrameBuffer,
+    view: &'static ExtractedView,
+    camera: &'static ExtractedCamera,
+    msaa: &'static Msaa,
+    deferred: Has<DeferredPrepass>,
+    reflections: Has<ScreenSpaceReflections>,
+    transparency: Has<OrderIndependentTransparencySettings>,
+    atmosphere: Has<ExtractedAtmosphere>,
+    resolution_override: Has<MainPassResolutionOverride>,
+}
+
+/// Gives [`PackedView`] to the cameras that can pack, and takes it from the others.
+pub(super) fn choose_views(
+    mut commands: Commands,
+    candidates: Query<Candidate>,
+    cameras: Query<(Entity, &ExtractedCamera)>,
+    former: Query<(Entity, &MainEntity), (With<PackedView>, Without<YCoCgFrameBuffer>)>,
+    state: Res<MainWorldState>,
+    mut unpacked: ResMut<UnpackedPipelines>,
+    mut warned: ResMut<WarnedOf>,
+    clear_color: Res<ClearColor>,
+    adapter: Res<RenderAdapter>,
+    device: Res<RenderDevice>,
+    shaders: Res<PackingShaders>,
+    reports: Res<FrameBufferReports>,
+) {
+    for (entity, _) in &former {
+        commands.entity(entity).remove::<PackedView>();
+    }
+    reports.clear();
+    // A camera without the component, or with other settings, is tried afresh; all are when a
+    // shader changed.
+    if unpacked.generation != shaders.generation() {
+        unpacked.generation = shaders.generation();
+        unpacked.by_camera.clear();
+    }
+    unpacked.by_camera.retain(|&main_entity, (settings, _)| {
+        candidates
+            .iter()
+            .any(|c| c.main_entity.id() == main_entity && c.settings == settings)
+    });
+    for candidate in &candidates {
+        let main_entity = candidate.main_entity.id();
+        if !state.patched && state.refused.is_none() {
+            // The shaders of Bevy are loaded in the first frames.
+            commands.entity(candidate.entity).remove::<PackedView>();
+            continue;
+        }
+        let chosen = obstacle(&candidate, &cameras, &state, &unpacked, &clear_color)
+            .map_or(Ok(()), Err)
+            .and_then(|()| packed_view(&candidate, &adapter, &device));
+        match chosen {
+            Ok(view) => {
+                commands.entity(candidate.entity).insert(view);
+                reports.set_state(main_entity, CameraState::Packed);
+            }
+            Err(reason) => {
+                commands.entity(candidate.entity).remove::<PackedView>();
+                reports.set_state(main_entity, CameraState::Fallback(reason.clone()));
+                if warned.0.insert((main_entity, reason.clone())) {
+                    warn!("camera {main_entity} does not use its YCoCgFrameBuffer: {reason}");
+                }
+            }
+        }
+    }
+}
+
+/// The first thing about the camera that keeps it from packing.
+fn obstacle(
+    candidate: &CandidateItem,
+    cameras: &Query<(Entity, &ExtractedCamera)>,
+    state: &MainWorldState,
+    unpacked: &UnpackedPipelines,
+    clear_color: &ClearColor,
+) -> Option<FallbackReason> {
+    let camera = candidate.camera;
+    let clear = match camera.clear_color {
+        ClearColorConfig::Default => Some(clear_color.0),
+        ClearColorConfig::Custom(color) => Some(color),
+        ClearColorConfig::None => None,
+    };
+    let unpacked = unpacked.by_camera.get(&candidate.main_entity.id());
+    // In the order in which a user would want to hear of them.
+    let obstacles = [
+        (camera.schedule != Core3d.intern()).then_some(FallbackReason::Not3d),
+        state.refused.clone().map(FallbackReason::PatchRefused),
+        candidate
+            .deferred
+            .then_some(FallbackReason::DeferredPrepass),
+        candidate
+            .reflections
+            .then_some(FallbackReason::ScreenSpaceReflections),
+        candidate
+            .transparency
+            .then_some(FallbackReason::OrderIndependentTransparency),
+        candidate.atmosphere.then_some(FallbackReason::Atmosphere),
+        state.wireframes.then_some(FallbackReason::Wireframes),
+        candidate
+            .resolution_override
+            .then_some(FallbackReason::ResolutionOverride),
+        clear.is_none().then_some(FallbackReason::NoClear),
+        is_continued(candidate, cameras).then_some(FallbackReason::ContinuedByMultisampled),
+        matches!(
+            camera.compositing_space,
+            Some(CompositingSpace::Srgb | CompositingSpace::Oklab)
+        )
+        .then_some(FallbackReason::CompositingSpace),
+        clear
+            .is_some_and(|color| color.alpha() < 1.0)
+            .then_some(FallbackReason::TransparentBackground),
+        (candidate.settings.format == PackedFormat::Unorm8 && camera.hdr)
+            .then_some(FallbackReason::Unorm8WithHdr),
+        unpacked.map(|(_, name)| FallbackReason::UnpackedPipeline(name.clone())),
+    ];
+    obstacles.into_iter().flatten().next()
+}
+
+/// Whether another camera goes on where this one ends, in a multisampled texture that this one
+/// would not have written.
+fn is_continued(candidate: &CandidateItem, cameras: &Query<(Entity, &ExtractedCamera)>) -> bool {
+    candidate.msaa.samples() > 1
+        && cameras.iter().any(|(entity, other)| {
+            entity != candidate.entity
+                && other.target == candidate.camera.target
+                && other.order >= candidate.camera.order
+                && matches!(other.clear_color, ClearColorConfig::None)
+        })
+}
+
+fn packed_view(
+    candidate: &CandidateItem,
+    adapter: &RenderAdapter,
+    device: &RenderDevice,
+) -> Result<PackedView, FallbackReason> {
+    let settings = *candidate.settings;
+    let samples = candidate.msaa.samples();
+    let support = FormatSupport::of(settings.format, samples, adapter, device)?;
+    Ok(PackedView {
+        settings,
+        samples,
+        hardware_resolve: samples > 1
+            && support.hardware_resolve
+            && settings.msaa_resolve == MsaaResolve::Box,
+        tone_map: !candidate.camera.hdr && settings.format != PackedFormat::Unorm8,
+    })
+}

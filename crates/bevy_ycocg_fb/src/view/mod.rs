@@ -1,0 +1,78 @@
+//! Cameras that pack: which, and how Bevy comes to prepare for it.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`eligibility`] | which cameras can |
+//! | [`fallback`] | why the others cannot |
+//! | [`format`](mod@format) | the format in Bevy's pipeline keys and phases |
+//! | [`msaa`] | a single-sampled `ViewTarget` beside multisampled packed textures |
+//! | [`textures`] | the packed textures |
+//! | [`capabilities`] | what the adapter can do with a packed format |
+
+pub(crate) mod capabilities;
+pub(crate) mod eligibility;
+pub mod fallback;
+mod format;
+mod msaa;
+pub(crate) mod textures;
+
+use bevy::{
+    pbr::check_views_need_specialization,
+    prelude::*,
+    render::{ExtractSchedule, Render, RenderApp, RenderSystems, view::prepare_view_targets},
+};
+
+use crate::report::FrameBufferReports;
+use eligibility::{UnpackedPipelines, WarnedOf};
+
+/// Chooses the cameras that pack and prepares them.
+pub(crate) struct PackedViewPlugin;
+
+impl Plugin for PackedViewPlugin {
+    fn build(&self, app: &mut App) {
+        let reports = FrameBufferReports::default();
+        app.insert_resource(reports.clone());
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .insert_resource(reports)
+            .init_resource::<eligibility::MainWorldState>()
+            .init_resource::<UnpackedPipelines>()
+            .init_resource::<WarnedOf>()
+            .init_resource::<format::OwnFormats>()
+            .init_resource::<msaa::HiddenMsaa>()
+            .add_systems(ExtractSchedule, eligibility::extract_main_world_state)
+            .add_systems(
+                Render,
+                (
+                    eligibility::choose_views
+                        .after(RenderSystems::ExtractCommands)
+                        .before(RenderSystems::PrepareAssets),
+                    // Where meshes are keyed, and where phases are queued: nowhere else may Bevy
+                    // take the view's format for that of its `ViewTarget`.
+                    (
+                        format::show_key_format.before(check_views_need_specialization),
+                        format::restore.after(check_views_need_specialization),
+                    )
+                        .in_set(RenderSystems::PrepareAssets),
+                    format::show_packed_format
+                        .after(RenderSystems::PrepareViews)
+                        .before(RenderSystems::Queue),
+                    format::restore
+                        .after(RenderSystems::PhaseSort)
+                        .before(RenderSystems::Prepare),
+                    (
+                        msaa::hide.before(prepare_view_targets),
+                        msaa::restore.after(prepare_view_targets),
+                    )
+                        .in_set(RenderSystems::PrepareViews),
+                    textures::prepare_textures.in_set(RenderSystems::PrepareResources),
+                    textures::replace_transmission_textures
+                        .after(RenderSystems::PrepareResources)
+                        .before(RenderSystems::PrepareBindGroups),
+                    textures::report_memory.in_set(RenderSystems::PrepareBindGroups),
+                ),
+            );
+    }
+}

@@ -1,0 +1,186 @@
+//! The packed textures.
+
+use bevy::{
+    pbr::{Transmissive3d, ViewTransmissionTexture},
+    platform::collections::HashMap,
+    prelude::*,
+    render::{
+        camera::ExtractedCamera,
+        render_phase::ViewSortedRenderPhases,
+        render_resource::{
+            Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+        },
+        renderer::RenderDevice,
+        sync_world::MainEntity,
+        texture::{CachedTexture, TextureCache},
+        view::{ExtractedView, ViewTarget},
+    },
+};
+
+use super::eligibility::PackedView;
+use crate::report::{ColorMemory, FrameBufferReports};
+
+/// What the HDR background of transmissive objects is stored in.
+pub(crate) const TRANSMISSION_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
+
+/// Where a packed view draws to.
+#[derive(Component, Clone)]
+pub(crate) struct PackedTextures {
+    /// One sample a pixel: drawn to, or resolved to by the hardware. `None` where the resolve
+    /// shader reads the samples.
+    pub single: Option<CachedTexture>,
+    /// Several samples a pixel, if there are several.
+    pub multisampled: Option<CachedTexture>,
+}
+
+impl PackedTextures {
+    /// What the resolve shader reads.
+    pub(crate) fn resolve_source(&self) -> Option<&CachedTexture> {
+        self.single.as_ref().or(self.multisampled.as_ref())
+    }
+}
+
+/// Cameras with the same target draw one after the other and share their textures, as they share
+/// Bevy's depth texture.
+pub(super) fn prepare_textures(
+    mut commands: Commands,
+    mut cache: ResMut<TextureCache>,
+    device: Res<RenderDevice>,
+    views: Query<(Entity, &PackedView, &ExtractedCamera)>,
+    former: Query<Entity, (With<PackedTextures>, Without<PackedView>)>,
+) {
+    for entity in &former {
+        commands.entity(entity).remove::<PackedTextures>();
+    }
+    let mut shared: HashMap<_, PackedTextures> = HashMap::default();
+    for (entity, packed, camera) in &views {
+        let Some(size) = camera.physical_target_size else {
+            commands.entity(entity).remove::<PackedTextures>();
+            continue;
+        };
+        let key = (
+            camera.target.clone(),
+            packed.settings.format,
+            packed.samples,
+            packed.hardware_resolve,
+        );
+        let textures = shared
+            .entry(key)
+            .or_insert_with(|| create(&mut cache, &device, packed, size));
+        commands.entity(entity).insert(textures.clone());
+    }
+}
+
+fn create(
+    cache: &mut TextureCache,
+    device: &RenderDevice,
+    packed: &PackedView,
+    size: UVec2,
+) -> PackedTextures {
+    let mut texture = |label, sample_count, usage| {
+        let descriptor = TextureDescriptor {
+            label: Some(label),
+            size: extent(size),
+            mip_level_count: 1,
+            sample_count,
+            dimension: TextureDimension::D2,
+            format: packed.settings.format.texture_format(),
+            usage,
+            view_formats: &[],
+        };
+        cache.get(device, descriptor)
+    };
+    let attachment = TextureUsages::RENDER_ATTACHMENT;
+    let read = attachment | TextureUsages::TEXTURE_BINDING;
+    let multisampled = packed.samples > 1;
+    PackedTextures {
+        single: (!multisampled || packed.hardware_resolve)
+            .then(|| texture("packed_ycocg", 1, read)),
+        multisampled: multisampled.then(|| {
+            let usage = if packed.hardware_resolve {
+                attachment
+            } else {
+                read
+            };
+            texture("packed_ycocg_multisampled", packed.samples, usage)
+        }),
+    }
+}
+
+/// The background of transmissive objects is written by the resolve, in HDR.
+///
+/// Bevy's own texture for it can only be copied to, and has the format of the display where the
+/// camera has no `Hdr`.
+pub(super) fn replace_transmission_textures(
+    mut views: Query<
+        (
+            &mut ViewTransmissionTexture,
+            &ExtractedView,
+            &ExtractedCamera,
+        ),
+        With<PackedView>,
+    >,
+    phases: Res<ViewSortedRenderPhases<Transmissive3d>>,
+    mut cache: ResMut<TextureCache>,
+    device: Res<RenderDevice>,
+) {
+    let mut shared: HashMap<_, CachedTexture> = HashMap::default();
+    for (mut transmission, view, camera) in &mut views {
+        let used = phases
+            .get(&view.retained_view_entity)
+            .is_some_and(|phase| !phase.items.is_empty());
+        let Some(size) = camera.physical_target_size.filter(|_| used) else {
+            continue;
+        };
+        let texture = shared.entry(camera.target.clone()).or_insert_with(|| {
+            let descriptor = TextureDescriptor {
+                label: Some("packed_ycocg_transmission"),
+                size: extent(size),
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format: TRANSMISSION_FORMAT,
+                usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            };
+            cache.get(&device, descriptor)
+        });
+        transmission.texture = texture.texture.clone();
+        transmission.view = texture.default_view.clone();
+    }
+}
+
+fn extent(size: UVec2) -> Extent3d {
+    Extent3d {
+        width: size.x,
+        height: size.y,
+        depth_or_array_layers: 1,
+    }
+}
+
+/// Counts what the textures of each camera really take.
+pub(super) fn report_memory(
+    views: Query<(&MainEntity, &ViewTarget, Option<&PackedTextures>), With<ExtractedCamera>>,
+    reports: Res<FrameBufferReports>,
+) {
+    for (main_entity, target, packed) in &views {
+        let packed_bytes =
+            |texture: Option<&CachedTexture>| texture.map_or(0, |t| bytes(&t.texture));
+        reports.set_memory(
+            main_entity.id(),
+            ColorMemory {
+                packed: packed_bytes(packed.and_then(|p| p.single.as_ref())),
+                packed_multisampled: packed_bytes(packed.and_then(|p| p.multisampled.as_ref())),
+                main: bytes(target.main_texture()) + bytes(target.main_texture_other()),
+                main_multisampled: target.sampled_main_texture().map_or(0, bytes),
+            },
+        );
+    }
+}
+
+fn bytes(texture: &Texture) -> u64 {
+    let size = texture.size();
+    let texels = u64::from(size.width) * u64::from(size.height) * u64::from(texture.sample_count());
+    let texel_bytes = texture.format().block_copy_size(None).unwrap_or(0);
+    texels * u64::from(texel_bytes)
+}

@@ -1,0 +1,4 @@
+//! Packed frame buffers: pictures against those of Bevy's own.
+
+mod basics;
+mod scene;

@@ -1,0 +1,181 @@
+//! A scene with a camera that can be changed between pictures.
+
+use bevy::{
+    asset::RenderAssetUsages, camera::Hdr, ecs::system::EntityCommands, prelude::*,
+    render::view::Msaa,
+};
+use bevy_frugal_lab::{
+    content,
+    headless::{HeadlessApp, HeadlessSettings, LabTarget},
+    metrics::error::{mse, psnr_db},
+};
+use bevy_ycocg_fb::{CameraState, FrameBufferReports, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use image::RgbImage;
+
+/// The camera of the scene.
+#[derive(Component)]
+pub struct TestCamera;
+
+/// A headless app with a scene and one camera.
+pub struct Studio {
+    pub app: HeadlessApp,
+    pub camera: Entity,
+}
+
+impl Studio {
+    /// Builds a scene of 128 x 96 pixels.
+    pub fn new(scene: impl FnOnce(&mut App)) -> Self {
+        Self::with_size(128, 96, scene)
+    }
+
+    /// Builds a scene.
+    pub fn with_size(width: u32, height: u32, scene: impl FnOnce(&mut App)) -> Self {
+        Self::with_settings(HeadlessSettings::with_size(width, height), scene)
+    }
+
+    pub fn with_settings(settings: HeadlessSettings, scene: impl FnOnce(&mut App)) -> Self {
+        let mut app = HeadlessApp::new(settings, |app| {
+            app.add_plugins(YCoCgFrameBufferPlugin)
+                .add_systems(Startup, spawn_camera);
+            scene(app);
+        })
+        .expect("a headless app");
+        app.run_until_ready(200).expect("the scene is ready");
+        let world = app.world_mut();
+        let camera = world
+            .query_filtered::<Entity, With<TestCamera>>()
+            .single(world)
+            .expect("one camera");
+        Self { app, camera }
+    }
+
+    /// Changes the camera.
+    pub fn camera(&mut self, change: impl FnOnce(&mut EntityCommands)) -> &mut Self {
+        let world = self.app.world_mut();
+        change(&mut world.commands().entity(self.camera));
+        world.flush();
+        self
+    }
+
+    /// `Hdr` or not, and how many samples.
+    pub fn mode(&mut self, hdr: bool, msaa: Msaa) -> &mut Self {
+        self.camera(|camera| {
+            camera.insert(msaa);
+            if hdr {
+                camera.insert(Hdr);
+            } else {
+                camera.remove::<Hdr>();
+            }
+        })
+    }
+
+    /// The picture by Bevy itself.
+    pub fn plain(&mut self) -> RgbImage {
+        self.camera(|camera| {
+            camera.remove::<YCoCgFrameBuffer>();
+        });
+        self.picture()
+    }
+
+    /// The picture of a packed camera; it must be one.
+    pub fn packed(&mut self, settings: YCoCgFrameBuffer) -> RgbImage {
+        self.camera(|camera| {
+            camera.insert(settings);
+        });
+        let picture = self.picture();
+        assert_eq!(self.state(), Some(CameraState::Packed));
+        picture
+    }
+
+    /// The picture as things are.
+    pub fn picture(&mut self) -> RgbImage {
+        self.app.render_frames(3).expect("three frames");
+        self.app.capture_rgb8().expect("a picture")
+    }
+
+    /// What became of the camera.
+    pub fn state(&self) -> Option<CameraState> {
+        let reports = self.app.world().resource::<FrameBufferReports>();
+        reports.get(self.camera).and_then(|report| report.state)
+    }
+}
+
+fn spawn_camera(mut commands: Commands, target: Res<LabTarget>) {
+    commands.spawn((
+        TestCamera,
+        Camera3d::default(),
+        target.0.clone(),
+        Msaa::Off,
+        Transform::from_xyz(0.0, 1.6, 3.2).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y),
+    ));
+}
+
+/// PSNR in dB.
+pub fn psnr(reference: &RgbImage, test: &RgbImage) -> f64 {
+    psnr_db(mse(reference, test).expect("equal sizes"))
+}
+
+/// Saves pictures where `YCOCG_FB_PICTURES` names a folder, to look at.
+pub fn keep(name: &str, picture: &RgbImage) {
+    if let Some(folder) = std::env::var_os("YCOCG_FB_PICTURES") {
+        let path = std::path::Path::new(&folder).join(format!("{name}.png"));
+        picture.save(path).expect("the picture is saved");
+    }
+}
+
+/// Coloured objects on a brick floor in the sun, one of them emissive.
+pub fn lit_scene(app: &mut App) {
+    app.add_systems(Startup, spawn_lit_scene);
+}
+
+fn spawn_lit_scene(
+    mut commands: Commands,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut images: ResMut<Assets<Image>>,
+) {
+    let bricks = images.add(srgb_image(content::bricks(128, 128, 7).color));
+    let floor = materials.add(StandardMaterial {
+        base_color_texture: Some(bricks),
+        perceptual_roughness: 0.9,
+        ..default()
+    });
+    commands.spawn((
+        Mesh3d(meshes.add(Plane3d::default().mesh().size(4.0, 4.0))),
+        MeshMaterial3d(floor),
+    ));
+    let objects = [
+        (Vec3::new(-0.9, 0.4, 0.0), Color::srgb(0.9, 0.15, 0.1), 0.0),
+        (Vec3::new(0.0, 0.4, -0.5), Color::srgb(0.1, 0.7, 0.2), 0.0),
+        (Vec3::new(0.9, 0.4, 0.1), Color::srgb(0.15, 0.25, 0.9), 0.0),
+        (Vec3::new(0.1, 0.3, 0.8), Color::srgb(1.0, 0.6, 0.1), 4.0),
+    ];
+    for (position, color, emission) in objects {
+        commands.spawn((
+            Mesh3d(meshes.add(Cuboid::from_length(0.55))),
+            MeshMaterial3d(materials.add(StandardMaterial {
+                base_color: color,
+                emissive: color.to_linear() * emission,
+                ..default()
+            })),
+            Transform::from_translation(position).with_rotation(Quat::from_euler(
+                EulerRot::YXZ,
+                position.x + 0.5,
+                0.4,
+                0.2,
+            )),
+        ));
+    }
+    commands.spawn((
+        DirectionalLight {
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::from_xyz(2.0, 3.0, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+}
+
+/// As a texture of colours.
+pub fn srgb_image(image: RgbImage) -> Image {
+    Image::from_dynamic(image.into(), true, RenderAssetUsages::RENDER_WORLD)
+}
