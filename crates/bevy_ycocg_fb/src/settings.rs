@@ -55,10 +55,15 @@ pub enum Reconstruction {
     /// The mean of those of the four neighbours whose luminance differs by less than 30/255
     /// (thesis, listing 4.2): 5 fetches. Meant for values of 0 to 1.
     EdgeDirected,
-    /// Chrominance relative to luminance, weighted by the similarity of luminance, and never a
-    /// negative colour: 5 fetches.
+    /// Chrominance relative to luminance, from the neighbours of similar luminance and the axis
+    /// along which chrominance changes least, and never a negative colour: 5 fetches. The formula
+    /// is at [`guided`](crate::reference::reconstruct::guided).
     #[default]
     Guided,
+    /// As `Guided`, and it looks at the other chrominance too, which the four diagonal neighbours
+    /// have: 9 fetches. Sees edges between colours of the same luminance. The formula is at
+    /// [`wide`](crate::reference::reconstruct::wide).
+    Wide,
     /// As `Guided`, from the two neighbours in the same quad of fragments (thesis 4.5,
     /// optimisations): 1 fetch.
     Quad,

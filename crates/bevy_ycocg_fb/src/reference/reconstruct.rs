@@ -1,0 +1,241 @@
+//! A packed pixel and its neighbours to a colour (thesis 4.5).
+//!
+//! # Our filters
+//! [`guided`], [`wide`] and [`in_quad`] estimate the missing chrominance relative to luminance:
+//! it hardly changes from light to shadow, where chrominance itself is proportional to the light.
+//! Everything in them is a ratio, so that exposure cancels out; the thesis's threshold of 30/255 sees
+//! no edge in a dark picture and nothing but edges in a bright one. For the neighbours `i` of a pixel
+//! `0`, of luminance `Y` and chrominance `C`:
+//!
+//! ```text
+//! k_i = clamp(C_i / max(Y_i, FLOOR), -2, 2)                        chrominance ratio
+//! d_i = |Y_i - Y_0| / max(min(Y_i, Y_0), FLOOR)                    luminance difference
+//! t   = 0.02 + 4 min(d_i)                                          difference that is tolerated
+//! g_i = |k_right - k_left| or |k_below - k_above|, i's axis        chrominance change
+//! h_i = |(k_p + k_q) / 2 - k_0|, p and q the diagonals beside i    change of the other chrominance
+//!
+//! w_i = 1 / ((t + d_i) (0.2 + g_i))^2                              guided
+//! w_i = 1 / ((t + d_i) (0.2 + g_i) (0.2 + h_i))^2                  wide
+//! w_i = 1 / (t + d_i)^2                                            in_quad
+//!
+//! C_0 = Y_0 sum(w_i k_i) / sum(w_i)
+//! ```
+//!
+//! `t` follows the most similar neighbour: in flat areas the filter is strict, in noise it averages,
+//! and where all neighbours are far off the nearest in luminance prevails, which the thesis handles as
+//! a special case. No weight is 0, and no sum of them.
+//!
+//! The result is clamped to the range in which no channel of the colour is negative ([`decode`]);
+//! the stored chrominance is left alone.
+
+use super::{
+    color::{YCoCg, rgb_from_ycocg},
+    image::PackedImage,
+    pack::PackedPixel,
+};
+use crate::settings::Reconstruction;
+
+/// Luminance difference from which on the thesis's filter sees an edge (thesis 4.5).
+pub const EDGE_THRESHOLD: f32 = 30.0 / 255.0;
+
+/// Luminance below which ratios are not trusted: 16-bit floats have 4 bits left there.
+pub const FLOOR: f32 = 1.0 / (1 << 20) as f32;
+
+/// Relative difference of luminance that is always tolerated.
+pub const TOLERANCE: f32 = 0.02;
+
+/// How much is tolerated beyond the most similar neighbour's difference.
+pub const TOLERANCE_GROWTH: f32 = 4.0;
+
+/// Change of the chrominance ratio at which a weight has fallen to a quarter.
+pub const CHROMINANCE_SCALE: f32 = 0.2;
+
+/// The four neighbours with the missing chrominance: to the right, to the left, below and above.
+///
+/// None on an axis along which the image has one pixel only.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cross {
+    /// Right and left.
+    pub horizontal: Option<[PackedPixel; 2]>,
+    /// Below and above.
+    pub vertical: Option<[PackedPixel; 2]>,
+}
+
+/// The colour of a pixel of an image.
+pub fn reconstruct(image: &PackedImage, x: u32, y: u32, filter: Reconstruction) -> [f32; 3] {
+    let (column, row) = (i64::from(x), i64::from(y));
+    let center = image.read(column, row);
+    let cross = || Cross::read(image, column, row);
+    let missing = match filter {
+        Reconstruction::Nearest => nearest(&cross()),
+        Reconstruction::Bilinear => bilinear(&cross()),
+        Reconstruction::EdgeDirected => edge_directed(center, &cross()),
+        Reconstruction::Guided => guided(center, &cross()),
+        Reconstruction::Wide => {
+            let at = |dx, dy| image.read(column + dx, row + dy);
+            wide(
+                center,
+                &cross(),
+                [at(1, 1), at(1, -1), at(-1, 1), at(-1, -1)],
+            )
+        }
+        Reconstruction::Quad => {
+            // The quads are those of the target, not of the viewport.
+            let partner = |c: u32, offset: u32| i64::from((c + offset) ^ 1) - i64::from(offset);
+            let [width, height] = image.size;
+            in_quad(
+                center,
+                (width > 1).then(|| image.read(partner(x, image.offset[0]), row)),
+                (height > 1).then(|| image.read(column, partner(y, image.offset[1]))),
+            )
+        }
+    };
+    decode(center, missing, image.stores_co(x, y))
+}
+
+/// The colour of a packed pixel and its missing chrominance, without a negative channel.
+pub fn decode(pixel: PackedPixel, missing: f32, stores_co: bool) -> [f32; 3] {
+    let y = pixel.luminance;
+    let (co, cg) = if stores_co {
+        let co = pixel.chrominance;
+        (co, missing.min(y - co.abs()).max(-y))
+    } else {
+        let cg = pixel.chrominance;
+        (missing.min(y - cg).max(cg - y), cg)
+    };
+    // What blending and rounding made of the stored chrominance can still be out of range.
+    rgb_from_ycocg(YCoCg { y, co, cg }).map(|channel| channel.max(0.0))
+}
+
+/// That of the neighbour to the right; of the one below where there is none; else 0.
+pub fn nearest(cross: &Cross) -> f32 {
+    cross.pixels().next().map_or(0.0, |pixel| pixel.chrominance)
+}
+
+/// The mean of the neighbours.
+pub fn bilinear(cross: &Cross) -> f32 {
+    weighted_mean(cross.pixels().map(|pixel| (1.0, pixel.chrominance)))
+}
+
+/// The mean of those neighbours whose luminance differs by less than [`EDGE_THRESHOLD`], the first
+/// neighbour where there are none (thesis, listing 4.2).
+pub fn edge_directed(center: PackedPixel, cross: &Cross) -> f32 {
+    let is_similar = |pixel: &PackedPixel| {
+        let difference = (pixel.luminance - center.luminance).abs();
+        difference < EDGE_THRESHOLD
+    };
+    if cross.pixels().any(|pixel| is_similar(&pixel)) {
+        let similar = cross.pixels().filter(is_similar);
+        weighted_mean(similar.map(|pixel| (1.0, pixel.chrominance)))
+    } else {
+        nearest(cross)
+    }
+}
+
+/// Our filter with 5 fetches; the formula is in the documentation of the [module](self).
+pub fn guided(center: PackedPixel, cross: &Cross) -> f32 {
+    filtered(center, cross, [[0.0; 2]; 2])
+}
+
+/// Our filter with 9 fetches; the formula is in the documentation of the [module](self).
+///
+/// `diagonals` are those to the lower right, upper right, lower left and upper left. An image with one
+/// row or column has none, and the filter is [`guided`].
+pub fn wide(center: PackedPixel, cross: &Cross, diagonals: [PackedPixel; 4]) -> f32 {
+    if cross.horizontal.is_none() || cross.vertical.is_none() {
+        return guided(center, cross);
+    }
+    let own = ratio(center);
+    let [lower_right, upper_right, lower_left, upper_left] = diagonals.map(ratio);
+    let change = |p: f32, q: f32| (0.5 * (p + q) - own).abs();
+    let changes = [
+        [
+            change(lower_right, upper_right),
+            change(lower_left, upper_left),
+        ],
+        [
+            change(lower_right, lower_left),
+            change(upper_right, upper_left),
+        ],
+    ];
+    filtered(center, cross, changes)
+}
+
+/// Our filter with the two neighbours in the same quad; the formula is in the documentation of the
+/// [module](self).
+pub fn in_quad(
+    center: PackedPixel,
+    horizontal: Option<PackedPixel>,
+    vertical: Option<PackedPixel>,
+) -> f32 {
+    let pixels = || [horizontal, vertical].into_iter().flatten();
+    let tolerance = tolerance(center, pixels());
+    let weighted = pixels().map(|pixel| {
+        let root = 1.0 / (tolerance + difference(center, pixel));
+        (root * root, ratio(pixel))
+    });
+    center.luminance * weighted_mean(weighted)
+}
+
+/// What [`guided`] and [`wide`] share; `changes` of the other chrominance are those to the right
+/// and left, below and above.
+fn filtered(center: PackedPixel, cross: &Cross, changes: [[f32; 2]; 2]) -> f32 {
+    let tolerance = tolerance(center, cross.pixels());
+    let axes = [cross.horizontal, cross.vertical].into_iter().zip(changes);
+    let weighted = axes.filter_map(|(pixels, changes)| {
+        let pixels = pixels?;
+        let ratios = pixels.map(ratio);
+        let axis = CHROMINANCE_SCALE + (ratios[0] - ratios[1]).abs();
+        Some([0, 1].map(|i| {
+            let luminance = tolerance + difference(center, pixels[i]);
+            let root = 1.0 / (luminance * axis * (CHROMINANCE_SCALE + changes[i]));
+            (root * root, ratios[i])
+        }))
+    });
+    center.luminance * weighted_mean(weighted.flatten())
+}
+
+/// Chrominance relative to luminance: Co from -2 to 2, Cg from -1 to 1.
+fn ratio(pixel: PackedPixel) -> f32 {
+    (pixel.chrominance / pixel.luminance.max(FLOOR)).clamp(-2.0, 2.0)
+}
+
+/// Relative difference of luminance: 0 and more.
+fn difference(a: PackedPixel, b: PackedPixel) -> f32 {
+    (a.luminance - b.luminance).abs() / a.luminance.min(b.luminance).max(FLOOR)
+}
+
+fn tolerance(center: PackedPixel, pixels: impl Iterator<Item = PackedPixel>) -> f32 {
+    let smallest = pixels
+        .map(|pixel| difference(center, pixel))
+        .fold(f32::INFINITY, f32::min);
+    TOLERANCE + TOLERANCE_GROWTH * smallest
+}
+
+/// The mean of pairs of weight and value; 0 of none.
+fn weighted_mean(weighted: impl Iterator<Item = (f32, f32)>) -> f32 {
+    let (mut weights, mut sum) = (0.0, 0.0);
+    for (weight, value) in weighted {
+        weights += weight;
+        sum += weight * value;
+    }
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}
+
+impl Cross {
+    /// The neighbours of a pixel.
+    pub fn read(image: &PackedImage, x: i64, y: i64) -> Self {
+        Self {
+            horizontal: (image.size[0] > 1).then(|| [image.read(x + 1, y), image.read(x - 1, y)]),
+            vertical: (image.size[1] > 1).then(|| [image.read(x, y + 1), image.read(x, y - 1)]),
+        }
+    }
+
+    /// Those that there are.
+    pub fn pixels(&self) -> impl Iterator<Item = PackedPixel> {
+        [self.horizontal, self.vertical]
+            .into_iter()
+            .flatten()
+            .flatten()
+    }
+}

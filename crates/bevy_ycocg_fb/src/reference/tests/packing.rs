@@ -1,0 +1,141 @@
+//! The transform, parity, sanitising and the formats.
+
+use proptest::prelude::*;
+
+use crate::reference::{
+    YCoCg,
+    color::{linear_from_srgb, rgb_from_ycocg, srgb_from_linear, ycocg_from_rgb},
+    pack::{PackedPixel, UNORM8_BIAS, pack, pack_unorm8, sanitized, stores_co},
+    storage::{F16_MAX, round_f16, round_unorm8, stored},
+};
+use crate::settings::PackedFormat;
+
+#[test]
+fn primaries_have_the_chrominances_of_the_matrix() {
+    let cases = [
+        ([1.0, 0.0, 0.0], [0.25, 0.5, -0.25]),
+        ([0.0, 1.0, 0.0], [0.5, 0.0, 0.5]),
+        ([0.0, 0.0, 1.0], [0.25, -0.5, -0.25]),
+        ([1.0, 1.0, 1.0], [1.0, 0.0, 0.0]),
+    ];
+    for (rgb, [y, co, cg]) in cases {
+        assert_eq!(ycocg_from_rgb(rgb), YCoCg { y, co, cg });
+    }
+}
+
+#[test]
+fn co_is_where_x_plus_y_is_even() {
+    let red = [1.0, 0.0, 0.0];
+    for (x, y) in [(0, 0), (1, 1), (4, 2), (7, 9), (u32::MAX, u32::MAX)] {
+        assert!(stores_co(x, y));
+        assert_eq!(pack(red, x, y).chrominance, 0.5);
+    }
+    for (x, y) in [(1, 0), (0, 1), (4, 3), (8, 9), (u32::MAX, 0)] {
+        assert!(!stores_co(x, y));
+        assert_eq!(pack(red, x, y).chrominance, -0.25);
+    }
+}
+
+#[test]
+fn what_is_no_light_is_sanitised() {
+    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    assert_eq!(sanitized(odd), [0.0, F16_MAX, 0.0]);
+    assert_eq!(sanitized([-1.0, 1e9, 1e-7]), [0.0, F16_MAX, 1e-7]);
+}
+
+#[test]
+fn the_brightest_colours_fit_16_bits() {
+    for rgb in [[F16_MAX; 3], [F16_MAX, 0.0, 0.0], [0.0, F16_MAX, 0.0]] {
+        for x in 0..2 {
+            let pixel = stored(pack(rgb, x, 0), PackedFormat::Float16);
+            assert!(pixel.luminance.is_finite() && pixel.chrominance.is_finite());
+        }
+    }
+}
+
+#[test]
+fn halves_round_to_nearest_even() {
+    // Between 2048 and 4096 halves are 2 apart.
+    for (value, half) in [(2049.0, 2048.0), (2051.0, 2052.0), (2050.5, 2050.0)] {
+        assert_eq!(round_f16(value), half);
+    }
+    // The smallest one, and what is nearer to 0.
+    assert_eq!(round_f16(1e-7), 2.0f32.powi(-23));
+    assert_eq!(round_f16(2e-8), 0.0);
+}
+
+#[test]
+fn bytes_round_to_nearest_and_clamp() {
+    assert_eq!(round_unorm8(100.4 / 255.0), 100.0 / 255.0);
+    assert_eq!(round_unorm8(100.6 / 255.0), 101.0 / 255.0);
+    assert_eq!([-1.0, 2.0, f32::NAN].map(round_unorm8), [0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn grey_has_exactly_the_bias_in_8_bits() {
+    for x in 0..2 {
+        let pixel = stored(pack_unorm8([0.37; 3], x, 0), PackedFormat::Unorm8);
+        assert_eq!(pixel.chrominance, UNORM8_BIAS);
+        let encoded = pixel.luminance;
+        assert!((encoded - srgb_from_linear(0.37)).abs() <= 0.5 / 255.0);
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_transform_is_undone(r in 0f32..65504.0, g in 0f32..65504.0, b in 0f32..65504.0) {
+        let back = rgb_from_ycocg(ycocg_from_rgb([r, g, b]));
+        for (a, e) in back.into_iter().zip([r, g, b]) {
+            // Half an ulp of the largest value for each of the additions.
+            prop_assert!((a - e).abs() <= 4.0 * f32::EPSILON * 65504.0);
+        }
+    }
+
+    #[test]
+    fn no_packed_value_exceeds_the_largest_channel(
+        rgb in prop::array::uniform3(0f32..65504.0), x: u32, y: u32,
+    ) {
+        let pixel = pack(rgb, x, y);
+        let largest = rgb.into_iter().fold(0.0, f32::max) * (1.0 + 2.0 * f32::EPSILON);
+        prop_assert!(pixel.luminance <= largest && pixel.chrominance.abs() <= largest);
+    }
+
+    /// So that blending on packed pixels is blending of colours.
+    #[test]
+    fn packing_is_linear(
+        a in prop::array::uniform3(0f32..100.0),
+        b in prop::array::uniform3(0f32..100.0),
+        alpha in 0f32..1.0,
+        x: u32,
+        y: u32,
+    ) {
+        let blend = |a: f32, b: f32| alpha * a + (1.0 - alpha) * b;
+        let blended = pack([0, 1, 2].map(|c| blend(a[c], b[c])), x, y);
+        let [a, b] = [a, b].map(|color| pack(color, x, y));
+        let expected = PackedPixel {
+            luminance: blend(a.luminance, b.luminance),
+            chrominance: blend(a.chrominance, b.chrominance),
+        };
+        prop_assert!((blended.luminance - expected.luminance).abs() < 1e-4);
+        prop_assert!((blended.chrominance - expected.chrominance).abs() < 1e-4);
+    }
+
+    #[test]
+    fn any_colour_packs_to_what_every_format_holds(
+        rgb in prop::array::uniform3(any::<f32>()), x: u32, y: u32,
+    ) {
+        for format in [PackedFormat::Float16, PackedFormat::Float32] {
+            let pixel = stored(pack(rgb, x, y), format);
+            prop_assert!((0.0..=F16_MAX).contains(&pixel.luminance));
+            prop_assert!(pixel.chrominance.abs() <= F16_MAX);
+        }
+        let pixel = stored(pack_unorm8(rgb, x, y), PackedFormat::Unorm8);
+        prop_assert!((0.0..=1.0).contains(&pixel.luminance));
+        prop_assert!((0.0..=1.0).contains(&pixel.chrominance));
+    }
+
+    #[test]
+    fn srgb_is_undone(linear in 0f32..1.0) {
+        prop_assert!((linear_from_srgb(srgb_from_linear(linear)) - linear).abs() < 2e-6);
+    }
+}

@@ -1,0 +1,51 @@
+//! The samples of a pixel.
+
+use proptest::prelude::*;
+
+use crate::{
+    reference::{PackedPixel, msaa::resolved, pack},
+    settings::MsaaResolve,
+};
+
+#[test]
+fn the_box_is_the_mean() {
+    let samples = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|color| pack(color, 0, 0));
+    let mean = resolved(&samples, MsaaResolve::Box);
+    assert_eq!(mean, pack([0.5, 0.5, 0.0], 0, 0));
+}
+
+/// Half a pixel of a lamp of 10,000: the box makes it all lamp, the weights make it half of what a
+/// display shows.
+#[test]
+fn weights_keep_half_covered_pixels_of_a_lamp_between_both_sides() {
+    let samples = [[1e4; 3], [0.0; 3]].map(|color| pack(color, 0, 0));
+    let shown = |resolve| {
+        let y = resolved(&samples, resolve).luminance;
+        y / (1.0 + y)
+    };
+    assert!(shown(MsaaResolve::Box) > 0.999);
+    assert!((shown(MsaaResolve::ToneMapWeighted) - 0.5).abs() < 1e-3);
+}
+
+#[test]
+fn no_samples_are_black() {
+    assert_eq!(resolved(&[], MsaaResolve::Box), PackedPixel::default());
+}
+
+proptest! {
+    /// Of equal samples, and between the extremes of different ones.
+    #[test]
+    fn a_resolve_is_a_mean(colors in prop::collection::vec(prop::array::uniform3(0f32..1e4), 1..9)) {
+        let samples: Vec<_> = colors.iter().map(|color| pack(*color, 0, 1)).collect();
+        for resolve in [MsaaResolve::Box, MsaaResolve::ToneMapWeighted] {
+            let same = resolved(&[samples[0]; 4], resolve);
+            prop_assert!((same.luminance - samples[0].luminance).abs() <= 1e-6 * same.luminance);
+            let mean = resolved(&samples, resolve);
+            for value in [|p: &PackedPixel| p.luminance, |p: &PackedPixel| p.chrominance] {
+                let low = samples.iter().map(value).fold(f32::INFINITY, f32::min);
+                let high = samples.iter().map(value).fold(f32::NEG_INFINITY, f32::max);
+                prop_assert!((low - 0.01..=high + 0.01).contains(&value(&mean)));
+            }
+        }
+    }
+}
