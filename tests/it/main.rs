@@ -6,3 +6,4 @@ mod runner;
 mod support;
 mod tradeoff;
 mod wavelet_tex;
+mod ycocg_study;
