@@ -18,6 +18,8 @@
 //! Surfaces are described as functions of a point (colour, height and coverage) in units of the
 //! image's short side, sampled four times a pixel; normals are the central differences of the
 //! heights. Sizes of details are thus relative to the image, and its resolution only sharpens it.
+//!
+//! [`mipped_texture`] makes a texture of an image.
 
 mod bricks;
 mod color;
@@ -28,6 +30,7 @@ mod lattice;
 mod material;
 mod photo;
 mod text;
+mod texture;
 mod wood;
 
 pub use bricks::bricks;
@@ -37,6 +40,7 @@ pub use gradients::gradients;
 pub use material::Material;
 pub use photo::photo_like;
 pub use text::text;
+pub use texture::mipped_texture;
 pub use wood::wood;
 
 #[cfg(test)]

@@ -6,11 +6,13 @@
 //! | --- | --- |
 //! | [`options`] | the command line, and how much it makes a study measure |
 //! | [`mod@wavelet_tex`] | the study of `bevy_wavelet_tex` |
+//! | [`ycocg_fb`] | the study of `bevy_ycocg_fb` |
 //! | `table` | the report as a short table |
 
 pub mod options;
 mod table;
 pub mod wavelet_tex;
+pub mod ycocg_fb;
 
 use std::{
     path::{Path, PathBuf},
@@ -30,7 +32,7 @@ use crate::{
 use options::{Options, Plan};
 
 /// The studies, one a plugin.
-pub const STUDIES: &[Study] = &[wavelet_tex::STUDY];
+pub const STUDIES: &[Study] = &[wavelet_tex::STUDY, ycocg_fb::STUDY];
 
 /// The measurements of one plugin.
 #[derive(Clone, Copy, Debug)]

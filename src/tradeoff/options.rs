@@ -52,6 +52,8 @@ pub struct Plan {
     pub repetitions: usize,
     /// Width and height of the rendered picture, in pixels; none renders nothing.
     pub picture: Option<[u32; 2]>,
+    /// Width and height of the frames that a frame buffer stores, in pixels; none renders nothing.
+    pub frame: Option<[u32; 2]>,
     /// Rounds in which the settings take turns, for the median of their frame times.
     pub rounds: u32,
     /// Frames of a setting in a round.
@@ -73,6 +75,7 @@ impl Plan {
             kodak,
             repetitions,
             picture: Some(picture),
+            frame: Some(if quick { [640, 360] } else { [1280, 720] }),
             rounds,
             frames,
         }

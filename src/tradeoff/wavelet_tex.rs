@@ -122,7 +122,10 @@ fn inputs(
 }
 
 /// The photographs of the Kodak set, where they are.
-fn kodak(plan: &Plan, progress: &ProgressBar) -> Result<Vec<(String, RgbImage)>, TradeoffError> {
+pub(super) fn kodak(
+    plan: &Plan,
+    progress: &ProgressBar,
+) -> Result<Vec<(String, RgbImage)>, TradeoffError> {
     let folder = &plan.kodak_folder;
     if !folder.is_dir() {
         if !plan.kodak.is_empty() {

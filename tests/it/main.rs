@@ -7,3 +7,4 @@ mod support;
 mod tradeoff;
 mod wavelet_tex;
 mod ycocg_fb;
+mod ycocg_study;

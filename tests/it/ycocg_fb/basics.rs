@@ -19,6 +19,7 @@ fn a_lit_scene_with_and_without_hdr() {
                 Reconstruction::Bilinear,
                 Reconstruction::EdgeDirected,
                 Reconstruction::Guided,
+                Reconstruction::Wide,
                 Reconstruction::Quad,
             ] {
                 let packed = studio.mode(hdr, msaa).packed(YCoCgFrameBuffer {

@@ -1,4 +1,12 @@
 //! Packed frame buffers: pictures against those of Bevy's own.
 
 mod basics;
+mod cameras;
+mod effects;
+mod exact;
+mod extremes;
+mod fallback;
+mod formats;
+mod materials;
 mod scene;
+mod switching;

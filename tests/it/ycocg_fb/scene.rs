@@ -33,7 +33,8 @@ impl Studio {
         Self::with_settings(HeadlessSettings::with_size(width, height), scene)
     }
 
-    pub fn with_settings(settings: HeadlessSettings, scene: impl FnOnce(&mut App)) -> Self {
+    pub fn with_settings(mut settings: HeadlessSettings, scene: impl FnOnce(&mut App)) -> Self {
+        settings.asset_folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/ycocg_fb").into();
         let mut app = HeadlessApp::new(settings, |app| {
             app.add_plugins(YCoCgFrameBufferPlugin)
                 .add_systems(Startup, spawn_camera);
@@ -93,6 +94,11 @@ impl Studio {
         self.app.capture_rgb8().expect("a picture")
     }
 
+    /// The picture of Bevy's camera at `scale` times the size, averaged as it would be seen.
+    pub fn supersampled(&mut self, scale: u32) -> RgbImage {
+        todo!()
+    }
+
     /// What became of the camera.
     pub fn state(&self) -> Option<CameraState> {
         let reports = self.app.world().resource::<FrameBufferReports>();
@@ -108,6 +114,14 @@ fn spawn_camera(mut commands: Commands, target: Res<LabTarget>) {
         Msaa::Off,
         Transform::from_xyz(0.0, 1.6, 3.2).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y),
     ));
+}
+
+/// Changes what the camera is cleared to.
+pub fn clear_to(camera: &mut EntityCommands, color: ClearColorConfig) {
+    // Changed in place: a new `Camera` would not know the size of its target.
+    camera
+        .entry::<Camera>()
+        .and_modify(move |mut camera| camera.clear_color = color);
 }
 
 /// PSNR in dB.

@@ -1,6 +1,8 @@
 //! The shader def that makes a material's pipeline pack, for packed cameras only.
 
 use bevy::{
+    mesh::BaseMeshPipelineKey,
+    pbr::MeshPipelineKey,
     prelude::*,
     render::render_resource::{RenderPipelineDescriptor, TextureFormat},
     shader::ShaderDefVal,
@@ -25,17 +27,6 @@ impl PackedFormat {
         }
     }
 
-    /// What stands for it in Bevy's pipeline keys: formats that the key can hold but that no
-    /// camera renders to, so that a packed camera is never taken for one whose target happens to
-    /// have two channels.
-    pub(crate) fn key_format(self) -> TextureFormat {
-        match self {
-            Self::Float16 => TextureFormat::R16Snorm,
-            Self::Float32 => TextureFormat::Rg16Snorm,
-            Self::Unorm8 => TextureFormat::R8Snorm,
-        }
-    }
-
     /// The shader defs of all shaders that write or read it.
     pub(crate) fn shader_defs(self) -> Vec<ShaderDefVal> {
         let mut defs = vec![PACK.into()];
@@ -46,15 +37,25 @@ impl PackedFormat {
     }
 }
 
+/// A bit of Bevy's `MeshPipelineKey` that Bevy leaves free: the view is packed.
+pub(crate) const PACKED_KEY: u64 = 1 << 57;
+const _: () = assert!(
+    (MeshPipelineKey::all().bits() | BaseMeshPipelineKey::all().bits()) & PACKED_KEY == 0,
+    "Bevy has taken the bit: choose another"
+);
+
 /// The hook: a material's pipeline for a packed camera writes packed colours.
 pub(crate) fn pack_for_packed_targets(
     material: SpecializedMaterial,
     descriptor: &mut RenderPipelineDescriptor,
 ) {
-    let key_format = material.mesh_key.target_format();
+    if material.mesh_key.bits() & PACKED_KEY == 0 {
+        return;
+    }
+    let target_format = material.mesh_key.target_format();
     let packed = PackedFormat::ALL
         .into_iter()
-        .find(|format| format.key_format() == key_format);
+        .find(|format| format.texture_format() == target_format);
     if let Some(format) = packed {
         pack(descriptor, format);
     }

@@ -112,6 +112,7 @@ impl SpecializedRenderPipeline for ResolvePipeline {
                 Reconstruction::Bilinear => "YCOCG_FB_BILINEAR",
                 Reconstruction::EdgeDirected => "YCOCG_FB_EDGE_DIRECTED",
                 Reconstruction::Guided => "YCOCG_FB_GUIDED",
+                Reconstruction::Wide => "YCOCG_FB_WIDE",
                 Reconstruction::Quad => "YCOCG_FB_QUAD",
             }
             .into(),

@@ -7,8 +7,8 @@
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_render::{maths::powsafe, view::View}
 #import bevy_ycocg_fb::{
-    pack::{is_finite, rgb_from_ycocg, stores_orange},
-    reconstruct::{Neighborhood, linear_from_srgb, missing_chroma, nonnegative},
+    pack::{LARGEST_HALF, is_finite, stores_orange},
+    reconstruct::{Neighborhood, decode, linear_from_srgb, missing_chroma},
 }
 #ifdef YCOCG_FB_TONE_MAP
 #import bevy_core_pipeline::tonemapping::{screen_space_dither, tone_mapping}
@@ -26,12 +26,16 @@
 
 // Luminance and chrominance as stored, made safe: a pixel that overflowed is bright and gray, a
 // NaN is black, and neither reaches its neighbours.
-fn decoded(texel: vec2<f32>) -> vec2<f32> {
+fn unbiased(texel: vec2<f32>) -> vec2<f32> {
 #ifdef YCOCG_FB_UNORM8
     return texel - vec2(0.0, CHROMA_BIAS);
 #else
-    let luminance = select(select(0.0, 65504.0, texel.x > 0.0), texel.x, is_finite(texel.x));
-    return vec2(max(luminance, 0.0), select(0.0, texel.y, is_finite(texel.y)));
+    let overflown = select(0.0, LARGEST_HALF, texel.x > 0.0);
+    let luminance = select(overflown, texel.x, is_finite(texel.x));
+    return vec2(
+        clamp(luminance, 0.0, LARGEST_HALF),
+        select(0.0, texel.y, is_finite(texel.y)),
+    );
 #endif
 }
 
@@ -41,7 +45,7 @@ fn resolved(pixel: vec2<i32>) -> vec2<f32> {
     var sum = vec2(0.0);
     var weights = 0.0;
     for (var i = 0; i < #{YCOCG_FB_SAMPLES}; i++) {
-        let sample = decoded(textureLoad(packed, pixel, i).xy);
+        let sample = unbiased(textureLoad(packed, pixel, i).xy);
 #ifdef YCOCG_FB_TONE_MAP_WEIGHTED
         let weight = 1.0 / (1.0 + sample.x);
 #else
@@ -52,7 +56,7 @@ fn resolved(pixel: vec2<i32>) -> vec2<f32> {
     }
     return sum / weights;
 #else
-    return decoded(textureLoad(packed, pixel, 0).xy);
+    return unbiased(textureLoad(packed, pixel, 0).xy);
 #endif
 }
 
@@ -72,27 +76,41 @@ fn resolve(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     let pixel = mirrored(vec2<i32>(in.position.xy), first, last);
     let center = resolved(pixel);
 
-    var around: Neighborhood;
-    around.center = center;
+    var n: Neighborhood;
+    n.center = center;
     // A row or column alone has neighbours in one direction, a single pixel has none.
-    around.exists = vec2(last.x > first.x, last.y > first.y);
+    n.exists = vec4<f32>(vec4(last.xx, last.yy) > vec4(first.xx, first.yy));
 #ifdef YCOCG_FB_QUAD
-    // The differences within the quad are the neighbours (thesis 4.5, optimisations).
+    // The differences within the quad lead to the neighbours (thesis 4.5, optimisations).
     let side = vec2<f32>(1 - 2 * (vec2<i32>(in.position.xy) & vec2(1)));
-    around.right = center + side.x * dpdxFine(center);
-    around.below = center + side.y * dpdyFine(center);
+    let right = center + side.x * dpdxFine(center);
+    let below = center + side.y * dpdyFine(center);
+    n.exists *= vec4(1.0, 0.0, 1.0, 0.0);
+    n.luminance = vec4(right.xx, below.xx);
+    n.chrominance = vec4(right.yy, below.yy);
 #else
-    around.right = resolved(mirrored(pixel + vec2(1, 0), first, last));
-    around.below = resolved(mirrored(pixel + vec2(0, 1), first, last));
-#ifndef YCOCG_FB_NEAREST
-    around.left = resolved(mirrored(pixel - vec2(1, 0), first, last));
-    around.above = resolved(mirrored(pixel - vec2(0, 1), first, last));
+    let right = resolved(mirrored(pixel + vec2(1, 0), first, last));
+    let below = resolved(mirrored(pixel + vec2(0, 1), first, last));
+#ifdef YCOCG_FB_NEAREST
+    n.luminance = vec4(right.xx, below.xx);
+    n.chrominance = vec4(right.yy, below.yy);
+#else
+    let left = resolved(mirrored(pixel - vec2(1, 0), first, last));
+    let above = resolved(mirrored(pixel - vec2(0, 1), first, last));
+    n.luminance = vec4(right.x, left.x, below.x, above.x);
+    n.chrominance = vec4(right.y, left.y, below.y, above.y);
+#endif
+#ifdef YCOCG_FB_WIDE
+    let lower_right = resolved(mirrored(pixel + vec2(1, 1), first, last));
+    let upper_right = resolved(mirrored(pixel + vec2(1, -1), first, last));
+    let lower_left = resolved(mirrored(pixel + vec2(-1, 1), first, last));
+    let upper_left = resolved(mirrored(pixel + vec2(-1, -1), first, last));
+    n.diagonal_luminance = vec4(lower_right.x, upper_right.x, lower_left.x, upper_left.x);
+    n.diagonal_chrominance = vec4(lower_right.y, upper_right.y, lower_left.y, upper_left.y);
 #endif
 #endif
 
-    let other = missing_chroma(around);
-    let chroma = select(vec2(other, center.y), vec2(center.y, other), stores_orange(pixel));
-    var rgb = nonnegative(vec3(center.x, chroma));
+    var rgb = decode(center, missing_chroma(n), stores_orange(pixel));
 #ifdef YCOCG_FB_UNORM8
     rgb = linear_from_srgb(rgb);
 #endif

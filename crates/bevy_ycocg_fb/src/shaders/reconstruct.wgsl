@@ -1,20 +1,37 @@
-// The missing chrominance of a pixel, from its neighbours (thesis 4.5). The same as
-// `reference::reconstruct`, which says why.
+// The missing chrominance of a pixel, from its neighbours (thesis 4.5): `reference::reconstruct`
+// in WGSL, where the formulas are explained.
 
 #define_import_path bevy_ycocg_fb::reconstruct
 
 #import bevy_ycocg_fb::pack::rgb_from_ycocg
 
-// (luminance, chrominance) of a pixel and of its four neighbours, which store the other
-// chrominance.
+// Luminance difference from which on the thesis's filter sees an edge (thesis 4.5).
+const EDGE_THRESHOLD: f32 = 30.0 / 255.0;
+// Luminance below which ratios are not trusted.
+const FLOOR: f32 = 1.0 / 1048576.0;
+// Relative difference of luminance that is always tolerated.
+const TOLERANCE: f32 = 0.02;
+// How much is tolerated beyond the most similar neighbour's difference.
+const TOLERANCE_GROWTH: f32 = 4.0;
+// Change of the chrominance ratio at which a weight has fallen to a quarter.
+const CHROMINANCE_SCALE: f32 = 0.2;
+// More than any difference of luminance.
+const FAR: f32 = 1e30;
+
+// (luminance, chrominance) of a pixel and of its neighbours. Those beside it store the chrominance
+// that it lacks, the diagonal ones the same as itself.
 struct Neighborhood {
     center: vec2<f32>,
-    right: vec2<f32>,
-    left: vec2<f32>,
-    below: vec2<f32>,
-    above: vec2<f32>,
-    // Whether there is any neighbour horizontally, vertically.
-    exists: vec2<bool>,
+    // To the right, to the left, below and above.
+    luminance: vec4<f32>,
+    chrominance: vec4<f32>,
+    // 1 for those that exist: a viewport one pixel wide has none to the right and left.
+    exists: vec4<f32>,
+#ifdef YCOCG_FB_WIDE
+    // To the lower right, upper right, lower left and upper left.
+    diagonal_luminance: vec4<f32>,
+    diagonal_chrominance: vec4<f32>,
+#endif
 }
 
 fn linear_from_srgb(srgb: vec3<f32>) -> vec3<f32> {
@@ -23,68 +40,74 @@ fn linear_from_srgb(srgb: vec3<f32>) -> vec3<f32> {
     return select(high, low, srgb <= vec3(0.04045));
 }
 
-// RGB without negative components: chrominance is brought into the range that this luminance
-// admits, |Cg| <= Y and |Co| <= Y - Cg.
-fn nonnegative(ycocg: vec3<f32>) -> vec3<f32> {
-    let green = clamp(ycocg.z, -ycocg.x, ycocg.x);
-    let rest = ycocg.x - green;
-    let orange = clamp(ycocg.y, -rest, rest);
-    return vec3(rest + orange, ycocg.x + green, rest - orange);
-}
-
-// 1 for the neighbours (right, left, below, above) that exist.
-fn existing(n: Neighborhood) -> vec4<f32> {
-    return vec4(vec2(f32(n.exists.x)), vec2(f32(n.exists.y)));
-}
-
-fn luminances(n: Neighborhood) -> vec4<f32> {
-    return vec4(n.right.x, n.left.x, n.below.x, n.above.x);
-}
-
-fn chromas(n: Neighborhood) -> vec4<f32> {
-    return vec4(n.right.y, n.left.y, n.below.y, n.above.y);
+// The colour of a packed pixel and its missing chrominance. No channel is negative: the missing
+// chrominance is brought into the range that the other two admit.
+fn decode(center: vec2<f32>, missing: f32, stores_orange: bool) -> vec3<f32> {
+    let y = center.x;
+    let stored = center.y;
+    let green = max(min(missing, y - abs(stored)), -y);
+    let orange = max(min(missing, y - stored), stored - y);
+    let ycocg = select(vec3(y, orange, stored), vec3(y, stored, green), stores_orange);
+    return max(rgb_from_ycocg(ycocg), vec3(0.0));
 }
 
 fn missing_chroma(n: Neighborhood) -> f32 {
 #ifdef YCOCG_FB_NEAREST
     return nearest(n);
-#endif
-#ifdef YCOCG_FB_BILINEAR
-    return bilinear(n);
-#endif
-#ifdef YCOCG_FB_EDGE_DIRECTED
+#else ifdef YCOCG_FB_BILINEAR
+    return weighted_mean(n.exists, n.chrominance);
+#else ifdef YCOCG_FB_EDGE_DIRECTED
     return edge_directed(n);
-#endif
-#ifdef YCOCG_FB_GUIDED
-    return guided(n);
-#endif
-#ifdef YCOCG_FB_QUAD
+#else
     return guided(n);
 #endif
 }
 
+// That of the neighbour to the right; of the one below where there is none.
 fn nearest(n: Neighborhood) -> f32 {
-    return select(select(0.0, n.below.y, n.exists.y), n.right.y, n.exists.x);
+    return select(n.exists.z * n.chrominance.z, n.chrominance.x, n.exists.x > 0.0);
 }
 
-fn bilinear(n: Neighborhood) -> f32 {
-    let weights = existing(n);
-    return dot(weights, chromas(n)) / max(dot(weights, vec4(1.0)), 1.0);
-}
-
-// Thesis, listing 4.2, including its choice of the first neighbour where none is similar.
+// Thesis, listing 4.2, which takes the first neighbour where none is similar.
 fn edge_directed(n: Neighborhood) -> f32 {
-    let threshold = 30.0 / 255.0;
-    var weights = existing(n) * (1.0 - step(vec4(threshold), abs(luminances(n) - n.center.x)));
-    let sum = dot(weights, vec4(1.0));
-    return select(dot(weights, chromas(n)) / max(sum, 1.0), nearest(n), sum == 0.0);
+    let differences = abs(n.luminance - n.center.x);
+    let weights = n.exists * vec4<f32>(differences < vec4(EDGE_THRESHOLD));
+    return select(weighted_mean(weights, n.chrominance), nearest(n), all(weights == vec4(0.0)));
 }
 
+// Chrominance relative to luminance, from neighbours of similar luminance: `guided`, `wide` and
+// `in_quad` of the reference.
 fn guided(n: Neighborhood) -> f32 {
-    let y = luminances(n);
-    let ratio = chromas(n) / max(y, vec4(1e-7));
-    let d = (y - n.center.x) / (max(y, vec4(n.center.x)) + 1e-7);
-    var weights = existing(n) / (d * d + 1e-3);
+    let ratios = ratio(n.luminance, n.chrominance);
+    let smaller = max(min(n.luminance, vec4(n.center.x)), vec4(FLOOR));
+    let differences = abs(n.luminance - n.center.x) / smaller;
+    let candidates = select(vec4(FAR), differences, n.exists > vec4(0.0));
+    let pairs = min(candidates.xy, candidates.zw);
+    let tolerance = TOLERANCE + TOLERANCE_GROWTH * min(pairs.x, pairs.y);
+    var roots = 1.0 / (tolerance + differences);
+#ifndef YCOCG_FB_QUAD
+    // Along the axis on which the chrominance changes less.
+    let changes = abs(ratios.xz - ratios.yw);
+    roots /= CHROMINANCE_SCALE + changes.xxyy;
+#endif
+#ifdef YCOCG_FB_WIDE
+    // Away from edges of the other chrominance. Without diagonal neighbours there are none.
+    let own = ratio(vec4(n.center.x), vec4(n.center.y));
+    let diagonals = ratio(n.diagonal_luminance, n.diagonal_chrominance);
+    let means = 0.5 * (diagonals.xzxy + diagonals.ywzw);
+    let other_changes = abs(means - own) * min(n.exists.x, n.exists.z);
+    roots /= CHROMINANCE_SCALE + other_changes;
+#endif
+    return n.center.x * weighted_mean(n.exists * roots * roots, ratios);
+}
+
+// Chrominance relative to luminance: Co from -2 to 2, Cg from -1 to 1.
+fn ratio(luminance: vec4<f32>, chrominance: vec4<f32>) -> vec4<f32> {
+    return clamp(chrominance / max(luminance, vec4(FLOOR)), vec4(-2.0), vec4(2.0));
+}
+
+// 0 where there are no weights.
+fn weighted_mean(weights: vec4<f32>, values: vec4<f32>) -> f32 {
     let sum = dot(weights, vec4(1.0));
-    return select(0.0, n.center.x * dot(weights, ratio) / sum, sum > 0.0);
+    return select(dot(weights, values) / sum, 0.0, sum <= 0.0);
 }

@@ -1,38 +1,30 @@
 //! The format that Bevy takes a view to have.
 //!
-//! `ViewTarget` and all effects keep the format of the camera. Meshes are keyed by a stand-in for
-//! the packed format (see `PackedFormat::key_format`), and what is queued into the phases finds
-//! the packed format itself, so that even a pipeline that does not pack fits the pass.
+//! `ViewTarget` and all effects keep the format of the camera. Where meshes are keyed and phases
+//! are queued, a packed view has the format of its packed texture, and its key has a mark, so that
+//! it is not taken for a view whose target happens to have two channels.
 
 use bevy::{
-    ecs::entity::EntityHashMap, prelude::*, render::render_resource::TextureFormat,
-    render::view::ExtractedView,
+    ecs::entity::EntityHashMap,
+    pbr::{MeshPipelineKey, ViewKeyCache},
+    prelude::*,
+    render::{render_resource::TextureFormat, view::ExtractedView},
 };
 
 use super::eligibility::PackedView;
+use crate::material::pipeline::PACKED_KEY;
 
 /// The formats that were replaced.
 #[derive(Resource, Default)]
 pub(super) struct OwnFormats(EntityHashMap<TextureFormat>);
 
-type PackedViews<'w, 's> = Query<'w, 's, (Entity, &'static mut ExtractedView, &'static PackedView)>;
-
-pub(super) fn show_key_format(views: PackedViews, own: ResMut<OwnFormats>) {
-    show(views, own, |packed| packed.settings.format.key_format());
-}
-
-pub(super) fn show_packed_format(views: PackedViews, own: ResMut<OwnFormats>) {
-    show(views, own, |packed| packed.settings.format.texture_format());
-}
-
-fn show(
-    mut views: PackedViews,
+pub(super) fn show_packed(
+    mut views: Query<(Entity, &mut ExtractedView, &PackedView)>,
     mut own: ResMut<OwnFormats>,
-    format: impl Fn(&PackedView) -> TextureFormat,
 ) {
     for (entity, mut view, packed) in &mut views {
         own.0.insert(entity, view.target_format);
-        view.target_format = format(packed);
+        view.target_format = packed.settings.format.texture_format();
     }
 }
 
@@ -41,5 +33,28 @@ pub(super) fn restore(mut views: Query<&mut ExtractedView>, mut own: ResMut<OwnF
         if let Ok(mut view) = views.get_mut(entity) {
             view.target_format = format;
         }
+    }
+}
+
+/// Marks the keys of packed views.
+pub(super) fn mark_keys(
+    views: Query<&ExtractedView, With<PackedView>>,
+    keys: Option<ResMut<ViewKeyCache>>,
+) {
+    let Some(mut keys) = keys else {
+        return;
+    };
+    for view in &views {
+        if let Some(key) = keys.get_mut(&view.retained_view_entity) {
+            *key |= MeshPipelineKey::from_bits_retain(PACKED_KEY);
+        }
+    }
+}
+
+/// Takes the marks away before Bevy compares the keys with those of this frame: to find them
+/// different is to specialise everything anew.
+pub(super) fn unmark_keys(keys: Option<ResMut<ViewKeyCache>>) {
+    for key in keys.into_iter().flat_map(|keys| keys.into_inner().values_mut()) {
+        *key = MeshPipelineKey::from_bits_retain(key.bits() & !PACKED_KEY);
     }
 }

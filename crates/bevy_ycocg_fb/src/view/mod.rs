@@ -49,14 +49,15 @@ impl Plugin for PackedViewPlugin {
                     eligibility::choose_views
                         .after(RenderSystems::ExtractCommands)
                         .before(RenderSystems::PrepareAssets),
-                    // Where meshes are keyed, and where phases are queued: nowhere else may Bevy
-                    // take the view's format for that of its `ViewTarget`.
+                    // Where meshes are keyed, and where phases are queued, and nowhere else.
                     (
-                        format::show_key_format.before(check_views_need_specialization),
-                        format::restore.after(check_views_need_specialization),
+                        (format::show_packed, format::unmark_keys)
+                            .before(check_views_need_specialization),
+                        (format::restore, format::mark_keys)
+                            .after(check_views_need_specialization),
                     )
                         .in_set(RenderSystems::PrepareAssets),
-                    format::show_packed_format
+                    format::show_packed
                         .after(RenderSystems::PrepareViews)
                         .before(RenderSystems::Queue),
                     format::restore

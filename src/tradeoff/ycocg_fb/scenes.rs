@@ -1,0 +1,95 @@
+//! The scenes that the frame buffer is measured on.
+//!
+//! | scene | what it is hard for |
+//! | --- | --- |
+//! | `lit` | nothing in particular: textures, lights and shadows as in a game |
+//! | `equal_luminance_edges` | filters that look for edges in luminance: there are none |
+//! | `thin_lines` | filters that need a neighbour of the same surface |
+//! | `foliage` | all filters: detail as fine as a pixel, in luminance and chrominance |
+//! | `hdr_edge` | filters that compare absolute values: 10,000 beside 0 |
+//! | `dark` | filters that compare absolute values, and formats: 0.01 on average |
+
+mod dark;
+mod equal_luminance;
+mod foliage;
+mod hdr_edge;
+mod lit;
+mod shapes;
+mod thin_lines;
+
+use bevy::{
+    camera::{Exposure, Hdr, ScalingMode},
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    prelude::*,
+};
+
+use crate::headless::LabTarget;
+pub(super) use shapes::add;
+
+/// A scene, without its camera.
+#[derive(Clone, Copy, Debug)]
+pub struct TestScene {
+    /// Its name in the records.
+    pub name: &'static str,
+    /// What it looks like.
+    pub description: &'static str,
+    view: View,
+    spawn: fn(&mut World, UVec2),
+}
+
+/// Where the camera stands.
+#[derive(Clone, Copy, Debug)]
+enum View {
+    /// At a point, looking at another.
+    Perspective { eye: Vec3, target: Vec3 },
+    /// One unit is one pixel, the origin in the middle.
+    Pixels,
+}
+
+/// All scenes.
+pub const SCENES: [TestScene; 6] = [
+    lit::SCENE,
+    equal_luminance::SCENE,
+    thin_lines::SCENE,
+    foliage::SCENE,
+    hdr_edge::SCENE,
+    dark::SCENE,
+];
+
+impl TestScene {
+    /// Spawns the scene and a camera with `Hdr` and no multisampling, which draws to the app's
+    /// [`LabTarget`] of `size` pixels.
+    pub fn spawn(&self, world: &mut World, size: UVec2, tonemapping: Tonemapping) -> Entity {
+        (self.spawn)(world, size);
+        let (projection, pose) = match self.view {
+            View::Perspective { eye, target } => (
+                Projection::from(PerspectiveProjection::default()),
+                Transform::from_translation(eye).looking_at(target, Vec3::Y),
+            ),
+            View::Pixels => (
+                Projection::from(OrthographicProjection {
+                    scaling_mode: ScalingMode::Fixed {
+                        width: size.x as f32,
+                        height: size.y as f32,
+                    },
+                    ..OrthographicProjection::default_3d()
+                }),
+                Transform::from_xyz(0.0, 0.0, 10.0),
+            ),
+        };
+        let target = world.resource::<LabTarget>().0.clone();
+        world
+            .spawn((
+                Camera3d::default(),
+                target,
+                Hdr,
+                Msaa::Off,
+                tonemapping,
+                DebandDither::Disabled,
+                Exposure::default(),
+                projection,
+                pose,
+            ))
+            .id()
+    }
+}

@@ -1,0 +1,89 @@
+//! The shaders compute what the reference computes.
+//!
+//! The colours are such that all packed values are exact in 16 bits, so that what remains is the
+//! rounding of 32-bit arithmetic and of Bevy's 16-bit main texture.
+
+use bevy::prelude::*;
+use bevy_ycocg_fb::{
+    PackedFormat, Reconstruction, YCoCgFrameBuffer,
+    reference::PackedImage,
+};
+
+use super::scene::{Flat, random_colors};
+use crate::support::gpu;
+
+const ALL: [Reconstruction; 6] = [
+    Reconstruction::Nearest,
+    Reconstruction::Bilinear,
+    Reconstruction::EdgeDirected,
+    Reconstruction::Guided,
+    Reconstruction::Wide,
+    Reconstruction::Quad,
+];
+
+/// The largest difference relative to the larger of the value and `floor`.
+pub fn largest_difference(found: &[[f32; 3]], wanted: &[[f32; 3]], floor: f32) -> f32 {
+    assert_eq!(found.len(), wanted.len());
+    let pairs = found.iter().flatten().zip(wanted.iter().flatten());
+    pairs.fold(0.0, |largest, (found, wanted)| {
+        assert!(found.is_finite(), "{found} instead of {wanted}");
+        largest.max((found - wanted).abs() / wanted.abs().max(floor))
+    })
+}
+
+#[test]
+fn every_filter_at_every_size_and_offset() {
+    let _gpu = gpu();
+    for (size, offset) in [
+        ([37, 23], [0, 0]),
+        ([36, 22], [1, 0]),
+        ([31, 21], [3, 5]),
+        ([30, 20], [2, 7]),
+        ([1, 23], [0, 0]),
+        ([1, 22], [1, 1]),
+        ([37, 1], [0, 0]),
+        ([36, 1], [0, 1]),
+        ([2, 2], [5, 4]),
+        ([1, 1], [0, 0]),
+        ([1, 1], [2, 3]),
+    ] {
+        let colors = random_colors(size, 5);
+        let mut flat = Flat::new([40, 28], size, offset, &colors);
+        for format in [PackedFormat::Float16, PackedFormat::Float32] {
+            let image = PackedImage::pack(&colors, size, offset, format);
+            for reconstruction in ALL {
+                let found = flat.packed(YCoCgFrameBuffer {
+                    format,
+                    reconstruction,
+                    ..default()
+                });
+                let wanted = image.unpack(reconstruction);
+                // Half a step of a 16-bit float, and the arithmetic.
+                let difference = largest_difference(&found, &wanted, 0.05);
+                assert!(
+                    difference < 1.2 / 2048.0,
+                    "{size:?} at {offset:?} {format:?} {reconstruction:?}: {difference}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_viewport_is_the_whole_of_a_picture() {
+    // A neighbour in the next viewport is none: beside another picture the result is the same.
+    let _gpu = gpu();
+    let size = [20, 16];
+    let colors = random_colors(size, 9);
+    let mut alone = Flat::new([20, 16], size, [0, 0], &colors);
+    let mut beside = Flat::new([40, 16], size, [20, 0], &colors);
+    let bright = vec![[4.0, 0.0, 0.0]; 20 * 16];
+    beside.add_camera(size, [0, 0], &bright);
+    for reconstruction in ALL {
+        let settings = YCoCgFrameBuffer {
+            reconstruction,
+            ..default()
+        };
+        assert!(alone.packed(settings) == beside.packed(settings), "{reconstruction:?}");
+    }
+}

@@ -1,0 +1,91 @@
+//! The edges of the domain: no value from a material may spread or be anything but a colour.
+
+use bevy::prelude::*;
+use bevy_ycocg_fb::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer, reference::PackedImage};
+use bevy::render::view::Msaa;
+
+use super::{
+    exact::largest_difference,
+    scene::{Flat, random_colors},
+};
+use crate::support::gpu;
+
+const BAD: [[f32; 3]; 10] = [
+    [f32::NAN; 3],
+    [f32::NAN, 1.0, 2.0],
+    [f32::INFINITY; 3],
+    [f32::INFINITY, 0.0, 1.0],
+    [f32::NEG_INFINITY, 1.0, 1.0],
+    [65504.0; 3],
+    [65504.0, 0.0, 0.0],
+    [1e30, 1.0, 0.0],
+    [1e-7, 0.0, 2e-7],
+    [-3.0, 0.5, 0.5],
+];
+
+#[test]
+fn one_bad_pixel_is_one_bad_pixel() {
+    let _gpu = gpu();
+    let size = [24, 20];
+    for (i, bad) in BAD.into_iter().enumerate() {
+        let mut colors = random_colors(size, 3);
+        // Both parities.
+        for (x, y) in [(7, 6), (15, 13)] {
+            colors[y * size[0] as usize + x] = bad;
+        }
+        let mut flat = Flat::new(size, size, [0, 0], &colors);
+        for format in [PackedFormat::Float16, PackedFormat::Float32] {
+            for reconstruction in [Reconstruction::Guided, Reconstruction::Wide, Reconstruction::EdgeDirected] {
+                let found = flat.packed(YCoCgFrameBuffer {
+                    format,
+                    reconstruction,
+                    ..default()
+                });
+                let image = PackedImage::pack(&colors, size, [0, 0], format);
+                let wanted = image.unpack(reconstruction);
+                let difference = largest_difference(&found, &wanted, 0.05);
+                assert!(difference < 2.0 / 2048.0, "{i} {format:?} {reconstruction:?}: {difference}");
+                assert!(found.iter().flatten().all(|c| (0.0..=65504.0).contains(c)));
+                // Two pixels away nothing has changed.
+                let clean = PackedImage::pack(&random_colors(size, 3), size, [0, 0], format)
+                    .unpack(reconstruction);
+                for (index, (found, clean)) in found.iter().zip(&clean).enumerate() {
+                    let (x, y) = (index as i32 % 24, index as i32 / 24);
+                    let distance = [(7, 6), (15, 13)]
+                        .map(|(bx, by)| (x - bx).abs().max((y - by).abs()))
+                        .into_iter()
+                        .min();
+                    if distance > Some(1) {
+                        assert!(largest_difference(&[*found], &[*clean], 0.05) < 1.2 / 2048.0);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn stacking_light_until_it_overflows_is_bright_and_gray() {
+    let _gpu = gpu();
+    let size = [16, 12];
+    let colors = vec![[60000.0, 30000.0, 10000.0]; 16 * 12];
+    let mut flat = Flat::new(size, size, [0, 0], &colors);
+    flat.stack(7, AlphaMode::Add);
+    for msaa in [Msaa::Off, Msaa::Sample4] {
+        flat.set_msaa(msaa);
+        for format in [PackedFormat::Float16, PackedFormat::Float32] {
+            for msaa_resolve in [MsaaResolve::Box, MsaaResolve::ToneMapWeighted] {
+                let found = flat.packed(YCoCgFrameBuffer {
+                    format,
+                    msaa_resolve,
+                    ..default()
+                });
+                for pixel in found {
+                    assert!(pixel.iter().all(|c| c.is_finite() && *c >= 0.0), "{pixel:?}");
+                    let luminance = 0.25 * pixel[0] + 0.5 * pixel[1] + 0.25 * pixel[2];
+                    assert!(luminance > 40000.0, "{format:?} {msaa:?}: {pixel:?}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! The three formats, the two resolves, and what they take.
+
+use bevy::{prelude::*, render::view::Msaa};
+use bevy_ycocg_fb::{
+    CameraState, ColorMemory, FallbackReason, FrameBufferReports, MsaaResolve, PackedFormat,
+    YCoCgFrameBuffer,
+};
+
+use super::scene::{Studio, keep, lit_scene, psnr};
+use crate::support::gpu;
+
+fn with(format: PackedFormat) -> YCoCgFrameBuffer {
+    YCoCgFrameBuffer {
+        format,
+        ..default()
+    }
+}
+
+#[test]
+fn float32_is_at_least_as_good_as_float16() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
+    for msaa in [Msaa::Off, Msaa::Sample4] {
+        for hdr in [true, false] {
+            let reference = studio.mode(true, msaa).plain();
+            let float16 = psnr(&reference, &studio.mode(hdr, msaa).packed(with(PackedFormat::Float16)));
+            let float32 = psnr(&reference, &studio.packed(with(PackedFormat::Float32)));
+            println!("{msaa:?} hdr {hdr}: {float16:.2} dB, {float32:.2} dB");
+            assert!(float32 > float16 - 0.05);
+        }
+    }
+}
+
+#[test]
+fn unorm8_is_the_picture_of_a_camera_without_hdr() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
+    for (msaa, wanted) in [(Msaa::Off, 41.0), (Msaa::Sample4, 37.0)] {
+        let reference = studio.mode(false, msaa).plain();
+        let packed = studio.packed(with(PackedFormat::Unorm8));
+        keep(&format!("unorm8_{msaa:?}_plain"), &reference);
+        keep(&format!("unorm8_{msaa:?}_packed"), &packed);
+        let found = psnr(&reference, &packed);
+        println!("unorm8 {msaa:?}: {found:.2} dB");
+        assert!(found > wanted);
+    }
+}
+
+#[test]
+fn every_sample_count_works_or_says_why_not() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
+    for msaa in [Msaa::Off, Msaa::Sample2, Msaa::Sample4, Msaa::Sample8] {
+        for msaa_resolve in [MsaaResolve::Box, MsaaResolve::ToneMapWeighted] {
+            let settings = YCoCgFrameBuffer {
+                msaa_resolve,
+                ..default()
+            };
+            let adapter_has_it = matches!(msaa, Msaa::Off | Msaa::Sample4)
+                || studio.supports_samples(PackedFormat::Float16, msaa.samples());
+            if adapter_has_it {
+                let reference = studio.mode(true, msaa).plain();
+                let found = psnr(&reference, &studio.packed(settings));
+                println!("{msaa:?} {msaa_resolve:?}: {found:.2} dB");
+                assert!(found > 38.0);
+            } else {
+                // Bevy itself would panic in such a frame, so only the reason is asked for.
+                println!("{msaa:?}: not on this adapter");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_weighted_resolve_keeps_the_edge_of_a_bright_surface_smooth() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(super::scene::bright_edge_scene);
+    let truth = studio.supersampled(4);
+    let mut error = |msaa_resolve| {
+        let picture = studio.mode(true, Msaa::Sample4).packed(YCoCgFrameBuffer {
+            msaa_resolve,
+            ..default()
+        });
+        keep(&format!("edge_{msaa_resolve:?}"), &picture);
+        psnr(&truth, &picture)
+    };
+    let (plain, weighted) = (error(MsaaResolve::Box), error(MsaaResolve::ToneMapWeighted));
+    println!("box {plain:.2} dB, weighted {weighted:.2} dB");
+    assert!(weighted > plain + 3.0);
+}
+
+#[test]
+fn memory_is_as_documented() {
+    let _gpu = gpu();
+    let mut studio = Studio::with_size(64, 32, lit_scene);
+    let pixels = 64 * 32;
+    // Bytes a pixel: Bevy's own, and packed.
+    for (hdr, msaa, plain_bytes, packed_bytes) in [
+        (true, Msaa::Off, 16, 20),
+        (true, Msaa::Sample4, 48, 36),
+        (false, Msaa::Off, 8, 12),
+        (false, Msaa::Sample4, 24, 28),
+    ] {
+        studio.mode(hdr, msaa).plain();
+        assert_eq!(memory(&studio).total(), plain_bytes * pixels, "{hdr} {msaa:?}");
+        studio.packed(YCoCgFrameBuffer::default());
+        assert_eq!(memory(&studio).total(), packed_bytes * pixels, "{hdr} {msaa:?}");
+        studio.packed(YCoCgFrameBuffer {
+            msaa_resolve: MsaaResolve::ToneMapWeighted,
+            ..default()
+        });
+        // The shader reads the samples: no texture to resolve to.
+        let saved = if msaa == Msaa::Off { 0 } else { 4 };
+        assert_eq!(memory(&studio).total(), (packed_bytes - saved) * pixels);
+    }
+}
+
+fn memory(studio: &Studio) -> ColorMemory {
+    let reports = studio.app.world().resource::<FrameBufferReports>();
+    reports.get(studio.camera).expect("a report").memory
+}
+
+#[test]
+fn a_format_that_needs_no_hdr_says_so() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
+    studio.mode(true, Msaa::Off).camera(|camera| {
+        camera.insert(with(PackedFormat::Unorm8));
+    });
+    studio.picture();
+    let reason = FallbackReason::Unorm8WithHdr;
+    assert!(reason.to_string().contains("`Float16`"));
+    assert_eq!(studio.state(), Some(CameraState::Fallback(reason)));
+}

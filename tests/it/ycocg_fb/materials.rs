@@ -1,0 +1,173 @@
+//! Every kind of material, seen by a packed camera.
+
+use bevy::{
+    pbr::{ExtendedMaterial, Material, MaterialExtension, MaterialPlugin},
+    prelude::*,
+    reflect::TypePath,
+    render::{render_resource::AsBindGroup, view::Msaa},
+    shader::ShaderRef,
+};
+use bevy_ycocg_fb::{CameraState, FallbackReason, YCoCgFrameBuffer};
+
+use super::scene::{Studio, keep, lit_scene, psnr};
+use crate::support::gpu;
+
+/// The front of all: a tilted quad of some material before the lit scene.
+fn with_quad<M: Material>(app: &mut App, material: impl Fn() -> M + Send + Sync + 'static) {
+    lit_scene(app);
+    app.add_systems(
+        Startup,
+        move |mut commands: Commands,
+              mut meshes: ResMut<Assets<Mesh>>,
+              mut materials: ResMut<Assets<M>>| {
+            commands.spawn((
+                Mesh3d(meshes.add(Rectangle::new(1.6, 0.9))),
+                MeshMaterial3d(materials.add(material())),
+                Transform::from_xyz(0.2, 0.7, 1.1).with_rotation(Quat::from_rotation_y(0.3)),
+            ));
+        },
+    );
+}
+
+fn standard(alpha_mode: AlphaMode, unlit: bool) -> StandardMaterial {
+    StandardMaterial {
+        base_color: Color::srgba(0.9, 0.5, 0.2, 0.6),
+        alpha_mode,
+        unlit,
+        ..default()
+    }
+}
+
+/// Renders with `Hdr`, without samples and with four, and demands a PSNR.
+fn check(name: &str, wanted_db: [f64; 2], scene: impl FnOnce(&mut App)) {
+    let _gpu = gpu();
+    let mut studio = Studio::new(scene);
+    for (msaa, wanted) in [Msaa::Off, Msaa::Sample4].into_iter().zip(wanted_db) {
+        let reference = studio.mode(true, msaa).plain();
+        let packed = studio.packed(YCoCgFrameBuffer::default());
+        let found = psnr(&reference, &packed);
+        println!("{name} {msaa:?}: {found:.2} dB");
+        keep(&format!("{name}_{msaa:?}_plain"), &reference);
+        keep(&format!("{name}_{msaa:?}_packed"), &packed);
+        assert!(found >= wanted, "{name} {msaa:?}: {found:.2} dB");
+    }
+}
+
+#[test]
+fn every_alpha_mode_lit() {
+    let modes = [
+        ("opaque", AlphaMode::Opaque, [42.0, 38.0]),
+        ("mask", AlphaMode::Mask(0.5), [42.0, 38.0]),
+        ("blend", AlphaMode::Blend, [42.0, 38.0]),
+        ("premultiplied", AlphaMode::Premultiplied, [42.0, 38.0]),
+        ("add", AlphaMode::Add, [42.0, 38.0]),
+        ("coverage", AlphaMode::AlphaToCoverage, [42.0, 36.0]),
+    ];
+    for (name, mode, wanted) in modes {
+        check(name, wanted, |app| with_quad(app, move || standard(mode, false)));
+    }
+}
+
+#[test]
+fn unlit_materials_are_packed_too() {
+    for (name, mode) in [("unlit", AlphaMode::Opaque), ("unlit_blend", AlphaMode::Blend)] {
+        check(name, [42.0, 38.0], |app| with_quad(app, move || standard(mode, true)));
+    }
+}
+
+#[test]
+fn multiply_is_exact_for_gray_and_keeps_the_luminance_otherwise() {
+    let gray = StandardMaterial {
+        base_color: Color::srgba(0.6, 0.6, 0.6, 0.8),
+        alpha_mode: AlphaMode::Multiply,
+        unlit: true,
+        ..default()
+    };
+    check("multiply_gray", [42.0, 38.0], |app| with_quad(app, move || gray.clone()));
+    // The colour of the filter is lost: far from the picture, but still a filter.
+    check("multiply_orange", [25.0, 25.0], |app| {
+        with_quad(app, || standard(AlphaMode::Multiply, true));
+    });
+}
+
+#[test]
+fn transmissive_materials_see_the_packed_background() {
+    check("transmissive", [40.0, 36.0], |app| {
+        with_quad(app, || StandardMaterial {
+            base_color: Color::srgb(0.7, 0.9, 0.8),
+            specular_transmission: 0.9,
+            thickness: 0.2,
+            ior: 1.3,
+            perceptual_roughness: 0.1,
+            ..default()
+        });
+    });
+}
+
+/// Tints what `StandardMaterial` gives, as a user's extension would.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Default)]
+struct Tinted {}
+
+impl MaterialExtension for Tinted {
+    fn fragment_shader() -> ShaderRef {
+        "shaders/tinted.wgsl".into()
+    }
+}
+
+#[test]
+fn extended_materials_need_no_change() {
+    check("extended", [42.0, 38.0], |app| {
+        app.add_plugins(MaterialPlugin::<ExtendedMaterial<StandardMaterial, Tinted>>::default());
+        with_quad(app, || ExtendedMaterial {
+            base: standard(AlphaMode::Opaque, false),
+            extension: Tinted::default(),
+        });
+    });
+}
+
+/// A material of its own that ends in the pack function.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Default)]
+struct Packing {}
+
+impl Material for Packing {
+    fn fragment_shader() -> ShaderRef {
+        "shaders/packing.wgsl".into()
+    }
+}
+
+#[test]
+fn a_custom_material_packs_by_the_importable_function() {
+    check("custom", [42.0, 38.0], |app| {
+        app.add_plugins(MaterialPlugin::<Packing>::default());
+        with_quad(app, Packing::default);
+    });
+}
+
+/// A material that knows nothing of packing nor of Bevy's lighting.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Default)]
+struct Raw {}
+
+impl Material for Raw {
+    fn fragment_shader() -> ShaderRef {
+        "shaders/raw.wgsl".into()
+    }
+}
+
+#[test]
+fn a_material_that_does_not_pack_is_named_and_the_camera_draws_as_bevy_does() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(|app| {
+        app.add_plugins(MaterialPlugin::<Raw>::default());
+        with_quad(app, Raw::default);
+    });
+    let reference = studio.mode(true, Msaa::Off).plain();
+    studio.camera(|camera| {
+        camera.insert(YCoCgFrameBuffer::default());
+    });
+    let picture = studio.picture();
+    let Some(CameraState::Fallback(FallbackReason::UnpackedPipeline(name))) = studio.state() else {
+        panic!("{:?}", studio.state());
+    };
+    assert!(name.contains("shaders/raw.wgsl"), "{name}");
+    assert!(picture == reference, "the picture changed");
+}
