@@ -40,13 +40,10 @@ impl From<&wgpu::AdapterInfo> for AdapterInfo {
 /// [`HeadlessError::NoAdapter`] without a fitting adapter, [`HeadlessError::Size`] when every
 /// fitting adapter is too small for the picture.
 pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings, HeadlessError> {
-    let defaults = WgpuSettings::default();
     let result = WgpuSettings {
         adapter_name: settings.adapter_name.clone(),
         disabled_features: Some(settings.disabled_features),
-        // What is asked for by default would be there in spite of being disabled.
-        features: defaults.features - settings.disabled_features,
-        ..defaults
+        ..WgpuSettings::default()
     };
     let backends = result.backends.unwrap_or(wgpu::Backends::all());
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();

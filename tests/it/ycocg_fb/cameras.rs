@@ -36,7 +36,11 @@ fn odd_sizes_down_to_one_pixel() {
                 });
                 let found = psnr(&reference, &packed);
                 println!("{width} x {height} {msaa:?} {reconstruction:?}: {found:.2} dB");
-                let wanted = if reconstruction == Reconstruction::Quad { wanted - 8.0 } else { wanted };
+                let wanted = if reconstruction == Reconstruction::Quad {
+                    wanted - 8.0
+                } else {
+                    wanted
+                };
                 assert!(found >= wanted - if msaa == Msaa::Off { 0.0 } else { 4.0 });
             }
         }
@@ -154,7 +158,9 @@ fn a_packed_camera_draws_to_a_texture_that_another_shows() {
             Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
         ))
         .id();
-    let mesh = world.resource_mut::<Assets<Mesh>>().add(Rectangle::new(1.6, 1.2));
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Rectangle::new(1.6, 1.2));
     let material = world
         .resource_mut::<Assets<StandardMaterial>>()
         .add(StandardMaterial {
@@ -185,7 +191,9 @@ fn a_packed_camera_draws_to_a_texture_that_another_shows() {
 fn a_target_that_changes_its_size() {
     let _gpu = gpu();
     let mut studio = Studio::new(lit_scene);
-    studio.mode(false, Msaa::Sample4).packed(YCoCgFrameBuffer::default());
+    studio
+        .mode(false, Msaa::Sample4)
+        .packed(YCoCgFrameBuffer::default());
     // A window in miniature: a target of its own that is resized between frames.
     let world = studio.app.world_mut();
     let image = Image::new_target_texture(40, 30, TextureFormat::Rgba8UnormSrgb, None);
@@ -199,11 +207,14 @@ fn a_target_that_changes_its_size() {
     for size in [40, 97, 1, 64] {
         let world = studio.app.world_mut();
         let mut images = world.resource_mut::<Assets<Image>>();
-        images.get_mut(&image).expect("the target").resize(Extent3d {
-            width: size,
-            height: size.div_ceil(2),
-            depth_or_array_layers: 1,
-        });
+        images
+            .get_mut(&image)
+            .expect("the target")
+            .resize(Extent3d {
+                width: size,
+                height: size.div_ceil(2),
+                depth_or_array_layers: 1,
+            });
         studio.app.render_frames(2).expect("frames after a resize");
     }
     let world = studio.app.world_mut();

@@ -94,9 +94,15 @@ fn every_tone_mapping_and_color_grading() {
         T::BlenderFilmic,
         T::KhronosPbrNeutral,
     ] {
-        check(&format!("{method:?}"), Msaa::Off, [Some(38.0); 2], lit_scene, |camera| {
-            camera.insert((method, DebandDither::Disabled));
-        });
+        check(
+            &format!("{method:?}"),
+            Msaa::Off,
+            [Some(38.0); 2],
+            lit_scene,
+            |camera| {
+                camera.insert((method, DebandDither::Disabled));
+            },
+        );
     }
     check("grading", Msaa::Off, BOTH, lit_scene, |camera| {
         camera.insert(ColorGrading {
@@ -117,7 +123,10 @@ fn fog() {
     check("fog", Msaa::Sample4, [Some(38.0); 2], lit_scene, |camera| {
         camera.insert(DistanceFog {
             color: Color::srgb(0.4, 0.5, 0.7),
-            falloff: FogFalloff::Linear { start: 2.0, end: 6.0 },
+            falloff: FogFalloff::Linear {
+                start: 2.0,
+                end: 6.0,
+            },
             ..default()
         });
     });
@@ -127,7 +136,10 @@ fn fog() {
             PostStartup,
             |mut commands: Commands, sun: Single<Entity, With<DirectionalLight>>| {
                 commands.entity(*sun).insert(VolumetricLight);
-                commands.spawn((FogVolume::default(), Transform::from_scale(Vec3::splat(5.0))));
+                commands.spawn((
+                    FogVolume::default(),
+                    Transform::from_scale(Vec3::splat(5.0)),
+                ));
             },
         );
     };
@@ -142,9 +154,15 @@ fn prepasses_and_occlusion_culling() {
         check("prepasses", msaa, [Some(38.0); 2], lit_scene, |camera| {
             camera.insert((DepthPrepass, NormalPrepass, MotionVectorPrepass));
         });
-        check("occlusion_culling", msaa, [Some(38.0); 2], lit_scene, |camera| {
-            camera.insert((DepthPrepass, OcclusionCulling));
-        });
+        check(
+            "occlusion_culling",
+            msaa,
+            [Some(38.0); 2],
+            lit_scene,
+            |camera| {
+                camera.insert((DepthPrepass, OcclusionCulling));
+            },
+        );
     }
 }
 
@@ -199,7 +217,14 @@ fn a_skybox() {
 /// A cube map of six colours, each with a gradient.
 fn sky() -> Image {
     let size = 16_usize;
-    let faces = [[1.0, 0.5, 0.2], [0.3, 0.5, 1.0], [0.2, 0.4, 0.9], [0.4, 0.3, 0.2], [0.9, 0.8, 0.4], [0.5, 0.7, 0.9]];
+    let faces = [
+        [1.0, 0.5, 0.2],
+        [0.3, 0.5, 1.0],
+        [0.2, 0.4, 0.9],
+        [0.4, 0.3, 0.2],
+        [0.9, 0.8, 0.4],
+        [0.5, 0.7, 0.9],
+    ];
     let texels = faces.iter().flat_map(|face| {
         (0..size * size).flat_map(move |i| {
             let shade = 0.5 + 0.5 * (i / size) as f32 / size as f32;
@@ -230,8 +255,16 @@ fn gizmos_are_drawn_in_their_colors() {
     let scene = |app: &mut App| {
         lit_scene(app);
         app.add_systems(Update, |mut gizmos: Gizmos| {
-            gizmos.sphere(Isometry3d::from_xyz(0.0, 0.7, 0.6), 0.6, Color::srgb(1.0, 0.9, 0.1));
-            gizmos.arrow(Vec3::new(-1.5, 0.1, 1.0), Vec3::new(1.5, 0.9, 0.5), Color::srgb(0.1, 1.0, 1.0));
+            gizmos.sphere(
+                Isometry3d::from_xyz(0.0, 0.7, 0.6),
+                0.6,
+                Color::srgb(1.0, 0.9, 0.1),
+            );
+            gizmos.arrow(
+                Vec3::new(-1.5, 0.1, 1.0),
+                Vec3::new(1.5, 0.9, 0.5),
+                Color::srgb(0.1, 1.0, 1.0),
+            );
         })
         .add_systems(Startup, |mut store: ResMut<GizmoConfigStore>| {
             let (config, _) = store.config_mut::<DefaultGizmoConfigGroup>();

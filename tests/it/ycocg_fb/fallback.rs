@@ -8,7 +8,6 @@ use bevy::{
     prelude::*,
     render::view::Msaa,
 };
-use bevy_frugal_lab::headless::HeadlessSettings;
 use bevy_ycocg_fb::{CameraState, FallbackReason as Reason, PackedFormat, YCoCgFrameBuffer};
 
 use super::scene::{Studio, clear_to, lit_scene};
@@ -101,26 +100,6 @@ fn each_obstacle_is_named() {
 }
 
 #[test]
-fn an_adapter_without_what_is_needed() {
-    let _gpu = gpu();
-    let mut settings = HeadlessSettings::with_size(64, 48);
-    settings.disabled_features = wgpu::Features::FLOAT32_BLENDABLE
-        | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
-    let mut studio = Studio::with_settings(settings, lit_scene);
-    studio.mode(true, Msaa::Off);
-    check(
-        &mut studio,
-        YCoCgFrameBuffer {
-            format: PackedFormat::Float32,
-            ..default()
-        },
-        Reason::NotBlendable(PackedFormat::Float32),
-        |_| {},
-        |_| {},
-    );
-}
-
-#[test]
 fn wireframes() {
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
@@ -140,7 +119,14 @@ fn wireframes() {
         camera.insert(YCoCgFrameBuffer::default());
     });
     assert!(studio.picture() == reference, "the picture changed");
-    assert_eq!(studio.state(), Some(CameraState::Fallback(Reason::Wireframes)));
-    studio.app.world_mut().entity_mut(mesh).remove::<Wireframe>();
+    assert_eq!(
+        studio.state(),
+        Some(CameraState::Fallback(Reason::Wireframes))
+    );
+    studio
+        .app
+        .world_mut()
+        .entity_mut(mesh)
+        .remove::<Wireframe>();
     studio.packed(YCoCgFrameBuffer::default());
 }

@@ -6,7 +6,7 @@ use bevy_ycocg_fb::{
     YCoCgFrameBuffer,
 };
 
-use super::scene::{Studio, keep, lit_scene, psnr};
+use super::scene::{Studio, bright_edge_scene, keep, lit_scene, psnr, supersampled};
 use crate::support::gpu;
 
 fn with(format: PackedFormat) -> YCoCgFrameBuffer {
@@ -23,7 +23,10 @@ fn float32_is_at_least_as_good_as_float16() {
     for msaa in [Msaa::Off, Msaa::Sample4] {
         for hdr in [true, false] {
             let reference = studio.mode(true, msaa).plain();
-            let float16 = psnr(&reference, &studio.mode(hdr, msaa).packed(with(PackedFormat::Float16)));
+            let float16 = psnr(
+                &reference,
+                &studio.mode(hdr, msaa).packed(with(PackedFormat::Float16)),
+            );
             let float32 = psnr(&reference, &studio.packed(with(PackedFormat::Float32)));
             println!("{msaa:?} hdr {hdr}: {float16:.2} dB, {float32:.2} dB");
             assert!(float32 > float16 - 0.05);
@@ -74,8 +77,9 @@ fn every_sample_count_works_or_says_why_not() {
 #[test]
 fn the_weighted_resolve_keeps_the_edge_of_a_bright_surface_smooth() {
     let _gpu = gpu();
-    let mut studio = Studio::new(super::scene::bright_edge_scene);
-    let truth = studio.supersampled(4);
+    let truth = supersampled(bright_edge_scene, 4);
+    keep("edge_truth", &truth);
+    let mut studio = Studio::new(bright_edge_scene);
     let mut error = |msaa_resolve| {
         let picture = studio.mode(true, Msaa::Sample4).packed(YCoCgFrameBuffer {
             msaa_resolve,
@@ -102,9 +106,17 @@ fn memory_is_as_documented() {
         (false, Msaa::Sample4, 24, 28),
     ] {
         studio.mode(hdr, msaa).plain();
-        assert_eq!(memory(&studio).total(), plain_bytes * pixels, "{hdr} {msaa:?}");
+        assert_eq!(
+            memory(&studio).total(),
+            plain_bytes * pixels,
+            "{hdr} {msaa:?}"
+        );
         studio.packed(YCoCgFrameBuffer::default());
-        assert_eq!(memory(&studio).total(), packed_bytes * pixels, "{hdr} {msaa:?}");
+        assert_eq!(
+            memory(&studio).total(),
+            packed_bytes * pixels,
+            "{hdr} {msaa:?}"
+        );
         studio.packed(YCoCgFrameBuffer {
             msaa_resolve: MsaaResolve::ToneMapWeighted,
             ..default()

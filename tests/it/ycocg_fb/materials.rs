@@ -64,14 +64,21 @@ fn every_alpha_mode_lit() {
         ("coverage", AlphaMode::AlphaToCoverage, [42.0, 36.0]),
     ];
     for (name, mode, wanted) in modes {
-        check(name, wanted, |app| with_quad(app, move || standard(mode, false)));
+        check(name, wanted, |app| {
+            with_quad(app, move || standard(mode, false))
+        });
     }
 }
 
 #[test]
 fn unlit_materials_are_packed_too() {
-    for (name, mode) in [("unlit", AlphaMode::Opaque), ("unlit_blend", AlphaMode::Blend)] {
-        check(name, [42.0, 38.0], |app| with_quad(app, move || standard(mode, true)));
+    for (name, mode) in [
+        ("unlit", AlphaMode::Opaque),
+        ("unlit_blend", AlphaMode::Blend),
+    ] {
+        check(name, [42.0, 38.0], |app| {
+            with_quad(app, move || standard(mode, true))
+        });
     }
 }
 
@@ -83,7 +90,9 @@ fn multiply_is_exact_for_gray_and_keeps_the_luminance_otherwise() {
         unlit: true,
         ..default()
     };
-    check("multiply_gray", [42.0, 38.0], |app| with_quad(app, move || gray.clone()));
+    check("multiply_gray", [42.0, 38.0], |app| {
+        with_quad(app, move || gray.clone())
+    });
     // The colour of the filter is lost: far from the picture, but still a filter.
     check("multiply_orange", [25.0, 25.0], |app| {
         with_quad(app, || standard(AlphaMode::Multiply, true));

@@ -1,15 +1,21 @@
 //! A scene with a camera that can be changed between pictures.
 
 use bevy::{
-    asset::RenderAssetUsages, camera::Hdr, ecs::system::EntityCommands, prelude::*,
-    render::view::Msaa,
+    asset::RenderAssetUsages,
+    camera::Hdr,
+    ecs::system::EntityCommands,
+    prelude::*,
+    render::{RenderApp, render_resource::TextureFormat, renderer::RenderAdapter, view::Msaa},
 };
 use bevy_frugal_lab::{
     content,
     headless::{HeadlessApp, HeadlessSettings, LabTarget},
     metrics::error::{mse, psnr_db},
 };
-use bevy_ycocg_fb::{CameraState, FrameBufferReports, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{
+    CameraState, FrameBufferReports, PackedFormat, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+    reference::color::{linear_from_srgb, srgb_from_linear},
+};
 use image::RgbImage;
 
 /// The camera of the scene.
@@ -94,9 +100,20 @@ impl Studio {
         self.app.capture_rgb8().expect("a picture")
     }
 
-    /// The picture of Bevy's camera at `scale` times the size, averaged as it would be seen.
-    pub fn supersampled(&mut self, scale: u32) -> RgbImage {
-        todo!()
+    /// Whether the adapter has so many samples a pixel in this format and in those of Bevy.
+    pub fn supports_samples(&mut self, format: PackedFormat, samples: u32) -> bool {
+        let world = self.app.app_mut().sub_app(RenderApp).world();
+        let adapter = world.resource::<RenderAdapter>();
+        [
+            format.texture_format(),
+            TextureFormat::Rgba16Float,
+            TextureFormat::Depth32Float,
+        ]
+        .into_iter()
+        .all(|format| {
+            let features = adapter.get_texture_format_features(format);
+            features.flags.sample_count_supported(samples)
+        })
     }
 
     /// What became of the camera.
@@ -135,6 +152,45 @@ pub fn keep(name: &str, picture: &RgbImage) {
         let path = std::path::Path::new(&folder).join(format!("{name}.png"));
         picture.save(path).expect("the picture is saved");
     }
+}
+
+/// What Bevy's camera sees in a picture of 128 x 96 pixels, each of them the mean of `scale` x
+/// `scale` tone-mapped ones.
+pub fn supersampled(scene: impl FnOnce(&mut App), scale: u32) -> RgbImage {
+    let large = Studio::with_size(128 * scale, 96 * scale, scene)
+        .mode(true, Msaa::Off)
+        .plain();
+    RgbImage::from_fn(128, 96, |x, y| {
+        let mut sum = [0.0; 3];
+        for (dx, dy) in (0..scale * scale).map(|i| (i % scale, i / scale)) {
+            let pixel = large.get_pixel(x * scale + dx, y * scale + dy);
+            for (sum, channel) in sum.iter_mut().zip(pixel.0) {
+                *sum += linear_from_srgb(f32::from(channel) / 255.0);
+            }
+        }
+        let count = (scale * scale) as f32;
+        image::Rgb(sum.map(|sum| (srgb_from_linear(sum / count) * 255.0).round() as u8))
+    })
+}
+
+/// A very bright rectangle, turned, before black.
+pub fn bright_edge_scene(app: &mut App) {
+    app.insert_resource(ClearColor(Color::BLACK)).add_systems(
+        Startup,
+        |mut commands: Commands,
+         mut meshes: ResMut<Assets<Mesh>>,
+         mut materials: ResMut<Assets<StandardMaterial>>| {
+            commands.spawn((
+                Mesh3d(meshes.add(Rectangle::new(1.6, 1.0))),
+                MeshMaterial3d(materials.add(StandardMaterial {
+                    base_color: Color::linear_rgb(1000.0, 600.0, 200.0),
+                    unlit: true,
+                    ..default()
+                })),
+                Transform::from_xyz(0.0, 0.6, 0.0).with_rotation(Quat::from_rotation_z(0.2)),
+            ));
+        },
+    );
 }
 
 /// Coloured objects on a brick floor in the sun, one of them emissive.

@@ -32,10 +32,9 @@ fn unbiased(texel: vec2<f32>) -> vec2<f32> {
 #else
     let overflown = select(0.0, LARGEST_HALF, texel.x > 0.0);
     let luminance = select(overflown, texel.x, is_finite(texel.x));
-    return vec2(
-        clamp(luminance, 0.0, LARGEST_HALF),
-        select(0.0, texel.y, is_finite(texel.y)),
-    );
+    // Too bright by additive blending: darker, of the same hue.
+    let scale = LARGEST_HALF / max(luminance, LARGEST_HALF);
+    return scale * vec2(max(luminance, 0.0), select(0.0, texel.y, is_finite(texel.y)));
 #endif
 }
 

@@ -68,7 +68,7 @@ impl PackedImage {
     /// no other pixel to mirror to, it is the only one, of the wrong parity.
     ///
     /// Additive blending can overflow, and a target that another pass has drawn to can hold
-    /// anything: the luminance is clamped to 0 to 65504, and what is not a number is 0.
+    /// anything: the luminance is brought to 0 to 65504, and what is not a number is 0.
     pub fn read(&self, x: i64, y: i64) -> PackedPixel {
         let x = mirrored(x, self.size[0]);
         let y = mirrored(y, self.size[1]);
@@ -78,13 +78,16 @@ impl PackedImage {
             PackedFormat::Unorm8 => UNORM8_BIAS,
         };
         let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
+        let luminance = if pixel.luminance == f32::INFINITY {
+            F16_MAX
+        } else {
+            finite(pixel.luminance).max(0.0)
+        };
+        // Too bright by additive blending: darker, of the same hue.
+        let scale = F16_MAX / luminance.max(F16_MAX);
         PackedPixel {
-            luminance: if pixel.luminance == f32::INFINITY {
-                F16_MAX
-            } else {
-                finite(pixel.luminance).clamp(0.0, F16_MAX)
-            },
-            chrominance: finite(pixel.chrominance) - bias,
+            luminance: luminance * scale,
+            chrominance: (finite(pixel.chrominance) - bias) * scale,
         }
     }
 }

@@ -32,6 +32,7 @@ use super::{
     color::{YCoCg, rgb_from_ycocg},
     image::PackedImage,
     pack::PackedPixel,
+    storage::F16_MAX,
 };
 use crate::settings::Reconstruction;
 
@@ -93,7 +94,8 @@ pub fn reconstruct(image: &PackedImage, x: u32, y: u32, filter: Reconstruction) 
     decode(center, missing, image.stores_co(x, y))
 }
 
-/// The colour of a packed pixel and its missing chrominance, without a negative channel.
+/// The colour of a packed pixel and its missing chrominance, without a channel that is negative or
+/// beyond a 16-bit float.
 pub fn decode(pixel: PackedPixel, missing: f32, stores_co: bool) -> [f32; 3] {
     let y = pixel.luminance;
     let (co, cg) = if stores_co {
@@ -104,7 +106,7 @@ pub fn decode(pixel: PackedPixel, missing: f32, stores_co: bool) -> [f32; 3] {
         (missing.min(y - cg).max(cg - y), cg)
     };
     // What blending and rounding made of the stored chrominance can still be out of range.
-    rgb_from_ycocg(YCoCg { y, co, cg }).map(|channel| channel.max(0.0))
+    rgb_from_ycocg(YCoCg { y, co, cg }).map(|channel| channel.clamp(0.0, F16_MAX))
 }
 
 /// That of the neighbour to the right; of the one below where there is none; else 0.

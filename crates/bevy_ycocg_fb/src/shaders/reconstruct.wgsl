@@ -3,7 +3,7 @@
 
 #define_import_path bevy_ycocg_fb::reconstruct
 
-#import bevy_ycocg_fb::pack::rgb_from_ycocg
+#import bevy_ycocg_fb::pack::{LARGEST_HALF, rgb_from_ycocg}
 
 // Luminance difference from which on the thesis's filter sees an edge (thesis 4.5).
 const EDGE_THRESHOLD: f32 = 30.0 / 255.0;
@@ -40,7 +40,8 @@ fn linear_from_srgb(srgb: vec3<f32>) -> vec3<f32> {
     return select(high, low, srgb <= vec3(0.04045));
 }
 
-// The colour of a packed pixel and its missing chrominance. No channel is negative: the missing
+// The colour of a packed pixel and its missing chrominance. No channel is negative
+// or too large: the missing
 // chrominance is brought into the range that the other two admit.
 fn decode(center: vec2<f32>, missing: f32, stores_orange: bool) -> vec3<f32> {
     let y = center.x;
@@ -48,7 +49,7 @@ fn decode(center: vec2<f32>, missing: f32, stores_orange: bool) -> vec3<f32> {
     let green = max(min(missing, y - abs(stored)), -y);
     let orange = max(min(missing, y - stored), stored - y);
     let ycocg = select(vec3(y, orange, stored), vec3(y, stored, green), stores_orange);
-    return max(rgb_from_ycocg(ycocg), vec3(0.0));
+    return clamp(rgb_from_ycocg(ycocg), vec3(0.0), vec3(LARGEST_HALF));
 }
 
 fn missing_chroma(n: Neighborhood) -> f32 {

@@ -1,7 +1,9 @@
 //! What the adapter can do with a packed format.
 
 use bevy::render::{
-    render_resource::{TextureFormatFeatureFlags, TextureUsages, WgpuFeatures},
+    render_resource::{
+        TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages, WgpuFeatures,
+    },
     renderer::{RenderAdapter, RenderDevice},
 };
 
@@ -33,6 +35,14 @@ impl FormatSupport {
         } else {
             texture_format.guaranteed_format_features(device.features())
         };
+        Self::from_features(format, samples, features)
+    }
+
+    fn from_features(
+        format: PackedFormat,
+        samples: u32,
+        features: TextureFormatFeatures,
+    ) -> Result<Self, FallbackReason> {
         let flags = features.flags;
         if !features
             .allowed_usages
@@ -49,5 +59,37 @@ impl FormatSupport {
         Ok(Self {
             hardware_resolve: flags.contains(TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An adapter with nothing but what WebGPU guarantees.
+    fn guaranteed(format: PackedFormat, samples: u32) -> Result<FormatSupport, FallbackReason> {
+        let features = format
+            .texture_format()
+            .guaranteed_format_features(WgpuFeatures::empty());
+        FormatSupport::from_features(format, samples, features)
+    }
+
+    #[test]
+    fn what_every_adapter_can_do() {
+        let resolved = FormatSupport {
+            hardware_resolve: true,
+        };
+        for format in [PackedFormat::Float16, PackedFormat::Unorm8] {
+            assert_eq!(guaranteed(format, 1), Ok(resolved));
+            assert_eq!(guaranteed(format, 4), Ok(resolved));
+            for samples in [2, 8] {
+                let missing = FallbackReason::SampleCount { format, samples };
+                assert_eq!(guaranteed(format, samples), Err(missing));
+            }
+        }
+        assert_eq!(
+            guaranteed(PackedFormat::Float32, 1),
+            Err(FallbackReason::NotBlendable(PackedFormat::Float32))
+        );
     }
 }

@@ -54,7 +54,10 @@ pub(super) fn mark_keys(
 /// Takes the marks away before Bevy compares the keys with those of this frame: to find them
 /// different is to specialise everything anew.
 pub(super) fn unmark_keys(keys: Option<ResMut<ViewKeyCache>>) {
-    for key in keys.into_iter().flat_map(|keys| keys.into_inner().values_mut()) {
+    for key in keys
+        .into_iter()
+        .flat_map(|keys| keys.into_inner().values_mut())
+    {
         *key = MeshPipelineKey::from_bits_retain(key.bits() & !PACKED_KEY);
     }
 }

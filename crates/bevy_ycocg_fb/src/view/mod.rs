@@ -53,8 +53,7 @@ impl Plugin for PackedViewPlugin {
                     (
                         (format::show_packed, format::unmark_keys)
                             .before(check_views_need_specialization),
-                        (format::restore, format::mark_keys)
-                            .after(check_views_need_specialization),
+                        (format::restore, format::mark_keys).after(check_views_need_specialization),
                     )
                         .in_set(RenderSystems::PrepareAssets),
                     format::show_packed
