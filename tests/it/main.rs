@@ -1,5 +1,6 @@
 //! The integration tests of the lab and of the plugins, in one binary.
 
+mod deferred_accumulation;
 mod headless;
 mod knobs;
 mod runner;

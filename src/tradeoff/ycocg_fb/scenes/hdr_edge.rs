@@ -33,7 +33,8 @@ fn spawn(world: &mut World, size: UVec2) {
     let mut random = Random::new(23);
     for i in 0..10 {
         let [r, g, b] = COLORS[i % COLORS.len()];
-        let intensity = if i < 5 { 1e4 } else { 30.0 };
+        // From what a display can just show to what blinds.
+        let intensity = [1e4, 3.0, 30.0][i % 3];
         let color = LinearRgba::rgb(r * intensity, g * intensity, b * intensity);
         let center = Vec2::new(
             ((i as f32 + 0.5) / 10.0 - 0.5) * size.x,

@@ -1,0 +1,50 @@
+//! Puts the passes into Bevy's renderer.
+
+use bevy::{
+    asset::embedded_asset,
+    core_pipeline::schedule::{Core3d, Core3dSystems},
+    prelude::*,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems, extract_component::ExtractComponentPlugin,
+        extract_resource::ExtractResourcePlugin,
+    },
+    shader::load_shader_library,
+};
+
+use super::{
+    lamps::{self, LampsBuffer},
+    pass, pipeline,
+    settings::{Lamps, LightAccumulation},
+};
+
+/// Lights the ball for cameras with a [`LightAccumulation`], with the [`Lamps`].
+pub struct LightAccumulationPlugin;
+
+impl Plugin for LightAccumulationPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "surface.wgsl");
+        load_shader_library!(app, "packing.wgsl");
+        embedded_asset!(app, "light.wgsl");
+        embedded_asset!(app, "combine.wgsl");
+        app.init_resource::<Lamps>().add_plugins((
+            ExtractComponentPlugin::<LightAccumulation>::default(),
+            ExtractResourcePlugin::<Lamps>::default(),
+        ));
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<LampsBuffer>()
+            .add_systems(RenderStartup, pipeline::init)
+            .add_systems(
+                Render,
+                (lamps::prepare, pass::prepare_targets).in_set(RenderSystems::PrepareResources),
+            )
+            .add_systems(
+                Core3d,
+                pass::accumulate
+                    .after(Core3dSystems::MainPass)
+                    .before(Core3dSystems::EarlyPostProcess),
+            );
+    }
+}
