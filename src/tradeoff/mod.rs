@@ -4,11 +4,13 @@
 //!
 //! | module | gives |
 //! | --- | --- |
+//! | [`contest`] | frame times of settings that take turns |
 //! | [`options`] | the command line, and how much it makes a study measure |
 //! | [`mod@wavelet_tex`] | the study of `bevy_wavelet_tex` |
 //! | [`ycocg_fb`] | the study of `bevy_ycocg_fb` |
 //! | `table` | the report as a short table |
 
+pub mod contest;
 pub mod options;
 mod table;
 pub mod wavelet_tex;

@@ -3,8 +3,9 @@
 //!
 //! The frame of Bevy's camera is captured before tone mapping and stored and loaded on the CPU,
 //! with the [reference](bevy_ycocg_fb::reference) of the plugin and with the alternatives; then both
-//! are tone-mapped as Bevy does by default and compared in 8 bits. A [`Picture::Camera`] is rendered
-//! by a camera and tone-mapped by Bevy, and compared with Bevy's own camera treated so.
+//! are tone-mapped as Bevy does by default and compared in 8 bits. The pictures of packed cameras
+//! ([`Picture::Camera`]) are rendered by the plugin and tone-mapped by Bevy, and compared with Bevy's
+//! own camera treated so; where there is only a frame and no scene they are computed too.
 //!
 //! `bytes` are those of colour at one sample a pixel, as stored, without what it is resolved to;
 //! `fetches` are those of the pass that reads it.
@@ -13,6 +14,7 @@
 //! | --- | --- |
 //! | [`scenes`] | the scenes |
 //! | [`mod@capture`] | their frames |
+//! | [`cost`] | memory and frame times |
 //! | [`stress`] | the same frames at other exposures, and photographs |
 //! | [`frame`] | a picture of floats |
 //! | [`tone_map`] | Bevy's tone mapping on the CPU |
@@ -23,6 +25,7 @@
 pub mod ablation;
 pub mod alternatives;
 pub mod capture;
+pub mod cost;
 pub mod frame;
 pub mod scenes;
 pub mod settings;
@@ -59,7 +62,8 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     };
     let settings = settings();
     let photographs = stress::photographs(plan, progress)?;
-    progress.set_length((SCENES.len() + stress::EXPOSURES.len() + photographs.len()) as u64);
+    let steps = SCENES.len() + stress::EXPOSURES.len() + photographs.len() + cost::STEPS;
+    progress.set_length(steps as u64);
 
     progress.set_message("tone mapping");
     let tone_map = ToneMap::capture()?;
@@ -80,6 +84,9 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
         report.measurements.extend(rows);
         progress.inc(1);
     }
+    report
+        .measurements
+        .extend(cost::rows(size, plan, progress)?);
     Ok(report)
 }
 
@@ -94,9 +101,14 @@ pub fn scene_rows(
     tone_map: &ToneMap,
 ) -> Result<Vec<Measurement>, TradeoffError> {
     let frame = Frame::from(&hdr_frame(scene, size, Dress::BEVY)?);
-    let mut rows = simulated_rows(scene.name, &frame, settings, tone_map)?;
+    let computed: Vec<_> = settings
+        .iter()
+        .filter(|setting| !matches!(setting.picture, Picture::Camera { .. }))
+        .copied()
+        .collect();
+    let mut rows = simulated_rows(scene.name, &frame, &computed, tone_map)?;
     let cameras = settings.iter().filter_map(|setting| match setting.picture {
-        Picture::Camera(dress) => Some((setting, dress)),
+        Picture::Camera { dress, .. } => Some((setting, dress)),
         Picture::SceneLinear(_) | Picture::Display(_) => None,
     });
     let mut bevy = None;
@@ -111,7 +123,7 @@ pub fn scene_rows(
     Ok(rows)
 }
 
-/// The rows of a scene-linear frame: all settings that need no camera, the reference first.
+/// The rows of a scene-linear frame: all settings, computed, the reference first.
 ///
 /// # Errors
 /// [`TradeoffError::Compare`] when a setting changes the size of the picture.
@@ -132,9 +144,10 @@ pub fn simulated_rows(
     let mut rows = vec![row(scene, &itself, &reference, &reference)?];
     for setting in settings {
         let picture = match setting.picture {
-            Picture::SceneLinear(store) => tone_map.display(&store(frame)),
+            Picture::SceneLinear(store) | Picture::Camera { store, .. } => {
+                tone_map.display(&store(frame))
+            }
             Picture::Display(store) => store(&display),
-            Picture::Camera(_) => continue,
         };
         rows.push(row(scene, setting, &reference, &picture.to_rgb8())?);
     }

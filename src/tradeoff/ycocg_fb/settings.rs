@@ -1,7 +1,8 @@
 //! What is measured: every way to store a frame, by its name in the records.
 
+use bevy::prelude::*;
 use bevy_ycocg_fb::{
-    PackedFormat, Reconstruction,
+    PackedFormat, Reconstruction, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
     reference::{PackedImage, color::linear_from_srgb, color::srgb_from_linear},
 };
 
@@ -35,8 +36,13 @@ pub enum Picture {
     SceneLinear(fn(&Frame) -> Frame),
     /// On the CPU, from what a display shows, sRGB-encoded but not rounded, to another.
     Display(fn(&Frame) -> Frame),
-    /// By a camera.
-    Camera(Dress),
+    /// By a camera, and where there is no scene on the CPU.
+    Camera {
+        /// What makes it that camera.
+        dress: Dress,
+        /// From a scene-linear frame to another.
+        store: fn(&Frame) -> Frame,
+    },
 }
 
 /// The frame as it is: what all others are compared with.
@@ -56,20 +62,65 @@ pub fn settings() -> Vec<Setting> {
         fetches,
         picture: Picture::Display(picture),
     };
+    let camera = |name, fetches, camera, store| Setting {
+        name,
+        bytes_per_pixel: 4.0,
+        fetches,
+        picture: Picture::Camera {
+            dress: Dress {
+                app: |app| {
+                    app.add_plugins(YCoCgFrameBufferPlugin);
+                },
+                camera,
+            },
+            store,
+        },
+    };
     let mut settings = vec![
-        packed("nearest", 2.0, |f| float16(f, Reconstruction::Nearest)),
-        packed("bilinear", 5.0, |f| float16(f, Reconstruction::Bilinear)),
-        packed("edge_directed", 5.0, |f| {
-            float16(f, Reconstruction::EdgeDirected)
-        }),
-        packed("default", 5.0, |f| float16(f, Reconstruction::default())),
-        packed("wide", 9.0, |f| float16(f, Reconstruction::Wide)),
-        packed("quad", 1.0, |f| float16(f, Reconstruction::Quad)),
+        camera(
+            "nearest",
+            2.0,
+            |camera| dress(camera, PackedFormat::Float16, Reconstruction::Nearest),
+            |f| float16(f, Reconstruction::Nearest),
+        ),
+        camera(
+            "bilinear",
+            5.0,
+            |camera| dress(camera, PackedFormat::Float16, Reconstruction::Bilinear),
+            |f| float16(f, Reconstruction::Bilinear),
+        ),
+        camera(
+            "edge_directed",
+            5.0,
+            |camera| dress(camera, PackedFormat::Float16, Reconstruction::EdgeDirected),
+            |f| float16(f, Reconstruction::EdgeDirected),
+        ),
+        camera(
+            "default",
+            5.0,
+            |camera| dress(camera, PackedFormat::Float16, Reconstruction::default()),
+            |f| float16(f, Reconstruction::default()),
+        ),
+        camera(
+            "wide",
+            9.0,
+            |camera| dress(camera, PackedFormat::Float16, Reconstruction::Wide),
+            |f| float16(f, Reconstruction::Wide),
+        ),
+        camera(
+            "quad",
+            1.0,
+            |camera| dress(camera, PackedFormat::Float16, Reconstruction::Quad),
+            |f| float16(f, Reconstruction::Quad),
+        ),
         Setting {
             bytes_per_pixel: 8.0,
-            ..packed("float32_default", 5.0, |f| {
-                stored(f, PackedFormat::Float32, Reconstruction::default())
-            })
+            ..camera(
+                "float32_default",
+                5.0,
+                |camera| dress(camera, PackedFormat::Float32, Reconstruction::default()),
+                |f| stored(f, PackedFormat::Float32, Reconstruction::default()),
+            )
         },
         packed("rg11b10ufloat", 1.0, rg11b10ufloat),
         display("unorm8_edge_directed", 2.0, 5.0, |f| {
@@ -113,6 +164,14 @@ fn step(frame: &Frame, index: usize) -> Frame {
         size: frame.size,
         pixels: ablation::unpack(&packed, ablation::STEPS[index].1),
     }
+}
+
+fn dress(camera: &mut EntityWorldMut, format: PackedFormat, reconstruction: Reconstruction) {
+    camera.insert(YCoCgFrameBuffer {
+        format,
+        reconstruction,
+        ..default()
+    });
 }
 
 fn float16(frame: &Frame, filter: Reconstruction) -> Frame {
