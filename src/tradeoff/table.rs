@@ -13,14 +13,14 @@ pub(super) fn table(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "{:<16} {:<18} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5}",
+        "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5}",
         "scene", "setting", "mse", "psnr dB", "flip", "max", "gpu ms", "cpu ms", "bytes", "fetch"
     );
     for m in &report.measurements {
         let bytes = m.bytes.map_or("-".into(), |bytes| bytes.to_string());
         let _ = writeln!(
             text,
-            "{:<16} {:<18} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5}",
+            "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5}",
             m.scene,
             m.setting,
             figure(m.mse, 2),

@@ -7,12 +7,15 @@ use bevy::{
 };
 use bevy_frugal_lab::{
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
-    runner::Scene,
+    metrics::compare,
+    runner::{MemoryFigures, Options, Scene, Size, Split, pictures::headless_app},
     scenes::deferred_accumulation::{
         DeferredAccumulation, LAMP_DISTANCE, LightAccumulation, LightAccumulationPlugin, lamps,
         reference::{Eye, render},
     },
 };
+
+use image::RgbImage;
 
 use crate::support::gpu;
 
@@ -148,4 +151,40 @@ fn a_viewport_at_an_odd_offset_is_unpacked_with_its_own_parity() {
         .map(|way| picture(way, offset).pixels);
     let (packed, _) = difference(&exact, &packed);
     assert!(packed < 0.002, "{packed}");
+}
+
+/// As the example's window shows it: exact on the left, the method of the knob on the right.
+#[test]
+fn the_sides_of_the_split_line_are_accumulated_their_own_way() {
+    let _gpu = gpu();
+    let options = Options {
+        headless: None,
+        size: Size {
+            width: SIZE[0],
+            height: SIZE[1],
+        },
+        frames: 1,
+        set: vec!["method=specular_luminance".into()],
+        image: None,
+        adapter: None,
+    };
+    let mut app = headless_app(&DeferredAccumulation, &options).expect("an app");
+    let [before, after, both] = [1.0, 0.0, 0.5].map(|position| {
+        app.world_mut().insert_resource(Split { position });
+        app.run_until_ready(MAX_FRAMES).expect("ready");
+        app.capture_rgb8().expect("a picture")
+    });
+    let line = SIZE[0].div_ceil(2);
+    let expected = RgbImage::from_fn(SIZE[0], SIZE[1], |x, y| {
+        *(if x < line { &before } else { &after }).get_pixel(x, y)
+    });
+    let error = compare(&expected, &both).expect("one size");
+    // The outline of the ball can round differently in a part of the picture.
+    assert!(error.mse < 1.0, "{error:?}");
+    let different = compare(&before, &after).expect("one size");
+    assert!(different.mse > 5.0, "{different:?}");
+    let memory = &app.world().resource::<MemoryFigures>().0;
+    let pixels = u64::from(SIZE[0] * SIZE[1]);
+    assert_eq!(memory["accumulated light before"], 16 * pixels);
+    assert_eq!(memory["accumulated light after"], 8 * pixels);
 }
