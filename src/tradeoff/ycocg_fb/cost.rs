@@ -2,7 +2,7 @@
 //!
 //! Scenes are named `LAYERS` `_opaque` or `_blend` `_SAMPLESx`: `overdraw_0_opaque_1x` is a frame
 //! with nothing in it, that is the clear, the resolve and the tone mapping; the difference to
-//! `overdraw_32_opaque_1x` is the fill of 32 layers. The layers coincide, so that all of them pass
+//! `overdraw_16_opaque_1x` is the fill of 16 layers. The layers coincide, so that all of them pass
 //! the depth test.
 
 use bevy::{
@@ -74,12 +74,12 @@ const LOADS: [Load; 5] = [
         msaa: Msaa::Off,
     },
     Load {
-        layers: 32,
+        layers: 16,
         blend: false,
         msaa: Msaa::Off,
     },
     Load {
-        layers: 32,
+        layers: 16,
         blend: true,
         msaa: Msaa::Off,
     },
@@ -89,7 +89,7 @@ const LOADS: [Load; 5] = [
         msaa: Msaa::Sample4,
     },
     Load {
-        layers: 32,
+        layers: 16,
         blend: false,
         msaa: Msaa::Sample4,
     },
@@ -99,11 +99,10 @@ const LOADS: [Load; 5] = [
 ///
 /// # Errors
 /// [`TradeoffError`] when a frame cannot be rendered.
-pub fn rows(
-    size: [u32; 2],
-    plan: &Plan,
-    progress: &ProgressBar,
-) -> Result<Vec<Measurement>, TradeoffError> {
+pub fn rows(plan: &Plan, progress: &ProgressBar) -> Result<Vec<Measurement>, TradeoffError> {
+    let Some(size) = plan.picture else {
+        return Ok(Vec::new());
+    };
     let mut rows = Vec::new();
     for load in LOADS {
         let blending = if load.blend { "blend" } else { "opaque" };

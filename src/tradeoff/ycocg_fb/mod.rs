@@ -36,7 +36,7 @@ use image::RgbImage;
 use indicatif::ProgressBar;
 
 use self::{
-    capture::{Dress, display_frame, hdr_frame},
+    capture::{display_frames, hdr_frame},
     frame::Frame,
     scenes::{SCENES, TestScene},
     settings::{Picture, REFERENCE, Setting, settings},
@@ -84,9 +84,7 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
         report.measurements.extend(rows);
         progress.inc(1);
     }
-    report
-        .measurements
-        .extend(cost::rows(size, plan, progress)?);
+    report.measurements.extend(cost::rows(plan, progress)?);
     Ok(report)
 }
 
@@ -100,25 +98,24 @@ pub fn scene_rows(
     settings: &[Setting],
     tone_map: &ToneMap,
 ) -> Result<Vec<Measurement>, TradeoffError> {
-    let frame = Frame::from(&hdr_frame(scene, size, Dress::BEVY)?);
+    let frame = Frame::from(&hdr_frame(scene, size)?);
     let computed: Vec<_> = settings
         .iter()
         .filter(|setting| !matches!(setting.picture, Picture::Camera { .. }))
         .copied()
         .collect();
     let mut rows = simulated_rows(scene.name, &frame, &computed, tone_map)?;
-    let cameras = settings.iter().filter_map(|setting| match setting.picture {
-        Picture::Camera { dress, .. } => Some((setting, dress)),
-        Picture::SceneLinear(_) | Picture::Display(_) => None,
-    });
-    let mut bevy = None;
-    for (setting, dress) in cameras {
-        let bevy = match &bevy {
-            Some(picture) => picture,
-            None => bevy.insert(display_frame(scene, size, Dress::BEVY)?),
-        };
-        let picture = display_frame(scene, size, dress)?;
-        rows.push(row(scene.name, setting, bevy, &picture)?);
+    let cameras: Vec<_> = settings
+        .iter()
+        .filter_map(|setting| match setting.picture {
+            Picture::Camera { packed, .. } => Some((setting, packed)),
+            Picture::SceneLinear(_) | Picture::Display(_) => None,
+        })
+        .collect();
+    let packed: Vec<_> = cameras.iter().map(|(_, packed)| *packed).collect();
+    let (bevy, pictures) = display_frames(scene, size, &packed)?;
+    for ((setting, _), picture) in cameras.iter().zip(&pictures) {
+        rows.push(row(scene.name, setting, &bevy, picture)?);
     }
     Ok(rows)
 }

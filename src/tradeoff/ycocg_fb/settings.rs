@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_ycocg_fb::{
-    PackedFormat, Reconstruction, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+    PackedFormat, Reconstruction, YCoCgFrameBuffer,
     reference::{PackedImage, color::linear_from_srgb, color::srgb_from_linear},
 };
 
@@ -12,7 +12,6 @@ use super::{
         bayer::bayer, fewer_pixels, rg11b10ufloat::rg11b10ufloat,
         rgb_checkerboard::rgb_checkerboard, rgb565::rgb565, y8co4cg4::y8co4cg4,
     },
-    capture::Dress,
     frame::Frame,
 };
 
@@ -36,10 +35,10 @@ pub enum Picture {
     SceneLinear(fn(&Frame) -> Frame),
     /// On the CPU, from what a display shows, sRGB-encoded but not rounded, to another.
     Display(fn(&Frame) -> Frame),
-    /// By a camera, and where there is no scene on the CPU.
+    /// By a packed camera, and where there is no scene on the CPU.
     Camera {
-        /// What makes it that camera.
-        dress: Dress,
+        /// How it is packed.
+        packed: YCoCgFrameBuffer,
         /// From a scene-linear frame to another.
         store: fn(&Frame) -> Frame,
     },
@@ -62,65 +61,48 @@ pub fn settings() -> Vec<Setting> {
         fetches,
         picture: Picture::Display(picture),
     };
-    let camera = |name, fetches, camera, store| Setting {
+    let camera = |name, fetches, reconstruction, store| Setting {
         name,
         bytes_per_pixel: 4.0,
         fetches,
         picture: Picture::Camera {
-            dress: Dress {
-                app: |app| {
-                    app.add_plugins(YCoCgFrameBufferPlugin);
-                },
-                camera,
+            packed: YCoCgFrameBuffer {
+                reconstruction,
+                ..default()
             },
             store,
         },
     };
     let mut settings = vec![
-        camera(
-            "nearest",
-            2.0,
-            |camera| dress(camera, PackedFormat::Float16, Reconstruction::Nearest),
-            |f| float16(f, Reconstruction::Nearest),
-        ),
-        camera(
-            "bilinear",
-            5.0,
-            |camera| dress(camera, PackedFormat::Float16, Reconstruction::Bilinear),
-            |f| float16(f, Reconstruction::Bilinear),
-        ),
-        camera(
-            "edge_directed",
-            5.0,
-            |camera| dress(camera, PackedFormat::Float16, Reconstruction::EdgeDirected),
-            |f| float16(f, Reconstruction::EdgeDirected),
-        ),
-        camera(
-            "default",
-            5.0,
-            |camera| dress(camera, PackedFormat::Float16, Reconstruction::default()),
-            |f| float16(f, Reconstruction::default()),
-        ),
-        camera(
-            "wide",
-            9.0,
-            |camera| dress(camera, PackedFormat::Float16, Reconstruction::Wide),
-            |f| float16(f, Reconstruction::Wide),
-        ),
-        camera(
-            "quad",
-            1.0,
-            |camera| dress(camera, PackedFormat::Float16, Reconstruction::Quad),
-            |f| float16(f, Reconstruction::Quad),
-        ),
+        camera("nearest", 2.0, Reconstruction::Nearest, |f| {
+            float16(f, Reconstruction::Nearest)
+        }),
+        camera("bilinear", 5.0, Reconstruction::Bilinear, |f| {
+            float16(f, Reconstruction::Bilinear)
+        }),
+        camera("edge_directed", 5.0, Reconstruction::EdgeDirected, |f| {
+            float16(f, Reconstruction::EdgeDirected)
+        }),
+        camera("default", 5.0, Reconstruction::default(), |f| {
+            float16(f, Reconstruction::default())
+        }),
+        camera("wide", 9.0, Reconstruction::Wide, |f| {
+            float16(f, Reconstruction::Wide)
+        }),
+        camera("quad", 1.0, Reconstruction::Quad, |f| {
+            float16(f, Reconstruction::Quad)
+        }),
         Setting {
+            name: "float32_default",
             bytes_per_pixel: 8.0,
-            ..camera(
-                "float32_default",
-                5.0,
-                |camera| dress(camera, PackedFormat::Float32, Reconstruction::default()),
-                |f| stored(f, PackedFormat::Float32, Reconstruction::default()),
-            )
+            fetches: 5.0,
+            picture: Picture::Camera {
+                packed: YCoCgFrameBuffer {
+                    format: PackedFormat::Float32,
+                    ..default()
+                },
+                store: |f| stored(f, PackedFormat::Float32, Reconstruction::default()),
+            },
         },
         packed("rg11b10ufloat", 1.0, rg11b10ufloat),
         display("unorm8_edge_directed", 2.0, 5.0, |f| {
@@ -164,14 +146,6 @@ fn step(frame: &Frame, index: usize) -> Frame {
         size: frame.size,
         pixels: ablation::unpack(&packed, ablation::STEPS[index].1),
     }
-}
-
-fn dress(camera: &mut EntityWorldMut, format: PackedFormat, reconstruction: Reconstruction) {
-    camera.insert(YCoCgFrameBuffer {
-        format,
-        reconstruction,
-        ..default()
-    });
 }
 
 fn float16(frame: &Frame, filter: Reconstruction) -> Frame {

@@ -3,11 +3,7 @@
 use bevy_ycocg_fb::reference::color::linear_from_srgb;
 use indicatif::ProgressBar;
 
-use super::{
-    capture::{Dress, hdr_frame},
-    frame::Frame,
-    scenes::SCENES,
-};
+use super::{capture::hdr_frame, frame::Frame, scenes::SCENES};
 use crate::tradeoff::{TradeoffError, options::Plan, wavelet_tex};
 
 /// Scenes and the factors that their exposure is multiplied by.
@@ -30,7 +26,7 @@ pub fn exposures(size: [u32; 2]) -> Result<Vec<(String, Frame)>, TradeoffError> 
         if factors.is_empty() {
             continue;
         }
-        let frame = Frame::from(&hdr_frame(scene, size, Dress::BEVY)?);
+        let frame = Frame::from(&hdr_frame(scene, size)?);
         let exposed = |factor: f32| (format!("{} x{factor}", scene.name), frame.scaled(factor));
         frames.extend(factors.into_iter().map(exposed));
     }
