@@ -97,7 +97,11 @@ fn every_scene_is_measured_with_every_setting() {
             "{}",
             scene.name
         );
-        assert!(mse("wide") < 0.75 * mse("edge_directed"), "{}", scene.name);
+        assert!(
+            mse("guided") < 0.75 * mse("edge_directed"),
+            "{}",
+            scene.name
+        );
         assert!(mse("edge_directed") <= mse("bilinear"), "{}", scene.name);
         // Half the memory of the reference.
         let bytes = |setting: &str| find(&rows, setting).bytes;

@@ -15,7 +15,8 @@ use bevy::{prelude::*, render::extract_component::ExtractComponent};
 pub struct YCoCgFrameBuffer {
     /// The format of the two channels. Default: [`PackedFormat::Float16`].
     pub format: PackedFormat,
-    /// How the missing chrominance is found. Default: [`Reconstruction::Guided`].
+    /// How the missing chrominance is found. Default: [`Reconstruction::Wide`],
+    /// the best measured.
     pub reconstruction: Reconstruction,
     /// How the samples of a multisampled pixel become one. Default: [`MsaaResolve::Box`].
     pub msaa_resolve: MsaaResolve,
@@ -35,8 +36,10 @@ pub enum PackedFormat {
     /// Two 32-bit floats, 8 bytes a sample: scene-linear HDR where 11 bits of mantissa are too few.
     Float32,
     /// Two bytes a sample: tone-mapped and gamma-encoded, chrominance with a bias of one half
-    /// (thesis 4.7.2). Only for cameras without `Hdr`. Blending works on gamma-encoded values,
-    /// additive blending loses negative chrominance and multiplicative blending the bias.
+    /// (thesis 4.7.2). Only for cameras without `Hdr`. Blending and the averaging of samples work
+    /// on gamma-encoded values, additive blending loses negative chrominance and multiplicative
+    /// blending the bias. On photographs `EdgeDirected` is the better filter for it, on rendered
+    /// scenes the default is.
     Unorm8,
 }
 
@@ -58,11 +61,11 @@ pub enum Reconstruction {
     /// Chrominance relative to luminance, from the neighbours of similar luminance and the axis
     /// along which chrominance changes least, and never a negative colour: 5 fetches. The formula
     /// is at [`guided`](crate::reference::reconstruct::guided).
-    #[default]
     Guided,
     /// As `Guided`, and it looks at the other chrominance too, which the four diagonal neighbours
     /// have: 9 fetches. Sees edges between colours of the same luminance. The formula is at
     /// [`wide`](crate::reference::reconstruct::wide).
+    #[default]
     Wide,
     /// As `Guided`, from the two neighbours in the same quad of fragments (thesis 4.5,
     /// optimisations): 1 fetch.

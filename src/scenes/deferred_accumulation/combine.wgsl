@@ -2,7 +2,8 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_frugal_lab::deferred_accumulation::surface::{surface_at, view}
-#import bevy_frugal_lab::deferred_accumulation::packing::{luminance, stores_co, unpack}
+#import bevy_frugal_lab::deferred_accumulation::packing::{luminance, unpack}
+#import bevy_ycocg_fb::pack::stores_orange
 
 // Diffuse and specular light as the lamps left them.
 @group(0) @binding(1) var accumulated: texture_2d<f32>;
@@ -34,9 +35,9 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     let left = neighbour(pixel, vec2(-1, 0));
     let below = neighbour(pixel, vec2(0, 1));
     let above = neighbour(pixel, vec2(0, -1));
-    let is_co = stores_co(pixel);
-    let diffuse = unpack(stored.xy, array(right.xy, left.xy, below.xy, above.xy), is_co);
-    let specular = unpack(stored.zw, array(right.zw, left.zw, below.zw, above.zw), is_co);
+    let is_orange = stores_orange(pixel);
+    let diffuse = unpack(stored.xy, array(right.xy, left.xy, below.xy, above.xy), is_orange);
+    let specular = unpack(stored.zw, array(right.zw, left.zw, below.zw, above.zw), is_orange);
 #else
     let diffuse = stored.rgb;
     // The colour of the diffuse light has to do for the highlights.

@@ -10,6 +10,7 @@ use bevy::{
     },
     shader::load_shader_library,
 };
+use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
 use super::{
     lamps::{self, LampsBuffer},
@@ -22,6 +23,10 @@ pub struct LightAccumulationPlugin;
 
 impl Plugin for LightAccumulationPlugin {
     fn build(&self, app: &mut App) {
+        // For its shader library.
+        if !app.is_plugin_added::<YCoCgFrameBufferPlugin>() {
+            app.add_plugins(YCoCgFrameBufferPlugin);
+        }
         load_shader_library!(app, "surface.wgsl");
         load_shader_library!(app, "packing.wgsl");
         embedded_asset!(app, "light.wgsl");

@@ -2,7 +2,7 @@
 //!
 //! Scenes are named `LAYERS` `_opaque` or `_blend` `_SAMPLESx`: `overdraw_0_opaque_1x` is a frame
 //! with nothing in it, that is the clear, the resolve and the tone mapping; the difference to
-//! `overdraw_16_opaque_1x` is the fill of 16 layers. The layers coincide, so that all of them pass
+//! `overdraw_8_opaque_1x` is the fill of 8 layers. The layers coincide, so that all of them pass
 //! the depth test.
 
 use bevy::{
@@ -74,12 +74,12 @@ const LOADS: [Load; 5] = [
         msaa: Msaa::Off,
     },
     Load {
-        layers: 16,
+        layers: 8,
         blend: false,
         msaa: Msaa::Off,
     },
     Load {
-        layers: 16,
+        layers: 8,
         blend: true,
         msaa: Msaa::Off,
     },
@@ -89,7 +89,7 @@ const LOADS: [Load; 5] = [
         msaa: Msaa::Sample4,
     },
     Load {
-        layers: 16,
+        layers: 8,
         blend: false,
         msaa: Msaa::Sample4,
     },

@@ -83,11 +83,11 @@ pub fn settings() -> Vec<Setting> {
         camera("edge_directed", 5.0, Reconstruction::EdgeDirected, |f| {
             float16(f, Reconstruction::EdgeDirected)
         }),
-        camera("default", 5.0, Reconstruction::default(), |f| {
-            float16(f, Reconstruction::default())
+        camera("guided", 5.0, Reconstruction::Guided, |f| {
+            float16(f, Reconstruction::Guided)
         }),
-        camera("wide", 9.0, Reconstruction::Wide, |f| {
-            float16(f, Reconstruction::Wide)
+        camera("default", 9.0, Reconstruction::default(), |f| {
+            float16(f, Reconstruction::default())
         }),
         camera("quad", 1.0, Reconstruction::Quad, |f| {
             float16(f, Reconstruction::Quad)
@@ -95,7 +95,7 @@ pub fn settings() -> Vec<Setting> {
         Setting {
             name: "float32_default",
             bytes_per_pixel: 8.0,
-            fetches: 5.0,
+            fetches: 9.0,
             picture: Picture::Camera {
                 packed: YCoCgFrameBuffer {
                     format: PackedFormat::Float32,
@@ -108,7 +108,7 @@ pub fn settings() -> Vec<Setting> {
         display("unorm8_edge_directed", 2.0, 5.0, |f| {
             unorm8(f, Reconstruction::EdgeDirected)
         }),
-        display("unorm8_default", 2.0, 5.0, |f| {
+        display("unorm8_default", 2.0, 9.0, |f| {
             unorm8(f, Reconstruction::default())
         }),
         display("two_thirds_bilinear", 2.0, 1.0, fewer_pixels::bilinear),

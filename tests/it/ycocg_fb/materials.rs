@@ -65,7 +65,7 @@ fn every_alpha_mode_lit() {
     ];
     for (name, mode, wanted) in modes {
         check(name, wanted, |app| {
-            with_quad(app, move || standard(mode, false))
+            with_quad(app, move || standard(mode, false));
         });
     }
 }
@@ -77,7 +77,7 @@ fn unlit_materials_are_packed_too() {
         ("unlit_blend", AlphaMode::Blend),
     ] {
         check(name, [42.0, 38.0], |app| {
-            with_quad(app, move || standard(mode, true))
+            with_quad(app, move || standard(mode, true));
         });
     }
 }
@@ -91,7 +91,7 @@ fn multiply_is_exact_for_gray_and_keeps_the_luminance_otherwise() {
         ..default()
     };
     check("multiply_gray", [42.0, 38.0], |app| {
-        with_quad(app, move || gray.clone())
+        with_quad(app, move || gray.clone());
     });
     // The colour of the filter is lost: far from the picture, but still a filter.
     check("multiply_orange", [25.0, 25.0], |app| {

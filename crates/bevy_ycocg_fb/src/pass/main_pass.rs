@@ -139,10 +139,11 @@ pub(super) fn packed_main_pass(
                 let drawn = phase.render_range(&mut pass, world, entity, range);
                 said(drawn, "transmissive");
             }
-            if last && let Some(phase) = transparent.get(&id) {
-                if !phase.items.is_empty() {
-                    said(phase.render(&mut pass, world, entity), "transparent");
-                }
+            if last
+                && let Some(phase) = transparent.get(&id)
+                && !phase.items.is_empty()
+            {
+                said(phase.render(&mut pass, world, entity), "transparent");
             }
         }
         span.end(&mut pass);
