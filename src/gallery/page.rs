@@ -92,6 +92,9 @@ fn figures(outcome: &Outcome) -> String {
         let kib = *bytes as f64 / 1024.0;
         rows.push((format!("memory {}", escape(name)), format!("{kib:.1} KiB")));
     }
+    for (name, text) in &outcome.notes {
+        rows.push((escape(name), escape(text)));
+    }
     for (name, value) in &outcome.settings {
         rows.push(((*name).into(), escape(&value.to_string())));
     }

@@ -24,6 +24,7 @@
 pub mod knob;
 pub mod knobs;
 pub mod launch;
+mod memory_table;
 pub mod options;
 mod panel;
 pub mod pictures;
@@ -36,6 +37,6 @@ pub use knobs::{KnobError, Knobs};
 pub use launch::run;
 pub use options::{Options, Size};
 pub use pictures::{Outcome, RunError, render_headless};
-pub use scene::{AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Scene, SceneImage, Side};
-pub use split::{PictureArea, Split};
+pub use scene::{AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Notes, Scene, SceneImage, Side};
+pub use split::{PictureArea, Split, SplitLine};
 pub use window::ScenePicker;

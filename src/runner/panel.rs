@@ -7,7 +7,7 @@ use bevy_egui::{
 };
 
 use super::{
-    KnobKind, KnobValue, Knobs, MemoryFigures, PictureArea, Split,
+    KnobKind, KnobValue, Knobs, MemoryFigures, Notes, PictureArea, Split, SplitLine, memory_table,
     window::{LiveTimes, ScenePicker, SceneTitle},
 };
 
@@ -23,6 +23,8 @@ pub(super) struct PanelData<'w> {
     area: ResMut<'w, PictureArea>,
     times: Res<'w, LiveTimes>,
     memory: Res<'w, MemoryFigures>,
+    notes: Res<'w, Notes>,
+    line: Res<'w, SplitLine>,
     picker: Option<Res<'w, ScenePicker>>,
     exit: MessageWriter<'w, AppExit>,
 }
@@ -55,7 +57,9 @@ pub(super) fn draw(
     };
     let area = URect::from_corners(physical(free.min), physical(free.max));
     data.area.set_if_neq(PictureArea(area));
-    split_line(&mut root, free, &mut data.split);
+    if data.line.0 {
+        split_line(&mut root, free, &mut data.split);
+    }
     Ok(())
 }
 
@@ -146,10 +150,14 @@ fn figures(ui: &mut egui::Ui, data: &PanelData) {
             };
             row("frame", ms(times.cpu_ms));
             row("GPU", ms(times.gpu_ms));
-            for (name, bytes) in &data.memory.0 {
-                row(name, format!("{:.1} KiB", *bytes as f64 / 1024.0));
-            }
         });
+    memory_table::draw(ui, &data.memory);
+    for (name, text) in &data.notes.0 {
+        ui.horizontal_wrapped(|ui| {
+            ui.strong(name);
+            ui.label(text);
+        });
+    }
 }
 
 fn split_line(ui: &mut egui::Ui, area: egui::Rect, split: &mut ResMut<Split>) {

@@ -15,8 +15,8 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::{
-    KnobError, KnobValue, MemoryFigures, Options, PictureArea, Scene, SceneImage, Size, Split,
-    split,
+    KnobError, KnobValue, MemoryFigures, Notes, Options, PictureArea, Scene, SceneImage, Size,
+    Split, split,
 };
 use crate::{
     headless::{AdapterInfo, FrameTimes, HeadlessApp, HeadlessError, HeadlessSettings},
@@ -120,6 +120,8 @@ pub struct Outcome {
     pub after: SideTimes,
     /// Memory on the GPU in bytes, as the scene reports it.
     pub memory: BTreeMap<String, u64>,
+    /// What the scene has to say.
+    pub notes: BTreeMap<String, String>,
 }
 
 impl Outcome {
@@ -170,7 +172,8 @@ pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<Head
                 UVec2::ZERO,
                 UVec2::new(width, height),
             )))
-            .init_resource::<MemoryFigures>();
+            .init_resource::<MemoryFigures>()
+            .init_resource::<Notes>();
         split::add_cameras(app, scene);
         scene.build(app);
     })?)
@@ -223,6 +226,7 @@ pub fn render_headless(
         before: before_times.into(),
         after: after_times.into(),
         memory: app.world().resource::<MemoryFigures>().0.clone(),
+        notes: app.world().resource::<Notes>().0.clone(),
     })
 }
 

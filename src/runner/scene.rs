@@ -57,7 +57,7 @@ pub trait Scene: Sync {
     /// Adds the plugin and the systems that spawn the scene.
     ///
     /// Everything but cameras: those are spawned by the runner. The resources `Knobs`,
-    /// [`SceneImage`], [`MemoryFigures`] and `AwaitedAssets` are in the world already.
+    /// [`SceneImage`], [`MemoryFigures`], [`Notes`] and `AwaitedAssets` are in the world already.
     fn build(&self, app: &mut App);
 
     /// Adds components to a camera of the runner. Default: nothing.
@@ -71,5 +71,11 @@ pub trait Scene: Sync {
 pub struct SceneImage(pub Option<PathBuf>);
 
 /// What the plugin occupies on the GPU, filled by the scene: a name and a number of bytes.
+///
+/// Names that end in ` before` and ` after` stand beside each other in the panel.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct MemoryFigures(pub BTreeMap<String, u64>);
+
+/// What a scene has to say about itself as it runs: a name and a text.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Notes(pub BTreeMap<String, String>);

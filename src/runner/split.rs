@@ -26,6 +26,17 @@ impl Default for Split {
     }
 }
 
+/// Whether the line is drawn and can be dragged, for scenes that show something else at times.
+/// Default: it is.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SplitLine(pub bool);
+
+impl Default for SplitLine {
+    fn default() -> Self {
+        Self(true)
+    }
+}
+
 /// The part of the render target that the picture fills, in physical pixels.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PictureArea(pub URect);
@@ -61,6 +72,7 @@ pub fn add_cameras(app: &mut App, scene: &'static dyn Scene) {
         }
     };
     app.init_resource::<Split>()
+        .init_resource::<SplitLine>()
         .init_resource::<PictureArea>()
         .add_systems(Startup, spawn)
         .add_systems(

@@ -13,7 +13,7 @@ use bevy::{
 };
 use bevy_egui::{EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
 
-use super::{MemoryFigures, Options, RunError, Scene, SceneImage, Side, panel, split};
+use super::{MemoryFigures, Notes, Options, RunError, Scene, SceneImage, Side, panel, split};
 use crate::headless::{AwaitedAssets, HeadlessSettings, LabTarget, adapter, timing::FrameClock};
 
 /// Frames over which the figures of the panel are the median.
@@ -90,6 +90,7 @@ pub fn open(
     })
     .init_resource::<AwaitedAssets>()
     .init_resource::<MemoryFigures>()
+    .init_resource::<Notes>()
     .init_resource::<LiveTimes>()
     .add_systems(Startup, spawn_panel_camera)
     .add_systems(Update, (steer_before_camera, record_times))

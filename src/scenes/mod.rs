@@ -2,11 +2,13 @@
 
 pub mod deferred_accumulation;
 pub mod wavelet_tex;
+pub mod ycocg_fb;
 
 use crate::runner::Scene;
 
 /// Every scene, in the order of the gallery; the first is the one that opens by default.
 pub static ALL: &[&dyn Scene] = &[
     &wavelet_tex::WaveletTex,
+    &ycocg_fb::YCoCgFb,
     &deferred_accumulation::DeferredAccumulation,
 ];

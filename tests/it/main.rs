@@ -8,4 +8,5 @@ mod support;
 mod tradeoff;
 mod wavelet_tex;
 mod ycocg_fb;
+mod ycocg_scene;
 mod ycocg_study;

@@ -1,0 +1,168 @@
+//! Two cameras off screen and a quad over the picture area that shows their difference.
+//!
+//! They exist only while the view is open.
+
+use bevy::{
+    camera::{
+        CameraOutputMode, ImageRenderTarget, RenderTarget, ScalingMode, Viewport,
+        visibility::RenderLayers,
+    },
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    prelude::*,
+    render::render_resource::{BlendState, TextureFormat},
+};
+
+use super::{cameras::Films, error_material::ErrorMaterial};
+use crate::{
+    headless::LabTarget,
+    runner::{AFTER_LAYER, Knobs, PictureArea, Side, SplitLine},
+};
+
+/// Render layer of the quad: no packed camera sees it.
+const LAYER: usize = AFTER_LAYER + 1;
+
+/// The part of the target that the open view fills; none when it is closed.
+#[derive(Resource, Default)]
+pub struct ErrorView(Option<URect>);
+
+/// What the view consists of.
+#[derive(Component)]
+pub struct OfView;
+
+/// A camera of the view that films the scene.
+#[derive(Component)]
+pub struct OffScreen;
+
+/// Opens or closes the view, opens it again at another size, and sets its gain.
+pub fn open_or_close(
+    mut commands: Commands,
+    knobs: Res<Knobs>,
+    area: Res<PictureArea>,
+    target: Res<LabTarget>,
+    mut view: ResMut<ErrorView>,
+    mut images: ResMut<Assets<Image>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<ErrorMaterial>>,
+    split: Query<(&Side, &Projection, &Transform), With<Camera>>,
+    parts: Query<Entity, With<OfView>>,
+) {
+    let wanted = (knobs.choice("view") == "error" && !area.0.is_empty()).then_some(area.0);
+    let gain = knobs.integer("error_gain") as f32;
+    if view.0 == wanted {
+        if knobs.is_changed() {
+            for (_, material) in materials.iter_mut() {
+                material.gain = gain;
+            }
+        }
+        return;
+    }
+    view.0 = wanted;
+    for part in &parts {
+        commands.entity(part).despawn();
+    }
+    let before = split.iter().find(|(side, ..)| **side == Side::Before);
+    let (Some(area), Some((_, projection, pose))) = (wanted, before) else {
+        return;
+    };
+    let size = area.size();
+    let [before, after] = Side::BOTH.map(|side| {
+        let format = TextureFormat::Rgba8UnormSrgb;
+        let image = images.add(Image::new_target_texture(size.x, size.y, format, None));
+        let order = match side {
+            Side::Before => -2,
+            Side::After => -1,
+        };
+        commands.spawn((
+            OfView,
+            OffScreen,
+            Films(side),
+            Camera3d::default(),
+            Camera { order, ..default() },
+            RenderTarget::Image(ImageRenderTarget::from(image.clone())),
+            side.layers().with(0),
+            DebandDither::Disabled,
+            projection.clone(),
+            *pose,
+        ));
+        image
+    });
+    commands.spawn((
+        OfView,
+        Mesh2d(meshes.add(Rectangle::from_length(1.0))),
+        MeshMaterial2d(materials.add(ErrorMaterial {
+            before,
+            after,
+            gain,
+        })),
+        RenderLayers::layer(LAYER),
+    ));
+    commands.spawn((OfView, quad_camera(area, &target)));
+}
+
+/// A camera that fills the picture area with the quad, over what the cameras at the split drew.
+fn quad_camera(area: URect, target: &LabTarget) -> impl Bundle + use<> {
+    (
+        Camera2d,
+        Camera {
+            order: LAYER as isize,
+            viewport: Some(Viewport {
+                physical_position: area.min,
+                physical_size: area.size(),
+                ..default()
+            }),
+            output_mode: CameraOutputMode::Write {
+                blend_state: Some(BlendState::REPLACE),
+                clear_color: ClearColorConfig::None,
+            },
+            ..default()
+        },
+        Projection::from(OrthographicProjection {
+            scaling_mode: ScalingMode::Fixed {
+                width: 1.0,
+                height: 1.0,
+            },
+            ..OrthographicProjection::default_2d()
+        }),
+        target.0.clone(),
+        RenderLayers::layer(LAYER),
+        Msaa::Off,
+        Tonemapping::None,
+        DebandDither::Disabled,
+    )
+}
+
+/// The cameras at the split see nothing while the view covers them; they still exist for the
+/// reports on their memory.
+pub fn hide_split(
+    mut commands: Commands,
+    view: Res<ErrorView>,
+    mut line: ResMut<SplitLine>,
+    cameras: Query<(Entity, &Side), With<Camera>>,
+) {
+    if !view.is_changed() {
+        return;
+    }
+    let is_open = view.0.is_some();
+    line.set_if_neq(SplitLine(!is_open));
+    for (camera, side) in &cameras {
+        let layers = if is_open {
+            RenderLayers::none()
+        } else {
+            side.layers().with(0)
+        };
+        commands.entity(camera).insert(layers);
+    }
+}
+
+/// The cameras off screen go where the "before" camera is, as that one is steered.
+pub fn follow_pose(
+    split: Query<(&Side, &Transform), (With<Camera>, Without<OffScreen>)>,
+    mut off_screen: Query<&mut Transform, With<OffScreen>>,
+) {
+    let Some((_, pose)) = split.iter().find(|(side, _)| **side == Side::Before) else {
+        return;
+    };
+    for mut transform in &mut off_screen {
+        transform.set_if_neq(*pose);
+    }
+}

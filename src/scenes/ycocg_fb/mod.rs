@@ -1,0 +1,148 @@
+//! The scenes of the study of `bevy_ycocg_fb` live: Bevy's own camera before, a packed one after,
+//! or the error between them.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | `cameras` | what the knobs make of the cameras |
+//! | `stage` | the chosen scene, and its slow motion |
+//! | `memory` | the reports of the plugin as figures and notes |
+//! | `error_view` | two cameras off screen and a quad that shows their difference |
+//! | `error_material`, `error.wgsl` | what the quad is painted with |
+
+mod cameras;
+mod error_material;
+mod error_view;
+mod memory;
+mod stage;
+
+use bevy::{core_pipeline::tonemapping::DebandDither, prelude::*, sprite_render::Material2dPlugin};
+use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
+
+use crate::{
+    runner::{Knob, Scene, Side},
+    tradeoff::ycocg_fb::scenes::SCENES,
+};
+use cameras::Films;
+use error_material::ErrorMaterial;
+
+/// The example of `bevy_ycocg_fb`.
+pub struct YCoCgFb;
+
+impl Scene for YCoCgFb {
+    fn name(&self) -> &'static str {
+        "ycocg_fb"
+    }
+
+    fn plugin(&self) -> &'static str {
+        "bevy_ycocg_fb"
+    }
+
+    fn description(&self) -> &'static str {
+        "The HDR frame buffer: four channels before, two channels after, or the error between them"
+    }
+
+    fn knobs(&self) -> Vec<Knob> {
+        const SCENE_NAMES: [&str; SCENES.len()] = {
+            let mut names = [""; SCENES.len()];
+            let mut i = 0;
+            while i < SCENES.len() {
+                names[i] = SCENES[i].name;
+                i += 1;
+            }
+            names
+        };
+        vec![
+            Knob::choice("scene", "what there is to see", 0, &SCENE_NAMES),
+            Knob::choice(
+                "view",
+                "the picture, or the absolute error of after, from black to pale yellow",
+                0,
+                &["picture", "error"],
+            ),
+            Knob::integer(
+                "error_gain",
+                "error times this: pale yellow is 255 levels divided by it",
+                8,
+                1..=32,
+                "",
+            ),
+            Knob::toggle(
+                "hdr",
+                "`Hdr` on the camera; without it, a packed camera blends before it tone-maps as \
+                 one with `Hdr` does, so before keeps it, except beside unorm8",
+                true,
+            ),
+            Knob::choice(
+                "msaa",
+                "samples a pixel, of both cameras",
+                0,
+                &["off", "4x"],
+            ),
+            Knob::choice(
+                "format",
+                "of the two channels; unorm8 is for cameras without `Hdr`",
+                0,
+                &["float16", "float32", "unorm8"],
+            ),
+            Knob::choice(
+                "reconstruction",
+                "how the missing chrominance is found",
+                3,
+                &[
+                    "nearest",
+                    "bilinear",
+                    "edge_directed",
+                    "guided",
+                    "wide",
+                    "quad",
+                ],
+            ),
+            Knob::choice(
+                "msaa_resolve",
+                "how the samples of a pixel become one",
+                0,
+                &["box", "tone_map_weighted"],
+            ),
+            Knob::toggle(
+                "motion",
+                "the sun wanders; scenes without one drift by pixels",
+                true,
+            ),
+        ]
+    }
+
+    fn view(&self) -> Transform {
+        SCENES[0].camera(UVec2::ONE).1
+    }
+
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            YCoCgFrameBufferPlugin,
+            Material2dPlugin::<ErrorMaterial>::default(),
+        ));
+        error_material::embed(app);
+        app.init_resource::<stage::Stage>()
+            .init_resource::<error_view::ErrorView>()
+            .add_systems(
+                Update,
+                (
+                    memory::show,
+                    stage::change,
+                    stage::drift,
+                    error_view::open_or_close,
+                    error_view::hide_split,
+                    cameras::apply_knobs,
+                )
+                    .chain(),
+            )
+            .add_systems(
+                PostUpdate,
+                error_view::follow_pose.before(TransformSystems::Propagate),
+            );
+    }
+
+    fn dress_camera(&self, camera: &mut EntityCommands, side: Side) {
+        // Dithering would hide how small an error is.
+        camera.insert((Films(side), DebandDither::Disabled));
+    }
+}

@@ -1,0 +1,192 @@
+//! The example scene of the packed frame buffer.
+
+use bevy_frugal_lab::{
+    headless::HeadlessApp,
+    metrics::{
+        error::{max_error, mse, psnr_db},
+        heat_map::{absolute_error_heat_map, magma},
+    },
+    runner::{
+        KnobKind, Knobs, MemoryFigures, Notes, Options, Scene, Size, Split, SplitLine,
+        pictures::headless_app,
+    },
+    scenes::ycocg_fb::YCoCgFb,
+};
+use image::RgbImage;
+
+use crate::support::gpu;
+
+const SIZE: Size = Size {
+    width: 160,
+    height: 120,
+};
+
+fn app(size: Size, set: &[&str]) -> HeadlessApp {
+    let options = Options {
+        headless: None,
+        size,
+        frames: 1,
+        set: set.iter().map(ToString::to_string).collect(),
+        image: None,
+        adapter: None,
+    };
+    headless_app(&YCoCgFb, &options).expect("an app")
+}
+
+fn set(app: &mut HeadlessApp, text: &str) {
+    let mut knobs = app.world_mut().resource_mut::<Knobs>();
+    knobs.set(text).expect("a knob with this value");
+}
+
+/// The picture with the line at `position`.
+fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
+    app.world_mut().insert_resource(Split { position });
+    app.run_until_ready(500).expect("ready");
+    app.capture_rgb8().expect("a picture")
+}
+
+fn sides(app: &mut HeadlessApp) -> [RgbImage; 2] {
+    [1.0, 0.0].map(|position| picture(app, position))
+}
+
+fn state(app: &HeadlessApp) -> &str {
+    &app.world().resource::<Notes>().0["after:"]
+}
+
+#[test]
+fn after_looks_like_before() {
+    let _gpu = gpu();
+    let mut app = app(SIZE, &[]);
+    let [before, after] = sides(&mut app);
+    assert_eq!(state(&app), "packed");
+    let found = psnr_db(mse(&before, &after).expect("equal sizes"));
+    assert!((40.0..100.0).contains(&found), "{found} dB");
+    // A packed camera without `Hdr` is to look like one with it.
+    set(&mut app, "hdr=false");
+    let [fused_before, fused] = sides(&mut app);
+    assert_eq!(fused_before, before);
+    assert_eq!(state(&app), "packed");
+    let found = psnr_db(mse(&before, &fused).expect("equal sizes"));
+    assert!((39.0..100.0).contains(&found), "{found} dB");
+}
+
+#[test]
+fn every_value_of_every_knob_renders() {
+    let _gpu = gpu();
+    let size = Size {
+        width: 64,
+        height: 48,
+    };
+    let mut app = app(size, &[]);
+    let first = picture(&mut app, 0.5);
+    let mut pictures = vec![first.clone()];
+    for knob in YCoCgFb.knobs() {
+        let values: Vec<String> = match knob.kind {
+            KnobKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
+            KnobKind::Toggle { .. } => vec!["true".into(), "false".into()],
+            KnobKind::Integer { ref range, .. } => {
+                vec![range.start().to_string(), range.end().to_string()]
+            }
+            KnobKind::Float { .. } => Vec::new(),
+        };
+        assert!(values.len() > 1, "{}", knob.name);
+        let default = Knobs::new(vec![knob.clone()]);
+        let (_, default) = default.iter().next().expect("a knob");
+        for value in values {
+            set(&mut app, &format!("{}={value}", knob.name));
+            let picture = picture(&mut app, 0.5);
+            let refused = value == "unorm8";
+            assert_eq!(state(&app) != "packed", refused, "{value}: {}", state(&app));
+            pictures.push(picture);
+        }
+        set(&mut app, &format!("{}={default}", knob.name));
+    }
+    assert_eq!(picture(&mut app, 0.5), first, "all knobs are back");
+    pictures.sort_by(|a, b| a.as_raw().cmp(b.as_raw()));
+    pictures.dedup();
+    // Six scenes, the error, 4x, and the reconstructions at least.
+    assert!(pictures.len() >= 12, "{} different", pictures.len());
+}
+
+#[test]
+fn unorm8_needs_a_camera_without_hdr() {
+    let _gpu = gpu();
+    let mut app = app(SIZE, &["format=unorm8"]);
+    let [before, after] = sides(&mut app);
+    assert!(state(&app).contains("`Float16`"), "{}", state(&app));
+    assert_eq!(before, after, "both are drawn by Bevy");
+    set(&mut app, "hdr=false");
+    let [before, after] = sides(&mut app);
+    assert_eq!(state(&app), "packed");
+    let found = psnr_db(mse(&before, &after).expect("equal sizes"));
+    assert!((39.0..100.0).contains(&found), "{found} dB");
+}
+
+#[test]
+fn memory_is_as_documented() {
+    let _gpu = gpu();
+    let mut app = app(
+        Size {
+            width: 64,
+            height: 32,
+        },
+        &[],
+    );
+    // Bytes a pixel: Bevy's own camera with `Hdr`, and the packed one.
+    for (hdr, msaa, plain, packed) in [
+        (true, "off", 16, 20),
+        (true, "4x", 48, 36),
+        (false, "off", 16, 12),
+        (false, "4x", 48, 28),
+    ] {
+        set(&mut app, &format!("hdr={hdr}"));
+        set(&mut app, &format!("msaa={msaa}"));
+        picture(&mut app, 0.5);
+        let figures = &app.world().resource::<MemoryFigures>().0;
+        let of = |name: &str| figures[name] / (64 * 32);
+        assert_eq!(of("total before"), plain, "{hdr} {msaa}");
+        assert_eq!(of("total after"), packed, "{hdr} {msaa}");
+        assert_eq!(of("packed after"), 4);
+        assert_eq!(of("packed before"), 0);
+        let multisampled = if msaa == "off" { 0 } else { 16 };
+        assert_eq!(of("packed MSAA after"), multisampled);
+    }
+}
+
+#[test]
+fn the_error_view_shows_the_error() {
+    let _gpu = gpu();
+    for scene in ["lit", "thin_lines"] {
+        let mut app = app(SIZE, &["reconstruction=nearest", &format!("scene={scene}")]);
+        let [before, after] = sides(&mut app);
+        assert!(app.world().resource::<SplitLine>().0);
+        set(&mut app, "view=error");
+        let mut seen = Vec::new();
+        for gain in [8, 32] {
+            set(&mut app, &format!("error_gain={gain}"));
+            let shown = picture(&mut app, 0.5);
+            let expected = absolute_error_heat_map(&before, &after, gain as f32);
+            let expected = expected.expect("equal sizes");
+            // Its shader rounds once more than the CPU.
+            let off = max_error(&shown, &expected).expect("equal sizes");
+            assert!(off <= 2, "{scene}, gain {gain}: {off}");
+            let black = shown.pixels().filter(|p| **p == magma(0.0)).count();
+            assert!(black < shown.pixels().len(), "{scene}: no error");
+            seen.push(shown);
+        }
+        assert_ne!(seen[0], seen[1]);
+        assert!(!app.world().resource::<SplitLine>().0);
+
+        set(&mut app, "view=picture");
+        assert_eq!(sides(&mut app), [before, after], "{scene}");
+    }
+}
+
+#[test]
+fn the_error_view_is_black_where_nothing_differs() {
+    let _gpu = gpu();
+    // Bevy draws both, as 8 bits hold no HDR.
+    let mut app = app(SIZE, &["view=error", "format=unorm8", "error_gain=32"]);
+    let shown = picture(&mut app, 0.5);
+    assert!(shown.pixels().all(|p| *p == magma(0.0)));
+}
