@@ -35,7 +35,23 @@ fn check(
     dress: impl FnOnce(&mut EntityCommands),
 ) {
     let _gpu = gpu();
-    let mut studio = Studio::new(scene);
+    check_in(
+        &mut Studio::new(scene),
+        name,
+        msaa,
+        [hdr_db, fused_db],
+        dress,
+    );
+}
+
+/// As [`check`], in a scene that is there already.
+fn check_in(
+    studio: &mut Studio,
+    name: &str,
+    msaa: Msaa,
+    [hdr_db, fused_db]: [Option<f64>; 2],
+    dress: impl FnOnce(&mut EntityCommands),
+) {
     studio.camera(dress);
     let reference = studio.mode(true, msaa).plain();
     keep(&format!("{name}_plain"), &reference);
@@ -84,6 +100,8 @@ fn effects_after_tone_mapping() {
 #[test]
 fn every_tone_mapping_and_color_grading() {
     use Tonemapping as T;
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
     for method in [
         T::None,
         T::Reinhard,
@@ -94,18 +112,18 @@ fn every_tone_mapping_and_color_grading() {
         T::BlenderFilmic,
         T::KhronosPbrNeutral,
     ] {
-        check(
+        check_in(
+            &mut studio,
             &format!("{method:?}"),
             Msaa::Off,
             [Some(38.0); 2],
-            lit_scene,
             |camera| {
                 camera.insert((method, DebandDither::Disabled));
             },
         );
     }
-    check("grading", Msaa::Off, BOTH, lit_scene, |camera| {
-        camera.insert(ColorGrading {
+    check_in(&mut studio, "grading", Msaa::Off, BOTH, |camera| {
+        camera.insert(Tonemapping::default()).insert(ColorGrading {
             global: ColorGradingGlobal {
                 exposure: 0.5,
                 temperature: 0.1,
@@ -168,6 +186,8 @@ fn prepasses_and_occlusion_culling() {
 
 #[test]
 fn a_clear_color_of_any_chroma() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
     let colors = [
         Color::BLACK,
         Color::WHITE,
@@ -178,7 +198,7 @@ fn a_clear_color_of_any_chroma() {
     ];
     for color in colors {
         for msaa in [Msaa::Off, Msaa::Sample4] {
-            check("clear", msaa, [Some(38.0); 2], lit_scene, |camera| {
+            check_in(&mut studio, "clear", msaa, [Some(38.0); 2], |camera| {
                 clear_to(camera, color.into());
             });
         }
