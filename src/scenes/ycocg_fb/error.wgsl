@@ -33,9 +33,10 @@ fn magma(value: f32) -> vec3<f32> {
 fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
     let size = textureDimensions(before);
     let pixel = min(vec2<u32>(in.uv * vec2<f32>(size)), size - 1u);
-    let a = srgb_from_linear(textureLoad(before, pixel, 0).rgb);
-    let b = srgb_from_linear(textureLoad(after, pixel, 0).rgb);
-    let difference = abs(a - b);
+    // In whole levels: how a texture in sRGB is decoded is up to the driver.
+    let a = round(255.0 * srgb_from_linear(textureLoad(before, pixel, 0).rgb));
+    let b = round(255.0 * srgb_from_linear(textureLoad(after, pixel, 0).rgb));
+    let difference = abs(a - b) / 255.0;
     let largest = max(max(difference.r, difference.g), difference.b);
     return vec4(linear_from_srgb(magma(largest * gain)), 1.0);
 }
