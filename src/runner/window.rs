@@ -112,6 +112,8 @@ fn spawn_panel_camera(mut commands: Commands, mut egui: ResMut<EguiGlobalSetting
     commands.spawn((
         PrimaryEguiContext,
         Camera2d,
+        // As of the 2D cameras of scenes: Bevy gives those of one target one depth texture.
+        Msaa::Off,
         RenderLayers::none(),
         Camera {
             order: 10,

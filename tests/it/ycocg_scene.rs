@@ -4,7 +4,7 @@ use bevy::time::{Time, Virtual};
 use bevy_frugal_lab::{
     headless::HeadlessApp,
     metrics::{
-        error::{mse, psnr_db},
+        error::{max_error, mse, psnr_db},
         heat_map::{absolute_error_heat_map, magma},
     },
     runner::{
@@ -13,7 +13,7 @@ use bevy_frugal_lab::{
     },
     scenes::ycocg_fb::YCoCgFb,
 };
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 
 use crate::support::gpu;
 
@@ -169,16 +169,9 @@ fn the_error_view_shows_the_error() {
             let shown = picture(&mut app, 0.5);
             let expected = absolute_error_heat_map(&before, &after, gain as f32);
             let expected = expected.expect("equal sizes");
-            // Its shader rounds once more than the CPU, and projections of a part and of the
-            // whole round differently, which shows at edges.
-            let is_off =
-                |(a, b): &(&Rgb<u8>, &Rgb<u8>)| (0..3).any(|c| a.0[c].abs_diff(b.0[c]) > 2);
-            let off = shown.pixels().zip(expected.pixels()).filter(is_off).count();
-            println!("{scene}, gain {gain}: {off} pixels are off");
-            assert!(
-                off * 500 < expected.as_raw().len() / 3,
-                "{off} pixels are off"
-            );
+            // Its shader rounds once more than the CPU.
+            let off = max_error(&shown, &expected).expect("equal sizes");
+            assert!(off <= 2, "{scene}, gain {gain}: {off}");
             let black = shown.pixels().filter(|p| **p == magma(0.0)).count();
             assert!(black < shown.as_raw().len() / 3, "{scene}: no error");
             seen.push(shown);

@@ -70,12 +70,12 @@ impl Scene for YCoCgFb {
                 "hdr",
                 "`Hdr` on the camera; without it, a packed camera blends before it tone-maps as \
                  one with `Hdr` does, so before keeps it, except beside unorm8",
-                true,
+                false,
             ),
             Knob::choice(
                 "msaa",
                 "samples a pixel, of both cameras",
-                0,
+                1,
                 &["off", "4x"],
             ),
             Knob::choice(
@@ -87,7 +87,7 @@ impl Scene for YCoCgFb {
             Knob::choice(
                 "reconstruction",
                 "how the missing chrominance is found",
-                3,
+                4,
                 &[
                     "nearest",
                     "bilinear",
