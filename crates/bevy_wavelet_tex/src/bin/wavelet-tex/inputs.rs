@@ -118,13 +118,15 @@ impl Destination {
     pub fn new(out: Option<&Path>, single: bool, extension: &str) -> Result<Self, Error> {
         match out {
             None => Ok(Self::Beside),
+            Some(out) if single && has_extension(out, &[extension]) => {
+                Ok(Self::File(out.to_path_buf()))
+            }
             Some(out) if !single || out.is_dir() || out.extension().is_none() => {
                 if out.is_file() {
                     return Err(Error::file(out, "a file, but a folder is needed"));
                 }
                 Ok(Self::Folder(out.to_path_buf()))
             }
-            Some(out) if has_extension(out, &[extension]) => Ok(Self::File(out.to_path_buf())),
             Some(out) => Err(Error::Usage(format!(
                 "{}: the output's name must end in .{extension}",
                 out.display()
