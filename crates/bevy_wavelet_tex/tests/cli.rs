@@ -631,8 +631,8 @@ fn images_inside_gltf_files_are_encoded_by_their_role() {
     f.write("model.glb", &glb);
     f.ok(&["encode", "model.glb", "--effort", "fast"]);
     let info = |file| f.json(&["info", file, "--json"]);
-    assert_eq!(info("model.glb.0.wtex")["content"], "color");
-    assert_eq!(info("model.glb.1.wtex")["content"], "normal");
+    assert_eq!(info("model.glb.Texture0.wtex")["content"], "color");
+    assert_eq!(info("model.glb.Texture1.wtex")["content"], "normal");
     assert_eq!(info("apart.wtex")["content"], "gray");
     assert_eq!(info("apart.wtex")["color_space"], "linear");
 

@@ -35,8 +35,15 @@ impl Scene for WaveletTex {
             Knob::choice(
                 "filter",
                 "how decoded pixels are filtered",
-                2,
-                &["nearest", "bilinear", "trilinear"],
+                4,
+                &[
+                    "nearest",
+                    "nearest_mip_linear",
+                    "bilinear",
+                    "one_fetch_trilinear",
+                    "trilinear",
+                    "anisotropic",
+                ],
             ),
             Knob::choice(
                 "effort",
@@ -46,7 +53,7 @@ impl Scene for WaveletTex {
             ),
             Knob::choice(
                 "storage",
-                "as BC3 blocks, or decoded on load as without BC",
+                "as BC blocks, or decoded on load as without BC",
                 0,
                 &["blocks", "decoded"],
             ),
@@ -124,6 +131,9 @@ fn dress_after(
 ) {
     let filter = match knobs.choice("filter") {
         "nearest" => WaveletFilter::Nearest,
+        "nearest_mip_linear" => WaveletFilter::NearestMipLinear,
+        "one_fetch_trilinear" => WaveletFilter::OneFetchTrilinear,
+        "anisotropic" => WaveletFilter::Anisotropic,
         "bilinear" => WaveletFilter::Bilinear,
         _ => WaveletFilter::Trilinear,
     };
@@ -152,6 +162,9 @@ fn dress_after(
             base_color: Some(add(sources.base_color(surface))),
             normal: sources.normal(surface).map(&mut add),
             mask: sources.mask(surface).map(&mut add),
+            emissive: None,
+            metallic_roughness: None,
+            occlusion: None,
             filter,
             address_mode: match surface {
                 Surface::Picture | Surface::Plant => WaveletAddressMode::ClampToEdge,

@@ -10,9 +10,10 @@ use bevy::{
 };
 use bevy_wavelet_tex::codec::{
     color::{linear_from_srgb, srgb_from_linear},
-    encoder::{EncodeSettings, encode},
+    encoder::{EncodeSettings, encode_rgb8},
     image::{ColorSpace, Content, WaveletImage},
     plane::Plane,
+    rate::Rate,
     search::Effort,
 };
 use image::{DynamicImage, RgbaImage};
@@ -140,17 +141,12 @@ impl SourceMap {
     fn encode(&mut self, effort: Effort) {
         let pixels: Vec<[u8; 3]> = self.pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
         let settings = EncodeSettings {
-            content: self.content,
+            rate: Rate::usual(self.content),
             color_space: self.color_space,
-            mips: true,
             effort,
+            ..EncodeSettings::default()
         };
-        match encode(
-            &pixels,
-            self.pixels.dimensions().into(),
-            &settings,
-            &|_, _| {},
-        ) {
+        match encode_rgb8(&pixels, self.pixels.dimensions().into(), &settings) {
             Ok(image) => self.encoded = Some(image),
             // A picture of the user's can be too large; what was shown stays.
             Err(error) => eprintln!("{error}"),

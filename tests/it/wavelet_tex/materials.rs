@@ -118,6 +118,9 @@ fn with_wavelets(world: &mut World, base: StandardMaterial, quad: Entity) {
         base_color: Some(add_texture(world, &color, WaveletStorage::Blocks)),
         normal: Some(add_texture(world, &normal, WaveletStorage::Blocks)),
         mask: Some(add_texture(world, &mask, WaveletStorage::Blocks)),
+        emissive: None,
+        metallic_roughness: None,
+        occlusion: None,
         filter: WaveletFilter::Bilinear,
         address_mode: WaveletAddressMode::ClampToEdge,
     };

@@ -10,7 +10,7 @@
 //! | file | stage | thesis |
 //! | --- | --- | --- |
 //! | [`rate`], [`mod@image`] | what there is to choose, and what comes out | 3.5.5 |
-//! | [`source`] | pixels as they come, and their mips | |
+//! | [`source`], [`reduce`] | pixels as they come, their mips, smaller ones | |
 //! | [`color`] | RGB and luma / chroma | 3.3.1 |
 //! | [`plane`], [`chroma`] | planes, and how they are made smaller | 3.5.5 |
 //! | [`haar`] | Haar and partially inverted Haar | 3.5.1 |
@@ -40,6 +40,8 @@ pub mod predict;
 pub mod quality;
 pub mod quantizer;
 pub mod rate;
+#[cfg(feature = "encode")]
+pub mod reduce;
 #[cfg(feature = "encode")]
 pub mod search;
 #[cfg(feature = "encode")]

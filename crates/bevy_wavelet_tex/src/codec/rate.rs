@@ -63,6 +63,15 @@ impl Rate {
         }
     }
 
+    /// The usual rate of a content: 2 bpp for gray, 3 for colour, 4 for normals.
+    pub fn usual(content: Content) -> Self {
+        match content {
+            Content::Gray => Self::Gray2,
+            Content::Color | Content::ColorAlpha => Self::Color3,
+            Content::Normal => Self::Normal4,
+        }
+    }
+
     /// The rates of a content, from the smallest.
     pub fn of(content: Content) -> impl Iterator<Item = Self> {
         let alpha = content == Content::ColorAlpha;

@@ -2,7 +2,12 @@
 
 use std::path::PathBuf;
 
-use bevy_wavelet_tex::codec::{encoder::Method as CodecMethod, image::Content, rate::Rate, search};
+use bevy_wavelet_tex::codec::{
+    encoder::Method as CodecMethod,
+    image::{ColorSpace, Content},
+    rate::Rate,
+    search,
+};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::error::Error;
@@ -187,15 +192,25 @@ pub struct Wish {
     pub linear: bool,
 }
 
+impl Wish {
+    pub fn color_space(self) -> ColorSpace {
+        if self.linear {
+            ColorSpace::Linear
+        } else {
+            ColorSpace::Srgb
+        }
+    }
+}
+
 impl How {
     /// What the role and the image make of the arguments.
     pub fn wish(&self, image_is_gray: bool, role: Option<Role>) -> Result<Wish, Error> {
         let role = role.or(self.role);
         let by_rate = match self.rate {
             Some(RateArg::Named(rate)) => Some(rate.content(false)),
-            Some(RateArg::Bits(bits)) if bits == 4.0 => Some(Content::Normal),
-            Some(RateArg::Bits(bits)) if bits == 2.0 => Some(Content::Gray),
-            Some(RateArg::Bits(bits)) if bits == 3.0 && image_is_gray => Some(Content::Gray),
+            Some(RateArg::Bits(4.0)) => Some(Content::Normal),
+            Some(RateArg::Bits(2.0)) => Some(Content::Gray),
+            Some(RateArg::Bits(3.0)) if image_is_gray => Some(Content::Gray),
             Some(RateArg::Bits(_)) => Some(Content::Color),
             Some(RateArg::Auto) | None => None,
         };
@@ -213,7 +228,7 @@ impl How {
                 .find(|rate| rate.nominal_bits_per_pixel(false) == bits)
                 .ok_or_else(|| self.no_such_rate(content))?,
             Some(RateArg::Named(_)) => return Err(self.no_such_rate(content)),
-            Some(RateArg::Auto) | None => default_rate(content),
+            Some(RateArg::Auto) | None => Rate::usual(content),
         };
         Ok(Wish {
             rate,
@@ -300,14 +315,6 @@ impl Role {
             Self::Gray | Self::Mask => Content::Gray,
             Self::Normal => Content::Normal,
         }
-    }
-}
-
-fn default_rate(content: Content) -> Rate {
-    match content {
-        Content::Gray => Rate::Gray2,
-        Content::Color | Content::ColorAlpha => Rate::Color3,
-        Content::Normal => Rate::Normal4,
     }
 }
 

@@ -9,7 +9,7 @@ use std::{
 use bevy_wavelet_tex::{
     codec::{
         encoder::{EncodeSettings, encode},
-        image::{ColorSpace, WaveletImage},
+        image::WaveletImage,
         source::Source,
     },
     file,
@@ -112,7 +112,7 @@ fn encode_one(
     let reduced;
     let picture = match args.how.max_size {
         Some(most) if picture.size.iter().any(|s| *s > most) => {
-            reduced = picture.reduced(most, !wish.linear);
+            reduced = picture.reduced(most, wish.color_space());
             &reduced
         }
         _ => picture,
@@ -167,11 +167,7 @@ fn encoded(
         rate: wish.rate,
         min_psnr_db: wish.min_psnr_db,
         alpha: how.alpha,
-        color_space: if wish.linear {
-            ColorSpace::Linear
-        } else {
-            ColorSpace::Srgb
-        },
+        color_space: wish.color_space(),
         mips,
         effort: how.effort(),
         method: how.method(),
@@ -197,8 +193,9 @@ fn gltf_images(
     for image in gltf::images(&input.path)? {
         // As `WaveletGltf` looks for it.
         let name = |path: &Path| {
+            // `with_extension` would take the texture's number for one.
             let mut name = path.as_os_str().to_os_string();
-            name.push(format!(".{}.{}", image.index, file::EXTENSION));
+            name.push(format!(".Texture{}.{}", image.index, file::EXTENSION));
             PathBuf::from(name)
         };
         let named = Input {
@@ -216,9 +213,9 @@ fn gltf_images(
                 };
                 destination.of(&own, file::EXTENSION)?
             }
-            None => destination.of(&named, file::EXTENSION)?,
+            None => destination.named(&named)?,
         };
-        let label = format!("{} image {}", input.path.display(), image.index);
+        let label = format!("{} texture {}", input.path.display(), image.index);
         taken.take(&output, Path::new(&label))?;
         let picture = Picture::from_png(Path::new(&label), image.png)?;
         rows.push(encode_one(

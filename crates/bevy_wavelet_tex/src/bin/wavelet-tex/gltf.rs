@@ -3,7 +3,7 @@
 //! Only what is needed is read: images, the textures that use them, the maps of the materials.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
 
@@ -16,7 +16,7 @@ pub const EXTENSIONS: &[&str] = &["gltf", "glb"];
 
 /// An image that a material uses.
 pub struct GltfImage {
-    /// Its index among the file's images.
+    /// The index of the texture that uses it, by which Bevy's loader labels it.
     pub index: usize,
     /// What it holds.
     pub role: Role,
@@ -39,7 +39,7 @@ const MAPS: [(&str, Role); 5] = [
     ("/occlusionTexture/index", Role::Mask),
 ];
 
-/// The images that the materials of a file use, by their index.
+/// The images that the materials of a file use, by the index of their texture.
 pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
     let bytes = files::read(path)?;
     let fail = |problem: String| Error::file(path, problem);
@@ -50,7 +50,7 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
     };
     let json: Value =
         serde_json::from_slice(json).map_err(|e| fail(format!("the glTF is no JSON: {e}")))?;
-    let mut roles: BTreeMap<usize, Role> = BTreeMap::new();
+    let mut roles: BTreeMap<usize, (u64, Role)> = BTreeMap::new();
     for (pointer, role) in MAPS {
         for material in json["materials"].as_array().into_iter().flatten() {
             let Some(texture) = material.pointer(pointer).and_then(Value::as_u64) else {
@@ -62,11 +62,12 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
                     "its texture {texture} has no image of a core glTF format"
                 ))
             })?;
-            roles.entry(image as usize).or_insert(role);
+            roles.entry(texture as usize).or_insert((image, role));
         }
     }
-    let found = roles.into_iter().map(|(index, role)| {
-        let image = &json["images"][index];
+    let mut files_seen = BTreeSet::new();
+    let found = roles.into_iter().map(|(index, (source, role))| {
+        let image = &json["images"][source as usize];
         let (file, png) = match image["uri"].as_str() {
             Some(uri) if uri.starts_with("data:") => (None, from_data_uri(uri)),
             Some(uri) => {
@@ -84,7 +85,15 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
             png,
         })
     });
-    found.collect()
+    // A file of its own is one, however many textures use it.
+    let mut found: Vec<GltfImage> = found.collect::<Result<_, Error>>()?;
+    found.retain(|image| {
+        image
+            .file
+            .clone()
+            .is_none_or(|file| files_seen.insert(file))
+    });
+    Ok(found)
 }
 
 /// The JSON and, if there is one, the binary chunk of a GLB file.

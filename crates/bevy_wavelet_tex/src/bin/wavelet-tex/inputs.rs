@@ -134,6 +134,16 @@ impl Destination {
         }
     }
 
+    /// The result's path where the input already has its name.
+    pub fn named(&self, input: &Input) -> Result<PathBuf, Error> {
+        let path = match self {
+            Self::Folder(folder) => folder.join(&input.relative),
+            Self::Beside | Self::File(_) => input.path.clone(),
+        };
+        make_folder(&path)?;
+        Ok(path)
+    }
+
     /// The result's path; its folder is made.
     pub fn of(&self, input: &Input, extension: &str) -> Result<PathBuf, Error> {
         let path = match self {
@@ -141,14 +151,20 @@ impl Destination {
             Self::File(path) => path.clone(),
             Self::Folder(folder) => {
                 let path = folder.join(&input.relative).with_extension(extension);
-                let parent = path.parent().unwrap_or(folder);
-                fs::create_dir_all(parent)
-                    .map_err(|e| Error::file(parent, format_args!("cannot be made: {e}")))?;
+                make_folder(&path)?;
                 path
             }
         };
         files::check_output(&input.path, &path, extension)?;
         Ok(path)
+    }
+}
+
+fn make_folder(path: &Path) -> Result<(), Error> {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => fs::create_dir_all(parent)
+            .map_err(|e| Error::file(parent, format_args!("cannot be made: {e}"))),
+        _ => Ok(()),
     }
 }
 

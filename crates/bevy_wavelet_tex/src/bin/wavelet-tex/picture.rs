@@ -4,11 +4,10 @@ use std::{io::Cursor, path::Path};
 
 use bevy_wavelet_tex::{
     codec::{
-        color::{linear_from_srgb, srgb_from_linear},
         decoder::decode,
-        image::{Content, WaveletImage},
+        image::{ColorSpace, Content, WaveletImage},
         layout::MAX_SIZE,
-        plane::Plane,
+        reduce::reduced_rgba8,
         source::Pixels,
     },
     file,
@@ -121,39 +120,12 @@ impl Picture {
     }
 
     /// The picture halved until no side is longer than `most`, in linear light where it is sRGB.
-    pub fn reduced(&self, most: u32, srgb: bool) -> Self {
-        let mut channels = [0, 1, 2, 3].map(|c: usize| Plane {
-            size: self.size,
-            values: self
-                .pixels
-                .iter()
-                .map(|p| {
-                    let v = f32::from(p[c]) / 255.0;
-                    if srgb && c < 3 {
-                        linear_from_srgb(v)
-                    } else {
-                        v
-                    }
-                })
-                .collect(),
-        });
-        while channels[0].size.iter().any(|s| *s > most) {
-            channels = channels.map(|channel| channel.next_mip());
-        }
-        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-        let pixel = |i: usize| {
-            [0, 1, 2, 3].map(|c: usize| {
-                let v = channels[c].values[i];
-                byte(if srgb && c < 3 {
-                    srgb_from_linear(v)
-                } else {
-                    v
-                })
-            })
-        };
+    pub fn reduced(&self, most: u32, color_space: ColorSpace) -> Self {
+        let source = self.source();
+        let (size, pixels) = reduced_rgba8(self.size, |i| source.get(i), most, color_space);
         Self {
-            size: channels[0].size,
-            pixels: (0..channels[0].values.len()).map(pixel).collect(),
+            size,
+            pixels,
             words: None,
             has_alpha: self.has_alpha,
             content: self.content,
