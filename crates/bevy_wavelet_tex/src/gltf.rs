@@ -18,7 +18,7 @@ use bevy::{
     image::Image,
     log::warn,
     pbr::{MeshMaterial3d, StandardMaterial},
-    reflect::Reflect,
+    reflect::{Reflect, std_traits::ReflectDefault},
 };
 
 use crate::{

@@ -2,8 +2,11 @@
 
 use bevy::{
     asset::{
-        AssetPath, AssetSaver, AsyncWriteExt, io::Writer, processor::LoadTransformAndSave,
-        saver::SavedAsset, transformer::IdentityAssetTransformer,
+        AssetPath, AsyncWriteExt,
+        io::Writer,
+        processor::LoadTransformAndSave,
+        saver::{AssetSaver, SavedAsset},
+        transformer::IdentityAssetTransformer,
     },
     image::{Image, ImageLoader},
     reflect::TypePath,
