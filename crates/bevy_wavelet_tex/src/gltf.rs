@@ -11,7 +11,7 @@ use bevy::{
         component::Component,
         entity::Entity,
         hierarchy::ChildOf,
-        query::{Added, With},
+        query::Added,
         reflect::ReflectComponent,
         system::{Commands, Query, Res, ResMut},
     },
@@ -37,7 +37,11 @@ pub struct WaveletGltf {
 
 /// A mesh that waits for the wavelet textures of its material.
 #[derive(Component)]
-pub(crate) struct Waiting(WaveletFilter);
+pub(crate) struct Waiting {
+    filter: WaveletFilter,
+    /// Once the material is there: held, so that the textures go on loading.
+    next: Option<Box<WaveletStandardMaterial>>,
+}
 
 /// Finds the meshes that have come up below a [`WaveletGltf`].
 pub(crate) fn find_meshes(
@@ -50,7 +54,10 @@ pub(crate) fn find_meshes(
         let own = roots.get(mesh).ok();
         let above = || parents.iter_ancestors(mesh).find_map(|e| roots.get(e).ok());
         if let Some(root) = own.or_else(above) {
-            commands.entity(mesh).insert(Waiting(root.filter));
+            commands.entity(mesh).insert(Waiting {
+                filter: root.filter,
+                next: None,
+            });
         }
     }
 }
@@ -58,17 +65,19 @@ pub(crate) fn find_meshes(
 /// Exchanges the materials whose textures are there.
 pub(crate) fn exchange_materials(
     mut commands: Commands,
-    waiting: Query<(Entity, &MeshMaterial3d<StandardMaterial>, &Waiting), With<Waiting>>,
+    mut waiting: Query<(Entity, &MeshMaterial3d<StandardMaterial>, &mut Waiting)>,
     server: Res<AssetServer>,
     standard: Res<Assets<StandardMaterial>>,
     mut wavelet: ResMut<Assets<WaveletStandardMaterial>>,
 ) {
-    for (mesh, material, Waiting(filter)) in &waiting {
+    for (mesh, material, mut waiting) in &mut waiting {
         let Some(base) = standard.get(material) else {
             continue;
         };
-        let (base, extension) = exchanged(base, *filter, &server);
-        let states = || extension.textures().map(|t| server.load_state(t));
+        let filter = waiting.filter;
+        let exchange = || Box::new(exchanged(base, filter, &server));
+        let next = waiting.next.get_or_insert_with(exchange);
+        let states = || next.extension.textures().map(|t| server.load_state(t));
         let failed = states().find_map(|state| match state {
             LoadState::Failed(error) => Some(error),
             _ => None,
@@ -80,7 +89,7 @@ pub(crate) fn exchange_materials(
             );
             commands.entity(mesh).remove::<Waiting>();
         } else if states().all(|state| state.is_loaded()) {
-            let material = wavelet.add(WaveletStandardMaterial { base, extension });
+            let material = wavelet.add((**next).clone());
             commands
                 .entity(mesh)
                 .remove::<(MeshMaterial3d<StandardMaterial>, Waiting)>()
@@ -94,7 +103,7 @@ fn exchanged(
     material: &StandardMaterial,
     filter: WaveletFilter,
     server: &AssetServer,
-) -> (StandardMaterial, WaveletExtension) {
+) -> WaveletStandardMaterial {
     let mut base = material.clone();
     let take = |map: &mut Option<Handle<Image>>| {
         let path = map.as_ref()?.path()?;
@@ -111,7 +120,7 @@ fn exchanged(
         filter,
         ..WaveletExtension::default()
     };
-    (base, extension)
+    WaveletStandardMaterial { base, extension }
 }
 
 /// Where the wavelet texture of an image is: with a label (`model.glb#Texture0`) beside the file that

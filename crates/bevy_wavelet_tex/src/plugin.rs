@@ -1,8 +1,8 @@
 //! The plugin: it registers what the modules define.
 
 use bevy::{
-    app::{App, Plugin, PostUpdate},
-    asset::{AssetApp, embedded_asset},
+    app::{App, Plugin, PostUpdate, Update},
+    asset::{AssetApp, AssetEventSystems, embedded_asset},
     ecs::schedule::IntoScheduleConfigs,
     image::{CompressedImageFormatSupport, CompressedImageFormats},
     pbr::MaterialPlugin,
@@ -43,12 +43,10 @@ impl Plugin for WaveletTexPlugin {
             .register_type::<WaveletAddressMode>()
             .register_type::<WaveletGltf>()
             .add_systems(
-                PostUpdate,
-                (
-                    rebind_materials,
-                    (gltf::find_meshes, gltf::exchange_materials).chain(),
-                ),
+                Update,
+                (gltf::find_meshes, gltf::exchange_materials).chain(),
             )
+            .add_systems(PostUpdate, rebind_materials.before(AssetEventSystems))
             .add_plugins((
                 RenderAssetPlugin::<GpuWaveletTexture>::default(),
                 MaterialPlugin::<WaveletStandardMaterial>::default(),

@@ -7,7 +7,8 @@ mod textures;
 use bevy::prelude::*;
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
-    WaveletTexPlugin, WaveletTexture, codec::search::Effort,
+    WaveletTexPlugin, WaveletTexture,
+    codec::{rate::Rate, search::Effort},
 };
 
 use crate::runner::{Knob, Knobs, MemoryFigures, Scene, SceneImage, Side};
@@ -27,7 +28,7 @@ impl Scene for WaveletTex {
     }
 
     fn description(&self) -> &'static str {
-        "A lit room: RGBA8 textures before, wavelet textures of 2 to 4 bits per pixel after"
+        "A lit room: RGBA8 textures before, wavelet textures of 2 to 5 bits per pixel after"
     }
 
     fn knobs(&self) -> Vec<Knob> {
@@ -44,6 +45,12 @@ impl Scene for WaveletTex {
                     "trilinear",
                     "anisotropic",
                 ],
+            ),
+            Knob::choice(
+                "color_rate",
+                "bits per pixel of colours",
+                1,
+                &["color2.25", "color3", "color3.25", "color5"],
             ),
             Knob::choice(
                 "effort",
@@ -146,7 +153,8 @@ fn dress_after(
         "decoded" => WaveletStorage::Decoded,
         _ => WaveletStorage::Blocks,
     };
-    sources.encode(effort);
+    let color = Rate::from_name(knobs.choice("color_rate")).unwrap_or(Rate::Color3);
+    sources.encode(effort, color);
     let mut bytes = 0;
     for (entity, side, part) in &parts {
         if *side == Side::Before {

@@ -32,7 +32,7 @@ pub struct Sources {
     floor: [SourceMap; 2],
     plant: [SourceMap; 3],
     plant_with_mask: SourceMap,
-    encoded_with: Option<Effort>,
+    encoded_with: Option<(Effort, Rate)>,
 }
 
 /// One map, and what the codec made of it.
@@ -80,9 +80,9 @@ impl Sources {
         }
     }
 
-    /// Encodes all maps, unless they are.
-    pub fn encode(&mut self, effort: Effort) {
-        if self.encoded_with == Some(effort) {
+    /// Encodes all maps, unless they are; `color` is the rate of colours.
+    pub fn encode(&mut self, effort: Effort, color: Rate) {
+        if self.encoded_with == Some((effort, color)) {
             return;
         }
         let maps = [&mut self.picture].into_iter();
@@ -90,8 +90,8 @@ impl Sources {
             .chain(&mut self.bricks)
             .chain(&mut self.floor)
             .chain(&mut self.plant);
-        maps.for_each(|map| map.encode(effort));
-        self.encoded_with = Some(effort);
+        maps.for_each(|map| map.encode(effort, color));
+        self.encoded_with = Some((effort, color));
     }
 
     /// The base colour of a surface.
@@ -138,10 +138,13 @@ impl SourceMap {
         }
     }
 
-    fn encode(&mut self, effort: Effort) {
+    fn encode(&mut self, effort: Effort, color: Rate) {
         let pixels: Vec<[u8; 3]> = self.pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
         let settings = EncodeSettings {
-            rate: Rate::usual(self.content),
+            rate: match self.content {
+                Content::Color => color,
+                other => Rate::usual(other),
+            },
             color_space: self.color_space,
             effort,
             ..EncodeSettings::default()

@@ -80,16 +80,22 @@ pub fn mix(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
     std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
 }
 
-/// The mean of level 0 over the footprint of `extent` uv around `uv`, by `taps` x `taps` bilinear
-/// samples.
-pub fn supersampled(level: &Level, uv: Vec2, extent: Vec2, taps: u32) -> [f64; 3] {
-    let mut sum = [0.0; 3];
+/// Level 0 filtered over a footprint of `extent` uv around `uv`, by `taps` x `taps` bilinear samples:
+/// with equal weights, or with a tent over twice the footprint, as a texture unit's filter is.
+pub fn supersampled(level: &Level, uv: Vec2, extent: Vec2, taps: u32, tent: bool) -> [f64; 3] {
+    let (mut sum, mut weights) = ([0.0; 3], 0.0);
     for y in 0..taps {
         for x in 0..taps {
-            let offset = (Vec2::new(x as f32, y as f32) + 0.5) / taps as f32 - 0.5;
+            let mut offset = (Vec2::new(x as f32, y as f32) + 0.5) / taps as f32 - 0.5;
+            let mut weight = 1.0;
+            if tent {
+                offset *= 2.0;
+                weight = f64::from((1.0 - offset.x.abs()) * (1.0 - offset.y.abs()));
+            }
             let sample = level.bilinear(uv + offset * extent, WaveletAddressMode::Repeat);
-            (0..3).for_each(|c| sum[c] += sample[c]);
+            (0..3).for_each(|c| sum[c] += weight * sample[c]);
+            weights += weight;
         }
     }
-    sum.map(|v| v / f64::from(taps * taps))
+    sum.map(|v| v / weights)
 }

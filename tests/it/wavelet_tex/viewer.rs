@@ -11,7 +11,7 @@ use bevy_frugal_lab::headless::{
 };
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
-    codec::image::WaveletImage,
+    codec::image::{Content, WaveletImage},
 };
 
 use super::scene::{MAX_FRAMES, add_texture};
@@ -37,6 +37,7 @@ impl Viewer {
         };
         let mut app = HeadlessApp::new(settings, |app| {
             app.add_plugins(WaveletTexPlugin);
+            app.insert_resource(ClearColor(Color::BLACK));
             let camera = pixel_camera(app.world().resource::<LabTarget>(), size);
             app.world_mut().spawn((camera, Hdr));
         })
@@ -61,7 +62,10 @@ impl Viewer {
             base: StandardMaterial {
                 unlit: true,
                 uv_transform: Affine2::from_scale_angle_translation(extent, 0.0, origin),
-                alpha_mode: AlphaMode::Premultiplied,
+                alpha_mode: match image.content {
+                    Content::ColorAlpha => AlphaMode::Blend,
+                    _ => AlphaMode::Opaque,
+                },
                 ..default()
             },
             extension: WaveletExtension {

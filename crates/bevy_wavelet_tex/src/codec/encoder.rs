@@ -220,7 +220,7 @@ fn encode_at(
             }
         };
         if level == 0 {
-            groups = job.first_level(planes);
+            groups = job.first_level(planes, &given_bounds(source, content, levels));
         } else {
             job.next_level(planes, level as u32, &mut groups);
         }
@@ -233,6 +233,27 @@ fn encode_at(
         levels: levels as u32,
         groups,
     }
+}
+
+/// Bounds of luma's and chroma's planes over the given mips: hand-made ones need not lie within those
+/// of the first level.
+fn given_bounds(source: &Source<'_>, content: Content, levels: usize) -> [Vec<[f32; 2]>; 2] {
+    let mut all: [Vec<[f32; 2]>; 2] = [Vec::new(), Vec::new()];
+    for (level, pixels) in source.levels.iter().enumerate().take(levels).skip(1) {
+        let size = layout::mip_size(source.size, level as u32);
+        let planes = LevelPlanes::given(pixels, size, content);
+        for (all, planes) in all.iter_mut().zip([&planes.luma, &planes.chroma]) {
+            all.resize(planes.len(), [f32::INFINITY, f32::NEG_INFINITY]);
+            for (all, plane) in all.iter_mut().zip(planes) {
+                *all = union(*all, plane.bounds());
+            }
+        }
+    }
+    all
+}
+
+fn union([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
+    [a.min(c), b.max(d)]
 }
 
 impl Job<'_> {
@@ -255,12 +276,23 @@ impl Job<'_> {
         }
     }
 
-    /// The groups with their first level: here all is chosen.
-    fn first_level(&self, mut planes: LevelPlanes) -> Vec<PlaneGroup> {
+    /// The groups with their first level: here all is chosen. `given` are the bounds of mips that are
+    /// given.
+    fn first_level(&self, mut planes: LevelPlanes, given: &[Vec<[f32; 2]>; 2]) -> Vec<PlaneGroup> {
+        let choose = |all: &[Plane], group: usize, packing: Packing| {
+            let planes = all.iter().enumerate();
+            planes
+                .map(|(i, plane)| {
+                    let bounds = plane.bounds();
+                    let bounds = given[group].get(i).map_or(bounds, |b| union(bounds, *b));
+                    self.choose(plane, bounds, packing)
+                })
+                .collect()
+        };
         let chroma = self.rate.chroma_subsampling().map(|subsampling| {
             let small = self.reduced(&planes.chroma, subsampling);
             let packing = self.chroma_packing();
-            let codings = small.iter().map(|p| self.choose(p, packing)).collect();
+            let codings = choose(&small, 1, packing);
             let mut group = PlaneGroup {
                 subsampling,
                 packing,
@@ -276,11 +308,7 @@ impl Job<'_> {
             let mut group = PlaneGroup {
                 subsampling: 0,
                 packing,
-                codings: planes
-                    .luma
-                    .iter()
-                    .map(|p| self.choose(p, packing))
-                    .collect(),
+                codings: choose(&planes.luma, 0, packing),
                 textures: vec![Vec::new(); packing.formats().len()],
             };
             let error = self.add_luma(&mut group, &planes.luma, 0);
@@ -311,8 +339,7 @@ impl Job<'_> {
         }
     }
 
-    fn choose(&self, plane: &Plane, packing: Packing) -> PlaneCoding {
-        let [min, max] = plane.bounds();
+    fn choose(&self, plane: &Plane, [min, max]: [f32; 2], packing: Packing) -> PlaneCoding {
         // Wider than one 8-bit step, so that 1 and 0 are two values.
         let means = [min, max.max(min + 1.0 / 255.0)];
         let coefficients = CoefficientPlane::new(plane);

@@ -69,6 +69,8 @@ pub(super) fn choose_coding(
     };
     let largest = largest(coefficients.details.iter().copied());
     coding.range = (USUAL_RANGE * (means[1] - means[0])).min(largest);
+    // Clamps nothing: a zero above the middle leaves positive details a little less room.
+    let all = 1.07 * largest;
     let (count, rounds) = match effort {
         Effort::Fast => return coding,
         Effort::Default => (512, 1),
@@ -95,13 +97,15 @@ pub(super) fn choose_coding(
         let ranges: &[f32] = if round > 0 {
             &[0.85, 0.92, 1.0, 1.08, 1.17]
         } else {
-            &[0.5, 0.7, 1.0, 1.4]
+            &[0.6, 1.0, 1.4]
         };
-        let with_range = |r: &f32| PlaneCoding {
-            range: (coding.range * r).min(largest),
+        let with_range = |range: f32| PlaneCoding {
+            range: range.min(all),
             ..coding
         };
-        coding = best_of(ranges.iter().map(with_range).collect());
+        let scaled = ranges.iter().map(|r| coding.range * r);
+        let whole = (round == 0).then_some(all);
+        coding = best_of(scaled.chain(whole).map(with_range).collect());
     }
     coding
 }

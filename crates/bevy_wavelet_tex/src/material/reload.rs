@@ -36,7 +36,9 @@ pub(crate) fn rebind_materials(
     }
     due.extend(&*again);
     for id in due {
-        // To ask for it is to change it.
-        let _ = materials.get_mut(id);
+        // Only what is reached through `DerefMut` counts as changed.
+        if let Some(mut material) = materials.get_mut(id) {
+            let _: &mut WaveletStandardMaterial = &mut material;
+        }
     }
 }

@@ -134,6 +134,10 @@ pub struct BenchArgs {
     /// What the codec is made of
     #[arg(long, value_enum, default_value_t = Method::Best)]
     method: Method,
+    /// Also what the rates compete with (BC1 and BC4 of a lower resolution, BC formats at full size),
+    /// and two levels of wavelets
+    #[arg(long)]
+    pub study: bool,
     /// As a JSON array of image, rate, bpp, psnr_db (null for no error) and encode_s
     #[arg(long)]
     pub json: bool,

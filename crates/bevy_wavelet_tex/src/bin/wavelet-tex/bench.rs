@@ -11,7 +11,7 @@ use bevy_wavelet_tex::codec::{
 };
 use serde::Serialize;
 
-use crate::{Report, args::BenchArgs, batch, error::Error, inputs, picture::Picture};
+use crate::{Report, args::BenchArgs, batch, error::Error, inputs, picture::Picture, study};
 
 /// One image at one rate.
 #[derive(Serialize)]
@@ -65,6 +65,9 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
                 encode_s,
                 megapixels,
             });
+        }
+        if args.study {
+            rows.extend(study::rows(&name, &picture));
         }
         Ok(rows)
     });

@@ -12,6 +12,7 @@ mod gltf;
 mod info;
 mod inputs;
 mod picture;
+mod study;
 
 use std::{
     io::{self, Write},
