@@ -118,9 +118,26 @@ fn extremes_survive() {
         let z = (z ^ (z >> 31)).wrapping_mul(0x94d0_49bb_1331_11eb);
         (z >> 40).to_le_bytes()
     };
-    let checker = |i: u32| [if (i % 64 + i / 64) % 2 == 0 { 255 } else { 0 }; 8];
+    let checker = |i: u32| {
+        [if (i % 64 + i / 64).is_multiple_of(2) {
+            255
+        } else {
+            0
+        }; 8]
+    };
     let dot = |i: u32| [if i == 1000 { 255 } else { 0 }; 8];
-    let stripes = |i: u32| [if i % 2 == 0 { 255 } else { 0 }, 0, 255, 0, 0, 0, 0, 0];
+    let stripes = |i: u32| {
+        [
+            if i.is_multiple_of(2) { 255 } else { 0 },
+            0,
+            255,
+            0,
+            0,
+            0,
+            0,
+            0,
+        ]
+    };
     let pictures: [(&str, &dyn Fn(u32) -> [u8; 8]); 4] = [
         ("noise", &noise),
         ("checker", &checker),

@@ -85,12 +85,11 @@ fn worst(image: &WaveletImage, shown: &Rgba32FImage, driver: &Driver) -> (f32, f
     for (i, shown) in shown.pixels.iter().enumerate() {
         // The target holds colour times alpha.
         let alpha = decoded.alpha.as_ref().map_or(1.0, |a| a[i]);
-        for c in 0..3 {
-            let expected = decoded.pixels[i][c];
+        for (shown, expected) in shown.iter().zip(decoded.pixels[i]) {
             let value = match image.content {
-                Content::Normal => shown[c],
+                Content::Normal => *shown,
                 _ if alpha < 0.25 => continue,
-                _ => srgb_from_linear((shown[c] / alpha).max(0.0)),
+                _ => srgb_from_linear((shown / alpha).max(0.0)),
             };
             // Nothing shows a negative colour.
             let expected = if image.content == Content::Normal {
