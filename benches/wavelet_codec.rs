@@ -3,8 +3,9 @@
 use bevy_frugal_lab::content;
 use bevy_wavelet_tex::codec::{
     decoder::decode,
-    encoder::{EncodeSettings, encode},
-    image::{Content, WaveletImage},
+    encoder::{EncodeSettings, encode_rgb8},
+    image::WaveletImage,
+    rate::Rate,
     search::Effort,
 };
 use divan::{Bencher, black_box, counter::ItemsCount};
@@ -15,13 +16,13 @@ fn main() {
     divan::main();
 }
 
-fn encoded(pixels: &[[u8; 3]], content: Content, effort: Effort) -> WaveletImage {
+fn encoded(pixels: &[[u8; 3]], rate: Rate, effort: Effort) -> WaveletImage {
     let settings = EncodeSettings {
-        content,
+        rate,
         effort,
         ..EncodeSettings::default()
     };
-    encode(black_box(pixels), SIZE, &settings, &|_, _| {}).expect("a good image")
+    encode_rgb8(black_box(pixels), SIZE, &settings).expect("a good image")
 }
 
 fn picture() -> Vec<[u8; 3]> {
@@ -31,23 +32,23 @@ fn picture() -> Vec<[u8; 3]> {
 
 /// One picture of 768 x 512 with mips; pixels of its largest level a second.
 #[divan::bench(sample_count = 10, args = [
-    (Content::Gray, Effort::Fast),
-    (Content::Gray, Effort::Default),
-    (Content::Color, Effort::Fast),
-    (Content::Color, Effort::Default),
-    (Content::Color, Effort::Best),
+    (Rate::Gray2, Effort::Fast),
+    (Rate::Gray2, Effort::Default),
+    (Rate::Color3, Effort::Fast),
+    (Rate::Color3, Effort::Default),
+    (Rate::Color3, Effort::Best),
 ])]
-fn encoding(bencher: Bencher, (content, effort): (Content, Effort)) {
+fn encoding(bencher: Bencher, (rate, effort): (Rate, Effort)) {
     let pixels = picture();
     bencher
         .counter(ItemsCount::new(pixels.len()))
-        .bench(|| encoded(&pixels, content, effort));
+        .bench(|| encoded(&pixels, rate, effort));
 }
 
 /// The reference decoder, as an adapter without BC needs it on load.
-#[divan::bench(sample_count = 10, args = [Content::Gray, Content::Color])]
-fn decoding(bencher: Bencher, content: Content) {
-    let image = encoded(&picture(), content, Effort::Fast);
+#[divan::bench(sample_count = 10, args = [Rate::Gray2, Rate::Color3])]
+fn decoding(bencher: Bencher, rate: Rate) {
+    let image = encoded(&picture(), rate, Effort::Fast);
     bencher
         .counter(ItemsCount::new(SIZE[0] * SIZE[1]))
         .bench(|| decode(black_box(&image), 0));

@@ -1,4 +1,4 @@
-//! Wavelet textures of 2 to 4 bits per pixel beside the originals, in a lit room.
+//! Wavelet textures of 2 to 5 bits per pixel beside the originals, in a lit room.
 //!
 //! `cargo run --release --example wavelet_tex` opens a window;
 //! `-- --headless out --image photo.png` writes pictures and figures instead.

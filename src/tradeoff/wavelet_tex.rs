@@ -16,8 +16,10 @@ use std::time::Instant;
 use bevy_wavelet_tex::codec::{
     color::ycocg_from_rgb,
     decoder::decode,
-    encoder::{EncodeError, EncodeSettings, encode},
-    image::{ColorSpace, Content, WaveletImage},
+    encoder::{EncodeError, EncodeSettings, encode_rgb8},
+    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
+    quantizer::PlaneCoding,
+    rate::Rate,
     search::Effort,
 };
 use image::{Rgb, RgbImage};
@@ -52,6 +54,7 @@ struct Input {
     scene: String,
     image: RgbImage,
     content: Content,
+    rates: Vec<Rate>,
 }
 
 fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
@@ -59,7 +62,11 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     let photo = content::photo_like(plan.photo[0], plan.photo[1], SEED);
     let inputs = inputs(plan, &photo, progress)?;
     let rendered = plan.picture.map_or(0, |_| plan.rounds as usize);
-    progress.set_length((inputs.len() * EFFORTS.len() + rendered) as u64);
+    let rows: usize = inputs
+        .iter()
+        .map(|i| i.rates.len() + EFFORTS.len() - 1)
+        .sum();
+    progress.set_length((rows + rendered) as u64);
 
     let mut report = Report::default();
     for input in &inputs {
@@ -67,11 +74,15 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
             scene: input.scene.clone(),
             ..original(&input.image, input.content)
         });
-        for (effort, name) in EFFORTS {
-            progress.set_message(format!("{}, {name}", input.scene));
-            let row = encoded_row(input, effort, name, plan.repetitions)?;
-            report.measurements.push(row);
-            progress.inc(1);
+        // Every effort of the first rate, the default of the others.
+        for (i, &rate) in input.rates.iter().enumerate() {
+            let efforts = if i == 0 { &EFFORTS[..] } else { &EFFORTS[1..2] };
+            for &(effort, name) in efforts {
+                progress.set_message(format!("{}, {} {name}", input.scene, rate.name()));
+                let row = encoded_row(input, rate, effort, name, plan.repetitions)?;
+                report.measurements.push(row);
+                progress.inc(1);
+            }
         }
     }
     if let Some(picture) = plan.picture {
@@ -106,17 +117,20 @@ fn inputs(
             scene: format!("{scene} gray"),
             image: gray(&image),
             content: Content::Gray,
+            rates: Rate::of(Content::Gray).collect(),
         });
         inputs.push(Input {
             scene,
             image,
             content: Content::Color,
+            rates: Rate::of(Content::Color).collect(),
         });
     }
     inputs.push(Input {
         scene: "bricks normal".into(),
         image: bricks.normal,
         content: Content::Normal,
+        rates: vec![Rate::Normal4],
     });
     Ok(inputs)
 }
@@ -164,7 +178,7 @@ fn original(image: &RgbImage, content: Content) -> Measurement {
     let (format, bytes_per_pixel) = match content {
         Content::Gray => ("r8", 1),
         Content::Normal => ("rg8", 2),
-        Content::Color => ("rgba8", 4),
+        Content::Color | Content::ColorAlpha => ("rgba8", 4),
     };
     Measurement {
         plugin: PLUGIN.into(),
@@ -179,9 +193,10 @@ fn original(image: &RgbImage, content: Content) -> Measurement {
     }
 }
 
-/// One image with one effort.
+/// One image at one rate with one effort.
 fn encoded_row(
     input: &Input,
+    rate: Rate,
     effort: Effort,
     name: &str,
     repetitions: usize,
@@ -189,7 +204,7 @@ fn encoded_row(
     let mut times = Vec::new();
     let encoded = loop {
         let start = Instant::now();
-        let encoded = encoded(&input.image, input.content, effort, false)?;
+        let encoded = encoded(&input.image, rate, effort, false)?;
         times.push(start.elapsed().as_secs_f64() * 1e3);
         if times.len() >= repetitions {
             break encoded;
@@ -204,47 +219,46 @@ fn encoded_row(
     Ok(Measurement {
         plugin: PLUGIN.into(),
         scene: input.scene.clone(),
-        setting: format!("{} {name}", short_name(input.content)),
+        setting: format!("{} {name}", rate.name()),
         reference: "original in 8 bits".into(),
         cpu_ms: median(times),
         bytes: Some(encoded.gpu_bytes() as u64),
-        fetches: Some(fetches(input.content)),
+        fetches: Some(fetches(&encoded)),
         ..Measurement::from(&compare(&input.image, &decoded)?)
     })
 }
 
 fn encoded(
     image: &RgbImage,
-    content: Content,
+    rate: Rate,
     effort: Effort,
     mips: bool,
 ) -> Result<WaveletImage, EncodeError> {
     let pixels: Vec<[u8; 3]> = image.pixels().map(|p| p.0).collect();
-    let color_space = match content {
-        Content::Normal => ColorSpace::Linear,
-        Content::Gray | Content::Color => ColorSpace::Srgb,
-    };
     let settings = EncodeSettings {
-        content,
-        color_space,
+        rate,
+        color_space: ColorSpace::Srgb,
         mips,
         effort,
+        ..EncodeSettings::default()
     };
-    encode(&pixels, image.dimensions().into(), &settings, &|_, _| {})
+    encode_rgb8(&pixels, image.dimensions().into(), &settings)
 }
 
-/// The content and its bits per pixel.
-fn short_name(content: Content) -> &'static str {
-    match content {
-        Content::Gray => "gray2",
-        Content::Color => "color3",
-        Content::Normal => "normal4",
-    }
-}
-
-/// Fetches of one decoded pixel: one a plane.
-fn fetches(content: Content) -> f64 {
-    content.groups().iter().map(|g| g.planes as f64).sum()
+/// Fetches of one decoded pixel: of each wavelet plane one, and eight more where the neighbours' means
+/// foretell details; one of chroma.
+fn fetches(image: &WaveletImage) -> f64 {
+    let of_group = |group: &PlaneGroup| {
+        if group.packing == Packing::Bc1 {
+            return 1.0;
+        }
+        let of_plane = |coding: &PlaneCoding| {
+            let neighbours = if coding.predictor == 0.0 { 0.0 } else { 8.0 };
+            group.textures.len() as f64 + neighbours
+        };
+        group.codings.iter().map(of_plane).sum()
+    };
+    image.groups.iter().map(of_group).sum()
 }
 
 /// The middle value, the upper one of two.

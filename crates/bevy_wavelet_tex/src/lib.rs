@@ -1,7 +1,7 @@
-//! Textures at 2 to 4 bits per pixel on any GPU that samples BC textures.
+//! Textures at 2 to 5 bits per pixel on any GPU that samples BC textures.
 //!
-//! The image is taken apart by a wavelet transform, the coefficients are stored in BC3 blocks, and
-//! the shader puts them together again with one fetch a plane (P. Mavridis, *Efficient Texture
+//! The image is taken apart by a wavelet transform, the coefficients are stored in BC blocks, and
+//! the shader puts them together again (P. Mavridis, *Efficient Texture
 //! Representation and Sampling Algorithms for Real-time Rendering*, 2013, chapter 3).
 //!
 //! | room | what is in it |
@@ -9,6 +9,7 @@
 //! | [`codec`] | encoder and reference decoder, plain Rust |
 //! | [`mod@file`] | the `.wtex` file |
 //! | [`asset`] | the Bevy asset and its loader |
+//! | [`gltf`] | wavelet textures in the place of those of a glTF file |
 //! | [`material`] | the extension of `StandardMaterial` and its shaders |
 //! | [`plugin`] | what an app adds |
 //!
@@ -21,12 +22,18 @@ pub mod asset;
 pub mod codec;
 pub mod file;
 #[cfg(feature = "bevy")]
+pub mod gltf;
+#[cfg(feature = "bevy")]
 pub mod material;
 #[cfg(feature = "bevy")]
 pub mod plugin;
 
 #[cfg(feature = "bevy")]
 pub use asset::{WaveletLoaderSettings, WaveletStorage, WaveletTexture};
+#[cfg(all(feature = "bevy", feature = "encode"))]
+pub use asset::{WaveletProcessor, WaveletRole, WaveletSaver, WaveletSaverSettings};
+#[cfg(feature = "bevy")]
+pub use gltf::WaveletGltf;
 #[cfg(feature = "bevy")]
 pub use material::{WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial};
 #[cfg(feature = "bevy")]

@@ -1,18 +1,25 @@
 //! The plugin: it registers what the modules define.
 
 use bevy::{
-    app::{App, Plugin},
-    asset::{AssetApp, embedded_asset},
+    app::{App, Plugin, PostUpdate, Update},
+    asset::{AssetApp, AssetEventSystems, embedded_asset},
+    ecs::schedule::IntoScheduleConfigs,
     image::{CompressedImageFormatSupport, CompressedImageFormats},
     pbr::MaterialPlugin,
-    render::render_asset::RenderAssetPlugin,
+    render::{RenderApp, render_asset::RenderAssetPlugin},
     shader::load_shader_library,
 };
 
+#[cfg(feature = "encode")]
+use crate::asset::{WaveletProcessor, WaveletSaver};
 use crate::{
     asset::{WaveletTexture, WaveletTextureLoader},
     file::EXTENSION,
-    material::{GpuWaveletTexture, WaveletAddressMode, WaveletFilter, WaveletStandardMaterial},
+    gltf::{self, WaveletGltf},
+    material::{
+        GpuWaveletTexture, WaveletAddressMode, WaveletFilter, WaveletSamplers,
+        WaveletStandardMaterial, reload::rebind_materials,
+    },
 };
 
 /// Adds wavelet textures to an app: the loader of `.wtex` files and [`WaveletStandardMaterial`].
@@ -23,7 +30,10 @@ pub struct WaveletTexPlugin;
 
 impl Plugin for WaveletTexPlugin {
     fn build(&self, app: &mut App) {
+        load_shader_library!(app, "material/types.wgsl");
         load_shader_library!(app, "material/decode.wgsl");
+        load_shader_library!(app, "material/sampling.wgsl");
+        load_shader_library!(app, "material/anisotropic.wgsl");
         load_shader_library!(app, "material/bindings.wgsl");
         embedded_asset!(app, "material/forward.wgsl");
         embedded_asset!(app, "material/prepass.wgsl");
@@ -31,10 +41,19 @@ impl Plugin for WaveletTexPlugin {
             .preregister_asset_loader::<WaveletTextureLoader>(&[EXTENSION])
             .register_type::<WaveletFilter>()
             .register_type::<WaveletAddressMode>()
+            .register_type::<WaveletGltf>()
+            .add_systems(
+                Update,
+                (gltf::find_meshes, gltf::exchange_materials).chain(),
+            )
+            .add_systems(PostUpdate, rebind_materials.before(AssetEventSystems))
             .add_plugins((
                 RenderAssetPlugin::<GpuWaveletTexture>::default(),
                 MaterialPlugin::<WaveletStandardMaterial>::default(),
             ));
+        // By name only, from `.meta` files: no extension is taken over.
+        #[cfg(feature = "encode")]
+        app.register_asset_processor::<WaveletProcessor>(WaveletSaver.into());
     }
 
     fn finish(&self, app: &mut App) {
@@ -42,5 +61,8 @@ impl Plugin for WaveletTexPlugin {
         let formats = app.world().get_resource::<CompressedImageFormatSupport>();
         let supports_bc = formats.is_none_or(|f| f.0.contains(CompressedImageFormats::BC));
         app.register_asset_loader(WaveletTextureLoader::new(supports_bc));
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.init_resource::<WaveletSamplers>();
+        }
     }
 }

@@ -7,7 +7,8 @@ mod textures;
 use bevy::prelude::*;
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
-    WaveletTexPlugin, WaveletTexture, codec::search::Effort,
+    WaveletTexPlugin, WaveletTexture,
+    codec::{rate::Rate, search::Effort},
 };
 
 use crate::runner::{Knob, Knobs, MemoryFigures, Scene, SceneImage, Side};
@@ -27,7 +28,7 @@ impl Scene for WaveletTex {
     }
 
     fn description(&self) -> &'static str {
-        "A lit room: RGBA8 textures before, wavelet textures of 2 to 4 bits per pixel after"
+        "A lit room: RGBA8 textures before, wavelet textures of 2 to 5 bits per pixel after"
     }
 
     fn knobs(&self) -> Vec<Knob> {
@@ -35,8 +36,21 @@ impl Scene for WaveletTex {
             Knob::choice(
                 "filter",
                 "how decoded pixels are filtered",
-                2,
-                &["nearest", "bilinear", "trilinear"],
+                4,
+                &[
+                    "nearest",
+                    "nearest_mip_linear",
+                    "bilinear",
+                    "one_fetch_trilinear",
+                    "trilinear",
+                    "anisotropic",
+                ],
+            ),
+            Knob::choice(
+                "color_rate",
+                "bits per pixel of colours",
+                1,
+                &["color2.25", "color3", "color3.25", "color5"],
             ),
             Knob::choice(
                 "effort",
@@ -46,7 +60,7 @@ impl Scene for WaveletTex {
             ),
             Knob::choice(
                 "storage",
-                "as BC3 blocks, or decoded on load as without BC",
+                "as BC blocks, or decoded on load as without BC",
                 0,
                 &["blocks", "decoded"],
             ),
@@ -124,6 +138,9 @@ fn dress_after(
 ) {
     let filter = match knobs.choice("filter") {
         "nearest" => WaveletFilter::Nearest,
+        "nearest_mip_linear" => WaveletFilter::NearestMipLinear,
+        "one_fetch_trilinear" => WaveletFilter::OneFetchTrilinear,
+        "anisotropic" => WaveletFilter::Anisotropic,
         "bilinear" => WaveletFilter::Bilinear,
         _ => WaveletFilter::Trilinear,
     };
@@ -136,7 +153,8 @@ fn dress_after(
         "decoded" => WaveletStorage::Decoded,
         _ => WaveletStorage::Blocks,
     };
-    sources.encode(effort);
+    let color = Rate::from_name(knobs.choice("color_rate")).unwrap_or(Rate::Color3);
+    sources.encode(effort, color);
     let mut bytes = 0;
     for (entity, side, part) in &parts {
         if *side == Side::Before {
@@ -152,6 +170,9 @@ fn dress_after(
             base_color: Some(add(sources.base_color(surface))),
             normal: sources.normal(surface).map(&mut add),
             mask: sources.mask(surface).map(&mut add),
+            emissive: None,
+            metallic_roughness: None,
+            occlusion: None,
             filter,
             address_mode: match surface {
                 Surface::Picture | Surface::Plant => WaveletAddressMode::ClampToEdge,

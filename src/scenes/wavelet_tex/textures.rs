@@ -4,8 +4,9 @@ use std::path::Path;
 
 use bevy::prelude::*;
 use bevy_wavelet_tex::codec::{
-    encoder::{EncodeSettings, encode},
+    encoder::{EncodeSettings, encode_rgb8},
     image::{ColorSpace, Content, WaveletImage},
+    rate::Rate,
     search::Effort,
 };
 use image::{DynamicImage, RgbaImage};
@@ -24,7 +25,7 @@ pub struct Sources {
     floor: [SourceMap; 2],
     plant: [SourceMap; 3],
     plant_with_mask: SourceMap,
-    encoded_with: Option<Effort>,
+    encoded_with: Option<(Effort, Rate)>,
 }
 
 /// One map, and what the codec made of it.
@@ -72,9 +73,9 @@ impl Sources {
         }
     }
 
-    /// Encodes all maps, unless they are.
-    pub fn encode(&mut self, effort: Effort) {
-        if self.encoded_with == Some(effort) {
+    /// Encodes all maps, unless they are; `color` is the rate of colours.
+    pub fn encode(&mut self, effort: Effort, color: Rate) {
+        if self.encoded_with == Some((effort, color)) {
             return;
         }
         let maps = [&mut self.picture].into_iter();
@@ -82,8 +83,8 @@ impl Sources {
             .chain(&mut self.bricks)
             .chain(&mut self.floor)
             .chain(&mut self.plant);
-        maps.for_each(|map| map.encode(effort));
-        self.encoded_with = Some(effort);
+        maps.for_each(|map| map.encode(effort, color));
+        self.encoded_with = Some((effort, color));
     }
 
     /// The base colour of a surface.
@@ -130,20 +131,18 @@ impl SourceMap {
         }
     }
 
-    fn encode(&mut self, effort: Effort) {
+    fn encode(&mut self, effort: Effort, color: Rate) {
         let pixels: Vec<[u8; 3]> = self.pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
         let settings = EncodeSettings {
-            content: self.content,
+            rate: match self.content {
+                Content::Color => color,
+                other => Rate::usual(other),
+            },
             color_space: self.color_space,
-            mips: true,
             effort,
+            ..EncodeSettings::default()
         };
-        match encode(
-            &pixels,
-            self.pixels.dimensions().into(),
-            &settings,
-            &|_, _| {},
-        ) {
+        match encode_rgb8(&pixels, self.pixels.dimensions().into(), &settings) {
             Ok(image) => self.encoded = Some(image),
             // A picture of the user's can be too large; what was shown stays.
             Err(error) => eprintln!("{error}"),

@@ -16,6 +16,7 @@ use bevy_wavelet_tex::{
     WaveletTexture,
     codec::{
         image::{Content, WaveletImage},
+        rate::Rate,
         search::Effort,
     },
 };
@@ -37,8 +38,9 @@ const OFFSET: f32 = 0.25;
 const MAX_FRAMES: u32 = 200;
 
 /// The filters with their names and the decoded pixels that they blend.
-pub const FILTERS: [(WaveletFilter, &str, f64); 3] = [
+pub const FILTERS: [(WaveletFilter, &str, f64); 4] = [
     (WaveletFilter::Nearest, "nearest", 1.0),
+    (WaveletFilter::NearestMipLinear, "nearest mip linear", 2.0),
     (WaveletFilter::Bilinear, "bilinear", 4.0),
     (WaveletFilter::Trilinear, "trilinear", 8.0),
 ];
@@ -77,8 +79,8 @@ pub fn rows(
     let mut contestants = vec![Contestant::new(app, row)];
     let reference = contestants[0].app.capture_rgb8()?;
 
-    let texture = encoded(photo, Content::Color, Effort::Default, true)?;
-    let level_0 = encoded(photo, Content::Color, Effort::Fast, false)?.gpu_bytes();
+    let texture = encoded(photo, Rate::Color3, Effort::Default, true)?;
+    let level_0 = encoded(photo, Rate::Color3, Effort::Fast, false)?.gpu_bytes();
     if !blocks {
         note(
             progress,
@@ -95,7 +97,7 @@ pub fn rows(
             setting: format!("color3 {name}"),
             reference: "rgba8 bilinear".into(),
             bytes: Some(level_0 as u64),
-            fetches: Some(pixels * fetches(Content::Color)),
+            fetches: Some(pixels * fetches(&texture)),
             ..Measurement::from(&compare(&reference, &app.capture_rgb8()?)?)
         };
         contestants.push(Contestant::new(app, row));

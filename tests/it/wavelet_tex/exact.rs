@@ -3,7 +3,7 @@
 use bevy_wavelet_tex::codec::{
     blocks::decode_bc3,
     haar::Transform,
-    image::{ColorSpace, Content, PlaneGroup, WaveletImage},
+    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
     quantizer::PlaneCoding,
 };
 
@@ -31,35 +31,42 @@ fn without_rounding(mut block: [u8; 16]) -> [u8; 16] {
     block
 }
 
-/// Gray and colour of every storable detail and mean.
+/// Gray and colour of every storable detail and mean; chroma in wavelets, as the thesis has it.
 pub fn exact_images() -> Vec<WaveletImage> {
     let coding = |mean: [f32; 2], range, gamma, w| PlaneCoding {
-        mean_min: mean[0],
-        mean_max: mean[1],
         range,
         gamma,
         transform: Transform::PartiallyInvertedHaar { w },
+        ..PlaneCoding::linear(mean)
     };
-    let luma = coding([0.1, 0.9], 0.1, 0.8, 0.6);
+    let luma = PlaneCoding {
+        predictor: 0.16,
+        ..coding([0.1, 0.9], 0.1, 0.8, 0.6)
+    };
     let [co, cg] = [-0.3, -0.2].map(|min| coding([min, 0.25], 0.05, 0.7, 0.4));
-    let image = |content, color_space| {
-        let mut image = WaveletImage {
-            content,
-            color_space,
-            size: SIZE,
-            levels: 1,
-            groups: Vec::new(),
+    let group = |subsampling, codings: Vec<PlaneCoding>| {
+        let mut group = PlaneGroup {
+            subsampling,
+            packing: Packing::Bc3,
+            codings,
+            textures: Vec::new(),
         };
-        let codings = [vec![luma], vec![co, cg]];
-        for (group, codings) in codings.into_iter().take(content.groups().len()).enumerate() {
-            let [width, height] = image.texture_size(group);
-            let blocks = random_blocks(codings.len() * (width * height / 16) as usize)
-                .into_iter()
-                .flat_map(without_rounding)
-                .collect();
-            image.groups.push(PlaneGroup { codings, blocks });
-        }
-        image
+        let [width, height] = group.texture_size(SIZE);
+        let blocks = random_blocks(group.layers() * (width * height / 16) as usize);
+        let blocks = blocks.into_iter().flat_map(without_rounding);
+        group.textures.push(blocks.collect());
+        group
+    };
+    let image = |content: Content, color_space| WaveletImage {
+        content,
+        color_space,
+        size: SIZE,
+        levels: 1,
+        groups: if content.has_chroma() {
+            vec![group(0, vec![luma]), group(1, vec![co, cg])]
+        } else {
+            vec![group(0, vec![luma])]
+        },
     };
     vec![
         image(Content::Gray, ColorSpace::Linear),

@@ -3,7 +3,13 @@
 mod decode;
 mod driver;
 mod exact;
+mod filters;
 mod loading;
 mod materials;
+mod modes;
+mod processing;
+mod reference;
 mod scene;
 mod shaders;
+mod swapping;
+mod viewer;

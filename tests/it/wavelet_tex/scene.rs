@@ -13,9 +13,9 @@ use bevy_wavelet_tex::{
     codec::{
         color::linear_from_srgb,
         decoder::{DecodedImage, decode_with},
-        encoder::{EncodeSettings, encode},
+        encoder::{EncodeSettings, encode_rgb8},
         image::{ColorSpace, Content, WaveletImage},
-        search::Effort,
+        rate::Rate,
     },
 };
 use image::RgbImage;
@@ -33,20 +33,25 @@ pub fn picture() -> RgbImage {
 }
 
 pub fn encoded(picture: &RgbImage, content: Content, color_space: ColorSpace) -> WaveletImage {
-    let pixels: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
     let settings = EncodeSettings {
-        content,
+        rate: Rate::usual(content),
         color_space,
-        mips: true,
-        effort: Effort::Default,
+        ..EncodeSettings::default()
     };
-    encode(&pixels, picture.dimensions().into(), &settings, &|_, _| {}).expect("a good image")
+    encoded_with(picture, &settings)
 }
 
-/// The reference decoder's pixels of a level, from the BC3 texels that the driver hands a shader:
+pub fn encoded_with(picture: &RgbImage, settings: &EncodeSettings) -> WaveletImage {
+    let pixels: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
+    encode_rgb8(&pixels, picture.dimensions().into(), settings).expect("a good image")
+}
+
+/// The reference decoder's pixels of a level, from the texels that the driver hands a shader:
 /// how those are rounded is up to the driver, and four of them add up in one pixel.
 pub fn decoded_by(driver: &Driver, image: &WaveletImage, level: u32) -> DecodedImage {
-    decode_with(image, level, |blocks, size| driver.decode_bc3(blocks, size))
+    decode_with(image, level, |format, blocks, size| {
+        driver.decode(format, blocks, size)
+    })
 }
 
 /// Pixels in linear units, as they would be filtered.

@@ -13,7 +13,7 @@ use thiserror::Error;
 use super::texture::{WaveletStorage, WaveletTexture};
 use crate::file::{self, ReadError};
 
-/// Loads [`WaveletTexture`]s; their images are labelled `luma`, `chroma` or `decoded`.
+/// Loads [`WaveletTexture`]s; their images are labelled `luma`, `detail`, `chroma` or `decoded`.
 #[derive(TypePath)]
 pub struct WaveletTextureLoader {
     /// Whether the adapter samples BC textures.
@@ -23,7 +23,7 @@ pub struct WaveletTextureLoader {
 /// Settings of one texture, in its `.meta` file or with `load_with_settings`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WaveletLoaderSettings {
-    /// Decode on load to RGBA8 even where the adapter has BC: 8 to 16 times the memory, for
+    /// Decode on load to RGBA8 even where the adapter has BC: 6 to 16 times the memory, for
     /// cheaper sampling. Default: false.
     pub decode_on_load: bool,
 }
@@ -61,7 +61,7 @@ impl WaveletTextureLoader {
             WARNED.call_once(|| {
                 warn!(
                     "the adapter lacks TEXTURE_COMPRESSION_BC: wavelet textures are decoded on \
-                     load to RGBA8 and take 8 to 16 times the memory"
+                     load to RGBA8 and take 6 to 16 times the memory"
                 );
             });
         }

@@ -1,7 +1,14 @@
 //! Wavelet textures as Bevy assets.
 
 mod loader;
+#[cfg(feature = "encode")]
+mod saver;
 mod texture;
 
 pub use loader::{WaveletLoadError, WaveletLoaderSettings, WaveletTextureLoader};
-pub use texture::{WaveletStorage, WaveletTexture};
+#[cfg(feature = "encode")]
+pub use saver::{
+    WaveletProcessor, WaveletRole, WaveletSaveError, WaveletSaver, WaveletSaverSettings,
+};
+pub(crate) use texture::Part;
+pub use texture::{Parts, TextureGroup, WaveletStorage, WaveletTexture};

@@ -1,7 +1,7 @@
 //! The asset: what a shader must know, and the images that it reads.
 
 use bevy::{
-    asset::{Asset, Assets, Handle, RenderAssetUsages},
+    asset::{Asset, Assets, Handle, RenderAssetUsages, UntypedAssetId, VisitAssetDependencies},
     image::{Image, ImageSampler},
     reflect::TypePath,
     render::render_resource::{
@@ -11,8 +11,10 @@ use bevy::{
 };
 
 use crate::codec::{
+    blocks::BlockFormat,
     decoder::decode,
-    image::{ColorSpace, Content, WaveletImage},
+    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
+    layout,
     quantizer::PlaneCoding,
 };
 
@@ -29,22 +31,93 @@ pub struct WaveletTexture {
     pub levels: u32,
     /// How it is kept on the GPU.
     pub storage: WaveletStorage,
-    /// How the coefficients of each plane are stored.
-    pub codings: Vec<PlaneCoding>,
-    /// The array textures: one for each plane group (luma, chroma), or one of decoded pixels.
+    /// The groups of planes: luma (with alpha), gray or normals, then chroma.
+    pub groups: Vec<TextureGroup>,
+    /// The array textures.
     #[dependency]
-    pub images: Vec<Handle<Image>>,
+    pub images: Parts<Handle<Image>>,
     /// Bytes that the images take on the GPU.
     pub gpu_bytes: usize,
+}
+
+/// What a shader must know of a group of planes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureGroup {
+    /// How often the image is halved to get the planes' size.
+    pub subsampling: u32,
+    /// How the planes are packed into textures.
+    pub packing: Packing,
+    /// How the values of each plane are stored.
+    pub codings: Vec<PlaneCoding>,
+}
+
+/// The images of a texture.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Parts<T> {
+    /// Luma (in a second layer alpha), gray, X and Y of normals, or the decoded pixels.
+    pub luma: Option<T>,
+    /// Details, where they have a texture of their own.
+    pub detail: Option<T>,
+    /// Co and Cg.
+    pub chroma: Option<T>,
+}
+
+/// One of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Luma,
+    Detail,
+    Chroma,
+}
+
+impl<T> Parts<T> {
+    pub(crate) fn as_ref(&self) -> Parts<&T> {
+        Parts {
+            luma: self.luma.as_ref(),
+            detail: self.detail.as_ref(),
+            chroma: self.chroma.as_ref(),
+        }
+    }
+
+    pub(crate) fn map<U>(self, f: impl Fn(T) -> U) -> Parts<U> {
+        Parts {
+            luma: self.luma.map(&f),
+            detail: self.detail.map(&f),
+            chroma: self.chroma.map(&f),
+        }
+    }
+
+    /// Those that there are.
+    pub fn iter(&self) -> impl Iterator<Item = &T> {
+        [&self.luma, &self.detail, &self.chroma]
+            .into_iter()
+            .flatten()
+    }
+}
+
+impl<T: Copy> Parts<T> {
+    pub(crate) fn part(&self, part: Part) -> Option<T> {
+        match part {
+            Part::Luma => self.luma,
+            Part::Detail => self.detail,
+            Part::Chroma => self.chroma,
+        }
+    }
+}
+
+impl VisitAssetDependencies for Parts<Handle<Image>> {
+    fn visit_dependencies(&self, visit: &mut impl FnMut(UntypedAssetId)) {
+        self.iter().for_each(|image| visit(image.id().untyped()));
+    }
 }
 
 /// How a texture is kept on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum WaveletStorage {
-    /// As BC3 blocks; the adapter needs `TEXTURE_COMPRESSION_BC`.
+    /// As BC blocks; the adapter needs `TEXTURE_COMPRESSION_BC`.
     #[default]
     Blocks,
-    /// As RGBA8, decoded on the CPU: looks the same, 8 to 16 times as large.
+    /// As RGBA8, decoded on the CPU: looks the same, 6 to 16 times as large.
     Decoded,
 }
 
@@ -65,47 +138,92 @@ impl WaveletTexture {
         storage: WaveletStorage,
         mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
     ) -> Self {
-        const LABELS: [&str; 2] = ["luma", "chroma"];
         let (images, gpu_bytes) = match storage {
-            WaveletStorage::Blocks => {
-                let images = (0..image.groups.len())
-                    .map(|group| add_image(LABELS[group], block_image(image, group)))
-                    .collect();
-                (images, image.gpu_bytes())
-            }
+            WaveletStorage::Blocks => (block_images(image, add_image), image.gpu_bytes()),
             WaveletStorage::Decoded => {
                 let decoded = decoded_image(image);
                 let bytes = decoded.data.as_ref().map_or(0, Vec::len);
-                (vec![add_image("decoded", decoded)], bytes)
+                let images = Parts {
+                    luma: Some(add_image("decoded", decoded)),
+                    ..Parts::default()
+                };
+                (images, bytes)
             }
         };
+        let groups = image.groups.iter().map(|group| TextureGroup {
+            subsampling: group.subsampling,
+            packing: group.packing,
+            codings: group.codings.clone(),
+        });
         Self {
             content: image.content,
             color_space: image.color_space,
             size: image.size,
             levels: image.levels,
             storage,
-            codings: image
-                .groups
-                .iter()
-                .flat_map(|g| g.codings.iter().copied())
-                .collect(),
+            groups: groups.collect(),
             images,
             gpu_bytes,
         }
     }
+
+    /// Whether the textures hold nothing but the image at every level, so that a sampler can repeat
+    /// them: then the texture unit can filter them as they are.
+    pub fn is_whole(&self) -> bool {
+        if self.storage == WaveletStorage::Decoded {
+            return true;
+        }
+        self.groups.iter().all(|group| {
+            (0..self.levels).all(|level| {
+                let size = layout::mip_size(self.size, level);
+                let whole = size.map(|s| s % (1 << group.subsampling) == 0);
+                let plane = layout::plane_size(size, group.subsampling);
+                let first = layout::plane_size(self.size, group.subsampling);
+                let texture = layout::mip_size(layout::texture_size(group.packing, first), level);
+                let texels = layout::texel_size(group.packing, plane);
+                let halves = !group.packing.is_wavelet() || plane.iter().all(|s| s % 2 == 0);
+                // The last levels are all edge: nothing of theirs is seen that filtering could spoil.
+                level > 0 && size.iter().any(|s| *s < 8)
+                    || texels == texture && halves && whole == [true, true]
+            })
+        })
+    }
 }
 
-/// The BC3 array texture of a plane group.
-fn block_image(image: &WaveletImage, group: usize) -> Image {
-    let layers = image.groups[group].codings.len() as u32;
+/// The array textures of all groups.
+fn block_images(
+    image: &WaveletImage,
+    mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
+) -> Parts<Handle<Image>> {
+    let mut add = |group: usize, texture: usize, label| {
+        image
+            .groups
+            .get(group)
+            .filter(|group| texture < group.textures.len())
+            .map(|group| add_image(label, block_image(image, group, texture)))
+    };
+    Parts {
+        luma: add(0, 0, "luma"),
+        detail: add(0, 1, "detail"),
+        chroma: add(1, 0, "chroma"),
+    }
+}
+
+/// The array texture of a group's blocks.
+fn block_image(image: &WaveletImage, group: &PlaneGroup, texture: usize) -> Image {
+    // Coefficients, not colours: never an sRGB format.
+    let format = match group.packing.formats()[texture] {
+        BlockFormat::Bc1 => TextureFormat::Bc1RgbaUnorm,
+        BlockFormat::Bc3 => TextureFormat::Bc3RgbaUnorm,
+        BlockFormat::Bc4 => TextureFormat::Bc4RUnorm,
+        BlockFormat::Bc7 => TextureFormat::Bc7RgbaUnorm,
+    };
     array_image(
-        image.texture_size(group),
-        layers,
+        group.texture_size(image.size),
+        group.layers() as u32,
         image.levels,
-        // Coefficients, not colours: never an sRGB format.
-        TextureFormat::Bc3RgbaUnorm,
-        image.groups[group].blocks.clone(),
+        format,
+        group.textures[texture].clone(),
     )
 }
 

@@ -1,26 +1,28 @@
 //! The reference decoder (thesis section 3.5.3): what the shader computes, one texel at a time.
 
 use super::{
-    blocks::{Texel, decode_bc3},
+    blocks::{BlockFormat, Texel, decode_blocks},
+    chroma::interpolated,
     color::{YCoCg, rgb_from_ycocg},
-    haar::{Coefficients, inverse_haar},
-    image::{Content, WaveletImage},
+    image::{Content, Packing, PlaneGroup, WaveletImage},
     layout,
     plane::Plane,
-    quantizer::PlaneCoding,
+    wavelet::decode_plane,
 };
 
-/// A decoded image, RGBA: the colour, gray in all three, or X, Y, Z of normals in `[-1, 1]`.
+/// A decoded image: the colour, gray in all three, or X, Y, Z of normals in `[-1, 1]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecodedImage {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// `[0, 1]` (normals `[-1, 1]`), row by row, in the colour space of the wavelet image.
     pub pixels: Vec<[f32; 3]>,
+    /// Alpha in `[0, 1]`, where the image has it.
+    pub alpha: Option<Vec<f32>>,
 }
 
 impl DecodedImage {
-    /// 8 bits a channel, alpha 255; normals mapped from `[-1, 1]` to `[0, 255]`.
+    /// 8 bits a channel, alpha 255 where there is none; normals mapped from `[-1, 1]` to `[0, 255]`.
     pub fn to_rgba8(&self, content: Content) -> Vec<Texel> {
         let unit = |v: f32| {
             if content == Content::Normal {
@@ -29,10 +31,14 @@ impl DecodedImage {
                 v
             }
         };
-        let byte = |v: f32| (unit(v).clamp(0.0, 1.0) * 255.0).round() as u8;
-        self.pixels
-            .iter()
-            .map(|&[r, g, b]| [byte(r), byte(g), byte(b), 255])
+        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let alpha = |i: usize| self.alpha.as_ref().map_or(255, |alpha| byte(alpha[i]));
+        let pixels = self.pixels.iter().enumerate();
+        pixels
+            .map(|(i, v)| {
+                let [r, g, b] = v.map(|v| byte(unit(v)));
+                [r, g, b, alpha(i)]
+            })
             .collect()
     }
 }
@@ -43,45 +49,55 @@ impl DecodedImage {
 /// When `level` is not below `image.levels`, or the blocks are not as long as the sizes say; the
 /// file reader and the encoder only make images that are.
 pub fn decode(image: &WaveletImage, level: u32) -> DecodedImage {
-    decode_with(image, level, decode_bc3)
+    decode_with(image, level, decode_blocks)
 }
 
-/// Decodes one mip level with another decoder of BC3 blocks, such as a driver's, in the place of
-/// [`decode_bc3`].
+/// Decodes one mip level with another decoder of blocks, such as a driver's, in the place of
+/// [`decode_blocks`].
 ///
 /// # Panics
 /// As [`decode`].
 pub fn decode_with(
     image: &WaveletImage,
     level: u32,
-    decode_blocks: impl Fn(&[u8], [u32; 2]) -> Vec<[f32; 4]>,
+    decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
 ) -> DecodedImage {
     let size = layout::mip_size(image.size, level);
-    let planes: Vec<Vec<Plane>> = (0..image.groups.len())
-        .map(|group| {
-            let layers = 0..image.groups[group].codings.len();
-            layers
-                .map(|layer| decode_plane(image, group, level, layer, &decode_blocks))
-                .collect()
-        })
+    let groups: Vec<Vec<Plane>> = (0..image.groups.len())
+        .map(|group| decode_group(image, group, level, &decode_blocks))
         .collect();
-    let pixel = |x: u32, y: u32| match image.content {
-        Content::Gray => [planes[0][0].clamped(x, y).clamp(0.0, 1.0); 3],
-        Content::Color => {
-            let [co, cg] = [0, 1].map(|i| planes[1][i].clamped(x / 2, y / 2));
-            let rgb = rgb_from_ycocg(YCoCg {
-                y: planes[0][0].clamped(x, y),
-                co,
-                cg,
-            });
-            rgb.map(|v| v.clamp(0.0, 1.0))
+    let luma = &groups[0];
+    let chroma = |plane: usize, x: u32, y: u32| {
+        let PlaneGroup {
+            packing,
+            subsampling,
+            ..
+        } = image.groups[1];
+        let plane = &groups[1][plane];
+        if packing == Packing::Bc1 {
+            interpolated(plane, subsampling, x, y)
+        } else {
+            plane.clamped(x >> subsampling, y >> subsampling)
         }
-        Content::Normal => normal_from_xy([0, 1].map(|i| planes[0][i].clamped(x, y))),
     };
-    let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
+    let unit = |v: f32| v.clamp(0.0, 1.0);
+    let pixel = |(x, y): (u32, u32)| match image.content {
+        Content::Gray => [unit(luma[0].clamped(x, y)); 3],
+        Content::Color | Content::ColorAlpha => {
+            let y_co_cg = YCoCg {
+                y: luma[0].clamped(x, y),
+                co: chroma(0, x, y),
+                cg: chroma(1, x, y),
+            };
+            rgb_from_ycocg(y_co_cg).map(unit)
+        }
+        Content::Normal => normal_from_xy([0, 1].map(|i: usize| luma[i].clamped(x, y))),
+    };
     DecodedImage {
         size,
-        pixels: pixels.map(|(x, y)| pixel(x, y)).collect(),
+        pixels: Plane::positions(size).map(pixel).collect(),
+        alpha: (image.content == Content::ColorAlpha)
+            .then(|| luma[1].values.iter().copied().map(unit).collect()),
     }
 }
 
@@ -92,28 +108,37 @@ pub fn normal_from_xy([x, y]: [f32; 2]) -> [f32; 3] {
     [x * scale, y * scale, (1.0 - length_squared).max(0.0).sqrt()]
 }
 
-fn decode_plane(
+fn decode_group(
     image: &WaveletImage,
-    group: usize,
+    index: usize,
     level: u32,
-    layer: usize,
-    decode_blocks: impl Fn(&[u8], [u32; 2]) -> Vec<[f32; 4]>,
-) -> Plane {
-    let shape = image.content.groups()[group];
-    let plane_size = layout::plane_size(layout::mip_size(image.size, level), shape.subsampling);
-    let texture_size = layout::mip_size(image.texture_size(group), level);
-    let texels = decode_blocks(image.level_blocks(group, level, layer), texture_size);
-    let coding = &image.groups[group].codings[layer];
-    Plane::from_fn(plane_size, |x, y| {
-        let texel = texels[(y / 2 * texture_size[0] + x / 2) as usize];
-        inverse_haar(load_texel(coding, texel))[(y % 2 * 2 + x % 2) as usize]
-    })
-}
-
-/// The coefficients that a texel stores.
-pub fn load_texel(coding: &PlaneCoding, [r, g, b, a]: [f32; 4]) -> Coefficients {
-    Coefficients {
-        ll: 2.0 * coding.load_mean(a),
-        details: coding.load_details([r, g, b]),
+    decode: &impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
+) -> Vec<Plane> {
+    let group = &image.groups[index];
+    let size = group.plane_size(image.size, level);
+    let texture = layout::mip_size(group.texture_size(image.size), level);
+    if group.packing == Packing::Bc1 {
+        let blocks = image.level_blocks(index, 0, level, 0);
+        let texels = decode(BlockFormat::Bc1, blocks, texture);
+        // As `Packing::Bc1` has it.
+        let stored = |plane: usize, [r, g, b, _]: [f32; 4]| [0.5 * (r + b), g][plane];
+        let planes = group.codings.iter().enumerate();
+        return planes
+            .map(|(plane, coding)| {
+                Plane::from_fn(size, |x, y| {
+                    let texel = texels[(y * texture[0] + x) as usize];
+                    coding.load_mean(stored(plane, texel))
+                })
+            })
+            .collect();
     }
+    let layers = group.codings.iter().enumerate();
+    layers
+        .map(|(layer, coding)| {
+            let blocks: Vec<&[u8]> = (0..group.textures.len())
+                .map(|texture| image.level_blocks(index, texture, level, layer))
+                .collect();
+            decode_plane(group.packing, coding, &blocks, texture, size, decode)
+        })
+        .collect()
 }

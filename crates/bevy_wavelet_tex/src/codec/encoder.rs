@@ -1,40 +1,67 @@
-//! The encoder: from 8-bit pixels to a [`WaveletImage`].
+//! The encoder: from pixels to a [`WaveletImage`].
 
 use rayon::prelude::*;
 use thiserror::Error;
 
 use super::{
-    blocks::{BlockQuality, Texel, encode_bc3},
-    color::{linear_from_srgb, srgb_from_linear, ycocg_from_rgb},
-    decoder::normal_from_xy,
-    haar::{Coefficients, haar},
-    image::{ColorSpace, Content, PlaneGroup, WaveletImage},
+    blocks::{BlockFormat, ChromaEncoder, Starts, decode_blocks},
+    chroma,
+    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
     layout,
     plane::Plane,
+    planes::LevelPlanes,
+    quality,
     quantizer::PlaneCoding,
-    search::{Effort, choose_coding},
+    rate::Rate,
+    search::{Effort, choose_coding, choose_thesis_coding},
+    source::{LinearLevel, Pixels, Source, level_pixels},
+    wavelet::{CoefficientPlane, PackSettings, decode_plane, encode_plane},
 };
 
 /// How to encode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncodeSettings {
-    /// What the pixels hold. Default: colour.
-    pub content: Content,
-    /// How they relate to light. Default: sRGB.
+    /// What the pixels hold and how many bits they get. Default: [`Rate::Color3`].
+    pub rate: Rate,
+    /// Where set, the smallest rate of the same content with at least this PSNR in dB, or the
+    /// largest there is. Default: none.
+    pub min_psnr_db: Option<f64>,
+    /// Whether colour keeps its alpha channel. Default: no.
+    pub alpha: bool,
+    /// How values relate to light; normals are always linear. Default: sRGB.
     pub color_space: ColorSpace,
-    /// Whether to make mips (a box filter in linear light; normals renormalised). Default: yes.
+    /// Whether to make mips where none are given (a box filter in linear light). Default: yes.
     pub mips: bool,
     /// How hard to search for the parameters. Default: [`Effort::Default`].
     pub effort: Effort,
+    /// What the codec is made of. Default: [`Method::Best`].
+    pub method: Method,
+}
+
+/// What the codec is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// All that pays.
+    #[default]
+    Best,
+    /// The same without prediction: one fetch of luma for a pixel instead of nine, and about 0.7 dB
+    /// less.
+    OneFetch,
+    /// As in the thesis: the partially inverted Haar transform, w, clamping and power curve
+    /// searched, chroma in wavelet planes that are repeated, not interpolated.
+    Thesis,
 }
 
 impl Default for EncodeSettings {
     fn default() -> Self {
         Self {
-            content: Content::Color,
+            rate: Rate::Color3,
+            min_psnr_db: None,
+            alpha: false,
             color_space: ColorSpace::Srgb,
             mips: true,
             effort: Effort::Default,
+            method: Method::Best,
         }
     }
 }
@@ -45,228 +72,379 @@ pub enum EncodeError {
     /// A side is 0 or larger than [`layout::MAX_SIZE`].
     #[error("an image of {} x {} pixels cannot be encoded: both sides must be 1 to {}", .0[0], .0[1], layout::MAX_SIZE)]
     Size([u32; 2]),
-    /// The pixels are not as many as the size says.
-    #[error("an image of {} x {} pixels has {pixels} pixels of data", .size[0], .size[1])]
+    /// The pixels of a level are not as many as the size says.
+    #[error(
+        "mip level {level} of an image of {} x {} pixels should have {wanted} pixels, it has \
+         {pixels}",
+        .size[0], .size[1]
+    )]
     PixelCount {
-        /// Width and height in pixels.
+        /// Width and height of the image in pixels.
         size: [u32; 2],
+        /// The mip level, 0 the image itself.
+        level: usize,
+        /// Pixels that it should have.
+        wanted: u64,
         /// Pixels given.
         pixels: usize,
     },
+    /// There are no pixels at all.
+    #[error("an image without a mip level cannot be encoded")]
+    NoLevel,
 }
 
-/// Encodes RGB pixels, row by row from the top.
+/// Encodes an image.
 ///
-/// Gray takes the luma of YCoCg, as the thesis does; normals take X and Y from R and G. The result
-/// does not depend on the number of threads. `progress` hears of each finished part and of how many
-/// there are.
+/// Gray takes the luma of YCoCg, as the thesis does; normals take X and Y of the unit vector. The
+/// result does not depend on the number of threads. `progress` hears of each finished part and of
+/// how many there are.
 ///
 /// # Errors
 /// When the size is out of range or does not fit the pixels.
 pub fn encode(
-    pixels: &[[u8; 3]],
-    size: [u32; 2],
+    source: &Source<'_>,
     settings: &EncodeSettings,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<WaveletImage, EncodeError> {
-    if size.iter().any(|s| !(1..=layout::MAX_SIZE).contains(s)) {
-        return Err(EncodeError::Size(size));
-    }
-    if pixels.len() as u64 != u64::from(size[0]) * u64::from(size[1]) {
-        return Err(EncodeError::PixelCount {
-            size,
-            pixels: pixels.len(),
-        });
-    }
-    let content = settings.content;
-    let subsamplings: Vec<u32> = content.groups().iter().map(|g| g.subsampling).collect();
-    let levels = if settings.mips {
-        layout::max_level_count(size, &subsamplings)
-    } else {
-        1
+    check(source)?;
+    let content = settings.rate.content(settings.alpha);
+    let Some(wanted) = settings.min_psnr_db else {
+        return Ok(encode_at(source, settings, settings.rate, progress));
     };
-    let parts = levels as usize * content.groups().iter().map(|g| g.planes).sum::<usize>();
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let report = || {
-        let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        progress(done, parts);
-    };
-
-    let mips = mip_planes(pixels, size, settings, levels);
-    let groups = content.groups().iter().scan(0, |first_plane, shape| {
-        let planes = *first_plane..*first_plane + shape.planes;
-        *first_plane = planes.end;
-        Some((shape, planes))
-    });
-    let groups = groups
-        .map(|(shape, planes)| {
-            let coefficients = |level: usize, plane: usize| {
-                let plane = &mips[level][plane];
-                let halved = (0..shape.subsampling).fold(plane.clone(), |p, _| p.halved());
-                CoefficientPlane::from_plane(&halved)
-            };
-            let codings: Vec<PlaneCoding> = planes
-                .clone()
-                .map(|plane| choose_coding(&coefficients(0, plane), settings.effort))
-                .collect();
-            let texture = layout::texture_size(layout::plane_size(size, shape.subsampling));
-            let blocks: Vec<Vec<u8>> = (0..levels as usize * shape.planes)
-                .into_par_iter()
-                .map(|part| {
-                    let (level, layer) = (part / shape.planes, part % shape.planes);
-                    let texture = layout::mip_size(texture, level as u32);
-                    let texels =
-                        coefficients(level, planes.start + layer).texels(&codings[layer], texture);
-                    let quality = settings.effort.block_quality();
-                    let blocks = encode_bc3(&texels, texture, quality);
-                    report();
-                    blocks
-                })
-                .collect();
-            PlaneGroup {
-                codings,
-                blocks: blocks.concat(),
-            }
-        })
-        .collect();
-    Ok(WaveletImage {
-        content,
-        color_space: settings.color_space,
-        size,
-        levels,
-        groups,
-    })
+    let mut rates = Rate::of(content).peekable();
+    while let Some(rate) = rates.next() {
+        // The largest level decides; mips only for what is kept.
+        let first = Source::new(source.size, source.levels[0]);
+        let trial = EncodeSettings {
+            mips: false,
+            ..*settings
+        };
+        let last = rates.peek().is_none();
+        if last || quality::psnr_db(&first, &encode_at(&first, &trial, rate, &|_, _| {})) >= wanted
+        {
+            return Ok(encode_at(source, settings, rate, progress));
+        }
+    }
+    unreachable!("every content has a rate")
 }
 
-/// The planes of all mip levels, at the size of the image.
-fn mip_planes(
+/// Encodes RGB pixels of 8 bits, row by row from the top.
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_rgb8(
     pixels: &[[u8; 3]],
     size: [u32; 2],
     settings: &EncodeSettings,
-    levels: u32,
-) -> Vec<Vec<Plane>> {
-    let normal = settings.content == Content::Normal;
-    let srgb = settings.color_space == ColorSpace::Srgb && !normal;
-    let channel = |i: usize| Plane {
-        size,
-        values: pixels.iter().map(|p| f32::from(p[i]) / 255.0).collect(),
-    };
-    let level_0 = [0, 1, 2].map(channel);
-    let map = |planes: &[Plane; 3], f: fn(f32) -> f32| {
-        planes.clone().map(|mut p| {
-            p.values.iter_mut().for_each(|v| *v = f(*v));
-            p
-        })
-    };
-    // Light adds up in linear units, normals as vectors.
-    let mut filtered = if srgb {
-        map(&level_0, linear_from_srgb)
-    } else {
-        level_0.clone()
-    };
-    let mut mips = vec![planes_of(&level_0, settings.content)];
-    for _ in 1..levels {
-        filtered = filtered.map(|plane| plane.next_mip());
-        let encoded = if srgb {
-            map(&filtered, srgb_from_linear)
-        } else {
-            filtered.clone()
-        };
-        mips.push(planes_of(&encoded, settings.content));
-    }
-    mips
+) -> Result<WaveletImage, EncodeError> {
+    encode(
+        &Source::new(size, Pixels::Rgb8(pixels)),
+        settings,
+        &|_, _| {},
+    )
 }
 
-/// The planes that a content is taken apart into, all at full size.
-fn planes_of(channels: &[Plane; 3], content: Content) -> Vec<Plane> {
-    let size = channels[0].size;
-    let rgb = |i: usize| [0, 1, 2].map(|c: usize| channels[c].values[i]);
-    let plane = |value: &dyn Fn(usize) -> f32| Plane {
-        size,
-        values: (0..channels[0].values.len()).map(value).collect(),
-    };
-    match content {
-        Content::Gray => vec![plane(&|i| ycocg_from_rgb(rgb(i)).y)],
-        Content::Color => vec![
-            plane(&|i| ycocg_from_rgb(rgb(i)).y),
-            plane(&|i| ycocg_from_rgb(rgb(i)).co),
-            plane(&|i| ycocg_from_rgb(rgb(i)).cg),
-        ],
-        Content::Normal => {
-            let unit = |i: usize| {
-                let v = rgb(i).map(|v| 2.0 * v - 1.0);
-                let length = v.iter().map(|v| v * v).sum::<f32>().sqrt();
-                if length > 1e-6 {
-                    v.map(|v| v / length)
-                } else {
-                    normal_from_xy([0.0, 0.0])
-                }
-            };
-            vec![plane(&|i| unit(i)[0]), plane(&|i| unit(i)[1])]
+fn check(source: &Source<'_>) -> Result<(), EncodeError> {
+    let size = source.size;
+    if size.iter().any(|s| !(1..=layout::MAX_SIZE).contains(s)) {
+        return Err(EncodeError::Size(size));
+    }
+    if source.levels.is_empty() {
+        return Err(EncodeError::NoLevel);
+    }
+    for (level, pixels) in source.levels.iter().enumerate() {
+        let wanted = level_pixels(size, level);
+        if pixels.len() as u64 != wanted {
+            return Err(EncodeError::PixelCount {
+                size,
+                level,
+                wanted,
+                pixels: pixels.len(),
+            });
         }
     }
+    Ok(())
 }
 
-/// The coefficients of one plane.
-pub(super) struct CoefficientPlane {
-    /// Coefficients in x and y.
+/// What all levels of an image share.
+struct Job<'a> {
+    settings: &'a EncodeSettings,
+    rate: Rate,
     size: [u32; 2],
-    /// Row by row.
-    pub(super) coefficients: Vec<Coefficients>,
 }
 
-impl CoefficientPlane {
-    pub(super) fn from_plane(plane: &Plane) -> Self {
-        let size = layout::coefficient_size(plane.size);
-        let positions = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
-        Self {
-            size,
-            coefficients: positions.map(|(x, y)| haar(plane.quad(x, y))).collect(),
+fn encode_at(
+    source: &Source<'_>,
+    settings: &EncodeSettings,
+    rate: Rate,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> WaveletImage {
+    let content = rate.content(settings.alpha);
+    let color_space = match content {
+        Content::Normal => ColorSpace::Linear,
+        _ => settings.color_space,
+    };
+    let job = Job {
+        settings,
+        rate,
+        size: source.size,
+    };
+    let mut layouts = vec![(rate.luma_packings()[0], 0)];
+    if let Some(subsampling) = rate.chroma_subsampling() {
+        layouts.push((job.chroma_packing(), subsampling));
+    }
+    let most = layout::max_level_count(source.size, &layouts) as usize;
+    let levels = match source.levels.len() {
+        1 if settings.mips => most,
+        given => given.min(most),
+    };
+    let mut groups: Vec<PlaneGroup> = Vec::new();
+    let mut linear: Option<LinearLevel> = None;
+    for level in 0..levels {
+        let planes = match source.levels.get(level) {
+            Some(pixels) => {
+                LevelPlanes::given(pixels, layout::mip_size(source.size, level as u32), content)
+            }
+            None => {
+                linear = Some(match &linear {
+                    Some(linear) => linear.next(),
+                    None => LinearLevel::below(
+                        &source.levels[0],
+                        source.size,
+                        color_space,
+                        content == Content::ColorAlpha,
+                    ),
+                });
+                let linear = linear.as_ref().expect("just made");
+                LevelPlanes::filtered(linear, content, color_space)
+            }
+        };
+        if level == 0 {
+            groups = job.first_level(planes, &given_bounds(source, content, levels));
+        } else {
+            job.next_level(planes, level as u32, &mut groups);
         }
+        progress(level + 1, levels);
     }
-
-    /// The stored texels, filled to the texture's size by repeating the edge.
-    fn texels(&self, coding: &PlaneCoding, texture_size: [u32; 2]) -> Vec<Texel> {
-        let positions = (0..texture_size[1])
-            .flat_map(|y| (0..texture_size[0]).map(move |x| (x, y)))
-            .map(|(x, y)| (x.min(self.size[0] - 1), y.min(self.size[1] - 1)));
-        positions
-            .map(|(x, y)| store_texel(coding, &self.coefficients[(y * self.size[0] + x) as usize]))
-            .collect()
+    WaveletImage {
+        content,
+        color_space,
+        size: source.size,
+        levels: levels as u32,
+        groups,
     }
+}
 
-    /// Evenly spread 4 x 4 blocks, at most `count`, as one image four texels high: enough to
-    /// compare parameters by.
-    pub(super) fn sample_blocks(&self, count: usize) -> Vec<Coefficients> {
-        let [bw, bh] = self.size.map(|s| s.div_ceil(4));
-        let total = bw as usize * bh as usize;
-        let chosen = total.min(count);
-        let blocks: Vec<usize> = (0..chosen).map(|i| i * total / chosen).collect();
-        let mut sample = Vec::with_capacity(16 * chosen);
-        for row in 0..4 {
-            for &block in &blocks {
-                for column in 0..4 {
-                    let x = (block as u32 % bw * 4 + column).min(self.size[0] - 1);
-                    let y = (block as u32 / bw * 4 + row).min(self.size[1] - 1);
-                    sample.push(self.coefficients[(y * self.size[0] + x) as usize]);
-                }
+/// Bounds of luma's and chroma's planes over the given mips: hand-made ones need not lie within those
+/// of the first level.
+fn given_bounds(source: &Source<'_>, content: Content, levels: usize) -> [Vec<[f32; 2]>; 2] {
+    let mut all: [Vec<[f32; 2]>; 2] = [Vec::new(), Vec::new()];
+    for (level, pixels) in source.levels.iter().enumerate().take(levels).skip(1) {
+        let size = layout::mip_size(source.size, level as u32);
+        let planes = LevelPlanes::given(pixels, size, content);
+        for (all, planes) in all.iter_mut().zip([&planes.luma, &planes.chroma]) {
+            all.resize(planes.len(), [f32::INFINITY, f32::NEG_INFINITY]);
+            for (all, plane) in all.iter_mut().zip(planes) {
+                *all = union(*all, plane.bounds());
             }
         }
-        sample
     }
+    all
 }
 
-/// The texel that stores the coefficients.
-pub(super) fn store_texel(coding: &PlaneCoding, c: &Coefficients) -> Texel {
-    let [r, g, b] = coding.store_details(c.details);
-    [r, g, b, coding.store_mean(c.ll / 2.0)].map(|v| (v * 255.0).round() as u8)
+fn union([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
+    [a.min(c), b.max(d)]
 }
 
-impl Effort {
-    fn block_quality(self) -> BlockQuality {
-        match self {
-            Self::Fast => BlockQuality::Normal,
-            Self::Default | Self::Best => BlockQuality::High,
+impl Job<'_> {
+    fn thesis(&self) -> bool {
+        self.settings.method == Method::Thesis
+    }
+
+    fn chroma_packing(&self) -> Packing {
+        if self.thesis() {
+            Packing::Bc3
+        } else {
+            Packing::Bc1
         }
+    }
+
+    fn pack_settings(&self) -> PackSettings {
+        PackSettings {
+            effort: self.settings.effort,
+            thesis: self.thesis(),
+        }
+    }
+
+    /// The groups with their first level: here all is chosen. `given` are the bounds of mips that are
+    /// given.
+    fn first_level(&self, mut planes: LevelPlanes, given: &[Vec<[f32; 2]>; 2]) -> Vec<PlaneGroup> {
+        let choose = |all: &[Plane], group: usize, packing: Packing| {
+            let planes = all.iter().enumerate();
+            planes
+                .map(|(i, plane)| {
+                    let bounds = plane.bounds();
+                    let bounds = given[group].get(i).map_or(bounds, |b| union(bounds, *b));
+                    self.choose(plane, bounds, packing)
+                })
+                .collect()
+        };
+        let chroma = self.rate.chroma_subsampling().map(|subsampling| {
+            let small = self.reduced(&planes.chroma, subsampling);
+            let packing = self.chroma_packing();
+            let codings = choose(&small, 1, packing);
+            let mut group = PlaneGroup {
+                subsampling,
+                packing,
+                codings,
+                textures: vec![Vec::new()],
+            };
+            self.add_chroma(&mut group, &mut planes, &small, 0);
+            group
+        });
+        drop(std::mem::take(&mut planes.chroma));
+        let mut best: Option<(f64, PlaneGroup)> = None;
+        for &packing in self.luma_candidates() {
+            let mut group = PlaneGroup {
+                subsampling: 0,
+                packing,
+                codings: choose(&planes.luma, 0, packing),
+                textures: vec![Vec::new(); packing.formats().len()],
+            };
+            let error = self.add_luma(&mut group, &planes.luma, 0);
+            if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                best = Some((error, group));
+            }
+        }
+        let (_, luma) = best.expect("a rate has a packing");
+        std::iter::once(luma).chain(chroma).collect()
+    }
+
+    fn next_level(&self, mut planes: LevelPlanes, level: u32, groups: &mut [PlaneGroup]) {
+        let [luma, chroma @ ..] = groups else {
+            unreachable!("there is luma")
+        };
+        if let [group] = chroma {
+            let small = self.reduced(&planes.chroma, group.subsampling);
+            self.add_chroma(group, &mut planes, &small, level);
+        }
+        self.add_luma(luma, &planes.luma, level);
+    }
+
+    fn luma_candidates(&self) -> &'static [Packing] {
+        let all = self.rate.luma_packings();
+        match self.settings.effort {
+            Effort::Fast => &all[..1],
+            Effort::Default | Effort::Best => all,
+        }
+    }
+
+    fn choose(&self, plane: &Plane, [min, max]: [f32; 2], packing: Packing) -> PlaneCoding {
+        // Wider than one 8-bit step, so that 1 and 0 are two values.
+        let means = [min, max.max(min + 1.0 / 255.0)];
+        let coefficients = CoefficientPlane::new(plane);
+        let effort = self.settings.effort;
+        match self.settings.method {
+            Method::Thesis => choose_thesis_coding(&coefficients, means, packing, effort),
+            Method::Best => choose_coding(&coefficients, means, packing, effort, true),
+            Method::OneFetch => choose_coding(&coefficients, means, packing, effort, false),
+        }
+    }
+
+    /// Chroma at its own size.
+    fn reduced(&self, chroma: &[Plane], subsampling: u32) -> Vec<Plane> {
+        let reduce = |plane: &Plane| {
+            if self.thesis() {
+                // Repeated over its pixels, for which the mean is best.
+                (0..subsampling).fold(plane.clone(), |p, _| p.halved())
+            } else {
+                chroma::reduced(plane, subsampling)
+            }
+        };
+        chroma.iter().map(reduce).collect()
+    }
+
+    /// Appends a level of chroma, and lets luma make up for what it can.
+    fn add_chroma(
+        &self,
+        group: &mut PlaneGroup,
+        planes: &mut LevelPlanes,
+        small: &[Plane],
+        level: u32,
+    ) {
+        let texture = layout::mip_size(group.texture_size(self.size), level);
+        if group.packing != Packing::Bc1 {
+            for (coding, plane) in group.codings.iter().zip(small) {
+                let settings = self.pack_settings();
+                let blocks = encode_plane(group.packing, coding, plane, texture, settings);
+                group.textures[0].extend(&blocks[0]);
+            }
+            return;
+        }
+        let blocks = self.chroma_blocks(&group.codings, small, texture);
+        let texels = decode_blocks(BlockFormat::Bc1, &blocks, texture);
+        let cg = Plane::from_fn(small[1].size, |x, y| {
+            group.codings[1].load_mean(texels[(y * texture[0] + x) as usize][1])
+        });
+        group.textures[0].extend(&blocks);
+        let size = planes.luma[0].size;
+        let wanted = &planes.chroma[1];
+        planes.luma[0]
+            .values
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(i, luma)| {
+                let (x, y) = (i as u32 % size[0], i as u32 / size[0]);
+                let got = chroma::interpolated(&cg, group.subsampling, x, y);
+                *luma += chroma::luma_correction(got - wanted.values[i]);
+            });
+    }
+
+    fn chroma_blocks(
+        &self,
+        codings: &[PlaneCoding],
+        small: &[Plane],
+        texture: [u32; 2],
+    ) -> Vec<u8> {
+        let codings = [codings[0], codings[1]];
+        let starts = match self.settings.effort {
+            Effort::Fast => Starts::One,
+            Effort::Default => Starts::Two,
+            Effort::Best => Starts::Four,
+        };
+        let encoder = ChromaEncoder::new(&codings, chroma::WEIGHTS, starts);
+        let columns = texture[0].div_ceil(4);
+        let blocks: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
+            .into_par_iter()
+            .map(|block| {
+                encoder.block(&std::array::from_fn(|i| {
+                    let x = block % columns * 4 + i as u32 % 4;
+                    let y = block / columns * 4 + i as u32 / 4;
+                    [small[0].clamped(x, y), small[1].clamped(x, y)]
+                }))
+            })
+            .collect();
+        blocks.into_flattened()
+    }
+
+    /// Appends a level of luma; its squared error, where there is a choice to make by it.
+    fn add_luma(&self, group: &mut PlaneGroup, planes: &[Plane], level: u32) -> f64 {
+        let texture = layout::mip_size(group.texture_size(self.size), level);
+        let mut error = 0.0;
+        for (coding, plane) in group.codings.iter().zip(planes) {
+            let settings = self.pack_settings();
+            let blocks = encode_plane(group.packing, coding, plane, texture, settings);
+            if level == 0 && self.luma_candidates().len() > 1 {
+                let slices: Vec<&[u8]> = blocks.iter().map(Vec::as_slice).collect();
+                let size = plane.size;
+                let decode = decode_blocks;
+                let back = decode_plane(group.packing, coding, &slices, texture, size, decode);
+                error += quality::squared_error(&plane.values, &back.values);
+            }
+            for (texture, blocks) in group.textures.iter_mut().zip(blocks) {
+                texture.extend(blocks);
+            }
+        }
+        error
     }
 }

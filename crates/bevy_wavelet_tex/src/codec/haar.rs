@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::image::Packing;
+
 /// The three details of 2 x 2 pixels, in the order in which they are stored as R, G, B.
 pub type Details = [f32; 3];
 
@@ -55,16 +57,18 @@ pub enum Transform {
     Haar,
     /// Partially inverted Haar (Eq. 3.16) with the weight of HH.
     PartiallyInvertedHaar {
-        /// Weight of HH, in `(0, 1]`. The error of HH grows as 1 / (2 w).
+        /// Weight of HH, in `[0, 1]`. The error of HH grows as 1 / (2 w); 0 drops it, which only a
+        /// packing without a place for it may.
         w: f32,
     },
 }
 
 impl Transform {
-    /// Whether it can be inverted: `w` in `(0, 1]`.
-    pub fn is_valid(self) -> bool {
+    /// Whether it can be inverted: `w` in `(0, 1]`, or 0 where the packing drops HH.
+    pub fn is_valid(self, packing: Packing) -> bool {
         match self {
             Self::Haar => true,
+            Self::PartiallyInvertedHaar { w: 0.0 } => packing == Packing::Bc7,
             Self::PartiallyInvertedHaar { w } => w > 0.0 && w <= 1.0 && (0.5 / w).is_finite(),
         }
     }
@@ -83,6 +87,10 @@ impl Transform {
     pub fn unmix_rows(self) -> [[f32; 3]; 3] {
         match self {
             Self::Haar => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            // Two of Eq. 3.16's rows tell HL and LH apart; the third is not stored.
+            Self::PartiallyInvertedHaar { w: 0.0 } => {
+                [[0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [0.0, 0.0, 0.0]]
+            }
             Self::PartiallyInvertedHaar { w } => {
                 let h = -0.5 / w;
                 [[0.5, 0.0, 0.5], [0.5, 0.5, 0.0], [0.0, h, h]]
@@ -128,11 +136,17 @@ mod tests {
     #[test]
     fn w_outside_its_interval_is_not_valid() {
         for w in [0.0, -0.5, 1.01, f32::NAN, f32::INFINITY, f32::from_bits(1)] {
-            assert!(
-                !Transform::PartiallyInvertedHaar { w }.is_valid(),
-                "w = {w}"
-            );
+            let transform = Transform::PartiallyInvertedHaar { w };
+            assert!(!transform.is_valid(Packing::Bc3), "w = {w}");
+            assert_eq!(transform.is_valid(Packing::Bc7), w == 0.0, "w = {w}");
         }
+    }
+
+    #[test]
+    fn without_hh_the_other_two_come_back() {
+        let t = Transform::PartiallyInvertedHaar { w: 0.0 };
+        let [a, b, _] = t.mix([0.25, -0.125, 0.5]);
+        assert_eq!(t.unmix([a, b, 9.0]), [0.25, -0.125, 0.0]);
     }
 
     proptest! {

@@ -6,8 +6,11 @@
 //! makes 12, 6, 3 and 1): the chain ends before that. One more mip is there all the same, since the
 //! means of a level are the next level of its plane.
 
+use super::image::Packing;
+
 /// Largest width or height of an image, in pixels: its coefficients, half as many, then fit the
-/// 8192 texels of wgpu's default limits.
+/// 8192 texels of wgpu's default limits (luma at full size, of colour at 5 bpp, needs an adapter with
+/// twice that).
 pub const MAX_SIZE: u32 = 16384;
 
 /// Size of mip level `level` of an image of size `size`, as the GPU counts.
@@ -25,31 +28,33 @@ pub fn coefficient_size(plane_size: [u32; 2]) -> [u32; 2] {
     plane_size.map(|s| s.div_ceil(2))
 }
 
-/// Size of the coefficient texture, in texels: whole 4 x 4 blocks, as wgpu wants for level 0.
-pub fn texture_size(plane_size: [u32; 2]) -> [u32; 2] {
-    coefficient_size(plane_size).map(|s| s.next_multiple_of(4))
+/// Number of texels that a plane needs in x and y.
+pub fn texel_size(packing: Packing, plane_size: [u32; 2]) -> [u32; 2] {
+    if packing.is_wavelet() {
+        coefficient_size(plane_size)
+    } else {
+        plane_size
+    }
 }
 
-/// Bytes of one BC3 level of one layer whose size in texels is `size`.
-pub fn level_bytes(size: [u32; 2]) -> usize {
-    size.map(|s| s.div_ceil(4) as usize)
-        .iter()
-        .product::<usize>()
-        * super::blocks::BC3_BLOCK_BYTES
+/// Size of a plane's texture, in texels: whole 4 x 4 blocks, as wgpu wants for level 0.
+pub fn texture_size(packing: Packing, plane_size: [u32; 2]) -> [u32; 2] {
+    texel_size(packing, plane_size).map(|s| s.next_multiple_of(4))
 }
 
-/// The most mip levels that all planes of an image can have; at least 1.
-pub fn max_level_count(image_size: [u32; 2], subsamplings: &[u32]) -> u32 {
-    let fits = |level: u32, subsampling: u32| {
-        let texture = texture_size(plane_size(image_size, subsampling));
-        let needed = coefficient_size(plane_size(mip_size(image_size, level), subsampling));
+/// The most mip levels that all groups of an image can have, each with its subsampling; at least 1.
+pub fn max_level_count(image_size: [u32; 2], groups: &[(Packing, u32)]) -> u32 {
+    let fits = |level: u32, (packing, subsampling): (Packing, u32)| {
+        let texture = texture_size(packing, plane_size(image_size, subsampling));
+        let plane = plane_size(mip_size(image_size, level), subsampling);
+        let needed = texel_size(packing, plane);
         let available = mip_size(texture, level);
         let exists = texture[0].max(texture[1]) >> level > 0;
         exists && needed[0] <= available[0] && needed[1] <= available[1]
     };
     let image_levels = 32 - image_size[0].max(image_size[1]).leading_zeros();
     (0..image_levels)
-        .take_while(|&level| subsamplings.iter().all(|&s| fits(level, s)))
+        .take_while(|&level| groups.iter().all(|&group| fits(level, group)))
         .count()
         .max(1) as u32
 }
@@ -60,24 +65,27 @@ mod tests {
 
     #[test]
     fn chains_of_known_sizes() {
-        assert_eq!(max_level_count([512, 512], &[0]), 9); // to 2 x 2, whose mean is the last mip
-        assert_eq!(max_level_count([512, 512], &[0, 1]), 8);
-        assert_eq!(max_level_count([768, 512], &[0]), 8);
-        assert_eq!(max_level_count([24, 24], &[0]), 3);
-        assert_eq!(max_level_count([1, 1], &[0, 1]), 1);
-        assert_eq!(max_level_count([MAX_SIZE, 1], &[0]), 14);
+        let luma = (Packing::Bc3, 0);
+        assert_eq!(max_level_count([512, 512], &[luma]), 9); // to 2 x 2, whose mean is the last mip
+        assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc3, 1)]), 8);
+        assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc1, 1)]), 9);
+        assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc1, 2)]), 8);
+        assert_eq!(max_level_count([768, 512], &[luma]), 8);
+        assert_eq!(max_level_count([24, 24], &[luma]), 3);
+        assert_eq!(max_level_count([1, 1], &[luma, (Packing::Bc1, 2)]), 1);
+        assert_eq!(max_level_count([MAX_SIZE, 1], &[luma]), 14);
     }
 
     #[test]
     fn every_level_holds_its_coefficients() {
         for w in 1..200 {
             for h in [1, 2, 7, 64, 100, 129] {
-                for subsampling in 0..3 {
-                    let texture = texture_size(plane_size([w, h], subsampling));
+                for (packing, subsampling) in Packing::ALL.into_iter().zip([0, 0, 0, 1, 2]) {
+                    let texture = texture_size(packing, plane_size([w, h], subsampling));
                     assert!(texture.iter().all(|s| s % 4 == 0));
-                    for level in 0..max_level_count([w, h], &[subsampling]) {
+                    for level in 0..max_level_count([w, h], &[(packing, subsampling)]) {
                         let plane = plane_size(mip_size([w, h], level), subsampling);
-                        let needed = coefficient_size(plane);
+                        let needed = texel_size(packing, plane);
                         let have = mip_size(texture, level);
                         assert!(needed[0] <= have[0] && needed[1] <= have[1]);
                     }

@@ -12,13 +12,22 @@ pub struct Plane {
 impl Plane {
     /// A plane whose values come from pixel positions.
     pub fn from_fn(size: [u32; 2], mut value: impl FnMut(u32, u32) -> f32) -> Self {
-        let mut values = Vec::with_capacity(size[0] as usize * size[1] as usize);
-        for y in 0..size[1] {
-            for x in 0..size[0] {
-                values.push(value(x, y));
-            }
+        Self {
+            size,
+            values: Self::positions(size).map(|(x, y)| value(x, y)).collect(),
         }
-        Self { size, values }
+    }
+
+    /// All pixel positions, row by row.
+    pub fn positions([width, height]: [u32; 2]) -> impl Iterator<Item = (u32, u32)> {
+        (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
+    }
+
+    /// The smallest and the largest value.
+    pub fn bounds(&self) -> [f32; 2] {
+        let start = [f32::INFINITY, f32::NEG_INFINITY];
+        let values = self.values.iter();
+        values.fold(start, |[min, max], v| [min.min(*v), max.max(*v)])
     }
 
     /// The value at a pixel; outside, the nearest pixel's.
@@ -50,15 +59,45 @@ impl Plane {
     /// The next mip: half size (rounded down, at least 1), by an area-weighted box, so that odd
     /// sizes neither shift nor drop a row.
     pub fn next_mip(&self) -> Self {
-        let [width, height] = self.size;
-        let [w, h] = self.size.map(|s| (s / 2).max(1));
-        let rows = Self::from_fn([w, height], |x, y| {
-            box_mean(x, width, w, |i| self.values[(y * width + i) as usize])
-        });
-        Self::from_fn([w, h], |x, y| {
-            box_mean(y, height, h, |i| rows.values[(i * w + x) as usize])
-        })
+        Self::next_mip_of(self.size, |i| self.values[i])
     }
+
+    /// The next mip of a plane of that size whose values come from their indices.
+    pub fn next_mip_of([width, height]: [u32; 2], value: impl Fn(usize) -> f32) -> Self {
+        let [w, h] = [width, height].map(|s| (s / 2).max(1));
+        let row = |y: u32| -> Vec<f32> {
+            let start = y as usize * width as usize;
+            (0..w)
+                .map(|x| box_mean(x, width, w, |i| value(start + i as usize)))
+                .collect()
+        };
+        // A cell is at most three rows high, and the last of one may be the first of the next.
+        let mut rows: [(u32, Vec<f32>); 3] = [0, 1, 2].map(|_| (u32::MAX, Vec::new()));
+        let mut values = Vec::with_capacity(w as usize * h as usize);
+        for y in 0..h {
+            let (first, end) = cell(y, height, h);
+            for needed in first..end {
+                let slot = &mut rows[needed as usize % 3];
+                if slot.0 != needed {
+                    *slot = (needed, row(needed));
+                }
+            }
+            for x in 0..w as usize {
+                values.push(box_mean(y, height, h, |i| rows[i as usize % 3].1[x]));
+            }
+        }
+        Self {
+            size: [w, h],
+            values,
+        }
+    }
+}
+
+/// The samples that cell `i` of `to` equal cells over `from` samples touches: the first, and the one
+/// after the last.
+fn cell(i: u32, from: u32, to: u32) -> (u32, u32) {
+    let (i, from, to) = (u64::from(i), u64::from(from), u64::from(to));
+    ((i * from / to) as u32, ((i + 1) * from).div_ceil(to) as u32)
 }
 
 /// Mean of `value` over cell `i` of `to` equal cells over `from` samples.

@@ -2,20 +2,30 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::haar::{Details, Transform};
+use super::{
+    haar::{Details, Transform},
+    image::Packing,
+};
 
-/// How the coefficients of one plane are stored; all a decoder must know of it.
+/// How the values of one plane are stored; all a decoder must know of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlaneCoding {
-    /// Mean of 2 x 2 pixels (LL / 2) that alpha 0 stands for, in units of the plane.
+    /// Value (of wavelet packings: mean of 2 x 2 pixels, LL / 2) that 0 stands for, in units of the
+    /// plane.
     pub mean_min: f32,
-    /// Mean that alpha 1 stands for; larger than `mean_min`.
+    /// Value that 1 stands for; larger than `mean_min`.
     pub mean_max: f32,
     /// Largest stored detail, in units of the plane; what is beyond is clamped. Positive.
     pub range: f32,
-    /// Exponent of the signed power curve around zero, in `(0, 1]`; 1 is linear. Smaller values
+    /// Exponent of the signed power curve around zero, in `[0.1, 1]`; 1 is linear. Smaller values
     /// spend more of the code on small details.
     pub gamma: f32,
+    /// What the details' zero is stored as, in `[0.25, 0.75]`: a code that the format has, so that
+    /// flat areas are exact.
+    pub centre: Details,
+    /// How much of a detail the neighbours' means foretell, in `[-1, 1]`; 0 is not at all. See
+    /// [`predict`](super::predict).
+    pub predictor: f32,
     /// How the details are mixed before they are stored.
     pub transform: Transform,
 }
@@ -24,45 +34,73 @@ pub struct PlaneCoding {
 const LARGEST_MAGNITUDE: f32 = 65536.0;
 
 impl PlaneCoding {
-    /// Whether a decoder can work with it: finite, in range and invertible.
-    pub fn is_valid(&self) -> bool {
+    /// Zero among the 5:6:5 codes of BC3: 16 of 31, 32 of 63.
+    pub const CENTRE_565: Details = [16.0 / 31.0, 32.0 / 63.0, 16.0 / 31.0];
+    /// Zero among 8-bit codes.
+    pub const CENTRE_8: Details = [128.0 / 255.0; 3];
+
+    /// Details as they are, in `[-1, 1]`, and means in this interval.
+    pub fn linear([mean_min, mean_max]: [f32; 2]) -> Self {
+        Self {
+            mean_min,
+            mean_max,
+            range: 1.0,
+            gamma: 1.0,
+            centre: [0.5; 3],
+            predictor: 0.0,
+            transform: Transform::Haar,
+        }
+    }
+
+    /// Whether a decoder can work with it: finite, in range and invertible where `packing` needs it.
+    pub fn is_valid(&self, packing: Packing) -> bool {
         let bounded = |v: f32| v.abs() <= LARGEST_MAGNITUDE;
         bounded(self.mean_min)
             && bounded(self.mean_max)
             && self.mean_max > self.mean_min
             && self.range > 0.0
             && bounded(self.range)
-            && self.gamma >= 0.1
-            && self.gamma <= 1.0
-            && self.transform.is_valid()
+            && (0.1..=1.0).contains(&self.gamma)
+            && self.centre.iter().all(|c| (0.25..=0.75).contains(c))
+            && (-1.0..=1.0).contains(&self.predictor)
+            && self.transform.is_valid(packing)
             // A tiny w amplifies: what it makes of the largest detail must stay an image's too.
             && self.transform.unmix_rows().iter().flatten().all(|m| bounded(m * self.range))
     }
 
-    /// Mean to alpha.
+    /// Mean to what is stored.
     pub fn store_mean(&self, mean: f32) -> f32 {
         ((mean - self.mean_min) / (self.mean_max - self.mean_min)).clamp(0.0, 1.0)
     }
 
-    /// Alpha to mean.
+    /// What is stored to mean.
     pub fn load_mean(&self, stored: f32) -> f32 {
         self.mean_min + stored * (self.mean_max - self.mean_min)
     }
 
-    /// HL, LH, HH to RGB.
-    pub fn store_details(&self, details: Details) -> Details {
-        self.transform.mix(details).map(|detail| {
-            let normalized = (detail / self.range).clamp(-1.0, 1.0);
-            0.5 + 0.5 * normalized.abs().powf(self.gamma).copysign(normalized)
-        })
+    /// A mixed detail to what channel `c` stores.
+    pub fn store_detail(&self, c: usize, mixed: f32) -> f32 {
+        let normalized = (mixed / self.range).clamp(-1.0, 1.0);
+        let curved = normalized.abs().powf(self.gamma).copysign(normalized);
+        (self.centre[c] + 0.5 * curved).clamp(0.0, 1.0)
     }
 
-    /// RGB to HL, LH, HH.
+    /// What channel `c` stores to a mixed detail.
+    pub fn load_detail(&self, c: usize, stored: f32) -> f32 {
+        let curved = 2.0 * (stored - self.centre[c]);
+        self.range * curved.abs().powf(1.0 / self.gamma).copysign(curved)
+    }
+
+    /// HL, LH, HH (what the predictor left of them) to RGB.
+    pub fn store_details(&self, details: Details) -> Details {
+        let mixed = self.transform.mix(details);
+        std::array::from_fn(|c| self.store_detail(c, mixed[c]))
+    }
+
+    /// RGB to HL, LH, HH, to which the prediction is to be added.
     pub fn load_details(&self, stored: Details) -> Details {
-        self.transform.unmix(stored.map(|stored| {
-            let curved = 2.0 * stored - 1.0;
-            self.range * curved.abs().powf(1.0 / self.gamma).copysign(curved)
-        }))
+        let mixed = std::array::from_fn(|c| self.load_detail(c, stored[c]));
+        self.transform.unmix(mixed)
     }
 }
 
@@ -73,11 +111,10 @@ mod tests {
 
     fn coding(gamma: f32, transform: Transform) -> PlaneCoding {
         PlaneCoding {
-            mean_min: -0.25,
-            mean_max: 1.25,
             range: 3.0,
             gamma,
             transform,
+            ..PlaneCoding::linear([-0.25, 1.25])
         }
     }
 
@@ -100,6 +137,22 @@ mod tests {
         }
 
         #[test]
+        fn zero_is_stored_exactly_where_the_format_has_a_code(gamma in 0.3f32..=1.0) {
+            for (centre, steps) in [
+                (PlaneCoding::CENTRE_565, [31.0, 63.0, 31.0]),
+                (PlaneCoding::CENTRE_8, [255.0; 3]),
+            ] {
+                let coding = PlaneCoding { centre, ..coding(gamma, Transform::Haar) };
+                let stored = coding.store_details([0.0; 3]);
+                for c in 0..3 {
+                    let code: f32 = stored[c] * steps[c];
+                    prop_assert!((code - code.round()).abs() < 1e-4);
+                }
+                prop_assert_eq!(coding.load_details(stored), [0.0; 3]);
+            }
+        }
+
+        #[test]
         fn any_finite_detail_is_stored_within_the_unit_interval(
             details in prop::array::uniform3(prop::num::f32::NORMAL),
         ) {
@@ -111,7 +164,7 @@ mod tests {
     #[test]
     fn nonsense_is_not_valid() {
         let good = coding(0.86, Transform::Haar);
-        assert!(good.is_valid());
+        assert!(good.is_valid(Packing::Bc3));
         for bad in [
             PlaneCoding {
                 mean_max: good.mean_min,
@@ -132,11 +185,19 @@ mod tests {
                 ..good
             },
             PlaneCoding {
+                centre: [0.5, 1.0, 0.5],
+                ..good
+            },
+            PlaneCoding {
+                predictor: f32::NAN,
+                ..good
+            },
+            PlaneCoding {
                 transform: Transform::PartiallyInvertedHaar { w: 0.0 },
                 ..good
             },
         ] {
-            assert!(!bad.is_valid(), "{bad:?}");
+            assert!(!bad.is_valid(Packing::Bc3), "{bad:?}");
         }
     }
 }

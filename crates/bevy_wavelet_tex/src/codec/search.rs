@@ -1,18 +1,22 @@
 //! The choice of a plane's parameters by measured error (thesis section 3.5.2).
 //!
 //! The transform is orthonormal, so the squared error of the details is that of the pixels, and the
-//! means, which BC3 codes on their own, do not matter here. A coordinate descent over transform,
-//! range and power curve costs some 20 encodings of a sample of the blocks.
+//! means, which are coded on their own, do not matter here. The predictor has a closed form; range
+//! and power curve are sought by a coordinate descent over a sample of the blocks.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    blocks::{BlockQuality, decode_bc3, encode_bc3},
-    decoder::load_texel,
-    encoder::{CoefficientPlane, store_texel},
-    haar::{Coefficients, Details, Transform},
+    blocks::{
+        BlockFormat, BlockQuality, DetailEncoder, Starts, decode_blocks, encode_bc3, encode_bc7,
+    },
+    haar::{Details, Transform},
+    image::Packing,
+    plane::Plane,
+    predict::{best_predictor, predicted, slopes},
     quantizer::PlaneCoding,
+    wavelet::CoefficientPlane,
 };
 
 /// How hard the encoder searches.
@@ -20,14 +24,15 @@ use super::{
 pub enum Effort {
     /// No search: the values to which the search converges for most images. For previews.
     Fast,
-    /// A search over a sample of 2048 blocks.
+    /// A search over a sample of 512 blocks, and both packings tried.
     #[default]
     Default,
-    /// A finer search over a sample of 16384 blocks.
+    /// A finer search over a sample of 4096 blocks.
     Best,
 }
 
-const TRANSFORMS: [Transform; 6] = [
+/// What the thesis's transform is sought among.
+const MIXES: [Transform; 6] = [
     Transform::Haar,
     Transform::PartiallyInvertedHaar { w: 0.2 },
     Transform::PartiallyInvertedHaar { w: 0.4 },
@@ -35,97 +40,250 @@ const TRANSFORMS: [Transform; 6] = [
     Transform::PartiallyInvertedHaar { w: 0.8 },
     Transform::PartiallyInvertedHaar { w: 1.0 },
 ];
-/// Fractions of the largest mixed detail.
-const RANGES: [f32; 6] = [1.0, 0.74, 0.55, 0.4, 0.3, 0.2];
-const GAMMAS: [f32; 5] = [1.0, 0.86, 0.75, 0.65, 0.55];
 
-/// Chooses how to store a plane.
-pub(super) fn choose_coding(plane: &CoefficientPlane, effort: Effort) -> PlaneCoding {
-    let means = plane.coefficients.iter().map(|c| c.ll / 2.0);
-    let [mean_min, mean_max] = bounds(means);
-    let candidate = |transform: Transform, range_fraction: f32, gamma: f32| {
-        let range = range_fraction * largest_detail(&plane.coefficients, transform);
+/// Largest stored detail, for a plane whose values span 1, to which most images converge.
+const USUAL_RANGE: f32 = 0.5;
+
+/// Chooses how to store a plane in `packing`; `means` is the interval of its values.
+pub(super) fn choose_coding(
+    coefficients: &CoefficientPlane,
+    means: [f32; 2],
+    packing: Packing,
+    effort: Effort,
+    predict: bool,
+) -> PlaneCoding {
+    let mut coding = PlaneCoding::linear(means);
+    if !packing.is_wavelet() {
+        return coding;
+    }
+    let (gamma, centre) = match packing {
+        Packing::Bc3 => (0.6, PlaneCoding::CENTRE_565),
+        _ => (0.86, PlaneCoding::CENTRE_8),
+    };
+    coding.gamma = gamma;
+    coding.centre = centre;
+    coding.predictor = if predict {
+        predictor(coefficients)
+    } else {
+        0.0
+    };
+    let largest = largest(coefficients.details.iter().copied());
+    coding.range = (USUAL_RANGE * (means[1] - means[0])).min(largest);
+    // Clamps nothing: a zero above the middle leaves positive details a little less room.
+    let all = 1.07 * largest;
+    let (count, rounds) = match effort {
+        Effort::Fast => return coding,
+        Effort::Default => (512, 1),
+        Effort::Best => (4096, 2),
+    };
+    let sample = sample(coefficients, coding.predictor, count);
+    let best_of = |candidates: Vec<PlaneCoding>| {
+        best_by(candidates, |candidate| match packing {
+            Packing::Bc3 => details_error(&sample, candidate),
+            _ => bc7_error(&sample, candidate, packing),
+        })
+    };
+    for round in 0..rounds {
+        let gammas: &[f32] = if round > 0 {
+            &[0.92, 1.0, 1.08]
+        } else {
+            &[0.8, 1.0, 1.2]
+        };
+        let with_gamma = |g: &f32| PlaneCoding {
+            gamma: (coding.gamma * g).clamp(0.3, 1.0),
+            ..coding
+        };
+        coding = best_of(gammas.iter().map(with_gamma).collect());
+        let ranges: &[f32] = if round > 0 {
+            &[0.85, 0.92, 1.0, 1.08, 1.17]
+        } else {
+            &[0.6, 1.0, 1.4]
+        };
+        let with_range = |range: f32| PlaneCoding {
+            range: range.min(all),
+            ..coding
+        };
+        let scaled = ranges.iter().map(|r| coding.range * r);
+        let whole = (round == 0).then_some(all);
+        coding = best_of(scaled.chain(whole).map(with_range).collect());
+    }
+    coding
+}
+
+/// As the thesis does: the transform, clamping and power curve, no prediction.
+pub(super) fn choose_thesis_coding(
+    coefficients: &CoefficientPlane,
+    means: [f32; 2],
+    packing: Packing,
+    effort: Effort,
+) -> PlaneCoding {
+    let coding = PlaneCoding::linear(means);
+    match packing {
+        Packing::Bc4 | Packing::Bc1 => return coding,
+        Packing::Bc3 | Packing::Split => {}
+        Packing::Bc7 => {
+            let transform = Transform::PartiallyInvertedHaar { w: 0.0 };
+            let mixed = coefficients.details.iter().map(|d| transform.mix(*d));
+            return PlaneCoding {
+                transform,
+                range: 0.74 * largest(mixed.map(|[a, b, _]| [a, b, 0.0])),
+                gamma: 0.86,
+                ..coding
+            };
+        }
+    }
+    let candidate = |(transform, fraction, gamma): (Transform, f32, f32)| {
+        let mixed = coefficients.details.iter().map(|d| transform.mix(*d));
         PlaneCoding {
-            mean_min,
-            mean_max,
-            range,
-            gamma,
             transform,
+            range: fraction * largest(mixed),
+            gamma,
+            ..coding
         }
     };
-    let start = (TRANSFORMS[0], 0.55, 0.86);
-    let (sample_blocks, rounds) = match effort {
-        Effort::Fast => return candidate(start.0, start.1, start.2),
+    let mut best = (Transform::Haar, 0.55, 0.86);
+    let (count, rounds) = match effort {
+        Effort::Fast => return candidate(best),
         Effort::Default => (2048, 1),
         Effort::Best => (16384, 2),
     };
-    let sample = plane.sample_blocks(sample_blocks);
-    let best_of = |codings: Vec<Choice>| -> Choice {
-        let errors: Vec<f64> = codings
+    let sample = sample(coefficients, 0.0, count);
+    let best_of = |choices: Vec<(Transform, f32, f32)>| {
+        let errors: Vec<f64> = choices
             .par_iter()
-            .map(|&(t, r, g)| squared_error(&sample, &candidate(t, r, g)))
+            .map(|&choice| mixed_error(&sample, &candidate(choice)))
             .collect();
-        let best = (0..codings.len()).min_by(|&a, &b| errors[a].total_cmp(&errors[b]));
-        codings[best.expect("there are candidates")]
+        choices[least(&errors)]
     };
-    let mut best = start;
     for round in 0..rounds {
-        best = best_of(TRANSFORMS.map(|t| (t, best.1, best.2)).to_vec());
-        best = if round == 0 {
-            best_of(RANGES.map(|r| (best.0, r, best.2)).to_vec())
+        best = best_of(MIXES.map(|t| (t, best.1, best.2)).to_vec());
+        let fractions = if round == 0 {
+            vec![1.0, 0.74, 0.55, 0.4, 0.3, 0.2]
         } else {
-            best_of(
-                [0.8, 0.9, 1.0, 1.1, 1.2]
-                    .map(|s| (best.0, best.1 * s, best.2))
-                    .to_vec(),
-            )
+            [0.8, 0.9, 1.0, 1.1, 1.2].map(|s| best.1 * s).to_vec()
         };
-        best = best_of(GAMMAS.map(|g| (best.0, best.1, g)).to_vec());
+        best = best_of(fractions.into_iter().map(|f| (best.0, f, best.2)).collect());
+        best = best_of(
+            [1.0, 0.86, 0.75, 0.65, 0.55]
+                .map(|g| (best.0, best.1, g))
+                .to_vec(),
+        );
         best = best_of(
             [0.88, 1.0, 1.14]
                 .map(|s| (best.0, best.1 * s, best.2))
                 .to_vec(),
         );
     }
-    candidate(best.0, best.1, best.2)
+    candidate(best)
 }
 
-/// Transform, range as a fraction of the largest mixed detail, gamma.
-type Choice = (Transform, f32, f32);
-
-/// Squared error of the details when the sampled blocks are stored so.
-fn squared_error(sample: &[Coefficients], coding: &PlaneCoding) -> f64 {
-    let size = [sample.len() as u32 / 4, 4];
-    let opaque = |c: &Coefficients| {
-        let [r, g, b, _] = store_texel(coding, c);
-        [r, g, b, 255]
-    };
-    let texels: Vec<_> = sample.iter().map(opaque).collect();
-    let decoded = decode_bc3(&encode_bc3(&texels, size, BlockQuality::Normal), size);
-    let error = |(c, texel): (&Coefficients, _)| {
-        let back: Details = load_texel(coding, texel).details;
-        c.details
-            .iter()
-            .zip(back)
-            .map(|(a, b)| f64::from(a - b).powi(2))
-            .sum::<f64>()
-    };
-    sample.iter().zip(decoded).map(error).sum()
+fn best_by(
+    candidates: Vec<PlaneCoding>,
+    error: impl Fn(&PlaneCoding) -> f64 + Send + Sync,
+) -> PlaneCoding {
+    let errors: Vec<f64> = candidates.par_iter().map(error).collect();
+    candidates[least(&errors)]
 }
 
-fn largest_detail(coefficients: &[Coefficients], transform: Transform) -> f32 {
-    let largest = |c: &Coefficients| transform.mix(c.details).map(f32::abs).into_iter();
-    // A flat image has no details; any positive range stores them exactly.
-    coefficients
+fn least(errors: &[f64]) -> usize {
+    (0..errors.len())
+        .min_by(|&a, &b| errors[a].total_cmp(&errors[b]))
+        .expect("there are candidates")
+}
+
+fn predictor(coefficients: &CoefficientPlane) -> f32 {
+    let [width, height] = coefficients.means.size;
+    let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    best_predictor(positions.map(|(x, y)| {
+        (
+            slopes(&coefficients.means, x, y),
+            coefficients.details(x, y),
+        )
+    }))
+}
+
+/// Sixteen details, as they are stored together.
+type Block = [Details; 16];
+
+/// At most `count` 4 x 4 blocks of what the prediction leaves, evenly spread over the blocks in the
+/// order of their energy: a few strong edges decide where it pays to clamp.
+fn sample(coefficients: &CoefficientPlane, predictor: f32, count: usize) -> Vec<Block> {
+    let [columns, rows] = coefficients.means.size.map(|s| s.div_ceil(4));
+    let total = columns as usize * rows as usize;
+    let block = |block: usize| -> Block {
+        let block = block as u32;
+        std::array::from_fn(|i| {
+            let [width, height] = coefficients.means.size;
+            let x = (block % columns * 4 + i as u32 % 4).min(width - 1);
+            let y = (block / columns * 4 + i as u32 / 4).min(height - 1);
+            let foretold = predicted(&coefficients.means, x, y, predictor);
+            let details = coefficients.details(x, y);
+            std::array::from_fn(|c| details[c] - foretold[c])
+        })
+    };
+    if total <= count {
+        return (0..total).map(block).collect();
+    }
+    let energy = |b: usize| block(b).iter().flatten().map(|d| d * d).sum::<f32>();
+    let mut by_energy: Vec<(f32, usize)> =
+        (0..total).into_par_iter().map(|b| (energy(b), b)).collect();
+    by_energy.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let middle = |i: usize| by_energy[(2 * i + 1) * total / (2 * count)].1;
+    (0..count).map(|i| block(middle(i))).collect()
+}
+
+fn details_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
+    let encoder = DetailEncoder::new(coding, Starts::One);
+    sample
         .iter()
-        .flat_map(largest)
-        .fold(1.0 / 255.0, f32::max)
+        .map(|block| f64::from(encoder.block(block).1))
+        .sum()
 }
 
-/// The interval of the values, widened to one 8-bit step where it is shorter.
-fn bounds(values: impl Iterator<Item = f32>) -> [f32; 2] {
-    let [min, max] = values.fold([f32::INFINITY, f32::NEG_INFINITY], |[min, max], v| {
-        [min.min(v), max.max(v)]
+fn bc7_error(sample: &[Block], coding: &PlaneCoding, packing: Packing) -> f64 {
+    let size = [4 * sample.len() as u32, 4];
+    let dropped = packing == Packing::Bc7;
+    let at = |x: u32, y: u32| sample[(x / 4) as usize][(y * 4 + x % 4) as usize];
+    let blocks = encode_bc7(size, [1; 3], |x, y| {
+        let [r, g, b] = coding.store_details(at(x, y));
+        [r, g, if dropped { coding.centre[2] } else { b }]
     });
-    [min, max.max(min + 1.0 / 255.0)]
+    let texels = decode_blocks(BlockFormat::Bc7, &blocks, size);
+    sum_of_errors(size, &texels, coding, at)
+}
+
+fn mixed_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
+    let size = [4 * sample.len() as u32, 4];
+    let at = |x: u32, y: u32| sample[(x / 4) as usize][(y * 4 + x % 4) as usize];
+    let texels = Plane::positions(size).map(|(x, y)| {
+        let [r, g, b] = coding
+            .store_details(at(x, y))
+            .map(|v| (v * 255.0).round() as u8);
+        [r, g, b, 255]
+    });
+    let blocks = encode_bc3(&texels.collect::<Vec<_>>(), size, BlockQuality::Normal);
+    let texels = decode_blocks(BlockFormat::Bc3, &blocks, size);
+    sum_of_errors(size, &texels, coding, at)
+}
+
+fn sum_of_errors(
+    size: [u32; 2],
+    texels: &[[f32; 4]],
+    coding: &PlaneCoding,
+    wanted: impl Fn(u32, u32) -> Details,
+) -> f64 {
+    let errors = Plane::positions(size).zip(texels).map(|((x, y), t)| {
+        let (got, wanted) = (coding.load_details([t[0], t[1], t[2]]), wanted(x, y));
+        (0..3)
+            .map(|c| f64::from(got[c] - wanted[c]).powi(2))
+            .sum::<f64>()
+    });
+    errors.sum()
+}
+
+/// Of all channels; a flat image has no details, and any positive range stores them exactly.
+fn largest(details: impl Iterator<Item = Details>) -> f32 {
+    details
+        .flatten()
+        .fold(1.0 / 255.0, |largest, d| largest.max(d.abs()))
 }

@@ -1,20 +1,61 @@
-//! One group of planes as a KTX2 file of its own.
+//! One texture of a group of planes as a KTX2 file of its own.
 
 use std::ops::Range;
 
 use ktx2::{Format, Header, Index, LevelIndex, dfd};
 
 use crate::codec::{
+    blocks::BlockFormat,
     haar::Transform,
-    image::{PlaneGroup, WaveletImage},
+    image::{Packing, WaveletImage},
     layout,
     quantizer::PlaneCoding,
 };
 
-/// Key of the planes' codings: for each plane six `f32`, little-endian: mean_min, mean_max, range,
-/// gamma, the transform (0 Haar, 1 partially inverted Haar) and its w (0 for Haar).
+/// Key of the planes' codings: for each plane ten `f32`, little-endian: mean_min, mean_max, range,
+/// gamma, the centres of R, G, B, the predictor, the transform (0 Haar, 1 partially inverted Haar)
+/// and its w (0 for Haar).
 const CODINGS_KEY: &str = "wtex.codings";
-const CODING_BYTES: usize = 24;
+const CODING_FLOATS: usize = 10;
+const CODING_BYTES: usize = 4 * CODING_FLOATS;
+
+/// What the rest of the file says of a blob.
+#[derive(Clone, Copy)]
+pub(super) struct Shape {
+    format: BlockFormat,
+    /// Of the largest level, in texels.
+    size: [u32; 2],
+    layers: usize,
+    /// Number of codings: one layer can hold two planes.
+    planes: usize,
+}
+
+impl Shape {
+    pub(super) fn new(format: BlockFormat, size: [u32; 2], layers: usize, planes: usize) -> Self {
+        Self {
+            format,
+            size,
+            layers,
+            planes,
+        }
+    }
+
+    fn ktx2_format(self) -> Format {
+        match self.format {
+            BlockFormat::Bc1 => Format::BC1_RGB_UNORM_BLOCK,
+            BlockFormat::Bc3 => Format::BC3_UNORM_BLOCK,
+            BlockFormat::Bc4 => Format::BC4_UNORM_BLOCK,
+            BlockFormat::Bc7 => Format::BC7_UNORM_BLOCK,
+        }
+    }
+}
+
+/// What a blob holds.
+pub(super) struct Contents {
+    pub(super) levels: u32,
+    pub(super) codings: Vec<PlaneCoding>,
+    pub(super) blocks: Vec<u8>,
+}
 
 /// Everything of a blob but its codings and blocks, which follows from the sizes alone.
 ///
@@ -30,10 +71,16 @@ struct Frame {
 }
 
 impl Frame {
-    fn new(texture: [u32; 2], planes: usize, levels: u32) -> Self {
-        let (basic, type_size) =
-            dfd::Basic::from_format_with(Format::BC3_UNORM_BLOCK, false, None, None, None)
-                .expect("BC3 has a standard descriptor");
+    fn new(shape: Shape, levels: u32) -> Self {
+        let Shape {
+            size,
+            layers,
+            planes,
+            ..
+        } = shape;
+        let format = shape.ktx2_format();
+        let (basic, type_size) = dfd::Basic::from_format_with(format, false, None, None, None)
+            .expect("BC formats have a standard descriptor");
         let block = dfd::Block::Basic(basic).to_vec();
         let mut descriptor = (block.len() as u32 + 4).to_le_bytes().to_vec();
         descriptor.extend(block);
@@ -43,19 +90,19 @@ impl Frame {
         let value_start = push_key(&mut keys, CODINGS_KEY, &vec![0; planes * CODING_BYTES]);
 
         let level_bytes: Vec<usize> = (0..levels)
-            .map(|level| planes * layout::level_bytes(layout::mip_size(texture, level)))
+            .map(|level| layers * shape.format.level_bytes(layout::mip_size(size, level)))
             .collect();
         let dfd_offset = Header::LENGTH + LevelIndex::LENGTH * level_bytes.len();
         let keys_offset = dfd_offset + descriptor.len();
         let data_offset = (keys_offset + keys.len()).next_multiple_of(16);
 
         let header = Header {
-            format: Some(Format::BC3_UNORM_BLOCK),
+            format: Some(format),
             type_size,
-            pixel_width: texture[0],
-            pixel_height: texture[1],
+            pixel_width: size[0],
+            pixel_height: size[1],
             pixel_depth: 0,
-            layer_count: planes as u32,
+            layer_count: layers as u32,
             face_count: 1,
             level_count: levels,
             supercompression_scheme: None,
@@ -92,14 +139,21 @@ impl Frame {
     }
 }
 
-pub(super) fn write(image: &WaveletImage, group: usize) -> Vec<u8> {
-    let PlaneGroup { codings, blocks } = &image.groups[group];
+pub(super) fn write(image: &WaveletImage, group: usize, texture: usize) -> Vec<u8> {
+    let group = &image.groups[group];
+    let blocks = &group.textures[texture];
+    let shape = Shape::new(
+        group.packing.formats()[texture],
+        group.texture_size(image.size),
+        group.layers(),
+        group.codings.len(),
+    );
     let Frame {
         head: mut bytes,
         codings: codings_range,
         level_bytes,
-    } = Frame::new(image.texture_size(group), codings.len(), image.levels);
-    let codings: Vec<u8> = codings.iter().flat_map(coding_bytes).collect();
+    } = Frame::new(shape, image.levels);
+    let codings: Vec<u8> = group.codings.iter().flat_map(coding_bytes).collect();
     bytes[codings_range].copy_from_slice(&codings);
     let mut end = blocks.len();
     for length in level_bytes.into_iter().rev() {
@@ -109,13 +163,13 @@ pub(super) fn write(image: &WaveletImage, group: usize) -> Vec<u8> {
     bytes
 }
 
-/// The number of levels (at most `max_levels`) and the planes; or what is wrong.
+/// What a blob holds, with at most `max_levels` levels; or what is wrong with it.
 pub(super) fn read(
     blob: &[u8],
-    texture_size: [u32; 2],
-    planes: usize,
+    shape: Shape,
+    packing: Packing,
     max_levels: u32,
-) -> Result<(u32, PlaneGroup), String> {
+) -> Result<Contents, String> {
     let header = blob
         .first_chunk()
         .ok_or("it is shorter than a KTX2 header")?;
@@ -131,7 +185,7 @@ pub(super) fn read(
         head,
         codings: codings_range,
         level_bytes,
-    } = Frame::new(texture_size, planes, levels);
+    } = Frame::new(shape, levels);
     let data: usize = level_bytes.iter().sum();
     if blob.len() != head.len() + data {
         return Err(format!(
@@ -143,14 +197,15 @@ pub(super) fn read(
     let same = |range: Range<usize>| blob[range.clone()] == head[range];
     if !same(0..codings_range.start) || !same(codings_range.end..head.len()) {
         return Err(format!(
-            "it should be {planes} layers of {} x {} texels in BC3, as `wavelet-tex` writes them",
-            texture_size[0], texture_size[1]
+            "it should be {} layers of {} x {} texels in {:?}, as `wavelet-tex` writes them",
+            shape.layers, shape.size[0], shape.size[1], shape.format
         ));
     }
     let codings = blob[codings_range]
         .chunks_exact(CODING_BYTES)
         .map(|bytes| {
-            read_coding(bytes).ok_or_else(|| format!("its key {CODINGS_KEY} is out of range"))
+            read_coding(bytes, packing)
+                .ok_or_else(|| format!("its key {CODINGS_KEY} is out of range"))
         })
         .collect::<Result<Vec<_>, _>>()?;
     let mut blocks = Vec::with_capacity(data);
@@ -159,7 +214,11 @@ pub(super) fn read(
         blocks.extend(&blob[end - length..end]);
         end -= length;
     }
-    Ok((levels, PlaneGroup { codings, blocks }))
+    Ok(Contents {
+        levels,
+        codings,
+        blocks,
+    })
 }
 
 /// Appends a key and returns where its value begins.
@@ -178,11 +237,16 @@ fn coding_bytes(coding: &PlaneCoding) -> [u8; CODING_BYTES] {
         Transform::Haar => (0.0, 0.0),
         Transform::PartiallyInvertedHaar { w } => (1.0, w),
     };
-    let fields = [
+    let [r, g, b] = coding.centre;
+    let fields: [f32; CODING_FLOATS] = [
         coding.mean_min,
         coding.mean_max,
         coding.range,
         coding.gamma,
+        r,
+        g,
+        b,
+        coding.predictor,
         kind,
         w,
     ];
@@ -196,12 +260,24 @@ fn coding_bytes(coding: &PlaneCoding) -> [u8; CODING_BYTES] {
     bytes
 }
 
-fn read_coding(bytes: &[u8]) -> Option<PlaneCoding> {
+fn read_coding(bytes: &[u8], packing: Packing) -> Option<PlaneCoding> {
     let (fields, []) = bytes.as_chunks::<4>() else {
         return None;
     };
     let fields: Vec<f32> = fields.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    let &[mean_min, mean_max, range, gamma, kind, w] = fields.as_slice() else {
+    let &[
+        mean_min,
+        mean_max,
+        range,
+        gamma,
+        r,
+        g,
+        b,
+        predictor,
+        kind,
+        w,
+    ] = fields.as_slice()
+    else {
         return None;
     };
     let transform = match kind {
@@ -214,7 +290,9 @@ fn read_coding(bytes: &[u8]) -> Option<PlaneCoding> {
         mean_max,
         range,
         gamma,
+        centre: [r, g, b],
+        predictor,
         transform,
     };
-    coding.is_valid().then_some(coding)
+    coding.is_valid(packing).then_some(coding)
 }

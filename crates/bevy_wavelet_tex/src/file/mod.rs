@@ -1,19 +1,21 @@
 //! The `.wtex` file: a small header and, for each group of planes, a KTX2 blob that stands alone.
 //!
-//! One KTX2 has one size, so luma and half-size chroma cannot share it. Each blob is a complete
-//! KTX2 file (BC3, an array layer for each plane, all mips) whose key `wtex.codings` says how its
-//! planes are stored: any KTX2 tool shows the coefficients.
+//! One KTX2 has one size and one format, so luma and smaller chroma cannot share it. Each blob is a
+//! complete KTX2 file (one array layer for each plane, all mips) whose key `wtex.codings` says how
+//! its planes are stored: any KTX2 tool shows the coefficients.
 //!
 //! | bytes | little-endian |
 //! | --- | --- |
 //! | 8 | magic `WTEX\r\n\x1a\n`, which text-mode copies break |
 //! | 2 | version, [`VERSION`] |
-//! | 1 | content: 0 gray, 1 colour, 2 normal |
+//! | 1 | content: 0 gray, 1 colour, 2 normal, 3 colour with alpha |
 //! | 1 | colour space: 0 linear, 1 sRGB |
 //! | 4 + 4 | width, height in pixels |
-//! | 4 | number of groups |
-//! | 4 each | length of each group's KTX2 blob in bytes |
+//! | 4 | number of groups: 1, or 2 with chroma |
+//! | 12 each | of each group: subsampling, packing (its index in [`Packing::ALL`]), two bytes 0, and the length of its one or two KTX2 blobs in bytes (0 for none) |
 //! | the rest | the blobs, one after the other |
+//!
+//! [`Packing::ALL`]: crate::codec::image::Packing::ALL
 
 mod ktx2_blob;
 mod read;
@@ -25,13 +27,16 @@ pub use write::write;
 /// The file name's extension.
 pub const EXTENSION: &str = "wtex";
 
-/// Version that is written, and the newest that is read.
-pub const VERSION: u16 = 1;
+/// Version that is written, and the only one that is read: 1 was never released.
+pub const VERSION: u16 = 2;
 
 const MAGIC: [u8; 8] = *b"WTEX\r\n\x1a\n";
 
-/// Bytes before the lengths of the blobs.
+/// Bytes before the groups.
 const FIXED_HEADER_BYTES: usize = 24;
+
+/// Bytes of the header for each group.
+const GROUP_BYTES: usize = 12;
 
 #[cfg(all(test, feature = "encode"))]
 mod tests;

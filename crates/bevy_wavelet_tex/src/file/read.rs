@@ -2,9 +2,9 @@
 
 use thiserror::Error;
 
-use super::{FIXED_HEADER_BYTES, MAGIC, VERSION, ktx2_blob};
+use super::{FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, VERSION, ktx2_blob};
 use crate::codec::{
-    image::{ColorSpace, Content, WaveletImage},
+    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
     layout::{self, MAX_SIZE},
 };
 
@@ -23,6 +23,9 @@ pub enum ReadError {
          bevy_wavelet_tex or encode the texture again"
     )]
     Version(u16),
+    /// Made before the first release.
+    #[error("file version {0} was never released: encode the texture again")]
+    OldVersion(u16),
     /// The file ends too early.
     #[error("the file is cut short: {needed} bytes are needed for its {part}, it has {available}")]
     Truncated {
@@ -78,7 +81,8 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
 
     let version = u16::from_le_bytes([header[8], header[9]]);
     match version {
-        1..=VERSION => {}
+        VERSION => {}
+        older @ 1..VERSION => return Err(ReadError::OldVersion(older)),
         0 => {
             return Err(ReadError::Field {
                 field: "version",
@@ -91,6 +95,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         0 => Content::Gray,
         1 => Content::Color,
         2 => Content::Normal,
+        3 => Content::ColorAlpha,
         value => {
             return Err(ReadError::Field {
                 field: "content",
@@ -112,23 +117,24 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
     if size.iter().any(|s| !(1..=MAX_SIZE).contains(s)) {
         return Err(ReadError::Size(size));
     }
-    let shapes = content.groups();
     let group_count = u32_at(20);
-    if group_count as usize != shapes.len() {
+    if group_count != 1 + u32::from(content.has_chroma()) {
         return Err(ReadError::Field {
             field: "number of plane groups",
             value: group_count,
         });
     }
-
-    let blobs_start = FIXED_HEADER_BYTES + 4 * shapes.len();
+    let blobs_start = FIXED_HEADER_BYTES + GROUP_BYTES * group_count as usize;
     if bytes.len() < blobs_start {
         return Err(truncated("header", blobs_start as u64));
     }
-    let lengths: Vec<u64> = (0..shapes.len())
-        .map(|i| u32_at(FIXED_HEADER_BYTES + 4 * i).into())
-        .collect();
-    let end = blobs_start as u64 + lengths.iter().sum::<u64>();
+    let entries: Vec<Entry> = bytes[FIXED_HEADER_BYTES..blobs_start]
+        .chunks_exact(GROUP_BYTES)
+        .enumerate()
+        .map(|(group, entry)| Entry::read(entry, group))
+        .collect::<Result<_, _>>()?;
+    let lengths = entries.iter().flat_map(|e| e.lengths);
+    let end = blobs_start as u64 + lengths.map(u64::from).sum::<u64>();
     if end > bytes.len() as u64 {
         return Err(truncated("planes", end));
     }
@@ -136,24 +142,47 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         return Err(ReadError::TrailingBytes(bytes.len() - end as usize));
     }
 
+    let layouts: Vec<(Packing, u32)> = entries.iter().map(|e| (e.packing, e.subsampling)).collect();
+    let most = layout::max_level_count(size, &layouts);
     let mut start = blobs_start;
     let mut levels = None;
-    let mut groups = Vec::with_capacity(shapes.len());
-    for (group, (shape, length)) in shapes.iter().zip(lengths).enumerate() {
-        let blob_error = |reason| ReadError::Blob { group, reason };
-        let blob = &bytes[start..start + length as usize];
-        start += length as usize;
-        let texture = layout::texture_size(layout::plane_size(size, shape.subsampling));
-        let most = layout::max_level_count(size, &[shape.subsampling]);
-        let (group_levels, plane_group) =
-            ktx2_blob::read(blob, texture, shape.planes, most).map_err(blob_error)?;
-        if levels.is_some_and(|levels| levels != group_levels) {
-            return Err(blob_error(format!(
-                "it has {group_levels} mip levels, not as many as the group before"
-            )));
+    let mut groups = Vec::with_capacity(entries.len());
+    for (index, entry) in entries.iter().enumerate() {
+        let error = |reason| ReadError::Blob {
+            group: index,
+            reason,
+        };
+        let planes = match index {
+            0 => content.luma_planes(),
+            _ => 2,
+        };
+        let mut group = PlaneGroup {
+            subsampling: entry.subsampling,
+            packing: entry.packing,
+            codings: Vec::new(),
+            textures: Vec::new(),
+        };
+        let texture_size = group.texture_size(size);
+        for (&format, length) in entry.packing.formats().iter().zip(entry.lengths) {
+            let blob = &bytes[start..start + length as usize];
+            start += length as usize;
+            let layers = entry.packing.layers(planes);
+            let shape = ktx2_blob::Shape::new(format, texture_size, layers, planes);
+            let contents = ktx2_blob::read(blob, shape, entry.packing, most).map_err(error)?;
+            if levels.is_some_and(|levels| levels != contents.levels) {
+                return Err(error(format!(
+                    "it has {} mip levels, not as many as the one before",
+                    contents.levels
+                )));
+            }
+            levels = Some(contents.levels);
+            if !group.codings.is_empty() && group.codings != contents.codings {
+                return Err(error("its textures are stored in different ways".into()));
+            }
+            group.codings = contents.codings;
+            group.textures.push(contents.blocks);
         }
-        levels = Some(group_levels);
-        groups.push(plane_group);
+        groups.push(group);
     }
     Ok(WaveletImage {
         content,
@@ -162,4 +191,48 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         levels: levels.unwrap_or(1),
         groups,
     })
+}
+
+/// What the header says of a group.
+struct Entry {
+    subsampling: u32,
+    packing: Packing,
+    lengths: [u32; 2],
+}
+
+impl Entry {
+    fn read(bytes: &[u8], group: usize) -> Result<Self, ReadError> {
+        let chroma = group > 0;
+        let field = |field, value: u8| ReadError::Field {
+            field,
+            value: value.into(),
+        };
+        let subsampling = bytes[0];
+        if !(if chroma { 1..=2 } else { 0..=0 }).contains(&subsampling) {
+            return Err(field("subsampling", subsampling));
+        }
+        let fits = |packing: &Packing| match packing {
+            Packing::Bc3 | Packing::Bc7 => true,
+            Packing::Split | Packing::Bc4 => !chroma,
+            Packing::Bc1 => chroma,
+        };
+        let packing = Packing::ALL.get(bytes[1] as usize).copied().filter(fits);
+        let packing = packing.ok_or_else(|| field("packing", bytes[1]))?;
+        if let Some(reserved) = bytes[2..4].iter().find(|b| **b != 0) {
+            return Err(field("reserved byte", *reserved));
+        }
+        let length = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| bytes[at + i]));
+        let lengths = [length(4), length(8)];
+        if packing.formats().len() == 1 && lengths[1] != 0 {
+            return Err(ReadError::Field {
+                field: "length of a second texture",
+                value: lengths[1],
+            });
+        }
+        Ok(Self {
+            subsampling: subsampling.into(),
+            packing,
+            lengths,
+        })
+    }
 }

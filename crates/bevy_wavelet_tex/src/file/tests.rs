@@ -2,38 +2,62 @@
 
 use proptest::prelude::*;
 
-use super::{FIXED_HEADER_BYTES, ReadError, read, write};
+use super::{FIXED_HEADER_BYTES, GROUP_BYTES, ReadError, read, write};
 use crate::codec::{
-    encoder::{EncodeSettings, encode},
-    image::{ColorSpace, Content, WaveletImage},
+    encoder::{EncodeSettings, Method, encode},
+    image::{ColorSpace, WaveletImage},
+    rate::Rate,
     search::Effort,
+    source::{Pixels, Source},
 };
 
-fn image(size: [u32; 2], content: Content, mips: bool) -> WaveletImage {
-    let pixels: Vec<[u8; 3]> = (0..size[0] * size[1])
-        .map(|i| [i, i * 7, i * 31].map(|v| (v % 251) as u8))
+fn image(size: [u32; 2], settings: EncodeSettings) -> WaveletImage {
+    let pixels: Vec<[u8; 4]> = (0..size[0] * size[1])
+        .map(|i| [i, i * 7, i * 31, i * 3].map(|v| (v % 251) as u8))
         .collect();
     let settings = EncodeSettings {
-        content,
-        mips,
         color_space: ColorSpace::Linear,
-        effort: Effort::Fast,
+        ..settings
     };
-    encode(&pixels, size, &settings, &|_, _| {}).expect("a good image")
+    encode(
+        &Source::new(size, Pixels::Rgba8(&pixels)),
+        &settings,
+        &|_, _| {},
+    )
+    .expect("a good image")
+}
+
+fn fast(rate: Rate) -> EncodeSettings {
+    EncodeSettings {
+        rate,
+        effort: Effort::Fast,
+        ..EncodeSettings::default()
+    }
 }
 
 fn sample() -> Vec<u8> {
-    write(&image([20, 13], Content::Color, true))
+    write(&image([20, 13], fast(Rate::Color3)))
 }
 
 #[test]
-fn every_content_and_size_comes_back() {
-    for content in [Content::Gray, Content::Color, Content::Normal] {
-        for size in [[1, 1], [1, 9], [8, 8], [33, 20]] {
-            for mips in [false, true] {
-                let image = image(size, content, mips);
-                let back = read(&write(&image)).expect("a good file");
-                assert_eq!(back, image, "{content:?} {size:?}");
+fn every_rate_method_and_size_comes_back() {
+    for rate in Rate::ALL {
+        for alpha in [false, true] {
+            for method in [Method::Best, Method::Thesis] {
+                for size in [[1, 1], [1, 9], [8, 8], [33, 20]] {
+                    for mips in [false, true] {
+                        let settings = EncodeSettings {
+                            mips,
+                            alpha,
+                            method,
+                            effort: Effort::Default,
+                            ..fast(rate)
+                        };
+                        let image = image(size, settings);
+                        let back = read(&write(&image)).expect("a good file");
+                        assert_eq!(back, image, "{settings:?} {size:?}");
+                    }
+                }
             }
         }
     }
@@ -42,8 +66,8 @@ fn every_content_and_size_comes_back() {
 #[test]
 fn a_blob_stands_alone_as_ktx2() {
     let bytes = sample();
-    let length = u32::from_le_bytes(bytes[24..28].try_into().unwrap()) as usize;
-    let blob = &bytes[FIXED_HEADER_BYTES + 8..][..length];
+    let length = u32::from_le_bytes(bytes[28..32].try_into().unwrap()) as usize;
+    let blob = &bytes[FIXED_HEADER_BYTES + 2 * GROUP_BYTES..][..length];
     let reader = ktx2::Reader::new(blob).expect("a KTX2 file");
     assert_eq!(
         reader.writer().map(|w| w.trim_end_matches('\0')),
@@ -73,14 +97,21 @@ fn each_fault_of_the_header_is_named() {
         read(&bytes).expect_err("a bad file").to_string()
     };
     assert!(with(0, b"DDS ").contains("not a wavelet texture"));
-    assert!(with(8, &[2, 0]).contains("version 2 is newer"));
+    assert!(with(8, &[3, 0]).contains("version 3 is newer"));
+    assert!(with(8, &[1, 0]).contains("version 1 was never released"));
     assert!(with(8, &[0, 0]).contains("version is 0"));
     assert!(with(10, &[9]).contains("content is 9"));
     assert!(with(11, &[9]).contains("colour space is 9"));
     assert!(with(12, &u32::MAX.to_le_bytes()).contains("4294967295 x 13"));
     assert!(with(16, &[0; 4]).contains("20 x 0"));
     assert!(with(20, &[7]).contains("plane groups is 7"));
-    assert!(with(24, &u32::MAX.to_le_bytes()).contains("cut short"));
+    assert!(with(24, &[1]).contains("subsampling is 1"));
+    assert!(with(25, &[4]).contains("packing is 4"));
+    assert!(with(25, &[99]).contains("packing is 99"));
+    assert!(with(26, &[5]).contains("reserved byte is 5"));
+    assert!(with(32, &[1]).contains("length of a second texture is 1"));
+    assert!(with(36, &[0]).contains("subsampling is 0"));
+    assert!(with(28, &u32::MAX.to_le_bytes()).contains("cut short"));
     assert!(with(12, &4096u32.to_le_bytes()).contains("bytes long instead of"));
     let mut longer = sample();
     longer.push(0);
@@ -92,6 +123,22 @@ fn each_fault_of_the_header_is_named() {
     );
 }
 
+/// One for each way of storing: each has damages of its own.
+fn samples() -> Vec<Vec<u8>> {
+    let settings = [
+        fast(Rate::Color3),
+        fast(Rate::Gray3),
+        fast(Rate::Color5),
+        EncodeSettings {
+            method: Method::Thesis,
+            effort: Effort::Default,
+            alpha: true,
+            ..fast(Rate::Color2_25)
+        },
+    ];
+    settings.map(|s| write(&image([20, 13], s))).into()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4096))]
 
@@ -99,9 +146,11 @@ proptest! {
     /// and can be decoded.
     #[test]
     fn damaged_bytes_neither_panic_nor_allocate_more_than_the_file(
+        sample in 0usize..4,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
-        let mut bytes = sample();
+        static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> = std::sync::LazyLock::new(samples);
+        let mut bytes = SAMPLES[sample].clone();
         for (at, value) in changes {
             let at = at.index(bytes.len());
             bytes[at] = value;

@@ -1,7 +1,7 @@
 //! Writing a `.wtex` file.
 
 use super::{MAGIC, VERSION, ktx2_blob};
-use crate::codec::image::{ColorSpace, Content, WaveletImage};
+use crate::codec::image::{ColorSpace, Content, Packing, WaveletImage};
 
 /// The bytes of a file; [`super::read`] gives the same image back.
 pub fn write(image: &WaveletImage) -> Vec<u8> {
@@ -9,25 +9,30 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
         Content::Gray => 0,
         Content::Color => 1,
         Content::Normal => 2,
+        Content::ColorAlpha => 3,
     };
     let color_space = match image.color_space {
         ColorSpace::Linear => 0,
         ColorSpace::Srgb => 1,
     };
-    let blobs: Vec<Vec<u8>> = (0..image.groups.len())
-        .map(|group| ktx2_blob::write(image, group))
-        .collect();
-
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION.to_le_bytes());
     bytes.extend([content, color_space]);
     bytes.extend(image.size.iter().flat_map(|s| s.to_le_bytes()));
-    bytes.extend((blobs.len() as u32).to_le_bytes());
-    bytes.extend(
-        blobs
-            .iter()
-            .flat_map(|blob| (blob.len() as u32).to_le_bytes()),
-    );
-    bytes.extend(blobs.iter().flatten());
+    bytes.extend((image.groups.len() as u32).to_le_bytes());
+    let mut blobs = Vec::new();
+    for (index, group) in image.groups.iter().enumerate() {
+        let packing = Packing::ALL.iter().position(|p| *p == group.packing);
+        let packing = packing.expect("ALL has all") as u8;
+        bytes.extend([group.subsampling as u8, packing, 0, 0]);
+        let mut lengths = [0u32; 2];
+        for (texture, length) in lengths.iter_mut().enumerate().take(group.textures.len()) {
+            let blob = ktx2_blob::write(image, index, texture);
+            *length = blob.len() as u32;
+            blobs.extend(blob);
+        }
+        bytes.extend(lengths.iter().flat_map(|l| l.to_le_bytes()));
+    }
+    bytes.extend(blobs);
     bytes
 }

@@ -2,15 +2,21 @@
 
 use bevy::{
     asset::{AssetId, Handle},
-    ecs::system::{SystemParamItem, lifetimeless::SRes},
+    ecs::{
+        resource::Resource,
+        system::{SystemParamItem, lifetimeless::SRes},
+        world::{FromWorld, World},
+    },
     image::Image,
+    platform::collections::HashMap,
     render::{
         render_asset::{PrepareAssetError, RenderAsset, RenderAssets},
         render_resource::{
-            AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, BindingResources,
-            BufferInitDescriptor, BufferUsages, OwnedBindingResource, ShaderStages, ShaderType,
-            TextureSampleType, TextureViewDimension, UnpreparedBindGroup,
-            binding_types::{texture_2d_array, uniform_buffer},
+            AddressMode, AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry,
+            BindingResources, BufferInitDescriptor, BufferUsages, FilterMode, MipmapFilterMode,
+            OwnedBindingResource, Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages,
+            ShaderType, TextureSampleType, TextureViewDimension, UnpreparedBindGroup,
+            binding_types::{self, texture_2d_array, uniform_buffer},
             encase::UniformBuffer,
         },
         renderer::RenderDevice,
@@ -19,15 +25,15 @@ use bevy::{
 };
 
 use super::{
-    extension::{WaveletExtension, WaveletKey},
+    extension::{Map, WaveletAddressMode, WaveletExtension, WaveletKey},
     uniform::{MaterialUniform, TextureUniform},
 };
-use crate::asset::WaveletTexture;
+use crate::asset::{Part, Parts, WaveletTexture};
 
 /// A [`WaveletTexture`] in the render world: its uniform and its images.
 pub struct GpuWaveletTexture {
     uniform: TextureUniform,
-    images: Vec<AssetId<Image>>,
+    images: Parts<AssetId<Image>>,
 }
 
 impl RenderAsset for GpuWaveletTexture {
@@ -42,35 +48,73 @@ impl RenderAsset for GpuWaveletTexture {
     ) -> Result<Self, PrepareAssetError<WaveletTexture>> {
         Ok(Self {
             uniform: TextureUniform::new(&texture),
-            images: texture.images.iter().map(Handle::id).collect(),
+            images: texture.images.as_ref().map(Handle::id),
         })
     }
 }
 
-/// Bindings of the textures, from 101, in the order of `bindings.wgsl`: the slot of the extension
-/// and the image of its texture.
-const TEXTURES: [(Slot, usize); 4] = [
-    (Slot::BaseColor, 0),
-    (Slot::BaseColor, 1),
-    (Slot::Normal, 0),
-    (Slot::Mask, 0),
-];
 const UNIFORM_BINDING: u32 = 100;
+const CHROMA_SAMPLER_BINDING: u32 = 101;
+const COEFFICIENT_SAMPLER_BINDING: u32 = 102;
+const FIRST_TEXTURE_BINDING: u32 = 103;
 
-#[derive(Clone, Copy)]
-enum Slot {
-    BaseColor,
-    Normal,
-    Mask,
+/// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wgsl`: the map, and which of
+/// its texture's images.
+const TEXTURES: [(Map, Part); 14] = [
+    (Map::BaseColor, Part::Luma),
+    (Map::BaseColor, Part::Detail),
+    (Map::BaseColor, Part::Chroma),
+    (Map::Emissive, Part::Luma),
+    (Map::Emissive, Part::Detail),
+    (Map::Emissive, Part::Chroma),
+    (Map::Normal, Part::Luma),
+    (Map::MetallicRoughness, Part::Luma),
+    (Map::MetallicRoughness, Part::Detail),
+    (Map::MetallicRoughness, Part::Chroma),
+    (Map::Occlusion, Part::Luma),
+    (Map::Occlusion, Part::Detail),
+    (Map::Mask, Part::Luma),
+    (Map::Mask, Part::Detail),
+];
+
+/// The samplers of an address mode: made once, shared by all materials.
+#[derive(Resource)]
+pub struct WaveletSamplers(HashMap<WaveletAddressMode, [Sampler; 2]>);
+
+impl WaveletSamplers {
+    /// Those of chroma and of coefficients.
+    fn of(&self, mode: WaveletAddressMode) -> Option<&[Sampler; 2]> {
+        self.0.get(&mode)
+    }
 }
 
-impl WaveletExtension {
-    fn slot(&self, slot: Slot) -> Option<&Handle<WaveletTexture>> {
-        match slot {
-            Slot::BaseColor => self.base_color.as_ref(),
-            Slot::Normal => self.normal.as_ref(),
-            Slot::Mask => self.mask.as_ref(),
-        }
+impl FromWorld for WaveletSamplers {
+    fn from_world(world: &mut World) -> Self {
+        let device = world.resource::<RenderDevice>();
+        let linear = SamplerDescriptor {
+            label: Some("wavelet_chroma"),
+            mag_filter: FilterMode::Linear,
+            min_filter: FilterMode::Linear,
+            ..Default::default()
+        };
+        let samplers = |mode: WaveletAddressMode| {
+            let address = match mode {
+                WaveletAddressMode::Repeat => AddressMode::Repeat,
+                WaveletAddressMode::ClampToEdge => AddressMode::ClampToEdge,
+                WaveletAddressMode::MirrorRepeat => AddressMode::MirrorRepeat,
+            };
+            let coefficients = SamplerDescriptor {
+                label: Some("wavelet_coefficients"),
+                address_mode_u: address,
+                address_mode_v: address,
+                mipmap_filter: MipmapFilterMode::Linear,
+                anisotropy_clamp: 16,
+                ..linear.clone()
+            };
+            let all = [&linear, &coefficients].map(|d| device.create_sampler(d));
+            (mode, all)
+        };
+        Self(WaveletAddressMode::ALL.map(samplers).into_iter().collect())
     }
 }
 
@@ -81,6 +125,7 @@ impl AsBindGroup for WaveletExtension {
         SRes<RenderAssets<GpuWaveletTexture>>,
         SRes<RenderAssets<GpuImage>>,
         SRes<FallbackImage>,
+        SRes<WaveletSamplers>,
     );
 
     fn label() -> &'static str {
@@ -95,26 +140,29 @@ impl AsBindGroup for WaveletExtension {
         &self,
         _: &BindGroupLayout,
         render_device: &RenderDevice,
-        (textures, images, fallback): &mut SystemParamItem<'_, '_, Self::Param>,
+        (textures, images, fallback, samplers): &mut SystemParamItem<'_, '_, Self::Param>,
         _: bool,
     ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
-        let texture = |slot| match self.slot(slot) {
+        let texture = |map| match self.map(map) {
             None => Ok(None),
             Some(handle) => textures
                 .get(handle)
                 .map(Some)
                 .ok_or(AsBindGroupError::RetryNextUpdate),
         };
-        let uniform = |slot| -> Result<TextureUniform, AsBindGroupError> {
-            let uniform = texture(slot)?.map_or_else(TextureUniform::default, |t| t.uniform);
+        let uniform = |map| -> Result<TextureUniform, AsBindGroupError> {
+            let uniform = texture(map)?.map_or_else(TextureUniform::default, |t| t.uniform);
             Ok(uniform.addressed(self.address_mode))
         };
         let mut bytes = UniformBuffer::new(Vec::new());
         bytes
             .write(&MaterialUniform {
-                base_color: uniform(Slot::BaseColor)?,
-                normal: uniform(Slot::Normal)?,
-                mask: uniform(Slot::Mask)?,
+                base_color: uniform(Map::BaseColor)?,
+                emissive: uniform(Map::Emissive)?,
+                normal: uniform(Map::Normal)?,
+                metallic_roughness: uniform(Map::MetallicRoughness)?,
+                occlusion: uniform(Map::Occlusion)?,
+                mask: uniform(Map::Mask)?,
             })
             .expect("a vector grows");
         let buffer = render_device.create_buffer_with_data(&BufferInitDescriptor {
@@ -123,13 +171,23 @@ impl AsBindGroup for WaveletExtension {
             contents: bytes.as_ref(),
         });
 
-        let mut bindings = vec![(UNIFORM_BINDING, OwnedBindingResource::Buffer(buffer))];
-        for (binding, (slot, image)) in (UNIFORM_BINDING + 1..).zip(TEXTURES) {
-            // Gray has no chroma; nothing reads the stand-in.
-            let view = match texture(slot)?.and_then(|texture| texture.images.get(image)) {
+        let [chroma, coefficients] = samplers
+            .of(self.address_mode)
+            .ok_or(AsBindGroupError::RetryNextUpdate)?
+            .clone();
+        let sampler =
+            |sampler| OwnedBindingResource::Sampler(SamplerBindingType::Filtering, sampler);
+        let mut bindings = vec![
+            (UNIFORM_BINDING, OwnedBindingResource::Buffer(buffer)),
+            (CHROMA_SAMPLER_BINDING, sampler(chroma)),
+            (COEFFICIENT_SAMPLER_BINDING, sampler(coefficients)),
+        ];
+        for (binding, (map, part)) in (FIRST_TEXTURE_BINDING..).zip(TEXTURES) {
+            // One pixel stands in for what a map does not have; nothing reads it.
+            let view = match texture(map)?.and_then(|texture| texture.images.part(part)) {
                 Some(image) => {
                     &images
-                        .get(*image)
+                        .get(image)
                         .ok_or(AsBindGroupError::RetryNextUpdate)?
                         .texture_view
                 }
@@ -150,9 +208,16 @@ impl AsBindGroup for WaveletExtension {
             uniform_buffer::<MaterialUniform>(false).build(UNIFORM_BINDING, ShaderStages::FRAGMENT);
         debug_assert!(MaterialUniform::min_size().get() > 0);
         let texture = texture_2d_array(TextureSampleType::Float { filterable: true });
-        let textures = (UNIFORM_BINDING + 1..)
+        let textures = (FIRST_TEXTURE_BINDING..)
             .take(TEXTURES.len())
             .map(|binding| texture.build(binding, ShaderStages::FRAGMENT));
-        std::iter::once(uniform).chain(textures).collect()
+        let samplers = [CHROMA_SAMPLER_BINDING, COEFFICIENT_SAMPLER_BINDING].map(|binding| {
+            binding_types::sampler(SamplerBindingType::Filtering)
+                .build(binding, ShaderStages::FRAGMENT)
+        });
+        std::iter::once(uniform)
+            .chain(samplers)
+            .chain(textures)
+            .collect()
     }
 }

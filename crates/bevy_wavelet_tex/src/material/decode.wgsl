@@ -1,87 +1,162 @@
-// Decoding and filtering of wavelet textures (thesis sections 3.5.3 and 3.6.2).
+// Decoding of wavelet textures (thesis section 3.5.3), one pixel at a time.
 //
-// Every plane is a layer of a BC3 texture whose texel (x, y) holds the coefficients of the pixels
-// (2x, 2y) to (2x + 1, 2y + 1): details in RGB, the mean in A. One `textureLoad` decodes a pixel of
-// a plane; filtering comes after decoding and linearising, never before.
+// A texel (x, y) of a wavelet plane holds the mean and the details of the pixels (2x, 2y) to
+// (2x + 1, 2y + 1). Its neighbours' means foretell a part of the details (codec/predict.rs), the
+// texel holds the rest. `luma`, `detail` and `chroma` are the textures of one `WaveletTexture`;
+// what a packing does not have is never read.
 
 #define_import_path bevy_wavelet_tex::decode
 
-// How the coefficients of one plane are stored. `PlaneUniform` in uniform.rs.
-struct PlaneCoding {
-    // Rows of the matrix from stored details to HL, LH, HH.
-    unmix_hl: vec3<f32>,
-    // Mean that alpha 0 stands for.
-    mean_min: f32,
-    unmix_lh: vec3<f32>,
-    // Alpha 1 stands for mean_min + mean_extent.
-    mean_extent: f32,
-    unmix_hh: vec3<f32>,
-    // Largest stored detail.
-    range: f32,
-    // Exponent that undoes the power curve.
-    inverse_gamma: f32,
+#import bevy_wavelet_tex::types::{
+    ADDRESS_REPEAT,
+    KIND_COLOR,
+    KIND_COLOR_ALPHA,
+    KIND_DECODED,
+    KIND_DECODED_NORMAL,
+    KIND_GRAY,
+    KIND_NORMAL,
+    PACKING_BC1,
+    PACKING_BC3,
+    PACKING_BC4,
+    PACKING_BC7,
+    PACKING_SPLIT,
+    PlaneCoding,
+    WaveletTexture,
+    level_size,
 }
 
-// One texture. `TextureUniform` in uniform.rs.
-struct WaveletTexture {
-    // Width and height of the image, in pixels.
-    size: vec2<u32>,
-    levels: u32,
-    // KIND_*
-    kind: u32,
-    // 1 where values are sRGB-encoded, 0 where they are data.
-    srgb: u32,
-    // ADDRESS_*
-    address: u32,
-    planes: array<PlaneCoding, 3>,
+// The mean (of packings without a wavelet: the value) in a texel.
+fn load_mean(coding: PlaneCoding, packing: u32, texel: vec4<f32>) -> f32 {
+    var stored = texel.r;
+    if packing == PACKING_BC3 {
+        stored = texel.a;
+    } else if packing == PACKING_BC7 {
+        stored = texel.b;
+    }
+    return coding.mean_min + stored * coding.mean_extent;
 }
 
-const KIND_GRAY = 0u;
-const KIND_COLOR = 1u;
-const KIND_NORMAL = 2u;
-// Decoded on load, where the adapter lacks BC: layer 0 holds the pixels, normals as 0.5 + 0.5 n.
-const KIND_DECODED = 3u;
-const KIND_DECODED_NORMAL = 4u;
-
-const ADDRESS_REPEAT = 0u;
-const ADDRESS_CLAMP = 1u;
-const ADDRESS_MIRROR = 2u;
-
-// LL, HL, LH, HH of a stored texel.
-fn coefficients(coding: PlaneCoding, texel: vec4<f32>) -> vec4<f32> {
-    let curved = 2.0 * texel.rgb - 1.0;
+// HL, LH, HH in a texel, to which the prediction is to be added.
+fn load_details(coding: PlaneCoding, packing: u32, texel: vec4<f32>) -> vec3<f32> {
+    var stored = texel.rgb;
+    if packing == PACKING_BC7 {
+        // HH is dropped.
+        stored.b = coding.centre.b;
+    }
+    let curved = 2.0 * (stored - coding.centre);
     let mixed = coding.range * sign(curved) * pow(abs(curved), vec3(coding.inverse_gamma));
-    return vec4(
-        2.0 * (coding.mean_min + texel.a * coding.mean_extent),
+    return vec3(
         dot(coding.unmix_hl, mixed),
         dot(coding.unmix_lh, mixed),
         dot(coding.unmix_hh, mixed),
     );
 }
 
-// The pixel of a quad that a position selects by its parity (Eq. 3.17, with the factor 1/2).
-fn pixel_of_quad(c: vec4<f32>, position: vec2<u32>) -> f32 {
-    let s = 1.0 - 2.0 * vec2<f32>(position & vec2(1u));
-    return 0.5 * dot(c, vec4(1.0, s.x, s.y, s.x * s.y));
-}
-
-// One decoded value of a plane.
-fn plane_pixel(
+fn mean_at(
     plane: texture_2d_array<f32>,
     layer: u32,
     coding: PlaneCoding,
-    position: vec2<u32>,
+    packing: u32,
+    quad: vec2<u32>,
     level: u32,
 ) -> f32 {
-    let texel = textureLoad(plane, position / 2u, layer, level);
-    return pixel_of_quad(coefficients(coding, texel), position);
+    return load_mean(coding, packing, textureLoad(plane, quad, layer, level));
+}
+
+// HL, LH, HH that the means around a quad foretell; the outermost go on beyond the edge.
+// `size` is that of the plane in pixels.
+fn predicted(
+    plane: texture_2d_array<f32>,
+    layer: u32,
+    coding: PlaneCoding,
+    packing: u32,
+    quad: vec2<u32>,
+    size: vec2<u32>,
+    level: u32,
+) -> vec3<f32> {
+    let first = max(quad, vec2(1u)) - 1u;
+    let last = min(quad + 1u, (size + 1u) / 2u - 1u);
+    let left = mean_at(plane, layer, coding, packing, vec2(first.x, quad.y), level);
+    let right = mean_at(plane, layer, coding, packing, vec2(last.x, quad.y), level);
+    let above = mean_at(plane, layer, coding, packing, vec2(quad.x, first.y), level);
+    let below = mean_at(plane, layer, coding, packing, vec2(quad.x, last.y), level);
+    let diagonal = mean_at(plane, layer, coding, packing, first, level)
+        - mean_at(plane, layer, coding, packing, vec2(last.x, first.y), level)
+        - mean_at(plane, layer, coding, packing, vec2(first.x, last.y), level)
+        + mean_at(plane, layer, coding, packing, last, level);
+    return 2.0 * coding.predictor
+        * vec3(left - right, above - below, coding.predictor * diagonal);
+}
+
+// One decoded value of a plane of `size` pixels.
+fn plane_pixel(
+    plane: texture_2d_array<f32>,
+    detail: texture_2d_array<f32>,
+    layer: u32,
+    coding: PlaneCoding,
+    packing: u32,
+    position: vec2<u32>,
+    size: vec2<u32>,
+    level: u32,
+) -> f32 {
+    if packing == PACKING_BC4 {
+        return mean_at(plane, layer, coding, packing, position, level);
+    }
+    let quad = position / 2u;
+    let texel = textureLoad(plane, quad, layer, level);
+    var stored = texel;
+    if packing == PACKING_SPLIT {
+        stored = textureLoad(detail, quad, layer, level);
+    }
+    var details = load_details(coding, packing, stored);
+    if coding.predictor != 0.0 {
+        details += predicted(plane, layer, coding, packing, quad, size, level);
+    }
+    // The pixel that the parity of the position selects (Eq. 3.17, with the factor 1/2).
+    let s = 1.0 - 2.0 * vec2<f32>(position & vec2(1u));
+    return load_mean(coding, packing, texel) + 0.5 * dot(details, vec3(s.x, s.y, s.x * s.y));
+}
+
+// Co and Cg of a texel that the texture unit has filtered, of `PACKING_BC1`.
+fn load_chroma(texture: WaveletTexture, texel: vec4<f32>) -> vec2<f32> {
+    let co = texture.planes[2];
+    let cg = texture.planes[3];
+    return vec2(
+        co.mean_min + 0.5 * (texel.r + texel.b) * co.mean_extent,
+        cg.mean_min + texel.g * cg.mean_extent,
+    );
+}
+
+// Co and Cg at a point of a level, in pixels of luma.
+fn chroma_at(
+    texture: WaveletTexture,
+    chroma: texture_2d_array<f32>,
+    chroma_sampler: sampler,
+    point: vec2<f32>,
+    level: u32,
+) -> vec2<f32> {
+    let step = 1u << texture.subsampling;
+    let size = (level_size(texture, level) + step - 1u) / step;
+    if texture.chroma_packing == PACKING_BC1 {
+        // What fills the last block must not be blended in.
+        let inside = clamp(point / f32(step), vec2(0.5), vec2<f32>(size) - 0.5);
+        let uv = inside / vec2<f32>(textureDimensions(chroma, level));
+        let texel = textureSampleLevel(chroma, chroma_sampler, uv, 0, f32(level));
+        return load_chroma(texture, texel);
+    }
+    let position = vec2<u32>(point) / step;
+    let packing = texture.chroma_packing;
+    return vec2(
+        plane_pixel(chroma, chroma, 0u, texture.planes[2], packing, position, size, level),
+        plane_pixel(chroma, chroma, 1u, texture.planes[3], packing, position, size, level),
+    );
 }
 
 // YCoCg-R without rounding to RGB.
-fn rgb_from_ycocg(y: f32, co: f32, cg: f32) -> vec3<f32> {
-    let t = y - 0.5 * cg;
-    let b = t - 0.5 * co;
-    return vec3(b + co, cg + t, b);
+fn rgb_from_ycocg(y: f32, co_cg: vec2<f32>) -> vec3<f32> {
+    let t = y - 0.5 * co_cg.y;
+    let b = t - 0.5 * co_cg.x;
+    return vec3(b + co_cg.x, co_cg.y + t, b);
 }
 
 // The unit normal whose X and Y these are; shortened to the unit circle where longer.
@@ -99,164 +174,100 @@ fn linear_from_srgb(encoded: vec3<f32>) -> vec3<f32> {
     return select(high, low, encoded <= vec3(0.04045));
 }
 
-// A decoded pixel in linear units: colour, gray in all three, or a normal.
-// `chroma` is read for colour only.
+// Planes to colour in linear units with alpha, gray in all three, or a normal.
+fn assembled(texture: WaveletTexture, luma: vec2<f32>, co_cg: vec2<f32>) -> vec4<f32> {
+    if texture.kind == KIND_NORMAL {
+        return vec4(normal_from_xy(luma), 1.0);
+    }
+    var color = saturate(vec3(luma.x));
+    var alpha = 1.0;
+    if texture.kind != KIND_GRAY {
+        color = saturate(rgb_from_ycocg(luma.x, co_cg));
+    }
+    if texture.kind == KIND_COLOR_ALPHA {
+        alpha = saturate(luma.y);
+    }
+    if texture.srgb != 0u {
+        color = linear_from_srgb(color);
+    }
+    return vec4(color, alpha);
+}
+
+fn has_second_plane(texture: WaveletTexture) -> bool {
+    return texture.kind == KIND_NORMAL || texture.kind == KIND_COLOR_ALPHA;
+}
+
+fn has_chroma(texture: WaveletTexture) -> bool {
+    return texture.kind == KIND_COLOR || texture.kind == KIND_COLOR_ALPHA;
+}
+
+fn is_decoded(texture: WaveletTexture) -> bool {
+    return texture.kind == KIND_DECODED || texture.kind == KIND_DECODED_NORMAL;
+}
+
+// A texel of a texture that was decoded on load.
+fn from_decoded(texture: WaveletTexture, texel: vec4<f32>) -> vec4<f32> {
+    if texture.kind == KIND_DECODED_NORMAL {
+        return vec4(2.0 * texel.rgb - 1.0, 1.0);
+    }
+    if texture.srgb != 0u {
+        return vec4(linear_from_srgb(texel.rgb), texel.a);
+    }
+    return texel;
+}
+
+// A decoded pixel in linear units: colour with alpha, gray in all three, or a normal.
 fn pixel(
     texture: WaveletTexture,
     luma: texture_2d_array<f32>,
+    detail: texture_2d_array<f32>,
     chroma: texture_2d_array<f32>,
+    chroma_sampler: sampler,
     position: vec2<u32>,
     level: u32,
-) -> vec3<f32> {
-    var value: vec3<f32>;
-    switch texture.kind {
-        case KIND_GRAY: {
-            value = vec3(saturate(plane_pixel(luma, 0u, texture.planes[0], position, level)));
-        }
-        case KIND_COLOR: {
-            value = saturate(rgb_from_ycocg(
-                plane_pixel(luma, 0u, texture.planes[0], position, level),
-                plane_pixel(chroma, 0u, texture.planes[1], position / 2u, level),
-                plane_pixel(chroma, 1u, texture.planes[2], position / 2u, level),
-            ));
-        }
-        case KIND_NORMAL: {
-            value = normal_from_xy(vec2(
-                plane_pixel(luma, 0u, texture.planes[0], position, level),
-                plane_pixel(luma, 1u, texture.planes[1], position, level),
-            ));
-        }
-        case KIND_DECODED_NORMAL: {
-            value = 2.0 * textureLoad(luma, position, 0u, level).rgb - 1.0;
-        }
-        default: {
-            value = textureLoad(luma, position, 0u, level).rgb;
-        }
+) -> vec4<f32> {
+    if is_decoded(texture) {
+        return from_decoded(texture, textureLoad(luma, position, 0u, level));
     }
-    if texture.srgb != 0u {
-        value = linear_from_srgb(value);
-    }
-    return value;
-}
-
-// Size of a mip level in pixels.
-fn level_size(texture: WaveletTexture, level: u32) -> vec2<u32> {
-    return max(texture.size >> vec2(level), vec2(1u));
-}
-
-// The pixel inside the image that stands for one outside.
-fn addressed(position: vec2<i32>, size: vec2<u32>, address: u32) -> vec2<u32> {
-    let n = vec2<i32>(size);
-    switch address {
-        case ADDRESS_CLAMP: {
-            return vec2<u32>(clamp(position, vec2(0), n - 1));
-        }
-        case ADDRESS_MIRROR: {
-            let period = 2 * n;
-            let p = ((position % period) + period) % period;
-            return vec2<u32>(min(p, period - 1 - p));
-        }
-        default: {
-            return vec2<u32>(((position % n) + n) % n);
-        }
-    }
-}
-
-// Coordinates far from 0 lose their fraction: whole periods are taken off first.
-fn reduced(uv: vec2<f32>, address: u32) -> vec2<f32> {
-    switch address {
-        case ADDRESS_CLAMP: {
-            return clamp(uv, vec2(-1.0), vec2(2.0));
-        }
-        case ADDRESS_MIRROR: {
-            return uv - 2.0 * floor(0.5 * uv);
-        }
-        default: {
-            return uv - floor(uv);
-        }
-    }
-}
-
-// The nearest pixel of a level.
-fn sample_nearest(
-    texture: WaveletTexture,
-    luma: texture_2d_array<f32>,
-    chroma: texture_2d_array<f32>,
-    uv: vec2<f32>,
-    level: u32,
-) -> vec3<f32> {
     let size = level_size(texture, level);
-    let position = vec2<i32>(floor(reduced(uv, texture.address) * vec2<f32>(size)));
-    return pixel(texture, luma, chroma, addressed(position, size, texture.address), level);
-}
-
-// The four nearest pixels of a level, decoded, linearised, then weighted.
-fn sample_bilinear(
-    texture: WaveletTexture,
-    luma: texture_2d_array<f32>,
-    chroma: texture_2d_array<f32>,
-    uv: vec2<f32>,
-    level: u32,
-) -> vec3<f32> {
-    let size = level_size(texture, level);
-    let centered = reduced(uv, texture.address) * vec2<f32>(size) - 0.5;
-    let first = floor(centered);
-    let weight = centered - first;
-    let p00 = addressed(vec2<i32>(first), size, texture.address);
-    let p11 = addressed(vec2<i32>(first) + 1, size, texture.address);
-    let v00 = pixel(texture, luma, chroma, p00, level);
-    let v10 = pixel(texture, luma, chroma, vec2(p11.x, p00.y), level);
-    let v01 = pixel(texture, luma, chroma, vec2(p00.x, p11.y), level);
-    let v11 = pixel(texture, luma, chroma, p11, level);
-    return mix(mix(v00, v10, weight.x), mix(v01, v11, weight.x), weight.y);
-}
-
-// The level of detail of a footprint, 0 at one pixel per screen pixel; `ddx`, `ddy` are the
-// derivatives of uv, so that they can be taken in uniform control flow.
-fn level_of_detail(texture: WaveletTexture, ddx: vec2<f32>, ddy: vec2<f32>, bias: f32) -> f32 {
-    let size = vec2<f32>(texture.size);
-    let x = ddx * size;
-    let y = ddy * size;
-    let footprint = max(max(dot(x, x), dot(y, y)), 1e-20);
-    return clamp(0.5 * log2(footprint) + bias, 0.0, f32(texture.levels - 1u));
-}
-
-// The value that the top-left fragment of each 2 x 2 quad has, for whole numbers. Hardware takes
-// one level per quad too, and some software drivers misread a `textureLoad` whose level differs
-// within one.
-fn quad_uniform(value: f32, frag_coord: vec2<f32>) -> f32 {
-    let odd = vec2<u32>(frag_coord) & vec2(1u);
-    let row = value - f32(odd.x) * dpdxFine(value);
-    return row - f32(odd.y) * dpdyFine(row);
-}
-
-// A filtered value in linear units; the filter is chosen by WAVELET_FILTER_NEAREST (nearest pixel,
-// nearest level), WAVELET_FILTER_BILINEAR (bilinear, nearest level), or neither: trilinear.
-fn sample(
-    texture: WaveletTexture,
-    luma: texture_2d_array<f32>,
-    chroma: texture_2d_array<f32>,
-    uv: vec2<f32>,
-    frag_coord: vec2<f32>,
-    bias: f32,
-) -> vec3<f32> {
-    let lod = level_of_detail(texture, dpdx(uv), dpdy(uv), bias);
-#ifdef WAVELET_FILTER_NEAREST
-    let level = u32(quad_uniform(round(lod), frag_coord));
-    return sample_nearest(texture, luma, chroma, uv, level);
-#else
-#ifdef WAVELET_FILTER_BILINEAR
-    let level = u32(quad_uniform(round(lod), frag_coord));
-    return sample_bilinear(texture, luma, chroma, uv, level);
-#else
-    let fine = quad_uniform(floor(lod), frag_coord);
-    let coarse = min(fine + 1.0, f32(texture.levels - 1u));
-    let weight = saturate(lod - fine);
-    let value = sample_bilinear(texture, luma, chroma, uv, u32(fine));
-    if weight == 0.0 {
-        return value;
+    let packing = texture.luma_packing;
+    var values = vec2(0.0);
+    values.x = plane_pixel(luma, detail, 0u, texture.planes[0], packing, position, size, level);
+    if has_second_plane(texture) {
+        values.y = plane_pixel(luma, detail, 1u, texture.planes[1], packing, position, size, level);
     }
-    return mix(value, sample_bilinear(texture, luma, chroma, uv, u32(coarse)), weight);
-#endif
-#endif
+    var co_cg = vec2(0.0);
+    if has_chroma(texture) {
+        let centre = vec2<f32>(position) + 0.5;
+        co_cg = chroma_at(texture, chroma, chroma_sampler, centre, level);
+    }
+    return assembled(texture, values, co_cg);
+}
+
+// The pixel of the next mip that the means of a level are without another fetch: that of 2 x 2
+// pixels. Only wavelet packings have it, and `has_next_mip` says whether there are means.
+fn next_mip_pixel(
+    texture: WaveletTexture,
+    luma: texture_2d_array<f32>,
+    chroma: texture_2d_array<f32>,
+    chroma_sampler: sampler,
+    quad: vec2<u32>,
+    level: u32,
+) -> vec4<f32> {
+    let packing = texture.luma_packing;
+    var values = vec2(0.0);
+    values.x = mean_at(luma, 0u, texture.planes[0], packing, quad, level);
+    if has_second_plane(texture) {
+        values.y = mean_at(luma, 1u, texture.planes[1], packing, quad, level);
+    }
+    var co_cg = vec2(0.0);
+    if has_chroma(texture) {
+        let centre = 2.0 * vec2<f32>(quad) + 1.0;
+        co_cg = chroma_at(texture, chroma, chroma_sampler, centre, level);
+    }
+    return assembled(texture, values, co_cg);
+}
+
+fn has_next_mip(texture: WaveletTexture) -> bool {
+    return !is_decoded(texture) && texture.luma_packing != PACKING_BC4;
 }

@@ -23,10 +23,16 @@ pub type WaveletStandardMaterial = ExtendedMaterial<StandardMaterial, WaveletExt
 /// keeps all its own fields: leave its textures for the same maps empty.
 #[derive(Asset, Clone, Debug, Default, TypePath)]
 pub struct WaveletExtension {
-    /// Multiplies the base colour. Gray or colour.
+    /// Multiplies the base colour, and its alpha where the texture has one. Gray or colour.
     pub base_color: Option<Handle<WaveletTexture>>,
+    /// Multiplies the emissive colour, which is black by default. Gray or colour.
+    pub emissive: Option<Handle<WaveletTexture>>,
     /// Normal map in tangent space, +Y up. The mesh needs tangents.
     pub normal: Option<Handle<WaveletTexture>>,
+    /// Multiplies roughness by G and metallic by B, as in glTF. Colour, linear.
+    pub metallic_roughness: Option<Handle<WaveletTexture>>,
+    /// Share of indirect light that arrives, in R. Gray, linear.
+    pub occlusion: Option<Handle<WaveletTexture>>,
     /// Multiplies the base colour's alpha; for `AlphaMode::Mask` and blending. Gray, linear.
     pub mask: Option<Handle<WaveletTexture>>,
     /// How the textures are filtered. Default: trilinear.
@@ -36,15 +42,27 @@ pub struct WaveletExtension {
 }
 
 /// How decoded pixels are filtered, from cheapest to smoothest.
+///
+/// A decoded pixel costs nine fetches of luma (one where the texture was encoded with
+/// `Method::OneFetch`, or in BC4) and one of chroma.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 pub enum WaveletFilter {
-    /// Nearest pixel of the nearest mip: one fetch for each plane.
+    /// Nearest pixel of the nearest mip.
     Nearest,
+    /// Nearest pixel of two mips.
+    NearestMipLinear,
     /// Four pixels of the nearest mip.
     Bilinear,
+    /// Four pixels of one mip; the next one is taken from the means that they hold (thesis section
+    /// 3.5.3), so hand-made mips are ignored between levels, and sRGB is averaged as it is encoded.
+    OneFetchTrilinear,
     /// Four pixels of two mips.
     #[default]
     Trilinear,
+    /// As trilinear where the texture is magnified; seen at an angle, the texture unit filters the
+    /// means with up to 16 samples (thesis section 3.6.3). For textures whose sides are multiples of
+    /// 8 times a power of two; others are filtered as by `Trilinear`.
+    Anisotropic,
 }
 
 /// What is seen outside of `[0, 1]`, as in wgpu's `AddressMode`.
@@ -59,21 +77,71 @@ pub enum WaveletAddressMode {
     MirrorRepeat,
 }
 
+impl WaveletAddressMode {
+    pub(super) const ALL: [Self; 3] = [Self::Repeat, Self::ClampToEdge, Self::MirrorRepeat];
+}
+
 /// What a pipeline of the extension is specialised for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WaveletKey {
-    base_color: bool,
-    normal: bool,
-    mask: bool,
+    /// One for each map, in the order of [`Map::ALL`].
+    maps: [bool; 6],
     filter: WaveletFilter,
 }
 
+/// A map of the material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Map {
+    BaseColor,
+    Emissive,
+    Normal,
+    MetallicRoughness,
+    Occlusion,
+    Mask,
+}
+
+impl Map {
+    pub(super) const ALL: [Self; 6] = [
+        Self::BaseColor,
+        Self::Emissive,
+        Self::Normal,
+        Self::MetallicRoughness,
+        Self::Occlusion,
+        Self::Mask,
+    ];
+
+    fn shader_def(self) -> &'static str {
+        match self {
+            Self::BaseColor => "WAVELET_BASE_COLOR",
+            Self::Emissive => "WAVELET_EMISSIVE",
+            Self::Normal => "WAVELET_NORMAL",
+            Self::MetallicRoughness => "WAVELET_METALLIC_ROUGHNESS",
+            Self::Occlusion => "WAVELET_OCCLUSION",
+            Self::Mask => "WAVELET_MASK",
+        }
+    }
+}
+
 impl WaveletExtension {
+    pub(super) fn map(&self, map: Map) -> Option<&Handle<WaveletTexture>> {
+        match map {
+            Map::BaseColor => self.base_color.as_ref(),
+            Map::Emissive => self.emissive.as_ref(),
+            Map::Normal => self.normal.as_ref(),
+            Map::MetallicRoughness => self.metallic_roughness.as_ref(),
+            Map::Occlusion => self.occlusion.as_ref(),
+            Map::Mask => self.mask.as_ref(),
+        }
+    }
+
+    /// The textures that are in use.
+    pub fn textures(&self) -> impl Iterator<Item = &Handle<WaveletTexture>> {
+        Map::ALL.into_iter().filter_map(|map| self.map(map))
+    }
+
     pub(super) fn key(&self) -> WaveletKey {
         WaveletKey {
-            base_color: self.base_color.is_some(),
-            normal: self.normal.is_some(),
-            mask: self.mask.is_some(),
+            maps: Map::ALL.map(|map| self.map(map).is_some()),
             filter: self.filter,
         }
     }
@@ -81,22 +149,19 @@ impl WaveletExtension {
 
 impl WaveletKey {
     fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
-        [
-            (self.base_color, "WAVELET_BASE_COLOR"),
-            (self.normal, "WAVELET_NORMAL"),
-            (self.mask, "WAVELET_MASK"),
-            (
-                self.filter == WaveletFilter::Nearest,
-                "WAVELET_FILTER_NEAREST",
-            ),
-            (
-                self.filter == WaveletFilter::Bilinear,
-                "WAVELET_FILTER_BILINEAR",
-            ),
-        ]
-        .into_iter()
-        .filter(|(wanted, _)| *wanted)
-        .map(|(_, def)| def.into())
+        let maps = Map::ALL.into_iter().zip(self.maps);
+        let maps = maps
+            .filter(|(_, used)| *used)
+            .map(|(map, _)| map.shader_def());
+        let filter = match self.filter {
+            WaveletFilter::Nearest => Some("WAVELET_FILTER_NEAREST"),
+            WaveletFilter::NearestMipLinear => Some("WAVELET_FILTER_NEAREST_MIP_LINEAR"),
+            WaveletFilter::Bilinear => Some("WAVELET_FILTER_BILINEAR"),
+            WaveletFilter::OneFetchTrilinear => Some("WAVELET_FILTER_ONE_FETCH"),
+            WaveletFilter::Trilinear => None,
+            WaveletFilter::Anisotropic => Some("WAVELET_FILTER_ANISOTROPIC"),
+        };
+        maps.chain(filter).map(Into::into)
     }
 }
 

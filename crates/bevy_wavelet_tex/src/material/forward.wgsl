@@ -30,6 +30,16 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let uv = (pbr_bindings::material.uv_transform * vec3(in.uv, 1.0)).xy;
     pbr_input.material.base_color *=
         bindings::base_color_factor(uv, in.position.xy, view.mip_bias);
+    let emissive = bindings::emissive_factor(uv, in.position.xy, view.mip_bias);
+    pbr_input.material.emissive =
+        vec4(pbr_input.material.emissive.rgb * emissive, pbr_input.material.emissive.a);
+    let roughness_metallic =
+        bindings::roughness_metallic_factor(uv, in.position.xy, view.mip_bias);
+    pbr_input.material.perceptual_roughness *= roughness_metallic.x;
+    pbr_input.material.metallic *= roughness_metallic.y;
+    // As Bevy does with screen-space occlusion: the darker of the two.
+    let occlusion = bindings::occlusion(uv, in.position.xy, view.mip_bias);
+    pbr_input.diffuse_occlusion = min(pbr_input.diffuse_occlusion, vec3(occlusion));
 
 #ifdef WAVELET_NORMAL
 #ifdef VERTEX_TANGENTS

@@ -1,4 +1,4 @@
-//! What the shader must know of the textures; the same names in `decode.wgsl` and `bindings.wgsl`.
+//! What the shader must know of the textures; the same names in `types.wgsl` and `bindings.wgsl`.
 
 use bevy::{
     math::{UVec2, Vec3},
@@ -9,7 +9,7 @@ use super::extension::WaveletAddressMode;
 use crate::{
     asset::{WaveletStorage, WaveletTexture},
     codec::{
-        image::{ColorSpace, Content},
+        image::{ColorSpace, Content, Packing},
         quantizer::PlaneCoding,
     },
 };
@@ -18,11 +18,14 @@ use crate::{
 #[derive(Clone, Copy, Default, ShaderType)]
 pub(super) struct MaterialUniform {
     pub(super) base_color: TextureUniform,
+    pub(super) emissive: TextureUniform,
     pub(super) normal: TextureUniform,
+    pub(super) metallic_roughness: TextureUniform,
+    pub(super) occlusion: TextureUniform,
     pub(super) mask: TextureUniform,
 }
 
-/// `WaveletTexture` in `decode.wgsl`.
+/// `WaveletTexture` in `types.wgsl`.
 #[derive(Clone, Copy, Default, ShaderType)]
 pub(super) struct TextureUniform {
     size: UVec2,
@@ -30,10 +33,14 @@ pub(super) struct TextureUniform {
     kind: u32,
     srgb: u32,
     address: u32,
-    planes: [PlaneUniform; 3],
+    luma_packing: u32,
+    chroma_packing: u32,
+    subsampling: u32,
+    whole: u32,
+    planes: [PlaneUniform; 4],
 }
 
-/// `PlaneCoding` in `decode.wgsl`.
+/// `PlaneCoding` in `types.wgsl`.
 #[derive(Clone, Copy, Default, ShaderType)]
 struct PlaneUniform {
     unmix_hl: Vec3,
@@ -42,7 +49,9 @@ struct PlaneUniform {
     mean_extent: f32,
     unmix_hh: Vec3,
     range: f32,
+    centre: Vec3,
     inverse_gamma: f32,
+    predictor: f32,
 }
 
 impl TextureUniform {
@@ -51,20 +60,38 @@ impl TextureUniform {
             (WaveletStorage::Blocks, Content::Gray) => 0,
             (WaveletStorage::Blocks, Content::Color) => 1,
             (WaveletStorage::Blocks, Content::Normal) => 2,
-            (WaveletStorage::Decoded, Content::Gray | Content::Color) => 3,
-            (WaveletStorage::Decoded, Content::Normal) => 4,
+            (WaveletStorage::Blocks, Content::ColorAlpha) => 3,
+            (WaveletStorage::Decoded, Content::Normal) => 5,
+            (WaveletStorage::Decoded, _) => 4,
         };
         let srgb = texture.color_space == ColorSpace::Srgb && texture.content != Content::Normal;
-        let mut planes = [PlaneUniform::default(); 3];
-        for (plane, coding) in planes.iter_mut().zip(&texture.codings) {
+        let [luma, chroma @ ..] = texture.groups.as_slice() else {
+            return Self::default();
+        };
+        let chroma = chroma.first();
+        let mut planes = [PlaneUniform::default(); 4];
+        let codings = luma.codings.iter();
+        for (plane, coding) in planes.iter_mut().zip(codings) {
             *plane = PlaneUniform::new(coding);
         }
+        let codings = chroma.iter().flat_map(|group| &group.codings);
+        for (plane, coding) in planes[2..].iter_mut().zip(codings) {
+            *plane = PlaneUniform::new(coding);
+        }
+        let packing = |packing: Packing| {
+            let mut all = Packing::ALL.iter();
+            all.position(|p| *p == packing).expect("ALL has all") as u32
+        };
         Self {
             size: texture.size.into(),
             levels: texture.levels,
             kind,
             srgb: srgb.into(),
             address: 0,
+            luma_packing: packing(luma.packing),
+            chroma_packing: chroma.map_or(0, |group| packing(group.packing)),
+            subsampling: chroma.map_or(0, |group| group.subsampling),
+            whole: texture.is_whole().into(),
             planes,
         }
     }
@@ -89,7 +116,9 @@ impl PlaneUniform {
             mean_extent: coding.mean_max - coding.mean_min,
             unmix_hh,
             range: coding.range,
+            centre: coding.centre.into(),
             inverse_gamma: 1.0 / coding.gamma,
+            predictor: coding.predictor,
         }
     }
 }

@@ -13,14 +13,14 @@ pub struct Difference {
     /// Whether luma was compared (YCoCg's Y, as the thesis does), since one is gray.
     luma: bool,
     /// Mean squared error of the channels, in 8-bit units squared.
-    mse: f64,
+    pub mse: f64,
     /// Infinite when identical, which JSON writes as null.
-    psnr_db: f64,
+    pub psnr_db: f64,
     /// In 8-bit units.
     max_error: f64,
     /// Of normal maps only, in degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
-    mean_angle_degrees: Option<f64>,
+    pub mean_angle_degrees: Option<f64>,
 }
 
 /// Compares two files.
@@ -61,6 +61,8 @@ impl Difference {
     /// Of pictures of one size; with the angle if one says that it is a normal map, or `normal`.
     pub fn between(a: &Picture, b: &Picture, normal: bool) -> Self {
         let luma = a.is_gray() != b.is_gray();
+        // Alpha counts where both have it.
+        let channels = if a.has_alpha && b.has_alpha { 4 } else { 3 };
         let pairs = || a.pixels.iter().zip(&b.pixels);
         let (mut sum, mut max_error) = (0.0, 0.0_f64);
         let mut add = |error: f64| {
@@ -71,11 +73,11 @@ impl Difference {
             if luma {
                 add(luma_of(a) - luma_of(b));
             } else {
-                (0..3).for_each(|i| add(f64::from(a[i]) - f64::from(b[i])));
+                (0..channels).for_each(|i| add(f64::from(a[i]) - f64::from(b[i])));
             }
         }
-        let channels = if luma { 1.0 } else { 3.0 };
-        let mse = sum / (channels * a.pixels.len() as f64);
+        let values = if luma { 1 } else { channels } * a.pixels.len();
+        let mse = sum / values as f64;
         let normal = normal || [a, b].iter().any(|p| p.content == Content::Normal);
         let mean_angle_degrees = (normal && !luma).then(|| {
             let angles = pairs().map(|(a, b)| angle(unit(a), unit(b)));
@@ -105,13 +107,14 @@ impl Difference {
 }
 
 /// YCoCg's Y in 8-bit units.
-fn luma_of(pixel: &[u8; 3]) -> f64 {
-    ycocg_from_rgb(pixel.map(f32::from)).y.into()
+fn luma_of(pixel: &[u8; 4]) -> f64 {
+    let [r, g, b, _] = pixel.map(f32::from);
+    ycocg_from_rgb([r, g, b]).y.into()
 }
 
 /// The normal that a pixel stands for; zero has no direction and is taken as up.
-fn unit(pixel: &[u8; 3]) -> [f64; 3] {
-    let v = pixel.map(|v| f64::from(v) / 127.5 - 1.0);
+fn unit(pixel: &[u8; 4]) -> [f64; 3] {
+    let v = [0, 1, 2].map(|i: usize| f64::from(pixel[i]) / 127.5 - 1.0);
     let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
     if length > 1e-6 {
         v.map(|v| v / length)

@@ -1,26 +1,48 @@
 //! `wavelet-tex decode`.
 
-use crate::{args::DecodeArgs, error::Error, files, picture::Picture};
+use bevy_wavelet_tex::file;
 
-/// Decodes one level to a PNG; one line about it.
-pub fn run(args: &DecodeArgs) -> Result<String, Error> {
-    files::check_output(&args.input, &args.output, "png")?;
-    let texture = files::read_texture(&args.input)?;
-    if args.level >= texture.levels {
-        return Err(Error::file(
-            &args.input,
-            format_args!(
-                "there is no level {}: its levels are 0 to {}",
-                args.level,
-                texture.levels - 1
-            ),
-        ));
-    }
-    let picture = Picture::from_texture(&texture, args.level);
-    picture.write_png(&args.output)?;
-    let [width, height] = picture.size;
-    Ok(format!(
-        "{}: {width} x {height} pixels",
-        args.output.display()
-    ))
+use crate::{
+    Report,
+    args::DecodeArgs,
+    batch,
+    error::Error,
+    files,
+    inputs::{self, Destination, Taken},
+    picture::Picture,
+};
+
+/// Decodes one level of each texture to a PNG; a line about each.
+pub fn run(args: &DecodeArgs) -> Result<Report, Error> {
+    let (named, out) = match (args.inputs.as_slice(), &args.out) {
+        ([one @ .., last], None)
+            if one.len() == 1 && !inputs::has_extension(last, &[file::EXTENSION]) =>
+        {
+            (one, Some(last.as_path()))
+        }
+        (all, out) => (all, out.as_deref()),
+    };
+    let destination = Destination::new(out, inputs::is_single(named), "png")?;
+    let inputs = inputs::expand(named, &[file::EXTENSION])?;
+    let mut taken = Taken::default();
+    let (lines, result) = batch::run(&inputs, |input, _| {
+        let output = destination.of(input, "png")?;
+        taken.take(&output, &input.path)?;
+        let texture = files::read_texture(&input.path)?;
+        if args.level >= texture.levels {
+            return Err(Error::file(
+                &input.path,
+                format_args!(
+                    "there is no level {}: its levels are 0 to {}",
+                    args.level,
+                    texture.levels - 1
+                ),
+            ));
+        }
+        let picture = Picture::from_texture(&texture, args.level);
+        picture.write_png(&output)?;
+        let [width, height] = picture.size;
+        Ok(format!("{}: {width} x {height} pixels", output.display()))
+    });
+    Ok((lines.join("\n"), result))
 }

@@ -1,64 +1,234 @@
 //! `wavelet-tex encode`.
 
-use std::time::{Duration, Instant};
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use bevy_wavelet_tex::{
     codec::{
         encoder::{EncodeSettings, encode},
-        image::{ColorSpace, Content},
+        image::WaveletImage,
+        source::Source,
     },
     file,
 };
-use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
 
-use crate::{args::EncodeArgs, compare::Difference, error::Error, files, picture::Picture};
+use crate::{
+    Report,
+    args::{EncodeArgs, How, Role, Wish, name},
+    batch,
+    compare::Difference,
+    error::Error,
+    files, gltf,
+    inputs::{self, Destination, Input, Taken},
+    picture::Picture,
+};
 
-/// Encodes a PNG; one line about the result.
-pub fn run(args: &EncodeArgs) -> Result<String, Error> {
-    args.check()?;
-    let output = match &args.output {
-        Some(output) => output.clone(),
-        None => args.input.with_extension(file::EXTENSION),
+/// What became of a file.
+#[derive(Serialize)]
+struct Row {
+    input: PathBuf,
+    output: PathBuf,
+    content: &'static str,
+    packing: &'static str,
+    size: [u32; 2],
+    levels: u32,
+    bpp: f64,
+    bytes: usize,
+    psnr_db: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mean_angle_degrees: Option<f64>,
+    encode_s: f64,
+    #[serde(skip)]
+    quality: String,
+}
+
+impl Row {
+    fn text(&self) -> String {
+        let [width, height] = self.size;
+        format!(
+            "{}: {width} x {height} pixels, {:.2} bpp, {} bytes, {}, {:.2} s",
+            self.output.display(),
+            self.bpp,
+            self.bytes,
+            self.quality,
+            self.encode_s,
+        )
+    }
+}
+
+/// Encodes PNGs; a line about each.
+pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
+    args.how.check()?;
+    let (named, out) = split_output(&args.inputs, args.out.as_deref());
+    let single = inputs::is_single(named) && !inputs::has_extension(&named[0], gltf::EXTENSIONS);
+    let destination = Destination::new(out, single, file::EXTENSION)?;
+    let inputs = inputs::expand(named, &["png"])?;
+    let mut taken = Taken::default();
+    let (rows, result) = batch::run(&inputs, |input, _| {
+        if inputs::has_extension(&input.path, gltf::EXTENSIONS) {
+            return gltf_images(input, args, &destination, &mut taken);
+        }
+        let output = destination.of(input, file::EXTENSION)?;
+        taken.take(&output, &input.path)?;
+        let picture = Picture::read_png(&input.path)?;
+        Ok(vec![encode_one(&input.path, &picture, None, args, output)?])
+    });
+    let rows: Vec<Row> = rows.into_iter().flatten().collect();
+    let text = if args.json {
+        serde_json::to_string_pretty(&rows).expect("plain data")
+    } else {
+        rows.iter().map(Row::text).collect::<Vec<_>>().join("\n")
     };
-    files::check_output(&args.input, &output, file::EXTENSION)?;
-    let source = Picture::read_png(&args.input)?;
+    Ok((text, result))
+}
 
-    let content = args.content(source.is_gray());
-    let linear = args.linear || content == Content::Normal;
-    let settings = EncodeSettings {
-        content,
-        color_space: if linear {
-            ColorSpace::Linear
-        } else {
-            ColorSpace::Srgb
-        },
-        mips: !args.no_mips,
-        effort: args.effort(),
+/// The inputs, and the output among them or named.
+fn split_output<'a>(
+    named: &'a [PathBuf],
+    out: Option<&'a Path>,
+) -> (&'a [PathBuf], Option<&'a Path>) {
+    match (named, out) {
+        ([inputs @ .., last], None)
+            if inputs.len() == 1 && inputs::has_extension(last, &[file::EXTENSION]) =>
+        {
+            (inputs, Some(last))
+        }
+        _ => (named, out),
+    }
+}
+
+fn encode_one(
+    input: &Path,
+    picture: &Picture,
+    role: Option<Role>,
+    args: &EncodeArgs,
+    output: PathBuf,
+) -> Result<Row, Error> {
+    let wish = args.how.wish(picture.is_gray(), role)?;
+    let reduced;
+    let picture = match args.how.max_size {
+        Some(most) if picture.size.iter().any(|s| *s > most) => {
+            reduced = picture.reduced(most, wish.color_space());
+            &reduced
+        }
+        _ => picture,
     };
-    // Hidden by indicatif where standard error is no terminal.
-    let bar = ProgressBar::no_length().with_style(
-        ProgressStyle::with_template("{spinner} {bar:40} {pos} of {len} mip levels of planes")
-            .expect("a good template"),
-    );
-    bar.enable_steady_tick(Duration::from_millis(100));
     let start = Instant::now();
-    let texture = encode(&source.pixels, source.size, &settings, &|_, parts| {
+    let texture = encoded(input, picture, wish, &args.how, !args.no_mips)?;
+    let encode_s = start.elapsed().as_secs_f64();
+    let bytes = file::write(&texture);
+    files::write(&output, &bytes)?;
+    let difference = Difference::between(picture, &Picture::from_texture(&texture, 0), false);
+    if let Some(wanted) = wish.min_psnr_db
+        && difference.psnr_db < wanted
+    {
+        warn(
+            input,
+            &format!(
+                "the largest rate reaches {:.2} dB, not {wanted}",
+                difference.psnr_db
+            ),
+        );
+    }
+    Ok(Row {
+        input: input.to_path_buf(),
+        output,
+        content: name(texture.content),
+        packing: texture.groups[0].packing.name(),
+        size: texture.size,
+        levels: texture.levels,
+        bpp: texture.bits_per_pixel(),
+        bytes: bytes.len(),
+        psnr_db: difference.psnr_db,
+        mean_angle_degrees: difference.mean_angle_degrees,
+        encode_s,
+        quality: difference.quality(),
+    })
+}
+
+fn encoded(
+    path: &Path,
+    picture: &Picture,
+    wish: Wish,
+    how: &How,
+    mips: bool,
+) -> Result<WaveletImage, Error> {
+    if !how.alpha && picture.is_transparent() {
+        warn(
+            path,
+            "the image has transparent pixels; alpha is dropped (--alpha keeps it)",
+        );
+    }
+    let settings = EncodeSettings {
+        rate: wish.rate,
+        min_psnr_db: wish.min_psnr_db,
+        alpha: how.alpha,
+        color_space: wish.color_space(),
+        mips,
+        effort: how.effort(),
+        method: how.method(),
+    };
+    let bar = batch::bar("mip levels");
+    let source = Source::new(picture.size, picture.source());
+    let texture = encode(&source, &settings, &|_, parts| {
         bar.set_length(parts as u64);
         bar.inc(1);
     });
-    let seconds = start.elapsed().as_secs_f64();
     bar.finish_and_clear();
-    let texture = texture.map_err(|e| Error::file(&args.input, e))?;
+    texture.map_err(|e| Error::file(path, e))
+}
 
-    let bytes = file::write(&texture);
-    files::write(&output, &bytes)?;
-    let difference = Difference::between(&source, &Picture::from_texture(&texture, 0), false);
-    let [width, height] = texture.size;
-    Ok(format!(
-        "{}: {width} x {height} pixels, {:.2} bpp, {} bytes, {}, {seconds:.2} s",
-        output.display(),
-        texture.bits_per_pixel(),
-        bytes.len(),
-        difference.quality(),
-    ))
+/// All images of a glTF file that its materials use, each by its role.
+fn gltf_images(
+    input: &Input,
+    args: &EncodeArgs,
+    destination: &Destination,
+    taken: &mut Taken,
+) -> Result<Vec<Row>, Error> {
+    let mut rows = Vec::new();
+    for image in gltf::images(&input.path)? {
+        // As `WaveletGltf` looks for it.
+        let name = |path: &Path| {
+            // `with_extension` would take the texture's number for one.
+            let mut name = path.as_os_str().to_os_string();
+            name.push(format!(".Texture{}.{}", image.index, file::EXTENSION));
+            PathBuf::from(name)
+        };
+        let named = Input {
+            path: name(&input.path),
+            relative: name(&input.relative),
+        };
+        let output = match &image.file {
+            // An image of its own keeps its name, and is one for all glTF files that use it.
+            Some(path) => {
+                let own = Input {
+                    path: path.clone(),
+                    relative: input
+                        .relative
+                        .with_file_name(path.file_name().unwrap_or_default()),
+                };
+                destination.of(&own, file::EXTENSION)?
+            }
+            None => destination.named(&named)?,
+        };
+        let label = format!("{} texture {}", input.path.display(), image.index);
+        taken.take(&output, Path::new(&label))?;
+        let picture = Picture::from_png(Path::new(&label), image.png)?;
+        rows.push(encode_one(
+            Path::new(&label),
+            &picture,
+            Some(image.role),
+            args,
+            output,
+        )?);
+    }
+    Ok(rows)
+}
+
+fn warn(path: &Path, problem: &str) {
+    let _ = writeln!(io::stderr(), "warning: {}: {problem}", path.display());
 }

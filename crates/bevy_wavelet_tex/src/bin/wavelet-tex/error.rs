@@ -19,9 +19,21 @@ pub enum Error {
         /// What, and the remedy where there is one.
         problem: String,
     },
+    /// Some of many files failed.
+    #[error("{} of {of} files failed:{}", .failed.len(), listed(.failed))]
+    Batch {
+        /// Their failures.
+        failed: Vec<Error>,
+        /// Files there were.
+        of: usize,
+    },
     /// The arguments do not make sense together.
     #[error("{0}\n\nFor more information, try '--help'.")]
     Usage(String),
+}
+
+fn listed(errors: &[Error]) -> String {
+    errors.iter().map(|error| format!("\n  {error}")).collect()
 }
 
 impl Error {
@@ -35,7 +47,7 @@ impl Error {
     /// 1 for failures, 2 for usage, as clap has it.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::File { .. } => ExitCode::from(1),
+            Self::File { .. } | Self::Batch { .. } => ExitCode::from(1),
             Self::Usage(_) => ExitCode::from(2),
         }
     }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use bevy_wavelet_tex::{
     codec::{
         haar::Transform,
-        image::{ColorSpace, Content, WaveletImage},
+        image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
         quantizer::PlaneCoding,
     },
     file,
@@ -13,14 +13,17 @@ use bevy_wavelet_tex::{
 use serde::Serialize;
 
 use crate::{
+    Report,
     args::{InfoArgs, name},
+    batch,
     error::Error,
-    files,
+    files, inputs,
 };
 
 /// Everything but the blocks.
 #[derive(Serialize)]
 struct Info {
+    file: String,
     version: u16,
     content: &'static str,
     color_space: &'static str,
@@ -37,39 +40,64 @@ struct Info {
 #[derive(Serialize)]
 struct PlaneInfo {
     name: &'static str,
-    /// What alpha 0 and 1 stand for, in units of the plane.
+    packing: &'static str,
+    /// Width and height in pixels.
+    size: [u32; 2],
+    /// What 0 and 1 stand for, in units of the plane.
     mean_range: [f32; 2],
+    /// How the details are stored; only of wavelet packings.
+    #[serde(flatten)]
+    details: Option<DetailInfo>,
+}
+
+#[derive(Serialize)]
+struct DetailInfo {
     /// Largest stored detail, in units of the plane.
     detail_range: f32,
     gamma: f32,
+    predictor: f32,
     transform: &'static str,
     /// Weight of HH; only of the partially inverted Haar transform.
     w: Option<f32>,
 }
 
-/// Describes a texture.
-pub fn run(args: &InfoArgs) -> Result<String, Error> {
-    let bytes = files::read(&args.file)?;
-    let texture = file::read(&bytes).map_err(|e| Error::file(&args.file, e))?;
-    // The reader has checked it and has no further use for it.
-    let version = u16::from_le_bytes([bytes[8], bytes[9]]);
-    let info = Info::new(&texture, version);
-    if args.json {
-        return Ok(serde_json::to_string_pretty(&info).expect("plain data"));
-    }
-    Ok(format!("{}: {}", args.file.display(), info.text()))
+/// Describes textures.
+pub fn run(args: &InfoArgs) -> Result<Report, Error> {
+    let inputs = inputs::expand(&args.inputs, &[file::EXTENSION])?;
+    let (infos, result) = batch::run(&inputs, |input, _| {
+        let bytes = files::read(&input.path)?;
+        let texture = file::read(&bytes).map_err(|e| Error::file(&input.path, e))?;
+        Ok(Info::new(input.path.display().to_string(), &texture))
+    });
+    let text = match infos.as_slice() {
+        [] => String::new(),
+        [one] if args.json && inputs::is_single(&args.inputs) => {
+            serde_json::to_string_pretty(one).expect("plain data")
+        }
+        all if args.json => serde_json::to_string_pretty(all).expect("plain data"),
+        all => all.iter().map(Info::text).collect::<Vec<_>>().join("\n\n"),
+    };
+    Ok((text, result))
 }
 
 impl Info {
-    fn new(texture: &WaveletImage, version: u16) -> Self {
+    fn new(file: String, texture: &WaveletImage) -> Self {
         let names: &[&str] = match texture.content {
             Content::Gray => &["Y"],
             Content::Color => &["Y", "Co", "Cg"],
+            Content::ColorAlpha => &["Y", "A", "Co", "Cg"],
             Content::Normal => &["X", "Y"],
         };
-        let codings = texture.groups.iter().flat_map(|g| &g.codings);
+        let planes = texture.groups.iter().flat_map(|group| {
+            let size = group.plane_size(texture.size, 0);
+            group
+                .codings
+                .iter()
+                .map(move |coding| (group, size, coding))
+        });
         Self {
-            version,
+            file,
+            version: file::VERSION,
             content: name(texture.content),
             color_space: match texture.color_space {
                 ColorSpace::Srgb => "srgb",
@@ -81,8 +109,8 @@ impl Info {
             gpu_bytes: texture.gpu_bytes(),
             planes: names
                 .iter()
-                .zip(codings)
-                .map(|(name, coding)| PlaneInfo::new(name, coding))
+                .zip(planes)
+                .map(|(name, (group, size, coding))| PlaneInfo::new(name, group, size, coding))
                 .collect(),
         }
     }
@@ -90,9 +118,10 @@ impl Info {
     fn text(&self) -> String {
         let [width, height] = self.size;
         let mut text = format!(
-            "wavelet texture, version {}\n{}, {}, {width} x {height} pixels, mip levels: {}\n\
+            "{}: wavelet texture, version {}\n{}, {}, {width} x {height} pixels, mip levels: {}\n\
              {:.3} bits per pixel, {} bytes on the GPU\n\
-             plane  mean range         detail range  gamma  transform",
+             plane  packing  size           range              details",
+            self.file,
             self.version,
             self.content,
             self.color_space,
@@ -101,31 +130,50 @@ impl Info {
             self.gpu_bytes,
         );
         for p in &self.planes {
-            let [min, max] = p.mean_range;
-            let w = p.w.map_or(String::new(), |w| format!(", w = {w}"));
+            let ([min, max], [width, height]) = (p.mean_range, p.size);
+            let size = format!("{width} x {height}");
             let _ = write!(
                 text,
-                "\n{:5}  {min:7.4} to {max:7.4}  {:12.4}  {:5.2}  {}{w}",
-                p.name, p.detail_range, p.gamma, p.transform,
+                "\n{:5}  {:7}  {size:13}  {min:7.4} to {max:7.4}",
+                p.name, p.packing,
             );
+            if let Some(d) = &p.details {
+                let w = d.w.map_or(String::new(), |w| format!(", w {w}"));
+                let _ = write!(
+                    text,
+                    "  {}{w}, range {:.4}, gamma {:.2}, predictor {:.3}",
+                    d.transform, d.detail_range, d.gamma, d.predictor,
+                );
+            }
         }
         text
     }
 }
 
 impl PlaneInfo {
-    fn new(name: &'static str, coding: &PlaneCoding) -> Self {
+    fn new(name: &'static str, group: &PlaneGroup, size: [u32; 2], coding: &PlaneCoding) -> Self {
+        Self {
+            name,
+            packing: group.packing.name(),
+            size,
+            mean_range: [coding.mean_min, coding.mean_max],
+            details: DetailInfo::new(group.packing, coding),
+        }
+    }
+}
+
+impl DetailInfo {
+    fn new(packing: Packing, coding: &PlaneCoding) -> Option<Self> {
         let (transform, w) = match coding.transform {
             Transform::Haar => ("haar", None),
             Transform::PartiallyInvertedHaar { w } => ("partially_inverted_haar", Some(w)),
         };
-        Self {
-            name,
-            mean_range: [coding.mean_min, coding.mean_max],
+        packing.is_wavelet().then_some(Self {
             detail_range: coding.range,
             gamma: coding.gamma,
+            predictor: coding.predictor,
             transform,
             w,
-        }
+        })
     }
 }

@@ -1,13 +1,18 @@
 //! `wavelet-tex`: encodes images as wavelet textures, decodes them, and measures what it cost.
 
 mod args;
+mod batch;
+mod bench;
 mod compare;
 mod decode;
 mod encode;
 mod error;
 mod files;
+mod gltf;
 mod info;
+mod inputs;
 mod picture;
+mod study;
 
 use std::{
     io::{self, Write},
@@ -16,23 +21,33 @@ use std::{
 
 use args::{Cli, Command};
 use clap::Parser;
+use error::Error;
+
+/// What a command says: something even where a part of it failed.
+type Report = (String, Result<(), Error>);
 
 fn main() -> ExitCode {
-    let report = match Cli::parse().command {
+    let report: Result<Report, Error> = match Cli::parse().command {
         Command::Encode(args) => encode::run(&args),
         Command::Decode(args) => decode::run(&args),
         Command::Info(args) => info::run(&args),
-        Command::Compare(args) => compare::run(&args),
+        Command::Compare(args) => compare::run(&args).map(|text| (text, Ok(()))),
+        Command::Bench(args) => bench::run(&args),
+    };
+    let (text, result) = match report {
+        Ok((text, result)) => (text, result),
+        Err(error) => (String::new(), Err(error)),
     };
     // Not `println!` and `eprintln!`: they panic when the reader has gone.
-    match report {
-        Ok(report) => match writeln!(io::stdout(), "{report}") {
-            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-                let _ = writeln!(io::stderr(), "error: standard output: {error}");
-                ExitCode::FAILURE
-            }
-            _ => ExitCode::SUCCESS,
-        },
+    if !text.is_empty()
+        && let Err(error) = writeln!(io::stdout(), "{text}")
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        let _ = writeln!(io::stderr(), "error: standard output: {error}");
+        return ExitCode::FAILURE;
+    }
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {error}");
             error.exit_code()

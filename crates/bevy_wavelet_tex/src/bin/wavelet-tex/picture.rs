@@ -1,21 +1,20 @@
 //! 8-bit pixels, from PNGs and from wavelet textures.
 
-use std::{
-    io::{self, Cursor, Write},
-    path::Path,
-};
+use std::{io::Cursor, path::Path};
 
 use bevy_wavelet_tex::{
     codec::{
         decoder::decode,
-        image::{Content, WaveletImage},
+        image::{ColorSpace, Content, WaveletImage},
         layout::MAX_SIZE,
+        reduce::reduced_rgba8,
+        source::Pixels,
     },
     file,
 };
 use image::{
-    DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, Limits, RgbImage,
-    codecs::png::PngDecoder,
+    ColorType, DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, Limits, RgbImage,
+    RgbaImage, codecs::png::PngDecoder,
 };
 
 use crate::{error::Error, files};
@@ -25,8 +24,12 @@ const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// Pixels, whatever they came from.
 pub struct Picture {
     pub size: [u32; 2],
-    /// Row by row; gray in all three channels.
-    pub pixels: Vec<[u8; 3]>,
+    /// Row by row; gray in three channels.
+    pub pixels: Vec<[u8; 4]>,
+    /// With all their bits, of an image of 16.
+    words: Option<Vec<[u16; 4]>>,
+    /// Whether there is an alpha channel.
+    pub has_alpha: bool,
     pub content: Content,
 }
 
@@ -52,7 +55,7 @@ impl Picture {
         }
     }
 
-    fn from_png(path: &Path, bytes: Vec<u8>) -> Result<Self, Error> {
+    pub fn from_png(path: &Path, bytes: Vec<u8>) -> Result<Self, Error> {
         let fail = |problem: String| Error::file(path, problem);
         if !bytes.starts_with(PNG_SIGNATURE) {
             return Err(fail(match file::read(&bytes) {
@@ -77,21 +80,21 @@ impl Picture {
         let (width, height) = decoder.dimensions();
         let image = DynamicImage::from_decoder(decoder).map_err(damaged)?;
         let color = image.color();
-        if color.has_alpha() && image.to_rgba8().pixels().any(|p| p[3] != 255) {
-            let _ = writeln!(
-                io::stderr(),
-                "warning: {}: the image has transparent pixels; alpha is dropped",
-                path.display()
-            );
-        }
         let content = if color.has_color() {
             Content::Color
         } else {
             Content::Gray
         };
+        let words = matches!(
+            color,
+            ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16
+        )
+        .then(|| image.to_rgba16().pixels().map(|p| p.0).collect());
         Ok(Self {
             size: [width, height],
-            pixels: image.into_rgb8().pixels().map(|p| p.0).collect(),
+            pixels: image.into_rgba8().pixels().map(|p| p.0).collect(),
+            words,
+            has_alpha: color.has_alpha(),
             content,
         })
     }
@@ -99,12 +102,39 @@ impl Picture {
     /// One mip level of a texture.
     pub fn from_texture(texture: &WaveletImage, level: u32) -> Self {
         let decoded = decode(texture, level);
-        let rgba = decoded.to_rgba8(texture.content);
         Self {
             size: decoded.size,
-            pixels: rgba.into_iter().map(|[r, g, b, _]| [r, g, b]).collect(),
+            pixels: decoded.to_rgba8(texture.content),
+            words: None,
+            has_alpha: decoded.alpha.is_some(),
             content: texture.content,
         }
+    }
+
+    /// What the encoder takes.
+    pub fn source(&self) -> Pixels<'_> {
+        match &self.words {
+            Some(words) => Pixels::Rgba16(words),
+            None => Pixels::Rgba8(&self.pixels),
+        }
+    }
+
+    /// The picture halved until no side is longer than `most`, in linear light where it is sRGB.
+    pub fn reduced(&self, most: u32, color_space: ColorSpace) -> Self {
+        let source = self.source();
+        let (size, pixels) = reduced_rgba8(self.size, |i| source.get(i), most, color_space);
+        Self {
+            size,
+            pixels,
+            words: None,
+            has_alpha: self.has_alpha,
+            content: self.content,
+        }
+    }
+
+    /// Whether a pixel is not opaque.
+    pub fn is_transparent(&self) -> bool {
+        self.has_alpha && self.pixels.iter().any(|p| p[3] != 255)
     }
 
     pub fn is_gray(&self) -> bool {
@@ -116,8 +146,15 @@ impl Picture {
         let image: Option<DynamicImage> = if self.is_gray() {
             let gray = self.pixels.iter().map(|p| p[0]).collect();
             GrayImage::from_raw(width, height, gray).map(Into::into)
+        } else if self.has_alpha {
+            let rgba = self.pixels.as_flattened().to_vec();
+            RgbaImage::from_raw(width, height, rgba).map(Into::into)
         } else {
-            let rgb = self.pixels.as_flattened().to_vec();
+            let rgb = self
+                .pixels
+                .iter()
+                .flat_map(|p| [p[0], p[1], p[2]])
+                .collect();
             RgbImage::from_raw(width, height, rgb).map(Into::into)
         };
         let mut png = Cursor::new(Vec::new());

@@ -1,0 +1,140 @@
+//! `wavelet-tex bench`.
+
+use std::{collections::BTreeMap, time::Instant};
+
+use bevy_wavelet_tex::codec::{
+    encoder::{EncodeSettings, encode},
+    image::{ColorSpace, Content},
+    quality::psnr_db,
+    rate::Rate,
+    source::Source,
+};
+use serde::Serialize;
+
+use crate::{Report, args::BenchArgs, batch, error::Error, inputs, picture::Picture, study};
+
+/// One image at one rate.
+#[derive(Serialize)]
+pub struct Row {
+    /// The file's name without its extension.
+    pub image: String,
+    pub rate: String,
+    /// Of the largest level, padding included.
+    pub bpp: f64,
+    /// Of the largest level; infinite when identical, which JSON writes as null.
+    pub psnr_db: f64,
+    /// Seconds, without reading and without mips; 0 where nothing is encoded.
+    pub encode_s: f64,
+    #[serde(skip)]
+    pub megapixels: f64,
+}
+
+/// Measures every image at every rate.
+pub fn run(args: &BenchArgs) -> Result<Report, Error> {
+    let inputs = inputs::expand(&args.inputs, &["png"])?;
+    let rates: Vec<Rate> = if args.rates.is_empty() {
+        let pictures = |r: &Rate| r.content(false) != Content::Normal;
+        Rate::ALL.into_iter().filter(pictures).collect()
+    } else {
+        args.rates.clone()
+    };
+    let (rows, result) = batch::run(&inputs, |input, _| {
+        let picture = Picture::read_png(&input.path)?;
+        let source = Source::new(picture.size, picture.source());
+        let name = input.relative.with_extension("").display().to_string();
+        let megapixels = picture.pixels.len() as f64 / 1e6;
+        let mut rows = Vec::new();
+        for &rate in &rates {
+            let settings = EncodeSettings {
+                rate,
+                color_space: ColorSpace::Srgb,
+                mips: false,
+                effort: args.effort(),
+                method: args.method(),
+                ..EncodeSettings::default()
+            };
+            let start = Instant::now();
+            let texture = encode(&source, &settings, &|_, _| {});
+            let encode_s = start.elapsed().as_secs_f64();
+            let texture = texture.map_err(|e| Error::file(&input.path, e))?;
+            rows.push(Row {
+                image: name.clone(),
+                rate: rate.name().into(),
+                bpp: texture.bits_per_pixel(),
+                psnr_db: psnr_db(&source, &texture),
+                encode_s,
+                megapixels,
+            });
+        }
+        if args.study {
+            rows.extend(study::rows(&name, &picture));
+        }
+        Ok(rows)
+    });
+    let rows: Vec<Row> = rows.into_iter().flatten().collect();
+    let text = if args.json {
+        serde_json::to_string_pretty(&rows).expect("plain data")
+    } else {
+        table(&rows)
+    };
+    Ok((text, result))
+}
+
+/// A line for each image, a column for each rate, and the means.
+pub fn table(rows: &[Row]) -> String {
+    let mut rates: Vec<&str> = Vec::new();
+    let mut images: BTreeMap<&str, Vec<(&str, f64)>> = BTreeMap::new();
+    for row in rows {
+        if !rates.contains(&row.rate.as_str()) {
+            rates.push(&row.rate);
+        }
+        let cells = images.entry(&row.image).or_default();
+        cells.push((&row.rate, row.psnr_db));
+    }
+    let widest = images.keys().map(|name| name.chars().count()).max();
+    let width = widest.unwrap_or(0).max("Mpixel/s".len());
+    let columns: Vec<usize> = rates.iter().map(|rate| rate.len().max(7) + 2).collect();
+    let line = |name: &str, cells: Vec<String>| {
+        let cells = cells.iter().zip(&columns);
+        let cells: String = cells
+            .map(|(cell, column)| format!("{cell:>column$}"))
+            .collect();
+        format!("{name:width$}{cells}")
+    };
+    let mut lines = vec![line(
+        "PSNR, dB",
+        rates.iter().map(|r| r.to_string()).collect(),
+    )];
+    for (name, found) in &images {
+        let cell = |rate: &&str| {
+            let cell = found.iter().find(|(r, _)| r == rate);
+            cell.map_or(String::new(), |(_, psnr)| format!("{psnr:.2}"))
+        };
+        lines.push(line(name, rates.iter().map(cell).collect()));
+    }
+    let of = |rate: &str| {
+        rows.iter()
+            .filter(|row| row.rate == rate)
+            .collect::<Vec<_>>()
+    };
+    // An image without an error has no PSNR to be averaged.
+    let mean = |rate: &&str, value: fn(&Row) -> f64| {
+        let values = of(rate).into_iter().map(value);
+        let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let means = |value: fn(&Row) -> f64, digits: usize| {
+        let cell = |rate: &&str| format!("{:.digits$}", mean(rate, value));
+        rates.iter().map(cell).collect::<Vec<_>>()
+    };
+    lines.push(line("mean", means(|row| row.psnr_db, 3)));
+    lines.push(line("bpp", means(|row| row.bpp, 3)));
+    let speed = |rate: &&str| {
+        let rows = of(rate);
+        let seconds: f64 = rows.iter().map(|row| row.encode_s).sum();
+        let megapixels: f64 = rows.iter().map(|row| row.megapixels).sum();
+        format!("{:.2}", megapixels / seconds)
+    };
+    lines.push(line("Mpixel/s", rates.iter().map(speed).collect()));
+    lines.join("\n")
+}

@@ -1,0 +1,189 @@
+//! From files, folders and globs to files, and where their results go.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::{error::Error, files};
+
+/// A file and its place below what was named: its name, or its path below a folder.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Input {
+    pub path: PathBuf,
+    pub relative: PathBuf,
+}
+
+impl Input {
+    fn single(path: &Path) -> Self {
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        Self {
+            path: path.to_path_buf(),
+            relative: name.into(),
+        }
+    }
+}
+
+/// Whether a name can only be one file.
+pub fn is_single(named: &[PathBuf]) -> bool {
+    matches!(named, [one] if !one.is_dir() && !is_pattern(one))
+}
+
+fn is_pattern(path: &Path) -> bool {
+    let text = path.to_string_lossy();
+    text.contains(['*', '?', '[']) && !path.exists()
+}
+
+/// The files that are meant, each once, in order; in folders those with one of the extensions.
+pub fn expand(named: &[PathBuf], extensions: &[&str]) -> Result<Vec<Input>, Error> {
+    let mut inputs = Vec::new();
+    for path in named {
+        if path.is_dir() {
+            let before = inputs.len();
+            collect(path, path, extensions, &mut inputs)?;
+            if inputs.len() == before {
+                let wanted = extensions.join(" or .");
+                return Err(Error::file(
+                    path,
+                    format_args!("the folder has no .{wanted} file in it"),
+                ));
+            }
+        } else if is_pattern(path) {
+            let pattern = path.to_string_lossy();
+            let bad = |e: glob::PatternError| Error::file(path, format_args!("no glob: {}", e.msg));
+            let found: Vec<PathBuf> = glob::glob(&pattern)
+                .map_err(bad)?
+                .filter_map(Result::ok)
+                .filter(|path| path.is_file())
+                .collect();
+            if found.is_empty() {
+                return Err(Error::file(path, "no file fits"));
+            }
+            inputs.extend(found.iter().map(|path| Input::single(path)));
+        } else {
+            inputs.push(Input::single(path));
+        }
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    inputs.retain(|input| seen.insert(input.path.clone()));
+    Ok(inputs)
+}
+
+fn collect(
+    root: &Path,
+    folder: &Path,
+    extensions: &[&str],
+    inputs: &mut Vec<Input>,
+) -> Result<(), Error> {
+    let fail = |e| Error::file(folder, format_args!("cannot be read: {e}"));
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder)
+        .map_err(fail)?
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()
+        .map_err(fail)?;
+    entries.sort();
+    for path in entries {
+        // Links to folders could go in circles.
+        if path.is_dir() && !path.is_symlink() {
+            collect(root, &path, extensions, inputs)?;
+        } else if path.is_file() && has_extension(&path, extensions) {
+            let relative = path.strip_prefix(root).unwrap_or(&path).to_path_buf();
+            inputs.push(Input { path, relative });
+        }
+    }
+    Ok(())
+}
+
+pub fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    path.extension().is_some_and(|e| {
+        extensions
+            .iter()
+            .any(|wanted| e.eq_ignore_ascii_case(wanted))
+    })
+}
+
+/// Where the results go.
+pub enum Destination {
+    /// Beside each input.
+    Beside,
+    /// The result of the only input.
+    File(PathBuf),
+    /// A folder, which is made when needed.
+    Folder(PathBuf),
+}
+
+impl Destination {
+    /// What `--out` means; `extension` is that of the results.
+    pub fn new(out: Option<&Path>, single: bool, extension: &str) -> Result<Self, Error> {
+        match out {
+            None => Ok(Self::Beside),
+            Some(out) if single && has_extension(out, &[extension]) => {
+                Ok(Self::File(out.to_path_buf()))
+            }
+            Some(out) if !single || out.is_dir() || out.extension().is_none() => {
+                if out.is_file() {
+                    return Err(Error::file(out, "a file, but a folder is needed"));
+                }
+                Ok(Self::Folder(out.to_path_buf()))
+            }
+            Some(out) => Err(Error::Usage(format!(
+                "{}: the output's name must end in .{extension}",
+                out.display()
+            ))),
+        }
+    }
+
+    /// The result's path where the input already has its name.
+    pub fn named(&self, input: &Input) -> Result<PathBuf, Error> {
+        let path = match self {
+            Self::Folder(folder) => folder.join(&input.relative),
+            Self::Beside | Self::File(_) => input.path.clone(),
+        };
+        make_folder(&path)?;
+        Ok(path)
+    }
+
+    /// The result's path; its folder is made.
+    pub fn of(&self, input: &Input, extension: &str) -> Result<PathBuf, Error> {
+        let path = match self {
+            Self::Beside => input.path.with_extension(extension),
+            Self::File(path) => path.clone(),
+            Self::Folder(folder) => {
+                let path = folder.join(&input.relative).with_extension(extension);
+                make_folder(&path)?;
+                path
+            }
+        };
+        files::check_output(&input.path, &path, extension)?;
+        Ok(path)
+    }
+}
+
+fn make_folder(path: &Path) -> Result<(), Error> {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => fs::create_dir_all(parent)
+            .map_err(|e| Error::file(parent, format_args!("cannot be made: {e}"))),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a result that another input has already been given.
+#[derive(Default)]
+pub struct Taken(BTreeMap<PathBuf, PathBuf>);
+
+impl Taken {
+    pub fn take(&mut self, output: &Path, input: &Path) -> Result<(), Error> {
+        match self.0.insert(output.to_path_buf(), input.to_path_buf()) {
+            None => Ok(()),
+            Some(other) => Err(Error::file(
+                input,
+                format_args!(
+                    "its result {} is that of {}: encode them into different folders",
+                    output.display(),
+                    other.display()
+                ),
+            )),
+        }
+    }
+}

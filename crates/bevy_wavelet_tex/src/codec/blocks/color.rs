@@ -1,0 +1,175 @@
+//! BC1 blocks, and the colour half of BC3 blocks.
+
+use super::fit::{Channel, Starts, Target, fit, places};
+use crate::codec::{haar::Details, quantizer::PlaneCoding};
+
+/// Makes the colour half of BC3 blocks from details.
+pub struct DetailEncoder<'a> {
+    coding: &'a PlaneCoding,
+    channels: [Channel; 3],
+    starts: Starts,
+}
+
+impl<'a> DetailEncoder<'a> {
+    /// For a plane whose details are stored unmixed.
+    pub fn new(coding: &'a PlaneCoding, starts: Starts) -> Self {
+        let channel = |c: usize, levels| Channel::new(levels, |v| coding.load_detail(c, v));
+        Self {
+            coding,
+            channels: [channel(0, 32), channel(1, 64), channel(2, 32)],
+            starts,
+        }
+    }
+
+    /// The block of 4 x 4 details and its squared error.
+    pub fn block(&self, details: &[Details; 16]) -> ([u8; 8], f32) {
+        let wanted: [[f32; 16]; 3] =
+            std::array::from_fn(|c| std::array::from_fn(|i| details[i][c]));
+        let stored = std::array::from_fn(|c| wanted[c].map(|v| self.coding.store_detail(c, v)));
+        let target = Target { wanted, stored };
+        let found = fit(&self.channels, &target, self.starts);
+        let places = places(&self.channels, &target, &found.ends);
+        let [r, g, b] = found.ends;
+        let ends = [0, 1].map(|e| pack565(r[e], g[e], b[e]));
+        (bc1_block(ends, places), found.error)
+    }
+}
+
+/// Makes BC1 blocks of two planes.
+pub struct ChromaEncoder<'a> {
+    codings: &'a [PlaneCoding; 2],
+    channels: [Channel; 2],
+    /// Square roots of the weights of the planes' errors.
+    weights: [f32; 2],
+    starts: Starts,
+}
+
+/// Values of the first channel: the mean of R and B, of 5 bits each.
+const PAIR_LEVELS: usize = 63;
+
+impl<'a> ChromaEncoder<'a> {
+    /// `weights` are those of the squared errors.
+    pub fn new(codings: &'a [PlaneCoding; 2], weights: [f32; 2], starts: Starts) -> Self {
+        let weights = weights.map(f32::sqrt);
+        let channel =
+            |c: usize, levels| Channel::new(levels, |v| weights[c] * codings[c].load_mean(v));
+        Self {
+            codings,
+            channels: [channel(0, PAIR_LEVELS), channel(1, 64)],
+            weights,
+            starts,
+        }
+    }
+
+    /// The block of 4 x 4 values of both planes.
+    pub fn block(&self, values: &[[f32; 2]; 16]) -> [u8; 8] {
+        let of = |c: usize| values.map(|v| v[c]);
+        let target = Target {
+            wanted: [0, 1].map(|c| of(c).map(|v| self.weights[c] * v)),
+            stored: [0, 1].map(|c| of(c).map(|v| self.codings[c].store_mean(v))),
+        };
+        let found = fit(&self.channels, &target, self.starts);
+        let places = places(&self.channels, &target, &found.ends);
+        let [pair, g] = found.ends;
+        let ends = [0, 1].map(|e| pack565(pair[e].div_ceil(2), g[e], pair[e] / 2));
+        bc1_block(ends, places)
+    }
+}
+
+fn pack565(r: u8, g: u8, b: u8) -> u16 {
+    u16::from(r) << 11 | u16::from(g) << 5 | u16::from(b)
+}
+
+/// The block of two colours and the places of its texels between them, 0 to 3.
+///
+/// The larger colour comes first: in BC1 that means four colours, and in BC3, where it should mean
+/// nothing, no decoder can take it amiss.
+fn bc1_block([mut first, mut second]: [u16; 2], mut places: [u8; 16]) -> [u8; 8] {
+    if first < second {
+        (first, second) = (second, first);
+        places = places.map(|place| 3 - place);
+    } else if first == second {
+        places = [0; 16];
+    }
+    // Index 1 is the second colour; 2 and 3 lie between.
+    let index = |place: u8| [0u32, 2, 3, 1][place as usize];
+    let indices = (0..16).fold(0, |bits, i| bits | index(places[i]) << (2 * i));
+    let mut block = [0; 8];
+    block[..2].copy_from_slice(&first.to_le_bytes());
+    block[2..4].copy_from_slice(&second.to_le_bytes());
+    block[4..].copy_from_slice(&indices.to_le_bytes());
+    block
+}
+
+/// BC3 blocks of alpha's halves (BC4 blocks) and colour's.
+///
+/// # Panics
+/// When they are not equally long.
+pub fn with_alpha_blocks(alpha: &[u8], color: &[[u8; 8]]) -> Vec<u8> {
+    let (alpha, _) = alpha.as_chunks::<8>();
+    assert_eq!(alpha.len(), color.len());
+    let halves = alpha.iter().zip(color);
+    halves.flat_map(|(a, c)| [*a, *c]).flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::blocks::{BlockFormat, decode_blocks};
+    use proptest::prelude::*;
+
+    fn coding() -> PlaneCoding {
+        PlaneCoding {
+            range: 0.4,
+            gamma: 0.6,
+            ..PlaneCoding::linear([-0.5, 0.5])
+        }
+    }
+
+    proptest! {
+        /// The error that the fit promises is that of the block it makes.
+        #[test]
+        fn a_block_decodes_to_what_the_fit_promised(seed in any::<u64>(), spread in 0.0f32..0.6) {
+            let mut state = seed | 1;
+            let mut next = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                ((state >> 40) as f32 / (1 << 24) as f32 - 0.5) * spread
+            };
+            let details: [Details; 16] = std::array::from_fn(|_| std::array::from_fn(|_| next()));
+            let coding = coding();
+            let mut errors = Vec::new();
+            for starts in [Starts::One, Starts::Two, Starts::Four] {
+                let (block, promised) = DetailEncoder::new(&coding, starts).block(&details);
+                let texels = decode_blocks(BlockFormat::Bc1, &block, [4, 4]);
+                let error: f32 = texels.iter().zip(&details).flat_map(|(t, d)| {
+                    let back = coding.load_details([t[0], t[1], t[2]]);
+                    [0, 1, 2].map(|c| (back[c] - d[c]).powi(2))
+                }).sum();
+                prop_assert!((error - promised).abs() <= 1e-5 + 1e-3 * promised, "{error} {promised}");
+                errors.push(promised);
+            }
+            prop_assert!(errors[1] <= errors[0] && errors[2] <= errors[1]);
+        }
+    }
+
+    #[test]
+    fn chroma_of_one_colour_is_within_half_a_step() {
+        let codings = [coding(), coding()];
+        let encoder = ChromaEncoder::new(&codings, [0.5, 0.7], Starts::One);
+        for value in [[-0.5, 0.5], [0.1, -0.2], [0.0, 0.0], [0.499, 0.3]] {
+            let block = encoder.block(&[value; 16]);
+            for texel in decode_blocks(BlockFormat::Bc1, &block, [4, 4]) {
+                let pair = codings[0].load_mean((texel[0] + texel[2]) / 2.0);
+                let green = codings[1].load_mean(texel[1]);
+                assert!(
+                    (pair - value[0]).abs() <= 0.5 / 62.0 + 1e-6,
+                    "{pair} {value:?}"
+                );
+                assert!(
+                    (green - value[1]).abs() <= 0.5 / 63.0 + 1e-6,
+                    "{green} {value:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! The block encoders of well-kept crates, behind one manner of calling them.
+
+use rayon::prelude::*;
+
+use super::Texel;
+
+/// How hard a block encoder tries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlockQuality {
+    /// To compare parameters.
+    Normal,
+    /// To keep.
+    High,
+}
+
+/// Encodes one level of `size` texels as BC3; partial blocks are filled by repeating the edge.
+///
+/// # Panics
+/// When `texels` is not `size` texels.
+pub fn encode_bc3(texels: &[Texel], size: [u32; 2], quality: BlockQuality) -> Vec<u8> {
+    let color = dds::ColorFormat::RGBA_U8;
+    with_dds(
+        texels.as_flattened(),
+        size,
+        color,
+        dds::Format::BC3_UNORM,
+        quality,
+    )
+}
+
+/// The same as BC1, opaque: the rival of wavelet textures.
+///
+/// # Panics
+/// When `texels` is not `size` texels.
+pub fn encode_bc1(texels: &[Texel], size: [u32; 2], quality: BlockQuality) -> Vec<u8> {
+    let color = dds::ColorFormat::RGBA_U8;
+    with_dds(
+        texels.as_flattened(),
+        size,
+        color,
+        dds::Format::BC1_UNORM,
+        quality,
+    )
+}
+
+/// Encodes values in `[0, 1]` as BC4.
+///
+/// # Panics
+/// When `values` is not `size` values.
+pub fn encode_bc4(values: &[f32], size: [u32; 2], quality: BlockQuality) -> Vec<u8> {
+    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_ne_bytes()).collect();
+    let color = dds::ColorFormat::GRAYSCALE_F32;
+    with_dds(&bytes, size, color, dds::Format::BC4_UNORM, quality)
+}
+
+fn with_dds(
+    bytes: &[u8],
+    [width, height]: [u32; 2],
+    color: dds::ColorFormat,
+    format: dds::Format,
+    quality: BlockQuality,
+) -> Vec<u8> {
+    let mut options = dds::EncodeOptions::default();
+    options.quality = match quality {
+        BlockQuality::Normal => dds::CompressionQuality::Normal,
+        BlockQuality::High => dds::CompressionQuality::High,
+    };
+    let view = dds::ImageView::new(bytes, dds::Size::new(width, height), color)
+        .expect("as many texels as the size says");
+    let mut blocks = Vec::new();
+    dds::encode(&mut blocks, view, format, None, &options).expect("an image in memory cannot fail");
+    blocks
+}
+
+/// Blocks for one call of bc7e: enough that the call itself costs nothing.
+const BC7_BATCH: usize = 64;
+
+/// Encodes `size` texels as BC7, opaque, with weights of the squared errors of R, G and B; partial
+/// blocks are filled by repeating the edge. `texel` gives R, G and B at a position, in `[0, 1]`.
+///
+/// bc7e itself uses one thread; the result does not depend on how many call it.
+pub fn encode_bc7(
+    size: [u32; 2],
+    weights: [u32; 3],
+    texel: impl Fn(u32, u32) -> [f32; 3] + Sync,
+) -> Vec<u8> {
+    let mut params = ctt_bc7enc_rdo::params_init_slow(false);
+    params.m_weights = [weights[0], weights[1], weights[2], 1];
+    let [columns, rows] = size.map(|s| s.div_ceil(4));
+    let count = columns as usize * rows as usize;
+    let mut words = vec![0u64; 2 * count];
+    words
+        .par_chunks_mut(2 * BC7_BATCH)
+        .enumerate()
+        .for_each(|(batch, words)| {
+            let first = batch * BC7_BATCH;
+            let blocks = first as u32..first as u32 + words.len() as u32 / 2;
+            let pixels: Vec<u32> = blocks
+                .flat_map(|block| (0..16).map(move |i| (block, i)))
+                .map(|(block, i)| {
+                    let x = (block % columns * 4 + i % 4).min(size[0] - 1);
+                    let y = (block / columns * 4 + i / 4).min(size[1] - 1);
+                    let [r, g, b] = texel(x, y).map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8);
+                    u32::from_le_bytes([r, g, b, 255])
+                })
+                .collect();
+            ctt_bc7enc_rdo::compress_blocks(words, &pixels, &params);
+        });
+    words.into_iter().flat_map(u64::to_le_bytes).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::blocks::{BlockFormat, decode_bc3, decode_blocks};
+
+    fn bytes(texels: Vec<[f32; 4]>) -> Vec<Texel> {
+        texels
+            .into_iter()
+            .map(|t| t.map(|v| (v * 255.0).round() as u8))
+            .collect()
+    }
+
+    #[test]
+    fn constant_blocks_and_alpha_ramps_come_back() {
+        // 5:6:5 holds 0 and 255 exactly; alpha has 8 bits at its end points.
+        let size = [6, 5];
+        let texels: Vec<Texel> = (0..30).map(|_| [255, 0, 255, 77]).collect();
+        let blocks = encode_bc3(&texels, size, BlockQuality::High);
+        assert_eq!(bytes(decode_bc3(&blocks, size)), texels);
+
+        let ramp: Vec<Texel> = (0..16).map(|i| [0, 0, 0, 100 + 7 * (i % 8)]).collect();
+        let blocks = encode_bc3(&ramp, [4, 4], BlockQuality::High);
+        for (a, b) in ramp.iter().zip(bytes(decode_bc3(&blocks, [4, 4]))) {
+            assert!(a[3].abs_diff(b[3]) <= 1);
+        }
+    }
+
+    #[test]
+    fn bc7_keeps_a_gradient_within_two_steps_at_any_size() {
+        for size in [[1, 1], [6, 5], [37, 70]] {
+            let value = |x: u32, y: u32| [x as f32 / 80.0, 0.5, y as f32 / 80.0];
+            let blocks = encode_bc7(size, [1, 1, 1], value);
+            let texels = decode_blocks(BlockFormat::Bc7, &blocks, size);
+            for (i, texel) in texels.iter().enumerate() {
+                let wanted = value(i as u32 % size[0], i as u32 / size[0]);
+                for c in 0..3 {
+                    assert!((texel[c] - wanted[c]).abs() <= 2.0 / 255.0, "{size:?} {i}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Pixels to the planes of a content.
+
+use rayon::prelude::*;
+
+use super::{
+    color::ycocg_from_rgb,
+    image::{ColorSpace, Content},
+    plane::Plane,
+    source::{LinearLevel, Pixels},
+};
+
+/// The planes of one mip level, all at its size.
+pub(super) struct LevelPlanes {
+    /// Luma (then alpha), gray, or X and Y of normals.
+    pub(super) luma: Vec<Plane>,
+    /// Co and Cg, if the content has them.
+    pub(super) chroma: Vec<Plane>,
+}
+
+impl LevelPlanes {
+    /// From pixels as they are.
+    pub(super) fn given(pixels: &Pixels<'_>, size: [u32; 2], content: Content) -> Self {
+        Self::new(size, content, |i| pixels.get(i))
+    }
+
+    /// From filtered ones.
+    pub(super) fn filtered(level: &LinearLevel, content: Content, color_space: ColorSpace) -> Self {
+        let alpha = content == Content::ColorAlpha;
+        Self::new(level.size(), content, |i| level.get(i, color_space, alpha))
+    }
+
+    fn new(size: [u32; 2], content: Content, pixel: impl Fn(usize) -> [f32; 4] + Sync) -> Self {
+        let plane = |value: &(dyn Fn([f32; 4]) -> f32 + Sync)| Plane {
+            size,
+            values: (0..size[0] as usize * size[1] as usize)
+                .into_par_iter()
+                .map(|i| value(pixel(i)))
+                .collect(),
+        };
+        let y = |[r, g, b, _]: [f32; 4]| ycocg_from_rgb([r, g, b]).y;
+        let co = |[r, g, b, _]: [f32; 4]| ycocg_from_rgb([r, g, b]).co;
+        let cg = |[r, g, b, _]: [f32; 4]| ycocg_from_rgb([r, g, b]).cg;
+        let luma = match content {
+            Content::Gray | Content::Color => vec![plane(&y)],
+            Content::ColorAlpha => vec![plane(&y), plane(&|p| p[3])],
+            Content::Normal => vec![plane(&|p| unit(p)[0]), plane(&|p| unit(p)[1])],
+        };
+        let chroma = if content.has_chroma() {
+            vec![plane(&co), plane(&cg)]
+        } else {
+            Vec::new()
+        };
+        Self { luma, chroma }
+    }
+}
+
+/// The normal that a pixel stands for; zero has no direction and is taken as up.
+fn unit([x, y, z, _]: [f32; 4]) -> [f32; 3] {
+    let v = [x, y, z].map(|v| 2.0 * v - 1.0);
+    let length = v.iter().map(|v| v * v).sum::<f32>().sqrt();
+    if length > 1e-6 {
+        v.map(|v| v / length)
+    } else {
+        [0.0, 0.0, 1.0]
+    }
+}

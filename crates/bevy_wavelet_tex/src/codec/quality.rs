@@ -1,0 +1,62 @@
+//! How far a wavelet image is from its source.
+
+use rayon::prelude::*;
+
+use super::{
+    color::ycocg_from_rgb,
+    decoder::decode,
+    image::{Content, WaveletImage},
+    source::Source,
+};
+
+/// PSNR of the largest level in dB, both rounded to 8 bits: over R, G and B (with alpha where it is
+/// kept), over luma of gray, over X, Y and Z of normals. Infinite where nothing differs.
+pub fn psnr_db(source: &Source<'_>, image: &WaveletImage) -> f64 {
+    let decoded = decode(image, 0).to_rgba8(image.content);
+    let pixels = &source.levels[0];
+    let channels = match image.content {
+        Content::Gray => 1,
+        Content::Color | Content::Normal => 3,
+        Content::ColorAlpha => 4,
+    };
+    let error: f64 = (0..decoded.len())
+        .into_par_iter()
+        .chunks(4096)
+        .map(|indices| {
+            let of_pixel = |i: usize| {
+                let mut wanted = pixels.get(i);
+                if image.content == Content::Gray {
+                    wanted[0] = ycocg_from_rgb([wanted[0], wanted[1], wanted[2]]).y;
+                }
+                let of_channel = |c: usize| {
+                    let wanted = (wanted[c] * 255.0).round();
+                    f64::from(wanted - f32::from(decoded[i][c])).powi(2)
+                };
+                (0..channels).map(of_channel).sum::<f64>()
+            };
+            indices.into_iter().map(of_pixel).sum::<f64>()
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .sum();
+    psnr_of(error / (channels * decoded.len()) as f64)
+}
+
+/// PSNR in dB of a mean squared error in 8-bit units squared.
+pub fn psnr_of(mse: f64) -> f64 {
+    10.0 * (255.0 * 255.0 / mse).log10()
+}
+
+/// Sum of squared differences.
+pub(super) fn squared_error(a: &[f32], b: &[f32]) -> f64 {
+    // In chunks of a fixed size, so that the sum does not hang on the number of threads.
+    a.par_chunks(4096)
+        .zip(b.par_chunks(4096))
+        .map(|(a, b)| {
+            let pairs = a.iter().zip(b);
+            pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .sum()
+}

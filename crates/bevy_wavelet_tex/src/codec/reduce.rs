@@ -1,0 +1,66 @@
+//! Smaller images, for limits of size.
+
+use super::{
+    color::{linear_from_srgb, srgb_from_linear},
+    image::ColorSpace,
+    plane::Plane,
+};
+
+/// RGBA of 8 bits of an image halved until no side is longer than `most` pixels, by the box filter
+/// that makes mips, in linear light where it is sRGB. `pixel` gives RGBA in `[0, 1]`.
+pub fn reduced_rgba8(
+    size: [u32; 2],
+    pixel: impl Fn(usize) -> [f32; 4],
+    most: u32,
+    color_space: ColorSpace,
+) -> ([u32; 2], Vec<[u8; 4]>) {
+    let srgb = |c: usize| color_space == ColorSpace::Srgb && c < 3;
+    let mut channels = [0, 1, 2, 3].map(|c: usize| {
+        let value = |i| {
+            let v = pixel(i)[c];
+            if srgb(c) { linear_from_srgb(v) } else { v }
+        };
+        if size.iter().any(|s| *s > most) {
+            Plane::next_mip_of(size, value)
+        } else {
+            Plane {
+                size,
+                values: (0..size[0] as usize * size[1] as usize)
+                    .map(value)
+                    .collect(),
+            }
+        }
+    });
+    while channels[0].size.iter().any(|s| *s > most.max(1)) {
+        channels = channels.map(|channel| channel.next_mip());
+    }
+    let byte = |c: usize, v: f32| {
+        let v = if srgb(c) { srgb_from_linear(v) } else { v };
+        (v.clamp(0.0, 1.0) * 255.0).round() as u8
+    };
+    let pixels = (0..channels[0].values.len())
+        .map(|i| [0, 1, 2, 3].map(|c: usize| byte(c, channels[c].values[i])));
+    (channels[0].size, pixels.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_are_halved_until_they_fit() {
+        let flat = |_| [0.2, 0.4, 0.6, 0.8];
+        for (size, most, wanted) in [
+            ([64, 48], 20, [16, 12]),
+            ([7, 100], 30, [1, 25]),
+            ([5, 5], 5, [5, 5]),
+            ([3, 1], 1, [1, 1]),
+        ] {
+            for space in [ColorSpace::Srgb, ColorSpace::Linear] {
+                let (found, pixels) = reduced_rgba8(size, flat, most, space);
+                assert_eq!(found, wanted);
+                assert!(pixels.iter().all(|p| *p == [51, 102, 153, 204]));
+            }
+        }
+    }
+}

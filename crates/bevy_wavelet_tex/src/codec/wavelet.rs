@@ -1,0 +1,313 @@
+//! One plane at one mip level: its coefficients, and their way into blocks and back.
+
+use rayon::prelude::*;
+
+use super::{
+    blocks::{BlockFormat, decode_blocks},
+    haar::{Coefficients, Details, haar, inverse_haar},
+    image::Packing,
+    layout,
+    plane::Plane,
+    predict::predicted,
+    quantizer::PlaneCoding,
+};
+
+#[cfg(feature = "encode")]
+use super::{
+    blocks::{
+        BlockQuality, DetailEncoder, Starts, Texel, encode_bc3, encode_bc4, encode_bc7,
+        with_alpha_blocks,
+    },
+    search::Effort,
+};
+
+/// Means and details of a plane's 2 x 2 pixels.
+#[derive(Clone, Debug)]
+pub struct CoefficientPlane {
+    /// LL / 2, which is the plane at half its size.
+    pub means: Plane,
+    /// HL, LH, HH, row by row.
+    pub details: Vec<Details>,
+}
+
+impl CoefficientPlane {
+    /// Takes a plane apart.
+    pub fn new(plane: &Plane) -> Self {
+        let size = layout::coefficient_size(plane.size);
+        let coefficients: Vec<Coefficients> = (0..size[0] as usize * size[1] as usize)
+            .into_par_iter()
+            .map(|i| haar(plane.quad(i as u32 % size[0], i as u32 / size[0])))
+            .collect();
+        Self {
+            means: Plane {
+                size,
+                values: coefficients.iter().map(|c| c.ll / 2.0).collect(),
+            },
+            details: coefficients.into_iter().map(|c| c.details).collect(),
+        }
+    }
+
+    /// The details at a position; outside, the nearest's.
+    pub fn details(&self, x: u32, y: u32) -> Details {
+        let [width, height] = self.means.size;
+        self.details[(y.min(height - 1) * width + x.min(width - 1)) as usize]
+    }
+
+    /// What is left of the details when the prediction from `means` is taken off.
+    fn residual(&self, means: &Plane, coding: &PlaneCoding, x: u32, y: u32) -> Details {
+        let [width, height] = self.means.size;
+        let (x, y) = (x.min(width - 1), y.min(height - 1));
+        let foretold = predicted(means, x, y, coding.predictor);
+        let details = self.details(x, y);
+        std::array::from_fn(|c| details[c] - foretold[c])
+    }
+}
+
+/// A plane from its decoded texels: one slice for each texture of the packing, each of `texture`
+/// texels.
+///
+/// # Panics
+/// When a slice is shorter than that.
+pub fn assemble(
+    packing: Packing,
+    coding: &PlaneCoding,
+    texels: &[Vec<[f32; 4]>],
+    texture: [u32; 2],
+    plane_size: [u32; 2],
+) -> Plane {
+    let at = |slice: usize, x: u32, y: u32| texels[slice][(y * texture[0] + x) as usize];
+    if !packing.is_wavelet() {
+        return Plane::from_fn(plane_size, |x, y| coding.load_mean(at(0, x, y)[0]));
+    }
+    let size = layout::coefficient_size(plane_size);
+    let means = Plane::from_fn(size, |x, y| {
+        coding.load_mean(stored_mean(packing, at(0, x, y)))
+    });
+    let mut plane = Plane::from_fn(plane_size, |_, _| 0.0);
+    let width = plane_size[0];
+    plane
+        .values
+        .par_chunks_mut(2 * width as usize)
+        .enumerate()
+        .for_each(|(row, pixels)| {
+            let y = row as u32;
+            for x in 0..size[0] {
+                let stored = match packing {
+                    Packing::Split => at(1, x, y),
+                    _ => at(0, x, y),
+                };
+                let left = coding.load_details(stored_details(packing, coding, stored));
+                let foretold = predicted(&means, x, y, coding.predictor);
+                let quad = inverse_haar(Coefficients {
+                    ll: 2.0 * means.clamped(x, y),
+                    details: std::array::from_fn(|c| left[c] + foretold[c]),
+                });
+                for (i, value) in quad.into_iter().enumerate() {
+                    let (px, py) = (2 * x + i as u32 % 2, i as u32 / 2);
+                    if let Some(pixel) = pixels.get_mut((py * width + px) as usize)
+                        && px < width
+                    {
+                        *pixel = value;
+                    }
+                }
+            }
+        });
+    plane
+}
+
+/// The channel of a texel that holds the mean.
+fn stored_mean(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
+    match packing {
+        Packing::Bc3 => a,
+        Packing::Bc7 => b,
+        Packing::Split | Packing::Bc4 | Packing::Bc1 => r,
+    }
+}
+
+/// The channels that hold details; what BC7 has no place for is zero.
+fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]) -> Details {
+    match packing {
+        Packing::Bc7 => [r, g, coding.centre[2]],
+        _ => [r, g, b],
+    }
+}
+
+/// A plane from the blocks of each texture of its packing, as [`decode_blocks`] reads them.
+pub fn decode_plane(
+    packing: Packing,
+    coding: &PlaneCoding,
+    blocks: &[&[u8]],
+    texture: [u32; 2],
+    plane_size: [u32; 2],
+    decode: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
+) -> Plane {
+    let formats = packing.formats().iter().zip(blocks);
+    let texels: Vec<_> = formats.map(|(f, b)| decode(*f, b, texture)).collect();
+    assemble(packing, coding, &texels, texture, plane_size)
+}
+
+/// How the blocks of a plane are made.
+#[cfg(feature = "encode")]
+#[derive(Clone, Copy, Debug)]
+pub struct PackSettings {
+    /// How hard to try.
+    pub effort: Effort,
+    /// Only what the thesis had: block encoders that know nothing of the curve.
+    pub thesis: bool,
+}
+
+/// The blocks of a plane at one level, one vector for each texture of the packing; `texture` is the
+/// textures' size in texels.
+#[cfg(feature = "encode")]
+pub fn encode_plane(
+    packing: Packing,
+    coding: &PlaneCoding,
+    plane: &Plane,
+    texture: [u32; 2],
+    settings: PackSettings,
+) -> Vec<Vec<u8>> {
+    let quality = match settings.effort {
+        Effort::Fast => BlockQuality::Normal,
+        Effort::Default | Effort::Best => BlockQuality::High,
+    };
+    let singles = |plane: &Plane| {
+        let stored = Plane::from_fn(texture, |x, y| coding.store_mean(plane.clamped(x, y)));
+        encode_bc4(&stored.values, texture, quality)
+    };
+    match packing {
+        Packing::Bc3 if settings.thesis => {
+            vec![encode_mixed(
+                coding,
+                &CoefficientPlane::new(plane),
+                texture,
+                quality,
+            )]
+        }
+        Packing::Bc3 => {
+            let coefficients = CoefficientPlane::new(plane);
+            let alpha = singles(&coefficients.means);
+            let means = decoded_means(coding, &alpha, texture, coefficients.means.size);
+            let starts = match settings.effort {
+                Effort::Fast => Starts::One,
+                Effort::Default => Starts::Two,
+                Effort::Best => Starts::Four,
+            };
+            let encoder = DetailEncoder::new(coding, starts);
+            let columns = texture[0].div_ceil(4);
+            let color: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
+                .into_par_iter()
+                .map(|block| {
+                    let details = std::array::from_fn(|i| {
+                        let x = block % columns * 4 + i as u32 % 4;
+                        let y = block / columns * 4 + i as u32 / 4;
+                        coefficients.residual(&means, coding, x, y)
+                    });
+                    encoder.block(&details).0
+                })
+                .collect();
+            vec![with_alpha_blocks(&alpha, &color)]
+        }
+        Packing::Bc7 => {
+            let coefficients = CoefficientPlane::new(plane);
+            vec![encode_joint(coding, &coefficients, texture, settings)]
+        }
+        Packing::Split => {
+            let coefficients = CoefficientPlane::new(plane);
+            let alpha = singles(&coefficients.means);
+            let means = decoded_means(coding, &alpha, texture, coefficients.means.size);
+            let details = encode_bc7(texture, [1; 3], |x, y| {
+                coding.store_details(coefficients.residual(&means, coding, x, y))
+            });
+            vec![alpha, details]
+        }
+        Packing::Bc4 => vec![singles(plane)],
+        Packing::Bc1 => unreachable!("two planes in one: `encoder` packs them"),
+    }
+}
+
+/// The means as a decoder will have them.
+#[cfg(feature = "encode")]
+fn decoded_means(coding: &PlaneCoding, bc4: &[u8], texture: [u32; 2], size: [u32; 2]) -> Plane {
+    let texels = decode_blocks(BlockFormat::Bc4, bc4, texture);
+    Plane::from_fn(size, |x, y| {
+        coding.load_mean(texels[(y * texture[0] + x) as usize][0])
+    })
+}
+
+/// BC3 by a library, which takes the stored texels as colours.
+#[cfg(feature = "encode")]
+fn encode_mixed(
+    coding: &PlaneCoding,
+    coefficients: &CoefficientPlane,
+    texture: [u32; 2],
+    quality: BlockQuality,
+) -> Vec<u8> {
+    let texel = |x: u32, y: u32| -> Texel {
+        let [r, g, b] = coding.store_details(coefficients.details(x, y));
+        let mean = coding.store_mean(coefficients.means.clamped(x, y));
+        [r, g, b, mean].map(|v| (v * 255.0).round() as u8)
+    };
+    let positions = (0..texture[1]).flat_map(|y| (0..texture[0]).map(move |x| (x, y)));
+    let texels: Vec<Texel> = positions.map(|(x, y)| texel(x, y)).collect();
+    encode_bc3(&texels, texture, quality)
+}
+
+/// BC7 of means and details together. What is predicted hangs on the means that come out, so it is
+/// encoded several times, each with the means of the time before, and the best is kept.
+#[cfg(feature = "encode")]
+fn encode_joint(
+    coding: &PlaneCoding,
+    coefficients: &CoefficientPlane,
+    texture: [u32; 2],
+    settings: PackSettings,
+) -> Vec<u8> {
+    let size = coefficients.means.size;
+    let rounds = match settings.effort {
+        _ if coding.predictor == 0.0 => 1,
+        Effort::Fast => 2,
+        Effort::Default => 2,
+        Effort::Best => 8,
+    };
+    // An error of the mean moves four pixels, and what is predicted from it; the thesis has 0.6 to 0.2.
+    let mean_weight = if settings.thesis {
+        3
+    } else {
+        let extent = (coding.mean_max - coding.mean_min) / coding.range;
+        (2.0 * extent * extent).clamp(1.0, 256.0) as u32
+    };
+    let mut means = coefficients.means.clone();
+    let mut best: Option<(f64, Vec<u8>)> = None;
+    for _ in 0..rounds {
+        let blocks = encode_bc7(texture, [1, 1, mean_weight], |x, y| {
+            let residual = coefficients.residual(&means, coding, x, y);
+            let [r, g, _] = coding.store_details(residual);
+            let mean = coding.store_mean(coefficients.means.clamped(x, y));
+            [r, g, mean]
+        });
+        let texels = decode_blocks(BlockFormat::Bc7, &blocks, texture);
+        let texel = |x: u32, y: u32| texels[(y * texture[0] + x) as usize];
+        means = Plane::from_fn(size, |x, y| {
+            coding.load_mean(stored_mean(Packing::Bc7, texel(x, y)))
+        });
+        let error: f64 = (0..size[1])
+            .into_par_iter()
+            .map(|y| {
+                let row = (0..size[0]).map(|x| {
+                    let stored = stored_details(Packing::Bc7, coding, texel(x, y));
+                    let got = coding.load_details(stored);
+                    let wanted = coefficients.residual(&means, coding, x, y);
+                    let mean = means.clamped(x, y) - coefficients.means.clamped(x, y);
+                    let details: f32 = (0..3).map(|c| (got[c] - wanted[c]).powi(2)).sum();
+                    f64::from(details + 4.0 * mean * mean)
+                });
+                row.sum::<f64>()
+            })
+            .collect::<Vec<_>>()
+            .into_iter()
+            .sum();
+        if best.as_ref().is_none_or(|(least, _)| error < *least) {
+            best = Some((error, blocks));
+        }
+    }
+    best.expect("encoded at least once").1
+}

@@ -1,0 +1,318 @@
+//! Every filter and address mode, magnified and minified, against the same in f64 over decoded mips.
+
+use bevy::math::Vec2;
+use bevy_frugal_lab::content;
+use bevy_wavelet_tex::{
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStorage,
+    codec::{
+        encoder::EncodeSettings,
+        image::{ColorSpace, WaveletImage},
+        rate::Rate,
+    },
+};
+
+use super::{
+    driver::Driver,
+    modes::chroma_rounding,
+    reference::{Level, levels, mix, supersampled},
+    scene::{STEP, decoded_by, difference, encoded_with, picture},
+    viewer::Viewer,
+};
+use crate::support::gpu;
+
+const TARGET: [u32; 2] = [64, 48];
+
+fn image(rate: Rate, color_space: ColorSpace) -> WaveletImage {
+    let settings = EncodeSettings {
+        rate,
+        color_space,
+        ..EncodeSettings::default()
+    };
+    encoded_with(&picture(), &settings)
+}
+
+/// The centre of a target's pixel in uv.
+fn uv_at(x: u32, y: u32, [origin, extent]: [Vec2; 2]) -> Vec2 {
+    let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
+    origin + (Vec2::new(x as f32, y as f32) + 0.5) / target * extent
+}
+
+/// Level of detail where `extent` uv cover the target.
+fn level_of_detail(image: &WaveletImage, extent: Vec2) -> f64 {
+    let pixels = |axis: usize| {
+        f64::from(extent[axis]) * f64::from(image.size[axis]) / f64::from(TARGET[axis])
+    };
+    let lod = pixels(0).max(pixels(1)).log2();
+    lod.clamp(0.0, f64::from(image.levels - 1))
+}
+
+fn expected(
+    filter: WaveletFilter,
+    levels: &[Level],
+    uv: Vec2,
+    lod: f64,
+    mode: WaveletAddressMode,
+) -> [f64; 3] {
+    let fine = lod.floor() as usize;
+    let coarse = (fine + 1).min(levels.len() - 1);
+    let nearest_level = &levels[lod.round() as usize];
+    match filter {
+        WaveletFilter::Nearest => nearest_level.nearest(uv, mode),
+        WaveletFilter::Bilinear => nearest_level.bilinear(uv, mode),
+        WaveletFilter::NearestMipLinear => mix(
+            levels[fine].nearest(uv, mode),
+            levels[coarse].nearest(uv, mode),
+            lod.fract(),
+        ),
+        _ => mix(
+            levels[fine].bilinear(uv, mode),
+            levels[coarse].bilinear(uv, mode),
+            lod.fract(),
+        ),
+    }
+}
+
+#[test]
+fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
+    let _gpu = gpu();
+    let driver = Driver::new();
+    let mut viewer = Viewer::new(TARGET);
+    let images = [
+        ("gray2", image(Rate::Gray2, ColorSpace::Linear)),
+        ("gray3", image(Rate::Gray3, ColorSpace::Srgb)),
+        ("color3", image(Rate::Color3, ColorSpace::Srgb)),
+        ("color5", image(Rate::Color5, ColorSpace::Srgb)),
+    ];
+    // Magnified across an edge, and minified to between two levels.
+    let views = [
+        [Vec2::new(-0.17, 0.63), Vec2::new(0.53, 0.61)],
+        [Vec2::new(-0.3, -0.2), Vec2::new(1.9, 2.1)],
+    ];
+    for (name, image) in &images {
+        let levels = levels(image, |level| decoded_by(&driver, image, level));
+        for (mode, filter, view) in [
+            (WaveletAddressMode::Repeat, WaveletFilter::Nearest, 0),
+            (WaveletAddressMode::MirrorRepeat, WaveletFilter::Bilinear, 0),
+            (WaveletAddressMode::ClampToEdge, WaveletFilter::Bilinear, 1),
+            (
+                WaveletAddressMode::MirrorRepeat,
+                WaveletFilter::NearestMipLinear,
+                1,
+            ),
+            (WaveletAddressMode::ClampToEdge, WaveletFilter::Trilinear, 0),
+            (WaveletAddressMode::Repeat, WaveletFilter::Trilinear, 1),
+            // Not whole blocks: as trilinear.
+            (WaveletAddressMode::Repeat, WaveletFilter::Anisotropic, 1),
+        ] {
+            let view = views[view];
+            let extension = WaveletExtension {
+                filter,
+                address_mode: mode,
+                ..Default::default()
+            };
+            let shown = viewer.show(image, WaveletStorage::Blocks, extension, view);
+            let lod = level_of_detail(image, view[1]);
+            let nearest = matches!(
+                filter,
+                WaveletFilter::Nearest | WaveletFilter::NearestMipLinear
+            );
+            let borderline = std::cell::Cell::new(0);
+            let found = difference(&shown, |x, y| {
+                let uv = uv_at(x, y, view);
+                let wanted = expected(filter, &levels, uv, lod, mode).map(|v| v as f32);
+                // Between two pixels either may be the nearest.
+                let beside = [-1.0, 1.0].map(|d| uv + Vec2::splat(d * 2e-5));
+                let ambiguous = nearest
+                    && beside.iter().any(|uv| {
+                        let other = expected(filter, &levels, *uv, lod, mode);
+                        other.map(|v| v as f32) != wanted
+                    });
+                if ambiguous {
+                    borderline.set(borderline.get() + 1);
+                    let shown = shown.pixels[(y * TARGET[0] + x) as usize];
+                    return [shown[0], shown[1], shown[2]];
+                }
+                wanted
+            });
+            let borderline = borderline.get();
+            println!(
+                "{name} {filter:?} {mode:?} lod {lod:.2}: {:.3} steps, {borderline} borderline",
+                found.largest / STEP
+            );
+            assert!(borderline < 200, "{name} {filter:?}: {borderline} of 3072");
+            let most = 2.0 * STEP + chroma_rounding(image);
+            assert!(
+                found.largest <= most,
+                "{name} {filter:?} {mode:?}: {} steps at {:?}",
+                found.largest / STEP,
+                found.at
+            );
+        }
+    }
+}
+
+#[test]
+fn one_fetch_gives_two_mips() {
+    let _gpu = gpu();
+    let driver = Driver::new();
+    let mut viewer = Viewer::new(TARGET);
+    // Data, whose box-filtered mip is what the means are, of even size at all levels that are seen.
+    let soft = image::imageops::blur(&content::photo_like(128, 96, 7), 1.0);
+    let settings = EncodeSettings {
+        rate: Rate::Gray2,
+        color_space: ColorSpace::Linear,
+        ..EncodeSettings::default()
+    };
+    let image = encoded_with(&soft, &settings);
+    // 1.5 pixels of the texture for one of the target.
+    let view = [Vec2::new(0.02, 0.01), Vec2::splat(0.75)];
+    let shown = viewer.show(
+        &image,
+        WaveletStorage::Blocks,
+        WaveletExtension {
+            filter: WaveletFilter::OneFetchTrilinear,
+            ..Default::default()
+        },
+        view,
+    );
+    let lod = level_of_detail(&image, view[1]);
+    assert!((0.5..0.7).contains(&lod));
+    let levels = levels(&image, |level| decoded_by(&driver, &image, level));
+    let means = levels[0].halved();
+    let found = difference(&shown, |x, y| {
+        let uv = uv_at(x, y, view);
+        let mode = WaveletAddressMode::Repeat;
+        let fine = levels[0].bilinear(uv, mode);
+        mix(fine, means.bilinear(uv, mode), lod).map(|v| v as f32)
+    });
+    println!("means: {:.3} steps", found.largest / STEP);
+    assert!(
+        found.largest <= 2.0 * STEP,
+        "{} steps",
+        found.largest / STEP
+    );
+    // And they are as good as the mip that is stored.
+    let mut squares = 0.0;
+    for y in 0..TARGET[1] {
+        for x in 0..TARGET[0] {
+            let stored = expected(
+                WaveletFilter::Trilinear,
+                &levels,
+                uv_at(x, y, view),
+                lod,
+                WaveletAddressMode::Repeat,
+            );
+            let shown = shown.pixels[(y * TARGET[0] + x) as usize][0];
+            squares += (f64::from(shown) - stored[0]).powi(2);
+        }
+    }
+    let psnr = -10.0 * (squares / f64::from(TARGET[0] * TARGET[1])).log10();
+    println!("one fetch against two mips: {psnr:.1} dB");
+    assert!(psnr > 40.0, "{psnr} dB");
+}
+
+#[test]
+fn anisotropic_minification_is_near_a_supersampled_picture() {
+    let _gpu = gpu();
+    let driver = Driver::new();
+    let mut viewer = Viewer::new(TARGET);
+    let picture = content::photo_like(256, 256, 5);
+    for (rate, color_space) in [
+        (Rate::Gray2, ColorSpace::Linear),
+        (Rate::Gray3, ColorSpace::Linear),
+        (Rate::Color3, ColorSpace::Linear),
+        (Rate::Gray2, ColorSpace::Srgb),
+        (Rate::Color2_25, ColorSpace::Srgb),
+    ] {
+        let settings = EncodeSettings {
+            rate,
+            color_space,
+            ..EncodeSettings::default()
+        };
+        let image = encoded_with(&picture, &settings);
+        let levels = levels(&image, |level| decoded_by(&driver, &image, level));
+        // Pixels of the texture for one of the target, in x and y: 2 x 8, 3 x 6, 2.5 x 20.
+        for pixels in [[2.0, 8.0], [3.0, 6.0], [2.5, 20.0]] {
+            let extent = Vec2::new(
+                pixels[0] * TARGET[0] as f32 / 256.0,
+                pixels[1] * TARGET[1] as f32 / 256.0,
+            );
+            let view = [Vec2::new(0.013, 0.027), extent];
+            let mut show = |filter, storage| {
+                let extension = WaveletExtension {
+                    filter,
+                    ..Default::default()
+                };
+                let shown = viewer.show(&image, storage, extension, view);
+                let pixels = shown
+                    .pixels
+                    .iter()
+                    .map(|p| [p[0], p[1], p[2]].map(f64::from));
+                pixels.collect::<Vec<_>>()
+            };
+            let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
+            let supersample = |tent| {
+                let positions = (0..TARGET[1]).flat_map(|y| (0..TARGET[0]).map(move |x| (x, y)));
+                let sample =
+                    |(x, y)| supersampled(&levels[0], uv_at(x, y, view), extent / target, 40, tent);
+                positions.map(sample).collect::<Vec<_>>()
+            };
+            let [boxed, tent] = [supersample(false), supersample(true)];
+            let ours = show(WaveletFilter::Anisotropic, WaveletStorage::Blocks);
+            let native = show(WaveletFilter::Anisotropic, WaveletStorage::Decoded);
+            let plain = show(WaveletFilter::Trilinear, WaveletStorage::Blocks);
+            println!(
+                "{} {pixels:?}: {:.1} dB to the texture unit's own filter; to a tent {:.1} dB \
+                 (texture unit {:.1}, trilinear {:.1}), to a box {:.1} dB (texture unit {:.1})",
+                rate.name(),
+                psnr(&ours, &native),
+                psnr(&ours, &tent),
+                psnr(&native, &tent),
+                psnr(&plain, &tent),
+                psnr(&ours, &boxed),
+                psnr(&native, &boxed),
+            );
+            // What is sRGB is filtered before it is linearised, by any texture unit that is not told so.
+            let least = match color_space {
+                ColorSpace::Linear => 40.0,
+                ColorSpace::Srgb => psnr(&plain, &tent) + 1.0,
+            };
+            let name = rate.name();
+            let ours = psnr(&ours, &tent);
+            assert!(ours >= least, "{name} {pixels:?}: {ours} dB, not {least}");
+        }
+    }
+}
+
+fn psnr(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let pairs = a.iter().flatten().zip(b.iter().flatten());
+    let mean = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>() / (3 * a.len()) as f64;
+    -10.0 * mean.log10()
+}
+
+#[test]
+fn anisotropic_magnification_is_bilinear() {
+    let _gpu = gpu();
+    let driver = Driver::new();
+    let mut viewer = Viewer::new(TARGET);
+    let settings = EncodeSettings {
+        rate: Rate::Color3,
+        ..EncodeSettings::default()
+    };
+    let image = encoded_with(&content::photo_like(64, 64, 5), &settings);
+    let levels = levels(&image, |level| decoded_by(&driver, &image, level));
+    let view = [Vec2::new(0.2, 0.1), Vec2::new(0.5, 0.4)];
+    let extension = WaveletExtension {
+        filter: WaveletFilter::Anisotropic,
+        ..Default::default()
+    };
+    let shown = viewer.show(&image, WaveletStorage::Blocks, extension, view);
+    let found = difference(&shown, |x, y| {
+        let uv = uv_at(x, y, view);
+        levels[0]
+            .bilinear(uv, WaveletAddressMode::Repeat)
+            .map(|v| v as f32)
+    });
+    let most = 2.0 * STEP + chroma_rounding(&image);
+    assert!(found.largest <= most, "{} steps", found.largest / STEP);
+}

@@ -1,0 +1,165 @@
+//! Images that become wavelet textures when assets are processed, without a GPU.
+
+use std::{io::Cursor, time::Duration};
+
+use bevy::{
+    app::TaskPoolPlugin,
+    asset::{AssetMode, AssetServer, LoadState, processor::AssetProcessor},
+    image::{CompressedImageFormats, Image, ImageLoader},
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_frugal_lab::content;
+use bevy_wavelet_tex::{
+    WaveletProcessor, WaveletRole, WaveletSaver, WaveletSaverSettings, WaveletTexture,
+    asset::WaveletTextureLoader,
+    codec::{
+        image::{ColorSpace, Content},
+        rate::Rate,
+    },
+    file,
+};
+use image::{DynamicImage, ImageFormat};
+
+use super::loading::Folder;
+
+fn png(image: impl Into<DynamicImage>) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image
+        .into()
+        .write_to(&mut bytes, ImageFormat::Png)
+        .expect("a PNG");
+    bytes.into_inner()
+}
+
+const META: &str = r#"(
+    meta_format_version: "1.0",
+    asset: Process(
+        processor: "LoadTransformAndSave<ImageLoader, IdentityAssetTransformer<Image>, WaveletSaver>",
+        settings: (
+            loader_settings: (format: FromExtension, is_srgb: true, sampler: Default, asset_usage: ("MAIN_WORLD | RENDER_WORLD"), texture_format: None, array_layout: None),
+            transformer_settings: (),
+            saver_settings: (role: Normal, max_size: Some(32)),
+        ),
+    ),
+)"#;
+
+#[test]
+fn a_meta_file_makes_an_image_a_wavelet_texture() {
+    let folder = Folder::new("processing");
+    let assets = folder.0.join("assets");
+    std::fs::create_dir_all(&assets).expect("a folder");
+    let normals = content::bricks(64, 48, 3).normal;
+    std::fs::write(assets.join("wall.png"), png(normals)).expect("a file");
+    std::fs::write(assets.join("wall.png.meta"), META).expect("a file");
+
+    let mut app = App::new();
+    app.add_plugins((
+        TaskPoolPlugin::default(),
+        AssetPlugin {
+            file_path: assets.to_string_lossy().into_owned(),
+            processed_file_path: folder.0.join("processed").to_string_lossy().into_owned(),
+            mode: AssetMode::Processed,
+            watch_for_changes_override: Some(false),
+            use_asset_processor_override: Some(true),
+            ..default()
+        },
+    ))
+    .init_asset::<Image>()
+    .init_asset::<WaveletTexture>()
+    .register_asset_loader(ImageLoader::new(CompressedImageFormats::NONE))
+    .register_asset_loader(WaveletTextureLoader::new(true))
+    .register_asset_processor::<WaveletProcessor>(WaveletSaver.into());
+    app.finish();
+    app.cleanup();
+    assert!(app.world().contains_resource::<AssetProcessor>());
+    let texture: Handle<WaveletTexture> = app.world().resource::<AssetServer>().load("wall.png");
+    for _ in 0..1000 {
+        app.update();
+        let server = app.world().resource::<AssetServer>();
+        match server.load_state(&texture) {
+            LoadState::Loaded => break,
+            LoadState::Failed(error) => panic!("{error}"),
+            _ => std::thread::sleep(Duration::from_millis(5)),
+        }
+    }
+    let textures = app.world().resource::<Assets<WaveletTexture>>();
+    let texture = textures.get(&texture).expect("loaded in time");
+    assert_eq!(texture.content, Content::Normal);
+    assert_eq!(texture.color_space, ColorSpace::Linear);
+    assert_eq!(texture.size, [32, 24]);
+    let processed = std::fs::read(folder.0.join("processed/wall.png")).expect("processed");
+    assert_eq!(file::read(&processed).expect("a texture").size, [32, 24]);
+}
+
+fn bevy_image(size: [u32; 2], format: TextureFormat, data: Vec<u8>) -> Image {
+    let size = Extent3d {
+        width: size[0],
+        height: size[1],
+        depth_or_array_layers: 1,
+    };
+    let mut image = Image::new_uninit(size, TextureDimension::D2, format, default());
+    image.data = Some(data);
+    image
+}
+
+#[test]
+fn the_saver_keeps_given_mips_and_reads_every_plain_format() {
+    // Level 1 is another picture, as a hand-made mip could be.
+    let levels = [vec![200u8; 64 * 64 * 4], vec![40u8; 32 * 32 * 4]].concat();
+    let image = bevy_image([64, 64], TextureFormat::Rgba8UnormSrgb, levels);
+    let settings = WaveletSaverSettings::default();
+    let bytes = settings.encode(&image, "a.png").expect("encoded");
+    let texture = file::read(&bytes).expect("a texture");
+    assert_eq!(texture.levels, 2);
+    for (level, wanted) in [(0, 200), (1, 40)] {
+        let decoded = bevy_wavelet_tex::codec::decoder::decode(&texture, level);
+        for pixel in decoded.to_rgba8(texture.content) {
+            assert!(
+                pixel[..3].iter().all(|v| v.abs_diff(wanted) <= 1),
+                "{pixel:?}"
+            );
+        }
+    }
+    for (format, bytes) in [
+        (TextureFormat::R8Unorm, 1),
+        (TextureFormat::Rgba8Unorm, 4),
+        (TextureFormat::R16Unorm, 2),
+        (TextureFormat::Rgba16Unorm, 8),
+    ] {
+        let image = bevy_image([9, 5], format, vec![100; 45 * bytes]);
+        let file = settings.encode(&image, "b.png").expect("encoded");
+        assert_eq!(
+            file::read(&file).expect("a texture").size,
+            [9, 5],
+            "{format:?}"
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_saved_is_named() {
+    let floats = bevy_image([2, 2], TextureFormat::Rgba32Float, vec![0; 64]);
+    let bytes = bevy_image([2, 2], TextureFormat::Rgba8Unorm, vec![0; 16]);
+    let short = bevy_image([2, 2], TextureFormat::Rgba8Unorm, vec![0; 8]);
+    let wrong_rate = WaveletSaverSettings {
+        role: WaveletRole::Mask,
+        rate: Some(Rate::Color3),
+        ..default()
+    };
+    let any = WaveletSaverSettings::default();
+    for (settings, image, words) in [
+        (any, &floats, "Rgba32Float"),
+        (any, &short, "should have 4 pixels"),
+        (wrong_rate, &bytes, "possible are gray2, gray3"),
+    ] {
+        let error = settings
+            .encode(image, "x.png")
+            .expect_err("refused")
+            .to_string();
+        assert!(
+            error.contains("'x.png'") && error.contains(words),
+            "{error}"
+        );
+    }
+}
