@@ -9,9 +9,9 @@
 //! | --- | --- |
 //! | [`settings`] | what a user chooses |
 //! | [`mod@reference`] | packing and reconstruction in plain Rust |
-//! | [`material`] | how materials come to pack what they shade |
-//! | [`view`] | which cameras pack, and how Bevy prepares for it |
-//! | [`pass`] | the main pass of a packed camera, and the resolve |
+//! | `material` | how materials come to pack what they shade |
+//! | `view` | which cameras pack, and how Bevy prepares for it |
+//! | `pass` | the main pass of a packed camera, and the resolve |
 //! | [`report`] | what became of each camera, and its memory |
 //! | [`plugin`] | what an app adds |
 //!
@@ -20,9 +20,9 @@
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
-pub mod material;
+mod material;
 #[cfg(feature = "bevy")]
-pub mod pass;
+mod pass;
 #[cfg(feature = "bevy")]
 pub mod plugin;
 pub mod reference;
@@ -30,7 +30,7 @@ pub mod reference;
 pub mod report;
 pub mod settings;
 #[cfg(feature = "bevy")]
-pub mod view;
+mod view;
 
 #[cfg(feature = "bevy")]
 pub use plugin::YCoCgFrameBufferPlugin;

@@ -11,7 +11,7 @@ use bevy::{
     prelude::*,
     render::render_resource::TextureFormat,
 };
-use bevy_ycocg_fb::{FrameBufferReports, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{FrameBufferReports, Reconstruction, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
 use indicatif::ProgressBar;
 
 use super::PLUGIN;
@@ -37,6 +37,8 @@ enum Camera {
     Rg11b10Ufloat,
     /// Packed, resolved to Bevy's `Rgba16Float` texture.
     PackedHdr,
+    /// The same with another filter than the default.
+    PackedHdrBy(Reconstruction),
     /// Packed, resolved and tone-mapped to the 8-bit target.
     PackedFused,
 }
@@ -49,11 +51,26 @@ impl Camera {
         Self::PackedFused,
     ];
 
+    /// The other filters: their time is in the resolve alone, so they are measured without layers.
+    const FILTERS: [Self; 5] = [
+        Self::PackedHdrBy(Reconstruction::Nearest),
+        Self::PackedHdrBy(Reconstruction::Bilinear),
+        Self::PackedHdrBy(Reconstruction::EdgeDirected),
+        Self::PackedHdrBy(Reconstruction::Guided),
+        Self::PackedHdrBy(Reconstruction::Quad),
+    ];
+
     fn name(self) -> &'static str {
         match self {
             Self::Rgba16Float => super::settings::REFERENCE,
             Self::Rg11b10Ufloat => "rg11b10ufloat",
             Self::PackedHdr => "packed_hdr",
+            Self::PackedHdrBy(Reconstruction::Nearest) => "packed_hdr nearest",
+            Self::PackedHdrBy(Reconstruction::Bilinear) => "packed_hdr bilinear",
+            Self::PackedHdrBy(Reconstruction::EdgeDirected) => "packed_hdr edge_directed",
+            Self::PackedHdrBy(Reconstruction::Guided) => "packed_hdr guided",
+            Self::PackedHdrBy(Reconstruction::Wide) => "packed_hdr wide",
+            Self::PackedHdrBy(Reconstruction::Quad) => "packed_hdr quad",
             Self::PackedFused => "packed_fused",
         }
     }
@@ -113,7 +130,8 @@ pub fn rows(plan: &Plan, progress: &ProgressBar) -> Result<Vec<Measurement>, Tra
         );
         progress.set_message(scene.clone());
         let mut contestants = Vec::new();
-        for camera in Camera::ALL {
+        let filters = Camera::FILTERS.into_iter().filter(|_| load.layers == 0);
+        for camera in Camera::ALL.into_iter().chain(filters) {
             let (app, bytes) = app(camera, load, size)?;
             let row = Measurement {
                 plugin: PLUGIN.into(),
@@ -190,6 +208,15 @@ fn spawn_camera(world: &mut World, camera: Camera, msaa: Msaa, size: [u32; 2]) -
         }
         Camera::PackedHdr => {
             let packed = YCoCgFrameBuffer::default();
+            world
+                .entity_mut(entity)
+                .insert((Hdr, Tonemapping::default(), packed));
+        }
+        Camera::PackedHdrBy(reconstruction) => {
+            let packed = YCoCgFrameBuffer {
+                reconstruction,
+                ..default()
+            };
             world
                 .entity_mut(entity)
                 .insert((Hdr, Tonemapping::default(), packed));

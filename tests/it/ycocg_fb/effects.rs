@@ -98,6 +98,36 @@ fn effects_after_tone_mapping() {
 }
 
 #[test]
+fn a_user_interface_over_the_picture() {
+    let scene = |app: &mut App| {
+        lit_scene(app);
+        app.add_systems(Startup, |mut commands: Commands| {
+            commands.spawn((
+                Node {
+                    width: percent(40),
+                    height: percent(30),
+                    ..default()
+                },
+                BackgroundColor(Color::srgb(1.0, 0.0, 0.6)),
+            ));
+        });
+    };
+    let _gpu = gpu();
+    let mut studio = Studio::new(scene);
+    studio.camera(|camera| {
+        camera.insert(IsDefaultUiCamera);
+    });
+    for hdr in [true, false] {
+        let plain = studio.mode(hdr, Msaa::Sample4).plain();
+        let packed = studio.packed(YCoCgFrameBuffer::default());
+        // Drawn after the resolve: the same to the last bit.
+        for picture in [&plain, &packed] {
+            assert_eq!(picture.get_pixel(20, 10).0, [255, 0, 153], "hdr {hdr}");
+        }
+    }
+}
+
+#[test]
 fn every_tone_mapping_and_color_grading() {
     use Tonemapping as T;
     let _gpu = gpu();
