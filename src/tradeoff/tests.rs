@@ -14,8 +14,9 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
     };
     let report = (wavelet_tex::STUDY.measure)(&plan, &ProgressBar::hidden()).expect("a report");
     let rows = &report.measurements;
-    // Three images in colour and in gray, and a normal map: the original and three efforts.
-    assert_eq!(rows.len(), 7 * 4);
+    // Three images in colour and in gray, and a normal map: the original, three efforts of the
+    // first rate, and the others.
+    assert_eq!(rows.len(), 3 * (1 + 3 + 3) + 3 * (1 + 3 + 1) + (1 + 3));
     for (setting, count) in [
         ("rgba8", 3),
         ("r8", 3),
@@ -30,11 +31,15 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
         rows.iter()
             .find(|row| row.scene == "photo" && row.setting == setting)
     };
-    // 24 x 16 pixels at 2 bits, and 12 x 8 padded to 8 x 4 coefficients twice.
+    // 24 x 16 pixels: luma is 12 x 8 coefficients of 16 bytes a block, chroma 12 x 8 or 6 x 4
+    // pixels of 8 bytes a block.
     let bytes = |setting| photo(setting).and_then(|row| row.bytes);
     assert_eq!(bytes("rgba8"), Some(24 * 16 * 4));
-    assert_eq!(bytes("color3 best"), Some(3 * 2 * 16 + 2 * 2 * 16));
-    assert_eq!(photo("color3 best").and_then(|row| row.fetches), Some(3.0));
+    assert_eq!(bytes("color3 default"), Some(3 * 2 * 16 + 3 * 2 * 8));
+    assert_eq!(bytes("color2.25 best"), Some(3 * 2 * 16 + 2 * 8));
+    // The luma of a pixel and its neighbours, and chroma.
+    let fetches = photo("color3 default").and_then(|row| row.fetches);
+    assert_eq!(fetches, Some(1.0 + 8.0 + 1.0));
 
     let json = serde_json::to_value(&report).expect("serialises");
     let records = json["measurements"].as_array().expect("an array");
