@@ -23,12 +23,16 @@ use bevy_wavelet_tex::{
 use image::RgbImage;
 use indicatif::ProgressBar;
 
-use super::{PLUGIN, encoded, fetches, median, note, original};
+use super::{PLUGIN, encoded, fetches, note, original};
 use crate::{
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, pixel_camera},
     metrics::compare,
     record::{Measurement, ReportAdapter},
-    tradeoff::{TradeoffError, options::Plan},
+    tradeoff::{
+        TradeoffError,
+        contest::{Contestant, contest},
+        options::Plan,
+    },
 };
 
 /// How far the texture lies aside, in its pixels.
@@ -44,14 +48,6 @@ pub const FILTERS: [(WaveletFilter, &str, f64); 4] = [
     (WaveletFilter::Bilinear, "bilinear", 4.0),
     (WaveletFilter::Trilinear, "trilinear", 8.0),
 ];
-
-/// A setting: its app and what is known of it so far.
-struct Contestant {
-    app: HeadlessApp,
-    row: Measurement,
-    gpu_ms: Vec<f64>,
-    cpu_ms: Vec<f64>,
-}
 
 /// The rows of `photo` with `filters` in a picture of `size` pixels, the original first, and what rendered them.
 ///
@@ -71,13 +67,13 @@ pub fn rows(
         setting: "rgba8 bilinear".into(),
         ..original(photo, Content::Color)
     };
-    let app = quad_app(photo, size, |world, base| add_rgba8(world, base, photo))?;
+    let mut app = quad_app(photo, size, |world, base| add_rgba8(world, base, photo))?;
     let adapter = ReportAdapter::from(app.adapter());
     let blocks = app
         .features()
         .contains(wgpu::Features::TEXTURE_COMPRESSION_BC);
+    let reference = app.capture_rgb8()?;
     let mut contestants = vec![Contestant::new(app, row)];
-    let reference = contestants[0].app.capture_rgb8()?;
 
     let texture = encoded(photo, Rate::Color3, Effort::Default, true)?;
     let level_0 = encoded(photo, Rate::Color3, Effort::Fast, false)?.gpu_bytes();
@@ -102,13 +98,8 @@ pub fn rows(
         };
         contestants.push(Contestant::new(app, row));
     }
-    for _ in 0..plan.rounds {
-        for contestant in &mut contestants {
-            contestant.measure(plan.frames)?;
-        }
-        progress.inc(1);
-    }
-    let rows: Vec<_> = contestants.into_iter().map(Contestant::finish).collect();
+    let rows = contest(contestants, plan.rounds, plan.frames)?;
+    progress.inc(u64::from(plan.rounds));
     if rows.iter().any(|row| row.gpu_ms.is_none()) {
         note(
             progress,
@@ -116,32 +107,6 @@ pub fn rows(
         );
     }
     Ok((adapter, rows))
-}
-
-impl Contestant {
-    fn new(app: HeadlessApp, row: Measurement) -> Self {
-        Self {
-            app,
-            row,
-            gpu_ms: Vec::new(),
-            cpu_ms: Vec::new(),
-        }
-    }
-
-    fn measure(&mut self, frames: u32) -> Result<(), HeadlessError> {
-        let times = self.app.measure_frames(frames)?;
-        self.gpu_ms.extend(times.gpu_ms);
-        self.cpu_ms.extend(times.cpu_ms);
-        Ok(())
-    }
-
-    fn finish(self) -> Measurement {
-        Measurement {
-            gpu_ms: median(self.gpu_ms),
-            cpu_ms: median(self.cpu_ms),
-            ..self.row
-        }
-    }
 }
 
 /// An app that shows the middle of `photo`, ready to be captured; `spawn` gives the quad its material.
