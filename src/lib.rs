@@ -2,6 +2,7 @@
 //!
 //! | module | gives |
 //! | --- | --- |
+//! | [`boxes`] | scenes in plain numbers, and their path-traced light |
 //! | [`content`] | procedural textures and photographs |
 //! | [`headless`] | Bevy without a window, the same frames on every run |
 //! | [`metrics`] | how far a picture is from its reference |
@@ -11,6 +12,7 @@
 //! | [`gallery`] | all scenes in one window or on one page |
 //! | [`mod@tradeoff`] | accuracy, memory and time of each plugin, as a report |
 
+pub mod boxes;
 pub mod content;
 pub mod gallery;
 pub mod headless;

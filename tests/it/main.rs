@@ -6,6 +6,7 @@ mod knobs;
 mod runner;
 mod support;
 mod tradeoff;
+mod voxel_gi;
 mod wavelet_tex;
 mod ycocg_fb;
 mod ycocg_scene;

@@ -1,0 +1,47 @@
+//! Dynamic diffuse global illumination from a voxelised scene.
+//!
+//! The scene is voxelised each frame, lamps light the voxels, light goes from surface to surface
+//! through them, and every material with Bevy's lighting receives it (P. Mavridis, *Efficient
+//! Texture Representation and Sampling Algorithms for Real-time Rendering*, 2013, chapter 6).
+//!
+//! | room | what is in it |
+//! | --- | --- |
+//! | [`settings`] | what a user chooses |
+//! | `reference` | voxels, rays and light in plain Rust |
+//! | [`scene`] | meshes, surfaces and lamps, seen by a camera or not |
+//! | `volume` | where the volume is, what it stores, what a frame computes |
+//! | `voxelize` | from meshes to voxels |
+//! | `light` | from voxels to light |
+//! | `receive` | from light to pixels |
+//! | [`report`] | what became of the volume, and its memory |
+//! | [`plugin`] | what an app adds |
+//!
+//! Without the feature `bevy` only `reference` is compiled.
+
+#[cfg(feature = "bevy")]
+mod light;
+#[cfg(feature = "bevy")]
+pub mod plugin;
+#[cfg(feature = "bevy")]
+mod receive;
+#[cfg(feature = "bevy")]
+pub mod report;
+#[cfg(feature = "bevy")]
+pub mod scene;
+#[cfg(feature = "bevy")]
+pub mod settings;
+#[cfg(feature = "bevy")]
+mod volume;
+#[cfg(feature = "bevy")]
+mod voxelize;
+
+#[cfg(feature = "bevy")]
+pub use plugin::{VoxelGiPlugin, VoxelMaterialPlugin};
+#[cfg(feature = "bevy")]
+pub use report::{VoxelGiReport, VoxelGiState};
+#[cfg(feature = "bevy")]
+pub use scene::{VoxelMaterial, VoxelSurface};
+#[cfg(feature = "bevy")]
+pub use settings::{
+    Bounces, NotVoxelized, Receiver, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer,
+};

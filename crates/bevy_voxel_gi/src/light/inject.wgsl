@@ -1,0 +1,143 @@
+// Light from the lamps on every surface, and what the surface makes of it (thesis section 6.5.4):
+// the radiance that leaves it, emission and light of earlier bounces included. One workgroup a
+// surface, one thread a point of it.
+
+#import bevy_voxel_gi::atlas::{atlas_texel, storable}
+#import bevy_voxel_gi::rays::PI
+#import bevy_voxel_gi::surface::{exposed_in_column, face_key, main_face, point_count,
+    surface_normal, surface_plane, surface_point}
+#import bevy_voxel_gi::trace::{NOTHING, keys, trace, volume}
+#import bevy_voxel_gi::volume::{FACES, FLAG_FEEDBACK, cascade_min, cascade_voxel_size,
+    key_material, voxel_count, voxel_of_index}
+
+// In step with `surface.rs`.
+struct Material {
+    albedo: vec3<f32>,
+    emissive_exposure_weight: f32,
+    emissive: vec3<f32>,
+    double_sided: u32,
+    transparent: u32,
+}
+
+// In step with `lights.rs`, where the fields are explained.
+struct Light {
+    position: vec3<f32>,
+    kind: u32,
+    color: vec3<f32>,
+    inverse_range_squared: f32,
+    direction: vec3<f32>,
+    spot_scale: f32,
+    spot_offset: f32,
+    pad: vec3<f32>,
+}
+
+const DIRECTIONAL: u32 = 0u;
+const SPOT: u32 = 2u;
+
+@group(1) @binding(0) var<storage, read> work: array<u32>;
+@group(1) @binding(1) var<storage, read> counters: array<u32>;
+@group(1) @binding(2) var<storage, read_write> radiance: array<vec2<u32>>;
+@group(1) @binding(3) var<storage, read> materials: array<Material>;
+@group(1) @binding(4) var<storage, read> lights: array<Light>;
+@group(1) @binding(5) var light_texture: texture_3d<f32>;
+
+const THREADS: u32 = 16u;
+var<workgroup> exposed_words: array<atomic<u32>, 2>;
+var<workgroup> irradiances: array<vec3<f32>, 16>;
+
+struct Arriving {
+    // Irradiance of what faces the lamp.
+    irradiance: vec3<f32>,
+    direction: vec3<f32>,
+    // In metres.
+    distance: f32,
+}
+
+// Nearer than this, in voxels, a lamp shines as from there.
+const NEAREST: f32 = 0.125;
+
+fn arriving(light: Light, position: vec3<f32>, voxel_size: f32) -> Arriving {
+    if (light.kind == DIRECTIONAL) {
+        return Arriving(light.color, -light.direction, 3e38);
+    }
+    let to = light.position - position;
+    let distance = length(to);
+    let direction = to / max(distance, 1e-9);
+    let squared = pow(max(distance, NEAREST * voxel_size), 2.0);
+    // As Bevy fades lamps out.
+    let factor = squared * light.inverse_range_squared;
+    let window = pow(saturate(1.0 - factor * factor), 2.0);
+    var cone = 1.0;
+    if (light.kind == SPOT) {
+        let cosine = -dot(direction, light.direction);
+        cone = pow(saturate(cosine * light.spot_scale + light.spot_offset), 2.0);
+    }
+    return Arriving(light.color * (window * cone / squared), direction, distance);
+}
+
+@compute @workgroup_size(16)
+fn inject(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let place = group.x + group.y * groups.x;
+    let entry = work[min(place, counters[0] - 1u)];
+    let index = entry >> 3u;
+    let face = entry & 7u;
+    let normal = surface_normal(index, face);
+    let bit = exposed_in_column(index, main_face(normal), thread);
+    if (bit < 64u) {
+        atomicOr(&exposed_words[bit >> 5u], 1u << (bit & 31u));
+    }
+    workgroupBarrier();
+    let exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
+    let plane = surface_plane(exposed, normal);
+    let cascade = index / voxel_count(volume);
+    let corner = vec3<f32>(voxel_of_index(volume, index));
+    let size = cascade_voxel_size(volume, cascade);
+    let used = min(point_count(exposed), volume.shadow_samples);
+    var irradiance = vec3(0.0);
+    if (thread < used) {
+        let point = corner + surface_point(exposed, plane, normal, thread, used);
+        let position = cascade_min(volume, cascade) + size * point;
+        for (var i = 0u; i < volume.light_count; i++) {
+            let arrived = arriving(lights[i], position, size);
+            let cosine = dot(normal, arrived.direction);
+            if (cosine > 0.0 && any(arrived.irradiance > vec3(0.0))) {
+                let reach = arrived.distance / size - plane.guard;
+                let origin = point + normal * plane.guard;
+                if (trace(cascade, origin, arrived.direction, reach) == NOTHING) {
+                    irradiance += arrived.irradiance * cosine;
+                }
+            }
+        }
+    }
+    irradiances[thread] = irradiance;
+    workgroupBarrier();
+    if (thread > 0u) {
+        return;
+    }
+    var direct = vec3(0.0);
+    for (var i = 0u; i < used; i++) {
+        direct += irradiances[i];
+    }
+    direct /= f32(max(used, 1u));
+    let material = materials[key_material(keys[FACES * index + face])];
+    let exposure = mix(1.0 / volume.exposure, 1.0, material.emissive_exposure_weight);
+    var leaving = volume.storage_scale
+        * (material.emissive * exposure + material.albedo * direct / PI);
+    if ((volume.flags & FLAG_FEEDBACK) != 0u) {
+        // Irradiance over pi, premultiplied by its weight.
+        let before = textureLoad(light_texture, atlas_texel(volume, index, face), 0);
+        leaving += material.albedo * before.rgb / max(before.a, 1e-3);
+    }
+    let stored = storable(leaving);
+    let packed = vec2(pack2x16float(stored.rg), pack2x16float(vec2(stored.b, 0.0)));
+    let key = face_key(index, face);
+    for (var f = face; f < FACES; f++) {
+        if (face_key(index, f) == key) {
+            radiance[FACES * index + f] = packed;
+        }
+    }
+}

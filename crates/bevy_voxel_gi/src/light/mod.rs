@@ -1,0 +1,196 @@
+//! From voxels to light: what the lamps send (thesis section 6.5.4), and what goes from surface to
+//! surface (section 6.6.1).
+
+pub(crate) mod pipeline;
+
+use bevy::{
+    asset::embedded_asset,
+    prelude::*,
+    render::{
+        diagnostic::RecordDiagnostics,
+        render_resource::{
+            BindGroup, BindGroupEntries, ComputePass, ComputePassDescriptor, ComputePipeline,
+            PipelineCache, StorageBuffer,
+        },
+        renderer::{RenderContext, RenderDevice},
+        texture::GpuImage,
+    },
+};
+
+use self::pipeline::LightPipelines;
+use crate::{
+    scene::{lights::GpuLight, surface::VoxelSurface},
+    volume::{
+        gpu::{VolumeBuffers, VolumeUniforms},
+        plan::FramePlan,
+    },
+};
+
+/// The bind groups of a frame that computes light.
+#[derive(Resource)]
+pub(crate) struct LightWork {
+    /// For the first bounce of the frame, and for the others.
+    volume: [BindGroup; 2],
+    list: BindGroup,
+    inject: BindGroup,
+    gather: BindGroup,
+}
+
+impl LightWork {
+    pub(crate) fn new(
+        surfaces: &StorageBuffer<Vec<VoxelSurface>>,
+        lights: &StorageBuffer<Vec<GpuLight>>,
+        texture: &GpuImage,
+        uniforms: &VolumeUniforms,
+        buffers: &VolumeBuffers,
+        pipelines: &LightPipelines,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+    ) -> Option<Self> {
+        let volume = |bounce: usize| {
+            Some(device.create_bind_group(
+                "voxel_gi_volume",
+                &cache.get_bind_group_layout(&pipelines.volume),
+                &BindGroupEntries::sequential((
+                    uniforms.bounces[bounce].binding()?,
+                    buffers.masks.as_entire_binding(),
+                    buffers.faces.as_entire_binding(),
+                )),
+            ))
+        };
+        Some(Self {
+            volume: [volume(0)?, volume(1)?],
+            list: device.create_bind_group(
+                "voxel_gi_list",
+                &cache.get_bind_group_layout(&pipelines.list),
+                &BindGroupEntries::sequential((
+                    buffers.work.as_entire_binding(),
+                    buffers.counters.as_entire_binding(),
+                    &texture.texture_view,
+                )),
+            ),
+            inject: device.create_bind_group(
+                "voxel_gi_inject",
+                &cache.get_bind_group_layout(&pipelines.inject),
+                &BindGroupEntries::sequential((
+                    buffers.work.as_entire_binding(),
+                    buffers.counters.as_entire_binding(),
+                    buffers.radiosity.as_entire_binding(),
+                    surfaces.binding()?,
+                    lights.binding()?,
+                    &texture.texture_view,
+                )),
+            ),
+            gather: device.create_bind_group(
+                "voxel_gi_gather",
+                &cache.get_bind_group_layout(&pipelines.gather),
+                &BindGroupEntries::sequential((
+                    buffers.work.as_entire_binding(),
+                    buffers.counters.as_entire_binding(),
+                    buffers.radiosity.as_entire_binding(),
+                    &texture.texture_view,
+                )),
+            ),
+        })
+    }
+}
+
+/// Where in the dispatch buffer the size of a pass is, in bytes.
+const SURFACES: u64 = 0;
+const AIR: u64 = 16;
+
+/// Lists what there is to do, then computes each bounce.
+pub(crate) fn compute_light(
+    mut context: RenderContext,
+    plan: Res<FramePlan>,
+    work: Option<Res<LightWork>>,
+    buffers: Option<Res<VolumeBuffers>>,
+    cache: Res<PipelineCache>,
+) {
+    let (Some(ids), Some(work), Some(buffers)) = (plan.light, work, buffers) else {
+        return;
+    };
+    let ready = |id| cache.get_compute_pipeline(id);
+    let (Some(list), Some(finish), Some(gather), Some(air)) = (
+        ready(ids.list),
+        ready(ids.finish),
+        ready(ids.gather),
+        ready(ids.gather_air),
+    ) else {
+        return;
+    };
+    let inject = ids.inject.and_then(ready);
+    step(&mut context, "voxel_gi_list", |pass| {
+        let groups = u32::try_from(buffers.shape.voxels.div_ceil(64)).unwrap_or(u32::MAX);
+        let x = groups.min(32768);
+        pass.set_bind_group(0, &work.volume[0], &[]);
+        pass.set_bind_group(1, &work.list, &[]);
+        pass.set_pipeline(list);
+        pass.dispatch_workgroups(x, groups.div_ceil(x), 1);
+        pass.set_pipeline(finish);
+        pass.dispatch_workgroups(1, 1, 1);
+    });
+    // A buffer cannot be written by shaders and read by dispatches in one pass.
+    context.command_encoder().copy_buffer_to_buffer(
+        &buffers.counters,
+        VolumeBuffers::SIZES,
+        &buffers.dispatch,
+        0,
+        VolumeBuffers::DISPATCH,
+    );
+    for bounce in 0..plan.bounces {
+        let volume = &work.volume[usize::from(bounce > 0)];
+        let last = bounce + 1 == plan.bounces;
+        if let Some(inject) = inject {
+            step(&mut context, "voxel_gi_inject", |pass| {
+                run(pass, inject, volume, &work.inject, &buffers, SURFACES);
+            });
+        }
+        step(&mut context, "voxel_gi_gather", |pass| {
+            run(pass, gather, volume, &work.gather, &buffers, SURFACES);
+            if last {
+                run(pass, air, volume, &work.gather, &buffers, AIR);
+            }
+        });
+    }
+}
+
+/// A pass of its own, with its time taken.
+fn step(
+    context: &mut RenderContext,
+    name: &'static str,
+    record: impl FnOnce(&mut ComputePass<'_>),
+) {
+    let diagnostics = context.diagnostic_recorder();
+    let encoder = context.command_encoder();
+    let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+        label: Some(name),
+        ..default()
+    });
+    let span = diagnostics.as_ref().map(|d| d.pass_span(&mut pass, name));
+    record(&mut pass);
+    if let Some(span) = span {
+        span.end(&mut pass);
+    }
+}
+
+fn run(
+    pass: &mut ComputePass<'_>,
+    pipeline: &ComputePipeline,
+    volume: &BindGroup,
+    group: &BindGroup,
+    buffers: &VolumeBuffers,
+    size: u64,
+) {
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, volume, &[]);
+    pass.set_bind_group(1, group, &[]);
+    pass.dispatch_workgroups_indirect(&buffers.dispatch, size);
+}
+
+/// Puts the shaders of the passes into the app.
+pub(crate) fn embed(app: &mut App) {
+    embedded_asset!(app, "list.wgsl");
+    embedded_asset!(app, "inject.wgsl");
+    embedded_asset!(app, "gather.wgsl");
+}

@@ -1,0 +1,174 @@
+//! The pipelines of the light's passes.
+
+use bevy::{
+    asset::load_embedded_asset,
+    prelude::*,
+    render::render_resource::{
+        BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
+        ComputePipelineDescriptor, PipelineCache, ShaderStages, SpecializedComputePipeline,
+        SpecializedComputePipelines, StorageTextureAccess, TextureFormat, TextureSampleType,
+        binding_types::{
+            storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, texture_storage_3d,
+            uniform_buffer,
+        },
+    },
+};
+
+use crate::volume::gpu::GpuVolume;
+
+/// One of the passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Step {
+    List,
+    Finish,
+    Inject,
+    Gather,
+    GatherAir,
+}
+
+/// What a pipeline is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct LightKey {
+    step: Step,
+    occlusion_only: bool,
+}
+
+#[derive(Resource)]
+pub(crate) struct LightPipelines {
+    /// What rays go through.
+    pub volume: BindGroupLayoutDescriptor,
+    pub list: BindGroupLayoutDescriptor,
+    pub inject: BindGroupLayoutDescriptor,
+    pub gather: BindGroupLayoutDescriptor,
+    list_shader: Handle<Shader>,
+    inject_shader: Handle<Shader>,
+    gather_shader: Handle<Shader>,
+}
+
+/// The pipelines of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightPipelineIds {
+    pub list: CachedComputePipelineId,
+    pub finish: CachedComputePipelineId,
+    /// `None`: there is only occlusion.
+    pub inject: Option<CachedComputePipelineId>,
+    pub gather: CachedComputePipelineId,
+    pub gather_air: CachedComputePipelineId,
+}
+
+impl LightPipelineIds {
+    pub(crate) fn are_ready(&self, cache: &PipelineCache) -> bool {
+        [self.list, self.finish, self.gather, self.gather_air]
+            .into_iter()
+            .chain(self.inject)
+            .all(|id| cache.get_compute_pipeline(id).is_some())
+    }
+}
+
+pub(crate) fn init_pipelines(mut commands: Commands, assets: Res<AssetServer>) {
+    let assets = assets.as_ref();
+    let read = || storage_buffer_read_only_sized(false, None);
+    let write = || storage_buffer_sized(false, None);
+    let texture =
+        || texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly);
+    let compute = ShaderStages::COMPUTE;
+    commands.insert_resource(LightPipelines {
+        volume: BindGroupLayoutDescriptor::new(
+            "voxel_gi_volume",
+            &BindGroupLayoutEntries::sequential(
+                compute,
+                (uniform_buffer::<GpuVolume>(false), read(), read()),
+            ),
+        ),
+        list: BindGroupLayoutDescriptor::new(
+            "voxel_gi_list",
+            &BindGroupLayoutEntries::sequential(compute, (write(), write(), texture())),
+        ),
+        inject: BindGroupLayoutDescriptor::new(
+            "voxel_gi_inject",
+            &BindGroupLayoutEntries::sequential(
+                compute,
+                (
+                    read(),
+                    read(),
+                    write(),
+                    read(),
+                    read(),
+                    texture_3d(TextureSampleType::Float { filterable: false }),
+                ),
+            ),
+        ),
+        gather: BindGroupLayoutDescriptor::new(
+            "voxel_gi_gather",
+            &BindGroupLayoutEntries::sequential(compute, (read(), read(), read(), texture())),
+        ),
+        list_shader: load_embedded_asset!(assets, "list.wgsl"),
+        inject_shader: load_embedded_asset!(assets, "inject.wgsl"),
+        gather_shader: load_embedded_asset!(assets, "gather.wgsl"),
+    });
+}
+
+impl LightPipelines {
+    pub(crate) fn ids(
+        &self,
+        occlusion_only: bool,
+        pipelines: &mut SpecializedComputePipelines<Self>,
+        cache: &PipelineCache,
+    ) -> LightPipelineIds {
+        let mut id = |step| {
+            let key = LightKey {
+                step,
+                occlusion_only,
+            };
+            pipelines.specialize(cache, self, key)
+        };
+        LightPipelineIds {
+            list: id(Step::List),
+            finish: id(Step::Finish),
+            inject: (!occlusion_only).then(|| id(Step::Inject)),
+            gather: id(Step::Gather),
+            gather_air: id(Step::GatherAir),
+        }
+    }
+}
+
+impl SpecializedComputePipeline for LightPipelines {
+    type Key = LightKey;
+
+    fn specialize(&self, key: Self::Key) -> ComputePipelineDescriptor {
+        let (label, entry_point, shader, layout) = match key.step {
+            Step::List => ("voxel_gi_list", "list", &self.list_shader, &self.list),
+            Step::Finish => ("voxel_gi_finish", "finish", &self.list_shader, &self.list),
+            Step::Inject => (
+                "voxel_gi_inject",
+                "inject",
+                &self.inject_shader,
+                &self.inject,
+            ),
+            Step::Gather => (
+                "voxel_gi_gather",
+                "gather",
+                &self.gather_shader,
+                &self.gather,
+            ),
+            Step::GatherAir => (
+                "voxel_gi_gather_air",
+                "gather_air",
+                &self.gather_shader,
+                &self.gather,
+            ),
+        };
+        ComputePipelineDescriptor {
+            label: Some(label.into()),
+            layout: vec![self.volume.clone(), layout.clone()],
+            shader: shader.clone(),
+            shader_defs: if key.occlusion_only {
+                vec!["OCCLUSION_ONLY".into()]
+            } else {
+                Vec::new()
+            },
+            entry_point: Some(entry_point.into()),
+            ..default()
+        }
+    }
+}

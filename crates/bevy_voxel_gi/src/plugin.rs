@@ -1,0 +1,149 @@
+//! The plugin: it registers what the modules define.
+
+use std::marker::PhantomData;
+
+use bevy::{
+    core_pipeline::schedule::camera_driver,
+    light::SimulationLightSystems,
+    prelude::*,
+    render::{
+        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
+        mesh::allocator::MeshAllocatorSettings,
+        render_resource::{BufferUsages, SpecializedComputePipelines},
+        renderer::{RenderGraph, RenderGraphSystems},
+    },
+    shader::load_shader_library,
+};
+use bevy_frugal_hooks::shader_patch::PatchShadersExt;
+
+use crate::{
+    light::{
+        compute_light,
+        pipeline::{LightPipelines, init_pipelines},
+    },
+    receive,
+    report::{SharedReport, VoxelGiReport, receive_report},
+    scene::{
+        VoxelMaterial,
+        extract::{ExtractedScene, extract_scene},
+        lights::{ExtractedLights, extract_lights},
+        surface::{Surfaces, update_surfaces},
+    },
+    settings::{NotVoxelized, VoxelGiVolume},
+    volume::{
+        gpu::VolumeUniforms,
+        placement::{ActiveVolume, place_volume},
+        plan::{ExtractedVolume, FramePlan, prepare_frame},
+    },
+    voxelize::{
+        pipeline::{VoxelizePipeline, init_pipeline},
+        voxelize,
+    },
+};
+
+/// Lets light bounce in a [`VoxelGiVolume`].
+///
+/// An app without such a volume has no pass, no texture and no buffer more than before.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VoxelGiPlugin;
+
+impl Plugin for VoxelGiPlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "volume/volume.wgsl");
+        load_shader_library!(app, "voxelize/triangles.wgsl");
+        load_shader_library!(app, "light/trace.wgsl");
+        load_shader_library!(app, "light/rays.wgsl");
+        load_shader_library!(app, "light/surface.wgsl");
+        load_shader_library!(app, "light/atlas.wgsl");
+        load_shader_library!(app, "receive/receive.wgsl");
+        crate::voxelize::embed(app);
+        crate::light::embed(app);
+        app.patch_shader(receive::patch())
+            .register_type::<VoxelGiVolume>()
+            .register_type::<NotVoxelized>()
+            .init_resource::<ActiveVolume>()
+            .init_resource::<Surfaces>()
+            .init_resource::<VoxelGiReport>()
+            .init_resource::<SharedReport>()
+            .add_plugins(VoxelMaterialPlugin::<StandardMaterial>::default())
+            .add_systems(First, receive_report)
+            .add_systems(
+                PostUpdate,
+                place_volume
+                    .after(TransformSystems::Propagate)
+                    .before(SimulationLightSystems::AssignLightsToClusters),
+            );
+    }
+
+    fn finish(&self, app: &mut App) {
+        let report = app.world().resource::<SharedReport>().clone();
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        // Shaders read the vertices of meshes.
+        if let Some(mut settings) = render_app
+            .world_mut()
+            .get_resource_mut::<MeshAllocatorSettings>()
+        {
+            settings.extra_buffer_usages |= BufferUsages::STORAGE;
+        }
+        render_app
+            .insert_resource(report)
+            .init_resource::<ExtractedVolume>()
+            .init_resource::<ExtractedScene>()
+            .init_resource::<ExtractedLights>()
+            .init_resource::<FramePlan>()
+            .init_resource::<VolumeUniforms>()
+            .init_resource::<SpecializedComputePipelines<VoxelizePipeline>>()
+            .init_resource::<SpecializedComputePipelines<LightPipelines>>()
+            .add_systems(RenderStartup, (init_pipeline, init_pipelines))
+            .add_systems(
+                ExtractSchedule,
+                (
+                    extract_volume,
+                    extract_scene.run_if(there_is_or_was_a_volume),
+                    extract_lights.run_if(there_is_or_was_a_volume),
+                )
+                    .chain(),
+            )
+            .add_systems(
+                Render,
+                prepare_frame.in_set(RenderSystems::PrepareBindGroups),
+            )
+            .add_systems(
+                RenderGraph,
+                (voxelize, compute_light)
+                    .chain()
+                    .in_set(RenderGraphSystems::Render)
+                    .before(camera_driver),
+            );
+    }
+}
+
+fn extract_volume(mut volume: ResMut<ExtractedVolume>, active: Extract<Res<ActiveVolume>>) {
+    volume.0.clone_from(&active.volume);
+}
+
+fn there_is_or_was_a_volume(volume: Res<ExtractedVolume>) -> bool {
+    volume.0.is_some()
+}
+
+fn there_is_a_volume(volumes: Query<(), With<VoxelGiVolume>>) -> bool {
+    !volumes.is_empty()
+}
+
+/// Makes the surfaces of meshes with this material known; see [`VoxelMaterial`].
+pub struct VoxelMaterialPlugin<M>(PhantomData<fn() -> M>);
+
+impl<M> Default for VoxelMaterialPlugin<M> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<M: VoxelMaterial> Plugin for VoxelMaterialPlugin<M> {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Surfaces>()
+            .add_systems(Last, update_surfaces::<M>.run_if(there_is_a_volume));
+    }
+}

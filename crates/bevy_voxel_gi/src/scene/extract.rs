@@ -1,0 +1,139 @@
+//! The meshes, those outside of every view included, which Bevy's own extraction leaves out.
+
+use bevy::{
+    camera::primitives::Aabb,
+    math::{Affine3A, Vec3A},
+    mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    prelude::*,
+    render::Extract,
+};
+
+use super::surface::{SurfaceIndex, Surfaces, VoxelSurface};
+use crate::{
+    settings::NotVoxelized,
+    volume::placement::{ActiveVolume, PlacedVolume},
+};
+
+/// A mesh in the volume.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ExtractedMesh {
+    pub mesh: AssetId<Mesh>,
+    pub world_from_local: Affine3A,
+    pub surface: u32,
+    /// First of its joints' matrices, if it is skinned.
+    pub first_joint: Option<u32>,
+    /// Centre and half size of its bounds in the world; `None`: unknown.
+    pub bounds: Option<(Vec3A, Vec3A)>,
+}
+
+impl ExtractedMesh {
+    /// Whether it may reach into a cascade.
+    pub(crate) fn reaches(&self, volume: &PlacedVolume, cascade: u32) -> bool {
+        let Some((center, half_size)) = self.bounds else {
+            return true;
+        };
+        let half = Vec3A::splat(0.5 * volume.settings.size * (1 << cascade) as f32);
+        let distance = (center - Vec3A::from(volume.center)).abs() - half_size;
+        distance.cmple(half).all()
+    }
+}
+
+/// What is to be voxelised.
+#[derive(Resource, Default)]
+pub(crate) struct ExtractedScene {
+    pub meshes: Vec<ExtractedMesh>,
+    /// World from bind pose, of all skins.
+    pub joints: Vec<Mat4>,
+    pub surfaces: Vec<VoxelSurface>,
+    pub surfaces_version: u64,
+    /// Grows when a mesh asset changes.
+    pub mesh_edits: u64,
+}
+
+pub(crate) fn extract_scene(
+    mut scene: ResMut<ExtractedScene>,
+    active: Extract<Res<ActiveVolume>>,
+    surfaces: Extract<Res<Surfaces>>,
+    mut mesh_events: Extract<MessageReader<AssetEvent<Mesh>>>,
+    meshes: Extract<
+        Query<
+            (
+                &Mesh3d,
+                &GlobalTransform,
+                &InheritedVisibility,
+                Option<&Aabb>,
+                Option<&SurfaceIndex>,
+                Option<&SkinnedMesh>,
+            ),
+            Without<NotVoxelized>,
+        >,
+    >,
+    joints: Extract<Query<&GlobalTransform>>,
+    bind_poses: Extract<Res<Assets<SkinnedMeshInverseBindposes>>>,
+) {
+    let scene = &mut *scene;
+    scene.meshes.clear();
+    scene.joints.clear();
+    let edited = mesh_events
+        .read()
+        .any(|event| matches!(event, AssetEvent::Modified { .. }));
+    scene.mesh_edits += u64::from(edited);
+    let Some(volume) = &active.volume else {
+        return;
+    };
+    if scene.surfaces.is_empty() || scene.surfaces_version != surfaces.version {
+        scene.surfaces = surfaces.table().to_vec();
+        scene.surfaces_version = surfaces.version;
+    }
+    if scene.surfaces.len() < surfaces.table().len() {
+        scene.surfaces = surfaces.table().to_vec();
+    }
+    for (mesh, transform, visible, aabb, surface, skin) in &meshes {
+        let surface = surface.copied().unwrap_or_default().0;
+        let transparent = surfaces
+            .table()
+            .get(surface as usize)
+            .is_some_and(|surface| surface.transparent == 1);
+        if !visible.get() || transparent {
+            continue;
+        }
+        let world_from_local = transform.affine();
+        if !world_from_local.is_finite() {
+            continue;
+        }
+        // Bounds of skinned meshes are those of their bind pose.
+        let bounds = aabb.filter(|_| skin.is_none()).map(|aabb| {
+            let m = world_from_local.matrix3;
+            let half_size = m.x_axis.abs() * aabb.half_extents.x
+                + m.y_axis.abs() * aabb.half_extents.y
+                + m.z_axis.abs() * aabb.half_extents.z;
+            (world_from_local.transform_point3a(aabb.center), half_size)
+        });
+        let first_joint = match skin {
+            None => None,
+            Some(skin) => {
+                let Some(poses) = bind_poses.get(&skin.inverse_bindposes) else {
+                    continue;
+                };
+                let first = u32::try_from(scene.joints.len()).unwrap_or(u32::MAX);
+                for (&joint, pose) in skin.joints.iter().zip(poses.iter()) {
+                    let world = joints
+                        .get(joint)
+                        .map_or(Mat4::IDENTITY, GlobalTransform::to_matrix);
+                    scene.joints.push(world * *pose);
+                }
+                Some(first)
+            }
+        };
+        let extracted = ExtractedMesh {
+            mesh: mesh.id(),
+            world_from_local,
+            surface,
+            first_joint,
+            bounds,
+        };
+        if extracted.reaches(volume, volume.settings.cascades - 1) {
+            scene.meshes.push(extracted);
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! What is on the GPU of a volume.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{Buffer, BufferDescriptor, BufferUsages, ShaderType, UniformBuffer},
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use super::{STORAGE_SCALE, placement::PlacedVolume};
+use crate::settings::{Bounces, Receiver, Solver, VoxelLight, Voxelizer};
+
+/// In step with `volume.wgsl`, where the fields are explained.
+#[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct GpuVolume {
+    pub center: Vec3,
+    pub voxel_size: f32,
+    pub sky_zenith: Vec3,
+    pub resolution: u32,
+    pub sky_horizon: Vec3,
+    pub cascades: u32,
+    pub sky_ground: Vec3,
+    pub light_count: u32,
+    pub storage_scale: f32,
+    pub exposure: f32,
+    pub rays: u32,
+    pub shadow_samples: u32,
+    pub max_distance: f32,
+    pub phase: u32,
+    pub interval: u32,
+    pub flags: u32,
+    pub frame: u32,
+    pub points_per_triangle: u32,
+    pub air_interval: u32,
+    pub pad: u32,
+}
+
+const FLAG_FEEDBACK: u32 = 1;
+const FLAG_WEIGHTED: u32 = 2;
+const FLAG_PER_PIXEL: u32 = 4;
+
+/// Voxels without a surface are renewed in this many frames: they light only what is not itself
+/// voxelised.
+pub(crate) const AIR_INTERVAL: u32 = 8;
+
+impl GpuVolume {
+    pub(crate) fn new(volume: &PlacedVolume, light_count: u32, frame: u32) -> Self {
+        let settings = &volume.settings;
+        let (rays, max_distance, feedback) = match settings.light {
+            VoxelLight::GlobalIllumination { solver, bounces } => {
+                let rays = match solver {
+                    Solver::March { rays } => rays,
+                    Solver::Propagate { .. } => 0,
+                };
+                (rays, f32::MAX, bounces == Bounces::Endless)
+            }
+            VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
+        };
+        let scaled = |color: LinearRgba| color.to_vec3() * STORAGE_SCALE;
+        let mut flags = 0;
+        for (on, flag) in [
+            (feedback, FLAG_FEEDBACK),
+            (volume.patched, FLAG_WEIGHTED),
+            (settings.receiver == Receiver::PerPixel, FLAG_PER_PIXEL),
+        ] {
+            if on {
+                flags |= flag;
+            }
+        }
+        Self {
+            center: volume.center,
+            voxel_size: settings.voxel_size(),
+            sky_zenith: scaled(settings.sky.zenith),
+            resolution: settings.resolution,
+            sky_horizon: scaled(settings.sky.horizon),
+            cascades: settings.cascades,
+            sky_ground: scaled(settings.sky.ground),
+            light_count,
+            storage_scale: STORAGE_SCALE,
+            exposure: volume.exposure,
+            rays,
+            shadow_samples: settings.shadow_samples,
+            max_distance,
+            phase: frame % settings.update_interval,
+            interval: settings.update_interval,
+            flags,
+            frame,
+            points_per_triangle: match settings.voxelizer {
+                Voxelizer::Stochastic { points } => points,
+                _ => 0,
+            },
+            air_interval: AIR_INTERVAL,
+            pad: 0,
+        }
+    }
+
+    /// The same with the light of the pass before reflected again.
+    pub(crate) fn with_feedback(mut self, feedback: bool) -> Self {
+        self.flags &= !FLAG_FEEDBACK;
+        self.flags |= if feedback { FLAG_FEEDBACK } else { 0 };
+        self
+    }
+}
+
+/// What the buffers are made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BufferShape {
+    pub voxels: u64,
+    /// Only occupancy is stored.
+    pub occlusion_only: bool,
+}
+
+impl BufferShape {
+    pub(crate) fn of(volume: &PlacedVolume) -> Self {
+        let r = u64::from(volume.settings.resolution);
+        Self {
+            voxels: r * r * r * u64::from(volume.settings.cascades),
+            occlusion_only: matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
+        }
+    }
+}
+
+/// The buffers of the volume.
+#[derive(Resource)]
+pub(crate) struct VolumeBuffers {
+    pub shape: BufferShape,
+    /// 64 bits a voxel: its sub-voxels.
+    pub masks: Buffer,
+    /// Six words a voxel: the surface that represents each face. A stub for occlusion only.
+    pub faces: Buffer,
+    /// Six times two words a voxel: radiance that leaves each face, as 16-bit floats. A stub for
+    /// occlusion only.
+    pub radiosity: Buffer,
+    /// Faces with a surface, then voxels without: voxel index times 8 plus face.
+    pub work: Buffer,
+    /// How many of each there are, and the sizes of the dispatches over them.
+    pub counters: Buffer,
+    /// The copy of these sizes that dispatches read.
+    pub dispatch: Buffer,
+}
+
+impl VolumeBuffers {
+    /// Bytes of `counters`: how many surfaces and voxels without, then the sizes of dispatches.
+    const COUNTERS: u64 = Self::SIZES + Self::DISPATCH;
+    /// Where the sizes begin.
+    pub(crate) const SIZES: u64 = 16;
+    /// Bytes of the sizes.
+    pub(crate) const DISPATCH: u64 = 32;
+
+    pub(crate) fn new(device: &RenderDevice, shape: BufferShape) -> Self {
+        let buffer = |label: &'static str, size: u64, usage: BufferUsages| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some(label),
+                size: size.max(16),
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+        let full = |bytes: u64| {
+            if shape.occlusion_only {
+                16
+            } else {
+                bytes * shape.voxels
+            }
+        };
+        Self {
+            shape,
+            masks: buffer("voxel_gi_masks", 8 * shape.voxels, storage),
+            faces: buffer("voxel_gi_faces", full(24), storage),
+            radiosity: buffer("voxel_gi_radiosity", full(48), storage),
+            work: buffer("voxel_gi_work", 28 * shape.voxels, storage),
+            counters: buffer("voxel_gi_counters", Self::COUNTERS, storage),
+            dispatch: buffer(
+                "voxel_gi_dispatch",
+                Self::DISPATCH,
+                BufferUsages::INDIRECT | BufferUsages::COPY_DST,
+            ),
+        }
+    }
+
+    /// Bytes of all of them, as allocated.
+    pub(crate) fn bytes(&self) -> u64 {
+        [
+            &self.masks,
+            &self.faces,
+            &self.radiosity,
+            &self.work,
+            &self.counters,
+            &self.dispatch,
+        ]
+        .map(|buffer| buffer.size())
+        .iter()
+        .sum()
+    }
+}
+
+/// The uniforms of the volume: one for each bounce of a frame.
+#[derive(Resource, Default)]
+pub(crate) struct VolumeUniforms {
+    /// The first bounce, and the others.
+    pub bounces: [UniformBuffer<GpuVolume>; 2],
+}
+
+impl VolumeUniforms {
+    pub(crate) fn write(
+        &mut self,
+        volumes: [GpuVolume; 2],
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) {
+        for (buffer, volume) in self.bounces.iter_mut().zip(volumes) {
+            buffer.set(volume);
+            buffer.write_buffer(device, queue);
+        }
+    }
+}

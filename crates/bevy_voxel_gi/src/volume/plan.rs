@@ -1,0 +1,265 @@
+//! What is computed in a frame: nothing, once nothing has changed for as long as the light needs
+//! to settle.
+
+use std::hash::{BuildHasher, Hash, Hasher};
+
+use bevy::{
+    platform::hash::FixedHasher,
+    prelude::*,
+    render::{
+        mesh::{RenderMesh, allocator::MeshAllocator},
+        render_asset::RenderAssets,
+        render_resource::{
+            CachedComputePipelineId, PipelineCache, SpecializedComputePipelines, StorageBuffer,
+        },
+        renderer::{RenderDevice, RenderQueue},
+        texture::GpuImage,
+    },
+};
+
+use super::{
+    gpu::{AIR_INTERVAL, BufferShape, GpuVolume, VolumeBuffers, VolumeUniforms},
+    placement::PlacedVolume,
+};
+use crate::{
+    light::{
+        LightWork,
+        pipeline::{LightPipelineIds, LightPipelines},
+    },
+    report::{SharedReport, VoxelGiReport, VoxelGiState},
+    scene::{
+        extract::ExtractedScene,
+        lights::{ExtractedLights, GpuLight},
+        surface::VoxelSurface,
+    },
+    settings::{Bounces, VoxelLight},
+    voxelize::{
+        VoxelizeWork,
+        instances::{self, hash_floats},
+        pipeline::{VoxelizeKey, VoxelizePipeline, pipeline_for},
+    },
+};
+
+/// The volume of this frame.
+#[derive(Resource, Default)]
+pub(crate) struct ExtractedVolume(pub Option<PlacedVolume>);
+
+/// What this frame computes.
+#[derive(Resource, Default)]
+pub(crate) struct FramePlan {
+    /// The voxeliser, if it is to run.
+    pub voxelize: Option<CachedComputePipelineId>,
+    /// The light's pipelines, if they are to run.
+    pub light: Option<LightPipelineIds>,
+    /// How often light is reflected in this frame.
+    pub bounces: u32,
+    /// Counts the frames since the volume was made anew in which something was computed.
+    frame: u32,
+    /// Of what is in the volume.
+    fingerprint: u64,
+    /// Frames that have still to be computed until the light has settled.
+    unsettled: u32,
+    /// The texture that holds the light.
+    texture: Option<AssetId<Image>>,
+}
+
+/// Frames in which endlessly reflected light settles: at albedo 0.9, 0.9²⁴ = 8% are missing of
+/// what later bounces bring.
+const SETTLE_ENDLESS: u32 = 24;
+
+impl FramePlan {
+    fn idle(&mut self) {
+        (self.voxelize, self.light) = (None, None);
+    }
+
+    /// Frames until nothing changes any more.
+    fn time_to_settle(volume: &PlacedVolume) -> u32 {
+        let bounces = match volume.settings.light {
+            VoxelLight::GlobalIllumination {
+                bounces: Bounces::Endless,
+                ..
+            } => SETTLE_ENDLESS,
+            _ => AIR_INTERVAL,
+        };
+        bounces * volume.settings.update_interval
+    }
+}
+
+/// Plans the frame and makes what it needs.
+pub(crate) fn prepare_frame(
+    mut commands: Commands,
+    extracted: (
+        Res<ExtractedVolume>,
+        Res<ExtractedScene>,
+        Res<ExtractedLights>,
+    ),
+    mut plan: ResMut<FramePlan>,
+    buffers: Option<Res<VolumeBuffers>>,
+    mut uniforms: ResMut<VolumeUniforms>,
+    (allocator, meshes, images): (
+        Res<MeshAllocator>,
+        Res<RenderAssets<RenderMesh>>,
+        Res<RenderAssets<GpuImage>>,
+    ),
+    (device, queue, cache): (Res<RenderDevice>, Res<RenderQueue>, Res<PipelineCache>),
+    (voxelize, light): (Res<VoxelizePipeline>, Res<LightPipelines>),
+    mut voxelizers: ResMut<SpecializedComputePipelines<VoxelizePipeline>>,
+    mut lights: ResMut<SpecializedComputePipelines<LightPipelines>>,
+    report: Res<SharedReport>,
+) {
+    let plan = &mut *plan;
+    plan.idle();
+    let (volume, scene, lamps) = &extracted;
+    let Some(volume) = &volume.0 else {
+        if buffers.is_some() {
+            commands.remove_resource::<VolumeBuffers>();
+            commands.remove_resource::<VoxelizeWork>();
+            commands.remove_resource::<LightWork>();
+            *plan = FramePlan::default();
+        }
+        report.set(VoxelGiReport::default());
+        return;
+    };
+    let shape = BufferShape::of(volume);
+    let Some(texture) = images.get(&volume.texture) else {
+        return;
+    };
+    let fresh = buffers
+        .as_ref()
+        .is_none_or(|buffers| buffers.shape != shape)
+        || plan.texture != Some(volume.texture.id());
+    let key = VoxelizeKey::new(volume.settings.voxelizer, shape.occlusion_only);
+    let voxelizer = pipeline_for(key, &voxelize, &mut voxelizers, &cache);
+    let light_ids = light.ids(shape.occlusion_only, &mut lights, &cache);
+    if !light_ids.are_ready(&cache) || cache.get_compute_pipeline(voxelizer).is_none() {
+        return;
+    }
+    let instances = instances::collect(scene, volume, &allocator, &meshes, &device);
+    let fingerprint = fingerprint(instances.fingerprint, volume, &lamps.0, &scene.surfaces);
+    if fresh {
+        *plan = FramePlan::default();
+        plan.texture = Some(volume.texture.id());
+    }
+    if fresh || fingerprint != plan.fingerprint {
+        plan.fingerprint = fingerprint;
+        plan.unsettled = FramePlan::time_to_settle(volume);
+    }
+    let made = fresh.then(|| VolumeBuffers::new(&device, shape));
+    let Some(buffers) = made.as_ref().or(buffers.as_deref()) else {
+        return;
+    };
+    report.set(VoxelGiReport {
+        state: if plan.unsettled == 0 && volume.settings.pause_when_settled {
+            VoxelGiState::Settled
+        } else {
+            VoxelGiState::Running
+        },
+        memory: buffers.bytes() + texture_bytes(texture),
+        triangles: instances.triangles,
+        receiver_patched: volume.patched,
+    });
+    if plan.unsettled == 0 && volume.settings.pause_when_settled {
+        return;
+    }
+    plan.unsettled = plan.unsettled.saturating_sub(1);
+    let light_count = u32::try_from(lamps.0.len()).unwrap_or(u32::MAX);
+    let first = GpuVolume::new(volume, light_count, plan.frame);
+    uniforms.write([first, first.with_feedback(true)], &device, &queue);
+    plan.frame = plan.frame.wrapping_add(1);
+    plan.bounces = match volume.settings.light {
+        VoxelLight::GlobalIllumination {
+            bounces: Bounces::Count(count),
+            ..
+        } => count,
+        _ => 1,
+    };
+    let voxelize_work = VoxelizeWork::new(
+        &instances,
+        &scene.joints,
+        &uniforms,
+        buffers,
+        &voxelize,
+        &cache,
+        &device,
+        &queue,
+    );
+    let light_work = LightWork::new(
+        &storage(&scene.surfaces, &VoxelSurface::NEUTRAL, &device, &queue),
+        &storage(&lamps.0, &GpuLight::default(), &device, &queue),
+        texture,
+        &uniforms,
+        buffers,
+        &light,
+        &cache,
+        &device,
+    );
+    let (Some(voxelize_work), Some(light_work)) = (voxelize_work, light_work) else {
+        return;
+    };
+    plan.voxelize = Some(voxelizer);
+    plan.light = Some(light_ids);
+    commands.insert_resource(voxelize_work);
+    commands.insert_resource(light_work);
+    if let Some(made) = made {
+        commands.insert_resource(made);
+    }
+}
+
+/// A buffer of these, or of one that is never used: there are no empty buffers.
+fn storage<
+    T: bevy::render::render_resource::ShaderType
+        + bevy::render::render_resource::ShaderSize
+        + bevy::render::render_resource::encase::internal::WriteInto
+        + Clone,
+>(
+    items: &[T],
+    otherwise: &T,
+    device: &RenderDevice,
+    queue: &RenderQueue,
+) -> StorageBuffer<Vec<T>> {
+    let mut buffer = StorageBuffer::from(if items.is_empty() {
+        vec![otherwise.clone()]
+    } else {
+        items.to_vec()
+    });
+    buffer.write_buffer(device, queue);
+    buffer
+}
+
+fn texture_bytes(texture: &GpuImage) -> u64 {
+    let size = texture.texture_descriptor.size;
+    8 * u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers)
+}
+
+/// Of everything that the light depends on.
+fn fingerprint(
+    meshes: u64,
+    volume: &PlacedVolume,
+    lamps: &[GpuLight],
+    surfaces: &[VoxelSurface],
+) -> u64 {
+    let mut hasher = FixedHasher.build_hasher();
+    meshes.hash(&mut hasher);
+    hash_floats(&mut hasher, &volume.center.to_array());
+    hash_floats(&mut hasher, &[volume.exposure]);
+    // Settings are few and change rarely; their text tells them apart.
+    format!("{:?}", volume.settings).hash(&mut hasher);
+    for lamp in lamps {
+        hash_floats(&mut hasher, &lamp.position.to_array());
+        hash_floats(&mut hasher, &lamp.color.to_array());
+        hash_floats(&mut hasher, &lamp.direction.to_array());
+        let others = [
+            lamp.inverse_range_squared,
+            lamp.spot_scale,
+            lamp.spot_offset,
+        ];
+        hash_floats(&mut hasher, &others);
+        lamp.kind.hash(&mut hasher);
+    }
+    for surface in surfaces {
+        hash_floats(&mut hasher, &surface.albedo.to_array());
+        hash_floats(&mut hasher, &surface.emissive.to_array());
+        hash_floats(&mut hasher, &[surface.emissive_exposure_weight]);
+    }
+    hasher.finish()
+}

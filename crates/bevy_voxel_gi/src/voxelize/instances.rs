@@ -1,0 +1,244 @@
+//! Meshes on the GPU, grouped by the buffers that they share, in batches of 64 triangles.
+
+use std::hash::{BuildHasher, Hash, Hasher};
+
+use bevy::{
+    mesh::{MeshVertexAttribute, PrimitiveTopology, VertexFormat},
+    platform::{collections::HashMap, hash::FixedHasher},
+    prelude::*,
+    render::{
+        mesh::{
+            RenderMesh, RenderMeshBufferInfo,
+            allocator::{MeshAllocator, MeshSlabId},
+        },
+        render_asset::RenderAssets,
+        render_resource::{Buffer, BufferUsages, IndexFormat, ShaderType},
+        renderer::RenderDevice,
+    },
+};
+
+use crate::{
+    scene::extract::{ExtractedMesh, ExtractedScene},
+    volume::placement::PlacedVolume,
+};
+
+/// In step with `triangles.wgsl`, where the fields are explained.
+#[derive(ShaderType, Clone, Copy, Debug)]
+pub(crate) struct GpuInstance {
+    world_from_local: Mat4,
+    vertex_base: u32,
+    vertex_stride: u32,
+    position_offset: u32,
+    joint_index_offset: u32,
+    joint_weight_offset: u32,
+    first_joint: u32,
+    index_base: u32,
+    index_size: u32,
+    triangle_count: u32,
+    material: u32,
+    flags: u32,
+    pad: u32,
+}
+
+const SKINNED: u32 = 1;
+const DOUBLE_SIDED: u32 = 2;
+const MIRRORED: u32 = 4;
+const STRIP: u32 = 8;
+
+/// In step with `triangles.wgsl`.
+#[derive(ShaderType, Clone, Copy, Debug)]
+pub(crate) struct GpuBatch {
+    instance: u32,
+    first_triangle: u32,
+    cascade: u32,
+    pad: u32,
+}
+
+/// Triangles of a batch.
+const BATCH: u32 = 64;
+
+/// Meshes that share their buffers.
+pub(crate) struct Group {
+    pub vertices: Buffer,
+    /// `None`: without indices.
+    pub indices: Option<Buffer>,
+    pub instances: Vec<GpuInstance>,
+    pub batches: Vec<GpuBatch>,
+}
+
+/// The scene as the voxeliser draws it.
+#[derive(Default)]
+pub(crate) struct Instances {
+    pub groups: Vec<Group>,
+    /// Changes when the voxels would.
+    pub fingerprint: u64,
+    pub triangles: u64,
+}
+
+/// Collects what is on the GPU already; the rest comes in later frames.
+pub(crate) fn collect(
+    scene: &ExtractedScene,
+    volume: &PlacedVolume,
+    allocator: &MeshAllocator,
+    meshes: &RenderAssets<RenderMesh>,
+    device: &RenderDevice,
+) -> Instances {
+    let mut groups = HashMap::<(MeshSlabId, Option<MeshSlabId>), Group>::default();
+    let mut hasher = FixedHasher.build_hasher();
+    let mut triangles = 0;
+    let most_bytes = u64::from(device.limits().max_storage_buffer_binding_size);
+    for extracted in &scene.meshes {
+        let (Some(mesh), Some(slabs)) = (
+            meshes.get(extracted.mesh),
+            allocator.mesh_slabs(&extracted.mesh),
+        ) else {
+            continue;
+        };
+        let Some(mut instance) = described(extracted, mesh, scene) else {
+            continue;
+        };
+        let Some(vertices) = allocator.mesh_vertex_slice(&extracted.mesh) else {
+            continue;
+        };
+        let indices = allocator.mesh_index_slice(&extracted.mesh);
+        instance.vertex_base = vertices.range.start * instance.vertex_stride;
+        instance.index_base = indices.as_ref().map_or(0, |slice| slice.range.start);
+        let usable = |buffer: &Buffer| {
+            buffer.usage().contains(BufferUsages::STORAGE) && buffer.size() <= most_bytes
+        };
+        if !usable(vertices.buffer) || indices.as_ref().is_some_and(|slice| !usable(slice.buffer)) {
+            warn_once!(
+                "voxel GI: a mesh is in a buffer that shaders cannot read on this adapter (larger \
+                 than {most_bytes} bytes, or allocated on its own); it is not voxelised. Split \
+                 such meshes"
+            );
+            continue;
+        }
+        fingerprint(&mut hasher, extracted, &instance);
+        triangles += u64::from(instance.triangle_count);
+        let group = groups
+            .entry((slabs.vertex_slab_id, slabs.index_slab_id))
+            .or_insert_with(|| Group {
+                vertices: vertices.buffer.clone(),
+                indices: indices.as_ref().map(|slice| slice.buffer.clone()),
+                instances: Vec::new(),
+                batches: Vec::new(),
+            });
+        let index = u32::try_from(group.instances.len()).unwrap_or(u32::MAX);
+        for cascade in (0..volume.settings.cascades).filter(|&c| extracted.reaches(volume, c)) {
+            group
+                .batches
+                .extend((0..instance.triangle_count).step_by(BATCH as usize).map(
+                    |first_triangle| GpuBatch {
+                        instance: index,
+                        first_triangle,
+                        cascade,
+                        pad: 0,
+                    },
+                ));
+        }
+        group.instances.push(instance);
+    }
+    for joint in &scene.joints {
+        hash_floats(&mut hasher, &joint.to_cols_array());
+    }
+    scene.mesh_edits.hash(&mut hasher);
+    Instances {
+        groups: groups
+            .into_values()
+            .filter(|group| !group.batches.is_empty())
+            .collect(),
+        fingerprint: hasher.finish(),
+        triangles,
+    }
+}
+
+/// All but where its buffers begin; `None` if it has no triangles that can be read.
+fn described(
+    extracted: &ExtractedMesh,
+    mesh: &RenderMesh,
+    scene: &ExtractedScene,
+) -> Option<GpuInstance> {
+    let (corners, index_size) = match &mesh.buffer_info {
+        RenderMeshBufferInfo::Indexed {
+            count,
+            index_format,
+        } => (
+            *count,
+            match index_format {
+                IndexFormat::Uint16 => 2,
+                IndexFormat::Uint32 => 4,
+            },
+        ),
+        RenderMeshBufferInfo::NonIndexed => (mesh.vertex_count, 0),
+    };
+    let (triangle_count, strip) = match mesh.primitive_topology() {
+        PrimitiveTopology::TriangleList => (corners / 3, 0),
+        PrimitiveTopology::TriangleStrip => (corners.saturating_sub(2), STRIP),
+        _ => return None,
+    };
+    let layout = mesh.layout.0.layout();
+    // Offset in words of an attribute of this format.
+    let offset = |attribute: MeshVertexAttribute| {
+        let place = mesh
+            .layout
+            .0
+            .attribute_ids()
+            .iter()
+            .position(|id| *id == attribute.id)?;
+        let described = layout.attributes.get(place)?;
+        (described.format == attribute.format).then(|| (described.offset / 4) as u32)
+    };
+    let Some(position_offset) = offset(Mesh::ATTRIBUTE_POSITION) else {
+        warn_once!(
+            "voxel GI: a mesh's positions are not {:?}; it is not voxelised",
+            VertexFormat::Float32x3
+        );
+        return None;
+    };
+    let skin = extracted.first_joint.and_then(|first| {
+        Some((
+            first,
+            offset(Mesh::ATTRIBUTE_JOINT_INDEX)?,
+            offset(Mesh::ATTRIBUTE_JOINT_WEIGHT)?,
+        ))
+    });
+    let surface = scene.surfaces.get(extracted.surface as usize);
+    let mut flags = strip;
+    if skin.is_some() {
+        flags |= SKINNED;
+    } else if extracted.world_from_local.matrix3.determinant() < 0.0 {
+        flags |= MIRRORED;
+    }
+    if surface.is_some_and(|surface| surface.double_sided == 1) {
+        flags |= DOUBLE_SIDED;
+    }
+    let (first_joint, joint_index_offset, joint_weight_offset) = skin.unwrap_or_default();
+    Some(GpuInstance {
+        world_from_local: extracted.world_from_local.into(),
+        vertex_base: 0,
+        vertex_stride: (layout.array_stride / 4) as u32,
+        position_offset,
+        joint_index_offset,
+        joint_weight_offset,
+        first_joint,
+        index_base: 0,
+        index_size,
+        triangle_count,
+        material: extracted.surface,
+        flags,
+        pad: 0,
+    })
+}
+
+fn fingerprint(hasher: &mut impl Hasher, extracted: &ExtractedMesh, instance: &GpuInstance) {
+    extracted.mesh.hash(hasher);
+    hash_floats(hasher, &instance.world_from_local.to_cols_array());
+    (instance.material, instance.flags, instance.triangle_count).hash(hasher);
+}
+
+pub(crate) fn hash_floats(hasher: &mut impl Hasher, floats: &[f32]) {
+    for float in floats {
+        float.to_bits().hash(hasher);
+    }
+}

@@ -1,0 +1,169 @@
+// Triangles of Bevy's meshes, in the cells of a cascade, and how they are written into voxels.
+
+#define_import_path bevy_voxel_gi::triangles
+
+#import bevy_voxel_gi::volume::{
+    FACES, FINE, Volume, cascade_min, cascade_voxel_size, face_towards, fine_bit, pack_key,
+    voxel_index,
+}
+
+// In step with `instances.rs`.
+struct Instance {
+    world_from_local: mat4x4<f32>,
+    // In words of the vertex buffer.
+    vertex_base: u32,
+    vertex_stride: u32,
+    position_offset: u32,
+    joint_index_offset: u32,
+    joint_weight_offset: u32,
+    first_joint: u32,
+    // In elements of the index buffer.
+    index_base: u32,
+    // Bytes of an index; 0: none.
+    index_size: u32,
+    triangle_count: u32,
+    material: u32,
+    flags: u32,
+    pad: u32,
+}
+
+const INSTANCE_SKINNED: u32 = 1u;
+const INSTANCE_DOUBLE_SIDED: u32 = 2u;
+// Its transform mirrors: triangles wind the other way.
+const INSTANCE_MIRRORED: u32 = 4u;
+// A strip: each corner but the first two makes a triangle with the two before.
+const INSTANCE_STRIP: u32 = 8u;
+const NO_INDICES: u32 = 0u;
+
+// Up to 64 triangles for one workgroup.
+struct Batch {
+    instance: u32,
+    first_triangle: u32,
+    cascade: u32,
+    pad: u32,
+}
+
+@group(0) @binding(0) var<uniform> volume: Volume;
+@group(0) @binding(1) var<storage, read_write> masks: array<atomic<u32>>;
+@group(0) @binding(2) var<storage, read_write> faces: array<atomic<u32>>;
+@group(1) @binding(0) var<storage, read> vertices: array<u32>;
+@group(1) @binding(1) var<storage, read> indices: array<u32>;
+@group(1) @binding(2) var<storage, read> instances: array<Instance>;
+@group(1) @binding(3) var<storage, read> batches: array<Batch>;
+@group(1) @binding(4) var<storage, read> joints: array<mat4x4<f32>>;
+
+// How far a triangle is moved against its normal, in voxels: what lies exactly between two layers
+// of cells is thereby in the one behind it, and in no other.
+const SINK: f32 = 0.0009765625;
+
+// A triangle in units of sub-voxels from the corner of its cascade.
+struct Triangle {
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+    // Unit length; zero: not to be drawn.
+    normal: vec3<f32>,
+}
+
+fn vertex_of(instance: Instance, corner: u32) -> u32 {
+    if (instance.index_size == NO_INDICES) {
+        return corner;
+    }
+    let element = instance.index_base + corner;
+    if (instance.index_size == 4u) {
+        return indices[element];
+    }
+    return (indices[element >> 1u] >> ((element & 1u) * 16u)) & 0xffffu;
+}
+
+fn read_vec3(at: u32) -> vec3<f32> {
+    return bitcast<vec3<f32>>(vec3(vertices[at], vertices[at + 1u], vertices[at + 2u]));
+}
+
+fn skin(instance: Instance, at: u32) -> mat4x4<f32> {
+    let j = at + instance.joint_index_offset;
+    let w = at + instance.joint_weight_offset;
+    let joint = vec4(vertices[j] & 0xffffu, vertices[j] >> 16u, vertices[j + 1u] & 0xffffu,
+        vertices[j + 1u] >> 16u) + instance.first_joint;
+    return bitcast<f32>(vertices[w]) * joints[joint.x]
+        + bitcast<f32>(vertices[w + 1u]) * joints[joint.y]
+        + bitcast<f32>(vertices[w + 2u]) * joints[joint.z]
+        + bitcast<f32>(vertices[w + 3u]) * joints[joint.w];
+}
+
+fn world_position(instance: Instance, corner: u32) -> vec3<f32> {
+    let at = instance.vertex_base + vertex_of(instance, corner) * instance.vertex_stride;
+    let position = vec4(read_vec3(at + instance.position_offset), 1.0);
+    if ((instance.flags & INSTANCE_SKINNED) != 0u) {
+        return (skin(instance, at) * position).xyz;
+    }
+    return (instance.world_from_local * position).xyz;
+}
+
+// The triangle of a batch; its normal is zero if there is none, if it has no area, or if it is
+// not finite.
+fn load_triangle(batch: Batch, instance: Instance, number: u32) -> Triangle {
+    var triangle: Triangle;
+    let id = batch.first_triangle + number;
+    if (id >= instance.triangle_count) {
+        return triangle;
+    }
+    let corner = cascade_min(volume, batch.cascade);
+    let cells_per_metre = f32(FINE) / cascade_voxel_size(volume, batch.cascade);
+    var corners = 3u * id + vec3(0u, 1u, 2u);
+    if ((instance.flags & INSTANCE_STRIP) != 0u) {
+        let odd = id & 1u;
+        corners = id + vec3(0u, 1u + odd, 2u - odd);
+    }
+    triangle.a = (world_position(instance, corners.x) - corner) * cells_per_metre;
+    triangle.b = (world_position(instance, corners.y) - corner) * cells_per_metre;
+    triangle.c = (world_position(instance, corners.z) - corner) * cells_per_metre;
+    let normal = cross(triangle.b - triangle.a, triangle.c - triangle.a);
+    let length_squared = dot(normal, normal);
+    // False for NaN too.
+    if (length_squared > 0.0 && length_squared < 1e36) {
+        triangle.normal = normal * inverseSqrt(length_squared);
+        if ((instance.flags & INSTANCE_MIRRORED) != 0u) {
+            triangle.normal = -triangle.normal;
+        }
+        let sunk = SINK * f32(FINE) * triangle.normal;
+        triangle.a -= sunk;
+        triangle.b -= sunk;
+        triangle.c -= sunk;
+    }
+    return triangle;
+}
+
+// Marks sub-voxels of a voxel and offers the surface to the faces that it faces.
+fn mark(batch: Batch, instance: Instance, voxel: vec3<u32>, mask: vec2<u32>, normal: vec3<f32>) {
+    let index = voxel_index(volume, batch.cascade, voxel);
+    if (mask.x != 0u) {
+        atomicOr(&masks[2u * index], mask.x);
+    }
+    if (mask.y != 0u) {
+        atomicOr(&masks[2u * index + 1u], mask.y);
+    }
+#ifndef OCCLUSION_ONLY
+    let share = f32(countOneBits(mask.x) + countOneBits(mask.y));
+    offer(instance, index, normal, share);
+    if ((instance.flags & INSTANCE_DOUBLE_SIDED) != 0u) {
+        offer(instance, index, -normal, share);
+    }
+#endif
+}
+
+// Surfaces that a face sees at a smaller cosine than this are not its own.
+const LEAST_FACING: f32 = 0.125;
+// Sub-voxels times the squared cosine, by this, is a key's weight.
+const WEIGHT_SCALE: f32 = 8.0;
+
+fn offer(instance: Instance, index: u32, normal: vec3<f32>, sub_voxels: f32) {
+    for (var axis = 0u; axis < 3u; axis++) {
+        let facing = normal[axis];
+        if (abs(facing) > LEAST_FACING) {
+            let weight = ceil(sub_voxels * facing * facing * WEIGHT_SCALE);
+            let key = pack_key(weight, normal, instance.material);
+            atomicMax(&faces[FACES * index + face_towards(axis, facing)], key);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Scenes of boxes and lamps in plain numbers, of which path-traced light is known.
+//!
+//! Metres, right-handed, Y up; light per channel.
+
+mod spawn;
+mod truth;
+
+use std::{fs, path::Path};
+
+use bevy::math::{Quat, Vec3};
+use serde::Deserialize;
+
+pub use spawn::{BoxSceneCamera, spawn_box_scene};
+pub use truth::{Agreement, TruthError, agreement, read_npy};
+
+/// A scene of boxes.
+#[derive(Clone, Debug, Deserialize)]
+pub struct BoxScene {
+    /// What it is called.
+    pub name: String,
+    /// What is in it.
+    pub boxes: Vec<SceneBox>,
+    /// Lamps that are points.
+    #[serde(default)]
+    pub point_lights: Vec<ScenePointLight>,
+    /// Lamps that are infinitely far away.
+    #[serde(default)]
+    pub directional_lights: Vec<SceneDirectionalLight>,
+    /// Radiance from where there is nothing.
+    #[serde(default)]
+    pub sky_radiance: Vec3,
+    /// Who looks.
+    pub camera: SceneCamera,
+}
+
+/// A Lambertian box.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct SceneBox {
+    /// Its centre in metres.
+    pub center: Vec3,
+    /// Half of its edges in metres.
+    pub half: Vec3,
+    /// Share of light that it reflects.
+    pub albedo: Vec3,
+    /// Rotation about Y, counter-clockwise seen from above.
+    #[serde(default)]
+    pub rotate_y_deg: f32,
+}
+
+impl SceneBox {
+    /// Its rotation.
+    pub fn rotation(&self) -> Quat {
+        Quat::from_rotation_y(self.rotate_y_deg.to_radians())
+    }
+}
+
+/// A lamp without size.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct ScenePointLight {
+    /// Where it is, in metres.
+    pub position: Vec3,
+    /// Luminous intensity in candela.
+    pub intensity_cd: Vec3,
+}
+
+/// Parallel light.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct SceneDirectionalLight {
+    /// The way that it travels; any length.
+    pub direction: Vec3,
+    /// Illuminance in lux of what faces it.
+    pub illuminance_lux: Vec3,
+}
+
+/// A camera.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct SceneCamera {
+    /// Where it is, in metres.
+    pub eye: Vec3,
+    /// What is in the middle of its picture.
+    pub target: Vec3,
+    /// Up in its picture.
+    pub up: Vec3,
+    /// Vertical field of view in degrees.
+    pub fov_y_deg: f32,
+    /// Width of its picture in pixels.
+    pub width: u32,
+    /// Height of its picture in pixels.
+    pub height: u32,
+}
+
+impl BoxScene {
+    /// Reads `FOLDER/NAME.json`.
+    ///
+    /// # Errors
+    /// What is wrong with which file.
+    pub fn read(folder: &Path, name: &str) -> Result<Self, TruthError> {
+        let path = folder.join(format!("{name}.json"));
+        let wrong = |error: &dyn std::fmt::Display| TruthError {
+            path: path.clone(),
+            error: error.to_string(),
+        };
+        let text = fs::read_to_string(&path).map_err(|error| wrong(&error))?;
+        serde_json::from_str(&text).map_err(|error| wrong(&error))
+    }
+
+    /// Corners of the bounds of all boxes.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for part in &self.boxes {
+            for corner in 0..8 {
+                let sign = Vec3::new(
+                    if corner & 1 == 0 { -1.0 } else { 1.0 },
+                    if corner & 2 == 0 { -1.0 } else { 1.0 },
+                    if corner & 4 == 0 { -1.0 } else { 1.0 },
+                );
+                let at = part.center + part.rotation() * (part.half * sign);
+                bounds = (bounds.0.min(at), bounds.1.max(at));
+            }
+        }
+        bounds
+    }
+
+    /// Centre and edge of the smallest volume of this many voxels along an edge that leaves one
+    /// free on each side.
+    pub fn volume(&self, resolution: u32) -> (Vec3, f32) {
+        let (low, high) = self.bounds();
+        let voxel = (high - low).max_element() / (resolution - 2) as f32;
+        (0.5 * (low + high), voxel * resolution as f32)
+    }
+}

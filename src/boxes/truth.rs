@@ -1,0 +1,118 @@
+//! Path-traced pictures, and how close another comes to them.
+
+use std::{
+    error::Error,
+    fmt, fs,
+    path::{Path, PathBuf},
+};
+
+use bevy::math::Vec3;
+
+/// A file that is not what it should be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TruthError {
+    /// Which.
+    pub path: PathBuf,
+    /// Why.
+    pub error: String,
+}
+
+impl fmt::Display for TruthError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.path.display(), self.error)
+    }
+}
+
+impl Error for TruthError {}
+
+/// Reads an H x W x 3 array of little-endian 32-bit floats in NumPy's format, version 1.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn read_npy(path: &Path) -> Result<Vec<Vec3>, TruthError> {
+    let wrong = |error: &str| TruthError {
+        path: path.to_owned(),
+        error: error.to_owned(),
+    };
+    let bytes = fs::read(path).map_err(|error| wrong(&error.to_string()))?;
+    let header = bytes
+        .strip_prefix(b"\x93NUMPY\x01\x00")
+        .and_then(|rest| rest.split_first_chunk::<2>())
+        .map(|(length, rest)| (usize::from(u16::from_le_bytes(*length)), rest))
+        .filter(|(length, rest)| rest.len() >= *length);
+    let Some((length, rest)) = header else {
+        return Err(wrong("not a NumPy file of version 1"));
+    };
+    let (header, data) = rest.split_at(length);
+    let header = String::from_utf8_lossy(header);
+    if !header.contains("'<f4'") || !header.contains("'fortran_order': False") {
+        return Err(wrong("not little-endian 32-bit floats in C order"));
+    }
+    let floats: Vec<f32> = data
+        .chunks_exact(4)
+        .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect();
+    Ok(floats.chunks_exact(3).map(Vec3::from_slice).collect())
+}
+
+/// How close a picture comes to the truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Agreement {
+    /// Mean absolute difference over mean truth.
+    pub relative_error: f64,
+    /// Mean difference over mean truth.
+    pub bias: f64,
+}
+
+/// Compares means of 4 x 4 pixels, where all 16 pixels see a surface: where the truth is above 0.
+pub fn agreement(picture: &[Vec3], truth: &[Vec3], width: u32) -> Agreement {
+    const BLOCK: usize = 4;
+    let width = width as usize;
+    let height = truth.len() / width.max(1);
+    let (mut difference, mut absolute, mut reference) = (0.0, 0.0, 0.0);
+    for y in (0..height / BLOCK * BLOCK).step_by(BLOCK) {
+        for x in (0..width / BLOCK * BLOCK).step_by(BLOCK) {
+            let pixels: Vec<usize> = (0..BLOCK * BLOCK)
+                .map(|i| (y + i / BLOCK) * width + x + i % BLOCK)
+                .collect();
+            if pixels.iter().any(|&i| truth[i] == Vec3::ZERO) {
+                continue;
+            }
+            let mean = |image: &[Vec3]| {
+                let sum: bevy::math::DVec3 = pixels.iter().map(|&i| image[i].as_dvec3()).sum();
+                sum / (BLOCK * BLOCK) as f64
+            };
+            let (ours, theirs) = (mean(picture), mean(truth));
+            difference += (ours - theirs).element_sum();
+            absolute += (ours - theirs).abs().element_sum();
+            reference += theirs.element_sum();
+        }
+    }
+    Agreement {
+        relative_error: absolute / reference,
+        bias: difference / reference,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenth_too_bright() {
+        let truth: Vec<Vec3> = (0..64).map(|i| Vec3::splat(1.0 + i as f32)).collect();
+        let picture: Vec<Vec3> = truth.iter().map(|t| t * 1.1).collect();
+        let found = agreement(&picture, &truth, 8);
+        assert!((found.relative_error - 0.1).abs() < 1e-6);
+        assert!((found.bias - 0.1).abs() < 1e-6);
+    }
+
+    #[test]
+    fn blocks_that_see_nothing_do_not_count() {
+        let mut truth = vec![Vec3::ONE; 32];
+        let mut picture = truth.clone();
+        truth[0] = Vec3::ZERO;
+        picture[1] = Vec3::splat(100.0);
+        assert_eq!(agreement(&picture, &truth, 8), Agreement::default());
+    }
+}

@@ -1,0 +1,4 @@
+//! The voxel GI in pictures.
+
+mod support;
+mod truth;

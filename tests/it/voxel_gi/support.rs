@@ -1,0 +1,71 @@
+//! What the cases share.
+
+use bevy::prelude::*;
+use bevy_frugal_lab::{
+    boxes::{BoxScene, spawn_box_scene},
+    headless::{HeadlessApp, HeadlessSettings, TargetFormat},
+};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
+
+/// Frames in which everything is loaded and compiled.
+const MAX_FRAMES: u32 = 200;
+
+/// A scene of boxes without a volume, ready.
+pub fn box_app(scene: &BoxScene) -> HeadlessApp {
+    let settings = HeadlessSettings {
+        format: TargetFormat::Float32,
+        ..HeadlessSettings::with_size(scene.camera.width, scene.camera.height)
+    };
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(VoxelGiPlugin);
+    })
+    .expect("no adapter");
+    spawn_box_scene(app.world_mut(), scene);
+    app.run_until_ready(MAX_FRAMES)
+        .expect("the scene is not ready");
+    app
+}
+
+/// A volume around a scene.
+pub fn volume(scene: &BoxScene, settings: VoxelGiVolume) -> (VoxelGiVolume, Transform) {
+    let (center, size) = scene.volume(settings.resolution);
+    let sky = LinearRgba::from_vec3(scene.sky_radiance);
+    let volume = VoxelGiVolume {
+        size,
+        sky: Sky::uniform(sky),
+        ..settings
+    };
+    (volume, Transform::from_translation(center))
+}
+
+/// Renders until the light has settled; the number of frames.
+pub fn settle(app: &mut HeadlessApp) -> u32 {
+    for frame in 1..400 {
+        app.render_frames(1).expect("a frame failed");
+        if app.world().resource::<VoxelGiReport>().state == VoxelGiState::Settled {
+            return frame;
+        }
+    }
+    panic!("not settled: {:?}", app.world().resource::<VoxelGiReport>());
+}
+
+/// The picture.
+pub fn picture(app: &mut HeadlessApp) -> Vec<Vec3> {
+    let image = app.capture_f32().expect("no picture");
+    image
+        .pixels
+        .iter()
+        .map(|p| Vec3::new(p[0], p[1], p[2]))
+        .collect()
+}
+
+/// What the volume adds to a picture: with it less without it.
+pub fn indirect(app: &mut HeadlessApp, volume: impl Bundle) -> Vec<Vec3> {
+    app.render_frames(2).expect("a frame failed");
+    let without = picture(app);
+    let entity = app.world_mut().spawn(volume).id();
+    settle(app);
+    let with = picture(app);
+    app.world_mut().despawn(entity);
+    with.iter().zip(without).map(|(a, b)| a - b).collect()
+}

@@ -1,0 +1,47 @@
+//! Against path tracing.
+
+use std::path::Path;
+
+use bevy_frugal_lab::boxes::{Agreement, BoxScene, agreement, read_npy};
+use bevy_voxel_gi::VoxelGiVolume;
+
+use super::support::{box_app, indirect, volume};
+use crate::support::gpu;
+
+fn measured(name: &str, settings: VoxelGiVolume) -> Option<Agreement> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi");
+    if !folder.exists() {
+        println!("{} is not here: nothing compared", folder.display());
+        return None;
+    }
+    let scene = BoxScene::read(&folder, name).expect("a scene");
+    let truth = read_npy(&folder.join(format!("{name}.indirect.npy"))).expect("its truth");
+    let _gpu = gpu();
+    let mut app = box_app(&scene);
+    let found = indirect(&mut app, volume(&scene, settings));
+    let result = agreement(&found, &truth, scene.camera.width);
+    println!("{name}: {result:?}");
+    Some(result)
+}
+
+fn default_is_within(name: &str, most_error: f64) {
+    if let Some(found) = measured(name, VoxelGiVolume::default()) {
+        assert!(found.relative_error < most_error, "{found:?}");
+        assert!(found.bias.abs() < 0.1, "{found:?}");
+    }
+}
+
+#[test]
+fn cornell_box_with_a_point_light() {
+    default_is_within("cornell_point", 0.15);
+}
+
+#[test]
+fn colonnade_under_sun_and_sky() {
+    default_is_within("colonnade", 0.2);
+}
+
+#[test]
+fn room_with_a_sunlit_window() {
+    default_is_within("sunlit_room", 0.25);
+}
