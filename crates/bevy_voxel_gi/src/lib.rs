@@ -7,7 +7,7 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`settings`] | what a user chooses |
-//! | `reference` | voxels, rays and light in plain Rust |
+//! | [`mod@reference`] | voxels, rays and light in plain Rust |
 //! | [`scene`] | meshes, surfaces and lamps, seen by a camera or not |
 //! | `volume` | where the volume is, what it stores, what a frame computes |
 //! | `voxelize` | from meshes to voxels |
@@ -24,6 +24,7 @@ mod light;
 pub mod plugin;
 #[cfg(feature = "bevy")]
 mod receive;
+pub mod reference;
 #[cfg(feature = "bevy")]
 pub mod report;
 #[cfg(feature = "bevy")]

@@ -25,7 +25,7 @@ pub struct VoxelGiVolume {
     pub voxelizer: Voxelizer,
     /// The light that comes from outside the volume.
     pub sky: Sky,
-    /// Points of a voxel's surface that are tested for shadow, per light, 1 to 16. Default 8.
+    /// Points of a voxel's surface that are tested for shadow, per light, 1 to 16. Default 16.
     pub shadow_samples: u32,
     /// Concentric cubes, each twice as large as the one before, all of the same resolution:
     /// 1 to 4. Default 1.
@@ -53,7 +53,7 @@ impl Default for VoxelGiVolume {
             light: VoxelLight::default(),
             voxelizer: Voxelizer::default(),
             sky: Sky::default(),
-            shadow_samples: 8,
+            shadow_samples: 16,
             cascades: 1,
             follow: None,
             update_interval: 1,
@@ -159,7 +159,7 @@ impl VoxelLight {
 pub enum Solver {
     /// Rays from every surface through the voxels (thesis section 6.6.1).
     March {
-        /// Rays from each side of a voxel that has a surface, 4 to 256. Default 64.
+        /// Rays from each side of a voxel that has a surface, 4 to 256. Default 32.
         rays: u32,
     },
     /// From voxel to voxel in second-order spherical harmonics (thesis section 6.6.2). Smooth and
@@ -173,7 +173,7 @@ pub enum Solver {
 
 impl Default for Solver {
     fn default() -> Self {
-        Self::March { rays: 64 }
+        Self::March { rays: 32 }
     }
 }
 

@@ -1,4 +1,5 @@
 //! The voxel GI in pictures.
 
+mod reference;
 mod support;
 mod truth;

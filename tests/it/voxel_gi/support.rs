@@ -1,6 +1,14 @@
 //! What the cases share.
 
-use bevy::prelude::*;
+use bevy::{
+    prelude::*,
+    render::{
+        RenderApp,
+        render_asset::RenderAssets,
+        renderer::{RenderDevice, RenderQueue},
+        texture::GpuImage,
+    },
+};
 use bevy_frugal_lab::{
     boxes::{BoxScene, spawn_box_scene},
     headless::{HeadlessApp, HeadlessSettings, TargetFormat},
@@ -18,6 +26,7 @@ pub fn box_app(scene: &BoxScene) -> HeadlessApp {
     };
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(VoxelGiPlugin);
+        dev_wgsl(app);
     })
     .expect("no adapter");
     spawn_box_scene(app.world_mut(), scene);
@@ -68,4 +77,98 @@ pub fn indirect(app: &mut HeadlessApp, volume: impl Bundle) -> Vec<Vec3> {
     let with = picture(app);
     app.world_mut().despawn(entity);
     with.iter().zip(without).map(|(a, b)| a - b).collect()
+}
+
+// DEV ONLY
+fn dev_wgsl(app: &mut App) {
+    let Ok(base) = std::env::var("VOXEL_GI_WGSL") else {
+        return;
+    };
+    use bevy::asset::io::embedded::EmbeddedAssetRegistry;
+    for dir in ["volume", "light", "voxelize", "receive"] {
+        for entry in std::fs::read_dir(format!("{base}/{dir}"))
+            .unwrap()
+            .flatten()
+        {
+            let path = entry.path();
+            if path.extension().is_some_and(|e| e == "wgsl") {
+                let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+                let at = format!("bevy_voxel_gi/{dir}/{name}");
+                let bytes = std::fs::read(&path).unwrap();
+                app.world_mut()
+                    .resource_mut::<EmbeddedAssetRegistry>()
+                    .insert_asset(path.clone(), std::path::Path::new(&at), bytes);
+                app.world()
+                    .resource::<AssetServer>()
+                    .reload(format!("embedded://{at}"));
+            }
+        }
+    }
+}
+
+/// Six faces a voxel of what Bevy samples of the volume: light times weight, and weight.
+pub fn read_texels(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
+    let world = app.world_mut();
+    let handle = world
+        .query::<&bevy::light::IrradianceVolume>()
+        .single(world)
+        .expect("one volume")
+        .voxels
+        .clone();
+    let render = app.app_mut().sub_app(RenderApp).world();
+    let device = render.resource::<RenderDevice>().wgpu_device();
+    let image = render
+        .resource::<RenderAssets<GpuImage>>()
+        .get(&handle)
+        .expect("a texture");
+    let size = image.texture_descriptor.size;
+    let row = (size.width * 8).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(row * size.height * size.depth_or_array_layers),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_texture_to_buffer(
+        image.texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: Some(size.height),
+            },
+        },
+        size,
+    );
+    render.resource::<RenderQueue>().submit([encoder.finish()]);
+    buffer.map_async(wgpu::MapMode::Read, .., |result| result.expect("mapped"));
+    device
+        .poll(wgpu::PollType::Wait {
+            submission_index: None,
+            timeout: None,
+        })
+        .expect("the GPU answers");
+    let bytes = buffer.slice(..).get_mapped_range();
+    let texel = |x: u32, y: u32, z: u32| {
+        let at = ((z * size.height + y) * row + x * 8) as usize;
+        let channel = |c: usize| {
+            half::f16::from_le_bytes([bytes[at + 2 * c], bytes[at + 2 * c + 1]]).to_f32()
+        };
+        Vec4::new(channel(0), channel(1), channel(2), channel(3))
+    };
+    let r = size.width;
+    let mut texels = Vec::new();
+    for z in 0..r {
+        for y in 0..r {
+            for x in 0..r {
+                texels.push(std::array::from_fn(|face| {
+                    let face = face as u32;
+                    texel(x, y + (face & 1) * r, z + (face >> 1) * r)
+                }));
+            }
+        }
+    }
+    texels
 }

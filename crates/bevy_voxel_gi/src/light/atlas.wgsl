@@ -13,6 +13,14 @@ fn atlas_texel(volume: Volume, index: u32, face: u32) -> vec3<i32> {
     return vec3<i32>(voxel_of_index(volume, index) + corner);
 }
 
+fn pack_light(light: vec4<f32>) -> vec2<u32> {
+    return vec2(pack2x16float(light.rg), pack2x16float(light.ba));
+}
+
+fn unpack_light(words: vec2<u32>) -> vec4<f32> {
+    return vec4(unpack2x16float(words.x), unpack2x16float(words.y));
+}
+
 // What 16-bit floats hold.
 fn storable(light: vec3<f32>) -> vec3<f32> {
     return clamp(light, vec3(0.0), vec3(65504.0));

@@ -1,18 +1,20 @@
 // What reaches every surface from all around, by rays (thesis section 6.6.1), and what would reach
 // one in the middle of each voxel without. One workgroup a surface or voxel.
 
-#import bevy_voxel_gi::atlas::{atlas_texel, storable}
-#import bevy_voxel_gi::rays::{PI, cosine_ray, hash_unit, sphere_ray}
-#import bevy_voxel_gi::surface::{exposed_in_column, face_key, main_face, point_count,
+#import bevy_voxel_gi::atlas::{atlas_texel, pack_light, storable, unpack_light}
+#import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
+#import bevy_voxel_gi::surface::{exposed_in_column, face_key, main_face, shows, point_count,
     surface_normal, surface_plane, surface_point}
-#import bevy_voxel_gi::trace::{NOTHING, keys, trace, volume}
-#import bevy_voxel_gi::volume::{FACES, FLAG_WEIGHTED, cascade_voxel_size, face_normal, key_normal,
+#import bevy_voxel_gi::trace::{NOTHING, trace, volume}
+#import bevy_voxel_gi::volume::{FACES, FLAG_WEIGHTED, cascade_voxel_size, face_normal,
+    face_towards,
     sky_radiance, voxel_count, voxel_of_index}
 
 @group(1) @binding(0) var<storage, read> work: array<u32>;
 @group(1) @binding(1) var<storage, read> counters: array<u32>;
 @group(1) @binding(2) var<storage, read> radiance: array<vec2<u32>>;
 @group(1) @binding(3) var light_texture: texture_storage_3d<rgba16float, write>;
+@group(1) @binding(4) var<storage, read_write> irradiance: array<vec4<u32>>;
 
 const THREADS: u32 = 32u;
 // Points of a surface from which rays begin.
@@ -37,31 +39,49 @@ fn arriving(cascade: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec4<f32> 
 #ifdef OCCLUSION_ONLY
     return vec4(0.0, 0.0, 0.0, 1.0);
 #else
-    var sum = vec3(0.0);
-    var total = 0.0;
+    var seen = vec4(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
-        let face = 2u * axis + select(1u, 0u, direction[axis] < 0.0);
-        let key = keys[FACES * hit + face];
-        if (key != 0u && dot(direction, key_normal(key)) < 0.0) {
-            let packed = radiance[FACES * hit + face];
-            let light = vec3(unpack2x16float(packed.x), unpack2x16float(packed.y).x);
-            let weight = direction[axis] * direction[axis];
-            sum += weight * light;
-            total += weight;
+        if (shows(hit, direction, axis)) {
+            let face = face_towards(axis, -direction[axis]);
+            let light = unpack_light(radiance[FACES * (hit / 64u) + face]).rgb;
+            seen += vec4(light, 1.0) * (direction[axis] * direction[axis]);
         }
     }
-    return select(vec4(0.0), vec4(sum / total, 1.0), total > 0.0);
+    return select(vec4(0.0), seen / seen.a, seen.a > 0.0);
 #endif
 }
 
-// What the texture holds of an irradiance: divided by pi, and by weight where the receiver divides
-// by it.
-fn texel(irradiance: vec3<f32>, weight: f32) -> vec4<f32> {
-    let light = storable(irradiance / PI);
+#ifdef OCCLUSION_ONLY
+// Ray sets that take turns.
+const SETS: u32 = 1u;
+#else
+const SETS: u32 = 8u;
+#endif
+
+// What the texture holds of light that is multiplied by its weight: that, where the receiver
+// divides by the weight.
+fn texel(light: vec4<f32>) -> vec4<f32> {
     if ((volume.flags & FLAG_WEIGHTED) != 0u) {
-        return vec4(light * weight, weight);
+        return light;
     }
-    return vec4(light, 1.0);
+    return vec4(light.rgb / max(light.a, 1e-6), 1.0);
+}
+
+// Rays start from another point in the next frame, and turn when all sets had their turn.
+const ORIGIN_STEP: u32 = 5u;
+const TURN_STEP: u32 = 0x9e3779b9u;
+// Light that changes by more than this is not noise.
+const ABRUPT: f32 = 0.5;
+
+// The share of this frame in the mean.
+fn share(before: vec4<f32>, now: vec4<f32>) -> f32 {
+    if (before.a == 0.0) {
+        return 1.0;
+    }
+    let old = dot(before.rgb, vec3(1.0)) * now.a;
+    let fresh = dot(now.rgb, vec3(1.0)) * before.a;
+    let abrupt = abs(fresh - old) > ABRUPT * max(fresh, old);
+    return max(volume.blend, select(0.0, 0.5, abrupt));
 }
 
 fn is_due(index: u32) -> bool {
@@ -96,12 +116,14 @@ fn gather(
     for (var f = 0u; f < FACES; f++) {
         faces |= select(0u, 1u << f, face_key(index, f) == key);
     }
-    let turn = hash_unit(64u * index + faces);
+    let ray_set = volume.frame % SETS;
+    let turn = hash_unit(64u * index + faces + volume.frame / SETS * TURN_STEP);
     var sum = vec4(0.0);
     if (is_due(index)) {
         for (var i = thread; i < volume.rays; i += THREADS) {
-            let direction = cosine_ray(i, volume.rays, turn, normal);
-            let origin = corner + surface_point(exposed, plane, normal, i % used, used);
+            let direction = cosine_ray(i * SETS + ray_set, volume.rays * SETS, turn, normal);
+            let k = (i + ORIGIN_STEP * volume.frame) % used;
+            let origin = corner + surface_point(exposed, plane, normal, k, used);
             sum += arriving(cascade, origin, direction);
         }
     }
@@ -114,11 +136,19 @@ fn gather(
     for (var i = 0u; i < THREADS; i++) {
         total += sums[i];
     }
-    let weight = total.a / f32(volume.rays);
-    let stored = texel(total.rgb * PI / max(total.a, 1.0), weight);
+    // Irradiance over pi, and how well it is known.
+    let now = vec4(storable(total.rgb / max(total.a, 1.0)), total.a / f32(volume.rays));
+    var mean = vec4(now.rgb * now.a, now.a);
+#ifndef OCCLUSION_ONLY
+    let before = unpack_light(irradiance[FACES * index + face].zw);
+    mean = mix(before, mean, share(before, mean));
+#endif
     for (var f = face; f < FACES; f++) {
         if (face_key(index, f) == key) {
-            textureStore(light_texture, atlas_texel(volume, index, f), stored);
+#ifndef OCCLUSION_ONLY
+            irradiance[FACES * index + f] = vec4<u32>(pack_light(now), pack_light(mean));
+#endif
+            textureStore(light_texture, atlas_texel(volume, index, f), texel(mean));
         }
     }
 }
@@ -141,15 +171,17 @@ fn gather_air(
     if (thread >= FACES || !is_due(index)) {
         return;
     }
+    // The cosine as weight, so that a uniform field is uniform however few rays there are.
     let normal = face_normal(thread);
-    var irradiance = vec3(0.0);
+    var sum = vec4(0.0);
     var valid = 0.0;
     for (var i = 0u; i < SPHERE_RAYS; i++) {
-        irradiance += sums[i].rgb * max(dot(directions[i], normal), 0.0);
+        sum += sums[i] * max(dot(directions[i], normal), 0.0);
         valid += sums[i].a;
     }
     // Inside a solid most rays meet backs.
-    let weight = select(0.0, AIR_WEIGHT, 4.0 * valid > 3.0 * f32(SPHERE_RAYS));
-    let stored = texel(irradiance * 4.0 * PI / f32(SPHERE_RAYS), weight);
-    textureStore(light_texture, atlas_texel(volume, index, thread), stored);
+    let weight = select(0.0, AIR_WEIGHT, 4.0 * valid > 3.0 * f32(SPHERE_RAYS) && sum.a > 0.0);
+    let light = storable(sum.rgb / max(sum.a, 1e-6));
+    textureStore(light_texture, atlas_texel(volume, index, thread),
+        texel(vec4(light * weight, weight)));
 }

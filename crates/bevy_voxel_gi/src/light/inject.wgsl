@@ -2,10 +2,10 @@
 // the radiance that leaves it, emission and light of earlier bounces included. One workgroup a
 // surface, one thread a point of it.
 
-#import bevy_voxel_gi::atlas::{atlas_texel, storable}
+#import bevy_voxel_gi::atlas::{pack_light, storable, unpack_light}
 #import bevy_voxel_gi::rays::PI
 #import bevy_voxel_gi::surface::{exposed_in_column, face_key, main_face, point_count,
-    surface_normal, surface_plane, surface_point}
+    sees_front, surface_normal, surface_plane, surface_point}
 #import bevy_voxel_gi::trace::{NOTHING, keys, trace, volume}
 #import bevy_voxel_gi::volume::{FACES, FLAG_FEEDBACK, cascade_min, cascade_voxel_size,
     key_material, voxel_count, voxel_of_index}
@@ -39,11 +39,12 @@ const SPOT: u32 = 2u;
 @group(1) @binding(2) var<storage, read_write> radiance: array<vec2<u32>>;
 @group(1) @binding(3) var<storage, read> materials: array<Material>;
 @group(1) @binding(4) var<storage, read> lights: array<Light>;
-@group(1) @binding(5) var light_texture: texture_3d<f32>;
+@group(1) @binding(5) var<storage, read> irradiance: array<vec4<u32>>;
 
 const THREADS: u32 = 16u;
 var<workgroup> exposed_words: array<atomic<u32>, 2>;
-var<workgroup> irradiances: array<vec3<f32>, 16>;
+// Irradiance at each point by one lamp, and whether it counts.
+var<workgroup> irradiances: array<vec4<f32>, 16>;
 
 struct Arriving {
     // Irradiance of what faces the lamp.
@@ -97,43 +98,50 @@ fn inject(
     let corner = vec3<f32>(voxel_of_index(volume, index));
     let size = cascade_voxel_size(volume, cascade);
     let used = min(point_count(exposed), volume.shadow_samples);
-    var irradiance = vec3(0.0);
-    if (thread < used) {
-        let point = corner + surface_point(exposed, plane, normal, thread, used);
-        let position = cascade_min(volume, cascade) + size * point;
-        for (var i = 0u; i < volume.light_count; i++) {
-            let arrived = arriving(lights[i], position, size);
-            let cosine = dot(normal, arrived.direction);
-            if (cosine > 0.0 && any(arrived.irradiance > vec3(0.0))) {
-                let reach = arrived.distance / size - plane.guard;
-                let origin = point + normal * plane.guard;
-                if (trace(cascade, origin, arrived.direction, reach) == NOTHING) {
-                    irradiance += arrived.irradiance * cosine;
-                }
+    // Threads without a point do the first one again, as all must come to the barriers.
+    let used_points = max(used, 1u);
+    let point = corner + surface_point(exposed, plane, normal, thread % used_points, used_points);
+    let position = cascade_min(volume, cascade) + size * point;
+    let origin = point + normal * plane.guard;
+    var direct = vec3(0.0);
+    for (var i = 0u; i < volume.light_count; i++) {
+        let arrived = arriving(lights[i], position, size);
+        let cosine = dot(normal, arrived.direction);
+        var counted = vec4(0.0, 0.0, 0.0, 1.0);
+        if (thread < used && cosine > 0.0 && any(arrived.irradiance > vec3(0.0))) {
+            let hit = trace(cascade, origin, arrived.direction,
+                arrived.distance / size - plane.guard);
+            if (hit == NOTHING) {
+                counted = vec4(arrived.irradiance * cosine, 1.0);
+            } else if (!sees_front(hit, arrived.direction)) {
+                // The point is inside something.
+                counted = vec4(0.0);
             }
         }
+        irradiances[thread] = counted;
+        workgroupBarrier();
+        if (thread == 0u) {
+            var sum = vec4(0.0);
+            for (var k = 0u; k < used; k++) {
+                sum += irradiances[k];
+            }
+            direct += sum.rgb / max(sum.a, 1.0);
+        }
+        workgroupBarrier();
     }
-    irradiances[thread] = irradiance;
-    workgroupBarrier();
     if (thread > 0u) {
         return;
     }
-    var direct = vec3(0.0);
-    for (var i = 0u; i < used; i++) {
-        direct += irradiances[i];
-    }
-    direct /= f32(max(used, 1u));
     let material = materials[key_material(keys[FACES * index + face])];
     let exposure = mix(1.0 / volume.exposure, 1.0, material.emissive_exposure_weight);
     var leaving = volume.storage_scale
         * (material.emissive * exposure + material.albedo * direct / PI);
     if ((volume.flags & FLAG_FEEDBACK) != 0u) {
-        // Irradiance over pi, premultiplied by its weight.
-        let before = textureLoad(light_texture, atlas_texel(volume, index, face), 0);
-        leaving += material.albedo * before.rgb / max(before.a, 1e-3);
+        // Irradiance over pi.
+        leaving += material.albedo * unpack_light(irradiance[FACES * index + face].xy).rgb;
     }
     let stored = storable(leaving);
-    let packed = vec2(pack2x16float(stored.rg), pack2x16float(vec2(stored.b, 0.0)));
+    let packed = pack_light(vec4(stored, 0.0));
     let key = face_key(index, face);
     for (var f = face; f < FACES; f++) {
         if (face_key(index, f) == key) {

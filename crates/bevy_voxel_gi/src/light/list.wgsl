@@ -12,6 +12,7 @@
 // How many of each.
 @group(1) @binding(1) var<storage, read_write> counters: array<atomic<u32>>;
 @group(1) @binding(2) var light: texture_storage_3d<rgba16float, write>;
+@group(1) @binding(3) var<storage, read_write> irradiance: array<vec4<u32>>;
 
 const FACE_OF_AIR: u32 = 6u;
 
@@ -54,7 +55,7 @@ fn list(
     }
     if (!is_occupied(index)) {
         let turn = (index + volume.frame) % volume.air_interval == 0u;
-        if (turn || volume.frame < volume.air_interval || is_near_surface(index)) {
+        if (turn || volume.blend == 1.0 || is_near_surface(index)) {
             let place = atomicAdd(&counters[1], 1u);
             work[FACES * count + place] = 8u * index + FACE_OF_AIR;
         }
@@ -64,6 +65,9 @@ fn list(
         let known = face_key(index, face) != 0u && has_points(index, face);
         if (!known) {
             textureStore(light, atlas_texel(volume, index, face), vec4(0.0));
+#ifndef OCCLUSION_ONLY
+            irradiance[FACES * index + face] = vec4(0u);
+#endif
         } else if (is_first_face(index, face)) {
             let place = atomicAdd(&counters[0], 1u);
             work[place] = 8u * index + face;

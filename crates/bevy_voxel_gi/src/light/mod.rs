@@ -67,6 +67,7 @@ impl LightWork {
                     buffers.work.as_entire_binding(),
                     buffers.counters.as_entire_binding(),
                     &texture.texture_view,
+                    buffers.irradiance.as_entire_binding(),
                 )),
             ),
             inject: device.create_bind_group(
@@ -78,7 +79,7 @@ impl LightWork {
                     buffers.radiosity.as_entire_binding(),
                     surfaces.binding()?,
                     lights.binding()?,
-                    &texture.texture_view,
+                    buffers.irradiance.as_entire_binding(),
                 )),
             ),
             gather: device.create_bind_group(
@@ -89,6 +90,7 @@ impl LightWork {
                     buffers.counters.as_entire_binding(),
                     buffers.radiosity.as_entire_binding(),
                     &texture.texture_view,
+                    buffers.irradiance.as_entire_binding(),
                 )),
             ),
         })

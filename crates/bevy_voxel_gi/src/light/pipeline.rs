@@ -6,9 +6,9 @@ use bevy::{
     render::render_resource::{
         BindGroupLayoutDescriptor, BindGroupLayoutEntries, CachedComputePipelineId,
         ComputePipelineDescriptor, PipelineCache, ShaderStages, SpecializedComputePipeline,
-        SpecializedComputePipelines, StorageTextureAccess, TextureFormat, TextureSampleType,
+        SpecializedComputePipelines, StorageTextureAccess, TextureFormat,
         binding_types::{
-            storage_buffer_read_only_sized, storage_buffer_sized, texture_3d, texture_storage_3d,
+            storage_buffer_read_only_sized, storage_buffer_sized, texture_storage_3d,
             uniform_buffer,
         },
     },
@@ -82,25 +82,21 @@ pub(crate) fn init_pipelines(mut commands: Commands, assets: Res<AssetServer>) {
         ),
         list: BindGroupLayoutDescriptor::new(
             "voxel_gi_list",
-            &BindGroupLayoutEntries::sequential(compute, (write(), write(), texture())),
+            &BindGroupLayoutEntries::sequential(compute, (write(), write(), texture(), write())),
         ),
         inject: BindGroupLayoutDescriptor::new(
             "voxel_gi_inject",
             &BindGroupLayoutEntries::sequential(
                 compute,
-                (
-                    read(),
-                    read(),
-                    write(),
-                    read(),
-                    read(),
-                    texture_3d(TextureSampleType::Float { filterable: false }),
-                ),
+                (read(), read(), write(), read(), read(), read()),
             ),
         ),
         gather: BindGroupLayoutDescriptor::new(
             "voxel_gi_gather",
-            &BindGroupLayoutEntries::sequential(compute, (read(), read(), read(), texture())),
+            &BindGroupLayoutEntries::sequential(
+                compute,
+                (read(), read(), read(), texture(), write()),
+            ),
         ),
         list_shader: load_embedded_asset!(assets, "list.wgsl"),
         inject_shader: load_embedded_asset!(assets, "inject.wgsl"),
@@ -168,6 +164,7 @@ impl SpecializedComputePipeline for LightPipelines {
                 Vec::new()
             },
             entry_point: Some(entry_point.into()),
+            zero_initialize_workgroup_memory: true,
             ..default()
         }
     }

@@ -78,6 +78,25 @@ fn exposed_in_column(index: u32, face: u32, column: u32) -> u32 {
     return 64u;
 }
 
+// Whether a face of a voxel shows at the sub-voxel in which a ray ends: the sub-voxel is the
+// outermost towards the face, and the surface of the face is turned to the ray. Without this rule
+// the outside of a thin wall would be seen from within.
+fn shows(hit: u32, direction: vec3<f32>, axis: u32) -> bool {
+    let index = hit / 64u;
+    let cell = vec3(hit % FINE, (hit / FINE) % FINE, (hit / (FINE * FINE)) % FINE);
+    let face = face_towards(axis, -direction[axis]);
+    if (face_key(index, face) == 0u || dot(direction, surface_normal(index, face)) >= 0.0) {
+        return false;
+    }
+    let column = cell[(axis + 1u) % 3u] + FINE * cell[(axis + 2u) % 3u];
+    return exposed_in_column(index, face, column) == hit % 64u;
+}
+
+// Whether a ray ends at the front of any surface; else it began inside something.
+fn sees_front(hit: u32, direction: vec3<f32>) -> bool {
+    return shows(hit, direction, 0u) || shows(hit, direction, 1u) || shows(hit, direction, 2u);
+}
+
 fn point_count(exposed: vec2<u32>) -> u32 {
     return countOneBits(exposed.x) + countOneBits(exposed.y);
 }

@@ -17,7 +17,7 @@ fn smallest(v: vec3<f32>) -> u32 {
     return select(select(2u, 1u, v.y < v.z), select(2u, 0u, v.x < v.z), v.x < v.y);
 }
 
-// The index of the voxel in which a ray ends, or `NOTHING` if that is outside of the volume or
+// 64 times the index of the voxel in which a ray ends, plus the bit of the sub-voxel; or `NOTHING` if that is outside of the volume or
 // not before `reach`. `origin` is in voxels of `cascade` from its corner, `reach` in its voxels,
 // `direction` a unit vector.
 fn trace(cascade: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32 {
@@ -50,7 +50,7 @@ fn trace(cascade: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u
                     let bit = u32(sub.x + 4 * sub.y + 16 * sub.z);
                     let word = select(mask.x, mask.y, bit >= 32u);
                     if ((word & (1u << (bit & 31u))) != 0u) {
-                        return index;
+                        return 64u * index + bit;
                     }
                     let border = base + (vec3<f32>(sub) + ahead) / f32(FINE);
                     let next = (border - from_) * inverse;

@@ -33,7 +33,7 @@ pub(crate) struct GpuVolume {
     pub frame: u32,
     pub points_per_triangle: u32,
     pub air_interval: u32,
-    pub pad: u32,
+    pub blend: f32,
 }
 
 const FLAG_FEEDBACK: u32 = 1;
@@ -45,7 +45,7 @@ const FLAG_PER_PIXEL: u32 = 4;
 pub(crate) const AIR_INTERVAL: u32 = 8;
 
 impl GpuVolume {
-    pub(crate) fn new(volume: &PlacedVolume, light_count: u32, frame: u32) -> Self {
+    pub(crate) fn new(volume: &PlacedVolume, light_count: u32, frame: u32, blend: f32) -> Self {
         let settings = &volume.settings;
         let (rays, max_distance, feedback) = match settings.light {
             VoxelLight::GlobalIllumination { solver, bounces } => {
@@ -91,7 +91,7 @@ impl GpuVolume {
                 _ => 0,
             },
             air_interval: AIR_INTERVAL,
-            pad: 0,
+            blend,
         }
     }
 
@@ -132,6 +132,9 @@ pub(crate) struct VolumeBuffers {
     /// Six times two words a voxel: radiance that leaves each face, as 16-bit floats. A stub for
     /// occlusion only.
     pub radiosity: Buffer,
+    /// Six times four words a voxel: irradiance of each face in this frame, and the mean over
+    /// frames with its weight, as 16-bit floats. A stub for occlusion only.
+    pub irradiance: Buffer,
     /// Faces with a surface, then voxels without: voxel index times 8 plus face.
     pub work: Buffer,
     /// How many of each there are, and the sizes of the dispatches over them.
@@ -170,6 +173,7 @@ impl VolumeBuffers {
             masks: buffer("voxel_gi_masks", 8 * shape.voxels, storage),
             faces: buffer("voxel_gi_faces", full(24), storage),
             radiosity: buffer("voxel_gi_radiosity", full(48), storage),
+            irradiance: buffer("voxel_gi_irradiance", full(96), storage),
             work: buffer("voxel_gi_work", 28 * shape.voxels, storage),
             counters: buffer("voxel_gi_counters", Self::COUNTERS, storage),
             dispatch: buffer(
@@ -186,6 +190,7 @@ impl VolumeBuffers {
             &self.masks,
             &self.faces,
             &self.radiosity,
+            &self.irradiance,
             &self.work,
             &self.counters,
             &self.dispatch,

@@ -72,15 +72,12 @@ pub(crate) fn texture_size(settings: &VoxelGiVolume, patched: bool) -> Extent3d 
 pub(crate) fn place_volume(
     mut commands: Commands,
     mut active: ResMut<ActiveVolume>,
-    volumes: Query<(Entity, &VoxelGiVolume, &GlobalTransform)>,
-    transforms: Query<&GlobalTransform>,
+    volumes: Query<(Entity, &VoxelGiVolume, &GlobalTransform), Without<IrradianceVolume>>,
+    transforms: Query<&GlobalTransform, Without<IrradianceVolume>>,
     cameras: Query<(&Camera, Option<&bevy::camera::Exposure>), With<Camera3d>>,
     patches: Res<ShaderPatches>,
     mut images: ResMut<Assets<Image>>,
-    mut probes: Query<
-        (&mut IrradianceVolume, &mut Transform, &mut GlobalTransform),
-        Without<VoxelGiVolume>,
-    >,
+    mut probes: Query<(&mut IrradianceVolume, &mut Transform, &mut GlobalTransform)>,
 ) {
     let active = &mut *active;
     let patched = match patches.state(RECEIVER_PATCH) {

@@ -57,19 +57,36 @@ pub(crate) struct FramePlan {
     frame: u32,
     /// Of what is in the volume.
     fingerprint: u64,
+    /// Frames since the light began to be new: the volume was made, or something changed after a
+    /// pause.
+    since_new: u32,
+    /// Frames since something changed.
+    since_change: u32,
     /// Frames that have still to be computed until the light has settled.
     unsettled: u32,
     /// The texture that holds the light.
     texture: Option<AssetId<Image>>,
 }
 
-/// Frames in which endlessly reflected light settles: at albedo 0.9, 0.9²⁴ = 8% are missing of
-/// what later bounces bring.
-const SETTLE_ENDLESS: u32 = 24;
+/// Frames in which endlessly reflected light settles, and in which what the mean still holds of
+/// the time before has gone: (7/8)⁴⁰ = 0.5%.
+const SETTLE_ENDLESS: u32 = 40;
+
+/// Frames over which the light that pixels read is a mean.
+const HISTORY: u32 = 8;
+
+/// Frames in which light that is new gets around before a mean is worth something.
+const WARM_UP: u32 = 4;
 
 impl FramePlan {
     fn idle(&mut self) {
         (self.voxelize, self.light) = (None, None);
+    }
+
+    /// Share of this frame in the mean.
+    fn blend(&self) -> f32 {
+        let frames = (self.since_new + 1).saturating_sub(WARM_UP);
+        1.0 / frames.clamp(1, HISTORY) as f32
     }
 
     /// Frames until nothing changes any more.
@@ -142,6 +159,10 @@ pub(crate) fn prepare_frame(
     }
     if fresh || fingerprint != plan.fingerprint {
         plan.fingerprint = fingerprint;
+        if plan.since_change > HISTORY {
+            plan.since_new = 0;
+        }
+        plan.since_change = 0;
         plan.unsettled = FramePlan::time_to_settle(volume);
     }
     let made = fresh.then(|| VolumeBuffers::new(&device, shape));
@@ -163,9 +184,11 @@ pub(crate) fn prepare_frame(
     }
     plan.unsettled = plan.unsettled.saturating_sub(1);
     let light_count = u32::try_from(lamps.0.len()).unwrap_or(u32::MAX);
-    let first = GpuVolume::new(volume, light_count, plan.frame);
+    let first = GpuVolume::new(volume, light_count, plan.frame, plan.blend());
     uniforms.write([first, first.with_feedback(true)], &device, &queue);
     plan.frame = plan.frame.wrapping_add(1);
+    plan.since_new = plan.since_new.saturating_add(1);
+    plan.since_change = plan.since_change.saturating_add(1);
     plan.bounces = match volume.settings.light {
         VoxelLight::GlobalIllumination {
             bounces: Bounces::Count(count),

@@ -32,7 +32,8 @@ struct Volume {
     frame: u32,
     points_per_triangle: u32,
     air_interval: u32,
-    pad: u32,
+    // Share of this frame in the mean that pixels read.
+    blend: f32,
 }
 
 // Reflected light of the frame before is reflected again.

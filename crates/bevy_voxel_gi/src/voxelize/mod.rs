@@ -5,7 +5,6 @@ pub(crate) mod pipeline;
 
 use bevy::{
     asset::embedded_asset,
-    ecs::schedule::SystemSet,
     prelude::*,
     render::{
         diagnostic::RecordDiagnostics,
@@ -25,10 +24,6 @@ use crate::volume::{
     gpu::{VolumeBuffers, VolumeUniforms},
     plan::FramePlan,
 };
-
-/// The voxeliser's pass.
-#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Voxelize;
 
 /// The dispatches of a frame that voxelises.
 #[derive(Resource)]

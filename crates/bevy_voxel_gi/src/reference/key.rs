@@ -1,0 +1,64 @@
+//! The surface that stands for a voxel's face, in 32 bits of which the largest wins (`atomicMax`).
+//!
+//! | bits | what |
+//! | --- | --- |
+//! | 24..32 | how much of the voxel it fills, 1 to 255 |
+//! | 12..24 | normal, octahedral, 6 + 6 bits |
+//! | 0..12 | material |
+//!
+//! 0 is no surface.
+
+use glam::{Vec2, Vec3};
+
+/// Materials a volume can tell apart.
+pub const MATERIALS: u32 = 1 << 12;
+
+/// Sub-voxels times the squared cosine to the face, by this, is a key's weight.
+pub const WEIGHT_SCALE: f32 = 8.0;
+
+/// Smallest cosine between a surface's normal and a face it can stand for.
+pub const MIN_FACE_COSINE: f32 = 0.125;
+
+const LEVELS: f32 = 62.0; // even: axes are exact
+
+/// A surface with a share of the voxel, as a key.
+pub fn pack_key(sub_voxels: u32, cosine: f32, normal: Vec3, material: u32) -> u32 {
+    let weight = (sub_voxels as f32 * cosine * cosine * WEIGHT_SCALE).ceil();
+    (weight.clamp(1.0, 255.0) as u32) << 24
+        | pack_normal(normal) << 12
+        | material.min(MATERIALS - 1)
+}
+
+/// A key's normal.
+pub fn key_normal(key: u32) -> Vec3 {
+    unpack_normal(key >> 12 & 0xfff)
+}
+
+/// A key's material.
+pub fn key_material(key: u32) -> u32 {
+    key & 0xfff
+}
+
+/// Unit vector to 12 bits (octahedral map).
+pub fn pack_normal(normal: Vec3) -> u32 {
+    let flat = normal / normal.abs().element_sum();
+    let mut p = Vec2::new(flat.x, flat.y);
+    if flat.z < 0.0 {
+        p = (1.0 - Vec2::new(p.y, p.x).abs()) * sign(p);
+    }
+    let q = ((p * 0.5 + 0.5) * LEVELS + 0.5).floor();
+    q.x as u32 | (q.y as u32) << 6
+}
+
+/// The inverse of [`pack_normal`].
+pub fn unpack_normal(bits: u32) -> Vec3 {
+    let p = Vec2::new((bits & 63) as f32, (bits >> 6 & 63) as f32) / LEVELS * 2.0 - 1.0;
+    let z = 1.0 - p.abs().element_sum();
+    let fold = (-z).max(0.0);
+    let p = p - fold * sign(p);
+    Vec3::new(p.x, p.y, z).normalize()
+}
+
+fn sign(v: Vec2) -> Vec2 {
+    Vec2::select(v.cmplt(Vec2::ZERO), Vec2::NEG_ONE, Vec2::ONE)
+}

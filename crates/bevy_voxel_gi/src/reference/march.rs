@@ -1,0 +1,202 @@
+//! Light gathered by rays, bounce after bounce (thesis 6.6.1), and the ambient occlusion of short rays
+//! (thesis 6.7).
+//!
+//! Unlike in the thesis rays begin on surfaces, about their normals, and what is stored is the
+//! irradiance of each surface instead of spherical harmonics of the voxel: no light comes through it
+//! from the other side, and the far half of the rays is not wasted.
+
+use super::{
+    each,
+    field::Field,
+    gather::{hemisphere, sphere},
+    light::{Light, direct_light},
+    surface::{Surface, seen_faces, surfaces},
+    trace::trace,
+    voxels::{Material, Voxels},
+};
+use glam::{Vec3, Vec4};
+use std::f32::consts::PI;
+
+/// Frames of which only the last counts, after a start: as many bounces arrive before there is a mean.
+pub const WARM_UP: u32 = 4;
+
+/// How light is gathered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarchSettings {
+    /// Rays of a surface per frame, 1 or more.
+    pub rays: u32,
+    /// Rays of a voxel without surfaces per frame; 0 leaves it dark.
+    pub empty_rays: u32,
+    /// Points of a surface that are tested for the shadow of each lamp, 1 to 16.
+    pub shadow_points: u32,
+    /// Weight of a voxel without surfaces where receivers interpolate; surfaces have 1.
+    pub empty_weight: f32,
+    /// Longest ray, in voxels; what is farther is sky.
+    pub reach: f32,
+    /// Frames over which receivers see the mean, 1 or more.
+    pub history: u32,
+}
+
+impl Default for MarchSettings {
+    fn default() -> Self {
+        Self {
+            rays: 32,
+            empty_rays: 32,
+            shadow_points: 16,
+            empty_weight: 1.0 / 64.0,
+            reach: f32::INFINITY,
+            history: 8,
+        }
+    }
+}
+
+/// The light in a volume.
+pub struct March<'a> {
+    voxels: &'a Voxels,
+    materials: &'a [Material],
+    sky: Vec3,
+    settings: MarchSettings,
+    /// The surfaces of the voxels.
+    pub surfaces: Vec<Surface>,
+    /// Per surface: irradiance straight from lamps, in lux.
+    pub direct: Vec<Vec3>,
+    /// Per surface: irradiance by everything else in the last frame, in lux.
+    pub indirect: Vec<Vec3>,
+    /// Per surface: mean over frames of that irradiance times the share of rays that count, and of
+    /// that share.
+    pub mean: Vec<Vec4>,
+    /// Per voxel and face: radiance of its surface, in cd/m^2.
+    pub radiance: Vec<[Vec3; 6]>,
+    /// Frames so far, a bounce each.
+    pub frame: u32,
+}
+
+impl<'a> March<'a> {
+    /// Lit by lamps alone. `sky` is the radiance of everything outside the volume, in cd/m^2.
+    pub fn new(
+        voxels: &'a Voxels,
+        materials: &'a [Material],
+        lights: &[Light],
+        sky: Vec3,
+        settings: MarchSettings,
+    ) -> Self {
+        let surfaces = surfaces(voxels);
+        let mut march = Self {
+            voxels,
+            materials,
+            sky,
+            settings,
+            direct: each(surfaces.len(), |i| {
+                direct_light(voxels, &surfaces[i], lights, settings.shadow_points)
+            }),
+            indirect: vec![Vec3::ZERO; surfaces.len()],
+            mean: vec![Vec4::ZERO; surfaces.len()],
+            radiance: vec![[Vec3::ZERO; 6]; voxels.grid.len()],
+            surfaces,
+            frame: 0,
+        };
+        march.reflect();
+        march
+    }
+
+    /// Radiance of every surface from what reaches it.
+    fn reflect(&mut self) {
+        for (i, surface) in self.surfaces.iter().enumerate() {
+            let material = material(self.materials, surface.material);
+            let irradiance = self.direct[i] + self.indirect[i];
+            let radiance = material.emission + material.albedo * irradiance / PI;
+            for face in surface.faces() {
+                self.radiance[surface.voxel][face] = radiance;
+            }
+        }
+    }
+
+    /// One more frame, and bounce.
+    ///
+    /// Bounces see the last frame as it is, receivers the mean: were that fed back, each bounce would
+    /// take as many frames as the mean.
+    pub fn step(&mut self) {
+        let new = each(self.surfaces.len(), |i| {
+            hemisphere(&self.surfaces[i], self.settings.rays, self.frame, |o, d| {
+                self.arriving(o, d)
+            })
+        });
+        self.frame += 1;
+        let frames = self.frame.saturating_sub(WARM_UP).max(1);
+        let keep = 1.0 - 1.0 / frames.min(self.settings.history.max(1)) as f32;
+        for (i, new) in new.into_iter().enumerate() {
+            self.indirect[i] = new.truncate() * PI / new.w.max(1e-6);
+            let new = (new.truncate() * PI).extend(new.w);
+            self.mean[i] = new.lerp(self.mean[i], keep);
+        }
+        self.reflect();
+    }
+
+    /// Radiance that arrives along a ray; None from the back of a surface.
+    pub fn arriving(&self, origin: Vec3, direction: Vec3) -> Option<Vec3> {
+        let Some(hit) = trace(self.voxels, origin, direction, self.settings.reach) else {
+            return Some(self.sky);
+        };
+        let weights = seen_faces(self.voxels, &hit, direction)?;
+        let radiance = &self.radiance[hit.voxel];
+        Some((0..6).map(|face| radiance[face] * weights[face]).sum())
+    }
+
+    /// What receivers sample: irradiance, in lux.
+    pub fn field(&self) -> Field {
+        let MarchSettings {
+            empty_rays,
+            empty_weight,
+            ..
+        } = self.settings;
+        let mut field = surround(self.voxels, empty_rays, self.frame, empty_weight, |o, d| {
+            Some(self.arriving(o, d)? * PI)
+        });
+        field.put(&self.surfaces, &self.mean);
+        field
+    }
+}
+
+/// Share of the hemisphere, weighted by the cosine, in which a surface sees nothing within `radius`
+/// voxels: 1 where it is open (thesis Eq. 6.17), in all three channels.
+pub fn ambient_occlusion(voxels: &Voxels, radius: f32, settings: MarchSettings) -> Field {
+    let open = |origin: Vec3, direction: Vec3| match trace(voxels, origin, direction, radius) {
+        None => Some(Vec3::ONE),
+        Some(hit) => seen_faces(voxels, &hit, direction).map(|_| Vec3::ZERO),
+    };
+    let surfaces = surfaces(voxels);
+    let frames = settings.history.max(1);
+    let values = each(surfaces.len(), |i| {
+        let sum: Vec4 = (0..frames)
+            .map(|frame| hemisphere(&surfaces[i], settings.rays, frame, open))
+            .sum();
+        sum / frames as f32
+    });
+    let mut field = surround(voxels, settings.empty_rays, 0, settings.empty_weight, open);
+    field.put(&surfaces, &values);
+    field
+}
+
+/// The field of the voxels without surfaces.
+fn surround(
+    voxels: &Voxels,
+    rays: u32,
+    frame: u32,
+    weight: f32,
+    arriving: impl Fn(Vec3, Vec3) -> Option<Vec3> + Sync,
+) -> Field {
+    let grid = voxels.grid;
+    let texels = each(grid.len(), |voxel| {
+        if voxels.masks[voxel] != 0 {
+            return [Vec4::ZERO; 6];
+        }
+        let center = grid.voxel(voxel).as_vec3() + 0.5;
+        sphere(voxel, center, rays, frame, weight, &arriving)
+    });
+    Field { grid, texels }
+}
+
+/// A material, or none if there is no such index.
+pub(super) fn material(materials: &[Material], index: u32) -> Material {
+    materials.get(index as usize).copied().unwrap_or_default()
+}

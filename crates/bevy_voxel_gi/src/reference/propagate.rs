@@ -1,0 +1,252 @@
+//! Light handed on from voxel to voxel (thesis 6.6.2), so that its energy never grows.
+//!
+//! Each voxel without surfaces holds the intensity of the light that has just arrived in it, as
+//! spherical harmonics. In a step all of it leaves, through the six faces, in proportion to the
+//! intensity towards the five faces of the neighbour behind each (A. Kaplanyan and C. Dachsbacher,
+//! *Cascaded Light Propagation Volumes*, 2010):
+//!
+//! ```text
+//! f = max(I(w), 0) W                        w towards the centre of a face, W its solid angle
+//! f' = f Phi / sum f                        over all 30, per channel; Phi is the flux of I
+//! ```
+//!
+//! As much arrives as has left: no hand-set factor is needed. A neighbour without surfaces receives
+//! each part as a cosine lobe towards that face. What meets a voxel with surfaces is irradiance there,
+//! and comes back by the albedo of its face as a lobe along its normal; at the border it is lost.
+
+use super::{
+    each,
+    field::Field,
+    grid::{FACE_STEPS, FACES},
+    key::{key_material, key_normal},
+    march::{March, material},
+    sh::{basis, cosine_lobe, flux},
+    voxels::{Material, Voxels},
+};
+use glam::{Vec3, Vec4};
+use std::f32::consts::PI;
+
+/// Solid angle of the far face of the neighbouring voxel, seen from the middle of a voxel.
+pub const FRONT_ANGLE: f32 = 0.400_669_68;
+
+/// Solid angle of each face at its sides; with the far one they make 2 pi / 3.
+pub const SIDE_ANGLE: f32 = 0.423_431_36;
+
+/// How light is propagated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PropagationSettings {
+    /// Steps, a voxel each.
+    pub steps: u32,
+    /// Weight of a voxel without surfaces where receivers interpolate; surfaces have 1.
+    pub empty_weight: f32,
+}
+
+impl Default for PropagationSettings {
+    fn default() -> Self {
+        Self {
+            steps: 64,
+            empty_weight: 1.0 / 64.0,
+        }
+    }
+}
+
+/// Spherical harmonics of each channel.
+pub type Intensity = [Vec4; 3];
+
+/// The light on its way, and what it has lit.
+pub struct Propagation<'a> {
+    voxels: &'a Voxels,
+    materials: &'a [Material],
+    settings: PropagationSettings,
+    /// Per voxel: intensity of what has just arrived, in lux times the area of a voxel's face.
+    pub intensity: Vec<Intensity>,
+    /// Per voxel and face: what has arrived through it so far, in lux.
+    pub arrived: Vec<[Vec3; 6]>,
+}
+
+impl<'a> Propagation<'a> {
+    /// Begins with what the surfaces of `march` give off and with its sky.
+    pub fn new(
+        march: &March<'a>,
+        voxels: &'a Voxels,
+        materials: &'a [Material],
+        sky: Vec3,
+        settings: PropagationSettings,
+    ) -> Self {
+        let grid = voxels.grid;
+        let arrived = vec![[Vec3::ZERO; 6]; grid.len()];
+        let mut all = Self {
+            voxels,
+            materials,
+            settings,
+            intensity: vec![[Vec4::ZERO; 3]; grid.len()],
+            arrived,
+        };
+        for voxel in 0..grid.len() {
+            for face in 0..6 {
+                if let Some(neighbor) = all.free(voxel, face) {
+                    let key = voxels.keys[voxel][face];
+                    if voxels.masks[voxel] != 0 && key != 0 {
+                        let normal = key_normal(key);
+                        let flux = march.radiance[voxel][face] * PI * normal.dot(FACES[face]);
+                        add(&mut all.intensity[neighbor], flux, normal);
+                    }
+                } else if all.free_itself(voxel) && all.neighbor(voxel, face).is_none() {
+                    all.arrived[voxel][face] += sky * PI;
+                    add(&mut all.intensity[voxel], sky * PI, -FACES[face]);
+                }
+            }
+        }
+        all
+    }
+
+    fn free_itself(&self, voxel: usize) -> bool {
+        self.voxels.masks[voxel] == 0
+    }
+
+    fn neighbor(&self, voxel: usize, face: usize) -> Option<usize> {
+        let grid = self.voxels.grid;
+        grid.index(grid.voxel(voxel) + FACE_STEPS[face])
+    }
+
+    fn free(&self, voxel: usize, face: usize) -> Option<usize> {
+        self.neighbor(voxel, face).filter(|v| self.free_itself(*v))
+    }
+
+    /// The flux on its way, per channel, in lux times the area of a voxel's face.
+    pub fn total_flux(&self) -> glam::DVec3 {
+        self.intensity
+            .iter()
+            .map(|i| glam::DVec3::from_array(i.map(|c| f64::from(flux(c)))))
+            .sum()
+    }
+
+    /// One step.
+    pub fn step(&mut self) {
+        let leaving: Vec<Option<Leaving>> = each(self.intensity.len(), |voxel| {
+            Leaving::new(&self.intensity[voxel])
+        });
+        let new = each(self.intensity.len(), |voxel| self.arrive(voxel, &leaving));
+        for (voxel, (intensity, arrived)) in new.into_iter().enumerate() {
+            self.intensity[voxel] = intensity;
+            for face in 0..6 {
+                self.arrived[voxel][face] += arrived[face];
+            }
+        }
+    }
+
+    fn arrive(&self, voxel: usize, leaving: &[Option<Leaving>]) -> (Intensity, [Vec3; 6]) {
+        let mut intensity = [Vec4::ZERO; 3];
+        let mut arrived = [Vec3::ZERO; 6];
+        let is_free = self.free_itself(voxel);
+        for face in 0..6 {
+            let Some(neighbor) = self.neighbor(voxel, face) else {
+                continue;
+            };
+            // From a neighbour, in the opposite direction.
+            if let Some(from) = &leaving[neighbor] {
+                let parts = from.parts[face ^ 1];
+                arrived[face] = parts.iter().sum();
+                if is_free {
+                    for (part, side) in parts.into_iter().zip(FACES) {
+                        add(&mut intensity, part, side);
+                    }
+                }
+            }
+            // Back from a surface.
+            if is_free
+                && !self.free_itself(neighbor)
+                && let Some(own) = &leaving[voxel]
+            {
+                let (albedo, normal) = self.reflection(neighbor, face ^ 1);
+                let part: Vec3 = own.parts[face].iter().sum();
+                add(&mut intensity, part * albedo, normal);
+            }
+        }
+        (intensity, arrived)
+    }
+
+    /// Albedo and normal of a voxel's face; of what is not turned that way, a mean.
+    fn reflection(&self, voxel: usize, face: usize) -> (Vec3, Vec3) {
+        let keys = self.voxels.keys[voxel];
+        let albedo = |key| material(self.materials, key_material(key)).albedo;
+        if keys[face] != 0 {
+            return (albedo(keys[face]), key_normal(keys[face]));
+        }
+        let all = keys.into_iter().filter(|key| *key != 0);
+        let count = all.clone().count().max(1) as f32;
+        (all.map(albedo).sum::<Vec3>() / count, FACES[face])
+    }
+
+    /// What receivers sample: irradiance, in lux.
+    pub fn field(&self) -> Field {
+        let texels = (0..self.arrived.len()).map(|voxel| {
+            [0, 1, 2, 3, 4, 5].map(|face| {
+                let weight = if self.free_itself(voxel) {
+                    self.settings.empty_weight
+                } else if self.voxels.keys[voxel][face] != 0 && self.free(voxel, face).is_some() {
+                    1.0
+                } else {
+                    0.0
+                };
+                (self.arrived[voxel][face] * weight).extend(weight)
+            })
+        });
+        Field {
+            grid: self.voxels.grid,
+            texels: texels.collect(),
+        }
+    }
+
+    /// All steps of the settings.
+    pub fn run(&mut self) {
+        for _ in 0..self.settings.steps {
+            self.step();
+        }
+    }
+}
+
+/// What leaves a voxel in a step: per face, per face of the neighbour behind it (0 for the one between).
+struct Leaving {
+    parts: [[Vec3; 6]; 6],
+}
+
+impl Leaving {
+    /// None without light.
+    fn new(intensity: &Intensity) -> Option<Self> {
+        let total = Vec3::from_array(intensity.map(flux)).max(Vec3::ZERO);
+        if total == Vec3::ZERO {
+            return None;
+        }
+        let mut sum = Vec3::ZERO;
+        let mut parts = [[Vec3::ZERO; 6]; 6];
+        for (face, parts) in parts.iter_mut().enumerate() {
+            for (side, part) in parts.iter_mut().enumerate() {
+                if side == face ^ 1 {
+                    continue;
+                }
+                let (direction, angle) = if side == face {
+                    (FACES[face], FRONT_ANGLE)
+                } else {
+                    ((FACES[face] + 0.5 * FACES[side]).normalize(), SIDE_ANGLE)
+                };
+                let basis = basis(direction);
+                *part = Vec3::from_array(intensity.map(|c| c.dot(basis).max(0.0))) * angle;
+                sum += *part;
+            }
+        }
+        let scale = total / sum.max(Vec3::splat(f32::MIN_POSITIVE));
+        for part in parts.iter_mut().flatten() {
+            *part *= scale;
+        }
+        Some(Self { parts })
+    }
+}
+
+/// Adds a cosine lobe of a flux.
+fn add(intensity: &mut Intensity, flux: Vec3, normal: Vec3) {
+    let lobe = cosine_lobe(normal) / PI;
+    for (channel, flux) in intensity.iter_mut().zip(flux.to_array()) {
+        *channel += lobe * flux;
+    }
+}

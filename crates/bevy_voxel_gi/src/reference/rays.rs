@@ -1,0 +1,53 @@
+//! Directions of rays, and what makes them differ from voxel to voxel.
+
+use glam::Vec3;
+use std::f32::consts::TAU;
+
+/// 2 pi (1 - 1 / golden ratio): each ray turns by this against the one before.
+pub const GOLDEN_ANGLE: f32 = 2.399_963_2;
+
+/// A well-mixed integer (M. Jarzynski and M. Olano, *Hash Functions for GPU Rendering*, 2020: pcg).
+pub fn hash(value: u32) -> u32 {
+    let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (word >> 22) ^ word
+}
+
+/// [`hash`] as a number from 0 to below 1.
+pub fn hash_unit(value: u32) -> f32 {
+    (hash(value) >> 8) as f32 / (1 << 24) as f32
+}
+
+/// Two unit vectors at right angles to a unit vector and to each other
+/// (T. Duff et al., *Building an Orthonormal Basis, Revisited*, 2017).
+pub fn tangents(n: Vec3) -> (Vec3, Vec3) {
+    let sign = if n.z < 0.0 { -1.0 } else { 1.0 };
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    (
+        Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        Vec3::new(b, sign + n.y * n.y * a, -n.y),
+    )
+}
+
+/// Ray `i` of `count` about a normal, as many per solid angle as the cosine says: the mean of what they
+/// bring, times pi, is the irradiance.
+///
+/// `turn`, 0 to 1, turns them all about the normal.
+pub fn cosine_ray(i: u32, count: u32, turn: f32, normal: Vec3) -> Vec3 {
+    let squared = (i as f32 + 0.5) / count as f32;
+    let angle = i as f32 * GOLDEN_ANGLE + turn * TAU;
+    let (t, b) = tangents(normal);
+    let r = squared.sqrt();
+    t * (r * angle.cos()) + b * (r * angle.sin()) + normal * (1.0 - squared).max(0.0).sqrt()
+}
+
+/// Ray `i` of `count` in all directions alike.
+///
+/// `turn`, 0 to 1, turns them all about z.
+pub fn sphere_ray(i: u32, count: u32, turn: f32) -> Vec3 {
+    let z = 1.0 - 2.0 * (i as f32 + 0.5) / count as f32;
+    let angle = i as f32 * GOLDEN_ANGLE + turn * TAU;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    Vec3::new(r * angle.cos(), r * angle.sin(), z)
+}

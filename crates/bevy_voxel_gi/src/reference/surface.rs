@@ -1,0 +1,137 @@
+//! The surfaces in a voxel, each with the points from which light is gathered.
+
+use super::{
+    each,
+    grid::{FACE_STEPS, FACES},
+    key::{key_material, key_normal},
+    trace::Hit,
+    voxels::{SUB_VOXELS, Voxels},
+};
+use glam::{IVec3, Vec3};
+
+/// Distance beyond what a surface touches at which its rays begin, in voxels.
+pub const CLEARANCE: f32 = 1.0 / 256.0;
+
+/// A surface that stands for one or several faces of a voxel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Index of the voxel.
+    pub voxel: usize,
+    /// Bit `f` is set where it stands for face `f`.
+    pub faces: u8,
+    /// Its unit normal.
+    pub normal: Vec3,
+    /// Index of its material.
+    pub material: u32,
+    /// Points on it, one per sub-voxel that is free in front, in grid coordinates.
+    pub points: Vec<Vec3>,
+    /// How far in front of the points rays begin, in voxels: outside the sub-voxels it touches itself.
+    pub guard: f32,
+}
+
+impl Surface {
+    /// The faces it stands for.
+    pub fn faces(&self) -> impl Iterator<Item = usize> {
+        let faces = self.faces;
+        (0..6).filter(move |face| faces >> face & 1 != 0)
+    }
+
+    /// Where a ray from a point begins.
+    pub fn origin(&self, point: usize) -> Vec3 {
+        self.points[point] + self.normal * self.guard
+    }
+}
+
+/// The face a direction points to most.
+pub fn main_face(direction: Vec3) -> usize {
+    let size = direction.abs();
+    let axis = if size.x >= size.y && size.x >= size.z {
+        0
+    } else if size.y >= size.z {
+        1
+    } else {
+        2
+    };
+    2 * axis + usize::from(direction[axis] < 0.0)
+}
+
+/// The surfaces of all voxels, in the order of voxels and faces; what is covered on all sub-voxels
+/// is none.
+pub fn surfaces(voxels: &Voxels) -> Vec<Surface> {
+    each(voxels.grid.len(), |index| surfaces_of(voxels, index))
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
+    let keys = voxels.keys[index];
+    let mut found = Vec::new();
+    for face in 0..6 {
+        let what = keys[face] & 0xff_ffff;
+        if keys[face] == 0
+            || keys[..face]
+                .iter()
+                .any(|k| *k != 0 && k & 0xff_ffff == what)
+        {
+            continue;
+        }
+        let faces = (0..6).fold(0, |all, f| {
+            all | u8::from(keys[f] != 0 && keys[f] & 0xff_ffff == what) << f
+        });
+        let normal = key_normal(keys[face]);
+        let (points, guard) = points_of(voxels, index, normal);
+        if !points.is_empty() {
+            found.push(Surface {
+                voxel: index,
+                faces,
+                normal,
+                material: key_material(keys[face]),
+                points,
+                guard,
+            });
+        }
+    }
+    found
+}
+
+/// Centres of the outermost sub-voxels that are free in front, moved along the normal into the plane
+/// through their centroid; and how far the sub-voxels reach beyond that plane.
+fn points_of(voxels: &Voxels, index: usize, normal: Vec3) -> (Vec<Vec3>, f32) {
+    let base = voxels.grid.voxel(index) * SUB_VOXELS;
+    let ahead = FACE_STEPS[main_face(normal)];
+    let size = 1.0 / SUB_VOXELS as f32;
+    let mut points: Vec<Vec3> = (0..64)
+        .map(|bit| base + IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
+        .filter(|sub| voxels.is_touched(*sub) && voxels.is_outermost(*sub, ahead))
+        .map(|sub| (sub.as_vec3() + 0.5) * size)
+        .collect();
+    let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f32;
+    let reach = 0.5 * size * normal.abs().element_sum();
+    let mut spread = 0.0f32;
+    for point in &mut points {
+        let height = normal.dot(*point - centroid);
+        spread = spread.max(height);
+        *point -= normal * height;
+    }
+    (points, reach + spread.min(reach) + CLEARANCE)
+}
+
+/// By how much each face of a hit voxel is what a ray sees, 1 in all; None if it sees the back of a
+/// surface.
+///
+/// A face counts by its squared cosine, if its surface is turned to the ray and the hit sub-voxel is one
+/// of that surface's own: otherwise the inside of a thin wall would show its outside.
+pub fn seen_faces(voxels: &Voxels, hit: &Hit, direction: Vec3) -> Option<[f32; 6]> {
+    let weights = [0, 1, 2, 3, 4, 5].map(|face| {
+        let key = voxels.keys[hit.voxel][face];
+        let cosine = -direction.dot(FACES[face]);
+        let seen = key != 0
+            && cosine > 0.0
+            && direction.dot(key_normal(key)) < 0.0
+            && voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]);
+        if seen { cosine * cosine } else { 0.0 }
+    });
+    let sum: f32 = weights.iter().sum();
+    (sum > 0.0).then(|| weights.map(|w| w / sum))
+}

@@ -1,0 +1,146 @@
+//! Triangles to voxels (thesis 6.4 and 6.5).
+//!
+//! A voxel holds which of its 4 x 4 x 4 sub-voxels a triangle touches, and for each of its six faces
+//! the surface that stands for what looks that way (6.5.2, 6.5.3: one average would mix the two sides
+//! of a wall).
+
+use super::{
+    grid::{FACES, VolumeGrid},
+    key::{MIN_FACE_COSINE, pack_key},
+    overlap::TriangleOverlap,
+};
+use glam::{IVec3, Vec3};
+
+/// Sub-voxels along an edge of a voxel.
+pub const SUB_VOXELS: i32 = 4;
+
+/// What a surface does with light, per channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Material {
+    /// Share of light that is reflected, 0 to 1.
+    pub albedo: Vec3,
+    /// Radiance it gives off, in cd/m^2.
+    pub emission: Vec3,
+}
+
+/// A triangle in the world, in metres; counter-clockwise is its front.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// Its corners.
+    pub corners: [Vec3; 3],
+    /// Index of its material.
+    pub material: u32,
+    /// Whether its back is a surface, too.
+    pub double_sided: bool,
+}
+
+/// The voxelised scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Voxels {
+    /// Where they are.
+    pub grid: VolumeGrid,
+    /// Per voxel: bit x + 4 y + 16 z is set where sub-voxel (x, y, z) is touched.
+    pub masks: Vec<u64>,
+    /// Per voxel and face: the key of its surface, 0 without one.
+    pub keys: Vec<[u32; 6]>,
+}
+
+/// Bit of a sub-voxel in a mask.
+pub fn sub_voxel_bit(sub_voxel: IVec3) -> u64 {
+    1 << (sub_voxel.x + 4 * sub_voxel.y + 16 * sub_voxel.z)
+}
+
+impl Voxels {
+    /// No surface anywhere.
+    pub fn empty(grid: VolumeGrid) -> Self {
+        Self {
+            grid,
+            masks: vec![0; grid.len()],
+            keys: vec![[0; 6]; grid.len()],
+        }
+    }
+
+    /// Every voxel that a triangle touches; what has no area or is not finite touches none.
+    pub fn new(grid: VolumeGrid, triangles: &[Triangle]) -> Self {
+        let mut voxels = Self::empty(grid);
+        for triangle in triangles {
+            voxels.add(triangle);
+        }
+        voxels
+    }
+
+    fn add(&mut self, triangle: &Triangle) {
+        let corners = triangle.corners.map(|v| self.grid.to_grid(v));
+        let Some(overlap) = TriangleOverlap::new(corners) else {
+            return;
+        };
+        let last = self.grid.resolution as f32 - 1.0;
+        let low = overlap.min.floor();
+        let high = overlap.max.floor();
+        if low.max_element() > last || high.min_element() < 0.0 {
+            return;
+        }
+        let low = low.max(Vec3::ZERO).as_ivec3();
+        let high = high.min(Vec3::splat(last)).as_ivec3();
+        for z in low.z..=high.z {
+            for y in low.y..=high.y {
+                for x in low.x..=high.x {
+                    let voxel = IVec3::new(x, y, z);
+                    if overlap.touches(voxel.as_vec3(), 1.0) {
+                        self.add_to(voxel, &overlap, triangle);
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_to(&mut self, voxel: IVec3, overlap: &TriangleOverlap, triangle: &Triangle) {
+        let size = 1.0 / SUB_VOXELS as f32;
+        let mut mask = 0;
+        for bit in 0..64 {
+            let sub = IVec3::new(bit % 4, bit / 4 % 4, bit / 16);
+            if overlap.touches(voxel.as_vec3() + sub.as_vec3() * size, size) {
+                mask |= 1 << bit;
+            }
+        }
+        let Some(index) = self.grid.index(voxel).filter(|_| mask != 0) else {
+            return;
+        };
+        self.masks[index] |= mask;
+        for (face, direction) in FACES.into_iter().enumerate() {
+            let cosine = overlap.normal.dot(direction);
+            if cosine > MIN_FACE_COSINE || (triangle.double_sided && -cosine > MIN_FACE_COSINE) {
+                let key = pack_key(
+                    mask.count_ones(),
+                    cosine,
+                    overlap.normal * cosine.signum(),
+                    triangle.material,
+                );
+                self.keys[index][face] = self.keys[index][face].max(key);
+            }
+        }
+    }
+
+    /// Whether a sub-voxel is touched, counted from the volume's lowest corner; outside none is.
+    pub fn is_touched(&self, sub_voxel: IVec3) -> bool {
+        self.grid
+            .index(sub_voxel.div_euclid(IVec3::splat(SUB_VOXELS)))
+            .is_some_and(|i| {
+                self.masks[i] & sub_voxel_bit(sub_voxel.rem_euclid(IVec3::splat(SUB_VOXELS))) != 0
+            })
+    }
+
+    /// Whether nothing of its voxel lies beyond a touched sub-voxel in a direction, and nothing touches it
+    /// in the next voxel either.
+    pub fn is_outermost(&self, sub_voxel: IVec3, step: IVec3) -> bool {
+        let voxel = sub_voxel.div_euclid(IVec3::splat(SUB_VOXELS));
+        let mut at = sub_voxel + step;
+        while at.div_euclid(IVec3::splat(SUB_VOXELS)) == voxel {
+            if self.is_touched(at) {
+                return false;
+            }
+            at += step;
+        }
+        !self.is_touched(at)
+    }
+}

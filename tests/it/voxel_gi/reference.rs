@@ -1,0 +1,168 @@
+//! The shaders against the crate's reference in plain Rust.
+
+use std::{f32::consts::PI, path::Path};
+
+use bevy::{math::Vec3A, prelude::*};
+use bevy_frugal_lab::boxes::BoxScene;
+use bevy_voxel_gi::{
+    VoxelGiVolume,
+    reference::{Field, Light, March, MarchSettings, Material, Triangle, VolumeGrid, Voxels},
+};
+
+use super::support::{box_app, read_texels, volume};
+use crate::support::gpu;
+
+/// Light is stored as 16-bit floats times this.
+const STORAGE_SCALE: f32 = 1.0 / 64.0;
+
+fn folder() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi")
+}
+
+fn triangles(scene: &BoxScene) -> (Vec<Triangle>, Vec<Material>) {
+    let mesh = Mesh::from(Cuboid::from_size(Vec3::splat(2.0)));
+    let corners = mesh
+        .attribute(Mesh::ATTRIBUTE_POSITION)
+        .and_then(|a| a.as_float3())
+        .expect("positions");
+    let indices: Vec<usize> = mesh.indices().expect("indices").iter().collect();
+    let mut triangles = Vec::new();
+    let mut materials = Vec::new();
+    for part in &scene.boxes {
+        let transform = Transform::from_translation(part.center)
+            .with_rotation(part.rotation())
+            .with_scale(part.half)
+            .compute_affine();
+        let material = u32::try_from(materials.len()).expect("few");
+        materials.push(Material {
+            albedo: part.albedo,
+            emission: Vec3::ZERO,
+        });
+        for corner in indices.chunks_exact(3) {
+            let at =
+                |i: usize| Vec3::from(transform.transform_point3a(Vec3A::from(corners[corner[i]])));
+            triangles.push(Triangle {
+                corners: [at(0), at(1), at(2)],
+                material,
+                double_sided: false,
+            });
+        }
+    }
+    (triangles, materials)
+}
+
+fn lights(scene: &BoxScene) -> Vec<Light> {
+    let suns = scene
+        .directional_lights
+        .iter()
+        .map(|sun| Light::Directional {
+            direction: sun.direction.normalize(),
+            illuminance: sun.illuminance_lux,
+        });
+    let lamps = scene.point_lights.iter().map(|lamp| Light::Point {
+        position: lamp.position,
+        intensity: lamp.intensity_cd,
+        cone: None,
+    });
+    suns.chain(lamps).collect()
+}
+
+/// The field of the reference after so many frames.
+fn expected(scene: &BoxScene, resolution: u32, frames: u32) -> Field {
+    let (center, size) = scene.volume(resolution);
+    let grid = VolumeGrid {
+        min: center - 0.5 * size,
+        voxel_size: size / resolution as f32,
+        resolution,
+    };
+    let (triangles, materials) = triangles(scene);
+    let voxels = Voxels::new(grid, &triangles);
+    let settings = MarchSettings::default();
+    let mut march = March::new(
+        &voxels,
+        &materials,
+        &lights(scene),
+        scene.sky_radiance,
+        settings,
+    );
+    for _ in 0..frames {
+        march.step();
+    }
+    march.field()
+}
+
+fn compare(name: &str) {
+    if !folder().exists() {
+        println!("{} is not here: nothing compared", folder().display());
+        return;
+    }
+    const FRAMES: u32 = 12;
+    let scene = BoxScene::read(&folder(), name).expect("a scene");
+    let settings = VoxelGiVolume {
+        resolution: 16,
+        ..default()
+    };
+    let expected = expected(&scene, settings.resolution, FRAMES);
+    let _gpu = gpu();
+    let mut app = box_app(&scene);
+    app.world_mut().spawn(volume(&scene, settings));
+    let mut frames = 0;
+    while frames < FRAMES {
+        app.render_frames(1).expect("a frame");
+        let state = app.world().resource::<bevy_voxel_gi::VoxelGiReport>().state;
+        frames += u32::from(state != bevy_voxel_gi::VoxelGiState::Absent);
+    }
+    // One more: the report is of the frame before.
+    let found = read_texels(&mut app);
+    let (mut weights_differ, mut surfaces) = (0, 0);
+    let (mut absolute, mut difference, mut total) = (0.0, 0.0, 0.0);
+    for (index, (found, expected)) in found.iter().zip(&expected.texels).enumerate() {
+        for face in 0..6 {
+            let (f, e) = (found[face], expected[face]);
+            if e.w > 0.5 || f.w > 0.5 {
+                surfaces += 1;
+                if (e.w - f.w).abs() > 0.1 {
+                    weights_differ += 1;
+                    if weights_differ < 12 {
+                        println!("voxel {:?} face {face}: {f} for {e}", expected_voxel(index));
+                    }
+                }
+            }
+            let e = e.truncate() / PI;
+            let f = f.truncate() / STORAGE_SCALE;
+            absolute += (f - e).abs().element_sum();
+            difference += (f - e).element_sum();
+            total += e.element_sum();
+        }
+    }
+    println!(
+        "{name}: {weights_differ} of {surfaces} weights differ; error {:.4}, bias {:.4}",
+        absolute / total,
+        difference / total
+    );
+    assert!(
+        weights_differ * 100 < surfaces,
+        "{weights_differ} of {surfaces}"
+    );
+    assert!(absolute / total < 0.02);
+}
+
+fn expected_voxel(index: usize) -> UVec3 {
+    let i = u32::try_from(index).unwrap_or(0);
+    UVec3::new(i % 16, i / 16 % 16, i / 256)
+}
+
+#[test]
+fn cornell_box_as_in_the_reference() {
+    compare("cornell_point");
+}
+
+#[test]
+fn colonnade_as_in_the_reference() {
+    compare("colonnade");
+}
+
+#[test]
+fn room_as_in_the_reference() {
+    compare("sunlit_room");
+}
