@@ -55,6 +55,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "light/rays.wgsl");
         load_shader_library!(app, "light/surface.wgsl");
         load_shader_library!(app, "light/atlas.wgsl");
+        load_shader_library!(app, "light/harmonics.wgsl");
         load_shader_library!(app, "receive/receive.wgsl");
         crate::voxelize::embed(app);
         crate::light::embed(app);

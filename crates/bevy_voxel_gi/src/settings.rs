@@ -111,7 +111,7 @@ pub enum VoxelLight {
     AmbientOcclusion {
         /// Surfaces further away than this do not occlude, in metres, above 0.
         radius: f32,
-        /// Rays from each side of a voxel, 4 to 256.
+        /// Rays from each side of a voxel, 16 to 256, a multiple of 16.
         rays: u32,
     },
 }
@@ -131,7 +131,7 @@ impl VoxelLight {
             Self::GlobalIllumination { solver, bounces } => Self::GlobalIllumination {
                 solver: match solver {
                     Solver::March { rays } => Solver::March {
-                        rays: rays.clamp(4, 256),
+                        rays: (rays / 4 * 4).clamp(4, 256),
                     },
                     Solver::Propagate { iterations } => Solver::Propagate {
                         iterations: iterations.clamp(1, 512),
@@ -148,7 +148,7 @@ impl VoxelLight {
                 } else {
                     1.0
                 },
-                rays: rays.clamp(4, 256),
+                rays: rays.clamp(16, 256).next_multiple_of(16),
             },
         }
     }
@@ -159,12 +159,13 @@ impl VoxelLight {
 pub enum Solver {
     /// Rays from every surface through the voxels (thesis section 6.6.1).
     March {
-        /// Rays from each side of a voxel that has a surface, 4 to 256. Default 32.
+        /// Rays from each side of a voxel that has a surface, 4 to 256, a multiple of 4. Default
+        /// 32. Each frame has others, and pixels see a mean of eight frames.
         rays: u32,
     },
     /// From voxel to voxel in second-order spherical harmonics (thesis section 6.6.2). Smooth and
-    /// cheap per step, but light spreads as it goes and darkens with distance faster than it
-    /// should.
+    /// cheap per step, but light spreads as it goes. Bounces are part of the steps:
+    /// [`Bounces`] does not matter. One cascade only.
     Propagate {
         /// Steps, 1 to 512; light goes one voxel a step.
         iterations: u32,

@@ -17,8 +17,6 @@
 @group(1) @binding(4) var<storage, read_write> irradiance: array<vec4<u32>>;
 
 const THREADS: u32 = 32u;
-// Points of a surface from which rays begin.
-const MOST_ORIGINS: u32 = 16u;
 // Rays of a voxel without surfaces.
 const SPHERE_RAYS: u32 = 32u;
 // Weight of a voxel without surfaces, against 1.
@@ -51,11 +49,15 @@ fn arriving(cascade: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec4<f32> 
 #endif
 }
 
+// Sets of rays that take turns, a frame each: together they are one dense set. Without a mean over
+// frames there is one.
 #ifdef OCCLUSION_ONLY
-// Ray sets that take turns.
 const SETS: u32 = 1u;
+// Points of a surface from which rays begin in a frame.
+const FRAME_POINTS: u32 = 16u;
 #else
 const SETS: u32 = 8u;
+const FRAME_POINTS: u32 = 4u;
 #endif
 
 // What the texture holds of light that is multiplied by its weight: that, where the receiver
@@ -67,8 +69,9 @@ fn texel(light: vec4<f32>) -> vec4<f32> {
     return vec4(light.rgb / max(light.a, 1e-6), 1.0);
 }
 
-// Rays start from another point in the next frame, and turn when all sets had their turn.
-const ORIGIN_STEP: u32 = 5u;
+// From point to point, so that neighbours are not in the same frame; coprime to 16.
+const POINT_STEP: u32 = 5u;
+// Rays turn when all sets had their turn.
 const TURN_STEP: u32 = 0x9e3779b9u;
 // Light that changes by more than this is not noise.
 const ABRUPT: f32 = 0.5;
@@ -111,19 +114,20 @@ fn gather(
     let plane = surface_plane(exposed, normal);
     let cascade = index / voxel_count(volume);
     let corner = vec3<f32>(voxel_of_index(volume, index)) + normal * plane.guard;
-    let used = min(point_count(exposed), MOST_ORIGINS);
+    let points = point_count(exposed);
     var faces = 0u;
     for (var f = 0u; f < FACES; f++) {
         faces |= select(0u, 1u << f, face_key(index, f) == key);
     }
     let ray_set = volume.frame % SETS;
     let turn = hash_unit(64u * index + faces + volume.frame / SETS * TURN_STEP);
+    // All rays of a thread begin at one point.
+    let place_of_point = (volume.frame * FRAME_POINTS + thread % FRAME_POINTS) * POINT_STEP;
+    let origin = corner + surface_point(exposed, plane, normal, place_of_point % points);
     var sum = vec4(0.0);
     if (is_due(index)) {
         for (var i = thread; i < volume.rays; i += THREADS) {
             let direction = cosine_ray(i * SETS + ray_set, volume.rays * SETS, turn, normal);
-            let k = (i + ORIGIN_STEP * volume.frame) % used;
-            let origin = corner + surface_point(exposed, plane, normal, k, used);
             sum += arriving(cascade, origin, direction);
         }
     }
@@ -133,15 +137,27 @@ fn gather(
         return;
     }
     var total = vec4(0.0);
-    for (var i = 0u; i < THREADS; i++) {
-        total += sums[i];
+    for (var k = 0u; k < FRAME_POINTS; k++) {
+        var of_point = vec4(0.0);
+        for (var i = k; i < THREADS; i += FRAME_POINTS) {
+            of_point += sums[i];
+        }
+        // More than a quarter of its rays see backs: the point is inside something.
+        let rays = f32((volume.rays - k + FRAME_POINTS - 1u) / FRAME_POINTS);
+        if (of_point.a >= 0.75 * rays) {
+            total += of_point;
+        }
     }
     // Irradiance over pi, and how well it is known.
-    let now = vec4(storable(total.rgb / max(total.a, 1.0)), total.a / f32(volume.rays));
+    var now = vec4(storable(total.rgb / max(total.a, 1.0)), total.a / f32(volume.rays));
     var mean = vec4(now.rgb * now.a, now.a);
 #ifndef OCCLUSION_ONLY
-    let before = unpack_light(irradiance[FACES * index + face].zw);
+    let stored = irradiance[FACES * index + face];
+    let before = unpack_light(stored.zw);
     mean = mix(before, mean, share(before, mean));
+    if (now.a == 0.0) {
+        now = unpack_light(stored.xy);
+    }
 #endif
     for (var f = face; f < FACES; f++) {
         if (face_key(index, f) == key) {
@@ -164,7 +180,9 @@ fn gather_air(
     let index = work[FACES * count + min(place, counters[1] - 1u)] >> 3u;
     let cascade = index / voxel_count(volume);
     let origin = vec3<f32>(voxel_of_index(volume, index)) + 0.5;
-    let direction = sphere_ray(thread, SPHERE_RAYS, hash_unit(64u * index));
+    let ray_set = volume.frame % SETS;
+    let turn = hash_unit(64u * index + volume.frame / SETS * TURN_STEP);
+    let direction = sphere_ray(thread * SETS + ray_set, SPHERE_RAYS * SETS, turn);
     directions[thread] = direction;
     sums[thread] = arriving(cascade, origin, direction);
     workgroupBarrier();

@@ -100,7 +100,8 @@ fn inject(
     let used = min(point_count(exposed), volume.shadow_samples);
     // Threads without a point do the first one again, as all must come to the barriers.
     let used_points = max(used, 1u);
-    let point = corner + surface_point(exposed, plane, normal, thread % used_points, used_points);
+    let number = (2u * (thread % used_points) + 1u) * point_count(exposed) / (2u * used_points);
+    let point = corner + surface_point(exposed, plane, normal, number);
     let position = cascade_min(volume, cascade) + size * point;
     let origin = point + normal * plane.guard;
     var direct = vec3(0.0);

@@ -17,7 +17,7 @@ use bevy::{
     },
 };
 
-use self::pipeline::LightPipelines;
+use self::pipeline::{LightPipelines, SolverIds};
 use crate::{
     scene::{lights::GpuLight, surface::VoxelSurface},
     volume::{
@@ -34,6 +34,8 @@ pub(crate) struct LightWork {
     list: BindGroup,
     inject: BindGroup,
     gather: BindGroup,
+    /// From the first buffer of intensities to the second, and back.
+    propagate: [BindGroup; 2],
 }
 
 impl LightWork {
@@ -58,8 +60,23 @@ impl LightWork {
                 )),
             ))
         };
+        let propagate = |from: usize| {
+            Some(device.create_bind_group(
+                "voxel_gi_propagate",
+                &cache.get_bind_group_layout(&pipelines.propagate),
+                &BindGroupEntries::sequential((
+                    buffers.radiosity.as_entire_binding(),
+                    surfaces.binding()?,
+                    buffers.intensity[from].as_entire_binding(),
+                    buffers.intensity[1 - from].as_entire_binding(),
+                    buffers.irradiance.as_entire_binding(),
+                    &texture.texture_view,
+                )),
+            ))
+        };
         Some(Self {
             volume: [volume(0)?, volume(1)?],
+            propagate: [propagate(0)?, propagate(1)?],
             list: device.create_bind_group(
                 "voxel_gi_list",
                 &cache.get_bind_group_layout(&pipelines.list),
@@ -113,22 +130,14 @@ pub(crate) fn compute_light(
         return;
     };
     let ready = |id| cache.get_compute_pipeline(id);
-    let (Some(list), Some(finish), Some(gather), Some(air)) = (
-        ready(ids.list),
-        ready(ids.finish),
-        ready(ids.gather),
-        ready(ids.gather_air),
-    ) else {
+    let (Some(list), Some(finish)) = (ready(ids.list), ready(ids.finish)) else {
         return;
     };
     let inject = ids.inject.and_then(ready);
     step(&mut context, "voxel_gi_list", |pass| {
-        let groups = u32::try_from(buffers.shape.voxels.div_ceil(64)).unwrap_or(u32::MAX);
-        let x = groups.min(32768);
         pass.set_bind_group(0, &work.volume[0], &[]);
         pass.set_bind_group(1, &work.list, &[]);
-        pass.set_pipeline(list);
-        pass.dispatch_workgroups(x, groups.div_ceil(x), 1);
+        over_voxels(pass, list, &buffers);
         pass.set_pipeline(finish);
         pass.dispatch_workgroups(1, 1, 1);
     });
@@ -140,21 +149,67 @@ pub(crate) fn compute_light(
         0,
         VolumeBuffers::DISPATCH,
     );
-    for bounce in 0..plan.bounces {
-        let volume = &work.volume[usize::from(bounce > 0)];
-        let last = bounce + 1 == plan.bounces;
-        if let Some(inject) = inject {
+    match ids.solver {
+        SolverIds::March { surfaces, air } => {
+            let (Some(surfaces), Some(air)) = (ready(surfaces), ready(air)) else {
+                return;
+            };
+            for bounce in 0..plan.bounces {
+                let volume = &work.volume[usize::from(bounce > 0)];
+                if let Some(inject) = inject {
+                    step(&mut context, "voxel_gi_inject", |pass| {
+                        run(pass, inject, volume, &work.inject, &buffers, SURFACES);
+                    });
+                }
+                step(&mut context, "voxel_gi_gather", |pass| {
+                    run(pass, surfaces, volume, &work.gather, &buffers, SURFACES);
+                    if bounce + 1 == plan.bounces {
+                        run(pass, air, volume, &work.gather, &buffers, AIR);
+                    }
+                });
+            }
+        }
+        SolverIds::Propagate {
+            seed,
+            step: one_step,
+            deposit,
+        } => {
+            let (Some(seed), Some(one_step), Some(deposit), Some(inject)) =
+                (ready(seed), ready(one_step), ready(deposit), inject)
+            else {
+                return;
+            };
             step(&mut context, "voxel_gi_inject", |pass| {
-                run(pass, inject, volume, &work.inject, &buffers, SURFACES);
+                run(
+                    pass,
+                    inject,
+                    &work.volume[0],
+                    &work.inject,
+                    &buffers,
+                    SURFACES,
+                );
+            });
+            step(&mut context, "voxel_gi_propagate", |pass| {
+                pass.set_bind_group(0, &work.volume[0], &[]);
+                // Writes the first buffer, so that the first step reads it.
+                pass.set_bind_group(1, &work.propagate[1], &[]);
+                over_voxels(pass, seed, &buffers);
+                for number in 0..plan.iterations {
+                    pass.set_bind_group(1, &work.propagate[number as usize % 2], &[]);
+                    over_voxels(pass, one_step, &buffers);
+                }
+                over_voxels(pass, deposit, &buffers);
             });
         }
-        step(&mut context, "voxel_gi_gather", |pass| {
-            run(pass, gather, volume, &work.gather, &buffers, SURFACES);
-            if last {
-                run(pass, air, volume, &work.gather, &buffers, AIR);
-            }
-        });
     }
+}
+
+/// One thread for each voxel.
+fn over_voxels(pass: &mut ComputePass<'_>, pipeline: &ComputePipeline, buffers: &VolumeBuffers) {
+    let groups = u32::try_from(buffers.shape.voxels.div_ceil(64)).unwrap_or(u32::MAX);
+    let x = groups.min(32768);
+    pass.set_pipeline(pipeline);
+    pass.dispatch_workgroups(x, groups.div_ceil(x), 1);
 }
 
 /// A pass of its own, with its time taken.
@@ -195,4 +250,5 @@ pub(crate) fn embed(app: &mut App) {
     embedded_asset!(app, "list.wgsl");
     embedded_asset!(app, "inject.wgsl");
     embedded_asset!(app, "gather.wgsl");
+    embedded_asset!(app, "propagate.wgsl");
 }

@@ -14,7 +14,7 @@ use bevy::{
     },
 };
 
-use crate::volume::gpu::GpuVolume;
+use crate::volume::gpu::{BufferShape, GpuVolume};
 
 /// One of the passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -24,6 +24,9 @@ enum Step {
     Inject,
     Gather,
     GatherAir,
+    Seed,
+    Propagate,
+    Deposit,
 }
 
 /// What a pipeline is made for.
@@ -40,9 +43,11 @@ pub(crate) struct LightPipelines {
     pub list: BindGroupLayoutDescriptor,
     pub inject: BindGroupLayoutDescriptor,
     pub gather: BindGroupLayoutDescriptor,
+    pub propagate: BindGroupLayoutDescriptor,
     list_shader: Handle<Shader>,
     inject_shader: Handle<Shader>,
     gather_shader: Handle<Shader>,
+    propagate_shader: Handle<Shader>,
 }
 
 /// The pipelines of a frame.
@@ -52,15 +57,37 @@ pub(crate) struct LightPipelineIds {
     pub finish: CachedComputePipelineId,
     /// `None`: there is only occlusion.
     pub inject: Option<CachedComputePipelineId>,
-    pub gather: CachedComputePipelineId,
-    pub gather_air: CachedComputePipelineId,
+    pub solver: SolverIds,
+}
+
+/// The pipelines of the solver.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum SolverIds {
+    March {
+        surfaces: CachedComputePipelineId,
+        air: CachedComputePipelineId,
+    },
+    Propagate {
+        seed: CachedComputePipelineId,
+        step: CachedComputePipelineId,
+        deposit: CachedComputePipelineId,
+    },
 }
 
 impl LightPipelineIds {
     pub(crate) fn are_ready(&self, cache: &PipelineCache) -> bool {
-        [self.list, self.finish, self.gather, self.gather_air]
+        let solver = match self.solver {
+            SolverIds::March { surfaces, air } => vec![surfaces, air],
+            SolverIds::Propagate {
+                seed,
+                step,
+                deposit,
+            } => vec![seed, step, deposit],
+        };
+        [self.list, self.finish]
             .into_iter()
             .chain(self.inject)
+            .chain(solver)
             .all(|id| cache.get_compute_pipeline(id).is_some())
     }
 }
@@ -98,32 +125,50 @@ pub(crate) fn init_pipelines(mut commands: Commands, assets: Res<AssetServer>) {
                 (read(), read(), read(), texture(), write()),
             ),
         ),
+        propagate: BindGroupLayoutDescriptor::new(
+            "voxel_gi_propagate",
+            &BindGroupLayoutEntries::sequential(
+                compute,
+                (read(), read(), read(), write(), write(), texture()),
+            ),
+        ),
         list_shader: load_embedded_asset!(assets, "list.wgsl"),
         inject_shader: load_embedded_asset!(assets, "inject.wgsl"),
         gather_shader: load_embedded_asset!(assets, "gather.wgsl"),
+        propagate_shader: load_embedded_asset!(assets, "propagate.wgsl"),
     });
 }
 
 impl LightPipelines {
     pub(crate) fn ids(
         &self,
-        occlusion_only: bool,
+        shape: BufferShape,
         pipelines: &mut SpecializedComputePipelines<Self>,
         cache: &PipelineCache,
     ) -> LightPipelineIds {
         let mut id = |step| {
             let key = LightKey {
                 step,
-                occlusion_only,
+                occlusion_only: shape.occlusion_only,
             };
             pipelines.specialize(cache, self, key)
         };
         LightPipelineIds {
             list: id(Step::List),
             finish: id(Step::Finish),
-            inject: (!occlusion_only).then(|| id(Step::Inject)),
-            gather: id(Step::Gather),
-            gather_air: id(Step::GatherAir),
+            inject: (!shape.occlusion_only).then(|| id(Step::Inject)),
+            solver: if shape.propagates {
+                SolverIds::Propagate {
+                    seed: id(Step::Seed),
+                    step: id(Step::Propagate),
+                    deposit: id(Step::Deposit),
+                }
+            } else {
+                SolverIds::March {
+                    surfaces: id(Step::Gather),
+                    air: id(Step::GatherAir),
+                }
+            },
         }
     }
 }
@@ -152,6 +197,24 @@ impl SpecializedComputePipeline for LightPipelines {
                 "gather_air",
                 &self.gather_shader,
                 &self.gather,
+            ),
+            Step::Seed => (
+                "voxel_gi_seed",
+                "seed",
+                &self.propagate_shader,
+                &self.propagate,
+            ),
+            Step::Propagate => (
+                "voxel_gi_propagate",
+                "propagate",
+                &self.propagate_shader,
+                &self.propagate,
+            ),
+            Step::Deposit => (
+                "voxel_gi_deposit",
+                "deposit",
+                &self.propagate_shader,
+                &self.propagate,
             ),
         };
         ComputePipelineDescriptor {

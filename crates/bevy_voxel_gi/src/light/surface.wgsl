@@ -142,11 +142,9 @@ fn surface_plane(exposed: vec2<u32>, normal: vec3<f32>) -> SurfacePlane {
     return SurfacePlane(centroid, reach + min(spread, reach) + CLEARANCE);
 }
 
-// Point `k` of `used`, spread evenly over the exposed sub-voxels, in the surface's plane; from the
-// voxel's corner.
-fn surface_point(exposed: vec2<u32>, plane: SurfacePlane, normal: vec3<f32>, k: u32, used: u32)
+// An exposed sub-voxel's centre, moved into the surface's plane; from the voxel's corner.
+fn surface_point(exposed: vec2<u32>, plane: SurfacePlane, normal: vec3<f32>, number: u32)
     -> vec3<f32> {
-    let number = (2u * k + 1u) * point_count(exposed) / (2u * used);
     let center = cell_center(nth_bit(exposed, number));
     return center - normal * dot(normal, center - plane.centroid);
 }

@@ -10,7 +10,10 @@ use glam::{Vec3, Vec4};
 /// Sets of rays that take turns, a frame each: together they are one dense set.
 pub const RAY_SETS: u32 = 8;
 
-/// By how many points the rays of a surface move from frame to frame; coprime to 16.
+/// Points of a surface from which rays begin in a frame.
+pub const FRAME_POINTS: u32 = 4;
+
+/// From point to point, so that neighbours are not in the same frame; coprime to 16.
 pub const POINT_STEP: u32 = 5;
 
 fn turn(voxel: usize, salt: u32, frame: u32) -> f32 {
@@ -27,7 +30,8 @@ fn turn(voxel: usize, salt: u32, frame: u32) -> f32 {
 /// rays that count; and that share.
 ///
 /// `arriving` gives what comes along a ray from an origin in grid coordinates, None where a ray sees
-/// the back of a surface: its origin is inside something, and it does not count.
+/// the back of a surface. A point more than a quarter of whose rays do is inside something, and none
+/// of its rays counts. `rays` is a multiple of [`FRAME_POINTS`].
 pub fn hemisphere(
     surface: &Surface,
     rays: u32,
@@ -36,12 +40,21 @@ pub fn hemisphere(
 ) -> Vec4 {
     let turn = turn(surface.voxel, u32::from(surface.faces), frame);
     let mut sum = Vec4::ZERO;
-    for i in 0..rays {
-        let place = i * RAY_SETS + frame % RAY_SETS;
-        let direction = cosine_ray(place, rays * RAY_SETS, turn, surface.normal);
-        let point = i.wrapping_add(frame.wrapping_mul(POINT_STEP)) as usize % surface.points.len();
-        if let Some(value) = arriving(surface.origin(point), direction) {
-            sum += value.extend(1.0);
+    for k in 0..FRAME_POINTS {
+        let step = frame.wrapping_mul(FRAME_POINTS).wrapping_add(k);
+        let point = step.wrapping_mul(POINT_STEP) as usize % surface.points.len();
+        let origin = surface.origin(point);
+        let (mut of_point, mut all) = (Vec4::ZERO, 0.0);
+        for i in (k..rays).step_by(FRAME_POINTS as usize) {
+            let place = i * RAY_SETS + frame % RAY_SETS;
+            let direction = cosine_ray(place, rays * RAY_SETS, turn, surface.normal);
+            all += 1.0;
+            if let Some(value) = arriving(origin, direction) {
+                of_point += value.extend(1.0);
+            }
+        }
+        if of_point.w >= 0.75 * all {
+            sum += of_point;
         }
     }
     sum / rays.max(1) as f32

@@ -125,7 +125,10 @@ impl<'a> March<'a> {
         let frames = self.frame.saturating_sub(WARM_UP).max(1);
         let keep = 1.0 - 1.0 / frames.min(self.settings.history.max(1)) as f32;
         for (i, new) in new.into_iter().enumerate() {
-            self.indirect[i] = new.truncate() * PI / new.w.max(1e-6);
+            // Where no ray counts nothing is learned.
+            if new.w > 0.0 {
+                self.indirect[i] = new.truncate() * PI / new.w;
+            }
             let new = (new.truncate() * PI).extend(new.w);
             self.mean[i] = new.lerp(self.mean[i], keep);
         }

@@ -1,4 +1,29 @@
 //! Voxelisation, light and its transport in plain Rust: what the shaders are tested against.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`grid`] | where the voxels are |
+//! | [`overlap`] | whether a triangle touches a cube |
+//! | [`key`] | the surface that stands for a face, in 32 bits |
+//! | [`voxels`] | triangles to voxels |
+//! | [`mod@trace`] | rays through voxels |
+//! | [`surface`] | the surfaces in the voxels, and which of them a ray sees |
+//! | [`light`] | light straight from lamps |
+//! | [`rays`] | directions |
+//! | [`gather`] | what arrives at a surface, or in an empty voxel |
+//! | [`march`] | bounces by rays, and ambient occlusion |
+//! | [`sh`] | spherical harmonics |
+//! | [`propagate`] | light handed on from voxel to voxel |
+//! | [`field`] | what receivers sample |
+//!
+//! Against path tracing, at 32^3, 24 frames, for the scenes `cornell_point`, `colonnade` and
+//! `sunlit_room` (mean difference over the mean, and its bias; see `tests/truth.rs`):
+//!
+//! | solver | error | bias |
+//! | --- | --- | --- |
+//! | [`March`], 32 rays a frame | 3.1%, 2.2%, 6.9% | +1.1%, -0.3%, -5.3% |
+//! | [`Propagation`], 128 steps | 39%, 19%, 29% | +31%, +8%, +24% |
+//! | the thesis's march and reconstruction, 256 rays | 11.0%, 7.5%, 10.0% | -0.8%, -6.1%, -6.3% |
 
 pub mod field;
 pub mod gather;

@@ -11,8 +11,10 @@
 //! ```
 //!
 //! As much arrives as has left: no hand-set factor is needed. A neighbour without surfaces receives
-//! each part as a cosine lobe towards that face. What meets a voxel with surfaces is irradiance there,
-//! and comes back by the albedo of its face as a lobe along its normal; at the border it is lost.
+//! each part as light in the direction in which it came, not as a cosine lobe towards that face, which
+//! would scatter it at every step (error against path tracing: 19 to 39% instead of 61 to 96%). What
+//! meets a voxel with surfaces is irradiance there, and comes back by the albedo of its face as a
+//! cosine lobe about its normal; at the border it is lost.
 
 use super::{
     each,
@@ -27,10 +29,13 @@ use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 
 /// Solid angle of the far face of the neighbouring voxel, seen from the middle of a voxel.
-pub const FRONT_ANGLE: f32 = 0.400_669_68;
+pub const FRONT_ANGLE: f32 = 0.400_669_7;
 
 /// Solid angle of each face at its sides; with the far one they make 2 pi / 3.
 pub const SIDE_ANGLE: f32 = 0.423_431_36;
+
+/// What is kept of the flux in a step, so that rounding never adds to it.
+pub const KEPT: f32 = 1.0 - 1.0 / (1 << 19) as f32;
 
 /// How light is propagated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +49,7 @@ pub struct PropagationSettings {
 impl Default for PropagationSettings {
     fn default() -> Self {
         Self {
-            steps: 64,
+            steps: 128,
             empty_weight: 1.0 / 64.0,
         }
     }
@@ -83,17 +88,17 @@ impl<'a> Propagation<'a> {
             arrived,
         };
         for voxel in 0..grid.len() {
-            for face in 0..6 {
+            for (face, direction) in FACES.into_iter().enumerate() {
                 if let Some(neighbor) = all.free(voxel, face) {
                     let key = voxels.keys[voxel][face];
                     if voxels.masks[voxel] != 0 && key != 0 {
                         let normal = key_normal(key);
-                        let flux = march.radiance[voxel][face] * PI * normal.dot(FACES[face]);
+                        let flux = march.radiance[voxel][face] * PI * normal.dot(direction);
                         add(&mut all.intensity[neighbor], flux, normal);
                     }
                 } else if all.free_itself(voxel) && all.neighbor(voxel, face).is_none() {
                     all.arrived[voxel][face] += sky * PI;
-                    add(&mut all.intensity[voxel], sky * PI, -FACES[face]);
+                    add(&mut all.intensity[voxel], sky * PI, -direction);
                 }
             }
         }
@@ -129,8 +134,8 @@ impl<'a> Propagation<'a> {
         let new = each(self.intensity.len(), |voxel| self.arrive(voxel, &leaving));
         for (voxel, (intensity, arrived)) in new.into_iter().enumerate() {
             self.intensity[voxel] = intensity;
-            for face in 0..6 {
-                self.arrived[voxel][face] += arrived[face];
+            for (sum, new) in self.arrived[voxel].iter_mut().zip(arrived) {
+                *sum += new;
             }
         }
     }
@@ -139,17 +144,20 @@ impl<'a> Propagation<'a> {
         let mut intensity = [Vec4::ZERO; 3];
         let mut arrived = [Vec3::ZERO; 6];
         let is_free = self.free_itself(voxel);
-        for face in 0..6 {
+        for (face, arrived) in arrived.iter_mut().enumerate() {
             let Some(neighbor) = self.neighbor(voxel, face) else {
                 continue;
             };
             // From a neighbour, in the opposite direction.
             if let Some(from) = &leaving[neighbor] {
                 let parts = from.parts[face ^ 1];
-                arrived[face] = parts.iter().sum();
+                *arrived = parts.iter().sum();
                 if is_free {
-                    for (part, side) in parts.into_iter().zip(FACES) {
-                        add(&mut intensity, part, side);
+                    for (side, part) in parts.into_iter().enumerate() {
+                        let direction = basis(travel(face ^ 1, side).0);
+                        for (channel, flux) in intensity.iter_mut().zip(part.to_array()) {
+                            *channel += direction * flux;
+                        }
                     }
                 }
             }
@@ -206,6 +214,15 @@ impl<'a> Propagation<'a> {
     }
 }
 
+/// Direction from the middle of a voxel to a face of the neighbour behind `face`, and its solid angle.
+fn travel(face: usize, side: usize) -> (Vec3, f32) {
+    if side == face {
+        (FACES[face], FRONT_ANGLE)
+    } else {
+        ((FACES[face] + 0.5 * FACES[side]).normalize(), SIDE_ANGLE)
+    }
+}
+
 /// What leaves a voxel in a step: per face, per face of the neighbour behind it (0 for the one between).
 struct Leaving {
     parts: [[Vec3; 6]; 6],
@@ -225,17 +242,13 @@ impl Leaving {
                 if side == face ^ 1 {
                     continue;
                 }
-                let (direction, angle) = if side == face {
-                    (FACES[face], FRONT_ANGLE)
-                } else {
-                    ((FACES[face] + 0.5 * FACES[side]).normalize(), SIDE_ANGLE)
-                };
+                let (direction, angle) = travel(face, side);
                 let basis = basis(direction);
                 *part = Vec3::from_array(intensity.map(|c| c.dot(basis).max(0.0))) * angle;
                 sum += *part;
             }
         }
-        let scale = total / sum.max(Vec3::splat(f32::MIN_POSITIVE));
+        let scale = total * KEPT / sum.max(Vec3::splat(f32::MIN_POSITIVE));
         for part in parts.iter_mut().flatten() {
             *part *= scale;
         }

@@ -47,17 +47,24 @@ pub(crate) const AIR_INTERVAL: u32 = 8;
 impl GpuVolume {
     pub(crate) fn new(volume: &PlacedVolume, light_count: u32, frame: u32, blend: f32) -> Self {
         let settings = &volume.settings;
+        let phase = frame % settings.update_interval;
         let (rays, max_distance, feedback) = match settings.light {
             VoxelLight::GlobalIllumination { solver, bounces } => {
                 let rays = match solver {
                     Solver::March { rays } => rays,
                     Solver::Propagate { .. } => 0,
                 };
-                (rays, f32::MAX, bounces == Bounces::Endless)
+                let feedback = rays > 0 && bounces == Bounces::Endless;
+                (rays, f32::MAX, feedback)
             }
             VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
         };
         let scaled = |color: LinearRgba| color.to_vec3() * STORAGE_SCALE;
+        // Without a mean over frames the rays are always the same.
+        let (frame, blend) = match settings.light {
+            VoxelLight::AmbientOcclusion { .. } => (0, 1.0),
+            VoxelLight::GlobalIllumination { .. } => (frame, blend),
+        };
         let mut flags = 0;
         for (on, flag) in [
             (feedback, FLAG_FEEDBACK),
@@ -82,7 +89,7 @@ impl GpuVolume {
             rays,
             shadow_samples: settings.shadow_samples,
             max_distance,
-            phase: frame % settings.update_interval,
+            phase,
             interval: settings.update_interval,
             flags,
             frame,
@@ -109,6 +116,8 @@ pub(crate) struct BufferShape {
     pub voxels: u64,
     /// Only occupancy is stored.
     pub occlusion_only: bool,
+    /// Light is propagated from voxel to voxel.
+    pub propagates: bool,
 }
 
 impl BufferShape {
@@ -116,6 +125,13 @@ impl BufferShape {
         let r = u64::from(volume.settings.resolution);
         Self {
             voxels: r * r * r * u64::from(volume.settings.cascades),
+            propagates: matches!(
+                volume.settings.light,
+                VoxelLight::GlobalIllumination {
+                    solver: Solver::Propagate { .. },
+                    ..
+                }
+            ),
             occlusion_only: matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
         }
     }
@@ -133,8 +149,11 @@ pub(crate) struct VolumeBuffers {
     /// occlusion only.
     pub radiosity: Buffer,
     /// Six times four words a voxel: irradiance of each face in this frame, and the mean over
-    /// frames with its weight, as 16-bit floats. A stub for occlusion only.
+    /// frames with its weight, as 16-bit floats; or, of propagated light, what has arrived, as
+    /// 32-bit floats. A stub for occlusion only.
     pub irradiance: Buffer,
+    /// Sixteen words a voxel each: propagated light before and after a step. Stubs otherwise.
+    pub intensity: [Buffer; 2],
     /// Faces with a surface, then voxels without: voxel index times 8 plus face.
     pub work: Buffer,
     /// How many of each there are, and the sizes of the dispatches over them.
@@ -173,6 +192,14 @@ impl VolumeBuffers {
             masks: buffer("voxel_gi_masks", 8 * shape.voxels, storage),
             faces: buffer("voxel_gi_faces", full(24), storage),
             radiosity: buffer("voxel_gi_radiosity", full(48), storage),
+            intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"].map(|label| {
+                let bytes = if shape.propagates {
+                    64 * shape.voxels
+                } else {
+                    64
+                };
+                buffer(label, bytes, storage)
+            }),
             irradiance: buffer("voxel_gi_irradiance", full(96), storage),
             work: buffer("voxel_gi_work", 28 * shape.voxels, storage),
             counters: buffer("voxel_gi_counters", Self::COUNTERS, storage),
@@ -191,6 +218,8 @@ impl VolumeBuffers {
             &self.faces,
             &self.radiosity,
             &self.irradiance,
+            &self.intensity[0],
+            &self.intensity[1],
             &self.work,
             &self.counters,
             &self.dispatch,

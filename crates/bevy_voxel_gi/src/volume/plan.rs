@@ -32,7 +32,7 @@ use crate::{
         lights::{ExtractedLights, GpuLight},
         surface::VoxelSurface,
     },
-    settings::{Bounces, VoxelLight},
+    settings::{Bounces, Solver, VoxelLight},
     voxelize::{
         VoxelizeWork,
         instances::{self, hash_floats},
@@ -53,6 +53,8 @@ pub(crate) struct FramePlan {
     pub light: Option<LightPipelineIds>,
     /// How often light is reflected in this frame.
     pub bounces: u32,
+    /// Steps of propagated light.
+    pub iterations: u32,
     /// Counts the frames since the volume was made anew in which something was computed.
     frame: u32,
     /// Of what is in the volume.
@@ -93,7 +95,7 @@ impl FramePlan {
     fn time_to_settle(volume: &PlacedVolume) -> u32 {
         let bounces = match volume.settings.light {
             VoxelLight::GlobalIllumination {
-                bounces: Bounces::Endless,
+                solver: Solver::March { .. },
                 ..
             } => SETTLE_ENDLESS,
             _ => AIR_INTERVAL,
@@ -147,7 +149,7 @@ pub(crate) fn prepare_frame(
         || plan.texture != Some(volume.texture.id());
     let key = VoxelizeKey::new(volume.settings.voxelizer, shape.occlusion_only);
     let voxelizer = pipeline_for(key, &voxelize, &mut voxelizers, &cache);
-    let light_ids = light.ids(shape.occlusion_only, &mut lights, &cache);
+    let light_ids = light.ids(shape, &mut lights, &cache);
     if !light_ids.are_ready(&cache) || cache.get_compute_pipeline(voxelizer).is_none() {
         return;
     }
@@ -189,6 +191,13 @@ pub(crate) fn prepare_frame(
     plan.frame = plan.frame.wrapping_add(1);
     plan.since_new = plan.since_new.saturating_add(1);
     plan.since_change = plan.since_change.saturating_add(1);
+    plan.iterations = match volume.settings.light {
+        VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { iterations },
+            ..
+        } => iterations,
+        _ => 0,
+    };
     plan.bounces = match volume.settings.light {
         VoxelLight::GlobalIllumination {
             bounces: Bounces::Count(count),
