@@ -74,7 +74,7 @@ const POINT_STEP: u32 = 5u;
 // Rays turn when all sets had their turn.
 const TURN_STEP: u32 = 0x9e3779b9u;
 // Light that changes by more than this is not noise.
-const ABRUPT: f32 = 0.5;
+const ABRUPT: f32 = 0.75;
 
 // The share of this frame in the mean.
 fn share(before: vec4<f32>, now: vec4<f32>) -> f32 {

@@ -1,0 +1,119 @@
+//! Whatever is put in, what comes out is finite.
+
+mod support;
+
+use bevy_voxel_gi::reference::{Light, Triangle, light::Cone};
+use glam::Vec3;
+use proptest::prelude::*;
+use support::shapes::{both, gray, is_sound, room, solid, unit_grid};
+
+fn check(triangles: &[Triangle], albedo: f32, lights: &[Light], sky: Vec3) {
+    let fields = both(
+        unit_grid(12),
+        triangles,
+        &gray(albedo, 0.0),
+        lights,
+        sky,
+        24,
+    );
+    assert!(fields.iter().all(is_sound));
+}
+
+#[test]
+fn bright_light_many_bounces() {
+    let mut scene = room(Vec3::splat(1.3), Vec3::splat(10.6));
+    scene.retain(|t| t.corners.iter().any(|c| c.y < 10.0));
+    let sun = Light::Directional {
+        direction: Vec3::new(0.3, -0.9, 0.2).normalize(),
+        illuminance: Vec3::splat(130_000.0),
+    };
+    check(&scene, 0.95, &[sun], Vec3::splat(5_000.0));
+    for distance in [0.1, 0.01, 0.0] {
+        let lamp = Light::Point {
+            position: Vec3::new(1.3 + distance, 5.0, 5.0),
+            intensity: Vec3::splat(1e6 / (4.0 * std::f32::consts::PI)),
+            cone: None,
+        };
+        check(&scene, 0.95, &[lamp], Vec3::ZERO);
+    }
+}
+
+#[test]
+fn no_light_no_geometry() {
+    check(&[], 0.5, &[], Vec3::ZERO);
+    check(&[], 0.5, &[], Vec3::ONE);
+    check(
+        &room(Vec3::splat(1.3), Vec3::splat(10.6)),
+        1.0,
+        &[],
+        Vec3::ZERO,
+    );
+}
+
+#[test]
+fn geometry_half_outside() {
+    let far = solid(Vec3::splat(-1e6), Vec3::splat(6.0));
+    check(&far, 0.8, &[], Vec3::ONE);
+    check(
+        &room(Vec3::splat(-30.0), Vec3::splat(6.0)),
+        0.8,
+        &[],
+        Vec3::ONE,
+    );
+    check(
+        &solid(Vec3::splat(100.0), Vec3::splat(200.0)),
+        0.8,
+        &[],
+        Vec3::ONE,
+    );
+}
+
+#[test]
+fn a_cone_fades() {
+    let cone = Cone {
+        direction: Vec3::NEG_Y,
+        inner: 0.3,
+        outer: 0.6,
+    };
+    assert_eq!(cone.fade(1.0), 1.0);
+    assert_eq!(cone.fade(0.3f32.cos() + 1e-6), 1.0);
+    assert_eq!(cone.fade(0.6f32.cos() - 1e-6), 0.0);
+    assert!((0.2..0.3).contains(&cone.fade(0.5 * (0.3f32.cos() + 0.6f32.cos()))));
+}
+
+fn number() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        8 => -4.0f32..16.0,
+        1 => Just(f32::NAN),
+        1 => Just(f32::INFINITY),
+        1 => Just(-1e30f32),
+        1 => Just(6.0f32),
+        1 => Just(1e-40f32),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn any_triangles(
+        corners in prop::collection::vec([number(), number(), number()], 3..30),
+        lamp in [0.0f32..12.0, 0.0f32..12.0, 0.0f32..12.0],
+        albedo in 0.0f32..=1.0,
+        double_sided: bool,
+        material in 0u32..5000,
+    ) {
+        let triangles: Vec<_> = corners.chunks_exact(3).map(|c| Triangle {
+            corners: [c[0], c[1], c[2]].map(Vec3::from_array),
+            material,
+            double_sided,
+        }).collect();
+        let light = Light::Point {
+            position: Vec3::from_array(lamp),
+            intensity: Vec3::splat(100.0),
+            cone: None,
+        };
+        let fields = both(unit_grid(12), &triangles, &gray(albedo, 1.0), &[light], Vec3::ONE, 4);
+        prop_assert!(fields.iter().all(is_sound));
+    }
+}

@@ -1,0 +1,354 @@
+//! Light and occlusion by rays, against what is known.
+
+mod support;
+
+use bevy_voxel_gi::reference::{
+    FACES, Light, March, MarchSettings, Triangle, Voxels, ambient_occlusion,
+};
+use glam::{Vec3, Vec3Swizzles, Vec4};
+use std::f32::consts::PI;
+use support::shapes::{gray, march_field, room, solid, unit_grid};
+
+fn sun(direction: Vec3, lux: f32) -> Light {
+    Light::Directional {
+        direction: direction.normalize(),
+        illuminance: Vec3::splat(lux),
+    }
+}
+
+fn lamp(position: Vec3, candela: f32) -> Light {
+    Light::Point {
+        position,
+        intensity: Vec3::splat(candela),
+        cone: None,
+    }
+}
+
+/// Emission E and albedo a everywhere in a closed room: E / (1 - a).
+#[test]
+fn furnace() {
+    let mut walls = vec![];
+    for (low, high) in [
+        (Vec3::new(0.4, 0.4, 0.4), Vec3::new(13.3, 1.6, 13.3)),
+        (Vec3::new(0.4, 12.1, 0.4), Vec3::new(13.3, 13.3, 13.3)),
+        (Vec3::new(0.4, 0.4, 0.4), Vec3::new(1.6, 13.3, 13.3)),
+        (Vec3::new(12.1, 0.4, 0.4), Vec3::new(13.3, 13.3, 13.3)),
+        (Vec3::new(0.4, 0.4, 0.4), Vec3::new(13.3, 13.3, 1.6)),
+        (Vec3::new(0.4, 0.4, 12.1), Vec3::new(13.3, 13.3, 13.3)),
+        (Vec3::new(4.2, 1.6, 5.1), Vec3::new(6.7, 4.4, 7.9)),
+    ] {
+        walls.extend(solid(low, high));
+    }
+    for triangles in [room(Vec3::splat(1.3), Vec3::splat(12.6)), walls] {
+        for albedo in [0.0, 0.5, 0.8] {
+            let voxels = Voxels::new(unit_grid(14), &triangles);
+            let materials = gray(albedo, 1.0);
+            let march = March::new(
+                &voxels,
+                &materials,
+                &[],
+                Vec3::ZERO,
+                MarchSettings::default(),
+            );
+            let field = march_field(march, 40);
+            for (face, normal) in FACES.into_iter().enumerate() {
+                for (u, v) in [(0.0, 0.0), (3.0, 1.5), (-4.0, 4.0), (4.9, 4.9)] {
+                    let at = [normal.yzx(), normal.zxy()];
+                    let p = Vec3::splat(6.9) - normal * 5.2 + at[0].abs() * u + at[1].abs() * v;
+                    let found = field.irradiance(p, normal, 0.0) / PI;
+                    let wanted = 1.0 / (1.0 - albedo);
+                    let error = (found / wanted - 1.0).abs().max_element();
+                    assert!(error < 0.02, "albedo {albedo} face {face} at {p}: {found}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_anything_there_is_no_light() {
+    let voxels = Voxels::empty(unit_grid(8));
+    let march = March::new(&voxels, &[], &[], Vec3::ZERO, MarchSettings::default());
+    let field = march_field(march, 3);
+    assert!(
+        field
+            .texels
+            .iter()
+            .flatten()
+            .all(|t| t.truncate() == Vec3::ZERO)
+    );
+    let light = [sun(Vec3::NEG_Y, 1e5), lamp(Vec3::splat(4.0), 1e3)];
+    let march = March::new(&voxels, &[], &light, Vec3::ZERO, MarchSettings::default());
+    let field = march_field(march, 3);
+    assert!(
+        field
+            .texels
+            .iter()
+            .flatten()
+            .all(|t| t.truncate() == Vec3::ZERO)
+    );
+}
+
+#[test]
+fn the_sky_alone_is_uniform() {
+    let sky = Vec3::new(1.0, 2.0, 3.0);
+    let voxels = Voxels::empty(unit_grid(8));
+    let march = March::new(&voxels, &[], &[], sky, MarchSettings::default());
+    let field = march_field(march, 3);
+    for normal in [Vec3::Y, Vec3::new(0.6, 0.0, -0.8)] {
+        let found = field.irradiance(Vec3::splat(3.7), normal, 0.0);
+        assert!((found / (PI * sky) - 1.0).abs().max_element() < 1e-4);
+    }
+}
+
+#[test]
+fn an_open_floor_sees_the_whole_sky() {
+    let sky = Vec3::new(1.0, 2.0, 3.0);
+    for height in [1.0, 1.1, 1.4, 1.99] {
+        for tilt in [0.0, 0.2, 0.5] {
+            let at = |x: f32, z: f32| Vec3::new(x, height + tilt * x, z);
+            let corners = [at(-9.0, -9.0), at(-9.0, 40.0), at(40.0, -9.0)];
+            let floor = Triangle {
+                corners,
+                material: 0,
+                double_sided: false,
+            };
+            let voxels = Voxels::new(unit_grid(16), &[floor]);
+            let materials = gray(0.0, 0.0);
+            let march = March::new(&voxels, &materials, &[], sky, MarchSettings::default());
+            let field = march_field(march, 12);
+            let normal = Vec3::new(-tilt, 1.0, 0.0).normalize();
+            for x in [2.0, 5.3, 8.0, 11.6] {
+                let found = field.irradiance(at(x, x * 0.7), normal, 0.0);
+                // Of a tilted floor a part of the sky is below the horizon of the volume, not of the floor.
+                let error = (found / (PI * sky) - 1.0).abs().max_element();
+                assert!(error < 0.02, "height {height} tilt {tilt} at {x}: {error}");
+            }
+        }
+    }
+}
+
+/// Where a floor and a wall meet half of the sky is seen, where three planes do a quarter; by 64 rays in
+/// each of 8 frames.
+#[test]
+fn occlusion_in_edges_and_corners() {
+    let floor = solid(Vec3::new(-5.0, 0.2, -5.0), Vec3::new(50.0, 1.3, 50.0));
+    let wall = solid(Vec3::new(0.2, 0.2, -5.0), Vec3::new(1.3, 50.0, 50.0));
+    let other = solid(Vec3::new(-5.0, 0.2, 0.2), Vec3::new(50.0, 50.0, 1.3));
+    let edge = [floor, wall].concat();
+    let corner = [edge.clone(), other].concat();
+    for (triangles, wanted, z) in [(edge, 0.5, 16.0), (corner, 0.25, 1.35)] {
+        let voxels = Voxels::new(unit_grid(32), &triangles);
+        let settings = MarchSettings {
+            rays: 64,
+            ..Default::default()
+        };
+        let field = ambient_occlusion(&voxels, f32::INFINITY, settings);
+        for offset in [0.05, 0.3, 0.7] {
+            let z = if z < 2.0 { 1.3 + offset } else { z };
+            for (p, n) in [
+                (Vec3::new(1.3 + offset, 1.3, z), Vec3::Y),
+                (Vec3::new(1.3, 1.3 + offset, z), Vec3::X),
+            ] {
+                let found = field.irradiance(p, n, 0.0).x;
+                assert!((found - wanted).abs() < 0.03, "{wanted} at {p}: {found}");
+            }
+        }
+    }
+}
+
+#[test]
+fn occlusion_ends_at_its_radius() {
+    let voxels = Voxels::new(unit_grid(16), &room(Vec3::splat(1.3), Vec3::splat(14.6)));
+    let field = ambient_occlusion(&voxels, 3.0, MarchSettings::default());
+    let found = field.irradiance(Vec3::new(8.0, 1.3, 8.0), Vec3::Y, 0.0);
+    assert!((found - 1.0).abs().max_element() < 1e-5, "{found}");
+}
+
+/// A wall lit on one side is dark on the other (thesis Fig. 6.20), however thin.
+#[test]
+fn no_light_comes_through_a_wall() {
+    for thickness in [0.05, 0.5, 1.0, 1.7] {
+        let wall = solid(
+            Vec3::new(7.2, -1.0, -1.0),
+            Vec3::new(7.2 + thickness, 20.0, 20.0),
+        );
+        let voxels = Voxels::new(unit_grid(16), &wall);
+        let light = [sun(Vec3::NEG_X, 1e5)];
+        let materials = gray(0.9, 0.0);
+        let march = March::new(
+            &voxels,
+            &materials,
+            &light,
+            Vec3::ZERO,
+            MarchSettings::default(),
+        );
+        let lit = march.surfaces.iter().zip(&march.direct);
+        for (surface, direct) in lit {
+            let wanted = if surface.normal == Vec3::X { 1e5 } else { 0.0 };
+            assert_eq!(direct.x, wanted, "thickness {thickness}");
+        }
+        let field = march_field(march, 12);
+        for y in [2.0, 8.1, 13.0] {
+            let found = field.irradiance(Vec3::new(7.2, y, 7.7), Vec3::NEG_X, 0.0);
+            assert_eq!(found, Vec3::ZERO, "thickness {thickness}");
+        }
+    }
+}
+
+/// A voxel of a floor that a thin wall divides has one light for both sides: at the foot of the wall some
+/// of it shows on the dark side, and a little is reflected farther.
+#[test]
+fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
+    let wall = solid(Vec3::new(7.3, 1.2, -1.0), Vec3::new(7.6, 20.0, 20.0));
+    let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
+    let voxels = Voxels::new(unit_grid(16), &[wall, floor].concat());
+    let light = [lamp(Vec3::new(12.0, 8.0, 8.0), 1e3)];
+    let materials = gray(0.7, 0.0);
+    let march = March::new(
+        &voxels,
+        &materials,
+        &light,
+        Vec3::ZERO,
+        MarchSettings::default(),
+    );
+    let field = march_field(march, 12);
+    let at = |x: f32| field.irradiance(Vec3::new(x, 1.2, 8.0), Vec3::Y, 0.0).x / at_lit(&field);
+    let places = [7.2, 7.0, 6.7, 6.5, 6.2, 6.0, 5.0, 3.0].map(at);
+    println!("share of the lit side's light, away from the wall: {places:?}");
+    assert!(places.is_sorted_by(|a, b| a >= b), "{places:?}");
+    assert!(
+        places[0] < 0.5 && places[3] < 0.02 && places[6] < 0.005,
+        "{places:?}"
+    );
+}
+
+fn at_lit(field: &bevy_voxel_gi::reference::Field) -> f32 {
+    field.irradiance(Vec3::new(8.6, 1.2, 8.0), Vec3::Y, 0.0).x
+}
+
+#[test]
+fn light_adds_up() {
+    let scene = [
+        room(Vec3::splat(1.3), Vec3::splat(14.6)),
+        solid(Vec3::new(4.0, 1.3, 5.0), Vec3::new(7.1, 6.0, 8.0)),
+    ]
+    .concat();
+    let voxels = Voxels::new(unit_grid(16), &scene);
+    let materials = gray(0.7, 0.0);
+    let field = |lights: &[Light]| {
+        let march = March::new(
+            &voxels,
+            &materials,
+            lights,
+            Vec3::ZERO,
+            MarchSettings::default(),
+        );
+        march_field(march, 8)
+    };
+    let (a, b) = (
+        lamp(Vec3::new(10.0, 10.0, 4.0), 30.0),
+        lamp(Vec3::new(3.0, 9.0, 12.0), 70.0),
+    );
+    let (sum, fa, fb) = (field(&[a, b]), field(&[a]), field(&[b]));
+    let tripled = field(&[lamp(Vec3::new(10.0, 10.0, 4.0), 90.0)]);
+    let near =
+        |x: Vec4, y: Vec4| (x - y).truncate().abs().max_element() <= 1e-4 * (1e-3 + x.x.abs());
+    for voxel in 0..voxels.grid.len() {
+        for face in 0..6 {
+            let (pa, pb) = (fa.texels[voxel][face], fb.texels[voxel][face]);
+            assert!(near(sum.texels[voxel][face], pa + pb));
+            assert!(near(tripled.texels[voxel][face], pa * 3.0));
+        }
+    }
+}
+
+/// A lamp in the middle of a cube: all 48 images of a place are alike, within the noise of 4,096 rays.
+#[test]
+fn a_symmetric_scene_has_symmetric_light() {
+    let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(1.0), Vec3::splat(11.0)));
+    let materials = gray(0.6, 0.0);
+    let light = [lamp(Vec3::splat(6.0), 100.0)];
+    let settings = MarchSettings {
+        rays: 512,
+        ..Default::default()
+    };
+    let march = March::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+    // Straight from the lamp there is no noise.
+    for (i, surface) in march.surfaces.iter().enumerate() {
+        let center = surface.points.iter().sum::<Vec3>() / surface.points.len() as f32;
+        for (j, other) in march.surfaces.iter().enumerate() {
+            let image = other.points.iter().sum::<Vec3>() / other.points.len() as f32;
+            let sorted = |p: Vec3| {
+                let mut p = (p - 6.0).abs().to_array();
+                p.sort_by(f32::total_cmp);
+                Vec3::from_array(p)
+            };
+            if (sorted(center) - sorted(image)).abs().max_element() < 1e-3 {
+                let (a, b) = (march.direct[i].x, march.direct[j].x);
+                assert!((a - b).abs() <= 1e-4 * a, "{center} {a}, {image} {b}");
+            }
+        }
+    }
+    let field = march_field(march, 12);
+    for offset in [
+        Vec3::new(-5.0, 0.0, 0.0),
+        Vec3::new(-5.0, 2.2, 3.9),
+        Vec3::new(-5.0, 4.8, 4.8),
+    ] {
+        let mut found = vec![];
+        for axes in [
+            [0, 1, 2],
+            [0, 2, 1],
+            [1, 0, 2],
+            [1, 2, 0],
+            [2, 0, 1],
+            [2, 1, 0],
+        ] {
+            for signs in 0..8 {
+                let sign = |i: usize| if signs >> i & 1 != 0 { -1.0 } else { 1.0 };
+                let image = |v: Vec3| Vec3::from_array([0, 1, 2].map(|i| v[axes[i]] * sign(i)));
+                found.push(field.irradiance(image(offset) + 6.0, image(Vec3::X), 0.0).x);
+            }
+        }
+        let mean = found.iter().sum::<f32>() / 48.0;
+        for value in found {
+            assert!(
+                (value / mean - 1.0).abs() < 0.01,
+                "{offset}: {value} of {mean}"
+            );
+        }
+    }
+}
+
+/// The irradiance of a far small patch falls with the square of the distance.
+#[test]
+fn light_falls_with_the_square_of_the_distance() {
+    let patch = solid(Vec3::new(0.5, 14.0, 14.0), Vec3::new(1.5, 18.0, 18.0));
+    let settings = MarchSettings {
+        rays: 4096,
+        ..Default::default()
+    };
+    let at = |distance: f32| {
+        let wall = solid(
+            Vec3::new(1.5 + distance, 15.0, 15.0),
+            Vec3::new(2.5 + distance, 17.0, 17.0),
+        );
+        let mut triangles = patch.clone();
+        triangles.extend(wall.into_iter().map(|t| Triangle { material: 1, ..t }));
+        let voxels = Voxels::new(unit_grid(32), &triangles);
+        let materials = [gray(0.0, 1.0)[0], gray(0.0, 0.0)[0]];
+        let march = March::new(&voxels, &materials, &[], Vec3::ZERO, settings);
+        let field = march_field(march, 12);
+        field
+            .irradiance(Vec3::new(1.5 + distance, 16.0, 16.0), Vec3::NEG_X, 0.0)
+            .x
+    };
+    for distance in [8.0f32, 12.0, 16.0, 24.0] {
+        // A square of half edge 2 facing the point: pi times its form factor.
+        let x = 2.0 / distance;
+        let factor = 4.0 * x / (1.0 + x * x).sqrt() * (x / (1.0 + x * x).sqrt()).atan() / PI;
+        let found = at(distance) / (PI * factor);
+        assert!((found - 1.0).abs() < 0.05, "{distance}: {found}");
+    }
+}

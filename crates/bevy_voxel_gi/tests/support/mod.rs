@@ -1,0 +1,222 @@
+//! Path-traced scenes: boxes as triangles, what the camera sees, and the light there.
+#![allow(dead_code)] // each test uses its part
+
+pub mod shapes;
+
+use bevy_voxel_gi::reference::{Light, Material, Triangle};
+use glam::{Mat3, Vec2, Vec3};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// A box of a scene.
+pub struct Solid {
+    pub center: Vec3,
+    pub half: Vec3,
+    pub rotation: Mat3,
+    pub material: u32,
+}
+
+/// A scene and its light.
+pub struct Truth {
+    pub name: String,
+    pub solids: Vec<Solid>,
+    pub triangles: Vec<Triangle>,
+    pub materials: Vec<Material>,
+    pub lights: Vec<Light>,
+    pub sky: Vec3,
+    pub min: Vec3,
+    pub max: Vec3,
+    pub size: usize,
+    /// Rays through pixel coordinates.
+    eye: Vec3,
+    right: Vec3,
+    up: Vec3,
+    forward: Vec3,
+    /// Indirect radiance per pixel.
+    pub indirect: Vec<Vec3>,
+}
+
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/gi")
+}
+
+/// All scenes, none where the data is not.
+pub fn all() -> Vec<Truth> {
+    let names = ["cornell_point", "colonnade", "sunlit_room"];
+    let found: Vec<_> = names.iter().filter_map(|name| load(name)).collect();
+    if found.is_empty() {
+        println!("skipped: no {}", folder().display());
+    }
+    found
+}
+
+fn vec3(value: &Value) -> Vec3 {
+    Vec3::from_array([0, 1, 2].map(|i| value[i].as_f64().expect("a number") as f32))
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], |v| v.as_slice())
+}
+
+fn npy(path: &Path) -> Vec<Vec3> {
+    let bytes = std::fs::read(path).expect("readable");
+    assert_eq!(&bytes[..8], b"\x93NUMPY\x01\0");
+    let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let numbers: Vec<f32> = bytes[start..]
+        .chunks_exact(4)
+        .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+        .collect();
+    numbers.chunks_exact(3).map(Vec3::from_slice).collect()
+}
+
+/// A scene, None where the data is not.
+pub fn load(name: &str) -> Option<Truth> {
+    let text = std::fs::read_to_string(folder().join(format!("{name}.json"))).ok()?;
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    let mut truth = Truth {
+        name: name.into(),
+        solids: vec![],
+        triangles: vec![],
+        materials: vec![],
+        lights: vec![],
+        sky: Vec3::ZERO,
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+        size: 128,
+        eye: vec3(&json["camera"]["eye"]),
+        right: Vec3::ZERO,
+        up: Vec3::ZERO,
+        forward: Vec3::ZERO,
+        indirect: npy(&folder().join(format!("{name}.indirect.npy"))),
+    };
+    for solid in list(&json["boxes"]) {
+        let material = truth.materials.len() as u32;
+        truth.materials.push(Material {
+            albedo: vec3(&solid["albedo"]),
+            emission: Vec3::ZERO,
+        });
+        let degrees = solid["rotate_y_deg"].as_f64().unwrap_or(0.0) as f32;
+        truth.solids.push(Solid {
+            center: vec3(&solid["center"]),
+            half: vec3(&solid["half"]),
+            rotation: Mat3::from_rotation_y(degrees.to_radians()),
+            material,
+        });
+    }
+    for solid in &truth.solids {
+        truth.triangles.extend(triangles(solid));
+    }
+    for corner in truth.triangles.iter().flat_map(|t| t.corners) {
+        truth.min = truth.min.min(corner);
+        truth.max = truth.max.max(corner);
+    }
+    for light in list(&json["point_lights"]) {
+        truth.lights.push(Light::Point {
+            position: vec3(&light["position"]),
+            intensity: vec3(&light["intensity_cd"]),
+            cone: None,
+        });
+    }
+    for light in list(&json["directional_lights"]) {
+        truth.lights.push(Light::Directional {
+            direction: vec3(&light["direction"]).normalize(),
+            illuminance: vec3(&light["illuminance_lux"]),
+        });
+    }
+    if json.get("sky_radiance").is_some_and(|s| s.is_array()) {
+        truth.sky = vec3(&json["sky_radiance"]);
+    }
+    let camera = &json["camera"];
+    truth.forward = (vec3(&camera["target"]) - truth.eye).normalize();
+    truth.right = truth.forward.cross(vec3(&camera["up"])).normalize();
+    truth.up = truth.right.cross(truth.forward);
+    let height = (0.5 * camera["fov_y_deg"].as_f64()? as f32)
+        .to_radians()
+        .tan();
+    truth.right *= height;
+    truth.up *= height;
+    Some(truth)
+}
+
+/// The twelve triangles of a box, fronts outward.
+pub fn triangles(solid: &Solid) -> Vec<Triangle> {
+    let at = |s: Vec3| solid.center + solid.rotation * (s * solid.half);
+    let mut all = vec![];
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let n = Vec3::AXES[axis] * sign;
+            let u = Vec3::AXES[(axis + 1) % 3];
+            let v = n.cross(u);
+            let quad = [n - u - v, n + u - v, n + u + v, n - u + v].map(at);
+            for i in [1, 2] {
+                all.push(Triangle {
+                    corners: [quad[0], quad[i], quad[i + 1]],
+                    material: solid.material,
+                    double_sided: false,
+                });
+            }
+        }
+    }
+    all
+}
+
+impl Truth {
+    /// Where a camera ray first meets a box: place, normal, material.
+    pub fn see(&self, pixel: Vec2) -> Option<(Vec3, Vec3, u32)> {
+        let at = pixel / self.size as f32 * 2.0 - 1.0;
+        let direction = (self.forward + self.right * at.x - self.up * at.y).normalize();
+        let mut best = (f32::INFINITY, Vec3::ZERO, 0);
+        for solid in &self.solids {
+            let back = solid.rotation.transpose();
+            let o = back * (self.eye - solid.center);
+            let d = back * direction;
+            let a = (-solid.half - o) / d;
+            let b = (solid.half - o) / d;
+            let (near, far) = (a.min(b), a.max(b));
+            let t = near.max_element();
+            if t > 1e-4 && t < far.min_element() && t < best.0 {
+                let axis = (0..3).find(|i| near[*i] == t).expect("one");
+                let n = Vec3::AXES[axis] * -d[axis].signum();
+                best = (t, solid.rotation * n, solid.material);
+            }
+        }
+        (best.0 < f32::INFINITY).then(|| (self.eye + direction * best.0, best.1, best.2))
+    }
+
+    /// Relative error and bias of irradiances against the path-traced light, by blocks of 4 x 4 pixels.
+    pub fn compare(&self, irradiance: impl Fn(Vec3, Vec3) -> Vec3) -> (f32, f32) {
+        let blocks = self.blocks(irradiance);
+        let reference: f32 = blocks.iter().map(|b| b.2.element_sum()).sum();
+        let error: f32 = blocks.iter().map(|b| (b.1 - b.2).abs().element_sum()).sum();
+        let bias: f32 = blocks.iter().map(|b| (b.1 - b.2).element_sum()).sum();
+        (error / reference, bias / reference)
+    }
+
+    /// Place of the block, computed and path-traced mean radiance.
+    pub fn blocks(&self, irradiance: impl Fn(Vec3, Vec3) -> Vec3) -> Vec<(usize, Vec3, Vec3)> {
+        const GRID: usize = 2;
+        let n = self.size / 4;
+        let mut all = vec![];
+        'block: for block in 0..n * n {
+            let (mut ours, mut theirs) = (Vec3::ZERO, Vec3::ZERO);
+            for pixel in 0..16 {
+                let (x, y) = (block % n * 4 + pixel % 4, block / n * 4 + pixel / 4);
+                theirs += self.indirect[y * self.size + x] / 16.0;
+                for sub in 0..GRID * GRID {
+                    let offset =
+                        (Vec2::new((sub % GRID) as f32, (sub / GRID) as f32) + 0.5) / GRID as f32;
+                    let Some((p, normal, material)) =
+                        self.see(Vec2::new(x as f32, y as f32) + offset)
+                    else {
+                        continue 'block;
+                    };
+                    let albedo = self.materials[material as usize].albedo;
+                    ours += albedo * irradiance(p, normal)
+                        / (std::f32::consts::PI * (16 * GRID * GRID) as f32);
+                }
+            }
+            all.push((block, ours, theirs));
+        }
+        all
+    }
+}

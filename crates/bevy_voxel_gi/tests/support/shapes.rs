@@ -1,0 +1,80 @@
+//! Boxes and rooms.
+
+use super::{Solid, triangles};
+use bevy_voxel_gi::reference::{
+    Field, March, MarchSettings, Material, Triangle, VolumeGrid, Voxels,
+};
+use glam::{Mat3, Vec3};
+
+/// A box from corner to corner.
+pub fn solid(min: Vec3, max: Vec3) -> Vec<Triangle> {
+    triangles(&Solid {
+        center: 0.5 * (min + max),
+        half: 0.5 * (max - min),
+        rotation: Mat3::IDENTITY,
+        material: 0,
+    })
+}
+
+/// A room seen from within: a box whose fronts are inside.
+pub fn room(min: Vec3, max: Vec3) -> Vec<Triangle> {
+    let mut all = solid(min, max);
+    for triangle in &mut all {
+        triangle.corners.swap(1, 2);
+    }
+    all
+}
+
+/// A volume of voxels of 1 m from the origin.
+pub fn unit_grid(resolution: u32) -> VolumeGrid {
+    VolumeGrid {
+        min: Vec3::ZERO,
+        voxel_size: 1.0,
+        resolution,
+    }
+}
+
+/// A gray material.
+pub fn gray(albedo: f32, emission: f32) -> [Material; 1] {
+    [Material {
+        albedo: Vec3::splat(albedo),
+        emission: Vec3::splat(emission),
+    }]
+}
+
+/// The field after some frames.
+pub fn march_field(mut march: March, frames: u32) -> Field {
+    for _ in 0..frames {
+        march.step();
+    }
+    march.field()
+}
+
+/// Whether every number of a field is finite and none is negative.
+pub fn is_sound(field: &Field) -> bool {
+    let sound = |x: f32| x.is_finite() && x >= 0.0;
+    let mut texels = field.texels.iter().flatten();
+    texels.all(|t| t.to_array().into_iter().all(sound))
+}
+
+/// Everything at once: lit, bounced, propagated; the fields of both ways.
+pub fn both(
+    grid: VolumeGrid,
+    triangles: &[Triangle],
+    materials: &[Material],
+    lights: &[bevy_voxel_gi::reference::Light],
+    sky: Vec3,
+    bounces: u32,
+) -> [Field; 2] {
+    use bevy_voxel_gi::reference::{Propagation, PropagationSettings};
+    let voxels = Voxels::new(grid, triangles);
+    let settings = MarchSettings::default();
+    let march = March::new(&voxels, materials, lights, sky, settings);
+    let settings = PropagationSettings {
+        steps: 4 * bounces,
+        ..Default::default()
+    };
+    let mut flow = Propagation::new(&march, &voxels, materials, sky, settings);
+    flow.run();
+    [march_field(march, bounces), flow.field()]
+}

@@ -1,0 +1,172 @@
+//! The reference against path-traced light (`../shared/data/gi`, skipped without it).
+
+mod support;
+
+use bevy_voxel_gi::reference::{
+    FACES, Field, March, MarchSettings, Propagation, PropagationSettings, VolumeGrid, Voxels,
+    rays::{hash_unit, sphere_ray},
+    sh::{basis, cosine_lobe},
+};
+use glam::{IVec3, Vec3, Vec4};
+use std::f32::consts::PI;
+use support::Truth;
+
+/// Frames: 4 of bounces alone, 8 of the mean, and as many again.
+const FRAMES: u32 = 24;
+
+fn voxels(truth: &Truth, resolution: u32) -> Voxels {
+    let grid = VolumeGrid::around(truth.min, truth.max, resolution);
+    Voxels::new(grid, &truth.triangles)
+}
+
+fn march(truth: &Truth, voxels: &Voxels, settings: MarchSettings) -> Field {
+    let mut march = March::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
+    for _ in 0..FRAMES {
+        march.step();
+    }
+    march.field()
+}
+
+fn propagate(truth: &Truth, voxels: &Voxels, steps: u32) -> Field {
+    let settings = MarchSettings::default();
+    let march = March::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
+    let settings = PropagationSettings {
+        steps,
+        ..Default::default()
+    };
+    let mut flow = Propagation::new(&march, voxels, &truth.materials, truth.sky, settings);
+    flow.run();
+    flow.field()
+}
+
+fn compare(truth: &Truth, what: &str, field: &Field) -> (f32, f32) {
+    let (error, bias) = truth.compare(|p, n| field.irradiance(p, n, 0.0));
+    let (e, b) = (100.0 * error, 100.0 * bias);
+    println!("{:14} {what:32} error {e:6.2}% bias {b:6.2}%", truth.name);
+    (error, bias)
+}
+
+/// The thesis's own way, for comparison: radiance in spherical harmonics by rays from the middle of every
+/// voxel, which begin half its diagonal away (6.6.1), read by Eq. 6.14 and 6.15 half a voxel in front of
+/// the surface. The light at the hits is ours, all bounces.
+fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
+    let settings = MarchSettings {
+        rays: 64,
+        ..Default::default()
+    };
+    let mut march = March::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
+    for _ in 0..FRAMES {
+        march.step();
+    }
+    let grid = voxels.grid;
+    let stored: Vec<[Vec4; 3]> = (0..grid.len())
+        .map(|voxel| {
+            let mut sum = [Vec4::ZERO; 3];
+            for i in 0..rays {
+                let direction = sphere_ray(i, rays, hash_unit(voxel as u32));
+                let origin = grid.voxel(voxel).as_vec3() + 0.5 + direction * 0.75f32.sqrt();
+                let radiance = march.arriving(origin, direction).unwrap_or_default();
+                for (channel, value) in sum.iter_mut().zip(radiance.to_array()) {
+                    *channel += basis(direction) * (value * 4.0 * PI / rays as f32);
+                }
+            }
+            sum
+        })
+        .collect();
+    let sample = |position: Vec3| {
+        let p = (position - 0.5).clamp(Vec3::ZERO, Vec3::splat(grid.resolution as f32 - 1.0));
+        let mut sum = [Vec4::ZERO; 3];
+        for corner in 0..8 {
+            let step = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+            let f = p - p.floor();
+            let weight = Vec3::select(step.cmpeq(IVec3::ONE), f, 1.0 - f).element_product();
+            if let Some(index) = grid.index(p.floor().as_ivec3() + step) {
+                for (sum, value) in sum.iter_mut().zip(stored[index]) {
+                    *sum += value * weight;
+                }
+            }
+        }
+        sum
+    };
+    truth.compare(|p, n| {
+        let at = grid.to_grid(p) + 0.5 * n;
+        let lobe = cosine_lobe(n);
+        let mut sum = Vec3::ZERO;
+        let mut total = 0.0;
+        for direction in FACES {
+            let weight = direction.dot(n).max(0.0);
+            if weight > 0.0 {
+                sum +=
+                    weight * Vec3::from_array(sample(at + direction).map(|c| c.dot(lobe).max(0.0)));
+                total += weight;
+            }
+        }
+        sum / total
+    })
+}
+
+#[test]
+#[ignore = "a comparison"]
+fn thesis_way() {
+    for truth in support::all() {
+        for resolution in [16, 32] {
+            for rays in [64, 256] {
+                let (error, bias) = thesis(&truth, &voxels(&truth, resolution), rays);
+                let (e, b) = (100.0 * error, 100.0 * bias);
+                println!(
+                    "{:14} thesis {resolution} rays {rays} error {e:6.2}% bias {b:6.2}%",
+                    truth.name
+                );
+            }
+        }
+    }
+}
+
+/// At 32^3 with the default settings, far below the goals of 15, 20 and 25%.
+#[test]
+fn march_is_near_the_truth() {
+    for truth in support::all() {
+        let field = march(&truth, &voxels(&truth, 32), MarchSettings::default());
+        let (error, bias) = compare(&truth, "march", &field);
+        let goal = match truth.name.as_str() {
+            "sunlit_room" => 0.08,
+            _ => 0.04,
+        };
+        assert!(error < goal && bias.abs() < 0.08, "{}", truth.name);
+    }
+}
+
+/// Propagation has no goal of its own; a change must not make it worse unnoticed.
+#[test]
+fn propagation_keeps_its_distance_from_the_truth() {
+    for truth in support::all() {
+        let field = propagate(&truth, &voxels(&truth, 32), 128);
+        let (error, _) = compare(&truth, "propagate", &field);
+        assert!(error < 0.45, "{}", truth.name);
+    }
+}
+
+#[test]
+#[ignore = "a table, and minutes"]
+fn sweep() {
+    for truth in support::all() {
+        for resolution in [8, 16, 32, 64] {
+            let voxels = voxels(&truth, resolution);
+            for (rays, shadow_points) in [(8, 16), (16, 16), (32, 16), (32, 4), (64, 16)] {
+                let settings = MarchSettings {
+                    rays,
+                    shadow_points,
+                    ..Default::default()
+                };
+                let what = format!("march {resolution} rays {rays} shadow {shadow_points}");
+                compare(&truth, &what, &march(&truth, &voxels, settings));
+            }
+            if resolution < 64 {
+                for steps in [9, 32, 64, 128, 256] {
+                    let what = format!("propagate {resolution} steps {steps}");
+                    compare(&truth, &what, &propagate(&truth, &voxels, steps));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Triangles to voxels, keys, and rays through them.
+
+mod support;
+
+use bevy_voxel_gi::reference::{
+    Triangle, Voxels,
+    key::{key_normal, pack_key, pack_normal, unpack_normal},
+    overlap::{SINK, TriangleOverlap},
+    surface::surfaces,
+    trace::trace,
+    voxels::SUB_VOXELS,
+};
+use glam::{DVec3, IVec3, Vec3};
+use proptest::prelude::*;
+use support::shapes::{solid, unit_grid};
+
+fn vector(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
+    [range.clone(), range.clone(), range].prop_map(Vec3::from_array)
+}
+
+/// Whether something of a triangle is left when it is clipped to a box.
+fn clipped(corners: [DVec3; 3], min: DVec3, max: DVec3) -> bool {
+    let mut polygon = corners.to_vec();
+    for axis in 0..3 {
+        for (sign, border) in [(1.0, min[axis]), (-1.0, -max[axis])] {
+            let height = |p: DVec3| sign * p[axis] - border;
+            let mut left = vec![];
+            for i in 0..polygon.len() {
+                let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+                let (ha, hb) = (height(a), height(b));
+                if ha >= 0.0 {
+                    left.push(a);
+                }
+                if (ha >= 0.0) != (hb >= 0.0) {
+                    left.push(a.lerp(b, ha / (ha - hb)));
+                }
+            }
+            polygon = left;
+        }
+    }
+    !polygon.is_empty()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(5_000))]
+
+    #[test]
+    fn overlap_is_what_clipping_says(
+        a in vector(-2.0..3.0), b in vector(-2.0..3.0), c in vector(-2.0..3.0),
+    ) {
+        let Some(overlap) = TriangleOverlap::new([a, b, c]) else { return Ok(()) };
+        let corners = [a, b, c].map(|v| (v - overlap.normal * SINK).as_dvec3());
+        let touches = overlap.touches(Vec3::ZERO, 1.0);
+        const MARGIN: f64 = 1e-4;
+        if touches {
+            prop_assert!(clipped(corners, DVec3::splat(-MARGIN), DVec3::splat(1.0 + MARGIN)));
+        } else {
+            prop_assert!(!clipped(corners, DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN)));
+        }
+    }
+
+    /// The worst of 2,000,000 directions is off by 3.90 degrees.
+    #[test]
+    fn keys_keep_the_normal(n in vector(-1.0..1.0)) {
+        prop_assume!(n.length() > 0.1);
+        let n = n.normalize();
+        prop_assert!(unpack_normal(pack_normal(n)).angle_between(n) < 3.95f32.to_radians());
+        prop_assert_eq!(key_normal(pack_key(16, 1.0, n, 5)), unpack_normal(pack_normal(n)));
+    }
+
+    /// The first touched sub-voxel, and none that the ray passed before.
+    #[test]
+    fn rays_end_at_the_first_touched_sub_voxel(
+        corners in prop::collection::vec(vector(-1.0..9.0), 9),
+        origin in vector(0.1..7.9),
+        direction in vector(-1.0..1.0),
+    ) {
+        prop_assume!(direction.length() > 0.1);
+        let direction = direction.normalize();
+        let triangles: Vec<_> = corners.chunks_exact(3).map(|c| Triangle {
+            corners: [c[0], c[1], c[2]],
+            material: 0,
+            double_sided: true,
+        }).collect();
+        let voxels = Voxels::new(unit_grid(8), &triangles);
+        let hit = trace(&voxels, origin, direction, f32::INFINITY);
+        let end = hit.map_or(20.0, |h| h.distance);
+        for i in 0..(end / 0.01) as i32 {
+            let t = i as f32 * 0.01;
+            let place = (origin + direction * t) * SUB_VOXELS as f32;
+            // Near a border rounding decides.
+            let inside = (place - place.round()).abs().min_element() > 1e-3;
+            if inside && t < end - 1e-3 {
+                prop_assert!(!voxels.is_touched(place.floor().as_ivec3()), "passed at {t}");
+            }
+        }
+        if let Some(hit) = hit {
+            prop_assert!(voxels.is_touched(hit.sub_voxel));
+            prop_assert!(trace(&voxels, origin, direction, 0.5 * hit.distance).is_none());
+        }
+    }
+}
+
+#[test]
+fn axes_are_exact() {
+    for n in bevy_voxel_gi::reference::FACES {
+        assert_eq!(unpack_normal(pack_normal(n)), n);
+    }
+}
+
+#[test]
+fn what_lies_on_a_border_is_in_one_layer() {
+    let voxels = Voxels::new(unit_grid(8), &solid(Vec3::splat(2.0), Vec3::splat(6.0)));
+    for z in 0..32 {
+        for y in 0..32 {
+            for x in 0..32 {
+                let at = IVec3::new(x, y, z);
+                let inside = at.cmpge(IVec3::splat(8)).all() && at.cmplt(IVec3::splat(24)).all();
+                let deeper = at.cmpge(IVec3::splat(9)).all() && at.cmplt(IVec3::splat(23)).all();
+                assert_eq!(voxels.is_touched(at), inside && !deeper, "{at}");
+            }
+        }
+    }
+}
+
+#[test]
+fn thin_walls_have_two_sides() {
+    for thickness in [0.01, 0.2, 0.5, 0.9] {
+        let low = Vec3::new(-1.0, 3.05, -1.0);
+        let high = Vec3::new(9.0, 3.05 + thickness, 9.0);
+        let voxels = Voxels::new(unit_grid(8), &solid(low, high));
+        let all = surfaces(&voxels);
+        for (normal, count) in [(Vec3::Y, 64), (Vec3::NEG_Y, 64)] {
+            let sides: Vec<_> = all.iter().filter(|s| s.normal == normal).collect();
+            assert_eq!(sides.len(), count, "thickness {thickness}");
+            for side in sides {
+                assert_eq!(side.points.len(), 16);
+                for point in 0..16 {
+                    let end = trace(&voxels, side.origin(point), normal, f32::INFINITY);
+                    assert_eq!(end, None, "a ray meets its own surface");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn tilted_surfaces_do_not_meet_themselves() {
+    for normal in [
+        Vec3::new(0.3, 0.9, 0.1),
+        Vec3::new(-1.0, 1.0, 1.0),
+        Vec3::new(0.1, -0.2, 0.9),
+    ] {
+        let normal = normal.normalize();
+        let (t, b) = normal.any_orthonormal_pair();
+        let at = |x: f32, y: f32| Vec3::splat(4.0) + 20.0 * (x * t + y * b);
+        let mut corners = [at(-1.0, -1.0), at(1.0, -1.0), at(0.0, 1.5)];
+        if (corners[1] - corners[0])
+            .cross(corners[2] - corners[0])
+            .dot(normal)
+            < 0.0
+        {
+            corners.swap(0, 1);
+        }
+        let sheet = Triangle {
+            corners,
+            material: 0,
+            double_sided: true,
+        };
+        let voxels = Voxels::new(unit_grid(8), &[sheet]);
+        let (mut rays, mut hits) = (0, 0);
+        for surface in surfaces(&voxels) {
+            for point in 0..surface.points.len() {
+                rays += 1;
+                let origin = surface.origin(point);
+                hits +=
+                    usize::from(trace(&voxels, origin, surface.normal, f32::INFINITY).is_some());
+            }
+        }
+        assert!(rays > 500);
+        assert_eq!(hits, 0, "of {rays} rays about {normal}");
+    }
+}
