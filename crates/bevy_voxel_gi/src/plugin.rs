@@ -34,6 +34,8 @@ use crate::{
         gpu::VolumeUniforms,
         placement::{ActiveVolume, place_volume},
         plan::{ExtractedVolume, FramePlan, prepare_frame},
+        probe::place_probe,
+        scroll::{init_scroll_pipeline, scroll},
     },
     voxelize::{
         pipeline::{VoxelizePipeline, init_pipeline},
@@ -59,6 +61,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "receive/receive.wgsl");
         crate::voxelize::embed(app);
         crate::light::embed(app);
+        crate::volume::scroll::embed(app);
         app.patch_shader(receive::patch())
             .register_type::<VoxelGiVolume>()
             .register_type::<NotVoxelized>()
@@ -70,7 +73,8 @@ impl Plugin for VoxelGiPlugin {
             .add_systems(First, receive_report)
             .add_systems(
                 PostUpdate,
-                place_volume
+                (place_volume, place_probe)
+                    .chain()
                     .after(TransformSystems::Propagate)
                     .before(SimulationLightSystems::AssignLightsToClusters),
             );
@@ -97,7 +101,10 @@ impl Plugin for VoxelGiPlugin {
             .init_resource::<VolumeUniforms>()
             .init_resource::<SpecializedComputePipelines<VoxelizePipeline>>()
             .init_resource::<SpecializedComputePipelines<LightPipelines>>()
-            .add_systems(RenderStartup, (init_pipeline, init_pipelines))
+            .add_systems(
+                RenderStartup,
+                (init_pipeline, init_pipelines, init_scroll_pipeline),
+            )
             .add_systems(
                 ExtractSchedule,
                 (
@@ -113,7 +120,7 @@ impl Plugin for VoxelGiPlugin {
             )
             .add_systems(
                 RenderGraph,
-                (voxelize, compute_light)
+                (scroll, voxelize, compute_light)
                     .chain()
                     .in_set(RenderGraphSystems::Render)
                     .before(camera_driver),

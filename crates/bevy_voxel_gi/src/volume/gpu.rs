@@ -102,6 +102,16 @@ impl GpuVolume {
         }
     }
 
+    /// The same with all voxels renewed.
+    pub(crate) fn all_at_once(self) -> Self {
+        Self {
+            phase: 0,
+            interval: 1,
+            air_interval: 1,
+            ..self
+        }
+    }
+
     /// The same with the light of the pass before reflected again.
     pub(crate) fn with_feedback(mut self, feedback: bool) -> Self {
         self.flags &= !FLAG_FEEDBACK;

@@ -3,6 +3,9 @@
 pub(crate) mod gpu;
 pub(crate) mod placement;
 pub(crate) mod plan;
+pub(crate) mod probe;
+pub(crate) mod scroll;
+mod texture;
 
 /// Factor of all stored light, so that 16-bit floats hold what a sunlit scene has: up to
 /// 65504 · 64 = 4.2 million cd/m², down to 64 · 6·10⁻⁸ = 4·10⁻⁶ cd/m².

@@ -1,18 +1,15 @@
-//! Where the volume is, and the light probe through which Bevy reads it.
+//! Which volume is in use, and where it is.
 
 use bevy::{
-    asset::RenderAssetUsages,
-    image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
-    light::{IrradianceVolume, LightProbe},
+    camera::{Exposure, visibility::RenderLayers},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
 };
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
-use super::STORAGE_SCALE;
+use super::texture::{texture, texture_size};
 use crate::{
     receive::RECEIVER_PATCH,
-    settings::{VoxelGiVolume, VoxelLight},
+    settings::{Solver, VoxelGiVolume, VoxelLight},
 };
 
 /// The volume that lights the app, where it is now.
@@ -28,6 +25,8 @@ pub(crate) struct PlacedVolume {
     pub patched: bool,
     /// Exposure of the camera, for emission that is not meant to be exposed.
     pub exposure: f32,
+    /// Which cameras see its light.
+    pub layers: RenderLayers,
 }
 
 impl PlacedVolume {
@@ -48,36 +47,21 @@ pub(crate) struct ActiveVolume {
     pub volume: Option<PlacedVolume>,
     /// The user's entity.
     owner: Option<Entity>,
-    /// Ours, with the irradiance volume.
-    probe: Option<Entity>,
 }
 
-/// Texels of the texture: per cascade six ambient-cube faces as Bevy's irradiance volumes have
-/// them, (R, 2 R, 3 R), one cascade behind the other; and, where the pixel's shader is ours, one
-/// more slice that says so (its depth is then no multiple of three, as no irradiance volume's is).
-pub(crate) fn texture_size(settings: &VoxelGiVolume, patched: bool) -> Extent3d {
-    let r = settings.resolution;
-    Extent3d {
-        width: r,
-        height: 2 * r,
-        depth_or_array_layers: if patched {
-            3 * r * settings.cascades + 1
-        } else {
-            3 * r
-        },
-    }
-}
-
-/// Chooses the volume and keeps its texture and its probe in step with it.
+/// Chooses the volume and where it is, and keeps its texture.
 pub(crate) fn place_volume(
-    mut commands: Commands,
     mut active: ResMut<ActiveVolume>,
-    volumes: Query<(Entity, &VoxelGiVolume, &GlobalTransform), Without<IrradianceVolume>>,
-    transforms: Query<&GlobalTransform, Without<IrradianceVolume>>,
-    cameras: Query<(&Camera, Option<&bevy::camera::Exposure>), With<Camera3d>>,
+    volumes: Query<(
+        Entity,
+        &VoxelGiVolume,
+        &GlobalTransform,
+        Option<&RenderLayers>,
+    )>,
+    transforms: Query<&GlobalTransform>,
+    cameras: Query<(&Camera, Option<&Exposure>), With<Camera3d>>,
     patches: Res<ShaderPatches>,
     mut images: ResMut<Assets<Image>>,
-    mut probes: Query<(&mut IrradianceVolume, &mut Transform, &mut GlobalTransform)>,
 ) {
     let active = &mut *active;
     let patched = match patches.state(RECEIVER_PATCH) {
@@ -91,36 +75,21 @@ pub(crate) fn place_volume(
              the scene. Use its `cascades` to cover more of the world"
         );
     }
-    // Entities are ordered by index, which is reused: keep the one that is in use.
+    // Indices of entities are used again: the one in use stays.
     let chosen = active
         .owner
         .and_then(|owner| volumes.get(owner).ok())
         .or_else(|| volumes.iter().min_by_key(|(entity, ..)| *entity));
-    let Some((owner, settings, transform)) = chosen else {
-        if let Some(probe) = active.probe.take() {
-            commands.entity(probe).despawn();
-        }
+    let Some((owner, settings, transform, layers)) = chosen else {
         (active.volume, active.owner) = (None, None);
         return;
     };
-    let mut settings = settings.clamped();
-    if !patched && settings.cascades > 1 {
-        warn_once!("voxel GI: Bevy's shader is not the one expected; one cascade only");
-        settings.cascades = 1;
-    }
-    if let VoxelLight::GlobalIllumination {
-        solver: crate::settings::Solver::Propagate { .. },
-        ..
-    } = settings.light
-    {
-        settings.cascades = 1;
-    }
+    let settings = possible(settings.clamped(), patched);
     let anchor = settings
         .follow
         .and_then(|entity| transforms.get(entity).ok())
         .unwrap_or(transform)
         .translation();
-    let center = snapped(anchor, &settings);
     let exposure = cameras
         .iter()
         .find(|(camera, _)| camera.is_active)
@@ -128,55 +97,47 @@ pub(crate) fn place_volume(
         .unwrap_or_default()
         .exposure();
     let size = texture_size(&settings, patched);
-    let kept = active.volume.as_ref().filter(|old| {
-        images
-            .get(&old.texture)
-            .is_some_and(|image| image.texture_descriptor.size == size)
-            && old.patched == patched
-    });
-    let texture = match kept {
+    let fits = |old: &&PlacedVolume| {
+        let image = images.get(&old.texture);
+        image.is_some_and(|image| image.texture_descriptor.size == size) && old.patched == patched
+    };
+    let texture = match active.volume.as_ref().filter(fits) {
         Some(old) => old.texture.clone(),
         None => images.add(texture(size)),
     };
-    let volume = PlacedVolume {
+    active.owner = Some(owner);
+    active.volume = Some(PlacedVolume {
+        center: snapped(anchor, &settings),
         settings,
-        center,
         texture,
         patched,
         exposure,
-    };
-    let irradiance_volume = IrradianceVolume {
-        voxels: volume.texture.clone(),
-        intensity: volume.settings.intensity / STORAGE_SCALE,
-        affects_lightmapped_meshes: true,
-    };
-    let at =
-        Transform::from_translation(center).with_scale(Vec3::splat(2.0 * volume.outer_half_size()));
-    match active.probe.and_then(|probe| probes.get_mut(probe).ok()) {
-        Some((mut probe, mut transform, mut global)) => {
-            if probe.voxels != irradiance_volume.voxels
-                || probe.intensity != irradiance_volume.intensity
-            {
-                *probe = irradiance_volume;
-            }
-            if *transform != at {
-                *transform = at;
-                *global = at.into();
-            }
+        layers: layers.cloned().unwrap_or_default(),
+    });
+}
+
+/// The settings without what cannot be had together.
+fn possible(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVolume {
+    let propagates = matches!(
+        settings.light,
+        VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { .. },
+            ..
         }
-        None => {
-            let probe = commands.spawn((
-                Name::new("voxel GI probe"),
-                irradiance_volume,
-                LightProbe::new(),
-                at,
-                GlobalTransform::from(at),
-            ));
-            active.probe = Some(probe.id());
-        }
+    );
+    if settings.cascades > 1 && !patched {
+        warn_once!(
+            "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
+             so the volume has one cascade only"
+        );
     }
-    active.owner = Some(owner);
-    active.volume = Some(volume);
+    if settings.cascades > 1 && propagates {
+        warn_once!("voxel GI: light is propagated in one cascade only; use `Solver::March`");
+    }
+    if !patched || propagates {
+        settings.cascades = 1;
+    }
+    settings
 }
 
 /// The nearest whole voxel of the largest cascade, so that what is voxelised does not swim as the
@@ -194,23 +155,49 @@ fn snapped(anchor: Vec3, settings: &VoxelGiVolume) -> Vec3 {
     (anchor / step).round() * step
 }
 
-fn texture(size: Extent3d) -> Image {
-    let mut image = Image::new_uninit(
-        size,
-        TextureDimension::D3,
-        TextureFormat::Rgba16Float,
-        RenderAssetUsages::RENDER_WORLD,
-    );
-    image.texture_descriptor.label = Some("voxel_gi_light");
-    image.texture_descriptor.usage = TextureUsages::TEXTURE_BINDING
-        | TextureUsages::STORAGE_BINDING
-        | TextureUsages::COPY_SRC
-        | TextureUsages::COPY_DST;
-    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-        address_mode_u: ImageAddressMode::ClampToEdge,
-        address_mode_v: ImageAddressMode::ClampToEdge,
-        address_mode_w: ImageAddressMode::ClampToEdge,
-        ..ImageSamplerDescriptor::linear()
-    });
-    image
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_volume_that_follows_moves_by_whole_voxels_of_its_largest_cascade() {
+        let settings = VoxelGiVolume {
+            size: 8.0,
+            resolution: 32,
+            cascades: 3,
+            follow: Some(Entity::PLACEHOLDER),
+            ..default()
+        };
+        for x in [-3.3_f32, 0.0, 0.49, 0.51, 1e3 + 0.2] {
+            let at = snapped(Vec3::splat(x), &settings).x;
+            assert!(
+                (at - at.round()).abs() < 1e-6 && (at - x).abs() <= 0.5,
+                "{at} for {x}"
+            );
+        }
+        assert_eq!(snapped(Vec3::NAN, &settings), Vec3::ZERO);
+        let still = VoxelGiVolume {
+            follow: None,
+            ..settings
+        };
+        assert_eq!(snapped(Vec3::splat(0.3), &still), Vec3::splat(0.3));
+    }
+
+    #[test]
+    fn cascades_need_our_receiver_and_rays() {
+        let settings = VoxelGiVolume {
+            cascades: 3,
+            ..default()
+        };
+        assert_eq!(possible(settings.clone(), true).cascades, 3);
+        assert_eq!(possible(settings.clone(), false).cascades, 1);
+        let light = VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { iterations: 9 },
+            bounces: default(),
+        };
+        assert_eq!(
+            possible(VoxelGiVolume { light, ..settings }, true).cascades,
+            1
+        );
+    }
 }

@@ -20,6 +20,7 @@ use bevy::{
 use super::{
     gpu::{AIR_INTERVAL, BufferShape, GpuVolume, VolumeBuffers, VolumeUniforms},
     placement::PlacedVolume,
+    scroll::{ScrollPipeline, ScrollWork},
 };
 use crate::{
     light::{
@@ -66,6 +67,8 @@ pub(crate) struct FramePlan {
     since_change: u32,
     /// Frames that have still to be computed until the light has settled.
     unsettled: u32,
+    /// Where the volume was, and how large a voxel.
+    place: Option<(Vec3, f32)>,
     /// The texture that holds the light.
     texture: Option<AssetId<Image>>,
 }
@@ -89,6 +92,18 @@ impl FramePlan {
     fn blend(&self) -> f32 {
         let frames = (self.since_new + 1).saturating_sub(WARM_UP);
         1.0 / frames.clamp(1, HISTORY) as f32
+    }
+
+    /// By how many voxels of the smallest cascade the volume has moved since the last frame, if
+    /// by whole ones.
+    fn moved(&mut self, volume: &PlacedVolume) -> Option<IVec3> {
+        let voxel_size = volume.settings.voxel_size();
+        let (before, size_before) = self.place.replace((volume.center, voxel_size))?;
+        let voxels = (volume.center - before) / voxel_size;
+        let whole = (voxels - voxels.round()).abs().max_element() < 1e-3;
+        let near = voxels.abs().max_element() < 1e6;
+        (voxels != Vec3::ZERO && whole && near && size_before == voxel_size)
+            .then(|| voxels.round().as_ivec3())
     }
 
     /// Frames until nothing changes any more.
@@ -121,13 +136,18 @@ pub(crate) fn prepare_frame(
         Res<RenderAssets<GpuImage>>,
     ),
     (device, queue, cache): (Res<RenderDevice>, Res<RenderQueue>, Res<PipelineCache>),
-    (voxelize, light): (Res<VoxelizePipeline>, Res<LightPipelines>),
+    (voxelize, light, scrolling): (
+        Res<VoxelizePipeline>,
+        Res<LightPipelines>,
+        Res<ScrollPipeline>,
+    ),
     mut voxelizers: ResMut<SpecializedComputePipelines<VoxelizePipeline>>,
     mut lights: ResMut<SpecializedComputePipelines<LightPipelines>>,
     report: Res<SharedReport>,
 ) {
     let plan = &mut *plan;
     plan.idle();
+    commands.remove_resource::<ScrollWork>();
     let (volume, scene, lamps) = &extracted;
     let Some(volume) = &volume.0 else {
         if buffers.is_some() {
@@ -161,7 +181,8 @@ pub(crate) fn prepare_frame(
     }
     if fresh || fingerprint != plan.fingerprint {
         plan.fingerprint = fingerprint;
-        if plan.since_change > HISTORY {
+        // A volume that only moves keeps its light.
+        if plan.since_change > HISTORY && plan.place.is_none_or(|(at, _)| at == volume.center) {
             plan.since_new = 0;
         }
         plan.since_change = 0;
@@ -186,8 +207,16 @@ pub(crate) fn prepare_frame(
     }
     plan.unsettled = plan.unsettled.saturating_sub(1);
     let light_count = u32::try_from(lamps.0.len()).unwrap_or(u32::MAX);
+    let moved = plan.moved(volume);
     let first = GpuVolume::new(volume, light_count, plan.frame, plan.blend());
-    uniforms.write([first, first.with_feedback(true)], &device, &queue);
+    uniforms.write(
+        [first, first.with_feedback(true)].map(|gpu| match moved {
+            Some(_) => gpu.all_at_once(),
+            None => gpu,
+        }),
+        &device,
+        &queue,
+    );
     plan.frame = plan.frame.wrapping_add(1);
     plan.since_new = plan.since_new.saturating_add(1);
     plan.since_change = plan.since_change.saturating_add(1);
@@ -228,6 +257,14 @@ pub(crate) fn prepare_frame(
     let (Some(voxelize_work), Some(light_work)) = (voxelize_work, light_work) else {
         return;
     };
+    // What is propagated begins anew in each frame.
+    if let Some(voxels) = moved.filter(|_| !shape.occlusion_only && !shape.propagates)
+        && let Some(work) = ScrollWork::new(
+            voxels, &uniforms, buffers, &scrolling, &cache, &device, &queue,
+        )
+    {
+        commands.insert_resource(work);
+    }
     plan.voxelize = Some(voxelizer);
     plan.light = Some(light_ids);
     commands.insert_resource(voxelize_work);

@@ -1,0 +1,64 @@
+//! The light probe through which Bevy reads the volume.
+
+use bevy::{
+    camera::visibility::RenderLayers,
+    light::{IrradianceVolume, LightProbe},
+    prelude::*,
+};
+
+use super::{STORAGE_SCALE, placement::ActiveVolume};
+
+/// An entity of ours, so that the user's may have children and a scale of its own.
+#[derive(Component)]
+pub(crate) struct VoxelGiProbe;
+
+/// Keeps the probe in step with the volume in use.
+pub(crate) fn place_probe(
+    mut commands: Commands,
+    active: Res<ActiveVolume>,
+    mut probes: Query<
+        (
+            Entity,
+            &mut IrradianceVolume,
+            &mut Transform,
+            &mut GlobalTransform,
+            &mut RenderLayers,
+        ),
+        With<VoxelGiProbe>,
+    >,
+) {
+    let Some(volume) = &active.volume else {
+        for (probe, ..) in &probes {
+            commands.entity(probe).despawn();
+        }
+        return;
+    };
+    let light = IrradianceVolume {
+        voxels: volume.texture.clone(),
+        intensity: volume.settings.intensity / STORAGE_SCALE,
+        affects_lightmapped_meshes: true,
+    };
+    let at = Transform::from_translation(volume.center)
+        .with_scale(Vec3::splat(2.0 * volume.outer_half_size()));
+    let Ok((_, mut known, mut transform, mut global, mut layers)) = probes.single_mut() else {
+        commands.spawn((
+            Name::new("voxel GI probe"),
+            VoxelGiProbe,
+            light,
+            LightProbe::new(),
+            at,
+            GlobalTransform::from(at),
+            volume.layers.clone(),
+        ));
+        return;
+    };
+    if known.voxels != light.voxels || known.intensity != light.intensity {
+        *known = light;
+    }
+    if *transform != at {
+        *transform = at;
+        // Transforms have been propagated already.
+        *global = at.into();
+    }
+    layers.set_if_neq(volume.layers.clone());
+}

@@ -1,0 +1,136 @@
+//! Light that was known follows the volume as it moves by whole voxels.
+
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    prelude::*,
+    render::{
+        diagnostic::RecordDiagnostics,
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
+            BufferDescriptor, BufferUsages, CachedComputePipelineId, ComputePassDescriptor,
+            ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType, UniformBuffer,
+            binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer},
+        },
+        renderer::{RenderContext, RenderDevice, RenderQueue},
+    },
+};
+
+use super::gpu::{GpuVolume, VolumeBuffers, VolumeUniforms};
+
+/// In step with `scroll.wgsl`.
+#[derive(ShaderType, Clone, Copy, Debug)]
+struct GpuScroll {
+    voxels: IVec3,
+    pad: u32,
+}
+
+#[derive(Resource)]
+pub(crate) struct ScrollPipeline {
+    layout: BindGroupLayoutDescriptor,
+    id: CachedComputePipelineId,
+}
+
+pub(crate) fn init_scroll_pipeline(
+    mut commands: Commands,
+    cache: Res<PipelineCache>,
+    assets: Res<AssetServer>,
+) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_scroll",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (
+                uniform_buffer::<GpuVolume>(false),
+                uniform_buffer::<GpuScroll>(false),
+                storage_buffer_read_only_sized(false, None),
+                storage_buffer_sized(false, None),
+            ),
+        ),
+    );
+    let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
+        label: Some("voxel_gi_scroll".into()),
+        layout: vec![layout.clone()],
+        shader: load_embedded_asset!(assets.as_ref(), "scroll.wgsl"),
+        entry_point: Some("scroll".into()),
+        ..default()
+    });
+    commands.insert_resource(ScrollPipeline { layout, id });
+}
+
+/// A move of this frame.
+#[derive(Resource)]
+pub(crate) struct ScrollWork {
+    bind_group: BindGroup,
+    copy: Buffer,
+}
+
+impl ScrollWork {
+    pub(crate) fn new(
+        voxels: IVec3,
+        uniforms: &VolumeUniforms,
+        buffers: &VolumeBuffers,
+        pipeline: &ScrollPipeline,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) -> Option<Self> {
+        // For this frame only: volumes move rarely, and their memory is better kept small.
+        let copy = device.create_buffer(&BufferDescriptor {
+            label: Some("voxel_gi_scrolled"),
+            size: buffers.irradiance.size(),
+            usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut moved = UniformBuffer::from(GpuScroll { voxels, pad: 0 });
+        moved.write_buffer(device, queue);
+        let bind_group = device.create_bind_group(
+            "voxel_gi_scroll",
+            &cache.get_bind_group_layout(&pipeline.layout),
+            &BindGroupEntries::sequential((
+                uniforms.bounces[0].binding()?,
+                moved.binding()?,
+                copy.as_entire_binding(),
+                buffers.irradiance.as_entire_binding(),
+            )),
+        );
+        Some(Self { bind_group, copy })
+    }
+}
+
+pub(crate) fn scroll(
+    mut context: RenderContext,
+    work: Option<Res<ScrollWork>>,
+    pipeline: Res<ScrollPipeline>,
+    buffers: Option<Res<VolumeBuffers>>,
+    cache: Res<PipelineCache>,
+) {
+    let (Some(work), Some(buffers)) = (work, buffers) else {
+        return;
+    };
+    let Some(pipeline) = cache.get_compute_pipeline(pipeline.id) else {
+        return;
+    };
+    let diagnostics = context.diagnostic_recorder();
+    let encoder = context.command_encoder();
+    encoder.copy_buffer_to_buffer(&buffers.irradiance, 0, &work.copy, 0, work.copy.size());
+    let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+        label: Some("voxel_gi_scroll"),
+        ..default()
+    });
+    let span = diagnostics
+        .as_ref()
+        .map(|d| d.pass_span(&mut pass, "voxel_gi_scroll"));
+    let groups = u32::try_from(buffers.shape.voxels.div_ceil(64)).unwrap_or(u32::MAX);
+    let x = groups.min(32768);
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, &work.bind_group, &[]);
+    pass.dispatch_workgroups(x, groups.div_ceil(x), 1);
+    if let Some(span) = span {
+        span.end(&mut pass);
+    }
+}
+
+/// Puts the shader into the app.
+pub(crate) fn embed(app: &mut App) {
+    embedded_asset!(app, "scroll.wgsl");
+}
