@@ -218,8 +218,9 @@ impl Voxelizer {
     }
 }
 
-/// The light from outside of the volume: radiance in cd/m².
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
+/// The light from outside of the volume: radiance in cd/m². Default: none.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default)]
 pub struct Sky {
     /// From above.
     pub zenith: LinearRgba,
@@ -227,6 +228,13 @@ pub struct Sky {
     pub horizon: LinearRgba,
     /// From below.
     pub ground: LinearRgba,
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        // A colour's default is white.
+        Self::uniform(LinearRgba::BLACK)
+    }
 }
 
 impl Sky {
