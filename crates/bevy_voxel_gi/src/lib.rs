@@ -48,6 +48,4 @@ pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
 pub use scene::{VoxelMaterial, VoxelSurface};
 #[cfg(feature = "bevy")]
-pub use settings::{
-    Bounces, NotVoxelized, Receiver, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer,
-};
+pub use settings::{Bounces, NotVoxelized, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer};

@@ -11,7 +11,7 @@ use bevy::{
 };
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{
-    NotVoxelized, Receiver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
+    NotVoxelized, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
 };
 
 use super::{
@@ -431,18 +431,4 @@ fn amortised_updates_come_to_the_same_light() {
         shades.push(at(&picture(&mut app), 0.2, 0.1).x);
     }
     assert!((shades[0] / shades[1] - 1.0).abs() < 0.03, "{shades:?}");
-}
-
-#[test]
-fn the_receivers_agree_in_the_open() {
-    let _gpu = gpu();
-    let mut app = app(|_| ());
-    floor(app.world_mut());
-    app.world_mut().spawn(VoxelGiVolume {
-        receiver: Receiver::PerPixel,
-        ..under_sky(1.0)
-    });
-    ready(&mut app);
-    settle(&mut app);
-    near(at(&picture(&mut app), 0.3, 0.2), 1.0, 0.02);
 }
