@@ -18,6 +18,8 @@
 //! | [`plugin`] | what an app adds |
 //!
 //! Without the feature `bevy` only `reference` is compiled.
+#![cfg_attr(feature = "bevy", doc = "\n---\n")]
+#![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
 pub mod debug;
