@@ -1,1 +1,9 @@
+//! The voxel GI in pictures.
 
+mod basics;
+mod extremes;
+mod materials;
+mod reference;
+mod scene;
+mod support;
+mod truth;
