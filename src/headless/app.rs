@@ -20,8 +20,8 @@ use bevy::{
 };
 
 use super::{
-    AdapterInfo, AwaitedAssets, FrameTimes, HeadlessError, HeadlessSettings, LabTarget,
-    adapter::wgpu_settings, timing::FrameClock,
+    AdapterInfo, AwaitedAssets, AwaitedWork, FrameTimes, HeadlessError, HeadlessSettings,
+    LabTarget, adapter::wgpu_settings, timing::FrameClock,
 };
 
 /// A Bevy app that renders into an image.
@@ -71,7 +71,8 @@ impl HeadlessApp {
         )
         .add_plugins(RenderDiagnosticsPlugin)
         .insert_resource(TimeUpdateStrategy::ManualDuration(settings.time_step))
-        .init_resource::<AwaitedAssets>();
+        .init_resource::<AwaitedAssets>()
+        .init_resource::<AwaitedWork>();
 
         let target = add_target(&mut app, &settings);
         app.insert_resource(LabTarget(RenderTarget::Image(ImageRenderTarget::from(
