@@ -17,6 +17,8 @@ pub const RED_BOX: (Vec3, f32) = (Vec3::new(1.45, 0.25, -0.1), 0.25);
 /// Where the ball begins: centre and radius.
 pub const BALL: (Vec3, f32) = (Vec3::new(-0.7, 0.28, -0.3), 0.28);
 
+/// What the cameras look at.
+const TARGET: Vec3 = Vec3::new(-0.35, 0.8, -2.5);
 /// Thickness of the walls.
 const WALL: f32 = 0.3;
 /// Width, height and thickness of the door.
@@ -36,7 +38,7 @@ pub const BACKGROUND: Vec3 = Vec3::new(4200.0, 4700.0, 5200.0);
 
 /// Where the cameras are at the start.
 pub fn view() -> Transform {
-    Transform::from_xyz(0.9, 1.55, 2.35).looking_at(Vec3::new(-0.35, 1.05, -2.5), Vec3::Y)
+    Transform::from_xyz(0.9, 1.55, 2.35).looking_at(TARGET, Vec3::Y)
 }
 
 /// A box from corner to corner.
@@ -123,7 +125,7 @@ pub fn room() -> BoxScene {
         sky_radiance: Vec3::ZERO,
         camera: SceneCamera {
             eye: view().translation,
-            target: Vec3::new(-0.35, 1.05, -2.5),
+            target: TARGET,
             up: Vec3::Y,
             fov_y_deg: 45.0,
             width: 640,

@@ -75,7 +75,7 @@ pub fn change(world: &mut World) {
     }
     let aspect = area.x as f32 / area.y as f32;
     let (pose, ev100, tone_map) = match name {
-        // Exposed by 1, and not tone-mapped, as its truth.
+        // Not tone-mapped, as its truth.
         "cornell" => (truth::view(aspect), truth::EV100, Tonemapping::None),
         _ => (room::view(), room::EV100, Tonemapping::default()),
     };

@@ -30,8 +30,10 @@ use crate::{
     runner::{AFTER_LAYER, PictureArea, Side},
 };
 
-/// Exposure of the cameras before the box: exactly 1.
-pub const EV100: f32 = -0.263_034_4;
+/// Exposure of the cameras before the box: 1 cd/m² is a quarter of white.
+pub const EV100: f32 = EV100_OF_ONE + 2.0;
+/// An exposure of exactly 1.
+const EV100_OF_ONE: f32 = -0.263_034_4;
 /// Vertical field of view of all cameras before the box, in degrees.
 const FOV: f32 = 45.0;
 /// Width of what a camera sees at the box's opening, in metres: its left half holds the box.
@@ -41,7 +43,7 @@ const FRONT: f32 = 1.1;
 /// Size of the traced picture in pixels.
 const SIZE: UVec2 = UVec2::new(224, 128);
 /// Paths from each of its pixels.
-const SAMPLES: u32 = 256;
+const SAMPLES: u32 = 768;
 /// Render layer of the quad that shows it.
 const LAYER: usize = AFTER_LAYER + 1;
 
@@ -131,10 +133,11 @@ pub fn receive(stage: Res<Stage>, mut truth: ResMut<Truth>, mut images: ResMut<A
     }
 }
 
-/// A picture as a display shows it, without tone mapping.
+/// A picture as a display shows it, exposed as the live one and not tone-mapped either.
 fn image(radiance: &[Vec3]) -> Image {
+    let exposure = Exposure { ev100: EV100 }.exposure();
     let texels = radiance.iter().flat_map(|radiance| {
-        let color = Srgba::from(LinearRgba::from_vec3(*radiance));
+        let color = Srgba::from(LinearRgba::from_vec3(exposure * *radiance));
         let [r, g, b] = [color.red, color.green, color.blue].map(|c| (c * 255.0).round() as u8);
         [r, g, b, 255]
     });
@@ -301,7 +304,9 @@ fn spawn_cameras(commands: &mut Commands, images: &mut Assets<Image>) {
             Msaa::Off,
             Tonemapping::None,
             DebandDither::Disabled,
-            Exposure { ev100: EV100 },
+            Exposure {
+                ev100: EV100_OF_ONE,
+            },
             Projection::Perspective(PerspectiveProjection {
                 fov: FOV.to_radians(),
                 ..default()
@@ -344,8 +349,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_exposure_of_one() {
-        assert!((Exposure { ev100: EV100 }.exposure() - 1.0).abs() < 1e-5);
+    fn exposures_are_as_said() {
+        for (ev100, expected) in [(EV100_OF_ONE, 1.0), (EV100, 0.25)] {
+            let exposure = Exposure { ev100 }.exposure();
+            assert!((exposure - expected).abs() < 1e-5, "{exposure}");
+        }
     }
 
     #[test]
