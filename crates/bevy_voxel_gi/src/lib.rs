@@ -13,11 +13,14 @@
 //! | `voxelize` | from meshes to voxels |
 //! | `light` | from voxels to light |
 //! | `receive` | from light to pixels |
+//! | [`debug`] | the voxels as a picture |
 //! | [`report`] | what became of the volume, and its memory |
 //! | [`plugin`] | what an app adds |
 //!
 //! Without the feature `bevy` only `reference` is compiled.
 
+#[cfg(feature = "bevy")]
+pub mod debug;
 #[cfg(feature = "bevy")]
 mod light;
 #[cfg(feature = "bevy")]
@@ -36,6 +39,8 @@ mod volume;
 #[cfg(feature = "bevy")]
 mod voxelize;
 
+#[cfg(feature = "bevy")]
+pub use debug::{DebugField, VoxelGiDebug};
 #[cfg(feature = "bevy")]
 pub use plugin::{VoxelGiPlugin, VoxelMaterialPlugin};
 #[cfg(feature = "bevy")]

@@ -17,6 +17,7 @@ use bevy::{
 use bevy_frugal_hooks::shader_patch::PatchShadersExt;
 
 use crate::{
+    debug::DebugViewPlugin,
     light::{
         compute_light,
         pipeline::{LightPipelines, init_pipelines},
@@ -69,7 +70,10 @@ impl Plugin for VoxelGiPlugin {
             .init_resource::<Surfaces>()
             .init_resource::<VoxelGiReport>()
             .init_resource::<SharedReport>()
-            .add_plugins(VoxelMaterialPlugin::<StandardMaterial>::default())
+            .add_plugins((
+                VoxelMaterialPlugin::<StandardMaterial>::default(),
+                DebugViewPlugin,
+            ))
             .add_systems(First, receive_report)
             .add_systems(
                 PostUpdate,

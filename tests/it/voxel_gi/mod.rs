@@ -1,5 +1,8 @@
 //! The voxel GI in pictures.
 
+mod basics;
+mod extremes;
 mod reference;
+mod scene;
 mod support;
 mod truth;

@@ -9,8 +9,8 @@ use bevy::{
     render::{
         diagnostic::RecordDiagnostics,
         render_resource::{
-            BindGroup, BindGroupEntries, ComputePass, ComputePassDescriptor, ComputePipeline,
-            PipelineCache, StorageBuffer,
+            BindGroup, BindGroupEntries, Buffer, ComputePass, ComputePassDescriptor,
+            ComputePipeline, PipelineCache, StorageBuffer,
         },
         renderer::{RenderContext, RenderDevice},
         texture::GpuImage,
@@ -29,6 +29,8 @@ use crate::{
 /// The bind groups of a frame that computes light.
 #[derive(Resource)]
 pub(crate) struct LightWork {
+    /// The surfaces of materials.
+    pub surfaces: Buffer,
     /// For the first bounce of the frame, and for the others.
     volume: [BindGroup; 2],
     list: BindGroup,
@@ -75,6 +77,7 @@ impl LightWork {
             ))
         };
         Some(Self {
+            surfaces: surfaces.buffer()?.clone(),
             volume: [volume(0)?, volume(1)?],
             propagate: [propagate(0)?, propagate(1)?],
             list: device.create_bind_group(

@@ -1,0 +1,277 @@
+//! What the voxels hold, as the picture of a camera.
+
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    core_pipeline::{Core3d, Core3dSystems, FullscreenShader, tonemapping::tonemapping},
+    prelude::*,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        extract_component::{ExtractComponent, ExtractComponentPlugin},
+        render_asset::RenderAssets,
+        render_resource::{
+            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            CachedRenderPipelineId, ColorTargetState, ColorWrites, FragmentState, Operations,
+            PipelineCache, RenderPassColorAttachment, RenderPassDescriptor,
+            RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline,
+            SpecializedRenderPipelines, TextureFormat, TextureSampleType,
+            binding_types::{storage_buffer_read_only_sized, texture_3d, uniform_buffer},
+        },
+        renderer::{RenderContext, RenderDevice, ViewQuery},
+        texture::GpuImage,
+        view::{ExtractedView, ViewTarget, ViewUniform, ViewUniformOffset, ViewUniforms},
+    },
+};
+
+use crate::{
+    light::LightWork,
+    volume::{
+        gpu::{GpuVolume, VolumeBuffers, VolumeUniforms},
+        plan::ExtractedVolume,
+    },
+};
+
+/// On a camera: it shows what the voxels hold instead of the scene.
+#[derive(Component, ExtractComponent, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Component, Default, Clone)]
+pub struct VoxelGiDebug {
+    /// What of it.
+    pub field: DebugField,
+}
+
+/// What voxels hold.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum DebugField {
+    /// The sub-voxels that triangles touch, brighter and darker by voxel.
+    #[default]
+    Occupancy,
+    /// Diffuse reflectance.
+    Albedo,
+    /// Normals, from -1 to 1 as from 0 to 1.
+    Normal,
+    /// The light that leaves each face.
+    Radiance,
+    /// The light that reaches each face, lamps' own light apart: what pixels read.
+    Irradiance,
+}
+
+impl DebugField {
+    /// Whether it exists without materials and lamps.
+    fn is_in_occlusion(self) -> bool {
+        matches!(self, Self::Occupancy | Self::Irradiance | Self::Normal)
+    }
+
+    fn shader_def(self) -> &'static str {
+        match self {
+            Self::Occupancy => "FIELD_OCCUPANCY",
+            Self::Albedo => "FIELD_ALBEDO",
+            Self::Normal => "FIELD_NORMAL",
+            Self::Radiance => "FIELD_RADIANCE",
+            Self::Irradiance => "FIELD_IRRADIANCE",
+        }
+    }
+}
+
+/// Registers the view.
+pub(crate) struct DebugViewPlugin;
+
+impl Plugin for DebugViewPlugin {
+    fn build(&self, app: &mut App) {
+        embedded_asset!(app, "view.wgsl");
+        app.register_type::<VoxelGiDebug>()
+            .add_plugins(ExtractComponentPlugin::<VoxelGiDebug>::default());
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<SpecializedRenderPipelines<DebugPipeline>>()
+            .add_systems(RenderStartup, init_pipeline)
+            .add_systems(Render, prepare_pipelines.in_set(RenderSystems::Prepare))
+            .add_systems(
+                Core3d,
+                show.in_set(Core3dSystems::PostProcess).after(tonemapping),
+            );
+    }
+}
+
+#[derive(Resource)]
+struct DebugPipeline {
+    volume: BindGroupLayoutDescriptor,
+    fields: BindGroupLayoutDescriptor,
+    fullscreen: FullscreenShader,
+    shader: Handle<Shader>,
+}
+
+fn init_pipeline(
+    mut commands: Commands,
+    fullscreen: Res<FullscreenShader>,
+    assets: Res<AssetServer>,
+) {
+    let read = || storage_buffer_read_only_sized(false, None);
+    let fragment = ShaderStages::FRAGMENT;
+    commands.insert_resource(DebugPipeline {
+        volume: BindGroupLayoutDescriptor::new(
+            "voxel_gi_debug_volume",
+            &BindGroupLayoutEntries::sequential(
+                fragment,
+                (uniform_buffer::<GpuVolume>(false), read(), read()),
+            ),
+        ),
+        fields: BindGroupLayoutDescriptor::new(
+            "voxel_gi_debug_fields",
+            &BindGroupLayoutEntries::sequential(
+                fragment,
+                (
+                    uniform_buffer::<ViewUniform>(true),
+                    read(),
+                    read(),
+                    texture_3d(TextureSampleType::Float { filterable: false }),
+                ),
+            ),
+        ),
+        fullscreen: fullscreen.clone(),
+        shader: load_embedded_asset!(assets.as_ref(), "view.wgsl"),
+    });
+}
+
+/// What the view's pipeline is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct DebugKey {
+    field: DebugField,
+    format: TextureFormat,
+    occlusion_only: bool,
+}
+
+impl SpecializedRenderPipeline for DebugPipeline {
+    type Key = DebugKey;
+
+    fn specialize(&self, key: Self::Key) -> RenderPipelineDescriptor {
+        let mut shader_defs = vec![key.field.shader_def().into()];
+        if key.occlusion_only {
+            shader_defs.push("OCCLUSION_ONLY".into());
+        }
+        RenderPipelineDescriptor {
+            label: Some("voxel_gi_debug".into()),
+            layout: vec![self.volume.clone(), self.fields.clone()],
+            vertex: self.fullscreen.to_vertex_state(),
+            fragment: Some(FragmentState {
+                shader: self.shader.clone(),
+                shader_defs,
+                targets: vec![Some(ColorTargetState {
+                    format: key.format,
+                    blend: None,
+                    write_mask: ColorWrites::ALL,
+                })],
+                ..default()
+            }),
+            ..default()
+        }
+    }
+}
+
+#[derive(Component)]
+struct DebugPipelineId(CachedRenderPipelineId);
+
+fn prepare_pipelines(
+    mut commands: Commands,
+    views: Query<(Entity, &ExtractedView, &VoxelGiDebug)>,
+    buffers: Option<Res<VolumeBuffers>>,
+    pipeline: Res<DebugPipeline>,
+    mut pipelines: ResMut<SpecializedRenderPipelines<DebugPipeline>>,
+    cache: Res<PipelineCache>,
+) {
+    let Some(buffers) = buffers else {
+        return;
+    };
+    let occlusion_only = buffers.shape.occlusion_only;
+    for (entity, view, wanted) in &views {
+        let field = if occlusion_only && !wanted.field.is_in_occlusion() {
+            warn_once!(
+                "voxel GI: ambient occlusion has no {:?}; occupancy is shown",
+                wanted.field
+            );
+            DebugField::Occupancy
+        } else {
+            wanted.field
+        };
+        let key = DebugKey {
+            field,
+            format: view.target_format,
+            occlusion_only,
+        };
+        let id = pipelines.specialize(&cache, &pipeline, key);
+        commands.entity(entity).insert(DebugPipelineId(id));
+    }
+}
+
+fn show(
+    view: ViewQuery<(
+        &ViewTarget,
+        &ViewUniformOffset,
+        &DebugPipelineId,
+        &VoxelGiDebug,
+    )>,
+    mut context: RenderContext,
+    pipeline: Res<DebugPipeline>,
+    cache: Res<PipelineCache>,
+    (uniforms, buffers, work, volume): (
+        Res<VolumeUniforms>,
+        Option<Res<VolumeBuffers>>,
+        Option<Res<LightWork>>,
+        Res<ExtractedVolume>,
+    ),
+    (images, views, device): (
+        Res<RenderAssets<GpuImage>>,
+        Res<ViewUniforms>,
+        Res<RenderDevice>,
+    ),
+) {
+    let (target, offset, id, _) = view.into_inner();
+    let (Some(buffers), Some(work), Some(volume)) = (buffers, work, &volume.0) else {
+        return;
+    };
+    let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(uniform)) = (
+        cache.get_render_pipeline(id.0),
+        images.get(&volume.texture),
+        views.uniforms.binding(),
+        uniforms.bounces[0].binding(),
+    ) else {
+        return;
+    };
+    let volume_group = device.create_bind_group(
+        "voxel_gi_debug_volume",
+        &cache.get_bind_group_layout(&pipeline.volume),
+        &BindGroupEntries::sequential((
+            uniform,
+            buffers.masks.as_entire_binding(),
+            buffers.faces.as_entire_binding(),
+        )),
+    );
+    let fields = device.create_bind_group(
+        "voxel_gi_debug_fields",
+        &cache.get_bind_group_layout(&pipeline.fields),
+        &BindGroupEntries::sequential((
+            view_uniforms,
+            work.surfaces.as_entire_binding(),
+            buffers.radiosity.as_entire_binding(),
+            &texture.texture_view,
+        )),
+    );
+    let post_process = target.post_process_write();
+    let mut pass = context.begin_tracked_render_pass(RenderPassDescriptor {
+        label: Some("voxel_gi_debug"),
+        color_attachments: &[Some(RenderPassColorAttachment {
+            view: post_process.destination,
+            depth_slice: None,
+            resolve_target: None,
+            ops: Operations::default(),
+        })],
+        depth_stencil_attachment: None,
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    });
+    pass.set_render_pipeline(render_pipeline);
+    pass.set_bind_group(0, &volume_group, &[]);
+    pass.set_bind_group(1, &fields, &[offset.offset]);
+    pass.draw(0..3, 0..1);
+}

@@ -1,0 +1,441 @@
+//! What a user relies on.
+
+use std::f32::consts::PI;
+
+use bevy::{
+    asset::RenderAssetUsages,
+    camera::visibility::RenderLayers,
+    light::IrradianceVolume,
+    mesh::{Indices, PrimitiveTopology},
+    prelude::*,
+};
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::{
+    NotVoxelized, Receiver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
+};
+
+use super::{
+    scene::{app, at, block, floor, small_volume, under_sky, white},
+    support::{picture, settle},
+};
+use crate::support::gpu;
+
+const MAX_FRAMES: u32 = 200;
+
+fn ready(app: &mut HeadlessApp) {
+    app.run_until_ready(MAX_FRAMES).expect("not ready");
+}
+
+fn near(found: Vec3, expected: f32, tolerance: f32) {
+    let wrong = (found / expected - 1.0).abs().max_element();
+    assert!(wrong < tolerance, "{found} instead of {expected}");
+}
+
+#[test]
+fn an_open_floor_is_as_bright_as_the_sky() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    app.world_mut().spawn(under_sky(3.0));
+    ready(&mut app);
+    settle(&mut app);
+    // A white surface under a sky of radiance L shows L.
+    for (x, z) in [(0.0, 0.0), (1.2, -1.2), (-1.4, 0.7)] {
+        near(at(&picture(&mut app), x, z), 3.0, 0.02);
+    }
+}
+
+#[test]
+fn without_light_there_is_none() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    block(app.world_mut(), Vec3::new(0.5, 0.5, 0.0), Vec3::ONE);
+    app.world_mut().spawn(small_volume());
+    ready(&mut app);
+    settle(&mut app);
+    assert!(picture(&mut app).iter().all(|p| *p == Vec3::ZERO));
+}
+
+#[test]
+fn without_geometry_nothing_breaks() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    app.world_mut().spawn(under_sky(3.0));
+    ready(&mut app);
+    settle(&mut app);
+    assert!(picture(&mut app).iter().all(|p| *p == Vec3::ZERO));
+}
+
+#[test]
+fn an_app_without_a_volume_has_nothing_of_it() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    ready(&mut app);
+    let before = picture(&mut app);
+    assert_eq!(
+        *app.world().resource::<VoxelGiReport>(),
+        VoxelGiReport::default()
+    );
+    let volume = app.world_mut().spawn(under_sky(2.0)).id();
+    settle(&mut app);
+    let report = *app.world().resource::<VoxelGiReport>();
+    // 16^3 voxels: 8 bytes of occupancy, 24 of surfaces, 48 of radiance, 96 of irradiance, 28 of
+    // lists and 48 of texture, and the texture's last slice.
+    let expected = 4096 * (8 + 24 + 48 + 96 + 28 + 48) + 16 * 32 * 8;
+    assert!(
+        report.memory.abs_diff(expected) < 512,
+        "{report:?} for {expected}"
+    );
+    assert!(report.receiver_patched);
+    app.world_mut().despawn(volume);
+    app.render_frames(3).expect("a frame");
+    assert_eq!(
+        *app.world().resource::<VoxelGiReport>(),
+        VoxelGiReport::default()
+    );
+    let world = app.world_mut();
+    assert_eq!(world.query::<&IrradianceVolume>().iter(world).count(), 0);
+    assert!(picture(&mut app) == before);
+}
+
+#[test]
+fn ambient_occlusion_costs_less_and_knows_edges() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    // A wall whose face is at x = 0.5, tall and long.
+    block(
+        app.world_mut(),
+        Vec3::new(1.2, 1.0, 0.0),
+        Vec3::new(1.4, 2.0, 3.8),
+    );
+    app.world_mut().spawn(VoxelGiVolume {
+        light: VoxelLight::AmbientOcclusion {
+            radius: 0.75,
+            rays: 256,
+        },
+        ..under_sky(1.0)
+    });
+    ready(&mut app);
+    settle(&mut app);
+    let found = picture(&mut app);
+    near(at(&found, -1.4, 0.0), 1.0, 0.02);
+    // Close to the edge half of the light is left.
+    let edge = at(&found, 0.3, 0.0).x;
+    assert!((0.45..0.8).contains(&edge), "{edge}");
+    assert!(edge < at(&found, -0.3, 0.0).x);
+    let memory = app.world().resource::<VoxelGiReport>().memory;
+    assert!(memory < 4096 * (8 + 28 + 48) + 8192, "{memory}");
+}
+
+/// A lit floor on one side of a wall as thick as a voxel.
+fn leak(settings: VoxelGiVolume) -> (f32, f32) {
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    floor(world);
+    // Up to the ceiling, so that no light goes over it.
+    block(world, Vec3::new(0.0, 0.9, 0.0), Vec3::new(0.25, 1.8, 3.8));
+    for (center, size) in [
+        (Vec3::new(0.0, 1.85, 0.0), Vec3::new(3.8, 0.1, 3.8)),
+        (Vec3::new(-1.85, 0.9, 0.0), Vec3::new(0.1, 1.8, 3.8)),
+        (Vec3::new(1.85, 0.9, 0.0), Vec3::new(0.1, 1.8, 3.8)),
+        (Vec3::new(0.0, 0.9, -1.85), Vec3::new(3.6, 1.8, 0.1)),
+        (Vec3::new(0.0, 0.9, 1.85), Vec3::new(3.6, 1.8, 0.1)),
+    ] {
+        let wall = block(world, center, size);
+        // The camera looks from above.
+        if center.y > 1.8 {
+            world.entity_mut(wall).insert(RenderLayers::layer(5));
+        }
+    }
+    world.spawn((
+        PointLight {
+            intensity: 4.0 * PI,
+            range: 100.0,
+            ..default()
+        },
+        Transform::from_xyz(-1.0, 1.0, 0.0),
+    ));
+    world.spawn(settings);
+    ready(&mut app);
+    settle(&mut app);
+    let found = picture(&mut app);
+    let unlit: f32 = (0..5)
+        .map(|i| at(&found, 0.6 + 0.2 * i as f32, 0.4).x)
+        .fold(0.0, f32::max);
+    (at(&found, -1.0, 0.4).x, unlit)
+}
+
+#[test]
+fn a_wall_one_voxel_thick_is_dark_behind() {
+    let _gpu = gpu();
+    let (lit, unlit) = leak(small_volume());
+    // The lamp's own light passes the wall in the picture, which has no shadow maps.
+    let (direct_only_lit, direct_only_unlit) = leak(VoxelGiVolume {
+        intensity: 0.0,
+        ..small_volume()
+    });
+    let (bounced, leaked) = (lit - direct_only_lit, unlit - direct_only_unlit);
+    assert!(bounced > 0.05, "{bounced}");
+    assert!(leaked < 0.01 * bounced, "{leaked} of {bounced}");
+}
+
+#[test]
+fn what_is_still_is_not_computed_again() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    let cube = block(app.world_mut(), Vec3::new(0.5, 0.5, 0.0), Vec3::ONE);
+    floor(app.world_mut());
+    app.world_mut().spawn(under_sky(1.0));
+    ready(&mut app);
+    settle(&mut app);
+    let before = picture(&mut app);
+    app.render_frames(5).expect("a frame");
+    assert!(picture(&mut app) == before);
+    assert_eq!(
+        app.world().resource::<VoxelGiReport>().state,
+        VoxelGiState::Settled
+    );
+    app.world_mut()
+        .get_mut::<Transform>(cube)
+        .expect("a cube")
+        .translation
+        .x = -0.5;
+    app.render_frames(3).expect("a frame");
+    assert_eq!(
+        app.world().resource::<VoxelGiReport>().state,
+        VoxelGiState::Running
+    );
+    settle(&mut app);
+    let moved = picture(&mut app);
+    assert!(at(&moved, 1.3, 0.0).x > 1.05 * at(&before, 1.3, 0.0).x);
+    app.world_mut().despawn(cube);
+    settle_again(&mut app);
+    near(at(&picture(&mut app), 0.0, 0.0), 1.0, 0.02);
+}
+
+fn settle_again(app: &mut HeadlessApp) {
+    app.render_frames(3).expect("a frame");
+    settle(app);
+}
+
+/// A triangle mesh of two triangles that make a square of 1 m, with these indices and topology.
+fn square(indices: Option<Indices>, topology: PrimitiveTopology, with_normals: bool) -> Mesh {
+    let corners = [
+        [-0.5, 0.0, -0.5],
+        [-0.5, 0.0, 0.5],
+        [0.5, 0.0, -0.5],
+        [0.5, 0.0, 0.5],
+    ];
+    let positions = match &indices {
+        Some(_) => corners.to_vec(),
+        None if topology == PrimitiveTopology::TriangleStrip => corners.to_vec(),
+        None => [0, 1, 2, 2, 1, 3].map(|i| corners[i]).to_vec(),
+    };
+    let count = positions.len();
+    let mut mesh = Mesh::new(topology, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions);
+    if with_normals {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, vec![[0.0_f32, 0.0]; count]);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0_f32, 1.0, 0.0]; count]);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; count]);
+    }
+    if let Some(indices) = indices {
+        mesh.insert_indices(indices);
+    }
+    mesh
+}
+
+#[test]
+fn any_index_format_layout_and_topology_casts_the_same_shadow() {
+    let list = PrimitiveTopology::TriangleList;
+    let strip = PrimitiveTopology::TriangleStrip;
+    let quad = [0, 1, 2, 2, 1, 3];
+    let meshes = [
+        square(Some(Indices::U32(quad.to_vec())), list, true),
+        square(
+            Some(Indices::U16(quad.map(|i| i as u16).to_vec())),
+            list,
+            true,
+        ),
+        square(None, list, true),
+        square(None, strip, true),
+        square(
+            Some(Indices::U16(quad.map(|i| i as u16).to_vec())),
+            list,
+            false,
+        ),
+    ];
+    let _gpu = gpu();
+    let mut shades = Vec::new();
+    for mesh in meshes {
+        let mut app = app(|_| ());
+        let world = app.world_mut();
+        floor(world);
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        let material = white(world);
+        // Off screen for the camera, which looks from below it.
+        world.spawn((
+            Mesh3d(mesh),
+            MeshMaterial3d(material),
+            RenderLayers::layer(5),
+            Transform::from_xyz(0.0, 0.5, 0.0),
+        ));
+        world.spawn(under_sky(1.0));
+        ready(&mut app);
+        settle(&mut app);
+        shades.push(at(&picture(&mut app), 0.0, 0.0).x);
+    }
+    assert!(shades[0] < 0.75, "{shades:?}");
+    assert!(
+        shades.iter().all(|s| (s - shades[0]).abs() < 1e-3),
+        "{shades:?}"
+    );
+}
+
+#[test]
+fn all_voxelisers_see_the_same_scene() {
+    let _gpu = gpu();
+    let mut shades = Vec::new();
+    for voxelizer in [
+        Voxelizer::Conservative,
+        Voxelizer::FragmentClipping,
+        Voxelizer::GeometryClipping,
+        Voxelizer::Stochastic { points: 1024 },
+    ] {
+        let mut app = app(|_| ());
+        floor(app.world_mut());
+        block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
+        app.world_mut().spawn(VoxelGiVolume {
+            voxelizer,
+            ..under_sky(1.0)
+        });
+        ready(&mut app);
+        settle(&mut app);
+        let found = picture(&mut app);
+        shades.push([at(&found, 0.2, 0.1).x, at(&found, -1.4, 0.1).x]);
+    }
+    let [exact, fragment, geometry, points] = shades[..] else {
+        panic!("four")
+    };
+    for i in 0..2 {
+        assert!((fragment[i] - exact[i]).abs() < 0.05, "{shades:?}");
+        assert!((geometry[i] - fragment[i]).abs() < 1e-3, "{shades:?}");
+        // Whole voxels are solid: occlusion is larger.
+        assert!((points[i] - exact[i]).abs() < 0.2, "{shades:?}");
+    }
+    assert!(exact[0] < 0.9 * exact[1], "{shades:?}");
+}
+
+#[test]
+fn what_is_not_voxelized_receives_light_but_gives_none() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    let roof = block(
+        app.world_mut(),
+        Vec3::new(0.0, 0.6, 0.0),
+        Vec3::new(2.0, 0.2, 2.0),
+    );
+    app.world_mut().entity_mut(roof).insert(NotVoxelized);
+    app.world_mut().spawn(under_sky(1.0));
+    ready(&mut app);
+    settle(&mut app);
+    let found = picture(&mut app);
+    // On top of the roof, lit by the light in the air.
+    near(at(&found, 0.0, 0.0), 1.0, 0.1);
+    near(at(&found, 1.4, 0.0), 1.0, 0.02);
+}
+
+#[test]
+fn cameras_without_the_layer_do_not_see_the_light() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    app.world_mut()
+        .spawn((under_sky(1.0), RenderLayers::layer(3)));
+    ready(&mut app);
+    settle(&mut app);
+    assert!(picture(&mut app).iter().all(|p| *p == Vec3::ZERO));
+}
+
+#[test]
+fn a_second_volume_changes_nothing() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    app.world_mut().spawn(under_sky(1.0));
+    app.world_mut().spawn(under_sky(7.0));
+    ready(&mut app);
+    settle(&mut app);
+    near(at(&picture(&mut app), 0.0, 0.0), 1.0, 0.02);
+}
+
+#[test]
+fn cascades_and_a_volume_that_follows() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    let leader = app
+        .world_mut()
+        .spawn(Transform::from_xyz(0.3, 0.0, 0.0))
+        .id();
+    app.world_mut().spawn(VoxelGiVolume {
+        size: 2.0,
+        cascades: 2,
+        follow: Some(leader),
+        ..under_sky(1.0)
+    });
+    ready(&mut app);
+    settle(&mut app);
+    let found = picture(&mut app);
+    // In the small cascade, in the blend, and in the large one.
+    for x in [0.0, -0.6, -0.75, -1.4] {
+        near(at(&found, x, 0.0), 1.0, 0.03);
+    }
+    // Step by step the light stays.
+    for step in 1..6 {
+        let mut transform = app
+            .world_mut()
+            .get_mut::<Transform>(leader)
+            .expect("a leader");
+        transform.translation.x = 0.3 - 0.25 * step as f32;
+        app.render_frames(1).expect("a frame");
+        near(at(&picture(&mut app), 0.0, 0.0), 1.0, 0.05);
+    }
+}
+
+#[test]
+fn amortised_updates_come_to_the_same_light() {
+    let _gpu = gpu();
+    let mut shades = Vec::new();
+    for update_interval in [1, 4] {
+        let mut app = app(|_| ());
+        floor(app.world_mut());
+        block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
+        app.world_mut().spawn(VoxelGiVolume {
+            update_interval,
+            ..under_sky(1.0)
+        });
+        ready(&mut app);
+        settle(&mut app);
+        shades.push(at(&picture(&mut app), 0.2, 0.1).x);
+    }
+    assert!((shades[0] / shades[1] - 1.0).abs() < 0.03, "{shades:?}");
+}
+
+#[test]
+fn the_receivers_agree_in_the_open() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    app.world_mut().spawn(VoxelGiVolume {
+        receiver: Receiver::PerPixel,
+        ..under_sky(1.0)
+    });
+    ready(&mut app);
+    settle(&mut app);
+    near(at(&picture(&mut app), 0.3, 0.2), 1.0, 0.02);
+}

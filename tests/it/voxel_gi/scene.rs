@@ -1,0 +1,112 @@
+//! Small scenes for tests: a floor, a wall, a lamp.
+
+use bevy::{
+    camera::Exposure,
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    prelude::*,
+};
+use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
+
+/// Edge of the picture in pixels.
+pub const SIZE: u32 = 32;
+
+/// An app with the plugin and a camera that sees 4 m x 4 m of the plane y = 0 from straight above,
+/// +X to the right and -Z up, at an exposure of 1.
+pub fn app(build: impl FnOnce(&mut App)) -> HeadlessApp {
+    let settings = HeadlessSettings {
+        format: TargetFormat::Float32,
+        ..HeadlessSettings::with_size(SIZE, SIZE)
+    };
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(VoxelGiPlugin);
+        build(app);
+    })
+    .expect("no adapter");
+    let world = app.world_mut();
+    world.insert_resource(GlobalAmbientLight::NONE);
+    world.insert_resource(ClearColor(Color::BLACK));
+    let target = world.resource::<LabTarget>().0.clone();
+    world.spawn((
+        Camera3d::default(),
+        bevy::camera::Hdr,
+        target,
+        Msaa::Off,
+        Tonemapping::None,
+        DebandDither::Disabled,
+        Exposure {
+            ev100: -(1.2_f32.log2()),
+        },
+        Projection::from(OrthographicProjection {
+            scaling_mode: bevy::camera::ScalingMode::Fixed {
+                width: 4.0,
+                height: 4.0,
+            },
+            ..OrthographicProjection::default_3d()
+        }),
+        Transform::from_xyz(0.0, 3.9, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z),
+    ));
+    app
+}
+
+/// A small volume of 4 m around the origin.
+pub fn small_volume() -> VoxelGiVolume {
+    VoxelGiVolume {
+        size: 4.0,
+        resolution: 16,
+        ..default()
+    }
+}
+
+/// The same under a uniform sky.
+pub fn under_sky(radiance: f32) -> VoxelGiVolume {
+    VoxelGiVolume {
+        sky: Sky::uniform(LinearRgba::rgb(radiance, radiance, radiance)),
+        ..small_volume()
+    }
+}
+
+/// A white material without gloss.
+pub fn white(world: &mut World) -> Handle<StandardMaterial> {
+    world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial {
+            base_color: Color::WHITE,
+            perceptual_roughness: 1.0,
+            reflectance: 0.0,
+            ..default()
+        })
+}
+
+/// A box.
+pub fn block(world: &mut World, center: Vec3, size: Vec3) -> Entity {
+    let material = white(world);
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Cuboid::from_size(size));
+    world
+        .spawn((
+            Mesh3d(mesh),
+            MeshMaterial3d(material),
+            Transform::from_translation(center),
+        ))
+        .id()
+}
+
+/// A floor whose top is at y = 0.
+pub fn floor(world: &mut World) -> Entity {
+    block(world, Vec3::new(0.0, -0.25, 0.0), Vec3::new(3.8, 0.5, 3.8))
+}
+
+/// The light at a place of the floor: mean of 3 x 3 pixels, x and z in metres.
+pub fn at(picture: &[Vec3], x: f32, z: f32) -> Vec3 {
+    let pixel = |v: f32| ((v + 2.0) / 4.0 * SIZE as f32).floor() as i32;
+    let (column, row) = (pixel(x), pixel(z));
+    let mut sum = Vec3::ZERO;
+    for dy in -1..=1 {
+        for dx in -1..=1 {
+            sum += picture[((row + dy) * SIZE as i32 + column + dx) as usize];
+        }
+    }
+    sum / 9.0
+}
