@@ -116,6 +116,19 @@ impl Scene for VoxelGi {
                 &["fast", "per_pixel"],
             ),
             Knob::toggle("sun_motion", "the sun of the room wanders", true),
+            Knob::choice(
+                "debug",
+                "what the voxels hold, instead of the picture of after",
+                0,
+                &[
+                    "off",
+                    "occupancy",
+                    "albedo",
+                    "normal",
+                    "radiance",
+                    "irradiance",
+                ],
+            ),
             Knob::choice("door", "of the room", 0, &["swinging", "closed", "open"]),
         ]
     }
@@ -138,6 +151,7 @@ impl Scene for VoxelGi {
                 (
                     stage::change,
                     settings::apply,
+                    settings::apply_debug,
                     motion::move_sun,
                     motion::swing_door,
                     drag::drag,

@@ -1,7 +1,9 @@
 //! What the knobs make of the volume.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::{Bounces, Receiver, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
+use bevy_voxel_gi::{
+    Bounces, DebugField, Receiver, Sky, Solver, VoxelGiDebug, VoxelGiVolume, VoxelLight, Voxelizer,
+};
 
 use super::stage::Stage;
 use crate::runner::{Knobs, Side};
@@ -34,6 +36,34 @@ pub fn apply(
         }
         None => {
             commands.spawn((volume, Side::After.layers()));
+        }
+    }
+}
+
+/// Shows the chosen field to the camera of "after".
+pub fn apply_debug(
+    mut commands: Commands,
+    knobs: Res<Knobs>,
+    cameras: Query<(Entity, &Side, Has<VoxelGiDebug>), With<Camera>>,
+) {
+    let field = match knobs.choice("debug") {
+        "occupancy" => Some(DebugField::Occupancy),
+        "albedo" => Some(DebugField::Albedo),
+        "normal" => Some(DebugField::Normal),
+        "radiance" => Some(DebugField::Radiance),
+        "irradiance" => Some(DebugField::Irradiance),
+        _ => None,
+    };
+    for (camera, side, has_field) in &cameras {
+        let mut camera = commands.entity(camera);
+        match field.filter(|_| *side == Side::After) {
+            Some(field) if !has_field || knobs.is_changed() => {
+                camera.insert(VoxelGiDebug { field });
+            }
+            None if has_field => {
+                camera.remove::<VoxelGiDebug>();
+            }
+            _ => {}
         }
     }
 }
