@@ -18,6 +18,8 @@
 //! | [`plugin`] | what an app adds |
 //!
 //! Without the feature `bevy` only `reference` is compiled.
+#![cfg_attr(feature = "bevy", doc = "\n---\n")]
+#![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
 pub mod debug;
@@ -48,6 +50,4 @@ pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
 pub use scene::{VoxelMaterial, VoxelSurface};
 #[cfg(feature = "bevy")]
-pub use settings::{
-    Bounces, NotVoxelized, Receiver, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer,
-};
+pub use settings::{Bounces, NotVoxelized, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer};

@@ -39,8 +39,6 @@ pub struct VoxelGiVolume {
     /// Stops computing once nothing has moved or changed for as long as the light needs to
     /// settle. Default on.
     pub pause_when_settled: bool,
-    /// How a pixel reads the volume.
-    pub receiver: Receiver,
     /// Factor of the light that reaches the image. Default 1: as physics has it.
     pub intensity: f32,
 }
@@ -58,7 +56,6 @@ impl Default for VoxelGiVolume {
             follow: None,
             update_interval: 1,
             pause_when_settled: true,
-            receiver: Receiver::default(),
             intensity: 1.0,
         }
     }
@@ -85,7 +82,6 @@ impl VoxelGiVolume {
             follow: self.follow,
             update_interval: self.update_interval.clamp(1, 16),
             pause_when_settled: self.pause_when_settled,
-            receiver: self.receiver,
             intensity: finite(self.intensity, 0.0, 1e4, 1.0),
         }
     }
@@ -218,8 +214,9 @@ impl Voxelizer {
     }
 }
 
-/// The light from outside of the volume: radiance in cd/m².
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
+/// The light from outside of the volume: radiance in cd/m². Default: none.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default)]
 pub struct Sky {
     /// From above.
     pub zenith: LinearRgba,
@@ -227,6 +224,13 @@ pub struct Sky {
     pub horizon: LinearRgba,
     /// From below.
     pub ground: LinearRgba,
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        // A colour's default is white.
+        Self::uniform(LinearRgba::BLACK)
+    }
 }
 
 impl Sky {
@@ -260,17 +264,6 @@ impl Sky {
             ground: clamped(self.ground),
         }
     }
-}
-
-/// How a pixel reads the volume.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Receiver {
-    /// Three trilinear texture reads, weighted by how well a voxel knows the surface.
-    #[default]
-    Fast,
-    /// The eight voxels around the pixel one by one, those behind its surface left out
-    /// (thesis Eq. 6.14): fewer leaks at thin walls for 24 texture reads.
-    PerPixel,
 }
 
 /// On a mesh: it is no obstacle to light and reflects none, though it still receives it.

@@ -11,11 +11,11 @@ use bevy::{
 };
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{
-    NotVoxelized, Receiver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
+    NotVoxelized, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
 };
 
 use super::{
-    scene::{app, at, block, floor, small_volume, under_sky, white},
+    scene::{app, at, block, block_of, floor, matt, small_volume, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -54,7 +54,9 @@ fn without_light_there_is_none() {
     app.world_mut().spawn(small_volume());
     ready(&mut app);
     settle(&mut app);
-    assert!(picture(&mut app).iter().all(|p| *p == Vec3::ZERO));
+    let found = picture(&mut app);
+    let brightest = found.iter().copied().fold(Vec3::ZERO, Vec3::max);
+    assert!(brightest == Vec3::ZERO, "{brightest}");
 }
 
 #[test]
@@ -136,7 +138,12 @@ fn leak(settings: VoxelGiVolume) -> (f32, f32) {
     let world = app.world_mut();
     floor(world);
     // Up to the ceiling, so that no light goes over it.
-    block(world, Vec3::new(0.0, 0.9, 0.0), Vec3::new(0.25, 1.8, 3.8));
+    block_of(
+        world,
+        0.8,
+        Vec3::new(0.0, 0.9, 0.0),
+        Vec3::new(0.25, 1.8, 3.8),
+    );
     for (center, size) in [
         (Vec3::new(0.0, 1.85, 0.0), Vec3::new(3.8, 0.1, 3.8)),
         (Vec3::new(-1.85, 0.9, 0.0), Vec3::new(0.1, 1.8, 3.8)),
@@ -144,7 +151,7 @@ fn leak(settings: VoxelGiVolume) -> (f32, f32) {
         (Vec3::new(0.0, 0.9, -1.85), Vec3::new(3.6, 1.8, 0.1)),
         (Vec3::new(0.0, 0.9, 1.85), Vec3::new(3.6, 1.8, 0.1)),
     ] {
-        let wall = block(world, center, size);
+        let wall = block_of(world, 0.8, center, size);
         // The camera looks from above.
         if center.y > 1.8 {
             world.entity_mut(wall).insert(RenderLayers::layer(5));
@@ -275,7 +282,7 @@ fn any_index_format_layout_and_topology_casts_the_same_shadow() {
         let world = app.world_mut();
         floor(world);
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let material = white(world);
+        let material = matt(world, 0.2);
         // Off screen for the camera, which looks from below it.
         world.spawn((
             Mesh3d(mesh),
@@ -344,8 +351,8 @@ fn what_is_not_voxelized_receives_light_but_gives_none() {
     ready(&mut app);
     settle(&mut app);
     let found = picture(&mut app);
-    // On top of the roof, lit by the light in the air.
-    near(at(&found, 0.0, 0.0), 1.0, 0.1);
+    // The roof is dark itself, lit by the light in the air.
+    near(at(&found, 0.0, 0.0), 0.2, 0.1);
     near(at(&found, 1.4, 0.0), 1.0, 0.02);
 }
 
@@ -424,18 +431,4 @@ fn amortised_updates_come_to_the_same_light() {
         shades.push(at(&picture(&mut app), 0.2, 0.1).x);
     }
     assert!((shades[0] / shades[1] - 1.0).abs() < 0.03, "{shades:?}");
-}
-
-#[test]
-fn the_receivers_agree_in_the_open() {
-    let _gpu = gpu();
-    let mut app = app(|_| ());
-    floor(app.world_mut());
-    app.world_mut().spawn(VoxelGiVolume {
-        receiver: Receiver::PerPixel,
-        ..under_sky(1.0)
-    });
-    ready(&mut app);
-    settle(&mut app);
-    near(at(&picture(&mut app), 0.3, 0.2), 1.0, 0.02);
 }

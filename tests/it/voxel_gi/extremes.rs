@@ -11,7 +11,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Sky, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, at, block, floor, small_volume, under_sky, white},
+    scene::{app, at, block, floor, matt, small_volume, under_sky},
     support::picture,
 };
 use crate::support::gpu;
@@ -181,7 +181,7 @@ fn triangles_that_are_none_and_huge_ones() {
     // Indices beyond the vertices, too.
     .with_inserted_indices(Indices::U32((0..12).chain([40, 41, 42]).collect()));
     let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-    let material = white(world);
+    let material = matt(world, 0.2);
     world.spawn((
         Mesh3d(mesh),
         MeshMaterial3d(material),
@@ -220,7 +220,7 @@ fn lamps_switched_every_frame_and_thousands_of_meshes() {
         .world_mut()
         .resource_mut::<Assets<Mesh>>()
         .add(Cuboid::from_size(Vec3::splat(0.02)));
-    let material = white(app.world_mut());
+    let material = matt(app.world_mut(), 0.2);
     for round in 0..10 {
         let visible = if round % 2 == 0 {
             Visibility::Hidden

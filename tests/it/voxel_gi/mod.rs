@@ -1,8 +1,1 @@
-//! The voxel GI in pictures.
 
-mod basics;
-mod extremes;
-mod reference;
-mod scene;
-mod support;
-mod truth;

@@ -66,21 +66,26 @@ pub fn under_sky(radiance: f32) -> VoxelGiVolume {
     }
 }
 
-/// A white material without gloss.
-pub fn white(world: &mut World) -> Handle<StandardMaterial> {
+/// A material without gloss that reflects this share of light.
+pub fn matt(world: &mut World, albedo: f32) -> Handle<StandardMaterial> {
     world
         .resource_mut::<Assets<StandardMaterial>>()
         .add(StandardMaterial {
-            base_color: Color::WHITE,
+            base_color: LinearRgba::rgb(albedo, albedo, albedo).into(),
             perceptual_roughness: 1.0,
             reflectance: 0.0,
             ..default()
         })
 }
 
-/// A box.
+/// A dark box.
 pub fn block(world: &mut World, center: Vec3, size: Vec3) -> Entity {
-    let material = white(world);
+    block_of(world, 0.2, center, size)
+}
+
+/// A box that reflects this share of light.
+pub fn block_of(world: &mut World, albedo: f32, center: Vec3, size: Vec3) -> Entity {
+    let material = matt(world, albedo);
     let mesh = world
         .resource_mut::<Assets<Mesh>>()
         .add(Cuboid::from_size(size));
@@ -93,9 +98,14 @@ pub fn block(world: &mut World, center: Vec3, size: Vec3) -> Entity {
         .id()
 }
 
-/// A floor whose top is at y = 0.
+/// A white floor whose top is at y = 0.
 pub fn floor(world: &mut World) -> Entity {
-    block(world, Vec3::new(0.0, -0.25, 0.0), Vec3::new(3.8, 0.5, 3.8))
+    block_of(
+        world,
+        1.0,
+        Vec3::new(0.0, -0.25, 0.0),
+        Vec3::new(3.8, 0.5, 3.8),
+    )
 }
 
 /// The light at a place of the floor: mean of 3 x 3 pixels, x and z in metres.

@@ -13,8 +13,15 @@ fn atlas_texel(volume: Volume, index: u32, face: u32) -> vec3<i32> {
     return vec3<i32>(voxel_of_index(volume, index) + corner);
 }
 
+// The nearest number that a 16-bit float can be: some devices would cut the rest off instead, and a
+// mean over frames would sink.
+fn rounded(light: vec4<f32>) -> vec4<f32> {
+    return bitcast<vec4<f32>>((bitcast<vec4<u32>>(light) + 0x1000u) & vec4(0xffffe000u));
+}
+
 fn pack_light(light: vec4<f32>) -> vec2<u32> {
-    return vec2(pack2x16float(light.rg), pack2x16float(light.ba));
+    let exact = min(rounded(light), vec4(65504.0));
+    return vec2(pack2x16float(exact.rg), pack2x16float(exact.ba));
 }
 
 fn unpack_light(words: vec2<u32>) -> vec4<f32> {

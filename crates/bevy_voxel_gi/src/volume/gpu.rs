@@ -9,7 +9,7 @@ use bevy::{
 };
 
 use super::{STORAGE_SCALE, placement::PlacedVolume};
-use crate::settings::{Bounces, Receiver, Solver, VoxelLight, Voxelizer};
+use crate::settings::{Bounces, Solver, VoxelLight, Voxelizer};
 
 /// In step with `volume.wgsl`, where the fields are explained.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
@@ -38,7 +38,6 @@ pub(crate) struct GpuVolume {
 
 const FLAG_FEEDBACK: u32 = 1;
 const FLAG_WEIGHTED: u32 = 2;
-const FLAG_PER_PIXEL: u32 = 4;
 
 /// Voxels without a surface are renewed in this many frames: they light only what is not itself
 /// voxelised.
@@ -66,11 +65,7 @@ impl GpuVolume {
             VoxelLight::GlobalIllumination { .. } => (frame, blend),
         };
         let mut flags = 0;
-        for (on, flag) in [
-            (feedback, FLAG_FEEDBACK),
-            (volume.patched, FLAG_WEIGHTED),
-            (settings.receiver == Receiver::PerPixel, FLAG_PER_PIXEL),
-        ] {
+        for (on, flag) in [(feedback, FLAG_FEEDBACK), (volume.patched, FLAG_WEIGHTED)] {
             if on {
                 flags |= flag;
             }

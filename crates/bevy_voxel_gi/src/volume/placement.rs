@@ -79,7 +79,7 @@ pub(crate) fn place_volume(
     let chosen = active
         .owner
         .and_then(|owner| volumes.get(owner).ok())
-        .or_else(|| volumes.iter().min_by_key(|(entity, ..)| *entity));
+        .or_else(|| volumes.iter().min_by_key(|(entity, ..)| entity.index()));
     let Some((owner, settings, transform, layers)) = chosen else {
         (active.volume, active.owner) = (None, None);
         return;

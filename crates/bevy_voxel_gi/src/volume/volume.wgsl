@@ -40,8 +40,6 @@ struct Volume {
 const FLAG_FEEDBACK: u32 = 1u;
 // The receiver divides by the weight in alpha.
 const FLAG_WEIGHTED: u32 = 2u;
-// The receiver looks at the voxels one by one.
-const FLAG_PER_PIXEL: u32 = 4u;
 
 // Faces of a voxel: +X, -X, +Y, -Y, +Z, -Z.
 const FACES: u32 = 6u;

@@ -1,0 +1,277 @@
+//! What is known of materials, lamps and skins.
+
+use std::f32::consts::PI;
+
+use bevy::{
+    camera::visibility::{NoFrustumCulling, RenderLayers},
+    image::Image,
+    mesh::{
+        VertexAttributeValues,
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
+    pbr::DefaultOpaqueRendererMethod,
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::VoxelGiVolume;
+
+use super::{
+    scene::{app, at, block, block_of, floor, matt, small_volume, under_sky},
+    support::{picture, settle},
+};
+use crate::support::gpu;
+
+fn settled(app: &mut HeadlessApp) -> Vec<Vec3> {
+    app.run_until_ready(200).expect("not ready");
+    settle(app);
+    picture(app)
+}
+
+/// A roof over the floor's middle that the camera does not see.
+fn roof(world: &mut World, material: Handle<StandardMaterial>) -> Entity {
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Cuboid::new(1.5, 0.2, 1.5));
+    world
+        .spawn((
+            Mesh3d(mesh),
+            MeshMaterial3d(material),
+            RenderLayers::layer(5),
+            Transform::from_xyz(0.0, 0.7, 0.0),
+        ))
+        .id()
+}
+
+/// The floor's middle under a roof of this material and a sky of 1.
+fn under_roof(material: StandardMaterial) -> Vec3 {
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    floor(world);
+    let material = world.resource_mut::<Assets<StandardMaterial>>().add(material);
+    roof(world, material);
+    world.spawn(under_sky(1.0));
+    at(&settled(&mut app), 0.0, 0.0)
+}
+
+#[test]
+fn forward_and_deferred_receive_the_same() {
+    let _gpu = gpu();
+    let pictures = [false, true].map(|deferred| {
+        let mut app = app(|app| {
+            if deferred {
+                app.insert_resource(DefaultOpaqueRendererMethod::deferred());
+            }
+        });
+        if deferred {
+            let world = app.world_mut();
+            let camera = world
+                .query_filtered::<Entity, With<Camera3d>>()
+                .single(world)
+                .expect("a camera");
+            world.entity_mut(camera).insert((
+                bevy::core_pipeline::prepass::DepthPrepass,
+                bevy::core_pipeline::prepass::DeferredPrepass,
+            ));
+        }
+        floor(app.world_mut());
+        block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
+        app.world_mut().spawn(under_sky(1.0));
+        settled(&mut app)
+    });
+    for x in [-1.0, 0.0, 0.3] {
+        let [forward, deferred] = [0, 1].map(|i| at(&pictures[i], x, 0.1).x);
+        // The buffer of deferred materials has 8 bits a channel.
+        assert!((forward - deferred).abs() < 0.01, "{forward} {deferred}");
+        assert!(forward > 0.3);
+    }
+}
+
+#[test]
+fn surfaces_give_their_colour_and_transparent_ones_do_not_occlude() {
+    let _gpu = gpu();
+    let black = under_roof(StandardMaterial {
+        base_color: Color::BLACK,
+        ..default()
+    });
+    let red = under_roof(StandardMaterial {
+        base_color: LinearRgba::rgb(1.0, 0.0, 0.0).into(),
+        ..default()
+    });
+    let metal = under_roof(StandardMaterial {
+        metallic: 1.0,
+        ..default()
+    });
+    let glass = under_roof(StandardMaterial {
+        base_color: Color::srgba(1.0, 1.0, 1.0, 0.3),
+        alpha_mode: AlphaMode::Blend,
+        ..default()
+    });
+    assert!(black.x < 0.7, "{black}");
+    // Metal reflects nothing diffusely.
+    assert!((metal - black).abs().max_element() < 0.02, "{metal} {black}");
+    assert!(red.x > 1.1 * black.x, "{red} {black}");
+    assert!((red.y / black.y - 1.0).abs() < 0.02, "{red} {black}");
+    assert!((glass - 1.0).abs().max_element() < 0.02, "{glass}");
+}
+
+#[test]
+fn textures_count_as_their_mean() {
+    let texture = |image: &mut dyn FnMut(u32) -> [u8; 4]| {
+        let data = (0..64).flat_map(image).collect();
+        let size = Extent3d { width: 8, height: 8, depth_or_array_layers: 1 };
+        Image::new(size, TextureDimension::D2, data, TextureFormat::Rgba8UnormSrgb, default())
+    };
+    let _gpu = gpu();
+    let shades = [
+        // A checkerboard of black and white, and its mean in linear light.
+        texture(&mut |i| if (i + i / 8) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }),
+        texture(&mut |_| [188, 188, 188, 255]),
+    ]
+    .map(|image| {
+        let mut app = app(|_| ());
+        let world = app.world_mut();
+        floor(world);
+        let image = world.resource_mut::<Assets<Image>>().add(image);
+        let material = world
+            .resource_mut::<Assets<StandardMaterial>>()
+            .add(StandardMaterial {
+                base_color_texture: Some(image),
+                ..default()
+            });
+        roof(world, material);
+        world.spawn(under_sky(1.0));
+        at(&settled(&mut app), 0.0, 0.0).x
+    });
+    assert!((shades[0] / shades[1] - 1.0).abs() < 0.01, "{shades:?}");
+}
+
+#[test]
+fn emissive_surfaces_are_lamps() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    floor(world);
+    // A ceiling of 1 cd/m² over the whole volume, which the camera does not see. The exposure is 1.
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial {
+            base_color: Color::BLACK,
+            emissive: LinearRgba::rgb(1.0, 2.0, 0.0),
+            ..default()
+        });
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Cuboid::new(3.9, 0.2, 3.9));
+    world.spawn((
+        Mesh3d(mesh),
+        MeshMaterial3d(material.clone()),
+        RenderLayers::layer(5),
+        Transform::from_xyz(0.0, 0.5, 0.0),
+    ));
+    world.spawn(small_volume());
+    let found = at(&settled(&mut app), 0.0, 0.0);
+    // Above the floor's middle nearly all directions meet it.
+    assert!((0.85..=1.01).contains(&found.x), "{found}");
+    assert!((found.y / found.x - 2.0).abs() < 0.02 && found.z == 0.0, "{found}");
+    // Later edits arrive.
+    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+    materials.get_mut(&material).expect("it").emissive = LinearRgba::BLACK;
+    app.render_frames(3).expect("a frame");
+    settle(&mut app);
+    assert!(at(&picture(&mut app), 0.0, 0.0).max_element() < 1e-3);
+}
+
+/// The light that a wall of albedo 1/2, lit by a lamp, throws on the floor.
+fn thrown_by(lamp: impl Bundle) -> f32 {
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    // The floor gives nothing back, and the lamps look at the wall alone.
+    block_of(world, 0.5, Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.4, 1.8, 3.6));
+    let plate = block(world, Vec3::new(-0.5, -0.05, 0.0), Vec3::new(2.4, 0.1, 3.6));
+    let material = matt(world, 1.0);
+    world.entity_mut(plate).insert(MeshMaterial3d(material));
+    world.spawn(lamp);
+    let volume = world.spawn(small_volume()).id();
+    let with = at(&settled(&mut app), 0.2, 0.0);
+    app.world_mut().despawn(volume);
+    app.render_frames(3).expect("a frame");
+    (with - at(&picture(&mut app), 0.2, 0.0)).x
+}
+
+#[test]
+fn lamps_of_all_kinds_light_the_wall_alike() {
+    let _gpu = gpu();
+    // Each gives the wall's middle, 1 m above the floor, 100 lux, from far away.
+    let towards_wall = Transform::from_xyz(-9.2, 1.0, 0.0).looking_to(Vec3::X, Vec3::Y);
+    let candela = 100.0 * 10.0 * 10.0;
+    let sun = thrown_by((
+        DirectionalLight { illuminance: 100.0, ..default() },
+        towards_wall,
+    ));
+    let lamp = thrown_by((
+        PointLight { intensity: candela * 4.0 * PI, range: 1e4, ..default() },
+        towards_wall,
+    ));
+    let spot = thrown_by((
+        SpotLight {
+            intensity: candela * 4.0 * PI,
+            range: 1e4,
+            inner_angle: 0.3,
+            outer_angle: 0.31,
+            ..default()
+        },
+        towards_wall,
+    ));
+    assert!(sun > 1.0, "{sun}");
+    assert!((lamp / sun - 1.0).abs() < 0.05, "{lamp} {sun}");
+    assert!((spot / lamp - 1.0).abs() < 0.02, "{spot} {lamp}");
+}
+
+#[test]
+fn skinned_meshes_occlude_where_their_joints_put_them() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    floor(world);
+    let mut mesh = Mesh::from(Cuboid::new(1.5, 0.2, 1.5));
+    let count = mesh.count_vertices();
+    mesh.insert_attribute(
+        Mesh::ATTRIBUTE_JOINT_INDEX,
+        VertexAttributeValues::Uint16x4(vec![[0, 1, 0, 0]; count]),
+    );
+    // Half of each joint.
+    mesh.insert_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[0.5_f32, 0.5, 0.0, 0.0]; count]);
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    let material = matt(world, 0.0);
+    let joints = [Vec3::new(-2.0, 0.7, 0.0), Vec3::new(0.0, 0.7, 0.0)]
+        .map(|at| world.spawn(Transform::from_translation(at)).id());
+    let inverse_bindposes = world
+        .resource_mut::<Assets<SkinnedMeshInverseBindposes>>()
+        .add(SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY; 2]));
+    world.spawn((
+        Mesh3d(mesh),
+        MeshMaterial3d(material),
+        RenderLayers::layer(5),
+        NoFrustumCulling,
+        SkinnedMesh {
+            inverse_bindposes,
+            joints: joints.to_vec(),
+        },
+    ));
+    world.spawn(VoxelGiVolume {
+        resolution: 16,
+        ..under_sky(1.0)
+    });
+    let found = settled(&mut app);
+    let (under, beside) = (at(&found, -1.0, 0.0).x, at(&found, 1.0, 0.0).x);
+    assert!(under < 0.7 * beside, "{under} {beside}");
+    // The other joint takes it along.
+    let mut transform = app.world_mut().get_mut::<Transform>(joints[0]).expect("a joint");
+    transform.translation.x = 2.0;
+    app.render_frames(3).expect("a frame");
+    settle(&mut app);
+    let found = picture(&mut app);
+    let (left, under) = (at(&found, -1.0, 0.0).x, at(&found, 1.0, 0.0).x);
+    assert!(under < 0.7 * left, "{under} {left}");
+}
