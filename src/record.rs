@@ -5,6 +5,7 @@
 //! then.
 
 use std::{
+    collections::BTreeMap,
     io,
     path::{Path, PathBuf},
 };
@@ -50,6 +51,15 @@ pub struct Measurement {
     /// Texture fetches a pixel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fetches: Option<f64>,
+    /// Mean absolute difference over mean reference, of radiance: 0 and above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_error: Option<f64>,
+    /// Mean difference over mean reference, of radiance: above 0 where it is too bright.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bias: Option<f64>,
+    /// Median times of the plugin's own passes on the GPU in milliseconds a frame, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub stage_ms: BTreeMap<String, f64>,
 }
 
 impl From<&ImageError> for Measurement {

@@ -2,6 +2,8 @@
 //!
 //! Metres, right-handed, Y up; light per channel.
 
+mod cornell;
+mod path_tracer;
 mod spawn;
 mod truth;
 
@@ -10,7 +12,9 @@ use std::{fs, path::Path};
 use bevy::math::{Quat, Vec3};
 use serde::Deserialize;
 
-pub use spawn::{BoxSceneCamera, spawn_box_scene};
+pub use cornell::cornell_box;
+pub use path_tracer::{TraceSettings, TracedPicture, trace};
+pub use spawn::{BoxSceneCamera, spawn_box_scene, spawn_boxes_and_lamps};
 pub use truth::{Agreement, TruthError, agreement, read_npy};
 
 /// A scene of boxes.

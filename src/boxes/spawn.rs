@@ -13,11 +13,9 @@ use crate::headless::LabTarget;
 #[derive(Component)]
 pub struct BoxSceneCamera;
 
-/// Spawns boxes, lamps and camera; the sky is left out.
-pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) {
-    let target = world.resource::<LabTarget>().0.clone();
-    world.insert_resource(GlobalAmbientLight::NONE);
-    world.insert_resource(ClearColor(Color::BLACK));
+/// Spawns boxes and lamps in the scene's units, boxes first; the sky is left out.
+pub fn spawn_boxes_and_lamps(world: &mut World, scene: &BoxScene) -> Vec<Entity> {
+    let mut spawned = Vec::new();
     let mesh = world
         .resource_mut::<Assets<Mesh>>()
         .add(Cuboid::from_size(Vec3::splat(2.0)));
@@ -30,17 +28,18 @@ pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) {
                 reflectance: 0.0,
                 ..default()
             });
-        world.spawn((
+        let entity = world.spawn((
             Mesh3d(mesh.clone()),
             MeshMaterial3d(material),
             Transform::from_translation(part.center)
                 .with_rotation(part.rotation())
                 .with_scale(part.half),
         ));
+        spawned.push(entity.id());
     }
     for lamp in &scene.point_lights {
         let (color, strength) = color_and_strength(lamp.intensity_cd);
-        world.spawn((
+        let entity = world.spawn((
             PointLight {
                 color,
                 intensity: strength * 4.0 * std::f32::consts::PI,
@@ -51,10 +50,11 @@ pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) {
             },
             Transform::from_translation(lamp.position),
         ));
+        spawned.push(entity.id());
     }
     for sun in &scene.directional_lights {
         let (color, illuminance) = color_and_strength(sun.illuminance_lux);
-        world.spawn((
+        let entity = world.spawn((
             DirectionalLight {
                 color,
                 illuminance,
@@ -63,7 +63,17 @@ pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) {
             },
             Transform::default().looking_to(sun.direction, Vec3::Y),
         ));
+        spawned.push(entity.id());
     }
+    spawned
+}
+
+/// Spawns boxes, lamps and camera; the sky is left out.
+pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) {
+    let target = world.resource::<LabTarget>().0.clone();
+    world.insert_resource(GlobalAmbientLight::NONE);
+    world.insert_resource(ClearColor(Color::BLACK));
+    spawn_boxes_and_lamps(world, scene);
     let view = scene.camera;
     world.spawn((
         BoxSceneCamera,

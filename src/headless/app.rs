@@ -1,6 +1,9 @@
 //! Building a headless app and running its frames.
 
-use std::time::{Duration, Instant};
+use std::{
+    collections::BTreeMap,
+    time::{Duration, Instant},
+};
 
 use bevy::{
     app::{PluginGroup, TerminalCtrlCHandlerPlugin},
@@ -20,8 +23,8 @@ use bevy::{
 };
 
 use super::{
-    AdapterInfo, AwaitedAssets, FrameTimes, HeadlessError, HeadlessSettings, LabTarget,
-    adapter::wgpu_settings, timing::FrameClock,
+    AdapterInfo, AwaitedAssets, AwaitedWork, FrameTimes, HeadlessError, HeadlessSettings,
+    LabTarget, adapter::wgpu_settings, timing::FrameClock,
 };
 
 /// A Bevy app that renders into an image.
@@ -71,7 +74,8 @@ impl HeadlessApp {
         )
         .add_plugins(RenderDiagnosticsPlugin)
         .insert_resource(TimeUpdateStrategy::ManualDuration(settings.time_step))
-        .init_resource::<AwaitedAssets>();
+        .init_resource::<AwaitedAssets>()
+        .init_resource::<AwaitedWork>();
 
         let target = add_target(&mut app, &settings);
         app.insert_resource(LabTarget(RenderTarget::Image(ImageRenderTarget::from(
@@ -136,13 +140,24 @@ impl HeadlessApp {
     /// # Errors
     /// As [`render_frames`](Self::render_frames).
     pub fn measure_frames(&mut self, count: u32) -> Result<FrameTimes, HeadlessError> {
+        Ok(self.measure_spans(count)?.0)
+    }
+
+    /// The same, and the median time on the GPU in milliseconds of each top-level span by name.
+    ///
+    /// # Errors
+    /// As [`render_frames`](Self::render_frames).
+    pub fn measure_spans(
+        &mut self,
+        count: u32,
+    ) -> Result<(FrameTimes, BTreeMap<String, f64>), HeadlessError> {
         let mut clock = FrameClock::starting_now(self.app.world());
         for _ in 0..count {
             let cpu = self.render_frame()?;
             clock.record(cpu, self.app.world());
         }
         self.check_pipelines()?;
-        Ok(clock.medians())
+        Ok((clock.medians(), clock.span_medians()))
     }
 
     /// One frame; the time that the CPU took for it, without the wait for the GPU.

@@ -33,7 +33,7 @@ pub use app::HeadlessApp;
 pub use error::HeadlessError;
 pub use pixel_view::pixel_camera;
 pub use readback::Rgba32FImage;
-pub use ready::AwaitedAssets;
+pub use ready::{AwaitedAssets, AwaitedWork};
 pub use settings::{HeadlessSettings, TargetFormat};
 pub use target::LabTarget;
 pub use timing::FrameTimes;

@@ -1,5 +1,7 @@
 //! Waiting until every asset is loaded and every pipeline compiled.
 
+use std::collections::BTreeSet;
+
 use bevy::{
     asset::{AssetServer, LoadState, RecursiveDependencyLoadState, UntypedHandle},
     ecs::resource::Resource,
@@ -23,8 +25,13 @@ const QUIET_FRAMES: u32 = 3;
 #[derive(Resource, Clone, Debug, Default)]
 pub struct AwaitedAssets(pub Vec<UntypedHandle>);
 
+/// What a scene is still computing before its picture is meaningful, by name; the scene adds and
+/// removes it.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct AwaitedWork(pub BTreeSet<&'static str>);
+
 impl HeadlessApp {
-    /// Renders until all [`AwaitedAssets`] are loaded and all pipelines compiled; the number of
+    /// Renders until all [`AwaitedAssets`] are loaded, all [`AwaitedWork`] is done and all pipelines compiled; the number of
     /// frames that it took.
     ///
     /// The scene's time stands still meanwhile, so that it does not depend on how long a disk
@@ -61,6 +68,8 @@ impl HeadlessApp {
             self.check_pipelines()?;
             waiting = self.loading_assets()?;
             waiting.extend(self.waiting_pipelines());
+            let work = &self.app.world().resource::<AwaitedWork>().0;
+            waiting.extend(work.iter().map(ToString::to_string));
             let count = self.pipeline_cache().pipelines().count();
             quiet = if waiting.is_empty() && count == pipelines {
                 quiet + 1

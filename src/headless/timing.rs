@@ -4,7 +4,10 @@
 //! The GPU time is the sum of the top-level spans that Bevy's passes record; work outside a span
 //! is not in it. Medians, as one hiccup of the system should not move the figure.
 
-use std::{collections::HashMap, time::Duration};
+use std::{
+    collections::{BTreeMap, HashMap},
+    time::Duration,
+};
 
 use bevy::{diagnostic::DiagnosticsStore, ecs::world::World, platform::time::Instant};
 
@@ -23,6 +26,7 @@ pub struct FrameTimes {
 pub(crate) struct FrameClock {
     cpu_ms: Vec<f64>,
     gpu_ms: Vec<f64>,
+    spans: BTreeMap<String, Vec<f64>>,
     seen: HashMap<String, Instant>,
 }
 
@@ -31,7 +35,7 @@ impl FrameClock {
     pub(crate) fn starting_now(world: &World) -> Self {
         let mut clock = Self::default();
         if let Some(store) = world.get_resource::<DiagnosticsStore>() {
-            clock.new_gpu_ms(store);
+            clock.new_spans(store);
         }
         clock
     }
@@ -39,16 +43,24 @@ impl FrameClock {
     /// Adds one frame.
     pub(crate) fn record(&mut self, cpu: Duration, world: &World) {
         self.cpu_ms.push(cpu.as_secs_f64() * 1e3);
-        if let Some(store) = world.get_resource::<DiagnosticsStore>()
-            && let Some(gpu_ms) = self.new_gpu_ms(store)
-        {
-            self.gpu_ms.push(gpu_ms);
+        if let Some(store) = world.get_resource::<DiagnosticsStore>() {
+            let spans = self.new_spans(store);
+            if !spans.is_empty() {
+                self.gpu_ms.push(spans.values().sum());
+            }
+            for (name, ms) in spans {
+                self.spans.entry(name).or_default().push(ms);
+            }
         }
     }
 
     /// Keeps only the last `count` frames, for a running median.
     pub(crate) fn keep_last(&mut self, count: usize) {
-        for times in [&mut self.cpu_ms, &mut self.gpu_ms] {
+        let spans = self.spans.values_mut();
+        for times in [&mut self.cpu_ms, &mut self.gpu_ms]
+            .into_iter()
+            .chain(spans)
+        {
             times.drain(..times.len().saturating_sub(count));
         }
     }
@@ -61,26 +73,35 @@ impl FrameClock {
         }
     }
 
-    /// Sum of the top-level spans that came in since the last call.
-    fn new_gpu_ms(&mut self, store: &DiagnosticsStore) -> Option<f64> {
-        let mut sum = None;
+    /// The median of each top-level span so far.
+    pub(crate) fn span_medians(&self) -> BTreeMap<String, f64> {
+        let spans = self.spans.iter();
+        spans
+            .filter_map(|(name, times)| Some((name.clone(), median(times)?)))
+            .collect()
+    }
+
+    /// Times of the top-level spans that came in since the last call; of a span that came in
+    /// several times, the sum.
+    fn new_spans(&mut self, store: &DiagnosticsStore) -> BTreeMap<String, f64> {
+        let mut spans = BTreeMap::new();
         for diagnostic in store.iter() {
             let path = diagnostic.path();
             let components: Vec<_> = path.components().collect();
-            let ["render", _, "elapsed_gpu"] = components[..] else {
+            let ["render", name, "elapsed_gpu"] = components[..] else {
                 continue;
             };
             for measurement in diagnostic.measurements() {
                 let seen = self.seen.get(path.as_str());
                 if seen.is_none_or(|seen| measurement.time > *seen) {
-                    *sum.get_or_insert(0.0) += measurement.value;
+                    *spans.entry(name.to_string()).or_insert(0.0) += measurement.value;
                 }
             }
             if let Some(last) = diagnostic.measurement() {
                 self.seen.insert(path.as_str().into(), last.time);
             }
         }
-        sum
+        spans
     }
 }
 

@@ -14,7 +14,9 @@ use bevy::{
 use bevy_egui::{EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
 
 use super::{MemoryFigures, Notes, Options, RunError, Scene, SceneImage, Side, panel, split};
-use crate::headless::{AwaitedAssets, HeadlessSettings, LabTarget, adapter, timing::FrameClock};
+use crate::headless::{
+    AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, adapter, timing::FrameClock,
+};
 
 /// Frames over which the figures of the panel are the median.
 const FRAMES: usize = 60;
@@ -89,6 +91,7 @@ pub fn open(
         description: scene.description(),
     })
     .init_resource::<AwaitedAssets>()
+    .init_resource::<AwaitedWork>()
     .init_resource::<MemoryFigures>()
     .init_resource::<Notes>()
     .init_resource::<LiveTimes>()

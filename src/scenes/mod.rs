@@ -1,6 +1,7 @@
 //! The example scenes. A new one is a module and a line in [`ALL`].
 
 pub mod deferred_accumulation;
+pub mod voxel_gi;
 pub mod wavelet_tex;
 pub mod ycocg_fb;
 
@@ -10,5 +11,6 @@ use crate::runner::Scene;
 pub static ALL: &[&dyn Scene] = &[
     &wavelet_tex::WaveletTex,
     &ycocg_fb::YCoCgFb,
+    &voxel_gi::VoxelGi,
     &deferred_accumulation::DeferredAccumulation,
 ];

@@ -7,12 +7,14 @@
 //! | [`contest`] | frame times of settings that take turns |
 //! | [`options`] | the command line, and how much it makes a study measure |
 //! | [`mod@wavelet_tex`] | the study of `bevy_wavelet_tex` |
+//! | [`voxel_gi`] | the study of `bevy_voxel_gi` |
 //! | [`ycocg_fb`] | the study of `bevy_ycocg_fb` |
 //! | `table` | the report as a short table |
 
 pub mod contest;
 pub mod options;
 mod table;
+pub mod voxel_gi;
 pub mod wavelet_tex;
 pub mod ycocg_fb;
 
@@ -27,6 +29,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use thiserror::Error;
 
 use crate::{
+    boxes::TruthError,
     headless::HeadlessError,
     metrics::SizeMismatch,
     record::{Report, WriteError},
@@ -34,7 +37,7 @@ use crate::{
 use options::{Options, Plan};
 
 /// The studies, one a plugin.
-pub const STUDIES: &[Study] = &[wavelet_tex::STUDY, ycocg_fb::STUDY];
+pub const STUDIES: &[Study] = &[wavelet_tex::STUDY, ycocg_fb::STUDY, voxel_gi::STUDY];
 
 /// The measurements of one plugin.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +46,8 @@ pub struct Study {
     pub name: &'static str,
     /// Measures, and tells the bar how far it is.
     pub measure: fn(&Plan, &ProgressBar) -> Result<Report, TradeoffError>,
+    /// A plot of its report as SVG, if there is one.
+    pub plot: Option<fn(&Report) -> String>,
 }
 
 /// Why a study has no report.
@@ -64,6 +69,17 @@ pub enum TradeoffError {
         path: PathBuf,
         /// What the decoder says.
         source: image::ImageError,
+    },
+    /// A path-traced picture could not be read.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
+    /// The plot could not be written.
+    #[error("cannot write the plot `{}`: {source}", .path.display())]
+    Plot {
+        /// Its path.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
     },
     /// The folder of the reports could not be made.
     #[error("cannot make the folder `{}`: {source}", .path.display())]
@@ -94,7 +110,7 @@ pub fn run() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Measures and writes `folder/NAME.json`; the table goes to the standard output.
+/// Measures and writes `folder/NAME.json`, and `folder/NAME.svg` where there is a plot; the table goes to the standard output.
 fn write_report(study: &Study, plan: &Plan, folder: &Path) -> Result<(), TradeoffError> {
     // A folder that cannot be made should not show up after minutes of measuring.
     std::fs::create_dir_all(folder).map_err(|source| TradeoffError::Folder {
@@ -113,6 +129,11 @@ fn write_report(study: &Study, plan: &Plan, folder: &Path) -> Result<(), Tradeof
     let report = result?;
     let path = folder.join(study.name).with_extension("json");
     report.write(&path)?;
+    if let Some(plot) = study.plot {
+        let path = path.with_extension("svg");
+        std::fs::write(&path, plot(&report))
+            .map_err(|source| TradeoffError::Plot { path, source })?;
+    }
     print!("{}", table::table(&report));
     println!("written to {}", path.display());
     Ok(())

@@ -58,6 +58,62 @@ pub struct Plan {
     pub rounds: u32,
     /// Frames of a setting in a round.
     pub frames: u32,
+    /// What the study of global illumination measures.
+    pub gi: GiPlan,
+}
+
+/// What the study of global illumination measures.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GiPlan {
+    /// Folder of the scenes and their path-traced light; without it the Cornell box is traced here.
+    pub folder: PathBuf,
+    /// Voxels along an edge, at least one.
+    pub resolutions: Vec<u32>,
+    /// Rays from each side of a voxel, with each resolution.
+    pub rays: Vec<u32>,
+    /// Steps of propagated light, with each resolution.
+    pub iterations: Vec<u32>,
+    /// Bounces in each frame.
+    pub bounces: Vec<u32>,
+    /// Voxelisers, shadow samples and ambient occlusion too.
+    pub variants: bool,
+    /// Numbers of triangles, about.
+    pub triangles: Vec<u32>,
+    /// Rounds in which the settings take turns.
+    pub rounds: u32,
+    /// Frames of a setting in a round.
+    pub frames: u32,
+}
+
+impl GiPlan {
+    fn new(quick: bool) -> Self {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi");
+        if quick {
+            Self {
+                folder,
+                resolutions: vec![16],
+                rays: vec![8],
+                iterations: vec![32],
+                bounces: vec![1],
+                variants: false,
+                triangles: vec![1_000, 10_000],
+                rounds: 3,
+                frames: 3,
+            }
+        } else {
+            Self {
+                folder,
+                resolutions: vec![16, 32, 64],
+                rays: vec![8, 16, 32, 64],
+                iterations: vec![32, 96, 256],
+                bounces: vec![1, 2, 4],
+                variants: true,
+                triangles: vec![1_000, 10_000, 100_000, 1_000_000],
+                rounds: 5,
+                frames: 5,
+            }
+        }
+    }
 }
 
 impl Plan {
@@ -78,6 +134,7 @@ impl Plan {
             frame: Some(if quick { [640, 360] } else { [1280, 720] }),
             rounds,
             frames,
+            gi: GiPlan::new(quick),
         }
     }
 }

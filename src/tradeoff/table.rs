@@ -13,14 +13,30 @@ pub(super) fn table(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5}",
-        "scene", "setting", "mse", "psnr dB", "flip", "max", "gpu ms", "cpu ms", "bytes", "fetch"
+        "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5} {:>7} {:>7}  {}",
+        "scene",
+        "setting",
+        "mse",
+        "psnr dB",
+        "flip",
+        "max",
+        "gpu ms",
+        "cpu ms",
+        "bytes",
+        "fetch",
+        "error %",
+        "bias %",
+        "stages ms"
     );
     for m in &report.measurements {
         let bytes = m.bytes.map_or("-".into(), |bytes| bytes.to_string());
-        let _ = writeln!(
-            text,
-            "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5}",
+        let stages: Vec<_> = m
+            .stage_ms
+            .iter()
+            .map(|(name, ms)| format!("{name} {ms:.2}"))
+            .collect();
+        let line = format!(
+            "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5} {:>7} {:>7}  {}",
             m.scene,
             m.setting,
             figure(m.mse, 2),
@@ -31,7 +47,11 @@ pub(super) fn table(report: &Report) -> String {
             figure(m.cpu_ms, 2),
             bytes,
             figure(m.fetches, 0),
+            figure(m.relative_error.map(|error| 100.0 * error), 1),
+            figure(m.bias.map(|bias| 100.0 * bias), 1),
+            stages.join(", "),
         );
+        let _ = writeln!(text, "{}", line.trim_end());
     }
     text
 }

@@ -36,6 +36,7 @@ use crate::{
 pub const STUDY: Study = Study {
     name: PLUGIN,
     measure,
+    plot: None,
 };
 
 const PLUGIN: &str = "wavelet_tex";

@@ -7,6 +7,8 @@ mod runner;
 mod support;
 mod tradeoff;
 mod voxel_gi;
+mod voxel_gi_scene;
+mod voxel_gi_study;
 mod wavelet_tex;
 mod ycocg_fb;
 mod ycocg_scene;

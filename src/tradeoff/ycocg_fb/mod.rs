@@ -52,6 +52,7 @@ use crate::{
 pub const STUDY: Study = Study {
     name: PLUGIN,
     measure,
+    plot: None,
 };
 
 const PLUGIN: &str = "ycocg_fb";

@@ -1,0 +1,184 @@
+use std::path::Path;
+
+use super::*;
+use crate::boxes::{SceneDirectionalLight, ScenePointLight, agreement, cornell_box, read_npy};
+
+/// A floor, and a block on it that is turned.
+fn block_on_floor(albedo: f32) -> BoxScene {
+    let mut scene = cornell_box();
+    scene.point_lights.clear();
+    scene.camera.width = 32;
+    scene.camera.height = 32;
+    scene.boxes = [
+        (Vec3::new(0.0, -0.5, 0.0), Vec3::new(50.0, 0.5, 50.0), 0.0),
+        (Vec3::new(0.2, 0.5, 0.0), Vec3::splat(0.5), 25.0),
+        (Vec3::new(-0.9, 0.5, -0.4), Vec3::new(0.2, 0.5, 0.2), 0.0),
+    ]
+    .map(|(center, half, rotate_y_deg)| SceneBox {
+        center,
+        half,
+        albedo: Vec3::splat(albedo),
+        rotate_y_deg,
+    })
+    .into();
+    scene
+}
+
+fn mean(picture: &[Vec3]) -> Vec3 {
+    picture.iter().sum::<Vec3>() / picture.len() as f32
+}
+
+#[test]
+fn white_surfaces_under_an_even_sky_cannot_be_seen() {
+    let mut scene = block_on_floor(1.0);
+    scene.sky_radiance = Vec3::new(1.0, 2.0, 3.0);
+    let settings = TraceSettings {
+        depth: 200,
+        ..TraceSettings::default()
+    };
+    let picture = trace(&scene, &settings);
+    for pixel in &picture.total {
+        assert!(
+            (*pixel / scene.sky_radiance - 1.0).abs().max_element() < 0.1,
+            "{pixel}"
+        );
+    }
+    let mean = mean(&picture.total) / scene.sky_radiance;
+    assert!((mean - 1.0).abs().max_element() < 2e-3, "{mean}");
+}
+
+#[test]
+fn a_block_alone_under_an_even_sky_shows_albedo_times_sky() {
+    let mut scene = block_on_floor(0.4);
+    scene.boxes.remove(0);
+    scene.boxes.truncate(1);
+    scene.sky_radiance = Vec3::splat(5.0);
+    let picture = trace(
+        &scene,
+        &TraceSettings {
+            samples: 4,
+            ..TraceSettings::default()
+        },
+    );
+    let seen: Vec<_> = picture.indirect.iter().filter(|p| p.x > 0.0).collect();
+    assert!(seen.len() > 20, "{} pixels of the block", seen.len());
+    // Pixels at its edge see the sky too, which is not in `indirect`.
+    let inner = seen.iter().filter(|p| (p.x - 2.0).abs() < 1e-4).count();
+    assert!(inner * 2 > seen.len(), "{inner} of {}", seen.len());
+    assert!(picture.direct.iter().all(|p| *p == Vec3::ZERO));
+}
+
+#[test]
+fn lamps_light_and_shade_as_the_law_has_it() {
+    let mut scene = block_on_floor(0.5);
+    // Straight from above onto the floor, but for what is below the blocks.
+    scene.camera.eye = Vec3::new(0.0, 8.0, 0.0);
+    scene.camera.target = Vec3::ZERO;
+    scene.camera.up = Vec3::NEG_Z;
+    scene.directional_lights = vec![SceneDirectionalLight {
+        direction: Vec3::new(0.0, -3.0, 0.0),
+        illuminance_lux: Vec3::splat(7.0),
+    }];
+    let settings = TraceSettings {
+        samples: 1,
+        ..TraceSettings::default()
+    };
+    let sun = trace(&scene, &settings);
+    let expected = 0.5 * 7.0 / PI;
+    assert!(sun.direct.iter().all(|p| (p.x - expected).abs() < 1e-4));
+    assert!(mean(&sun.indirect).x > 0.0);
+
+    scene.directional_lights.clear();
+    scene.boxes.truncate(1);
+    scene.point_lights = vec![ScenePointLight {
+        position: Vec3::new(0.0, 2.0, 0.0),
+        intensity_cd: Vec3::splat(20.0),
+    }];
+    let lamp = trace(&scene, &settings);
+    let brightest = lamp.direct.iter().map(|p| p.x).fold(0.0, f32::max);
+    let expected = 0.5 / PI * 20.0 / 4.0;
+    assert!(
+        (brightest / expected - 1.0).abs() < 0.02,
+        "{brightest} for {expected}"
+    );
+    // A floor alone receives nothing from itself.
+    assert_eq!(mean(&lamp.indirect), Vec3::ZERO);
+
+    // Behind a roof it is dark.
+    scene.boxes.push(SceneBox {
+        center: Vec3::new(0.0, 1.0, 0.0),
+        half: Vec3::new(20.0, 0.1, 20.0),
+        albedo: Vec3::ONE,
+        rotate_y_deg: 0.0,
+    });
+    scene.camera.eye = Vec3::new(0.0, 0.6, 2.0);
+    let dark = trace(&scene, &settings);
+    assert!(dark.total.iter().all(|p| *p == Vec3::ZERO));
+}
+
+#[test]
+fn the_same_picture_twice_and_another_with_another_seed() {
+    let mut scene = cornell_box();
+    (scene.camera.width, scene.camera.height) = (16, 16);
+    let settings = TraceSettings {
+        samples: 2,
+        ..TraceSettings::default()
+    };
+    let first = trace(&scene, &settings);
+    assert!(first == trace(&scene, &settings));
+    assert!(
+        first
+            != trace(
+                &scene,
+                &TraceSettings {
+                    seed: 1,
+                    ..settings
+                }
+            )
+    );
+}
+
+#[test]
+fn it_agrees_with_another_path_tracer() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi");
+    if !folder.exists() {
+        println!("{} is not here: nothing compared", folder.display());
+        return;
+    }
+    for name in ["cornell_point", "colonnade", "sunlit_room"] {
+        let scene = BoxScene::read(&folder, name).expect("a scene");
+        let picture = trace(
+            &scene,
+            &TraceSettings {
+                samples: 64,
+                ..TraceSettings::default()
+            },
+        );
+        for (part, ours, error) in [
+            ("total", &picture.total, 0.04),
+            ("direct", &picture.direct, 0.01),
+            ("indirect", &picture.indirect, 0.06),
+        ] {
+            let truth = read_npy(&folder.join(format!("{name}.{part}.npy"))).expect("its truth");
+            let found = agreement(ours, &truth, picture.width);
+            println!("{name} {part}: {found:?}");
+            assert!(found.relative_error < error, "{name} {part}: {found:?}");
+            assert!(found.bias.abs() < 0.01, "{name} {part}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn the_cornell_box_in_code_is_the_one_in_the_data() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi");
+    if !folder.exists() {
+        println!("{} is not here: nothing compared", folder.display());
+        return;
+    }
+    let [ours, theirs] = [
+        cornell_box(),
+        BoxScene::read(&folder, "cornell_point").expect("a scene"),
+    ]
+    .map(|scene| format!("{:.5?}", scene));
+    assert_eq!(ours, theirs);
+}

@@ -1,0 +1,170 @@
+//! Light that bounces: a sunlit room in which everything may move, and the Cornell box beside its
+//! path-traced picture. Before is what Bevy shows of the same lamps.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | `settings` | what the knobs make of the volume |
+//! | `room` | the room in numbers |
+//! | `stage` | the chosen scene, and the cameras before it |
+//! | `motion` | the sun and the door |
+//! | `drag` | objects that follow the mouse |
+//! | `truth` | the path-traced picture, and how far the live one is from it |
+//! | `figures` | the plugin's report as figures and notes |
+
+mod drag;
+mod figures;
+mod motion;
+pub mod room;
+mod settings;
+mod stage;
+mod truth;
+
+use bevy::{camera::Hdr, core_pipeline::tonemapping::DebandDither, prelude::*};
+use bevy_voxel_gi::VoxelGiPlugin;
+
+use crate::{
+    headless::AwaitedWork,
+    runner::{Knob, Scene, Side},
+};
+
+/// The example of `bevy_voxel_gi`.
+pub struct VoxelGi;
+
+impl Scene for VoxelGi {
+    fn name(&self) -> &'static str {
+        "voxel_gi"
+    }
+
+    fn plugin(&self) -> &'static str {
+        "bevy_voxel_gi"
+    }
+
+    fn description(&self) -> &'static str {
+        "Global illumination: lamps alone before, the light that bounces and the sky's after. \
+         Drag the red box and the ball with the mouse"
+    }
+
+    fn knobs(&self) -> Vec<Knob> {
+        vec![
+            Knob::choice(
+                "scene",
+                "a room with a window and a door, or the Cornell box beside a path-traced picture",
+                0,
+                &["sunlit_room", "cornell"],
+            ),
+            Knob::choice(
+                "light",
+                "light that bounces, or the sky alone where nothing nearby is in its way",
+                0,
+                &["global_illumination", "ambient_occlusion"],
+            ),
+            Knob::choice(
+                "solver",
+                "rays through the voxels, or from voxel to voxel",
+                0,
+                &["march", "propagate"],
+            ),
+            Knob::integer(
+                "rays",
+                "from each side of a voxel with a surface, for `march` and ambient occlusion",
+                32,
+                4..=256,
+                "",
+            ),
+            Knob::integer("iterations", "steps of `propagate`", 96, 1..=512, ""),
+            Knob::choice(
+                "bounces",
+                "of `march`: one a frame fed back, or so many in each frame",
+                0,
+                &["endless", "1", "2", "4", "8"],
+            ),
+            Knob::choice(
+                "resolution",
+                "voxels along an edge of the volume",
+                2,
+                &["8", "16", "32", "64", "128"],
+            ),
+            Knob::choice(
+                "voxelizer",
+                "how triangles become voxels",
+                0,
+                &[
+                    "conservative",
+                    "fragment_clipping",
+                    "geometry_clipping",
+                    "stochastic",
+                ],
+            ),
+            Knob::integer(
+                "shadow_samples",
+                "points of a voxel that are tested for shadow, per lamp",
+                16,
+                1..=16,
+                "",
+            ),
+            Knob::integer(
+                "cascades",
+                "volumes around each other, each twice as large; the first is half the scene then",
+                1,
+                1..=4,
+                "",
+            ),
+            Knob::choice(
+                "receiver",
+                "how a pixel reads the volume",
+                0,
+                &["fast", "per_pixel"],
+            ),
+            Knob::toggle("sun_motion", "the sun of the room wanders", true),
+            Knob::choice(
+                "debug",
+                "what the voxels hold, instead of the picture of after",
+                0,
+                &[
+                    "off",
+                    "occupancy",
+                    "albedo",
+                    "normal",
+                    "radiance",
+                    "irradiance",
+                ],
+            ),
+            Knob::choice("door", "of the room", 0, &["swinging", "closed", "open"]),
+        ]
+    }
+
+    fn view(&self) -> Transform {
+        room::view()
+    }
+
+    fn build(&self, app: &mut App) {
+        app.world_mut()
+            .resource_mut::<AwaitedWork>()
+            .0
+            .insert(figures::LIGHT);
+        app.add_plugins(VoxelGiPlugin)
+            .insert_resource(GlobalAmbientLight::NONE)
+            .init_resource::<stage::Stage>()
+            .init_resource::<truth::Truth>()
+            .add_systems(
+                Update,
+                (
+                    stage::change,
+                    settings::apply,
+                    settings::apply_debug,
+                    motion::move_sun,
+                    motion::swing_door,
+                    drag::drag,
+                    truth::receive,
+                    truth::place_picture,
+                    truth::compare,
+                    figures::show,
+                )
+                    .chain(),
+            );
+    }
+
+    fn dress_camera(&self, camera: &mut EntityCommands, _: Side) {
+        camera.insert((Hdr, DebandDither::Disabled));
+    }
+}

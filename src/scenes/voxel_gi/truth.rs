@@ -1,0 +1,376 @@
+//! The path-traced picture of the Cornell box, at the right, and how far the live one is from it.
+//!
+//! The comparison has cameras of its own, off screen and where the traced picture was taken from:
+//! the light that bounces is what one with the volume's light sees more than one without.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    camera::{
+        CameraOutputMode, Exposure, Hdr, ImageRenderTarget, RenderTarget, ScalingMode, Viewport,
+        visibility::RenderLayers,
+    },
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    math::Affine2,
+    prelude::*,
+    render::{
+        gpu_readback::{Readback, ReadbackComplete},
+        render_resource::{BlendState, Extent3d, TextureDimension, TextureFormat, TextureUsages},
+    },
+    tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
+};
+use bevy_voxel_gi::{VoxelGiReport, VoxelGiState};
+
+use super::stage::{Part, Stage};
+use crate::{
+    boxes::{
+        Agreement, BoxScene, SceneCamera, TraceSettings, TracedPicture, agreement, cornell_box,
+        trace,
+    },
+    headless::LabTarget,
+    runner::{AFTER_LAYER, PictureArea, Side},
+};
+
+/// Exposure of the cameras before the box: 1 cd/m² is a quarter of white.
+pub const EV100: f32 = EV100_OF_ONE + 2.0;
+/// An exposure of exactly 1.
+const EV100_OF_ONE: f32 = -0.263_034_4;
+/// Vertical field of view of all cameras before the box, in degrees.
+const FOV: f32 = 45.0;
+/// Width of what a camera sees at the box's opening, in metres: its left half holds the box.
+const WIDTH: f32 = 4.93;
+/// The opening, in metres along Z.
+const FRONT: f32 = 1.1;
+/// Size of the traced picture in pixels.
+const SIZE: UVec2 = UVec2::new(224, 128);
+/// Paths from each of its pixels.
+const SAMPLES: u32 = 768;
+/// Render layer of the quad that shows it.
+const LAYER: usize = AFTER_LAYER + 1;
+
+/// Where a camera with a picture of this aspect sees the box in the left half.
+pub fn view(aspect: f32) -> Transform {
+    // As far away as for the widest picture in which floor and ceiling are seen.
+    let height = WIDTH / aspect.min(SIZE.x as f32 / SIZE.y as f32);
+    let distance = 0.5 * height / (0.5 * FOV.to_radians()).tan();
+    let aside = 0.25 * height * aspect;
+    Transform::from_xyz(aside, 1.0, FRONT + distance)
+}
+
+/// The scene as the traced picture shows it.
+pub fn scene() -> BoxScene {
+    let pose = view(SIZE.x as f32 / SIZE.y as f32);
+    BoxScene {
+        camera: SceneCamera {
+            eye: pose.translation,
+            target: pose.translation - Vec3::Z,
+            up: Vec3::Y,
+            fov_y_deg: FOV,
+            width: SIZE.x,
+            height: SIZE.y,
+        },
+        ..cornell_box()
+    }
+}
+
+/// The traced picture, as far as it is.
+#[derive(Resource, Default)]
+pub struct Truth {
+    task: Option<Task<TracedPicture>>,
+    picture: Option<TracedPicture>,
+    shown: Option<Handle<Image>>,
+    /// The live pictures before and after, as they come in.
+    live: [Option<Vec<Vec3>>; 2],
+    found: Option<Agreement>,
+    /// The box is on stage.
+    is_open: bool,
+}
+
+impl Truth {
+    /// Something is still to come.
+    pub fn is_waiting(&self) -> bool {
+        self.is_open && self.found.is_none()
+    }
+
+    /// What there is to say.
+    pub fn note(&self) -> Option<String> {
+        if !self.is_open {
+            return None;
+        }
+        Some(match (&self.picture, self.found) {
+            (None, _) => "the picture is being traced".into(),
+            (_, None) => "compared once the light has settled".into(),
+            (_, Some(found)) => format!(
+                "{:.1}% error and {:+.1}% bias of the light that bounces",
+                100.0 * found.relative_error,
+                100.0 * found.bias
+            ),
+        })
+    }
+}
+
+/// Starts to trace when the box comes on stage, and takes what was traced.
+pub fn receive(stage: Res<Stage>, mut truth: ResMut<Truth>, mut images: ResMut<Assets<Image>>) {
+    if truth.is_open != stage.has_truth() {
+        truth.is_open = stage.has_truth();
+        (truth.live, truth.found) = ([None, None], None);
+    }
+    if !truth.is_open || truth.picture.is_some() {
+        return;
+    }
+    let task = truth.task.get_or_insert_with(|| {
+        AsyncComputeTaskPool::get().spawn(async {
+            let settings = TraceSettings {
+                samples: SAMPLES,
+                ..default()
+            };
+            trace(&scene(), &settings)
+        })
+    });
+    if let Some(picture) = check_ready(task) {
+        truth.task = None;
+        truth.shown = Some(images.add(image(&picture.total)));
+        truth.picture = Some(picture);
+    }
+}
+
+/// A picture as a display shows it, exposed as the live one and not tone-mapped either.
+fn image(radiance: &[Vec3]) -> Image {
+    let exposure = Exposure { ev100: EV100 }.exposure();
+    let texels = radiance.iter().flat_map(|radiance| {
+        let color = Srgba::from(LinearRgba::from_vec3(exposure * *radiance));
+        let [r, g, b] = [color.red, color.green, color.blue].map(|c| (c * 255.0).round() as u8);
+        [r, g, b, 255]
+    });
+    Image::new(
+        Extent3d {
+            width: SIZE.x,
+            height: SIZE.y,
+            depth_or_array_layers: 1,
+        },
+        TextureDimension::D2,
+        texels.collect(),
+        TextureFormat::Rgba8UnormSrgb,
+        RenderAssetUsages::RENDER_WORLD,
+    )
+}
+
+/// The camera of the quad, and the area for which it was placed.
+#[derive(Component)]
+pub struct PictureView(URect);
+
+/// Shows the box's part of the traced picture in the right half of the area.
+pub fn place_picture(
+    mut commands: Commands,
+    truth: Res<Truth>,
+    area: Res<PictureArea>,
+    target: Res<LabTarget>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<ColorMaterial>>,
+    views: Query<(Entity, &PictureView)>,
+    quads: Query<(), With<Quad>>,
+) {
+    let shown = truth.shown.as_ref().filter(|_| truth.is_open);
+    let Some(shown) = shown.filter(|_| !area.0.is_empty()) else {
+        for (view, _) in &views {
+            commands.entity(view).despawn();
+        }
+        return;
+    };
+    if quads.is_empty() {
+        let mut left_half = ColorMaterial::from(shown.clone());
+        left_half.uv_transform = Affine2::from_scale(Vec2::new(0.5, 1.0));
+        commands.spawn((
+            Quad,
+            Mesh2d(meshes.add(Rectangle::from_length(1.0))),
+            MeshMaterial2d(materials.add(left_half)),
+            RenderLayers::layer(LAYER),
+        ));
+    }
+    if views.iter().any(|(_, view)| view.0 == area.0) {
+        return;
+    }
+    for (view, _) in &views {
+        commands.entity(view).despawn();
+    }
+    let half = UVec2::new(area.0.width() / 2, area.0.height());
+    let scale = (half.as_vec2() / Vec2::new(0.5 * SIZE.x as f32, SIZE.y as f32)).min_element();
+    let size = (scale * Vec2::new(0.5 * SIZE.x as f32, SIZE.y as f32))
+        .as_uvec2()
+        .max(UVec2::ONE);
+    let corner = area.0.min + UVec2::new(area.0.width() - half.x, 0) + (half - size) / 2;
+    commands.spawn((
+        PictureView(area.0),
+        Camera2d,
+        Camera {
+            order: LAYER as isize,
+            viewport: Some(Viewport {
+                physical_position: corner,
+                physical_size: size,
+                ..default()
+            }),
+            output_mode: CameraOutputMode::Write {
+                blend_state: Some(BlendState::REPLACE),
+                clear_color: ClearColorConfig::None,
+            },
+            ..default()
+        },
+        Projection::from(OrthographicProjection {
+            scaling_mode: ScalingMode::Fixed {
+                width: 1.0,
+                height: 1.0,
+            },
+            ..OrthographicProjection::default_2d()
+        }),
+        target.0.clone(),
+        RenderLayers::layer(LAYER),
+        Msaa::Off,
+        Tonemapping::None,
+        DebandDither::Disabled,
+    ));
+}
+
+/// What shows the traced picture.
+#[derive(Component)]
+pub struct Quad;
+
+/// A camera of the comparison, and where it draws to.
+#[derive(Component)]
+pub struct Compared {
+    side: usize,
+    image: Handle<Image>,
+}
+
+/// Takes the live pictures each time that the light has settled, and compares them.
+pub fn compare(
+    mut commands: Commands,
+    mut truth: ResMut<Truth>,
+    report: Res<VoxelGiReport>,
+    mut images: ResMut<Assets<Image>>,
+    cameras: Query<(Entity, &Compared, Has<Readback>)>,
+) {
+    if !truth.is_open {
+        return;
+    }
+    if cameras.is_empty() {
+        spawn_cameras(&mut commands, &mut images);
+        return;
+    }
+    if report.state != VoxelGiState::Settled {
+        if truth.found.is_some() || truth.live.iter().any(Option::is_some) {
+            (truth.live, truth.found) = ([None, None], None);
+        }
+        return;
+    }
+    if truth.found.is_some() || truth.picture.is_none() {
+        return;
+    }
+    for (entity, camera, is_reading) in &cameras {
+        if truth.live[camera.side].is_none() && !is_reading {
+            let readback = Readback::texture(camera.image.clone());
+            commands.entity(entity).insert(readback);
+        }
+    }
+    if let (Some(picture), [Some(before), Some(after)]) = (&truth.picture, &truth.live) {
+        let bounced: Vec<Vec3> = after.iter().zip(before).map(|(a, b)| a - b).collect();
+        let found = agreement(&bounced, &picture.indirect, picture.width);
+        truth.found = Some(found);
+    }
+}
+
+fn spawn_cameras(commands: &mut Commands, images: &mut Assets<Image>) {
+    let scene = scene();
+    for side in Side::BOTH {
+        let mut image = Image::new_target_texture(SIZE.x, SIZE.y, TextureFormat::Rgba32Float, None);
+        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+        let image = images.add(image);
+        let index = match side {
+            Side::Before => 0,
+            Side::After => 1,
+        };
+        let mut camera = commands.spawn((
+            Part,
+            Compared {
+                side: index,
+                image: image.clone(),
+            },
+            Camera3d::default(),
+            Camera {
+                order: -2 + index as isize,
+                ..default()
+            },
+            RenderTarget::Image(ImageRenderTarget::from(image)),
+            side.layers().with(0),
+            Hdr,
+            Msaa::Off,
+            Tonemapping::None,
+            DebandDither::Disabled,
+            Exposure {
+                ev100: EV100_OF_ONE,
+            },
+            Projection::Perspective(PerspectiveProjection {
+                fov: FOV.to_radians(),
+                ..default()
+            }),
+            Transform::from_translation(scene.camera.eye)
+                .looking_at(scene.camera.target, scene.camera.up),
+        ));
+        camera.observe(take);
+    }
+}
+
+/// Keeps the pixels of a live picture.
+fn take(
+    event: On<ReadbackComplete>,
+    mut commands: Commands,
+    mut truth: ResMut<Truth>,
+    cameras: Query<&Compared>,
+) {
+    let Ok(camera) = cameras.get(event.entity) else {
+        return;
+    };
+    commands.entity(event.entity).remove::<Readback>();
+    let channel = |texel: &[u8], c: usize| {
+        f32::from_le_bytes([
+            texel[4 * c],
+            texel[4 * c + 1],
+            texel[4 * c + 2],
+            texel[4 * c + 3],
+        ])
+    };
+    let pixels = event
+        .data
+        .chunks_exact(16)
+        .map(|texel| Vec3::new(channel(texel, 0), channel(texel, 1), channel(texel, 2)));
+    truth.live[camera.side] = Some(pixels.collect());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exposures_are_as_said() {
+        for (ev100, expected) in [(EV100_OF_ONE, 1.0), (EV100, 0.25)] {
+            let exposure = Exposure { ev100 }.exposure();
+            assert!((exposure - expected).abs() < 1e-5, "{exposure}");
+        }
+    }
+
+    #[test]
+    fn the_box_is_in_the_left_half_of_pictures_of_any_aspect() {
+        for aspect in [1.0, 1.36, 16.0 / 9.0, 2.4] {
+            let pose = view(aspect);
+            let distance = pose.translation.z - FRONT;
+            let half_height = distance * (0.5 * FOV.to_radians()).tan();
+            let x = |x: f32| (x - pose.translation.x) / (half_height * aspect);
+            // From -1 at the left edge to 1 at the right one.
+            assert!(
+                x(-1.1) > -1.0 && x(1.1) < 0.0,
+                "{aspect}: {} {}",
+                x(-1.1),
+                x(1.1)
+            );
+            assert!((2.1 - pose.translation.y) / half_height < 1.0, "{aspect}");
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The same setting with more and more triangles: spheres in a volume, and a lamp.
+
+use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
+use indicatif::ProgressBar;
+
+use super::{PLUGIN, SPANS, render};
+use crate::{
+    headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
+    record::Measurement,
+    tradeoff::{
+        contest::{Contestant, contest},
+        options::GiPlan,
+    },
+};
+
+/// Frames before which every pipeline must have been compiled.
+const MAX_FRAMES: u32 = 200;
+/// Spheres along each edge of the volume.
+const SPHERES: u32 = 3;
+/// Edge of the volume in metres.
+const SIZE: f32 = 6.0;
+/// Edge of the picture in pixels: small, as the volume is what is measured.
+const PICTURE: u32 = 64;
+
+/// The rows, one a number of triangles.
+///
+/// # Errors
+/// [`HeadlessError`] when a frame cannot be rendered.
+pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<Measurement>, HeadlessError> {
+    let mut contestants = Vec::new();
+    for &triangles in &plan.triangles {
+        progress.set_message(format!("{triangles} triangles"));
+        contestants.push(contestant(triangles, plan.resolutions[0])?);
+        progress.inc(1);
+    }
+    contest(contestants, plan.rounds, plan.frames)
+}
+
+fn contestant(triangles: u32, resolution: u32) -> Result<Contestant, HeadlessError> {
+    let settings = HeadlessSettings::with_size(PICTURE, PICTURE);
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(VoxelGiPlugin);
+    })?;
+    let world = app.world_mut();
+    spawn_spheres(world, triangles);
+    let target = world.resource::<LabTarget>().0.clone();
+    world.spawn((
+        Camera3d::default(),
+        target,
+        Msaa::Off,
+        Tonemapping::None,
+        Transform::from_xyz(0.0, 0.0, SIZE).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    let volume = VoxelGiVolume {
+        size: SIZE,
+        resolution,
+        ..default()
+    };
+    let volume = world.spawn(volume).id();
+    app.run_until_ready(MAX_FRAMES)?;
+    render::never_pause(&mut app, volume)?;
+    let report = *app.world().resource::<VoxelGiReport>();
+    let row = Measurement {
+        plugin: PLUGIN.into(),
+        scene: format!("triangles_{}", report.triangles),
+        setting: format!("march {resolution}^3"),
+        bytes: Some(report.memory),
+        ..Measurement::default()
+    };
+    Ok(Contestant::new(app, row).with_stages(SPANS))
+}
+
+fn spawn_spheres(world: &mut World, triangles: u32) {
+    // A sphere of 2 n sectors and n stacks has 4 n (n - 1) triangles.
+    let each = triangles as f32 / SPHERES.pow(3) as f32;
+    let stacks = ((each / 4.0).sqrt() + 0.5).round().max(2.0) as u32;
+    let step = SIZE / SPHERES as f32;
+    let mesh = Sphere::new(0.35 * step).mesh().uv(2 * stacks, stacks);
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial::from(Color::srgb(0.8, 0.6, 0.4)));
+    for index in 0..SPHERES.pow(3) {
+        let cell = UVec3::new(
+            index % SPHERES,
+            index / SPHERES % SPHERES,
+            index / SPHERES.pow(2),
+        );
+        let at = (cell.as_vec3() + 0.5) * step - 0.5 * SIZE;
+        world.spawn((
+            Mesh3d(mesh.clone()),
+            MeshMaterial3d(material.clone()),
+            Transform::from_translation(at),
+        ));
+    }
+    world.spawn((
+        DirectionalLight::default(),
+        Transform::from_xyz(1.0, 2.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+}

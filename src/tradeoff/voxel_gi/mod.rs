@@ -1,0 +1,64 @@
+//! The study of `bevy_voxel_gi`: how close the light that bounces comes to path tracing, what it
+//! costs, and where the time goes.
+//!
+//! A picture with the volume less one without it is compared with the path-traced indirect light
+//! as means of 4 x 4 pixels ([`agreement`]). `bytes` are what the
+//! plugin reports. `stage_ms` are its passes on the GPU, each frame renewed in full; `gpu_ms` is
+//! the whole frame, pixels included.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`scenes`] | the scenes with their truth |
+//! | [`mod@settings`] | what is measured, by name |
+//! | [`mod@render`] | a setting in a scene |
+//! | [`load`] | the same setting with more and more triangles |
+//! | [`plot`] | error against time |
+
+pub mod load;
+pub mod plot;
+pub mod render;
+pub mod scenes;
+pub mod settings;
+
+use indicatif::ProgressBar;
+
+use super::{Study, TradeoffError, contest::contest, options::Plan};
+#[cfg(doc)]
+use crate::boxes::agreement;
+use crate::record::Report;
+
+/// The study.
+pub const STUDY: Study = Study {
+    name: PLUGIN,
+    measure,
+    plot: Some(plot::error_against_time),
+};
+
+const PLUGIN: &str = "voxel_gi";
+/// What the spans of the plugin's passes begin with.
+const SPANS: &str = "voxel_gi_";
+
+fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
+    let mut report = Report::default();
+    if plan.frame.is_none() {
+        return Ok(report);
+    }
+    progress.set_message("truth");
+    let scenes = scenes::scenes(&plan.gi, progress)?;
+    let settings = settings::settings(&plan.gi);
+    progress.set_length((scenes.len() * settings.len() + plan.gi.triangles.len()) as u64);
+    for scene in &scenes {
+        let mut contestants = Vec::new();
+        for setting in &settings {
+            progress.set_message(format!("{}: {}", scene.scene.name, setting.name));
+            let (contestant, adapter) = render::contestant(scene, setting)?;
+            contestants.push(contestant);
+            report.adapter = adapter;
+            progress.inc(1);
+        }
+        let rows = contest(contestants, plan.gi.rounds, plan.gi.frames)?;
+        report.measurements.extend(rows);
+    }
+    report.measurements.extend(load::rows(&plan.gi, progress)?);
+    Ok(report)
+}

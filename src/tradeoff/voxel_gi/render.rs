@@ -1,0 +1,110 @@
+//! A setting in a scene.
+
+use bevy::prelude::*;
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
+
+use super::{PLUGIN, SPANS, scenes::TrueScene, settings::Setting};
+use crate::{
+    boxes::{BoxScene, agreement, spawn_box_scene},
+    headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat},
+    record::{Measurement, ReportAdapter},
+    tradeoff::contest::Contestant,
+};
+
+/// Frames before which every pipeline must have been compiled.
+const MAX_FRAMES: u32 = 200;
+/// Frames before which the light must have settled.
+const MAX_SETTLE: u32 = 400;
+
+/// The app of a setting, ready to be timed, and its row with error and memory; the adapter.
+///
+/// # Errors
+/// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
+pub fn contestant(
+    truth: &TrueScene,
+    setting: &Setting,
+) -> Result<(Contestant, ReportAdapter), HeadlessError> {
+    let scene = &truth.scene;
+    let mut app = app(scene)?;
+    let without = picture(&mut app)?;
+    let volume = app
+        .world_mut()
+        .spawn(placed(scene, setting.volume.clone()))
+        .id();
+    settle(&mut app)?;
+    let bounced: Vec<Vec3> = picture(&mut app)?
+        .iter()
+        .zip(without)
+        .map(|(with, without)| with - without)
+        .collect();
+    let found = agreement(&bounced, &truth.indirect, scene.camera.width);
+    let report = *app.world().resource::<VoxelGiReport>();
+    let is_compared = setting.is_compared();
+    let row = Measurement {
+        plugin: PLUGIN.into(),
+        scene: scene.name.clone(),
+        setting: setting.name.clone(),
+        reference: truth.reference.into(),
+        bytes: Some(report.memory),
+        relative_error: is_compared.then_some(found.relative_error),
+        bias: is_compared.then_some(found.bias),
+        ..Measurement::default()
+    };
+    never_pause(&mut app, volume)?;
+    let adapter = app.adapter().into();
+    Ok((Contestant::new(app, row).with_stages(SPANS), adapter))
+}
+
+/// The scene without a volume, ready.
+fn app(scene: &BoxScene) -> Result<HeadlessApp, HeadlessError> {
+    let settings = HeadlessSettings {
+        format: TargetFormat::Float32,
+        ..HeadlessSettings::with_size(scene.camera.width, scene.camera.height)
+    };
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(VoxelGiPlugin);
+    })?;
+    spawn_box_scene(app.world_mut(), scene);
+    app.run_until_ready(MAX_FRAMES)?;
+    Ok(app)
+}
+
+/// A volume that fits the scene, with its sky.
+pub fn placed(scene: &BoxScene, settings: VoxelGiVolume) -> (VoxelGiVolume, Transform) {
+    let (center, size) = scene.volume(settings.resolution);
+    let volume = VoxelGiVolume {
+        size,
+        sky: Sky::uniform(LinearRgba::from_vec3(scene.sky_radiance)),
+        ..settings
+    };
+    (volume, Transform::from_translation(center))
+}
+
+/// Renders until the light has settled.
+pub(super) fn settle(app: &mut HeadlessApp) -> Result<(), HeadlessError> {
+    for _ in 0..MAX_SETTLE {
+        app.render_frames(1)?;
+        if app.world().resource::<VoxelGiReport>().state == VoxelGiState::Settled {
+            return Ok(());
+        }
+    }
+    Err(HeadlessError::NotReady {
+        frames: MAX_SETTLE,
+        waiting: vec!["the light".into()],
+    })
+}
+
+/// Lets the volume be renewed in each frame.
+pub(super) fn never_pause(app: &mut HeadlessApp, volume: Entity) -> Result<(), HeadlessError> {
+    if let Some(mut volume) = app.world_mut().get_mut::<VoxelGiVolume>(volume) {
+        volume.pause_when_settled = false;
+    }
+    // Times come back a few frames late.
+    app.render_frames(3)
+}
+
+fn picture(app: &mut HeadlessApp) -> Result<Vec<Vec3>, HeadlessError> {
+    let image = app.capture_f32()?;
+    let rgb = |p: &[f32; 4]| Vec3::new(p[0], p[1], p[2]);
+    Ok(image.pixels.iter().map(rgb).collect())
+}

@@ -1,0 +1,163 @@
+//! What is measured, by name: two settings that users have by default, one thing changed at a time,
+//! and the whole grid of resolution, rays and iterations.
+
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
+
+use crate::tradeoff::options::GiPlan;
+
+/// A setting and its name in the records.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// `march` or `propagate`, and what differs from the default.
+    pub name: String,
+    /// The settings; size and sky are the scene's.
+    pub volume: VoxelGiVolume,
+}
+
+/// Rays and iterations of the default settings.
+const RAYS: u32 = 32;
+const ITERATIONS: u32 = 96;
+/// Resolution of the default settings.
+const RESOLUTION: u32 = 32;
+
+impl Setting {
+    fn new(name: impl Into<String>, resolution: u32, light: VoxelLight) -> Self {
+        let mut name = name.into();
+        if resolution != RESOLUTION {
+            name += &format!(" {resolution}^3");
+        }
+        Self {
+            name,
+            volume: VoxelGiVolume {
+                resolution,
+                light,
+                ..VoxelGiVolume::default()
+            },
+        }
+    }
+
+    fn march(rays: u32, bounces: Bounces, resolution: u32) -> Self {
+        let mut name = "march".to_string();
+        if rays != RAYS {
+            name += &format!(" {rays} rays");
+        }
+        if let Bounces::Count(count) = bounces {
+            name += &format!(" {count} bounces");
+        }
+        let solver = Solver::March { rays };
+        let light = VoxelLight::GlobalIllumination { solver, bounces };
+        Self::new(name, resolution, light)
+    }
+
+    fn propagate(iterations: u32, resolution: u32) -> Self {
+        let mut name = "propagate".to_string();
+        if iterations != ITERATIONS {
+            name += &format!(" {iterations} steps");
+        }
+        let light = VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { iterations },
+            bounces: Bounces::Endless,
+        };
+        Self::new(name, resolution, light)
+    }
+
+    /// The default solver with something else changed.
+    fn variant(text: &str, resolution: u32, change: impl FnOnce(&mut VoxelGiVolume)) -> Self {
+        let mut setting = Self::march(RAYS, Bounces::Endless, resolution);
+        setting.name += &format!(" {text}");
+        change(&mut setting.volume);
+        setting
+    }
+
+    /// Whether its picture is to be compared with path-traced light.
+    pub fn is_compared(&self) -> bool {
+        matches!(self.volume.light, VoxelLight::GlobalIllumination { .. })
+    }
+}
+
+/// All settings of a plan, the default ones first.
+pub fn settings(plan: &GiPlan) -> Vec<Setting> {
+    let base = if plan.resolutions.contains(&RESOLUTION) {
+        RESOLUTION
+    } else {
+        plan.resolutions[0]
+    };
+    let mut settings = vec![
+        Setting::march(RAYS, Bounces::Endless, base),
+        Setting::propagate(ITERATIONS, base),
+    ];
+    for count in &plan.bounces {
+        settings.push(Setting::march(RAYS, Bounces::Count(*count), base));
+    }
+    for &resolution in &plan.resolutions {
+        for rays in &plan.rays {
+            settings.push(Setting::march(*rays, Bounces::Endless, resolution));
+        }
+        for iterations in &plan.iterations {
+            settings.push(Setting::propagate(*iterations, resolution));
+        }
+    }
+    settings.push(Setting::variant("per_pixel", base, |volume| {
+        volume.receiver = Receiver::PerPixel;
+    }));
+    if plan.variants {
+        for samples in [1, 4] {
+            let text = format!("{samples} shadow samples");
+            settings.push(Setting::variant(&text, base, |volume| {
+                volume.shadow_samples = samples;
+            }));
+        }
+        for (text, voxelizer) in [
+            ("fragment_clipping", Voxelizer::FragmentClipping),
+            ("geometry_clipping", Voxelizer::GeometryClipping),
+            ("stochastic", Voxelizer::Stochastic { points: 256 }),
+        ] {
+            settings.push(Setting::variant(text, base, |volume| {
+                volume.voxelizer = voxelizer;
+            }));
+        }
+        let occlusion = VoxelLight::AmbientOcclusion {
+            radius: 1.0,
+            rays: RAYS,
+        };
+        settings.push(Setting::new("ambient_occlusion", base, occlusion));
+    }
+    // The defaults are part of the grid.
+    let mut names = Vec::new();
+    settings.retain(|setting| {
+        let is_new = !names.contains(&setting.name);
+        names.push(setting.name.clone());
+        is_new
+    });
+    settings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tradeoff::options::Plan;
+
+    #[test]
+    fn settings_have_names_of_their_own_and_are_in_range() {
+        for quick in [false, true] {
+            let settings = settings(&Plan::new(quick).gi);
+            assert!(settings.len() > 4);
+            for setting in &settings {
+                assert_eq!(setting.volume, setting.volume.clamped(), "{}", setting.name);
+                let same = settings
+                    .iter()
+                    .filter(|other| other.name == setting.name || other.volume == setting.volume);
+                assert_eq!(same.count(), 1, "{}", setting.name);
+            }
+        }
+        let full = settings(&Plan::new(false).gi);
+        for name in [
+            "march",
+            "propagate",
+            "march 64 rays 64^3",
+            "propagate 256 steps 16^3",
+        ] {
+            assert!(full.iter().any(|setting| setting.name == name), "{name}");
+        }
+    }
+}
