@@ -1,0 +1,5 @@
+//! Elliptical texture filtering.
+pub mod reference;
+pub mod settings;
+
+pub use settings::{EwaKernel, EwaLevelOfDetail, EwaMethod, EwaProbes, EwaSettings};
