@@ -11,6 +11,7 @@
 //! | `table` | the report as a short table |
 
 pub mod contest;
+pub mod ewa;
 pub mod options;
 mod table;
 pub mod wavelet_tex;

@@ -219,6 +219,18 @@ impl EwaKernel {
             Self::MitchellNetravali | Self::Lanczos => 2.0,
         }
     }
+
+    /// The radius in pixels of a Gaussian of this module that blurs as much: probes have no weights
+    /// but that one's. Kernels with negative lobes blur less than any; theirs is the smallest that
+    /// does not alias.
+    pub fn probe_radius_pixels(self) -> f32 {
+        match self {
+            Self::Box => 0.68,
+            Self::Tent => 1.05,
+            Self::Gaussian { .. } => self.radius_pixels(),
+            Self::MitchellNetravali | Self::Lanczos => 0.75,
+        }
+    }
 }
 
 /// What the mip level is chosen by.

@@ -36,7 +36,7 @@ pub fn sample(
     let uv = uv.map(|c| reduced(c, settings.periodic));
     let max_anisotropy = f64::from(settings.max_anisotropy);
     let footprint = Footprint::new(derivatives, texture.size(), max_anisotropy);
-    let radius = f64::from(settings.kernel.radius_pixels());
+    let radius = f64::from(settings.kernel.probe_radius_pixels());
     let probed = |probes, turn| approximate(texture, &footprint, uv, radius, probes, turn);
     let one = || single(texture, [derivatives.dx, derivatives.dy], uv);
     let spatial = |probes: EwaProbes, turn: Turn| {

@@ -1,0 +1,3 @@
+//! The study of `bevy_ewa`.
+
+pub mod lookup;

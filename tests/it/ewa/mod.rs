@@ -1,0 +1,3 @@
+//! Elliptical filtering on the GPU.
+
+mod exact;
