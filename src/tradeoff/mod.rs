@@ -7,6 +7,7 @@
 //! | [`contest`] | frame times of settings that take turns |
 //! | [`options`] | the command line, and how much it makes a study measure |
 //! | [`mod@wavelet_tex`] | the study of `bevy_wavelet_tex` |
+//! | [`ewa`] | the study of `bevy_ewa` |
 //! | [`ycocg_fb`] | the study of `bevy_ycocg_fb` |
 //! | `table` | the report as a short table |
 
@@ -35,7 +36,7 @@ use crate::{
 use options::{Options, Plan};
 
 /// The studies, one a plugin.
-pub const STUDIES: &[Study] = &[wavelet_tex::STUDY, ycocg_fb::STUDY];
+pub const STUDIES: &[Study] = &[wavelet_tex::STUDY, ycocg_fb::STUDY, ewa::STUDY];
 
 /// The measurements of one plugin.
 #[derive(Clone, Copy, Debug)]

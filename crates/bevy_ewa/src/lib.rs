@@ -8,15 +8,17 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`settings`] | what a user chooses |
+//! | [`mips`] | mip chains for textures that lack them |
 //! | [`mod@reference`] | all of it in plain Rust, with scenes and their truth |
 //! | `shaders` | all of it in WGSL, importable |
 //! | `material` | how Bevy's materials come to use it |
 //! | `plugin` | what an app adds |
 //!
-//! Without the feature `bevy` only the first two are compiled.
+//! Without the feature `bevy` only the first three are compiled, [`mips`] without its systems.
 
 #[cfg(feature = "bevy")]
 pub mod material;
+pub mod mips;
 #[cfg(feature = "bevy")]
 pub mod plugin;
 pub mod reference;

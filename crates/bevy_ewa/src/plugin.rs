@@ -4,6 +4,7 @@ use bevy::{prelude::*, shader::load_shader_library};
 
 use crate::{
     material::{AllMaterials, EwaMaterialPlugin},
+    mips::load::MipLoadPlugin,
     settings::EwaSettings,
 };
 
@@ -41,6 +42,6 @@ impl Plugin for EwaPlugin {
         load_shader_library!(app, "shaders/ewa.wgsl");
         load_shader_library!(app, "shaders/material.wgsl");
         app.insert_resource(AllMaterials(self.all_materials))
-            .add_plugins(EwaMaterialPlugin);
+            .add_plugins((EwaMaterialPlugin, MipLoadPlugin));
     }
 }

@@ -56,7 +56,10 @@ impl Lookups {
         };
         let mut app = HeadlessApp::new(settings, |app| {
             embedded_asset!(app, "lookup.wgsl");
-            app.add_plugins((EwaPlugin::CHOSEN, MaterialPlugin::<LookupMaterial>::default()));
+            app.add_plugins((
+                EwaPlugin::CHOSEN,
+                MaterialPlugin::<LookupMaterial>::default(),
+            ));
         })?;
         let software = app.adapter().name.contains("llvmpipe");
         let gradients = coordinates
@@ -87,7 +90,10 @@ impl Lookups {
     /// # Errors
     /// [`HeadlessError`] when its pipeline fails.
     pub fn set(&mut self, settings: &EwaSettings, frame: u32) -> Result<(), HeadlessError> {
-        let mut materials = self.app.world_mut().resource_mut::<Assets<LookupMaterial>>();
+        let mut materials = self
+            .app
+            .world_mut()
+            .resource_mut::<Assets<LookupMaterial>>();
         if let Some(mut material) = materials.get_mut(&self.material) {
             material.settings = EwaUniform {
                 frame,
@@ -109,6 +115,11 @@ impl Lookups {
     ) -> Result<Vec<[f32; 4]>, HeadlessError> {
         self.set(settings, frame)?;
         Ok(self.app.capture_f32()?.pixels)
+    }
+
+    /// Whether the adapter is Mesa's llvmpipe, whose anisotropic filter heeds no derivatives.
+    pub fn is_software(&self) -> bool {
+        self.app.adapter().name.contains("llvmpipe")
     }
 
     /// The app, to measure its frames.

@@ -1,3 +1,6 @@
 //! Elliptical filtering on the GPU.
 
 mod exact;
+mod materials;
+mod mips;
+mod scene;

@@ -13,8 +13,7 @@ use bevy::{
     pbr::StandardMaterial,
     prelude::*,
     render::{
-        Extract, ExtractSchedule, RenderApp,
-        render_resource::RenderPipelineDescriptor,
+        Extract, ExtractSchedule, RenderApp, render_resource::RenderPipelineDescriptor,
         renderer::RenderAdapterInfo,
     },
 };
@@ -86,7 +85,10 @@ fn prepare_again(
     mut last: Local<Option<AllMaterials>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    if last.replace(*settings).is_some_and(|last| last != *settings) {
+    if last
+        .replace(*settings)
+        .is_some_and(|last| last != *settings)
+    {
         // A mutable reference counts as a change.
         materials.iter_mut().for_each(drop);
     }

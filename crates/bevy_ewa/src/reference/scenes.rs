@@ -16,6 +16,8 @@ pub enum Surface {
         around: f64,
         /// Textures per unit of its length.
         along: f64,
+        /// Textures that the eye has moved along it.
+        moved: f64,
     },
     /// A plane one unit below the eye.
     Plane {
@@ -27,6 +29,8 @@ pub enum Surface {
         turn: f64,
         /// Textures per unit.
         scale: f64,
+        /// Textures that the eye has moved along v.
+        moved: f64,
     },
 }
 
@@ -38,15 +42,17 @@ impl Surface {
                 half_view,
                 around,
                 along,
+                moved,
             } => {
                 let distance = 1.0 / (x.hypot(y) * half_view).max(1e-9);
-                [around * y.atan2(x) / TAU, along * distance]
+                [around * y.atan2(x) / TAU, along * distance + moved]
             }
             Self::Plane {
                 grazing,
                 half_view,
                 turn,
                 scale,
+                moved,
             } => {
                 let (sin, cos) = grazing.sin_cos();
                 let down = (sin + y * half_view * cos).max(1e-9);
@@ -55,10 +61,17 @@ impl Surface {
                 let (sin, cos) = turn.sin_cos();
                 [
                     scale * (cos * p[0] - sin * p[1]),
-                    scale * (sin * p[0] + cos * p[1]),
+                    scale * (sin * p[0] + cos * p[1]) + moved,
                 ]
             }
         }
+    }
+
+    /// The surface from further on.
+    pub fn moved_by(mut self, textures: f64) -> Self {
+        let (Self::Tunnel { moved, .. } | Self::Plane { moved, .. }) = &mut self;
+        *moved += textures;
+        self
     }
 
     /// Texture coordinates in the middle of a pixel of a square picture, and their derivatives.

@@ -1,6 +1,6 @@
 //! A texture with its mip chain, and what a texture unit does with it.
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Four linear channels.
 pub type Color = [f64; 4];
@@ -68,7 +68,7 @@ impl Level {
 }
 
 /// For each of `to` texels the `from` texels that it covers, with the covered part of its area.
-fn area_weights(from: u32, to: u32) -> Vec<Vec<(u32, f64)>> {
+pub(crate) fn area_weights(from: u32, to: u32) -> Vec<Vec<(u32, f64)>> {
     let scale = f64::from(from) / f64::from(to);
     let covered = |i: u32| {
         let (start, end) = (f64::from(i) * scale, f64::from(i + 1) * scale);
@@ -83,14 +83,20 @@ fn area_weights(from: u32, to: u32) -> Vec<Vec<(u32, f64)>> {
     (0..to).map(covered).collect()
 }
 
-/// A texture that counts how often it is read.
-#[derive(Clone, Debug)]
+/// A texture that counts how often it is read: each thread wants a clone of its own.
+#[derive(Debug)]
 pub struct Texture {
     /// Mip levels, the finest first; at least one.
     pub levels: Vec<Level>,
     /// Beyond the left and right border, and beyond the upper and lower one.
     pub address: [AddressMode; 2],
-    fetches: Cell<u32>,
+    fetches: AtomicU32,
+}
+
+impl Clone for Texture {
+    fn clone(&self) -> Self {
+        Self::from_levels(self.levels.clone(), self.address)
+    }
 }
 
 impl Texture {
@@ -111,7 +117,7 @@ impl Texture {
         Self {
             levels,
             address,
-            fetches: Cell::new(0),
+            fetches: AtomicU32::new(0),
         }
     }
 
@@ -139,18 +145,18 @@ impl Texture {
 
     /// Fetches since the last call.
     pub fn take_fetches(&self) -> u32 {
-        self.fetches.take()
+        self.fetches.swap(0, Relaxed)
     }
 
     /// One texel, at integer coordinates of a level.
     pub fn texel(&self, level: u32, position: [i64; 2]) -> Color {
-        self.fetches.set(self.fetches.get() + 1);
+        self.count(self.fetches.load(Relaxed) + 1);
         self.read(level, position)
     }
 
     /// Bilinear at a position in texels of a level; the centre of texel 0 is at 0.5.
     pub fn bilinear(&self, level: u32, position: [f64; 2]) -> Color {
-        self.fetches.set(self.fetches.get() + 1);
+        self.count(self.fetches.load(Relaxed) + 1);
         let floor = position.map(|p| (p - 0.5).floor());
         let [fx, fy] = [0, 1].map(|i| position[i] - 0.5 - floor[i]);
         let [x, y] = floor.map(|f| f as i64);
@@ -165,15 +171,19 @@ impl Texture {
             let size = self.levels[level as usize].size;
             self.bilinear(level, [0, 1].map(|i| uv[i] * f64::from(size[i])))
         };
-        let before = self.fetches.get();
+        let before = self.fetches.load(Relaxed);
         let fine = lod.floor() as u32;
         let color = if lod.fract() == 0.0 {
             at(fine)
         } else {
             mix(at(fine), at(fine + 1), lod.fract())
         };
-        self.fetches.set(before + 1);
+        self.count(before + 1);
         color
+    }
+
+    fn count(&self, fetches: u32) {
+        self.fetches.store(fetches, Relaxed);
     }
 
     fn read(&self, level: u32, position: [i64; 2]) -> Color {

@@ -35,6 +35,7 @@ fn the_methods_are_ordered_on_grazing_planes() {
             half_view: 3f64.to_radians().tan(),
             turn: turn.to_radians(),
             scale: 0.5,
+            moved: 0.0,
         };
         let approximate = EwaMethod::Approximate { probes: FIVE };
         let [linear, bilinear, approximate, hardware, trilinear] = [
@@ -59,6 +60,7 @@ fn the_seam_of_the_tunnel_has_the_derivatives_of_its_neighbours() {
         half_view: 1.0,
         around: 4.0,
         along: 0.5,
+        moved: 0.0,
     };
     // u jumps between these two.
     let [(above, a), (below, b)] = [[3, 31], [3, 32]].map(|pixel| surface.pixel(64, pixel));
