@@ -1,6 +1,7 @@
 //! The example scenes. A new one is a module and a line in [`ALL`].
 
 pub mod deferred_accumulation;
+pub mod ewa;
 pub mod wavelet_tex;
 pub mod ycocg_fb;
 
@@ -11,4 +12,5 @@ pub static ALL: &[&dyn Scene] = &[
     &wavelet_tex::WaveletTex,
     &ycocg_fb::YCoCgFb,
     &deferred_accumulation::DeferredAccumulation,
+    &ewa::Ewa,
 ];

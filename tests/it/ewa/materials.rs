@@ -2,8 +2,8 @@
 
 use bevy::{
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass, NormalPrepass},
+    material::OpaqueRendererMethod,
     mesh::UvChannel,
-    pbr::OpaqueRendererMethod,
     prelude::*,
     render::render_resource::TextureFormat,
 };
@@ -113,7 +113,7 @@ const MAPS: [(&str, bool, Put); 14] = [
         m.base_color_channel = uv;
     }),
     ("emissive", true, |m, t, uv| {
-        m.emissive = LinearRgba::gray(0.5);
+        m.emissive = LinearRgba::gray(500.0);
         m.emissive_texture = Some(t);
         m.emissive_channel = uv;
     }),
