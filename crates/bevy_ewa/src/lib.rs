@@ -15,6 +15,8 @@
 //! | `plugin` | what an app adds |
 //!
 //! Without the feature `bevy` only the first three are compiled, [`mips`] without its systems.
+#![cfg_attr(feature = "bevy", doc = "\n---\n")]
+#![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
 pub mod material;

@@ -4,3 +4,4 @@ mod exact;
 mod materials;
 mod mips;
 mod scene;
+mod shaders;

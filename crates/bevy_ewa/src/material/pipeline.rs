@@ -36,7 +36,7 @@ const NAMES: [&str; VALUES] = [
 
 impl EwaKey {
     /// The key of these settings, on llvmpipe or not.
-    pub(crate) fn new(settings: &EwaSettings, software: bool) -> Self {
+    pub fn new(settings: &EwaSettings, software: bool) -> Self {
         let settings = settings.sanitized();
         if settings.method == crate::EwaMethod::Hardware {
             return Self(None);
@@ -61,7 +61,7 @@ impl EwaKey {
     }
 
     /// The shader defs.
-    pub(crate) fn shader_defs(&self) -> Vec<ShaderDefVal> {
+    pub fn shader_defs(&self) -> Vec<ShaderDefVal> {
         let Some(values) = self.0 else {
             return Vec::new();
         };

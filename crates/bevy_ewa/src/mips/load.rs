@@ -172,25 +172,51 @@ fn start(mut mips: ResMut<Mips>) {
     }
 }
 
-fn finish(mut mips: ResMut<Mips>, mut images: ResMut<Assets<Image>>) {
+fn finish(
+    mut mips: ResMut<Mips>,
+    mut images: ResMut<Assets<Image>>,
+    mut standard: ResMut<Assets<StandardMaterial>>,
+    mut chosen: ResMut<Assets<EwaStandardMaterial>>,
+) {
+    let mut finished = Vec::new();
     mips.tasks.retain(|id, (image, task)| {
         let Some(result) = block_on(future::poll_once(task)) else {
             return true;
         };
-        let Some(chain) = result else {
-            return false;
-        };
-        let Some(mut current) = images.get_mut(*id) else {
-            return false;
-        };
-        // Another picture meanwhile: it has a chain of its own on the way.
-        if current.texture_descriptor != image.texture_descriptor {
-            return false;
+        if let Some(chain) = result
+            && let Some(mut current) = images.get_mut(*id)
+            // Another picture meanwhile has a chain of its own on the way.
+            && current.texture_descriptor == image.texture_descriptor
+        {
+            current.data = Some(chain.data);
+            current.texture_descriptor.mip_level_count = chain.levels;
+            finished.push(*id);
         }
-        current.data = Some(chain.data);
-        current.texture_descriptor.mip_level_count = chain.levels;
         false
     });
+    if finished.is_empty() {
+        return;
+    }
+    // A material holds on to the textures that it was prepared with.
+    let uses = |material: &StandardMaterial| {
+        maps(material).any(|(texture, _)| finished.contains(&texture.id()))
+    };
+    let users = standard.iter().filter(|(_, material)| uses(material));
+    for id in users.map(|(id, _)| id).collect::<Vec<_>>() {
+        touch(&mut standard, id);
+    }
+    let users = chosen.iter().filter(|(_, material)| uses(&material.base));
+    for id in users.map(|(id, _)| id).collect::<Vec<_>>() {
+        touch(&mut chosen, id);
+    }
+}
+
+/// Has an asset prepared again.
+fn touch<A: Asset>(assets: &mut Assets<A>, id: AssetId<A>) {
+    if let Some(mut asset) = assets.get_mut(id) {
+        // Only a mutable reference counts as a change.
+        let _: &mut A = &mut asset;
+    }
 }
 
 fn texel_format(format: TextureFormat) -> Option<TexelFormat> {

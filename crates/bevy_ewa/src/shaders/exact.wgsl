@@ -46,9 +46,6 @@ fn exact(
     let radius_texels = settings.kernel_radius_pixels * f.major_radius_texels;
     // Smaller than a texel: there is nothing to average but the texture's own reconstruction.
     let average = saturate(radius_texels - 1.0);
-    if average <= 0.0 {
-        return textureSampleLevel(tex, samp, uv, 0.0);
-    }
     let last = f32(textureNumLevels(tex)) - 1.0;
     let wanted = lod(f, settings);
     var shrunk = f;
@@ -63,14 +60,16 @@ fn exact(
     }
     var color = vec4(0.0);
     if settings.uniform_levels == 1u {
+        // No pixel may leave before this loop or skip a turn of it: the counter of one that sleeps
+        // stands still, and the driver takes the level of all from that of the first.
         for (var level = 0.0; level <= last; level += 1.0) {
-            if level == fine {
+            if level == fine && average > 0.0 {
                 color += one_level(tex, samp, shrunk, uv, level, settings) * (1.0 - part);
-            } else if level == fine + 1.0 && part > 0.0 {
+            } else if level == fine + 1.0 && part > 0.0 && average > 0.0 {
                 color += one_level(tex, samp, shrunk, uv, level, settings) * part;
             }
         }
-    } else {
+    } else if average > 0.0 {
         color = one_level(tex, samp, shrunk, uv, fine, settings);
         if part > 0.0 {
             color = mix(color, one_level(tex, samp, shrunk, uv, fine + 1.0, settings), part);
