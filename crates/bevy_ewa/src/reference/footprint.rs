@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
+use super::probes::TIE;
 use crate::settings::{EwaLevelOfDetail, EwaSettings};
 
 /// How texture coordinates change from a pixel to the next.
@@ -78,7 +79,7 @@ impl Footprint {
         };
         let long = a[0].hypot(a[1]).max(b[0].hypot(b[1]));
         let short = a[0].hypot(a[1]).min(b[0].hypot(b[1]));
-        let taps = (long / short.max(long / 16.0)).ceil();
+        let taps = (long / short.max(long / 16.0) - TIE).ceil();
         Self {
             major_radius_texels: major * scale,
             minor_radius_texels: minor.max(major / max_anisotropy) * scale,

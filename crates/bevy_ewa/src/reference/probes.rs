@@ -9,6 +9,10 @@ use crate::settings::EwaProbes;
 /// Longest footprint of a texture unit, in widths: most trilinear fetches of a probe.
 pub const MOST_TAPS: f64 = 16.0;
 
+/// What a ratio may exceed a whole number by before it counts as more: as round as 32-bit floats
+/// can tell is round.
+pub const TIE: f64 = 1e-3;
+
 /// Most probes of an ellipse.
 pub const MOST_PROBES: u32 = 15;
 
@@ -42,7 +46,7 @@ pub fn count(probes: EwaProbes, anisotropy: f64) -> u32 {
         EwaProbes::Seven => 7,
         EwaProbes::ByAspect => {
             // Probes of four widths leave no gap and keep their weights apart.
-            let pairs = (anisotropy / 8.0).ceil().clamp(1.0, 7.0);
+            let pairs = (anisotropy / 8.0 - TIE).ceil().clamp(1.0, 7.0);
             2 * pairs as u32 + 1
         }
     }
@@ -119,7 +123,7 @@ fn taps(
     // A footprint within a texel needs no more than one.
     let width = width_texels.max(length_texels / MOST_TAPS);
     let count = if length_texels > 1.0 {
-        (length_texels / width.max(1e-12))
+        (length_texels / width.max(1e-12) - TIE)
             .ceil()
             .clamp(1.0, MOST_TAPS)
     } else {

@@ -6,6 +6,8 @@
 const PI: f32 = 3.14159265;
 // Texels beyond which a radius is no more than "everything".
 const HUGE: f32 = 1e12;
+// As in `probes.wgsl`.
+const TIE: f32 = 1e-3;
 // 4 / sqrt(2): see `most_texels` of the reference.
 const BORDER: f32 = 2.82842712;
 
@@ -50,7 +52,7 @@ fn footprint(gradient: vec4<f32>, size: vec2<f32>, max_anisotropy: f32) -> EwaFo
     let lengths = vec2(length(a), length(b));
     let long = max(lengths.x, lengths.y);
     let short = min(lengths.x, lengths.y);
-    let taps = ceil(long / max(short, long / 16.0));
+    let taps = ceil(long / max(short, long / 16.0) - TIE);
     return EwaFootprint(
         major * largest,
         max(minor, major / max_anisotropy) * largest,

@@ -6,6 +6,7 @@
 #import bevy_ewa::types::{EwaFootprint, EwaSettings}
 
 const MOST_TAPS: f32 = 16.0;
+const TIE: f32 = 1e-3;
 const KERNEL_VARIANCE: f32 = 0.1361;
 const PROFILE_VARIANCE: f32 = 0.14285714;
 const PROFILE_INTEGRAL: f32 = 1.06666667;
@@ -18,7 +19,7 @@ const ODD: u32 = 2u;
 
 fn probe_count(probes: u32, anisotropy: f32) -> u32 {
     if probes == 0u {
-        return 2u * u32(clamp(ceil(anisotropy / 8.0), 1.0, 7.0)) + 1u;
+        return 2u * u32(clamp(ceil(anisotropy / 8.0 - TIE), 1.0, 7.0)) + 1u;
     }
     return probes;
 }
@@ -108,7 +109,7 @@ fn software_anisotropic(
     // A footprint within a texel needs no more than one.
     var count = 1.0;
     if long > 1.0 {
-        count = clamp(ceil(long / max(width, 1e-12)), 1.0, MOST_TAPS);
+        count = clamp(ceil(long / max(width, 1e-12) - TIE), 1.0, MOST_TAPS);
     }
     let lod = log2(max(long / count, 1e-12));
     var sum = vec4(0.0);
