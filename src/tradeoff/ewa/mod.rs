@@ -3,8 +3,7 @@
 //!
 //! Pictures are rendered by the plugin's shaders at given coordinates, so that they are filtered
 //! and nothing else. `truth` is the mean of at least 64 x 64 points a pixel, weighted by the kernel,
-//! and `ewa` the method `reference` in 64-bit floats without limits on anisotropy and fetches; both
-//! are computed. `fetches` are those of the reference in plain Rust, in which a trilinear fetch
+//! and `ewa` the method `reference` in 64-bit floats; both are computed. `fetches` are those of the reference in plain Rust, in which a trilinear fetch
 //! counts as one. The picture of a temporal setting is the mean of its two frames.
 //!
 //! The rows `... flicker` have a mean squared error and nothing else: the mean squared change of
@@ -96,12 +95,7 @@ pub fn scene_rows(
 ) -> Result<Vec<Measurement>, TradeoffError> {
     let texture = (scene.texture)();
     let coordinates = scene.coordinates(size);
-    let exact = EwaSettings {
-        max_anisotropy: 1024.0,
-        max_fetches: 4096,
-        minor_radius_texels: 4.0,
-        ..EwaSettings::with_method(EwaMethod::Reference)
-    };
+    let exact = EwaSettings::with_method(EwaMethod::Reference);
     let references = [
         (
             "truth",

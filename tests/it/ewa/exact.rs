@@ -119,8 +119,7 @@ fn worst(
         let wanted = sample(texture, *uv, *derivatives, settings, 1).color;
         for (found, wanted) in found.iter().zip(wanted) {
             let error = (f64::from(*found) - wanted).abs() * 255.0;
-            // Also if it is not a number.
-            if !(error <= worst.0) {
+            if error > worst.0 || error.is_nan() {
                 worst = (
                     error,
                     format!("{uv:?} {derivatives:?}: {found} for {wanted}"),

@@ -211,7 +211,7 @@ fn every_map_is_filtered_with_its_own_coordinates() {
         };
         floor.lay(|images| {
             // As normals and as tangents, opposite slopes.
-            let checks = checks([230, 128, 230, 255], [26, 128, 230, 40]);
+            let checks = checks([230, 200, 230, 255], [26, 40, 60, 40]);
             let map = images.add(texture(true, format, checks));
             let mut material = StandardMaterial {
                 perceptual_roughness: 0.3,
