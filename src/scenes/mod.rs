@@ -1,6 +1,7 @@
 //! The example scenes. A new one is a module and a line in [`ALL`].
 
 pub mod deferred_accumulation;
+pub mod ewa;
 pub mod voxel_gi;
 pub mod wavelet_tex;
 pub mod ycocg_fb;
@@ -11,6 +12,7 @@ use crate::runner::Scene;
 pub static ALL: &[&dyn Scene] = &[
     &wavelet_tex::WaveletTex,
     &ycocg_fb::YCoCgFb,
+    &ewa::Ewa,
     &voxel_gi::VoxelGi,
     &deferred_accumulation::DeferredAccumulation,
 ];

@@ -7,11 +7,13 @@
 //! | [`contest`] | frame times of settings that take turns |
 //! | [`options`] | the command line, and how much it makes a study measure |
 //! | [`mod@wavelet_tex`] | the study of `bevy_wavelet_tex` |
-//! | [`voxel_gi`] | the study of `bevy_voxel_gi` |
 //! | [`ycocg_fb`] | the study of `bevy_ycocg_fb` |
+//! | [`ewa`] | the study of `bevy_ewa` |
+//! | [`voxel_gi`] | the study of `bevy_voxel_gi` |
 //! | `table` | the report as a short table |
 
 pub mod contest;
+pub mod ewa;
 pub mod options;
 mod table;
 pub mod voxel_gi;
@@ -37,7 +39,12 @@ use crate::{
 use options::{Options, Plan};
 
 /// The studies, one a plugin.
-pub const STUDIES: &[Study] = &[wavelet_tex::STUDY, ycocg_fb::STUDY, voxel_gi::STUDY];
+pub const STUDIES: &[Study] = &[
+    wavelet_tex::STUDY,
+    ycocg_fb::STUDY,
+    ewa::STUDY,
+    voxel_gi::STUDY,
+];
 
 /// The measurements of one plugin.
 #[derive(Clone, Copy, Debug)]

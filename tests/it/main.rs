@@ -1,6 +1,7 @@
 //! The integration tests of the lab and of the plugins, in one binary.
 
 mod deferred_accumulation;
+mod ewa;
 mod headless;
 mod knobs;
 mod runner;

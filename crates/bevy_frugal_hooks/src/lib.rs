@@ -15,4 +15,4 @@ pub mod shader_patch;
 pub mod specialize;
 
 pub use shader_patch::{Insertion, PatchState, ShaderName, ShaderPatch, ShaderPatches};
-pub use specialize::{MaterialHook, MaterialHookPlugin, SpecializedMaterial};
+pub use specialize::{MaterialHook, MaterialHookPlugin, MaterialTags, SpecializedMaterial};

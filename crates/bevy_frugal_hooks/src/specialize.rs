@@ -7,18 +7,19 @@
 //!
 //! The replaced field is a plain function pointer, without access to any world. The hooks are
 //! therefore global to the process and must decide from the key and the descriptor alone whether
-//! they are meant.
+//! they are meant. What an app wants of all materials of a type it says in [`MaterialTags`]: they
+//! become part of the key.
 
 use std::{
     any::{Any, TypeId},
-    collections::HashMap,
+    collections::{BTreeMap, HashMap},
     ptr::fn_addr_eq,
     sync::{Arc, PoisonError, RwLock},
 };
 
 use bevy::{
     material::{
-        key::ErasedMaterialPipelineKey,
+        key::{ErasedMaterialKey, ErasedMaterialPipelineKey},
         specialize::{SpecializedMeshPipelineError, UserSpecializeFn},
     },
     mesh::MeshVertexBufferLayoutRef,
@@ -32,15 +33,55 @@ use bevy::{
 
 /// The pipeline that a hook is asked about.
 #[derive(Clone, Copy, Debug)]
-pub struct SpecializedMaterial {
+pub struct SpecializedMaterial<'a> {
     /// View, mesh and material flags.
     pub mesh_key: MeshPipelineKey,
     /// The type of the material.
     pub material_type: TypeId,
+    tags: &'a [(&'static str, u64)],
+}
+
+impl SpecializedMaterial<'_> {
+    /// The tag of this name that materials of this type have in the app of the pipeline.
+    pub fn tag(&self, name: &str) -> Option<u64> {
+        let mut tags = self.tags.iter();
+        tags.find_map(|(tag, value)| (*tag == name).then_some(*value))
+    }
+}
+
+/// What an app wants of all materials of a type, in the world of the renderer: a name and a number
+/// that a hook understands.
+///
+/// Materials get the tags that there are when Bevy prepares them; those prepared earlier keep
+/// theirs until they change.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct MaterialTags(HashMap<TypeId, BTreeMap<&'static str, u64>>);
+
+impl MaterialTags {
+    /// Gives or takes a tag.
+    pub fn set(&mut self, material_type: TypeId, name: &'static str, value: Option<u64>) {
+        let tags = self.0.entry(material_type).or_default();
+        match value {
+            Some(value) => tags.insert(name, value),
+            None => tags.remove(name),
+        };
+    }
+
+    fn of(&self, material_type: TypeId) -> Vec<(&'static str, u64)> {
+        let tags = self.0.get(&material_type).into_iter().flatten();
+        tags.map(|(name, value)| (*name, *value)).collect()
+    }
+}
+
+/// The key of a tagged material around its own.
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct TaggedKey {
+    own: ErasedMaterialKey,
+    tags: Vec<(&'static str, u64)>,
 }
 
 /// Changes a material's pipeline, after Bevy and the material itself did.
-pub type MaterialHook = fn(SpecializedMaterial, &mut RenderPipelineDescriptor);
+pub type MaterialHook = fn(SpecializedMaterial<'_>, &mut RenderPipelineDescriptor);
 
 /// Calls a hook for the pipelines of all materials; add one for each hook.
 #[derive(Clone, Copy, Debug)]
@@ -56,12 +97,15 @@ impl Plugin for MaterialHookPlugin {
             return;
         };
         if !render_app.world().contains_resource::<HooksInstalled>() {
-            render_app.insert_resource(HooksInstalled).add_systems(
-                Render,
-                wrap_materials
-                    .after(RenderSystems::PrepareAssets)
-                    .before(RenderSystems::Specialize),
-            );
+            render_app
+                .insert_resource(HooksInstalled)
+                .init_resource::<MaterialTags>()
+                .add_systems(
+                    Render,
+                    wrap_materials
+                        .after(RenderSystems::PrepareAssets)
+                        .before(RenderSystems::Specialize),
+                );
         }
     }
 
@@ -81,7 +125,10 @@ static ORIGINALS: RwLock<Option<HashMap<TypeId, UserSpecializeFn>>> = RwLock::ne
 /// Puts [`specialize`] in the place of each material's own function, which it calls.
 ///
 /// Runs over all materials whenever one of them changed: a change makes Bevy prepare a new one.
-fn wrap_materials(mut materials: ResMut<ErasedRenderAssets<PreparedMaterial>>) {
+fn wrap_materials(
+    mut materials: ResMut<ErasedRenderAssets<PreparedMaterial>>,
+    tags: Res<MaterialTags>,
+) {
     if !materials.is_changed() {
         return;
     }
@@ -90,7 +137,7 @@ fn wrap_materials(mut materials: ResMut<ErasedRenderAssets<PreparedMaterial>>) {
     for (id, material) in materials.bypass_change_detection().iter_mut() {
         let current = material.properties.user_specialize;
         let known = originals.get(&id.type_id()).copied();
-        if is_same(current, Some(specialize)) || (known.is_some() && !is_same(current, known)) {
+        if is_ours(current) || (known.is_some() && !is_same(current, known)) {
             // Ours already, or somebody wrapped ours and will call it.
             continue;
         }
@@ -99,11 +146,22 @@ fn wrap_materials(mut materials: ResMut<ErasedRenderAssets<PreparedMaterial>>) {
             warn_once!("a material is in use already and keeps its pipeline: {id:?}");
             continue;
         };
-        properties.user_specialize = Some(specialize);
+        let tags = tags.of(id.type_id());
+        if tags.is_empty() {
+            properties.user_specialize = Some(specialize);
+        } else {
+            let own = std::mem::take(&mut properties.material_key);
+            properties.material_key = ErasedMaterialKey::new(TaggedKey { own, tags });
+            properties.user_specialize = Some(specialize_tagged);
+        }
         if let Some(original) = current {
             originals.insert(id.type_id(), original);
         }
     }
+}
+
+fn is_ours(current: Option<UserSpecializeFn>) -> bool {
+    is_same(current, Some(specialize)) || is_same(current, Some(specialize_tagged))
 }
 
 fn is_same(a: Option<UserSpecializeFn>, b: Option<UserSpecializeFn>) -> bool {
@@ -114,15 +172,42 @@ fn is_same(a: Option<UserSpecializeFn>, b: Option<UserSpecializeFn>) -> bool {
     }
 }
 
+/// For materials whose key is their own.
 fn specialize(
     pipeline: &dyn Any,
     descriptor: &mut RenderPipelineDescriptor,
     layout: &MeshVertexBufferLayoutRef,
     key: ErasedMaterialPipelineKey,
 ) -> Result<(), SpecializedMeshPipelineError> {
+    specialize_with(pipeline, descriptor, layout, key, &[])
+}
+
+/// For materials whose key is a [`TaggedKey`].
+fn specialize_tagged(
+    pipeline: &dyn Any,
+    descriptor: &mut RenderPipelineDescriptor,
+    layout: &MeshVertexBufferLayoutRef,
+    key: ErasedMaterialPipelineKey,
+) -> Result<(), SpecializedMeshPipelineError> {
+    let tagged: TaggedKey = key.material_key.to_key();
+    let key = ErasedMaterialPipelineKey {
+        material_key: tagged.own,
+        ..key
+    };
+    specialize_with(pipeline, descriptor, layout, key, &tagged.tags)
+}
+
+fn specialize_with(
+    pipeline: &dyn Any,
+    descriptor: &mut RenderPipelineDescriptor,
+    layout: &MeshVertexBufferLayoutRef,
+    key: ErasedMaterialPipelineKey,
+    tags: &[(&'static str, u64)],
+) -> Result<(), SpecializedMeshPipelineError> {
     let material = SpecializedMaterial {
         mesh_key: key.mesh_key.downcast(),
         material_type: key.type_id,
+        tags,
     };
     // Copied out, so that no lock is held while foreign code runs.
     let original = {

@@ -48,7 +48,9 @@ fn under_roof(material: StandardMaterial) -> Vec3 {
     let mut app = app(|_| ());
     let world = app.world_mut();
     floor(world);
-    let material = world.resource_mut::<Assets<StandardMaterial>>().add(material);
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(material);
     roof(world, material);
     world.spawn(under_sky(1.0));
     at(&settled(&mut app), 0.0, 0.0)
@@ -109,7 +111,10 @@ fn surfaces_give_their_colour_and_transparent_ones_do_not_occlude() {
     });
     assert!(black.x < 0.7, "{black}");
     // Metal reflects nothing diffusely.
-    assert!((metal - black).abs().max_element() < 0.02, "{metal} {black}");
+    assert!(
+        (metal - black).abs().max_element() < 0.02,
+        "{metal} {black}"
+    );
     assert!(red.x > 1.1 * black.x, "{red} {black}");
     assert!((red.y / black.y - 1.0).abs() < 0.02, "{red} {black}");
     assert!((glass - 1.0).abs().max_element() < 0.02, "{glass}");
@@ -119,13 +124,29 @@ fn surfaces_give_their_colour_and_transparent_ones_do_not_occlude() {
 fn textures_count_as_their_mean() {
     let texture = |image: &mut dyn FnMut(u32) -> [u8; 4]| {
         let data = (0..64).flat_map(image).collect();
-        let size = Extent3d { width: 8, height: 8, depth_or_array_layers: 1 };
-        Image::new(size, TextureDimension::D2, data, TextureFormat::Rgba8UnormSrgb, default())
+        let size = Extent3d {
+            width: 8,
+            height: 8,
+            depth_or_array_layers: 1,
+        };
+        Image::new(
+            size,
+            TextureDimension::D2,
+            data,
+            TextureFormat::Rgba8UnormSrgb,
+            default(),
+        )
     };
     let _gpu = gpu();
     let shades = [
         // A checkerboard of black and white, and its mean in linear light.
-        texture(&mut |i| if (i + i / 8) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }),
+        texture(&mut |i| {
+            if (i + i / 8) % 2 == 0 {
+                [255; 4]
+            } else {
+                [0, 0, 0, 255]
+            }
+        }),
         texture(&mut |_| [188, 188, 188, 255]),
     ]
     .map(|image| {
@@ -173,7 +194,10 @@ fn emissive_surfaces_are_lamps() {
     let found = at(&settled(&mut app), 0.0, 0.0);
     // Above the floor's middle nearly all directions meet it.
     assert!((0.85..=1.01).contains(&found.x), "{found}");
-    assert!((found.y / found.x - 2.0).abs() < 0.02 && found.z == 0.0, "{found}");
+    assert!(
+        (found.y / found.x - 2.0).abs() < 0.02 && found.z == 0.0,
+        "{found}"
+    );
     // Later edits arrive.
     let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
     materials.get_mut(&material).expect("it").emissive = LinearRgba::BLACK;
@@ -187,7 +211,12 @@ fn thrown_by(lamp: impl Bundle) -> f32 {
     let mut app = app(|_| ());
     let world = app.world_mut();
     // The floor gives nothing back, and the lamps look at the wall alone.
-    block_of(world, 0.5, Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.4, 1.8, 3.6));
+    block_of(
+        world,
+        0.5,
+        Vec3::new(1.0, 1.0, 0.0),
+        Vec3::new(0.4, 1.8, 3.6),
+    );
     let plate = block(world, Vec3::new(-0.5, -0.05, 0.0), Vec3::new(2.4, 0.1, 3.6));
     let material = matt(world, 1.0);
     world.entity_mut(plate).insert(MeshMaterial3d(material));
@@ -206,11 +235,18 @@ fn lamps_of_all_kinds_light_the_wall_alike() {
     let towards_wall = Transform::from_xyz(-9.2, 1.0, 0.0).looking_to(Vec3::X, Vec3::Y);
     let candela = 100.0 * 10.0 * 10.0;
     let sun = thrown_by((
-        DirectionalLight { illuminance: 100.0, ..default() },
+        DirectionalLight {
+            illuminance: 100.0,
+            ..default()
+        },
         towards_wall,
     ));
     let lamp = thrown_by((
-        PointLight { intensity: candela * 4.0 * PI, range: 1e4, ..default() },
+        PointLight {
+            intensity: candela * 4.0 * PI,
+            range: 1e4,
+            ..default()
+        },
         towards_wall,
     ));
     let spot = thrown_by((
@@ -241,7 +277,10 @@ fn skinned_meshes_occlude_where_their_joints_put_them() {
         VertexAttributeValues::Uint16x4(vec![[0, 1, 0, 0]; count]),
     );
     // Half of each joint.
-    mesh.insert_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[0.5_f32, 0.5, 0.0, 0.0]; count]);
+    mesh.insert_attribute(
+        Mesh::ATTRIBUTE_JOINT_WEIGHT,
+        vec![[0.5_f32, 0.5, 0.0, 0.0]; count],
+    );
     let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
     let material = matt(world, 0.0);
     let joints = [Vec3::new(-2.0, 0.7, 0.0), Vec3::new(0.0, 0.7, 0.0)]
@@ -267,7 +306,10 @@ fn skinned_meshes_occlude_where_their_joints_put_them() {
     let (under, beside) = (at(&found, -1.0, 0.0).x, at(&found, 1.0, 0.0).x);
     assert!(under < 0.7 * beside, "{under} {beside}");
     // The other joint takes it along.
-    let mut transform = app.world_mut().get_mut::<Transform>(joints[0]).expect("a joint");
+    let mut transform = app
+        .world_mut()
+        .get_mut::<Transform>(joints[0])
+        .expect("a joint");
     transform.translation.x = 2.0;
     app.render_frames(3).expect("a frame");
     settle(&mut app);

@@ -1,0 +1,113 @@
+//! For all `StandardMaterial`s of an app, as they are.
+
+use std::{
+    any::TypeId,
+    sync::{
+        PoisonError, RwLock,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use bevy::{
+    asset::AssetEventSystems,
+    pbr::StandardMaterial,
+    prelude::*,
+    render::{
+        Extract, ExtractSchedule, RenderApp, render_resource::RenderPipelineDescriptor,
+        renderer::RenderAdapterInfo,
+    },
+};
+use bevy_frugal_hooks::{MaterialHookPlugin, MaterialTags, SpecializedMaterial};
+
+use super::pipeline::EwaKey;
+use crate::settings::EwaSettings;
+
+/// How all `StandardMaterial`s of the app are filtered; none leaves them to Bevy.
+///
+/// A change takes effect in the next frame; the materials stay as they are.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Reflect)]
+#[reflect(Resource, Debug, PartialEq)]
+pub struct AllMaterials(pub Option<EwaSettings>);
+
+impl Default for AllMaterials {
+    fn default() -> Self {
+        Self(Some(EwaSettings::default()))
+    }
+}
+
+/// Marks the materials and answers for their pipelines.
+pub(super) struct AllMaterialsPlugin;
+
+impl Plugin for AllMaterialsPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<AllMaterials>()
+            .init_resource::<AllMaterials>()
+            .add_plugins(MaterialHookPlugin(filter))
+            .add_systems(PostUpdate, prepare_again.before(AssetEventSystems));
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.add_systems(ExtractSchedule, tag);
+        }
+    }
+
+    fn finish(&self, app: &mut App) {
+        if let Some(info) = app.world().get_resource::<RenderAdapterInfo>() {
+            SOFTWARE.store(info.name.contains("llvmpipe"), Ordering::Relaxed);
+        }
+    }
+}
+
+/// Whether the adapter is Mesa's llvmpipe, which needs to be treated with care. The same in all apps
+/// of a process, whose keys and hooks have no other way to know.
+static SOFTWARE: AtomicBool = AtomicBool::new(false);
+
+pub(super) fn is_software() -> bool {
+    SOFTWARE.load(Ordering::Relaxed)
+}
+
+/// The keys that tags are indices of. Grows with the settings that are tried, not with materials.
+static KEYS: RwLock<Vec<EwaKey>> = RwLock::new(Vec::new());
+
+const TAG: &str = "bevy_ewa";
+
+fn index_of(key: EwaKey) -> u64 {
+    let mut keys = KEYS.write().unwrap_or_else(PoisonError::into_inner);
+    let index = keys.iter().position(|known| *known == key);
+    index.unwrap_or_else(|| {
+        keys.push(key);
+        keys.len() - 1
+    }) as u64
+}
+
+/// The key of a pipeline is made when its material is prepared: a change of the settings prepares
+/// all of them again.
+fn prepare_again(
+    settings: Res<AllMaterials>,
+    mut last: Local<Option<AllMaterials>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    if last
+        .replace(*settings)
+        .is_some_and(|last| last != *settings)
+    {
+        // A mutable reference counts as a change.
+        materials.iter_mut().for_each(drop);
+    }
+}
+
+fn tag(settings: Extract<Res<AllMaterials>>, mut tags: ResMut<MaterialTags>) {
+    let tag = settings
+        .0
+        .map(|settings| index_of(EwaKey::new(&settings, is_software())));
+    tags.set(TypeId::of::<StandardMaterial>(), TAG, tag);
+}
+
+/// The hook.
+fn filter(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
+    let Some(index) = material.tag(TAG) else {
+        return;
+    };
+    let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);
+    if let Some(key) = keys.get(index as usize) {
+        key.apply(material.mesh_key, descriptor);
+    }
+}

@@ -1,0 +1,148 @@
+//! The levels of a texture, in linear light.
+
+use super::texel::TexelFormat;
+use crate::reference::texture::area_weights;
+
+/// All levels of a texture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chain {
+    /// The texels of all levels, the finest first.
+    pub data: Vec<u8>,
+    /// How many levels there are.
+    pub levels: u32,
+}
+
+/// The full chain of a texture of which the finest level is given; none if `data` is not as long
+/// as a level of that size.
+///
+/// A texel is the mean in linear light of the area that it covers of the level before, which is
+/// right for odd sizes too. The texels of a normal map (`normals`, in the first three channels,
+/// -1 to 1 stored as 0 to 1) have length 1 again afterwards.
+pub fn chain(size: [u32; 2], format: TexelFormat, data: Vec<u8>, normals: bool) -> Option<Chain> {
+    let texels = size[0] as usize * size[1] as usize;
+    if texels == 0 || data.len() != texels * format.bytes() {
+        return None;
+    }
+    let mut size = size;
+    let mut values = format.decode(&data);
+    let mut data = data;
+    let mut levels = 1;
+    while size != [1, 1] {
+        let next = size.map(|n| (n / 2).max(1));
+        values = reduced(&values, size, next, format.channels);
+        size = next;
+        let is_normal_map = normals && format.channels >= 3;
+        let stored = is_normal_map.then(|| normalized(&values, format.channels));
+        format.encode(stored.as_ref().unwrap_or(&values), &mut data);
+        levels += 1;
+    }
+    Some(Chain { data, levels })
+}
+
+fn reduced(values: &[f32], from: [u32; 2], to: [u32; 2], channels: usize) -> Vec<f32> {
+    let rows = area_weights(from[1], to[1]);
+    let columns = area_weights(from[0], to[0]);
+    let mut result = Vec::with_capacity(to[0] as usize * to[1] as usize * channels);
+    for row in &rows {
+        for column in &columns {
+            let start = result.len();
+            result.resize(start + channels, 0.0);
+            for &(y, wy) in row {
+                for &(x, wx) in column {
+                    let texel = (y as usize * from[0] as usize + x as usize) * channels;
+                    let weight = (wx * wy) as f32;
+                    for channel in 0..channels {
+                        result[start + channel] += weight * values[texel + channel];
+                    }
+                }
+            }
+        }
+    }
+    result
+}
+
+/// A copy in which normals have length 1. The next level is made of the means before that, in which
+/// rough places count less, as they should.
+fn normalized(values: &[f32], channels: usize) -> Vec<f32> {
+    let mut result = values.to_vec();
+    for texel in result.chunks_exact_mut(channels) {
+        let normal = [0, 1, 2].map(|i| texel[i] * 2.0 - 1.0);
+        let length = normal.iter().map(|n| n * n).sum::<f32>().sqrt();
+        if length > 1e-3 {
+            for (channel, n) in texel.iter_mut().zip(normal) {
+                *channel = n / length * 0.5 + 0.5;
+            }
+        }
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mips::texel::Storage;
+
+    const RGBA: TexelFormat = TexelFormat {
+        channels: 4,
+        storage: Storage::Unorm8,
+        srgb: false,
+    };
+    const SRGB: TexelFormat = TexelFormat { srgb: true, ..RGBA };
+
+    #[test]
+    fn srgb_stripes_become_the_gray_of_their_light() {
+        // Thesis figure 5.13: the mean of black and white is 188, not 128; alpha is linear.
+        let data = [[0, 0, 0, 0], [255; 4]].concat().repeat(8);
+        let chain = chain([4, 4], SRGB, data, false).expect("a chain");
+        assert_eq!(chain.levels, 3);
+        assert_eq!(&chain.data[64..], [188, 188, 188, 128].repeat(5));
+    }
+
+    #[test]
+    fn odd_sizes_count_every_texel_once() {
+        let data: Vec<u8> = [0, 0, 0, 0, 255].repeat(3);
+        let format = TexelFormat {
+            channels: 1,
+            ..RGBA
+        };
+        let chain = chain([5, 3], format, data, false).expect("a chain");
+        // 5 x 3, 2 x 1, 1 x 1: halves of 2.5 texels, the second with a white one.
+        assert_eq!(chain.data[15..], [0, 102, 51]);
+    }
+
+    #[test]
+    fn normals_keep_their_length() {
+        let up_left = [37, 128, 218, 255];
+        let up_right = [218, 128, 218, 255];
+        let data = [up_left, up_right].concat();
+        let chain = chain([2, 1], RGBA, data, true).expect("a chain");
+        assert_eq!(chain.data[8..], [128, 128, 255, 255]);
+    }
+
+    #[test]
+    fn floats_and_every_size_down_to_one_texel() {
+        let format = TexelFormat {
+            channels: 2,
+            storage: Storage::Float32,
+            srgb: false,
+        };
+        for size in [[1, 1], [7, 1], [1, 5], [16, 3]] {
+            let texels = (size[0] * size[1]) as usize;
+            let data = [2.5f32, -1.0]
+                .map(f32::to_le_bytes)
+                .as_flattened()
+                .repeat(texels);
+            let chain = chain(size, format, data, false).expect("a chain");
+            for value in format.decode(&chain.data).chunks_exact(2) {
+                assert!((value[0] - 2.5).abs() < 1e-6 && (value[1] + 1.0).abs() < 1e-6);
+            }
+            assert_eq!(chain.levels, size[0].max(size[1]).ilog2() + 1);
+        }
+    }
+
+    #[test]
+    fn data_of_another_size_is_refused() {
+        assert_eq!(chain([2, 2], RGBA, vec![0; 15], false), None);
+        assert_eq!(chain([0, 2], RGBA, Vec::new(), false), None);
+    }
+}

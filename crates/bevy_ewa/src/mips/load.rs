@@ -1,0 +1,238 @@
+//! Chains for the textures of materials, as they are loaded.
+//!
+//! Only textures that a filtered material uses get one: others stay as they are, byte for byte. The
+//! renderer takes the texels of an image in the frame in which it appears; they are looked at before
+//! that, and kept for a while in case that a material follows.
+
+use bevy::{
+    asset::AssetEventSystems,
+    platform::collections::HashMap,
+    prelude::*,
+    render::render_resource::{TextureDimension, TextureFormat},
+    tasks::{AsyncComputeTaskPool, Task, block_on, futures_lite::future},
+};
+
+use super::{
+    chain::{Chain, chain},
+    texel::{Storage, TexelFormat},
+};
+use crate::material::{AllMaterials, EwaStandardMaterial};
+
+/// Frames for which the texels of an image are kept for a material that may follow.
+const PATIENCE: u32 = 300;
+
+/// Makes mip chains.
+pub(crate) struct MipLoadPlugin;
+
+impl Plugin for MipLoadPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Mips>().add_systems(
+            PostUpdate,
+            (find_materials, find_images, start, finish)
+                .chain()
+                .after(AssetEventSystems),
+        );
+    }
+}
+
+#[derive(Resource, Default)]
+struct Mips {
+    /// Textures of filtered materials, and whether they hold normals.
+    wanted: HashMap<AssetId<Image>, bool>,
+    /// Images without mips whose texels the renderer is about to take.
+    candidates: HashMap<AssetId<Image>, Candidate>,
+    tasks: HashMap<AssetId<Image>, (Image, Task<Option<Chain>>)>,
+}
+
+struct Candidate {
+    image: Image,
+    frames_left: u32,
+}
+
+fn find_materials(
+    mut mips: ResMut<Mips>,
+    all: Res<AllMaterials>,
+    standard: Res<Assets<StandardMaterial>>,
+    chosen: Res<Assets<EwaStandardMaterial>>,
+    mut standard_events: MessageReader<AssetEvent<StandardMaterial>>,
+    mut chosen_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
+) {
+    let mut want = |material: &StandardMaterial| {
+        for (texture, normals) in maps(material) {
+            let known = mips.wanted.entry(texture.id()).or_default();
+            *known |= normals;
+        }
+    };
+    if all.is_changed() && all.0.is_some() {
+        standard.iter().for_each(|(_, material)| want(material));
+    }
+    for event in standard_events.read() {
+        if let AssetEvent::Added { id } | AssetEvent::Modified { id } = event
+            && all.0.is_some()
+            && let Some(material) = standard.get(*id)
+        {
+            want(material);
+        }
+    }
+    for event in chosen_events.read() {
+        if let AssetEvent::Added { id } | AssetEvent::Modified { id } = event
+            && let Some(material) = chosen.get(*id)
+        {
+            want(&material.base);
+        }
+    }
+}
+
+/// The maps that are filtered, and whether they hold normals.
+fn maps(material: &StandardMaterial) -> impl Iterator<Item = (&Handle<Image>, bool)> {
+    let normals = [
+        &material.normal_map_texture,
+        &material.clearcoat_normal_texture,
+    ];
+    let others = [
+        &material.base_color_texture,
+        &material.emissive_texture,
+        &material.metallic_roughness_texture,
+        &material.occlusion_texture,
+        &material.specular_texture,
+        &material.specular_tint_texture,
+        &material.clearcoat_texture,
+        &material.clearcoat_roughness_texture,
+        &material.specular_transmission_texture,
+        &material.thickness_texture,
+        &material.diffuse_transmission_texture,
+        &material.anisotropy_texture,
+    ];
+    let normals = normals.into_iter().flatten().map(|map| (map, true));
+    normals.chain(others.into_iter().flatten().map(|map| (map, false)))
+}
+
+fn find_images(
+    mut mips: ResMut<Mips>,
+    images: Res<Assets<Image>>,
+    mut events: MessageReader<AssetEvent<Image>>,
+) {
+    mips.candidates.retain(|_, candidate| {
+        candidate.frames_left -= 1;
+        candidate.frames_left > 0
+    });
+    for event in events.read() {
+        match event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => {
+                if let Some(image) = images.get(*id)
+                    && lacks_mips(image)
+                {
+                    let image = image.clone();
+                    let frames_left = PATIENCE;
+                    mips.candidates
+                        .insert(*id, Candidate { image, frames_left });
+                }
+            }
+            AssetEvent::Removed { id } | AssetEvent::Unused { id } => {
+                mips.candidates.remove(id);
+                mips.tasks.remove(id);
+                mips.wanted.remove(id);
+            }
+            AssetEvent::LoadedWithDependencies { .. } => {}
+        }
+    }
+}
+
+fn lacks_mips(image: &Image) -> bool {
+    let descriptor = &image.texture_descriptor;
+    descriptor.mip_level_count == 1
+        && descriptor.dimension == TextureDimension::D2
+        && descriptor.size.depth_or_array_layers == 1
+        && (descriptor.size.width > 1 || descriptor.size.height > 1)
+        && image.data.is_some()
+        && texel_format(descriptor.format).is_some()
+}
+
+fn start(mut mips: ResMut<Mips>) {
+    let mips = &mut *mips;
+    let found: Vec<_> = mips
+        .candidates
+        .keys()
+        .filter(|id| mips.wanted.contains_key(*id))
+        .copied()
+        .collect();
+    for id in found {
+        let Some(Candidate { mut image, .. }) = mips.candidates.remove(&id) else {
+            continue;
+        };
+        let size = image.texture_descriptor.size;
+        let format = texel_format(image.texture_descriptor.format);
+        let (Some(format), Some(data)) = (format, image.data.take()) else {
+            continue;
+        };
+        let normals = mips.wanted.get(&id).copied().unwrap_or_default();
+        let task = AsyncComputeTaskPool::get()
+            .spawn(async move { chain([size.width, size.height], format, data, normals) });
+        mips.tasks.insert(id, (image, task));
+    }
+}
+
+fn finish(
+    mut mips: ResMut<Mips>,
+    mut images: ResMut<Assets<Image>>,
+    mut standard: ResMut<Assets<StandardMaterial>>,
+    mut chosen: ResMut<Assets<EwaStandardMaterial>>,
+) {
+    let mut finished = Vec::new();
+    mips.tasks.retain(|id, (image, task)| {
+        let Some(result) = block_on(future::poll_once(task)) else {
+            return true;
+        };
+        if let Some(chain) = result
+            && let Some(mut current) = images.get_mut(*id)
+            // Another picture meanwhile has a chain of its own on the way.
+            && current.texture_descriptor == image.texture_descriptor
+        {
+            current.data = Some(chain.data);
+            current.texture_descriptor.mip_level_count = chain.levels;
+            finished.push(*id);
+        }
+        false
+    });
+    if finished.is_empty() {
+        return;
+    }
+    // A material holds on to the textures that it was prepared with.
+    let uses = |material: &StandardMaterial| {
+        maps(material).any(|(texture, _)| finished.contains(&texture.id()))
+    };
+    let users = standard.iter().filter(|(_, material)| uses(material));
+    for id in users.map(|(id, _)| id).collect::<Vec<_>>() {
+        touch(&mut standard, id);
+    }
+    let users = chosen.iter().filter(|(_, material)| uses(&material.base));
+    for id in users.map(|(id, _)| id).collect::<Vec<_>>() {
+        touch(&mut chosen, id);
+    }
+}
+
+/// Has an asset prepared again.
+fn touch<A: Asset>(assets: &mut Assets<A>, id: AssetId<A>) {
+    if let Some(mut asset) = assets.get_mut(id) {
+        // Only a mutable reference counts as a change.
+        let _: &mut A = &mut asset;
+    }
+}
+
+fn texel_format(format: TextureFormat) -> Option<TexelFormat> {
+    let (channels, storage, srgb) = match format {
+        TextureFormat::R8Unorm => (1, Storage::Unorm8, false),
+        TextureFormat::Rg8Unorm => (2, Storage::Unorm8, false),
+        TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm => (4, Storage::Unorm8, false),
+        TextureFormat::Rgba8UnormSrgb | TextureFormat::Bgra8UnormSrgb => (4, Storage::Unorm8, true),
+        TextureFormat::R32Float => (1, Storage::Float32, false),
+        TextureFormat::Rg32Float => (2, Storage::Float32, false),
+        TextureFormat::Rgba32Float => (4, Storage::Float32, false),
+        _ => return None,
+    };
+    Some(TexelFormat {
+        channels,
+        storage,
+        srgb,
+    })
+}

@@ -1,0 +1,18 @@
+//! Mip chains for textures that lack them.
+//!
+//! Bevy makes none for PNG and JPEG files, and without them nothing that is far away can be
+//! filtered.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`mod@chain`] | the levels of a texture, in linear light |
+//! | [`texel`] | formats, as numbers in linear light and back |
+//! | `load` | chains for the textures of materials, as they are loaded |
+
+pub mod chain;
+#[cfg(feature = "bevy")]
+pub(crate) mod load;
+pub mod texel;
+
+pub use chain::{Chain, chain};
+pub use texel::TexelFormat;

@@ -1,0 +1,94 @@
+//! Formats, as numbers in linear light and back.
+
+/// How texels are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TexelFormat {
+    /// 1 to 4.
+    pub channels: usize,
+    /// How a channel is stored.
+    pub storage: Storage,
+    /// Whether the first three channels are sRGB-encoded; for [`Storage::Unorm8`].
+    pub srgb: bool,
+}
+
+/// How a channel is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storage {
+    /// A byte for 0 to 1.
+    Unorm8,
+    /// A 32-bit float, little-endian.
+    Float32,
+}
+
+impl TexelFormat {
+    /// Bytes of a texel.
+    pub fn bytes(self) -> usize {
+        self.channels
+            * match self.storage {
+                Storage::Unorm8 => 1,
+                Storage::Float32 => 4,
+            }
+    }
+
+    /// The channels of texels in linear light, one after the other.
+    pub fn decode(self, data: &[u8]) -> Vec<f32> {
+        match self.storage {
+            Storage::Unorm8 => {
+                let table: [f32; 256] =
+                    std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0));
+                let decode = |(i, byte): (usize, &u8)| {
+                    if self.is_curved(i) {
+                        table[usize::from(*byte)]
+                    } else {
+                        f32::from(*byte) / 255.0
+                    }
+                };
+                data.iter().enumerate().map(decode).collect()
+            }
+            Storage::Float32 => data
+                .as_chunks()
+                .0
+                .iter()
+                .map(|bytes| f32::from_le_bytes(*bytes))
+                .collect(),
+        }
+    }
+
+    /// Back to bytes, after `data`.
+    pub fn encode(self, values: &[f32], data: &mut Vec<u8>) {
+        match self.storage {
+            Storage::Unorm8 => data.extend(values.iter().enumerate().map(|(i, value)| {
+                let value = value.clamp(0.0, 1.0);
+                let encoded = if self.is_curved(i) {
+                    srgb_from_linear(value)
+                } else {
+                    value
+                };
+                (encoded * 255.0).round() as u8
+            })),
+            Storage::Float32 => data.extend(values.iter().flat_map(|value| value.to_le_bytes())),
+        }
+    }
+
+    fn is_curved(self, index: usize) -> bool {
+        self.srgb && index % self.channels < 3
+    }
+}
+
+/// 0 to 1 in linear light from 0 to 1 as sRGB encodes it.
+pub fn linear_from_srgb(value: f32) -> f32 {
+    if value <= 0.04045 {
+        value / 12.92
+    } else {
+        ((value + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// 0 to 1 as sRGB encodes it from 0 to 1 in linear light.
+pub fn srgb_from_linear(value: f32) -> f32 {
+    if value <= 0.003_130_8 {
+        value * 12.92
+    } else {
+        1.055 * value.powf(1.0 / 2.4) - 0.055
+    }
+}

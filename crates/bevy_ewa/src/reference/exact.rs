@@ -1,0 +1,290 @@
+//! The weighted average of the texels of an ellipse: EWA proper (thesis 5.3 and 5.4).
+
+use super::{
+    footprint::{Footprint, HUGE},
+    kernel::weight,
+    texture::{Color, Texture, add, mix},
+};
+use crate::settings::{EwaKernel, EwaMethod, EwaSettings};
+
+/// Square of a texel's own radius, added to the ellipse as Heckbert's unit matrix (listing 5.1): it
+/// stands for the reconstruction of the texture between its texels. Measured against the truth, 0.5
+/// and 0.25 are worse on most scenes.
+const TEXEL_RADIUS_SQUARED: f64 = 1.0;
+
+/// Below this sum of weights an ellipse has no texel to speak of.
+const NO_WEIGHT: f64 = 1e-6;
+
+/// `u^2 / xx`-like coefficients of an ellipse around a point of a mip level, in texels.
+#[derive(Clone, Copy, Debug)]
+pub struct Ellipse {
+    /// Centre; the centre of texel 0 is at 0.5.
+    pub center: [f64; 2],
+    /// Square of the half-width of its bounding box.
+    pub xx: f64,
+    /// Square of the half-height of its bounding box.
+    pub yy: f64,
+    /// Off-diagonal element of the same symmetric matrix.
+    pub xy: f64,
+    /// Determinant of the matrix.
+    pub determinant: f64,
+}
+
+impl Ellipse {
+    /// The ellipse of a footprint whose radii are `radius` times as long, in a level of a texture.
+    pub fn new(
+        footprint: &Footprint,
+        radius: f64,
+        uv: [f64; 2],
+        level: u32,
+        level_size: [u32; 2],
+        size: [u32; 2],
+    ) -> Self {
+        // A side that is one texel already gets no smaller: there, what is wider is no different.
+        let halved = (-f64::from(level)).exp2();
+        let scale = [0, 1].map(|i| (f64::from(level_size[i]) / f64::from(size[i])).min(halved));
+        let [c, s] = footprint.major_direction;
+        let major = (radius * footprint.major_radius_texels).powi(2);
+        let minor = (radius * footprint.minor_radius_texels).powi(2);
+        let xx = (major * c * c + minor * s * s) * scale[0] * scale[0];
+        let yy = (major * s * s + minor * c * c) * scale[1] * scale[1];
+        let xy = (major - minor) * c * s * scale[0] * scale[1];
+        let pad = TEXEL_RADIUS_SQUARED;
+        // Multiplied out, since the determinant of the part without the pad is known: the
+        // difference of the products cancels out for long ellipses.
+        let bare = major * minor * (scale[0] * scale[1]).powi(2);
+        Self {
+            center: [0, 1].map(|i| uv[i] * f64::from(level_size[i])),
+            xx: xx + pad,
+            yy: yy + pad,
+            xy,
+            determinant: bare + pad * (xx + yy) + pad * pad,
+        }
+    }
+
+    /// Squared distance of a texel's centre in squares of the ellipse's radius: 1 on its border
+    /// (thesis equation 5.2).
+    pub fn distance_squared(&self, texel: [i64; 2]) -> f64 {
+        let [x, y] = [0, 1].map(|i| texel[i] as f64 + 0.5 - self.center[i]);
+        (self.yy * x * x - 2.0 * self.xy * x * y + self.xx * y * y) / self.determinant
+    }
+
+    /// First and last texel of a column or row with centres inside the bounding box.
+    fn range(center: f64, half: f64) -> [i64; 2] {
+        [
+            (center - half - 0.5).ceil() as i64,
+            (center + half - 0.5).floor() as i64,
+        ]
+    }
+
+    /// The same with x and y exchanged.
+    fn transposed(self) -> Self {
+        Self {
+            center: [self.center[1], self.center[0]],
+            xx: self.yy,
+            yy: self.xx,
+            ..self
+        }
+    }
+
+    /// Rows of the bounding box.
+    fn rows(&self) -> [i64; 2] {
+        Self::range(self.center[1], self.yy.sqrt())
+    }
+
+    /// Texels of a row inside the ellipse, by solving its equation for x; empty if the first is
+    /// greater than the last.
+    fn row(&self, y: i64) -> [i64; 2] {
+        let dy = y as f64 + 0.5 - self.center[1];
+        let half = (self.determinant * (1.0 - dy * dy / self.yy).max(0.0)).sqrt() / self.yy.sqrt();
+        Self::range(self.center[0] + dy * self.xy / self.yy, half)
+    }
+}
+
+/// A lookup by an exact method. `uv` is finite.
+pub fn exact(
+    texture: &Texture,
+    footprint: &Footprint,
+    uv: [f64; 2],
+    settings: &EwaSettings,
+) -> Color {
+    let radius = f64::from(settings.kernel.radius_pixels());
+    let radius_texels = radius * footprint.major_radius_texels;
+    // Smaller than a texel: there is nothing to average but the texture's own reconstruction.
+    let average = (radius_texels - 1.0).clamp(0.0, 1.0);
+    let bilinear = || {
+        let size = texture.size();
+        texture.bilinear(0, [0, 1].map(|i| uv[i] * f64::from(size[i])))
+    };
+    if average <= 0.0 {
+        return bilinear();
+    }
+    let lod = footprint.lod(settings);
+    let last = f64::from(texture.last_level());
+    // Beyond the last level there is nothing coarser to read: the ellipse stays as large in texels
+    // as it is where that level begins.
+    let excess = (lod - last).max(0.0);
+    let shrunk = Footprint {
+        major_radius_texels: footprint.major_radius_texels * (-excess).exp2(),
+        minor_radius_texels: footprint.minor_radius_texels * (-excess).exp2(),
+        ..*footprint
+    };
+    let lod = lod.clamp(0.0, last);
+    let level = |level: u32| one_level(texture, &shrunk, radius, uv, level, settings);
+    let fine = lod.floor();
+    let blend = f64::from(settings.level_blend);
+    let part = if blend > 0.0 && fine < last {
+        ((lod - fine - 1.0) / blend + 1.0).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let mut color = level(fine as u32);
+    if part > 0.0 {
+        color = mix(color, level(fine as u32 + 1), part);
+    }
+    if average < 1.0 {
+        color = mix(bilinear(), color, average);
+    }
+    color
+}
+
+fn one_level(
+    texture: &Texture,
+    footprint: &Footprint,
+    radius: f64,
+    uv: [f64; 2],
+    level: u32,
+    settings: &EwaSettings,
+) -> Color {
+    let size = texture.levels[level as usize].size;
+    let ellipse = Ellipse::new(footprint, radius, uv, level, size, texture.size());
+    if !(ellipse.xx < HUGE && ellipse.yy < HUGE) {
+        return texture.bilinear(level, ellipse.center);
+    }
+    // Rows along the longer side: fewer of them, with more texels each.
+    let transposed = ellipse.yy > ellipse.xx;
+    let scan = if transposed {
+        ellipse.transposed()
+    } else {
+        ellipse
+    };
+    let scan = Scan {
+        texture,
+        level,
+        kernel: settings.kernel,
+        ellipse: scan,
+        transposed,
+    };
+    let (sum, weight) = match settings.method {
+        EwaMethod::Linear => scan.pairs(),
+        EwaMethod::Bilinear => scan.blocks(),
+        _ => scan.texels(),
+    };
+    if weight < NO_WEIGHT {
+        return texture.bilinear(level, ellipse.center);
+    }
+    sum.map(|c| c / weight)
+}
+
+/// The texels of an ellipse, row after row.
+struct Scan<'a> {
+    texture: &'a Texture,
+    level: u32,
+    kernel: EwaKernel,
+    ellipse: Ellipse,
+    /// Whether rows are columns of the texture.
+    transposed: bool,
+}
+
+impl Scan<'_> {
+    fn position<T: Copy>(&self, position: [T; 2]) -> [T; 2] {
+        let [x, y] = position;
+        if self.transposed { [y, x] } else { [x, y] }
+    }
+
+    fn weight(&self, texel: [i64; 2]) -> f64 {
+        weight(self.kernel, self.ellipse.distance_squared(texel))
+    }
+
+    fn texel(&self, texel: [i64; 2]) -> Color {
+        self.texture.texel(self.level, self.position(texel))
+    }
+
+    fn bilinear(&self, position: [f64; 2]) -> Color {
+        self.texture.bilinear(self.level, self.position(position))
+    }
+
+    fn texels(&self) -> (Color, f64) {
+        let (mut sum, mut total) = ([0.0; 4], 0.0);
+        let [top, bottom] = self.ellipse.rows();
+        for y in top..=bottom {
+            let [left, right] = self.ellipse.row(y);
+            for x in left..=right {
+                let w = self.weight([x, y]);
+                sum = add(sum, self.texel([x, y]), w);
+                total += w;
+            }
+        }
+        (sum, total)
+    }
+
+    /// Two texels a fetch, from between them (equation 5.4). The weight of one outside of the
+    /// ellipse is zero; two of different sign are fetched one by one.
+    fn pairs(&self) -> (Color, f64) {
+        let (mut sum, mut total) = ([0.0; 4], 0.0);
+        let [top, bottom] = self.ellipse.rows();
+        for y in top..=bottom {
+            let [left, right] = self.ellipse.row(y);
+            for x in (left..=right).step_by(2) {
+                let (a, b) = (self.weight([x, y]), self.weight([x + 1, y]));
+                let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
+                if a * b >= 0.0 {
+                    let part = if a + b == 0.0 { 0.0 } else { b / (a + b) };
+                    sum = add(sum, self.bilinear([x + part, y]), a + b);
+                } else {
+                    sum = add(sum, self.bilinear([x, y]), a);
+                    sum = add(sum, self.bilinear([x + 1.0, y]), b);
+                }
+                total += a + b;
+            }
+        }
+        (sum, total)
+    }
+
+    /// Four texels a fetch, from where their weights are right column by column and row by row.
+    /// Where one is negative, each alone.
+    fn blocks(&self) -> (Color, f64) {
+        let (mut sum, mut total) = ([0.0; 4], 0.0);
+        let [top, bottom] = self.ellipse.rows();
+        for y in (top..=bottom).step_by(2) {
+            let [first, second] = [self.ellipse.row(y), self.ellipse.row(y + 1)];
+            let (left, right) = if second[0] > second[1] {
+                (first[0], first[1])
+            } else if first[0] > first[1] {
+                (second[0], second[1])
+            } else {
+                (first[0].min(second[0]), first[1].max(second[1]))
+            };
+            for x in (left..=right).step_by(2) {
+                let texels = [[x, y], [x + 1, y], [x, y + 1], [x + 1, y + 1]];
+                let w = texels.map(|texel| self.weight(texel));
+                let all: f64 = w.iter().sum();
+                if w.iter().any(|w| *w < 0.0) {
+                    for (texel, w) in texels.iter().zip(w) {
+                        if w != 0.0 {
+                            sum = add(sum, self.texel(*texel), w);
+                        }
+                    }
+                } else if all > 0.0 {
+                    let position = [
+                        x as f64 + 0.5 + (w[1] + w[3]) / all,
+                        y as f64 + 0.5 + (w[2] + w[3]) / all,
+                    ];
+                    sum = add(sum, self.bilinear(position), all);
+                }
+                total += all;
+            }
+        }
+        (sum, total)
+    }
+}

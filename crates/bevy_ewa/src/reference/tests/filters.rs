@@ -1,0 +1,186 @@
+//! What every method does to simple textures.
+
+use proptest::prelude::*;
+
+use super::{super::sample::sample, *};
+
+proptest! {
+    #[test]
+    fn a_constant_stays_a_constant(
+        log_major in -12.0..6.0f64, log_ratio in 0.0..12.0f64, angle in 0.0..3.2f64,
+        u in -3.0..3.0f64, v in -3.0..3.0f64, method in 0usize..9, kernel in 0usize..5, frame in 0u32..2,
+    ) {
+        let color = [0.2, 0.5, 0.7, 1.0];
+        let texture = Texture::from_fn([48, 20], |_, _| color);
+        let major = log_major.exp2();
+        let settings = EwaSettings {
+            kernel: KERNELS[kernel],
+            ..EwaSettings::with_method(METHODS[method])
+        };
+        let derivatives = ellipse(major, major / log_ratio.exp2(), angle);
+        let sampled = sample(&texture, [u, v], derivatives, &settings, frame);
+        for (found, wanted) in sampled.color.iter().zip(color) {
+            prop_assert!((found - wanted).abs() < 1e-9, "{sampled:?}");
+        }
+    }
+
+    /// Equation 5.4 is exact, for every kernel.
+    #[test]
+    fn two_texels_a_fetch_are_the_same_as_one(
+        log_major in -8.0..2.0f64, log_ratio in 0.0..6.0f64, angle in 0.0..3.2f64,
+        u in 0.0..1.0f64, v in 0.0..1.0f64, kernel in 0usize..5,
+    ) {
+        let texture = noise([64, 37]);
+        let major = log_major.exp2();
+        let derivatives = ellipse(major, major / log_ratio.exp2(), angle);
+        let [reference, linear] = [EwaMethod::Reference, EwaMethod::Linear].map(|method| {
+            let settings = EwaSettings {
+                kernel: KERNELS[kernel],
+                ..EwaSettings::with_method(method)
+            };
+            sample(&texture, [u, v], derivatives, &settings, 0)
+        });
+        prop_assert!(difference(reference, linear) < 1e-9);
+        prop_assert!(linear.fetches <= reference.fetches + 1);
+    }
+
+    /// Four texels a fetch are exact where the ellipse lies along the axes.
+    #[test]
+    fn four_texels_a_fetch_are_exact_for_upright_ellipses(
+        major in 0.02..0.3f64, ratio in 1.0..8.0f64, u in 0.0..1.0f64, v in 0.0..1.0f64,
+    ) {
+        let texture = noise([64, 64]);
+        let derivatives = ellipse(major, major / ratio, 0.0);
+        let [reference, bilinear] = [EwaMethod::Reference, EwaMethod::Bilinear].map(|method| {
+            sample(&texture, [u, v], derivatives, &EwaSettings::with_method(method), 0)
+        });
+        // Up to what is subtracted from the kernel at its edge.
+        prop_assert!(difference(reference, bilinear) < 0.03);
+    }
+
+    /// Wherever it is sampled, the picture changes no faster than it can.
+    #[test]
+    fn no_steps_between_mip_levels_nor_at_the_limits(
+        log_major in -8.0..3.0f64, log_ratio in 0.0..8.0f64, angle in 0.0..3.2f64,
+        u in 0.0..1.0f64, v in 0.0..1.0f64, method in 0usize..3, budget in 40u32..2048,
+    ) {
+        let texture = noise([64, 64]);
+        let settings = EwaSettings { max_fetches: budget, ..EwaSettings::with_method(EXACT[method]) };
+        let at = |log_major: f64, log_ratio: f64| {
+            let major = log_major.exp2();
+            let derivatives = ellipse(major, major / log_ratio.exp2(), angle);
+            sample(&texture, [u, v], derivatives, &settings, 0)
+        };
+        let step = 1e-4;
+        let change = difference(at(log_major, log_ratio), at(log_major + step, log_ratio))
+            .max(difference(at(log_major, log_ratio), at(log_major, log_ratio + step)));
+        prop_assert!(change < 0.01, "{change}");
+    }
+}
+
+#[test]
+fn a_point_is_the_textures_own_reconstruction() {
+    let texture = noise([16, 8]);
+    for method in METHODS {
+        for uv in [[0.13, 0.4], [0.99, 0.01], [-0.3, 2.7]] {
+            let settings = EwaSettings::with_method(method);
+            let derivatives = ellipse(0.02, 0.003, 0.4);
+            let sampled = sample(&texture, uv, derivatives, &settings, 0);
+            let wanted = texture.bilinear(0, [uv[0] * 16.0, uv[1] * 8.0]);
+            let difference = difference(
+                sampled,
+                Sampled {
+                    color: wanted,
+                    fetches: 0,
+                },
+            );
+            assert!(difference < 0.05, "{method:?} at {uv:?}: {difference}");
+        }
+    }
+}
+
+#[test]
+fn two_frames_make_the_approximation() {
+    let texture = noise([128, 128]);
+    for i in 0..50 {
+        let t = f64::from(i) / 50.0;
+        let derivatives = ellipse(0.02 + 0.2 * t, 0.01, 3.0 * t);
+        let uv = [t, 0.3 + 7.0 * t];
+        for probes in [
+            EwaProbes::Three,
+            FIVE,
+            EwaProbes::Seven,
+            EwaProbes::ByAspect,
+        ] {
+            let at = |method, frame| {
+                let settings = EwaSettings::with_method(method);
+                sample(&texture, uv, derivatives, &settings, frame)
+            };
+            let both = at(EwaMethod::Approximate { probes }, 0);
+            let [even, odd] = [0, 1].map(|frame| at(EwaMethod::Temporal { probes }, frame));
+            assert!(even.fetches <= both.fetches && odd.fetches <= both.fetches);
+            for channel in 0..4 {
+                let mean = (even.color[channel] + odd.color[channel]) / 2.0;
+                let wanted = both.color[channel];
+                // Of five, the odd ones have a fiftieth more than half of all weight.
+                assert!((mean - wanted).abs() < 0.02, "{probes:?}: {mean} {wanted}");
+            }
+        }
+    }
+}
+
+#[test]
+fn spatial_is_one_probe_below_the_threshold_and_approximate_above() {
+    let texture = noise([256, 256]);
+    let at = |method, anisotropy: f64| {
+        let settings = EwaSettings::with_method(method);
+        let derivatives = ellipse(0.1, 0.1 / anisotropy, 0.7);
+        sample(&texture, [0.3, 0.6], derivatives, &settings, 0)
+    };
+    let spatial = EwaMethod::Spatial { probes: FIVE };
+    let approximate = EwaMethod::Approximate { probes: FIVE };
+    for (anisotropy, method) in [
+        (4.0, EwaMethod::SoftwareAnisotropic),
+        (14.9, EwaMethod::SoftwareAnisotropic),
+        (16.1, approximate),
+        (40.0, approximate),
+    ] {
+        assert_eq!(
+            at(spatial, anisotropy),
+            at(method, anisotropy),
+            "{anisotropy}"
+        );
+    }
+    let between = at(spatial, 15.5);
+    let [low, high] = [EwaMethod::SoftwareAnisotropic, approximate].map(|m| at(m, 15.5));
+    for channel in 0..4 {
+        let mean = (low.color[channel] + high.color[channel]) / 2.0;
+        assert!((between.color[channel] - mean).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn the_footprint_of_a_method_is_centred() {
+    // A ramp keeps its value under any symmetric filter.
+    let texture = Texture::from_fn([256, 256], |x, y| {
+        [f64::from(x) / 256.0, f64::from(y) / 256.0, 0.0, 1.0]
+    });
+    for method in METHODS {
+        if matches!(method, EwaMethod::Hardware) {
+            continue;
+        }
+        for angle in [0.0, 0.6, 1.2, 2.0, 2.8] {
+            let derivatives = ellipse(0.1, 0.02, angle);
+            let settings = EwaSettings::with_method(method);
+            let sampled = sample(&texture, [0.5, 0.5], derivatives, &settings, 0);
+            for channel in 0..2 {
+                let value = sampled.color[channel];
+                let wanted = 0.5 - 0.5 / 256.0;
+                assert!(
+                    (value - wanted).abs() < 0.004,
+                    "{method:?} {angle}: {value}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Small pictures against the truth.
+
+use super::{
+    super::{sample::sample, scenes::Surface, truth::truth},
+    *,
+};
+
+/// Mean squared error in squares of 8-bit units, of linear values, and fetches a pixel.
+fn error(surface: &Surface, method: EwaMethod) -> (f64, f64) {
+    const SIZE: u32 = 24;
+    let texture = Texture::from_fn([256, 256], |x, y| {
+        let v = if (x / 32 + y / 32) % 2 == 0 { 0.9 } else { 0.1 };
+        [v, v, v, 1.0]
+    });
+    let settings = EwaSettings::with_method(method);
+    let (mut sum, mut fetches) = (0.0, 0);
+    for y in 0..SIZE {
+        for x in 0..SIZE {
+            let (uv, derivatives) = surface.pixel(SIZE, [x, y]);
+            let found = sample(&texture, uv, derivatives, &settings, 0);
+            let wanted = truth(&texture, surface, SIZE, [x, y], settings.kernel, 24);
+            sum += ((found.color[0] - wanted[0]) * 255.0).powi(2);
+            fetches += found.fetches;
+        }
+    }
+    let pixels = f64::from(SIZE * SIZE);
+    (sum / pixels, f64::from(fetches) / pixels)
+}
+
+#[test]
+fn the_methods_are_ordered_on_grazing_planes() {
+    for turn in [0.0f64, 45.0] {
+        let surface = Surface::Plane {
+            grazing: 5f64.to_radians(),
+            half_view: 3f64.to_radians().tan(),
+            turn: turn.to_radians(),
+            scale: 0.5,
+            moved: 0.0,
+        };
+        let approximate = EwaMethod::Approximate { probes: FIVE };
+        let [linear, bilinear, approximate, hardware, trilinear] = [
+            EwaMethod::Linear,
+            EwaMethod::Bilinear,
+            approximate,
+            EwaMethod::SoftwareAnisotropic,
+            EwaMethod::Hardware,
+        ]
+        .map(|method| error(&surface, method));
+        println!("{turn}: {linear:?} {bilinear:?} {approximate:?} {hardware:?} {trilinear:?}");
+        assert!(linear.0 < 10.0);
+        assert!(bilinear.0 < 1.5 * linear.0 + 3.0 && bilinear.1 < linear.1);
+        assert!(linear.0 < approximate.0 && approximate.0 < hardware.0);
+        assert!(linear.0 < trilinear.0);
+    }
+}
+
+#[test]
+fn the_seam_of_the_tunnel_has_the_derivatives_of_its_neighbours() {
+    let surface = Surface::Tunnel {
+        half_view: 1.0,
+        around: 4.0,
+        along: 0.5,
+        moved: 0.0,
+    };
+    // u jumps between these two.
+    let [(above, a), (below, b)] = [[3, 31], [3, 32]].map(|pixel| surface.pixel(64, pixel));
+    assert!((above[0] - below[0]).abs() > 3.0);
+    assert!((a.dy[0] - b.dy[0]).abs() < 1e-6, "{a:?} {b:?}");
+}

@@ -1,0 +1,149 @@
+//! A tunnel without end and a game's floor, filtered by one method on each side of the line.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | `stage` | the tunnel and the floor |
+//! | `settings` | what the knobs make of the settings |
+//! | `view`, `view.wgsl` | ellipses, and the regions that are too anisotropic for texture units |
+
+mod settings;
+mod stage;
+mod view;
+
+use bevy::{pbr::MaterialPlugin, prelude::*};
+use bevy_ewa::EwaPlugin;
+
+use crate::runner::{Knob, Scene};
+
+/// The example of `bevy_ewa`.
+pub struct Ewa;
+
+impl Scene for Ewa {
+    fn name(&self) -> &'static str {
+        "ewa"
+    }
+
+    fn plugin(&self) -> &'static str {
+        "bevy_ewa"
+    }
+
+    fn description(&self) -> &'static str {
+        "Texture filtering: a tunnel or a floor, by any method before and any after"
+    }
+
+    fn knobs(&self) -> Vec<Knob> {
+        vec![
+            Knob::choice("place", "what there is to see", 0, &["tunnel", "floor"]),
+            Knob::choice(
+                "view",
+                "the picture; the ellipse of every 16th pixel in its texture; red where the \
+                 anisotropy exceeds spatial_threshold",
+                0,
+                &["picture", "ellipses", "regions"],
+            ),
+            Knob::choice(
+                "before",
+                "method left of the line; hardware is the sampler's own",
+                settings::HARDWARE,
+                &settings::METHODS,
+            ),
+            Knob::choice(
+                "after",
+                "method right of the line",
+                settings::LINEAR,
+                &settings::METHODS,
+            ),
+            Knob::choice(
+                "probes",
+                "of the approximate, spatial and temporal methods",
+                1,
+                &["3", "5", "7", "by_aspect"],
+            ),
+            Knob::choice(
+                "kernel",
+                "of the exact methods",
+                2,
+                &["box", "tent", "gaussian", "mitchell_netravali", "lanczos"],
+            ),
+            Knob::float(
+                "sigma",
+                "standard deviation of the Gaussian",
+                0.5,
+                0.2..=1.5,
+                "pixels",
+            ),
+            Knob::float(
+                "max_anisotropy",
+                "longest ellipse, in widths",
+                32.0,
+                1.0..=128.0,
+                "",
+            ),
+            Knob::float(
+                "minor_radius",
+                "least minor radius in the chosen mip level",
+                1.5,
+                0.5..=4.0,
+                "texels",
+            ),
+            Knob::choice(
+                "level_of_detail",
+                "what the mip level is chosen by",
+                0,
+                &["minor_radius", "hardware"],
+            ),
+            Knob::float(
+                "level_blend",
+                "part of the way to the next mip level in which both are blended",
+                0.25,
+                0.0..=1.0,
+                "",
+            ),
+            Knob::integer(
+                "max_fetches",
+                "most fetches of a lookup of the exact methods",
+                2048,
+                16..=4096,
+                "",
+            ),
+            Knob::float(
+                "spatial_threshold",
+                "anisotropy above which spatial works",
+                16.0,
+                2.0..=64.0,
+                "",
+            ),
+            Knob::integer(
+                "sampler_anisotropy",
+                "of the sampler: 1 computes probes, more leaves them to the texture unit",
+                1,
+                1..=16,
+                "",
+            ),
+            Knob::toggle("motion", "the texture drifts", true),
+        ]
+    }
+
+    fn view(&self) -> Transform {
+        Transform::from_xyz(0.0, 0.0, 0.0).looking_to(Vec3::new(0.12, -0.08, -1.0), Vec3::Y)
+    }
+
+    fn build(&self, app: &mut App) {
+        view::embed(app);
+        app.add_plugins((
+            EwaPlugin::CHOSEN,
+            MaterialPlugin::<view::ViewMaterial>::default(),
+        ))
+        .init_resource::<stage::Textures>()
+        .add_systems(Startup, stage::spawn)
+        .add_systems(
+            Update,
+            (
+                stage::show_place,
+                stage::dress.run_if(resource_changed::<crate::runner::Knobs>),
+                stage::drift,
+            )
+                .chain(),
+        );
+    }
+}

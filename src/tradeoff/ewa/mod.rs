@@ -1,0 +1,263 @@
+//! The study of `bevy_ewa`: every method against the truth and against exact EWA, on scenes that
+//! are hard in different ways.
+//!
+//! Pictures are rendered by the plugin's shaders at given coordinates, so that they are filtered
+//! and nothing else. `truth` is the mean of at least 64 x 64 points a pixel, weighted by the kernel,
+//! and `ewa` the method `reference` in 64-bit floats; both are computed. `fetches` are those of the reference in plain Rust, in which a trilinear fetch
+//! counts as one. The picture of a temporal setting is the mean of its two frames.
+//!
+//! The rows `... flicker` have a mean squared error and nothing else: the mean squared change of
+//! the error from a frame to the next, with a moving camera, a still one, and a still one under
+//! temporal anti-aliasing.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`scenes`] | the scenes |
+//! | [`mod@settings`] | what is measured, by name |
+//! | [`lookup`] | the shaders at given coordinates |
+//! | [`picture`] | pictures of linear colours |
+//! | [`mod@flicker`] | what moves that should not |
+
+pub mod flicker;
+pub mod lookup;
+pub mod picture;
+pub mod scenes;
+pub mod settings;
+
+use bevy_ewa::{EwaMethod, EwaSettings};
+use indicatif::ProgressBar;
+
+use self::{
+    lookup::{Lookups, TexelFormat},
+    picture::{Pixels, computed_picture, display, linear_mse, mean, true_picture},
+    scenes::{EwaScene, SCENES},
+    settings::{SETTINGS, Setting},
+};
+use super::{
+    Study, TradeoffError,
+    contest::{Contestant, contest},
+    note,
+    options::Plan,
+};
+use crate::{
+    metrics::compare,
+    record::{Measurement, Report},
+};
+
+/// The study.
+pub const STUDY: Study = Study {
+    name: PLUGIN,
+    measure,
+};
+
+const PLUGIN: &str = "ewa";
+
+/// Points of the truth along a side of a pixel.
+const RATE: u32 = 64;
+
+fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
+    let Some(picture) = plan.picture else {
+        return Ok(Report::default());
+    };
+    // Square; a quarter of the photographs' width, since the truth takes its time.
+    let size = picture[0] / 4;
+    progress.set_length(SCENES.len() as u64 + 2);
+    let mut report = Report::default();
+    for scene in &SCENES {
+        progress.set_message(scene.name);
+        report.measurements.extend(scene_rows(scene, size, RATE)?);
+        progress.inc(1);
+    }
+    progress.set_message("flicker");
+    for scene in SCENES
+        .iter()
+        .filter(|scene| ["tunnel", "floor"].contains(&scene.name))
+    {
+        report.measurements.extend(flicker_rows(scene, size));
+    }
+    progress.inc(1);
+    progress.set_message("time");
+    let (adapter, rows) = time_rows(&SCENES[0], plan, progress)?;
+    report.adapter = adapter;
+    report.measurements.extend(rows);
+    progress.inc(1);
+    Ok(report)
+}
+
+/// The rows of a scene: every setting against both references.
+///
+/// # Errors
+/// [`TradeoffError`] when it cannot be rendered.
+pub fn scene_rows(
+    scene: &EwaScene,
+    size: u32,
+    rate: u32,
+) -> Result<Vec<Measurement>, TradeoffError> {
+    let texture = (scene.texture)();
+    let coordinates = scene.coordinates(size);
+    let exact = EwaSettings::with_method(EwaMethod::Reference);
+    let references = [
+        (
+            "truth",
+            true_picture(&texture, &(scene.surface)(), size, rate),
+        ),
+        (
+            "ewa",
+            computed_picture(&texture, &coordinates, size, &exact, 0).0,
+        ),
+    ];
+    let mut rows = Vec::new();
+    for anisotropy in [1, 16] {
+        let mut lookups = Lookups::new(
+            size,
+            &texture,
+            TexelFormat::Float32,
+            anisotropy,
+            &coordinates,
+        )?;
+        if anisotropy > 1 && lookups.is_software() {
+            continue;
+        }
+        for setting in SETTINGS
+            .iter()
+            .filter(|s| s.sampler_anisotropy == anisotropy)
+        {
+            let settings = setting.settings(anisotropy);
+            let mut pictures = Vec::new();
+            let mut fetches = 0.0;
+            for frame in 0..setting.frames {
+                let rendered = lookups.picture(&settings, frame)?;
+                pictures.push(
+                    rendered
+                        .iter()
+                        .map(|p| [p[0], p[1], p[2]].map(f64::from))
+                        .collect(),
+                );
+                let counted =
+                    computed_picture(&texture, &coordinates, size, &setting.settings(1), frame).1;
+                fetches += counted / f64::from(setting.frames);
+            }
+            let picture = mean(&pictures);
+            for (name, reference) in &references {
+                rows.push(row(
+                    scene, setting, name, reference, &picture, size, fetches,
+                )?);
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn row(
+    scene: &EwaScene,
+    setting: &Setting,
+    name: &str,
+    reference: &Pixels,
+    picture: &Pixels,
+    size: u32,
+    fetches: f64,
+) -> Result<Measurement, TradeoffError> {
+    let error = compare(&display(reference, size), &display(picture, size))?;
+    Ok(Measurement {
+        plugin: PLUGIN.into(),
+        scene: scene.name.into(),
+        setting: setting.name.into(),
+        reference: name.into(),
+        fetches: Some(fetches),
+        ..Measurement::from(&error)
+    })
+}
+
+/// The rows of what flickers.
+pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<Measurement> {
+    let truths = flicker::truths(scene, size, RATE / 4);
+    let mut rows = Vec::new();
+    for setting in SETTINGS.iter().filter(|setting| !setting.needs_hardware()) {
+        let found = flicker::flicker(scene, &truths, size, &setting.settings(1));
+        for (kind, mse) in [
+            ("moving", found.moving),
+            ("still", found.still),
+            ("still, TAA", found.still_with_taa),
+        ] {
+            rows.push(Measurement {
+                plugin: PLUGIN.into(),
+                scene: scene.name.into(),
+                setting: setting.name.into(),
+                reference: format!("flicker, {kind}"),
+                mse: Some(mse),
+                ..Measurement::default()
+            });
+        }
+    }
+    rows
+}
+
+/// Frame times of the settings, which take turns.
+fn time_rows(
+    scene: &EwaScene,
+    plan: &Plan,
+    progress: &ProgressBar,
+) -> Result<(crate::record::ReportAdapter, Vec<Measurement>), TradeoffError> {
+    let size = plan.picture.map_or(64, |[width, _]| width / 2);
+    let texture = (scene.texture)();
+    let coordinates = scene.coordinates(size);
+    let mut contestants = Vec::new();
+    let mut adapter = crate::record::ReportAdapter::default();
+    for setting in &SETTINGS {
+        let lookups = |anisotropy| {
+            let format = TexelFormat::Unorm8;
+            Lookups::new(size, &texture, format, anisotropy, &coordinates)
+        };
+        let first = lookups(setting.sampler_anisotropy)?;
+        let software = first.is_software();
+        if software && setting.needs_hardware() {
+            note(
+                progress,
+                "no texture unit here: `hardware_af16` is left out",
+            );
+            continue;
+        }
+        // Probes are the hardware's where there is one.
+        let probes = if setting.has_probes() && !software {
+            16
+        } else {
+            1
+        };
+        let mut lookups = if probes > 1 { lookups(probes)? } else { first };
+        lookups.set(&setting.settings(probes), 0)?;
+        adapter = lookups.app().adapter().into();
+        let row = Measurement {
+            plugin: PLUGIN.into(),
+            scene: scene.name.into(),
+            setting: setting.name.into(),
+            reference: "time".into(),
+            ..Measurement::default()
+        };
+        contestants.push(Contestant::new(lookups.into_app(), row));
+    }
+    Ok((adapter, contest(contestants, plan.rounds, plan.frames)?))
+}
+
+/// Mean squared error of linear values against exact EWA, in squares of 8-bit units: of what
+/// rounding to bytes would hide.
+///
+/// # Errors
+/// [`TradeoffError`] when it cannot be rendered.
+pub fn linear_error(
+    scene: &EwaScene,
+    size: u32,
+    settings: [&EwaSettings; 2],
+    format: TexelFormat,
+) -> Result<f64, TradeoffError> {
+    let texture = (scene.texture)();
+    let coordinates = scene.coordinates(size);
+    let mut lookups = Lookups::new(size, &texture, format, 1, &coordinates)?;
+    let [found, wanted] = settings;
+    let picture = lookups.picture(found, 0)?;
+    let picture = picture
+        .iter()
+        .map(|p| [p[0], p[1], p[2]].map(f64::from))
+        .collect();
+    let reference = computed_picture(&texture, &coordinates, size, wanted, 0).0;
+    Ok(linear_mse(&reference, &picture))
+}

@@ -1,0 +1,277 @@
+//! The shaders compute what the reference computes.
+
+use bevy_ewa::{
+    EwaKernel, EwaLevelOfDetail, EwaMethod, EwaProbes, EwaSettings,
+    reference::{AddressMode, Derivatives, Texture, sample},
+};
+use bevy_frugal_lab::{
+    metrics::error::max_error,
+    tradeoff::ewa::{
+        linear_error,
+        lookup::{Lookups, TexelFormat},
+        picture::{Pixels, computed_picture, display},
+        scenes::SCENES,
+    },
+};
+
+use crate::support::gpu;
+
+const FIVE: EwaProbes = EwaProbes::Five;
+
+const METHODS: [EwaMethod; 8] = [
+    EwaMethod::Reference,
+    EwaMethod::Linear,
+    EwaMethod::Bilinear,
+    EwaMethod::Approximate { probes: FIVE },
+    EwaMethod::Spatial { probes: FIVE },
+    EwaMethod::Temporal { probes: FIVE },
+    EwaMethod::SpatialTemporal { probes: FIVE },
+    EwaMethod::SoftwareAnisotropic,
+];
+
+fn rgb(picture: &[[f32; 4]]) -> Pixels {
+    let colors = picture.iter().map(|p| [p[0], p[1], p[2]].map(f64::from));
+    colors.collect()
+}
+
+#[test]
+fn the_reference_is_within_two_levels_of_its_double_everywhere_on_every_scene() {
+    let _gpu = gpu();
+    const SIZE: u32 = 64;
+    let settings = EwaSettings::with_method(EwaMethod::Reference);
+    for scene in &SCENES {
+        let texture = (scene.texture)();
+        let coordinates = scene.coordinates(SIZE);
+        let lookups = Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates);
+        let picture = lookups.expect("an app").picture(&settings, 0);
+        let picture = rgb(&picture.expect("a picture"));
+        let wanted = computed_picture(&texture, &coordinates, SIZE, &settings, 0).0;
+        let found = max_error(&display(&wanted, SIZE), &display(&picture, SIZE));
+        println!("{}: {found:?} levels", scene.name);
+        assert!(
+            found.expect("equal sizes") <= 2,
+            "{}: {found:?}",
+            scene.name
+        );
+    }
+}
+
+#[test]
+fn pairs_of_texels_are_as_good_as_single_ones() {
+    let _gpu = gpu();
+    let [linear, reference] =
+        [EwaMethod::Linear, EwaMethod::Reference].map(EwaSettings::with_method);
+    for scene in &SCENES {
+        let found = linear_error(scene, 48, [&linear, &reference], TexelFormat::Float32);
+        let found = found.expect("a picture");
+        println!("{}: {found:.6}", scene.name);
+        // The budget counts texels, so that it is the same for both.
+        assert!(found < 0.01, "{}: {found}", scene.name);
+    }
+}
+
+/// Numbers that are the same in every run, from 0 to 1.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = (self.0 ^ self.0 >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        (self.0 >> 40) as f64 / f64::from(1 << 24)
+    }
+}
+
+fn noise(size: [u32; 2]) -> Texture {
+    let random = std::cell::RefCell::new(Random(u64::from(size[0])));
+    Texture::from_fn(size, |_, _| [0; 4].map(|_| random.borrow_mut().next()))
+}
+
+fn rounded(c: [f64; 2]) -> [f64; 2] {
+    c.map(|c| f64::from(c as f32))
+}
+
+/// Ellipses of every size, shape and direction.
+fn random_lookups(count: u32, uv_range: f64) -> Vec<([f64; 2], Derivatives)> {
+    let mut random = Random(7);
+    (0..count)
+        .map(|_| {
+            let uv = [0, 1].map(|_| (random.next() * 2.0 - 1.0) * uv_range);
+            let major = (random.next() * 14.0 - 10.0).exp2();
+            let minor = major / (random.next() * 9.0).exp2();
+            let (sin, cos) = (random.next() * 6.3).sin_cos();
+            let dx = rounded([major * cos, major * sin]);
+            let dy = rounded([-minor * sin, minor * cos]);
+            (rounded(uv), Derivatives { dx, dy })
+        })
+        .collect()
+}
+
+/// The largest difference from the reference, in levels of 8 bits, and where.
+fn worst(
+    texture: &Texture,
+    lookups: &mut Lookups,
+    coordinates: &[([f64; 2], Derivatives)],
+    settings: &EwaSettings,
+) -> (f64, String) {
+    let picture = lookups.picture(settings, 1).expect("a picture");
+    let mut worst = (0.0, String::new());
+    for ((uv, derivatives), found) in coordinates.iter().zip(&picture) {
+        let wanted = sample(texture, *uv, *derivatives, settings, 1).color;
+        for (found, wanted) in found.iter().zip(wanted) {
+            let error = (f64::from(*found) - wanted).abs() * 255.0;
+            if error > worst.0 || error.is_nan() {
+                worst = (
+                    error,
+                    format!("{uv:?} {derivatives:?}: {found} for {wanted}"),
+                );
+            }
+        }
+    }
+    worst
+}
+
+#[test]
+fn every_method_with_every_ellipse() {
+    let _gpu = gpu();
+    const SIZE: u32 = 48;
+    for (size, address) in [
+        ([64, 64], AddressMode::Repeat),
+        ([37, 20], AddressMode::MirrorRepeat),
+        ([50, 3], AddressMode::ClampToEdge),
+        ([1, 1], AddressMode::Repeat),
+    ] {
+        let texture = noise(size).with_address([address; 2]);
+        let coordinates = random_lookups(SIZE * SIZE, 2.0);
+        let mut lookups =
+            Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+        for method in METHODS {
+            let settings = EwaSettings::with_method(method);
+            let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
+            println!("{size:?} {address:?} {method:?}: {error:.3}");
+            assert!(
+                error <= 2.0,
+                "{size:?} {address:?} {method:?}: {error} at {place}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_kernel_and_level_of_detail() {
+    let _gpu = gpu();
+    const SIZE: u32 = 32;
+    let texture = noise([64, 64]);
+    let coordinates = random_lookups(SIZE * SIZE, 2.0);
+    let mut lookups =
+        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+    let mut check = |settings: EwaSettings| {
+        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
+        println!("{settings:?}: {error:.3}");
+        assert!(error <= 2.0, "{settings:?}: {error} at {place}");
+    };
+    let base = EwaSettings::with_method(EwaMethod::Linear);
+    for kernel in [
+        EwaKernel::Tent,
+        EwaKernel::Gaussian { sigma_pixels: 0.8 },
+        EwaKernel::MitchellNetravali,
+        EwaKernel::Lanczos,
+    ] {
+        check(EwaSettings { kernel, ..base });
+    }
+    check(EwaSettings {
+        minor_radius_texels: 3.0,
+        max_anisotropy: 64.0,
+        ..base
+    });
+    check(EwaSettings {
+        max_fetches: 64,
+        ..base
+    });
+    check(EwaSettings {
+        level_blend: 1.0,
+        ..base
+    });
+    for probes in [EwaProbes::Three, EwaProbes::Seven, EwaProbes::ByAspect] {
+        check(EwaSettings::with_method(EwaMethod::Approximate { probes }));
+    }
+    // Where the formula of the hardware steps from one count to the next, 32 bits may take either.
+    let hardware = EwaSettings {
+        level_of_detail: EwaLevelOfDetail::Hardware,
+        ..base
+    };
+    let (error, place) = worst(&texture, &mut lookups, &coordinates, &hardware);
+    assert!(error <= 2.0, "hardware level: {error} at {place}");
+}
+
+#[test]
+fn nothing_breaks_the_shaders() {
+    let _gpu = gpu();
+    const SIZE: u32 = 32;
+    let values = [
+        0.0,
+        1e-30,
+        1e-6,
+        0.3,
+        -0.3,
+        1e6,
+        1e30,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+        f64::from(f32::MAX),
+    ];
+    let mut random = Random(3);
+    let mut any = |values: &[f64]| values[(random.next() * values.len() as f64) as usize];
+    let coordinates: Vec<_> = (0..SIZE * SIZE)
+        .map(|i| {
+            let mut four = || [any(&values), any(&values)];
+            let derivatives = Derivatives {
+                dx: four(),
+                dy: four(),
+            };
+            let uv = if i % 8 == 0 { four() } else { [0.3, 0.6] };
+            (
+                rounded(uv),
+                Derivatives {
+                    dx: rounded(derivatives.dx),
+                    dy: rounded(derivatives.dy),
+                },
+            )
+        })
+        .collect();
+    let texture = noise([32, 16]);
+    let mut lookups =
+        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+    for method in METHODS {
+        let settings = EwaSettings::with_method(method);
+        let picture = lookups.picture(&settings, 0).expect("a picture");
+        for (pixel, coordinates) in picture.iter().zip(&coordinates) {
+            let is_color = pixel.iter().all(|c| (-0.01..=1.01).contains(c));
+            assert!(is_color, "{method:?} {coordinates:?}: {pixel:?}");
+        }
+    }
+}
+
+#[test]
+fn far_coordinates_keep_their_texels() {
+    let _gpu = gpu();
+    const SIZE: u32 = 32;
+    let texture = noise([1024, 16]);
+    // Texel centres that 32-bit floats have at 1e4: multiples of 1/1024.
+    let mut coordinates = random_lookups(SIZE * SIZE, 1.0);
+    for (i, (uv, d)) in coordinates.iter_mut().enumerate() {
+        *uv = [1e4 + i as f64 / 1024.0, -9998.0 + 3.0 / 32.0];
+        *d = Derivatives {
+            dx: [1.5 / 1024.0, 0.0],
+            dy: [0.0, 0.05],
+        };
+    }
+    let mut lookups =
+        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+    for method in METHODS {
+        let settings = EwaSettings::with_method(method);
+        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
+        println!("{method:?}: {error:.3}");
+        assert!(error <= 2.0, "{method:?}: {error} at {place}");
+    }
+}

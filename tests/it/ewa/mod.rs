@@ -1,0 +1,7 @@
+//! Elliptical filtering on the GPU.
+
+mod exact;
+mod materials;
+mod mips;
+mod scene;
+mod shaders;

@@ -1,0 +1,235 @@
+//! A floor whose material can be changed between pictures.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
+    mesh::{Indices, PrimitiveTopology},
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_ewa::{
+    AllMaterials, EwaPlugin, EwaSettings, EwaStandardMaterial,
+    mips::{self, texel::Storage},
+};
+use bevy_frugal_lab::{
+    headless::{HeadlessApp, HeadlessSettings, LabTarget},
+    metrics::error::{mse, psnr_db},
+};
+use image::RgbImage;
+
+/// A headless app with a floor, a post with an alpha mask, a sun with shadows, and one camera.
+pub struct Floor {
+    pub app: HeadlessApp,
+    pub camera: Entity,
+    pub floor: Entity,
+    post: Entity,
+    pub material: Handle<StandardMaterial>,
+}
+
+impl Floor {
+    /// The scene with or without the plugin. The material is made of an image without mips if not
+    /// `mipped`.
+    pub fn new(
+        plugin: Option<EwaPlugin>,
+        material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial,
+    ) -> Self {
+        let mut app = HeadlessApp::new(HeadlessSettings::with_size(96, 64), |app| {
+            if let Some(plugin) = plugin {
+                app.add_plugins(plugin);
+            }
+        })
+        .expect("a headless app");
+        let world = app.world_mut();
+        let target = world.resource::<LabTarget>().0.clone();
+        let camera = world
+            .spawn((
+                Camera3d::default(),
+                target,
+                Tonemapping::None,
+                DebandDither::Disabled,
+                Msaa::Off,
+                Transform::from_xyz(0.0, 0.6, 0.0).looking_at(Vec3::new(1.0, 0.4, -5.0), Vec3::Y),
+            ))
+            .id();
+        world.spawn((
+            DirectionalLight {
+                illuminance: 8000.0,
+                shadow_maps_enabled: true,
+                ..default()
+            },
+            Transform::from_xyz(-3.0, 5.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
+        ));
+        let mut images = world.resource_mut::<Assets<Image>>();
+        let standard = material(&mut images);
+        let mask = images.add(texture(true, TextureFormat::Rgba8UnormSrgb, |x, y| {
+            [255, 150, 80, if (x / 8 + y / 8) % 2 == 0 { 255 } else { 0 }]
+        }));
+        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+        let material = materials.add(standard);
+        let post = materials.add(StandardMaterial {
+            base_color_texture: Some(mask),
+            alpha_mode: AlphaMode::Mask(0.5),
+            cull_mode: None,
+            ..default()
+        });
+        let mut meshes = world.resource_mut::<Assets<Mesh>>();
+        let plane = meshes.add(plane());
+        let cube = meshes.add(Cuboid::from_length(0.4));
+        let post = world.spawn((
+            Mesh3d(cube),
+            MeshMaterial3d(post),
+            Transform::from_xyz(0.5, 0.3, -1.5).with_rotation(Quat::from_rotation_y(0.9)),
+        ));
+        let post = post.id();
+        let floor = world
+            .spawn((Mesh3d(plane), MeshMaterial3d(material.clone())))
+            .id();
+        app.run_until_ready(300).expect("the scene is ready");
+        Self {
+            app,
+            camera,
+            floor,
+            post,
+            material,
+        }
+    }
+
+    /// Filters all `StandardMaterial`s so.
+    pub fn all(&mut self, settings: Option<EwaSettings>) -> RgbImage {
+        self.app.world_mut().insert_resource(AllMaterials(settings));
+        self.picture()
+    }
+
+    /// Gives the floor a material of its own kind.
+    pub fn chosen(&mut self, settings: EwaSettings) -> RgbImage {
+        let world = self.app.world_mut();
+        let base = world.resource::<Assets<StandardMaterial>>();
+        let base = base.get(&self.material).expect("the material").clone();
+        let material =
+            world
+                .resource_mut::<Assets<EwaStandardMaterial>>()
+                .add(EwaStandardMaterial {
+                    base,
+                    extension: settings.into(),
+                });
+        world
+            .entity_mut(self.floor)
+            .remove::<MeshMaterial3d<StandardMaterial>>()
+            .insert(MeshMaterial3d(material));
+        self.picture()
+    }
+
+    /// Gives the floor another material of Bevy's own kind.
+    pub fn lay(&mut self, material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial) {
+        let world = self.app.world_mut();
+        let new = material(&mut world.resource_mut::<Assets<Image>>());
+        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+        if let Some(mut old) = materials.get_mut(&self.material) {
+            *old = new;
+        }
+    }
+
+    /// Takes the post away.
+    pub fn clear(&mut self) {
+        let world = self.app.world_mut();
+        world.entity_mut(self.post).despawn();
+    }
+
+    pub fn picture(&mut self) -> RgbImage {
+        self.app.run_until_ready(300).expect("ready");
+        self.app.render_frames(2).expect("frames");
+        self.app.capture_rgb8().expect("a picture")
+    }
+}
+
+pub fn psnr(a: &RgbImage, b: &RgbImage) -> f64 {
+    psnr_db(mse(a, b).expect("equal sizes"))
+}
+
+/// 64 x 64 texels, repeating, with mips or without.
+pub fn texture(mipped: bool, format: TextureFormat, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
+    const SIZE: u32 = 64;
+    let data = (0..SIZE * SIZE)
+        .flat_map(|i| texel(i % SIZE, i / SIZE))
+        .collect();
+    let texels = mips::TexelFormat {
+        channels: 4,
+        storage: Storage::Unorm8,
+        srgb: format.is_srgb(),
+    };
+    let mut image = Image::new(
+        Extent3d {
+            width: SIZE,
+            height: SIZE,
+            depth_or_array_layers: 1,
+        },
+        TextureDimension::D2,
+        data,
+        format,
+        RenderAssetUsages::default(),
+    );
+    if mipped {
+        let chain = mips::chain([SIZE; 2], texels, image.data.take().expect("data"), false);
+        let chain = chain.expect("a chain");
+        image.data = Some(chain.data);
+        image.texture_descriptor.mip_level_count = chain.levels;
+    }
+    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
+        address_mode_u: ImageAddressMode::Repeat,
+        address_mode_v: ImageAddressMode::Repeat,
+        mipmap_filter: ImageFilterMode::Linear,
+        ..ImageSamplerDescriptor::linear()
+    });
+    image
+}
+
+/// Checks of these two texels.
+pub fn checks(a: [u8; 4], b: [u8; 4]) -> impl Fn(u32, u32) -> [u8; 4] {
+    move |x, y| if (x / 8 + y / 8) % 2 == 0 { a } else { b }
+}
+
+/// A base colour of checks.
+pub fn checkered(mipped: bool) -> impl FnOnce(&mut Assets<Image>) -> StandardMaterial {
+    move |images| StandardMaterial {
+        base_color_texture: Some(images.add(texture(
+            mipped,
+            TextureFormat::Rgba8UnormSrgb,
+            checks([250, 250, 240, 255], [20, 30, 60, 255]),
+        ))),
+        ..default()
+    }
+}
+
+/// Writes a picture for a human to look at, where `EWA_PICTURES` names a folder.
+pub fn keep(name: &str, picture: &RgbImage) {
+    if let Some(folder) = std::env::var_os("EWA_PICTURES") {
+        let path = std::path::Path::new(&folder)
+            .join(name)
+            .with_extension("png");
+        picture.save(path).expect("a writable folder");
+    }
+}
+
+/// A large plane with two different sets of texture coordinates, and tangents.
+fn plane() -> Mesh {
+    let half = 60.0f32;
+    let corners = [[-half, -half], [-half, half], [half, half], [half, -half]];
+    let positions = corners.map(|[x, z]| [x, 0.0, z]);
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions.to_vec())
+    .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0, 1.0, 0.0]; 4])
+    .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, corners.to_vec())
+    .with_inserted_attribute(
+        Mesh::ATTRIBUTE_UV_1,
+        corners
+            .map(|[x, z]| [0.7 * x - 0.7 * z, 0.7 * x + 0.7 * z])
+            .to_vec(),
+    )
+    .with_inserted_indices(Indices::U32(vec![0, 1, 2, 0, 2, 3]))
+    .with_generated_tangents()
+    .expect("tangents")
+}
