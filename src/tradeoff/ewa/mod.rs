@@ -48,6 +48,7 @@ use crate::{
 pub const STUDY: Study = Study {
     name: PLUGIN,
     measure,
+    plot: None,
 };
 
 const PLUGIN: &str = "ewa";

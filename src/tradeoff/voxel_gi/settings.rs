@@ -1,7 +1,7 @@
 //! What is measured, by name: two settings that users have by default, one thing changed at a time,
 //! and the whole grid of resolution, rays and iterations.
 
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
+use bevy_voxel_gi::{Bounces, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
 
 use crate::tradeoff::options::GiPlan;
 
@@ -97,9 +97,6 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
             settings.push(Setting::propagate(*iterations, resolution));
         }
     }
-    settings.push(Setting::variant("per_pixel", base, |volume| {
-        volume.receiver = Receiver::PerPixel;
-    }));
     if plan.variants {
         for samples in [1, 4] {
             let text = format!("{samples} shadow samples");
