@@ -4,7 +4,13 @@
 
 #import bevy_ewa::footprint::{lod, HUGE}
 #import bevy_ewa::kernel::weight
-#import bevy_ewa::types::{EwaFootprint, EwaSettings, METHOD_BILINEAR, METHOD_LINEAR}
+#import bevy_ewa::types::{
+    EwaFootprint,
+    EwaSettings,
+    KERNEL_GAUSSIAN,
+    METHOD_BILINEAR,
+    METHOD_LINEAR,
+}
 
 // Heckbert's pad: the square of a texel's own radius.
 const TEXEL_RADIUS_SQUARED: f32 = 1.0;
@@ -200,7 +206,8 @@ fn pairs(tex: texture_2d<f32>, samp: sampler, scan: Scan) -> vec4<f32> {
             let b = weight_in(scan, row, x + 1);
             let at = vec2(f32(x), f32(y)) + 0.5;
             let both = a + b;
-            if a * b >= 0.0 {
+            // A constant for all kernels without negative lobes.
+            if scan.kernel <= KERNEL_GAUSSIAN || a * b >= 0.0 {
                 let part = select(b / both, 0.0, both == 0.0);
                 sum += both * fetch(tex, samp, scan, vec2(at.x + part, at.y));
             } else {
@@ -241,7 +248,7 @@ fn blocks(tex: texture_2d<f32>, samp: sampler, scan: Scan) -> vec4<f32> {
             );
             let all = w.x + w.y + w.z + w.w;
             let at = vec2(f32(x), f32(y)) + 0.5;
-            if any(w < vec4(0.0)) {
+            if scan.kernel > KERNEL_GAUSSIAN && any(w < vec4(0.0)) {
                 sum += w.x * fetch(tex, samp, scan, at);
                 sum += w.y * fetch(tex, samp, scan, at + vec2(1.0, 0.0));
                 sum += w.z * fetch(tex, samp, scan, at + vec2(0.0, 1.0));
