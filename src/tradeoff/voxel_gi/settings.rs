@@ -97,10 +97,10 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
             settings.push(Setting::propagate(*iterations, resolution));
         }
     }
-    settings.push(Setting::variant("per_pixel", base, |volume| {
-        volume.receiver = Receiver::PerPixel;
-    }));
     if plan.variants {
+        settings.push(Setting::variant("per_pixel", base, |volume| {
+            volume.receiver = Receiver::PerPixel;
+        }));
         for samples in [1, 4] {
             let text = format!("{samples} shadow samples");
             settings.push(Setting::variant(&text, base, |volume| {
