@@ -109,12 +109,6 @@ impl Scene for VoxelGi {
                 1..=4,
                 "",
             ),
-            Knob::choice(
-                "receiver",
-                "how a pixel reads the volume",
-                0,
-                &["fast", "per_pixel"],
-            ),
             Knob::toggle("sun_motion", "the sun of the room wanders", true),
             Knob::choice(
                 "debug",

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_voxel_gi::{
-    Bounces, DebugField, Receiver, Sky, Solver, VoxelGiDebug, VoxelGiVolume, VoxelLight, Voxelizer,
+    Bounces, DebugField, Sky, Solver, VoxelGiDebug, VoxelGiVolume, VoxelLight, Voxelizer,
 };
 
 use super::stage::Stage;
@@ -108,10 +108,6 @@ fn settings(knobs: &Knobs, size: f32, sky: Sky) -> VoxelGiVolume {
         sky,
         shadow_samples: knobs.integer("shadow_samples"),
         cascades,
-        receiver: match knobs.choice("receiver") {
-            "per_pixel" => Receiver::PerPixel,
-            _ => Receiver::Fast,
-        },
         ..default()
     }
 }

@@ -1,7 +1,7 @@
 //! What is measured, by name: two settings that users have by default, one thing changed at a time,
 //! and the whole grid of resolution, rays and iterations.
 
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
+use bevy_voxel_gi::{Bounces, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
 
 use crate::tradeoff::options::GiPlan;
 
@@ -98,9 +98,6 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
         }
     }
     if plan.variants {
-        settings.push(Setting::variant("per_pixel", base, |volume| {
-            volume.receiver = Receiver::PerPixel;
-        }));
         for samples in [1, 4] {
             let text = format!("{samples} shadow samples");
             settings.push(Setting::variant(&text, base, |volume| {
