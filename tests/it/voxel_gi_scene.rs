@@ -49,6 +49,8 @@ fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
 /// The picture of "after" with this setting and a new volume: rays are others in each frame, and
 /// so the same ones again.
 fn anew(app: &mut HeadlessApp, text: &str) -> RgbImage {
+    // A change of a knob that no frame has seen yet would bring the volume back.
+    app.render_frames(1).expect("a frame");
     let world = app.world_mut();
     let mut volumes = world.query_filtered::<Entity, With<VoxelGiVolume>>();
     for volume in volumes.iter(world).collect::<Vec<_>>() {
