@@ -4,7 +4,11 @@
 //! a sub-view of the whole, so that the picture continues across the line.
 
 use bevy::{
-    camera::{CameraOutputMode, SubCameraView, Viewport, visibility::RenderLayers},
+    camera::{
+        CameraOutputMode, SubCameraView, Viewport,
+        visibility::{RenderLayers, VisibilitySystems},
+    },
+    light::SimulationLightSystems,
     prelude::*,
     render::render_resource::BlendState,
     transform::TransformSystems,
@@ -80,7 +84,35 @@ pub fn add_cameras(app: &mut App, scene: &'static dyn Scene) {
             (follow_pose, place_cameras)
                 .before(TransformSystems::Propagate)
                 .before(bevy::camera::CameraUpdateSystems),
+        )
+        .add_systems(
+            PostUpdate,
+            cull_by_whole_picture
+                .after(bevy::camera::CameraUpdateSystems)
+                .before(VisibilitySystems::UpdateFrusta)
+                .before(SimulationLightSystems::UpdateDirectionalLightCascades),
         );
+}
+
+/// Bevy gives a projection the aspect of its viewport and culls by that, though a sub-view may look
+/// past it: objects aside of the middle would vanish, and shadows too.
+fn cull_by_whole_picture(
+    area: Res<PictureArea>,
+    mut cameras: Query<&mut Projection, (With<Side>, With<Camera>)>,
+) {
+    let size = area.0.size().as_vec2();
+    if size.min_element() < 1.0 {
+        return;
+    }
+    let aspect = size.x / size.y;
+    for mut projection in &mut cameras {
+        if let Projection::Perspective(view) = &*projection
+            && view.aspect_ratio != aspect
+            && let Projection::Perspective(view) = &mut *projection
+        {
+            view.aspect_ratio = aspect;
+        }
+    }
 }
 
 /// The "after" camera goes where the "before" camera is, as that one is steered.

@@ -93,12 +93,12 @@ impl GiPlan {
                 folder,
                 resolutions: vec![16],
                 rays: vec![8],
-                iterations: vec![32],
+                iterations: Vec::new(),
                 bounces: vec![1],
                 variants: false,
                 triangles: vec![1_000, 10_000],
                 rounds: 3,
-                frames: 3,
+                frames: 2,
             }
         } else {
             Self {

@@ -13,7 +13,7 @@ pub(super) fn table(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5} {:>7} {:>7}  {}",
+        "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5} {:>7} {:>7}  stages ms",
         "scene",
         "setting",
         "mse",
@@ -25,8 +25,7 @@ pub(super) fn table(report: &Report) -> String {
         "bytes",
         "fetch",
         "error %",
-        "bias %",
-        "stages ms"
+        "bias %"
     );
     for m in &report.measurements {
         let bytes = m.bytes.map_or("-".into(), |bytes| bytes.to_string());

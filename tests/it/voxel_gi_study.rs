@@ -36,7 +36,7 @@ fn without_data_the_cornell_box_is_measured() {
         let row = row(setting);
         assert_eq!(row.reference, "path traced by the lab");
         let error = row.relative_error.expect("an error");
-        assert!((0.01..0.8).contains(&error), "{setting}: {error}");
+        assert!((0.01..1.5).contains(&error), "{setting}: {error}");
         assert!(row.bias.is_some_and(|bias| bias.abs() <= error), "{row:?}");
         assert!(row.bytes.is_some_and(|bytes| bytes > 10_000), "{row:?}");
         if row.gpu_ms.is_some() {

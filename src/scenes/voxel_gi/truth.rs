@@ -43,7 +43,7 @@ const FRONT: f32 = 1.1;
 /// Size of the traced picture in pixels.
 const SIZE: UVec2 = UVec2::new(224, 128);
 /// Paths from each of its pixels.
-const SAMPLES: u32 = 768;
+const SAMPLES: u32 = 1024;
 /// Render layer of the quad that shows it.
 const LAYER: usize = AFTER_LAYER + 1;
 

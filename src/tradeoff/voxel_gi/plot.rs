@@ -194,13 +194,16 @@ mod tests {
 
     #[test]
     fn a_point_for_each_row_with_error_and_time() {
-        let mut report = Report::default();
-        report.measurements = vec![
+        let measurements = vec![
             row("march", Some(0.1), 3.0),
             row("propagate", Some(0.2), 30.0),
             row("ambient_occlusion", None, 1.0),
             row("march 0 ms", Some(0.2), 0.0),
         ];
+        let report = Report {
+            measurements,
+            ..Report::default()
+        };
         let svg = error_against_time(&report);
         assert_eq!(svg.matches("<circle").count(), 1);
         assert_eq!(svg.matches("</rect>").count(), 1);
