@@ -86,7 +86,7 @@ pub(crate) fn collect(
     let mut groups = HashMap::<(MeshSlabId, Option<MeshSlabId>), Group>::default();
     let mut hasher = FixedHasher.build_hasher();
     let mut triangles = 0;
-    let most_bytes = u64::from(device.limits().max_storage_buffer_binding_size);
+    let most_bytes = device.limits().max_storage_buffer_binding_size;
     for extracted in &scene.meshes {
         let (Some(mesh), Some(slabs)) = (
             meshes.get(extracted.mesh),
@@ -187,7 +187,7 @@ fn described(
             .iter()
             .position(|id| *id == attribute.id)?;
         let described = layout.attributes.get(place)?;
-        (described.format == attribute.format).then(|| (described.offset / 4) as u32)
+        (described.format == attribute.format).then_some((described.offset / 4) as u32)
     };
     let Some(position_offset) = offset(Mesh::ATTRIBUTE_POSITION) else {
         warn_once!(
