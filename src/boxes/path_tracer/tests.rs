@@ -112,10 +112,10 @@ fn lamps_light_and_shade_as_the_law_has_it() {
     // A floor alone receives nothing from itself.
     assert_eq!(mean(&lamp.indirect), Vec3::ZERO);
 
-    // Behind a roof it is dark.
+    // Behind a roof it is dark, if that is larger than the floor.
     scene.boxes.push(SceneBox {
         center: Vec3::new(0.0, 1.0, 0.0),
-        half: Vec3::new(20.0, 0.1, 20.0),
+        half: Vec3::new(60.0, 0.1, 60.0),
         albedo: Vec3::ONE,
         rotate_y_deg: 0.0,
     });
