@@ -98,6 +98,9 @@ impl From<&AdapterInfo> for ReportAdapter {
 pub struct Report {
     /// What rendered.
     pub adapter: ReportAdapter,
+    /// The day it was made, as `YYYY-MM-DD`.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub date: String,
     /// The records, in the order of measuring.
     pub measurements: Vec<Measurement>,
 }
@@ -110,7 +113,29 @@ pub struct WriteError {
     source: io::Error,
 }
 
+/// A report could not be read.
+#[derive(Debug, Error)]
+#[error("cannot read the report `{}`: {source}", .path.display())]
+pub struct ReadError {
+    path: PathBuf,
+    source: io::Error,
+}
+
 impl Report {
+    /// Reads what [`write`](Self::write) wrote.
+    ///
+    /// # Errors
+    /// [`ReadError`], naming the path.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        std::fs::read(path)
+            .and_then(|json| serde_json::from_slice(&json).map_err(io::Error::from))
+            .map_err(|source| ReadError {
+                path: path.into(),
+                source,
+            })
+    }
+
     /// Writes the report as indented JSON, with a newline at its end.
     ///
     /// # Errors

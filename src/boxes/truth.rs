@@ -35,18 +35,18 @@ pub fn read_npy(path: &Path) -> Result<Vec<Vec3>, TruthError> {
         error: error.to_owned(),
     };
     let bytes = fs::read(path).map_err(|error| wrong(&error.to_string()))?;
-    let header = bytes
+    parse_npy(&bytes).map_err(wrong)
+}
+
+fn parse_npy(bytes: &[u8]) -> Result<Vec<Vec3>, &'static str> {
+    let (header, data) = bytes
         .strip_prefix(b"\x93NUMPY\x01\x00")
         .and_then(|rest| rest.split_first_chunk::<2>())
-        .map(|(length, rest)| (usize::from(u16::from_le_bytes(*length)), rest))
-        .filter(|(length, rest)| rest.len() >= *length);
-    let Some((length, rest)) = header else {
-        return Err(wrong("not a NumPy file of version 1"));
-    };
-    let (header, data) = rest.split_at(length);
+        .and_then(|(length, rest)| rest.split_at_checked(u16::from_le_bytes(*length).into()))
+        .ok_or("not a NumPy file of version 1")?;
     let header = String::from_utf8_lossy(header);
     if !header.contains("'<f4'") || !header.contains("'fortran_order': False") {
-        return Err(wrong("not little-endian 32-bit floats in C order"));
+        return Err("not little-endian 32-bit floats in C order");
     }
     let floats: Vec<f32> = data
         .chunks_exact(4)
@@ -96,7 +96,33 @@ pub fn agreement(picture: &[Vec3], truth: &[Vec3], width: u32) -> Agreement {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #[test]
+        fn arrays_come_back_and_damaged_ones_never_panic(
+            floats in prop::collection::vec(any::<f32>(), 0..30),
+            damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4),
+            cut in any::<prop::sample::Index>(),
+        ) {
+            let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 3), }\n";
+            let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+            bytes.extend((header.len() as u16).to_le_bytes());
+            bytes.extend(header.bytes());
+            bytes.extend(floats.iter().flat_map(|f| f.to_le_bytes()));
+            let back = parse_npy(&bytes).expect("a good file");
+            let back: Vec<u32> = back.iter().flat_map(|v| v.to_array()).map(f32::to_bits).collect();
+            let wanted: Vec<u32> = floats.iter().map(|f| f.to_bits()).collect();
+            prop_assert_eq!(&back, &wanted[..floats.len() / 3 * 3]);
+            for (at, value) in damage {
+                let at = at.index(bytes.len());
+                bytes[at] = value;
+            }
+            let _ = parse_npy(&bytes[..cut.index(bytes.len() + 1)]);
+        }
+    }
 
     #[test]
     fn a_tenth_too_bright() {

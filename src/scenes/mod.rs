@@ -1,5 +1,6 @@
 //! The example scenes. A new one is a module and a line in [`ALL`].
 
+pub mod all_together;
 pub mod deferred_accumulation;
 pub mod ewa;
 pub mod voxel_gi;
@@ -14,5 +15,6 @@ pub static ALL: &[&dyn Scene] = &[
     &ycocg_fb::YCoCgFb,
     &ewa::Ewa,
     &voxel_gi::VoxelGi,
+    &all_together::AllTogether,
     &deferred_accumulation::DeferredAccumulation,
 ];

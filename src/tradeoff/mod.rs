@@ -10,11 +10,19 @@
 //! | [`ycocg_fb`] | the study of `bevy_ycocg_fb` |
 //! | [`ewa`] | the study of `bevy_ewa` |
 //! | [`voxel_gi`] | the study of `bevy_voxel_gi` |
-//! | `table` | the report as a short table |
+//! | [`summary`] | what a user chooses between: each setting as one error and one cost |
+//! | [`chart`] | a summary as a chart |
+//! | [`markdown`] | summaries as a report, and as tables of advice |
+//! | [`mod@csv`] | a report as comma-separated values |
+//! | `table` | a report as a short table |
 
+pub mod chart;
 pub mod contest;
+pub mod csv;
 pub mod ewa;
+pub mod markdown;
 pub mod options;
+pub mod summary;
 mod table;
 pub mod voxel_gi;
 pub mod wavelet_tex;
@@ -23,6 +31,7 @@ pub mod ycocg_fb;
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
+    time::SystemTime,
 };
 
 use bevy_wavelet_tex::codec::encoder::EncodeError;
@@ -34,9 +43,10 @@ use crate::{
     boxes::TruthError,
     headless::HeadlessError,
     metrics::SizeMismatch,
-    record::{Report, WriteError},
+    record::{ReadError, Report, WriteError},
 };
 use options::{Options, Plan};
+use summary::Summary;
 
 /// The studies, one a plugin.
 pub const STUDIES: &[Study] = &[
@@ -53,8 +63,8 @@ pub struct Study {
     pub name: &'static str,
     /// Measures, and tells the bar how far it is.
     pub measure: fn(&Plan, &ProgressBar) -> Result<Report, TradeoffError>,
-    /// A plot of its report as SVG, if there is one.
-    pub plot: Option<fn(&Report) -> String>,
+    /// What a user chooses between, from its report.
+    pub summary: fn(&Report) -> Summary,
 }
 
 /// Why a study has no report.
@@ -80,22 +90,17 @@ pub enum TradeoffError {
     /// A path-traced picture could not be read.
     #[error(transparent)]
     Truth(#[from] TruthError),
-    /// The plot could not be written.
-    #[error("cannot write the plot `{}`: {source}", .path.display())]
-    Plot {
+    /// A file could not be read or written, or a folder not made.
+    #[error("`{}`: {source}", .path.display())]
+    File {
         /// Its path.
         path: PathBuf,
         /// What the system says.
         source: std::io::Error,
     },
-    /// The folder of the reports could not be made.
-    #[error("cannot make the folder `{}`: {source}", .path.display())]
-    Folder {
-        /// Its path.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    /// An earlier report could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// The report could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -104,26 +109,62 @@ pub enum TradeoffError {
 /// The `main` of the example: measures what the command line names and writes the reports.
 ///
 /// Exit code 0 for success, 1 for a failure and 2 for a wrong command line; the reason is on the
-/// standard error output.
+/// standard error output. A study that fails does not keep the others from being measured.
 pub fn run() -> ExitCode {
     let options = Options::parse();
-    let plan = Plan::new(options.quick);
+    // A folder that cannot be made should not show up after minutes of measuring.
+    if let Err(error) = make_folder(&options.out) {
+        eprintln!("error: {error}");
+        return ExitCode::FAILURE;
+    }
+    let mut chapters = String::new();
+    let mut code = ExitCode::SUCCESS;
     for study in options.studies() {
-        if let Err(error) = write_report(study, &plan, &options.out) {
-            eprintln!("error: {}: {error}", study.name);
-            return ExitCode::FAILURE;
+        match write_report(study, &options) {
+            Ok(chapter) => chapters = chapters + "\n" + &chapter,
+            Err(error) => {
+                eprintln!("error: {}: {error}", study.name);
+                code = ExitCode::FAILURE;
+            }
         }
     }
-    ExitCode::SUCCESS
+    let path = options.out.join("report.md");
+    let text = format!("# What the plugins cost, and what they gain\n{chapters}");
+    if let Err(error) = write(&path, &text) {
+        eprintln!("error: {error}");
+        return ExitCode::FAILURE;
+    }
+    println!("written to {}", path.display());
+    code
 }
 
-/// Measures and writes `folder/NAME.json`, and `folder/NAME.svg` where there is a plot; the table goes to the standard output.
-fn write_report(study: &Study, plan: &Plan, folder: &Path) -> Result<(), TradeoffError> {
-    // A folder that cannot be made should not show up after minutes of measuring.
-    std::fs::create_dir_all(folder).map_err(|source| TradeoffError::Folder {
-        path: folder.into(),
-        source,
-    })?;
+/// Measures, or reads what was measured, and writes JSON, CSV and a chart; the table goes to the
+/// standard output. Returns the chapter of the report.
+fn write_report(study: &Study, options: &Options) -> Result<String, TradeoffError> {
+    let report = match &options.from {
+        Some(folder) => Report::read(folder.join(study.name).with_extension("json"))?,
+        None => measured(study, options)?,
+    };
+    let path = options.out.join(study.name);
+    report.write(path.with_extension("json"))?;
+    write(&path.with_extension("csv"), &csv::csv(&report))?;
+    let summary = (study.summary)(&report);
+    let machine = markdown::machine(&report);
+    write(&path.with_extension("svg"), &chart::svg(&summary, &machine))?;
+    if let Some(document) = &options.advise {
+        let text = std::fs::read_to_string(document).map_err(|source| TradeoffError::File {
+            path: document.clone(),
+            source,
+        })?;
+        if let Some(text) = markdown::renewed(&text, study.name, &markdown::advice(&summary)) {
+            write(document, &text)?;
+        }
+    }
+    print!("{}", table::table(&report));
+    Ok(markdown::chapter(study.name, &summary, &report))
+}
+
+fn measured(study: &Study, options: &Options) -> Result<Report, TradeoffError> {
     // Hidden by indicatif where standard error is no terminal.
     let progress = ProgressBar::new(0).with_prefix(study.name);
     if let Ok(style) =
@@ -131,19 +172,27 @@ fn write_report(study: &Study, plan: &Plan, folder: &Path) -> Result<(), Tradeof
     {
         progress.set_style(style);
     }
-    let result = (study.measure)(plan, &progress);
+    let report = (study.measure)(&Plan::new(options.quick), &progress);
     progress.finish_and_clear();
-    let report = result?;
-    let path = folder.join(study.name).with_extension("json");
-    report.write(&path)?;
-    if let Some(plot) = study.plot {
-        let path = path.with_extension("svg");
-        std::fs::write(&path, plot(&report))
-            .map_err(|source| TradeoffError::Plot { path, source })?;
-    }
-    print!("{}", table::table(&report));
-    println!("written to {}", path.display());
-    Ok(())
+    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    Ok(Report {
+        date: now.split('T').next().unwrap_or_default().into(),
+        ..report?
+    })
+}
+
+fn make_folder(path: &Path) -> Result<(), TradeoffError> {
+    std::fs::create_dir_all(path).map_err(|source| TradeoffError::File {
+        path: path.into(),
+        source,
+    })
+}
+
+fn write(path: &Path, text: &str) -> Result<(), TradeoffError> {
+    std::fs::write(path, text).map_err(|source| TradeoffError::File {
+        path: path.into(),
+        source,
+    })
 }
 
 /// Says something beside the bar, also where the bar is hidden.

@@ -22,6 +22,13 @@ pub struct Options {
     /// Folder of the reports, made where it is missing.
     #[arg(long, value_name = "DIR", default_value = "target/tradeoff")]
     pub out: PathBuf,
+    /// Measures nothing: reads the reports of an earlier run from this folder.
+    #[arg(long, value_name = "DIR")]
+    pub from: Option<PathBuf>,
+    /// Document in which to renew the tables of advice, between `<!-- tradeoff PLUGIN -->` and
+    /// `<!-- end -->`.
+    #[arg(long, value_name = "FILE")]
+    pub advise: Option<PathBuf>,
 }
 
 impl Options {

@@ -10,6 +10,7 @@
 //! as a picture.
 
 pub mod render;
+pub mod summary;
 
 use std::time::Instant;
 
@@ -36,7 +37,7 @@ use crate::{
 pub const STUDY: Study = Study {
     name: PLUGIN,
     measure,
-    plot: None,
+    summary: summary::summary,
 };
 
 const PLUGIN: &str = "wavelet_tex";

@@ -1,6 +1,25 @@
 //! Settings from the command line.
 
 use bevy_frugal_lab::runner::{Knob, KnobError, Knobs, Size};
+use proptest::prelude::*;
+
+proptest! {
+    #[test]
+    fn no_text_panics_and_what_is_shown_can_be_set(
+        text in "(on|height|count|kind|x)?=?[-+.0-9a-zA-Z]{0,8}",
+        noise in ".{0,20}",
+    ) {
+        let mut knobs = knobs();
+        let _ = knobs.set(&noise);
+        let _ = knobs.set(&text);
+        let shown: Vec<_> = knobs.iter().map(|(k, v)| format!("{}={v}", k.name)).collect();
+        let before = knobs.clone();
+        for text in shown {
+            knobs.set(&text).expect("its own text");
+        }
+        prop_assert_eq!(knobs, before);
+    }
+}
 
 fn knobs() -> Knobs {
     Knobs::new(vec![

@@ -1,5 +1,6 @@
 //! The integration tests of the lab and of the plugins, in one binary.
 
+mod all_together;
 mod deferred_accumulation;
 mod ewa;
 mod headless;
@@ -7,6 +8,7 @@ mod knobs;
 mod runner;
 mod support;
 mod tradeoff;
+mod unused;
 mod voxel_gi;
 mod voxel_gi_scene;
 mod voxel_gi_study;

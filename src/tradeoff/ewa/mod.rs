@@ -17,12 +17,14 @@
 //! | [`lookup`] | the shaders at given coordinates |
 //! | [`picture`] | pictures of linear colours |
 //! | [`mod@flicker`] | what moves that should not |
+//! | [`mod@summary`] | what a user chooses between |
 
 pub mod flicker;
 pub mod lookup;
 pub mod picture;
 pub mod scenes;
 pub mod settings;
+pub mod summary;
 
 use bevy_ewa::{EwaMethod, EwaSettings};
 use indicatif::ProgressBar;
@@ -48,7 +50,7 @@ use crate::{
 pub const STUDY: Study = Study {
     name: PLUGIN,
     measure,
-    plot: None,
+    summary: summary::summary,
 };
 
 const PLUGIN: &str = "ewa";

@@ -12,13 +12,13 @@
 //! | [`mod@settings`] | what is measured, by name |
 //! | [`mod@render`] | a setting in a scene |
 //! | [`load`] | the same setting with more and more triangles |
-//! | [`plot`] | error against time |
+//! | [`mod@summary`] | what a user chooses between |
 
 pub mod load;
-pub mod plot;
 pub mod render;
 pub mod scenes;
 pub mod settings;
+pub mod summary;
 
 use indicatif::ProgressBar;
 
@@ -31,7 +31,7 @@ use crate::record::Report;
 pub const STUDY: Study = Study {
     name: PLUGIN,
     measure,
-    plot: Some(plot::error_against_time),
+    summary: summary::summary,
 };
 
 const PLUGIN: &str = "voxel_gi";

@@ -149,6 +149,9 @@ pub fn rows(plan: &Plan, progress: &ProgressBar) -> Result<Vec<Measurement>, Tra
     Ok(rows)
 }
 
+/// The scene of the first load: nothing saved, and the resolve paid.
+pub const NO_OVERDRAW: &str = "overdraw_0_opaque_1x";
+
 /// How many steps of the progress bar [`rows`] takes.
 pub const STEPS: usize = LOADS.len();
 

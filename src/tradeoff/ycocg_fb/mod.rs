@@ -17,6 +17,7 @@
 //! | [`cost`] | memory and frame times |
 //! | [`stress`] | the same frames at other exposures, and photographs |
 //! | [`frame`] | a picture of floats |
+//! | [`mod@summary`] | what a user chooses between |
 //! | [`tone_map`] | Bevy's tone mapping on the CPU |
 //! | [`mod@settings`] | what is measured, by name |
 //! | [`ablation`] | the steps from the thesis's filter to ours |
@@ -30,6 +31,7 @@ pub mod frame;
 pub mod scenes;
 pub mod settings;
 pub mod stress;
+pub mod summary;
 pub mod tone_map;
 
 use image::RgbImage;
@@ -52,7 +54,7 @@ use crate::{
 pub const STUDY: Study = Study {
     name: PLUGIN,
     measure,
-    plot: None,
+    summary: summary::summary,
 };
 
 const PLUGIN: &str = "ycocg_fb";

@@ -1,0 +1,61 @@
+//! What the switches make of the volume and the cameras.
+
+use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
+use bevy_voxel_gi::VoxelGiVolume;
+use bevy_ycocg_fb::YCoCgFrameBuffer;
+
+use super::hall;
+use crate::runner::{Knobs, Side};
+
+/// Spawns, changes or despawns the volume. Only the camera of after sees its light.
+pub fn place_volume(
+    mut commands: Commands,
+    knobs: Res<Knobs>,
+    volumes: Query<(Entity, &VoxelGiVolume)>,
+) {
+    let (center, size) = hall::volume();
+    let wanted = knobs.toggle("voxel_gi").then(|| VoxelGiVolume {
+        size,
+        resolution: knobs.choice("resolution").parse().unwrap_or(32),
+        sky: hall::sky(),
+        ..default()
+    });
+    match (volumes.iter().next(), wanted) {
+        (Some((_, volume)), Some(wanted)) if *volume == wanted => {}
+        (Some((entity, _)), Some(wanted)) => {
+            commands.entity(entity).insert(wanted);
+        }
+        (Some((entity, _)), None) => commands.entity(entity).despawn(),
+        (None, Some(wanted)) => {
+            let pose = Transform::from_translation(center);
+            commands.spawn((wanted, pose, Side::After.layers()));
+        }
+        (None, None) => {}
+    }
+}
+
+/// Gives the cameras their frame buffer, their ambient light and their tone mapping.
+pub fn dress_cameras(
+    mut commands: Commands,
+    knobs: Res<Knobs>,
+    cameras: Query<(Entity, &Side), With<Camera>>,
+) {
+    for (camera, side) in &cameras {
+        let on = |switch| *side == Side::After && knobs.toggle(switch);
+        let mut camera = commands.entity(camera);
+        if on("ycocg_fb") {
+            camera.insert(YCoCgFrameBuffer::default());
+        } else {
+            camera.remove::<YCoCgFrameBuffer>();
+        }
+        camera.insert(AmbientLight {
+            color: Color::linear_rgb(1.0, 0.97, 0.92),
+            brightness: if on("voxel_gi") { 0.0 } else { hall::AMBIENT },
+            ..default()
+        });
+        camera.insert(match knobs.choice("tone_mapping") {
+            "none" => Tonemapping::None,
+            _ => Tonemapping::default(),
+        });
+    }
+}

@@ -1,0 +1,115 @@
+//! The rates as quality against bits per pixel.
+
+use std::collections::HashMap;
+
+use crate::{
+    record::Report,
+    tradeoff::summary::{Better, Choice, Need, Quantity, Source, Summary, means},
+};
+
+/// Mean PSNR of the thesis on the 24 Kodak images (Table 3.4), by bits per pixel.
+const THESIS: [(f64, f64); 3] = [(2.25, 32.6), (3.0, 33.4), (5.0, 39.3)];
+/// The baseline, of whose bytes four are a pixel.
+const UNCOMPRESSED: &str = "rgba8";
+
+/// Of the photographs in colour with the default effort: the Kodak images, or the one made here.
+pub fn summary(report: &Report) -> Summary {
+    let pixels: HashMap<_, _> = report
+        .measurements
+        .iter()
+        .filter(|row| row.setting == UNCOMPRESSED && row.psnr_db.is_none())
+        .filter_map(|row| Some((row.scene.as_str(), row.bytes? as f64 / 4.0)))
+        .collect();
+    let is_kodak = |scene: &str| scene.starts_with("kodim");
+    let kodak = pixels.keys().any(|scene| is_kodak(scene));
+    let rows: Vec<_> = report
+        .measurements
+        .iter()
+        .filter(|row| pixels.contains_key(row.scene.as_str()))
+        .filter(|row| is_kodak(&row.scene) || !kodak && row.scene == "photo")
+        .collect();
+    let quality = means(rows.iter().copied(), |row| row.psnr_db);
+    let bits = means(rows.iter().copied(), |row| {
+        Some(8.0 * row.bytes? as f64 / pixels.get(row.scene.as_str())?)
+    });
+    let measured = quality.iter().filter_map(|(name, psnr)| {
+        let (rate, source) = match name.split_once(' ') {
+            Some((rate, "default")) => (rate, Source::Ours),
+            Some((_, "fast" | "best")) => return None,
+            _ => (name.as_str(), Source::Peer),
+        };
+        Some(Choice {
+            name: rate.into(),
+            error: *psnr,
+            cost: *bits.get(name)?,
+            source,
+        })
+    });
+    let published = THESIS.map(|(bits, psnr)| Choice {
+        name: format!("thesis {bits}"),
+        error: psnr,
+        cost: bits,
+        source: Source::Published,
+    });
+    Summary {
+        title: "bevy_wavelet_tex: quality of photographs against memory".into(),
+        error: Quantity {
+            name: "mean PSNR",
+            unit: "dB",
+            decimals: 1,
+            better: Better::More,
+            logarithmic_from: None,
+        },
+        cost: Quantity {
+            name: "memory",
+            unit: "bits per pixel",
+            decimals: 2,
+            better: Better::Less,
+            logarithmic_from: None,
+        },
+        choices: measured
+            .chain(kodak.then_some(published).into_iter().flatten())
+            .collect(),
+        needs: vec![
+            Need::LeastCost,
+            Need::Cost(3.0),
+            Need::Error(38.0),
+            Need::LeastError,
+        ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Measurement;
+
+    #[test]
+    fn rates_are_ours_and_other_formats_peers() {
+        let row = |scene: &str, setting: &str, psnr_db, bytes| Measurement {
+            scene: scene.into(),
+            setting: setting.into(),
+            psnr_db,
+            bytes: Some(bytes),
+            ..Measurement::default()
+        };
+        let measurements = vec![
+            row("kodim01", "rgba8", None, 400),
+            row("kodim01", "color3 fast", Some(33.0), 38),
+            row("kodim01", "color3 default", Some(34.0), 38),
+            row("kodim01", "bc1", Some(36.0), 50),
+            row("photo", "rgba8", None, 400),
+            row("photo", "color3 default", Some(20.0), 38),
+        ];
+        let found = summary(&Report {
+            measurements,
+            ..Report::default()
+        });
+        let choice = |name: &str| found.choices.iter().find(|c| c.name == name);
+        let ours = choice("color3").expect("ours");
+        assert_eq!((ours.error, ours.source), (34.0, Source::Ours));
+        assert!((ours.cost - 3.04).abs() < 1e-9);
+        assert_eq!(choice("bc1").map(|c| c.source), Some(Source::Peer));
+        assert_eq!(found.choices.len(), 2 + THESIS.len());
+    }
+}

@@ -1,0 +1,99 @@
+//! The filters as quality against the time of a frame.
+
+use super::{cost::NO_OVERDRAW, scenes::SCENES, settings::REFERENCE};
+use crate::{
+    record::Report,
+    tradeoff::summary::{Better, Choice, Need, Quantity, Source, Summary, means},
+};
+
+/// Mean PSNR over the rendered scenes, and the time of a frame with nothing in it, which is the
+/// worst case: nothing is saved, and the resolve is paid.
+pub fn summary(report: &Report) -> Summary {
+    let rows = &report.measurements;
+    let is_scene = |name: &str| SCENES.iter().any(|scene| scene.name == name);
+    let quality = means(rows.iter().filter(|row| is_scene(&row.scene)), |row| {
+        row.psnr_db
+    });
+    let times = means(rows.iter().filter(|row| row.scene == NO_OVERDRAW), |row| {
+        row.gpu_ms.or(row.cpu_ms)
+    });
+    let bevy = times.get(REFERENCE).copied();
+    let choices = times.iter().filter_map(|(name, time)| {
+        let (setting, source) = match name.as_str() {
+            "packed_hdr" => ("default", Source::Ours),
+            name => match name.strip_prefix("packed_hdr ") {
+                Some(filter) => (filter, Source::Ours),
+                None => (name, Source::Peer),
+            },
+        };
+        Some(Choice {
+            name: setting.into(),
+            error: *quality.get(setting)?,
+            cost: time / bevy?,
+            source,
+        })
+    });
+    Summary {
+        title: "bevy_ycocg_fb: quality against time, half the memory of Rgba16Float".into(),
+        error: Quantity {
+            name: "mean PSNR",
+            unit: "dB",
+            decimals: 1,
+            better: Better::More,
+            logarithmic_from: None,
+        },
+        cost: Quantity {
+            name: "time of an empty frame",
+            unit: "of Bevy's own",
+            decimals: 2,
+            better: Better::Less,
+            logarithmic_from: None,
+        },
+        choices: choices.collect(),
+        needs: vec![Need::LeastCost, Need::Error(45.0), Need::LeastError],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Measurement;
+
+    #[test]
+    fn filters_are_ours_and_cost_what_bevys_camera_costs_times_a_factor() {
+        let row = |scene: &str, setting: &str, psnr_db, gpu_ms| Measurement {
+            scene: scene.into(),
+            setting: setting.into(),
+            psnr_db,
+            gpu_ms,
+            ..Measurement::default()
+        };
+        let scene = SCENES[0].name;
+        let measurements = vec![
+            row(scene, "default", Some(50.0), None),
+            row(scene, "quad", Some(40.0), None),
+            row(scene, "rg11b10ufloat", Some(45.0), None),
+            row("a photograph", "quad", Some(1.0), None),
+            row(NO_OVERDRAW, REFERENCE, None, Some(2.0)),
+            row(NO_OVERDRAW, "packed_hdr", None, Some(3.0)),
+            row(NO_OVERDRAW, "packed_hdr quad", None, Some(1.0)),
+            row(NO_OVERDRAW, "rg11b10ufloat", None, Some(1.0)),
+        ];
+        let found = summary(&Report {
+            measurements,
+            ..Report::default()
+        });
+        let choice = |name: &str, error, cost, source| Choice {
+            name: name.into(),
+            error,
+            cost,
+            source,
+        };
+        let expected = [
+            choice("default", 50.0, 1.5, Source::Ours),
+            choice("quad", 40.0, 0.5, Source::Ours),
+            choice("rg11b10ufloat", 45.0, 0.5, Source::Peer),
+        ];
+        assert_eq!(found.choices, expected);
+    }
+}

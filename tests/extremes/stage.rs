@@ -1,0 +1,248 @@
+//! A small scene with everything in it, each plugin with its switch.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use bevy::{
+    camera::Hdr, core_pipeline::tonemapping::Tonemapping, ecs::query::QueryFilter, math::Affine2,
+    prelude::*,
+};
+use bevy_ewa::{EwaPlugin, EwaSettings, EwaStandardMaterial};
+use bevy_frugal_lab::{
+    content::mipped_texture,
+    headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
+};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
+use bevy_wavelet_tex::{
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
+    WaveletTexPlugin, WaveletTexture,
+    codec::{
+        encoder::{EncodeSettings, encode_rgb8},
+        search::Effort,
+    },
+};
+use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use image::RgbaImage;
+
+static GPU: Mutex<()> = Mutex::new(());
+
+/// Holds the GPU: Bevy apps run one after the other, as each wants every core.
+pub fn gpu() -> MutexGuard<'static, ()> {
+    GPU.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The camera of the stage.
+#[derive(Component)]
+pub struct Eye;
+
+/// The box in the middle.
+#[derive(Component)]
+pub struct Middle;
+
+/// The floor.
+#[derive(Component)]
+pub struct Floor;
+
+/// What the switches exchange.
+#[derive(Resource)]
+pub struct Props {
+    /// Of the box, Bevy's own.
+    pub plain: Handle<StandardMaterial>,
+    /// Of the box, from a wavelet texture.
+    pub wavelet: Handle<WaveletStandardMaterial>,
+    /// Of the floor, Bevy's own.
+    pub floor: Handle<StandardMaterial>,
+    /// Of the floor, filtered.
+    pub ewa: Handle<EwaStandardMaterial>,
+}
+
+/// Everything on.
+pub const ALL: [bool; 4] = [true; 4];
+
+/// An app with all plugins and the scene, everything off; textures have these sizes.
+pub fn app(size: [u32; 2], texture: [u32; 2]) -> HeadlessApp {
+    let settings = HeadlessSettings {
+        format: TargetFormat::Float32,
+        ..HeadlessSettings::with_size(size[0], size[1])
+    };
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins((
+            WaveletTexPlugin,
+            YCoCgFrameBufferPlugin,
+            EwaPlugin::CHOSEN,
+            VoxelGiPlugin,
+        ));
+    })
+    .expect("an app");
+    spawn(app.world_mut(), texture);
+    app
+}
+
+fn spawn(world: &mut World, texture: [u32; 2]) {
+    world.insert_resource(GlobalAmbientLight {
+        brightness: 1000.0,
+        ..GlobalAmbientLight::NONE
+    });
+    world.insert_resource(ClearColor(Color::srgb(0.1, 0.2, 0.3)));
+    let [width, height] = texture;
+    let pixels = RgbaImage::from_fn(width, height, |x, y| {
+        let check = 60 + 150 * u8::from((x / 4 + y / 4) % 2 == 0);
+        image::Rgba([check, 200 - check / 2, 90, 255])
+    });
+    let rgb: Vec<_> = pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
+    let settings = EncodeSettings {
+        effort: Effort::Fast,
+        ..EncodeSettings::default()
+    };
+    let encoded = encode_rgb8(&rgb, texture, &settings).expect("a texture");
+    let storage = WaveletStorage::Blocks;
+    let base_color = world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
+        let mut images = world.resource_mut::<Assets<Image>>();
+        WaveletTexture::add(&encoded, storage, &mut textures, &mut images)
+    });
+    let image = world
+        .resource_mut::<Assets<Image>>()
+        .add(mipped_texture(&pixels, true));
+    let plain = StandardMaterial {
+        base_color_texture: Some(image),
+        perceptual_roughness: 1.0,
+        ..default()
+    };
+    let floor = StandardMaterial {
+        uv_transform: Affine2::from_scale(Vec2::splat(4.0)),
+        ..plain.clone()
+    };
+    let wavelet = WaveletStandardMaterial {
+        base: StandardMaterial {
+            base_color_texture: None,
+            ..plain.clone()
+        },
+        extension: WaveletExtension {
+            base_color: Some(base_color),
+            normal: None,
+            mask: None,
+            emissive: None,
+            metallic_roughness: None,
+            occlusion: None,
+            filter: WaveletFilter::Trilinear,
+            address_mode: WaveletAddressMode::Repeat,
+        },
+    };
+    let ewa = EwaStandardMaterial {
+        base: floor.clone(),
+        extension: EwaSettings::default().into(),
+    };
+    let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+    let (plain, floor) = (materials.add(plain), materials.add(floor));
+    let wavelet = world
+        .resource_mut::<Assets<WaveletStandardMaterial>>()
+        .add(wavelet);
+    let ewa = world.resource_mut::<Assets<EwaStandardMaterial>>().add(ewa);
+    let mut meshes = world.resource_mut::<Assets<Mesh>>();
+    let cube = meshes.add(Cuboid::default());
+    let ground = meshes.add(Plane3d::default().mesh().size(8.0, 8.0));
+    world.spawn((
+        Middle,
+        Mesh3d(cube),
+        MeshMaterial3d(plain.clone()),
+        Transform::from_xyz(0.0, 0.5, 0.0),
+    ));
+    world.spawn((Floor, Mesh3d(ground), MeshMaterial3d(floor.clone())));
+    world.insert_resource(Props {
+        plain,
+        wavelet,
+        floor,
+        ewa,
+    });
+    world.spawn((
+        DirectionalLight {
+            illuminance: 8000.0,
+            ..default()
+        },
+        Transform::from_xyz(-1.0, 2.0, 1.5).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    let target = world.resource::<LabTarget>().0.clone();
+    world.spawn((
+        Eye,
+        Camera3d::default(),
+        Hdr,
+        Msaa::Off,
+        target,
+        Tonemapping::None,
+        Transform::from_xyz(0.3, 1.2, 3.0).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y),
+    ));
+}
+
+/// Switches wavelet textures, the packed frame buffer, EWA and GI.
+pub fn switch(world: &mut World, [wavelet, packed, ewa, light]: [bool; 4]) {
+    let props = world.resource::<Props>();
+    let (plain, textured) = (props.plain.clone(), props.wavelet.clone());
+    let (floor, filtered) = (props.floor.clone(), props.ewa.clone());
+    for thing in all::<With<Middle>>(world) {
+        exchange(world.entity_mut(thing), wavelet, &plain, &textured);
+    }
+    for thing in all::<With<Floor>>(world) {
+        exchange(world.entity_mut(thing), ewa, &floor, &filtered);
+    }
+    for eye in all::<With<Eye>>(world) {
+        let mut eye = world.entity_mut(eye);
+        if packed {
+            eye.insert(YCoCgFrameBuffer::default());
+        } else {
+            eye.remove::<YCoCgFrameBuffer>();
+        }
+    }
+    let volumes = all::<With<VoxelGiVolume>>(world);
+    if light && volumes.is_empty() {
+        world.spawn(VoxelGiVolume {
+            size: 8.0,
+            resolution: 8,
+            sky: Sky::uniform(LinearRgba::rgb(300.0, 400.0, 500.0)),
+            ..default()
+        });
+    }
+    for volume in volumes.into_iter().filter(|_| !light) {
+        world.despawn(volume);
+    }
+}
+
+fn all<F: QueryFilter>(world: &mut World) -> Vec<Entity> {
+    world.query_filtered::<Entity, F>().iter(world).collect()
+}
+
+/// Gives a mesh one of two materials.
+fn exchange<M: Material>(
+    mut thing: EntityWorldMut,
+    on: bool,
+    plain: &Handle<StandardMaterial>,
+    other: &Handle<M>,
+) {
+    if on {
+        thing.remove::<MeshMaterial3d<StandardMaterial>>();
+        thing.insert(MeshMaterial3d(other.clone()));
+    } else {
+        thing.remove::<MeshMaterial3d<M>>();
+        thing.insert(MeshMaterial3d(plain.clone()));
+    }
+}
+
+/// The picture after a few frames, every value of which is a colour.
+pub fn picture(app: &mut HeadlessApp, frames: u32) -> Vec<Vec3> {
+    app.render_frames(frames).expect("frames");
+    let picture = app.capture_f32().expect("a picture");
+    let pixels: Vec<_> = picture
+        .pixels
+        .iter()
+        .map(|p| Vec4::from(*p).truncate())
+        .collect();
+    for (i, pixel) in pixels.iter().enumerate() {
+        assert!(pixel.is_finite(), "pixel {i}: {pixel}");
+    }
+    pixels
+}
+
+/// Mean absolute difference over the mean of `a`.
+pub fn difference(a: &[Vec3], b: &[Vec3]) -> f32 {
+    let sum =
+        |values: &mut dyn Iterator<Item = Vec3>| values.map(|v| v.abs().element_sum()).sum::<f32>();
+    sum(&mut a.iter().zip(b).map(|(a, b)| a - b)) / sum(&mut a.iter().copied())
+}

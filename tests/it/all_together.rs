@@ -1,0 +1,149 @@
+//! All four plugins in one scene: the 16 combinations of their switches.
+
+use bevy::{
+    camera::Exposure,
+    prelude::*,
+    time::{Time, Virtual},
+};
+use bevy_frugal_lab::{
+    headless::HeadlessApp,
+    runner::{Knobs, MemoryFigures, Notes, Options, Side, Size, Split, pictures::headless_app},
+    scenes::all_together::{AllTogether, SWITCHES},
+};
+use image::RgbImage;
+
+use crate::support::gpu;
+
+const WIDTH: u32 = 112;
+const HEIGHT: u32 = 64;
+/// Edge in pixels of the blocks whose means are compared: what a plugin does to single texels is
+/// its own tests' matter.
+const BLOCK: u32 = 8;
+
+/// The scene, without tone mapping and exposed so that nothing is clipped.
+fn app() -> HeadlessApp {
+    let options = Options {
+        headless: None,
+        size: Size {
+            width: WIDTH,
+            height: HEIGHT,
+        },
+        frames: 1,
+        set: ["tone_mapping=none", "sun_motion=false", "resolution=16"]
+            .map(String::from)
+            .to_vec(),
+        image: None,
+        adapter: None,
+    };
+    let mut app = headless_app(&AllTogether, &options).expect("an app");
+    app.world_mut().insert_resource(Split { position: 0.0 });
+    app.run_until_ready(1000).expect("ready");
+    app.world_mut().resource_mut::<Time<Virtual>>().pause();
+    // The sky of the picture is no plugin's matter, and clipped.
+    let world = app.world_mut();
+    world.insert_resource(ClearColor(Color::srgb(0.3, 0.3, 0.3)));
+    let mut cameras = world.query_filtered::<&mut Exposure, With<Side>>();
+    for mut exposure in cameras.iter_mut(world) {
+        exposure.ev100 = 14.0;
+    }
+    app
+}
+
+/// The picture with those plugins whose bits are set, once the light has settled.
+fn picture(app: &mut HeadlessApp, bits: usize) -> RgbImage {
+    let mut knobs = app.world_mut().resource_mut::<Knobs>();
+    for (i, switch) in SWITCHES.iter().enumerate() {
+        let on = bits >> i & 1 == 1;
+        knobs.set(&format!("{switch}={on}")).expect("a switch");
+    }
+    // A change that no frame has seen yet would find the light settled.
+    app.render_frames(2).expect("frames");
+    app.run_until_ready(1000).expect("ready");
+    app.capture_rgb8().expect("a picture")
+}
+
+/// Means of blocks in linear light, all channels.
+fn blocks(picture: &RgbImage) -> Vec<f64> {
+    let columns = WIDTH / BLOCK;
+    let mut sums = vec![0.0; (3 * columns * (HEIGHT / BLOCK)) as usize];
+    for (x, y, pixel) in picture.enumerate_pixels() {
+        let block = y / BLOCK * columns + x / BLOCK;
+        for (channel, level) in pixel.0.iter().enumerate() {
+            let linear = Srgba::gamma_function(f32::from(*level) / 255.0);
+            sums[3 * block as usize + channel] += f64::from(linear);
+        }
+    }
+    sums.iter().map(|s| s / f64::from(BLOCK * BLOCK)).collect()
+}
+
+fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    values.map(f64::abs).sum::<f64>() / count
+}
+
+#[test]
+fn each_plugin_does_the_same_whichever_others_are_on() {
+    let _gpu = gpu();
+    let mut app = app();
+    let pictures: Vec<_> = (0..16).map(|bits| picture(&mut app, bits)).collect();
+    let means: Vec<_> = pictures.iter().map(blocks).collect();
+    let brightness = mean(means[0].iter().copied());
+    assert!(
+        brightness > 0.01,
+        "a dark picture proves nothing: {brightness}"
+    );
+    let clipped = pictures[0].iter().filter(|level| **level == 255).count();
+    assert_eq!(clipped, 0, "clipped levels hide effects");
+
+    for (i, plugin) in SWITCHES.iter().enumerate() {
+        let effect = |others: usize| -> Vec<f64> {
+            let with = &means[others | 1 << i];
+            with.iter()
+                .zip(&means[others])
+                .map(|(a, b)| a - b)
+                .collect()
+        };
+        let alone = effect(0);
+        let size = mean(alone.iter().copied()) / brightness;
+        println!("{plugin}: {:.2}% of the brightness", 100.0 * size);
+        assert_ne!(pictures[0], pictures[1 << i], "{plugin} does nothing");
+        for others in (1..16).filter(|others| others >> i & 1 == 0) {
+            let found = effect(others);
+            let changes = found.iter().zip(&alone).map(|(a, b)| a - b);
+            let change = mean(changes) / brightness;
+            println!("{plugin} beside {others:04b}: {:.2}% else", 100.0 * change);
+            assert!(
+                change < 0.005,
+                "{plugin} beside {others:04b}: {:.2}% of the brightness",
+                100.0 * change
+            );
+        }
+    }
+    // The one that changes what is seen, rather than how: it must be seen.
+    let light = means[8].iter().zip(&means[0]).map(|(a, b)| a - b);
+    assert!(mean(light) > 0.05 * brightness);
+}
+
+#[test]
+fn the_figures_show_what_each_plugin_saves() {
+    let _gpu = gpu();
+    let mut app = app();
+    let figure = |app: &HeadlessApp, name: &str| {
+        let figures = &app.world().resource::<MemoryFigures>().0;
+        figures.get(name).copied().unwrap_or_default()
+    };
+    picture(&mut app, 0b0000);
+    assert_eq!(
+        figure(&app, "textures before"),
+        figure(&app, "textures after")
+    );
+    assert_eq!(figure(&app, "volume after"), 0);
+    let bevy = figure(&app, "frame buffer after");
+    picture(&mut app, 0b1011);
+    assert!(figure(&app, "textures after") < figure(&app, "textures before") / 3);
+    assert!(figure(&app, "volume after") > 0);
+    let packed = figure(&app, "frame buffer after");
+    println!("frame buffer {bevy} and {packed}");
+    let notes = &app.world().resource::<Notes>().0;
+    assert_eq!(notes["frame buffer:"], "packed", "{notes:?}");
+}

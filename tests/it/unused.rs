@@ -1,0 +1,79 @@
+//! A game pays for what it uses: with all plugins added and none used, a frame is Bevy's own.
+
+use std::collections::BTreeSet;
+
+use bevy::{
+    prelude::*,
+    render::{
+        RenderApp, render_asset::RenderAssets, render_resource::PipelineCache, texture::GpuImage,
+    },
+};
+use bevy_ewa::EwaPlugin;
+use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
+use bevy_voxel_gi::VoxelGiPlugin;
+use bevy_wavelet_tex::WaveletTexPlugin;
+use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
+use image::RgbImage;
+
+use crate::support::{gpu, lit_cube};
+
+/// What there is of a frame.
+struct Frame {
+    picture: RgbImage,
+    /// Passes with a time stamp.
+    passes: BTreeSet<String>,
+    /// Render and compute pipelines, whichever state they are in.
+    pipelines: usize,
+    /// Textures of images.
+    textures: usize,
+    texture_bytes: u64,
+}
+
+fn frame(build: impl FnOnce(&mut App)) -> Frame {
+    let mut app = HeadlessApp::new(HeadlessSettings::with_size(48, 32), |app| {
+        build(app);
+        lit_cube(app);
+    })
+    .expect("an app");
+    app.run_until_ready(100).expect("ready");
+    let picture = app.capture_rgb8().expect("a picture");
+    let (_, spans) = app.measure_spans(2).expect("frames");
+    let world = app.app_mut().sub_app(RenderApp).world();
+    let images = world.resource::<RenderAssets<GpuImage>>();
+    Frame {
+        picture,
+        passes: spans.into_iter().map(|(name, _)| name).collect(),
+        pipelines: world.resource::<PipelineCache>().pipelines().count(),
+        textures: images.iter().count(),
+        texture_bytes: images
+            .iter()
+            .map(|(_, image)| {
+                let size = image.texture_descriptor.size;
+                u64::from(size.width)
+                    * u64::from(size.height)
+                    * u64::from(size.depth_or_array_layers)
+            })
+            .sum(),
+    }
+}
+
+#[test]
+fn plugins_that_are_added_but_not_used_cost_nothing() {
+    let _gpu = gpu();
+    let bevy = frame(|_| {});
+    let ours = frame(|app| {
+        app.add_plugins((
+            WaveletTexPlugin,
+            YCoCgFrameBufferPlugin,
+            EwaPlugin::CHOSEN,
+            VoxelGiPlugin,
+        ));
+    });
+    assert!(bevy.picture == ours.picture, "another picture");
+    assert_eq!(bevy.passes, ours.passes);
+    assert_eq!(bevy.pipelines, ours.pipelines);
+    assert_eq!(
+        (bevy.textures, bevy.texture_bytes),
+        (ours.textures, ours.texture_bytes)
+    );
+}
