@@ -134,7 +134,7 @@ pub enum EwaMethod {
         /// How many.
         probes: EwaProbes,
     },
-    /// One probe, and `Approximate` where the anisotropy exceeds
+    /// One probe along the axes of the ellipse, and `Approximate` where the anisotropy exceeds
     /// [`EwaSettings::spatial_threshold`] (thesis 5.5.1).
     Spatial {
         /// How many there.
@@ -152,8 +152,9 @@ pub enum EwaMethod {
         probes: EwaProbes,
     },
     /// A model of the anisotropic filter of a texture unit: trilinear fetches of equal weight along
-    /// the longer derivative, at most 16, as in the Vulkan specification's example. For machines
-    /// and tests whose driver has none worth the name.
+    /// the longer derivative, at most 16, with the number and the level of detail of the Vulkan
+    /// specification (texel anisotropic filtering). For machines and tests whose driver has none
+    /// worth the name.
     SoftwareAnisotropic,
     /// What the sampler does: Bevy's own picture.
     Hardware,
