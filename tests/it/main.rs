@@ -2,6 +2,8 @@
 
 mod deferred_accumulation;
 mod ewa;
+mod ewa_scene;
+mod ewa_study;
 mod headless;
 mod knobs;
 mod runner;

@@ -43,8 +43,9 @@ pub struct EwaSettings {
     /// at 1 they are computed, as a texture unit with 16 would. 1 to 16, default 1, as in Bevy.
     pub sampler_anisotropy: u16,
     /// Whether the textures repeat or mirror, so that texture coordinates beyond 16 can be reduced
-    /// by whole periods and stay precise. Switch it off for textures that are clamped and seen with
-    /// coordinates as large as that. Default true.
+    /// by whole periods and stay precise. Bevy's materials are asked themselves: it is off for those
+    /// with a texture whose sampler clamps. In shaders of one's own, switch it off for textures that
+    /// are clamped and seen with coordinates as large as that. Default true.
     pub periodic: bool,
 }
 

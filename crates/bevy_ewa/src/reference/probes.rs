@@ -16,6 +16,10 @@ pub const TIE: f64 = 1e-3;
 /// Most probes of an ellipse.
 pub const MOST_PROBES: u32 = 15;
 
+/// Aspect of an ellipse for each pair of probes: probes of four widths leave no gap and keep their
+/// weights apart.
+pub const ASPECT_OF_PROBE_PAIR: f64 = 8.0;
+
 /// Which probes are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
@@ -45,8 +49,9 @@ pub fn count(probes: EwaProbes, anisotropy: f64) -> u32 {
         EwaProbes::Five => 5,
         EwaProbes::Seven => 7,
         EwaProbes::ByAspect => {
-            // Probes of four widths leave no gap and keep their weights apart.
-            let pairs = (anisotropy / 8.0 - TIE).ceil().clamp(1.0, 7.0);
+            let pairs = (anisotropy / ASPECT_OF_PROBE_PAIR - TIE)
+                .ceil()
+                .clamp(1.0, 7.0);
             2 * pairs as u32 + 1
         }
     }
@@ -99,12 +104,16 @@ pub fn single(
     uv: [f64; 2],
     settings: &EwaSettings,
 ) -> Color {
+    let [length, width] = single_size(footprint, settings);
+    let fetch = || taps(texture, uv, footprint.major_direction, length, width);
+    as_sold(texture, settings, fetch)
+}
+
+fn single_size(footprint: &Footprint, settings: &EwaSettings) -> [f64; 2] {
     let radius = f64::from(settings.kernel.probe_radius_pixels());
     let width = PROBE_WIDTH * radius * footprint.minor_radius_texels;
     let length = SINGLE_LENGTH * radius * footprint.major_radius_texels;
-    let length = length.max(width);
-    let fetch = || taps(texture, uv, footprint.major_direction, length, width);
-    as_sold(texture, settings, fetch)
+    [length.max(width), width]
 }
 
 /// A probe, which a texture unit sells as one fetch.
@@ -149,9 +158,7 @@ fn taps(
     width_texels: f64,
 ) -> Color {
     let size = texture.size();
-    // Nothing is finer than a texel.
-    let width = width_texels.max(length_texels / MOST_TAPS).max(1.0);
-    let count = (length_texels / width - TIE).ceil().clamp(1.0, MOST_TAPS);
+    let (count, width) = tap_count(length_texels, width_texels);
     let lod = width.log2();
     let mut sum = [0.0; 4];
     for i in 0..count as u32 {
@@ -160,6 +167,34 @@ fn taps(
         sum = add(sum, texture.trilinear(at, lod), 1.0 / count);
     }
     sum
+}
+
+/// The number of taps, and their width.
+fn tap_count(length_texels: f64, width_texels: f64) -> (f64, f64) {
+    // Nothing is finer than a texel.
+    let width = width_texels.max(length_texels / MOST_TAPS).max(1.0);
+    let count = (length_texels / width - TIE).ceil();
+    (count.clamp(1.0, MOST_TAPS), width)
+}
+
+/// Fetches of each of `count` probes.
+pub(crate) fn fetches_of_probe(footprint: &Footprint, settings: &EwaSettings, count: u32) -> f64 {
+    let probe = Probe::new(footprint, settings, count);
+    fetches(settings, probe.length_texels, probe.width_texels)
+}
+
+/// Fetches of the one probe of an ellipse.
+pub(crate) fn fetches_of_single(footprint: &Footprint, settings: &EwaSettings) -> f64 {
+    let [length, width] = single_size(footprint, settings);
+    fetches(settings, length, width)
+}
+
+fn fetches(settings: &EwaSettings, length_texels: f64, width_texels: f64) -> f64 {
+    if settings.sampler_anisotropy > 1 {
+        1.0
+    } else {
+        tap_count(length_texels, width_texels).0
+    }
 }
 
 /// What the probes of an ellipse have in common.
