@@ -3,6 +3,8 @@
 mod all_together;
 mod deferred_accumulation;
 mod ewa;
+mod ewa_scene;
+mod ewa_study;
 mod headless;
 mod knobs;
 mod runner;

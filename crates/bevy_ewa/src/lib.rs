@@ -8,16 +8,18 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`settings`] | what a user chooses |
+//! | [`budget`] | settings by what they may cost |
 //! | [`mips`] | mip chains for textures that lack them |
 //! | [`mod@reference`] | all of it in plain Rust, with scenes and their truth |
 //! | `shaders` | all of it in WGSL, importable |
 //! | `material` | how Bevy's materials come to use it |
 //! | `plugin` | what an app adds |
 //!
-//! Without the feature `bevy` only the first three are compiled, [`mips`] without its systems.
+//! Without the feature `bevy` only the first four are compiled, [`mips`] without its systems.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
+pub mod budget;
 #[cfg(feature = "bevy")]
 pub mod material;
 pub mod mips;
@@ -26,6 +28,7 @@ pub mod plugin;
 pub mod reference;
 pub mod settings;
 
+pub use budget::EwaBudget;
 #[cfg(feature = "bevy")]
 pub use material::{AllMaterials, EwaExtension, EwaStandardMaterial, EwaUniform};
 #[cfg(feature = "bevy")]

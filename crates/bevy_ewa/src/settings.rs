@@ -43,8 +43,9 @@ pub struct EwaSettings {
     /// at 1 they are computed, as a texture unit with 16 would. 1 to 16, default 1, as in Bevy.
     pub sampler_anisotropy: u16,
     /// Whether the textures repeat or mirror, so that texture coordinates beyond 16 can be reduced
-    /// by whole periods and stay precise. Switch it off for textures that are clamped and seen with
-    /// coordinates as large as that. Default true.
+    /// by whole periods and stay precise. Bevy's materials are asked themselves: it is off for those
+    /// with a texture whose sampler clamps. In shaders of one's own, switch it off for textures that
+    /// are clamped and seen with coordinates as large as that. Default true.
     pub periodic: bool,
 }
 
@@ -134,7 +135,7 @@ pub enum EwaMethod {
         /// How many.
         probes: EwaProbes,
     },
-    /// One probe, and `Approximate` where the anisotropy exceeds
+    /// One probe along the axes of the ellipse, and `Approximate` where the anisotropy exceeds
     /// [`EwaSettings::spatial_threshold`] (thesis 5.5.1).
     Spatial {
         /// How many there.
@@ -152,8 +153,9 @@ pub enum EwaMethod {
         probes: EwaProbes,
     },
     /// A model of the anisotropic filter of a texture unit: trilinear fetches of equal weight along
-    /// the longer derivative, at most 16, as in the Vulkan specification's example. For machines
-    /// and tests whose driver has none worth the name.
+    /// the longer derivative, at most 16, with the number and the level of detail of the Vulkan
+    /// specification (texel anisotropic filtering). For machines and tests whose driver has none
+    /// worth the name.
     SoftwareAnisotropic,
     /// What the sampler does: Bevy's own picture.
     Hardware,

@@ -7,8 +7,8 @@
 //!
 //! The replaced field is a plain function pointer, without access to any world. The hooks are
 //! therefore global to the process and must decide from the key and the descriptor alone whether
-//! they are meant. What an app wants of all materials of a type it says in [`MaterialTags`]: they
-//! become part of the key.
+//! they are meant. What an app wants of all materials of a type, or of one, it says in
+//! [`MaterialTags`]: they become part of the key.
 
 use std::{
     any::{Any, TypeId},
@@ -18,6 +18,7 @@ use std::{
 };
 
 use bevy::{
+    asset::UntypedAssetId,
     material::{
         key::{ErasedMaterialKey, ErasedMaterialPipelineKey},
         specialize::{SpecializedMeshPipelineError, UserSpecializeFn},
@@ -42,34 +43,54 @@ pub struct SpecializedMaterial<'a> {
 }
 
 impl SpecializedMaterial<'_> {
-    /// The tag of this name that materials of this type have in the app of the pipeline.
+    /// The tag of this name that the material has in the app of the pipeline.
     pub fn tag(&self, name: &str) -> Option<u64> {
         let mut tags = self.tags.iter();
         tags.find_map(|(tag, value)| (*tag == name).then_some(*value))
     }
 }
 
-/// What an app wants of all materials of a type, in the world of the renderer: a name and a number
-/// that a hook understands.
+/// What an app wants of all materials of a type, or of one of them, in the world of the renderer: a
+/// name and a number that a hook understands.
 ///
 /// Materials get the tags that there are when Bevy prepares them; those prepared earlier keep
 /// theirs until they change.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
-pub struct MaterialTags(HashMap<TypeId, BTreeMap<&'static str, u64>>);
+pub struct MaterialTags {
+    types: HashMap<TypeId, BTreeMap<&'static str, u64>>,
+    materials: HashMap<UntypedAssetId, BTreeMap<&'static str, u64>>,
+}
 
 impl MaterialTags {
-    /// Gives or takes a tag.
+    /// Gives or takes a tag of all materials of a type.
     pub fn set(&mut self, material_type: TypeId, name: &'static str, value: Option<u64>) {
-        let tags = self.0.entry(material_type).or_default();
+        let tags = self.types.entry(material_type).or_default();
         match value {
             Some(value) => tags.insert(name, value),
             None => tags.remove(name),
         };
     }
 
-    fn of(&self, material_type: TypeId) -> Vec<(&'static str, u64)> {
-        let tags = self.0.get(&material_type).into_iter().flatten();
-        tags.map(|(name, value)| (*name, *value)).collect()
+    /// Gives one material a tag, which comes before its type's of the same name, or takes it.
+    pub fn set_one(&mut self, material: UntypedAssetId, name: &'static str, value: Option<u64>) {
+        if let Some(value) = value {
+            let tags = self.materials.entry(material).or_default();
+            tags.insert(name, value);
+        } else if let Some(tags) = self.materials.get_mut(&material) {
+            tags.remove(name);
+            if tags.is_empty() {
+                self.materials.remove(&material);
+            }
+        }
+    }
+
+    fn of(&self, material: UntypedAssetId) -> Vec<(&'static str, u64)> {
+        let of_type = self.types.get(&material.type_id()).into_iter().flatten();
+        let own = self.materials.get(&material).into_iter().flatten();
+        let tags: BTreeMap<_, _> = of_type.chain(own).collect();
+        tags.into_iter()
+            .map(|(name, value)| (*name, *value))
+            .collect()
     }
 }
 
@@ -146,7 +167,7 @@ fn wrap_materials(
             warn_once!("a material is in use already and keeps its pipeline: {id:?}");
             continue;
         };
-        let tags = tags.of(id.type_id());
+        let tags = tags.of(id);
         if tags.is_empty() {
             properties.user_specialize = Some(specialize);
         } else {
@@ -224,4 +245,30 @@ fn specialize_with(
         hook(material, descriptor);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_material_has_its_own_tags_and_those_of_its_type() {
+        let id = |n| {
+            UntypedAssetId::from(AssetId::<Image>::Uuid {
+                uuid: bevy::asset::uuid::Uuid::from_u128(n),
+            })
+        };
+        let of_type = TypeId::of::<Image>();
+        let mut tags = MaterialTags::default();
+        tags.set(of_type, "a", Some(1));
+        tags.set_one(id(1), "b", Some(2));
+        tags.set_one(id(1), "a", Some(3));
+        assert_eq!(tags.of(id(1)), [("a", 3), ("b", 2)]);
+        assert_eq!(tags.of(id(2)), [("a", 1)]);
+        tags.set_one(id(1), "a", None);
+        tags.set_one(id(1), "b", None);
+        assert_eq!(tags.of(id(1)), [("a", 1)]);
+        tags.set(of_type, "a", None);
+        assert_eq!(tags.of(id(1)), []);
+    }
 }

@@ -3,12 +3,16 @@
 //!
 //! Pictures are rendered by the plugin's shaders at given coordinates, so that they are filtered
 //! and nothing else. `truth` is the mean of at least 64 x 64 points a pixel, weighted by the kernel,
-//! and `ewa` the method `reference` in 64-bit floats; both are computed. `fetches` are those of the reference in plain Rust, in which a trilinear fetch
-//! counts as one. The picture of a temporal setting is the mean of its two frames.
+//! and `ewa` the method `reference` in 64-bit floats; both are computed. `fetches` are those of the
+//! reference in plain Rust, in which a trilinear fetch counts as one. The picture of a temporal setting is the mean of its two frames.
 //!
-//! The rows `... flicker` have a mean squared error and nothing else: the mean squared change of
+//! The rows `spatial, threshold N` are the spatial method's with other thresholds, computed; with
+//! `16x sampler`, a probe counts as the one fetch that it is there.
+//!
+//! The rows `flicker, ...` have a mean squared error and nothing else: the mean squared change of
 //! the error from a frame to the next, with a moving camera, a still one, and a still one under
-//! temporal anti-aliasing.
+//! temporal anti-aliasing that is modelled. In the scene `rasterised floor` it is Bevy's own, and the
+//! error of a moving camera that against the method `reference` in the same frame.
 //!
 //! | module | gives |
 //! | --- | --- |
@@ -18,6 +22,8 @@
 //! | [`picture`] | pictures of linear colours |
 //! | [`mod@flicker`] | what moves that should not |
 //! | [`mod@summary`] | what a user chooses between |
+//! | [`taa`] | the same with Bevy's temporal anti-aliasing, rasterised |
+//! | [`thresholds`] | what the threshold of the spatial method trades |
 
 pub mod flicker;
 pub mod lookup;
@@ -25,6 +31,8 @@ pub mod picture;
 pub mod scenes;
 pub mod settings;
 pub mod summary;
+pub mod taa;
+pub mod thresholds;
 
 use bevy_ewa::{EwaMethod, EwaSettings};
 use indicatif::ProgressBar;
@@ -64,13 +72,19 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     };
     // Square; a quarter of the photographs' width, since the truth takes its time.
     let size = picture[0] / 4;
-    progress.set_length(SCENES.len() as u64 + 2);
+    progress.set_length(SCENES.len() as u64 + 4);
     let mut report = Report::default();
     for scene in &SCENES {
         progress.set_message(scene.name);
         report.measurements.extend(scene_rows(scene, size, RATE)?);
         progress.inc(1);
     }
+    progress.set_message("thresholds");
+    for scene in &SCENES {
+        let rows = thresholds::threshold_rows(scene, size)?;
+        report.measurements.extend(rows);
+    }
+    progress.inc(1);
     progress.set_message("flicker");
     for scene in SCENES
         .iter()
@@ -78,6 +92,9 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     {
         report.measurements.extend(flicker_rows(scene, size));
     }
+    progress.inc(1);
+    progress.set_message("flicker under TAA");
+    report.measurements.extend(taa_rows(size)?);
     progress.inc(1);
     progress.set_message("time");
     let (adapter, rows) = time_rows(&SCENES[0], plan, progress)?;
@@ -193,6 +210,26 @@ pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<Measurement> {
         }
     }
     rows
+}
+
+/// The rows of what flickers under Bevy's temporal anti-aliasing, and without.
+fn taa_rows(size: u32) -> Result<Vec<Measurement>, TradeoffError> {
+    let mut rows = Vec::new();
+    for (with, suffix) in [(false, ""), (true, ", Bevy's TAA")] {
+        for found in taa::taa_flicker(size, with)? {
+            for (kind, mse) in [("still", found.still), ("moving", found.moving)] {
+                rows.push(Measurement {
+                    plugin: PLUGIN.into(),
+                    scene: "rasterised floor".into(),
+                    setting: found.setting.into(),
+                    reference: format!("flicker, {kind}{suffix}"),
+                    mse: Some(mse),
+                    ..Measurement::default()
+                });
+            }
+        }
+    }
+    Ok(rows)
 }
 
 /// Frame times of the settings, which take turns.

@@ -275,3 +275,52 @@ fn far_coordinates_keep_their_texels() {
         assert!(error <= 2.0, "{method:?}: {error} at {place}");
     }
 }
+
+#[test]
+fn textures_as_large_as_they_come() {
+    let _gpu = gpu();
+    const SIZE: u32 = 32;
+    for size in [[8192, 8], [2048, 256]] {
+        let texture = noise(size);
+        // From a texel to the whole texture.
+        let coordinates = random_lookups(SIZE * SIZE, 1.0);
+        let mut lookups =
+            Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+        for method in [
+            EwaMethod::Linear,
+            EwaMethod::Bilinear,
+            EwaMethod::Approximate { probes: FIVE },
+            EwaMethod::Spatial { probes: FIVE },
+        ] {
+            let settings = EwaSettings::with_method(method);
+            let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
+            println!("{size:?} {method:?}: {error:.3}");
+            assert!(error <= 2.0, "{size:?} {method:?}: {error} at {place}");
+        }
+    }
+}
+
+#[test]
+fn beyond_the_border_is_what_the_border_is() {
+    let _gpu = gpu();
+    const SIZE: u32 = 32;
+    let border = AddressMode::ClampToBorder;
+    let texture = noise([40, 24]).with_address([border; 2]);
+    let coordinates = random_lookups(SIZE * SIZE, 1.5);
+    let mut lookups =
+        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+    let feature = wgpu::Features::ADDRESS_MODE_CLAMP_TO_BORDER;
+    if !lookups.app().features().contains(feature) {
+        println!("no borders here");
+        return;
+    }
+    for method in METHODS {
+        let settings = EwaSettings {
+            periodic: false,
+            ..EwaSettings::with_method(method)
+        };
+        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
+        println!("{method:?}: {error:.3}");
+        assert!(error <= 2.0, "{method:?}: {error} at {place}");
+    }
+}

@@ -5,3 +5,4 @@ mod materials;
 mod mips;
 mod scene;
 mod shaders;
+mod textures;

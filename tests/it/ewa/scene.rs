@@ -23,7 +23,7 @@ pub struct Floor {
     pub app: HeadlessApp,
     pub camera: Entity,
     pub floor: Entity,
-    post: Entity,
+    pub post: Entity,
     pub material: Handle<StandardMaterial>,
 }
 
@@ -34,7 +34,15 @@ impl Floor {
         plugin: Option<EwaPlugin>,
         material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial,
     ) -> Self {
-        let mut app = HeadlessApp::new(HeadlessSettings::with_size(96, 64), |app| {
+        Self::with_settings(HeadlessSettings::with_size(96, 64), plugin, material)
+    }
+
+    pub fn with_settings(
+        settings: HeadlessSettings,
+        plugin: Option<EwaPlugin>,
+        material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial,
+    ) -> Self {
+        let mut app = HeadlessApp::new(settings, |app| {
             if let Some(plugin) = plugin {
                 app.add_plugins(plugin);
             }

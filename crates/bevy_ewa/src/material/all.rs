@@ -19,7 +19,7 @@ use bevy::{
 };
 use bevy_frugal_hooks::{MaterialHookPlugin, MaterialTags, SpecializedMaterial};
 
-use super::pipeline::EwaKey;
+use super::{borders, pipeline::EwaKey};
 use crate::settings::EwaSettings;
 
 /// How all `StandardMaterial`s of the app are filtered; none leaves them to Bevy.
@@ -101,13 +101,13 @@ fn tag(settings: Extract<Res<AllMaterials>>, mut tags: ResMut<MaterialTags>) {
     tags.set(TypeId::of::<StandardMaterial>(), TAG, tag);
 }
 
-/// The hook.
+/// The hook, for all materials and, as far as their borders go, chosen ones.
 fn filter(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
-    let Some(index) = material.tag(TAG) else {
-        return;
-    };
-    let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);
-    if let Some(key) = keys.get(index as usize) {
-        key.apply(material.mesh_key, descriptor);
+    if let Some(index) = material.tag(TAG) {
+        let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);
+        if let Some(key) = keys.get(index as usize) {
+            key.apply(material.mesh_key, descriptor);
+        }
     }
+    borders::clamp(material, descriptor);
 }

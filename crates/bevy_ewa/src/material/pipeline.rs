@@ -10,6 +10,19 @@ use crate::settings::EwaSettings;
 /// Switches Bevy's shaders to ours.
 pub(crate) const EWA: &str = "BEVY_EWA";
 
+const PERIODIC: &str = "EWA_PERIODIC";
+
+/// Takes back that the textures repeat.
+pub(super) fn clamp(shader_defs: &mut [ShaderDefVal]) {
+    for def in shader_defs {
+        if let ShaderDefVal::UInt(name, value) = def
+            && name == PERIODIC
+        {
+            *value = 0;
+        }
+    }
+}
+
 /// The settings in the key of a pipeline: the names of its shader defs are constant, so their
 /// values are all there is. None samples as Bevy does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -30,7 +43,7 @@ const NAMES: [&str; VALUES] = [
     "EWA_MAX_FETCHES",
     "EWA_SPATIAL_THRESHOLD",
     "EWA_SAMPLER_ANISOTROPY",
-    "EWA_PERIODIC",
+    PERIODIC,
     "EWA_UNIFORM_LEVELS",
 ];
 

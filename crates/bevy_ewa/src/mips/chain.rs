@@ -141,6 +141,32 @@ mod tests {
     }
 
     #[test]
+    fn sixteen_bits_keep_what_eight_would_round_away() {
+        // Levels that eight bits do not have.
+        let data = |values: [u16; 2]| values.map(u16::to_le_bytes).as_flattened().to_vec();
+        for (storage, pair, mean) in [
+            (Storage::Unorm16, [1000, 1003], 1002),
+            // 2048 and 2056.
+            (Storage::Float16, [0x6800, 0x6804], 0x6802),
+            // -1 and 65504, the largest.
+            (Storage::Float16, [0xbc00, 0x7bff], 0x77ff),
+        ] {
+            let format = TexelFormat {
+                channels: 1,
+                storage,
+                srgb: false,
+            };
+            let chain = chain([2, 1], format, data(pair), false).expect("a chain");
+            assert_eq!(chain.levels, 2);
+            assert_eq!(
+                chain.data[4..],
+                u16::to_le_bytes(mean),
+                "{storage:?} {pair:?}"
+            );
+        }
+    }
+
+    #[test]
     fn data_of_another_size_is_refused() {
         assert_eq!(chain([2, 2], RGBA, vec![0; 15], false), None);
         assert_eq!(chain([0, 2], RGBA, Vec::new(), false), None);

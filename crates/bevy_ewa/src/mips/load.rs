@@ -16,7 +16,7 @@ use super::{
     chain::{Chain, chain},
     texel::{Storage, TexelFormat},
 };
-use crate::material::{AllMaterials, EwaStandardMaterial};
+use crate::material::{AllMaterials, EwaStandardMaterial, maps, touch};
 
 /// Frames for which the texels of an image are kept for a material that may follow.
 const PATIENCE: u32 = 300;
@@ -81,30 +81,6 @@ fn find_materials(
             want(&material.base);
         }
     }
-}
-
-/// The maps that are filtered, and whether they hold normals.
-fn maps(material: &StandardMaterial) -> impl Iterator<Item = (&Handle<Image>, bool)> {
-    let normals = [
-        &material.normal_map_texture,
-        &material.clearcoat_normal_texture,
-    ];
-    let others = [
-        &material.base_color_texture,
-        &material.emissive_texture,
-        &material.metallic_roughness_texture,
-        &material.occlusion_texture,
-        &material.specular_texture,
-        &material.specular_tint_texture,
-        &material.clearcoat_texture,
-        &material.clearcoat_roughness_texture,
-        &material.specular_transmission_texture,
-        &material.thickness_texture,
-        &material.diffuse_transmission_texture,
-        &material.anisotropy_texture,
-    ];
-    let normals = normals.into_iter().flatten().map(|map| (map, true));
-    normals.chain(others.into_iter().flatten().map(|map| (map, false)))
 }
 
 fn find_images(
@@ -211,20 +187,18 @@ fn finish(
     }
 }
 
-/// Has an asset prepared again.
-fn touch<A: Asset>(assets: &mut Assets<A>, id: AssetId<A>) {
-    if let Some(mut asset) = assets.get_mut(id) {
-        // Only a mutable reference counts as a change.
-        let _: &mut A = &mut asset;
-    }
-}
-
 fn texel_format(format: TextureFormat) -> Option<TexelFormat> {
     let (channels, storage, srgb) = match format {
         TextureFormat::R8Unorm => (1, Storage::Unorm8, false),
         TextureFormat::Rg8Unorm => (2, Storage::Unorm8, false),
         TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm => (4, Storage::Unorm8, false),
         TextureFormat::Rgba8UnormSrgb | TextureFormat::Bgra8UnormSrgb => (4, Storage::Unorm8, true),
+        TextureFormat::R16Unorm => (1, Storage::Unorm16, false),
+        TextureFormat::Rg16Unorm => (2, Storage::Unorm16, false),
+        TextureFormat::Rgba16Unorm => (4, Storage::Unorm16, false),
+        TextureFormat::R16Float => (1, Storage::Float16, false),
+        TextureFormat::Rg16Float => (2, Storage::Float16, false),
+        TextureFormat::Rgba16Float => (4, Storage::Float16, false),
         TextureFormat::R32Float => (1, Storage::Float32, false),
         TextureFormat::Rg32Float => (2, Storage::Float32, false),
         TextureFormat::Rgba32Float => (4, Storage::Float32, false),

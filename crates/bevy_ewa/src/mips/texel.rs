@@ -1,5 +1,7 @@
 //! Formats, as numbers in linear light and back.
 
+use half::f16;
+
 /// How texels are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TexelFormat {
@@ -16,6 +18,10 @@ pub struct TexelFormat {
 pub enum Storage {
     /// A byte for 0 to 1.
     Unorm8,
+    /// Two bytes for 0 to 1, little-endian.
+    Unorm16,
+    /// A 16-bit float, little-endian.
+    Float16,
     /// A 32-bit float, little-endian.
     Float32,
 }
@@ -26,6 +32,7 @@ impl TexelFormat {
         self.channels
             * match self.storage {
                 Storage::Unorm8 => 1,
+                Storage::Unorm16 | Storage::Float16 => 2,
                 Storage::Float32 => 4,
             }
     }
@@ -45,12 +52,11 @@ impl TexelFormat {
                 };
                 data.iter().enumerate().map(decode).collect()
             }
-            Storage::Float32 => data
-                .as_chunks()
-                .0
-                .iter()
-                .map(|bytes| f32::from_le_bytes(*bytes))
-                .collect(),
+            Storage::Unorm16 => {
+                decode(data, |bytes| f32::from(u16::from_le_bytes(bytes)) / 65535.0)
+            }
+            Storage::Float16 => decode(data, |bytes| f16::from_le_bytes(bytes).to_f32()),
+            Storage::Float32 => decode(data, f32::from_le_bytes),
         }
     }
 
@@ -66,6 +72,13 @@ impl TexelFormat {
                 };
                 (encoded * 255.0).round() as u8
             })),
+            Storage::Unorm16 => data.extend(values.iter().flat_map(|value| {
+                let value = (value.clamp(0.0, 1.0) * 65535.0).round();
+                (value as u16).to_le_bytes()
+            })),
+            Storage::Float16 => {
+                data.extend(values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()));
+            }
             Storage::Float32 => data.extend(values.iter().flat_map(|value| value.to_le_bytes())),
         }
     }
@@ -73,6 +86,11 @@ impl TexelFormat {
     fn is_curved(self, index: usize) -> bool {
         self.srgb && index % self.channels < 3
     }
+}
+
+fn decode<const BYTES: usize>(data: &[u8], value: impl Fn([u8; BYTES]) -> f32) -> Vec<f32> {
+    let (chunks, _) = data.as_chunks();
+    chunks.iter().map(|bytes| value(*bytes)).collect()
 }
 
 /// 0 to 1 in linear light from 0 to 1 as sRGB encodes it.

@@ -4,7 +4,7 @@ use super::{
     footprint::Footprint,
     texture::{Color, Texture, add},
 };
-use crate::settings::EwaProbes;
+use crate::settings::{EwaProbes, EwaSettings};
 
 /// Longest footprint of a texture unit, in widths: most trilinear fetches of a probe.
 pub const MOST_TAPS: f64 = 16.0;
@@ -15,6 +15,10 @@ pub const TIE: f64 = 1e-3;
 
 /// Most probes of an ellipse.
 pub const MOST_PROBES: u32 = 15;
+
+/// Aspect of an ellipse for each pair of probes: probes of four widths leave no gap and keep their
+/// weights apart.
+pub const ASPECT_OF_PROBE_PAIR: f64 = 8.0;
 
 /// Which probes are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,21 +49,20 @@ pub fn count(probes: EwaProbes, anisotropy: f64) -> u32 {
         EwaProbes::Five => 5,
         EwaProbes::Seven => 7,
         EwaProbes::ByAspect => {
-            // Probes of four widths leave no gap and keep their weights apart.
-            let pairs = (anisotropy / 8.0 - TIE).ceil().clamp(1.0, 7.0);
+            let pairs = (anisotropy / ASPECT_OF_PROBE_PAIR - TIE)
+                .ceil()
+                .clamp(1.0, 7.0);
             2 * pairs as u32 + 1
         }
     }
 }
 
 /// Probes on the major axis with Gaussian weights (equations 5.5 and 5.6).
-///
-/// `radius` is that of the kernel in pixels.
 pub fn approximate(
     texture: &Texture,
     footprint: &Footprint,
     uv: [f64; 2],
-    radius: f64,
+    settings: &EwaSettings,
     probes: EwaProbes,
     turn: Turn,
 ) -> Color {
@@ -67,7 +70,7 @@ pub fn approximate(
         probes,
         footprint.major_radius_texels / footprint.minor_radius_texels.max(1e-12),
     );
-    let probe = Probe::new(footprint, radius, count);
+    let probe = Probe::new(footprint, settings, count);
     let (mut sum, mut total) = ([0.0; 4], 0.0);
     for place in (1..=count / 2).filter(|place| turn.takes(*place)) {
         let along = f64::from(place) * probe.spacing_texels;
@@ -88,8 +91,42 @@ pub fn approximate(
     sum.map(|c| c / (total + center))
 }
 
-/// One anisotropic fetch as a texture unit would do it.
-pub fn single(texture: &Texture, derivatives: [[f64; 2]; 2], uv: [f64; 2]) -> Color {
+/// Length of the one fetch that stands for a whole ellipse, in major radii. A line of equal weights
+/// spreads as much as the kernel at 1.28; measured as [`PROBE_WIDTH`], this has the least error, also
+/// on texture units that space their taps more closely.
+const SINGLE_LENGTH: f64 = 1.25;
+
+/// One anisotropic fetch in the place of an ellipse, along its axes: texture units compare the
+/// lengths of the derivatives, which says nothing about the ellipse where both lie askew of it.
+pub fn single(
+    texture: &Texture,
+    footprint: &Footprint,
+    uv: [f64; 2],
+    settings: &EwaSettings,
+) -> Color {
+    let [length, width] = single_size(footprint, settings);
+    let fetch = || taps(texture, uv, footprint.major_direction, length, width);
+    as_sold(texture, settings, fetch)
+}
+
+fn single_size(footprint: &Footprint, settings: &EwaSettings) -> [f64; 2] {
+    let radius = f64::from(settings.kernel.probe_radius_pixels());
+    let width = PROBE_WIDTH * radius * footprint.minor_radius_texels;
+    let length = SINGLE_LENGTH * radius * footprint.major_radius_texels;
+    [length.max(width), width]
+}
+
+/// A probe, which a texture unit sells as one fetch.
+fn as_sold(texture: &Texture, settings: &EwaSettings, fetch: impl Fn() -> Color) -> Color {
+    if settings.sampler_anisotropy > 1 {
+        texture.as_one(fetch)
+    } else {
+        fetch()
+    }
+}
+
+/// What a texture unit does with derivatives.
+pub fn software_anisotropic(texture: &Texture, derivatives: [[f64; 2]; 2], uv: [f64; 2]) -> Color {
     let size = texture.size();
     let texels = |d: [f64; 2]| [0, 1].map(|i| d[i] * f64::from(size[i]));
     let [a, b] = derivatives.map(texels);
@@ -110,8 +147,9 @@ pub fn single(texture: &Texture, derivatives: [[f64; 2]; 2], uv: [f64; 2]) -> Co
     taps(texture, uv, direction, length, width)
 }
 
-/// Trilinear fetches of equal weight along a line (Vulkan specification, texel anisotropic
-/// filtering).
+/// Trilinear fetches of equal weight along a line: the Vulkan specification's number and level of
+/// detail, which does not follow the rounding of the number, but an equal share of the line for
+/// each, where the specification's example leaves out the ends (and has twice the error).
 fn taps(
     texture: &Texture,
     uv: [f64; 2],
@@ -120,16 +158,8 @@ fn taps(
     width_texels: f64,
 ) -> Color {
     let size = texture.size();
-    // A footprint within a texel needs no more than one.
-    let width = width_texels.max(length_texels / MOST_TAPS);
-    let count = if length_texels > 1.0 {
-        (length_texels / width.max(1e-12) - TIE)
-            .ceil()
-            .clamp(1.0, MOST_TAPS)
-    } else {
-        1.0
-    };
-    let lod = (length_texels / count).max(1e-12).log2();
+    let (count, width) = tap_count(length_texels, width_texels);
+    let lod = width.log2();
     let mut sum = [0.0; 4];
     for i in 0..count as u32 {
         let along = ((f64::from(i) + 0.5) / count - 0.5) * length_texels;
@@ -139,8 +169,37 @@ fn taps(
     sum
 }
 
+/// The number of taps, and their width.
+fn tap_count(length_texels: f64, width_texels: f64) -> (f64, f64) {
+    // Nothing is finer than a texel.
+    let width = width_texels.max(length_texels / MOST_TAPS).max(1.0);
+    let count = (length_texels / width - TIE).ceil();
+    (count.clamp(1.0, MOST_TAPS), width)
+}
+
+/// Fetches of each of `count` probes.
+pub(crate) fn fetches_of_probe(footprint: &Footprint, settings: &EwaSettings, count: u32) -> f64 {
+    let probe = Probe::new(footprint, settings, count);
+    fetches(settings, probe.length_texels, probe.width_texels)
+}
+
+/// Fetches of the one probe of an ellipse.
+pub(crate) fn fetches_of_single(footprint: &Footprint, settings: &EwaSettings) -> f64 {
+    let [length, width] = single_size(footprint, settings);
+    fetches(settings, length, width)
+}
+
+fn fetches(settings: &EwaSettings, length_texels: f64, width_texels: f64) -> f64 {
+    if settings.sampler_anisotropy > 1 {
+        1.0
+    } else {
+        tap_count(length_texels, width_texels).0
+    }
+}
+
 /// What the probes of an ellipse have in common.
-struct Probe {
+struct Probe<'a> {
+    settings: &'a EwaSettings,
     count: f64,
     direction: [f64; 2],
     length_texels: f64,
@@ -162,11 +221,12 @@ const PROFILE_INTEGRAL: f64 = 16.0 / 15.0;
 /// planes and noise, this has the least error.
 const PROBE_WIDTH: f64 = 1.2;
 
-impl Probe {
+impl<'a> Probe<'a> {
     /// The probes share the major axis among them. It is shorter by the width of one, so that the
     /// spread along it is that of the ellipse also where that is nearly round: all probes of a disc
     /// are in its centre. It is shorter again by what is spread by probes being few and long.
-    fn new(footprint: &Footprint, radius: f64, count: u32) -> Self {
+    fn new(footprint: &Footprint, settings: &'a EwaSettings, count: u32) -> Self {
+        let radius = f64::from(settings.kernel.probe_radius_pixels());
         let count = f64::from(count);
         let major = radius * footprint.major_radius_texels;
         let minor = radius * footprint.minor_radius_texels;
@@ -175,6 +235,7 @@ impl Probe {
         let spacing = 2.0 * line / count * (KERNEL_VARIANCE / spread).sqrt();
         let width = PROBE_WIDTH * minor;
         Self {
+            settings,
             count,
             direction: footprint.major_direction,
             length_texels: spacing.max(width),
@@ -193,12 +254,8 @@ impl Probe {
     fn fetch(&self, texture: &Texture, uv: [f64; 2], along: f64) -> Color {
         let size = texture.size();
         let at = [0, 1].map(|i| uv[i] + self.direction[i] * along / f64::from(size[i]));
-        taps(
-            texture,
-            at,
-            self.direction,
-            self.length_texels,
-            self.width_texels,
-        )
+        let (length, width) = (self.length_texels, self.width_texels);
+        let fetch = || taps(texture, at, self.direction, length, width);
+        as_sold(texture, self.settings, fetch)
     }
 }

@@ -3,7 +3,7 @@
 use super::{
     exact::exact,
     footprint::{Derivatives, Footprint},
-    probes::{Turn, approximate, single},
+    probes::{Turn, approximate, single, software_anisotropic},
     texture::{Color, Texture, mix},
 };
 use crate::settings::{EwaMethod, EwaProbes, EwaSettings};
@@ -16,7 +16,8 @@ const PRECISE_UV: f64 = 16.0;
 pub struct Sampled {
     /// In linear light.
     pub color: Color,
-    /// Texture fetches: of one texel, or bilinear, or trilinear.
+    /// Texture fetches: of one texel, or bilinear, or trilinear, or of a texture unit's anisotropic
+    /// filter where the sampler has one.
     pub fetches: u32,
 }
 
@@ -36,9 +37,8 @@ pub fn sample(
     let uv = uv.map(|c| reduced(c, settings.periodic));
     let max_anisotropy = f64::from(settings.max_anisotropy);
     let footprint = Footprint::new(derivatives, texture.size(), max_anisotropy);
-    let radius = f64::from(settings.kernel.probe_radius_pixels());
-    let probed = |probes, turn| approximate(texture, &footprint, uv, radius, probes, turn);
-    let one = || single(texture, [derivatives.dx, derivatives.dy], uv);
+    let probed = |probes, turn| approximate(texture, &footprint, uv, &settings, probes, turn);
+    let one = || single(texture, &footprint, uv, &settings);
     let spatial = |probes: EwaProbes, turn: Turn| {
         let threshold = f64::from(settings.spatial_threshold);
         let part = (footprint.anisotropy - threshold + 1.0).clamp(0.0, 1.0);
@@ -63,7 +63,9 @@ pub fn sample(
         EwaMethod::Temporal { probes } => probed(probes, turn),
         EwaMethod::Spatial { probes } => spatial(probes, Turn::All),
         EwaMethod::SpatialTemporal { probes } => spatial(probes, turn),
-        EwaMethod::SoftwareAnisotropic => one(),
+        EwaMethod::SoftwareAnisotropic => {
+            software_anisotropic(texture, [derivatives.dx, derivatives.dy], uv)
+        }
         EwaMethod::Hardware => trilinear(texture, derivatives, uv),
     };
     Sampled {

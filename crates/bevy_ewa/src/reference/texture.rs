@@ -164,6 +164,14 @@ impl Texture {
         mix(row(y), row(y + 1), fy)
     }
 
+    /// Whatever is fetched, counted as one.
+    pub fn as_one(&self, fetch: impl FnOnce() -> Color) -> Color {
+        let before = self.fetches.load(Relaxed);
+        let color = fetch();
+        self.count(before + 1);
+        color
+    }
+
     /// Trilinear at texture coordinates; counts as one fetch, as texture units sell it.
     pub fn trilinear(&self, uv: [f64; 2], lod: f64) -> Color {
         let lod = lod.clamp(0.0, f64::from(self.last_level()));
@@ -171,15 +179,14 @@ impl Texture {
             let size = self.levels[level as usize].size;
             self.bilinear(level, [0, 1].map(|i| uv[i] * f64::from(size[i])))
         };
-        let before = self.fetches.load(Relaxed);
         let fine = lod.floor() as u32;
-        let color = if lod.fract() == 0.0 {
-            at(fine)
-        } else {
-            mix(at(fine), at(fine + 1), lod.fract())
-        };
-        self.count(before + 1);
-        color
+        self.as_one(|| {
+            if lod.fract() == 0.0 {
+                at(fine)
+            } else {
+                mix(at(fine), at(fine + 1), lod.fract())
+            }
+        })
     }
 
     fn count(&self, fetches: u32) {

@@ -12,7 +12,7 @@
 
 #import bevy_ewa::exact::exact
 #import bevy_ewa::footprint::footprint
-#import bevy_ewa::probes::{approximate, software_anisotropic, ALL, EVEN, ODD}
+#import bevy_ewa::probes::{approximate, single, software_anisotropic, ALL, EVEN, ODD}
 #import bevy_ewa::types::{
     EwaFootprint,
     EwaSettings,
@@ -82,25 +82,12 @@ fn ewa_sample_footprint(
     }
     var color = vec4(0.0);
     if part < 1.0 {
-        color = single(tex, samp, at, gradient, settings) * (1.0 - part);
+        color = single(tex, samp, f, at, settings) * (1.0 - part);
     }
     if part > 0.0 {
         color += approximate(tex, samp, f, at, settings, turn) * part;
     }
     return color;
-}
-
-fn single(
-    tex: texture_2d<f32>,
-    samp: sampler,
-    uv: vec2<f32>,
-    gradient: vec4<f32>,
-    settings: EwaSettings,
-) -> vec4<f32> {
-    if settings.sampler_anisotropy > 1u {
-        return textureSampleGrad(tex, samp, uv, gradient.xy, gradient.zw);
-    }
-    return software_anisotropic(tex, samp, uv, gradient.xy, gradient.zw);
 }
 
 // Texture coordinates less whole periods, two textures wide so that they are right for textures

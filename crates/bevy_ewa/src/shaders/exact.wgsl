@@ -3,7 +3,7 @@
 #define_import_path bevy_ewa::exact
 
 #import bevy_ewa::footprint::{lod, HUGE}
-#import bevy_ewa::kernel::weight
+#import bevy_ewa::kernel::{weight, GAUSSIAN_EDGE}
 #import bevy_ewa::types::{
     EwaFootprint,
     EwaSettings,
@@ -124,7 +124,9 @@ fn one_level(
     }
 
     var sum = vec4(0.0);
-    if settings.method == METHOD_LINEAR {
+    if settings.method == METHOD_LINEAR && settings.kernel == KERNEL_GAUSSIAN {
+        sum = gaussian_pairs(tex, samp, scan);
+    } else if settings.method == METHOD_LINEAR {
         sum = pairs(tex, samp, scan);
     } else if settings.method == METHOD_BILINEAR {
         sum = blocks(tex, samp, scan);
@@ -214,6 +216,36 @@ fn pairs(tex: texture_2d<f32>, samp: sampler, scan: Scan) -> vec4<f32> {
                 sum += a * fetch(tex, samp, scan, at);
                 sum += b * fetch(tex, samp, scan, vec2(at.x + 1.0, at.y));
             }
+            total += both;
+        }
+    }
+    return result(tex, samp, scan, sum, total);
+}
+
+// The same for a Gaussian, whose values along a row follow from one another: the quotient of
+// neighbours changes by a constant factor.
+fn gaussian_pairs(tex: texture_2d<f32>, samp: sampler, scan: Scan) -> vec4<f32> {
+    var sum = vec4(0.0);
+    var total = 0.0;
+    let top = first_row(scan);
+    let bottom = last_row(scan, top);
+    let curvature = -2.0 * scan.yy / scan.determinant;
+    let change = exp(2.0 * curvature);
+    for (var y = top; y <= bottom; y += 1) {
+        let row = row(scan, y);
+        let dx = f32(row.first) + 0.5 - row.middle;
+        var value = exp(dx * dx * curvature - 2.0 * row.least);
+        var quotient = exp((2.0 * dx + 1.0) * curvature);
+        for (var x = row.first; x <= row.last; x += 2) {
+            let a = max(value - GAUSSIAN_EDGE, 0.0);
+            value *= quotient;
+            quotient *= change;
+            let b = max(value - GAUSSIAN_EDGE, 0.0);
+            value *= quotient;
+            quotient *= change;
+            let both = a + b;
+            let part = select(b / both, 0.0, both == 0.0);
+            sum += both * fetch(tex, samp, scan, vec2(f32(x) + 0.5 + part, f32(y) + 0.5));
             total += both;
         }
     }

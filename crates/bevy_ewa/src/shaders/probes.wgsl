@@ -11,6 +11,7 @@ const KERNEL_VARIANCE: f32 = 0.1361;
 const PROFILE_VARIANCE: f32 = 0.14285714;
 const PROFILE_INTEGRAL: f32 = 1.06666667;
 const PROBE_WIDTH: f32 = 1.2;
+const SINGLE_LENGTH: f32 = 1.25;
 
 // Which probes are taken.
 const ALL: u32 = 0u;
@@ -88,8 +89,24 @@ fn probe(
     return software_anisotropic(tex, samp, uv, along, across);
 }
 
-// Trilinear fetches of equal weight along the longer derivative (Vulkan specification, texel
-// anisotropic filtering).
+// One anisotropic fetch in the place of an ellipse, along its axes.
+fn single(
+    tex: texture_2d<f32>,
+    samp: sampler,
+    f: EwaFootprint,
+    uv: vec2<f32>,
+    settings: EwaSettings,
+) -> vec4<f32> {
+    let size = vec2<f32>(textureDimensions(tex, 0));
+    let radius = settings.probe_radius_pixels;
+    let width = PROBE_WIDTH * radius * f.minor_radius_texels;
+    let length = max(SINGLE_LENGTH * radius * f.major_radius_texels, width);
+    let along = f.major_direction * length / size;
+    let across = vec2(-f.major_direction.y, f.major_direction.x) * width / size;
+    return probe(tex, samp, uv, along, across, settings);
+}
+
+// Trilinear fetches of equal weight along the longer derivative.
 fn software_anisotropic(
     tex: texture_2d<f32>,
     samp: sampler,
@@ -105,13 +122,10 @@ fn software_anisotropic(
         return textureSampleLevel(tex, samp, uv, f32(textureNumLevels(tex)));
     }
     let line = select(ddy, ddx, a >= b);
-    let width = max(min(a, b), long / MOST_TAPS);
-    // A footprint within a texel needs no more than one.
-    var count = 1.0;
-    if long > 1.0 {
-        count = clamp(ceil(long / max(width, 1e-12) - TIE), 1.0, MOST_TAPS);
-    }
-    let lod = log2(max(long / count, 1e-12));
+    // Nothing is finer than a texel.
+    let width = max(max(min(a, b), long / MOST_TAPS), 1.0);
+    let count = clamp(ceil(long / width - TIE), 1.0, MOST_TAPS);
+    let lod = log2(width);
     var sum = vec4(0.0);
     for (var i = 0.5; i < count; i += 1.0) {
         sum += textureSampleLevel(tex, samp, uv + line * (i / count - 0.5), lod);

@@ -2,7 +2,10 @@
 
 use proptest::prelude::*;
 
-use super::{super::sample::sample, *};
+use super::{
+    super::{probes::single, sample::sample},
+    *,
+};
 
 proptest! {
     #[test]
@@ -132,30 +135,52 @@ fn two_frames_make_the_approximation() {
 #[test]
 fn spatial_is_one_probe_below_the_threshold_and_approximate_above() {
     let texture = noise([256, 256]);
-    let at = |method, anisotropy: f64| {
+    let derivatives = |anisotropy: f64| ellipse(0.1, 0.1 / anisotropy, 0.7);
+    let at = |method, anisotropy| {
         let settings = EwaSettings::with_method(method);
-        let derivatives = ellipse(0.1, 0.1 / anisotropy, 0.7);
-        sample(&texture, [0.3, 0.6], derivatives, &settings, 0)
+        sample(&texture, [0.3, 0.6], derivatives(anisotropy), &settings, 0)
+    };
+    let one = |anisotropy| {
+        let footprint = Footprint::new(derivatives(anisotropy), [256, 256], 32.0);
+        texture.take_fetches();
+        Sampled {
+            color: single(&texture, &footprint, [0.3, 0.6], &EwaSettings::default()),
+            fetches: texture.take_fetches(),
+        }
     };
     let spatial = EwaMethod::Spatial { probes: FIVE };
     let approximate = EwaMethod::Approximate { probes: FIVE };
-    for (anisotropy, method) in [
-        (4.0, EwaMethod::SoftwareAnisotropic),
-        (14.9, EwaMethod::SoftwareAnisotropic),
-        (16.1, approximate),
-        (40.0, approximate),
-    ] {
-        assert_eq!(
-            at(spatial, anisotropy),
-            at(method, anisotropy),
-            "{anisotropy}"
-        );
+    for anisotropy in [1.0, 4.0, 14.9] {
+        assert_eq!(at(spatial, anisotropy), one(anisotropy), "{anisotropy}");
     }
-    let between = at(spatial, 15.5);
-    let [low, high] = [EwaMethod::SoftwareAnisotropic, approximate].map(|m| at(m, 15.5));
+    for anisotropy in [16.1, 40.0] {
+        let wanted = at(approximate, anisotropy);
+        assert_eq!(at(spatial, anisotropy), wanted, "{anisotropy}");
+    }
+    let [low, between, high] = [one(15.5), at(spatial, 15.5), at(approximate, 15.5)];
     for channel in 0..4 {
         let mean = (low.color[channel] + high.color[channel]) / 2.0;
         assert!((between.color[channel] - mean).abs() < 1e-6);
+    }
+}
+
+/// A texture unit that is told the derivatives sees a square of askew ones; one that is told the
+/// axes does not.
+#[test]
+fn one_probe_does_not_depend_on_where_the_derivatives_point() {
+    let texture = noise([256, 256]);
+    let spatial = EwaSettings::with_method(EwaMethod::Spatial { probes: FIVE });
+    let axes = ellipse(0.1, 0.02, 0.7);
+    let wanted = sample(&texture, [0.3, 0.6], axes, &spatial, 0);
+    for turn in [0.3f64, 0.785, 2.0] {
+        let (sin, cos) = turn.sin_cos();
+        let mixed = |a: f64, b: f64| [0, 1].map(|i| a * axes.dx[i] + b * axes.dy[i]);
+        let askew = Derivatives {
+            dx: mixed(cos, sin),
+            dy: mixed(-sin, cos),
+        };
+        let found = sample(&texture, [0.3, 0.6], askew, &spatial, 0);
+        assert!(difference(found, wanted) < 1e-9, "{turn}");
     }
 }
 

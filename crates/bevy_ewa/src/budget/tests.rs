@@ -1,0 +1,231 @@
+//! Budgets hold, and more of a budget is never worse.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::{
+    EwaKernel, EwaLevelOfDetail, EwaMethod,
+    mips::texel::srgb_from_linear,
+    reference::{Derivatives, Texture, sample, scenes::Surface},
+};
+
+const SIZE: u32 = 48;
+
+/// The study's surfaces, all with checks.
+fn surfaces() -> Vec<Surface> {
+    let plane = |grazing: f64, half_view: f64, turn: f64, scale: f64| Surface::Plane {
+        grazing: grazing.to_radians(),
+        half_view: half_view.to_radians().tan(),
+        turn: turn.to_radians(),
+        scale,
+        moved: 0.0,
+    };
+    let tunnel = Surface::Tunnel {
+        half_view: 1.0,
+        around: 4.0,
+        along: 0.5,
+        moved: 0.0,
+    };
+    vec![
+        tunnel,
+        plane(1.0, 0.5, 0.0, 0.5),
+        plane(5.0, 3.0, 0.0, 1.0),
+        plane(5.0, 3.0, 45.0, 1.0),
+        plane(8.0, 5.0, 15.0, 0.4),
+        plane(5.0, 3.0, 30.0, 0.5),
+        plane(15.0, 12.0, 20.0, 0.5),
+    ]
+}
+
+fn checks() -> Texture {
+    Texture::from_fn([256, 256], |x, y| {
+        let bright = (x / 32 + y / 32) % 2 == 0;
+        let v = if bright { 0.9 } else { 0.02 };
+        [v, v, v, 1.0]
+    })
+}
+
+/// The picture in 8-bit sRGB, and fetches a pixel.
+fn picture(surface: &Surface, texture: &Texture, settings: &EwaSettings) -> (Vec<f64>, f64) {
+    let (mut values, mut fetches) = (Vec::new(), 0);
+    // The model stands for the texture unit, which the reference has not.
+    let unit = settings.sampler_anisotropy > 1 && settings.method == EwaMethod::Hardware;
+    let settings = EwaSettings {
+        method: if unit {
+            EwaMethod::SoftwareAnisotropic
+        } else {
+            settings.method
+        },
+        ..*settings
+    };
+    for i in 0..SIZE * SIZE {
+        let (uv, derivatives) = surface.pixel(SIZE, [i % SIZE, i / SIZE]);
+        let found = sample(texture, uv, derivatives, &settings, 0);
+        let value = srgb_from_linear(found.color[0].clamp(0.0, 1.0) as f32);
+        values.push(f64::from((value * 255.0).round()));
+        fetches += if unit { 1 } else { found.fetches };
+    }
+    (values, f64::from(fetches) / f64::from(SIZE * SIZE))
+}
+
+#[test]
+fn the_table_is_what_is_measured() {
+    let (surfaces, texture) = (surfaces(), checks());
+    let exact = EwaSettings::with_method(EwaMethod::Reference);
+    let wanted: Vec<_> = surfaces
+        .iter()
+        .map(|surface| picture(surface, &texture, &exact).0)
+        .collect();
+    let mut wrong = Vec::new();
+    for choice in &CHOICES {
+        let measured = [1, 16].map(|sampler_anisotropy| {
+            let settings = choice.settings(EwaSettings {
+                sampler_anisotropy,
+                ..EwaSettings::default()
+            });
+            let (mut error, mut most) = (0.0, 0.0f64);
+            for (surface, wanted) in surfaces.iter().zip(&wanted) {
+                let (values, fetches) = picture(surface, &texture, &settings);
+                let squares = values.iter().zip(wanted).map(|(a, b)| (a - b).powi(2));
+                error += squares.sum::<f64>() / values.len() as f64 / surfaces.len() as f64;
+                most = most.max(fetches);
+            }
+            (error as f32, most as f32)
+        });
+        println!(
+            "{:?} {} {}",
+            choice.method, choice.max_anisotropy, choice.max_fetches
+        );
+        println!(
+            "    [{:.1}, {:.1}], [{:.1}, {:.1}]",
+            measured[0].0, measured[1].0, measured[0].1, measured[1].1
+        );
+        for (i, (error, fetches)) in measured.into_iter().enumerate() {
+            // As many digits as the table has.
+            if (choice.errors[i] - error).abs() > 0.051
+                || (choice.fetches[i] - fetches).abs() > 0.051
+            {
+                wrong.push(choice.method);
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// Fetches of the picture that takes most of them.
+fn mean_of_the_worst_scene(settings: &EwaSettings) -> f64 {
+    let texture = checks();
+    let surfaces = surfaces();
+    let fetches = surfaces
+        .iter()
+        .map(|surface| picture(surface, &texture, settings).1);
+    fetches.fold(0.0, f64::max)
+}
+
+#[test]
+fn pictures_keep_within_their_budget() {
+    for sampler_anisotropy in [1, 16] {
+        let others = EwaSettings {
+            sampler_anisotropy,
+            ..EwaSettings::default()
+        };
+        for fetches in [
+            1.0, 2.0, 4.9, 6.0, 15.0, 24.0, 49.0, 55.0, 80.0, 150.0, 300.0,
+        ] {
+            let settings = EwaBudget { fetches }.mean(others);
+            let found = mean_of_the_worst_scene(&settings);
+            let allowed = f64::from(fetches) + 0.05;
+            assert!(found <= allowed, "{found} of {fetches}: {settings:?}");
+        }
+    }
+}
+
+/// The error of what was chosen, from the table.
+fn error(settings: &EwaSettings) -> f32 {
+    let found = CHOICES
+        .iter()
+        .find(|choice| choice.settings(*settings) == *settings);
+    found.expect("a choice").error(settings.sampler_anisotropy)
+}
+
+#[test]
+fn more_fetches_are_never_worse() {
+    for sampler_anisotropy in [1, 16] {
+        let others = EwaSettings {
+            sampler_anisotropy,
+            ..EwaSettings::default()
+        };
+        let (mut mean, mut worst) = (f32::INFINITY, f32::INFINITY);
+        for step in 0..400 {
+            let budget = EwaBudget {
+                fetches: 1.03f32.powi(step),
+            };
+            let next = [budget.mean(others), budget.worst(others)].map(|s| error(&s));
+            assert!(next[0] <= mean && next[1] <= worst, "{budget:?}: {next:?}");
+            [mean, worst] = next;
+        }
+        // All of it is exact.
+        assert!(mean < 0.1 && worst < 0.1, "{mean} {worst}");
+    }
+}
+
+#[test]
+fn what_is_no_budget_is_the_smallest() {
+    for fetches in [f32::NAN, f32::NEG_INFINITY, -3.0, 0.0, 1.0] {
+        let budget = EwaBudget { fetches };
+        let others = EwaSettings::default();
+        assert_eq!(budget.mean(others).method, EwaMethod::Hardware);
+        assert_eq!(budget.worst(others).method, EwaMethod::Hardware);
+    }
+    let fetches = f32::INFINITY;
+    let settings = EwaBudget { fetches }.worst(EwaSettings::default());
+    assert_eq!(settings.method, EwaMethod::Linear);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #[test]
+    fn no_lookup_exceeds_the_worst_case(
+        log_major in -6.0..3.0f64, log_ratio in 0.0..8.0f64, angle in 0.0..3.2f64,
+        turn in 0.0..3.2f64, u in 0.0..1.0f64, v in 0.0..1.0f64,
+        budget in 1.0..1200.0f32, sampler in 0usize..2, kernel in 0usize..5, hardware in any::<bool>(),
+        minor_radius_texels in 0.5..4.0f32, blend in 0.0..1.0f32, threshold in 2.0..40.0f32,
+    ) {
+        let others = EwaSettings {
+            sampler_anisotropy: [1, 16][sampler],
+            kernel: [
+                EwaKernel::Box,
+                EwaKernel::Tent,
+                EwaKernel::Gaussian { sigma_pixels: 0.7 },
+                EwaKernel::MitchellNetravali,
+                EwaKernel::Lanczos,
+            ][kernel],
+            level_of_detail: if hardware {
+                EwaLevelOfDetail::Hardware
+            } else {
+                EwaLevelOfDetail::MinorRadius
+            },
+            minor_radius_texels,
+            level_blend: blend,
+            spatial_threshold: threshold,
+            ..EwaSettings::default()
+        };
+        let settings = EwaBudget { fetches: budget }.worst(others);
+        let texture = checks();
+        let major = log_major.exp2();
+        let (axes, minor) = ([angle.cos(), angle.sin()], major / log_ratio.exp2());
+        let (a, b) = ([major * axes[0], major * axes[1]], [-minor * axes[1], minor * axes[0]]);
+        let mixed = |s: f64, t: f64| [0, 1].map(|i| s * a[i] + t * b[i]);
+        let derivatives = Derivatives {
+            dx: mixed(turn.cos(), turn.sin()),
+            dy: mixed(-turn.sin(), turn.cos()),
+        };
+        let found = sample(&texture, [u, v], derivatives, &settings, 0);
+        let most = worst::most_fetches(&settings);
+        prop_assert!(most <= budget.max(1.0));
+        // A texture unit's own filter is one fetch, whatever the reference does in its place.
+        if settings.method != EwaMethod::Hardware {
+            prop_assert!(found.fetches as f32 <= most, "{found:?} of {most}: {settings:?}");
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The most that any lookup can cost.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use crate::{
+    reference::{
+        footprint::{Footprint, most_texels},
+        probes,
+    },
+    settings::{EwaMethod, EwaProbes, EwaSettings},
+};
+
+/// Texture fetches that no lookup with these settings exceeds, at whatever derivatives.
+pub fn most_fetches(settings: &EwaSettings) -> f32 {
+    let settings = settings.sanitized();
+    let most = f64::from(settings.max_anisotropy);
+    let threshold = f64::from(settings.spatial_threshold);
+    let fetches = match settings.method {
+        EwaMethod::Reference | EwaMethod::Linear | EwaMethod::Bilinear => exact(&settings),
+        EwaMethod::Approximate { probes } | EwaMethod::Temporal { probes } => {
+            approximate(&settings, probes, most)
+        }
+        // Where they blend, both are taken.
+        EwaMethod::Spatial { probes } | EwaMethod::SpatialTemporal { probes } => {
+            let single = single(&settings, threshold.min(most));
+            let blended = single + approximate(&settings, probes, threshold.min(most));
+            blended.max(approximate(&settings, probes, most))
+        }
+        EwaMethod::SoftwareAnisotropic => probes::MOST_TAPS,
+        EwaMethod::Hardware => 1.0,
+    };
+    fetches as f32
+}
+
+/// The texels of an ellipse with the longest axes, in the finer and the coarser level that are
+/// blended; or the settings' own bound, which raises the level of detail.
+fn exact(settings: &EwaSettings) -> f64 {
+    // What magnification blends in.
+    let bound = f64::from(settings.max_fetches) + 1.0;
+    let minor = f64::from(settings.minor_radius_texels);
+    let levels: &[f64] = if settings.level_blend > 0.0 {
+        &[2.0, 1.0]
+    } else {
+        &[2.0]
+    };
+    // The level of texture units is up to as much finer as their taps are too many.
+    if settings.level_of_detail != crate::EwaLevelOfDetail::MinorRadius {
+        return bound;
+    }
+    let mut fetches = 1.0;
+    for level in levels {
+        let minor = level * minor;
+        let major = f64::from(settings.max_anisotropy) * minor;
+        let texels = most_texels(major + 1.0, minor + 1.0);
+        // A row of an odd number of texels has one that is fetched alone. Rows are along the longer
+        // side: most of them where the sides are equal.
+        let rows = 2.0 * (FRAC_1_SQRT_2 * major.hypot(minor)).hypot(1.0) + 1.0;
+        let pairs = settings.method == EwaMethod::Linear && !has_negative_lobes(settings);
+        fetches += if pairs { (texels + rows) / 2.0 } else { texels };
+    }
+    fetches.min(bound)
+}
+
+/// Pairs of texels of which one has a negative weight are fetched one by one.
+fn has_negative_lobes(settings: &EwaSettings) -> bool {
+    use crate::EwaKernel::{Lanczos, MitchellNetravali};
+    matches!(settings.kernel, Lanczos | MitchellNetravali)
+}
+
+/// For ellipses up to this aspect. Where probes are computed, a longer ellipse has more taps a probe
+/// up to where it gets more probes.
+fn approximate(settings: &EwaSettings, probes: EwaProbes, aspect: f64) -> f64 {
+    let steps = (1..).map(|step| f64::from(step) * probes::ASPECT_OF_PROBE_PAIR);
+    let ends = steps.take_while(|end| *end < aspect).chain([aspect]);
+    let fetches = ends.map(|aspect| {
+        let count = probes::count(probes, aspect);
+        f64::from(count) * probes::fetches_of_probe(&ellipse(aspect), settings, count)
+    });
+    fetches.fold(0.0, f64::max)
+}
+
+fn single(settings: &EwaSettings, aspect: f64) -> f64 {
+    probes::fetches_of_single(&ellipse(aspect), settings)
+}
+
+/// So large that no probe has fewer taps because of a texel.
+fn ellipse(aspect: f64) -> Footprint {
+    Footprint {
+        major_radius_texels: 1e3 * aspect,
+        minor_radius_texels: 1e3,
+        major_direction: [1.0, 0.0],
+        anisotropy: aspect,
+        hardware_lod: 0.0,
+    }
+}

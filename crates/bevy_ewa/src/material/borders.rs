@@ -1,0 +1,176 @@
+//! Which materials have textures that do not repeat.
+//!
+//! Large texture coordinates are reduced by whole periods, to stay precise, where every texture of a
+//! material repeats or mirrors. The samplers of its images tell; all maps of a material share the
+//! shader defs of its pipeline, so that one that is clamped speaks for all.
+
+use std::collections::HashSet;
+
+use bevy::{
+    asset::{AssetEventSystems, UntypedAssetId},
+    image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
+    prelude::*,
+    render::{Extract, ExtractSchedule, RenderApp, render_resource::RenderPipelineDescriptor},
+};
+use bevy_frugal_hooks::{MaterialTags, SpecializedMaterial};
+
+use super::{EwaStandardMaterial, maps, pipeline, touch};
+
+const TAG: &str = "bevy_ewa/clamped";
+
+/// Finds them and marks them.
+pub(super) struct BordersPlugin;
+
+impl Plugin for BordersPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Clamped>()
+            .add_systems(PostUpdate, find.after(AssetEventSystems));
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.add_systems(ExtractSchedule, tag);
+        }
+    }
+
+    fn finish(&self, app: &mut App) {
+        let plugins = app.get_added_plugins::<ImagePlugin>();
+        if let Some(plugin) = plugins.first() {
+            let sampler = plugin.default_sampler.clone();
+            app.world_mut().resource_mut::<Clamped>().default_sampler = sampler;
+        }
+    }
+}
+
+/// The materials with a texture that does not repeat.
+#[derive(Resource, Default)]
+struct Clamped {
+    default_sampler: ImageSamplerDescriptor,
+    images: HashSet<AssetId<Image>>,
+    materials: HashSet<UntypedAssetId>,
+}
+
+impl Clamped {
+    fn is_clamped(&self, image: &Image) -> bool {
+        let sampler = match &image.sampler {
+            ImageSampler::Default => &self.default_sampler,
+            ImageSampler::Descriptor(sampler) => sampler,
+        };
+        let modes = [sampler.address_mode_u, sampler.address_mode_v];
+        modes.iter().any(|mode| {
+            matches!(
+                mode,
+                ImageAddressMode::ClampToEdge | ImageAddressMode::ClampToBorder
+            )
+        })
+    }
+}
+
+fn find(
+    mut clamped: ResMut<Clamped>,
+    images: Res<Assets<Image>>,
+    mut image_events: MessageReader<AssetEvent<Image>>,
+    mut standard: ResMut<Assets<StandardMaterial>>,
+    mut standard_events: MessageReader<AssetEvent<StandardMaterial>>,
+    mut chosen: ResMut<Assets<EwaStandardMaterial>>,
+    mut chosen_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
+) {
+    let clamped = &mut *clamped;
+    let mut images_changed = false;
+    for event in image_events.read() {
+        images_changed |= match event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => {
+                let image = images.get(*id);
+                let found = image.is_some_and(|image| clamped.is_clamped(image));
+                set(&mut clamped.images, *id, found)
+            }
+            AssetEvent::Removed { id } => set(&mut clamped.images, *id, false),
+            AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => false,
+        };
+    }
+    update(
+        clamped,
+        images_changed,
+        &mut standard,
+        standard_events.read(),
+        |m| m,
+    );
+    update(
+        clamped,
+        images_changed,
+        &mut chosen,
+        chosen_events.read(),
+        |m| &m.base,
+    );
+}
+
+/// Looks at the materials that changed, or at all of them after an image did.
+fn update<'a, M: Asset>(
+    clamped: &mut Clamped,
+    images_changed: bool,
+    materials: &mut Assets<M>,
+    events: impl Iterator<Item = &'a AssetEvent<M>>,
+    base: impl Fn(&M) -> &StandardMaterial,
+) {
+    let is_clamped = |clamped: &Clamped, material: &M| {
+        maps(base(material)).any(|(map, _)| clamped.images.contains(&map.id()))
+    };
+    for event in events {
+        match event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => {
+                if let Some(material) = materials.get(*id) {
+                    let found = is_clamped(clamped, material);
+                    set(&mut clamped.materials, (*id).into(), found);
+                }
+            }
+            AssetEvent::Removed { id } | AssetEvent::Unused { id } => {
+                set(&mut clamped.materials, (*id).into(), false);
+            }
+            AssetEvent::LoadedWithDependencies { .. } => {}
+        }
+    }
+    if images_changed {
+        let mut others = Vec::new();
+        for (id, material) in materials.iter() {
+            let found = is_clamped(clamped, material);
+            if set(&mut clamped.materials, id.into(), found) {
+                others.push(id);
+            }
+        }
+        // Prepared with what was known before.
+        for id in others {
+            touch(materials, id);
+        }
+    }
+}
+
+/// Whether that is news.
+fn set<I: Eq + std::hash::Hash>(ids: &mut HashSet<I>, id: I, clamped: bool) -> bool {
+    if clamped {
+        ids.insert(id)
+    } else {
+        ids.remove(&id)
+    }
+}
+
+fn tag(
+    clamped: Extract<Res<Clamped>>,
+    mut tagged: Local<HashSet<UntypedAssetId>>,
+    mut tags: ResMut<MaterialTags>,
+) {
+    for id in tagged.difference(&clamped.materials) {
+        tags.set_one(*id, TAG, None);
+    }
+    for id in clamped.materials.difference(&tagged) {
+        tags.set_one(*id, TAG, Some(1));
+    }
+    if *tagged != clamped.materials {
+        tagged.clone_from(&clamped.materials);
+    }
+}
+
+/// The hook, after the one that filters.
+pub(super) fn clamp(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
+    if material.tag(TAG).is_some()
+        && let Some(fragment) = &mut descriptor.fragment
+    {
+        pipeline::clamp(&mut fragment.shader_defs);
+    }
+}

@@ -1,0 +1,371 @@
+//! Textures as games have them: from files, of 16 bits, with seams and borders.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    image::{ImageAddressMode, ImageLoaderSettings, ImageSampler, ImageSamplerDescriptor},
+    mesh::{Indices, PrimitiveTopology},
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings};
+use bevy_frugal_lab::{
+    headless::{AwaitedAssets, HeadlessSettings},
+    metrics::error::max_error,
+};
+use image::{DynamicImage, ImageFormat, RgbaImage};
+
+use super::scene::{Floor, checkered, checks, keep, psnr, texture};
+use crate::support::gpu;
+
+fn filtering() -> Option<EwaPlugin> {
+    Some(EwaPlugin {
+        all_materials: Some(EwaSettings::with_method(EwaMethod::Linear)),
+    })
+}
+
+/// Waits for the chain of the floor's texture.
+fn wait_for_mips(floor: &mut Floor) -> Option<u32> {
+    for _ in 0..200 {
+        floor.app.render_frames(1).expect("a frame");
+        let world = floor.app.world();
+        let materials = world.resource::<Assets<StandardMaterial>>();
+        let material = materials.get(&floor.material)?;
+        let images = world.resource::<Assets<Image>>();
+        let image = images.get(material.base_color_texture.as_ref()?);
+        let levels = image.map(|image| image.texture_descriptor.mip_level_count);
+        if levels.is_some_and(|levels| levels > 1) {
+            return levels;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    None
+}
+
+/// A folder with `checks.png`, and `checks.gltf` with a material of it.
+struct Folder(std::path::PathBuf);
+
+const GLTF: &str = r#"{
+    "asset": { "version": "2.0" },
+    "images": [{ "uri": "checks.png" }],
+    "samplers": [{ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 }],
+    "textures": [{ "sampler": 0, "source": 0 }],
+    "materials": [{ "pbrMetallicRoughness": {
+        "baseColorTexture": { "index": 0 }, "metallicFactor": 0.0, "roughnessFactor": 0.5
+    } }]
+}"#;
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("ewa-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        let texel = checks([250, 250, 240, 255], [20, 30, 60, 255]);
+        let picture = RgbaImage::from_fn(64, 64, |x, y| image::Rgba(texel(x, y)));
+        let mut png = std::io::Cursor::new(Vec::new());
+        DynamicImage::from(picture)
+            .write_to(&mut png, ImageFormat::Png)
+            .expect("a PNG");
+        std::fs::write(folder.join("checks.png"), png.into_inner()).expect("a file");
+        std::fs::write(folder.join("checks.gltf"), GLTF).expect("a file");
+        Self(folder)
+    }
+
+    fn floor(&self) -> Floor {
+        let settings = HeadlessSettings {
+            asset_folder: self.0.to_string_lossy().into_owned(),
+            ..HeadlessSettings::with_size(96, 64)
+        };
+        Floor::with_settings(settings, filtering(), |_| StandardMaterial::default())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A file without mips looks like the same texture made with them.
+#[test]
+fn a_png_file_is_filtered_as_a_texture_with_mips_is() {
+    let _gpu = gpu();
+    let folder = Folder::new("png");
+    let mut floor = folder.floor();
+    let server = floor.app.world().resource::<AssetServer>();
+    let loaded = server
+        .load_builder()
+        .with_settings(|settings: &mut ImageLoaderSettings| {
+            settings.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
+                address_mode_u: ImageAddressMode::Repeat,
+                address_mode_v: ImageAddressMode::Repeat,
+                ..ImageSamplerDescriptor::linear()
+            });
+        })
+        .load("checks.png");
+    floor.lay(|_| StandardMaterial {
+        base_color_texture: Some(loaded),
+        ..default()
+    });
+    assert_eq!(wait_for_mips(&mut floor), Some(7));
+    let found = floor.picture();
+    let wanted = Floor::new(filtering(), checkered(true)).picture();
+    keep("png", &found);
+    let found = psnr(&found, &wanted);
+    println!("{found:.1} dB");
+    assert!(found > 50.0, "{found} dB");
+}
+
+#[test]
+fn a_gltf_material_is_filtered_as_one_made_here_is() {
+    let _gpu = gpu();
+    let folder = Folder::new("gltf");
+    let mut floor = folder.floor();
+    let world = floor.app.world_mut();
+    let loaded: Handle<StandardMaterial> = world
+        .resource::<AssetServer>()
+        .load("checks.gltf#Material0/std");
+    world
+        .entity_mut(floor.floor)
+        .insert(MeshMaterial3d(loaded.clone()));
+    world
+        .resource_mut::<AwaitedAssets>()
+        .0
+        .push(loaded.clone().untyped());
+    floor.material = loaded;
+    floor.app.run_until_ready(500).expect("loaded");
+    assert_eq!(wait_for_mips(&mut floor), Some(7));
+    let found = floor.picture();
+    keep("gltf", &found);
+
+    let materials = floor.app.world().resource::<Assets<StandardMaterial>>();
+    let material = materials.get(&floor.material).expect("loaded").clone();
+    let wanted = |images: &mut Assets<Image>| StandardMaterial {
+        base_color_texture: checkered(true)(images).base_color_texture,
+        ..material
+    };
+    let wanted = Floor::new(filtering(), wanted).picture();
+    let found = psnr(&found, &wanted);
+    println!("{found:.1} dB");
+    assert!(found > 50.0, "{found} dB");
+}
+
+/// Checks as [`checkered`] has them, in linear light.
+fn wide(format: TextureFormat, texel: impl Fn(f32) -> u16) -> Image {
+    let checks = checks([255; 4], [0, 0, 0, 255]);
+    let data = (0..64 * 64)
+        .flat_map(|i| checks(i % 64, i / 64))
+        .flat_map(|byte| texel(f32::from(byte) / 255.0).to_le_bytes());
+    let mut image = Image::new(
+        Extent3d {
+            width: 64,
+            height: 64,
+            depth_or_array_layers: 1,
+        },
+        TextureDimension::D2,
+        data.collect(),
+        format,
+        RenderAssetUsages::default(),
+    );
+    image.sampler = texture(false, TextureFormat::Rgba8Unorm, |_, _| [0; 4]).sampler;
+    image
+}
+
+#[test]
+fn textures_of_16_bits_get_mips_too() {
+    let _gpu = gpu();
+    let unlit = |image: Image| {
+        |images: &mut Assets<Image>| StandardMaterial {
+            base_color_texture: Some(images.add(image)),
+            unlit: true,
+            ..default()
+        }
+    };
+    let black_and_white = checks([255; 4], [0, 0, 0, 255]);
+    let eight = texture(true, TextureFormat::Rgba8UnormSrgb, black_and_white);
+    let wanted = Floor::new(filtering(), unlit(eight)).picture();
+    let half = |value: f32| -> u16 { if value > 0.5 { 0x3c00 } else { 0 } };
+    let unorm = |value: f32| (value * 65535.0) as u16;
+    let norm = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
+    for (format, texel, feature) in [
+        (
+            TextureFormat::Rgba16Float,
+            half as fn(f32) -> u16,
+            wgpu::Features::empty(),
+        ),
+        (TextureFormat::Rgba16Unorm, unorm, norm),
+    ] {
+        let mut floor = Floor::new(filtering(), |_| StandardMaterial::default());
+        if !floor.app.features().contains(feature) {
+            println!("{format:?}: not here");
+            continue;
+        }
+        let image = wide(format, texel);
+        floor.lay(unlit(image));
+        assert_eq!(wait_for_mips(&mut floor), Some(7), "{format:?}");
+        let found = psnr(&floor.picture(), &wanted);
+        println!("{format:?}: {found:.1} dB");
+        assert!(found > 45.0, "{format:?}: {found} dB");
+    }
+}
+
+/// A floor of strips, each of whose coordinates begin anew or go on.
+fn strips(anew: bool) -> Mesh {
+    let (mut positions, mut uvs, mut indices) = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..8 {
+        let (left, right) = (i as f32 - 4.0, i as f32 - 3.0);
+        let first = positions.len() as u32;
+        positions.extend([
+            [left, 0.0, -30.0],
+            [left, 0.0, 2.0],
+            [right, 0.0, 2.0],
+            [right, 0.0, -30.0],
+        ]);
+        // Whole textures apart: the same texels.
+        let u = if anew { 0.0 } else { 2.0 * left };
+        uvs.extend([[u, -30.0], [u, 2.0], [u + 2.0, 2.0], [u + 2.0, -30.0]]);
+        indices.extend([0, 1, 2, 0, 2, 3].map(|k| first + k));
+    }
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(
+        Mesh::ATTRIBUTE_NORMAL,
+        vec![[0.0, 1.0, 0.0]; positions.len()],
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs)
+    .with_inserted_indices(Indices::U32(indices))
+}
+
+#[test]
+fn seams_of_texture_coordinates_do_not_show() {
+    let _gpu = gpu();
+    let [whole, seams] = [false, true].map(|anew| {
+        let mut floor = Floor::new(filtering(), checkered(true));
+        floor.clear();
+        let world = floor.app.world_mut();
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(strips(anew));
+        world.entity_mut(floor.floor).insert(Mesh3d(mesh));
+        floor.picture()
+    });
+    keep("whole", &whole);
+    keep("seams", &seams);
+    let found = max_error(&whole, &seams).expect("equal sizes");
+    println!("{found} levels");
+    assert!(found <= 2, "{found} levels");
+}
+
+/// A texture that is clamped keeps its border, however far away, and is not asked for.
+#[test]
+fn clamped_textures_are_not_repeated_at_large_coordinates() {
+    let _gpu = gpu();
+    let clamped = |mode| {
+        move |images: &mut Assets<Image>| {
+            let mut image = texture(
+                true,
+                TextureFormat::Rgba8UnormSrgb,
+                checks([250, 250, 240, 255], [20, 30, 60, 255]),
+            );
+            if let ImageSampler::Descriptor(sampler) = &mut image.sampler {
+                sampler.address_mode_u = mode;
+                sampler.address_mode_v = mode;
+            }
+            StandardMaterial {
+                base_color_texture: Some(images.add(image)),
+                unlit: true,
+                ..default()
+            }
+        }
+    };
+    let far = |floor: &mut Floor| {
+        floor.clear();
+        let mut mesh = strips(false);
+        let uvs = [
+            [100.0, 100.0],
+            [100.0, 132.0],
+            [116.0, 132.0],
+            [116.0, 100.0],
+        ];
+        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, uvs.repeat(8));
+        let world = floor.app.world_mut();
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        world.entity_mut(floor.floor).insert(Mesh3d(mesh));
+    };
+    for settings in [None, Some(EwaSettings::with_method(EwaMethod::Linear))] {
+        let plugin = EwaPlugin {
+            all_materials: settings,
+        };
+        let mut floor = Floor::new(Some(plugin), clamped(ImageAddressMode::ClampToEdge));
+        far(&mut floor);
+        let edge = match settings {
+            Some(_) => floor.picture(),
+            None => floor.chosen(EwaSettings::with_method(EwaMethod::Linear)),
+        };
+        keep("clamped", &edge);
+        // The last texel of the texture is white, and so is all of the floor.
+        let below = edge.get_pixel(48, 60).0;
+        assert!(below.iter().all(|c| *c > 220), "{settings:?}: {below:?}");
+        let mut colors: Vec<_> = edge.pixels().map(|p| p.0).collect();
+        colors.sort_unstable();
+        colors.dedup();
+        assert!(colors.len() <= 2, "floor and sky: {colors:?}");
+
+        let mut floor = Floor::new(Some(plugin), clamped(ImageAddressMode::Repeat));
+        far(&mut floor);
+        let repeated = floor.picture();
+        let mut colors: Vec<_> = repeated.pixels().map(|p| p.0).collect();
+        colors.sort_unstable();
+        colors.dedup();
+        assert!(colors.len() > 20, "checks: {colors:?}");
+    }
+}
+
+/// The holes of a mask are filtered in the shadow that it casts, too.
+#[test]
+fn shadows_of_masks_are_filtered() {
+    let _gpu = gpu();
+    let plain = |_: &mut Assets<Image>| StandardMaterial {
+        base_color: Color::srgb(0.7, 0.7, 0.7),
+        perceptual_roughness: 1.0,
+        ..default()
+    };
+    let mut floor = Floor::new(Some(EwaPlugin::CHOSEN), plain);
+    // Only its shadow is in the picture: the floor has no texture, so nothing else can change.
+    let post = floor.post;
+    floor
+        .app
+        .world_mut()
+        .entity_mut(post)
+        .insert((
+            Transform::from_xyz(0.0, 1.2, -1.6)
+                .with_scale(Vec3::splat(4.0))
+                .with_rotation(Quat::from_rotation_y(0.9)),
+            bevy::camera::visibility::RenderLayers::layer(0),
+        ))
+        .insert(bevy::light::NotShadowReceiver);
+    let hide = |floor: &mut Floor, hidden: bool| {
+        let camera = floor.camera;
+        let mut camera = floor.app.world_mut().entity_mut(camera);
+        let y = if hidden { 0.3 } else { 0.6 };
+        camera.insert(
+            Transform::from_xyz(0.0, y, 0.0).looking_to(Vec3::new(0.1, -0.8, -1.0), Vec3::Y),
+        );
+    };
+    hide(&mut floor, true);
+    let stock = floor.picture();
+    let filtered = floor.all(Some(EwaSettings::with_method(EwaMethod::Linear)));
+    keep("shadow_stock", &stock);
+    keep("shadow_ewa", &filtered);
+    floor.clear();
+    let without = floor.picture();
+    keep("shadow_none", &without);
+    let shadow = psnr(&stock, &without);
+    let changed = psnr(&stock, &filtered);
+    println!("shadow {shadow:.1} dB, filtered {changed:.1} dB");
+    assert!(shadow < 25.0, "there is a shadow: {shadow} dB");
+    assert!(stock != filtered, "it is filtered");
+    assert!(
+        changed > shadow + 3.0,
+        "it is the same shadow: {changed} dB"
+    );
+}

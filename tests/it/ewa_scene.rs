@@ -1,0 +1,147 @@
+//! The example scene of elliptical filtering.
+
+use bevy::{
+    prelude::*,
+    time::{Time, Virtual},
+};
+use bevy_frugal_lab::{
+    headless::HeadlessApp,
+    metrics::error::mse,
+    runner::{KnobKind, Knobs, Options, Scene, Size, Split, pictures::headless_app},
+    scenes::ewa::Ewa,
+};
+use image::RgbImage;
+
+use crate::support::gpu;
+
+fn app(set: &[&str]) -> HeadlessApp {
+    let options = Options {
+        headless: None,
+        size: Size {
+            width: 128,
+            height: 80,
+        },
+        frames: 1,
+        set: set.iter().map(ToString::to_string).collect(),
+        image: None,
+        adapter: None,
+    };
+    headless_app(&Ewa, &options).expect("an app")
+}
+
+fn set(app: &mut HeadlessApp, text: &str) {
+    let mut knobs = app.world_mut().resource_mut::<Knobs>();
+    knobs.set(text).expect("a knob with this value");
+}
+
+/// The picture with the line at `position`, while time stands still.
+fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
+    app.world_mut().insert_resource(Split { position });
+    app.world_mut().resource_mut::<Time<Virtual>>().pause();
+    app.run_until_ready(500).expect("ready");
+    app.capture_rgb8().expect("a picture")
+}
+
+fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
+    mse(a, b).expect("equal sizes")
+}
+
+/// The line is between two methods: each side is that method's own picture.
+#[test]
+fn tunnel_and_floor_have_a_method_on_each_side() {
+    let _gpu = gpu();
+    let mut app = app(&["motion=false"]);
+    for place in ["tunnel", "floor"] {
+        set(&mut app, &format!("place={place}"));
+        let before = picture(&mut app, 1.0);
+        let after = picture(&mut app, 0.0);
+        let changed = difference(&before, &after);
+        println!("{place}: {changed:.1}");
+        assert!(changed > 3.0, "{place}: {changed}");
+        // Neither empty nor flat.
+        for picture in [&before, &after] {
+            let lightest = picture.as_raw().iter().max();
+            let darkest = picture.as_raw().iter().min();
+            assert!(lightest > Some(&120) && darkest < Some(&60), "{place}");
+        }
+        let both = picture(&mut app, 0.5);
+        let expected = RgbImage::from_fn(128, 80, |x, y| {
+            *(if x < 64 { &before } else { &after }).get_pixel(x, y)
+        });
+        assert!(difference(&both, &expected) < 1.0, "{place}");
+        // The same method on both sides is the same picture.
+        set(&mut app, "before=linear");
+        assert!(difference(&picture(&mut app, 1.0), &after) < 0.01);
+        set(&mut app, "before=hardware");
+    }
+}
+
+#[test]
+fn every_value_of_every_knob_changes_the_picture() {
+    let _gpu = gpu();
+    let mut app = app(&["motion=false"]);
+    // Methods that a knob is for.
+    let needs = |name: &str| -> &[&str] {
+        match name {
+            "probes" | "max_anisotropy" => &["after=approximate"],
+            "sigma" | "kernel" | "minor_radius" | "level_blend" | "max_fetches"
+            | "level_of_detail" => &["after=reference"],
+            "spatial_threshold" => &["after=spatial"],
+            _ => &[],
+        }
+    };
+    for knob in Ewa.knobs() {
+        let default = {
+            let knobs = Knobs::new(vec![knob.clone()]);
+            knobs.iter().next().expect("a knob").1.to_string()
+        };
+        let values: Vec<String> = match &knob.kind {
+            KnobKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
+            KnobKind::Toggle { .. } => vec![],
+            KnobKind::Integer { range, .. } => match knob.name {
+                // llvmpipe's own anisotropic filter heeds no derivatives.
+                "sampler_anisotropy" => vec![],
+                _ => vec![range.start().to_string()],
+            },
+            // Few pixels are more anisotropic than the default allows.
+            KnobKind::Float { range, .. } if knob.name == "max_anisotropy" => {
+                vec![range.start().to_string()]
+            }
+            KnobKind::Float { range, .. } => {
+                vec![range.start().to_string(), range.end().to_string()]
+            }
+        };
+        for text in needs(knob.name) {
+            set(&mut app, text);
+        }
+        let position = if knob.name == "before" { 1.0 } else { 0.0 };
+        let first = picture(&mut app, position);
+        for value in values.iter().filter(|value| **value != default) {
+            set(&mut app, &format!("{}={value}", knob.name));
+            let changed = difference(&first, &picture(&mut app, position));
+            println!("{}={value}: {changed:.3}", knob.name);
+            // Two texels a fetch are the same picture as one.
+            let same = (knob.name, value.as_str()) == ("after", "reference");
+            if same {
+                assert!(changed < 0.1, "{changed}");
+            } else {
+                assert!(changed > 0.0, "{}={value}: {changed}", knob.name);
+            }
+        }
+        set(&mut app, &format!("{}={default}", knob.name));
+        set(&mut app, "after=linear");
+    }
+}
+
+#[test]
+fn the_texture_drifts_when_it_should() {
+    let _gpu = gpu();
+    for (motion, moves) in [("motion=true", true), ("motion=false", false)] {
+        let mut app = app(&[motion]);
+        let first = picture(&mut app, 0.0);
+        app.world_mut().resource_mut::<Time<Virtual>>().unpause();
+        app.render_frames(30).expect("frames");
+        let changed = difference(&first, &picture(&mut app, 0.0));
+        assert_eq!(changed > 5.0, moves, "{motion}: {changed}");
+    }
+}
