@@ -50,4 +50,6 @@ pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
 pub use scene::{VoxelMaterial, VoxelSurface};
 #[cfg(feature = "bevy")]
-pub use settings::{Bounces, NotVoxelized, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
+pub use settings::{
+    Bounces, NotVoxelized, Receiver, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer,
+};

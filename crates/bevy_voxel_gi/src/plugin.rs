@@ -55,10 +55,12 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "volume/volume.wgsl");
         load_shader_library!(app, "voxelize/triangles.wgsl");
         load_shader_library!(app, "light/trace.wgsl");
+        load_shader_library!(app, "light/material.wgsl");
         load_shader_library!(app, "light/rays.wgsl");
         load_shader_library!(app, "light/surface.wgsl");
         load_shader_library!(app, "light/atlas.wgsl");
         load_shader_library!(app, "light/harmonics.wgsl");
+        load_shader_library!(app, "receive/seen.wgsl");
         load_shader_library!(app, "receive/receive.wgsl");
         crate::voxelize::embed(app);
         crate::light::embed(app);

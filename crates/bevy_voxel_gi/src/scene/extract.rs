@@ -11,7 +11,7 @@ use bevy::{
 use super::surface::{SurfaceIndex, Surfaces, VoxelSurface};
 use crate::{
     settings::NotVoxelized,
-    volume::placement::{ActiveVolume, PlacedVolume},
+    volume::placement::{ActiveVolume, Level},
 };
 
 /// A mesh in the volume.
@@ -27,13 +27,13 @@ pub(crate) struct ExtractedMesh {
 }
 
 impl ExtractedMesh {
-    /// Whether it may reach into a cascade.
-    pub(crate) fn reaches(&self, volume: &PlacedVolume, cascade: u32) -> bool {
+    /// Whether it may reach into a level.
+    pub(crate) fn reaches(&self, level: &Level) -> bool {
         let Some((center, half_size)) = self.bounds else {
             return true;
         };
-        let half = Vec3A::splat(0.5 * volume.settings.size * (1 << cascade) as f32);
-        let distance = (center - Vec3A::from(volume.center)).abs() - half_size;
+        let half = Vec3A::splat(0.5 * level.size);
+        let distance = (center - Vec3A::from(level.center)).abs() - half_size;
         distance.cmple(half).all()
     }
 }
@@ -132,7 +132,7 @@ pub(crate) fn extract_scene(
             first_joint,
             bounds,
         };
-        if extracted.reaches(volume, volume.settings.cascades - 1) {
+        if volume.levels.iter().any(|level| extracted.reaches(level)) {
             scene.meshes.push(extracted);
         }
     }

@@ -50,7 +50,7 @@ const STRIP: u32 = 8;
 pub(crate) struct GpuBatch {
     instance: u32,
     first_triangle: u32,
-    cascade: u32,
+    level: u32,
     pad: u32,
 }
 
@@ -125,14 +125,17 @@ pub(crate) fn collect(
                 batches: Vec::new(),
             });
         let index = u32::try_from(group.instances.len()).unwrap_or(u32::MAX);
-        for cascade in (0..volume.settings.cascades).filter(|&c| extracted.reaches(volume, c)) {
+        for (level, _) in (0..)
+            .zip(&volume.levels)
+            .filter(|(_, l)| extracted.reaches(l))
+        {
             group
                 .batches
                 .extend((0..instance.triangle_count).step_by(BATCH as usize).map(
                     |first_triangle| GpuBatch {
                         instance: index,
                         first_triangle,
-                        cascade,
+                        level,
                         pad: 0,
                     },
                 ));

@@ -1,9 +1,9 @@
-// Triangles of Bevy's meshes, in the cells of a cascade, and how they are written into voxels.
+// Triangles of Bevy's meshes, in the cells of a level, and how they are written into voxels.
 
 #define_import_path bevy_voxel_gi::triangles
 
 #import bevy_voxel_gi::volume::{
-    FACES, FINE, Volume, cascade_min, cascade_voxel_size, face_towards, fine_bit, pack_key,
+    FACES, FINE, face_towards, fine_bit, level_corner, level_voxel_size, pack_key, volume,
     voxel_index,
 }
 
@@ -39,11 +39,10 @@ const NO_INDICES: u32 = 0u;
 struct Batch {
     instance: u32,
     first_triangle: u32,
-    cascade: u32,
+    level: u32,
     pad: u32,
 }
 
-@group(0) @binding(0) var<uniform> volume: Volume;
 @group(0) @binding(1) var<storage, read_write> masks: array<atomic<u32>>;
 @group(0) @binding(2) var<storage, read_write> faces: array<atomic<u32>>;
 @group(1) @binding(0) var<storage, read> vertices: array<u32>;
@@ -56,13 +55,32 @@ struct Batch {
 // of cells is thereby in the one behind it, and in no other.
 const SINK: f32 = 0.0009765625;
 
-// A triangle in units of sub-voxels from the corner of its cascade.
+// A triangle in units of sub-voxels from the corner of its level.
 struct Triangle {
     a: vec3<f32>,
     b: vec3<f32>,
     c: vec3<f32>,
     // Unit length; zero: not to be drawn.
     normal: vec3<f32>,
+}
+
+// Components in the order of projection along an axis: the two in the plane, then depth.
+fn turned(v: vec3<f32>, axis: u32) -> vec3<f32> {
+    return vec3(v[(axis + 1u) % 3u], v[(axis + 2u) % 3u], v[axis]);
+}
+
+fn turned_back(v: vec3<u32>, axis: u32) -> vec3<u32> {
+    var result: vec3<u32>;
+    result[(axis + 1u) % 3u] = v.x;
+    result[(axis + 2u) % 3u] = v.y;
+    result[axis] = v.z;
+    return result;
+}
+
+// The axis along which a triangle's projection is the largest.
+fn main_axis(normal: vec3<f32>) -> u32 {
+    let n = abs(normal);
+    return select(select(2u, 1u, n.y >= n.z), 0u, n.x >= n.y && n.x >= n.z);
 }
 
 fn vertex_of(instance: Instance, corner: u32) -> u32 {
@@ -108,8 +126,8 @@ fn load_triangle(batch: Batch, instance: Instance, number: u32) -> Triangle {
     if (id >= instance.triangle_count) {
         return triangle;
     }
-    let corner = cascade_min(volume, batch.cascade);
-    let cells_per_metre = f32(FINE) / cascade_voxel_size(volume, batch.cascade);
+    let corner = level_corner(batch.level);
+    let cells_per_metre = f32(FINE) / level_voxel_size(batch.level);
     var corners = 3u * id + vec3(0u, 1u, 2u);
     if ((instance.flags & INSTANCE_STRIP) != 0u) {
         let odd = id & 1u;
@@ -136,7 +154,7 @@ fn load_triangle(batch: Batch, instance: Instance, number: u32) -> Triangle {
 
 // Marks sub-voxels of a voxel and offers the surface to the faces that it faces.
 fn mark(batch: Batch, instance: Instance, voxel: vec3<u32>, mask: vec2<u32>, normal: vec3<f32>) {
-    let index = voxel_index(volume, batch.cascade, voxel);
+    let index = voxel_index(batch.level, voxel);
     if (mask.x != 0u) {
         atomicOr(&masks[2u * index], mask.x);
     }
