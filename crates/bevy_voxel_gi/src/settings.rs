@@ -26,6 +26,8 @@ pub struct VoxelGiVolume {
     pub light: VoxelLight,
     /// How meshes become voxels.
     pub voxelizer: Voxelizer,
+    /// What is taken for the diffuse reflectance of surfaces.
+    pub albedo: VoxelAlbedo,
     /// How a pixel reads the voxels around it.
     pub receiver: Receiver,
     /// The light that comes from outside the volume.
@@ -55,6 +57,7 @@ impl Default for VoxelGiVolume {
             resolution: 32,
             light: VoxelLight::default(),
             voxelizer: Voxelizer::default(),
+            albedo: VoxelAlbedo::default(),
             receiver: Receiver::default(),
             sky: Sky::default(),
             shadow_samples: 16,
@@ -82,6 +85,7 @@ impl VoxelGiVolume {
             resolution: (self.resolution / 4 * 4).clamp(8, 128),
             light: self.light.clamped(),
             voxelizer: self.voxelizer.clamped(),
+            albedo: self.albedo,
             receiver: self.receiver,
             sky: self.sky.clamped(),
             shadow_samples: self.shadow_samples.clamp(1, 16),
@@ -219,6 +223,22 @@ impl Voxelizer {
             other => other,
         }
     }
+}
+
+/// What is taken for the diffuse reflectance of surfaces (thesis section 6.5.2).
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VoxelAlbedo {
+    /// Of each material one colour: that of the material times the mean of its texture, and of the
+    /// mesh's vertex colours.
+    #[default]
+    Mean,
+    /// 0.5 everywhere; only emission is the material's.
+    Neutral,
+    /// Where a camera sees a surface, what it sees there, texture and all; elsewhere what one has
+    /// seen of the surface before, or else [`Mean`](Self::Mean). Cameras need `DepthPrepass` and
+    /// `DeferredPrepass`, and materials to be deferred. For 24 bytes a voxel. A volume that moves
+    /// forgets what was seen.
+    Seen,
 }
 
 /// How a pixel reads the voxels around it.

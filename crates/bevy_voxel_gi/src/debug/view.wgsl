@@ -2,6 +2,7 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_render::view::View
+#import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{atlas_texel, unpack_light}
 #import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::surface::{face_key, shows, surface_normal}
@@ -114,7 +115,8 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     return vec4(shown(texel.rgb / max(texel.a, 1e-6)), 1.0);
 #endif
 #ifdef FIELD_ALBEDO
-    return vec4(materials[key_material(keys[FACES * index + face])].albedo, 1.0);
+    let material = materials[key_material(keys[FACES * index + face])];
+    return vec4(surface_albedo(index, face, material.albedo), 1.0);
 #endif
 #ifdef FIELD_RADIANCE
     return vec4(shown(unpack_light(radiance[FACES * index + face]).rgb), 1.0);

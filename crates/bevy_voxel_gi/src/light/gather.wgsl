@@ -5,7 +5,7 @@
 #import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
 #import bevy_voxel_gi::surface::{cell_center, exposed_in_column, face_key, is_clear, main_face,
     middle_point, point_count, shows, surface_normal, surface_plane, surface_point}
-#import bevy_voxel_gi::trace::{NOTHING, trace}
+#import bevy_voxel_gi::trace::{NOTHING, outermost, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal, face_towards,
     level_of_index, level_voxel_size, sky_radiance, volume, voxel_count, voxel_of_index}
 
@@ -31,7 +31,7 @@ fn arriving(level: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
     let reach = volume.max_distance / level_voxel_size(level);
     let hit = trace(level, origin, direction, reach);
     if (hit == NOTHING) {
-        return vec4(sky_radiance(level, direction), 1.0);
+        return vec4(sky_radiance(outermost, direction), 1.0);
     }
 #ifdef OCCLUSION_ONLY
     return vec4(0.0, 0.0, 0.0, 1.0);

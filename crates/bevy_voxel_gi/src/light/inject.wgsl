@@ -2,6 +2,7 @@
 // the radiance that leaves it, emission and light of earlier bounces included. One workgroup a
 // surface, one thread a point of it.
 
+#import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{pack_light, storable, unpack_light}
 #import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
@@ -126,12 +127,13 @@ fn inject(
         return;
     }
     let material = materials[key_material(keys[FACES * index + face])];
+    let albedo = surface_albedo(index, face, material.albedo);
     let exposure = mix(1.0 / volume.exposure, 1.0, material.emissive_exposure_weight);
     var leaving = volume.storage_scale
-        * (material.emissive * exposure + material.albedo * direct / PI);
+        * (material.emissive * exposure + albedo * direct / PI);
     if ((volume.flags & FLAG_FEEDBACK) != 0u) {
         // Irradiance over pi.
-        leaving += material.albedo * unpack_light(irradiance[FACES * index + face].xy).rgb;
+        leaving += albedo * unpack_light(irradiance[FACES * index + face].xy).rgb;
     }
     let stored = storable(leaving);
     let packed = pack_light(vec4(stored, 0.0));

@@ -9,4 +9,5 @@ struct Material {
     emissive: vec3<f32>,
     double_sided: u32,
     transparent: u32,
+    coverage: f32,
 }

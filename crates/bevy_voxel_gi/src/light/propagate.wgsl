@@ -9,6 +9,7 @@
 // surfaces is irradiance there, and comes back by the albedo of its face as a cosine lobe about its
 // normal; at the border it is lost. In `reference/propagate.rs` step by step.
 
+#import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{atlas_texel, storable, unpack_light}
 #import bevy_voxel_gi::harmonics::{basis, cosine_lobe, flux}
 #import bevy_voxel_gi::material::Material
@@ -108,14 +109,14 @@ fn leaving(light: Light, face: u32) -> vec3<f32> {
 fn face_albedo(index: u32, face: u32) -> vec3<f32> {
     let key = keys[FACES * index + face];
     if (key != 0u) {
-        return materials[key_material(key)].albedo;
+        return surface_albedo(index, face, materials[key_material(key)].albedo);
     }
     var sum = vec3(0.0);
     var count = 0.0;
     for (var f = 0u; f < FACES; f++) {
         let other = keys[FACES * index + f];
         if (other != 0u) {
-            sum += materials[key_material(other)].albedo;
+            sum += surface_albedo(index, f, materials[key_material(other)].albedo);
             count += 1.0;
         }
     }

@@ -13,8 +13,15 @@
 
 const NOTHING: u32 = 0xffffffffu;
 
+// The largest level that the last ray was in: where it met nothing it saw the sky around that.
+var<private> outermost: u32;
+
 fn smallest(v: vec3<f32>) -> u32 {
     return select(select(2u, 1u, v.y < v.z), select(2u, 0u, v.x < v.z), v.x < v.y);
+}
+
+fn is_inside(voxel: vec3<i32>) -> bool {
+    return all(voxel >= vec3(0)) && all(voxel < vec3(i32(volume.resolution)));
 }
 
 // 64 times the index of the voxel in which a ray ends, plus the bit of the sub-voxel; or `NOTHING`
@@ -31,8 +38,9 @@ fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32
     var limit = reach;
     for (var c = level; c < volume.level_count; c++) {
         var voxel = vec3<i32>(floor(from_ + ray * distance));
+        outermost = select(outermost, c, c == level || is_inside(voxel));
         loop {
-            if (any(voxel < vec3(0)) || any(voxel >= vec3(i32(volume.resolution)))) {
+            if (!is_inside(voxel)) {
                 break;
             }
             let index = voxel_index(c, vec3<u32>(voxel));

@@ -12,7 +12,7 @@ use super::{
     STORAGE_SCALE,
     placement::{Level, MOST_LEVELS, PlacedVolume},
 };
-use crate::settings::{Bounces, Solver, VoxelLight, Voxelizer};
+use crate::settings::{Bounces, Solver, VoxelAlbedo, VoxelLight, Voxelizer};
 
 /// In step with `volume.wgsl`, where the fields are explained.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
@@ -156,6 +156,8 @@ pub(crate) struct BufferShape {
     pub occlusion_only: bool,
     /// Light is propagated from voxel to voxel.
     pub propagates: bool,
+    /// Albedo is what cameras see.
+    pub seen: bool,
 }
 
 impl BufferShape {
@@ -171,6 +173,8 @@ impl BufferShape {
                 }
             ),
             occlusion_only: matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
+            seen: volume.settings.albedo == VoxelAlbedo::Seen
+                && !matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
         }
     }
 }
@@ -192,6 +196,8 @@ pub(crate) struct VolumeBuffers {
     pub irradiance: Buffer,
     /// Sixteen words a voxel each: propagated light before and after a step. Stubs otherwise.
     pub intensity: [Buffer; 2],
+    /// Six words a voxel: what cameras have seen of each face. A stub if that is not wanted.
+    pub seen: Buffer,
     /// Faces with a surface, then voxels without: voxel index times 8 plus face.
     pub work: Buffer,
     /// How many of each there are, and the sizes of the dispatches over them.
@@ -239,6 +245,11 @@ impl VolumeBuffers {
                 buffer(label, bytes, storage)
             }),
             irradiance: buffer("voxel_gi_irradiance", full(96), storage),
+            seen: buffer(
+                "voxel_gi_seen",
+                if shape.seen { full(24) } else { 16 },
+                storage,
+            ),
             work: buffer("voxel_gi_work", 28 * shape.voxels, storage),
             counters: buffer("voxel_gi_counters", Self::COUNTERS, storage),
             dispatch: buffer(
@@ -258,6 +269,7 @@ impl VolumeBuffers {
             &self.irradiance,
             &self.intensity[0],
             &self.intensity[1],
+            &self.seen,
             &self.work,
             &self.counters,
             &self.dispatch,

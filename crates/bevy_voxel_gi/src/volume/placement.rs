@@ -2,14 +2,16 @@
 
 use bevy::{
     camera::{Exposure, visibility::RenderLayers},
+    core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
     prelude::*,
 };
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::texture::{texture, texture_size};
 use crate::{
+    budget::BudgetChoice,
     receive::RECEIVER_PATCH,
-    settings::{Receiver, Sky, Solver, VoxelGiVolume, VoxelLight},
+    settings::{Receiver, Sky, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight},
 };
 
 /// Most levels that a scene has; in step with `volume.wgsl`.
@@ -30,8 +32,10 @@ pub(crate) struct Level {
 /// The volumes that light the app, where they are now.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlacedVolume {
-    /// Of the first volume, with every field in range.
+    /// Of the first volume, with every field in range, and what its budget has chosen.
     pub settings: VoxelGiVolume,
+    /// The same without its budget's choice.
+    pub own_settings: VoxelGiVolume,
     /// All volumes and cascades, the smallest first. There is one.
     pub levels: Vec<Level>,
     /// What Bevy samples; see [`texture_size`].
@@ -42,6 +46,8 @@ pub(crate) struct PlacedVolume {
     pub exposure: f32,
     /// Which cameras see its light.
     pub layers: RenderLayers,
+    /// Where the cameras are from which albedo is taken.
+    pub viewpoints: Vec<GlobalTransform>,
 }
 
 impl PlacedVolume {
@@ -100,8 +106,10 @@ pub(crate) fn place_volume(
     volumes: Query<VolumeParts>,
     transforms: Query<&GlobalTransform>,
     cameras: Query<(&Camera, Option<&Exposure>), With<Camera3d>>,
+    seeing: Query<(&Camera, &GlobalTransform), (With<DepthPrepass>, With<DeferredPrepass>)>,
     patches: Res<ShaderPatches>,
     mut images: ResMut<Assets<Image>>,
+    budget: Option<Res<BudgetChoice>>,
 ) {
     let active = &mut *active;
     let patched = match patches.state(RECEIVER_PATCH) {
@@ -158,12 +166,31 @@ pub(crate) fn place_volume(
         }));
     }
     levels.sort_by(|a, b| a.size.total_cmp(&b.size));
+    let own_settings = settings;
+    let settings = match budget.and_then(|budget| budget.chosen()) {
+        Some(chosen) => chosen.applied(&own_settings),
+        None => own_settings.clone(),
+    };
     let exposure = cameras
         .iter()
         .find(|(camera, _)| camera.is_active)
         .and_then(|(_, exposure)| exposure.copied())
         .unwrap_or_default()
         .exposure();
+    let viewpoints: Vec<_> = match settings.albedo {
+        VoxelAlbedo::Seen => seeing
+            .iter()
+            .filter(|(camera, _)| camera.is_active)
+            .map(|(_, transform)| *transform)
+            .collect(),
+        _ => Vec::new(),
+    };
+    if settings.albedo == VoxelAlbedo::Seen && viewpoints.is_empty() {
+        warn_once!(
+            "voxel GI: `VoxelAlbedo::Seen` takes albedo from cameras with `DepthPrepass` and \
+             `DeferredPrepass`, and there is none; the means of materials are used"
+        );
+    }
     let size = texture_size(&settings, levels.len(), patched);
     let fits = |old: &&PlacedVolume| {
         let image = images.get(&old.texture);
@@ -177,10 +204,12 @@ pub(crate) fn place_volume(
     active.volume = Some(PlacedVolume {
         levels,
         settings,
+        own_settings,
         texture,
         patched,
         exposure,
         layers,
+        viewpoints,
     });
 }
 
@@ -322,11 +351,13 @@ mod tests {
         };
         let placed = PlacedVolume {
             settings: default(),
+            own_settings: default(),
             levels: vec![level(Vec3::X * 3.0, 2.0), level(Vec3::ZERO, 4.0)],
             texture: default(),
             patched: true,
             exposure: 1.0,
             layers: default(),
+            viewpoints: Vec::new(),
         };
         let (center, extent) = placed.bounds();
         assert_eq!(center, Vec3::new(1.0, 0.0, 0.0));

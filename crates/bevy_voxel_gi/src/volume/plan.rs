@@ -56,6 +56,8 @@ pub(crate) struct FramePlan {
     pub bounces: u32,
     /// Steps of propagated light.
     pub iterations: u32,
+    /// Levels have moved: what cameras have seen is elsewhere now.
+    pub forgets: bool,
     /// Counts the frames since the volume was made anew in which something was computed.
     frame: u32,
     /// Of what is in the volume.
@@ -235,6 +237,7 @@ pub(crate) fn prepare_frame(
         &device,
         &queue,
     );
+    plan.forgets = moved.is_some();
     plan.frame = plan.frame.wrapping_add(1);
     plan.since_new = plan.since_new.saturating_add(1);
     plan.since_change = plan.since_change.saturating_add(1);
@@ -338,8 +341,12 @@ fn fingerprint(
         }
     }
     hash_floats(&mut hasher, &[volume.exposure]);
+    for viewpoint in &volume.viewpoints {
+        hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
+    }
     // Settings are few and change rarely; their text tells them apart.
-    format!("{:?}", volume.settings).hash(&mut hasher);
+    // A budget's choice changes how exact the light is, not the light.
+    format!("{:?}", volume.own_settings).hash(&mut hasher);
     for lamp in lamps {
         hash_floats(&mut hasher, &lamp.position.to_array());
         hash_floats(&mut hasher, &lamp.color.to_array());

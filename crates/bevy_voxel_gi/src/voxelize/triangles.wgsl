@@ -24,7 +24,14 @@ struct Instance {
     triangle_count: u32,
     material: u32,
     flags: u32,
-    pad: u32,
+    // Share of the surface that is there: below 1 where a mask cuts holes.
+    coverage: f32,
+    // In words of the morph targets, all vertices of a target one behind the other.
+    morph_base: u32,
+    vertex_count: u32,
+    // In matrices, 16 in each.
+    first_weights: u32,
+    weight_count: u32,
 }
 
 const INSTANCE_SKINNED: u32 = 1u;
@@ -49,7 +56,11 @@ struct Batch {
 @group(1) @binding(1) var<storage, read> indices: array<u32>;
 @group(1) @binding(2) var<storage, read> instances: array<Instance>;
 @group(1) @binding(3) var<storage, read> batches: array<Batch>;
+// Of joints, and weights of morph targets.
 @group(1) @binding(4) var<storage, read> joints: array<mat4x4<f32>>;
+@group(1) @binding(5) var<storage, read> morph_targets: array<f32>;
+// Words of a vertex in them.
+const MORPH_WORDS: u32 = 12u;
 
 // How far a triangle is moved against its normal, in voxels: what lies exactly between two layers
 // of cells is thereby in the one behind it, and in no other.
@@ -98,6 +109,22 @@ fn read_vec3(at: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(vec3(vertices[at], vertices[at + 1u], vertices[at + 2u]));
 }
 
+// How far morph targets move a vertex.
+fn morph(instance: Instance, vertex: u32) -> vec3<f32> {
+    var sum = vec3(0.0);
+    for (var i = 0u; i < instance.weight_count; i++) {
+        let weights = joints[instance.first_weights + i / 16u];
+        let weight = weights[(i / 4u) % 4u][i % 4u];
+        if (weight != 0.0) {
+            let at = instance.morph_base
+                + MORPH_WORDS * (i * instance.vertex_count + vertex);
+            sum += weight
+                * vec3(morph_targets[at], morph_targets[at + 1u], morph_targets[at + 2u]);
+        }
+    }
+    return sum;
+}
+
 fn skin(instance: Instance, at: u32) -> mat4x4<f32> {
     let j = at + instance.joint_index_offset;
     let w = at + instance.joint_weight_offset;
@@ -110,8 +137,9 @@ fn skin(instance: Instance, at: u32) -> mat4x4<f32> {
 }
 
 fn world_position(instance: Instance, corner: u32) -> vec3<f32> {
-    let at = instance.vertex_base + vertex_of(instance, corner) * instance.vertex_stride;
-    let position = vec4(read_vec3(at + instance.position_offset), 1.0);
+    let vertex = vertex_of(instance, corner);
+    let at = instance.vertex_base + vertex * instance.vertex_stride;
+    let position = vec4(read_vec3(at + instance.position_offset) + morph(instance, vertex), 1.0);
     if ((instance.flags & INSTANCE_SKINNED) != 0u) {
         return (skin(instance, at) * position).xyz;
     }
@@ -152,9 +180,42 @@ fn load_triangle(batch: Batch, instance: Instance, number: u32) -> Triangle {
     return triangle;
 }
 
+// Those of the sub-voxels in which a mask leaves something: as many as its coverage says, spread
+// evenly over the surface (the R2 sequence as a threshold; M. Roberts, "The Unreasonable
+// Effectiveness of Quasirandom Sequences", 2018), and the same wherever the volume is.
+fn covered(batch: Batch, instance: Instance, voxel: vec3<u32>, touched: vec2<u32>,
+    normal: vec3<f32>) -> vec2<u32> {
+    let cells_per_metre = f32(FINE) / level_voxel_size(batch.level);
+    let corner = vec3<i32>(round(level_corner(batch.level) * cells_per_metre));
+    let axis = main_axis(normal);
+    var mask = vec2(0u);
+    for (var bit = 0u; bit < 64u; bit++) {
+        if ((touched[bit >> 5u] & (1u << (bit & 31u))) == 0u) {
+            continue;
+        }
+        let fine = vec3(bit % FINE, (bit / FINE) % FINE, bit / (FINE * FINE));
+        let cell = corner + vec3<i32>(FINE * voxel + fine);
+        // 0.7548777 and 0.5698403 of 2^32; overflow is the fraction.
+        let u = bitcast<u32>(cell[(axis + 1u) % 3u]) * 3242174889u;
+        let v = bitcast<u32>(cell[(axis + 2u) % 3u]) * 2447445414u;
+        if (f32((u + v) >> 8u) / 16777216.0 < instance.coverage) {
+            mask[bit >> 5u] |= 1u << (bit & 31u);
+        }
+    }
+    return mask;
+}
+
 // Marks sub-voxels of a voxel and offers the surface to the faces that it faces.
-fn mark(batch: Batch, instance: Instance, voxel: vec3<u32>, mask: vec2<u32>, normal: vec3<f32>) {
+fn mark(batch: Batch, instance: Instance, voxel: vec3<u32>, touched: vec2<u32>,
+    normal: vec3<f32>) {
     let index = voxel_index(batch.level, voxel);
+    var mask = touched;
+    if (instance.coverage < 1.0) {
+        mask = covered(batch, instance, voxel, touched, normal);
+        if (all(mask == vec2(0u))) {
+            return;
+        }
+    }
     if (mask.x != 0u) {
         atomicOr(&masks[2u * index], mask.x);
     }
