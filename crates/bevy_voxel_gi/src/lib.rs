@@ -12,7 +12,9 @@
 //! | `volume` | where the volume is, what it stores, what a frame computes |
 //! | `voxelize` | from meshes to voxels |
 //! | `light` | from voxels to light |
+//! | `reproject` | from what cameras see to voxels |
 //! | `receive` | from light to pixels |
+//! | [`budget`] | the most accurate light that fits into a time |
 //! | [`debug`] | the voxels as a picture |
 //! | [`report`] | what became of the volume, and its memory |
 //! | [`plugin`] | what an app adds |
@@ -21,6 +23,8 @@
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
+#[cfg(feature = "bevy")]
+pub mod budget;
 #[cfg(feature = "bevy")]
 pub mod debug;
 #[cfg(feature = "bevy")]
@@ -33,6 +37,8 @@ pub mod reference;
 #[cfg(feature = "bevy")]
 pub mod report;
 #[cfg(feature = "bevy")]
+mod reproject;
+#[cfg(feature = "bevy")]
 pub mod scene;
 #[cfg(feature = "bevy")]
 pub mod settings;
@@ -42,6 +48,8 @@ mod volume;
 mod voxelize;
 
 #[cfg(feature = "bevy")]
+pub use budget::{VoxelGiBudget, VoxelGiBudgetPlugin};
+#[cfg(feature = "bevy")]
 pub use debug::{DebugField, VoxelGiDebug};
 #[cfg(feature = "bevy")]
 pub use plugin::{VoxelGiPlugin, VoxelMaterialPlugin};
@@ -50,4 +58,6 @@ pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
 pub use scene::{VoxelMaterial, VoxelSurface};
 #[cfg(feature = "bevy")]
-pub use settings::{Bounces, NotVoxelized, Sky, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
+pub use settings::{
+    Bounces, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer,
+};

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use bevy::{
-    core_pipeline::schedule::camera_driver,
+    core_pipeline::{Core3d, Core3dSystems, schedule::camera_driver},
     light::SimulationLightSystems,
     prelude::*,
     render::{
@@ -24,11 +24,12 @@ use crate::{
     },
     receive,
     report::{SharedReport, VoxelGiReport, receive_report},
+    reproject::{init_reproject_pipeline, prepare_reprojection, reproject},
     scene::{
         VoxelMaterial,
         extract::{ExtractedScene, extract_scene},
         lights::{ExtractedLights, extract_lights},
-        surface::{Surfaces, update_surfaces},
+        table::{Surfaces, update_surfaces},
     },
     settings::{NotVoxelized, VoxelGiVolume},
     volume::{
@@ -55,13 +56,17 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "volume/volume.wgsl");
         load_shader_library!(app, "voxelize/triangles.wgsl");
         load_shader_library!(app, "light/trace.wgsl");
+        load_shader_library!(app, "light/material.wgsl");
         load_shader_library!(app, "light/rays.wgsl");
         load_shader_library!(app, "light/surface.wgsl");
+        load_shader_library!(app, "light/albedo.wgsl");
         load_shader_library!(app, "light/atlas.wgsl");
         load_shader_library!(app, "light/harmonics.wgsl");
+        load_shader_library!(app, "receive/seen.wgsl");
         load_shader_library!(app, "receive/receive.wgsl");
         crate::voxelize::embed(app);
         crate::light::embed(app);
+        crate::reproject::embed(app);
         crate::volume::scroll::embed(app);
         app.patch_shader(receive::patch())
             .register_type::<VoxelGiVolume>()
@@ -107,7 +112,12 @@ impl Plugin for VoxelGiPlugin {
             .init_resource::<SpecializedComputePipelines<LightPipelines>>()
             .add_systems(
                 RenderStartup,
-                (init_pipeline, init_pipelines, init_scroll_pipeline),
+                (
+                    init_pipeline,
+                    init_pipelines,
+                    init_scroll_pipeline,
+                    init_reproject_pipeline,
+                ),
             )
             .add_systems(
                 ExtractSchedule,
@@ -120,7 +130,16 @@ impl Plugin for VoxelGiPlugin {
             )
             .add_systems(
                 Render,
-                prepare_frame.in_set(RenderSystems::PrepareBindGroups),
+                (
+                    prepare_reprojection.in_set(RenderSystems::PrepareResources),
+                    prepare_frame.in_set(RenderSystems::PrepareBindGroups),
+                ),
+            )
+            .add_systems(
+                Core3d,
+                reproject
+                    .after(Core3dSystems::Prepass)
+                    .before(Core3dSystems::MainPass),
             )
             .add_systems(
                 RenderGraph,

@@ -223,6 +223,59 @@ fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
     );
 }
 
+/// The same with receivers that look for the voxels around: wherever the wall stands in its voxels, and
+/// however thin it is, the dark side is dark.
+#[test]
+fn what_is_seen_does_not_leak_at_the_foot_of_a_wall() {
+    let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
+    let settings = MarchSettings {
+        one_side: true,
+        ..Default::default()
+    };
+    let mut worst = [0.0f32; 2];
+    for (x, thickness) in [
+        (7.1, 0.1),
+        (7.3, 0.1),
+        (7.3, 0.3),
+        (7.45, 0.1),
+        (7.6, 0.1),
+        (7.85, 0.1),
+        (7.3, 0.8),
+    ] {
+        let wall = solid(
+            Vec3::new(x, 1.2, -1.0),
+            Vec3::new(x + thickness, 20.0, 20.0),
+        );
+        let voxels = Voxels::new(unit_grid(16), &[wall, floor.clone()].concat());
+        let light = [lamp(Vec3::new(12.0, 8.0, 8.0), 1e3)];
+        let materials = gray(0.7, 0.0);
+        let march = |settings| {
+            let march = March::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+            march_field(march, 12)
+        };
+        let (plain, field) = (march(MarchSettings::default()), march(settings));
+        let lit = at_lit(&plain);
+        for distance in [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 4.0] {
+            let place = Vec3::new(x - distance, 1.2, 8.0);
+            let viewer = Vec3::new(-0.7, 0.7, 0.1).normalize();
+            let seen = field.irradiance_seen(&voxels, place, Vec3::Y, viewer).x / lit;
+            let plain = plain.irradiance(place, Vec3::Y, 0.0).x / lit;
+            worst = [worst[0].max(plain), worst[1].max(seen)];
+        }
+        for distance in [0.05, 0.3, 0.6, 1.0] {
+            let place = Vec3::new(x + thickness + distance, 1.2, 8.0);
+            let viewer = Vec3::new(0.7, 0.7, 0.1).normalize();
+            let seen = field.irradiance_seen(&voxels, place, Vec3::Y, viewer).x / lit;
+            assert!((0.9..1.1).contains(&seen), "{x} {thickness}: {seen}");
+        }
+    }
+    println!(
+        "largest share of the lit side's light: plain {}, seen {}",
+        worst[0], worst[1]
+    );
+    assert!(worst[0] > 0.3 && worst[1] < 0.05, "{worst:?}");
+}
+
 fn at_lit(field: &bevy_voxel_gi::reference::Field) -> f32 {
     field.irradiance(Vec3::new(8.6, 1.2, 8.0), Vec3::Y, 0.0).x
 }

@@ -136,6 +136,28 @@ fn march_is_near_the_truth() {
     }
 }
 
+/// Receivers that look for the voxels around keep the error, and lose the leaks (see `tests/march.rs`).
+#[test]
+fn seen_voxels_are_as_near_the_truth() {
+    let settings = MarchSettings {
+        one_side: true,
+        ..Default::default()
+    };
+    for truth in support::all() {
+        let voxels = voxels(&truth, 32);
+        let field = march(&truth, &voxels, settings);
+        let (error, bias) =
+            truth.compare(|p, n| field.irradiance_seen(&voxels, p, n, truth.to_viewer(p)));
+        let (e, b) = (100.0 * error, 100.0 * bias);
+        println!("{:14} seen error {e:6.2}% bias {b:6.2}%", truth.name);
+        let goal = match truth.name.as_str() {
+            "sunlit_room" => 0.08,
+            _ => 0.04,
+        };
+        assert!(error < goal && bias.abs() < 0.08, "{}", truth.name);
+    }
+}
+
 /// Propagation has no goal of its own; a change must not make it worse unnoticed.
 #[test]
 fn propagation_keeps_its_distance_from_the_truth() {

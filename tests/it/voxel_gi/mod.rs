@@ -1,9 +1,13 @@
 //! The voxel GI in pictures.
 
 mod basics;
+mod budget;
 mod extremes;
 mod materials;
+mod receiver;
 mod reference;
 mod scene;
 mod support;
+mod surfaces;
 mod truth;
+mod volumes;

@@ -8,7 +8,8 @@ use bevy_voxel_gi::{Bounces, Solver, VoxelGiVolume, VoxelLight};
 use super::support::{box_app, indirect, volume};
 use crate::support::gpu;
 
-fn measured(name: &str, settings: VoxelGiVolume) -> Option<Agreement> {
+/// A setting against the truth; none where that is not.
+pub fn measured(name: &str, settings: VoxelGiVolume) -> Option<Agreement> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi");
     if !folder.exists() {
         println!("{} is not here: nothing compared", folder.display());

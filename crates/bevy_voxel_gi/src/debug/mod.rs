@@ -113,7 +113,7 @@ fn init_pipeline(
             "voxel_gi_debug_volume",
             &BindGroupLayoutEntries::sequential(
                 fragment,
-                (uniform_buffer::<GpuVolume>(false), read(), read()),
+                (uniform_buffer::<GpuVolume>(false), read(), read(), read()),
             ),
         ),
         fields: BindGroupLayoutDescriptor::new(
@@ -139,6 +139,7 @@ struct DebugKey {
     field: DebugField,
     format: TextureFormat,
     occlusion_only: bool,
+    seen: bool,
 }
 
 impl SpecializedRenderPipeline for DebugPipeline {
@@ -148,6 +149,9 @@ impl SpecializedRenderPipeline for DebugPipeline {
         let mut shader_defs = vec![key.field.shader_def().into()];
         if key.occlusion_only {
             shader_defs.push("OCCLUSION_ONLY".into());
+        }
+        if key.seen {
+            shader_defs.push("SEEN_ALBEDO".into());
         }
         RenderPipelineDescriptor {
             label: Some("voxel_gi_debug".into()),
@@ -197,6 +201,7 @@ fn prepare_pipelines(
             field,
             format: view.target_format,
             occlusion_only,
+            seen: buffers.shape.seen,
         };
         let id = pipelines.specialize(&cache, &pipeline, key);
         commands.entity(entity).insert(DebugPipelineId(id));
@@ -244,6 +249,7 @@ fn show(
             uniform,
             buffers.masks.as_entire_binding(),
             buffers.faces.as_entire_binding(),
+            buffers.seen.as_entire_binding(),
         )),
     );
     let fields = device.create_bind_group(

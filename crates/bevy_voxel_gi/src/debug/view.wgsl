@@ -2,19 +2,13 @@
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import bevy_render::view::View
+#import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{atlas_texel, unpack_light}
+#import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::surface::{face_key, shows, surface_normal}
-#import bevy_voxel_gi::trace::{NOTHING, keys, trace, volume}
-#import bevy_voxel_gi::volume::{FACES, FINE, cascade_min, cascade_voxel_size, face_towards,
-    key_material, voxel_count, voxel_of_index}
-
-struct Material {
-    albedo: vec3<f32>,
-    emissive_exposure_weight: f32,
-    emissive: vec3<f32>,
-    double_sided: u32,
-    transparent: u32,
-}
+#import bevy_voxel_gi::trace::{NOTHING, keys, trace}
+#import bevy_voxel_gi::volume::{FACES, FINE, face_towards, key_material, level_corner,
+    level_of_index, level_voxel_size, volume, voxel_of_index}
 
 @group(1) @binding(0) var<uniform> view: View;
 @group(1) @binding(1) var<storage, read> materials: array<Material>;
@@ -55,39 +49,51 @@ fn shown(light: vec3<f32>) -> vec3<f32> {
     return exposed / (1.0 + max(exposed.r, max(exposed.g, exposed.b)));
 }
 
+// Of the smallest level in which a ray meets something; larger ones count where they are clearly
+// nearer.
+fn nearest_hit(eye: vec3<f32>, direction: vec3<f32>) -> u32 {
+    var nearest = NOTHING;
+    var least = 3e38;
+    for (var level = 0u; level < volume.level_count; level++) {
+        let size = level_voxel_size(level);
+        let origin = (eye - level_corner(level)) / size;
+        let span = span_in_box(origin, direction, vec3(0.0), vec3(f32(volume.resolution)));
+        if (span.x > span.y || span.y < 0.0) {
+            continue;
+        }
+        let hit = trace(level, origin + direction * max(span.x + 1e-3, 0.0), direction, 1e9);
+        if (hit == NOTHING) {
+            continue;
+        }
+        let found = level_of_index(hit / 64u);
+        let voxel = vec3<f32>(voxel_of_index(hit / 64u)) + 0.5;
+        let center = level_corner(found) + voxel * level_voxel_size(found);
+        let distance = dot(center - eye, direction);
+        if (distance < least - 2.0 * level_voxel_size(found)) {
+            nearest = hit;
+            least = distance;
+        }
+    }
+    return nearest;
+}
+
 @fragment
 fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     let eye = world_from_pixel(in.uv, 1.0);
     let direction = normalize(world_from_pixel(in.uv, 0.5) - eye);
-    // The smallest cascade that holds the eye, or where the ray enters the largest.
-    var cascade = 0u;
-    var origin: vec3<f32>;
-    loop {
-        origin = (eye - cascade_min(volume, cascade)) / cascade_voxel_size(volume, cascade);
-        let inside = all(origin >= vec3(0.0)) && all(origin < vec3(f32(volume.resolution)));
-        if (inside || cascade + 1u == volume.cascades) {
-            break;
-        }
-        cascade += 1u;
-    }
-    let span = span_in_box(origin, direction, vec3(0.0), vec3(f32(volume.resolution)));
-    if (span.x > span.y || span.y < 0.0) {
-        return vec4(BACKGROUND, 1.0);
-    }
-    origin += direction * max(span.x + 1e-3, 0.0);
-    let hit = trace(cascade, origin, direction, 1e9);
+    let hit = nearest_hit(eye, direction);
     if (hit == NOTHING) {
         return vec4(BACKGROUND, 1.0);
     }
     let index = hit / 64u;
     let bit = hit % 64u;
     let cell = vec3(bit % FINE, (bit / FINE) % FINE, bit / (FINE * FINE));
-    let found = index / voxel_count(volume);
-    let low_cell = vec3<f32>(voxel_of_index(volume, index)) + vec3<f32>(cell) / f32(FINE);
-    let place = (eye - cascade_min(volume, found)) / cascade_voxel_size(volume, found);
+    let found = level_of_index(index);
+    let low_cell = vec3<f32>(voxel_of_index(index)) + vec3<f32>(cell) / f32(FINE);
+    let place = (eye - level_corner(found)) / level_voxel_size(found);
     let entered = entry_axis(place, direction, low_cell, low_cell + 1.0 / f32(FINE));
 #ifdef FIELD_OCCUPANCY
-    let voxel = voxel_of_index(volume, index);
+    let voxel = voxel_of_index(index);
     let checker = f32((voxel.x + voxel.y + voxel.z) & 1u);
     let shade = array(0.45, 0.8, 0.6);
     return vec4(vec3(shade[entered] * (0.85 + 0.15 * checker)), 1.0);
@@ -105,11 +111,12 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     return vec4(0.5 + 0.5 * surface_normal(index, face), 1.0);
 #endif
 #ifdef FIELD_IRRADIANCE
-    let texel = textureLoad(light_texture, atlas_texel(volume, index, face), 0);
+    let texel = textureLoad(light_texture, atlas_texel(index, face), 0);
     return vec4(shown(texel.rgb / max(texel.a, 1e-6)), 1.0);
 #endif
 #ifdef FIELD_ALBEDO
-    return vec4(materials[key_material(keys[FACES * index + face])].albedo, 1.0);
+    let material = materials[key_material(keys[FACES * index + face])];
+    return vec4(surface_albedo(index, face, material.albedo), 1.0);
 #endif
 #ifdef FIELD_RADIANCE
     return vec4(shown(unpack_light(radiance[FACES * index + face]).rgb), 1.0);

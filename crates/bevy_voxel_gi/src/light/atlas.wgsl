@@ -1,16 +1,29 @@
 // Where a face of a voxel is in the texture that Bevy samples: as in Bevy's irradiance volumes,
-// positive faces in the lower half of y, axes one behind the other along z, and cascades behind
-// those.
+// positive faces in the lower half of y, axes one behind the other along z, and levels behind
+// those. Then, for receivers that look for the voxels around them, which sub-voxels are touched, and
+// last a slice that says where the levels are.
 
 #define_import_path bevy_voxel_gi::atlas
 
-#import bevy_voxel_gi::volume::{Volume, voxel_count, voxel_of_index}
+#import bevy_voxel_gi::volume::{level_of_index, volume, voxel_of_index}
 
-fn atlas_texel(volume: Volume, index: u32, face: u32) -> vec3<i32> {
+fn atlas_texel(index: u32, face: u32) -> vec3<i32> {
     let r = volume.resolution;
-    let cascade = index / voxel_count(volume);
-    let corner = vec3(0u, (face & 1u) * r, (3u * cascade + (face >> 1u)) * r);
-    return vec3<i32>(voxel_of_index(volume, index) + corner);
+    let slab = 3u * level_of_index(index) + (face >> 1u);
+    let corner = vec3(0u, (face & 1u) * r, slab * r);
+    return vec3<i32>(voxel_of_index(index) + corner);
+}
+
+// Half of a voxel's 64 sub-voxels, in the bytes of `pack_word`.
+fn mask_texel(index: u32, half: u32) -> vec3<i32> {
+    let r = volume.resolution;
+    let slab = 3u * volume.level_count + level_of_index(index);
+    return vec3<i32>(voxel_of_index(index) + vec3(0u, half * r, slab * r));
+}
+
+// 32 bits as four whole numbers that a 16-bit float holds exactly.
+fn pack_word(word: u32) -> vec4<f32> {
+    return vec4<f32>((vec4(word) >> vec4(0u, 8u, 16u, 24u)) & vec4(255u));
 }
 
 // The nearest number that a 16-bit float can be: some devices would cut the rest off instead, and a

@@ -3,12 +3,11 @@
 
 #import bevy_voxel_gi::atlas::{atlas_texel, pack_light, storable, unpack_light}
 #import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
-#import bevy_voxel_gi::surface::{exposed_in_column, face_key, main_face, shows, point_count,
-    surface_normal, surface_plane, surface_point}
-#import bevy_voxel_gi::trace::{NOTHING, trace, volume}
-#import bevy_voxel_gi::volume::{FACES, FLAG_WEIGHTED, cascade_voxel_size, face_normal,
-    face_towards,
-    sky_radiance, voxel_count, voxel_of_index}
+#import bevy_voxel_gi::surface::{cell_center, exposed_in_column, face_key, is_clear, main_face,
+    middle_point, point_count, shows, surface_normal, surface_plane, surface_point}
+#import bevy_voxel_gi::trace::{NOTHING, outermost, trace}
+#import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal, face_towards,
+    level_of_index, level_voxel_size, sky_radiance, volume, voxel_count, voxel_of_index}
 
 @group(1) @binding(0) var<storage, read> work: array<u32>;
 @group(1) @binding(1) var<storage, read> counters: array<u32>;
@@ -28,11 +27,11 @@ var<workgroup> sums: array<vec4<f32>, 32>;
 var<workgroup> directions: array<vec3<f32>, 32>;
 
 // Radiance along a ray; alpha is 0 where it meets the back of a surface, which tells nothing.
-fn arriving(cascade: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
-    let reach = volume.max_distance / cascade_voxel_size(volume, cascade);
-    let hit = trace(cascade, origin, direction, reach);
+fn arriving(level: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
+    let reach = volume.max_distance / level_voxel_size(level);
+    let hit = trace(level, origin, direction, reach);
     if (hit == NOTHING) {
-        return vec4(sky_radiance(volume, direction), 1.0);
+        return vec4(sky_radiance(outermost, direction), 1.0);
     }
 #ifdef OCCLUSION_ONLY
     return vec4(0.0, 0.0, 0.0, 1.0);
@@ -88,7 +87,7 @@ fn share(before: vec4<f32>, now: vec4<f32>) -> f32 {
 }
 
 fn is_due(index: u32) -> bool {
-    return voxel_of_index(volume, index).z % volume.interval == volume.phase;
+    return voxel_of_index(index).z % volume.interval == volume.phase;
 }
 
 @compute @workgroup_size(32)
@@ -103,17 +102,32 @@ fn gather(
     let face = entry & 7u;
     let key = face_key(index, face);
     let normal = surface_normal(index, face);
+    var bit = 64u;
     if (thread < 16u) {
-        let bit = exposed_in_column(index, main_face(normal), thread);
+        bit = exposed_in_column(index, main_face(normal), thread);
         if (bit < 64u) {
             atomicOr(&exposed_words[bit >> 5u], 1u << (bit & 31u));
         }
     }
     workgroupBarrier();
-    let exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
+    var exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
     let plane = surface_plane(exposed, normal);
-    let cascade = index / voxel_count(volume);
-    let corner = vec3<f32>(voxel_of_index(volume, index)) + normal * plane.guard;
+    let level = level_of_index(index);
+    let corner = vec3<f32>(voxel_of_index(index)) + normal * plane.guard;
+    if ((volume.flags & FLAG_PER_PIXEL) != 0u) {
+        // Of a surface that a wall divides, one side: pixels look on which side they are.
+        let middle = middle_point(exposed, plane, normal);
+        workgroupBarrier();
+        if (bit < 64u) {
+            let center = cell_center(bit);
+            let point = center - normal * dot(normal, center - plane.centroid);
+            if (!is_clear(level, corner + middle, corner + point)) {
+                atomicAnd(&exposed_words[bit >> 5u], ~(1u << (bit & 31u)));
+            }
+        }
+        workgroupBarrier();
+        exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
+    }
     let points = point_count(exposed);
     var faces = 0u;
     for (var f = 0u; f < FACES; f++) {
@@ -128,7 +142,7 @@ fn gather(
     if (is_due(index)) {
         for (var i = thread; i < volume.rays; i += THREADS) {
             let direction = cosine_ray(i * SETS + ray_set, volume.rays * SETS, turn, normal);
-            sum += arriving(cascade, origin, direction);
+            sum += arriving(level, origin, direction);
         }
     }
     sums[thread] = sum;
@@ -164,7 +178,7 @@ fn gather(
 #ifndef OCCLUSION_ONLY
             irradiance[FACES * index + f] = vec4<u32>(pack_light(now), pack_light(mean));
 #endif
-            textureStore(light_texture, atlas_texel(volume, index, f), texel(mean));
+            textureStore(light_texture, atlas_texel(index, f), texel(mean));
         }
     }
 }
@@ -176,15 +190,15 @@ fn gather_air(
     @builtin(local_invocation_index) thread: u32,
 ) {
     let place = group.x + group.y * groups.x;
-    let count = volume.cascades * voxel_count(volume);
+    let count = volume.level_count * voxel_count();
     let index = work[FACES * count + min(place, counters[1] - 1u)] >> 3u;
-    let cascade = index / voxel_count(volume);
-    let origin = vec3<f32>(voxel_of_index(volume, index)) + 0.5;
+    let level = level_of_index(index);
+    let origin = vec3<f32>(voxel_of_index(index)) + 0.5;
     let ray_set = volume.frame % SETS;
     let turn = hash_unit(64u * index + volume.frame / SETS * TURN_STEP);
     let direction = sphere_ray(thread * SETS + ray_set, SPHERE_RAYS * SETS, turn);
     directions[thread] = direction;
-    sums[thread] = arriving(cascade, origin, direction);
+    sums[thread] = arriving(level, origin, direction);
     workgroupBarrier();
     if (thread >= FACES || !is_due(index)) {
         return;
@@ -200,6 +214,6 @@ fn gather_air(
     // Inside a solid most rays meet backs.
     let weight = select(0.0, AIR_WEIGHT, 4.0 * valid > 3.0 * f32(SPHERE_RAYS) && sum.a > 0.0);
     let light = storable(sum.rgb / max(sum.a, 1e-6));
-    textureStore(light_texture, atlas_texel(volume, index, thread),
+    textureStore(light_texture, atlas_texel(index, thread),
         texel(vec4(light * weight, weight)));
 }

@@ -2,22 +2,15 @@
 // the radiance that leaves it, emission and light of earlier bounces included. One workgroup a
 // surface, one thread a point of it.
 
+#import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{pack_light, storable, unpack_light}
+#import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
 #import bevy_voxel_gi::surface::{exposed_in_column, face_key, main_face, point_count,
     sees_front, surface_normal, surface_plane, surface_point}
-#import bevy_voxel_gi::trace::{NOTHING, keys, trace, volume}
-#import bevy_voxel_gi::volume::{FACES, FLAG_FEEDBACK, cascade_min, cascade_voxel_size,
-    key_material, voxel_count, voxel_of_index}
-
-// In step with `surface.rs`.
-struct Material {
-    albedo: vec3<f32>,
-    emissive_exposure_weight: f32,
-    emissive: vec3<f32>,
-    double_sided: u32,
-    transparent: u32,
-}
+#import bevy_voxel_gi::trace::{NOTHING, keys, trace}
+#import bevy_voxel_gi::volume::{FACES, FLAG_FEEDBACK, key_material, level_corner, level_of_index,
+    level_voxel_size, volume, voxel_of_index}
 
 // In step with `lights.rs`, where the fields are explained.
 struct Light {
@@ -94,15 +87,15 @@ fn inject(
     workgroupBarrier();
     let exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
     let plane = surface_plane(exposed, normal);
-    let cascade = index / voxel_count(volume);
-    let corner = vec3<f32>(voxel_of_index(volume, index));
-    let size = cascade_voxel_size(volume, cascade);
+    let level = level_of_index(index);
+    let corner = vec3<f32>(voxel_of_index(index));
+    let size = level_voxel_size(level);
     let used = min(point_count(exposed), volume.shadow_samples);
     // Threads without a point do the first one again, as all must come to the barriers.
     let used_points = max(used, 1u);
     let number = (2u * (thread % used_points) + 1u) * point_count(exposed) / (2u * used_points);
     let point = corner + surface_point(exposed, plane, normal, number);
-    let position = cascade_min(volume, cascade) + size * point;
+    let position = level_corner(level) + size * point;
     let origin = point + normal * plane.guard;
     var direct = vec3(0.0);
     for (var i = 0u; i < volume.light_count; i++) {
@@ -110,7 +103,7 @@ fn inject(
         let cosine = dot(normal, arrived.direction);
         var counted = vec4(0.0, 0.0, 0.0, 1.0);
         if (thread < used && cosine > 0.0 && any(arrived.irradiance > vec3(0.0))) {
-            let hit = trace(cascade, origin, arrived.direction,
+            let hit = trace(level, origin, arrived.direction,
                 arrived.distance / size - plane.guard);
             if (hit == NOTHING) {
                 counted = vec4(arrived.irradiance * cosine, 1.0);
@@ -134,12 +127,13 @@ fn inject(
         return;
     }
     let material = materials[key_material(keys[FACES * index + face])];
+    let albedo = surface_albedo(index, face, material.albedo);
     let exposure = mix(1.0 / volume.exposure, 1.0, material.emissive_exposure_weight);
     var leaving = volume.storage_scale
-        * (material.emissive * exposure + material.albedo * direct / PI);
+        * (material.emissive * exposure + albedo * direct / PI);
     if ((volume.flags & FLAG_FEEDBACK) != 0u) {
         // Irradiance over pi.
-        leaving += material.albedo * unpack_light(irradiance[FACES * index + face].xy).rgb;
+        leaving += albedo * unpack_light(irradiance[FACES * index + face].xy).rgb;
     }
     let stored = storable(leaving);
     let packed = pack_light(vec4(stored, 0.0));

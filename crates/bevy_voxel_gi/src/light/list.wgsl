@@ -1,11 +1,12 @@
 // Lists what there is to do: the surfaces, and the voxels without. Faces of occupied voxels without
 // a surface lose their weight.
 
-#import bevy_voxel_gi::atlas::atlas_texel
+#import bevy_voxel_gi::atlas::{atlas_texel, mask_texel, pack_word}
 #import bevy_voxel_gi::surface::{exposed_in_column, is_first_face, face_key, main_face,
     surface_normal}
-#import bevy_voxel_gi::trace::{masks, volume}
-#import bevy_voxel_gi::volume::{FACES, voxel_count, voxel_index, voxel_of_index}
+#import bevy_voxel_gi::trace::masks
+#import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, level_of_index, volume, voxel_count,
+    voxel_index, voxel_of_index}
 
 // First surfaces, from `air_start` on voxels without.
 @group(1) @binding(0) var<storage, read_write> work: array<u32>;
@@ -22,11 +23,11 @@ fn is_occupied(index: u32) -> bool {
 
 // Whether one of the 26 voxels around has a surface.
 fn is_near_surface(index: u32) -> bool {
-    let voxel = vec3<i32>(voxel_of_index(volume, index));
+    let voxel = vec3<i32>(voxel_of_index(index));
     let last = vec3(i32(volume.resolution) - 1);
     for (var i = 0; i < 27; i++) {
         let neighbor = clamp(voxel + vec3(i % 3, (i / 3) % 3, i / 9) - 1, vec3(0), last);
-        if (is_occupied(voxel_index(volume, index / voxel_count(volume), vec3<u32>(neighbor)))) {
+        if (is_occupied(voxel_index(level_of_index(index), vec3<u32>(neighbor)))) {
             return true;
         }
     }
@@ -49,9 +50,14 @@ fn list(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let index = id.x + id.y * groups.x * 64u;
-    let count = volume.cascades * voxel_count(volume);
+    let count = volume.level_count * voxel_count();
     if (index >= count) {
         return;
+    }
+    if ((volume.flags & FLAG_PER_PIXEL) != 0u) {
+        for (var half = 0u; half < 2u; half++) {
+            textureStore(light, mask_texel(index, half), pack_word(masks[2u * index + half]));
+        }
     }
     if (!is_occupied(index)) {
         let turn = (index + volume.frame) % volume.air_interval == 0u;
@@ -64,7 +70,7 @@ fn list(
     for (var face = 0u; face < FACES; face++) {
         let known = face_key(index, face) != 0u && has_points(index, face);
         if (!known) {
-            textureStore(light, atlas_texel(volume, index, face), vec4(0.0));
+            textureStore(light, atlas_texel(index, face), vec4(0.0));
 #ifndef OCCLUSION_ONLY
             irradiance[FACES * index + face] = vec4(0u);
 #endif
@@ -75,9 +81,37 @@ fn list(
     }
 }
 
-// The sizes of the dispatches over both lists, one workgroup an entry.
+// A number for the receiver.
+fn tell(place: u32, number: f32) {
+    let r = volume.resolution;
+    let slice = textureDimensions(light).z - 1u;
+    textureStore(light, vec3(place % r, place / r, slice), pack_word(bitcast<u32>(number)));
+}
+
+// Where the levels are, in step with `receive.wgsl`.
+fn tell_levels() {
+    let extent = volume.extent;
+    tell(0u, f32(volume.level_count));
+    tell(1u, extent.x);
+    tell(2u, extent.y);
+    tell(3u, extent.z);
+    for (var i = 0u; i < volume.level_count; i++) {
+        let corner = volume.levels[i].corner - volume.center;
+        let start = 4u + 5u * i;
+        tell(start, corner.x);
+        tell(start + 1u, corner.y);
+        tell(start + 2u, corner.z);
+        tell(start + 3u, volume.levels[i].voxel_size);
+        tell(start + 4u, volume.levels[i].intensity);
+    }
+}
+
+// The sizes of the dispatches over both lists, one workgroup an entry; and what the receiver is told.
 @compute @workgroup_size(1)
 fn finish() {
+    if ((volume.flags & FLAG_WEIGHTED) != 0u) {
+        tell_levels();
+    }
     for (var i = 0u; i < 2u; i++) {
         let count = atomicLoad(&counters[i]);
         let x = clamp(count, 1u, 32768u);

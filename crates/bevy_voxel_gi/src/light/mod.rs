@@ -59,6 +59,7 @@ impl LightWork {
                     uniforms.bounces[bounce].binding()?,
                     buffers.masks.as_entire_binding(),
                     buffers.faces.as_entire_binding(),
+                    buffers.seen.as_entire_binding(),
                 )),
             ))
         };

@@ -34,6 +34,7 @@ enum Step {
 pub(crate) struct LightKey {
     step: Step,
     occlusion_only: bool,
+    seen: bool,
 }
 
 #[derive(Resource)]
@@ -104,7 +105,7 @@ pub(crate) fn init_pipelines(mut commands: Commands, assets: Res<AssetServer>) {
             "voxel_gi_volume",
             &BindGroupLayoutEntries::sequential(
                 compute,
-                (uniform_buffer::<GpuVolume>(false), read(), read()),
+                (uniform_buffer::<GpuVolume>(false), read(), read(), read()),
             ),
         ),
         list: BindGroupLayoutDescriptor::new(
@@ -150,6 +151,7 @@ impl LightPipelines {
             let key = LightKey {
                 step,
                 occlusion_only: shape.occlusion_only,
+                seen: shape.seen,
             };
             pipelines.specialize(cache, self, key)
         };
@@ -221,11 +223,13 @@ impl SpecializedComputePipeline for LightPipelines {
             label: Some(label.into()),
             layout: vec![self.volume.clone(), layout.clone()],
             shader: shader.clone(),
-            shader_defs: if key.occlusion_only {
-                vec!["OCCLUSION_ONLY".into()]
-            } else {
-                Vec::new()
-            },
+            shader_defs: [
+                (key.occlusion_only, "OCCLUSION_ONLY"),
+                (key.seen, "SEEN_ALBEDO"),
+            ]
+            .into_iter()
+            .filter_map(|(on, def)| on.then(|| def.into()))
+            .collect(),
             entry_point: Some(entry_point.into()),
             zero_initialize_workgroup_memory: true,
             ..default()

@@ -9,20 +9,14 @@
 // surfaces is irradiance there, and comes back by the albedo of its face as a cosine lobe about its
 // normal; at the border it is lost. In `reference/propagate.rs` step by step.
 
+#import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{atlas_texel, storable, unpack_light}
 #import bevy_voxel_gi::harmonics::{basis, cosine_lobe, flux}
+#import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
-#import bevy_voxel_gi::trace::{keys, masks, volume}
+#import bevy_voxel_gi::trace::{keys, masks}
 #import bevy_voxel_gi::volume::{FACES, FLAG_WEIGHTED, face_normal, key_material, key_normal,
-    sky_radiance, voxel_count, voxel_index, voxel_of_index}
-
-struct Material {
-    albedo: vec3<f32>,
-    emissive_exposure_weight: f32,
-    emissive: vec3<f32>,
-    double_sided: u32,
-    transparent: u32,
-}
+    level_of_index, sky_radiance, volume, voxel_count, voxel_index, voxel_of_index}
 
 // Intensity of three channels, and the scale of what leaves.
 struct Light {
@@ -57,11 +51,11 @@ fn is_free(index: u32) -> bool {
 
 // The voxel behind a face, or `NONE` outside of the volume.
 fn neighbor(index: u32, face: u32) -> u32 {
-    let voxel = vec3<i32>(voxel_of_index(volume, index)) + vec3<i32>(face_normal(face));
+    let voxel = vec3<i32>(voxel_of_index(index)) + vec3<i32>(face_normal(face));
     if (any(voxel < vec3(0)) || any(voxel >= vec3(i32(volume.resolution)))) {
         return NONE;
     }
-    return voxel_index(volume, 0u, vec3<u32>(voxel));
+    return voxel_index(level_of_index(index), vec3<u32>(voxel));
 }
 
 // Direction from the middle of a voxel to a face of the neighbour behind `face`.
@@ -115,14 +109,14 @@ fn leaving(light: Light, face: u32) -> vec3<f32> {
 fn face_albedo(index: u32, face: u32) -> vec3<f32> {
     let key = keys[FACES * index + face];
     if (key != 0u) {
-        return materials[key_material(key)].albedo;
+        return surface_albedo(index, face, materials[key_material(key)].albedo);
     }
     var sum = vec3(0.0);
     var count = 0.0;
     for (var f = 0u; f < FACES; f++) {
         let other = keys[FACES * index + f];
         if (other != 0u) {
-            sum += materials[key_material(other)].albedo;
+            sum += surface_albedo(index, f, materials[key_material(other)].albedo);
             count += 1.0;
         }
     }
@@ -145,7 +139,7 @@ fn index_of(id: vec3<u32>, groups: vec3<u32>) -> u32 {
 @compute @workgroup_size(64)
 fn seed(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let index = index_of(id, groups);
-    if (index >= voxel_count(volume)) {
+    if (index >= volume.level_count * voxel_count()) {
         return;
     }
     var light: Light;
@@ -155,7 +149,7 @@ fn seed(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         if (is_free(index)) {
             if (beside == NONE) {
                 let direction = face_normal(face);
-                reached = sky_radiance(volume, direction) * PI;
+                reached = sky_radiance(level_of_index(index), direction) * PI;
                 add(&light, cosine_lobe(-direction), reached);
             } else if (!is_free(beside)) {
                 let key = keys[FACES * beside + (face ^ 1u)];
@@ -178,7 +172,7 @@ fn propagate(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let index = index_of(id, groups);
-    if (index >= voxel_count(volume)) {
+    if (index >= volume.level_count * voxel_count()) {
         return;
     }
     let free = is_free(index);
@@ -220,7 +214,7 @@ fn deposit(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let index = index_of(id, groups);
-    if (index >= voxel_count(volume)) {
+    if (index >= volume.level_count * voxel_count()) {
         return;
     }
     for (var face = 0u; face < FACES; face++) {
@@ -235,6 +229,6 @@ fn deposit(
         if ((volume.flags & FLAG_WEIGHTED) == 0u) {
             texel = vec4(light, 1.0);
         }
-        textureStore(light_texture, atlas_texel(volume, index, face), texel);
+        textureStore(light_texture, atlas_texel(index, face), texel);
     }
 }

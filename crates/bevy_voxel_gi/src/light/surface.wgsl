@@ -4,8 +4,8 @@
 #define_import_path bevy_voxel_gi::surface
 
 #import bevy_voxel_gi::volume::{FACES, FINE, face_normal, face_towards, fine_bit, key_normal,
-    key_material, voxel_index, voxel_count, voxel_of_index}
-#import bevy_voxel_gi::trace::{keys, masks, volume}
+    level_of_index, volume, voxel_index, voxel_of_index}
+#import bevy_voxel_gi::trace::{NOTHING, keys, masks, trace}
 
 // Normal and material of a key, without its weight; 0 if there is no surface.
 fn face_key(index: u32, face: u32) -> u32 {
@@ -58,12 +58,12 @@ fn exposed_in_column(index: u32, face: u32, column: u32) -> u32 {
     var cell: vec3<u32>;
     cell[(axis + 1u) % 3u] = column % FINE;
     cell[(axis + 2u) % 3u] = column / FINE;
-    let voxel = voxel_of_index(volume, index);
+    let voxel = voxel_of_index(index);
     let at_border = voxel[axis] == select(volume.resolution - 1u, 0u, backward);
     if (!at_border) {
         var neighbor = voxel;
         neighbor[axis] = select(voxel[axis] + 1u, voxel[axis] - 1u, backward);
-        let beyond = voxel_index(volume, index / voxel_count(volume), neighbor);
+        let beyond = voxel_index(level_of_index(index), neighbor);
         cell[axis] = select(0u, FINE - 1u, backward);
         if (is_set(vec2(masks[2u * beyond], masks[2u * beyond + 1u]), cell)) {
             return 64u;
@@ -147,4 +147,31 @@ fn surface_point(exposed: vec2<u32>, plane: SurfacePlane, normal: vec3<f32>, num
     -> vec3<f32> {
     let center = cell_center(nth_bit(exposed, number));
     return center - normal * dot(normal, center - plane.centroid);
+}
+
+// A place is nearer than another if it is by more than this, in voxels squared: how floats are
+// rounded then does not matter.
+const NEARER: f32 = 1e-4;
+
+// The point of a surface that is nearest to the middle of its voxel.
+fn middle_point(exposed: vec2<u32>, plane: SurfacePlane, normal: vec3<f32>) -> vec3<f32> {
+    var middle = vec3(0.5);
+    var least = 3e38;
+    for (var i = 0u; i < point_count(exposed); i++) {
+        let point = surface_point(exposed, plane, normal, i);
+        let way = point - 0.5;
+        let flat = way - normal * dot(normal, way);
+        if (dot(flat, flat) < least - NEARER) {
+            middle = point;
+            least = dot(flat, flat);
+        }
+    }
+    return middle;
+}
+
+// Whether nothing is between two places, in voxels of a level.
+fn is_clear(level: u32, start: vec3<f32>, end: vec3<f32>) -> bool {
+    let way = end - start;
+    let distance = length(way);
+    return distance < 1e-4 || trace(level, start, way / distance, distance) == NOTHING;
 }

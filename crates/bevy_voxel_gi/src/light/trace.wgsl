@@ -1,42 +1,49 @@
 // A ray through the voxels: from voxel to voxel, and through the sub-voxels of those with any. It
 // visits every sub-voxel it passes (J. Amanatides and A. Woo, "A Fast Voxel Traversal Algorithm
 // for Ray Tracing", 1987), so that nothing is missed, unlike by the thesis's steps of equal length
-// (section 6.6.1). Where it leaves a cascade it goes on in the next.
+// (section 6.6.1). Where it leaves a level it goes on in the next
+// larger one that is there.
 
 #define_import_path bevy_voxel_gi::trace
 
-#import bevy_voxel_gi::volume::{FINE, Volume, voxel_index}
+#import bevy_voxel_gi::volume::{FINE, level_corner, level_voxel_size, volume, voxel_index}
 
-@group(0) @binding(0) var<uniform> volume: Volume;
 @group(0) @binding(1) var<storage, read> masks: array<u32>;
 @group(0) @binding(2) var<storage, read> keys: array<u32>;
 
 const NOTHING: u32 = 0xffffffffu;
 
+// The largest level that the last ray was in: where it met nothing it saw the sky around that.
+var<private> outermost: u32;
+
 fn smallest(v: vec3<f32>) -> u32 {
     return select(select(2u, 1u, v.y < v.z), select(2u, 0u, v.x < v.z), v.x < v.y);
 }
 
-// 64 times the index of the voxel in which a ray ends, plus the bit of the sub-voxel; or `NOTHING` if that is outside of the volume or
-// not before `reach`. `origin` is in voxels of `cascade` from its corner, `reach` in its voxels,
-// `direction` a unit vector.
-fn trace(cascade: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32 {
+fn is_inside(voxel: vec3<i32>) -> bool {
+    return all(voxel >= vec3(0)) && all(voxel < vec3(i32(volume.resolution)));
+}
+
+// 64 times the index of the voxel in which a ray ends, plus the bit of the sub-voxel; or `NOTHING`
+// if that is outside of the volume or not before `reach`. `origin` is in voxels of `level` from its
+// corner, `reach` in its voxels, `direction` a unit vector.
+fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32 {
     // A component of 0 never reaches a border; a tiny one does so out of sight, and is finite.
     let ray = select(direction, vec3(1e-12), abs(direction) < vec3(1e-12));
     let inverse = 1.0 / ray;
     let ahead = select(vec3(0.0), vec3(1.0), ray > vec3(0.0));
     let step = select(vec3(-1), vec3(1), ray > vec3(0.0));
-    let half = 0.5 * f32(volume.resolution);
     var from_ = origin;
     var distance = 0.0;
     var limit = reach;
-    for (var c = cascade; c < volume.cascades; c++) {
+    for (var c = level; c < volume.level_count; c++) {
         var voxel = vec3<i32>(floor(from_ + ray * distance));
+        outermost = select(outermost, c, c == level || is_inside(voxel));
         loop {
-            if (any(voxel < vec3(0)) || any(voxel >= vec3(i32(volume.resolution)))) {
+            if (!is_inside(voxel)) {
                 break;
             }
-            let index = voxel_index(volume, c, vec3<u32>(voxel));
+            let index = voxel_index(c, vec3<u32>(voxel));
             let mask = vec2(masks[2u * index], masks[2u * index + 1u]);
             if (any(mask != vec2(0u))) {
                 let base = vec3<f32>(voxel);
@@ -70,10 +77,14 @@ fn trace(cascade: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u
             }
             voxel[axis] += step[axis];
         }
-        // Half as many voxels to everything, from the common centre.
-        from_ = 0.5 * (from_ - half) + half;
-        distance = 0.5 * distance;
-        limit = 0.5 * limit;
+        if (c + 1u < volume.level_count) {
+            // In voxels of the next level, from its corner.
+            let next_size = level_voxel_size(c + 1u);
+            let scale = level_voxel_size(c) / next_size;
+            from_ = from_ * scale + (level_corner(c) - level_corner(c + 1u)) / next_size;
+            distance *= scale;
+            limit *= scale;
+        }
     }
     return NOTHING;
 }

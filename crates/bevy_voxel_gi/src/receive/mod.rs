@@ -20,7 +20,7 @@ pub(crate) fn patch() -> ShaderPatch {
                 "        if (is_voxel_gi(irradiance_volume_texture)) {\n            \
                  let place = (query_result.light_from_world * vec4(world_position, 1.0)).xyz;\n            \
                  total_irradiance += voxel_gi_light(irradiance_volume_texture, \
-                 irradiance_volume_sampler, place, N)\n                \
+                 irradiance_volume_sampler, place, N, world_position)\n                \
                  * query_result.intensity * query_result.weight;\n            \
                  total_weight += query_result.weight;\n            \
                  continue;\n        }",

@@ -1,7 +1,19 @@
 //! The light in the volume as receivers sample it: six irradiances per voxel (Bevy's irradiance volume).
 
-use super::{grid::VolumeGrid, surface::Surface};
+use super::{
+    grid::VolumeGrid,
+    surface::{CLEARANCE, Surface, is_clear},
+    voxels::{SUB_VOXELS, Voxels},
+};
 use glam::{IVec3, Vec3, Vec4};
+
+/// Weight of a voxel that a receiver does not see, against 1: it counts where no other does.
+pub const HIDDEN: f32 = 1.0 / 1024.0;
+
+/// Steps towards the viewer out of a sub-voxel that something else fills as well.
+const ESCAPE_STEPS: u32 = 3;
+/// Length of such a step, in voxels.
+const ESCAPE: f32 = 0.125;
 
 /// Irradiance per voxel and face, each with a weight.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +68,56 @@ impl Field {
         for axis in 0..3 {
             let face = 2 * axis + usize::from(normal[axis] < 0.0);
             sum += self.sample(at, face) * normal[axis].powi(2);
+        }
+        sum.truncate() / sum.w.max(1e-12)
+    }
+
+    /// The same with the eight voxels around looked for: those behind something count by
+    /// [`HIDDEN`].
+    ///
+    /// `to_viewer` is a unit vector from the position to who looks at it: in a sub-voxel that a
+    /// wall fills in part, it tells on which side of the wall the position is.
+    pub fn irradiance_seen(
+        &self,
+        voxels: &Voxels,
+        position: Vec3,
+        normal: Vec3,
+        to_viewer: Vec3,
+    ) -> Vec3 {
+        let place = self.grid.to_grid(position);
+        // In front of the sub-voxels that the surface itself fills.
+        let lift = normal.abs().element_sum() / SUB_VOXELS as f32 + CLEARANCE;
+        let mut eye = place + normal * lift;
+        let is_inside = |at: Vec3| voxels.is_touched((at * SUB_VOXELS as f32).floor().as_ivec3());
+        for _ in 0..ESCAPE_STEPS {
+            if is_inside(eye) {
+                eye += to_viewer * ESCAPE;
+            }
+        }
+        if is_inside(eye) {
+            return self.irradiance(position, normal, 0.0);
+        }
+        let last = self.grid.resolution as f32 - 1.0;
+        let p = (place - 0.5).clamp(Vec3::ZERO, Vec3::splat(last));
+        let low = p.floor();
+        let f = p - low;
+        let mut sum = Vec4::ZERO;
+        for corner in 0..8 {
+            let step = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+            let voxel = low.as_ivec3() + step;
+            let Some(index) = self.grid.index(voxel) else {
+                continue;
+            };
+            let mut weight = Vec3::select(step.cmpeq(IVec3::ONE), f, 1.0 - f).element_product();
+            // Along the surface, as far as the middle of the voxel.
+            let way = voxel.as_vec3() + 0.5 - eye;
+            if !is_clear(voxels, eye, eye + way - normal * normal.dot(way)) {
+                weight *= HIDDEN;
+            }
+            for axis in 0..3 {
+                let face = 2 * axis + usize::from(normal[axis] < 0.0);
+                sum += self.texels[index][face] * (normal[axis].powi(2) * weight);
+            }
         }
         sum.truncate() / sum.w.max(1e-12)
     }

@@ -31,10 +31,12 @@ fn turn(voxel: usize, salt: u32, frame: u32) -> f32 {
 ///
 /// `arriving` gives what comes along a ray from an origin in grid coordinates, None where a ray sees
 /// the back of a surface. A point more than a quarter of whose rays do is inside something, and none
-/// of its rays counts. `rays` is a multiple of [`FRAME_POINTS`].
+/// of its rays counts. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side` rays begin only from
+/// the points that the middle one sees.
 pub fn hemisphere(
     surface: &Surface,
     rays: u32,
+    one_side: bool,
     frame: u32,
     arriving: impl Fn(Vec3, Vec3) -> Option<Vec3>,
 ) -> Vec4 {
@@ -42,7 +44,12 @@ pub fn hemisphere(
     let mut sum = Vec4::ZERO;
     for k in 0..FRAME_POINTS {
         let step = frame.wrapping_mul(FRAME_POINTS).wrapping_add(k);
-        let point = step.wrapping_mul(POINT_STEP) as usize % surface.points.len();
+        let number = step.wrapping_mul(POINT_STEP) as usize;
+        let point = if one_side {
+            surface.one_side[number % surface.one_side.len()]
+        } else {
+            number % surface.points.len()
+        };
         let origin = surface.origin(point);
         let (mut of_point, mut all) = (Vec4::ZERO, 0.0);
         for i in (k..rays).step_by(FRAME_POINTS as usize) {

@@ -35,6 +35,9 @@ pub struct MarchSettings {
     pub reach: f32,
     /// Frames over which receivers see the mean, 1 or more.
     pub history: u32,
+    /// Of a surface that a wall divides, gathers on the side of the voxel's middle only: for
+    /// receivers that know which voxels they see ([`Field::irradiance_seen`]).
+    pub one_side: bool,
 }
 
 impl Default for MarchSettings {
@@ -46,6 +49,7 @@ impl Default for MarchSettings {
             empty_weight: 1.0 / 64.0,
             reach: f32::INFINITY,
             history: 8,
+            one_side: false,
         }
     }
 }
@@ -117,9 +121,9 @@ impl<'a> March<'a> {
     /// take as many frames as the mean.
     pub fn step(&mut self) {
         let new = each(self.surfaces.len(), |i| {
-            hemisphere(&self.surfaces[i], self.settings.rays, self.frame, |o, d| {
-                self.arriving(o, d)
-            })
+            let MarchSettings { rays, one_side, .. } = self.settings;
+            let arriving = |o, d| self.arriving(o, d);
+            hemisphere(&self.surfaces[i], rays, one_side, self.frame, arriving)
         });
         self.frame += 1;
         let frames = self.frame.saturating_sub(WARM_UP).max(1);
@@ -171,7 +175,10 @@ pub fn ambient_occlusion(voxels: &Voxels, radius: f32, settings: MarchSettings) 
     let frames = settings.history.max(1);
     let values = each(surfaces.len(), |i| {
         let sum: Vec4 = (0..frames)
-            .map(|frame| hemisphere(&surfaces[i], settings.rays, frame, open))
+            .map(|frame| {
+                let MarchSettings { rays, one_side, .. } = settings;
+                hemisphere(&surfaces[i], rays, one_side, frame, open)
+            })
             .sum();
         sum / frames as f32
     });

@@ -4,7 +4,7 @@ use super::{
     each,
     grid::{FACE_STEPS, FACES},
     key::{key_material, key_normal},
-    trace::Hit,
+    trace::{Hit, trace},
     voxels::{SUB_VOXELS, Voxels},
 };
 use glam::{IVec3, Vec3};
@@ -25,6 +25,8 @@ pub struct Surface {
     pub material: u32,
     /// Points on it, one per sub-voxel that is free in front, in grid coordinates.
     pub points: Vec<Vec3>,
+    /// Those of them that the middle one sees: of a surface that a wall divides, one side.
+    pub one_side: Vec<usize>,
     /// How far in front of the points rays begin, in voxels: outside the sub-voxels it touches itself.
     pub guard: f32,
 }
@@ -82,12 +84,14 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
         let normal = key_normal(keys[face]);
         let (points, guard) = points_of(voxels, index, normal);
         if !points.is_empty() {
+            let one_side = one_side(voxels, index, &points, normal * guard);
             found.push(Surface {
                 voxel: index,
                 faces,
                 normal,
                 material: key_material(keys[face]),
                 points,
+                one_side,
                 guard,
             });
         }
@@ -115,6 +119,36 @@ fn points_of(voxels: &Voxels, index: usize, normal: Vec3) -> (Vec<Vec3>, f32) {
         *point -= normal * height;
     }
     (points, reach + spread.min(reach) + CLEARANCE)
+}
+
+/// A place is nearer than another if it is by more than this, in voxels squared: how floats are
+/// rounded then does not matter.
+const NEARER: f32 = 1e-4;
+
+/// The points that the one nearest to the middle of the voxel sees, from `lift` in front of each.
+fn one_side(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<usize> {
+    let center = voxels.grid.voxel(index).as_vec3() + 0.5;
+    let normal = lift.normalize_or_zero();
+    let distance = |point: Vec3| {
+        let way = point - center;
+        (way - normal * normal.dot(way)).length_squared()
+    };
+    let (mut middle, mut least) = (center, f32::INFINITY);
+    for point in points {
+        if distance(*point) < least - NEARER {
+            (middle, least) = (*point, distance(*point));
+        }
+    }
+    (0..points.len())
+        .filter(|&i| is_clear(voxels, middle + lift, points[i] + lift))
+        .collect()
+}
+
+/// Whether nothing is between two places, in grid coordinates.
+pub fn is_clear(voxels: &Voxels, from: Vec3, to: Vec3) -> bool {
+    let way = to - from;
+    let distance = way.length();
+    distance < 1e-4 || trace(voxels, from, way / distance, distance).is_none()
 }
 
 /// By how much each face of a hit voxel is what a ray sees, 1 in all; None if it sees the back of a

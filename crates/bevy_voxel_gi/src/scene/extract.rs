@@ -3,15 +3,21 @@
 use bevy::{
     camera::primitives::Aabb,
     math::{Affine3A, Vec3A},
-    mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    mesh::{
+        morph::{MeshMorphWeights, MorphWeights},
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
     prelude::*,
     render::Extract,
 };
 
-use super::surface::{SurfaceIndex, Surfaces, VoxelSurface};
+use super::{
+    surface::VoxelSurface,
+    table::{SurfaceIndex, Surfaces},
+};
 use crate::{
-    settings::NotVoxelized,
-    volume::placement::{ActiveVolume, PlacedVolume},
+    settings::{NotVoxelized, VoxelAlbedo},
+    volume::placement::{ActiveVolume, Level},
 };
 
 /// A mesh in the volume.
@@ -22,18 +28,20 @@ pub(crate) struct ExtractedMesh {
     pub surface: u32,
     /// First of its joints' matrices, if it is skinned.
     pub first_joint: Option<u32>,
+    /// Where in the matrices its morph targets' weights begin, 16 in each, and how many there are.
+    pub weights: Option<(u32, u32)>,
     /// Centre and half size of its bounds in the world; `None`: unknown.
     pub bounds: Option<(Vec3A, Vec3A)>,
 }
 
 impl ExtractedMesh {
-    /// Whether it may reach into a cascade.
-    pub(crate) fn reaches(&self, volume: &PlacedVolume, cascade: u32) -> bool {
+    /// Whether it may reach into a level.
+    pub(crate) fn reaches(&self, level: &Level) -> bool {
         let Some((center, half_size)) = self.bounds else {
             return true;
         };
-        let half = Vec3A::splat(0.5 * volume.settings.size * (1 << cascade) as f32);
-        let distance = (center - Vec3A::from(volume.center)).abs() - half_size;
+        let half = Vec3A::splat(0.5 * level.size);
+        let distance = (center - Vec3A::from(level.center)).abs() - half_size;
         distance.cmple(half).all()
     }
 }
@@ -42,10 +50,11 @@ impl ExtractedMesh {
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedScene {
     pub meshes: Vec<ExtractedMesh>,
-    /// World from bind pose, of all skins.
+    /// World from bind pose, of all skins; and weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
     pub surfaces: Vec<VoxelSurface>,
-    pub surfaces_version: u64,
+    /// And whether they are all neutral.
+    pub surfaces_version: (u64, bool),
     /// Grows when a mesh asset changes.
     pub mesh_edits: u64,
 }
@@ -64,11 +73,13 @@ pub(crate) fn extract_scene(
                 Option<&Aabb>,
                 Option<&SurfaceIndex>,
                 Option<&SkinnedMesh>,
+                Option<&MeshMorphWeights>,
             ),
             Without<NotVoxelized>,
         >,
     >,
     joints: Extract<Query<&GlobalTransform>>,
+    morphs: Extract<Query<&MorphWeights>>,
     bind_poses: Extract<Res<Assets<SkinnedMeshInverseBindposes>>>,
 ) {
     let scene = &mut *scene;
@@ -81,14 +92,19 @@ pub(crate) fn extract_scene(
     let Some(volume) = &active.volume else {
         return;
     };
-    if scene.surfaces.is_empty() || scene.surfaces_version != surfaces.version {
+    let neutral = volume.settings.albedo == VoxelAlbedo::Neutral;
+    if scene.surfaces.len() != surfaces.table().len()
+        || scene.surfaces_version != (surfaces.version, neutral)
+    {
         scene.surfaces = surfaces.table().to_vec();
-        scene.surfaces_version = surfaces.version;
+        scene.surfaces_version = (surfaces.version, neutral);
+        if neutral {
+            for surface in &mut scene.surfaces {
+                surface.albedo = VoxelSurface::NEUTRAL.albedo;
+            }
+        }
     }
-    if scene.surfaces.len() < surfaces.table().len() {
-        scene.surfaces = surfaces.table().to_vec();
-    }
-    for (mesh, transform, visible, aabb, surface, skin) in &meshes {
+    for (mesh, transform, visible, aabb, surface, skin, morph) in &meshes {
         let surface = surface.copied().unwrap_or_default().0;
         let transparent = surfaces
             .table()
@@ -101,8 +117,9 @@ pub(crate) fn extract_scene(
         if !world_from_local.is_finite() {
             continue;
         }
-        // Bounds of skinned meshes are those of their bind pose.
-        let bounds = aabb.filter(|_| skin.is_none()).map(|aabb| {
+        // Bounds of skinned meshes are those of their bind pose, of morphed ones of their base.
+        let still = skin.is_none() && morph.is_none();
+        let bounds = aabb.filter(|_| still).map(|aabb| {
             let m = world_from_local.matrix3;
             let half_size = m.x_axis.abs() * aabb.half_extents.x
                 + m.y_axis.abs() * aabb.half_extents.y
@@ -125,15 +142,38 @@ pub(crate) fn extract_scene(
                 Some(first)
             }
         };
+        let weights = match morph {
+            None => None,
+            Some(MeshMorphWeights::Value { weights }) => Some(&weights[..]),
+            Some(MeshMorphWeights::Reference(entity)) => {
+                morphs.get(*entity).ok().map(MorphWeights::weights)
+            }
+        };
         let extracted = ExtractedMesh {
             mesh: mesh.id(),
             world_from_local,
             surface,
             first_joint,
+            weights: weights.map(|weights| put_weights(&mut scene.joints, weights)),
             bounds,
         };
-        if extracted.reaches(volume, volume.settings.cascades - 1) {
+        if volume.levels.iter().any(|level| extracted.reaches(level)) {
             scene.meshes.push(extracted);
         }
     }
+}
+
+/// Behind the matrices, 16 in each: one buffer less for the voxeliser, which has no more than eight
+/// on some adapters.
+fn put_weights(matrices: &mut Vec<Mat4>, weights: &[f32]) -> (u32, u32) {
+    let first = u32::try_from(matrices.len()).unwrap_or(u32::MAX);
+    let count = u32::try_from(weights.len()).unwrap_or(0);
+    matrices.extend(weights.chunks(16).map(|chunk| {
+        let mut all = [0.0; 16];
+        for (to, from) in all.iter_mut().zip(chunk) {
+            *to = if from.is_finite() { *from } else { 0.0 };
+        }
+        Mat4::from_cols_array(&all)
+    }));
+    (first, count)
 }

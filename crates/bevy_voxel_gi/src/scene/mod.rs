@@ -3,6 +3,9 @@
 
 pub(crate) mod extract;
 pub(crate) mod lights;
+mod mean;
 pub(crate) mod surface;
+pub(crate) mod table;
 
-pub use surface::{MeanColors, VoxelMaterial, VoxelSurface};
+pub use mean::MeanColors;
+pub use surface::{VoxelMaterial, VoxelSurface};

@@ -8,19 +8,45 @@ use bevy::{
     },
 };
 
-use super::{STORAGE_SCALE, placement::PlacedVolume};
-use crate::settings::{Bounces, Solver, VoxelLight, Voxelizer};
+use super::{
+    STORAGE_SCALE,
+    placement::{Level, MOST_LEVELS, PlacedVolume},
+};
+use crate::settings::{Bounces, Solver, VoxelAlbedo, VoxelLight, Voxelizer};
+
+/// In step with `volume.wgsl`, where the fields are explained.
+#[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct GpuLevel {
+    corner: Vec3,
+    voxel_size: f32,
+    sky_zenith: Vec3,
+    intensity: f32,
+    sky_horizon: Vec3,
+    sky_ground: Vec3,
+}
+
+impl GpuLevel {
+    fn new(level: &Level, volume: &PlacedVolume) -> Self {
+        let scaled = |color: LinearRgba| color.to_vec3() * STORAGE_SCALE;
+        Self {
+            corner: level.center - 0.5 * level.size,
+            voxel_size: volume.voxel_size(level),
+            sky_zenith: scaled(level.sky.zenith),
+            intensity: level.intensity,
+            sky_horizon: scaled(level.sky.horizon),
+            sky_ground: scaled(level.sky.ground),
+        }
+    }
+}
 
 /// In step with `volume.wgsl`, where the fields are explained.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GpuVolume {
-    pub center: Vec3,
-    pub voxel_size: f32,
-    pub sky_zenith: Vec3,
+    pub levels: [GpuLevel; MOST_LEVELS],
+    pub extent: Vec3,
     pub resolution: u32,
-    pub sky_horizon: Vec3,
-    pub cascades: u32,
-    pub sky_ground: Vec3,
+    pub center: Vec3,
+    pub level_count: u32,
     pub light_count: u32,
     pub storage_scale: f32,
     pub exposure: f32,
@@ -38,6 +64,7 @@ pub(crate) struct GpuVolume {
 
 const FLAG_FEEDBACK: u32 = 1;
 const FLAG_WEIGHTED: u32 = 2;
+const FLAG_PER_PIXEL: u32 = 4;
 
 /// Voxels without a surface are renewed in this many frames: they light only what is not itself
 /// voxelised.
@@ -58,26 +85,32 @@ impl GpuVolume {
             }
             VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
         };
-        let scaled = |color: LinearRgba| color.to_vec3() * STORAGE_SCALE;
         // Without a mean over frames the rays are always the same.
         let (frame, blend) = match settings.light {
             VoxelLight::AmbientOcclusion { .. } => (0, 1.0),
             VoxelLight::GlobalIllumination { .. } => (frame, blend),
         };
         let mut flags = 0;
-        for (on, flag) in [(feedback, FLAG_FEEDBACK), (volume.patched, FLAG_WEIGHTED)] {
+        for (on, flag) in [
+            (feedback, FLAG_FEEDBACK),
+            (volume.patched, FLAG_WEIGHTED),
+            (volume.is_per_pixel(), FLAG_PER_PIXEL),
+        ] {
             if on {
                 flags |= flag;
             }
         }
+        let mut levels = [GpuLevel::default(); MOST_LEVELS];
+        for (gpu, level) in levels.iter_mut().zip(&volume.levels) {
+            *gpu = GpuLevel::new(level, volume);
+        }
+        let (center, extent) = volume.bounds();
         Self {
-            center: volume.center,
-            voxel_size: settings.voxel_size(),
-            sky_zenith: scaled(settings.sky.zenith),
+            levels,
+            extent,
             resolution: settings.resolution,
-            sky_horizon: scaled(settings.sky.horizon),
-            cascades: settings.cascades,
-            sky_ground: scaled(settings.sky.ground),
+            center,
+            level_count: volume.levels.len() as u32,
             light_count,
             storage_scale: STORAGE_SCALE,
             exposure: volume.exposure,
@@ -123,13 +156,15 @@ pub(crate) struct BufferShape {
     pub occlusion_only: bool,
     /// Light is propagated from voxel to voxel.
     pub propagates: bool,
+    /// Albedo is what cameras see.
+    pub seen: bool,
 }
 
 impl BufferShape {
     pub(crate) fn of(volume: &PlacedVolume) -> Self {
         let r = u64::from(volume.settings.resolution);
         Self {
-            voxels: r * r * r * u64::from(volume.settings.cascades),
+            voxels: r * r * r * volume.levels.len() as u64,
             propagates: matches!(
                 volume.settings.light,
                 VoxelLight::GlobalIllumination {
@@ -138,6 +173,8 @@ impl BufferShape {
                 }
             ),
             occlusion_only: matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
+            seen: volume.settings.albedo == VoxelAlbedo::Seen
+                && !matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
         }
     }
 }
@@ -159,6 +196,8 @@ pub(crate) struct VolumeBuffers {
     pub irradiance: Buffer,
     /// Sixteen words a voxel each: propagated light before and after a step. Stubs otherwise.
     pub intensity: [Buffer; 2],
+    /// Six words a voxel: what cameras have seen of each face. A stub if that is not wanted.
+    pub seen: Buffer,
     /// Faces with a surface, then voxels without: voxel index times 8 plus face.
     pub work: Buffer,
     /// How many of each there are, and the sizes of the dispatches over them.
@@ -206,6 +245,11 @@ impl VolumeBuffers {
                 buffer(label, bytes, storage)
             }),
             irradiance: buffer("voxel_gi_irradiance", full(96), storage),
+            seen: buffer(
+                "voxel_gi_seen",
+                if shape.seen { full(24) } else { 16 },
+                storage,
+            ),
             work: buffer("voxel_gi_work", 28 * shape.voxels, storage),
             counters: buffer("voxel_gi_counters", Self::COUNTERS, storage),
             dispatch: buffer(
@@ -225,6 +269,7 @@ impl VolumeBuffers {
             &self.irradiance,
             &self.intensity[0],
             &self.intensity[1],
+            &self.seen,
             &self.work,
             &self.counters,
             &self.dispatch,

@@ -1,24 +1,43 @@
-//! Which volume is in use, and where it is.
+//! Which volumes are in use, and where they are.
 
 use bevy::{
     camera::{Exposure, visibility::RenderLayers},
+    core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
     prelude::*,
 };
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::texture::{texture, texture_size};
 use crate::{
+    budget::BudgetChoice,
     receive::RECEIVER_PATCH,
-    settings::{Solver, VoxelGiVolume, VoxelLight},
+    settings::{Receiver, Sky, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight},
 };
 
-/// The volume that lights the app, where it is now.
+/// Most levels that a scene has; in step with `volume.wgsl`.
+pub(crate) const MOST_LEVELS: usize = 8;
+
+/// A cube of voxels: a volume, or a cascade of one.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Level {
+    /// The user's entity.
+    pub owner: Entity,
+    pub center: Vec3,
+    /// Edge in metres.
+    pub size: f32,
+    pub sky: Sky,
+    pub intensity: f32,
+}
+
+/// The volumes that light the app, where they are now.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlacedVolume {
-    /// With every field in range.
+    /// Of the first volume, with every field in range, and what its budget has chosen.
     pub settings: VoxelGiVolume,
-    /// Centre of all cascades.
-    pub center: Vec3,
+    /// The same without its budget's choice.
+    pub own_settings: VoxelGiVolume,
+    /// All volumes and cascades, the smallest first. There is one.
+    pub levels: Vec<Level>,
     /// What Bevy samples; see [`texture_size`].
     pub texture: Handle<Image>,
     /// The pixel's shader knows our layout; else it is that of a plain irradiance volume.
@@ -27,41 +46,70 @@ pub(crate) struct PlacedVolume {
     pub exposure: f32,
     /// Which cameras see its light.
     pub layers: RenderLayers,
+    /// Where the cameras are from which albedo is taken.
+    pub viewpoints: Vec<GlobalTransform>,
 }
 
 impl PlacedVolume {
-    /// Half the edge of the largest cascade in metres.
-    pub fn outer_half_size(&self) -> f32 {
-        0.5 * self.settings.size * self.outer_scale()
+    /// Centre and edges of the box around all levels, in metres.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let half = |level: &Level| Vec3::splat(0.5 * level.size);
+        let (low, high) = self
+            .levels
+            .iter()
+            .map(|level| (level.center - half(level), level.center + half(level)))
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+            .unwrap_or_default();
+        (0.5 * (low + high), high - low)
     }
 
-    /// How much larger the largest cascade is than the smallest.
-    fn outer_scale(&self) -> f32 {
-        (1 << (self.settings.cascades - 1)) as f32
+    /// Edge of a voxel of a level in metres.
+    pub fn voxel_size(&self, level: &Level) -> f32 {
+        level.size / self.settings.resolution as f32
+    }
+
+    /// The pixel's shader needs not be told where the levels are.
+    pub fn is_plain(&self) -> bool {
+        is_plain(&self.settings, self.levels.len())
+    }
+
+    /// Pixels look for the voxels around them.
+    pub fn is_per_pixel(&self) -> bool {
+        self.patched && self.settings.receiver == Receiver::PerPixel
     }
 }
 
-/// The volume in use, if there is one.
+/// See [`PlacedVolume::is_plain`].
+pub(super) fn is_plain(settings: &VoxelGiVolume, levels: usize) -> bool {
+    levels == 1 && settings.receiver == Receiver::Interpolated
+}
+
+/// The volumes in use, if there are any.
 #[derive(Resource, Default)]
 pub(crate) struct ActiveVolume {
     pub volume: Option<PlacedVolume>,
-    /// The user's entity.
+    /// The user's first entity.
     owner: Option<Entity>,
 }
 
-/// Chooses the volume and where it is, and keeps its texture.
+/// A volume of the user's.
+type VolumeParts = (
+    Entity,
+    &'static VoxelGiVolume,
+    &'static GlobalTransform,
+    Option<&'static RenderLayers>,
+);
+
+/// Chooses the volumes and where they are, and keeps their texture.
 pub(crate) fn place_volume(
     mut active: ResMut<ActiveVolume>,
-    volumes: Query<(
-        Entity,
-        &VoxelGiVolume,
-        &GlobalTransform,
-        Option<&RenderLayers>,
-    )>,
+    volumes: Query<VolumeParts>,
     transforms: Query<&GlobalTransform>,
     cameras: Query<(&Camera, Option<&Exposure>), With<Camera3d>>,
+    seeing: Query<(&Camera, &GlobalTransform), (With<DepthPrepass>, With<DeferredPrepass>)>,
     patches: Res<ShaderPatches>,
     mut images: ResMut<Assets<Image>>,
+    budget: Option<Res<BudgetChoice>>,
 ) {
     let active = &mut *active;
     let patched = match patches.state(RECEIVER_PATCH) {
@@ -69,34 +117,81 @@ pub(crate) fn place_volume(
         Some(PatchState::Pending) => return,
         _ => false,
     };
-    if volumes.iter().len() > 1 {
-        warn_once!(
-            "voxel GI: there is more than one VoxelGiVolume; only the one spawned first lights \
-             the scene. Use its `cascades` to cover more of the world"
-        );
-    }
-    // Indices of entities are used again: the one in use stays.
-    let chosen = active
-        .owner
-        .and_then(|owner| volumes.get(owner).ok())
-        .or_else(|| volumes.iter().min_by_key(|(entity, ..)| entity.index()));
-    let Some((owner, settings, transform, layers)) = chosen else {
+    // Indices of entities are used again: the first one in use stays the first.
+    let mut all: Vec<_> = volumes.iter().collect();
+    all.sort_by_key(|(entity, ..)| (Some(*entity) != active.owner, entity.index()));
+    let Some(&(owner, settings, _, layers)) = all.first() else {
         (active.volume, active.owner) = (None, None);
         return;
     };
     let settings = possible(settings.clamped(), patched);
-    let anchor = settings
-        .follow
-        .and_then(|entity| transforms.get(entity).ok())
-        .unwrap_or(transform)
-        .translation();
+    let layers = layers.cloned().unwrap_or_default();
+    if !patched && all.len() > 1 {
+        warn_once!(
+            "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
+             so only the VoxelGiVolume spawned first lights the scene"
+        );
+        all.truncate(1);
+    }
+    let mut levels = Vec::new();
+    for (owner, own, transform, own_layers) in all {
+        let own = possible(own.clamped(), patched);
+        if !shares(&own, &settings) || own_layers.cloned().unwrap_or_default() != layers {
+            warn_once!(
+                "voxel GI: several VoxelGiVolumes share all settings and render layers but \
+                 `size`, `cascades`, `follow`, `sky` and `intensity`; those of the one spawned \
+                 first are used. Give all of them the same"
+            );
+        }
+        if levels.len() + own.cascades as usize > MOST_LEVELS {
+            warn_once!(
+                "voxel GI: there are more than {MOST_LEVELS} cubes in all (volumes times their \
+                 `cascades`); the volumes spawned last are left out. Use fewer cascades, or \
+                 despawn volumes that are far away"
+            );
+            break;
+        }
+        let anchor = own
+            .follow
+            .and_then(|entity| transforms.get(entity).ok())
+            .unwrap_or(transform)
+            .translation();
+        let center = snapped(anchor, &own, settings.resolution);
+        levels.extend((0..own.cascades).map(|cascade| Level {
+            owner,
+            center,
+            size: own.size * (1 << cascade) as f32,
+            sky: own.sky,
+            intensity: own.intensity,
+        }));
+    }
+    levels.sort_by(|a, b| a.size.total_cmp(&b.size));
+    let own_settings = settings;
+    let settings = match budget.and_then(|budget| budget.chosen()) {
+        Some(chosen) => chosen.applied(&own_settings),
+        None => own_settings.clone(),
+    };
     let exposure = cameras
         .iter()
         .find(|(camera, _)| camera.is_active)
         .and_then(|(_, exposure)| exposure.copied())
         .unwrap_or_default()
         .exposure();
-    let size = texture_size(&settings, patched);
+    let viewpoints: Vec<_> = match settings.albedo {
+        VoxelAlbedo::Seen => seeing
+            .iter()
+            .filter(|(camera, _)| camera.is_active)
+            .map(|(_, transform)| *transform)
+            .collect(),
+        _ => Vec::new(),
+    };
+    if settings.albedo == VoxelAlbedo::Seen && viewpoints.is_empty() {
+        warn_once!(
+            "voxel GI: `VoxelAlbedo::Seen` takes albedo from cameras with `DepthPrepass` and \
+             `DeferredPrepass`, and there is none; the means of materials are used"
+        );
+    }
+    let size = texture_size(&settings, levels.len(), patched);
     let fits = |old: &&PlacedVolume| {
         let image = images.get(&old.texture);
         image.is_some_and(|image| image.texture_descriptor.size == size) && old.patched == patched
@@ -107,13 +202,28 @@ pub(crate) fn place_volume(
     };
     active.owner = Some(owner);
     active.volume = Some(PlacedVolume {
-        center: snapped(anchor, &settings),
+        levels,
         settings,
+        own_settings,
         texture,
         patched,
         exposure,
-        layers: layers.cloned().unwrap_or_default(),
+        layers,
+        viewpoints,
     });
+}
+
+/// Whether a volume's settings are those of the first one where all have the same.
+fn shares(own: &VoxelGiVolume, first: &VoxelGiVolume) -> bool {
+    let common = VoxelGiVolume {
+        size: first.size,
+        cascades: first.cascades,
+        follow: first.follow,
+        sky: first.sky,
+        intensity: first.intensity,
+        ..own.clone()
+    };
+    common == *first
 }
 
 /// The settings without what cannot be had together.
@@ -131,8 +241,18 @@ fn possible(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVolume {
              so the volume has one cascade only"
         );
     }
+    if settings.receiver == Receiver::PerPixel && !patched {
+        warn_once!(
+            "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
+             so pixels interpolate"
+        );
+        settings.receiver = Receiver::Interpolated;
+    }
     if settings.cascades > 1 && propagates {
-        warn_once!("voxel GI: light is propagated in one cascade only; use `Solver::March`");
+        warn_once!(
+            "voxel GI: light is propagated in one cascade only; use `Solver::March`, or \
+             several volumes side by side"
+        );
     }
     if !patched || propagates {
         settings.cascades = 1;
@@ -142,7 +262,7 @@ fn possible(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVolume {
 
 /// The nearest whole voxel of the largest cascade, so that what is voxelised does not swim as the
 /// volume moves.
-fn snapped(anchor: Vec3, settings: &VoxelGiVolume) -> Vec3 {
+fn snapped(anchor: Vec3, settings: &VoxelGiVolume, resolution: u32) -> Vec3 {
     let anchor = if anchor.is_finite() {
         anchor
     } else {
@@ -151,7 +271,8 @@ fn snapped(anchor: Vec3, settings: &VoxelGiVolume) -> Vec3 {
     if settings.follow.is_none() {
         return anchor;
     }
-    let step = settings.voxel_size() * (1 << (settings.cascades - 1)) as f32;
+    let outer = settings.size * (1 << (settings.cascades - 1)) as f32;
+    let step = outer / resolution as f32;
     (anchor / step).round() * step
 }
 
@@ -169,18 +290,18 @@ mod tests {
             ..default()
         };
         for x in [-3.3_f32, 0.0, 0.49, 0.51, 1e3 + 0.2] {
-            let at = snapped(Vec3::splat(x), &settings).x;
+            let at = snapped(Vec3::splat(x), &settings, 32).x;
             assert!(
                 (at - at.round()).abs() < 1e-6 && (at - x).abs() <= 0.5,
                 "{at} for {x}"
             );
         }
-        assert_eq!(snapped(Vec3::NAN, &settings), Vec3::ZERO);
+        assert_eq!(snapped(Vec3::NAN, &settings, 32), Vec3::ZERO);
         let still = VoxelGiVolume {
             follow: None,
             ..settings
         };
-        assert_eq!(snapped(Vec3::splat(0.3), &still), Vec3::splat(0.3));
+        assert_eq!(snapped(Vec3::splat(0.3), &still, 32), Vec3::splat(0.3));
     }
 
     #[test]
@@ -199,5 +320,47 @@ mod tests {
             possible(VoxelGiVolume { light, ..settings }, true).cascades,
             1
         );
+    }
+
+    #[test]
+    fn volumes_share_what_is_not_about_their_place() {
+        let first = VoxelGiVolume::default();
+        let own = VoxelGiVolume {
+            size: 3.0,
+            cascades: 2,
+            sky: Sky::uniform(LinearRgba::WHITE),
+            intensity: 2.0,
+            ..default()
+        };
+        assert!(shares(&own, &first));
+        let own = VoxelGiVolume {
+            resolution: 64,
+            ..own
+        };
+        assert!(!shares(&own, &first));
+    }
+
+    #[test]
+    fn the_box_is_around_all_levels() {
+        let level = |center: Vec3, size: f32| Level {
+            owner: Entity::PLACEHOLDER,
+            center,
+            size,
+            sky: default(),
+            intensity: 1.0,
+        };
+        let placed = PlacedVolume {
+            settings: default(),
+            own_settings: default(),
+            levels: vec![level(Vec3::X * 3.0, 2.0), level(Vec3::ZERO, 4.0)],
+            texture: default(),
+            patched: true,
+            exposure: 1.0,
+            layers: default(),
+            viewpoints: Vec::new(),
+        };
+        let (center, extent) = placed.bounds();
+        assert_eq!(center, Vec3::new(1.0, 0.0, 0.0));
+        assert_eq!(extent, Vec3::new(6.0, 4.0, 4.0));
     }
 }

@@ -19,7 +19,7 @@ use bevy::{
 
 use super::{
     gpu::{AIR_INTERVAL, BufferShape, GpuVolume, VolumeBuffers, VolumeUniforms},
-    placement::PlacedVolume,
+    placement::{Level, MOST_LEVELS, PlacedVolume},
     scroll::{ScrollPipeline, ScrollWork},
 };
 use crate::{
@@ -56,6 +56,8 @@ pub(crate) struct FramePlan {
     pub bounces: u32,
     /// Steps of propagated light.
     pub iterations: u32,
+    /// Levels have moved: what cameras have seen is elsewhere now.
+    pub forgets: bool,
     /// Counts the frames since the volume was made anew in which something was computed.
     frame: u32,
     /// Of what is in the volume.
@@ -67,8 +69,8 @@ pub(crate) struct FramePlan {
     since_change: u32,
     /// Frames that have still to be computed until the light has settled.
     unsettled: u32,
-    /// Where the volume was, and how large a voxel.
-    place: Option<(Vec3, f32)>,
+    /// Where the levels were.
+    places: Vec<Level>,
     /// The texture that holds the light.
     texture: Option<AssetId<Image>>,
 }
@@ -94,16 +96,34 @@ impl FramePlan {
         1.0 / frames.clamp(1, HISTORY) as f32
     }
 
-    /// By how many voxels of the smallest cascade the volume has moved since the last frame, if
-    /// by whole ones.
-    fn moved(&mut self, volume: &PlacedVolume) -> Option<IVec3> {
-        let voxel_size = volume.settings.voxel_size();
-        let (before, size_before) = self.place.replace((volume.center, voxel_size))?;
-        let voxels = (volume.center - before) / voxel_size;
-        let whole = (voxels - voxels.round()).abs().max_element() < 1e-3;
-        let near = voxels.abs().max_element() < 1e6;
-        (voxels != Vec3::ZERO && whole && near && size_before == voxel_size)
-            .then(|| voxels.round().as_ivec3())
+    /// Whether any level is elsewhere than in the last frame.
+    fn is_elsewhere(&self, volume: &PlacedVolume) -> bool {
+        self.places.len() != volume.levels.len()
+            || self
+                .places
+                .iter()
+                .zip(&volume.levels)
+                .any(|(old, new)| old.center != new.center)
+    }
+
+    /// By how many of its voxels each level has moved since the last frame, if any has by whole
+    /// ones and all are the same levels.
+    fn moved(&mut self, volume: &PlacedVolume) -> Option<[IVec4; MOST_LEVELS]> {
+        let before = std::mem::replace(&mut self.places, volume.levels.clone());
+        let same = |(old, new): (&Level, &Level)| (old.owner, old.size) == (new.owner, new.size);
+        if before.len() != volume.levels.len() || !before.iter().zip(&volume.levels).all(same) {
+            return None;
+        }
+        let mut moves = [IVec4::ZERO; MOST_LEVELS];
+        for ((place, old), new) in moves.iter_mut().zip(&before).zip(&volume.levels) {
+            let voxels = (new.center - old.center) / volume.voxel_size(new);
+            let whole = (voxels - voxels.round()).abs().max_element() < 1e-3;
+            let near = voxels.abs().max_element() < 1e6;
+            if whole && near {
+                *place = voxels.round().as_ivec3().extend(0);
+            }
+        }
+        (moves != [IVec4::ZERO; MOST_LEVELS]).then_some(moves)
     }
 
     /// Frames until nothing changes any more.
@@ -182,7 +202,7 @@ pub(crate) fn prepare_frame(
     if fresh || fingerprint != plan.fingerprint {
         plan.fingerprint = fingerprint;
         // A volume that only moves keeps its light.
-        if plan.since_change > HISTORY && plan.place.is_none_or(|(at, _)| at == volume.center) {
+        if plan.since_change > HISTORY && !plan.is_elsewhere(volume) {
             plan.since_new = 0;
         }
         plan.since_change = 0;
@@ -217,6 +237,7 @@ pub(crate) fn prepare_frame(
         &device,
         &queue,
     );
+    plan.forgets = moved.is_some();
     plan.frame = plan.frame.wrapping_add(1);
     plan.since_new = plan.since_new.saturating_add(1);
     plan.since_change = plan.since_change.saturating_add(1);
@@ -309,10 +330,23 @@ fn fingerprint(
 ) -> u64 {
     let mut hasher = FixedHasher.build_hasher();
     meshes.hash(&mut hasher);
-    hash_floats(&mut hasher, &volume.center.to_array());
+    for level in &volume.levels {
+        let Level {
+            center, size, sky, ..
+        } = level;
+        hash_floats(&mut hasher, &center.to_array());
+        hash_floats(&mut hasher, &[*size, level.intensity]);
+        for color in [sky.zenith, sky.horizon, sky.ground] {
+            hash_floats(&mut hasher, &color.to_f32_array());
+        }
+    }
     hash_floats(&mut hasher, &[volume.exposure]);
+    for viewpoint in &volume.viewpoints {
+        hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
+    }
     // Settings are few and change rarely; their text tells them apart.
-    format!("{:?}", volume.settings).hash(&mut hasher);
+    // A budget's choice changes how exact the light is, not the light.
+    format!("{:?}", volume.own_settings).hash(&mut hasher);
     for lamp in lamps {
         hash_floats(&mut hasher, &lamp.position.to_array());
         hash_floats(&mut hasher, &lamp.color.to_array());

@@ -12,7 +12,7 @@ use super::{STORAGE_SCALE, placement::ActiveVolume};
 #[derive(Component)]
 pub(crate) struct VoxelGiProbe;
 
-/// Keeps the probe in step with the volume in use.
+/// Keeps the probe in step with the volumes in use: it is around all of them.
 pub(crate) fn place_probe(
     mut commands: Commands,
     active: Res<ActiveVolume>,
@@ -35,11 +35,16 @@ pub(crate) fn place_probe(
     };
     let light = IrradianceVolume {
         voxels: volume.texture.clone(),
-        intensity: volume.settings.intensity / STORAGE_SCALE,
+        intensity: if volume.is_plain() {
+            volume.settings.intensity / STORAGE_SCALE
+        } else {
+            // Each level has its own.
+            STORAGE_SCALE.recip()
+        },
         affects_lightmapped_meshes: true,
     };
-    let at = Transform::from_translation(volume.center)
-        .with_scale(Vec3::splat(2.0 * volume.outer_half_size()));
+    let (center, extent) = volume.bounds();
+    let at = Transform::from_translation(center).with_scale(extent);
     let Ok((_, mut known, mut transform, mut global, mut layers)) = probes.single_mut() else {
         commands.spawn((
             Name::new("voxel GI probe"),

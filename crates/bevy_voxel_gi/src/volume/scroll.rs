@@ -1,4 +1,4 @@
-//! Light that was known follows the volume as it moves by whole voxels.
+//! Light that was known follows the levels as they move by whole voxels.
 
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
@@ -8,21 +8,17 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
             BufferDescriptor, BufferUsages, CachedComputePipelineId, ComputePassDescriptor,
-            ComputePipelineDescriptor, PipelineCache, ShaderStages, ShaderType, UniformBuffer,
+            ComputePipelineDescriptor, PipelineCache, ShaderStages, UniformBuffer,
             binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
     },
 };
 
-use super::gpu::{GpuVolume, VolumeBuffers, VolumeUniforms};
-
-/// In step with `scroll.wgsl`.
-#[derive(ShaderType, Clone, Copy, Debug)]
-struct GpuScroll {
-    voxels: IVec3,
-    pad: u32,
-}
+use super::{
+    gpu::{GpuVolume, VolumeBuffers, VolumeUniforms},
+    placement::MOST_LEVELS,
+};
 
 #[derive(Resource)]
 pub(crate) struct ScrollPipeline {
@@ -41,7 +37,7 @@ pub(crate) fn init_scroll_pipeline(
             ShaderStages::COMPUTE,
             (
                 uniform_buffer::<GpuVolume>(false),
-                uniform_buffer::<GpuScroll>(false),
+                uniform_buffer::<[IVec4; MOST_LEVELS]>(false),
                 storage_buffer_read_only_sized(false, None),
                 storage_buffer_sized(false, None),
             ),
@@ -66,7 +62,7 @@ pub(crate) struct ScrollWork {
 
 impl ScrollWork {
     pub(crate) fn new(
-        voxels: IVec3,
+        moves: [IVec4; MOST_LEVELS],
         uniforms: &VolumeUniforms,
         buffers: &VolumeBuffers,
         pipeline: &ScrollPipeline,
@@ -81,7 +77,7 @@ impl ScrollWork {
             usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let mut moved = UniformBuffer::from(GpuScroll { voxels, pad: 0 });
+        let mut moved = UniformBuffer::from(moves);
         moved.write_buffer(device, queue);
         let bind_group = device.create_bind_group(
             "voxel_gi_scroll",

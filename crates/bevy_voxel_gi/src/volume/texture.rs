@@ -7,21 +7,29 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
 };
 
-use crate::settings::VoxelGiVolume;
+use super::placement::is_plain;
+use crate::settings::{Receiver, VoxelGiVolume};
 
-/// Texels of the texture: per cascade six ambient-cube faces as Bevy's irradiance volumes have
-/// them, (R, 2 R, 3 R), one cascade behind the other; and, where the pixel's shader is ours, one
-/// more slice that says so (its depth is then no multiple of three, as no irradiance volume's is).
-pub(crate) fn texture_size(settings: &VoxelGiVolume, patched: bool) -> Extent3d {
+/// Texels of the texture: per level six ambient-cube faces as Bevy's irradiance volumes have
+/// them, (R, 2 R, 3 R), one level behind the other. Where the pixel's shader is ours, its depth is
+/// one more than a multiple of three, as no irradiance volume's is, and the last slice tells where
+/// the levels are; and where pixels look for the voxels around them, (R, 2 R, R) more per level say
+/// which sub-voxels are touched.
+pub(crate) fn texture_size(settings: &VoxelGiVolume, levels: usize, patched: bool) -> Extent3d {
     let r = settings.resolution;
+    let slabs = match settings.receiver {
+        Receiver::Interpolated => 3,
+        Receiver::PerPixel => 4,
+    };
+    let depth = match patched {
+        false => 3 * r,
+        true if is_plain(settings, levels) => 3 * r + 1,
+        true => (slabs * r * levels as u32).next_multiple_of(3) + 1,
+    };
     Extent3d {
         width: r,
         height: 2 * r,
-        depth_or_array_layers: if patched {
-            3 * r * settings.cascades + 1
-        } else {
-            3 * r
-        },
+        depth_or_array_layers: depth,
     }
 }
 

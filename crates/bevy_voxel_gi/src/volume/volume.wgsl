@@ -3,18 +3,31 @@
 #define_import_path bevy_voxel_gi::volume
 
 // In step with `gpu.rs`.
-struct Volume {
-    // Centre of all cascades in the world.
-    center: vec3<f32>,
-    // Edge of a voxel of the smallest cascade in metres.
+// A cube of voxels: a volume, or a cascade of one.
+struct Level {
+    // The corner with the smallest coordinates in the world.
+    corner: vec3<f32>,
+    // Edge of a voxel in metres.
     voxel_size: f32,
     // Radiance from outside, scaled by `storage_scale`.
     sky_zenith: vec3<f32>,
-    // Voxels along an edge.
-    resolution: u32,
+    // Factor of the light that reaches the image.
+    intensity: f32,
     sky_horizon: vec3<f32>,
-    cascades: u32,
     sky_ground: vec3<f32>,
+}
+
+// In step with `gpu.rs`.
+struct Volume {
+    // The smallest voxels first.
+    levels: array<Level, 8>,
+    // Edges of the box around all levels in metres.
+    extent: vec3<f32>,
+    // Voxels along an edge of a level.
+    resolution: u32,
+    // Middle of that box in the world.
+    center: vec3<f32>,
+    level_count: u32,
     light_count: u32,
     // Factor of all stored light, so that 16-bit floats hold it.
     storage_scale: f32,
@@ -36,40 +49,48 @@ struct Volume {
     blend: f32,
 }
 
+@group(0) @binding(0) var<uniform> volume: Volume;
+
 // Reflected light of the frame before is reflected again.
 const FLAG_FEEDBACK: u32 = 1u;
 // The receiver divides by the weight in alpha.
 const FLAG_WEIGHTED: u32 = 2u;
+// The receiver looks for the voxels around it, and needs to know which sub-voxels are touched.
+const FLAG_PER_PIXEL: u32 = 4u;
 
 // Faces of a voxel: +X, -X, +Y, -Y, +Z, -Z.
 const FACES: u32 = 6u;
 // Sub-voxels along a voxel's edge.
 const FINE: u32 = 4u;
 
-fn voxel_count(volume: Volume) -> u32 {
+// Of a level.
+fn voxel_count() -> u32 {
     return volume.resolution * volume.resolution * volume.resolution;
 }
 
-// Edge of a voxel of a cascade in metres.
-fn cascade_voxel_size(volume: Volume, cascade: u32) -> f32 {
-    return volume.voxel_size * f32(1u << cascade);
+// Edge of a voxel of a level in metres.
+fn level_voxel_size(level: u32) -> f32 {
+    return volume.levels[level].voxel_size;
 }
 
-// The corner of a cascade with the smallest coordinates.
-fn cascade_min(volume: Volume, cascade: u32) -> vec3<f32> {
-    return volume.center
-        - vec3(0.5 * f32(volume.resolution) * cascade_voxel_size(volume, cascade));
+// The corner of a level with the smallest coordinates.
+fn level_corner(level: u32) -> vec3<f32> {
+    return volume.levels[level].corner;
 }
 
-// Index of a voxel over all cascades; x runs fastest.
-fn voxel_index(volume: Volume, cascade: u32, voxel: vec3<u32>) -> u32 {
+// Index of a voxel over all levels; x runs fastest.
+fn voxel_index(level: u32, voxel: vec3<u32>) -> u32 {
     let r = volume.resolution;
-    return cascade * voxel_count(volume) + voxel.x + r * (voxel.y + r * voxel.z);
+    return level * voxel_count() + voxel.x + r * (voxel.y + r * voxel.z);
 }
 
-fn voxel_of_index(volume: Volume, index: u32) -> vec3<u32> {
+fn level_of_index(index: u32) -> u32 {
+    return index / voxel_count();
+}
+
+fn voxel_of_index(index: u32) -> vec3<u32> {
     let r = volume.resolution;
-    let local = index % voxel_count(volume);
+    let local = index % voxel_count();
     return vec3(local % r, (local / r) % r, local / (r * r));
 }
 
@@ -123,9 +144,10 @@ fn key_material(key: u32) -> u32 {
     return key & 4095u;
 }
 
-// The sky seen in a direction.
-fn sky_radiance(volume: Volume, direction: vec3<f32>) -> vec3<f32> {
+// The sky around a level, seen in a direction.
+fn sky_radiance(level: u32, direction: vec3<f32>) -> vec3<f32> {
     let up = clamp(direction.y, -1.0, 1.0);
-    let other = select(volume.sky_ground, volume.sky_zenith, up > 0.0);
-    return mix(volume.sky_horizon, other, abs(up));
+    let zenith = volume.levels[level].sky_zenith;
+    let other = select(volume.levels[level].sky_ground, zenith, up > 0.0);
+    return mix(volume.levels[level].sky_horizon, other, abs(up));
 }

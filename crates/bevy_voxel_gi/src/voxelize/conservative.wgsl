@@ -3,9 +3,10 @@
 // and three 2D tests. The columns of voxels under up to 64 triangles are dealt out evenly to the
 // 64 threads, so that neither one huge triangle nor many small ones leave threads idle.
 
-#import bevy_voxel_gi::volume::{FINE, fine_bit}
+#import bevy_voxel_gi::volume::{FINE, fine_bit, volume}
 #import bevy_voxel_gi::triangles::{
-    Batch, Instance, Triangle, batches, instances, load_triangle, mark, volume,
+    Batch, Instance, Triangle, batches, instances, load_triangle, main_axis, mark,
+    turned, turned_back,
 }
 
 struct Prepared {
@@ -21,27 +22,13 @@ var<workgroup> prepared: array<Prepared, 64>;
 // Columns of all triangles up to and with this one.
 var<workgroup> columns: array<u32, 64>;
 
-// Components in the order of projection: the two in the plane, then depth.
-fn turned(v: vec3<f32>, axis: u32) -> vec3<f32> {
-    return vec3(v[(axis + 1u) % 3u], v[(axis + 2u) % 3u], v[axis]);
-}
-
-fn turned_back(v: vec3<u32>, axis: u32) -> vec3<u32> {
-    var result: vec3<u32>;
-    result[(axis + 1u) % 3u] = v.x;
-    result[(axis + 2u) % 3u] = v.y;
-    result[axis] = v.z;
-    return result;
-}
-
 fn prepare(triangle: Triangle) -> Prepared {
     var result: Prepared;
     result.triangle = triangle;
-    let n = abs(triangle.normal);
-    if (n.x + n.y + n.z == 0.0) {
+    if (all(triangle.normal == vec3(0.0))) {
         return result;
     }
-    result.axis = select(select(2u, 1u, n.y >= n.z), 0u, n.x >= n.y && n.x >= n.z);
+    result.axis = main_axis(triangle.normal);
     let a = turned(triangle.a, result.axis);
     let b = turned(triangle.b, result.axis);
     let c = turned(triangle.c, result.axis);

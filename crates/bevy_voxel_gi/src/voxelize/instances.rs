@@ -37,7 +37,11 @@ pub(crate) struct GpuInstance {
     triangle_count: u32,
     material: u32,
     flags: u32,
-    pad: u32,
+    coverage: f32,
+    morph_base: u32,
+    vertex_count: u32,
+    first_weights: u32,
+    weight_count: u32,
 }
 
 const SKINNED: u32 = 1;
@@ -50,7 +54,7 @@ const STRIP: u32 = 8;
 pub(crate) struct GpuBatch {
     instance: u32,
     first_triangle: u32,
-    cascade: u32,
+    level: u32,
     pad: u32,
 }
 
@@ -62,6 +66,8 @@ pub(crate) struct Group {
     pub vertices: Buffer,
     /// `None`: without indices.
     pub indices: Option<Buffer>,
+    /// `None`: without morph targets.
+    pub morph_targets: Option<Buffer>,
     pub instances: Vec<GpuInstance>,
     pub batches: Vec<GpuBatch>,
 }
@@ -83,7 +89,7 @@ pub(crate) fn collect(
     meshes: &RenderAssets<RenderMesh>,
     device: &RenderDevice,
 ) -> Instances {
-    let mut groups = HashMap::<(MeshSlabId, Option<MeshSlabId>), Group>::default();
+    let mut groups = HashMap::<[Option<MeshSlabId>; 3], Group>::default();
     let mut hasher = FixedHasher.build_hasher();
     let mut triangles = 0;
     let most_bytes = device.limits().max_storage_buffer_binding_size;
@@ -103,10 +109,19 @@ pub(crate) fn collect(
         let indices = allocator.mesh_index_slice(&extracted.mesh);
         instance.vertex_base = vertices.range.start * instance.vertex_stride;
         instance.index_base = indices.as_ref().map_or(0, |slice| slice.range.start);
+        // Words of a target's vertex: displacements of position, normal and tangent, 16 bytes each.
+        const MORPH_WORDS: u32 = 12;
+        let targets = allocator.mesh_morph_target_slice(&extracted.mesh);
+        match &targets {
+            Some(slice) => instance.morph_base = slice.range.start * MORPH_WORDS,
+            None => instance.weight_count = 0,
+        }
         let usable = |buffer: &Buffer| {
             buffer.usage().contains(BufferUsages::STORAGE) && buffer.size() <= most_bytes
         };
-        if !usable(vertices.buffer) || indices.as_ref().is_some_and(|slice| !usable(slice.buffer)) {
+        let others = [&indices, &targets];
+        let mut others = others.into_iter().flatten();
+        if !usable(vertices.buffer) || !others.all(|slice| usable(slice.buffer)) {
             warn_once!(
                 "voxel GI: a mesh is in a buffer that shaders cannot read on this adapter (larger \
                  than {most_bytes} bytes, or allocated on its own); it is not voxelised. Split \
@@ -117,22 +132,30 @@ pub(crate) fn collect(
         fingerprint(&mut hasher, extracted, &instance);
         triangles += u64::from(instance.triangle_count);
         let group = groups
-            .entry((slabs.vertex_slab_id, slabs.index_slab_id))
+            .entry([
+                Some(slabs.vertex_slab_id),
+                slabs.index_slab_id,
+                slabs.morph_target_slab_id,
+            ])
             .or_insert_with(|| Group {
                 vertices: vertices.buffer.clone(),
                 indices: indices.as_ref().map(|slice| slice.buffer.clone()),
+                morph_targets: targets.as_ref().map(|slice| slice.buffer.clone()),
                 instances: Vec::new(),
                 batches: Vec::new(),
             });
         let index = u32::try_from(group.instances.len()).unwrap_or(u32::MAX);
-        for cascade in (0..volume.settings.cascades).filter(|&c| extracted.reaches(volume, c)) {
+        for (level, _) in (0..)
+            .zip(&volume.levels)
+            .filter(|(_, l)| extracted.reaches(l))
+        {
             group
                 .batches
                 .extend((0..instance.triangle_count).step_by(BATCH as usize).map(
                     |first_triangle| GpuBatch {
                         instance: index,
                         first_triangle,
-                        cascade,
+                        level,
                         pad: 0,
                     },
                 ));
@@ -213,6 +236,7 @@ fn described(
     if surface.is_some_and(|surface| surface.double_sided == 1) {
         flags |= DOUBLE_SIDED;
     }
+    let (first_weights, weight_count) = extracted.weights.unwrap_or_default();
     let (first_joint, joint_index_offset, joint_weight_offset) = skin.unwrap_or_default();
     Some(GpuInstance {
         world_from_local: extracted.world_from_local.into(),
@@ -227,7 +251,11 @@ fn described(
         triangle_count,
         material: extracted.surface,
         flags,
-        pad: 0,
+        coverage: surface.map_or(1.0, |surface| surface.coverage),
+        morph_base: 0,
+        vertex_count: mesh.vertex_count,
+        first_weights,
+        weight_count,
     })
 }
 
@@ -235,6 +263,8 @@ fn fingerprint(hasher: &mut impl Hasher, extracted: &ExtractedMesh, instance: &G
     extracted.mesh.hash(hasher);
     hash_floats(hasher, &instance.world_from_local.to_cols_array());
     (instance.material, instance.flags, instance.triangle_count).hash(hasher);
+    (instance.first_weights, instance.weight_count).hash(hasher);
+    hash_floats(hasher, &[instance.coverage]);
 }
 
 pub(crate) fn hash_floats(hasher: &mut impl Hasher, floats: &[f32]) {

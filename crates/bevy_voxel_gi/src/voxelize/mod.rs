@@ -53,7 +53,7 @@ impl VoxelizeWork {
             )),
         );
         let stub = device.create_buffer(&BufferDescriptor {
-            label: Some("voxel_gi_no_indices"),
+            label: Some("voxel_gi_none"),
             size: 16,
             usage: BufferUsages::STORAGE,
             mapped_at_creation: false,
@@ -78,6 +78,11 @@ impl VoxelizeWork {
                     instances.binding()?,
                     batches.binding()?,
                     joint_buffer.binding()?,
+                    group
+                        .morph_targets
+                        .as_ref()
+                        .unwrap_or(&stub)
+                        .as_entire_binding(),
                 )),
             );
             Some((bind_group, u32::try_from(group.batches.len()).ok()?))
@@ -115,6 +120,9 @@ pub(crate) fn voxelize(
         &buffers.counters,
     ] {
         encoder.clear_buffer(buffer, 0, None);
+    }
+    if plan.forgets {
+        encoder.clear_buffer(&buffers.seen, 0, None);
     }
     let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
         label: Some("voxel_gi_voxelize"),

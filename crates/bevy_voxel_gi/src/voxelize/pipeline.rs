@@ -71,7 +71,7 @@ pub(crate) fn init_pipeline(mut commands: Commands, assets: Res<AssetServer>) {
             "voxel_gi_voxelize_meshes",
             &BindGroupLayoutEntries::sequential(
                 ShaderStages::COMPUTE,
-                (read(), read(), read(), read(), read()),
+                (read(), read(), read(), read(), read(), read()),
             ),
         ),
         conservative: load_embedded_asset!(assets, "conservative.wgsl"),

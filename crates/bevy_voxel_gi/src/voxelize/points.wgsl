@@ -2,9 +2,9 @@
 // "Generating Random Points in Triangles", 1990), the same in every frame. A voxel with a point
 // is solid as a whole, as a sparse set of sub-voxels would let light through.
 
-#import bevy_voxel_gi::volume::FINE
+#import bevy_voxel_gi::volume::{FINE, volume}
 #import bevy_voxel_gi::triangles::{
-    Batch, Instance, Triangle, batches, instances, load_triangle, mark, volume,
+    Batch, Instance, Triangle, batches, instances, load_triangle, mark,
 }
 
 // M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", 2020: pcg3d.

@@ -5,21 +5,10 @@
 // The voxels are the same, the cost is not. Projection is along the axis of the triangle's greatest
 // extent, which replaces the thesis's three passes.
 
-#import bevy_voxel_gi::volume::{FINE, fine_bit}
+#import bevy_voxel_gi::volume::{FINE, fine_bit, volume}
 #import bevy_voxel_gi::triangles::{
-    Batch, Instance, Triangle, batches, instances, load_triangle, mark, volume,
-}
-
-fn turned(v: vec3<f32>, axis: u32) -> vec3<f32> {
-    return vec3(v[(axis + 1u) % 3u], v[(axis + 2u) % 3u], v[axis]);
-}
-
-fn turned_back(v: vec3<u32>, axis: u32) -> vec3<u32> {
-    var result: vec3<u32>;
-    result[(axis + 1u) % 3u] = v.x;
-    result[(axis + 2u) % 3u] = v.y;
-    result[axis] = v.z;
-    return result;
+    Batch, Instance, Triangle, batches, instances, load_triangle, main_axis, mark,
+    turned, turned_back,
 }
 
 struct Bounds {
@@ -56,11 +45,10 @@ fn inside(p: vec2<f32>, a: vec2<f32>, b: vec2<f32>, c: vec2<f32>, winding: f32) 
 }
 
 fn draw(batch: Batch, instance: Instance, triangle: Triangle) {
-    let n = abs(triangle.normal);
-    if (n.x + n.y + n.z == 0.0) {
+    if (all(triangle.normal == vec3(0.0))) {
         return;
     }
-    let axis = select(select(2u, 1u, n.y >= n.z), 0u, n.x >= n.y && n.x >= n.z);
+    let axis = main_axis(triangle.normal);
     let a = turned(triangle.a, axis);
     let b = turned(triangle.b, axis);
     let c = turned(triangle.c, axis);

@@ -1,9 +1,9 @@
-// Triangles of Bevy's meshes, in the cells of a cascade, and how they are written into voxels.
+// Triangles of Bevy's meshes, in the cells of a level, and how they are written into voxels.
 
 #define_import_path bevy_voxel_gi::triangles
 
 #import bevy_voxel_gi::volume::{
-    FACES, FINE, Volume, cascade_min, cascade_voxel_size, face_towards, fine_bit, pack_key,
+    FACES, FINE, face_towards, fine_bit, level_corner, level_voxel_size, pack_key, volume,
     voxel_index,
 }
 
@@ -24,7 +24,14 @@ struct Instance {
     triangle_count: u32,
     material: u32,
     flags: u32,
-    pad: u32,
+    // Share of the surface that is there: below 1 where a mask cuts holes.
+    coverage: f32,
+    // In words of the morph targets, all vertices of a target one behind the other.
+    morph_base: u32,
+    vertex_count: u32,
+    // In matrices, 16 in each.
+    first_weights: u32,
+    weight_count: u32,
 }
 
 const INSTANCE_SKINNED: u32 = 1u;
@@ -39,30 +46,52 @@ const NO_INDICES: u32 = 0u;
 struct Batch {
     instance: u32,
     first_triangle: u32,
-    cascade: u32,
+    level: u32,
     pad: u32,
 }
 
-@group(0) @binding(0) var<uniform> volume: Volume;
 @group(0) @binding(1) var<storage, read_write> masks: array<atomic<u32>>;
 @group(0) @binding(2) var<storage, read_write> faces: array<atomic<u32>>;
 @group(1) @binding(0) var<storage, read> vertices: array<u32>;
 @group(1) @binding(1) var<storage, read> indices: array<u32>;
 @group(1) @binding(2) var<storage, read> instances: array<Instance>;
 @group(1) @binding(3) var<storage, read> batches: array<Batch>;
+// Of joints, and weights of morph targets.
 @group(1) @binding(4) var<storage, read> joints: array<mat4x4<f32>>;
+@group(1) @binding(5) var<storage, read> morph_targets: array<f32>;
+// Words of a vertex in them.
+const MORPH_WORDS: u32 = 12u;
 
 // How far a triangle is moved against its normal, in voxels: what lies exactly between two layers
 // of cells is thereby in the one behind it, and in no other.
 const SINK: f32 = 0.0009765625;
 
-// A triangle in units of sub-voxels from the corner of its cascade.
+// A triangle in units of sub-voxels from the corner of its level.
 struct Triangle {
     a: vec3<f32>,
     b: vec3<f32>,
     c: vec3<f32>,
     // Unit length; zero: not to be drawn.
     normal: vec3<f32>,
+}
+
+// Components in the order of projection along an axis: the two in the plane, then depth.
+fn turned(v: vec3<f32>, axis: u32) -> vec3<f32> {
+    return vec3(v[(axis + 1u) % 3u], v[(axis + 2u) % 3u], v[axis]);
+}
+
+fn turned_back(v: vec3<u32>, axis: u32) -> vec3<u32> {
+    var result: vec3<u32>;
+    result[(axis + 1u) % 3u] = v.x;
+    result[(axis + 2u) % 3u] = v.y;
+    result[axis] = v.z;
+    return result;
+}
+
+// The axis along which a triangle's projection is the largest.
+fn main_axis(normal: vec3<f32>) -> u32 {
+    let n = abs(normal);
+    return select(select(2u, 1u, n.y >= n.z), 0u, n.x >= n.y && n.x >= n.z);
 }
 
 fn vertex_of(instance: Instance, corner: u32) -> u32 {
@@ -80,6 +109,22 @@ fn read_vec3(at: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(vec3(vertices[at], vertices[at + 1u], vertices[at + 2u]));
 }
 
+// How far morph targets move a vertex.
+fn morph(instance: Instance, vertex: u32) -> vec3<f32> {
+    var sum = vec3(0.0);
+    for (var i = 0u; i < instance.weight_count; i++) {
+        let weights = joints[instance.first_weights + i / 16u];
+        let weight = weights[(i / 4u) % 4u][i % 4u];
+        if (weight != 0.0) {
+            let at = instance.morph_base
+                + MORPH_WORDS * (i * instance.vertex_count + vertex);
+            sum += weight
+                * vec3(morph_targets[at], morph_targets[at + 1u], morph_targets[at + 2u]);
+        }
+    }
+    return sum;
+}
+
 fn skin(instance: Instance, at: u32) -> mat4x4<f32> {
     let j = at + instance.joint_index_offset;
     let w = at + instance.joint_weight_offset;
@@ -92,8 +137,9 @@ fn skin(instance: Instance, at: u32) -> mat4x4<f32> {
 }
 
 fn world_position(instance: Instance, corner: u32) -> vec3<f32> {
-    let at = instance.vertex_base + vertex_of(instance, corner) * instance.vertex_stride;
-    let position = vec4(read_vec3(at + instance.position_offset), 1.0);
+    let vertex = vertex_of(instance, corner);
+    let at = instance.vertex_base + vertex * instance.vertex_stride;
+    let position = vec4(read_vec3(at + instance.position_offset) + morph(instance, vertex), 1.0);
     if ((instance.flags & INSTANCE_SKINNED) != 0u) {
         return (skin(instance, at) * position).xyz;
     }
@@ -108,8 +154,8 @@ fn load_triangle(batch: Batch, instance: Instance, number: u32) -> Triangle {
     if (id >= instance.triangle_count) {
         return triangle;
     }
-    let corner = cascade_min(volume, batch.cascade);
-    let cells_per_metre = f32(FINE) / cascade_voxel_size(volume, batch.cascade);
+    let corner = level_corner(batch.level);
+    let cells_per_metre = f32(FINE) / level_voxel_size(batch.level);
     var corners = 3u * id + vec3(0u, 1u, 2u);
     if ((instance.flags & INSTANCE_STRIP) != 0u) {
         let odd = id & 1u;
@@ -134,9 +180,42 @@ fn load_triangle(batch: Batch, instance: Instance, number: u32) -> Triangle {
     return triangle;
 }
 
+// Those of the sub-voxels in which a mask leaves something: as many as its coverage says, spread
+// evenly over the surface (the R2 sequence as a threshold; M. Roberts, "The Unreasonable
+// Effectiveness of Quasirandom Sequences", 2018), and the same wherever the volume is.
+fn covered(batch: Batch, instance: Instance, voxel: vec3<u32>, touched: vec2<u32>,
+    normal: vec3<f32>) -> vec2<u32> {
+    let cells_per_metre = f32(FINE) / level_voxel_size(batch.level);
+    let corner = vec3<i32>(round(level_corner(batch.level) * cells_per_metre));
+    let axis = main_axis(normal);
+    var mask = vec2(0u);
+    for (var bit = 0u; bit < 64u; bit++) {
+        if ((touched[bit >> 5u] & (1u << (bit & 31u))) == 0u) {
+            continue;
+        }
+        let fine = vec3(bit % FINE, (bit / FINE) % FINE, bit / (FINE * FINE));
+        let cell = corner + vec3<i32>(FINE * voxel + fine);
+        // 0.7548777 and 0.5698403 of 2^32; overflow is the fraction.
+        let u = bitcast<u32>(cell[(axis + 1u) % 3u]) * 3242174889u;
+        let v = bitcast<u32>(cell[(axis + 2u) % 3u]) * 2447445414u;
+        if (f32((u + v) >> 8u) / 16777216.0 < instance.coverage) {
+            mask[bit >> 5u] |= 1u << (bit & 31u);
+        }
+    }
+    return mask;
+}
+
 // Marks sub-voxels of a voxel and offers the surface to the faces that it faces.
-fn mark(batch: Batch, instance: Instance, voxel: vec3<u32>, mask: vec2<u32>, normal: vec3<f32>) {
-    let index = voxel_index(volume, batch.cascade, voxel);
+fn mark(batch: Batch, instance: Instance, voxel: vec3<u32>, touched: vec2<u32>,
+    normal: vec3<f32>) {
+    let index = voxel_index(batch.level, voxel);
+    var mask = touched;
+    if (instance.coverage < 1.0) {
+        mask = covered(batch, instance, voxel, touched, normal);
+        if (all(mask == vec2(0u))) {
+            return;
+        }
+    }
     if (mask.x != 0u) {
         atomicOr(&masks[2u * index], mask.x);
     }

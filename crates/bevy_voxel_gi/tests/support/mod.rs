@@ -161,6 +161,11 @@ pub fn triangles(solid: &Solid) -> Vec<Triangle> {
 }
 
 impl Truth {
+    /// From a place to the camera, unit length.
+    pub fn to_viewer(&self, place: Vec3) -> Vec3 {
+        (self.eye - place).normalize()
+    }
+
     /// Where a camera ray first meets a box: place, normal, material.
     pub fn see(&self, pixel: Vec2) -> Option<(Vec3, Vec3, u32)> {
         let at = pixel / self.size as f32 * 2.0 - 1.0;

@@ -1,0 +1,111 @@
+//! The settings among which a budget chooses, the cheapest first.
+
+use crate::settings::{Solver, VoxelGiVolume, VoxelLight};
+
+/// What a budget changes of a volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Chosen {
+    /// With other rays or iterations.
+    pub light: VoxelLight,
+    /// With another share of the volume in each frame.
+    pub update_interval: u32,
+}
+
+impl Chosen {
+    /// Relative cost of a frame.
+    pub(super) fn cost(&self) -> f64 {
+        let work = match self.light {
+            VoxelLight::GlobalIllumination { solver, .. } => match solver {
+                Solver::March { rays } => rays,
+                Solver::Propagate { iterations } => iterations,
+            },
+            VoxelLight::AmbientOcclusion { rays, .. } => rays,
+        };
+        f64::from(work) / f64::from(self.update_interval)
+    }
+
+    /// The volume with these.
+    pub(crate) fn applied(self, settings: &VoxelGiVolume) -> VoxelGiVolume {
+        VoxelGiVolume {
+            light: self.light,
+            update_interval: self.update_interval,
+            ..settings.clone()
+        }
+    }
+}
+
+/// For a volume of this light: fewer rays first, then a part of the volume a frame.
+pub(super) fn ladder(light: VoxelLight) -> Vec<Chosen> {
+    let every = |light: VoxelLight| Chosen {
+        light,
+        update_interval: 1,
+    };
+    let parts = |light: VoxelLight| {
+        [16, 8, 4, 2].map(|update_interval| Chosen {
+            light,
+            update_interval,
+        })
+    };
+    match light {
+        VoxelLight::GlobalIllumination {
+            solver: Solver::March { .. },
+            bounces,
+        } => {
+            let with = |rays| VoxelLight::GlobalIllumination {
+                solver: Solver::March { rays },
+                bounces,
+            };
+            let all = [8, 16, 32, 64, 128, 256].map(|rays| every(with(rays)));
+            parts(with(8)).into_iter().chain(all).collect()
+        }
+        // Light that is propagated begins anew in each frame: there are no parts.
+        VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { .. },
+            bounces,
+        } => [8, 16, 32, 48, 64, 96, 128]
+            .map(|iterations| {
+                every(VoxelLight::GlobalIllumination {
+                    solver: Solver::Propagate { iterations },
+                    bounces,
+                })
+            })
+            .to_vec(),
+        VoxelLight::AmbientOcclusion { radius, .. } => {
+            let with = |rays| VoxelLight::AmbientOcclusion { radius, rays };
+            let all = [16, 32, 64, 128, 256].map(|rays| every(with(rays)));
+            parts(with(16)).into_iter().chain(all).collect()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Bounces;
+
+    #[test]
+    fn ladders_ascend_and_are_in_range() {
+        let bounces = Bounces::default();
+        for light in [
+            VoxelLight::default(),
+            VoxelLight::GlobalIllumination {
+                solver: Solver::Propagate { iterations: 9 },
+                bounces,
+            },
+            VoxelLight::AmbientOcclusion {
+                radius: 1.0,
+                rays: 64,
+            },
+        ] {
+            let ladder = ladder(light);
+            assert!(
+                ladder.is_sorted_by(|a, b| a.cost() < b.cost()),
+                "{ladder:?}"
+            );
+            for chosen in ladder {
+                let volume = chosen.applied(&VoxelGiVolume::default());
+                assert_eq!(volume, volume.clamped());
+            }
+        }
+    }
+}

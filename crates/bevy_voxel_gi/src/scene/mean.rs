@@ -1,0 +1,132 @@
+//! Mean colours of images and meshes.
+
+use bevy::{
+    mesh::VertexAttributeValues,
+    platform::collections::{HashMap, HashSet},
+    prelude::*,
+};
+
+/// Mean colour of the texels of an image that count, and the share of those: all of them, or those
+/// whose alpha is at least a bound, which is part of the key by its bits.
+pub(super) type KnownMeans = HashMap<(AssetId<Image>, u32), (LinearRgba, f32)>;
+
+/// Mean colours of images, linear; computed once each.
+pub struct MeanColors<'a> {
+    pub(super) images: &'a Assets<Image>,
+    pub(super) known: &'a mut KnownMeans,
+    /// The images asked for.
+    pub(super) used: HashSet<AssetId<Image>>,
+    /// Some of them are not loaded yet.
+    pub(super) waiting: bool,
+}
+
+/// Below all alpha.
+const ALL: f32 = -1.0;
+
+impl MeanColors<'_> {
+    /// Of this image; mid gray while it is not loaded and where it cannot be read (compressed
+    /// blocks, or data that only the GPU has).
+    pub fn of(&mut self, handle: &Handle<Image>) -> LinearRgba {
+        self.masked(handle, ALL).0
+    }
+
+    /// Of those texels of this image whose alpha is at least `cutoff`, and the share of those, 0 to
+    /// 1; mid gray and 1 as long as that is not known.
+    pub fn masked(&mut self, handle: &Handle<Image>, cutoff: f32) -> (LinearRgba, f32) {
+        const UNKNOWN: (LinearRgba, f32) = (LinearRgba::rgb(0.5, 0.5, 0.5), 1.0);
+        let id = handle.id();
+        self.used.insert(id);
+        if let Some(&mean) = self.known.get(&(id, cutoff.to_bits())) {
+            return mean;
+        }
+        let Some(image) = self.images.get(id) else {
+            self.waiting = true;
+            return UNKNOWN;
+        };
+        let mean = mean_color(image, cutoff).unwrap_or(UNKNOWN);
+        self.known.insert((id, cutoff.to_bits()), mean);
+        mean
+    }
+}
+
+/// Mean of at most 64 x 64 texels, spread evenly, and the share of those that count; `None` if
+/// texels cannot be read.
+fn mean_color(image: &Image, cutoff: f32) -> Option<(LinearRgba, f32)> {
+    const MOST: u32 = 64;
+    let size = image.size();
+    let count = size.min(UVec2::splat(MOST));
+    let (mut sum, mut counted) = (Vec4::ZERO, 0_u32);
+    for y in 0..count.y {
+        for x in 0..count.x {
+            let at = (UVec2::new(x, y) * size + size / 2) / count;
+            let at = at.min(size - 1);
+            let texel = image.get_color_at(at.x, at.y).ok()?.to_linear();
+            if texel.alpha >= cutoff {
+                sum += texel.to_vec4();
+                counted += 1;
+            }
+        }
+    }
+    let mean = sum / counted.max(1) as f32;
+    let share = counted as f32 / (count.x * count.y) as f32;
+    mean.is_finite()
+        .then(|| (LinearRgba::from_vec4(mean), share))
+}
+
+/// Mean of a mesh's vertex colours, linear; `None` without.
+pub(super) fn mean_vertex_color(mesh: &Mesh) -> Option<Vec3> {
+    // Of meshes that only the GPU has nothing is known.
+    let colors = mesh.try_attribute_option(Mesh::ATTRIBUTE_COLOR).ok()??;
+    let VertexAttributeValues::Float32x4(colors) = colors else {
+        warn_once!("voxel GI: vertex colours that are not Float32x4 count as white");
+        return None;
+    };
+    let sum: Vec3 = colors.iter().map(|c| Vec3::new(c[0], c[1], c[2])).sum();
+    let mean = sum / colors.len().max(1) as f32;
+    mean.is_finite().then(|| mean.clamp(Vec3::ZERO, Vec3::ONE))
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy::{
+        asset::RenderAssetUsages,
+        mesh::PrimitiveTopology,
+        render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    };
+
+    use super::*;
+
+    #[test]
+    fn texels_below_the_cutoff_do_not_count() {
+        let size = Extent3d {
+            width: 2,
+            height: 2,
+            depth_or_array_layers: 1,
+        };
+        let texels = vec![
+            255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 51,
+        ];
+        let image = Image::new(
+            size,
+            TextureDimension::D2,
+            texels,
+            TextureFormat::Rgba8Unorm,
+            RenderAssetUsages::default(),
+        );
+        let (mean, share) = mean_color(&image, 0.5).expect("readable");
+        assert_eq!(share, 0.75);
+        let wrong = mean.to_vec3() - Vec3::splat(1.0 / 3.0);
+        assert!(wrong.abs().max_element() < 0.01, "{mean:?}");
+        assert_eq!(mean_color(&image, 0.1).expect("readable").1, 1.0);
+        assert_eq!(mean_color(&image, 2.0).expect("readable").1, 0.0);
+    }
+
+    #[test]
+    fn vertex_colors_have_a_mean() {
+        let mesh = Mesh::new(PrimitiveTopology::TriangleList, default());
+        assert_eq!(mean_vertex_color(&mesh), None);
+        let colors = vec![[1.0, 0.0, 0.5, 1.0], [0.0, 0.0, 0.5, 1.0]];
+        let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors);
+        assert_eq!(mean_vertex_color(&mesh), Some(Vec3::new(0.5, 0.0, 0.5)));
+    }
+}

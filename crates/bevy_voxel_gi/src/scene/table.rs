@@ -1,0 +1,230 @@
+//! The surfaces of all materials in use, kept while materials, images and meshes change.
+
+use bevy::{
+    asset::UntypedAssetId,
+    platform::collections::{HashMap, HashSet},
+    prelude::*,
+};
+
+use super::{
+    mean::{KnownMeans, MeanColors, mean_vertex_color},
+    surface::{VoxelMaterial, VoxelSurface},
+};
+
+/// The surfaces of all materials in use; 0 is [`VoxelSurface::NEUTRAL`].
+#[derive(Resource, Clone)]
+pub(crate) struct Surfaces {
+    table: Vec<VoxelSurface>,
+    /// Places of a material: of meshes without vertex colours, and of each mesh with some.
+    index: HashMap<UntypedAssetId, HashMap<Option<AssetId<Mesh>>, u32>>,
+    /// Places of materials that are gone.
+    free: Vec<u32>,
+    /// Grows with each change.
+    pub(crate) version: u64,
+}
+
+impl Default for Surfaces {
+    fn default() -> Self {
+        Self {
+            table: vec![VoxelSurface::NEUTRAL],
+            index: HashMap::default(),
+            free: Vec::new(),
+            version: 0,
+        }
+    }
+}
+
+impl Surfaces {
+    /// A voxel has 12 bits for its surface.
+    const MOST: usize = 4096;
+
+    pub(crate) fn table(&self) -> &[VoxelSurface] {
+        &self.table
+    }
+
+    /// The place of a material on such a mesh, which it keeps; the neutral one if there is no more
+    /// room.
+    fn place(&mut self, id: UntypedAssetId, mesh: Option<AssetId<Mesh>>) -> u32 {
+        let places = self.index.entry(id).or_default();
+        if let Some(&place) = places.get(&mesh) {
+            return place;
+        }
+        let place = if let Some(place) = self.free.pop() {
+            self.table[place as usize] = VoxelSurface::NEUTRAL;
+            place
+        } else if self.table.len() >= Self::MOST {
+            warn_once!(
+                "voxel GI: more than {} materials (times meshes with vertex colours); the others \
+                 count as neutral gray",
+                Self::MOST - 1
+            );
+            return 0;
+        } else {
+            self.table.push(VoxelSurface::NEUTRAL);
+            u32::try_from(self.table.len() - 1).unwrap_or(0)
+        };
+        places.insert(mesh, place);
+        place
+    }
+
+    fn remove(&mut self, id: UntypedAssetId) {
+        let places = self.index.remove(&id).into_iter().flatten();
+        self.free.extend(places.map(|(_, place)| place));
+    }
+
+    fn remove_mesh(&mut self, mesh: AssetId<Mesh>) {
+        let places = self.index.values_mut();
+        self.free
+            .extend(places.filter_map(|places| places.remove(&Some(mesh))));
+    }
+
+    /// Of all places of a material, each with what its mesh makes of the surface.
+    fn set(
+        &mut self,
+        id: UntypedAssetId,
+        surface: VoxelSurface,
+        tint: impl Fn(AssetId<Mesh>) -> Vec3,
+    ) {
+        for (mesh, &place) in self.index.get(&id).into_iter().flatten() {
+            let tinted = VoxelSurface {
+                albedo: surface.albedo * mesh.map_or(Vec3::ONE, &tint),
+                ..surface
+            };
+            if let Some(entry) = self.table.get_mut(place as usize)
+                && *entry != tinted
+            {
+                *entry = tinted;
+                self.version += 1;
+            }
+        }
+    }
+}
+
+/// The place of a mesh's material in the table.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct SurfaceIndex(pub u32);
+
+/// What the table has still to learn about one type of material.
+pub(crate) struct Pending<M: Asset> {
+    /// Entities whose place is not known.
+    entities: HashSet<Entity>,
+    waiting: HashSet<AssetId<M>>,
+    users: HashMap<AssetId<Image>, HashSet<AssetId<M>>>,
+    means: KnownMeans,
+    /// Mean vertex colours of meshes that have some.
+    tints: HashMap<AssetId<Mesh>, Vec3>,
+}
+
+impl<M: Asset> Default for Pending<M> {
+    fn default() -> Self {
+        Self {
+            entities: HashSet::default(),
+            waiting: HashSet::default(),
+            users: HashMap::default(),
+            means: HashMap::default(),
+            tints: HashMap::default(),
+        }
+    }
+}
+
+/// Keeps the table and the places of meshes in step with the materials of one type.
+pub(crate) fn update_surfaces<M: VoxelMaterial>(
+    mut commands: Commands,
+    changed: Query<
+        Entity,
+        (
+            With<Mesh3d>,
+            Or<(Changed<MeshMaterial3d<M>>, Changed<Mesh3d>)>,
+        ),
+    >,
+    all: Query<(Entity, &MeshMaterial3d<M>, &Mesh3d, Option<&SurfaceIndex>)>,
+    mut without: RemovedComponents<MeshMaterial3d<M>>,
+    mut material_events: MessageReader<AssetEvent<M>>,
+    mut image_events: MessageReader<AssetEvent<Image>>,
+    mut mesh_events: MessageReader<AssetEvent<Mesh>>,
+    (materials, images, meshes): (Res<Assets<M>>, Res<Assets<Image>>, Res<Assets<Mesh>>),
+    mut surfaces: ResMut<Surfaces>,
+    mut pending: Local<Pending<M>>,
+) {
+    let Pending {
+        entities,
+        waiting,
+        users,
+        means,
+        tints,
+    } = &mut *pending;
+    for entity in without.read() {
+        if let Ok(mut entity) = commands.get_entity(entity) {
+            entity.remove::<SurfaceIndex>();
+        }
+    }
+    entities.extend(&changed);
+    for event in mesh_events.read() {
+        match event {
+            AssetEvent::Modified { id } if tints.remove(id).is_some() => {
+                let users = all.iter().filter(|(_, _, mesh, _)| mesh.id() == *id);
+                entities.extend(users.map(|(entity, ..)| entity));
+            }
+            AssetEvent::Removed { id } if tints.remove(id).is_some() => surfaces.remove_mesh(*id),
+            _ => {}
+        }
+    }
+    entities.retain(|&entity| {
+        let Ok((_, material, mesh, known)) = all.get(entity) else {
+            return false;
+        };
+        let Some(asset) = meshes.get(mesh.id()) else {
+            return true;
+        };
+        if !tints.contains_key(&mesh.id())
+            && let Some(tint) = mean_vertex_color(asset)
+        {
+            tints.insert(mesh.id(), tint);
+        }
+        let tinted = tints.contains_key(&mesh.id()).then_some(mesh.id());
+        let place = surfaces.place(material.id().untyped(), tinted);
+        waiting.insert(material.id());
+        if known != Some(&SurfaceIndex(place)) {
+            commands.entity(entity).insert(SurfaceIndex(place));
+        }
+        false
+    });
+    for event in material_events.read() {
+        match event {
+            AssetEvent::Modified { id } if surfaces.index.contains_key(&id.untyped()) => {
+                waiting.insert(*id);
+            }
+            AssetEvent::Removed { id } => {
+                waiting.remove(id);
+                surfaces.remove(id.untyped());
+            }
+            _ => {}
+        }
+    }
+    for event in image_events.read() {
+        if let AssetEvent::Modified { id } = event {
+            means.retain(|(image, _), _| image != id);
+            waiting.extend(users.get(id).into_iter().flatten());
+        }
+    }
+    waiting.retain(|&id| {
+        let Some(material) = materials.get(id) else {
+            return true;
+        };
+        let mut mean = MeanColors {
+            images: &images,
+            known: means,
+            used: HashSet::default(),
+            waiting: false,
+        };
+        let surface = material.surface(&mut mean);
+        for image in mean.used {
+            users.entry(image).or_default().insert(id);
+        }
+        let again = mean.waiting;
+        surfaces.set(id.untyped(), surface, |mesh| {
+            tints.get(&mesh).copied().unwrap_or(Vec3::ONE)
+        });
+        again
+    });
+}

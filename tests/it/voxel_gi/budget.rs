@@ -1,0 +1,52 @@
+//! A budget of time.
+
+use bevy::prelude::*;
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::{
+    VoxelGiBudget, VoxelGiBudgetPlugin, VoxelGiReport, VoxelGiVolume, budget::BudgetChoice,
+};
+
+use super::scene::{app, block, floor, under_sky};
+use crate::support::gpu;
+
+/// The rung after so many frames with a budget.
+fn rung(app: &mut HeadlessApp, volume: Entity, milliseconds: f32, frames: u32) -> usize {
+    app.world_mut()
+        .entity_mut(volume)
+        .insert(VoxelGiBudget { milliseconds });
+    app.render_frames(frames).expect("a frame");
+    let choice = app.world().resource::<BudgetChoice>();
+    choice.rung().map_or(0, |(rung, _)| rung)
+}
+
+#[test]
+fn a_budget_chooses_by_measured_times() {
+    let _gpu = gpu();
+    let mut app = app(|app| {
+        app.add_plugins(VoxelGiBudgetPlugin);
+    });
+    floor(app.world_mut());
+    block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
+    let volume = app
+        .world_mut()
+        .spawn(VoxelGiVolume {
+            pause_when_settled: false,
+            ..under_sky(1.0)
+        })
+        .id();
+    app.run_until_ready(200).expect("not ready");
+    assert_eq!(app.world().resource::<BudgetChoice>().rung(), None);
+    // The adapter of the tests has time stamps.
+    let lavish = rung(&mut app, volume, 1e6, 120);
+    let (_, count) = app.world().resource::<BudgetChoice>().rung().expect("one");
+    assert_eq!(lavish + 1, count, "all that there is");
+    let frugal = rung(&mut app, volume, 1e-6, 120);
+    assert_eq!(frugal, 0, "as little as there is");
+    let back = rung(&mut app, volume, 1e6, 60);
+    assert!(back > 0, "{back}");
+    assert!(app.world().resource::<VoxelGiReport>().memory > 0);
+    // Without a budget the volume's own settings count.
+    app.world_mut().entity_mut(volume).remove::<VoxelGiBudget>();
+    app.render_frames(2).expect("a frame");
+    assert_eq!(app.world().resource::<BudgetChoice>().rung(), None);
+}

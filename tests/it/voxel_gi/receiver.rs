@@ -1,0 +1,81 @@
+//! Pixels that look for the voxels around them.
+
+use bevy::prelude::*;
+use bevy_voxel_gi::{Receiver, VoxelGiReport, VoxelGiVolume};
+
+use super::{
+    basics::leaked,
+    scene::{app, at, block, floor, small_volume, under_sky},
+    support::{picture, settle},
+    truth::measured,
+};
+use crate::support::gpu;
+
+fn per_pixel(settings: VoxelGiVolume) -> VoxelGiVolume {
+    VoxelGiVolume {
+        receiver: Receiver::PerPixel,
+        ..settings
+    }
+}
+
+#[test]
+fn the_foot_of_a_thin_wall_is_dark() {
+    let _gpu = gpu();
+    // A tenth of a voxel thick, and in the middle of one: the next pixels are beside it.
+    let (wall, places) = ([0.0875, 0.1125], [0.3125, 0.6]);
+    let plain = leaked(small_volume(), wall, &places);
+    let seen = leaked(per_pixel(small_volume()), wall, &places);
+    println!("share of the lit side's light at the foot: interpolated {plain}, per pixel {seen}");
+    assert!(plain > 0.08, "{plain}");
+    assert!(seen < 0.04, "{seen}");
+}
+
+#[test]
+fn where_nothing_is_hidden_both_see_the_same() {
+    let _gpu = gpu();
+    let pictures = [under_sky(1.0), per_pixel(under_sky(1.0))].map(|settings| {
+        let mut app = app(|_| ());
+        floor(app.world_mut());
+        block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
+        app.world_mut().spawn(settings);
+        app.run_until_ready(200).expect("not ready");
+        settle(&mut app);
+        (
+            picture(&mut app),
+            app.world().resource::<VoxelGiReport>().memory,
+        )
+    });
+    for x in [-1.4, -1.0, 0.0, 0.2] {
+        let [plain, seen] = [0, 1].map(|i| at(&pictures[i].0, x, 0.1).x);
+        assert!((plain / seen - 1.0).abs() < 0.03, "{x}: {plain} {seen}");
+    }
+    // Sixteen bytes a voxel more, and up to three slices.
+    let more = pictures[1].1 - pictures[0].1;
+    let slice = 16 * 32 * 8;
+    assert!(
+        (16 * 4096..=16 * 4096 + 3 * slice).contains(&more),
+        "{more}"
+    );
+}
+
+fn is_near_truth(name: &str, most_error: f64) {
+    if let Some(found) = measured(name, per_pixel(VoxelGiVolume::default())) {
+        assert!(found.relative_error < most_error, "{found:?}");
+        assert!(found.bias.abs() < 0.1, "{found:?}");
+    }
+}
+
+#[test]
+fn cornell_box_per_pixel() {
+    is_near_truth("cornell_point", 0.06);
+}
+
+#[test]
+fn colonnade_per_pixel() {
+    is_near_truth("colonnade", 0.06);
+}
+
+#[test]
+fn room_per_pixel() {
+    is_near_truth("sunlit_room", 0.1);
+}

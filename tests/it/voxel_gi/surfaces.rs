@@ -1,0 +1,274 @@
+//! Holes cut by masks, colours of vertices, targets of morphs, and what cameras see of surfaces.
+
+use bevy::{
+    camera::visibility::{NoFrustumCulling, RenderLayers},
+    core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
+    image::ImageSampler,
+    mesh::morph::{MeshMorphWeights, MorphAttributes},
+    pbr::DefaultOpaqueRendererMethod,
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::{DebugField, VoxelAlbedo, VoxelGiDebug, VoxelGiVolume};
+
+use super::{
+    scene::{app, at, floor, matt, under_sky},
+    support::{picture, settle},
+};
+use crate::support::gpu;
+
+fn settled(app: &mut HeadlessApp) -> Vec<Vec3> {
+    app.run_until_ready(200).expect("not ready");
+    settle(app);
+    picture(app)
+}
+
+/// A plate over the floor's middle that the camera does not see, of this mesh.
+fn plate(world: &mut World, mesh: Mesh, material: Handle<StandardMaterial>) -> Entity {
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    world
+        .spawn((
+            Mesh3d(mesh),
+            MeshMaterial3d(material),
+            RenderLayers::layer(5),
+            NoFrustumCulling,
+            Transform::from_xyz(0.0, 0.4, 0.0),
+        ))
+        .id()
+}
+
+/// A texture of 8 x 8 texels of one colour, opaque where this says so.
+fn texture(color: [u8; 3], opaque: impl Fn(u32) -> bool) -> Image {
+    let data = (0..64)
+        .flat_map(|i| {
+            [
+                color[0],
+                color[1],
+                color[2],
+                if opaque(i) { 255 } else { 0 },
+            ]
+        })
+        .collect();
+    let size = Extent3d {
+        width: 8,
+        height: 8,
+        depth_or_array_layers: 1,
+    };
+    let mut image = Image::new(
+        size,
+        TextureDimension::D2,
+        data,
+        TextureFormat::Rgba8UnormSrgb,
+        default(),
+    );
+    image.sampler = ImageSampler::nearest();
+    image
+}
+
+/// The floor's middle under a black plate with holes, below a sky of 1.
+fn under_mask(alpha_mode: AlphaMode, opaque: impl Fn(u32) -> bool) -> f32 {
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    floor(world);
+    let image = world
+        .resource_mut::<Assets<Image>>()
+        .add(texture([0; 3], opaque));
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial {
+            base_color_texture: Some(image),
+            alpha_mode,
+            cull_mode: None,
+            double_sided: true,
+            ..default()
+        });
+    plate(
+        world,
+        Plane3d::default().mesh().size(3.0, 3.0).into(),
+        material,
+    );
+    world.spawn(under_sky(1.0));
+    at(&settled(&mut app), 0.0, 0.0).x
+}
+
+#[test]
+fn masks_let_as_much_light_through_as_they_have_holes() {
+    let _gpu = gpu();
+    let mask = AlphaMode::Mask(0.5);
+    let solid = under_mask(mask, |_| true);
+    let half = under_mask(mask, |i| (i + i / 8) % 2 == 0);
+    let quarter = under_mask(mask, |i| i % 4 == 0);
+    let none = under_mask(mask, |_| false);
+    let to_coverage = under_mask(AlphaMode::AlphaToCoverage, |i| (i + i / 8) % 2 == 0);
+    println!("solid {solid}, half {half}, quarter {quarter}, none {none}");
+    assert!((none - 1.0).abs() < 0.02, "{none}");
+    let expected = |coverage: f32| none + coverage * (solid - none);
+    assert!((half - expected(0.5)).abs() < 0.1, "{solid} {half} {none}");
+    assert!(
+        (quarter - expected(0.25)).abs() < 0.1,
+        "{solid} {quarter} {none}"
+    );
+    assert!((to_coverage - half).abs() < 0.01, "{to_coverage} {half}");
+}
+
+#[test]
+fn vertex_colors_tint_what_is_reflected() {
+    let _gpu = gpu();
+    let [white, red] = [[1.0, 1.0, 1.0, 1.0], [1.0, 0.25, 0.0, 1.0]].map(|color: [f32; 4]| {
+        let mut app = app(|_| ());
+        let world = app.world_mut();
+        floor(world);
+        let mesh = Mesh::from(Cuboid::new(1.5, 0.2, 1.5));
+        let count = mesh.count_vertices();
+        let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, vec![color; count]);
+        let material = matt(world, 0.8);
+        plate(world, mesh, material.clone());
+        // The same material on a mesh without: it keeps its own colour.
+        let other = Mesh::from(Cuboid::new(0.3, 0.2, 0.3));
+        let other = plate(world, other, material);
+        world
+            .entity_mut(other)
+            .insert(Transform::from_xyz(1.6, 0.4, 1.6));
+        world.spawn(under_sky(1.0));
+        at(&settled(&mut app), 0.0, 0.0)
+    });
+    let dark = white.x - 0.1;
+    assert!((red.x / white.x - 1.0).abs() < 0.02, "{red} {white}");
+    assert!(
+        red.y < 0.97 * white.y && red.z < red.y,
+        "{red} {white} {dark}"
+    );
+}
+
+#[test]
+fn morphed_meshes_occlude_where_their_targets_put_them() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    floor(world);
+    let mut mesh = Mesh::from(Cuboid::new(1.5, 0.2, 1.5));
+    let count = mesh.count_vertices();
+    // One target to the left, one to the right.
+    let to = |x: f32| MorphAttributes {
+        position: Vec3::new(x, 0.0, 0.0),
+        ..default()
+    };
+    let targets = [to(-2.0), to(2.0)]
+        .map(|target| vec![target; count])
+        .concat();
+    mesh.set_morph_targets(targets);
+    let material = matt(world, 0.0);
+    let entity = plate(world, mesh, material);
+    world.entity_mut(entity).insert(MeshMorphWeights::Value {
+        weights: vec![0.5, 0.0],
+    });
+    world.spawn(under_sky(1.0));
+    let found = settled(&mut app);
+    let (left, right) = (at(&found, -1.0, 0.0).x, at(&found, 1.0, 0.0).x);
+    assert!(left < 0.7 * right, "{left} {right}");
+    app.world_mut()
+        .entity_mut(entity)
+        .insert(MeshMorphWeights::Value {
+            weights: vec![0.0, 0.5],
+        });
+    app.render_frames(3).expect("a frame");
+    settle(&mut app);
+    let found = picture(&mut app);
+    let (left, right) = (at(&found, -1.0, 0.0).x, at(&found, 1.0, 0.0).x);
+    assert!(right < 0.7 * left, "{left} {right}");
+}
+
+/// The albedo in the voxels of a floor whose left half is green and right half red by its texture, as the
+/// debug view shows it.
+fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_seen: bool) -> Vec<Vec3> {
+    let mut app = app(|app| {
+        if with_prepass {
+            app.insert_resource(DefaultOpaqueRendererMethod::deferred());
+        }
+    });
+    let world = app.world_mut();
+    let camera = world
+        .query_filtered::<Entity, With<Camera3d>>()
+        .single(world)
+        .expect("a camera");
+    if with_prepass {
+        world
+            .entity_mut(camera)
+            .insert((DepthPrepass, DeferredPrepass));
+    }
+    let mut image = texture([0; 3], |_| true);
+    for (i, texel) in (0_u32..).zip(image.data.as_mut().expect("texels").chunks_exact_mut(4)) {
+        texel[usize::from(i % 8 < 4)] = 255;
+    }
+    let image = world.resource_mut::<Assets<Image>>().add(image);
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial {
+            base_color_texture: Some(image),
+            perceptual_roughness: 1.0,
+            reflectance: 0.0,
+            ..default()
+        });
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Plane3d::default().mesh().size(3.6, 3.6).build());
+    let unseen = RenderLayers::layer(5);
+    let floor = world
+        .spawn((
+            Mesh3d(mesh),
+            MeshMaterial3d(material),
+            Transform::from_xyz(0.0, 0.05, 0.0),
+        ))
+        .id();
+    if !is_seen {
+        world.entity_mut(floor).insert(unseen.clone());
+    }
+    let volume = world
+        .spawn(VoxelGiVolume {
+            albedo,
+            ..under_sky(1.0)
+        })
+        .id();
+    app.run_until_ready(200).expect("not ready");
+    settle(&mut app);
+    // What is no longer seen is remembered.
+    let world = app.world_mut();
+    world.entity_mut(floor).insert(unseen);
+    world.entity_mut(volume).insert(VoxelGiVolume {
+        albedo,
+        ..under_sky(2.0)
+    });
+    app.render_frames(8).expect("a frame");
+    let world = app.world_mut();
+    world.entity_mut(camera).insert(VoxelGiDebug {
+        field: DebugField::Albedo,
+    });
+    app.render_frames(3).expect("a frame");
+    picture(&mut app)
+}
+
+fn is_about(found: Vec3, expected: Vec3) {
+    let wrong = (found - expected).abs().max_element();
+    assert!(wrong < 0.05, "{found} instead of {expected}");
+}
+
+#[test]
+fn what_cameras_see_is_the_albedo_and_else_the_mean() {
+    let _gpu = gpu();
+    let (green, red, mean) = (Vec3::Y, Vec3::X, Vec3::new(0.5, 0.5, 0.0));
+    let seen = shown_albedo(VoxelAlbedo::Seen, true, true);
+    is_about(at(&seen, -1.0, 0.0), green);
+    is_about(at(&seen, 1.0, 0.0), red);
+    for (albedo, with_prepass, is_seen, expected) in [
+        (VoxelAlbedo::Mean, true, true, mean),
+        (VoxelAlbedo::Neutral, true, true, Vec3::splat(0.5)),
+        // Without a G-buffer nothing is seen, nor what no camera draws.
+        (VoxelAlbedo::Seen, false, true, mean),
+        (VoxelAlbedo::Seen, true, false, mean),
+    ] {
+        let found = shown_albedo(albedo, with_prepass, is_seen);
+        is_about(at(&found, -1.0, 0.0), expected);
+        is_about(at(&found, 1.0, 0.0), expected);
+    }
+}

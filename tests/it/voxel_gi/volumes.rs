@@ -1,0 +1,126 @@
+//! Several volumes in one world.
+
+use bevy::prelude::*;
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
+
+use super::{
+    scene::{app, at, block, floor, under_sky},
+    support::{picture, settle},
+};
+use crate::support::gpu;
+
+fn near(found: Vec3, expected: f32, tolerance: f32) {
+    let wrong = (found / expected - 1.0).abs().max_element();
+    assert!(wrong < tolerance, "{found} instead of {expected}");
+}
+
+/// A volume of 2 m about a place, under a sky of its own.
+fn beside(x: f32, radiance: f32, light: VoxelLight) -> (VoxelGiVolume, Transform) {
+    let volume = VoxelGiVolume {
+        size: 2.0,
+        light,
+        ..under_sky(radiance)
+    };
+    (volume, Transform::from_xyz(x, 0.0, 0.0))
+}
+
+fn ready(app: &mut HeadlessApp) {
+    app.run_until_ready(200).expect("not ready");
+    settle(app);
+}
+
+#[test]
+fn volumes_side_by_side_light_what_is_in_each() {
+    let _gpu = gpu();
+    let propagate = VoxelLight::GlobalIllumination {
+        solver: Solver::Propagate { iterations: 24 },
+        bounces: Bounces::Endless,
+    };
+    for light in [VoxelLight::default(), propagate] {
+        let mut app = app(|_| ());
+        floor(app.world_mut());
+        let left = app.world_mut().spawn(beside(-1.0, 1.0, light)).id();
+        app.world_mut().spawn(beside(1.0, 7.0, light));
+        ready(&mut app);
+        let found = picture(&mut app);
+        // Propagated light is no exact uniform sky.
+        let one = if light == propagate {
+            at(&found, -1.0, 0.0).x
+        } else {
+            1.0
+        };
+        assert!(one > 0.5, "{one}");
+        near(at(&found, -1.0, 0.0), one, 0.03);
+        near(at(&found, 1.0, 0.0), 7.0 * one, 0.03);
+        // Outside of both there is nothing.
+        assert_eq!(at(&found, 1.0, 1.4), Vec3::ZERO);
+        // The other stays as it is when one goes.
+        app.world_mut().despawn(left);
+        app.render_frames(3).expect("a frame");
+        settle(&mut app);
+        let found = picture(&mut app);
+        assert_eq!(at(&found, -1.0, 0.0), Vec3::ZERO);
+        near(at(&found, 1.0, 0.0), 7.0 * one, 0.03);
+    }
+}
+
+#[test]
+fn of_nested_volumes_the_smallest_is_seen_and_light_comes_from_the_larger() {
+    let _gpu = gpu();
+    for receiver in [Receiver::Interpolated, Receiver::PerPixel] {
+        let mut app = app(|_| ());
+        floor(app.world_mut());
+        let settings = VoxelGiVolume {
+            receiver,
+            ..under_sky(1.0)
+        };
+        app.world_mut().spawn(settings.clone());
+        // Its own sky is dark, but rays go on in the volume around it, and see that one's.
+        app.world_mut().spawn(VoxelGiVolume {
+            size: 2.0,
+            intensity: 3.0,
+            sky: default(),
+            ..settings
+        });
+        // Outside of the inner volume.
+        block(
+            app.world_mut(),
+            Vec3::new(-1.5, 0.6, 0.0),
+            Vec3::new(0.3, 1.2, 3.0),
+        );
+        ready(&mut app);
+        let found = picture(&mut app);
+        let (outer, inner) = (at(&found, 1.4, 0.0).x, at(&found, 0.3, 0.0).x);
+        let shaded = at(&found, -0.6, 0.0).x;
+        println!("{receiver:?}: {outer} outside, {inner} inside, {shaded} beside the block");
+        assert!((0.9..1.01).contains(&outer), "{outer}");
+        assert!((2.7..3.03).contains(&inner), "{inner}");
+        assert!(shaded < 0.97 * inner, "{shaded}");
+    }
+}
+
+#[test]
+fn more_cubes_than_eight_are_left_out() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    let cascades = VoxelGiVolume {
+        resolution: 8,
+        cascades: 4,
+        size: 0.5,
+        ..under_sky(1.0)
+    };
+    for _ in 0..2 {
+        app.world_mut().spawn(cascades.clone());
+    }
+    app.world_mut().spawn(VoxelGiVolume {
+        size: 0.3,
+        ..under_sky(9.0)
+    });
+    ready(&mut app);
+    near(at(&picture(&mut app), 0.0, 0.0), 1.0, 0.03);
+    // Eight levels of 8^3 voxels at 252 bytes.
+    let memory = app.world().resource::<VoxelGiReport>().memory;
+    assert!((8 * 512 * 252..8 * 512 * 270).contains(&memory), "{memory}");
+}
