@@ -1,6 +1,7 @@
 //! The example scenes. A new one is a module and a line in [`ALL`].
 
 pub mod deferred_accumulation;
+mod error_view;
 pub mod ewa;
 pub mod voxel_gi;
 pub mod wavelet_tex;
