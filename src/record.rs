@@ -51,6 +51,12 @@ pub struct Measurement {
     /// Texture fetches a pixel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fetches: Option<f64>,
+    /// Bytes of textures that a pixel fetches; where it is an estimate, its study says how.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fetched_bytes: Option<f64>,
+    /// Time over that of another setting, by the name of that.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub relative_time: BTreeMap<String, f64>,
     /// Mean absolute difference over mean reference, of radiance: 0 and above.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative_error: Option<f64>,

@@ -19,13 +19,14 @@
 //! image's short side, sampled four times a pixel; normals are the central differences of the
 //! heights. Sizes of details are thus relative to the image, and its resolution only sharpens it.
 //!
-//! [`mipped_texture`] makes a texture of an image.
+//! [`mipped_texture`] makes a texture of an image, [`label`] one of a line of text.
 
 mod bricks;
 mod color;
 mod foliage;
 mod fractal;
 mod gradients;
+mod label;
 mod lattice;
 mod material;
 mod photo;
@@ -37,6 +38,7 @@ pub use bricks::bricks;
 pub use foliage::foliage;
 pub use fractal::noise;
 pub use gradients::gradients;
+pub use label::label;
 pub use material::Material;
 pub use photo::photo_like;
 pub use text::text;

@@ -1,8 +1,9 @@
 //! A printed page: thin strokes, the hardest edges there are.
 
-use ab_glyph::{Font, FontRef, Glyph, InvalidFont, PxScale, ScaleFont, point};
+use ab_glyph::{Font, FontRef, InvalidFont};
 
 use super::color::{Color, hex, mix};
+use super::label::{for_each_glyph, line_width};
 use super::lattice::Noise;
 use super::material::{Border, Material, Sample, assemble, units};
 
@@ -178,24 +179,4 @@ impl Page {
             .collect();
         assemble(self.width, self.height, Border::Clamp, &samples)
     }
-}
-
-/// Width of a line in pixels.
-fn line_width(font: &FontRef, line: &str, size: f32) -> f32 {
-    for_each_glyph(font, line, size, |_| ())
-}
-
-/// Places the glyphs of a line at the origin, with kerning, and returns its width in pixels.
-fn for_each_glyph(font: &FontRef, line: &str, size: f32, mut place: impl FnMut(Glyph)) -> f32 {
-    let scaled = font.as_scaled(PxScale::from(size));
-    let mut x = 0.0;
-    let mut previous = None;
-    for character in line.chars() {
-        let id = scaled.glyph_id(character);
-        x += previous.map_or(0.0, |previous| scaled.kern(previous, id));
-        place(id.with_scale_and_position(size, point(x, 0.0)));
-        x += scaled.h_advance(id);
-        previous = Some(id);
-    }
-    x
 }

@@ -2,6 +2,7 @@
 
 pub mod all_together;
 pub mod deferred_accumulation;
+mod error_view;
 pub mod ewa;
 pub mod voxel_gi;
 pub mod wavelet_tex;

@@ -65,6 +65,8 @@ pub struct Plan {
     pub rounds: u32,
     /// Frames of a setting in a round.
     pub frames: u32,
+    /// The same of the tunnel of wavelet textures, which has many settings.
+    pub tunnel_frames: u32,
     /// What the study of global illumination measures.
     pub gi: GiPlan,
 }
@@ -141,6 +143,7 @@ impl Plan {
             frame: Some(if quick { [640, 360] } else { [1280, 720] }),
             rounds,
             frames,
+            tunnel_frames: frames / 3,
             gi: GiPlan::new(quick),
         }
     }

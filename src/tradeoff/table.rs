@@ -13,7 +13,7 @@ pub(super) fn table(report: &Report) -> String {
     }
     let _ = writeln!(
         text,
-        "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5} {:>7} {:>7}  stages ms",
+        "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5} {:>7} {:>7}  stages ms, others",
         "scene",
         "setting",
         "mse",
@@ -29,11 +29,12 @@ pub(super) fn table(report: &Report) -> String {
     );
     for m in &report.measurements {
         let bytes = m.bytes.map_or("-".into(), |bytes| bytes.to_string());
-        let stages: Vec<_> = m
-            .stage_ms
-            .iter()
-            .map(|(name, ms)| format!("{name} {ms:.2}"))
-            .collect();
+        let stages = m.stage_ms.iter();
+        let stages = stages.map(|(name, ms)| format!("{name} {ms:.2}"));
+        let times = m.relative_time.iter();
+        let times = times.map(|(name, time)| format!("{time:.1} x {name}"));
+        let fetched = m.fetched_bytes.map(|b| format!("fetches {b:.0} bytes"));
+        let rest: Vec<_> = stages.chain(times).chain(fetched).collect();
         let line = format!(
             "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5} {:>7} {:>7}  {}",
             m.scene,
@@ -48,7 +49,7 @@ pub(super) fn table(report: &Report) -> String {
             figure(m.fetches, 0),
             figure(m.relative_error.map(|error| 100.0 * error), 1),
             figure(m.bias.map(|bias| 100.0 * bias), 1),
-            stages.join(", "),
+            rest.join(", "),
         );
         let _ = writeln!(text, "{}", line.trim_end());
     }

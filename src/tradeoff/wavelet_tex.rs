@@ -1,16 +1,15 @@
 //! The study of `bevy_wavelet_tex`.
 //!
 //! Of every image, each effort of the encoder gives a row: the reference decoder against the
-//! original in 8 bits, `cpu_ms` the time to encode. `bytes` are everywhere those of the largest
-//! level, without mips. `fetches` are those of one nearest sample there, and those of the filter in
-//! the rows of the [renderer](render). Rows `r8`, `rg8` and `rgba8` are
-//! the original itself.
+//! original in 8 bits, `cpu_ms` the time to encode. `bytes` are those of the largest level, without
+//! mips, and `fetches` those of one nearest sample there. Rows `r8`, `rg8` and `rgba8` are the
+//! original itself. The rows of the [`tunnel`] have times of frames.
 //!
 //! Normal maps are compared as X, Y and Z mapped to 0 to 255, so their FLIP is that of the map seen
 //! as a picture.
 
-pub mod render;
 pub mod summary;
+pub mod tunnel;
 
 use std::time::Instant;
 
@@ -88,8 +87,8 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
         }
     }
     if let Some(picture) = plan.picture {
-        progress.set_message("rendering");
-        let (adapter, rows) = render::rows(&photo, &render::FILTERS, picture, plan, progress)?;
+        let tile = content::bricks(plan.tile[0], plan.tile[1], SEED).color;
+        let (adapter, rows) = tunnel::rows(&tile, &tunnel::FILTERS, picture, plan, progress)?;
         report.adapter = adapter;
         report.measurements.extend(rows);
     }
@@ -257,6 +256,26 @@ fn fetches(image: &WaveletImage) -> f64 {
         let of_plane = |coding: &PlaneCoding| {
             let neighbours = if coding.predictor == 0.0 { 0.0 } else { 8.0 };
             group.textures.len() as f64 + neighbours
+        };
+        group.codings.iter().map(of_plane).sum()
+    };
+    image.groups.iter().map(of_group).sum()
+}
+
+/// Bytes that the fetches of one decoded pixel take in their blocks, without a cache: of chroma four
+/// texels each, since it is interpolated.
+fn fetched_bytes(image: &WaveletImage) -> f64 {
+    let of_group = |group: &PlaneGroup| {
+        let formats = group.packing.formats();
+        let texel = |i: usize| formats[i].block_bytes() as f64 / 16.0;
+        if group.packing == Packing::Bc1 {
+            return 4.0 * texel(0);
+        }
+        let of_plane = |coding: &PlaneCoding| {
+            let all: f64 = (0..formats.len()).map(texel).sum();
+            // The neighbours' means are in the first texture.
+            let neighbours = if coding.predictor == 0.0 { 0.0 } else { 8.0 };
+            all + neighbours * texel(0)
         };
         group.codings.iter().map(of_plane).sum()
     };

@@ -1,18 +1,32 @@
-//! A lit room with a picture, a brick wall, a wooden floor and a plant: RGBA8 textures with mips
-//! before, wavelet textures after.
+//! A lit room with a picture, a brick wall, a wooden floor and a plant, or the picture at every rate
+//! side by side: RGBA8 textures with mips before, wavelet textures after, or the error between them.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | `knobs` | what there is to turn |
+//! | `room` | geometry and lamps of the room |
+//! | `board` | the picture at every rate |
+//! | `textures` | the textures of the room, as they are and encoded |
 
+mod board;
+mod knobs;
 mod room;
 mod textures;
 
-use bevy::prelude::*;
+use bevy::{
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    prelude::*,
+};
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
-    WaveletTexPlugin, WaveletTexture,
-    codec::{rate::Rate, search::Effort},
+    WaveletAddressMode, WaveletExtension, WaveletStandardMaterial, WaveletTexPlugin, WaveletTexture,
 };
 
-use crate::runner::{Knob, Knobs, MemoryFigures, Scene, SceneImage, Side};
-use room::{Part, Surface};
+use crate::{
+    runner::{Knob, Knobs, MemoryFigures, Notes, Scene, SceneImage, Side},
+    scenes::error_view::{ErrorViewPlugin, ErrorViewSystems, Films},
+};
+use knobs::Place;
+use room::Part;
 use textures::{SourceMap, Sources};
 
 /// The example of `bevy_wavelet_tex`.
@@ -28,50 +42,12 @@ impl Scene for WaveletTex {
     }
 
     fn description(&self) -> &'static str {
-        "A lit room: RGBA8 textures before, wavelet textures of 2 to 5 bits per pixel after"
+        "A lit room, or a picture at all rates: RGBA8 textures before, wavelet textures of 2 to 5 \
+         bits per pixel after"
     }
 
     fn knobs(&self) -> Vec<Knob> {
-        vec![
-            Knob::choice(
-                "filter",
-                "how decoded pixels are filtered",
-                4,
-                &[
-                    "nearest",
-                    "nearest_mip_linear",
-                    "bilinear",
-                    "one_fetch_trilinear",
-                    "trilinear",
-                    "anisotropic",
-                ],
-            ),
-            Knob::choice(
-                "color_rate",
-                "bits per pixel of colours",
-                1,
-                &["color2.25", "color3", "color3.25", "color5"],
-            ),
-            Knob::choice(
-                "effort",
-                "how hard the encoder searches",
-                1,
-                &["fast", "default", "best"],
-            ),
-            Knob::choice(
-                "storage",
-                "as BC blocks, or decoded on load as without BC",
-                0,
-                &["blocks", "decoded"],
-            ),
-            Knob::float(
-                "light_angle",
-                "direction of the lamp",
-                25.0,
-                -80.0..=80.0,
-                "degrees",
-            ),
-        ]
+        knobs::all()
     }
 
     fn view(&self) -> Transform {
@@ -79,37 +55,83 @@ impl Scene for WaveletTex {
     }
 
     fn build(&self, app: &mut App) {
-        app.add_plugins(WaveletTexPlugin)
-            .add_systems(Startup, (load_sources, room::spawn).chain())
+        app.add_plugins((WaveletTexPlugin, ErrorViewPlugin))
+            .insert_resource(FirstView(self.view()))
+            .init_resource::<board::Textures>()
+            .init_resource::<BytesBefore>()
+            .add_systems(Startup, (load_sources, (room::spawn, board::spawn)).chain())
             .add_systems(
                 Update,
-                (dress_before, dress_after, room::aim_lamps).run_if(resource_changed::<Knobs>),
-            );
+                (
+                    (
+                        dress_before,
+                        dress_after,
+                        board::dress,
+                        room::aim_lamps,
+                        room::show,
+                    )
+                        .chain()
+                        .run_if(resource_changed::<Knobs>),
+                    board::place,
+                )
+                    .before(ErrorViewSystems),
+            )
+            .add_systems(Update, map_tones.after(ErrorViewSystems));
+    }
+
+    fn dress_camera(&self, camera: &mut EntityCommands, side: Side) {
+        // Dithering would hide how small an error is.
+        camera.insert((Films(side), DebandDither::Disabled));
     }
 }
+
+/// The room is lit, and the board is there to be seen as it is.
+fn map_tones(
+    mut commands: Commands,
+    knobs: Res<Knobs>,
+    cameras: Query<Entity, With<Films>>,
+    new: Query<(), Added<Films>>,
+) {
+    if !knobs.is_changed() && new.is_empty() {
+        return;
+    }
+    for camera in &cameras {
+        commands.entity(camera).insert(match knobs::place(&knobs) {
+            Place::Room => Tonemapping::default(),
+            Place::Rates => Tonemapping::None,
+        });
+    }
+}
+
+/// The pose of the cameras at the start, which the board faces.
+#[derive(Resource)]
+struct FirstView(Transform);
 
 fn load_sources(mut commands: Commands, image: Res<SceneImage>) {
     commands.insert_resource(Sources::new(image.0.as_deref()));
 }
 
+/// The memory of the room's original textures in bytes.
+#[derive(Resource, Default)]
+struct BytesBefore(u64);
+
 /// Materials with the original textures, once: they hang on no knob.
 fn dress_before(
     mut commands: Commands,
     sources: Res<Sources>,
-    mut memory: ResMut<MemoryFigures>,
+    mut before: ResMut<BytesBefore>,
     mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     parts: Query<(Entity, &Side, &Part), Without<MeshMaterial3d<StandardMaterial>>>,
 ) {
-    let mut bytes = 0;
     for (entity, side, part) in &parts {
         if *side == Side::After {
             continue;
         }
         let surface = part.surface();
         let mut add = |map: &SourceMap| {
-            let image = map.uncompressed();
-            bytes += image.data.as_ref().map_or(0, Vec::len) as u64;
+            let image = map.uncompressed(surface.repeats());
+            before.0 += image.data.as_ref().map_or(0, Vec::len) as u64;
             images.add(image)
         };
         let material = StandardMaterial {
@@ -120,41 +142,27 @@ fn dress_before(
         let material = materials.add(material);
         commands.entity(entity).insert(MeshMaterial3d(material));
     }
-    if bytes > 0 {
-        memory.0.insert("textures before".into(), bytes);
-    }
 }
 
 /// Materials with wavelet textures, again at each change of a knob.
 fn dress_after(
     mut commands: Commands,
     knobs: Res<Knobs>,
+    before: Res<BytesBefore>,
     mut sources: ResMut<Sources>,
     mut memory: ResMut<MemoryFigures>,
+    mut notes: ResMut<Notes>,
     mut images: ResMut<Assets<Image>>,
     mut textures: ResMut<Assets<WaveletTexture>>,
     mut materials: ResMut<Assets<WaveletStandardMaterial>>,
     parts: Query<(Entity, &Side, &Part)>,
 ) {
-    let filter = match knobs.choice("filter") {
-        "nearest" => WaveletFilter::Nearest,
-        "nearest_mip_linear" => WaveletFilter::NearestMipLinear,
-        "one_fetch_trilinear" => WaveletFilter::OneFetchTrilinear,
-        "anisotropic" => WaveletFilter::Anisotropic,
-        "bilinear" => WaveletFilter::Bilinear,
-        _ => WaveletFilter::Trilinear,
-    };
-    let effort = match knobs.choice("effort") {
-        "fast" => Effort::Fast,
-        "best" => Effort::Best,
-        _ => Effort::Default,
-    };
-    let storage = match knobs.choice("storage") {
-        "decoded" => WaveletStorage::Decoded,
-        _ => WaveletStorage::Blocks,
-    };
-    let color = Rate::from_name(knobs.choice("color_rate")).unwrap_or(Rate::Color3);
-    sources.encode(effort, color);
+    if knobs::place(&knobs) != Place::Room {
+        return;
+    }
+    let filter = knobs::filter(&knobs);
+    let storage = knobs::storage(&knobs);
+    sources.encode(knobs::effort(&knobs), knobs::color_rate(&knobs));
     let mut bytes = 0;
     for (entity, side, part) in &parts {
         if *side == Side::Before {
@@ -174,14 +182,19 @@ fn dress_after(
             metallic_roughness: None,
             occlusion: None,
             filter,
-            address_mode: match surface {
-                Surface::Picture | Surface::Plant => WaveletAddressMode::ClampToEdge,
-                Surface::Bricks | Surface::Floor => WaveletAddressMode::Repeat,
+            address_mode: if surface.repeats() {
+                WaveletAddressMode::Repeat
+            } else {
+                WaveletAddressMode::ClampToEdge
             },
         };
         let base = room::base_material(*part);
         let material = materials.add(WaveletStandardMaterial { base, extension });
         commands.entity(entity).insert(MeshMaterial3d(material));
     }
-    memory.0.insert("textures after".into(), bytes);
+    let mut figures = MemoryFigures::default();
+    figures.0.insert("textures before".into(), before.0);
+    figures.0.insert("textures after".into(), bytes);
+    memory.set_if_neq(figures);
+    notes.set_if_neq(Notes::default());
 }

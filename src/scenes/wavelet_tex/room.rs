@@ -4,6 +4,7 @@ use std::f32::consts::FRAC_PI_2;
 
 use bevy::{light::CascadeShadowConfigBuilder, math::Affine2, prelude::*};
 
+use super::knobs::{self, Place};
 use crate::runner::{Knobs, Side};
 
 /// A textured surface of the room.
@@ -17,6 +18,13 @@ pub enum Surface {
     Floor,
     /// A card of leaves with a mask.
     Plant,
+}
+
+impl Surface {
+    /// Whether its texture goes on beyond its edges.
+    pub fn repeats(self) -> bool {
+        matches!(self, Self::Bricks | Self::Floor)
+    }
 }
 
 /// A part of the room.
@@ -49,6 +57,12 @@ pub fn base_material(part: Part) -> StandardMaterial {
     let leaf = part.surface == Surface::Plant;
     StandardMaterial {
         perceptual_roughness: roughness,
+        // A print has no sheen that would veil its colours.
+        reflectance: if part.surface == Surface::Picture {
+            0.0
+        } else {
+            StandardMaterial::default().reflectance
+        },
         alpha_mode,
         double_sided: leaf,
         cull_mode: if leaf {
@@ -134,5 +148,15 @@ pub fn aim_lamps(knobs: Res<Knobs>, mut lamps: Query<&mut Transform, With<Lamp>>
     let (sin, cos) = knobs.float("light_angle").to_radians().sin_cos();
     for mut transform in &mut lamps {
         *transform = Transform::from_xyz(sin, 0.7, cos).looking_at(Vec3::ZERO, Vec3::Y);
+    }
+}
+
+/// Shows the room, or hides it.
+pub fn show(knobs: Res<Knobs>, mut parts: Query<&mut Visibility, With<Part>>) {
+    for mut visibility in &mut parts {
+        visibility.set_if_neq(match knobs::place(&knobs) {
+            Place::Room => Visibility::Inherited,
+            Place::Rates => Visibility::Hidden,
+        });
     }
 }

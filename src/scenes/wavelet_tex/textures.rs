@@ -2,14 +2,19 @@
 
 use std::path::Path;
 
-use bevy::prelude::*;
+use bevy::{
+    image::{ImageAddressMode, ImageSampler},
+    prelude::*,
+};
 use bevy_wavelet_tex::codec::{
+    color::ycocg_from_rgb,
     encoder::{EncodeSettings, encode_rgb8},
     image::{ColorSpace, Content, WaveletImage},
     rate::Rate,
     search::Effort,
+    source::{Pixels, Source},
 };
-use image::{DynamicImage, RgbaImage};
+use image::{DynamicImage, Rgba, RgbaImage};
 
 use super::room::Surface;
 use crate::content;
@@ -71,6 +76,20 @@ impl Sources {
             plant_with_mask: color(masked.into()),
             encoded_with: None,
         }
+    }
+
+    /// The picture as it is.
+    pub fn picture(&self) -> &RgbaImage {
+        &self.picture.pixels
+    }
+
+    /// The same for the encoder.
+    pub fn picture_source(&self) -> Source<'_> {
+        let pixels: &[[u8; 4]] = bytemuck::cast_slice(self.picture.pixels.as_raw());
+        Source::new(
+            self.picture.pixels.dimensions().into(),
+            Pixels::Rgba8(pixels),
+        )
     }
 
     /// Encodes all maps, unless they are; `color` is the rate of colours.
@@ -158,7 +177,23 @@ impl SourceMap {
     }
 
     /// The original as RGBA8 with a full chain of mips, filtered in linear light.
-    pub fn uncompressed(&self) -> Image {
-        content::mipped_texture(&self.pixels, self.color_space == ColorSpace::Srgb)
+    pub fn uncompressed(&self, repeats: bool) -> Image {
+        let mut image = content::mipped_texture(&self.pixels, self.color_space == ColorSpace::Srgb);
+        if let ImageSampler::Descriptor(sampler) = &mut image.sampler
+            && !repeats
+        {
+            sampler.set_address_mode(ImageAddressMode::ClampToEdge);
+        }
+        image
     }
+}
+
+/// The luma of a picture, in all three channels.
+pub fn gray(picture: &RgbaImage) -> RgbaImage {
+    let mut gray = picture.clone();
+    for Rgba([r, g, b, _]) in gray.pixels_mut() {
+        let luma = ycocg_from_rgb([*r, *g, *b].map(f32::from)).y.round() as u8;
+        [*r, *g, *b] = [luma; 3];
+    }
+    gray
 }

@@ -3,11 +3,10 @@
 use bevy::{camera::Hdr, prelude::*};
 use bevy_ycocg_fb::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
 
-use crate::runner::{Knobs, Side};
-
-/// A camera that shows a side: that of the split, or one off screen.
-#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Films(pub Side);
+use crate::{
+    runner::{Knobs, Side},
+    scenes::error_view::Films,
+};
 
 /// Gives all cameras, new ones too, what the knobs say.
 pub fn apply_knobs(

@@ -6,24 +6,19 @@
 //! | `cameras` | what the knobs make of the cameras |
 //! | `stage` | the chosen scene, and its slow motion |
 //! | `memory` | the reports of the plugin as figures and notes |
-//! | `error_view` | two cameras off screen and a quad that shows their difference |
-//! | `error_material`, `error.wgsl` | what the quad is painted with |
 
 mod cameras;
-mod error_material;
-mod error_view;
 mod memory;
 mod stage;
 
-use bevy::{core_pipeline::tonemapping::DebandDither, prelude::*, sprite_render::Material2dPlugin};
+use bevy::{core_pipeline::tonemapping::DebandDither, prelude::*};
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
 use crate::{
     runner::{Knob, Scene, Side},
+    scenes::error_view::{self, ErrorViewPlugin, ErrorViewSystems, Films},
     tradeoff::ycocg_fb::scenes::SCENES,
 };
-use cameras::Films;
-use error_material::ErrorMaterial;
 
 /// The example of `bevy_ycocg_fb`.
 pub struct YCoCgFb;
@@ -53,19 +48,8 @@ impl Scene for YCoCgFb {
         };
         vec![
             Knob::choice("scene", "what there is to see", 0, &SCENE_NAMES),
-            Knob::choice(
-                "view",
-                "the picture, or the absolute error of after, from black to pale yellow",
-                0,
-                &["picture", "error"],
-            ),
-            Knob::integer(
-                "error_gain",
-                "error times this: pale yellow is 255 levels divided by it",
-                8,
-                1..=32,
-                "",
-            ),
+            error_view::view_knob(),
+            error_view::gain_knob(),
             Knob::toggle(
                 "hdr",
                 "`Hdr` on the camera; without it, a packed camera blends before it tone-maps as \
@@ -116,28 +100,16 @@ impl Scene for YCoCgFb {
     }
 
     fn build(&self, app: &mut App) {
-        app.add_plugins((
-            YCoCgFrameBufferPlugin,
-            Material2dPlugin::<ErrorMaterial>::default(),
-        ));
-        error_material::embed(app);
-        app.init_resource::<stage::Stage>()
-            .init_resource::<error_view::ErrorView>()
+        app.add_plugins((YCoCgFrameBufferPlugin, ErrorViewPlugin))
+            .init_resource::<stage::Stage>()
             .add_systems(
                 Update,
                 (
-                    memory::show,
-                    stage::change,
-                    stage::drift,
-                    error_view::open_or_close,
-                    error_view::hide_split,
-                    cameras::apply_knobs,
-                )
-                    .chain(),
-            )
-            .add_systems(
-                PostUpdate,
-                error_view::follow_pose.before(TransformSystems::Propagate),
+                    (memory::show, stage::change, stage::drift)
+                        .chain()
+                        .before(ErrorViewSystems),
+                    cameras::apply_knobs.after(ErrorViewSystems),
+                ),
             );
     }
 

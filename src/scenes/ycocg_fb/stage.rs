@@ -4,9 +4,9 @@ use std::f32::consts::TAU;
 
 use bevy::{camera_controller::free_camera::FreeCameraState, prelude::*};
 
-use super::cameras::Films;
 use crate::{
     runner::{Knobs, PictureArea},
+    scenes::error_view::Films,
     tradeoff::ycocg_fb::scenes::{SCENES, TestScene},
 };
 

@@ -27,6 +27,8 @@ pub enum Command {
     Info(InfoArgs),
     Compare(CompareArgs),
     Bench(BenchArgs),
+    Tables(TablesArgs),
+    Normals(NormalsArgs),
 }
 
 /// Encode PNGs, and the PNGs inside glTF files, as wavelet textures
@@ -139,6 +141,34 @@ pub struct BenchArgs {
     #[arg(long)]
     pub study: bool,
     /// As a JSON array of image, rate, bpp, psnr_db (null for no error) and encode_s
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Rebuild the thesis's Tables 3.1 and 3.3 and set every rate beside what takes the same bits, as
+/// means over the images
+#[derive(Debug, Args)]
+pub struct TablesArgs {
+    /// PNGs, folders and globs
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// As JSON instead of Markdown
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Measure the angular error of normal maps beside BC5 and BC1, of smooth and rough generated maps and
+/// of those given
+#[derive(Debug, Args)]
+pub struct NormalsArgs {
+    /// PNGs, folders and globs
+    #[arg(value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// Also a PNG of a highlight on the smooth map: exact, BC1, BC5 and ours, and below them how much
+    /// brighter or darker than exact they are, ten times (thesis Fig. 3.24)
+    #[arg(long, value_name = "PNG")]
+    pub picture: Option<PathBuf>,
+    /// As JSON instead of Markdown
     #[arg(long)]
     pub json: bool,
 }

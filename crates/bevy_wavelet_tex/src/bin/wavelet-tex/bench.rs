@@ -3,10 +3,11 @@
 use std::{collections::BTreeMap, time::Instant};
 
 use bevy_wavelet_tex::codec::{
-    encoder::{EncodeSettings, encode},
+    encoder::{EncodeError, EncodeSettings, Method, encode},
     image::{ColorSpace, Content},
     quality::psnr_db,
     rate::Rate,
+    search::Effort,
     source::Source,
 };
 use serde::Serialize;
@@ -40,32 +41,9 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
     };
     let (rows, result) = batch::run(&inputs, |input, _| {
         let picture = Picture::read_png(&input.path)?;
-        let source = Source::new(picture.size, picture.source());
         let name = input.relative.with_extension("").display().to_string();
-        let megapixels = picture.pixels.len() as f64 / 1e6;
-        let mut rows = Vec::new();
-        for &rate in &rates {
-            let settings = EncodeSettings {
-                rate,
-                color_space: ColorSpace::Srgb,
-                mips: false,
-                effort: args.effort(),
-                method: args.method(),
-                ..EncodeSettings::default()
-            };
-            let start = Instant::now();
-            let texture = encode(&source, &settings, &|_, _| {});
-            let encode_s = start.elapsed().as_secs_f64();
-            let texture = texture.map_err(|e| Error::file(&input.path, e))?;
-            rows.push(Row {
-                image: name.clone(),
-                rate: rate.name().into(),
-                bpp: texture.bits_per_pixel(),
-                psnr_db: psnr_db(&source, &texture),
-                encode_s,
-                megapixels,
-            });
-        }
+        let mut rows = rows(&name, &picture, &rates, args.effort(), args.method())
+            .map_err(|e| Error::file(&input.path, e))?;
         if args.study {
             rows.extend(study::rows(&name, &picture));
         }
@@ -78,6 +56,38 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
         table(&rows)
     };
     Ok((text, result))
+}
+
+/// One image at every one of the rates, without mips.
+pub fn rows(
+    name: &str,
+    picture: &Picture,
+    rates: &[Rate],
+    effort: Effort,
+    method: Method,
+) -> Result<Vec<Row>, EncodeError> {
+    let source = Source::new(picture.size, picture.source());
+    let row = |&rate: &Rate| {
+        let settings = EncodeSettings {
+            rate,
+            color_space: ColorSpace::Srgb,
+            mips: false,
+            effort,
+            method,
+            ..EncodeSettings::default()
+        };
+        let start = Instant::now();
+        let texture = encode(&source, &settings, &|_, _| {})?;
+        Ok(Row {
+            encode_s: start.elapsed().as_secs_f64(),
+            image: name.into(),
+            rate: rate.name().into(),
+            bpp: texture.bits_per_pixel(),
+            psnr_db: psnr_db(&source, &texture),
+            megapixels: picture.pixels.len() as f64 / 1e6,
+        })
+    };
+    rates.iter().map(row).collect()
 }
 
 /// A line for each image, a column for each rate, and the means.

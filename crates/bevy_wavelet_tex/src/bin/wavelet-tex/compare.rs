@@ -5,7 +5,12 @@ use std::fmt::Write;
 use bevy_wavelet_tex::codec::{color::ycocg_from_rgb, image::Content};
 use serde::Serialize;
 
-use crate::{args::CompareArgs, error::Error, picture::Picture};
+use crate::{
+    angle::{Angles, unit_of},
+    args::CompareArgs,
+    error::Error,
+    picture::Picture,
+};
 
 /// How far two pictures of one size are apart.
 #[derive(Serialize)]
@@ -18,9 +23,9 @@ pub struct Difference {
     pub psnr_db: f64,
     /// In 8-bit units.
     max_error: f64,
-    /// Of normal maps only, in degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mean_angle_degrees: Option<f64>,
+    /// Of normal maps only.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub angles: Option<Angles>,
 }
 
 /// Compares two files.
@@ -79,16 +84,14 @@ impl Difference {
         let values = if luma { 1 } else { channels } * a.pixels.len();
         let mse = sum / values as f64;
         let normal = normal || [a, b].iter().any(|p| p.content == Content::Normal);
-        let mean_angle_degrees = (normal && !luma).then(|| {
-            let angles = pairs().map(|(a, b)| angle(unit(a), unit(b)));
-            angles.sum::<f64>().to_degrees() / a.pixels.len() as f64
-        });
+        let angles = (normal && !luma)
+            .then(|| Angles::between(pairs().map(|(a, b)| (unit_of(*a), unit_of(*b)))));
         Self {
             luma,
             mse,
             psnr_db: 10.0 * (255.0 * 255.0 / mse).log10(),
             max_error,
-            mean_angle_degrees,
+            angles,
         }
     }
 
@@ -99,8 +102,11 @@ impl Difference {
         } else {
             "identical".into()
         };
-        match self.mean_angle_degrees {
-            Some(angle) => format!("{psnr}, {angle:.2} degrees on average"),
+        match &self.angles {
+            Some(angles) => format!(
+                "{psnr}, {:.2} degrees on average",
+                angles.mean_angle_degrees
+            ),
             None => psnr,
         }
     }
@@ -110,24 +116,4 @@ impl Difference {
 fn luma_of(pixel: &[u8; 4]) -> f64 {
     let [r, g, b, _] = pixel.map(f32::from);
     ycocg_from_rgb([r, g, b]).y.into()
-}
-
-/// The normal that a pixel stands for; zero has no direction and is taken as up.
-fn unit(pixel: &[u8; 4]) -> [f64; 3] {
-    let v = [0, 1, 2].map(|i: usize| f64::from(pixel[i]) / 127.5 - 1.0);
-    let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if length > 1e-6 {
-        v.map(|v| v / length)
-    } else {
-        [0.0, 0.0, 1.0]
-    }
-}
-
-/// Angle between unit vectors, in radians; exact for small ones, unlike the arc cosine.
-fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let length = |f: fn(f64, f64) -> f64| {
-        let square = |i| f(a[i], b[i]).powi(2);
-        (0..3usize).map(square).sum::<f64>().sqrt()
-    };
-    2.0 * length(|a, b| a - b).atan2(length(|a, b| a + b))
 }

@@ -144,7 +144,7 @@ fn encode_one(
         bpp: texture.bits_per_pixel(),
         bytes: bytes.len(),
         psnr_db: difference.psnr_db,
-        mean_angle_degrees: difference.mean_angle_degrees,
+        mean_angle_degrees: difference.angles.map(|angles| angles.mean_angle_degrees),
         encode_s,
         quality: difference.quality(),
     })

@@ -1,5 +1,6 @@
 //! `wavelet-tex`: encodes images as wavelet textures, decodes them, and measures what it cost.
 
+mod angle;
 mod args;
 mod batch;
 mod bench;
@@ -11,8 +12,10 @@ mod files;
 mod gltf;
 mod info;
 mod inputs;
+mod normals;
 mod picture;
 mod study;
+mod tables;
 
 use std::{
     io::{self, Write},
@@ -33,6 +36,8 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args).map(|text| (text, Ok(()))),
         Command::Bench(args) => bench::run(&args),
+        Command::Tables(args) => tables::run(&args),
+        Command::Normals(args) => normals::run(&args),
     };
     let (text, result) = match report {
         Ok((text, result)) => (text, result),

@@ -3,7 +3,7 @@
 //! | rate | what |
 //! | --- | --- |
 //! | `bc1`, `bc7`, `bc4-gray` | the formats themselves at full size |
-//! | `bc1-2.25-bilinear`, `-bicubic`, `bc1-3-..`, `bc4-gray-2-..` | made smaller by Lanczos to the same bits, and scaled back: textures of a lower resolution (thesis section 3.6.1) |
+//! | `bc1-2.25-bilinear`, `-bicubic`, `bc4-gray-2-..`, `bc7-5-..` | made smaller by Lanczos to the bits of one of our rates, and scaled back: textures of a lower resolution (thesis section 3.6.1) |
 //! | `gray1.5` | two levels of wavelets (thesis section 3.5.4) |
 
 mod two_levels;
@@ -45,9 +45,13 @@ pub fn rows(name: &str, picture: &Picture) -> Vec<Row> {
         ("bicubic", FilterType::CatmullRom),
     ] {
         for (rate, source, rival, bpp) in [
+            ("bc4-gray-1.5", &luma, Rival::Bc4, 1.5),
+            ("bc4-gray-2", &luma, Rival::Bc4, 2.0),
+            ("bc4-gray-3", &luma, Rival::Bc4, 3.0),
             ("bc1-2.25", &color, Rival::Bc1, 2.25),
             ("bc1-3", &color, Rival::Bc1, 3.0),
-            ("bc4-gray-2", &luma, Rival::Bc4, 2.0),
+            ("bc1-3.25", &color, Rival::Bc1, 3.25),
+            ("bc7-5", &color, Rival::Bc7, 5.0),
         ] {
             rows.push(row(
                 &format!("{rate}-{filter}"),
@@ -123,10 +127,11 @@ fn at_full_size(image: &Float3, rival: Rival) -> (f64, f64, f64) {
     (bits(bytes, image), psnr(image, &decoded), encode_s)
 }
 
-/// At a lower resolution, so that a format of 4 bpp takes `bpp`.
+/// At a lower resolution, so that the format takes `bpp`.
 fn scaled(image: &Float3, rival: Rival, bpp: f64, back: FilterType) -> (f64, f64, f64) {
     let (width, height) = image.dimensions();
-    let scale = (bpp / 4.0).sqrt();
+    let full = if rival == Rival::Bc7 { 8.0 } else { 4.0 };
+    let scale = (bpp / full).sqrt();
     let [w, h] = [width, height].map(|s| ((f64::from(s) * scale).round() as u32).max(1));
     let start = Instant::now();
     let small = image::imageops::resize(image, w, h, FilterType::Lanczos3);

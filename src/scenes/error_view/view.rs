@@ -12,7 +12,7 @@ use bevy::{
     render::render_resource::{BlendState, TextureFormat},
 };
 
-use super::{cameras::Films, error_material::ErrorMaterial};
+use super::{Films, material::ErrorMaterial};
 use crate::{
     headless::LabTarget,
     runner::{AFTER_LAYER, Knobs, PictureArea, Side, SplitLine},

@@ -12,10 +12,10 @@ use bevy::{
 /// [`absolute_error_heat_map`](crate::metrics::heat_map::absolute_error_heat_map).
 #[derive(Asset, TypePath, AsBindGroup, Clone, Debug)]
 pub struct ErrorMaterial {
-    /// The picture of Bevy's own camera.
+    /// The picture without the plugin.
     #[texture(0)]
     pub before: Handle<Image>,
-    /// That of the packed camera, of the same size.
+    /// That with it, of the same size.
     #[texture(1)]
     pub after: Handle<Image>,
     /// Pale yellow is a difference of `1 / gain` of the full range. 1 or more.

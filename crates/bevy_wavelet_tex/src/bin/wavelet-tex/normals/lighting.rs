@@ -1,0 +1,54 @@
+//! A highlight on a normal map, and what a format makes of it (thesis Fig. 3.24).
+
+use image::{Rgb, RgbImage};
+
+use super::map::NormalMap;
+
+/// Pixels of the picture for one of the map.
+const MAGNIFICATION: u32 = 2;
+
+/// Side of the shown part of the map, and its corner: a highlight is in the middle.
+const PART: u32 = 160;
+const CORNER: [u32; 2] = [30, 90];
+
+/// Exponent of the highlight: wide enough that its brightness changes slowly.
+const SHININESS: f64 = 60.0;
+
+/// How often the errors are shown.
+const GAIN: f64 = 10.0;
+
+/// Toward the lamp; the eye is above.
+const LAMP: [f64; 3] = [0.36, 0.48, 0.8];
+
+/// The maps side by side, lit, and below each by how much it is brighter or darker than the first.
+pub fn picture(maps: &[&NormalMap]) -> RgbImage {
+    let lit: Vec<Vec<f64>> = maps.iter().map(|map| lit(map)).collect();
+    let side = PART * MAGNIFICATION;
+    RgbImage::from_fn(side * maps.len() as u32, 2 * side, |x, y| {
+        let (panel, i) = ((x / side) as usize, (y % side * side + x % side) as usize);
+        let value = if y < side {
+            lit[panel][i]
+        } else {
+            0.5 + GAIN * (lit[panel][i] - lit[0][i])
+        };
+        Rgb([(255.0 * value.clamp(0.0, 1.0)).round() as u8; 3])
+    })
+}
+
+/// Brightness in display-referred units, 0 to 1 and more.
+fn lit(map: &NormalMap) -> Vec<f64> {
+    let shown = map.interpolated_to(map.size.map(|s| s * MAGNIFICATION));
+    let width = (map.size[0] * MAGNIFICATION) as usize;
+    let side = (PART * MAGNIFICATION) as usize;
+    let [left, top] = CORNER.map(|v| (v * MAGNIFICATION) as usize);
+    let half = crate::angle::unit([LAMP[0], LAMP[1], LAMP[2] + 1.0]);
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    (0..side * side)
+        .map(|i| {
+            let normal = crate::angle::unit(shown[(top + i / side) * width + left + i % side]);
+            let diffuse = dot(normal, LAMP).max(0.0);
+            let highlight = dot(normal, half).max(0.0).powf(SHININESS);
+            0.25 * diffuse + 0.7 * highlight
+        })
+        .collect()
+}

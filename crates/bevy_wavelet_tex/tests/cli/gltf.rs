@@ -1,0 +1,61 @@
+//! Images inside glTF files.
+
+use crate::support::{Folder, color_image, gray_image, normal_image};
+
+#[test]
+fn images_inside_gltf_files_are_encoded_by_their_role() {
+    let f = Folder::new("gltf");
+    let mut binary = Vec::new();
+    let mut views = Vec::new();
+    for image in [color_image(), normal_image()] {
+        let mut png = std::io::Cursor::new(Vec::new());
+        let format = image::ImageFormat::Png;
+        image.write_to(&mut png, format).expect("a PNG");
+        let png = png.into_inner();
+        views.push(serde_json::json!({
+            "buffer": 0, "byteOffset": binary.len(), "byteLength": png.len()
+        }));
+        binary.extend(png);
+    }
+    f.save("apart.png", gray_image());
+    let json = serde_json::json!({
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": binary.len()}],
+        "bufferViews": views,
+        "images": [
+            {"bufferView": 0, "mimeType": "image/png"},
+            {"bufferView": 1, "mimeType": "image/png"},
+            {"uri": "apart.png"},
+            {"uri": "unused.png"},
+        ],
+        "textures": [{"source": 0}, {"source": 1}, {"source": 2}, {"source": 3}],
+        "materials": [{
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+            "normalTexture": {"index": 1},
+            "occlusionTexture": {"index": 2},
+        }],
+    });
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut glb = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
+    for (kind, bytes) in [(b"JSON", &json), (b"BIN\0", &binary)] {
+        glb.extend((bytes.len() as u32).to_le_bytes());
+        glb.extend(kind);
+        glb.extend(bytes);
+    }
+    f.write("model.glb", &glb);
+    f.ok(&["encode", "model.glb", "--effort", "fast"]);
+    let info = |file| f.json(&["info", file, "--json"]);
+    assert_eq!(info("model.glb.Texture0.wtex")["content"], "color");
+    assert_eq!(info("model.glb.Texture1.wtex")["content"], "normal");
+    assert_eq!(info("apart.wtex")["content"], "gray");
+    assert_eq!(info("apart.wtex")["color_space"], "linear");
+
+    f.write("short.glb", &glb[..40]);
+    f.fails(1, &["encode", "short.glb"], &["short.glb", "cut short"]);
+    f.write(
+        "bad.gltf",
+        br#"{"materials": [{"normalTexture": {"index": 7}}]}"#,
+    );
+    f.fails(1, &["encode", "bad.gltf"], &["bad.gltf", "texture 7"]);
+}

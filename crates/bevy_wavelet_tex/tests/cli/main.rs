@@ -1,0 +1,8 @@
+//! The `wavelet-tex` tool as its users run it.
+
+mod batch;
+mod errors;
+mod gltf;
+mod measurements;
+mod round_trips;
+mod support;

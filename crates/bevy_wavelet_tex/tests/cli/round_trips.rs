@@ -1,0 +1,200 @@
+//! From PNGs to textures and back.
+
+use std::path::Path;
+
+use image::{DynamicImage, ImageBuffer, Luma, Rgb, Rgba, RgbaImage};
+
+use crate::support::{Folder, color_image, gray_image, normal_image, stderr};
+
+#[test]
+fn color_goes_round() {
+    let f = Folder::new("color");
+    f.save("in.png", color_image());
+    let line = f.ok(&["encode", "in.png"]); // to in.wtex
+    assert!(line.contains("in.wtex: 75 x 46 pixels"), "{line}");
+    f.ok(&["decode", "in.wtex", "out.png"]);
+    assert!(f.psnr("in.png", "out.png") > 33.0);
+    assert_eq!(f.psnr("in.png", "out.png"), f.psnr("in.png", "in.wtex"));
+    let printed = format!("{:.2} dB", f.psnr("in.png", "out.png"));
+    assert!(line.contains(&printed), "{line}");
+
+    f.ok(&["decode", "in.wtex", "mip.png", "--level", "2"]);
+    let mip = image::open(f.0.join("mip.png")).expect("a PNG");
+    assert_eq!((mip.width(), mip.height()), (18, 11));
+    let identical = f.json(&["compare", "in.png", "in.png", "--json"]);
+    assert!(identical["psnr_db"].is_null());
+    assert_eq!(identical["mse"], 0.0);
+}
+
+#[test]
+fn gray_goes_round_from_gray_and_from_color() {
+    let f = Folder::new("gray");
+    f.save("gray.png", gray_image());
+    f.save("color.png", color_image());
+    f.ok(&["encode", "gray.png", "gray.wtex", "--linear"]);
+    f.ok(&["encode", "color.png", "color.wtex", "--rate", "gray2"]);
+    for name in ["gray", "color"] {
+        let [png, wtex, out] = ["png", "wtex", "out.png"].map(|e| format!("{name}.{e}"));
+        f.ok(&["decode", &wtex, &out]);
+        let decoded = image::open(f.0.join(&out)).expect("a PNG");
+        assert!(matches!(decoded, DynamicImage::ImageLuma8(_)));
+        assert!(f.psnr(&png, &out) > 33.0, "{name}");
+        assert_eq!(f.json(&["info", &wtex, "--json"])["content"], "gray");
+    }
+    let text = f.ok(&["compare", "color.png", "color.out.png"]);
+    assert!(text.contains("luma: color.out.png is gray"), "{text}");
+    let space = |file| f.json(&["info", file, "--json"])["color_space"].clone();
+    assert_eq!(space("gray.wtex"), "linear");
+    assert_eq!(space("color.wtex"), "srgb");
+}
+
+#[test]
+fn normals_go_round() {
+    let f = Folder::new("normal");
+    f.save("in.png", normal_image());
+    f.ok(&["encode", "in.png", "in.wtex", "--role", "normal"]);
+    let difference = f.json(&["compare", "in.png", "in.wtex", "--json"]);
+    let angle = difference["mean_angle_degrees"].as_f64();
+    assert!(angle.is_some_and(|a| a > 0.0 && a < 2.0), "{difference}");
+    assert_eq!(
+        f.json(&["info", "in.wtex", "--json"])["color_space"],
+        "linear"
+    );
+}
+
+#[test]
+fn info_describes_every_plane() {
+    let f = Folder::new("info");
+    f.save("in.png", color_image());
+    f.ok(&[
+        "encode",
+        "in.png",
+        "in.wtex",
+        "--no-mips",
+        "--effort",
+        "best",
+    ]);
+    let info = f.json(&["info", "in.wtex", "--json"]);
+    assert_eq!(info["version"], 2);
+    assert_eq!(info["size"], serde_json::json!([75, 46]));
+    assert_eq!(info["levels"], 1);
+    let planes = info["planes"].as_array().expect("planes");
+    let names: Vec<_> = planes.iter().map(|p| &p["name"]).collect();
+    assert_eq!(names, ["Y", "Co", "Cg"]);
+    for plane in planes {
+        assert!(plane["mean_range"][0].as_f64() < plane["mean_range"][1].as_f64());
+        let wavelet = plane["name"] == "Y";
+        assert_eq!(plane["detail_range"].as_f64() > Some(0.0), wavelet);
+        assert_eq!(
+            plane["gamma"].is_number() && plane["predictor"].is_number(),
+            wavelet
+        );
+    }
+    assert_eq!(planes[1]["packing"], "bc1");
+    assert_eq!(planes[1]["size"], serde_json::json!([38, 23]));
+    let text = f.ok(&["info", "in.wtex"]);
+    assert!(
+        text.contains("color, srgb, 75 x 46 pixels, mip levels: 1"),
+        "{text}"
+    );
+}
+
+#[test]
+fn other_pngs_are_converted() {
+    let f = Folder::new("convert");
+    let wide = ImageBuffer::<Luma<u16>, Vec<u16>>::from_fn(16, 16, |x, _| Luma([x as u16 * 4000]));
+    f.save("wide.png", DynamicImage::ImageLuma16(wide));
+    f.ok(&["encode", "wide.png"]);
+    assert_eq!(f.json(&["info", "wide.wtex", "--json"])["content"], "gray");
+
+    f.save(
+        "clear.png",
+        RgbaImage::from_pixel(8, 8, Rgba([9, 99, 200, 7])),
+    );
+    f.save(
+        "opaque.png",
+        RgbaImage::from_pixel(8, 8, Rgba([9, 99, 200, 255])),
+    );
+    let warning = stderr(&f.run(&["encode", "clear.png"]));
+    assert!(warning.contains("clear.png") && warning.contains("alpha is dropped"));
+    assert_eq!(stderr(&f.run(&["encode", "opaque.png"])), "");
+    assert_eq!(f.read("clear.wtex"), f.read("opaque.wtex"));
+}
+
+/// The thesis's test image, where the checkout has it.
+#[test]
+fn kodim23_keeps_its_quality() {
+    let kodak = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/kodak");
+    let source = kodak.join("kodim23.png");
+    if !source.exists() {
+        println!("skipped: {} is not there", source.display());
+        return;
+    }
+    let source = source.to_str().expect("UTF-8");
+    let f = Folder::new("kodak");
+    for (rate, floor) in [("2", 37.0), ("3", 35.5)] {
+        f.ok(&["encode", source, "out.wtex", "--rate", rate]);
+        f.ok(&["decode", "out.wtex", "out.png"]);
+        let psnr = f.psnr(source, "out.png");
+        assert!(psnr >= floor, "rate {rate}: {psnr} dB");
+    }
+}
+
+#[test]
+fn every_rate_encodes_every_kind_of_png() {
+    let f = Folder::new("kinds");
+    f.save("color.png", color_image());
+    f.save("gray.png", gray_image());
+    let wide = ImageBuffer::<Rgb<u16>, Vec<u16>>::from_fn(33, 17, |x, y| {
+        Rgb([x as u16 * 1900, y as u16 * 3000, 30000])
+    });
+    f.save("wide.png", DynamicImage::ImageRgb16(wide));
+    for rate in [
+        "gray2",
+        "gray3",
+        "color2.25",
+        "color3",
+        "color3.25",
+        "color5",
+        "normal4",
+    ] {
+        for name in ["color", "gray", "wide"] {
+            let png = format!("{name}.png");
+            let rows = f.json(&["encode", &png, "--rate", rate, "--json", "--effort", "fast"]);
+            let psnr = rows[0]["psnr_db"].as_f64();
+            // A picture is no normal map; that it is coded as one is enough.
+            assert!(
+                psnr > Some(30.0) || rate == "normal4",
+                "{rate} {name}: {rows}"
+            );
+            f.ok(&["decode", &format!("{name}.wtex")]);
+            f.save("color.png", color_image());
+            f.save("gray.png", gray_image());
+        }
+    }
+}
+
+#[test]
+fn alpha_is_kept_on_demand_and_large_images_are_made_smaller() {
+    let f = Folder::new("alpha");
+    let image = RgbaImage::from_fn(64, 48, |x, y| {
+        Rgba([
+            200,
+            (3 * y) as u8,
+            40,
+            if x < 32 { 255 } else { (4 * y) as u8 },
+        ])
+    });
+    f.save("in.png", image);
+    let rows = f.json(&["encode", "in.png", "--alpha", "--json"]);
+    assert_eq!(rows[0]["content"], "color_alpha");
+    f.ok(&["decode", "in.wtex", "out.png"]);
+    let decoded = image::open(f.0.join("out.png"))
+        .expect("a PNG")
+        .into_rgba8();
+    assert!(decoded.get_pixel(5, 5)[3] > 250 && decoded.get_pixel(60, 2)[3] < 20);
+    assert!(f.psnr("in.png", "out.png") > 35.0);
+
+    let rows = f.json(&["encode", "in.png", "--alpha", "--max-size", "20", "--json"]);
+    assert_eq!(rows[0]["size"], serde_json::json!([16, 12]));
+}

@@ -1,0 +1,124 @@
+//! A folder to run the tool in, and images to run it on.
+
+use std::{
+    fs,
+    path::PathBuf,
+    process::{Command, Output},
+};
+
+use image::{DynamicImage, GrayImage, Rgb, RgbImage};
+use serde_json::Value;
+
+/// A folder of one test, removed with it.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new(test: &str) -> Self {
+        let name = format!("wavelet-tex-{test}-{}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        fs::create_dir_all(&path).expect("a temporary folder");
+        Self(path)
+    }
+
+    /// Runs the tool in the folder.
+    pub fn run(&self, args: &[&str]) -> Output {
+        let output = Command::new(env!("CARGO_BIN_EXE_wavelet-tex"))
+            .current_dir(&self.0)
+            .args(args)
+            .output()
+            .expect("the tool starts");
+        let errors = stderr(&output);
+        assert!(!errors.contains("panicked"), "{args:?}: {errors}");
+        output
+    }
+
+    /// Runs the tool, which must succeed; its standard output.
+    pub fn ok(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert!(output.status.success(), "{args:?}: {}", stderr(&output));
+        String::from_utf8(output.stdout).expect("UTF-8")
+    }
+
+    pub fn json(&self, args: &[&str]) -> Value {
+        serde_json::from_str(&self.ok(args)).expect("JSON")
+    }
+
+    /// Runs the tool, which must fail with this code and these words, and leave the folder as it was.
+    pub fn fails(&self, code: i32, args: &[&str], words: &[&str]) {
+        let before = self.contents();
+        let output = self.run(args);
+        let errors = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {errors}");
+        for word in words {
+            assert!(errors.contains(word), "{args:?}: no {word:?} in: {errors}");
+        }
+        assert_eq!(self.contents(), before, "{args:?}");
+    }
+
+    /// Names and lengths of all files.
+    pub fn contents(&self) -> Vec<(String, u64)> {
+        let mut files: Vec<_> = fs::read_dir(&self.0)
+            .expect("the folder")
+            .map(|entry| {
+                let entry = entry.expect("an entry");
+                let length = entry.metadata().expect("metadata").len();
+                (entry.file_name().to_string_lossy().into_owned(), length)
+            })
+            .collect();
+        files.sort();
+        files
+    }
+
+    pub fn save(&self, name: &str, image: impl Into<DynamicImage>) {
+        image.into().save(self.0.join(name)).expect("a PNG");
+    }
+
+    pub fn write(&self, name: &str, bytes: &[u8]) {
+        fs::write(self.0.join(name), bytes).expect("a file");
+    }
+
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.0.join(name)).expect("a file")
+    }
+
+    pub fn psnr(&self, a: &str, b: &str) -> f64 {
+        let difference = self.json(&["compare", a, b, "--json"]);
+        difference["psnr_db"].as_f64().expect("a number")
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Smooth colours with a few edges, of a size that is no multiple of a block.
+pub fn color_image() -> RgbImage {
+    RgbImage::from_fn(75, 46, |x, y| {
+        let wave = |f: f32, p: f32| 127.5 + 90.0 * (x as f32 * f + y as f32 * 0.07 + p).sin();
+        let edge = if (x / 20 + y / 15) % 2 == 0 {
+            25.0
+        } else {
+            0.0
+        };
+        Rgb([wave(0.11, 0.0), wave(0.05, 1.0), wave(0.08, 2.0)].map(|v| (v + edge) as u8))
+    })
+}
+
+pub fn gray_image() -> GrayImage {
+    DynamicImage::from(color_image()).to_luma8()
+}
+
+/// A bump map's normals.
+pub fn normal_image() -> RgbImage {
+    RgbImage::from_fn(64, 64, |x, y| {
+        let (dx, dy) = ((x as f32 * 0.2).cos() * 0.5, (y as f32 * 0.15).sin() * 0.5);
+        let length = (dx * dx + dy * dy + 1.0).sqrt();
+        Rgb([-dx, -dy, 1.0].map(|v| (127.5 + 127.5 * v / length).round() as u8))
+    })
+}

@@ -1,0 +1,467 @@
+//! A tunnel on the GPU: each filter of the plugin against the hardware's own, of BC7, BC1 and RGBA8.
+//!
+//! Down a tunnel a texture is seen at every size and angle. All settings are in one app, each with
+//! a tunnel of its own of which one is shown, and take turns: what slows the machine down for a while
+//! slows down all of them. The picture of a filter is compared with that of the hardware's filter of
+//! the same name over RGBA8.
+//!
+//! `bytes` are those of the textures on the GPU, with mips. `fetched_bytes` are counted from the
+//! filters, without a cache: what each fetch's texel takes in its blocks. `relative_time` is that of
+//! sampling, which is the time of a frame less that of one without a texture, on the GPU where it
+//! gives times.
+
+use std::collections::BTreeMap;
+
+use bevy::{
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
+    math::Affine2,
+    prelude::*,
+    render::{
+        RenderApp, render_asset::RenderAssets, render_resource::TextureFormat, texture::GpuImage,
+    },
+};
+use bevy_wavelet_tex::{
+    WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
+    WaveletTexture,
+    codec::{
+        blocks::{BlockQuality, Texel, encode_bc1, encode_bc7},
+        image::WaveletImage,
+        rate::Rate,
+        search::Effort,
+    },
+};
+use image::{RgbImage, RgbaImage, buffer::ConvertBuffer};
+use indicatif::ProgressBar;
+
+use super::{PLUGIN, encoded, fetches, note};
+use crate::{
+    content,
+    headless::{AwaitedAssets, HeadlessApp, HeadlessSettings, LabTarget},
+    metrics::compare,
+    record::{Measurement, ReportAdapter},
+    tradeoff::{TradeoffError, options::Plan},
+};
+
+/// Frames before which every asset must have been loaded.
+const MAX_FRAMES: u32 = 200;
+
+/// Frames after which those of the setting before have given their times.
+const SETTLING_FRAMES: u32 = 3;
+
+/// Of the tunnel, in metres; its radius is 1.
+const LENGTH: f32 = 60.0;
+
+/// A filter, and the hardware's like it.
+#[derive(Clone, Copy, Debug)]
+pub struct Filter {
+    /// Ours.
+    pub filter: WaveletFilter,
+    /// Its name.
+    pub name: &'static str,
+    /// Decoded pixels that it blends, at most.
+    pub pixels: f64,
+    /// The name of the hardware's.
+    pub hardware: &'static str,
+}
+
+/// All of them. An anisotropic sample of ours is a bilinear one and one fetch of the texture unit.
+pub const FILTERS: [Filter; 6] = [
+    Filter::new(WaveletFilter::Nearest, "nearest", 1.0, "nearest"),
+    Filter::new(
+        WaveletFilter::NearestMipLinear,
+        "nearest mip linear",
+        2.0,
+        "nearest mip linear",
+    ),
+    Filter::new(WaveletFilter::Bilinear, "bilinear", 4.0, "bilinear"),
+    Filter::new(
+        WaveletFilter::OneFetchTrilinear,
+        "one fetch trilinear",
+        4.0,
+        "trilinear",
+    ),
+    Filter::new(WaveletFilter::Trilinear, "trilinear", 8.0, "trilinear"),
+    Filter::new(
+        WaveletFilter::Anisotropic,
+        "anisotropic",
+        8.0,
+        "anisotropic",
+    ),
+];
+
+impl Filter {
+    const fn new(
+        filter: WaveletFilter,
+        name: &'static str,
+        pixels: f64,
+        hardware: &'static str,
+    ) -> Self {
+        Self {
+            filter,
+            name,
+            pixels,
+            hardware,
+        }
+    }
+}
+
+/// The hardware's filters with the texels that they blend.
+const HARDWARE: [(&str, f64); 5] = [
+    ("nearest", 1.0),
+    ("nearest mip linear", 2.0),
+    ("bilinear", 4.0),
+    ("trilinear", 8.0),
+    ("anisotropic", 128.0),
+];
+
+/// Formats of the hardware's rows: name, bytes of a texel, format.
+const FORMATS: [(&str, f64, TextureFormat); 3] = [
+    ("rgba8", 4.0, TextureFormat::Rgba8UnormSrgb),
+    ("bc7", 1.0, TextureFormat::Bc7RgbaUnormSrgb),
+    ("bc1", 0.5, TextureFormat::Bc1RgbaUnormSrgb),
+];
+
+/// The rows of `picture`, which tiles, in a frame of `size` pixels, and what rendered them.
+///
+/// # Errors
+/// [`TradeoffError`] when the picture cannot be encoded, rendered or compared.
+pub fn rows(
+    picture: &RgbImage,
+    filters: &[Filter],
+    size: [u32; 2],
+    plan: &Plan,
+    progress: &ProgressBar,
+) -> Result<(ReportAdapter, Vec<Measurement>), TradeoffError> {
+    let settings = HeadlessSettings::with_size(size[0], size[1]);
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(WaveletTexPlugin);
+        let target = app.world().resource::<LabTarget>().0.clone();
+        app.world_mut().spawn((
+            Camera3d::default(),
+            target,
+            Msaa::Off,
+            Tonemapping::None,
+            DebandDither::Disabled,
+            // Toward one side, so that the texture is seen from near and far.
+            Transform::from_xyz(0.3, -0.2, 0.0).looking_to(Vec3::new(0.15, -0.1, -1.0), Vec3::Y),
+        ));
+    })?;
+    let adapter = ReportAdapter::from(app.adapter());
+    let blocks = app
+        .features()
+        .contains(wgpu::Features::TEXTURE_COMPRESSION_BC);
+    if !blocks {
+        note(
+            progress,
+            "skipped: the tunnel, the adapter samples no BC textures",
+        );
+        return Ok((adapter, Vec::new()));
+    }
+    let tunnel = app.world_mut().resource_mut::<Assets<Mesh>>().add(tunnel());
+    let mut settings = spawn_hardware(app.world_mut(), &tunnel, picture, filters);
+    let texture = encoded(picture, Rate::Color3, Effort::Default, true)?;
+    settings.extend(
+        filters
+            .iter()
+            .map(|f| spawn_ours(app.world_mut(), &tunnel, &texture, *f)),
+    );
+
+    let mut pictures = BTreeMap::<String, RgbImage>::new();
+    for setting in &mut settings {
+        progress.set_message(format!("tunnel, {}", setting.row.setting));
+        show(app.world_mut(), setting.entity);
+        app.run_until_ready(MAX_FRAMES)?;
+        setting.row.bytes = Some(bytes_on_gpu(&mut app, &setting.images));
+        let shown = app.capture_rgb8()?;
+        if let Some(reference) = pictures.get(&setting.row.reference) {
+            let error = Measurement::from(&compare(reference, &shown)?);
+            setting.row = Measurement {
+                mse: error.mse,
+                psnr_db: error.psnr_db,
+                flip: error.flip,
+                max_error: error.max_error,
+                ..std::mem::take(&mut setting.row)
+            };
+        }
+        pictures.insert(setting.row.setting.clone(), shown);
+    }
+    for _ in 0..plan.rounds {
+        for setting in &mut settings {
+            show(app.world_mut(), setting.entity);
+            app.render_frames(SETTLING_FRAMES)?;
+            let times = app.measure_frames(plan.tunnel_frames)?;
+            setting.gpu_ms.extend(times.gpu_ms);
+            setting.cpu_ms.extend(times.cpu_ms);
+        }
+        progress.inc(1);
+    }
+    let rows = settings.into_iter().map(Setting::finish).collect();
+    let rows = with_relative_times(rows, filters);
+    if rows.iter().any(|row| row.gpu_ms.is_none()) {
+        note(
+            progress,
+            "not measured: times of the GPU, it gave no timestamps",
+        );
+    }
+    Ok((adapter, rows))
+}
+
+/// A setting: its tunnel, its textures, and what is known of it so far.
+struct Setting {
+    entity: Entity,
+    images: Vec<Handle<Image>>,
+    row: Measurement,
+    gpu_ms: Vec<f64>,
+    cpu_ms: Vec<f64>,
+}
+
+impl Setting {
+    fn new(entity: Entity, images: Vec<Handle<Image>>, row: Measurement) -> Self {
+        Self {
+            entity,
+            images,
+            row: Measurement {
+                plugin: PLUGIN.into(),
+                scene: "tunnel".into(),
+                ..row
+            },
+            gpu_ms: Vec::new(),
+            cpu_ms: Vec::new(),
+        }
+    }
+
+    /// The row with the medians of all rounds.
+    fn finish(self) -> Measurement {
+        Measurement {
+            gpu_ms: super::median(self.gpu_ms),
+            cpu_ms: super::median(self.cpu_ms),
+            ..self.row
+        }
+    }
+}
+
+/// A tunnel without a texture, and the hardware's own filters.
+fn spawn_hardware(
+    world: &mut World,
+    tunnel: &Handle<Mesh>,
+    picture: &RgbImage,
+    filters: &[Filter],
+) -> Vec<Setting> {
+    let row = Measurement {
+        setting: "no texture".into(),
+        reference: "nothing".into(),
+        fetches: Some(0.0),
+        fetched_bytes: Some(0.0),
+        ..Measurement::default()
+    };
+    let entity = spawn_standard(world, tunnel, None);
+    let mut settings = vec![Setting::new(entity, Vec::new(), row)];
+    let rgba: RgbaImage = picture.convert();
+    for (format_name, texel_bytes, format) in FORMATS {
+        let image = hardware_texture(&rgba, format);
+        for (filter, texels) in HARDWARE {
+            if !filters.iter().any(|f| f.hardware == filter) {
+                continue;
+            }
+            let mut image = image.clone();
+            image.sampler = sampler(filter);
+            let image = world.resource_mut::<Assets<Image>>().add(image);
+            let row = Measurement {
+                setting: format!("{format_name} {filter}"),
+                reference: format!("rgba8 {filter}"),
+                fetches: Some(1.0),
+                fetched_bytes: Some(texels * texel_bytes),
+                ..Measurement::default()
+            };
+            let entity = spawn_standard(world, tunnel, Some(image.clone()));
+            settings.push(Setting::new(entity, vec![image], row));
+        }
+    }
+    settings
+}
+
+fn spawn_ours(
+    world: &mut World,
+    tunnel: &Handle<Mesh>,
+    texture: &WaveletImage,
+    filter: Filter,
+) -> Setting {
+    let handle = world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
+        let mut images = world.resource_mut::<Assets<Image>>();
+        WaveletTexture::add(texture, WaveletStorage::Blocks, &mut textures, &mut images)
+    });
+    let textures = world.resource::<Assets<WaveletTexture>>();
+    let images = textures
+        .get(&handle)
+        .map(|t| t.images.iter().cloned().collect());
+    let extension = WaveletExtension {
+        base_color: Some(handle),
+        filter: filter.filter,
+        ..default()
+    };
+    let material =
+        world
+            .resource_mut::<Assets<WaveletStandardMaterial>>()
+            .add(WaveletStandardMaterial {
+                base: base(),
+                extension,
+            });
+    let row = Measurement {
+        setting: format!("color3 {}", filter.name),
+        reference: format!("rgba8 {}", filter.hardware),
+        fetches: Some(filter.pixels * fetches(texture)),
+        fetched_bytes: Some(filter.pixels * super::fetched_bytes(texture)),
+        ..Measurement::default()
+    };
+    let entity = world.spawn((
+        Mesh3d(tunnel.clone()),
+        MeshMaterial3d(material),
+        Visibility::Hidden,
+    ));
+    Setting::new(entity.id(), images.unwrap_or_default(), row)
+}
+
+fn spawn_standard(
+    world: &mut World,
+    tunnel: &Handle<Mesh>,
+    image: Option<Handle<Image>>,
+) -> Entity {
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial {
+            base_color_texture: image.clone(),
+            ..base()
+        });
+    if let Some(image) = image {
+        world
+            .resource_mut::<AwaitedAssets>()
+            .0
+            .push(image.untyped());
+    }
+    let tunnel = Mesh3d(tunnel.clone());
+    world
+        .spawn((tunnel, MeshMaterial3d(material), Visibility::Hidden))
+        .id()
+}
+
+/// What all materials share: four textures around, a texture for every 1.5 metres.
+fn base() -> StandardMaterial {
+    StandardMaterial {
+        unlit: true,
+        cull_mode: None,
+        uv_transform: Affine2::from_scale(Vec2::new(4.0, LENGTH / 1.5)),
+        ..default()
+    }
+}
+
+/// The inside of a cylinder along Z.
+fn tunnel() -> Mesh {
+    let cylinder = Cylinder::new(1.0, LENGTH)
+        .mesh()
+        .resolution(64)
+        .without_caps();
+    Mesh::from(cylinder).rotated_by(Quat::from_rotation_x(std::f32::consts::FRAC_PI_2))
+}
+
+/// Shows one tunnel and hides the others.
+fn show(world: &mut World, shown: Entity) {
+    let mut tunnels = world.query_filtered::<(Entity, &mut Visibility), With<Mesh3d>>();
+    for (entity, mut visibility) in tunnels.iter_mut(world) {
+        visibility.set_if_neq(if entity == shown {
+            Visibility::Visible
+        } else {
+            Visibility::Hidden
+        });
+    }
+}
+
+/// The picture with mips in one of the hardware's formats.
+fn hardware_texture(picture: &RgbaImage, format: TextureFormat) -> Image {
+    let mut image = content::mipped_texture(picture, true);
+    let data = image.data.take().unwrap_or_default();
+    let mut blocks = Vec::new();
+    let mut start = 0;
+    for level in 0..image.texture_descriptor.mip_level_count {
+        let size = [picture.width(), picture.height()].map(|s| (s >> level).max(1));
+        let end = start + 4 * (size[0] * size[1]) as usize;
+        let texels: &[Texel] = bytemuck::cast_slice(&data[start..end]);
+        start = end;
+        match format {
+            TextureFormat::Bc7RgbaUnormSrgb => blocks.extend(encode_bc7(size, [1; 3], |x, y| {
+                let [r, g, b, _] = texels[(y * size[0] + x) as usize];
+                [r, g, b].map(|v| f32::from(v) / 255.0)
+            })),
+            TextureFormat::Bc1RgbaUnormSrgb => {
+                blocks.extend(encode_bc1(texels, size, BlockQuality::High));
+            }
+            _ => blocks.extend_from_slice(texels.as_flattened()),
+        }
+    }
+    image.data = Some(blocks);
+    image.texture_descriptor.format = format;
+    image
+}
+
+fn sampler(filter: &str) -> ImageSampler {
+    let [nearest, linear] = [ImageFilterMode::Nearest, ImageFilterMode::Linear];
+    let (within, between) = match filter {
+        "nearest" => (nearest, nearest),
+        "nearest mip linear" => (nearest, linear),
+        "bilinear" => (linear, nearest),
+        _ => (linear, linear),
+    };
+    ImageSampler::Descriptor(ImageSamplerDescriptor {
+        address_mode_u: ImageAddressMode::Repeat,
+        address_mode_v: ImageAddressMode::Repeat,
+        mag_filter: within,
+        min_filter: within,
+        mipmap_filter: between,
+        anisotropy_clamp: if filter == "anisotropic" { 16 } else { 1 },
+        ..default()
+    })
+}
+
+/// Bytes of all levels and layers of the textures that the GPU has for these images.
+fn bytes_on_gpu(app: &mut HeadlessApp, images: &[Handle<Image>]) -> u64 {
+    let render_world = app.app_mut().sub_app(RenderApp).world();
+    let textures = render_world.resource::<RenderAssets<GpuImage>>();
+    let bytes = |image: &Handle<Image>| {
+        let texture = &textures.get(image)?.texture;
+        let (width, height) = texture.format().block_dimensions();
+        let block = u64::from(texture.format().block_copy_size(None)?);
+        let level = |level: u32| {
+            let blocks = |side: u32, block: u32| u64::from((side >> level).max(1).div_ceil(block));
+            blocks(texture.width(), width) * blocks(texture.height(), height) * block
+        };
+        let layers = u64::from(texture.depth_or_array_layers());
+        Some(layers * (0..texture.mip_level_count()).map(level).sum::<u64>())
+    };
+    images.iter().filter_map(bytes).sum()
+}
+
+/// Our rows with the time of sampling over that of BC7 and BC1 by the hardware's filter like it.
+fn with_relative_times(mut rows: Vec<Measurement>, filters: &[Filter]) -> Vec<Measurement> {
+    let frame = |row: &Measurement| row.gpu_ms.or(row.cpu_ms);
+    let times: BTreeMap<String, f64> = rows
+        .iter()
+        .filter_map(|row| Some((row.setting.clone(), frame(row)?)))
+        .collect();
+    let sampling = |setting: &str| Some(times.get(setting)? - times.get("no texture")?);
+    for filter in filters {
+        let name = format!("color3 {}", filter.name);
+        let Some(row) = rows.iter_mut().find(|row| row.setting == name) else {
+            continue;
+        };
+        for rival in ["bc7", "bc1"] {
+            let hardware = sampling(&format!("{rival} {}", filter.hardware));
+            // Too short a time says nothing.
+            if let (Some(ours), Some(hardware)) = (sampling(&name), hardware)
+                && hardware > 0.0
+            {
+                row.relative_time.insert(rival.into(), ours / hardware);
+            }
+        }
+    }
+    rows
+}
