@@ -14,13 +14,14 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
     };
     let report = (wavelet_tex::STUDY.measure)(&plan, &ProgressBar::hidden()).expect("a report");
     let rows = &report.measurements;
-    // Three images in colour and in gray, and a normal map: the original, three efforts of the
-    // first rate, and the others.
-    assert_eq!(rows.len(), 3 * (1 + 3 + 3) + 3 * (1 + 3 + 1) + (1 + 3));
+    // Three images in colour and in gray, and a normal map: the original, BC1, three efforts of
+    // the first rate, and the others.
+    assert_eq!(rows.len(), 3 * (1 + 1 + 3 + 3) + 3 * (1 + 3 + 1) + (1 + 3));
     for (setting, count) in [
         ("rgba8", 3),
         ("r8", 3),
         ("rg8", 1),
+        ("bc1", 3),
         ("gray2 fast", 3),
         ("color3 default", 3),
     ] {
@@ -67,6 +68,20 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
     }
     let table = table::table(&report);
     assert_eq!(table.lines().count(), 1 + rows.len(), "{table}");
+}
+
+/// What the README says is what was measured.
+#[test]
+fn the_readme_advises_what_the_measurements_say() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("a README");
+    for study in STUDIES {
+        let path = root.join("docs/measurements/llvmpipe").join(study.name);
+        let report = Report::read(path.with_extension("json")).expect("its measurements");
+        let advice = markdown::advice(&(study.summary)(&report));
+        let renewed = markdown::renewed(&readme, study.name, &advice);
+        assert_eq!(renewed.as_ref(), Some(&readme), "{}", study.name);
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@
 //! Normal maps are compared as X, Y and Z mapped to 0 to 255, so their FLIP is that of the map seen
 //! as a picture.
 
+mod peers;
 pub mod summary;
 pub mod tunnel;
 
@@ -75,6 +76,9 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
             scene: input.scene.clone(),
             ..original(&input.image, input.content)
         });
+        if input.content == Content::Color {
+            report.measurements.push(peers::bc1_row(input)?);
+        }
         // Every effort of the first rate, the default of the others.
         for (i, &rate) in input.rates.iter().enumerate() {
             let efforts = if i == 0 { &EFFORTS[..] } else { &EFFORTS[1..2] };

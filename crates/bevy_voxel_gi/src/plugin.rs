@@ -26,7 +26,7 @@ use crate::{
     report::{SharedReport, VoxelGiReport, receive_report},
     reproject::{init_reproject_pipeline, prepare_reprojection, reproject},
     scene::{
-        VoxelMaterial,
+        VoxelAlbedo, VoxelMaterial,
         extract::{ExtractedScene, extract_scene},
         lights::{ExtractedLights, extract_lights},
         table::{Surfaces, update_surfaces},
@@ -71,6 +71,7 @@ impl Plugin for VoxelGiPlugin {
         app.patch_shader(receive::patch())
             .register_type::<VoxelGiVolume>()
             .register_type::<NotVoxelized>()
+            .register_type::<VoxelAlbedo>()
             .init_resource::<ActiveVolume>()
             .init_resource::<Surfaces>()
             .init_resource::<VoxelGiReport>()

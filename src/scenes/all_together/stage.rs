@@ -24,8 +24,8 @@ pub struct Dressed(pub Matter);
 #[derive(Component)]
 pub struct Sun;
 
-/// Spawns everything. Parts with textures are there twice, one for each side; both are the same to
-/// light, so only one is voxelised.
+/// Spawns everything. Parts with textures are there twice, one for each side; light meets those of
+/// after.
 pub fn spawn(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -53,7 +53,7 @@ pub fn spawn(
                 mesh.clone(),
                 pose,
             ));
-            if side == Side::After {
+            if side == Side::Before {
                 entity.insert(NotVoxelized);
             }
         }

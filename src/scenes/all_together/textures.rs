@@ -87,6 +87,19 @@ impl Textures {
         Some(content::mipped_texture(pixels, role == Role::Color))
     }
 
+    /// Mean of the colours, linear.
+    pub fn mean_color(&self, matter: Matter) -> Vec3 {
+        let Some(pixels) = self.maps.get(&(matter, Role::Color)) else {
+            return Vec3::ONE;
+        };
+        let sum: Vec3 = pixels
+            .pixels()
+            .map(|p| Srgba::rgb_u8(p[0], p[1], p[2]))
+            .map(|color| LinearRgba::from(color).to_vec3())
+            .sum();
+        sum / pixels.pixels().len() as f32
+    }
+
     /// The same encoded, colours at this rate.
     pub fn encoded(&mut self, matter: Matter, role: Role, color: Rate) -> Option<&WaveletImage> {
         let pixels = self.maps.get(&(matter, role))?;

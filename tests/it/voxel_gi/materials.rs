@@ -14,7 +14,7 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::VoxelGiVolume;
+use bevy_voxel_gi::{VoxelAlbedo, VoxelGiVolume};
 
 use super::{
     scene::{app, at, block, block_of, floor, matt, small_volume, under_sky},
@@ -165,6 +165,45 @@ fn textures_count_as_their_mean() {
         at(&settled(&mut app), 0.0, 0.0).x
     });
     assert!((shades[0] / shades[1] - 1.0).abs() < 0.01, "{shades:?}");
+}
+
+#[test]
+fn a_mesh_can_say_what_its_albedo_is() {
+    let _gpu = gpu();
+    let red = LinearRgba::rgb(0.8, 0.1, 0.1);
+    let wanted = under_roof(StandardMaterial {
+        base_color: red.into(),
+        ..default()
+    });
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    floor(world);
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial::default());
+    let roof = roof(world, material);
+    world.spawn(under_sky(1.0));
+    let white = at(&settled(&mut app), 0.0, 0.0);
+    app.world_mut()
+        .entity_mut(roof)
+        .insert(VoxelAlbedo(red.to_vec3()));
+    app.render_frames(3).expect("frames that see the change");
+    let found = at(&settled(&mut app), 0.0, 0.0);
+    assert!(
+        found.distance(wanted) < 0.01 * wanted.length(),
+        "{found} {wanted}"
+    );
+    assert!(
+        found.distance(white) > 0.05 * white.length(),
+        "{found} {white}"
+    );
+    app.world_mut().entity_mut(roof).remove::<VoxelAlbedo>();
+    app.render_frames(3).expect("frames that see the change");
+    let found = at(&settled(&mut app), 0.0, 0.0);
+    assert!(
+        found.distance(white) < 0.01 * white.length(),
+        "{found} {white}"
+    );
 }
 
 #[test]

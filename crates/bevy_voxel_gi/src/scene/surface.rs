@@ -97,6 +97,6 @@ impl<E: MaterialExtension> VoxelMaterial for ExtendedMaterial<StandardMaterial, 
     }
 }
 
-fn finite(v: Vec3) -> Vec3 {
+pub(super) fn finite(v: Vec3) -> Vec3 {
     if v.is_finite() { v } else { Vec3::ZERO }
 }

@@ -2,21 +2,42 @@
 
 use bevy::{
     asset::UntypedAssetId,
+    ecs::entity::EntityHashMap,
     platform::collections::{HashMap, HashSet},
     prelude::*,
 };
 
 use super::{
     mean::{KnownMeans, MeanColors, mean_vertex_color},
-    surface::{VoxelMaterial, VoxelSurface},
+    surface::{VoxelMaterial, VoxelSurface, finite},
 };
+
+/// The diffuse reflectance of a mesh in the voxels, in the place of its material's.
+///
+/// For materials whose colours the plugin cannot know, such as those of compressed textures or of
+/// shaders of one's own: the mean over the mesh, linear, 0 to 1. Emission and transparency stay the
+/// material's.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component)]
+pub struct VoxelAlbedo(pub Vec3);
+
+/// What meshes of a material differ in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Variant {
+    /// In nothing.
+    Plain,
+    /// In the vertex colours of this mesh.
+    Colors(AssetId<Mesh>),
+    /// In the [`VoxelAlbedo`] of this entity.
+    Own(Entity),
+}
 
 /// The surfaces of all materials in use; 0 is [`VoxelSurface::NEUTRAL`].
 #[derive(Resource, Clone)]
 pub(crate) struct Surfaces {
     table: Vec<VoxelSurface>,
-    /// Places of a material: of meshes without vertex colours, and of each mesh with some.
-    index: HashMap<UntypedAssetId, HashMap<Option<AssetId<Mesh>>, u32>>,
+    /// Places of each material.
+    index: HashMap<UntypedAssetId, HashMap<Variant, u32>>,
     /// Places of materials that are gone.
     free: Vec<u32>,
     /// Grows with each change.
@@ -44,9 +65,9 @@ impl Surfaces {
 
     /// The place of a material on such a mesh, which it keeps; the neutral one if there is no more
     /// room.
-    fn place(&mut self, id: UntypedAssetId, mesh: Option<AssetId<Mesh>>) -> u32 {
+    fn place(&mut self, id: UntypedAssetId, variant: Variant) -> u32 {
         let places = self.index.entry(id).or_default();
-        if let Some(&place) = places.get(&mesh) {
+        if let Some(&place) = places.get(&variant) {
             return place;
         }
         let place = if let Some(place) = self.free.pop() {
@@ -63,7 +84,7 @@ impl Surfaces {
             self.table.push(VoxelSurface::NEUTRAL);
             u32::try_from(self.table.len() - 1).unwrap_or(0)
         };
-        places.insert(mesh, place);
+        places.insert(variant, place);
         place
     }
 
@@ -72,28 +93,28 @@ impl Surfaces {
         self.free.extend(places.map(|(_, place)| place));
     }
 
-    fn remove_mesh(&mut self, mesh: AssetId<Mesh>) {
+    fn remove_variant(&mut self, variant: Variant) {
         let places = self.index.values_mut();
         self.free
-            .extend(places.filter_map(|places| places.remove(&Some(mesh))));
+            .extend(places.filter_map(|places| places.remove(&variant)));
     }
 
-    /// Of all places of a material, each with what its mesh makes of the surface.
+    /// Of all places of a material, each with the albedo that its mesh makes of the material's.
     fn set(
         &mut self,
         id: UntypedAssetId,
         surface: VoxelSurface,
-        tint: impl Fn(AssetId<Mesh>) -> Vec3,
+        albedo: impl Fn(Variant, Vec3) -> Vec3,
     ) {
-        for (mesh, &place) in self.index.get(&id).into_iter().flatten() {
-            let tinted = VoxelSurface {
-                albedo: surface.albedo * mesh.map_or(Vec3::ONE, &tint),
+        for (&variant, &place) in self.index.get(&id).into_iter().flatten() {
+            let surface = VoxelSurface {
+                albedo: albedo(variant, surface.albedo),
                 ..surface
             };
             if let Some(entry) = self.table.get_mut(place as usize)
-                && *entry != tinted
+                && *entry != surface
             {
-                *entry = tinted;
+                *entry = surface;
                 self.version += 1;
             }
         }
@@ -113,6 +134,8 @@ pub(crate) struct Pending<M: Asset> {
     means: KnownMeans,
     /// Mean vertex colours of meshes that have some.
     tints: HashMap<AssetId<Mesh>, Vec3>,
+    /// What entities have in the place of their material's.
+    albedos: EntityHashMap<Vec3>,
 }
 
 impl<M: Asset> Default for Pending<M> {
@@ -123,6 +146,7 @@ impl<M: Asset> Default for Pending<M> {
             users: HashMap::default(),
             means: HashMap::default(),
             tints: HashMap::default(),
+            albedos: EntityHashMap::default(),
         }
     }
 }
@@ -134,11 +158,24 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         Entity,
         (
             With<Mesh3d>,
-            Or<(Changed<MeshMaterial3d<M>>, Changed<Mesh3d>)>,
+            Or<(
+                Changed<MeshMaterial3d<M>>,
+                Changed<Mesh3d>,
+                Changed<VoxelAlbedo>,
+            )>,
         ),
     >,
-    all: Query<(Entity, &MeshMaterial3d<M>, &Mesh3d, Option<&SurfaceIndex>)>,
-    mut without: RemovedComponents<MeshMaterial3d<M>>,
+    all: Query<(
+        Entity,
+        &MeshMaterial3d<M>,
+        &Mesh3d,
+        Option<&VoxelAlbedo>,
+        Option<&SurfaceIndex>,
+    )>,
+    (mut without, mut without_albedo): (
+        RemovedComponents<MeshMaterial3d<M>>,
+        RemovedComponents<VoxelAlbedo>,
+    ),
     mut material_events: MessageReader<AssetEvent<M>>,
     mut image_events: MessageReader<AssetEvent<Image>>,
     mut mesh_events: MessageReader<AssetEvent<Mesh>>,
@@ -152,6 +189,7 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         users,
         means,
         tints,
+        albedos,
     } = &mut *pending;
     for entity in without.read() {
         if let Ok(mut entity) = commands.get_entity(entity) {
@@ -159,18 +197,25 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         }
     }
     entities.extend(&changed);
+    for entity in without_albedo.read() {
+        albedos.remove(&entity);
+        surfaces.remove_variant(Variant::Own(entity));
+        entities.insert(entity);
+    }
     for event in mesh_events.read() {
         match event {
             AssetEvent::Modified { id } if tints.remove(id).is_some() => {
-                let users = all.iter().filter(|(_, _, mesh, _)| mesh.id() == *id);
+                let users = all.iter().filter(|(_, _, mesh, ..)| mesh.id() == *id);
                 entities.extend(users.map(|(entity, ..)| entity));
             }
-            AssetEvent::Removed { id } if tints.remove(id).is_some() => surfaces.remove_mesh(*id),
+            AssetEvent::Removed { id } if tints.remove(id).is_some() => {
+                surfaces.remove_variant(Variant::Colors(*id));
+            }
             _ => {}
         }
     }
     entities.retain(|&entity| {
-        let Ok((_, material, mesh, known)) = all.get(entity) else {
+        let Ok((_, material, mesh, albedo, known)) = all.get(entity) else {
             return false;
         };
         let Some(asset) = meshes.get(mesh.id()) else {
@@ -181,8 +226,15 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         {
             tints.insert(mesh.id(), tint);
         }
-        let tinted = tints.contains_key(&mesh.id()).then_some(mesh.id());
-        let place = surfaces.place(material.id().untyped(), tinted);
+        let variant = if let Some(VoxelAlbedo(albedo)) = albedo {
+            albedos.insert(entity, finite(*albedo).clamp(Vec3::ZERO, Vec3::ONE));
+            Variant::Own(entity)
+        } else if tints.contains_key(&mesh.id()) {
+            Variant::Colors(mesh.id())
+        } else {
+            Variant::Plain
+        };
+        let place = surfaces.place(material.id().untyped(), variant);
         waiting.insert(material.id());
         if known != Some(&SurfaceIndex(place)) {
             commands.entity(entity).insert(SurfaceIndex(place));
@@ -222,8 +274,10 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
             users.entry(image).or_default().insert(id);
         }
         let again = mean.waiting;
-        surfaces.set(id.untyped(), surface, |mesh| {
-            tints.get(&mesh).copied().unwrap_or(Vec3::ONE)
+        surfaces.set(id.untyped(), surface, |variant, albedo| match variant {
+            Variant::Plain => albedo,
+            Variant::Colors(mesh) => albedo * tints.get(&mesh).copied().unwrap_or(Vec3::ONE),
+            Variant::Own(entity) => albedos.get(&entity).copied().unwrap_or(albedo),
         });
         again
     });
