@@ -70,8 +70,8 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     let Some(picture) = plan.picture else {
         return Ok(Report::default());
     };
-    // Square; a quarter of the photographs' width, since the truth takes its time.
-    let size = picture[0] / 4;
+    // Square; a sixth of the photographs' width, since the truth takes its time.
+    let size = picture[0] / 6;
     progress.set_length(SCENES.len() as u64 + 4);
     let mut report = Report::default();
     for scene in &SCENES {
@@ -238,7 +238,7 @@ fn time_rows(
     plan: &Plan,
     progress: &ProgressBar,
 ) -> Result<(crate::record::ReportAdapter, Vec<Measurement>), TradeoffError> {
-    let size = plan.picture.map_or(64, |[width, _]| width / 2);
+    let size = plan.picture.map_or(64, |[width, _]| width / 4);
     let texture = (scene.texture)();
     let coordinates = scene.coordinates(size);
     let mut contestants = Vec::new();

@@ -10,6 +10,9 @@ use crate::settings::EwaSettings;
 /// Switches Bevy's shaders to ours.
 pub(crate) const EWA: &str = "BEVY_EWA";
 
+/// What Bevy's prepass has in its shader defs.
+const PREPASS: &str = "PREPASS_PIPELINE";
+
 const PERIODIC: &str = "EWA_PERIODIC";
 
 /// Takes back that the textures repeat.
@@ -89,11 +92,15 @@ impl EwaKey {
 
     /// Makes a pipeline filter its maps.
     pub(crate) fn apply(&self, key: MeshPipelineKey, descriptor: &mut RenderPipelineDescriptor) {
-        // Mesa's llvmpipe ends the process while it compiles this; unfiltered normals are better.
-        if self.is_software() && key.contains(MeshPipelineKey::MOTION_VECTOR_PREPASS) {
-            return;
-        }
         if let Some(fragment) = &mut descriptor.fragment {
+            // Mesa's llvmpipe ends the process while it compiles this; unfiltered normals are better.
+            // The key of the main pass names the prepass, too.
+            if self.is_software()
+                && key.contains(MeshPipelineKey::MOTION_VECTOR_PREPASS)
+                && fragment.shader_defs.contains(&PREPASS.into())
+            {
+                return;
+            }
             fragment.shader_defs.extend(self.shader_defs());
         }
     }
