@@ -60,6 +60,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "light/rays.wgsl");
         load_shader_library!(app, "light/surface.wgsl");
         load_shader_library!(app, "light/albedo.wgsl");
+        load_shader_library!(app, "light/entry.wgsl");
         load_shader_library!(app, "light/atlas.wgsl");
         load_shader_library!(app, "light/harmonics.wgsl");
         load_shader_library!(app, "receive/seen.wgsl");
