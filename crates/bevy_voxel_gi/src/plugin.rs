@@ -26,7 +26,7 @@ use crate::{
     report::{SharedReport, VoxelGiReport, receive_report},
     reproject::{init_reproject_pipeline, prepare_reprojection, reproject},
     scene::{
-        VoxelAlbedo, VoxelMaterial,
+        MeshAlbedo, VoxelMaterial,
         extract::{ExtractedScene, extract_scene},
         lights::{ExtractedLights, extract_lights},
         table::{Surfaces, update_surfaces},
@@ -60,6 +60,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "light/rays.wgsl");
         load_shader_library!(app, "light/surface.wgsl");
         load_shader_library!(app, "light/albedo.wgsl");
+        load_shader_library!(app, "light/entry.wgsl");
         load_shader_library!(app, "light/atlas.wgsl");
         load_shader_library!(app, "light/harmonics.wgsl");
         load_shader_library!(app, "receive/seen.wgsl");
@@ -71,7 +72,7 @@ impl Plugin for VoxelGiPlugin {
         app.patch_shader(receive::patch())
             .register_type::<VoxelGiVolume>()
             .register_type::<NotVoxelized>()
-            .register_type::<VoxelAlbedo>()
+            .register_type::<MeshAlbedo>()
             .init_resource::<ActiveVolume>()
             .init_resource::<Surfaces>()
             .init_resource::<VoxelGiReport>()

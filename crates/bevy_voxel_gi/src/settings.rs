@@ -8,7 +8,8 @@ use bevy::prelude::*;
 /// and every material with Bevy's lighting in the cube receives what bounces, without a change.
 /// The cube lies around the entity's position; rotation and scale of the entity are not used.
 /// Several volumes may be there, beside or in each other: a pixel is lit by the smallest that holds
-/// it, and light goes from a volume into a larger one around it. They share all settings of the one
+/// it, and rays that leave a volume go on in a larger one that is there, around it or adjoining;
+/// elsewhere they see the sky of the volume that they have left. They share all settings of the one
 /// spawned first but [`size`](Self::size), [`cascades`](Self::cascades), [`follow`](Self::follow),
 /// [`sky`](Self::sky) and [`intensity`](Self::intensity), and there are at most eight cubes: volumes
 /// times their cascades. What exceeds this is left out with a warning.
@@ -249,7 +250,8 @@ pub enum Receiver {
     #[default]
     Interpolated,
     /// Of the eight those that the pixel sees, by a short ray to each through the sub-voxels: such
-    /// leaks fall from half of the light to a few percent. For 16 bytes a voxel more, up to 24
+    /// leaks fall from half of the light to a few percent. Around small things that stand on a
+    /// surface their blocks show as hard edges in its light. For 16 bytes a voxel more, up to 24
     /// unfiltered reads, and some 50 of sub-voxels.
     PerPixel,
 }

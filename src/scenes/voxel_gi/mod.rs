@@ -109,6 +109,12 @@ impl Scene for VoxelGi {
                 1..=4,
                 "",
             ),
+            Knob::choice(
+                "receiver",
+                "a pixel reads all eight voxels around it, or those that it sees",
+                0,
+                &["interpolated", "per_pixel"],
+            ),
             Knob::toggle("sun_motion", "the sun of the room wanders", true),
             Knob::choice(
                 "debug",

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_voxel_gi::{
-    Bounces, DebugField, Sky, Solver, VoxelGiDebug, VoxelGiVolume, VoxelLight, Voxelizer,
+    Bounces, DebugField, Receiver, Sky, Solver, VoxelGiDebug, VoxelGiVolume, VoxelLight, Voxelizer,
 };
 
 use super::stage::Stage;
@@ -104,6 +104,10 @@ fn settings(knobs: &Knobs, size: f32, sky: Sky) -> VoxelGiVolume {
             "geometry_clipping" => Voxelizer::GeometryClipping,
             "stochastic" => Voxelizer::Stochastic { points: POINTS },
             _ => Voxelizer::Conservative,
+        },
+        receiver: match knobs.choice("receiver") {
+            "per_pixel" => Receiver::PerPixel,
+            _ => Receiver::Interpolated,
         },
         sky,
         shadow_samples: knobs.integer("shadow_samples"),

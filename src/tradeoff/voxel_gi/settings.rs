@@ -1,7 +1,7 @@
 //! What is measured, by name: two settings that users have by default, one thing changed at a time,
 //! and the whole grid of resolution, rays and iterations.
 
-use bevy_voxel_gi::{Bounces, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
 
 use crate::tradeoff::options::GiPlan;
 
@@ -104,6 +104,9 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
                 volume.shadow_samples = samples;
             }));
         }
+        settings.push(Setting::variant("per pixel", base, |volume| {
+            volume.receiver = Receiver::PerPixel;
+        }));
         for (text, voxelizer) in [
             ("fragment_clipping", Voxelizer::FragmentClipping),
             ("geometry_clipping", Voxelizer::GeometryClipping),

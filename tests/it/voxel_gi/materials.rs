@@ -14,7 +14,7 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{VoxelAlbedo, VoxelGiVolume};
+use bevy_voxel_gi::{MeshAlbedo, VoxelGiVolume};
 
 use super::{
     scene::{app, at, block, block_of, floor, matt, small_volume, under_sky},
@@ -186,7 +186,7 @@ fn a_mesh_can_say_what_its_albedo_is() {
     let white = at(&settled(&mut app), 0.0, 0.0);
     app.world_mut()
         .entity_mut(roof)
-        .insert(VoxelAlbedo(red.to_vec3()));
+        .insert(MeshAlbedo(red.to_vec3()));
     app.render_frames(3).expect("frames that see the change");
     let found = at(&settled(&mut app), 0.0, 0.0);
     assert!(
@@ -197,7 +197,7 @@ fn a_mesh_can_say_what_its_albedo_is() {
         found.distance(white) > 0.05 * white.length(),
         "{found} {white}"
     );
-    app.world_mut().entity_mut(roof).remove::<VoxelAlbedo>();
+    app.world_mut().entity_mut(roof).remove::<MeshAlbedo>();
     app.render_frames(3).expect("frames that see the change");
     let found = at(&settled(&mut app), 0.0, 0.0);
     assert!(

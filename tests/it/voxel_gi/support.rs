@@ -26,7 +26,6 @@ pub fn box_app(scene: &BoxScene) -> HeadlessApp {
     };
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(VoxelGiPlugin);
-        dev_wgsl(app);
     })
     .expect("no adapter");
     spawn_box_scene(app.world_mut(), scene);
@@ -77,33 +76,6 @@ pub fn indirect(app: &mut HeadlessApp, volume: impl Bundle) -> Vec<Vec3> {
     let with = picture(app);
     app.world_mut().despawn(entity);
     with.iter().zip(without).map(|(a, b)| a - b).collect()
-}
-
-// DEV ONLY
-fn dev_wgsl(app: &mut App) {
-    let Ok(base) = std::env::var("VOXEL_GI_WGSL") else {
-        return;
-    };
-    use bevy::asset::io::embedded::EmbeddedAssetRegistry;
-    for dir in ["volume", "light", "voxelize", "receive"] {
-        for entry in std::fs::read_dir(format!("{base}/{dir}"))
-            .unwrap()
-            .flatten()
-        {
-            let path = entry.path();
-            if path.extension().is_some_and(|e| e == "wgsl") {
-                let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-                let at = format!("bevy_voxel_gi/{dir}/{name}");
-                let bytes = std::fs::read(&path).unwrap();
-                app.world_mut()
-                    .resource_mut::<EmbeddedAssetRegistry>()
-                    .insert_asset(path.clone(), std::path::Path::new(&at), bytes);
-                app.world()
-                    .resource::<AssetServer>()
-                    .reload(format!("embedded://{at}"));
-            }
-        }
-    }
 }
 
 /// Six faces a voxel of what Bevy samples of the volume: light times weight, and weight.

@@ -15,10 +15,10 @@ fn near(found: Vec3, expected: f32, tolerance: f32) {
     assert!(wrong < tolerance, "{found} instead of {expected}");
 }
 
-/// A volume of 2 m about a place, under a sky of its own.
+/// A volume of 1.8 m about a place, under a sky of its own.
 fn beside(x: f32, radiance: f32, light: VoxelLight) -> (VoxelGiVolume, Transform) {
     let volume = VoxelGiVolume {
-        size: 2.0,
+        size: 1.8,
         light,
         ..under_sky(radiance)
     };

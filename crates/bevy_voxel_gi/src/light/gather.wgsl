@@ -2,15 +2,14 @@
 // one in the middle of each voxel without. One workgroup a surface or voxel.
 
 #import bevy_voxel_gi::atlas::{atlas_texel, pack_light, storable, unpack_light}
+#import bevy_voxel_gi::entry::{counters, exposed_now, exposed_words, load_entry, work}
 #import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
-#import bevy_voxel_gi::surface::{cell_center, exposed_in_column, face_key, is_clear, main_face,
-    middle_point, point_count, shows, surface_normal, surface_plane, surface_point}
+#import bevy_voxel_gi::surface::{cell_center, face_key, is_clear, middle_point, point_count, shows,
+    surface_normal, surface_point}
 #import bevy_voxel_gi::trace::{NOTHING, outermost, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal, face_towards,
     level_of_index, level_voxel_size, sky_radiance, volume, voxel_count, voxel_of_index}
 
-@group(1) @binding(0) var<storage, read> work: array<u32>;
-@group(1) @binding(1) var<storage, read> counters: array<u32>;
 @group(1) @binding(2) var<storage, read> radiance: array<vec2<u32>>;
 @group(1) @binding(3) var light_texture: texture_storage_3d<rgba16float, write>;
 @group(1) @binding(4) var<storage, read_write> irradiance: array<vec4<u32>>;
@@ -21,7 +20,6 @@ const SPHERE_RAYS: u32 = 32u;
 // Weight of a voxel without surfaces, against 1.
 const AIR_WEIGHT: f32 = 0.015625;
 
-var<workgroup> exposed_words: array<atomic<u32>, 2>;
 // Per thread: the sum of what its rays bring, and how many count.
 var<workgroup> sums: array<vec4<f32>, 32>;
 var<workgroup> directions: array<vec3<f32>, 32>;
@@ -96,22 +94,14 @@ fn gather(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let place = group.x + group.y * groups.x;
-    let entry = work[min(place, counters[0] - 1u)];
-    let index = entry >> 3u;
-    let face = entry & 7u;
+    let entry = load_entry(group, groups, thread);
+    let index = entry.index;
+    let face = entry.face;
     let key = face_key(index, face);
-    let normal = surface_normal(index, face);
-    var bit = 64u;
-    if (thread < 16u) {
-        bit = exposed_in_column(index, main_face(normal), thread);
-        if (bit < 64u) {
-            atomicOr(&exposed_words[bit >> 5u], 1u << (bit & 31u));
-        }
-    }
-    workgroupBarrier();
-    var exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
-    let plane = surface_plane(exposed, normal);
+    let normal = entry.normal;
+    let bit = entry.bit;
+    var exposed = entry.exposed;
+    let plane = entry.plane;
     let level = level_of_index(index);
     let corner = vec3<f32>(voxel_of_index(index)) + normal * plane.guard;
     if ((volume.flags & FLAG_PER_PIXEL) != 0u) {
@@ -126,7 +116,7 @@ fn gather(
             }
         }
         workgroupBarrier();
-        exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
+        exposed = exposed_now();
     }
     let points = point_count(exposed);
     var faces = 0u;

@@ -4,10 +4,10 @@
 
 #import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{pack_light, storable, unpack_light}
+#import bevy_voxel_gi::entry::load_entry
 #import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
-#import bevy_voxel_gi::surface::{exposed_in_column, face_key, main_face, point_count,
-    sees_front, surface_normal, surface_plane, surface_point}
+#import bevy_voxel_gi::surface::{face_key, point_count, sees_front, surface_point}
 #import bevy_voxel_gi::trace::{NOTHING, keys, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_FEEDBACK, key_material, level_corner, level_of_index,
     level_voxel_size, volume, voxel_of_index}
@@ -27,15 +27,11 @@ struct Light {
 const DIRECTIONAL: u32 = 0u;
 const SPOT: u32 = 2u;
 
-@group(1) @binding(0) var<storage, read> work: array<u32>;
-@group(1) @binding(1) var<storage, read> counters: array<u32>;
 @group(1) @binding(2) var<storage, read_write> radiance: array<vec2<u32>>;
 @group(1) @binding(3) var<storage, read> materials: array<Material>;
 @group(1) @binding(4) var<storage, read> lights: array<Light>;
 @group(1) @binding(5) var<storage, read> irradiance: array<vec4<u32>>;
 
-const THREADS: u32 = 16u;
-var<workgroup> exposed_words: array<atomic<u32>, 2>;
 // Irradiance at each point by one lamp, and whether it counts.
 var<workgroup> irradiances: array<vec4<f32>, 16>;
 
@@ -75,18 +71,12 @@ fn inject(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let place = group.x + group.y * groups.x;
-    let entry = work[min(place, counters[0] - 1u)];
-    let index = entry >> 3u;
-    let face = entry & 7u;
-    let normal = surface_normal(index, face);
-    let bit = exposed_in_column(index, main_face(normal), thread);
-    if (bit < 64u) {
-        atomicOr(&exposed_words[bit >> 5u], 1u << (bit & 31u));
-    }
-    workgroupBarrier();
-    let exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
-    let plane = surface_plane(exposed, normal);
+    let entry = load_entry(group, groups, thread);
+    let index = entry.index;
+    let face = entry.face;
+    let normal = entry.normal;
+    let exposed = entry.exposed;
+    let plane = entry.plane;
     let level = level_of_index(index);
     let corner = vec3<f32>(voxel_of_index(index));
     let size = level_voxel_size(level);

@@ -6,20 +6,17 @@
 #import bevy_pbr::utils::octahedral_decode
 #import bevy_render::view::View
 #import bevy_voxel_gi::albedo::{pack_seen, seen_tag}
-#import bevy_voxel_gi::surface::{exposed_in_column, face_key, main_face, point_count,
-    surface_normal, surface_plane, surface_point}
+#import bevy_voxel_gi::entry::load_entry
+#import bevy_voxel_gi::surface::{face_key, point_count, surface_point}
 #import bevy_voxel_gi::volume::{FACES, level_corner, level_of_index, level_voxel_size,
     voxel_of_index}
 
-@group(1) @binding(0) var<storage, read> work: array<u32>;
-@group(1) @binding(1) var<storage, read> counters: array<u32>;
 @group(1) @binding(2) var<storage, read_write> seen: array<u32>;
 @group(1) @binding(3) var<uniform> view: View;
 @group(1) @binding(4) var depth_texture: texture_depth_2d;
 @group(1) @binding(5) var deferred_texture: texture_2d<u32>;
 
 const THREADS: u32 = 16u;
-var<workgroup> exposed_words: array<atomic<u32>, 2>;
 // Per point: the colour seen there, and whether it is.
 var<workgroup> colors: array<vec4<f32>, 16>;
 
@@ -61,22 +58,15 @@ fn reproject(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let place = group.x + group.y * groups.x;
-    let entry = work[min(place, counters[0] - 1u)];
-    let index = entry >> 3u;
-    let face = entry & 7u;
-    let normal = surface_normal(index, face);
-    let bit = exposed_in_column(index, main_face(normal), thread);
-    if (bit < 64u) {
-        atomicOr(&exposed_words[bit >> 5u], 1u << (bit & 31u));
-    }
-    workgroupBarrier();
-    let exposed = vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
+    let entry = load_entry(group, groups, thread);
+    let index = entry.index;
+    let face = entry.face;
+    let normal = entry.normal;
     colors[thread] = vec4(0.0);
-    if (thread < point_count(exposed)) {
-        let plane = surface_plane(exposed, normal);
+    if (thread < point_count(entry.exposed)) {
         let level = level_of_index(index);
-        let point = vec3<f32>(voxel_of_index(index)) + surface_point(exposed, plane, normal, thread);
+        let point = vec3<f32>(voxel_of_index(index))
+            + surface_point(entry.exposed, entry.plane, normal, thread);
         let size = level_voxel_size(level);
         colors[thread] = color_at(level_corner(level) + size * point, normal, size);
     }

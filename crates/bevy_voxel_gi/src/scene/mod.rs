@@ -9,4 +9,4 @@ pub(crate) mod table;
 
 pub use mean::MeanColors;
 pub use surface::{VoxelMaterial, VoxelSurface};
-pub use table::VoxelAlbedo;
+pub use table::MeshAlbedo;

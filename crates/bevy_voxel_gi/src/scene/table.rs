@@ -19,7 +19,7 @@ use super::{
 /// material's.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component)]
-pub struct VoxelAlbedo(pub Vec3);
+pub struct MeshAlbedo(pub Vec3);
 
 /// What meshes of a material differ in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,7 +28,7 @@ enum Variant {
     Plain,
     /// In the vertex colours of this mesh.
     Colors(AssetId<Mesh>),
-    /// In the [`VoxelAlbedo`] of this entity.
+    /// In the [`MeshAlbedo`] of this entity.
     Own(Entity),
 }
 
@@ -161,7 +161,7 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
             Or<(
                 Changed<MeshMaterial3d<M>>,
                 Changed<Mesh3d>,
-                Changed<VoxelAlbedo>,
+                Changed<MeshAlbedo>,
             )>,
         ),
     >,
@@ -169,12 +169,12 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         Entity,
         &MeshMaterial3d<M>,
         &Mesh3d,
-        Option<&VoxelAlbedo>,
+        Option<&MeshAlbedo>,
         Option<&SurfaceIndex>,
     )>,
     (mut without, mut without_albedo): (
         RemovedComponents<MeshMaterial3d<M>>,
-        RemovedComponents<VoxelAlbedo>,
+        RemovedComponents<MeshAlbedo>,
     ),
     mut material_events: MessageReader<AssetEvent<M>>,
     mut image_events: MessageReader<AssetEvent<Image>>,
@@ -226,7 +226,7 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         {
             tints.insert(mesh.id(), tint);
         }
-        let variant = if let Some(VoxelAlbedo(albedo)) = albedo {
+        let variant = if let Some(MeshAlbedo(albedo)) = albedo {
             albedos.insert(entity, finite(*albedo).clamp(Vec3::ZERO, Vec3::ONE));
             Variant::Own(entity)
         } else if tints.contains_key(&mesh.id()) {

@@ -251,12 +251,22 @@ fn described(
         triangle_count,
         material: extracted.surface,
         flags,
-        coverage: surface.map_or(1.0, |surface| surface.coverage),
+        coverage: surface.map_or(1.0, |surface| thinned(surface.coverage)),
         morph_base: 0,
         vertex_count: mesh.vertex_count,
         first_weights,
         weight_count,
     })
+}
+
+/// Sub-voxels that a ray meets on its way through one layer of them, which are as thick as they are
+/// wide: the mean over directions, measured with masks of a half and a quarter.
+const CELLS_IN_LAYER: f32 = 2.7;
+
+/// Share of the sub-voxels that are marked so that a surface lets as much light through, in the mean
+/// over directions, as its coverage says.
+fn thinned(coverage: f32) -> f32 {
+    1.0 - (1.0 - coverage.clamp(0.0, 1.0)).powf(CELLS_IN_LAYER.recip())
 }
 
 fn fingerprint(hasher: &mut impl Hasher, extracted: &ExtractedMesh, instance: &GpuInstance) {

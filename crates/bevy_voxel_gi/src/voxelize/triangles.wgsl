@@ -24,7 +24,7 @@ struct Instance {
     triangle_count: u32,
     material: u32,
     flags: u32,
-    // Share of the surface that is there: below 1 where a mask cuts holes.
+    // Share of its sub-voxels that are marked: below 1 where a mask cuts holes.
     coverage: f32,
     // In words of the morph targets, all vertices of a target one behind the other.
     morph_base: u32,
@@ -180,8 +180,7 @@ fn load_triangle(batch: Batch, instance: Instance, number: u32) -> Triangle {
     return triangle;
 }
 
-// Those of the sub-voxels in which a mask leaves something: as many as its coverage says, spread
-// evenly over the surface (the R2 sequence as a threshold; M. Roberts, "The Unreasonable
+// Those of the sub-voxels in which a mask leaves something: as many as coverage says, spread evenly over the surface (the R2 sequence as a threshold; M. Roberts, "The Unreasonable
 // Effectiveness of Quasirandom Sequences", 2018), and the same wherever the volume is.
 fn covered(batch: Batch, instance: Instance, voxel: vec3<u32>, touched: vec2<u32>,
     normal: vec3<f32>) -> vec2<u32> {
