@@ -55,6 +55,8 @@ pub struct Plan {
     pub kodak_folder: PathBuf,
     /// Numbers of the Kodak images.
     pub kodak: Vec<u32>,
+    /// Whether they are encoded with the most effort, too.
+    pub kodak_best: bool,
     /// How often a time on the CPU is taken, for its median; at least 1.
     pub repetitions: usize,
     /// Width and height of the rendered picture, in pixels; none renders nothing.
@@ -143,7 +145,8 @@ impl Plan {
             frame: Some(if quick { [640, 360] } else { [1280, 720] }),
             rounds,
             frames,
-            tunnel_frames: frames / 3,
+            tunnel_frames: if quick { 2 } else { 5 },
+            kodak_best: !quick,
             gi: GiPlan::new(quick),
         }
     }

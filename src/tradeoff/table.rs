@@ -33,7 +33,7 @@ pub(super) fn table(report: &Report) -> String {
         let stages = stages.map(|(name, ms)| format!("{name} {ms:.2}"));
         let times = m.relative_time.iter();
         let times = times.map(|(name, time)| format!("{time:.1} x {name}"));
-        let fetched = m.fetched_bytes.map(|b| format!("fetches {b:.0} bytes"));
+        let fetched = m.fetched_bytes.map(|b| format!("fetches {b:.1} bytes"));
         let rest: Vec<_> = stages.chain(times).chain(fetched).collect();
         let line = format!(
             "{:<21} {:<20} {:>8} {:>8} {:>7} {:>4} {:>8} {:>9} {:>9} {:>5} {:>7} {:>7}  {}",

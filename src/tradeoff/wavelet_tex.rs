@@ -57,6 +57,8 @@ struct Input {
     image: RgbImage,
     content: Content,
     rates: Vec<Rate>,
+    /// How many of [`EFFORTS`] the first rate is encoded with.
+    efforts: usize,
 }
 
 fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
@@ -64,10 +66,7 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     let photo = content::photo_like(plan.photo[0], plan.photo[1], SEED);
     let inputs = inputs(plan, &photo, progress)?;
     let rendered = plan.picture.map_or(0, |_| plan.rounds as usize);
-    let rows: usize = inputs
-        .iter()
-        .map(|i| i.rates.len() + EFFORTS.len() - 1)
-        .sum();
+    let rows: usize = inputs.iter().map(|i| i.rates.len() + i.efforts - 1).sum();
     progress.set_length((rows + rendered) as u64);
 
     let mut report = Report::default();
@@ -79,9 +78,13 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
         if input.content == Content::Color {
             report.measurements.push(peers::bc1_row(input)?);
         }
-        // Every effort of the first rate, the default of the others.
+        // All efforts of the first rate, the default of the others.
         for (i, &rate) in input.rates.iter().enumerate() {
-            let efforts = if i == 0 { &EFFORTS[..] } else { &EFFORTS[1..2] };
+            let efforts = if i == 0 {
+                &EFFORTS[..input.efforts]
+            } else {
+                &EFFORTS[1..2]
+            };
             for &(effort, name) in efforts {
                 progress.set_message(format!("{}, {} {name}", input.scene, rate.name()));
                 let row = encoded_row(input, rate, effort, name, plan.repetitions)?;
@@ -115,20 +118,28 @@ fn inputs(
             content::foliage(width, height, SEED).color,
         ),
     ];
+    let generated = colors.len();
     colors.extend(kodak(plan, progress)?);
     let mut inputs = Vec::new();
-    for (scene, image) in colors {
+    for (i, (scene, image)) in colors.into_iter().enumerate() {
+        let efforts = if i < generated || plan.kodak_best {
+            EFFORTS.len()
+        } else {
+            2
+        };
         inputs.push(Input {
             scene: format!("{scene} gray"),
             image: gray(&image),
             content: Content::Gray,
             rates: Rate::of(Content::Gray).collect(),
+            efforts,
         });
         inputs.push(Input {
             scene,
             image,
             content: Content::Color,
             rates: Rate::of(Content::Color).collect(),
+            efforts,
         });
     }
     inputs.push(Input {
@@ -136,6 +147,7 @@ fn inputs(
         image: bricks.normal,
         content: Content::Normal,
         rates: vec![Rate::Normal4],
+        efforts: EFFORTS.len(),
     });
     Ok(inputs)
 }

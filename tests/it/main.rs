@@ -15,6 +15,7 @@ mod voxel_gi;
 mod voxel_gi_scene;
 mod voxel_gi_study;
 mod wavelet_tex;
+mod wavelet_tex_scene;
 mod ycocg_fb;
 mod ycocg_scene;
 mod ycocg_study;

@@ -6,7 +6,8 @@ use bevy::{
     prelude::*,
 };
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexture,
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
+    WaveletTexture,
     codec::{
         encoder::{EncodeSettings, Method, encode},
         image::{Content, WaveletImage},
@@ -42,6 +43,25 @@ enum Shown {
     Encoded(Rate, Method),
 }
 
+impl Shown {
+    fn name(self) -> String {
+        let Self::Encoded(rate, method) = self else {
+            return "rgba8".into();
+        };
+        let by = match method {
+            Method::Thesis => " (thesis)",
+            Method::OneFetch => " (one fetch)",
+            Method::Best => "",
+        };
+        format!("{}{by}", rate.name())
+    }
+
+    /// Whether its original is gray.
+    fn is_gray(self) -> bool {
+        matches!(self, Self::Encoded(rate, _) if rate.content(false) == Content::Gray)
+    }
+}
+
 /// The panels, from the top left.
 const PANELS: [Shown; 8] = [
     Shown::Original,
@@ -74,7 +94,7 @@ pub struct Textures {
     /// Of one of them, with its mips.
     original_bytes: u64,
     encoded: Vec<WaveletImage>,
-    encoded_with: Option<Effort>,
+    encoded_with: Option<(Effort, WaveletStorage)>,
 }
 
 /// Spawns the panels for both sides, and their labels.
@@ -153,7 +173,7 @@ pub fn dress(
     }
     let filter = knobs::filter(&knobs);
     let [color, luma] = own.originals(&sources, &mut images);
-    let relabel = own.encode(&sources, knobs::effort(&knobs));
+    let relabel = own.encode(&sources, knobs::effort(&knobs), knobs::storage(&knobs));
     let base = StandardMaterial {
         unlit: true,
         uv_transform: zoom(&knobs),
@@ -169,51 +189,35 @@ pub fn dress(
         })
     });
     let mut figures = MemoryFigures::default();
+    let mut quality = Notes::default();
     let mut handles = Vec::new();
     let mut texts = Vec::new();
     for (index, shown) in PANELS.into_iter().enumerate() {
-        let (name, after, text) = match shown {
-            Shown::Original => {
-                handles.push(None);
-                (
-                    "rgba8".to_string(),
-                    own.original_bytes,
-                    kib(own.original_bytes),
-                )
-            }
-            Shown::Encoded(rate, method) => {
-                let encoded = &own.encoded[index - 1];
-                let texture = WaveletTexture::add(
-                    encoded,
-                    knobs::storage(&knobs),
-                    &mut textures,
-                    &mut images,
-                );
-                let bytes = textures.get(&texture).map_or(0, |t| t.gpu_bytes) as u64;
-                handles.push(Some(texture));
-                let by = match method {
-                    Method::Thesis => " (thesis)",
-                    Method::OneFetch => " (one fetch)",
-                    Method::Best => "",
-                };
-                let quality = psnr_db(&sources.picture_source(), encoded);
-                let text = format!("{quality:.1} dB {}", kib(bytes));
-                (format!("{}{by}", rate.name()), bytes, text)
-            }
-        };
+        let name = shown.name();
+        let mut text = name.clone();
+        let mut bytes = own.original_bytes;
+        let mut handle = None;
+        if shown != Shown::Original {
+            let encoded = &own.encoded[index - 1];
+            let storage = knobs::storage(&knobs);
+            let texture = WaveletTexture::add(encoded, storage, &mut textures, &mut images);
+            bytes = textures.get(&texture).map_or(0, |t| t.gpu_bytes) as u64;
+            handle = Some(texture);
+            let db = format!("{:.1} dB", psnr_db(&sources.picture_source(), encoded));
+            text = format!("{text}  {db}");
+            quality.0.insert(format!("{name}:"), db);
+        }
         figures
             .0
             .insert(format!("{name} before"), own.original_bytes);
-        figures.0.insert(format!("{name} after"), after);
-        texts.push((name, text));
+        figures.0.insert(format!("{name} after"), bytes);
+        texts.push(format!("{text}  {} KiB", (bytes + 512) / 1024));
+        handles.push(handle);
     }
     memory.set_if_neq(figures);
-    let lines = texts
-        .iter()
-        .map(|(name, text)| (format!("{name}:"), text.clone()));
-    notes.set_if_neq(Notes(lines.collect()));
+    notes.set_if_neq(quality);
     for (entity, side, Panel(index)) in &panels {
-        let gray = matches!(PANELS[*index], Shown::Encoded(rate, _) if rate.content(false) == Content::Gray);
+        let gray = PANELS[*index].is_gray();
         let mut panel = commands.entity(entity);
         match (side, &handles[*index]) {
             (Side::After, Some(texture)) => {
@@ -236,8 +240,7 @@ pub fn dress(
     }
     if relabel {
         for (entity, Label(index)) in &labels {
-            let (name, text) = &texts[*index];
-            let picture = content::label(&format!("{name}  {text}"), 40);
+            let picture = content::label(&texts[*index], 40);
             let (width, height) = picture.dimensions();
             let size = Vec2::new(width as f32 / height as f32, 1.0) * LABEL;
             let material = StandardMaterial {
@@ -268,9 +271,9 @@ impl Textures {
         self.originals.get_or_insert_with(make).clone()
     }
 
-    /// Encodes the picture for every panel, unless it is; whether it was not.
-    fn encode(&mut self, sources: &Sources, effort: Effort) -> bool {
-        if self.encoded_with == Some(effort) {
+    /// Encodes the picture for every panel, unless it is; whether it was not, and labels change.
+    fn encode(&mut self, sources: &Sources, effort: Effort, storage: WaveletStorage) -> bool {
+        if self.encoded_with == Some((effort, storage)) {
             return false;
         }
         let encoded = PANELS.into_iter().filter_map(|shown| match shown {
@@ -287,7 +290,7 @@ impl Textures {
             }
         });
         self.encoded = encoded.collect();
-        self.encoded_with = Some(effort);
+        self.encoded_with = Some((effort, storage));
         true
     }
 }
@@ -317,8 +320,4 @@ fn sampler(filter: WaveletFilter) -> ImageSampler {
         },
         ..default()
     })
-}
-
-fn kib(bytes: u64) -> String {
-    format!("{} KiB", bytes.div_ceil(1024))
 }

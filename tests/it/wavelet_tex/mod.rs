@@ -4,6 +4,7 @@ mod decode;
 mod driver;
 mod exact;
 mod filters;
+mod gltf;
 mod loading;
 mod materials;
 mod modes;

@@ -342,6 +342,9 @@ impl Job<'_> {
     fn choose(&self, plane: &Plane, [min, max]: [f32; 2], packing: Packing) -> PlaneCoding {
         // Wider than one 8-bit step, so that 1 and 0 are two values.
         let means = [min, max.max(min + 1.0 / 255.0)];
+        if !packing.is_wavelet() {
+            return PlaneCoding::linear(means);
+        }
         let coefficients = CoefficientPlane::new(plane);
         let effort = self.settings.effort;
         match self.settings.method {

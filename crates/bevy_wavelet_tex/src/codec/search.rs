@@ -44,7 +44,8 @@ const MIXES: [Transform; 6] = [
 /// Largest stored detail, for a plane whose values span 1, to which most images converge.
 const USUAL_RANGE: f32 = 0.5;
 
-/// Chooses how to store a plane in `packing`; `means` is the interval of its values.
+/// Chooses how to store a plane in `packing`, which is a wavelet's; `means` is the interval of its
+/// values.
 pub(super) fn choose_coding(
     coefficients: &CoefficientPlane,
     means: [f32; 2],
@@ -53,9 +54,6 @@ pub(super) fn choose_coding(
     predict: bool,
 ) -> PlaneCoding {
     let mut coding = PlaneCoding::linear(means);
-    if !packing.is_wavelet() {
-        return coding;
-    }
     let (gamma, centre) = match packing {
         Packing::Bc3 => (0.6, PlaneCoding::CENTRE_565),
         _ => (0.86, PlaneCoding::CENTRE_8),
@@ -110,7 +108,7 @@ pub(super) fn choose_coding(
     coding
 }
 
-/// As the thesis does: the transform, clamping and power curve, no prediction.
+/// The same as the thesis does: the transform, clamping and power curve, no prediction.
 pub(super) fn choose_thesis_coding(
     coefficients: &CoefficientPlane,
     means: [f32; 2],
@@ -118,19 +116,15 @@ pub(super) fn choose_thesis_coding(
     effort: Effort,
 ) -> PlaneCoding {
     let coding = PlaneCoding::linear(means);
-    match packing {
-        Packing::Bc4 | Packing::Bc1 => return coding,
-        Packing::Bc3 | Packing::Split => {}
-        Packing::Bc7 => {
-            let transform = Transform::PartiallyInvertedHaar { w: 0.0 };
-            let mixed = coefficients.details.iter().map(|d| transform.mix(*d));
-            return PlaneCoding {
-                transform,
-                range: 0.74 * largest(mixed.map(|[a, b, _]| [a, b, 0.0])),
-                gamma: 0.86,
-                ..coding
-            };
-        }
+    if packing == Packing::Bc7 {
+        let transform = Transform::PartiallyInvertedHaar { w: 0.0 };
+        let mixed = coefficients.details.iter().map(|d| transform.mix(*d));
+        return PlaneCoding {
+            transform,
+            range: 0.74 * largest(mixed.map(|[a, b, _]| [a, b, 0.0])),
+            gamma: 0.86,
+            ..coding
+        };
     }
     let candidate = |(transform, fraction, gamma): (Transform, f32, f32)| {
         let mixed = coefficients.details.iter().map(|d| transform.mix(*d));

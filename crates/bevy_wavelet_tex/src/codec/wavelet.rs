@@ -132,6 +132,9 @@ fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]
     }
 }
 
+/// Rows of texels that are decoded at once where there is no wavelet; whole blocks.
+const STRIP: u32 = 256;
+
 /// A plane from the blocks of each texture of its packing, as [`decode_blocks`] reads them.
 pub fn decode_plane(
     packing: Packing,
@@ -141,9 +144,34 @@ pub fn decode_plane(
     plane_size: [u32; 2],
     decode: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
 ) -> Plane {
-    let formats = packing.formats().iter().zip(blocks);
-    let texels: Vec<_> = formats.map(|(f, b)| decode(*f, b, texture)).collect();
-    assemble(packing, coding, &texels, texture, plane_size)
+    let of = |blocks: &[&[u8]], texture: [u32; 2], plane_size: [u32; 2]| {
+        let formats = packing.formats().iter().zip(blocks);
+        let texels: Vec<_> = formats.map(|(f, b)| decode(*f, b, texture)).collect();
+        assemble(packing, coding, &texels, texture, plane_size)
+    };
+    if packing.is_wavelet() {
+        return of(blocks, texture, plane_size);
+    }
+    // Sixteen bytes a texel are four times the plane: strip by strip.
+    let mut values = Vec::with_capacity(plane_size[0] as usize * plane_size[1] as usize);
+    let strip_bytes = packing.formats()[0].level_bytes([texture[0], STRIP]);
+    for (i, strip) in blocks[0].chunks(strip_bytes).enumerate() {
+        let first = i as u32 * STRIP;
+        if first >= plane_size[1] {
+            break;
+        }
+        let left = |rows: u32| STRIP.min(rows - first);
+        let strip = of(
+            &[strip],
+            [texture[0], left(texture[1])],
+            [plane_size[0], left(plane_size[1])],
+        );
+        values.extend(strip.values);
+    }
+    Plane {
+        size: plane_size,
+        values,
+    }
 }
 
 /// How the blocks of a plane are made.

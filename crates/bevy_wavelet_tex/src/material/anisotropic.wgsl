@@ -2,7 +2,8 @@
 // texture unit filters the means, which are then all that matters: details cancel out. Narrower
 // footprints are averaged over decoded pixels, and in between the two are blended. This is the one
 // filter that comes before linearising: data and normals are as good as supersampled, of sRGB textures
-// strong contrasts come out a little dark.
+// strong contrasts come out a little dark. (To linearise the means of one round part of the footprint
+// after the other does not help: a mean is that of encoded values already.)
 
 #define_import_path bevy_wavelet_tex::anisotropic
 
@@ -40,13 +41,12 @@ fn sample_anisotropic(
     let axes = sqrt(footprint_squared(texture, ddx, ddy)) * exp2(bias);
     let taps = clamp(ceil(axes.x / max(axes.y, 1.0)), 1.0, MAX_TAPS);
     let width = max(axes.y, axes.x / MAX_TAPS);
-    let plain = sample(texture, luma, detail, chroma, chroma_sampler, uv, frag_coord, bias);
     // A texture unit cannot repeat what ends within a block, nor interpolate chroma in wavelets.
     let fits = texture.whole != 0u
         && (has_next_mip(texture) || is_decoded(texture))
         && (!has_chroma(texture) || texture.chroma_packing == PACKING_BC1);
     if !fits {
-        return plain;
+        return sample(texture, luma, detail, chroma, chroma_sampler, uv, frag_coord, bias);
     }
 
     let size = vec2<f32>(texture.size);

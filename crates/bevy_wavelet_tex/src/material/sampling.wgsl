@@ -71,17 +71,32 @@ fn footprint(texture: WaveletTexture, uv: vec2<f32>, size: vec2<u32>) -> Footpri
     );
 }
 
+// The four pixels of a footprint, decoded and linearised, then weighted; with `of_means` they are those
+// of the next mip.
 fn blended(
-    v00: vec4<f32>,
-    v10: vec4<f32>,
-    v01: vec4<f32>,
-    v11: vec4<f32>,
-    weight: vec2<f32>,
+    texture: WaveletTexture,
+    luma: texture_2d_array<f32>,
+    detail: texture_2d_array<f32>,
+    chroma: texture_2d_array<f32>,
+    chroma_sampler: sampler,
+    f: Footprint,
+    level: u32,
+    of_means: bool,
 ) -> vec4<f32> {
-    return mix(mix(v00, v10, weight.x), mix(v01, v11, weight.x), weight.y);
+    var corners = array(f.first, vec2(f.last.x, f.first.y), vec2(f.first.x, f.last.y), f.last);
+    var values: array<vec4<f32>, 4>;
+    for (var i = 0; i < 4; i += 1) {
+        if of_means {
+            values[i] = next_mip_pixel(texture, luma, chroma, chroma_sampler, corners[i], level);
+        } else {
+            values[i] = pixel(texture, luma, detail, chroma, chroma_sampler, corners[i], level);
+        }
+    }
+    let w = f.weight;
+    return mix(mix(values[0], values[1], w.x), mix(values[2], values[3], w.x), w.y);
 }
 
-// The four nearest pixels of a level, decoded, linearised, then weighted.
+// Bilinear in the pixels of a level.
 fn sample_bilinear(
     texture: WaveletTexture,
     luma: texture_2d_array<f32>,
@@ -92,13 +107,7 @@ fn sample_bilinear(
     level: u32,
 ) -> vec4<f32> {
     let f = footprint(texture, uv, level_size(texture, level));
-    return blended(
-        pixel(texture, luma, detail, chroma, chroma_sampler, f.first, level),
-        pixel(texture, luma, detail, chroma, chroma_sampler, vec2(f.last.x, f.first.y), level),
-        pixel(texture, luma, detail, chroma, chroma_sampler, vec2(f.first.x, f.last.y), level),
-        pixel(texture, luma, detail, chroma, chroma_sampler, f.last, level),
-        f.weight,
-    );
+    return blended(texture, luma, detail, chroma, chroma_sampler, f, level, false);
 }
 
 // Bilinear in the means of a level: the next mip, as the codec's box filter has it.
@@ -114,13 +123,7 @@ fn sample_means_bilinear(
     // Of an odd size the last quad is half outside; its pixels still are where they are.
     let extent = vec2<f32>(size) / vec2<f32>(2u * ((size + 1u) / 2u));
     let f = footprint(texture, reduced(uv, texture.address) * extent, (size + 1u) / 2u);
-    return blended(
-        next_mip_pixel(texture, luma, chroma, chroma_sampler, f.first, level),
-        next_mip_pixel(texture, luma, chroma, chroma_sampler, vec2(f.last.x, f.first.y), level),
-        next_mip_pixel(texture, luma, chroma, chroma_sampler, vec2(f.first.x, f.last.y), level),
-        next_mip_pixel(texture, luma, chroma, chroma_sampler, f.last, level),
-        f.weight,
-    );
+    return blended(texture, luma, luma, chroma, chroma_sampler, f, level, true);
 }
 
 // Squared lengths of a footprint's axes in pixels of the first level, the longer first; `ddx`, `ddy`
@@ -148,6 +151,37 @@ fn quad_uniform(value: f32, frag_coord: vec2<f32>) -> f32 {
     return row - f32(odd.y) * dpdyFine(row);
 }
 
+// What the filter's name says: one level or two, one pixel of each or four.
+#ifdef WAVELET_FILTER_NEAREST
+const ONE_LEVEL = true;
+const ONE_PIXEL = true;
+#else ifdef WAVELET_FILTER_BILINEAR
+const ONE_LEVEL = true;
+const ONE_PIXEL = false;
+#else ifdef WAVELET_FILTER_NEAREST_MIP_LINEAR
+const ONE_LEVEL = false;
+const ONE_PIXEL = true;
+#else
+const ONE_LEVEL = false;
+const ONE_PIXEL = false;
+#endif
+
+// A filtered value of one level.
+fn sample_level(
+    texture: WaveletTexture,
+    luma: texture_2d_array<f32>,
+    detail: texture_2d_array<f32>,
+    chroma: texture_2d_array<f32>,
+    chroma_sampler: sampler,
+    uv: vec2<f32>,
+    level: u32,
+) -> vec4<f32> {
+    if ONE_PIXEL {
+        return sample_nearest(texture, luma, detail, chroma, chroma_sampler, uv, level);
+    }
+    return sample_bilinear(texture, luma, detail, chroma, chroma_sampler, uv, level);
+}
+
 // A filtered value in linear units; the filter is chosen by WAVELET_FILTER_NEAREST (nearest pixel,
 // nearest level), WAVELET_FILTER_NEAREST_MIP_LINEAR (nearest pixel of two levels),
 // WAVELET_FILTER_BILINEAR (nearest level), WAVELET_FILTER_ONE_FETCH (trilinear, the coarser level
@@ -164,38 +198,20 @@ fn sample(
     bias: f32,
 ) -> vec4<f32> {
     let lod = level_of_detail(texture, dpdx(uv), dpdy(uv), bias);
-#ifdef WAVELET_FILTER_NEAREST
-    let level = u32(quad_uniform(round(lod), frag_coord));
-    return sample_nearest(texture, luma, detail, chroma, chroma_sampler, uv, level);
-#else ifdef WAVELET_FILTER_BILINEAR
-    let level = u32(quad_uniform(round(lod), frag_coord));
-    return sample_bilinear(texture, luma, detail, chroma, chroma_sampler, uv, level);
-#else
-    let fine = quad_uniform(floor(lod), frag_coord);
-    let weight = saturate(lod - fine);
-#ifdef WAVELET_FILTER_NEAREST_MIP_LINEAR
-    let value = sample_nearest(texture, luma, detail, chroma, chroma_sampler, uv, u32(fine));
-#else
-    let value = sample_bilinear(texture, luma, detail, chroma, chroma_sampler, uv, u32(fine));
-#endif
+    let fine = quad_uniform(select(floor(lod), round(lod), ONE_LEVEL), frag_coord);
+    let value = sample_level(texture, luma, detail, chroma, chroma_sampler, uv, u32(fine));
+    let weight = select(saturate(lod - fine), 0.0, ONE_LEVEL);
     if weight == 0.0 {
         return value;
     }
+    var other: vec4<f32>;
 #ifdef WAVELET_FILTER_ONE_FETCH
     if has_next_mip(texture) {
-        return mix(
-            value,
-            sample_means_bilinear(texture, luma, chroma, chroma_sampler, uv, u32(fine)),
-            weight,
-        );
+        other = sample_means_bilinear(texture, luma, chroma, chroma_sampler, uv, u32(fine));
+        return mix(value, other, weight);
     }
 #endif
     let coarse = u32(min(fine + 1.0, f32(texture.levels - 1u)));
-#ifdef WAVELET_FILTER_NEAREST_MIP_LINEAR
-    let other = sample_nearest(texture, luma, detail, chroma, chroma_sampler, uv, coarse);
-#else
-    let other = sample_bilinear(texture, luma, detail, chroma, chroma_sampler, uv, coarse);
-#endif
+    other = sample_level(texture, luma, detail, chroma, chroma_sampler, uv, coarse);
     return mix(value, other, weight);
-#endif
 }
