@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{
-    blocks::{BlockFormat, decode_blocks},
+    blocks::BlockFormat,
     haar::{Coefficients, Details, haar, inverse_haar},
     image::Packing,
     layout,
@@ -15,8 +15,8 @@ use super::{
 #[cfg(feature = "encode")]
 use super::{
     blocks::{
-        BlockQuality, DetailEncoder, Starts, Texel, encode_bc3, encode_bc4, encode_bc7,
-        with_alpha_blocks,
+        BlockQuality, DetailEncoder, Starts, Texel, decode_blocks, encode_bc3, encode_bc4,
+        encode_bc7, with_alpha_blocks,
     },
     search::Effort,
 };
@@ -54,6 +54,7 @@ impl CoefficientPlane {
     }
 
     /// What is left of the details when the prediction from `means` is taken off.
+    #[cfg(feature = "encode")]
     fn residual(&self, means: &Plane, coding: &PlaneCoding, x: u32, y: u32) -> Details {
         let [width, height] = self.means.size;
         let (x, y) = (x.min(width - 1), y.min(height - 1));
@@ -135,7 +136,7 @@ fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]
 /// Rows of texels that are decoded at once where there is no wavelet; whole blocks.
 const STRIP: u32 = 256;
 
-/// A plane from the blocks of each texture of its packing, as [`decode_blocks`] reads them.
+/// A plane from the blocks of each texture of its packing, as [`decode_blocks`](super::blocks::decode_blocks) reads them.
 pub fn decode_plane(
     packing: Packing,
     coding: &PlaneCoding,
