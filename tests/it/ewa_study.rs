@@ -85,20 +85,15 @@ fn every_scene_has_every_setting_against_both_references() {
             assert!(found.0 < 55.0, "{scene} {setting}: {found:?}");
         }
     }
-    // A higher threshold takes no more fetches, and what it saves costs accuracy.
+    // What a higher threshold saves costs accuracy.
     let curve = |threshold: u32| {
         let setting = format!("spatial, threshold {threshold}");
         figure("checker_5deg", &setting)
     };
     let [low, middle, high] = [4, 8, 16].map(curve);
-    assert!(
-        low.1 >= middle.1 && middle.1 > high.1,
-        "{low:?} {middle:?} {high:?}"
-    );
-    assert!(
-        low.0 < high.0 && middle.0 < high.0,
-        "{low:?} {middle:?} {high:?}"
-    );
+    for lower in [low, middle] {
+        assert!(lower.1 > high.1 && lower.0 < high.0, "{lower:?} {high:?}");
+    }
     // Split over two frames, the picture of a still camera changes; with TAA it settles.
     let flicker = |setting: &str, kind: &str| {
         let row = row("tunnel", setting, &format!("flicker, {kind}"));
