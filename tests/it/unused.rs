@@ -42,7 +42,7 @@ fn frame(build: impl FnOnce(&mut App)) -> Frame {
     let images = world.resource::<RenderAssets<GpuImage>>();
     Frame {
         picture,
-        passes: spans.into_iter().map(|(name, _)| name).collect(),
+        passes: spans.into_keys().collect(),
         pipelines: world.resource::<PipelineCache>().pipelines().count(),
         textures: images.iter().count(),
         texture_bytes: images

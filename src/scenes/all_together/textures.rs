@@ -1,6 +1,6 @@
 //! The textures of the hall, as they are and encoded.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, hash_map::Entry};
 
 use bevy::prelude::*;
 use bevy_wavelet_tex::codec::{
@@ -108,22 +108,24 @@ impl Textures {
             Role::Normal => (Rate::usual(Content::Normal), ColorSpace::Linear),
             Role::Mask => (Rate::usual(Content::Gray), ColorSpace::Linear),
         };
-        let key = (matter, role, rate);
-        if !self.encoded.contains_key(&key) {
-            let settings = EncodeSettings {
-                rate,
-                color_space,
-                ..EncodeSettings::default()
-            };
-            let rgb: Vec<_> = pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
-            match encode_rgb8(&rgb, pixels.dimensions().into(), &settings) {
-                Ok(image) => {
-                    self.encoded.insert(key, image);
+        match self.encoded.entry((matter, role, rate)) {
+            Entry::Occupied(known) => Some(known.into_mut()),
+            Entry::Vacant(vacant) => {
+                let settings = EncodeSettings {
+                    rate,
+                    color_space,
+                    ..EncodeSettings::default()
+                };
+                let rgb: Vec<_> = pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
+                match encode_rgb8(&rgb, pixels.dimensions().into(), &settings) {
+                    Ok(image) => Some(vacant.insert(image)),
+                    Err(error) => {
+                        error!("{error}");
+                        None
+                    }
                 }
-                Err(error) => error!("{error}"),
             }
         }
-        self.encoded.get(&key)
     }
 }
 

@@ -228,7 +228,8 @@ impl SpecializedComputePipeline for LightPipelines {
                 (key.seen, "SEEN_ALBEDO"),
             ]
             .into_iter()
-            .filter_map(|(on, def)| on.then(|| def.into()))
+            .filter(|(on, _)| *on)
+            .map(|(_, def)| def.into())
             .collect(),
             entry_point: Some(entry_point.into()),
             zero_initialize_workgroup_memory: true,

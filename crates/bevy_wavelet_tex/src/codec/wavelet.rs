@@ -136,7 +136,7 @@ fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]
 /// Rows of texels that are decoded at once where there is no wavelet; whole blocks.
 const STRIP: u32 = 256;
 
-/// A plane from the blocks of each texture of its packing, as [`decode_blocks`](super::blocks::decode_blocks) reads them.
+/// A plane from the blocks of each texture of its packing, as [`decode_blocks`] reads them.
 pub fn decode_plane(
     packing: Packing,
     coding: &PlaneCoding,
