@@ -17,6 +17,8 @@ const SIZE: (u32, u32) = (960, 600);
 const LETTERS: i32 = 12;
 /// Width of a letter in pixels, about.
 const LETTER_WIDTH: f32 = 6.4;
+/// Width and height of the legend with all its entries and the margin around it.
+const LEGEND: (i32, i32) = (240, 100);
 
 const OURS: RGBColor = RGBColor(27, 111, 181);
 const PEER: RGBColor = RGBColor(196, 85, 27);
@@ -35,7 +37,6 @@ pub fn svg(summary: &Summary, machine: &str) -> String {
     if let Err(error) = draw(summary, machine, &mut svg) {
         return format!("<svg xmlns=\"http://www.w3.org/2000/svg\"><!-- {error} --></svg>\n");
     }
-    svg.push('\n');
     svg
 }
 
@@ -79,13 +80,13 @@ fn draw(summary: &Summary, machine: &str, svg: &mut String) -> Result<(), Failur
             .label(name)
             .legend(move |(x, y)| mark((x + 8, y), source));
     }
-    draw_choices(&chart, &summary.choices)?;
+    let corner = draw_choices(&chart, &summary.choices)?;
     chart
         .configure_series_labels()
         .label_font(("sans-serif", LETTERS))
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(200, 200, 200))
-        .position(SeriesLabelPosition::UpperRight)
+        .position(corner)
         .draw()?;
     area.present()
 }
@@ -108,8 +109,31 @@ fn mark<'b>(at: (i32, i32), source: Source) -> DynElement<'static, SVGBackend<'b
     }
 }
 
-/// Draws the choices and writes their names beside them, where they do not hide each other.
-fn draw_choices(chart: &Chart, choices: &[Choice]) -> Result<(), Failure> {
+/// Left, top, right and bottom in pixels.
+type Rect = [i32; 4];
+
+fn overlap(a: Rect, b: Rect) -> bool {
+    a[0] < b[2] && a[2] > b[0] && a[1] < b[3] && a[3] > b[1]
+}
+
+/// The corner of the plot where the legend hides the fewest marks, and its place there.
+fn legend_corner(size: (i32, i32), marks: &[Rect]) -> (SeriesLabelPosition, Rect) {
+    let (w, h) = (size.0 - LEGEND.0, size.1 - LEGEND.1);
+    [
+        (SeriesLabelPosition::UpperRight, w, 0),
+        (SeriesLabelPosition::LowerRight, w, h),
+        (SeriesLabelPosition::UpperLeft, 0, 0),
+        (SeriesLabelPosition::LowerLeft, 0, h),
+    ]
+    .map(|(corner, x, y)| (corner, [x, y, x + LEGEND.0, y + LEGEND.1]))
+    .into_iter()
+    .min_by_key(|(_, place)| marks.iter().filter(|mark| overlap(**mark, *place)).count())
+    .unwrap_or((SeriesLabelPosition::UpperRight, [0; 4]))
+}
+
+/// Draws the choices and writes their names beside them, where they do not hide each other nor the
+/// legend, whose corner it returns.
+fn draw_choices(chart: &Chart, choices: &[Choice]) -> Result<SeriesLabelPosition, Failure> {
     let area = chart.plotting_area().strip_coord_spec();
     let (left, top) = area.get_base_pixel();
     let places: Vec<_> = choices
@@ -123,10 +147,13 @@ fn draw_choices(chart: &Chart, choices: &[Choice]) -> Result<(), Failure> {
         area.draw(&mark(*place, choice.source))?;
     }
     let (width, height) = area.dim_in_pixel();
-    let mut taken: Vec<[i32; 4]> = places
+    let (width, height) = (width as i32, height as i32);
+    let mut taken: Vec<Rect> = places
         .iter()
         .map(|(x, y)| [x - 4, y - 4, x + 4, y + 4])
         .collect();
+    let (corner, legend) = legend_corner((width, height), &taken);
+    taken.push(legend);
     for (choice, &(x, y)) in choices.iter().zip(&places) {
         let length = (choice.name.chars().count() as f32 * LETTER_WIDTH) as i32;
         let beside = [
@@ -141,10 +168,10 @@ fn draw_choices(chart: &Chart, choices: &[Choice]) -> Result<(), Failure> {
         ];
         let boxed = |(x, y): (i32, i32)| [x, y, x + length, y + LETTERS];
         let is_free = |place: &(i32, i32)| {
-            let [x0, y0, x1, y1] = boxed(*place);
-            let inside = x0 >= 0 && x1 <= width as i32 && y0 >= 0 && y1 <= height as i32;
-            let hides = |[l, t, r, b]: &[i32; 4]| x0 < *r && x1 > *l && y0 < *b && y1 > *t;
-            inside && !taken.iter().any(hides)
+            let text = boxed(*place);
+            let [x0, y0, x1, y1] = text;
+            let inside = x0 >= 0 && x1 <= width && y0 >= 0 && y1 <= height;
+            inside && !taken.iter().any(|other| overlap(*other, text))
         };
         // The table has the names that find no room.
         if let Some(place) = beside.into_iter().find(is_free) {
@@ -155,7 +182,7 @@ fn draw_choices(chart: &Chart, choices: &[Choice]) -> Result<(), Failure> {
             area.draw(&Text::new(choice.name.clone(), place, style))?;
         }
     }
-    Ok(())
+    Ok(corner)
 }
 
 /// An axis that is linear in its value or in its logarithm.
@@ -214,17 +241,17 @@ impl Ranged for Axis {
         limit.0 + (part * f64::from(limit.1 - limit.0)).round() as i32
     }
 
-    /// Round values; on a logarithmic axis 1, 2 and 5 of each power of ten, or 1 alone.
+    /// Round values; on a logarithmic axis more digits of each power of ten the fewer powers it has.
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
         let Range { start, end } = self.drawn;
         if self.quantity.logarithmic_from.is_none() {
             let linear: plotters::coord::types::RangedCoordf64 = (start..end).into();
             return linear.key_points(hint);
         }
-        let digits: &[f64] = if end - start > 3.0 {
-            &[1.0]
-        } else {
-            &[1.0, 2.0, 5.0]
+        let digits: &[f64] = match end - start {
+            3.0.. => &[1.0],
+            1.0.. => &[1.0, 2.0, 5.0],
+            _ => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
         };
         (start.floor() as i32..=end.ceil() as i32)
             .flat_map(|power| digits.iter().map(move |digit| digit * 10f64.powi(power)))
@@ -278,6 +305,22 @@ mod tests {
     }
 
     #[test]
+    fn the_legend_is_where_nothing_is() {
+        let at = |x, y| [x, y, x + 8, y + 8];
+        let corner = |marks: &[Rect]| legend_corner((800, 500), marks).0;
+        let upper_right = at(790, 10);
+        assert!(matches!(corner(&[]), SeriesLabelPosition::UpperRight));
+        assert!(matches!(
+            corner(&[upper_right]),
+            SeriesLabelPosition::LowerRight
+        ));
+        assert!(matches!(
+            corner(&[upper_right, at(700, 490)]),
+            SeriesLabelPosition::UpperLeft
+        ));
+    }
+
+    #[test]
     fn axes_keep_the_order_of_values() {
         let mut quantity = summary(&[], Better::Less).error;
         quantity.logarithmic_from = Some(0.1);
@@ -287,5 +330,7 @@ mod tests {
         assert!(at(0.0) > 0 && at(1000.0) < 1000);
         let ticks = axis.key_points(10);
         assert_eq!(ticks, [0.1, 1.0, 10.0, 100.0, 1000.0]);
+        let short = Axis::new(quantity, [2.1, 4.8].into_iter());
+        assert_eq!(short.key_points(10), [2.0, 3.0, 4.0, 5.0]);
     }
 }

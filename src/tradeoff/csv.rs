@@ -1,6 +1,6 @@
-//! A report as comma-separated values (RFC 4180), one line a measurement.
+//! A report as comma-separated values (RFC 4180, but for line feeds alone), one line a measurement.
 
-use std::fmt::Write;
+use std::{collections::BTreeMap, fmt::Write};
 
 use crate::record::Report;
 
@@ -8,7 +8,7 @@ use crate::record::Report;
 pub fn csv(report: &Report) -> String {
     let mut text = String::from(
         "plugin,scene,setting,reference,mse,psnr_db,flip,max_error,gpu_ms,cpu_ms,bytes,fetches,\
-         relative_error,bias,stage_ms\r\n",
+         fetched_bytes,relative_error,bias,relative_time,stage_ms\n",
     );
     for m in &report.measurements {
         for name in [&m.plugin, &m.scene, &m.setting, &m.reference] {
@@ -20,21 +20,25 @@ pub fn csv(report: &Report) -> String {
         }
         let bytes = m.bytes.map_or(String::new(), |bytes| bytes.to_string());
         let _ = write!(text, "{bytes},");
-        for figure in [m.fetches, m.relative_error, m.bias] {
+        for figure in [m.fetches, m.fetched_bytes, m.relative_error, m.bias] {
             let _ = write!(text, "{},", number(figure));
         }
-        let stages: Vec<_> = m
-            .stage_ms
-            .iter()
-            .map(|(name, ms)| format!("{name}={ms}"))
-            .collect();
-        let _ = write!(text, "{}\r\n", field(&stages.join(" ")));
+        let _ = writeln!(text, "{},{}", pairs(&m.relative_time), pairs(&m.stage_ms));
     }
     text
 }
 
 fn number(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| value.to_string())
+}
+
+/// `name=value` with spaces between.
+fn pairs(figures: &BTreeMap<String, f64>) -> String {
+    let pairs: Vec<_> = figures
+        .iter()
+        .map(|(name, value)| format!("{name}={value}"))
+        .collect();
+    field(&pairs.join(" "))
 }
 
 /// Quoted where it must be.
@@ -57,6 +61,7 @@ mod tests {
             scene: "tall, \"wide\"".into(),
             mse: Some(0.5),
             bytes: Some(7),
+            relative_time: [("bc7".to_string(), 0.5)].into(),
             stage_ms: [("gather".to_string(), 1.5), ("list".into(), 2.0)].into(),
             ..Measurement::default()
         };
@@ -64,11 +69,11 @@ mod tests {
             measurements: vec![row],
             ..Report::default()
         });
-        let lines: Vec<_> = text.split("\r\n").collect();
+        let lines: Vec<_> = text.split('\n').collect();
         let columns = lines[0].split(',').count();
         assert_eq!(
             lines[1],
-            ",\"tall, \"\"wide\"\"\",,,0.5,,,,,,7,,,,gather=1.5 list=2"
+            ",\"tall, \"\"wide\"\"\",,,0.5,,,,,,7,,,,,bc7=0.5,gather=1.5 list=2"
         );
         // One more by the comma between quotes.
         assert_eq!(lines[1].split(',').count(), columns + 1);

@@ -86,7 +86,7 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
     let [width, height] = texture;
     let pixels = RgbaImage::from_fn(width, height, |x, y| {
         let check = 60 + 150 * u8::from((x / 4 + y / 4) % 2 == 0);
-        image::Rgba([check, 200 - check / 2, 90, 255])
+        image::Rgba([check, 30 + check / 2, 90, 255])
     });
     let rgb: Vec<_> = pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
     let settings = EncodeSettings {

@@ -31,7 +31,9 @@ pub mod plugin;
 #[cfg(feature = "bevy")]
 pub use asset::{WaveletLoaderSettings, WaveletStorage, WaveletTexture};
 #[cfg(all(feature = "bevy", feature = "encode"))]
-pub use asset::{WaveletProcessor, WaveletRole, WaveletSaver, WaveletSaverSettings};
+pub use asset::{
+    WaveletProcessor, WaveletQuality, WaveletRole, WaveletSaver, WaveletSaverSettings,
+};
 #[cfg(feature = "bevy")]
 pub use gltf::WaveletGltf;
 #[cfg(feature = "bevy")]

@@ -9,9 +9,10 @@ use bevy::{
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_frugal_lab::content;
+use bevy_frugal_lab::{content, metrics::compare};
 use bevy_wavelet_tex::{
-    WaveletProcessor, WaveletRole, WaveletSaver, WaveletSaverSettings, WaveletTexture,
+    WaveletProcessor, WaveletQuality, WaveletRole, WaveletSaver, WaveletSaverSettings,
+    WaveletTexture,
     asset::WaveletTextureLoader,
     codec::{
         image::{ColorSpace, Content},
@@ -19,7 +20,7 @@ use bevy_wavelet_tex::{
     },
     file,
 };
-use image::{DynamicImage, ImageFormat};
+use image::{DynamicImage, ImageFormat, RgbImage};
 
 use super::loading::Folder;
 
@@ -138,13 +139,48 @@ fn the_saver_keeps_given_mips_and_reads_every_plain_format() {
 }
 
 #[test]
+fn a_wanted_quality_takes_the_smallest_rate_that_reaches_it() {
+    let photo = content::photo_like(96, 64, 5);
+    let rgba = DynamicImage::from(photo.clone()).into_rgba8().into_raw();
+    let image = bevy_image([96, 64], TextureFormat::Rgba8UnormSrgb, rgba);
+    let saved = |quality| {
+        let settings = WaveletSaverSettings {
+            quality,
+            ..default()
+        };
+        let bytes = settings.encode(&image, "a.png").expect("encoded");
+        let texture = file::read(&bytes).expect("a texture");
+        let decoded = bevy_wavelet_tex::codec::decoder::decode(&texture, 0);
+        let decoded = decoded.to_rgba8(texture.content);
+        let rgb = decoded.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]);
+        let picture = RgbImage::from_raw(96, 64, rgb.collect()).expect("as many pixels");
+        let error = compare(&photo, &picture).expect("of one size");
+        (texture.gpu_bytes(), error.psnr_db)
+    };
+    let rates: Vec<_> = Rate::of(Content::Color)
+        .map(|rate| saved(WaveletQuality::Rate(rate)))
+        .collect();
+    let best = rates.iter().map(|rate| rate.1).fold(0.0, f64::max);
+    let all = rates.iter().map(|rate| rate.1 - 0.01);
+    for wanted in all.chain([0.0, best + 10.0]) {
+        let expected = rates.iter().find(|rate| rate.1 >= wanted);
+        let expected = expected.or(rates.last()).expect("a rate");
+        assert_eq!(
+            saved(WaveletQuality::MinPsnr(wanted)),
+            *expected,
+            "{wanted}"
+        );
+    }
+}
+
+#[test]
 fn what_cannot_be_saved_is_named() {
     let floats = bevy_image([2, 2], TextureFormat::Rgba32Float, vec![0; 64]);
     let bytes = bevy_image([2, 2], TextureFormat::Rgba8Unorm, vec![0; 16]);
     let short = bevy_image([2, 2], TextureFormat::Rgba8Unorm, vec![0; 8]);
     let wrong_rate = WaveletSaverSettings {
         role: WaveletRole::Mask,
-        rate: Some(Rate::Color3),
+        quality: WaveletQuality::Rate(Rate::Color3),
         ..default()
     };
     let any = WaveletSaverSettings::default();

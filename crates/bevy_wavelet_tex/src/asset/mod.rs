@@ -8,7 +8,8 @@ mod texture;
 pub use loader::{WaveletLoadError, WaveletLoaderSettings, WaveletTextureLoader};
 #[cfg(feature = "encode")]
 pub use saver::{
-    WaveletProcessor, WaveletRole, WaveletSaveError, WaveletSaver, WaveletSaverSettings,
+    WaveletProcessor, WaveletQuality, WaveletRole, WaveletSaveError, WaveletSaver,
+    WaveletSaverSettings,
 };
 pub(crate) use texture::Part;
 pub use texture::{Parts, TextureGroup, WaveletStorage, WaveletTexture};

@@ -45,10 +45,8 @@ pub struct WaveletSaver;
 pub struct WaveletSaverSettings {
     /// What the image holds. Default: colour.
     pub role: WaveletRole,
-    /// Bits per pixel. Default: the usual ones of the role (2 gray, 3 colour, 4 normals).
-    pub rate: Option<Rate>,
-    /// Where set, the smallest rate of the role with at least this PSNR in dB. Default: none.
-    pub min_psnr_db: Option<f64>,
+    /// How good it has to be. Default: [`WaveletQuality::Usual`].
+    pub quality: WaveletQuality,
     /// Whether colour keeps its alpha channel. Default: no.
     pub alpha: bool,
     /// How hard to search. Default: [`Effort::Default`].
@@ -65,13 +63,37 @@ impl Default for WaveletSaverSettings {
     fn default() -> Self {
         Self {
             role: WaveletRole::default(),
-            rate: None,
-            min_psnr_db: None,
+            quality: WaveletQuality::default(),
             alpha: false,
             effort: Effort::default(),
             mips: true,
             max_size: None,
             one_fetch: false,
+        }
+    }
+}
+
+/// How good a texture has to be, by its size or by its error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum WaveletQuality {
+    /// The usual rate of the role: 2 bits per pixel for gray, 3 for colour, 4 for normals.
+    #[default]
+    Usual,
+    /// This rate, which must be one of the role's.
+    Rate(Rate),
+    /// The smallest rate of the role that comes to at least this PSNR in dB, measured on the image
+    /// itself, as encoded; the largest where none does. For pictures between 30 (small) and 45
+    /// (hardly to be told from the original).
+    MinPsnr(f64),
+}
+
+impl WaveletQuality {
+    /// The rate to encode with, and the PSNR in dB for whose sake it may be another one.
+    fn goal(self, content: Content) -> (Rate, Option<f64>) {
+        match self {
+            Self::Usual => (Rate::usual(content), None),
+            Self::Rate(rate) => (rate, None),
+            Self::MinPsnr(db) => (Rate::usual(content), Some(db)),
         }
     }
 }
@@ -167,7 +189,7 @@ impl WaveletSaverSettings {
     pub fn encode(&self, image: &Image, path: &str) -> Result<Vec<u8>, WaveletSaveError> {
         let path = || path.to_string();
         let content = self.role.content();
-        let rate = self.rate.unwrap_or(Rate::usual(content));
+        let (rate, min_psnr_db) = self.quality.goal(content);
         if rate.content(false) != content {
             return Err(WaveletSaveError::Rate {
                 path: path(),
@@ -193,7 +215,7 @@ impl WaveletSaverSettings {
         };
         let settings = EncodeSettings {
             rate,
-            min_psnr_db: self.min_psnr_db,
+            min_psnr_db,
             alpha: self.alpha,
             color_space,
             mips: self.mips,
