@@ -59,6 +59,7 @@ fn picture(app: &mut HeadlessApp, bits: usize) -> RgbImage {
     // A change that no frame has seen yet would find the light settled.
     app.render_frames(2).expect("frames");
     app.run_until_ready(1000).expect("ready");
+    app.run_until_ready(1000).expect("ready");
     app.capture_rgb8().expect("a picture")
 }
 

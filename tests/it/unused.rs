@@ -5,7 +5,10 @@ use std::collections::BTreeSet;
 use bevy::{
     prelude::*,
     render::{
-        RenderApp, render_asset::RenderAssets, render_resource::PipelineCache, texture::GpuImage,
+        RenderApp,
+        render_asset::RenderAssets,
+        render_resource::{CachedPipeline, PipelineCache, PipelineDescriptor},
+        texture::GpuImage,
     },
 };
 use bevy_ewa::EwaPlugin;
@@ -22,11 +25,25 @@ struct Frame {
     picture: RgbImage,
     /// Passes with a time stamp.
     passes: BTreeSet<String>,
-    /// Render and compute pipelines, whichever state they are in.
-    pipelines: usize,
+    /// Labels of render and compute pipelines, whichever state they are in.
+    pipelines: Vec<String>,
     /// Textures of images.
     textures: usize,
     texture_bytes: u64,
+}
+
+/// Sorted, as pipelines are made in any order.
+fn pipelines(cache: &PipelineCache) -> Vec<String> {
+    let label = |pipeline: &CachedPipeline| match &pipeline.descriptor {
+        PipelineDescriptor::RenderPipelineDescriptor(render) => render.label.clone(),
+        PipelineDescriptor::ComputePipelineDescriptor(compute) => compute.label.clone(),
+    };
+    let labels = cache.pipelines().map(label);
+    let mut labels: Vec<_> = labels
+        .map(|label| label.unwrap_or_default().into())
+        .collect();
+    labels.sort();
+    labels
 }
 
 fn frame(build: impl FnOnce(&mut App)) -> Frame {
@@ -43,7 +60,7 @@ fn frame(build: impl FnOnce(&mut App)) -> Frame {
     Frame {
         picture,
         passes: spans.into_keys().collect(),
-        pipelines: world.resource::<PipelineCache>().pipelines().count(),
+        pipelines: pipelines(world.resource()),
         textures: images.iter().count(),
         texture_bytes: images
             .iter()

@@ -26,10 +26,11 @@ use crate::{
     report::{SharedReport, VoxelGiReport, receive_report},
     reproject::{init_reproject_pipeline, prepare_reprojection, reproject},
     scene::{
-        MeshAlbedo, VoxelMaterial,
+        MeshSurface, VoxelMaterial,
         extract::{ExtractedScene, extract_scene},
         lights::{ExtractedLights, extract_lights},
         table::{Surfaces, update_surfaces},
+        unknown::update_unknown,
     },
     settings::{NotVoxelized, VoxelGiVolume},
     volume::{
@@ -37,7 +38,7 @@ use crate::{
         placement::{ActiveVolume, place_volume},
         plan::{ExtractedVolume, FramePlan, prepare_frame},
         probe::place_probe,
-        scroll::{init_scroll_pipeline, scroll},
+        scroll::{ScrollPipeline, init_scroll_pipeline, scroll},
     },
     voxelize::{
         pipeline::{VoxelizePipeline, init_pipeline},
@@ -72,7 +73,7 @@ impl Plugin for VoxelGiPlugin {
         app.patch_shader(receive::patch())
             .register_type::<VoxelGiVolume>()
             .register_type::<NotVoxelized>()
-            .register_type::<MeshAlbedo>()
+            .register_type::<MeshSurface>()
             .init_resource::<ActiveVolume>()
             .init_resource::<Surfaces>()
             .init_resource::<VoxelGiReport>()
@@ -82,6 +83,12 @@ impl Plugin for VoxelGiPlugin {
                 DebugViewPlugin,
             ))
             .add_systems(First, receive_report)
+            .add_systems(
+                Last,
+                update_unknown
+                    .after(UpdateSurfaces)
+                    .run_if(there_is_a_volume),
+            )
             .add_systems(
                 PostUpdate,
                 (place_volume, place_probe)
@@ -112,6 +119,7 @@ impl Plugin for VoxelGiPlugin {
             .init_resource::<VolumeUniforms>()
             .init_resource::<SpecializedComputePipelines<VoxelizePipeline>>()
             .init_resource::<SpecializedComputePipelines<LightPipelines>>()
+            .init_resource::<SpecializedComputePipelines<ScrollPipeline>>()
             .add_systems(
                 RenderStartup,
                 (
@@ -165,6 +173,10 @@ fn there_is_a_volume(volumes: Query<(), With<VoxelGiVolume>>) -> bool {
     !volumes.is_empty()
 }
 
+/// Where materials of all known types find their place in the table.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct UpdateSurfaces;
+
 /// Makes the surfaces of meshes with this material known; see [`VoxelMaterial`].
 pub struct VoxelMaterialPlugin<M>(PhantomData<fn() -> M>);
 
@@ -176,7 +188,11 @@ impl<M> Default for VoxelMaterialPlugin<M> {
 
 impl<M: VoxelMaterial> Plugin for VoxelMaterialPlugin<M> {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Surfaces>()
-            .add_systems(Last, update_surfaces::<M>.run_if(there_is_a_volume));
+        app.init_resource::<Surfaces>().add_systems(
+            Last,
+            update_surfaces::<M>
+                .in_set(UpdateSurfaces)
+                .run_if(there_is_a_volume),
+        );
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use bevy::{ecs::system::SystemParam, prelude::*};
 use bevy_ewa::{EwaMethod, EwaProbes, EwaSettings, EwaStandardMaterial};
-use bevy_voxel_gi::MeshAlbedo;
+use bevy_voxel_gi::MeshSurface;
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
     WaveletTexture, codec::rate::Rate,
@@ -91,8 +91,8 @@ pub fn after(
         let mut entity = commands.entity(entity);
         // Nobody can read the mean of compressed blocks: who encoded them tells it.
         match dress {
-            Dress::Wavelet(_) => entity.insert(MeshAlbedo(wavelet.sources.mean_color(*matter))),
-            Dress::Plain(_) | Dress::Ewa(_) => entity.remove::<MeshAlbedo>(),
+            Dress::Wavelet(_) => entity.insert(wavelet.sources.surface(*matter)),
+            Dress::Plain(_) | Dress::Ewa(_) => entity.remove::<MeshSurface>(),
         };
         entity.remove::<(
             MeshMaterial3d<StandardMaterial>,

@@ -22,9 +22,9 @@ use bevy::{
     core_pipeline::tonemapping::DebandDither,
     prelude::*,
 };
-use bevy_ewa::EwaPlugin;
-use bevy_voxel_gi::VoxelGiPlugin;
-use bevy_wavelet_tex::WaveletTexPlugin;
+use bevy_ewa::{EwaPlugin, EwaStandardMaterial};
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelMaterialPlugin};
+use bevy_wavelet_tex::{WaveletStandardMaterial, WaveletTexPlugin};
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
 use crate::{
@@ -109,6 +109,9 @@ impl Scene for AllTogether {
             YCoCgFrameBufferPlugin,
             EwaPlugin::CHOSEN,
             VoxelGiPlugin,
+            // What bounces off the floor is known, whichever of its materials it has.
+            VoxelMaterialPlugin::<EwaStandardMaterial>::default(),
+            VoxelMaterialPlugin::<WaveletStandardMaterial>::default(),
         ))
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(ClearColor(hall::background()))

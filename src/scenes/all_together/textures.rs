@@ -3,6 +3,7 @@
 use std::collections::{HashMap, hash_map::Entry};
 
 use bevy::prelude::*;
+use bevy_voxel_gi::MeshSurface;
 use bevy_wavelet_tex::codec::{
     encoder::{EncodeSettings, encode_rgb8},
     image::{ColorSpace, Content, WaveletImage},
@@ -87,17 +88,26 @@ impl Textures {
         Some(content::mipped_texture(pixels, role == Role::Color))
     }
 
-    /// Mean of the colours, linear.
-    pub fn mean_color(&self, matter: Matter) -> Vec3 {
-        let Some(pixels) = self.maps.get(&(matter, Role::Color)) else {
-            return Vec3::ONE;
+    /// Mean of the colours that a mask leaves, linear, and how much it leaves.
+    pub fn surface(&self, matter: Matter) -> MeshSurface {
+        let Some(colors) = self.maps.get(&(matter, Role::Color)) else {
+            return MeshSurface::default();
         };
-        let sum: Vec3 = pixels
-            .pixels()
-            .map(|p| Srgba::rgb_u8(p[0], p[1], p[2]))
-            .map(|color| LinearRgba::from(color).to_vec3())
-            .sum();
-        sum / pixels.pixels().len() as f32
+        let mask = self.maps.get(&(matter, Role::Mask));
+        let is_there = |x, y| mask.is_none_or(|mask| mask.get_pixel(x, y)[0] >= 128);
+        let mut sum = Vec3::ZERO;
+        let mut count = 0.0;
+        for (_, _, pixel) in colors
+            .enumerate_pixels()
+            .filter(|(x, y, _)| is_there(*x, *y))
+        {
+            sum += LinearRgba::from(Srgba::rgb_u8(pixel[0], pixel[1], pixel[2])).to_vec3();
+            count += 1.0;
+        }
+        MeshSurface {
+            albedo: (count > 0.0).then(|| sum / count),
+            coverage: Some(count / colors.pixels().len() as f32),
+        }
     }
 
     /// The same encoded, colours at this rate.

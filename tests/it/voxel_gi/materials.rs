@@ -13,8 +13,9 @@ use bevy::{
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
+use bevy_ewa::{EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{MeshAlbedo, VoxelGiVolume};
+use bevy_voxel_gi::{MeshSurface, VoxelGiVolume, VoxelMaterialPlugin};
 
 use super::{
     scene::{app, at, block, block_of, floor, matt, small_volume, under_sky},
@@ -167,6 +168,13 @@ fn textures_count_as_their_mean() {
     assert!((shades[0] / shades[1] - 1.0).abs() < 0.01, "{shades:?}");
 }
 
+fn of_color(color: LinearRgba) -> MeshSurface {
+    MeshSurface {
+        albedo: Some(color.to_vec3()),
+        ..default()
+    }
+}
+
 #[test]
 fn a_mesh_can_say_what_its_albedo_is() {
     let _gpu = gpu();
@@ -184,9 +192,7 @@ fn a_mesh_can_say_what_its_albedo_is() {
     let roof = roof(world, material);
     world.spawn(under_sky(1.0));
     let white = at(&settled(&mut app), 0.0, 0.0);
-    app.world_mut()
-        .entity_mut(roof)
-        .insert(MeshAlbedo(red.to_vec3()));
+    app.world_mut().entity_mut(roof).insert(of_color(red));
     app.render_frames(3).expect("frames that see the change");
     let found = at(&settled(&mut app), 0.0, 0.0);
     assert!(
@@ -197,13 +203,116 @@ fn a_mesh_can_say_what_its_albedo_is() {
         found.distance(white) > 0.05 * white.length(),
         "{found} {white}"
     );
-    app.world_mut().entity_mut(roof).remove::<MeshAlbedo>();
+    app.world_mut().entity_mut(roof).remove::<MeshSurface>();
     app.render_frames(3).expect("frames that see the change");
     let found = at(&settled(&mut app), 0.0, 0.0);
     assert!(
         found.distance(white) < 0.01 * white.length(),
         "{found} {white}"
     );
+}
+
+fn plain(color: LinearRgba) -> StandardMaterial {
+    StandardMaterial {
+        base_color: color.into(),
+        ..default()
+    }
+}
+
+/// Adds a material of another type.
+fn filtered(world: &mut World, color: LinearRgba) -> MeshMaterial3d<EwaStandardMaterial> {
+    let base = plain(color);
+    let extension = EwaSettings::default().into();
+    let mut materials = world.resource_mut::<Assets<EwaStandardMaterial>>();
+    MeshMaterial3d(materials.add(EwaStandardMaterial { base, extension }))
+}
+
+#[test]
+fn materials_that_nobody_knows_are_gray_or_what_their_mesh_says() {
+    let _gpu = gpu();
+    let red = LinearRgba::rgb(0.8, 0.1, 0.1);
+    let [gray, wanted] = [LinearRgba::gray(0.5), red].map(|color| under_roof(plain(color)));
+    let mut app = app(|app| {
+        app.add_plugins(EwaPlugin::CHOSEN);
+    });
+    let world = app.world_mut();
+    floor(world);
+    let material = filtered(world, LinearRgba::WHITE);
+    let roof = roof(world, default());
+    let mut entity = world.entity_mut(roof);
+    entity
+        .remove::<MeshMaterial3d<StandardMaterial>>()
+        .insert(material);
+    world.spawn(under_sky(1.0));
+    let mut looks_like = |own: Option<MeshSurface>, wanted: Vec3| {
+        let mut entity = app.world_mut().entity_mut(roof);
+        match own {
+            Some(own) => entity.insert(own),
+            None => entity.remove::<MeshSurface>(),
+        };
+        app.run_until_ready(200).expect("ready");
+        app.render_frames(3).expect("frames that see the change");
+        let found = at(&settled(&mut app), 0.0, 0.0);
+        assert!(
+            found.distance(wanted) < 0.01 * wanted.length(),
+            "{own:?}: {found} {wanted}"
+        );
+    };
+    let said = Some(of_color(red));
+    for (own, wanted) in [(None, gray), (said, wanted), (None, gray), (said, wanted)] {
+        looks_like(own, wanted);
+    }
+}
+
+#[test]
+fn a_mesh_that_changes_its_type_of_material_changes_its_colour() {
+    let _gpu = gpu();
+    let [red, green] = [
+        LinearRgba::rgb(0.8, 0.1, 0.1),
+        LinearRgba::rgb(0.1, 0.8, 0.1),
+    ];
+    let [under_red, under_green] = [red, green].map(|color| under_roof(plain(color)));
+    let mut app = app(|app| {
+        app.add_plugins((
+            EwaPlugin::CHOSEN,
+            VoxelMaterialPlugin::<EwaStandardMaterial>::default(),
+        ));
+    });
+    let world = app.world_mut();
+    floor(world);
+    let filtered = filtered(world, green);
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(plain(red));
+    let roof = roof(world, material.clone());
+    world.spawn(under_sky(1.0));
+    // Each change takes the old material away first, also where it comes back at once.
+    for (is_filtered, wanted) in [
+        (false, under_red),
+        (true, under_green),
+        (true, under_green),
+        (false, under_red),
+        (false, under_red),
+        (true, under_green),
+    ] {
+        let mut entity = app.world_mut().entity_mut(roof);
+        entity.remove::<(
+            MeshMaterial3d<StandardMaterial>,
+            MeshMaterial3d<EwaStandardMaterial>,
+        )>();
+        if is_filtered {
+            entity.insert(filtered.clone());
+        } else {
+            entity.insert(MeshMaterial3d(material.clone()));
+        }
+        app.run_until_ready(200).expect("ready");
+        app.render_frames(3).expect("frames that see the change");
+        let found = at(&settled(&mut app), 0.0, 0.0);
+        assert!(
+            found.distance(wanted) < 0.01 * wanted.length(),
+            "{is_filtered}: {found} {wanted}"
+        );
+    }
 }
 
 #[test]

@@ -12,6 +12,7 @@ use bevy::{
 };
 
 use super::{
+    order::ordered,
     surface::VoxelSurface,
     table::{SurfaceIndex, Surfaces},
 };
@@ -52,9 +53,12 @@ pub(crate) struct ExtractedScene {
     pub meshes: Vec<ExtractedMesh>,
     /// World from bind pose, of all skins; and weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
+    /// See [`ordered`].
     pub surfaces: Vec<VoxelSurface>,
-    /// And whether they are all neutral.
-    pub surfaces_version: (u64, bool),
+    /// Where those of the table are among them.
+    indices: Vec<u32>,
+    /// Of the table, and whether all albedo is neutral.
+    version: Option<(u64, bool)>,
     /// Grows when a mesh asset changes.
     pub mesh_edits: u64,
 }
@@ -93,21 +97,22 @@ pub(crate) fn extract_scene(
         return;
     };
     let neutral = volume.settings.albedo == VoxelAlbedo::Neutral;
-    if scene.surfaces.len() != surfaces.table().len()
-        || scene.surfaces_version != (surfaces.version, neutral)
-    {
-        scene.surfaces = surfaces.table().to_vec();
-        scene.surfaces_version = (surfaces.version, neutral);
+    let version = Some((surfaces.version, neutral));
+    if scene.version != version {
+        scene.version = version;
+        let mut table = surfaces.table().to_vec();
         if neutral {
-            for surface in &mut scene.surfaces {
+            for surface in &mut table {
                 surface.albedo = VoxelSurface::NEUTRAL.albedo;
             }
         }
+        (scene.surfaces, scene.indices) = ordered(&table);
     }
     for (mesh, transform, visible, aabb, surface, skin, morph) in &meshes {
-        let surface = surface.copied().unwrap_or_default().0;
-        let transparent = surfaces
-            .table()
+        let place = surface.copied().unwrap_or_default().place;
+        let surface = scene.indices.get(place as usize).copied().unwrap_or(0);
+        let transparent = scene
+            .surfaces
             .get(surface as usize)
             .is_some_and(|surface| surface.transparent == 1);
         if !visible.get() || transparent {

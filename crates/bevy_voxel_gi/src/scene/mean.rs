@@ -49,17 +49,19 @@ impl MeanColors<'_> {
     }
 }
 
-/// Mean of at most 64 x 64 texels, spread evenly, and the share of those that count; `None` if
-/// texels cannot be read.
+/// Mean of at most 128 x 128 texels, one in each cell of a grid, and the share of those that count;
+/// `None` if texels cannot be read.
 fn mean_color(image: &Image, cutoff: f32) -> Option<(LinearRgba, f32)> {
-    const MOST: u32 = 64;
+    const MOST: u32 = 128;
     let size = image.size();
     let count = size.min(UVec2::splat(MOST));
     let (mut sum, mut counted) = (Vec4::ZERO, 0_u32);
     for y in 0..count.y {
         for x in 0..count.x {
-            let at = (UVec2::new(x, y) * size + size / 2) / count;
-            let at = at.min(size - 1);
+            // Anywhere in its cell: a grid of points would meet the same part of every brick.
+            let cell = UVec2::new(x, y);
+            let (first, end) = (cell * size / count, (cell + 1) * size / count);
+            let at = first + scattered(cell) % (end - first).max(UVec2::ONE);
             let texel = image.get_color_at(at.x, at.y).ok()?.to_linear();
             if texel.alpha >= cutoff {
                 sum += texel.to_vec4();
@@ -71,6 +73,19 @@ fn mean_color(image: &Image, cutoff: f32) -> Option<(LinearRgba, f32)> {
     let share = counted as f32 / (count.x * count.y) as f32;
     mean.is_finite()
         .then(|| (LinearRgba::from_vec4(mean), share))
+}
+
+/// Two numbers that look random, the same for the same cell (after PCG2D of Jarzynski and Olano, *Hash
+/// Functions for GPU Rendering*, JCGT 2020).
+fn scattered(cell: UVec2) -> UVec2 {
+    let step = |v: UVec2| {
+        v.wrapping_mul(UVec2::splat(1_664_525))
+            .wrapping_add(UVec2::splat(1_013_904_223))
+    };
+    let mix = |v: UVec2| v.wrapping_add(UVec2::new(v.y, v.x).wrapping_mul(UVec2::splat(1_664_525)));
+    let v = mix(step(cell));
+    let v = mix(v ^ (v >> 16));
+    v ^ (v >> 16)
 }
 
 /// Mean of a mesh's vertex colours, linear; `None` without.
@@ -119,6 +134,31 @@ mod tests {
         assert!(wrong.abs().max_element() < 0.01, "{mean:?}");
         assert_eq!(mean_color(&image, 0.1).expect("readable").1, 1.0);
         assert_eq!(mean_color(&image, 2.0).expect("readable").1, 0.0);
+    }
+
+    #[test]
+    fn a_pattern_has_its_mean_whatever_its_period() {
+        for period in [2, 3, 4, 8, 16] {
+            let stripes = (0..512 * 512).map(|i| if i % 512 % period == 0 { 255 } else { 0 });
+            let size = Extent3d {
+                width: 512,
+                height: 512,
+                depth_or_array_layers: 1,
+            };
+            let image = Image::new(
+                size,
+                TextureDimension::D2,
+                stripes.collect(),
+                TextureFormat::R8Unorm,
+                RenderAssetUsages::default(),
+            );
+            let mean = mean_color(&image, 0.0).expect("readable").0.red;
+            let wanted = 512_f32.div_euclid(period as f32).ceil() / 512.0;
+            assert!(
+                (mean / wanted - 1.0).abs() < 0.05,
+                "{period}: {mean} {wanted}"
+            );
+        }
     }
 
     #[test]

@@ -4,9 +4,11 @@
 pub(crate) mod extract;
 pub(crate) mod lights;
 mod mean;
+mod order;
 pub(crate) mod surface;
 pub(crate) mod table;
+pub(crate) mod unknown;
 
 pub use mean::MeanColors;
 pub use surface::{VoxelMaterial, VoxelSurface};
-pub use table::MeshAlbedo;
+pub use table::MeshSurface;

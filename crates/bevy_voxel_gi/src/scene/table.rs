@@ -1,5 +1,7 @@
 //! The surfaces of all materials in use, kept while materials, images and meshes change.
 
+use std::any::TypeId;
+
 use bevy::{
     asset::UntypedAssetId,
     ecs::entity::EntityHashMap,
@@ -12,23 +14,42 @@ use super::{
     surface::{VoxelMaterial, VoxelSurface, finite},
 };
 
-/// The diffuse reflectance of a mesh in the voxels, in the place of its material's.
+/// What a mesh is in the voxels, in the place of what its material says.
 ///
-/// For materials whose colours the plugin cannot know, such as those of compressed textures or of
-/// shaders of one's own: the mean over the mesh, linear, 0 to 1. Emission and transparency stay the
-/// material's.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+/// For materials whose textures the plugin cannot read, such as compressed ones, and for shaders of
+/// one's own. Emission and transparency stay the material's; where that has no
+/// [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin), it emits nothing and is opaque.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component)]
-pub struct MeshAlbedo(pub Vec3);
+pub struct MeshSurface {
+    /// Diffuse reflectance, the mean over the mesh: linear, 0 to 1. Default: the material's.
+    pub albedo: Option<Vec3>,
+    /// Share of it that is there, 0 to 1: below 1 where a mask cuts holes. Default: the material's.
+    pub coverage: Option<f32>,
+}
+
+impl MeshSurface {
+    /// A surface with this in the place of its own.
+    pub(super) fn over(&self, surface: VoxelSurface) -> VoxelSurface {
+        let coverage = self.coverage.filter(|share| share.is_finite());
+        VoxelSurface {
+            albedo: self.albedo.map_or(surface.albedo, |albedo| {
+                finite(albedo).clamp(Vec3::ZERO, Vec3::ONE)
+            }),
+            coverage: coverage.map_or(surface.coverage, |share| share.clamp(0.0, 1.0)),
+            ..surface
+        }
+    }
+}
 
 /// What meshes of a material differ in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Variant {
+pub(super) enum Variant {
     /// In nothing.
     Plain,
     /// In the vertex colours of this mesh.
     Colors(AssetId<Mesh>),
-    /// In the [`MeshAlbedo`] of this entity.
+    /// In the [`MeshSurface`] of this entity.
     Own(Entity),
 }
 
@@ -65,13 +86,14 @@ impl Surfaces {
 
     /// The place of a material on such a mesh, which it keeps; the neutral one if there is no more
     /// room.
-    fn place(&mut self, id: UntypedAssetId, variant: Variant) -> u32 {
+    pub(super) fn place(&mut self, id: UntypedAssetId, variant: Variant) -> u32 {
         let places = self.index.entry(id).or_default();
         if let Some(&place) = places.get(&variant) {
             return place;
         }
         let place = if let Some(place) = self.free.pop() {
             self.table[place as usize] = VoxelSurface::NEUTRAL;
+            self.version += 1;
             place
         } else if self.table.len() >= Self::MOST {
             warn_once!(
@@ -82,6 +104,7 @@ impl Surfaces {
             return 0;
         } else {
             self.table.push(VoxelSurface::NEUTRAL);
+            self.version += 1;
             u32::try_from(self.table.len() - 1).unwrap_or(0)
         };
         places.insert(variant, place);
@@ -99,18 +122,15 @@ impl Surfaces {
             .extend(places.filter_map(|places| places.remove(&variant)));
     }
 
-    /// Of all places of a material, each with the albedo that its mesh makes of the material's.
-    fn set(
+    /// Of all places of a material, each with what its mesh makes of the material's surface.
+    pub(super) fn set(
         &mut self,
         id: UntypedAssetId,
         surface: VoxelSurface,
-        albedo: impl Fn(Variant, Vec3) -> Vec3,
+        of_mesh: impl Fn(Variant, VoxelSurface) -> VoxelSurface,
     ) {
         for (&variant, &place) in self.index.get(&id).into_iter().flatten() {
-            let surface = VoxelSurface {
-                albedo: albedo(variant, surface.albedo),
-                ..surface
-            };
+            let surface = of_mesh(variant, surface);
             if let Some(entry) = self.table.get_mut(place as usize)
                 && *entry != surface
             {
@@ -123,7 +143,11 @@ impl Surfaces {
 
 /// The place of a mesh's material in the table.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct SurfaceIndex(pub u32);
+pub(crate) struct SurfaceIndex {
+    pub place: u32,
+    /// Type of the material, `None` where nothing is known of it.
+    pub material: Option<TypeId>,
+}
 
 /// What the table has still to learn about one type of material.
 pub(crate) struct Pending<M: Asset> {
@@ -135,7 +159,7 @@ pub(crate) struct Pending<M: Asset> {
     /// Mean vertex colours of meshes that have some.
     tints: HashMap<AssetId<Mesh>, Vec3>,
     /// What entities have in the place of their material's.
-    albedos: EntityHashMap<Vec3>,
+    own: EntityHashMap<MeshSurface>,
 }
 
 impl<M: Asset> Default for Pending<M> {
@@ -146,7 +170,7 @@ impl<M: Asset> Default for Pending<M> {
             users: HashMap::default(),
             means: HashMap::default(),
             tints: HashMap::default(),
-            albedos: EntityHashMap::default(),
+            own: EntityHashMap::default(),
         }
     }
 }
@@ -161,7 +185,7 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
             Or<(
                 Changed<MeshMaterial3d<M>>,
                 Changed<Mesh3d>,
-                Changed<MeshAlbedo>,
+                Changed<MeshSurface>,
             )>,
         ),
     >,
@@ -169,12 +193,12 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         Entity,
         &MeshMaterial3d<M>,
         &Mesh3d,
-        Option<&MeshAlbedo>,
+        Option<&MeshSurface>,
         Option<&SurfaceIndex>,
     )>,
-    (mut without, mut without_albedo): (
+    (mut without, mut without_own): (
         RemovedComponents<MeshMaterial3d<M>>,
-        RemovedComponents<MeshAlbedo>,
+        RemovedComponents<MeshSurface>,
     ),
     mut material_events: MessageReader<AssetEvent<M>>,
     mut image_events: MessageReader<AssetEvent<Image>>,
@@ -189,16 +213,26 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         users,
         means,
         tints,
-        albedos,
+        own,
     } = &mut *pending;
-    for entity in without.read() {
+    let this = Some(TypeId::of::<M>());
+    // Unless it has one again.
+    for entity in without.read().filter(|entity| !all.contains(*entity)) {
         if let Ok(mut entity) = commands.get_entity(entity) {
-            entity.remove::<SurfaceIndex>();
+            // It may have another material by now, whose place it keeps.
+            entity.queue(move |mut entity: EntityWorldMut| {
+                if entity
+                    .get::<SurfaceIndex>()
+                    .is_some_and(|index| index.material == this)
+                {
+                    entity.remove::<SurfaceIndex>();
+                }
+            });
         }
     }
     entities.extend(&changed);
-    for entity in without_albedo.read() {
-        albedos.remove(&entity);
+    for entity in without_own.read() {
+        own.remove(&entity);
         surfaces.remove_variant(Variant::Own(entity));
         entities.insert(entity);
     }
@@ -215,7 +249,7 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         }
     }
     entities.retain(|&entity| {
-        let Ok((_, material, mesh, albedo, known)) = all.get(entity) else {
+        let Ok((_, material, mesh, surface, known)) = all.get(entity) else {
             return false;
         };
         let Some(asset) = meshes.get(mesh.id()) else {
@@ -226,18 +260,21 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         {
             tints.insert(mesh.id(), tint);
         }
-        let variant = if let Some(MeshAlbedo(albedo)) = albedo {
-            albedos.insert(entity, finite(*albedo).clamp(Vec3::ZERO, Vec3::ONE));
+        let variant = if let Some(&surface) = surface {
+            own.insert(entity, surface);
             Variant::Own(entity)
         } else if tints.contains_key(&mesh.id()) {
             Variant::Colors(mesh.id())
         } else {
             Variant::Plain
         };
-        let place = surfaces.place(material.id().untyped(), variant);
+        let index = SurfaceIndex {
+            place: surfaces.place(material.id().untyped(), variant),
+            material: this,
+        };
         waiting.insert(material.id());
-        if known != Some(&SurfaceIndex(place)) {
-            commands.entity(entity).insert(SurfaceIndex(place));
+        if known != Some(&index) {
+            commands.entity(entity).insert(index);
         }
         false
     });
@@ -274,10 +311,13 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
             users.entry(image).or_default().insert(id);
         }
         let again = mean.waiting;
-        surfaces.set(id.untyped(), surface, |variant, albedo| match variant {
-            Variant::Plain => albedo,
-            Variant::Colors(mesh) => albedo * tints.get(&mesh).copied().unwrap_or(Vec3::ONE),
-            Variant::Own(entity) => albedos.get(&entity).copied().unwrap_or(albedo),
+        surfaces.set(id.untyped(), surface, |variant, surface| match variant {
+            Variant::Plain => surface,
+            Variant::Colors(mesh) => VoxelSurface {
+                albedo: surface.albedo * tints.get(&mesh).copied().unwrap_or(Vec3::ONE),
+                ..surface
+            },
+            Variant::Own(entity) => own.get(&entity).map_or(surface, |own| own.over(surface)),
         });
         again
     });

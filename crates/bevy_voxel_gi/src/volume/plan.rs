@@ -58,7 +58,8 @@ pub(crate) struct FramePlan {
     pub iterations: u32,
     /// Levels have moved: what cameras have seen is elsewhere now.
     pub forgets: bool,
-    /// Counts the frames since the volume was made anew in which something was computed.
+    /// Counts the frames in which something was computed, from the one in which the light began to be
+    /// new: it decides where rays go, and so the same change always settles to the same light.
     frame: u32,
     /// Of what is in the volume.
     fingerprint: u64,
@@ -82,12 +83,21 @@ const SETTLE_ENDLESS: u32 = 40;
 /// Frames over which the light that pixels read is a mean.
 const HISTORY: u32 = 8;
 
+/// Light settles after a whole number of so many frames: all sets of rays have had their turn, and
+/// changes that took a few frames to arrive settle to the same light as those at once.
+const SETTLE_STEP: u32 = 16;
+
 /// Frames in which light that is new gets around before a mean is worth something.
 const WARM_UP: u32 = 4;
 
 impl FramePlan {
     fn idle(&mut self) {
         (self.voxelize, self.light) = (None, None);
+    }
+
+    /// Whether nothing changes any more.
+    fn has_settled(&self) -> bool {
+        self.unsettled == 0 && self.frame.is_multiple_of(SETTLE_STEP)
     }
 
     /// Share of this frame in the mean.
@@ -163,6 +173,7 @@ pub(crate) fn prepare_frame(
     ),
     mut voxelizers: ResMut<SpecializedComputePipelines<VoxelizePipeline>>,
     mut lights: ResMut<SpecializedComputePipelines<LightPipelines>>,
+    mut scrollers: ResMut<SpecializedComputePipelines<ScrollPipeline>>,
     report: Res<SharedReport>,
 ) {
     let plan = &mut *plan;
@@ -190,7 +201,11 @@ pub(crate) fn prepare_frame(
     let key = VoxelizeKey::new(volume.settings.voxelizer, shape.occlusion_only);
     let voxelizer = pipeline_for(key, &voxelize, &mut voxelizers, &cache);
     let light_ids = light.ids(shape, &mut lights, &cache);
-    if !light_ids.are_ready(&cache) || cache.get_compute_pipeline(voxelizer).is_none() {
+    // What is propagated begins anew in each frame.
+    let keeps_light = !shape.occlusion_only && !shape.propagates;
+    let scroller = keeps_light.then(|| scrollers.specialize(&cache, &scrolling, ()));
+    let is_ready = |id| cache.get_compute_pipeline(id).is_some();
+    if !light_ids.are_ready(&cache) || !is_ready(voxelizer) || !scroller.is_none_or(is_ready) {
         return;
     }
     let instances = instances::collect(scene, volume, &allocator, &meshes, &device);
@@ -204,6 +219,7 @@ pub(crate) fn prepare_frame(
         // A volume that only moves keeps its light.
         if plan.since_change > HISTORY && !plan.is_elsewhere(volume) {
             plan.since_new = 0;
+            plan.frame = 0;
         }
         plan.since_change = 0;
         plan.unsettled = FramePlan::time_to_settle(volume);
@@ -213,7 +229,7 @@ pub(crate) fn prepare_frame(
         return;
     };
     report.set(VoxelGiReport {
-        state: if plan.unsettled == 0 && volume.settings.pause_when_settled {
+        state: if plan.has_settled() && volume.settings.pause_when_settled {
             VoxelGiState::Settled
         } else {
             VoxelGiState::Running
@@ -222,7 +238,7 @@ pub(crate) fn prepare_frame(
         triangles: instances.triangles,
         receiver_patched: volume.patched,
     });
-    if plan.unsettled == 0 && volume.settings.pause_when_settled {
+    if plan.has_settled() && volume.settings.pause_when_settled {
         return;
     }
     plan.unsettled = plan.unsettled.saturating_sub(1);
@@ -278,10 +294,15 @@ pub(crate) fn prepare_frame(
     let (Some(voxelize_work), Some(light_work)) = (voxelize_work, light_work) else {
         return;
     };
-    // What is propagated begins anew in each frame.
-    if let Some(voxels) = moved.filter(|_| !shape.occlusion_only && !shape.propagates)
+    if let (Some(voxels), Some(scroller)) = (moved, scroller)
         && let Some(work) = ScrollWork::new(
-            voxels, &uniforms, buffers, &scrolling, &cache, &device, &queue,
+            voxels,
+            &uniforms,
+            buffers,
+            (&scrolling, scroller),
+            &cache,
+            &device,
+            &queue,
         )
     {
         commands.insert_resource(work);

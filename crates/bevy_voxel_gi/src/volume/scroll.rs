@@ -8,7 +8,8 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
             BufferDescriptor, BufferUsages, CachedComputePipelineId, ComputePassDescriptor,
-            ComputePipelineDescriptor, PipelineCache, ShaderStages, UniformBuffer,
+            ComputePipelineDescriptor, PipelineCache, ShaderStages, SpecializedComputePipeline,
+            UniformBuffer,
             binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
@@ -23,14 +24,10 @@ use super::{
 #[derive(Resource)]
 pub(crate) struct ScrollPipeline {
     layout: BindGroupLayoutDescriptor,
-    id: CachedComputePipelineId,
+    shader: Handle<Shader>,
 }
 
-pub(crate) fn init_scroll_pipeline(
-    mut commands: Commands,
-    cache: Res<PipelineCache>,
-    assets: Res<AssetServer>,
-) {
+pub(crate) fn init_scroll_pipeline(mut commands: Commands, assets: Res<AssetServer>) {
     let layout = BindGroupLayoutDescriptor::new(
         "voxel_gi_scroll",
         &BindGroupLayoutEntries::sequential(
@@ -43,19 +40,28 @@ pub(crate) fn init_scroll_pipeline(
             ),
         ),
     );
-    let id = cache.queue_compute_pipeline(ComputePipelineDescriptor {
-        label: Some("voxel_gi_scroll".into()),
-        layout: vec![layout.clone()],
-        shader: load_embedded_asset!(assets.as_ref(), "scroll.wgsl"),
-        entry_point: Some("scroll".into()),
-        ..default()
-    });
-    commands.insert_resource(ScrollPipeline { layout, id });
+    let shader = load_embedded_asset!(assets.as_ref(), "scroll.wgsl");
+    commands.insert_resource(ScrollPipeline { layout, shader });
+}
+
+impl SpecializedComputePipeline for ScrollPipeline {
+    type Key = ();
+
+    fn specialize(&self, (): Self::Key) -> ComputePipelineDescriptor {
+        ComputePipelineDescriptor {
+            label: Some("voxel_gi_scroll".into()),
+            layout: vec![self.layout.clone()],
+            shader: self.shader.clone(),
+            entry_point: Some("scroll".into()),
+            ..default()
+        }
+    }
 }
 
 /// A move of this frame.
 #[derive(Resource)]
 pub(crate) struct ScrollWork {
+    pipeline: CachedComputePipelineId,
     bind_group: BindGroup,
     copy: Buffer,
 }
@@ -65,7 +71,7 @@ impl ScrollWork {
         moves: [IVec4; MOST_LEVELS],
         uniforms: &VolumeUniforms,
         buffers: &VolumeBuffers,
-        pipeline: &ScrollPipeline,
+        (pipeline, id): (&ScrollPipeline, CachedComputePipelineId),
         cache: &PipelineCache,
         device: &RenderDevice,
         queue: &RenderQueue,
@@ -89,21 +95,24 @@ impl ScrollWork {
                 buffers.irradiance.as_entire_binding(),
             )),
         );
-        Some(Self { bind_group, copy })
+        Some(Self {
+            pipeline: id,
+            bind_group,
+            copy,
+        })
     }
 }
 
 pub(crate) fn scroll(
     mut context: RenderContext,
     work: Option<Res<ScrollWork>>,
-    pipeline: Res<ScrollPipeline>,
     buffers: Option<Res<VolumeBuffers>>,
     cache: Res<PipelineCache>,
 ) {
     let (Some(work), Some(buffers)) = (work, buffers) else {
         return;
     };
-    let Some(pipeline) = cache.get_compute_pipeline(pipeline.id) else {
+    let Some(pipeline) = cache.get_compute_pipeline(work.pipeline) else {
         return;
     };
     let diagnostics = context.diagnostic_recorder();

@@ -1,0 +1,71 @@
+//! The order of surfaces: of two that fill as much of a voxel, as a picture does that hangs on a
+//! wall, the later one stands for it.
+
+use std::cmp::Ordering;
+
+use super::surface::VoxelSurface;
+
+/// The surfaces by what they are, not by when they came, each once; and where those of the table
+/// are among them.
+///
+/// So the same scene has the same light, and lamps are not lost to the wall behind them.
+pub(super) fn ordered(table: &[VoxelSurface]) -> (Vec<VoxelSurface>, Vec<u32>) {
+    let mut by_value: Vec<_> = (0..table.len()).collect();
+    by_value.sort_by(|&a, &b| compare(&table[a], &table[b]));
+    let mut surfaces: Vec<VoxelSurface> = Vec::new();
+    let mut indices = vec![0; table.len()];
+    for place in by_value {
+        if surfaces.last() != Some(&table[place]) {
+            surfaces.push(table[place]);
+        }
+        indices[place] = u32::try_from(surfaces.len() - 1).unwrap_or(0);
+    }
+    (surfaces, indices)
+}
+
+/// By emission, then by albedo, then by all the rest.
+fn compare(a: &VoxelSurface, b: &VoxelSurface) -> Ordering {
+    let floats = |surface: &VoxelSurface| {
+        let VoxelSurface {
+            albedo, emissive, ..
+        } = surface;
+        let sums = [emissive.element_sum(), albedo.element_sum()];
+        let rest = [surface.emissive_exposure_weight, surface.coverage];
+        [
+            &sums[..],
+            &emissive.to_array(),
+            &albedo.to_array(),
+            &rest[..],
+        ]
+        .concat()
+    };
+    let mut pairs = floats(a).into_iter().zip(floats(b));
+    let by_floats = pairs.find_map(|(a, b)| Some(a.total_cmp(&b)).filter(|order| order.is_ne()));
+    let words = |surface: &VoxelSurface| (surface.double_sided, surface.transparent);
+    by_floats.unwrap_or_else(|| words(a).cmp(&words(b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy::math::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn surfaces_are_ordered_by_what_they_are() {
+        let [dark, light] = [0.1, 0.9].map(|albedo| VoxelSurface {
+            albedo: Vec3::splat(albedo),
+            ..VoxelSurface::NEUTRAL
+        });
+        let lamp = VoxelSurface {
+            emissive: Vec3::X,
+            ..dark
+        };
+        let neutral = VoxelSurface::NEUTRAL;
+        let (surfaces, indices) = ordered(&[neutral, lamp, light, dark, lamp, light]);
+        assert_eq!(surfaces, [dark, neutral, light, lamp]);
+        assert_eq!(indices, [1, 3, 2, 0, 3, 2]);
+        assert_eq!(ordered(&[light, lamp, dark, neutral]).0, surfaces);
+        assert!(ordered(&[]).0.is_empty());
+    }
+}

@@ -1,0 +1,45 @@
+//! Meshes of materials of which nothing is known but what their [`MeshSurface`] says.
+
+use bevy::{asset::UntypedAssetId, prelude::*};
+
+use super::{
+    surface::VoxelSurface,
+    table::{MeshSurface, SurfaceIndex, Surfaces, Variant},
+};
+
+/// In the table they are all of one material, that nothing else is of.
+fn unknown() -> UntypedAssetId {
+    AssetId::<StandardMaterial>::invalid().untyped()
+}
+
+/// Gives them places in the table, after all materials that are known.
+pub(crate) fn update_unknown(
+    mut commands: Commands,
+    new: Query<Entity, (With<Mesh3d>, With<MeshSurface>, Without<SurfaceIndex>)>,
+    known: Query<&SurfaceIndex>,
+    own: Query<&MeshSurface>,
+    mut without: RemovedComponents<MeshSurface>,
+    mut surfaces: ResMut<Surfaces>,
+) {
+    for entity in &new {
+        let place = surfaces.place(unknown(), Variant::Own(entity));
+        commands.entity(entity).insert(SurfaceIndex {
+            place,
+            material: None,
+        });
+    }
+    for entity in without.read() {
+        if known
+            .get(entity)
+            .is_ok_and(|index| index.material.is_none())
+        {
+            commands.entity(entity).remove::<SurfaceIndex>();
+        }
+    }
+    surfaces.set(unknown(), VoxelSurface::NEUTRAL, |variant, neutral| {
+        let Variant::Own(entity) = variant else {
+            return neutral;
+        };
+        own.get(entity).map_or(neutral, |own| own.over(neutral))
+    });
+}
