@@ -172,7 +172,7 @@ fn measured(study: &Study, options: &Options) -> Result<Report, TradeoffError> {
     {
         progress.set_style(style);
     }
-    let report = (study.measure)(&Plan::new(options.quick), &progress);
+    let report = (study.measure)(&Plan::of(options), &progress);
     progress.finish_and_clear();
     let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     Ok(Report {

@@ -19,6 +19,9 @@ pub struct Options {
     /// Fewer images, smaller pictures and fewer repetitions.
     #[arg(long)]
     pub quick: bool,
+    /// Leaves out volumes of more voxels along an edge: 64 take hours on a software driver.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..))]
+    pub max_resolution: Option<u32>,
     /// Folder of the reports, made where it is missing.
     #[arg(long, value_name = "DIR", default_value = "target/tradeoff")]
     pub out: PathBuf,
@@ -53,10 +56,12 @@ pub struct Plan {
     pub tile: [u32; 2],
     /// Folder of the Kodak images, `kodimNN.png`; left out with a note where it is missing.
     pub kodak_folder: PathBuf,
-    /// Numbers of the Kodak images.
+    /// Numbers of the Kodak images that become textures.
     pub kodak: Vec<u32>,
-    /// Whether they are encoded with the most effort, too.
-    pub kodak_best: bool,
+    /// Whether they are encoded with every effort, and in gray, too.
+    pub kodak_in_full: bool,
+    /// Numbers of those that become frames.
+    pub photographs: Vec<u32>,
     /// How often a time on the CPU is taken, for its median; at least 1.
     pub repetitions: usize,
     /// Width and height of the rendered picture, in pixels; none renders nothing.
@@ -130,8 +135,8 @@ impl GiPlan {
 impl Plan {
     /// All that there is to measure, or the part that takes a minute or two.
     pub fn new(quick: bool) -> Self {
-        let (kodak, repetitions, picture, rounds, frames) = if quick {
-            (vec![1, 5, 8, 13, 20, 23], 1, [256, 170], 5, 9)
+        let (photographs, repetitions, picture, rounds, frames) = if quick {
+            (vec![5, 13, 23], 1, [256, 170], 5, 9)
         } else {
             ((1..=24).collect(), 3, [768, 512], 9, 15)
         };
@@ -139,15 +144,25 @@ impl Plan {
             photo: [768, 512],
             tile: [512; 2],
             kodak_folder: Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/kodak"),
-            kodak,
+            kodak: (1..=24).collect(),
+            kodak_in_full: !quick,
+            photographs,
             repetitions,
             picture: Some(picture),
             frame: Some(if quick { [640, 360] } else { [1280, 720] }),
             rounds,
             frames,
             tunnel_frames: if quick { 2 } else { 5 },
-            kodak_best: !quick,
             gi: GiPlan::new(quick),
         }
+    }
+
+    /// The plan of a command line.
+    pub fn of(options: &Options) -> Self {
+        let mut plan = Self::new(options.quick);
+        if let Some(most) = options.max_resolution {
+            plan.gi.resolutions.retain(|resolution| *resolution <= most);
+        }
+        plan
     }
 }

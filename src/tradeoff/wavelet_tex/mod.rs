@@ -51,14 +51,16 @@ const EFFORTS: [(Effort, &str); 3] = [
     (Effort::Best, "best"),
 ];
 
+const DEFAULT_EFFORT: &[(Effort, &str)] = &[EFFORTS[1]];
+
 /// An image to encode.
 struct Input {
     scene: String,
     image: RgbImage,
     content: Content,
     rates: Vec<Rate>,
-    /// How many of [`EFFORTS`] the first rate is encoded with.
-    efforts: usize,
+    /// What the first rate is encoded with.
+    efforts: &'static [(Effort, &'static str)],
 }
 
 fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
@@ -66,7 +68,10 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     let photo = content::photo_like(plan.photo[0], plan.photo[1], SEED);
     let inputs = inputs(plan, &photo, progress)?;
     let rendered = plan.picture.map_or(0, |_| plan.rounds as usize);
-    let rows: usize = inputs.iter().map(|i| i.rates.len() + i.efforts - 1).sum();
+    let rows: usize = inputs
+        .iter()
+        .map(|i| i.rates.len() + i.efforts.len() - 1)
+        .sum();
     progress.set_length((rows + rendered) as u64);
 
     let mut report = Report::default();
@@ -78,12 +83,12 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
         if input.content == Content::Color {
             report.measurements.push(peers::bc1_row(input)?);
         }
-        // All efforts of the first rate, the default of the others.
+        // The default effort of the other rates.
         for (i, &rate) in input.rates.iter().enumerate() {
             let efforts = if i == 0 {
-                &EFFORTS[..input.efforts]
+                input.efforts
             } else {
-                &EFFORTS[1..2]
+                DEFAULT_EFFORT
             };
             for &(effort, name) in efforts {
                 progress.set_message(format!("{}, {} {name}", input.scene, rate.name()));
@@ -119,21 +124,20 @@ fn inputs(
         ),
     ];
     let generated = colors.len();
-    colors.extend(kodak(plan, progress)?);
+    colors.extend(kodak(plan, &plan.kodak, progress)?);
     let mut inputs = Vec::new();
     for (i, (scene, image)) in colors.into_iter().enumerate() {
-        let efforts = if i < generated || plan.kodak_best {
-            EFFORTS.len()
-        } else {
-            2
-        };
-        inputs.push(Input {
-            scene: format!("{scene} gray"),
-            image: gray(&image),
-            content: Content::Gray,
-            rates: Rate::of(Content::Gray).collect(),
-            efforts,
-        });
+        let in_full = i < generated || plan.kodak_in_full;
+        let efforts = if in_full { &EFFORTS } else { DEFAULT_EFFORT };
+        if in_full {
+            inputs.push(Input {
+                scene: format!("{scene} gray"),
+                image: gray(&image),
+                content: Content::Gray,
+                rates: Rate::of(Content::Gray).collect(),
+                efforts,
+            });
+        }
         inputs.push(Input {
             scene,
             image,
@@ -147,7 +151,7 @@ fn inputs(
         image: bricks.normal,
         content: Content::Normal,
         rates: vec![Rate::Normal4],
-        efforts: EFFORTS.len(),
+        efforts: &EFFORTS,
     });
     Ok(inputs)
 }
@@ -155,11 +159,12 @@ fn inputs(
 /// The photographs of the Kodak set, where they are.
 pub(super) fn kodak(
     plan: &Plan,
+    numbers: &[u32],
     progress: &ProgressBar,
 ) -> Result<Vec<(String, RgbImage)>, TradeoffError> {
     let folder = &plan.kodak_folder;
     if !folder.is_dir() {
-        if !plan.kodak.is_empty() {
+        if !numbers.is_empty() {
             let text = format!(
                 "skipped: the Kodak images, not found in {}",
                 folder.display()
@@ -176,7 +181,7 @@ pub(super) fn kodak(
             Err(source) => Err(TradeoffError::Image { path, source }),
         }
     };
-    plan.kodak.iter().map(read).collect()
+    numbers.iter().map(read).collect()
 }
 
 /// The luma of an image, in all three channels.

@@ -41,7 +41,7 @@ pub fn photographs(
     plan: &Plan,
     progress: &ProgressBar,
 ) -> Result<Vec<(String, Frame)>, TradeoffError> {
-    let photographs = wavelet_tex::kodak(plan, progress)?;
+    let photographs = wavelet_tex::kodak(plan, &plan.photographs, progress)?;
     let frame = |(name, image): (String, image::RgbImage)| {
         let (width, height) = image.dimensions();
         let frame = Frame::from_fn([width, height], |x, y| {

@@ -15,7 +15,7 @@ use bevy_voxel_gi::{
 };
 
 use super::{
-    scene::{app, at, block, block_of, floor, matt, small_volume, under_sky},
+    scene::{app, at, block, block_of, floor, small_volume, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -292,7 +292,14 @@ fn any_index_format_layout_and_topology_casts_the_same_shadow() {
         let world = app.world_mut();
         floor(world);
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let material = matt(world, 0.2);
+        // With a surface on its lower side, too, which the floor sees.
+        let material = world
+            .resource_mut::<Assets<StandardMaterial>>()
+            .add(StandardMaterial {
+                base_color: LinearRgba::gray(0.2).into(),
+                cull_mode: None,
+                ..default()
+            });
         // Off screen for the camera, which looks from below it.
         world.spawn((
             Mesh3d(mesh),
