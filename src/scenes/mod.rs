@@ -4,6 +4,7 @@ pub mod all_together;
 pub mod deferred_accumulation;
 mod error_view;
 pub mod ewa;
+mod quad_camera;
 pub mod voxel_gi;
 pub mod wavelet_tex;
 pub mod ycocg_fb;

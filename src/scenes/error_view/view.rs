@@ -3,23 +3,18 @@
 //! They exist only while the view is open.
 
 use bevy::{
-    camera::{
-        CameraOutputMode, ImageRenderTarget, RenderTarget, ScalingMode, Viewport,
-        visibility::RenderLayers,
-    },
-    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    camera::{ImageRenderTarget, RenderTarget, visibility::RenderLayers},
+    core_pipeline::tonemapping::DebandDither,
     prelude::*,
-    render::render_resource::{BlendState, TextureFormat},
+    render::render_resource::TextureFormat,
 };
 
 use super::{Films, material::ErrorMaterial};
 use crate::{
     headless::LabTarget,
-    runner::{AFTER_LAYER, Knobs, PictureArea, Side, SplitLine},
+    runner::{Knobs, PictureArea, Side, SplitLine},
+    scenes::quad_camera::{LAYER, quad_camera},
 };
-
-/// Render layer of the quad: no packed camera sees it.
-const LAYER: usize = AFTER_LAYER + 1;
 
 /// The part of the target that the open view fills; none when it is closed.
 #[derive(Resource, Default)]
@@ -97,38 +92,6 @@ pub fn open_or_close(
         RenderLayers::layer(LAYER),
     ));
     commands.spawn((OfView, quad_camera(area, &target)));
-}
-
-/// A camera that fills the picture area with the quad, over what the cameras at the split drew.
-fn quad_camera(area: URect, target: &LabTarget) -> impl Bundle + use<> {
-    (
-        Camera2d,
-        Camera {
-            order: LAYER as isize,
-            viewport: Some(Viewport {
-                physical_position: area.min,
-                physical_size: area.size(),
-                ..default()
-            }),
-            output_mode: CameraOutputMode::Write {
-                blend_state: Some(BlendState::REPLACE),
-                clear_color: ClearColorConfig::None,
-            },
-            ..default()
-        },
-        Projection::from(OrthographicProjection {
-            scaling_mode: ScalingMode::Fixed {
-                width: 1.0,
-                height: 1.0,
-            },
-            ..OrthographicProjection::default_2d()
-        }),
-        target.0.clone(),
-        RenderLayers::layer(LAYER),
-        Msaa::Off,
-        Tonemapping::None,
-        DebandDither::Disabled,
-    )
 }
 
 /// The cameras at the split see nothing while the view covers them; they still exist for the

@@ -5,16 +5,13 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    camera::{
-        CameraOutputMode, Exposure, Hdr, ImageRenderTarget, RenderTarget, ScalingMode, Viewport,
-        visibility::RenderLayers,
-    },
+    camera::{Exposure, Hdr, ImageRenderTarget, RenderTarget, visibility::RenderLayers},
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     math::Affine2,
     prelude::*,
     render::{
         gpu_readback::{Readback, ReadbackComplete},
-        render_resource::{BlendState, Extent3d, TextureDimension, TextureFormat, TextureUsages},
+        render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
     },
     tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
 };
@@ -27,7 +24,8 @@ use crate::{
         trace,
     },
     headless::LabTarget,
-    runner::{AFTER_LAYER, PictureArea, Side},
+    runner::{PictureArea, Side},
+    scenes::quad_camera::{LAYER, quad_camera},
 };
 
 /// Exposure of the cameras before the box: 1 cd/m² is a quarter of white.
@@ -44,8 +42,6 @@ const FRONT: f32 = 1.1;
 const SIZE: UVec2 = UVec2::new(224, 128);
 /// Paths from each of its pixels.
 const SAMPLES: u32 = 1024;
-/// Render layer of the quad that shows it.
-const LAYER: usize = AFTER_LAYER + 1;
 
 /// Where a camera with a picture of this aspect sees the box in the left half.
 pub fn view(aspect: f32) -> Transform {
@@ -198,35 +194,8 @@ pub fn place_picture(
         .as_uvec2()
         .max(UVec2::ONE);
     let corner = area.0.min + UVec2::new(area.0.width() - half.x, 0) + (half - size) / 2;
-    commands.spawn((
-        PictureView(area.0),
-        Camera2d,
-        Camera {
-            order: LAYER as isize,
-            viewport: Some(Viewport {
-                physical_position: corner,
-                physical_size: size,
-                ..default()
-            }),
-            output_mode: CameraOutputMode::Write {
-                blend_state: Some(BlendState::REPLACE),
-                clear_color: ClearColorConfig::None,
-            },
-            ..default()
-        },
-        Projection::from(OrthographicProjection {
-            scaling_mode: ScalingMode::Fixed {
-                width: 1.0,
-                height: 1.0,
-            },
-            ..OrthographicProjection::default_2d()
-        }),
-        target.0.clone(),
-        RenderLayers::layer(LAYER),
-        Msaa::Off,
-        Tonemapping::None,
-        DebandDither::Disabled,
-    ));
+    let shown = URect::from_corners(corner, corner + size);
+    commands.spawn((PictureView(area.0), quad_camera(shown, &target)));
 }
 
 /// What shows the traced picture.

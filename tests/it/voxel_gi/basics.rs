@@ -266,6 +266,36 @@ fn square(indices: Option<Indices>, topology: PrimitiveTopology, with_normals: b
 }
 
 #[test]
+fn the_same_scene_settles_to_the_same_light() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    floor(app.world_mut());
+    let block = block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
+    app.world_mut().spawn(under_sky(1.0));
+    ready(&mut app);
+    let mut light_with_block_at = |x: f32| {
+        let mut pose = app
+            .world_mut()
+            .get_mut::<Transform>(block)
+            .expect("the block");
+        pose.translation.x = x;
+        app.render_frames(3).expect("frames that see the change");
+        settle(&mut app);
+        picture(&mut app)
+    };
+    let lights = [1.0, -1.0, 1.0, 0.5, -1.0, 1.0].map(&mut light_with_block_at);
+    let difference = |a: &[Vec3], b: &[Vec3]| {
+        let pairs = a.iter().zip(b);
+        pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+    };
+    // After the first, which began with the volume.
+    let same = difference(&lights[2], &lights[5]);
+    let other = difference(&lights[2], &lights[4]);
+    println!("{same} {other}");
+    assert!(same < 1e-3 && other > 0.1, "{same} {other}");
+}
+
+#[test]
 fn any_index_format_layout_and_topology_casts_the_same_shadow() {
     let list = PrimitiveTopology::TriangleList;
     let strip = PrimitiveTopology::TriangleStrip;

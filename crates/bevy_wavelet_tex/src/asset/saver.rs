@@ -82,8 +82,8 @@ pub enum WaveletQuality {
     /// This rate, which must be one of the role's.
     Rate(Rate),
     /// The smallest rate of the role that comes to at least this PSNR in dB, measured on the image
-    /// itself, as encoded; the largest where none does. For pictures between 30 (small) and 45
-    /// (hardly to be told from the original).
+    /// itself, as encoded; the largest where none does. The README has what the rates come to on
+    /// photographs.
     MinPsnr(f64),
 }
 

@@ -1,0 +1,45 @@
+//! A camera that shows a quad in a part of the target, over what the cameras at the split drew.
+
+use bevy::{
+    camera::{CameraOutputMode, ScalingMode, Viewport, visibility::RenderLayers},
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    prelude::*,
+    render::render_resource::BlendState,
+};
+
+use crate::{headless::LabTarget, runner::AFTER_LAYER};
+
+/// Render layer of such quads: no packed camera sees it.
+pub const LAYER: usize = AFTER_LAYER + 1;
+
+/// Fills `area`, in pixels of the target, with a quad of 1 x 1 at the origin.
+pub fn quad_camera(area: URect, target: &LabTarget) -> impl Bundle + use<> {
+    (
+        Camera2d,
+        Camera {
+            order: LAYER as isize,
+            viewport: Some(Viewport {
+                physical_position: area.min,
+                physical_size: area.size(),
+                ..default()
+            }),
+            output_mode: CameraOutputMode::Write {
+                blend_state: Some(BlendState::REPLACE),
+                clear_color: ClearColorConfig::None,
+            },
+            ..default()
+        },
+        Projection::from(OrthographicProjection {
+            scaling_mode: ScalingMode::Fixed {
+                width: 1.0,
+                height: 1.0,
+            },
+            ..OrthographicProjection::default_2d()
+        }),
+        target.0.clone(),
+        RenderLayers::layer(LAYER),
+        Msaa::Off,
+        Tonemapping::None,
+        DebandDither::Disabled,
+    )
+}
