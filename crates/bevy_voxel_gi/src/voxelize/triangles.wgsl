@@ -180,8 +180,9 @@ fn load_triangle(batch: Batch, instance: Instance, number: u32) -> Triangle {
     return triangle;
 }
 
-// Those of the sub-voxels in which a mask leaves something: as many as coverage says, spread evenly over the surface (the R2 sequence as a threshold; M. Roberts, "The Unreasonable
-// Effectiveness of Quasirandom Sequences", 2018), and the same wherever the volume is.
+// Those of the sub-voxels in which a mask leaves something: as many as coverage says, spread evenly
+// over the surface (the R2 sequence as a threshold; M. Roberts, "The Unreasonable Effectiveness of
+// Quasirandom Sequences", 2018), and the same wherever the volume is.
 fn covered(batch: Batch, instance: Instance, voxel: vec3<u32>, touched: vec2<u32>,
     normal: vec3<f32>) -> vec2<u32> {
     let cells_per_metre = f32(FINE) / level_voxel_size(batch.level);
