@@ -6,6 +6,7 @@ use bevy_voxel_gi::reference::{
     FACES, Field, March, MarchSettings, Propagation, PropagationSettings, VolumeGrid, Voxels,
     rays::{hash_unit, sphere_ray},
     sh::{basis, cosine_lobe},
+    surface::Seen,
 };
 use glam::{IVec3, Vec3, Vec4};
 use std::f32::consts::PI;
@@ -65,7 +66,10 @@ fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
             for i in 0..rays {
                 let direction = sphere_ray(i, rays, hash_unit(voxel as u32));
                 let origin = grid.voxel(voxel).as_vec3() + 0.5 + direction * 0.75f32.sqrt();
-                let radiance = march.arriving(origin, direction).unwrap_or_default();
+                let radiance = match march.arriving(origin, direction) {
+                    Seen::Light(radiance) => radiance,
+                    Seen::Back(_) | Seen::Unclear => Vec3::ZERO,
+                };
                 for (channel, value) in sum.iter_mut().zip(radiance.to_array()) {
                     *channel += basis(direction) * (value * 4.0 * PI / rays as f32);
                 }

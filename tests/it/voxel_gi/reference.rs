@@ -147,7 +147,8 @@ fn compare(name: &str) {
         weights_differ * 100 < surfaces,
         "{weights_differ} of {surfaces}"
     );
-    assert!(absolute / total < 0.02);
+    // What is left is which of two surfaces stands for a voxel that both fill alike.
+    assert!(absolute / total < 0.008);
 }
 
 fn expected_voxel(index: usize) -> UVec3 {

@@ -1,5 +1,7 @@
 //! Holes cut by masks, colours of vertices, targets of morphs, and what cameras see of surfaces.
 
+use std::f32::consts::PI;
+
 use bevy::{
     camera::visibility::{NoFrustumCulling, RenderLayers},
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
@@ -7,7 +9,7 @@ use bevy::{
     mesh::morph::{MeshMorphWeights, MorphAttributes},
     pbr::DefaultOpaqueRendererMethod,
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::render_resource::{Extent3d, Face, TextureDimension, TextureFormat},
 };
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{DebugField, VoxelAlbedo, VoxelGiDebug, VoxelGiVolume};
@@ -270,5 +272,45 @@ fn what_cameras_see_is_the_albedo_and_else_the_mean() {
         let found = shown_albedo(albedo, with_prepass, is_seen);
         is_about(at(&found, -1.0, 0.0), expected);
         is_about(at(&found, 1.0, 0.0), expected);
+    }
+}
+
+/// A roof with one side is as dark below as one with two: its back is black.
+#[test]
+fn surfaces_seen_from_behind_are_black() {
+    let _gpu = gpu();
+    let two_sides = StandardMaterial {
+        base_color: Color::BLACK,
+        reflectance: 0.0,
+        cull_mode: None,
+        ..default()
+    };
+    let one_side = StandardMaterial {
+        cull_mode: Some(Face::Back),
+        ..two_sides.clone()
+    };
+    let up = Quat::IDENTITY;
+    let down = Quat::from_rotation_x(PI);
+    let shades = [(two_sides, up), (one_side.clone(), up), (one_side, down)].map(|(sides, way)| {
+        let mut app = app(|_| ());
+        let world = app.world_mut();
+        floor(world);
+        let material = world.resource_mut::<Assets<StandardMaterial>>().add(sides);
+        let mesh = Plane3d::default().mesh().size(2.4, 2.4).into();
+        let roof = plate(world, mesh, material);
+        // Five voxels above the floor.
+        let place = Transform::from_xyz(0.0, 1.27, 0.0).with_rotation(way);
+        world.entity_mut(roof).insert(place);
+        world.spawn(under_sky(1.0));
+        let light = settled(&mut app);
+        [0.0, 0.7, 1.2, 1.6].map(|x| at(&light, x, 0.0).x)
+    });
+    println!("{shades:?}");
+    // The sky less the form factor of the roof over its middle.
+    assert!((shades[0][0] - 0.474).abs() < 0.05, "{shades:?}");
+    for of_one_side in &shades[1..] {
+        for (one, two) in of_one_side.iter().zip(&shades[0]) {
+            assert!((one - two).abs() < 0.02, "{shades:?}");
+        }
     }
 }

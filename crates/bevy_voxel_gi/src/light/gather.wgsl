@@ -4,11 +4,12 @@
 #import bevy_voxel_gi::atlas::{atlas_texel, pack_light, storable, unpack_light}
 #import bevy_voxel_gi::entry::{counters, exposed_now, exposed_words, load_entry, work}
 #import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
-#import bevy_voxel_gi::surface::{cell_center, face_key, is_clear, middle_point, point_count, shows,
-    surface_normal, surface_point}
+#import bevy_voxel_gi::surface::{cell_center, face_key, is_clear, is_enclosed, meets_back,
+    middle_point, point_count, shows, surface_normal, surface_point}
 #import bevy_voxel_gi::trace::{NOTHING, outermost, trace}
-#import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal, face_towards,
-    level_of_index, level_voxel_size, sky_radiance, volume, voxel_count, voxel_of_index}
+#import bevy_voxel_gi::volume::{FACES, FLAG_CHANGING, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal,
+    face_towards, level_of_index, level_voxel_size, sky_radiance, volume, voxel_count,
+    voxel_of_index}
 
 @group(1) @binding(2) var<storage, read> radiance: array<vec2<u32>>;
 @group(1) @binding(3) var light_texture: texture_storage_3d<rgba16float, write>;
@@ -18,21 +19,34 @@ const THREADS: u32 = 32u;
 // Rays of a voxel without surfaces.
 const SPHERE_RAYS: u32 = 32u;
 // Weight of a voxel without surfaces, against 1.
-const AIR_WEIGHT: f32 = 0.015625;
+const AIR_WEIGHT: f32 = 0.001953125;
+// Weight of a surface, against 1, and of air, against other air, where more than a quarter of the
+// rays may have begun inside of something: in a solid, or close behind a surface with one side.
+// Both are dark, but beside what is outside of the solid it must not show.
+const BEHIND: f32 = 0.00390625;
+const AIR_BEHIND: f32 = 0.25;
 
-// Per thread: the sum of what its rays bring, and how many count.
+// Per thread: the sum of what its rays bring, with how many tell something; and how many may have
+// begun inside of something.
 var<workgroup> sums: array<vec4<f32>, 32>;
+var<workgroup> enclosed: array<f32, 32>;
 var<workgroup> directions: array<vec3<f32>, 32>;
 
-// Radiance along a ray; alpha is 0 where it meets the back of a surface, which tells nothing.
-fn arriving(level: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
+struct Arriving {
+    // Radiance; alpha is 0 where the ray tells nothing.
+    light: vec4<f32>,
+    // 1 where it may have begun inside of something.
+    enclosed: f32,
+}
+
+fn arriving(level: u32, origin: vec3<f32>, direction: vec3<f32>) -> Arriving {
     let reach = volume.max_distance / level_voxel_size(level);
     let hit = trace(level, origin, direction, reach);
     if (hit == NOTHING) {
-        return vec4(sky_radiance(outermost, direction), 1.0);
+        return Arriving(vec4(sky_radiance(outermost, direction), 1.0), 0.0);
     }
 #ifdef OCCLUSION_ONLY
-    return vec4(0.0, 0.0, 0.0, 1.0);
+    return Arriving(vec4(0.0, 0.0, 0.0, 1.0), 0.0);
 #else
     var seen = vec4(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
@@ -42,7 +56,12 @@ fn arriving(level: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
             seen += vec4(light, 1.0) * (direction[axis] * direction[axis]);
         }
     }
-    return select(vec4(0.0), seen / seen.a, seen.a > 0.0);
+    if (seen.a > 0.0) {
+        return Arriving(seen / seen.a, 0.0);
+    }
+    let is_back = meets_back(hit, direction);
+    return Arriving(vec4(0.0, 0.0, 0.0, select(0.0, 1.0, is_back)),
+        select(0.0, 1.0, is_enclosed(is_back)));
 #endif
 }
 
@@ -70,17 +89,22 @@ fn texel(light: vec4<f32>) -> vec4<f32> {
 const POINT_STEP: u32 = 5u;
 // Rays turn when all sets had their turn.
 const TURN_STEP: u32 = 0x9e3779b9u;
-// Light that changes by more than this is not noise.
+// Soon after a change light that differs by more than this is not noise, nor is a surface that is
+// known so much less.
 const ABRUPT: f32 = 0.75;
+const ABRUPT_WEIGHT: f32 = 0.125;
 
 // The share of this frame in the mean.
 fn share(before: vec4<f32>, now: vec4<f32>) -> f32 {
     if (before.a == 0.0) {
         return 1.0;
     }
+    if ((volume.flags & FLAG_CHANGING) == 0u) {
+        return volume.blend;
+    }
     let old = dot(before.rgb, vec3(1.0)) * now.a;
     let fresh = dot(now.rgb, vec3(1.0)) * before.a;
-    let abrupt = abs(fresh - old) > ABRUPT * max(fresh, old);
+    let abrupt = abs(fresh - old) > ABRUPT * max(fresh, old) || now.a < ABRUPT_WEIGHT * before.a;
     return max(volume.blend, select(0.0, 0.5, abrupt));
 }
 
@@ -129,39 +153,47 @@ fn gather(
     let place_of_point = (volume.frame * FRAME_POINTS + thread % FRAME_POINTS) * POINT_STEP;
     let origin = corner + surface_point(exposed, plane, normal, place_of_point % points);
     var sum = vec4(0.0);
+    var inside = 0.0;
     if (is_due(index)) {
         for (var i = thread; i < volume.rays; i += THREADS) {
             let direction = cosine_ray(i * SETS + ray_set, volume.rays * SETS, turn, normal);
-            sum += arriving(level, origin, direction);
+            let found = arriving(level, origin, direction);
+            sum += found.light;
+            inside += found.enclosed;
         }
     }
     sums[thread] = sum;
+    enclosed[thread] = inside;
     workgroupBarrier();
     if (thread > 0u || !is_due(index)) {
         return;
     }
-    var total = vec4(0.0);
+    var front = vec4(0.0);
+    var behind = vec4(0.0);
     for (var k = 0u; k < FRAME_POINTS; k++) {
         var of_point = vec4(0.0);
+        inside = 0.0;
         for (var i = k; i < THREADS; i += FRAME_POINTS) {
             of_point += sums[i];
+            inside += enclosed[i];
         }
-        // More than a quarter of its rays see backs: the point is inside something.
         let rays = f32((volume.rays - k + FRAME_POINTS - 1u) / FRAME_POINTS);
-        if (of_point.a >= 0.75 * rays) {
-            total += of_point;
+        if (4.0 * inside > rays) {
+            behind += of_point;
+        } else {
+            front += of_point;
         }
     }
     // Irradiance over pi, and how well it is known.
-    var now = vec4(storable(total.rgb / max(total.a, 1.0)), total.a / f32(volume.rays));
+    var now = vec4(storable(front.rgb / max(front.a, 1.0)), front.a / f32(volume.rays));
+    if (front.a == 0.0) {
+        now = vec4(storable(behind.rgb / max(behind.a, 1.0)), BEHIND);
+    }
     var mean = vec4(now.rgb * now.a, now.a);
 #ifndef OCCLUSION_ONLY
     let stored = irradiance[FACES * index + face];
     let before = unpack_light(stored.zw);
     mean = mix(before, mean, share(before, mean));
-    if (now.a == 0.0) {
-        now = unpack_light(stored.xy);
-    }
 #endif
     for (var f = face; f < FACES; f++) {
         if (face_key(index, f) == key) {
@@ -188,7 +220,9 @@ fn gather_air(
     let turn = hash_unit(64u * index + volume.frame / SETS * TURN_STEP);
     let direction = sphere_ray(thread * SETS + ray_set, SPHERE_RAYS * SETS, turn);
     directions[thread] = direction;
-    sums[thread] = arriving(level, origin, direction);
+    let found = arriving(level, origin, direction);
+    sums[thread] = found.light;
+    enclosed[thread] = found.enclosed;
     workgroupBarrier();
     if (thread >= FACES || !is_due(index)) {
         return;
@@ -196,13 +230,12 @@ fn gather_air(
     // The cosine as weight, so that a uniform field is uniform however few rays there are.
     let normal = face_normal(thread);
     var sum = vec4(0.0);
-    var valid = 0.0;
+    var inside = 0.0;
     for (var i = 0u; i < SPHERE_RAYS; i++) {
         sum += sums[i] * max(dot(directions[i], normal), 0.0);
-        valid += sums[i].a;
+        inside += enclosed[i];
     }
-    // Inside a solid most rays meet backs.
-    let weight = select(0.0, AIR_WEIGHT, 4.0 * valid > 3.0 * f32(SPHERE_RAYS) && sum.a > 0.0);
+    let weight = AIR_WEIGHT * select(1.0, AIR_BEHIND, 4.0 * inside > f32(SPHERE_RAYS));
     let light = storable(sum.rgb / max(sum.a, 1e-6));
     textureStore(light_texture, atlas_texel(index, thread),
         texel(vec4(light * weight, weight)));

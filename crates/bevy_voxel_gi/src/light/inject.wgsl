@@ -7,7 +7,8 @@
 #import bevy_voxel_gi::entry::load_entry
 #import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
-#import bevy_voxel_gi::surface::{face_key, point_count, sees_front, surface_point}
+#import bevy_voxel_gi::surface::{face_key, is_enclosed, meets_back, point_count, sees_front,
+    surface_point}
 #import bevy_voxel_gi::trace::{NOTHING, keys, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_FEEDBACK, key_material, level_corner, level_of_index,
     level_voxel_size, volume, voxel_of_index}
@@ -97,8 +98,9 @@ fn inject(
                 arrived.distance / size - plane.guard);
             if (hit == NOTHING) {
                 counted = vec4(arrived.irradiance * cosine, 1.0);
-            } else if (!sees_front(hit, arrived.direction)) {
-                // The point is inside something.
+            } else if (!sees_front(hit, arrived.direction)
+                && is_enclosed(meets_back(hit, arrived.direction))) {
+                // The point may be inside something.
                 counted = vec4(0.0);
             }
         }

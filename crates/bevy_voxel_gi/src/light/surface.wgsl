@@ -5,7 +5,7 @@
 
 #import bevy_voxel_gi::volume::{FACES, FINE, face_normal, face_towards, fine_bit, key_normal,
     level_of_index, volume, voxel_index, voxel_of_index}
-#import bevy_voxel_gi::trace::{NOTHING, keys, masks, trace}
+#import bevy_voxel_gi::trace::{NOTHING, keys, masks, trace, travelled}
 
 // Normal and material of a key, without its weight; 0 if there is no surface.
 fn face_key(index: u32, face: u32) -> u32 {
@@ -78,21 +78,41 @@ fn exposed_in_column(index: u32, face: u32, column: u32) -> u32 {
     return 64u;
 }
 
-// Whether a face of a voxel shows at the sub-voxel in which a ray ends: the sub-voxel is the
-// outermost towards the face, and the surface of the face is turned to the ray. Without this rule
-// the outside of a thin wall would be seen from within.
-fn shows(hit: u32, direction: vec3<f32>, axis: u32) -> bool {
+// Whether the surface of a face of the voxel in which a ray ends is turned to the ray.
+fn is_turned(hit: u32, direction: vec3<f32>, axis: u32) -> bool {
     let index = hit / 64u;
-    let cell = vec3(hit % FINE, (hit / FINE) % FINE, (hit / (FINE * FINE)) % FINE);
     let face = face_towards(axis, -direction[axis]);
-    if (face_key(index, face) == 0u || dot(direction, surface_normal(index, face)) >= 0.0) {
-        return false;
-    }
-    let column = cell[(axis + 1u) % 3u] + FINE * cell[(axis + 2u) % 3u];
-    return exposed_in_column(index, face, column) == hit % 64u;
+    return face_key(index, face) != 0u && dot(direction, surface_normal(index, face)) < 0.0;
 }
 
-// Whether a ray ends at the front of any surface; else it began inside something.
+// Whether such a face shows at the sub-voxel in which the ray ends: that is the outermost towards
+// the face. Without this rule the outside of a thin wall would be seen from within.
+fn shows(hit: u32, direction: vec3<f32>, axis: u32) -> bool {
+    if (!is_turned(hit, direction, axis)) {
+        return false;
+    }
+    let cell = vec3(hit % FINE, (hit / FINE) % FINE, (hit / (FINE * FINE)) % FINE);
+    let column = cell[(axis + 1u) % 3u] + FINE * cell[(axis + 2u) % 3u];
+    return exposed_in_column(hit / 64u, face_towards(axis, -direction[axis]), column) == hit % 64u;
+}
+
+// A back that is met nearer than this, in voxels, may belong to the solid in which the ray began.
+// Of a large solid only what is near its surface matters: receivers outside interpolate with it.
+const NEAR: f32 = 4.0;
+
+// Whether the last ray met the back of a surface with one side, which is black. Else, if no face
+// shows, it ended in the edge between surfaces, which tells nothing.
+fn meets_back(hit: u32, direction: vec3<f32>) -> bool {
+    return !(is_turned(hit, direction, 0u) || is_turned(hit, direction, 1u)
+        || is_turned(hit, direction, 2u));
+}
+
+// Whether the last ray, which met something of which no face shows, may have begun inside of it.
+fn is_enclosed(is_back: bool) -> bool {
+    return !is_back || travelled < NEAR;
+}
+
+// Whether the last ray ends at the front of any surface.
 fn sees_front(hit: u32, direction: vec3<f32>) -> bool {
     return shows(hit, direction, 0u) || shows(hit, direction, 1u) || shows(hit, direction, 2u);
 }

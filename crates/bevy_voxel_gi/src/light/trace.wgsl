@@ -15,6 +15,8 @@ const NOTHING: u32 = 0xffffffffu;
 
 // The largest level that the last ray was in: where it met nothing it saw the sky around that.
 var<private> outermost: u32;
+// How far it went before what it met, in voxels of the level that it began in.
+var<private> travelled: f32;
 
 fn smallest(v: vec3<f32>) -> u32 {
     return select(select(2u, 1u, v.y < v.z), select(2u, 0u, v.x < v.z), v.x < v.y);
@@ -57,6 +59,7 @@ fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32
                     let bit = u32(sub.x + 4 * sub.y + 16 * sub.z);
                     let word = select(mask.x, mask.y, bit >= 32u);
                     if ((word & (1u << (bit & 31u))) != 0u) {
+                        travelled = at * level_voxel_size(c) / level_voxel_size(level);
                         return 64u * index + bit;
                     }
                     let border = base + (vec3<f32>(sub) + ahead) / f32(FINE);

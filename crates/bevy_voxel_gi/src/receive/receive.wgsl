@@ -86,5 +86,5 @@ fn voxel_gi_light(light: texture_3d<f32>, linear: sampler, place: vec3<f32>, nor
             left = left * (1.0 - share);
         }
     }
-    return select(vec3(0.0), sum.rgb / sum.a, sum.a > 1e-5);
+    return select(vec3(0.0), sum.rgb / sum.a, sum.a > 1e-7);
 }

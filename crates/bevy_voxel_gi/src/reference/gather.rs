@@ -3,7 +3,7 @@
 use super::{
     grid::FACES,
     rays::{cosine_ray, hash_unit, sphere_ray},
-    surface::Surface,
+    surface::{Seen, Surface},
 };
 use glam::{Vec3, Vec4};
 
@@ -16,6 +16,14 @@ pub const FRAME_POINTS: u32 = 4;
 /// From point to point, so that neighbours are not in the same frame; coprime to 16.
 pub const POINT_STEP: u32 = 5;
 
+/// Weight of what is found where more than a quarter of the rays may have begun inside of something,
+/// against 1: in a solid, or close behind a surface with one side. Both are dark, but beside what is
+/// outside of the solid it must not show.
+pub const BEHIND: f32 = 1.0 / 256.0;
+
+/// Of voxels without surfaces: their weight there, against others of them.
+pub const AIR_BEHIND: f32 = 1.0 / 4.0;
+
 fn turn(voxel: usize, salt: u32, frame: u32) -> f32 {
     let series = (frame / RAY_SETS).wrapping_mul(0x9e37_79b9);
     hash_unit(
@@ -26,22 +34,48 @@ fn turn(voxel: usize, salt: u32, frame: u32) -> f32 {
     )
 }
 
-/// The mean over rays about a surface's normal, more where the cosine is larger, times the share of
-/// rays that count; and that share.
+/// What some rays have brought.
+#[derive(Clone, Copy, Default)]
+struct Gathered {
+    /// Radiance times weight, and weight, of the rays that tell something.
+    light: Vec4,
+    rays: f32,
+    /// Of the rays, those that may have begun inside of something.
+    enclosed: f32,
+}
+
+impl Gathered {
+    fn add(&mut self, seen: Seen<Vec3>, weight: f32) {
+        self.rays += 1.0;
+        self.enclosed += f32::from(u8::from(seen.is_enclosed()));
+        match seen {
+            Seen::Light(radiance) => self.light += radiance.extend(1.0) * weight,
+            Seen::Back(_) => self.light.w += weight,
+            Seen::Unclear => {}
+        }
+    }
+
+    fn is_behind(&self) -> bool {
+        4.0 * self.enclosed > self.rays
+    }
+}
+
+/// The mean over rays about a surface's normal, more where the cosine is larger, times a weight; and
+/// that weight.
 ///
-/// `arriving` gives what comes along a ray from an origin in grid coordinates, None where a ray sees
-/// the back of a surface. A point more than a quarter of whose rays do is inside something, and none
-/// of its rays counts. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side` rays begin only from
-/// the points that the middle one sees.
+/// `arriving` gives what comes along a ray from an origin in grid coordinates. The weight is the share
+/// of rays that count; where all points are inside of something it is [`BEHIND`], else only the others
+/// count. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side` rays begin only from the points
+/// that the middle one sees.
 pub fn hemisphere(
     surface: &Surface,
     rays: u32,
     one_side: bool,
     frame: u32,
-    arriving: impl Fn(Vec3, Vec3) -> Option<Vec3>,
+    arriving: impl Fn(Vec3, Vec3) -> Seen<Vec3>,
 ) -> Vec4 {
     let turn = turn(surface.voxel, u32::from(surface.faces), frame);
-    let mut sum = Vec4::ZERO;
+    let (mut front, mut behind) = (Vec4::ZERO, Vec4::ZERO);
     for k in 0..FRAME_POINTS {
         let step = frame.wrapping_mul(FRAME_POINTS).wrapping_add(k);
         let number = step.wrapping_mul(POINT_STEP) as usize;
@@ -51,49 +85,48 @@ pub fn hemisphere(
             number % surface.points.len()
         };
         let origin = surface.origin(point);
-        let (mut of_point, mut all) = (Vec4::ZERO, 0.0);
+        let mut found = Gathered::default();
         for i in (k..rays).step_by(FRAME_POINTS as usize) {
             let place = i * RAY_SETS + frame % RAY_SETS;
             let direction = cosine_ray(place, rays * RAY_SETS, turn, surface.normal);
-            all += 1.0;
-            if let Some(value) = arriving(origin, direction) {
-                of_point += value.extend(1.0);
-            }
+            found.add(arriving(origin, direction), 1.0);
         }
-        if of_point.w >= 0.75 * all {
-            sum += of_point;
+        if found.is_behind() {
+            behind += found.light;
+        } else {
+            front += found.light;
         }
     }
-    sum / rays.max(1) as f32
+    if front.w > 0.0 {
+        front / rays as f32
+    } else {
+        behind / behind.w.max(1.0) * BEHIND
+    }
 }
 
-/// The same in the middle of a voxel without surfaces, for its six faces.
-///
-/// All weights are `weight`, or 0 where more than a quarter of the rays see backs: inside something.
+/// The same in the middle of a voxel without surfaces, for its six faces. All weights are `weight`,
+/// times [`AIR_BEHIND`] inside of something.
 pub fn sphere(
     voxel: usize,
     center: Vec3,
     rays: u32,
     frame: u32,
     weight: f32,
-    arriving: impl Fn(Vec3, Vec3) -> Option<Vec3>,
+    arriving: impl Fn(Vec3, Vec3) -> Seen<Vec3>,
 ) -> [Vec4; 6] {
     let turn = turn(voxel, 0, frame);
-    let mut sums = [Vec4::ZERO; 6];
-    let mut valid = 0;
+    let mut found = [Gathered::default(); 6];
     for i in 0..rays {
         let place = i * RAY_SETS + frame % RAY_SETS;
         let direction = sphere_ray(place, rays * RAY_SETS, turn);
-        if let Some(value) = arriving(center, direction) {
-            valid += 1;
-            for (sum, face) in sums.iter_mut().zip(FACES) {
-                // The cosine as weight, so that a uniform field is uniform however few rays there are.
-                *sum += value.extend(1.0) * direction.dot(face).max(0.0);
-            }
+        let seen = arriving(center, direction);
+        for (found, face) in found.iter_mut().zip(FACES) {
+            // The cosine as weight, so that a uniform field is uniform however few rays there are.
+            found.add(seen, direction.dot(face).max(0.0));
         }
     }
-    if valid == 0 || 4 * valid < 3 * rays {
-        return [Vec4::ZERO; 6];
-    }
-    sums.map(|sum| (sum / sum.w.max(1e-6)) * weight)
+    found.map(|found| {
+        let share = if found.is_behind() { AIR_BEHIND } else { 1.0 };
+        found.light / found.light.w.max(1e-6) * (weight * share)
+    })
 }

@@ -94,7 +94,7 @@ pub fn direct_light(voxels: &Voxels, surface: &Surface, lights: &[Light], sample
             let reach = distance / size - surface.guard;
             match trace(voxels, origin, direction, reach) {
                 None => sum += irradiance * cosine,
-                Some(hit) if seen_faces(voxels, &hit, direction).is_none() => valid -= 1,
+                Some(hit) if seen_faces(voxels, &hit, direction).is_enclosed() => valid -= 1,
                 Some(_) => {}
             }
         }

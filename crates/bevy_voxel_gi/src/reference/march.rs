@@ -10,7 +10,7 @@ use super::{
     field::Field,
     gather::{hemisphere, sphere},
     light::{Light, direct_light},
-    surface::{Surface, seen_faces, surfaces},
+    surface::{Seen, Surface, seen_faces, surfaces},
     trace::trace,
     voxels::{Material, Voxels},
 };
@@ -46,7 +46,7 @@ impl Default for MarchSettings {
             rays: 32,
             empty_rays: 32,
             shadow_points: 16,
-            empty_weight: 1.0 / 64.0,
+            empty_weight: 1.0 / 512.0,
             reach: f32::INFINITY,
             history: 8,
             one_side: false,
@@ -139,14 +139,14 @@ impl<'a> March<'a> {
         self.reflect();
     }
 
-    /// Radiance that arrives along a ray; None from the back of a surface.
-    pub fn arriving(&self, origin: Vec3, direction: Vec3) -> Option<Vec3> {
+    /// Radiance that arrives along a ray.
+    pub fn arriving(&self, origin: Vec3, direction: Vec3) -> Seen<Vec3> {
         let Some(hit) = trace(self.voxels, origin, direction, self.settings.reach) else {
-            return Some(self.sky);
+            return Seen::Light(self.sky);
         };
-        let weights = seen_faces(self.voxels, &hit, direction)?;
         let radiance = &self.radiance[hit.voxel];
-        Some((0..6).map(|face| radiance[face] * weights[face]).sum())
+        seen_faces(self.voxels, &hit, direction)
+            .map(|weights| (0..6).map(|face| radiance[face] * weights[face]).sum())
     }
 
     /// What receivers sample: irradiance, in lux.
@@ -157,7 +157,7 @@ impl<'a> March<'a> {
             ..
         } = self.settings;
         let mut field = surround(self.voxels, empty_rays, self.frame, empty_weight, |o, d| {
-            Some(self.arriving(o, d)? * PI)
+            self.arriving(o, d).map(|radiance| radiance * PI)
         });
         field.put(&self.surfaces, &self.mean);
         field
@@ -168,7 +168,7 @@ impl<'a> March<'a> {
 /// voxels: 1 where it is open (thesis Eq. 6.17), in all three channels.
 pub fn ambient_occlusion(voxels: &Voxels, radius: f32, settings: MarchSettings) -> Field {
     let open = |origin: Vec3, direction: Vec3| match trace(voxels, origin, direction, radius) {
-        None => Some(Vec3::ONE),
+        None => Seen::Light(Vec3::ONE),
         Some(hit) => seen_faces(voxels, &hit, direction).map(|_| Vec3::ZERO),
     };
     let surfaces = surfaces(voxels);
@@ -193,7 +193,7 @@ fn surround(
     rays: u32,
     frame: u32,
     weight: f32,
-    arriving: impl Fn(Vec3, Vec3) -> Option<Vec3> + Sync,
+    arriving: impl Fn(Vec3, Vec3) -> Seen<Vec3> + Sync,
 ) -> Field {
     let grid = voxels.grid;
     let texels = each(grid.len(), |voxel| {

@@ -6,9 +6,11 @@
 
 use glam::{Vec2, Vec3};
 
-/// How far a triangle is moved against its normal before it is voxelised, in voxels.
+/// How far a triangle is moved against its normal before it is voxelised, and by how much its bounds
+/// shrink, in voxels.
 ///
-/// What lies exactly between two layers of cells thereby is in the one behind it, and in no other.
+/// What lies exactly between two layers of cells thereby is in the one behind it, and what ends there
+/// touches one of them, however it was rounded.
 pub const SINK: f32 = 1.0 / 1024.0;
 
 /// A triangle in grid coordinates, prepared for tests against many boxes.
@@ -16,9 +18,9 @@ pub const SINK: f32 = 1.0 / 1024.0;
 pub struct TriangleOverlap {
     /// Unit normal; counter-clockwise is the front.
     pub normal: Vec3,
-    /// Lowest corner of the triangle's bounds.
+    /// Lowest corner of the triangle's bounds, less a little ([`SINK`]).
     pub min: Vec3,
-    /// Highest corner of the triangle's bounds.
+    /// Highest corner, likewise.
     pub max: Vec3,
     plane: f32,
     /// Per axis along which it is projected, and per edge: normal inward, and offset.
@@ -55,10 +57,13 @@ impl TriangleOverlap {
                 (inward, -inward.dot(from))
             })
         });
+        let min = corners[0].min(corners[1]).min(corners[2]);
+        let max = corners[0].max(corners[1]).max(corners[2]);
+        let less = (0.25 * (max - min)).min(Vec3::splat(SINK));
         Some(Self {
             normal,
-            min: corners[0].min(corners[1]).min(corners[2]),
-            max: corners[0].max(corners[1]).max(corners[2]),
+            min: min + less,
+            max: max - less,
             plane: -normal.dot(corners[0]),
             edges,
         })

@@ -151,21 +151,65 @@ pub fn is_clear(voxels: &Voxels, from: Vec3, to: Vec3) -> bool {
     distance < 1e-4 || trace(voxels, from, way / distance, distance).is_none()
 }
 
-/// By how much each face of a hit voxel is what a ray sees, 1 in all; None if it sees the back of a
-/// surface.
+/// What a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Seen<T> {
+    /// The front of a surface, or nothing: what comes from there.
+    Light(T),
+    /// The back of a surface with one side, which is black, after a distance in voxels.
+    Back(f32),
+    /// A sub-voxel of no surface turned to the ray, though its voxel has one, as in the edge between
+    /// two walls: that tells nothing.
+    Unclear,
+}
+
+impl<T> Seen<T> {
+    /// The same with another light.
+    pub fn map<U>(self, change: impl FnOnce(T) -> U) -> Seen<U> {
+        match self {
+            Self::Light(light) => Seen::Light(change(light)),
+            Self::Back(distance) => Seen::Back(distance),
+            Self::Unclear => Seen::Unclear,
+        }
+    }
+
+    /// Whether the ray may have begun inside of something.
+    ///
+    /// Of a large solid only what is near its surface matters: receivers outside interpolate with it.
+    pub fn is_enclosed(&self) -> bool {
+        match self {
+            Self::Light(_) => false,
+            Self::Back(distance) => *distance < NEAR,
+            Self::Unclear => true,
+        }
+    }
+}
+
+/// A back that is met nearer than this, in voxels, may belong to the solid in which the ray began.
+pub const NEAR: f32 = 4.0;
+
+/// By how much each face of a hit voxel is what a ray sees, 1 in all.
 ///
 /// A face counts by its squared cosine, if its surface is turned to the ray and the hit sub-voxel is one
 /// of that surface's own: otherwise the inside of a thin wall would show its outside.
-pub fn seen_faces(voxels: &Voxels, hit: &Hit, direction: Vec3) -> Option<[f32; 6]> {
+pub fn seen_faces(voxels: &Voxels, hit: &Hit, direction: Vec3) -> Seen<[f32; 6]> {
+    let mut is_back = true;
     let weights = [0, 1, 2, 3, 4, 5].map(|face| {
         let key = voxels.keys[hit.voxel][face];
         let cosine = -direction.dot(FACES[face]);
-        let seen = key != 0
-            && cosine > 0.0
-            && direction.dot(key_normal(key)) < 0.0
-            && voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]);
-        if seen { cosine * cosine } else { 0.0 }
+        if key == 0 || cosine <= 0.0 || direction.dot(key_normal(key)) >= 0.0 {
+            return 0.0;
+        }
+        is_back = false;
+        let is_own = voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]);
+        if is_own { cosine * cosine } else { 0.0 }
     });
     let sum: f32 = weights.iter().sum();
-    (sum > 0.0).then(|| weights.map(|w| w / sum))
+    if sum > 0.0 {
+        Seen::Light(weights.map(|w| w / sum))
+    } else if is_back {
+        Seen::Back(hit.distance)
+    } else {
+        Seen::Unclear
+    }
 }

@@ -65,6 +65,7 @@ pub(crate) struct GpuVolume {
 const FLAG_FEEDBACK: u32 = 1;
 const FLAG_WEIGHTED: u32 = 2;
 const FLAG_PER_PIXEL: u32 = 4;
+const FLAG_CHANGING: u32 = 8;
 
 /// Voxels without a surface are renewed in this many frames: they light only what is not itself
 /// voxelised.
@@ -128,6 +129,14 @@ impl GpuVolume {
             air_interval: AIR_INTERVAL,
             blend,
         }
+    }
+
+    /// The same for a scene in which something has changed lately.
+    pub(crate) fn changing(mut self, is_changing: bool) -> Self {
+        if is_changing {
+            self.flags |= FLAG_CHANGING;
+        }
+        self
     }
 
     /// The same with all voxels renewed.

@@ -83,6 +83,10 @@ const SETTLE_ENDLESS: u32 = 40;
 /// Frames over which the light that pixels read is a mean.
 const HISTORY: u32 = 8;
 
+/// Frames after a change in which light that differs much from its mean counts as changed, and not as
+/// noise: later that would bias the mean, as of rare bright rays most frames have none.
+const CHANGING: u32 = 16;
+
 /// Light settles after a whole number of so many frames: all sets of rays have had their turn, and
 /// changes that took a few frames to arrive settle to the same light as those at once.
 const SETTLE_STEP: u32 = 16;
@@ -244,7 +248,8 @@ pub(crate) fn prepare_frame(
     plan.unsettled = plan.unsettled.saturating_sub(1);
     let light_count = u32::try_from(lamps.0.len()).unwrap_or(u32::MAX);
     let moved = plan.moved(volume);
-    let first = GpuVolume::new(volume, light_count, plan.frame, plan.blend());
+    let first = GpuVolume::new(volume, light_count, plan.frame, plan.blend())
+        .changing(plan.since_change < CHANGING * volume.settings.update_interval);
     uniforms.write(
         [first, first.with_feedback(true)].map(|gpu| match moved {
             Some(_) => gpu.all_at_once(),

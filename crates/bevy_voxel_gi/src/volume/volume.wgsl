@@ -57,6 +57,8 @@ const FLAG_FEEDBACK: u32 = 1u;
 const FLAG_WEIGHTED: u32 = 2u;
 // The receiver looks for the voxels around it, and needs to know which sub-voxels are touched.
 const FLAG_PER_PIXEL: u32 = 4u;
+// Something in the scene has changed lately.
+const FLAG_CHANGING: u32 = 8u;
 
 // Faces of a voxel: +X, -X, +Y, -Y, +Z, -Z.
 const FACES: u32 = 6u;

@@ -5,7 +5,7 @@
 
 #import bevy_voxel_gi::volume::{FINE, fine_bit, volume}
 #import bevy_voxel_gi::triangles::{
-    Batch, Instance, Triangle, batches, instances, load_triangle, main_axis, mark,
+    Batch, Instance, SINK, Triangle, batches, instances, load_triangle, main_axis, mark,
     turned, turned_back,
 }
 
@@ -22,6 +22,19 @@ var<workgroup> prepared: array<Prepared, 64>;
 // Columns of all triangles up to and with this one.
 var<workgroup> columns: array<u32, 64>;
 
+struct Bounds {
+    low: vec3<f32>,
+    high: vec3<f32>,
+}
+
+// Of a triangle, less a little (`SINK`).
+fn bounds_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Bounds {
+    let low = min(a, min(b, c));
+    let high = max(a, max(b, c));
+    let less = min(vec3(SINK * f32(FINE)), 0.25 * (high - low));
+    return Bounds(low + less, high - less);
+}
+
 fn prepare(triangle: Triangle) -> Prepared {
     var result: Prepared;
     result.triangle = triangle;
@@ -32,8 +45,9 @@ fn prepare(triangle: Triangle) -> Prepared {
     let a = turned(triangle.a, result.axis);
     let b = turned(triangle.b, result.axis);
     let c = turned(triangle.c, result.axis);
-    let low = min(a, min(b, c));
-    let high = max(a, max(b, c));
+    let bounds = bounds_of(a, b, c);
+    let low = bounds.low;
+    let high = bounds.high;
     let extent = f32(volume.resolution * FINE);
     if (any(high < vec3(0.0)) || any(low > vec3(extent))) {
         return result;
@@ -70,8 +84,9 @@ fn column(batch: Batch, instance: Instance, p: Prepared, number: u32) {
     let c = turned(p.triangle.c, p.axis);
     let geometric = cross(b - a, c - a);
     let winding = select(vec3(-1.0), vec3(1.0), geometric >= vec3(0.0));
-    let low = min(a, min(b, c));
-    let high = max(a, max(b, c));
+    let bounds = bounds_of(a, b, c);
+    let low = bounds.low;
+    let high = bounds.high;
     // Depth along the column: depth at the origin plus slope times place.
     let slope = -geometric.xy / geometric.z;
     let low_slope = min(slope, vec2(0.0));
@@ -91,7 +106,7 @@ fn column(batch: Batch, instance: Instance, p: Prepared, number: u32) {
         for (var i = 0u; i < FINE * FINE; i++) {
             let offset = vec2(i % FINE, i / FINE);
             let cell = corner + vec2<f32>(offset);
-            if (any(cell + 1.0 < low.xy) || any(cell > high.xy)
+            if (any(cell + 1.0 <= low.xy) || any(cell >= high.xy)
                 || !overlaps(cell, a.xy, b.xy, c.xy, winding.z)) {
                 continue;
             }

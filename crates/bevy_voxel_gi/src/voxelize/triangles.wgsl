@@ -62,8 +62,9 @@ struct Batch {
 // Words of a vertex in them.
 const MORPH_WORDS: u32 = 12u;
 
-// How far a triangle is moved against its normal, in voxels: what lies exactly between two layers
-// of cells is thereby in the one behind it, and in no other.
+// How far a triangle is moved against its normal, and by how much its bounds shrink, in voxels:
+// what lies exactly between two layers of cells is thereby in the one behind it, and what ends there
+// touches one of them, however it was rounded.
 const SINK: f32 = 0.0009765625;
 
 // A triangle in units of sub-voxels from the corner of its level.
