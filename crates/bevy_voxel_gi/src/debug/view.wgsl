@@ -5,8 +5,8 @@
 #import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{atlas_texel, unpack_light}
 #import bevy_voxel_gi::material::Material
-#import bevy_voxel_gi::surface::{face_key, shows, surface_normal}
-#import bevy_voxel_gi::trace::{NOTHING, keys, trace}
+#import bevy_voxel_gi::faces::{face_key, keys, shows, surface_normal}
+#import bevy_voxel_gi::trace::{NOTHING, trace_touched}
 #import bevy_voxel_gi::volume::{FACES, FINE, face_towards, key_material, level_corner,
     level_of_index, level_voxel_size, volume, voxel_of_index}
 
@@ -61,7 +61,8 @@ fn nearest_hit(eye: vec3<f32>, direction: vec3<f32>) -> u32 {
         if (span.x > span.y || span.y < 0.0) {
             continue;
         }
-        let hit = trace(level, origin + direction * max(span.x + 1e-3, 0.0), direction, 1e9);
+        let start = origin + direction * max(span.x + 1e-3, 0.0);
+        let hit = trace_touched(level, start, direction, 1e9);
         if (hit == NOTHING) {
             continue;
         }

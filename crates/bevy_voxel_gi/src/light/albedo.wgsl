@@ -2,7 +2,7 @@
 
 #define_import_path bevy_voxel_gi::albedo
 
-#import bevy_voxel_gi::surface::face_key
+#import bevy_voxel_gi::faces::face_key
 #import bevy_voxel_gi::volume::FACES
 
 #ifdef SEEN_ALBEDO

@@ -2,8 +2,8 @@
 
 #define_import_path bevy_voxel_gi::entry
 
-#import bevy_voxel_gi::surface::{SurfacePlane, exposed_in_column, main_face, surface_normal,
-    surface_plane}
+#import bevy_voxel_gi::faces::{exposed_in_column, surface_normal}
+#import bevy_voxel_gi::surface::{SurfacePlane, main_face, surface_plane}
 
 // First surfaces, then voxels without: 8 times the voxel's index, plus the face.
 @group(1) @binding(0) var<storage, read> work: array<u32>;

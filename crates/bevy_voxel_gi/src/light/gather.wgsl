@@ -4,9 +4,10 @@
 #import bevy_voxel_gi::atlas::{atlas_texel, pack_light, storable, unpack_light}
 #import bevy_voxel_gi::entry::{counters, exposed_now, exposed_words, load_entry, work}
 #import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
-#import bevy_voxel_gi::surface::{cell_center, face_key, is_clear, is_enclosed, meets_back,
-    middle_point, point_count, shows, surface_normal, surface_point}
-#import bevy_voxel_gi::trace::{NOTHING, outermost, trace}
+#import bevy_voxel_gi::faces::{face_key, shows}
+#import bevy_voxel_gi::surface::{cell_center, is_clear, is_enclosed, meets_back, middle_point,
+    point_count, surface_point}
+#import bevy_voxel_gi::trace::{NOTHING, grazed, outermost, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_CHANGING, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal,
     face_towards, level_of_index, level_voxel_size, sky_radiance, volume, voxel_count,
     voxel_of_index}
@@ -60,6 +61,9 @@ fn arriving(level: u32, origin: vec3<f32>, direction: vec3<f32>) -> Arriving {
         return Arriving(seen / seen.a, 0.0);
     }
     let is_back = meets_back(hit, direction);
+    if (!is_back && grazed != NOTHING) {
+        return Arriving(vec4(unpack_light(radiance[grazed]).rgb, 1.0), 0.0);
+    }
     return Arriving(vec4(0.0, 0.0, 0.0, select(0.0, 1.0, is_back)),
         select(0.0, 1.0, is_enclosed(is_back)));
 #endif

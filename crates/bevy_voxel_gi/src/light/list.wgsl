@@ -2,9 +2,8 @@
 // a surface lose their weight.
 
 #import bevy_voxel_gi::atlas::{atlas_texel, mask_texel, pack_word}
-#import bevy_voxel_gi::surface::{exposed_in_column, is_first_face, face_key, main_face,
-    surface_normal}
-#import bevy_voxel_gi::trace::masks
+#import bevy_voxel_gi::faces::{exposed_in_column, face_key, masks, surface_normal}
+#import bevy_voxel_gi::surface::{is_first_face, main_face}
 #import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, level_of_index, volume, voxel_count,
     voxel_index, voxel_of_index}
 

@@ -6,10 +6,9 @@
 
 #define_import_path bevy_voxel_gi::trace
 
-#import bevy_voxel_gi::volume::{FINE, level_corner, level_voxel_size, volume, voxel_index}
-
-@group(0) @binding(1) var<storage, read> masks: array<u32>;
-@group(0) @binding(2) var<storage, read> keys: array<u32>;
+#import bevy_voxel_gi::faces::{is_outermost, is_turned, masks, surface_normal}
+#import bevy_voxel_gi::volume::{FACES, FINE, face_towards, level_corner, level_voxel_size, volume,
+    voxel_index}
 
 const NOTHING: u32 = 0xffffffffu;
 
@@ -17,6 +16,9 @@ const NOTHING: u32 = 0xffffffffu;
 var<private> outermost: u32;
 // How far it went before what it met, in voxels of the level that it began in.
 var<private> travelled: f32;
+// If it came there through a sub-voxel in front of its surface: `FACES` times the index of the voxel,
+// plus the face. `NOTHING` otherwise.
+var<private> grazed: u32;
 
 fn smallest(v: vec3<f32>) -> u32 {
     return select(select(2u, 1u, v.y < v.z), select(2u, 0u, v.x < v.z), v.x < v.y);
@@ -26,10 +28,35 @@ fn is_inside(voxel: vec3<i32>) -> bool {
     return all(voxel >= vec3(0)) && all(voxel < vec3(i32(volume.resolution)));
 }
 
-// 64 times the index of the voxel in which a ray ends, plus the bit of the sub-voxel; or `NOTHING`
-// if that is outside of the volume or not before `reach`. `origin` is in voxels of `level` from its
-// corner, `reach` in its voxels, `direction` a unit vector.
+// In front of which surface of a touched sub-voxel a ray stays until it leaves by `exit`, as
+// `grazed`. The surface is taken to go through the middle: where in the sub-voxel it really is nobody
+// knows, but so it is at the right place in the mean, while all of the sub-voxel would be too near,
+// and windows too narrow.
+fn grazed_face(hit: u32, direction: vec3<f32>, middle: vec3<f32>, exit: vec3<f32>) -> u32 {
+    for (var axis = 0u; axis < 3u; axis++) {
+        let face = face_towards(axis, -direction[axis]);
+        if (is_turned(hit, direction, axis)
+            && dot(surface_normal(hit / 64u, face), exit - middle) >= 0.0
+            && is_outermost(hit, direction, axis)) {
+            return FACES * (hit / 64u) + face;
+        }
+    }
+    return NOTHING;
+}
+
+// 64 times the index of the voxel in which a ray meets a surface, plus the bit of the sub-voxel; or
+// `NOTHING` if that is outside of the volume or not before `reach`. `origin` is in voxels of `level`
+// from its corner, `reach` in its voxels, `direction` a unit vector.
 fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32 {
+    return walk(level, origin, direction, reach, true);
+}
+
+// The same for the first touched sub-voxel, wherever its surface is.
+fn trace_touched(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32 {
+    return walk(level, origin, direction, reach, false);
+}
+
+fn walk(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32, grazes: bool) -> u32 {
     // A component of 0 never reaches a border; a tiny one does so out of sight, and is finite.
     let ray = select(direction, vec3(1e-12), abs(direction) < vec3(1e-12));
     let inverse = 1.0 / ray;
@@ -38,6 +65,7 @@ fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32
     var from_ = origin;
     var distance = 0.0;
     var limit = reach;
+    grazed = NOTHING;
     for (var c = level; c < volume.level_count; c++) {
         var voxel = vec3<i32>(floor(from_ + ray * distance));
         outermost = select(outermost, c, c == level || is_inside(voxel));
@@ -47,7 +75,9 @@ fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32
             }
             let index = voxel_index(c, vec3<u32>(voxel));
             let mask = vec2(masks[2u * index], masks[2u * index + 1u]);
-            if (any(mask != vec2(0u))) {
+            if (all(mask == vec2(0u))) {
+                grazed = NOTHING;
+            } else {
                 let base = vec3<f32>(voxel);
                 var at = distance;
                 let entry = (from_ + ray * at - base) * f32(FINE);
@@ -58,13 +88,22 @@ fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32
                     }
                     let bit = u32(sub.x + 4 * sub.y + 16 * sub.z);
                     let word = select(mask.x, mask.y, bit >= 32u);
-                    if ((word & (1u << (bit & 31u))) != 0u) {
-                        travelled = at * level_voxel_size(c) / level_voxel_size(level);
-                        return 64u * index + bit;
-                    }
-                    let border = base + (vec3<f32>(sub) + ahead) / f32(FINE);
-                    let next = (border - from_) * inverse;
+                    let low = base + vec3<f32>(sub) / f32(FINE);
+                    let next = (low + ahead / f32(FINE) - from_) * inverse;
                     let axis = smallest(next);
+                    var passed = NOTHING;
+                    if ((word & (1u << (bit & 31u))) != 0u) {
+                        let hit = 64u * index + bit;
+                        if (grazes) {
+                            let exit = from_ + ray * next[axis];
+                            passed = grazed_face(hit, direction, low + 0.5 / f32(FINE), exit);
+                        }
+                        if (passed == NOTHING) {
+                            travelled = at * level_voxel_size(c) / level_voxel_size(level);
+                            return hit;
+                        }
+                    }
+                    grazed = passed;
                     at = next[axis];
                     sub[axis] += step[axis];
                     if (sub[axis] < 0 || sub[axis] >= i32(FINE)) {

@@ -1,7 +1,7 @@
 //! Light straight from lamps onto surfaces, shadowed by the voxels (thesis 6.5.4).
 
 use super::{
-    surface::{Surface, seen_faces},
+    surface::{Surface, seen_light},
     trace::trace,
     voxels::Voxels,
 };
@@ -94,8 +94,11 @@ pub fn direct_light(voxels: &Voxels, surface: &Surface, lights: &[Light], sample
             let reach = distance / size - surface.guard;
             match trace(voxels, origin, direction, reach) {
                 None => sum += irradiance * cosine,
-                Some(hit) if seen_faces(voxels, &hit, direction).is_enclosed() => valid -= 1,
-                Some(_) => {}
+                Some(hit) => {
+                    // The point may be inside of something.
+                    let seen = seen_light(voxels, &hit, direction, |_, _| Vec3::ZERO);
+                    valid -= usize::from(seen.is_enclosed());
+                }
             }
         }
         total += sum / valid.max(1) as f32;

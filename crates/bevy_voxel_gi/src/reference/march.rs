@@ -10,7 +10,7 @@ use super::{
     field::Field,
     gather::{hemisphere, sphere},
     light::{Light, direct_light},
-    surface::{Seen, Surface, seen_faces, surfaces},
+    surface::{Seen, Surface, seen_light, surfaces},
     trace::trace,
     voxels::{Material, Voxels},
 };
@@ -144,9 +144,9 @@ impl<'a> March<'a> {
         let Some(hit) = trace(self.voxels, origin, direction, self.settings.reach) else {
             return Seen::Light(self.sky);
         };
-        let radiance = &self.radiance[hit.voxel];
-        seen_faces(self.voxels, &hit, direction)
-            .map(|weights| (0..6).map(|face| radiance[face] * weights[face]).sum())
+        seen_light(self.voxels, &hit, direction, |voxel, face| {
+            self.radiance[voxel][face]
+        })
     }
 
     /// What receivers sample: irradiance, in lux.
@@ -169,7 +169,7 @@ impl<'a> March<'a> {
 pub fn ambient_occlusion(voxels: &Voxels, radius: f32, settings: MarchSettings) -> Field {
     let open = |origin: Vec3, direction: Vec3| match trace(voxels, origin, direction, radius) {
         None => Seen::Light(Vec3::ONE),
-        Some(hit) => seen_faces(voxels, &hit, direction).map(|_| Vec3::ZERO),
+        Some(hit) => seen_light(voxels, &hit, direction, |_, _| Vec3::ZERO),
     };
     let surfaces = surfaces(voxels);
     let frames = settings.history.max(1);

@@ -4,7 +4,7 @@ use super::{
     each,
     grid::{FACE_STEPS, FACES},
     key::{key_material, key_normal},
-    trace::{Hit, trace},
+    trace::{Hit, is_turned, trace_touched},
     voxels::{SUB_VOXELS, Voxels},
 };
 use glam::{IVec3, Vec3};
@@ -148,7 +148,7 @@ fn one_side(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<u
 pub fn is_clear(voxels: &Voxels, from: Vec3, to: Vec3) -> bool {
     let way = to - from;
     let distance = way.length();
-    distance < 1e-4 || trace(voxels, from, way / distance, distance).is_none()
+    distance < 1e-4 || trace_touched(voxels, from, way / distance, distance).is_none()
 }
 
 /// What a ray meets.
@@ -158,8 +158,8 @@ pub enum Seen<T> {
     Light(T),
     /// The back of a surface with one side, which is black, after a distance in voxels.
     Back(f32),
-    /// A sub-voxel of no surface turned to the ray, though its voxel has one, as in the edge between
-    /// two walls: that tells nothing.
+    /// A sub-voxel of no surface turned to the ray, though its voxel has one, as inside of a thin wall:
+    /// that tells nothing.
     Unclear,
 }
 
@@ -195,13 +195,12 @@ pub const NEAR: f32 = 4.0;
 pub fn seen_faces(voxels: &Voxels, hit: &Hit, direction: Vec3) -> Seen<[f32; 6]> {
     let mut is_back = true;
     let weights = [0, 1, 2, 3, 4, 5].map(|face| {
-        let key = voxels.keys[hit.voxel][face];
-        let cosine = -direction.dot(FACES[face]);
-        if key == 0 || cosine <= 0.0 || direction.dot(key_normal(key)) >= 0.0 {
+        if !is_turned(voxels, hit, direction, face) {
             return 0.0;
         }
         is_back = false;
         let is_own = voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]);
+        let cosine = direction.dot(FACES[face]);
         if is_own { cosine * cosine } else { 0.0 }
     });
     let sum: f32 = weights.iter().sum();
@@ -211,5 +210,24 @@ pub fn seen_faces(voxels: &Voxels, hit: &Hit, direction: Vec3) -> Seen<[f32; 6]>
         Seen::Back(hit.distance)
     } else {
         Seen::Unclear
+    }
+}
+
+/// What comes from a hit: radiance per voxel and face, in the edge between two surfaces of the one
+/// that the ray grazed.
+pub fn seen_light(
+    voxels: &Voxels,
+    hit: &Hit,
+    direction: Vec3,
+    radiance: impl Fn(usize, usize) -> Vec3,
+) -> Seen<Vec3> {
+    let seen = seen_faces(voxels, hit, direction).map(|weights| {
+        (0..6)
+            .map(|face| radiance(hit.voxel, face) * weights[face])
+            .sum()
+    });
+    match (seen, hit.grazed) {
+        (Seen::Unclear, Some((voxel, face))) => Seen::Light(radiance(voxel, face)),
+        _ => seen,
     }
 }

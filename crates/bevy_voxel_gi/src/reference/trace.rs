@@ -2,8 +2,13 @@
 //!
 //! It visits every sub-voxel it passes (J. Amanatides and A. Woo, *A Fast Voxel Traversal Algorithm for
 //! Ray Tracing*, 1987), so that nothing is missed, unlike by the thesis's steps of equal length (6.6.1).
+//! In a touched one it ends if it comes behind the middle.
 
-use super::voxels::{SUB_VOXELS, Voxels, sub_voxel_bit};
+use super::{
+    grid::{FACE_STEPS, FACES},
+    key::key_normal,
+    voxels::{SUB_VOXELS, Voxels, sub_voxel_bit},
+};
 use glam::{IVec3, Vec3};
 
 /// Where a ray ends.
@@ -15,6 +20,8 @@ pub struct Hit {
     pub sub_voxel: IVec3,
     /// Distance along the ray, in voxels.
     pub distance: f32,
+    /// If the ray came here through a sub-voxel in front of its surface: index of the voxel, and face.
+    pub grazed: Option<(usize, usize)>,
 }
 
 fn smallest(v: Vec3) -> usize {
@@ -27,11 +34,20 @@ fn smallest(v: Vec3) -> usize {
     }
 }
 
-/// The first touched sub-voxel on the way of a ray, None if there is none before `reach` or the
-/// volume's end.
+/// The sub-voxel in which a ray meets a surface, None if there is none before `reach` or the volume's
+/// end.
 ///
 /// `origin` is in grid coordinates, `direction` a unit vector, `reach` in voxels.
 pub fn trace(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Option<Hit> {
+    walk(voxels, origin, direction, reach, true)
+}
+
+/// The same for the first touched sub-voxel, wherever its surface is.
+pub fn trace_touched(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Option<Hit> {
+    walk(voxels, origin, direction, reach, false)
+}
+
+fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool) -> Option<Hit> {
     // A component of 0 never reaches a border; a tiny one does so out of sight, and is finite.
     let direction = Vec3::select(
         direction.abs().cmplt(Vec3::splat(1e-12)),
@@ -43,10 +59,13 @@ pub fn trace(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Opti
     let step = IVec3::select(direction.cmpgt(Vec3::ZERO), IVec3::ONE, IVec3::NEG_ONE);
     let mut voxel = origin.floor().as_ivec3();
     let mut distance = 0.0;
+    let mut grazed = None;
     loop {
         let index = voxels.grid.index(voxel)?;
         let mask = voxels.masks[index];
-        if mask != 0 {
+        if mask == 0 {
+            grazed = None;
+        } else {
             let mut at = distance;
             let scale = SUB_VOXELS as f32;
             let entry = (origin + direction * at - voxel.as_vec3()) * scale;
@@ -56,16 +75,25 @@ pub fn trace(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Opti
                 if at >= reach {
                     return None;
                 }
-                if mask & sub_voxel_bit(sub) != 0 {
-                    return Some(Hit {
-                        voxel: index,
-                        sub_voxel: voxel * SUB_VOXELS + sub,
-                        distance: at,
-                    });
-                }
                 let border = voxel.as_vec3() + (sub.as_vec3() + ahead) / scale;
                 let next = (border - origin) * inverse;
                 let axis = smallest(next);
+                if mask & sub_voxel_bit(sub) != 0 {
+                    let hit = Hit {
+                        voxel: index,
+                        sub_voxel: voxel * SUB_VOXELS + sub,
+                        distance: at,
+                        grazed,
+                    };
+                    let exit = origin + direction * next[axis];
+                    let face = grazes.then(|| grazed_face(voxels, &hit, direction, exit));
+                    let Some(Some(face)) = face else {
+                        return Some(hit);
+                    };
+                    grazed = Some((index, face));
+                } else {
+                    grazed = None;
+                }
                 at = next[axis];
                 sub[axis] += step[axis];
                 if !(0..SUB_VOXELS).contains(&sub[axis]) {
@@ -81,4 +109,24 @@ pub fn trace(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Opti
         }
         voxel[axis] += step[axis];
     }
+}
+
+/// The face of a touched sub-voxel in front of whose surface a ray stays until it leaves by `exit`.
+///
+/// The surface is taken to go through the middle: where in the sub-voxel it really is nobody knows, but
+/// so it is at the right place in the mean, while all of the sub-voxel would be too near, and windows too
+/// narrow.
+fn grazed_face(voxels: &Voxels, hit: &Hit, direction: Vec3, exit: Vec3) -> Option<usize> {
+    let middle = (hit.sub_voxel.as_vec3() + 0.5) / SUB_VOXELS as f32;
+    (0..6).find(|&face| {
+        is_turned(voxels, hit, direction, face)
+            && key_normal(voxels.keys[hit.voxel][face]).dot(exit - middle) >= 0.0
+            && voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face])
+    })
+}
+
+/// Whether a face of the voxel that a ray meets has a surface that is turned to the ray.
+pub fn is_turned(voxels: &Voxels, hit: &Hit, direction: Vec3, face: usize) -> bool {
+    let key = voxels.keys[hit.voxel][face];
+    key != 0 && direction.dot(FACES[face]) < 0.0 && direction.dot(key_normal(key)) < 0.0
 }

@@ -7,7 +7,8 @@
 #import bevy_render::view::View
 #import bevy_voxel_gi::albedo::{pack_seen, seen_tag}
 #import bevy_voxel_gi::entry::load_entry
-#import bevy_voxel_gi::surface::{face_key, point_count, surface_point}
+#import bevy_voxel_gi::faces::face_key
+#import bevy_voxel_gi::surface::{point_count, surface_point}
 #import bevy_voxel_gi::volume::{FACES, level_corner, level_of_index, level_voxel_size,
     voxel_of_index}
 
