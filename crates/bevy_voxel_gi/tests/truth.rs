@@ -5,8 +5,8 @@ mod support;
 use bevy_voxel_gi::reference::{
     FACES, Field, March, MarchSettings, Propagation, PropagationSettings, VolumeGrid, Voxels,
     rays::{hash_unit, sphere_ray},
+    seen::Seen,
     sh::{basis, cosine_lobe},
-    surface::Seen,
 };
 use glam::{IVec3, Vec3, Vec4};
 use std::f32::consts::PI;

@@ -4,8 +4,8 @@
 #import bevy_render::view::View
 #import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{atlas_texel, unpack_light}
-#import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::faces::{face_key, keys, shows, surface_normal}
+#import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::trace::{NOTHING, trace_touched}
 #import bevy_voxel_gi::volume::{FACES, FINE, face_towards, key_material, level_corner,
     level_of_index, level_voxel_size, volume, voxel_of_index}

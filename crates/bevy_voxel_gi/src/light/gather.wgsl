@@ -3,8 +3,8 @@
 
 #import bevy_voxel_gi::atlas::{atlas_texel, pack_light, storable, unpack_light}
 #import bevy_voxel_gi::entry::{counters, exposed_now, exposed_words, load_entry, work}
-#import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
 #import bevy_voxel_gi::faces::{face_key, shows}
+#import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
 #import bevy_voxel_gi::surface::{cell_center, is_clear, is_enclosed, meets_back, middle_point,
     point_count, surface_point}
 #import bevy_voxel_gi::trace::{NOTHING, grazed, outermost, trace}

@@ -5,9 +5,9 @@
 #import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{pack_light, storable, unpack_light}
 #import bevy_voxel_gi::entry::load_entry
+#import bevy_voxel_gi::faces::{face_key, keys}
 #import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
-#import bevy_voxel_gi::faces::{face_key, keys}
 #import bevy_voxel_gi::surface::{is_enclosed, meets_back, point_count, sees_front, surface_point}
 #import bevy_voxel_gi::trace::{NOTHING, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_FEEDBACK, key_material, level_corner, level_of_index,

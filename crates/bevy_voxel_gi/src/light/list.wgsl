@@ -4,8 +4,8 @@
 #import bevy_voxel_gi::atlas::{atlas_texel, mask_texel, pack_word}
 #import bevy_voxel_gi::faces::{exposed_in_column, face_key, masks, surface_normal}
 #import bevy_voxel_gi::surface::{is_first_face, main_face}
-#import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, level_of_index, volume, voxel_count,
-    voxel_index, voxel_of_index}
+#import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, level_of_index, volume,
+    voxel_count, voxel_index, voxel_of_index}
 
 // First surfaces, from `air_start` on voxels without.
 @group(1) @binding(0) var<storage, read_write> work: array<u32>;

@@ -11,10 +11,10 @@
 
 #import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{atlas_texel, storable, unpack_light}
+#import bevy_voxel_gi::faces::{keys, masks}
 #import bevy_voxel_gi::harmonics::{basis, cosine_lobe, flux}
 #import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
-#import bevy_voxel_gi::faces::{keys, masks}
 #import bevy_voxel_gi::volume::{FACES, FLAG_WEIGHTED, face_normal, key_material, key_normal,
     level_of_index, sky_radiance, volume, voxel_count, voxel_index, voxel_of_index}
 

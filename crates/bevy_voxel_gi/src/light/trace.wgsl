@@ -1,8 +1,8 @@
 // A ray through the voxels: from voxel to voxel, and through the sub-voxels of those with any. It
 // visits every sub-voxel it passes (J. Amanatides and A. Woo, "A Fast Voxel Traversal Algorithm
 // for Ray Tracing", 1987), so that nothing is missed, unlike by the thesis's steps of equal length
-// (section 6.6.1). Where it leaves a level it goes on in the next
-// larger one that is there.
+// (section 6.6.1). In a touched one it ends if it comes behind the middle. Where it leaves a level it
+// goes on in the next larger one that is there.
 
 #define_import_path bevy_voxel_gi::trace
 

@@ -3,7 +3,8 @@
 use super::{
     grid::FACES,
     rays::{cosine_ray, hash_unit, sphere_ray},
-    surface::{Seen, Surface},
+    seen::Seen,
+    surface::Surface,
 };
 use glam::{Vec3, Vec4};
 

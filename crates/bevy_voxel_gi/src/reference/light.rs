@@ -1,10 +1,6 @@
 //! Light straight from lamps onto surfaces, shadowed by the voxels (thesis 6.5.4).
 
-use super::{
-    surface::{Surface, seen_light},
-    trace::trace,
-    voxels::Voxels,
-};
+use super::{seen::seen_light, surface::Surface, trace::trace, voxels::Voxels};
 use glam::Vec3;
 
 /// A lamp.

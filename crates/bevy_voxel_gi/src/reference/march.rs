@@ -10,7 +10,8 @@ use super::{
     field::Field,
     gather::{hemisphere, sphere},
     light::{Light, direct_light},
-    surface::{Seen, Surface, seen_light, surfaces},
+    seen::{Seen, seen_light},
+    surface::{Surface, surfaces},
     trace::trace,
     voxels::{Material, Voxels},
 };

@@ -7,7 +7,8 @@
 //! | [`key`] | the surface that stands for a face, in 32 bits |
 //! | [`voxels`] | triangles to voxels |
 //! | [`mod@trace`] | rays through voxels |
-//! | [`surface`] | the surfaces in the voxels, and which of them a ray sees |
+//! | [`surface`] | the surfaces in the voxels, and points on them |
+//! | [`seen`] | what a ray sees where it ends |
 //! | [`light`] | light straight from lamps |
 //! | [`rays`] | directions |
 //! | [`gather`] | what arrives at a surface, or in an empty voxel |
@@ -34,6 +35,7 @@ pub mod march;
 pub mod overlap;
 pub mod propagate;
 pub mod rays;
+pub mod seen;
 pub mod sh;
 pub mod surface;
 pub mod trace;

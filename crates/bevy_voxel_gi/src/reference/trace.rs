@@ -5,8 +5,9 @@
 //! In a touched one it ends if it comes behind the middle.
 
 use super::{
-    grid::{FACE_STEPS, FACES},
+    grid::FACE_STEPS,
     key::key_normal,
+    seen::is_turned,
     voxels::{SUB_VOXELS, Voxels, sub_voxel_bit},
 };
 use glam::{IVec3, Vec3};
@@ -123,10 +124,4 @@ fn grazed_face(voxels: &Voxels, hit: &Hit, direction: Vec3, exit: Vec3) -> Optio
             && key_normal(voxels.keys[hit.voxel][face]).dot(exit - middle) >= 0.0
             && voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face])
     })
-}
-
-/// Whether a face of the voxel that a ray meets has a surface that is turned to the ray.
-pub fn is_turned(voxels: &Voxels, hit: &Hit, direction: Vec3, face: usize) -> bool {
-    let key = voxels.keys[hit.voxel][face];
-    key != 0 && direction.dot(FACES[face]) < 0.0 && direction.dot(key_normal(key)) < 0.0
 }

@@ -259,9 +259,10 @@ fn described(
     })
 }
 
-/// Sub-voxels that a ray meets on its way through one layer of them, which are as thick as they are
-/// wide: the mean over directions, measured with masks of a half and a quarter.
-const CELLS_IN_LAYER: f32 = 2.7;
+/// Sub-voxels that can stop a ray on its way through one layer of them, which are as thick as they are
+/// wide: the mean over directions, measured so that masks of a half and a quarter let half and three
+/// quarters through.
+const CELLS_IN_LAYER: f32 = 1.85;
 
 /// Share of the sub-voxels that are marked so that a surface lets as much light through, in the mean
 /// over directions, as its coverage says.
