@@ -28,15 +28,20 @@ fn is_inside(voxel: vec3<i32>) -> bool {
     return all(voxel >= vec3(0)) && all(voxel < vec3(i32(volume.resolution)));
 }
 
-// In front of which surface of a touched sub-voxel a ray stays until it leaves by `exit`, as
-// `grazed`. The surface is taken to go through the middle: where in the sub-voxel it really is nobody
-// knows, but so it is at the right place in the mean, while all of the sub-voxel would be too near,
-// and windows too narrow.
-fn grazed_face(hit: u32, direction: vec3<f32>, middle: vec3<f32>, exit: vec3<f32>) -> u32 {
+// Where it leaves the sub-voxel that it met: how far from its beginning, and from the sub-voxel's
+// middle.
+var<private> leaves: f32;
+var<private> leaves_from_middle: vec3<f32>;
+
+// In front of which surface of the touched sub-voxel that it met the last ray stays, as `grazed`. The
+// surface is taken to go through the middle: where in the sub-voxel it really is nobody knows, but so
+// it is at the right place in the mean, while all of the sub-voxel would be too near, and windows too
+// narrow.
+fn grazed_face(hit: u32, direction: vec3<f32>) -> u32 {
     for (var axis = 0u; axis < 3u; axis++) {
         let face = face_towards(axis, -direction[axis]);
         if (is_turned(hit, direction, axis)
-            && dot(surface_normal(hit / 64u, face), exit - middle) >= 0.0
+            && dot(surface_normal(hit / 64u, face), leaves_from_middle) >= 0.0
             && is_outermost(hit, direction, axis)) {
             return FACES * (hit / 64u) + face;
         }
@@ -44,28 +49,50 @@ fn grazed_face(hit: u32, direction: vec3<f32>, middle: vec3<f32>, exit: vec3<f32
     return NOTHING;
 }
 
+// Where a ray goes on behind a sub-voxel that it grazed, in voxels: surely in the next one.
+const NUDGE: f32 = 0.0009765625;
+
 // 64 times the index of the voxel in which a ray meets a surface, plus the bit of the sub-voxel; or
 // `NOTHING` if that is outside of the volume or not before `reach`. `origin` is in voxels of `level`
 // from its corner, `reach` in its voxels, `direction` a unit vector.
+//
+// The loop is around the walk and not in it, so that rays beside each other walk together.
 fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32 {
-    return walk(level, origin, direction, reach, true);
+    var begin = 0.0;
+    var hit = NOTHING;
+    grazed = NOTHING;
+    loop {
+        hit = walk(level, origin, direction, begin, reach);
+        if (hit == NOTHING) {
+            break;
+        }
+        // There was a gap since the sub-voxel that it grazed.
+        grazed = select(grazed, NOTHING, travelled > begin + NUDGE);
+        let passed = grazed_face(hit, direction);
+        if (passed == NOTHING) {
+            break;
+        }
+        grazed = passed;
+        begin = leaves + NUDGE;
+    }
+    return hit;
 }
 
 // The same for the first touched sub-voxel, wherever its surface is.
 fn trace_touched(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> u32 {
-    return walk(level, origin, direction, reach, false);
+    return walk(level, origin, direction, 0.0, reach);
 }
 
-fn walk(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32, grazes: bool) -> u32 {
+// The first touched sub-voxel from a distance on.
+fn walk(level: u32, origin: vec3<f32>, direction: vec3<f32>, begin: f32, reach: f32) -> u32 {
     // A component of 0 never reaches a border; a tiny one does so out of sight, and is finite.
     let ray = select(direction, vec3(1e-12), abs(direction) < vec3(1e-12));
     let inverse = 1.0 / ray;
     let ahead = select(vec3(0.0), vec3(1.0), ray > vec3(0.0));
     let step = select(vec3(-1), vec3(1), ray > vec3(0.0));
     var from_ = origin;
-    var distance = 0.0;
+    var distance = begin;
     var limit = reach;
-    grazed = NOTHING;
     for (var c = level; c < volume.level_count; c++) {
         var voxel = vec3<i32>(floor(from_ + ray * distance));
         outermost = select(outermost, c, c == level || is_inside(voxel));
@@ -75,9 +102,7 @@ fn walk(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32, grazes:
             }
             let index = voxel_index(c, vec3<u32>(voxel));
             let mask = vec2(masks[2u * index], masks[2u * index + 1u]);
-            if (all(mask == vec2(0u))) {
-                grazed = NOTHING;
-            } else {
+            if (any(mask != vec2(0u))) {
                 let base = vec3<f32>(voxel);
                 var at = distance;
                 let entry = (from_ + ray * at - base) * f32(FINE);
@@ -91,19 +116,13 @@ fn walk(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32, grazes:
                     let low = base + vec3<f32>(sub) / f32(FINE);
                     let next = (low + ahead / f32(FINE) - from_) * inverse;
                     let axis = smallest(next);
-                    var passed = NOTHING;
                     if ((word & (1u << (bit & 31u))) != 0u) {
-                        let hit = 64u * index + bit;
-                        if (grazes) {
-                            let exit = from_ + ray * next[axis];
-                            passed = grazed_face(hit, direction, low + 0.5 / f32(FINE), exit);
-                        }
-                        if (passed == NOTHING) {
-                            travelled = at * level_voxel_size(c) / level_voxel_size(level);
-                            return hit;
-                        }
+                        let scale = level_voxel_size(c) / level_voxel_size(level);
+                        travelled = at * scale;
+                        leaves = next[axis] * scale;
+                        leaves_from_middle = from_ + ray * next[axis] - low - 0.5 / f32(FINE);
+                        return 64u * index + bit;
                     }
-                    grazed = passed;
                     at = next[axis];
                     sub[axis] += step[axis];
                     if (sub[axis] < 0 || sub[axis] >= i32(FINE)) {
