@@ -22,9 +22,9 @@
 //!
 //! | solver | error | bias |
 //! | --- | --- | --- |
-//! | [`March`], 32 rays a frame | 3.1%, 2.2%, 6.9% | +1.1%, -0.3%, -5.3% |
-//! | [`Propagation`], 128 steps | 39%, 19%, 29% | +31%, +8%, +24% |
-//! | the thesis's march and reconstruction, 256 rays | 11.0%, 7.5%, 10.0% | -0.8%, -6.1%, -6.3% |
+//! | [`March`], 32 rays a frame | 2.4%, 2.3%, 4.0% | +0.3%, +0.3%, -0.4% |
+//! | [`Propagation`], 128 steps | 39%, 19%, 34% | +31%, +10%, +30% |
+//! | the thesis's march and reconstruction, 256 rays | 11.0%, 8.1%, 9.7% | -1.7%, -5.7%, -1.1% |
 
 pub mod field;
 pub mod gather;
