@@ -18,7 +18,7 @@
 //! | [`field`] | what receivers sample |
 //!
 //! Against path tracing, at 32^3, 24 frames, for the scenes `cornell_point`, `colonnade` and
-//! `sunlit_room` (mean difference over the mean, and its bias; see `tests/truth.rs`):
+//! `sunlit_room` (mean difference over the mean, and its bias; see `tests/reference/truth.rs`):
 //!
 //! | solver | error | bias |
 //! | --- | --- | --- |

@@ -1,5 +1,4 @@
 //! Path-traced scenes: boxes as triangles, what the camera sees, and the light there.
-#![allow(dead_code)] // each test uses its part
 
 pub mod shapes;
 

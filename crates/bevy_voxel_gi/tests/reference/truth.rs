@@ -1,7 +1,6 @@
 //! The reference against path-traced light (`../shared/data/gi`, skipped without it).
 
-mod support;
-
+use crate::support::{self, Truth};
 use bevy_voxel_gi::reference::{
     FACES, Field, March, MarchSettings, Propagation, PropagationSettings, VolumeGrid, Voxels,
     rays::{hash_unit, sphere_ray},
@@ -10,7 +9,6 @@ use bevy_voxel_gi::reference::{
 };
 use glam::{IVec3, Vec3, Vec4};
 use std::f32::consts::PI;
-use support::Truth;
 
 /// Frames: 4 of bounces alone, 8 of the mean, and as many again.
 const FRAMES: u32 = 24;
@@ -109,38 +107,41 @@ fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
     })
 }
 
+/// At eight times the rays of our default the thesis's way is still at least twice as far off.
 #[test]
-#[ignore = "a comparison"]
-fn thesis_way() {
+fn the_thesis_way_is_farther_from_the_truth() {
     for truth in support::all() {
-        for resolution in [16, 32] {
-            for rays in [64, 256] {
-                let (error, bias) = thesis(&truth, &voxels(&truth, resolution), rays);
-                let (e, b) = (100.0 * error, 100.0 * bias);
-                println!(
-                    "{:14} thesis {resolution} rays {rays} error {e:6.2}% bias {b:6.2}%",
-                    truth.name
-                );
-            }
-        }
+        let voxels = voxels(&truth, 32);
+        let (error, bias) = thesis(&truth, &voxels, 256);
+        let (e, b) = (100.0 * error, 100.0 * bias);
+        println!("{:14} thesis error {e:6.2}% bias {b:6.2}%", truth.name);
+        let field = march(&truth, &voxels, MarchSettings::default());
+        let (ours, _) = compare(&truth, "march", &field);
+        assert!(2.0 * ours < error, "{}: {ours} and {error}", truth.name);
     }
 }
 
-/// At 32^3 with the default settings, far below the goals of 15, 20 and 25%.
+/// A little more than what is measured, for march and for receivers that look for the voxels around:
+/// 2.4, 2.3 and 4.0%, where the goals were 15, 20 and 25.
+fn assert_near(truth: &Truth, (error, bias): (f32, f32)) {
+    let most = match truth.name.as_str() {
+        "sunlit_room" => 0.045,
+        _ => 0.028,
+    };
+    let name = &truth.name;
+    assert!(error < most && bias.abs() < 0.01, "{name}: {error}, {bias}");
+}
+
+/// At 32^3 with the default settings.
 #[test]
 fn march_is_near_the_truth() {
     for truth in support::all() {
         let field = march(&truth, &voxels(&truth, 32), MarchSettings::default());
-        let (error, bias) = compare(&truth, "march", &field);
-        let goal = match truth.name.as_str() {
-            "sunlit_room" => 0.08,
-            _ => 0.04,
-        };
-        assert!(error < goal && bias.abs() < 0.08, "{}", truth.name);
+        assert_near(&truth, compare(&truth, "march", &field));
     }
 }
 
-/// Receivers that look for the voxels around keep the error, and lose the leaks (see `tests/march.rs`).
+/// Receivers that look for the voxels around keep the error, and lose the leaks (see `march.rs`).
 #[test]
 fn seen_voxels_are_as_near_the_truth() {
     let settings = MarchSettings {
@@ -154,11 +155,7 @@ fn seen_voxels_are_as_near_the_truth() {
             truth.compare(|p, n| field.irradiance_seen(&voxels, p, n, truth.to_viewer(p)));
         let (e, b) = (100.0 * error, 100.0 * bias);
         println!("{:14} seen error {e:6.2}% bias {b:6.2}%", truth.name);
-        let goal = match truth.name.as_str() {
-            "sunlit_room" => 0.08,
-            _ => 0.04,
-        };
-        assert!(error < goal && bias.abs() < 0.08, "{}", truth.name);
+        assert_near(&truth, (error, bias));
     }
 }
 
@@ -169,30 +166,5 @@ fn propagation_keeps_its_distance_from_the_truth() {
         let field = propagate(&truth, &voxels(&truth, 32), 128);
         let (error, _) = compare(&truth, "propagate", &field);
         assert!(error < 0.45, "{}", truth.name);
-    }
-}
-
-#[test]
-#[ignore = "a table, and minutes"]
-fn sweep() {
-    for truth in support::all() {
-        for resolution in [8, 16, 32, 64] {
-            let voxels = voxels(&truth, resolution);
-            for (rays, shadow_points) in [(8, 16), (16, 16), (32, 16), (32, 4), (64, 16)] {
-                let settings = MarchSettings {
-                    rays,
-                    shadow_points,
-                    ..Default::default()
-                };
-                let what = format!("march {resolution} rays {rays} shadow {shadow_points}");
-                compare(&truth, &what, &march(&truth, &voxels, settings));
-            }
-            if resolution < 64 {
-                for steps in [9, 32, 64, 128, 256] {
-                    let what = format!("propagate {resolution} steps {steps}");
-                    compare(&truth, &what, &propagate(&truth, &voxels, steps));
-                }
-            }
-        }
     }
 }

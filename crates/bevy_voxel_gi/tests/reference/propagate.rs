@@ -1,7 +1,6 @@
 //! Propagation: spherical harmonics, energy, symmetry.
 
-mod support;
-
+use crate::support::shapes::{gray, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{
     Light, March, MarchSettings, Propagation, PropagationSettings, Voxels,
     propagate::{FRONT_ANGLE, SIDE_ANGLE},
@@ -10,7 +9,6 @@ use bevy_voxel_gi::reference::{
 use glam::{Vec3, Vec4};
 use proptest::prelude::*;
 use std::f32::consts::PI;
-use support::shapes::{gray, room, solid, unit_grid};
 
 /// Directions with equal solid angles.
 fn sphere(count: u32) -> impl Iterator<Item = Vec3> {

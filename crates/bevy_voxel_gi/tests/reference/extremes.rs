@@ -1,11 +1,9 @@
 //! Whatever is put in, what comes out is finite.
 
-mod support;
-
+use crate::support::shapes::{both, gray, is_sound, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{Light, Triangle, light::Cone};
 use glam::Vec3;
 use proptest::prelude::*;
-use support::shapes::{both, gray, is_sound, room, solid, unit_grid};
 
 fn check(triangles: &[Triangle], albedo: f32, lights: &[Light], sky: Vec3) {
     let fields = both(

@@ -1,7 +1,6 @@
 //! Triangles to voxels, keys, and rays through them.
 
-mod support;
-
+use crate::support::shapes::{solid, unit_grid};
 use bevy_voxel_gi::reference::{
     Triangle, Voxels,
     key::{key_normal, pack_key, pack_normal, unpack_normal},
@@ -12,7 +11,6 @@ use bevy_voxel_gi::reference::{
 };
 use glam::{DVec3, IVec3, Vec3};
 use proptest::prelude::*;
-use support::shapes::{solid, unit_grid};
 
 fn vector(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
     [range.clone(), range.clone(), range].prop_map(Vec3::from_array)

@@ -1,13 +1,11 @@
 //! Light and occlusion by rays, against what is known.
 
-mod support;
-
+use crate::support::shapes::{gray, march_field, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{
-    FACES, Light, March, MarchSettings, Triangle, Voxels, ambient_occlusion,
+    FACES, Light, March, MarchSettings, Triangle, Voxels, ambient_occlusion, surface::Surface,
 };
 use glam::{Vec3, Vec3Swizzles, Vec4};
 use std::f32::consts::PI;
-use support::shapes::{gray, march_field, room, solid, unit_grid};
 
 fn sun(direction: Vec3, lux: f32) -> Light {
     Light::Directional {
@@ -176,21 +174,28 @@ fn roof(y: f32, up: bool, down: bool) -> [Triangle; 2] {
     })
 }
 
+/// A floor whose top is at 2.2, and a roof so far above it.
+fn under_roof(height: f32, up: bool, down: bool) -> Voxels {
+    let floor = solid(Vec3::new(-9.0, 0.2, -9.0), Vec3::new(50.0, 2.2, 50.0));
+    let roof = roof(2.2 + height, up, down);
+    Voxels::new(unit_grid(32), &[floor, roof.to_vec()].concat())
+}
+
+const FRONTS: [(bool, bool); 3] = [(true, false), (false, true), (true, true)];
+
 /// A roof without a lower side is as dark below as one with: over a floor under a uniform sky what
 /// is missing is its form factor. Of one so low that the floor might be inside of something the shadow
 /// begins up to a voxel late.
 #[test]
 fn surfaces_seen_from_behind_are_black() {
-    let floor = solid(Vec3::new(-9.0, 0.2, -9.0), Vec3::new(50.0, 2.2, 50.0));
     let settings = MarchSettings {
         rays: 64,
         ..Default::default()
     };
     let materials = gray(0.0, 0.0);
     for (height, allowed, allowed_at_edge) in [(6.0, 0.025, 0.025), (2.0, 0.035, 0.25)] {
-        for (up, down) in [(true, false), (false, true), (true, true)] {
-            let triangles = [floor.clone(), roof(2.2 + height, up, down).to_vec()].concat();
-            let voxels = Voxels::new(unit_grid(32), &triangles);
+        for (up, down) in FRONTS {
+            let voxels = under_roof(height, up, down);
             let march = March::new(&voxels, &materials, &[], Vec3::ONE, settings);
             let field = march_field(march, 12);
             for x in [4.0, 7.0, 9.3, 10.4, 11.0, 12.0, 13.0, 16.0] {
@@ -211,30 +216,20 @@ fn surfaces_seen_from_behind_are_black() {
 /// A lamp above it lights nothing below.
 #[test]
 fn surfaces_seen_from_behind_shade_the_lamp() {
-    let floor = solid(Vec3::new(-9.0, 0.2, -9.0), Vec3::new(50.0, 2.2, 50.0));
+    let settings = MarchSettings::default();
     let materials = gray(0.0, 0.0);
-    for height in [2.0, 6.0] {
-        for (up, down) in [(true, false), (false, true), (true, true)] {
-            let triangles = [floor.clone(), roof(2.2 + height, up, down).to_vec()].concat();
-            let voxels = Voxels::new(unit_grid(32), &triangles);
-            let light = [sun(Vec3::NEG_Y, 1e5)];
-            let march = March::new(
-                &voxels,
-                &materials,
-                &light,
-                Vec3::ZERO,
-                MarchSettings::default(),
-            );
-            for (surface, direct) in march.surfaces.iter().zip(&march.direct) {
-                let at = surface.points[0];
-                if at.y < 4.0 && surface.normal == Vec3::Y {
-                    let way = (at - Vec3::new(16.0, at.y, 16.0)).abs().max_element();
-                    // Its border is within a voxel.
-                    if (way - 6.0).abs() > 1.0 {
-                        let wanted = if way < 6.0 { 0.0 } else { 1e5 };
-                        assert_eq!(direct.x, wanted, "{height} {up} {down} at {at}");
-                    }
-                }
+    let light = [sun(Vec3::NEG_Y, 1e5)];
+    for (height, (up, down)) in [2.0, 6.0].into_iter().flat_map(|h| FRONTS.map(|f| (h, f))) {
+        let voxels = under_roof(height, up, down);
+        let march = March::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+        let is_floor = |s: &Surface| s.points[0].y < 4.0 && s.normal == Vec3::Y;
+        for (surface, direct) in march.surfaces.iter().zip(&march.direct) {
+            let at = surface.points[0];
+            let way = (at - Vec3::new(16.0, at.y, 16.0)).abs().max_element();
+            // Its border is within a voxel.
+            if is_floor(surface) && (way - 6.0).abs() > 1.0 {
+                let wanted = if way < 6.0 { 0.0 } else { 1e5 };
+                assert_eq!(direct.x, wanted, "{height} {up} {down} at {at}");
             }
         }
     }

@@ -1,0 +1,8 @@
+//! The plugin in plain Rust, against analysis and against path tracing.
+
+mod extremes;
+mod march;
+mod propagate;
+mod support;
+mod truth;
+mod voxelize;
