@@ -25,26 +25,27 @@ pub fn measured(name: &str, settings: VoxelGiVolume) -> Option<Agreement> {
     Some(result)
 }
 
+/// The goals were 15, 20 and 25%; the bounds are a little more than what is measured.
 fn default_is_within(name: &str, most_error: f64) {
     if let Some(found) = measured(name, VoxelGiVolume::default()) {
         assert!(found.relative_error < most_error, "{found:?}");
-        assert!(found.bias.abs() < 0.1, "{found:?}");
+        assert!(found.bias.abs() < 0.02, "{found:?}");
     }
 }
 
 #[test]
 fn cornell_box_with_a_point_light() {
-    default_is_within("cornell_point", 0.15);
+    default_is_within("cornell_point", 0.035);
 }
 
 #[test]
 fn colonnade_under_sun_and_sky() {
-    default_is_within("colonnade", 0.2);
+    default_is_within("colonnade", 0.035);
 }
 
 #[test]
 fn room_with_a_sunlit_window() {
-    default_is_within("sunlit_room", 0.25);
+    default_is_within("sunlit_room", 0.045);
 }
 
 /// A solver's figures, printed; a bound so wide that only what is broken exceeds it is none of use,
