@@ -57,6 +57,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "volume/volume.wgsl");
         load_shader_library!(app, "voxelize/triangles.wgsl");
         load_shader_library!(app, "light/faces.wgsl");
+        load_shader_library!(app, "light/walk.wgsl");
         load_shader_library!(app, "light/trace.wgsl");
         load_shader_library!(app, "light/material.wgsl");
         load_shader_library!(app, "light/rays.wgsl");

@@ -4,11 +4,12 @@
 #import bevy_render::view::View
 #import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{atlas_texel, unpack_light}
-#import bevy_voxel_gi::faces::{face_key, keys, shows, surface_normal}
+#import bevy_voxel_gi::faces::{face_key, keys, surface_normal}
 #import bevy_voxel_gi::material::Material
-#import bevy_voxel_gi::trace::{NOTHING, trace_touched}
+#import bevy_voxel_gi::trace::facing
 #import bevy_voxel_gi::volume::{FACES, FINE, face_towards, key_material, level_corner,
-    level_of_index, level_voxel_size, volume, voxel_of_index}
+    level_voxel_size, volume}
+#import bevy_voxel_gi::walk::{NOTHING, Touched, walk}
 
 @group(1) @binding(0) var<uniform> view: View;
 @group(1) @binding(1) var<storage, read> materials: array<Material>;
@@ -51,8 +52,9 @@ fn shown(light: vec3<f32>) -> vec3<f32> {
 
 // Of the smallest level in which a ray meets something; larger ones count where they are clearly
 // nearer.
-fn nearest_hit(eye: vec3<f32>, direction: vec3<f32>) -> u32 {
-    var nearest = NOTHING;
+fn nearest_touched(eye: vec3<f32>, direction: vec3<f32>) -> Touched {
+    var nearest: Touched;
+    nearest.index = NOTHING;
     var least = 3e38;
     for (var level = 0u; level < volume.level_count; level++) {
         let size = level_voxel_size(level);
@@ -62,16 +64,15 @@ fn nearest_hit(eye: vec3<f32>, direction: vec3<f32>) -> u32 {
             continue;
         }
         let start = origin + direction * max(span.x + 1e-3, 0.0);
-        let hit = trace_touched(level, start, direction, 1e9);
-        if (hit == NOTHING) {
+        let touched = walk(level, start, direction, 0.0, 1e9);
+        if (touched.index == NOTHING) {
             continue;
         }
-        let found = level_of_index(hit / 64u);
-        let voxel = vec3<f32>(voxel_of_index(hit / 64u)) + 0.5;
-        let center = level_corner(found) + voxel * level_voxel_size(found);
+        let found_size = level_voxel_size(touched.level);
+        let center = level_corner(touched.level) + found_size * (vec3<f32>(touched.voxel) + 0.5);
         let distance = dot(center - eye, direction);
-        if (distance < least - 2.0 * level_voxel_size(found)) {
-            nearest = hit;
+        if (distance < least - 2.0 * found_size) {
+            nearest = touched;
             least = distance;
         }
     }
@@ -82,30 +83,28 @@ fn nearest_hit(eye: vec3<f32>, direction: vec3<f32>) -> u32 {
 fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     let eye = world_from_pixel(in.uv, 1.0);
     let direction = normalize(world_from_pixel(in.uv, 0.5) - eye);
-    let hit = nearest_hit(eye, direction);
-    if (hit == NOTHING) {
+    let touched = nearest_touched(eye, direction);
+    if (touched.index == NOTHING) {
         return vec4(BACKGROUND, 1.0);
     }
-    let index = hit / 64u;
-    let bit = hit % 64u;
-    let cell = vec3(bit % FINE, (bit / FINE) % FINE, bit / (FINE * FINE));
-    let found = level_of_index(index);
-    let low_cell = vec3<f32>(voxel_of_index(index)) + vec3<f32>(cell) / f32(FINE);
-    let place = (eye - level_corner(found)) / level_voxel_size(found);
+    let index = touched.index;
+    let voxel = touched.voxel;
+    let low_cell = vec3<f32>(voxel) + vec3<f32>(touched.cell) / f32(FINE);
+    let place = (eye - level_corner(touched.level)) / level_voxel_size(touched.level);
     let entered = entry_axis(place, direction, low_cell, low_cell + 1.0 / f32(FINE));
 #ifdef FIELD_OCCUPANCY
-    let voxel = voxel_of_index(index);
     let checker = f32((voxel.x + voxel.y + voxel.z) & 1u);
     let shade = array(0.45, 0.8, 0.6);
     return vec4(vec3(shade[entered] * (0.85 + 0.15 * checker)), 1.0);
 #else
     // The face that was entered, or else another that shows.
     var axis = entered;
-    for (var i = 0u; i < 3u && !shows(hit, direction, axis); i++) {
-        axis = (axis + 1u) % 3u;
-    }
-    if (!shows(hit, direction, axis)) {
+    let seen = facing(touched, direction);
+    if (seen.shown == 0u) {
         return vec4(BACK, 1.0);
+    }
+    while ((seen.shown & (1u << axis)) == 0u) {
+        axis = (axis + 1u) % 3u;
     }
     let face = face_towards(axis, -direction[axis]);
 #ifdef FIELD_NORMAL

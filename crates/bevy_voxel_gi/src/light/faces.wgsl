@@ -5,8 +5,8 @@
 #import bevy_voxel_gi::volume::{FACES, FINE, face_normal, face_towards, fine_bit, key_normal,
     level_of_index, volume, voxel_index, voxel_of_index}
 
-// Two words a voxel, a bit for each touched sub-voxel.
-@group(0) @binding(1) var<storage, read> masks: array<u32>;
+// A bit for each touched sub-voxel.
+@group(0) @binding(1) var<storage, read> masks: array<vec2<u32>>;
 // One a face, 0 without a surface.
 @group(0) @binding(2) var<storage, read> keys: array<u32>;
 
@@ -22,65 +22,64 @@ fn face_key(index: u32, face: u32) -> u32 {
 #endif
 }
 
+// 0 if there is no surface.
 fn surface_normal(index: u32, face: u32) -> vec3<f32> {
 #ifdef OCCLUSION_ONLY
     return face_normal(face);
 #else
-    return key_normal(keys[FACES * index + face]);
+    let key = keys[FACES * index + face];
+    return select(key_normal(key), vec3(0.0), key == 0u);
 #endif
 }
 
-fn is_set(mask: vec2<u32>, cell: vec3<u32>) -> bool {
-    let bit = fine_bit(cell);
+fn is_set(mask: vec2<u32>, bit: u32) -> bool {
     return (select(mask.x, mask.y, bit >= 32u) & (1u << (bit & 31u))) != 0u;
+}
+
+// The four sub-voxels in line with one along an axis, a bit each, the lowest coordinate first.
+fn column_bits(mask: vec2<u32>, axis: u32, cell: vec3<u32>) -> u32 {
+    let layer = select(mask.x, mask.y, cell.z >= 2u) >> (16u * (cell.z & 1u));
+    let along_x = layer >> (FINE * cell.y);
+    let in_y = (layer >> cell.x) & 0x1111u;
+    let along_y = in_y | (in_y >> 3u) | (in_y >> 6u) | (in_y >> 9u);
+    let in_z = (mask >> vec2(cell.x + FINE * cell.y)) & vec2(0x10001u);
+    let pairs = in_z | (in_z >> vec2(15u));
+    let along_z = (pairs.x & 3u) | ((pairs.y & 3u) << 2u);
+    return select(select(along_z, along_y, axis == 1u), along_x, axis == 0u) & 15u;
+}
+
+// Whether a touched sub-voxel is the outermost of its voxel towards a face, and free in front.
+fn is_outermost(level: u32, voxel: vec3<u32>, mask: vec2<u32>, cell: vec3<u32>, face: u32) -> bool {
+    let axis = face >> 1u;
+    let backward = (face & 1u) == 1u;
+    let column = column_bits(mask, axis, cell);
+    let beyond = select(column >> (cell[axis] + 1u), column & ((1u << cell[axis]) - 1u), backward);
+    if (beyond != 0u) {
+        return false;
+    }
+    if (voxel[axis] == select(volume.resolution - 1u, 0u, backward)) {
+        return true;
+    }
+    var neighbor = voxel;
+    neighbor[axis] = select(voxel[axis] + 1u, voxel[axis] - 1u, backward);
+    var next = cell;
+    next[axis] = select(0u, FINE - 1u, backward);
+    return !is_set(masks[voxel_index(level, neighbor)], fine_bit(next));
 }
 
 // The bit of the outermost sub-voxel of one of 16 columns towards a face, if the column is free in
 // front of the voxel; 64 if there is none.
 fn exposed_in_column(index: u32, face: u32, column: u32) -> u32 {
-    let mask = vec2(masks[2u * index], masks[2u * index + 1u]);
+    let mask = masks[index];
     let axis = face >> 1u;
-    let backward = (face & 1u) == 1u;
     var cell: vec3<u32>;
     cell[(axis + 1u) % 3u] = column % FINE;
     cell[(axis + 2u) % 3u] = column / FINE;
-    let voxel = voxel_of_index(index);
-    let at_border = voxel[axis] == select(volume.resolution - 1u, 0u, backward);
-    if (!at_border) {
-        var neighbor = voxel;
-        neighbor[axis] = select(voxel[axis] + 1u, voxel[axis] - 1u, backward);
-        let beyond = voxel_index(level_of_index(index), neighbor);
-        cell[axis] = select(0u, FINE - 1u, backward);
-        if (is_set(vec2(masks[2u * beyond], masks[2u * beyond + 1u]), cell)) {
-            return 64u;
-        }
+    let bits = column_bits(mask, axis, cell);
+    if (bits == 0u) {
+        return 64u;
     }
-    for (var depth = 0u; depth < FINE; depth++) {
-        cell[axis] = select(FINE - 1u - depth, depth, backward);
-        if (is_set(mask, cell)) {
-            return fine_bit(cell);
-        }
-    }
-    return 64u;
-}
-
-// Whether the surface of a face of the voxel in which a ray ends is turned to the ray. `hit` is 64
-// times the index of the voxel, plus the bit of the sub-voxel.
-fn is_turned(hit: u32, direction: vec3<f32>, axis: u32) -> bool {
-    let index = hit / 64u;
-    let face = face_towards(axis, -direction[axis]);
-    return face_key(index, face) != 0u && dot(direction, surface_normal(index, face)) < 0.0;
-}
-
-// Whether the sub-voxel is the outermost towards that face.
-fn is_outermost(hit: u32, direction: vec3<f32>, axis: u32) -> bool {
-    let cell = vec3(hit % FINE, (hit / FINE) % FINE, (hit / (FINE * FINE)) % FINE);
-    let column = cell[(axis + 1u) % 3u] + FINE * cell[(axis + 2u) % 3u];
-    return exposed_in_column(hit / 64u, face_towards(axis, -direction[axis]), column) == hit % 64u;
-}
-
-// Whether the face shows where the ray ends. Without the second rule the outside of a thin wall
-// would be seen from within.
-fn shows(hit: u32, direction: vec3<f32>, axis: u32) -> bool {
-    return is_turned(hit, direction, axis) && is_outermost(hit, direction, axis);
+    cell[axis] = select(firstLeadingBit(bits), firstTrailingBit(bits), (face & 1u) == 1u);
+    let exposed = is_outermost(level_of_index(index), voxel_of_index(index), mask, cell, face);
+    return select(64u, fine_bit(cell), exposed);
 }

@@ -3,14 +3,14 @@
 
 #import bevy_voxel_gi::atlas::{atlas_texel, pack_light, storable, unpack_light}
 #import bevy_voxel_gi::entry::{counters, exposed_now, exposed_words, load_entry, work}
-#import bevy_voxel_gi::faces::{face_key, shows}
+#import bevy_voxel_gi::faces::face_key
 #import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
-#import bevy_voxel_gi::surface::{cell_center, is_clear, is_enclosed, meets_back, middle_point,
-    point_count, surface_point}
-#import bevy_voxel_gi::trace::{NOTHING, grazed, outermost, trace}
+#import bevy_voxel_gi::surface::{cell_center, is_clear, middle_point, point_count, surface_point}
+#import bevy_voxel_gi::trace::{is_back, is_enclosed, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_CHANGING, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal,
     face_towards, level_of_index, level_voxel_size, sky_radiance, volume, voxel_count,
     voxel_of_index}
+#import bevy_voxel_gi::walk::NOTHING
 
 @group(1) @binding(2) var<storage, read> radiance: array<vec2<u32>>;
 @group(1) @binding(3) var light_texture: texture_storage_3d<rgba16float, write>;
@@ -42,30 +42,29 @@ struct Arriving {
 
 fn arriving(level: u32, origin: vec3<f32>, direction: vec3<f32>) -> Arriving {
     let reach = volume.max_distance / level_voxel_size(level);
-    let hit = trace(level, origin, direction, reach);
-    if (hit == NOTHING) {
-        return Arriving(vec4(sky_radiance(outermost, direction), 1.0), 0.0);
+    let met = trace(level, origin, direction, reach);
+    if (met.index == NOTHING) {
+        return Arriving(vec4(sky_radiance(met.level, direction), 1.0), 0.0);
     }
 #ifdef OCCLUSION_ONLY
     return Arriving(vec4(0.0, 0.0, 0.0, 1.0), 0.0);
 #else
     var seen = vec4(0.0);
     for (var axis = 0u; axis < 3u; axis++) {
-        if (shows(hit, direction, axis)) {
+        if ((met.shown & (1u << axis)) != 0u) {
             let face = face_towards(axis, -direction[axis]);
-            let light = unpack_light(radiance[FACES * (hit / 64u) + face]).rgb;
+            let light = unpack_light(radiance[FACES * met.index + face]).rgb;
             seen += vec4(light, 1.0) * (direction[axis] * direction[axis]);
         }
     }
     if (seen.a > 0.0) {
         return Arriving(seen / seen.a, 0.0);
     }
-    let is_back = meets_back(hit, direction);
-    if (!is_back && grazed != NOTHING) {
-        return Arriving(vec4(unpack_light(radiance[grazed]).rgb, 1.0), 0.0);
+    if (!is_back(met) && met.grazed != NOTHING) {
+        return Arriving(vec4(unpack_light(radiance[met.grazed]).rgb, 1.0), 0.0);
     }
-    return Arriving(vec4(0.0, 0.0, 0.0, select(0.0, 1.0, is_back)),
-        select(0.0, 1.0, is_enclosed(is_back)));
+    return Arriving(vec4(0.0, 0.0, 0.0, select(0.0, 1.0, is_back(met))),
+        select(0.0, 1.0, is_enclosed(met)));
 #endif
 }
 

@@ -8,10 +8,11 @@
 #import bevy_voxel_gi::faces::{face_key, keys}
 #import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
-#import bevy_voxel_gi::surface::{is_enclosed, meets_back, point_count, sees_front, surface_point}
-#import bevy_voxel_gi::trace::{NOTHING, trace}
+#import bevy_voxel_gi::surface::{point_count, surface_point}
+#import bevy_voxel_gi::trace::{is_enclosed, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_FEEDBACK, key_material, level_corner, level_of_index,
     level_voxel_size, volume, voxel_of_index}
+#import bevy_voxel_gi::walk::NOTHING
 
 // In step with `lights.rs`, where the fields are explained.
 struct Light {
@@ -94,12 +95,11 @@ fn inject(
         let cosine = dot(normal, arrived.direction);
         var counted = vec4(0.0, 0.0, 0.0, 1.0);
         if (thread < used && cosine > 0.0 && any(arrived.irradiance > vec3(0.0))) {
-            let hit = trace(level, origin, arrived.direction,
+            let met = trace(level, origin, arrived.direction,
                 arrived.distance / size - plane.guard);
-            if (hit == NOTHING) {
+            if (met.index == NOTHING) {
                 counted = vec4(arrived.irradiance * cosine, 1.0);
-            } else if (!sees_front(hit, arrived.direction)
-                && is_enclosed(meets_back(hit, arrived.direction))) {
+            } else if (is_enclosed(met)) {
                 // The point may be inside something.
                 counted = vec4(0.0);
             }

@@ -17,7 +17,7 @@
 const FACE_OF_AIR: u32 = 6u;
 
 fn is_occupied(index: u32) -> bool {
-    return (masks[2u * index] | masks[2u * index + 1u]) != 0u;
+    return any(masks[index] != vec2(0u));
 }
 
 // Whether one of the 26 voxels around has a surface.
@@ -55,7 +55,7 @@ fn list(
     }
     if ((volume.flags & FLAG_PER_PIXEL) != 0u) {
         for (var half = 0u; half < 2u; half++) {
-            textureStore(light, mask_texel(index, half), pack_word(masks[2u * index + half]));
+            textureStore(light, mask_texel(index, half), pack_word(masks[index][half]));
         }
     }
     if (!is_occupied(index)) {

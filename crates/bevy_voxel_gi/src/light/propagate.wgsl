@@ -46,7 +46,7 @@ const AIR_WEIGHT: f32 = 0.015625;
 const NONE: u32 = 0xffffffffu;
 
 fn is_free(index: u32) -> bool {
-    return (masks[2u * index] | masks[2u * index + 1u]) == 0u;
+    return all(masks[index] == vec2(0u));
 }
 
 // The voxel behind a face, or `NONE` outside of the volume.

@@ -3,9 +3,9 @@
 
 #define_import_path bevy_voxel_gi::surface
 
-#import bevy_voxel_gi::faces::{exposed_in_column, face_key, is_turned, shows, surface_normal}
-#import bevy_voxel_gi::trace::{NOTHING, grazed, trace_touched, travelled}
-#import bevy_voxel_gi::volume::{FACES, FINE, face_towards}
+#import bevy_voxel_gi::faces::face_key
+#import bevy_voxel_gi::volume::{FINE, face_towards}
+#import bevy_voxel_gi::walk::{NOTHING, walk}
 
 // Whether this is the first of the faces that its surface stands for.
 fn is_first_face(index: u32, face: u32) -> bool {
@@ -22,28 +22,6 @@ fn main_face(direction: vec3<f32>) -> u32 {
     let size = abs(direction);
     let axis = select(select(2u, 1u, size.y >= size.z), 0u, size.x >= size.y && size.x >= size.z);
     return face_towards(axis, direction[axis]);
-}
-
-// A back that is met nearer than this, in voxels, may belong to the solid in which the ray began.
-// Of a large solid only what is near its surface matters: receivers outside interpolate with it.
-const NEAR: f32 = 4.0;
-
-// Whether the last ray met the back of a surface with one side, which is black. Else, if no face
-// shows, it ended between surfaces, in an edge or inside of a thin wall: it shows the surface that it
-// grazed, or else tells nothing.
-fn meets_back(hit: u32, direction: vec3<f32>) -> bool {
-    return !(is_turned(hit, direction, 0u) || is_turned(hit, direction, 1u)
-        || is_turned(hit, direction, 2u));
-}
-
-// Whether the last ray, which met something of which no face shows, may have begun inside of it.
-fn is_enclosed(is_back: bool) -> bool {
-    return select(grazed == NOTHING, travelled < NEAR, is_back);
-}
-
-// Whether the last ray ends at the front of any surface.
-fn sees_front(hit: u32, direction: vec3<f32>) -> bool {
-    return shows(hit, direction, 0u) || shows(hit, direction, 1u) || shows(hit, direction, 2u);
 }
 
 fn point_count(exposed: vec2<u32>) -> u32 {
@@ -122,5 +100,6 @@ fn middle_point(exposed: vec2<u32>, plane: SurfacePlane, normal: vec3<f32>) -> v
 fn is_clear(level: u32, start: vec3<f32>, end: vec3<f32>) -> bool {
     let way = end - start;
     let distance = length(way);
-    return distance < 1e-4 || trace_touched(level, start, way / distance, distance) == NOTHING;
+    return distance < 1e-4
+        || walk(level, start, way / distance, 0.0, distance).index == NOTHING;
 }
