@@ -5,7 +5,8 @@
 #import bevy_voxel_gi::entry::{counters, exposed_now, exposed_words, load_entry, work}
 #import bevy_voxel_gi::faces::face_key
 #import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
-#import bevy_voxel_gi::surface::{cell_center, is_clear, middle_point, point_count, surface_point}
+#import bevy_voxel_gi::surface::{cell_center, in_plane, is_clear, middle_point, point_count,
+    surface_point}
 #import bevy_voxel_gi::trace::{is_back, is_enclosed, trace}
 #import bevy_voxel_gi::volume::{FACES, FLAG_CHANGING, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal,
     face_towards, level_of_index, level_voxel_size, sky_radiance, volume, voxel_count,
@@ -136,8 +137,7 @@ fn gather(
         let middle = middle_point(exposed, plane, normal);
         workgroupBarrier();
         if (bit < 64u) {
-            let center = cell_center(bit);
-            let point = center - normal * dot(normal, center - plane.centroid);
+            let point = in_plane(cell_center(bit), plane, normal);
             if (!is_clear(level, corner + middle, corner + point)) {
                 atomicAnd(&exposed_words[bit >> 5u], ~(1u << (bit & 31u)));
             }

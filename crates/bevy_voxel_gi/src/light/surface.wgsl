@@ -33,14 +33,25 @@ fn cell_center(bit: u32) -> vec3<f32> {
     return (vec3<f32>(cell) + 0.5) / f32(FINE);
 }
 
+// Of some.
+fn first_bit(exposed: vec2<u32>) -> u32 {
+    return select(32u + firstTrailingBit(exposed.y), firstTrailingBit(exposed.x), exposed.x != 0u);
+}
+
+fn without_first(exposed: vec2<u32>) -> vec2<u32> {
+    if (exposed.x != 0u) {
+        return vec2(exposed.x & (exposed.x - 1u), exposed.y);
+    }
+    return vec2(0u, exposed.y & (exposed.y - 1u));
+}
+
 // The bit of the number-th exposed sub-voxel.
 fn nth_bit(exposed: vec2<u32>, number: u32) -> u32 {
-    let low = countOneBits(exposed.x);
-    var word = select(exposed.x, exposed.y, number >= low);
-    for (var i = select(number, number - low, number >= low); i > 0u; i--) {
-        word &= word - 1u;
+    var left = exposed;
+    for (var i = 0u; i < number; i++) {
+        left = without_first(left);
     }
-    return countTrailingZeros(word) + select(0u, 32u, number >= low);
+    return first_bit(left);
 }
 
 // The plane of a surface in its voxel.
@@ -55,25 +66,28 @@ struct SurfacePlane {
 const CLEARANCE: f32 = 0.00390625;
 
 fn surface_plane(exposed: vec2<u32>, normal: vec3<f32>) -> SurfacePlane {
-    let count = point_count(exposed);
     var centroid = vec3(0.0);
-    var spread = 0.0;
-    for (var i = 0u; i < count; i++) {
-        centroid += cell_center(nth_bit(exposed, i));
+    for (var left = exposed; any(left != vec2(0u)); left = without_first(left)) {
+        centroid += cell_center(first_bit(left));
     }
-    centroid /= f32(max(count, 1u));
-    for (var i = 0u; i < count; i++) {
-        spread = max(spread, dot(normal, cell_center(nth_bit(exposed, i)) - centroid));
+    centroid /= f32(max(point_count(exposed), 1u));
+    var spread = 0.0;
+    for (var left = exposed; any(left != vec2(0u)); left = without_first(left)) {
+        spread = max(spread, dot(normal, cell_center(first_bit(left)) - centroid));
     }
     let reach = 0.5 / f32(FINE) * (abs(normal.x) + abs(normal.y) + abs(normal.z));
     return SurfacePlane(centroid, reach + min(spread, reach) + CLEARANCE);
 }
 
-// An exposed sub-voxel's centre, moved into the surface's plane; from the voxel's corner.
+// A place of a surface moved into its plane, from the voxel's corner.
+fn in_plane(place: vec3<f32>, plane: SurfacePlane, normal: vec3<f32>) -> vec3<f32> {
+    return place - normal * dot(normal, place - plane.centroid);
+}
+
+// The centre of the number-th exposed sub-voxel, in the surface's plane.
 fn surface_point(exposed: vec2<u32>, plane: SurfacePlane, normal: vec3<f32>, number: u32)
     -> vec3<f32> {
-    let center = cell_center(nth_bit(exposed, number));
-    return center - normal * dot(normal, center - plane.centroid);
+    return in_plane(cell_center(nth_bit(exposed, number)), plane, normal);
 }
 
 // A place is nearer than another if it is by more than this, in voxels squared: how floats are
@@ -84,8 +98,8 @@ const NEARER: f32 = 1e-4;
 fn middle_point(exposed: vec2<u32>, plane: SurfacePlane, normal: vec3<f32>) -> vec3<f32> {
     var middle = vec3(0.5);
     var least = 3e38;
-    for (var i = 0u; i < point_count(exposed); i++) {
-        let point = surface_point(exposed, plane, normal, i);
+    for (var left = exposed; any(left != vec2(0u)); left = without_first(left)) {
+        let point = in_plane(cell_center(first_bit(left)), plane, normal);
         let way = point - 0.5;
         let flat = way - normal * dot(normal, way);
         if (dot(flat, flat) < least - NEARER) {
