@@ -99,8 +99,8 @@ pub(super) fn never_pause(app: &mut HeadlessApp, volume: Entity) -> Result<(), H
     if let Some(mut volume) = app.world_mut().get_mut::<VoxelGiVolume>(volume) {
         volume.pause_when_settled = false;
     }
-    // Times come back a few frames late.
-    app.render_frames(3)
+    // Times come back a few frames late, and the first frames renew what others do in turn.
+    app.render_frames(8)
 }
 
 fn picture(app: &mut HeadlessApp) -> Result<Vec<Vec3>, HeadlessError> {

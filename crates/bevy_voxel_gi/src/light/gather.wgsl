@@ -8,8 +8,8 @@
 #import bevy_voxel_gi::surface::{cell_center, in_plane, is_clear, middle_point, point_count,
     surface_point}
 #import bevy_voxel_gi::trace::{is_back, is_enclosed, trace}
-#import bevy_voxel_gi::volume::{FACES, FLAG_CHANGING, FLAG_PER_PIXEL, FLAG_WEIGHTED, face_normal,
-    face_towards, level_of_index, level_voxel_size, sky_radiance, volume, voxel_count,
+#import bevy_voxel_gi::volume::{FACES, FLAG_CHANGING, FLAG_WEIGHTED, face_normal,
+    face_towards, is_due, level_of_index, level_voxel_size, sky_radiance, volume, voxel_count,
     voxel_of_index}
 #import bevy_voxel_gi::walk::NOTHING
 
@@ -69,11 +69,11 @@ fn arriving(level: u32, origin: vec3<f32>, direction: vec3<f32>) -> Arriving {
 #endif
 }
 
-// Sets of rays that take turns, a frame each: together they are one dense set. Without a mean over
-// frames there is one.
+// Sets of rays that take turns, a round each: together they are one dense set. Without a mean over
+// rounds there is one.
 #ifdef OCCLUSION_ONLY
 const SETS: u32 = 1u;
-// Points of a surface from which rays begin in a frame.
+// Points of a surface from which rays begin in a round.
 const FRAME_POINTS: u32 = 16u;
 #else
 const SETS: u32 = 8u;
@@ -89,7 +89,7 @@ fn texel(light: vec4<f32>) -> vec4<f32> {
     return vec4(light.rgb / max(light.a, 1e-6), 1.0);
 }
 
-// From point to point, so that neighbours are not in the same frame; coprime to 16.
+// From point to point, so that neighbours are not in the same round; coprime to 16.
 const POINT_STEP: u32 = 5u;
 // Rays turn when all sets had their turn.
 const TURN_STEP: u32 = 0x9e3779b9u;
@@ -98,7 +98,7 @@ const TURN_STEP: u32 = 0x9e3779b9u;
 const ABRUPT: f32 = 0.75;
 const ABRUPT_WEIGHT: f32 = 0.125;
 
-// The share of this frame in the mean.
+// The share of this round in the mean.
 fn share(before: vec4<f32>, now: vec4<f32>) -> f32 {
     if (before.a == 0.0) {
         return 1.0;
@@ -110,10 +110,6 @@ fn share(before: vec4<f32>, now: vec4<f32>) -> f32 {
     let fresh = dot(now.rgb, vec3(1.0)) * before.a;
     let abrupt = abs(fresh - old) > ABRUPT * max(fresh, old) || now.a < ABRUPT_WEIGHT * before.a;
     return max(volume.blend, select(0.0, 0.5, abrupt));
-}
-
-fn is_due(index: u32) -> bool {
-    return voxel_of_index(index).z % volume.interval == volume.phase;
 }
 
 @compute @workgroup_size(32)
@@ -132,28 +128,28 @@ fn gather(
     let plane = entry.plane;
     let level = level_of_index(index);
     let corner = vec3<f32>(voxel_of_index(index)) + normal * plane.guard;
-    if ((volume.flags & FLAG_PER_PIXEL) != 0u) {
-        // Of a surface that a wall divides, one side: pixels look on which side they are.
-        let middle = middle_point(exposed, plane, normal);
-        workgroupBarrier();
-        if (bit < 64u) {
-            let point = in_plane(cell_center(bit), plane, normal);
-            if (!is_clear(level, corner + middle, corner + point)) {
-                atomicAnd(&exposed_words[bit >> 5u], ~(1u << (bit & 31u)));
-            }
+#ifdef PER_PIXEL
+    // Of a surface that a wall divides, one side: pixels look on which side they are.
+    let middle = middle_point(exposed, plane, normal);
+    workgroupBarrier();
+    if (bit < 64u) {
+        let point = in_plane(cell_center(bit), plane, normal);
+        if (!is_clear(level, corner + middle, corner + point)) {
+            atomicAnd(&exposed_words[bit >> 5u], ~(1u << (bit & 31u)));
         }
-        workgroupBarrier();
-        exposed = exposed_now();
     }
+    workgroupBarrier();
+    exposed = exposed_now();
+#endif
     let points = point_count(exposed);
     var faces = 0u;
     for (var f = 0u; f < FACES; f++) {
         faces |= select(0u, 1u << f, face_key(index, f) == key);
     }
-    let ray_set = volume.frame % SETS;
-    let turn = hash_unit(64u * index + faces + volume.frame / SETS * TURN_STEP);
+    let ray_set = volume.round % SETS;
+    let turn = hash_unit(64u * index + faces + volume.round / SETS * TURN_STEP);
     // All rays of a thread begin at one point.
-    let place_of_point = (volume.frame * FRAME_POINTS + thread % FRAME_POINTS) * POINT_STEP;
+    let place_of_point = (volume.round * FRAME_POINTS + thread % FRAME_POINTS) * POINT_STEP;
     let origin = corner + surface_point(exposed, plane, normal, place_of_point % points);
     var sum = vec4(0.0);
     var inside = 0.0;
@@ -219,15 +215,15 @@ fn gather_air(
     let index = work[FACES * count + min(place, counters[1] - 1u)] >> 3u;
     let level = level_of_index(index);
     let origin = vec3<f32>(voxel_of_index(index)) + 0.5;
-    let ray_set = volume.frame % SETS;
-    let turn = hash_unit(64u * index + volume.frame / SETS * TURN_STEP);
+    let ray_set = volume.round % SETS;
+    let turn = hash_unit(64u * index + volume.round / SETS * TURN_STEP);
     let direction = sphere_ray(thread * SETS + ray_set, SPHERE_RAYS * SETS, turn);
     directions[thread] = direction;
     let found = arriving(level, origin, direction);
     sums[thread] = found.light;
     enclosed[thread] = found.enclosed;
     workgroupBarrier();
-    if (thread >= FACES || !is_due(index)) {
+    if (thread >= FACES) {
         return;
     }
     // The cosine as weight, so that a uniform field is uniform however few rays there are.

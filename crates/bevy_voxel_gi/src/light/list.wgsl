@@ -4,8 +4,7 @@
 #import bevy_voxel_gi::atlas::{atlas_texel, mask_texel, pack_word}
 #import bevy_voxel_gi::faces::{exposed_in_column, face_key, masks, surface_normal}
 #import bevy_voxel_gi::surface::{is_first_face, main_face}
-#import bevy_voxel_gi::volume::{FACES, FLAG_PER_PIXEL, FLAG_WEIGHTED, level_of_index, volume,
-    voxel_count, voxel_index, voxel_of_index}
+#import bevy_voxel_gi::volume::{FACES, FLAG_WEIGHTED, is_due, volume, voxel_count}
 
 // First surfaces, from `air_start` on voxels without.
 @group(1) @binding(0) var<storage, read_write> work: array<u32>;
@@ -20,17 +19,19 @@ fn is_occupied(index: u32) -> bool {
     return any(masks[index] != vec2(0u));
 }
 
-// Whether one of the 26 voxels around has a surface.
-fn is_near_surface(index: u32) -> bool {
-    let voxel = vec3<i32>(voxel_of_index(index));
-    let last = vec3(i32(volume.resolution) - 1);
-    for (var i = 0; i < 27; i++) {
-        let neighbor = clamp(voxel + vec3(i % 3, (i / 3) % 3, i / 9) - 1, vec3(0), last);
-        if (is_occupied(voxel_index(level_of_index(index), vec3<u32>(neighbor)))) {
-            return true;
+// Forgets the light of surfaces that are gone. Whether there was any: what pixels read is still that.
+fn forget(index: u32) -> bool {
+    var known = false;
+#ifndef OCCLUSION_ONLY
+    for (var face = 0u; face < FACES; face++) {
+        // The weight is in the last word.
+        if (irradiance[FACES * index + face].w != 0u) {
+            irradiance[FACES * index + face] = vec4(0u);
+            known = true;
         }
     }
-    return false;
+#endif
+    return known;
 }
 
 fn has_points(index: u32, face: u32) -> bool {
@@ -53,14 +54,14 @@ fn list(
     if (index >= count) {
         return;
     }
-    if ((volume.flags & FLAG_PER_PIXEL) != 0u) {
-        for (var half = 0u; half < 2u; half++) {
-            textureStore(light, mask_texel(index, half), pack_word(masks[index][half]));
-        }
+#ifdef PER_PIXEL
+    for (var half = 0u; half < 2u; half++) {
+        textureStore(light, mask_texel(index, half), pack_word(masks[index][half]));
     }
+#endif
     if (!is_occupied(index)) {
-        let turn = (index + volume.frame) % volume.air_interval == 0u;
-        if (turn || volume.blend == 1.0 || is_near_surface(index)) {
+        let turn = (index + volume.round) % volume.air_interval == 0u;
+        if (is_due(index) && (forget(index) || turn || volume.blend == 1.0)) {
             let place = atomicAdd(&counters[1], 1u);
             work[FACES * count + place] = 8u * index + FACE_OF_AIR;
         }

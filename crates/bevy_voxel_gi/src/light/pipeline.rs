@@ -35,6 +35,7 @@ pub(crate) struct LightKey {
     step: Step,
     occlusion_only: bool,
     seen: bool,
+    per_pixel: bool,
 }
 
 #[derive(Resource)]
@@ -152,6 +153,7 @@ impl LightPipelines {
                 step,
                 occlusion_only: shape.occlusion_only,
                 seen: shape.seen,
+                per_pixel: shape.per_pixel,
             };
             pipelines.specialize(cache, self, key)
         };
@@ -226,6 +228,7 @@ impl SpecializedComputePipeline for LightPipelines {
             shader_defs: [
                 (key.occlusion_only, "OCCLUSION_ONLY"),
                 (key.seen, "SEEN_ALBEDO"),
+                (key.per_pixel, "PER_PIXEL"),
             ]
             .into_iter()
             .filter(|(on, _)| *on)

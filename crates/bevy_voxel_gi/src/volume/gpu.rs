@@ -56,7 +56,7 @@ pub(crate) struct GpuVolume {
     pub phase: u32,
     pub interval: u32,
     pub flags: u32,
-    pub frame: u32,
+    pub round: u32,
     pub points_per_triangle: u32,
     pub air_interval: u32,
     pub blend: f32,
@@ -64,10 +64,9 @@ pub(crate) struct GpuVolume {
 
 const FLAG_FEEDBACK: u32 = 1;
 const FLAG_WEIGHTED: u32 = 2;
-const FLAG_PER_PIXEL: u32 = 4;
-const FLAG_CHANGING: u32 = 8;
+const FLAG_CHANGING: u32 = 4;
 
-/// Voxels without a surface are renewed in this many frames: they light only what is not itself
+/// Voxels without a surface are renewed in this many rounds: they light only what is not itself
 /// voxelised.
 pub(crate) const AIR_INTERVAL: u32 = 8;
 
@@ -86,16 +85,15 @@ impl GpuVolume {
             }
             VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
         };
-        // Without a mean over frames the rays are always the same.
-        let (frame, blend) = match settings.light {
+        // Without a mean over rounds the rays are always the same.
+        let (round, blend) = match settings.light {
             VoxelLight::AmbientOcclusion { .. } => (0, 1.0),
-            VoxelLight::GlobalIllumination { .. } => (frame, blend),
+            VoxelLight::GlobalIllumination { .. } => (frame / settings.update_interval, blend),
         };
         let mut flags = 0;
         for (on, flag) in [
             (feedback, FLAG_FEEDBACK),
             (volume.patched, FLAG_WEIGHTED),
-            (volume.is_per_pixel(), FLAG_PER_PIXEL),
         ] {
             if on {
                 flags |= flag;
@@ -121,7 +119,7 @@ impl GpuVolume {
             phase,
             interval: settings.update_interval,
             flags,
-            frame,
+            round,
             points_per_triangle: match settings.voxelizer {
                 Voxelizer::Stochastic { points } => points,
                 _ => 0,
@@ -167,6 +165,8 @@ pub(crate) struct BufferShape {
     pub propagates: bool,
     /// Albedo is what cameras see.
     pub seen: bool,
+    /// Pixels look for the voxels around them, and need to know which sub-voxels are touched.
+    pub per_pixel: bool,
 }
 
 impl BufferShape {
@@ -182,6 +182,7 @@ impl BufferShape {
                 }
             ),
             occlusion_only: matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
+            per_pixel: volume.is_per_pixel(),
             seen: volume.settings.albedo == VoxelAlbedo::Seen
                 && !matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
         }
@@ -199,8 +200,8 @@ pub(crate) struct VolumeBuffers {
     /// Six times two words a voxel: radiance that leaves each face, as 16-bit floats. A stub for
     /// occlusion only.
     pub radiosity: Buffer,
-    /// Six times four words a voxel: irradiance of each face in this frame, and the mean over
-    /// frames with its weight, as 16-bit floats; or, of propagated light, what has arrived, as
+    /// Six times four words a voxel: irradiance of each face in this round, and the mean over
+    /// rounds with its weight, as 16-bit floats; or, of propagated light, what has arrived, as
     /// 32-bit floats. A stub for occlusion only.
     pub irradiance: Buffer,
     /// Sixteen words a voxel each: propagated light before and after a step. Stubs otherwise.

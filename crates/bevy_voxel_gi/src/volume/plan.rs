@@ -76,22 +76,23 @@ pub(crate) struct FramePlan {
     texture: Option<AssetId<Image>>,
 }
 
-/// Frames in which endlessly reflected light settles, and in which what the mean still holds of
+/// Rounds in which endlessly reflected light settles, and in which what the mean still holds of
 /// the time before has gone: (7/8)⁴⁰ = 0.5%.
 const SETTLE_ENDLESS: u32 = 40;
 
-/// Frames over which the light that pixels read is a mean.
+/// Rounds over which the light that pixels read is a mean.
 const HISTORY: u32 = 8;
 
-/// Frames after a change in which light that differs much from its mean counts as changed, and not as
-/// noise: later that would bias the mean, as of rare bright rays most frames have none.
+/// Rounds after a change in which light that differs much from its mean counts as changed, and not as
+/// noise: later that would bias the mean, as of rare bright rays most rounds have none.
 const CHANGING: u32 = 16;
 
-/// Light settles after a whole number of so many frames: all sets of rays have had their turn, and
-/// changes that took a few frames to arrive settle to the same light as those at once.
+/// Light settles after a whole number of so many rounds, in each of which every voxel is renewed once:
+/// all sets of rays have had their turn, and changes that took a few frames to arrive settle to the same
+/// light as those at once.
 const SETTLE_STEP: u32 = 16;
 
-/// Frames in which light that is new gets around before a mean is worth something.
+/// Rounds in which light that is new gets around before a mean is worth something.
 const WARM_UP: u32 = 4;
 
 impl FramePlan {
@@ -100,14 +101,14 @@ impl FramePlan {
     }
 
     /// Whether nothing changes any more.
-    fn has_settled(&self) -> bool {
-        self.unsettled == 0 && self.frame.is_multiple_of(SETTLE_STEP)
+    fn has_settled(&self, interval: u32) -> bool {
+        self.unsettled == 0 && self.frame.is_multiple_of(SETTLE_STEP * interval)
     }
 
     /// Share of this frame in the mean.
-    fn blend(&self) -> f32 {
-        let frames = (self.since_new + 1).saturating_sub(WARM_UP);
-        1.0 / frames.clamp(1, HISTORY) as f32
+    fn blend(&self, interval: u32) -> f32 {
+        let rounds = (self.since_new / interval + 1).saturating_sub(WARM_UP);
+        1.0 / rounds.clamp(1, HISTORY) as f32
     }
 
     /// Whether any level is elsewhere than in the last frame.
@@ -204,6 +205,7 @@ pub(crate) fn prepare_frame(
         || plan.texture != Some(volume.texture.id());
     let key = VoxelizeKey::new(volume.settings.voxelizer, shape.occlusion_only);
     let voxelizer = pipeline_for(key, &voxelize, &mut voxelizers, &cache);
+    let interval = volume.settings.update_interval;
     let light_ids = light.ids(shape, &mut lights, &cache);
     // What is propagated begins anew in each frame.
     let keeps_light = !shape.occlusion_only && !shape.propagates;
@@ -221,7 +223,7 @@ pub(crate) fn prepare_frame(
     if fresh || fingerprint != plan.fingerprint {
         plan.fingerprint = fingerprint;
         // A volume that only moves keeps its light.
-        if plan.since_change > HISTORY && !plan.is_elsewhere(volume) {
+        if plan.since_change > HISTORY * interval && !plan.is_elsewhere(volume) {
             plan.since_new = 0;
             plan.frame = 0;
         }
@@ -233,7 +235,7 @@ pub(crate) fn prepare_frame(
         return;
     };
     report.set(VoxelGiReport {
-        state: if plan.has_settled() && volume.settings.pause_when_settled {
+        state: if plan.has_settled(interval) && volume.settings.pause_when_settled {
             VoxelGiState::Settled
         } else {
             VoxelGiState::Running
@@ -242,14 +244,14 @@ pub(crate) fn prepare_frame(
         triangles: instances.triangles,
         receiver_patched: volume.patched,
     });
-    if plan.has_settled() && volume.settings.pause_when_settled {
+    if plan.has_settled(interval) && volume.settings.pause_when_settled {
         return;
     }
     plan.unsettled = plan.unsettled.saturating_sub(1);
     let light_count = u32::try_from(lamps.0.len()).unwrap_or(u32::MAX);
     let moved = plan.moved(volume);
-    let first = GpuVolume::new(volume, light_count, plan.frame, plan.blend())
-        .changing(plan.since_change < CHANGING * volume.settings.update_interval);
+    let first = GpuVolume::new(volume, light_count, plan.frame, plan.blend(interval))
+        .changing(plan.since_change < CHANGING * interval);
     uniforms.write(
         [first, first.with_feedback(true)].map(|gpu| match moved {
             Some(_) => gpu.all_at_once(),

@@ -41,11 +41,11 @@ struct Volume {
     phase: u32,
     interval: u32,
     flags: u32,
-    // Counts the frames in which something is computed.
-    frame: u32,
+    // Counts the rounds, in each of which every voxel is renewed once.
+    round: u32,
     points_per_triangle: u32,
     air_interval: u32,
-    // Share of this frame in the mean that pixels read.
+    // Share of this round in the mean that pixels read.
     blend: f32,
 }
 
@@ -55,10 +55,8 @@ struct Volume {
 const FLAG_FEEDBACK: u32 = 1u;
 // The receiver divides by the weight in alpha.
 const FLAG_WEIGHTED: u32 = 2u;
-// The receiver looks for the voxels around it, and needs to know which sub-voxels are touched.
-const FLAG_PER_PIXEL: u32 = 4u;
 // Something in the scene has changed lately.
-const FLAG_CHANGING: u32 = 8u;
+const FLAG_CHANGING: u32 = 4u;
 
 // Faces of a voxel: +X, -X, +Y, -Y, +Z, -Z.
 const FACES: u32 = 6u;
@@ -94,6 +92,11 @@ fn voxel_of_index(index: u32) -> vec3<u32> {
     let r = volume.resolution;
     let local = index % voxel_count();
     return vec3(local % r, (local / r) % r, local / (r * r));
+}
+
+// Whether a voxel is renewed now.
+fn is_due(index: u32) -> bool {
+    return voxel_of_index(index).z % volume.interval == volume.phase;
 }
 
 fn face_normal(face: u32) -> vec3<f32> {
