@@ -99,7 +99,7 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
 #else
     // The face that was entered, or else another that shows.
     var axis = entered;
-    let seen = facing(touched, direction);
+    let seen = facing(touched, direction, NOTHING);
     if (seen.shown == 0u) {
         return vec4(BACK, 1.0);
     }

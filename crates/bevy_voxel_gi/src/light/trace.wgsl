@@ -8,6 +8,9 @@
 #import bevy_voxel_gi::volume::{FACES, face_towards}
 #import bevy_voxel_gi::walk::{NOTHING, Touched, walk}
 
+// In place of a surface: a ray stays behind that.
+const BACK: u32 = 0xfffffffeu;
+
 // How the surfaces of a voxel are turned to a ray that touches a sub-voxel of theirs.
 struct Facing {
     // The axes of which the face towards the ray has a surface that is turned to it, a bit each.
@@ -15,19 +18,22 @@ struct Facing {
     // Those of them whose surface is at the sub-voxel. Without this rule the outside of a thin wall
     // would be seen from within.
     shown: u32,
-    // A face in front of whose surface the ray stays: `FACES` times the index of the voxel, plus the
-    // face. `NOTHING` without.
+    // Whether the ray goes on.
+    passes: bool,
+    // What it only grazes then: a surface in front of which it stays, `FACES` times the index of the
+    // voxel, plus the face; or `BACK`; or `NOTHING`.
     grazed: u32,
 }
 
-fn facing(touched: Touched, direction: vec3<f32>) -> Facing {
-    var result = Facing(0u, 0u, NOTHING);
+// `before` is what the ray grazed in the sub-voxel just before.
+fn facing(touched: Touched, direction: vec3<f32>, before: u32) -> Facing {
+    var result = Facing(0u, 0u, false, NOTHING);
     for (var axis = 0u; axis < 3u; axis++) {
         let face = face_towards(axis, -direction[axis]);
         let normal = surface_normal(touched.index, face);
         if (dot(direction, normal) < 0.0) {
             result.turned |= 1u << axis;
-            if (is_outermost(touched.level, touched.voxel, touched.mask, touched.cell, face)) {
+            if (is_own(touched, face)) {
                 result.shown |= 1u << axis;
                 let stays = dot(normal, touched.leaves_from_middle) >= 0.0;
                 let grazed = FACES * touched.index + face;
@@ -35,7 +41,43 @@ fn facing(touched: Touched, direction: vec3<f32>) -> Facing {
             }
         }
     }
+    result.passes = result.grazed != NOTHING;
+    if (result.turned == 0u) {
+        let away = facing_away(touched, direction);
+        result.passes = away == STAYS_BEHIND || (away == WAS_IN_FRONT && before != BACK);
+        result.grazed = select(NOTHING, BACK, away == STAYS_BEHIND);
+    }
     return result;
+}
+
+fn is_own(touched: Touched, face: u32) -> bool {
+    return is_outermost(touched.level, touched.voxel, touched.mask, touched.cell, face);
+}
+
+const STAYS_BEHIND: u32 = 1u;
+const WAS_IN_FRONT: u32 = 2u;
+
+// On which side a ray is of all surfaces of a sub-voxel, which are turned away from it; 0 without any
+// or if it goes through. Behind one of two that make an edge it may be in front of the other.
+fn facing_away(touched: Touched, direction: vec3<f32>) -> u32 {
+    var away = 0u;
+    var behind = 0u;
+    var in_front = 0u;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let face = face_towards(axis, direction[axis]);
+        let normal = surface_normal(touched.index, face);
+        if (dot(direction, normal) > 0.0) {
+            away += 1u;
+            if (is_own(touched, face)) {
+                behind += select(0u, 1u, dot(normal, touched.leaves_from_middle) <= 0.0);
+                in_front += select(0u, 1u, dot(normal, touched.enters_from_middle) >= 0.0);
+            }
+        }
+    }
+    if (away == 0u) {
+        return 0u;
+    }
+    return select(select(0u, WAS_IN_FRONT, in_front == away), STAYS_BEHIND, behind == away);
 }
 
 struct Met {
@@ -66,13 +108,13 @@ fn trace(level: u32, origin: vec3<f32>, direction: vec3<f32>, reach: f32) -> Met
         if (touched.index == NOTHING) {
             break;
         }
-        let seen = facing(touched, direction);
+        // There was a gap since the sub-voxel that it grazed.
+        met.grazed = select(met.grazed, NOTHING, touched.distance > begin + NUDGE);
+        let seen = facing(touched, direction, met.grazed);
         met.turned = seen.turned;
         met.shown = seen.shown;
         met.distance = touched.distance;
-        // There was a gap since the sub-voxel that it grazed.
-        met.grazed = select(met.grazed, NOTHING, touched.distance > begin + NUDGE);
-        if (seen.grazed == NOTHING) {
+        if (!seen.passes) {
             break;
         }
         met.grazed = seen.grazed;
@@ -89,7 +131,7 @@ const NEAR: f32 = 4.0;
 // ended between surfaces, in an edge or inside of a thin wall: it shows the surface that it grazed,
 // or else tells nothing.
 fn is_back(met: Met) -> bool {
-    return met.turned == 0u;
+    return met.turned == 0u || (met.shown == 0u && met.grazed == BACK);
 }
 
 // Whether the ray, which met something, may have begun inside of it.

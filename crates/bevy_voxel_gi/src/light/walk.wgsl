@@ -19,9 +19,10 @@ struct Touched {
     voxel: vec3<u32>,
     mask: vec2<u32>,
     cell: vec3<u32>,
-    // Where the ray comes into the sub-voxel, and where it leaves that, also from its middle.
+    // Where the ray comes into the sub-voxel, and where it leaves that; also from its middle.
     distance: f32,
     leaves: f32,
+    enters_from_middle: vec3<f32>,
     leaves_from_middle: vec3<f32>,
 }
 
@@ -69,9 +70,10 @@ fn walk(level: u32, origin: vec3<f32>, direction: vec3<f32>, begin: f32, reach: 
                     let axis = smallest(next);
                     if (is_set(mask, fine_bit(vec3<u32>(sub)))) {
                         let scale = level_voxel_size(c) / level_voxel_size(level);
-                        let middle = low + 0.5 / f32(FINE);
-                        return Touched(index, c, vec3<u32>(voxel), mask, vec3<u32>(sub), at * scale,
-                            next[axis] * scale, from_ + ray * next[axis] - middle);
+                        let from_middle = from_ - low - 0.5 / f32(FINE);
+                        return Touched(index, c, vec3<u32>(voxel), mask, vec3<u32>(sub),
+                            at * scale, next[axis] * scale, from_middle + ray * at,
+                            from_middle + ray * next[axis]);
                     }
                     at = next[axis];
                     sub[axis] += step[axis];

@@ -3,7 +3,7 @@
 use super::{
     grid::{FACE_STEPS, FACES},
     key::key_normal,
-    trace::Hit,
+    trace::{Grazed, Hit},
     voxels::Voxels,
 };
 use glam::Vec3;
@@ -84,7 +84,8 @@ pub fn seen_light(
             .sum()
     });
     match (seen, hit.grazed) {
-        (Seen::Unclear, Some((voxel, face))) => Seen::Light(radiance(voxel, face)),
+        (Seen::Unclear, Some(Grazed::Front(voxel, face))) => Seen::Light(radiance(voxel, face)),
+        (Seen::Unclear, Some(Grazed::Back)) => Seen::Back(hit.distance),
         _ => seen,
     }
 }
@@ -93,4 +94,10 @@ pub fn seen_light(
 pub fn is_turned(voxels: &Voxels, hit: &Hit, direction: Vec3, face: usize) -> bool {
     let key = voxels.keys[hit.voxel][face];
     key != 0 && direction.dot(FACES[face]) < 0.0 && direction.dot(key_normal(key)) < 0.0
+}
+
+/// The same of a surface that is turned away from the ray, which comes from behind.
+pub fn is_away(voxels: &Voxels, hit: &Hit, direction: Vec3, face: usize) -> bool {
+    let key = voxels.keys[hit.voxel][face];
+    key != 0 && direction.dot(FACES[face]) > 0.0 && direction.dot(key_normal(key)) > 0.0
 }

@@ -7,7 +7,7 @@
 use super::{
     grid::FACE_STEPS,
     key::key_normal,
-    seen::is_turned,
+    seen::{is_away, is_turned},
     voxels::{SUB_VOXELS, Voxels, sub_voxel_bit},
 };
 use glam::{IVec3, Vec3};
@@ -21,8 +21,19 @@ pub struct Hit {
     pub sub_voxel: IVec3,
     /// Distance along the ray, in voxels.
     pub distance: f32,
-    /// If the ray came here through a sub-voxel in front of its surface: index of the voxel, and face.
-    pub grazed: Option<(usize, usize)>,
+    /// What the ray grazed in the sub-voxel just before.
+    pub grazed: Option<Grazed>,
+}
+
+/// A surface that a ray passes in a sub-voxel which it touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grazed {
+    /// The ray stays in front of it: index of the voxel, and face.
+    Front(usize, usize),
+    /// It stays behind.
+    Back,
+    /// It was in front of it before, and goes away.
+    Left,
 }
 
 fn smallest(v: Vec3) -> usize {
@@ -87,11 +98,13 @@ fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool
                         grazed,
                     };
                     let exit = origin + direction * next[axis];
-                    let face = grazes.then(|| grazed_face(voxels, &hit, direction, exit));
-                    let Some(Some(face)) = face else {
+                    let passed = grazes
+                        .then(|| passed(voxels, &hit, direction, origin + direction * at, exit))
+                        .flatten();
+                    if passed.is_none() {
                         return Some(hit);
-                    };
-                    grazed = Some((index, face));
+                    }
+                    grazed = passed;
                 } else {
                     grazed = None;
                 }
@@ -112,16 +125,35 @@ fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool
     }
 }
 
-/// The face of a touched sub-voxel in front of whose surface a ray stays until it leaves by `exit`.
+/// What a ray only grazes in a touched sub-voxel, which it leaves by `exit`; None if it meets that.
 ///
 /// The surface is taken to go through the middle: where in the sub-voxel it really is nobody knows, but
 /// so it is at the right place in the mean, while all of the sub-voxel would be too near, and windows too
 /// narrow.
-fn grazed_face(voxels: &Voxels, hit: &Hit, direction: Vec3, exit: Vec3) -> Option<usize> {
+fn passed(voxels: &Voxels, hit: &Hit, direction: Vec3, entry: Vec3, exit: Vec3) -> Option<Grazed> {
     let middle = (hit.sub_voxel.as_vec3() + 0.5) / SUB_VOXELS as f32;
-    (0..6).find(|&face| {
-        is_turned(voxels, hit, direction, face)
-            && key_normal(voxels.keys[hit.voxel][face]).dot(exit - middle) >= 0.0
-            && voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face])
-    })
+    let height = |face: usize, at: Vec3| key_normal(voxels.keys[hit.voxel][face]).dot(at - middle);
+    let is_own = |face: usize| voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]);
+    let mut turned = (0..6)
+        .filter(|&face| is_turned(voxels, hit, direction, face))
+        .peekable();
+    if turned.peek().is_some() {
+        return turned
+            .find(|&face| height(face, exit) >= 0.0 && is_own(face))
+            .map(|face| Grazed::Front(hit.voxel, face));
+    }
+    // Behind one of two that make an edge a ray may be in front of the other.
+    let away = |is_clear: &dyn Fn(usize) -> bool| {
+        let mut faces = (0..6)
+            .filter(|&face| is_away(voxels, hit, direction, face))
+            .peekable();
+        faces.peek().is_some() && faces.all(|face| is_own(face) && is_clear(face))
+    };
+    if away(&|face| height(face, exit) <= 0.0) {
+        Some(Grazed::Back)
+    } else if hit.grazed != Some(Grazed::Back) && away(&|face| height(face, entry) >= 0.0) {
+        Some(Grazed::Left)
+    } else {
+        None
+    }
 }

@@ -91,10 +91,7 @@ impl GpuVolume {
             VoxelLight::GlobalIllumination { .. } => (frame / settings.update_interval, blend),
         };
         let mut flags = 0;
-        for (on, flag) in [
-            (feedback, FLAG_FEEDBACK),
-            (volume.patched, FLAG_WEIGHTED),
-        ] {
+        for (on, flag) in [(feedback, FLAG_FEEDBACK), (volume.patched, FLAG_WEIGHTED)] {
             if on {
                 flags |= flag;
             }

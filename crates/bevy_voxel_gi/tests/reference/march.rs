@@ -193,7 +193,7 @@ fn surfaces_seen_from_behind_are_black() {
         ..Default::default()
     };
     let materials = gray(0.0, 0.0);
-    for (height, allowed, allowed_at_edge) in [(6.0, 0.025, 0.025), (2.0, 0.035, 0.25)] {
+    for (height, allowed, allowed_at_edge) in [(6.0, 0.012, 0.012), (2.0, 0.025, 0.25)] {
         for (up, down) in FRONTS {
             let voxels = under_roof(height, up, down);
             let march = March::new(&voxels, &materials, &[], Vec3::ONE, settings);

@@ -8,6 +8,7 @@ use bevy_voxel_gi::reference::{
     rays::hash_unit,
     surface::surfaces,
     trace::trace,
+    voxels::SUB_VOXELS,
 };
 use glam::{DVec3, IVec3, Vec3};
 use proptest::prelude::*;
@@ -82,6 +83,12 @@ proptest! {
         if let Some(hit) = trace(&voxels, origin, direction, f32::INFINITY) {
             prop_assert!(voxels.is_touched(hit.sub_voxel));
             prop_assert!(trace(&voxels, origin, direction, 0.5 * hit.distance).is_none());
+        }
+        // With one side neither, unless it begins at the surface, of which it may be in front.
+        let scene = [Triangle { double_sided: false, ..sheet(corners) }];
+        let voxels = Voxels::new(unit_grid(8), &scene);
+        if !voxels.is_touched((origin * SUB_VOXELS as f32).floor().as_ivec3()) {
+            prop_assert!(!goes_through(&voxels, &scene, origin, direction));
         }
     }
 }

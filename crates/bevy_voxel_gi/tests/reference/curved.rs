@@ -1,0 +1,139 @@
+//! Curved surfaces, as most of a game's are: what they see of a uniform sky.
+
+use crate::support::shapes::{gray, march_field, unit_grid};
+use bevy_voxel_gi::reference::{
+    Field, March, MarchSettings, Triangle, Voxels,
+    rays::{cosine_ray, hash_unit},
+};
+use glam::{IVec3, Vec3};
+use std::f32::consts::PI;
+
+/// A closed surface with one side whose fronts are outside: six faces of a cube, moved to a sphere.
+fn ball(center: Vec3, radius: f32) -> Vec<Triangle> {
+    const STEPS: i32 = 12;
+    let mut all = vec![];
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let at = |u: i32, v: i32| {
+                let mut p = Vec3::splat(side);
+                p[(axis + 1) % 3] = side * (2.0 * u as f32 / STEPS as f32 - 1.0);
+                p[(axis + 2) % 3] = 2.0 * v as f32 / STEPS as f32 - 1.0;
+                center + radius * p.normalize()
+            };
+            for (u, v) in (0..STEPS * STEPS).map(|i| (i % STEPS, i / STEPS)) {
+                let [a, b, c, d] = [at(u, v), at(u + 1, v), at(u + 1, v + 1), at(u, v + 1)];
+                all.extend([[a, b, c], [a, c, d]].map(one_sided));
+            }
+        }
+    }
+    all
+}
+
+fn one_sided(corners: [Vec3; 3]) -> Triangle {
+    Triangle {
+        corners,
+        material: 0,
+        double_sided: false,
+    }
+}
+
+/// Directions all around.
+fn around(count: u32) -> impl Iterator<Item = Vec3> {
+    (0..count).map(move |i| bevy_voxel_gi::reference::rays::sphere_ray(i, count, 0.3))
+}
+
+fn under_sky(triangles: &[Triangle], resolution: u32) -> Field {
+    let voxels = Voxels::new(unit_grid(resolution), triangles);
+    let materials = gray(0.0, 0.0);
+    let settings = MarchSettings::default();
+    let march = March::new(&voxels, &materials, &[], Vec3::ONE, settings);
+    march_field(march, 16)
+}
+
+#[test]
+fn a_ball_sees_all_of_the_sky() {
+    for radius in [2.0, 3.3, 5.6] {
+        let center = Vec3::new(8.1, 7.9, 8.3);
+        let field = under_sky(&ball(center, radius), 16);
+        let found: Vec<f32> = around(500)
+            .map(|n| field.irradiance(center + radius * n, n, 0.0).x / PI)
+            .collect();
+        let mean = found.iter().sum::<f32>() / 500.0;
+        let least = found.iter().copied().fold(f32::INFINITY, f32::min);
+        println!("ball of {radius}: mean {mean}, least {least}");
+        assert!((mean - 1.0).abs() < 0.005 && least > 0.94, "{radius}");
+    }
+}
+
+/// Emission E and albedo a everywhere inside of a ball: E / (1 - a).
+#[test]
+fn a_round_furnace() {
+    let center = Vec3::new(8.1, 7.9, 8.3);
+    let mut triangles = ball(center, 5.6);
+    for triangle in &mut triangles {
+        triangle.corners.swap(1, 2);
+    }
+    let voxels = Voxels::new(unit_grid(16), &triangles);
+    let materials = gray(0.5, 1.0);
+    let settings = MarchSettings::default();
+    let march = March::new(&voxels, &materials, &[], Vec3::ZERO, settings);
+    let field = march_field(march, 40);
+    let found: Vec<f32> = around(500)
+        .map(|n| field.irradiance(center + 5.6 * n, -n, 0.0).x / PI / 2.0)
+        .collect();
+    let mean = found.iter().sum::<f32>() / 500.0;
+    let least = found.iter().copied().fold(f32::INFINITY, f32::min);
+    println!("inside of a ball: mean {mean}, least {least}");
+    assert!((mean - 1.0).abs() < 0.02 && least > 0.97);
+}
+
+/// Hills, whose shadows are worked out by small steps along each ray.
+#[test]
+fn hills_shade_each_other() {
+    // Hills of a few voxels are hardly resolved.
+    for (height, length, allowed) in [(0.6, 4.0, 0.055), (1.2, 5.0, 0.035), (1.5, 8.0, 0.02)] {
+        let wave = 2.0 * PI / length;
+        let ground = |x: f32, z: f32| 5.3 + height * (wave * x).sin() * (wave * z).sin();
+        let at = |i: i32, k: i32| {
+            let (x, z) = (0.25 * i as f32, 0.25 * k as f32);
+            Vec3::new(x, ground(x, z), z)
+        };
+        let mut triangles = vec![];
+        for i in -4..68 {
+            for k in -4..68 {
+                let [a, b, c, d] = [at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)];
+                triangles.extend([[a, b, c], [a, c, d]].map(one_sided));
+            }
+        }
+        let field = under_sky(&triangles, 16);
+        let (mut error, mut bias, mut sum) = (0.0, 0.0, 0.0);
+        for place in 0..200 {
+            let x = 4.0 + 8.0 * hash_unit(2 * place);
+            let z = 4.0 + 8.0 * hash_unit(2 * place + 1);
+            let p = Vec3::new(x, ground(x, z), z);
+            let e = 1e-3;
+            let slope =
+                |dx: f32, dz: f32| (ground(x + dx, z + dz) - ground(x - dx, z - dz)) / (2.0 * e);
+            let n = Vec3::new(-slope(e, 0.0), 1.0, -slope(0.0, e)).normalize();
+            let open = (0..256u32)
+                .filter(|&i| {
+                    let ray = cosine_ray(i, 256, 0.4, n);
+                    (1..)
+                        .map(|s| p + n * 1e-3 + ray * (0.02 * s as f32))
+                        .take_while(|q| {
+                            q.floor().as_ivec3().cmpge(IVec3::ZERO).all() && q.max_element() < 16.0
+                        })
+                        .all(|q| q.y > ground(q.x, q.z))
+                })
+                .count();
+            let wanted = open as f32 / 256.0;
+            let found = field.irradiance(p, n, 0.0).x / PI;
+            error += (found - wanted).abs();
+            bias += found - wanted;
+            sum += wanted;
+        }
+        let (error, bias) = (error / sum, bias / sum);
+        println!("hills of {height}, {length}: error {error}, bias {bias}");
+        assert!(error < allowed, "{height} {length}: {error}");
+    }
+}
