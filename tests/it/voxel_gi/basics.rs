@@ -442,22 +442,3 @@ fn cascades_and_a_volume_that_follows() {
         near(at(&picture(&mut app), 0.0, 0.0), 1.0, 0.05);
     }
 }
-
-#[test]
-fn amortised_updates_come_to_the_same_light() {
-    let _gpu = gpu();
-    let mut shades = Vec::new();
-    for update_interval in [1, 4] {
-        let mut app = app(|_| ());
-        floor(app.world_mut());
-        block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
-        app.world_mut().spawn(VoxelGiVolume {
-            update_interval,
-            ..under_sky(1.0)
-        });
-        ready(&mut app);
-        settle(&mut app);
-        shades.push(at(&picture(&mut app), 0.2, 0.1).x);
-    }
-    assert!((shades[0] / shades[1] - 1.0).abs() < 0.03, "{shades:?}");
-}

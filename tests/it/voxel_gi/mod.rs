@@ -10,4 +10,5 @@ mod scene;
 mod support;
 mod surfaces;
 mod truth;
+mod turns;
 mod volumes;

@@ -310,7 +310,29 @@ fn surfaces_seen_from_behind_are_black() {
     assert!((shades[0][0] - 0.474).abs() < 0.05, "{shades:?}");
     for of_one_side in &shades[1..] {
         for (one, two) in of_one_side.iter().zip(&shades[0]) {
-            assert!((one - two).abs() < 0.02, "{shades:?}");
+            assert!((one - two).abs() < 0.004, "{shades:?}");
         }
     }
+}
+
+/// A white ball under a uniform sky is as bright as that everywhere.
+#[test]
+fn curved_surfaces_do_not_shade_themselves() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    let world = app.world_mut();
+    let material = matt(world, 1.0);
+    let mesh = Sphere::new(1.3).mesh().ico(8).expect("few triangles");
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
+    world.spawn(under_sky(1.0));
+    let light = settled(&mut app);
+    let ball: Vec<f32> = light.iter().map(|p| p.x).filter(|x| *x > 0.0).collect();
+    let least = ball.iter().copied().fold(f32::INFINITY, f32::min);
+    let most = ball.iter().copied().fold(0.0, f32::max);
+    println!("{} pixels from {least} to {most}", ball.len());
+    assert!(
+        ball.len() > 300 && least > 0.99 && most < 1.005,
+        "{least} {most}"
+    );
 }

@@ -1,0 +1,62 @@
+//! What is renewed in a frame, and what in later ones.
+
+use bevy::prelude::*;
+use bevy_voxel_gi::VoxelGiVolume;
+
+use super::{
+    scene::{app, block, floor, under_sky},
+    support::{read_texels, settle},
+};
+use crate::support::gpu;
+
+/// Less is the weight of voxels without surfaces.
+const SURFACE: f32 = 0.003;
+
+#[test]
+fn amortised_updates_come_to_the_same_light() {
+    let _gpu = gpu();
+    let [whole, in_turn] = [1, 8].map(|update_interval| {
+        let mut app = app(|_| ());
+        floor(app.world_mut());
+        block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
+        app.world_mut().spawn(VoxelGiVolume {
+            update_interval,
+            ..under_sky(1.0)
+        });
+        app.run_until_ready(200).expect("not ready");
+        settle(&mut app);
+        read_texels(&mut app)
+    });
+    // Of surfaces and of air: how much the light differs, and how much there is.
+    let mut kinds = [[0.0; 2]; 2];
+    for (a, b) in whole.iter().flatten().zip(in_turn.iter().flatten()) {
+        assert_eq!(a.w == 0.0, b.w == 0.0, "{a} {b}");
+        let [difference, sum] = &mut kinds[usize::from(a.w < SURFACE)];
+        if a.w > 0.0 && b.w > 0.0 {
+            *difference += (a.x / a.w - b.x / b.w).abs();
+            *sum += a.x / a.w;
+        }
+    }
+    let [surfaces, air] = kinds.map(|[difference, sum]| difference / sum);
+    println!("surfaces {surfaces}, air {air}");
+    assert!(surfaces < 0.002 && air < 0.005, "{surfaces} {air}");
+}
+
+/// In the next frame, wherever it was.
+#[test]
+fn light_of_what_is_gone_is_forgotten() {
+    let _gpu = gpu();
+    let mut app = app(|_| ());
+    let gone = block(app.world_mut(), Vec3::new(0.1, 0.1, 0.1), Vec3::splat(1.1));
+    app.world_mut().spawn(under_sky(1.0));
+    app.run_until_ready(200).expect("not ready");
+    settle(&mut app);
+    let surfaces = |texels: &[[Vec4; 6]]| {
+        let faces = texels.iter().flatten();
+        faces.filter(|texel| texel.w > SURFACE).count()
+    };
+    assert!(surfaces(&read_texels(&mut app)) > 100);
+    app.world_mut().despawn(gone);
+    app.render_frames(2).expect("a frame");
+    assert_eq!(surfaces(&read_texels(&mut app)), 0);
+}
