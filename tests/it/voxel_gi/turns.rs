@@ -55,6 +55,14 @@ fn light_of_what_is_gone_is_forgotten() {
         let faces = texels.iter().flatten();
         faces.filter(|texel| texel.w > SURFACE).count()
     };
+    // It moves, so that its last light is not the first after a pause, when everything is renewed.
+    for step in 0..12 {
+        let at = Vec3::new(0.1 + 0.5 * (step as f32).sin(), 0.1, 0.1);
+        app.world_mut()
+            .entity_mut(gone)
+            .insert(Transform::from_translation(at));
+        app.render_frames(1).expect("a frame");
+    }
     assert!(surfaces(&read_texels(&mut app)) > 100);
     app.world_mut().despawn(gone);
     app.render_frames(2).expect("a frame");
