@@ -183,14 +183,19 @@ fn gather(
             front += of_point;
         }
     }
-    // Irradiance over pi, and how well it is known.
-    var now = vec4(storable(front.rgb / max(front.a, 1.0)), front.a / f32(volume.rays));
-    if (front.a == 0.0) {
-        now = vec4(storable(behind.rgb / max(behind.a, 1.0)), BEHIND);
+    // Irradiance over pi, and how well it is known. Where no ray tells anything nothing is learned.
+    var now = vec4(0.0);
+#ifndef OCCLUSION_ONLY
+    let stored = irradiance[FACES * index + face];
+    now = vec4(unpack_light(stored.xy).rgb, 0.0);
+#endif
+    if (front.a > 0.0) {
+        now = vec4(storable(front.rgb / front.a), front.a / f32(volume.rays));
+    } else if (behind.a > 0.0) {
+        now = vec4(storable(behind.rgb / behind.a), BEHIND);
     }
     var mean = vec4(now.rgb * now.a, now.a);
 #ifndef OCCLUSION_ONLY
-    let stored = irradiance[FACES * index + face];
     let before = unpack_light(stored.zw);
     mean = mix(before, mean, share(before, mean));
 #endif
