@@ -19,7 +19,7 @@ pub struct Options {
     /// Fewer images, smaller pictures and fewer repetitions.
     #[arg(long)]
     pub quick: bool,
-    /// Leaves out volumes of more voxels along an edge: 64 take hours on a software driver.
+    /// Leaves out volumes of more voxels along an edge: 64 take an hour on a software driver.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..))]
     pub max_resolution: Option<u32>,
     /// Folder of the reports, made where it is missing.

@@ -69,9 +69,11 @@ impl Setting {
         setting
     }
 
-    /// Whether its picture is to be compared with path-traced light.
+    /// Whether its picture is to be compared with path-traced light. Updates in turn come to the same
+    /// light, later.
     pub fn is_compared(&self) -> bool {
         matches!(self.volume.light, VoxelLight::GlobalIllumination { .. })
+            && self.volume.update_interval == 1
     }
 }
 
@@ -94,7 +96,10 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
             settings.push(Setting::march(*rays, Bounces::Endless, resolution));
         }
         for iterations in &plan.iterations {
-            settings.push(Setting::propagate(*iterations, resolution));
+            // Each of the steps goes through all voxels: of finer ones few such settings are enough.
+            if resolution <= RESOLUTION || *iterations == ITERATIONS {
+                settings.push(Setting::propagate(*iterations, resolution));
+            }
         }
     }
     if plan.variants {
@@ -104,6 +109,9 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
                 volume.shadow_samples = samples;
             }));
         }
+        settings.push(Setting::variant("in 4 turns", base, |volume| {
+            volume.update_interval = 4;
+        }));
         settings.push(Setting::variant("per pixel", base, |volume| {
             volume.receiver = Receiver::PerPixel;
         }));

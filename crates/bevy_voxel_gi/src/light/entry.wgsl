@@ -27,11 +27,15 @@ fn exposed_now() -> vec2<u32> {
     return vec2(atomicLoad(&exposed_words[0]), atomicLoad(&exposed_words[1]));
 }
 
-// All threads of the workgroup, 16 or more, must come here.
-fn load_entry(group: vec3<u32>, groups: vec3<u32>, thread: u32) -> Entry {
-    var result: Entry;
+// What a workgroup is about, as it stands in `work`.
+fn work_item(group: vec3<u32>, groups: vec3<u32>) -> u32 {
     let place = group.x + group.y * groups.x;
-    let item = work[min(place, counters[0] - 1u)];
+    return work[min(place, counters[0] - 1u)];
+}
+
+// All threads of the workgroup, 16 or more, must come here.
+fn load_entry(item: u32, thread: u32) -> Entry {
+    var result: Entry;
     result.index = item >> 3u;
     result.face = item & 7u;
     result.normal = surface_normal(result.index, result.face);

@@ -2,7 +2,7 @@
 // one in the middle of each voxel without. One workgroup a surface or voxel.
 
 #import bevy_voxel_gi::atlas::{atlas_texel, pack_light, storable, unpack_light}
-#import bevy_voxel_gi::entry::{counters, exposed_now, exposed_words, load_entry, work}
+#import bevy_voxel_gi::entry::{counters, exposed_now, exposed_words, load_entry, work, work_item}
 #import bevy_voxel_gi::faces::face_key
 #import bevy_voxel_gi::rays::{cosine_ray, hash_unit, sphere_ray}
 #import bevy_voxel_gi::surface::{cell_center, in_plane, is_clear, middle_point, point_count,
@@ -118,7 +118,11 @@ fn gather(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let entry = load_entry(group, groups, thread);
+    let item = work_item(group, groups);
+    if (!is_due(item >> 3u)) {
+        return;
+    }
+    let entry = load_entry(item, thread);
     let index = entry.index;
     let face = entry.face;
     let key = face_key(index, face);
@@ -153,18 +157,16 @@ fn gather(
     let origin = corner + surface_point(exposed, plane, normal, place_of_point % points);
     var sum = vec4(0.0);
     var inside = 0.0;
-    if (is_due(index)) {
-        for (var i = thread; i < volume.rays; i += THREADS) {
-            let direction = cosine_ray(i * SETS + ray_set, volume.rays * SETS, turn, normal);
-            let found = arriving(level, origin, direction);
-            sum += found.light;
-            inside += found.enclosed;
-        }
+    for (var i = thread; i < volume.rays; i += THREADS) {
+        let direction = cosine_ray(i * SETS + ray_set, volume.rays * SETS, turn, normal);
+        let found = arriving(level, origin, direction);
+        sum += found.light;
+        inside += found.enclosed;
     }
     sums[thread] = sum;
     enclosed[thread] = inside;
     workgroupBarrier();
-    if (thread > 0u || !is_due(index)) {
+    if (thread > 0u) {
         return;
     }
     var front = vec4(0.0);

@@ -4,7 +4,7 @@
 
 #import bevy_voxel_gi::albedo::surface_albedo
 #import bevy_voxel_gi::atlas::{pack_light, storable, unpack_light}
-#import bevy_voxel_gi::entry::load_entry
+#import bevy_voxel_gi::entry::{load_entry, work_item}
 #import bevy_voxel_gi::faces::{face_key, keys}
 #import bevy_voxel_gi::material::Material
 #import bevy_voxel_gi::rays::PI
@@ -73,7 +73,7 @@ fn inject(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let entry = load_entry(group, groups, thread);
+    let entry = load_entry(work_item(group, groups), thread);
     let index = entry.index;
     let face = entry.face;
     let normal = entry.normal;

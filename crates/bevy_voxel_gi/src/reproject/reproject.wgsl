@@ -6,7 +6,7 @@
 #import bevy_pbr::utils::octahedral_decode
 #import bevy_render::view::View
 #import bevy_voxel_gi::albedo::{pack_seen, seen_tag}
-#import bevy_voxel_gi::entry::load_entry
+#import bevy_voxel_gi::entry::{load_entry, work_item}
 #import bevy_voxel_gi::faces::face_key
 #import bevy_voxel_gi::surface::{point_count, surface_point}
 #import bevy_voxel_gi::volume::{FACES, level_corner, level_of_index, level_voxel_size,
@@ -59,7 +59,7 @@ fn reproject(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let entry = load_entry(group, groups, thread);
+    let entry = load_entry(work_item(group, groups), thread);
     let index = entry.index;
     let face = entry.face;
     let normal = entry.normal;
