@@ -9,10 +9,12 @@ const FINE: i32 = 4;
 const HIDDEN: f32 = 0.0009765625;
 // How far in front of the sub-voxels that a surface fills it looks around.
 const CLEARANCE: f32 = 0.00390625;
-// Steps towards the viewer out of a sub-voxel that something else fills as well, and their length
-// in voxels.
-const ESCAPE_STEPS: u32 = 3u;
-const ESCAPE: f32 = 0.125;
+// What is behind so much of touched sub-voxels, in their edges, is hidden; less hides a part of it, so
+// that light changes little by little beside small things.
+const OPAQUE: f32 = 0.5;
+// From a sub-voxel that something else fills as well it looks around from farther towards the viewer,
+// but not from farther than this, in voxels.
+const FARTHEST: f32 = 0.5;
 
 // Whether a sub-voxel, counted from the level's corner, is touched. Outside none is.
 fn is_touched(light: texture_3d<f32>, slab: i32, cell: vec3<i32>) -> bool {
@@ -29,35 +31,35 @@ fn is_touched(light: texture_3d<f32>, slab: i32, cell: vec3<i32>) -> bool {
     return (byte & (1u << (bit & 7u))) != 0u;
 }
 
-// Whether no sub-voxel is touched from one place to another, in sub-voxels. They are near.
-fn is_clear(light: texture_3d<f32>, slab: i32, start: vec3<f32>, way: vec3<f32>) -> bool {
+// How far a way leads through touched sub-voxels, in their edges: through all, or only through those
+// in which it begins. `start` is in sub-voxels, and near.
+fn filled(light: texture_3d<f32>, slab: i32, start: vec3<f32>, way: vec3<f32>, all_: bool) -> f32 {
     let ray = select(way, vec3(1e-6), abs(way) < vec3(1e-6));
     let step = select(vec3(-1), vec3(1), ray > vec3(0.0));
+    let ahead = select(vec3(0.0), vec3(1.0), ray > vec3(0.0));
     var cell = vec3<i32>(floor(start));
-    // Where the ray enters the next cell along each axis, from 0 to 1 over the way.
-    var next = (floor(start) + select(vec3(0.0), vec3(1.0), ray > vec3(0.0)) - start) / ray;
-    let per_cell = abs(1.0 / ray);
+    var at = 0.0;
+    var sum = 0.0;
     // Half a voxel's diagonal twice, in sub-voxels, along three axes.
-    for (var i = 0u; i < 24u; i++) {
-        if (is_touched(light, slab, cell)) {
-            return false;
-        }
+    for (var i = 0u; i < 24u && at < 1.0; i++) {
+        let next = (vec3<f32>(cell) + ahead - start) / ray;
         let first = min(next.x, min(next.y, next.z));
-        if (first >= 1.0) {
-            return true;
+        let end = clamp(first, at, 1.0);
+        if (is_touched(light, slab, cell)) {
+            sum += end - at;
+        } else if (!all_) {
+            break;
         }
+        at = end;
         if (first == next.x) {
             cell.x += step.x;
-            next.x += per_cell.x;
         } else if (first == next.y) {
             cell.y += step.y;
-            next.y += per_cell.y;
         } else {
             cell.z += step.z;
-            next.z += per_cell.z;
         }
     }
-    return true;
+    return sum * length(way);
 }
 
 // Light times weight, and weight; `position` is in voxels from the corner of the level.
@@ -68,12 +70,9 @@ fn seen_light(light: texture_3d<f32>, level: u32, levels: u32, position: vec3<f3
     let fine = f32(FINE);
     let reach = abs(normal.x) + abs(normal.y) + abs(normal.z);
     var eye = position + normal * (reach / fine + CLEARANCE);
-    for (var i = 0u; i < ESCAPE_STEPS; i++) {
-        if (is_touched(light, slab, vec3<i32>(floor(eye * fine)))) {
-            eye += to_viewer * ESCAPE;
-        }
-    }
-    let is_lost = is_touched(light, slab, vec3<i32>(floor(eye * fine)));
+    let escape = filled(light, slab, eye * fine, to_viewer * (FARTHEST * fine), false) / fine;
+    let clarity = min(2.0 - 2.0 * escape / FARTHEST, 1.0);
+    eye += to_viewer * (escape + CLEARANCE);
     let place = clamp(position, vec3(0.5), vec3(f32(resolution) - 0.5)) - 0.5;
     let low = floor(place);
     let part = place - low;
@@ -89,9 +88,8 @@ fn seen_light(light: texture_3d<f32>, level: u32, levels: u32, position: vec3<f3
         // Along the surface, as far as the middle of the voxel.
         let way = vec3<f32>(voxel) + 0.5 - eye;
         let along = way - normal * dot(normal, way);
-        if (!is_lost && !is_clear(light, slab, eye * fine, along * fine)) {
-            weight *= HIDDEN;
-        }
+        let through = filled(light, slab, eye * fine, along * fine, true);
+        weight *= 1.0 - clarity * min(through / OPAQUE, 1.0 - HIDDEN);
         for (var axis = 0; axis < 3; axis++) {
             let negative = select(0, resolution, normal[axis] < 0.0);
             let at = voxel + vec3(0, negative, (3 * i32(level) + axis) * resolution);

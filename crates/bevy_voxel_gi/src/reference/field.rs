@@ -2,7 +2,7 @@
 
 use super::{
     grid::VolumeGrid,
-    surface::{CLEARANCE, Surface, is_clear},
+    surface::{CLEARANCE, Surface},
     voxels::{SUB_VOXELS, Voxels},
 };
 use glam::{IVec3, Vec3, Vec4};
@@ -10,10 +10,13 @@ use glam::{IVec3, Vec3, Vec4};
 /// Weight of a voxel that a receiver does not see, against 1: it counts where no other does.
 pub const HIDDEN: f32 = 1.0 / 1024.0;
 
-/// Steps towards the viewer out of a sub-voxel that something else fills as well.
-const ESCAPE_STEPS: u32 = 3;
-/// Length of such a step, in voxels.
-const ESCAPE: f32 = 0.125;
+/// What so many sub-voxels' edges of touched sub-voxels are in front of is hidden; less hides a part,
+/// so that light changes little by little beside small things.
+const OPAQUE: f32 = 0.5;
+
+/// From a sub-voxel that something else fills as well it looks around from farther towards the viewer,
+/// but not from farther than this, in voxels.
+const FARTHEST: f32 = 0.5;
 
 /// Irradiance per voxel and face, each with a weight.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,15 +91,9 @@ impl Field {
         // In front of the sub-voxels that the surface itself fills.
         let lift = normal.abs().element_sum() / SUB_VOXELS as f32 + CLEARANCE;
         let mut eye = place + normal * lift;
-        let is_inside = |at: Vec3| voxels.is_touched((at * SUB_VOXELS as f32).floor().as_ivec3());
-        for _ in 0..ESCAPE_STEPS {
-            if is_inside(eye) {
-                eye += to_viewer * ESCAPE;
-            }
-        }
-        if is_inside(eye) {
-            return self.irradiance(position, normal, 0.0);
-        }
+        let escape = way_out(voxels, eye, to_viewer);
+        let clarity = (2.0 - 2.0 * escape / FARTHEST).min(1.0);
+        eye += to_viewer * (escape + CLEARANCE);
         let last = self.grid.resolution as f32 - 1.0;
         let p = (place - 0.5).clamp(Vec3::ZERO, Vec3::splat(last));
         let low = p.floor();
@@ -111,9 +108,8 @@ impl Field {
             let mut weight = Vec3::select(step.cmpeq(IVec3::ONE), f, 1.0 - f).element_product();
             // Along the surface, as far as the middle of the voxel.
             let way = voxel.as_vec3() + 0.5 - eye;
-            if !is_clear(voxels, eye, eye + way - normal * normal.dot(way)) {
-                weight *= HIDDEN;
-            }
+            let through = filled(voxels, eye, way - normal * normal.dot(way));
+            weight *= 1.0 - clarity * (through / OPAQUE).min(1.0 - HIDDEN);
             for axis in 0..3 {
                 let face = 2 * axis + usize::from(normal[axis] < 0.0);
                 sum += self.texels[index][face] * (normal[axis].powi(2) * weight);
@@ -121,4 +117,40 @@ impl Field {
         }
         sum.truncate() / sum.w.max(1e-12)
     }
+}
+
+/// The parts of a way, from 0 to 1, that are in a sub-voxel each, and whether that is touched.
+fn parts(voxels: &Voxels, from: Vec3, way: Vec3) -> impl Iterator<Item = (f32, bool)> {
+    let scale = SUB_VOXELS as f32;
+    let (start, way) = (from * scale, way * scale);
+    let ray = Vec3::select(way.abs().cmplt(Vec3::splat(1e-6)), Vec3::splat(1e-6), way);
+    let ahead = Vec3::select(ray.cmpgt(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
+    let step = Vec3::select(ray.cmpgt(Vec3::ZERO), Vec3::ONE, Vec3::NEG_ONE);
+    let mut cell = start.floor();
+    let mut at = 0.0;
+    std::iter::from_fn(move || {
+        if at >= 1.0 {
+            return None;
+        }
+        let next = (cell + ahead - start) / ray;
+        let end = next.min_element().clamp(at, 1.0);
+        let part = (end - at, voxels.is_touched(cell.as_ivec3()));
+        at = end;
+        let axis = next.min_position();
+        cell[axis] += step[axis];
+        Some(part)
+    })
+}
+
+/// How far a way leads through touched sub-voxels, in edges of sub-voxels.
+fn filled(voxels: &Voxels, from: Vec3, way: Vec3) -> f32 {
+    let touched = parts(voxels, from, way).filter(|(_, is_touched)| *is_touched);
+    touched.map(|(part, _)| part).sum::<f32>() * way.length() * SUB_VOXELS as f32
+}
+
+/// How far it is out of touched sub-voxels, in voxels, at most [`FARTHEST`].
+fn way_out(voxels: &Voxels, from: Vec3, direction: Vec3) -> f32 {
+    let touched =
+        parts(voxels, from, direction * FARTHEST).take_while(|(_, is_touched)| *is_touched);
+    touched.map(|(part, _)| part).sum::<f32>() * FARTHEST
 }

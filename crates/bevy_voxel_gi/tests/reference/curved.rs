@@ -1,6 +1,6 @@
 //! Curved surfaces, as most of a game's are: what they see of a uniform sky.
 
-use crate::support::shapes::{gray, march_field, unit_grid};
+use crate::support::shapes::{gray, march_field, solid, unit_grid};
 use bevy_voxel_gi::reference::{
     Field, March, MarchSettings, Triangle, Voxels,
     rays::{cosine_ray, hash_unit},
@@ -136,4 +136,42 @@ fn hills_shade_each_other() {
         println!("hills of {height}, {length}: error {error}, bias {bias}");
         assert!(error < allowed, "{height} {length}: {error}");
     }
+}
+
+/// Beside a ball and a pillar the light of receivers that look for the voxels around changes little by
+/// little, wherever the viewer sees it.
+#[test]
+fn what_is_seen_changes_little_by_little() {
+    let (center, radius) = (Vec3::new(8.2, 2.0, 8.3), 0.8);
+    let viewer = Vec3::new(0.5, 0.8, 0.2).normalize();
+    let mut triangles = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
+    triangles.extend(ball(center, radius));
+    triangles.extend(solid(Vec3::new(3.1, 1.2, 3.3), Vec3::new(3.5, 2.9, 3.7)));
+    let is_visible = |at: Vec3| {
+        let way = center - at;
+        let is_beside = (way - viewer * way.dot(viewer)).length() > radius;
+        is_beside && !((2.0..3.5).contains(&at.x) && (2.5..3.7).contains(&at.z))
+    };
+    let voxels = Voxels::new(unit_grid(16), &triangles);
+    let materials = gray(0.3, 0.0);
+    let settings = MarchSettings {
+        one_side: true,
+        rays: 64,
+        ..Default::default()
+    };
+    let march = March::new(&voxels, &materials, &[], Vec3::ONE, settings);
+    let field = march_field(march, 16);
+    let changes: Vec<f32> = (0..40 * 200)
+        .filter_map(|place| {
+            let [x, z] = [place % 200, place / 200];
+            let at = Vec3::new(1.0 + 0.06 * x as f32, 1.2, 1.0 + 0.3 * z as f32);
+            let next = at + 0.06 * Vec3::X;
+            let light = |at| field.irradiance_seen(&voxels, at, Vec3::Y, viewer).x / PI;
+            (is_visible(at) && is_visible(next)).then(|| light(next) - light(at))
+        })
+        .collect();
+    let squares: f32 = changes.iter().map(|c| c * c).sum();
+    let mean = (squares / changes.len() as f32).sqrt();
+    println!("changes of {mean} from place to place");
+    assert!(changes.len() > 5_000 && mean < 0.003, "{mean}");
 }
