@@ -252,8 +252,8 @@ pub enum Receiver {
     Interpolated,
     /// Of the eight those that the pixel sees, by a short ray to each through the sub-voxels: such
     /// leaks fall from half of the light to a few percent. Around small things that stand on a
-    /// surface their blocks show as hard edges in its light. For 16 bytes a voxel more, up to 24
-    /// unfiltered reads, and some 50 of sub-voxels.
+    /// surface its light changes less smoothly than interpolated light. For 16 bytes a voxel more,
+    /// up to 24 unfiltered reads, and some 50 of sub-voxels.
     PerPixel,
 }
 
