@@ -42,8 +42,8 @@ pub struct VoxelGiVolume {
     /// Default none: the volume stays.
     pub follow: Option<Entity>,
     /// Renews every this many frames a part of the volume, 1 to 16 (thesis section 6.9.1).
-    /// Default 1: all of it each frame. The cost of rays falls and their latency grows in proportion;
-    /// lamps light all of it each frame.
+    /// Default 1: all of it each frame. Fewer rays each frame, and latency in proportion; lamps
+    /// light all of it each frame.
     pub update_interval: u32,
     /// Stops computing once nothing has moved or changed for as long as the light needs to
     /// settle. Default on.
