@@ -1,6 +1,6 @@
 //! Light and occlusion by rays, against what is known.
 
-use crate::support::shapes::{gray, march_field, room, solid, unit_grid};
+use crate::support::shapes::{gray, images_in_cube, is_dark, march_field, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{
     FACES, Light, March, MarchSettings, Triangle, Voxels, ambient_occlusion, surface::Surface,
 };
@@ -68,23 +68,11 @@ fn without_anything_there_is_no_light() {
     let voxels = Voxels::empty(unit_grid(8));
     let march = March::new(&voxels, &[], &[], Vec3::ZERO, MarchSettings::default());
     let field = march_field(march, 3);
-    assert!(
-        field
-            .texels
-            .iter()
-            .flatten()
-            .all(|t| t.truncate() == Vec3::ZERO)
-    );
+    assert!(is_dark(&field));
     let light = [sun(Vec3::NEG_Y, 1e5), lamp(Vec3::splat(4.0), 1e3)];
     let march = March::new(&voxels, &[], &light, Vec3::ZERO, MarchSettings::default());
     let field = march_field(march, 3);
-    assert!(
-        field
-            .texels
-            .iter()
-            .flatten()
-            .all(|t| t.truncate() == Vec3::ZERO)
-    );
+    assert!(is_dark(&field));
 }
 
 #[test]
@@ -424,26 +412,7 @@ fn a_symmetric_scene_has_symmetric_light() {
         }
     }
     let field = march_field(march, 12);
-    for offset in [
-        Vec3::new(-5.0, 0.0, 0.0),
-        Vec3::new(-5.0, 2.2, 3.9),
-        Vec3::new(-5.0, 4.8, 4.8),
-    ] {
-        let mut found = vec![];
-        for axes in [
-            [0, 1, 2],
-            [0, 2, 1],
-            [1, 0, 2],
-            [1, 2, 0],
-            [2, 0, 1],
-            [2, 1, 0],
-        ] {
-            for signs in 0..8 {
-                let sign = |i: usize| if signs >> i & 1 != 0 { -1.0 } else { 1.0 };
-                let image = |v: Vec3| Vec3::from_array([0, 1, 2].map(|i| v[axes[i]] * sign(i)));
-                found.push(field.irradiance(image(offset) + 6.0, image(Vec3::X), 0.0).x);
-            }
-        }
+    for (offset, found) in images_in_cube(&field) {
         let mean = found.iter().sum::<f32>() / 48.0;
         for value in found {
             assert!(

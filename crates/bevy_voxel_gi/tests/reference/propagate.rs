@@ -1,8 +1,8 @@
 //! Propagation: spherical harmonics, energy, symmetry.
 
-use crate::support::shapes::{gray, room, solid, unit_grid};
+use crate::support::shapes::{gray, images_in_cube, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{
-    Light, March, MarchSettings, Propagation, PropagationSettings, Voxels,
+    Field, Light, March, MarchSettings, Material, Propagation, PropagationSettings, Voxels,
     propagate::{FRONT_ANGLE, SIDE_ANGLE},
     sh::{Y0, basis, cosine_lobe, flux},
 };
@@ -109,47 +109,28 @@ fn furnace() {
     }
 }
 
+/// The field by the default settings, without a sky.
+fn propagated(voxels: &Voxels, materials: &[Material], light: &[Light]) -> Field {
+    let march = March::new(
+        voxels,
+        materials,
+        light,
+        Vec3::ZERO,
+        MarchSettings::default(),
+    );
+    let settings = PropagationSettings::default();
+    let mut flow = Propagation::new(&march, voxels, materials, Vec3::ZERO, settings);
+    flow.run();
+    flow.field()
+}
+
 #[test]
 fn a_symmetric_scene_has_symmetric_light() {
     let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(1.0), Vec3::splat(11.0)));
     let materials = gray(0.6, 0.0);
     let light = lamp(Vec3::splat(6.0));
-    let march = March::new(
-        &voxels,
-        &materials,
-        &light,
-        Vec3::ZERO,
-        MarchSettings::default(),
-    );
-    let mut flow = Propagation::new(
-        &march,
-        &voxels,
-        &materials,
-        Vec3::ZERO,
-        PropagationSettings::default(),
-    );
-    flow.run();
-    let field = flow.field();
-    for offset in [
-        Vec3::new(-5.0, 0.0, 0.0),
-        Vec3::new(-5.0, 2.2, 3.9),
-        Vec3::new(-5.0, 4.8, 4.8),
-    ] {
-        let mut found = vec![];
-        for axes in [
-            [0, 1, 2],
-            [0, 2, 1],
-            [1, 0, 2],
-            [1, 2, 0],
-            [2, 0, 1],
-            [2, 1, 0],
-        ] {
-            for signs in 0..8 {
-                let sign = |i: usize| if signs >> i & 1 != 0 { -1.0 } else { 1.0 };
-                let image = |v: Vec3| Vec3::from_array([0, 1, 2].map(|i| v[axes[i]] * sign(i)));
-                found.push(field.irradiance(image(offset) + 6.0, image(Vec3::X), 0.0).x);
-            }
-        }
+    let field = propagated(&voxels, &materials, &light);
+    for (offset, found) in images_in_cube(&field) {
         for value in &found {
             assert!(
                 (value / found[0] - 1.0).abs() < 1e-3,
@@ -169,23 +150,7 @@ fn no_light_comes_through_a_wall() {
         illuminance: Vec3::splat(1e5),
     }];
     let materials = gray(0.9, 0.0);
-    let march = March::new(
-        &voxels,
-        &materials,
-        &light,
-        Vec3::ZERO,
-        MarchSettings::default(),
-    );
-    let mut flow = Propagation::new(
-        &march,
-        &voxels,
-        &materials,
-        Vec3::ZERO,
-        PropagationSettings::default(),
-    );
-    flow.run();
-    let found = flow
-        .field()
-        .irradiance(Vec3::new(7.2, 8.0, 7.7), Vec3::NEG_X, 0.0);
+    let field = propagated(&voxels, &materials, &light);
+    let found = field.irradiance(Vec3::new(7.2, 8.0, 7.7), Vec3::NEG_X, 0.0);
     assert_eq!(found, Vec3::ZERO);
 }

@@ -78,3 +78,37 @@ pub fn both(
     flow.run();
     [march_field(march, bounces), flow.field()]
 }
+
+/// Whether there is no light anywhere in a field.
+pub fn is_dark(field: &Field) -> bool {
+    let mut texels = field.texels.iter().flatten();
+    texels.all(|t| t.truncate() == Vec3::ZERO)
+}
+
+/// Irradiance at places of the walls of a cube about (6, 6, 6), each from the middle, and at its 48
+/// images.
+pub fn images_in_cube(field: &Field) -> [(Vec3, Vec<f32>); 3] {
+    const AXES: [[usize; 3]; 6] = [
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ];
+    [
+        Vec3::new(-5.0, 0.0, 0.0),
+        Vec3::new(-5.0, 2.2, 3.9),
+        Vec3::new(-5.0, 4.8, 4.8),
+    ]
+    .map(|offset| {
+        let images = AXES.into_iter().flat_map(|axes| {
+            (0..8).map(move |signs| {
+                let sign = |i: usize| if signs >> i & 1 != 0 { -1.0 } else { 1.0 };
+                let image = |v: Vec3| Vec3::from_array([0, 1, 2].map(|i| v[axes[i]] * sign(i)));
+                field.irradiance(image(offset) + 6.0, image(Vec3::X), 0.0).x
+            })
+        });
+        (offset, images.collect())
+    })
+}
