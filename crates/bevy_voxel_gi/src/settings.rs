@@ -251,9 +251,9 @@ pub enum Receiver {
     #[default]
     Interpolated,
     /// Of the eight those that the pixel sees, by a short ray to each through the sub-voxels: such
-    /// leaks fall from half of the light to a few percent. Around small things that stand on a
-    /// surface its light changes less smoothly than interpolated light. For 16 bytes a voxel more,
-    /// up to 24 unfiltered reads, and some 50 of sub-voxels.
+    /// leaks fall from half of the light to a few percent. Right beside small things that
+    /// stand on a surface its light has patches with hard edges. For 16 bytes a voxel more, up to 24
+    /// unfiltered reads, and some 50 of sub-voxels.
     PerPixel,
 }
 
