@@ -4,6 +4,12 @@
 # It changes the system in one case only: a Linux without any Vulkan driver gets Mesa's software
 # one, because the tests and examples render.
 
+# The oldest compiler that is known to compile Bevy, whatever Bevy itself declares.
+OLDEST_RUST=1.95
+# What every cargo command that compiles is given; filled by `check_rust`. Bash before 4.4 takes an
+# empty array for an unset variable, hence ${CARGO_FLAGS[@]+"${CARGO_FLAGS[@]}"}.
+CARGO_FLAGS=()
+
 # Where the dynamic linker finds libraries, beside LD_LIBRARY_PATH and its own cache.
 LIBRARY_DIRS=(
     /usr/local/lib /usr/local/lib64 /usr/lib /usr/lib64 /lib /lib64
@@ -44,26 +50,35 @@ check_rust() {
     local cargo_bin="${CARGO_HOME:-${HOME:-}/.cargo}/bin"
     if ! has cargo && [ -x "$cargo_bin/cargo" ]; then PATH="$cargo_bin:$PATH"; fi
 
-    local minimum
-    minimum=$(sed -n 's/^rust-version = "\(.*\)"$/\1/p' Cargo.toml)
-    has cargo || die "cargo was not found: Rust $minimum or later is needed." \
+    local declared
+    declared=$(sed -n 's/^rust-version = "\(.*\)"$/\1/p' Cargo.toml)
+    has cargo || die "cargo was not found: Rust $declared or later is needed." \
         "Install it from https://rustup.rs, open a new terminal and run this again."
     local version
-    version=$(rustc --version 2>/dev/null) || die "rustc does not run: Rust $minimum or later is needed." \
+    version=$(rustc --version 2>/dev/null) || die "rustc does not run: Rust $declared or later is needed." \
         "With rustup: rustup default stable" \
         "Otherwise install Rust from https://rustup.rs."
-    version_at_least "${version#rustc }" "$minimum" || die \
-        "$version is too old: Rust $minimum or later is needed." \
+    version_at_least "${version#rustc }" "$OLDEST_RUST" || die \
+        "$version is too old: Rust $declared or later is needed." \
         "With rustup: rustup update stable && rustup default stable" \
         "Otherwise install Rust from https://rustup.rs; a distribution's own is often older."
+    if ! version_at_least "${version#rustc }" "$declared"; then
+        echo "$version is older than the $declared that Bevy declares, but compiles it: passing --ignore-rust-version to cargo."
+        CARGO_FLAGS=(--ignore-rust-version)
+    fi
 }
 
-# version_at_least "1.97.0-nightly (...)" "1.95": compares major and minor.
+# version_at_least "1.97.0-nightly (...)" "1.95": compares major, minor and patch.
 version_at_least() {
-    local major minor wanted_major wanted_minor
-    IFS=. read -r major minor _ <<<"$1"
-    IFS=. read -r wanted_major wanted_minor _ <<<"$2"
-    [ "$major" -gt "$wanted_major" ] || { [ "$major" -eq "$wanted_major" ] && [ "$minor" -ge "$wanted_minor" ]; }
+    local have wanted part
+    IFS=. read -r -a have <<<"${1%%[!0-9.]*}"
+    IFS=. read -r -a wanted <<<"$2"
+    for part in 0 1 2; do
+        if [ "${have[part]:-0}" -ne "${wanted[part]:-0}" ]; then
+            [ "${have[part]:-0}" -gt "${wanted[part]:-0}" ]
+            return
+        fi
+    done
 }
 
 check_linker() {

@@ -84,7 +84,7 @@ impl HeadlessApp {
         build(&mut app);
         app.finish();
         app.cleanup();
-        let adapter = AdapterInfo::from(&*app.world().resource::<RenderAdapterInfo>().0);
+        let adapter = AdapterInfo::from(&**app.world().resource::<RenderAdapterInfo>());
         Ok(Self {
             app,
             target,

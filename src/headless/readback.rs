@@ -118,6 +118,7 @@ impl HeadlessApp {
             Err(error) => return Err(self.readback_error(error)),
         }
         let mapped = buffer.slice(..).get_mapped_range();
+        let mapped = mapped.map_err(|error| self.readback_error(error))?;
         let rows = mapped.chunks_exact(padded_row as usize);
         Ok(rows
             .flat_map(|padded| &padded[..row as usize])

@@ -172,6 +172,7 @@ fn label(descriptor: &PipelineDescriptor) -> String {
     let label = match descriptor {
         PipelineDescriptor::RenderPipelineDescriptor(descriptor) => &descriptor.label,
         PipelineDescriptor::ComputePipelineDescriptor(descriptor) => &descriptor.label,
+        PipelineDescriptor::MeshPipelineDescriptor(descriptor) => &descriptor.label,
     };
     label.as_deref().unwrap_or("unlabelled").into()
 }

@@ -37,6 +37,7 @@ fn pipelines(cache: &PipelineCache) -> Vec<String> {
     let label = |pipeline: &CachedPipeline| match &pipeline.descriptor {
         PipelineDescriptor::RenderPipelineDescriptor(render) => render.label.clone(),
         PipelineDescriptor::ComputePipelineDescriptor(compute) => compute.label.clone(),
+        PipelineDescriptor::MeshPipelineDescriptor(mesh) => mesh.label.clone(),
     };
     let labels = cache.pipelines().map(label);
     let mut labels: Vec<_> = labels

@@ -11,7 +11,7 @@
 //! | [`budget`] | settings by what they may cost |
 //! | [`mips`] | mip chains for textures that lack them |
 //! | [`mod@reference`] | all of it in plain Rust, with scenes and their truth |
-//! | `shaders` | all of it in WGSL, importable |
+//! | `shaders` | all of it in WESL, importable |
 //! | `material` | how Bevy's materials come to use it |
 //! | `plugin` | what an app adds |
 //!

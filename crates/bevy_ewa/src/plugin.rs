@@ -34,13 +34,13 @@ impl EwaPlugin {
 
 impl Plugin for EwaPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "shaders/types.wgsl");
-        load_shader_library!(app, "shaders/kernel.wgsl");
-        load_shader_library!(app, "shaders/footprint.wgsl");
-        load_shader_library!(app, "shaders/exact.wgsl");
-        load_shader_library!(app, "shaders/probes.wgsl");
-        load_shader_library!(app, "shaders/ewa.wgsl");
-        load_shader_library!(app, "shaders/material.wgsl");
+        load_shader_library!(app, "shaders/types.wesl");
+        load_shader_library!(app, "shaders/kernel.wesl");
+        load_shader_library!(app, "shaders/footprint.wesl");
+        load_shader_library!(app, "shaders/exact.wesl");
+        load_shader_library!(app, "shaders/probes.wesl");
+        load_shader_library!(app, "shaders/ewa.wesl");
+        load_shader_library!(app, "shaders/material.wesl");
         app.insert_resource(AllMaterials(self.all_materials))
             .add_plugins((EwaMaterialPlugin, MipLoadPlugin));
     }

@@ -14,5 +14,5 @@
 pub mod shader_patch;
 pub mod specialize;
 
-pub use shader_patch::{Insertion, PatchState, ShaderName, ShaderPatch, ShaderPatches};
+pub use shader_patch::{Insertion, PatchState, ShaderPatch, ShaderPatches};
 pub use specialize::{MaterialHook, MaterialHookPlugin, MaterialTags, SpecializedMaterial};

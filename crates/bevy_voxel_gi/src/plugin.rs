@@ -54,20 +54,20 @@ pub struct VoxelGiPlugin;
 
 impl Plugin for VoxelGiPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "volume/volume.wgsl");
-        load_shader_library!(app, "voxelize/triangles.wgsl");
-        load_shader_library!(app, "light/faces.wgsl");
-        load_shader_library!(app, "light/walk.wgsl");
-        load_shader_library!(app, "light/trace.wgsl");
-        load_shader_library!(app, "light/material.wgsl");
-        load_shader_library!(app, "light/rays.wgsl");
-        load_shader_library!(app, "light/surface.wgsl");
-        load_shader_library!(app, "light/albedo.wgsl");
-        load_shader_library!(app, "light/entry.wgsl");
-        load_shader_library!(app, "light/atlas.wgsl");
-        load_shader_library!(app, "light/harmonics.wgsl");
-        load_shader_library!(app, "receive/seen.wgsl");
-        load_shader_library!(app, "receive/receive.wgsl");
+        load_shader_library!(app, "volume/volume.wesl");
+        load_shader_library!(app, "voxelize/triangles.wesl");
+        load_shader_library!(app, "light/faces.wesl");
+        load_shader_library!(app, "light/walk.wesl");
+        load_shader_library!(app, "light/trace.wesl");
+        load_shader_library!(app, "light/material.wesl");
+        load_shader_library!(app, "light/rays.wesl");
+        load_shader_library!(app, "light/surface.wesl");
+        load_shader_library!(app, "light/albedo.wesl");
+        load_shader_library!(app, "light/entry.wesl");
+        load_shader_library!(app, "light/atlas.wesl");
+        load_shader_library!(app, "light/harmonics.wesl");
+        load_shader_library!(app, "receive/seen.wesl");
+        load_shader_library!(app, "receive/receive.wesl");
         crate::voxelize::embed(app);
         crate::light::embed(app);
         crate::reproject::embed(app);

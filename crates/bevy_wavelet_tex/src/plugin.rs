@@ -30,13 +30,13 @@ pub struct WaveletTexPlugin;
 
 impl Plugin for WaveletTexPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "material/types.wgsl");
-        load_shader_library!(app, "material/decode.wgsl");
-        load_shader_library!(app, "material/sampling.wgsl");
-        load_shader_library!(app, "material/anisotropic.wgsl");
-        load_shader_library!(app, "material/bindings.wgsl");
-        embedded_asset!(app, "material/forward.wgsl");
-        embedded_asset!(app, "material/prepass.wgsl");
+        load_shader_library!(app, "material/types.wesl");
+        load_shader_library!(app, "material/decode.wesl");
+        load_shader_library!(app, "material/sampling.wesl");
+        load_shader_library!(app, "material/anisotropic.wesl");
+        load_shader_library!(app, "material/bindings.wesl");
+        embedded_asset!(app, "material/forward.wesl");
+        embedded_asset!(app, "material/prepass.wesl");
         app.init_asset::<WaveletTexture>()
             .preregister_asset_loader::<WaveletTextureLoader>(&[EXTENSION])
             .register_type::<WaveletFilter>()

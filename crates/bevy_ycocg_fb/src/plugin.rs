@@ -17,8 +17,8 @@ pub struct YCoCgFrameBufferPlugin;
 
 impl Plugin for YCoCgFrameBufferPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "shaders/pack.wgsl");
-        load_shader_library!(app, "shaders/reconstruct.wgsl");
+        load_shader_library!(app, "shaders/pack.wesl");
+        load_shader_library!(app, "shaders/reconstruct.wesl");
         app.register_type::<YCoCgFrameBuffer>().add_plugins((
             ExtractComponentPlugin::<YCoCgFrameBuffer>::default(),
             MaterialPackingPlugin,

@@ -1,7 +1,10 @@
 //! What a user chooses, per camera.
 
 #[cfg(feature = "bevy")]
-use bevy::{prelude::*, render::extract_component::ExtractComponent};
+use bevy::{
+    prelude::*,
+    render::{RenderApp, extract_component::ExtractComponent},
+};
 
 /// Put this on a camera and it draws into two channels instead of four.
 ///
@@ -10,6 +13,7 @@ use bevy::{prelude::*, render::extract_component::ExtractComponent};
 #[cfg_attr(
     feature = "bevy",
     derive(Component, Reflect, ExtractComponent),
+    extract_app(RenderApp),
     reflect(Component, Default, Debug, Clone, PartialEq)
 )]
 pub struct YCoCgFrameBuffer {

@@ -12,8 +12,8 @@
 //! | [`plugin`] | the passes in Bevy's renderer |
 //! | `lamps`, `pipeline`, `pass` | buffers, pipelines, targets and draws |
 //! | [`mod@reference`] | the same on the CPU |
-//! | `light.wgsl`, `combine.wgsl` | the two passes |
-//! | `surface.wgsl`, `packing.wgsl` | what they share |
+//! | `light.wesl`, `combine.wesl` | the two passes |
+//! | `surface.wesl`, `packing.wesl` | what they share |
 
 mod lamps;
 mod pass;

@@ -53,8 +53,8 @@ pub fn init(
     cache: Res<PipelineCache>,
     fullscreen: Res<FullscreenShader>,
 ) {
-    let light_shader = load_embedded_asset!(assets.as_ref(), "light.wgsl");
-    let combine_shader = load_embedded_asset!(assets.as_ref(), "combine.wgsl");
+    let light_shader = load_embedded_asset!(assets.as_ref(), "light.wesl");
+    let combine_shader = load_embedded_asset!(assets.as_ref(), "combine.wesl");
     let light_layout = BindGroupLayoutDescriptor::new(
         "light_accumulation_light_layout",
         &BindGroupLayoutEntries::sequential(
@@ -74,12 +74,14 @@ pub fn init(
                 shader_defs: defs(way),
                 entry_point: Some("vertex".into()),
                 buffers: Vec::<VertexBufferLayout>::new(),
+                ..default()
             },
             fragment: Some(FragmentState {
                 shader: light_shader.clone(),
                 shader_defs: defs(way),
                 entry_point: Some("fragment".into()),
                 targets: vec![Some(target(Some(ADDITIVE))); way.targets()],
+                ..default()
             }),
             ..default()
         });
@@ -93,6 +95,7 @@ pub fn init(
                 shader_defs: defs(way),
                 entry_point: Some("fragment".into()),
                 targets: vec![Some(target(None))],
+                ..default()
             }),
             ..default()
         });

@@ -27,10 +27,10 @@ impl Plugin for LightAccumulationPlugin {
         if !app.is_plugin_added::<YCoCgFrameBufferPlugin>() {
             app.add_plugins(YCoCgFrameBufferPlugin);
         }
-        load_shader_library!(app, "surface.wgsl");
-        load_shader_library!(app, "packing.wgsl");
-        embedded_asset!(app, "light.wgsl");
-        embedded_asset!(app, "combine.wgsl");
+        load_shader_library!(app, "surface.wesl");
+        load_shader_library!(app, "packing.wesl");
+        embedded_asset!(app, "light.wesl");
+        embedded_asset!(app, "combine.wesl");
         app.init_resource::<Lamps>().add_plugins((
             ExtractComponentPlugin::<LightAccumulation>::default(),
             ExtractResourcePlugin::<Lamps>::default(),

@@ -12,7 +12,7 @@ use bevy_ycocg_fb::{
 
 use super::settings::{Lamp, LightAccumulation};
 
-// Those of surface.wgsl and light.wgsl.
+// Those of surface.wesl and light.wesl.
 const BALL_CENTER: Vec3 = Vec3::new(0.0, 0.6, 0.0);
 const BALL_RADIUS: f32 = 0.6;
 const FLOOR_RADIUS: f32 = 4.0;

@@ -4,7 +4,7 @@ use bevy::{
     camera::Hdr,
     prelude::*,
     render::{
-        extract_component::ExtractComponent, extract_resource::ExtractResource,
+        RenderApp, extract_component::ExtractComponent, extract_resource::ExtractResource,
         render_resource::ShaderType,
     },
 };
@@ -14,6 +14,7 @@ pub const MAX_LAMPS: usize = 8;
 
 /// How a camera accumulates the light of the lamps before it lights the surface with it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ExtractComponent)]
+#[extract_app(RenderApp)]
 #[require(Hdr)]
 pub enum LightAccumulation {
     /// Diffuse and specular light in a target each: 16 bytes a pixel.
@@ -55,4 +56,5 @@ pub struct Lamp {
 
 /// The lamps, [`MAX_LAMPS`] at most. Default: none.
 #[derive(Resource, Clone, Debug, Default, PartialEq, ExtractResource)]
+#[extract_app(RenderApp)]
 pub struct Lamps(pub Vec<Lamp>);

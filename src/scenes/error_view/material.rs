@@ -25,11 +25,11 @@ pub struct ErrorMaterial {
 
 impl Material2d for ErrorMaterial {
     fn fragment_shader() -> ShaderRef {
-        ShaderRef::Path(AssetPath::from(embedded_path!("error.wgsl")).with_source("embedded"))
+        ShaderRef::Path(AssetPath::from(embedded_path!("error.wesl")).with_source("embedded"))
     }
 }
 
 /// Puts the shader into the binary.
 pub fn embed(app: &mut App) {
-    embedded_asset!(app, "error.wgsl");
+    embedded_asset!(app, "error.wesl");
 }

@@ -3,7 +3,7 @@
 //! | file | what is in it |
 //! | --- | --- |
 //! | `view` | two cameras off screen and a quad that shows their difference |
-//! | `material`, `error.wgsl` | what the quad is painted with |
+//! | `material`, `error.wesl` | what the quad is painted with |
 
 mod material;
 mod view;

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `stage` | the tunnel and the floor |
 //! | `settings` | what the knobs make of the settings |
-//! | `view`, `view.wgsl` | ellipses, and the regions that are too anisotropic for texture units |
+//! | `view`, `view.wesl` | ellipses, and the regions that are too anisotropic for texture units |
 
 mod settings;
 mod stage;

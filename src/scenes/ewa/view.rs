@@ -39,7 +39,7 @@ impl ViewMaterial {
 
 impl Material for ViewMaterial {
     fn fragment_shader() -> ShaderRef {
-        ShaderRef::Path(AssetPath::from(embedded_path!("view.wgsl")).with_source("embedded"))
+        ShaderRef::Path(AssetPath::from(embedded_path!("view.wesl")).with_source("embedded"))
     }
 
     fn specialize(
@@ -55,5 +55,5 @@ impl Material for ViewMaterial {
 
 /// Puts the shader into the binary.
 pub fn embed(app: &mut App) {
-    embedded_asset!(app, "view.wgsl");
+    embedded_asset!(app, "view.wesl");
 }

@@ -55,7 +55,7 @@ impl Lookups {
             ..HeadlessSettings::with_size(size, size)
         };
         let mut app = HeadlessApp::new(settings, |app| {
-            embedded_asset!(app, "lookup.wgsl");
+            embedded_asset!(app, "lookup.wesl");
             app.add_plugins((
                 EwaPlugin::CHOSEN,
                 MaterialPlugin::<LookupMaterial>::default(),
@@ -171,7 +171,7 @@ impl From<&LookupMaterial> for LookupKey {
 
 impl Material for LookupMaterial {
     fn fragment_shader() -> ShaderRef {
-        let path = bevy::asset::AssetPath::from_path_buf(embedded_path!("lookup.wgsl"));
+        let path = bevy::asset::AssetPath::from_path_buf(embedded_path!("lookup.wesl"));
         ShaderRef::Path(path.with_source("embedded"))
     }
 

@@ -1,33 +1,20 @@
 //! Bevy's patched shaders compose and validate, also those that the driver here cannot run.
 
-use bevy::{
-    prelude::*,
-    shader::{Shader, ShaderCache, ShaderCacheSource, ShaderDefVal},
-};
+use bevy::shader::ShaderDefVal;
 use bevy_ewa::{EwaMethod, EwaPlugin, EwaProbes, EwaSettings, material::pipeline::EwaKey};
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
 
-use crate::support::gpu;
+use crate::support::{
+    compose::{Composer, mesh_numbers, shader_at},
+    gpu,
+};
 
 fn flag(name: &str) -> ShaderDefVal {
-    ShaderDefVal::from(name)
-}
-
-fn number(name: &str, value: u32) -> ShaderDefVal {
-    ShaderDefVal::UInt(name.into(), value)
+    ShaderDefVal::from(name.to_owned())
 }
 
 /// A mesh with everything and a material with every map, its UV sets from `maps_uv_b`.
 fn material(uv_b: bool) -> Vec<ShaderDefVal> {
-    let numbers = [
-        ("MATERIAL_BIND_GROUP", 3),
-        ("MAX_CASCADES_PER_LIGHT", 4),
-        ("MAX_DIRECTIONAL_LIGHTS", 10),
-        ("AVAILABLE_STORAGE_BUFFER_BINDINGS", 8),
-        ("PER_OBJECT_BUFFER_BATCH_SIZE", 64),
-        ("TONEMAPPING_LUT_TEXTURE_BINDING_INDEX", 27),
-        ("TONEMAPPING_LUT_SAMPLER_BINDING_INDEX", 28),
-    ];
     let flags = [
         "VERTEX_UVS",
         "VERTEX_UVS_A",
@@ -64,8 +51,8 @@ fn material(uv_b: bool) -> Vec<ShaderDefVal> {
         "ANISOTROPY",
     ];
     let sets = sets.map(|map| flag(&format!("STANDARD_MATERIAL_{map}_UV_B")));
-    let numbers = numbers.map(|(name, value)| number(name, value));
-    let mut defs: Vec<_> = numbers.into_iter().chain(flags.map(flag)).collect();
+    let mut defs = mesh_numbers();
+    defs.extend(flags.map(flag));
     if uv_b {
         defs.extend(sets);
     }
@@ -80,25 +67,7 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
     })
     .expect("an app");
     app.render_frames(3).expect("frames");
-    let shaders = app.world().resource::<Assets<Shader>>();
-    let mut cache = ShaderCache::<naga::Module, ()>::new(
-        (),
-        wgpu::Features::all(),
-        wgpu::DownlevelFlags::all(),
-        |_, source, _| match source {
-            ShaderCacheSource::Naga(module) => Ok(module),
-            _ => unreachable!("all are WGSL"),
-        },
-    );
-    for (id, shader) in shaders.iter() {
-        cache.set_shader(id, shader.clone());
-    }
-    let find = |end: &str| {
-        let found = shaders
-            .iter()
-            .find(|(_, shader)| shader.path.ends_with(end));
-        found.expect("Bevy's shader").0
-    };
+    let mut composer = Composer::new(app.world());
     let settings = [
         EwaMethod::Linear,
         EwaMethod::SpatialTemporal {
@@ -107,9 +76,9 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
     ];
     let mut count = 0;
     for (file, prepass) in [
-        ("render/pbr.wgsl", None),
-        ("render/pbr.wgsl", Some("DEFERRED_PREPASS")),
-        ("render/pbr_prepass.wgsl", Some("NORMAL_PREPASS")),
+        ("render/pbr.wesl", None),
+        ("render/pbr.wesl", Some("DEFERRED_PREPASS")),
+        ("render/pbr_prepass.wesl", Some("NORMAL_PREPASS")),
     ] {
         for bindless in [false, true] {
             for uv_b in [false, true] {
@@ -132,14 +101,8 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
                     }
                     let name =
                         format!("{file} {prepass:?} bindless {bindless} uv_b {uv_b} {method:?}");
-                    let module = cache.get(0, find(file), &defs);
-                    let module = module.unwrap_or_else(|error| panic!("{name}: {error:?}"));
-                    let mut validator = naga::valid::Validator::new(
-                        naga::valid::ValidationFlags::all(),
-                        naga::valid::Capabilities::all(),
-                    );
-                    let valid = validator.validate(&module);
-                    assert!(valid.is_ok(), "{name}: {valid:?}");
+                    let valid = composer.validate(shader_at(app.world(), file), &defs);
+                    assert!(valid.is_ok(), "{name}: {}", valid.unwrap_err());
                     count += 1;
                 }
             }

@@ -122,7 +122,7 @@ pub fn read_texels(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
             timeout: None,
         })
         .expect("the GPU answers");
-    let bytes = buffer.slice(..).get_mapped_range();
+    let bytes = buffer.slice(..).get_mapped_range().expect("mapped");
     let texel = |x: u32, y: u32, z: u32| {
         let at = ((z * size.height + y) * row + x * 8) as usize;
         let channel = |c: usize| {

@@ -132,7 +132,7 @@ impl Driver {
         device
             .poll(wgpu::PollType::wait_indefinitely())
             .expect("the GPU is done");
-        let mapped = read.slice(..).get_mapped_range();
+        let mapped = read.slice(..).get_mapped_range().expect("mapped");
         bytemuck::pod_collect_to_vec(&mapped)
     }
 }

@@ -1,33 +1,15 @@
-//! The WGSL library composes and validates without a GPU, for every filter.
+//! The shader library composes and validates in a shader of a user's own, for every filter.
 
-use naga_oil::compose::{
-    ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue,
-};
+use bevy::shader::ShaderDefVal;
+use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
+use bevy_wavelet_tex::WaveletTexPlugin;
 
-const LIBRARY: [(&str, &str); 4] = [
-    (
-        "types.wgsl",
-        include_str!("../../../crates/bevy_wavelet_tex/src/material/types.wgsl"),
-    ),
-    (
-        "decode.wgsl",
-        include_str!("../../../crates/bevy_wavelet_tex/src/material/decode.wgsl"),
-    ),
-    (
-        "sampling.wgsl",
-        include_str!("../../../crates/bevy_wavelet_tex/src/material/sampling.wgsl"),
-    ),
-    (
-        "anisotropic.wgsl",
-        include_str!("../../../crates/bevy_wavelet_tex/src/material/anisotropic.wgsl"),
-    ),
-];
+use crate::support::{compose::Composer, gpu};
 
-/// A shader of a user's own, as the README shows it.
 const USER: &str = "
-#import bevy_wavelet_tex::anisotropic::sample_anisotropic
-#import bevy_wavelet_tex::sampling::sample
-#import bevy_wavelet_tex::types::WaveletTexture
+import bevy_wavelet_tex::material::anisotropic::sample_anisotropic;
+import bevy_wavelet_tex::material::sampling::sample;
+import bevy_wavelet_tex::material::types::WaveletTexture;
 
 @group(0) @binding(0) var<uniform> texture: WaveletTexture;
 @group(0) @binding(1) var luma: texture_2d_array<f32>;
@@ -50,6 +32,13 @@ fn fragment(
 
 #[test]
 fn the_library_validates_in_a_shader_of_ones_own() {
+    let _gpu = gpu();
+    let mut app = HeadlessApp::new(HeadlessSettings::with_size(1, 1), |app| {
+        app.add_plugins(WaveletTexPlugin);
+    })
+    .expect("an app");
+    app.render_frames(3).expect("frames");
+    let mut composer = Composer::new(app.world());
     for filter in [
         None,
         Some("WAVELET_FILTER_NEAREST"),
@@ -57,29 +46,8 @@ fn the_library_validates_in_a_shader_of_ones_own() {
         Some("WAVELET_FILTER_BILINEAR"),
         Some("WAVELET_FILTER_ONE_FETCH"),
     ] {
-        let defs = || {
-            filter
-                .iter()
-                .map(|f| (f.to_string(), ShaderDefValue::Bool(true)))
-                .collect()
-        };
-        let mut composer = Composer::default();
-        for (file_path, source) in LIBRARY {
-            composer
-                .add_composable_module(ComposableModuleDescriptor {
-                    source,
-                    file_path,
-                    ..Default::default()
-                })
-                .expect("the library composes");
-        }
-        composer
-            .make_naga_module(NagaModuleDescriptor {
-                source: USER,
-                file_path: "user.wgsl",
-                shader_defs: defs(),
-                ..Default::default()
-            })
-            .unwrap_or_else(|error| panic!("{filter:?}: {}", error.emit_to_string(&composer)));
+        let defs: Vec<ShaderDefVal> = filter.into_iter().map(ShaderDefVal::from).collect();
+        let valid = composer.validate_source(USER, &defs);
+        assert!(valid.is_ok(), "{filter:?}: {}", valid.unwrap_err());
     }
 }

@@ -119,7 +119,7 @@ struct Tinted {}
 
 impl MaterialExtension for Tinted {
     fn fragment_shader() -> ShaderRef {
-        "shaders/tinted.wgsl".into()
+        "shaders/tinted.wesl".into()
     }
 }
 
@@ -140,7 +140,7 @@ struct Packing {}
 
 impl Material for Packing {
     fn fragment_shader() -> ShaderRef {
-        "shaders/packing.wgsl".into()
+        "shaders/packing.wesl".into()
     }
 }
 
@@ -158,7 +158,7 @@ struct Raw {}
 
 impl Material for Raw {
     fn fragment_shader() -> ShaderRef {
-        "shaders/raw.wgsl".into()
+        "shaders/raw.wesl".into()
     }
 }
 
@@ -177,6 +177,6 @@ fn a_material_that_does_not_pack_is_named_and_the_camera_draws_as_bevy_does() {
     let Some(CameraState::Fallback(FallbackReason::UnpackedPipeline(name))) = studio.state() else {
         panic!("{:?}", studio.state());
     };
-    assert!(name.contains("shaders/raw.wgsl"), "{name}");
+    assert!(name.contains("shaders/raw.wesl"), "{name}");
     assert!(picture == reference, "the picture changed");
 }

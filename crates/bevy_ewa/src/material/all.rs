@@ -17,9 +17,9 @@ use bevy::{
         renderer::RenderAdapterInfo,
     },
 };
-use bevy_frugal_hooks::{MaterialHookPlugin, MaterialTags, SpecializedMaterial};
+use bevy_frugal_hooks::{MaterialHookPlugin, MaterialTags, ShaderPatches, SpecializedMaterial};
 
-use super::{borders, pipeline::EwaKey};
+use super::{EwaStandardMaterial, borders, patches::REQUIRED, pipeline, pipeline::EwaKey};
 use crate::settings::EwaSettings;
 
 /// How all `StandardMaterial`s of the app are filtered; none leaves them to Bevy.
@@ -78,27 +78,48 @@ fn index_of(key: EwaKey) -> u64 {
     }) as u64
 }
 
+/// Marks chosen materials where one of Bevy's shaders could not be patched.
+const REFUSED_TAG: &str = "bevy_ewa/refused";
+
+/// Whether one of Bevy's shaders could not be patched. The plugin then leaves everything to Bevy,
+/// since passes would disagree about a map.
+pub(crate) fn is_refused(patches: Option<Res<ShaderPatches>>) -> bool {
+    patches.is_some_and(|patches| patches.refused(REQUIRED).is_some())
+}
+
 /// The key of a pipeline is made when its material is prepared: a change of the settings prepares
-/// all of them again.
+/// all of them again, and so does a shader that could not be patched.
 fn prepare_again(
     settings: Res<AllMaterials>,
-    mut last: Local<Option<AllMaterials>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
+    patches: Option<Res<ShaderPatches>>,
+    mut last: Local<Option<(AllMaterials, bool)>>,
+    mut standard: ResMut<Assets<StandardMaterial>>,
+    mut chosen: ResMut<Assets<EwaStandardMaterial>>,
 ) {
-    if last
-        .replace(*settings)
-        .is_some_and(|last| last != *settings)
-    {
-        // A mutable reference counts as a change.
-        materials.iter_mut().for_each(drop);
+    let refused = is_refused(patches);
+    let Some(last) = last.replace((*settings, refused)) else {
+        return;
+    };
+    // A mutable reference counts as a change.
+    if last != (*settings, refused) {
+        standard.iter_mut().for_each(drop);
+    }
+    if last.1 != refused {
+        chosen.iter_mut().for_each(drop);
     }
 }
 
-fn tag(settings: Extract<Res<AllMaterials>>, mut tags: ResMut<MaterialTags>) {
-    let tag = settings
-        .0
-        .map(|settings| index_of(EwaKey::new(&settings, is_software())));
+fn tag(
+    settings: Extract<Res<AllMaterials>>,
+    patches: Extract<Option<Res<ShaderPatches>>>,
+    mut tags: ResMut<MaterialTags>,
+) {
+    let refused = is_refused(patches.as_ref().map(Res::clone));
+    let settings = settings.0.filter(|_| !refused);
+    let tag = settings.map(|settings| index_of(EwaKey::new(&settings, is_software())));
     tags.set(TypeId::of::<StandardMaterial>(), TAG, tag);
+    let tag = refused.then_some(1);
+    tags.set(TypeId::of::<EwaStandardMaterial>(), REFUSED_TAG, tag);
 }
 
 /// The hook, for all materials and, as far as their borders go, chosen ones.
@@ -110,4 +131,7 @@ fn filter(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescript
         }
     }
     borders::clamp(material, descriptor);
+    if material.tag(REFUSED_TAG).is_some() {
+        pipeline::disable(descriptor);
+    }
 }

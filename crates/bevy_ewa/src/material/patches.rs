@@ -1,10 +1,10 @@
-//! A call beside each `textureSampleBias` of Bevy's material shaders, taken under the shader def
+//! A call beside each `textureSampleBias` of Bevy's material shaders, compiled under the feature
 //! `BEVY_EWA`.
 //!
-//! Nothing is replaced: the call and the name of Bevy's function stand in the branches of an
-//! `#ifdef`, and the arguments that follow serve both, with the derivatives as one more in front.
+//! Nothing is replaced: the call becomes another branch of the `@if` around Bevy's own, whose whole
+//! statement is the anchor, and the number of samplings is counted.
 
-use bevy_frugal_hooks::{Insertion, ShaderName, ShaderPatch};
+use bevy_frugal_hooks::{Insertion, ShaderPatch};
 
 /// The maps in the forward and the deferred pass.
 pub const FRAGMENT: &str = "bevy_ewa/fragment";
@@ -16,100 +16,104 @@ pub const ALPHA: &str = "bevy_ewa/alpha";
 /// All of them: without one, passes would disagree about a map.
 pub const REQUIRED: &[&str] = &[FRAGMENT, PREPASS, ALPHA];
 
-const IMPORT: &str = "#ifdef BEVY_EWA\n#import bevy_ewa::material::sample_map\n#endif";
+const SAMPLING: &str = "textureSampleBias(";
 
-/// A call of the fragment shader: what is inserted before Bevy's function name and behind it. The
-/// literals are the UV set's shader def, and the first argument, which no other call has.
+/// All patches.
+pub fn patches() -> Vec<ShaderPatch> {
+    vec![fragment(), prepass(), alpha()]
+}
+
+/// A patch of a shader that samples so many maps.
+fn patch(
+    name: &'static str,
+    shader: &'static str,
+    samplings: usize,
+    insertions: Vec<Insertion>,
+) -> ShaderPatch {
+    ShaderPatch {
+        imports: vec!["bevy_ewa::shaders::material::sample_map"],
+        counted: vec![(SAMPLING, samplings)],
+        insertions,
+        ..ShaderPatch::new(name, shader)
+    }
+}
+
+/// The last branch around a sampling of the fragment shader, with another branch in front of it.
+/// The first literal is the feature that selects the second UV set.
 macro_rules! map {
-    ($uv_b:literal, $texture:literal) => {
-        call(
-            concat!(
-                "textureSampleBias(\n#endif  // MESHLET_MESH_MATERIAL_PASS\n#ifdef BINDLESS\n",
-                $texture
-            ),
-            concat!(
-                "\n#endif  // MESHLET_MESH_MATERIAL_PASS\n#ifdef BINDLESS\n",
-                $texture
-            ),
-            concat!(
-                "#ifdef ",
+    ($uv_b:literal, $statement:literal) => {
+        Insertion::before(
+            concat!("@else\n", $statement),
+            format!(
+                "@elif(BEVY_EWA && {})\n{}\n@elif(BEVY_EWA)\n{}",
                 $uv_b,
-                "\newa_gradient_b,\n#else\newa_gradient,\n#endif"
+                $statement.replace(SAMPLING, "sample_map(ewa_gradient_b, "),
+                $statement.replace(SAMPLING, "sample_map(ewa_gradient, "),
             ),
         )
     };
 }
 
-/// All patches.
-pub fn patches() -> Vec<ShaderPatch> {
-    vec![
-        ShaderPatch {
-            name: FRAGMENT,
-            shader: ShaderName::ImportPath("bevy_pbr::pbr_fragment"),
-            insertions: [
-                vec![
-                    Insertion::after("#define_import_path bevy_pbr::pbr_fragment", IMPORT),
-                    // Before parallax, which jumps at silhouettes.
-                    Insertion::before(
-                        "#ifdef VERTEX_TANGENTS\n    if ((flags & pbr_types::STANDARD_MATERIAL_FLAGS_DEPTH_MAP_BIT) != 0u) {",
-                        "#ifdef BEVY_EWA\n#ifdef VERTEX_UVS_A\n    let ewa_gradient = vec4(dpdx(uv), dpdy(uv));\n#endif\n    let ewa_gradient_b = vec4(dpdx(uv_b), dpdy(uv_b));\n#endif",
-                    ),
-                ],
-                map!("STANDARD_MATERIAL_BASE_COLOR_UV_B", "                bindless_textures_2d[material_indices[slot].base_color_texture]"),
-                map!("STANDARD_MATERIAL_SPECULAR_UV_B", "                bindless_textures_2d[material_indices[slot].specular_texture]"),
-                map!("STANDARD_MATERIAL_SPECULAR_TINT_UV_B", "                bindless_textures_2d[material_indices[slot].specular_tint_texture]"),
-                map!("STANDARD_MATERIAL_EMISSIVE_UV_B", "                    bindless_textures_2d[material_indices[slot].emissive_texture]"),
-                map!("STANDARD_MATERIAL_METALLIC_ROUGHNESS_UV_B", "                    bindless_textures_2d[material_indices[slot].metallic_roughness_texture]"),
-                map!("STANDARD_MATERIAL_CLEARCOAT_UV_B", "                    bindless_textures_2d[material_indices[slot].clearcoat_texture]"),
-                map!("STANDARD_MATERIAL_CLEARCOAT_ROUGHNESS_UV_B", "                    bindless_textures_2d[material_indices[slot].clearcoat_roughness_texture]"),
-                map!("STANDARD_MATERIAL_SPECULAR_TRANSMISSION_UV_B", "                    bindless_textures_2d[\n                        material_indices[slot].specular_transmission_texture\n"),
-                map!("STANDARD_MATERIAL_THICKNESS_UV_B", "                    bindless_textures_2d[material_indices[slot].thickness_texture]"),
-                map!("STANDARD_MATERIAL_DIFFUSE_TRANSMISSION_UV_B", "                    bindless_textures_2d[material_indices[slot].diffuse_transmission_texture]"),
-                map!("STANDARD_MATERIAL_OCCLUSION_UV_B", "                    bindless_textures_2d[material_indices[slot].occlusion_texture]"),
-                map!("STANDARD_MATERIAL_NORMAL_MAP_UV_B", "                bindless_textures_2d[material_indices[slot].normal_map_texture]"),
-                map!("STANDARD_MATERIAL_CLEARCOAT_NORMAL_UV_B", "                bindless_textures_2d[material_indices[slot].clearcoat_normal_texture]"),
-                map!("STANDARD_MATERIAL_ANISOTROPY_UV_B", "                    bindless_textures_2d[material_indices[slot].anisotropy_texture]"),
-            ]
-            .concat(),
-        },
-        ShaderPatch {
-            name: PREPASS,
-            shader: ShaderName::File("bevy_pbr/render/pbr_prepass.wgsl"),
-            insertions: [
-                vec![Insertion::before("#import bevy_pbr::{", IMPORT)],
-                call(
-                    "textureSampleBias(",
-                    "\n#endif  // MESHLET_MESH_MATERIAL_PASS\n#ifdef BINDLESS\n",
-                    "vec4(dpdx(uv), dpdy(uv)),",
-                ),
-            ]
-            .concat(),
-        },
-        ShaderPatch {
-            name: ALPHA,
-            shader: ShaderName::ImportPath("bevy_pbr::pbr_prepass_functions"),
-            insertions: [
-                vec![Insertion::after(
-                    "#define_import_path bevy_pbr::pbr_prepass_functions",
-                    IMPORT,
-                )],
-                call(
-                    "textureSampleBias(",
-                    "\n#ifdef BINDLESS\n            bindless_textures_2d",
-                    "vec4(dpdx(uv), dpdy(uv)),",
-                ),
-            ]
-            .concat(),
-        },
-    ]
+#[rustfmt::skip] // One line a map.
+fn fragment() -> ShaderPatch {
+    let maps = vec![
+        // Before parallax, which jumps at silhouettes.
+        Insertion::before(
+            "@if(VERTEX_UVS && VERTEX_TANGENTS)\n    if ((flags & pbr_types::STANDARD_MATERIAL_FLAGS_DEPTH_MAP_BIT) != 0u) {",
+            "@if(BEVY_EWA && VERTEX_UVS && VERTEX_UVS_A)\n    let ewa_gradient = vec4(dpdx(uv), dpdy(uv));\n\
+             @if(BEVY_EWA && VERTEX_UVS)\n    let ewa_gradient_b = vec4(dpdx(uv_b), dpdy(uv_b));",
+        ),
+        map!("STANDARD_MATERIAL_BASE_COLOR_UV_B", "        pbr_input.material.base_color *= textureSampleBias(texture, sampler_, coords, bias.mip_bias);"),
+        map!("STANDARD_MATERIAL_SPECULAR_UV_B", "            let specular = textureSampleBias(texture, sampler_, coords, bias.mip_bias).a;"),
+        map!("STANDARD_MATERIAL_SPECULAR_TINT_UV_B", "            let specular_tint = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
+        map!("STANDARD_MATERIAL_EMISSIVE_UV_B", "            emissive = vec4<f32>(emissive.rgb * textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb, emissive.a);"),
+        map!("STANDARD_MATERIAL_METALLIC_ROUGHNESS_UV_B", "            let metallic_roughness = textureSampleBias(texture, sampler_, coords, bias.mip_bias);"),
+        map!("STANDARD_MATERIAL_CLEARCOAT_UV_B", "            pbr_input.material.clearcoat *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
+        map!("STANDARD_MATERIAL_CLEARCOAT_ROUGHNESS_UV_B", "            pbr_input.material.clearcoat_perceptual_roughness *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).g;"),
+        map!("STANDARD_MATERIAL_SPECULAR_TRANSMISSION_UV_B", "            specular_transmission *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
+        map!("STANDARD_MATERIAL_THICKNESS_UV_B", "            thickness *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).g;"),
+        map!("STANDARD_MATERIAL_DIFFUSE_TRANSMISSION_UV_B", "            diffuse_transmission *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).a;"),
+        map!("STANDARD_MATERIAL_OCCLUSION_UV_B", "            diffuse_occlusion *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
+        map!("STANDARD_MATERIAL_NORMAL_MAP_UV_B", "        let Nt = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
+        map!("STANDARD_MATERIAL_CLEARCOAT_NORMAL_UV_B", "        let clearcoat_Nt = textureSampleBias(clearcoat_texture, clearcoat_sampler, clearcoat_coords, bias.mip_bias).rgb;"),
+        map!("STANDARD_MATERIAL_ANISOTROPY_UV_B", "            let anisotropy_texel = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
+    ];
+    patch(FRAGMENT, "bevy_pbr::render::pbr_fragment", 14, maps)
 }
 
-fn call(start: &'static str, end: &'static str, gradient: &str) -> Vec<Insertion> {
-    vec![
-        Insertion::before(
-            start,
-            format!("#ifdef BEVY_EWA\nsample_map(\n{gradient}\n#else"),
-        ),
-        Insertion::before(end, "#endif"),
-    ]
+fn prepass() -> ShaderPatch {
+    let statement = "\n        let Nt =\n            textureSampleBias(";
+    patch(
+        PREPASS,
+        "bevy_pbr::render::pbr_prepass",
+        1,
+        vec![
+            Insertion::between(
+                "@if(!MESHLET_MESH_MATERIAL_PASS)",
+                statement,
+                "{ @if(BEVY_EWA)\n\
+                 let Nt = sample_map(vec4(dpdx(uv), dpdy(uv)), texture, sampler_, uv, \
+                 bias.mip_bias).rgb;\n@else",
+            ),
+            Insertion::between(
+                "                bias.mip_bias,\n            ).rgb;",
+                "\n        let TBN =",
+                "}",
+            ),
+        ],
+    )
+}
+
+fn alpha() -> ShaderPatch {
+    let call = "sample_map(vec4(dpdx(uv), dpdy(uv)), texture, sampler_, uv, view.mip_bias)";
+    patch(
+        ALPHA,
+        "bevy_pbr::render::pbr_prepass_functions",
+        1,
+        vec![Insertion::before(
+            "        output_color = output_color * textureSampleBias(\n            texture,\n            \
+             sampler_,\n            uv,\n            view.mip_bias\n        );",
+            format!("@if(BEVY_EWA)\n        output_color *= {call};\n@else"),
+        )],
+    )
 }

@@ -26,6 +26,13 @@ pub(super) fn clamp(shader_defs: &mut [ShaderDefVal]) {
     }
 }
 
+/// Leaves the maps of a pipeline to Bevy.
+pub(super) fn disable(descriptor: &mut RenderPipelineDescriptor) {
+    if let Some(fragment) = &mut descriptor.fragment {
+        fragment.shader_defs.retain(|def| *def != EWA.into());
+    }
+}
+
 /// The settings in the key of a pipeline: the names of its shader defs are constant, so their
 /// values are all there is. None samples as Bevy does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

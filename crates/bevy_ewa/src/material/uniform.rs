@@ -4,9 +4,9 @@ use bevy::render::render_resource::ShaderType;
 
 use crate::settings::{EwaKernel, EwaLevelOfDetail, EwaMethod, EwaProbes, EwaSettings};
 
-/// `EwaSettings` of `types.wgsl`, for the uniform buffer of a material of one's own.
+/// `EwaSettings` of `types.wesl`, for the uniform buffer of a material of one's own.
 #[derive(Clone, Copy, Debug, PartialEq, ShaderType)]
-#[allow(missing_docs)] // The fields are explained in `types.wgsl`.
+#[allow(missing_docs)] // The fields are explained in `types.wesl`.
 pub struct EwaUniform {
     pub method: u32,
     pub probes: u32,

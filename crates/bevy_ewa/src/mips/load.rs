@@ -16,7 +16,7 @@ use super::{
     chain::{Chain, chain},
     texel::{Storage, TexelFormat},
 };
-use crate::material::{AllMaterials, EwaStandardMaterial, maps, touch};
+use crate::material::{AllMaterials, EwaStandardMaterial, all::is_refused, maps, touch};
 
 /// Frames for which the texels of an image are kept for a material that may follow.
 const PATIENCE: u32 = 300;
@@ -30,7 +30,8 @@ impl Plugin for MipLoadPlugin {
             PostUpdate,
             (find_materials, find_images, start, finish)
                 .chain()
-                .after(AssetEventSystems),
+                .after(AssetEventSystems)
+                .run_if(not(is_refused)),
         );
     }
 }

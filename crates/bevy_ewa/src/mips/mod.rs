@@ -1,7 +1,10 @@
 //! Mip chains for textures that lack them.
 //!
 //! Bevy makes none for PNG and JPEG files, and without them nothing that is far away can be
-//! filtered.
+//! filtered. Its `MipGenerationJobs` are for textures that shaders write: they take no sRGB format,
+//! which every base colour has, need textures that shaders may store to, average 2 x 2 texels
+//! whatever the size, and leave normals shorter. These chains are in linear light, count every texel
+//! of odd sizes once, and renormalise.
 //!
 //! | module | gives |
 //! | --- | --- |

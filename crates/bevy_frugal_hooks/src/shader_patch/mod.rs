@@ -1,10 +1,10 @@
 //! Text inserted into Bevy's shaders when they are loaded.
 //!
-//! A [`ShaderPatch`] only inserts, at anchors that must occur exactly once; it takes nothing away,
-//! so the anchors of other patches survive and the order does not matter. It leaves its name in
-//! the source and is therefore never applied twice, and it is applied again when the shader is
-//! reloaded. If an anchor is missing, as it may be with another version of Bevy, the shader stays
-//! as it is, the patch is [`PatchState::Refused`] and one error says so.
+//! A [`ShaderPatch`] only inserts, at positions that must exist exactly once; it takes nothing
+//! away, so the anchors of other patches survive and the order does not matter. It leaves its name
+//! in the source and is therefore never applied twice, and it is applied again when the shader is
+//! reloaded. Where it does not fit, as may happen with another version of Bevy, the shader stays
+//! as it is, the patch is [`PatchState::Refused`] and one error names the shader and the reason.
 
 mod text;
 
@@ -17,34 +17,37 @@ use bevy::{
 
 pub use text::{Insertion, PatchError, patched};
 
-/// Which shader a patch is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShaderName {
-    /// The one with this `#define_import_path`.
-    ImportPath(&'static str),
-    /// The one whose asset path ends so, for shaders that nobody imports.
-    File(&'static str),
-}
-
-impl ShaderName {
-    fn names(self, shader: &Shader) -> bool {
-        match (self, &shader.import_path) {
-            (Self::ImportPath(wanted), ShaderImport::Custom(path)) => path == wanted,
-            (Self::File(end), _) => shader.path.ends_with(end),
-            _ => false,
-        }
-    }
-}
-
 /// A change of one shader.
 #[derive(Clone, Debug)]
 pub struct ShaderPatch {
     /// Unique; appears in the patched source as a comment.
     pub name: &'static str,
-    /// The shader.
-    pub shader: ShaderName,
+    /// The path of the shader as a WESL module, such as `bevy_pbr::render::pbr_functions`.
+    pub shader: &'static str,
+    /// The items that the inserted text imports, by their full paths.
+    pub imports: Vec<&'static str>,
+    /// Texts that must occur so many times before anything is inserted: a shader that Bevy extended
+    /// by one more place to patch is refused.
+    pub counted: Vec<(&'static str, usize)>,
     /// What is inserted; all of it or nothing.
     pub insertions: Vec<Insertion>,
+}
+
+impl ShaderPatch {
+    /// A patch that inserts nothing yet.
+    pub fn new(name: &'static str, shader: &'static str) -> Self {
+        Self {
+            name,
+            shader,
+            imports: Vec::new(),
+            counted: Vec::new(),
+            insertions: Vec::new(),
+        }
+    }
+
+    fn is_for(&self, shader: &Shader) -> bool {
+        matches!(&shader.import_path, ShaderImport::Custom(path) if path == self.shader)
+    }
 }
 
 /// What became of a patch.
@@ -126,7 +129,7 @@ fn apply_patches(mut shaders: ResMut<Assets<Shader>>, mut patches: ResMut<Shader
     for patch in patches.iter() {
         let ids: Vec<_> = shaders
             .iter()
-            .filter(|(_, shader)| patch.shader.names(shader))
+            .filter(|(_, shader)| patch.is_for(shader))
             .map(|(id, _)| id)
             .collect();
         for id in ids {
@@ -134,7 +137,10 @@ fn apply_patches(mut shaders: ResMut<Assets<Shader>>, mut patches: ResMut<Shader
             if let PatchState::Refused(error) = &state
                 && states.get(patch.name) != Some(&state)
             {
-                error!("the shader patch `{}` was not applied: {error}", patch.name);
+                error!(
+                    "`{}` leaves Bevy's shader `{}` as it is: {error}",
+                    patch.name, patch.shader
+                );
             }
             states.insert(patch.name, state);
         }
@@ -145,16 +151,16 @@ fn apply(shaders: &mut Assets<Shader>, id: AssetId<Shader>, patch: &ShaderPatch)
     let Some(shader) = shaders.get(id) else {
         return PatchState::Pending;
     };
-    let Source::Wgsl(source) = &shader.source else {
-        return PatchState::Refused(PatchError::NotWgsl);
+    let Source::Wesl(source) = &shader.source else {
+        return PatchState::Refused(PatchError::NotWesl);
     };
     let source = match patched(source, patch) {
         Ok(Some(source)) => source,
         Ok(None) => return PatchState::Applied,
         Err(error) => return PatchState::Refused(error),
     };
-    // Made anew, because an insertion may import another module.
-    let parsed = Shader::from_wgsl(source, shader.path.clone());
+    // Parsed again, because a patch may import another module.
+    let parsed = Shader::from_wesl(source, shader.path.clone());
     let patched = Shader {
         source: parsed.source,
         imports: parsed.imports,

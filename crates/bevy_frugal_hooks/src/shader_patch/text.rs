@@ -1,45 +1,52 @@
 //! Patching as a function of text.
 
-use std::{error::Error, fmt};
+use std::{error::Error, fmt, ops::Range};
+
+use wesl::syntax::TranslationUnit;
 
 use super::ShaderPatch;
 
-/// Text to insert at one place.
+/// Text to insert at one position.
+///
+/// The position is between two pieces of text that must follow each other exactly once: what is
+/// on both sides is verified, not only where the insertion goes.
 #[derive(Clone, Debug)]
 pub struct Insertion {
-    /// If given, the anchor is looked for from here to the next function only; occurs once.
-    pub scope: Option<&'static str>,
-    /// Where; occurs exactly once in its scope.
-    pub anchor: &'static str,
-    /// Before the anchor rather than after it.
-    pub before: bool,
+    /// If given, the start of a function outside of which nothing is searched; occurs once.
+    pub function: Option<&'static str>,
+    /// What is directly in front of the position.
+    pub before: &'static str,
+    /// What follows directly.
+    pub after: &'static str,
     /// What is inserted.
     pub text: String,
 }
 
 impl Insertion {
-    /// Inserts `text` before `anchor`.
-    pub fn before(anchor: &'static str, text: impl Into<String>) -> Self {
+    /// Inserts `text` between `before` and `after`.
+    pub fn between(before: &'static str, after: &'static str, text: impl Into<String>) -> Self {
         Self {
-            scope: None,
-            anchor,
-            before: true,
+            function: None,
+            before,
+            after,
             text: text.into(),
         }
     }
 
-    /// Inserts `text` after `anchor`.
-    pub fn after(anchor: &'static str, text: impl Into<String>) -> Self {
-        Self {
-            before: false,
-            ..Self::before(anchor, text)
-        }
+    /// Inserts `text` before `anchor`.
+    pub fn before(anchor: &'static str, text: impl Into<String>) -> Self {
+        Self::between("", anchor, text)
     }
 
-    /// Looks for the anchor only in the function that begins so.
-    pub fn in_function(self, scope: &'static str) -> Self {
+    /// Inserts `text` after `anchor`.
+    pub fn after(anchor: &'static str, text: impl Into<String>) -> Self {
+        Self::between(anchor, "", text)
+    }
+
+    /// Searches only in the function that begins with this text.
+    pub fn in_function(self, function: &'static str) -> Self {
         Self {
-            scope: Some(scope),
+            function: Some(function),
             ..self
         }
     }
@@ -48,15 +55,19 @@ impl Insertion {
 /// Why a patch does not fit a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PatchError {
-    /// This text should occur once.
-    Anchor {
+    /// A text occurs more or less often than the patch was made for.
+    Count {
         /// The text.
-        anchor: &'static str,
+        text: String,
+        /// How often it should occur.
+        expected: usize,
         /// How often it occurs.
         found: usize,
     },
-    /// The shader is not WGSL.
-    NotWgsl,
+    /// The shader is not WESL.
+    NotWesl,
+    /// The patched shader does not parse.
+    Syntax(String),
     /// The asset could not be replaced.
     Asset(String),
 }
@@ -64,12 +75,17 @@ pub enum PatchError {
 impl fmt::Display for PatchError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Anchor { anchor, found } => write!(
+            Self::Count {
+                text,
+                expected,
+                found,
+            } => write!(
                 f,
-                "`{anchor}` should occur once in Bevy's shader but occurs {found} times; \
-                 is this version of Bevy the one the plugin was made for?"
+                "`{text}` should occur {expected} times but occurs {found} times; \
+                 is this version of Bevy the one that the plugin was made for?"
             ),
-            Self::NotWgsl => f.write_str("Bevy's shader is not WGSL"),
+            Self::NotWesl => f.write_str("the shader is not WESL"),
+            Self::Syntax(error) => write!(f, "the patched shader does not parse: {error}"),
             Self::Asset(error) => f.write_str(error),
         }
     }
@@ -77,68 +93,76 @@ impl fmt::Display for PatchError {
 
 impl Error for PatchError {}
 
-/// The patched source, or `None` if the patch is in it already.
+/// The patched source, or `None` if the source contains the patch already.
 ///
 /// # Errors
-/// [`PatchError::Anchor`]; nothing is patched in part.
+/// Any but [`PatchError::Asset`] and [`PatchError::NotWesl`]; nothing is patched in part.
 pub fn patched(source: &str, patch: &ShaderPatch) -> Result<Option<String>, PatchError> {
     let marker = format!("// patch: {}\n", patch.name);
     if source.contains(&marker) {
         return Ok(None);
     }
+    for &(text, expected) in &patch.counted {
+        count(source, text, expected)?;
+    }
     let mut result = source.to_owned();
     for insertion in &patch.insertions {
-        let at = place(&result, insertion)?;
+        let at = position(&result, insertion)?;
         result.insert_str(at, &format!("\n{marker}{}\n", insertion.text));
     }
-    Ok(Some(result))
+    let imports = patch.imports.iter().map(|path| format!("import {path};\n"));
+    result.insert_str(0, &format!("{marker}{}", imports.collect::<String>()));
+    match result.parse::<TranslationUnit>() {
+        Ok(_) => Ok(Some(result)),
+        Err(error) => Err(PatchError::Syntax(error.to_string())),
+    }
 }
 
 /// The offset at which to insert.
-fn place(source: &str, insertion: &Insertion) -> Result<usize, PatchError> {
-    let (start, end) = match insertion.scope {
-        None => (0, source.len()),
-        Some(scope) => {
-            let start = only(source, scope)?;
-            let body = start + scope.len();
-            let end = source[body..]
-                .find("\nfn ")
-                .map_or(source.len(), |n| body + n);
-            (start, end)
+fn position(source: &str, insertion: &Insertion) -> Result<usize, PatchError> {
+    let Range { start, end } = match insertion.function {
+        None => 0..source.len(),
+        Some(function) => {
+            let start = only(source, function)?;
+            let body = start + function.len();
+            let end = source[body..].find("\nfn ");
+            start..end.map_or(source.len(), |end| body + end)
         }
     };
-    let at = start + only(&source[start..end], insertion.anchor)?;
-    Ok(if insertion.before {
-        at
-    } else {
-        at + insertion.anchor.len()
-    })
+    let anchor = [insertion.before, insertion.after].concat();
+    let at = only(&source[start..end], &anchor)?;
+    Ok(start + at + insertion.before.len())
 }
 
 /// Where the text occurs, if it occurs once.
-fn only(source: &str, anchor: &'static str) -> Result<usize, PatchError> {
-    let mut places = source.match_indices(anchor).map(|(at, _)| at);
-    match (places.next(), places.count()) {
-        (Some(at), 0) => Ok(at),
-        (first, others) => Err(PatchError::Anchor {
-            anchor,
-            found: others + usize::from(first.is_some()),
-        }),
+fn only(source: &str, text: &str) -> Result<usize, PatchError> {
+    count(source, text, 1)?;
+    Ok(source.find(text).unwrap_or_default())
+}
+
+/// Fails unless the text occurs as often as expected.
+fn count(source: &str, text: &str, expected: usize) -> Result<(), PatchError> {
+    let found = source.matches(text).count();
+    if found == expected {
+        return Ok(());
     }
+    Err(PatchError::Count {
+        text: text.to_owned(),
+        expected,
+        found,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ShaderName;
 
     const SOURCE: &str = "fn a() -> f32 {\n    return x;\n}\n\nfn b() -> f32 {\n    return x;\n}\n";
 
     fn patch(name: &'static str, insertion: Insertion) -> ShaderPatch {
         ShaderPatch {
-            name,
-            shader: ShaderName::ImportPath("a::b"),
             insertions: vec![insertion],
+            ..ShaderPatch::new(name, "a::b")
         }
     }
 
@@ -150,12 +174,28 @@ mod tests {
         )
     }
 
+    fn count_error(text: &str, found: usize) -> Result<Option<String>, PatchError> {
+        Err(PatchError::Count {
+            text: text.into(),
+            expected: 1,
+            found,
+        })
+    }
+
     #[test]
     fn inserts_in_the_named_function_only() {
         let result = patched(SOURCE, &in_b("one")).unwrap().unwrap();
         let (a, b) = result.split_once("fn b").unwrap();
         assert!(!a.contains("x += one"));
         assert!(b.find("x += one").unwrap() < b.find("return x").unwrap());
+    }
+
+    #[test]
+    fn imports_come_first() {
+        let mut patch = in_b("one");
+        patch.imports.push("game::shade::shade");
+        let result = patched(SOURCE, &patch).unwrap().unwrap();
+        assert!(result.find("import game::shade::shade;").unwrap() < result.find("fn a").unwrap());
     }
 
     #[test]
@@ -172,18 +212,50 @@ mod tests {
             });
             assert_eq!(source.matches("x += one").count(), 1);
             assert_eq!(source.matches("x += two").count(), 1);
-            assert!(source.find(order[0]).unwrap() < source.find(order[1]).unwrap());
+            let position = |name: &str| source.find(&format!("x += {name}")).unwrap();
+            assert!(position(order[0]) < position(order[1]));
         }
     }
 
     #[test]
     fn an_anchor_that_is_missing_or_ambiguous_is_refused() {
         let anchored = |anchor| patched(SOURCE, &patch("p", Insertion::after(anchor, "")));
-        let error = |anchor, found| Err(PatchError::Anchor { anchor, found });
-        assert_eq!(anchored("return y"), error("return y", 0));
-        assert_eq!(anchored("return x"), error("return x", 2));
+        assert_eq!(anchored("return y"), count_error("return y", 0));
+        assert_eq!(anchored("return x"), count_error("return x", 2));
         let scoped = Insertion::after("return x", "").in_function("fn c(");
-        assert_eq!(patched(SOURCE, &patch("p", scoped)), error("fn c(", 0));
+        assert_eq!(
+            patched(SOURCE, &patch("p", scoped)),
+            count_error("fn c(", 0)
+        );
+    }
+
+    #[test]
+    fn both_sides_of_a_position_are_verified() {
+        let between = |before, after| {
+            let insertion = Insertion::between(before, after, "").in_function("fn a(");
+            patched(SOURCE, &patch("p", insertion))
+        };
+        assert!(between("{\n", "    return x").is_ok());
+        assert_eq!(
+            between("{", "    return x"),
+            count_error("{    return x", 0)
+        );
+    }
+
+    #[test]
+    fn what_is_counted_must_be_all_there_is() {
+        let mut counted = in_b("one");
+        counted.counted.push(("return x", 2));
+        assert!(patched(SOURCE, &counted).is_ok());
+        counted.counted.push(("fn ", 1));
+        assert_eq!(patched(SOURCE, &counted), count_error("fn ", 2));
+    }
+
+    #[test]
+    fn what_does_not_parse_is_refused() {
+        let broken = Insertion::after("fn b() -> f32 {", "let y = ;");
+        let result = patched(SOURCE, &patch("p", broken));
+        assert!(matches!(result, Err(PatchError::Syntax(_))), "{result:?}");
     }
 
     #[test]

@@ -32,6 +32,7 @@ use crate::{
 
 /// On a camera: it shows what the voxels hold instead of the scene.
 #[derive(Component, ExtractComponent, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[extract_app(RenderApp)]
 #[reflect(Component, Default, Clone)]
 pub struct VoxelGiDebug {
     /// What of it.
@@ -76,7 +77,7 @@ pub(crate) struct DebugViewPlugin;
 
 impl Plugin for DebugViewPlugin {
     fn build(&self, app: &mut App) {
-        embedded_asset!(app, "view.wgsl");
+        embedded_asset!(app, "view.wesl");
         app.register_type::<VoxelGiDebug>()
             .add_plugins(ExtractComponentPlugin::<VoxelGiDebug>::default());
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
@@ -129,7 +130,7 @@ fn init_pipeline(
             ),
         ),
         fullscreen: fullscreen.clone(),
-        shader: load_embedded_asset!(assets.as_ref(), "view.wgsl"),
+        shader: load_embedded_asset!(assets.as_ref(), "view.wesl"),
     });
 }
 

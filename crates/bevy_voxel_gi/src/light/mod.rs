@@ -251,8 +251,8 @@ fn run(
 
 /// Puts the shaders of the passes into the app.
 pub(crate) fn embed(app: &mut App) {
-    embedded_asset!(app, "list.wgsl");
-    embedded_asset!(app, "inject.wgsl");
-    embedded_asset!(app, "gather.wgsl");
-    embedded_asset!(app, "propagate.wgsl");
+    embedded_asset!(app, "list.wesl");
+    embedded_asset!(app, "inject.wesl");
+    embedded_asset!(app, "gather.wesl");
+    embedded_asset!(app, "propagate.wesl");
 }

@@ -134,10 +134,10 @@ pub(crate) fn init_pipelines(mut commands: Commands, assets: Res<AssetServer>) {
                 (read(), read(), read(), write(), write(), texture()),
             ),
         ),
-        list_shader: load_embedded_asset!(assets, "list.wgsl"),
-        inject_shader: load_embedded_asset!(assets, "inject.wgsl"),
-        gather_shader: load_embedded_asset!(assets, "gather.wgsl"),
-        propagate_shader: load_embedded_asset!(assets, "propagate.wgsl"),
+        list_shader: load_embedded_asset!(assets, "list.wesl"),
+        inject_shader: load_embedded_asset!(assets, "inject.wesl"),
+        gather_shader: load_embedded_asset!(assets, "gather.wesl"),
+        propagate_shader: load_embedded_asset!(assets, "propagate.wesl"),
     });
 }
 

@@ -65,7 +65,7 @@ pub(crate) fn init_reproject_pipeline(mut commands: Commands, assets: Res<AssetS
                 ),
             ),
         ),
-        shader: load_embedded_asset!(assets.as_ref(), "reproject.wgsl"),
+        shader: load_embedded_asset!(assets.as_ref(), "reproject.wesl"),
         id: None,
     });
 }
@@ -106,7 +106,8 @@ pub(crate) fn reproject(
     let (Some(buffers), true) = (buffers, plan.light.is_some()) else {
         return;
     };
-    let (Some(deferred), Some(depth)) = (textures.deferred_view(), textures.depth_view()) else {
+    let (Some(deferred), Some(depth)) = (textures.deferred_view(), textures.depth_only_view())
+    else {
         return;
     };
     let ready = pipeline.id.and_then(|id| cache.get_compute_pipeline(id));
@@ -159,5 +160,5 @@ pub(crate) fn reproject(
 
 /// Puts the shader into the app.
 pub(crate) fn embed(app: &mut App) {
-    embedded_asset!(app, "reproject.wgsl");
+    embedded_asset!(app, "reproject.wesl");
 }

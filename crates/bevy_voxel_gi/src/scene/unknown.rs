@@ -1,6 +1,9 @@
 //! Meshes of materials of which nothing is known but what their [`MeshSurface`] says.
 
-use bevy::{asset::UntypedAssetId, prelude::*};
+use bevy::{
+    asset::{UntypedAssetId, uuid::Uuid},
+    prelude::*,
+};
 
 use super::{
     surface::VoxelSurface,
@@ -9,7 +12,8 @@ use super::{
 
 /// In the table they are all of one material, that nothing else is of.
 fn unknown() -> UntypedAssetId {
-    AssetId::<StandardMaterial>::invalid().untyped()
+    const UNKNOWN: Uuid = Uuid::from_u128(0x9f0b_5a4e_31c6_4d7b_8a52_77e1_0c3d_6b94);
+    AssetId::<StandardMaterial>::Uuid { uuid: UNKNOWN }.untyped()
 }
 
 /// Gives them places in the table, after all materials that are known.

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::settings::{Bounces, Solver, VoxelAlbedo, VoxelLight, Voxelizer};
 
-/// In step with `volume.wgsl`, where the fields are explained.
+/// In step with `volume.wesl`, where the fields are explained.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GpuLevel {
     corner: Vec3,
@@ -39,7 +39,7 @@ impl GpuLevel {
     }
 }
 
-/// In step with `volume.wgsl`, where the fields are explained.
+/// In step with `volume.wesl`, where the fields are explained.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GpuVolume {
     pub levels: [GpuLevel; MOST_LEVELS],

@@ -14,7 +14,7 @@ use crate::{
     settings::{Receiver, Sky, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight},
 };
 
-/// Most levels that a scene has; in step with `volume.wgsl`.
+/// Most levels that a scene has; in step with `volume.wesl`.
 pub(crate) const MOST_LEVELS: usize = 8;
 
 /// A cube of voxels: a volume, or a cascade of one.

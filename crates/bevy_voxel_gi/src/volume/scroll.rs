@@ -40,7 +40,7 @@ pub(crate) fn init_scroll_pipeline(mut commands: Commands, assets: Res<AssetServ
             ),
         ),
     );
-    let shader = load_embedded_asset!(assets.as_ref(), "scroll.wgsl");
+    let shader = load_embedded_asset!(assets.as_ref(), "scroll.wesl");
     commands.insert_resource(ScrollPipeline { layout, shader });
 }
 
@@ -137,5 +137,5 @@ pub(crate) fn scroll(
 
 /// Puts the shader into the app.
 pub(crate) fn embed(app: &mut App) {
-    embedded_asset!(app, "scroll.wgsl");
+    embedded_asset!(app, "scroll.wesl");
 }

@@ -22,7 +22,7 @@ use crate::{
     volume::placement::PlacedVolume,
 };
 
-/// In step with `triangles.wgsl`, where the fields are explained.
+/// In step with `triangles.wesl`, where the fields are explained.
 #[derive(ShaderType, Clone, Copy, Debug)]
 pub(crate) struct GpuInstance {
     world_from_local: Mat4,
@@ -49,7 +49,7 @@ const DOUBLE_SIDED: u32 = 2;
 const MIRRORED: u32 = 4;
 const STRIP: u32 = 8;
 
-/// In step with `triangles.wgsl`.
+/// In step with `triangles.wesl`.
 #[derive(ShaderType, Clone, Copy, Debug)]
 pub(crate) struct GpuBatch {
     instance: u32,

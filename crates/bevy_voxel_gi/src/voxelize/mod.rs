@@ -146,7 +146,7 @@ pub(crate) fn voxelize(
 
 /// Puts the shaders of the voxelisers into the app.
 pub(crate) fn embed(app: &mut App) {
-    embedded_asset!(app, "conservative.wgsl");
-    embedded_asset!(app, "slices.wgsl");
-    embedded_asset!(app, "points.wgsl");
+    embedded_asset!(app, "conservative.wesl");
+    embedded_asset!(app, "slices.wesl");
+    embedded_asset!(app, "points.wesl");
 }

@@ -74,9 +74,9 @@ pub(crate) fn init_pipeline(mut commands: Commands, assets: Res<AssetServer>) {
                 (read(), read(), read(), read(), read(), read()),
             ),
         ),
-        conservative: load_embedded_asset!(assets, "conservative.wgsl"),
-        slices: load_embedded_asset!(assets, "slices.wgsl"),
-        points: load_embedded_asset!(assets, "points.wgsl"),
+        conservative: load_embedded_asset!(assets, "conservative.wesl"),
+        slices: load_embedded_asset!(assets, "slices.wesl"),
+        points: load_embedded_asset!(assets, "points.wesl"),
     });
 }
 

@@ -12,10 +12,10 @@ use bevy::{
     render::{
         render_asset::{PrepareAssetError, RenderAsset, RenderAssets},
         render_resource::{
-            AddressMode, AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry,
-            BindingResources, BufferInitDescriptor, BufferUsages, FilterMode, MipmapFilterMode,
-            OwnedBindingResource, Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages,
-            ShaderType, TextureSampleType, TextureViewDimension, UnpreparedBindGroup,
+            AddressMode, AsBindGroup, AsBindGroupError, BindGroupBuilder, BindGroupLayout,
+            BindGroupLayoutEntry, BufferInitDescriptor, BufferUsages, FilterMode, MipmapFilterMode,
+            Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages, ShaderType,
+            TextureSampleType, TextureViewDimension, UnpreparedBindingResource,
             binding_types::{self, texture_2d_array, uniform_buffer},
             encase::UniformBuffer,
         },
@@ -58,7 +58,7 @@ const CHROMA_SAMPLER_BINDING: u32 = 101;
 const COEFFICIENT_SAMPLER_BINDING: u32 = 102;
 const FIRST_TEXTURE_BINDING: u32 = 103;
 
-/// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wgsl`: the map, and which of
+/// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wesl`: the map, and which of
 /// its texture's images.
 const TEXTURES: [(Map, Part); 14] = [
     (Map::BaseColor, Part::Luma),
@@ -136,13 +136,14 @@ impl AsBindGroup for WaveletExtension {
         self.key()
     }
 
-    fn unprepared_bind_group(
+    fn build_bind_group(
         &self,
         _: &BindGroupLayout,
         render_device: &RenderDevice,
         (textures, images, fallback, samplers): &mut SystemParamItem<'_, '_, Self::Param>,
         _: bool,
-    ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
+        output: &mut BindGroupBuilder,
+    ) -> Result<(), AsBindGroupError> {
         let texture = |map| match self.map(map) {
             None => Ok(None),
             Some(handle) => textures
@@ -176,9 +177,9 @@ impl AsBindGroup for WaveletExtension {
             .ok_or(AsBindGroupError::RetryNextUpdate)?
             .clone();
         let sampler =
-            |sampler| OwnedBindingResource::Sampler(SamplerBindingType::Filtering, sampler);
+            |sampler| UnpreparedBindingResource::Sampler(SamplerBindingType::Filtering, sampler);
         let mut bindings = vec![
-            (UNIFORM_BINDING, OwnedBindingResource::Buffer(buffer)),
+            (UNIFORM_BINDING, UnpreparedBindingResource::Buffer(buffer)),
             (CHROMA_SAMPLER_BINDING, sampler(chroma)),
             (COEFFICIENT_SAMPLER_BINDING, sampler(coefficients)),
         ];
@@ -195,12 +196,11 @@ impl AsBindGroup for WaveletExtension {
             };
             bindings.push((
                 binding,
-                OwnedBindingResource::TextureView(TextureViewDimension::D2Array, view.clone()),
+                UnpreparedBindingResource::TextureView(TextureViewDimension::D2Array, view.clone()),
             ));
         }
-        Ok(UnpreparedBindGroup {
-            bindings: BindingResources(bindings),
-        })
+        output.extend(bindings);
+        Ok(())
     }
 
     fn bind_group_layout_entries(_: &RenderDevice, _: bool) -> Vec<BindGroupLayoutEntry> {

@@ -165,7 +165,7 @@ impl WaveletKey {
     }
 }
 
-const FORWARD_SHADER: &str = "forward.wgsl";
+const FORWARD_SHADER: &str = "forward.wesl";
 
 impl MaterialExtension for WaveletExtension {
     fn fragment_shader() -> ShaderRef {
@@ -177,7 +177,7 @@ impl MaterialExtension for WaveletExtension {
     }
 
     fn prepass_fragment_shader() -> ShaderRef {
-        embedded_shader("prepass.wgsl")
+        embedded_shader("prepass.wesl")
     }
 
     fn specialize(

@@ -2,12 +2,12 @@
 //!
 //! | shader | what is in it |
 //! | --- | --- |
-//! | `types.wgsl` | `bevy_wavelet_tex::types`: what a shader must know of a texture |
-//! | `decode.wgsl` | `bevy_wavelet_tex::decode`: one pixel |
-//! | `sampling.wgsl` | `bevy_wavelet_tex::sampling`: filters that decode first |
-//! | `anisotropic.wgsl` | `bevy_wavelet_tex::anisotropic`: the one that lets the texture unit filter |
-//! | `bindings.wgsl` | the textures of the extension |
-//! | `forward.wgsl`, `prepass.wgsl` | its fragment shaders |
+//! | `types.wesl` | `bevy_wavelet_tex::material::types`: what a shader must know of a texture |
+//! | `decode.wesl` | `bevy_wavelet_tex::material::decode`: one pixel |
+//! | `sampling.wesl` | `bevy_wavelet_tex::material::sampling`: filters that decode first |
+//! | `anisotropic.wesl` | `bevy_wavelet_tex::material::anisotropic`: the one that lets the texture unit filter |
+//! | `bindings.wesl` | the textures of the extension |
+//! | `forward.wesl`, `prepass.wesl` | its fragment shaders |
 //!
 //! The first four are libraries for any shader.
 

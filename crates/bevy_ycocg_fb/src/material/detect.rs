@@ -40,9 +40,9 @@ pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<Pa
     if !shaders.is_changed() {
         return;
     }
-    let modules: HashMap<String, &Shader> = shaders
+    let modules: HashMap<&ShaderImport, &Shader> = shaders
         .iter()
-        .map(|(_, shader)| (shader.import_path.module_name().into_owned(), shader))
+        .map(|(_, shader)| (&shader.import_path, shader))
         .collect();
     let found: HashSet<_> = shaders
         .iter()
@@ -58,21 +58,21 @@ pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<Pa
 
 fn packs<'a>(
     shader: &'a Shader,
-    modules: &HashMap<String, &'a Shader>,
+    modules: &HashMap<&ShaderImport, &'a Shader>,
     seen: &mut HashSet<&'a ShaderImport>,
 ) -> bool {
     calls_pack(shader)
         || shader.imports.iter().any(|import| {
             seen.insert(import)
                 && modules
-                    .get(&*import.module_name())
+                    .get(import)
                     .is_some_and(|module| packs(module, modules, seen))
         })
 }
 
 /// Whether it calls one of the functions that pack, rather than defining it.
 fn calls_pack(shader: &Shader) -> bool {
-    let Source::Wgsl(source) = &shader.source else {
+    let (Source::Wesl(source) | Source::Wgsl(source)) = &shader.source else {
         return false;
     };
     let calls = |function: &str| {
@@ -91,12 +91,9 @@ mod tests {
     fn found(sources: &[(&str, &str)]) -> Vec<bool> {
         let shaders: Vec<_> = sources
             .iter()
-            .map(|(path, source)| Shader::from_wgsl((*source).to_owned(), *path))
+            .map(|(path, source)| Shader::from_wesl((*source).to_owned(), *path))
             .collect();
-        let modules = shaders
-            .iter()
-            .map(|s| (s.import_path.module_name().into_owned(), s))
-            .collect();
+        let modules = shaders.iter().map(|s| (&s.import_path, s)).collect();
         shaders
             .iter()
             .map(|s| packs(s, &modules, &mut HashSet::new()))
@@ -105,28 +102,29 @@ mod tests {
 
     #[test]
     fn those_that_call_it_or_import_a_module_that_does() {
-        let library = "#define_import_path bevy_pbr::pbr_functions\n\
-            #import bevy_ycocg_fb::pack::pack_fragment\n\
+        let library = "import bevy_ycocg_fb::shaders::pack::pack_fragment;\n\
             fn main_pass_post_lighting_processing(c: vec4<f32>) -> vec4<f32> {\n\
             return pack_fragment(c, c); }";
-        let lit = "#import bevy_pbr::pbr_functions::main_pass_post_lighting_processing\n\
+        let lit = "import bevy_pbr::render::pbr_functions::main_pass_post_lighting_processing;\n\
             fn f() { x = main_pass_post_lighting_processing(c); }";
-        let own = "#import bevy_ycocg_fb::pack::pack_fragment\nfn f() { x = pack_fragment(c, p); }";
-        let module = "#define_import_path game::shade\n\
-            #import bevy_pbr::pbr_functions as fns\n\
+        let own = "import bevy_ycocg_fb::shaders::pack::pack_fragment;\n\
+            fn f() { x = pack_fragment(c, p); }";
+        let module = "import bevy_pbr::render::pbr_functions as fns;\n\
             fn shade() { x = fns::main_pass_post_lighting_processing(c); }";
-        let through = "#import game::shade::shade\nfn f() { x = shade(); }";
-        let raw = "#import bevy_pbr::pbr_functions::alpha_discard\nfn f() { return c; }";
+        let through = "import package::shade::shade;\nfn f() { x = shade(); }";
+        let raw = "import bevy_pbr::render::pbr_functions::alpha_discard;\nfn f() { return c; }";
+        let plain = "@fragment fn f() -> @location(0) vec4<f32> { return vec4(1.0); }";
         assert_eq!(
             found(&[
-                ("library.wgsl", library),
-                ("lit.wgsl", lit),
-                ("own.wgsl", own),
-                ("module.wgsl", module),
-                ("through.wgsl", through),
-                ("raw.wgsl", raw),
+                ("embedded://bevy_pbr/render/pbr_functions.wesl", library),
+                ("lit.wesl", lit),
+                ("own.wesl", own),
+                ("shade.wesl", module),
+                ("through.wesl", through),
+                ("raw.wesl", raw),
+                ("plain.wesl", plain),
             ]),
-            [false, true, true, true, true, false]
+            [false, true, true, true, true, false, false]
         );
     }
 }

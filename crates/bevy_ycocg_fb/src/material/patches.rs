@@ -1,7 +1,7 @@
 //! A call in each of Bevy's shaders that write colour to the main pass: it packs that colour
 //! under the shader def `YCOCG_FB_PACK` and does nothing without it.
 
-use bevy_frugal_hooks::{Insertion, ShaderName, ShaderPatch};
+use bevy_frugal_hooks::{Insertion, ShaderPatch};
 
 /// Every lit and unlit `StandardMaterial`, and all others that use Bevy's lighting, end here.
 pub const MATERIALS: &str = "bevy_ycocg_fb/materials";
@@ -10,30 +10,26 @@ pub const MATERIALS: &str = "bevy_ycocg_fb/materials";
 /// one of them is missing, the shader is found not to pack.
 pub const REQUIRED: &[&str] = &[MATERIALS];
 
-const IMPORT: &str = "#import bevy_ycocg_fb::pack::pack_fragment";
-
 /// All of them.
 pub fn patches() -> Vec<ShaderPatch> {
     let fade = "vec4(in.color.xyz, in.color.w * alpha)";
     vec![
-        ShaderPatch {
-            name: MATERIALS,
-            shader: ShaderName::ImportPath("bevy_pbr::pbr_functions"),
-            insertions: vec![
-                Insertion::after("#define_import_path bevy_pbr::pbr_functions", IMPORT),
+        patch(
+            MATERIALS,
+            "bevy_pbr::render::pbr_functions",
+            vec![
                 Insertion::before(
                     "    return output_color;\n}",
                     "    output_color = pack_fragment(output_color, pbr_input.frag_coord);",
                 )
                 .in_function("fn main_pass_post_lighting_processing("),
             ],
-        },
+        ),
         // Materials without a fragment shader of their own.
-        ShaderPatch {
-            name: "bevy_ycocg_fb/unshaded",
-            shader: ShaderName::File("bevy_pbr/render/mesh.wgsl"),
-            insertions: [
-                vec![Insertion::before("#import bevy_pbr::{", IMPORT)],
+        patch(
+            "bevy_ycocg_fb/unshaded",
+            "bevy_pbr::render::mesh",
+            [
                 packed("fn fragment(", "mesh.color", "mesh.position"),
                 packed(
                     "fn fragment(",
@@ -42,50 +38,47 @@ pub fn patches() -> Vec<ShaderPatch> {
                 ),
             ]
             .concat(),
-        },
-        ShaderPatch {
-            name: "bevy_ycocg_fb/skybox",
-            shader: ShaderName::File("bevy_core_pipeline/skybox/skybox.wgsl"),
-            insertions: [
-                vec![Insertion::before("#import bevy_render::view::View", IMPORT)],
-                packed(
-                    "fn skybox_fragment(",
-                    "vec4(out.rgb * uniforms.brightness, out.a)",
-                    "in.position",
-                ),
-            ]
-            .concat(),
-        },
-        ShaderPatch {
-            name: "bevy_ycocg_fb/gizmo_lines",
-            shader: ShaderName::File("bevy_gizmos_render/lines.wgsl"),
-            insertions: [
-                vec![Insertion::before(
-                    "#import bevy_render::{view::View",
-                    IMPORT,
-                )],
+        ),
+        patch(
+            "bevy_ycocg_fb/skybox",
+            "bevy_core_pipeline::skybox::skybox",
+            packed(
+                "fn skybox_fragment(",
+                "vec4(out.rgb * uniforms.brightness, out.a)",
+                "in.position",
+            ),
+        ),
+        patch(
+            "bevy_ycocg_fb/gizmo_lines",
+            "bevy_gizmos_render::lines",
+            [
                 packed("fn fragment_solid(", "in.color", "in.position"),
                 packed("fn fragment_dotted(", fade, "in.position"),
                 packed("fn fragment_dashed(", fade, "in.position"),
             ]
             .concat(),
-        },
-        ShaderPatch {
-            name: "bevy_ycocg_fb/gizmo_joints",
-            shader: ShaderName::File("bevy_gizmos_render/line_joints.wgsl"),
-            insertions: [
-                vec![
-                    Insertion::before("#import bevy_render::{view::View", IMPORT),
-                    Insertion::after(
-                        "struct FragmentInput {",
-                        "    @builtin(position) position: vec4<f32>,",
-                    ),
-                ],
+        ),
+        patch(
+            "bevy_ycocg_fb/gizmo_joints",
+            "bevy_gizmos_render::line_joints",
+            [
+                vec![Insertion::after(
+                    "struct FragmentInput {",
+                    "    @builtin(position) position: vec4<f32>,",
+                )],
                 packed("fn fragment(", "in.color", "in.position"),
             ]
             .concat(),
-        },
+        ),
     ]
+}
+
+fn patch(name: &'static str, shader: &'static str, insertions: Vec<Insertion>) -> ShaderPatch {
+    ShaderPatch {
+        imports: vec!["bevy_ycocg_fb::shaders::pack::pack_fragment"],
+        insertions,
+        ..ShaderPatch::new(name, shader)
+    }
 }
 
 /// Packs what the expression `color` gives, the only one of its kind in its function.

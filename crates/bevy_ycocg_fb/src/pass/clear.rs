@@ -41,7 +41,7 @@ pub(super) fn init_pipeline(
             &BindGroupLayoutEntries::single(ShaderStages::FRAGMENT, uniform_buffer::<Vec4>(false)),
         ),
         fullscreen: fullscreen.clone(),
-        shader: load_embedded_asset!(asset_server.as_ref(), "clear.wgsl"),
+        shader: load_embedded_asset!(asset_server.as_ref(), "clear.wesl"),
     });
 }
 
@@ -75,6 +75,7 @@ impl SpecializedRenderPipeline for ClearPipeline {
                     blend: None,
                     write_mask: ColorWrites::ALL,
                 })],
+                ..default()
             }),
             ..default()
         }

@@ -21,7 +21,7 @@ use bevy::{
             RenderPassDescriptor, StoreOp,
         },
         renderer::{RenderContext, ViewQuery},
-        view::{ExtractedView, ViewDepthTexture, ViewTarget, ViewUniformOffset},
+        view::{ExtractedView, ViewDepthStencilTexture, ViewTarget, ViewUniformOffset},
     },
 };
 
@@ -36,7 +36,7 @@ use crate::view::{eligibility::PackedView, textures::PackedTextures};
 struct Packed<'a> {
     camera: &'a ExtractedCamera,
     target: &'a ViewTarget,
-    depth: &'a ViewDepthTexture,
+    depth: &'a ViewDepthStencilTexture,
     uniform_offset: &'a ViewUniformOffset,
     textures: &'a PackedTextures,
     clear: &'a PackedClear,
@@ -51,7 +51,7 @@ pub(super) fn packed_main_pass(
     view: ViewQuery<
         (
             &ExtractedView,
-            (&ExtractedCamera, &ViewTarget, &ViewDepthTexture),
+            (&ExtractedCamera, &ViewTarget, &ViewDepthStencilTexture),
             &ViewUniformOffset,
             (&PackedTextures, &PackedClear),
             (&PackedResolve, &ResolveBindGroup),

@@ -32,8 +32,8 @@ pub(crate) struct PackedPassPlugin;
 
 impl Plugin for PackedPassPlugin {
     fn build(&self, app: &mut App) {
-        embedded_asset!(app, "clear.wgsl");
-        embedded_asset!(app, "resolve.wgsl");
+        embedded_asset!(app, "clear.wesl");
+        embedded_asset!(app, "resolve.wesl");
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };

@@ -1,4 +1,4 @@
-//! From packed texels to colours: the pipeline of `resolve.wgsl`.
+//! From packed texels to colours: the pipeline of `resolve.wesl`.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -78,7 +78,7 @@ pub(super) fn init_pipeline(
             texture_2d_multisampled(sample_type),
         ),
         fullscreen: fullscreen.clone(),
-        shader: load_embedded_asset!(asset_server.as_ref(), "resolve.wgsl"),
+        shader: load_embedded_asset!(asset_server.as_ref(), "resolve.wesl"),
     });
 }
 
@@ -142,6 +142,7 @@ impl SpecializedRenderPipeline for ResolvePipeline {
                     blend: None,
                     write_mask: ColorWrites::ALL,
                 })],
+                ..default()
             }),
             ..default()
         }
@@ -197,7 +198,7 @@ impl ToneMap {
         }
         defs.push(
             match self.method {
-                Tonemapping::None => "TONEMAP_METHOD_NONE",
+                Tonemapping::None | Tonemapping::Linear => "TONEMAP_METHOD_LINEAR",
                 Tonemapping::Reinhard => "TONEMAP_METHOD_REINHARD",
                 Tonemapping::ReinhardLuminance => "TONEMAP_METHOD_REINHARD_LUMINANCE",
                 Tonemapping::AcesFitted => "TONEMAP_METHOD_ACES_FITTED",

@@ -1,7 +1,7 @@
 //! Which cameras pack.
 
 use bevy::{
-    camera::{ClearColorConfig, CompositingSpace, MainPassResolutionOverride},
+    camera::{ClearColorConfig, MainPassResolutionOverride},
     core_pipeline::{Core3d, oit::OrderIndependentTransparencySettings, prepass::DeferredPrepass},
     ecs::{entity::EntityHashMap, query::QueryData, schedule::ScheduleLabel},
     pbr::{ExtractedAtmosphere, ScreenSpaceReflections, wireframe::Mesh3dWireframe},
@@ -176,11 +176,6 @@ fn obstacle(
             .then_some(FallbackReason::ResolutionOverride),
         clear.is_none().then_some(FallbackReason::NoClear),
         is_continued(candidate, cameras).then_some(FallbackReason::ContinuedByMultisampled),
-        matches!(
-            camera.compositing_space,
-            Some(CompositingSpace::Srgb | CompositingSpace::Oklab)
-        )
-        .then_some(FallbackReason::CompositingSpace),
         clear
             .is_some_and(|color| color.alpha() < 1.0)
             .then_some(FallbackReason::TransparentBackground),

@@ -30,8 +30,6 @@ pub enum FallbackReason {
     NoClear,
     /// A later camera draws over it and expects its samples.
     ContinuedByMultisampled,
-    /// It blends in another space than linear light.
-    CompositingSpace,
     /// There is no alpha channel to keep a transparent background.
     TransparentBackground,
     /// 8 bits hold no HDR.
@@ -57,7 +55,7 @@ impl fmt::Display for FallbackReason {
             Self::UnpackedPipeline(name) => write!(
                 f,
                 "`{name}` writes unpacked colours: let its fragment shader end in Bevy's \
-                 `main_pass_post_lighting_processing` or in `bevy_ycocg_fb::pack::pack_fragment`"
+                 `main_pass_post_lighting_processing` or in `bevy_ycocg_fb::shaders::pack::pack_fragment`"
             ),
             Self::DeferredPrepass => f.write_str(
                 "deferred shading does not go through its main pass: remove `DeferredPrepass`",
@@ -81,9 +79,6 @@ impl fmt::Display for FallbackReason {
             Self::ContinuedByMultisampled => f.write_str(
                 "a later camera with `ClearColorConfig::None` continues its multisampled picture: \
                  give both `Msaa::Off`",
-            ),
-            Self::CompositingSpace => f.write_str(
-                "packed colours blend in linear light: use `CompositingSpace::Linear` or none",
             ),
             Self::TransparentBackground => f.write_str(
                 "the packed target has no alpha: give the camera an opaque clear colour",

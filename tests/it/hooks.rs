@@ -1,0 +1,201 @@
+//! A shader of Bevy that is not as the patches expect is left alone: one error names it, and the
+//! picture is Bevy's own.
+
+use bevy::{
+    image::ImageSampler,
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    shader::{Shader, ShaderImport},
+};
+use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings, EwaStandardMaterial};
+use bevy_frugal_hooks::ShaderPatches;
+use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
+use bevy_frugal_lab::metrics::error::mse;
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
+use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use image::RgbImage;
+
+use crate::support::gpu;
+
+/// A change of one of Bevy's shaders, as a patch release might bring it, without any effect.
+#[derive(Resource, Clone, Copy)]
+struct Change {
+    module: &'static str,
+    from: &'static str,
+    to: &'static str,
+}
+
+/// Before the shaders are patched.
+fn change_shader(change: Res<Change>, mut shaders: ResMut<Assets<Shader>>) {
+    let is_meant = |shader: &Shader| {
+        shader.import_path == ShaderImport::Custom(change.module.into())
+            && shader.source.as_str().contains(change.from)
+    };
+    let found = shaders.iter().find(|(_, shader)| is_meant(shader));
+    let Some((id, shader)) = found.map(|(id, shader)| (id, shader.clone())) else {
+        return;
+    };
+    let source = shader.source.as_str().replace(change.from, change.to);
+    shaders
+        .insert(id, Shader::from_wesl(source, shader.path))
+        .expect("the shader exists");
+}
+
+/// A cube with a striped texture.
+fn scene(app: &mut App, camera: impl Bundle + Clone, chosen: bool) {
+    app.add_systems(
+        Startup,
+        move |mut commands: Commands,
+              target: Res<LabTarget>,
+              mut images: ResMut<Assets<Image>>,
+              mut meshes: ResMut<Assets<Mesh>>,
+              mut standard: ResMut<Assets<StandardMaterial>>,
+              ewa: Option<ResMut<Assets<EwaStandardMaterial>>>| {
+            commands.spawn((
+                Camera3d::default(),
+                target.0.clone(),
+                Transform::from_xyz(1.0, 1.5, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
+                camera.clone(),
+            ));
+            commands.spawn((
+                DirectionalLight::default(),
+                Transform::from_xyz(-1.0, 1.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
+            ));
+            let size = Extent3d {
+                width: 64,
+                height: 64,
+                depth_or_array_layers: 1,
+            };
+            let stripe = [[255, 200, 40, 255], [10, 20, 90, 255]].concat();
+            let mut image = Image::new_fill(
+                size,
+                TextureDimension::D2,
+                &stripe[..4],
+                TextureFormat::Rgba8UnormSrgb,
+                default(),
+            );
+            image.data = Some(stripe.repeat(64 * 32));
+            image.sampler = ImageSampler::linear();
+            let base = StandardMaterial {
+                base_color_texture: Some(images.add(image)),
+                ..default()
+            };
+            let mut cube = commands.spawn(Mesh3d(meshes.add(Cuboid::default())));
+            match ewa {
+                Some(mut ewa) if chosen => {
+                    cube.insert(MeshMaterial3d(ewa.add(EwaStandardMaterial {
+                        base,
+                        extension: EwaSettings::with_method(EwaMethod::Linear).into(),
+                    })))
+                }
+                _ => cube.insert(MeshMaterial3d(standard.add(base))),
+            };
+        },
+    );
+}
+
+fn picture(build: impl FnOnce(&mut App)) -> (HeadlessApp, RgbImage) {
+    let settings = HeadlessSettings::with_size(96, 96);
+    let mut app = HeadlessApp::new(settings, build).expect("an app");
+    app.run_until_ready(300).expect("pipelines");
+    // Chains of mips would be done by then.
+    app.render_frames(30).expect("frames");
+    let picture = app.capture_rgb8().expect("a picture");
+    (app, picture)
+}
+
+fn is_bevys_own(change: Change, names: &[&str], plugin: impl FnOnce(&mut App)) {
+    let _gpu = gpu();
+    let (_, expected) = picture(|app| scene(app, (), false));
+    let (app, found) = picture(|app| {
+        app.insert_resource(change)
+            .add_systems(Update, change_shader);
+        plugin(app);
+    });
+    let patches = app.world().resource::<ShaderPatches>();
+    let (name, error) = patches.refused(names).expect("a refused patch");
+    assert!(names.contains(&name), "{name}: {error}");
+    assert!(found == expected);
+}
+
+const FRAGMENT_CHANGED: Change = Change {
+    module: "bevy_pbr::render::pbr_fragment",
+    from: "thickness *= textureSampleBias(",
+    to: "thickness = thickness * textureSampleBias(",
+};
+
+#[test]
+fn without_its_anchors_ewa_leaves_all_materials_to_bevy() {
+    is_bevys_own(FRAGMENT_CHANGED, &["bevy_ewa/fragment"], |app| {
+        app.add_plugins(EwaPlugin::default());
+        scene(app, (), false);
+    });
+}
+
+#[test]
+fn without_its_anchors_ewa_leaves_chosen_materials_to_bevy() {
+    is_bevys_own(FRAGMENT_CHANGED, &["bevy_ewa/fragment"], |app| {
+        app.add_plugins(EwaPlugin::CHOSEN);
+        scene(app, (), true);
+    });
+}
+
+#[test]
+fn one_more_sampling_than_known_is_refused() {
+    let change = Change {
+        module: "bevy_pbr::render::pbr_prepass_functions",
+        from: "    prepass_alpha_discard(flags, alpha_cutoff, output_color);\n}",
+        to: "    prepass_alpha_discard(flags, alpha_cutoff, output_color);\n\
+             // A textureSampleBias( of another map.\n}",
+    };
+    is_bevys_own(change, &["bevy_ewa/alpha"], |app| {
+        app.add_plugins(EwaPlugin::default());
+        scene(app, (), false);
+    });
+}
+
+#[test]
+fn without_its_anchor_the_frame_buffer_is_bevys() {
+    let change = Change {
+        module: "bevy_pbr::render::pbr_functions",
+        from: "    return output_color;\n}",
+        to: "    return output_color; // changed\n}",
+    };
+    is_bevys_own(change, &["bevy_ycocg_fb/materials"], |app| {
+        app.add_plugins(YCoCgFrameBufferPlugin);
+        scene(app, YCoCgFrameBuffer::default(), false);
+    });
+}
+
+#[test]
+fn without_its_anchor_a_volume_is_read_as_bevys_own() {
+    let _gpu = gpu();
+    let change = Change {
+        module: "bevy_pbr::light_probe::irradiance_volume",
+        from: "let atlas_resolution = vec3<f32>(",
+        to: "let atlas_resolution: vec3<f32> = vec3<f32>(",
+    };
+    let volume = |app: &mut App| {
+        app.add_plugins(VoxelGiPlugin)
+            .add_systems(Startup, |mut commands: Commands| {
+                commands.spawn((VoxelGiVolume::default(), Transform::default()));
+            });
+        scene(app, (), false);
+    };
+    let (_, without) = picture(|app| scene(app, (), false));
+    let (_, patched) = picture(volume);
+    let (app, refused) = picture(|app| {
+        app.insert_resource(change)
+            .add_systems(Update, change_shader);
+        volume(app);
+    });
+    let patches = app.world().resource::<ShaderPatches>();
+    assert!(patches.refused(&["bevy_voxel_gi/receive"]).is_some());
+    let error = |a: &RgbImage, b: &RgbImage| mse(a, b).expect("one size");
+    println!(
+        "{} {}",
+        error(&refused, &patched),
+        error(&without, &patched)
+    );
+    assert!(error(&refused, &patched) < 0.1 * error(&without, &patched));
+}
