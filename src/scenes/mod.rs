@@ -5,6 +5,7 @@ pub mod deferred_accumulation;
 mod error_view;
 pub mod ewa;
 mod quad_camera;
+pub mod tone;
 pub mod voxel_gi;
 pub mod wavelet_tex;
 pub mod ycocg_fb;

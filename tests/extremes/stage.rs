@@ -2,14 +2,12 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use bevy::{
-    camera::Hdr, core_pipeline::tonemapping::Tonemapping, ecs::query::QueryFilter, math::Affine2,
-    prelude::*,
-};
+use bevy::{camera::Hdr, ecs::query::QueryFilter, math::Affine2, prelude::*};
 use bevy_ewa::{EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_lab::{
     content::mipped_texture,
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
+    scenes::tone::UNGRADED,
 };
 use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
 use bevy_wavelet_tex::{
@@ -167,7 +165,7 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
         Hdr,
         Msaa::Off,
         target,
-        Tonemapping::None,
+        UNGRADED,
         Transform::from_xyz(0.3, 1.2, 3.0).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y),
     ));
 }

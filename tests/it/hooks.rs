@@ -80,6 +80,11 @@ fn scene(app: &mut App, camera: impl Bundle + Clone, chosen: bool) {
                 base_color_texture: Some(images.add(image)),
                 ..default()
             };
+            commands.spawn((
+                Mesh3d(meshes.add(Cuboid::new(4.0, 0.5, 4.0))),
+                MeshMaterial3d(standard.add(Color::WHITE)),
+                Transform::from_xyz(0.0, -0.8, 0.0),
+            ));
             let mut cube = commands.spawn(Mesh3d(meshes.add(Cuboid::default())));
             match ewa {
                 Some(mut ewa) if chosen => {

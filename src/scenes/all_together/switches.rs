@@ -1,11 +1,14 @@
 //! What the switches make of the volume and the cameras.
 
-use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
+use bevy::prelude::*;
 use bevy_voxel_gi::VoxelGiVolume;
 use bevy_ycocg_fb::YCoCgFrameBuffer;
 
 use super::hall;
-use crate::runner::{Knobs, Side};
+use crate::{
+    runner::{Knobs, Side},
+    scenes::tone::{TONE_MAPPED, UNGRADED},
+};
 
 /// Spawns, changes or despawns the volume. Only the camera of after sees its light.
 pub fn place_volume(
@@ -54,8 +57,8 @@ pub fn dress_cameras(
             ..default()
         });
         camera.insert(match knobs.choice("tone_mapping") {
-            "none" => Tonemapping::None,
-            _ => Tonemapping::default(),
+            "none" => UNGRADED,
+            _ => TONE_MAPPED,
         });
     }
 }

@@ -3,7 +3,6 @@
 use bevy::{
     camera::Exposure,
     camera_controller::free_camera::FreeCameraState,
-    core_pipeline::tonemapping::Tonemapping,
     light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
     prelude::*,
 };
@@ -13,6 +12,7 @@ use super::{drag::Draggable, motion, room, settings::resolution, truth};
 use crate::{
     boxes::{BoxScene, cornell_box, spawn_boxes_and_lamps},
     runner::{Knobs, PictureArea, Side, Split},
+    scenes::tone::{TONE_MAPPED, UNGRADED},
 };
 
 /// What is on stage.
@@ -76,8 +76,8 @@ pub fn change(world: &mut World) {
     let aspect = area.x as f32 / area.y as f32;
     let (pose, ev100, tone_map) = match name {
         // Not tone-mapped, as its truth.
-        "cornell" => (truth::view(aspect), truth::EV100, Tonemapping::None),
-        _ => (room::view(), room::EV100, Tonemapping::default()),
+        "cornell" => (truth::view(aspect), truth::EV100, UNGRADED),
+        _ => (room::view(), room::EV100, TONE_MAPPED),
     };
     let mut cameras = world.query_filtered::<Entity, (With<Side>, With<Camera>)>();
     for camera in cameras.iter(world).collect::<Vec<_>>() {

@@ -1,6 +1,6 @@
 //! The same setting with more and more triangles: spheres in a volume, and a lamp.
 
-use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
+use bevy::prelude::*;
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
 use indicatif::ProgressBar;
 
@@ -8,6 +8,7 @@ use super::{PLUGIN, SPANS, render};
 use crate::{
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
     record::Measurement,
+    scenes::tone::UNGRADED,
     tradeoff::{
         contest::{Contestant, contest},
         options::GiPlan,
@@ -49,7 +50,7 @@ fn contestant(triangles: u32, resolution: u32) -> Result<Contestant, HeadlessErr
         Camera3d::default(),
         target,
         Msaa::Off,
-        Tonemapping::None,
+        UNGRADED,
         Transform::from_xyz(0.0, 0.0, SIZE).looking_at(Vec3::ZERO, Vec3::Y),
     ));
     let volume = VoxelGiVolume {

@@ -5,6 +5,7 @@ use bevy::{
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
     mesh::{Indices, PrimitiveTopology},
+    pbr::ScreenSpaceTransmission,
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
@@ -57,6 +58,7 @@ impl Floor {
                 Tonemapping::None,
                 DebandDither::Disabled,
                 Msaa::Off,
+                ScreenSpaceTransmission::default(),
                 Transform::from_xyz(0.0, 0.6, 0.0).looking_at(Vec3::new(1.0, 0.4, -5.0), Vec3::Y),
             ))
             .id();

@@ -1,7 +1,7 @@
 //! Every kind of material, seen by a packed camera.
 
 use bevy::{
-    pbr::{ExtendedMaterial, Material, MaterialExtension, MaterialPlugin},
+    pbr::{ExtendedMaterial, Material, MaterialExtension, MaterialPlugin, ScreenSpaceTransmission},
     prelude::*,
     reflect::TypePath,
     render::{render_resource::AsBindGroup, view::Msaa},
@@ -102,6 +102,7 @@ fn multiply_is_exact_for_gray_and_keeps_the_luminance_otherwise() {
 #[test]
 fn transmissive_materials_see_the_packed_background() {
     check("transmissive", [40.0, 36.0], |app| {
+        app.register_required_components::<Camera3d, ScreenSpaceTransmission>();
         with_quad(app, || StandardMaterial {
             base_color: Color::srgb(0.7, 0.9, 0.8),
             specular_transmission: 0.9,

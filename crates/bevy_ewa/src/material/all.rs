@@ -83,8 +83,13 @@ const REFUSED_TAG: &str = "bevy_ewa/refused";
 
 /// Whether one of Bevy's shaders could not be patched. The plugin then leaves everything to Bevy,
 /// since passes would disagree about a map.
-pub(crate) fn is_refused(patches: Option<Res<ShaderPatches>>) -> bool {
+fn is_refused(patches: Option<Res<ShaderPatches>>) -> bool {
     patches.is_some_and(|patches| patches.refused(REQUIRED).is_some())
+}
+
+/// Whether all of Bevy's shaders are patched.
+pub(crate) fn is_patched(patches: Option<Res<ShaderPatches>>) -> bool {
+    patches.is_some_and(|patches| patches.all_applied(REQUIRED))
 }
 
 /// The key of a pipeline is made when its material is prepared: a change of the settings prepares

@@ -7,11 +7,13 @@
 //! | [`patches`] | calls in Bevy's shaders that do nothing without those defs |
 //! | [`extension`] | for chosen materials |
 //! | [`all`] | for all of them |
+//! | `maps` | the maps of a material |
 //! | `borders` | which of them have textures that do not repeat |
 
 pub mod all;
 mod borders;
 pub mod extension;
+mod maps;
 pub mod patches;
 pub mod pipeline;
 pub mod uniform;
@@ -21,6 +23,7 @@ use bevy_frugal_hooks::shader_patch::PatchShadersExt;
 
 pub use all::AllMaterials;
 pub use extension::{EwaExtension, EwaStandardMaterial};
+pub(crate) use maps::maps;
 pub use uniform::EwaUniform;
 
 /// Makes materials filter.
@@ -38,30 +41,6 @@ impl Plugin for EwaMaterialPlugin {
         ))
         .register_type::<EwaExtension>();
     }
-}
-
-/// The maps that are filtered, and whether they hold normals.
-pub(crate) fn maps(material: &StandardMaterial) -> impl Iterator<Item = (&Handle<Image>, bool)> {
-    let normals = [
-        &material.normal_map_texture,
-        &material.clearcoat_normal_texture,
-    ];
-    let others = [
-        &material.base_color_texture,
-        &material.emissive_texture,
-        &material.metallic_roughness_texture,
-        &material.occlusion_texture,
-        &material.specular_texture,
-        &material.specular_tint_texture,
-        &material.clearcoat_texture,
-        &material.clearcoat_roughness_texture,
-        &material.specular_transmission_texture,
-        &material.thickness_texture,
-        &material.diffuse_transmission_texture,
-        &material.anisotropy_texture,
-    ];
-    let normals = normals.into_iter().flatten().map(|map| (map, true));
-    normals.chain(others.into_iter().flatten().map(|map| (map, false)))
 }
 
 /// Has an asset prepared again.

@@ -16,7 +16,7 @@ use super::{
     chain::{Chain, chain},
     texel::{Storage, TexelFormat},
 };
-use crate::material::{AllMaterials, EwaStandardMaterial, all::is_refused, maps, touch};
+use crate::material::{AllMaterials, EwaStandardMaterial, all::is_patched, maps, touch};
 
 /// Frames for which the texels of an image are kept for a material that may follow.
 const PATIENCE: u32 = 300;
@@ -28,10 +28,15 @@ impl Plugin for MipLoadPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Mips>().add_systems(
             PostUpdate,
-            (find_materials, find_images, start, finish)
+            (
+                find_materials,
+                find_images,
+                // Without the filter no chains: the picture is then Bevy's own.
+                start.run_if(is_patched),
+                finish,
+            )
                 .chain()
-                .after(AssetEventSystems)
-                .run_if(not(is_refused)),
+                .after(AssetEventSystems),
         );
     }
 }

@@ -147,7 +147,12 @@ fn apply_patches(mut shaders: ResMut<Assets<Shader>>, mut patches: ResMut<Shader
     }
 }
 
-fn apply(shaders: &mut Assets<Shader>, id: AssetId<Shader>, patch: &ShaderPatch) -> PatchState {
+/// Writes to the assets only where something is inserted: to be told of a change is to run again.
+fn apply(
+    shaders: &mut ResMut<Assets<Shader>>,
+    id: AssetId<Shader>,
+    patch: &ShaderPatch,
+) -> PatchState {
     let Some(shader) = shaders.get(id) else {
         return PatchState::Pending;
     };

@@ -214,7 +214,8 @@ fn described(
     };
     let Some(position_offset) = offset(Mesh::ATTRIBUTE_POSITION) else {
         warn_once!(
-            "voxel GI: a mesh's positions are not {:?}; it is not voxelised",
+            "voxel GI: a mesh's positions are not {:?}; it is not voxelised. Do not compress its \
+             positions (`MeshAttributeCompressionFlags::COMPRESS_POSITION`)",
             VertexFormat::Float32x3
         );
         return None;
@@ -226,6 +227,14 @@ fn described(
             offset(Mesh::ATTRIBUTE_JOINT_WEIGHT)?,
         ))
     });
+    if extracted.first_joint.is_some() && skin.is_none() {
+        warn_once!(
+            "voxel GI: a skinned mesh's joints and weights are not {:?} and {:?}; it is voxelised \
+             as it was modelled. Do not quantise its weights (`MeshCompressionArgs`)",
+            VertexFormat::Uint16x4,
+            VertexFormat::Float32x4
+        );
+    }
     let surface = scene.surfaces.get(extracted.surface as usize);
     let mut flags = strip;
     if skin.is_some() {
