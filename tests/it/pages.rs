@@ -57,7 +57,7 @@ fn shaders_on_the_pages_validate() {
             .collect();
         assert_eq!(shaders.len(), count, "{name}");
         for shader in shaders {
-            let valid = composer.validate_source(shader, &defs);
+            let valid = composer.compose_source(shader, &defs);
             assert!(valid.is_ok(), "{name}: {}\n{shader}", valid.unwrap_err());
         }
     }

@@ -101,7 +101,7 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
                     }
                     let name =
                         format!("{file} {prepass:?} bindless {bindless} uv_b {uv_b} {method:?}");
-                    let valid = composer.validate(shader_at(app.world(), file), &defs);
+                    let valid = composer.compose(shader_at(app.world(), file), &defs);
                     assert!(valid.is_ok(), "{name}: {}", valid.unwrap_err());
                     count += 1;
                 }

@@ -1,52 +1,97 @@
 //! Composes shaders as Bevy does and validates the result, without a driver.
 
-use bevy::{
-    prelude::*,
-    shader::{Shader, ShaderCache, ShaderCacheError, ShaderCacheSource, ShaderDefVal},
+use std::{
+    fs,
+    hash::{DefaultHasher, Hash, Hasher},
+    path::Path,
+    sync::Arc,
 };
 
-/// All shaders of an app.
-pub struct Composer(ShaderCache<naga::Module, ()>);
+use bevy::{
+    asset::uuid::Uuid,
+    prelude::*,
+    shader::{Shader, ShaderCache, ShaderCacheSource, ShaderDefVal},
+};
+
+/// Shaders and their libraries; makes WGSL of them.
+pub struct Composer(ShaderCache<String, ()>);
 
 impl Composer {
-    pub fn new(app: &World) -> Self {
-        let mut cache = ShaderCache::new((), |(), source, _| parsed(source));
-        for (id, shader) in app.resource::<Assets<Shader>>().iter() {
-            cache.set_shader(id, shader.clone());
-        }
-        Self(cache)
+    fn empty() -> Self {
+        Self(ShaderCache::new((), |(), source, _| match source {
+            ShaderCacheSource::Wgsl(source) => Ok(source),
+            ShaderCacheSource::SpirV(_) => unreachable!("no shader is SPIR-V"),
+        }))
     }
 
-    /// Composes and validates the shader.
-    pub fn validate(&mut self, id: AssetId<Shader>, defs: &[ShaderDefVal]) -> Result<(), String> {
-        let module = self.0.get(0, id, defs).map_err(|error| error.to_string())?;
+    /// All shaders of an app.
+    pub fn new(app: &World) -> Self {
+        let mut composer = Self::empty();
+        for (id, shader) in app.resource::<Assets<Shader>>().iter() {
+            composer.0.set_shader(id, shader.clone());
+        }
+        composer
+    }
+
+    /// The shaders of one of our crates, without an app.
+    pub fn of_crate(name: &str) -> Self {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("crates")
+            .join(name);
+        let mut composer = Self::empty();
+        composer.add_folder(name, &root.join("src"), "");
+        composer
+    }
+
+    fn add_folder(&mut self, name: &str, folder: &Path, below: &str) {
+        for entry in fs::read_dir(folder).expect("a folder").flatten() {
+            let file = entry.file_name().into_string().expect("UTF-8");
+            let below = format!("{below}/{file}");
+            if entry.path().is_dir() {
+                self.add_folder(name, &entry.path(), &below);
+            } else if file.ends_with(".wesl") {
+                let source = fs::read_to_string(entry.path()).expect("a shader");
+                let shader = Shader::from_wesl(source, format!("embedded://{name}{below}"));
+                let mut hasher = DefaultHasher::new();
+                below.hash(&mut hasher);
+                let uuid = Uuid::from_u128(hasher.finish().into());
+                self.0.set_shader(AssetId::Uuid { uuid }, shader);
+            }
+        }
+    }
+
+    /// The WGSL of a shader, validated.
+    pub fn compose(
+        &mut self,
+        id: AssetId<Shader>,
+        defs: &[ShaderDefVal],
+    ) -> Result<Arc<String>, String> {
+        let source = self.0.get(0, id, defs).map_err(|error| error.to_string())?;
+        let module =
+            naga::front::wgsl::parse_str(&source).map_err(|error| error.emit_to_string(&source))?;
         let mut validator = naga::valid::Validator::new(
             naga::valid::ValidationFlags::all(),
             naga::valid::Capabilities::all(),
         );
         match validator.validate(&module) {
-            Ok(_) => Ok(()),
-            Err(error) => Err(format!("{error:?}")),
+            Ok(_) => Ok(source),
+            Err(error) => Err(error.emit_to_string(&source)),
         }
     }
 
-    /// Composes and validates a shader that is not in the app.
-    pub fn validate_source(&mut self, source: &str, defs: &[ShaderDefVal]) -> Result<(), String> {
+    /// The WGSL of a shader that is given as WESL, validated.
+    pub fn compose_source(
+        &mut self,
+        source: &str,
+        defs: &[ShaderDefVal],
+    ) -> Result<Arc<String>, String> {
         let id = AssetId::Uuid {
-            uuid: bevy::asset::uuid::Uuid::from_u128(1),
+            uuid: Uuid::from_u128(1),
         };
         let shader = Shader::from_wesl(source.to_owned(), "tests/source.wesl");
         self.0.set_shader(id, shader);
-        self.validate(id, defs)
+        self.compose(id, defs)
     }
-}
-
-fn parsed(source: ShaderCacheSource) -> Result<naga::Module, ShaderCacheError> {
-    let ShaderCacheSource::Wgsl(source) = source else {
-        unreachable!("no shader is SPIR-V");
-    };
-    naga::front::wgsl::parse_str(&source)
-        .map_err(|error| ShaderCacheError::CreateShaderModule(error.emit_to_string(&source)))
 }
 
 /// The shader of the app whose path ends so.

@@ -1,6 +1,7 @@
 //! What the cases share: one GPU test at a time and a small scene.
 
 pub mod compose;
+pub mod compute;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

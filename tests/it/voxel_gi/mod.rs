@@ -4,6 +4,7 @@ mod basics;
 mod budget;
 mod extremes;
 mod materials;
+mod rays;
 mod receiver;
 mod reference;
 mod scene;

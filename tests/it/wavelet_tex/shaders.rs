@@ -47,7 +47,7 @@ fn the_library_validates_in_a_shader_of_ones_own() {
         Some("WAVELET_FILTER_ONE_FETCH"),
     ] {
         let defs: Vec<ShaderDefVal> = filter.into_iter().map(ShaderDefVal::from).collect();
-        let valid = composer.validate_source(USER, &defs);
+        let valid = composer.compose_source(USER, &defs);
         assert!(valid.is_ok(), "{filter:?}: {}", valid.unwrap_err());
     }
 }

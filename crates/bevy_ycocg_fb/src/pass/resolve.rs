@@ -117,11 +117,10 @@ impl SpecializedRenderPipeline for ResolvePipeline {
             }
             .into(),
         );
+        let mut constants = Vec::new();
         if key.samples > 1 {
-            shader_defs.push(ShaderDefVal::Int(
-                "YCOCG_FB_SAMPLES".into(),
-                key.samples.cast_signed(),
-            ));
+            shader_defs.push("YCOCG_FB_MULTISAMPLED".into());
+            constants.push(("SAMPLES".into(), f64::from(key.samples)));
             if key.msaa_resolve == MsaaResolve::ToneMapWeighted {
                 shader_defs.push("YCOCG_FB_TONE_MAP_WEIGHTED".into());
             }
@@ -136,13 +135,13 @@ impl SpecializedRenderPipeline for ResolvePipeline {
             fragment: Some(FragmentState {
                 shader: self.shader.clone(),
                 shader_defs,
+                constants,
                 entry_point: Some("resolve".into()),
                 targets: vec![Some(ColorTargetState {
                     format: key.output,
                     blend: None,
                     write_mask: ColorWrites::ALL,
                 })],
-                ..default()
             }),
             ..default()
         }

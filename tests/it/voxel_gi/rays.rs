@@ -1,0 +1,151 @@
+//! Every ray ends: rays along borders, with components near zero or not finite, through a volume in
+//! which every sub-voxel is touched by surfaces that most rays only graze.
+
+use proptest::{
+    prelude::*,
+    strategy::ValueTree,
+    test_runner::{Config, RngAlgorithm, TestRng, TestRunner},
+};
+
+use crate::support::{
+    compose::Composer,
+    compute::{Binding, dispatch},
+    gpu,
+};
+
+const RESOLUTION: u32 = 16;
+const RAYS: u32 = 64 * 256;
+/// In voxels: as far as the volume is wide.
+const REACH: f32 = 32.0;
+const NOTHING: u32 = u32::MAX;
+
+const SHADER: &str = "
+import bevy_voxel_gi::light::trace::trace;
+
+struct Ray {
+    origin: vec4<f32>,
+    direction: vec4<f32>,
+}
+
+struct End {
+    index: u32,
+    distance: f32,
+}
+
+@group(1) @binding(0) var<storage, read_write> ends: array<End>;
+@group(1) @binding(1) var<storage, read> rays: array<Ray>;
+
+@compute @workgroup_size(64)
+fn trace_all(@builtin(global_invocation_id) id: vec3<u32>) {
+    let ray = rays[id.x];
+    let met = trace(0u, ray.origin.xyz, ray.direction.xyz, ray.origin.w);
+    ends[id.x] = End(met.index, met.distance);
+}
+";
+
+/// One level at the origin with voxels of a metre; the fields are those of `Volume`.
+fn volume() -> Vec<u8> {
+    let mut words = vec![0u32; 8 * 16];
+    words[3] = 1f32.to_bits();
+    let extent = (RESOLUTION as f32).to_bits();
+    words.extend([extent, extent, extent, RESOLUTION]);
+    let center = (0.5 * RESOLUTION as f32).to_bits();
+    words.extend([center, center, center, 1]);
+    words.resize(words.len() + 16, 0);
+    bytemuck::cast_slice(&words).to_vec()
+}
+
+fn word(runner: &mut TestRunner) -> u32 {
+    runner.rng().next_u32()
+}
+
+/// A coordinate at a border of a voxel or sub-voxel, near one, or anywhere.
+fn coordinate() -> impl Strategy<Value = f32> {
+    let border = (0..=4 * RESOLUTION).prop_map(|n| n as f32 * 0.25);
+    let off = prop_oneof![
+        Just(0.0f32),
+        Just(1e-7),
+        Just(-1e-7),
+        Just(1e-6),
+        Just(-1e-6),
+        Just(4e-6),
+        -0.25f32..0.25
+    ];
+    prop_oneof![
+        20 => (border, off).prop_map(|(border, off)| border + off),
+        1 => prop_oneof![
+            Just(f32::NAN), Just(f32::INFINITY), Just(-1e30f32), Just(1e7f32)
+        ],
+    ]
+}
+
+/// A component of a direction: of any size, and what no direction has.
+fn component() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        8 => -1.0f32..1.0,
+        8 => (-8.0f32..0.0, any::<bool>())
+            .prop_map(|(power, negative)| 10f32.powf(power) * if negative { -1.0 } else { 1.0 }),
+        4 => prop_oneof![Just(0.0f32), Just(-0.0), Just(1.0), Just(-1.0)],
+        1 => prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(1e-40f32), Just(1e30)],
+    ]
+}
+
+fn normalized(v: [f32; 3]) -> [f32; 3] {
+    let length = v.iter().map(|x| x * x).sum::<f32>().sqrt();
+    if length > 1e-20 && length.is_finite() {
+        v.map(|x| x / length)
+    } else {
+        v
+    }
+}
+
+#[test]
+fn every_ray_ends() {
+    let _gpu = gpu();
+    let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
+    let mut runner = TestRunner::new_with_rng(Config::default(), rng);
+    let ray = (
+        [coordinate(), coordinate(), coordinate()],
+        [component(), component(), component()],
+    );
+    let mut rays: Vec<[f32; 8]> = Vec::new();
+    for _ in 0..RAYS {
+        let tree = ray.new_tree(&mut runner).expect("a ray");
+        let ([x, y, z], direction) = tree.current();
+        let [dx, dy, dz] = normalized(direction);
+        rays.push([x, y, z, REACH, dx, dy, dz, 0.0]);
+    }
+    let voxels = RESOLUTION.pow(3) as usize;
+    let masks = vec![u32::MAX; 2 * voxels];
+    let keys: Vec<u32> = (0..6 * voxels)
+        .map(|_| word(&mut runner) | 1 << 24)
+        .collect();
+    let mut composer = Composer::of_crate("bevy_voxel_gi");
+    let source = composer
+        .compose_source(SHADER, &[])
+        .unwrap_or_else(|error| panic!("{error}"));
+    let output = dispatch(
+        &source,
+        &[
+            Binding::Uniform(&volume()),
+            Binding::Storage(bytemuck::cast_slice(&masks)),
+            Binding::Storage(bytemuck::cast_slice(&keys)),
+        ],
+        bytemuck::cast_slice(&rays),
+        u64::from(RAYS) * 8,
+        RAYS / 64,
+    );
+    let mut met = 0;
+    for (end, ray) in output.chunks_exact(8).zip(&rays) {
+        let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| end[at + i]));
+        if word(0) == NOTHING {
+            continue;
+        }
+        met += 1;
+        assert!((word(0) as usize) < voxels, "{ray:?}");
+        let distance = f32::from_bits(word(4));
+        assert!((-1e-3..=REACH).contains(&distance), "{ray:?}: {distance}");
+    }
+    // In a full volume nearly all that begin inside meet something.
+    assert!(met > RAYS / 2, "{met}");
+}
