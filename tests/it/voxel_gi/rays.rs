@@ -1,5 +1,7 @@
-//! Every ray ends: rays along borders, with components near zero or not finite, through a volume in
-//! which every sub-voxel is touched by surfaces that most rays only graze.
+//! Every ray ends: rays along borders, with components near zero or not finite, through a volume full
+//! of surfaces that many of them only graze.
+//!
+//! Mesa 22's software driver ends every loop after 65,536 turns by itself; later ones and GPUs do not.
 
 use proptest::{
     prelude::*,
@@ -99,15 +101,36 @@ fn normalized(v: [f32; 3]) -> [f32; 3] {
     }
 }
 
+/// A ray that leaves a sub-voxel so slowly along one axis that rounding keeps it at the border: just
+/// above one, downwards.
+fn creeping() -> impl Strategy<Value = ([f32; 3], [f32; 3])> {
+    let border = (1..4 * RESOLUTION).prop_map(|n| n as f32 * 0.25);
+    (
+        [border.clone(), border.clone(), border],
+        [-0.25f32..0.25, -0.25f32..0.25, -0.25f32..0.25],
+        [-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0],
+        (0..3usize, 1..4u32, -5.5f32..-3.0),
+    )
+        .prop_map(|(border, off, mut direction, (axis, ulps, power))| {
+            let mut origin = [0, 1, 2].map(|i| border[i] + off[i]);
+            origin[axis] = f32::from_bits(border[axis].to_bits() + ulps);
+            direction[axis] = -(10f32.powf(power));
+            (origin, direction)
+        })
+}
+
 #[test]
 fn every_ray_ends() {
     let _gpu = gpu();
     let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
     let mut runner = TestRunner::new_with_rng(Config::default(), rng);
-    let ray = (
-        [coordinate(), coordinate(), coordinate()],
-        [component(), component(), component()],
-    );
+    let ray = prop_oneof![
+        (
+            [coordinate(), coordinate(), coordinate()],
+            [component(), component(), component()],
+        ),
+        creeping(),
+    ];
     let mut rays: Vec<[f32; 8]> = Vec::new();
     for _ in 0..RAYS {
         let tree = ray.new_tree(&mut runner).expect("a ray");
@@ -116,7 +139,10 @@ fn every_ray_ends() {
         rays.push([x, y, z, REACH, dx, dy, dz, 0.0]);
     }
     let voxels = RESOLUTION.pow(3) as usize;
-    let masks = vec![u32::MAX; 2 * voxels];
+    // Only what is free in front has a surface that a ray can graze.
+    let masks: Vec<u32> = (0..2 * voxels)
+        .map(|_| word(&mut runner) & word(&mut runner))
+        .collect();
     let keys: Vec<u32> = (0..6 * voxels)
         .map(|_| word(&mut runner) | 1 << 24)
         .collect();
@@ -146,6 +172,5 @@ fn every_ray_ends() {
         let distance = f32::from_bits(word(4));
         assert!((-1e-3..=REACH).contains(&distance), "{ray:?}: {distance}");
     }
-    // In a full volume nearly all that begin inside meet something.
     assert!(met > RAYS / 2, "{met}");
 }
