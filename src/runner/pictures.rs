@@ -7,6 +7,7 @@ use std::{
 };
 
 use bevy::{
+    light::{DirectionalLightShadowMap, PointLightShadowMap},
     math::{URect, UVec2},
     time::{Time, Virtual},
 };
@@ -165,8 +166,13 @@ pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<Head
         ..HeadlessSettings::with_size(width, height)
     };
     let image = SceneImage(options.image.clone());
+    let shadow_map = shadow_map_size(options.size);
     Ok(HeadlessApp::new(settings, move |app| {
         app.insert_resource(knobs)
+            .insert_resource(DirectionalLightShadowMap { size: shadow_map })
+            .insert_resource(PointLightShadowMap {
+                size: shadow_map / 2,
+            })
             .insert_resource(image)
             .insert_resource(PictureArea(URect::from_corners(
                 UVec2::ZERO,
@@ -177,6 +183,14 @@ pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<Head
         split::add_cameras(app, scene);
         scene.build(app);
     })?)
+}
+
+/// Four texels of a shadow map for each pixel along the picture's longer edge, and no more than Bevy's
+/// own: on a software driver shadow maps take most of the time of a small picture.
+fn shadow_map_size(size: Size) -> usize {
+    let longest = size.width.max(size.height) as usize;
+    let default = DirectionalLightShadowMap::default().size;
+    (4 * longest).next_power_of_two().clamp(256, default)
 }
 
 /// Renders `scene` and writes `NAME_before.png`, `NAME_after.png` and `NAME_difference.png` (the

@@ -3,16 +3,38 @@
 pub mod compose;
 pub mod compute;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::{
+    sync::{Condvar, Mutex, PoisonError},
+    thread,
+};
 
 use bevy::prelude::*;
 use bevy_frugal_lab::headless::LabTarget;
 
-static GPU: Mutex<()> = Mutex::new(());
+/// Apps that run at the same time, at most: a software driver compiles an app's pipelines one after the
+/// other, and while one app waits for that another can draw.
+const MOST_APPS: usize = 2;
 
-/// Holds the GPU: Bevy apps run one after the other, as each wants every core.
-pub fn gpu() -> MutexGuard<'static, ()> {
-    GPU.lock().unwrap_or_else(PoisonError::into_inner)
+static APPS: Mutex<usize> = Mutex::new(0);
+static ENDED: Condvar = Condvar::new();
+
+/// A part of the GPU, until it is dropped.
+pub struct Gpu(());
+
+/// Waits for a part of the GPU.
+pub fn gpu() -> Gpu {
+    let most = thread::available_parallelism().map_or(1, |cores| cores.get().min(MOST_APPS));
+    let apps = APPS.lock().unwrap_or_else(PoisonError::into_inner);
+    let apps = ENDED.wait_while(apps, |apps| *apps >= most);
+    *apps.unwrap_or_else(PoisonError::into_inner) += 1;
+    Gpu(())
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        *APPS.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        ENDED.notify_one();
+    }
 }
 
 /// A cube, lit from the front left, that turns a radian a second.
