@@ -2,9 +2,10 @@
 
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 
-/// As of every camera of Bevy.
+/// Bevy's default for a `Camera3d`: it tone-maps and dithers.
 pub const TONE_MAPPED: (Tonemapping, DebandDither) =
     (Tonemapping::TonyMcMapface, DebandDither::Enabled);
 
-/// As they are. Without tone mapping Bevy does not dither, and warns of cameras that ask for it.
+/// The camera writes its colours unchanged. Bevy does not dither without tone mapping, and warns of cameras
+/// that ask for it.
 pub const UNGRADED: (Tonemapping, DebandDither) = (Tonemapping::None, DebandDither::Disabled);

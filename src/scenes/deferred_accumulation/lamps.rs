@@ -10,7 +10,7 @@ use bevy::{
 
 use super::settings::{Lamp, Lamps, MAX_LAMPS};
 
-/// The lamps as `light.wesl` sees them.
+/// The uniform buffer of lights in `light.wesl`.
 #[derive(Clone, Default, ShaderType)]
 pub struct LampsUniform {
     lamps: [Lamp; MAX_LAMPS],

@@ -14,9 +14,9 @@ use super::ShaderPatch;
 pub struct Insertion {
     /// If given, the start of a function outside of which nothing is searched; occurs once.
     pub function: Option<&'static str>,
-    /// What is directly in front of the position.
+    /// The text that must stand directly before the position; may be empty.
     pub before: &'static str,
-    /// What follows directly.
+    /// The text that must follow the position directly; may be empty.
     pub after: &'static str,
     /// What is inserted.
     pub text: String,

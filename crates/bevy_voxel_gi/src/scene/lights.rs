@@ -2,7 +2,7 @@
 
 use bevy::{prelude::*, render::Extract, render::render_resource::ShaderType};
 
-/// A lamp as the shaders see it; in step with `light.wesl`.
+/// A light in the storage buffer of `inject.wesl`; keep both in sync.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GpuLight {
     /// Where it is, in metres; unused by directional ones.
