@@ -2,7 +2,7 @@
 
 use bevy::{prelude::*, render::Extract, render::render_resource::ShaderType};
 
-/// A light in the storage buffer of `inject.wesl`; keep both in sync.
+/// A light as `inject.wesl` and `propagate.wesl` read it; keep the three in sync.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GpuLight {
     /// Where it is, in metres; unused by directional ones.
