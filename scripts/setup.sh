@@ -1,8 +1,9 @@
 # shellcheck shell=bash
 # What the build needs and cargo cannot bring: a recent Rust, a linker and, on Linux, a Vulkan
 # driver. Sourced, from the root of the repository, by the scripts beside it, which call `setup`.
-# It changes the system in one case only: a Linux without any Vulkan driver gets Mesa's software
-# one, because the tests and examples render.
+# It changes the system in two cases only, both on Linux: without any Vulkan driver it gets Mesa's software
+# one, because the tests and examples render; and `scripts/test` installs the headers that Bevy's default
+# features need, where it may do so without asking.
 
 # The oldest compiler that is known to compile Bevy, whatever Bevy itself declares.
 OLDEST_RUST=1.95
@@ -219,6 +220,39 @@ install_software_driver() {
     echo "  $command"
     sh -c "$command" || die "the installation failed; its own message is above." \
         "Once that is solved (often: no network, or another installation is running), run the command above by hand."
+}
+
+# --- Headers for Bevy's default features ---------------------------------------------------------
+
+# Whether a game with Bevy's default features can be linked here; tries to install what it needs.
+game_libraries() {
+    [ "$(operating_system)" = linux ] || return 0
+    if game_libraries_exist; then return 0; fi
+    local prefix command
+    prefix=$(root_prefix) || return 1
+    command=$(game_libraries_command "$(package_manager)" "$prefix")
+    if [ -z "$command" ]; then return 1; fi
+    echo "Installing the headers of ALSA, udev and Wayland, which Bevy's default features need:"
+    echo "  $command"
+    sh -c "$command" >/dev/null && game_libraries_exist
+}
+
+game_libraries_exist() {
+    has pkg-config && pkg-config --exists alsa libudev wayland-client
+}
+
+# game_libraries_command MANAGER PREFIX, as Bevy's page on Linux names them.
+game_libraries_command() {
+    case "$1" in
+        apt-get)
+            printf '%s' "${2}apt-get update && ${2}env DEBIAN_FRONTEND=noninteractive" \
+                " apt-get install -y --no-install-recommends pkg-config libasound2-dev libudev-dev libwayland-dev"
+            ;;
+        zypper) echo "${2}zypper --non-interactive install pkg-config alsa-devel libudev-devel wayland-devel" ;;
+        dnf | yum) echo "${2}$1 install -y pkgconf-pkg-config alsa-lib-devel systemd-devel wayland-devel" ;;
+        pacman) echo "${2}pacman -S --noconfirm --needed pkgconf alsa-lib systemd-libs wayland" ;;
+        apk) echo "${2}apk add pkgconf alsa-lib-dev eudev-dev wayland-dev" ;;
+    esac
 }
 
 package_manager() {

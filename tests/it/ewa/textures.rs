@@ -15,7 +15,7 @@ use bevy_frugal_lab::{
 use image::{DynamicImage, ImageFormat, RgbaImage};
 
 use super::scene::{Floor, checkered, checks, keep, psnr, texture};
-use crate::support::gpu;
+use crate::support::{gpu, skipped};
 
 fn filtering() -> Option<EwaPlugin> {
     Some(EwaPlugin {
@@ -195,7 +195,9 @@ fn textures_of_16_bits_get_mips_too() {
     ] {
         let mut floor = Floor::new(filtering(), |_| StandardMaterial::default());
         if !floor.app.features().contains(feature) {
-            println!("{format:?}: not here");
+            skipped(&format!(
+                "EWA of {format:?}: the adapter has no such textures"
+            ));
             continue;
         }
         let image = wide(format, texel);

@@ -1,9 +1,12 @@
-//! What the cases share: one GPU test at a time and a small scene.
+//! What the cases share.
 
 pub mod compose;
 pub mod compute;
+pub mod logs;
 
 use std::{
+    fs::OpenOptions,
+    io::Write,
     sync::{Condvar, Mutex, PoisonError},
     thread,
 };
@@ -23,6 +26,7 @@ pub struct Gpu(());
 
 /// Waits for a part of the GPU.
 pub fn gpu() -> Gpu {
+    logs::listen();
     let most = thread::available_parallelism().map_or(1, |cores| cores.get().min(MOST_APPS));
     let apps = APPS.lock().unwrap_or_else(PoisonError::into_inner);
     let apps = ENDED.wait_while(apps, |apps| *apps >= most);
@@ -35,6 +39,18 @@ impl Drop for Gpu {
         *APPS.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
         ENDED.notify_one();
     }
+}
+
+/// Says that a part of a test is left out, and why. `scripts/test` names a file in `SKIPPED_TESTS` and prints
+/// at its end what was appended.
+pub fn skipped(what: &str) {
+    println!("skipped: {what}");
+    let Some(path) = std::env::var_os("SKIPPED_TESTS") else {
+        return;
+    };
+    let file = OpenOptions::new().create(true).append(true).open(&path);
+    file.and_then(|mut file| writeln!(file, "{what}"))
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
 }
 
 /// A cube, lit from the front left, that turns a radian a second.

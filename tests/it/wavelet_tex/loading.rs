@@ -22,7 +22,7 @@ use super::{
     modes::chroma_rounding,
     scene::{MAX_FRAMES, STEP, decoded_by, encoded, picture, render_quad},
 };
-use crate::support::gpu;
+use crate::support::{gpu, logs::warned_of};
 
 /// A folder of assets that goes with the test.
 pub struct Folder(pub PathBuf);
@@ -118,6 +118,7 @@ fn a_file_is_kept_as_blocks_decoded_on_demand_and_decoded_without_bc() {
             .contains(wgpu::Features::TEXTURE_COMPRESSION_BC)
     );
     assert_eq!(storage(&app, &texture), WaveletStorage::Decoded);
+    assert!(warned_of("lacks TEXTURE_COMPRESSION_BC"));
 }
 
 #[test]

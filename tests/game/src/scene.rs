@@ -1,0 +1,75 @@
+//! What the player sees.
+
+use bevy::{
+    camera::{Hdr, RenderTarget},
+    gltf::GltfAssetLabel,
+    post_process::bloom::Bloom,
+    prelude::*,
+    world_serialization::WorldAssetRoot,
+};
+use bevy_voxel_gi::VoxelGiVolume;
+use bevy_wavelet_tex::{
+    WaveletExtension, WaveletStandardMaterial, WaveletStorage, WaveletTexture,
+    codec::encoder::{EncodeSettings, encode_rgb8},
+};
+use bevy_ycocg_fb::YCoCgFrameBuffer;
+
+use crate::headless::Target;
+
+pub fn spawn(
+    mut commands: Commands,
+    target: Res<Target>,
+    assets: Res<AssetServer>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<WaveletStandardMaterial>>,
+    mut textures: ResMut<Assets<WaveletTexture>>,
+    mut images: ResMut<Assets<Image>>,
+) {
+    commands.spawn((
+        Camera3d::default(),
+        RenderTarget::Image(target.0.clone().into()),
+        Hdr,
+        Bloom::NATURAL,
+        YCoCgFrameBuffer::default(),
+        Transform::from_xyz(2.0, 1.6, 3.0).looking_at(Vec3::new(0.0, 0.5, 0.0), Vec3::Y),
+    ));
+    commands.spawn((
+        DirectionalLight {
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::from_xyz(-2.0, 4.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    commands.spawn((
+        VoxelGiVolume {
+            resolution: 16,
+            ..default()
+        },
+        Transform::default(),
+    ));
+    commands.spawn((
+        WorldAssetRoot(assets.load(GltfAssetLabel::Scene(0).from_asset("crate.gltf"))),
+        Transform::from_xyz(0.0, 0.5, 0.0),
+    ));
+
+    let size = [64, 64];
+    let stones: Vec<_> = (0..size[0] * size[1])
+        .map(|i| {
+            let light = 120 + 80 * u8::from((i % 64 / 8 + i / 64 / 8) % 2 == 0);
+            [light, light - 20, light - 40]
+        })
+        .collect();
+    let encoded = encode_rgb8(&stones, size, &EncodeSettings::default()).expect("a texture");
+    let base_color =
+        WaveletTexture::add(&encoded, WaveletStorage::Blocks, &mut textures, &mut images);
+    commands.spawn((
+        Mesh3d(meshes.add(Plane3d::default().mesh().size(8.0, 8.0))),
+        MeshMaterial3d(materials.add(WaveletStandardMaterial {
+            base: StandardMaterial::default(),
+            extension: WaveletExtension {
+                base_color: Some(base_color),
+                ..default()
+            },
+        })),
+    ));
+}
