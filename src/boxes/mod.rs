@@ -2,20 +2,55 @@
 //!
 //! Metres, right-handed, Y up; light per channel.
 
-mod cornell;
 mod path_tracer;
 mod spawn;
 mod truth;
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use bevy::math::{Quat, Vec3};
 use serde::Deserialize;
 
-pub use cornell::cornell_box;
 pub use path_tracer::{TraceSettings, TracedPicture, trace};
 pub use spawn::{BoxSceneCamera, spawn_box_scene, spawn_boxes_and_lamps};
-pub use truth::{Agreement, TruthError, agreement, read_npy};
+pub use truth::{Agreement, TruthError, agreement, block_means, read_npy};
+
+/// A scene of which the path-traced light is known, by an independent renderer.
+pub struct TracedScene {
+    /// Its numbers.
+    pub scene: BoxScene,
+    /// Block means of the radiance straight from its lamps.
+    pub direct: Vec<Vec3>,
+    /// Block means of all other radiance from surfaces, the sky's first arrival included.
+    pub indirect: Vec<Vec3>,
+}
+
+impl TracedScene {
+    /// The scenes that there are.
+    pub const NAMES: [&str; 3] = ["cornell_point", "colonnade", "sunlit_room"];
+
+    /// Reads one of them from the tests of `bevy_voxel_gi`, where they are described.
+    ///
+    /// # Errors
+    /// What is wrong with which file.
+    pub fn read(name: &str) -> Result<Self, TruthError> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/bevy_voxel_gi/tests/data");
+        let truth = |part| read_npy(&folder.join(format!("{name}.{part}.npy")));
+        Ok(Self {
+            scene: BoxScene::read(&folder.join(format!("{name}.json")))?,
+            direct: truth("direct")?,
+            indirect: truth("indirect")?,
+        })
+    }
+}
+
+/// The Cornell box, 2 m wide, open in front, with a point light of 10 cd under its ceiling.
+pub fn cornell_box() -> BoxScene {
+    serde_json::from_str(include_str!(
+        "../../crates/bevy_voxel_gi/tests/data/cornell_point.json"
+    ))
+    .expect("a scene, as its tests show")
+}
 
 /// A scene of boxes.
 #[derive(Clone, Debug, Deserialize)]
@@ -94,17 +129,12 @@ pub struct SceneCamera {
 }
 
 impl BoxScene {
-    /// Reads `FOLDER/NAME.json`.
-    ///
-    /// # Errors
-    /// What is wrong with which file.
-    pub fn read(folder: &Path, name: &str) -> Result<Self, TruthError> {
-        let path = folder.join(format!("{name}.json"));
+    fn read(path: &Path) -> Result<Self, TruthError> {
         let wrong = |error: &dyn std::fmt::Display| TruthError {
-            path: path.clone(),
+            path: path.to_owned(),
             error: error.to_string(),
         };
-        let text = fs::read_to_string(&path).map_err(|error| wrong(&error))?;
+        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
         serde_json::from_str(&text).map_err(|error| wrong(&error))
     }
 

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bevy::math::Vec3;
+use bevy::math::{DVec3, Vec3};
 
 /// A file that is not what it should be.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,6 +55,37 @@ fn parse_npy(bytes: &[u8]) -> Result<Vec<Vec3>, &'static str> {
     Ok(floats.chunks_exact(3).map(Vec3::from_slice).collect())
 }
 
+/// Edge in pixels of the blocks whose means are compared: single pixels of a path-traced picture are noisy.
+const BLOCK: usize = 4;
+
+/// Indices of the pixels of each whole block, row after row.
+fn blocks(width: u32, pixels: usize) -> impl Iterator<Item = [usize; BLOCK * BLOCK]> {
+    let width = width as usize;
+    let (columns, rows) = (width / BLOCK, pixels / width.max(1) / BLOCK);
+    (0..rows * columns).map(move |block| {
+        let corner = block / columns * BLOCK * width + block % columns * BLOCK;
+        std::array::from_fn(|i| corner + i / BLOCK * width + i % BLOCK)
+    })
+}
+
+fn mean(picture: &[Vec3], block: &[usize]) -> Vec3 {
+    let sum: DVec3 = block.iter().map(|&i| picture[i].as_dvec3()).sum();
+    (sum / block.len() as f64).as_vec3()
+}
+
+/// Means of 4 x 4 pixels; zero where one of the 16 sees no surface, and so is zero.
+pub fn block_means(picture: &[Vec3], width: u32) -> Vec<Vec3> {
+    blocks(width, picture.len())
+        .map(|block| {
+            if block.iter().any(|&i| picture[i] == Vec3::ZERO) {
+                Vec3::ZERO
+            } else {
+                mean(picture, &block)
+            }
+        })
+        .collect()
+}
+
 /// How close a picture comes to the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Agreement {
@@ -64,29 +95,22 @@ pub struct Agreement {
     pub bias: f64,
 }
 
-/// Compares means of 4 x 4 pixels, where all 16 pixels see a surface: where the truth is above 0.
-pub fn agreement(picture: &[Vec3], truth: &[Vec3], width: u32) -> Agreement {
-    const BLOCK: usize = 4;
-    let width = width as usize;
-    let height = truth.len() / width.max(1);
+/// Compares the picture with the block means of the truth, where those are not zero.
+///
+/// # Panics
+/// If the picture has another number of blocks than the truth.
+pub fn agreement(picture: &[Vec3], width: u32, truth: &[Vec3]) -> Agreement {
+    let blocks: Vec<_> = blocks(width, picture.len()).collect();
+    assert_eq!(blocks.len(), truth.len(), "pictures of two sizes");
     let (mut difference, mut absolute, mut reference) = (0.0, 0.0, 0.0);
-    for y in (0..height / BLOCK * BLOCK).step_by(BLOCK) {
-        for x in (0..width / BLOCK * BLOCK).step_by(BLOCK) {
-            let pixels: Vec<usize> = (0..BLOCK * BLOCK)
-                .map(|i| (y + i / BLOCK) * width + x + i % BLOCK)
-                .collect();
-            if pixels.iter().any(|&i| truth[i] == Vec3::ZERO) {
-                continue;
-            }
-            let mean = |image: &[Vec3]| {
-                let sum: bevy::math::DVec3 = pixels.iter().map(|&i| image[i].as_dvec3()).sum();
-                sum / (BLOCK * BLOCK) as f64
-            };
-            let (ours, theirs) = (mean(picture), mean(truth));
-            difference += (ours - theirs).element_sum();
-            absolute += (ours - theirs).abs().element_sum();
-            reference += theirs.element_sum();
+    for (block, truth) in blocks.iter().zip(truth) {
+        if *truth == Vec3::ZERO {
+            continue;
         }
+        let change = (mean(picture, block) - truth).as_dvec3();
+        difference += change.element_sum();
+        absolute += change.abs().element_sum();
+        reference += truth.as_dvec3().element_sum();
     }
     Agreement {
         relative_error: absolute / reference,
@@ -128,7 +152,7 @@ mod tests {
     fn a_tenth_too_bright() {
         let truth: Vec<Vec3> = (0..64).map(|i| Vec3::splat(1.0 + i as f32)).collect();
         let picture: Vec<Vec3> = truth.iter().map(|t| t * 1.1).collect();
-        let found = agreement(&picture, &truth, 8);
+        let found = agreement(&picture, 8, &block_means(&truth, 8));
         assert!((found.relative_error - 0.1).abs() < 1e-6);
         assert!((found.bias - 0.1).abs() < 1e-6);
     }
@@ -139,6 +163,7 @@ mod tests {
         let mut picture = truth.clone();
         truth[0] = Vec3::ZERO;
         picture[1] = Vec3::splat(100.0);
-        assert_eq!(agreement(&picture, &truth, 8), Agreement::default());
+        let truth = block_means(&truth, 8);
+        assert_eq!(agreement(&picture, 8, &truth), Agreement::default());
     }
 }

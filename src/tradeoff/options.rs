@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Parser, builder::PossibleValuesParser};
 
 use super::{STUDIES, Study};
+use crate::boxes::TracedScene;
 
 /// Stands for every study on the command line.
 const ALL: &str = "all";
@@ -81,8 +82,8 @@ pub struct Plan {
 /// What the study of global illumination measures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GiPlan {
-    /// Folder of the scenes and their path-traced light; without it the Cornell box is traced here.
-    pub folder: PathBuf,
+    /// Names of the path-traced scenes.
+    pub scenes: Vec<&'static str>,
     /// Voxels along an edge, at least one.
     pub resolutions: Vec<u32>,
     /// Rays from each side of a voxel, with each resolution.
@@ -103,10 +104,10 @@ pub struct GiPlan {
 
 impl GiPlan {
     fn new(quick: bool) -> Self {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi");
+        let scenes = TracedScene::NAMES.into();
         if quick {
             Self {
-                folder,
+                scenes,
                 resolutions: vec![16],
                 rays: vec![8],
                 iterations: Vec::new(),
@@ -118,7 +119,7 @@ impl GiPlan {
             }
         } else {
             Self {
-                folder,
+                scenes,
                 resolutions: vec![16, 32, 64],
                 rays: vec![8, 16, 32, 64],
                 iterations: vec![32, 96, 256],

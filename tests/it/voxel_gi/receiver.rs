@@ -7,7 +7,6 @@ use super::{
     basics::leaked,
     scene::{app, at, block, floor, small_volume, under_sky},
     support::{picture, settle},
-    truth::measured,
 };
 use crate::support::gpu;
 
@@ -56,26 +55,4 @@ fn where_nothing_is_hidden_both_see_the_same() {
         (16 * 4096..=16 * 4096 + 3 * slice).contains(&more),
         "{more}"
     );
-}
-
-fn is_near_truth(name: &str, most_error: f64) {
-    if let Some(found) = measured(name, per_pixel(VoxelGiVolume::default())) {
-        assert!(found.relative_error < most_error, "{found:?}");
-        assert!(found.bias.abs() < 0.1, "{found:?}");
-    }
-}
-
-#[test]
-fn cornell_box_per_pixel() {
-    is_near_truth("cornell_point", 0.06);
-}
-
-#[test]
-fn colonnade_per_pixel() {
-    is_near_truth("colonnade", 0.06);
-}
-
-#[test]
-fn room_per_pixel() {
-    is_near_truth("sunlit_room", 0.1);
 }

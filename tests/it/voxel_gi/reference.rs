@@ -1,12 +1,15 @@
 //! The shaders against the crate's reference in plain Rust.
 
-use std::{f32::consts::PI, path::Path};
+use std::f32::consts::PI;
 
 use bevy::{math::Vec3A, prelude::*};
-use bevy_frugal_lab::boxes::BoxScene;
+use bevy_frugal_lab::boxes::{BoxScene, TracedScene};
 use bevy_voxel_gi::{
-    VoxelGiVolume,
-    reference::{Field, Light, March, MarchSettings, Material, Triangle, VolumeGrid, Voxels},
+    Bounces, Solver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight,
+    reference::{
+        Field, Light, March, MarchSettings, Material, Propagation, PropagationSettings, Triangle,
+        VolumeGrid, Voxels,
+    },
 };
 
 use super::support::{box_app, read_texels, volume};
@@ -14,10 +17,6 @@ use crate::support::gpu;
 
 /// Light is stored as 16-bit floats times this.
 const STORAGE_SCALE: f32 = 1.0 / 64.0;
-
-fn folder() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/gi")
-}
 
 fn triangles(scene: &BoxScene) -> (Vec<Triangle>, Vec<Material>) {
     let mesh = Mesh::from(Cuboid::from_size(Vec3::splat(2.0)));
@@ -67,8 +66,12 @@ fn lights(scene: &BoxScene) -> Vec<Light> {
     suns.chain(lamps).collect()
 }
 
-/// The field of the reference after so many frames.
-fn expected(scene: &BoxScene, resolution: u32, frames: u32) -> Field {
+/// Frames in which the light is computed.
+const FRAMES: u32 = 24;
+
+/// The field of the reference after all frames.
+fn expected(scene: &BoxScene, settings: &VoxelGiVolume) -> Field {
+    let resolution = settings.resolution;
     let (center, size) = scene.volume(resolution);
     let grid = VolumeGrid {
         min: center - 0.5 * size,
@@ -77,27 +80,30 @@ fn expected(scene: &BoxScene, resolution: u32, frames: u32) -> Field {
     };
     let (triangles, materials) = triangles(scene);
     let voxels = Voxels::new(grid, &triangles);
-    let settings = MarchSettings::default();
-    let mut march = March::new(
-        &voxels,
-        &materials,
-        &lights(scene),
-        scene.sky_radiance,
-        settings,
-    );
-    for _ in 0..frames {
+    let sky = scene.sky_radiance;
+    let lights = lights(scene);
+    let mut march = March::new(&voxels, &materials, &lights, sky, MarchSettings::default());
+    if let VoxelLight::GlobalIllumination {
+        solver: Solver::Propagate { iterations },
+        ..
+    } = settings.light
+    {
+        let settings = PropagationSettings {
+            steps: iterations,
+            ..default()
+        };
+        let mut light = Propagation::new(&march, &voxels, &materials, sky, settings);
+        light.run();
+        return light.field();
+    }
+    for _ in 0..FRAMES {
         march.step();
     }
     march.field()
 }
 
-fn compare(name: &str, most_error: f32, change: impl FnOnce(&mut BoxScene)) {
-    if !folder().exists() {
-        println!("{} is not here: nothing compared", folder().display());
-        return;
-    }
-    const FRAMES: u32 = 24;
-    let mut scene = BoxScene::read(&folder(), name).expect("a scene");
+fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&mut BoxScene)) {
+    let mut scene = TracedScene::read(name).expect("a scene").scene;
     change(&mut scene);
     // Of two surfaces that fill a voxel alike the later one stands for it, here by index.
     scene.boxes.sort_by(|a, b| {
@@ -106,9 +112,10 @@ fn compare(name: &str, most_error: f32, change: impl FnOnce(&mut BoxScene)) {
     });
     let settings = VoxelGiVolume {
         resolution: 16,
+        light,
         ..default()
     };
-    let expected = expected(&scene, settings.resolution, FRAMES);
+    let expected = expected(&scene, &settings);
     let _gpu = gpu();
     let mut app = box_app(&scene);
     app.world_mut().spawn(volume(&scene, settings));
@@ -116,8 +123,8 @@ fn compare(name: &str, most_error: f32, change: impl FnOnce(&mut BoxScene)) {
     // The report is that of the frame before.
     while frames + 1 < FRAMES {
         app.render_frames(1).expect("a frame");
-        let state = app.world().resource::<bevy_voxel_gi::VoxelGiReport>().state;
-        frames += u32::from(state != bevy_voxel_gi::VoxelGiState::Absent);
+        let state = app.world().resource::<VoxelGiReport>().state;
+        frames += u32::from(state != VoxelGiState::Absent);
     }
     let found = read_texels(&mut app);
     let (mut weights_differ, mut surfaces) = (0, 0);
@@ -163,24 +170,24 @@ fn expected_voxel(index: usize) -> UVec3 {
 
 #[test]
 fn cornell_box_as_in_the_reference() {
-    compare("cornell_point", 0.002, |_| ());
+    compare("cornell_point", VoxelLight::default(), 0.002, |_| ());
 }
 
 #[test]
 fn colonnade_as_in_the_reference() {
-    compare("colonnade", 0.002, |_| ());
+    compare("colonnade", VoxelLight::default(), 0.002, |_| ());
 }
 
 #[test]
 fn room_as_in_the_reference() {
-    compare("sunlit_room", 0.002, |_| ());
+    compare("sunlit_room", VoxelLight::default(), 0.002, |_| ());
 }
 
 /// Where few rays see the sky, and those bring much, most frames have too little light and are no
 /// change for that.
 #[test]
 fn noise_is_no_change() {
-    compare("colonnade", 0.003, |scene| {
+    compare("colonnade", VoxelLight::default(), 0.003, |scene| {
         scene.directional_lights.clear();
         for part in &mut scene.boxes {
             part.albedo = Vec3::ZERO;
@@ -191,9 +198,20 @@ fn noise_is_no_change() {
 /// Where light goes from wall to wall many times small errors add up.
 #[test]
 fn bright_walls_are_as_in_the_reference() {
-    compare("cornell_point", 0.005, |scene| {
+    compare("cornell_point", VoxelLight::default(), 0.005, |scene| {
         for part in &mut scene.boxes {
             part.albedo = Vec3::splat(0.9);
         }
     });
+}
+
+#[test]
+fn propagated_light_is_as_in_the_reference() {
+    for name in ["cornell_point", "colonnade"] {
+        let propagated = VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { iterations: 48 },
+            bounces: Bounces::Endless,
+        };
+        compare(name, propagated, 0.002, |_| ());
+    }
 }

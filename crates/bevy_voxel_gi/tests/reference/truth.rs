@@ -1,4 +1,4 @@
-//! The reference against path-traced light (`../shared/data/gi`, skipped without it).
+//! The reference against path-traced light (`tests/data`).
 
 use crate::support::{self, Truth};
 use bevy_voxel_gi::reference::{

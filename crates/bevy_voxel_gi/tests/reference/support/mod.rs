@@ -3,9 +3,9 @@
 pub mod shapes;
 
 use bevy_voxel_gi::reference::{Light, Material, Triangle};
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, UVec2, Vec2, Vec3};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::{f32::consts::PI, fs, path::Path};
 
 /// A box of a scene.
 pub struct Solid {
@@ -31,22 +31,22 @@ pub struct Truth {
     right: Vec3,
     up: Vec3,
     forward: Vec3,
-    /// Indirect radiance per pixel.
+    /// Indirect radiance, means of blocks of pixels; zero where a pixel sees no surface.
     pub indirect: Vec<Vec3>,
 }
 
-pub fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/gi")
+/// Edge in pixels of the blocks whose means the truth is.
+const BLOCK: usize = 4;
+
+fn file(name: &str, extension: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let path = folder.join(format!("{name}.{extension}"));
+    fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// All scenes, none where the data is not.
-pub fn all() -> Vec<Truth> {
-    let names = ["cornell_point", "colonnade", "sunlit_room"];
-    let found: Vec<_> = names.iter().filter_map(|name| load(name)).collect();
-    if found.is_empty() {
-        println!("skipped: no {}", folder().display());
-    }
-    found
+/// All scenes.
+pub fn all() -> [Truth; 3] {
+    ["cornell_point", "colonnade", "sunlit_room"].map(load)
 }
 
 fn vec3(value: &Value) -> Vec3 {
@@ -57,8 +57,7 @@ fn list(value: &Value) -> &[Value] {
     value.as_array().map_or(&[], |v| v.as_slice())
 }
 
-fn npy(path: &Path) -> Vec<Vec3> {
-    let bytes = std::fs::read(path).expect("readable");
+fn npy(bytes: &[u8]) -> Vec<Vec3> {
     assert_eq!(&bytes[..8], b"\x93NUMPY\x01\0");
     let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
     let numbers: Vec<f32> = bytes[start..]
@@ -68,10 +67,8 @@ fn npy(path: &Path) -> Vec<Vec3> {
     numbers.chunks_exact(3).map(Vec3::from_slice).collect()
 }
 
-/// A scene, None where the data is not.
-pub fn load(name: &str) -> Option<Truth> {
-    let text = std::fs::read_to_string(folder().join(format!("{name}.json"))).ok()?;
-    let json: Value = serde_json::from_str(&text).expect("JSON");
+fn load(name: &str) -> Truth {
+    let json: Value = serde_json::from_slice(&file(name, "json")).expect("JSON");
     let mut truth = Truth {
         name: name.into(),
         solids: vec![],
@@ -86,7 +83,7 @@ pub fn load(name: &str) -> Option<Truth> {
         right: Vec3::ZERO,
         up: Vec3::ZERO,
         forward: Vec3::ZERO,
-        indirect: npy(&folder().join(format!("{name}.indirect.npy"))),
+        indirect: npy(&file(name, "indirect.npy")),
     };
     for solid in list(&json["boxes"]) {
         let material = truth.materials.len() as u32;
@@ -129,12 +126,11 @@ pub fn load(name: &str) -> Option<Truth> {
     truth.forward = (vec3(&camera["target"]) - truth.eye).normalize();
     truth.right = truth.forward.cross(vec3(&camera["up"])).normalize();
     truth.up = truth.right.cross(truth.forward);
-    let height = (0.5 * camera["fov_y_deg"].as_f64()? as f32)
-        .to_radians()
-        .tan();
+    let degrees = camera["fov_y_deg"].as_f64().expect("a number") as f32;
+    let height = (0.5 * degrees).to_radians().tan();
     truth.right *= height;
     truth.up *= height;
-    Some(truth)
+    truth
 }
 
 /// The twelve triangles of a box, fronts outward.
@@ -199,27 +195,27 @@ impl Truth {
     /// Place of the block, computed and path-traced mean radiance.
     pub fn blocks(&self, irradiance: impl Fn(Vec3, Vec3) -> Vec3) -> Vec<(usize, Vec3, Vec3)> {
         const GRID: usize = 2;
-        let n = self.size / 4;
+        let columns = self.size / BLOCK;
         let mut all = vec![];
-        'block: for block in 0..n * n {
-            let (mut ours, mut theirs) = (Vec3::ZERO, Vec3::ZERO);
-            for pixel in 0..16 {
-                let (x, y) = (block % n * 4 + pixel % 4, block / n * 4 + pixel / 4);
-                theirs += self.indirect[y * self.size + x] / 16.0;
-                for sub in 0..GRID * GRID {
-                    let offset =
-                        (Vec2::new((sub % GRID) as f32, (sub / GRID) as f32) + 0.5) / GRID as f32;
-                    let Some((p, normal, material)) =
-                        self.see(Vec2::new(x as f32, y as f32) + offset)
-                    else {
-                        continue 'block;
-                    };
-                    let albedo = self.materials[material as usize].albedo;
-                    ours += albedo * irradiance(p, normal)
-                        / (std::f32::consts::PI * (16 * GRID * GRID) as f32);
-                }
+        for (block, &theirs) in self.indirect.iter().enumerate() {
+            if theirs == Vec3::ZERO {
+                continue;
             }
-            all.push((block, ours, theirs));
+            let corner = UVec2::new((block % columns) as u32, (block / columns) as u32);
+            let mut ours = Vec3::ZERO;
+            // Points of a grid that is as fine in all pixels of the block.
+            let points = (BLOCK * GRID) as u32;
+            for point in 0..points * points {
+                let offset =
+                    (UVec2::new(point % points, point / points).as_vec2() + 0.5) / GRID as f32;
+                let pixel = (corner * BLOCK as u32).as_vec2() + offset;
+                let Some((place, normal, material)) = self.see(pixel) else {
+                    continue;
+                };
+                let albedo = self.materials[material as usize].albedo;
+                ours += albedo * irradiance(place, normal) / PI;
+            }
+            all.push((block, ours / (points * points) as f32, theirs));
         }
         all
     }
