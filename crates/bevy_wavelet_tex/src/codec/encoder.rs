@@ -44,8 +44,8 @@ pub enum Method {
     /// All that pays.
     #[default]
     Best,
-    /// The same without prediction: one fetch of luma for a pixel instead of nine, and about 0.7 dB
-    /// less.
+    /// The same without prediction: one fetch of luma for a pixel instead of nine, and 0.7 dB
+    /// less in gray at 2 bits per pixel.
     OneFetch,
     /// As in the thesis: the partially inverted Haar transform, w, clamping and power curve
     /// searched, chroma in wavelet planes that are repeated, not interpolated.

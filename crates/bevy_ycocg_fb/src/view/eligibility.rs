@@ -156,16 +156,16 @@ fn obstacle(
         ClearColorConfig::None => None,
     };
     let unpacked = unpacked.by_camera.get(&candidate.main_entity.id());
-    // In the order in which a user would want to hear of them.
+    // In the order in which a user would want to hear of them: reflections bring the deferred prepass along.
     let obstacles = [
         (camera.schedule != Core3d.intern()).then_some(FallbackReason::Not3d),
         state.refused.clone().map(FallbackReason::PatchRefused),
         candidate
-            .deferred
-            .then_some(FallbackReason::DeferredPrepass),
-        candidate
             .reflections
             .then_some(FallbackReason::ScreenSpaceReflections),
+        candidate
+            .deferred
+            .then_some(FallbackReason::DeferredPrepass),
         candidate
             .transparency
             .then_some(FallbackReason::OrderIndependentTransparency),

@@ -1,0 +1,282 @@
+//! Figures on the pages are those of the committed measurements: each row is made anew from them, and must be
+//! on its page word for word.
+
+use std::path::Path;
+
+use bevy_frugal_lab::record::{Measurement, Report};
+
+/// The measurements of a plugin.
+struct Data(Vec<Measurement>);
+
+impl Data {
+    fn read(plugin: &str) -> Self {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/measurements/llvmpipe");
+        let report = Report::read(folder.join(plugin).with_extension("json"));
+        Self(report.expect("committed measurements").measurements)
+    }
+
+    /// The row of a setting in a scene; `reference` is what it begins with.
+    fn row(&self, scene: &str, setting: &str, reference: &str) -> &Measurement {
+        let mut rows = self.0.iter().filter(|row| {
+            row.scene == scene && row.setting == setting && row.reference.starts_with(reference)
+        });
+        rows.next()
+            .unwrap_or_else(|| panic!("nothing of {setting} in {scene} against {reference}"))
+    }
+}
+
+/// Fails with all rows that the page lacks, as it should have them.
+fn assert_rows(page: &str, rows: impl IntoIterator<Item = (String, Vec<String>)>) {
+    let missing: Vec<_> = rows
+        .into_iter()
+        .map(|(name, cells)| format!("| {name} | {} |", cells.join(" | ")))
+        .filter(|row| !page.lines().any(|line| line == row))
+        .collect();
+    assert!(
+        missing.is_empty(),
+        "not on the page:\n{}",
+        missing.join("\n")
+    );
+}
+
+#[test]
+fn quality_of_the_frame_buffer() {
+    let data = Data::read("ycocg_fb");
+    let rows = [
+        ("lit", "lit"),
+        ("edges of equal luminance", "equal_luminance_edges"),
+        ("thin lines", "thin_lines"),
+        ("foliage", "foliage"),
+        ("emissive 10,000 beside black", "hdr_edge"),
+        ("dark", "dark"),
+    ];
+    assert_rows(
+        include_str!("../../crates/bevy_ycocg_fb/README.md"),
+        rows.map(|(name, scene)| {
+            let cell = |setting: &str| {
+                let row = data.row(scene, setting, "rgba16float");
+                row.psnr_db
+                    .map_or("equal".into(), |psnr| format!("{psnr:.1}"))
+            };
+            let settings = [
+                "nearest",
+                "bilinear",
+                "edge_directed",
+                "quad",
+                "guided",
+                "default",
+                "rgb565",
+                "rg11b10ufloat",
+            ];
+            (name.into(), settings.map(cell).to_vec())
+        }),
+    );
+}
+
+#[test]
+fn quality_of_wavelet_textures() {
+    let data = Data::read("wavelet_tex");
+    let rates = ["color2.25", "color3", "color3.25", "color5"];
+    let cells = rates.map(|rate| {
+        let images = (1..=24).map(|i| {
+            let setting = format!("{rate} default");
+            let row = data.row(&format!("kodim{i:02}"), &setting, "original");
+            row.psnr_db.expect("a PSNR")
+        });
+        format!("{:.2}", images.sum::<f64>() / 24.0)
+    });
+    assert_rows(
+        include_str!("../../crates/bevy_wavelet_tex/README.md"),
+        [("the 24 Kodak images".into(), cells.to_vec())],
+    );
+}
+
+#[test]
+fn price_of_sampling_wavelet_textures() {
+    let data = Data::read("wavelet_tex");
+    let filters = [
+        "nearest",
+        "nearest mip linear",
+        "bilinear",
+        "one fetch trilinear",
+        "trilinear",
+        "anisotropic",
+    ];
+    assert_rows(
+        include_str!("../../crates/bevy_wavelet_tex/README.md"),
+        filters.map(|filter| {
+            let row = data.row("tunnel", &format!("color3 {filter}"), "rgba8");
+            let number = |value: Option<f64>| value.expect("a number").to_string();
+            let time = |of: &str| format!("{:.1}", row.relative_time[of]);
+            let cells = vec![
+                number(row.fetches),
+                number(row.fetched_bytes),
+                time("bc7 frame"),
+                time("bc7 sampling"),
+                time("bc1 frame"),
+            ];
+            (filter.into(), cells)
+        }),
+    );
+}
+
+const EWA_SCENES: [&str; 7] = [
+    "tunnel",
+    "checker_1deg",
+    "checker_5deg",
+    "checker_5deg_45",
+    "text",
+    "srgb_stripes",
+    "floor",
+];
+
+/// An error with as many digits as it deserves.
+fn error(value: f64) -> String {
+    let decimals = usize::from(value < 10.0);
+    format!("{value:.decimals$}")
+}
+
+fn error_and_fetches(row: &Measurement) -> String {
+    let fetches = row.fetches.expect("fetches");
+    format!("{}, {fetches:.0}", error(row.mse.expect("an error")))
+}
+
+#[test]
+fn error_of_elliptical_filtering() {
+    let data = Data::read("ewa");
+    let methods = [
+        ("`Reference`", "reference"),
+        ("`Linear` (default)", "linear"),
+        ("`Bilinear`", "bilinear"),
+        ("`Approximate`, 5 probes", "approximate"),
+        ("`Temporal`, mean of two frames", "temporal"),
+        ("`Spatial`", "spatial"),
+        ("`SpatialTemporal`, mean of two", "spatial_temporal"),
+        ("`SoftwareAnisotropic`", "software_af16"),
+        ("Bevy's own, trilinear", "trilinear"),
+    ];
+    assert_rows(
+        include_str!("../../crates/bevy_ewa/README.md"),
+        methods.map(|(name, setting)| {
+            let cell = |scene| error_and_fetches(data.row(scene, setting, "truth"));
+            (name.into(), EWA_SCENES.map(cell).to_vec())
+        }),
+    );
+}
+
+#[test]
+fn price_of_the_spatial_threshold() {
+    let data = Data::read("ewa");
+    let scenes = ["tunnel", "checker_5deg", "checker_5deg_45", "floor"];
+    assert_rows(
+        include_str!("../../crates/bevy_ewa/README.md"),
+        [2, 4, 8, 12, 16, 24, 32].map(|threshold| {
+            let setting = format!("spatial, threshold {threshold}");
+            let cell = |scene| {
+                let sampler = data.row(scene, &format!("{setting}, 16x sampler"), "ewa");
+                let fetches = sampler.fetches.expect("fetches");
+                let computed = error_and_fetches(data.row(scene, &setting, "ewa"));
+                format!("{computed} / {fetches:.1}")
+            };
+            let name = match threshold {
+                16 => "16 (default)".into(),
+                _ => threshold.to_string(),
+            };
+            (name, scenes.map(cell).to_vec())
+        }),
+    );
+}
+
+#[test]
+fn flicker_of_elliptical_filtering() {
+    let data = Data::read("ewa");
+    let methods = [
+        ("`Reference`", "reference"),
+        ("`Approximate`", "approximate"),
+        ("`Temporal`", "temporal"),
+        ("`SpatialTemporal`", "spatial_temporal"),
+        ("Bevy's own, trilinear", "trilinear"),
+    ];
+    let kinds = ["still", "moving", "still, Bevy's TAA", "moving, Bevy's TAA"];
+    assert_rows(
+        include_str!("../../crates/bevy_ewa/README.md"),
+        methods.map(|(name, setting)| {
+            let cell = |kind| {
+                let reference = format!("flicker, {kind}");
+                let rows = data.0.iter().filter(|row| row.scene == "rasterised floor");
+                let row = { rows }.find(|row| row.setting == setting && row.reference == reference);
+                error(row.expect("a row").mse.expect("an error"))
+            };
+            (name.into(), kinds.map(cell).to_vec())
+        }),
+    );
+}
+
+const GI_SCENES: [&str; 3] = ["cornell_point", "colonnade", "sunlit_room"];
+
+#[test]
+fn error_of_global_illumination() {
+    let data = Data::read("voxel_gi");
+    let scenes = [
+        ("Cornell box, point light", "15%"),
+        ("colonnade, sun and sky", "20%"),
+        ("room lit through a window", "25%"),
+    ];
+    let rows = scenes.into_iter().zip(GI_SCENES);
+    assert_rows(
+        include_str!("../../crates/bevy_voxel_gi/README.md"),
+        rows.map(|((name, goal), scene)| {
+            let cell = |setting| {
+                let row = data.row(scene, setting, "path traced");
+                let percent = |value: Option<f64>| 100.0 * value.expect("a number");
+                let (error, bias) = (percent(row.relative_error), percent(row.bias));
+                format!("{error:.1}% / {bias:+.1}%")
+            };
+            (
+                name.into(),
+                vec![
+                    cell("march"),
+                    cell("march per pixel"),
+                    cell("propagate"),
+                    goal.into(),
+                ],
+            )
+        }),
+    );
+}
+
+#[test]
+fn price_of_global_illumination() {
+    let data = Data::read("voxel_gi");
+    let settings = [
+        ("64³, march, 32 rays", "march 64^3"),
+        ("64³, march, 8 rays", "march 8 rays 64^3"),
+        ("64³, propagate, 96 steps", "propagate 64^3"),
+        ("32³, march, 64 rays", "march 64 rays"),
+        ("32³, march, 32 rays (default)", "march"),
+        ("32³, march, 16 rays", "march 16 rays"),
+        ("32³, march, 8 rays", "march 8 rays"),
+        ("32³, march, a quarter in each frame", "march in 4 turns"),
+        ("32³, march, four bounces a frame", "march 4 bounces"),
+        ("32³, geometry clipping", "march geometry_clipping"),
+        ("32³, stochastic points", "march stochastic"),
+        ("32³, propagate, 96 steps", "propagate"),
+        ("16³, march, 32 rays", "march 16^3"),
+        ("16³, march, 8 rays", "march 8 rays 16^3"),
+        ("16³, propagate, 32 steps", "propagate 32 steps 16^3"),
+    ];
+    assert_rows(
+        include_str!("../../crates/bevy_voxel_gi/README.md"),
+        settings.map(|(name, setting)| {
+            let cell = |scene| {
+                let row = data.row(scene, setting, "path traced");
+                let ms: f64 = row.stage_ms.values().sum();
+                let error = row
+                    .relative_error
+                    .map_or("the same".into(), |error| format!("{:.1}%", 100.0 * error));
+                format!("{error} in {ms:.0} ms")
+            };
+            (name.into(), GI_SCENES.map(cell).to_vec())
+        }),
+    );
+}
