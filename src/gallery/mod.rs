@@ -11,10 +11,11 @@ use std::{
     sync::{Arc, Mutex},
 };
 
-use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::runner::{
-    Knobs, Options, RunError, Scene, ScenePicker, launch::exit_code, render_headless, window,
+    Knobs, Options, RunError, Scene, ScenePicker, launch::exit_code, pictures::STEPS,
+    render_headless, window,
 };
 
 /// The `main` of the gallery of `scenes`, of which the first is the default.
@@ -27,7 +28,7 @@ pub fn run(scenes: &[&'static dyn Scene]) -> ExitCode {
         format!("{}:\n{knobs}\n", scene.name())
     };
     let help: String = scenes.iter().map(knobs).collect();
-    let matches = Options::augment_args(clap::Command::new("gallery"))
+    let matches = Options::added_to(clap::Command::new("gallery"))
         .about("Shows the example scenes, in a window or as a page of pictures")
         .after_help(format!(
             "Knobs (name=value; with several scenes, each must have the knob):\n\n{help}"
@@ -71,7 +72,7 @@ fn dispatch(
     }
 }
 
-/// Renders `scenes` into `folder`, with a page `index.html`. Figures go to the standard output,
+/// Renders `scenes` into `folder`, with a page `index.html` unless only split pictures are asked for. Figures go to the standard output,
 /// one line of JSON a scene, and progress to the standard error output.
 ///
 /// # Errors
@@ -85,31 +86,31 @@ pub fn render_all(
     for scene in scenes {
         options.knobs(*scene)?;
     }
+    let progress = progress_bar(scenes.len());
     let mut outcomes = Vec::new();
-    for (index, scene) in scenes.iter().enumerate() {
-        let (number, count) = (index + 1, scenes.len());
-        eprintln!("[{number}/{count}] {}: rendering", scene.name());
-        let outcome = render_headless(*scene, options, folder)?;
-        let adapter = &outcome.adapter;
-        eprintln!(
-            "[{number}/{count}] {}: {}x{} on {} ({}), FLIP {:.4}",
-            scene.name(),
-            outcome.width,
-            outcome.height,
-            adapter.name,
-            adapter.backend,
-            outcome.flip
-        );
-        println!("{}", outcome.json_line());
+    for scene in scenes {
+        progress.set_message(scene.name());
+        let outcome = render_headless(*scene, options, folder, &progress)?;
+        progress.suspend(|| println!("{}", outcome.json_line()));
         outcomes.push((scene.description(), outcome));
+    }
+    progress.finish_and_clear();
+    if options.split {
+        return Ok(());
     }
     let path = folder.join("index.html");
     std::fs::write(&path, page::html(&outcomes)).map_err(|source| RunError::Write {
         path: path.clone(),
         source,
     })?;
-    eprintln!("open {}", path.display());
     Ok(())
+}
+
+/// As long as what [`render_headless`] adds for each scene; where there is no terminal it is not drawn.
+fn progress_bar(scenes: usize) -> ProgressBar {
+    let progress = ProgressBar::new(scenes as u64 * STEPS);
+    let style = ProgressStyle::with_template("{bar:30} {elapsed} {msg}");
+    progress.with_style(style.expect("a template"))
 }
 
 fn open(

@@ -45,27 +45,14 @@ pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings,
         disabled_features: Some(settings.disabled_features),
         ..WgpuSettings::default()
     };
-    let backends = result.backends.unwrap_or(wgpu::Backends::all());
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = backends;
-    let adapters = block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends));
-
-    let wanted = std::env::var("WGPU_ADAPTER_NAME")
-        .ok()
-        .or_else(|| settings.adapter_name.clone());
-    let fits = |adapter: &wgpu::Adapter| {
-        let name = adapter.get_info().name.to_lowercase();
-        wanted
-            .as_ref()
-            .is_none_or(|wanted| name.contains(&wanted.to_lowercase()))
-    };
-    let limit = adapters
-        .iter()
-        .filter(|adapter| fits(adapter))
+    let all = adapters(result.backends);
+    let wanted = wanted(settings.adapter_name.as_deref());
+    let fitting = all.iter().filter(|adapter| fits(adapter, &wanted));
+    let limit = fitting
         .map(|adapter| adapter.limits().max_texture_dimension_2d)
         .max();
     let Some(limit) = limit else {
-        let available = adapters.iter().map(describe).collect();
+        let available = all.iter().map(describe).collect();
         return Err(HeadlessError::NoAdapter { wanted, available });
     };
     let sides = 1..=limit;
@@ -77,6 +64,35 @@ pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings,
         });
     }
     Ok(result)
+}
+
+/// Whether pictures are drawn by the CPU: the adapters with this part in their name, or all where none is
+/// given, are software.
+pub fn is_software(name: Option<&str>) -> bool {
+    let wanted = wanted(name);
+    let all = adapters(WgpuSettings::default().backends);
+    let mut fitting = all.iter().filter(|adapter| fits(adapter, &wanted));
+    fitting.all(|adapter| adapter.get_info().device_type == wgpu::DeviceType::Cpu)
+}
+
+fn adapters(backends: Option<wgpu::Backends>) -> Vec<wgpu::Adapter> {
+    let backends = backends.unwrap_or(wgpu::Backends::all());
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = backends;
+    block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
+}
+
+/// Part of the name of the adapter to use, which the environment may override.
+fn wanted(name: Option<&str>) -> Option<String> {
+    let overridden = std::env::var("WGPU_ADAPTER_NAME").ok();
+    overridden.or_else(|| name.map(Into::into))
+}
+
+fn fits(adapter: &wgpu::Adapter, wanted: &Option<String>) -> bool {
+    let name = adapter.get_info().name.to_lowercase();
+    wanted
+        .as_ref()
+        .is_none_or(|wanted| name.contains(&wanted.to_lowercase()))
 }
 
 fn describe(adapter: &wgpu::Adapter) -> String {

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use indicatif::ProgressBar;
+
 use super::{Options, RunError, Scene, render_headless, window};
 
 /// Exit code for a command line that cannot be followed, as clap's.
@@ -18,9 +20,11 @@ pub fn run(scene: &'static dyn Scene) -> ExitCode {
         Err(error) => error.exit(),
     };
     let result = match &options.headless {
-        Some(folder) => render_headless(scene, &options, folder).map(|outcome| {
-            println!("{}", outcome.json_line());
-        }),
+        Some(folder) => {
+            let progress = ProgressBar::hidden();
+            render_headless(scene, &options, folder, &progress)
+                .map(|outcome| println!("{}", outcome.json_line()))
+        }
         None => window::open(scene, &options, None),
     };
     exit_code(result)

@@ -5,6 +5,7 @@ use std::{path::PathBuf, str::FromStr};
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
 use super::{KnobError, Knobs, Scene};
+use crate::headless::adapter::is_software;
 
 /// Size of a picture in pixels, written `640x360`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +45,9 @@ pub struct Options {
     /// Turns a knob; may be given several times.
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
+    /// Headless: only one picture, NAME.jpg, before at the left of a line and after at the right.
+    #[arg(long, requires = "headless")]
+    pub split: bool,
     /// An image to show instead of the built-in one, where the scene shows one.
     #[arg(long, value_name = "FILE")]
     pub image: Option<PathBuf>,
@@ -53,12 +57,36 @@ pub struct Options {
 }
 
 impl Options {
+    /// One frame of a picture of this size, with these knobs set.
+    pub fn picture(width: u32, height: u32, set: &[&str]) -> Self {
+        Self {
+            headless: None,
+            size: Size { width, height },
+            frames: 1,
+            set: set.iter().map(ToString::to_string).collect(),
+            split: false,
+            image: None,
+            adapter: None,
+        }
+    }
+
     /// The clap command of the example `scene`; its help lists the knobs.
     pub fn command(scene: &dyn Scene) -> Command {
         let knobs = Knobs::new(scene.knobs()).list();
-        Self::augment_args(Command::new(scene.name()))
+        Self::added_to(Command::new(scene.name()))
             .about(scene.description())
             .after_help(format!("Knobs (name=value):\n{knobs}"))
+    }
+
+    /// The command with these options; pictures that the CPU draws are small unless asked otherwise.
+    pub fn added_to(command: Command) -> Command {
+        let command = Self::augment_args(command);
+        if !is_software(None) {
+            return command;
+        }
+        command
+            .mut_arg("size", |size| size.default_value("480x270"))
+            .mut_arg("frames", |frames| frames.default_value("1"))
     }
 
     /// The options of a parsed command line.

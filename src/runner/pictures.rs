@@ -1,6 +1,7 @@
 //! The headless run of a scene: before, after, their difference, and the figures.
 
 use std::{
+    cmp::Ordering,
     collections::BTreeMap,
     io,
     path::{Path, PathBuf},
@@ -12,6 +13,7 @@ use bevy::{
     time::{Time, Virtual},
 };
 use image::RgbImage;
+use indicatif::ProgressBar;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -185,16 +187,20 @@ pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<Head
     })?)
 }
 
-/// Four texels of a shadow map for each pixel along the picture's longer edge, and no more than Bevy's
+/// Two texels of a shadow map for each pixel along the picture's longer edge, and no more than Bevy's
 /// own: on a software driver shadow maps take most of the time of a small picture.
 fn shadow_map_size(size: Size) -> usize {
     let longest = size.width.max(size.height) as usize;
     let default = DirectionalLightShadowMap::default().size;
-    (4 * longest).next_power_of_two().clamp(256, default)
+    (2 * longest).next_power_of_two().clamp(256, default)
 }
 
+/// What [`render_headless`] adds to its progress.
+pub const STEPS: u64 = 3;
+
 /// Renders `scene` and writes `NAME_before.png`, `NAME_after.png` and `NAME_difference.png` (the
-/// FLIP error, from black to white) into `folder`, which is created.
+/// FLIP error, from black to white) into `folder`, which is created; with [`Options::split`] only
+/// `NAME.jpg`, which has both sides.
 ///
 /// Both pictures show the same moment, the start: the scene's time stands still.
 ///
@@ -204,6 +210,7 @@ pub fn render_headless(
     scene: &'static dyn Scene,
     options: &Options,
     folder: &Path,
+    progress: &ProgressBar,
 ) -> Result<Outcome, RunError> {
     let mut app = headless_app(scene, options)?;
     std::fs::create_dir_all(folder).map_err(|source| RunError::Write {
@@ -211,17 +218,25 @@ pub fn render_headless(
         source,
     })?;
     let (before, before_times) = render_side(&mut app, 1.0, options.frames)?;
+    progress.inc(1);
     let (after, after_times) = render_side(&mut app, 0.0, options.frames)?;
+    progress.inc(1);
     let error = metrics::compare(&before, &after)?;
-    let map = flip::flip_map(&before, &after, DEFAULT_PIXELS_PER_DEGREE)?;
-    let difference = heat_map::flip_heat_map(&map);
-    for (image, part) in [
-        (before, "before"),
-        (after, "after"),
-        (difference, "difference"),
-    ] {
-        save(&image, &folder.join(picture_name(scene.name(), part)))?;
+    if options.split {
+        let path = folder.join(scene.name()).with_extension("jpg");
+        save(&halves(&before, &after), &path)?;
+    } else {
+        let map = flip::flip_map(&before, &after, DEFAULT_PIXELS_PER_DEGREE)?;
+        let difference = heat_map::flip_heat_map(&map);
+        for (image, part) in [
+            (&before, "before"),
+            (&after, "after"),
+            (&difference, "difference"),
+        ] {
+            save(image, &folder.join(picture_name(scene.name(), part)))?;
+        }
     }
+    progress.inc(1);
     let knobs = options.knobs(scene)?;
     Ok(Outcome {
         scene: scene.name(),
@@ -259,6 +274,18 @@ fn render_side(
     app.world_mut().resource_mut::<Time<Virtual>>().pause();
     let times = app.measure_frames(frames)?;
     Ok((app.capture_rgb8()?, times))
+}
+
+/// The left half of one and the right half of the other, with a line between them.
+fn halves(before: &RgbImage, after: &RgbImage) -> RgbImage {
+    let middle = before.width() / 2;
+    RgbImage::from_fn(before.width(), before.height(), |x, y| {
+        match x.cmp(&middle) {
+            Ordering::Less => *before.get_pixel(x, y),
+            Ordering::Equal => image::Rgb([255; 3]),
+            Ordering::Greater => *after.get_pixel(x, y),
+        }
+    })
 }
 
 fn save(image: &RgbImage, path: &Path) -> Result<(), RunError> {

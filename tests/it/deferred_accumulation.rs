@@ -8,7 +8,7 @@ use bevy::{
 use bevy_frugal_lab::{
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
     metrics::compare,
-    runner::{MemoryFigures, Options, Scene, Size, Split, pictures::headless_app},
+    runner::{MemoryFigures, Options, Scene, Split, pictures::headless_app},
     scenes::deferred_accumulation::{
         DeferredAccumulation, LAMP_DISTANCE, LightAccumulation, LightAccumulationPlugin, lamps,
         reference::{Eye, render},
@@ -157,17 +157,7 @@ fn a_viewport_at_an_odd_offset_is_unpacked_with_its_own_parity() {
 #[test]
 fn the_sides_of_the_split_line_are_accumulated_their_own_way() {
     let _gpu = gpu();
-    let options = Options {
-        headless: None,
-        size: Size {
-            width: SIZE[0],
-            height: SIZE[1],
-        },
-        frames: 1,
-        set: vec!["method=specular_luminance".into()],
-        image: None,
-        adapter: None,
-    };
+    let options = Options::picture(SIZE[0], SIZE[1], &["method=specular_luminance"]);
     let mut app = headless_app(&DeferredAccumulation, &options).expect("an app");
     let [before, after, both] = [1.0, 0.0, 0.5].map(|position| {
         app.world_mut().insert_resource(Split { position });

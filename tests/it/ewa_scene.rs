@@ -7,7 +7,7 @@ use bevy::{
 use bevy_frugal_lab::{
     headless::HeadlessApp,
     metrics::error::mse,
-    runner::{KnobKind, Knobs, Options, Scene, Size, Split, pictures::headless_app},
+    runner::{KnobKind, Knobs, Options, Scene, Split, pictures::headless_app},
     scenes::ewa::Ewa,
 };
 use image::RgbImage;
@@ -15,17 +15,7 @@ use image::RgbImage;
 use crate::support::gpu;
 
 fn app(set: &[&str]) -> HeadlessApp {
-    let options = Options {
-        headless: None,
-        size: Size {
-            width: 128,
-            height: 80,
-        },
-        frames: 1,
-        set: set.iter().map(ToString::to_string).collect(),
-        image: None,
-        adapter: None,
-    };
+    let options = Options::picture(128, 80, set);
     headless_app(&Ewa, &options).expect("an app")
 }
 

@@ -12,7 +12,9 @@ use bevy_frugal_hooks::ShaderPatches;
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
 use bevy_frugal_lab::metrics::error::mse;
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
-use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{
+    CameraState, FallbackReason, FrameBufferReports, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+};
 use image::RgbImage;
 
 use crate::support::gpu;
@@ -109,7 +111,7 @@ fn picture(build: impl FnOnce(&mut App)) -> (HeadlessApp, RgbImage) {
     (app, picture)
 }
 
-fn is_bevys_own(change: Change, names: &[&str], plugin: impl FnOnce(&mut App)) {
+fn is_bevys_own(change: Change, names: &[&str], plugin: impl FnOnce(&mut App)) -> HeadlessApp {
     let _gpu = gpu();
     let (_, expected) = picture(|app| scene(app, (), false));
     let (app, found) = picture(|app| {
@@ -121,6 +123,7 @@ fn is_bevys_own(change: Change, names: &[&str], plugin: impl FnOnce(&mut App)) {
     let (name, error) = patches.refused(names).expect("a refused patch");
     assert!(names.contains(&name), "{name}: {error}");
     assert!(found == expected);
+    app
 }
 
 const FRAGMENT_CHANGED: Change = Change {
@@ -166,10 +169,19 @@ fn without_its_anchor_the_frame_buffer_is_bevys() {
         from: "    return output_color;\n}",
         to: "    return output_color; // changed\n}",
     };
-    is_bevys_own(change, &["bevy_ycocg_fb/materials"], |app| {
+    let mut app = is_bevys_own(change, &["bevy_ycocg_fb/materials"], |app| {
         app.add_plugins(YCoCgFrameBufferPlugin);
         scene(app, YCoCgFrameBuffer::default(), false);
     });
+    let world = app.world_mut();
+    let mut cameras = world.query_filtered::<Entity, With<YCoCgFrameBuffer>>();
+    let camera = cameras.single(world).expect("one camera");
+    let report = world.resource::<FrameBufferReports>().get(camera);
+    let state = report.and_then(|report| report.state);
+    let Some(CameraState::Fallback(FallbackReason::PatchRefused(text))) = state else {
+        panic!("{state:?}");
+    };
+    assert!(text.contains("bevy_ycocg_fb/materials"), "{text}");
 }
 
 #[test]

@@ -6,11 +6,10 @@ use bevy_frugal_lab::{
     headless::HeadlessApp,
     metrics,
     record::Measurement,
-    runner::{
-        Knob, Knobs, Options, Scene, Side, Size, Split, pictures::headless_app, render_headless,
-    },
+    runner::{Knob, Knobs, Options, Scene, Side, Split, pictures::headless_app, render_headless},
 };
 use image::RgbImage;
+use indicatif::ProgressBar;
 
 use crate::support::gpu;
 
@@ -77,15 +76,8 @@ fn turn(time: Res<Time>, mut cubes: Query<&mut Transform, With<Mesh3d>>) {
 
 fn options(set: &[&str]) -> Options {
     Options {
-        headless: None,
-        size: Size {
-            width: 97,
-            height: 64,
-        },
         frames: 2,
-        set: set.iter().map(|text| text.to_string()).collect(),
-        image: None,
-        adapter: None,
+        ..Options::picture(97, 64, set)
     }
 }
 
@@ -149,7 +141,13 @@ fn pictures_figures_and_page_are_written() {
 fn equal_sides_of_a_moving_scene_are_equal() {
     let _gpu = gpu();
     let folder = std::env::temp_dir().join(format!("bevy_frugal_equal_{}", std::process::id()));
-    let outcome = render_headless(&TwoCubes, &options(&["same=true"]), &folder).expect("pictures");
+    let outcome = render_headless(
+        &TwoCubes,
+        &options(&["same=true"]),
+        &folder,
+        &ProgressBar::hidden(),
+    )
+    .expect("pictures");
     std::fs::remove_dir_all(&folder).expect("a folder");
     assert_eq!(
         (outcome.mse, outcome.psnr_db, outcome.max_error),

@@ -9,7 +9,7 @@ use bevy::{
 use bevy_frugal_lab::{
     headless::HeadlessApp,
     runner::{
-        KnobKind, Knobs, MemoryFigures, Notes, Options, Scene, Size, Split, pictures::headless_app,
+        KnobKind, Knobs, MemoryFigures, Notes, Options, Scene, Split, pictures::headless_app,
     },
     scenes::voxel_gi::VoxelGi,
 };
@@ -19,17 +19,7 @@ use image::RgbImage;
 use crate::support::gpu;
 
 fn app(set: &[&str]) -> HeadlessApp {
-    let options = Options {
-        headless: None,
-        size: Size {
-            width: 128,
-            height: 72,
-        },
-        frames: 1,
-        set: set.iter().map(ToString::to_string).collect(),
-        image: None,
-        adapter: None,
-    };
+    let options = Options::picture(128, 72, set);
     headless_app(&VoxelGi, &options).expect("an app")
 }
 

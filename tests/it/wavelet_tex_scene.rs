@@ -1,28 +1,20 @@
 //! The example scene: its board of rates and the error view.
 
 use bevy_frugal_lab::{
-    runner::{Options, Outcome, Size, pictures::picture_name, render_headless},
+    runner::{Options, Outcome, pictures::picture_name, render_headless},
     scenes::wavelet_tex::WaveletTex,
 };
 use image::RgbImage;
+use indicatif::ProgressBar;
 
 use crate::support::gpu;
 
 /// The figures of a run, and its picture of "after".
 fn run(name: &str, set: &[&str]) -> (Outcome, RgbImage) {
     let folder = std::env::temp_dir().join(format!("wavelet-scene-{name}-{}", std::process::id()));
-    let options = Options {
-        headless: Some(folder.clone()),
-        size: Size {
-            width: 160,
-            height: 90,
-        },
-        frames: 1,
-        set: set.iter().map(ToString::to_string).collect(),
-        image: None,
-        adapter: None,
-    };
-    let outcome = render_headless(&WaveletTex, &options, &folder).expect("a run");
+    let options = Options::picture(160, 90, set);
+    let outcome =
+        render_headless(&WaveletTex, &options, &folder, &ProgressBar::hidden()).expect("a run");
     let picture = image::open(folder.join(picture_name("wavelet_tex", "after"))).expect("a PNG");
     let _ = std::fs::remove_dir_all(&folder);
     (outcome, picture.into_rgb8())

@@ -23,14 +23,7 @@ const SIZE: Size = Size {
 };
 
 fn app(size: Size, set: &[&str]) -> HeadlessApp {
-    let options = Options {
-        headless: None,
-        size,
-        frames: 1,
-        set: set.iter().map(ToString::to_string).collect(),
-        image: None,
-        adapter: None,
-    };
+    let options = Options::picture(size.width, size.height, set);
     headless_app(&YCoCgFb, &options).expect("an app")
 }
 

@@ -1,14 +1,33 @@
 //! What cannot be packed: the picture is Bevy's own and the reason is given.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use bevy::{
-    camera::{ClearColorConfig, CompositingSpace},
-    core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
+    camera::{
+        ClearColorConfig, CompositingSpace, Hdr, ImageRenderTarget, MainPassResolutionOverride,
+        RenderTarget,
+    },
+    core_pipeline::{
+        oit::OrderIndependentTransparencySettings,
+        prepass::{DeferredPrepass, DepthPrepass},
+    },
     ecs::system::EntityCommands,
-    pbr::wireframe::{Wireframe, WireframePlugin},
+    light::atmosphere::{Atmosphere, ScatteringMedium},
+    pbr::{
+        AtmosphereSettings, ScreenSpaceReflections,
+        wireframe::{Wireframe, WireframePlugin},
+    },
     prelude::*,
-    render::view::Msaa,
+    render::{
+        ExtractSchedule, RenderApp,
+        render_resource::TextureFormat,
+        view::{ExtractedView, Msaa},
+    },
 };
-use bevy_ycocg_fb::{CameraState, FallbackReason as Reason, PackedFormat, YCoCgFrameBuffer};
+use bevy_frugal_lab::headless::LabTarget;
+use bevy_ycocg_fb::{
+    CameraState, FallbackReason as Reason, FrameBufferReports, PackedFormat, YCoCgFrameBuffer,
+};
 
 use super::scene::{Studio, clear_to, lit_scene};
 use crate::support::gpu;
@@ -130,4 +149,135 @@ fn wireframes() {
         .entity_mut(mesh)
         .remove::<Wireframe>();
     studio.packed(YCoCgFrameBuffer::default());
+}
+
+#[test]
+fn passes_of_bevy_that_read_or_write_the_main_pass_are_named() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
+    let packing = YCoCgFrameBuffer::default();
+    studio.mode(true, Msaa::Off);
+    check(
+        &mut studio,
+        packing,
+        Reason::ScreenSpaceReflections,
+        |camera| {
+            camera.insert(ScreenSpaceReflections::default());
+        },
+        |camera| {
+            camera.remove::<(ScreenSpaceReflections, DepthPrepass, DeferredPrepass)>();
+        },
+    );
+    check(
+        &mut studio,
+        packing,
+        Reason::OrderIndependentTransparency,
+        |camera| {
+            camera.insert(OrderIndependentTransparencySettings::default());
+        },
+        |camera| {
+            camera.remove::<OrderIndependentTransparencySettings>();
+        },
+    );
+    let world = studio.app.world_mut();
+    let medium = ScatteringMedium::default();
+    let medium = world.resource_mut::<Assets<ScatteringMedium>>().add(medium);
+    world.spawn(Atmosphere::earth(medium));
+    check(
+        &mut studio,
+        packing,
+        Reason::Atmosphere,
+        |camera| {
+            camera.insert(AtmosphereSettings::default());
+        },
+        |camera| {
+            camera.remove::<AtmosphereSettings>();
+        },
+    );
+}
+
+#[test]
+fn a_main_pass_smaller_than_its_target() {
+    static SMALLER: AtomicBool = AtomicBool::new(false);
+    let _gpu = gpu();
+    let mut studio = Studio::new(|app| {
+        let override_resolution =
+            |mut commands: Commands, views: Query<Entity, With<ExtractedView>>| {
+                for view in &views {
+                    let mut view = commands.entity(view);
+                    if SMALLER.load(Ordering::Relaxed) {
+                        view.insert(MainPassResolutionOverride(UVec2::new(64, 48)));
+                    } else {
+                        view.remove::<MainPassResolutionOverride>();
+                    }
+                }
+            };
+        app.sub_app_mut(RenderApp)
+            .add_systems(ExtractSchedule, override_resolution);
+        lit_scene(app);
+    });
+    studio.mode(true, Msaa::Off);
+    check(
+        &mut studio,
+        YCoCgFrameBuffer::default(),
+        Reason::ResolutionOverride,
+        |_| SMALLER.store(true, Ordering::Relaxed),
+        |_| SMALLER.store(false, Ordering::Relaxed),
+    );
+}
+
+#[test]
+fn a_picture_that_another_camera_continues() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
+    studio.mode(true, Msaa::Sample4);
+    let world = studio.app.world_mut();
+    let target = world.resource::<LabTarget>().0.clone();
+    let second = world
+        .spawn((
+            Camera3d::default(),
+            Camera {
+                order: 1,
+                clear_color: ClearColorConfig::None,
+                ..default()
+            },
+            target,
+            Hdr,
+            Msaa::Sample4,
+            Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
+        ))
+        .id();
+    let reference = studio.plain();
+    studio.camera(|camera| {
+        camera.insert(YCoCgFrameBuffer::default());
+    });
+    assert!(studio.picture() == reference, "the picture changed");
+    assert_eq!(
+        studio.state(),
+        Some(CameraState::Fallback(Reason::ContinuedByMultisampled))
+    );
+    studio.app.world_mut().despawn(second);
+    studio.packed(YCoCgFrameBuffer::default());
+}
+
+#[test]
+fn a_camera_of_two_dimensions() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(lit_scene);
+    let world = studio.app.world_mut();
+    let image = Image::new_target_texture(16, 16, TextureFormat::Rgba8UnormSrgb, None);
+    let image = world.resource_mut::<Assets<Image>>().add(image);
+    let flat = world
+        .spawn((
+            Camera2d,
+            RenderTarget::Image(ImageRenderTarget::from(image)),
+            YCoCgFrameBuffer::default(),
+        ))
+        .id();
+    studio.picture();
+    let reports = studio.app.world().resource::<FrameBufferReports>();
+    assert_eq!(
+        reports.get(flat).and_then(|report| report.state),
+        Some(CameraState::Fallback(Reason::Not3d))
+    );
 }
