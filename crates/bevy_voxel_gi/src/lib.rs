@@ -1,23 +1,23 @@
 //! Dynamic diffuse global illumination from a voxelised scene.
 //!
-//! The scene is voxelised each frame, lamps light the voxels, light goes from surface to surface
-//! through them, and every material with Bevy's lighting receives it (P. Mavridis, *Efficient
-//! Texture Representation and Sampling Algorithms for Real-time Rendering*, 2013, chapter 6).
+//! The scene is voxelised each frame, light sources illuminate the voxels, light bounces between the
+//! surfaces in them, and every material that uses Bevy's lighting receives the result (P. Mavridis,
+//! *Efficient Texture Representation and Sampling Algorithms for Real-time Rendering*, 2013, chapter 6).
 //!
-//! | room | what is in it |
+//! | module | what it contains |
 //! | --- | --- |
-//! | [`settings`] | what a user chooses |
-//! | [`mod@reference`] | voxels, rays and light in plain Rust |
-//! | [`scene`] | meshes, surfaces and lamps, seen by a camera or not |
-//! | `volume` | where the volume is, what it stores, what a frame computes |
-//! | `voxelize` | from meshes to voxels |
-//! | `light` | from voxels to light |
-//! | `reproject` | from what cameras see to voxels |
-//! | `receive` | from light to pixels |
-//! | [`budget`] | the most accurate light that fits into a time |
-//! | [`debug`] | the voxels as a picture |
-//! | [`report`] | what became of the volume, and its memory |
-//! | [`plugin`] | what an app adds |
+//! | [`settings`] | the user's settings |
+//! | [`mod@reference`] | voxelisation, ray tracing and light transport in plain Rust |
+//! | [`scene`] | meshes, surfaces and lights, inside a view or not |
+//! | `volume` | placement of the volume, its buffers, and the work of a frame |
+//! | `voxelize` | meshes to voxels |
+//! | `light` | light transport between the voxels |
+//! | `reproject` | albedo from cameras' G-buffers to voxels |
+//! | `receive` | reading the volume in pixel shaders |
+//! | [`budget`] | quality control by a time budget |
+//! | [`debug`] | a debug view of the voxels |
+//! | [`report`] | state and memory of the volume |
+//! | [`plugin`] | the plugins that an app adds |
 //!
 //! Without the feature `bevy` only `reference` is compiled.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]

@@ -1,4 +1,4 @@
-//! The plugin: it registers what the modules define.
+//! The plugins: they register the systems and resources that the modules define.
 
 use std::marker::PhantomData;
 
@@ -46,9 +46,9 @@ use crate::{
     },
 };
 
-/// Lets light bounce in a [`VoxelGiVolume`].
+/// Adds global illumination to the scene inside of each [`VoxelGiVolume`].
 ///
-/// An app without such a volume has no pass, no texture and no buffer more than before.
+/// An app without such a volume has no additional pass, texture or buffer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VoxelGiPlugin;
 
@@ -105,7 +105,7 @@ impl Plugin for VoxelGiPlugin {
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
-        // Shaders read the vertices of meshes.
+        // The voxelisers read mesh vertices as storage buffers.
         if let Some(mut settings) = render_app
             .world_mut()
             .get_resource_mut::<MeshAllocatorSettings>()
@@ -175,11 +175,11 @@ fn there_is_a_volume(volumes: Query<(), With<VoxelGiVolume>>) -> bool {
     !volumes.is_empty()
 }
 
-/// Where materials of all known types find their place in the table.
+/// The systems that assign each known type of material its entries in the surface table.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct UpdateSurfaces;
 
-/// Makes the surfaces of meshes with this material known; see [`VoxelMaterial`].
+/// Voxelises meshes with this material with its own surface; see [`VoxelMaterial`].
 pub struct VoxelMaterialPlugin<M>(PhantomData<fn() -> M>);
 
 impl<M> Default for VoxelMaterialPlugin<M> {

@@ -1,35 +1,35 @@
-//! What became of the volume.
+//! State and memory of the volume.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bevy::prelude::*;
 
-/// What the volume does, and what it costs; renewed each frame.
+/// The state of the volumes and their cost; updated each frame.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VoxelGiReport {
-    /// What it does.
+    /// Whether the light is being computed.
     pub state: VoxelGiState,
-    /// Bytes on the GPU, as allocated.
+    /// GPU memory in bytes, as allocated.
     pub memory: u64,
-    /// Triangles in the volume.
+    /// Number of triangles in the volume.
     pub triangles: u64,
-    /// Bevy's shader reads the volume by our code, rather than as a plain irradiance volume.
+    /// Whether the patch of Bevy's shader applies; else the volume is read as a plain irradiance volume.
     pub receiver_patched: bool,
 }
 
-/// What the volume does.
+/// Whether the light of the volume is being computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VoxelGiState {
-    /// There is none, or its pipelines are not ready.
+    /// There is no volume, or its pipelines are not ready.
     #[default]
     Absent,
-    /// It is computed.
+    /// The light is computed each frame.
     Running,
-    /// Nothing has changed for as long as the light needed to settle: nothing is computed.
+    /// Nothing has changed for as long as the light needs to settle, so nothing is computed.
     Settled,
 }
 
-/// The way of the report from the renderer to the app.
+/// Transfers the report from the render world to the main world.
 #[derive(Resource, Clone, Default)]
 pub(crate) struct SharedReport(Arc<Mutex<VoxelGiReport>>);
 

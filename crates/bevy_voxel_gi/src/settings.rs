@@ -1,54 +1,57 @@
-//! What a user chooses.
+//! The settings of a volume.
 
 use bevy::prelude::*;
 
 /// A cube of the world in which light bounces.
 ///
-/// Everything with a `Mesh3d` in the cube is voxelised each frame, whether a camera sees it or not,
-/// and every material with Bevy's lighting in the cube receives what bounces, without a change.
-/// The cube lies around the entity's position; rotation and scale of the entity are not used.
-/// Several volumes may be there, beside or in each other: a pixel is lit by the smallest that holds
-/// it, and rays that leave a volume go on in a larger one that is there, around it or adjoining;
-/// elsewhere they see the sky of the volume that they have left. They share all settings of the one
-/// spawned first but [`size`](Self::size), [`cascades`](Self::cascades), [`follow`](Self::follow),
-/// [`sky`](Self::sky) and [`intensity`](Self::intensity), and there are at most eight cubes: volumes
-/// times their cascades. What exceeds this is left out with a warning.
+/// Every entity with a `Mesh3d` in the cube is voxelised each frame, whether it is in a camera's view or
+/// not, and every material in the cube that uses Bevy's lighting receives the indirect light without a
+/// change. The cube is centred on the entity's position; the entity's rotation and scale are ignored.
+///
+/// There may be several volumes, side by side or nested: a pixel is lit by the smallest one that
+/// contains it, and a ray that leaves a volume continues in a larger one that contains or adjoins it;
+/// where there is none, the ray returns the sky of the volume that it left. All volumes use the settings
+/// of the one spawned first, except [`size`](Self::size), [`cascades`](Self::cascades),
+/// [`follow`](Self::follow), [`sky`](Self::sky) and [`intensity`](Self::intensity). At most eight cubes
+/// are supported, where each cascade of each volume counts as one; volumes beyond this limit are left
+/// out with a warning.
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Clone)]
 #[require(Transform)]
 pub struct VoxelGiVolume {
-    /// Edge of the cube in metres, above 0. Default 16. With [`cascades`](Self::cascades) the
-    /// edge of the smallest.
+    /// Edge of the cube in metres, above 0. Default 16. With [`cascades`](Self::cascades), this is the
+    /// edge of the smallest cube.
     pub size: f32,
-    /// Voxels along an edge, 8 to 128, a multiple of 4. Default 32. Memory grows with its cube;
-    /// see [`VoxelGiReport::memory`](crate::VoxelGiReport::memory).
+    /// Number of voxels along an edge, 8 to 128, a multiple of 4. Default 32. Memory grows with the cube
+    /// of this number; see [`VoxelGiReport::memory`](crate::VoxelGiReport::memory).
     pub resolution: u32,
-    /// What is computed.
+    /// The light that is computed: global illumination or ambient occlusion.
     pub light: VoxelLight,
-    /// How meshes become voxels.
+    /// The algorithm that converts meshes to voxels.
     pub voxelizer: Voxelizer,
-    /// What is taken for the diffuse reflectance of surfaces.
+    /// The source of the diffuse reflectance of surfaces.
     pub albedo: VoxelAlbedo,
-    /// How a pixel reads the voxels around it.
+    /// How a pixel samples the voxels around it.
     pub receiver: Receiver,
-    /// The light that comes from outside the volume.
+    /// The light that comes from outside of the volume.
     pub sky: Sky,
-    /// Points of a voxel's surface that are tested for shadow, per light, 1 to 16. Default 16.
+    /// Number of points of a voxel's surface that are tested for shadow, per light, 1 to 16. Default 16.
+    /// Lower values cost less and make the edges of shadows coarser.
     pub shadow_samples: u32,
-    /// Concentric cubes, each twice as large as the one before, all of the same resolution:
-    /// 1 to 4. Default 1.
+    /// Number of concentric cubes, each twice as large as the one before, all of the same resolution:
+    /// 1 to 4. Default 1. Each further cube takes as much memory as the first.
     pub cascades: u32,
-    /// Follows this entity, the camera say, in steps of whole voxels of the largest cascade.
-    /// Default none: the volume stays.
+    /// The entity that the volume follows, such as the camera, in steps of whole voxels of the largest
+    /// cascade. Default `None`: the volume stays at its own position.
     pub follow: Option<Entity>,
-    /// Renews every this many frames a part of the volume, 1 to 16 (thesis section 6.9.1).
-    /// Default 1: all of it each frame. Fewer rays each frame, and latency in proportion; lamps
-    /// light all of it each frame.
+    /// Updates one n-th of the volume per frame, 1 to 16 (thesis section 6.9.1). Default 1: the whole
+    /// volume is updated each frame. Higher values cost less per frame and respond to changes later;
+    /// direct light is still computed for the whole volume each frame.
     pub update_interval: u32,
-    /// Stops computing once nothing has moved or changed for as long as the light needs to
-    /// settle. Default on.
+    /// Whether the computation stops once nothing has moved or changed for as long as the light needs
+    /// to settle. Default `true`.
     pub pause_when_settled: bool,
-    /// Factor of the light that reaches the image. Default 1: as physics has it.
+    /// Factor of the light that reaches the image, at least 0. Default 1, which is physically correct.
     pub intensity: f32,
 }
 
@@ -73,7 +76,7 @@ impl Default for VoxelGiVolume {
 }
 
 impl VoxelGiVolume {
-    /// A copy whose every field is in its range.
+    /// Returns a copy with every field clamped to its range.
     pub fn clamped(&self) -> Self {
         let finite = |value: f32, least: f32, most: f32, otherwise: f32| {
             if value.is_finite() {
@@ -99,28 +102,28 @@ impl VoxelGiVolume {
         }
     }
 
-    /// Edge of a voxel of the smallest cascade in metres.
+    /// Returns the edge of a voxel of the smallest cascade in metres.
     pub fn voxel_size(&self) -> f32 {
         self.size / self.resolution as f32
     }
 }
 
-/// What a volume computes.
+/// The light that a volume computes.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 pub enum VoxelLight {
-    /// Light that surfaces reflect, emit and receive from the sky.
+    /// The light that surfaces reflect, emit and receive from the sky.
     GlobalIllumination {
-        /// How light gets from surface to surface.
+        /// How light is transported from surface to surface.
         solver: Solver,
-        /// How often it is reflected.
+        /// The number of times that light is reflected.
         bounces: Bounces,
     },
-    /// The sky's light alone, less where surfaces nearby are in its way (thesis section 6.7):
-    /// neither materials nor lamps are looked at, nor is memory taken for them.
+    /// Only the sky's light, reduced where surfaces nearby occlude it (thesis section 6.7). Materials
+    /// and lights are not evaluated, and no memory is allocated for them.
     AmbientOcclusion {
-        /// Surfaces further away than this do not occlude, in metres, above 0.
+        /// Surfaces further away than this do not occlude, in metres, at least 0.
         radius: f32,
-        /// Rays from each side of a voxel, 16 to 256, a multiple of 16.
+        /// Number of rays from each side of a voxel, 16 to 256, a multiple of 16.
         rays: u32,
     },
 }
@@ -163,20 +166,21 @@ impl VoxelLight {
     }
 }
 
-/// How light gets from surface to surface.
+/// How light is transported from surface to surface.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solver {
-    /// Rays from every surface through the voxels (thesis section 6.6.1).
+    /// Ray tracing from every surface through the voxels (thesis section 6.6.1).
     March {
-        /// Rays from each side of a voxel that has a surface, 4 to 256, a multiple of 4. Default
-        /// 32. Each frame has others, and pixels see a mean of eight frames.
+        /// Number of rays from each side of a voxel that has a surface, 4 to 256, a multiple of 4.
+        /// Default 32. More rays cost more time and give less noise. Each frame uses different rays, and
+        /// pixels read a mean over eight frames.
         rays: u32,
     },
-    /// From voxel to voxel in second-order spherical harmonics (thesis section 6.6.2). Smooth and
-    /// cheap per step, but light spreads as it goes. Bounces are part of the steps:
-    /// [`Bounces`] does not matter. One cascade only.
+    /// Propagation from voxel to voxel in second-order spherical harmonics (thesis section 6.6.2). It is
+    /// smooth and cheap per step, but light spreads as it travels. Bounces are part of the steps, so
+    /// [`Bounces`] is ignored. It supports one cascade only.
     Propagate {
-        /// Steps, 1 to 512; light goes one voxel a step.
+        /// Number of steps, 1 to 512. Light travels one voxel per step.
         iterations: u32,
     },
 }
@@ -187,31 +191,32 @@ impl Default for Solver {
     }
 }
 
-/// How often light is reflected before it arrives.
+/// The number of times that light is reflected before it reaches a pixel.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bounces {
-    /// This often, 1 to 8, all computed in each frame: no latency, at a multiple of the cost.
+    /// This many reflections, 1 to 8, all computed in each frame: no latency, at a multiple of the cost.
     Count(u32),
-    /// Once a frame, from what the former frame left: after some frames, endlessly often.
+    /// One reflection per frame of the light that the previous frame left: over several frames, the
+    /// light of infinitely many bounces.
     #[default]
     Endless,
 }
 
-/// How meshes become voxels.
+/// The algorithm that converts meshes to voxels.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Voxelizer {
-    /// Every voxel that a triangle touches, without holes.
+    /// Fills every voxel that a triangle overlaps, without holes.
     #[default]
     Conservative,
-    /// Thesis section 6.4.2, fragment clipping: triangles are rasterised for each slice that they
-    /// span, what lies outside of the slice is dropped. Sampled, not conservative.
+    /// Fragment clipping (thesis section 6.4.2): triangles are rasterised for each slice that they
+    /// span, and fragments outside of the slice are discarded. Sampled, not conservative.
     FragmentClipping,
-    /// Thesis section 6.4.2, geometry clipping: triangles are cut into slices first, then
-    /// rasterised. The same voxels at another cost.
+    /// Geometry clipping (thesis section 6.4.2): triangles are clipped to slices first, then
+    /// rasterised. It gives the same voxels at another cost.
     GeometryClipping,
-    /// Thesis section 6.4.3: random points on each triangle. Large triangles get holes.
+    /// Random points on each triangle (thesis section 6.4.3). Large triangles get holes.
     Stochastic {
-        /// Points on each triangle, 1 to 1024.
+        /// Number of points on each triangle, 1 to 1024.
         points: u32,
     },
 }
@@ -227,57 +232,57 @@ impl Voxelizer {
     }
 }
 
-/// What is taken for the diffuse reflectance of surfaces (thesis section 6.5.2).
+/// The source of the diffuse reflectance of surfaces (thesis section 6.5.2).
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VoxelAlbedo {
-    /// Of each material one colour: that of the material times the mean of its texture, and of the
-    /// mesh's vertex colours.
+    /// One colour per material: its base colour times the mean of its texture and the mean of the mesh's
+    /// vertex colours.
     #[default]
     Mean,
-    /// 0.5 everywhere; only emission is the material's.
+    /// 0.5 for every surface; only the emission is taken from the material.
     Neutral,
-    /// Where a camera sees a surface, what it sees there, texture and all; elsewhere what one has
-    /// seen of the surface before, or else [`Mean`](Self::Mean). Cameras need `DepthPrepass` and
-    /// `DeferredPrepass`, and materials to be deferred. For 24 bytes a voxel. A volume that moves
-    /// forgets what was seen.
+    /// Albedo reprojected from the G-buffers of cameras, textures included, where a surface is visible.
+    /// Surfaces that are not visible keep the albedo that was reprojected before, or else use
+    /// [`Mean`](Self::Mean). Cameras need `DepthPrepass` and `DeferredPrepass`, and materials must be
+    /// rendered deferred. It takes 24 bytes per voxel. Moving the volume clears the reprojected albedo.
     Seen,
 }
 
-/// How a pixel reads the voxels around it.
+/// How a pixel samples the voxels around it.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Receiver {
-    /// A weighted mean of all eight: three filtered texture reads. At the foot of a wall thinner
-    /// than a voxel light of the other side leaks.
+    /// A weighted mean of all eight voxels: three filtered texture reads. At the foot of a wall thinner
+    /// than a voxel, light leaks from the other side.
     #[default]
     Interpolated,
-    /// Of the eight those that the pixel sees, by a short ray to each through the sub-voxels: such
-    /// leaks fall from half of the light to a few percent. Right beside small things that
-    /// stand on a surface its light has patches with hard edges. For 16 bytes a voxel more, up to 24
-    /// unfiltered reads, and some 50 of sub-voxels.
+    /// Only those of the eight voxels that are visible from the pixel, tested with a short ray to each
+    /// through the sub-voxels: such leaks fall from half of the light to a few percent. Right beside
+    /// small things that stand on a surface, its light has patches with hard edges. It takes 16 more
+    /// bytes per voxel, up to 24 unfiltered reads, and about 50 reads of sub-voxels.
     PerPixel,
 }
 
-/// The light from outside of the volume: radiance in cd/m². Default: none.
+/// The light from outside of the volume: radiance in cd/m². Default: black.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default)]
 pub struct Sky {
-    /// From above.
+    /// Radiance from straight above (+Y).
     pub zenith: LinearRgba,
-    /// From the horizon.
+    /// Radiance from the horizon.
     pub horizon: LinearRgba,
-    /// From below.
+    /// Radiance from straight below (-Y).
     pub ground: LinearRgba,
 }
 
 impl Default for Sky {
     fn default() -> Self {
-        // A colour's default is white.
+        // The default of `LinearRgba` is white.
         Self::uniform(LinearRgba::BLACK)
     }
 }
 
 impl Sky {
-    /// The same radiance from everywhere, in cd/m².
+    /// Creates a sky with the same radiance in all directions, in cd/m².
     pub const fn uniform(radiance: LinearRgba) -> Self {
         Self {
             zenith: radiance,
@@ -309,7 +314,7 @@ impl Sky {
     }
 }
 
-/// On a mesh: it is no obstacle to light and reflects none, though it still receives it.
+/// Excludes a mesh from voxelisation: it does not block or reflect light, though it still receives it.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default)]
 #[reflect(Component, Default, Clone)]
 pub struct NotVoxelized;

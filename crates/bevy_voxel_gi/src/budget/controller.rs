@@ -1,47 +1,47 @@
-//! Which of several settings fits into a time: from measured times alone, with hysteresis.
+//! Chooses the quality level that fits into a time budget, from measured times alone, with hysteresis.
 //!
-//! Settings are rungs of a ladder, the cheapest first. The controller stands on one of them, takes
-//! the median of some frames, and steps down at once when that is above the budget, as far as the
-//! nominal costs say. It steps up only when there is room, one rung at a time, and a rung that has
-//! turned out too slow is not tried again for a while: it does not swing.
+//! Quality levels are sorted by cost, the cheapest first. The controller keeps a current level, takes
+//! the median of several frames, and steps down at once when that is above the budget, as far as the
+//! nominal costs predict. It steps up only when there is headroom, one level at a time, and a level
+//! that was too slow is not tried again for a while, so that the controller does not oscillate.
 
-/// Frames of which the median counts.
+/// Number of frames over which the median is taken.
 const SAMPLES: usize = 8;
-/// Frames after a step whose times are still those of before: they arrive late.
+/// Number of frames after a step to ignore: GPU times arrive late and still belong to the old level.
 const DELAY: u32 = 8;
-/// Only below this share of the budget is there room for more.
+/// The controller steps up only when the time is below this fraction of the budget.
 const ROOM: f64 = 0.8;
-/// Frames after which a rung that was too slow may be tried again, at first; twice as many each
-/// further time.
+/// Number of frames after which a level that was too slow may be tried again; it doubles each further
+/// time that the level is too slow.
 const PATIENCE: u32 = 240;
 const MOST_PATIENCE: u32 = 240 * 64;
 
-/// What is known of a rung.
+/// A quality level and what has been measured of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Rung {
-    /// Relative cost, above 0: only ratios count, and only as a first guess.
+    /// Relative cost, above 0: only ratios matter, and only as a first estimate.
     cost: f64,
-    /// Median time when it was stood on last, in milliseconds.
+    /// Median time in milliseconds when this was last the current level.
     measured: Option<f64>,
-    /// Frames until it may be tried again.
+    /// Number of frames until it may be tried again.
     barred: u32,
     patience: u32,
 }
 
-/// See the module.
+/// Chooses the quality level; see the module documentation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Controller {
     rungs: Vec<Rung>,
     at: usize,
     samples: Vec<f64>,
-    /// Frames whose times do not count.
+    /// Number of frames still to ignore.
     delay: u32,
-    /// Of the last frame.
+    /// The budget of the last frame in milliseconds.
     budget: f64,
 }
 
 impl Controller {
-    /// For rungs of these nominal costs, ascending, standing on one of them.
+    /// Creates a controller for levels of these nominal costs, ascending, with a starting level.
     pub(super) fn new(costs: impl IntoIterator<Item = f64>, at: usize) -> Self {
         let rungs: Vec<_> = costs
             .into_iter()
@@ -60,17 +60,17 @@ impl Controller {
         }
     }
 
-    /// The rung it stands on.
+    /// Index of the current quality level.
     pub(super) fn rung(&self) -> usize {
         self.at
     }
 
-    /// How many there are.
+    /// Number of quality levels.
     pub(super) fn len(&self) -> usize {
         self.rungs.len()
     }
 
-    /// Learns the time of a frame in milliseconds; whether it has stepped.
+    /// Adds the time of a frame in milliseconds; returns whether the level has changed.
     pub(super) fn frame(&mut self, milliseconds: f64, budget: f64) -> bool {
         let is_larger = budget > self.budget;
         self.budget = budget;
@@ -109,7 +109,7 @@ impl Controller {
             let here = &mut self.rungs[self.at];
             here.barred = here.patience;
             here.patience = (2 * here.patience).min(MOST_PATIENCE);
-            // The most costly one that may fit, one down at least.
+            // The most costly lower level that is predicted to fit, else the cheapest.
             let lower = (0..self.at).rev();
             return lower
                 .clone()
@@ -125,8 +125,8 @@ impl Controller {
         }
     }
 
-    /// Time of another rung, from that of this one: by their costs, or by their measured times if
-    /// those tell of a higher one.
+    /// Predicts the time of another level from that of the current one: by their nominal costs, or by
+    /// their measured times where those predict a longer one.
     fn expected(&self, rung: usize, time: f64) -> f64 {
         let (to, from) = (&self.rungs[rung], &self.rungs[self.at]);
         let by_cost = time * to.cost / from.cost;
@@ -143,7 +143,7 @@ mod tests {
 
     const COSTS: [f64; 6] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 
-    /// Rungs over the frames for a machine that takes `time` for a cost.
+    /// Returns the level of each frame on a machine that takes `time` for a cost.
     fn run(
         controller: &mut Controller,
         frames: u32,
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn it_does_not_swing() {
-        // The next rung is above the budget, though there seems to be room for it.
+        // The next level is above the budget, though its nominal cost says that it fits.
         let mut controller = Controller::new(COSTS, 3);
         run(&mut controller, 300, 11.0, |cost| cost);
         let rungs = run(&mut controller, 3000, 11.0, |cost| cost);

@@ -1,13 +1,13 @@
-//! The settings among which a budget chooses, the cheapest first.
+//! The quality levels among which a budget chooses, the cheapest first.
 
 use crate::settings::{Solver, VoxelGiVolume, VoxelLight};
 
-/// What a budget changes of a volume.
+/// The settings of a volume that a budget changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chosen {
-    /// With other rays or iterations.
+    /// The light, with another number of rays or iterations.
     pub light: VoxelLight,
-    /// With another share of the volume in each frame.
+    /// See [`VoxelGiVolume::update_interval`].
     pub update_interval: u32,
 }
 
@@ -24,7 +24,7 @@ impl Chosen {
         f64::from(work) / f64::from(self.update_interval)
     }
 
-    /// The volume with these.
+    /// Returns the volume with these settings applied.
     pub(crate) fn applied(self, settings: &VoxelGiVolume) -> VoxelGiVolume {
         VoxelGiVolume {
             light: self.light,
@@ -34,7 +34,8 @@ impl Chosen {
     }
 }
 
-/// For a volume of this light: fewer rays first, then a part of the volume a frame.
+/// Returns the quality levels for this kind of light: the number of rays is reduced first, then the
+/// fraction of the volume that a frame updates.
 pub(super) fn ladder(light: VoxelLight) -> Vec<Chosen> {
     let every = |light: VoxelLight| Chosen {
         light,
@@ -58,7 +59,7 @@ pub(super) fn ladder(light: VoxelLight) -> Vec<Chosen> {
             let all = [8, 16, 32, 64, 128, 256].map(|rays| every(with(rays)));
             parts(with(8)).into_iter().chain(all).collect()
         }
-        // Light that is propagated begins anew in each frame: there are no parts.
+        // Propagation starts over in each frame, so it cannot update only a part of the volume.
         VoxelLight::GlobalIllumination {
             solver: Solver::Propagate { .. },
             bounces,

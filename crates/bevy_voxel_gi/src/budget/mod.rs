@@ -1,4 +1,4 @@
-//! The most accurate light that fits into a time.
+//! Chooses the most accurate light that fits into a time budget.
 
 mod controller;
 mod ladder;
@@ -18,21 +18,21 @@ use crate::{
 
 pub(crate) use self::ladder::Chosen;
 
-/// On the first [`VoxelGiVolume`]: its light may take this long a frame.
+/// Limits the GPU time that the light takes per frame. Belongs on the first [`VoxelGiVolume`].
 ///
-/// From the times that the GPU measures, the most accurate setting that fits is chosen while the
-/// game runs: rays of [`March`](crate::Solver::March) and of ambient occlusion, iterations of
-/// [`Propagate`](crate::Solver::Propagate), and where the fewest are too many, the part of the
-/// volume that is renewed in a frame. What the volume's own settings say of these does not count;
-/// resolution, solver and bounces stay as they are.
+/// While the app runs, the most accurate setting that fits is chosen from GPU timestamps: the number of
+/// rays of [`March`](crate::Solver::March) and of ambient occlusion, or of iterations of
+/// [`Propagate`](crate::Solver::Propagate), and where the fewest are too many, the fraction of the volume
+/// that is updated per frame. The volume's own values of these are ignored; resolution, solver and
+/// bounces are not changed.
 ///
-/// Needs [`VoxelGiBudgetPlugin`] and an adapter with time stamps (`TIMESTAMP_QUERY`: Vulkan and
-/// DirectX 12). Without, a warning says so and the volume's own settings count. A time below that
-/// of the cheapest setting is exceeded.
+/// Needs [`VoxelGiBudgetPlugin`] and an adapter with timestamp queries (`TIMESTAMP_QUERY`: Vulkan and
+/// DirectX 12). Without them, a warning is logged and the volume's own settings are used. A budget below
+/// the time of the cheapest setting is exceeded.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone)]
 pub struct VoxelGiBudget {
-    /// Time on the GPU in milliseconds a frame, above 0. Default 2.
+    /// GPU time in milliseconds per frame, above 0. Default 2.
     pub milliseconds: f32,
 }
 
@@ -42,10 +42,10 @@ impl Default for VoxelGiBudget {
     }
 }
 
-/// Lets volumes have a [`VoxelGiBudget`].
+/// Enables [`VoxelGiBudget`].
 ///
-/// It adds Bevy's `RenderDiagnosticsPlugin`, whose time stamps it reads, unless that is there
-/// already: add that one before if you add it yourself.
+/// Adds Bevy's `RenderDiagnosticsPlugin`, which records the GPU timestamps, unless it has been added
+/// already: an app that adds that plugin itself must add it before this one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VoxelGiBudgetPlugin;
 
@@ -60,14 +60,14 @@ impl Plugin for VoxelGiBudgetPlugin {
     }
 }
 
-/// What the budget has chosen for the first volume.
+/// The settings that the budget has chosen for the first volume.
 #[derive(Resource, Default)]
 pub struct BudgetChoice {
     chosen: Option<Chosen>,
     controller: Controller,
-    /// For which the ladder was made.
+    /// The cheapest light for which the quality levels were built; a different one means a new solver.
     kind: Option<VoxelLight>,
-    /// Times up to this one are known.
+    /// Time of the newest measurement that has been read.
     known: Option<Instant>,
 }
 
@@ -76,14 +76,15 @@ impl BudgetChoice {
         self.chosen
     }
 
-    /// The chosen rung, 0 for the cheapest, and how many there are; `None` without a budget.
+    /// The index of the chosen quality level, 0 for the cheapest, and the number of levels; `None`
+    /// without a budget.
     pub fn rung(&self) -> Option<(usize, usize)> {
         self.chosen
             .map(|_| (self.controller.rung(), self.controller.len()))
     }
 
-    /// Light and part of the volume a frame (every so many-th slice) that are chosen; `None`
-    /// without a budget.
+    /// The chosen light and [`update_interval`](VoxelGiVolume::update_interval) (every n-th slice is
+    /// updated in a frame); `None` without a budget.
     pub fn settings(&self) -> Option<(VoxelLight, u32)> {
         self.chosen
             .map(|chosen| (chosen.light, chosen.update_interval))
@@ -115,7 +116,7 @@ fn choose(
     let rungs = ladder(volume.clamped().light);
     let kind = rungs.first().map(|chosen| chosen.light);
     if choice.kind != kind {
-        // From the volume's own settings on.
+        // Start at the level nearest to the volume's own settings.
         let own = Chosen {
             light: volume.clamped().light,
             update_interval: volume.clamped().update_interval,
@@ -132,7 +133,7 @@ fn choose(
     choice.chosen = rungs.get(choice.controller.rung()).copied();
 }
 
-/// Time of a frame of the volume, if one has come in that is not known yet; the mean of several.
+/// Mean GPU time per frame of the volume over the measurements that have not been read yet, if any.
 fn new_time(store: &DiagnosticsStore, known: &mut Option<Instant>) -> Option<f64> {
     let (mut sum, mut frames, mut newest) = (0.0, 0, *known);
     for diagnostic in store.iter() {
@@ -147,7 +148,7 @@ fn new_time(store: &DiagnosticsStore, known: &mut Option<Instant>) -> Option<f64
             |measured: &&DiagnosticMeasurement| known.is_none_or(|known| measured.time > known);
         for measured in diagnostic.measurements().filter(is_new) {
             sum += measured.value;
-            // Once a frame.
+            // This pass runs once per frame, so its measurements count the frames.
             frames += u32::from(name == "voxel_gi_list");
             newest = newest.max(Some(measured.time));
         }

@@ -1,4 +1,4 @@
-//! What the voxels hold, as the picture of a camera.
+//! A debug view that shows the voxels in place of a camera's picture.
 
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
@@ -30,33 +30,33 @@ use crate::{
     },
 };
 
-/// On a camera: it shows what the voxels hold instead of the scene.
+/// Add to a camera to show the voxels instead of the scene.
 #[derive(Component, ExtractComponent, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[extract_app(RenderApp)]
 #[reflect(Component, Default, Clone)]
 pub struct VoxelGiDebug {
-    /// What of it.
+    /// The property of the voxels that is shown.
     pub field: DebugField,
 }
 
-/// What voxels hold.
+/// A property of the voxels that [`VoxelGiDebug`] can show.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DebugField {
-    /// The sub-voxels that triangles touch, brighter and darker by voxel.
+    /// The sub-voxels that triangles overlap, with brightness alternating by voxel.
     #[default]
     Occupancy,
     /// Diffuse reflectance.
     Albedo,
-    /// Normals, from -1 to 1 as from 0 to 1.
+    /// Normals, with components mapped from -1..1 to 0..1.
     Normal,
-    /// The light that leaves each face.
+    /// The radiance that leaves each face.
     Radiance,
-    /// The light that reaches each face, lamps' own light apart: what pixels read.
+    /// The indirect irradiance of each face, without the direct light of light sources: what pixels read.
     Irradiance,
 }
 
 impl DebugField {
-    /// Whether it exists without materials and lamps.
+    /// Whether it is stored when only ambient occlusion is computed, without materials and lights.
     fn is_in_occlusion(self) -> bool {
         matches!(self, Self::Occupancy | Self::Irradiance | Self::Normal)
     }
@@ -72,7 +72,7 @@ impl DebugField {
     }
 }
 
-/// Registers the view.
+/// Registers the debug view.
 pub(crate) struct DebugViewPlugin;
 
 impl Plugin for DebugViewPlugin {
@@ -134,7 +134,7 @@ fn init_pipeline(
     });
 }
 
-/// What the view's pipeline is made for.
+/// Selects the shader variant of the debug pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct DebugKey {
     field: DebugField,
@@ -191,7 +191,8 @@ fn prepare_pipelines(
     for (entity, view, wanted) in &views {
         let field = if occlusion_only && !wanted.field.is_in_occlusion() {
             warn_once!(
-                "voxel GI: ambient occlusion has no {:?}; occupancy is shown",
+                "voxel GI: ambient occlusion stores no {:?}, so the debug view shows occupancy; choose \
+                 `Occupancy`, `Normal` or `Irradiance`, or a volume with global illumination",
                 wanted.field
             );
             DebugField::Occupancy
