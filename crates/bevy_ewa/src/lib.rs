@@ -1,19 +1,20 @@
 //! Elliptical texture filtering.
 //!
-//! The filter of a pixel is round; its image in a texture is an ellipse. The Elliptical Weighted
-//! Average is the mean of the texels in that ellipse, and this crate has it from reference quality
-//! to nearly the speed of the texture unit (P. Mavridis, *Efficient Texture Representation and
-//! Sampling Algorithms for Real-time Rendering*, 2013, chapter 5).
+//! The reconstruction filter of a pixel is a disc on the screen, which projects to an ellipse in a
+//! texture. The Elliptical Weighted Average (EWA) is the weighted mean of the texels in that ellipse.
+//! This crate implements it with methods from reference quality to nearly the speed of the texture unit
+//! (P. Mavridis, *Efficient Texture Representation and Sampling Algorithms for Real-time Rendering*,
+//! 2013, chapter 5).
 //!
-//! | room | what is in it |
+//! | module | contents |
 //! | --- | --- |
-//! | [`settings`] | what a user chooses |
-//! | [`budget`] | settings by what they may cost |
+//! | [`settings`] | the settings of the filter |
+//! | [`budget`] | settings by their cost in texture fetches |
 //! | [`mips`] | mip chains for textures that lack them |
-//! | [`mod@reference`] | all of it in plain Rust, with scenes and their truth |
-//! | `shaders` | all of it in WESL, importable |
-//! | `material` | how Bevy's materials come to use it |
-//! | `plugin` | what an app adds |
+//! | [`mod@reference`] | the filters in plain Rust, with test scenes and their ground truth |
+//! | `shaders` | the filters as importable WESL modules |
+//! | `material` | the integration into Bevy's materials |
+//! | `plugin` | the plugin that an app adds |
 //!
 //! Without the feature `bevy` only the first four are compiled, [`mips`] without its systems.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]

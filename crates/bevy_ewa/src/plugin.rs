@@ -1,4 +1,4 @@
-//! The plugin: it registers what the modules define.
+//! The plugin, which registers what the other modules define.
 
 use bevy::{prelude::*, shader::load_shader_library};
 
@@ -8,12 +8,13 @@ use crate::{
     settings::EwaSettings,
 };
 
-/// Filters the maps of materials by the ellipses that pixels are in their textures.
+/// Filters the texture maps of materials with elliptical footprints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EwaPlugin {
-    /// How all `StandardMaterial`s of the app are filtered, unchanged as they are; none for chosen
-    /// ones only, by [`EwaStandardMaterial`](crate::EwaStandardMaterial). [`AllMaterials`] is the
-    /// same while the app runs. Default: [`EwaSettings::default`].
+    /// Settings of the filter for all `StandardMaterial`s of the app, whose assets stay unchanged. With
+    /// `None`, only materials of the type [`EwaStandardMaterial`](crate::EwaStandardMaterial) are
+    /// filtered. [`AllMaterials`] changes this value while the app runs. Default:
+    /// [`EwaSettings::default`].
     pub all_materials: Option<EwaSettings>,
 }
 
@@ -26,7 +27,8 @@ impl Default for EwaPlugin {
 }
 
 impl EwaPlugin {
-    /// For materials that ask for it.
+    /// The plugin that filters only materials of the type
+    /// [`EwaStandardMaterial`](crate::EwaStandardMaterial).
     pub const CHOSEN: Self = Self {
         all_materials: None,
     };

@@ -1,11 +1,11 @@
-//! What a user chooses, per material or for all of them.
+//! Settings of the filter, for one material or for all materials.
 
 #[cfg(feature = "bevy")]
 use bevy::prelude::*;
 
-/// How a texture is filtered, with all that can be tuned.
+/// The settings by which a texture is filtered.
 ///
-/// Values outside their ranges are brought into them; what is not a number counts as the default.
+/// Values outside their range are clamped to it; NaN becomes the default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "bevy",
@@ -13,39 +13,42 @@ use bevy::prelude::*;
     reflect(Default, Debug, Clone, PartialEq)
 )]
 pub struct EwaSettings {
-    /// From reference quality to nearly the speed of the texture unit. Default:
+    /// The filtering method, from reference quality to nearly the speed of the texture unit. Default:
     /// [`EwaMethod::Linear`].
     pub method: EwaMethod,
     /// The reconstruction filter of a pixel on the screen. Default: a Gaussian with a standard
     /// deviation of half a pixel (thesis 5.6).
     pub kernel: EwaKernel,
-    /// Largest ratio of the axes of the ellipse; rounder ones are as they are, longer ones get a
-    /// wider minor axis. 1 to 1024, default 32 (thesis table 5.1).
+    /// Upper limit of the ratio of the ellipse's axes. Ellipses below the limit are unchanged; longer
+    /// ones get a wider minor axis. Higher values are sharper and cost more. 1 to 1024, default 32
+    /// (thesis table 5.1).
     pub max_anisotropy: f32,
-    /// Texels that the minor radius of the ellipse has at least in the chosen mip level, T_pp in
-    /// thesis equation 5.3: more are sharper and cost more. It has less than twice as many. 0.5 to
-    /// 4, default 1.5.
+    /// Minimum length of the ellipse's minor radius, in texels of the chosen mip level: T_pp in thesis
+    /// equation 5.3. The actual length is less than twice the minimum. Higher values are sharper and
+    /// cost more. 0.5 to 4, default 1.5.
     pub minor_radius_texels: f32,
-    /// What the mip level is chosen by. Default: [`EwaLevelOfDetail::MinorRadius`].
+    /// The formula that chooses the mip level. Default: [`EwaLevelOfDetail::MinorRadius`].
     pub level_of_detail: EwaLevelOfDetail,
-    /// Part of the way from a mip level to the next in which both are blended: 0 is one level
-    /// throughout, as in the thesis, with a step where it changes; 1 blends everywhere. Default
-    /// 0.25. For the exact methods; probes are trilinear.
+    /// Fraction of the interval between two mip levels in which both are read and blended. 0 reads a
+    /// single level everywhere, as in the thesis, with a visible step where the level changes; 1 blends
+    /// everywhere and costs most. 0 to 1, default 0.25. It affects the exact methods only; probes are
+    /// trilinear.
     pub level_blend: f32,
-    /// Most texture fetches that one lookup of an exact method may take. Where the ellipse needs
+    /// Upper limit of the texture fetches of one lookup by an exact method. Where the ellipse needs
     /// more, a coarser mip level is read; the ellipse is never cut. 16 to 4096, default 2048.
     pub max_fetches: u32,
-    /// Anisotropy above which [`EwaMethod::Spatial`] works, alpha_0 in thesis 5.5.1. 2 to 1024,
+    /// Anisotropy above which [`EwaMethod::Spatial`] replaces its single probe by several, alpha_0 in
+    /// thesis 5.5.1. Lower values take several probes, and so more fetches, for more pixels. 2 to 1024,
     /// default 16, where the texture unit reaches its limit.
     pub spatial_threshold: f32,
-    /// Anisotropy that the samplers of the textures have: Bevy's
-    /// `ImageSamplerDescriptor::anisotropy_clamp`. From 2 on, probes are left to the texture unit;
-    /// at 1 they are computed, as a texture unit with 16 would. 1 to 16, default 1, as in Bevy.
+    /// The `anisotropy_clamp` of the textures' samplers (Bevy's `ImageSamplerDescriptor`). Above 1, each
+    /// probe is one fetch by the texture unit; at 1, the shader computes the probes as a texture unit
+    /// with 16x anisotropy would. 1 to 16, default 1, as in Bevy.
     pub sampler_anisotropy: u16,
     /// Whether the textures repeat or mirror, so that texture coordinates beyond 16 can be reduced
-    /// by whole periods and stay precise. Bevy's materials are asked themselves: it is off for those
-    /// with a texture whose sampler clamps. In shaders of one's own, switch it off for textures that
-    /// are clamped and seen with coordinates as large as that. Default true.
+    /// by whole periods and stay precise. For Bevy's materials it is switched off automatically where
+    /// the sampler of a texture clamps. In custom shaders, switch it off for clamped textures that are
+    /// sampled at such large coordinates. Default: true.
     pub periodic: bool,
 }
 
@@ -67,7 +70,7 @@ impl Default for EwaSettings {
 }
 
 impl EwaSettings {
-    /// The default settings with another method.
+    /// Returns the default settings with another method.
     pub fn with_method(method: EwaMethod) -> Self {
         Self {
             method,
@@ -75,7 +78,7 @@ impl EwaSettings {
         }
     }
 
-    /// The same with every value in its range.
+    /// Returns the settings with every value clamped to its range.
     pub fn sanitized(self) -> Self {
         let default = Self::default();
         let within = |value: f32, default: f32, low: f32, high: f32| {
@@ -114,7 +117,7 @@ impl EwaSettings {
     }
 }
 
-/// The methods of the thesis, and what they are compared with.
+/// A filtering method: those of the thesis and two baselines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",
@@ -122,46 +125,46 @@ impl EwaSettings {
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
 pub enum EwaMethod {
-    /// Every texel of the ellipse, one a fetch (thesis 5.4).
+    /// Reads every texel of the ellipse, one per fetch (thesis 5.4).
     Reference,
-    /// The same picture with two texels a fetch (thesis 5.4.1).
+    /// Gives the same picture as `Reference` with two texels per fetch (thesis 5.4.1).
     #[default]
     Linear,
-    /// Four texels a fetch, whose weights are exact where the ellipse lies along the texture's axes
-    /// (thesis 5.4.1).
+    /// Reads four texels per fetch. Their weights are exact where the axes of the ellipse are parallel to
+    /// those of the texture (thesis 5.4.1).
     Bilinear,
-    /// Anisotropic probes along the major axis (thesis 5.5).
+    /// Takes anisotropic probes along the major axis (thesis 5.5).
     Approximate {
-        /// How many.
+        /// The number of probes.
         probes: EwaProbes,
     },
-    /// One probe along the axes of the ellipse, and `Approximate` where the anisotropy exceeds
-    /// [`EwaSettings::spatial_threshold`] (thesis 5.5.1).
+    /// Takes one probe along the axes of the ellipse, and uses `Approximate` where the anisotropy
+    /// exceeds [`EwaSettings::spatial_threshold`] (thesis 5.5.1).
     Spatial {
-        /// How many there.
+        /// The number of probes above the threshold.
         probes: EwaProbes,
     },
-    /// `Approximate` with its probes split over two frames (thesis 5.5.2). For steady frame rates
-    /// of 60 Hz or more, or with temporal anti-aliasing.
+    /// Splits the probes of `Approximate` over two frames (thesis 5.5.2). It needs a steady frame rate
+    /// of 60 Hz or more, or temporal anti-aliasing.
     Temporal {
-        /// How many in both frames together.
+        /// The number of probes in both frames together.
         probes: EwaProbes,
     },
-    /// `Spatial`, with `Temporal` where the anisotropy exceeds the threshold.
+    /// Takes one probe as `Spatial` does, and uses `Temporal` where the anisotropy exceeds the threshold.
     SpatialTemporal {
-        /// How many there, in both frames together.
+        /// The number of probes above the threshold, in both frames together.
         probes: EwaProbes,
     },
-    /// A model of the anisotropic filter of a texture unit: trilinear fetches of equal weight along
+    /// Models the anisotropic filter of a texture unit: trilinear fetches of equal weight along
     /// the longer derivative, at most 16, with the number and the level of detail of the Vulkan
-    /// specification (texel anisotropic filtering). For machines and tests whose driver has none
-    /// worth the name.
+    /// specification (texel anisotropic filtering). It is meant for tests and for drivers without a
+    /// usable anisotropic filter.
     SoftwareAnisotropic,
-    /// What the sampler does: Bevy's own picture.
+    /// Leaves the lookup to the sampler, which gives the same picture as Bevy without this crate.
     Hardware,
 }
 
-/// How many probes approximate an ellipse.
+/// The number of probes that approximate an ellipse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",
@@ -169,18 +172,18 @@ pub enum EwaMethod {
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
 pub enum EwaProbes {
-    /// Three.
+    /// Three probes.
     Three,
-    /// Five (thesis 5.5).
+    /// Five probes (thesis 5.5).
     #[default]
     Five,
-    /// Seven.
+    /// Seven probes.
     Seven,
-    /// As many as the anisotropy needs, odd, 3 to 15.
+    /// As many probes as the anisotropy needs: an odd number from 3 to 15.
     ByAspect,
 }
 
-/// A reconstruction filter on the screen, round (thesis 2.1.5).
+/// A radially symmetric reconstruction filter on the screen (thesis 2.1.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "bevy",
@@ -188,20 +191,20 @@ pub enum EwaProbes {
     reflect(Default, Debug, Clone, PartialEq)
 )]
 pub enum EwaKernel {
-    /// Constant within half a pixel.
+    /// A constant weight up to half a pixel from the centre.
     Box,
-    /// Falls linearly to zero at one pixel.
+    /// A weight that falls linearly to zero at one pixel from the centre.
     Tent,
-    /// A Gaussian that ends at twice its standard deviation, less its value there, so that it ends
-    /// in zero.
+    /// A Gaussian that is cut off at twice its standard deviation and lowered by its value there, so that
+    /// it ends at zero.
     Gaussian {
-        /// Standard deviation in pixels: smaller is sharper and aliases more. 0.05 to 2, default
+        /// Standard deviation in pixels. Smaller values are sharper and alias more. 0.05 to 2, default
         /// 0.5.
         sigma_pixels: f32,
     },
-    /// The cubic of Mitchell and Netravali with B = C = 1/3, two pixels in radius.
+    /// The cubic filter of Mitchell and Netravali with B = C = 1/3 and a radius of two pixels.
     MitchellNetravali,
-    /// A sinc windowed by a sinc, two pixels in radius.
+    /// A sinc windowed by a sinc, with a radius of two pixels.
     Lanczos,
 }
 
@@ -212,7 +215,7 @@ impl Default for EwaKernel {
 }
 
 impl EwaKernel {
-    /// Where the kernel ends, in pixels from the centre of its pixel.
+    /// Returns the radius of the kernel's support in pixels.
     pub fn radius_pixels(self) -> f32 {
         match self {
             Self::Box => 0.5,
@@ -222,9 +225,9 @@ impl EwaKernel {
         }
     }
 
-    /// The radius in pixels of a Gaussian of this module that blurs as much: probes have no weights
-    /// but that one's. Kernels with negative lobes blur less than any; theirs is the smallest that
-    /// does not alias.
+    /// Returns the radius in pixels of the [`EwaKernel::Gaussian`] that blurs as much: the weights of
+    /// probes are always those of a Gaussian. Kernels with negative lobes blur less than any Gaussian;
+    /// for them it is the smallest radius that does not alias.
     pub fn probe_radius_pixels(self) -> f32 {
         match self {
             Self::Box => 0.68,
@@ -235,7 +238,7 @@ impl EwaKernel {
     }
 }
 
-/// What the mip level is chosen by.
+/// The formula that chooses the mip level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",
@@ -243,10 +246,10 @@ impl EwaKernel {
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
 pub enum EwaLevelOfDetail {
-    /// The minor radius of the ellipse (thesis equation 5.3).
+    /// Follows the minor radius of the ellipse (thesis equation 5.3).
     #[default]
     MinorRadius,
-    /// The formula of texture units: the longer derivative over the number of its anisotropic taps,
-    /// blind to the angle between the derivatives. WGSL cannot ask the texture unit itself.
+    /// Divides the longer derivative by the number of its anisotropic taps, as texture units do, and
+    /// ignores the angle between the derivatives. WGSL has no query for the texture unit's own level.
     Hardware,
 }

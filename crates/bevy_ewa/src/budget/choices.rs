@@ -1,28 +1,28 @@
-//! What there is to choose from, with measured errors and costs.
+//! The candidate settings, with their measured errors and costs.
 
 use crate::settings::{EwaMethod, EwaProbes, EwaSettings};
 
-/// Settings, and what was measured of them. A test measures all of it anew
+/// Candidate settings with their measured error and cost. A test repeats the measurements
 /// (`cargo test -p bevy_ewa --no-default-features --lib budget -- --nocapture` prints the rows).
 ///
-/// The two figures of a pair are for samplers without anisotropy, whose probes are computed, and
-/// with 16x, whose probes are the texture unit's as [`EwaMethod::SoftwareAnisotropic`] models it.
+/// The two figures of a pair are for samplers without anisotropy, where the shader computes the probes,
+/// and with 16x, where they are the texture unit's, modelled by [`EwaMethod::SoftwareAnisotropic`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
-    /// The method.
+    /// Value of [`EwaSettings::method`].
     pub method: EwaMethod,
-    /// [`EwaSettings::max_anisotropy`].
+    /// Value of [`EwaSettings::max_anisotropy`].
     pub max_anisotropy: f32,
-    /// [`EwaSettings::max_fetches`].
+    /// Value of [`EwaSettings::max_fetches`].
     pub max_fetches: u32,
-    /// Mean squared error against exact EWA in 8-bit sRGB, mean of the scenes.
+    /// Mean squared error against exact EWA in 8-bit sRGB units, averaged over the scenes.
     pub errors: [f32; 2],
-    /// Fetches a pixel, of the scene that takes most.
+    /// Mean fetches per pixel in the scene that takes most.
     pub fetches: [f32; 2],
 }
 
 impl Choice {
-    /// The settings; the others as they are.
+    /// Returns `others` with the values of this candidate.
     pub fn settings(&self, others: EwaSettings) -> EwaSettings {
         EwaSettings {
             method: self.method,
@@ -32,12 +32,12 @@ impl Choice {
         }
     }
 
-    /// The error on samplers of this anisotropy.
+    /// Returns the error on samplers of this anisotropy.
     pub fn error(&self, sampler_anisotropy: u16) -> f32 {
         self.errors[index(sampler_anisotropy)]
     }
 
-    /// The fetches on samplers of this anisotropy.
+    /// Returns the mean fetches per pixel on samplers of this anisotropy.
     pub fn mean_fetches(&self, sampler_anisotropy: u16) -> f32 {
         self.fetches[index(sampler_anisotropy)]
     }
@@ -70,7 +70,7 @@ const fn probes(method: EwaMethod, errors: [f32; 2], fetches: [f32; 2]) -> Choic
 use EwaMethod::{Approximate, Bilinear, Hardware, Linear, SoftwareAnisotropic, Spatial};
 use EwaProbes::{ByAspect, Five, Seven, Three};
 
-/// The choices: exact ones, down to coarse mip levels, and probes.
+/// The candidates: exact methods, down to coarse mip levels, and probes.
 pub const CHOICES: [Choice; 19] = [
     exact(Linear, 2048, 0.0, 199.3),
     exact(Linear, 1024, 0.2, 104.6),

@@ -1,12 +1,12 @@
-//! Settings by what they may cost.
+//! Settings by their cost.
 //!
-//! The unit is the texture fetch: of one texel, bilinear, trilinear or, on samplers with
-//! anisotropy, the texture unit's own. It is what a lookup costs on every machine.
+//! The unit is the texture fetch: of one texel, bilinear, trilinear or, when the sampler's
+//! `anisotropy_clamp` is above 1, anisotropic. The number of fetches does not depend on the machine.
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`choices`] | what there is to choose from, with measured errors and costs |
-//! | [`worst`] | the most that any lookup can cost |
+//! | [`choices`] | the candidate settings, with measured errors and costs |
+//! | [`worst`] | an upper bound of the cost of a lookup |
 
 pub mod choices;
 pub mod worst;
@@ -20,7 +20,7 @@ use bevy::prelude::*;
 use crate::settings::EwaSettings;
 use choices::{CHOICES, Choice};
 
-/// How many texture fetches a lookup may take; the most accurate method within it follows.
+/// A number of texture fetches per lookup, from which the most accurate settings within it follow.
 ///
 /// ```
 /// use bevy_ewa::{EwaBudget, EwaMethod, EwaSettings};
@@ -37,8 +37,8 @@ use choices::{CHOICES, Choice};
     reflect(Default, Debug, Clone, PartialEq)
 )]
 pub struct EwaBudget {
-    /// Texture fetches a lookup. From 1, below which there is nothing to choose; what is not a
-    /// number counts as 1. Default 32.
+    /// Texture fetches per lookup. At least 1, which is the sampler's own filter; NaN counts as 1.
+    /// Default 32.
     pub fetches: f32,
 }
 
@@ -49,28 +49,28 @@ impl Default for EwaBudget {
 }
 
 impl From<EwaBudget> for EwaSettings {
-    /// [`EwaBudget::mean`] for the default settings.
+    /// Returns [`EwaBudget::mean`] of the default settings.
     fn from(budget: EwaBudget) -> Self {
         budget.mean(Self::default())
     }
 }
 
 impl EwaBudget {
-    /// For the mean of a picture: the most accurate settings that take at most so many fetches a
-    /// pixel on each of the study's scenes, floors that fill the picture at 1 to 15 degrees and a
-    /// tunnel. A pixel may take more.
+    /// Returns the most accurate settings whose mean over a picture keeps within the budget on each of
+    /// the study's scenes: floors that fill the picture at 1 to 15 degrees, and a tunnel. Single pixels
+    /// may take more.
     ///
-    /// What is not a matter of cost, and `sampler_anisotropy`, is as in `others`; the costs are those
-    /// of the default kernel and minor radius.
+    /// All settings other than `method`, `max_anisotropy` and `max_fetches` are taken from `others`. The
+    /// costs are those of the default kernel and minor radius.
     pub fn mean(self, others: EwaSettings) -> EwaSettings {
         self.choose(others, |choice, settings| {
             choice.mean_fetches(settings.sampler_anisotropy)
         })
     }
 
-    /// For each pixel: the most accurate settings of which no lookup ever takes more fetches.
+    /// Returns the most accurate settings of which no single lookup exceeds the budget.
     ///
-    /// `others` as in [`EwaBudget::mean`], but any kernel and minor radius keep the bound.
+    /// `others` is used as in [`EwaBudget::mean`], but the bound holds for any kernel and minor radius.
     pub fn worst(self, others: EwaSettings) -> EwaSettings {
         self.choose(others, |_, settings| worst::most_fetches(settings))
     }

@@ -1,4 +1,4 @@
-//! Budgets hold, and more of a budget is never worse.
+//! Budgets hold, and a larger budget never gives a larger error.
 
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::{
 
 const SIZE: u32 = 48;
 
-/// The study's surfaces, all with checks.
+/// The surfaces of the study, all with a checkerboard texture.
 fn surfaces() -> Vec<Surface> {
     let plane = |grazing: f64, half_view: f64, turn: f64, scale: f64| Surface::Plane {
         grazing: grazing.to_radians(),
@@ -45,10 +45,10 @@ fn checks() -> Texture {
     })
 }
 
-/// The picture in 8-bit sRGB, and fetches a pixel.
+/// Returns the picture in 8-bit sRGB and the mean fetches per pixel.
 fn picture(surface: &Surface, texture: &Texture, settings: &EwaSettings) -> (Vec<f64>, f64) {
     let (mut values, mut fetches) = (Vec::new(), 0);
-    // The model stands for the texture unit, which the reference has not.
+    // `SoftwareAnisotropic` stands for the texture unit, which the CPU reference lacks.
     let unit = settings.sampler_anisotropy > 1 && settings.method == EwaMethod::Hardware;
     let settings = EwaSettings {
         method: if unit {
@@ -112,7 +112,7 @@ fn the_table_is_what_is_measured() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// Fetches of the picture that takes most of them.
+/// Returns the mean fetches per pixel of the scene that takes most.
 fn mean_of_the_worst_scene(settings: &EwaSettings) -> f64 {
     let texture = checks();
     let surfaces = surfaces();
@@ -140,7 +140,7 @@ fn pictures_keep_within_their_budget() {
     }
 }
 
-/// The error of what was chosen, from the table.
+/// Returns the error of the chosen settings from the table.
 fn error(settings: &EwaSettings) -> f32 {
     let found = CHOICES
         .iter()
@@ -164,7 +164,7 @@ fn more_fetches_are_never_worse() {
             assert!(next[0] <= mean && next[1] <= worst, "{budget:?}: {next:?}");
             [mean, worst] = next;
         }
-        // All of it is exact.
+        // The largest budgets choose an exact method.
         assert!(mean < 0.1 && worst < 0.1, "{mean} {worst}");
     }
 }
@@ -223,7 +223,7 @@ proptest! {
         let found = sample(&texture, [u, v], derivatives, &settings, 0);
         let most = worst::most_fetches(&settings);
         prop_assert!(most <= budget.max(1.0));
-        // A texture unit's own filter is one fetch, whatever the reference does in its place.
+        // The texture unit's own filter counts as one fetch; the reference computes it with more.
         if settings.method != EwaMethod::Hardware {
             prop_assert!(found.fetches as f32 <= most, "{found:?} of {most}: {settings:?}");
         }

@@ -1,4 +1,4 @@
-//! The most that any lookup can cost.
+//! An upper bound of the cost of a lookup.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -10,7 +10,7 @@ use crate::{
     settings::{EwaMethod, EwaProbes, EwaSettings},
 };
 
-/// Texture fetches that no lookup with these settings exceeds, at whatever derivatives.
+/// Returns the number of texture fetches that no lookup with these settings exceeds, for any derivatives.
 pub fn most_fetches(settings: &EwaSettings) -> f32 {
     let settings = settings.sanitized();
     let most = f64::from(settings.max_anisotropy);
@@ -20,7 +20,7 @@ pub fn most_fetches(settings: &EwaSettings) -> f32 {
         EwaMethod::Approximate { probes } | EwaMethod::Temporal { probes } => {
             approximate(&settings, probes, most)
         }
-        // Where they blend, both are taken.
+        // In the blend around the threshold, both are fetched.
         EwaMethod::Spatial { probes } | EwaMethod::SpatialTemporal { probes } => {
             let single = single(&settings, threshold.min(most));
             let blended = single + approximate(&settings, probes, threshold.min(most));
@@ -33,9 +33,9 @@ pub fn most_fetches(settings: &EwaSettings) -> f32 {
 }
 
 /// The texels of an ellipse with the longest axes, in the finer and the coarser level that are
-/// blended; or the settings' own bound, which raises the level of detail.
+/// blended, or `max_fetches` if that is lower, as it raises the level of detail.
 fn exact(settings: &EwaSettings) -> f64 {
-    // What magnification blends in.
+    // The additional fetch is the bilinear one that magnification blends in.
     let bound = f64::from(settings.max_fetches) + 1.0;
     let minor = f64::from(settings.minor_radius_texels);
     let levels: &[f64] = if settings.level_blend > 0.0 {
@@ -43,7 +43,8 @@ fn exact(settings: &EwaSettings) -> f64 {
     } else {
         &[2.0]
     };
-    // The level of texture units is up to as much finer as their taps are too many.
+    // The formula of texture units divides by their number of taps, which can choose a finer level than
+    // the loop below assumes.
     if settings.level_of_detail != crate::EwaLevelOfDetail::MinorRadius {
         return bound;
     }
@@ -52,8 +53,8 @@ fn exact(settings: &EwaSettings) -> f64 {
         let minor = level * minor;
         let major = f64::from(settings.max_anisotropy) * minor;
         let texels = most_texels(major + 1.0, minor + 1.0);
-        // A row of an odd number of texels has one that is fetched alone. Rows are along the longer
-        // side: most of them where the sides are equal.
+        // A row of an odd number of texels has one that is fetched alone. Rows run along the longer side
+        // of the bounding box, so there are most of them where its sides are equal.
         let rows = 2.0 * (FRAC_1_SQRT_2 * major.hypot(minor)).hypot(1.0) + 1.0;
         let pairs = settings.method == EwaMethod::Linear && !has_negative_lobes(settings);
         fetches += if pairs { (texels + rows) / 2.0 } else { texels };
@@ -61,14 +62,15 @@ fn exact(settings: &EwaSettings) -> f64 {
     fetches.min(bound)
 }
 
-/// Pairs of texels of which one has a negative weight are fetched one by one.
+/// Whether the kernel has negative weights: pairs of texels with one negative weight are fetched one by
+/// one.
 fn has_negative_lobes(settings: &EwaSettings) -> bool {
     use crate::EwaKernel::{Lanczos, MitchellNetravali};
     matches!(settings.kernel, Lanczos | MitchellNetravali)
 }
 
-/// For ellipses up to this aspect. Where probes are computed, a longer ellipse has more taps a probe
-/// up to where it gets more probes.
+/// The most fetches of `Approximate` for ellipses up to this aspect. Where probes are computed, the taps
+/// per probe grow with the aspect until the ellipse gets another pair of probes.
 fn approximate(settings: &EwaSettings, probes: EwaProbes, aspect: f64) -> f64 {
     let steps = (1..).map(|step| f64::from(step) * probes::ASPECT_OF_PROBE_PAIR);
     let ends = steps.take_while(|end| *end < aspect).chain([aspect]);
@@ -83,7 +85,7 @@ fn single(settings: &EwaSettings, aspect: f64) -> f64 {
     probes::fetches_of_single(&ellipse(aspect), settings)
 }
 
-/// So large that no probe has fewer taps because of a texel.
+/// An ellipse so large that no probe has fewer taps because its width is limited to one texel.
 fn ellipse(aspect: f64) -> Footprint {
     Footprint {
         major_radius_texels: 1e3 * aspect,

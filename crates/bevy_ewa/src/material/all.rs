@@ -1,4 +1,4 @@
-//! For all `StandardMaterial`s of an app, as they are.
+//! Filtering of all `StandardMaterial`s of an app, without a change of the assets.
 
 use std::{
     any::TypeId,
@@ -22,9 +22,9 @@ use bevy_frugal_hooks::{MaterialHookPlugin, MaterialTags, ShaderPatches, Special
 use super::{EwaStandardMaterial, borders, patches::REQUIRED, pipeline, pipeline::EwaKey};
 use crate::settings::EwaSettings;
 
-/// How all `StandardMaterial`s of the app are filtered; none leaves them to Bevy.
+/// Settings of the filter for all `StandardMaterial`s of the app; `None` leaves them to Bevy.
 ///
-/// A change takes effect in the next frame; the materials stay as they are.
+/// A change takes effect in the next frame and builds new pipelines; the assets stay unchanged.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Resource, Debug, PartialEq)]
 pub struct AllMaterials(pub Option<EwaSettings>);
@@ -35,7 +35,7 @@ impl Default for AllMaterials {
     }
 }
 
-/// Marks the materials and answers for their pipelines.
+/// Tags the materials and specializes their pipelines.
 pub(super) struct AllMaterialsPlugin;
 
 impl Plugin for AllMaterialsPlugin {
@@ -56,15 +56,15 @@ impl Plugin for AllMaterialsPlugin {
     }
 }
 
-/// Whether the adapter is Mesa's llvmpipe, which needs to be treated with care. The same in all apps
-/// of a process, whose keys and hooks have no other way to know.
+/// Whether the adapter is Mesa's llvmpipe, which needs workarounds. It is global to the process, because
+/// pipeline keys and hooks have no access to a world.
 static SOFTWARE: AtomicBool = AtomicBool::new(false);
 
 pub(super) fn is_software() -> bool {
     SOFTWARE.load(Ordering::Relaxed)
 }
 
-/// The keys that tags are indices of. Grows with the settings that are tried, not with materials.
+/// The keys, of which a tag is an index. It grows with the number of distinct settings, not of materials.
 static KEYS: RwLock<Vec<EwaKey>> = RwLock::new(Vec::new());
 
 const TAG: &str = "bevy_ewa";
@@ -78,22 +78,22 @@ fn index_of(key: EwaKey) -> u64 {
     }) as u64
 }
 
-/// Marks chosen materials where one of Bevy's shaders could not be patched.
+/// Tag of `EwaStandardMaterial`s while one of Bevy's shaders could not be patched.
 const REFUSED_TAG: &str = "bevy_ewa/refused";
 
-/// Whether one of Bevy's shaders could not be patched. The plugin then leaves everything to Bevy,
-/// since passes would disagree about a map.
+/// Whether one of Bevy's shaders could not be patched. The plugin then leaves all materials to Bevy,
+/// since the passes would otherwise filter the same map differently.
 fn is_refused(patches: Option<Res<ShaderPatches>>) -> bool {
     patches.is_some_and(|patches| patches.refused(REQUIRED).is_some())
 }
 
-/// Whether all of Bevy's shaders are patched.
+/// Whether all required patches are applied to Bevy's shaders.
 pub(crate) fn is_patched(patches: Option<Res<ShaderPatches>>) -> bool {
     patches.is_some_and(|patches| patches.all_applied(REQUIRED))
 }
 
-/// The key of a pipeline is made when its material is prepared: a change of the settings prepares
-/// all of them again, and so does a shader that could not be patched.
+/// Has the materials prepared again when the settings change or a shader could not be patched, because
+/// the key of a pipeline is made when its material is prepared.
 fn prepare_again(
     settings: Res<AllMaterials>,
     patches: Option<Res<ShaderPatches>>,
@@ -105,7 +105,7 @@ fn prepare_again(
     let Some(last) = last.replace((*settings, refused)) else {
         return;
     };
-    // A mutable reference counts as a change.
+    // A mutable reference marks the asset as modified.
     if last != (*settings, refused) {
         standard.iter_mut().for_each(drop);
     }
@@ -127,7 +127,8 @@ fn tag(
     tags.set(TypeId::of::<EwaStandardMaterial>(), REFUSED_TAG, tag);
 }
 
-/// The hook, for all materials and, as far as their borders go, chosen ones.
+/// The material hook. `EwaStandardMaterial`s set their own key; here they get only the address modes and
+/// the refusal.
 fn filter(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
     if let Some(index) = material.tag(TAG) {
         let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);

@@ -1,8 +1,8 @@
-//! Which materials have textures that do not repeat.
+//! Finds the materials with a clamped texture.
 //!
 //! Large texture coordinates are reduced by whole periods, to stay precise, where every texture of a
-//! material repeats or mirrors. The samplers of its images tell; all maps of a material share the
-//! shader defs of its pipeline, so that one that is clamped speaks for all.
+//! material repeats or mirrors. All maps of a material share the shader defs of its pipeline, so that a
+//! single sampler that clamps switches this off for all of them.
 
 use std::collections::HashSet;
 
@@ -18,7 +18,7 @@ use super::{EwaStandardMaterial, maps, pipeline, touch};
 
 const TAG: &str = "bevy_ewa/clamped";
 
-/// Finds them and marks them.
+/// Finds the materials with a clamped texture and tags them.
 pub(super) struct BordersPlugin;
 
 impl Plugin for BordersPlugin {
@@ -39,7 +39,7 @@ impl Plugin for BordersPlugin {
     }
 }
 
-/// The materials with a texture that does not repeat.
+/// The images whose sampler clamps, and the materials that use one of them.
 #[derive(Resource, Default)]
 struct Clamped {
     default_sampler: ImageSamplerDescriptor,
@@ -101,7 +101,7 @@ fn find(
     );
 }
 
-/// Looks at the materials that changed, or at all of them after an image did.
+/// Checks the materials that changed, or all materials after an image changed.
 fn update<'a, M: Asset>(
     clamped: &mut Clamped,
     images_changed: bool,
@@ -134,14 +134,14 @@ fn update<'a, M: Asset>(
                 others.push(id);
             }
         }
-        // Prepared with what was known before.
+        // These were prepared with the former tag.
         for id in others {
             touch(materials, id);
         }
     }
 }
 
-/// Whether that is news.
+/// Adds or removes an id, and returns whether the set changed.
 fn set<I: Eq + std::hash::Hash>(ids: &mut HashSet<I>, id: I, clamped: bool) -> bool {
     if clamped {
         ids.insert(id)
@@ -166,7 +166,7 @@ fn tag(
     }
 }
 
-/// The hook, after the one that filters.
+/// Part of the material hook; runs after the shader defs of the filter are set.
 pub(super) fn clamp(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
     if material.tag(TAG).is_some()
         && let Some(fragment) = &mut descriptor.fragment

@@ -1,4 +1,4 @@
-//! For chosen materials.
+//! Filtering of single materials, by a material extension.
 
 use bevy::{
     mesh::MeshVertexBufferLayoutRef,
@@ -15,15 +15,15 @@ use bevy::{
 use super::{all::is_software, pipeline::EwaKey};
 use crate::settings::EwaSettings;
 
-/// A `StandardMaterial` whose maps are filtered as its extension says.
+/// A `StandardMaterial` whose maps are filtered by the settings of its extension.
 pub type EwaStandardMaterial = ExtendedMaterial<StandardMaterial, EwaExtension>;
 
-/// How the maps of a material are filtered.
+/// The extension that holds the settings for one material's maps.
 #[derive(Asset, AsBindGroup, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[bind_group_data(EwaKey)]
 #[reflect(Default, Debug, Clone, PartialEq)]
 pub struct EwaExtension {
-    /// How. Changing it builds a new pipeline.
+    /// Settings of the filter. Changing them builds a new pipeline.
     pub settings: EwaSettings,
 }
 

@@ -1,14 +1,14 @@
-//! The maps of a material.
+//! The texture maps of a material.
 
 use bevy::{prelude::*, reflect::structs::Struct};
 
-/// The one map that Bevy marches through rather than filters.
+/// The only map that is not filtered: parallax mapping marches through it.
 const PARALLAX: &str = "depth_map";
 
-/// The maps that are filtered, and whether they hold normals.
+/// Returns the maps that are filtered, and whether they hold normals.
 ///
 /// The fields are found by reflection: which of them `StandardMaterial` has depends on Bevy's features
-/// `pbr_*_textures`, which a game may or may not have and a dependency cannot ask for.
+/// `pbr_*_textures`, which a game may or may not enable and a dependency cannot query.
 pub(crate) fn maps(material: &StandardMaterial) -> impl Iterator<Item = (&Handle<Image>, bool)> {
     material.iter_fields().filter_map(|(name, value)| {
         let map = value

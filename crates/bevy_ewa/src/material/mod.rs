@@ -1,14 +1,14 @@
-//! How materials come to filter their maps.
+//! Integration of the filter into Bevy's materials.
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`uniform`] | the settings as a shader sees them |
+//! | [`uniform`] | the settings as a uniform buffer |
 //! | [`pipeline`] | the settings as shader defs of a pipeline |
-//! | [`patches`] | calls in Bevy's shaders that do nothing without those defs |
-//! | [`extension`] | for chosen materials |
-//! | [`all`] | for all of them |
-//! | `maps` | the maps of a material |
-//! | `borders` | which of them have textures that do not repeat |
+//! | [`patches`] | calls in Bevy's shaders that are compiled only with those defs |
+//! | [`extension`] | filtering of single materials |
+//! | [`all`] | filtering of all `StandardMaterial`s |
+//! | `maps` | the texture maps of a material |
+//! | `borders` | detection of materials with clamped textures |
 
 pub mod all;
 mod borders;
@@ -26,7 +26,7 @@ pub use extension::{EwaExtension, EwaStandardMaterial};
 pub(crate) use maps::maps;
 pub use uniform::EwaUniform;
 
-/// Makes materials filter.
+/// Patches Bevy's shaders and registers both kinds of filtered materials.
 pub(crate) struct EwaMaterialPlugin;
 
 impl Plugin for EwaMaterialPlugin {
@@ -43,10 +43,10 @@ impl Plugin for EwaMaterialPlugin {
     }
 }
 
-/// Has an asset prepared again.
+/// Marks an asset as modified, so that the renderer prepares it again.
 pub(crate) fn touch<A: Asset>(assets: &mut Assets<A>, id: AssetId<A>) {
     if let Some(mut asset) = assets.get_mut(id) {
-        // Only a mutable reference counts as a change.
+        // Only a mutable reference marks the asset as modified.
         let _: &mut A = &mut asset;
     }
 }

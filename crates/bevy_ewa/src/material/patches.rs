@@ -1,29 +1,29 @@
-//! A call beside each `textureSampleBias` of Bevy's material shaders, compiled under the feature
-//! `BEVY_EWA`.
+//! Inserts a call beside each `textureSampleBias` of Bevy's material shaders, compiled under the
+//! feature `BEVY_EWA`.
 //!
-//! Nothing is replaced: the call becomes another branch of the `@if` around Bevy's own, whose whole
-//! statement is the anchor, and the number of samplings is counted.
+//! Nothing is replaced: the call becomes another branch of the `@if` around Bevy's own statement. That
+//! whole statement is the anchor, and the number of `textureSampleBias` calls is verified.
 
 use bevy_frugal_hooks::{Insertion, ShaderPatch};
 
-/// The maps in the forward and the deferred pass.
+/// Name of the patch for the maps in the forward and the deferred pass.
 pub const FRAGMENT: &str = "bevy_ewa/fragment";
-/// The normal map in the prepass.
+/// Name of the patch for the normal map in the prepass.
 pub const PREPASS: &str = "bevy_ewa/prepass";
-/// The alpha of the base colour in prepass and shadows.
+/// Name of the patch for the base colour's alpha in the prepass and shadow passes.
 pub const ALPHA: &str = "bevy_ewa/alpha";
 
-/// All of them: without one, passes would disagree about a map.
+/// The patches that must all be applied: without one, passes would filter the same map differently.
 pub const REQUIRED: &[&str] = &[FRAGMENT, PREPASS, ALPHA];
 
 const SAMPLING: &str = "textureSampleBias(";
 
-/// All patches.
+/// Returns all patches.
 pub fn patches() -> Vec<ShaderPatch> {
     vec![fragment(), prepass(), alpha()]
 }
 
-/// A patch of a shader that samples so many maps.
+/// A patch of a shader with exactly `samplings` calls of `textureSampleBias`.
 fn patch(
     name: &'static str,
     shader: &'static str,
@@ -38,8 +38,8 @@ fn patch(
     }
 }
 
-/// The last branch around a sampling of the fragment shader, with another branch in front of it.
-/// The first literal is the feature that selects the second UV set.
+/// Inserts a branch before the last one around a `textureSampleBias` of the fragment shader. The first
+/// literal is the feature that selects the second UV set.
 macro_rules! map {
     ($uv_b:literal, $statement:literal) => {
         Insertion::before(
@@ -54,10 +54,10 @@ macro_rules! map {
     };
 }
 
-#[rustfmt::skip] // One line a map.
+#[rustfmt::skip] // One line per map.
 fn fragment() -> ShaderPatch {
     let maps = vec![
-        // Before parallax, which jumps at silhouettes.
+        // Derivatives are taken before parallax mapping, whose coordinates jump at silhouettes.
         Insertion::before(
             "@if(VERTEX_UVS && VERTEX_TANGENTS)\n    if ((flags & pbr_types::STANDARD_MATERIAL_FLAGS_DEPTH_MAP_BIT) != 0u) {",
             "@if(BEVY_EWA && VERTEX_UVS && VERTEX_UVS_A)\n    let ewa_gradient = vec4(dpdx(uv), dpdy(uv));\n\

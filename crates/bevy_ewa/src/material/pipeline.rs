@@ -7,15 +7,15 @@ use bevy::{
 use super::uniform::EwaUniform;
 use crate::settings::EwaSettings;
 
-/// Switches Bevy's shaders to ours.
+/// Feature of the inserted branches in Bevy's shaders.
 pub(crate) const EWA: &str = "BEVY_EWA";
 
-/// What Bevy's prepass has in its shader defs.
+/// Shader def by which Bevy marks prepass pipelines.
 const PREPASS: &str = "PREPASS_PIPELINE";
 
 const PERIODIC: &str = "EWA_PERIODIC";
 
-/// Takes back that the textures repeat.
+/// Sets `periodic` to 0 in the shader defs of a pipeline.
 pub(super) fn clamp(shader_defs: &mut [ShaderDefVal]) {
     for def in shader_defs {
         if let ShaderDefVal::UInt(name, value) = def
@@ -26,15 +26,15 @@ pub(super) fn clamp(shader_defs: &mut [ShaderDefVal]) {
     }
 }
 
-/// Leaves the maps of a pipeline to Bevy.
+/// Removes the feature of the filter from a pipeline, so that Bevy samples its maps.
 pub(super) fn disable(descriptor: &mut RenderPipelineDescriptor) {
     if let Some(fragment) = &mut descriptor.fragment {
         fragment.shader_defs.retain(|def| *def != EWA.into());
     }
 }
 
-/// The settings in the key of a pipeline: the names of its shader defs are constant, so their
-/// values are all there is. None samples as Bevy does.
+/// The settings as a part of the pipeline key: the values of the shader defs, whose names are constant.
+/// Without values (`EwaMethod::Hardware`), the pipeline samples as Bevy does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct EwaKey(Option<[u32; VALUES]>);
 
@@ -58,7 +58,7 @@ const NAMES: [&str; VALUES] = [
 ];
 
 impl EwaKey {
-    /// The key of these settings, on llvmpipe or not.
+    /// Creates the key of these settings; `software` is true on llvmpipe.
     pub fn new(settings: &EwaSettings, software: bool) -> Self {
         let settings = settings.sanitized();
         if settings.method == crate::EwaMethod::Hardware {
@@ -83,7 +83,7 @@ impl EwaKey {
         ]))
     }
 
-    /// The shader defs.
+    /// Returns the shader defs, none for `EwaMethod::Hardware`.
     pub fn shader_defs(&self) -> Vec<ShaderDefVal> {
         let Some(values) = self.0 else {
             return Vec::new();
@@ -97,11 +97,12 @@ impl EwaKey {
         self.0.is_some_and(|values| values[VALUES - 1] != 0)
     }
 
-    /// Makes a pipeline filter its maps.
+    /// Adds the shader defs of the filter to a pipeline.
     pub(crate) fn apply(&self, key: MeshPipelineKey, descriptor: &mut RenderPipelineDescriptor) {
         if let Some(fragment) = &mut descriptor.fragment {
-            // Mesa's llvmpipe ends the process while it compiles this; unfiltered normals are better.
-            // The key of the main pass names the prepass, too.
+            // Mesa's llvmpipe ends the process while it compiles a motion-vector prepass with the
+            // filter, so this pass keeps Bevy's. The mesh key of the main pass has the same flag, so the
+            // shader def has to be checked, too.
             if self.is_software()
                 && key.contains(MeshPipelineKey::MOTION_VECTOR_PREPASS)
                 && fragment.shader_defs.contains(&PREPASS.into())

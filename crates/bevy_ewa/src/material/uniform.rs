@@ -1,12 +1,12 @@
-//! The settings as a shader sees them.
+//! The settings as a uniform buffer.
 
 use bevy::render::render_resource::ShaderType;
 
 use crate::settings::{EwaKernel, EwaLevelOfDetail, EwaMethod, EwaProbes, EwaSettings};
 
-/// `EwaSettings` of `types.wesl`, for the uniform buffer of a material of one's own.
+/// The struct `EwaSettings` of `types.wesl`, for the uniform buffer of a custom material.
 #[derive(Clone, Copy, Debug, PartialEq, ShaderType)]
-#[allow(missing_docs)] // The fields are explained in `types.wesl`.
+#[allow(missing_docs)] // The fields are documented in `types.wesl`.
 pub struct EwaUniform {
     pub method: u32,
     pub probes: u32,
@@ -27,7 +27,7 @@ pub struct EwaUniform {
 }
 
 impl EwaUniform {
-    /// The settings in frame 0: set `frame` each frame for the temporal methods.
+    /// Converts the settings, with `frame` at 0: the temporal methods need it set in each frame.
     pub fn new(settings: &EwaSettings) -> Self {
         let settings = settings.sanitized();
         let (method, probes) = match settings.method {

@@ -1,23 +1,23 @@
-//! The levels of a texture, in linear light.
+//! Generation of mip levels in linear light.
 
 use super::texel::TexelFormat;
 use crate::reference::texture::area_weights;
 
-/// All levels of a texture.
+/// All mip levels of a texture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chain {
     /// The texels of all levels, the finest first.
     pub data: Vec<u8>,
-    /// How many levels there are.
+    /// Number of levels, at least 1.
     pub levels: u32,
 }
 
-/// The full chain of a texture of which the finest level is given; none if `data` is not as long
-/// as a level of that size.
+/// Generates the full mip chain of a texture from its finest level; `None` if a side of `size` is 0 or
+/// `data` is not as long as a level of that size.
 ///
-/// A texel is the mean in linear light of the area that it covers of the level before, which is
-/// right for odd sizes too. The texels of a normal map (`normals`, in the first three channels,
-/// -1 to 1 stored as 0 to 1) have length 1 again afterwards.
+/// A texel is the mean in linear light of the area that it covers in the next finer level, which also
+/// holds for odd sizes. With `normals`, the first three channels are a normal map (-1 to 1 stored as
+/// 0 to 1), whose normals are renormalized to length 1.
 pub fn chain(size: [u32; 2], format: TexelFormat, data: Vec<u8>, normals: bool) -> Option<Chain> {
     let texels = size[0] as usize * size[1] as usize;
     if texels == 0 || data.len() != texels * format.bytes() {
@@ -61,8 +61,8 @@ fn reduced(values: &[f32], from: [u32; 2], to: [u32; 2], channels: usize) -> Vec
     result
 }
 
-/// A copy in which normals have length 1. The next level is made of the means before that, in which
-/// rough places count less, as they should.
+/// Returns a copy with renormalized normals. The next level is computed from the means before this step:
+/// there, rough areas have shorter normals and correctly count less.
 fn normalized(values: &[f32], channels: usize) -> Vec<f32> {
     let mut result = values.to_vec();
     for texel in result.chunks_exact_mut(channels) {
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn srgb_stripes_become_the_gray_of_their_light() {
-        // Thesis figure 5.13: the mean of black and white is 188, not 128; alpha is linear.
+        // Thesis figure 5.13: the mean of black and white is 188 and not 128; alpha is linear.
         let data = [[0, 0, 0, 0], [255; 4]].concat().repeat(8);
         let chain = chain([4, 4], SRGB, data, false).expect("a chain");
         assert_eq!(chain.levels, 3);
@@ -106,7 +106,8 @@ mod tests {
             ..RGBA
         };
         let chain = chain([5, 3], format, data, false).expect("a chain");
-        // 5 x 3, 2 x 1, 1 x 1: halves of 2.5 texels, the second with a white one.
+        // The levels are 5 x 3, 2 x 1 and 1 x 1. A texel of the second covers 2.5 columns, and the right
+        // one of them contains the white column.
         assert_eq!(chain.data[15..], [0, 102, 51]);
     }
 
@@ -142,13 +143,13 @@ mod tests {
 
     #[test]
     fn sixteen_bits_keep_what_eight_would_round_away() {
-        // Levels that eight bits do not have.
+        // Values that 8 bits cannot represent.
         let data = |values: [u16; 2]| values.map(u16::to_le_bytes).as_flattened().to_vec();
         for (storage, pair, mean) in [
             (Storage::Unorm16, [1000, 1003], 1002),
-            // 2048 and 2056.
+            // The values 2048 and 2056.
             (Storage::Float16, [0x6800, 0x6804], 0x6802),
-            // -1 and 65504, the largest.
+            // The values -1 and 65504, the largest finite one.
             (Storage::Float16, [0xbc00, 0x7bff], 0x77ff),
         ] {
             let format = TexelFormat {

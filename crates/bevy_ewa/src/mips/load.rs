@@ -1,8 +1,8 @@
-//! Chains for the textures of materials, as they are loaded.
+//! Generates mip chains for the textures of materials as they are loaded.
 //!
-//! Only textures that a filtered material uses get one: others stay as they are, byte for byte. The
-//! renderer takes the texels of an image in the frame in which it appears; they are looked at before
-//! that, and kept for a while in case that a material follows.
+//! Only textures that a filtered material uses get a mip chain; all others stay unchanged, byte for
+//! byte. The renderer takes the texels of an image in the frame in which it is added, so they are cloned
+//! before that and kept for a while in case a material that uses them is added later.
 
 use bevy::{
     asset::AssetEventSystems,
@@ -18,10 +18,10 @@ use super::{
 };
 use crate::material::{AllMaterials, EwaStandardMaterial, all::is_patched, maps, touch};
 
-/// Frames for which the texels of an image are kept for a material that may follow.
+/// Number of frames for which the texels of an image are kept for a material that may be added later.
 const PATIENCE: u32 = 300;
 
-/// Makes mip chains.
+/// Generates the mip chains of textures that filtered materials use.
 pub(crate) struct MipLoadPlugin;
 
 impl Plugin for MipLoadPlugin {
@@ -31,7 +31,7 @@ impl Plugin for MipLoadPlugin {
             (
                 find_materials,
                 find_images,
-                // Without the filter no chains: the picture is then Bevy's own.
+                // Without the filter the picture must be Bevy's own, so there are no mip chains either.
                 start.run_if(is_patched),
                 finish,
             )
@@ -43,9 +43,9 @@ impl Plugin for MipLoadPlugin {
 
 #[derive(Resource, Default)]
 struct Mips {
-    /// Textures of filtered materials, and whether they hold normals.
+    /// Textures of filtered materials, with true for normal maps.
     wanted: HashMap<AssetId<Image>, bool>,
-    /// Images without mips whose texels the renderer is about to take.
+    /// Images without mip levels, whose texels the renderer is about to take.
     candidates: HashMap<AssetId<Image>, Candidate>,
     tasks: HashMap<AssetId<Image>, (Image, Task<Option<Chain>>)>,
 }
@@ -167,7 +167,7 @@ fn finish(
         };
         if let Some(chain) = result
             && let Some(mut current) = images.get_mut(*id)
-            // Another picture meanwhile has a chain of its own on the way.
+            // An image that was replaced in the meantime has a task of its own.
             && current.texture_descriptor == image.texture_descriptor
         {
             current.data = Some(chain.data);
@@ -179,7 +179,7 @@ fn finish(
     if finished.is_empty() {
         return;
     }
-    // A material holds on to the textures that it was prepared with.
+    // A material keeps the textures with which it was prepared.
     let uses = |material: &StandardMaterial| {
         maps(material).any(|(texture, _)| finished.contains(&texture.id()))
     };

@@ -1,16 +1,16 @@
 //! Mip chains for textures that lack them.
 //!
-//! Bevy makes none for PNG and JPEG files, and without them nothing that is far away can be
-//! filtered. Its `MipGenerationJobs` are for textures that shaders write: they take no sRGB format,
-//! which every base colour has, need textures that shaders may store to, average 2 x 2 texels
-//! whatever the size, and leave normals shorter. These chains are in linear light, count every texel
-//! of odd sizes once, and renormalise.
+//! Bevy generates no mip levels for PNG and JPEG files, and without them distant surfaces cannot be
+//! filtered. Its `MipGenerationJobs` are meant for textures that shaders write: they do not support
+//! sRGB formats, which every base colour has, need storage textures, average 2 x 2 texels for any
+//! size, and leave normals shorter. The chains of this module are computed in linear light, count every
+//! texel of odd sizes once, and renormalize normals.
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`mod@chain`] | the levels of a texture, in linear light |
-//! | [`texel`] | formats, as numbers in linear light and back |
-//! | `load` | chains for the textures of materials, as they are loaded |
+//! | [`mod@chain`] | generation of mip levels in linear light |
+//! | [`texel`] | conversion of texel formats to linear light and back |
+//! | `load` | mip chains for the textures of materials as they are loaded |
 
 pub mod chain;
 #[cfg(feature = "bevy")]

@@ -1,24 +1,24 @@
-//! Formats, as numbers in linear light and back.
+//! Conversion of texel formats to linear light and back.
 
 use half::f16;
 
-/// How texels are stored.
+/// The layout of texels in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TexelFormat {
-    /// 1 to 4.
+    /// Number of channels, 1 to 4.
     pub channels: usize,
-    /// How a channel is stored.
+    /// Number type of a channel.
     pub storage: Storage,
-    /// Whether the first three channels are sRGB-encoded; for [`Storage::Unorm8`].
+    /// Whether the first three channels are sRGB-encoded; only used with [`Storage::Unorm8`].
     pub srgb: bool,
 }
 
-/// How a channel is stored.
+/// The number type of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
-    /// A byte for 0 to 1.
+    /// An 8-bit normalized value from 0 to 1.
     Unorm8,
-    /// Two bytes for 0 to 1, little-endian.
+    /// A 16-bit normalized value from 0 to 1, little-endian.
     Unorm16,
     /// A 16-bit float, little-endian.
     Float16,
@@ -27,7 +27,7 @@ pub enum Storage {
 }
 
 impl TexelFormat {
-    /// Bytes of a texel.
+    /// Returns the size of a texel in bytes.
     pub fn bytes(self) -> usize {
         self.channels
             * match self.storage {
@@ -37,7 +37,7 @@ impl TexelFormat {
             }
     }
 
-    /// The channels of texels in linear light, one after the other.
+    /// Decodes texels to linear light, with the channels interleaved.
     pub fn decode(self, data: &[u8]) -> Vec<f32> {
         match self.storage {
             Storage::Unorm8 => {
@@ -60,7 +60,7 @@ impl TexelFormat {
         }
     }
 
-    /// Back to bytes, after `data`.
+    /// Encodes interleaved channels in linear light and appends them to `data`.
     pub fn encode(self, values: &[f32], data: &mut Vec<u8>) {
         match self.storage {
             Storage::Unorm8 => data.extend(values.iter().enumerate().map(|(i, value)| {
@@ -93,7 +93,7 @@ fn decode<const BYTES: usize>(data: &[u8], value: impl Fn([u8; BYTES]) -> f32) -
     chunks.iter().map(|bytes| value(*bytes)).collect()
 }
 
-/// 0 to 1 in linear light from 0 to 1 as sRGB encodes it.
+/// Decodes an sRGB-encoded value of 0 to 1 to linear light, 0 to 1.
 pub fn linear_from_srgb(value: f32) -> f32 {
     if value <= 0.04045 {
         value / 12.92
@@ -102,7 +102,7 @@ pub fn linear_from_srgb(value: f32) -> f32 {
     }
 }
 
-/// 0 to 1 as sRGB encodes it from 0 to 1 in linear light.
+/// Encodes a value in linear light, 0 to 1, as sRGB, 0 to 1.
 pub fn srgb_from_linear(value: f32) -> f32 {
     if value <= 0.003_130_8 {
         value * 12.92
