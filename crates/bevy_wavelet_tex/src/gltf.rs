@@ -1,9 +1,9 @@
-//! Wavelet textures in the place of those of a glTF file.
+//! Replaces the textures of a glTF file by wavelet textures.
 //!
-//! `wavelet-tex encode model.glb` writes `model.glb.Texture0.wtex` and so on beside the file (an image
-//! with a file of its own, `wall.png`, becomes `wall.wtex`). A scene of the file whose root has
-//! [`WaveletGltf`] is shown with those: each of its materials is exchanged when all its wavelet
-//! textures are loaded, and the images of the file are dropped with the materials that used them.
+//! `wavelet-tex encode model.glb` writes `model.glb.Texture0.wtex` and so on beside the file (an
+//! image with a file of its own, `wall.png`, becomes `wall.wtex`). A scene of the file whose root
+//! has [`WaveletGltf`] is rendered with those: each material is replaced once all of its wavelet
+//! textures have loaded, and the images of the file are dropped with the materials that used them.
 
 use bevy::{
     asset::{AssetPath, AssetServer, Assets, Handle, LoadState},
@@ -27,23 +27,25 @@ use crate::{
     material::{WaveletExtension, WaveletFilter, WaveletStandardMaterial},
 };
 
-/// Exchanges the materials of all meshes below an entity, as they are spawned.
+/// Replaces the materials of all meshes below this entity by wavelet materials, as they are
+/// spawned.
 #[derive(Component, Clone, Copy, Debug, Default, Reflect)]
 #[reflect(Component, Default, Clone)]
 pub struct WaveletGltf {
-    /// How the textures are filtered. Default: trilinear.
+    /// Filter of the wavelet textures. Default: [`WaveletFilter::Trilinear`].
     pub filter: WaveletFilter,
 }
 
-/// A mesh that waits for the wavelet textures of its material.
+/// Marks a mesh that waits for the wavelet textures of its material.
 #[derive(Component)]
 pub(crate) struct Waiting {
     filter: WaveletFilter,
-    /// Once the material is there: held, so that the textures go on loading.
+    /// The wavelet material, made once the standard material has loaded. Its handles keep the
+    /// textures loading.
     next: Option<Box<WaveletStandardMaterial>>,
 }
 
-/// Finds the meshes that have come up below a [`WaveletGltf`].
+/// Marks the meshes that were spawned below a [`WaveletGltf`].
 pub(crate) fn find_meshes(
     mut commands: Commands,
     meshes: Query<Entity, Added<MeshMaterial3d<StandardMaterial>>>,
@@ -62,7 +64,7 @@ pub(crate) fn find_meshes(
     }
 }
 
-/// Exchanges the materials whose textures are there.
+/// Replaces the materials whose wavelet textures have all loaded.
 pub(crate) fn exchange_materials(
     mut commands: Commands,
     mut waiting: Query<(Entity, &MeshMaterial3d<StandardMaterial>, &mut Waiting)>,
@@ -84,8 +86,8 @@ pub(crate) fn exchange_materials(
         });
         if let Some(error) = failed {
             warn!(
-                "a glTF material keeps its own textures: {error} (`wavelet-tex encode` of the glTF \
-                 file makes them)"
+                "a glTF material keeps its own textures: {error} (run `wavelet-tex encode` on the \
+                 glTF file to make its wavelet textures)"
             );
             commands.entity(mesh).remove::<Waiting>();
         } else if states().all(|state| state.is_loaded()) {
@@ -98,7 +100,7 @@ pub(crate) fn exchange_materials(
     }
 }
 
-/// The material without the maps that wavelet textures take over.
+/// Makes the wavelet material: its wavelet textures replace the maps of the base material.
 fn exchanged(
     material: &StandardMaterial,
     filter: WaveletFilter,
@@ -123,8 +125,9 @@ fn exchanged(
     WaveletStandardMaterial { base, extension }
 }
 
-/// Where the wavelet texture of an image is: with a label (`model.glb#Texture0`) beside the file that
-/// holds it, without one (`wall.png`) in the place of the image's own file.
+/// Path of the wavelet texture of an image. For an image with a label (`model.glb#Texture0`) it is
+/// beside the file that contains the image; for an image with a file of its own (`wall.png`) it is
+/// that path with another extension.
 fn wavelet_path(image: &AssetPath<'_>) -> AssetPath<'static> {
     let path = match image.label() {
         Some(label) => {

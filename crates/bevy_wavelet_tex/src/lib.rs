@@ -1,19 +1,20 @@
 //! Textures at 2 to 5 bits per pixel on any GPU that samples BC textures.
 //!
-//! The image is taken apart by a wavelet transform, the coefficients are stored in BC blocks, and
-//! the shader puts them together again (P. Mavridis, *Efficient Texture
-//! Representation and Sampling Algorithms for Real-time Rendering*, 2013, chapter 3).
+//! A wavelet transform splits the image into coefficients, which are stored in BC blocks; the
+//! shader reconstructs the pixels when it samples (P. Mavridis, *Efficient Texture Representation
+//! and Sampling Algorithms for Real-time Rendering*, 2013, chapter 3).
 //!
-//! | room | what is in it |
+//! | module | contents |
 //! | --- | --- |
-//! | [`codec`] | encoder and reference decoder, plain Rust |
-//! | [`mod@file`] | the `.wtex` file |
-//! | [`asset`] | the Bevy asset and its loader |
-//! | [`gltf`] | wavelet textures in the place of those of a glTF file |
+//! | [`codec`] | the encoder and the reference decoder, in plain Rust |
+//! | [`mod@file`] | the `.wtex` file format |
+//! | [`asset`] | the Bevy asset, its loader and its saver |
+//! | [`gltf`] | replaces the textures of a glTF file by wavelet textures |
 //! | [`material`] | the extension of `StandardMaterial` and its shaders |
-//! | [`plugin`] | what an app adds |
+//! | [`plugin`] | the plugin that an app adds |
 //!
-//! Without the feature `bevy` only the first two are compiled, without `encode` no encoder.
+//! Without the feature `bevy` only the first two modules are compiled; the encoder needs the
+//! feature `encode`.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 

@@ -1,4 +1,4 @@
-//! The plugin: it registers what the modules define.
+//! The plugin, which registers the assets, materials and shaders of the other modules.
 
 use bevy::{
     app::{App, Plugin, PostUpdate, Update},
@@ -24,7 +24,7 @@ use crate::{
 
 /// Adds wavelet textures to an app: the loader of `.wtex` files and [`WaveletStandardMaterial`].
 ///
-/// An app without wavelet materials has no pass, no texture and no shader more than before.
+/// It adds no pass, no texture and no shader to an app that has no wavelet materials.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WaveletTexPlugin;
 
@@ -51,13 +51,15 @@ impl Plugin for WaveletTexPlugin {
                 RenderAssetPlugin::<GpuWaveletTexture>::default(),
                 MaterialPlugin::<WaveletStandardMaterial>::default(),
             ));
-        // By name only, from `.meta` files: no extension is taken over.
+        // The processor runs only where a `.meta` file names it; it is the default of no file
+        // extension.
         #[cfg(feature = "encode")]
         app.register_asset_processor::<WaveletProcessor>(WaveletSaver.into());
     }
 
     fn finish(&self, app: &mut App) {
-        // Known only after the renderer has chosen its adapter; without a renderer nothing samples.
+        // The formats are known only after the renderer has chosen its adapter. Without a renderer
+        // nothing samples the textures, so blocks are kept.
         let formats = app.world().get_resource::<CompressedImageFormatSupport>();
         let supports_bc = formats.is_none_or(|f| f.0.contains(CompressedImageFormats::BC));
         app.register_asset_loader(WaveletTextureLoader::new(supports_bc));

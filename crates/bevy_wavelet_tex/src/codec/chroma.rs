@@ -1,25 +1,25 @@
-//! Chroma at a half or a quarter of the size: made small, and interpolated back.
+//! Downsampling of chroma to half or a quarter of the size, and its interpolation.
 //!
-//! A texture unit interpolates BC1 for nothing, so chroma is not repeated over its pixels, as in the
-//! thesis, but interpolated, and made small so that what is interpolated comes closest: 3.6 dB of
-//! chroma at half size on the Kodak images.
+//! The texture unit interpolates BC1 at no extra cost, so a chroma value is not repeated over its
+//! pixels as in the thesis. Chroma is downsampled such that the interpolated values have the least
+//! squared error: on the Kodak images that gains 3.6 dB of chroma at half size.
 
 use rayon::prelude::*;
 
 use super::{layout, plane::Plane};
 
-/// Weights of the squared errors of Co and Cg in that of RGB, with luma making up for what it can of
-/// Cg's (see [`luma_correction`]).
+/// Weights of the squared errors of Co and Cg in the squared error of RGB, given that luma
+/// compensates a part of the error of Cg (see [`luma_correction`]).
 pub const WEIGHTS: [f32; 2] = [0.5, 2.0 / 3.0];
 
-/// What luma should be raised by where Cg is too large by `cg_error`: least squares over R, G, B,
-/// which an error of Cg moves by -1/2, 1/2, -1/2.
+/// Amount by which luma should be raised where Cg is too large by `cg_error`. It is the
+/// least-squares solution over R, G and B, which an error of Cg changes by -1/2, 1/2 and -1/2.
 pub fn luma_correction(cg_error: f32) -> f32 {
     cg_error / 6.0
 }
 
-/// The value of a plane, halved `subsampling` times, at a pixel of the image: bilinear between the
-/// centres of its pixels, constant beyond the outermost.
+/// Interpolates a plane that was halved `subsampling` times at a pixel of the image: bilinearly
+/// between the centres of its pixels, with the outermost values beyond them.
 pub fn interpolated(plane: &Plane, subsampling: u32, x: u32, y: u32) -> f32 {
     let (left, right, u) = taps(x, subsampling);
     let (above, below, v) = taps(y, subsampling);
@@ -31,7 +31,7 @@ pub fn interpolated(plane: &Plane, subsampling: u32, x: u32, y: u32) -> f32 {
     first + (row(below) - first) * v
 }
 
-/// Both neighbours of a pixel and the weight of the second.
+/// Both neighbours of a pixel along one axis, and the weight of the second.
 fn taps(x: u32, subsampling: u32) -> (u32, u32, f32) {
     let position = (x as f32 + 0.5) / (1u32 << subsampling) as f32 - 0.5;
     let first = position.floor();
@@ -39,10 +39,10 @@ fn taps(x: u32, subsampling: u32) -> (u32, u32, f32) {
     (clamped(first), clamped(first + 1.0), position - first)
 }
 
-/// The plane at a smaller size whose interpolation comes closest, by least squares.
+/// Downsamples a plane such that its interpolation has the least squared error.
 ///
-/// Interpolation treats the axes apart, and along one its normal equations are tridiagonal: they are
-/// solved exactly, rows first.
+/// Interpolation is separable, and along one axis its normal equations are tridiagonal. They are
+/// solved exactly, first for the rows and then for the columns.
 pub fn reduced(plane: &Plane, subsampling: u32) -> Plane {
     let [width, height] = plane.size;
     let [w, h] = layout::plane_size(plane.size, subsampling);
@@ -60,12 +60,12 @@ pub fn reduced(plane: &Plane, subsampling: u32) -> Plane {
     Plane::from_fn([w, h], |x, y| columns[x as usize][y as usize])
 }
 
-/// The normal equations of one axis, factored.
+/// The factored normal equations of one axis.
 struct Axis {
     taps: Vec<(usize, usize, f32)>,
-    /// Of the matrix: below the diagonal, which is also above it.
+    /// Off-diagonal of the symmetric matrix; entry i couples i - 1 and i.
     beside: Vec<f32>,
-    /// Of the matrix after elimination: the diagonal.
+    /// Diagonal of the matrix after elimination.
     pivots: Vec<f32>,
 }
 

@@ -1,10 +1,12 @@
-//! YCoCg-R (thesis section 3.3.1, Malvar and Sullivan 2003) and the sRGB curve.
+//! The YCoCg-R transform (thesis section 3.3.1, Malvar and Sullivan 2003) and the sRGB transfer
+//! function.
 //!
 //! The integer transform rounds its halves down so that 8-bit channels survive a round trip. Here
 //! the planes are real numbers until the block encoder quantises them, so the same lifting steps
 //! run without rounding and are exact.
 
-/// Luma and chroma of one pixel; for RGB in `[0, 1]`, `y` is in `[0, 1]`, `co` and `cg` in `[-1, 1]`.
+/// Luma and chroma of one pixel. For RGB in `[0, 1]`, `y` is in `[0, 1]`, `co` and `cg` are in
+/// `[-1, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YCoCg {
     /// Luma, `(R + 2 G + B) / 4`.
@@ -15,7 +17,7 @@ pub struct YCoCg {
     pub cg: f32,
 }
 
-/// RGB to YCoCg-R.
+/// Converts RGB to YCoCg-R.
 pub fn ycocg_from_rgb([r, g, b]: [f32; 3]) -> YCoCg {
     let co = r - b;
     let t = b + co / 2.0;
@@ -24,7 +26,7 @@ pub fn ycocg_from_rgb([r, g, b]: [f32; 3]) -> YCoCg {
     YCoCg { y, co, cg }
 }
 
-/// YCoCg-R to RGB, not clamped. Its signs are those of the thesis's section 3.5.5.
+/// Converts YCoCg-R to RGB without clamping. The signs are those of the thesis's section 3.5.5.
 pub fn rgb_from_ycocg(YCoCg { y, co, cg }: YCoCg) -> [f32; 3] {
     let t = y - cg / 2.0;
     let g = cg + t;
@@ -33,7 +35,7 @@ pub fn rgb_from_ycocg(YCoCg { y, co, cg }: YCoCg) -> [f32; 3] {
     [r, g, b]
 }
 
-/// The sRGB curve's decoding half (IEC 61966-2-1); `[0, 1]` to `[0, 1]`.
+/// Decodes an sRGB value in `[0, 1]` to linear light in `[0, 1]` (IEC 61966-2-1).
 pub fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.04045 {
         encoded / 12.92
@@ -42,7 +44,7 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
     }
 }
 
-/// The sRGB curve's encoding half; `[0, 1]` to `[0, 1]`.
+/// Encodes linear light in `[0, 1]` as an sRGB value in `[0, 1]`.
 pub fn srgb_from_linear(linear: f32) -> f32 {
     if linear <= 0.003_130_8 {
         linear * 12.92
@@ -55,7 +57,7 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// The integer form, with shifts that round down, as Malvar and Sullivan give it: an independent check.
+    /// The integer form of Malvar and Sullivan, with shifts that round down: an independent check.
     fn ycocg_r_integer([r, g, b]: [i32; 3]) -> [i32; 3] {
         let co = r - b;
         let t = b + (co >> 1);

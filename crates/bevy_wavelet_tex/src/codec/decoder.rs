@@ -1,4 +1,4 @@
-//! The reference decoder (thesis section 3.5.3): what the shader computes, one texel at a time.
+//! The reference decoder (thesis section 3.5.3), which computes what the shader computes.
 
 use super::{
     blocks::{BlockFormat, Texel, decode_blocks},
@@ -10,19 +10,21 @@ use super::{
     wavelet::decode_plane,
 };
 
-/// A decoded image: the colour, gray in all three, or X, Y, Z of normals in `[-1, 1]`.
+/// A decoded image: colour, gray repeated in three channels, or X, Y and Z of normals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DecodedImage {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// `[0, 1]` (normals `[-1, 1]`), row by row, in the colour space of the wavelet image.
+    /// Values in `[0, 1]` (of normals in `[-1, 1]`), row by row from the top, in the colour space
+    /// of the wavelet image.
     pub pixels: Vec<[f32; 3]>,
-    /// Alpha in `[0, 1]`, where the image has it.
+    /// Alpha in `[0, 1]`, or `None` where the image has none.
     pub alpha: Option<Vec<f32>>,
 }
 
 impl DecodedImage {
-    /// 8 bits a channel, alpha 255 where there is none; normals mapped from `[-1, 1]` to `[0, 255]`.
+    /// Converts the pixels to 8 bits a channel. Alpha is 255 where there is none, and normals are
+    /// mapped from `[-1, 1]` to `[0, 255]`.
     pub fn to_rgba8(&self, content: Content) -> Vec<Texel> {
         let unit = |v: f32| {
             if content == Content::Normal {
@@ -46,17 +48,17 @@ impl DecodedImage {
 /// Decodes one mip level.
 ///
 /// # Panics
-/// When `level` is not below `image.levels`, or the blocks are not as long as the sizes say; the
-/// file reader and the encoder only make images that are.
+/// Panics when `level` is not below `image.levels`, or when the blocks are not as long as the sizes
+/// require. The file reader and the encoder return only images for which they are.
 pub fn decode(image: &WaveletImage, level: u32) -> DecodedImage {
     decode_with(image, level, decode_blocks)
 }
 
-/// Decodes one mip level with another decoder of blocks, such as a driver's, in the place of
+/// Decodes one mip level with another block decoder, such as a driver's, instead of
 /// [`decode_blocks`].
 ///
 /// # Panics
-/// As [`decode`].
+/// Panics as [`decode`] does.
 pub fn decode_with(
     image: &WaveletImage,
     level: u32,
@@ -101,7 +103,7 @@ pub fn decode_with(
     }
 }
 
-/// The unit normal whose X and Y these are; shortened to the unit circle where longer.
+/// The unit normal with these X and Y. Vectors outside of the unit circle are shortened to it.
 pub fn normal_from_xy([x, y]: [f32; 2]) -> [f32; 3] {
     let length_squared = x * x + y * y;
     let scale = 1.0 / length_squared.max(1.0).sqrt();
@@ -120,7 +122,7 @@ fn decode_group(
     if group.packing == Packing::Bc1 {
         let blocks = image.level_blocks(index, 0, level, 0);
         let texels = decode(BlockFormat::Bc1, blocks, texture);
-        // As `Packing::Bc1` has it.
+        // This is the layout of `Packing::Bc1`.
         let stored = |plane: usize, [r, g, b, _]: [f32; 4]| [0.5 * (r + b), g][plane];
         let planes = group.codings.iter().enumerate();
         return planes

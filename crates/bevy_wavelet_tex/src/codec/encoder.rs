@@ -18,37 +18,38 @@ use super::{
     wavelet::{CoefficientPlane, PackSettings, decode_plane, encode_plane},
 };
 
-/// How to encode.
+/// Settings of [`encode`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncodeSettings {
-    /// What the pixels hold and how many bits they get. Default: [`Rate::Color3`].
+    /// The content of the image and its bits per pixel. Default: [`Rate::Color3`].
     pub rate: Rate,
-    /// Where set, the smallest rate of the same content with at least this PSNR in dB, or the
-    /// largest there is. Default: none.
+    /// When set, the encoder chooses the smallest rate of the same content that reaches this PSNR
+    /// in dB, or the largest rate when none does. That encodes the largest level once for each rate
+    /// it tries. Default: `None`.
     pub min_psnr_db: Option<f64>,
-    /// Whether colour keeps its alpha channel. Default: no.
+    /// Whether colour keeps its alpha channel, which takes as many bits as luma. Default: `false`.
     pub alpha: bool,
-    /// How values relate to light; normals are always linear. Default: sRGB.
+    /// Transfer function of the values; normals are always linear. Default: sRGB.
     pub color_space: ColorSpace,
-    /// Whether to make mips where none are given (a box filter in linear light). Default: yes.
+    /// Whether to make mips where none are given, by a box filter in linear light. Default: `true`.
     pub mips: bool,
-    /// How hard to search for the parameters. Default: [`Effort::Default`].
+    /// Time to spend on the search for the parameters. Default: [`Effort::Default`].
     pub effort: Effort,
-    /// What the codec is made of. Default: [`Method::Best`].
+    /// The parts of the codec to use. Default: [`Method::Best`].
     pub method: Method,
 }
 
-/// What the codec is made of.
+/// The parts of the codec that an encoder uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// All that pays.
+    /// Everything that improves the quality.
     #[default]
     Best,
-    /// The same without prediction: one fetch of luma for a pixel instead of nine, and 0.7 dB
-    /// less in gray at 2 bits per pixel.
+    /// The same without prediction: a decoded pixel takes one fetch of luma instead of nine, and
+    /// gray at 2 bits per pixel loses 0.7 dB.
     OneFetch,
-    /// As in the thesis: the partially inverted Haar transform, w, clamping and power curve
-    /// searched, chroma in wavelet planes that are repeated, not interpolated.
+    /// The codec of the thesis: the partially inverted Haar transform with a search for w, clamping
+    /// and power curve, and chroma in wavelet planes that are repeated instead of interpolated.
     Thesis,
 }
 
@@ -66,13 +67,13 @@ impl Default for EncodeSettings {
     }
 }
 
-/// Why an image cannot be encoded.
+/// The reason why an image cannot be encoded.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum EncodeError {
-    /// A side is 0 or larger than [`layout::MAX_SIZE`].
+    /// A side of the image is 0 or larger than [`layout::MAX_SIZE`].
     #[error("an image of {} x {} pixels cannot be encoded: both sides must be 1 to {}", .0[0], .0[1], layout::MAX_SIZE)]
     Size([u32; 2]),
-    /// The pixels of a level are not as many as the size says.
+    /// A level does not have as many pixels as the size requires.
     #[error(
         "mip level {level} of an image of {} x {} pixels should have {wanted} pixels, it has \
          {pixels}",
@@ -81,26 +82,26 @@ pub enum EncodeError {
     PixelCount {
         /// Width and height of the image in pixels.
         size: [u32; 2],
-        /// The mip level, 0 the image itself.
+        /// The mip level; 0 is the image itself.
         level: usize,
-        /// Pixels that it should have.
+        /// Number of pixels that the level should have.
         wanted: u64,
-        /// Pixels given.
+        /// Number of pixels that were given.
         pixels: usize,
     },
-    /// There are no pixels at all.
+    /// The image has no mip level.
     #[error("an image without a mip level cannot be encoded")]
     NoLevel,
 }
 
 /// Encodes an image.
 ///
-/// Gray takes the luma of YCoCg, as the thesis does; normals take X and Y of the unit vector. The
-/// result does not depend on the number of threads. `progress` hears of each finished part and of
-/// how many there are.
+/// Gray is the luma of YCoCg, as in the thesis; normals are X and Y of the unit vector. The result
+/// does not depend on the number of threads. `progress` is called after each part with the number
+/// of finished parts and their total.
 ///
 /// # Errors
-/// When the size is out of range or does not fit the pixels.
+/// Returns an error when the size is out of range or does not match the number of pixels.
 pub fn encode(
     source: &Source<'_>,
     settings: &EncodeSettings,
@@ -113,7 +114,7 @@ pub fn encode(
     };
     let mut rates = Rate::of(content).peekable();
     while let Some(rate) = rates.next() {
-        // The largest level decides; mips only for what is kept.
+        // The PSNR of the largest level decides. Mips are made only for the rate that is chosen.
         let first = Source::new(source.size, source.levels[0]);
         let trial = EncodeSettings {
             mips: false,
@@ -128,10 +129,10 @@ pub fn encode(
     unreachable!("every content has a rate")
 }
 
-/// Encodes RGB pixels of 8 bits, row by row from the top.
+/// Encodes RGB pixels of 8 bits a channel, row by row from the top.
 ///
 /// # Errors
-/// As [`encode`].
+/// Returns the errors of [`encode`].
 pub fn encode_rgb8(
     pixels: &[[u8; 3]],
     size: [u32; 2],
@@ -166,7 +167,7 @@ fn check(source: &Source<'_>) -> Result<(), EncodeError> {
     Ok(())
 }
 
-/// What all levels of an image share.
+/// The settings that all levels of an image share.
 struct Job<'a> {
     settings: &'a EncodeSettings,
     rate: Rate,
@@ -235,8 +236,8 @@ fn encode_at(
     }
 }
 
-/// Bounds of luma's and chroma's planes over the given mips: hand-made ones need not lie within those
-/// of the first level.
+/// Bounds of the luma and chroma planes over the given mips. Mips that are not filtered from the
+/// first level can exceed its bounds.
 fn given_bounds(source: &Source<'_>, content: Content, levels: usize) -> [Vec<[f32; 2]>; 2] {
     let mut all: [Vec<[f32; 2]>; 2] = [Vec::new(), Vec::new()];
     for (level, pixels) in source.levels.iter().enumerate().take(levels).skip(1) {
@@ -276,8 +277,8 @@ impl Job<'_> {
         }
     }
 
-    /// The groups with their first level: here all is chosen. `given` are the bounds of mips that are
-    /// given.
+    /// Makes the groups and their first level, for which all parameters are chosen. `given` are the
+    /// bounds of the given mips.
     fn first_level(&self, mut planes: LevelPlanes, given: &[Vec<[f32; 2]>; 2]) -> Vec<PlaneGroup> {
         let choose = |all: &[Plane], group: usize, packing: Packing| {
             let planes = all.iter().enumerate();
@@ -322,7 +323,7 @@ impl Job<'_> {
 
     fn next_level(&self, mut planes: LevelPlanes, level: u32, groups: &mut [PlaneGroup]) {
         let [luma, chroma @ ..] = groups else {
-            unreachable!("there is luma")
+            unreachable!("every image has a luma group")
         };
         if let [group] = chroma {
             let small = self.reduced(&planes.chroma, group.subsampling);
@@ -340,7 +341,7 @@ impl Job<'_> {
     }
 
     fn choose(&self, plane: &Plane, [min, max]: [f32; 2], packing: Packing) -> PlaneCoding {
-        // Wider than one 8-bit step, so that 1 and 0 are two values.
+        // The interval is at least one 8-bit step wide, so that 0 and 1 stand for two values.
         let means = [min, max.max(min + 1.0 / 255.0)];
         if !packing.is_wavelet() {
             return PlaneCoding::linear(means);
@@ -354,11 +355,11 @@ impl Job<'_> {
         }
     }
 
-    /// Chroma at its own size.
+    /// Downsamples chroma.
     fn reduced(&self, chroma: &[Plane], subsampling: u32) -> Vec<Plane> {
         let reduce = |plane: &Plane| {
             if self.thesis() {
-                // Repeated over its pixels, for which the mean is best.
+                // The decoder repeats the value over its pixels, for which the mean is best.
                 (0..subsampling).fold(plane.clone(), |p, _| p.halved())
             } else {
                 chroma::reduced(plane, subsampling)
@@ -367,7 +368,7 @@ impl Job<'_> {
         chroma.iter().map(reduce).collect()
     }
 
-    /// Appends a level of chroma, and lets luma make up for what it can.
+    /// Appends a level of chroma, and corrects luma for the error of Cg.
     fn add_chroma(
         &self,
         group: &mut PlaneGroup,
@@ -430,7 +431,8 @@ impl Job<'_> {
         blocks.into_flattened()
     }
 
-    /// Appends a level of luma; its squared error, where there is a choice to make by it.
+    /// Appends a level of luma. Returns its squared error where the encoder chooses between
+    /// packings by it, otherwise 0.
     fn add_luma(&self, group: &mut PlaneGroup, planes: &[Plane], level: u32) -> f64 {
         let texture = layout::mip_size(group.texture_size(self.size), level);
         let mut error = 0.0;

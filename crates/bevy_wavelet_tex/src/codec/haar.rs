@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::image::Packing;
 
-/// The three details of 2 x 2 pixels, in the order in which they are stored as R, G, B.
+/// The three detail coefficients of 2 x 2 pixels, in the order in which they are stored as R, G, B.
 pub type Details = [f32; 3];
 
 /// The four coefficients of 2 x 2 pixels.
@@ -13,13 +13,13 @@ pub type Details = [f32; 3];
 /// of the coefficients is the squared error of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
-    /// Scale coefficient, twice the mean of the pixels.
+    /// Scale coefficient (LL), twice the mean of the pixels.
     pub ll: f32,
     /// Horizontal, vertical and diagonal detail: HL, LH, HH.
     pub details: Details,
 }
 
-/// Pixels `[a, b, c, d]` (a b above c d) to coefficients (Eq. 3.15).
+/// Transforms pixels `[a, b, c, d]` (a b above c d) to coefficients (Eq. 3.15).
 pub fn haar([a, b, c, d]: [f32; 4]) -> Coefficients {
     Coefficients {
         ll: (a + b + c + d) / 2.0,
@@ -31,7 +31,7 @@ pub fn haar([a, b, c, d]: [f32; 4]) -> Coefficients {
     }
 }
 
-/// Coefficients to pixels `[a, b, c, d]`: Eq. 3.15 again.
+/// Transforms coefficients to pixels `[a, b, c, d]` by Eq. 3.15 again.
 pub fn inverse_haar(
     Coefficients {
         ll,
@@ -47,24 +47,25 @@ pub fn inverse_haar(
     ]
 }
 
-/// How the details are mixed before they are stored.
+/// Linear transform of the details before they are stored.
 ///
-/// BC3 encodes the three channels of a block along one line through RGB space, so it pays to make
-/// them more alike than the Haar details are.
+/// BC3 encodes the three channels of a block along one line through RGB space, so the error falls
+/// when the channels are more correlated than the Haar details are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Transform {
-    /// HL, LH and HH as they are.
+    /// HL, LH and HH without a transform.
     Haar,
-    /// Partially inverted Haar (Eq. 3.16) with the weight of HH.
+    /// Partially inverted Haar (Eq. 3.16).
     PartiallyInvertedHaar {
-        /// Weight of HH, in `[0, 1]`. The error of HH grows as 1 / (2 w); 0 drops it, which only a
-        /// packing without a place for it may.
+        /// Weight of HH, in `[0, 1]`. The error of HH grows as 1 / (2 w). 0 drops HH, which is
+        /// valid only for a packing that does not store it.
         w: f32,
     },
 }
 
 impl Transform {
-    /// Whether it can be inverted: `w` in `(0, 1]`, or 0 where the packing drops HH.
+    /// Returns whether the transform can be inverted: `w` in `(0, 1]`, or 0 where the packing drops
+    /// HH.
     pub fn is_valid(self, packing: Packing) -> bool {
         match self {
             Self::Haar => true,
@@ -73,7 +74,7 @@ impl Transform {
         }
     }
 
-    /// HL, LH, HH to what is stored.
+    /// Transforms HL, LH, HH to the stored details.
     pub fn mix(self, [hl, lh, hh]: Details) -> Details {
         match self {
             Self::Haar => [hl, lh, hh],
@@ -83,11 +84,12 @@ impl Transform {
         }
     }
 
-    /// Rows of the matrix that takes what is stored to HL, LH, HH; the shader's uniform.
+    /// Rows of the matrix that transforms the stored details to HL, LH, HH, which the shader gets
+    /// in its uniform.
     pub fn unmix_rows(self) -> [[f32; 3]; 3] {
         match self {
             Self::Haar => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            // Two of Eq. 3.16's rows tell HL and LH apart; the third is not stored.
+            // Two rows of Eq. 3.16 suffice to separate HL and LH; the third is not stored.
             Self::PartiallyInvertedHaar { w: 0.0 } => {
                 [[0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [0.0, 0.0, 0.0]]
             }
@@ -98,7 +100,7 @@ impl Transform {
         }
     }
 
-    /// What is stored to HL, LH, HH.
+    /// Transforms the stored details to HL, LH, HH.
     pub fn unmix(self, stored: Details) -> Details {
         self.unmix_rows()
             .map(|row| row[0] * stored[0] + row[1] * stored[1] + row[2] * stored[2])
@@ -165,7 +167,7 @@ mod tests {
         ) {
             let w = log_w.exp2();
             let t = Transform::PartiallyInvertedHaar { w };
-            // Rounding of the sums reaches HH amplified by 1 / (2 w).
+            // The rounding errors of the sums are amplified by 1 / (2 w) in HH.
             assert_near(&t.unmix(t.mix(details)), &details, 1e-6 + 4e-7 / w);
         }
     }

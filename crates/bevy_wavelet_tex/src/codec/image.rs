@@ -1,24 +1,24 @@
-//! What the codec codes: the wavelet image and its parts.
+//! The encoded image and its parts.
 
 use serde::{Deserialize, Serialize};
 
 use super::{blocks::BlockFormat, layout, quantizer::PlaneCoding};
 
-/// What an image holds, and so into which planes it is taken apart.
+/// The kind of data in an image, which decides its planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Content {
-    /// One channel.
+    /// A single channel.
     Gray,
-    /// Colour as luma and smaller chroma.
+    /// Colour, stored as luma and downsampled chroma.
     Color,
-    /// The same with an alpha channel, stored as luma is.
+    /// Colour with an alpha channel, which is stored as luma is.
     ColorAlpha,
-    /// X and Y of unit normals in tangent space, Z rebuilt.
+    /// Unit normals in tangent space: X and Y are stored, Z is reconstructed.
     Normal,
 }
 
 impl Content {
-    /// Planes of the luma group: the layers of its textures.
+    /// Number of planes in the luma group, which is the number of layers of its textures.
     pub fn luma_planes(self) -> usize {
         match self {
             Self::Gray | Self::Color => 1,
@@ -26,7 +26,7 @@ impl Content {
         }
     }
 
-    /// Whether there is a chroma group.
+    /// Returns whether the image has a chroma group.
     pub fn has_chroma(self) -> bool {
         matches!(self, Self::Color | Self::ColorAlpha)
     }
@@ -35,24 +35,27 @@ impl Content {
 /// How the planes of a group are packed into textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Packing {
-    /// Wavelet, 2 bpp: details in RGB of BC3, the mean in alpha, which is coded on its own.
+    /// Wavelet at 2 bpp: the detail bands in RGB of BC3, the low band in alpha, which BC3 codes
+    /// independently.
     Bc3,
-    /// Wavelet, 2 bpp: HL, LH and the mean in RGB of BC7, HH dropped (thesis section 3.5.1).
+    /// Wavelet at 2 bpp: HL, LH and the low band in RGB of BC7. HH is dropped (thesis section
+    /// 3.5.1).
     Bc7,
-    /// Wavelet, 3 bpp: the mean in BC4, the details in a BC7 texture of their own.
+    /// Wavelet at 3 bpp: the low band in BC4, the detail bands in a BC7 texture of their own.
     Split,
-    /// The plane as it is in BC4, 4 bpp.
+    /// The pixels of the plane in BC4 without a wavelet, 4 bpp.
     Bc4,
-    /// Two planes as they are in one BC1 texture, 4 bpp: the first in R and B, whose mean has a bit
-    /// more, the second in G. Interpolated between their pixels.
+    /// The pixels of two planes in one BC1 texture without a wavelet, 4 bpp: the first plane in R
+    /// and B, whose mean has one bit more than either, the second in G. The texture unit
+    /// interpolates between pixels.
     Bc1,
 }
 
 impl Packing {
-    /// All of them, in the order of their numbers in files.
+    /// All packings; a file stores the index in this array.
     pub const ALL: [Self; 5] = [Self::Bc3, Self::Bc7, Self::Split, Self::Bc4, Self::Bc1];
 
-    /// The formats of its textures.
+    /// Block formats of the packing's textures.
     pub fn formats(self) -> &'static [BlockFormat] {
         match self {
             Self::Bc3 => &[BlockFormat::Bc3],
@@ -63,24 +66,24 @@ impl Packing {
         }
     }
 
-    /// Whether a texel holds the coefficients of 2 x 2 pixels, and not a pixel.
+    /// Returns whether a texel holds the coefficients of 2 x 2 pixels instead of one pixel.
     pub fn is_wavelet(self) -> bool {
         matches!(self, Self::Bc3 | Self::Bc7 | Self::Split)
     }
 
-    /// Layers of its textures for that many planes.
+    /// Number of layers of the packing's textures for this number of planes.
     pub fn layers(self, planes: usize) -> usize {
         if self == Self::Bc1 { 1 } else { planes }
     }
 
-    /// Of one layer, for each pixel of the plane.
+    /// Bits that one layer takes for each pixel of the plane.
     pub fn bits_per_pixel(self) -> f64 {
         let bits = |f: &BlockFormat| 8.0 * f.block_bytes() as f64 / 16.0;
         let texels: f64 = if self.is_wavelet() { 0.25 } else { 1.0 };
         texels * self.formats().iter().map(bits).sum::<f64>()
     }
 
-    /// As the tool calls it.
+    /// Name of the packing in the tool's output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bc3 => "bc3",
@@ -92,57 +95,58 @@ impl Packing {
     }
 }
 
-/// How the values of an image relate to light.
+/// The transfer function of an image's values, which decides when they are filtered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum ColorSpace {
-    /// sRGB-encoded colour: decoded, then linearised, then filtered.
+    /// sRGB-encoded colour, which is decoded, then linearised, then filtered.
     #[default]
     Srgb,
-    /// Data (masks, normals): filtered as they are.
+    /// Linear data (masks, normals), which is filtered without a conversion.
     Linear,
 }
 
-/// An encoded image.
+/// An encoded image with its mips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaveletImage {
-    /// What it holds.
+    /// The kind of data in the image.
     pub content: Content,
-    /// How its values relate to light; alpha is always linear.
+    /// Transfer function of the values; alpha is always linear.
     pub color_space: ColorSpace,
     /// Width and height in pixels, each in `1..=`[`layout::MAX_SIZE`].
     pub size: [u32; 2],
     /// Number of mip levels, the same in all groups; at least 1.
     pub levels: u32,
-    /// Luma (with alpha), gray, or X and Y of normals; then chroma, if there is any.
+    /// The luma group (luma and alpha, gray, or X and Y of normals), then the chroma group if there
+    /// is one.
     pub groups: Vec<PlaneGroup>,
 }
 
-/// The planes of one size.
+/// Planes of the same size and packing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneGroup {
-    /// How often the image is halved (rounded up) to get the planes' size: 0 to 2.
+    /// How often the image size is halved (rounded up) to get the size of the planes, 0 to 2.
     pub subsampling: u32,
     /// How the planes are packed.
     pub packing: Packing,
     /// How the values of each plane are stored.
     pub codings: Vec<PlaneCoding>,
-    /// The blocks of each of the packing's textures: level by level from the largest, in each level
+    /// The blocks of each of the packing's textures: mip levels from the largest, and in each level
     /// layer by layer.
     pub textures: Vec<Vec<u8>>,
 }
 
 impl PlaneGroup {
-    /// Size of the planes at a mip level of an image of that size.
+    /// Size of the planes at a mip level of an image of size `image_size`.
     pub fn plane_size(&self, image_size: [u32; 2], level: u32) -> [u32; 2] {
         layout::plane_size(layout::mip_size(image_size, level), self.subsampling)
     }
 
-    /// Size of the textures' largest level, in texels.
+    /// Size of the textures' largest level in texels, for an image of size `image_size`.
     pub fn texture_size(&self, image_size: [u32; 2]) -> [u32; 2] {
         layout::texture_size(self.packing, self.plane_size(image_size, 0))
     }
 
-    /// Layers of the textures.
+    /// Number of layers of the textures.
     pub fn layers(&self) -> usize {
         self.packing.layers(self.codings.len())
     }
@@ -159,13 +163,13 @@ impl WaveletImage {
         &group.textures[texture][start..start + bytes(level)]
     }
 
-    /// Bytes of all blocks: what the textures take on the GPU.
+    /// Bytes of all blocks, which is the memory that the textures take on the GPU.
     pub fn gpu_bytes(&self) -> usize {
         let textures = self.groups.iter().flat_map(|g| &g.textures);
         textures.map(Vec::len).sum()
     }
 
-    /// Bits per pixel of the largest level, padding included.
+    /// Bits per pixel of the largest level, including the padding to whole blocks.
     pub fn bits_per_pixel(&self) -> f64 {
         let level_0 = |g: &PlaneGroup| {
             let size = g.texture_size(self.size);

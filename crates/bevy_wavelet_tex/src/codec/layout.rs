@@ -1,29 +1,31 @@
-//! Sizes: of planes, of the coefficient textures that hold them, and of their mip chains.
+//! Sizes of planes, of the coefficient textures that hold them, and of their mip chains.
 //!
 //! Mip level n of a coefficient texture holds the coefficients of mip level n of its plane. The GPU
-//! fixes the size of every level by halving the first, which for sizes that are no power of two
-//! falls short near the end of the chain (24 pixels need 12, 6, 3 and 2 coefficients, but the GPU
-//! makes 12, 6, 3 and 1): the chain ends before that. One more mip is there all the same, since the
-//! means of a level are the next level of its plane.
+//! halves the size from level to level and rounds down. For sizes that are not powers of two that
+//! is too small near the end of the chain (24 pixels need 12, 6, 3 and 2 coefficients, but the GPU
+//! allocates 12, 6, 3 and 1), so the chain ends before that level. One more mip can be decoded all
+//! the same, since the low band of a level is the next level of its plane.
 
 use super::image::Packing;
 
-/// Largest width or height of an image, in pixels: its coefficients, half as many, then fit the
-/// 8192 texels of wgpu's default limits (luma at full size, of colour at 5 bpp, needs an adapter with
-/// twice that).
+/// Largest width or height of an image, in pixels. The coefficient textures are half as wide and so
+/// fit the 8192 texels of wgpu's default limits (luma at full size, as in colour at 5 bpp, needs an
+/// adapter with twice that limit).
 pub const MAX_SIZE: u32 = 16384;
 
-/// Size of mip level `level` of an image of size `size`, as the GPU counts.
+/// Size of mip level `level` of an image of size `size`: halved for each level and rounded down as
+/// on the GPU, at least 1.
 pub fn mip_size(size: [u32; 2], level: u32) -> [u32; 2] {
     size.map(|s| s.checked_shr(level).unwrap_or(0).max(1))
 }
 
-/// Size of a plane of that image: halved `subsampling` times, rounded up.
+/// Size of a plane of an image of size `image_size`: halved `subsampling` times, rounded up.
 pub fn plane_size(image_size: [u32; 2], subsampling: u32) -> [u32; 2] {
     image_size.map(|s| s.div_ceil(1 << subsampling))
 }
 
-/// Number of coefficients of a plane in x and y: one for 2 x 2 pixels, rounded up.
+/// Number of texels that the coefficients of a plane take in x and y: one for 2 x 2 pixels, rounded
+/// up.
 pub fn coefficient_size(plane_size: [u32; 2]) -> [u32; 2] {
     plane_size.map(|s| s.div_ceil(2))
 }
@@ -37,12 +39,13 @@ pub fn texel_size(packing: Packing, plane_size: [u32; 2]) -> [u32; 2] {
     }
 }
 
-/// Size of a plane's texture, in texels: whole 4 x 4 blocks, as wgpu wants for level 0.
+/// Size of a plane's texture in texels: whole 4 x 4 blocks, which wgpu requires of level 0.
 pub fn texture_size(packing: Packing, plane_size: [u32; 2]) -> [u32; 2] {
     texel_size(packing, plane_size).map(|s| s.next_multiple_of(4))
 }
 
-/// The most mip levels that all groups of an image can have, each with its subsampling; at least 1.
+/// Largest number of mip levels that all groups of an image can have, at least 1. `groups` are the
+/// packing and the subsampling of each group.
 pub fn max_level_count(image_size: [u32; 2], groups: &[(Packing, u32)]) -> u32 {
     let fits = |level: u32, (packing, subsampling): (Packing, u32)| {
         let texture = texture_size(packing, plane_size(image_size, subsampling));
@@ -66,7 +69,7 @@ mod tests {
     #[test]
     fn chains_of_known_sizes() {
         let luma = (Packing::Bc3, 0);
-        assert_eq!(max_level_count([512, 512], &[luma]), 9); // to 2 x 2, whose mean is the last mip
+        assert_eq!(max_level_count([512, 512], &[luma]), 9); // to 2 x 2, whose low band is the last mip
         assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc3, 1)]), 8);
         assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc1, 1)]), 9);
         assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc1, 2)]), 8);

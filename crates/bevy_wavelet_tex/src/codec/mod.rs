@@ -1,27 +1,32 @@
-//! The codec in plain Rust, without Bevy: the reference that the shader is tested against.
+//! The codec in plain Rust, without Bevy. Its decoder is the reference that the shader is tested
+//! against.
 //!
-//! An image becomes planes (luma and two chromas, or gray, or the X and Y of a normal). Luma takes
-//! one level of the Haar transform, and the four coefficients of every 2 x 2 pixels become one RGBA
-//! texel of a BC3 texture: the mean in alpha, which BC3 stores with 4 bits a texel, the three
-//! details in RGB, which share 4 bits a texel (thesis section 3.5). 8 bits for 4 pixels are 2 bits
-//! per pixel. Only what the neighbouring means do not foretell of the details is stored. Chroma is
-//! made small and left to the texture unit to interpolate.
+//! The encoder splits an image into planes: luma and two chromas, gray alone, or the X and Y of a
+//! normal. It applies one level of the Haar transform to luma, and the four coefficients of every 2
+//! x 2 pixels become one RGBA texel of a BC3 texture. The low band (LL / 2, the mean of the four
+//! pixels) is stored in alpha, to which BC3 gives 4 bits a texel; the three detail bands (HL, LH,
+//! HH) are stored in RGB, which share 4 bits a texel (thesis section 3.5). 8 bits for 4 pixels are
+//! 2 bits per pixel. Both sides predict the details from the neighbouring values of the low band,
+//! so only the residual is stored. Chroma is downsampled, and the texture unit interpolates it.
 //!
-//! | file | stage | thesis |
+//! In the code, a `mean` is a value of the low band and `details` are the coefficients of the
+//! detail bands.
+//!
+//! | module | stage | thesis |
 //! | --- | --- | --- |
-//! | [`rate`], [`mod@image`] | what there is to choose, and what comes out | 3.5.5 |
-//! | [`source`], [`reduce`] | pixels as they come, their mips, smaller ones | |
-//! | [`color`] | RGB and luma / chroma | 3.3.1 |
-//! | [`plane`], [`chroma`] | planes, and how they are made smaller | 3.5.5 |
-//! | [`haar`] | Haar and partially inverted Haar | 3.5.1 |
-//! | [`predict`] | the details that the means foretell | |
-//! | [`quantizer`] | range and power curve of the details | 3.5.2 |
+//! | [`rate`], [`mod@image`] | the rates to choose from, and the encoded image | 3.5.5 |
+//! | [`source`], [`reduce`] | input pixels, their mips, and downsampling to a size limit | |
+//! | [`color`] | conversion between RGB and luma / chroma | 3.3.1 |
+//! | [`plane`], [`chroma`] | planes and their downsampling | 3.5.5 |
+//! | [`haar`] | the Haar and the partially inverted Haar transform | 3.5.1 |
+//! | [`predict`] | prediction of the detail bands from the low band | |
+//! | [`quantizer`] | range and power curve of the detail coefficients | 3.5.2 |
 //! | [`blocks`] | BC blocks | 3.4.2 |
-//! | [`wavelet`] | one plane into blocks and back | 3.5.3 |
+//! | [`wavelet`] | conversion of one plane to blocks and back | 3.5.3 |
 //! | [`layout`] | sizes of planes, their textures and mip chains | |
-//! | [`encoder`], [`search`] | all of it forwards, and the choice of the parameters | 3.5.2 |
-//! | [`decoder`] | all of it backwards | 3.5.3 |
-//! | [`quality`] | the error of both | 3.6.1 |
+//! | [`encoder`], [`search`] | the whole encoder, and the search for its parameters | 3.5.2 |
+//! | [`decoder`] | the whole decoder | 3.5.3 |
+//! | [`quality`] | the error of an encoded image | 3.6.1 |
 
 pub mod blocks;
 pub mod chroma;

@@ -1,4 +1,4 @@
-//! One channel of an image, and how it is made smaller.
+//! One channel of an image, and its downsampling.
 
 /// A channel of real numbers, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,7 +10,7 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// A plane whose values come from pixel positions.
+    /// Makes a plane by evaluating `value` at every pixel position.
     pub fn from_fn(size: [u32; 2], mut value: impl FnMut(u32, u32) -> f32) -> Self {
         Self {
             size,
@@ -18,26 +18,27 @@ impl Plane {
         }
     }
 
-    /// All pixel positions, row by row.
+    /// Iterates over all pixel positions, row by row.
     pub fn positions([width, height]: [u32; 2]) -> impl Iterator<Item = (u32, u32)> {
         (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
     }
 
-    /// The smallest and the largest value.
+    /// Returns the smallest and the largest value.
     pub fn bounds(&self) -> [f32; 2] {
         let start = [f32::INFINITY, f32::NEG_INFINITY];
         let values = self.values.iter();
         values.fold(start, |[min, max], v| [min.min(*v), max.max(*v)])
     }
 
-    /// The value at a pixel; outside, the nearest pixel's.
+    /// The value at a pixel. Outside of the plane it is that of the nearest pixel inside.
     pub fn clamped(&self, x: u32, y: u32) -> f32 {
         let x = x.min(self.size[0] - 1) as usize;
         let y = y.min(self.size[1] - 1) as usize;
         self.values[y * self.size[0] as usize + x]
     }
 
-    /// The 2 x 2 pixels at `(2 x, 2 y)`, edges repeated: `[a, b, c, d]` of Eq. 3.15.
+    /// The 2 x 2 pixels at `(2 x, 2 y)` as `[a, b, c, d]` of Eq. 3.15. Beyond the edges the
+    /// outermost pixels are repeated.
     pub fn quad(&self, x: u32, y: u32) -> [f32; 4] {
         let (x, y) = (2 * x, 2 * y);
         [
@@ -48,21 +49,24 @@ impl Plane {
         ]
     }
 
-    /// The plane at half size (rounded up), each value the mean of 2 x 2: chroma subsampling.
+    /// The plane at half its size (rounded up), each value the mean of 2 x 2: chroma subsampling as
+    /// in the thesis.
     ///
-    /// The decoder repeats a chroma value over its 2 x 2 pixels, for which the mean is best.
+    /// The decoder repeats such a value over its 2 x 2 pixels, for which the mean has the least
+    /// squared error.
     pub fn halved(&self) -> Self {
         let size = self.size.map(|s| s.div_ceil(2));
         Self::from_fn(size, |x, y| self.quad(x, y).iter().sum::<f32>() / 4.0)
     }
 
-    /// The next mip: half size (rounded down, at least 1), by an area-weighted box, so that odd
-    /// sizes neither shift nor drop a row.
+    /// The next mip at half the size (rounded down, at least 1), by an area-weighted box filter, so
+    /// that odd sizes neither shift nor lose a row.
     pub fn next_mip(&self) -> Self {
         Self::next_mip_of(self.size, |i| self.values[i])
     }
 
-    /// The next mip of a plane of that size whose values come from their indices.
+    /// The next mip of a plane of the given size. `value` returns the value at an index into the
+    /// plane.
     pub fn next_mip_of([width, height]: [u32; 2], value: impl Fn(usize) -> f32) -> Self {
         let [w, h] = [width, height].map(|s| (s / 2).max(1));
         let row = |y: u32| -> Vec<f32> {
@@ -71,7 +75,7 @@ impl Plane {
                 .map(|x| box_mean(x, width, w, |i| value(start + i as usize)))
                 .collect()
         };
-        // A cell is at most three rows high, and the last of one may be the first of the next.
+        // A cell covers at most three rows, and its last row can be the first of the next cell.
         let mut rows: [(u32, Vec<f32>); 3] = [0, 1, 2].map(|_| (u32::MAX, Vec::new()));
         let mut values = Vec::with_capacity(w as usize * h as usize);
         for y in 0..h {
@@ -93,8 +97,8 @@ impl Plane {
     }
 }
 
-/// The samples that cell `i` of `to` equal cells over `from` samples touches: the first, and the one
-/// after the last.
+/// Range of the samples that cell `i` of `to` equal cells over `from` samples overlaps: the first
+/// one, and the one after the last.
 fn cell(i: u32, from: u32, to: u32) -> (u32, u32) {
     let (i, from, to) = (u64::from(i), u64::from(from), u64::from(to));
     ((i * from / to) as u32, ((i + 1) * from).div_ceil(to) as u32)
@@ -103,7 +107,7 @@ fn cell(i: u32, from: u32, to: u32) -> (u32, u32) {
 /// Mean of `value` over cell `i` of `to` equal cells over `from` samples.
 fn box_mean(i: u32, from: u32, to: u32, value: impl Fn(u32) -> f32) -> f32 {
     let (from, to) = (u64::from(from), u64::from(to));
-    // In units of 1 / to of a sample, so that all is integer.
+    // The units are 1 / to of a sample, so that all positions are integers.
     let (start, end) = (u64::from(i) * from, (u64::from(i) + 1) * from);
     let sum: f64 = (start / to..end.div_ceil(to))
         .map(|sample| {

@@ -1,4 +1,4 @@
-//! Pixels to the planes of a content.
+//! Conversion of pixels to the planes of a content.
 
 use rayon::prelude::*;
 
@@ -13,17 +13,17 @@ use super::{
 pub(super) struct LevelPlanes {
     /// Luma (then alpha), gray, or X and Y of normals.
     pub(super) luma: Vec<Plane>,
-    /// Co and Cg, if the content has them.
+    /// Co and Cg; empty where the content has no chroma.
     pub(super) chroma: Vec<Plane>,
 }
 
 impl LevelPlanes {
-    /// From pixels as they are.
+    /// Converts given pixels.
     pub(super) fn given(pixels: &Pixels<'_>, size: [u32; 2], content: Content) -> Self {
         Self::new(size, content, |i| pixels.get(i))
     }
 
-    /// From filtered ones.
+    /// Converts a filtered mip level.
     pub(super) fn filtered(level: &LinearLevel, content: Content, color_space: ColorSpace) -> Self {
         let alpha = content == Content::ColorAlpha;
         Self::new(level.size(), content, |i| level.get(i, color_space, alpha))
@@ -54,7 +54,7 @@ impl LevelPlanes {
     }
 }
 
-/// The normal that a pixel stands for; zero has no direction and is taken as up.
+/// The normal that a pixel stands for. The zero vector has no direction and becomes +Z.
 fn unit([x, y, z, _]: [f32; 4]) -> [f32; 3] {
     let v = [x, y, z].map(|v| 2.0 * v - 1.0);
     let length = v.iter().map(|v| v * v).sum::<f32>().sqrt();

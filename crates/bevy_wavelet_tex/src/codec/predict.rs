@@ -1,19 +1,22 @@
-//! What the means of neighbouring 2 x 2 pixels foretell of the details between them.
+//! Prediction of the detail bands from the neighbouring values of the low band.
 //!
-//! An image mostly goes on as it goes: where the mean falls from left to right, so do the two
-//! columns of pixels in between. With `m` the means around one,
+//! Images are mostly smooth: where the low band falls from left to right, the left of the two
+//! columns of pixels is brighter than the right one. With `m` the low band around a position,
 //! `HL = 2 a (m[-1, 0] - m[1, 0])`, `LH` the same in y, and
-//! `HH = 2 a^2 (m[-1, -1] - m[1, -1] - m[-1, 1] + m[1, 1])`, which together is the separable kernel
-//! `(a, 1, -a)` applied in x and y: 1/8 would continue a parabola, photographs like about 1/6.
+//! `HH = 2 a^2 (m[-1, -1] - m[1, -1] - m[-1, 1] + m[1, 1])`. Together they are the separable kernel
+//! `(a, 1, -a)` applied in x and y. 1/8 continues a parabola exactly; for photographs about 1/6 is
+//! best.
 //!
-//! The decoder has the means anyway. They are stored on their own (in alpha, say), so the encoder
-//! predicts from what the decoder will have and stores only what is left: 0.7 dB on the Kodak images
-//! in gray at 2 bits per pixel for no bits (`Method::OneFetch` is the same without; `wavelet-tex bench
-//! FOLDER --study` measures both).
+//! The decoder has the low band anyway. It is coded independently of the details (in alpha, for
+//! example), so the encoder predicts from the decoded low band and stores only the residual. That
+//! gains 0.7 dB on the Kodak images in gray at 2 bits per pixel without any bits
+//! (`Method::OneFetch` is the same codec without prediction; `wavelet-tex bench FOLDER --study`
+//! measures both).
 
 use super::{haar::Details, plane::Plane};
 
-/// The prediction for `predictor` 1, by which HL and LH are to be multiplied and, twice, HH.
+/// The slopes of the low band: the prediction for a `predictor` of 1. HL and LH scale with the
+/// predictor, HH with its square.
 pub fn slopes(means: &Plane, x: u32, y: u32) -> Details {
     let (left, right) = (x.saturating_sub(1), x + 1);
     let (above, below) = (y.saturating_sub(1), y + 1);
@@ -25,7 +28,8 @@ pub fn slopes(means: &Plane, x: u32, y: u32) -> Details {
     ]
 }
 
-/// HL, LH and HH as the means foretell them; at the edges the outermost means go on.
+/// The prediction of HL, LH and HH. Beyond the edges the outermost values of the low band are
+/// repeated.
 pub fn predicted(means: &Plane, x: u32, y: u32, predictor: f32) -> Details {
     if predictor == 0.0 {
         return [0.0; 3];
@@ -34,7 +38,7 @@ pub fn predicted(means: &Plane, x: u32, y: u32, predictor: f32) -> Details {
     [predictor * hl, predictor * lh, predictor * predictor * hh]
 }
 
-/// The predictor that leaves the least energy, by least squares over HL and LH.
+/// The predictor that leaves the residual of the least energy, by least squares over HL and LH.
 pub fn best_predictor(slopes_and_details: impl Iterator<Item = (Details, Details)>) -> f32 {
     let (mut both, mut square) = (0.0f64, 0.0f64);
     for (slopes, details) in slopes_and_details {
@@ -55,7 +59,7 @@ mod tests {
     use super::*;
     use crate::codec::haar::haar;
 
-    /// Means and details of a picture of `size` quads.
+    /// The low band and the details of a picture of `size` quads.
     fn quads(size: [u32; 2], value: impl Fn(f32, f32) -> f32) -> (Plane, Vec<Details>) {
         let pixels = Plane::from_fn(size.map(|s| 2 * s), |x, y| value(x as f32, y as f32));
         let means = Plane::from_fn(size, |x, y| haar(pixels.quad(x, y)).ll / 2.0);
@@ -68,7 +72,8 @@ mod tests {
 
     #[test]
     fn a_parabola_is_foretold_exactly_by_an_eighth() {
-        // The mean over a quad of a parabola differs from it by a constant; its product has a cross term.
+        // The mean of a parabola over a quad differs from the parabola by a constant; the product
+        // of two has a cross term.
         let (means, details) = quads([6, 6], |x, y| {
             (x * x - 3.0 * x + 1.0) * (0.5 * y + 2.0) / 64.0
         });

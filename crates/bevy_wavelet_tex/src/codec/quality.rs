@@ -1,4 +1,4 @@
-//! How far a wavelet image is from its source.
+//! The error of a wavelet image against its source.
 
 use rayon::prelude::*;
 
@@ -9,8 +9,9 @@ use super::{
     source::Source,
 };
 
-/// PSNR of the largest level in dB, both rounded to 8 bits: over R, G and B (with alpha where it is
-/// kept), over luma of gray, over X, Y and Z of normals. Infinite where nothing differs.
+/// PSNR of the largest level in dB, with both images rounded to 8 bits: over R, G and B (and alpha
+/// where it is kept), over luma for gray, over X, Y and Z for normals. It is infinite where the
+/// images are identical.
 pub fn psnr_db(source: &Source<'_>, image: &WaveletImage) -> f64 {
     let decoded = decode(image, 0).to_rgba8(image.content);
     let pixels = &source.levels[0];
@@ -42,14 +43,14 @@ pub fn psnr_db(source: &Source<'_>, image: &WaveletImage) -> f64 {
     psnr_of(error / (channels * decoded.len()) as f64)
 }
 
-/// PSNR in dB of a mean squared error in 8-bit units squared.
+/// Converts a mean squared error, in 8-bit units squared, to a PSNR in dB.
 pub fn psnr_of(mse: f64) -> f64 {
     10.0 * (255.0 * 255.0 / mse).log10()
 }
 
 /// Sum of squared differences.
 pub(super) fn squared_error(a: &[f32], b: &[f32]) -> f64 {
-    // In chunks of a fixed size, so that the sum does not hang on the number of threads.
+    // The chunks have a fixed size so that the sum does not depend on the number of threads.
     a.par_chunks(4096)
         .zip(b.par_chunks(4096))
         .map(|(a, b)| {

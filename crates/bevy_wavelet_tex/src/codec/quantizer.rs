@@ -1,4 +1,5 @@
-//! From coefficients to the `[0, 1]` that a BC3 texel holds, and back (thesis section 3.5.2).
+//! Quantisation of coefficients to the `[0, 1]` that a texel of a block format holds, and back
+//! (thesis section 3.5.2).
 
 use serde::{Deserialize, Serialize};
 
@@ -7,39 +8,41 @@ use super::{
     image::Packing,
 };
 
-/// How the values of one plane are stored; all a decoder must know of it.
+/// How the values of one plane are stored: all parameters that its decoder needs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlaneCoding {
-    /// Value (of wavelet packings: mean of 2 x 2 pixels, LL / 2) that 0 stands for, in units of the
-    /// plane.
+    /// The value that 0 stands for, in units of the plane: of the low band (LL / 2, the mean of 2 x
+    /// 2 pixels) in wavelet packings, of the pixels in the others.
     pub mean_min: f32,
-    /// Value that 1 stands for; larger than `mean_min`.
+    /// The value that 1 stands for; larger than `mean_min`.
     pub mean_max: f32,
-    /// Largest stored detail, in units of the plane; what is beyond is clamped. Positive.
+    /// Largest stored detail, in units of the plane, positive; larger ones are clamped. A smaller
+    /// range stores small details with a smaller error, but clamps more of the strong edges.
     pub range: f32,
     /// Exponent of the signed power curve around zero, in `[0.1, 1]`; 1 is linear. Smaller values
-    /// spend more of the code on small details.
+    /// give more of the codes to small details.
     pub gamma: f32,
-    /// What the details' zero is stored as, in `[0.25, 0.75]`: a code that the format has, so that
-    /// flat areas are exact.
+    /// The zero point: the stored value of a detail of zero, in `[0.25, 0.75]`. It is a code that
+    /// the block format has, so that flat areas are exact.
     pub centre: Details,
-    /// How much of a detail the neighbours' means foretell, in `[-1, 1]`; 0 is not at all. See
-    /// [`predict`](super::predict).
+    /// Weight of the prediction from the neighbouring values of the low band, in `[-1, 1]`; 0
+    /// disables it. See [`predict`](super::predict).
     pub predictor: f32,
-    /// How the details are mixed before they are stored.
+    /// Linear transform of the details before they are stored.
     pub transform: Transform,
 }
 
-/// Details beyond this are no image's.
+/// Largest magnitude of a coefficient that an image can have; larger values in a file are damage.
 const LARGEST_MAGNITUDE: f32 = 65536.0;
 
 impl PlaneCoding {
-    /// Zero among the 5:6:5 codes of BC3: 16 of 31, 32 of 63.
+    /// The zero point among the 5:6:5 codes of BC3: 16 of 31, 32 of 63.
     pub const CENTRE_565: Details = [16.0 / 31.0, 32.0 / 63.0, 16.0 / 31.0];
-    /// Zero among 8-bit codes.
+    /// The zero point among 8-bit codes.
     pub const CENTRE_8: Details = [128.0 / 255.0; 3];
 
-    /// Details as they are, in `[-1, 1]`, and means in this interval.
+    /// Stores details in `[-1, 1]` without a curve or a prediction, and the low band (or the
+    /// pixels) in the given interval.
     pub fn linear([mean_min, mean_max]: [f32; 2]) -> Self {
         Self {
             mean_min,
@@ -52,7 +55,8 @@ impl PlaneCoding {
         }
     }
 
-    /// Whether a decoder can work with it: finite, in range and invertible where `packing` needs it.
+    /// Returns whether a decoder can use the parameters: they are finite, in range, and the
+    /// transform can be inverted where `packing` needs it.
     pub fn is_valid(&self, packing: Packing) -> bool {
         let bounded = |v: f32| v.abs() <= LARGEST_MAGNITUDE;
         bounded(self.mean_min)
@@ -64,40 +68,40 @@ impl PlaneCoding {
             && self.centre.iter().all(|c| (0.25..=0.75).contains(c))
             && (-1.0..=1.0).contains(&self.predictor)
             && self.transform.is_valid(packing)
-            // A tiny w amplifies: what it makes of the largest detail must stay an image's too.
+            // A small w amplifies the details, and the largest one must stay in range after that.
             && self.transform.unmix_rows().iter().flatten().all(|m| bounded(m * self.range))
     }
 
-    /// Mean to what is stored.
+    /// Converts a value of the low band to its stored value.
     pub fn store_mean(&self, mean: f32) -> f32 {
         ((mean - self.mean_min) / (self.mean_max - self.mean_min)).clamp(0.0, 1.0)
     }
 
-    /// What is stored to mean.
+    /// Converts a stored value to a value of the low band.
     pub fn load_mean(&self, stored: f32) -> f32 {
         self.mean_min + stored * (self.mean_max - self.mean_min)
     }
 
-    /// A mixed detail to what channel `c` stores.
+    /// Converts a transformed detail to the stored value of channel `c`.
     pub fn store_detail(&self, c: usize, mixed: f32) -> f32 {
         let normalized = (mixed / self.range).clamp(-1.0, 1.0);
         let curved = normalized.abs().powf(self.gamma).copysign(normalized);
         (self.centre[c] + 0.5 * curved).clamp(0.0, 1.0)
     }
 
-    /// What channel `c` stores to a mixed detail.
+    /// Converts the stored value of channel `c` to a transformed detail.
     pub fn load_detail(&self, c: usize, stored: f32) -> f32 {
         let curved = 2.0 * (stored - self.centre[c]);
         self.range * curved.abs().powf(1.0 / self.gamma).copysign(curved)
     }
 
-    /// HL, LH, HH (what the predictor left of them) to RGB.
+    /// Converts the residuals of HL, LH and HH to RGB.
     pub fn store_details(&self, details: Details) -> Details {
         let mixed = self.transform.mix(details);
         std::array::from_fn(|c| self.store_detail(c, mixed[c]))
     }
 
-    /// RGB to HL, LH, HH, to which the prediction is to be added.
+    /// Converts RGB to HL, LH and HH, to which the prediction must be added.
     pub fn load_details(&self, stored: Details) -> Details {
         let mixed = std::array::from_fn(|c| self.load_detail(c, stored[c]));
         self.transform.unmix(mixed)

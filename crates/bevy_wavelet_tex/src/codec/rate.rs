@@ -1,30 +1,30 @@
-//! Rates: what an image holds and how many bits a pixel it gets (thesis Table 3.2, and more).
+//! Rates: the content of an image and its bits per pixel (thesis Table 3.2, and more).
 
 use serde::{Deserialize, Serialize};
 
 use super::image::{Content, Packing};
 
-/// How an image is stored: bits per pixel are those of its largest level.
+/// The content of an image and its bits per pixel. The numbers are those of the largest level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Rate {
     /// Gray at 2 bpp: one wavelet plane in BC3 or BC7.
     Gray2,
-    /// Gray at 3 bpp: means in BC4, details in BC7.
+    /// Gray at 3 bpp: the low band in BC4, the detail bands in BC7.
     Gray3,
-    /// Colour at 2.25 bpp: luma as [`Self::Gray2`], chroma at a quarter of the size.
+    /// Colour at 2.25 bpp: luma as in [`Self::Gray2`], chroma at a quarter of the width and height.
     Color2_25,
-    /// Colour at 3 bpp: luma as [`Self::Gray2`], chroma at half the size.
+    /// Colour at 3 bpp: luma as in [`Self::Gray2`], chroma at half the width and height.
     Color3,
-    /// Colour at 3.25 bpp: luma as [`Self::Gray3`], chroma at a quarter of the size.
+    /// Colour at 3.25 bpp: luma as in [`Self::Gray3`], chroma at a quarter of the width and height.
     Color3_25,
-    /// Colour at 5 bpp: luma in BC4 at full size, chroma at half the size.
+    /// Colour at 5 bpp: luma in BC4 at full size, chroma at half the width and height.
     Color5,
-    /// X and Y of normals at 4 bpp: two planes as [`Self::Gray2`].
+    /// X and Y of normals at 4 bpp: two planes as in [`Self::Gray2`].
     Normal4,
 }
 
 impl Rate {
-    /// All of them; those of one content from the smallest.
+    /// All rates; those of one content are in ascending order of size.
     pub const ALL: [Self; 7] = [
         Self::Gray2,
         Self::Gray3,
@@ -35,7 +35,7 @@ impl Rate {
         Self::Normal4,
     ];
 
-    /// As the tool calls it: `gray2`, `color2.25`.
+    /// Name of the rate in the tool, such as `gray2` or `color2.25`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gray2 => "gray2",
@@ -48,12 +48,12 @@ impl Rate {
         }
     }
 
-    /// The rate of that name.
+    /// The rate with the given name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|rate| rate.name() == name)
     }
 
-    /// What it is for, with or without an alpha channel (only colour can have one).
+    /// The content of the rate, with or without an alpha channel. Only colour can have one.
     pub fn content(self, alpha: bool) -> Content {
         match self {
             Self::Gray2 | Self::Gray3 => Content::Gray,
@@ -63,7 +63,7 @@ impl Rate {
         }
     }
 
-    /// The usual rate of a content: 2 bpp for gray, 3 for colour, 4 for normals.
+    /// The default rate of a content: 2 bpp for gray, 3 for colour, 4 for normals.
     pub fn usual(content: Content) -> Self {
         match content {
             Content::Gray => Self::Gray2,
@@ -72,7 +72,7 @@ impl Rate {
         }
     }
 
-    /// The rates of a content, from the smallest.
+    /// The rates of a content in ascending order of size.
     pub fn of(content: Content) -> impl Iterator<Item = Self> {
         let alpha = content == Content::ColorAlpha;
         Self::ALL
@@ -80,7 +80,7 @@ impl Rate {
             .filter(move |rate| rate.content(alpha) == content)
     }
 
-    /// Packings that the encoder may choose for luma, all of the same size.
+    /// Packings that the encoder can choose from for luma; all of them take the same size.
     pub fn luma_packings(self) -> &'static [Packing] {
         match self {
             Self::Gray2 | Self::Color2_25 | Self::Color3 | Self::Normal4 => {
@@ -91,7 +91,7 @@ impl Rate {
         }
     }
 
-    /// How often chroma is halved; `None` without chroma.
+    /// How often the size of chroma is halved, or `None` where there is no chroma.
     pub fn chroma_subsampling(self) -> Option<u32> {
         match self {
             Self::Color3 | Self::Color5 => Some(1),
@@ -100,7 +100,7 @@ impl Rate {
         }
     }
 
-    /// Bits per pixel of large images without mips; alpha takes as much as luma.
+    /// Bits per pixel of large images without mips. Alpha takes as many bits as luma.
     pub fn nominal_bits_per_pixel(self, alpha: bool) -> f64 {
         let luma = self.luma_packings()[0].bits_per_pixel();
         let planes = self.content(alpha).luma_planes() as f64;

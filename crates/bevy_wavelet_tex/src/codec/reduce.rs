@@ -1,4 +1,4 @@
-//! Smaller images, for limits of size.
+//! Downsampling of images to a size limit.
 
 use super::{
     color::{linear_from_srgb, srgb_from_linear},
@@ -6,8 +6,9 @@ use super::{
     plane::Plane,
 };
 
-/// RGBA of 8 bits of an image halved until no side is longer than `most` pixels, by the box filter
-/// that makes mips, in linear light where it is sRGB. `pixel` gives RGBA in `[0, 1]`.
+/// Halves an image until no side is longer than `most` pixels, and returns its size and its RGBA
+/// pixels of 8 bits. It is filtered by the box filter that makes mips, in linear light where it is
+/// sRGB. `pixel` returns RGBA in `[0, 1]`.
 pub fn reduced_rgba8(
     size: [u32; 2],
     pixel: impl Fn(usize) -> [f32; 4],

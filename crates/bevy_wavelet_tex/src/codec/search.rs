@@ -1,8 +1,8 @@
-//! The choice of a plane's parameters by measured error (thesis section 3.5.2).
+//! Search for the parameters of a plane by the measured error (thesis section 3.5.2).
 //!
 //! The transform is orthonormal, so the squared error of the details is that of the pixels, and the
-//! means, which are coded on their own, do not matter here. The predictor has a closed form; range
-//! and power curve are sought by a coordinate descent over a sample of the blocks.
+//! low band, which is coded independently, does not matter here. The predictor has a closed form;
+//! range and power curve are found by coordinate descent over a sample of the blocks.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -19,19 +19,20 @@ use super::{
     wavelet::CoefficientPlane,
 };
 
-/// How hard the encoder searches.
+/// Time that the encoder spends on the search for its parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Effort {
-    /// No search: the values to which the search converges for most images. For previews.
+    /// No search: the encoder uses the values to which the search converges for most images. For
+    /// previews.
     Fast,
-    /// A search over a sample of 512 blocks, and both packings tried.
+    /// A search over a sample of 512 blocks; where a rate has two packings, the better one is kept.
     #[default]
     Default,
     /// A finer search over a sample of 4096 blocks.
     Best,
 }
 
-/// What the thesis's transform is sought among.
+/// Candidates for the transform of the thesis.
 const MIXES: [Transform; 6] = [
     Transform::Haar,
     Transform::PartiallyInvertedHaar { w: 0.2 },
@@ -41,11 +42,11 @@ const MIXES: [Transform; 6] = [
     Transform::PartiallyInvertedHaar { w: 1.0 },
 ];
 
-/// Largest stored detail, for a plane whose values span 1, to which most images converge.
+/// Largest stored detail of a plane whose values span 1, to which most images converge.
 const USUAL_RANGE: f32 = 0.5;
 
-/// Chooses how to store a plane in `packing`, which is a wavelet's; `means` is the interval of its
-/// values.
+/// Chooses how to store a plane in the wavelet packing `packing`. `means` is the interval of the
+/// low band.
 pub(super) fn choose_coding(
     coefficients: &CoefficientPlane,
     means: [f32; 2],
@@ -67,7 +68,8 @@ pub(super) fn choose_coding(
     };
     let largest = largest(coefficients.details.iter().copied());
     coding.range = (USUAL_RANGE * (means[1] - means[0])).min(largest);
-    // Clamps nothing: a zero above the middle leaves positive details a little less room.
+    // This range clamps nothing. It is larger than the largest detail because the zero point is
+    // above the middle of the codes, which leaves a little less room for positive details.
     let all = 1.07 * largest;
     let (count, rounds) = match effort {
         Effort::Fast => return coding,
@@ -108,7 +110,8 @@ pub(super) fn choose_coding(
     coding
 }
 
-/// The same as the thesis does: the transform, clamping and power curve, no prediction.
+/// The same as the thesis does it: searches the transform, the clamping and the power curve,
+/// without prediction.
 pub(super) fn choose_thesis_coding(
     coefficients: &CoefficientPlane,
     means: [f32; 2],
@@ -196,11 +199,11 @@ fn predictor(coefficients: &CoefficientPlane) -> f32 {
     }))
 }
 
-/// Sixteen details, as they are stored together.
+/// The details of one 4 x 4 block.
 type Block = [Details; 16];
 
-/// At most `count` 4 x 4 blocks of what the prediction leaves, evenly spread over the blocks in the
-/// order of their energy: a few strong edges decide where it pays to clamp.
+/// At most `count` 4 x 4 blocks of the residual, evenly spaced among the blocks in the order of
+/// their energy, because a few strong edges decide where clamping pays.
 fn sample(coefficients: &CoefficientPlane, predictor: f32, count: usize) -> Vec<Block> {
     let [columns, rows] = coefficients.means.size.map(|s| s.div_ceil(4));
     let total = columns as usize * rows as usize;
@@ -275,7 +278,8 @@ fn sum_of_errors(
     errors.sum()
 }
 
-/// Of all channels; a flat image has no details, and any positive range stores them exactly.
+/// Largest magnitude over all channels. It has a lower limit because a flat image has no details,
+/// and any positive range stores them exactly.
 fn largest(details: impl Iterator<Item = Details>) -> f32 {
     details
         .flatten()

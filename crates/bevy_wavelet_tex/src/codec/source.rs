@@ -1,4 +1,4 @@
-//! Pixels as they come.
+//! The input of the encoder.
 
 use super::{color::linear_from_srgb, image::ColorSpace, layout, plane::Plane};
 
@@ -11,14 +11,14 @@ pub enum Pixels<'a> {
     Gray16(&'a [u16]),
     /// RGB, 8 bits a channel.
     Rgb8(&'a [[u8; 3]]),
-    /// RGBA, 8 bits a channel, alpha not multiplied in.
+    /// RGBA, 8 bits a channel, with straight (not premultiplied) alpha.
     Rgba8(&'a [[u8; 4]]),
-    /// RGBA, 16 bits a channel, alpha not multiplied in.
+    /// RGBA, 16 bits a channel, with straight (not premultiplied) alpha.
     Rgba16(&'a [[u16; 4]]),
 }
 
 impl Pixels<'_> {
-    /// How many there are.
+    /// Number of pixels.
     pub fn len(&self) -> usize {
         match self {
             Self::Gray8(pixels) => pixels.len(),
@@ -29,12 +29,12 @@ impl Pixels<'_> {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no pixels.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// RGBA of one of them, each in `[0, 1]`.
+    /// RGBA of the pixel at index `i`, each channel in `[0, 1]`.
     pub fn get(&self, i: usize) -> [f32; 4] {
         let byte = |v: u8| f32::from(v) / 255.0;
         let word = |v: u16| f32::from(v) / 65535.0;
@@ -60,10 +60,10 @@ impl Pixels<'_> {
 /// An image to encode.
 #[derive(Clone, Debug)]
 pub struct Source<'a> {
-    /// Width and height of the first level in pixels.
+    /// Width and height of the first level, in pixels.
     pub size: [u32; 2],
-    /// The image and, if there are more, its mips from the largest, each half the size of the one
-    /// before, rounded down: they are kept as they are.
+    /// The pixels of the image and, optionally, of its mips from the largest, each of half the size
+    /// of the one before, rounded down. Given mips are encoded without filtering them again.
     pub levels: Vec<Pixels<'a>>,
 }
 
@@ -77,14 +77,15 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The four channels at one mip level, filtered from those of the level before: linear light, alpha
-/// multiplied into the colours, so that what is transparent does not bleed.
+/// The four channels at one mip level, filtered from those of the level before, in linear light and
+/// with premultiplied alpha, so that the colour of transparent pixels does not bleed.
 pub(super) struct LinearLevel {
     channels: [Plane; 4],
 }
 
 impl LinearLevel {
-    /// The first mip below a level, without a copy of the whole level.
+    /// The first mip below a level. It does not convert the whole level at once, which would take a
+    /// copy.
     pub(super) fn below(
         pixels: &Pixels<'_>,
         size: [u32; 2],
@@ -115,12 +116,12 @@ impl LinearLevel {
         }
     }
 
-    /// RGBA of a pixel, encoded again, alpha not multiplied in.
+    /// RGBA of a pixel, encoded in its colour space again, with straight alpha.
     pub(super) fn get(&self, i: usize, color_space: ColorSpace, alpha: bool) -> [f32; 4] {
         let a = self.channels[3].values[i];
         let scale = match alpha {
             true if a > 1e-6 => 1.0 / a,
-            // Nothing is seen of it.
+            // The colour of a fully transparent pixel is lost.
             true => 0.0,
             false => 1.0,
         };
@@ -134,13 +135,13 @@ impl LinearLevel {
         [color(0), color(1), color(2), a]
     }
 
-    /// Its size in pixels.
+    /// Size of the level, in pixels.
     pub(super) fn size(&self) -> [u32; 2] {
         self.channels[0].size
     }
 }
 
-/// Size of a mip level as [`Source::levels`] has it.
+/// Number of pixels of a mip level of [`Source::levels`].
 pub(super) fn level_pixels(size: [u32; 2], level: usize) -> u64 {
     let [width, height] = layout::mip_size(size, level as u32);
     u64::from(width) * u64::from(height)

@@ -1,4 +1,4 @@
-//! One plane at one mip level: its coefficients, and their way into blocks and back.
+//! Conversion of one plane at one mip level to coefficients, to blocks, and back.
 
 use rayon::prelude::*;
 
@@ -21,17 +21,17 @@ use super::{
     search::Effort,
 };
 
-/// Means and details of a plane's 2 x 2 pixels.
+/// The low band and the detail bands of a plane.
 #[derive(Clone, Debug)]
 pub struct CoefficientPlane {
-    /// LL / 2, which is the plane at half its size.
+    /// The low band as LL / 2, which is the plane at half its size.
     pub means: Plane,
-    /// HL, LH, HH, row by row.
+    /// HL, LH and HH of every 2 x 2 pixels, row by row.
     pub details: Vec<Details>,
 }
 
 impl CoefficientPlane {
-    /// Takes a plane apart.
+    /// Transforms a plane.
     pub fn new(plane: &Plane) -> Self {
         let size = layout::coefficient_size(plane.size);
         let coefficients: Vec<Coefficients> = (0..size[0] as usize * size[1] as usize)
@@ -47,13 +47,14 @@ impl CoefficientPlane {
         }
     }
 
-    /// The details at a position; outside, the nearest's.
+    /// The details at a position. Outside of the plane they are those of the nearest position
+    /// inside.
     pub fn details(&self, x: u32, y: u32) -> Details {
         let [width, height] = self.means.size;
         self.details[(y.min(height - 1) * width + x.min(width - 1)) as usize]
     }
 
-    /// What is left of the details when the prediction from `means` is taken off.
+    /// The residual of the details after the prediction from the low band `means`.
     #[cfg(feature = "encode")]
     fn residual(&self, means: &Plane, coding: &PlaneCoding, x: u32, y: u32) -> Details {
         let [width, height] = self.means.size;
@@ -64,11 +65,11 @@ impl CoefficientPlane {
     }
 }
 
-/// A plane from its decoded texels: one slice for each texture of the packing, each of `texture`
-/// texels.
+/// Reconstructs a plane from its decoded texels: one slice for each texture of the packing, of
+/// `texture` texels each.
 ///
 /// # Panics
-/// When a slice is shorter than that.
+/// Panics when a slice is shorter than that.
 pub fn assemble(
     packing: Packing,
     coding: &PlaneCoding,
@@ -116,7 +117,7 @@ pub fn assemble(
     plane
 }
 
-/// The channel of a texel that holds the mean.
+/// The channel of a texel that holds the low band.
 fn stored_mean(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
     match packing {
         Packing::Bc3 => a,
@@ -125,7 +126,7 @@ fn stored_mean(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
     }
 }
 
-/// The channels that hold details; what BC7 has no place for is zero.
+/// The channels that hold details. HH, which the BC7 packing drops, is at its zero point.
 fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]) -> Details {
     match packing {
         Packing::Bc7 => [r, g, coding.centre[2]],
@@ -133,10 +134,12 @@ fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]
     }
 }
 
-/// Rows of texels that are decoded at once where there is no wavelet; whole blocks.
+/// Rows of texels that are decoded at a time in packings without a wavelet; a multiple of the block
+/// size.
 const STRIP: u32 = 256;
 
-/// A plane from the blocks of each texture of its packing, as [`decode_blocks`] reads them.
+/// Decodes a plane from the blocks of each texture of its packing. `decode` converts blocks to
+/// texels as [`decode_blocks`] does.
 pub fn decode_plane(
     packing: Packing,
     coding: &PlaneCoding,
@@ -153,7 +156,8 @@ pub fn decode_plane(
     if packing.is_wavelet() {
         return of(blocks, texture, plane_size);
     }
-    // Sixteen bytes a texel are four times the plane: strip by strip.
+    // Decoded texels of 16 bytes take four times the memory of the plane, so they are decoded in
+    // strips.
     let mut values = Vec::with_capacity(plane_size[0] as usize * plane_size[1] as usize);
     let strip_bytes = packing.formats()[0].level_bytes([texture[0], STRIP]);
     for (i, strip) in blocks[0].chunks(strip_bytes).enumerate() {
@@ -175,18 +179,19 @@ pub fn decode_plane(
     }
 }
 
-/// How the blocks of a plane are made.
+/// Settings of [`encode_plane`].
 #[cfg(feature = "encode")]
 #[derive(Clone, Copy, Debug)]
 pub struct PackSettings {
-    /// How hard to try.
+    /// The encoding time to spend on quality.
     pub effort: Effort,
-    /// Only what the thesis had: block encoders that know nothing of the curve.
+    /// Whether to encode as in the thesis, with block encoders that minimise the error of the
+    /// stored values instead of the error of the decoded ones.
     pub thesis: bool,
 }
 
-/// The blocks of a plane at one level, one vector for each texture of the packing; `texture` is the
-/// textures' size in texels.
+/// Encodes a plane at one level and returns the blocks of each texture of the packing. `texture` is
+/// the size of the textures in texels.
 #[cfg(feature = "encode")]
 pub fn encode_plane(
     packing: Packing,
@@ -250,11 +255,11 @@ pub fn encode_plane(
             vec![alpha, details]
         }
         Packing::Bc4 => vec![singles(plane)],
-        Packing::Bc1 => unreachable!("two planes in one: `encoder` packs them"),
+        Packing::Bc1 => unreachable!("`encoder` packs the two planes of a BC1 texture"),
     }
 }
 
-/// The means as a decoder will have them.
+/// The low band as the decoder reconstructs it.
 #[cfg(feature = "encode")]
 fn decoded_means(coding: &PlaneCoding, bc4: &[u8], texture: [u32; 2], size: [u32; 2]) -> Plane {
     let texels = decode_blocks(BlockFormat::Bc4, bc4, texture);
@@ -263,7 +268,7 @@ fn decoded_means(coding: &PlaneCoding, bc4: &[u8], texture: [u32; 2], size: [u32
     })
 }
 
-/// BC3 by a library, which takes the stored texels as colours.
+/// Encodes BC3 by the library, which treats the stored texels as colours.
 #[cfg(feature = "encode")]
 fn encode_mixed(
     coding: &PlaneCoding,
@@ -281,8 +286,9 @@ fn encode_mixed(
     encode_bc3(&texels, texture, quality)
 }
 
-/// BC7 of means and details together. What is predicted hangs on the means that come out, so it is
-/// encoded several times, each with the means of the time before, and the best is kept.
+/// Encodes the low band and the details together in BC7. The prediction depends on the decoded low
+/// band, so the blocks are encoded several times, each time with the low band of the round before,
+/// and the best are kept.
 #[cfg(feature = "encode")]
 fn encode_joint(
     coding: &PlaneCoding,
@@ -297,7 +303,8 @@ fn encode_joint(
         Effort::Default => 2,
         Effort::Best => 8,
     };
-    // An error of the mean moves four pixels, and what is predicted from it; the thesis has 0.6 to 0.2.
+    // An error of the low band changes all four pixels, and the predictions made from it. The
+    // thesis weights it 0.6 to 0.2.
     let mean_weight = if settings.thesis {
         3
     } else {
