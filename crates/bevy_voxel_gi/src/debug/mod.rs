@@ -191,8 +191,8 @@ fn prepare_pipelines(
     for (entity, view, wanted) in &views {
         let field = if occlusion_only && !wanted.field.is_in_occlusion() {
             warn_once!(
-                "voxel GI: ambient occlusion stores no {:?}, so the debug view shows occupancy; choose \
-                 `Occupancy`, `Normal` or `Irradiance`, or a volume with global illumination",
+                "voxel GI: ambient occlusion stores no {:?}, so the debug view shows occupancy; \
+                 choose `Occupancy`, `Normal` or `Irradiance`, or global illumination",
                 wanted.field
             );
             DebugField::Occupancy

@@ -1,5 +1,5 @@
-//! From voxels to light: what the lamps send (thesis section 6.5.4), and what goes from surface to
-//! surface (section 6.6.1).
+//! Light transport between the voxels: direct light (thesis section 6.5.4), and indirect light from
+//! surface to surface (sections 6.6.1 and 6.6.2).
 
 pub(crate) mod pipeline;
 
@@ -26,17 +26,17 @@ use crate::{
     },
 };
 
-/// The bind groups of a frame that computes light.
+/// The bind groups of a frame in which light is computed.
 #[derive(Resource)]
 pub(crate) struct LightWork {
-    /// The surfaces of materials.
+    /// The surface table, on the GPU.
     pub surfaces: Buffer,
-    /// For the first bounce of the frame, and for the others.
+    /// For the first bounce of the frame, and for the later ones.
     volume: [BindGroup; 2],
     list: BindGroup,
     inject: BindGroup,
     gather: BindGroup,
-    /// From the first buffer of intensities to the second, and back.
+    /// Ping-pong between the two buffers of intensities.
     propagate: [BindGroup; 2],
 }
 
@@ -118,11 +118,11 @@ impl LightWork {
     }
 }
 
-/// Where in the dispatch buffer the size of a pass is, in bytes.
+/// Byte offsets of the indirect dispatch arguments of the passes over surfaces and over empty voxels.
 const SURFACES: u64 = 0;
 const AIR: u64 = 16;
 
-/// Lists what there is to do, then computes each bounce.
+/// Compacts the work, then computes each bounce.
 pub(crate) fn compute_light(
     mut context: RenderContext,
     plan: Res<FramePlan>,
@@ -145,7 +145,7 @@ pub(crate) fn compute_light(
         pass.set_pipeline(finish);
         pass.dispatch_workgroups(1, 1, 1);
     });
-    // A buffer cannot be written by shaders and read by dispatches in one pass.
+    // A buffer cannot be both writable storage and indirect arguments in one pass.
     context.command_encoder().copy_buffer_to_buffer(
         &buffers.counters,
         VolumeBuffers::SIZES,
@@ -195,7 +195,7 @@ pub(crate) fn compute_light(
             });
             step(&mut context, "voxel_gi_propagate", |pass| {
                 pass.set_bind_group(0, &work.volume[0], &[]);
-                // Writes the first buffer, so that the first step reads it.
+                // `seed` writes the first buffer, which the first step reads.
                 pass.set_bind_group(1, &work.propagate[1], &[]);
                 over_voxels(pass, seed, &buffers);
                 for number in 0..plan.iterations {
@@ -208,7 +208,7 @@ pub(crate) fn compute_light(
     }
 }
 
-/// One thread for each voxel.
+/// Dispatches one thread per voxel.
 fn over_voxels(pass: &mut ComputePass<'_>, pipeline: &ComputePipeline, buffers: &VolumeBuffers) {
     let groups = u32::try_from(buffers.shape.voxels.div_ceil(64)).unwrap_or(u32::MAX);
     let x = groups.min(32768);
@@ -216,7 +216,7 @@ fn over_voxels(pass: &mut ComputePass<'_>, pipeline: &ComputePipeline, buffers: 
     pass.dispatch_workgroups(x, groups.div_ceil(x), 1);
 }
 
-/// A pass of its own, with its time taken.
+/// Records a compute pass with a timing span.
 fn step(
     context: &mut RenderContext,
     name: &'static str,
@@ -249,7 +249,7 @@ fn run(
     pass.dispatch_workgroups_indirect(&buffers.dispatch, size);
 }
 
-/// Puts the shaders of the passes into the app.
+/// Embeds the shaders of the passes.
 pub(crate) fn embed(app: &mut App) {
     embedded_asset!(app, "list.wesl");
     embedded_asset!(app, "inject.wesl");

@@ -1,4 +1,4 @@
-//! The pipelines of the light's passes.
+//! The compute pipelines of light transport.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -16,7 +16,7 @@ use bevy::{
 
 use crate::volume::gpu::{BufferShape, GpuVolume};
 
-/// One of the passes.
+/// A compute pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Step {
     List,
@@ -29,7 +29,7 @@ enum Step {
     Deposit,
 }
 
-/// What a pipeline is made for.
+/// Selects the shader variant of a pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct LightKey {
     step: Step,
@@ -40,7 +40,7 @@ pub(crate) struct LightKey {
 
 #[derive(Resource)]
 pub(crate) struct LightPipelines {
-    /// What rays go through.
+    /// Layout of the group that all passes share: the uniforms and the voxels.
     pub volume: BindGroupLayoutDescriptor,
     pub list: BindGroupLayoutDescriptor,
     pub inject: BindGroupLayoutDescriptor,
@@ -57,7 +57,7 @@ pub(crate) struct LightPipelines {
 pub(crate) struct LightPipelineIds {
     pub list: CachedComputePipelineId,
     pub finish: CachedComputePipelineId,
-    /// `None`: there is only occlusion.
+    /// `None` if only ambient occlusion is computed.
     pub inject: Option<CachedComputePipelineId>,
     pub solver: SolverIds,
 }

@@ -1,9 +1,9 @@
-//! How a pixel reads the volume: Bevy's irradiance volumes, with our own reading where the texture
-//! is ours.
+//! The receiver: a patch of Bevy's irradiance volume shader that reads the volume in its own layout
+//! where the texture is that of a [`VoxelGiVolume`](crate::VoxelGiVolume).
 
 use bevy_frugal_hooks::{Insertion, ShaderPatch};
 
-/// The patch of Bevy's irradiance volumes.
+/// Name of the patch of Bevy's irradiance volume shader.
 pub(crate) const RECEIVER_PATCH: &str = "bevy_voxel_gi/receive";
 
 pub(crate) fn patch() -> ShaderPatch {

@@ -1,7 +1,8 @@
-//! The albedo of surfaces from what cameras see of them (thesis section 6.5.2), for
+//! Reprojects the albedo of surfaces from cameras' G-buffers (thesis section 6.5.2), for
 //! [`VoxelAlbedo::Seen`](crate::VoxelAlbedo::Seen).
 //!
-//! After the prepass of each camera with a G-buffer, so that the next frame's light has it.
+//! The pass runs after the prepass of each camera that has a G-buffer; the light of the next frame uses
+//! the result.
 
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
@@ -36,7 +37,7 @@ pub(crate) struct ReprojectPipeline {
     volume: BindGroupLayoutDescriptor,
     view: BindGroupLayoutDescriptor,
     shader: Handle<Shader>,
-    /// Made when it is needed first.
+    /// Created when it is first needed.
     id: Option<CachedComputePipelineId>,
 }
 
@@ -70,7 +71,7 @@ pub(crate) fn init_reproject_pipeline(mut commands: Commands, assets: Res<AssetS
     });
 }
 
-/// Asks for the pipeline as soon as a volume wants it.
+/// Queues the pipeline once a volume uses reprojected albedo.
 pub(crate) fn prepare_reprojection(
     mut pipeline: ResMut<ReprojectPipeline>,
     volume: Res<ExtractedVolume>,
@@ -92,7 +93,7 @@ pub(crate) fn prepare_reprojection(
     }
 }
 
-/// Of the camera whose prepass has just been drawn.
+/// Runs for the camera whose prepass has just been rendered.
 pub(crate) fn reproject(
     view: ViewQuery<(&ViewUniformOffset, &ViewPrepassTextures)>,
     mut context: RenderContext,
@@ -158,7 +159,7 @@ pub(crate) fn reproject(
     }
 }
 
-/// Puts the shader into the app.
+/// Embeds the shader.
 pub(crate) fn embed(app: &mut App) {
     embedded_asset!(app, "reproject.wesl");
 }

@@ -1,4 +1,4 @@
-//! The meshes, those outside of every view included, which Bevy's own extraction leaves out.
+//! Extracts the meshes, including those outside of every view, which Bevy's own extraction leaves out.
 
 use bevy::{
     camera::primitives::Aabb,
@@ -27,11 +27,11 @@ pub(crate) struct ExtractedMesh {
     pub mesh: AssetId<Mesh>,
     pub world_from_local: Affine3A,
     pub surface: u32,
-    /// First of its joints' matrices, if it is skinned.
+    /// Index of the first of its joint matrices, if it is skinned.
     pub first_joint: Option<u32>,
-    /// Where in the matrices its morph targets' weights begin, 16 in each, and how many there are.
+    /// Index of the matrix at which its morph weights start, 16 in each, and the number of weights.
     pub weights: Option<(u32, u32)>,
-    /// Centre and half size of its bounds in the world; `None`: unknown.
+    /// Centre and half extents of its bounds in world space; `None` if they are not known.
     pub bounds: Option<(Vec3A, Vec3A)>,
 }
 
@@ -47,19 +47,19 @@ impl ExtractedMesh {
     }
 }
 
-/// What is to be voxelised.
+/// The scene to voxelise.
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedScene {
     pub meshes: Vec<ExtractedMesh>,
-    /// World from bind pose, of all skins; and weights of morph targets, 16 in each.
+    /// Matrices from bind pose to world, of all skins; then weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
-    /// See [`ordered`].
+    /// The sorted surface table; see [`ordered`].
     pub surfaces: Vec<VoxelSurface>,
-    /// Where those of the table are among them.
+    /// Index into `surfaces` for each entry of the unsorted table.
     indices: Vec<u32>,
-    /// Of the table, and whether all albedo is neutral.
+    /// Version of the unsorted table, and whether all albedo is neutral.
     version: Option<(u64, bool)>,
-    /// Grows when a mesh asset changes.
+    /// Increases when a mesh asset changes.
     pub mesh_edits: u64,
 }
 
@@ -122,7 +122,7 @@ pub(crate) fn extract_scene(
         if !world_from_local.is_finite() {
             continue;
         }
-        // Bounds of skinned meshes are those of their bind pose, of morphed ones of their base.
+        // The bounds of skinned meshes are those of their bind pose, of morphed ones of their base shape.
         let still = skin.is_none() && morph.is_none();
         let bounds = aabb.filter(|_| still).map(|aabb| {
             let m = world_from_local.matrix3;
@@ -168,8 +168,8 @@ pub(crate) fn extract_scene(
     }
 }
 
-/// Behind the matrices, 16 in each: one buffer less for the voxeliser, which has no more than eight
-/// on some adapters.
+/// Appends morph weights to the matrices, 16 in each. A separate buffer would exceed the limit of eight
+/// storage buffers that some adapters have.
 fn put_weights(matrices: &mut Vec<Mat4>, weights: &[f32]) -> (u32, u32) {
     let first = u32::try_from(matrices.len()).unwrap_or(u32::MAX);
     let count = u32::try_from(weights.len()).unwrap_or(0);

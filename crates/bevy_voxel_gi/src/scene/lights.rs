@@ -1,11 +1,11 @@
-//! The lamps, those outside of every view included.
+//! Extracts the lights, including those outside of every view.
 
 use bevy::{prelude::*, render::Extract, render::render_resource::ShaderType};
 
-/// A light as `inject.wesl` and `propagate.wesl` read it; keep the three in sync.
+/// A light as `inject.wesl` reads it. Keep both in sync.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GpuLight {
-    /// Where it is, in metres; unused by directional ones.
+    /// Position in metres; unused for directional lights.
     pub position: Vec3,
     /// 0: directional, 1: point, 2: spot.
     pub kind: u32,
@@ -13,9 +13,9 @@ pub(crate) struct GpuLight {
     pub color: Vec3,
     /// 1 / range² in 1/m².
     pub inverse_range_squared: f32,
-    /// The way that its light travels, unit length.
+    /// Direction in which the light travels, a unit vector.
     pub direction: Vec3,
-    /// Of the cone: (cos angle · scale + offset)², clamped to 0 to 1.
+    /// Attenuation of the cone: (cos angle · scale + offset)², where the base is clamped to 0..1.
     pub spot_scale: f32,
     pub spot_offset: f32,
     pub pad: Vec3,
@@ -25,7 +25,7 @@ const DIRECTIONAL: u32 = 0;
 const POINT: u32 = 1;
 const SPOT: u32 = 2;
 
-/// The lamps of this frame.
+/// The lights of this frame.
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedLights(pub Vec<GpuLight>);
 
@@ -85,7 +85,7 @@ fn lamp(light: &PointLight, transform: &GlobalTransform) -> GpuLight {
 }
 
 fn spot(light: &SpotLight, transform: &GlobalTransform) -> GpuLight {
-    // As Bevy's own spot lights.
+    // The cone attenuation of Bevy's spot lights.
     let outer = light.outer_angle.cos();
     let spot_scale = (light.inner_angle.cos() - outer).max(1e-4).recip();
     GpuLight {
@@ -99,8 +99,8 @@ fn spot(light: &SpotLight, transform: &GlobalTransform) -> GpuLight {
     }
 }
 
-/// Luminous intensity of a lamp of this luminous power in lumens, as Bevy has it: spread over the
-/// whole sphere, for spot lights too.
+/// Luminous intensity of a light of this luminous power in lumens. As in Bevy, the power is spread over
+/// the whole sphere, for spot lights too.
 fn candela(lumens: f32) -> f32 {
     lumens / (4.0 * std::f32::consts::PI)
 }

@@ -6,32 +6,32 @@ use bevy::{
     prelude::*,
 };
 
-/// Mean colour of the texels of an image that count, and the share of those: all of them, or those
-/// whose alpha is at least a bound, which is part of the key by its bits.
+/// Mean colour of the texels of an image whose alpha is at least a cutoff, and the fraction of texels for
+/// which that is so. The key holds the cutoff as the bits of the float.
 pub(super) type KnownMeans = HashMap<(AssetId<Image>, u32), (LinearRgba, f32)>;
 
-/// Mean colours of images, linear; computed once each.
+/// Mean colours of images, linear; computed once for each image and cutoff.
 pub struct MeanColors<'a> {
     pub(super) images: &'a Assets<Image>,
     pub(super) known: &'a mut KnownMeans,
-    /// The images asked for.
+    /// The images that were requested.
     pub(super) used: HashSet<AssetId<Image>>,
-    /// Some of them are not loaded yet.
+    /// Whether any requested image is not loaded yet.
     pub(super) waiting: bool,
 }
 
-/// Below all alpha.
+/// A cutoff below every alpha.
 const ALL: f32 = -1.0;
 
 impl MeanColors<'_> {
-    /// Of this image; mid gray while it is not loaded and where it cannot be read (compressed
-    /// blocks, or data that only the GPU has).
+    /// Returns the mean colour of an image; mid gray while it is not loaded, or if it cannot be read
+    /// (compressed blocks, or data that is only on the GPU).
     pub fn of(&mut self, handle: &Handle<Image>) -> LinearRgba {
         self.masked(handle, ALL).0
     }
 
-    /// Of those texels of this image whose alpha is at least `cutoff`, and the share of those, 0 to
-    /// 1; mid gray and 1 as long as that is not known.
+    /// Returns the mean colour of those texels of an image whose alpha is at least `cutoff`, and their
+    /// fraction, 0 to 1; mid gray and 1 while the image is not loaded, or if it cannot be read.
     pub fn masked(&mut self, handle: &Handle<Image>, cutoff: f32) -> (LinearRgba, f32) {
         const UNKNOWN: (LinearRgba, f32) = (LinearRgba::rgb(0.5, 0.5, 0.5), 1.0);
         let id = handle.id();
@@ -49,8 +49,8 @@ impl MeanColors<'_> {
     }
 }
 
-/// Mean of at most 128 x 128 texels, one in each cell of a grid, and the share of those that count;
-/// `None` if texels cannot be read.
+/// Mean of at most 128 x 128 texels, one in each cell of a grid, and the fraction of texels at or above
+/// the cutoff; `None` if texels cannot be read.
 fn mean_color(image: &Image, cutoff: f32) -> Option<(LinearRgba, f32)> {
     const MOST: u32 = 128;
     let size = image.size();
@@ -58,7 +58,7 @@ fn mean_color(image: &Image, cutoff: f32) -> Option<(LinearRgba, f32)> {
     let (mut sum, mut counted) = (Vec4::ZERO, 0_u32);
     for y in 0..count.y {
         for x in 0..count.x {
-            // Anywhere in its cell: a grid of points would meet the same part of every brick.
+            // At a random position in its cell: a regular grid would hit the same part of every brick.
             let cell = UVec2::new(x, y);
             let (first, end) = (cell * size / count, (cell + 1) * size / count);
             let at = first + scattered(cell) % (end - first).max(UVec2::ONE);
@@ -75,8 +75,8 @@ fn mean_color(image: &Image, cutoff: f32) -> Option<(LinearRgba, f32)> {
         .then(|| (LinearRgba::from_vec4(mean), share))
 }
 
-/// Two numbers that look random, the same for the same cell (after PCG2D of Jarzynski and Olano, *Hash
-/// Functions for GPU Rendering*, JCGT 2020).
+/// Two pseudo-random numbers for a cell (after PCG2D of Jarzynski and Olano, *Hash Functions for GPU
+/// Rendering*, JCGT 2020).
 fn scattered(cell: UVec2) -> UVec2 {
     let step = |v: UVec2| {
         v.wrapping_mul(UVec2::splat(1_664_525))
@@ -88,9 +88,9 @@ fn scattered(cell: UVec2) -> UVec2 {
     v ^ (v >> 16)
 }
 
-/// Mean of a mesh's vertex colours, linear; `None` without.
+/// Mean of a mesh's vertex colours, linear; `None` if it has none.
 pub(super) fn mean_vertex_color(mesh: &Mesh) -> Option<Vec3> {
-    // Of meshes that only the GPU has nothing is known.
+    // Fails for meshes whose data is only on the GPU.
     let colors = mesh.try_attribute_option(Mesh::ATTRIBUTE_COLOR).ok()??;
     let VertexAttributeValues::Float32x4(colors) = colors else {
         warn_once!("voxel GI: vertex colours that are not Float32x4 count as white");

@@ -1,5 +1,4 @@
-//! The scene as the voxeliser sees it: meshes, surfaces and lamps, whether a camera sees them or
-//! not.
+//! The scene to voxelise: meshes, surfaces and lights, inside a camera's view or not.
 
 pub(crate) mod extract;
 pub(crate) mod lights;

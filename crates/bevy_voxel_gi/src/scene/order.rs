@@ -1,14 +1,14 @@
-//! The order of surfaces: of two that fill as much of a voxel, as a picture does that hangs on a
-//! wall, the later one stands for it.
+//! The order of the surface table, which decides between two surfaces that fill as much of a voxel, such
+//! as a picture and the wall it is on: the later one represents the voxel's face.
 
 use std::cmp::Ordering;
 
 use super::surface::VoxelSurface;
 
-/// The surfaces by what they are, not by when they came, each once; and where those of the table
-/// are among them.
+/// Sorts surfaces by value, not by when they were added, and removes duplicates; also returns the new
+/// index of each entry of the table.
 ///
-/// So the same scene has the same light, and lamps are not lost to the wall behind them.
+/// So the same scene always has the same light, and a wall does not replace the emissive surface on it.
 pub(super) fn ordered(table: &[VoxelSurface]) -> (Vec<VoxelSurface>, Vec<u32>) {
     let mut by_value: Vec<_> = (0..table.len()).collect();
     by_value.sort_by(|&a, &b| compare(&table[a], &table[b]));
@@ -23,7 +23,7 @@ pub(super) fn ordered(table: &[VoxelSurface]) -> (Vec<VoxelSurface>, Vec<u32>) {
     (surfaces, indices)
 }
 
-/// By emission, then by albedo, then by all the rest.
+/// Compares by emission, then by albedo, then by all other fields.
 fn compare(a: &VoxelSurface, b: &VoxelSurface) -> Ordering {
     let floats = |surface: &VoxelSurface| {
         let VoxelSurface {

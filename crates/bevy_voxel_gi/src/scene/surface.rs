@@ -1,4 +1,4 @@
-//! What voxels need to know of materials.
+//! The material properties that voxels use.
 
 use bevy::{
     pbr::{ExtendedMaterial, MaterialExtension},
@@ -8,26 +8,26 @@ use bevy::{
 
 use super::mean::MeanColors;
 
-/// What light meets where a mesh is.
+/// The surface of a mesh in the voxels.
 #[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
 pub struct VoxelSurface {
     /// Diffuse reflectance per channel, 0 to 1.
     pub albedo: Vec3,
-    /// How much of the exposure applies to the emission, 0 to 1; as
+    /// Weight of the camera's exposure in the emission, 0 to 1; see
     /// `StandardMaterial::emissive_exposure_weight`.
     pub emissive_exposure_weight: f32,
-    /// Emission; as `StandardMaterial::emissive`.
+    /// Emission per channel, in the units of `StandardMaterial::emissive`.
     pub emissive: Vec3,
     /// 1 if both sides are drawn, else 0.
     pub double_sided: u32,
-    /// 1 if it lets light pass and is not voxelised, else 0.
+    /// 1 if it is transparent and therefore not voxelised, else 0.
     pub transparent: u32,
-    /// Share of it that is there, 0 to 1: below 1 where a mask cuts holes.
+    /// Opaque fraction of its area, 0 to 1: below 1 where an alpha mask cuts holes.
     pub coverage: f32,
 }
 
 impl VoxelSurface {
-    /// Where nothing is known of a material: neutral gray (thesis section 6.5.2).
+    /// The surface of an unknown material: neutral gray (thesis section 6.5.2).
     pub const NEUTRAL: Self = Self {
         albedo: Vec3::splat(0.5),
         emissive_exposure_weight: 0.0,
@@ -38,12 +38,13 @@ impl VoxelSurface {
     };
 }
 
-/// A material whose meshes have a known surface in the voxels.
+/// A material that defines the surface of its meshes in the voxels.
 ///
-/// `StandardMaterial` and its extensions are such materials. For others implement this and add
-/// [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin); without, their meshes are neutral gray.
+/// It is implemented for `StandardMaterial` and its extensions. For other materials, implement this
+/// trait and add [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin); without it, their meshes are
+/// neutral gray.
 pub trait VoxelMaterial: Material {
-    /// Its surface. `mean` gives the mean colour of an image, `None` while that is not loaded.
+    /// Returns the surface. `mean` gives the mean colour of an image, mid gray while it is not loaded.
     fn surface(&self, mean: &mut MeanColors) -> VoxelSurface;
 }
 

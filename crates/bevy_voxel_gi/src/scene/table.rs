@@ -1,4 +1,4 @@
-//! The surfaces of all materials in use, kept while materials, images and meshes change.
+//! The table of the surfaces of all materials in use, updated as materials, images and meshes change.
 
 use std::any::TypeId;
 
@@ -14,22 +14,23 @@ use super::{
     surface::{VoxelMaterial, VoxelSurface, finite},
 };
 
-/// What a mesh is in the voxels, in the place of what its material says.
+/// Overrides the surface that a mesh gets from its material.
 ///
-/// For materials whose textures the plugin cannot read, such as compressed ones, and for shaders of
-/// one's own. Emission and transparency stay the material's; where that has no
-/// [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin), it emits nothing and is opaque.
+/// This is for materials whose textures the plugin cannot read, such as compressed ones, and for custom
+/// shaders. Emission and transparency remain those of the material; a material without a
+/// [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin) emits nothing and is opaque.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component)]
 pub struct MeshSurface {
-    /// Diffuse reflectance, the mean over the mesh: linear, 0 to 1. Default: the material's.
+    /// Mean diffuse reflectance of the mesh, linear, 0 to 1. Default `None`: the material's.
     pub albedo: Option<Vec3>,
-    /// Share of it that is there, 0 to 1: below 1 where a mask cuts holes. Default: the material's.
+    /// Opaque fraction of its area, 0 to 1: below 1 where an alpha mask cuts holes. Default `None`: the
+    /// material's.
     pub coverage: Option<f32>,
 }
 
 impl MeshSurface {
-    /// A surface with this in the place of its own.
+    /// Returns the surface with these overrides.
     pub(super) fn over(&self, surface: VoxelSurface) -> VoxelSurface {
         let coverage = self.coverage.filter(|share| share.is_finite());
         VoxelSurface {
@@ -42,26 +43,26 @@ impl MeshSurface {
     }
 }
 
-/// What meshes of a material differ in.
+/// Distinguishes meshes of one material whose surfaces differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Variant {
-    /// In nothing.
+    /// The material's own surface.
     Plain,
-    /// In the vertex colours of this mesh.
+    /// The surface times the mean vertex colour of this mesh.
     Colors(AssetId<Mesh>),
-    /// In the [`MeshSurface`] of this entity.
+    /// The surface with the [`MeshSurface`] of this entity.
     Own(Entity),
 }
 
-/// The surfaces of all materials in use; 0 is [`VoxelSurface::NEUTRAL`].
+/// The surfaces of all materials in use; entry 0 is [`VoxelSurface::NEUTRAL`].
 #[derive(Resource, Clone)]
 pub(crate) struct Surfaces {
     table: Vec<VoxelSurface>,
-    /// Places of each material.
+    /// Table indices of each material.
     index: HashMap<UntypedAssetId, HashMap<Variant, u32>>,
-    /// Places of materials that are gone.
+    /// Table indices of materials that were removed.
     free: Vec<u32>,
-    /// Grows with each change.
+    /// Increases with each change.
     pub(crate) version: u64,
 }
 
@@ -77,15 +78,15 @@ impl Default for Surfaces {
 }
 
 impl Surfaces {
-    /// A voxel has 12 bits for its surface.
+    /// The packed surface of a voxel's face has 12 bits for the table index.
     const MOST: usize = 4096;
 
     pub(crate) fn table(&self) -> &[VoxelSurface] {
         &self.table
     }
 
-    /// The place of a material on such a mesh, which it keeps; the neutral one if there is no more
-    /// room.
+    /// Returns the table index of a material on such a mesh, which does not change afterwards; 0 if the
+    /// table is full.
     pub(super) fn place(&mut self, id: UntypedAssetId, variant: Variant) -> u32 {
         let places = self.index.entry(id).or_default();
         if let Some(&place) = places.get(&variant) {
@@ -122,7 +123,7 @@ impl Surfaces {
             .extend(places.filter_map(|places| places.remove(&variant)));
     }
 
-    /// Of all places of a material, each with what its mesh makes of the material's surface.
+    /// Updates all entries of a material, where `of_mesh` applies what differs by mesh.
     pub(super) fn set(
         &mut self,
         id: UntypedAssetId,
@@ -141,24 +142,24 @@ impl Surfaces {
     }
 }
 
-/// The place of a mesh's material in the table.
+/// The index of a mesh's surface in the table.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SurfaceIndex {
     pub place: u32,
-    /// Type of the material, `None` where nothing is known of it.
+    /// Type of the material, `None` if it has no [`VoxelMaterial`].
     pub material: Option<TypeId>,
 }
 
-/// What the table has still to learn about one type of material.
+/// State of the table's updates for one type of material.
 pub(crate) struct Pending<M: Asset> {
-    /// Entities whose place is not known.
+    /// Entities whose table index is not known yet.
     entities: HashSet<Entity>,
     waiting: HashSet<AssetId<M>>,
     users: HashMap<AssetId<Image>, HashSet<AssetId<M>>>,
     means: KnownMeans,
-    /// Mean vertex colours of meshes that have some.
+    /// Mean vertex colours of those meshes that have vertex colours.
     tints: HashMap<AssetId<Mesh>, Vec3>,
-    /// What entities have in the place of their material's.
+    /// The overrides of entities.
     own: EntityHashMap<MeshSurface>,
 }
 
@@ -175,7 +176,7 @@ impl<M: Asset> Default for Pending<M> {
     }
 }
 
-/// Keeps the table and the places of meshes in step with the materials of one type.
+/// Keeps the table and the indices of meshes in sync with the materials of one type.
 pub(crate) fn update_surfaces<M: VoxelMaterial>(
     mut commands: Commands,
     changed: Query<
@@ -216,10 +217,10 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         own,
     } = &mut *pending;
     let this = Some(TypeId::of::<M>());
-    // Unless it has one again.
+    // Skip entities that have such a material again.
     for entity in without.read().filter(|entity| !all.contains(*entity)) {
         if let Ok(mut entity) = commands.get_entity(entity) {
-            // It may have another material by now, whose place it keeps.
+            // The entity may have another type of material by now, whose index it must keep.
             entity.queue(move |mut entity: EntityWorldMut| {
                 if entity
                     .get::<SurfaceIndex>()

@@ -1,4 +1,4 @@
-//! Meshes of materials of which nothing is known but what their [`MeshSurface`] says.
+//! Meshes of unknown materials, whose surface is defined only by their [`MeshSurface`].
 
 use bevy::{
     asset::{UntypedAssetId, uuid::Uuid},
@@ -10,13 +10,13 @@ use super::{
     table::{MeshSurface, SurfaceIndex, Surfaces, Variant},
 };
 
-/// In the table they are all of one material, that nothing else is of.
+/// A material id that no asset has; all of these meshes share it in the table.
 fn unknown() -> UntypedAssetId {
     const UNKNOWN: Uuid = Uuid::from_u128(0x9f0b_5a4e_31c6_4d7b_8a52_77e1_0c3d_6b94);
     AssetId::<StandardMaterial>::Uuid { uuid: UNKNOWN }.untyped()
 }
 
-/// Gives them places in the table, after all materials that are known.
+/// Assigns them table indices; runs after the systems of the known materials.
 pub(crate) fn update_unknown(
     mut commands: Commands,
     new: Query<Entity, (With<Mesh3d>, With<MeshSurface>, Without<SurfaceIndex>)>,

@@ -1,4 +1,4 @@
-//! What is on the GPU of a volume.
+//! The GPU buffers and uniforms of the volume.
 
 use bevy::{
     prelude::*,
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::settings::{Bounces, Solver, VoxelAlbedo, VoxelLight, Voxelizer};
 
-/// In step with `volume.wesl`, where the fields are explained.
+/// Keep in sync with `volume.wesl`, which documents the fields.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GpuLevel {
     corner: Vec3,
@@ -39,7 +39,7 @@ impl GpuLevel {
     }
 }
 
-/// In step with `volume.wesl`, where the fields are explained.
+/// Keep in sync with `volume.wesl`, which documents the fields.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GpuVolume {
     pub levels: [GpuLevel; MOST_LEVELS],
@@ -66,8 +66,8 @@ const FLAG_FEEDBACK: u32 = 1;
 const FLAG_WEIGHTED: u32 = 2;
 const FLAG_CHANGING: u32 = 4;
 
-/// Voxels without a surface are renewed in this many rounds: they light only what is not itself
-/// voxelised.
+/// Number of rounds over which empty voxels are updated, one part in each: they light only meshes that
+/// are not voxelised themselves.
 pub(crate) const AIR_INTERVAL: u32 = 8;
 
 impl GpuVolume {
@@ -85,7 +85,7 @@ impl GpuVolume {
             }
             VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
         };
-        // Without a mean over rounds the rays are always the same.
+        // Without a mean over rounds the rays are the same in every frame.
         let (round, blend) = match settings.light {
             VoxelLight::AmbientOcclusion { .. } => (0, 1.0),
             VoxelLight::GlobalIllumination { .. } => (frame / settings.update_interval, blend),
@@ -126,7 +126,7 @@ impl GpuVolume {
         }
     }
 
-    /// The same for a scene in which something has changed lately.
+    /// Sets the flag of a scene in which something has changed lately.
     pub(crate) fn changing(mut self, is_changing: bool) -> Self {
         if is_changing {
             self.flags |= FLAG_CHANGING;
@@ -134,7 +134,7 @@ impl GpuVolume {
         self
     }
 
-    /// The same with all voxels renewed.
+    /// Updates all voxels in this frame.
     pub(crate) fn all_at_once(self) -> Self {
         Self {
             phase: 0,
@@ -144,7 +144,7 @@ impl GpuVolume {
         }
     }
 
-    /// The same with the light of the pass before reflected again.
+    /// Sets whether the light of the previous pass is reflected again.
     pub(crate) fn with_feedback(mut self, feedback: bool) -> Self {
         self.flags &= !FLAG_FEEDBACK;
         self.flags |= if feedback { FLAG_FEEDBACK } else { 0 };
@@ -152,17 +152,17 @@ impl GpuVolume {
     }
 }
 
-/// What the buffers are made for.
+/// The settings that the sizes of the buffers depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BufferShape {
     pub voxels: u64,
-    /// Only occupancy is stored.
+    /// Only ambient occlusion is computed, so only occupancy is stored.
     pub occlusion_only: bool,
     /// Light is propagated from voxel to voxel.
     pub propagates: bool,
-    /// Albedo is what cameras see.
+    /// Albedo is reprojected from cameras.
     pub seen: bool,
-    /// Pixels look for the voxels around them, and need to know which sub-voxels are touched.
+    /// Pixels test the visibility of voxels, and need the occupancy masks of sub-voxels.
     pub per_pixel: bool,
 }
 
@@ -190,35 +190,35 @@ impl BufferShape {
 #[derive(Resource)]
 pub(crate) struct VolumeBuffers {
     pub shape: BufferShape,
-    /// 64 bits a voxel: its sub-voxels.
+    /// 64 bits per voxel: the occupancy of its sub-voxels.
     pub masks: Buffer,
-    /// Six words a voxel: the surface that represents each face. A stub for occlusion only.
+    /// Six words per voxel: the packed surface of each face. A stub for ambient occlusion.
     pub faces: Buffer,
-    /// Six times two words a voxel: radiance that leaves each face, as 16-bit floats. A stub for
-    /// occlusion only.
+    /// Six times two words per voxel: radiance that leaves each face, as 16-bit floats. A stub for
+    /// ambient occlusion.
     pub radiosity: Buffer,
-    /// Six times four words a voxel: irradiance of each face in this round, and the mean over
-    /// rounds with its weight, as 16-bit floats; or, of propagated light, what has arrived, as
-    /// 32-bit floats. A stub for occlusion only.
+    /// Six times four words per voxel: irradiance of each face in this round, and the mean over rounds
+    /// with its weight, as 16-bit floats; or, with propagation, the light that has arrived, as 32-bit
+    /// floats. A stub for ambient occlusion.
     pub irradiance: Buffer,
-    /// Sixteen words a voxel each: propagated light before and after a step. Stubs otherwise.
+    /// Sixteen words per voxel each: propagated light before and after a step. Stubs without propagation.
     pub intensity: [Buffer; 2],
-    /// Six words a voxel: what cameras have seen of each face. A stub if that is not wanted.
+    /// Six words per voxel: reprojected albedo of each face. A stub without reprojection.
     pub seen: Buffer,
-    /// Faces with a surface, then voxels without: voxel index times 8 plus face.
+    /// The compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
     pub work: Buffer,
-    /// How many of each there are, and the sizes of the dispatches over them.
+    /// The number of surfaces and of empty voxels, then the indirect dispatch arguments over them.
     pub counters: Buffer,
-    /// The copy of these sizes that dispatches read.
+    /// The copy of these arguments that indirect dispatches read.
     pub dispatch: Buffer,
 }
 
 impl VolumeBuffers {
-    /// Bytes of `counters`: how many surfaces and voxels without, then the sizes of dispatches.
+    /// Size of `counters` in bytes.
     const COUNTERS: u64 = Self::SIZES + Self::DISPATCH;
-    /// Where the sizes begin.
+    /// Byte offset of the indirect dispatch arguments in `counters`.
     pub(crate) const SIZES: u64 = 16;
-    /// Bytes of the sizes.
+    /// Size of the indirect dispatch arguments in bytes.
     pub(crate) const DISPATCH: u64 = 32;
 
     pub(crate) fn new(device: &RenderDevice, shape: BufferShape) -> Self {
@@ -267,7 +267,7 @@ impl VolumeBuffers {
         }
     }
 
-    /// Bytes of all of them, as allocated.
+    /// Total size of the buffers in bytes, as allocated.
     pub(crate) fn bytes(&self) -> u64 {
         [
             &self.masks,
@@ -287,10 +287,10 @@ impl VolumeBuffers {
     }
 }
 
-/// The uniforms of the volume: one for each bounce of a frame.
+/// The uniforms of the volume.
 #[derive(Resource, Default)]
 pub(crate) struct VolumeUniforms {
-    /// The first bounce, and the others.
+    /// For the first bounce of a frame, and for the later ones.
     pub bounces: [UniformBuffer<GpuVolume>; 2],
 }
 

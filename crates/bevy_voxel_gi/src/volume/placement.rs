@@ -1,4 +1,4 @@
-//! Which volumes are in use, and where they are.
+//! Which volumes are active, and where they are.
 
 use bevy::{
     camera::{Exposure, visibility::RenderLayers},
@@ -14,13 +14,13 @@ use crate::{
     settings::{Receiver, Sky, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight},
 };
 
-/// Most levels that a scene has; in step with `volume.wesl`.
+/// Greatest number of levels. Keep in sync with `volume.wesl`.
 pub(crate) const MOST_LEVELS: usize = 8;
 
 /// A cube of voxels: a volume, or a cascade of one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Level {
-    /// The user's entity.
+    /// The entity with the [`VoxelGiVolume`].
     pub owner: Entity,
     pub center: Vec3,
     /// Edge in metres.
@@ -29,24 +29,24 @@ pub(crate) struct Level {
     pub intensity: f32,
 }
 
-/// The volumes that light the app, where they are now.
+/// The active volumes and their current placement.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlacedVolume {
-    /// Of the first volume, with every field in range, and what its budget has chosen.
+    /// Settings of the first volume, with every field in range and the budget's choice applied.
     pub settings: VoxelGiVolume,
-    /// The same without its budget's choice.
+    /// The same without the budget's choice.
     pub own_settings: VoxelGiVolume,
-    /// All volumes and cascades, the smallest first. There is one.
+    /// All volumes and cascades, the smallest first; never empty.
     pub levels: Vec<Level>,
-    /// What Bevy samples; see [`texture_size`].
+    /// The texture that Bevy samples; see [`texture_size`].
     pub texture: Handle<Image>,
-    /// The pixel's shader knows our layout; else it is that of a plain irradiance volume.
+    /// Whether the patch of Bevy's shader applies; else the texture is that of a plain irradiance volume.
     pub patched: bool,
-    /// Exposure of the camera, for emission that is not meant to be exposed.
+    /// Exposure of the camera, for emission that exposure must not affect.
     pub exposure: f32,
-    /// Which cameras see its light.
+    /// Render layers of the cameras that receive the light.
     pub layers: RenderLayers,
-    /// Where the cameras are from which albedo is taken.
+    /// Transforms of the cameras from which albedo is reprojected.
     pub viewpoints: Vec<GlobalTransform>,
 }
 
@@ -68,12 +68,12 @@ impl PlacedVolume {
         level.size / self.settings.resolution as f32
     }
 
-    /// The pixel's shader needs not be told where the levels are.
+    /// Whether the shader can read the texture without the placement of the levels.
     pub fn is_plain(&self) -> bool {
         is_plain(&self.settings, self.levels.len())
     }
 
-    /// Pixels look for the voxels around them.
+    /// Whether pixels test the visibility of the voxels around them.
     pub fn is_per_pixel(&self) -> bool {
         self.patched && self.settings.receiver == Receiver::PerPixel
     }
@@ -84,15 +84,15 @@ pub(super) fn is_plain(settings: &VoxelGiVolume, levels: usize) -> bool {
     levels == 1 && settings.receiver == Receiver::Interpolated
 }
 
-/// The volumes in use, if there are any.
+/// The active volumes, if there are any.
 #[derive(Resource, Default)]
 pub(crate) struct ActiveVolume {
     pub volume: Option<PlacedVolume>,
-    /// The user's first entity.
+    /// The entity whose settings are used: the first one spawned.
     owner: Option<Entity>,
 }
 
-/// A volume of the user's.
+/// The components of a volume.
 type VolumeParts = (
     Entity,
     &'static VoxelGiVolume,
@@ -100,7 +100,7 @@ type VolumeParts = (
     Option<&'static RenderLayers>,
 );
 
-/// Chooses the volumes and where they are, and keeps their texture.
+/// Chooses the active volumes and their placement, and allocates their texture.
 pub(crate) fn place_volume(
     mut active: ResMut<ActiveVolume>,
     volumes: Query<VolumeParts>,
@@ -117,7 +117,7 @@ pub(crate) fn place_volume(
         Some(PatchState::Pending) => return,
         _ => false,
     };
-    // Indices of entities are used again: the first one in use stays the first.
+    // Entity indices are reused, so the current first volume stays first.
     let mut all: Vec<_> = volumes.iter().collect();
     all.sort_by_key(|(entity, ..)| (Some(*entity) != active.owner, entity.index()));
     let Some(&(owner, settings, _, layers)) = all.first() else {
@@ -213,7 +213,7 @@ pub(crate) fn place_volume(
     });
 }
 
-/// Whether a volume's settings are those of the first one where all have the same.
+/// Whether a volume's settings equal the first one's in all fields that volumes share.
 fn shares(own: &VoxelGiVolume, first: &VoxelGiVolume) -> bool {
     let common = VoxelGiVolume {
         size: first.size,
@@ -226,7 +226,7 @@ fn shares(own: &VoxelGiVolume, first: &VoxelGiVolume) -> bool {
     common == *first
 }
 
-/// The settings without what cannot be had together.
+/// Removes settings that cannot be combined.
 fn possible(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVolume {
     let propagates = matches!(
         settings.light,
@@ -260,8 +260,8 @@ fn possible(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVolume {
     settings
 }
 
-/// The nearest whole voxel of the largest cascade, so that what is voxelised does not swim as the
-/// volume moves.
+/// The nearest position in steps of whole voxels of the largest cascade, so that the voxelised scene
+/// does not shimmer as the volume moves.
 fn snapped(anchor: Vec3, settings: &VoxelGiVolume, resolution: u32) -> Vec3 {
     let anchor = if anchor.is_finite() {
         anchor

@@ -1,5 +1,4 @@
-//! What is computed in a frame: nothing, once nothing has changed for as long as the light needs
-//! to settle.
+//! Plans the work of a frame: none, once nothing has changed for as long as the light needs to settle.
 
 use std::hash::{BuildHasher, Hash, Hasher};
 
@@ -45,54 +44,54 @@ use crate::{
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedVolume(pub Option<PlacedVolume>);
 
-/// What this frame computes.
+/// The work of this frame.
 #[derive(Resource, Default)]
 pub(crate) struct FramePlan {
-    /// The voxeliser, if it is to run.
+    /// The pipeline of the voxeliser, if it is to run.
     pub voxelize: Option<CachedComputePipelineId>,
-    /// The light's pipelines, if they are to run.
+    /// The pipelines of light transport, if they are to run.
     pub light: Option<LightPipelineIds>,
-    /// How often light is reflected in this frame.
+    /// Number of bounces in this frame.
     pub bounces: u32,
-    /// Steps of propagated light.
+    /// Number of propagation steps.
     pub iterations: u32,
-    /// Levels have moved: what cameras have seen is elsewhere now.
+    /// Whether levels have moved, which invalidates reprojected albedo.
     pub forgets: bool,
-    /// Counts the frames in which something was computed, from the one in which the light began to be
-    /// new: it decides where rays go, and so the same change always settles to the same light.
+    /// Number of frames computed since the light was last restarted. It determines the directions of
+    /// rays, so the same change always settles to the same light.
     frame: u32,
-    /// Of what is in the volume.
+    /// Hash of everything that the light depends on.
     fingerprint: u64,
-    /// Frames since the light began to be new: the volume was made, or something changed after a
-    /// pause.
+    /// Number of frames since the light was last restarted: when the volume was created, or when
+    /// something changed after a pause.
     since_new: u32,
-    /// Frames since something changed.
+    /// Number of frames since something changed.
     since_change: u32,
-    /// Frames that have still to be computed until the light has settled.
+    /// Number of frames still to compute until the light has settled.
     unsettled: u32,
-    /// Where the levels were.
+    /// Placement of the levels in the last frame.
     places: Vec<Level>,
     /// The texture that holds the light.
     texture: Option<AssetId<Image>>,
 }
 
-/// Rounds in which endlessly reflected light settles, and in which what the mean still holds of
-/// the time before has gone: (7/8)⁴⁰ = 0.5%.
+/// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
+/// (7/8)⁴⁰ = 0.5%.
 const SETTLE_ENDLESS: u32 = 40;
 
-/// Rounds over which the light that pixels read is a mean.
+/// Rounds over which the light that pixels read is averaged.
 const HISTORY: u32 = 8;
 
 /// Rounds after a change in which light that differs much from its mean counts as changed, and not as
-/// noise: later that would bias the mean, as of rare bright rays most rounds have none.
+/// noise. Later than that it would bias the mean, as rare bright rays are missing from most rounds.
 const CHANGING: u32 = 16;
 
-/// Light settles after a whole number of so many rounds, in each of which every voxel is renewed once:
-/// all sets of rays have had their turn, and changes that took a few frames to arrive settle to the same
-/// light as those at once.
+/// Light settles after a multiple of this number of rounds, in each of which every voxel is updated
+/// once: all ray sets have been traced, and changes that took a few frames to arrive settle to the same
+/// light as those that arrived at once.
 const SETTLE_STEP: u32 = 16;
 
-/// Rounds in which light that is new gets around before a mean is worth something.
+/// Rounds after a restart in which bounces propagate before averaging starts.
 const WARM_UP: u32 = 4;
 
 impl FramePlan {
@@ -105,13 +104,13 @@ impl FramePlan {
         self.unsettled == 0 && self.frame.is_multiple_of(SETTLE_STEP * interval)
     }
 
-    /// Share of this frame in the mean.
+    /// Blend factor of this frame in the mean.
     fn blend(&self, interval: u32) -> f32 {
         let rounds = (self.since_new / interval + 1).saturating_sub(WARM_UP);
         1.0 / rounds.clamp(1, HISTORY) as f32
     }
 
-    /// Whether any level is elsewhere than in the last frame.
+    /// Whether any level has moved since the last frame.
     fn is_elsewhere(&self, volume: &PlacedVolume) -> bool {
         self.places.len() != volume.levels.len()
             || self
@@ -121,8 +120,8 @@ impl FramePlan {
                 .any(|(old, new)| old.center != new.center)
     }
 
-    /// By how many of its voxels each level has moved since the last frame, if any has by whole
-    /// ones and all are the same levels.
+    /// By how many of its voxels each level has moved since the last frame, if any has moved by whole
+    /// voxels and the levels are the same.
     fn moved(&mut self, volume: &PlacedVolume) -> Option<[IVec4; MOST_LEVELS]> {
         let before = std::mem::replace(&mut self.places, volume.levels.clone());
         let same = |(old, new): (&Level, &Level)| (old.owner, old.size) == (new.owner, new.size);
@@ -141,7 +140,7 @@ impl FramePlan {
         (moves != [IVec4::ZERO; MOST_LEVELS]).then_some(moves)
     }
 
-    /// Frames until nothing changes any more.
+    /// Number of frames until nothing changes any more.
     fn time_to_settle(volume: &PlacedVolume) -> u32 {
         let bounces = match volume.settings.light {
             VoxelLight::GlobalIllumination {
@@ -154,7 +153,7 @@ impl FramePlan {
     }
 }
 
-/// Plans the frame and makes what it needs.
+/// Plans the frame and creates its buffers and bind groups.
 pub(crate) fn prepare_frame(
     mut commands: Commands,
     extracted: (
@@ -207,7 +206,7 @@ pub(crate) fn prepare_frame(
     let voxelizer = pipeline_for(key, &voxelize, &mut voxelizers, &cache);
     let interval = volume.settings.update_interval;
     let light_ids = light.ids(shape, &mut lights, &cache);
-    // What is propagated begins anew in each frame.
+    // Propagation starts over in each frame.
     let keeps_light = !shape.occlusion_only && !shape.propagates;
     let scroller = keeps_light.then(|| scrollers.specialize(&cache, &scrolling, ()));
     let is_ready = |id| cache.get_compute_pipeline(id).is_some();
@@ -323,7 +322,7 @@ pub(crate) fn prepare_frame(
     }
 }
 
-/// A buffer of these, or of one that is never used: there are no empty buffers.
+/// A buffer of these items, or of `otherwise` alone, as buffers cannot be empty.
 fn storage<
     T: bevy::render::render_resource::ShaderType
         + bevy::render::render_resource::ShaderSize
@@ -349,7 +348,7 @@ fn texture_bytes(texture: &GpuImage) -> u64 {
     8 * u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers)
 }
 
-/// Of everything that the light depends on.
+/// Hash of everything that the light depends on.
 fn fingerprint(
     meshes: u64,
     volume: &PlacedVolume,
@@ -372,8 +371,8 @@ fn fingerprint(
     for viewpoint in &volume.viewpoints {
         hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
     }
-    // Settings are few and change rarely; their text tells them apart.
-    // A budget's choice changes how exact the light is, not the light.
+    // Settings are few and change rarely, so their debug text is hashed. A budget's choice is left
+    // out: it changes the accuracy of the light, not the light.
     format!("{:?}", volume.own_settings).hash(&mut hasher);
     for lamp in lamps {
         hash_floats(&mut hasher, &lamp.position.to_array());

@@ -8,11 +8,11 @@ use bevy::{
 
 use super::{STORAGE_SCALE, placement::ActiveVolume};
 
-/// An entity of ours, so that the user's may have children and a scale of its own.
+/// Marks the probe: a separate entity, so that the volume's entity may have children and a scale.
 #[derive(Component)]
 pub(crate) struct VoxelGiProbe;
 
-/// Keeps the probe in step with the volumes in use: it is around all of them.
+/// Keeps the probe in sync with the active volumes: its box surrounds all of them.
 pub(crate) fn place_probe(
     mut commands: Commands,
     active: Res<ActiveVolume>,
@@ -38,7 +38,7 @@ pub(crate) fn place_probe(
         intensity: if volume.is_plain() {
             volume.settings.intensity / STORAGE_SCALE
         } else {
-            // Each level has its own.
+            // The shader applies the intensity of each level.
             STORAGE_SCALE.recip()
         },
         affects_lightmapped_meshes: true,
@@ -62,7 +62,7 @@ pub(crate) fn place_probe(
     }
     if *transform != at {
         *transform = at;
-        // Transforms have been propagated already.
+        // Transforms have been propagated already in this frame.
         *global = at.into();
     }
     layers.set_if_neq(volume.layers.clone());

@@ -1,4 +1,4 @@
-//! Light that was known follows the levels as they move by whole voxels.
+//! Moves stored light along with levels that move by whole voxels.
 
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
@@ -58,7 +58,7 @@ impl SpecializedComputePipeline for ScrollPipeline {
     }
 }
 
-/// A move of this frame.
+/// The work of a frame in which levels have moved.
 #[derive(Resource)]
 pub(crate) struct ScrollWork {
     pipeline: CachedComputePipelineId,
@@ -76,7 +76,7 @@ impl ScrollWork {
         device: &RenderDevice,
         queue: &RenderQueue,
     ) -> Option<Self> {
-        // For this frame only: volumes move rarely, and their memory is better kept small.
+        // Allocated for this frame only: volumes move rarely, and a permanent copy would take memory.
         let copy = device.create_buffer(&BufferDescriptor {
             label: Some("voxel_gi_scrolled"),
             size: buffers.irradiance.size(),
@@ -135,7 +135,7 @@ pub(crate) fn scroll(
     }
 }
 
-/// Puts the shader into the app.
+/// Embeds the shader.
 pub(crate) fn embed(app: &mut App) {
     embedded_asset!(app, "scroll.wesl");
 }

@@ -10,11 +10,11 @@ use bevy::{
 use super::placement::is_plain;
 use crate::settings::{Receiver, VoxelGiVolume};
 
-/// Texels of the texture: per level six ambient-cube faces as Bevy's irradiance volumes have
-/// them, (R, 2 R, 3 R), one level behind the other. Where the pixel's shader is ours, its depth is
-/// one more than a multiple of three, as no irradiance volume's is, and the last slice tells where
-/// the levels are; and where pixels look for the voxels around them, (R, 2 R, R) more per level say
-/// which sub-voxels are touched.
+/// Size of the texture in texels. Per level there are the six faces of an ambient cube in the layout of
+/// Bevy's irradiance volumes, (R, 2 R, 3 R), levels one behind the other. If the patch of Bevy's shader
+/// applies, the depth is one more than a multiple of three, unlike that of any irradiance volume, and the
+/// last slice holds the placement of the levels. With [`Receiver::PerPixel`], the occupancy masks of
+/// sub-voxels take a further (R, 2 R, R) per level.
 pub(crate) fn texture_size(settings: &VoxelGiVolume, levels: usize, patched: bool) -> Extent3d {
     let r = settings.resolution;
     let slabs = match settings.receiver {
@@ -33,7 +33,7 @@ pub(crate) fn texture_size(settings: &VoxelGiVolume, levels: usize, patched: boo
     }
 }
 
-/// An empty one.
+/// Creates the texture, uninitialised.
 pub(super) fn texture(size: Extent3d) -> Image {
     let mut image = Image::new_uninit(
         size,
