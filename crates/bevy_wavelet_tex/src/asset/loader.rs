@@ -1,4 +1,4 @@
-//! Loading `.wtex` files.
+//! The loader of `.wtex` files.
 
 use std::sync::Once;
 
@@ -13,44 +13,46 @@ use thiserror::Error;
 use super::texture::{WaveletStorage, WaveletTexture};
 use crate::file::{self, ReadError};
 
-/// Loads [`WaveletTexture`]s; their images are labelled `luma`, `detail`, `chroma` or `decoded`.
+/// Loads [`WaveletTexture`]s. Their images have the labels `luma`, `detail`, `chroma` or `decoded`.
 #[derive(TypePath)]
 pub struct WaveletTextureLoader {
     /// Whether the adapter samples BC textures.
     supports_bc: bool,
 }
 
-/// Settings of one texture, in its `.meta` file or with `load_with_settings`.
+/// Settings of [`WaveletTextureLoader`] for one texture, in its `.meta` file or from
+/// `load_with_settings`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WaveletLoaderSettings {
-    /// Decode on load to RGBA8 even where the adapter has BC: 6 to 16 times the memory, for
-    /// cheaper sampling. Default: false.
+    /// Whether to decode the texture to RGBA8 on load even where the adapter has BC. That takes 6
+    /// to 16 times the memory and makes sampling cheaper. Default: `false`.
     pub decode_on_load: bool,
 }
 
-/// Why a texture was not loaded.
+/// The reason why a texture was not loaded.
 #[derive(Debug, Error)]
 pub enum WaveletLoadError {
     /// The file could not be read.
     #[error("cannot read wavelet texture '{path}': {source}")]
     Io {
-        /// Its asset path.
+        /// Asset path of the file.
         path: String,
-        /// What the asset source says.
+        /// Error of the asset source.
         source: std::io::Error,
     },
-    /// It is not a wavelet texture.
+    /// The file is not a valid wavelet texture.
     #[error("cannot load wavelet texture '{path}': {source}")]
     Read {
-        /// Its asset path.
+        /// Asset path of the file.
         path: String,
-        /// What is wrong with it.
+        /// The reason why the file is not valid.
         source: ReadError,
     },
 }
 
 impl WaveletTextureLoader {
-    /// A loader for an adapter that samples BC textures, or that does not.
+    /// Makes a loader. `supports_bc` is whether the adapter samples BC textures; without them
+    /// textures are decoded to RGBA8 on load.
     pub fn new(supports_bc: bool) -> Self {
         Self { supports_bc }
     }

@@ -1,4 +1,4 @@
-//! Encoding images when assets are processed.
+//! Encoding of images when assets are processed.
 
 use bevy::{
     asset::{
@@ -29,9 +29,10 @@ use crate::{
     file,
 };
 
-/// Makes wavelet textures of images under `AssetMode::Processed`, where a `.meta` file names it.
+/// Converts images to wavelet textures under `AssetMode::Processed`, where a `.meta` file names it.
 ///
-/// It is registered by [`WaveletTexPlugin`](crate::WaveletTexPlugin) but takes over no extension.
+/// [`WaveletTexPlugin`](crate::WaveletTexPlugin) registers it, but not as the default of any file
+/// extension.
 pub type WaveletProcessor =
     LoadTransformAndSave<ImageLoader, IdentityAssetTransformer<Image>, WaveletSaver>;
 
@@ -39,23 +40,25 @@ pub type WaveletProcessor =
 #[derive(Clone, Copy, Debug, Default, TypePath)]
 pub struct WaveletSaver;
 
-/// How [`WaveletSaver`] encodes; in a `.meta` file the `saver_settings`.
+/// Settings of [`WaveletSaver`], which are the `saver_settings` in a `.meta` file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WaveletSaverSettings {
-    /// What the image holds. Default: colour.
+    /// The kind of data in the image. Default: [`WaveletRole::Color`].
     pub role: WaveletRole,
-    /// How good it has to be. Default: [`WaveletQuality::Usual`].
+    /// The quality to encode at, as a rate or as a PSNR. Default: [`WaveletQuality::Usual`].
     pub quality: WaveletQuality,
-    /// Whether colour keeps its alpha channel. Default: no.
+    /// Whether colour keeps its alpha channel, which takes as many bits as luma. Default: `false`.
     pub alpha: bool,
-    /// How hard to search. Default: [`Effort::Default`].
+    /// Time to spend on the search for the parameters. Default: [`Effort::Default`].
     pub effort: Effort,
-    /// Whether to make mips where the image has none. Default: yes.
+    /// Whether to make mips where the image has none. Default: `true`.
     pub mips: bool,
-    /// The image is halved until no side is longer, in pixels. Default: no limit.
+    /// Longest side in pixels: larger images are halved until no side is longer. Default: `None`,
+    /// no limit.
     pub max_size: Option<u32>,
-    /// Encode without prediction, for cheaper sampling. Default: no.
+    /// Whether to encode without prediction: a decoded pixel then takes one fetch of luma instead
+    /// of nine, at a lower quality. Default: `false`.
     pub one_fetch: bool,
 }
 
@@ -73,22 +76,22 @@ impl Default for WaveletSaverSettings {
     }
 }
 
-/// How good a texture has to be, by its size or by its error.
+/// The quality of a texture, by its rate or by its error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum WaveletQuality {
-    /// The usual rate of the role: 2 bits per pixel for gray, 3 for colour, 4 for normals.
+    /// The default rate of the role: 2 bits per pixel for gray, 3 for colour, 4 for normals.
     #[default]
     Usual,
-    /// This rate, which must be one of the role's.
+    /// The given rate, which must be one of the role's.
     Rate(Rate),
-    /// The smallest rate of the role that comes to at least this PSNR in dB, measured on the image
-    /// itself, as encoded; the largest where none does. The README has what the rates come to on
+    /// The smallest rate of the role that reaches this PSNR in dB, measured on the encoded image
+    /// itself, or the largest rate where none does. The README lists the PSNR of each rate on
     /// photographs.
     MinPsnr(f64),
 }
 
 impl WaveletQuality {
-    /// The rate to encode with, and the PSNR in dB for whose sake it may be another one.
+    /// The rate to encode with, and the PSNR in dB that replaces it by the smallest sufficient one.
     fn goal(self, content: Content) -> (Rate, Option<f64>) {
         match self {
             Self::Usual => (Rate::usual(content), None),
@@ -98,19 +101,19 @@ impl WaveletQuality {
     }
 }
 
-/// What an image holds.
+/// The kind of data in an image, which decides its content and its transfer function.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WaveletRole {
-    /// Base colour, emissive.
+    /// Base colour or emissive colour, in sRGB.
     #[default]
     Color,
-    /// A gray picture, sRGB.
+    /// A gray picture, in sRGB.
     Gray,
     /// A normal map in tangent space.
     Normal,
-    /// One channel of data: occlusion, alpha masks.
+    /// One channel of linear data: occlusion, alpha masks.
     Mask,
-    /// Three channels of data: metallic-roughness.
+    /// Three channels of linear data: metallic-roughness.
     Data,
 }
 
@@ -131,47 +134,49 @@ impl WaveletRole {
     }
 }
 
-/// Why an image was not saved.
+/// The reason why an image was not saved.
 #[derive(Debug, Error)]
 pub enum WaveletSaveError {
-    /// Its pixels are in a format that cannot be read.
+    /// The pixels are in a format that the encoder does not read.
     #[error("cannot encode '{path}': its format {format:?} is neither 8 nor 16 bits a channel")]
     Format {
         /// The image's asset path.
         path: String,
-        /// Its format.
+        /// Texture format of the image.
         format: TextureFormat,
     },
-    /// It is not one two-dimensional image with its pixels in main memory.
-    #[error("cannot encode '{path}': it is an array, a cube or a volume, or its pixels are gone")]
+    /// The image is not two-dimensional, or its pixels are not in main memory.
+    #[error(
+        "cannot encode '{path}': it is an array, a cube or a volume, or its pixels are not in main memory"
+    )]
     Shape {
         /// The image's asset path.
         path: String,
     },
-    /// The role does not have the rate.
-    #[error("cannot encode '{path}': {} is no rate for the role {role:?}; possible are {}", .rate.name(), possible(*role))]
+    /// The rate does not belong to the role.
+    #[error("cannot encode '{path}': {} is not a rate of the role {role:?}; possible are {}", .rate.name(), possible(*role))]
     Rate {
         /// The image's asset path.
         path: String,
-        /// The rate that was asked for.
+        /// The requested rate.
         rate: Rate,
-        /// The role.
+        /// The requested role.
         role: WaveletRole,
     },
-    /// The encoder refused it.
+    /// The encoder returned an error.
     #[error("cannot encode '{path}': {source}")]
     Encode {
         /// The image's asset path.
         path: String,
-        /// What is wrong with it.
+        /// Error of the encoder.
         source: EncodeError,
     },
-    /// The result could not be written.
+    /// The texture could not be written.
     #[error("cannot write the wavelet texture of '{path}': {source}")]
     Io {
         /// The image's asset path.
         path: String,
-        /// What the asset writer says.
+        /// Error of the asset writer.
         source: std::io::Error,
     },
 }
@@ -182,10 +187,10 @@ fn possible(role: WaveletRole) -> String {
 }
 
 impl WaveletSaverSettings {
-    /// The bytes of the `.wtex` file of an image.
+    /// Encodes an image and returns the bytes of its `.wtex` file.
     ///
     /// # Errors
-    /// See [`WaveletSaveError`]; `path` is what they name.
+    /// Returns a [`WaveletSaveError`], whose message names the image as `path`.
     pub fn encode(&self, image: &Image, path: &str) -> Result<Vec<u8>, WaveletSaveError> {
         let path = || path.to_string();
         let content = self.role.content();
@@ -261,7 +266,7 @@ impl Texels<'_> {
         }
     }
 
-    /// All levels that are there.
+    /// Splits the texels into the levels that the image has.
     fn source(&self, size: [u32; 2]) -> Source<'_> {
         let all = self.first().len();
         let mut levels = Vec::new();
@@ -276,7 +281,8 @@ impl Texels<'_> {
     }
 }
 
-/// `None` where it is no plain image, the format where that is not understood.
+/// The texels of an image: `None` where it is not two-dimensional or has no pixels in main memory,
+/// and its format as an error where that is not supported.
 fn texels(image: &Image) -> Option<Result<Texels<'_>, TextureFormat>> {
     let data = image.data.as_deref()?;
     if image.texture_descriptor.size.depth_or_array_layers != 1 {

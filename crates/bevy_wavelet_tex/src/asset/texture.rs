@@ -1,4 +1,4 @@
-//! The asset: what a shader must know, and the images that it reads.
+//! The asset: the parameters that a shader needs, and the images that it samples.
 
 use bevy::{
     asset::{Asset, Assets, Handle, RenderAssetUsages, UntypedAssetId, VisitAssetDependencies},
@@ -21,29 +21,29 @@ use crate::codec::{
 /// A wavelet texture, loaded from a `.wtex` file or made with [`WaveletTexture::add`].
 #[derive(Asset, Clone, Debug, TypePath)]
 pub struct WaveletTexture {
-    /// What it holds.
+    /// The kind of data in the texture.
     pub content: Content,
-    /// How its values relate to light.
+    /// Transfer function of the values.
     pub color_space: ColorSpace,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Number of mip levels, at least 1.
     pub levels: u32,
-    /// How it is kept on the GPU.
+    /// Representation on the GPU.
     pub storage: WaveletStorage,
-    /// The groups of planes: luma (with alpha), gray or normals, then chroma.
+    /// Parameters of the groups of planes: luma (with alpha), gray or normals, then chroma.
     pub groups: Vec<TextureGroup>,
-    /// The array textures.
+    /// The array textures of the planes.
     #[dependency]
     pub images: Parts<Handle<Image>>,
     /// Bytes that the images take on the GPU.
     pub gpu_bytes: usize,
 }
 
-/// What a shader must know of a group of planes.
+/// The parameters of a group of planes that a shader needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextureGroup {
-    /// How often the image is halved to get the planes' size.
+    /// How often the image size is halved to get the size of the planes.
     pub subsampling: u32,
     /// How the planes are packed into textures.
     pub packing: Packing,
@@ -51,18 +51,18 @@ pub struct TextureGroup {
     pub codings: Vec<PlaneCoding>,
 }
 
-/// The images of a texture.
+/// The images of a texture; a part that the texture does not have is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Parts<T> {
-    /// Luma (in a second layer alpha), gray, X and Y of normals, or the decoded pixels.
+    /// Luma (with alpha in a second layer), gray, X and Y of normals, or the decoded pixels.
     pub luma: Option<T>,
-    /// Details, where they have a texture of their own.
+    /// The detail bands, where they have a texture of their own.
     pub detail: Option<T>,
-    /// Co and Cg.
+    /// Chroma: Co and Cg.
     pub chroma: Option<T>,
 }
 
-/// One of them.
+/// One of the [`Parts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Luma,
@@ -87,7 +87,7 @@ impl<T> Parts<T> {
         }
     }
 
-    /// Those that there are.
+    /// Iterates over the parts that the texture has.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
         [&self.luma, &self.detail, &self.chroma]
             .into_iter()
@@ -111,18 +111,18 @@ impl VisitAssetDependencies for Parts<Handle<Image>> {
     }
 }
 
-/// How a texture is kept on the GPU.
+/// Representation of a texture on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum WaveletStorage {
-    /// As BC blocks; the adapter needs `TEXTURE_COMPRESSION_BC`.
+    /// BC blocks, which the shader decodes. The adapter needs `TEXTURE_COMPRESSION_BC`.
     #[default]
     Blocks,
-    /// As RGBA8, decoded on the CPU: looks the same, 6 to 16 times as large.
+    /// RGBA8, decoded on the CPU. It looks the same and takes 6 to 16 times the memory.
     Decoded,
 }
 
 impl WaveletTexture {
-    /// Adds a texture to an app at run time.
+    /// Adds a texture and its images to an app at run time.
     pub fn add(
         image: &WaveletImage,
         storage: WaveletStorage,
@@ -132,7 +132,7 @@ impl WaveletTexture {
         textures.add(Self::new(image, storage, |_, image| images.add(image)))
     }
 
-    /// Makes the asset; `add_image` receives each image and its label.
+    /// Makes the asset. `add_image` receives each image and its label.
     pub(super) fn new(
         image: &WaveletImage,
         storage: WaveletStorage,
@@ -167,8 +167,8 @@ impl WaveletTexture {
         }
     }
 
-    /// Whether the textures hold nothing but the image at every level, so that a sampler can repeat
-    /// them: then the texture unit can filter them as they are.
+    /// Returns whether the textures contain no padding at any level, so that a sampler can repeat
+    /// them. Only then can the texture unit filter them directly.
     pub fn is_whole(&self) -> bool {
         if self.storage == WaveletStorage::Decoded {
             return true;
@@ -182,7 +182,8 @@ impl WaveletTexture {
                 let texture = layout::mip_size(layout::texture_size(group.packing, first), level);
                 let texels = layout::texel_size(group.packing, plane);
                 let halves = !group.packing.is_wavelet() || plane.iter().all(|s| s % 2 == 0);
-                // The last levels are all edge: nothing of theirs is seen that filtering could spoil.
+                // The last levels consist of edges only, and filtering across their padding is not
+                // visible.
                 level > 0 && size.iter().any(|s| *s < 8)
                     || texels == texture && halves && whole == [true, true]
             })
@@ -190,7 +191,7 @@ impl WaveletTexture {
     }
 }
 
-/// The array textures of all groups.
+/// Makes the array textures of all groups.
 fn block_images(
     image: &WaveletImage,
     mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
@@ -209,9 +210,9 @@ fn block_images(
     }
 }
 
-/// The array texture of a group's blocks.
+/// Makes the array texture of a group's blocks.
 fn block_image(image: &WaveletImage, group: &PlaneGroup, texture: usize) -> Image {
-    // Coefficients, not colours: never an sRGB format.
+    // These are coefficients, not colours, so the format is never sRGB.
     let format = match group.packing.formats()[texture] {
         BlockFormat::Bc1 => TextureFormat::Bc1RgbaUnorm,
         BlockFormat::Bc3 => TextureFormat::Bc3RgbaUnorm,
@@ -227,7 +228,7 @@ fn block_image(image: &WaveletImage, group: &PlaneGroup, texture: usize) -> Imag
     )
 }
 
-/// All levels decoded, as the shader would see them before it linearises.
+/// Decodes all levels to the values that the shader reads before it linearises.
 fn decoded_image(image: &WaveletImage) -> Image {
     let pixels: Vec<u8> = (0..image.levels)
         .flat_map(|level| decode(image, level).to_rgba8(image.content))

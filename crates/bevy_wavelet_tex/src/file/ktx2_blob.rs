@@ -1,4 +1,4 @@
-//! One texture of a group of planes as a KTX2 file of its own.
+//! Reading and writing of one texture of a group of planes as a KTX2 file.
 
 use std::ops::Range;
 
@@ -12,21 +12,21 @@ use crate::codec::{
     quantizer::PlaneCoding,
 };
 
-/// Key of the planes' codings: for each plane ten `f32`, little-endian: mean_min, mean_max, range,
-/// gamma, the centres of R, G, B, the predictor, the transform (0 Haar, 1 partially inverted Haar)
-/// and its w (0 for Haar).
+/// Key of the planes' codings. For each plane the value has ten `f32`, little-endian: mean_min,
+/// mean_max, range, gamma, the zero points of R, G and B, the predictor, the transform (0 Haar, 1
+/// partially inverted Haar) and its w (0 for Haar).
 const CODINGS_KEY: &str = "wtex.codings";
 const CODING_FLOATS: usize = 10;
 const CODING_BYTES: usize = 4 * CODING_FLOATS;
 
-/// What the rest of the file says of a blob.
+/// The shape of a blob, which follows from the rest of the file.
 #[derive(Clone, Copy)]
 pub(super) struct Shape {
     format: BlockFormat,
-    /// Of the largest level, in texels.
+    /// Size of the largest level, in texels.
     size: [u32; 2],
     layers: usize,
-    /// Number of codings: one layer can hold two planes.
+    /// Number of planes and thus of codings; one layer can hold two planes.
     planes: usize,
 }
 
@@ -50,23 +50,23 @@ impl Shape {
     }
 }
 
-/// What a blob holds.
+/// The contents of a blob.
 pub(super) struct Contents {
     pub(super) levels: u32,
     pub(super) codings: Vec<PlaneCoding>,
     pub(super) blocks: Vec<u8>,
 }
 
-/// Everything of a blob but its codings and blocks, which follows from the sizes alone.
+/// Everything in a blob but its codings and blocks. It follows from the sizes alone.
 ///
-/// Reading compares with it instead of interpreting offsets: what is not exactly as written is
-/// damaged. (The `ktx2` crate's own reader panics on some damaged descriptors.)
+/// Reading compares a blob with it instead of interpreting offsets: a blob that differs is damaged.
+/// (The `ktx2` crate's own reader panics on some damaged descriptors.)
 struct Frame {
-    /// All bytes before the blocks, the codings 0.
+    /// All bytes before the blocks, with the codings set to 0.
     head: Vec<u8>,
-    /// Where in `head` the codings are.
+    /// Range of the codings in `head`.
     codings: Range<usize>,
-    /// Bytes of each level, largest first.
+    /// Bytes of each level, from the largest.
     level_bytes: Vec<usize>,
 }
 
@@ -116,7 +116,7 @@ impl Frame {
             },
         };
         let mut head = header.as_bytes().to_vec();
-        // KTX2 stores the smallest level first, but lists the largest first.
+        // KTX2 stores the smallest level first, but its index begins with the largest.
         for (level, &length) in level_bytes.iter().enumerate() {
             let smaller: usize = level_bytes[level + 1..].iter().sum();
             let index = LevelIndex {
@@ -163,7 +163,7 @@ pub(super) fn write(image: &WaveletImage, group: usize, texture: usize) -> Vec<u
     bytes
 }
 
-/// What a blob holds, with at most `max_levels` levels; or what is wrong with it.
+/// Reads a blob of at most `max_levels` levels, or returns what is wrong with it.
 pub(super) fn read(
     blob: &[u8],
     shape: Shape,

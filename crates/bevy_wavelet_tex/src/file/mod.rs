@@ -1,8 +1,9 @@
-//! The `.wtex` file: a small header and, for each group of planes, a KTX2 blob that stands alone.
+//! The `.wtex` file: a small header and, for each texture of a group of planes, a KTX2 blob that is
+//! complete by itself.
 //!
-//! One KTX2 has one size and one format, so luma and smaller chroma cannot share it. Each blob is a
-//! complete KTX2 file (one array layer for each plane, all mips) whose key `wtex.codings` says how
-//! its planes are stored: any KTX2 tool shows the coefficients.
+//! One KTX2 file has one size and one format, so luma and the smaller chroma cannot share one. Each
+//! blob is a complete KTX2 file (one array layer for each plane, all mips) whose key `wtex.codings`
+//! describes how its planes are stored, so any KTX2 tool can show the coefficients.
 //!
 //! | bytes | little-endian |
 //! | --- | --- |
@@ -12,7 +13,7 @@
 //! | 1 | colour space: 0 linear, 1 sRGB |
 //! | 4 + 4 | width, height in pixels |
 //! | 4 | number of groups: 1, or 2 with chroma |
-//! | 12 each | of each group: subsampling, packing (its index in [`Packing::ALL`]), two bytes 0, and the length of its one or two KTX2 blobs in bytes (0 for none) |
+//! | 12 each | for each group: subsampling, packing (its index in [`Packing::ALL`]), two bytes 0, and the length of its one or two KTX2 blobs in bytes (0 for none) |
 //! | the rest | the blobs, one after the other |
 //!
 //! [`Packing::ALL`]: crate::codec::image::Packing::ALL
@@ -24,15 +25,15 @@ mod write;
 pub use read::{ReadError, read};
 pub use write::write;
 
-/// The file name's extension.
+/// Extension of the file name.
 pub const EXTENSION: &str = "wtex";
 
-/// Version that is written, and the only one that is read: 1 was never released.
+/// File version that is written, and the only one that is read; version 1 was never released.
 pub const VERSION: u16 = 2;
 
 const MAGIC: [u8; 8] = *b"WTEX\r\n\x1a\n";
 
-/// Bytes before the groups.
+/// Bytes of the header before the groups.
 const FIXED_HEADER_BYTES: usize = 24;
 
 /// Bytes of the header for each group.

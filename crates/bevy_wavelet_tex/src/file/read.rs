@@ -1,4 +1,5 @@
-//! Reading a `.wtex` file. No input panics, and nothing is allocated that the file does not hold.
+//! Reading a `.wtex` file. No input causes a panic, and no more is allocated than the file
+//! contains.
 
 use thiserror::Error;
 
@@ -8,54 +9,55 @@ use crate::codec::{
     layout::{self, MAX_SIZE},
 };
 
-/// Why bytes are not a wavelet texture. Who knows the file's name puts it before.
+/// The reason why bytes are not a wavelet texture. A caller that knows the name of the file puts it
+/// in front of the message.
 #[derive(Debug, Error)]
 pub enum ReadError {
-    /// The first bytes are another file's.
+    /// The file begins with the bytes of another format.
     #[error(
         "not a wavelet texture: it does not begin with the bytes of a .wtex file (was it made by \
          `wavelet-tex encode`?)"
     )]
     Magic,
-    /// Made by a later release.
+    /// The file was written by a later release.
     #[error(
         "file version {0} is newer than {VERSION}, the newest this release reads: update \
          bevy_wavelet_tex or encode the texture again"
     )]
     Version(u16),
-    /// Made before the first release.
+    /// The file was written before the first release.
     #[error("file version {0} was never released: encode the texture again")]
     OldVersion(u16),
     /// The file ends too early.
     #[error("the file is cut short: {needed} bytes are needed for its {part}, it has {available}")]
     Truncated {
-        /// What is missing.
+        /// The part of the file that is incomplete.
         part: &'static str,
-        /// Length of file or part that is needed at least, in bytes.
+        /// Length in bytes that the file needs at least to contain the part.
         needed: u64,
-        /// Length that is there, in bytes.
+        /// Length of the file in bytes.
         available: usize,
     },
-    /// There is more than the header tells of.
+    /// The file is longer than its header says.
     #[error("{0} bytes follow the end of the texture: the file is damaged")]
     TrailingBytes(usize),
     /// A side of the image is out of range.
     #[error("an image of {} x {} pixels: both sides must be 1 to {MAX_SIZE}", .0[0], .0[1])]
     Size([u32; 2]),
-    /// A field of the header has no meaning.
-    #[error("the header's {field} is {value}, which has no meaning: the file is damaged")]
+    /// A field of the header has an invalid value.
+    #[error("the header's {field} is {value}, which is invalid: the file is damaged")]
     Field {
-        /// Its name.
+        /// Name of the field.
         field: &'static str,
-        /// Its value.
+        /// Value of the field.
         value: u32,
     },
-    /// A blob is not the KTX2 that it should be.
+    /// A KTX2 blob is damaged or does not match the header.
     #[error("the KTX2 data of plane group {group} is damaged: {reason}")]
     Blob {
-        /// Which, from 0.
+        /// Index of the plane group, from 0.
         group: usize,
-        /// What is wrong with it.
+        /// Description of the damage.
         reason: String,
     },
 }
@@ -63,7 +65,7 @@ pub enum ReadError {
 /// Reads a file.
 ///
 /// # Errors
-/// See [`ReadError`]; each names what is wrong and, where there is one, the remedy.
+/// Returns a [`ReadError`], which names what is wrong and, where there is one, the remedy.
 pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
     let magic = bytes.get(..MAGIC.len()).unwrap_or(bytes);
     if magic.is_empty() || !MAGIC.starts_with(magic) {
@@ -177,7 +179,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             }
             levels = Some(contents.levels);
             if !group.codings.is_empty() && group.codings != contents.codings {
-                return Err(error("its textures are stored in different ways".into()));
+                return Err(error("its textures have different codings".into()));
             }
             group.codings = contents.codings;
             group.textures.push(contents.blocks);
@@ -193,7 +195,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
     })
 }
 
-/// What the header says of a group.
+/// The entry of a plane group in the header.
 struct Entry {
     subsampling: u32,
     packing: Packing,

@@ -1,4 +1,4 @@
-//! Good files come back, bad ones are named.
+//! Round trips of good files, and the errors of damaged ones.
 
 use proptest::prelude::*;
 
@@ -123,7 +123,7 @@ fn each_fault_of_the_header_is_named() {
     );
 }
 
-/// One for each way of storing: each has damages of its own.
+/// Files of all packings, each of which can be damaged in ways of its own.
 fn samples() -> Vec<Vec<u8>> {
     let settings = [
         fast(Rate::Color3),
@@ -142,8 +142,8 @@ fn samples() -> Vec<Vec<u8>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4096))]
 
-    /// Whatever is changed, reading does not panic, and what it returns is no larger than the file
-    /// and can be decoded.
+    /// No change to a file makes reading it panic, and an image that is read is no larger than the
+    /// file and can be decoded.
     #[test]
     fn damaged_bytes_neither_panic_nor_allocate_more_than_the_file(
         sample in 0usize..4,

@@ -3,7 +3,7 @@
 use super::{MAGIC, VERSION, ktx2_blob};
 use crate::codec::image::{ColorSpace, Content, Packing, WaveletImage};
 
-/// The bytes of a file; [`super::read`] gives the same image back.
+/// Returns the bytes of a file; [`super::read`] reads the same image from them.
 pub fn write(image: &WaveletImage) -> Vec<u8> {
     let content = match image.content {
         Content::Gray => 0,

@@ -1,4 +1,4 @@
-//! From handles to what a shader binds.
+//! The bind group of the material extension.
 
 use bevy::{
     asset::{AssetId, Handle},
@@ -58,8 +58,8 @@ const CHROMA_SAMPLER_BINDING: u32 = 101;
 const COEFFICIENT_SAMPLER_BINDING: u32 = 102;
 const FIRST_TEXTURE_BINDING: u32 = 103;
 
-/// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wesl`: the map, and which of
-/// its texture's images.
+/// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wesl`: the map, and the
+/// image of its texture.
 const TEXTURES: [(Map, Part); 14] = [
     (Map::BaseColor, Part::Luma),
     (Map::BaseColor, Part::Detail),
@@ -77,12 +77,12 @@ const TEXTURES: [(Map, Part); 14] = [
     (Map::Mask, Part::Detail),
 ];
 
-/// The samplers of an address mode: made once, shared by all materials.
+/// The samplers of each address mode, which are made once and shared by all materials.
 #[derive(Resource)]
 pub struct WaveletSamplers(HashMap<WaveletAddressMode, [Sampler; 2]>);
 
 impl WaveletSamplers {
-    /// Those of chroma and of coefficients.
+    /// The sampler of chroma and the sampler of coefficients.
     fn of(&self, mode: WaveletAddressMode) -> Option<&[Sampler; 2]> {
         self.0.get(&mode)
     }
@@ -118,7 +118,7 @@ impl FromWorld for WaveletSamplers {
     }
 }
 
-// By hand, since what is bound hangs on assets that the derive does not know of.
+// This is not derived because the bindings depend on assets that the derive macro cannot reach.
 impl AsBindGroup for WaveletExtension {
     type Data = WaveletKey;
     type Param = (
@@ -184,7 +184,7 @@ impl AsBindGroup for WaveletExtension {
             (COEFFICIENT_SAMPLER_BINDING, sampler(coefficients)),
         ];
         for (binding, (map, part)) in (FIRST_TEXTURE_BINDING..).zip(TEXTURES) {
-            // One pixel stands in for what a map does not have; nothing reads it.
+            // Missing images are bound to a fallback of one pixel, which the shader never reads.
             let view = match texture(map)?.and_then(|texture| texture.images.part(part)) {
                 Some(image) => {
                     &images

@@ -1,4 +1,4 @@
-//! The material extension that a game uses.
+//! The material extension, which is the API for games.
 
 use bevy::{
     asset::{Asset, Handle, embedded_path},
@@ -17,63 +17,64 @@ use crate::asset::WaveletTexture;
 /// A `StandardMaterial` whose maps are wavelet textures.
 pub type WaveletStandardMaterial = ExtendedMaterial<StandardMaterial, WaveletExtension>;
 
-/// The wavelet textures of a material; what is `None` costs nothing in the shader.
+/// The wavelet textures of a material. A map that is `None` costs nothing in the shader.
 ///
-/// They use the material's first UV set and its `uv_transform`. The `StandardMaterial` beside it
-/// keeps all its own fields: leave its textures for the same maps empty.
+/// The textures use the material's first UV set and its `uv_transform`. The `StandardMaterial`
+/// keeps all of its own fields, so leave its textures of the same maps empty.
 #[derive(Asset, Clone, Debug, Default, TypePath)]
 pub struct WaveletExtension {
     /// Multiplies the base colour, and its alpha where the texture has one. Gray or colour.
     pub base_color: Option<Handle<WaveletTexture>>,
     /// Multiplies the emissive colour, which is black by default. Gray or colour.
     pub emissive: Option<Handle<WaveletTexture>>,
-    /// Normal map in tangent space, +Y up. The mesh needs tangents.
+    /// Normal map in tangent space, with +Y up. The mesh needs tangents.
     pub normal: Option<Handle<WaveletTexture>>,
     /// Multiplies roughness by G and metallic by B, as in glTF. Colour, linear.
     pub metallic_roughness: Option<Handle<WaveletTexture>>,
-    /// Share of indirect light that arrives, in R. Gray, linear.
+    /// Fraction of the indirect light that is not occluded, in R. Gray, linear.
     pub occlusion: Option<Handle<WaveletTexture>>,
     /// Multiplies the base colour's alpha; for `AlphaMode::Mask` and blending. Gray, linear.
     pub mask: Option<Handle<WaveletTexture>>,
-    /// How the textures are filtered. Default: trilinear.
+    /// Filter of all textures of the material. Default: [`WaveletFilter::Trilinear`].
     pub filter: WaveletFilter,
-    /// What is seen outside of `[0, 1]`. Default: repeat.
+    /// How coordinates outside of `[0, 1]` are addressed. Default: [`WaveletAddressMode::Repeat`].
     pub address_mode: WaveletAddressMode,
 }
 
-/// How decoded pixels are filtered, from cheapest to smoothest.
+/// Filters of decoded pixels, from the cheapest to the smoothest.
 ///
-/// A decoded pixel costs nine fetches of luma (one where the texture was encoded with
-/// `Method::OneFetch`, or in BC4) and one of chroma.
+/// A decoded pixel takes nine fetches of luma (one where the texture was encoded with
+/// `Method::OneFetch` or in BC4) and one of chroma.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 pub enum WaveletFilter {
-    /// Nearest pixel of the nearest mip.
+    /// The nearest pixel of the nearest mip: one decoded pixel.
     Nearest,
-    /// Nearest pixel of two mips.
+    /// The nearest pixels of two mips: two decoded pixels.
     NearestMipLinear,
-    /// Four pixels of the nearest mip.
+    /// Bilinear between four pixels of the nearest mip.
     Bilinear,
-    /// Four pixels of one mip; the next one is taken from the means that they hold (thesis section
-    /// 3.5.3), so hand-made mips are ignored between levels, and sRGB is averaged as it is encoded.
+    /// Trilinear between four pixels of one mip and the next mip, which is taken from the low band
+    /// of the same texels (thesis section 3.5.3). Hand-made mips are ignored between levels, and
+    /// sRGB is averaged before it is linearised.
     OneFetchTrilinear,
-    /// Four pixels of two mips.
+    /// Trilinear between four pixels each of two mips: eight decoded pixels.
     #[default]
     Trilinear,
-    /// As trilinear where the texture is magnified; seen at an angle, the texture unit filters the
-    /// means with up to 16 samples (thesis section 3.6.3). For textures whose sides are multiples of
-    /// 8 times a power of two; others are filtered as by `Trilinear`.
+    /// Trilinear where the texture is magnified. At grazing angles the texture unit filters the low
+    /// band with up to 16 samples (thesis section 3.6.3). This needs textures whose sides are
+    /// multiples of 8 times a power of two; others are filtered as with `Trilinear`.
     Anisotropic,
 }
 
-/// What is seen outside of `[0, 1]`, as in wgpu's `AddressMode`.
+/// How coordinates outside of `[0, 1]` are addressed, as in wgpu's `AddressMode`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 pub enum WaveletAddressMode {
-    /// The texture again.
+    /// The texture repeats.
     #[default]
     Repeat,
-    /// The pixels of the edge.
+    /// The pixels of the edge repeat.
     ClampToEdge,
-    /// The texture again, every other time mirrored.
+    /// The texture repeats, mirrored every other time.
     MirrorRepeat,
 }
 
@@ -81,10 +82,10 @@ impl WaveletAddressMode {
     pub(super) const ALL: [Self; 3] = [Self::Repeat, Self::ClampToEdge, Self::MirrorRepeat];
 }
 
-/// What a pipeline of the extension is specialised for.
+/// The key that a pipeline of the extension is specialised by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WaveletKey {
-    /// One for each map, in the order of [`Map::ALL`].
+    /// Whether each map is in use, in the order of [`Map::ALL`].
     maps: [bool; 6],
     filter: WaveletFilter,
 }
@@ -134,7 +135,7 @@ impl WaveletExtension {
         }
     }
 
-    /// The textures that are in use.
+    /// Iterates over the textures that are in use.
     pub fn textures(&self) -> impl Iterator<Item = &Handle<WaveletTexture>> {
         Map::ALL.into_iter().filter_map(|map| self.map(map))
     }

@@ -1,15 +1,15 @@
 //! Wavelet textures on `StandardMaterial`: the extension, its uniforms and its shaders.
 //!
-//! | shader | what is in it |
+//! | shader | contents |
 //! | --- | --- |
-//! | `types.wesl` | `bevy_wavelet_tex::material::types`: what a shader must know of a texture |
-//! | `decode.wesl` | `bevy_wavelet_tex::material::decode`: one pixel |
-//! | `sampling.wesl` | `bevy_wavelet_tex::material::sampling`: filters that decode first |
-//! | `anisotropic.wesl` | `bevy_wavelet_tex::material::anisotropic`: the one that lets the texture unit filter |
-//! | `bindings.wesl` | the textures of the extension |
-//! | `forward.wesl`, `prepass.wesl` | its fragment shaders |
+//! | `types.wesl` | `bevy_wavelet_tex::material::types`: the parameters of a texture that a shader needs |
+//! | `decode.wesl` | `bevy_wavelet_tex::material::decode`: decodes one pixel |
+//! | `sampling.wesl` | `bevy_wavelet_tex::material::sampling`: filters of decoded pixels |
+//! | `anisotropic.wesl` | `bevy_wavelet_tex::material::anisotropic`: the filter that uses the texture unit |
+//! | `bindings.wesl` | the bindings of the extension |
+//! | `forward.wesl`, `prepass.wesl` | the fragment shaders of the extension |
 //!
-//! The first four are libraries for any shader.
+//! Any shader can import the first four.
 
 mod bind_group;
 mod extension;

@@ -1,4 +1,4 @@
-//! Materials of textures that have been loaded anew.
+//! Updates materials when their textures are reloaded.
 
 use bevy::{
     asset::{AssetEvent, AssetId, Assets},
@@ -11,8 +11,8 @@ use bevy::{
 use super::extension::WaveletStandardMaterial;
 use crate::asset::WaveletTexture;
 
-/// Marks materials as changed when a texture of theirs is, so that they are bound again: in that frame
-/// and in the next, since a frame may prepare a material before its texture.
+/// Marks materials as changed when one of their textures is, so that they are bound again: in that
+/// frame and in the next, since a frame can prepare a material before its texture.
 pub(crate) fn rebind_materials(
     mut events: MessageReader<AssetEvent<WaveletTexture>>,
     mut again: Local<Vec<AssetId<WaveletStandardMaterial>>>,
@@ -36,7 +36,7 @@ pub(crate) fn rebind_materials(
     }
     due.extend(&*again);
     for id in due {
-        // Only what is reached through `DerefMut` counts as changed.
+        // Only access through `DerefMut` marks the material as changed.
         if let Some(mut material) = materials.get_mut(id) {
             let _: &mut WaveletStandardMaterial = &mut material;
         }

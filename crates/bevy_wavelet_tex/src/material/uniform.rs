@@ -1,4 +1,4 @@
-//! What the shader must know of the textures; the same names in `types.wesl` and `bindings.wesl`.
+//! The uniforms of the shaders, with the same field names as in `types.wesl` and `bindings.wesl`.
 
 use bevy::{
     math::{UVec2, Vec3},
@@ -14,7 +14,7 @@ use crate::{
     },
 };
 
-/// `WaveletMaterial` in `bindings.wesl`.
+/// The uniform of a material, `WaveletMaterial` in `bindings.wesl`.
 #[derive(Clone, Copy, Default, ShaderType)]
 pub(super) struct MaterialUniform {
     pub(super) base_color: TextureUniform,
@@ -25,7 +25,7 @@ pub(super) struct MaterialUniform {
     pub(super) mask: TextureUniform,
 }
 
-/// `WaveletTexture` in `types.wesl`.
+/// The parameters of a texture, `WaveletTexture` in `types.wesl`.
 #[derive(Clone, Copy, Default, ShaderType)]
 pub(super) struct TextureUniform {
     size: UVec2,
@@ -40,7 +40,7 @@ pub(super) struct TextureUniform {
     planes: [PlaneUniform; 4],
 }
 
-/// `PlaneCoding` in `types.wesl`.
+/// The parameters of a plane, `PlaneCoding` in `types.wesl`.
 #[derive(Clone, Copy, Default, ShaderType)]
 struct PlaneUniform {
     unmix_hl: Vec3,

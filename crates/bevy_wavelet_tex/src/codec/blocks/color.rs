@@ -1,9 +1,9 @@
-//! BC1 blocks, and the colour half of BC3 blocks.
+//! Encoders of BC1 blocks, and of the colour half of BC3 blocks.
 
 use super::fit::{Channel, Starts, Target, fit, places};
 use crate::codec::{haar::Details, quantizer::PlaneCoding};
 
-/// Makes the colour half of BC3 blocks from details.
+/// Encodes the colour half of BC3 blocks from details.
 pub struct DetailEncoder<'a> {
     coding: &'a PlaneCoding,
     channels: [Channel; 3],
@@ -11,7 +11,7 @@ pub struct DetailEncoder<'a> {
 }
 
 impl<'a> DetailEncoder<'a> {
-    /// For a plane whose details are stored unmixed.
+    /// Makes an encoder for a plane whose details are stored without a transform.
     pub fn new(coding: &'a PlaneCoding, starts: Starts) -> Self {
         let channel = |c: usize, levels| Channel::new(levels, |v| coding.load_detail(c, v));
         Self {
@@ -21,7 +21,7 @@ impl<'a> DetailEncoder<'a> {
         }
     }
 
-    /// The block of 4 x 4 details and its squared error.
+    /// Encodes 4 x 4 details, and returns the block and its squared error.
     pub fn block(&self, details: &[Details; 16]) -> ([u8; 8], f32) {
         let wanted: [[f32; 16]; 3] =
             std::array::from_fn(|c| std::array::from_fn(|i| details[i][c]));
@@ -35,20 +35,20 @@ impl<'a> DetailEncoder<'a> {
     }
 }
 
-/// Makes BC1 blocks of two planes.
+/// Encodes BC1 blocks of two planes.
 pub struct ChromaEncoder<'a> {
     codings: &'a [PlaneCoding; 2],
     channels: [Channel; 2],
-    /// Square roots of the weights of the planes' errors.
+    /// Square roots of the weights of the planes' squared errors.
     weights: [f32; 2],
     starts: Starts,
 }
 
-/// Values of the first channel: the mean of R and B, of 5 bits each.
+/// Number of values of the first channel, which is the mean of R and B of 5 bits each.
 const PAIR_LEVELS: usize = 63;
 
 impl<'a> ChromaEncoder<'a> {
-    /// `weights` are those of the squared errors.
+    /// Makes an encoder. `weights` are those of the planes' squared errors.
     pub fn new(codings: &'a [PlaneCoding; 2], weights: [f32; 2], starts: Starts) -> Self {
         let weights = weights.map(f32::sqrt);
         let channel =
@@ -61,7 +61,7 @@ impl<'a> ChromaEncoder<'a> {
         }
     }
 
-    /// The block of 4 x 4 values of both planes.
+    /// Encodes 4 x 4 values of both planes.
     pub fn block(&self, values: &[[f32; 2]; 16]) -> [u8; 8] {
         let of = |c: usize| values.map(|v| v[c]);
         let target = Target {
@@ -80,10 +80,10 @@ fn pack565(r: u8, g: u8, b: u8) -> u16 {
     u16::from(r) << 11 | u16::from(g) << 5 | u16::from(b)
 }
 
-/// The block of two colours and the places of its texels between them, 0 to 3.
+/// Packs a block of two colours and the positions of its texels on the line between them, 0 to 3.
 ///
-/// The larger colour comes first: in BC1 that means four colours, and in BC3, where it should mean
-/// nothing, no decoder can take it amiss.
+/// The larger colour comes first. In BC1 that selects the mode of four colours; in BC3 the order
+/// has no meaning, and no decoder can misread it.
 fn bc1_block([mut first, mut second]: [u16; 2], mut places: [u8; 16]) -> [u8; 8] {
     if first < second {
         (first, second) = (second, first);
@@ -91,7 +91,7 @@ fn bc1_block([mut first, mut second]: [u16; 2], mut places: [u8; 16]) -> [u8; 8]
     } else if first == second {
         places = [0; 16];
     }
-    // Index 1 is the second colour; 2 and 3 lie between.
+    // Index 1 is the second colour; 2 and 3 are interpolated.
     let index = |place: u8| [0u32, 2, 3, 1][place as usize];
     let indices = (0..16).fold(0, |bits, i| bits | index(places[i]) << (2 * i));
     let mut block = [0; 8];
@@ -101,10 +101,10 @@ fn bc1_block([mut first, mut second]: [u16; 2], mut places: [u8; 16]) -> [u8; 8]
     block
 }
 
-/// BC3 blocks of alpha's halves (BC4 blocks) and colour's.
+/// Interleaves alpha blocks (BC4) and colour blocks to BC3 blocks.
 ///
 /// # Panics
-/// When they are not equally long.
+/// Panics when the two do not have the same number of blocks.
 pub fn with_alpha_blocks(alpha: &[u8], color: &[[u8; 8]]) -> Vec<u8> {
     let (alpha, _) = alpha.as_chunks::<8>();
     assert_eq!(alpha.len(), color.len());
@@ -127,7 +127,7 @@ mod tests {
     }
 
     proptest! {
-        /// The error that the fit promises is that of the block it makes.
+        /// The error that the fit returns is that of the block it encodes.
         #[test]
         fn a_block_decodes_to_what_the_fit_promised(seed in any::<u64>(), spread in 0.0f32..0.6) {
             let mut state = seed | 1;

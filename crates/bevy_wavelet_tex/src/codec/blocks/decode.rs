@@ -1,15 +1,16 @@
-//! Blocks to texels.
+//! Decoders of the block formats.
 
 use super::BlockFormat;
 
-/// Decodes one level of `size` texels; partial blocks at the right and bottom are cut.
+/// Decodes one level of `size` texels. Partial blocks at the right and bottom are cropped.
 ///
-/// Exact: the interpolated values are real numbers in `[0, 1]`. GPUs, and the libraries that
-/// decode to bytes, round those of BC1, BC3 and BC4 each in their own way, by one or two 8-bit
-/// steps; BC7 is defined in whole bytes. BC4 is red, the others' missing channels are 0 or, alpha, 1.
+/// The decoder is exact: interpolated values are real numbers in `[0, 1]`. GPUs, and libraries that
+/// decode to bytes, round those of BC1, BC3 and BC4 in different ways, by one or two 8-bit steps;
+/// BC7 is defined in whole bytes. BC4 decodes to red. Missing channels are 0, and missing alpha is
+/// 1.
 ///
 /// # Panics
-/// When `blocks` is shorter than [`BlockFormat::level_bytes`] of `size`.
+/// Panics when `blocks` is shorter than [`BlockFormat::level_bytes`] of `size`.
 pub fn decode_blocks(format: BlockFormat, blocks: &[u8], size: [u32; 2]) -> Vec<[f32; 4]> {
     match format {
         BlockFormat::Bc1 => decode_texels::<8>(blocks, size, |block, i| {
@@ -28,15 +29,16 @@ pub fn decode_blocks(format: BlockFormat, blocks: &[u8], size: [u32; 2]) -> Vec<
     }
 }
 
-/// As [`decode_blocks`] of [`BlockFormat::Bc3`].
+/// Decodes as [`decode_blocks`] does with [`BlockFormat::Bc3`].
 ///
 /// # Panics
-/// As there.
+/// Panics as [`decode_blocks`] does.
 pub fn decode_bc3(blocks: &[u8], size: [u32; 2]) -> Vec<[f32; 4]> {
     decode_blocks(BlockFormat::Bc3, blocks, size)
 }
 
-/// `texel` takes a block and the index in it, row by row.
+/// Decodes all texels of a level. `texel` decodes the texel of a block with the given index, row by
+/// row.
 fn decode_texels<const BYTES: usize>(
     blocks: &[u8],
     size: [u32; 2],
@@ -67,8 +69,9 @@ fn mix(a: f32, b: f32, t: f32) -> f32 {
     a + (b - a) * t
 }
 
-/// From the lowest bit: two 5:6:5 colours, sixteen 2-bit indices (thesis Fig. 3.12). BC1 has a mode
-/// of three colours and black where the first is not larger; BC3 does not.
+/// Decodes a texel of a colour block. From the lowest bit it has two 5:6:5 colours and sixteen
+/// 2-bit indices (thesis Fig. 3.12). Where the first colour is not larger than the second, BC1 has
+/// a mode of three colours and black; BC3 does not.
 fn color_texel(block: u64, i: u32, is_bc1: bool) -> [f32; 3] {
     let index = bits(block, 32 + 2 * i, 2);
     let t = if is_bc1 && bits(block, 0, 16) <= bits(block, 16, 16) {
@@ -82,7 +85,8 @@ fn color_texel(block: u64, i: u32, is_bc1: bool) -> [f32; 3] {
     [(11, 5), (5, 6), (0, 5)].map(|(at, n)| mix(unorm(block, at, n), unorm(block, 16 + at, n), t))
 }
 
-/// From the lowest bit: two 8-bit end points, sixteen 3-bit indices (thesis Fig. 3.14).
+/// Decodes a texel of a single-channel block. From the lowest bit it has two 8-bit endpoints and
+/// sixteen 3-bit indices (thesis Fig. 3.14).
 fn single_texel(block: u64, i: u32) -> f32 {
     let (a0, a1) = (unorm(block, 0, 8), unorm(block, 8, 8));
     match (
@@ -143,7 +147,7 @@ mod tests {
     }
 
     proptest! {
-        /// An independent decoder, which rounds to bytes.
+        /// The decoder agrees with an independent one, which rounds to bytes.
         #[test]
         fn every_block_decodes_as_the_library_does(block in any::<[u8; 16]>()) {
             for (format, decode) in [
@@ -157,7 +161,7 @@ mod tests {
             let half = &block[..8];
             let mut library = [0; 64];
             bcdec_rs::bc1(half, &mut library, 16);
-            // Where BC1's black is transparent the library's alpha is 0; nothing here reads it.
+            // The library's alpha is 0 where BC1's black is transparent; nothing here reads it.
             library.iter_mut().skip(3).step_by(4).for_each(|a| *a = 255);
             check(BlockFormat::Bc1, half, &library)?;
             let mut single = [0; 16];

@@ -1,19 +1,21 @@
-//! End points of a block on a line through `C` channels, by the error that counts.
+//! Search for the endpoints of a block on a line through `C` channels, by the error of the decoded
+//! values.
 //!
-//! Each channel has a table of what a pair of end points decodes to at the four places of the line,
-//! in the units of the error. A start along a principal axis is improved by moving end points a step
-//! at a time, each texel taking its best place anew, until no move helps.
+//! Each channel has a table of the values to which a pair of endpoints decodes at the four
+//! positions on the line, in the units of the error. The search starts along a principal axis and
+//! moves endpoints by a step at a time, with the best position for each texel after each step,
+//! until no step reduces the error.
 
-/// What end points decode to: one channel.
+/// The decoded values of all endpoints of one channel.
 pub struct Channel {
-    /// Number of values of an end point.
+    /// Number of values that an endpoint can have.
     levels: usize,
-    /// Decoded values at the places 0, 1/3, 2/3, 1 of the line, for each pair of end points.
+    /// Decoded values at the positions 0, 1/3, 2/3 and 1 on the line, for each pair of endpoints.
     table: Vec<[f32; 4]>,
 }
 
 impl Channel {
-    /// `decode` takes a stored value in `[0, 1]`.
+    /// Makes the table. `decode` converts a stored value in `[0, 1]`.
     pub fn new(levels: usize, decode: impl Fn(f32) -> f32) -> Self {
         let unit = |level: usize| level as f32 / (levels - 1) as f32;
         let pairs = (0..levels).flat_map(|a| (0..levels).map(move |b| (a, b)));
@@ -31,35 +33,35 @@ impl Channel {
     }
 }
 
-/// A block to fit.
+/// The values of a block that a fit approximates.
 pub struct Target<const C: usize> {
-    /// What the decoder should give, in the units of the error.
+    /// The values that the decoder should return, in the units of the error.
     pub wanted: [[f32; 16]; C],
-    /// The same as it would be stored, in `[0, 1]`: the principal axis is sought there.
+    /// The same values as they would be stored, in `[0, 1]`. The principal axis is that of these.
     pub stored: [[f32; 16]; C],
 }
 
-/// The best that was found.
+/// The best endpoints that a fit found.
 #[derive(Clone, Copy)]
 pub struct Fit<const C: usize> {
-    /// Both end points of each channel, as levels.
+    /// Both endpoints of each channel, as integer levels.
     pub ends: [[u8; 2]; C],
     /// Squared error of the block.
     pub error: f32,
 }
 
-/// How many starts a fit has: more are slower and a little better.
+/// Number of starting points of a fit. More of them take more time and reduce the error a little.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Starts {
-    /// The whole length of the principal axis.
+    /// One start: the whole length of the principal axis.
     One,
-    /// Also a shorter part of it.
+    /// Two starts: the whole axis and a shorter part of it.
     Two,
-    /// The same of the second axis.
+    /// Four starts: the same two on each of the first two principal axes.
     Four,
 }
 
-/// Moves of a channel's two end points.
+/// Steps of a channel's two endpoints.
 const MOVES: [[i16; 2]; 12] = [
     [1, 0],
     [-1, 0],
@@ -75,10 +77,10 @@ const MOVES: [[i16; 2]; 12] = [
     [0, -2],
 ];
 
-/// Rounds of moves, should they not end before.
+/// Largest number of rounds of steps.
 const MAX_ROUNDS: usize = 16;
 
-/// Fits a block.
+/// Fits the endpoints of a block.
 pub fn fit<const C: usize>(channels: &[Channel; C], target: &Target<C>, starts: Starts) -> Fit<C> {
     let lengths: &[f32] = if starts == Starts::One {
         &[1.0]
@@ -99,7 +101,7 @@ pub fn fit<const C: usize>(channels: &[Channel; C], target: &Target<C>, starts: 
     best.expect("there is a start")
 }
 
-/// The place on the line, 0 to 3, that is best for each texel.
+/// The position on the line, 0 to 3, with the least error for each texel.
 pub fn places<const C: usize>(
     channels: &[Channel; C],
     target: &Target<C>,
@@ -119,7 +121,7 @@ pub fn places<const C: usize>(
     })
 }
 
-/// Squared distance of each texel from each place, in one channel.
+/// Squared distance of each texel from each position on the line, in one channel.
 type Distances = [[f32; 16]; 4];
 
 fn distances(channel: &Channel, wanted: &[f32; 16], ends: [u8; 2]) -> Distances {
@@ -140,8 +142,8 @@ fn sum<const C: usize>(distances: &[Distances; C]) -> Distances {
     sums
 }
 
-/// Error of a channel with these end points, added to that of the `others`, with the best place for
-/// each texel.
+/// Error of a channel with these endpoints, added to that of the `others`, with the best position
+/// for each texel.
 fn error(others: &Distances, channel: &Channel, wanted: &[f32; 16], ends: [u8; 2]) -> f32 {
     let mut least = [f32::INFINITY; 16];
     for (value, others) in channel.palette(ends).iter().zip(others) {
@@ -178,7 +180,8 @@ fn refine<const C: usize>(
                 }
                 let tried = tried.map(|e| e as u8);
                 let error = error(&others, channel, wanted, tried);
-                // What is lost in the last bits is no improvement, and could go in circles.
+                // A difference in the last bits is no improvement, and steps by it could cycle
+                // forever.
                 if error < best * (1.0 - 1e-6) {
                     best = error;
                     ends[c] = tried;
@@ -194,7 +197,7 @@ fn refine<const C: usize>(
     Fit { ends, error: best }
 }
 
-/// End points at the extremes of the texels along an axis through their mean.
+/// Endpoints at the extremes of the texels along an axis through their mean.
 fn start<const C: usize>(
     channels: &[Channel; C],
     target: &Target<C>,
@@ -236,7 +239,8 @@ fn principal_axes<const C: usize>(target: &Target<C>) -> [[f32; C]; 2] {
     }
     let mut axes = [[0.0; C]; 2];
     for (number, axis) in axes.iter_mut().enumerate() {
-        // Not orthogonal to anything likely.
+        // Power iteration needs a start that is not orthogonal to the axis; this one is unlikely to
+        // be.
         *axis = std::array::from_fn(|c| {
             if c % 2 == number {
                 1.0

@@ -1,22 +1,22 @@
-//! The block encoders of well-kept crates, behind one manner of calling them.
+//! Block encoders of other crates behind one interface.
 
 use rayon::prelude::*;
 
 use super::Texel;
 
-/// How hard a block encoder tries.
+/// The encoding time that a block encoder spends on quality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlockQuality {
-    /// To compare parameters.
+    /// Fast enough to compare parameters.
     Normal,
-    /// To keep.
+    /// For blocks that are written to a file.
     High,
 }
 
-/// Encodes one level of `size` texels as BC3; partial blocks are filled by repeating the edge.
+/// Encodes one level of `size` texels as BC3. Partial blocks are filled by repeating the edge.
 ///
 /// # Panics
-/// When `texels` is not `size` texels.
+/// Panics when `texels` does not have `size` texels.
 pub fn encode_bc3(texels: &[Texel], size: [u32; 2], quality: BlockQuality) -> Vec<u8> {
     let color = dds::ColorFormat::RGBA_U8;
     with_dds(
@@ -28,10 +28,10 @@ pub fn encode_bc3(texels: &[Texel], size: [u32; 2], quality: BlockQuality) -> Ve
     )
 }
 
-/// The same as BC1, opaque: the rival of wavelet textures.
+/// Encodes the same as opaque BC1, a baseline for wavelet textures.
 ///
 /// # Panics
-/// When `texels` is not `size` texels.
+/// Panics when `texels` does not have `size` texels.
 pub fn encode_bc1(texels: &[Texel], size: [u32; 2], quality: BlockQuality) -> Vec<u8> {
     let color = dds::ColorFormat::RGBA_U8;
     with_dds(
@@ -46,7 +46,7 @@ pub fn encode_bc1(texels: &[Texel], size: [u32; 2], quality: BlockQuality) -> Ve
 /// Encodes values in `[0, 1]` as BC4.
 ///
 /// # Panics
-/// When `values` is not `size` values.
+/// Panics when `values` does not have `size` values.
 pub fn encode_bc4(values: &[f32], size: [u32; 2], quality: BlockQuality) -> Vec<u8> {
     let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_ne_bytes()).collect();
     let color = dds::ColorFormat::GRAYSCALE_F32;
@@ -72,13 +72,13 @@ fn with_dds(
     blocks
 }
 
-/// Blocks for one call of bc7e: enough that the call itself costs nothing.
+/// Number of blocks per call of bc7e: enough to make the cost of the call itself negligible.
 const BC7_BATCH: usize = 64;
 
-/// Encodes `size` texels as BC7, opaque, with weights of the squared errors of R, G and B; partial
-/// blocks are filled by repeating the edge. `texel` gives R, G and B at a position, in `[0, 1]`.
+/// Encodes `size` texels as opaque BC7, with weights of the squared errors of R, G and B. Partial
+/// blocks are filled by repeating the edge. `texel` returns R, G and B at a position, in `[0, 1]`.
 ///
-/// bc7e itself uses one thread; the result does not depend on how many call it.
+/// bc7e itself uses one thread. The result does not depend on the number of threads that call it.
 pub fn encode_bc7(
     size: [u32; 2],
     weights: [u32; 3],
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn constant_blocks_and_alpha_ramps_come_back() {
-        // 5:6:5 holds 0 and 255 exactly; alpha has 8 bits at its end points.
+        // 5:6:5 stores 0 and 255 exactly; alpha has 8 bits at its endpoints.
         let size = [6, 5];
         let texels: Vec<Texel> = (0..30).map(|_| [255, 0, 255, 77]).collect();
         let blocks = encode_bc3(&texels, size, BlockQuality::High);
