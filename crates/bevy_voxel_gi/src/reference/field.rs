@@ -1,4 +1,5 @@
-//! The light in the volume as receivers sample it: six irradiances per voxel (Bevy's irradiance volume).
+//! The light in the volume as receivers sample it: six irradiances per voxel, as in Bevy's irradiance
+//! volumes.
 
 use super::{
     grid::VolumeGrid,
@@ -7,28 +8,28 @@ use super::{
 };
 use glam::{IVec3, Vec3, Vec4};
 
-/// Weight of a voxel that a receiver does not see, against 1: it counts where no other does.
+/// Weight of a voxel that is not visible, relative to 1: it matters only where no voxel is visible.
 pub const HIDDEN: f32 = 1.0 / 1024.0;
 
-/// What so many sub-voxels' edges of touched sub-voxels are in front of is hidden; less hides a part,
-/// so that light changes little by little beside small things.
+/// A voxel is hidden if its ray passes through this length of occupied sub-voxels, in sub-voxel edges; a
+/// shorter length hides a part of it, so that light changes gradually beside small things.
 const OPAQUE: f32 = 0.5;
 
-/// From a sub-voxel that something else fills as well it looks around from farther towards the viewer,
-/// but not from farther than this, in voxels.
+/// If something else also fills the sub-voxel in which the rays start, their origin moves towards the
+/// viewer, by at most this distance in voxels.
 const FARTHEST: f32 = 0.5;
 
 /// Irradiance per voxel and face, each with a weight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
-    /// Where the voxels are.
+    /// Placement of the voxels.
     pub grid: VolumeGrid,
     /// Per voxel and face: irradiance times weight, and weight.
     pub texels: Vec<[Vec4; 6]>,
 }
 
 impl Field {
-    /// Without light and without weight.
+    /// Creates a field without light, with weights of 0.
     pub fn empty(grid: VolumeGrid) -> Self {
         Self {
             grid,
@@ -36,7 +37,7 @@ impl Field {
         }
     }
 
-    /// Stores what was found for surfaces: a value times a weight, and the weight.
+    /// Stores the values of surfaces: irradiance times weight, and weight.
     pub(super) fn put(&mut self, surfaces: &[Surface], values: &[Vec4]) {
         for (surface, value) in surfaces.iter().zip(values) {
             for face in surface.faces() {
@@ -45,7 +46,8 @@ impl Field {
         }
     }
 
-    /// Trilinear between voxel centres, clamped at the border; grid coordinates.
+    /// Interpolates trilinearly between voxel centres, clamped at the border. `position` is in grid
+    /// coordinates.
     pub fn sample(&self, position: Vec3, face: usize) -> Vec4 {
         let last = self.grid.resolution as f32 - 1.0;
         let p = (position - 0.5).clamp(Vec3::ZERO, Vec3::splat(last));
@@ -62,9 +64,10 @@ impl Field {
         sum
     }
 
-    /// Irradiance of a surface, in lux: an ambient cube.
+    /// Returns the irradiance of a surface in lux, from an ambient cube.
     ///
-    /// `position` in metres, `normal` a unit vector; the position is moved along it by `shift` voxels.
+    /// `position` is in metres, `normal` is a unit vector, along which the position is moved by `shift`
+    /// voxels.
     pub fn irradiance(&self, position: Vec3, normal: Vec3, shift: f32) -> Vec3 {
         let at = self.grid.to_grid(position) + normal * shift;
         let mut sum = Vec4::ZERO;
@@ -75,11 +78,11 @@ impl Field {
         sum.truncate() / sum.w.max(1e-12)
     }
 
-    /// The same with the eight voxels around looked for: those behind something count by
-    /// [`HIDDEN`].
+    /// Returns the irradiance of a surface in lux with visibility tests of the eight voxels around:
+    /// hidden ones are weighted by [`HIDDEN`].
     ///
-    /// `to_viewer` is a unit vector from the position to who looks at it: in a sub-voxel that a
-    /// wall fills in part, it tells on which side of the wall the position is.
+    /// `to_viewer` is a unit vector from the position to the viewer: in a sub-voxel that a wall fills in
+    /// part, it decides which side of the wall the position is on.
     pub fn irradiance_seen(
         &self,
         voxels: &Voxels,
@@ -106,7 +109,7 @@ impl Field {
                 continue;
             };
             let mut weight = Vec3::select(step.cmpeq(IVec3::ONE), f, 1.0 - f).element_product();
-            // Along the surface, as far as the middle of the voxel.
+            // Within the plane of the surface, as far as the centre of the voxel.
             let way = voxel.as_vec3() + 0.5 - eye;
             let through = filled(voxels, eye, way - normal * normal.dot(way));
             weight *= 1.0 - clarity * (through / OPAQUE).min(1.0 - HIDDEN);
@@ -119,7 +122,7 @@ impl Field {
     }
 }
 
-/// The parts of a way, from 0 to 1, that are in a sub-voxel each, and whether that is touched.
+/// The segments of a path by sub-voxel: fraction of the path, and whether the sub-voxel is occupied.
 fn parts(voxels: &Voxels, from: Vec3, way: Vec3) -> impl Iterator<Item = (f32, bool)> {
     let scale = SUB_VOXELS as f32;
     let (start, way) = (from * scale, way * scale);
@@ -142,13 +145,13 @@ fn parts(voxels: &Voxels, from: Vec3, way: Vec3) -> impl Iterator<Item = (f32, b
     })
 }
 
-/// How far a way leads through touched sub-voxels, in edges of sub-voxels.
+/// Length of a path within occupied sub-voxels, in sub-voxel edges.
 fn filled(voxels: &Voxels, from: Vec3, way: Vec3) -> f32 {
     let touched = parts(voxels, from, way).filter(|(_, is_touched)| *is_touched);
     touched.map(|(part, _)| part).sum::<f32>() * way.length() * SUB_VOXELS as f32
 }
 
-/// How far it is out of touched sub-voxels, in voxels, at most [`FARTHEST`].
+/// Distance to the end of the occupied sub-voxels around a position, in voxels, at most [`FARTHEST`].
 fn way_out(voxels: &Voxels, from: Vec3, direction: Vec3) -> f32 {
     let touched =
         parts(voxels, from, direction * FARTHEST).take_while(|(_, is_touched)| *is_touched);

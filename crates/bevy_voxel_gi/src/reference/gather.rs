@@ -1,4 +1,4 @@
-//! What arrives at a surface or in the middle of a voxel, by rays.
+//! Gathers the light that arrives at a surface or in the centre of a voxel, by ray tracing.
 
 use super::{
     grid::FACES,
@@ -8,21 +8,21 @@ use super::{
 };
 use glam::{Vec3, Vec4};
 
-/// Sets of rays that take turns, a frame each: together they are one dense set.
+/// Number of ray sets, one of which is traced per frame in rotation: together they form one dense set.
 pub const RAY_SETS: u32 = 8;
 
-/// Points of a surface from which rays begin in a frame.
+/// Number of points of a surface at which rays start in a frame.
 pub const FRAME_POINTS: u32 = 4;
 
-/// From point to point, so that neighbours are not in the same frame; coprime to 16.
+/// Stride from point to point, so that neighbouring points are not in the same frame; coprime to 16.
 pub const POINT_STEP: u32 = 5;
 
-/// Weight of what is found where more than a quarter of the rays may have begun inside of something,
-/// against 1: in a solid, or close behind a surface with one side. Both are dark, but beside what is
-/// outside of the solid it must not show.
+/// Weight of a surface, relative to 1, where more than a quarter of the rays may start inside geometry:
+/// in a solid, or close behind a single-sided surface. Its light is too dark, and must not show in
+/// pixels just outside of the solid.
 pub const BEHIND: f32 = 1.0 / 256.0;
 
-/// Of voxels without surfaces: their weight there, against others of them.
+/// Weight of an empty voxel in the same case, relative to other empty voxels.
 pub const AIR_BEHIND: f32 = 1.0 / 4.0;
 
 fn turn(voxel: usize, salt: u32, frame: u32) -> f32 {
@@ -35,13 +35,13 @@ fn turn(voxel: usize, salt: u32, frame: u32) -> f32 {
     )
 }
 
-/// What some rays have brought.
+/// The result of several rays.
 #[derive(Clone, Copy, Default)]
 struct Gathered {
-    /// Radiance times weight, and weight, of the rays that tell something.
+    /// Radiance times weight, and weight, of the valid samples.
     light: Vec4,
     rays: f32,
-    /// Of the rays, those that may have begun inside of something.
+    /// Number of rays that may start inside geometry.
     enclosed: f32,
 }
 
@@ -61,13 +61,13 @@ impl Gathered {
     }
 }
 
-/// The mean over rays about a surface's normal, more where the cosine is larger, times a weight; and
-/// that weight.
+/// Mean radiance of rays about a surface's normal, distributed in proportion to the cosine, times a
+/// weight; and that weight.
 ///
-/// `arriving` gives what comes along a ray from an origin in grid coordinates. The weight is the share
-/// of rays that count; where all points are inside of something it is [`BEHIND`], else only the others
-/// count. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side` rays begin only from the points
-/// that the middle one sees.
+/// `arriving` returns the radiance along a ray from an origin in grid coordinates. The weight is the
+/// fraction of valid samples; if all points are inside geometry it is [`BEHIND`], else only the points
+/// outside are used. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side`, rays start only at the
+/// points that are visible from the middle one.
 pub fn hemisphere(
     surface: &Surface,
     rays: u32,
@@ -105,8 +105,8 @@ pub fn hemisphere(
     }
 }
 
-/// The same in the middle of a voxel without surfaces, for its six faces. All weights are `weight`,
-/// times [`AIR_BEHIND`] inside of something.
+/// Mean radiance in the centre of an empty voxel, for its six faces. All weights are `weight`, times
+/// [`AIR_BEHIND`] inside geometry.
 pub fn sphere(
     voxel: usize,
     center: Vec3,
@@ -122,7 +122,7 @@ pub fn sphere(
         let direction = sphere_ray(place, rays * RAY_SETS, turn);
         let seen = arriving(center, direction);
         for (found, face) in found.iter_mut().zip(FACES) {
-            // The cosine as weight, so that a uniform field is uniform however few rays there are.
+            // Weighted by the cosine, so that a uniform field stays uniform however few rays there are.
             found.add(seen, direction.dot(face).max(0.0));
         }
     }

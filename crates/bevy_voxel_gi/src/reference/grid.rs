@@ -1,8 +1,8 @@
-//! Where the voxels are.
+//! Placement and indexing of the voxels.
 
 use glam::{IVec3, Vec3};
 
-/// The six directions a voxel's faces look in, and the order of everything stored per face.
+/// Normals of a voxel's faces, in the order of everything that is stored per face.
 pub const FACES: [Vec3; 6] = [
     Vec3::X,
     Vec3::NEG_X,
@@ -22,9 +22,9 @@ pub const FACE_STEPS: [IVec3; 6] = [
     IVec3::NEG_Z,
 ];
 
-/// A cube of cubic voxels in the world.
+/// A cube of cubic voxels in world space.
 ///
-/// Grid coordinates are voxels from its lowest corner: voxel (x, y, z) is the cube from (x, y, z) to
+/// Grid coordinates count voxels from its lowest corner: voxel (x, y, z) is the cube from (x, y, z) to
 /// (x + 1, y + 1, z + 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeGrid {
@@ -32,14 +32,14 @@ pub struct VolumeGrid {
     pub min: Vec3,
     /// Edge of a voxel, in metres, above 0.
     pub voxel_size: f32,
-    /// Voxels along an edge, 1 or more (8 to 128 in use).
+    /// Number of voxels along an edge, at least 1 (the plugin uses 8 to 128).
     pub resolution: u32,
 }
 
 impl VolumeGrid {
-    /// The smallest volume around a box that leaves at least one voxel free on each side.
+    /// Creates the smallest volume around a box that leaves at least one voxel free on each side.
     ///
-    /// `resolution` is 3 or more.
+    /// `resolution` is at least 3.
     pub fn around(min: Vec3, max: Vec3, resolution: u32) -> Self {
         let voxel_size = (max - min).max_element() / (resolution - 2) as f32;
         let half = 0.5 * voxel_size * resolution as f32;
@@ -50,35 +50,35 @@ impl VolumeGrid {
         }
     }
 
-    /// How many voxels there are.
+    /// Returns the number of voxels.
     pub fn len(&self) -> usize {
         (self.resolution as usize).pow(3)
     }
 
-    /// Never: a volume has a voxel.
+    /// Returns `false` for any valid volume, as it has at least one voxel.
     pub fn is_empty(&self) -> bool {
         self.resolution == 0
     }
 
-    /// Place of a voxel in everything stored per voxel, x fastest; None outside the volume.
+    /// Returns the index of a voxel in everything stored per voxel, x fastest; `None` outside the volume.
     pub fn index(&self, voxel: IVec3) -> Option<usize> {
         let r = self.resolution as i32;
         let inside = voxel.cmpge(IVec3::ZERO).all() && voxel.cmplt(IVec3::splat(r)).all();
         inside.then(|| (voxel.x + r * (voxel.y + r * voxel.z)) as usize)
     }
 
-    /// The voxel at a place, the inverse of [`VolumeGrid::index`].
+    /// Returns the voxel at an index, the inverse of [`VolumeGrid::index`].
     pub fn voxel(&self, index: usize) -> IVec3 {
         let (i, r) = (index as i32, self.resolution as i32);
         IVec3::new(i % r, i / r % r, i / (r * r))
     }
 
-    /// World to grid coordinates.
+    /// Converts world to grid coordinates.
     pub fn to_grid(&self, world: Vec3) -> Vec3 {
         (world - self.min) / self.voxel_size
     }
 
-    /// Grid to world coordinates.
+    /// Converts grid to world coordinates.
     pub fn to_world(&self, grid: Vec3) -> Vec3 {
         self.min + grid * self.voxel_size
     }

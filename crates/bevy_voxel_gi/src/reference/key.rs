@@ -1,27 +1,27 @@
-//! The surface that stands for a voxel's face, in 32 bits of which the largest wins (`atomicMax`).
+//! The packed surface of a voxel's face: 32 bits of which the largest value is kept (`atomicMax`).
 //!
-//! | bits | what |
+//! | bits | content |
 //! | --- | --- |
-//! | 24..32 | how much of the voxel it fills, 1 to 255 |
+//! | 24..32 | weight, how much of the voxel it fills, 1 to 255 |
 //! | 12..24 | normal, octahedral, 6 + 6 bits |
 //! | 0..12 | material |
 //!
-//! 0 is no surface.
+//! 0 means that the face has no surface.
 
 use glam::{Vec2, Vec3};
 
-/// Materials a volume can tell apart.
+/// Number of distinct materials in a volume.
 pub const MATERIALS: u32 = 1 << 12;
 
-/// Sub-voxels times the squared cosine to the face, by this, is a key's weight.
+/// The weight of a packed surface is the number of sub-voxels times the squared cosine, times this.
 pub const WEIGHT_SCALE: f32 = 8.0;
 
-/// Smallest cosine between a surface's normal and a face it can stand for.
+/// Least cosine between a surface's normal and a face that it can represent.
 pub const MIN_FACE_COSINE: f32 = 0.125;
 
 const LEVELS: f32 = 62.0; // even: axes are exact
 
-/// A surface with a share of the voxel, as a key.
+/// Packs a surface that fills `sub_voxels` of a voxel, at a cosine to the face.
 pub fn pack_key(sub_voxels: u32, cosine: f32, normal: Vec3, material: u32) -> u32 {
     let weight = (sub_voxels as f32 * cosine * cosine * WEIGHT_SCALE).ceil();
     (weight.clamp(1.0, 255.0) as u32) << 24
@@ -29,17 +29,17 @@ pub fn pack_key(sub_voxels: u32, cosine: f32, normal: Vec3, material: u32) -> u3
         | material.min(MATERIALS - 1)
 }
 
-/// A key's normal.
+/// Returns the normal of a packed surface.
 pub fn key_normal(key: u32) -> Vec3 {
     unpack_normal(key >> 12 & 0xfff)
 }
 
-/// A key's material.
+/// Returns the material of a packed surface.
 pub fn key_material(key: u32) -> u32 {
     key & 0xfff
 }
 
-/// Unit vector to 12 bits (octahedral map).
+/// Packs a unit vector into 12 bits (octahedral map).
 pub fn pack_normal(normal: Vec3) -> u32 {
     let flat = normal / normal.abs().element_sum();
     let mut p = Vec2::new(flat.x, flat.y);
@@ -50,7 +50,7 @@ pub fn pack_normal(normal: Vec3) -> u32 {
     q.x as u32 | (q.y as u32) << 6
 }
 
-/// The inverse of [`pack_normal`].
+/// Unpacks a normal, the inverse of [`pack_normal`].
 pub fn unpack_normal(bits: u32) -> Vec3 {
     let p = Vec2::new((bits & 63) as f32, (bits >> 6 & 63) as f32) / LEVELS * 2.0 - 1.0;
     let z = 1.0 - p.abs().element_sum();

@@ -1,25 +1,25 @@
-//! Light straight from lamps onto surfaces, shadowed by the voxels (thesis 6.5.4).
+//! Direct light on surfaces, shadowed by the voxels (thesis 6.5.4).
 
 use super::{seen::seen_light, surface::Surface, trace::trace, voxels::Voxels};
 use glam::Vec3;
 
-/// A lamp.
+/// A light source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
     /// Parallel light from infinitely far away.
     Directional {
-        /// Direction in which it travels, a unit vector.
+        /// Direction in which the light travels, a unit vector.
         direction: Vec3,
-        /// Irradiance of a surface that faces it, in lux per channel.
+        /// Irradiance of a surface that faces the light, in lux per channel.
         illuminance: Vec3,
     },
     /// Light from a point, in all directions or in a cone.
     Point {
-        /// Where it is, in metres.
+        /// Position in metres.
         position: Vec3,
         /// Luminous intensity per channel, in candela (lumens / 4 pi).
         intensity: Vec3,
-        /// The cone of a spot light; None shines everywhere.
+        /// The cone of a spot light; `None` for a point light.
         cone: Option<Cone>,
     },
 }
@@ -27,16 +27,16 @@ pub enum Light {
 /// The cone of a spot light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Its axis, the direction in which light travels, a unit vector.
+    /// Axis of the cone, the direction in which the light travels, a unit vector.
     pub direction: Vec3,
-    /// Angle from the axis up to which it shines fully, in radians.
+    /// Angle from the axis up to which it has full intensity, in radians.
     pub inner: f32,
     /// Angle from the axis at which it ends, in radians, at most pi / 2.
     pub outer: f32,
 }
 
 impl Cone {
-    /// Share of the light that is left at a cosine from the axis, as Bevy fades it.
+    /// Returns the attenuation at a cosine from the axis, as in Bevy.
     pub fn fade(&self, cosine: f32) -> f32 {
         let range = (self.inner.cos() - self.outer.cos()).max(1e-4);
         let t = ((cosine - self.outer.cos()) / range).clamp(0.0, 1.0);
@@ -45,9 +45,9 @@ impl Cone {
 }
 
 impl Light {
-    /// Direction to the lamp, distance to it in metres, and irradiance there of what faces it.
+    /// Direction to the light, distance to it in metres, and irradiance of a surface that faces it.
     ///
-    /// Nearer than `nearest`, in metres, it shines as from there.
+    /// The distance is clamped to at least `nearest`, in metres, for the irradiance.
     fn at(&self, position: Vec3, nearest: f32) -> (Vec3, f32, Vec3) {
         match *self {
             Self::Directional {
@@ -70,7 +70,7 @@ impl Light {
     }
 }
 
-/// Irradiance of a surface straight from lamps, in lux: the mean over up to `samples` of its points.
+/// Returns the direct irradiance of a surface in lux, the mean over up to `samples` of its points.
 pub fn direct_light(voxels: &Voxels, surface: &Surface, lights: &[Light], samples: u32) -> Vec3 {
     let size = voxels.grid.voxel_size;
     let count = surface.points.len().min(samples as usize);
@@ -91,7 +91,7 @@ pub fn direct_light(voxels: &Voxels, surface: &Surface, lights: &[Light], sample
             match trace(voxels, origin, direction, reach) {
                 None => sum += irradiance * cosine,
                 Some(hit) => {
-                    // The point may be inside of something.
+                    // The point may be inside geometry.
                     let seen = seen_light(voxels, &hit, direction, |_, _| Vec3::ZERO);
                     valid -= usize::from(seen.is_enclosed());
                 }

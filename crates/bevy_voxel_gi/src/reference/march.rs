@@ -1,9 +1,9 @@
-//! Light gathered by rays, bounce after bounce (thesis 6.6.1), and the ambient occlusion of short rays
-//! (thesis 6.7).
+//! Light gathered by ray tracing, bounce after bounce (thesis 6.6.1), and the ambient occlusion of short
+//! rays (thesis 6.7).
 //!
-//! Unlike in the thesis rays begin on surfaces, about their normals, and what is stored is the
-//! irradiance of each surface instead of spherical harmonics of the voxel: no light comes through it
-//! from the other side, and the far half of the rays is not wasted.
+//! Unlike in the thesis, rays start on surfaces, about their normals, and the result is stored as the
+//! irradiance of each surface instead of spherical harmonics of the voxel: no light leaks through the
+//! surface from its other side, and no rays are wasted on the far hemisphere.
 
 use super::{
     each,
@@ -18,26 +18,26 @@ use super::{
 use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 
-/// Frames of which only the last counts, after a start: as many bounces arrive before there is a mean.
+/// Number of frames after a start in which bounces propagate before averaging starts.
 pub const WARM_UP: u32 = 4;
 
-/// How light is gathered.
+/// Settings of the ray tracing solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarchSettings {
-    /// Rays of a surface per frame, 1 or more.
+    /// Number of rays of a surface per frame, at least 1.
     pub rays: u32,
-    /// Rays of a voxel without surfaces per frame; 0 leaves it dark.
+    /// Number of rays of an empty voxel per frame; 0 leaves it dark.
     pub empty_rays: u32,
-    /// Points of a surface that are tested for the shadow of each lamp, 1 to 16.
+    /// Number of points of a surface that are tested for shadow, per light, 1 to 16.
     pub shadow_points: u32,
-    /// Weight of a voxel without surfaces where receivers interpolate; surfaces have 1.
+    /// Weight of an empty voxel where receivers interpolate; surfaces have 1.
     pub empty_weight: f32,
-    /// Longest ray, in voxels; what is farther is sky.
+    /// Longest ray, in voxels; beyond it is the sky.
     pub reach: f32,
-    /// Frames over which receivers see the mean, 1 or more.
+    /// Number of frames over which receivers read the mean, at least 1.
     pub history: u32,
-    /// Of a surface that a wall divides, gathers on the side of the voxel's middle only: for
-    /// receivers that know which voxels they see ([`Field::irradiance_seen`]).
+    /// If a wall divides a surface, gathers only on the side of the voxel's centre. This is for receivers
+    /// that test which voxels are visible ([`Field::irradiance_seen`]).
     pub one_side: bool,
 }
 
@@ -55,7 +55,7 @@ impl Default for MarchSettings {
     }
 }
 
-/// The light in a volume.
+/// The ray tracing solver and its state.
 pub struct March<'a> {
     voxels: &'a Voxels,
     materials: &'a [Material],
@@ -63,21 +63,22 @@ pub struct March<'a> {
     settings: MarchSettings,
     /// The surfaces of the voxels.
     pub surfaces: Vec<Surface>,
-    /// Per surface: irradiance straight from lamps, in lux.
+    /// Per surface: direct irradiance, in lux.
     pub direct: Vec<Vec3>,
-    /// Per surface: irradiance by everything else in the last frame, in lux.
+    /// Per surface: indirect irradiance in the last frame, in lux.
     pub indirect: Vec<Vec3>,
-    /// Per surface: mean over frames of that irradiance times the share of rays that count, and of
-    /// that share.
+    /// Per surface: mean over frames of the indirect irradiance times the fraction of valid samples, and
+    /// of that fraction.
     pub mean: Vec<Vec4>,
     /// Per voxel and face: radiance of its surface, in cd/m^2.
     pub radiance: Vec<[Vec3; 6]>,
-    /// Frames so far, a bounce each.
+    /// Number of frames so far, with one bounce each.
     pub frame: u32,
 }
 
 impl<'a> March<'a> {
-    /// Lit by lamps alone. `sky` is the radiance of everything outside the volume, in cd/m^2.
+    /// Creates the state with direct light only. `sky` is the radiance from outside the volume, in
+    /// cd/m^2.
     pub fn new(
         voxels: &'a Voxels,
         materials: &'a [Material],
@@ -104,7 +105,7 @@ impl<'a> March<'a> {
         march
     }
 
-    /// Radiance of every surface from what reaches it.
+    /// Updates the radiance of every surface from its irradiance.
     fn reflect(&mut self) {
         for (i, surface) in self.surfaces.iter().enumerate() {
             let material = material(self.materials, surface.material);
@@ -116,10 +117,10 @@ impl<'a> March<'a> {
         }
     }
 
-    /// One more frame, and bounce.
+    /// Computes one more frame, with one bounce.
     ///
-    /// Bounces see the last frame as it is, receivers the mean: were that fed back, each bounce would
-    /// take as many frames as the mean.
+    /// Bounces use the irradiance of the last frame, receivers the mean: if bounces used the mean, each
+    /// would take as many frames as the mean.
     pub fn step(&mut self) {
         let new = each(self.surfaces.len(), |i| {
             let MarchSettings { rays, one_side, .. } = self.settings;
@@ -130,7 +131,7 @@ impl<'a> March<'a> {
         let frames = self.frame.saturating_sub(WARM_UP).max(1);
         let keep = 1.0 - 1.0 / frames.min(self.settings.history.max(1)) as f32;
         for (i, new) in new.into_iter().enumerate() {
-            // Where no ray counts nothing is learned.
+            // Without a valid sample the old value is kept.
             if new.w > 0.0 {
                 self.indirect[i] = new.truncate() * PI / new.w;
             }
@@ -140,7 +141,7 @@ impl<'a> March<'a> {
         self.reflect();
     }
 
-    /// Radiance that arrives along a ray.
+    /// Returns the radiance that arrives along a ray.
     pub fn arriving(&self, origin: Vec3, direction: Vec3) -> Seen<Vec3> {
         let Some(hit) = trace(self.voxels, origin, direction, self.settings.reach) else {
             return Seen::Light(self.sky);
@@ -150,7 +151,7 @@ impl<'a> March<'a> {
         })
     }
 
-    /// What receivers sample: irradiance, in lux.
+    /// Returns the field that receivers sample: irradiance, in lux.
     pub fn field(&self) -> Field {
         let MarchSettings {
             empty_rays,
@@ -165,8 +166,9 @@ impl<'a> March<'a> {
     }
 }
 
-/// Share of the hemisphere, weighted by the cosine, in which a surface sees nothing within `radius`
-/// voxels: 1 where it is open (thesis Eq. 6.17), in all three channels.
+/// Returns the ambient visibility: the fraction of the hemisphere, weighted by the cosine, in which a
+/// surface has no obstacle within `radius` voxels; 1 where it is open (thesis Eq. 6.17), in all three
+/// channels.
 pub fn ambient_occlusion(voxels: &Voxels, radius: f32, settings: MarchSettings) -> Field {
     let open = |origin: Vec3, direction: Vec3| match trace(voxels, origin, direction, radius) {
         None => Seen::Light(Vec3::ONE),
@@ -188,7 +190,7 @@ pub fn ambient_occlusion(voxels: &Voxels, radius: f32, settings: MarchSettings) 
     field
 }
 
-/// The field of the voxels without surfaces.
+/// The field of the empty voxels.
 fn surround(
     voxels: &Voxels,
     rays: u32,
@@ -207,7 +209,7 @@ fn surround(
     Field { grid, texels }
 }
 
-/// A material, or none if there is no such index.
+/// Returns a material, or the default one if there is no such index.
 pub(super) fn material(materials: &[Material], index: u32) -> Material {
     materials.get(index as usize).copied().unwrap_or_default()
 }

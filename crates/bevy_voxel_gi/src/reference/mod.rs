@@ -1,30 +1,30 @@
-//! Voxelisation, light and its transport in plain Rust: what the shaders are tested against.
+//! Voxelisation and light transport in plain Rust: the reference for tests of the shaders.
 //!
-//! | module | gives |
+//! | module | content |
 //! | --- | --- |
-//! | [`grid`] | where the voxels are |
-//! | [`overlap`] | whether a triangle touches a cube |
-//! | [`key`] | the surface that stands for a face, in 32 bits |
-//! | [`voxels`] | triangles to voxels |
-//! | [`mod@trace`] | rays through voxels |
+//! | [`grid`] | placement and indexing of the voxels |
+//! | [`overlap`] | whether a triangle overlaps a cube |
+//! | [`key`] | the packed surface of a face, in 32 bits |
+//! | [`voxels`] | voxelisation of triangles |
+//! | [`mod@trace`] | ray tracing through voxels |
 //! | [`surface`] | the surfaces in the voxels, and points on them |
-//! | [`seen`] | what a ray sees where it ends |
-//! | [`light`] | light straight from lamps |
-//! | [`rays`] | directions |
-//! | [`gather`] | what arrives at a surface, or in an empty voxel |
-//! | [`march`] | bounces by rays, and ambient occlusion |
+//! | [`seen`] | the light that a ray receives from its hit |
+//! | [`light`] | direct light |
+//! | [`rays`] | ray directions |
+//! | [`gather`] | the light that arrives at a surface, or in an empty voxel |
+//! | [`march`] | bounces by ray tracing, and ambient occlusion |
 //! | [`sh`] | spherical harmonics |
-//! | [`propagate`] | light handed on from voxel to voxel |
-//! | [`field`] | what receivers sample |
+//! | [`propagate`] | light propagation from voxel to voxel |
+//! | [`field`] | the light that receivers sample |
 //!
-//! Against path tracing, at 32^3, 24 frames, for the scenes `cornell_point`, `colonnade` and
+//! Comparison with path tracing, at 32^3, 24 frames, for the scenes `cornell_point`, `colonnade` and
 //! `sunlit_room` (mean difference over the mean, and its bias; see `tests/reference/truth.rs`):
 //!
 //! | solver | error | bias |
 //! | --- | --- | --- |
 //! | [`March`], 32 rays a frame | 2.4%, 2.3%, 4.0% | +0.3%, +0.3%, -0.4% |
 //! | [`Propagation`], 128 steps | 39%, 19%, 34% | +31%, +10%, +30% |
-//! | the thesis's march and reconstruction, 256 rays | 11.0%, 8.1%, 9.7% | -1.7%, -5.7%, -1.1% |
+//! | the thesis's ray marching and reconstruction, 256 rays | 11.0%, 8.1%, 9.7% | -1.7%, -5.7%, -1.1% |
 
 pub mod field;
 pub mod gather;

@@ -1,4 +1,4 @@
-//! Whether a triangle touches a box: the separating axes of a triangle and a cube, prepared once per
+//! Whether a triangle overlaps a box: the separating axes of a triangle and a cube, prepared once per
 //! triangle (M. Schwarz and H.-P. Seidel, *Fast Parallel Surface and Solid Voxelization on GPUs*, 2010).
 //!
 //! The axes are the triangle's normal, the three of the grid, and the nine cross products of edges,
@@ -6,34 +6,34 @@
 
 use glam::{Vec2, Vec3};
 
-/// How far a triangle is moved against its normal before it is voxelised, and by how much its bounds
-/// shrink, in voxels.
+/// Distance by which a triangle is moved against its normal before it is voxelised, and by which its
+/// bounds shrink, in voxels.
 ///
-/// What lies exactly between two layers of cells thereby is in the one behind it, and what ends there
-/// touches one of them, however it was rounded.
+/// A triangle exactly between two layers of cells is thereby in the one behind it, and one that ends
+/// there overlaps one of them, whatever the rounding.
 pub const SINK: f32 = 1.0 / 1024.0;
 
 /// A triangle in grid coordinates, prepared for tests against many boxes.
 #[derive(Clone, Copy, Debug)]
 pub struct TriangleOverlap {
-    /// Unit normal; counter-clockwise is the front.
+    /// Unit normal; the counter-clockwise side is the front.
     pub normal: Vec3,
-    /// Lowest corner of the triangle's bounds, less a little ([`SINK`]).
+    /// Lowest corner of the triangle's bounds, shrunk slightly ([`SINK`]).
     pub min: Vec3,
-    /// Highest corner, likewise.
+    /// Highest corner of the triangle's bounds, likewise.
     pub max: Vec3,
     plane: f32,
-    /// Per axis along which it is projected, and per edge: normal inward, and offset.
+    /// Per axis of projection and per edge: inward normal, and offset.
     edges: [[(Vec2, f32); 3]; 3],
 }
 
-/// The two coordinates that remain when `axis` is projected away, in cyclic order.
+/// Returns the two coordinates that remain when `axis` is projected away, in cyclic order.
 fn project(v: Vec3, axis: usize) -> Vec2 {
     Vec2::new(v[(axis + 1) % 3], v[(axis + 2) % 3])
 }
 
 impl TriangleOverlap {
-    /// None if the triangle has no area or is not finite.
+    /// Prepares a triangle; `None` if it has no area or is not finite.
     pub fn new(corners: [Vec3; 3]) -> Option<Self> {
         let [a, b, c] = corners;
         let scale = (b - a).abs().max((c - a).abs()).max_element();
@@ -42,7 +42,7 @@ impl TriangleOverlap {
         }
         let cross = ((b - a) / scale).cross((c - a) / scale);
         let length = cross.length();
-        // Below, the normal is rounding noise.
+        // Below this, the normal is rounding noise.
         if length < 1e-6 {
             return None;
         }
@@ -69,9 +69,9 @@ impl TriangleOverlap {
         })
     }
 
-    /// Whether it touches the cube of edge `size` whose lowest corner is `min`.
+    /// Returns whether the triangle overlaps the cube of edge `size` whose lowest corner is `min`.
     ///
-    /// Touching in a bound alone does not count; a triangle along a grid plane is in the upper cell.
+    /// Contact at a bound alone does not count; a triangle in a grid plane is in the upper cell.
     pub fn touches(&self, min: Vec3, size: f32) -> bool {
         for axis in 0..3 {
             let (low, high) = (min[axis], min[axis] + size);

@@ -1,20 +1,19 @@
-//! Light handed on from voxel to voxel (thesis 6.6.2), so that its energy never grows.
+//! Light propagation from voxel to voxel (thesis 6.6.2), such that the energy never grows.
 //!
-//! Each voxel without surfaces holds the intensity of the light that has just arrived in it, as
-//! spherical harmonics. In a step all of it leaves, through the six faces, in proportion to the
-//! intensity towards the five faces of the neighbour behind each (A. Kaplanyan and C. Dachsbacher,
-//! *Cascaded Light Propagation Volumes*, 2010):
+//! Each empty voxel stores the intensity of the light that has just arrived in it, as spherical
+//! harmonics. In each step all of it leaves through the six faces, in proportion to the intensity towards
+//! the five other faces of the neighbour behind each (A. Kaplanyan and C. Dachsbacher, *Cascaded Light
+//! Propagation Volumes*, 2010):
 //!
 //! ```text
 //! f = max(I(w), 0) W                        w towards the centre of a face, W its solid angle
 //! f' = f Phi / sum f                        over all 30, per channel; Phi is the flux of I
 //! ```
 //!
-//! As much arrives as has left: no hand-set factor is needed. A neighbour without surfaces receives
-//! each part as light in the direction in which it came, not as a cosine lobe towards that face, which
-//! would scatter it at every step. What
-//! meets a voxel with surfaces is irradiance there, and comes back by the albedo of its face as a
-//! cosine lobe about its normal; at the border it is lost.
+//! As much arrives as has left: no hand-set factor is needed. An empty neighbour receives each part as
+//! light in its direction of travel, not as a cosine lobe towards that face, which would scatter it at
+//! every step. Light that reaches an occupied voxel is irradiance there, and is reflected with the albedo
+//! of its face as a cosine lobe about its normal; light that reaches the border is lost.
 
 use super::{
     each,
@@ -28,21 +27,21 @@ use super::{
 use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 
-/// Solid angle of the far face of the neighbouring voxel, seen from the middle of a voxel.
+/// Solid angle of the far face of the neighbouring voxel, from the centre of a voxel.
 pub const FRONT_ANGLE: f32 = 0.400_669_7;
 
-/// Solid angle of each face at its sides; with the far one they make 2 pi / 3.
+/// Solid angle of each of its four side faces; with the far one they sum to 2 pi / 3.
 pub const SIDE_ANGLE: f32 = 0.423_431_36;
 
-/// What is kept of the flux in a step, so that rounding never adds to it.
+/// Fraction of the flux that is kept in a step, so that rounding never adds to it.
 pub const KEPT: f32 = 1.0 - 1.0 / (1 << 19) as f32;
 
-/// How light is propagated.
+/// Settings of the propagation solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PropagationSettings {
-    /// Steps, a voxel each.
+    /// Number of steps; light travels one voxel per step.
     pub steps: u32,
-    /// Weight of a voxel without surfaces where receivers interpolate; surfaces have 1.
+    /// Weight of an empty voxel where receivers interpolate; surfaces have 1.
     pub empty_weight: f32,
 }
 
@@ -55,22 +54,22 @@ impl Default for PropagationSettings {
     }
 }
 
-/// Spherical harmonics of each channel.
+/// Spherical harmonics of each colour channel.
 pub type Intensity = [Vec4; 3];
 
-/// The light on its way, and what it has lit.
+/// The propagation solver and its state.
 pub struct Propagation<'a> {
     voxels: &'a Voxels,
     materials: &'a [Material],
     settings: PropagationSettings,
-    /// Per voxel: intensity of what has just arrived, in lux times the area of a voxel's face.
+    /// Per voxel: intensity of the light that has just arrived, in lux times the area of a voxel's face.
     pub intensity: Vec<Intensity>,
-    /// Per voxel and face: what has arrived through it so far, in lux.
+    /// Per voxel and face: irradiance that has arrived through it so far, in lux.
     pub arrived: Vec<[Vec3; 6]>,
 }
 
 impl<'a> Propagation<'a> {
-    /// Begins with what the surfaces of `march` give off and with its sky.
+    /// Creates the state with the radiance of the surfaces of `march` and with a sky.
     pub fn new(
         march: &March<'a>,
         voxels: &'a Voxels,
@@ -118,7 +117,7 @@ impl<'a> Propagation<'a> {
         self.neighbor(voxel, face).filter(|v| self.free_itself(*v))
     }
 
-    /// The flux on its way, per channel, in lux times the area of a voxel's face.
+    /// Returns the flux that is travelling, per channel, in lux times the area of a voxel's face.
     pub fn total_flux(&self) -> glam::DVec3 {
         self.intensity
             .iter()
@@ -126,7 +125,7 @@ impl<'a> Propagation<'a> {
             .sum()
     }
 
-    /// One step.
+    /// Computes one step.
     pub fn step(&mut self) {
         let leaving: Vec<Option<Leaving>> = each(self.intensity.len(), |voxel| {
             Leaving::new(&self.intensity[voxel])
@@ -161,7 +160,7 @@ impl<'a> Propagation<'a> {
                     }
                 }
             }
-            // Back from a surface.
+            // Reflected by a surface.
             if is_free
                 && !self.free_itself(neighbor)
                 && let Some(own) = &leaving[voxel]
@@ -174,7 +173,8 @@ impl<'a> Propagation<'a> {
         (intensity, arrived)
     }
 
-    /// Albedo and normal of a voxel's face; of what is not turned that way, a mean.
+    /// Albedo and normal of a voxel's face; if the face has no surface, the mean albedo of those that have
+    /// one, and the face's own normal.
     fn reflection(&self, voxel: usize, face: usize) -> (Vec3, Vec3) {
         let keys = self.voxels.keys[voxel];
         let albedo = |key| material(self.materials, key_material(key)).albedo;
@@ -186,7 +186,7 @@ impl<'a> Propagation<'a> {
         (all.map(albedo).sum::<Vec3>() / count, FACES[face])
     }
 
-    /// What receivers sample: irradiance, in lux.
+    /// Returns the field that receivers sample: irradiance, in lux.
     pub fn field(&self) -> Field {
         let texels = (0..self.arrived.len()).map(|voxel| {
             [0, 1, 2, 3, 4, 5].map(|face| {
@@ -206,7 +206,7 @@ impl<'a> Propagation<'a> {
         }
     }
 
-    /// All steps of the settings.
+    /// Computes all steps of the settings.
     pub fn run(&mut self) {
         for _ in 0..self.settings.steps {
             self.step();
@@ -214,7 +214,7 @@ impl<'a> Propagation<'a> {
     }
 }
 
-/// Direction from the middle of a voxel to a face of the neighbour behind `face`, and its solid angle.
+/// Direction from the centre of a voxel to a face of the neighbour behind `face`, and its solid angle.
 fn travel(face: usize, side: usize) -> (Vec3, f32) {
     if side == face {
         (FACES[face], FRONT_ANGLE)
@@ -223,13 +223,14 @@ fn travel(face: usize, side: usize) -> (Vec3, f32) {
     }
 }
 
-/// What leaves a voxel in a step: per face, per face of the neighbour behind it (0 for the one between).
+/// Light that leaves a voxel in a step, per face and per face of the neighbour behind it; 0 for the
+/// face between the two.
 struct Leaving {
     parts: [[Vec3; 6]; 6],
 }
 
 impl Leaving {
-    /// None without light.
+    /// `None` without light.
     fn new(intensity: &Intensity) -> Option<Self> {
         let total = Vec3::from_array(intensity.map(flux)).max(Vec3::ZERO);
         if total == Vec3::ZERO {
@@ -256,7 +257,7 @@ impl Leaving {
     }
 }
 
-/// Adds a cosine lobe of a flux.
+/// Adds a cosine lobe with this flux.
 fn add(intensity: &mut Intensity, flux: Vec3, normal: Vec3) {
     let lobe = cosine_lobe(normal) / PI;
     for (channel, flux) in intensity.iter_mut().zip(flux.to_array()) {

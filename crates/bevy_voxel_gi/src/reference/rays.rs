@@ -1,24 +1,25 @@
-//! Directions of rays, and what makes them differ from voxel to voxel.
+//! Ray directions, and the hash that rotates them differently in each voxel.
 
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// 2 pi (1 - 1 / golden ratio): each ray turns by this against the one before.
+/// 2 pi (1 - 1 / golden ratio): the rotation from each ray to the next.
 pub const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
-/// A well-mixed integer (M. Jarzynski and M. Olano, *Hash Functions for GPU Rendering*, 2020: pcg).
+/// Returns a pseudo-random integer (M. Jarzynski and M. Olano, *Hash Functions for GPU Rendering*, 2020:
+/// pcg).
 pub fn hash(value: u32) -> u32 {
     let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
     (word >> 22) ^ word
 }
 
-/// [`hash`] as a number from 0 to below 1.
+/// Returns [`hash`] as a number from 0 to below 1.
 pub fn hash_unit(value: u32) -> f32 {
     (hash(value) >> 8) as f32 / (1 << 24) as f32
 }
 
-/// Two unit vectors at right angles to a unit vector and to each other
+/// Returns two unit vectors that form an orthonormal basis with a unit vector
 /// (T. Duff et al., *Building an Orthonormal Basis, Revisited*, 2017).
 pub fn tangents(n: Vec3) -> (Vec3, Vec3) {
     let sign = if n.z < 0.0 { -1.0 } else { 1.0 };
@@ -30,10 +31,10 @@ pub fn tangents(n: Vec3) -> (Vec3, Vec3) {
     )
 }
 
-/// Ray `i` of `count` about a normal, as many per solid angle as the cosine says: the mean of what they
-/// bring, times pi, is the irradiance.
+/// Returns ray `i` of `count` about a normal, with a density in proportion to the cosine: the mean of the
+/// rays' radiance, times pi, is the irradiance.
 ///
-/// `turn`, 0 to 1, turns them all about the normal.
+/// `turn`, 0 to 1, rotates all of them about the normal.
 pub fn cosine_ray(i: u32, count: u32, turn: f32, normal: Vec3) -> Vec3 {
     let squared = (i as f32 + 0.5) / count as f32;
     let angle = i as f32 * GOLDEN_ANGLE + turn * TAU;
@@ -42,9 +43,9 @@ pub fn cosine_ray(i: u32, count: u32, turn: f32, normal: Vec3) -> Vec3 {
     t * (r * angle.cos()) + b * (r * angle.sin()) + normal * (1.0 - squared).max(0.0).sqrt()
 }
 
-/// Ray `i` of `count` in all directions alike.
+/// Returns ray `i` of `count`, distributed uniformly over the sphere.
 ///
-/// `turn`, 0 to 1, turns them all about z.
+/// `turn`, 0 to 1, rotates all of them about z.
 pub fn sphere_ray(i: u32, count: u32, turn: f32) -> Vec3 {
     let z = 1.0 - 2.0 * (i as f32 + 0.5) / count as f32;
     let angle = i as f32 * GOLDEN_ANGLE + turn * TAU;

@@ -1,4 +1,4 @@
-//! What a ray sees where it ends.
+//! The light that a ray receives from its hit.
 
 use super::{
     grid::{FACE_STEPS, FACES},
@@ -8,20 +8,20 @@ use super::{
 };
 use glam::Vec3;
 
-/// What a ray meets.
+/// The result of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seen<T> {
-    /// The front of a surface, or nothing: what comes from there.
+    /// The ray hit the front of a surface, or nothing: the light from there.
     Light(T),
-    /// The back of a surface with one side, which is black, after a distance in voxels.
+    /// The ray hit the back of a single-sided surface, which is black, at a distance in voxels.
     Back(f32),
-    /// A sub-voxel of no surface turned to the ray, though its voxel has one, as inside of a thin wall:
-    /// that tells nothing.
+    /// The ray hit a sub-voxel without a front-facing surface, though its voxel has one, as inside a thin
+    /// wall: the sample is invalid.
     Unclear,
 }
 
 impl<T> Seen<T> {
-    /// The same with another light.
+    /// Converts the light.
     pub fn map<U>(self, change: impl FnOnce(T) -> U) -> Seen<U> {
         match self {
             Self::Light(light) => Seen::Light(change(light)),
@@ -30,9 +30,9 @@ impl<T> Seen<T> {
         }
     }
 
-    /// Whether the ray may have begun inside of something.
+    /// Returns whether the ray may start inside geometry.
     ///
-    /// Of a large solid only what is near its surface matters: receivers outside interpolate with it.
+    /// Only the region near the surface of a large solid matters: receivers outside interpolate with it.
     pub fn is_enclosed(&self) -> bool {
         match self {
             Self::Light(_) => false,
@@ -42,13 +42,13 @@ impl<T> Seen<T> {
     }
 }
 
-/// A back that is met nearer than this, in voxels, may belong to the solid in which the ray began.
+/// A back face that is hit nearer than this, in voxels, may belong to the solid in which the ray starts.
 pub const NEAR: f32 = 4.0;
 
-/// By how much each face of a hit voxel is what a ray sees, 1 in all.
+/// Returns the weight of each face of a hit voxel, 1 in total.
 ///
-/// A face counts by its squared cosine, if its surface is turned to the ray and the hit sub-voxel is one
-/// of that surface's own: otherwise the inside of a thin wall would show its outside.
+/// The weight is the squared cosine if the face's surface is front-facing and the hit sub-voxel is one of
+/// that surface's own: otherwise the outside of a thin wall would be visible from inside.
 pub fn seen_faces(voxels: &Voxels, hit: &Hit, direction: Vec3) -> Seen<[f32; 6]> {
     let mut is_back = true;
     let weights = [0, 1, 2, 3, 4, 5].map(|face| {
@@ -70,8 +70,8 @@ pub fn seen_faces(voxels: &Voxels, hit: &Hit, direction: Vec3) -> Seen<[f32; 6]>
     }
 }
 
-/// What comes from a hit: radiance per voxel and face, in the edge between two surfaces of the one
-/// that the ray grazed.
+/// Returns the radiance of a hit, where `radiance` is per voxel and face. In the edge between two
+/// surfaces it is that of the surface that the ray passed.
 pub fn seen_light(
     voxels: &Voxels,
     hit: &Hit,
@@ -90,13 +90,13 @@ pub fn seen_light(
     }
 }
 
-/// Whether a face of the voxel that a ray meets has a surface that is turned to the ray.
+/// Returns whether a face of the hit voxel has a front-facing surface.
 pub fn is_turned(voxels: &Voxels, hit: &Hit, direction: Vec3, face: usize) -> bool {
     let key = voxels.keys[hit.voxel][face];
     key != 0 && direction.dot(FACES[face]) < 0.0 && direction.dot(key_normal(key)) < 0.0
 }
 
-/// The same of a surface that is turned away from the ray, which comes from behind.
+/// Returns whether a face of the hit voxel has a back-facing surface, which the ray reaches from behind.
 pub fn is_away(voxels: &Voxels, hit: &Hit, direction: Vec3, face: usize) -> bool {
     let key = voxels.keys[hit.voxel][face];
     key != 0 && direction.dot(FACES[face]) > 0.0 && direction.dot(key_normal(key)) > 0.0

@@ -1,4 +1,4 @@
-//! The surfaces in a voxel, each with the points from which light is gathered.
+//! The surfaces in a voxel, each with the points at which rays start.
 
 use super::{
     each,
@@ -9,42 +9,44 @@ use super::{
 };
 use glam::{IVec3, Vec3};
 
-/// Distance beyond what a surface touches at which its rays begin, in voxels.
+/// Distance between the sub-voxels that a surface fills and the origins of its rays, in voxels.
 pub const CLEARANCE: f32 = 1.0 / 256.0;
 
-/// A surface that stands for one or several faces of a voxel.
+/// A surface that represents one or several faces of a voxel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// Index of the voxel.
     pub voxel: usize,
-    /// Bit `f` is set where it stands for face `f`.
+    /// Bit `f` is set if the surface represents face `f`.
     pub faces: u8,
-    /// Its unit normal.
+    /// Unit normal.
     pub normal: Vec3,
     /// Index of its material.
     pub material: u32,
-    /// Points on it, one per sub-voxel that is free in front, in grid coordinates.
+    /// Points on it, one per sub-voxel that is exposed in front, in grid coordinates.
     pub points: Vec<Vec3>,
-    /// Those of them that the middle one sees: of a surface that a wall divides, one side.
+    /// Indices of the points that are visible from the middle one: one side, if a wall divides the
+    /// surface.
     pub one_side: Vec<usize>,
-    /// How far in front of the points rays begin, in voxels: outside the sub-voxels it touches itself.
+    /// Ray offset along the normal (thesis: guard distance), in voxels: rays start outside of the
+    /// sub-voxels that the surface itself fills.
     pub guard: f32,
 }
 
 impl Surface {
-    /// The faces it stands for.
+    /// Returns the faces that it represents.
     pub fn faces(&self) -> impl Iterator<Item = usize> {
         let faces = self.faces;
         (0..6).filter(move |face| faces >> face & 1 != 0)
     }
 
-    /// Where a ray from a point begins.
+    /// Returns the origin of rays from a point.
     pub fn origin(&self, point: usize) -> Vec3 {
         self.points[point] + self.normal * self.guard
     }
 }
 
-/// The face a direction points to most.
+/// Returns the face whose normal is closest to a direction.
 pub fn main_face(direction: Vec3) -> usize {
     let size = direction.abs();
     let axis = if size.x >= size.y && size.x >= size.z {
@@ -57,8 +59,8 @@ pub fn main_face(direction: Vec3) -> usize {
     2 * axis + usize::from(direction[axis] < 0.0)
 }
 
-/// The surfaces of all voxels, in the order of voxels and faces; what is covered on all sub-voxels
-/// is none.
+/// Returns the surfaces of all voxels, in the order of voxels and faces. A surface none of whose
+/// sub-voxels is exposed is left out.
 pub fn surfaces(voxels: &Voxels) -> Vec<Surface> {
     each(voxels.grid.len(), |index| surfaces_of(voxels, index))
         .into_iter()
@@ -99,8 +101,8 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
     found
 }
 
-/// Centres of the outermost sub-voxels that are free in front, moved along the normal into the plane
-/// through their centroid; and how far the sub-voxels reach beyond that plane.
+/// Centres of the outermost sub-voxels that are exposed in front, projected along the normal onto the
+/// plane through their centroid; and the ray offset.
 fn points_of(voxels: &Voxels, index: usize, normal: Vec3) -> (Vec<Vec3>, f32) {
     let base = voxels.grid.voxel(index) * SUB_VOXELS;
     let ahead = FACE_STEPS[main_face(normal)];
@@ -121,11 +123,12 @@ fn points_of(voxels: &Voxels, index: usize, normal: Vec3) -> (Vec<Vec3>, f32) {
     (points, reach + spread.min(reach) + CLEARANCE)
 }
 
-/// A place is nearer than another if it is by more than this, in voxels squared: how floats are
-/// rounded then does not matter.
+/// A point is nearer than another only if it is so by more than this, in voxels squared, which makes the
+/// choice independent of rounding.
 const NEARER: f32 = 1e-4;
 
-/// The points that the one nearest to the middle of the voxel sees, from `lift` in front of each.
+/// Indices of the points that are visible from the one nearest to the voxel's centre, with all points
+/// moved by `lift`.
 fn one_side(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<usize> {
     let center = voxels.grid.voxel(index).as_vec3() + 0.5;
     let normal = lift.normalize_or_zero();
@@ -144,7 +147,7 @@ fn one_side(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<u
         .collect()
 }
 
-/// Whether nothing is between two places, in grid coordinates.
+/// Returns whether no occupied sub-voxel lies between two positions, in grid coordinates.
 pub fn is_clear(voxels: &Voxels, from: Vec3, to: Vec3) -> bool {
     let way = to - from;
     let distance = way.length();

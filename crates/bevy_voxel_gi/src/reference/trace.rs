@@ -1,8 +1,8 @@
-//! A ray through the voxels: from voxel to voxel, and through the sub-voxels of those with any.
+//! Ray tracing: steps a ray through the voxels, and through the sub-voxels of occupied ones.
 //!
-//! It visits every sub-voxel it passes (J. Amanatides and A. Woo, *A Fast Voxel Traversal Algorithm for
-//! Ray Tracing*, 1987), so that nothing is missed, unlike by the thesis's steps of equal length (6.6.1).
-//! In a touched one it ends if it comes behind the middle.
+//! The ray visits every sub-voxel along it (J. Amanatides and A. Woo, *A Fast Voxel Traversal Algorithm
+//! for Ray Tracing*, 1987), so nothing is missed, unlike with the thesis's steps of equal length (6.6.1).
+//! In an occupied one it hits if it crosses the surface's plane through the sub-voxel's centre.
 
 use super::{
     grid::FACE_STEPS,
@@ -12,7 +12,7 @@ use super::{
 };
 use glam::{IVec3, Vec3};
 
-/// Where a ray ends.
+/// The hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Index of the voxel.
@@ -21,18 +21,18 @@ pub struct Hit {
     pub sub_voxel: IVec3,
     /// Distance along the ray, in voxels.
     pub distance: f32,
-    /// What the ray grazed in the sub-voxel just before.
+    /// The surface that the ray passed in the sub-voxel just before.
     pub grazed: Option<Grazed>,
 }
 
-/// A surface that a ray passes in a sub-voxel which it touches.
+/// A surface that a ray passes without a hit in one of its sub-voxels: a near miss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grazed {
-    /// The ray stays in front of it: index of the voxel, and face.
+    /// The ray stays in front of the surface: index of the voxel, and face.
     Front(usize, usize),
-    /// It stays behind.
+    /// The ray stays behind the surface.
     Back,
-    /// It was in front of it before, and goes away.
+    /// The ray was in front of the back-facing surface when it entered the sub-voxel, and leaves it.
     Left,
 }
 
@@ -46,21 +46,21 @@ fn smallest(v: Vec3) -> usize {
     }
 }
 
-/// The sub-voxel in which a ray meets a surface, None if there is none before `reach` or the volume's
-/// end.
+/// Returns the sub-voxel in which a ray hits a surface, `None` if there is none before `reach` or before
+/// the ray leaves the volume.
 ///
-/// `origin` is in grid coordinates, `direction` a unit vector, `reach` in voxels.
+/// `origin` is in grid coordinates, `direction` is a unit vector, `reach` is in voxels.
 pub fn trace(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Option<Hit> {
     walk(voxels, origin, direction, reach, true)
 }
 
-/// The same for the first touched sub-voxel, wherever its surface is.
+/// Returns the first occupied sub-voxel along a ray, wherever its surface is; see [`trace`].
 pub fn trace_touched(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Option<Hit> {
     walk(voxels, origin, direction, reach, false)
 }
 
 fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool) -> Option<Hit> {
-    // A component of 0 never reaches a border; a tiny one does so out of sight, and is finite.
+    // A component of 0 would give infinities; a tiny one reaches the border far outside, and is finite.
     let direction = Vec3::select(
         direction.abs().cmplt(Vec3::splat(1e-12)),
         Vec3::splat(1e-12),
@@ -125,11 +125,11 @@ fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool
     }
 }
 
-/// What a ray only grazes in a touched sub-voxel, which it leaves by `exit`; None if it meets that.
+/// The surface that a ray passes in an occupied sub-voxel, which it leaves at `exit`; `None` for a hit.
 ///
-/// The surface is taken to go through the middle: where in the sub-voxel it really is nobody knows, but
-/// so it is at the right place in the mean, while all of the sub-voxel would be too near, and windows too
-/// narrow.
+/// The surface is assumed to go through the sub-voxel's centre. Its position within the sub-voxel is
+/// unknown, but this is right on average, while taking the whole sub-voxel as solid would put surfaces
+/// too near and make windows too narrow.
 fn passed(voxels: &Voxels, hit: &Hit, direction: Vec3, entry: Vec3, exit: Vec3) -> Option<Grazed> {
     let middle = (hit.sub_voxel.as_vec3() + 0.5) / SUB_VOXELS as f32;
     let height = |face: usize, at: Vec3| key_normal(voxels.keys[hit.voxel][face]).dot(at - middle);
@@ -142,7 +142,7 @@ fn passed(voxels: &Voxels, hit: &Hit, direction: Vec3, entry: Vec3, exit: Vec3) 
             .find(|&face| height(face, exit) >= 0.0 && is_own(face))
             .map(|face| Grazed::Front(hit.voxel, face));
     }
-    // Behind one of two that make an edge a ray may be in front of the other.
+    // Behind one of two surfaces that form an edge, a ray may be in front of the other.
     let away = |is_clear: &dyn Fn(usize) -> bool| {
         let mut faces = (0..6)
             .filter(|&face| is_away(voxels, hit, direction, face))

@@ -1,8 +1,8 @@
-//! Triangles to voxels (thesis 6.4 and 6.5).
+//! Voxelisation of triangles (thesis 6.4 and 6.5).
 //!
-//! A voxel holds which of its 4 x 4 x 4 sub-voxels a triangle touches, and for each of its six faces
-//! the surface that stands for what looks that way (6.5.2, 6.5.3: one average would mix the two sides
-//! of a wall).
+//! A voxel stores which of its 4 x 4 x 4 sub-voxels triangles overlap, and for each of its six faces the
+//! surface that represents everything facing that side (6.5.2, 6.5.3: a single average would mix the two
+//! sides of a wall).
 
 use super::{
     grid::{FACES, VolumeGrid},
@@ -11,22 +11,22 @@ use super::{
 };
 use glam::{IVec3, Vec3};
 
-/// Sub-voxels along an edge of a voxel.
+/// Number of sub-voxels along an edge of a voxel.
 pub const SUB_VOXELS: i32 = 4;
 
-/// What a surface does with light, per channel.
+/// Reflectance and emission of a surface, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Material {
-    /// Share of light that is reflected, 0 to 1.
+    /// Diffuse reflectance, 0 to 1.
     pub albedo: Vec3,
-    /// Radiance it gives off, in cd/m^2.
+    /// Emitted radiance, in cd/m^2.
     pub emission: Vec3,
 }
 
-/// A triangle in the world, in metres; counter-clockwise is its front.
+/// A triangle in world space, in metres; the counter-clockwise side is its front.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triangle {
-    /// Its corners.
+    /// Positions of its corners.
     pub corners: [Vec3; 3],
     /// Index of its material.
     pub material: u32,
@@ -37,21 +37,21 @@ pub struct Triangle {
 /// The voxelised scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Voxels {
-    /// Where they are.
+    /// Placement of the voxels.
     pub grid: VolumeGrid,
-    /// Per voxel: bit x + 4 y + 16 z is set where sub-voxel (x, y, z) is touched.
+    /// Per voxel: bit x + 4 y + 16 z is set if sub-voxel (x, y, z) is occupied.
     pub masks: Vec<u64>,
-    /// Per voxel and face: the key of its surface, 0 without one.
+    /// Per voxel and face: the packed surface, 0 without one.
     pub keys: Vec<[u32; 6]>,
 }
 
-/// Bit of a sub-voxel in a mask.
+/// Returns the bit of a sub-voxel in a mask.
 pub fn sub_voxel_bit(sub_voxel: IVec3) -> u64 {
     1 << (sub_voxel.x + 4 * sub_voxel.y + 16 * sub_voxel.z)
 }
 
 impl Voxels {
-    /// No surface anywhere.
+    /// Creates voxels without surfaces.
     pub fn empty(grid: VolumeGrid) -> Self {
         Self {
             grid,
@@ -60,7 +60,7 @@ impl Voxels {
         }
     }
 
-    /// Every voxel that a triangle touches; what has no area or is not finite touches none.
+    /// Voxelises triangles conservatively; those without an area or that are not finite are skipped.
     pub fn new(grid: VolumeGrid, triangles: &[Triangle]) -> Self {
         let mut voxels = Self::empty(grid);
         for triangle in triangles {
@@ -121,7 +121,7 @@ impl Voxels {
         }
     }
 
-    /// Whether a sub-voxel is touched, counted from the volume's lowest corner; outside none is.
+    /// Returns whether a sub-voxel is occupied, counted from the volume's lowest corner; none is outside.
     pub fn is_touched(&self, sub_voxel: IVec3) -> bool {
         self.grid
             .index(sub_voxel.div_euclid(IVec3::splat(SUB_VOXELS)))
@@ -130,8 +130,8 @@ impl Voxels {
             })
     }
 
-    /// Whether nothing of its voxel lies beyond a touched sub-voxel in a direction, and nothing touches it
-    /// in the next voxel either.
+    /// Returns whether an occupied sub-voxel is the outermost one of its voxel in a direction, and the
+    /// sub-voxel in front of it in the next voxel is empty.
     pub fn is_outermost(&self, sub_voxel: IVec3, step: IVec3) -> bool {
         let voxel = sub_voxel.div_euclid(IVec3::splat(SUB_VOXELS));
         let mut at = sub_voxel + step;

@@ -1,4 +1,4 @@
-//! Meshes on the GPU, grouped by the buffers that they share, in batches of 64 triangles.
+//! Groups meshes by the GPU buffers that they share, in batches of 64 triangles.
 
 use std::hash::{BuildHasher, Hash, Hasher};
 
@@ -22,7 +22,7 @@ use crate::{
     volume::placement::PlacedVolume,
 };
 
-/// In step with `triangles.wesl`, where the fields are explained.
+/// Keep in sync with `triangles.wesl`, which documents the fields.
 #[derive(ShaderType, Clone, Copy, Debug)]
 pub(crate) struct GpuInstance {
     world_from_local: Mat4,
@@ -49,7 +49,7 @@ const DOUBLE_SIDED: u32 = 2;
 const MIRRORED: u32 = 4;
 const STRIP: u32 = 8;
 
-/// In step with `triangles.wesl`.
+/// Keep in sync with `triangles.wesl`.
 #[derive(ShaderType, Clone, Copy, Debug)]
 pub(crate) struct GpuBatch {
     instance: u32,
@@ -58,30 +58,30 @@ pub(crate) struct GpuBatch {
     pad: u32,
 }
 
-/// Triangles of a batch.
+/// Number of triangles in a batch.
 const BATCH: u32 = 64;
 
 /// Meshes that share their buffers.
 pub(crate) struct Group {
     pub vertices: Buffer,
-    /// `None`: without indices.
+    /// `None` if the meshes are not indexed.
     pub indices: Option<Buffer>,
-    /// `None`: without morph targets.
+    /// `None` if the meshes have no morph targets.
     pub morph_targets: Option<Buffer>,
     pub instances: Vec<GpuInstance>,
     pub batches: Vec<GpuBatch>,
 }
 
-/// The scene as the voxeliser draws it.
+/// The scene as the voxeliser dispatches it.
 #[derive(Default)]
 pub(crate) struct Instances {
     pub groups: Vec<Group>,
-    /// Changes when the voxels would.
+    /// Hash of everything that the voxels depend on.
     pub fingerprint: u64,
     pub triangles: u64,
 }
 
-/// Collects what is on the GPU already; the rest comes in later frames.
+/// Collects the meshes that are on the GPU already; the others are added in later frames.
 pub(crate) fn collect(
     scene: &ExtractedScene,
     volume: &PlacedVolume,
@@ -109,7 +109,7 @@ pub(crate) fn collect(
         let indices = allocator.mesh_index_slice(&extracted.mesh);
         instance.vertex_base = vertices.range.start * instance.vertex_stride;
         instance.index_base = indices.as_ref().map_or(0, |slice| slice.range.start);
-        // Words of a target's vertex: displacements of position, normal and tangent, 16 bytes each.
+        // Words per vertex of a target: displacements of position, normal and tangent, 16 bytes each.
         const MORPH_WORDS: u32 = 12;
         let targets = allocator.mesh_morph_target_slice(&extracted.mesh);
         match &targets {
@@ -176,7 +176,7 @@ pub(crate) fn collect(
     }
 }
 
-/// All but where its buffers begin; `None` if it has no triangles that can be read.
+/// The instance without the base offsets of its buffers; `None` if it has no triangles that can be read.
 fn described(
     extracted: &ExtractedMesh,
     mesh: &RenderMesh,
@@ -201,7 +201,7 @@ fn described(
         _ => return None,
     };
     let layout = mesh.layout.0.layout();
-    // Offset in words of an attribute of this format.
+    // Offset of an attribute in words, if it has this format.
     let offset = |attribute: MeshVertexAttribute| {
         let place = mesh
             .layout
@@ -268,13 +268,13 @@ fn described(
     })
 }
 
-/// Sub-voxels that can stop a ray on its way through one layer of them, which are as thick as they are
-/// wide: the mean over directions, measured so that masks of a half and a quarter let half and three
-/// quarters through.
+/// Effective number of sub-voxels that can stop a ray in one layer of them, as they are as thick as they
+/// are wide: the mean over directions, measured such that masks with a coverage of a half and a quarter
+/// transmit half and three quarters of the light.
 const CELLS_IN_LAYER: f32 = 1.85;
 
-/// Share of the sub-voxels that are marked so that a surface lets as much light through, in the mean
-/// over directions, as its coverage says.
+/// Fraction of sub-voxels to mark so that a surface transmits as much light, averaged over directions,
+/// as its coverage says.
 fn thinned(coverage: f32) -> f32 {
     1.0 - (1.0 - coverage.clamp(0.0, 1.0)).powf(CELLS_IN_LAYER.recip())
 }

@@ -1,4 +1,4 @@
-//! From meshes to voxels (thesis sections 6.4 and 6.5).
+//! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5).
 
 pub(crate) mod instances;
 pub(crate) mod pipeline;
@@ -25,7 +25,7 @@ use crate::volume::{
     plan::FramePlan,
 };
 
-/// The dispatches of a frame that voxelises.
+/// The bind groups and dispatch sizes of a frame that voxelises.
 #[derive(Resource)]
 pub(crate) struct VoxelizeWork {
     volume: BindGroup,
@@ -94,7 +94,7 @@ impl VoxelizeWork {
     }
 }
 
-/// Empties the volume and draws the scene into it.
+/// Clears the volume and voxelises the scene.
 pub(crate) fn voxelize(
     mut context: RenderContext,
     plan: Res<FramePlan>,
@@ -144,7 +144,7 @@ pub(crate) fn voxelize(
     }
 }
 
-/// Puts the shaders of the voxelisers into the app.
+/// Embeds the shaders of the voxelisers.
 pub(crate) fn embed(app: &mut App) {
     embedded_asset!(app, "conservative.wesl");
     embedded_asset!(app, "slices.wesl");

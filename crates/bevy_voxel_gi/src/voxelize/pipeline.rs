@@ -1,4 +1,4 @@
-//! The pipelines of the voxelisers.
+//! The compute pipelines of the voxelisers.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -13,11 +13,11 @@ use bevy::{
 
 use crate::{settings::Voxelizer, volume::gpu::GpuVolume};
 
-/// What a voxeliser's pipeline is made for.
+/// Selects the shader variant of a voxeliser's pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct VoxelizeKey {
     kind: Kind,
-    /// Only occupancy is stored.
+    /// Only ambient occlusion is computed, so only occupancy is stored.
     occlusion_only: bool,
 }
 
@@ -46,9 +46,9 @@ impl VoxelizeKey {
 
 #[derive(Resource)]
 pub(crate) struct VoxelizePipeline {
-    /// What is written.
+    /// Layout of the volume's buffers, which the voxelisers write.
     pub volume: BindGroupLayoutDescriptor,
-    /// What is drawn.
+    /// Layout of the buffers of a group of meshes, which the voxelisers read.
     pub group: BindGroupLayoutDescriptor,
     conservative: Handle<Shader>,
     slices: Handle<Shader>,
@@ -107,7 +107,7 @@ impl SpecializedComputePipeline for VoxelizePipeline {
     }
 }
 
-/// The pipeline for these settings.
+/// Returns the pipeline of a voxeliser.
 pub(crate) fn pipeline_for(
     key: VoxelizeKey,
     pipeline: &VoxelizePipeline,
