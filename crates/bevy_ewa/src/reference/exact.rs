@@ -1,4 +1,4 @@
-//! The weighted average of the texels of an ellipse: EWA proper (thesis 5.3 and 5.4).
+//! The exact EWA: the weighted average of the texels in an ellipse (thesis 5.3 and 5.4).
 
 use super::{
     footprint::{Footprint, HUGE},
@@ -8,17 +8,17 @@ use super::{
 use crate::settings::{EwaKernel, EwaMethod, EwaSettings};
 
 /// Square of a texel's own radius, added to the ellipse as Heckbert's unit matrix (listing 5.1): it
-/// stands for the reconstruction of the texture between its texels. Measured against the truth, 0.5
-/// and 0.25 are worse on most scenes.
+/// stands for the reconstruction of the texture between its texels. Measured against the ground truth,
+/// 0.5 and 0.25 have larger errors on most scenes.
 const TEXEL_RADIUS_SQUARED: f64 = 1.0;
 
-/// Below this sum of weights an ellipse has no texel to speak of.
+/// Sum of weights below which an ellipse counts as empty and is replaced by a bilinear fetch.
 const NO_WEIGHT: f64 = 1e-6;
 
-/// `u^2 / xx`-like coefficients of an ellipse around a point of a mip level, in texels.
+/// An ellipse around a point of a mip level, in texels, as a symmetric 2 x 2 matrix.
 #[derive(Clone, Copy, Debug)]
 pub struct Ellipse {
-    /// Centre; the centre of texel 0 is at 0.5.
+    /// Centre of the ellipse; the centre of texel 0 is at 0.5.
     pub center: [f64; 2],
     /// Square of the half-width of its bounding box.
     pub xx: f64,
@@ -31,7 +31,7 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// The ellipse of a footprint whose radii are `radius` times as long, in a level of a texture.
+    /// Creates the ellipse of a footprint with its radii scaled by `radius`, in a level of a texture.
     pub fn new(
         footprint: &Footprint,
         radius: f64,
@@ -40,7 +40,8 @@ impl Ellipse {
         level_size: [u32; 2],
         size: [u32; 2],
     ) -> Self {
-        // A side that is one texel already gets no smaller: there, what is wider is no different.
+        // A side of one texel is not halved any further. Without the minimum, the ellipse would get
+        // wider along that side, where all texels are the same.
         let halved = (-f64::from(level)).exp2();
         let scale = [0, 1].map(|i| (f64::from(level_size[i]) / f64::from(size[i])).min(halved));
         let [c, s] = footprint.major_direction;
@@ -50,8 +51,8 @@ impl Ellipse {
         let yy = (major * s * s + minor * c * c) * scale[1] * scale[1];
         let xy = (major - minor) * c * s * scale[0] * scale[1];
         let pad = TEXEL_RADIUS_SQUARED;
-        // Multiplied out, since the determinant of the part without the pad is known: the
-        // difference of the products cancels out for long ellipses.
+        // The determinant is expanded, since that of the matrix without the pad is known: the difference
+        // of products `xx * yy - xy * xy` suffers cancellation for long ellipses.
         let bare = major * minor * (scale[0] * scale[1]).powi(2);
         Self {
             center: [0, 1].map(|i| uv[i] * f64::from(level_size[i])),
@@ -62,14 +63,14 @@ impl Ellipse {
         }
     }
 
-    /// Squared distance of a texel's centre in squares of the ellipse's radius: 1 on its border
-    /// (thesis equation 5.2).
+    /// Returns the squared distance of a texel's centre relative to the ellipse: 0 in its centre and 1
+    /// on its border (thesis equation 5.2).
     pub fn distance_squared(&self, texel: [i64; 2]) -> f64 {
         let [x, y] = [0, 1].map(|i| texel[i] as f64 + 0.5 - self.center[i]);
         (self.yy * x * x - 2.0 * self.xy * x * y + self.xx * y * y) / self.determinant
     }
 
-    /// First and last texel of a column or row with centres inside the bounding box.
+    /// Returns the first and last index of texels whose centres are inside an interval.
     fn range(center: f64, half: f64) -> [i64; 2] {
         [
             (center - half - 0.5).ceil() as i64,
@@ -77,7 +78,7 @@ impl Ellipse {
         ]
     }
 
-    /// The same with x and y exchanged.
+    /// Returns the ellipse with x and y swapped.
     fn transposed(self) -> Self {
         Self {
             center: [self.center[1], self.center[0]],
@@ -87,13 +88,13 @@ impl Ellipse {
         }
     }
 
-    /// Rows of the bounding box.
+    /// Returns the first and last row of the bounding box.
     fn rows(&self) -> [i64; 2] {
         Self::range(self.center[1], self.yy.sqrt())
     }
 
-    /// Texels of a row inside the ellipse, by solving its equation for x; empty if the first is
-    /// greater than the last.
+    /// Returns the first and last texel of a row inside the ellipse, by solving its equation for x. The
+    /// row is empty if the first is greater than the last.
     fn row(&self, y: i64) -> [i64; 2] {
         let dy = y as f64 + 0.5 - self.center[1];
         let half = (self.determinant * (1.0 - dy * dy / self.yy).max(0.0)).sqrt() / self.yy.sqrt();
@@ -101,7 +102,7 @@ impl Ellipse {
     }
 }
 
-/// A lookup by an exact method. `uv` is finite.
+/// Looks up a texture by the exact method in `settings`. `uv` must be finite.
 pub fn exact(
     texture: &Texture,
     footprint: &Footprint,
@@ -110,7 +111,7 @@ pub fn exact(
 ) -> Color {
     let radius = f64::from(settings.kernel.radius_pixels());
     let radius_texels = radius * footprint.major_radius_texels;
-    // Smaller than a texel: there is nothing to average but the texture's own reconstruction.
+    // Below a major radius of one texel, only the bilinear reconstruction of the texture is left.
     let average = (radius_texels - 1.0).clamp(0.0, 1.0);
     let bilinear = || {
         let size = texture.size();
@@ -121,8 +122,8 @@ pub fn exact(
     }
     let lod = footprint.lod(settings);
     let last = f64::from(texture.last_level());
-    // Beyond the last level there is nothing coarser to read: the ellipse stays as large in texels
-    // as it is where that level begins.
+    // Beyond the last level there is nothing coarser to read. The ellipse keeps the size in texels that
+    // it has at the level of detail of the last level.
     let excess = (lod - last).max(0.0);
     let shrunk = Footprint {
         major_radius_texels: footprint.major_radius_texels * (-excess).exp2(),
@@ -161,7 +162,7 @@ fn one_level(
     if !(ellipse.xx < HUGE && ellipse.yy < HUGE) {
         return texture.bilinear(level, ellipse.center);
     }
-    // Rows along the longer side: fewer of them, with more texels each.
+    // Rows run along the longer side: there are fewer of them, with more texels each.
     let transposed = ellipse.yy > ellipse.xx;
     let scan = if transposed {
         ellipse.transposed()
@@ -186,13 +187,13 @@ fn one_level(
     sum.map(|c| c / weight)
 }
 
-/// The texels of an ellipse, row after row.
+/// A scan over the texels of an ellipse, row by row.
 struct Scan<'a> {
     texture: &'a Texture,
     level: u32,
     kernel: EwaKernel,
     ellipse: Ellipse,
-    /// Whether rows are columns of the texture.
+    /// Whether the rows of the scan are columns of the texture.
     transposed: bool,
 }
 
@@ -228,8 +229,9 @@ impl Scan<'_> {
         (sum, total)
     }
 
-    /// Two texels a fetch, from between them (equation 5.4). The weight of one outside of the
-    /// ellipse is zero; two of different sign are fetched one by one.
+    /// Reads two texels per bilinear fetch at a position between them (equation 5.4). A texel outside
+    /// of the ellipse has the weight zero; two texels with weights of different sign are fetched one by
+    /// one.
     fn pairs(&self) -> (Color, f64) {
         let (mut sum, mut total) = ([0.0; 4], 0.0);
         let [top, bottom] = self.ellipse.rows();
@@ -251,8 +253,8 @@ impl Scan<'_> {
         (sum, total)
     }
 
-    /// Four texels a fetch, from where their weights are right column by column and row by row.
-    /// Where one is negative, each alone.
+    /// Reads four texels per bilinear fetch, at the position where the sums of the weights over each
+    /// column and each row are exact. If a weight is negative, the four texels are fetched one by one.
     fn blocks(&self) -> (Color, f64) {
         let (mut sum, mut total) = ([0.0; 4], 0.0);
         let [top, bottom] = self.ellipse.rows();

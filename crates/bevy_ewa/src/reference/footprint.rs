@@ -1,47 +1,48 @@
-//! The ellipse of a pixel in a texture, its mip level, its budget.
+//! The ellipse of a pixel in a texture, its mip level and its fetch budget.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use super::probes::TIE;
 use crate::settings::{EwaLevelOfDetail, EwaSettings};
 
-/// How texture coordinates change from a pixel to the next.
+/// Screen-space derivatives of the texture coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Derivatives {
-    /// By a pixel to the right.
+    /// Change of (u, v) by one pixel to the right.
     pub dx: [f64; 2],
-    /// By a pixel down.
+    /// Change of (u, v) by one pixel down.
     pub dy: [f64; 2],
 }
 
-/// What a pixel of one pixel in radius covers of a texture, in texels of the finest level.
+/// The ellipse in a texture that a disc with a radius of one pixel projects to, in texels of the finest
+/// level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
-    /// Longer radius.
+    /// Length of the major radius.
     pub major_radius_texels: f64,
-    /// Shorter radius, after the anisotropy is limited.
+    /// Length of the minor radius, after the anisotropy is limited.
     pub minor_radius_texels: f64,
-    /// Direction of the longer one, of length 1.
+    /// Direction of the major axis, of length 1.
     pub major_direction: [f64; 2],
     /// Ratio of the radii before it is limited; infinite for a line, 1 for a point.
     pub anisotropy: f64,
-    /// log2 of the minor radius by the formula of texture units.
+    /// Level of detail by the formula of texture units: log2 of the longer derivative in texels divided
+    /// by the number of its taps.
     pub hardware_lod: f64,
 }
 
-/// Texels beyond which a radius is no more than "everything".
+/// Radius in texels beyond which a footprint counts as the whole texture.
 pub(super) const HUGE: f64 = 1e12;
 
 impl Footprint {
-    /// The footprint in a texture of this size.
+    /// Computes the footprint in a texture of this size.
     ///
-    /// Derivatives that are not numbers or not finite mean that the pixel sees everything: a disc
-    /// of a huge radius.
+    /// Derivatives that are not finite give a disc of a huge radius, which covers the whole texture.
     pub fn new(derivatives: Derivatives, size: [u32; 2], max_anisotropy: f64) -> Self {
         let texels = |d: [f64; 2]| [d[0] * f64::from(size[0]), d[1] * f64::from(size[1])];
         let (a, b) = (texels(derivatives.dx), texels(derivatives.dy));
         let scale = a.iter().chain(&b).fold(0.0, |largest: f64, c| {
-            // `max` would drop what is not a number.
+            // `max` would ignore NaN.
             if c.is_nan() {
                 f64::INFINITY
             } else {
@@ -54,13 +55,13 @@ impl Footprint {
         if scale < 1.0 / HUGE {
             return Self::disc(0.0);
         }
-        // Of order 1, so that no square overflows or vanishes.
+        // Scaled to order 1, so that no square overflows or underflows.
         let (a, b) = (a.map(|c| c / scale), b.map(|c| c / scale));
         let xx = a[0] * a[0] + b[0] * b[0];
         let yy = a[1] * a[1] + b[1] * b[1];
         let xy = a[0] * a[1] + b[0] * b[1];
-        // One eigenvalue from the trace and the other from the determinant: the difference that
-        // equation 5.3 takes cancels out.
+        // The larger eigenvalue is computed from the trace and the smaller one from the determinant: the
+        // difference in equation 5.3 suffers cancellation.
         let root = ((xx - yy).powi(2) + 4.0 * xy * xy).sqrt();
         let major_squared = (xx + yy + root) / 2.0;
         let determinant = a[0] * b[1] - a[1] * b[0];
@@ -99,9 +100,9 @@ impl Footprint {
         }
     }
 
-    /// The level of detail at which the exact methods read, not yet limited to the levels there
-    /// are: at its floor the minor radius has `minor_radius_texels` to twice as many, or fewer if
-    /// the budget demands it.
+    /// Returns the level of detail at which the exact methods read, not yet clamped to the existing
+    /// levels. At its floor the minor radius has a length of `minor_radius_texels` to twice as much, or
+    /// less if the budget requires it.
     pub fn lod(&self, settings: &EwaSettings) -> f64 {
         let radius = f64::from(settings.kernel.radius_pixels());
         let texels = f64::from(settings.minor_radius_texels);
@@ -112,8 +113,8 @@ impl Footprint {
         (by_size + (radius / texels).log2()).max(self.lod_of_budget(settings))
     }
 
-    /// The finest level of detail that keeps within the budget: [`most_texels`] at its floor, where
-    /// texels are at most twice as many to a length, solved for the scale.
+    /// The finest level of detail that keeps within the budget: [`most_texels`] solved for the scale, at
+    /// the floor of the level of detail, where lengths in texels are at most doubled.
     fn lod_of_budget(&self, settings: &EwaSettings) -> f64 {
         let radius = f64::from(settings.kernel.radius_pixels());
         let (a, b) = (
@@ -129,23 +130,24 @@ impl Footprint {
         if constant >= 0.0 {
             return HUGE.log2();
         }
-        // The form that does not cancel; it also holds where the square vanishes.
+        // This form of the root has no cancellation; it also holds where the quadratic term is 0.
         let root = (linear * linear - 4.0 * square * constant).sqrt();
         let scale = -2.0 * constant / (linear + root).max(1.0 / HUGE);
         1.0 - scale.log2()
     }
 }
 
-/// Texels that one level may have in its ellipse for the budget to hold, were each a fetch.
+/// The number of texels that the ellipse of one level may have within the budget, at one fetch per
+/// texel.
 fn texels_of_budget(settings: &EwaSettings) -> f64 {
     let fetches = f64::from(settings.max_fetches);
     let levels = if settings.level_blend > 0.0 { 2.0 } else { 1.0 };
     fetches / levels
 }
 
-/// At least as many as an ellipse with these radii can have texel centres inside: the unit squares
-/// around them lie in the ellipse grown by half a diagonal, whose perimeter is below
-/// `4 (major + minor)`.
+/// Returns an upper bound of the number of texel centres inside an ellipse with these radii: the unit
+/// squares around them lie in the ellipse enlarged by half a diagonal, and the ellipse's perimeter is
+/// below `4 (major + minor)`.
 pub fn most_texels(major_radius: f64, minor_radius: f64) -> f64 {
     let sum = major_radius + minor_radius;
     PI * major_radius * minor_radius + 4.0 * FRAC_1_SQRT_2 * sum + PI / 2.0

@@ -1,4 +1,4 @@
-//! The weight of a texel.
+//! The weight of a texel by the reconstruction kernel.
 
 use std::f64::consts::PI;
 
@@ -7,8 +7,8 @@ use crate::settings::EwaKernel;
 /// Value of a Gaussian at twice its standard deviation.
 const GAUSSIAN_EDGE: f64 = 0.135_335_283_236_612_7;
 
-/// The weight at a squared distance from the centre, in squares of the kernel's radius: 0 outside
-/// of 0 to 1.
+/// Returns the weight at a squared distance from the centre, relative to the kernel's squared radius. It
+/// is 0 outside of 0 to 1.
 pub fn weight(kernel: EwaKernel, distance_squared: f64) -> f64 {
     if !(0.0..1.0).contains(&distance_squared) {
         return 0.0;
@@ -23,7 +23,7 @@ pub fn weight(kernel: EwaKernel, distance_squared: f64) -> f64 {
     }
 }
 
-/// B = C = 1/3, for `x` from 0 to 2.
+/// The cubic with B = C = 1/3, for `x` from 0 to 2.
 fn mitchell_netravali(x: f64) -> f64 {
     if x < 1.0 {
         (7.0 * x * x * x - 12.0 * x * x + 16.0 / 3.0) / 6.0

@@ -1,15 +1,15 @@
-//! The filters in plain Rust and 64-bit floats: what the shaders are tested against.
+//! The filters in plain Rust and 64-bit floats, as the reference for the shaders' tests.
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`texture`] | a texture with its mip chain, and what a texture unit does with it |
-//! | [`footprint`] | the ellipse of a pixel, its mip level, its budget |
+//! | [`texture`] | a texture with its mip chain, and a texture unit's lookups |
+//! | [`footprint`] | the ellipse of a pixel, its mip level and its fetch budget |
 //! | [`kernel`] | the weight of a texel |
-//! | [`exact`] | the weighted average of the texels of an ellipse |
-//! | [`probes`] | a few anisotropic fetches in its place |
+//! | [`exact`] | the weighted average of the texels in an ellipse |
+//! | [`probes`] | the approximation of an ellipse by a few anisotropic fetches |
 //! | [`mod@sample`] | a lookup by any method |
-//! | [`scenes`] | pictures to filter, as functions of a point on the screen |
-//! | [`truth`] | what those pictures should look like |
+//! | [`scenes`] | test scenes as functions of a point on the screen |
+//! | [`truth`] | ground truth of the test scenes |
 
 pub mod exact;
 pub mod footprint;

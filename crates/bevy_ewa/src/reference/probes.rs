@@ -1,4 +1,4 @@
-//! A few anisotropic fetches in the place of an ellipse (thesis 5.5).
+//! The approximation of an ellipse by a few anisotropic fetches (thesis 5.5).
 
 use super::{
     footprint::Footprint,
@@ -6,33 +6,34 @@ use super::{
 };
 use crate::settings::{EwaProbes, EwaSettings};
 
-/// Longest footprint of a texture unit, in widths: most trilinear fetches of a probe.
+/// Longest footprint of a texture unit, in multiples of its width, and so the most taps (trilinear
+/// fetches) per probe.
 pub const MOST_TAPS: f64 = 16.0;
 
-/// What a ratio may exceed a whole number by before it counts as more: as round as 32-bit floats
-/// can tell is round.
+/// The amount by which a ratio may exceed an integer before it is rounded up: the tolerance for the
+/// rounding errors of 32-bit floats.
 pub const TIE: f64 = 1e-3;
 
-/// Most probes of an ellipse.
+/// Upper limit of the number of probes per ellipse.
 pub const MOST_PROBES: u32 = 15;
 
-/// Aspect of an ellipse for each pair of probes: probes of four widths leave no gap and keep their
-/// weights apart.
+/// Increase of an ellipse's aspect ratio for each additional pair of probes: probes four widths long
+/// leave no gap and keep their weights distinct.
 pub const ASPECT_OF_PROBE_PAIR: f64 = 8.0;
 
-/// Which probes are taken.
+/// The subset of the probes that one frame takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
-    /// All.
+    /// All probes.
     All,
-    /// Those of even distance from the centre (thesis 5.5.2).
+    /// The central probe and those of even index, counted from the centre (thesis 5.5.2).
     Even,
-    /// Those of odd distance, and the centre.
+    /// The central probe and those of odd index.
     Odd,
 }
 
 impl Turn {
-    /// Whether the probe this many places from the centre is taken; the centre always is.
+    /// Whether the subset contains the probe of this index, counted from the centre (index 0).
     fn takes(self, place: u32) -> bool {
         match self {
             Self::All => true,
@@ -42,7 +43,7 @@ impl Turn {
     }
 }
 
-/// The number of probes, odd.
+/// Returns the number of probes, which is odd.
 pub fn count(probes: EwaProbes, anisotropy: f64) -> u32 {
     match probes {
         EwaProbes::Three => 3,
@@ -57,7 +58,7 @@ pub fn count(probes: EwaProbes, anisotropy: f64) -> u32 {
     }
 }
 
-/// Probes on the major axis with Gaussian weights (equations 5.5 and 5.6).
+/// Filters by probes on the major axis with Gaussian weights (equations 5.5 and 5.6).
 pub fn approximate(
     texture: &Texture,
     footprint: &Footprint,
@@ -79,7 +80,7 @@ pub fn approximate(
         sum = add(sum, probe.fetch(texture, uv, -along), weight);
         total += 2.0 * weight;
     }
-    // Of two frames each has half of all weight, so that their mean is the picture of all probes.
+    // Each of two frames has half of the total weight, so that their mean is the picture of all probes.
     let share = match turn {
         Turn::All => PROFILE_INTEGRAL,
         Turn::Even | Turn::Odd => PROFILE_INTEGRAL / 2.0,
@@ -91,13 +92,14 @@ pub fn approximate(
     sum.map(|c| c / (total + center))
 }
 
-/// Length of the one fetch that stands for a whole ellipse, in major radii. A line of equal weights
-/// spreads as much as the kernel at 1.28; measured as [`PROBE_WIDTH`], this has the least error, also
-/// on texture units that space their taps more closely.
+/// Length of the single fetch that stands for a whole ellipse, in major radii. A line of equal weights
+/// has the variance of the kernel at 1.28. Measured in the same way as [`PROBE_WIDTH`], 1.25 has the
+/// smallest error, also on texture units that space their taps more closely.
 const SINGLE_LENGTH: f64 = 1.25;
 
-/// One anisotropic fetch in the place of an ellipse, along its axes: texture units compare the
-/// lengths of the derivatives, which says nothing about the ellipse where both lie askew of it.
+/// Filters by one anisotropic fetch along the axes of the ellipse. The derivatives themselves would not
+/// do: texture units compare their lengths, which say little about an ellipse whose axes have other
+/// directions.
 pub fn single(
     texture: &Texture,
     footprint: &Footprint,
@@ -116,7 +118,7 @@ fn single_size(footprint: &Footprint, settings: &EwaSettings) -> [f64; 2] {
     [length.max(width), width]
 }
 
-/// A probe, which a texture unit sells as one fetch.
+/// Takes a probe and counts it as one fetch where the texture unit computes it.
 fn as_sold(texture: &Texture, settings: &EwaSettings, fetch: impl Fn() -> Color) -> Color {
     if settings.sampler_anisotropy > 1 {
         texture.as_one(fetch)
@@ -125,7 +127,7 @@ fn as_sold(texture: &Texture, settings: &EwaSettings, fetch: impl Fn() -> Color)
     }
 }
 
-/// What a texture unit does with derivatives.
+/// Models the anisotropic filter of a texture unit for given derivatives.
 pub fn software_anisotropic(texture: &Texture, derivatives: [[f64; 2]; 2], uv: [f64; 2]) -> Color {
     let size = texture.size();
     let texels = |d: [f64; 2]| [0, 1].map(|i| d[i] * f64::from(size[i]));
@@ -147,9 +149,9 @@ pub fn software_anisotropic(texture: &Texture, derivatives: [[f64; 2]; 2], uv: [
     taps(texture, uv, direction, length, width)
 }
 
-/// Trilinear fetches of equal weight along a line: the Vulkan specification's number and level of
-/// detail, which does not follow the rounding of the number, but an equal share of the line for
-/// each, where the specification's example leaves out the ends (and has twice the error).
+/// Averages trilinear fetches (taps) along a line. Their number and their level of detail, which does
+/// not depend on the rounding of the number, follow the Vulkan specification. Each tap covers an equal
+/// share of the line, while the example in the specification omits the ends (and has twice the error).
 fn taps(
     texture: &Texture,
     uv: [f64; 2],
@@ -169,21 +171,21 @@ fn taps(
     sum
 }
 
-/// The number of taps, and their width.
+/// Returns the number of taps and their width in texels.
 fn tap_count(length_texels: f64, width_texels: f64) -> (f64, f64) {
-    // Nothing is finer than a texel.
+    // No tap is narrower than a texel of the finest level.
     let width = width_texels.max(length_texels / MOST_TAPS).max(1.0);
     let count = (length_texels / width - TIE).ceil();
     (count.clamp(1.0, MOST_TAPS), width)
 }
 
-/// Fetches of each of `count` probes.
+/// Returns the fetches of each of `count` probes.
 pub(crate) fn fetches_of_probe(footprint: &Footprint, settings: &EwaSettings, count: u32) -> f64 {
     let probe = Probe::new(footprint, settings, count);
     fetches(settings, probe.length_texels, probe.width_texels)
 }
 
-/// Fetches of the one probe of an ellipse.
+/// Returns the fetches of the single probe of an ellipse.
 pub(crate) fn fetches_of_single(footprint: &Footprint, settings: &EwaSettings) -> f64 {
     let [length, width] = single_size(footprint, settings);
     fetches(settings, length, width)
@@ -197,7 +199,7 @@ fn fetches(settings: &EwaSettings, length_texels: f64, width_texels: f64) -> f64
     }
 }
 
-/// What the probes of an ellipse have in common.
+/// The parameters that all probes of an ellipse share.
 struct Probe<'a> {
     settings: &'a EwaSettings,
     count: f64,
@@ -207,24 +209,26 @@ struct Probe<'a> {
     spacing_texels: f64,
 }
 
-/// Variance of the Gaussian kernel along any axis, in squares of its radius.
+/// Variance of the Gaussian kernel along any axis, relative to its squared radius.
 const KERNEL_VARIANCE: f64 = 0.1361;
 
-/// Variance of `(1 - t^2)^2`, which stands for the kernel summed across the axis.
+/// Variance of the profile `(1 - t^2)^2`, which approximates the kernel integrated across the major
+/// axis.
 const PROFILE_VARIANCE: f64 = 1.0 / 7.0;
 
-/// Its integral from -1 to 1.
+/// Integral of the profile from -1 to 1.
 const PROFILE_INTEGRAL: f64 = 16.0 / 15.0;
 
-/// Width of the trilinear fetches in minor radii. A spread like the kernel's would take 0.74, but a
-/// trilinear fetch reads too few texels for that and aliases: measured from 0.74 to 1.3 on tunnels,
-/// planes and noise, this has the least error.
+/// Width of the trilinear fetches in minor radii. The variance of the kernel would need 0.74, but at
+/// that width a trilinear fetch reads too few texels and aliases: measured from 0.74 to 1.3 on tunnels,
+/// planes and noise, 1.2 has the smallest error.
 const PROBE_WIDTH: f64 = 1.2;
 
 impl<'a> Probe<'a> {
-    /// The probes share the major axis among them. It is shorter by the width of one, so that the
-    /// spread along it is that of the ellipse also where that is nearly round: all probes of a disc
-    /// are in its centre. It is shorter again by what is spread by probes being few and long.
+    /// Distributes the probes along the major axis. The line of probes is shorter than the axis by the
+    /// width of a probe, so that its variance is that of the ellipse even if the ellipse is nearly
+    /// round: all probes of a disc are at its centre. It is shortened again by the variance that the
+    /// length and the small number of the probes add.
     fn new(footprint: &Footprint, settings: &'a EwaSettings, count: u32) -> Self {
         let radius = f64::from(settings.kernel.probe_radius_pixels());
         let count = f64::from(count);
@@ -244,7 +248,8 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The weight of the probe this many places from the centre: its share of the profile.
+    /// Returns the weight of a probe by its index from the centre: the integral of the profile over its
+    /// share of the line.
     fn weight(&self, place: u32) -> f64 {
         let place = f64::from(place);
         let integral = |t: f64| t - 2.0 / 3.0 * t.powi(3) + t.powi(5) / 5.0;

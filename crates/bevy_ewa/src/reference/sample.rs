@@ -8,23 +8,24 @@ use super::{
 };
 use crate::settings::{EwaMethod, EwaProbes, EwaSettings};
 
-/// Texture coordinates below which 32-bit floats are precise enough as they are.
+/// Texture coordinates below which 32-bit floats are precise enough without a reduction by whole
+/// periods.
 const PRECISE_UV: f64 = 16.0;
 
-/// A colour and what it took.
+/// A filtered colour and the cost of its lookup.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampled {
-    /// In linear light.
+    /// Filtered colour in linear light.
     pub color: Color,
-    /// Texture fetches: of one texel, or bilinear, or trilinear, or of a texture unit's anisotropic
-    /// filter where the sampler has one.
+    /// Number of texture fetches: of one texel, bilinear, trilinear or, when `sampler_anisotropy` is
+    /// above 1, by the texture unit's anisotropic filter.
     pub fetches: u32,
 }
 
 /// Filters a texture at a point.
 ///
-/// `frame` is its number, for the temporal methods. Texture coordinates that are not finite count
-/// as 0.
+/// `frame` is the frame number, which the temporal methods use. Texture coordinates that are not finite
+/// count as 0.
 pub fn sample(
     texture: &Texture,
     uv: [f64; 2],
@@ -74,7 +75,7 @@ pub fn sample(
     }
 }
 
-/// What a sampler without anisotropy does.
+/// Filters as a sampler without anisotropy does.
 fn trilinear(texture: &Texture, derivatives: Derivatives, uv: [f64; 2]) -> Color {
     let size = texture.size();
     let length = |d: [f64; 2]| (d[0] * f64::from(size[0])).hypot(d[1] * f64::from(size[1]));
@@ -87,8 +88,8 @@ fn trilinear(texture: &Texture, derivatives: Derivatives, uv: [f64; 2]) -> Color
     texture.trilinear(uv, lod)
 }
 
-/// A texture coordinate less whole periods, two textures wide so that it is right for textures that
-/// mirror too.
+/// Reduces a texture coordinate by whole periods. A period is two textures wide, so that it also holds
+/// for textures that mirror.
 fn reduced(c: f64, periodic: bool) -> f64 {
     if !c.is_finite() {
         0.0

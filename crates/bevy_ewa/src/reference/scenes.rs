@@ -1,5 +1,4 @@
-//! Pictures to filter, as functions of a point on the screen: no renderer is needed to know what
-//! they should look like.
+//! Test scenes as functions of a point on the screen, so that their ground truth needs no renderer.
 
 use std::f64::consts::TAU;
 
@@ -8,34 +7,34 @@ use super::footprint::Derivatives;
 /// A surface that fills the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
-    /// The inside of a cylinder without end, of radius 1, seen along its axis (thesis figure 5.10).
+    /// The inside of an infinite cylinder of radius 1, viewed along its axis (thesis figure 5.10).
     Tunnel {
-        /// Tangent of half the angle of view.
+        /// Tangent of half the field of view.
         half_view: f64,
-        /// Textures around it.
+        /// Number of texture repetitions around the axis.
         around: f64,
-        /// Textures per unit of its length.
+        /// Texture repetitions per unit of length.
         along: f64,
-        /// Textures that the eye has moved along it.
+        /// Position of the camera along the axis, in texture repetitions.
         moved: f64,
     },
-    /// A plane one unit below the eye.
+    /// A plane one unit below the camera.
     Plane {
-        /// Angle between the middle of the view and the plane, in radians.
+        /// Angle between the view direction and the plane, in radians.
         grazing: f64,
-        /// Tangent of half the angle of view; the horizon stays above the picture.
+        /// Tangent of half the field of view; the horizon must stay above the picture.
         half_view: f64,
-        /// Angle by which the texture is turned, in radians.
+        /// Rotation of the texture, in radians.
         turn: f64,
-        /// Textures per unit.
+        /// Texture repetitions per unit of length.
         scale: f64,
-        /// Textures that the eye has moved along v.
+        /// Position of the camera along v, in texture repetitions.
         moved: f64,
     },
 }
 
 impl Surface {
-    /// Texture coordinates at a position on the screen, from -1 to 1 to the right and down.
+    /// Returns the texture coordinates at a position on the screen, from -1 to 1 to the right and down.
     pub fn uv(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         match *self {
             Self::Tunnel {
@@ -67,21 +66,22 @@ impl Surface {
         }
     }
 
-    /// The surface from further on.
+    /// Returns the surface after the camera moved by this number of texture repetitions.
     pub fn moved_by(mut self, textures: f64) -> Self {
         let (Self::Tunnel { moved, .. } | Self::Plane { moved, .. }) = &mut self;
         *moved += textures;
         self
     }
 
-    /// Texture coordinates in the middle of a pixel of a square picture, and their derivatives.
+    /// Returns the texture coordinates at the centre of a pixel of a square picture, and their
+    /// derivatives.
     pub fn pixel(&self, size: u32, [x, y]: [u32; 2]) -> ([f64; 2], Derivatives) {
         const STEP: f64 = 1e-3;
         let at = |dx: f64, dy: f64| self.at(size, [x as f64 + 0.5 + dx, y as f64 + 0.5 + dy]);
         let difference = |a: [f64; 2], b: [f64; 2]| {
             let mut d = [0, 1].map(|i| b[i] - a[i]);
             if let Self::Tunnel { around, .. } = self {
-                // Across the seam.
+                // u wraps around at the seam.
                 d[0] -= around * (d[0] / around).round();
             }
             d.map(|d| d / (2.0 * STEP))
@@ -93,7 +93,7 @@ impl Surface {
         (at(0.0, 0.0), derivatives)
     }
 
-    /// Texture coordinates at a position in pixels of a square picture.
+    /// Returns the texture coordinates at a position in pixels of a square picture.
     pub fn at(&self, size: u32, position: [f64; 2]) -> [f64; 2] {
         self.uv(position.map(|p| 2.0 * p / f64::from(size) - 1.0))
     }

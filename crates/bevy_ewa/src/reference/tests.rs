@@ -1,4 +1,4 @@
-//! What holds for every texture, footprint and method.
+//! Properties that hold for every texture, footprint and method.
 
 mod budget;
 mod extremes;
@@ -15,7 +15,6 @@ pub(super) const EXACT: [EwaMethod; 3] =
 
 const FIVE: EwaProbes = EwaProbes::Five;
 
-/// Every method.
 pub(super) const METHODS: [EwaMethod; 9] = [
     EwaMethod::Reference,
     EwaMethod::Linear,
@@ -36,7 +35,7 @@ pub(super) const KERNELS: [EwaKernel; 5] = [
     EwaKernel::Lanczos,
 ];
 
-/// Different in every texel, the same in every run.
+/// A texture of noise that is the same in every run.
 pub(super) fn noise(size: [u32; 2]) -> Texture {
     Texture::from_fn(size, |x, y| {
         let mut hash = u64::from(x) << 32 | u64::from(y);
@@ -48,7 +47,8 @@ pub(super) fn noise(size: [u32; 2]) -> Texture {
     })
 }
 
-/// Derivatives whose footprint has these radii in textures, the longer one at an angle to u.
+/// Returns derivatives whose footprint has these radii in texture coordinates, with the major axis at an
+/// angle to u.
 pub(super) fn ellipse(major: f64, minor: f64, angle: f64) -> Derivatives {
     let (sin, cos) = angle.sin_cos();
     Derivatives {
@@ -57,7 +57,7 @@ pub(super) fn ellipse(major: f64, minor: f64, angle: f64) -> Derivatives {
     }
 }
 
-/// The largest difference of a channel.
+/// Returns the largest absolute difference over the channels.
 pub(super) fn difference(a: Sampled, b: Sampled) -> f64 {
     let pairs = a.color.iter().zip(b.color);
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))

@@ -1,26 +1,27 @@
-//! A texture with its mip chain, and what a texture unit does with it.
+//! A texture with its mip chain, and a texture unit's lookups.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// Four linear channels.
+/// A colour in linear light: red, green, blue and alpha.
 pub type Color = [f64; 4];
 
-/// What lies beyond the border of a texture.
+/// Addressing of texels beyond the border of a texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AddressMode {
-    /// The texture again.
+    /// Repeats the texture.
     #[default]
     Repeat,
-    /// The texture mirrored, and so on.
+    /// Repeats the texture with every second copy mirrored.
     MirrorRepeat,
-    /// Its outermost texels.
+    /// Repeats the outermost texels.
     ClampToEdge,
-    /// Transparent black.
+    /// Reads transparent black.
     ClampToBorder,
 }
 
 impl AddressMode {
-    /// The texel that is found at `index` of a row of `length`; none is the border.
+    /// Returns the index of the texel to read for any `index` in a row of `length` texels; `None` is the
+    /// border colour.
     pub fn wrap(self, index: i64, length: u32) -> Option<u32> {
         let length = i64::from(length);
         let wrapped = match self {
@@ -46,7 +47,8 @@ pub struct Level {
 }
 
 impl Level {
-    /// The next level: half the size, rounded down, each texel the mean of the area it covers.
+    /// Computes the next level: half the size, rounded down, with each texel the mean of the area that
+    /// it covers.
     pub fn next(&self) -> Self {
         let size = self.size.map(|n| (n / 2).max(1));
         let weights = [0, 1].map(|axis| area_weights(self.size[axis], size[axis]));
@@ -67,7 +69,8 @@ impl Level {
     }
 }
 
-/// For each of `to` texels the `from` texels that it covers, with the covered part of its area.
+/// Returns, for each of `to` texels, the indices of the `from` texels that it covers, with their
+/// fractions of its area.
 pub(crate) fn area_weights(from: u32, to: u32) -> Vec<Vec<(u32, f64)>> {
     let scale = f64::from(from) / f64::from(to);
     let covered = |i: u32| {
@@ -83,12 +86,13 @@ pub(crate) fn area_weights(from: u32, to: u32) -> Vec<Vec<(u32, f64)>> {
     (0..to).map(covered).collect()
 }
 
-/// A texture that counts how often it is read: each thread wants a clone of its own.
+/// A texture that counts its fetches. Each thread needs a clone of its own, because they share the
+/// count.
 #[derive(Debug)]
 pub struct Texture {
     /// Mip levels, the finest first; at least one.
     pub levels: Vec<Level>,
-    /// Beyond the left and right border, and beyond the upper and lower one.
+    /// Address modes along u and v.
     pub address: [AddressMode; 2],
     fetches: AtomicU32,
 }
@@ -100,7 +104,7 @@ impl Clone for Texture {
 }
 
 impl Texture {
-    /// A texture with a full mip chain.
+    /// Creates a texture with a full mip chain from its finest level.
     pub fn new(level: Level, address: [AddressMode; 2]) -> Self {
         let mut levels = vec![level];
         while let Some(last) = levels.last()
@@ -112,7 +116,7 @@ impl Texture {
         Self::from_levels(levels, address)
     }
 
-    /// A texture of these levels.
+    /// Creates a texture of these levels.
     pub fn from_levels(levels: Vec<Level>, address: [AddressMode; 2]) -> Self {
         Self {
             levels,
@@ -121,40 +125,40 @@ impl Texture {
         }
     }
 
-    /// A texture of a function of the texel, with a full mip chain.
+    /// Creates a repeating texture with a full mip chain from a function of the texel's position.
     pub fn from_fn(size: [u32; 2], color: impl Fn(u32, u32) -> Color) -> Self {
         let positions = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
         let texels = positions.map(|(x, y)| color(x, y)).collect();
         Self::new(Level { size, texels }, [AddressMode::Repeat; 2])
     }
 
-    /// The same with other borders.
+    /// Returns the texture with other address modes.
     pub fn with_address(self, address: [AddressMode; 2]) -> Self {
         Self { address, ..self }
     }
 
-    /// Width and height in texels.
+    /// Returns width and height of the finest level in texels.
     pub fn size(&self) -> [u32; 2] {
         self.levels[0].size
     }
 
-    /// Index of the coarsest level.
+    /// Returns the index of the coarsest level.
     pub fn last_level(&self) -> u32 {
         self.levels.len() as u32 - 1
     }
 
-    /// Fetches since the last call.
+    /// Returns the number of fetches since the last call, and resets it.
     pub fn take_fetches(&self) -> u32 {
         self.fetches.swap(0, Relaxed)
     }
 
-    /// One texel, at integer coordinates of a level.
+    /// Fetches one texel at integer coordinates of a level.
     pub fn texel(&self, level: u32, position: [i64; 2]) -> Color {
         self.count(self.fetches.load(Relaxed) + 1);
         self.read(level, position)
     }
 
-    /// Bilinear at a position in texels of a level; the centre of texel 0 is at 0.5.
+    /// Fetches bilinearly at a position in texels of a level; the centre of texel 0 is at 0.5.
     pub fn bilinear(&self, level: u32, position: [f64; 2]) -> Color {
         self.count(self.fetches.load(Relaxed) + 1);
         let floor = position.map(|p| (p - 0.5).floor());
@@ -164,7 +168,7 @@ impl Texture {
         mix(row(y), row(y + 1), fy)
     }
 
-    /// Whatever is fetched, counted as one.
+    /// Calls `fetch` and counts all its fetches as one.
     pub fn as_one(&self, fetch: impl FnOnce() -> Color) -> Color {
         let before = self.fetches.load(Relaxed);
         let color = fetch();
@@ -172,7 +176,7 @@ impl Texture {
         color
     }
 
-    /// Trilinear at texture coordinates; counts as one fetch, as texture units sell it.
+    /// Fetches trilinearly at texture coordinates, which counts as one fetch.
     pub fn trilinear(&self, uv: [f64; 2], lod: f64) -> Color {
         let lod = lod.clamp(0.0, f64::from(self.last_level()));
         let at = |level: u32| {
@@ -204,12 +208,12 @@ impl Texture {
     }
 }
 
-/// `sum + color * weight`.
+/// Returns `sum + color * weight`.
 pub fn add(sum: Color, color: Color, weight: f64) -> Color {
     [0, 1, 2, 3].map(|i| sum[i] + color[i] * weight)
 }
 
-/// From `a` to `b`.
+/// Interpolates linearly from `a` at 0 to `b` at 1.
 pub fn mix(a: Color, b: Color, t: f64) -> Color {
     [0, 1, 2, 3].map(|i| a[i] + (b[i] - a[i]) * t)
 }

@@ -1,4 +1,4 @@
-//! What a picture should look like: the average of very many points.
+//! Ground truth of a picture by supersampling.
 
 use super::{
     kernel::weight,
@@ -7,8 +7,8 @@ use super::{
 };
 use crate::settings::EwaKernel;
 
-/// The colour of a pixel, by `rate` times `rate` points a pixel of the texture's finest level, with
-/// bilinear reconstruction and a kernel on the screen.
+/// Computes the colour of a pixel from `rate` times `rate` samples per pixel of the texture's finest
+/// level, with bilinear reconstruction and a kernel on the screen.
 pub fn truth(
     texture: &Texture,
     surface: &Surface,
@@ -42,7 +42,7 @@ pub fn truth(
     sum.map(|c| c / total)
 }
 
-/// A point of a cell, anywhere in it: regular ones would see patterns of their own in checkers.
+/// Returns a random point of a cell: regular samples would alias with checkerboards.
 fn jittered(i: i64, j: i64) -> [f64; 2] {
     let mut hash = (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (j as u64).rotate_left(32);
     let mut random = || {

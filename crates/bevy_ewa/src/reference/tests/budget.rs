@@ -1,4 +1,4 @@
-//! What a lookup may cost.
+//! Upper bounds of the cost of a lookup.
 
 use proptest::prelude::*;
 
@@ -27,8 +27,8 @@ proptest! {
             ..EwaSettings::with_method(EXACT[method])
         };
         let sampled = sample(&texture, [u, v], derivatives, &settings, 0);
-        // Kernels with negative lobes cannot always fetch pairs, but never take more than a fetch
-        // a texel; the texture's own reconstruction may be blended in.
+        // Kernels with negative lobes cannot always fetch pairs, but never take more than one fetch per
+        // texel. The bilinear reconstruction may be blended in with one more.
         prop_assert!(sampled.fetches <= budget + 1, "{}", sampled.fetches);
     }
 
@@ -50,7 +50,7 @@ proptest! {
 
 #[test]
 fn a_budget_coarsens_and_never_cuts() {
-    // A cut ellipse would miss one end of the step; a coarser level sees both.
+    // A cut ellipse would miss one side of the step; a coarser level covers both.
     let texture = Texture::from_fn([256, 256], |x, _| [f64::from(u8::from(x >= 128)); 4]);
     let derivatives = ellipse(0.4, 0.01, 0.0);
     for method in EXACT {
@@ -66,7 +66,7 @@ fn a_budget_coarsens_and_never_cuts() {
 
 #[test]
 fn rows_are_solved_instead_of_searched() {
-    // 16 to 1 at 0.4 radians: a fifth of the bounding box, and half of that in pairs.
+    // An ellipse of 16:1 at 0.4 radians covers a fifth of its bounding box; pairs take half of that.
     let texture = noise([256, 256]);
     let derivatives = ellipse(16.0 / 256.0, 1.0 / 256.0, 0.4);
     let fetches = |method| {

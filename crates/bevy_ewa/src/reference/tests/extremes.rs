@@ -1,4 +1,4 @@
-//! Derivatives, coordinates, sizes and borders of every kind.
+//! Extreme derivatives, coordinates, sizes and borders.
 
 use super::{super::sample::sample, *};
 
@@ -43,7 +43,7 @@ fn no_derivative_breaks_any_method() {
                         dx: [*a, b],
                         dy: [c, *a],
                     },
-                    // Singular: a line.
+                    // Linearly dependent derivatives, whose footprint is a line.
                     Derivatives {
                         dx: [*a, b],
                         dy: [*a, b],
@@ -161,8 +161,8 @@ fn every_size_down_to_one_texel() {
 
 #[test]
 fn borders_are_those_of_the_address_mode() {
-    // A texture laid out by hand as its address mode does, filtered in its middle, is the same as
-    // the texture itself at its border.
+    // A texture that is laid out explicitly as its address mode would, filtered in its middle, gives the
+    // same result as the texture itself at its border.
     let size = 32u32;
     let small = noise([size, size]);
     let derivatives = ellipse(0.1, 0.04, 0.6);

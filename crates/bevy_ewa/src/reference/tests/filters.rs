@@ -1,4 +1,4 @@
-//! What every method does to simple textures.
+//! Results of every method on simple textures.
 
 use proptest::prelude::*;
 
@@ -47,7 +47,7 @@ proptest! {
         prop_assert!(linear.fetches <= reference.fetches + 1);
     }
 
-    /// Four texels a fetch are exact where the ellipse lies along the axes.
+    /// Four texels per fetch are exact where the ellipse is parallel to the axes of the texture.
     #[test]
     fn four_texels_a_fetch_are_exact_for_upright_ellipses(
         major in 0.02..0.3f64, ratio in 1.0..8.0f64, u in 0.0..1.0f64, v in 0.0..1.0f64,
@@ -57,11 +57,11 @@ proptest! {
         let [reference, bilinear] = [EwaMethod::Reference, EwaMethod::Bilinear].map(|method| {
             sample(&texture, [u, v], derivatives, &EwaSettings::with_method(method), 0)
         });
-        // Up to what is subtracted from the kernel at its edge.
+        // The tolerance is for the constant that is subtracted from the kernel: it is not separable.
         prop_assert!(difference(reference, bilinear) < 0.03);
     }
 
-    /// Wherever it is sampled, the picture changes no faster than it can.
+    /// A small change of the footprint changes the colour by little, for any footprint.
     #[test]
     fn no_steps_between_mip_levels_nor_at_the_limits(
         log_major in -8.0..3.0f64, log_ratio in 0.0..8.0f64, angle in 0.0..3.2f64,
@@ -125,7 +125,8 @@ fn two_frames_make_the_approximation() {
             for channel in 0..4 {
                 let mean = (even.color[channel] + odd.color[channel]) / 2.0;
                 let wanted = both.color[channel];
-                // Of five, the odd ones have a fiftieth more than half of all weight.
+                // With five probes, those of odd index have a fiftieth more than half of the total
+                // weight.
                 assert!((mean - wanted).abs() < 0.02, "{probes:?}: {mean} {wanted}");
             }
         }
@@ -164,8 +165,8 @@ fn spatial_is_one_probe_below_the_threshold_and_approximate_above() {
     }
 }
 
-/// A texture unit that is told the derivatives sees a square of askew ones; one that is told the
-/// axes does not.
+/// A texture unit that gets the derivatives takes the footprint of two diagonal ones for a square; with
+/// the axes of the ellipse it does not.
 #[test]
 fn one_probe_does_not_depend_on_where_the_derivatives_point() {
     let texture = noise([256, 256]);
@@ -186,7 +187,7 @@ fn one_probe_does_not_depend_on_where_the_derivatives_point() {
 
 #[test]
 fn the_footprint_of_a_method_is_centred() {
-    // A ramp keeps its value under any symmetric filter.
+    // A symmetric filter preserves the value of a linear ramp.
     let texture = Texture::from_fn([256, 256], |x, y| {
         [f64::from(x) / 256.0, f64::from(y) / 256.0, 0.0, 1.0]
     });

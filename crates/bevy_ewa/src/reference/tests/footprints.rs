@@ -1,4 +1,4 @@
-//! The ellipse from its derivatives.
+//! Computation of the ellipse from derivatives.
 
 use proptest::prelude::*;
 
@@ -34,7 +34,7 @@ fn a_footprint_of_a_non_square_texture_is_in_its_texels() {
 }
 
 proptest! {
-    /// Points at a distance of a pixel lie on the ellipse of the unpadded footprint.
+    /// Points at a distance of one pixel project onto the ellipse of the footprint without padding.
     #[test]
     fn the_ellipse_is_the_image_of_the_circle(
         a in -2.0..2.0f64, b in -2.0..2.0f64, c in -2.0..2.0f64, d in -2.0..2.0f64,
@@ -42,7 +42,7 @@ proptest! {
     ) {
         prop_assume!((a * d - b * c).abs() > 0.05);
         let derivatives = Derivatives { dx: [a, c], dy: [b, d] };
-        // So large in texels that the pad of one texel is nothing.
+        // The texture is so large that the padding of one texel is negligible.
         let size = [1 << 20; 2];
         let footprint = Footprint::new(derivatives, size, 1e9);
         let ellipse = Ellipse::new(&footprint, 1.0, [0.0; 2], 0, size, size);
@@ -52,7 +52,7 @@ proptest! {
         prop_assert!((distance - 1.0).abs() < 1e-3, "{distance}");
     }
 
-    /// Turning the picture changes nothing: only the circle counts.
+    /// A rotation of the picture does not change the footprint, because the filter is a disc.
     #[test]
     fn the_footprint_does_not_depend_on_the_axes_of_the_picture(
         a in -2.0..2.0f64, b in -2.0..2.0f64, c in -2.0..2.0f64, d in -2.0..2.0f64,

@@ -1,4 +1,4 @@
-//! Mip chains: the mean of what a texel covers, in linear light.
+//! Mip chains, whose texels are the means of the areas that they cover, in linear light.
 
 use super::*;
 

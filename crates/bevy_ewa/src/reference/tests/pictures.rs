@@ -1,11 +1,12 @@
-//! Small pictures against the truth.
+//! Errors of small pictures against the ground truth.
 
 use super::{
     super::{sample::sample, scenes::Surface, truth::truth},
     *,
 };
 
-/// Mean squared error in squares of 8-bit units, of linear values, and fetches a pixel.
+/// Returns the mean squared error of linear values in squared 8-bit units, and the mean fetches per
+/// pixel.
 fn error(surface: &Surface, method: EwaMethod) -> (f64, f64) {
     const SIZE: u32 = 24;
     let texture = Texture::from_fn([256, 256], |x, y| {
