@@ -108,7 +108,7 @@ fn choose(
     let Some(store) = store.filter(|_| has_stamps) else {
         warn_once!(
             "voxel GI: a `VoxelGiBudget` needs Bevy's `DiagnosticsPlugin` and an adapter with \
-             time stamps (TIMESTAMP_QUERY); the volume's own settings are used"
+             timestamp queries (`TIMESTAMP_QUERY`); the volume's own settings are used"
         );
         return;
     };

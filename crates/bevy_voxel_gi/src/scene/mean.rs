@@ -93,7 +93,10 @@ pub(super) fn mean_vertex_color(mesh: &Mesh) -> Option<Vec3> {
     // Fails for meshes whose data is only on the GPU.
     let colors = mesh.try_attribute_option(Mesh::ATTRIBUTE_COLOR).ok()??;
     let VertexAttributeValues::Float32x4(colors) = colors else {
-        warn_once!("voxel GI: vertex colours that are not Float32x4 count as white");
+        warn_once!(
+            "voxel GI: vertex colours whose format is not Float32x4 are treated as white; store them \
+             as Float32x4"
+        );
         return None;
     };
     let sum: Vec3 = colors.iter().map(|c| Vec3::new(c[0], c[1], c[2])).sum();

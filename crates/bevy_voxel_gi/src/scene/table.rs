@@ -99,7 +99,7 @@ impl Surfaces {
         } else if self.table.len() >= Self::MOST {
             warn_once!(
                 "voxel GI: more than {} materials (times meshes with vertex colours); the others \
-                 count as neutral gray",
+                 are treated as neutral gray. Use fewer materials",
                 Self::MOST - 1
             );
             return 0;

@@ -138,14 +138,14 @@ pub(crate) fn place_volume(
         let own = possible(own.clamped(), patched);
         if !shares(&own, &settings) || own_layers.cloned().unwrap_or_default() != layers {
             warn_once!(
-                "voxel GI: several VoxelGiVolumes share all settings and render layers but \
+                "voxel GI: all VoxelGiVolumes share their render layers and settings, except \
                  `size`, `cascades`, `follow`, `sky` and `intensity`; those of the one spawned \
-                 first are used. Give all of them the same"
+                 first are used. Give all of them the same values"
             );
         }
         if levels.len() + own.cascades as usize > MOST_LEVELS {
             warn_once!(
-                "voxel GI: there are more than {MOST_LEVELS} cubes in all (volumes times their \
+                "voxel GI: there are more than {MOST_LEVELS} cubes in total (volumes times their \
                  `cascades`); the volumes spawned last are left out. Use fewer cascades, or \
                  despawn volumes that are far away"
             );
@@ -188,7 +188,8 @@ pub(crate) fn place_volume(
     if settings.albedo == VoxelAlbedo::Seen && viewpoints.is_empty() {
         warn_once!(
             "voxel GI: `VoxelAlbedo::Seen` takes albedo from cameras with `DepthPrepass` and \
-             `DeferredPrepass`, and there is none; the means of materials are used"
+             `DeferredPrepass`, and no active camera has both; the mean colours of materials are \
+             used. Add both to a camera"
         );
     }
     let size = texture_size(&settings, levels.len(), patched);
@@ -238,13 +239,13 @@ fn possible(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVolume {
     if settings.cascades > 1 && !patched {
         warn_once!(
             "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
-             so the volume has one cascade only"
+             so each volume has one cascade only"
         );
     }
     if settings.receiver == Receiver::PerPixel && !patched {
         warn_once!(
             "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
-             so pixels interpolate"
+             so `Receiver::Interpolated` is used"
         );
         settings.receiver = Receiver::Interpolated;
     }

@@ -230,7 +230,7 @@ fn described(
     if extracted.first_joint.is_some() && skin.is_none() {
         warn_once!(
             "voxel GI: a skinned mesh's joints and weights are not {:?} and {:?}; it is voxelised \
-             as it was modelled. Do not quantise its weights (`MeshCompressionArgs`)",
+             without skinning. Do not quantise its weights (`MeshCompressionArgs`)",
             VertexFormat::Uint16x4,
             VertexFormat::Float32x4
         );

@@ -3,7 +3,7 @@
     pip install mitsuba==3.9.0 numpy
     python trace.py [--samples 2048] SCENE.json...
 
-writes SCENE.indirect.npy and SCENE.direct.npy beside each scene; README.md says what is in them.
+writes SCENE.indirect.npy and SCENE.direct.npy beside each scene; README.md describes their content.
 """
 
 import argparse
@@ -16,11 +16,11 @@ import numpy
 mitsuba.set_variant("scalar_rgb")
 Transform = mitsuba.ScalarTransform4f
 
-# Edge in pixels of the blocks whose means are stored.
+# Edge in pixels of the blocks over which radiance is averaged.
 BLOCK = 4
-# Segments of a path, the camera's ray included.
+# Maximum number of segments of a path, the camera ray included.
 DEPTH = 24
-# Where a path may end at random; 50 is never.
+# Segment from which Russian roulette may end a path; 50 disables it.
 ROULETTE = 50
 
 
@@ -79,7 +79,7 @@ def path(depth):
 
 
 def block_means(picture, surface):
-    """Means over blocks of pixels; 0 where a pixel of the block sees no surface."""
+    """Means over blocks of pixels; 0 where a pixel of the block shows no surface."""
     height, width = surface.shape[0] // BLOCK, surface.shape[1] // BLOCK
     shape = (height, BLOCK, width, BLOCK, -1)
     complete = surface.reshape(shape).all((1, 3))
@@ -88,7 +88,7 @@ def block_means(picture, surface):
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    arguments.add_argument("--samples", type=int, default=2048, help="paths from each pixel")
+    arguments.add_argument("--samples", type=int, default=2048, help="number of paths per pixel")
     arguments.add_argument("scenes", nargs="+", type=pathlib.Path)
     arguments = arguments.parse_args()
     for file in arguments.scenes:

@@ -1,4 +1,4 @@
-//! Curved surfaces, as most of a game's are: what they see of a uniform sky.
+//! Tests with curved surfaces, which most game scenes consist of, under a uniform sky.
 
 use crate::support::shapes::{gray, march_field, solid, unit_grid};
 use bevy_voxel_gi::reference::{
@@ -8,7 +8,7 @@ use bevy_voxel_gi::reference::{
 use glam::{IVec3, Vec3};
 use std::f32::consts::PI;
 
-/// A closed surface with one side whose fronts are outside: six faces of a cube, moved to a sphere.
+/// A single-sided closed surface with its front outside: the six faces of a cube, projected to a sphere.
 fn ball(center: Vec3, radius: f32) -> Vec<Triangle> {
     const STEPS: i32 = 12;
     let mut all = vec![];
@@ -65,7 +65,7 @@ fn a_ball_sees_all_of_the_sky() {
     }
 }
 
-/// Emission E and albedo a everywhere inside of a ball: E / (1 - a).
+/// With emission E and albedo a everywhere inside a ball, the radiance is E / (1 - a).
 #[test]
 fn a_round_furnace() {
     let center = Vec3::new(8.1, 7.9, 8.3);
@@ -87,7 +87,7 @@ fn a_round_furnace() {
     assert!((mean - 1.0).abs() < 0.003 && least > 0.98);
 }
 
-/// Hills, whose shadows are worked out by small steps along each ray.
+/// Compares the light on hills with their shadows from small steps along each ray.
 #[test]
 fn hills_shade_each_other() {
     // Hills of a few voxels are hardly resolved.
@@ -138,8 +138,8 @@ fn hills_shade_each_other() {
     }
 }
 
-/// Beside a ball and a pillar the light of receivers that look for the voxels around changes little by
-/// little, wherever the viewer sees it.
+/// Beside a ball and a pillar, the light of receivers with visibility tests changes gradually, from any
+/// viewpoint.
 #[test]
 fn what_is_seen_changes_little_by_little() {
     let (center, radius) = (Vec3::new(8.2, 2.0, 8.3), 0.8);

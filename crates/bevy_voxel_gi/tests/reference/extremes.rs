@@ -1,4 +1,4 @@
-//! Whatever is put in, what comes out is finite.
+//! For extreme inputs, every output is finite.
 
 use crate::support::shapes::{both, gray, is_sound, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{Light, Triangle, light::Cone};

@@ -1,4 +1,4 @@
-//! The plugin in plain Rust, against analysis and against path tracing.
+//! Tests of the CPU reference against analytic results and against path tracing.
 
 mod curved;
 mod extremes;

@@ -1,4 +1,4 @@
-//! Light and occlusion by rays, against what is known.
+//! Tests of ray traced light and occlusion against analytic results.
 
 use crate::support::shapes::{gray, images_in_cube, is_dark, march_field, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{
@@ -22,7 +22,7 @@ fn lamp(position: Vec3, candela: f32) -> Light {
     }
 }
 
-/// Emission E and albedo a everywhere in a closed room: E / (1 - a).
+/// With emission E and albedo a everywhere in a closed room, the radiance is E / (1 - a).
 #[test]
 fn furnace() {
     let mut walls = vec![];
@@ -106,7 +106,7 @@ fn an_open_floor_sees_the_whole_sky() {
             let normal = Vec3::new(-tilt, 1.0, 0.0).normalize();
             for x in [2.0, 5.3, 8.0, 11.6] {
                 let found = field.irradiance(at(x, x * 0.7), normal, 0.0);
-                // Of a tilted floor a part of the sky is below the horizon of the volume, not of the floor.
+                // Part of a tilted floor's sky is below the horizon of the volume, not of the floor.
                 let error = (found / (PI * sky) - 1.0).abs().max_element();
                 assert!(error < 0.02, "height {height} tilt {tilt} at {x}: {error}");
             }
@@ -114,8 +114,8 @@ fn an_open_floor_sees_the_whole_sky() {
     }
 }
 
-/// Where a floor and a wall meet half of the sky is seen, where three planes do a quarter; by 64 rays in
-/// each of 8 frames.
+/// Half of the sky is visible where a floor and a wall meet, a quarter where three planes do; with 64
+/// rays in each of 8 frames.
 #[test]
 fn occlusion_in_edges_and_corners() {
     let floor = solid(Vec3::new(-5.0, 0.2, -5.0), Vec3::new(50.0, 1.3, 50.0));
@@ -150,8 +150,8 @@ fn corner_factor(x: f32, z: f32) -> f32 {
     (x / a * (z / a).atan() + z / b * (x / b).atan()) / (2.0 * PI)
 }
 
-/// A square of 12 m on end from (10, 10) to (22, 22) at a height, whose fronts are where `up` and
-/// `down` say.
+/// A horizontal square of 12 m, from (10, 10) to (22, 22) at a height, with fronts on the sides given by
+/// `up` and `down`.
 fn roof(y: f32, up: bool, down: bool) -> [Triangle; 2] {
     let corners = [(10.0, 10.0), (10.0, 22.0), (22.0, 22.0), (22.0, 10.0)];
     let order = if up { [1, 2, 3] } else { [3, 2, 1] };
@@ -162,7 +162,7 @@ fn roof(y: f32, up: bool, down: bool) -> [Triangle; 2] {
     })
 }
 
-/// A floor whose top is at 2.2, and a roof so far above it.
+/// A floor whose top is at 2.2, and a roof at this height above it.
 fn under_roof(height: f32, up: bool, down: bool) -> Voxels {
     let floor = solid(Vec3::new(-9.0, 0.2, -9.0), Vec3::new(50.0, 2.2, 50.0));
     let roof = roof(2.2 + height, up, down);
@@ -171,9 +171,9 @@ fn under_roof(height: f32, up: bool, down: bool) -> Voxels {
 
 const FRONTS: [(bool, bool); 3] = [(true, false), (false, true), (true, true)];
 
-/// A roof without a lower side is as dark below as one with: over a floor under a uniform sky what
-/// is missing is its form factor. Of one so low that the floor might be inside of something the shadow
-/// begins up to a voxel late.
+/// A roof without a lower side is as dark below as one with it: on a floor under a uniform sky the
+/// missing light is the roof's form factor. If the roof is so low that the floor might be inside
+/// geometry, the shadow begins up to a voxel late.
 #[test]
 fn surfaces_seen_from_behind_are_black() {
     let settings = MarchSettings {
@@ -201,7 +201,7 @@ fn surfaces_seen_from_behind_are_black() {
     }
 }
 
-/// A lamp above it lights nothing below.
+/// A light above the roof illuminates nothing below it.
 #[test]
 fn surfaces_seen_from_behind_shade_the_lamp() {
     let settings = MarchSettings::default();
@@ -214,7 +214,7 @@ fn surfaces_seen_from_behind_shade_the_lamp() {
         for (surface, direct) in march.surfaces.iter().zip(&march.direct) {
             let at = surface.points[0];
             let way = (at - Vec3::new(16.0, at.y, 16.0)).abs().max_element();
-            // Its border is within a voxel.
+            // The border of the shadow is accurate to a voxel.
             if is_floor(surface) && (way - 6.0).abs() > 1.0 {
                 let wanted = if way < 6.0 { 0.0 } else { 1e5 };
                 assert_eq!(direct.x, wanted, "{height} {up} {down} at {at}");
@@ -228,12 +228,12 @@ fn occlusion_ends_at_its_radius() {
     let voxels = Voxels::new(unit_grid(16), &room(Vec3::splat(1.3), Vec3::splat(14.6)));
     let field = ambient_occlusion(&voxels, 3.0, MarchSettings::default());
     let found = field.irradiance(Vec3::new(8.0, 1.3, 8.0), Vec3::Y, 0.0);
-    // A fifth of the way to the voxel behind the floor: dark air, which has hardly any weight.
+    // A fifth of the distance to the voxel behind the floor: an empty, dark voxel with almost no weight.
     let dark = 0.2 / 0.8 * MarchSettings::default().empty_weight;
     assert!((found - 1.0).abs().max_element() < dark, "{found}");
 }
 
-/// A wall lit on one side is dark on the other (thesis Fig. 6.20), however thin.
+/// A wall that is lit on one side is dark on the other (thesis Fig. 6.20), however thin.
 #[test]
 fn no_light_comes_through_a_wall() {
     for thickness in [0.05, 0.5, 1.0, 1.7] {
@@ -265,7 +265,7 @@ fn no_light_comes_through_a_wall() {
 }
 
 /// A voxel of a floor that a thin wall divides has one light for both sides: at the foot of the wall some
-/// of it shows on the dark side, and a little is reflected farther.
+/// of it leaks to the dark side, and a little is reflected farther.
 #[test]
 fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
     let wall = solid(Vec3::new(7.3, 1.2, -1.0), Vec3::new(7.6, 20.0, 20.0));
@@ -291,8 +291,8 @@ fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
     );
 }
 
-/// The same with receivers that look for the voxels around: wherever the wall stands in its voxels, and
-/// however thin it is, the dark side is dark.
+/// With visibility tests in the receiver, the dark side is dark wherever the wall is in its voxels, and
+/// however thin it is.
 #[test]
 fn what_is_seen_does_not_leak_at_the_foot_of_a_wall() {
     let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
@@ -384,7 +384,8 @@ fn light_adds_up() {
     }
 }
 
-/// A lamp in the middle of a cube: all 48 images of a place are alike, within the noise of 4,096 rays.
+/// With a light in the centre of a cube, all 48 images of a position are equal, within the noise of 4,096
+/// rays.
 #[test]
 fn a_symmetric_scene_has_symmetric_light() {
     let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(1.0), Vec3::splat(11.0)));
@@ -395,7 +396,7 @@ fn a_symmetric_scene_has_symmetric_light() {
         ..Default::default()
     };
     let march = March::new(&voxels, &materials, &light, Vec3::ZERO, settings);
-    // Straight from the lamp there is no noise.
+    // Direct light has no noise.
     for (i, surface) in march.surfaces.iter().enumerate() {
         let center = surface.points.iter().sum::<Vec3>() / surface.points.len() as f32;
         for (j, other) in march.surfaces.iter().enumerate() {
@@ -423,7 +424,7 @@ fn a_symmetric_scene_has_symmetric_light() {
     }
 }
 
-/// The irradiance of a far small patch falls with the square of the distance.
+/// The irradiance of a distant small patch falls with the square of the distance.
 #[test]
 fn light_falls_with_the_square_of_the_distance() {
     let patch = solid(Vec3::new(0.5, 14.0, 14.0), Vec3::new(1.5, 18.0, 18.0));

@@ -1,4 +1,4 @@
-//! Propagation: spherical harmonics, energy, symmetry.
+//! Tests of propagation: spherical harmonics, energy, symmetry.
 
 use crate::support::shapes::{gray, images_in_cube, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{
@@ -82,7 +82,7 @@ fn the_flux_never_grows() {
     }
 }
 
-/// All light of a closed room ends in its walls: they receive 1 / (1 - albedo) of what they give off.
+/// All light of a closed room is absorbed by its walls: they receive 1 / (1 - albedo) of what they emit.
 #[test]
 fn furnace() {
     for albedo in [0.5, 0.9] {
@@ -109,7 +109,7 @@ fn furnace() {
     }
 }
 
-/// The field by the default settings, without a sky.
+/// The field with the default settings, without a sky.
 fn propagated(voxels: &Voxels, materials: &[Material], light: &[Light]) -> Field {
     let march = March::new(
         voxels,

@@ -1,4 +1,4 @@
-//! The reference against path-traced light (`tests/data`).
+//! Tests of the reference against path-traced light (`tests/data`).
 
 use crate::support::{self, Truth};
 use bevy_voxel_gi::reference::{
@@ -10,7 +10,7 @@ use bevy_voxel_gi::reference::{
 use glam::{IVec3, Vec3, Vec4};
 use std::f32::consts::PI;
 
-/// Frames: 4 of bounces alone, 8 of the mean, and as many again.
+/// Number of frames: 4 of bounces alone, 8 of the mean, and as many again.
 const FRAMES: u32 = 24;
 
 fn voxels(truth: &Truth, resolution: u32) -> Voxels {
@@ -45,9 +45,9 @@ fn compare(truth: &Truth, what: &str, field: &Field) -> (f32, f32) {
     (error, bias)
 }
 
-/// The thesis's own way, for comparison: radiance in spherical harmonics by rays from the middle of every
-/// voxel, which begin half its diagonal away (6.6.1), read by Eq. 6.14 and 6.15 half a voxel in front of
-/// the surface. The light at the hits is ours, all bounces.
+/// The thesis's method, for comparison: radiance in spherical harmonics from rays that start half a
+/// voxel's diagonal away from the centre of every voxel (6.6.1), read by Eq. 6.14 and 6.15 half a voxel
+/// in front of the surface. The light at the hits is that of [`March`] with all bounces.
 fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
     let settings = MarchSettings {
         rays: 64,
@@ -107,7 +107,8 @@ fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
     })
 }
 
-/// At eight times the rays of our default the thesis's way is still at least twice as far off.
+/// With eight times the rays of the default, the error of the thesis's method is still at least twice as
+/// large.
 #[test]
 fn the_thesis_way_is_farther_from_the_truth() {
     for truth in support::all() {
@@ -121,8 +122,8 @@ fn the_thesis_way_is_farther_from_the_truth() {
     }
 }
 
-/// A little more than what is measured, for march and for receivers that look for the voxels around:
-/// 2.4, 2.3 and 4.0%, where the goals were 15, 20 and 25.
+/// Bounds slightly above the measured errors, with and without visibility tests in the receiver: 2.4, 2.3
+/// and 4.0%, where the goals were 15, 20 and 25.
 fn assert_near(truth: &Truth, (error, bias): (f32, f32)) {
     let most = match truth.name.as_str() {
         "sunlit_room" => 0.045,
@@ -141,7 +142,7 @@ fn march_is_near_the_truth() {
     }
 }
 
-/// Receivers that look for the voxels around keep the error, and lose the leaks (see `march.rs`).
+/// Receivers with visibility tests have the same error, without the leaks (see `march.rs`).
 #[test]
 fn seen_voxels_are_as_near_the_truth() {
     let settings = MarchSettings {
@@ -159,7 +160,7 @@ fn seen_voxels_are_as_near_the_truth() {
     }
 }
 
-/// Propagation has no goal of its own; a change must not make it worse unnoticed.
+/// Propagation has no goal of its own; this detects regressions.
 #[test]
 fn propagation_keeps_its_distance_from_the_truth() {
     for truth in support::all() {

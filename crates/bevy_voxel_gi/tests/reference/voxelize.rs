@@ -1,4 +1,4 @@
-//! Triangles to voxels, keys, and rays through them.
+//! Tests of voxelisation, packed surfaces and ray tracing.
 
 use crate::support::shapes::{solid, unit_grid};
 use bevy_voxel_gi::reference::{
@@ -17,7 +17,7 @@ fn vector(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
     [range.clone(), range.clone(), range].prop_map(Vec3::from_array)
 }
 
-/// Whether something of a triangle is left when it is clipped to a box.
+/// Whether a part of a triangle remains when it is clipped to a box.
 fn clipped(corners: [DVec3; 3], min: DVec3, max: DVec3) -> bool {
     let mut polygon = corners.to_vec();
     for axis in 0..3 {
@@ -54,13 +54,13 @@ proptest! {
         if touches {
             prop_assert!(clipped(corners, DVec3::splat(-MARGIN), DVec3::splat(1.0 + MARGIN)));
         } else {
-            // Bounds shrink by as much as triangles sink.
+            // The bounds shrink by the same distance by which triangles are moved.
             let margin = MARGIN + f64::from(SINK);
             prop_assert!(!clipped(corners, DVec3::splat(margin), DVec3::splat(1.0 - margin)));
         }
     }
 
-    /// The worst of 2,000,000 directions is off by 3.90 degrees.
+    /// The largest error over 2,000,000 directions is 3.90 degrees.
     #[test]
     fn keys_keep_the_normal(n in vector(-1.0..1.0)) {
         prop_assume!(n.length() > 0.1);
@@ -69,7 +69,7 @@ proptest! {
         prop_assert_eq!(key_normal(pack_key(16, 1.0, n, 5)), unpack_normal(pack_normal(n)));
     }
 
-    /// No ray goes through a surface, nor does it end before there is one.
+    /// No ray passes through a surface, and none ends before there is one.
     #[test]
     fn rays_end_where_they_meet_a_surface(
         corners in [vector(-1.0..9.0), vector(-1.0..9.0), vector(-1.0..9.0)],
@@ -84,7 +84,7 @@ proptest! {
             prop_assert!(voxels.is_touched(hit.sub_voxel));
             prop_assert!(trace(&voxels, origin, direction, 0.5 * hit.distance).is_none());
         }
-        // With one side neither, unless it begins at the surface, of which it may be in front.
+        // The same with one side, unless the ray starts at the surface, where it may be in front of it.
         let scene = [Triangle { double_sided: false, ..sheet(corners) }];
         let voxels = Voxels::new(unit_grid(8), &scene);
         if !voxels.is_touched((origin * SUB_VOXELS as f32).floor().as_ivec3()) {
@@ -93,8 +93,8 @@ proptest! {
     }
 }
 
-/// Where surfaces cross, a voxel knows one of them only for each of its faces, and a ray may slip through
-/// the other.
+/// Where surfaces cross, a voxel stores only one of them for each of its faces, and a ray may pass
+/// through the other.
 #[test]
 fn hardly_a_ray_slips_through_where_surfaces_cross() {
     let mut number = 0u32;
@@ -126,7 +126,7 @@ fn sheet(corners: [Vec3; 3]) -> Triangle {
     }
 }
 
-/// Whether a ray does not end where it meets one of these surfaces, well within it and the volume.
+/// Whether a ray passes through one of these surfaces, well within the surface and the volume.
 fn goes_through(voxels: &Voxels, scene: &[Triangle], origin: Vec3, direction: Vec3) -> bool {
     let hit = trace(voxels, origin, direction, f32::INFINITY);
     let end = hit.map_or(f32::INFINITY, |h| h.distance);
@@ -140,7 +140,8 @@ fn goes_through(voxels: &Voxels, scene: &[Triangle], origin: Vec3, direction: Ve
 
 const SUB_VOXEL_DIAGONAL: f32 = 0.4331;
 
-/// Where a ray is a sub-voxel behind a triangle that it met, None if that is not well within its border.
+/// Where a ray is a sub-voxel behind a triangle that it hits; `None` if that is not well within the
+/// triangle's border.
 fn last_crossing([a, b, c]: [Vec3; 3], origin: Vec3, direction: Vec3) -> Option<f32> {
     let normal = (b - a).cross(c - a).try_normalize()?;
     let distance = normal.dot(a - origin) / normal.dot(direction);
@@ -160,7 +161,7 @@ fn axes_are_exact() {
     }
 }
 
-/// However its place was rounded.
+/// A surface on a border between voxels is in one layer, whatever the rounding.
 #[test]
 fn what_lies_on_a_border_is_in_one_layer() {
     for rounding in [-1e-5, 0.0, 1e-5] {

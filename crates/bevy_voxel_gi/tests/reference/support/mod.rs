@@ -1,4 +1,4 @@
-//! Path-traced scenes: boxes as triangles, what the camera sees, and the light there.
+//! Path-traced scenes: their boxes as triangles, camera rays, and the light on the visible surfaces.
 
 pub mod shapes;
 
@@ -15,7 +15,7 @@ pub struct Solid {
     pub material: u32,
 }
 
-/// A scene and its light.
+/// A scene and its path-traced light.
 pub struct Truth {
     pub name: String,
     pub solids: Vec<Solid>,
@@ -26,16 +26,16 @@ pub struct Truth {
     pub min: Vec3,
     pub max: Vec3,
     pub size: usize,
-    /// Rays through pixel coordinates.
+    /// Camera position and the basis of rays through pixels.
     eye: Vec3,
     right: Vec3,
     up: Vec3,
     forward: Vec3,
-    /// Indirect radiance, means of blocks of pixels; zero where a pixel sees no surface.
+    /// Indirect radiance, means of blocks of pixels; zero where a pixel shows no surface.
     pub indirect: Vec<Vec3>,
 }
 
-/// Edge in pixels of the blocks whose means the truth is.
+/// Edge in pixels of the blocks over which the path-traced light is averaged.
 const BLOCK: usize = 4;
 
 fn file(name: &str, extension: &str) -> Vec<u8> {
@@ -133,7 +133,7 @@ fn load(name: &str) -> Truth {
     truth
 }
 
-/// The twelve triangles of a box, fronts outward.
+/// The twelve triangles of a box, fronts outside.
 pub fn triangles(solid: &Solid) -> Vec<Triangle> {
     let at = |s: Vec3| solid.center + solid.rotation * (s * solid.half);
     let mut all = vec![];
@@ -156,12 +156,12 @@ pub fn triangles(solid: &Solid) -> Vec<Triangle> {
 }
 
 impl Truth {
-    /// From a place to the camera, unit length.
+    /// Unit vector from a position to the camera.
     pub fn to_viewer(&self, place: Vec3) -> Vec3 {
         (self.eye - place).normalize()
     }
 
-    /// Where a camera ray first meets a box: place, normal, material.
+    /// The first hit of a camera ray with a box: position, normal, material.
     pub fn see(&self, pixel: Vec2) -> Option<(Vec3, Vec3, u32)> {
         let at = pixel / self.size as f32 * 2.0 - 1.0;
         let direction = (self.forward + self.right * at.x - self.up * at.y).normalize();
@@ -183,7 +183,7 @@ impl Truth {
         (best.0 < f32::INFINITY).then(|| (self.eye + direction * best.0, best.1, best.2))
     }
 
-    /// Relative error and bias of irradiances against the path-traced light, by blocks of 4 x 4 pixels.
+    /// Relative error and bias of irradiances against the path-traced light, in blocks of 4 x 4 pixels.
     pub fn compare(&self, irradiance: impl Fn(Vec3, Vec3) -> Vec3) -> (f32, f32) {
         let blocks = self.blocks(irradiance);
         let reference: f32 = blocks.iter().map(|b| b.2.element_sum()).sum();
@@ -192,7 +192,7 @@ impl Truth {
         (error / reference, bias / reference)
     }
 
-    /// Place of the block, computed and path-traced mean radiance.
+    /// Index of each block, its computed and its path-traced mean radiance.
     pub fn blocks(&self, irradiance: impl Fn(Vec3, Vec3) -> Vec3) -> Vec<(usize, Vec3, Vec3)> {
         const GRID: usize = 2;
         let columns = self.size / BLOCK;
@@ -203,7 +203,7 @@ impl Truth {
             }
             let corner = UVec2::new((block % columns) as u32, (block / columns) as u32);
             let mut ours = Vec3::ZERO;
-            // Points of a grid that is as fine in all pixels of the block.
+            // The points of a grid with the same density in all pixels of the block.
             let points = (BLOCK * GRID) as u32;
             for point in 0..points * points {
                 let offset =

@@ -1,4 +1,4 @@
-//! Boxes and rooms.
+//! Boxes, rooms and properties of fields.
 
 use super::{Solid, triangles};
 use bevy_voxel_gi::reference::{
@@ -16,7 +16,7 @@ pub fn solid(min: Vec3, max: Vec3) -> Vec<Triangle> {
     })
 }
 
-/// A room seen from within: a box whose fronts are inside.
+/// A room seen from inside: a box whose fronts are inside.
 pub fn room(min: Vec3, max: Vec3) -> Vec<Triangle> {
     let mut all = solid(min, max);
     for triangle in &mut all {
@@ -25,7 +25,7 @@ pub fn room(min: Vec3, max: Vec3) -> Vec<Triangle> {
     all
 }
 
-/// A volume of voxels of 1 m from the origin.
+/// A volume with voxels of 1 m, with its lowest corner at the origin.
 pub fn unit_grid(resolution: u32) -> VolumeGrid {
     VolumeGrid {
         min: Vec3::ZERO,
@@ -42,7 +42,7 @@ pub fn gray(albedo: f32, emission: f32) -> [Material; 1] {
     }]
 }
 
-/// The field after some frames.
+/// The field after this number of frames.
 pub fn march_field(mut march: March, frames: u32) -> Field {
     for _ in 0..frames {
         march.step();
@@ -50,14 +50,14 @@ pub fn march_field(mut march: March, frames: u32) -> Field {
     march.field()
 }
 
-/// Whether every number of a field is finite and none is negative.
+/// Whether every value of a field is finite and not negative.
 pub fn is_sound(field: &Field) -> bool {
     let sound = |x: f32| x.is_finite() && x >= 0.0;
     let mut texels = field.texels.iter().flatten();
     texels.all(|t| t.to_array().into_iter().all(sound))
 }
 
-/// Everything at once: lit, bounced, propagated; the fields of both ways.
+/// Runs both solvers on a scene, with lights and bounces; returns their fields.
 pub fn both(
     grid: VolumeGrid,
     triangles: &[Triangle],
@@ -85,8 +85,8 @@ pub fn is_dark(field: &Field) -> bool {
     texels.all(|t| t.truncate() == Vec3::ZERO)
 }
 
-/// Irradiance at places of the walls of a cube about (6, 6, 6), each from the middle, and at its 48
-/// images.
+/// Irradiance at points on the walls of a cube about (6, 6, 6), each point relative to the centre, and at
+/// its 48 images.
 pub fn images_in_cube(field: &Field) -> [(Vec3, Vec<f32>); 3] {
     const AXES: [[usize; 3]; 6] = [
         [0, 1, 2],
