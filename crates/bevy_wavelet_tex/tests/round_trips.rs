@@ -1,4 +1,4 @@
-//! Images of every size and of every extreme through encoder, file and decoder.
+//! Round trips of images of all sizes and extreme contents through encoder, file and decoder.
 
 #![cfg(feature = "encode")]
 
@@ -17,7 +17,7 @@ use bevy_wavelet_tex::{
     file,
 };
 
-/// Encoded, written, read and decoded at every level.
+/// Encodes and writes an image, reads it, and decodes every level.
 fn round_trip(source: &Source<'_>, settings: &EncodeSettings) -> WaveletImage {
     let image = encode(source, settings, &|_, _| {}).expect("a good image");
     let back = file::read(&file::write(&image)).expect("a good file");
@@ -54,7 +54,7 @@ fn every_size_up_to_33_squared_comes_back() {
         for height in 1..=33 {
             let pixels = smooth([width, height]);
             let source = Source::new([width, height], Pixels::Rgba8(&pixels));
-            // Each size at some rate, each rate at many sizes.
+            // Each size is tested at one rate, each rate at many sizes.
             let rate = Rate::ALL[(width * 5 + height) as usize % 6];
             let settings = EncodeSettings {
                 alpha: (width + height) % 3 == 0,
@@ -98,7 +98,7 @@ fn one_colour_comes_back_at_every_rate_and_level() {
             for level in 0..image.levels {
                 for pixel in decode(&image, level).to_rgba8(content) {
                     let channels = if content == Content::Gray { 0 } else { 4 };
-                    // What is fully transparent has no colour after the first level.
+                    // Fully transparent pixels have no colour after the first level.
                     let first = if color[3] == 0 && level > 0 { 3 } else { 0 };
                     for c in first..channels {
                         let off = pixel[c].abs_diff(color[c]);
@@ -159,12 +159,13 @@ fn extremes_survive() {
                 let image = round_trip(&source, &settings);
                 let psnr = psnr_db(&source, &image);
                 println!("{name} {} {method:?}: {psnr:.1} dB", rate.name());
-                // Noise cannot be kept at these rates, but it must not get worse than no detail.
+                // Noise cannot be stored at these rates, but the error must not exceed that of no
+                // detail.
                 assert!(psnr > 4.5, "{name} {}: {psnr} dB", rate.name());
             }
         }
     }
-    // A checkerboard is all HH: nothing but detail, and as strong as it gets.
+    // A checkerboard has all of its energy in HH, which is as strong as possible.
     let pixels: Vec<[u8; 3]> = (0..64 * 48).map(checker).map(|v| [v[0]; 3]).collect();
     let source = Source::new(size, Pixels::Rgb8(&pixels));
     let image = round_trip(&source, &settings(Rate::Gray2, Effort::Default));
@@ -224,7 +225,7 @@ fn sixteen_bits_gray_and_rgba_are_the_same_picture() {
     });
     for other in &pictures[1..] {
         let pairs = pictures[0].iter().zip(other);
-        // 16-bit values are the same but for the last bits of a float.
+        // 16-bit values differ only in the last bits of a float.
         assert!(pairs.into_iter().all(|(a, b)| a[0].abs_diff(b[0]) <= 1));
     }
 }
@@ -251,7 +252,7 @@ fn given_mips_are_kept_as_they_are() {
 
 #[test]
 fn the_prediction_pays_and_a_wanted_quality_is_reached() {
-    // Slopes of all strengths in all directions, as photographs have.
+    // The picture has slopes of all strengths in all directions, as photographs have.
     let pixels: Vec<[u8; 4]> = (0..128 * 96)
         .map(|i| ((i % 128) as f32, (i / 128) as f32))
         .map(|(x, y)| {

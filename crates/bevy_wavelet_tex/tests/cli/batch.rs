@@ -1,4 +1,4 @@
-//! Many files at once, wanted quality, threads.
+//! Tests of several files at once, of a required quality, and of the number of threads.
 
 use std::{fs, process::Command};
 

@@ -1,4 +1,4 @@
-//! What is wrong is named, and costs no file.
+//! Tests that errors name their cause, and that they overwrite no file.
 
 use std::fs;
 
@@ -94,7 +94,7 @@ fn outputs_never_cost_a_file() {
     let f = Folder::new("outputs");
     f.save("in.png", color_image());
     fs::create_dir(f.0.join("folder.wtex")).expect("a folder");
-    // The same file by another name.
+    // This is the same file by another name.
     fs::hard_link(f.0.join("in.png"), f.0.join("link.wtex")).expect("a link");
     #[cfg(unix)]
     {
@@ -112,7 +112,7 @@ fn outputs_never_cost_a_file() {
         &["no/out.wtex", "folder no"],
     );
 
-    // A failure leaves what was there; success replaces it and leaves nothing else.
+    // A failure keeps the old file; success replaces it and leaves no other file.
     f.write("out.wtex", b"precious");
     f.write("text", b"not an image");
     f.fails(1, &["encode", "text", "out.wtex"], &["text"]);

@@ -1,4 +1,4 @@
-//! Images inside glTF files.
+//! Tests of images inside glTF files.
 
 use crate::support::{Folder, color_image, gray_image, normal_image};
 

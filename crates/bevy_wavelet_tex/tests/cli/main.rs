@@ -1,4 +1,4 @@
-//! The `wavelet-tex` tool as its users run it.
+//! Tests of the `wavelet-tex` tool, run as its users run it.
 
 mod batch;
 mod errors;

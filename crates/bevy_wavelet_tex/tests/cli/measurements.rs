@@ -1,4 +1,4 @@
-//! What the tool measures.
+//! Tests of the measurements of the tool.
 
 use std::fs;
 
@@ -74,11 +74,11 @@ fn tables_have_every_row_beside_the_published_ones() {
             assert!(figure["thesis"].as_f64() > Some(0.0), "{table}: {figure}");
         }
     }
-    // What every transform does to a smooth picture is next to nothing.
+    // Every transform has a small error on a smooth picture.
     for figure in tables["table_3_3_wavelets"].as_array().expect("an array") {
         assert!(figure["here"].as_f64() > Some(30.0), "{figure}");
     }
-    // The same as `bench` reports.
+    // The rates are those of `bench`.
     let rows = f.json(&["bench", "in.png", "--study", "--json"]);
     let rows = rows.as_array().expect("an array");
     let rates = tables["rates"].as_array().expect("an array");
@@ -118,7 +118,7 @@ fn normals_are_measured_beside_their_rivals() {
         mean
     };
     for map in ["smooth", "rough", "map"] {
-        // BC5 has twice the bits, BC1 as many.
+        // BC5 has twice the bits of `normal4`, BC1 as many.
         assert!(mean(map, "normal4") < mean(map, "BC1"), "{map}");
         assert!(mean(map, "BC5") < mean(map, "BC1"), "{map}");
     }
@@ -128,7 +128,7 @@ fn normals_are_measured_beside_their_rivals() {
         .expect("a PNG")
         .into_luma8();
     assert_eq!(picture.dimensions(), (1280, 640));
-    // The exact map's own error is nowhere; BC1's is seen.
+    // The exact map has no error anywhere; that of BC1 is visible.
     let lower = |panel: u32| {
         let shown = (320..640).flat_map(|y| (320 * panel..320 * (panel + 1)).map(move |x| (x, y)));
         shown

@@ -1,4 +1,4 @@
-//! From PNGs to textures and back.
+//! Round trips from PNGs to textures and back.
 
 use std::path::Path;
 
@@ -121,7 +121,7 @@ fn other_pngs_are_converted() {
     assert_eq!(f.read("clear.wtex"), f.read("opaque.wtex"));
 }
 
-/// The thesis's test image, where the checkout has it.
+/// Tests a test image of the thesis, where the checkout has it.
 #[test]
 fn kodim23_keeps_its_quality() {
     let kodak = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/kodak");
@@ -162,7 +162,8 @@ fn every_rate_encodes_every_kind_of_png() {
             let png = format!("{name}.png");
             let rows = f.json(&["encode", &png, "--rate", rate, "--json", "--effort", "fast"]);
             let psnr = rows[0]["psnr_db"].as_f64();
-            // A picture is no normal map; that it is coded as one is enough.
+            // A picture is not a normal map, so the test only requires that it can be encoded as
+            // one.
             assert!(
                 psnr > Some(30.0) || rate == "normal4",
                 "{rate} {name}: {rows}"

@@ -9,7 +9,7 @@ use std::{
 use image::{DynamicImage, GrayImage, Rgb, RgbImage};
 use serde_json::Value;
 
-/// A folder of one test, removed with it.
+/// A temporary folder of one test, which is removed when it is dropped.
 pub struct Folder(pub PathBuf);
 
 impl Folder {
@@ -20,7 +20,7 @@ impl Folder {
         Self(path)
     }
 
-    /// Runs the tool in the folder.
+    /// Runs the tool in the folder and asserts that it did not panic.
     pub fn run(&self, args: &[&str]) -> Output {
         let output = Command::new(env!("CARGO_BIN_EXE_wavelet-tex"))
             .current_dir(&self.0)
@@ -32,7 +32,7 @@ impl Folder {
         output
     }
 
-    /// Runs the tool, which must succeed; its standard output.
+    /// Runs the tool, which must succeed, and returns its standard output.
     pub fn ok(&self, args: &[&str]) -> String {
         let output = self.run(args);
         assert!(output.status.success(), "{args:?}: {}", stderr(&output));
@@ -43,7 +43,8 @@ impl Folder {
         serde_json::from_str(&self.ok(args)).expect("JSON")
     }
 
-    /// Runs the tool, which must fail with this code and these words, and leave the folder as it was.
+    /// Runs the tool, which must fail with this exit code, write these words to standard error, and
+    /// leave the folder as it was.
     pub fn fails(&self, code: i32, args: &[&str], words: &[&str]) {
         let before = self.contents();
         let output = self.run(args);
@@ -55,7 +56,7 @@ impl Folder {
         assert_eq!(self.contents(), before, "{args:?}");
     }
 
-    /// Names and lengths of all files.
+    /// Returns the names and lengths of all files.
     pub fn contents(&self) -> Vec<(String, u64)> {
         let mut files: Vec<_> = fs::read_dir(&self.0)
             .expect("the folder")
@@ -97,7 +98,7 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Smooth colours with a few edges, of a size that is no multiple of a block.
+/// An image of smooth colours with a few edges, whose size is not a multiple of a block.
 pub fn color_image() -> RgbImage {
     RgbImage::from_fn(75, 46, |x, y| {
         let wave = |f: f32, p: f32| 127.5 + 90.0 * (x as f32 * f + y as f32 * 0.07 + p).sin();
@@ -114,7 +115,7 @@ pub fn gray_image() -> GrayImage {
     DynamicImage::from(color_image()).to_luma8()
 }
 
-/// A bump map's normals.
+/// The normals of a bump map.
 pub fn normal_image() -> RgbImage {
     RgbImage::from_fn(64, 64, |x, y| {
         let (dx, dy) = ((x as f32 * 0.2).cos() * 0.5, (y as f32 * 0.15).sin() * 0.5);

@@ -1,4 +1,4 @@
-//! How far normals are apart.
+//! Angles between normals.
 
 use serde::Serialize;
 
@@ -6,13 +6,13 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Angles {
     pub mean_angle_degrees: f64,
-    /// All but one of a hundred pixels are at most this far apart.
+    /// The 99th percentile: 99 of 100 pixels have at most this angle.
     pub p99_angle_degrees: f64,
     pub max_angle_degrees: f64,
 }
 
 impl Angles {
-    /// Of pairs of unit vectors, of which there is at least one.
+    /// Computes the angles of pairs of unit vectors, of which there is at least one.
     pub fn between(pairs: impl Iterator<Item = ([f64; 3], [f64; 3])>) -> Self {
         let mut angles: Vec<f64> = pairs.map(|(a, b)| angle(a, b).to_degrees()).collect();
         angles.sort_unstable_by(f64::total_cmp);
@@ -30,7 +30,7 @@ pub fn unit_of([x, y, z, _]: [u8; 4]) -> [f64; 3] {
     unit([x, y, z].map(|v| f64::from(v) / 127.5 - 1.0))
 }
 
-/// The vector at length 1; zero has no direction and is taken as up.
+/// Normalises a vector. The zero vector has no direction and becomes +Z.
 pub fn unit(v: [f64; 3]) -> [f64; 3] {
     let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
     if length > 1e-6 {
@@ -40,7 +40,7 @@ pub fn unit(v: [f64; 3]) -> [f64; 3] {
     }
 }
 
-/// Angle between unit vectors, in radians; exact for small ones, unlike the arc cosine.
+/// Angle between unit vectors, in radians. It is accurate for small angles, unlike the arc cosine.
 fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     let length = |f: fn(f64, f64) -> f64| {
         let square = |i| f(a[i], b[i]).powi(2);

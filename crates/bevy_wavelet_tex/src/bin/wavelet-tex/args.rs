@@ -38,7 +38,8 @@ pub struct EncodeArgs {
     /// ends in .wtex is the output of a single PNG
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// A file, for a single PNG, or a folder [default: beside each input, with the extension wtex]
+    /// Output file, for a single PNG, or output folder [default: beside each input, with the
+    /// extension wtex]
     #[arg(short, long)]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -46,37 +47,37 @@ pub struct EncodeArgs {
     /// Store the largest level only
     #[arg(long)]
     pub no_mips: bool,
-    /// Results as JSON
+    /// Print the results as JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// How to encode.
+/// Options of the encoder.
 #[derive(Clone, Debug, Args)]
 pub struct How {
-    /// gray2, gray3, color2.25, color3, color3.25, color5, normal4, or the number alone, or auto
-    /// (with --min-psnr) [default: 2 for gray PNGs, 3 for colour, 4 for normals]
+    /// Rate: gray2, gray3, color2.25, color3, color3.25, color5, normal4, the bits per pixel alone,
+    /// or auto (with --min-psnr) [default: 2 for gray PNGs, 3 for colour, 4 for normals]
     #[arg(long, value_parser = parse_rate)]
     rate: Option<RateArg>,
-    /// The smallest rate that reaches this PSNR in dB
+    /// Choose the smallest rate that reaches this PSNR in dB
     #[arg(long, value_name = "DB", value_parser = parse_psnr)]
     min_psnr: Option<f64>,
-    /// What the image holds [default: gray for gray PNGs, else color]
+    /// Kind of data in the image [default: gray for gray PNGs, else color]
     #[arg(long, value_enum)]
     role: Option<Role>,
-    /// How long to search for the parameters
+    /// Time to spend on the search for the parameters
     #[arg(long, value_enum, default_value_t = Effort::Default)]
     effort: Effort,
-    /// What the codec is made of
+    /// Parts of the codec to use
     #[arg(long, value_enum, default_value_t = Method::Best)]
     method: Method,
-    /// The values are data, not sRGB colour; normals, masks and data always are
+    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and data)
     #[arg(long)]
     linear: bool,
     /// Keep the alpha channel of colour
     #[arg(long)]
     pub alpha: bool,
-    /// Halve images until no side is longer, in pixels
+    /// Halve images until no side is longer than this, in pixels
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_size: Option<u32>,
 }
@@ -84,13 +85,14 @@ pub struct How {
 /// Decode wavelet textures to PNGs of 8 bits
 #[derive(Debug, Args)]
 pub struct DecodeArgs {
-    /// Textures, folders and globs; a last name that ends otherwise is the output of a single one
+    /// Textures, folders and globs; a last name that does not end in .wtex is the output of a
+    /// single texture
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// A PNG, for a single texture, or a folder [default: beside each input]
+    /// Output PNG, for a single texture, or output folder [default: beside each input]
     #[arg(short, long)]
     pub out: Option<PathBuf>,
-    /// Mip level, 0 the largest
+    /// Mip level to decode; 0 is the largest
     #[arg(long, default_value_t = 0)]
     pub level: u32,
 }
@@ -101,22 +103,22 @@ pub struct InfoArgs {
     /// Textures, folders and globs
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// As JSON: an object, or an array of them where there may be several
+    /// Print JSON: an object, or an array of them where the inputs can be several files
     #[arg(long)]
     pub json: bool,
 }
 
-/// Measure how far two images, PNG or wavelet texture, are apart
+/// Measure the error between two images, PNGs or wavelet textures
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// The first
+    /// The first image
     pub a: PathBuf,
-    /// The second
+    /// The second image
     pub b: PathBuf,
-    /// Both are normal maps: report the angle too (a normal texture says so by itself)
+    /// Treat both as normal maps and report the angle, too (the default for normal textures)
     #[arg(long)]
     pub normal: bool,
-    /// As JSON; psnr_db is null when the images are identical
+    /// Print JSON; psnr_db is null when the images are identical
     #[arg(long)]
     pub json: bool,
 }
@@ -127,53 +129,55 @@ pub struct BenchArgs {
     /// PNGs, folders and globs
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// Rates, separated by commas [default: all of gray and colour]
+    /// Rates to encode at, separated by commas [default: all of gray and colour]
     #[arg(long, value_delimiter = ',', value_parser = parse_named_rate)]
     pub rates: Vec<Rate>,
-    /// How long to search for the parameters
+    /// Time to spend on the search for the parameters
     #[arg(long, value_enum, default_value_t = Effort::Default)]
     effort: Effort,
-    /// What the codec is made of
+    /// Parts of the codec to use
     #[arg(long, value_enum, default_value_t = Method::Best)]
     method: Method,
-    /// Also what the rates compete with (BC1 and BC4 of a lower resolution, BC formats at full size),
-    /// and two levels of wavelets
+    /// Also measure baselines (BC1, BC4 and BC7 of a lower resolution, BC formats at full size) and
+    /// two levels of wavelets
     #[arg(long)]
     pub study: bool,
-    /// As a JSON array of image, rate, bpp, psnr_db (null for no error) and encode_s
+    /// Print a JSON array of image, rate, bpp, psnr_db (null where the images are identical) and
+    /// encode_s
     #[arg(long)]
     pub json: bool,
 }
 
-/// Rebuild the thesis's Tables 3.1 and 3.3 and set every rate beside what takes the same bits, as
-/// means over the images
+/// Reproduce the thesis's Tables 3.1 and 3.3 and compare every rate with baselines of the same
+/// bits, as means over the images
 #[derive(Debug, Args)]
 pub struct TablesArgs {
     /// PNGs, folders and globs
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// As JSON instead of Markdown
+    /// Print JSON instead of Markdown
     #[arg(long)]
     pub json: bool,
 }
 
-/// Measure the angular error of normal maps beside BC5 and BC1, of smooth and rough generated maps and
-/// of those given
+/// Measure the angular error of normal maps in wavelet textures, BC5 and BC1, for a smooth and a
+/// rough generated map and for the given ones
 #[derive(Debug, Args)]
 pub struct NormalsArgs {
     /// PNGs, folders and globs
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// Also a PNG of a highlight on the smooth map: exact, BC1, BC5 and ours, and below them how much
-    /// brighter or darker than exact they are, ten times (thesis Fig. 3.24)
+    /// Also write a PNG of a highlight on the smooth map, from left to right exact, in BC1, in BC5
+    /// and as a wavelet texture, and below each the difference from exact, amplified ten times
+    /// (thesis Fig. 3.24)
     #[arg(long, value_name = "PNG")]
     pub picture: Option<PathBuf>,
-    /// As JSON instead of Markdown
+    /// Print JSON instead of Markdown
     #[arg(long)]
     pub json: bool,
 }
 
-/// A rate, or the bits per pixel whose meaning hangs on the image.
+/// A rate, or the bits per pixel, whose rate depends on the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum RateArg {
     Named(Rate),
@@ -181,10 +185,10 @@ enum RateArg {
     Auto,
 }
 
-/// What an image holds.
+/// The kind of data in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Role {
-    /// Base colour, emissive
+    /// Base colour or emissive colour
     #[value(alias = "colour")]
     Color,
     /// A gray picture
@@ -192,15 +196,15 @@ pub enum Role {
     Gray,
     /// A normal map in tangent space
     Normal,
-    /// One channel of data: occlusion, alpha masks
+    /// One channel of linear data: occlusion, alpha masks
     Mask,
-    /// Three channels of data: metallic-roughness
+    /// Three channels of linear data: metallic-roughness
     Data,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Effort {
-    /// No search
+    /// No search for the parameters
     Fast,
     /// A search over a sample of the image
     Default,
@@ -210,15 +214,15 @@ enum Effort {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Method {
-    /// All that pays
+    /// Everything that improves the quality
     Best,
     /// Without prediction: one fetch of luma for a pixel instead of nine
     OneFetch,
-    /// As in the thesis
+    /// The codec of the thesis
     Thesis,
 }
 
-/// What is to be encoded, of one image.
+/// The resolved request for one image.
 #[derive(Clone, Copy, Debug)]
 pub struct Wish {
     pub rate: Rate,
@@ -237,7 +241,7 @@ impl Wish {
 }
 
 impl How {
-    /// What the role and the image make of the arguments.
+    /// Resolves the arguments for an image. `role` overrides the role on the command line.
     pub fn wish(&self, image_is_gray: bool, role: Option<Role>) -> Result<Wish, Error> {
         let role = role.or(self.role);
         let by_rate = match self.rate {
@@ -273,14 +277,14 @@ impl How {
         })
     }
 
-    /// Whether the arguments make sense together, before any image is read.
+    /// Returns an error when the arguments contradict each other, before any image is read.
     pub fn check(&self) -> Result<(), Error> {
         match (self.rate, self.min_psnr) {
             (Some(RateArg::Auto), None) => Err(Error::Usage(
-                "--rate auto needs --min-psnr: which quality is wanted?".into(),
+                "--rate auto needs --min-psnr: set the PSNR to reach".into(),
             )),
             (Some(RateArg::Named(_) | RateArg::Bits(_)), Some(_)) => Err(Error::Usage(
-                "--min-psnr chooses the rate: leave --rate away, or say --rate auto".into(),
+                "--min-psnr chooses the rate: leave --rate away, or use --rate auto".into(),
             )),
             _ => match self.role {
                 Some(role) => self.wish(false, Some(role)).map(|_| ()),
@@ -381,10 +385,10 @@ fn parse_psnr(text: &str) -> Result<f64, String> {
         .parse()
         .ok()
         .filter(|db: &f64| (0.0..=99.0).contains(db));
-    number.ok_or_else(|| "a number of 0 to 99 is needed, in dB".into())
+    number.ok_or_else(|| "a number from 0 to 99 is needed, in dB".into())
 }
 
-/// A content as the command line and the JSON call it.
+/// Name of a content on the command line and in the JSON.
 pub fn name(content: Content) -> &'static str {
     match content {
         Content::Gray => "gray",

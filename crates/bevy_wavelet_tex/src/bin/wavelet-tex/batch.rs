@@ -1,19 +1,19 @@
-//! Many files, of which some may be bad.
+//! Processing of several files, some of which can fail.
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{error::Error, inputs::Input};
 
-/// A bar that only a terminal sees: indicatif hides it where standard error is none.
+/// Makes a progress bar. indicatif hides it where standard error is not a terminal.
 pub fn bar(what: &str) -> ProgressBar {
     let template = format!("{{spinner}} {{bar:40}} {{pos}} of {{len}} {what} {{msg}}");
     ProgressBar::no_length()
         .with_style(ProgressStyle::with_template(&template).expect("a good template"))
 }
 
-/// Does the same with every input. A failure stops no other; in the end all are named.
+/// Calls `each` for every input. A failure does not stop the others.
 ///
-/// The results of those that went well, and the failure of the rest.
+/// Returns the results of the inputs that succeeded, and an error that names those that failed.
 pub fn run<T>(
     inputs: &[Input],
     mut each: impl FnMut(&Input, &ProgressBar) -> Result<T, Error>,

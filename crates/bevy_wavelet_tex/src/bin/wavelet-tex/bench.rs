@@ -1,4 +1,4 @@
-//! `wavelet-tex bench`.
+//! The command `wavelet-tex bench`.
 
 use std::{collections::BTreeMap, time::Instant};
 
@@ -14,17 +14,17 @@ use serde::Serialize;
 
 use crate::{Report, args::BenchArgs, batch, error::Error, inputs, picture::Picture, study};
 
-/// One image at one rate.
+/// The result of one image at one rate.
 #[derive(Serialize)]
 pub struct Row {
-    /// The file's name without its extension.
+    /// Name of the file without its extension.
     pub image: String,
     pub rate: String,
-    /// Of the largest level, padding included.
+    /// Bits per pixel of the largest level, including padding.
     pub bpp: f64,
-    /// Of the largest level; infinite when identical, which JSON writes as null.
+    /// PSNR of the largest level in dB; infinite when identical, which JSON writes as null.
     pub psnr_db: f64,
-    /// Seconds, without reading and without mips; 0 where nothing is encoded.
+    /// Time to encode in seconds, without reading and without mips; 0 where nothing is encoded.
     pub encode_s: f64,
     #[serde(skip)]
     pub megapixels: f64,
@@ -58,7 +58,7 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
     Ok((text, result))
 }
 
-/// One image at every one of the rates, without mips.
+/// Encodes one image at each of the rates, without mips.
 pub fn rows(
     name: &str,
     picture: &Picture,
@@ -90,7 +90,7 @@ pub fn rows(
     rates.iter().map(row).collect()
 }
 
-/// A line for each image, a column for each rate, and the means.
+/// Formats a table with a line for each image, a column for each rate, and the means.
 pub fn table(rows: &[Row]) -> String {
     let mut rates: Vec<&str> = Vec::new();
     let mut images: BTreeMap<&str, Vec<(&str, f64)>> = BTreeMap::new();
@@ -127,7 +127,7 @@ pub fn table(rows: &[Row]) -> String {
             .filter(|row| row.rate == rate)
             .collect::<Vec<_>>()
     };
-    // An image without an error has no PSNR to be averaged.
+    // An image without an error has an infinite PSNR, which is left out of the mean.
     let mean = |rate: &&str, value: fn(&Row) -> f64| {
         let values = of(rate).into_iter().map(value);
         let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();

@@ -1,4 +1,4 @@
-//! `wavelet-tex compare`.
+//! The command `wavelet-tex compare`.
 
 use std::fmt::Write;
 
@@ -12,18 +12,19 @@ use crate::{
     picture::Picture,
 };
 
-/// How far two pictures of one size are apart.
+/// The error between two pictures of one size.
 #[derive(Serialize)]
 pub struct Difference {
-    /// Whether luma was compared (YCoCg's Y, as the thesis does), since one is gray.
+    /// Whether luma was compared (Y of YCoCg, as in the thesis), because one of the pictures is
+    /// gray.
     luma: bool,
     /// Mean squared error of the channels, in 8-bit units squared.
     pub mse: f64,
-    /// Infinite when identical, which JSON writes as null.
+    /// PSNR in dB; infinite when the pictures are identical, which JSON writes as null.
     pub psnr_db: f64,
-    /// In 8-bit units.
+    /// Largest error of a channel, in 8-bit units.
     max_error: f64,
-    /// Of normal maps only.
+    /// Angles between the normals, for normal maps only.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub angles: Option<Angles>,
 }
@@ -63,10 +64,11 @@ pub fn run(args: &CompareArgs) -> Result<String, Error> {
 }
 
 impl Difference {
-    /// Of pictures of one size; with the angle if one says that it is a normal map, or `normal`.
+    /// Compares pictures of one size. The angles are measured when one of them is a normal map, or
+    /// when `normal` is set.
     pub fn between(a: &Picture, b: &Picture, normal: bool) -> Self {
         let luma = a.is_gray() != b.is_gray();
-        // Alpha counts where both have it.
+        // Alpha is compared where both have it.
         let channels = if a.has_alpha && b.has_alpha { 4 } else { 3 };
         let pairs = || a.pixels.iter().zip(&b.pixels);
         let (mut sum, mut max_error) = (0.0, 0.0_f64);
@@ -95,7 +97,7 @@ impl Difference {
         }
     }
 
-    /// PSNR, and the angle of normals, in words.
+    /// Formats the PSNR and, for normals, the mean angle.
     pub fn quality(&self) -> String {
         let psnr = if self.psnr_db.is_finite() {
             format!("{:.2} dB", self.psnr_db)
@@ -112,7 +114,7 @@ impl Difference {
     }
 }
 
-/// YCoCg's Y in 8-bit units.
+/// Y of YCoCg, in 8-bit units.
 fn luma_of(pixel: &[u8; 4]) -> f64 {
     let [r, g, b, _] = pixel.map(f32::from);
     ycocg_from_rgb([r, g, b]).y.into()

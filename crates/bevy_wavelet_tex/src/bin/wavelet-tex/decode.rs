@@ -1,4 +1,4 @@
-//! `wavelet-tex decode`.
+//! The command `wavelet-tex decode`.
 
 use bevy_wavelet_tex::file;
 
@@ -12,7 +12,7 @@ use crate::{
     picture::Picture,
 };
 
-/// Decodes one level of each texture to a PNG; a line about each.
+/// Decodes one level of each texture to a PNG, and returns a line about each.
 pub fn run(args: &DecodeArgs) -> Result<Report, Error> {
     let (named, out) = match (args.inputs.as_slice(), &args.out) {
         ([one @ .., last], None)

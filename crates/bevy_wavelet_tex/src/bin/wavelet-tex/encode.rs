@@ -1,4 +1,4 @@
-//! `wavelet-tex encode`.
+//! The command `wavelet-tex encode`.
 
 use std::{
     io::{self, Write},
@@ -27,7 +27,7 @@ use crate::{
     picture::Picture,
 };
 
-/// What became of a file.
+/// The result of one image.
 #[derive(Serialize)]
 struct Row {
     input: PathBuf,
@@ -60,7 +60,7 @@ impl Row {
     }
 }
 
-/// Encodes PNGs; a line about each.
+/// Encodes PNGs and the images of glTF files, and returns a line about each.
 pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
     args.how.check()?;
     let (named, out) = split_output(&args.inputs, args.out.as_deref());
@@ -86,7 +86,7 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
     Ok((text, result))
 }
 
-/// The inputs, and the output among them or named.
+/// Separates the output from the inputs where it is named last.
 fn split_output<'a>(
     named: &'a [PathBuf],
     out: Option<&'a Path>,
@@ -182,7 +182,7 @@ fn encoded(
     texture.map_err(|e| Error::file(path, e))
 }
 
-/// All images of a glTF file that its materials use, each by its role.
+/// Encodes all images that the materials of a glTF file use, each by its role.
 fn gltf_images(
     input: &Input,
     args: &EncodeArgs,
@@ -191,9 +191,9 @@ fn gltf_images(
 ) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for image in gltf::images(&input.path)? {
-        // As `WaveletGltf` looks for it.
+        // `WaveletGltf` looks for this name.
         let name = |path: &Path| {
-            // `with_extension` would take the texture's number for one.
+            // `with_extension` would replace the number of the texture.
             let mut name = path.as_os_str().to_os_string();
             name.push(format!(".Texture{}.{}", image.index, file::EXTENSION));
             PathBuf::from(name)
@@ -203,7 +203,8 @@ fn gltf_images(
             relative: name(&input.relative),
         };
         let output = match &image.file {
-            // An image of its own keeps its name, and is one for all glTF files that use it.
+            // An image with a file of its own keeps its name and is shared by all glTF files that
+            // use it.
             Some(path) => {
                 let own = Input {
                     path: path.clone(),

@@ -1,4 +1,4 @@
-//! What can go wrong, and the exit code that says so.
+//! Errors of the commands, and their exit codes.
 
 use std::{
     fmt::Display,
@@ -8,26 +8,26 @@ use std::{
 
 use thiserror::Error;
 
-/// Why a command failed.
+/// The reason why a command failed.
 #[derive(Debug, Error)]
 pub enum Error {
-    /// Something is wrong with a file.
+    /// A file could not be read, written or processed.
     #[error("{}: {problem}", .path.display())]
     File {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// What, and the remedy where there is one.
+        /// The problem, and the remedy where there is one.
         problem: String,
     },
-    /// Some of many files failed.
+    /// Some of several files failed.
     #[error("{} of {of} files failed:{}", .failed.len(), listed(.failed))]
     Batch {
-        /// Their failures.
+        /// The errors of the failed files.
         failed: Vec<Error>,
-        /// Files there were.
+        /// Total number of files.
         of: usize,
     },
-    /// The arguments do not make sense together.
+    /// The arguments contradict each other.
     #[error("{0}\n\nFor more information, try '--help'.")]
     Usage(String),
 }
@@ -44,7 +44,7 @@ impl Error {
         }
     }
 
-    /// 1 for failures, 2 for usage, as clap has it.
+    /// 1 for failures, 2 for wrong usage, which is the convention of clap.
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::File { .. } | Self::Batch { .. } => ExitCode::from(1),

@@ -1,4 +1,4 @@
-//! Reading whole files, and writing them so that a failure loses nothing.
+//! Reading of whole files, and writing that keeps the old file when it fails.
 
 use std::{
     fs::{self, OpenOptions},
@@ -10,7 +10,7 @@ use bevy_wavelet_tex::{codec::image::WaveletImage, file};
 
 use crate::error::Error;
 
-/// The bytes of a file that is not empty.
+/// Reads a file, which must not be empty.
 pub fn read(path: &Path) -> Result<Vec<u8>, Error> {
     let bytes =
         fs::read(path).map_err(|e| Error::file(path, format_args!("cannot be read: {e}")))?;
@@ -24,10 +24,10 @@ pub fn read_texture(path: &Path) -> Result<WaveletImage, Error> {
     file::read(&read(path)?).map_err(|e| Error::file(path, e))
 }
 
-/// Refuses an output that could not be written, before the work is done.
+/// Rejects an output that could not be written, before the work is done.
 pub fn check_output(input: &Path, output: &Path, extension: &str) -> Result<(), Error> {
     let refuse = |problem: String| Err(Error::file(output, problem));
-    // Names the input twice, perhaps through a link.
+    // The output can be the input by another path or through a link.
     if let (Ok(a), Ok(b)) = (input.canonicalize(), output.canonicalize())
         && a == b
     {
@@ -55,7 +55,8 @@ pub fn check_output(input: &Path, output: &Path, extension: &str) -> Result<(), 
     Ok(())
 }
 
-/// Writes beside the file, then renames: the old file stays until the new one is complete.
+/// Writes to a temporary file beside `path` and renames it, so that the old file stays until the
+/// new one is complete.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let temporary = folder(path).join(format!(".wavelet-tex-{}.tmp", std::process::id()));
     let fail = |e: io::Error| Error::file(path, format_args!("cannot be written: {e}"));

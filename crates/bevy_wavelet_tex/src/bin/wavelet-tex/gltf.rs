@@ -1,6 +1,6 @@
-//! The PNGs of a glTF file, with the role that its materials give each.
+//! The PNGs of a glTF file, with the role that each has in the materials.
 //!
-//! Only what is needed is read: images, the textures that use them, the maps of the materials.
+//! Only the images, the textures that use them and the maps of the materials are parsed.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -14,20 +14,20 @@ use crate::{args::Role, error::Error, files};
 /// Extensions of glTF files.
 pub const EXTENSIONS: &[&str] = &["gltf", "glb"];
 
-/// An image that a material uses.
+/// An image that is used by a material.
 pub struct GltfImage {
     /// The index of the texture that uses it, by which Bevy's loader labels it.
     pub index: usize,
-    /// What it holds.
+    /// Kind of data in the image.
     pub role: Role,
-    /// The file, where it is one of its own.
+    /// Path of the image, where it has a file of its own.
     pub file: Option<PathBuf>,
-    /// Its bytes.
+    /// Bytes of the PNG.
     pub png: Vec<u8>,
 }
 
-/// The maps of a material: where they are and what they hold. A map that comes first decides, should
-/// an image have two roles (occlusion is often a channel of metallic-roughness).
+/// The maps of a material: their JSON pointers and the kind of data in them. Where an image has two
+/// roles (occlusion is often a channel of metallic-roughness), the first map in this order decides.
 const MAPS: [(&str, Role); 5] = [
     ("/pbrMetallicRoughness/baseColorTexture/index", Role::Color),
     ("/emissiveTexture/index", Role::Color),
@@ -39,7 +39,7 @@ const MAPS: [(&str, Role); 5] = [
     ("/occlusionTexture/index", Role::Mask),
 ];
 
-/// The images that the materials of a file use, by the index of their texture.
+/// Reads the images that the materials of a file use, in the order of their textures' indices.
 pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
     let bytes = files::read(path)?;
     let fail = |problem: String| Error::file(path, problem);
@@ -48,8 +48,8 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
     } else {
         (bytes.as_slice(), None)
     };
-    let json: Value =
-        serde_json::from_slice(json).map_err(|e| fail(format!("the glTF is no JSON: {e}")))?;
+    let json: Value = serde_json::from_slice(json)
+        .map_err(|e| fail(format!("the glTF is not valid JSON: {e}")))?;
     let mut roles: BTreeMap<usize, (u64, Role)> = BTreeMap::new();
     for (pointer, role) in MAPS {
         for material in json["materials"].as_array().into_iter().flatten() {
@@ -85,7 +85,7 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
             png,
         })
     });
-    // A file of its own is one, however many textures use it.
+    // An image with a file of its own is encoded once, however many textures use it.
     let mut found: Vec<GltfImage> = found.collect::<Result<_, Error>>()?;
     found.retain(|image| {
         image

@@ -1,4 +1,4 @@
-//! `wavelet-tex info`.
+//! The command `wavelet-tex info`.
 
 use std::fmt::Write;
 
@@ -20,7 +20,7 @@ use crate::{
     files, inputs,
 };
 
-/// Everything but the blocks.
+/// All parameters of a texture, without its blocks.
 #[derive(Serialize)]
 struct Info {
     file: String,
@@ -30,9 +30,9 @@ struct Info {
     /// Width and height in pixels.
     size: [u32; 2],
     levels: u32,
-    /// Of the largest level.
+    /// Bits per pixel of the largest level.
     bits_per_pixel: f64,
-    /// Of all levels.
+    /// Bytes of all levels on the GPU.
     gpu_bytes: usize,
     planes: Vec<PlaneInfo>,
 }
@@ -43,9 +43,9 @@ struct PlaneInfo {
     packing: &'static str,
     /// Width and height in pixels.
     size: [u32; 2],
-    /// What 0 and 1 stand for, in units of the plane.
+    /// Values that 0 and 1 stand for, in units of the plane.
     mean_range: [f32; 2],
-    /// How the details are stored; only of wavelet packings.
+    /// How the details are stored; `None` for packings without a wavelet.
     #[serde(flatten)]
     details: Option<DetailInfo>,
 }
@@ -57,7 +57,7 @@ struct DetailInfo {
     gamma: f32,
     predictor: f32,
     transform: &'static str,
-    /// Weight of HH; only of the partially inverted Haar transform.
+    /// Weight of HH; `None` for the Haar transform.
     w: Option<f32>,
 }
 

@@ -1,4 +1,4 @@
-//! From files, folders and globs to files, and where their results go.
+//! Expansion of files, folders and globs to input files, and the paths of their results.
 
 use std::{
     collections::BTreeMap,
@@ -8,7 +8,7 @@ use std::{
 
 use crate::{error::Error, files};
 
-/// A file and its place below what was named: its name, or its path below a folder.
+/// A file and its path relative to the argument: its name, or its path below a folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Input {
     pub path: PathBuf,
@@ -25,7 +25,7 @@ impl Input {
     }
 }
 
-/// Whether a name can only be one file.
+/// Returns whether the arguments can only name a single file.
 pub fn is_single(named: &[PathBuf]) -> bool {
     matches!(named, [one] if !one.is_dir() && !is_pattern(one))
 }
@@ -35,7 +35,8 @@ fn is_pattern(path: &Path) -> bool {
     text.contains(['*', '?', '[']) && !path.exists()
 }
 
-/// The files that are meant, each once, in order; in folders those with one of the extensions.
+/// Expands the arguments to files, each once and in order; from folders those with one of the
+/// extensions.
 pub fn expand(named: &[PathBuf], extensions: &[&str]) -> Result<Vec<Input>, Error> {
     let mut inputs = Vec::new();
     for path in named {
@@ -51,7 +52,9 @@ pub fn expand(named: &[PathBuf], extensions: &[&str]) -> Result<Vec<Input>, Erro
             }
         } else if is_pattern(path) {
             let pattern = path.to_string_lossy();
-            let bad = |e: glob::PatternError| Error::file(path, format_args!("no glob: {}", e.msg));
+            let bad = |e: glob::PatternError| {
+                Error::file(path, format_args!("not a valid glob: {}", e.msg))
+            };
             let found: Vec<PathBuf> = glob::glob(&pattern)
                 .map_err(bad)?
                 .filter_map(Result::ok)
@@ -84,7 +87,7 @@ fn collect(
         .map_err(fail)?;
     entries.sort();
     for path in entries {
-        // Links to folders could go in circles.
+        // Links to folders are not followed, since they can form cycles.
         if path.is_dir() && !path.is_symlink() {
             collect(root, &path, extensions, inputs)?;
         } else if path.is_file() && has_extension(&path, extensions) {
@@ -103,18 +106,18 @@ pub fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     })
 }
 
-/// Where the results go.
+/// The destination of the results.
 pub enum Destination {
-    /// Beside each input.
+    /// Each result is written beside its input.
     Beside,
-    /// The result of the only input.
+    /// The file of the only result.
     File(PathBuf),
-    /// A folder, which is made when needed.
+    /// A folder for all results, which is created when needed.
     Folder(PathBuf),
 }
 
 impl Destination {
-    /// What `--out` means; `extension` is that of the results.
+    /// Interprets `--out`. `extension` is that of the results.
     pub fn new(out: Option<&Path>, single: bool, extension: &str) -> Result<Self, Error> {
         match out {
             None => Ok(Self::Beside),
@@ -134,7 +137,7 @@ impl Destination {
         }
     }
 
-    /// The result's path where the input already has its name.
+    /// Path of a result whose name the input already has. Its folder is created.
     pub fn named(&self, input: &Input) -> Result<PathBuf, Error> {
         let path = match self {
             Self::Folder(folder) => folder.join(&input.relative),
@@ -144,7 +147,7 @@ impl Destination {
         Ok(path)
     }
 
-    /// The result's path; its folder is made.
+    /// Path of the result of an input. Its folder is created.
     pub fn of(&self, input: &Input, extension: &str) -> Result<PathBuf, Error> {
         let path = match self {
             Self::Beside => input.path.with_extension(extension),
@@ -163,12 +166,12 @@ impl Destination {
 fn make_folder(path: &Path) -> Result<(), Error> {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => fs::create_dir_all(parent)
-            .map_err(|e| Error::file(parent, format_args!("cannot be made: {e}"))),
+            .map_err(|e| Error::file(parent, format_args!("cannot be created: {e}"))),
         _ => Ok(()),
     }
 }
 
-/// Refuses a result that another input has already been given.
+/// Rejects a result whose path belongs to another input already.
 #[derive(Default)]
 pub struct Taken(BTreeMap<PathBuf, PathBuf>);
 
@@ -179,7 +182,7 @@ impl Taken {
             Some(other) => Err(Error::file(
                 input,
                 format_args!(
-                    "its result {} is that of {}: encode them into different folders",
+                    "its result {} is that of {}: write them to different folders",
                     output.display(),
                     other.display()
                 ),

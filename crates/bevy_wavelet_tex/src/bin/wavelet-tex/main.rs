@@ -1,4 +1,5 @@
-//! `wavelet-tex`: encodes images as wavelet textures, decodes them, and measures what it cost.
+//! The tool `wavelet-tex`, which encodes images as wavelet textures, decodes them, and measures
+//! their quality and their cost.
 
 mod angle;
 mod args;
@@ -26,7 +27,8 @@ use args::{Cli, Command};
 use clap::Parser;
 use error::Error;
 
-/// What a command says: something even where a part of it failed.
+/// The output of a command, which is not empty even where a part of the command failed, and its
+/// result.
 type Report = (String, Result<(), Error>);
 
 fn main() -> ExitCode {
@@ -43,7 +45,7 @@ fn main() -> ExitCode {
         Ok((text, result)) => (text, result),
         Err(error) => (String::new(), Err(error)),
     };
-    // Not `println!` and `eprintln!`: they panic when the reader has gone.
+    // `println!` and `eprintln!` panic when the reader has closed the pipe.
     if !text.is_empty()
         && let Err(error) = writeln!(io::stdout(), "{text}")
         && error.kind() != io::ErrorKind::BrokenPipe

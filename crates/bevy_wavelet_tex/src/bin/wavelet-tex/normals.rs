@@ -1,5 +1,5 @@
-//! `wavelet-tex normals`: how far normals are from the original, as a wavelet texture, in BC5 and in
-//! BC1.
+//! The command `wavelet-tex normals`, which measures the angular error of normal maps as wavelet
+//! textures, in BC5 and in BC1.
 
 mod lighting;
 mod map;
@@ -14,7 +14,7 @@ use crate::{
 };
 use map::{Format, NormalMap};
 
-/// A map in a format.
+/// The result of one map in one format.
 #[derive(Serialize)]
 struct Row {
     map: String,

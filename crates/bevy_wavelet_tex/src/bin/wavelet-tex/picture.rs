@@ -1,4 +1,4 @@
-//! 8-bit pixels, from PNGs and from wavelet textures.
+//! Pixels from PNGs and from wavelet textures.
 
 use std::{io::Cursor, path::Path};
 
@@ -21,25 +21,25 @@ use crate::{error::Error, files};
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Pixels, whatever they came from.
+/// The pixels of a PNG or of a texture.
 pub struct Picture {
     pub size: [u32; 2],
-    /// Row by row; gray in three channels.
+    /// RGBA of 8 bits, row by row from the top; gray is repeated in three channels.
     pub pixels: Vec<[u8; 4]>,
-    /// With all their bits, of an image of 16.
+    /// RGBA of 16 bits, where the image has 16 bits a channel.
     words: Option<Vec<[u16; 4]>>,
-    /// Whether there is an alpha channel.
+    /// Whether the picture has an alpha channel.
     pub has_alpha: bool,
     pub content: Content,
 }
 
 impl Picture {
-    /// Reads a PNG; it is gray or, as far as a PNG can tell, colour.
+    /// Reads a PNG. Its content is gray or colour, since a PNG cannot mark a normal map.
     pub fn read_png(path: &Path) -> Result<Self, Error> {
         Self::from_png(path, files::read(path)?)
     }
 
-    /// Reads a PNG or the largest level of a texture, told apart by their first bytes.
+    /// Reads a PNG or the largest level of a texture, which differ in their first bytes.
     pub fn read_any(path: &Path) -> Result<Self, Error> {
         let bytes = files::read(path)?;
         if bytes.starts_with(PNG_SIGNATURE) {
@@ -60,10 +60,13 @@ impl Picture {
         if !bytes.starts_with(PNG_SIGNATURE) {
             return Err(fail(match file::read(&bytes) {
                 Err(file::ReadError::Magic) => "not a PNG: convert it to PNG first".into(),
-                _ => "a wavelet texture, not a PNG: `wavelet-tex decode` makes one of it".into(),
+                _ => {
+                    "a wavelet texture, not a PNG: decode it with `wavelet-tex decode` first".into()
+                }
             }));
         }
-        // Before the decoder, whose own message would not tell the size.
+        // The size is checked before the decoder does, because its message does not contain the
+        // size.
         if let Some([width, height]) = png_size(&bytes).filter(|s| s.iter().any(|&s| s > MAX_SIZE))
         {
             return Err(fail(format!(
@@ -74,7 +77,7 @@ impl Picture {
         let mut limits = Limits::default();
         limits.max_image_width = Some(MAX_SIZE);
         limits.max_image_height = Some(MAX_SIZE);
-        // RGBA of 16 bits.
+        // The largest image is RGBA of 16 bits.
         limits.max_alloc = Some(8 * u64::from(MAX_SIZE).pow(2));
         let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(damaged)?;
         let (width, height) = decoder.dimensions();
@@ -99,7 +102,7 @@ impl Picture {
         })
     }
 
-    /// One mip level of a texture.
+    /// Decodes one mip level of a texture.
     pub fn from_texture(texture: &WaveletImage, level: u32) -> Self {
         let decoded = decode(texture, level);
         Self {
@@ -111,7 +114,7 @@ impl Picture {
         }
     }
 
-    /// What the encoder takes.
+    /// The pixels as the input of the encoder, with all their bits.
     pub fn source(&self) -> Pixels<'_> {
         match &self.words {
             Some(words) => Pixels::Rgba16(words),
@@ -119,7 +122,7 @@ impl Picture {
         }
     }
 
-    /// The picture halved until no side is longer than `most`, in linear light where it is sRGB.
+    /// Halves the picture until no side is longer than `most`, in linear light where it is sRGB.
     pub fn reduced(&self, most: u32, color_space: ColorSpace) -> Self {
         let source = self.source();
         let (size, pixels) = reduced_rgba8(self.size, |i| source.get(i), most, color_space);
@@ -132,7 +135,7 @@ impl Picture {
         }
     }
 
-    /// Whether a pixel is not opaque.
+    /// Returns whether any pixel is not opaque.
     pub fn is_transparent(&self) -> bool {
         self.has_alpha && self.pixels.iter().any(|p| p[3] != 255)
     }
@@ -161,12 +164,12 @@ impl Picture {
         image
             .expect("as many pixels as the size says")
             .write_to(&mut png, ImageFormat::Png)
-            .map_err(|e| Error::file(path, format_args!("cannot be made a PNG: {e}")))?;
+            .map_err(|e| Error::file(path, format_args!("cannot be encoded as PNG: {e}")))?;
         files::write(path, png.get_ref())
     }
 }
 
-/// Width and height that the header of a PNG claims.
+/// Width and height in the header of a PNG.
 fn png_size(bytes: &[u8]) -> Option<[u32; 2]> {
     let (fields, []) = bytes.get(12..24)?.as_chunks::<4>() else {
         return None;

@@ -1,9 +1,9 @@
-//! What the rates compete with, and two levels of wavelets: rows of `bench --study`.
+//! The baselines of the rates, and two levels of wavelets: the rows of `bench --study`.
 //!
-//! | rate | what |
+//! | rate | format |
 //! | --- | --- |
-//! | `bc1`, `bc7`, `bc4-gray` | the formats themselves at full size |
-//! | `bc1-2.25-bilinear`, `-bicubic`, `bc4-gray-2-..`, `bc7-5-..` | made smaller by Lanczos to the bits of one of our rates, and scaled back: textures of a lower resolution (thesis section 3.6.1) |
+//! | `bc1`, `bc7`, `bc4-gray` | the BC formats at full size |
+//! | `bc1-2.25-bilinear`, `-bicubic`, `bc4-gray-2-..`, `bc7-5-..` | the BC formats of images that are downsampled by Lanczos until they take the bits of a wavelet rate, and upsampled again: textures of a lower resolution (thesis section 3.6.1) |
 //! | `gray1.5` | two levels of wavelets (thesis section 3.5.4) |
 
 mod two_levels;
@@ -21,7 +21,7 @@ use crate::{bench::Row, picture::Picture};
 
 type Float3 = ImageBuffer<Rgb<f32>, Vec<f32>>;
 
-/// Rows of one image.
+/// Measures one image and returns its rows.
 pub fn rows(name: &str, picture: &Picture) -> Vec<Row> {
     let row = |rate: &str, (bpp, psnr_db, encode_s): (f64, f64, f64)| Row {
         image: name.into(),
@@ -63,7 +63,7 @@ pub fn rows(name: &str, picture: &Picture) -> Vec<Row> {
     rows
 }
 
-/// What is encoded in the place of wavelets; all take 4 bpp but BC7, which takes 8.
+/// The format of a baseline. All take 4 bpp except BC7, which takes 8.
 #[derive(Clone, Copy, PartialEq)]
 enum Rival {
     Bc1,
@@ -79,7 +79,7 @@ fn picture_of(picture: &Picture, value: impl Fn([f32; 3]) -> [f32; 3]) -> Float3
     })
 }
 
-/// The picture through the blocks, and their bytes.
+/// Encodes and decodes a picture. Returns the decoded picture and the bytes of its blocks.
 fn through(image: &Float3, rival: Rival) -> (Float3, usize) {
     let (width, height) = image.dimensions();
     let size = [width, height];
@@ -127,7 +127,7 @@ fn at_full_size(image: &Float3, rival: Rival) -> (f64, f64, f64) {
     (bits(bytes, image), psnr(image, &decoded), encode_s)
 }
 
-/// At a lower resolution, so that the format takes `bpp`.
+/// Encodes the picture at a lower resolution, such that the format takes `bpp`.
 fn scaled(image: &Float3, rival: Rival, bpp: f64, back: FilterType) -> (f64, f64, f64) {
     let (width, height) = image.dimensions();
     let full = if rival == Rival::Bc7 { 8.0 } else { 4.0 };
@@ -145,7 +145,7 @@ fn bits(bytes: usize, image: &Float3) -> f64 {
     8.0 * bytes as f64 / (image.width() as f64 * image.height() as f64)
 }
 
-/// Of pictures rounded to 8 bits.
+/// PSNR in dB of pictures that are rounded to 8 bits.
 fn psnr(a: &Float3, b: &Float3) -> f64 {
     let byte = |v: f32| f64::from((v.clamp(0.0, 1.0) * 255.0).round());
     let pairs = a.as_raw().iter().zip(b.as_raw());

@@ -1,6 +1,6 @@
-//! `wavelet-tex tables`: the thesis's Tables 3.1 and 3.3 from our own code, and our rates beside what
-//! takes the same bits. The thesis measured Lena in the first two; here they are means over the given
-//! images.
+//! The command `wavelet-tex tables`, which reproduces the thesis's Tables 3.1 and 3.3 with this
+//! code, and compares the rates with baselines of the same bits. The thesis measured Lena in these
+//! two tables; here they are means over the given images.
 
 mod correlation;
 mod lossless;
@@ -28,7 +28,7 @@ use crate::{
 use spaces::Space;
 use wavelets::Wavelet;
 
-/// The rows of Table 3.3, each with what its parameter is sought among.
+/// The rows of Table 3.3, each with the candidates for its parameter.
 const WAVELETS: [(&str, &[Wavelet]); 4] = [
     ("Haar", &[Wavelet::Real(Transform::Haar)]),
     ("PLHaar", &[Wavelet::PlHaar]),
@@ -51,21 +51,21 @@ const fn partly_inverted(w: f32) -> Wavelet {
 /// All tables, as means over the images.
 #[derive(Serialize)]
 pub struct Tables {
-    /// How many.
+    /// Number of images.
     images: usize,
     table_3_1: Vec<Figure>,
     table_3_3_wavelets: Vec<Figure>,
     table_3_3_color_spaces: Vec<Figure>,
-    /// Our rates and their rivals, as `bench --study` has them.
+    /// The rates and their baselines, as in `bench --study`.
     rates: Vec<RateFigure>,
     others: Vec<Other>,
 }
 
-/// A figure of ours and that of the thesis.
+/// A measured figure and that of the thesis.
 #[derive(Serialize)]
 struct Figure {
     what: String,
-    /// Mean squared error in Table 3.1, else PSNR in dB.
+    /// Measured value: the mean squared error in Table 3.1, otherwise the PSNR in dB.
     here: f64,
     thesis: f64,
 }
@@ -87,7 +87,7 @@ struct Other {
     source: &'static str,
 }
 
-/// Of one image.
+/// The measurements of one image.
 struct Measured {
     correlation: Vec<f64>,
     wavelets: Vec<f64>,
@@ -103,7 +103,8 @@ pub fn run(args: &TablesArgs) -> Result<Report, Error> {
     let (measured, result) = batch::run(&inputs, |input, _| {
         let picture = Picture::read_png(&input.path)?;
         if picture.size.iter().any(|&side| side < 16) {
-            let problem = "smaller than 16 x 16 pixels, of which tables need that many";
+            let problem =
+                "smaller than 16 x 16 pixels, the smallest size that `tables` can measure";
             return Err(Error::file(&input.path, problem));
         }
         let mut rows = bench::rows("", &picture, &rates, Effort::Default, Method::Best)
@@ -193,7 +194,7 @@ impl Tables {
     }
 }
 
-/// A picture whose sides are multiples of 16, so that planes of half its size have whole blocks.
+/// A picture that is cropped to multiples of 16, so that planes of half its size have whole blocks.
 struct Cropped {
     size: [usize; 2],
     pixels: Vec<[u8; 3]>,
@@ -211,7 +212,7 @@ impl Cropped {
         }
     }
 
-    /// Table 3.1 of the luma.
+    /// Measures Table 3.1 for luma.
     fn correlation(&self) -> Vec<f64> {
         let [width, height] = self.size;
         let luma: Vec<f32> = self
@@ -235,8 +236,8 @@ impl Cropped {
             .to_vec()
     }
 
-    /// Of the picture at 3 bits per pixel, as the thesis has them: luma in full, chromas at half the
-    /// size, each a wavelet plane of 8 bits in BC3.
+    /// PSNR of the picture at 3 bits per pixel, as in the thesis: luma at full size, chromas at
+    /// half the size, each as a wavelet plane of 8 bits in BC3.
     fn psnr(&self, space: Space, family: &[Wavelet]) -> f64 {
         let [width, height] = self.size;
         let planes: [Vec<i32>; 3] =
@@ -265,8 +266,8 @@ impl Cropped {
     }
 }
 
-/// A plane of signed values through blocks of 8 bits: in 256 steps of one where that is enough, else of
-/// two (thesis section 3.6.1).
+/// Encodes and decodes a plane of signed values in blocks of 8 bits, in 256 steps of 1 where that
+/// covers the range, otherwise in steps of 2 (thesis section 3.6.1).
 fn signed_through(family: &[Wavelet], plane: &[i32], size: [usize; 2]) -> Vec<f32> {
     let least = plane.iter().copied().min().unwrap_or(0);
     let most = plane.iter().copied().max().unwrap_or(0);

@@ -1,26 +1,26 @@
-//! A highlight on a normal map, and what a format makes of it (thesis Fig. 3.24).
+//! A rendering of a highlight on a normal map in different formats (thesis Fig. 3.24).
 
 use image::{Rgb, RgbImage};
 
 use super::map::NormalMap;
 
-/// Pixels of the picture for one of the map.
+/// Pixels of the picture in x and y for one pixel of the map.
 const MAGNIFICATION: u32 = 2;
 
-/// Side of the shown part of the map, and its corner: a highlight is in the middle.
+/// Side of the shown part of the map and its corner, in pixels. The highlight is in the middle.
 const PART: u32 = 160;
 const CORNER: [u32; 2] = [30, 90];
 
-/// Exponent of the highlight: wide enough that its brightness changes slowly.
+/// Exponent of the highlight, small enough that the brightness changes slowly.
 const SHININESS: f64 = 60.0;
 
-/// How often the errors are shown.
+/// Factor by which errors are amplified.
 const GAIN: f64 = 10.0;
 
-/// Toward the lamp; the eye is above.
+/// Direction toward the light. The viewer is at +Z.
 const LAMP: [f64; 3] = [0.36, 0.48, 0.8];
 
-/// The maps side by side, lit, and below each by how much it is brighter or darker than the first.
+/// Renders the lit maps side by side, and below each its difference in brightness from the first.
 pub fn picture(maps: &[&NormalMap]) -> RgbImage {
     let lit: Vec<Vec<f64>> = maps.iter().map(|map| lit(map)).collect();
     let side = PART * MAGNIFICATION;
@@ -35,7 +35,7 @@ pub fn picture(maps: &[&NormalMap]) -> RgbImage {
     })
 }
 
-/// Brightness in display-referred units, 0 to 1 and more.
+/// Brightness of the lit map in display-referred units, from 0; it can exceed 1.
 fn lit(map: &NormalMap) -> Vec<f64> {
     let shown = map.interpolated_to(map.size.map(|s| s * MAGNIFICATION));
     let width = (map.size[0] * MAGNIFICATION) as usize;

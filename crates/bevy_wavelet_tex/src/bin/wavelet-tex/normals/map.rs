@@ -1,4 +1,4 @@
-//! Normal maps: given, generated, and through the formats.
+//! Normal maps that are given or generated, and their encoding in each format.
 
 use bevy_wavelet_tex::codec::{
     blocks::{BlockFormat, BlockQuality, decode_blocks, encode_bc1, encode_bc4},
@@ -21,16 +21,16 @@ pub struct NormalMap {
     pub normals: Vec<[f64; 3]>,
 }
 
-/// What a map goes through.
+/// The format that a map is encoded in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Format {
-    /// X, Y and Z as a colour in BC1, made a unit vector when sampled: 4 bpp.
+    /// X, Y and Z as a colour in BC1, normalised when sampled: 4 bpp.
     Bc1,
-    /// X and Y in BC5, Z rebuilt: 8 bpp.
+    /// X and Y in BC5, Z reconstructed: 8 bpp.
     Bc5,
-    /// The same with both sides made smaller by the square root of 2, bilinear: 4 bpp.
+    /// BC5 with both sides smaller by the square root of 2, interpolated bilinearly: 4 bpp.
     SmallBc5,
-    /// X and Y as wavelet planes, Z rebuilt: 4 bpp.
+    /// X and Y as wavelet planes, Z reconstructed: 4 bpp.
     Wavelet(Method),
 }
 
@@ -57,7 +57,7 @@ impl Format {
 }
 
 impl NormalMap {
-    /// Of pixels of 8 or 16 bits.
+    /// Converts the pixels of a picture of 8 or 16 bits.
     pub fn given(picture: &Picture) -> Self {
         let source = picture.source();
         let normal = |i| {
@@ -70,7 +70,7 @@ impl NormalMap {
         }
     }
 
-    /// Long waves whose normals turn by less than a degree from pixel to pixel.
+    /// Generates long waves whose normals change by less than a degree from pixel to pixel.
     pub fn smooth() -> Self {
         Self::of_slopes(|x, y| {
             let (u, v) = (x * 0.031, y * 0.027);
@@ -81,7 +81,7 @@ impl NormalMap {
         })
     }
 
-    /// Waves of all lengths down to three pixels.
+    /// Generates waves of all lengths down to three pixels.
     pub fn rough() -> Self {
         Self::of_slopes(|x, y| {
             let wave = |i: i32| {
@@ -106,7 +106,7 @@ impl NormalMap {
         }
     }
 
-    /// The map as a format holds it, and its bits per pixel.
+    /// Encodes and decodes the map in a format. Returns the decoded map and its bits per pixel.
     pub fn through(&self, format: Format) -> Result<(Self, f64), EncodeError> {
         let pixels = self.normals.len() as f64;
         match format {
@@ -132,7 +132,7 @@ impl NormalMap {
                 let (xy, bytes) = through_bc5(small, |x, y| smaller.at(x, y));
                 let back = Self {
                     size: small,
-                    // As a texture unit does it: X and Y are filtered, then Z is rebuilt.
+                    // The texture unit filters X and Y; then Z is reconstructed.
                     normals: xy
                         .iter()
                         .map(|[x, y]| [f64::from(*x), f64::from(*y), 0.0])
@@ -175,10 +175,10 @@ impl NormalMap {
         self.normals[(y * self.size[0] + x) as usize]
     }
 
-    /// Made smaller by Lanczos, as `study` makes pictures smaller.
+    /// Downsamples the map by Lanczos, as `study` downsamples pictures.
     fn resized(&self, [width, height]: [u32; 2]) -> Self {
         let image = image::Rgb32FImage::from_fn(self.size[0], self.size[1], |x, y| {
-            // The library clamps to 0 to 1.
+            // The values are mapped to 0 to 1 because the library clamps to that.
             image::Rgb(self.at(x, y).map(|v| (0.5 + 0.5 * v) as f32))
         });
         let filter = image::imageops::FilterType::Lanczos3;
@@ -192,7 +192,7 @@ impl NormalMap {
         }
     }
 
-    /// At that size, bilinear between the centres of the pixels.
+    /// Resamples the map to another size, bilinearly between the centres of the pixels.
     pub fn interpolated_to(&self, size: [u32; 2]) -> Vec<[f64; 3]> {
         let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
         pixels
@@ -215,7 +215,7 @@ impl NormalMap {
     }
 }
 
-/// BC5 is two BC4 of X and Y.
+/// Encodes and decodes X and Y in BC5, which is two BC4 blocks.
 fn through_bc5(size: [u32; 2], normal: impl Fn(u32, u32) -> [f64; 3]) -> (Vec<[f32; 2]>, usize) {
     let mut length = 0;
     let [x, y] = [0, 1].map(|c: usize| {

@@ -1,6 +1,6 @@
-//! Two levels of wavelets at 1.5 bpp (thesis section 3.5.4): the details of the first in BC1, its means
-//! once more as gray at 2 bpp. It is measured, not shipped: a pixel would need texels of two textures
-//! and their neighbours.
+//! Two levels of wavelets at 1.5 bpp (thesis section 3.5.4): the details of the first level in BC1,
+//! its low band encoded as gray at 2 bpp. It is measured but not shipped, since a pixel would need
+//! texels of two textures and their neighbours.
 
 use std::time::Instant;
 
@@ -21,12 +21,12 @@ use bevy_wavelet_tex::codec::{
 
 use super::{Float3, Rgb, psnr};
 
-/// What photographs like: the searched values of the first level scarcely leave these.
+/// Good values for photographs; the search for the first level hardly deviates from these.
 const RANGE: f32 = 0.5;
 const GAMMA: f32 = 0.6;
 const PREDICTOR: f32 = 0.165;
 
-/// Bits per pixel, PSNR in dB, seconds.
+/// Measures a picture. Returns bits per pixel, PSNR in dB and seconds.
 pub fn measured(luma: &Float3) -> (f64, f64, f64) {
     let size = [luma.width(), luma.height()];
     let plane = Plane {
@@ -77,7 +77,7 @@ pub fn measured(luma: &Float3) -> (f64, f64, f64) {
     (bits / pixels, psnr(luma, &decoded), encode_s)
 }
 
-/// The means through gray at 2 bpp, and its bytes.
+/// Encodes and decodes the low band as gray at 2 bpp. Returns it with the bytes of its blocks.
 fn second_level(means: &Plane) -> (Plane, usize) {
     let words: Vec<u16> = means
         .values

@@ -1,11 +1,12 @@
-//! How much the details suffer from being stored together (thesis Table 3.1).
+//! The error of details that are stored together (thesis Table 3.1).
 
 use bevy_wavelet_tex::codec::{
     blocks::{BlockFormat, BlockQuality, Texel, decode_blocks, encode_bc1},
     haar::{Transform, haar},
 };
 
-/// What the thesis shows: the transform, and whether the other two channels hold their details, too.
+/// The cases of the thesis: the transform, and whether the other two channels store their details,
+/// too.
 pub const CASES: [(Transform, bool); 4] = [
     (Transform::Haar, false),
     (Transform::Haar, true),
@@ -22,7 +23,7 @@ pub fn error_of_first(
     size: [u32; 2],
 ) -> f64 {
     let texel = |quad: &[f32; 4]| -> Texel {
-        // A detail of -255 to 255 in 8 bits.
+        // The detail is in -255 to 255 and is stored in 8 bits.
         let byte = |detail: f32| (128.0 + detail / 2.0).round().clamp(0.0, 255.0) as u8;
         let [r, g, b] = transform.mix(haar(*quad).details).map(byte);
         if together {
@@ -47,7 +48,7 @@ mod tests {
 
     #[test]
     fn details_that_go_together_lose_less() {
-        // Along one diagonal only: HL and LH rise and fall together.
+        // The values vary in one pixel of each quad, so HL and LH rise and fall together.
         let alike: Vec<_> = (0..256)
             .map(|i| [(i * 37 % 101) as f32, 50.0, 50.0, 50.0])
             .collect();

@@ -1,18 +1,18 @@
-//! Wavelet transforms from integers to integers, which lose nothing (thesis section 3.6.1).
+//! Lossless integer wavelet transforms (thesis section 3.6.1).
 //!
-//! Both take two values to a scale coefficient and a detail; of 2 x 2 values first the rows, then
-//! the columns.
+//! Both transform two values to a scale coefficient and a detail. Of 2 x 2 values they transform
+//! first the rows, then the columns.
 
-/// What takes two values to a scale coefficient and a detail, or back.
+/// A function that transforms two values to a scale coefficient and a detail, or back.
 pub type Step = fn(i32, i32) -> (i32, i32);
 
-/// The S-transform: the mean, rounded down, and the difference. Values of 8 bits need 9 for their
-/// details, 10 for those of details.
+/// The S-transform: the mean, rounded down, and the difference. For values of 8 bits the details
+/// need 9 bits, and the details of details 10.
 pub fn s_transform(a: i32, b: i32) -> (i32, i32) {
     ((a + b) >> 1, a - b)
 }
 
-/// Its inverse.
+/// The inverse of [`s_transform`].
 pub fn inverse_s_transform(mean: i32, difference: i32) -> (i32, i32) {
     let a = mean + ((difference + 1) >> 1);
     (a, a - difference)
@@ -20,12 +20,12 @@ pub fn inverse_s_transform(mean: i32, difference: i32) -> (i32, i32) {
 
 /// PLHaar (J. G. Senecal, P. Lindstrom, M. A. Duchaineau, K. I. Joy, *An Improved N-Bit to N-Bit
 /// Reversible Haar-Like Transform*, Pacific Graphics 2004): the Haar transform's rotation by 45
-/// degrees, along squares instead of circles, so that what was in `-128..=127` stays there.
+/// degrees, along squares instead of circles, so that values in `-128..=127` stay in that range.
 ///
-/// Each side of a square is two eighths of a turn. Where the signs of both values agree, the larger
-/// (by magnitude) is the scale coefficient and their difference the detail; where they differ, the
-/// larger is the detail and their sum the scale coefficient. Negative values count from -1 as the
-/// others do from 0, so that all four quadrants are of one size.
+/// Each side of a square spans 90 degrees. Where the signs of both values agree, the larger one (by
+/// magnitude) is the scale coefficient and their difference the detail; where they differ, the
+/// larger one is the detail and their sum the scale coefficient. Negative values count from -1 as
+/// the others do from 0, so that all four quadrants have the same size.
 pub fn pl_haar(a: i32, b: i32) -> (i32, i32) {
     let (s, t) = (i32::from(a < 0), i32::from(b < 0));
     let (a, b) = (a + s, b + t);
@@ -38,7 +38,7 @@ pub fn pl_haar(a: i32, b: i32) -> (i32, i32) {
     (scale - t, detail - s)
 }
 
-/// Its inverse.
+/// The inverse of [`pl_haar`].
 pub fn inverse_pl_haar(scale: i32, detail: i32) -> (i32, i32) {
     let magnitude = |v: i32| if v < 0 { -1 - v } else { v };
     let [scale_sign, detail_sign] = [scale, detail].map(|v| i32::from(v < 0));
@@ -47,7 +47,7 @@ pub fn inverse_pl_haar(scale: i32, detail: i32) -> (i32, i32) {
         std::cmp::Ordering::Equal => scale_sign == detail_sign,
         std::cmp::Ordering::Less => false,
     };
-    // The larger tells its sign, and so the other's.
+    // The sign of the larger coefficient determines both signs.
     let (s, t) = if signs_agree {
         (scale_sign, scale_sign)
     } else {
@@ -64,7 +64,7 @@ pub fn inverse_pl_haar(scale: i32, detail: i32) -> (i32, i32) {
     (a - s, b - t)
 }
 
-/// `[a, b, c, d]` (a b above c d) to LL, HL, LH and HH.
+/// Transforms `[a, b, c, d]` (a b above c d) to LL, HL, LH and HH.
 pub fn forward(step: Step, [a, b, c, d]: [i32; 4]) -> [i32; 4] {
     let (upper, upper_detail) = step(a, b);
     let (lower, lower_detail) = step(c, d);
@@ -73,7 +73,7 @@ pub fn forward(step: Step, [a, b, c, d]: [i32; 4]) -> [i32; 4] {
     [ll, hl, lh, hh]
 }
 
-/// LL, HL, LH and HH to `[a, b, c, d]`, by the inverse step.
+/// Transforms LL, HL, LH and HH to `[a, b, c, d]` by the inverse step.
 pub fn inverse(step: Step, [ll, hl, lh, hh]: [i32; 4]) -> [i32; 4] {
     let (upper, lower) = step(ll, lh);
     let (upper_detail, lower_detail) = step(hl, hh);

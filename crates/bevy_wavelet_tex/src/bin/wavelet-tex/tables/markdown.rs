@@ -1,10 +1,10 @@
-//! The tables as Markdown.
+//! Formatting of the tables as Markdown.
 
 use std::fmt::Write;
 
 use super::{Figure, Tables};
 
-/// Which of the rows of `bench --study` take the same bits as one of our rates.
+/// The row of `bench --study` with the same bits as a rate, and the format of that row.
 fn rivals(rate: &str) -> Option<(&'static str, &'static str)> {
     Some(match rate {
         "gray1.5" => ("bc4-gray-1.5", "BC4"),
@@ -18,7 +18,7 @@ fn rivals(rate: &str) -> Option<(&'static str, &'static str)> {
     })
 }
 
-/// All of them.
+/// Formats all tables.
 pub fn text(tables: &Tables) -> String {
     let mut text = format!("Means over {} images.\n", tables.images);
     for (title, column, figures) in [

@@ -1,13 +1,13 @@
-//! The colour spaces that the thesis compares, in 8 bits (section 3.3.1).
+//! The colour spaces that the thesis compares, with 8 bits a channel (section 3.3.1).
 
-/// From R, G and B in `0..=255` to luma and two chromas, and back.
+/// A transform of R, G and B in `0..=255` to luma and two chromas, and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
-    /// Lifted, with a bit more in its chromas: loses nothing.
+    /// YCoCg-R by lifting steps, with one bit more in its chromas; lossless.
     YCoCgR,
-    /// Rounded to 8 bits.
+    /// YCoCg, rounded to 8 bits.
     YCoCg,
-    /// Rounded to 8 bits.
+    /// YCbCr, rounded to 8 bits.
     YCbCr,
 }
 
@@ -22,7 +22,7 @@ impl Space {
         }
     }
 
-    /// Luma in `0..=255`, chromas in `-255..=255` (YCoCg-R) or `-128..=128`.
+    /// Transforms to luma in `0..=255` and chromas in `-255..=255` (YCoCg-R) or `-128..=128`.
     pub fn forward(self, rgb: [u8; 3]) -> [i32; 3] {
         let [r, g, b] = rgb.map(i32::from);
         match self {
@@ -33,12 +33,12 @@ impl Space {
                 [t + (cg >> 1), co, cg]
             }
             Self::YCoCg => {
-                // Eq. 3.3, in quarters.
+                // This is Eq. 3.3 in quarters.
                 let rounded = |quarters: i32| (quarters + 2) >> 2;
                 [r + 2 * g + b, 2 * (r - b), 2 * g - r - b].map(rounded)
             }
             Self::YCbCr => {
-                // Eq. 3.1, whose second row is Cr and third Cb.
+                // This is Eq. 3.1, whose second row is Cr and third Cb.
                 let [r, g, b] = [r, g, b].map(|v| v as f32);
                 let rows = [
                     0.299 * r + 0.587 * g + 0.114 * b,
@@ -50,7 +50,7 @@ impl Space {
         }
     }
 
-    /// R, G and B, not clamped.
+    /// Transforms to R, G and B without clamping.
     pub fn inverse(self, planes: [f32; 3]) -> [f32; 3] {
         let [y, first, second] = planes;
         match self {
@@ -83,7 +83,8 @@ mod tests {
                 let back = space.inverse(planes).map(f32::round);
                 let most = match space {
                     Space::YCoCgR => 0.0,
-                    // Half a step in each of up to three terms; Eq. 3.2's own rounding besides.
+                    // The bound is half a step in each of up to three terms, and the rounding of
+                    // Eq. 3.2 itself.
                     Space::YCoCg | Space::YCbCr => 2.0,
                 };
                 for (a, b) in back.iter().zip(rgb) {

@@ -1,5 +1,6 @@
-//! The wavelets that the thesis compares, of values of 8 bits, with one packing: the scale
-//! coefficient in alpha of BC3, the details in RGB, clamped and curved as is best (Table 3.3).
+//! The wavelets that the thesis compares, on values of 8 bits and with one packing: the scale
+//! coefficient in alpha of BC3, the details in RGB with the best clamping and power curve (Table
+//! 3.3).
 
 use bevy_wavelet_tex::codec::{
     blocks::{BlockQuality, Texel, decode_bc3, encode_bc3},
@@ -12,11 +13,11 @@ use super::lossless;
 /// A wavelet of 2 x 2 values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wavelet {
-    /// As real numbers, which 8 bits round (Eq. 3.15), partially inverted or not (Eq. 3.16).
+    /// Haar in real numbers, rounded to 8 bits (Eq. 3.15), partially inverted or not (Eq. 3.16).
     Real(Transform),
-    /// In integers of 10 bits.
+    /// The S-transform, in integers of 10 bits.
     S,
-    /// In integers of 8 bits.
+    /// PLHaar, in integers of 8 bits.
     PlHaar,
 }
 
@@ -24,7 +25,7 @@ pub enum Wavelet {
 #[derive(Clone, Copy, Debug)]
 struct Coding {
     wavelet: Wavelet,
-    /// Largest detail, in 8-bit units.
+    /// Largest detail in 8-bit units; larger ones are clamped.
     range: f32,
     /// Exponent of the power curve.
     gamma: f32,
@@ -33,13 +34,13 @@ struct Coding {
 /// Values `[a, b, c, d]` (a b above c d) in `0..=255`.
 type Quad = [i32; 4];
 
-/// Sixteen neighbours of 4 x 4: a block.
+/// The 4 x 4 quads of one block.
 type Block = [Quad; 16];
 
-/// Blocks that the parameters are sought with.
+/// Largest number of blocks that the search for the parameters uses.
 const SAMPLE: usize = 512;
 
-/// A plane of values in `0..=255`, through the blocks and back. Sides are multiples of 8.
+/// Encodes and decodes a plane of values in `0..=255`, whose sides are multiples of 8.
 pub fn through(family: &[Wavelet], plane: &[i32], size: [usize; 2]) -> Vec<f32> {
     let [width, height] = size;
     let columns = width / 8;
@@ -75,7 +76,7 @@ pub fn through(family: &[Wavelet], plane: &[i32], size: [usize; 2]) -> Vec<f32> 
     back
 }
 
-/// Of the wavelets, ranges and curves, one after the other.
+/// Searches the best wavelet, range and power curve, one after the other.
 fn best_coding(family: &[Wavelet], sample: &[Block]) -> Coding {
     let largest = |wavelet: Wavelet| {
         let details = sample.iter().flatten().flat_map(|q| wavelet.forward(*q).1);
@@ -117,9 +118,10 @@ fn error(coding: &Coding, sample: &[Block]) -> f64 {
     pairs.map(of_quad).sum()
 }
 
-/// The quads of all blocks, block by block.
+/// Encodes and decodes blocks and returns their quads, block by block.
 fn decoded(coding: &Coding, blocks: &[Block], quality: BlockQuality) -> Vec<[f32; 4]> {
-    // Side by side in one row, whose texels are then row by row of all blocks.
+    // The blocks are side by side in one row, so the texels are stored row by row across all
+    // blocks.
     let size = [4 * blocks.len() as u32, 4];
     let at = |row: usize, column: usize| blocks[column / 4][row * 4 + column % 4];
     let texels: Vec<Texel> = (0..4)
@@ -137,7 +139,7 @@ fn decoded(coding: &Coding, blocks: &[Block], quality: BlockQuality) -> Vec<[f32
 }
 
 impl Wavelet {
-    /// The scale coefficient, in `0..=255`, and the details.
+    /// Transforms a quad to its scale coefficient, in `0..=255`, and its details.
     fn forward(self, quad: Quad) -> (f32, [f32; 3]) {
         let lossless = |step| {
             let [ll, details @ ..] = lossless::forward(step, quad.map(|v| v - 128));
@@ -167,7 +169,7 @@ impl Wavelet {
                 };
                 let [h, v, d] = details.map(|d| d.round() as i32);
                 let coefficients = [scale.round() as i32 - 128, h, v, d];
-                // PLHaar has no meaning for more than 8 bits; what was stored had no more.
+                // PLHaar is defined for 8 bits only, and the stored values had no more.
                 let coefficients = match self {
                     Self::PlHaar => coefficients.map(|c| c.clamp(-128, 127)),
                     _ => coefficients,
@@ -204,7 +206,8 @@ mod tests {
 
     #[test]
     fn every_wavelet_brings_a_slope_back() {
-        // 4 steps of BC1 for 4 quads a row: next to nothing is lost but by rounding.
+        // BC1 has 4 colours for the 4 quads of a row, so almost nothing but rounding errors is
+        // lost.
         let size = [16, 16];
         let plane: Vec<i32> = (0..256).map(|i| 60 + 4 * (i % 16) + 3 * (i / 16)).collect();
         let partly = Transform::PartiallyInvertedHaar { w: 0.4 };
