@@ -1,15 +1,16 @@
-//! How the plugins of this workspace reach into Bevy's renderer without a fork of it.
+//! Extension of Bevy's renderer by the plugins of this workspace, without a fork of it.
 //!
-//! Bevy offers no place for "every material, changed a little". These are the two that work, made
-//! safe for several plugins at once, in any order:
+//! Bevy has no API for a change of every material. This crate has two mechanisms for it, which several
+//! plugins can use at once and in any order:
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`shader_patch`] | text inserted into Bevy's shaders at start-up, verified, never twice |
-//! | [`specialize`] | a last word on the pipeline of every material |
+//! | [`shader_patch`] | verified insertions into Bevy's shaders at start-up, each at most once |
+//! | [`specialize`] | hooks at the end of the specialization of every material's pipeline |
 //!
-//! Both depend on Bevy's insides, so both say whether they took hold: a plugin asks
-//! [`ShaderPatches::state`] before it relies on a patch and steps aside where it was refused.
+//! Both depend on Bevy's internals and may fail with another version of Bevy. A plugin checks
+//! [`ShaderPatches::state`] before it relies on a patch, and leaves the rendering to Bevy if the patch
+//! was refused.
 
 pub mod shader_patch;
 pub mod specialize;

@@ -1,14 +1,14 @@
-//! A last word on the pipeline of every material.
+//! Hooks at the end of the specialization of every material's pipeline.
 //!
-//! Bevy calls `MaterialProperties::user_specialize` at the end of building a material's pipeline
-//! (that is where `Material::specialize` runs). [`MaterialHookPlugin`] puts one function in its
-//! place that calls what it found and then every [`MaterialHook`], so that plugins do not displace
+//! Bevy calls `MaterialProperties::user_specialize` as the last step of a material's pipeline
+//! specialization (`Material::specialize` runs there). [`MaterialHookPlugin`] replaces it by one
+//! function that calls the original and then every [`MaterialHook`], so that plugins do not displace
 //! one another.
 //!
 //! The replaced field is a plain function pointer, without access to any world. The hooks are
-//! therefore global to the process and must decide from the key and the descriptor alone whether
-//! they are meant. What an app wants of all materials of a type, or of one, it says in
-//! [`MaterialTags`]: they become part of the key.
+//! therefore global to the process and must decide from the key and the descriptor alone whether to
+//! change a pipeline. An app selects materials, by type or individually, with [`MaterialTags`], which
+//! become a part of the key.
 
 use std::{
     any::{Any, TypeId},
@@ -32,29 +32,28 @@ use bevy::{
     },
 };
 
-/// The pipeline that a hook is asked about.
+/// The material whose pipeline a hook may change.
 #[derive(Clone, Copy, Debug)]
 pub struct SpecializedMaterial<'a> {
-    /// View, mesh and material flags.
+    /// Flags of the view, the mesh and the material.
     pub mesh_key: MeshPipelineKey,
-    /// The type of the material.
+    /// Type of the material.
     pub material_type: TypeId,
     tags: &'a [(&'static str, u64)],
 }
 
 impl SpecializedMaterial<'_> {
-    /// The tag of this name that the material has in the app of the pipeline.
+    /// Returns the value of the material's tag of this name in the app that builds the pipeline.
     pub fn tag(&self, name: &str) -> Option<u64> {
         let mut tags = self.tags.iter();
         tags.find_map(|(tag, value)| (*tag == name).then_some(*value))
     }
 }
 
-/// What an app wants of all materials of a type, or of one of them, in the world of the renderer: a
-/// name and a number that a hook understands.
+/// Tags of all materials of a type, or of single materials: names with a number that a hook interprets.
+/// It is a resource of the render world.
 ///
-/// Materials get the tags that there are when Bevy prepares them; those prepared earlier keep
-/// theirs until they change.
+/// A material gets the tags that exist when Bevy prepares it, and keeps them until its asset changes.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct MaterialTags {
     types: HashMap<TypeId, BTreeMap<&'static str, u64>>,
@@ -62,7 +61,7 @@ pub struct MaterialTags {
 }
 
 impl MaterialTags {
-    /// Gives or takes a tag of all materials of a type.
+    /// Sets a tag of all materials of a type, or removes it if `value` is `None`.
     pub fn set(&mut self, material_type: TypeId, name: &'static str, value: Option<u64>) {
         let tags = self.types.entry(material_type).or_default();
         match value {
@@ -71,7 +70,8 @@ impl MaterialTags {
         };
     }
 
-    /// Gives one material a tag, which comes before its type's of the same name, or takes it.
+    /// Sets a tag of one material, which overrides its type's tag of the same name, or removes it if
+    /// `value` is `None`.
     pub fn set_one(&mut self, material: UntypedAssetId, name: &'static str, value: Option<u64>) {
         if let Some(value) = value {
             let tags = self.materials.entry(material).or_default();
@@ -94,17 +94,18 @@ impl MaterialTags {
     }
 }
 
-/// The key of a tagged material around its own.
+/// The key of a tagged material, which wraps the material's own key.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct TaggedKey {
     own: ErasedMaterialKey,
     tags: Vec<(&'static str, u64)>,
 }
 
-/// Changes a material's pipeline, after Bevy and the material itself did.
+/// A function that changes a material's pipeline after Bevy and the material itself have specialized it.
 pub type MaterialHook = fn(SpecializedMaterial<'_>, &mut RenderPipelineDescriptor);
 
-/// Calls a hook for the pipelines of all materials; add one for each hook.
+/// Plugin that calls a hook for the pipelines of all materials. Add one plugin for each hook; a hook
+/// that is added twice is called once.
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialHookPlugin(pub MaterialHook);
 
@@ -140,12 +141,12 @@ struct HooksInstalled;
 
 static HOOKS: RwLock<Vec<MaterialHook>> = RwLock::new(Vec::new());
 
-/// `Material::specialize` of each type of material.
+/// The original `user_specialize` function of each material type.
 static ORIGINALS: RwLock<Option<HashMap<TypeId, UserSpecializeFn>>> = RwLock::new(None);
 
-/// Puts [`specialize`] in the place of each material's own function, which it calls.
+/// Replaces each material's `user_specialize` by [`specialize`], which calls the original.
 ///
-/// Runs over all materials whenever one of them changed: a change makes Bevy prepare a new one.
+/// It checks all materials whenever one of them changed, because Bevy prepares a changed material anew.
 fn wrap_materials(
     mut materials: ResMut<ErasedRenderAssets<PreparedMaterial>>,
     tags: Res<MaterialTags>,
@@ -159,12 +160,15 @@ fn wrap_materials(
         let current = material.properties.user_specialize;
         let known = originals.get(&id.type_id()).copied();
         if is_ours(current) || (known.is_some() && !is_same(current, known)) {
-            // Ours already, or somebody wrapped ours and will call it.
+            // Already replaced, or another plugin wrapped the replacement and will call it.
             continue;
         }
-        // Prepared in this frame, so nobody else holds it yet.
+        // The material was prepared in this frame, so there are no other references to it yet.
         let Some(properties) = Arc::get_mut(&mut material.properties) else {
-            warn_once!("a material is in use already and keeps its pipeline: {id:?}");
+            warn_once!(
+                "the material {id:?} is already in use and keeps its pipeline: change the asset to have \
+                 it prepared again"
+            );
             continue;
         };
         let tags = tags.of(id);
@@ -193,7 +197,7 @@ fn is_same(a: Option<UserSpecializeFn>, b: Option<UserSpecializeFn>) -> bool {
     }
 }
 
-/// For materials whose key is their own.
+/// Replacement of `user_specialize` for materials without tags.
 fn specialize(
     pipeline: &dyn Any,
     descriptor: &mut RenderPipelineDescriptor,
@@ -203,7 +207,7 @@ fn specialize(
     specialize_with(pipeline, descriptor, layout, key, &[])
 }
 
-/// For materials whose key is a [`TaggedKey`].
+/// Replacement of `user_specialize` for materials whose key is a [`TaggedKey`].
 fn specialize_tagged(
     pipeline: &dyn Any,
     descriptor: &mut RenderPipelineDescriptor,
@@ -230,7 +234,7 @@ fn specialize_with(
         material_type: key.type_id,
         tags,
     };
-    // Copied out, so that no lock is held while foreign code runs.
+    // The function is copied, so that no lock is held while other code runs.
     let original = {
         let originals = ORIGINALS.read().unwrap_or_else(PoisonError::into_inner);
         originals

@@ -1,10 +1,10 @@
-//! Text inserted into Bevy's shaders when they are loaded.
+//! Insertion of text into Bevy's shaders when they are loaded.
 //!
-//! A [`ShaderPatch`] only inserts, at positions that must exist exactly once; it takes nothing
-//! away, so the anchors of other patches survive and the order does not matter. It leaves its name
-//! in the source and is therefore never applied twice, and it is applied again when the shader is
-//! reloaded. Where it does not fit, as may happen with another version of Bevy, the shader stays
-//! as it is, the patch is [`PatchState::Refused`] and one error names the shader and the reason.
+//! A [`ShaderPatch`] only inserts, at positions that must exist exactly once. It removes nothing, so
+//! the anchors of other patches stay intact and the order of patches does not matter. It writes its name
+//! into the source and is therefore never applied twice; it is applied again when the shader is
+//! reloaded. If it does not fit, as may happen with another version of Bevy, the shader stays
+//! unchanged, the patch is [`PatchState::Refused`] and one error names the shader and the reason.
 
 mod text;
 
@@ -17,24 +17,24 @@ use bevy::{
 
 pub use text::{Insertion, PatchError, patched};
 
-/// A change of one shader.
+/// A set of insertions into one shader.
 #[derive(Clone, Debug)]
 pub struct ShaderPatch {
-    /// Unique; appears in the patched source as a comment.
+    /// Unique name of the patch; it appears in the patched source as a comment.
     pub name: &'static str,
-    /// The path of the shader as a WESL module, such as `bevy_pbr::render::pbr_functions`.
+    /// Path of the shader as a WESL module, such as `bevy_pbr::render::pbr_functions`.
     pub shader: &'static str,
-    /// The items that the inserted text imports, by their full paths.
+    /// Items that the inserted text imports, by their full paths.
     pub imports: Vec<&'static str>,
-    /// Texts that must occur so many times before anything is inserted: a shader that Bevy extended
-    /// by one more place to patch is refused.
+    /// Texts with the number of times that each must occur before anything is inserted. A shader to
+    /// which a new version of Bevy added another occurrence is refused.
     pub counted: Vec<(&'static str, usize)>,
-    /// What is inserted; all of it or nothing.
+    /// The insertions, which are applied all or not at all.
     pub insertions: Vec<Insertion>,
 }
 
 impl ShaderPatch {
-    /// A patch that inserts nothing yet.
+    /// Creates a patch without insertions.
     pub fn new(name: &'static str, shader: &'static str) -> Self {
         Self {
             name,
@@ -50,18 +50,18 @@ impl ShaderPatch {
     }
 }
 
-/// What became of a patch.
+/// The state of a patch.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PatchState {
-    /// Its shader is not loaded yet.
+    /// The shader is not loaded yet.
     Pending,
-    /// It is in.
+    /// The shader contains the patch.
     Applied,
-    /// It does not fit; the shader is untouched.
+    /// The patch does not fit, and the shader is unchanged.
     Refused(PatchError),
 }
 
-/// The patches of this app, and what became of them.
+/// The patches of an app and their states.
 #[derive(Resource, Debug, Default)]
 pub struct ShaderPatches {
     patches: Vec<ShaderPatch>,
@@ -69,19 +69,19 @@ pub struct ShaderPatches {
 }
 
 impl ShaderPatches {
-    /// What became of the patch of this name; `None` if it was never added.
+    /// Returns the state of the patch of this name; `None` if it was never added.
     pub fn state(&self, name: &str) -> Option<&PatchState> {
         self.states.get(name)
     }
 
-    /// Whether all of these are in.
+    /// Returns true if all of these patches are applied.
     pub fn all_applied(&self, names: &[&str]) -> bool {
         names
             .iter()
             .all(|name| self.state(name) == Some(&PatchState::Applied))
     }
 
-    /// The first of these that was refused, and why.
+    /// Returns the first of these patches that was refused, and the reason.
     pub fn refused<'a>(&'a self, names: &[&'a str]) -> Option<(&'a str, &'a PatchError)> {
         names.iter().find_map(|&name| match self.state(name) {
             Some(PatchState::Refused(error)) => Some((name, error)),
@@ -100,7 +100,7 @@ impl ShaderPatches {
     }
 }
 
-/// Adds patches to an app.
+/// Extension trait that adds patches to an app.
 pub trait PatchShadersExt {
     /// Applies this patch as soon as its shader is loaded, before any pipeline is built from it.
     ///
@@ -113,7 +113,7 @@ impl PatchShadersExt for App {
         if !self.world().contains_resource::<ShaderPatches>() {
             self.init_resource::<ShaderPatches>().add_systems(
                 PostUpdate,
-                // Before the shaders of this frame are announced to the renderer.
+                // Before asset events announce the shaders of this frame to the renderer.
                 apply_patches
                     .run_if(resource_exists_and_changed::<Assets<Shader>>)
                     .before(AssetEventSystems),
@@ -147,7 +147,8 @@ fn apply_patches(mut shaders: ResMut<Assets<Shader>>, mut patches: ResMut<Shader
     }
 }
 
-/// Writes to the assets only where something is inserted: to be told of a change is to run again.
+/// Writes to the assets only where something is inserted, because every change of them runs the system
+/// again.
 fn apply(
     shaders: &mut ResMut<Assets<Shader>>,
     id: AssetId<Shader>,

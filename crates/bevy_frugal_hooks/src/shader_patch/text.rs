@@ -1,4 +1,4 @@
-//! Patching as a function of text.
+//! Patching of a shader's source text.
 
 use std::{error::Error, fmt, ops::Range};
 
@@ -8,17 +8,17 @@ use super::ShaderPatch;
 
 /// Text to insert at one position.
 ///
-/// The position is between two pieces of text that must follow each other exactly once: what is
-/// on both sides is verified, not only where the insertion goes.
+/// The position is between two pieces of text that must follow each other exactly once, so that the text
+/// on both sides is verified.
 #[derive(Clone, Debug)]
 pub struct Insertion {
-    /// If given, the start of a function outside of which nothing is searched; occurs once.
+    /// Beginning of the function to which the search is restricted, if any; it must occur exactly once.
     pub function: Option<&'static str>,
-    /// The text that must stand directly before the position; may be empty.
+    /// Text that must end at the position; may be empty.
     pub before: &'static str,
-    /// The text that must follow the position directly; may be empty.
+    /// Text that must begin at the position; may be empty.
     pub after: &'static str,
-    /// What is inserted.
+    /// Text to insert.
     pub text: String,
 }
 
@@ -43,7 +43,7 @@ impl Insertion {
         Self::between(anchor, "", text)
     }
 
-    /// Searches only in the function that begins with this text.
+    /// Restricts the search to the function that begins with this text.
     pub fn in_function(self, function: &'static str) -> Self {
         Self {
             function: Some(function),
@@ -52,23 +52,23 @@ impl Insertion {
     }
 }
 
-/// Why a patch does not fit a shader.
+/// The reason for which a patch does not fit a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PatchError {
-    /// A text occurs more or less often than the patch was made for.
+    /// A text occurs more or less often than the patch expects.
     Count {
-        /// The text.
+        /// The text that was searched.
         text: String,
-        /// How often it should occur.
+        /// Expected number of occurrences.
         expected: usize,
-        /// How often it occurs.
+        /// Actual number of occurrences.
         found: usize,
     },
     /// The shader is not WESL.
     NotWesl,
     /// The patched shader does not parse.
     Syntax(String),
-    /// The asset could not be replaced.
+    /// The shader asset could not be replaced.
     Asset(String),
 }
 
@@ -93,10 +93,11 @@ impl fmt::Display for PatchError {
 
 impl Error for PatchError {}
 
-/// The patched source, or `None` if the source contains the patch already.
+/// Returns the patched source, or `None` if the source already contains the patch.
 ///
 /// # Errors
-/// Any but [`PatchError::Asset`] and [`PatchError::NotWesl`]; nothing is patched in part.
+/// Returns any error but [`PatchError::Asset`] and [`PatchError::NotWesl`] if the patch does not fit;
+/// a patch is never applied in part.
 pub fn patched(source: &str, patch: &ShaderPatch) -> Result<Option<String>, PatchError> {
     let marker = format!("// patch: {}\n", patch.name);
     if source.contains(&marker) {
@@ -118,7 +119,7 @@ pub fn patched(source: &str, patch: &ShaderPatch) -> Result<Option<String>, Patc
     }
 }
 
-/// The offset at which to insert.
+/// Returns the byte offset at which to insert.
 fn position(source: &str, insertion: &Insertion) -> Result<usize, PatchError> {
     let Range { start, end } = match insertion.function {
         None => 0..source.len(),
@@ -134,7 +135,7 @@ fn position(source: &str, insertion: &Insertion) -> Result<usize, PatchError> {
     Ok(start + at + insertion.before.len())
 }
 
-/// Where the text occurs, if it occurs once.
+/// Returns the byte offset of a text that must occur exactly once.
 fn only(source: &str, text: &str) -> Result<usize, PatchError> {
     count(source, text, 1)?;
     Ok(source.find(text).unwrap_or_default())
