@@ -1,19 +1,19 @@
-//! The HDR frame buffer in two channels instead of four.
+//! An HDR frame buffer in two channels instead of four.
 //!
-//! Every fragment is stored as its luminance and one of its two chrominances, in a checkerboard,
-//! as it is shaded; a filter reconstructs the missing chrominance afterwards (P. Mavridis,
+//! The fragment shader packs every colour to its luminance and one of its two chrominances, which
+//! alternate in a checkerboard; a filter reconstructs the missing chrominance afterwards (P. Mavridis,
 //! *Efficient Texture Representation and Sampling Algorithms for Real-time Rendering*, 2013,
 //! chapter 4).
 //!
-//! | room | what is in it |
+//! | module | contents |
 //! | --- | --- |
-//! | [`settings`] | what a user chooses |
+//! | [`settings`] | the settings of a camera |
 //! | [`mod@reference`] | packing and reconstruction in plain Rust |
-//! | `material` | how materials come to pack what they shade |
-//! | `view` | which cameras pack, and how Bevy prepares for it |
+//! | `material` | packing in the shaders of materials |
+//! | `view` | the choice of the cameras that pack, and the preparation of their views |
 //! | `pass` | the main pass of a packed camera, and the resolve |
-//! | [`report`] | what became of each camera, and its memory |
-//! | [`plugin`] | what an app adds |
+//! | [`report`] | the state of each camera, and its memory |
+//! | [`plugin`] | the plugin that an app adds |
 //!
 //! Without the feature `bevy` only the first two are compiled.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]

@@ -1,4 +1,4 @@
-//! The plugin: it registers what the modules define.
+//! The plugin, which registers what the other modules define.
 
 use bevy::{
     prelude::*, render::extract_component::ExtractComponentPlugin, shader::load_shader_library,
@@ -11,7 +11,7 @@ use crate::{
 
 /// Lets cameras with a [`YCoCgFrameBuffer`] draw into two channels instead of four.
 ///
-/// An app without such a camera has no pass, no texture and no pipeline more than before.
+/// An app without such a camera has no additional pass, texture or pipeline.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct YCoCgFrameBufferPlugin;
 

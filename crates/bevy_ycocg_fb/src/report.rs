@@ -1,4 +1,4 @@
-//! What became of each camera, and what its colour textures take.
+//! Reports on the state of each camera and the memory of its colour textures.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -6,52 +6,52 @@ use bevy::{ecs::entity::EntityHashMap, prelude::*};
 
 use crate::view::fallback::FallbackReason;
 
-/// What became of each camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer), and the
-/// memory of all cameras, in the last frame that was rendered.
+/// Reports on the state of each camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer) and on the
+/// memory of all cameras, in the last rendered frame.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct FrameBufferReports(Arc<Mutex<EntityHashMap<CameraReport>>>);
 
-/// What became of one camera.
+/// The report on one camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CameraReport {
-    /// `None` for a camera without the component, and until Bevy's shaders are loaded.
+    /// Whether the camera packs; `None` without the component, and until Bevy's shaders are loaded.
     pub state: Option<CameraState>,
-    /// Its colour textures.
+    /// Memory of the camera's colour textures.
     pub memory: ColorMemory,
 }
 
-/// Whether a camera packs.
+/// The state of a camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CameraState {
-    /// It does.
+    /// The camera draws packed colours.
     Packed,
-    /// It draws as Bevy does, for this reason.
+    /// The camera draws as without the component, for this reason.
     Fallback(FallbackReason),
 }
 
-/// Bytes of the colour textures that a camera draws to, as allocated. Cameras with one target
-/// share them.
+/// Memory of the colour textures that a camera draws to, in bytes as allocated. Cameras with the same
+/// target share the textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ColorMemory {
-    /// The packed texture of one sample a pixel.
+    /// Bytes of the packed texture with one sample per pixel.
     pub packed: u64,
-    /// The packed texture of several.
+    /// Bytes of the multisampled packed texture.
     pub packed_multisampled: u64,
-    /// Bevy's two main textures.
+    /// Bytes of Bevy's two main textures.
     pub main: u64,
-    /// Bevy's multisampled main texture.
+    /// Bytes of Bevy's multisampled main texture.
     pub main_multisampled: u64,
 }
 
 impl ColorMemory {
-    /// All of them, in bytes.
+    /// Returns the sum of all textures in bytes.
     pub fn total(self) -> u64 {
         self.packed + self.packed_multisampled + self.main + self.main_multisampled
     }
 }
 
 impl FrameBufferReports {
-    /// The report on a camera, by its entity in the main world.
+    /// Returns the report on a camera, by its entity in the main world.
     pub fn get(&self, camera: Entity) -> Option<CameraReport> {
         self.lock().get(&camera).cloned()
     }

@@ -1,4 +1,4 @@
-//! What a user chooses, per camera.
+//! Settings of the packed frame buffer, per camera.
 
 #[cfg(feature = "bevy")]
 use bevy::{
@@ -6,9 +6,9 @@ use bevy::{
     render::{RenderApp, extract_component::ExtractComponent},
 };
 
-/// Put this on a camera and it draws into two channels instead of four.
+/// Component of a camera that draws into two channels instead of four.
 ///
-/// All its materials, lights and effects stay as they are.
+/// Materials, lights and effects stay unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "bevy",
@@ -19,14 +19,15 @@ use bevy::{
 pub struct YCoCgFrameBuffer {
     /// The format of the two channels. Default: [`PackedFormat::Float16`].
     pub format: PackedFormat,
-    /// How the missing chrominance is found. Default: [`Reconstruction::Wide`],
-    /// the best measured.
+    /// The filter that reconstructs the missing chrominance. Default: [`Reconstruction::Wide`], which
+    /// has the best quality on most measured scenes.
     pub reconstruction: Reconstruction,
-    /// How the samples of a multisampled pixel become one. Default: [`MsaaResolve::Box`].
+    /// The weights by which the samples of a multisampled pixel are averaged. Default:
+    /// [`MsaaResolve::Box`].
     pub msaa_resolve: MsaaResolve,
 }
 
-/// How a packed pixel is stored.
+/// The storage format of packed pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",
@@ -34,20 +35,21 @@ pub struct YCoCgFrameBuffer {
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
 pub enum PackedFormat {
-    /// Two 16-bit floats, 4 bytes a sample: scene-linear HDR. Every adapter renders to it.
+    /// Two 16-bit floats, 4 bytes per sample: scene-linear HDR. Every adapter can render to it.
     #[default]
     Float16,
-    /// Two 32-bit floats, 8 bytes a sample: scene-linear HDR where 11 bits of mantissa are too few.
+    /// Two 32-bit floats, 8 bytes per sample: scene-linear HDR where 11 bits of mantissa are too few.
+    /// Not every adapter can blend in it.
     Float32,
-    /// Two bytes a sample: tone-mapped and gamma-encoded, chrominance with a bias of one half
-    /// (thesis 4.7.2). Only for cameras without `Hdr`. Blending and the averaging of samples work
-    /// on gamma-encoded values, additive blending loses negative chrominance and multiplicative
-    /// blending the bias. On photographs `EdgeDirected` is the better filter for it, on rendered
-    /// scenes the default is.
+    /// Two bytes per sample: tone-mapped and gamma-encoded, with a bias of 128/255 on the chrominance
+    /// (thesis 4.7.2), only for cameras without `Hdr`. Blending and the averaging of samples work on
+    /// gamma-encoded values, additive blending loses negative chrominance, and multiplicative blending
+    /// loses the bias. On photographs `EdgeDirected` is the better filter for it, on rendered scenes the
+    /// default is.
     Unorm8,
 }
 
-/// How the missing chrominance of a pixel is found from its neighbours (thesis 4.5).
+/// The filter that reconstructs the missing chrominance of a pixel from its neighbours (thesis 4.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",
@@ -55,28 +57,29 @@ pub enum PackedFormat {
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
 pub enum Reconstruction {
-    /// That of the neighbour to the right: 2 fetches a pixel.
+    /// Takes the chrominance of the neighbour to the right, with 2 fetches per pixel.
     Nearest,
-    /// The mean of the four neighbours: 5 fetches.
+    /// Takes the mean of the four neighbours, with 5 fetches per pixel.
     Bilinear,
-    /// The mean of those of the four neighbours whose luminance differs by less than 30/255
-    /// (thesis, listing 4.2): 5 fetches. Meant for values of 0 to 1.
+    /// Takes the mean of those of the four neighbours whose luminance differs by less than 30/255
+    /// (thesis, listing 4.2), with 5 fetches per pixel. It is meant for values of 0 to 1.
     EdgeDirected,
-    /// Chrominance relative to luminance, from the neighbours of similar luminance and the axis
-    /// along which chrominance changes least, and never a negative colour: 5 fetches. The formula
-    /// is at [`guided`](crate::reference::reconstruct::guided).
+    /// Interpolates chrominance relative to luminance, with larger weights for neighbours of similar
+    /// luminance and for the axis along which chrominance changes less, and never gives a negative
+    /// colour, with 5 fetches per pixel. The formula is at
+    /// [`guided`](crate::reference::reconstruct::guided).
     Guided,
-    /// As `Guided`, and it looks at the other chrominance too, which the four diagonal neighbours
-    /// have: 9 fetches. Sees edges between colours of the same luminance. The formula is at
+    /// Extends `Guided` by the other chrominance, which the four diagonal neighbours store, with 9
+    /// fetches per pixel. It detects edges between colours of the same luminance. The formula is at
     /// [`wide`](crate::reference::reconstruct::wide).
     #[default]
     Wide,
-    /// As `Guided`, from the two neighbours in the same quad of fragments (thesis 4.5,
-    /// optimisations): 1 fetch.
+    /// Interpolates as `Guided`, from the two neighbours in the same quad of fragments (thesis 4.5,
+    /// optimisations), with 1 fetch per pixel.
     Quad,
 }
 
-/// How the samples of a multisampled pixel become one.
+/// The weights by which the samples of a multisampled pixel are averaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",
@@ -84,10 +87,10 @@ pub enum Reconstruction {
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
 pub enum MsaaResolve {
-    /// Their mean, by the hardware where it can.
+    /// Equal weights, resolved by the hardware where it supports the format.
     #[default]
     Box,
-    /// Their mean weighted by `1 / (1 + luminance)`, in the shader: edges of very bright surfaces
+    /// Weights of `1 / (1 + luminance)`, resolved in the shader, so that edges of very bright surfaces
     /// stay smooth after tone mapping.
     ToneMapWeighted,
 }

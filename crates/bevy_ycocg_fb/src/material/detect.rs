@@ -1,5 +1,5 @@
-//! Which shaders pack: those that end in the function of Bevy that is patched, or call the pack
-//! function themselves, or import a module that does.
+//! Detection of the shaders that pack: they call the patched function of Bevy or the pack function
+//! itself, or import a module that does.
 
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
@@ -9,14 +9,14 @@ use bevy::{
     shader::{Shader, ShaderImport, Source},
 };
 
-/// The shaders that pack what they write; the same object in both worlds.
+/// The shaders that pack the colours that they write. The main world and the render world share it.
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct PackingShaders(Arc<RwLock<Found>>);
 
 #[derive(Debug, Default)]
 struct Found {
     shaders: HashSet<AssetId<Shader>>,
-    /// Counts the changes.
+    /// Incremented with every change of `shaders`.
     generation: u64,
 }
 
@@ -25,7 +25,7 @@ impl PackingShaders {
         self.read().shaders.contains(&shader)
     }
 
-    /// Another number whenever the answers may be others.
+    /// Returns a number that changes whenever the result of `contains` may change.
     pub(crate) fn generation(&self) -> u64 {
         self.read().generation
     }
@@ -35,7 +35,7 @@ impl PackingShaders {
     }
 }
 
-/// Looks through all shaders whenever one was loaded or changed.
+/// Checks all shaders whenever one was loaded or changed.
 pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<PackingShaders>) {
     if !shaders.is_changed() {
         return;
@@ -70,7 +70,7 @@ fn packs<'a>(
         })
 }
 
-/// Whether it calls one of the functions that pack, rather than defining it.
+/// Whether a shader calls one of the functions that pack and does not define it.
 fn calls_pack(shader: &Shader) -> bool {
     let (Source::Wesl(source) | Source::Wgsl(source)) = &shader.source else {
         return false;
@@ -78,8 +78,8 @@ fn calls_pack(shader: &Shader) -> bool {
     let calls = |function: &str| {
         source.contains(&format!("{function}(")) && !source.contains(&format!("fn {function}("))
     };
-    // Bevy's own library of the first is patched to call the second, but a shader that imports
-    // it for something else does not pack.
+    // Bevy's module that defines the first function is patched to call the second, but a shader that
+    // imports this module for another item does not pack.
     let defines_first = source.contains("fn main_pass_post_lighting_processing(");
     calls("main_pass_post_lighting_processing") || (!defines_first && calls("pack_fragment"))
 }

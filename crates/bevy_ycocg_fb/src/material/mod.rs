@@ -1,10 +1,10 @@
-//! How materials come to pack what they shade, without knowing of it.
+//! Packing in the shaders of materials, without a change of the materials.
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`patches`] | a line in Bevy's shaders that packs under a shader def |
-//! | [`pipeline`] | that shader def, in the pipelines of packed cameras only |
-//! | [`detect`] | which shaders pack |
+//! | [`patches`] | calls in Bevy's shaders that pack under a shader def |
+//! | [`pipeline`] | this shader def in the pipelines of packed cameras |
+//! | [`detect`] | detection of the shaders that pack |
 
 pub mod detect;
 pub mod patches;
@@ -15,7 +15,7 @@ use bevy_frugal_hooks::{MaterialHookPlugin, shader_patch::PatchShadersExt};
 
 use detect::PackingShaders;
 
-/// Makes materials pack.
+/// Patches Bevy's shaders and specializes the pipelines of materials for packed cameras.
 pub(crate) struct MaterialPackingPlugin;
 
 impl Plugin for MaterialPackingPlugin {

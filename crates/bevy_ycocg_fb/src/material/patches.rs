@@ -1,16 +1,17 @@
-//! A call in each of Bevy's shaders that write colour to the main pass: it packs that colour
+//! Inserts a call into each of Bevy's shaders that write colour to the main pass. It packs that colour
 //! under the shader def `YCOCG_FB_PACK` and does nothing without it.
 
 use bevy_frugal_hooks::{Insertion, ShaderPatch};
 
-/// Every lit and unlit `StandardMaterial`, and all others that use Bevy's lighting, end here.
+/// Name of the patch of `main_pass_post_lighting_processing`, in which every lit or unlit
+/// `StandardMaterial` and every other material with Bevy's lighting ends.
 pub const MATERIALS: &str = "bevy_ycocg_fb/materials";
 
-/// What must be in before any camera packs. What the others cover an app need not have; where
-/// one of them is missing, the shader is found not to pack.
+/// The patches that must be applied before any camera packs. The shaders of the other patches need not
+/// be part of an app; where one of those patches is missing, its shader is detected as not packing.
 pub const REQUIRED: &[&str] = &[MATERIALS];
 
-/// All of them.
+/// Returns all patches.
 pub fn patches() -> Vec<ShaderPatch> {
     let fade = "vec4(in.color.xyz, in.color.w * alpha)";
     vec![
@@ -81,7 +82,7 @@ fn patch(name: &'static str, shader: &'static str, insertions: Vec<Insertion>) -
     }
 }
 
-/// Packs what the expression `color` gives, the only one of its kind in its function.
+/// Wraps the expression `color`, which must occur once in its function, in a call that packs it.
 fn packed(function: &'static str, color: &'static str, frag_coord: &str) -> Vec<Insertion> {
     vec![
         Insertion::before(color, "pack_fragment(").in_function(function),

@@ -1,4 +1,4 @@
-//! The shader def that makes a material's pipeline pack, for packed cameras only.
+//! The shader def by which a material's pipeline packs, for packed cameras only.
 
 use bevy::{
     mesh::BaseMeshPipelineKey,
@@ -15,10 +15,10 @@ const PACK: &str = "YCOCG_FB_PACK";
 const UNORM8: &str = "YCOCG_FB_UNORM8";
 
 impl PackedFormat {
-    /// All of them.
+    /// All packed formats.
     pub const ALL: [Self; 3] = [Self::Float16, Self::Float32, Self::Unorm8];
 
-    /// The format of the packed texture.
+    /// Returns the format of the packed texture.
     pub fn texture_format(self) -> TextureFormat {
         match self {
             Self::Float16 => TextureFormat::Rg16Float,
@@ -27,7 +27,7 @@ impl PackedFormat {
         }
     }
 
-    /// The shader defs of all shaders that write or read it.
+    /// Returns the shader defs of all shaders that write or read the packed texture.
     pub(crate) fn shader_defs(self) -> Vec<ShaderDefVal> {
         let mut defs = vec![PACK.into()];
         if self == Self::Unorm8 {
@@ -37,14 +37,14 @@ impl PackedFormat {
     }
 }
 
-/// A bit of Bevy's `MeshPipelineKey` that Bevy leaves free: the view is packed.
+/// Flag of packed views in Bevy's `MeshPipelineKey`, a bit that Bevy does not use.
 pub(crate) const PACKED_KEY: u64 = 1 << 57;
 const _: () = assert!(
     (MeshPipelineKey::all().bits() | BaseMeshPipelineKey::all().bits()) & PACKED_KEY == 0,
     "Bevy has taken the bit: choose another"
 );
 
-/// The hook: a material's pipeline for a packed camera writes packed colours.
+/// The material hook, by which a material's pipeline for a packed camera writes packed colours.
 pub(crate) fn pack_for_packed_targets(
     material: SpecializedMaterial,
     descriptor: &mut RenderPipelineDescriptor,
@@ -61,7 +61,8 @@ pub(crate) fn pack_for_packed_targets(
     }
 }
 
-/// Makes a pipeline write packed colours, as far as its shader can.
+/// Sets the target format and the shader defs of a pipeline for packed colours. Its shader must support
+/// them.
 pub(crate) fn pack(descriptor: &mut RenderPipelineDescriptor, format: PackedFormat) {
     let Some(fragment) = &mut descriptor.fragment else {
         return;
@@ -71,13 +72,13 @@ pub(crate) fn pack(descriptor: &mut RenderPipelineDescriptor, format: PackedForm
     };
     target.format = format.texture_format();
     if format != PackedFormat::Unorm8 {
-        // What is packed is scene-linear; tone mapping follows the reconstruction.
+        // Packed colours are scene-linear; tone mapping follows the reconstruction.
         fragment.shader_defs.retain(|def| !is_tone_mapping(def));
     }
     fragment.shader_defs.extend(format.shader_defs());
 }
 
-/// Whether a pipeline was made to pack into this format, if its shader can.
+/// Whether a pipeline has the shader def and the target of this format. Its shader may still not pack.
 pub(crate) fn packs(descriptor: &RenderPipelineDescriptor, format: PackedFormat) -> bool {
     let has_def = descriptor
         .fragment
@@ -86,7 +87,7 @@ pub(crate) fn packs(descriptor: &RenderPipelineDescriptor, format: PackedFormat)
     has_def && fits(descriptor, format)
 }
 
-/// Whether a pipeline can draw to a packed texture, whatever it writes.
+/// Whether the target of a pipeline has the format of the packed texture, whatever it writes.
 pub(crate) fn fits(descriptor: &RenderPipelineDescriptor, format: PackedFormat) -> bool {
     let target = descriptor
         .fragment

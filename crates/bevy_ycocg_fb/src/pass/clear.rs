@@ -1,5 +1,5 @@
-//! The clear colour: its luminance by the load operation, and where it has chrominance, which
-//! depends on the pixel, by a triangle.
+//! The clear colour. A gray one is set by the load operation; any other one has a chrominance that
+//! depends on the pixel, so a full-screen triangle draws it.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -46,7 +46,7 @@ pub(super) fn init_pipeline(
 }
 
 impl SpecializedRenderPipeline for ClearPipeline {
-    /// Format and samples a pixel.
+    /// Format and number of samples per pixel.
     type Key = (PackedFormat, u32);
 
     fn specialize(&self, (format, samples): Self::Key) -> RenderPipelineDescriptor {
@@ -54,7 +54,7 @@ impl SpecializedRenderPipeline for ClearPipeline {
             label: Some("packed_ycocg_clear".into()),
             layout: vec![self.layout.clone()],
             vertex: self.fullscreen.to_vertex_state(),
-            // In the same pass as the scene, whose depth it leaves alone.
+            // It is drawn in the pass of the scene and must not write its depth.
             depth_stencil: Some(DepthStencilState {
                 format: CORE_3D_DEPTH_FORMAT,
                 depth_write_enabled: Some(false),
@@ -82,16 +82,16 @@ impl SpecializedRenderPipeline for ClearPipeline {
     }
 }
 
-/// The clear colour of each view, by camera, so that buffers are made once.
+/// Uniform buffers of the clear colours by camera, which are kept from frame to frame.
 #[derive(Resource, Default)]
 pub(crate) struct ClearUniforms(EntityHashMap<(LinearRgba, UniformBuffer<Vec4>)>);
 
-/// How a view is cleared.
+/// The operation that clears a view.
 #[derive(Component)]
 pub(crate) enum PackedClear {
-    /// To this luminance; it has no chrominance.
+    /// The load operation clears to this luminance, with a chrominance of 0.
     Gray(f32),
-    /// By a triangle.
+    /// A full-screen triangle clears to a colour.
     Colored {
         pipeline: CachedRenderPipelineId,
         bind_group: BindGroup,
@@ -123,7 +123,7 @@ pub(super) fn prepare(
         }
         .to_linear();
         let format = packed.settings.format;
-        // With a bias, no chrominance is no zero.
+        // `Unorm8` has a bias, so a chrominance of 0 is not stored as 0.
         if color.red == color.green && color.green == color.blue && format != PackedFormat::Unorm8 {
             let luminance = color.green.clamp(0.0, 65504.0);
             commands.entity(entity).insert(PackedClear::Gray(luminance));

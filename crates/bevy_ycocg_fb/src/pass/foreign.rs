@@ -1,8 +1,8 @@
-//! Pipelines in the phases that are no material's: gizmos, and what other plugins queue.
+//! Pipelines in the phases that do not belong to a material: those of gizmos and of other plugins.
 //!
-//! Materials are made to pack when their pipelines are built. Any other pipeline whose shader
-//! packs gets a twin with the packed format and the shader def; it takes the original's place in
-//! the sorted phases. A pipeline that cannot pack is reported, and from the next frame on its
+//! Materials are changed when their pipelines are specialized. Any other pipeline whose shader
+//! packs gets a variant with the packed format and the shader def, the twin, which replaces the original
+//! in the transparent phase. A pipeline that cannot pack is reported, and from the next frame on its
 //! camera draws as Bevy does.
 
 use bevy::{
@@ -33,33 +33,34 @@ use crate::{
     view::eligibility::{PackedView, UnpackedPipelines},
 };
 
-/// What is known of a pipeline.
+/// Whether and how a pipeline can draw packed colours.
 #[derive(Clone, Debug)]
 enum Pipeline {
-    /// It packs.
+    /// The pipeline packs.
     Packs,
-    /// Its shader can; this one does in its place.
+    /// The shader of the pipeline can pack; this variant of it does.
     Twin(CachedRenderPipelineId),
-    /// It does not.
+    /// The pipeline does not pack.
     Unpacked {
-        /// What it is called.
+        /// Path of the shader and label of the pipeline.
         name: String,
-        /// It fits the packed texture, though what it draws has wrong colours.
+        /// Whether its target has the packed format, in which it would draw wrong colours.
         fits: bool,
     },
 }
 
-/// The pipelines seen so far, and what was found for the view that is being drawn.
+/// The pipelines examined so far, and the results for the view that is being drawn.
 #[derive(Resource, Default)]
 pub(crate) struct ForeignPipelines {
     known: HashMap<(CachedRenderPipelineId, PackedFormat), Pipeline>,
-    /// Of the shaders, when `known` was found.
+    /// Generation of the shaders for which `known` is valid.
     generation: u64,
-    /// All that is in the phases fits the packed texture.
+    /// Whether all pipelines in the phases have the packed format as their target.
     pub fits: bool,
-    /// The pipeline of the sky.
+    /// The pipeline of the sky, if it packs.
     pub sky: Option<CachedRenderPipelineId>,
-    /// What twins took the place of, to be put back: phases may last longer than a frame.
+    /// The pipelines that twins replaced. They are restored after the pass, because phases may outlive a
+    /// frame.
     replaced: Vec<(ItemKey, CachedRenderPipelineId)>,
 }
 
@@ -141,7 +142,7 @@ pub(super) fn pack_foreign_pipelines(
     }
 }
 
-/// Puts the pipelines back that had been in the phases.
+/// Restores the pipelines that twins replaced in the transparent phase.
 pub(super) fn restore_foreign_pipelines(
     view: ViewQuery<&ExtractedView, With<PackedView>>,
     mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
@@ -159,8 +160,7 @@ pub(super) fn restore_foreign_pipelines(
 }
 
 impl ForeignPipelines {
-    /// A shader changed, so what was found of the pipelines may no longer hold. Twins are kept:
-    /// Bevy rebuilds them itself.
+    /// Removes the results of former shaders. Twins are kept: Bevy rebuilds their pipelines itself.
     fn forget_outdated(&mut self, generation: u64) {
         if self.generation != generation {
             self.generation = generation;
@@ -170,7 +170,7 @@ impl ForeignPipelines {
     }
 }
 
-/// The keys of all that a phase draws.
+/// Returns the batch set keys of all items in a phase.
 fn batch_set_keys<I: BinnedPhaseItem>(
     phase: &BinnedRenderPhase<I>,
 ) -> impl Iterator<Item = &I::BatchSetKey> {

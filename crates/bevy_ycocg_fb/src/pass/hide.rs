@@ -1,13 +1,14 @@
-//! Bevy's own passes skip packed cameras.
+//! Bevy's own main passes skip packed cameras.
 //!
-//! A pass is a system that asks for the components of the current view and is skipped where there
-//! are none: between our pass and the end of Bevy's there is no current view.
+//! A pass is a system that queries the components of the current view and is skipped where there
+//! are none. So the current view is set to a placeholder from the end of the packed main pass to the end
+//! of Bevy's main passes.
 
 use bevy::{prelude::*, render::renderer::CurrentView};
 
 use crate::view::eligibility::PackedView;
 
-/// The view that was hidden.
+/// The current view while it is hidden.
 #[derive(Resource, Default)]
 pub(super) struct HiddenView(Option<Entity>);
 

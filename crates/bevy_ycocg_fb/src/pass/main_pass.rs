@@ -1,5 +1,5 @@
-//! The main pass of a packed camera: what Bevy's main passes draw, in their order, into the packed
-//! texture, and then the resolve into the view's own.
+//! The main pass of a packed camera. It draws the phases of Bevy's main passes, in their order, into the
+//! packed texture, and then resolves that into the view's main texture.
 
 use std::ops::Range;
 
@@ -32,7 +32,7 @@ use super::{
 };
 use crate::view::{eligibility::PackedView, textures::PackedTextures};
 
-/// What the pass needs of its view.
+/// The components of the view that the pass uses.
 struct Packed<'a> {
     camera: &'a ExtractedCamera,
     target: &'a ViewTarget,
@@ -98,7 +98,7 @@ pub(super) fn packed_main_pass(
         let steps = view.transmission.map_or(0, |(settings, _)| settings.steps);
         split(phase.items.len(), steps)
     });
-    // Without transmissive objects all is one pass.
+    // Without transmissive objects there is a single pass.
     let passes = ranges.len() + 1;
     for pass_index in 0..passes {
         let first = pass_index == 0;
@@ -123,8 +123,8 @@ pub(super) fn packed_main_pass(
         if first {
             draw_clear(view.clear, &cache, &mut pass);
         }
-        // A pipeline that does not fit would be an error of the graphics API. In the next frame
-        // this camera is drawn by Bevy.
+        // A pipeline with another target format would be a validation error. Bevy draws this camera from
+        // the next frame on.
         if foreign.fits {
             if first {
                 if let Some(phase) = opaque.get(&id) {
@@ -151,7 +151,7 @@ pub(super) fn packed_main_pass(
     resolve_to_view(&view, &cache, &mut ctx);
 }
 
-/// The packed texture: cleared by the first pass, kept for the next.
+/// Returns the attachment of the packed texture, which the first pass clears and the later ones load.
 fn attachment<'a>(
     view: &Packed<'a>,
     first: bool,
@@ -171,7 +171,7 @@ fn attachment<'a>(
         LoadOp::Load
     };
     let resolve_target = multisampled.as_ref().and(single.as_ref());
-    // Samples that the hardware has averaged are of no use after the last pass.
+    // Samples that the hardware has resolved are not needed after the last pass.
     let store = if last && resolve_target.is_some() {
         StoreOp::Discard
     } else {
@@ -218,7 +218,7 @@ fn draw_sky<'w>(
     }
 }
 
-/// Also where the pipeline is not ready: the view is then cleared.
+/// Resolves into the view's main texture. While the pipeline is not ready, the view is only cleared.
 fn resolve_to_view(view: &Packed, cache: &PipelineCache, ctx: &mut RenderContext) {
     let target = view.target.get_color_attachment();
     draw_resolve(view, view.resolve.to_view, target, cache, ctx);
@@ -276,8 +276,8 @@ fn said(drawn: Result<(), DrawError>, phase: &str) {
     }
 }
 
-/// Splits `len` transmissive objects, sorted from back to front, into `steps` ranges that each see
-/// those before; into one that sees none for 0 steps.
+/// Splits `len` transmissive objects, sorted from back to front, into `steps` ranges, each of which
+/// refracts the ranges before it; 0 steps give one range.
 fn split(len: usize, steps: usize) -> Vec<Range<usize>> {
     let count = steps.clamp(1, len.max(1));
     (0..count)

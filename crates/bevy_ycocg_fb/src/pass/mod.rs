@@ -1,12 +1,12 @@
 //! The main pass of a packed camera, and the resolve that ends it.
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`main_pass`] | opaque, masked, sky, transmissive and transparent, as Bevy draws them |
-//! | [`foreign`] | packing twins of pipelines that are no material's, and those that cannot pack |
+//! | [`main_pass`] | opaque, masked, sky, transmissive and transparent phases, in Bevy's order |
+//! | [`foreign`] | packing variants of pipelines that do not belong to a material |
 //! | [`clear`] | the clear colour |
-//! | [`resolve`] | from packed texels to colours |
-//! | [`hide`] | Bevy's own passes skip packed cameras |
+//! | [`resolve`] | reconstruction of colours from packed texels |
+//! | [`hide`] | skipping of Bevy's own main passes for packed cameras |
 
 pub(crate) mod clear;
 pub(crate) mod foreign;
@@ -27,7 +27,7 @@ use bevy::{
     },
 };
 
-/// Draws packed cameras.
+/// Adds the main pass and the resolve of packed cameras.
 pub(crate) struct PackedPassPlugin;
 
 impl Plugin for PackedPassPlugin {

@@ -1,4 +1,4 @@
-//! From packed texels to colours: the pipeline of `resolve.wesl`.
+//! The pipeline of `resolve.wesl`, which reconstructs colours from packed texels.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -82,12 +82,12 @@ pub(super) fn init_pipeline(
     });
 }
 
-/// What the resolve does.
+/// Pipeline key of the resolve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct ResolveKey {
     format: PackedFormat,
     reconstruction: Reconstruction,
-    /// Samples a pixel of the texture that it reads.
+    /// Samples per pixel of the texture that it reads.
     samples: u32,
     msaa_resolve: MsaaResolve,
     output: TextureFormat,
@@ -171,7 +171,7 @@ impl ToneMap {
         }
     }
 
-    /// Those of Bevy's own tone mapping pass.
+    /// Returns the shader defs of Bevy's own tone mapping pass.
     fn shader_defs(self) -> Vec<ShaderDefVal> {
         let mut defs: Vec<ShaderDefVal> = vec![
             "YCOCG_FB_TONE_MAP".into(),
@@ -215,17 +215,17 @@ impl ToneMap {
     }
 }
 
-/// The resolve of a view.
+/// The pipelines of a view's resolve.
 #[derive(Component)]
 pub(crate) struct PackedResolve {
-    /// To the view's main texture.
+    /// Resolve into the view's main texture.
     pub to_view: CachedRenderPipelineId,
-    /// To the background of transmissive objects, if there are any: without tone mapping.
+    /// Resolve into the background of transmissive objects, if there are any, without tone mapping.
     pub to_transmission: Option<CachedRenderPipelineId>,
     samples: u32,
 }
 
-/// What the resolve of a view reads.
+/// The bind group of a view's resolve.
 #[derive(Component)]
 pub(crate) struct ResolveBindGroup(pub BindGroup);
 
