@@ -277,7 +277,7 @@ fn said(drawn: Result<(), DrawError>, phase: &str) {
 }
 
 /// Splits `len` transmissive objects, sorted from back to front, into `steps` ranges, each of which
-/// refracts the ranges before it; 0 steps give one range.
+/// samples the result of the ranges before it; 0 steps give one range.
 fn split(len: usize, steps: usize) -> Vec<Range<usize>> {
     let count = steps.clamp(1, len.max(1));
     (0..count)

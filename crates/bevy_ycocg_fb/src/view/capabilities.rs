@@ -1,4 +1,4 @@
-//! What the adapter can do with a packed format.
+//! The adapter's support of the packed formats.
 
 use bevy::render::{
     render_resource::{
@@ -10,18 +10,18 @@ use bevy::render::{
 use super::fallback::FallbackReason;
 use crate::settings::PackedFormat;
 
-/// What the adapter can do with multisampled textures of a format.
+/// The adapter's support of multisampled textures of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct FormatSupport {
-    /// The hardware can resolve samples of this format.
+    /// Whether the hardware can resolve samples of this format.
     pub hardware_resolve: bool,
 }
 
 impl FormatSupport {
-    /// Asks the adapter.
+    /// Queries the adapter.
     ///
     /// # Errors
-    /// What is missing.
+    /// Returns the feature that the adapter lacks as the reason of the fallback.
     pub(crate) fn of(
         format: PackedFormat,
         samples: u32,
@@ -66,7 +66,7 @@ impl FormatSupport {
 mod tests {
     use super::*;
 
-    /// An adapter with nothing but what WebGPU guarantees.
+    /// Returns the support of an adapter with only the features that WebGPU guarantees.
     fn guaranteed(format: PackedFormat, samples: u32) -> Result<FormatSupport, FallbackReason> {
         let features = format
             .texture_format()

@@ -1,4 +1,4 @@
-//! Which cameras pack.
+//! The choice of the cameras that pack.
 
 use bevy::{
     camera::{ClearColorConfig, MainPassResolutionOverride},
@@ -24,19 +24,19 @@ use crate::{
     settings::{MsaaResolve, PackedFormat, YCoCgFrameBuffer},
 };
 
-/// A view that packs; only views with it are touched by the rest of this crate.
+/// Component of a view that packs. The rest of this crate changes only views with it.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PackedView {
     pub settings: YCoCgFrameBuffer,
-    /// Samples a pixel.
+    /// Number of samples per pixel.
     pub samples: u32,
-    /// The hardware averages the samples; otherwise the resolve shader reads them.
+    /// Whether the hardware resolves the samples; otherwise the resolve shader reads them.
     pub hardware_resolve: bool,
-    /// Tone mapping is part of the resolve, as no later pass of Bevy does it.
+    /// Whether the resolve includes tone mapping, because no later pass of Bevy does it.
     pub tone_map: bool,
 }
 
-/// What the render world has to know of the main world.
+/// State of the main world that the render world uses.
 #[derive(Resource, Debug, Default)]
 pub(super) struct MainWorldState {
     patched: bool,
@@ -58,15 +58,15 @@ pub(super) fn extract_main_world_state(
     }
 }
 
-/// The pipelines that were found not to pack, by the camera that drew them with these settings.
+/// Pipelines that cannot pack, by the camera that drew them, with the camera's settings.
 #[derive(Resource, Debug, Default)]
 pub(crate) struct UnpackedPipelines {
     pub by_camera: EntityHashMap<(YCoCgFrameBuffer, String)>,
-    /// Of the shaders, when they were found.
+    /// Generation of the shaders for which `by_camera` is valid.
     generation: u64,
 }
 
-/// What was warned of already.
+/// The warnings that were already logged.
 #[derive(Resource, Debug, Default)]
 pub(super) struct WarnedOf(HashSet<(Entity, FallbackReason)>);
 
@@ -85,7 +85,7 @@ pub(super) struct Candidate {
     resolution_override: Has<MainPassResolutionOverride>,
 }
 
-/// Gives [`PackedView`] to the cameras that can pack, and takes it from the others.
+/// Inserts [`PackedView`] for the cameras that can pack, and removes it from the others.
 pub(super) fn choose_views(
     mut commands: Commands,
     candidates: Query<Candidate>,
@@ -104,8 +104,8 @@ pub(super) fn choose_views(
         commands.entity(entity).remove::<PackedView>();
     }
     reports.clear();
-    // A camera without the component, or with other settings, is tried afresh; all are when a
-    // shader changed.
+    // A camera whose component or settings changed is tried again; all cameras are when a shader
+    // changed.
     if unpacked.generation != shaders.generation() {
         unpacked.generation = shaders.generation();
         unpacked.by_camera.clear();
@@ -118,7 +118,7 @@ pub(super) fn choose_views(
     for candidate in &candidates {
         let main_entity = candidate.main_entity.id();
         if !state.patched && state.refused.is_none() {
-            // The shaders of Bevy are loaded in the first frames.
+            // Bevy's shaders are still loading, as in the first frames.
             commands.entity(candidate.entity).remove::<PackedView>();
             continue;
         }
@@ -141,7 +141,7 @@ pub(super) fn choose_views(
     }
 }
 
-/// The first thing about the camera that keeps it from packing.
+/// Returns the first reason for which the camera cannot pack.
 fn obstacle(
     candidate: &CandidateItem,
     cameras: &Query<(Entity, &ExtractedCamera)>,
@@ -156,7 +156,7 @@ fn obstacle(
         ClearColorConfig::None => None,
     };
     let unpacked = unpacked.by_camera.get(&candidate.main_entity.id());
-    // In the order in which a user would want to hear of them: reflections bring the deferred prepass along.
+    // The cause precedes its consequences: screen-space reflections require the deferred prepass.
     let obstacles = [
         (camera.schedule != Core3d.intern()).then_some(FallbackReason::Not3d),
         state.refused.clone().map(FallbackReason::PatchRefused),
@@ -186,8 +186,8 @@ fn obstacle(
     obstacles.into_iter().flatten().next()
 }
 
-/// Whether another camera goes on where this one ends, in a multisampled texture that this one
-/// would not have written.
+/// Whether a later camera continues in the multisampled texture of this one, which a packed camera does
+/// not write.
 fn is_continued(candidate: &CandidateItem, cameras: &Query<(Entity, &ExtractedCamera)>) -> bool {
     candidate.msaa.samples() > 1
         && cameras.iter().any(|(entity, other)| {

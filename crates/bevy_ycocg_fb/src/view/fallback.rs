@@ -1,48 +1,47 @@
-//! Why a camera draws as Bevy does, its [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer)
-//! notwithstanding.
+//! The reasons for which a camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer) is not packed.
 
 use std::fmt;
 
 use crate::settings::PackedFormat;
 
-/// Why a camera is not packed; its text names the remedy.
+/// The reason for which a camera is not packed. Its text, by `Display`, names the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum FallbackReason {
-    /// It has no 3D main pass.
+    /// The camera has no 3D main pass.
     Not3d,
-    /// Bevy's shader is not as expected; the text says where.
+    /// A patch does not fit Bevy's shader; the text names the patch and the error.
     PatchRefused(String),
-    /// A pipeline of this name, drawn by this camera, writes colours that are not packed.
+    /// A pipeline of this name, drawn by the camera, writes colours that are not packed.
     UnpackedPipeline(String),
-    /// Deferred shading: what is shaded is not drawn by this pass.
+    /// The camera uses deferred shading, whose lighting is not drawn by the packed main pass.
     DeferredPrepass,
-    /// It reads the colour of the main pass from within.
+    /// Screen-space reflections read the colour of the main pass.
     ScreenSpaceReflections,
-    /// It resolves transparency into Bevy's target.
+    /// Order-independent transparency is resolved into Bevy's target.
     OrderIndependentTransparency,
-    /// It draws the sky into Bevy's target.
+    /// The atmosphere is drawn into Bevy's target.
     Atmosphere,
     /// Wireframes are drawn into Bevy's target.
     Wireframes,
-    /// The main pass has another resolution than its target.
+    /// The resolution of the main pass differs from that of its target.
     ResolutionOverride,
-    /// It draws over what is there.
+    /// The camera does not clear its target and draws over its content.
     NoClear,
-    /// A later camera draws over it and expects its samples.
+    /// A later camera does not clear the target and needs the samples of this one.
     ContinuedByMultisampled,
-    /// There is no alpha channel to keep a transparent background.
+    /// The clear colour is transparent, but the packed texture has no alpha channel.
     TransparentBackground,
-    /// 8 bits hold no HDR.
+    /// The camera has `Hdr`, which 8 bits cannot store.
     Unorm8WithHdr,
     /// The adapter cannot render to this format.
     NotRenderable(PackedFormat),
     /// The adapter cannot blend in this format.
     NotBlendable(PackedFormat),
-    /// The adapter has not so many samples in this format.
+    /// The adapter does not support this number of samples in this format.
     SampleCount {
-        /// The format.
+        /// Format of the packed texture.
         format: PackedFormat,
-        /// Samples a pixel.
+        /// Number of samples per pixel.
         samples: u32,
     },
 }
@@ -50,7 +49,7 @@ pub enum FallbackReason {
 impl fmt::Display for FallbackReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Not3d => f.write_str("it is no `Camera3d`"),
+            Self::Not3d => f.write_str("it is not a `Camera3d`: remove `YCoCgFrameBuffer`"),
             Self::PatchRefused(what) => write!(f, "{what}"),
             Self::UnpackedPipeline(name) => write!(
                 f,
@@ -74,7 +73,7 @@ impl fmt::Display for FallbackReason {
                 f.write_str("`MainPassResolutionOverride` is not supported: remove it")
             }
             Self::NoClear => f.write_str(
-                "`ClearColorConfig::None` draws over what is there: give it a clear colour",
+                "`ClearColorConfig::None` draws over the content of the target: give it a clear colour",
             ),
             Self::ContinuedByMultisampled => f.write_str(
                 "a later camera with `ClearColorConfig::None` continues its multisampled picture: \
@@ -84,7 +83,7 @@ impl fmt::Display for FallbackReason {
                 "the packed target has no alpha: give the camera an opaque clear colour",
             ),
             Self::Unorm8WithHdr => {
-                f.write_str("`PackedFormat::Unorm8` holds no HDR: use `Float16` or remove `Hdr`")
+                f.write_str("`PackedFormat::Unorm8` cannot store HDR: use `Float16` or remove `Hdr`")
             }
             Self::NotRenderable(format) => write!(
                 f,
@@ -98,7 +97,7 @@ impl fmt::Display for FallbackReason {
             ),
             Self::SampleCount { format, samples } => write!(
                 f,
-                "this adapter has no {samples} samples a pixel in {}: use `Msaa::Sample4` or \
+                "this adapter does not support {samples} samples per pixel in {}: use `Msaa::Sample4` or \
                  `PackedFormat::Float16`",
                 name(*format)
             ),

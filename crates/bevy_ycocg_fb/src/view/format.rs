@@ -1,8 +1,8 @@
-//! The format that Bevy takes a view to have.
+//! The target format of packed views in Bevy's pipeline keys and phases.
 //!
-//! `ViewTarget` and all effects keep the format of the camera. Where meshes are keyed and phases
-//! are queued, a packed view has the format of its packed texture, and its key has a mark, so that
-//! it is not taken for a view whose target happens to have two channels.
+//! `ViewTarget` and all effects keep the format of the camera. While mesh pipeline keys are made and
+//! phases are queued, a packed view has the format of its packed texture, and its key has a flag, so
+//! that it differs from a view whose target happens to have two channels.
 
 use bevy::{
     ecs::entity::EntityHashMap,
@@ -14,7 +14,7 @@ use bevy::{
 use super::eligibility::PackedView;
 use crate::material::pipeline::PACKED_KEY;
 
-/// The formats that were replaced.
+/// The original formats of the views while they are replaced.
 #[derive(Resource, Default)]
 pub(super) struct OwnFormats(EntityHashMap<TextureFormat>);
 
@@ -36,7 +36,7 @@ pub(super) fn restore(mut views: Query<&mut ExtractedView>, mut own: ResMut<OwnF
     }
 }
 
-/// Marks the keys of packed views.
+/// Sets the flag in the keys of packed views.
 pub(super) fn mark_keys(
     views: Query<&ExtractedView, With<PackedView>>,
     keys: Option<ResMut<ViewKeyCache>>,
@@ -51,8 +51,8 @@ pub(super) fn mark_keys(
     }
 }
 
-/// Takes the marks away before Bevy compares the keys with those of this frame: to find them
-/// different is to specialise everything anew.
+/// Removes the flag before Bevy compares the keys with those of this frame: if they differed, Bevy would
+/// specialize all pipelines again.
 pub(super) fn unmark_keys(keys: Option<ResMut<ViewKeyCache>>) {
     for key in keys
         .into_iter()

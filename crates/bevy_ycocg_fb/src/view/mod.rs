@@ -1,13 +1,13 @@
-//! Cameras that pack: which, and how Bevy comes to prepare for it.
+//! The choice of the cameras that pack, and the preparation of their views.
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`eligibility`] | which cameras can |
-//! | [`fallback`] | why the others cannot |
-//! | [`format`](mod@format) | the format in Bevy's pipeline keys and phases |
+//! | [`eligibility`] | the choice of the cameras that pack |
+//! | [`fallback`] | the reasons for which the others do not |
+//! | [`format`](mod@format) | the target format in Bevy's pipeline keys and phases |
 //! | [`msaa`] | a single-sampled `ViewTarget` beside multisampled packed textures |
 //! | [`textures`] | the packed textures |
-//! | [`capabilities`] | what the adapter can do with a packed format |
+//! | [`capabilities`] | the adapter's support of the packed formats |
 
 pub(crate) mod capabilities;
 pub(crate) mod eligibility;
@@ -49,7 +49,8 @@ impl Plugin for PackedViewPlugin {
                     eligibility::choose_views
                         .after(RenderSystems::ExtractCommands)
                         .before(RenderSystems::PrepareAssets),
-                    // Where meshes are keyed, and where phases are queued, and nowhere else.
+                    // The packed format is visible only while pipeline keys are made and phases are
+                    // queued.
                     (
                         (format::show_packed, format::unmark_keys)
                             .before(check_views_need_specialization),

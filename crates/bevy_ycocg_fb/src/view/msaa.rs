@@ -1,4 +1,4 @@
-//! A single-sampled `ViewTarget`: the samples are those of the packed texture.
+//! A single-sampled `ViewTarget` for packed views, because only the packed texture is multisampled.
 
 use bevy::{
     camera::MsaaWriteback,
@@ -9,7 +9,7 @@ use bevy::{
 
 use super::eligibility::PackedView;
 
-/// The sample counts that were hidden.
+/// The original sample counts of the views while they are hidden.
 #[derive(Resource, Default)]
 pub(super) struct HiddenMsaa(EntityHashMap<Msaa>);
 
@@ -20,7 +20,7 @@ pub(super) fn hide(
     for (entity, mut msaa, mut camera) in &mut views {
         hidden.0.insert(entity, *msaa);
         *msaa = Msaa::Off;
-        // There is nothing multisampled to write back to.
+        // The view has no multisampled texture to write back to.
         camera.msaa_writeback = MsaaWriteback::Off;
     }
 }

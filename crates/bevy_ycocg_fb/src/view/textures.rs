@@ -1,4 +1,4 @@
-//! The packed textures.
+//! Allocation of the packed textures.
 
 use bevy::{
     pbr::{Transmissive3d, ViewTransmissionTexture},
@@ -20,28 +20,28 @@ use bevy::{
 use super::eligibility::PackedView;
 use crate::report::{ColorMemory, FrameBufferReports};
 
-/// What the HDR background of transmissive objects is stored in.
+/// Format of the HDR background of transmissive objects.
 pub(crate) const TRANSMISSION_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 
-/// Where a packed view draws to.
+/// The textures into which a packed view draws.
 #[derive(Component, Clone)]
 pub(crate) struct PackedTextures {
-    /// One sample a pixel: drawn to, or resolved to by the hardware. `None` where the resolve
-    /// shader reads the samples.
+    /// Texture with one sample per pixel, as the render target or the target of the hardware resolve.
+    /// `None` if the resolve shader reads the samples.
     pub single: Option<CachedTexture>,
-    /// Several samples a pixel, if there are several.
+    /// Multisampled texture; `None` if the view has one sample per pixel.
     pub multisampled: Option<CachedTexture>,
 }
 
 impl PackedTextures {
-    /// What the resolve shader reads.
+    /// Returns the texture that the resolve shader reads.
     pub(crate) fn resolve_source(&self) -> Option<&CachedTexture> {
         self.single.as_ref().or(self.multisampled.as_ref())
     }
 }
 
-/// Cameras with the same target draw one after the other and share their textures, as they share
-/// Bevy's depth texture.
+/// Allocates the textures of packed views. Cameras with the same target draw one after the other and
+/// share them, as they share Bevy's depth texture.
 pub(super) fn prepare_textures(
     mut commands: Commands,
     mut cache: ResMut<TextureCache>,
@@ -107,10 +107,10 @@ fn create(
     }
 }
 
-/// The background of transmissive objects is written by the resolve, in HDR.
+/// Replaces the texture for the background of transmissive objects, which the resolve writes in HDR.
 ///
-/// Bevy's own texture for it can only be copied to, and has the format of the display where the
-/// camera has no `Hdr`.
+/// Bevy's own texture for it can only be copied to, and has the format of the display if the camera has
+/// no `Hdr`.
 pub(super) fn replace_transmission_textures(
     mut views: Query<
         (
@@ -158,7 +158,7 @@ fn extent(size: UVec2) -> Extent3d {
     }
 }
 
-/// Counts what the textures of each camera really take.
+/// Reports the memory of each camera's colour textures, as allocated.
 pub(super) fn report_memory(
     views: Query<(&MainEntity, &ViewTarget, Option<&PackedTextures>), With<ExtractedCamera>>,
     reports: Res<FrameBufferReports>,
