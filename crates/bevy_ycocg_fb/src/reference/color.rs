@@ -1,4 +1,4 @@
-//! RGB to YCoCg and back (thesis, eq. 3.3).
+//! Conversion of RGB to YCoCg and back (thesis, eq. 3.3).
 
 /// A colour as luminance and two chrominances, in the units of its RGB channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -11,10 +11,10 @@ pub struct YCoCg {
     pub cg: f32,
 }
 
-/// To YCoCg. No result is larger than the largest channel, so that what fits a float format fits
-/// it afterwards.
+/// Converts RGB to YCoCg. No absolute value is larger than the largest channel, so that a colour that a
+/// float format can store still fits after the conversion.
 pub fn ycocg_from_rgb([r, g, b]: [f32; 3]) -> YCoCg {
-    // Scaled before they are added: sums of large channels would overflow.
+    // The channels are scaled before they are added, as sums of large channels would overflow.
     YCoCg {
         y: 0.25 * r + 0.5 * g + 0.25 * b,
         co: 0.5 * r - 0.5 * b,
@@ -22,12 +22,12 @@ pub fn ycocg_from_rgb([r, g, b]: [f32; 3]) -> YCoCg {
     }
 }
 
-/// Back to RGB.
+/// Converts YCoCg to RGB.
 pub fn rgb_from_ycocg(YCoCg { y, co, cg }: YCoCg) -> [f32; 3] {
     [y + co - cg, y + cg, y - co - cg]
 }
 
-/// The sRGB encoding of a display-linear value of 0 to 1.
+/// Encodes a display-linear value of 0 to 1 as sRGB.
 pub fn srgb_from_linear(linear: f32) -> f32 {
     if linear <= 0.003_130_8 {
         linear * 12.92
@@ -36,7 +36,7 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
     }
 }
 
-/// The display-linear value of an sRGB encoding of 0 to 1.
+/// Decodes an sRGB-encoded value of 0 to 1 to a display-linear one.
 pub fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.040_45 {
         encoded / 12.92

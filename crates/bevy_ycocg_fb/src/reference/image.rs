@@ -1,4 +1,4 @@
-//! A packed viewport, and its neighbours beyond the border.
+//! A packed viewport, with mirrored neighbours beyond its border.
 
 use super::{
     color::linear_from_srgb,
@@ -11,19 +11,19 @@ use crate::settings::{PackedFormat, Reconstruction};
 /// A viewport of packed pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackedImage {
-    /// Position of its first pixel in the target, in pixels: what decides on parity.
+    /// Position of the first pixel in the target, in pixels, which determines the parity.
     pub offset: [u32; 2],
     /// Width and height in pixels, both at least 1.
     pub size: [u32; 2],
-    /// How the pixels are stored.
+    /// Storage format of the pixels.
     pub format: PackedFormat,
-    /// The pixels, row after row from the top left.
+    /// The pixels in row-major order from the top left.
     pub pixels: Vec<PackedPixel>,
 }
 
 impl PackedImage {
-    /// Packs colours as a viewport at `offset` would store them: scene-linear ones for the float
-    /// formats, display-linear ones for the 8-bit format.
+    /// Packs colours as a viewport at `offset` stores them. The colours are scene-linear for the float
+    /// formats and display-linear for the 8-bit format.
     pub fn pack(
         colors: &[[f32; 3]],
         size: [u32; 2],
@@ -46,7 +46,7 @@ impl PackedImage {
         }
     }
 
-    /// Reconstructs every pixel, in the units that went into [`pack`](Self::pack).
+    /// Reconstructs the colours of all pixels, in the units of the input of [`pack`](Self::pack).
     pub fn unpack(&self, filter: Reconstruction) -> Vec<[f32; 3]> {
         let positions = (0..self.size[1]).flat_map(|y| (0..self.size[0]).map(move |x| (x, y)));
         let colors = positions.map(|(x, y)| reconstruct(self, x, y, filter));
@@ -58,17 +58,17 @@ impl PackedImage {
         }
     }
 
-    /// Whether this pixel of the viewport stores Co rather than Cg.
+    /// Returns true if this pixel of the viewport stores Co, and false if it stores Cg.
     pub fn stores_co(&self, x: u32, y: u32) -> bool {
         stores_co(self.offset[0] + x, self.offset[1] + y)
     }
 
-    /// The pixel at a position that may lie outside by at most a viewport's width or height:
-    /// mirrored at the centres of the outermost pixels, so that its parity is right. Where there is
-    /// no other pixel to mirror to, it is the only one, of the wrong parity.
+    /// Reads the pixel at a position that may be outside by at most the viewport's width or height. The
+    /// position is mirrored at the centres of the outermost pixels, so that its parity is right. In a
+    /// row or column of one pixel, it is that pixel, of the wrong parity.
     ///
-    /// Additive blending can overflow, and a target that another pass has drawn to can hold
-    /// anything: the luminance is brought to 0 to 65504, and what is not a number is 0.
+    /// Additive blending can overflow, and a target into which another pass has drawn can have any
+    /// content: the luminance is clamped to 0 to 65504, and NaN or an infinite chrominance becomes 0.
     pub fn read(&self, x: i64, y: i64) -> PackedPixel {
         let x = mirrored(x, self.size[0]);
         let y = mirrored(y, self.size[1]);
@@ -83,7 +83,7 @@ impl PackedImage {
         } else {
             finite(pixel.luminance).max(0.0)
         };
-        // Too bright by additive blending: darker, of the same hue.
+        // Additive blending can exceed the largest half: the colour is darkened and keeps its hue.
         let scale = F16_MAX / luminance.max(F16_MAX);
         PackedPixel {
             luminance: luminance * scale,
@@ -92,7 +92,7 @@ impl PackedImage {
     }
 }
 
-/// A coordinate mirrored at 0 and `length - 1`.
+/// Mirrors a coordinate at 0 and `length - 1`.
 pub fn mirrored(coordinate: i64, length: u32) -> u32 {
     let last = i64::from(length) - 1;
     let from_zero = coordinate.abs();

@@ -1,13 +1,13 @@
-//! Packing and reconstruction in plain Rust: what the shaders are tested against.
+//! Packing and reconstruction in plain Rust, as the reference for the shaders' tests.
 //!
-//! | module | gives |
+//! | module | contents |
 //! | --- | --- |
-//! | [`color`] | RGB to YCoCg and back |
-//! | [`mod@pack`] | a fragment's colour to a packed pixel |
-//! | [`storage`] | what a format makes of a packed pixel |
-//! | [`image`] | a packed viewport, and its neighbours beyond the border |
-//! | [`mod@reconstruct`] | a packed pixel and its neighbours to a colour |
-//! | [`msaa`] | the samples of a pixel to one |
+//! | [`color`] | conversion of RGB to YCoCg and back |
+//! | [`mod@pack`] | packing of a fragment's colour |
+//! | [`storage`] | rounding of a packed pixel by its storage format |
+//! | [`image`] | a packed viewport, with mirrored neighbours beyond its border |
+//! | [`mod@reconstruct`] | reconstruction of a colour from a packed pixel and its neighbours |
+//! | [`msaa`] | resolve of the samples of a pixel |
 
 pub mod color;
 pub mod image;

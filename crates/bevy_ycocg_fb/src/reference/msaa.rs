@@ -1,4 +1,4 @@
-//! The samples of a multisampled pixel to one.
+//! Resolve of the samples of a multisampled pixel.
 //!
 //! All samples of a pixel store the same kind of chrominance (thesis 4.7.1), so they can be averaged
 //! before the reconstruction.
@@ -6,7 +6,7 @@
 use super::pack::PackedPixel;
 use crate::settings::MsaaResolve;
 
-/// Resolves the samples of a pixel; none at all are black.
+/// Resolves the samples of a pixel; without samples, the result is black.
 pub fn resolved(samples: &[PackedPixel], resolve: MsaaResolve) -> PackedPixel {
     let mut sum = PackedPixel::default();
     let mut weights = 0.0;

@@ -1,33 +1,33 @@
-//! A fragment's colour to a packed pixel (thesis, listing 4.1).
+//! Packing of a fragment's colour (thesis, listing 4.1).
 
 use super::{
     color::{srgb_from_linear, ycocg_from_rgb},
     storage::F16_MAX,
 };
 
-/// Luminance and one chrominance: Co where `x + y` is even, else Cg, of the pixel's position in
-/// its target.
+/// A packed pixel: luminance and one chrominance, which is Co if `x + y` of the pixel's position in the
+/// target is even, else Cg.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PackedPixel {
-    /// Luminance.
+    /// Luminance; in the 8-bit format, that of the sRGB-encoded channels.
     pub luminance: f32,
-    /// Co or Cg; in the 8-bit format plus one half.
+    /// Co or Cg; the 8-bit format adds [`UNORM8_BIAS`].
     pub chrominance: f32,
 }
 
-/// Added to a chrominance in the 8-bit format. One half as the thesis has it (4.7.2) lies between
-/// two of the 256 values, and grey would get a tint: this is the nearest of them.
+/// Bias that the 8-bit format adds to a chrominance. One half, as in the thesis (4.7.2), lies between
+/// two of the 256 values and would tint gray; this is one of the two.
 pub const UNORM8_BIAS: f32 = 128.0 / 255.0;
 
-/// Whether the pixel at this position of its target stores Co rather than Cg.
+/// Returns true if the pixel at this position of its target stores Co, and false if it stores Cg.
 pub fn stores_co(x: u32, y: u32) -> bool {
     (x ^ y) & 1 == 0
 }
 
-/// What a material may have made of a colour, to what can be stored: NaN becomes 0, and all else is
-/// clamped to 0 to 65504.
+/// Sanitizes the colour that a material computed: NaN becomes 0, and other values are clamped to 0 to
+/// 65504.
 ///
-/// One pixel of NaN or infinity would otherwise spread through filters, bloom and temporal
+/// A single pixel with NaN or infinity would otherwise spread through filters, bloom and temporal
 /// accumulation.
 pub fn sanitized(rgb: [f32; 3]) -> [f32; 3] {
     rgb.map(|channel| {

@@ -1,11 +1,11 @@
-//! A packed pixel and its neighbours to a colour (thesis 4.5).
+//! Reconstruction of a colour from a packed pixel and its neighbours (thesis 4.5).
 //!
-//! # Our filters
-//! [`guided`], [`wide`] and [`in_quad`] estimate the missing chrominance relative to luminance:
-//! it hardly changes from light to shadow, where chrominance itself is proportional to the light.
-//! Everything in them is a ratio, so that exposure cancels out; the thesis's threshold of 30/255 sees
-//! no edge in a dark picture and nothing but edges in a bright one. For the neighbours `i` of a pixel
-//! `0`, of luminance `Y` and chrominance `C`:
+//! # Guided filters
+//! [`guided`], [`wide`] and [`in_quad`] estimate the missing chrominance relative to luminance. This
+//! ratio hardly changes from light to shadow, while chrominance itself is proportional to the light.
+//! All terms of the filters are ratios, so that exposure cancels out; the thesis's threshold of 30/255
+//! detects no edge in a dark picture and nothing but edges in a bright one. For the neighbours `i` of a
+//! pixel `0`, of luminance `Y` and chrominance `C`:
 //!
 //! ```text
 //! k_i = clamp(C_i / max(Y_i, FLOOR), -2, 2)                        chrominance ratio
@@ -21,12 +21,12 @@
 //! C_0 = Y_0 sum(w_i k_i) / sum(w_i)
 //! ```
 //!
-//! `t` follows the most similar neighbour: in flat areas the filter is strict, in noise it averages,
-//! and where all neighbours are far off the nearest in luminance prevails, which the thesis handles as
-//! a special case. No weight is 0, and no sum of them.
+//! `t` depends on the most similar neighbour: in flat areas the filter is strict, in noise it averages,
+//! and if all neighbours differ much, the most similar one in luminance dominates, which the thesis
+//! handles as a special case. All weights are positive, and so is their sum.
 //!
 //! The result is clamped to the range in which no channel of the colour is negative ([`decode`]);
-//! the stored chrominance is left alone.
+//! the stored chrominance is not changed.
 
 use super::{
     color::{YCoCg, rgb_from_ycocg},
@@ -36,33 +36,33 @@ use super::{
 };
 use crate::settings::Reconstruction;
 
-/// Luminance difference from which on the thesis's filter sees an edge (thesis 4.5).
+/// Luminance difference from which the thesis's filter detects an edge (thesis 4.5).
 pub const EDGE_THRESHOLD: f32 = 30.0 / 255.0;
 
-/// Luminance below which ratios are not trusted: 16-bit floats have 4 bits left there.
+/// Lower limit of the luminance in ratios: 16-bit floats have only 4 bits left there.
 pub const FLOOR: f32 = 1.0 / (1 << 20) as f32;
 
 /// Relative difference of luminance that is always tolerated.
 pub const TOLERANCE: f32 = 0.02;
 
-/// How much is tolerated beyond the most similar neighbour's difference.
+/// Factor of the most similar neighbour's difference, which is tolerated in addition to [`TOLERANCE`].
 pub const TOLERANCE_GROWTH: f32 = 4.0;
 
 /// Change of the chrominance ratio at which a weight has fallen to a quarter.
 pub const CHROMINANCE_SCALE: f32 = 0.2;
 
-/// The four neighbours with the missing chrominance: to the right, to the left, below and above.
+/// The four neighbours with the missing chrominance.
 ///
-/// None on an axis along which the image has one pixel only.
+/// An axis along which the image has a single pixel has no neighbours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cross {
-    /// Right and left.
+    /// Neighbours to the right and to the left.
     pub horizontal: Option<[PackedPixel; 2]>,
-    /// Below and above.
+    /// Neighbours below and above.
     pub vertical: Option<[PackedPixel; 2]>,
 }
 
-/// The colour of a pixel of an image.
+/// Reconstructs the colour of a pixel of an image.
 pub fn reconstruct(image: &PackedImage, x: u32, y: u32, filter: Reconstruction) -> [f32; 3] {
     let (column, row) = (i64::from(x), i64::from(y));
     let center = image.read(column, row);
@@ -94,8 +94,8 @@ pub fn reconstruct(image: &PackedImage, x: u32, y: u32, filter: Reconstruction) 
     decode(center, missing, image.stores_co(x, y))
 }
 
-/// The colour of a packed pixel and its missing chrominance, without a channel that is negative or
-/// beyond a 16-bit float.
+/// Decodes the colour of a packed pixel and its missing chrominance, with all channels from 0 to the
+/// largest 16-bit float.
 pub fn decode(pixel: PackedPixel, missing: f32, stores_co: bool) -> [f32; 3] {
     let y = pixel.luminance;
     let (co, cg) = if stores_co {
@@ -105,22 +105,22 @@ pub fn decode(pixel: PackedPixel, missing: f32, stores_co: bool) -> [f32; 3] {
         let cg = pixel.chrominance;
         (missing.min(y - cg).max(cg - y), cg)
     };
-    // What blending and rounding made of the stored chrominance can still be out of range.
+    // After blending and rounding, the stored chrominance itself can still be out of range.
     rgb_from_ycocg(YCoCg { y, co, cg }).map(|channel| channel.clamp(0.0, F16_MAX))
 }
 
-/// That of the neighbour to the right; of the one below where there is none; else 0.
+/// Returns the chrominance of the neighbour to the right; without one, of that below; else 0.
 pub fn nearest(cross: &Cross) -> f32 {
     cross.pixels().next().map_or(0.0, |pixel| pixel.chrominance)
 }
 
-/// The mean of the neighbours.
+/// Returns the mean chrominance of the neighbours.
 pub fn bilinear(cross: &Cross) -> f32 {
     weighted_mean(cross.pixels().map(|pixel| (1.0, pixel.chrominance)))
 }
 
-/// The mean of those neighbours whose luminance differs by less than [`EDGE_THRESHOLD`], the first
-/// neighbour where there are none (thesis, listing 4.2).
+/// Returns the mean chrominance of those neighbours whose luminance differs by less than
+/// [`EDGE_THRESHOLD`], or of the first neighbour if there are none (thesis, listing 4.2).
 pub fn edge_directed(center: PackedPixel, cross: &Cross) -> f32 {
     let is_similar = |pixel: &PackedPixel| {
         let difference = (pixel.luminance - center.luminance).abs();
@@ -134,15 +134,15 @@ pub fn edge_directed(center: PackedPixel, cross: &Cross) -> f32 {
     }
 }
 
-/// Our filter with 5 fetches; the formula is in the documentation of the [module](self).
+/// Applies the guided filter with 5 fetches; the formula is in the documentation of the [module](self).
 pub fn guided(center: PackedPixel, cross: &Cross) -> f32 {
     filtered(center, cross, [[0.0; 2]; 2])
 }
 
-/// Our filter with 9 fetches; the formula is in the documentation of the [module](self).
+/// Applies the guided filter with 9 fetches; the formula is in the documentation of the [module](self).
 ///
-/// `diagonals` are those to the lower right, upper right, lower left and upper left. An image with one
-/// row or column has none, and the filter is [`guided`].
+/// `diagonals` are the neighbours to the lower right, upper right, lower left and upper left. An image
+/// with one row or column has none, and the filter is [`guided`].
 pub fn wide(center: PackedPixel, cross: &Cross, diagonals: [PackedPixel; 4]) -> f32 {
     if cross.horizontal.is_none() || cross.vertical.is_none() {
         return guided(center, cross);
@@ -163,8 +163,8 @@ pub fn wide(center: PackedPixel, cross: &Cross, diagonals: [PackedPixel; 4]) -> 
     filtered(center, cross, changes)
 }
 
-/// Our filter with the two neighbours in the same quad; the formula is in the documentation of the
-/// [module](self).
+/// Applies the guided filter with the two neighbours in the same quad; the formula is in the
+/// documentation of the [module](self).
 pub fn in_quad(
     center: PackedPixel,
     horizontal: Option<PackedPixel>,
@@ -179,8 +179,8 @@ pub fn in_quad(
     center.luminance * weighted_mean(weighted)
 }
 
-/// What [`guided`] and [`wide`] share; `changes` of the other chrominance are those to the right
-/// and left, below and above.
+/// The common part of [`guided`] and [`wide`]; `changes` are the changes of the other chrominance to the
+/// right and left, below and above.
 fn filtered(center: PackedPixel, cross: &Cross, changes: [[f32; 2]; 2]) -> f32 {
     let tolerance = tolerance(center, cross.pixels());
     let axes = [cross.horizontal, cross.vertical].into_iter().zip(changes);
@@ -197,12 +197,12 @@ fn filtered(center: PackedPixel, cross: &Cross, changes: [[f32; 2]; 2]) -> f32 {
     center.luminance * weighted_mean(weighted.flatten())
 }
 
-/// Chrominance relative to luminance: Co from -2 to 2, Cg from -1 to 1.
+/// The ratio of chrominance to luminance: Co from -2 to 2, Cg from -1 to 1.
 fn ratio(pixel: PackedPixel) -> f32 {
     (pixel.chrominance / pixel.luminance.max(FLOOR)).clamp(-2.0, 2.0)
 }
 
-/// Relative difference of luminance: 0 and more.
+/// The relative difference of luminance, at least 0.
 fn difference(a: PackedPixel, b: PackedPixel) -> f32 {
     (a.luminance - b.luminance).abs() / a.luminance.min(b.luminance).max(FLOOR)
 }
@@ -214,7 +214,7 @@ fn tolerance(center: PackedPixel, pixels: impl Iterator<Item = PackedPixel>) -> 
     TOLERANCE + TOLERANCE_GROWTH * smallest
 }
 
-/// The mean of pairs of weight and value; 0 of none.
+/// The mean of pairs of weight and value, or 0 without pairs.
 fn weighted_mean(weighted: impl Iterator<Item = (f32, f32)>) -> f32 {
     let (mut weights, mut sum) = (0.0, 0.0);
     for (weight, value) in weighted {
@@ -225,7 +225,7 @@ fn weighted_mean(weighted: impl Iterator<Item = (f32, f32)>) -> f32 {
 }
 
 impl Cross {
-    /// The neighbours of a pixel.
+    /// Reads the neighbours of a pixel.
     pub fn read(image: &PackedImage, x: i64, y: i64) -> Self {
         Self {
             horizontal: (image.size[0] > 1).then(|| [image.read(x + 1, y), image.read(x - 1, y)]),
@@ -233,7 +233,7 @@ impl Cross {
         }
     }
 
-    /// Those that there are.
+    /// Returns the neighbours that exist, in the order right, left, below, above.
     pub fn pixels(&self) -> impl Iterator<Item = PackedPixel> {
         [self.horizontal, self.vertical]
             .into_iter()

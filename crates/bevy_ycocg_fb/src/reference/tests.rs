@@ -1,4 +1,4 @@
-//! What holds for every colour, position and filter.
+//! Properties that hold for every colour, position and filter.
 
 mod borders;
 mod extremes;
@@ -18,14 +18,14 @@ pub(super) const FILTERS: [Reconstruction; 6] = [
     Reconstruction::Quad,
 ];
 
-/// Those that promise more than the thesis's.
+/// The guided filters, which guarantee more than those of the thesis.
 pub(super) const OURS: [Reconstruction; 3] = [
     Reconstruction::Guided,
     Reconstruction::Wide,
     Reconstruction::Quad,
 ];
 
-/// Packs and unpacks an image whose colours come from pixel positions.
+/// Packs and unpacks an image whose colours are a function of the pixel position.
 pub(super) fn round_trip(
     size: [u32; 2],
     offset: [u32; 2],
@@ -38,7 +38,7 @@ pub(super) fn round_trip(
     PackedImage::pack(&colors, size, offset, format).unpack(filter)
 }
 
-/// Largest difference of a channel, relative to the largest channel of the expected colour.
+/// Returns the largest difference of a channel, relative to the largest channel of the expected colour.
 pub(super) fn relative_error(actual: [f32; 3], expected: [f32; 3]) -> f32 {
     let scale = expected.iter().fold(1e-30f32, |a, b| a.max(b.abs()));
     let differences = actual.iter().zip(expected).map(|(a, e)| (a - e).abs());

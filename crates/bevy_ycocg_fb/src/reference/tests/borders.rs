@@ -1,4 +1,4 @@
-//! Mirroring, viewports at odd offsets, and images with a row, a column or a pixel.
+//! Mirroring, viewports at odd offsets, and images of a single row, column or pixel.
 
 use proptest::prelude::*;
 
@@ -51,7 +51,7 @@ fn a_row_or_a_column_keeps_its_colour() {
     }
 }
 
-/// One chrominance is all there is; the other is taken as 0, and luminance is exact.
+/// A single pixel has only one chrominance; the other one is assumed to be 0, and luminance is exact.
 #[test]
 fn a_single_pixel_keeps_its_luminance() {
     let color = [0.75, 0.5, 0.125];
@@ -67,7 +67,8 @@ fn a_single_pixel_keeps_its_luminance() {
     }
 }
 
-/// A quad of the target that a viewport at an odd offset cuts: the partner is beyond the border.
+/// If a viewport at an odd offset cuts a quad of the target, the partner in the quad is beyond the
+/// border.
 #[test]
 fn cut_quads_take_the_mirrored_neighbour() {
     let colors: Vec<[f32; 3]> = (0..4).map(|x| [x as f32 + 1.0, 0.0, 0.0]).collect();
@@ -79,7 +80,7 @@ fn cut_quads_take_the_mirrored_neighbour() {
 }
 
 proptest! {
-    /// Where a viewport lies decides on parity only: a shift by an even number changes nothing.
+    /// The position of a viewport determines only the parity: an even shift changes nothing.
     #[test]
     fn an_even_shift_changes_nothing(
         colors in prop::collection::vec(prop::array::uniform3(0f32..4.0), 35),
@@ -94,7 +95,7 @@ proptest! {
         }
     }
 
-    /// A picture on its side gives the result on its side.
+    /// The filters commute with a transposition of the picture.
     #[test]
     fn our_filters_know_no_direction(
         colors in prop::collection::vec(prop::array::uniform3(0f32..4.0), 36),

@@ -1,4 +1,4 @@
-//! 65504, 1e-7, NaN and infinity.
+//! Extreme values: 65504, 1e-7, NaN and infinity.
 
 use proptest::prelude::*;
 
@@ -20,7 +20,7 @@ fn the_brightest_colours_come_back() {
     }
 }
 
-/// Below the floor of the ratios, chrominance fades; what is lost is less than a millionth.
+/// Below `FLOOR`, the reconstructed chrominance fades to 0; the error is less than a millionth.
 #[test]
 fn the_darkest_colours_come_back_to_a_millionth() {
     for color in [[1e-7; 3], [1e-7, 0.0, 3e-7], [0.0; 3], [2e-5, 1e-7, 0.0]] {
@@ -36,7 +36,7 @@ fn the_darkest_colours_come_back_to_a_millionth() {
     }
 }
 
-/// A material's NaN or infinity in one pixel: the others do not notice more than black or white.
+/// NaN or infinity of a material in one pixel has no more effect on the others than black or white.
 #[test]
 fn a_bad_pixel_of_a_material_does_not_spread() {
     let wall = [0.5, 0.25, 0.125];
@@ -52,7 +52,7 @@ fn a_bad_pixel_of_a_material_does_not_spread() {
     }
 }
 
-/// A target can hold what no material wrote: additive blending overflows.
+/// A target can hold values that no material wrote, because additive blending can overflow.
 #[test]
 fn a_bad_pixel_of_the_target_does_not_spread() {
     let wall = [0.5, 0.25, 0.125];

@@ -1,4 +1,4 @@
-//! What the filters do to flat areas, edges, exposure and noise.
+//! Results of the filters in flat areas, at edges, in noise, and with changed exposure.
 
 use proptest::prelude::*;
 
@@ -27,7 +27,7 @@ fn cross(right: PackedPixel, left: PackedPixel, below: PackedPixel, above: Packe
     }
 }
 
-/// Listing 4.2 by hand: two neighbours within the threshold, one exactly at it, one far off.
+/// Listing 4.2, computed by hand for neighbours within the threshold, exactly at it and far beyond it.
 #[test]
 fn the_thesis_filter_is_its_listing() {
     let near = pixel(0.5 + 0.9 * EDGE_THRESHOLD, 0.1);
@@ -39,7 +39,7 @@ fn the_thesis_filter_is_its_listing() {
         edge_directed(pixel(0.5, 0.0), &cross(near, far, below, far)),
         0.25
     );
-    // Of none the first.
+    // Without similar neighbours, the first one is taken.
     assert_eq!(
         edge_directed(pixel(9.0, 0.0), &cross(far, near, near, near)),
         0.3
@@ -62,8 +62,8 @@ fn the_simple_filters_are_what_they_are_called() {
     assert_eq!((nearest(&all), bilinear(&all)), (1.0, 3.0));
 }
 
-/// With all neighbours beyond an edge, the one of the most similar luminance counts most, where the
-/// thesis takes any.
+/// If all neighbours are beyond an edge, the one with the most similar luminance has the largest weight,
+/// while the thesis takes the first.
 #[test]
 fn an_isolated_pixel_follows_the_most_similar_neighbour() {
     let far = pixel(1e4, 5e3);
@@ -71,7 +71,7 @@ fn an_isolated_pixel_follows_the_most_similar_neighbour() {
     assert!((chrominance + 0.5).abs() < 0.02, "{chrominance}");
 }
 
-/// Two colours of the same luminance: the wide filter finds the edge, from either side.
+/// The wide filter detects an edge between two colours of the same luminance, on either side of it.
 #[test]
 fn the_wide_filter_sees_edges_of_equal_luminance() {
     let color = |x: u32, _: u32| {
@@ -97,7 +97,7 @@ fn the_wide_filter_sees_edges_of_equal_luminance() {
     assert!(wide < 0.01 * bilinear, "{wide}");
 }
 
-/// A lamp of 10,000 beside black: neither takes the other's colour.
+/// At the edge between a light of 10,000 and black, neither takes the other's colour.
 #[test]
 fn an_hdr_edge_does_not_leak() {
     let color = |x: u32, _: u32| {
@@ -116,7 +116,7 @@ fn an_hdr_edge_does_not_leak() {
     }
 }
 
-/// Light that changes over a surface of one colour: exact for the ratio, whatever the light.
+/// On a surface of one colour the ratio is constant, so the result is exact for any change of the light.
 #[test]
 fn shading_does_not_change_the_colour_of_a_surface() {
     let color = |x: u32, y: u32| {
@@ -168,20 +168,20 @@ proptest! {
             for shown in round_trip([4, 5], [1, 0], PackedFormat::Float32, filter, |_, _| rgb) {
                 prop_assert!(relative_error(shown, rgb) < 2e-6, "{filter:?} {shown:?}");
             }
-            // Three values of 11 bits, each added once.
+            // The tolerance is for a sum of three values of 11 bits.
             for shown in round_trip([4, 5], [1, 0], PackedFormat::Float16, filter, |_, _| rgb) {
                 prop_assert!(relative_error(shown, rgb) < 1.5e-3, "{filter:?} {shown:?}");
             }
         }
     }
 
-    /// The darkest exposure that is tested keeps everything above the floor.
+    /// Exposure cancels out as long as the luminance stays above `FLOOR`.
     #[test]
     fn exposure_cancels_out(
         colors in prop::collection::vec(prop::array::uniform3(0.01f32..1.0), 36),
         stops in -6i32..10,
     ) {
-        // A power of two, so that rounding is the same.
+        // Powers of two do not change the rounding.
         let exposure = 2f32.powi(stops);
         let color = |x: u32, y: u32| colors[(y * 6 + x) as usize];
         for filter in OURS {
@@ -196,7 +196,7 @@ proptest! {
         }
     }
 
-    /// Luminance is stored in every pixel; a filter can only change it by keeping a colour positive.
+    /// Luminance is stored in every pixel, so only the clamping of negative channels could change it.
     #[test]
     fn our_filters_keep_luminance_and_colours_positive(
         colors in prop::collection::vec(prop::array::uniform3(0f32..2.0), 36),
@@ -213,7 +213,7 @@ proptest! {
         }
     }
 
-    /// The missing chrominance lies within what the neighbours have, relative to luminance.
+    /// The ratio of the missing chrominance lies within the range of the neighbours' ratios.
     #[test]
     fn guided_interpolates(
         pixels in prop::array::uniform5((1e-3f32..100.0, -1f32..1.0)),

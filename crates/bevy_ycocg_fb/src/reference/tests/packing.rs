@@ -1,4 +1,4 @@
-//! The transform, parity, sanitising and the formats.
+//! The colour transform, parity, sanitizing and the storage formats.
 
 use proptest::prelude::*;
 
@@ -59,7 +59,7 @@ fn halves_round_to_nearest_even() {
     for (value, half) in [(2049.0, 2048.0), (2051.0, 2052.0), (2050.5, 2050.0)] {
         assert_eq!(round_f16(value), half);
     }
-    // The smallest one, and what is nearer to 0.
+    // A denormal half, and a value that is nearer to 0 than to the smallest one.
     assert_eq!(round_f16(1e-7), 2.0f32.powi(-23));
     assert_eq!(round_f16(2e-8), 0.0);
 }
@@ -86,7 +86,7 @@ proptest! {
     fn the_transform_is_undone(r in 0f32..65504.0, g in 0f32..65504.0, b in 0f32..65504.0) {
         let back = rgb_from_ycocg(ycocg_from_rgb([r, g, b]));
         for (a, e) in back.into_iter().zip([r, g, b]) {
-            // Half an ulp of the largest value for each of the additions.
+            // The tolerance is half an ulp of the largest value for each of the additions.
             prop_assert!((a - e).abs() <= 4.0 * f32::EPSILON * 65504.0);
         }
     }
@@ -100,7 +100,7 @@ proptest! {
         prop_assert!(pixel.luminance <= largest && pixel.chrominance.abs() <= largest);
     }
 
-    /// So that blending on packed pixels is blending of colours.
+    /// Packing commutes with blending.
     #[test]
     fn packing_is_linear(
         a in prop::array::uniform3(0f32..100.0),

@@ -1,4 +1,4 @@
-//! The samples of a pixel.
+//! Resolve of the samples of a pixel.
 
 use proptest::prelude::*;
 
@@ -14,8 +14,8 @@ fn the_box_is_the_mean() {
     assert_eq!(mean, pack([0.5, 0.5, 0.0], 0, 0));
 }
 
-/// Half a pixel of a lamp of 10,000: the box makes it all lamp, the weights make it half of what a
-/// display shows.
+/// In a pixel that a light of 10,000 covers by half, the tone-mapped result is as bright as the light
+/// with equal weights, and half as bright with the tone-mapping weights.
 #[test]
 fn weights_keep_half_covered_pixels_of_a_lamp_between_both_sides() {
     let samples = [[1e4; 3], [0.0; 3]].map(|color| pack(color, 0, 0));
@@ -33,7 +33,7 @@ fn no_samples_are_black() {
 }
 
 proptest! {
-    /// Of equal samples, and between the extremes of different ones.
+    /// The result equals equal samples, and lies between the extremes of different ones.
     #[test]
     fn a_resolve_is_a_mean(colors in prop::collection::vec(prop::array::uniform3(0f32..1e4), 1..9)) {
         let samples: Vec<_> = colors.iter().map(|color| pack(*color, 0, 1)).collect();
