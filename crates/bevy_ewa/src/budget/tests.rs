@@ -101,7 +101,7 @@ fn the_table_is_what_is_measured() {
             measured[0].0, measured[1].0, measured[0].1, measured[1].1
         );
         for (i, (error, fetches)) in measured.into_iter().enumerate() {
-            // As many digits as the table has.
+            // The tolerance is half of the last digit in the table.
             if (choice.errors[i] - error).abs() > 0.051
                 || (choice.fetches[i] - fetches).abs() > 0.051
             {

@@ -42,7 +42,7 @@ impl AddressMode {
 pub struct Level {
     /// Width and height in texels, both at least 1.
     pub size: [u32; 2],
-    /// The texels in linear light, row after row.
+    /// The texels in linear light, in row-major order.
     pub texels: Vec<Color>,
 }
 

@@ -63,7 +63,7 @@ fn the_seam_of_the_tunnel_has_the_derivatives_of_its_neighbours() {
         along: 0.5,
         moved: 0.0,
     };
-    // u jumps between these two.
+    // u wraps around between these two pixels.
     let [(above, a), (below, b)] = [[3, 31], [3, 32]].map(|pixel| surface.pixel(64, pixel));
     assert!((above[0] - below[0]).abs() > 3.0);
     assert!((a.dy[0] - b.dy[0]).abs() < 1e-6, "{a:?} {b:?}");
