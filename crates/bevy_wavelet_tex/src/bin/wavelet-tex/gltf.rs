@@ -77,7 +77,8 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
             }
             None => (None, from_buffer(&json, image, binary, path)?),
         };
-        let png = png.ok_or_else(|| fail(format!("the bytes of its image {index} are missing")))?;
+        let png =
+            png.ok_or_else(|| fail(format!("the image of its texture {index} has no bytes")))?;
         Ok(GltfImage {
             index,
             role,
