@@ -8,6 +8,7 @@ use std::{
 use bevy::{
     app::{PluginGroup, TerminalCtrlCHandlerPlugin},
     camera::{ImageRenderTarget, RenderTarget},
+    light::{DirectionalLightShadowMap, PointLightShadowMap},
     log::LogPlugin,
     prelude::*,
     render::{
@@ -74,6 +75,12 @@ impl HeadlessApp {
         )
         .add_plugins(RenderDiagnosticsPlugin)
         .insert_resource(TimeUpdateStrategy::ManualDuration(settings.time_step))
+        .insert_resource(DirectionalLightShadowMap {
+            size: shadow_map_size(&settings),
+        })
+        .insert_resource(PointLightShadowMap {
+            size: shadow_map_size(&settings) / 2,
+        })
         .init_resource::<AwaitedAssets>()
         .init_resource::<AwaitedWork>();
 
@@ -187,6 +194,14 @@ impl HeadlessApp {
             error: error.to_string(),
         }
     }
+}
+
+/// Two texels of a shadow map for each pixel along the picture's longer edge, and no more than Bevy's own: on
+/// a software driver shadow maps take most of the time of a small picture.
+fn shadow_map_size(settings: &HeadlessSettings) -> usize {
+    let longest = settings.width.max(settings.height) as usize;
+    let default = DirectionalLightShadowMap::default().size;
+    (2 * longest).next_power_of_two().clamp(256, default)
 }
 
 fn add_target(app: &mut App, settings: &HeadlessSettings) -> Handle<Image> {

@@ -8,7 +8,6 @@ use std::{
 };
 
 use bevy::{
-    light::{DirectionalLightShadowMap, PointLightShadowMap},
     math::{URect, UVec2},
     time::{Time, Virtual},
 };
@@ -168,13 +167,8 @@ pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<Head
         ..HeadlessSettings::with_size(width, height)
     };
     let image = SceneImage(options.image.clone());
-    let shadow_map = shadow_map_size(options.size);
     Ok(HeadlessApp::new(settings, move |app| {
         app.insert_resource(knobs)
-            .insert_resource(DirectionalLightShadowMap { size: shadow_map })
-            .insert_resource(PointLightShadowMap {
-                size: shadow_map / 2,
-            })
             .insert_resource(image)
             .insert_resource(PictureArea(URect::from_corners(
                 UVec2::ZERO,
@@ -185,14 +179,6 @@ pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<Head
         split::add_cameras(app, scene);
         scene.build(app);
     })?)
-}
-
-/// Two texels of a shadow map for each pixel along the picture's longer edge, and no more than Bevy's
-/// own: on a software driver shadow maps take most of the time of a small picture.
-fn shadow_map_size(size: Size) -> usize {
-    let longest = size.width.max(size.height) as usize;
-    let default = DirectionalLightShadowMap::default().size;
-    (2 * longest).next_power_of_two().clamp(256, default)
 }
 
 /// What [`render_headless`] adds to its progress.

@@ -195,7 +195,13 @@ fn without_its_anchor_a_volume_is_read_as_bevys_own() {
     let volume = |app: &mut App| {
         app.add_plugins(VoxelGiPlugin)
             .add_systems(Startup, |mut commands: Commands| {
-                commands.spawn((VoxelGiVolume::default(), Transform::default()));
+                commands.spawn((
+                    VoxelGiVolume {
+                        resolution: 16,
+                        ..default()
+                    },
+                    Transform::default(),
+                ));
             });
         scene(app, (), false);
     };

@@ -5,6 +5,7 @@ mod deferred_accumulation;
 mod ewa;
 mod ewa_scene;
 mod ewa_study;
+mod extremes;
 mod figures;
 mod headless;
 mod hooks;

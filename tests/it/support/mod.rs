@@ -3,6 +3,7 @@
 pub mod compose;
 pub mod compute;
 pub mod logs;
+pub mod pool;
 
 use std::{
     fs::OpenOptions,
@@ -18,27 +19,44 @@ use bevy_frugal_lab::headless::LabTarget;
 /// other, and while one app waits for that another can draw.
 const MOST_APPS: usize = 2;
 
-static APPS: Mutex<usize> = Mutex::new(0);
+static RUNNING: Mutex<usize> = Mutex::new(0);
 static ENDED: Condvar = Condvar::new();
 
-/// A part of the GPU, until it is dropped.
-pub struct Gpu(());
+/// A right to run apps, until it is dropped.
+pub struct Gpu {
+    apps: usize,
+}
 
-/// Waits for a part of the GPU.
-pub fn gpu() -> Gpu {
-    logs::listen();
-    let most = thread::available_parallelism().map_or(1, |cores| cores.get().min(MOST_APPS));
-    let apps = APPS.lock().unwrap_or_else(PoisonError::into_inner);
-    let apps = ENDED.wait_while(apps, |apps| *apps >= most);
-    *apps.unwrap_or_else(PoisonError::into_inner) += 1;
-    Gpu(())
+impl Gpu {
+    fn wait_for(apps: usize) -> Self {
+        logs::listen();
+        let most = most_apps();
+        let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+        let running = ENDED.wait_while(running, |running| *running + apps > most);
+        *running.unwrap_or_else(PoisonError::into_inner) += apps;
+        Self { apps }
+    }
 }
 
 impl Drop for Gpu {
     fn drop(&mut self) {
-        *APPS.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
-        ENDED.notify_one();
+        *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) -= self.apps;
+        ENDED.notify_all();
     }
+}
+
+/// Waits until an app may run.
+pub fn gpu() -> Gpu {
+    Gpu::wait_for(1)
+}
+
+/// Waits until no other app runs, for what is measured of the whole process.
+pub fn gpu_alone() -> Gpu {
+    Gpu::wait_for(most_apps())
+}
+
+fn most_apps() -> usize {
+    thread::available_parallelism().map_or(1, |cores| cores.get().min(MOST_APPS))
 }
 
 /// Says that a part of a test is left out, and why. `scripts/test` names a file in `SKIPPED_TESTS` and prints

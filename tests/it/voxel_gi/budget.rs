@@ -6,7 +6,7 @@ use bevy_voxel_gi::{
     VoxelGiBudget, VoxelGiBudgetPlugin, VoxelGiReport, VoxelGiVolume, budget::BudgetChoice,
 };
 
-use super::scene::{app, block, floor, under_sky};
+use super::scene::{app_with, block, floor, under_sky};
 use crate::support::gpu;
 
 /// The rung after so many frames with a budget.
@@ -22,7 +22,7 @@ fn rung(app: &mut HeadlessApp, volume: Entity, milliseconds: f32, frames: u32) -
 #[test]
 fn a_budget_chooses_by_measured_times() {
     let _gpu = gpu();
-    let mut app = app(|app| {
+    let mut app = app_with(|app| {
         app.add_plugins(VoxelGiBudgetPlugin);
     });
     floor(app.world_mut());

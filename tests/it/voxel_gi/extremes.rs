@@ -43,7 +43,7 @@ fn solvers() -> [VoxelLight; 3] {
 fn a_bright_sun_and_pale_walls() {
     let _gpu = gpu();
     for light in solvers() {
-        let mut app = app(|_| ());
+        let mut app = app();
         let world = app.world_mut();
         floor(world);
         block(world, Vec3::new(1.5, 1.0, 0.0), Vec3::new(0.3, 2.0, 3.8));
@@ -68,7 +68,7 @@ fn a_bright_sun_and_pale_walls() {
 fn a_lamp_of_a_million_lumens_close_to_a_wall() {
     let _gpu = gpu();
     for light in solvers() {
-        let mut app = app(|_| ());
+        let mut app = app();
         let world = app.world_mut();
         floor(world);
         block(world, Vec3::new(1.5, 1.0, 0.0), Vec3::new(0.3, 2.0, 3.8));
@@ -93,7 +93,7 @@ fn a_lamp_of_a_million_lumens_close_to_a_wall() {
 #[test]
 fn settings_that_are_none() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     floor(app.world_mut());
     let volume = app.world_mut().spawn(small_volume()).id();
     ready(&mut app);
@@ -151,7 +151,7 @@ fn settings_that_are_none() {
 #[test]
 fn triangles_that_are_none_and_huge_ones() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     floor(world);
     let nan = f32::NAN;
@@ -199,7 +199,7 @@ fn triangles_that_are_none_and_huge_ones() {
 #[test]
 fn lamps_switched_every_frame_and_thousands_of_meshes() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     floor(app.world_mut());
     let lamp = app
         .world_mut()
@@ -254,7 +254,7 @@ fn lamps_switched_every_frame_and_thousands_of_meshes() {
 #[test]
 fn volumes_that_come_and_go() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     floor(app.world_mut());
     ready(&mut app);
     for round in 0..6 {

@@ -18,7 +18,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{MeshSurface, VoxelGiVolume, VoxelMaterialPlugin};
 
 use super::{
-    scene::{app, at, block, block_of, floor, matt, small_volume, under_sky},
+    scene::{app, app_with, at, block, block_of, floor, matt, small_volume, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -46,7 +46,7 @@ fn roof(world: &mut World, material: Handle<StandardMaterial>) -> Entity {
 
 /// The floor's middle under a roof of this material and a sky of 1.
 fn under_roof(material: StandardMaterial) -> Vec3 {
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     floor(world);
     let material = world
@@ -61,7 +61,7 @@ fn under_roof(material: StandardMaterial) -> Vec3 {
 fn forward_and_deferred_receive_the_same() {
     let _gpu = gpu();
     let pictures = [false, true].map(|deferred| {
-        let mut app = app(|app| {
+        let mut app = app_with(|app| {
             if deferred {
                 app.insert_resource(DefaultOpaqueRendererMethod::deferred());
             }
@@ -151,7 +151,7 @@ fn textures_count_as_their_mean() {
         texture(&mut |_| [188, 188, 188, 255]),
     ]
     .map(|image| {
-        let mut app = app(|_| ());
+        let mut app = app();
         let world = app.world_mut();
         floor(world);
         let image = world.resource_mut::<Assets<Image>>().add(image);
@@ -183,7 +183,7 @@ fn a_mesh_can_say_what_its_albedo_is() {
         base_color: red.into(),
         ..default()
     });
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     floor(world);
     let material = world
@@ -232,7 +232,7 @@ fn materials_that_nobody_knows_are_gray_or_what_their_mesh_says() {
     let _gpu = gpu();
     let red = LinearRgba::rgb(0.8, 0.1, 0.1);
     let [gray, wanted] = [LinearRgba::gray(0.5), red].map(|color| under_roof(plain(color)));
-    let mut app = app(|app| {
+    let mut app = app_with(|app| {
         app.add_plugins(EwaPlugin::CHOSEN);
     });
     let world = app.world_mut();
@@ -272,7 +272,7 @@ fn a_mesh_that_changes_its_type_of_material_changes_its_colour() {
         LinearRgba::rgb(0.1, 0.8, 0.1),
     ];
     let [under_red, under_green] = [red, green].map(|color| under_roof(plain(color)));
-    let mut app = app(|app| {
+    let mut app = app_with(|app| {
         app.add_plugins((
             EwaPlugin::CHOSEN,
             VoxelMaterialPlugin::<EwaStandardMaterial>::default(),
@@ -318,7 +318,7 @@ fn a_mesh_that_changes_its_type_of_material_changes_its_colour() {
 #[test]
 fn emissive_surfaces_are_lamps() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     floor(world);
     // A ceiling of 1 cd/m² over the whole volume, which the camera does not see. The exposure is 1.
@@ -356,7 +356,7 @@ fn emissive_surfaces_are_lamps() {
 
 /// The light that a wall of albedo 1/2, lit by a lamp, throws on the floor.
 fn thrown_by(lamp: impl Bundle) -> f32 {
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     // The floor gives nothing back, and the lamps look at the wall alone.
     block_of(
@@ -415,7 +415,7 @@ fn lamps_of_all_kinds_light_the_wall_alike() {
 #[test]
 fn skinned_meshes_occlude_where_their_joints_put_them() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     floor(world);
     let mut mesh = Mesh::from(Cuboid::new(1.5, 0.2, 1.5));

@@ -33,7 +33,7 @@ fn the_foot_of_a_thin_wall_is_dark() {
 fn where_nothing_is_hidden_both_see_the_same() {
     let _gpu = gpu();
     let pictures = [under_sky(1.0), per_pixel(under_sky(1.0))].map(|settings| {
-        let mut app = app(|_| ());
+        let mut app = app();
         floor(app.world_mut());
         block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
         app.world_mut().spawn(settings);

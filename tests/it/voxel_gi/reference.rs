@@ -170,24 +170,24 @@ fn expected_voxel(index: usize) -> UVec3 {
 
 #[test]
 fn cornell_box_as_in_the_reference() {
-    compare("cornell_point", VoxelLight::default(), 0.002, |_| ());
+    compare("cornell_point", VoxelLight::default(), 0.001, |_| ());
 }
 
 #[test]
 fn colonnade_as_in_the_reference() {
-    compare("colonnade", VoxelLight::default(), 0.002, |_| ());
+    compare("colonnade", VoxelLight::default(), 0.0006, |_| ());
 }
 
 #[test]
 fn room_as_in_the_reference() {
-    compare("sunlit_room", VoxelLight::default(), 0.002, |_| ());
+    compare("sunlit_room", VoxelLight::default(), 0.0012, |_| ());
 }
 
 /// Where few rays see the sky, and those bring much, most frames have too little light and are no
 /// change for that.
 #[test]
 fn noise_is_no_change() {
-    compare("colonnade", VoxelLight::default(), 0.003, |scene| {
+    compare("colonnade", VoxelLight::default(), 0.002, |scene| {
         scene.directional_lights.clear();
         for part in &mut scene.boxes {
             part.albedo = Vec3::ZERO;
@@ -198,7 +198,7 @@ fn noise_is_no_change() {
 /// Where light goes from wall to wall many times small errors add up.
 #[test]
 fn bright_walls_are_as_in_the_reference() {
-    compare("cornell_point", VoxelLight::default(), 0.005, |scene| {
+    compare("cornell_point", VoxelLight::default(), 0.0006, |scene| {
         for part in &mut scene.boxes {
             part.albedo = Vec3::splat(0.9);
         }
@@ -212,6 +212,6 @@ fn propagated_light_is_as_in_the_reference() {
             solver: Solver::Propagate { iterations: 48 },
             bounces: Bounces::Endless,
         };
-        compare(name, propagated, 0.002, |_| ());
+        compare(name, propagated, 0.0005, |_| ());
     }
 }

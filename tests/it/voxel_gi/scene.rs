@@ -8,22 +8,39 @@ use bevy::{
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat};
 use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
 
+use crate::support::pool::{Borrowed, Pool};
+
 /// Edge of the picture in pixels.
 pub const SIZE: u32 = 32;
 
+static APPS: Pool = Pool::new(|| build(|_| ()), begin);
+
 /// An app with the plugin and a camera that sees 4 m x 4 m of the plane y = 0 from straight above,
 /// +X to the right and -Z up, at an exposure of 1.
-pub fn app(build: impl FnOnce(&mut App)) -> HeadlessApp {
+pub fn app() -> Borrowed {
+    APPS.app()
+}
+
+/// The same with more in it, for this test alone.
+pub fn app_with(more: impl FnOnce(&mut App)) -> HeadlessApp {
+    let mut app = build(more);
+    begin(app.world_mut());
+    app
+}
+
+fn build(more: impl FnOnce(&mut App)) -> HeadlessApp {
     let settings = HeadlessSettings {
         format: TargetFormat::Float32,
         ..HeadlessSettings::with_size(SIZE, SIZE)
     };
-    let mut app = HeadlessApp::new(settings, |app| {
+    HeadlessApp::new(settings, |app| {
         app.add_plugins(VoxelGiPlugin);
-        build(app);
+        more(app);
     })
-    .expect("no adapter");
-    let world = app.world_mut();
+    .expect("no adapter")
+}
+
+fn begin(world: &mut World) {
     world.insert_resource(GlobalAmbientLight::NONE);
     world.insert_resource(ClearColor(Color::BLACK));
     let target = world.resource::<LabTarget>().0.clone();
@@ -46,7 +63,6 @@ pub fn app(build: impl FnOnce(&mut App)) -> HeadlessApp {
         }),
         Transform::from_xyz(0.0, 3.9, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z),
     ));
-    app
 }
 
 /// A small volume of 4 m around the origin.

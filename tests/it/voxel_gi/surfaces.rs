@@ -15,7 +15,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{DebugField, VoxelAlbedo, VoxelGiDebug, VoxelGiVolume};
 
 use super::{
-    scene::{app, at, floor, matt, under_sky},
+    scene::{app, app_with, at, floor, matt, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -70,7 +70,7 @@ fn texture(color: [u8; 3], opaque: impl Fn(u32) -> bool) -> Image {
 
 /// The floor's middle under a black plate with holes, below a sky of 1.
 fn under_mask(alpha_mode: AlphaMode, opaque: impl Fn(u32) -> bool) -> f32 {
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     floor(world);
     let image = world
@@ -118,7 +118,7 @@ fn masks_let_as_much_light_through_as_they_have_holes() {
 fn vertex_colors_tint_what_is_reflected() {
     let _gpu = gpu();
     let [white, red] = [[1.0, 1.0, 1.0, 1.0], [1.0, 0.25, 0.0, 1.0]].map(|color: [f32; 4]| {
-        let mut app = app(|_| ());
+        let mut app = app();
         let world = app.world_mut();
         floor(world);
         let mesh = Mesh::from(Cuboid::new(1.5, 0.2, 1.5));
@@ -146,7 +146,7 @@ fn vertex_colors_tint_what_is_reflected() {
 #[test]
 fn morphed_meshes_occlude_where_their_targets_put_them() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     floor(world);
     let mut mesh = Mesh::from(Cuboid::new(1.5, 0.2, 1.5));
@@ -184,7 +184,7 @@ fn morphed_meshes_occlude_where_their_targets_put_them() {
 /// The albedo in the voxels of a floor whose left half is green and right half red by its texture, as the
 /// debug view shows it.
 fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_seen: bool) -> Vec<Vec3> {
-    let mut app = app(|app| {
+    let mut app = app_with(|app| {
         if with_prepass {
             app.insert_resource(DefaultOpaqueRendererMethod::deferred());
         }
@@ -292,7 +292,7 @@ fn surfaces_seen_from_behind_are_black() {
     let up = Quat::IDENTITY;
     let down = Quat::from_rotation_x(PI);
     let shades = [(two_sides, up), (one_side.clone(), up), (one_side, down)].map(|(sides, way)| {
-        let mut app = app(|_| ());
+        let mut app = app();
         let world = app.world_mut();
         floor(world);
         let material = world.resource_mut::<Assets<StandardMaterial>>().add(sides);
@@ -319,7 +319,7 @@ fn surfaces_seen_from_behind_are_black() {
 #[test]
 fn curved_surfaces_do_not_shade_themselves() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     let world = app.world_mut();
     let material = matt(world, 1.0);
     let mesh = Sphere::new(1.3).mesh().ico(8).expect("few triangles");

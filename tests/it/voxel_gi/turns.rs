@@ -16,7 +16,7 @@ const SURFACE: f32 = 0.003;
 fn amortised_updates_come_to_the_same_light() {
     let _gpu = gpu();
     let [whole, in_turn] = [1, 8].map(|update_interval| {
-        let mut app = app(|_| ());
+        let mut app = app();
         floor(app.world_mut());
         block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
         app.world_mut().spawn(VoxelGiVolume {
@@ -46,7 +46,7 @@ fn amortised_updates_come_to_the_same_light() {
 #[test]
 fn light_of_what_is_gone_is_forgotten() {
     let _gpu = gpu();
-    let mut app = app(|_| ());
+    let mut app = app();
     let gone = block(app.world_mut(), Vec3::new(0.1, 0.1, 0.1), Vec3::splat(1.1));
     app.world_mut().spawn(under_sky(1.0));
     app.run_until_ready(200).expect("not ready");

@@ -18,30 +18,27 @@ use crate::support::gpu;
 #[test]
 fn odd_sizes_down_to_one_pixel() {
     let _gpu = gpu();
+    // By samples, then by reconstruction. So few pixels have hardly a neighbour to take a chrominance from.
     for (width, height, wanted) in [
-        (1, 1, 5.0),
-        (1, 9, 10.0),
-        (9, 1, 10.0),
-        (2, 2, 10.0),
-        (33, 17, 32.0),
-        (127, 95, 40.0),
+        (1, 1, [[13.0, 13.0], [23.0, 23.0]]),
+        (1, 9, [[27.0, 27.0], [24.0, 35.0]]),
+        (9, 1, [[26.0, 26.0], [42.0, 28.0]]),
+        (2, 2, [[42.0, 42.0], [15.0, 15.0]]),
+        (33, 17, [[35.0, 30.0], [30.0, 29.0]]),
+        (127, 95, [[42.5, 36.5], [41.5, 35.5]]),
     ] {
         let mut studio = Studio::with_size(width, height, lit_scene);
-        for msaa in [Msaa::Off, Msaa::Sample4] {
+        for (msaa, wanted) in [Msaa::Off, Msaa::Sample4].into_iter().zip(wanted) {
             let reference = studio.mode(true, msaa).plain();
-            for reconstruction in [Reconstruction::Guided, Reconstruction::Quad] {
+            let reconstructions = [Reconstruction::Guided, Reconstruction::Quad];
+            for (reconstruction, wanted) in reconstructions.into_iter().zip(wanted) {
                 let packed = studio.mode(false, msaa).packed(YCoCgFrameBuffer {
                     reconstruction,
                     ..default()
                 });
                 let found = psnr(&reference, &packed);
                 println!("{width} x {height} {msaa:?} {reconstruction:?}: {found:.2} dB");
-                let wanted = if reconstruction == Reconstruction::Quad {
-                    wanted - 8.0
-                } else {
-                    wanted
-                };
-                assert!(found >= wanted - if msaa == Msaa::Off { 0.0 } else { 4.0 });
+                assert!(found >= wanted, "{width} x {height} {msaa:?}: {found} dB");
             }
         }
     }
@@ -108,13 +105,13 @@ fn split_screen_at_odd_offsets_any_of_them_packed() {
             keep("split_packed", &packed);
             let found = psnr(&reference, &packed);
             println!("split {msaa:?} hdr {hdr}: {found:.2} dB");
-            assert!(found >= 36.0);
+            assert!(found >= 41.0);
             if hdr && msaa == Msaa::Off {
                 // One of each kind in one target.
                 for (first, second) in [(true, false), (false, true)] {
                     let mixed = psnr(&reference, &set(first, second, true));
                     println!("split, packed {first} {second}: {mixed:.2} dB");
-                    assert!(mixed >= 38.0);
+                    assert!(mixed >= 47.5);
                 }
             }
         }
@@ -229,7 +226,7 @@ fn a_packed_camera_draws_to_a_texture_that_another_shows() {
     keep("mirror_packed", &packed);
     let found = psnr(&reference, &packed);
     println!("render to texture: {found:.2} dB");
-    assert!(found >= 38.0);
+    assert!(found >= 42.0);
 }
 
 /// A window in miniature: a target that is resized between frames, and what it shows after each.
@@ -237,7 +234,7 @@ fn a_packed_camera_draws_to_a_texture_that_another_shows() {
 fn a_target_that_changes_its_size() {
     let _gpu = gpu();
     let mut mirror = Mirror::new();
-    for (width, height) in [(40, 30), (97, 49), (1, 1), (64, 48)] {
+    for (width, height, wanted) in [(40, 30, 40.5), (97, 49, 42.0), (1, 1, 29.5), (64, 48, 42.0)] {
         // Resized while packed, so that the textures of another size are there.
         mirror.resize(width, height);
         let packed = mirror.picture(true);
@@ -246,7 +243,7 @@ fn a_target_that_changes_its_size() {
         keep(&format!("resized_{width}_packed"), &packed);
         let found = psnr(&reference, &packed);
         println!("{width} x {height}: {found:.2} dB");
-        assert!(found >= 38.0, "{width} x {height}: {found:.2} dB");
+        assert!(found >= wanted, "{width} x {height}: {found:.2} dB");
         mirror.picture(true);
     }
 }

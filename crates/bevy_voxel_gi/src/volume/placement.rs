@@ -1,8 +1,11 @@
 //! Which volumes are active, and where they are.
 
+use std::cmp::Reverse;
+
 use bevy::{
     camera::{Exposure, visibility::RenderLayers},
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
+    ecs::{change_detection::Tick, system::SystemChangeTick},
     prelude::*,
 };
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
@@ -88,14 +91,12 @@ pub(super) fn is_plain(settings: &VoxelGiVolume, levels: usize) -> bool {
 #[derive(Resource, Default)]
 pub(crate) struct ActiveVolume {
     pub volume: Option<PlacedVolume>,
-    /// The entity whose settings are used: the first one spawned.
-    owner: Option<Entity>,
 }
 
 /// The components of a volume.
 type VolumeParts = (
     Entity,
-    &'static VoxelGiVolume,
+    Ref<'static, VoxelGiVolume>,
     &'static GlobalTransform,
     Option<&'static RenderLayers>,
 );
@@ -110,6 +111,7 @@ pub(crate) fn place_volume(
     patches: Res<ShaderPatches>,
     mut images: ResMut<Assets<Image>>,
     budget: Option<Res<BudgetChoice>>,
+    now: SystemChangeTick,
 ) {
     let active = &mut *active;
     let patched = match patches.state(RECEIVER_PATCH) {
@@ -117,11 +119,12 @@ pub(crate) fn place_volume(
         Some(PatchState::Pending) => return,
         _ => false,
     };
-    // Entity indices are reused, so the current first volume stays first.
+    // Entity indices are reused: they tell the order only of volumes that are spawned at once.
     let mut all: Vec<_> = volumes.iter().collect();
-    all.sort_by_key(|(entity, ..)| (Some(*entity) != active.owner, entity.index()));
-    let Some(&(owner, settings, _, layers)) = all.first() else {
-        (active.volume, active.owner) = (None, None);
+    let age = |added: Tick| now.this_run().get().wrapping_sub(added.get());
+    all.sort_by_key(|(entity, volume, ..)| (Reverse(age(volume.added())), entity.index()));
+    let Some((_, settings, _, layers)) = all.first() else {
+        active.volume = None;
         return;
     };
     let settings = possible(settings.clamped(), patched);
@@ -201,7 +204,6 @@ pub(crate) fn place_volume(
         Some(old) => old.texture.clone(),
         None => images.add(texture(size)),
     };
-    active.owner = Some(owner);
     active.volume = Some(PlacedVolume {
         levels,
         settings,

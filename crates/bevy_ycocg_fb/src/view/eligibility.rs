@@ -4,7 +4,7 @@ use bevy::{
     camera::{ClearColorConfig, MainPassResolutionOverride},
     core_pipeline::{Core3d, oit::OrderIndependentTransparencySettings, prepass::DeferredPrepass},
     ecs::{entity::EntityHashMap, query::QueryData, schedule::ScheduleLabel},
-    pbr::{ExtractedAtmosphere, ScreenSpaceReflections, wireframe::Mesh3dWireframe},
+    pbr::{ExtractedAtmosphere, ScreenSpaceReflectionsUniform, wireframe::Mesh3dWireframe},
     platform::collections::HashSet,
     prelude::*,
     render::{
@@ -79,7 +79,7 @@ pub(super) struct Candidate {
     camera: &'static ExtractedCamera,
     msaa: &'static Msaa,
     deferred: Has<DeferredPrepass>,
-    reflections: Has<ScreenSpaceReflections>,
+    reflections: Has<ScreenSpaceReflectionsUniform>,
     transparency: Has<OrderIndependentTransparencySettings>,
     atmosphere: Has<ExtractedAtmosphere>,
     resolution_override: Has<MainPassResolutionOverride>,

@@ -5,7 +5,8 @@ use bevy_ewa::EwaStandardMaterial;
 use bevy_voxel_gi::VoxelGiVolume;
 use bevy_wavelet_tex::WaveletStandardMaterial;
 
-use crate::stage::{ALL, Eye, Middle, app, difference, gpu, picture, switch};
+use super::stage::{ALL, Eye, Middle, app, difference, picture, switch};
+use crate::support::gpu;
 
 const MAGNITUDES: [f32; 8] = [
     0.0,

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use bevy_frugal_lab::headless::HeadlessApp;
 
-use crate::stage::{app, difference, gpu, picture, switch};
+use super::stage::{app, difference, picture, switch};
+use crate::support::gpu_alone;
 
 /// Memory of this process in bytes, where the system tells; on a software driver that of the GPU
 /// is part of it.
@@ -22,7 +23,7 @@ fn combination(step: u32) -> [bool; 4] {
 
 #[test]
 fn thousands_of_switches_leave_nothing_behind() {
-    let _gpu = gpu();
+    let _gpu = gpu_alone();
     let mut app = app([32, 16], [16, 16]);
     app.run_until_ready(200).expect("ready");
     let toggle = |app: &mut HeadlessApp, steps: Range<u32>| {

@@ -1,7 +1,5 @@
 //! A small scene with everything in it, each plugin with its switch.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
 use bevy::{camera::Hdr, ecs::query::QueryFilter, math::Affine2, prelude::*};
 use bevy_ewa::{EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_lab::{
@@ -20,13 +18,6 @@ use bevy_wavelet_tex::{
 };
 use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
 use image::RgbaImage;
-
-static GPU: Mutex<()> = Mutex::new(());
-
-/// Holds the GPU: Bevy apps run one after the other, as each wants every core.
-pub fn gpu() -> MutexGuard<'static, ()> {
-    GPU.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// The camera of the stage.
 #[derive(Component)]

@@ -1,6 +1,7 @@
 //! Pictures and textures of every awkward size.
 
-use crate::stage::{ALL, app, difference, gpu, picture, switch};
+use super::stage::{ALL, app, difference, picture, switch};
+use crate::support::gpu;
 
 #[test]
 fn pictures_of_any_size_are_bevys_own_but_for_a_little() {

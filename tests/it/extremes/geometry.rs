@@ -6,7 +6,8 @@ use bevy::{
     prelude::*,
 };
 
-use crate::stage::{ALL, Middle, app, difference, gpu, picture, switch};
+use super::stage::{ALL, Middle, app, difference, picture, switch};
+use crate::support::gpu;
 
 /// A mesh of positions alone, or with all that materials read.
 fn mesh(positions: Vec<[f32; 3]>, indices: Option<Vec<u32>>, is_full: bool) -> Mesh {
@@ -72,7 +73,7 @@ fn meshes_that_are_hardly_any() {
         println!("{name}");
         let world = app.world_mut();
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let props = world.resource::<crate::stage::Props>();
+        let props = world.resource::<super::stage::Props>();
         let (wavelet, ewa) = (props.wavelet.clone(), props.ewa.clone());
         let things = [
             world
@@ -106,7 +107,7 @@ fn a_scene_that_is_emptied_and_filled_again() {
     assert!(empty.iter().all(|p| (p - first).abs().max_element() < 1e-3));
     let world = app.world_mut();
     let cube = world.resource_mut::<Assets<Mesh>>().add(Cuboid::default());
-    let material = world.resource::<crate::stage::Props>().wavelet.clone();
+    let material = world.resource::<super::stage::Props>().wavelet.clone();
     world.spawn((Middle, Mesh3d(cube), MeshMaterial3d(material)));
     let filled = picture(&mut app, 8);
     assert!(
