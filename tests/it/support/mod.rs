@@ -15,10 +15,6 @@ use std::{
 use bevy::prelude::*;
 use bevy_frugal_lab::headless::LabTarget;
 
-/// Apps that run at the same time, at most: a software driver compiles an app's pipelines one after the
-/// other, and while one app waits for that another can draw.
-const MOST_APPS: usize = 2;
-
 static RUNNING: Mutex<usize> = Mutex::new(0);
 static ENDED: Condvar = Condvar::new();
 
@@ -55,8 +51,10 @@ pub fn gpu_alone() -> Gpu {
     Gpu::wait_for(most_apps())
 }
 
+/// Apps that run at the same time, at most: a software driver compiles an app's pipelines one after the
+/// other, and while one app waits for that another can draw.
 fn most_apps() -> usize {
-    thread::available_parallelism().map_or(1, |cores| cores.get().min(MOST_APPS))
+    thread::available_parallelism().map_or(1, |cores| cores.get().min(2) + 1)
 }
 
 /// Says that a part of a test is left out, and why. `scripts/test` names a file in `SKIPPED_TESTS` and prints

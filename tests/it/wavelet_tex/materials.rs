@@ -3,6 +3,7 @@
 use bevy::{
     asset::RenderAssetUsages,
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
+    light::DirectionalLightShadowMap,
     pbr::DefaultOpaqueRendererMethod,
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
@@ -64,7 +65,9 @@ fn photo(seed: u64) -> RgbImage {
 /// A lit, masked quad that throws its shadow on a wall; `material` gives the quad its material.
 fn render(path: Path, material: impl FnOnce(&mut World, StandardMaterial, Entity)) -> RgbImage {
     let mut app = HeadlessApp::new(HeadlessSettings::with_size(96, 72), |app| {
-        app.add_plugins(WaveletTexPlugin);
+        app.add_plugins(WaveletTexPlugin)
+            // Texels on the other side of the mask's cutoff cast shadows no larger than a pixel.
+            .insert_resource(DirectionalLightShadowMap::default());
         if path == Path::Deferred {
             app.insert_resource(DefaultOpaqueRendererMethod::deferred());
         }

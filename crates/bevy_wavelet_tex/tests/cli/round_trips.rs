@@ -4,7 +4,7 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageBuffer, Luma, Rgb, Rgba, RgbaImage};
 
-use crate::support::{Folder, color_image, gray_image, normal_image, stderr};
+use crate::support::{Folder, color_image, gray_image, normal_image, skipped, stderr};
 
 #[test]
 fn color_goes_round() {
@@ -121,13 +121,13 @@ fn other_pngs_are_converted() {
     assert_eq!(f.read("clear.wtex"), f.read("opaque.wtex"));
 }
 
-/// Tests a test image of the thesis, where the checkout has it.
+/// Tests a test image of the thesis, where it is at hand.
 #[test]
 fn kodim23_keeps_its_quality() {
     let kodak = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/kodak");
     let source = kodak.join("kodim23.png");
     if !source.exists() {
-        println!("skipped: {} is not there", source.display());
+        skipped("quality of kodim23: the Kodak images are not there");
         return;
     }
     let source = source.to_str().expect("UTF-8");

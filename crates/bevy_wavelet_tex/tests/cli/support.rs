@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::Write,
     path::PathBuf,
     process::{Command, Output},
 };
@@ -122,4 +123,15 @@ pub fn normal_image() -> RgbImage {
         let length = (dx * dx + dy * dy + 1.0).sqrt();
         Rgb([-dx, -dy, 1.0].map(|v| (127.5 + 127.5 * v / length).round() as u8))
     })
+}
+
+/// Reports a part of a test that is left out. `scripts/test` prints at its end what it finds in the file that
+/// `SKIPPED_TESTS` names.
+pub fn skipped(what: &str) {
+    println!("skipped: {what}");
+    if let Some(path) = std::env::var_os("SKIPPED_TESTS") {
+        let file = fs::OpenOptions::new().create(true).append(true).open(path);
+        file.and_then(|mut file| writeln!(file, "{what}"))
+            .expect("the file that SKIPPED_TESTS names");
+    }
 }
