@@ -151,7 +151,7 @@ fn it_agrees_with_another_path_tracer() {
         let picture = trace(
             &truth.scene,
             &TraceSettings {
-                samples: 64,
+                samples: 128,
                 ..TraceSettings::default()
             },
         );

@@ -197,7 +197,7 @@ impl Truth {
         const GRID: usize = 2;
         let columns = self.size / BLOCK;
         let mut all = vec![];
-        for (block, &theirs) in self.indirect.iter().enumerate() {
+        'block: for (block, &theirs) in self.indirect.iter().enumerate() {
             if theirs == Vec3::ZERO {
                 continue;
             }
@@ -210,7 +210,7 @@ impl Truth {
                     (UVec2::new(point % points, point / points).as_vec2() + 0.5) / GRID as f32;
                 let pixel = (corner * BLOCK as u32).as_vec2() + offset;
                 let Some((place, normal, material)) = self.see(pixel) else {
-                    continue;
+                    continue 'block;
                 };
                 let albedo = self.materials[material as usize].albedo;
                 ours += albedo * irradiance(place, normal) / PI;
