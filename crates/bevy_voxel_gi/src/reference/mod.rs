@@ -22,9 +22,9 @@
 //!
 //! | solver | error | bias |
 //! | --- | --- | --- |
-//! | [`March`], 32 rays a frame | 2.4%, 2.3%, 4.0% | +0.3%, +0.3%, -0.4% |
+//! | [`March`], 32 rays a frame | 2.5%, 2.3%, 4.0% | +0.3%, +0.3%, -0.4% |
 //! | [`Propagation`], 128 steps | 39%, 19%, 34% | +31%, +10%, +30% |
-//! | the thesis's ray marching and reconstruction, 256 rays | 11.0%, 8.1%, 9.7% | -1.7%, -5.7%, -1.1% |
+//! | the thesis's ray marching and reconstruction, 256 rays | 11.0%, 8.0%, 9.7% | -1.7%, -5.7%, -1.1% |
 
 pub mod field;
 pub mod gather;
