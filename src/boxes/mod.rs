@@ -15,24 +15,24 @@ pub use path_tracer::{TraceSettings, TracedPicture, trace};
 pub use spawn::{BoxSceneCamera, spawn_box_scene, spawn_boxes_and_lamps};
 pub use truth::{Agreement, TruthError, agreement, block_means, read_npy};
 
-/// A scene of which the path-traced light is known, by an independent renderer.
+/// A scene whose light an independent renderer has path-traced.
 pub struct TracedScene {
-    /// Its numbers.
+    /// The geometry, the lights and the camera.
     pub scene: BoxScene,
-    /// Block means of the radiance straight from its lamps.
+    /// Block means of the radiance that the lights cause directly.
     pub direct: Vec<Vec3>,
-    /// Block means of all other radiance from surfaces, the sky's first arrival included.
+    /// Block means of all other radiance of surfaces, the sky's first arrival included.
     pub indirect: Vec<Vec3>,
 }
 
 impl TracedScene {
-    /// The scenes that there are.
+    /// Names of all traced scenes.
     pub const NAMES: [&str; 3] = ["cornell_point", "colonnade", "sunlit_room"];
 
-    /// Reads one of them from the tests of `bevy_voxel_gi`, where they are described.
+    /// Reads a scene from `crates/bevy_voxel_gi/tests/data`, whose README describes the files.
     ///
     /// # Errors
-    /// What is wrong with which file.
+    /// [`TruthError`] names the file and what is wrong with it.
     pub fn read(name: &str) -> Result<Self, TruthError> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/bevy_voxel_gi/tests/data");
         let truth = |part| read_npy(&folder.join(format!("{name}.{part}.npy")));

@@ -72,7 +72,8 @@ fn dispatch(
     }
 }
 
-/// Renders `scenes` into `folder`, with a page `index.html` unless only split pictures are asked for. Figures go to the standard output,
+/// Renders `scenes` into `folder`, with a page `index.html` unless [`Options::split`] is set. Figures go to
+/// the standard output,
 /// one line of JSON a scene, and progress to the standard error output.
 ///
 /// # Errors
@@ -106,7 +107,7 @@ pub fn render_all(
     Ok(())
 }
 
-/// As long as what [`render_headless`] adds for each scene; where there is no terminal it is not drawn.
+/// The bar has [`STEPS`] for each scene; it is not drawn where there is no terminal.
 fn progress_bar(scenes: usize) -> ProgressBar {
     let progress = ProgressBar::new(scenes as u64 * STEPS);
     let style = ProgressStyle::with_template("{bar:30} {elapsed} {msg}");

@@ -66,8 +66,7 @@ pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings,
     Ok(result)
 }
 
-/// Whether pictures are drawn by the CPU: the adapters with this part in their name, or all where none is
-/// given, are software.
+/// Whether every adapter with `name` in its name, or every adapter at all, draws on the CPU.
 pub fn is_software(name: Option<&str>) -> bool {
     let wanted = wanted(name);
     let all = adapters(WgpuSettings::default().backends);

@@ -181,7 +181,7 @@ pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<Head
     })?)
 }
 
-/// What [`render_headless`] adds to its progress.
+/// Steps by which [`render_headless`] advances its progress bar.
 pub const STEPS: u64 = 3;
 
 /// Renders `scene` and writes `NAME_before.png`, `NAME_after.png` and `NAME_difference.png` (the

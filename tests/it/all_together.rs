@@ -73,7 +73,7 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     values.map(f64::abs).sum::<f64>() / count
 }
 
-/// What the figures say of an app.
+/// The memory figures and the state of the frame buffer that an app shows.
 struct Saved {
     figures: BTreeMap<String, u64>,
     frame_buffer: String,

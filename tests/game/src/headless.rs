@@ -1,4 +1,4 @@
-//! The game without a window, and what must be true at its end.
+//! Runs the game without a window and decides whether it does what it should.
 
 use std::{
     env,
@@ -34,14 +34,14 @@ const SIZE: Extent3d = Extent3d {
     depth_or_array_layers: 1,
 };
 
-/// Where the camera draws to.
+/// The image that the camera draws to.
 #[derive(Resource)]
 pub struct Target(pub Handle<Image>);
 
 /// Frames between two looks at the picture: assets load and pipelines compile meanwhile.
 const INTERVAL: u32 = 20;
 
-/// Frames so far, and after how many the game has failed.
+/// Counts frames up to the number after which the game has failed.
 #[derive(Resource)]
 struct Frames {
     drawn: u32,
@@ -161,7 +161,7 @@ fn judge(
     }
 }
 
-/// What the picture should show, and does not.
+/// Names what the picture should show and does not.
 fn missing_in(picture: &[u8]) -> Vec<String> {
     let level = |x: usize, y: usize, channel: usize| {
         let texel = y * SIZE.width as usize + x;
@@ -181,7 +181,7 @@ fn missing_in(picture: &[u8]) -> Vec<String> {
         .collect()
 }
 
-/// Where `--picture` says.
+/// Saves the picture in the file that `--picture` names.
 fn save(picture: &[u8]) {
     let Some(path) = argument("--picture") else {
         return;

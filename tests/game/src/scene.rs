@@ -1,4 +1,4 @@
-//! What the player sees.
+//! Spawns the camera, the light, the volume, the crate and the floor.
 
 use bevy::{
     camera::{Hdr, RenderTarget},

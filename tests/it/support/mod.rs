@@ -1,4 +1,4 @@
-//! What the cases share.
+//! Helpers that several test modules share.
 
 pub mod compose;
 pub mod compute;

@@ -25,7 +25,7 @@ struct Idle(HeadlessApp);
 unsafe impl Send for Idle {}
 
 impl Pool {
-    /// Of apps built and begun so.
+    /// Makes a pool of apps that `build` builds and whose tests start with what `begin` spawns.
     pub const fn new(build: fn() -> HeadlessApp, begin: fn(&mut World)) -> Self {
         Self {
             idle: Mutex::new(Vec::new()),

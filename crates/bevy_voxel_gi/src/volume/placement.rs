@@ -1,4 +1,4 @@
-//! Which volumes are active, and where they are.
+//! Chooses the active volumes and places their levels in the world.
 
 use std::cmp::Reverse;
 
