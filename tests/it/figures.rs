@@ -3,7 +3,10 @@
 
 use std::path::Path;
 
-use bevy_frugal_lab::record::{Measurement, Report};
+use bevy_frugal_lab::{
+    record::{Measurement, Report},
+    tradeoff::ewa::scenes::SCENES,
+};
 
 /// The measurements of a plugin.
 struct Data(Vec<Measurement>);
@@ -120,16 +123,6 @@ fn price_of_sampling_wavelet_textures() {
     );
 }
 
-const EWA_SCENES: [&str; 7] = [
-    "tunnel",
-    "checker_1deg",
-    "checker_5deg",
-    "checker_5deg_45",
-    "text",
-    "srgb_stripes",
-    "floor",
-];
-
 /// An error with as many digits as it deserves.
 fn error(value: f64) -> String {
     let decimals = usize::from(value < 10.0);
@@ -159,7 +152,7 @@ fn error_of_elliptical_filtering() {
         include_str!("../../crates/bevy_ewa/README.md"),
         methods.map(|(name, setting)| {
             let cell = |scene| error_and_fetches(data.row(scene, setting, "truth"));
-            (name.into(), EWA_SCENES.map(cell).to_vec())
+            (name.into(), SCENES.map(|scene| cell(scene.name)).to_vec())
         }),
     );
 }

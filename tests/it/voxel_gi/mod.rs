@@ -4,6 +4,7 @@ mod basics;
 mod budget;
 mod extremes;
 mod materials;
+mod memory;
 mod rays;
 mod receiver;
 mod reference;

@@ -151,40 +151,35 @@ fn wireframes() {
     studio.packed(YCoCgFrameBuffer::default());
 }
 
+/// Checks a component of Bevy that uses the main pass; prepasses that it requires go with it.
+fn check_component<C: Component + Default>(studio: &mut Studio, reason: Reason) {
+    studio.mode(true, Msaa::Off);
+    check(
+        studio,
+        YCoCgFrameBuffer::default(),
+        reason,
+        |camera| {
+            camera.insert(C::default());
+        },
+        |camera| {
+            camera.remove::<(C, DepthPrepass, DeferredPrepass)>();
+        },
+    );
+}
+
 #[test]
 fn screen_space_reflections() {
     let _gpu = gpu();
     let mut studio = Studio::new(lit_scene);
-    studio.mode(true, Msaa::Off);
-    check(
-        &mut studio,
-        YCoCgFrameBuffer::default(),
-        Reason::ScreenSpaceReflections,
-        |camera| {
-            camera.insert(ScreenSpaceReflections::default());
-        },
-        |camera| {
-            camera.remove::<(ScreenSpaceReflections, DepthPrepass, DeferredPrepass)>();
-        },
-    );
+    check_component::<ScreenSpaceReflections>(&mut studio, Reason::ScreenSpaceReflections);
 }
 
 #[test]
 fn order_independent_transparency() {
     let _gpu = gpu();
     let mut studio = Studio::new(lit_scene);
-    studio.mode(true, Msaa::Off);
-    check(
-        &mut studio,
-        YCoCgFrameBuffer::default(),
-        Reason::OrderIndependentTransparency,
-        |camera| {
-            camera.insert(OrderIndependentTransparencySettings::default());
-        },
-        |camera| {
-            camera.remove::<OrderIndependentTransparencySettings>();
-        },
-    );
+    let reason = Reason::OrderIndependentTransparency;
+    check_component::<OrderIndependentTransparencySettings>(&mut studio, reason);
 }
 
 #[test]
@@ -195,22 +190,11 @@ fn an_atmosphere() {
         skipped("frame buffer and Bevy's atmosphere: this software driver ends the process");
         return;
     }
-    studio.mode(true, Msaa::Off);
     let world = studio.app.world_mut();
     let medium = ScatteringMedium::default();
     let medium = world.resource_mut::<Assets<ScatteringMedium>>().add(medium);
     world.spawn(Atmosphere::earth(medium));
-    check(
-        &mut studio,
-        YCoCgFrameBuffer::default(),
-        Reason::Atmosphere,
-        |camera| {
-            camera.insert(AtmosphereSettings::default());
-        },
-        |camera| {
-            camera.remove::<AtmosphereSettings>();
-        },
-    );
+    check_component::<AtmosphereSettings>(&mut studio, Reason::Atmosphere);
 }
 
 #[test]
