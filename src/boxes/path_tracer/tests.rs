@@ -146,7 +146,9 @@ fn the_same_picture_twice_and_another_with_another_seed() {
 
 #[test]
 fn it_agrees_with_another_path_tracer() {
-    for name in TracedScene::NAMES {
+    // Noise sets the bounds: light comes by few paths into the room.
+    let most_errors = [[0.002, 0.045], [0.002, 0.02], [0.009, 0.065]];
+    for (name, [direct, indirect]) in TracedScene::NAMES.into_iter().zip(most_errors) {
         let truth = TracedScene::read(name).expect("a scene");
         let picture = trace(
             &truth.scene,
@@ -156,8 +158,8 @@ fn it_agrees_with_another_path_tracer() {
             },
         );
         for (part, ours, theirs, error) in [
-            ("direct", &picture.direct, &truth.direct, 0.01),
-            ("indirect", &picture.indirect, &truth.indirect, 0.1),
+            ("direct", &picture.direct, &truth.direct, direct),
+            ("indirect", &picture.indirect, &truth.indirect, indirect),
         ] {
             let found = agreement(ours, picture.width, theirs);
             println!("{name} {part}: {found:?}");
