@@ -15,7 +15,11 @@ use image::RgbImage;
 use crate::support::gpu;
 
 fn app(set: &[&str]) -> HeadlessApp {
-    let options = Options::picture(128, 80, set);
+    app_of([128, 80], set)
+}
+
+fn app_of([width, height]: [u32; 2], set: &[&str]) -> HeadlessApp {
+    let options = Options::picture(width, height, set);
     headless_app(&Ewa, &options).expect("an app")
 }
 
@@ -69,7 +73,7 @@ fn tunnel_and_floor_have_a_method_on_each_side() {
 #[test]
 fn every_value_of_every_knob_changes_the_picture() {
     let _gpu = gpu();
-    let mut app = app(&["motion=false"]);
+    let mut app = app_of([64, 40], &["motion=false"]);
     // Methods that a knob is for.
     let needs = |name: &str| -> &[&str] {
         match name {

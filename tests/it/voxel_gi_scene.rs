@@ -19,7 +19,11 @@ use image::RgbImage;
 use crate::support::gpu;
 
 fn app(set: &[&str]) -> HeadlessApp {
-    let options = Options::picture(128, 72, set);
+    app_of([128, 72], set)
+}
+
+fn app_of([width, height]: [u32; 2], set: &[&str]) -> HeadlessApp {
+    let options = Options::picture(width, height, set);
     headless_app(&VoxelGi, &options).expect("an app")
 }
 
@@ -123,16 +127,16 @@ fn a_room_is_dark_before_and_lit_after() {
 #[test]
 fn every_value_of_every_knob_changes_the_picture() {
     let _gpu = gpu();
-    let mut app = app(&["resolution=16"]);
-    let first = anew(&mut app, "resolution=16");
-    let noise = difference(&first, &anew(&mut app, "resolution=16"));
+    let mut app = app_of([64, 36], &["resolution=8"]);
+    let first = anew(&mut app, "resolution=8");
+    let noise = difference(&first, &anew(&mut app, "resolution=8"));
     println!("noise: {noise}");
     assert!(noise < 0.3, "{noise}");
     for knob in VoxelGi.knobs() {
         let mut defaults = Knobs::new(vec![knob.clone()]);
         let default = defaults.iter().next().expect("a knob").1.to_string();
         let default = match knob.name {
-            "resolution" => "16".into(),
+            "resolution" => "8".into(),
             _ => default,
         };
         let values: Vec<String> = match knob.kind {
@@ -167,7 +171,7 @@ fn every_value_of_every_knob_changes_the_picture() {
         }
         set(&mut app, &format!("{}={default}", knob.name));
     }
-    let last = difference(&first, &anew(&mut app, "resolution=16"));
+    let last = difference(&first, &anew(&mut app, "resolution=8"));
     assert!(last < 2.0 * noise + 0.05, "all knobs are back: {last}");
 
     // Steps of propagation matter where light is propagated.

@@ -195,7 +195,14 @@ fn every_map_is_filtered_with_its_own_coordinates() {
         brightness: 2000.0,
         ..default()
     };
-    floor.app.world_mut().insert_resource(ambient);
+    let world = floor.app.world_mut();
+    world.insert_resource(ambient);
+    // Transmission is of what is behind, and highlights are where the sun is opposite.
+    world.insert_resource(ClearColor(Color::linear_rgb(4.0, 0.0, 0.0)));
+    let mut suns = world.query_filtered::<&mut Transform, With<DirectionalLight>>();
+    for mut sun in suns.iter_mut(world) {
+        *sun = Transform::from_xyz(1.0, 1.2, -5.0).looking_at(Vec3::ZERO, Vec3::Y);
+    }
     let mut unfiltered = Vec::new();
     for (i, (name, srgb, put)) in MAPS.into_iter().enumerate() {
         let format = if srgb {

@@ -19,9 +19,14 @@ use bevy_frugal_lab::{
 };
 use image::RgbImage;
 
+use crate::support::pool::{Borrowed, Pool};
+
+static STOCK: Pool = Pool::new(|| build(small(), None), begin);
+static FILTERED: Pool = Pool::new(|| build(small(), Some(EwaPlugin::CHOSEN)), begin);
+
 /// A headless app with a floor, a post with an alpha mask, a sun with shadows, and one camera.
 pub struct Floor {
-    pub app: HeadlessApp,
+    pub app: Borrowed,
     pub camera: Entity,
     pub floor: Entity,
     pub post: Entity,
@@ -35,20 +40,31 @@ impl Floor {
         plugin: Option<EwaPlugin>,
         material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial,
     ) -> Self {
-        Self::with_settings(HeadlessSettings::with_size(96, 64), plugin, material)
+        let app = match plugin {
+            None => STOCK.app(),
+            Some(plugin) => {
+                let mut app = FILTERED.app();
+                app.world_mut()
+                    .insert_resource(AllMaterials(plugin.all_materials));
+                app
+            }
+        };
+        Self::in_app(app, material)
     }
 
+    /// The scene in an app of its own.
     pub fn with_settings(
         settings: HeadlessSettings,
         plugin: Option<EwaPlugin>,
         material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial,
     ) -> Self {
-        let mut app = HeadlessApp::new(settings, |app| {
-            if let Some(plugin) = plugin {
-                app.add_plugins(plugin);
-            }
-        })
-        .expect("a headless app");
+        Self::in_app(build(settings, plugin).into(), material)
+    }
+
+    fn in_app(
+        mut app: Borrowed,
+        material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial,
+    ) -> Self {
         let world = app.world_mut();
         let target = world.resource::<LabTarget>().0.clone();
         let camera = world
@@ -151,6 +167,25 @@ impl Floor {
         self.app.render_frames(2).expect("frames");
         self.app.capture_rgb8().expect("a picture")
     }
+}
+
+fn small() -> HeadlessSettings {
+    HeadlessSettings::with_size(96, 64)
+}
+
+fn build(settings: HeadlessSettings, plugin: Option<EwaPlugin>) -> HeadlessApp {
+    HeadlessApp::new(settings, |app| {
+        if let Some(plugin) = plugin {
+            app.add_plugins(plugin);
+        }
+    })
+    .expect("a headless app")
+}
+
+/// What tests may have changed beside their entities.
+fn begin(world: &mut World) {
+    world.insert_resource(GlobalAmbientLight::default());
+    world.insert_resource(ClearColor::default());
 }
 
 pub fn psnr(a: &RgbImage, b: &RgbImage) -> f64 {

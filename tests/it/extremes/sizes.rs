@@ -6,7 +6,15 @@ use crate::support::gpu;
 #[test]
 fn pictures_of_any_size_are_bevys_own_but_for_a_little() {
     let _gpu = gpu();
-    for size in [[1, 1], [1, 9], [9, 1], [2, 3], [33, 17], [257, 2]] {
+    // A pixel alone has no neighbour to take its chrominance from, and EWA filters textures otherwise.
+    for (size, most) in [
+        ([1, 1], 0.19),
+        ([1, 9], 0.042),
+        ([9, 1], 0.021),
+        ([2, 3], 0.016),
+        ([33, 17], 0.097),
+        ([257, 2], 0.0003),
+    ] {
         let mut app = app(size, [32, 32]);
         app.run_until_ready(200).expect("ready");
         let bevy = picture(&mut app, 1);
@@ -15,9 +23,8 @@ fn pictures_of_any_size_are_bevys_own_but_for_a_little() {
         app.run_until_ready(200).expect("ready");
         let ours = picture(&mut app, 1);
         let found = difference(&bevy, &ours);
-        // A pixel alone has nobody to learn its colour from, and textures are filtered otherwise.
         println!("{size:?}: {found}");
-        assert!(found < 0.2, "{size:?}: {found}");
+        assert!(found < most, "{size:?}: {found}");
         switch(app.world_mut(), ALL);
         app.run_until_ready(200).expect("ready");
         picture(&mut app, 3);
@@ -27,14 +34,14 @@ fn pictures_of_any_size_are_bevys_own_but_for_a_little() {
 #[test]
 fn textures_of_any_size_are_bevys_own_but_for_a_little() {
     let _gpu = gpu();
-    for texture in [
-        [1, 1],
-        [1, 64],
-        [64, 1],
-        [2, 2],
-        [3, 5],
-        [127, 33],
-        [2048, 1],
+    for (texture, most) in [
+        ([1, 1], 0.001),
+        ([1, 64], 0.055),
+        ([64, 1], 0.09),
+        ([2, 2], 0.001),
+        ([3, 5], 0.013),
+        ([127, 33], 0.012),
+        ([2048, 1], 0.006),
     ] {
         let mut app = app([48, 32], texture);
         app.run_until_ready(200).expect("ready");
@@ -44,7 +51,7 @@ fn textures_of_any_size_are_bevys_own_but_for_a_little() {
         app.run_until_ready(200).expect("ready");
         let found = difference(&bevy, &picture(&mut app, 1));
         println!("{texture:?}: {found}");
-        assert!(found < 0.1, "{texture:?}: {found}");
+        assert!(found < most, "{texture:?}: {found}");
         switch(app.world_mut(), ALL);
         app.run_until_ready(200).expect("ready");
         picture(&mut app, 3);

@@ -43,7 +43,7 @@ impl Pool {
         (self.begin)(app.world_mut());
         Borrowed {
             app: Some(app),
-            pool: self,
+            pool: Some(self),
         }
     }
 }
@@ -52,7 +52,17 @@ impl Pool {
 /// failed.
 pub struct Borrowed {
     app: Option<HeadlessApp>,
-    pool: &'static Pool,
+    pool: Option<&'static Pool>,
+}
+
+/// For a test that needs an app of its own where others share theirs.
+impl From<HeadlessApp> for Borrowed {
+    fn from(app: HeadlessApp) -> Self {
+        Self {
+            app: Some(app),
+            pool: None,
+        }
+    }
 }
 
 impl Deref for Borrowed {
@@ -71,7 +81,8 @@ impl DerefMut for Borrowed {
 
 impl Drop for Borrowed {
     fn drop(&mut self) {
-        let Some(mut app) = self.app.take().filter(|_| !thread::panicking()) else {
+        let (Some(mut app), Some(pool), false) = (self.app.take(), self.pool, thread::panicking())
+        else {
             return;
         };
         let world = app.world_mut();
@@ -81,11 +92,7 @@ impl Drop for Borrowed {
         }
         // The renderer forgets them, and reports with a delay.
         if app.render_frames(3).is_ok() {
-            let mut idle = self
-                .pool
-                .idle
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
+            let mut idle = pool.idle.lock().unwrap_or_else(PoisonError::into_inner);
             idle.push(Idle(app));
         }
     }

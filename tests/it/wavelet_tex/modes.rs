@@ -124,8 +124,9 @@ fn nearest_is_the_decoded_pixel_in_every_mode() {
 
         let decoded = viewer.show(&image, WaveletStorage::Decoded, extension, WHOLE);
         let (steps, _) = worst(&image, &decoded, &driver);
+        println!("{name}, decoded on load: {steps:.3} steps");
         // The driver's texels are up to 1.7 levels off, of which a pixel adds several.
-        assert!(steps <= 6.0, "{name}, decoded on load: {steps} steps");
+        assert!(steps <= 2.7, "{name}, decoded on load: {steps} steps");
     }
     let all: Vec<_> = Packing::ALL.iter().map(|p| p.name()).collect();
     assert!(

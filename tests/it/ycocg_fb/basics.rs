@@ -3,13 +3,13 @@
 use bevy::render::view::Msaa;
 use bevy_ycocg_fb::{Reconstruction, YCoCgFrameBuffer};
 
-use super::scene::{Studio, keep, lit_scene, psnr};
+use super::scene::{Studio, keep, psnr};
 use crate::support::gpu;
 
 #[test]
 fn a_lit_scene_with_and_without_hdr() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     for msaa in [Msaa::Off, Msaa::Sample4] {
         let reference = studio.mode(true, msaa).plain();
         keep(&format!("lit_{msaa:?}"), &reference);

@@ -73,7 +73,7 @@ fn rectangle(x: u32, y: u32, width: u32, height: u32) -> Viewport {
 #[test]
 fn split_screen_at_odd_offsets_any_of_them_packed() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     studio.camera(|camera| {
         camera.entry::<Camera>().and_modify(|mut camera| {
             camera.viewport = Some(rectangle(3, 5, 60, 81));
@@ -121,7 +121,7 @@ fn split_screen_at_odd_offsets_any_of_them_packed() {
 #[test]
 fn a_camera_without_the_component_is_untouched_by_one_with_it() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     let reference = studio.mode(true, Msaa::Sample4).plain();
     // The other draws to a texture of its own.
     let world = studio.app.world_mut();
@@ -146,7 +146,7 @@ struct Mirror {
 
 impl Mirror {
     fn new() -> Self {
-        let mut studio = Studio::new(lit_scene);
+        let mut studio = Studio::lit();
         let world = studio.app.world_mut();
         let image = Image::new_target_texture(64, 48, TextureFormat::Rgba8UnormSrgb, None);
         let image = world.resource_mut::<Assets<Image>>().add(image);

@@ -59,7 +59,7 @@ fn check(
 #[test]
 fn each_obstacle_is_named() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     let packing = YCoCgFrameBuffer::default();
     studio.mode(true, Msaa::Off);
     check(
@@ -110,7 +110,7 @@ fn each_obstacle_is_named() {
 #[test]
 fn a_compositing_space_is_linear_for_3d_cameras() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     studio.mode(true, Msaa::Off);
     let linear = studio.packed(YCoCgFrameBuffer::default());
     studio.camera(|camera| {
@@ -170,14 +170,14 @@ fn check_component<C: Component + Default>(studio: &mut Studio, reason: Reason) 
 #[test]
 fn screen_space_reflections() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     check_component::<ScreenSpaceReflections>(&mut studio, Reason::ScreenSpaceReflections);
 }
 
 #[test]
 fn order_independent_transparency() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     let reason = Reason::OrderIndependentTransparency;
     check_component::<OrderIndependentTransparencySettings>(&mut studio, reason);
 }
@@ -185,7 +185,7 @@ fn order_independent_transparency() {
 #[test]
 fn an_atmosphere() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     if studio.app.adapter().driver.contains("Mesa 22.") {
         skipped("frame buffer and Bevy's atmosphere: this software driver ends the process");
         return;
@@ -230,7 +230,7 @@ fn a_main_pass_smaller_than_its_target() {
 #[test]
 fn a_picture_that_another_camera_continues() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     studio.mode(true, Msaa::Sample4);
     let world = studio.app.world_mut();
     let target = world.resource::<LabTarget>().0.clone();
@@ -264,7 +264,7 @@ fn a_picture_that_another_camera_continues() {
 #[test]
 fn a_camera_of_two_dimensions() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     let world = studio.app.world_mut();
     let image = Image::new_target_texture(16, 16, TextureFormat::Rgba8UnormSrgb, None);
     let image = world.resource_mut::<Assets<Image>>().add(image);

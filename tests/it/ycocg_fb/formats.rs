@@ -19,7 +19,7 @@ fn with(format: PackedFormat) -> YCoCgFrameBuffer {
 #[test]
 fn float32_is_at_least_as_good_as_float16() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     for msaa in [Msaa::Off, Msaa::Sample4] {
         for hdr in [true, false] {
             let reference = studio.mode(true, msaa).plain();
@@ -37,7 +37,7 @@ fn float32_is_at_least_as_good_as_float16() {
 #[test]
 fn unorm8_is_the_picture_of_a_camera_without_hdr() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     for (msaa, wanted) in [(Msaa::Off, 41.0), (Msaa::Sample4, 37.0)] {
         let reference = studio.mode(false, msaa).plain();
         let packed = studio.packed(with(PackedFormat::Unorm8));
@@ -52,7 +52,7 @@ fn unorm8_is_the_picture_of_a_camera_without_hdr() {
 #[test]
 fn every_sample_count_works_or_says_why_not() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     for msaa in [Msaa::Off, Msaa::Sample2, Msaa::Sample4, Msaa::Sample8] {
         for msaa_resolve in [MsaaResolve::Box, MsaaResolve::ToneMapWeighted] {
             let settings = YCoCgFrameBuffer {
@@ -135,7 +135,7 @@ fn memory(studio: &Studio) -> ColorMemory {
 #[test]
 fn a_format_that_needs_no_hdr_says_so() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     studio.mode(true, Msaa::Off).camera(|camera| {
         camera.insert(with(PackedFormat::Unorm8));
     });

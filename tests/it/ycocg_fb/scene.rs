@@ -18,20 +18,29 @@ use bevy_ycocg_fb::{
 };
 use image::RgbImage;
 
+use crate::support::pool::{Borrowed, Pool};
+
 /// The camera of the scene.
 #[derive(Component)]
 pub struct TestCamera;
 
+static LIT: Pool = Pool::new(|| build(small(), |_| ()), begin_lit);
+
 /// A headless app with a scene and one camera.
 pub struct Studio {
-    pub app: HeadlessApp,
+    pub app: Borrowed,
     pub camera: Entity,
 }
 
 impl Studio {
+    /// The lit scene in 128 x 96 pixels, in an app that tests share.
+    pub fn lit() -> Self {
+        Self::in_app(LIT.app())
+    }
+
     /// Builds a scene of 128 x 96 pixels.
     pub fn new(scene: impl FnOnce(&mut App)) -> Self {
-        Self::with_size(128, 96, scene)
+        Self::with_settings(small(), scene)
     }
 
     /// Builds a scene.
@@ -39,14 +48,15 @@ impl Studio {
         Self::with_settings(HeadlessSettings::with_size(width, height), scene)
     }
 
-    pub fn with_settings(mut settings: HeadlessSettings, scene: impl FnOnce(&mut App)) -> Self {
-        settings.asset_folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/ycocg_fb").into();
-        let mut app = HeadlessApp::new(settings, |app| {
-            app.add_plugins(YCoCgFrameBufferPlugin)
-                .add_systems(Startup, spawn_camera);
+    pub fn with_settings(settings: HeadlessSettings, scene: impl FnOnce(&mut App)) -> Self {
+        let app = build(settings, |app| {
+            app.add_systems(Startup, spawn_camera);
             scene(app);
-        })
-        .expect("a headless app");
+        });
+        Self::in_app(app.into())
+    }
+
+    fn in_app(mut app: Borrowed) -> Self {
         app.run_until_ready(200).expect("the scene is ready");
         let world = app.world_mut();
         let camera = world
@@ -120,6 +130,28 @@ impl Studio {
     pub fn state(&self) -> Option<CameraState> {
         let reports = self.app.world().resource::<FrameBufferReports>();
         reports.get(self.camera).and_then(|report| report.state)
+    }
+}
+
+fn small() -> HeadlessSettings {
+    HeadlessSettings::with_size(128, 96)
+}
+
+fn build(mut settings: HeadlessSettings, scene: impl FnOnce(&mut App)) -> HeadlessApp {
+    settings.asset_folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/ycocg_fb").into();
+    HeadlessApp::new(settings, |app| {
+        app.add_plugins(YCoCgFrameBufferPlugin);
+        scene(app);
+    })
+    .expect("a headless app")
+}
+
+fn begin_lit(world: &mut World) {
+    for spawn in [
+        world.run_system_cached(spawn_camera),
+        world.run_system_cached(spawn_lit_scene),
+    ] {
+        spawn.expect("all that a scene is made with");
     }
 }
 

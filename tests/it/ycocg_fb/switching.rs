@@ -12,7 +12,7 @@ use crate::support::gpu;
 #[test]
 fn the_ordinary_picture_is_back_on_the_next_frame() {
     let _gpu = gpu();
-    let mut studio = Studio::new(lit_scene);
+    let mut studio = Studio::lit();
     for msaa in [Msaa::Off, Msaa::Sample4] {
         for hdr in [true, false] {
             let reference = studio.mode(hdr, msaa).plain();
