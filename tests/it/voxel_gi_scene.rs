@@ -127,7 +127,7 @@ fn a_room_is_dark_before_and_lit_after() {
 #[test]
 fn every_value_of_every_knob_changes_the_picture() {
     let _gpu = gpu();
-    let mut app = app_of([64, 36], &["resolution=8"]);
+    let mut app = app_of([64, 36], &["resolution=8", "rays=8"]);
     let first = anew(&mut app, "resolution=8");
     let noise = difference(&first, &anew(&mut app, "resolution=8"));
     println!("noise: {noise}");
@@ -136,7 +136,7 @@ fn every_value_of_every_knob_changes_the_picture() {
         let mut defaults = Knobs::new(vec![knob.clone()]);
         let default = defaults.iter().next().expect("a knob").1.to_string();
         let default = match knob.name {
-            "resolution" => "8".into(),
+            "resolution" | "rays" => "8".into(),
             _ => default,
         };
         let values: Vec<String> = match knob.kind {
