@@ -9,6 +9,7 @@ mod extremes;
 mod figures;
 mod headless;
 mod hooks;
+mod import_cycles;
 mod knobs;
 mod pages;
 mod runner;
