@@ -143,7 +143,7 @@ fn without_its_anchors_ewa_leaves_all_materials_to_bevy() {
 #[test]
 fn without_its_anchors_ewa_leaves_chosen_materials_to_bevy() {
     is_bevys_own(FRAGMENT_CHANGED, &["bevy_ewa/fragment"], |app| {
-        app.add_plugins(EwaPlugin::CHOSEN);
+        app.add_plugins(EwaPlugin::OPT_IN);
         scene(app, (), true);
     });
 }

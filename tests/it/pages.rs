@@ -39,7 +39,7 @@ fn shaders_on_the_pages_validate() {
     let _gpu = gpu();
     let mut app = HeadlessApp::new(HeadlessSettings::with_size(1, 1), |app| {
         app.add_plugins((
-            EwaPlugin::CHOSEN,
+            EwaPlugin::OPT_IN,
             VoxelGiPlugin,
             WaveletTexPlugin,
             YCoCgFrameBufferPlugin,

@@ -76,7 +76,7 @@ fn plugins_that_are_added_but_not_used_cost_nothing() {
         app.add_plugins((
             WaveletTexPlugin,
             YCoCgFrameBufferPlugin,
-            EwaPlugin::CHOSEN,
+            EwaPlugin::OPT_IN,
             VoxelGiPlugin,
         ));
     });

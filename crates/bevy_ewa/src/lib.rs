@@ -12,7 +12,7 @@
 //! | [`budget`] | settings by their cost in texture fetches |
 //! | [`mips`] | mip chains for textures that lack them |
 //! | [`mod@reference`] | the filters in plain Rust, with test scenes and their ground truth |
-//! | `shaders` | the filters as importable WESL modules |
+//! | `shaders` | the filters as WESL modules, and the settings as their uniform buffer |
 //! | `material` | the integration into Bevy's materials |
 //! | `plugin` | the plugin that an app adds |
 //!
@@ -28,10 +28,14 @@ pub mod mips;
 pub mod plugin;
 pub mod reference;
 pub mod settings;
+#[cfg(feature = "bevy")]
+pub mod shaders;
 
 pub use budget::EwaBudget;
 #[cfg(feature = "bevy")]
-pub use material::{AllMaterials, EwaExtension, EwaStandardMaterial, EwaUniform};
+pub use material::{AllMaterials, EwaExtension, EwaStandardMaterial};
 #[cfg(feature = "bevy")]
 pub use plugin::EwaPlugin;
 pub use settings::{EwaKernel, EwaLevelOfDetail, EwaMethod, EwaProbes, EwaSettings};
+#[cfg(feature = "bevy")]
+pub use shaders::EwaUniform;

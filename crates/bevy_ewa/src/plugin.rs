@@ -1,11 +1,12 @@
 //! The plugin, which registers what the other modules define.
 
-use bevy::{prelude::*, shader::load_shader_library};
+use bevy::prelude::*;
 
 use crate::{
     material::{AllMaterials, EwaMaterialPlugin},
     mips::load::MipLoadPlugin,
     settings::EwaSettings,
+    shaders::EwaShadersPlugin,
 };
 
 /// Filters the texture maps of materials with elliptical footprints.
@@ -29,21 +30,14 @@ impl Default for EwaPlugin {
 impl EwaPlugin {
     /// The plugin that filters only materials of the type
     /// [`EwaStandardMaterial`](crate::EwaStandardMaterial).
-    pub const CHOSEN: Self = Self {
+    pub const OPT_IN: Self = Self {
         all_materials: None,
     };
 }
 
 impl Plugin for EwaPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "shaders/types.wesl");
-        load_shader_library!(app, "shaders/kernel.wesl");
-        load_shader_library!(app, "shaders/footprint.wesl");
-        load_shader_library!(app, "shaders/exact.wesl");
-        load_shader_library!(app, "shaders/probes.wesl");
-        load_shader_library!(app, "shaders/ewa.wesl");
-        load_shader_library!(app, "shaders/material.wesl");
         app.insert_resource(AllMaterials(self.all_materials))
-            .add_plugins((EwaMaterialPlugin, MipLoadPlugin));
+            .add_plugins((EwaShadersPlugin, EwaMaterialPlugin, MipLoadPlugin));
     }
 }

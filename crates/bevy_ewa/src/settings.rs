@@ -79,7 +79,7 @@ impl EwaSettings {
     }
 
     /// Returns the settings with every value clamped to its range.
-    pub fn sanitized(self) -> Self {
+    pub fn clamped(self) -> Self {
         let default = Self::default();
         let within = |value: f32, default: f32, low: f32, high: f32| {
             if value.is_nan() {

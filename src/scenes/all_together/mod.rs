@@ -107,7 +107,7 @@ impl Scene for AllTogether {
         app.add_plugins((
             WaveletTexPlugin,
             YCoCgFrameBufferPlugin,
-            EwaPlugin::CHOSEN,
+            EwaPlugin::OPT_IN,
             VoxelGiPlugin,
             // What bounces off the floor is known, whichever of its materials it has.
             VoxelMaterialPlugin::<EwaStandardMaterial>::default(),

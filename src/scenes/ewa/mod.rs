@@ -131,7 +131,7 @@ impl Scene for Ewa {
     fn build(&self, app: &mut App) {
         view::embed(app);
         app.add_plugins((
-            EwaPlugin::CHOSEN,
+            EwaPlugin::OPT_IN,
             MaterialPlugin::<view::ViewMaterial>::default(),
         ))
         .init_resource::<stage::Textures>()

@@ -66,7 +66,7 @@ pub fn truths(scene: &EwaScene, size: u32, rate: u32) -> Vec<Pixels> {
 }
 
 fn at(surface: &Surface, step: u32) -> Surface {
-    surface.moved_by(STEP * f64::from(step))
+    surface.with_camera_moved_by(STEP * f64::from(step))
 }
 
 fn computed(

@@ -57,7 +57,7 @@ impl Lookups {
         let mut app = HeadlessApp::new(settings, |app| {
             embedded_asset!(app, "lookup.wesl");
             app.add_plugins((
-                EwaPlugin::CHOSEN,
+                EwaPlugin::OPT_IN,
                 MaterialPlugin::<LookupMaterial>::default(),
             ));
         })?;

@@ -3,7 +3,7 @@
 use bevy_ewa::{
     EwaKernel, EwaSettings,
     mips::texel::srgb_from_linear,
-    reference::{Derivatives, Texture, sample, scenes::Surface, truth::truth},
+    reference::{Derivatives, Texture, ground_truth::ground_truth, sample, scenes::Surface},
 };
 use image::RgbImage;
 use rayon::prelude::*;
@@ -15,7 +15,8 @@ pub type Pixels = Vec<[f64; 3]>;
 pub fn true_picture(texture: &Texture, surface: &Surface, size: u32, rate: u32) -> Pixels {
     rows(size, |y| {
         let texture = texture.clone();
-        let pixel = move |x| truth(&texture, surface, size, [x, y], EwaKernel::default(), rate);
+        let pixel =
+            move |x| ground_truth(&texture, surface, size, [x, y], EwaKernel::default(), rate);
         (0..size).map(pixel).map(rgb).collect()
     })
 }

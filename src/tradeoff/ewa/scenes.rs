@@ -24,10 +24,10 @@ pub const SCENES: [EwaScene; 7] = [
     EwaScene {
         name: "tunnel",
         surface: || Surface::Tunnel {
-            half_view: 1.0,
+            tan_half_fov: 1.0,
             around: 4.0,
             along: 0.5,
-            moved: 0.0,
+            camera_position: 0.0,
         },
         texture: checker,
     },
@@ -68,13 +68,13 @@ pub const SCENES: [EwaScene; 7] = [
     },
 ];
 
-fn plane(grazing: f64, half_view: f64, turn: f64, scale: f64) -> Surface {
+fn plane(grazing: f64, half_fov: f64, rotation: f64, scale: f64) -> Surface {
     Surface::Plane {
-        grazing: grazing.to_radians(),
-        half_view: half_view.to_radians().tan(),
-        turn: turn.to_radians(),
+        grazing_angle: grazing.to_radians(),
+        tan_half_fov: half_fov.to_radians().tan(),
+        rotation: rotation.to_radians(),
         scale,
-        moved: 0.0,
+        camera_position: 0.0,
     }
 }
 

@@ -101,7 +101,7 @@ impl Stage {
             ..HeadlessSettings::with_size(size, size)
         };
         let mut app = HeadlessApp::new(settings, |app| {
-            app.add_plugins(EwaPlugin::CHOSEN);
+            app.add_plugins(EwaPlugin::OPT_IN);
         })?;
         let world = app.world_mut();
         let checks = RgbaImage::from_fn(256, 256, |x, y| {

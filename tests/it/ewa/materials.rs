@@ -30,7 +30,7 @@ const REFERENCE: EwaSettings = EwaSettings {
 fn materials_that_did_not_ask_are_the_same_byte_for_byte() {
     let _gpu = gpu();
     let stock = Floor::new(None, checkered(true)).picture();
-    let mut floor = Floor::new(Some(EwaPlugin::CHOSEN), checkered(true));
+    let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
     assert!(floor.picture() == stock);
     let patches = floor.app.world().resource::<ShaderPatches>();
     assert!(
@@ -47,7 +47,7 @@ fn materials_that_did_not_ask_are_the_same_byte_for_byte() {
 #[test]
 fn all_materials_and_chosen_ones_are_filtered_alike() {
     let _gpu = gpu();
-    let mut floor = Floor::new(Some(EwaPlugin::CHOSEN), checkered(true));
+    let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
     keep("stock_with_post", &floor.picture());
     keep("filtered_with_post", &floor.all(Some(REFERENCE)));
     floor.all(None);
@@ -61,7 +61,7 @@ fn all_materials_and_chosen_ones_are_filtered_alike() {
         },
     ] {
         let settings = EwaSettings::with_method(method);
-        let mut floor = Floor::new(Some(EwaPlugin::CHOSEN), checkered(true));
+        let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
         floor.clear();
         let chosen = floor.chosen(settings);
         keep("chosen", &chosen);
@@ -188,7 +188,7 @@ const MAPS: [(&str, bool, Put); 14] = [
 #[test]
 fn every_map_is_filtered_with_its_own_coordinates() {
     let _gpu = gpu();
-    let mut floor = Floor::new(Some(EwaPlugin::CHOSEN), checkered(true));
+    let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
     floor.clear();
     // Occlusion is of ambient light.
     let ambient = GlobalAmbientLight {

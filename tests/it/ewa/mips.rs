@@ -39,7 +39,7 @@ fn a_texture_without_mips_gets_those_it_should_have() {
 #[test]
 fn a_texture_of_materials_that_did_not_ask_gets_none() {
     let _gpu = gpu();
-    let mut floor = Floor::new(Some(EwaPlugin::CHOSEN), checkered(false));
+    let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(false));
     floor.app.render_frames(20).expect("frames");
     assert_eq!(levels(&floor), 1);
     let stock = Floor::new(None, checkered(false)).picture();

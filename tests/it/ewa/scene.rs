@@ -215,7 +215,8 @@ pub fn texture(mipped: bool, format: TextureFormat, texel: impl Fn(u32, u32) -> 
         RenderAssetUsages::default(),
     );
     if mipped {
-        let chain = mips::chain([SIZE; 2], texels, image.data.take().expect("data"), false);
+        let chain =
+            mips::generate_mip_chain([SIZE; 2], texels, image.data.take().expect("data"), false);
         let chain = chain.expect("a chain");
         image.data = Some(chain.data);
         image.texture_descriptor.mip_level_count = chain.levels;

@@ -335,7 +335,7 @@ fn shadows_of_masks_are_filtered() {
         perceptual_roughness: 1.0,
         ..default()
     };
-    let mut floor = Floor::new(Some(EwaPlugin::CHOSEN), plain);
+    let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), plain);
     // Only its shadow is in the picture: the floor has no texture, so nothing else can change.
     let post = floor.post;
     floor

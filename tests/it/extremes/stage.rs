@@ -57,7 +57,7 @@ pub fn app(size: [u32; 2], texture: [u32; 2]) -> HeadlessApp {
         app.add_plugins((
             WaveletTexPlugin,
             YCoCgFrameBufferPlugin,
-            EwaPlugin::CHOSEN,
+            EwaPlugin::OPT_IN,
             VoxelGiPlugin,
         ));
     })

@@ -58,7 +58,7 @@ impl Crate {
             let candidates: [PathBuf; 2] = [folder.with_extension("rs"), folder.join("mod.rs")];
             let file = candidates.iter().find(|file| read(file).is_some());
             let file = file.unwrap_or_else(|| panic!("no file of {}", folder.display()));
-            let path = [path.as_slice(), &[child.clone()]].concat();
+            let path = [path.as_slice(), std::slice::from_ref(child)].concat();
             self.load(path, file, &folder, read);
         }
         self.0.insert(path, (file.display().to_string(), module));
@@ -100,7 +100,7 @@ impl Crate {
             _ => {}
         }
         if module.children.contains(first) {
-            let child = [from.as_slice(), &[first.clone()]].concat();
+            let child = [from.as_slice(), std::slice::from_ref(first)].concat();
             return self.resolve(&child, rest, depth);
         }
         if module.items.contains(first) {

@@ -233,7 +233,7 @@ fn materials_that_nobody_knows_are_gray_or_what_their_mesh_says() {
     let red = LinearRgba::rgb(0.8, 0.1, 0.1);
     let [gray, wanted] = [LinearRgba::gray(0.5), red].map(|color| under_roof(plain(color)));
     let mut app = app_with(|app| {
-        app.add_plugins(EwaPlugin::CHOSEN);
+        app.add_plugins(EwaPlugin::OPT_IN);
     });
     let world = app.world_mut();
     floor(world);
@@ -274,7 +274,7 @@ fn a_mesh_that_changes_its_type_of_material_changes_its_colour() {
     let [under_red, under_green] = [red, green].map(|color| under_roof(plain(color)));
     let mut app = app_with(|app| {
         app.add_plugins((
-            EwaPlugin::CHOSEN,
+            EwaPlugin::OPT_IN,
             VoxelMaterialPlugin::<EwaStandardMaterial>::default(),
         ));
     });

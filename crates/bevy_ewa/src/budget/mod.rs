@@ -5,11 +5,11 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`choices`] | the candidate settings, with measured errors and costs |
-//! | [`worst`] | an upper bound of the cost of a lookup |
+//! | [`candidates`] | the candidate settings, with measured errors and costs |
+//! | [`worst_case`] | an upper bound of the cost of a lookup |
 
-pub mod choices;
-pub mod worst;
+pub mod candidates;
+pub mod worst_case;
 
 #[cfg(test)]
 mod tests;
@@ -18,16 +18,16 @@ mod tests;
 use bevy::prelude::*;
 
 use crate::settings::EwaSettings;
-use choices::{CHOICES, Choice};
+use candidates::{CANDIDATES, Candidate};
 
 /// A number of texture fetches per lookup, from which the most accurate settings within it follow.
 ///
 /// ```
 /// use bevy_ewa::{EwaBudget, EwaMethod, EwaSettings};
 ///
-/// let cheap = EwaBudget { fetches: 3.0 }.mean(EwaSettings::default());
+/// let cheap = EwaBudget { fetches: 3.0 }.fit_mean(EwaSettings::default());
 /// assert_eq!(cheap.method, EwaMethod::Hardware);
-/// let exact = EwaBudget { fetches: 250.0 }.mean(EwaSettings::default());
+/// let exact = EwaBudget { fetches: 250.0 }.fit_mean(EwaSettings::default());
 /// assert_eq!(exact.method, EwaMethod::Linear);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,9 +49,9 @@ impl Default for EwaBudget {
 }
 
 impl From<EwaBudget> for EwaSettings {
-    /// Returns [`EwaBudget::mean`] of the default settings.
+    /// Returns [`EwaBudget::fit_mean`] of the default settings.
     fn from(budget: EwaBudget) -> Self {
-        budget.mean(Self::default())
+        budget.fit_mean(Self::default())
     }
 }
 
@@ -60,34 +60,35 @@ impl EwaBudget {
     /// the study's scenes: floors that fill the picture at 1 to 15 degrees, and a tunnel. Single pixels
     /// may take more.
     ///
-    /// All settings other than `method`, `max_anisotropy` and `max_fetches` are taken from `others`. The
+    /// All settings other than `method`, `max_anisotropy` and `max_fetches` are taken from `base`. The
     /// costs are those of the default kernel and minor radius.
-    pub fn mean(self, others: EwaSettings) -> EwaSettings {
-        self.choose(others, |choice, settings| {
-            choice.mean_fetches(settings.sampler_anisotropy)
+    pub fn fit_mean(self, base: EwaSettings) -> EwaSettings {
+        self.choose(base, |candidate, settings| {
+            candidate.mean_fetches(settings.sampler_anisotropy)
         })
     }
 
     /// Returns the most accurate settings of which no single lookup exceeds the budget.
     ///
-    /// `others` is used as in [`EwaBudget::mean`], but the bound holds for any kernel and minor radius.
-    pub fn worst(self, others: EwaSettings) -> EwaSettings {
-        self.choose(others, |_, settings| worst::most_fetches(settings))
+    /// `base` is used as in [`EwaBudget::fit_mean`], but the bound holds for any kernel and minor radius.
+    pub fn fit_worst_case(self, base: EwaSettings) -> EwaSettings {
+        self.choose(base, |_, settings| worst_case::worst_case_fetches(settings))
     }
 
     fn choose(
         self,
-        others: EwaSettings,
-        cost: impl Fn(&Choice, &EwaSettings) -> f32,
+        base: EwaSettings,
+        cost: impl Fn(&Candidate, &EwaSettings) -> f32,
     ) -> EwaSettings {
         let fetches = self.fetches.max(1.0);
-        let candidates = CHOICES
+        let candidates = CANDIDATES
             .iter()
-            .map(|choice| (choice, choice.settings(others)));
-        let fitting = candidates.filter(|(choice, settings)| cost(choice, settings) <= fetches);
-        let error = |choice: &Choice| choice.error(others.sampler_anisotropy);
+            .map(|candidate| (candidate, candidate.settings(base)));
+        let fitting =
+            candidates.filter(|(candidate, settings)| cost(candidate, settings) <= fetches);
+        let error = |candidate: &Candidate| candidate.error(base.sampler_anisotropy);
         let best = fitting.min_by(|(a, _), (b, _)| error(a).total_cmp(&error(b)));
         // The texture unit's own filter is one fetch and always fits.
-        best.map_or(others, |(_, settings)| settings)
+        best.map_or(base, |(_, settings)| settings)
     }
 }

@@ -13,18 +13,18 @@ const SIZE: u32 = 48;
 
 /// The surfaces of the study, all with a checkerboard texture.
 fn surfaces() -> Vec<Surface> {
-    let plane = |grazing: f64, half_view: f64, turn: f64, scale: f64| Surface::Plane {
-        grazing: grazing.to_radians(),
-        half_view: half_view.to_radians().tan(),
-        turn: turn.to_radians(),
+    let plane = |grazing: f64, half_fov: f64, rotation: f64, scale: f64| Surface::Plane {
+        grazing_angle: grazing.to_radians(),
+        tan_half_fov: half_fov.to_radians().tan(),
+        rotation: rotation.to_radians(),
         scale,
-        moved: 0.0,
+        camera_position: 0.0,
     };
     let tunnel = Surface::Tunnel {
-        half_view: 1.0,
+        tan_half_fov: 1.0,
         around: 4.0,
         along: 0.5,
-        moved: 0.0,
+        camera_position: 0.0,
     };
     vec![
         tunnel,
@@ -69,7 +69,7 @@ fn picture(surface: &Surface, texture: &Texture, settings: &EwaSettings) -> (Vec
 }
 
 #[test]
-fn the_table_is_what_is_measured() {
+fn the_table_has_the_measured_errors_and_costs() {
     let (surfaces, texture) = (surfaces(), checks());
     let exact = EwaSettings::with_method(EwaMethod::Reference);
     let wanted: Vec<_> = surfaces
@@ -77,9 +77,9 @@ fn the_table_is_what_is_measured() {
         .map(|surface| picture(surface, &texture, &exact).0)
         .collect();
     let mut wrong = Vec::new();
-    for choice in &CHOICES {
+    for candidate in &CANDIDATES {
         let measured = [1, 16].map(|sampler_anisotropy| {
-            let settings = choice.settings(EwaSettings {
+            let settings = candidate.settings(EwaSettings {
                 sampler_anisotropy,
                 ..EwaSettings::default()
             });
@@ -94,7 +94,7 @@ fn the_table_is_what_is_measured() {
         });
         println!(
             "{:?} {} {}",
-            choice.method, choice.max_anisotropy, choice.max_fetches
+            candidate.method, candidate.max_anisotropy, candidate.max_fetches
         );
         println!(
             "    [{:.1}, {:.1}], [{:.1}, {:.1}]",
@@ -102,10 +102,10 @@ fn the_table_is_what_is_measured() {
         );
         for (i, (error, fetches)) in measured.into_iter().enumerate() {
             // The tolerance is half of the last digit in the table.
-            if (choice.errors[i] - error).abs() > 0.051
-                || (choice.fetches[i] - fetches).abs() > 0.051
+            if (candidate.errors[i] - error).abs() > 0.051
+                || (candidate.fetches[i] - fetches).abs() > 0.051
             {
-                wrong.push(choice.method);
+                wrong.push(candidate.method);
             }
         }
     }
@@ -113,7 +113,7 @@ fn the_table_is_what_is_measured() {
 }
 
 /// Returns the mean fetches per pixel of the scene that takes most.
-fn mean_of_the_worst_scene(settings: &EwaSettings) -> f64 {
+fn mean_fetches_of_the_costliest_scene(settings: &EwaSettings) -> f64 {
     let texture = checks();
     let surfaces = surfaces();
     let fetches = surfaces
@@ -125,15 +125,15 @@ fn mean_of_the_worst_scene(settings: &EwaSettings) -> f64 {
 #[test]
 fn pictures_keep_within_their_budget() {
     for sampler_anisotropy in [1, 16] {
-        let others = EwaSettings {
+        let base = EwaSettings {
             sampler_anisotropy,
             ..EwaSettings::default()
         };
         for fetches in [
             1.0, 2.0, 4.9, 6.0, 15.0, 24.0, 49.0, 55.0, 80.0, 150.0, 300.0,
         ] {
-            let settings = EwaBudget { fetches }.mean(others);
-            let found = mean_of_the_worst_scene(&settings);
+            let settings = EwaBudget { fetches }.fit_mean(base);
+            let found = mean_fetches_of_the_costliest_scene(&settings);
             let allowed = f64::from(fetches) + 0.05;
             assert!(found <= allowed, "{found} of {fetches}: {settings:?}");
         }
@@ -142,16 +142,18 @@ fn pictures_keep_within_their_budget() {
 
 /// Returns the error of the chosen settings from the table.
 fn error(settings: &EwaSettings) -> f32 {
-    let found = CHOICES
+    let found = CANDIDATES
         .iter()
-        .find(|choice| choice.settings(*settings) == *settings);
-    found.expect("a choice").error(settings.sampler_anisotropy)
+        .find(|candidate| candidate.settings(*settings) == *settings);
+    found
+        .expect("a candidate")
+        .error(settings.sampler_anisotropy)
 }
 
 #[test]
-fn more_fetches_are_never_worse() {
+fn a_larger_budget_never_has_a_larger_error() {
     for sampler_anisotropy in [1, 16] {
-        let others = EwaSettings {
+        let base = EwaSettings {
             sampler_anisotropy,
             ..EwaSettings::default()
         };
@@ -160,7 +162,7 @@ fn more_fetches_are_never_worse() {
             let budget = EwaBudget {
                 fetches: 1.03f32.powi(step),
             };
-            let next = [budget.mean(others), budget.worst(others)].map(|s| error(&s));
+            let next = [budget.fit_mean(base), budget.fit_worst_case(base)].map(|s| error(&s));
             assert!(next[0] <= mean && next[1] <= worst, "{budget:?}: {next:?}");
             [mean, worst] = next;
         }
@@ -170,15 +172,15 @@ fn more_fetches_are_never_worse() {
 }
 
 #[test]
-fn what_is_no_budget_is_the_smallest() {
+fn an_invalid_budget_counts_as_one_fetch() {
     for fetches in [f32::NAN, f32::NEG_INFINITY, -3.0, 0.0, 1.0] {
         let budget = EwaBudget { fetches };
-        let others = EwaSettings::default();
-        assert_eq!(budget.mean(others).method, EwaMethod::Hardware);
-        assert_eq!(budget.worst(others).method, EwaMethod::Hardware);
+        let base = EwaSettings::default();
+        assert_eq!(budget.fit_mean(base).method, EwaMethod::Hardware);
+        assert_eq!(budget.fit_worst_case(base).method, EwaMethod::Hardware);
     }
     let fetches = f32::INFINITY;
-    let settings = EwaBudget { fetches }.worst(EwaSettings::default());
+    let settings = EwaBudget { fetches }.fit_worst_case(EwaSettings::default());
     assert_eq!(settings.method, EwaMethod::Linear);
 }
 
@@ -187,11 +189,11 @@ proptest! {
     #[test]
     fn no_lookup_exceeds_the_worst_case(
         log_major in -6.0..3.0f64, log_ratio in 0.0..8.0f64, angle in 0.0..3.2f64,
-        turn in 0.0..3.2f64, u in 0.0..1.0f64, v in 0.0..1.0f64,
+        rotation in 0.0..3.2f64, u in 0.0..1.0f64, v in 0.0..1.0f64,
         budget in 1.0..1200.0f32, sampler in 0usize..2, kernel in 0usize..5, hardware in any::<bool>(),
         minor_radius_texels in 0.5..4.0f32, blend in 0.0..1.0f32, threshold in 2.0..40.0f32,
     ) {
-        let others = EwaSettings {
+        let base = EwaSettings {
             sampler_anisotropy: [1, 16][sampler],
             kernel: [
                 EwaKernel::Box,
@@ -210,18 +212,18 @@ proptest! {
             spatial_threshold: threshold,
             ..EwaSettings::default()
         };
-        let settings = EwaBudget { fetches: budget }.worst(others);
+        let settings = EwaBudget { fetches: budget }.fit_worst_case(base);
         let texture = checks();
         let major = log_major.exp2();
         let (axes, minor) = ([angle.cos(), angle.sin()], major / log_ratio.exp2());
         let (a, b) = ([major * axes[0], major * axes[1]], [-minor * axes[1], minor * axes[0]]);
         let mixed = |s: f64, t: f64| [0, 1].map(|i| s * a[i] + t * b[i]);
         let derivatives = Derivatives {
-            dx: mixed(turn.cos(), turn.sin()),
-            dy: mixed(-turn.sin(), turn.cos()),
+            dx: mixed(rotation.cos(), rotation.sin()),
+            dy: mixed(-rotation.sin(), rotation.cos()),
         };
         let found = sample(&texture, [u, v], derivatives, &settings, 0);
-        let most = worst::most_fetches(&settings);
+        let most = worst_case::worst_case_fetches(&settings);
         prop_assert!(most <= budget.max(1.0));
         // The texture unit's own filter counts as one fetch; the reference computes it with more.
         if settings.method != EwaMethod::Hardware {

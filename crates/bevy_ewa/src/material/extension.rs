@@ -12,7 +12,7 @@ use bevy::{
     },
 };
 
-use super::{all::is_software, pipeline::EwaKey};
+use super::{llvmpipe::is_llvmpipe, pipeline::EwaKey};
 use crate::settings::EwaSettings;
 
 /// A `StandardMaterial` whose maps are filtered by the settings of its extension.
@@ -35,7 +35,7 @@ impl From<EwaSettings> for EwaExtension {
 
 impl From<&EwaExtension> for EwaKey {
     fn from(extension: &EwaExtension) -> Self {
-        Self::new(&extension.settings, is_software())
+        Self::new(&extension.settings, is_llvmpipe())
     }
 }
 

@@ -2,51 +2,46 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`uniform`] | the settings as a uniform buffer |
 //! | [`pipeline`] | the settings as shader defs of a pipeline |
 //! | [`patches`] | calls in Bevy's shaders that are compiled only with those defs |
 //! | [`extension`] | filtering of single materials |
-//! | [`all`] | filtering of all `StandardMaterial`s |
+//! | [`all_materials`] | filtering of all `StandardMaterial`s |
 //! | `maps` | the texture maps of a material |
-//! | `borders` | detection of materials with clamped textures |
+//! | `clamped_textures` | detection of materials with clamped textures |
+//! | `llvmpipe` | detection of a driver that needs workarounds |
+//! | `mark_modified` | preparation of an unchanged asset once more |
+//!
+//! The shader `sample_map.wesl` is what the calls in Bevy's shaders call.
 
-pub mod all;
-mod borders;
+pub mod all_materials;
+mod clamped_textures;
 pub mod extension;
-mod maps;
+mod llvmpipe;
+pub(crate) mod maps;
+pub(crate) mod mark_modified;
 pub mod patches;
 pub mod pipeline;
-pub mod uniform;
 
-use bevy::{pbr::MaterialPlugin, prelude::*};
+use bevy::{pbr::MaterialPlugin, prelude::*, shader::load_shader_library};
 use bevy_frugal_hooks::shader_patch::PatchShadersExt;
 
-pub use all::AllMaterials;
+pub use all_materials::AllMaterials;
 pub use extension::{EwaExtension, EwaStandardMaterial};
-pub(crate) use maps::maps;
-pub use uniform::EwaUniform;
 
 /// Patches Bevy's shaders and registers both kinds of filtered materials.
 pub(crate) struct EwaMaterialPlugin;
 
 impl Plugin for EwaMaterialPlugin {
     fn build(&self, app: &mut App) {
+        load_shader_library!(app, "sample_map.wesl");
         for patch in patches::patches() {
             app.patch_shader(patch);
         }
         app.add_plugins((
             MaterialPlugin::<EwaStandardMaterial>::default(),
-            all::AllMaterialsPlugin,
-            borders::BordersPlugin,
+            all_materials::AllMaterialsPlugin,
+            clamped_textures::ClampedTexturesPlugin,
         ))
         .register_type::<EwaExtension>();
-    }
-}
-
-/// Marks an asset as modified, so that the renderer prepares it again.
-pub(crate) fn touch<A: Asset>(assets: &mut Assets<A>, id: AssetId<A>) {
-    if let Some(mut asset) = assets.get_mut(id) {
-        // Only a mutable reference marks the asset as modified.
-        let _: &mut A = &mut asset;
     }
 }

@@ -4,7 +4,8 @@
 //! Nothing is replaced: the call becomes another branch of the `@if` around Bevy's own statement. That
 //! whole statement is the anchor, and the number of `textureSampleBias` calls is verified.
 
-use bevy_frugal_hooks::{Insertion, ShaderPatch};
+use bevy::prelude::*;
+use bevy_frugal_hooks::{Insertion, ShaderPatch, ShaderPatches};
 
 /// Name of the patch for the maps in the forward and the deferred pass.
 pub const FRAGMENT: &str = "bevy_ewa/fragment";
@@ -15,6 +16,17 @@ pub const ALPHA: &str = "bevy_ewa/alpha";
 
 /// The patches that must all be applied: without one, passes would filter the same map differently.
 pub const REQUIRED: &[&str] = &[FRAGMENT, PREPASS, ALPHA];
+
+/// Whether all required patches are applied to Bevy's shaders.
+pub(crate) fn is_patched(patches: Option<Res<ShaderPatches>>) -> bool {
+    patches.is_some_and(|patches| patches.all_applied(REQUIRED))
+}
+
+/// Whether one of Bevy's shaders could not be patched. The plugin then leaves all materials to Bevy,
+/// since the passes would otherwise filter the same map differently.
+pub(super) fn is_refused(patches: Option<Res<ShaderPatches>>) -> bool {
+    patches.is_some_and(|patches| patches.refused(REQUIRED).is_some())
+}
 
 const SAMPLING: &str = "textureSampleBias(";
 
@@ -31,8 +43,8 @@ fn patch(
     insertions: Vec<Insertion>,
 ) -> ShaderPatch {
     ShaderPatch {
-        imports: vec!["bevy_ewa::shaders::material::sample_map"],
-        counted: vec![(SAMPLING, samplings)],
+        imports: vec!["bevy_ewa::material::sample_map::sample_map"],
+        expected_counts: vec![(SAMPLING, samplings)],
         insertions,
         ..ShaderPatch::new(name, shader)
     }

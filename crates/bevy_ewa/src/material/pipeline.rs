@@ -4,8 +4,7 @@ use bevy::{
     pbr::MeshPipelineKey, render::render_resource::RenderPipelineDescriptor, shader::ShaderDefVal,
 };
 
-use super::uniform::EwaUniform;
-use crate::settings::EwaSettings;
+use crate::{settings::EwaSettings, shaders::EwaUniform};
 
 /// Feature of the inserted branches in Bevy's shaders.
 pub(crate) const EWA: &str = "BEVY_EWA";
@@ -16,7 +15,7 @@ const PREPASS: &str = "PREPASS_PIPELINE";
 const PERIODIC: &str = "EWA_PERIODIC";
 
 /// Sets `periodic` to 0 in the shader defs of a pipeline.
-pub(super) fn clamp(shader_defs: &mut [ShaderDefVal]) {
+pub(super) fn disable_periodic(shader_defs: &mut [ShaderDefVal]) {
     for def in shader_defs {
         if let ShaderDefVal::UInt(name, value) = def
             && name == PERIODIC
@@ -58,9 +57,9 @@ const NAMES: [&str; VALUES] = [
 ];
 
 impl EwaKey {
-    /// Creates the key of these settings; `software` is true on llvmpipe.
-    pub fn new(settings: &EwaSettings, software: bool) -> Self {
-        let settings = settings.sanitized();
+    /// Creates the key of these settings; `llvmpipe` is true on that driver.
+    pub fn new(settings: &EwaSettings, llvmpipe: bool) -> Self {
+        let settings = settings.clamped();
         if settings.method == crate::EwaMethod::Hardware {
             return Self(None);
         }
@@ -79,7 +78,7 @@ impl EwaKey {
             uniform.spatial_threshold.to_bits(),
             uniform.sampler_anisotropy,
             uniform.periodic,
-            software.into(),
+            llvmpipe.into(),
         ]))
     }
 
@@ -93,7 +92,7 @@ impl EwaKey {
         values.chain([EWA.into()]).collect()
     }
 
-    fn is_software(&self) -> bool {
+    fn is_llvmpipe(&self) -> bool {
         self.0.is_some_and(|values| values[VALUES - 1] != 0)
     }
 
@@ -103,7 +102,7 @@ impl EwaKey {
             // Mesa's llvmpipe ends the process while it compiles a motion-vector prepass with the
             // filter, so this pass keeps Bevy's. The mesh key of the main pass has the same flag, so the
             // shader def has to be checked, too.
-            if self.is_software()
+            if self.is_llvmpipe()
                 && key.contains(MeshPipelineKey::MOTION_VECTOR_PREPASS)
                 && fragment.shader_defs.contains(&PREPASS.into())
             {

@@ -5,7 +5,7 @@ use crate::reference::texture::area_weights;
 
 /// All mip levels of a texture.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Chain {
+pub struct MipChain {
     /// The texels of all levels, the finest first.
     pub data: Vec<u8>,
     /// Number of levels, at least 1.
@@ -18,7 +18,12 @@ pub struct Chain {
 /// A texel is the mean in linear light of the area that it covers in the next finer level, which also
 /// holds for odd sizes. With `normals`, the first three channels are a normal map (-1 to 1 stored as
 /// 0 to 1), whose normals are renormalized to length 1.
-pub fn chain(size: [u32; 2], format: TexelFormat, data: Vec<u8>, normals: bool) -> Option<Chain> {
+pub fn generate_mip_chain(
+    size: [u32; 2],
+    format: TexelFormat,
+    data: Vec<u8>,
+    normals: bool,
+) -> Option<MipChain> {
     let texels = size[0] as usize * size[1] as usize;
     if texels == 0 || data.len() != texels * format.bytes() {
         return None;
@@ -29,17 +34,17 @@ pub fn chain(size: [u32; 2], format: TexelFormat, data: Vec<u8>, normals: bool) 
     let mut levels = 1;
     while size != [1, 1] {
         let next = size.map(|n| (n / 2).max(1));
-        values = reduced(&values, size, next, format.channels);
+        values = downsampled(&values, size, next, format.channels);
         size = next;
         let is_normal_map = normals && format.channels >= 3;
         let stored = is_normal_map.then(|| normalized(&values, format.channels));
         format.encode(stored.as_ref().unwrap_or(&values), &mut data);
         levels += 1;
     }
-    Some(Chain { data, levels })
+    Some(MipChain { data, levels })
 }
 
-fn reduced(values: &[f32], from: [u32; 2], to: [u32; 2], channels: usize) -> Vec<f32> {
+fn downsampled(values: &[f32], from: [u32; 2], to: [u32; 2], channels: usize) -> Vec<f32> {
     let rows = area_weights(from[1], to[1]);
     let columns = area_weights(from[0], to[0]);
     let mut result = Vec::with_capacity(to[0] as usize * to[1] as usize * channels);
@@ -93,7 +98,7 @@ mod tests {
     fn srgb_stripes_become_the_gray_of_their_light() {
         // Thesis figure 5.13: the mean of black and white is 188 and not 128; alpha is linear.
         let data = [[0, 0, 0, 0], [255; 4]].concat().repeat(8);
-        let chain = chain([4, 4], SRGB, data, false).expect("a chain");
+        let chain = generate_mip_chain([4, 4], SRGB, data, false).expect("a chain");
         assert_eq!(chain.levels, 3);
         assert_eq!(&chain.data[64..], [188, 188, 188, 128].repeat(5));
     }
@@ -105,7 +110,7 @@ mod tests {
             channels: 1,
             ..RGBA
         };
-        let chain = chain([5, 3], format, data, false).expect("a chain");
+        let chain = generate_mip_chain([5, 3], format, data, false).expect("a chain");
         // The levels are 5 x 3, 2 x 1 and 1 x 1. A texel of the second covers 2.5 columns, and the right
         // one of them contains the white column.
         assert_eq!(chain.data[15..], [0, 102, 51]);
@@ -116,7 +121,7 @@ mod tests {
         let up_left = [37, 128, 218, 255];
         let up_right = [218, 128, 218, 255];
         let data = [up_left, up_right].concat();
-        let chain = chain([2, 1], RGBA, data, true).expect("a chain");
+        let chain = generate_mip_chain([2, 1], RGBA, data, true).expect("a chain");
         assert_eq!(chain.data[8..], [128, 128, 255, 255]);
     }
 
@@ -133,7 +138,7 @@ mod tests {
                 .map(f32::to_le_bytes)
                 .as_flattened()
                 .repeat(texels);
-            let chain = chain(size, format, data, false).expect("a chain");
+            let chain = generate_mip_chain(size, format, data, false).expect("a chain");
             for value in format.decode(&chain.data).chunks_exact(2) {
                 assert!((value[0] - 2.5).abs() < 1e-6 && (value[1] + 1.0).abs() < 1e-6);
             }
@@ -157,7 +162,7 @@ mod tests {
                 storage,
                 srgb: false,
             };
-            let chain = chain([2, 1], format, data(pair), false).expect("a chain");
+            let chain = generate_mip_chain([2, 1], format, data(pair), false).expect("a chain");
             assert_eq!(chain.levels, 2);
             assert_eq!(
                 chain.data[4..],
@@ -169,7 +174,7 @@ mod tests {
 
     #[test]
     fn data_of_another_size_is_refused() {
-        assert_eq!(chain([2, 2], RGBA, vec![0; 15], false), None);
-        assert_eq!(chain([0, 2], RGBA, Vec::new(), false), None);
+        assert_eq!(generate_mip_chain([2, 2], RGBA, vec![0; 15], false), None);
+        assert_eq!(generate_mip_chain([0, 2], RGBA, Vec::new(), false), None);
     }
 }

@@ -13,27 +13,30 @@ use bevy::{
 };
 
 use super::{
-    chain::{Chain, chain},
+    chain::{MipChain, generate_mip_chain},
     texel::{Storage, TexelFormat},
 };
-use crate::material::{AllMaterials, EwaStandardMaterial, all::is_patched, maps, touch};
+use crate::material::{
+    AllMaterials, EwaStandardMaterial, maps::maps, mark_modified::mark_modified,
+    patches::is_patched,
+};
 
 /// Number of frames for which the texels of an image are kept for a material that may be added later.
-const PATIENCE: u32 = 300;
+const FRAMES_KEPT: u32 = 300;
 
 /// Generates the mip chains of textures that filtered materials use.
 pub(crate) struct MipLoadPlugin;
 
 impl Plugin for MipLoadPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Mips>().add_systems(
+        app.init_resource::<MipGeneration>().add_systems(
             PostUpdate,
             (
-                find_materials,
+                find_textures,
                 find_images,
                 // Without the filter the picture must be Bevy's own, so there are no mip chains either.
-                start.run_if(is_patched),
-                finish,
+                start_tasks.run_if(is_patched),
+                finish_tasks,
             )
                 .chain()
                 .after(AssetEventSystems),
@@ -42,12 +45,12 @@ impl Plugin for MipLoadPlugin {
 }
 
 #[derive(Resource, Default)]
-struct Mips {
+struct MipGeneration {
     /// Textures of filtered materials, with true for normal maps.
-    wanted: HashMap<AssetId<Image>, bool>,
+    used_textures: HashMap<AssetId<Image>, bool>,
     /// Images without mip levels, whose texels the renderer is about to take.
     candidates: HashMap<AssetId<Image>, Candidate>,
-    tasks: HashMap<AssetId<Image>, (Image, Task<Option<Chain>>)>,
+    tasks: HashMap<AssetId<Image>, (Image, Task<Option<MipChain>>)>,
 }
 
 struct Candidate {
@@ -55,42 +58,44 @@ struct Candidate {
     frames_left: u32,
 }
 
-fn find_materials(
-    mut mips: ResMut<Mips>,
+fn find_textures(
+    mut mips: ResMut<MipGeneration>,
     all: Res<AllMaterials>,
     standard: Res<Assets<StandardMaterial>>,
-    chosen: Res<Assets<EwaStandardMaterial>>,
+    extended: Res<Assets<EwaStandardMaterial>>,
     mut standard_events: MessageReader<AssetEvent<StandardMaterial>>,
-    mut chosen_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
+    mut extended_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
 ) {
-    let mut want = |material: &StandardMaterial| {
+    let mut add_textures = |material: &StandardMaterial| {
         for (texture, normals) in maps(material) {
-            let known = mips.wanted.entry(texture.id()).or_default();
+            let known = mips.used_textures.entry(texture.id()).or_default();
             *known |= normals;
         }
     };
     if all.is_changed() && all.0.is_some() {
-        standard.iter().for_each(|(_, material)| want(material));
+        standard
+            .iter()
+            .for_each(|(_, material)| add_textures(material));
     }
     for event in standard_events.read() {
         if let AssetEvent::Added { id } | AssetEvent::Modified { id } = event
             && all.0.is_some()
             && let Some(material) = standard.get(*id)
         {
-            want(material);
+            add_textures(material);
         }
     }
-    for event in chosen_events.read() {
+    for event in extended_events.read() {
         if let AssetEvent::Added { id } | AssetEvent::Modified { id } = event
-            && let Some(material) = chosen.get(*id)
+            && let Some(material) = extended.get(*id)
         {
-            want(&material.base);
+            add_textures(&material.base);
         }
     }
 }
 
 fn find_images(
-    mut mips: ResMut<Mips>,
+    mut mips: ResMut<MipGeneration>,
     images: Res<Assets<Image>>,
     mut events: MessageReader<AssetEvent<Image>>,
 ) {
@@ -105,7 +110,7 @@ fn find_images(
                     && lacks_mips(image)
                 {
                     let image = image.clone();
-                    let frames_left = PATIENCE;
+                    let frames_left = FRAMES_KEPT;
                     mips.candidates
                         .insert(*id, Candidate { image, frames_left });
                 }
@@ -113,7 +118,7 @@ fn find_images(
             AssetEvent::Removed { id } | AssetEvent::Unused { id } => {
                 mips.candidates.remove(id);
                 mips.tasks.remove(id);
-                mips.wanted.remove(id);
+                mips.used_textures.remove(id);
             }
             AssetEvent::LoadedWithDependencies { .. } => {}
         }
@@ -130,12 +135,12 @@ fn lacks_mips(image: &Image) -> bool {
         && texel_format(descriptor.format).is_some()
 }
 
-fn start(mut mips: ResMut<Mips>) {
+fn start_tasks(mut mips: ResMut<MipGeneration>) {
     let mips = &mut *mips;
     let found: Vec<_> = mips
         .candidates
         .keys()
-        .filter(|id| mips.wanted.contains_key(*id))
+        .filter(|id| mips.used_textures.contains_key(*id))
         .copied()
         .collect();
     for id in found {
@@ -147,18 +152,19 @@ fn start(mut mips: ResMut<Mips>) {
         let (Some(format), Some(data)) = (format, image.data.take()) else {
             continue;
         };
-        let normals = mips.wanted.get(&id).copied().unwrap_or_default();
-        let task = AsyncComputeTaskPool::get()
-            .spawn(async move { chain([size.width, size.height], format, data, normals) });
+        let normals = mips.used_textures.get(&id).copied().unwrap_or_default();
+        let task = AsyncComputeTaskPool::get().spawn(async move {
+            generate_mip_chain([size.width, size.height], format, data, normals)
+        });
         mips.tasks.insert(id, (image, task));
     }
 }
 
-fn finish(
-    mut mips: ResMut<Mips>,
+fn finish_tasks(
+    mut mips: ResMut<MipGeneration>,
     mut images: ResMut<Assets<Image>>,
     mut standard: ResMut<Assets<StandardMaterial>>,
-    mut chosen: ResMut<Assets<EwaStandardMaterial>>,
+    mut extended: ResMut<Assets<EwaStandardMaterial>>,
 ) {
     let mut finished = Vec::new();
     mips.tasks.retain(|id, (image, task)| {
@@ -185,11 +191,11 @@ fn finish(
     };
     let users = standard.iter().filter(|(_, material)| uses(material));
     for id in users.map(|(id, _)| id).collect::<Vec<_>>() {
-        touch(&mut standard, id);
+        mark_modified(&mut standard, id);
     }
-    let users = chosen.iter().filter(|(_, material)| uses(&material.base));
+    let users = extended.iter().filter(|(_, material)| uses(&material.base));
     for id in users.map(|(id, _)| id).collect::<Vec<_>>() {
-        touch(&mut chosen, id);
+        mark_modified(&mut extended, id);
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`mod@chain`] | generation of mip levels in linear light |
+//! | [`chain`] | generation of mip levels in linear light |
 //! | [`texel`] | conversion of texel formats to linear light and back |
 //! | `load` | mip chains for the textures of materials as they are loaded |
 
@@ -17,5 +17,5 @@ pub mod chain;
 pub(crate) mod load;
 pub mod texel;
 
-pub use chain::{Chain, chain};
+pub use chain::{MipChain, generate_mip_chain};
 pub use texel::TexelFormat;

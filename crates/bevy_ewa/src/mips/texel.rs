@@ -44,7 +44,7 @@ impl TexelFormat {
                 let table: [f32; 256] =
                     std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0));
                 let decode = |(i, byte): (usize, &u8)| {
-                    if self.is_curved(i) {
+                    if self.is_srgb(i) {
                         table[usize::from(*byte)]
                     } else {
                         f32::from(*byte) / 255.0
@@ -65,7 +65,7 @@ impl TexelFormat {
         match self.storage {
             Storage::Unorm8 => data.extend(values.iter().enumerate().map(|(i, value)| {
                 let value = value.clamp(0.0, 1.0);
-                let encoded = if self.is_curved(i) {
+                let encoded = if self.is_srgb(i) {
                     srgb_from_linear(value)
                 } else {
                     value
@@ -83,7 +83,7 @@ impl TexelFormat {
         }
     }
 
-    fn is_curved(self, index: usize) -> bool {
+    fn is_srgb(self, index: usize) -> bool {
         self.srgb && index % self.channels < 3
     }
 }

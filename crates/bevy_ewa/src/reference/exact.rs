@@ -1,9 +1,9 @@
 //! The exact EWA: the weighted average of the texels in an ellipse (thesis 5.3 and 5.4).
 
 use super::{
-    footprint::{Footprint, HUGE},
+    footprint::{Footprint, MAX_RADIUS_TEXELS},
     kernel::weight,
-    texture::{Color, Texture, add, mix},
+    texture::{Color, Texture, add_weighted, mix},
 };
 use crate::settings::{EwaKernel, EwaMethod, EwaSettings};
 
@@ -13,7 +13,7 @@ use crate::settings::{EwaKernel, EwaMethod, EwaSettings};
 const TEXEL_RADIUS_SQUARED: f64 = 1.0;
 
 /// Sum of weights below which an ellipse counts as empty and is replaced by a bilinear fetch.
-const NO_WEIGHT: f64 = 1e-6;
+const MIN_WEIGHT: f64 = 1e-6;
 
 /// An ellipse around a point of a mip level, in texels, as a symmetric 2 x 2 matrix.
 #[derive(Clone, Copy, Debug)]
@@ -53,13 +53,13 @@ impl Ellipse {
         let pad = TEXEL_RADIUS_SQUARED;
         // The determinant is expanded, since that of the matrix without the pad is known: the difference
         // of products `xx * yy - xy * xy` suffers cancellation for long ellipses.
-        let bare = major * minor * (scale[0] * scale[1]).powi(2);
+        let unpadded = major * minor * (scale[0] * scale[1]).powi(2);
         Self {
             center: [0, 1].map(|i| uv[i] * f64::from(level_size[i])),
             xx: xx + pad,
             yy: yy + pad,
             xy,
-            determinant: bare + pad * (xx + yy) + pad * pad,
+            determinant: unpadded + pad * (xx + yy) + pad * pad,
         }
     }
 
@@ -112,12 +112,12 @@ pub fn exact(
     let radius = f64::from(settings.kernel.radius_pixels());
     let radius_texels = radius * footprint.major_radius_texels;
     // Below a major radius of one texel, only the bilinear reconstruction of the texture is left.
-    let average = (radius_texels - 1.0).clamp(0.0, 1.0);
+    let minification = (radius_texels - 1.0).clamp(0.0, 1.0);
     let bilinear = || {
         let size = texture.size();
         texture.bilinear(0, [0, 1].map(|i| uv[i] * f64::from(size[i])))
     };
-    if average <= 0.0 {
+    if minification <= 0.0 {
         return bilinear();
     }
     let lod = footprint.lod(settings);
@@ -125,31 +125,31 @@ pub fn exact(
     // Beyond the last level there is nothing coarser to read. The ellipse keeps the size in texels that
     // it has at the level of detail of the last level.
     let excess = (lod - last).max(0.0);
-    let shrunk = Footprint {
+    let scaled = Footprint {
         major_radius_texels: footprint.major_radius_texels * (-excess).exp2(),
         minor_radius_texels: footprint.minor_radius_texels * (-excess).exp2(),
         ..*footprint
     };
     let lod = lod.clamp(0.0, last);
-    let level = |level: u32| one_level(texture, &shrunk, radius, uv, level, settings);
+    let level = |level: u32| filter_level(texture, &scaled, radius, uv, level, settings);
     let fine = lod.floor();
     let blend = f64::from(settings.level_blend);
-    let part = if blend > 0.0 && fine < last {
+    let fraction = if blend > 0.0 && fine < last {
         ((lod - fine - 1.0) / blend + 1.0).clamp(0.0, 1.0)
     } else {
         0.0
     };
     let mut color = level(fine as u32);
-    if part > 0.0 {
-        color = mix(color, level(fine as u32 + 1), part);
+    if fraction > 0.0 {
+        color = mix(color, level(fine as u32 + 1), fraction);
     }
-    if average < 1.0 {
-        color = mix(bilinear(), color, average);
+    if minification < 1.0 {
+        color = mix(bilinear(), color, minification);
     }
     color
 }
 
-fn one_level(
+fn filter_level(
     texture: &Texture,
     footprint: &Footprint,
     radius: f64,
@@ -159,7 +159,7 @@ fn one_level(
 ) -> Color {
     let size = texture.levels[level as usize].size;
     let ellipse = Ellipse::new(footprint, radius, uv, level, size, texture.size());
-    if !(ellipse.xx < HUGE && ellipse.yy < HUGE) {
+    if !(ellipse.xx < MAX_RADIUS_TEXELS && ellipse.yy < MAX_RADIUS_TEXELS) {
         return texture.bilinear(level, ellipse.center);
     }
     // Rows run along the longer side: there are fewer of them, with more texels each.
@@ -181,7 +181,7 @@ fn one_level(
         EwaMethod::Bilinear => scan.blocks(),
         _ => scan.texels(),
     };
-    if weight < NO_WEIGHT {
+    if weight < MIN_WEIGHT {
         return texture.bilinear(level, ellipse.center);
     }
     sum.map(|c| c / weight)
@@ -198,7 +198,7 @@ struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    fn position<T: Copy>(&self, position: [T; 2]) -> [T; 2] {
+    fn in_texture<T: Copy>(&self, position: [T; 2]) -> [T; 2] {
         let [x, y] = position;
         if self.transposed { [y, x] } else { [x, y] }
     }
@@ -208,11 +208,11 @@ impl Scan<'_> {
     }
 
     fn texel(&self, texel: [i64; 2]) -> Color {
-        self.texture.texel(self.level, self.position(texel))
+        self.texture.texel(self.level, self.in_texture(texel))
     }
 
     fn bilinear(&self, position: [f64; 2]) -> Color {
-        self.texture.bilinear(self.level, self.position(position))
+        self.texture.bilinear(self.level, self.in_texture(position))
     }
 
     fn texels(&self) -> (Color, f64) {
@@ -222,7 +222,7 @@ impl Scan<'_> {
             let [left, right] = self.ellipse.row(y);
             for x in left..=right {
                 let w = self.weight([x, y]);
-                sum = add(sum, self.texel([x, y]), w);
+                sum = add_weighted(sum, self.texel([x, y]), w);
                 total += w;
             }
         }
@@ -241,11 +241,11 @@ impl Scan<'_> {
                 let (a, b) = (self.weight([x, y]), self.weight([x + 1, y]));
                 let (x, y) = (x as f64 + 0.5, y as f64 + 0.5);
                 if a * b >= 0.0 {
-                    let part = if a + b == 0.0 { 0.0 } else { b / (a + b) };
-                    sum = add(sum, self.bilinear([x + part, y]), a + b);
+                    let fraction = if a + b == 0.0 { 0.0 } else { b / (a + b) };
+                    sum = add_weighted(sum, self.bilinear([x + fraction, y]), a + b);
                 } else {
-                    sum = add(sum, self.bilinear([x, y]), a);
-                    sum = add(sum, self.bilinear([x + 1.0, y]), b);
+                    sum = add_weighted(sum, self.bilinear([x, y]), a);
+                    sum = add_weighted(sum, self.bilinear([x + 1.0, y]), b);
                 }
                 total += a + b;
             }
@@ -274,7 +274,7 @@ impl Scan<'_> {
                 if w.iter().any(|w| *w < 0.0) {
                     for (texel, w) in texels.iter().zip(w) {
                         if w != 0.0 {
-                            sum = add(sum, self.texel(*texel), w);
+                            sum = add_weighted(sum, self.texel(*texel), w);
                         }
                     }
                 } else if all > 0.0 {
@@ -282,7 +282,7 @@ impl Scan<'_> {
                         x as f64 + 0.5 + (w[1] + w[3]) / all,
                         y as f64 + 0.5 + (w[2] + w[3]) / all,
                     ];
-                    sum = add(sum, self.bilinear(position), all);
+                    sum = add_weighted(sum, self.bilinear(position), all);
                 }
                 total += all;
             }

@@ -2,8 +2,11 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-use super::probes::TIE;
 use crate::settings::{EwaLevelOfDetail, EwaSettings};
+
+/// The amount by which a ratio may exceed an integer before it is rounded up: the tolerance for the
+/// rounding errors of 32-bit floats.
+pub const CEIL_TOLERANCE: f64 = 1e-3;
 
 /// Screen-space derivatives of the texture coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,7 +35,7 @@ pub struct Footprint {
 }
 
 /// Radius in texels beyond which a footprint counts as the whole texture.
-pub(super) const HUGE: f64 = 1e12;
+pub(super) const MAX_RADIUS_TEXELS: f64 = 1e12;
 
 impl Footprint {
     /// Computes the footprint in a texture of this size.
@@ -49,10 +52,10 @@ impl Footprint {
                 largest.max(c.abs())
             }
         });
-        if scale > HUGE {
-            return Self::disc(HUGE);
+        if scale > MAX_RADIUS_TEXELS {
+            return Self::disc(MAX_RADIUS_TEXELS);
         }
-        if scale < 1.0 / HUGE {
+        if scale < 1.0 / MAX_RADIUS_TEXELS {
             return Self::disc(0.0);
         }
         // Scaled to order 1, so that no square overflows or underflows.
@@ -80,7 +83,7 @@ impl Footprint {
         };
         let long = a[0].hypot(a[1]).max(b[0].hypot(b[1]));
         let short = a[0].hypot(a[1]).min(b[0].hypot(b[1]));
-        let taps = (long / short.max(long / 16.0) - TIE).ceil();
+        let taps = (long / short.max(long / 16.0) - CEIL_TOLERANCE).ceil();
         Self {
             major_radius_texels: major * scale,
             minor_radius_texels: minor.max(major / max_anisotropy) * scale,
@@ -96,7 +99,7 @@ impl Footprint {
             minor_radius_texels: radius,
             major_direction: [1.0, 0.0],
             anisotropy: 1.0,
-            hardware_lod: radius.max(1.0 / HUGE).log2(),
+            hardware_lod: radius.max(1.0 / MAX_RADIUS_TEXELS).log2(),
         }
     }
 
@@ -106,40 +109,42 @@ impl Footprint {
     pub fn lod(&self, settings: &EwaSettings) -> f64 {
         let radius = f64::from(settings.kernel.radius_pixels());
         let texels = f64::from(settings.minor_radius_texels);
-        let by_size = match settings.level_of_detail {
-            EwaLevelOfDetail::MinorRadius => self.minor_radius_texels.max(1.0 / HUGE).log2(),
+        let size_lod = match settings.level_of_detail {
+            EwaLevelOfDetail::MinorRadius => {
+                self.minor_radius_texels.max(1.0 / MAX_RADIUS_TEXELS).log2()
+            }
             EwaLevelOfDetail::Hardware => self.hardware_lod,
         };
-        (by_size + (radius / texels).log2()).max(self.lod_of_budget(settings))
+        (size_lod + (radius / texels).log2()).max(self.budget_lod(settings))
     }
 
-    /// The finest level of detail that keeps within the budget: [`most_texels`] solved for the scale, at
+    /// The finest level of detail that keeps within the budget: [`max_texels`] solved for the scale, at
     /// the floor of the level of detail, where lengths in texels are at most doubled.
-    fn lod_of_budget(&self, settings: &EwaSettings) -> f64 {
+    fn budget_lod(&self, settings: &EwaSettings) -> f64 {
         let radius = f64::from(settings.kernel.radius_pixels());
         let (a, b) = (
             radius * self.major_radius_texels,
             radius * self.minor_radius_texels,
         );
-        let texels = texels_of_budget(settings);
+        let texels = budget_texels(settings);
         // PI (a s + 1) (b s + 1) + 4 / sqrt(2) ((a s + 1) + (b s + 1)) + PI / 2 = texels
         let slope = 4.0 * FRAC_1_SQRT_2;
         let square = PI * a * b;
         let linear = (PI + slope) * (a + b);
         let constant = PI + 2.0 * slope + PI / 2.0 - texels;
         if constant >= 0.0 {
-            return HUGE.log2();
+            return MAX_RADIUS_TEXELS.log2();
         }
         // This form of the root has no cancellation; it also holds where the quadratic term is 0.
         let root = (linear * linear - 4.0 * square * constant).sqrt();
-        let scale = -2.0 * constant / (linear + root).max(1.0 / HUGE);
+        let scale = -2.0 * constant / (linear + root).max(1.0 / MAX_RADIUS_TEXELS);
         1.0 - scale.log2()
     }
 }
 
 /// The number of texels that the ellipse of one level may have within the budget, at one fetch per
 /// texel.
-fn texels_of_budget(settings: &EwaSettings) -> f64 {
+fn budget_texels(settings: &EwaSettings) -> f64 {
     let fetches = f64::from(settings.max_fetches);
     let levels = if settings.level_blend > 0.0 { 2.0 } else { 1.0 };
     fetches / levels
@@ -148,7 +153,7 @@ fn texels_of_budget(settings: &EwaSettings) -> f64 {
 /// Returns an upper bound of the number of texel centres inside an ellipse with these radii: the unit
 /// squares around them lie in the ellipse enlarged by half a diagonal, and the ellipse's perimeter is
 /// below `4 (major + minor)`.
-pub fn most_texels(major_radius: f64, minor_radius: f64) -> f64 {
+pub fn max_texels(major_radius: f64, minor_radius: f64) -> f64 {
     let sum = major_radius + minor_radius;
     PI * major_radius * minor_radius + 4.0 * FRAC_1_SQRT_2 * sum + PI / 2.0
 }

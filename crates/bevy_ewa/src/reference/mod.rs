@@ -9,16 +9,16 @@
 //! | [`probes`] | the approximation of an ellipse by a few anisotropic fetches |
 //! | [`mod@sample`] | a lookup by any method |
 //! | [`scenes`] | test scenes as functions of a point on the screen |
-//! | [`truth`] | ground truth of the test scenes |
+//! | [`mod@ground_truth`] | ground truth of the test scenes |
 
 pub mod exact;
 pub mod footprint;
+pub mod ground_truth;
 pub mod kernel;
 pub mod probes;
 pub mod sample;
 pub mod scenes;
 pub mod texture;
-pub mod truth;
 
 pub use footprint::{Derivatives, Footprint};
 pub use sample::{Sampled, sample};

@@ -1,29 +1,22 @@
 //! The approximation of an ellipse by a few anisotropic fetches (thesis 5.5).
 
 use super::{
-    footprint::Footprint,
-    texture::{Color, Texture, add},
+    footprint::{CEIL_TOLERANCE, Footprint},
+    texture::{Color, Texture, add_weighted},
 };
 use crate::settings::{EwaProbes, EwaSettings};
 
 /// Longest footprint of a texture unit, in multiples of its width, and so the most taps (trilinear
 /// fetches) per probe.
-pub const MOST_TAPS: f64 = 16.0;
-
-/// The amount by which a ratio may exceed an integer before it is rounded up: the tolerance for the
-/// rounding errors of 32-bit floats.
-pub const TIE: f64 = 1e-3;
-
-/// Upper limit of the number of probes per ellipse.
-pub const MOST_PROBES: u32 = 15;
+pub const MAX_TAPS: f64 = 16.0;
 
 /// Increase of an ellipse's aspect ratio for each additional pair of probes: probes four widths long
 /// leave no gap and keep their weights distinct.
-pub const ASPECT_OF_PROBE_PAIR: f64 = 8.0;
+pub const ASPECT_PER_PROBE_PAIR: f64 = 8.0;
 
 /// The subset of the probes that one frame takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum ProbeSubset {
     /// All probes.
     All,
     /// The central probe and those of even index, counted from the centre (thesis 5.5.2).
@@ -32,25 +25,25 @@ pub enum Turn {
     Odd,
 }
 
-impl Turn {
+impl ProbeSubset {
     /// Whether the subset contains the probe of this index, counted from the centre (index 0).
-    fn takes(self, place: u32) -> bool {
+    fn contains(self, index: u32) -> bool {
         match self {
             Self::All => true,
-            Self::Even => place.is_multiple_of(2),
-            Self::Odd => place == 0 || !place.is_multiple_of(2),
+            Self::Even => index.is_multiple_of(2),
+            Self::Odd => index == 0 || !index.is_multiple_of(2),
         }
     }
 }
 
 /// Returns the number of probes, which is odd.
-pub fn count(probes: EwaProbes, anisotropy: f64) -> u32 {
+pub fn probe_count(probes: EwaProbes, anisotropy: f64) -> u32 {
     match probes {
         EwaProbes::Three => 3,
         EwaProbes::Five => 5,
         EwaProbes::Seven => 7,
         EwaProbes::ByAspect => {
-            let pairs = (anisotropy / ASPECT_OF_PROBE_PAIR - TIE)
+            let pairs = (anisotropy / ASPECT_PER_PROBE_PAIR - CEIL_TOLERANCE)
                 .ceil()
                 .clamp(1.0, 7.0);
             2 * pairs as u32 + 1
@@ -65,29 +58,29 @@ pub fn approximate(
     uv: [f64; 2],
     settings: &EwaSettings,
     probes: EwaProbes,
-    turn: Turn,
+    subset: ProbeSubset,
 ) -> Color {
-    let count = count(
+    let count = probe_count(
         probes,
         footprint.major_radius_texels / footprint.minor_radius_texels.max(1e-12),
     );
     let probe = Probe::new(footprint, settings, count);
     let (mut sum, mut total) = ([0.0; 4], 0.0);
-    for place in (1..=count / 2).filter(|place| turn.takes(*place)) {
-        let along = f64::from(place) * probe.spacing_texels;
-        let weight = probe.weight(place);
-        sum = add(sum, probe.fetch(texture, uv, along), weight);
-        sum = add(sum, probe.fetch(texture, uv, -along), weight);
+    for index in (1..=count / 2).filter(|index| subset.contains(*index)) {
+        let along = f64::from(index) * probe.spacing_texels;
+        let weight = probe.weight(index);
+        sum = add_weighted(sum, probe.fetch(texture, uv, along), weight);
+        sum = add_weighted(sum, probe.fetch(texture, uv, -along), weight);
         total += 2.0 * weight;
     }
     // Each of two frames has half of the total weight, so that their mean is the picture of all probes.
-    let share = match turn {
-        Turn::All => PROFILE_INTEGRAL,
-        Turn::Even | Turn::Odd => PROFILE_INTEGRAL / 2.0,
+    let share = match subset {
+        ProbeSubset::All => PROFILE_INTEGRAL,
+        ProbeSubset::Even | ProbeSubset::Odd => PROFILE_INTEGRAL / 2.0,
     };
     let center = (share - total).max(0.0);
     if center > 0.0 {
-        sum = add(sum, probe.fetch(texture, uv, 0.0), center);
+        sum = add_weighted(sum, probe.fetch(texture, uv, 0.0), center);
     }
     sum.map(|c| c / (total + center))
 }
@@ -100,18 +93,18 @@ const SINGLE_LENGTH: f64 = 1.25;
 /// Filters by one anisotropic fetch along the axes of the ellipse. The derivatives themselves would not
 /// do: texture units compare their lengths, which say little about an ellipse whose axes have other
 /// directions.
-pub fn single(
+pub fn single_probe(
     texture: &Texture,
     footprint: &Footprint,
     uv: [f64; 2],
     settings: &EwaSettings,
 ) -> Color {
-    let [length, width] = single_size(footprint, settings);
+    let [length, width] = single_probe_size(footprint, settings);
     let fetch = || taps(texture, uv, footprint.major_direction, length, width);
-    as_sold(texture, settings, fetch)
+    fetch_probe(texture, settings, fetch)
 }
 
-fn single_size(footprint: &Footprint, settings: &EwaSettings) -> [f64; 2] {
+fn single_probe_size(footprint: &Footprint, settings: &EwaSettings) -> [f64; 2] {
     let radius = f64::from(settings.kernel.probe_radius_pixels());
     let width = PROBE_WIDTH * radius * footprint.minor_radius_texels;
     let length = SINGLE_LENGTH * radius * footprint.major_radius_texels;
@@ -119,9 +112,9 @@ fn single_size(footprint: &Footprint, settings: &EwaSettings) -> [f64; 2] {
 }
 
 /// Takes a probe and counts it as one fetch where the texture unit computes it.
-fn as_sold(texture: &Texture, settings: &EwaSettings, fetch: impl Fn() -> Color) -> Color {
+fn fetch_probe(texture: &Texture, settings: &EwaSettings, fetch: impl Fn() -> Color) -> Color {
     if settings.sampler_anisotropy > 1 {
-        texture.as_one(fetch)
+        texture.count_as_one(fetch)
     } else {
         fetch()
     }
@@ -166,7 +159,7 @@ fn taps(
     for i in 0..count as u32 {
         let along = ((f64::from(i) + 0.5) / count - 0.5) * length_texels;
         let at = [0, 1].map(|axis| uv[axis] + direction[axis] * along / f64::from(size[axis]));
-        sum = add(sum, texture.trilinear(at, lod), 1.0 / count);
+        sum = add_weighted(sum, texture.trilinear(at, lod), 1.0 / count);
     }
     sum
 }
@@ -174,24 +167,24 @@ fn taps(
 /// Returns the number of taps and their width in texels.
 fn tap_count(length_texels: f64, width_texels: f64) -> (f64, f64) {
     // No tap is narrower than a texel of the finest level.
-    let width = width_texels.max(length_texels / MOST_TAPS).max(1.0);
-    let count = (length_texels / width - TIE).ceil();
-    (count.clamp(1.0, MOST_TAPS), width)
+    let width = width_texels.max(length_texels / MAX_TAPS).max(1.0);
+    let count = (length_texels / width - CEIL_TOLERANCE).ceil();
+    (count.clamp(1.0, MAX_TAPS), width)
 }
 
 /// Returns the fetches of each of `count` probes.
-pub(crate) fn fetches_of_probe(footprint: &Footprint, settings: &EwaSettings, count: u32) -> f64 {
+pub(crate) fn probe_fetches(footprint: &Footprint, settings: &EwaSettings, count: u32) -> f64 {
     let probe = Probe::new(footprint, settings, count);
-    fetches(settings, probe.length_texels, probe.width_texels)
+    tap_fetches(settings, probe.length_texels, probe.width_texels)
 }
 
 /// Returns the fetches of the single probe of an ellipse.
-pub(crate) fn fetches_of_single(footprint: &Footprint, settings: &EwaSettings) -> f64 {
-    let [length, width] = single_size(footprint, settings);
-    fetches(settings, length, width)
+pub(crate) fn single_probe_fetches(footprint: &Footprint, settings: &EwaSettings) -> f64 {
+    let [length, width] = single_probe_size(footprint, settings);
+    tap_fetches(settings, length, width)
 }
 
-fn fetches(settings: &EwaSettings, length_texels: f64, width_texels: f64) -> f64 {
+fn tap_fetches(settings: &EwaSettings, length_texels: f64, width_texels: f64) -> f64 {
     if settings.sampler_anisotropy > 1 {
         1.0
     } else {
@@ -228,7 +221,7 @@ impl<'a> Probe<'a> {
     /// Distributes the probes along the major axis. The line of probes is shorter than the axis by the
     /// width of a probe, so that its variance is that of the ellipse even if the ellipse is nearly
     /// round: all probes of a disc are at its centre. It is shortened again by the variance that the
-    /// length and the small number of the probes add.
+    /// length and the small number of the probes add_weighted.
     fn new(footprint: &Footprint, settings: &'a EwaSettings, count: u32) -> Self {
         let radius = f64::from(settings.kernel.probe_radius_pixels());
         let count = f64::from(count);
@@ -250,10 +243,10 @@ impl<'a> Probe<'a> {
 
     /// Returns the weight of a probe by its index from the centre: the integral of the profile over its
     /// share of the line.
-    fn weight(&self, place: u32) -> f64 {
-        let place = f64::from(place);
+    fn weight(&self, index: u32) -> f64 {
+        let index = f64::from(index);
         let integral = |t: f64| t - 2.0 / 3.0 * t.powi(3) + t.powi(5) / 5.0;
-        integral((2.0 * place + 1.0) / self.count) - integral((2.0 * place - 1.0) / self.count)
+        integral((2.0 * index + 1.0) / self.count) - integral((2.0 * index - 1.0) / self.count)
     }
 
     fn fetch(&self, texture: &Texture, uv: [f64; 2], along: f64) -> Color {
@@ -261,6 +254,6 @@ impl<'a> Probe<'a> {
         let at = [0, 1].map(|i| uv[i] + self.direction[i] * along / f64::from(size[i]));
         let (length, width) = (self.length_texels, self.width_texels);
         let fetch = || taps(texture, at, self.direction, length, width);
-        as_sold(texture, self.settings, fetch)
+        fetch_probe(texture, self.settings, fetch)
     }
 }

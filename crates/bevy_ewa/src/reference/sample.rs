@@ -3,14 +3,14 @@
 use super::{
     exact::exact,
     footprint::{Derivatives, Footprint},
-    probes::{Turn, approximate, single, software_anisotropic},
+    probes::{ProbeSubset, approximate, single_probe, software_anisotropic},
     texture::{Color, Texture, mix},
 };
 use crate::settings::{EwaMethod, EwaProbes, EwaSettings};
 
 /// Texture coordinates below which 32-bit floats are precise enough without a reduction by whole
 /// periods.
-const PRECISE_UV: f64 = 16.0;
+const MAX_PRECISE_UV: f64 = 16.0;
 
 /// A filtered colour and the cost of its lookup.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,36 +34,37 @@ pub fn sample(
     frame: u32,
 ) -> Sampled {
     texture.take_fetches();
-    let settings = settings.sanitized();
-    let uv = uv.map(|c| reduced(c, settings.periodic));
+    let settings = settings.clamped();
+    let uv = uv.map(|c| wrapped(c, settings.periodic));
     let max_anisotropy = f64::from(settings.max_anisotropy);
     let footprint = Footprint::new(derivatives, texture.size(), max_anisotropy);
-    let probed = |probes, turn| approximate(texture, &footprint, uv, &settings, probes, turn);
-    let one = || single(texture, &footprint, uv, &settings);
-    let spatial = |probes: EwaProbes, turn: Turn| {
+    let approximated =
+        |probes, subset| approximate(texture, &footprint, uv, &settings, probes, subset);
+    let single = || single_probe(texture, &footprint, uv, &settings);
+    let spatial = |probes: EwaProbes, subset: ProbeSubset| {
         let threshold = f64::from(settings.spatial_threshold);
-        let part = (footprint.anisotropy - threshold + 1.0).clamp(0.0, 1.0);
-        if part <= 0.0 {
-            one()
-        } else if part >= 1.0 {
-            probed(probes, turn)
+        let fraction = (footprint.anisotropy - threshold + 1.0).clamp(0.0, 1.0);
+        if fraction <= 0.0 {
+            single()
+        } else if fraction >= 1.0 {
+            approximated(probes, subset)
         } else {
-            mix(one(), probed(probes, turn), part)
+            mix(single(), approximated(probes, subset), fraction)
         }
     };
-    let turn = if frame.is_multiple_of(2) {
-        Turn::Even
+    let subset = if frame.is_multiple_of(2) {
+        ProbeSubset::Even
     } else {
-        Turn::Odd
+        ProbeSubset::Odd
     };
     let color = match settings.method {
         EwaMethod::Reference | EwaMethod::Linear | EwaMethod::Bilinear => {
             exact(texture, &footprint, uv, &settings)
         }
-        EwaMethod::Approximate { probes } => probed(probes, Turn::All),
-        EwaMethod::Temporal { probes } => probed(probes, turn),
-        EwaMethod::Spatial { probes } => spatial(probes, Turn::All),
-        EwaMethod::SpatialTemporal { probes } => spatial(probes, turn),
+        EwaMethod::Approximate { probes } => approximated(probes, ProbeSubset::All),
+        EwaMethod::Temporal { probes } => approximated(probes, subset),
+        EwaMethod::Spatial { probes } => spatial(probes, ProbeSubset::All),
+        EwaMethod::SpatialTemporal { probes } => spatial(probes, subset),
         EwaMethod::SoftwareAnisotropic => {
             software_anisotropic(texture, [derivatives.dx, derivatives.dy], uv)
         }
@@ -90,10 +91,10 @@ fn trilinear(texture: &Texture, derivatives: Derivatives, uv: [f64; 2]) -> Color
 
 /// Reduces a texture coordinate by whole periods. A period is two textures wide, so that it also holds
 /// for textures that mirror.
-fn reduced(c: f64, periodic: bool) -> f64 {
+fn wrapped(c: f64, periodic: bool) -> f64 {
     if !c.is_finite() {
         0.0
-    } else if periodic && c.abs() > PRECISE_UV {
+    } else if periodic && c.abs() > MAX_PRECISE_UV {
         c - 2.0 * (c / 2.0).floor()
     } else {
         c.clamp(-1e6, 1e6)

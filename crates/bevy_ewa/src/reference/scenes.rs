@@ -10,26 +10,26 @@ pub enum Surface {
     /// The inside of an infinite cylinder of radius 1, viewed along its axis (thesis figure 5.10).
     Tunnel {
         /// Tangent of half the field of view.
-        half_view: f64,
+        tan_half_fov: f64,
         /// Number of texture repetitions around the axis.
         around: f64,
         /// Texture repetitions per unit of length.
         along: f64,
         /// Position of the camera along the axis, in texture repetitions.
-        moved: f64,
+        camera_position: f64,
     },
     /// A plane one unit below the camera.
     Plane {
         /// Angle between the view direction and the plane, in radians.
-        grazing: f64,
+        grazing_angle: f64,
         /// Tangent of half the field of view; the horizon must stay above the picture.
-        half_view: f64,
+        tan_half_fov: f64,
         /// Rotation of the texture, in radians.
-        turn: f64,
+        rotation: f64,
         /// Texture repetitions per unit of length.
         scale: f64,
         /// Position of the camera along v, in texture repetitions.
-        moved: f64,
+        camera_position: f64,
     },
 }
 
@@ -38,38 +38,46 @@ impl Surface {
     pub fn uv(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         match *self {
             Self::Tunnel {
-                half_view,
+                tan_half_fov,
                 around,
                 along,
-                moved,
+                camera_position,
             } => {
-                let distance = 1.0 / (x.hypot(y) * half_view).max(1e-9);
-                [around * y.atan2(x) / TAU, along * distance + moved]
+                let distance = 1.0 / (x.hypot(y) * tan_half_fov).max(1e-9);
+                [
+                    around * y.atan2(x) / TAU,
+                    along * distance + camera_position,
+                ]
             }
             Self::Plane {
-                grazing,
-                half_view,
-                turn,
+                grazing_angle,
+                tan_half_fov,
+                rotation,
                 scale,
-                moved,
+                camera_position,
             } => {
-                let (sin, cos) = grazing.sin_cos();
-                let down = (sin + y * half_view * cos).max(1e-9);
-                let forward = cos - y * half_view * sin;
-                let p = [x * half_view / down, forward / down];
-                let (sin, cos) = turn.sin_cos();
+                let (sin, cos) = grazing_angle.sin_cos();
+                let down = (sin + y * tan_half_fov * cos).max(1e-9);
+                let forward = cos - y * tan_half_fov * sin;
+                let p = [x * tan_half_fov / down, forward / down];
+                let (sin, cos) = rotation.sin_cos();
                 [
                     scale * (cos * p[0] - sin * p[1]),
-                    scale * (sin * p[0] + cos * p[1]) + moved,
+                    scale * (sin * p[0] + cos * p[1]) + camera_position,
                 ]
             }
         }
     }
 
     /// Returns the surface after the camera moved by this number of texture repetitions.
-    pub fn moved_by(mut self, textures: f64) -> Self {
-        let (Self::Tunnel { moved, .. } | Self::Plane { moved, .. }) = &mut self;
-        *moved += textures;
+    pub fn with_camera_moved_by(mut self, textures: f64) -> Self {
+        let (Self::Tunnel {
+            camera_position, ..
+        }
+        | Self::Plane {
+            camera_position, ..
+        }) = &mut self;
+        *camera_position += textures;
         self
     }
 

@@ -59,7 +59,7 @@ impl Level {
                 for &(y, wy) in row {
                     for &(x, wx) in column {
                         let texel = self.texels[y as usize * self.size[0] as usize + x as usize];
-                        sum = add(sum, texel, wx * wy);
+                        sum = add_weighted(sum, texel, wx * wy);
                     }
                 }
                 texels.push(sum);
@@ -169,7 +169,7 @@ impl Texture {
     }
 
     /// Calls `fetch` and counts all its fetches as one.
-    pub fn as_one(&self, fetch: impl FnOnce() -> Color) -> Color {
+    pub fn count_as_one(&self, fetch: impl FnOnce() -> Color) -> Color {
         let before = self.fetches.load(Relaxed);
         let color = fetch();
         self.count(before + 1);
@@ -184,7 +184,7 @@ impl Texture {
             self.bilinear(level, [0, 1].map(|i| uv[i] * f64::from(size[i])))
         };
         let fine = lod.floor() as u32;
-        self.as_one(|| {
+        self.count_as_one(|| {
             if lod.fract() == 0.0 {
                 at(fine)
             } else {
@@ -209,7 +209,7 @@ impl Texture {
 }
 
 /// Returns `sum + color * weight`.
-pub fn add(sum: Color, color: Color, weight: f64) -> Color {
+pub fn add_weighted(sum: Color, color: Color, weight: f64) -> Color {
     [0, 1, 2, 3].map(|i| sum[i] + color[i] * weight)
 }
 

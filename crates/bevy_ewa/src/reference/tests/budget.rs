@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::{
-    super::{exact::Ellipse, footprint::most_texels, sample::sample},
+    super::{exact::Ellipse, footprint::max_texels, sample::sample},
     *,
 };
 
@@ -43,13 +43,13 @@ proptest! {
             .flat_map(|y| (-70..=70i64).map(move |x| [x, y]))
             .filter(|texel| ellipse.distance_squared(*texel) <= 1.0)
             .count();
-        let bound = most_texels(major + 1.0, major / ratio + 1.0);
+        let bound = max_texels(major + 1.0, major / ratio + 1.0);
         prop_assert!(inside as f64 <= bound, "{inside} > {bound}");
     }
 }
 
 #[test]
-fn a_budget_coarsens_and_never_cuts() {
+fn a_budget_raises_the_mip_level_and_never_cuts_the_ellipse() {
     // A cut ellipse would miss one side of the step; a coarser level covers both.
     let texture = Texture::from_fn([256, 256], |x, _| [f64::from(u8::from(x >= 128)); 4]);
     let derivatives = ellipse(0.4, 0.01, 0.0);
@@ -65,7 +65,7 @@ fn a_budget_coarsens_and_never_cuts() {
 }
 
 #[test]
-fn rows_are_solved_instead_of_searched() {
+fn only_texels_inside_the_ellipse_are_fetched() {
     // An ellipse of 16:1 at 0.4 radians covers a fifth of its bounding box; pairs take half of that.
     let texture = noise([256, 256]);
     let derivatives = ellipse(16.0 / 256.0, 1.0 / 256.0, 0.4);

@@ -62,7 +62,7 @@ fn no_derivative_breaks_any_method() {
 }
 
 #[test]
-fn a_pixel_that_sees_everything_is_the_mean() {
+fn a_footprint_of_the_whole_texture_gives_its_mean() {
     let texture = noise([32, 16]);
     let mean = texture.levels[5].texels[0];
     for method in METHODS {
@@ -102,7 +102,7 @@ fn no_setting_breaks_any_method() {
 }
 
 #[test]
-fn far_coordinates_are_those_of_the_first_period() {
+fn large_coordinates_repeat_the_first_period() {
     let derivatives = ellipse(0.05, 0.01, 0.8);
     for address in [AddressMode::Repeat, AddressMode::MirrorRepeat] {
         let texture = noise([1024, 64]).with_address([address; 2]);
@@ -160,7 +160,7 @@ fn every_size_down_to_one_texel() {
 }
 
 #[test]
-fn borders_are_those_of_the_address_mode() {
+fn borders_follow_the_address_mode() {
     // A texture that is laid out explicitly as its address mode would, filtered in its middle, gives the
     // same result as the texture itself at its border.
     let size = 32u32;

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::{
-    super::{probes::single, sample::sample},
+    super::{probes::single_probe, sample::sample},
     *,
 };
 
@@ -29,7 +29,7 @@ proptest! {
 
     /// Equation 5.4 is exact, for every kernel.
     #[test]
-    fn two_texels_a_fetch_are_the_same_as_one(
+    fn linear_equals_reference(
         log_major in -8.0..2.0f64, log_ratio in 0.0..6.0f64, angle in 0.0..3.2f64,
         u in 0.0..1.0f64, v in 0.0..1.0f64, kernel in 0usize..5,
     ) {
@@ -49,7 +49,7 @@ proptest! {
 
     /// Four texels per fetch are exact where the ellipse is parallel to the axes of the texture.
     #[test]
-    fn four_texels_a_fetch_are_exact_for_upright_ellipses(
+    fn bilinear_is_exact_for_axis_aligned_ellipses(
         major in 0.02..0.3f64, ratio in 1.0..8.0f64, u in 0.0..1.0f64, v in 0.0..1.0f64,
     ) {
         let texture = noise([64, 64]);
@@ -63,7 +63,7 @@ proptest! {
 
     /// A small change of the footprint changes the colour by little, for any footprint.
     #[test]
-    fn no_steps_between_mip_levels_nor_at_the_limits(
+    fn exact_methods_are_continuous_in_the_footprint(
         log_major in -8.0..3.0f64, log_ratio in 0.0..8.0f64, angle in 0.0..3.2f64,
         u in 0.0..1.0f64, v in 0.0..1.0f64, method in 0usize..3, budget in 40u32..2048,
     ) {
@@ -82,7 +82,7 @@ proptest! {
 }
 
 #[test]
-fn a_point_is_the_textures_own_reconstruction() {
+fn a_magnified_texture_is_its_bilinear_reconstruction() {
     let texture = noise([16, 8]);
     for method in METHODS {
         for uv in [[0.13, 0.4], [0.99, 0.01], [-0.3, 2.7]] {
@@ -103,7 +103,7 @@ fn a_point_is_the_textures_own_reconstruction() {
 }
 
 #[test]
-fn two_frames_make_the_approximation() {
+fn the_mean_of_two_temporal_frames_is_approximate() {
     let texture = noise([128, 128]);
     for i in 0..50 {
         let t = f64::from(i) / 50.0;
@@ -145,7 +145,7 @@ fn spatial_is_one_probe_below_the_threshold_and_approximate_above() {
         let footprint = Footprint::new(derivatives(anisotropy), [256, 256], 32.0);
         texture.take_fetches();
         Sampled {
-            color: single(&texture, &footprint, [0.3, 0.6], &EwaSettings::default()),
+            color: single_probe(&texture, &footprint, [0.3, 0.6], &EwaSettings::default()),
             fetches: texture.take_fetches(),
         }
     };
@@ -168,25 +168,25 @@ fn spatial_is_one_probe_below_the_threshold_and_approximate_above() {
 /// A texture unit that gets the derivatives takes the footprint of two diagonal ones for a square; with
 /// the axes of the ellipse it does not.
 #[test]
-fn one_probe_does_not_depend_on_where_the_derivatives_point() {
+fn the_single_probe_depends_only_on_the_ellipse() {
     let texture = noise([256, 256]);
     let spatial = EwaSettings::with_method(EwaMethod::Spatial { probes: FIVE });
     let axes = ellipse(0.1, 0.02, 0.7);
     let wanted = sample(&texture, [0.3, 0.6], axes, &spatial, 0);
-    for turn in [0.3f64, 0.785, 2.0] {
-        let (sin, cos) = turn.sin_cos();
+    for rotation in [0.3f64, 0.785, 2.0] {
+        let (sin, cos) = rotation.sin_cos();
         let mixed = |a: f64, b: f64| [0, 1].map(|i| a * axes.dx[i] + b * axes.dy[i]);
-        let askew = Derivatives {
+        let rotated = Derivatives {
             dx: mixed(cos, sin),
             dy: mixed(-sin, cos),
         };
-        let found = sample(&texture, [0.3, 0.6], askew, &spatial, 0);
-        assert!(difference(found, wanted) < 1e-9, "{turn}");
+        let found = sample(&texture, [0.3, 0.6], rotated, &spatial, 0);
+        assert!(difference(found, wanted) < 1e-9, "{rotation}");
     }
 }
 
 #[test]
-fn the_footprint_of_a_method_is_centred() {
+fn every_method_preserves_a_linear_ramp() {
     // A symmetric filter preserves the value of a linear ramp.
     let texture = Texture::from_fn([256, 256], |x, y| {
         [f64::from(x) / 256.0, f64::from(y) / 256.0, 0.0, 1.0]

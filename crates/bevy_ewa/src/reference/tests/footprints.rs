@@ -19,7 +19,7 @@ fn radii_and_direction_of_known_ellipses() {
 }
 
 #[test]
-fn a_limit_widens_the_minor_axis_and_leaves_the_major_one() {
+fn the_anisotropy_limit_widens_only_the_minor_axis() {
     let footprint = Footprint::new(ellipse(1.0, 0.001, 0.3), [256, 256], 16.0);
     assert!((footprint.major_radius_texels - 256.0).abs() < 1e-6);
     assert!((footprint.minor_radius_texels - 16.0).abs() < 1e-6);
@@ -56,16 +56,16 @@ proptest! {
     #[test]
     fn the_footprint_does_not_depend_on_the_axes_of_the_picture(
         a in -2.0..2.0f64, b in -2.0..2.0f64, c in -2.0..2.0f64, d in -2.0..2.0f64,
-        turn in 0.0..6.3f64,
+        rotation in 0.0..6.3f64,
     ) {
         prop_assume!((a * d - b * c).abs() > 0.05);
-        let (sin, cos) = turn.sin_cos();
+        let (sin, cos) = rotation.sin_cos();
         let plain = Derivatives { dx: [a, c], dy: [b, d] };
-        let turned = Derivatives {
+        let rotated = Derivatives {
             dx: [a * cos + b * sin, c * cos + d * sin],
             dy: [b * cos - a * sin, d * cos - c * sin],
         };
-        let [p, t] = [plain, turned].map(|d| Footprint::new(d, [128, 128], 64.0));
+        let [p, t] = [plain, rotated].map(|d| Footprint::new(d, [128, 128], 64.0));
         prop_assert!((p.major_radius_texels - t.major_radius_texels).abs() < 1e-6);
         prop_assert!((p.minor_radius_texels - t.minor_radius_texels).abs() < 1e-6);
     }

@@ -1,7 +1,7 @@
 //! Errors of small pictures against the ground truth.
 
 use super::{
-    super::{sample::sample, scenes::Surface, truth::truth},
+    super::{ground_truth::ground_truth, sample::sample, scenes::Surface},
     *,
 };
 
@@ -19,7 +19,7 @@ fn error(surface: &Surface, method: EwaMethod) -> (f64, f64) {
         for x in 0..SIZE {
             let (uv, derivatives) = surface.pixel(SIZE, [x, y]);
             let found = sample(&texture, uv, derivatives, &settings, 0);
-            let wanted = truth(&texture, surface, SIZE, [x, y], settings.kernel, 24);
+            let wanted = ground_truth(&texture, surface, SIZE, [x, y], settings.kernel, 24);
             sum += ((found.color[0] - wanted[0]) * 255.0).powi(2);
             fetches += found.fetches;
         }
@@ -30,13 +30,13 @@ fn error(surface: &Surface, method: EwaMethod) -> (f64, f64) {
 
 #[test]
 fn the_methods_are_ordered_on_grazing_planes() {
-    for turn in [0.0f64, 45.0] {
+    for rotation in [0.0f64, 45.0] {
         let surface = Surface::Plane {
-            grazing: 5f64.to_radians(),
-            half_view: 3f64.to_radians().tan(),
-            turn: turn.to_radians(),
+            grazing_angle: 5f64.to_radians(),
+            tan_half_fov: 3f64.to_radians().tan(),
+            rotation: rotation.to_radians(),
             scale: 0.5,
-            moved: 0.0,
+            camera_position: 0.0,
         };
         let approximate = EwaMethod::Approximate { probes: FIVE };
         let [linear, bilinear, approximate, hardware, trilinear] = [
@@ -47,7 +47,7 @@ fn the_methods_are_ordered_on_grazing_planes() {
             EwaMethod::Hardware,
         ]
         .map(|method| error(&surface, method));
-        println!("{turn}: {linear:?} {bilinear:?} {approximate:?} {hardware:?} {trilinear:?}");
+        println!("{rotation}: {linear:?} {bilinear:?} {approximate:?} {hardware:?} {trilinear:?}");
         assert!(linear.0 < 10.0);
         assert!(bilinear.0 < 1.5 * linear.0 + 3.0 && bilinear.1 < linear.1);
         assert!(linear.0 < approximate.0 && approximate.0 < hardware.0);
@@ -56,12 +56,12 @@ fn the_methods_are_ordered_on_grazing_planes() {
 }
 
 #[test]
-fn the_seam_of_the_tunnel_has_the_derivatives_of_its_neighbours() {
+fn derivatives_are_continuous_at_the_seam_of_the_tunnel() {
     let surface = Surface::Tunnel {
-        half_view: 1.0,
+        tan_half_fov: 1.0,
         around: 4.0,
         along: 0.5,
-        moved: 0.0,
+        camera_position: 0.0,
     };
     // u wraps around between these two pixels.
     let [(above, a), (below, b)] = [[3, 31], [3, 32]].map(|pixel| surface.pixel(64, pixel));

@@ -4,29 +4,29 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use crate::{
     reference::{
-        footprint::{Footprint, most_texels},
+        footprint::{Footprint, max_texels},
         probes,
     },
     settings::{EwaMethod, EwaProbes, EwaSettings},
 };
 
 /// Returns the number of texture fetches that no lookup with these settings exceeds, for any derivatives.
-pub fn most_fetches(settings: &EwaSettings) -> f32 {
-    let settings = settings.sanitized();
-    let most = f64::from(settings.max_anisotropy);
+pub fn worst_case_fetches(settings: &EwaSettings) -> f32 {
+    let settings = settings.clamped();
+    let max_aspect = f64::from(settings.max_anisotropy);
     let threshold = f64::from(settings.spatial_threshold);
     let fetches = match settings.method {
         EwaMethod::Reference | EwaMethod::Linear | EwaMethod::Bilinear => exact(&settings),
         EwaMethod::Approximate { probes } | EwaMethod::Temporal { probes } => {
-            approximate(&settings, probes, most)
+            approximate(&settings, probes, max_aspect)
         }
         // In the blend around the threshold, both are fetched.
         EwaMethod::Spatial { probes } | EwaMethod::SpatialTemporal { probes } => {
-            let single = single(&settings, threshold.min(most));
-            let blended = single + approximate(&settings, probes, threshold.min(most));
-            blended.max(approximate(&settings, probes, most))
+            let single = single_probe(&settings, threshold.min(max_aspect));
+            let blended = single + approximate(&settings, probes, threshold.min(max_aspect));
+            blended.max(approximate(&settings, probes, max_aspect))
         }
-        EwaMethod::SoftwareAnisotropic => probes::MOST_TAPS,
+        EwaMethod::SoftwareAnisotropic => probes::MAX_TAPS,
         EwaMethod::Hardware => 1.0,
     };
     fetches as f32
@@ -52,7 +52,7 @@ fn exact(settings: &EwaSettings) -> f64 {
     for level in levels {
         let minor = level * minor;
         let major = f64::from(settings.max_anisotropy) * minor;
-        let texels = most_texels(major + 1.0, minor + 1.0);
+        let texels = max_texels(major + 1.0, minor + 1.0);
         // A row of an odd number of texels has one that is fetched alone. Rows run along the longer side
         // of the bounding box, so there are most of them where its sides are equal.
         let rows = 2.0 * (FRAC_1_SQRT_2 * major.hypot(minor)).hypot(1.0) + 1.0;
@@ -72,17 +72,17 @@ fn has_negative_lobes(settings: &EwaSettings) -> bool {
 /// The most fetches of `Approximate` for ellipses up to this aspect. Where probes are computed, the taps
 /// per probe grow with the aspect until the ellipse gets another pair of probes.
 fn approximate(settings: &EwaSettings, probes: EwaProbes, aspect: f64) -> f64 {
-    let steps = (1..).map(|step| f64::from(step) * probes::ASPECT_OF_PROBE_PAIR);
-    let ends = steps.take_while(|end| *end < aspect).chain([aspect]);
-    let fetches = ends.map(|aspect| {
-        let count = probes::count(probes, aspect);
-        f64::from(count) * probes::fetches_of_probe(&ellipse(aspect), settings, count)
+    let multiples = (1..).map(|multiple| f64::from(multiple) * probes::ASPECT_PER_PROBE_PAIR);
+    let maxima = multiples.take_while(|end| *end < aspect).chain([aspect]);
+    let fetches = maxima.map(|aspect| {
+        let count = probes::probe_count(probes, aspect);
+        f64::from(count) * probes::probe_fetches(&ellipse(aspect), settings, count)
     });
     fetches.fold(0.0, f64::max)
 }
 
-fn single(settings: &EwaSettings, aspect: f64) -> f64 {
-    probes::fetches_of_single(&ellipse(aspect), settings)
+fn single_probe(settings: &EwaSettings, aspect: f64) -> f64 {
+    probes::single_probe_fetches(&ellipse(aspect), settings)
 }
 
 /// An ellipse so large that no probe has fewer taps because its width is limited to one texel.

@@ -2,10 +2,7 @@
 
 use std::{
     any::TypeId,
-    sync::{
-        PoisonError, RwLock,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{PoisonError, RwLock},
 };
 
 use bevy::{
@@ -19,7 +16,13 @@ use bevy::{
 };
 use bevy_frugal_hooks::{MaterialHookPlugin, MaterialTags, ShaderPatches, SpecializedMaterial};
 
-use super::{EwaStandardMaterial, borders, patches::REQUIRED, pipeline, pipeline::EwaKey};
+use super::{
+    clamped_textures,
+    extension::EwaStandardMaterial,
+    llvmpipe,
+    patches::is_refused,
+    pipeline::{self, EwaKey},
+};
 use crate::settings::EwaSettings;
 
 /// Settings of the filter for all `StandardMaterial`s of the app; `None` leaves them to Bevy.
@@ -42,26 +45,18 @@ impl Plugin for AllMaterialsPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<AllMaterials>()
             .init_resource::<AllMaterials>()
-            .add_plugins(MaterialHookPlugin(filter))
-            .add_systems(PostUpdate, prepare_again.before(AssetEventSystems));
+            .add_plugins(MaterialHookPlugin(apply_filter))
+            .add_systems(PostUpdate, reprepare_materials.before(AssetEventSystems));
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
-            render_app.add_systems(ExtractSchedule, tag);
+            render_app.add_systems(ExtractSchedule, tag_materials);
         }
     }
 
     fn finish(&self, app: &mut App) {
         if let Some(info) = app.world().get_resource::<RenderAdapterInfo>() {
-            SOFTWARE.store(info.name.contains("llvmpipe"), Ordering::Relaxed);
+            llvmpipe::detect(info);
         }
     }
-}
-
-/// Whether the adapter is Mesa's llvmpipe, which needs workarounds. It is global to the process, because
-/// pipeline keys and hooks have no access to a world.
-static SOFTWARE: AtomicBool = AtomicBool::new(false);
-
-pub(super) fn is_software() -> bool {
-    SOFTWARE.load(Ordering::Relaxed)
 }
 
 /// The keys, of which a tag is an index. It grows with the number of distinct settings, not of materials.
@@ -81,25 +76,14 @@ fn index_of(key: EwaKey) -> u64 {
 /// Tag of `EwaStandardMaterial`s while one of Bevy's shaders could not be patched.
 const REFUSED_TAG: &str = "bevy_ewa/refused";
 
-/// Whether one of Bevy's shaders could not be patched. The plugin then leaves all materials to Bevy,
-/// since the passes would otherwise filter the same map differently.
-fn is_refused(patches: Option<Res<ShaderPatches>>) -> bool {
-    patches.is_some_and(|patches| patches.refused(REQUIRED).is_some())
-}
-
-/// Whether all required patches are applied to Bevy's shaders.
-pub(crate) fn is_patched(patches: Option<Res<ShaderPatches>>) -> bool {
-    patches.is_some_and(|patches| patches.all_applied(REQUIRED))
-}
-
 /// Has the materials prepared again when the settings change or a shader could not be patched, because
 /// the key of a pipeline is made when its material is prepared.
-fn prepare_again(
+fn reprepare_materials(
     settings: Res<AllMaterials>,
     patches: Option<Res<ShaderPatches>>,
     mut last: Local<Option<(AllMaterials, bool)>>,
     mut standard: ResMut<Assets<StandardMaterial>>,
-    mut chosen: ResMut<Assets<EwaStandardMaterial>>,
+    mut extended: ResMut<Assets<EwaStandardMaterial>>,
 ) {
     let refused = is_refused(patches);
     let Some(last) = last.replace((*settings, refused)) else {
@@ -110,33 +94,33 @@ fn prepare_again(
         standard.iter_mut().for_each(drop);
     }
     if last.1 != refused {
-        chosen.iter_mut().for_each(drop);
+        extended.iter_mut().for_each(drop);
     }
 }
 
-fn tag(
+fn tag_materials(
     settings: Extract<Res<AllMaterials>>,
     patches: Extract<Option<Res<ShaderPatches>>>,
     mut tags: ResMut<MaterialTags>,
 ) {
     let refused = is_refused(patches.as_ref().map(Res::clone));
     let settings = settings.0.filter(|_| !refused);
-    let tag = settings.map(|settings| index_of(EwaKey::new(&settings, is_software())));
-    tags.set(TypeId::of::<StandardMaterial>(), TAG, tag);
+    let tag = settings.map(|settings| index_of(EwaKey::new(&settings, llvmpipe::is_llvmpipe())));
+    tags.set_for_type(TypeId::of::<StandardMaterial>(), TAG, tag);
     let tag = refused.then_some(1);
-    tags.set(TypeId::of::<EwaStandardMaterial>(), REFUSED_TAG, tag);
+    tags.set_for_type(TypeId::of::<EwaStandardMaterial>(), REFUSED_TAG, tag);
 }
 
 /// The material hook. `EwaStandardMaterial`s set their own key; here they get only the address modes and
 /// the refusal.
-fn filter(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
+fn apply_filter(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
     if let Some(index) = material.tag(TAG) {
         let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);
         if let Some(key) = keys.get(index as usize) {
             key.apply(material.mesh_key, descriptor);
         }
     }
-    borders::clamp(material, descriptor);
+    clamped_textures::disable_periodic(material, descriptor);
     if material.tag(REFUSED_TAG).is_some() {
         pipeline::disable(descriptor);
     }

@@ -14,19 +14,19 @@ use bevy::{
 };
 use bevy_frugal_hooks::{MaterialTags, SpecializedMaterial};
 
-use super::{EwaStandardMaterial, maps, pipeline, touch};
+use super::{extension::EwaStandardMaterial, maps::maps, mark_modified::mark_modified, pipeline};
 
 const TAG: &str = "bevy_ewa/clamped";
 
 /// Finds the materials with a clamped texture and tags them.
-pub(super) struct BordersPlugin;
+pub(super) struct ClampedTexturesPlugin;
 
-impl Plugin for BordersPlugin {
+impl Plugin for ClampedTexturesPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Clamped>()
-            .add_systems(PostUpdate, find.after(AssetEventSystems));
+            .add_systems(PostUpdate, find_clamped.after(AssetEventSystems));
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
-            render_app.add_systems(ExtractSchedule, tag);
+            render_app.add_systems(ExtractSchedule, tag_materials);
         }
     }
 
@@ -63,14 +63,14 @@ impl Clamped {
     }
 }
 
-fn find(
+fn find_clamped(
     mut clamped: ResMut<Clamped>,
     images: Res<Assets<Image>>,
     mut image_events: MessageReader<AssetEvent<Image>>,
     mut standard: ResMut<Assets<StandardMaterial>>,
     mut standard_events: MessageReader<AssetEvent<StandardMaterial>>,
-    mut chosen: ResMut<Assets<EwaStandardMaterial>>,
-    mut chosen_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
+    mut extended: ResMut<Assets<EwaStandardMaterial>>,
+    mut extended_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
 ) {
     let clamped = &mut *clamped;
     let mut images_changed = false;
@@ -85,24 +85,24 @@ fn find(
             AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => false,
         };
     }
-    update(
+    update_materials(
         clamped,
         images_changed,
         &mut standard,
         standard_events.read(),
         |m| m,
     );
-    update(
+    update_materials(
         clamped,
         images_changed,
-        &mut chosen,
-        chosen_events.read(),
+        &mut extended,
+        extended_events.read(),
         |m| &m.base,
     );
 }
 
 /// Checks the materials that changed, or all materials after an image changed.
-fn update<'a, M: Asset>(
+fn update_materials<'a, M: Asset>(
     clamped: &mut Clamped,
     images_changed: bool,
     materials: &mut Assets<M>,
@@ -127,16 +127,16 @@ fn update<'a, M: Asset>(
         }
     }
     if images_changed {
-        let mut others = Vec::new();
+        let mut changed = Vec::new();
         for (id, material) in materials.iter() {
             let found = is_clamped(clamped, material);
             if set(&mut clamped.materials, id.into(), found) {
-                others.push(id);
+                changed.push(id);
             }
         }
         // These were prepared with the former tag.
-        for id in others {
-            touch(materials, id);
+        for id in changed {
+            mark_modified(materials, id);
         }
     }
 }
@@ -150,16 +150,16 @@ fn set<I: Eq + std::hash::Hash>(ids: &mut HashSet<I>, id: I, clamped: bool) -> b
     }
 }
 
-fn tag(
+fn tag_materials(
     clamped: Extract<Res<Clamped>>,
     mut tagged: Local<HashSet<UntypedAssetId>>,
     mut tags: ResMut<MaterialTags>,
 ) {
     for id in tagged.difference(&clamped.materials) {
-        tags.set_one(*id, TAG, None);
+        tags.set_for_material(*id, TAG, None);
     }
     for id in clamped.materials.difference(&tagged) {
-        tags.set_one(*id, TAG, Some(1));
+        tags.set_for_material(*id, TAG, Some(1));
     }
     if *tagged != clamped.materials {
         tagged.clone_from(&clamped.materials);
@@ -167,10 +167,13 @@ fn tag(
 }
 
 /// Part of the material hook; runs after the shader defs of the filter are set.
-pub(super) fn clamp(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
+pub(super) fn disable_periodic(
+    material: SpecializedMaterial,
+    descriptor: &mut RenderPipelineDescriptor,
+) {
     if material.tag(TAG).is_some()
         && let Some(fragment) = &mut descriptor.fragment
     {
-        pipeline::clamp(&mut fragment.shader_defs);
+        pipeline::disable_periodic(&mut fragment.shader_defs);
     }
 }

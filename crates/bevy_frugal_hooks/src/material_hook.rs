@@ -12,13 +12,12 @@
 
 use std::{
     any::{Any, TypeId},
-    collections::{BTreeMap, HashMap},
+    collections::HashMap,
     ptr::fn_addr_eq,
     sync::{Arc, PoisonError, RwLock},
 };
 
 use bevy::{
-    asset::UntypedAssetId,
     material::{
         key::{ErasedMaterialKey, ErasedMaterialPipelineKey},
         specialize::{SpecializedMeshPipelineError, UserSpecializeFn},
@@ -31,6 +30,8 @@ use bevy::{
         render_resource::RenderPipelineDescriptor,
     },
 };
+
+use crate::material_tags::MaterialTags;
 
 /// The material whose pipeline a hook may change.
 #[derive(Clone, Copy, Debug)]
@@ -50,54 +51,10 @@ impl SpecializedMaterial<'_> {
     }
 }
 
-/// Tags of all materials of a type, or of single materials: names with a number that a hook interprets.
-/// It is a resource of the render world.
-///
-/// A material gets the tags that exist when Bevy prepares it, and keeps them until its asset changes.
-#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
-pub struct MaterialTags {
-    types: HashMap<TypeId, BTreeMap<&'static str, u64>>,
-    materials: HashMap<UntypedAssetId, BTreeMap<&'static str, u64>>,
-}
-
-impl MaterialTags {
-    /// Sets a tag of all materials of a type, or removes it if `value` is `None`.
-    pub fn set(&mut self, material_type: TypeId, name: &'static str, value: Option<u64>) {
-        let tags = self.types.entry(material_type).or_default();
-        match value {
-            Some(value) => tags.insert(name, value),
-            None => tags.remove(name),
-        };
-    }
-
-    /// Sets a tag of one material, which overrides its type's tag of the same name, or removes it if
-    /// `value` is `None`.
-    pub fn set_one(&mut self, material: UntypedAssetId, name: &'static str, value: Option<u64>) {
-        if let Some(value) = value {
-            let tags = self.materials.entry(material).or_default();
-            tags.insert(name, value);
-        } else if let Some(tags) = self.materials.get_mut(&material) {
-            tags.remove(name);
-            if tags.is_empty() {
-                self.materials.remove(&material);
-            }
-        }
-    }
-
-    fn of(&self, material: UntypedAssetId) -> Vec<(&'static str, u64)> {
-        let of_type = self.types.get(&material.type_id()).into_iter().flatten();
-        let own = self.materials.get(&material).into_iter().flatten();
-        let tags: BTreeMap<_, _> = of_type.chain(own).collect();
-        tags.into_iter()
-            .map(|(name, value)| (*name, *value))
-            .collect()
-    }
-}
-
 /// The key of a tagged material, which wraps the material's own key.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct TaggedKey {
-    own: ErasedMaterialKey,
+    material_key: ErasedMaterialKey,
     tags: Vec<(&'static str, u64)>,
 }
 
@@ -159,7 +116,7 @@ fn wrap_materials(
     for (id, material) in materials.bypass_change_detection().iter_mut() {
         let current = material.properties.user_specialize;
         let known = originals.get(&id.type_id()).copied();
-        if is_ours(current) || (known.is_some() && !is_same(current, known)) {
+        if is_replacement(current) || (known.is_some() && !is_same(current, known)) {
             // Already replaced, or another plugin wrapped the replacement and will call it.
             continue;
         }
@@ -175,8 +132,8 @@ fn wrap_materials(
         if tags.is_empty() {
             properties.user_specialize = Some(specialize);
         } else {
-            let own = std::mem::take(&mut properties.material_key);
-            properties.material_key = ErasedMaterialKey::new(TaggedKey { own, tags });
+            let material_key = std::mem::take(&mut properties.material_key);
+            properties.material_key = ErasedMaterialKey::new(TaggedKey { material_key, tags });
             properties.user_specialize = Some(specialize_tagged);
         }
         if let Some(original) = current {
@@ -185,7 +142,7 @@ fn wrap_materials(
     }
 }
 
-fn is_ours(current: Option<UserSpecializeFn>) -> bool {
+fn is_replacement(current: Option<UserSpecializeFn>) -> bool {
     is_same(current, Some(specialize)) || is_same(current, Some(specialize_tagged))
 }
 
@@ -216,7 +173,7 @@ fn specialize_tagged(
 ) -> Result<(), SpecializedMeshPipelineError> {
     let tagged: TaggedKey = key.material_key.to_key();
     let key = ErasedMaterialPipelineKey {
-        material_key: tagged.own,
+        material_key: tagged.material_key,
         ..key
     };
     specialize_with(pipeline, descriptor, layout, key, &tagged.tags)
@@ -249,30 +206,4 @@ fn specialize_with(
         hook(material, descriptor);
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_material_has_its_own_tags_and_those_of_its_type() {
-        let id = |n| {
-            UntypedAssetId::from(AssetId::<Image>::Uuid {
-                uuid: bevy::asset::uuid::Uuid::from_u128(n),
-            })
-        };
-        let of_type = TypeId::of::<Image>();
-        let mut tags = MaterialTags::default();
-        tags.set(of_type, "a", Some(1));
-        tags.set_one(id(1), "b", Some(2));
-        tags.set_one(id(1), "a", Some(3));
-        assert_eq!(tags.of(id(1)), [("a", 3), ("b", 2)]);
-        assert_eq!(tags.of(id(2)), [("a", 1)]);
-        tags.set_one(id(1), "a", None);
-        tags.set_one(id(1), "b", None);
-        assert_eq!(tags.of(id(1)), [("a", 1)]);
-        tags.set(of_type, "a", None);
-        assert_eq!(tags.of(id(1)), []);
-    }
 }

@@ -3,13 +3,13 @@
 use super::{
     kernel::weight,
     scenes::Surface,
-    texture::{Color, Texture, add},
+    texture::{Color, Texture, add_weighted},
 };
 use crate::settings::EwaKernel;
 
 /// Computes the colour of a pixel from `rate` times `rate` samples per pixel of the texture's finest
 /// level, with bilinear reconstruction and a kernel on the screen.
-pub fn truth(
+pub fn ground_truth(
     texture: &Texture,
     surface: &Surface,
     size: u32,
@@ -31,7 +31,7 @@ pub fn truth(
             }
             let at = [0, 1].map(|k| f64::from(pixel[k]) + 0.5 + offset[k]);
             let uv = surface.at(size, at);
-            sum = add(
+            sum = add_weighted(
                 sum,
                 texture.bilinear(0, [0, 1].map(|k| uv[k] * texels[k])),
                 w,

@@ -29,7 +29,7 @@ pub struct EwaUniform {
 impl EwaUniform {
     /// Converts the settings, with `frame` at 0: the temporal methods need it set in each frame.
     pub fn new(settings: &EwaSettings) -> Self {
-        let settings = settings.sanitized();
+        let settings = settings.clamped();
         let (method, probes) = match settings.method {
             EwaMethod::Reference => (0, None),
             EwaMethod::Linear => (1, None),

@@ -2,13 +2,13 @@
 
 use crate::settings::{EwaMethod, EwaProbes, EwaSettings};
 
-/// Candidate settings with their measured error and cost. A test repeats the measurements
+/// A candidate with its measured error and cost. A test repeats the measurements
 /// (`cargo test -p bevy_ewa --no-default-features --lib budget -- --nocapture` prints the rows).
 ///
 /// The two figures of a pair are for samplers without anisotropy, where the shader computes the probes,
 /// and with 16x, where they are the texture unit's, modelled by [`EwaMethod::SoftwareAnisotropic`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
+pub struct Candidate {
     /// Value of [`EwaSettings::method`].
     pub method: EwaMethod,
     /// Value of [`EwaSettings::max_anisotropy`].
@@ -21,14 +21,14 @@ pub struct Choice {
     pub fetches: [f32; 2],
 }
 
-impl Choice {
-    /// Returns `others` with the values of this candidate.
-    pub fn settings(&self, others: EwaSettings) -> EwaSettings {
+impl Candidate {
+    /// Returns `base` with the values of this candidate.
+    pub fn settings(&self, base: EwaSettings) -> EwaSettings {
         EwaSettings {
             method: self.method,
             max_anisotropy: self.max_anisotropy,
             max_fetches: self.max_fetches,
-            ..others
+            ..base
         }
     }
 
@@ -47,8 +47,8 @@ fn index(sampler_anisotropy: u16) -> usize {
     usize::from(sampler_anisotropy > 1)
 }
 
-const fn exact(method: EwaMethod, max_fetches: u32, error: f32, fetches: f32) -> Choice {
-    Choice {
+const fn exact(method: EwaMethod, max_fetches: u32, error: f32, fetches: f32) -> Candidate {
+    Candidate {
         method,
         max_anisotropy: 32.0,
         max_fetches,
@@ -57,8 +57,8 @@ const fn exact(method: EwaMethod, max_fetches: u32, error: f32, fetches: f32) ->
     }
 }
 
-const fn probes(method: EwaMethod, errors: [f32; 2], fetches: [f32; 2]) -> Choice {
-    Choice {
+const fn probes(method: EwaMethod, errors: [f32; 2], fetches: [f32; 2]) -> Candidate {
+    Candidate {
         method,
         max_anisotropy: 32.0,
         max_fetches: 2048,
@@ -71,7 +71,7 @@ use EwaMethod::{Approximate, Bilinear, Hardware, Linear, SoftwareAnisotropic, Sp
 use EwaProbes::{ByAspect, Five, Seven, Three};
 
 /// The candidates: exact methods, down to coarse mip levels, and probes.
-pub const CHOICES: [Choice; 19] = [
+pub const CANDIDATES: [Candidate; 19] = [
     exact(Linear, 2048, 0.0, 199.3),
     exact(Linear, 1024, 0.2, 104.6),
     exact(Linear, 512, 2.1, 51.3),

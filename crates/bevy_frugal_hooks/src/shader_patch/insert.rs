@@ -1,56 +1,10 @@
-//! Patching of a shader's source text.
+//! Insertion of a patch into a shader's source text.
 
 use std::{error::Error, fmt, ops::Range};
 
 use wesl::syntax::TranslationUnit;
 
-use super::ShaderPatch;
-
-/// Text to insert at one position.
-///
-/// The position is between two pieces of text that must follow each other exactly once, so that the text
-/// on both sides is verified.
-#[derive(Clone, Debug)]
-pub struct Insertion {
-    /// Beginning of the function to which the search is restricted, if any; it must occur exactly once.
-    pub function: Option<&'static str>,
-    /// Text that must end at the position; may be empty.
-    pub before: &'static str,
-    /// Text that must begin at the position; may be empty.
-    pub after: &'static str,
-    /// Text to insert.
-    pub text: String,
-}
-
-impl Insertion {
-    /// Inserts `text` between `before` and `after`.
-    pub fn between(before: &'static str, after: &'static str, text: impl Into<String>) -> Self {
-        Self {
-            function: None,
-            before,
-            after,
-            text: text.into(),
-        }
-    }
-
-    /// Inserts `text` before `anchor`.
-    pub fn before(anchor: &'static str, text: impl Into<String>) -> Self {
-        Self::between("", anchor, text)
-    }
-
-    /// Inserts `text` after `anchor`.
-    pub fn after(anchor: &'static str, text: impl Into<String>) -> Self {
-        Self::between(anchor, "", text)
-    }
-
-    /// Restricts the search to the function that begins with this text.
-    pub fn in_function(self, function: &'static str) -> Self {
-        Self {
-            function: Some(function),
-            ..self
-        }
-    }
-}
+use super::patch::{Insertion, ShaderPatch};
 
 /// The reason for which a patch does not fit a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -103,13 +57,13 @@ pub fn patched(source: &str, patch: &ShaderPatch) -> Result<Option<String>, Patc
     if source.contains(&marker) {
         return Ok(None);
     }
-    for &(text, expected) in &patch.counted {
-        count(source, text, expected)?;
+    for &(text, expected) in &patch.expected_counts {
+        expect_count(source, text, expected)?;
     }
     let mut result = source.to_owned();
     for insertion in &patch.insertions {
-        let at = position(&result, insertion)?;
-        result.insert_str(at, &format!("\n{marker}{}\n", insertion.text));
+        let offset = insertion_offset(&result, insertion)?;
+        result.insert_str(offset, &format!("\n{marker}{}\n", insertion.text));
     }
     let imports = patch.imports.iter().map(|path| format!("import {path};\n"));
     result.insert_str(0, &format!("{marker}{}", imports.collect::<String>()));
@@ -120,29 +74,29 @@ pub fn patched(source: &str, patch: &ShaderPatch) -> Result<Option<String>, Patc
 }
 
 /// Returns the byte offset at which to insert.
-fn position(source: &str, insertion: &Insertion) -> Result<usize, PatchError> {
+fn insertion_offset(source: &str, insertion: &Insertion) -> Result<usize, PatchError> {
     let Range { start, end } = match insertion.function {
         None => 0..source.len(),
         Some(function) => {
-            let start = only(source, function)?;
+            let start = unique_offset(source, function)?;
             let body = start + function.len();
             let end = source[body..].find("\nfn ");
             start..end.map_or(source.len(), |end| body + end)
         }
     };
     let anchor = [insertion.before, insertion.after].concat();
-    let at = only(&source[start..end], &anchor)?;
-    Ok(start + at + insertion.before.len())
+    let offset = unique_offset(&source[start..end], &anchor)?;
+    Ok(start + offset + insertion.before.len())
 }
 
 /// Returns the byte offset of a text that must occur exactly once.
-fn only(source: &str, text: &str) -> Result<usize, PatchError> {
-    count(source, text, 1)?;
+fn unique_offset(source: &str, text: &str) -> Result<usize, PatchError> {
+    expect_count(source, text, 1)?;
     Ok(source.find(text).unwrap_or_default())
 }
 
 /// Fails unless the text occurs as often as expected.
-fn count(source: &str, text: &str, expected: usize) -> Result<(), PatchError> {
+fn expect_count(source: &str, text: &str, expected: usize) -> Result<(), PatchError> {
     let found = source.matches(text).count();
     if found == expected {
         return Ok(());
@@ -200,13 +154,13 @@ mod tests {
     }
 
     #[test]
-    fn never_twice() {
+    fn a_patch_is_never_inserted_twice() {
         let once = patched(SOURCE, &in_b("one")).unwrap().unwrap();
         assert_eq!(patched(&once, &in_b("one")), Ok(None));
     }
 
     #[test]
-    fn patches_live_together_in_any_order() {
+    fn the_order_of_patches_does_not_matter() {
         for order in [["one", "two"], ["two", "one"]] {
             let source = order.iter().fold(SOURCE.to_owned(), |source, &name| {
                 patched(&source, &in_b(name)).unwrap().unwrap()
@@ -244,23 +198,23 @@ mod tests {
     }
 
     #[test]
-    fn what_is_counted_must_be_all_there_is() {
+    fn another_occurrence_of_a_counted_text_is_refused() {
         let mut counted = in_b("one");
-        counted.counted.push(("return x", 2));
+        counted.expected_counts.push(("return x", 2));
         assert!(patched(SOURCE, &counted).is_ok());
-        counted.counted.push(("fn ", 1));
+        counted.expected_counts.push(("fn ", 1));
         assert_eq!(patched(SOURCE, &counted), count_error("fn ", 2));
     }
 
     #[test]
-    fn what_does_not_parse_is_refused() {
+    fn a_patched_source_that_does_not_parse_is_refused() {
         let broken = Insertion::after("fn b() -> f32 {", "let y = ;");
         let result = patched(SOURCE, &patch("p", broken));
         assert!(matches!(result, Err(PatchError::Syntax(_))), "{result:?}");
     }
 
     #[test]
-    fn all_or_nothing() {
+    fn a_patch_is_never_applied_in_part() {
         let mut both = in_b("one");
         both.insertions.push(Insertion::after("nowhere", ""));
         assert!(patched(SOURCE, &both).is_err());

@@ -1,0 +1,141 @@
+//! Application of patches to the shaders of an app as they are loaded.
+
+use bevy::{
+    asset::AssetEventSystems,
+    platform::collections::HashMap,
+    prelude::*,
+    shader::{Shader, Source},
+};
+
+use super::{
+    insert::{PatchError, patched},
+    patch::ShaderPatch,
+};
+
+/// The state of a patch.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PatchState {
+    /// The shader is not loaded yet.
+    Pending,
+    /// The shader contains the patch.
+    Applied,
+    /// The patch does not fit, and the shader is unchanged.
+    Refused(PatchError),
+}
+
+/// The patches of an app and their states.
+#[derive(Resource, Debug, Default)]
+pub struct ShaderPatches {
+    patches: Vec<ShaderPatch>,
+    states: HashMap<&'static str, PatchState>,
+}
+
+impl ShaderPatches {
+    /// Returns the state of the patch of this name; `None` if it was never added.
+    pub fn state(&self, name: &str) -> Option<&PatchState> {
+        self.states.get(name)
+    }
+
+    /// Returns true if all of these patches are applied.
+    pub fn all_applied(&self, names: &[&str]) -> bool {
+        names
+            .iter()
+            .all(|name| self.state(name) == Some(&PatchState::Applied))
+    }
+
+    /// Returns the first of these patches that was refused, and the reason.
+    pub fn refused<'a>(&'a self, names: &[&'a str]) -> Option<(&'a str, &'a PatchError)> {
+        names.iter().find_map(|&name| match self.state(name) {
+            Some(PatchState::Refused(error)) => Some((name, error)),
+            _ => None,
+        })
+    }
+
+    fn add(&mut self, patch: ShaderPatch) {
+        if self
+            .states
+            .insert(patch.name, PatchState::Pending)
+            .is_none()
+        {
+            self.patches.push(patch);
+        }
+    }
+}
+
+/// Extension trait that adds patches to an app.
+pub trait PatchShadersExt {
+    /// Applies this patch as soon as its shader is loaded, before any pipeline is built from it.
+    ///
+    /// Adding a patch of the same name again does nothing.
+    fn patch_shader(&mut self, patch: ShaderPatch) -> &mut Self;
+}
+
+impl PatchShadersExt for App {
+    fn patch_shader(&mut self, patch: ShaderPatch) -> &mut Self {
+        if !self.world().contains_resource::<ShaderPatches>() {
+            self.init_resource::<ShaderPatches>().add_systems(
+                PostUpdate,
+                // Before asset events announce the shaders of this frame to the renderer.
+                apply_patches
+                    .run_if(resource_exists_and_changed::<Assets<Shader>>)
+                    .before(AssetEventSystems),
+            );
+        }
+        self.world_mut().resource_mut::<ShaderPatches>().add(patch);
+        self
+    }
+}
+
+fn apply_patches(mut shaders: ResMut<Assets<Shader>>, mut patches: ResMut<ShaderPatches>) {
+    let ShaderPatches { patches, states } = &mut *patches;
+    for patch in patches.iter() {
+        let ids: Vec<_> = shaders
+            .iter()
+            .filter(|(_, shader)| patch.is_for(shader))
+            .map(|(id, _)| id)
+            .collect();
+        for id in ids {
+            let state = apply(&mut shaders, id, patch);
+            if let PatchState::Refused(error) = &state
+                && states.get(patch.name) != Some(&state)
+            {
+                error!(
+                    "`{}` leaves Bevy's shader `{}` as it is: {error}",
+                    patch.name, patch.shader
+                );
+            }
+            states.insert(patch.name, state);
+        }
+    }
+}
+
+/// Writes to the assets only where something is inserted, because every change of them runs the system
+/// again.
+fn apply(
+    shaders: &mut ResMut<Assets<Shader>>,
+    id: AssetId<Shader>,
+    patch: &ShaderPatch,
+) -> PatchState {
+    let Some(shader) = shaders.get(id) else {
+        return PatchState::Pending;
+    };
+    let Source::Wesl(source) = &shader.source else {
+        return PatchState::Refused(PatchError::NotWesl);
+    };
+    let source = match patched(source, patch) {
+        Ok(Some(source)) => source,
+        Ok(None) => return PatchState::Applied,
+        Err(error) => return PatchState::Refused(error),
+    };
+    // Parsed again, because a patch may import another module.
+    let parsed = Shader::from_wesl(source, shader.path.clone());
+    let patched = Shader {
+        source: parsed.source,
+        imports: parsed.imports,
+        ..shader.clone()
+    };
+    match shaders.insert(id, patched) {
+        Ok(()) => PatchState::Applied,
+        Err(error) => PatchState::Refused(PatchError::Asset(error.to_string())),
+    }
+}
