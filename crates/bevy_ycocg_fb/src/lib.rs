@@ -9,10 +9,12 @@
 //! | --- | --- |
 //! | [`settings`] | the settings of a camera |
 //! | [`mod@reference`] | packing and reconstruction in plain Rust |
+//! | `packed_format` | the texture formats and shader defs of the packed formats |
 //! | `material` | packing in the shaders of materials |
 //! | `view` | the choice of the cameras that pack, and the preparation of their views |
 //! | `pass` | the main pass of a packed camera, and the resolve |
 //! | [`report`] | the state of each camera, and its memory |
+//! | `fallback` | the reasons for which a camera does not pack |
 //! | [`plugin`] | the plugin that an app adds |
 //!
 //! Without the feature `bevy` only the first two are compiled.
@@ -20,7 +22,11 @@
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
+mod fallback;
+#[cfg(feature = "bevy")]
 mod material;
+#[cfg(feature = "bevy")]
+mod packed_format;
 #[cfg(feature = "bevy")]
 mod pass;
 #[cfg(feature = "bevy")]
@@ -33,9 +39,9 @@ pub mod settings;
 mod view;
 
 #[cfg(feature = "bevy")]
+pub use fallback::FallbackReason;
+#[cfg(feature = "bevy")]
 pub use plugin::YCoCgFrameBufferPlugin;
 #[cfg(feature = "bevy")]
 pub use report::{CameraReport, CameraState, ColorMemory, FrameBufferReports};
 pub use settings::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
-#[cfg(feature = "bevy")]
-pub use view::fallback::FallbackReason;

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bevy::{ecs::entity::EntityHashMap, prelude::*};
 
-use crate::view::fallback::FallbackReason;
+use crate::fallback::FallbackReason;
 
 /// Reports on the state of each camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer) and on the
 /// memory of all cameras, in the last rendered frame.

@@ -11,10 +11,10 @@ use bevy::{
 
 /// The shaders that pack the colours that they write. The main world and the render world share it.
 #[derive(Resource, Clone, Debug, Default)]
-pub(crate) struct PackingShaders(Arc<RwLock<Found>>);
+pub(crate) struct PackingShaders(Arc<RwLock<Detected>>);
 
 #[derive(Debug, Default)]
-struct Found {
+struct Detected {
     shaders: HashSet<AssetId<Shader>>,
     /// Incremented with every change of `shaders`.
     generation: u64,
@@ -30,7 +30,7 @@ impl PackingShaders {
         self.read().generation
     }
 
-    fn read(&self) -> RwLockReadGuard<'_, Found> {
+    fn read(&self) -> RwLockReadGuard<'_, Detected> {
         self.0.read().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -59,14 +59,14 @@ pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<Pa
 fn packs<'a>(
     shader: &'a Shader,
     modules: &HashMap<&ShaderImport, &'a Shader>,
-    seen: &mut HashSet<&'a ShaderImport>,
+    visited: &mut HashSet<&'a ShaderImport>,
 ) -> bool {
     calls_pack(shader)
         || shader.imports.iter().any(|import| {
-            seen.insert(import)
+            visited.insert(import)
                 && modules
                     .get(import)
-                    .is_some_and(|module| packs(module, modules, seen))
+                    .is_some_and(|module| packs(module, modules, visited))
         })
 }
 
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn those_that_call_it_or_import_a_module_that_does() {
+    fn shaders_pack_that_call_pack_or_import_a_module_that_does() {
         let library = "import bevy_ycocg_fb::shaders::pack::pack_fragment;\n\
             fn main_pass_post_lighting_processing(c: vec4<f32>) -> vec4<f32> {\n\
             return pack_fragment(c, c); }";

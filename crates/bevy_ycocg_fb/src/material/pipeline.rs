@@ -1,41 +1,12 @@
 //! The shader def by which a material's pipeline packs, for packed cameras only.
 
 use bevy::{
-    mesh::BaseMeshPipelineKey,
-    pbr::MeshPipelineKey,
-    prelude::*,
-    render::render_resource::{RenderPipelineDescriptor, TextureFormat},
-    shader::ShaderDefVal,
+    mesh::BaseMeshPipelineKey, pbr::MeshPipelineKey,
+    render::render_resource::RenderPipelineDescriptor, shader::ShaderDefVal,
 };
 use bevy_frugal_hooks::SpecializedMaterial;
 
-use crate::settings::PackedFormat;
-
-const PACK: &str = "YCOCG_FB_PACK";
-const UNORM8: &str = "YCOCG_FB_UNORM8";
-
-impl PackedFormat {
-    /// All packed formats.
-    pub const ALL: [Self; 3] = [Self::Float16, Self::Float32, Self::Unorm8];
-
-    /// Returns the format of the packed texture.
-    pub fn texture_format(self) -> TextureFormat {
-        match self {
-            Self::Float16 => TextureFormat::Rg16Float,
-            Self::Float32 => TextureFormat::Rg32Float,
-            Self::Unorm8 => TextureFormat::Rg8Unorm,
-        }
-    }
-
-    /// Returns the shader defs of all shaders that write or read the packed texture.
-    pub(crate) fn shader_defs(self) -> Vec<ShaderDefVal> {
-        let mut defs = vec![PACK.into()];
-        if self == Self::Unorm8 {
-            defs.push(UNORM8.into());
-        }
-        defs
-    }
-}
+use crate::{packed_format::PACK, settings::PackedFormat};
 
 /// Flag of packed views in Bevy's `MeshPipelineKey`, a bit that Bevy does not use.
 pub(crate) const PACKED_KEY: u64 = 1 << 57;
@@ -84,11 +55,14 @@ pub(crate) fn packs(descriptor: &RenderPipelineDescriptor, format: PackedFormat)
         .fragment
         .as_ref()
         .is_none_or(|fragment| fragment.shader_defs.contains(&PACK.into()));
-    has_def && fits(descriptor, format)
+    has_def && has_packed_format(descriptor, format)
 }
 
 /// Whether the target of a pipeline has the format of the packed texture, whatever it writes.
-pub(crate) fn fits(descriptor: &RenderPipelineDescriptor, format: PackedFormat) -> bool {
+pub(crate) fn has_packed_format(
+    descriptor: &RenderPipelineDescriptor,
+    format: PackedFormat,
+) -> bool {
     let target = descriptor
         .fragment
         .as_ref()

@@ -27,13 +27,13 @@ use bevy::{
 
 use super::{
     clear::PackedClear,
-    foreign::ForeignPipelines,
+    phase_pipelines::PhasePipelines,
     resolve::{PackedResolve, ResolveBindGroup},
 };
 use crate::view::{eligibility::PackedView, textures::PackedTextures};
 
 /// The components of the view that the pass uses.
-struct Packed<'a> {
+struct MainPassView<'a> {
     camera: &'a ExtractedCamera,
     target: &'a ViewTarget,
     depth: &'a ViewDepthStencilTexture,
@@ -42,7 +42,7 @@ struct Packed<'a> {
     clear: &'a PackedClear,
     resolve: &'a PackedResolve,
     resolve_bind_group: &'a ResolveBindGroup,
-    sky: Option<&'a SkyboxBindGroup>,
+    skybox: Option<&'a SkyboxBindGroup>,
     transmission: Option<(&'a ScreenSpaceTransmission, &'a ViewTransmissionTexture)>,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn packed_main_pass(
     alpha_mask: Res<ViewBinnedRenderPhases<AlphaMask3d>>,
     transmissive: Res<ViewSortedRenderPhases<Transmissive3d>>,
     transparent: Res<ViewSortedRenderPhases<Transparent3d>>,
-    foreign: Res<ForeignPipelines>,
+    pipelines: Res<PhasePipelines>,
     cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
@@ -75,10 +75,10 @@ pub(super) fn packed_main_pass(
         uniform_offset,
         (textures, clear),
         (resolve, resolve_bind_group),
-        sky,
+        skybox,
         transmission,
     ) = view.into_inner();
-    let view = Packed {
+    let view = MainPassView {
         camera,
         target,
         depth,
@@ -87,7 +87,7 @@ pub(super) fn packed_main_pass(
         clear,
         resolve,
         resolve_bind_group,
-        sky,
+        skybox,
         transmission,
     };
     let id = extracted_view.retained_view_entity;
@@ -96,7 +96,7 @@ pub(super) fn packed_main_pass(
         .filter(|phase| !phase.items.is_empty());
     let ranges = transmissive.map_or_else(Vec::new, |phase| {
         let steps = view.transmission.map_or(0, |(settings, _)| settings.steps);
-        split(phase.items.len(), steps)
+        transmission_ranges(phase.items.len(), steps)
     });
     // Without transmissive objects there is a single pass.
     let passes = ranges.len() + 1;
@@ -125,25 +125,25 @@ pub(super) fn packed_main_pass(
         }
         // A pipeline with another target format would be a validation error. Bevy draws this camera from
         // the next frame on.
-        if foreign.fits {
+        if pipelines.all_have_packed_format {
             if first {
                 if let Some(phase) = opaque.get(&id) {
-                    said(phase.render(&mut pass, world, entity), "opaque");
+                    log_draw_error(phase.render(&mut pass, world, entity), "opaque");
                 }
                 if let Some(phase) = alpha_mask.get(&id) {
-                    said(phase.render(&mut pass, world, entity), "alpha mask");
+                    log_draw_error(phase.render(&mut pass, world, entity), "alpha mask");
                 }
-                draw_sky(&view, foreign.sky, &cache, &mut pass);
+                draw_skybox(&view, pipelines.skybox, &cache, &mut pass);
             } else if let Some(phase) = transmissive {
                 let range = ranges[pass_index - 1].clone();
                 let drawn = phase.render_range(&mut pass, world, entity, range);
-                said(drawn, "transmissive");
+                log_draw_error(drawn, "transmissive");
             }
             if last
                 && let Some(phase) = transparent.get(&id)
                 && !phase.items.is_empty()
             {
-                said(phase.render(&mut pass, world, entity), "transparent");
+                log_draw_error(phase.render(&mut pass, world, entity), "transparent");
             }
         }
         span.end(&mut pass);
@@ -153,12 +153,12 @@ pub(super) fn packed_main_pass(
 
 /// Returns the attachment of the packed texture, which the first pass clears and the later ones load.
 fn attachment<'a>(
-    view: &Packed<'a>,
+    view: &MainPassView<'a>,
     first: bool,
     last: bool,
 ) -> Option<RenderPassColorAttachment<'a>> {
     let PackedTextures {
-        single,
+        single_sampled,
         multisampled,
     } = view.textures;
     let luminance = match view.clear {
@@ -170,14 +170,14 @@ fn attachment<'a>(
     } else {
         LoadOp::Load
     };
-    let resolve_target = multisampled.as_ref().and(single.as_ref());
+    let resolve_target = multisampled.as_ref().and(single_sampled.as_ref());
     // Samples that the hardware has resolved are not needed after the last pass.
     let store = if last && resolve_target.is_some() {
         StoreOp::Discard
     } else {
         StoreOp::Store
     };
-    let texture = multisampled.as_ref().or(single.as_ref())?;
+    let texture = multisampled.as_ref().or(single_sampled.as_ref())?;
     Some(RenderPassColorAttachment {
         view: &texture.default_view,
         depth_slice: None,
@@ -203,28 +203,28 @@ fn draw_clear<'w>(
     }
 }
 
-fn draw_sky<'w>(
-    view: &Packed<'w>,
+fn draw_skybox<'w>(
+    view: &MainPassView<'w>,
     pipeline: Option<CachedRenderPipelineId>,
     cache: &'w PipelineCache,
     pass: &mut TrackedRenderPass<'w>,
 ) {
-    if let Some(SkyboxBindGroup((bind_group, sky_offset))) = view.sky
+    if let Some(SkyboxBindGroup((bind_group, skybox_offset))) = view.skybox
         && let Some(pipeline) = pipeline.and_then(|id| cache.get_render_pipeline(id))
     {
         pass.set_render_pipeline(pipeline);
-        pass.set_bind_group(0, bind_group, &[view.uniform_offset.offset, *sky_offset]);
+        pass.set_bind_group(0, bind_group, &[view.uniform_offset.offset, *skybox_offset]);
         pass.draw(0..3, 0..1);
     }
 }
 
 /// Resolves into the view's main texture. While the pipeline is not ready, the view is only cleared.
-fn resolve_to_view(view: &Packed, cache: &PipelineCache, ctx: &mut RenderContext) {
+fn resolve_to_view(view: &MainPassView, cache: &PipelineCache, ctx: &mut RenderContext) {
     let target = view.target.get_color_attachment();
     draw_resolve(view, view.resolve.to_view, target, cache, ctx);
 }
 
-fn resolve_to_transmission(view: &Packed, cache: &PipelineCache, ctx: &mut RenderContext) {
+fn resolve_to_transmission(view: &MainPassView, cache: &PipelineCache, ctx: &mut RenderContext) {
     if let Some((_, transmission)) = view.transmission
         && let Some(pipeline) = view.resolve.to_transmission
     {
@@ -242,7 +242,7 @@ fn resolve_to_transmission(view: &Packed, cache: &PipelineCache, ctx: &mut Rende
 }
 
 fn draw_resolve(
-    view: &Packed,
+    view: &MainPassView,
     pipeline: CachedRenderPipelineId,
     target: RenderPassColorAttachment,
     cache: &PipelineCache,
@@ -270,7 +270,7 @@ fn draw_resolve(
     span.end(&mut pass);
 }
 
-fn said(drawn: Result<(), DrawError>, phase: &str) {
+fn log_draw_error(drawn: Result<(), DrawError>, phase: &str) {
     if let Err(error) = drawn {
         error!("the {phase} phase was not drawn: {error:?}");
     }
@@ -278,7 +278,7 @@ fn said(drawn: Result<(), DrawError>, phase: &str) {
 
 /// Splits `len` transmissive objects, sorted from back to front, into `steps` ranges, each of which
 /// samples the result of the ranges before it; 0 steps give one range.
-fn split(len: usize, steps: usize) -> Vec<Range<usize>> {
+fn transmission_ranges(len: usize, steps: usize) -> Vec<Range<usize>> {
     let count = steps.clamp(1, len.max(1));
     (0..count)
         .map(|i| len * i / count..len * (i + 1) / count)
@@ -287,13 +287,13 @@ fn split(len: usize, steps: usize) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use super::split;
+    use super::transmission_ranges;
 
     #[test]
     fn ranges_cover_all_and_differ_by_one_at_most() {
         for len in 1..20 {
             for steps in 0..25 {
-                let ranges = split(len, steps);
+                let ranges = transmission_ranges(len, steps);
                 assert_eq!(ranges.len(), steps.clamp(1, len));
                 assert_eq!(ranges[0].start, 0);
                 assert_eq!(ranges[ranges.len() - 1].end, len);

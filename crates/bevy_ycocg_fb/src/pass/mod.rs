@@ -3,16 +3,16 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`main_pass`] | opaque, masked, sky, transmissive and transparent phases, in Bevy's order |
-//! | [`foreign`] | packing variants of pipelines that do not belong to a material |
+//! | [`phase_pipelines`] | whether the pipelines in the phases pack, and packing variants of those that can |
 //! | [`clear`] | the clear colour |
 //! | [`resolve`] | reconstruction of colours from packed texels |
-//! | [`hide`] | skipping of Bevy's own main passes for packed cameras |
+//! | [`skip_main_passes`] | skipping of Bevy's own main passes for packed cameras |
 
-pub(crate) mod clear;
-pub(crate) mod foreign;
-mod hide;
+mod clear;
 mod main_pass;
-pub(crate) mod resolve;
+mod phase_pipelines;
+mod resolve;
+mod skip_main_passes;
 
 use bevy::{
     asset::embedded_asset,
@@ -41,8 +41,8 @@ impl Plugin for PackedPassPlugin {
             .init_resource::<SpecializedRenderPipelines<resolve::ResolvePipeline>>()
             .init_resource::<SpecializedRenderPipelines<clear::ClearPipeline>>()
             .init_resource::<clear::ClearUniforms>()
-            .init_resource::<foreign::ForeignPipelines>()
-            .init_resource::<hide::HiddenView>()
+            .init_resource::<phase_pipelines::PhasePipelines>()
+            .init_resource::<skip_main_passes::SkippedView>()
             .add_systems(
                 RenderStartup,
                 (resolve::init_pipeline, clear::init_pipeline),
@@ -58,10 +58,10 @@ impl Plugin for PackedPassPlugin {
             .add_systems(
                 Core3d,
                 (
-                    foreign::pack_foreign_pipelines,
+                    phase_pipelines::pack_phase_pipelines,
                     main_pass::packed_main_pass,
-                    foreign::restore_foreign_pipelines,
-                    hide::hide_view,
+                    phase_pipelines::restore_phase_pipelines,
+                    skip_main_passes::skip_main_passes,
                 )
                     .chain()
                     .before(main_opaque_pass_3d)
@@ -69,7 +69,7 @@ impl Plugin for PackedPassPlugin {
             )
             .add_systems(
                 Core3d,
-                hide::show_view
+                skip_main_passes::restore_current_view
                     .after(main_transparent_pass_3d)
                     .in_set(Core3dSystems::MainPass),
             );

@@ -1,12 +1,10 @@
 //! A packed viewport, with mirrored neighbours beyond its border.
 
 use super::{
-    color::linear_from_srgb,
-    pack::{PackedPixel, UNORM8_BIAS, pack, pack_unorm8, stores_co},
-    reconstruct::reconstruct,
-    storage::{F16_MAX, stored},
+    pack::{F16_MAX, PackedPixel, UNORM8_BIAS, pack, pack_unorm8, stores_co},
+    storage::stored,
 };
-use crate::settings::{PackedFormat, Reconstruction};
+use crate::settings::PackedFormat;
 
 /// A viewport of packed pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,18 +41,6 @@ impl PackedImage {
             size,
             format,
             pixels: pixels.collect(),
-        }
-    }
-
-    /// Reconstructs the colours of all pixels, in the units of the input of [`pack`](Self::pack).
-    pub fn unpack(&self, filter: Reconstruction) -> Vec<[f32; 3]> {
-        let positions = (0..self.size[1]).flat_map(|y| (0..self.size[0]).map(move |x| (x, y)));
-        let colors = positions.map(|(x, y)| reconstruct(self, x, y, filter));
-        match self.format {
-            PackedFormat::Float16 | PackedFormat::Float32 => colors.collect(),
-            PackedFormat::Unorm8 => colors
-                .map(|color| color.map(|c| linear_from_srgb(c.clamp(0.0, 1.0))))
-                .collect(),
         }
     }
 

@@ -1,9 +1,9 @@
 //! Packing of a fragment's colour (thesis, listing 4.1).
 
-use super::{
-    color::{srgb_from_linear, ycocg_from_rgb},
-    storage::F16_MAX,
-};
+use super::color::{srgb_from_linear, ycocg_from_rgb};
+
+/// The largest finite 16-bit float.
+pub const F16_MAX: f32 = 65504.0;
 
 /// A packed pixel: luminance and one chrominance, which is Co if `x + y` of the pixel's position in the
 /// target is even, else Cg.

@@ -29,12 +29,11 @@
 //! the stored chrominance is not changed.
 
 use super::{
-    color::{YCoCg, rgb_from_ycocg},
+    color::{YCoCg, linear_from_srgb, rgb_from_ycocg},
     image::PackedImage,
-    pack::PackedPixel,
-    storage::F16_MAX,
+    pack::{F16_MAX, PackedPixel},
 };
-use crate::settings::Reconstruction;
+use crate::settings::{PackedFormat, Reconstruction};
 
 /// Luminance difference from which the thesis's filter detects an edge (thesis 4.5).
 pub const EDGE_THRESHOLD: f32 = 30.0 / 255.0;
@@ -60,6 +59,20 @@ pub struct Cross {
     pub horizontal: Option<[PackedPixel; 2]>,
     /// Neighbours below and above.
     pub vertical: Option<[PackedPixel; 2]>,
+}
+
+impl PackedImage {
+    /// Reconstructs the colours of all pixels, in the units of the input of [`pack`](Self::pack).
+    pub fn unpack(&self, filter: Reconstruction) -> Vec<[f32; 3]> {
+        let positions = (0..self.size[1]).flat_map(|y| (0..self.size[0]).map(move |x| (x, y)));
+        let colors = positions.map(|(x, y)| reconstruct(self, x, y, filter));
+        match self.format {
+            PackedFormat::Float16 | PackedFormat::Float32 => colors.collect(),
+            PackedFormat::Unorm8 => colors
+                .map(|color| color.map(|c| linear_from_srgb(c.clamp(0.0, 1.0))))
+                .collect(),
+        }
+    }
 }
 
 /// Reconstructs the colour of a pixel of an image.

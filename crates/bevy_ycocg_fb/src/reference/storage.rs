@@ -6,9 +6,6 @@
 use super::pack::PackedPixel;
 use crate::settings::PackedFormat;
 
-/// The largest finite 16-bit float.
-pub const F16_MAX: f32 = 65504.0;
-
 /// Rounds to the nearest 16-bit float.
 pub fn round_f16(value: f32) -> f32 {
     half::f16::from_f32(value).to_f32()

@@ -7,7 +7,7 @@ use bevy::render::{
     renderer::{RenderAdapter, RenderDevice},
 };
 
-use super::fallback::FallbackReason;
+use crate::fallback::FallbackReason;
 use crate::settings::PackedFormat;
 
 /// The adapter's support of multisampled textures of a format.

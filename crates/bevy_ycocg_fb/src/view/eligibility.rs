@@ -17,8 +17,9 @@ use bevy::{
 };
 use bevy_frugal_hooks::ShaderPatches;
 
-use super::{capabilities::FormatSupport, fallback::FallbackReason};
+use super::capabilities::FormatSupport;
 use crate::{
+    fallback::FallbackReason,
     material::{detect::PackingShaders, patches::REQUIRED},
     report::{CameraState, FrameBufferReports},
     settings::{MsaaResolve, PackedFormat, YCoCgFrameBuffer},
@@ -68,7 +69,7 @@ pub(crate) struct UnpackedPipelines {
 
 /// The warnings that were already logged.
 #[derive(Resource, Debug, Default)]
-pub(super) struct WarnedOf(HashSet<(Entity, FallbackReason)>);
+pub(super) struct LoggedFallbacks(HashSet<(Entity, FallbackReason)>);
 
 #[derive(QueryData)]
 pub(super) struct Candidate {
@@ -86,14 +87,14 @@ pub(super) struct Candidate {
 }
 
 /// Inserts [`PackedView`] for the cameras that can pack, and removes it from the others.
-pub(super) fn choose_views(
+pub(super) fn select_packed_views(
     mut commands: Commands,
     candidates: Query<Candidate>,
     cameras: Query<(Entity, &ExtractedCamera)>,
     former: Query<(Entity, &MainEntity), (With<PackedView>, Without<YCoCgFrameBuffer>)>,
     state: Res<MainWorldState>,
     mut unpacked: ResMut<UnpackedPipelines>,
-    mut warned: ResMut<WarnedOf>,
+    mut logged: ResMut<LoggedFallbacks>,
     clear_color: Res<ClearColor>,
     adapter: Res<RenderAdapter>,
     device: Res<RenderDevice>,
@@ -122,10 +123,10 @@ pub(super) fn choose_views(
             commands.entity(candidate.entity).remove::<PackedView>();
             continue;
         }
-        let chosen = obstacle(&candidate, &cameras, &state, &unpacked, &clear_color)
+        let view = fallback_reason(&candidate, &cameras, &state, &unpacked, &clear_color)
             .map_or(Ok(()), Err)
             .and_then(|()| packed_view(&candidate, &adapter, &device));
-        match chosen {
+        match view {
             Ok(view) => {
                 commands.entity(candidate.entity).insert(view);
                 reports.set_state(main_entity, CameraState::Packed);
@@ -133,7 +134,7 @@ pub(super) fn choose_views(
             Err(reason) => {
                 commands.entity(candidate.entity).remove::<PackedView>();
                 reports.set_state(main_entity, CameraState::Fallback(reason.clone()));
-                if warned.0.insert((main_entity, reason.clone())) {
+                if logged.0.insert((main_entity, reason.clone())) {
                     warn!("camera {main_entity} does not use its YCoCgFrameBuffer: {reason}");
                 }
             }
@@ -142,7 +143,7 @@ pub(super) fn choose_views(
 }
 
 /// Returns the first reason for which the camera cannot pack.
-fn obstacle(
+fn fallback_reason(
     candidate: &CandidateItem,
     cameras: &Query<(Entity, &ExtractedCamera)>,
     state: &MainWorldState,
@@ -157,7 +158,7 @@ fn obstacle(
     };
     let unpacked = unpacked.by_camera.get(&candidate.main_entity.id());
     // The cause precedes its consequences: screen-space reflections require the deferred prepass.
-    let obstacles = [
+    let reasons = [
         (camera.schedule != Core3d.intern()).then_some(FallbackReason::Not3d),
         state.refused.clone().map(FallbackReason::PatchRefused),
         candidate
@@ -183,7 +184,7 @@ fn obstacle(
             .then_some(FallbackReason::Unorm8WithHdr),
         unpacked.map(|(_, name)| FallbackReason::UnpackedPipeline(name.clone())),
     ];
-    obstacles.into_iter().flatten().next()
+    reasons.into_iter().flatten().next()
 }
 
 /// Whether a later camera continues in the multisampled texture of this one, which a packed camera does

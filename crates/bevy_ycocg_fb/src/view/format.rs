@@ -16,20 +16,23 @@ use crate::material::pipeline::PACKED_KEY;
 
 /// The original formats of the views while they are replaced.
 #[derive(Resource, Default)]
-pub(super) struct OwnFormats(EntityHashMap<TextureFormat>);
+pub(super) struct OriginalFormats(EntityHashMap<TextureFormat>);
 
-pub(super) fn show_packed(
+pub(super) fn set_packed_formats(
     mut views: Query<(Entity, &mut ExtractedView, &PackedView)>,
-    mut own: ResMut<OwnFormats>,
+    mut original: ResMut<OriginalFormats>,
 ) {
     for (entity, mut view, packed) in &mut views {
-        own.0.insert(entity, view.target_format);
+        original.0.insert(entity, view.target_format);
         view.target_format = packed.settings.format.texture_format();
     }
 }
 
-pub(super) fn restore(mut views: Query<&mut ExtractedView>, mut own: ResMut<OwnFormats>) {
-    for (entity, format) in own.0.drain() {
+pub(super) fn restore_formats(
+    mut views: Query<&mut ExtractedView>,
+    mut original: ResMut<OriginalFormats>,
+) {
+    for (entity, format) in original.0.drain() {
         if let Ok(mut view) = views.get_mut(entity) {
             view.target_format = format;
         }

@@ -3,7 +3,6 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`eligibility`] | the choice of the cameras that pack |
-//! | [`fallback`] | the reasons for which the others do not |
 //! | [`format`](mod@format) | the target format in Bevy's pipeline keys and phases |
 //! | [`msaa`] | a single-sampled `ViewTarget` beside multisampled packed textures |
 //! | [`textures`] | the packed textures |
@@ -11,7 +10,6 @@
 
 pub(crate) mod capabilities;
 pub(crate) mod eligibility;
-pub mod fallback;
 mod format;
 mod msaa;
 pub(crate) mod textures;
@@ -23,7 +21,7 @@ use bevy::{
 };
 
 use crate::report::FrameBufferReports;
-use eligibility::{UnpackedPipelines, WarnedOf};
+use eligibility::{LoggedFallbacks, UnpackedPipelines};
 
 /// Chooses the cameras that pack and prepares them.
 pub(crate) struct PackedViewPlugin;
@@ -39,33 +37,34 @@ impl Plugin for PackedViewPlugin {
             .insert_resource(reports)
             .init_resource::<eligibility::MainWorldState>()
             .init_resource::<UnpackedPipelines>()
-            .init_resource::<WarnedOf>()
-            .init_resource::<format::OwnFormats>()
-            .init_resource::<msaa::HiddenMsaa>()
+            .init_resource::<LoggedFallbacks>()
+            .init_resource::<format::OriginalFormats>()
+            .init_resource::<msaa::OriginalMsaa>()
             .add_systems(ExtractSchedule, eligibility::extract_main_world_state)
             .add_systems(
                 Render,
                 (
-                    eligibility::choose_views
+                    eligibility::select_packed_views
                         .after(RenderSystems::ExtractCommands)
                         .before(RenderSystems::PrepareAssets),
                     // The packed format is visible only while pipeline keys are made and phases are
                     // queued.
                     (
-                        (format::show_packed, format::unmark_keys)
+                        (format::set_packed_formats, format::unmark_keys)
                             .before(check_views_need_specialization),
-                        (format::restore, format::mark_keys).after(check_views_need_specialization),
+                        (format::restore_formats, format::mark_keys)
+                            .after(check_views_need_specialization),
                     )
                         .in_set(RenderSystems::PrepareAssets),
-                    format::show_packed
+                    format::set_packed_formats
                         .after(RenderSystems::PrepareViews)
                         .before(RenderSystems::Queue),
-                    format::restore
+                    format::restore_formats
                         .after(RenderSystems::PhaseSort)
                         .before(RenderSystems::Prepare),
                     (
-                        msaa::hide.before(prepare_view_targets),
-                        msaa::restore.after(prepare_view_targets),
+                        msaa::disable_msaa.before(prepare_view_targets),
+                        msaa::restore_msaa.after(prepare_view_targets),
                     )
                         .in_set(RenderSystems::PrepareViews),
                     textures::prepare_textures.in_set(RenderSystems::PrepareResources),

@@ -9,24 +9,24 @@ use bevy::{
 
 use super::eligibility::PackedView;
 
-/// The original sample counts of the views while they are hidden.
+/// The original sample counts of the views while they are replaced.
 #[derive(Resource, Default)]
-pub(super) struct HiddenMsaa(EntityHashMap<Msaa>);
+pub(super) struct OriginalMsaa(EntityHashMap<Msaa>);
 
-pub(super) fn hide(
+pub(super) fn disable_msaa(
     mut views: Query<(Entity, &mut Msaa, &mut ExtractedCamera), With<PackedView>>,
-    mut hidden: ResMut<HiddenMsaa>,
+    mut original: ResMut<OriginalMsaa>,
 ) {
     for (entity, mut msaa, mut camera) in &mut views {
-        hidden.0.insert(entity, *msaa);
+        original.0.insert(entity, *msaa);
         *msaa = Msaa::Off;
         // The view has no multisampled texture to write back to.
         camera.msaa_writeback = MsaaWriteback::Off;
     }
 }
 
-pub(super) fn restore(mut views: Query<&mut Msaa>, mut hidden: ResMut<HiddenMsaa>) {
-    for (entity, samples) in hidden.0.drain() {
+pub(super) fn restore_msaa(mut views: Query<&mut Msaa>, mut original: ResMut<OriginalMsaa>) {
+    for (entity, samples) in original.0.drain() {
         if let Ok(mut msaa) = views.get_mut(entity) {
             *msaa = samples;
         }

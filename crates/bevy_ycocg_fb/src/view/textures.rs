@@ -28,7 +28,7 @@ pub(crate) const TRANSMISSION_FORMAT: TextureFormat = TextureFormat::Rgba16Float
 pub(crate) struct PackedTextures {
     /// Texture with one sample per pixel, as the render target or the target of the hardware resolve.
     /// `None` if the resolve shader reads the samples.
-    pub single: Option<CachedTexture>,
+    pub single_sampled: Option<CachedTexture>,
     /// Multisampled texture; `None` if the view has one sample per pixel.
     pub multisampled: Option<CachedTexture>,
 }
@@ -36,7 +36,7 @@ pub(crate) struct PackedTextures {
 impl PackedTextures {
     /// Returns the texture that the resolve shader reads.
     pub(crate) fn resolve_source(&self) -> Option<&CachedTexture> {
-        self.single.as_ref().or(self.multisampled.as_ref())
+        self.single_sampled.as_ref().or(self.multisampled.as_ref())
     }
 }
 
@@ -94,7 +94,7 @@ fn create(
     let read = attachment | TextureUsages::TEXTURE_BINDING;
     let multisampled = packed.samples > 1;
     PackedTextures {
-        single: (!multisampled || packed.hardware_resolve)
+        single_sampled: (!multisampled || packed.hardware_resolve)
             .then(|| texture("packed_ycocg", 1, read)),
         multisampled: multisampled.then(|| {
             let usage = if packed.hardware_resolve {
@@ -169,7 +169,7 @@ pub(super) fn report_memory(
         reports.set_memory(
             main_entity.id(),
             ColorMemory {
-                packed: packed_bytes(packed.and_then(|p| p.single.as_ref())),
+                packed: packed_bytes(packed.and_then(|p| p.single_sampled.as_ref())),
                 packed_multisampled: packed_bytes(packed.and_then(|p| p.multisampled.as_ref())),
                 main: bytes(target.main_texture()) + bytes(target.main_texture_other()),
                 main_multisampled: target.sampled_main_texture().map_or(0, bytes),

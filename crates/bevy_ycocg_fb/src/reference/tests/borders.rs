@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::{FILTERS, OURS, relative_error, round_trip};
+use super::{FILTERS, GUIDED_FILTERS, relative_error, round_trip};
 use crate::{
     reference::{PackedImage, image::mirrored},
     settings::{PackedFormat, Reconstruction},
@@ -70,7 +70,7 @@ fn a_single_pixel_keeps_its_luminance() {
 /// If a viewport at an odd offset cuts a quad of the target, the partner in the quad is beyond the
 /// border.
 #[test]
-fn cut_quads_take_the_mirrored_neighbour() {
+fn quads_cut_by_the_border_take_the_mirrored_neighbour() {
     let colors: Vec<[f32; 3]> = (0..4).map(|x| [x as f32 + 1.0, 0.0, 0.0]).collect();
     let shown = PackedImage::pack(&colors, [4, 1], [1, 0], PackedFormat::Float32)
         .unpack(Reconstruction::Quad);
@@ -97,17 +97,17 @@ proptest! {
 
     /// The filters commute with a transposition of the picture.
     #[test]
-    fn our_filters_know_no_direction(
+    fn guided_filters_commute_with_a_transposition(
         colors in prop::collection::vec(prop::array::uniform3(0f32..4.0), 36),
     ) {
-        let turned: Vec<_> = (0..36).map(|i| colors[i % 6 * 6 + i / 6]).collect();
-        for filter in OURS {
+        let transposed_colors: Vec<_> = (0..36).map(|i| colors[i % 6 * 6 + i / 6]).collect();
+        for filter in GUIDED_FILTERS {
             let unpack = |colors: &[[f32; 3]]| {
                 PackedImage::pack(colors, [6, 6], [0, 0], PackedFormat::Float32).unpack(filter)
             };
-            let (upright, lying) = (unpack(&colors), unpack(&turned));
+            let (original, transposed) = (unpack(&colors), unpack(&transposed_colors));
             for i in 0..36 {
-                let error = relative_error(lying[i], upright[i % 6 * 6 + i / 6]);
+                let error = relative_error(transposed[i], original[i % 6 * 6 + i / 6]);
                 prop_assert!(error < 1e-5, "{filter:?} {i}: {error}");
             }
         }

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::{FILTERS, OURS, relative_error, round_trip};
+use super::{FILTERS, GUIDED_FILTERS, relative_error, round_trip};
 use crate::{
     reference::{
         PackedPixel,
@@ -29,7 +29,7 @@ fn cross(right: PackedPixel, left: PackedPixel, below: PackedPixel, above: Packe
 
 /// Listing 4.2, computed by hand for neighbours within the threshold, exactly at it and far beyond it.
 #[test]
-fn the_thesis_filter_is_its_listing() {
+fn edge_directed_follows_listing_4_2() {
     let near = pixel(0.5 + 0.9 * EDGE_THRESHOLD, 0.1);
     let below = pixel(0.5 - 0.5 * EDGE_THRESHOLD, 0.4);
     let at = pixel(EDGE_THRESHOLD, 0.7);
@@ -52,7 +52,7 @@ fn the_thesis_filter_is_its_listing() {
 }
 
 #[test]
-fn the_simple_filters_are_what_they_are_called() {
+fn nearest_takes_the_first_neighbour_and_bilinear_the_mean() {
     let all = cross(
         pixel(1.0, 1.0),
         pixel(2.0, 2.0),
@@ -73,7 +73,7 @@ fn an_isolated_pixel_follows_the_most_similar_neighbour() {
 
 /// The wide filter detects an edge between two colours of the same luminance, on either side of it.
 #[test]
-fn the_wide_filter_sees_edges_of_equal_luminance() {
+fn the_wide_filter_detects_edges_of_equal_luminance() {
     let color = |x: u32, _: u32| {
         if x < 4 {
             [0.8, 0.0, 0.0]
@@ -123,7 +123,7 @@ fn shading_does_not_change_the_colour_of_a_surface() {
         let light = 0.01 * 1.7f32.powi((x * 3 + y * 5) as i32 % 17);
         [0.9 * light, 0.3 * light, 0.2 * light]
     };
-    for filter in OURS {
+    for filter in GUIDED_FILTERS {
         let shown = round_trip([16, 16], [0, 0], PackedFormat::Float32, filter, color);
         for (i, shown) in (0..256).zip(shown) {
             let error = relative_error(shown, color(i % 16, i / 16));
@@ -184,7 +184,7 @@ proptest! {
         // Powers of two do not change the rounding.
         let exposure = 2f32.powi(stops);
         let color = |x: u32, y: u32| colors[(y * 6 + x) as usize];
-        for filter in OURS {
+        for filter in GUIDED_FILTERS {
             let format = PackedFormat::Float32;
             let at_one = round_trip([6, 6], [0, 0], format, filter, color);
             let exposed = round_trip([6, 6], [0, 0], format, filter, |x, y| {
@@ -198,11 +198,11 @@ proptest! {
 
     /// Luminance is stored in every pixel, so only the clamping of negative channels could change it.
     #[test]
-    fn our_filters_keep_luminance_and_colours_positive(
+    fn guided_filters_keep_luminance_and_give_no_negative_colour(
         colors in prop::collection::vec(prop::array::uniform3(0f32..2.0), 36),
     ) {
         let color = |x: u32, y: u32| colors[(y * 6 + x) as usize];
-        for filter in OURS {
+        for filter in GUIDED_FILTERS {
             let shown = round_trip([6, 6], [0, 0], PackedFormat::Float32, filter, color);
             for (shown, color) in shown.into_iter().zip(&colors) {
                 let luminance = |c: [f32; 3]| 0.25 * c[0] + 0.5 * c[1] + 0.25 * c[2];
@@ -215,7 +215,7 @@ proptest! {
 
     /// The ratio of the missing chrominance lies within the range of the neighbours' ratios.
     #[test]
-    fn guided_interpolates(
+    fn guided_stays_within_the_neighbours_ratios(
         pixels in prop::array::uniform5((1e-3f32..100.0, -1f32..1.0)),
     ) {
         let [center, right, left, below, above] = pixels.map(|(y, k)| pixel(y, k * y));

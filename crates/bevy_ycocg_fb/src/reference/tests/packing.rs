@@ -5,8 +5,8 @@ use proptest::prelude::*;
 use crate::reference::{
     YCoCg,
     color::{linear_from_srgb, rgb_from_ycocg, srgb_from_linear, ycocg_from_rgb},
-    pack::{PackedPixel, UNORM8_BIAS, pack, pack_unorm8, sanitized, stores_co},
-    storage::{F16_MAX, round_f16, round_unorm8, stored},
+    pack::{F16_MAX, PackedPixel, UNORM8_BIAS, pack, pack_unorm8, sanitized, stores_co},
+    storage::{round_f16, round_unorm8, stored},
 };
 use crate::settings::PackedFormat;
 
@@ -37,14 +37,14 @@ fn co_is_where_x_plus_y_is_even() {
 }
 
 #[test]
-fn what_is_no_light_is_sanitised() {
+fn invalid_colours_are_sanitized() {
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
     assert_eq!(sanitized(odd), [0.0, F16_MAX, 0.0]);
     assert_eq!(sanitized([-1.0, 1e9, 1e-7]), [0.0, F16_MAX, 1e-7]);
 }
 
 #[test]
-fn the_brightest_colours_fit_16_bits() {
+fn the_brightest_colours_fit_in_16_bits() {
     for rgb in [[F16_MAX; 3], [F16_MAX, 0.0, 0.0], [0.0, F16_MAX, 0.0]] {
         for x in 0..2 {
             let pixel = stored(pack(rgb, x, 0), PackedFormat::Float16);
@@ -72,7 +72,7 @@ fn bytes_round_to_nearest_and_clamp() {
 }
 
 #[test]
-fn grey_has_exactly_the_bias_in_8_bits() {
+fn gray_stores_exactly_the_bias_in_8_bits() {
     for x in 0..2 {
         let pixel = stored(pack_unorm8([0.37; 3], x, 0), PackedFormat::Unorm8);
         assert_eq!(pixel.chrominance, UNORM8_BIAS);
@@ -83,7 +83,7 @@ fn grey_has_exactly_the_bias_in_8_bits() {
 
 proptest! {
     #[test]
-    fn the_transform_is_undone(r in 0f32..65504.0, g in 0f32..65504.0, b in 0f32..65504.0) {
+    fn the_transform_is_invertible(r in 0f32..65504.0, g in 0f32..65504.0, b in 0f32..65504.0) {
         let back = rgb_from_ycocg(ycocg_from_rgb([r, g, b]));
         for (a, e) in back.into_iter().zip([r, g, b]) {
             // The tolerance is half an ulp of the largest value for each of the additions.
@@ -121,7 +121,7 @@ proptest! {
     }
 
     #[test]
-    fn any_colour_packs_to_what_every_format_holds(
+    fn any_colour_packs_to_values_within_every_format(
         rgb in prop::array::uniform3(any::<f32>()), x: u32, y: u32,
     ) {
         for format in [PackedFormat::Float16, PackedFormat::Float32] {
@@ -135,7 +135,7 @@ proptest! {
     }
 
     #[test]
-    fn srgb_is_undone(linear in 0f32..1.0) {
+    fn srgb_encoding_is_invertible(linear in 0f32..1.0) {
         prop_assert!((linear_from_srgb(srgb_from_linear(linear)) - linear).abs() < 2e-6);
     }
 }

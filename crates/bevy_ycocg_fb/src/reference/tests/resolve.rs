@@ -17,7 +17,7 @@ fn the_box_is_the_mean() {
 /// In a pixel that a light of 10,000 covers by half, the tone-mapped result is as bright as the light
 /// with equal weights, and half as bright with the tone-mapping weights.
 #[test]
-fn weights_keep_half_covered_pixels_of_a_lamp_between_both_sides() {
+fn tone_map_weights_keep_half_covered_pixels_of_a_bright_light_between_both_sides() {
     let samples = [[1e4; 3], [0.0; 3]].map(|color| pack(color, 0, 0));
     let shown = |resolve| {
         let y = resolved(&samples, resolve).luminance;

@@ -8,26 +8,29 @@ use bevy::{prelude::*, render::renderer::CurrentView};
 
 use crate::view::eligibility::PackedView;
 
-/// The current view while it is hidden.
+/// The packed view that Bevy's main passes skip.
 #[derive(Resource, Default)]
-pub(super) struct HiddenView(Option<Entity>);
+pub(super) struct SkippedView(Option<Entity>);
 
-pub(super) fn hide_view(
+pub(super) fn skip_main_passes(
     current: Option<ResMut<CurrentView>>,
-    mut hidden: ResMut<HiddenView>,
+    mut skipped: ResMut<SkippedView>,
     packed: Query<(), With<PackedView>>,
 ) {
     if let Some(mut current) = current
         && packed.contains(current.0)
     {
-        hidden.0 = Some(current.0);
+        skipped.0 = Some(current.0);
         current.0 = Entity::PLACEHOLDER;
     }
 }
 
-pub(super) fn show_view(current: Option<ResMut<CurrentView>>, mut hidden: ResMut<HiddenView>) {
+pub(super) fn restore_current_view(
+    current: Option<ResMut<CurrentView>>,
+    mut skipped: ResMut<SkippedView>,
+) {
     if let Some(mut current) = current
-        && let Some(entity) = hidden.0.take()
+        && let Some(entity) = skipped.0.take()
     {
         current.0 = entity;
     }

@@ -1,9 +1,9 @@
-//! Pipelines in the phases that do not belong to a material: those of gizmos and of other plugins.
+//! Whether the pipelines in the phases of a packed view pack.
 //!
-//! Materials are changed when their pipelines are specialized. Any other pipeline whose shader
-//! packs gets a variant with the packed format and the shader def, the twin, which replaces the original
-//! in the transparent phase. A pipeline that cannot pack is reported, and from the next frame on its
-//! camera draws as Bevy does.
+//! The pipelines of materials pack since they were specialized. Others, of gizmos and of other plugins,
+//! get a variant with the packed format and the shader def if their shader packs. The variant replaces the
+//! original in the transparent phase. A pipeline that cannot pack is reported, and from the next frame on
+//! its camera draws as Bevy does.
 
 use bevy::{
     core_pipeline::{
@@ -27,7 +27,7 @@ use bevy::{
 use crate::{
     material::{
         detect::PackingShaders,
-        pipeline::{fits, pack, packs},
+        pipeline::{has_packed_format, pack, packs},
     },
     settings::PackedFormat,
     view::eligibility::{PackedView, UnpackedPipelines},
@@ -39,34 +39,34 @@ enum Pipeline {
     /// The pipeline packs.
     Packs,
     /// The shader of the pipeline can pack; this variant of it does.
-    Twin(CachedRenderPipelineId),
+    Variant(CachedRenderPipelineId),
     /// The pipeline does not pack.
     Unpacked {
         /// Path of the shader and label of the pipeline.
         name: String,
         /// Whether its target has the packed format, in which it would draw wrong colours.
-        fits: bool,
+        has_packed_format: bool,
     },
 }
 
-/// The pipelines examined so far, and the results for the view that is being drawn.
+/// The pipelines classified so far, and the results for the view that is being drawn.
 #[derive(Resource, Default)]
-pub(crate) struct ForeignPipelines {
+pub(crate) struct PhasePipelines {
     known: HashMap<(CachedRenderPipelineId, PackedFormat), Pipeline>,
     /// Generation of the shaders for which `known` is valid.
     generation: u64,
     /// Whether all pipelines in the phases have the packed format as their target.
-    pub fits: bool,
+    pub all_have_packed_format: bool,
     /// The pipeline of the sky, if it packs.
-    pub sky: Option<CachedRenderPipelineId>,
-    /// The pipelines that twins replaced. They are restored after the pass, because phases may outlive a
-    /// frame.
+    pub skybox: Option<CachedRenderPipelineId>,
+    /// The pipelines that variants replaced. They are restored after the pass, because phases may outlive
+    /// a frame.
     replaced: Vec<(ItemKey, CachedRenderPipelineId)>,
 }
 
 type ItemKey = (Entity, MainEntity);
 
-pub(super) fn pack_foreign_pipelines(
+pub(super) fn pack_phase_pipelines(
     view: ViewQuery<(
         &PackedView,
         &ExtractedView,
@@ -77,7 +77,7 @@ pub(super) fn pack_foreign_pipelines(
     alpha_mask: Res<ViewBinnedRenderPhases<AlphaMask3d>>,
     transmissive: Res<ViewSortedRenderPhases<Transmissive3d>>,
     mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-    mut foreign: ResMut<ForeignPipelines>,
+    mut pipelines: ResMut<PhasePipelines>,
     mut unpacked: ResMut<UnpackedPipelines>,
     shaders: Res<PackingShaders>,
     cache: Res<PipelineCache>,
@@ -85,22 +85,25 @@ pub(super) fn pack_foreign_pipelines(
     let (packed, extracted, main_entity, sky) = view.into_inner();
     let id = extracted.retained_view_entity;
     let format = packed.settings.format;
-    let foreign = &mut *foreign;
-    foreign.forget_outdated(shaders.generation());
-    foreign.fits = true;
-    foreign.sky = None;
+    let pipelines = &mut *pipelines;
+    pipelines.remove_outdated(shaders.generation());
+    pipelines.all_have_packed_format = true;
+    pipelines.skybox = None;
 
     let mut found_unpacked = None;
     let mut inspect = |pipeline, replaceable| {
-        let found = foreign
+        let found = pipelines
             .known
             .entry((pipeline, format))
-            .or_insert_with(|| examine(pipeline, format, replaceable, &shaders, &cache));
+            .or_insert_with(|| classify(pipeline, format, replaceable, &shaders, &cache));
         match found {
             Pipeline::Packs => Some(pipeline),
-            Pipeline::Twin(twin) => Some(*twin),
-            Pipeline::Unpacked { name, fits } => {
-                foreign.fits &= *fits;
+            Pipeline::Variant(variant) => Some(*variant),
+            Pipeline::Unpacked {
+                name,
+                has_packed_format,
+            } => {
+                pipelines.all_have_packed_format &= *has_packed_format;
                 found_unpacked.get_or_insert_with(|| name.clone());
                 None
             }
@@ -128,11 +131,11 @@ pub(super) fn pack_foreign_pipelines(
         if let Some(pipeline) = inspect(item.pipeline, true)
             && pipeline != item.pipeline
         {
-            foreign.replaced.push((*key, item.pipeline));
+            pipelines.replaced.push((*key, item.pipeline));
             item.pipeline = pipeline;
         }
     }
-    foreign.sky = sky.and_then(|sky| inspect(sky.0, true));
+    pipelines.skybox = sky.and_then(|sky| inspect(sky.0, true));
 
     if let Some(name) = found_unpacked {
         unpacked
@@ -142,30 +145,30 @@ pub(super) fn pack_foreign_pipelines(
     }
 }
 
-/// Restores the pipelines that twins replaced in the transparent phase.
-pub(super) fn restore_foreign_pipelines(
+/// Restores the pipelines that variants replaced in the transparent phase.
+pub(super) fn restore_phase_pipelines(
     view: ViewQuery<&ExtractedView, With<PackedView>>,
     mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-    mut foreign: ResMut<ForeignPipelines>,
+    mut pipelines: ResMut<PhasePipelines>,
 ) {
     let phase = transparent.get_mut(&view.into_inner().retained_view_entity);
     let Some(phase) = phase else {
         return;
     };
-    for (key, pipeline) in foreign.replaced.drain(..) {
+    for (key, pipeline) in pipelines.replaced.drain(..) {
         if let Some(item) = phase.items.get_mut(&key) {
             item.pipeline = pipeline;
         }
     }
 }
 
-impl ForeignPipelines {
-    /// Removes the results of former shaders. Twins are kept: Bevy rebuilds their pipelines itself.
-    fn forget_outdated(&mut self, generation: u64) {
+impl PhasePipelines {
+    /// Removes the results of former shaders. Variants are kept: Bevy rebuilds their pipelines itself.
+    fn remove_outdated(&mut self, generation: u64) {
         if self.generation != generation {
             self.generation = generation;
             self.known
-                .retain(|_, pipeline| matches!(pipeline, Pipeline::Twin(_)));
+                .retain(|_, pipeline| matches!(pipeline, Pipeline::Variant(_)));
         }
     }
 }
@@ -185,7 +188,7 @@ fn batch_set_keys<I: BinnedPhaseItem>(
         .chain(others)
 }
 
-fn examine(
+fn classify(
     id: CachedRenderPipelineId,
     format: PackedFormat,
     replaceable: bool,
@@ -199,9 +202,9 @@ fn examine(
         return Pipeline::Packs;
     }
     if shader_packs && replaceable {
-        let mut twin = descriptor.clone();
-        pack(&mut twin, format);
-        return Pipeline::Twin(cache.queue_render_pipeline(twin));
+        let mut variant = descriptor.clone();
+        pack(&mut variant, format);
+        return Pipeline::Variant(cache.queue_render_pipeline(variant));
     }
     let label = descriptor.label.as_deref().unwrap_or("unnamed pipeline");
     let name = match shader.and_then(|shader| shader.path()) {
@@ -210,6 +213,6 @@ fn examine(
     };
     Pipeline::Unpacked {
         name,
-        fits: fits(descriptor, format),
+        has_packed_format: has_packed_format(descriptor, format),
     }
 }

@@ -19,7 +19,7 @@ pub(super) const FILTERS: [Reconstruction; 6] = [
 ];
 
 /// The guided filters, which guarantee more than those of the thesis.
-pub(super) const OURS: [Reconstruction; 3] = [
+pub(super) const GUIDED_FILTERS: [Reconstruction; 3] = [
     Reconstruction::Guided,
     Reconstruction::Wide,
     Reconstruction::Quad,
