@@ -89,9 +89,11 @@ impl Module {
                 "::" => {}
                 "," | ";" | "}" => break,
                 "as" => {
-                    *i += 1;
-                    let name = tokens[*i].to_owned();
-                    *i += 1;
+                    let name = match tokens[*i + 1] {
+                        "_" => path.join("::"),
+                        name => name.to_owned(),
+                    };
+                    *i += 2;
                     self.uses.insert(name, Use { path, is_public });
                     return;
                 }

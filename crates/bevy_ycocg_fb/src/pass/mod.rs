@@ -4,8 +4,10 @@
 //! | --- | --- |
 //! | [`main_pass`] | opaque, masked, sky, transmissive and transparent phases, in Bevy's order |
 //! | [`phase_pipelines`] | whether the pipelines in the phases pack, and packing variants of those that can |
+//! | [`transmission`] | the steps in which transmissive objects are drawn |
 //! | [`clear`] | the clear colour |
 //! | [`resolve`] | reconstruction of colours from packed texels |
+//! | [`tone_map`] | tone mapping in the resolve |
 //! | [`skip_main_passes`] | skipping of Bevy's own main passes for packed cameras |
 
 mod clear;
@@ -13,6 +15,8 @@ mod main_pass;
 mod phase_pipelines;
 mod resolve;
 mod skip_main_passes;
+mod tone_map;
+mod transmission;
 
 use bevy::{
     asset::embedded_asset,
