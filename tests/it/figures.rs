@@ -228,8 +228,8 @@ fn error_of_global_illumination() {
             (
                 name.into(),
                 vec![
-                    cell("march"),
-                    cell("march per pixel"),
+                    cell("trace"),
+                    cell("trace per pixel"),
                     cell("propagate"),
                     goal.into(),
                 ],
@@ -242,20 +242,20 @@ fn error_of_global_illumination() {
 fn price_of_global_illumination() {
     let data = Data::read("voxel_gi");
     let settings = [
-        ("64³, march, 32 rays", "march 64^3"),
-        ("64³, march, 8 rays", "march 8 rays 64^3"),
+        ("64³, trace, 32 rays", "trace 64^3"),
+        ("64³, trace, 8 rays", "trace 8 rays 64^3"),
         ("64³, propagate, 96 steps", "propagate 64^3"),
-        ("32³, march, 64 rays", "march 64 rays"),
-        ("32³, march, 32 rays (default)", "march"),
-        ("32³, march, 16 rays", "march 16 rays"),
-        ("32³, march, 8 rays", "march 8 rays"),
-        ("32³, march, a quarter in each frame", "march in 4 turns"),
-        ("32³, march, four bounces a frame", "march 4 bounces"),
-        ("32³, geometry clipping", "march geometry_clipping"),
-        ("32³, stochastic points", "march stochastic"),
+        ("32³, trace, 64 rays", "trace 64 rays"),
+        ("32³, trace, 32 rays (default)", "trace"),
+        ("32³, trace, 16 rays", "trace 16 rays"),
+        ("32³, trace, 8 rays", "trace 8 rays"),
+        ("32³, trace, a quarter in each frame", "trace round_robin 4"),
+        ("32³, trace, four bounces a frame", "trace 4 bounces"),
+        ("32³, geometry clipping", "trace geometry_clipping"),
+        ("32³, stochastic points", "trace stochastic"),
         ("32³, propagate, 96 steps", "propagate"),
-        ("16³, march, 32 rays", "march 16^3"),
-        ("16³, march, 8 rays", "march 8 rays 16^3"),
+        ("16³, trace, 32 rays", "trace 16^3"),
+        ("16³, trace, 8 rays", "trace 8 rays 16^3"),
         ("16³, propagate, 32 steps", "propagate 32 steps 16^3"),
     ];
     assert_rows(

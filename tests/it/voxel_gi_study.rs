@@ -32,7 +32,7 @@ fn the_cornell_box_is_measured() {
             .find(|row| row.scene == "cornell_point" && row.setting == setting);
         found.unwrap_or_else(|| panic!("no row {setting}"))
     };
-    for setting in ["march 8^3", "propagate 8^3", "march 1 bounces 8^3"] {
+    for setting in ["trace 8^3", "propagate 8^3", "trace 1 bounces 8^3"] {
         let row = row(setting);
         assert_eq!(row.reference, "path traced");
         let error = row.relative_error.expect("an error");
@@ -40,7 +40,7 @@ fn the_cornell_box_is_measured() {
         assert!(row.bias.is_some_and(|bias| bias.abs() <= error), "{row:?}");
         assert!(row.bytes.is_some_and(|bytes| bytes > 10_000), "{row:?}");
         if row.gpu_ms.is_some() {
-            let solve = if setting.starts_with("march") {
+            let solve = if setting.starts_with("trace") {
                 "gather"
             } else {
                 "propagate"
@@ -52,7 +52,7 @@ fn the_cornell_box_is_measured() {
     }
     // What is reflected once is less than what is reflected endlessly.
     let bias = |setting: &str| row(setting).bias.expect("a bias");
-    assert!(bias("march 1 bounces 8^3") < bias("march 8^3") - 0.1);
+    assert!(bias("trace 1 bounces 8^3") < bias("trace 8^3") - 0.1);
     let triangles: Vec<u32> = rows
         .iter()
         .filter_map(|row| row.scene.strip_prefix("triangles_")?.parse().ok())

@@ -56,7 +56,7 @@ pub use plugin::{VoxelGiPlugin, VoxelMaterialPlugin};
 #[cfg(feature = "bevy")]
 pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
-pub use scene::{MeshSurface, VoxelMaterial, VoxelSurface};
+pub use scene::{AsVoxelMaterial, MeshVoxelMaterial, VoxelMaterial};
 #[cfg(feature = "bevy")]
 pub use settings::{
     Bounces, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer,

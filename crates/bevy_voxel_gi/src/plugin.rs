@@ -26,11 +26,11 @@ use crate::{
     report::{SharedReport, VoxelGiReport, receive_report},
     reproject::{init_reproject_pipeline, prepare_reprojection, reproject},
     scene::{
-        MeshSurface, VoxelMaterial,
+        AsVoxelMaterial, MeshVoxelMaterial,
         extract::{ExtractedScene, extract_scene},
         lights::{ExtractedLights, extract_lights},
-        table::{Surfaces, update_surfaces},
-        unknown::update_unknown,
+        material_table::{MaterialTable, update_materials},
+        unknown_materials::update_unknown_materials,
     },
     settings::{NotVoxelized, VoxelGiVolume},
     volume::{
@@ -57,7 +57,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "volume/volume.wesl");
         load_shader_library!(app, "voxelize/triangles.wesl");
         load_shader_library!(app, "light/faces.wesl");
-        load_shader_library!(app, "light/walk.wesl");
+        load_shader_library!(app, "light/traverse.wesl");
         load_shader_library!(app, "light/trace.wesl");
         load_shader_library!(app, "light/material.wesl");
         load_shader_library!(app, "light/rays.wesl");
@@ -66,7 +66,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "light/entry.wesl");
         load_shader_library!(app, "light/atlas.wesl");
         load_shader_library!(app, "light/harmonics.wesl");
-        load_shader_library!(app, "receive/seen.wesl");
+        load_shader_library!(app, "receive/visibility.wesl");
         load_shader_library!(app, "receive/receive.wesl");
         crate::voxelize::embed(app);
         crate::light::embed(app);
@@ -75,9 +75,9 @@ impl Plugin for VoxelGiPlugin {
         app.patch_shader(receive::patch())
             .register_type::<VoxelGiVolume>()
             .register_type::<NotVoxelized>()
-            .register_type::<MeshSurface>()
+            .register_type::<MeshVoxelMaterial>()
             .init_resource::<ActiveVolume>()
-            .init_resource::<Surfaces>()
+            .init_resource::<MaterialTable>()
             .init_resource::<VoxelGiReport>()
             .init_resource::<SharedReport>()
             .add_plugins((
@@ -87,8 +87,8 @@ impl Plugin for VoxelGiPlugin {
             .add_systems(First, receive_report)
             .add_systems(
                 Last,
-                update_unknown
-                    .after(UpdateSurfaces)
+                update_unknown_materials
+                    .after(UpdateMaterials)
                     .run_if(there_is_a_volume),
             )
             .add_systems(
@@ -177,9 +177,9 @@ fn there_is_a_volume(volumes: Query<(), With<VoxelGiVolume>>) -> bool {
 
 /// The systems that assign each known type of material its entries in the surface table.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct UpdateSurfaces;
+struct UpdateMaterials;
 
-/// Voxelises meshes with this material with its own surface; see [`VoxelMaterial`].
+/// Voxelises meshes with this material with its own surface; see [`AsVoxelMaterial`].
 pub struct VoxelMaterialPlugin<M>(PhantomData<fn() -> M>);
 
 impl<M> Default for VoxelMaterialPlugin<M> {
@@ -188,12 +188,12 @@ impl<M> Default for VoxelMaterialPlugin<M> {
     }
 }
 
-impl<M: VoxelMaterial> Plugin for VoxelMaterialPlugin<M> {
+impl<M: AsVoxelMaterial> Plugin for VoxelMaterialPlugin<M> {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Surfaces>().add_systems(
+        app.init_resource::<MaterialTable>().add_systems(
             Last,
-            update_surfaces::<M>
-                .in_set(UpdateSurfaces)
+            update_materials::<M>
+                .in_set(UpdateMaterials)
                 .run_if(there_is_a_volume),
         );
     }

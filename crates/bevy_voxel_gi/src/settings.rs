@@ -8,7 +8,7 @@ use bevy::prelude::*;
 /// not, and every material in the cube that uses Bevy's lighting receives the indirect light without a
 /// change. The cube is centred on the entity's position; the entity's rotation and scale are ignored.
 ///
-/// There may be several volumes, side by side or nested: a pixel is lit by the smallest one that
+/// There may be several volumes, side by side or nested: a pixel is lit by the smallest_axis one that
 /// contains it, and a ray that leaves a volume continues in a larger one that contains or adjoins it;
 /// where there is none, the ray returns the sky of the volume that it left. All volumes use the settings
 /// of the one spawned first, except [`size`](Self::size), [`cascades`](Self::cascades),
@@ -20,7 +20,7 @@ use bevy::prelude::*;
 #[require(Transform)]
 pub struct VoxelGiVolume {
     /// Edge of the cube in metres, above 0. Default 16. With [`cascades`](Self::cascades), this is the
-    /// edge of the smallest cube.
+    /// edge of the smallest_axis cube.
     pub size: f32,
     /// Number of voxels along an edge, 8 to 128, a multiple of 4. Default 32. Memory grows with the cube
     /// of this number; see [`VoxelGiReport::memory`](crate::VoxelGiReport::memory).
@@ -102,7 +102,7 @@ impl VoxelGiVolume {
         }
     }
 
-    /// Returns the edge of a voxel of the smallest cascade in metres.
+    /// Returns the edge of a voxel of the smallest_axis cascade in metres.
     pub fn voxel_size(&self) -> f32 {
         self.size / self.resolution as f32
     }
@@ -121,7 +121,7 @@ pub enum VoxelLight {
     /// Only the sky's light, reduced where surfaces nearby occlude it (thesis section 6.7). Materials
     /// and lights are not evaluated, and no memory is allocated for them.
     AmbientOcclusion {
-        /// Surfaces further away than this do not occlude, in metres, at least 0.
+        /// MaterialTable further away than this do not occlude, in metres, at least 0.
         radius: f32,
         /// Number of rays from each side of a voxel, 16 to 256, a multiple of 16.
         rays: u32,
@@ -142,7 +142,7 @@ impl VoxelLight {
         match self {
             Self::GlobalIllumination { solver, bounces } => Self::GlobalIllumination {
                 solver: match solver {
-                    Solver::March { rays } => Solver::March {
+                    Solver::Trace { rays } => Solver::Trace {
                         rays: (rays / 4 * 4).clamp(4, 256),
                     },
                     Solver::Propagate { iterations } => Solver::Propagate {
@@ -170,7 +170,7 @@ impl VoxelLight {
 #[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solver {
     /// Ray tracing from every surface through the voxels (thesis section 6.6.1).
-    March {
+    Trace {
         /// Number of rays from each side of a voxel that has a surface, 4 to 256, a multiple of 4.
         /// Default 32. More rays cost more time and give less noise. Each frame uses different rays, and
         /// pixels read a mean over eight frames.
@@ -187,7 +187,7 @@ pub enum Solver {
 
 impl Default for Solver {
     fn default() -> Self {
-        Self::March { rays: 32 }
+        Self::Trace { rays: 32 }
     }
 }
 
@@ -242,10 +242,10 @@ pub enum VoxelAlbedo {
     /// 0.5 for every surface; only the emission is taken from the material.
     Neutral,
     /// Albedo reprojected from the G-buffers of cameras, textures included, where a surface is visible.
-    /// Surfaces that are not visible keep the albedo that was reprojected before, or else use
+    /// MaterialTable that are not visible keep the albedo that was reprojected before, or else use
     /// [`Mean`](Self::Mean). Cameras need `DepthPrepass` and `DeferredPrepass`, and materials must be
     /// rendered deferred. It takes 24 bytes per voxel. Moving the volume clears the reprojected albedo.
-    Seen,
+    Reprojected,
 }
 
 /// How a pixel samples the voxels around it.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use bevy::{ecs::system::SystemParam, prelude::*};
 use bevy_ewa::{EwaMethod, EwaProbes, EwaSettings, EwaStandardMaterial};
-use bevy_voxel_gi::MeshSurface;
+use bevy_voxel_gi::MeshVoxelMaterial;
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
     WaveletTexture, codec::rate::Rate,
@@ -92,7 +92,7 @@ pub fn after(
         // Nobody can read the mean of compressed blocks: who encoded them tells it.
         match dress {
             Dress::Wavelet(_) => entity.insert(wavelet.sources.surface(*matter)),
-            Dress::Plain(_) | Dress::Ewa(_) => entity.remove::<MeshSurface>(),
+            Dress::Plain(_) | Dress::Ewa(_) => entity.remove::<MeshVoxelMaterial>(),
         };
         entity.remove::<(
             MeshMaterial3d<StandardMaterial>,

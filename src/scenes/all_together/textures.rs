@@ -3,7 +3,7 @@
 use std::collections::{HashMap, hash_map::Entry};
 
 use bevy::prelude::*;
-use bevy_voxel_gi::MeshSurface;
+use bevy_voxel_gi::MeshVoxelMaterial;
 use bevy_wavelet_tex::codec::{
     encoder::{EncodeSettings, encode_rgb8},
     image::{ColorSpace, Content, WaveletImage},
@@ -89,9 +89,9 @@ impl Textures {
     }
 
     /// Mean of the colours that a mask leaves, linear, and how much it leaves.
-    pub fn surface(&self, matter: Matter) -> MeshSurface {
+    pub fn surface(&self, matter: Matter) -> MeshVoxelMaterial {
         let Some(colors) = self.maps.get(&(matter, Role::Color)) else {
-            return MeshSurface::default();
+            return MeshVoxelMaterial::default();
         };
         let mask = self.maps.get(&(matter, Role::Mask));
         let is_there = |x, y| mask.is_none_or(|mask| mask.get_pixel(x, y)[0] >= 128);
@@ -104,7 +104,7 @@ impl Textures {
             sum += LinearRgba::from(Srgba::rgb_u8(pixel[0], pixel[1], pixel[2])).to_vec3();
             count += 1.0;
         }
-        MeshSurface {
+        MeshVoxelMaterial {
             albedo: (count > 0.0).then(|| sum / count),
             coverage: Some(count / colors.pixels().len() as f32),
         }

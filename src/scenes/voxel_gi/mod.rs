@@ -62,11 +62,11 @@ impl Scene for VoxelGi {
                 "solver",
                 "rays through the voxels, or from voxel to voxel",
                 0,
-                &["march", "propagate"],
+                &["trace", "propagate"],
             ),
             Knob::integer(
                 "rays",
-                "from each side of a voxel with a surface, for `march` and ambient occlusion",
+                "from each side of a voxel with a surface, for `trace` and ambient occlusion",
                 32,
                 4..=256,
                 "",
@@ -74,7 +74,7 @@ impl Scene for VoxelGi {
             Knob::integer("iterations", "steps of `propagate`", 96, 1..=512, ""),
             Knob::choice(
                 "bounces",
-                "of `march`: one a frame fed back, or so many in each frame",
+                "of `trace`: one a frame fed back, or so many in each frame",
                 0,
                 &["endless", "1", "2", "4", "8"],
             ),

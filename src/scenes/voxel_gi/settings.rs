@@ -86,7 +86,7 @@ fn settings(knobs: &Knobs, size: f32, sky: Sky) -> VoxelGiVolume {
                 "propagate" => Solver::Propagate {
                     iterations: knobs.integer("iterations"),
                 },
-                _ => Solver::March { rays },
+                _ => Solver::Trace { rays },
             },
             bounces: match knobs.choice("bounces").parse() {
                 Ok(count) => Bounces::Count(count),

@@ -65,7 +65,7 @@ fn contestant(triangles: u32, resolution: u32) -> Result<Contestant, HeadlessErr
     let row = Measurement {
         plugin: PLUGIN.into(),
         scene: format!("triangles_{}", report.triangles),
-        setting: format!("march {resolution}^3"),
+        setting: format!("trace {resolution}^3"),
         bytes: Some(report.memory),
         ..Measurement::default()
     };

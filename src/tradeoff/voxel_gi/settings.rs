@@ -8,7 +8,7 @@ use crate::tradeoff::options::GiPlan;
 /// A setting and its name in the records.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// `march` or `propagate`, and what differs from the default.
+    /// `trace` or `propagate`, and what differs from the default.
     pub name: String,
     /// The settings; size and sky are the scene's.
     pub volume: VoxelGiVolume,
@@ -36,15 +36,15 @@ impl Setting {
         }
     }
 
-    fn march(rays: u32, bounces: Bounces, resolution: u32) -> Self {
-        let mut name = "march".to_string();
+    fn trace(rays: u32, bounces: Bounces, resolution: u32) -> Self {
+        let mut name = "trace".to_string();
         if rays != RAYS {
             name += &format!(" {rays} rays");
         }
         if let Bounces::Count(count) = bounces {
             name += &format!(" {count} bounces");
         }
-        let solver = Solver::March { rays };
+        let solver = Solver::Trace { rays };
         let light = VoxelLight::GlobalIllumination { solver, bounces };
         Self::new(name, resolution, light)
     }
@@ -63,13 +63,13 @@ impl Setting {
 
     /// The default solver with something else changed.
     fn variant(text: &str, resolution: u32, change: impl FnOnce(&mut VoxelGiVolume)) -> Self {
-        let mut setting = Self::march(RAYS, Bounces::Endless, resolution);
+        let mut setting = Self::trace(RAYS, Bounces::Endless, resolution);
         setting.name += &format!(" {text}");
         change(&mut setting.volume);
         setting
     }
 
-    /// Whether its picture is to be compared with path-traced light. Updates in turn come to the same
+    /// Whether its picture is to be compared with path-traced light. Round-robin updates come to the same
     /// light, later.
     pub fn is_compared(&self) -> bool {
         matches!(self.volume.light, VoxelLight::GlobalIllumination { .. })
@@ -85,15 +85,15 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
         plan.resolutions[0]
     };
     let mut settings = vec![
-        Setting::march(RAYS, Bounces::Endless, base),
+        Setting::trace(RAYS, Bounces::Endless, base),
         Setting::propagate(ITERATIONS, base),
     ];
     for count in &plan.bounces {
-        settings.push(Setting::march(RAYS, Bounces::Count(*count), base));
+        settings.push(Setting::trace(RAYS, Bounces::Count(*count), base));
     }
     for &resolution in &plan.resolutions {
         for rays in &plan.rays {
-            settings.push(Setting::march(*rays, Bounces::Endless, resolution));
+            settings.push(Setting::trace(*rays, Bounces::Endless, resolution));
         }
         for iterations in &plan.iterations {
             // Each of the steps goes through all voxels: of finer ones few such settings are enough.
@@ -109,7 +109,7 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
                 volume.shadow_samples = samples;
             }));
         }
-        settings.push(Setting::variant("in 4 turns", base, |volume| {
+        settings.push(Setting::variant("round_robin 4", base, |volume| {
             volume.update_interval = 4;
         }));
         settings.push(Setting::variant("per pixel", base, |volume| {
@@ -160,9 +160,9 @@ mod tests {
         }
         let full = settings(&Plan::new(false).gi);
         for name in [
-            "march",
+            "trace",
             "propagate",
-            "march 64 rays 64^3",
+            "trace 64 rays 64^3",
             "propagate 256 steps 16^3",
         ] {
             assert!(full.iter().any(|setting| setting.name == name), "{name}");

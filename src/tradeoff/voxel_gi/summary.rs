@@ -63,8 +63,8 @@ mod tests {
         };
         let report = Report {
             measurements: vec![
-                row("a", "march", Some(0.1), 3.0),
-                row("b", "march", Some(0.3), 5.0),
+                row("a", "trace", Some(0.1), 3.0),
+                row("b", "trace", Some(0.3), 5.0),
                 row("a", "ambient_occlusion", None, 1.0),
             ],
             ..Report::default()

@@ -9,14 +9,14 @@ use bevy_voxel_gi::{
 use super::scene::{app_with, block, floor, under_sky};
 use crate::support::gpu;
 
-/// The rung after so many frames with a budget.
-fn rung(app: &mut HeadlessApp, volume: Entity, milliseconds: f32, frames: u32) -> usize {
+/// The quality level after so many frames with a budget.
+fn level_after(app: &mut HeadlessApp, volume: Entity, milliseconds: f32, frames: u32) -> usize {
     app.world_mut()
         .entity_mut(volume)
         .insert(VoxelGiBudget { milliseconds });
     app.render_frames(frames).expect("a frame");
     let choice = app.world().resource::<BudgetChoice>();
-    choice.rung().map_or(0, |(rung, _)| rung)
+    choice.quality_level().map_or(0, |(level, _)| level)
 }
 
 #[test]
@@ -35,18 +35,22 @@ fn a_budget_chooses_by_measured_times() {
         })
         .id();
     app.run_until_ready(200).expect("not ready");
-    assert_eq!(app.world().resource::<BudgetChoice>().rung(), None);
+    assert_eq!(app.world().resource::<BudgetChoice>().quality_level(), None);
     // The adapter of the tests has time stamps.
-    let lavish = rung(&mut app, volume, 1e6, 120);
-    let (_, count) = app.world().resource::<BudgetChoice>().rung().expect("one");
+    let lavish = level_after(&mut app, volume, 1e6, 120);
+    let (_, count) = app
+        .world()
+        .resource::<BudgetChoice>()
+        .quality_level()
+        .expect("one");
     assert_eq!(lavish + 1, count, "all that there is");
-    let frugal = rung(&mut app, volume, 1e-6, 120);
+    let frugal = level_after(&mut app, volume, 1e-6, 120);
     assert_eq!(frugal, 0, "as little as there is");
-    let back = rung(&mut app, volume, 1e6, 60);
+    let back = level_after(&mut app, volume, 1e6, 60);
     assert!(back > 0, "{back}");
     assert!(app.world().resource::<VoxelGiReport>().memory > 0);
     // Without a budget the volume's own settings count.
     app.world_mut().entity_mut(volume).remove::<VoxelGiBudget>();
     app.render_frames(2).expect("a frame");
-    assert_eq!(app.world().resource::<BudgetChoice>().rung(), None);
+    assert_eq!(app.world().resource::<BudgetChoice>().quality_level(), None);
 }

@@ -33,8 +33,8 @@ fn finite(app: &mut HeadlessApp) -> Vec<Vec3> {
 fn solvers() -> [VoxelLight; 3] {
     let with = |solver, bounces| VoxelLight::GlobalIllumination { solver, bounces };
     [
-        with(Solver::March { rays: 16 }, Bounces::Endless),
-        with(Solver::March { rays: 16 }, Bounces::Count(4)),
+        with(Solver::Trace { rays: 16 }, Bounces::Endless),
+        with(Solver::Trace { rays: 16 }, Bounces::Count(4)),
         with(Solver::Propagate { iterations: 24 }, Bounces::Endless),
     ]
 }

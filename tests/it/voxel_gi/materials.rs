@@ -15,7 +15,7 @@ use bevy::{
 };
 use bevy_ewa::{EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{MeshSurface, VoxelGiVolume, VoxelMaterialPlugin};
+use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiVolume, VoxelMaterialPlugin};
 
 use super::{
     scene::{app, app_with, at, block, block_of, floor, matt, small_volume, under_sky},
@@ -168,8 +168,8 @@ fn textures_count_as_their_mean() {
     assert!((shades[0] / shades[1] - 1.0).abs() < 0.01, "{shades:?}");
 }
 
-fn of_color(color: LinearRgba) -> MeshSurface {
-    MeshSurface {
+fn of_color(color: LinearRgba) -> MeshVoxelMaterial {
+    MeshVoxelMaterial {
         albedo: Some(color.to_vec3()),
         ..default()
     }
@@ -203,7 +203,9 @@ fn a_mesh_can_say_what_its_albedo_is() {
         found.distance(white) > 0.05 * white.length(),
         "{found} {white}"
     );
-    app.world_mut().entity_mut(roof).remove::<MeshSurface>();
+    app.world_mut()
+        .entity_mut(roof)
+        .remove::<MeshVoxelMaterial>();
     app.render_frames(3).expect("frames that see the change");
     let found = at(&settled(&mut app), 0.0, 0.0);
     assert!(
@@ -244,11 +246,11 @@ fn materials_that_nobody_knows_are_gray_or_what_their_mesh_says() {
         .remove::<MeshMaterial3d<StandardMaterial>>()
         .insert(material);
     world.spawn(under_sky(1.0));
-    let mut looks_like = |own: Option<MeshSurface>, wanted: Vec3| {
+    let mut looks_like = |own: Option<MeshVoxelMaterial>, wanted: Vec3| {
         let mut entity = app.world_mut().entity_mut(roof);
         match own {
             Some(own) => entity.insert(own),
-            None => entity.remove::<MeshSurface>(),
+            None => entity.remove::<MeshVoxelMaterial>(),
         };
         app.run_until_ready(200).expect("ready");
         app.render_frames(3).expect("frames that see the change");

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::support::gpu;
 
-/// Bytes a voxel of a volume that marches: 8 of occupancy, 24 of surfaces, 48 of radiance, 96 of irradiance,
+/// Bytes a voxel of a volume that traces rays: 8 of occupancy, 24 of surfaces, 48 of radiance, 96 of irradiance,
 /// 28 of lists and 48 of texture.
 pub const WITH_LIGHT: u64 = 8 + 24 + 48 + 96 + 28 + 48;
 
@@ -42,7 +42,7 @@ fn each_solver_has_the_memory_that_it_needs() {
             1,
             WITH_LIGHT + 128,
         ),
-        (light(Solver::March { rays: 8 }), 2, 2 * WITH_LIGHT),
+        (light(Solver::Trace { rays: 8 }), 2, 2 * WITH_LIGHT),
         // No surfaces, no radiance, no irradiance but in the texture.
         (occlusion, 1, 8 + 28 + 48),
     ] {

@@ -1,7 +1,7 @@
 //! Every ray ends: rays along borders, with components near zero or not finite, through a volume full
-//! of surfaces that many of them only graze.
+//! of surfaces that many of them only pass.
 //!
-//! Mesa 22's software driver ends every loop after 65,536 turns by itself; later ones and GPUs do not.
+//! Mesa 22's software driver ends every loop after 65,536 iterations by itself; later ones and GPUs do not.
 
 use proptest::{
     prelude::*,
@@ -40,8 +40,8 @@ struct End {
 @compute @workgroup_size(64)
 fn trace_all(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = rays[id.x];
-    let met = trace(0u, ray.origin.xyz, ray.direction.xyz, ray.origin.w);
-    ends[id.x] = End(met.index, met.distance);
+    let hit = trace(0u, ray.origin.xyz, ray.direction.xyz, ray.origin.w);
+    ends[id.x] = End(hit.index, hit.distance);
 }
 ";
 
@@ -143,7 +143,7 @@ fn every_ray_ends() {
     let masks: Vec<u32> = (0..2 * voxels)
         .map(|_| word(&mut runner) & word(&mut runner))
         .collect();
-    let keys: Vec<u32> = (0..6 * voxels)
+    let packed_surfaces: Vec<u32> = (0..6 * voxels)
         .map(|_| word(&mut runner) | 1 << 24)
         .collect();
     let mut composer = Composer::of_crate("bevy_voxel_gi");
@@ -155,22 +155,22 @@ fn every_ray_ends() {
         &[
             Binding::Uniform(&volume()),
             Binding::Storage(bytemuck::cast_slice(&masks)),
-            Binding::Storage(bytemuck::cast_slice(&keys)),
+            Binding::Storage(bytemuck::cast_slice(&packed_surfaces)),
         ],
         bytemuck::cast_slice(&rays),
         u64::from(RAYS) * 8,
         RAYS / 64,
     );
-    let mut met = 0;
+    let mut hits = 0;
     for (end, ray) in output.chunks_exact(8).zip(&rays) {
         let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| end[at + i]));
         if word(0) == NOTHING {
             continue;
         }
-        met += 1;
+        hits += 1;
         assert!((word(0) as usize) < voxels, "{ray:?}");
         let distance = f32::from_bits(word(4));
         assert!((-1e-3..=REACH).contains(&distance), "{ray:?}: {distance}");
     }
-    assert!(met > RAYS / 2, "{met}");
+    assert!(hits > RAYS / 2, "{hits}");
 }

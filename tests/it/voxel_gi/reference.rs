@@ -7,8 +7,8 @@ use bevy_frugal_lab::boxes::{BoxScene, TracedScene};
 use bevy_voxel_gi::{
     Bounces, Solver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight,
     reference::{
-        Field, Light, March, MarchSettings, Material, Propagation, PropagationSettings, Triangle,
-        VolumeGrid, Voxels,
+        IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
+        RayTracingSettings, Triangle, VolumeGrid, Voxels,
     },
 };
 
@@ -70,7 +70,7 @@ fn lights(scene: &BoxScene) -> Vec<Light> {
 const FRAMES: u32 = 24;
 
 /// The field of the reference after all frames.
-fn expected(scene: &BoxScene, settings: &VoxelGiVolume) -> Field {
+fn expected(scene: &BoxScene, settings: &VoxelGiVolume) -> IrradianceField {
     let resolution = settings.resolution;
     let (center, size) = scene.volume(resolution);
     let grid = VolumeGrid {
@@ -82,7 +82,13 @@ fn expected(scene: &BoxScene, settings: &VoxelGiVolume) -> Field {
     let voxels = Voxels::new(grid, &triangles);
     let sky = scene.sky_radiance;
     let lights = lights(scene);
-    let mut march = March::new(&voxels, &materials, &lights, sky, MarchSettings::default());
+    let mut ray_tracing = RayTracing::new(
+        &voxels,
+        &materials,
+        &lights,
+        sky,
+        RayTracingSettings::default(),
+    );
     if let VoxelLight::GlobalIllumination {
         solver: Solver::Propagate { iterations },
         ..
@@ -92,14 +98,14 @@ fn expected(scene: &BoxScene, settings: &VoxelGiVolume) -> Field {
             steps: iterations,
             ..default()
         };
-        let mut light = Propagation::new(&march, &voxels, &materials, sky, settings);
+        let mut light = Propagation::new(&ray_tracing, &voxels, &materials, sky, settings);
         light.run();
         return light.field();
     }
     for _ in 0..FRAMES {
-        march.step();
+        ray_tracing.step();
     }
-    march.field()
+    ray_tracing.field()
 }
 
 fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&mut BoxScene)) {

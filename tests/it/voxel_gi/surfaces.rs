@@ -259,15 +259,15 @@ fn is_about(found: Vec3, expected: Vec3) {
 fn what_cameras_see_is_the_albedo_and_else_the_mean() {
     let _gpu = gpu();
     let (green, red, mean) = (Vec3::Y, Vec3::X, Vec3::new(0.5, 0.5, 0.0));
-    let seen = shown_albedo(VoxelAlbedo::Seen, true, true);
+    let seen = shown_albedo(VoxelAlbedo::Reprojected, true, true);
     is_about(at(&seen, -1.0, 0.0), green);
     is_about(at(&seen, 1.0, 0.0), red);
     for (albedo, with_prepass, is_seen, expected) in [
         (VoxelAlbedo::Mean, true, true, mean),
         (VoxelAlbedo::Neutral, true, true, Vec3::splat(0.5)),
         // Without a G-buffer nothing is seen, nor what no camera draws.
-        (VoxelAlbedo::Seen, false, true, mean),
-        (VoxelAlbedo::Seen, true, false, mean),
+        (VoxelAlbedo::Reprojected, false, true, mean),
+        (VoxelAlbedo::Reprojected, true, false, mean),
     ] {
         let found = shown_albedo(albedo, with_prepass, is_seen);
         is_about(at(&found, -1.0, 0.0), expected);

@@ -21,24 +21,24 @@ fn measured(name: &str, volumes: &[VoxelGiVolume]) -> Vec<Agreement> {
     volumes.iter().map(measure).collect()
 }
 
-/// With 16^3 voxels: marched, seen by each pixel, and propagated. Errors are at most these.
+/// With 16^3 voxels: traced, read per pixel, and propagated. Errors are at most these.
 fn assert_near(name: &str, most_error: [f64; 3], most_bias: [f64; 3]) {
-    let marched = VoxelGiVolume {
+    let traced = VoxelGiVolume {
         resolution: 16,
         ..VoxelGiVolume::default()
     };
     let per_pixel = VoxelGiVolume {
         receiver: Receiver::PerPixel,
-        ..marched.clone()
+        ..traced.clone()
     };
     let propagated = VoxelGiVolume {
         light: VoxelLight::GlobalIllumination {
             solver: Solver::Propagate { iterations: 96 },
             bounces: Bounces::Endless,
         },
-        ..marched.clone()
+        ..traced.clone()
     };
-    let found = measured(name, &[marched, per_pixel, propagated]);
+    let found = measured(name, &[traced, per_pixel, propagated]);
     for ((found, most_error), most_bias) in found.into_iter().zip(most_error).zip(most_bias) {
         assert!(found.relative_error < most_error, "{name}: {found:?}");
         assert!(found.bias.abs() < most_bias, "{name}: {found:?}");

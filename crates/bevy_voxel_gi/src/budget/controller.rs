@@ -18,20 +18,20 @@ const MOST_PATIENCE: u32 = 240 * 64;
 
 /// A quality level and what has been measured of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Rung {
+struct QualityLevel {
     /// Relative cost, above 0: only ratios matter, and only as a first estimate.
     cost: f64,
     /// Median time in milliseconds when this was last the current level.
     measured: Option<f64>,
     /// Number of frames until it may be tried again.
-    barred: u32,
+    blocked_frames: u32,
     patience: u32,
 }
 
 /// Chooses the quality level; see the module documentation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Controller {
-    rungs: Vec<Rung>,
+    levels: Vec<QualityLevel>,
     at: usize,
     samples: Vec<f64>,
     /// Number of frames still to ignore.
@@ -43,17 +43,17 @@ pub(super) struct Controller {
 impl Controller {
     /// Creates a controller for levels of these nominal costs, ascending, with a starting level.
     pub(super) fn new(costs: impl IntoIterator<Item = f64>, at: usize) -> Self {
-        let rungs: Vec<_> = costs
+        let levels: Vec<_> = costs
             .into_iter()
-            .map(|cost| Rung {
+            .map(|cost| QualityLevel {
                 cost,
                 patience: PATIENCE,
-                ..Rung::default()
+                ..QualityLevel::default()
             })
             .collect();
         Self {
-            at: at.min(rungs.len().saturating_sub(1)),
-            rungs,
+            at: at.min(levels.len().saturating_sub(1)),
+            levels,
             samples: Vec::new(),
             delay: DELAY,
             budget: 0.0,
@@ -61,30 +61,30 @@ impl Controller {
     }
 
     /// Index of the current quality level.
-    pub(super) fn rung(&self) -> usize {
+    pub(super) fn level(&self) -> usize {
         self.at
     }
 
     /// Number of quality levels.
     pub(super) fn len(&self) -> usize {
-        self.rungs.len()
+        self.levels.len()
     }
 
     /// Adds the time of a frame in milliseconds; returns whether the level has changed.
     pub(super) fn frame(&mut self, milliseconds: f64, budget: f64) -> bool {
         let is_larger = budget > self.budget;
         self.budget = budget;
-        for rung in &mut self.rungs {
-            rung.barred = rung.barred.saturating_sub(1);
+        for level in &mut self.levels {
+            level.blocked_frames = level.blocked_frames.saturating_sub(1);
             if is_larger {
-                (rung.barred, rung.patience) = (0, PATIENCE);
+                (level.blocked_frames, level.patience) = (0, PATIENCE);
             }
         }
         if self.delay > 0 {
             self.delay -= 1;
             return false;
         }
-        if !milliseconds.is_finite() || self.rungs.is_empty() {
+        if !milliseconds.is_finite() || self.levels.is_empty() {
             return false;
         }
         self.samples.push(milliseconds);
@@ -94,7 +94,7 @@ impl Controller {
         self.samples.sort_by(f64::total_cmp);
         let time = self.samples[SAMPLES / 2];
         self.samples.clear();
-        self.rungs[self.at].measured = Some(time);
+        self.levels[self.at].measured = Some(time);
         let next = self.next(time, budget);
         let steps = next != self.at;
         if steps {
@@ -106,18 +106,21 @@ impl Controller {
 
     fn next(&mut self, time: f64, budget: f64) -> usize {
         if time > budget {
-            let here = &mut self.rungs[self.at];
-            here.barred = here.patience;
+            let here = &mut self.levels[self.at];
+            here.blocked_frames = here.patience;
             here.patience = (2 * here.patience).min(MOST_PATIENCE);
             // The most costly lower level that is predicted to fit, else the cheapest.
             let lower = (0..self.at).rev();
             return lower
                 .clone()
-                .find(|&rung| self.expected(rung, time) <= budget)
+                .find(|&level| self.expected(level, time) <= budget)
                 .unwrap_or(0);
         }
         let above = self.at + 1;
-        let may = self.rungs.get(above).is_some_and(|rung| rung.barred == 0);
+        let may = self
+            .levels
+            .get(above)
+            .is_some_and(|level| level.blocked_frames == 0);
         if may && time < ROOM * budget {
             above
         } else {
@@ -127,8 +130,8 @@ impl Controller {
 
     /// Predicts the time of another level from that of the current one: by their nominal costs, or by
     /// their measured times where those predict a longer one.
-    fn expected(&self, rung: usize, time: f64) -> f64 {
-        let (to, from) = (&self.rungs[rung], &self.rungs[self.at]);
+    fn expected(&self, level: usize, time: f64) -> f64 {
+        let (to, from) = (&self.levels[level], &self.levels[self.at]);
         let by_cost = time * to.cost / from.cost;
         match (to.measured, from.measured) {
             (Some(before), Some(now)) => by_cost.max(time * before / now.max(1e-9)),
@@ -152,9 +155,9 @@ mod tests {
     ) -> Vec<usize> {
         (0..frames)
             .map(|_| {
-                let milliseconds = time(COSTS[controller.rung()]);
+                let milliseconds = time(COSTS[controller.level()]);
                 controller.frame(milliseconds, budget);
-                controller.rung()
+                controller.level()
             })
             .collect()
     }
@@ -165,7 +168,7 @@ mod tests {
             for (budget, expected) in [(0.5, 0), (1.5, 0), (4.5, 2), (9.0, 3), (100.0, 5)] {
                 let mut controller = Controller::new(COSTS, start);
                 run(&mut controller, 200, budget, |cost| cost);
-                assert_eq!(controller.rung(), expected, "{budget} from {start}");
+                assert_eq!(controller.level(), expected, "{budget} from {start}");
             }
         }
     }
@@ -175,14 +178,18 @@ mod tests {
         // 6, 7, 9, 13, 21, 37 ms.
         let mut controller = Controller::new(COSTS, 5);
         run(&mut controller, 400, 14.0, |cost| 5.0 + cost);
-        assert!([2, 3].contains(&controller.rung()), "{}", controller.rung());
+        assert!(
+            [2, 3].contains(&controller.level()),
+            "{}",
+            controller.level()
+        );
     }
 
     #[test]
     fn it_is_quick_to_step_down() {
         let mut controller = Controller::new(COSTS, 5);
-        let rungs = run(&mut controller, 40, 4.1, |cost| cost);
-        assert_eq!(rungs[20], 2);
+        let levels = run(&mut controller, 40, 4.1, |cost| cost);
+        assert_eq!(levels[20], 2);
     }
 
     #[test]
@@ -190,10 +197,10 @@ mod tests {
         // The next level is above the budget, though its nominal cost says that it fits.
         let mut controller = Controller::new(COSTS, 3);
         run(&mut controller, 300, 11.0, |cost| cost);
-        let rungs = run(&mut controller, 3000, 11.0, |cost| cost);
-        let steps = rungs.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        let levels = run(&mut controller, 3000, 11.0, |cost| cost);
+        let steps = levels.windows(2).filter(|pair| pair[0] != pair[1]).count();
         assert!(steps <= 8, "{steps}");
-        let at_four = rungs.iter().filter(|rung| **rung == 3).count();
+        let at_four = levels.iter().filter(|level| **level == 3).count();
         assert!(at_four > 2800, "{at_four}");
     }
 
@@ -207,7 +214,7 @@ mod tests {
                 _ => 8.0,
             };
             controller.frame(milliseconds, 9.0);
-            assert_eq!(controller.rung(), 3);
+            assert_eq!(controller.level(), 3);
         }
     }
 
@@ -215,8 +222,8 @@ mod tests {
     fn a_scene_that_gets_lighter_gets_more() {
         let mut controller = Controller::new(COSTS, 3);
         run(&mut controller, 200, 5.0, |cost| cost);
-        assert_eq!(controller.rung(), 2);
+        assert_eq!(controller.level(), 2);
         run(&mut controller, 3000, 5.0, |cost| 0.1 * cost);
-        assert_eq!(controller.rung(), 5);
+        assert_eq!(controller.level(), 5);
     }
 }

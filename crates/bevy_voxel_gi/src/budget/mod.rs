@@ -1,7 +1,7 @@
 //! Chooses the most accurate light that fits into a time budget.
 
 mod controller;
-mod ladder;
+mod quality_levels;
 
 use bevy::{
     diagnostic::{DiagnosticMeasurement, DiagnosticsStore},
@@ -10,18 +10,18 @@ use bevy::{
     render::{diagnostic::RenderDiagnosticsPlugin, renderer::RenderDevice, settings::WgpuFeatures},
 };
 
-use self::{controller::Controller, ladder::ladder};
+use self::{controller::Controller, quality_levels::quality_levels};
 use crate::{
     settings::{VoxelGiVolume, VoxelLight},
     volume::placement::place_volume,
 };
 
-pub(crate) use self::ladder::Chosen;
+pub(crate) use self::quality_levels::QualitySettings;
 
 /// Limits the GPU time that the light takes per frame. Belongs on the first [`VoxelGiVolume`].
 ///
 /// While the app runs, the most accurate setting that fits is chosen from GPU timestamps: the number of
-/// rays of [`March`](crate::Solver::March) and of ambient occlusion, or of iterations of
+/// rays of [`Trace`](crate::Solver::Trace) and of ambient occlusion, or of iterations of
 /// [`Propagate`](crate::Solver::Propagate), and where the fewest are too many, the fraction of the volume
 /// that is updated per frame. The volume's own values of these are ignored; resolution, solver and
 /// bounces are not changed.
@@ -63,7 +63,7 @@ impl Plugin for VoxelGiBudgetPlugin {
 /// The settings that the budget has chosen for the first volume.
 #[derive(Resource, Default)]
 pub struct BudgetChoice {
-    chosen: Option<Chosen>,
+    chosen: Option<QualitySettings>,
     controller: Controller,
     /// The cheapest light for which the quality levels were built; a different one means a new solver.
     kind: Option<VoxelLight>,
@@ -72,15 +72,15 @@ pub struct BudgetChoice {
 }
 
 impl BudgetChoice {
-    pub(crate) fn chosen(&self) -> Option<Chosen> {
+    pub(crate) fn chosen(&self) -> Option<QualitySettings> {
         self.chosen
     }
 
     /// The index of the chosen quality level, 0 for the cheapest, and the number of levels; `None`
     /// without a budget.
-    pub fn rung(&self) -> Option<(usize, usize)> {
+    pub fn quality_level(&self) -> Option<(usize, usize)> {
         self.chosen
-            .map(|_| (self.controller.rung(), self.controller.len()))
+            .map(|_| (self.controller.level(), self.controller.len()))
     }
 
     /// The chosen light and [`update_interval`](VoxelGiVolume::update_interval) (every n-th slice is
@@ -113,16 +113,16 @@ fn choose(
         return;
     };
     let choice = &mut *choice;
-    let rungs = ladder(volume.clamped().light);
-    let kind = rungs.first().map(|chosen| chosen.light);
+    let levels = quality_levels(volume.clamped().light);
+    let kind = levels.first().map(|chosen| chosen.light);
     if choice.kind != kind {
         // Start at the level nearest to the volume's own settings.
-        let own = Chosen {
+        let own = QualitySettings {
             light: volume.clamped().light,
             update_interval: volume.clamped().update_interval,
         };
-        let start = rungs.partition_point(|rung| rung.cost() < own.cost());
-        choice.controller = Controller::new(rungs.iter().map(Chosen::cost), start);
+        let start = levels.partition_point(|level| level.cost() < own.cost());
+        choice.controller = Controller::new(levels.iter().map(QualitySettings::cost), start);
         choice.kind = kind;
     }
     if let Some(milliseconds) = new_time(&store, &mut choice.known) {
@@ -130,7 +130,7 @@ fn choose(
             .controller
             .frame(milliseconds, f64::from(budget.milliseconds.max(0.0)));
     }
-    choice.chosen = rungs.get(choice.controller.rung()).copied();
+    choice.chosen = levels.get(choice.controller.level()).copied();
 }
 
 /// Mean GPU time per frame of the volume over the measurements that have not been read yet, if any.
@@ -149,7 +149,7 @@ fn new_time(store: &DiagnosticsStore, known: &mut Option<Instant>) -> Option<f64
         for measured in diagnostic.measurements().filter(is_new) {
             sum += measured.value;
             // This pass runs once per frame, so its measurements count the frames.
-            frames += u32::from(name == "voxel_gi_list");
+            frames += u32::from(name == "voxel_gi_compact");
             newest = newest.max(Some(measured.time));
         }
     }

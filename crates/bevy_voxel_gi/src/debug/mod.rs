@@ -140,7 +140,7 @@ struct DebugKey {
     field: DebugField,
     format: TextureFormat,
     occlusion_only: bool,
-    seen: bool,
+    reprojects_albedo: bool,
 }
 
 impl SpecializedRenderPipeline for DebugPipeline {
@@ -151,8 +151,8 @@ impl SpecializedRenderPipeline for DebugPipeline {
         if key.occlusion_only {
             shader_defs.push("OCCLUSION_ONLY".into());
         }
-        if key.seen {
-            shader_defs.push("SEEN_ALBEDO".into());
+        if key.reprojects_albedo {
+            shader_defs.push("REPROJECTED_ALBEDO".into());
         }
         RenderPipelineDescriptor {
             label: Some("voxel_gi_debug".into()),
@@ -203,7 +203,7 @@ fn prepare_pipelines(
             field,
             format: view.target_format,
             occlusion_only,
-            seen: buffers.shape.seen,
+            reprojects_albedo: buffers.shape.reprojects_albedo,
         };
         let id = pipelines.specialize(&cache, &pipeline, key);
         commands.entity(entity).insert(DebugPipelineId(id));
@@ -250,8 +250,8 @@ fn show(
         &BindGroupEntries::sequential((
             uniform,
             buffers.masks.as_entire_binding(),
-            buffers.faces.as_entire_binding(),
-            buffers.seen.as_entire_binding(),
+            buffers.packed_surfaces.as_entire_binding(),
+            buffers.reprojected_albedo.as_entire_binding(),
         )),
     );
     let fields = device.create_bind_group(
@@ -260,7 +260,7 @@ fn show(
         &BindGroupEntries::sequential((
             view_uniforms,
             work.surfaces.as_entire_binding(),
-            buffers.radiosity.as_entire_binding(),
+            buffers.radiance.as_entire_binding(),
             &texture.texture_view,
         )),
     );

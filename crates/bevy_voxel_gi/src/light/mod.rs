@@ -19,7 +19,7 @@ use bevy::{
 
 use self::pipeline::{LightPipelines, SolverIds};
 use crate::{
-    scene::{lights::GpuLight, surface::VoxelSurface},
+    scene::{lights::GpuLight, voxel_material::VoxelMaterial},
     volume::{
         gpu::{VolumeBuffers, VolumeUniforms},
         plan::FramePlan,
@@ -33,7 +33,7 @@ pub(crate) struct LightWork {
     pub surfaces: Buffer,
     /// For the first bounce of the frame, and for the later ones.
     volume: [BindGroup; 2],
-    list: BindGroup,
+    compact: BindGroup,
     inject: BindGroup,
     gather: BindGroup,
     /// Ping-pong between the two buffers of intensities.
@@ -42,7 +42,7 @@ pub(crate) struct LightWork {
 
 impl LightWork {
     pub(crate) fn new(
-        surfaces: &StorageBuffer<Vec<VoxelSurface>>,
+        surfaces: &StorageBuffer<Vec<VoxelMaterial>>,
         lights: &StorageBuffer<Vec<GpuLight>>,
         texture: &GpuImage,
         uniforms: &VolumeUniforms,
@@ -58,8 +58,8 @@ impl LightWork {
                 &BindGroupEntries::sequential((
                     uniforms.bounces[bounce].binding()?,
                     buffers.masks.as_entire_binding(),
-                    buffers.faces.as_entire_binding(),
-                    buffers.seen.as_entire_binding(),
+                    buffers.packed_surfaces.as_entire_binding(),
+                    buffers.reprojected_albedo.as_entire_binding(),
                 )),
             ))
         };
@@ -68,7 +68,7 @@ impl LightWork {
                 "voxel_gi_propagate",
                 &cache.get_bind_group_layout(&pipelines.propagate),
                 &BindGroupEntries::sequential((
-                    buffers.radiosity.as_entire_binding(),
+                    buffers.radiance.as_entire_binding(),
                     surfaces.binding()?,
                     buffers.intensity[from].as_entire_binding(),
                     buffers.intensity[1 - from].as_entire_binding(),
@@ -81,9 +81,9 @@ impl LightWork {
             surfaces: surfaces.buffer()?.clone(),
             volume: [volume(0)?, volume(1)?],
             propagate: [propagate(0)?, propagate(1)?],
-            list: device.create_bind_group(
-                "voxel_gi_list",
-                &cache.get_bind_group_layout(&pipelines.list),
+            compact: device.create_bind_group(
+                "voxel_gi_compact",
+                &cache.get_bind_group_layout(&pipelines.compact),
                 &BindGroupEntries::sequential((
                     buffers.work.as_entire_binding(),
                     buffers.counters.as_entire_binding(),
@@ -97,7 +97,7 @@ impl LightWork {
                 &BindGroupEntries::sequential((
                     buffers.work.as_entire_binding(),
                     buffers.counters.as_entire_binding(),
-                    buffers.radiosity.as_entire_binding(),
+                    buffers.radiance.as_entire_binding(),
                     surfaces.binding()?,
                     lights.binding()?,
                     buffers.irradiance.as_entire_binding(),
@@ -109,7 +109,7 @@ impl LightWork {
                 &BindGroupEntries::sequential((
                     buffers.work.as_entire_binding(),
                     buffers.counters.as_entire_binding(),
-                    buffers.radiosity.as_entire_binding(),
+                    buffers.radiance.as_entire_binding(),
                     &texture.texture_view,
                     buffers.irradiance.as_entire_binding(),
                 )),
@@ -120,7 +120,7 @@ impl LightWork {
 
 /// Byte offsets of the indirect dispatch arguments of the passes over surfaces and over empty voxels.
 const SURFACES: u64 = 0;
-const AIR: u64 = 16;
+const EMPTY_VOXELS: u64 = 16;
 
 /// Compacts the work, then computes each bounce.
 pub(crate) fn compute_light(
@@ -134,15 +134,17 @@ pub(crate) fn compute_light(
         return;
     };
     let ready = |id| cache.get_compute_pipeline(id);
-    let (Some(list), Some(finish)) = (ready(ids.list), ready(ids.finish)) else {
+    let (Some(compact), Some(write_indirect_args)) =
+        (ready(ids.compact), ready(ids.write_indirect_args))
+    else {
         return;
     };
     let inject = ids.inject.and_then(ready);
-    step(&mut context, "voxel_gi_list", |pass| {
+    compute_pass(&mut context, "voxel_gi_compact", |pass| {
         pass.set_bind_group(0, &work.volume[0], &[]);
-        pass.set_bind_group(1, &work.list, &[]);
-        over_voxels(pass, list, &buffers);
-        pass.set_pipeline(finish);
+        pass.set_bind_group(1, &work.compact, &[]);
+        over_voxels(pass, compact, &buffers);
+        pass.set_pipeline(write_indirect_args);
         pass.dispatch_workgroups(1, 1, 1);
     });
     // A buffer cannot be both writable storage and indirect arguments in one pass.
@@ -154,21 +156,21 @@ pub(crate) fn compute_light(
         VolumeBuffers::DISPATCH,
     );
     match ids.solver {
-        SolverIds::March { surfaces, air } => {
-            let (Some(surfaces), Some(air)) = (ready(surfaces), ready(air)) else {
+        SolverIds::Trace { surfaces, empty } => {
+            let (Some(surfaces), Some(empty)) = (ready(surfaces), ready(empty)) else {
                 return;
             };
             for bounce in 0..plan.bounces {
                 let volume = &work.volume[usize::from(bounce > 0)];
                 if let Some(inject) = inject {
-                    step(&mut context, "voxel_gi_inject", |pass| {
+                    compute_pass(&mut context, "voxel_gi_inject", |pass| {
                         run(pass, inject, volume, &work.inject, &buffers, SURFACES);
                     });
                 }
-                step(&mut context, "voxel_gi_gather", |pass| {
+                compute_pass(&mut context, "voxel_gi_gather", |pass| {
                     run(pass, surfaces, volume, &work.gather, &buffers, SURFACES);
                     if bounce + 1 == plan.bounces {
-                        run(pass, air, volume, &work.gather, &buffers, AIR);
+                        run(pass, empty, volume, &work.gather, &buffers, EMPTY_VOXELS);
                     }
                 });
             }
@@ -183,7 +185,7 @@ pub(crate) fn compute_light(
             else {
                 return;
             };
-            step(&mut context, "voxel_gi_inject", |pass| {
+            compute_pass(&mut context, "voxel_gi_inject", |pass| {
                 run(
                     pass,
                     inject,
@@ -193,9 +195,9 @@ pub(crate) fn compute_light(
                     SURFACES,
                 );
             });
-            step(&mut context, "voxel_gi_propagate", |pass| {
+            compute_pass(&mut context, "voxel_gi_propagate", |pass| {
                 pass.set_bind_group(0, &work.volume[0], &[]);
-                // `seed` writes the first buffer, which the first step reads.
+                // `seed` writes the first buffer, which the first compute_pass reads.
                 pass.set_bind_group(1, &work.propagate[1], &[]);
                 over_voxels(pass, seed, &buffers);
                 for number in 0..plan.iterations {
@@ -217,7 +219,7 @@ fn over_voxels(pass: &mut ComputePass<'_>, pipeline: &ComputePipeline, buffers: 
 }
 
 /// Records a compute pass with a timing span.
-fn step(
+fn compute_pass(
     context: &mut RenderContext,
     name: &'static str,
     record: impl FnOnce(&mut ComputePass<'_>),
@@ -251,7 +253,7 @@ fn run(
 
 /// Embeds the shaders of the passes.
 pub(crate) fn embed(app: &mut App) {
-    embedded_asset!(app, "list.wesl");
+    embedded_asset!(app, "compact.wesl");
     embedded_asset!(app, "inject.wesl");
     embedded_asset!(app, "gather.wesl");
     embedded_asset!(app, "propagate.wesl");

@@ -18,12 +18,12 @@ use crate::volume::gpu::{BufferShape, GpuVolume};
 
 /// A compute pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Step {
-    List,
-    Finish,
+enum Pass {
+    Compact,
+    WriteIndirectArgs,
     Inject,
     Gather,
-    GatherAir,
+    GatherEmpty,
     Seed,
     Propagate,
     Deposit,
@@ -32,9 +32,9 @@ enum Step {
 /// Selects the shader variant of a pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct LightKey {
-    step: Step,
+    pass: Pass,
     occlusion_only: bool,
-    seen: bool,
+    reprojects_albedo: bool,
     per_pixel: bool,
 }
 
@@ -42,11 +42,11 @@ pub(crate) struct LightKey {
 pub(crate) struct LightPipelines {
     /// Layout of the group that all passes share: the uniforms and the voxels.
     pub volume: BindGroupLayoutDescriptor,
-    pub list: BindGroupLayoutDescriptor,
+    pub compact: BindGroupLayoutDescriptor,
     pub inject: BindGroupLayoutDescriptor,
     pub gather: BindGroupLayoutDescriptor,
     pub propagate: BindGroupLayoutDescriptor,
-    list_shader: Handle<Shader>,
+    compact_shader: Handle<Shader>,
     inject_shader: Handle<Shader>,
     gather_shader: Handle<Shader>,
     propagate_shader: Handle<Shader>,
@@ -55,8 +55,8 @@ pub(crate) struct LightPipelines {
 /// The pipelines of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightPipelineIds {
-    pub list: CachedComputePipelineId,
-    pub finish: CachedComputePipelineId,
+    pub compact: CachedComputePipelineId,
+    pub write_indirect_args: CachedComputePipelineId,
     /// `None` if only ambient occlusion is computed.
     pub inject: Option<CachedComputePipelineId>,
     pub solver: SolverIds,
@@ -65,9 +65,9 @@ pub(crate) struct LightPipelineIds {
 /// The pipelines of the solver.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SolverIds {
-    March {
+    Trace {
         surfaces: CachedComputePipelineId,
-        air: CachedComputePipelineId,
+        empty: CachedComputePipelineId,
     },
     Propagate {
         seed: CachedComputePipelineId,
@@ -79,14 +79,14 @@ pub(crate) enum SolverIds {
 impl LightPipelineIds {
     pub(crate) fn are_ready(&self, cache: &PipelineCache) -> bool {
         let solver = match self.solver {
-            SolverIds::March { surfaces, air } => vec![surfaces, air],
+            SolverIds::Trace { surfaces, empty } => vec![surfaces, empty],
             SolverIds::Propagate {
                 seed,
                 step,
                 deposit,
             } => vec![seed, step, deposit],
         };
-        [self.list, self.finish]
+        [self.compact, self.write_indirect_args]
             .into_iter()
             .chain(self.inject)
             .chain(solver)
@@ -109,8 +109,8 @@ pub(crate) fn init_pipelines(mut commands: Commands, assets: Res<AssetServer>) {
                 (uniform_buffer::<GpuVolume>(false), read(), read(), read()),
             ),
         ),
-        list: BindGroupLayoutDescriptor::new(
-            "voxel_gi_list",
+        compact: BindGroupLayoutDescriptor::new(
+            "voxel_gi_compact",
             &BindGroupLayoutEntries::sequential(compute, (write(), write(), texture(), write())),
         ),
         inject: BindGroupLayoutDescriptor::new(
@@ -134,7 +134,7 @@ pub(crate) fn init_pipelines(mut commands: Commands, assets: Res<AssetServer>) {
                 (read(), read(), read(), write(), write(), texture()),
             ),
         ),
-        list_shader: load_embedded_asset!(assets, "list.wesl"),
+        compact_shader: load_embedded_asset!(assets, "compact.wesl"),
         inject_shader: load_embedded_asset!(assets, "inject.wesl"),
         gather_shader: load_embedded_asset!(assets, "gather.wesl"),
         propagate_shader: load_embedded_asset!(assets, "propagate.wesl"),
@@ -148,29 +148,29 @@ impl LightPipelines {
         pipelines: &mut SpecializedComputePipelines<Self>,
         cache: &PipelineCache,
     ) -> LightPipelineIds {
-        let mut id = |step| {
+        let mut id = |pass| {
             let key = LightKey {
-                step,
+                pass,
                 occlusion_only: shape.occlusion_only,
-                seen: shape.seen,
+                reprojects_albedo: shape.reprojects_albedo,
                 per_pixel: shape.per_pixel,
             };
             pipelines.specialize(cache, self, key)
         };
         LightPipelineIds {
-            list: id(Step::List),
-            finish: id(Step::Finish),
-            inject: (!shape.occlusion_only).then(|| id(Step::Inject)),
+            compact: id(Pass::Compact),
+            write_indirect_args: id(Pass::WriteIndirectArgs),
+            inject: (!shape.occlusion_only).then(|| id(Pass::Inject)),
             solver: if shape.propagates {
                 SolverIds::Propagate {
-                    seed: id(Step::Seed),
-                    step: id(Step::Propagate),
-                    deposit: id(Step::Deposit),
+                    seed: id(Pass::Seed),
+                    step: id(Pass::Propagate),
+                    deposit: id(Pass::Deposit),
                 }
             } else {
-                SolverIds::March {
-                    surfaces: id(Step::Gather),
-                    air: id(Step::GatherAir),
+                SolverIds::Trace {
+                    surfaces: id(Pass::Gather),
+                    empty: id(Pass::GatherEmpty),
                 }
             },
         }
@@ -181,40 +181,50 @@ impl SpecializedComputePipeline for LightPipelines {
     type Key = LightKey;
 
     fn specialize(&self, key: Self::Key) -> ComputePipelineDescriptor {
-        let (label, entry_point, shader, layout) = match key.step {
-            Step::List => ("voxel_gi_list", "list", &self.list_shader, &self.list),
-            Step::Finish => ("voxel_gi_finish", "finish", &self.list_shader, &self.list),
-            Step::Inject => (
+        let (label, entry_point, shader, layout) = match key.pass {
+            Pass::Compact => (
+                "voxel_gi_compact",
+                "compact",
+                &self.compact_shader,
+                &self.compact,
+            ),
+            Pass::WriteIndirectArgs => (
+                "voxel_gi_write_indirect_args",
+                "write_indirect_args",
+                &self.compact_shader,
+                &self.compact,
+            ),
+            Pass::Inject => (
                 "voxel_gi_inject",
                 "inject",
                 &self.inject_shader,
                 &self.inject,
             ),
-            Step::Gather => (
+            Pass::Gather => (
                 "voxel_gi_gather",
                 "gather",
                 &self.gather_shader,
                 &self.gather,
             ),
-            Step::GatherAir => (
-                "voxel_gi_gather_air",
-                "gather_air",
+            Pass::GatherEmpty => (
+                "voxel_gi_gather_empty",
+                "gather_empty",
                 &self.gather_shader,
                 &self.gather,
             ),
-            Step::Seed => (
+            Pass::Seed => (
                 "voxel_gi_seed",
                 "seed",
                 &self.propagate_shader,
                 &self.propagate,
             ),
-            Step::Propagate => (
+            Pass::Propagate => (
                 "voxel_gi_propagate",
                 "propagate",
                 &self.propagate_shader,
                 &self.propagate,
             ),
-            Step::Deposit => (
+            Pass::Deposit => (
                 "voxel_gi_deposit",
                 "deposit",
                 &self.propagate_shader,
@@ -227,7 +237,7 @@ impl SpecializedComputePipeline for LightPipelines {
             shader: shader.clone(),
             shader_defs: [
                 (key.occlusion_only, "OCCLUSION_ONLY"),
-                (key.seen, "SEEN_ALBEDO"),
+                (key.reprojects_albedo, "REPROJECTED_ALBEDO"),
                 (key.per_pixel, "PER_PIXEL"),
             ]
             .into_iter()

@@ -2,8 +2,8 @@
 
 use super::{
     grid::FACES,
+    ray_sample::RaySample,
     rays::{cosine_ray, hash_unit, sphere_ray},
-    seen::Seen,
     surface::Surface,
 };
 use glam::{Vec3, Vec4};
@@ -20,12 +20,12 @@ pub const POINT_STEP: u32 = 5;
 /// Weight of a surface, relative to 1, where more than a quarter of the rays may start inside geometry:
 /// in a solid, or close behind a single-sided surface. Its light is too dark, and must not show in
 /// pixels just outside of the solid.
-pub const BEHIND: f32 = 1.0 / 256.0;
+pub const INSIDE_WEIGHT: f32 = 1.0 / 256.0;
 
 /// Weight of an empty voxel in the same case, relative to other empty voxels.
-pub const AIR_BEHIND: f32 = 1.0 / 4.0;
+pub const EMPTY_INSIDE_WEIGHT: f32 = 1.0 / 4.0;
 
-fn turn(voxel: usize, salt: u32, frame: u32) -> f32 {
+fn rotation(voxel: usize, salt: u32, frame: u32) -> f32 {
     let series = (frame / RAY_SETS).wrapping_mul(0x9e37_79b9);
     hash_unit(
         (voxel as u32)
@@ -42,22 +42,22 @@ struct Gathered {
     light: Vec4,
     rays: f32,
     /// Number of rays that may start inside geometry.
-    enclosed: f32,
+    inside_geometry: f32,
 }
 
 impl Gathered {
-    fn add(&mut self, seen: Seen<Vec3>, weight: f32) {
+    fn add(&mut self, sample: RaySample<Vec3>, weight: f32) {
         self.rays += 1.0;
-        self.enclosed += f32::from(u8::from(seen.is_enclosed()));
-        match seen {
-            Seen::Light(radiance) => self.light += radiance.extend(1.0) * weight,
-            Seen::Back(_) => self.light.w += weight,
-            Seen::Unclear => {}
+        self.inside_geometry += f32::from(u8::from(sample.is_inside_geometry()));
+        match sample {
+            RaySample::Light(radiance) => self.light += radiance.extend(1.0) * weight,
+            RaySample::BackFace(_) => self.light.w += weight,
+            RaySample::Invalid => {}
         }
     }
 
-    fn is_behind(&self) -> bool {
-        4.0 * self.enclosed > self.rays
+    fn is_inside_geometry(&self) -> bool {
+        4.0 * self.inside_geometry > self.rays
     }
 }
 
@@ -65,7 +65,7 @@ impl Gathered {
 /// weight; and that weight.
 ///
 /// `arriving` returns the radiance along a ray from an origin in grid coordinates. The weight is the
-/// fraction of valid samples; if all points are inside geometry it is [`BEHIND`], else only the points
+/// fraction of valid samples; if all points are inside geometry it is [`INSIDE_WEIGHT`], else only the points
 /// outside are used. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side`, rays start only at the
 /// points that are visible from the middle one.
 pub fn hemisphere(
@@ -73,10 +73,10 @@ pub fn hemisphere(
     rays: u32,
     one_side: bool,
     frame: u32,
-    arriving: impl Fn(Vec3, Vec3) -> Seen<Vec3>,
+    arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3>,
 ) -> Vec4 {
-    let turn = turn(surface.voxel, u32::from(surface.faces), frame);
-    let (mut front, mut behind) = (Vec4::ZERO, Vec4::ZERO);
+    let rotation = rotation(surface.voxel, u32::from(surface.faces), frame);
+    let (mut outside, mut inside) = (Vec4::ZERO, Vec4::ZERO);
     for k in 0..FRAME_POINTS {
         let step = frame.wrapping_mul(FRAME_POINTS).wrapping_add(k);
         let number = step.wrapping_mul(POINT_STEP) as usize;
@@ -88,46 +88,50 @@ pub fn hemisphere(
         let origin = surface.origin(point);
         let mut found = Gathered::default();
         for i in (k..rays).step_by(FRAME_POINTS as usize) {
-            let place = i * RAY_SETS + frame % RAY_SETS;
-            let direction = cosine_ray(place, rays * RAY_SETS, turn, surface.normal);
+            let index = i * RAY_SETS + frame % RAY_SETS;
+            let direction = cosine_ray(index, rays * RAY_SETS, rotation, surface.normal);
             found.add(arriving(origin, direction), 1.0);
         }
-        if found.is_behind() {
-            behind += found.light;
+        if found.is_inside_geometry() {
+            inside += found.light;
         } else {
-            front += found.light;
+            outside += found.light;
         }
     }
-    if front.w > 0.0 {
-        front / rays as f32
+    if outside.w > 0.0 {
+        outside / rays as f32
     } else {
-        behind / behind.w.max(1.0) * BEHIND
+        inside / inside.w.max(1.0) * INSIDE_WEIGHT
     }
 }
 
 /// Mean radiance in the centre of an empty voxel, for its six faces. All weights are `weight`, times
-/// [`AIR_BEHIND`] inside geometry.
+/// [`EMPTY_INSIDE_WEIGHT`] inside geometry.
 pub fn sphere(
     voxel: usize,
     center: Vec3,
     rays: u32,
     frame: u32,
     weight: f32,
-    arriving: impl Fn(Vec3, Vec3) -> Seen<Vec3>,
+    arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3>,
 ) -> [Vec4; 6] {
-    let turn = turn(voxel, 0, frame);
+    let rotation = rotation(voxel, 0, frame);
     let mut found = [Gathered::default(); 6];
     for i in 0..rays {
-        let place = i * RAY_SETS + frame % RAY_SETS;
-        let direction = sphere_ray(place, rays * RAY_SETS, turn);
-        let seen = arriving(center, direction);
+        let index = i * RAY_SETS + frame % RAY_SETS;
+        let direction = sphere_ray(index, rays * RAY_SETS, rotation);
+        let sample = arriving(center, direction);
         for (found, face) in found.iter_mut().zip(FACES) {
             // Weighted by the cosine, so that a uniform field stays uniform however few rays there are.
-            found.add(seen, direction.dot(face).max(0.0));
+            found.add(sample, direction.dot(face).max(0.0));
         }
     }
     found.map(|found| {
-        let share = if found.is_behind() { AIR_BEHIND } else { 1.0 };
-        found.light / found.light.w.max(1e-6) * (weight * share)
+        let factor = if found.is_inside_geometry() {
+            EMPTY_INSIDE_WEIGHT
+        } else {
+            1.0
+        };
+        found.light / found.light.w.max(1e-6) * (weight * factor)
     })
 }

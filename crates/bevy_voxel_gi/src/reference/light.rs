@@ -1,6 +1,6 @@
 //! Direct light on surfaces, shadowed by the voxels (thesis 6.5.4).
 
-use super::{seen::seen_light, surface::Surface, trace::trace, voxels::Voxels};
+use super::{ray_sample::hit_radiance, surface::Surface, trace::trace, voxels::Voxels};
 use glam::Vec3;
 
 /// A light source.
@@ -37,7 +37,7 @@ pub struct Cone {
 
 impl Cone {
     /// Returns the attenuation at a cosine from the axis, as in Bevy.
-    pub fn fade(&self, cosine: f32) -> f32 {
+    pub fn attenuation(&self, cosine: f32) -> f32 {
         let range = (self.inner.cos() - self.outer.cos()).max(1e-4);
         let t = ((cosine - self.outer.cos()) / range).clamp(0.0, 1.0);
         t * t
@@ -55,16 +55,16 @@ impl Light {
                 illuminance,
             } => (-direction, f32::INFINITY, illuminance),
             Self::Point {
-                position: lamp,
+                position: source,
                 intensity,
                 cone,
             } => {
-                let to = lamp - position;
+                let to = source - position;
                 let distance = to.length();
                 let direction = to / distance.max(1e-9);
-                let fade = cone.map_or(1.0, |c| c.fade(-direction.dot(c.direction)));
+                let attenuation = cone.map_or(1.0, |c| c.attenuation(-direction.dot(c.direction)));
                 let squared = distance.max(nearest).powi(2);
-                (direction, distance, intensity * fade / squared)
+                (direction, distance, intensity * attenuation / squared)
             }
         }
     }
@@ -87,13 +87,13 @@ pub fn direct_light(voxels: &Voxels, surface: &Surface, lights: &[Light], sample
                 continue;
             }
             let origin = surface.origin(point);
-            let reach = distance / size - surface.guard;
+            let reach = distance / size - surface.ray_offset;
             match trace(voxels, origin, direction, reach) {
                 None => sum += irradiance * cosine,
                 Some(hit) => {
                     // The point may be inside geometry.
-                    let seen = seen_light(voxels, &hit, direction, |_, _| Vec3::ZERO);
-                    valid -= usize::from(seen.is_enclosed());
+                    let sample = hit_radiance(voxels, &hit, direction, |_, _| Vec3::ZERO);
+                    valid -= usize::from(sample.is_inside_geometry());
                 }
             }
         }

@@ -72,7 +72,7 @@ impl TriangleOverlap {
     /// Returns whether the triangle overlaps the cube of edge `size` whose lowest corner is `min`.
     ///
     /// Contact at a bound alone does not count; a triangle in a grid plane is in the upper cell.
-    pub fn touches(&self, min: Vec3, size: f32) -> bool {
+    pub fn overlaps(&self, min: Vec3, size: f32) -> bool {
         for axis in 0..3 {
             let (low, high) = (min[axis], min[axis] + size);
             let flat = self.min[axis] == self.max[axis];

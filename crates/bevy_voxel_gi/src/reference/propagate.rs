@@ -16,12 +16,12 @@
 //! of its face as a cosine lobe about its normal; light that reaches the border is lost.
 
 use super::{
-    each,
-    field::Field,
     grid::{FACE_STEPS, FACES},
-    key::{key_material, key_normal},
-    march::{March, material},
-    sh::{basis, cosine_lobe, flux},
+    harmonics::{basis, cosine_lobe, flux},
+    irradiance_field::IrradianceField,
+    packed_surface::{packed_material, packed_normal},
+    parallel::each,
+    ray_tracing::{RayTracing, material},
     voxels::{Material, Voxels},
 };
 use glam::{Vec3, Vec4};
@@ -69,9 +69,9 @@ pub struct Propagation<'a> {
 }
 
 impl<'a> Propagation<'a> {
-    /// Creates the state with the radiance of the surfaces of `march` and with a sky.
+    /// Creates the state with the radiance of the surfaces of `ray_tracing` and with a sky.
     pub fn new(
-        march: &March<'a>,
+        ray_tracing: &RayTracing<'a>,
         voxels: &'a Voxels,
         materials: &'a [Material],
         sky: Vec3,
@@ -88,14 +88,14 @@ impl<'a> Propagation<'a> {
         };
         for voxel in 0..grid.len() {
             for (face, direction) in FACES.into_iter().enumerate() {
-                if let Some(neighbor) = all.free(voxel, face) {
-                    let key = voxels.keys[voxel][face];
-                    if voxels.masks[voxel] != 0 && key != 0 {
-                        let normal = key_normal(key);
-                        let flux = march.radiance[voxel][face] * PI * normal.dot(direction);
+                if let Some(neighbor) = all.empty_neighbor(voxel, face) {
+                    let packed = voxels.packed_surfaces[voxel][face];
+                    if voxels.masks[voxel] != 0 && packed != 0 {
+                        let normal = packed_normal(packed);
+                        let flux = ray_tracing.radiance[voxel][face] * PI * normal.dot(direction);
                         add(&mut all.intensity[neighbor], flux, normal);
                     }
-                } else if all.free_itself(voxel) && all.neighbor(voxel, face).is_none() {
+                } else if all.is_empty(voxel) && all.neighbor(voxel, face).is_none() {
                     all.arrived[voxel][face] += sky * PI;
                     add(&mut all.intensity[voxel], sky * PI, -direction);
                 }
@@ -104,7 +104,7 @@ impl<'a> Propagation<'a> {
         all
     }
 
-    fn free_itself(&self, voxel: usize) -> bool {
+    fn is_empty(&self, voxel: usize) -> bool {
         self.voxels.masks[voxel] == 0
     }
 
@@ -113,8 +113,8 @@ impl<'a> Propagation<'a> {
         grid.index(grid.voxel(voxel) + FACE_STEPS[face])
     }
 
-    fn free(&self, voxel: usize, face: usize) -> Option<usize> {
-        self.neighbor(voxel, face).filter(|v| self.free_itself(*v))
+    fn empty_neighbor(&self, voxel: usize, face: usize) -> Option<usize> {
+        self.neighbor(voxel, face).filter(|v| self.is_empty(*v))
     }
 
     /// Returns the flux that is travelling, per channel, in lux times the area of a voxel's face.
@@ -142,7 +142,7 @@ impl<'a> Propagation<'a> {
     fn arrive(&self, voxel: usize, leaving: &[Option<Leaving>]) -> (Intensity, [Vec3; 6]) {
         let mut intensity = [Vec4::ZERO; 3];
         let mut arrived = [Vec3::ZERO; 6];
-        let is_free = self.free_itself(voxel);
+        let is_free = self.is_empty(voxel);
         for (face, arrived) in arrived.iter_mut().enumerate() {
             let Some(neighbor) = self.neighbor(voxel, face) else {
                 continue;
@@ -162,7 +162,7 @@ impl<'a> Propagation<'a> {
             }
             // Reflected by a surface.
             if is_free
-                && !self.free_itself(neighbor)
+                && !self.is_empty(neighbor)
                 && let Some(own) = &leaving[voxel]
             {
                 let (albedo, normal) = self.reflection(neighbor, face ^ 1);
@@ -176,23 +176,28 @@ impl<'a> Propagation<'a> {
     /// Albedo and normal of a voxel's face; if the face has no surface, the mean albedo of those that have
     /// one, and the face's own normal.
     fn reflection(&self, voxel: usize, face: usize) -> (Vec3, Vec3) {
-        let keys = self.voxels.keys[voxel];
-        let albedo = |key| material(self.materials, key_material(key)).albedo;
-        if keys[face] != 0 {
-            return (albedo(keys[face]), key_normal(keys[face]));
+        let packed_surfaces = self.voxels.packed_surfaces[voxel];
+        let albedo = |packed| material(self.materials, packed_material(packed)).albedo;
+        if packed_surfaces[face] != 0 {
+            return (
+                albedo(packed_surfaces[face]),
+                packed_normal(packed_surfaces[face]),
+            );
         }
-        let all = keys.into_iter().filter(|key| *key != 0);
+        let all = packed_surfaces.into_iter().filter(|packed| *packed != 0);
         let count = all.clone().count().max(1) as f32;
         (all.map(albedo).sum::<Vec3>() / count, FACES[face])
     }
 
     /// Returns the field that receivers sample: irradiance, in lux.
-    pub fn field(&self) -> Field {
+    pub fn field(&self) -> IrradianceField {
         let texels = (0..self.arrived.len()).map(|voxel| {
             [0, 1, 2, 3, 4, 5].map(|face| {
-                let weight = if self.free_itself(voxel) {
+                let weight = if self.is_empty(voxel) {
                     self.settings.empty_weight
-                } else if self.voxels.keys[voxel][face] != 0 && self.free(voxel, face).is_some() {
+                } else if self.voxels.packed_surfaces[voxel][face] != 0
+                    && self.empty_neighbor(voxel, face).is_some()
+                {
                     1.0
                 } else {
                     0.0
@@ -200,7 +205,7 @@ impl<'a> Propagation<'a> {
                 (self.arrived[voxel][face] * weight).extend(weight)
             })
         });
-        Field {
+        IrradianceField {
             grid: self.voxels.grid,
             texels: texels.collect(),
         }

@@ -34,10 +34,10 @@ pub fn tangents(n: Vec3) -> (Vec3, Vec3) {
 /// Returns ray `i` of `count` about a normal, with a density in proportion to the cosine: the mean of the
 /// rays' radiance, times pi, is the irradiance.
 ///
-/// `turn`, 0 to 1, rotates all of them about the normal.
-pub fn cosine_ray(i: u32, count: u32, turn: f32, normal: Vec3) -> Vec3 {
+/// `rotation`, 0 to 1, rotates all of them about the normal.
+pub fn cosine_ray(i: u32, count: u32, rotation: f32, normal: Vec3) -> Vec3 {
     let squared = (i as f32 + 0.5) / count as f32;
-    let angle = i as f32 * GOLDEN_ANGLE + turn * TAU;
+    let angle = i as f32 * GOLDEN_ANGLE + rotation * TAU;
     let (t, b) = tangents(normal);
     let r = squared.sqrt();
     t * (r * angle.cos()) + b * (r * angle.sin()) + normal * (1.0 - squared).max(0.0).sqrt()
@@ -45,10 +45,10 @@ pub fn cosine_ray(i: u32, count: u32, turn: f32, normal: Vec3) -> Vec3 {
 
 /// Returns ray `i` of `count`, distributed uniformly over the sphere.
 ///
-/// `turn`, 0 to 1, rotates all of them about z.
-pub fn sphere_ray(i: u32, count: u32, turn: f32) -> Vec3 {
+/// `rotation`, 0 to 1, rotates all of them about z.
+pub fn sphere_ray(i: u32, count: u32, rotation: f32) -> Vec3 {
     let z = 1.0 - 2.0 * (i as f32 + 0.5) / count as f32;
-    let angle = i as f32 * GOLDEN_ANGLE + turn * TAU;
+    let angle = i as f32 * GOLDEN_ANGLE + rotation * TAU;
     let r = (1.0 - z * z).max(0.0).sqrt();
     Vec3::new(r * angle.cos(), r * angle.sin(), z)
 }

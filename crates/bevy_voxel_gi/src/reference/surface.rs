@@ -1,10 +1,10 @@
 //! The surfaces in a voxel, each with the points at which rays start.
 
 use super::{
-    each,
     grid::FACE_STEPS,
-    key::{key_material, key_normal},
-    trace::trace_touched,
+    packed_surface::{packed_material, packed_normal},
+    parallel::each,
+    trace::first_occupied,
     voxels::{SUB_VOXELS, Voxels},
 };
 use glam::{IVec3, Vec3};
@@ -28,9 +28,9 @@ pub struct Surface {
     /// Indices of the points that are visible from the middle one: one side, if a wall divides the
     /// surface.
     pub one_side: Vec<usize>,
-    /// Ray offset along the normal (thesis: guard distance), in voxels: rays start outside of the
+    /// Ray offset along the normal (thesis: ray_offset distance), in voxels: rays start outside of the
     /// sub-voxels that the surface itself fills.
-    pub guard: f32,
+    pub ray_offset: f32,
 }
 
 impl Surface {
@@ -42,7 +42,7 @@ impl Surface {
 
     /// Returns the origin of rays from a point.
     pub fn origin(&self, point: usize) -> Vec3 {
-        self.points[point] + self.normal * self.guard
+        self.points[point] + self.normal * self.ray_offset
     }
 }
 
@@ -69,32 +69,33 @@ pub fn surfaces(voxels: &Voxels) -> Vec<Surface> {
 }
 
 fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
-    let keys = voxels.keys[index];
+    let packed_surfaces = voxels.packed_surfaces[index];
     let mut found = Vec::new();
     for face in 0..6 {
-        let what = keys[face] & 0xff_ffff;
-        if keys[face] == 0
-            || keys[..face]
+        let surface = packed_surfaces[face] & 0xff_ffff;
+        if packed_surfaces[face] == 0
+            || packed_surfaces[..face]
                 .iter()
-                .any(|k| *k != 0 && k & 0xff_ffff == what)
+                .any(|k| *k != 0 && k & 0xff_ffff == surface)
         {
             continue;
         }
         let faces = (0..6).fold(0, |all, f| {
-            all | u8::from(keys[f] != 0 && keys[f] & 0xff_ffff == what) << f
+            all | u8::from(packed_surfaces[f] != 0 && packed_surfaces[f] & 0xff_ffff == surface)
+                << f
         });
-        let normal = key_normal(keys[face]);
-        let (points, guard) = points_of(voxels, index, normal);
+        let normal = packed_normal(packed_surfaces[face]);
+        let (points, ray_offset) = points_of(voxels, index, normal);
         if !points.is_empty() {
-            let one_side = one_side(voxels, index, &points, normal * guard);
+            let one_side = one_side(voxels, index, &points, normal * ray_offset);
             found.push(Surface {
                 voxel: index,
                 faces,
                 normal,
-                material: key_material(keys[face]),
+                material: packed_material(packed_surfaces[face]),
                 points,
                 one_side,
-                guard,
+                ray_offset,
             });
         }
     }
@@ -109,7 +110,7 @@ fn points_of(voxels: &Voxels, index: usize, normal: Vec3) -> (Vec<Vec3>, f32) {
     let size = 1.0 / SUB_VOXELS as f32;
     let mut points: Vec<Vec3> = (0..64)
         .map(|bit| base + IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
-        .filter(|sub| voxels.is_touched(*sub) && voxels.is_outermost(*sub, ahead))
+        .filter(|sub| voxels.is_occupied(*sub) && voxels.is_outermost(*sub, ahead))
         .map(|sub| (sub.as_vec3() + 0.5) * size)
         .collect();
     let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f32;
@@ -133,8 +134,8 @@ fn one_side(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<u
     let center = voxels.grid.voxel(index).as_vec3() + 0.5;
     let normal = lift.normalize_or_zero();
     let distance = |point: Vec3| {
-        let way = point - center;
-        (way - normal * normal.dot(way)).length_squared()
+        let offset = point - center;
+        (offset - normal * normal.dot(offset)).length_squared()
     };
     let (mut middle, mut least) = (center, f32::INFINITY);
     for point in points {
@@ -149,7 +150,7 @@ fn one_side(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<u
 
 /// Returns whether no occupied sub-voxel lies between two positions, in grid coordinates.
 pub fn is_clear(voxels: &Voxels, from: Vec3, to: Vec3) -> bool {
-    let way = to - from;
-    let distance = way.length();
-    distance < 1e-4 || trace_touched(voxels, from, way / distance, distance).is_none()
+    let path = to - from;
+    let distance = path.length();
+    distance < 1e-4 || first_occupied(voxels, from, path / distance, distance).is_none()
 }

@@ -6,37 +6,13 @@
 
 use super::{
     grid::FACE_STEPS,
-    key::key_normal,
-    seen::{is_away, is_turned},
+    hit::{Hit, PassedSurface},
+    packed_surface::packed_normal,
     voxels::{SUB_VOXELS, Voxels, sub_voxel_bit},
 };
 use glam::{IVec3, Vec3};
 
-/// The hit of a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Index of the voxel.
-    pub voxel: usize,
-    /// The sub-voxel, counted from the volume's lowest corner.
-    pub sub_voxel: IVec3,
-    /// Distance along the ray, in voxels.
-    pub distance: f32,
-    /// The surface that the ray passed in the sub-voxel just before.
-    pub grazed: Option<Grazed>,
-}
-
-/// A surface that a ray passes without a hit in one of its sub-voxels: a near miss.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Grazed {
-    /// The ray stays in front of the surface: index of the voxel, and face.
-    Front(usize, usize),
-    /// The ray stays behind the surface.
-    Back,
-    /// The ray was in front of the back-facing surface when it entered the sub-voxel, and leaves it.
-    Left,
-}
-
-fn smallest(v: Vec3) -> usize {
+fn smallest_axis(v: Vec3) -> usize {
     if v.x < v.y {
         if v.x < v.z { 0 } else { 2 }
     } else if v.y < v.z {
@@ -51,15 +27,22 @@ fn smallest(v: Vec3) -> usize {
 ///
 /// `origin` is in grid coordinates, `direction` is a unit vector, `reach` is in voxels.
 pub fn trace(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Option<Hit> {
-    walk(voxels, origin, direction, reach, true)
+    traverse(voxels, origin, direction, reach, true)
 }
 
 /// Returns the first occupied sub-voxel along a ray, wherever its surface is; see [`trace`].
-pub fn trace_touched(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Option<Hit> {
-    walk(voxels, origin, direction, reach, false)
+pub fn first_occupied(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32) -> Option<Hit> {
+    traverse(voxels, origin, direction, reach, false)
 }
 
-fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool) -> Option<Hit> {
+/// The first hit, or, without `may_pass`, the first occupied sub-voxel.
+fn traverse(
+    voxels: &Voxels,
+    origin: Vec3,
+    direction: Vec3,
+    reach: f32,
+    may_pass: bool,
+) -> Option<Hit> {
     // A component of 0 would give infinities; a tiny one reaches the border far outside, and is finite.
     let direction = Vec3::select(
         direction.abs().cmplt(Vec3::splat(1e-12)),
@@ -71,12 +54,12 @@ fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool
     let step = IVec3::select(direction.cmpgt(Vec3::ZERO), IVec3::ONE, IVec3::NEG_ONE);
     let mut voxel = origin.floor().as_ivec3();
     let mut distance = 0.0;
-    let mut grazed = None;
+    let mut passed = None;
     loop {
         let index = voxels.grid.index(voxel)?;
         let mask = voxels.masks[index];
         if mask == 0 {
-            grazed = None;
+            passed = None;
         } else {
             let mut at = distance;
             let scale = SUB_VOXELS as f32;
@@ -89,24 +72,26 @@ fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool
                 }
                 let border = voxel.as_vec3() + (sub.as_vec3() + ahead) / scale;
                 let next = (border - origin) * inverse;
-                let axis = smallest(next);
+                let axis = smallest_axis(next);
                 if mask & sub_voxel_bit(sub) != 0 {
                     let hit = Hit {
                         voxel: index,
                         sub_voxel: voxel * SUB_VOXELS + sub,
                         distance: at,
-                        grazed,
+                        passed,
                     };
                     let exit = origin + direction * next[axis];
-                    let passed = grazes
-                        .then(|| passed(voxels, &hit, direction, origin + direction * at, exit))
+                    let passes = may_pass
+                        .then(|| {
+                            passed_surface(voxels, &hit, direction, origin + direction * at, exit)
+                        })
                         .flatten();
-                    if passed.is_none() {
+                    if passes.is_none() {
                         return Some(hit);
                     }
-                    grazed = passed;
+                    passed = passes;
                 } else {
-                    grazed = None;
+                    passed = None;
                 }
                 at = next[axis];
                 sub[axis] += step[axis];
@@ -116,7 +101,7 @@ fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool
             }
         }
         let next = (voxel.as_vec3() + ahead - origin) * inverse;
-        let axis = smallest(next);
+        let axis = smallest_axis(next);
         distance = next[axis];
         if distance >= reach {
             return None;
@@ -130,29 +115,39 @@ fn walk(voxels: &Voxels, origin: Vec3, direction: Vec3, reach: f32, grazes: bool
 /// The surface is assumed to go through the sub-voxel's centre. Its position within the sub-voxel is
 /// unknown, but this is right on average, while taking the whole sub-voxel as solid would put surfaces
 /// too near and make windows too narrow.
-fn passed(voxels: &Voxels, hit: &Hit, direction: Vec3, entry: Vec3, exit: Vec3) -> Option<Grazed> {
-    let middle = (hit.sub_voxel.as_vec3() + 0.5) / SUB_VOXELS as f32;
-    let height = |face: usize, at: Vec3| key_normal(voxels.keys[hit.voxel][face]).dot(at - middle);
+fn passed_surface(
+    voxels: &Voxels,
+    hit: &Hit,
+    direction: Vec3,
+    entry: Vec3,
+    exit: Vec3,
+) -> Option<PassedSurface> {
+    let center = (hit.sub_voxel.as_vec3() + 0.5) / SUB_VOXELS as f32;
+    let height = |face: usize, at: Vec3| {
+        packed_normal(voxels.packed_surfaces[hit.voxel][face]).dot(at - center)
+    };
     let is_own = |face: usize| voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]);
-    let mut turned = (0..6)
-        .filter(|&face| is_turned(voxels, hit, direction, face))
+    let mut front = (0..6)
+        .filter(|&face| hit.is_front_facing(voxels, direction, face))
         .peekable();
-    if turned.peek().is_some() {
-        return turned
+    if front.peek().is_some() {
+        return front
             .find(|&face| height(face, exit) >= 0.0 && is_own(face))
-            .map(|face| Grazed::Front(hit.voxel, face));
+            .map(|face| PassedSurface::Front(hit.voxel, face));
     }
     // Behind one of two surfaces that form an edge, a ray may be in front of the other.
-    let away = |is_clear: &dyn Fn(usize) -> bool| {
+    let passes_back = |is_clear: &dyn Fn(usize) -> bool| {
         let mut faces = (0..6)
-            .filter(|&face| is_away(voxels, hit, direction, face))
+            .filter(|&face| hit.is_back_facing(voxels, direction, face))
             .peekable();
         faces.peek().is_some() && faces.all(|face| is_own(face) && is_clear(face))
     };
-    if away(&|face| height(face, exit) <= 0.0) {
-        Some(Grazed::Back)
-    } else if hit.grazed != Some(Grazed::Back) && away(&|face| height(face, entry) >= 0.0) {
-        Some(Grazed::Left)
+    if passes_back(&|face| height(face, exit) <= 0.0) {
+        Some(PassedSurface::Back)
+    } else if hit.passed != Some(PassedSurface::Back)
+        && passes_back(&|face| height(face, entry) >= 0.0)
+    {
+        Some(PassedSurface::Left)
     } else {
         None
     }

@@ -6,8 +6,8 @@
 
 use super::{
     grid::{FACES, VolumeGrid},
-    key::{MIN_FACE_COSINE, pack_key},
     overlap::TriangleOverlap,
+    packed_surface::{MIN_FACE_COSINE, pack_surface},
 };
 use glam::{IVec3, Vec3};
 
@@ -42,7 +42,7 @@ pub struct Voxels {
     /// Per voxel: bit x + 4 y + 16 z is set if sub-voxel (x, y, z) is occupied.
     pub masks: Vec<u64>,
     /// Per voxel and face: the packed surface, 0 without one.
-    pub keys: Vec<[u32; 6]>,
+    pub packed_surfaces: Vec<[u32; 6]>,
 }
 
 /// Returns the bit of a sub-voxel in a mask.
@@ -56,7 +56,7 @@ impl Voxels {
         Self {
             grid,
             masks: vec![0; grid.len()],
-            keys: vec![[0; 6]; grid.len()],
+            packed_surfaces: vec![[0; 6]; grid.len()],
         }
     }
 
@@ -86,7 +86,7 @@ impl Voxels {
             for y in low.y..=high.y {
                 for x in low.x..=high.x {
                     let voxel = IVec3::new(x, y, z);
-                    if overlap.touches(voxel.as_vec3(), 1.0) {
+                    if overlap.overlaps(voxel.as_vec3(), 1.0) {
                         self.add_to(voxel, &overlap, triangle);
                     }
                 }
@@ -99,7 +99,7 @@ impl Voxels {
         let mut mask = 0;
         for bit in 0..64 {
             let sub = IVec3::new(bit % 4, bit / 4 % 4, bit / 16);
-            if overlap.touches(voxel.as_vec3() + sub.as_vec3() * size, size) {
+            if overlap.overlaps(voxel.as_vec3() + sub.as_vec3() * size, size) {
                 mask |= 1 << bit;
             }
         }
@@ -110,19 +110,19 @@ impl Voxels {
         for (face, direction) in FACES.into_iter().enumerate() {
             let cosine = overlap.normal.dot(direction);
             if cosine > MIN_FACE_COSINE || (triangle.double_sided && -cosine > MIN_FACE_COSINE) {
-                let key = pack_key(
+                let packed = pack_surface(
                     mask.count_ones(),
                     cosine,
                     overlap.normal * cosine.signum(),
                     triangle.material,
                 );
-                self.keys[index][face] = self.keys[index][face].max(key);
+                self.packed_surfaces[index][face] = self.packed_surfaces[index][face].max(packed);
             }
         }
     }
 
     /// Returns whether a sub-voxel is occupied, counted from the volume's lowest corner; none is outside.
-    pub fn is_touched(&self, sub_voxel: IVec3) -> bool {
+    pub fn is_occupied(&self, sub_voxel: IVec3) -> bool {
         self.grid
             .index(sub_voxel.div_euclid(IVec3::splat(SUB_VOXELS)))
             .is_some_and(|i| {
@@ -136,11 +136,11 @@ impl Voxels {
         let voxel = sub_voxel.div_euclid(IVec3::splat(SUB_VOXELS));
         let mut at = sub_voxel + step;
         while at.div_euclid(IVec3::splat(SUB_VOXELS)) == voxel {
-            if self.is_touched(at) {
+            if self.is_occupied(at) {
                 return false;
             }
             at += step;
         }
-        !self.is_touched(at)
+        !self.is_occupied(at)
     }
 }

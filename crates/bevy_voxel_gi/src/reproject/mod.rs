@@ -1,5 +1,5 @@
 //! Reprojects the albedo of surfaces from cameras' G-buffers (thesis section 6.5.2), for
-//! [`VoxelAlbedo::Seen`](crate::VoxelAlbedo::Seen).
+//! [`VoxelAlbedo::Reprojected`](crate::VoxelAlbedo::Reprojected).
 //!
 //! The pass runs after the prepass of each camera that has a G-buffer; the light of the next frame uses
 //! the result.
@@ -80,7 +80,7 @@ pub(crate) fn prepare_reprojection(
     let wanted = volume
         .0
         .as_ref()
-        .is_some_and(|volume| volume.settings.albedo == VoxelAlbedo::Seen);
+        .is_some_and(|volume| volume.settings.albedo == VoxelAlbedo::Reprojected);
     if wanted && pipeline.id.is_none() {
         pipeline.id = Some(cache.queue_compute_pipeline(ComputePipelineDescriptor {
             label: Some("voxel_gi_reproject".into()),
@@ -112,7 +112,7 @@ pub(crate) fn reproject(
         return;
     };
     let ready = pipeline.id.and_then(|id| cache.get_compute_pipeline(id));
-    let (true, Some(ready)) = (buffers.shape.seen, ready) else {
+    let (true, Some(ready)) = (buffers.shape.reprojects_albedo, ready) else {
         return;
     };
     let (Some(uniform), Some(view_uniform)) =
@@ -126,7 +126,7 @@ pub(crate) fn reproject(
         &BindGroupEntries::sequential((
             uniform,
             buffers.masks.as_entire_binding(),
-            buffers.faces.as_entire_binding(),
+            buffers.packed_surfaces.as_entire_binding(),
         )),
     );
     let view_group = device.create_bind_group(
@@ -135,7 +135,7 @@ pub(crate) fn reproject(
         &BindGroupEntries::sequential((
             buffers.work.as_entire_binding(),
             buffers.counters.as_entire_binding(),
-            buffers.seen.as_entire_binding(),
+            buffers.reprojected_albedo.as_entire_binding(),
             view_uniform,
             depth,
             deferred,

@@ -12,9 +12,9 @@ use bevy::{
 };
 
 use super::{
-    order::ordered,
-    surface::VoxelSurface,
-    table::{SurfaceIndex, Surfaces},
+    material_order::ordered,
+    material_table::{MaterialIndex, MaterialTable},
+    voxel_material::VoxelMaterial,
 };
 use crate::{
     settings::{NotVoxelized, VoxelAlbedo},
@@ -54,7 +54,7 @@ pub(crate) struct ExtractedScene {
     /// Matrices from bind pose to world, of all skins; then weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
     /// The sorted surface table; see [`ordered`].
-    pub surfaces: Vec<VoxelSurface>,
+    pub surfaces: Vec<VoxelMaterial>,
     /// Index into `surfaces` for each entry of the unsorted table.
     indices: Vec<u32>,
     /// Version of the unsorted table, and whether all albedo is neutral.
@@ -66,7 +66,7 @@ pub(crate) struct ExtractedScene {
 pub(crate) fn extract_scene(
     mut scene: ResMut<ExtractedScene>,
     active: Extract<Res<ActiveVolume>>,
-    surfaces: Extract<Res<Surfaces>>,
+    surfaces: Extract<Res<MaterialTable>>,
     mut mesh_events: Extract<MessageReader<AssetEvent<Mesh>>>,
     meshes: Extract<
         Query<
@@ -75,7 +75,7 @@ pub(crate) fn extract_scene(
                 &GlobalTransform,
                 &InheritedVisibility,
                 Option<&Aabb>,
-                Option<&SurfaceIndex>,
+                Option<&MaterialIndex>,
                 Option<&SkinnedMesh>,
                 Option<&MeshMorphWeights>,
             ),
@@ -103,7 +103,7 @@ pub(crate) fn extract_scene(
         let mut table = surfaces.table().to_vec();
         if neutral {
             for surface in &mut table {
-                surface.albedo = VoxelSurface::NEUTRAL.albedo;
+                surface.albedo = VoxelMaterial::NEUTRAL.albedo;
             }
         }
         (scene.surfaces, scene.indices) = ordered(&table);

@@ -2,12 +2,12 @@
 
 pub(crate) mod extract;
 pub(crate) mod lights;
-mod mean;
-mod order;
-pub(crate) mod surface;
-pub(crate) mod table;
-pub(crate) mod unknown;
+mod material_order;
+pub(crate) mod material_table;
+mod mean_color;
+pub(crate) mod unknown_materials;
+pub(crate) mod voxel_material;
 
-pub use mean::MeanColors;
-pub use surface::{VoxelMaterial, VoxelSurface};
-pub use table::MeshSurface;
+pub use material_table::MeshVoxelMaterial;
+pub use mean_color::MeanColors;
+pub use voxel_material::{AsVoxelMaterial, VoxelMaterial};

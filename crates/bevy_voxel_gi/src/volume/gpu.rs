@@ -58,7 +58,7 @@ pub(crate) struct GpuVolume {
     pub flags: u32,
     pub round: u32,
     pub points_per_triangle: u32,
-    pub air_interval: u32,
+    pub empty_interval: u32,
     pub blend: f32,
 }
 
@@ -68,7 +68,7 @@ const FLAG_CHANGING: u32 = 4;
 
 /// Number of rounds over which empty voxels are updated, one part in each: they light only meshes that
 /// are not voxelised themselves.
-pub(crate) const AIR_INTERVAL: u32 = 8;
+pub(crate) const EMPTY_INTERVAL: u32 = 8;
 
 impl GpuVolume {
     pub(crate) fn new(volume: &PlacedVolume, light_count: u32, frame: u32, blend: f32) -> Self {
@@ -77,7 +77,7 @@ impl GpuVolume {
         let (rays, max_distance, feedback) = match settings.light {
             VoxelLight::GlobalIllumination { solver, bounces } => {
                 let rays = match solver {
-                    Solver::March { rays } => rays,
+                    Solver::Trace { rays } => rays,
                     Solver::Propagate { .. } => 0,
                 };
                 let feedback = rays > 0 && bounces == Bounces::Endless;
@@ -121,7 +121,7 @@ impl GpuVolume {
                 Voxelizer::Stochastic { points } => points,
                 _ => 0,
             },
-            air_interval: AIR_INTERVAL,
+            empty_interval: EMPTY_INTERVAL,
             blend,
         }
     }
@@ -139,7 +139,7 @@ impl GpuVolume {
         Self {
             phase: 0,
             interval: 1,
-            air_interval: 1,
+            empty_interval: 1,
             ..self
         }
     }
@@ -161,7 +161,7 @@ pub(crate) struct BufferShape {
     /// Light is propagated from voxel to voxel.
     pub propagates: bool,
     /// Albedo is reprojected from cameras.
-    pub seen: bool,
+    pub reprojects_albedo: bool,
     /// Pixels test the visibility of voxels, and need the occupancy masks of sub-voxels.
     pub per_pixel: bool,
 }
@@ -180,7 +180,7 @@ impl BufferShape {
             ),
             occlusion_only: matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
             per_pixel: volume.is_per_pixel(),
-            seen: volume.settings.albedo == VoxelAlbedo::Seen
+            reprojects_albedo: volume.settings.albedo == VoxelAlbedo::Reprojected
                 && !matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. }),
         }
     }
@@ -193,10 +193,10 @@ pub(crate) struct VolumeBuffers {
     /// 64 bits per voxel: the occupancy of its sub-voxels.
     pub masks: Buffer,
     /// Six words per voxel: the packed surface of each face. A stub for ambient occlusion.
-    pub faces: Buffer,
+    pub packed_surfaces: Buffer,
     /// Six times two words per voxel: radiance that leaves each face, as 16-bit floats. A stub for
     /// ambient occlusion.
-    pub radiosity: Buffer,
+    pub radiance: Buffer,
     /// Six times four words per voxel: irradiance of each face in this round, and the mean over rounds
     /// with its weight, as 16-bit floats; or, with propagation, the light that has arrived, as 32-bit
     /// floats. A stub for ambient occlusion.
@@ -204,7 +204,7 @@ pub(crate) struct VolumeBuffers {
     /// Sixteen words per voxel each: propagated light before and after a step. Stubs without propagation.
     pub intensity: [Buffer; 2],
     /// Six words per voxel: reprojected albedo of each face. A stub without reprojection.
-    pub seen: Buffer,
+    pub reprojected_albedo: Buffer,
     /// The compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
     pub work: Buffer,
     /// The number of surfaces and of empty voxels, then the indirect dispatch arguments over them.
@@ -241,8 +241,8 @@ impl VolumeBuffers {
         Self {
             shape,
             masks: buffer("voxel_gi_masks", 8 * shape.voxels, storage),
-            faces: buffer("voxel_gi_faces", full(24), storage),
-            radiosity: buffer("voxel_gi_radiosity", full(48), storage),
+            packed_surfaces: buffer("voxel_gi_packed_surfaces", full(24), storage),
+            radiance: buffer("voxel_gi_radiance", full(48), storage),
             intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"].map(|label| {
                 let bytes = if shape.propagates {
                     64 * shape.voxels
@@ -252,9 +252,13 @@ impl VolumeBuffers {
                 buffer(label, bytes, storage)
             }),
             irradiance: buffer("voxel_gi_irradiance", full(96), storage),
-            seen: buffer(
-                "voxel_gi_seen",
-                if shape.seen { full(24) } else { 16 },
+            reprojected_albedo: buffer(
+                "voxel_gi_reprojected_albedo",
+                if shape.reprojects_albedo {
+                    full(24)
+                } else {
+                    16
+                },
                 storage,
             ),
             work: buffer("voxel_gi_work", 28 * shape.voxels, storage),
@@ -271,12 +275,12 @@ impl VolumeBuffers {
     pub(crate) fn bytes(&self) -> u64 {
         [
             &self.masks,
-            &self.faces,
-            &self.radiosity,
+            &self.packed_surfaces,
+            &self.radiance,
             &self.irradiance,
             &self.intensity[0],
             &self.intensity[1],
-            &self.seen,
+            &self.reprojected_albedo,
             &self.work,
             &self.counters,
             &self.dispatch,

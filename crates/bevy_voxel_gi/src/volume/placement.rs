@@ -39,7 +39,7 @@ pub(crate) struct PlacedVolume {
     pub settings: VoxelGiVolume,
     /// The same without the budget's choice.
     pub own_settings: VoxelGiVolume,
-    /// All volumes and cascades, the smallest first; never empty.
+    /// All volumes and cascades, the smallest_axis first; never empty.
     pub levels: Vec<Level>,
     /// The texture that Bevy samples; see [`texture_size`].
     pub texture: Handle<Image>,
@@ -119,7 +119,7 @@ pub(crate) fn place_volume(
         Some(PatchState::Pending) => return,
         _ => false,
     };
-    // Entity indices are reused: they tell the order only of volumes that are spawned at once.
+    // Entity indices are reused: they write_number the order only of volumes that are spawned at once.
     let mut all: Vec<_> = volumes.iter().collect();
     let age = |added: Tick| now.this_run().get().wrapping_sub(added.get());
     all.sort_by_key(|(entity, volume, ..)| (Reverse(age(volume.added())), entity.index()));
@@ -181,16 +181,16 @@ pub(crate) fn place_volume(
         .unwrap_or_default()
         .exposure();
     let viewpoints: Vec<_> = match settings.albedo {
-        VoxelAlbedo::Seen => seeing
+        VoxelAlbedo::Reprojected => seeing
             .iter()
             .filter(|(camera, _)| camera.is_active)
             .map(|(_, transform)| *transform)
             .collect(),
         _ => Vec::new(),
     };
-    if settings.albedo == VoxelAlbedo::Seen && viewpoints.is_empty() {
+    if settings.albedo == VoxelAlbedo::Reprojected && viewpoints.is_empty() {
         warn_once!(
-            "voxel GI: `VoxelAlbedo::Seen` takes albedo from cameras with `DepthPrepass` and \
+            "voxel GI: `VoxelAlbedo::Reprojected` takes albedo from cameras with `DepthPrepass` and \
              `DeferredPrepass`, and no active camera has both; the mean colours of materials are \
              used. Add both to a camera"
         );
@@ -253,7 +253,7 @@ fn possible(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVolume {
     }
     if settings.cascades > 1 && propagates {
         warn_once!(
-            "voxel GI: light is propagated in one cascade only; use `Solver::March`, or \
+            "voxel GI: light is propagated in one cascade only; use `Solver::Trace`, or \
              several volumes side by side"
         );
     }

@@ -17,7 +17,7 @@ use bevy::{
 };
 
 use super::{
-    gpu::{AIR_INTERVAL, BufferShape, GpuVolume, VolumeBuffers, VolumeUniforms},
+    gpu::{BufferShape, EMPTY_INTERVAL, GpuVolume, VolumeBuffers, VolumeUniforms},
     placement::{Level, MOST_LEVELS, PlacedVolume},
     scroll::{ScrollPipeline, ScrollWork},
 };
@@ -30,7 +30,7 @@ use crate::{
     scene::{
         extract::ExtractedScene,
         lights::{ExtractedLights, GpuLight},
-        surface::VoxelSurface,
+        voxel_material::VoxelMaterial,
     },
     settings::{Bounces, Solver, VoxelLight},
     voxelize::{
@@ -56,7 +56,7 @@ pub(crate) struct FramePlan {
     /// Number of propagation steps.
     pub iterations: u32,
     /// Whether levels have moved, which invalidates reprojected albedo.
-    pub forgets: bool,
+    pub has_moved: bool,
     /// Number of frames computed since the light was last restarted. It determines the directions of
     /// rays, so the same change always settles to the same light.
     frame: u32,
@@ -70,7 +70,7 @@ pub(crate) struct FramePlan {
     /// Number of frames still to compute until the light has settled.
     unsettled: u32,
     /// Placement of the levels in the last frame.
-    places: Vec<Level>,
+    placement: Vec<Level>,
     /// The texture that holds the light.
     texture: Option<AssetId<Image>>,
 }
@@ -111,10 +111,10 @@ impl FramePlan {
     }
 
     /// Whether any level has moved since the last frame.
-    fn is_elsewhere(&self, volume: &PlacedVolume) -> bool {
-        self.places.len() != volume.levels.len()
+    fn has_moved(&self, volume: &PlacedVolume) -> bool {
+        self.placement.len() != volume.levels.len()
             || self
-                .places
+                .placement
                 .iter()
                 .zip(&volume.levels)
                 .any(|(old, new)| old.center != new.center)
@@ -123,7 +123,7 @@ impl FramePlan {
     /// By how many of its voxels each level has moved since the last frame, if any has moved by whole
     /// voxels and the levels are the same.
     fn moved(&mut self, volume: &PlacedVolume) -> Option<[IVec4; MOST_LEVELS]> {
-        let before = std::mem::replace(&mut self.places, volume.levels.clone());
+        let before = std::mem::replace(&mut self.placement, volume.levels.clone());
         let same = |(old, new): (&Level, &Level)| (old.owner, old.size) == (new.owner, new.size);
         if before.len() != volume.levels.len() || !before.iter().zip(&volume.levels).all(same) {
             return None;
@@ -144,10 +144,10 @@ impl FramePlan {
     fn time_to_settle(volume: &PlacedVolume) -> u32 {
         let bounces = match volume.settings.light {
             VoxelLight::GlobalIllumination {
-                solver: Solver::March { .. },
+                solver: Solver::Trace { .. },
                 ..
             } => SETTLE_ENDLESS,
-            _ => AIR_INTERVAL,
+            _ => EMPTY_INTERVAL,
         };
         bounces * volume.settings.update_interval
     }
@@ -183,7 +183,7 @@ pub(crate) fn prepare_frame(
     let plan = &mut *plan;
     plan.idle();
     commands.remove_resource::<ScrollWork>();
-    let (volume, scene, lamps) = &extracted;
+    let (volume, scene, sources) = &extracted;
     let Some(volume) = &volume.0 else {
         if buffers.is_some() {
             commands.remove_resource::<VolumeBuffers>();
@@ -214,7 +214,7 @@ pub(crate) fn prepare_frame(
         return;
     }
     let instances = instances::collect(scene, volume, &allocator, &meshes, &device);
-    let fingerprint = fingerprint(instances.fingerprint, volume, &lamps.0, &scene.surfaces);
+    let fingerprint = fingerprint(instances.fingerprint, volume, &sources.0, &scene.surfaces);
     if fresh {
         *plan = FramePlan::default();
         plan.texture = Some(volume.texture.id());
@@ -222,7 +222,7 @@ pub(crate) fn prepare_frame(
     if fresh || fingerprint != plan.fingerprint {
         plan.fingerprint = fingerprint;
         // A volume that only moves keeps its light.
-        if plan.since_change > HISTORY * interval && !plan.is_elsewhere(volume) {
+        if plan.since_change > HISTORY * interval && !plan.has_moved(volume) {
             plan.since_new = 0;
             plan.frame = 0;
         }
@@ -247,7 +247,7 @@ pub(crate) fn prepare_frame(
         return;
     }
     plan.unsettled = plan.unsettled.saturating_sub(1);
-    let light_count = u32::try_from(lamps.0.len()).unwrap_or(u32::MAX);
+    let light_count = u32::try_from(sources.0.len()).unwrap_or(u32::MAX);
     let moved = plan.moved(volume);
     let first = GpuVolume::new(volume, light_count, plan.frame, plan.blend(interval))
         .changing(plan.since_change < CHANGING * interval);
@@ -259,7 +259,7 @@ pub(crate) fn prepare_frame(
         &device,
         &queue,
     );
-    plan.forgets = moved.is_some();
+    plan.has_moved = moved.is_some();
     plan.frame = plan.frame.wrapping_add(1);
     plan.since_new = plan.since_new.saturating_add(1);
     plan.since_change = plan.since_change.saturating_add(1);
@@ -288,8 +288,8 @@ pub(crate) fn prepare_frame(
         &queue,
     );
     let light_work = LightWork::new(
-        &storage(&scene.surfaces, &VoxelSurface::NEUTRAL, &device, &queue),
-        &storage(&lamps.0, &GpuLight::default(), &device, &queue),
+        &storage(&scene.surfaces, &VoxelMaterial::NEUTRAL, &device, &queue),
+        &storage(&sources.0, &GpuLight::default(), &device, &queue),
         texture,
         &uniforms,
         buffers,
@@ -352,8 +352,8 @@ fn texture_bytes(texture: &GpuImage) -> u64 {
 fn fingerprint(
     meshes: u64,
     volume: &PlacedVolume,
-    lamps: &[GpuLight],
-    surfaces: &[VoxelSurface],
+    lights: &[GpuLight],
+    surfaces: &[VoxelMaterial],
 ) -> u64 {
     let mut hasher = FixedHasher.build_hasher();
     meshes.hash(&mut hasher);
@@ -374,17 +374,17 @@ fn fingerprint(
     // Settings are few and change rarely, so their debug text is hashed. A budget's choice is left
     // out: it changes the accuracy of the light, not the light.
     format!("{:?}", volume.own_settings).hash(&mut hasher);
-    for lamp in lamps {
-        hash_floats(&mut hasher, &lamp.position.to_array());
-        hash_floats(&mut hasher, &lamp.color.to_array());
-        hash_floats(&mut hasher, &lamp.direction.to_array());
+    for light in lights {
+        hash_floats(&mut hasher, &light.position.to_array());
+        hash_floats(&mut hasher, &light.color.to_array());
+        hash_floats(&mut hasher, &light.direction.to_array());
         let others = [
-            lamp.inverse_range_squared,
-            lamp.spot_scale,
-            lamp.spot_offset,
+            light.inverse_range_squared,
+            light.spot_scale,
+            light.spot_offset,
         ];
         hash_floats(&mut hasher, &others);
-        lamp.kind.hash(&mut hasher);
+        light.kind.hash(&mut hasher);
     }
     for surface in surfaces {
         hash_floats(&mut hasher, &surface.albedo.to_array());

@@ -49,7 +49,7 @@ impl VoxelizeWork {
             &BindGroupEntries::sequential((
                 uniforms.bounces[0].binding()?,
                 buffers.masks.as_entire_binding(),
-                buffers.faces.as_entire_binding(),
+                buffers.packed_surfaces.as_entire_binding(),
             )),
         );
         let stub = device.create_buffer(&BufferDescriptor {
@@ -115,14 +115,14 @@ pub(crate) fn voxelize(
     let encoder = context.command_encoder();
     for buffer in [
         &buffers.masks,
-        &buffers.faces,
-        &buffers.radiosity,
+        &buffers.packed_surfaces,
+        &buffers.radiance,
         &buffers.counters,
     ] {
         encoder.clear_buffer(buffer, 0, None);
     }
-    if plan.forgets {
-        encoder.clear_buffer(&buffers.seen, 0, None);
+    if plan.has_moved {
+        encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
     }
     let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
         label: Some("voxel_gi_voxelize"),

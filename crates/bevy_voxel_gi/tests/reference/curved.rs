@@ -1,8 +1,8 @@
 //! Tests with curved surfaces, which most game scenes consist of, under a uniform sky.
 
-use crate::support::shapes::{gray, march_field, solid, unit_grid};
+use crate::support::shapes::{gray, solid, traced_field, unit_grid};
 use bevy_voxel_gi::reference::{
-    Field, March, MarchSettings, Triangle, Voxels,
+    IrradianceField, RayTracing, RayTracingSettings, Triangle, Voxels,
     rays::{cosine_ray, hash_unit},
 };
 use glam::{IVec3, Vec3};
@@ -42,12 +42,12 @@ fn around(count: u32) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |i| bevy_voxel_gi::reference::rays::sphere_ray(i, count, 0.3))
 }
 
-fn under_sky(triangles: &[Triangle], resolution: u32) -> Field {
+fn under_sky(triangles: &[Triangle], resolution: u32) -> IrradianceField {
     let voxels = Voxels::new(unit_grid(resolution), triangles);
     let materials = gray(0.0, 0.0);
-    let settings = MarchSettings::default();
-    let march = March::new(&voxels, &materials, &[], Vec3::ONE, settings);
-    march_field(march, 16)
+    let settings = RayTracingSettings::default();
+    let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
+    traced_field(ray_tracing, 16)
 }
 
 #[test]
@@ -75,9 +75,9 @@ fn a_round_furnace() {
     }
     let voxels = Voxels::new(unit_grid(16), &triangles);
     let materials = gray(0.5, 1.0);
-    let settings = MarchSettings::default();
-    let march = March::new(&voxels, &materials, &[], Vec3::ZERO, settings);
-    let field = march_field(march, 40);
+    let settings = RayTracingSettings::default();
+    let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ZERO, settings);
+    let field = traced_field(ray_tracing, 40);
     let found: Vec<f32> = around(500)
         .map(|n| field.irradiance(center + 5.6 * n, -n, 0.0).x / PI / 2.0)
         .collect();
@@ -141,32 +141,32 @@ fn hills_shade_each_other() {
 /// Beside a ball and a pillar, the light of receivers with visibility tests changes gradually, from any
 /// viewpoint.
 #[test]
-fn what_is_seen_changes_little_by_little() {
+fn visible_irradiance_changes_gradually() {
     let (center, radius) = (Vec3::new(8.2, 2.0, 8.3), 0.8);
     let viewer = Vec3::new(0.5, 0.8, 0.2).normalize();
     let mut triangles = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
     triangles.extend(ball(center, radius));
     triangles.extend(solid(Vec3::new(3.1, 1.2, 3.3), Vec3::new(3.5, 2.9, 3.7)));
     let is_visible = |at: Vec3| {
-        let way = center - at;
-        let is_beside = (way - viewer * way.dot(viewer)).length() > radius;
+        let offset = center - at;
+        let is_beside = (offset - viewer * offset.dot(viewer)).length() > radius;
         is_beside && !((2.0..3.5).contains(&at.x) && (2.5..3.7).contains(&at.z))
     };
     let voxels = Voxels::new(unit_grid(16), &triangles);
     let materials = gray(0.3, 0.0);
-    let settings = MarchSettings {
+    let settings = RayTracingSettings {
         one_side: true,
         rays: 64,
         ..Default::default()
     };
-    let march = March::new(&voxels, &materials, &[], Vec3::ONE, settings);
-    let field = march_field(march, 16);
+    let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
+    let field = traced_field(ray_tracing, 16);
     let changes: Vec<f32> = (0..40 * 200)
         .filter_map(|place| {
             let [x, z] = [place % 200, place / 200];
             let at = Vec3::new(1.0 + 0.06 * x as f32, 1.2, 1.0 + 0.3 * z as f32);
             let next = at + 0.06 * Vec3::X;
-            let light = |at| field.irradiance_seen(&voxels, at, Vec3::Y, viewer).x / PI;
+            let light = |at| field.visible_irradiance(&voxels, at, Vec3::Y, viewer).x / PI;
             (is_visible(at) && is_visible(next)).then(|| light(next) - light(at))
         })
         .collect();

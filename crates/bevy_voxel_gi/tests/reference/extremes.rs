@@ -73,10 +73,10 @@ fn a_cone_fades() {
         inner: 0.3,
         outer: 0.6,
     };
-    assert_eq!(cone.fade(1.0), 1.0);
-    assert_eq!(cone.fade(0.3f32.cos() + 1e-6), 1.0);
-    assert_eq!(cone.fade(0.6f32.cos() - 1e-6), 0.0);
-    assert!((0.2..0.3).contains(&cone.fade(0.5 * (0.3f32.cos() + 0.6f32.cos()))));
+    assert_eq!(cone.attenuation(1.0), 1.0);
+    assert_eq!(cone.attenuation(0.3f32.cos() + 1e-6), 1.0);
+    assert_eq!(cone.attenuation(0.6f32.cos() - 1e-6), 0.0);
+    assert!((0.2..0.3).contains(&cone.attenuation(0.5 * (0.3f32.cos() + 0.6f32.cos()))));
 }
 
 fn number() -> impl Strategy<Value = f32> {

@@ -2,8 +2,8 @@
 
 mod curved;
 mod extremes;
-mod march;
 mod propagate;
+mod ray_tracing;
 mod support;
 mod truth;
 mod voxelize;

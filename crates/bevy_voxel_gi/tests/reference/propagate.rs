@@ -2,9 +2,10 @@
 
 use crate::support::shapes::{gray, images_in_cube, room, solid, unit_grid};
 use bevy_voxel_gi::reference::{
-    Field, Light, March, MarchSettings, Material, Propagation, PropagationSettings, Voxels,
+    IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
+    RayTracingSettings, Voxels,
+    harmonics::{Y0, basis, cosine_lobe, flux},
     propagate::{FRONT_ANGLE, SIDE_ANGLE},
-    sh::{Y0, basis, cosine_lobe, flux},
 };
 use glam::{Vec3, Vec4};
 use proptest::prelude::*;
@@ -62,15 +63,15 @@ fn the_flux_never_grows() {
     for albedo in [0.99, 1.0] {
         let materials = gray(albedo, 0.0);
         let light = lamp(Vec3::new(8.0, 9.0, 3.0));
-        let march = March::new(
+        let ray_tracing = RayTracing::new(
             &voxels,
             &materials,
             &light,
             Vec3::ZERO,
-            MarchSettings::default(),
+            RayTracingSettings::default(),
         );
         let settings = PropagationSettings::default();
-        let mut flow = Propagation::new(&march, &voxels, &materials, Vec3::ZERO, settings);
+        let mut flow = Propagation::new(&ray_tracing, &voxels, &materials, Vec3::ZERO, settings);
         let mut last = flow.total_flux();
         assert!(last.min_element() > 0.0);
         for step in 0..1000 {
@@ -88,18 +89,18 @@ fn furnace() {
     for albedo in [0.5, 0.9] {
         let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(0.5), Vec3::splat(11.5)));
         let materials = gray(albedo, 1.0);
-        let march = March::new(
+        let ray_tracing = RayTracing::new(
             &voxels,
             &materials,
             &[],
             Vec3::ZERO,
-            MarchSettings::default(),
+            RayTracingSettings::default(),
         );
         let settings = PropagationSettings {
             steps: 1000,
             ..Default::default()
         };
-        let mut flow = Propagation::new(&march, &voxels, &materials, Vec3::ZERO, settings);
+        let mut flow = Propagation::new(&ray_tracing, &voxels, &materials, Vec3::ZERO, settings);
         let given = flow.total_flux();
         flow.run();
         let walls = (0..voxels.grid.len()).filter(|v| voxels.masks[*v] != 0);
@@ -110,16 +111,16 @@ fn furnace() {
 }
 
 /// The field with the default settings, without a sky.
-fn propagated(voxels: &Voxels, materials: &[Material], light: &[Light]) -> Field {
-    let march = March::new(
+fn propagated(voxels: &Voxels, materials: &[Material], light: &[Light]) -> IrradianceField {
+    let ray_tracing = RayTracing::new(
         voxels,
         materials,
         light,
         Vec3::ZERO,
-        MarchSettings::default(),
+        RayTracingSettings::default(),
     );
     let settings = PropagationSettings::default();
-    let mut flow = Propagation::new(&march, voxels, materials, Vec3::ZERO, settings);
+    let mut flow = Propagation::new(&ray_tracing, voxels, materials, Vec3::ZERO, settings);
     flow.run();
     flow.field()
 }

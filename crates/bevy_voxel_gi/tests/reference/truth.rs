@@ -2,10 +2,11 @@
 
 use crate::support::{self, Truth};
 use bevy_voxel_gi::reference::{
-    FACES, Field, March, MarchSettings, Propagation, PropagationSettings, VolumeGrid, Voxels,
+    FACES, IrradianceField, Propagation, PropagationSettings, RayTracing, RayTracingSettings,
+    VolumeGrid, Voxels,
+    harmonics::{basis, cosine_lobe},
+    ray_sample::RaySample,
     rays::{hash_unit, sphere_ray},
-    seen::Seen,
-    sh::{basis, cosine_lobe},
 };
 use glam::{IVec3, Vec3, Vec4};
 use std::f32::consts::PI;
@@ -18,27 +19,28 @@ fn voxels(truth: &Truth, resolution: u32) -> Voxels {
     Voxels::new(grid, &truth.triangles)
 }
 
-fn march(truth: &Truth, voxels: &Voxels, settings: MarchSettings) -> Field {
-    let mut march = March::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
+fn ray_tracing(truth: &Truth, voxels: &Voxels, settings: RayTracingSettings) -> IrradianceField {
+    let mut ray_tracing =
+        RayTracing::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
     for _ in 0..FRAMES {
-        march.step();
+        ray_tracing.step();
     }
-    march.field()
+    ray_tracing.field()
 }
 
-fn propagate(truth: &Truth, voxels: &Voxels, steps: u32) -> Field {
-    let settings = MarchSettings::default();
-    let march = March::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
+fn propagate(truth: &Truth, voxels: &Voxels, steps: u32) -> IrradianceField {
+    let settings = RayTracingSettings::default();
+    let ray_tracing = RayTracing::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
     let settings = PropagationSettings {
         steps,
         ..Default::default()
     };
-    let mut flow = Propagation::new(&march, voxels, &truth.materials, truth.sky, settings);
+    let mut flow = Propagation::new(&ray_tracing, voxels, &truth.materials, truth.sky, settings);
     flow.run();
     flow.field()
 }
 
-fn compare(truth: &Truth, what: &str, field: &Field) -> (f32, f32) {
+fn compare(truth: &Truth, what: &str, field: &IrradianceField) -> (f32, f32) {
     let (error, bias) = truth.compare(|p, n| field.irradiance(p, n, 0.0));
     let (e, b) = (100.0 * error, 100.0 * bias);
     println!("{:14} {what:32} error {e:6.2}% bias {b:6.2}%", truth.name);
@@ -47,15 +49,16 @@ fn compare(truth: &Truth, what: &str, field: &Field) -> (f32, f32) {
 
 /// The thesis's method, for comparison: radiance in spherical harmonics from rays that start half a
 /// voxel's diagonal away from the centre of every voxel (6.6.1), read by Eq. 6.14 and 6.15 half a voxel
-/// in front of the surface. The light at the hits is that of [`March`] with all bounces.
+/// in front of the surface. The light at the hits is that of [`RayTracing`] with all bounces.
 fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
-    let settings = MarchSettings {
+    let settings = RayTracingSettings {
         rays: 64,
         ..Default::default()
     };
-    let mut march = March::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
+    let mut ray_tracing =
+        RayTracing::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
     for _ in 0..FRAMES {
-        march.step();
+        ray_tracing.step();
     }
     let grid = voxels.grid;
     let stored: Vec<[Vec4; 3]> = (0..grid.len())
@@ -64,9 +67,9 @@ fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
             for i in 0..rays {
                 let direction = sphere_ray(i, rays, hash_unit(voxel as u32));
                 let origin = grid.voxel(voxel).as_vec3() + 0.5 + direction * 0.75f32.sqrt();
-                let radiance = match march.arriving(origin, direction) {
-                    Seen::Light(radiance) => radiance,
-                    Seen::Back(_) | Seen::Unclear => Vec3::ZERO,
+                let radiance = match ray_tracing.arriving(origin, direction) {
+                    RaySample::Light(radiance) => radiance,
+                    RaySample::BackFace(_) | RaySample::Invalid => Vec3::ZERO,
                 };
                 for (channel, value) in sum.iter_mut().zip(radiance.to_array()) {
                     *channel += basis(direction) * (value * 4.0 * PI / rays as f32);
@@ -116,8 +119,8 @@ fn the_thesis_way_is_farther_from_the_truth() {
         let (error, bias) = thesis(&truth, &voxels, 256);
         let (e, b) = (100.0 * error, 100.0 * bias);
         println!("{:14} thesis error {e:6.2}% bias {b:6.2}%", truth.name);
-        let field = march(&truth, &voxels, MarchSettings::default());
-        let (ours, _) = compare(&truth, "march", &field);
+        let field = ray_tracing(&truth, &voxels, RayTracingSettings::default());
+        let (ours, _) = compare(&truth, "ray_tracing", &field);
         assert!(2.0 * ours < error, "{}: {ours} and {error}", truth.name);
     }
 }
@@ -135,27 +138,27 @@ fn assert_near(truth: &Truth, (error, bias): (f32, f32)) {
 
 /// At 32^3 with the default settings.
 #[test]
-fn march_is_near_the_truth() {
+fn ray_tracing_is_near_the_truth() {
     for truth in support::all() {
-        let field = march(&truth, &voxels(&truth, 32), MarchSettings::default());
-        assert_near(&truth, compare(&truth, "march", &field));
+        let field = ray_tracing(&truth, &voxels(&truth, 32), RayTracingSettings::default());
+        assert_near(&truth, compare(&truth, "ray_tracing", &field));
     }
 }
 
-/// Receivers with visibility tests have the same error, without the leaks (see `march.rs`).
+/// Receivers with visibility tests have the same error, without the leaks (see `ray_tracing.rs`).
 #[test]
-fn seen_voxels_are_as_near_the_truth() {
-    let settings = MarchSettings {
+fn visible_voxels_are_as_near_the_truth() {
+    let settings = RayTracingSettings {
         one_side: true,
         ..Default::default()
     };
     for truth in support::all() {
         let voxels = voxels(&truth, 32);
-        let field = march(&truth, &voxels, settings);
+        let field = ray_tracing(&truth, &voxels, settings);
         let (error, bias) =
-            truth.compare(|p, n| field.irradiance_seen(&voxels, p, n, truth.to_viewer(p)));
+            truth.compare(|p, n| field.visible_irradiance(&voxels, p, n, truth.to_viewer(p)));
         let (e, b) = (100.0 * error, 100.0 * bias);
-        println!("{:14} seen error {e:6.2}% bias {b:6.2}%", truth.name);
+        println!("{:14} ray_sample error {e:6.2}% bias {b:6.2}%", truth.name);
         assert_near(&truth, (error, bias));
     }
 }

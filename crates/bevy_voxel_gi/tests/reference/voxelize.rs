@@ -3,8 +3,8 @@
 use crate::support::shapes::{solid, unit_grid};
 use bevy_voxel_gi::reference::{
     Triangle, Voxels,
-    key::{key_normal, pack_key, pack_normal, unpack_normal},
     overlap::{SINK, TriangleOverlap},
+    packed_surface::{pack_normal, pack_surface, packed_normal, unpack_normal},
     rays::hash_unit,
     surface::surfaces,
     trace::trace,
@@ -49,9 +49,9 @@ proptest! {
     ) {
         let Some(overlap) = TriangleOverlap::new([a, b, c]) else { return Ok(()) };
         let corners = [a, b, c].map(|v| (v - overlap.normal * SINK).as_dvec3());
-        let touches = overlap.touches(Vec3::ZERO, 1.0);
+        let overlaps = overlap.overlaps(Vec3::ZERO, 1.0);
         const MARGIN: f64 = 1e-4;
-        if touches {
+        if overlaps {
             prop_assert!(clipped(corners, DVec3::splat(-MARGIN), DVec3::splat(1.0 + MARGIN)));
         } else {
             // The bounds shrink by the same distance by which triangles are moved.
@@ -66,7 +66,7 @@ proptest! {
         prop_assume!(n.length() > 0.1);
         let n = n.normalize();
         prop_assert!(unpack_normal(pack_normal(n)).angle_between(n) < 3.95f32.to_radians());
-        prop_assert_eq!(key_normal(pack_key(16, 1.0, n, 5)), unpack_normal(pack_normal(n)));
+        prop_assert_eq!(packed_normal(pack_surface(16, 1.0, n, 5)), unpack_normal(pack_normal(n)));
     }
 
     /// No ray passes through a surface, and none ends before there is one.
@@ -81,13 +81,13 @@ proptest! {
         let voxels = Voxels::new(unit_grid(8), &[sheet(corners)]);
         prop_assert!(!goes_through(&voxels, &[sheet(corners)], origin, direction));
         if let Some(hit) = trace(&voxels, origin, direction, f32::INFINITY) {
-            prop_assert!(voxels.is_touched(hit.sub_voxel));
+            prop_assert!(voxels.is_occupied(hit.sub_voxel));
             prop_assert!(trace(&voxels, origin, direction, 0.5 * hit.distance).is_none());
         }
         // The same with one side, unless the ray starts at the surface, where it may be in front of it.
         let scene = [Triangle { double_sided: false, ..sheet(corners) }];
         let voxels = Voxels::new(unit_grid(8), &scene);
-        if !voxels.is_touched((origin * SUB_VOXELS as f32).floor().as_ivec3()) {
+        if !voxels.is_occupied((origin * SUB_VOXELS as f32).floor().as_ivec3()) {
             prop_assert!(!goes_through(&voxels, &scene, origin, direction));
         }
     }
@@ -171,7 +171,7 @@ fn what_lies_on_a_border_is_in_one_layer() {
             let at = IVec3::new(place % 32, place / 32 % 32, place / (32 * 32));
             let inside = at.cmpge(IVec3::splat(8)).all() && at.cmplt(IVec3::splat(24)).all();
             let deeper = at.cmpge(IVec3::splat(9)).all() && at.cmplt(IVec3::splat(23)).all();
-            assert_eq!(voxels.is_touched(at), inside && !deeper, "{at} {rounding}");
+            assert_eq!(voxels.is_occupied(at), inside && !deeper, "{at} {rounding}");
         }
     }
 }

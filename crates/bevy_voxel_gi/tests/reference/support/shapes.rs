@@ -2,7 +2,7 @@
 
 use super::{Solid, triangles};
 use bevy_voxel_gi::reference::{
-    Field, March, MarchSettings, Material, Triangle, VolumeGrid, Voxels,
+    IrradianceField, Material, RayTracing, RayTracingSettings, Triangle, VolumeGrid, Voxels,
 };
 use glam::{Mat3, Vec3};
 
@@ -16,7 +16,7 @@ pub fn solid(min: Vec3, max: Vec3) -> Vec<Triangle> {
     })
 }
 
-/// A room seen from inside: a box whose fronts are inside.
+/// A room ray_sample from inside: a box whose fronts are inside.
 pub fn room(min: Vec3, max: Vec3) -> Vec<Triangle> {
     let mut all = solid(min, max);
     for triangle in &mut all {
@@ -43,15 +43,15 @@ pub fn gray(albedo: f32, emission: f32) -> [Material; 1] {
 }
 
 /// The field after this number of frames.
-pub fn march_field(mut march: March, frames: u32) -> Field {
+pub fn traced_field(mut ray_tracing: RayTracing, frames: u32) -> IrradianceField {
     for _ in 0..frames {
-        march.step();
+        ray_tracing.step();
     }
-    march.field()
+    ray_tracing.field()
 }
 
 /// Whether every value of a field is finite and not negative.
-pub fn is_sound(field: &Field) -> bool {
+pub fn is_sound(field: &IrradianceField) -> bool {
     let sound = |x: f32| x.is_finite() && x >= 0.0;
     let mut texels = field.texels.iter().flatten();
     texels.all(|t| t.to_array().into_iter().all(sound))
@@ -65,29 +65,29 @@ pub fn both(
     lights: &[bevy_voxel_gi::reference::Light],
     sky: Vec3,
     bounces: u32,
-) -> [Field; 2] {
+) -> [IrradianceField; 2] {
     use bevy_voxel_gi::reference::{Propagation, PropagationSettings};
     let voxels = Voxels::new(grid, triangles);
-    let settings = MarchSettings::default();
-    let march = March::new(&voxels, materials, lights, sky, settings);
+    let settings = RayTracingSettings::default();
+    let ray_tracing = RayTracing::new(&voxels, materials, lights, sky, settings);
     let settings = PropagationSettings {
         steps: 4 * bounces,
         ..Default::default()
     };
-    let mut flow = Propagation::new(&march, &voxels, materials, sky, settings);
+    let mut flow = Propagation::new(&ray_tracing, &voxels, materials, sky, settings);
     flow.run();
-    [march_field(march, bounces), flow.field()]
+    [traced_field(ray_tracing, bounces), flow.field()]
 }
 
 /// Whether there is no light anywhere in a field.
-pub fn is_dark(field: &Field) -> bool {
+pub fn is_dark(field: &IrradianceField) -> bool {
     let mut texels = field.texels.iter().flatten();
     texels.all(|t| t.truncate() == Vec3::ZERO)
 }
 
 /// Irradiance at points on the walls of a cube about (6, 6, 6), each point relative to the centre, and at
 /// its 48 images.
-pub fn images_in_cube(field: &Field) -> [(Vec3, Vec<f32>); 3] {
+pub fn images_in_cube(field: &IrradianceField) -> [(Vec3, Vec<f32>); 3] {
     const AXES: [[usize; 3]; 6] = [
         [0, 1, 2],
         [0, 2, 1],

@@ -10,8 +10,8 @@ use bevy::{
 };
 
 use super::{
-    mean::{KnownMeans, MeanColors, mean_vertex_color},
-    surface::{VoxelMaterial, VoxelSurface, finite},
+    mean_color::{KnownMeans, MeanColors, mean_vertex_color},
+    voxel_material::{AsVoxelMaterial, VoxelMaterial, finite},
 };
 
 /// Overrides the surface that a mesh gets from its material.
@@ -21,7 +21,7 @@ use super::{
 /// [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin) emits nothing and is opaque.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component)]
-pub struct MeshSurface {
+pub struct MeshVoxelMaterial {
     /// Mean diffuse reflectance of the mesh, linear, 0 to 1. Default `None`: the material's.
     pub albedo: Option<Vec3>,
     /// Opaque fraction of its area, 0 to 1: below 1 where an alpha mask cuts holes. Default `None`: the
@@ -29,11 +29,11 @@ pub struct MeshSurface {
     pub coverage: Option<f32>,
 }
 
-impl MeshSurface {
+impl MeshVoxelMaterial {
     /// Returns the surface with these overrides.
-    pub(super) fn over(&self, surface: VoxelSurface) -> VoxelSurface {
+    pub(super) fn over(&self, surface: VoxelMaterial) -> VoxelMaterial {
         let coverage = self.coverage.filter(|share| share.is_finite());
-        VoxelSurface {
+        VoxelMaterial {
             albedo: self.albedo.map_or(surface.albedo, |albedo| {
                 finite(albedo).clamp(Vec3::ZERO, Vec3::ONE)
             }),
@@ -50,14 +50,14 @@ pub(super) enum Variant {
     Plain,
     /// The surface times the mean vertex colour of this mesh.
     Colors(AssetId<Mesh>),
-    /// The surface with the [`MeshSurface`] of this entity.
+    /// The surface with the [`MeshVoxelMaterial`] of this entity.
     Own(Entity),
 }
 
-/// The surfaces of all materials in use; entry 0 is [`VoxelSurface::NEUTRAL`].
+/// The surfaces of all materials in use; entry 0 is [`VoxelMaterial::NEUTRAL`].
 #[derive(Resource, Clone)]
-pub(crate) struct Surfaces {
-    table: Vec<VoxelSurface>,
+pub(crate) struct MaterialTable {
+    table: Vec<VoxelMaterial>,
     /// Table indices of each material.
     index: HashMap<UntypedAssetId, HashMap<Variant, u32>>,
     /// Table indices of materials that were removed.
@@ -66,10 +66,10 @@ pub(crate) struct Surfaces {
     pub(crate) version: u64,
 }
 
-impl Default for Surfaces {
+impl Default for MaterialTable {
     fn default() -> Self {
         Self {
-            table: vec![VoxelSurface::NEUTRAL],
+            table: vec![VoxelMaterial::NEUTRAL],
             index: HashMap::default(),
             free: Vec::new(),
             version: 0,
@@ -77,11 +77,11 @@ impl Default for Surfaces {
     }
 }
 
-impl Surfaces {
+impl MaterialTable {
     /// The packed surface of a voxel's face has 12 bits for the table index.
     const MOST: usize = 4096;
 
-    pub(crate) fn table(&self) -> &[VoxelSurface] {
+    pub(crate) fn table(&self) -> &[VoxelMaterial] {
         &self.table
     }
 
@@ -93,7 +93,7 @@ impl Surfaces {
             return place;
         }
         let place = if let Some(place) = self.free.pop() {
-            self.table[place as usize] = VoxelSurface::NEUTRAL;
+            self.table[place as usize] = VoxelMaterial::NEUTRAL;
             self.version += 1;
             place
         } else if self.table.len() >= Self::MOST {
@@ -104,7 +104,7 @@ impl Surfaces {
             );
             return 0;
         } else {
-            self.table.push(VoxelSurface::NEUTRAL);
+            self.table.push(VoxelMaterial::NEUTRAL);
             self.version += 1;
             u32::try_from(self.table.len() - 1).unwrap_or(0)
         };
@@ -127,8 +127,8 @@ impl Surfaces {
     pub(super) fn set(
         &mut self,
         id: UntypedAssetId,
-        surface: VoxelSurface,
-        of_mesh: impl Fn(Variant, VoxelSurface) -> VoxelSurface,
+        surface: VoxelMaterial,
+        of_mesh: impl Fn(Variant, VoxelMaterial) -> VoxelMaterial,
     ) {
         for (&variant, &place) in self.index.get(&id).into_iter().flatten() {
             let surface = of_mesh(variant, surface);
@@ -144,9 +144,9 @@ impl Surfaces {
 
 /// The index of a mesh's surface in the table.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct SurfaceIndex {
+pub(crate) struct MaterialIndex {
     pub place: u32,
-    /// Type of the material, `None` if it has no [`VoxelMaterial`].
+    /// Type of the material, `None` if it has no [`AsVoxelMaterial`].
     pub material: Option<TypeId>,
 }
 
@@ -160,7 +160,7 @@ pub(crate) struct Pending<M: Asset> {
     /// Mean vertex colours of those meshes that have vertex colours.
     tints: HashMap<AssetId<Mesh>, Vec3>,
     /// The overrides of entities.
-    own: EntityHashMap<MeshSurface>,
+    own: EntityHashMap<MeshVoxelMaterial>,
 }
 
 impl<M: Asset> Default for Pending<M> {
@@ -177,7 +177,7 @@ impl<M: Asset> Default for Pending<M> {
 }
 
 /// Keeps the table and the indices of meshes in sync with the materials of one type.
-pub(crate) fn update_surfaces<M: VoxelMaterial>(
+pub(crate) fn update_materials<M: AsVoxelMaterial>(
     mut commands: Commands,
     changed: Query<
         Entity,
@@ -186,7 +186,7 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
             Or<(
                 Changed<MeshMaterial3d<M>>,
                 Changed<Mesh3d>,
-                Changed<MeshSurface>,
+                Changed<MeshVoxelMaterial>,
             )>,
         ),
     >,
@@ -194,18 +194,18 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         Entity,
         &MeshMaterial3d<M>,
         &Mesh3d,
-        Option<&MeshSurface>,
-        Option<&SurfaceIndex>,
+        Option<&MeshVoxelMaterial>,
+        Option<&MaterialIndex>,
     )>,
     (mut without, mut without_own): (
         RemovedComponents<MeshMaterial3d<M>>,
-        RemovedComponents<MeshSurface>,
+        RemovedComponents<MeshVoxelMaterial>,
     ),
     mut material_events: MessageReader<AssetEvent<M>>,
     mut image_events: MessageReader<AssetEvent<Image>>,
     mut mesh_events: MessageReader<AssetEvent<Mesh>>,
     (materials, images, meshes): (Res<Assets<M>>, Res<Assets<Image>>, Res<Assets<Mesh>>),
-    mut surfaces: ResMut<Surfaces>,
+    mut surfaces: ResMut<MaterialTable>,
     mut pending: Local<Pending<M>>,
 ) {
     let Pending {
@@ -223,10 +223,10 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
             // The entity may have another type of material by now, whose index it must keep.
             entity.queue(move |mut entity: EntityWorldMut| {
                 if entity
-                    .get::<SurfaceIndex>()
+                    .get::<MaterialIndex>()
                     .is_some_and(|index| index.material == this)
                 {
-                    entity.remove::<SurfaceIndex>();
+                    entity.remove::<MaterialIndex>();
                 }
             });
         }
@@ -269,7 +269,7 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         } else {
             Variant::Plain
         };
-        let index = SurfaceIndex {
+        let index = MaterialIndex {
             place: surfaces.place(material.id().untyped(), variant),
             material: this,
         };
@@ -314,7 +314,7 @@ pub(crate) fn update_surfaces<M: VoxelMaterial>(
         let again = mean.waiting;
         surfaces.set(id.untyped(), surface, |variant, surface| match variant {
             Variant::Plain => surface,
-            Variant::Colors(mesh) => VoxelSurface {
+            Variant::Colors(mesh) => VoxelMaterial {
                 albedo: surface.albedo * tints.get(&mesh).copied().unwrap_or(Vec3::ONE),
                 ..surface
             },

@@ -1,8 +1,9 @@
 //! Tests of ray traced light and occlusion against analytic results.
 
-use crate::support::shapes::{gray, images_in_cube, is_dark, march_field, room, solid, unit_grid};
+use crate::support::shapes::{gray, images_in_cube, is_dark, room, solid, traced_field, unit_grid};
 use bevy_voxel_gi::reference::{
-    FACES, Light, March, MarchSettings, Triangle, Voxels, ambient_occlusion, surface::Surface,
+    FACES, Light, RayTracing, RayTracingSettings, Triangle, Voxels, ambient_occlusion,
+    surface::Surface,
 };
 use glam::{Vec3, Vec3Swizzles, Vec4};
 use std::f32::consts::PI;
@@ -41,14 +42,14 @@ fn furnace() {
         for albedo in [0.0, 0.5, 0.8] {
             let voxels = Voxels::new(unit_grid(14), &triangles);
             let materials = gray(albedo, 1.0);
-            let march = March::new(
+            let ray_tracing = RayTracing::new(
                 &voxels,
                 &materials,
                 &[],
                 Vec3::ZERO,
-                MarchSettings::default(),
+                RayTracingSettings::default(),
             );
-            let field = march_field(march, 40);
+            let field = traced_field(ray_tracing, 40);
             for (face, normal) in FACES.into_iter().enumerate() {
                 for (u, v) in [(0.0, 0.0), (3.0, 1.5), (-4.0, 4.0), (4.9, 4.9)] {
                     let at = [normal.yzx(), normal.zxy()];
@@ -66,12 +67,18 @@ fn furnace() {
 #[test]
 fn without_anything_there_is_no_light() {
     let voxels = Voxels::empty(unit_grid(8));
-    let march = March::new(&voxels, &[], &[], Vec3::ZERO, MarchSettings::default());
-    let field = march_field(march, 3);
+    let ray_tracing = RayTracing::new(&voxels, &[], &[], Vec3::ZERO, RayTracingSettings::default());
+    let field = traced_field(ray_tracing, 3);
     assert!(is_dark(&field));
     let light = [sun(Vec3::NEG_Y, 1e5), lamp(Vec3::splat(4.0), 1e3)];
-    let march = March::new(&voxels, &[], &light, Vec3::ZERO, MarchSettings::default());
-    let field = march_field(march, 3);
+    let ray_tracing = RayTracing::new(
+        &voxels,
+        &[],
+        &light,
+        Vec3::ZERO,
+        RayTracingSettings::default(),
+    );
+    let field = traced_field(ray_tracing, 3);
     assert!(is_dark(&field));
 }
 
@@ -79,8 +86,8 @@ fn without_anything_there_is_no_light() {
 fn the_sky_alone_is_uniform() {
     let sky = Vec3::new(1.0, 2.0, 3.0);
     let voxels = Voxels::empty(unit_grid(8));
-    let march = March::new(&voxels, &[], &[], sky, MarchSettings::default());
-    let field = march_field(march, 3);
+    let ray_tracing = RayTracing::new(&voxels, &[], &[], sky, RayTracingSettings::default());
+    let field = traced_field(ray_tracing, 3);
     for normal in [Vec3::Y, Vec3::new(0.6, 0.0, -0.8)] {
         let found = field.irradiance(Vec3::splat(3.7), normal, 0.0);
         assert!((found / (PI * sky) - 1.0).abs().max_element() < 1e-4);
@@ -101,8 +108,9 @@ fn an_open_floor_sees_the_whole_sky() {
             };
             let voxels = Voxels::new(unit_grid(16), &[floor]);
             let materials = gray(0.0, 0.0);
-            let march = March::new(&voxels, &materials, &[], sky, MarchSettings::default());
-            let field = march_field(march, 12);
+            let ray_tracing =
+                RayTracing::new(&voxels, &materials, &[], sky, RayTracingSettings::default());
+            let field = traced_field(ray_tracing, 12);
             let normal = Vec3::new(-tilt, 1.0, 0.0).normalize();
             for x in [2.0, 5.3, 8.0, 11.6] {
                 let found = field.irradiance(at(x, x * 0.7), normal, 0.0);
@@ -125,7 +133,7 @@ fn occlusion_in_edges_and_corners() {
     let corner = [edge.clone(), other].concat();
     for (triangles, wanted, z) in [(edge, 0.5, 16.0), (corner, 0.25, 1.35)] {
         let voxels = Voxels::new(unit_grid(32), &triangles);
-        let settings = MarchSettings {
+        let settings = RayTracingSettings {
             rays: 64,
             ..Default::default()
         };
@@ -175,8 +183,8 @@ const FRONTS: [(bool, bool); 3] = [(true, false), (false, true), (true, true)];
 /// missing light is the roof's form factor. If the roof is so low that the floor might be inside
 /// geometry, the shadow begins up to a voxel late.
 #[test]
-fn surfaces_seen_from_behind_are_black() {
-    let settings = MarchSettings {
+fn back_faces_are_black() {
+    let settings = RayTracingSettings {
         rays: 64,
         ..Default::default()
     };
@@ -184,8 +192,8 @@ fn surfaces_seen_from_behind_are_black() {
     for (height, allowed, allowed_at_edge) in [(6.0, 0.012, 0.012), (2.0, 0.025, 0.25)] {
         for (up, down) in FRONTS {
             let voxels = under_roof(height, up, down);
-            let march = March::new(&voxels, &materials, &[], Vec3::ONE, settings);
-            let field = march_field(march, 12);
+            let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
+            let field = traced_field(ray_tracing, 12);
             for x in [4.0, 7.0, 9.3, 10.4, 11.0, 12.0, 13.0, 16.0] {
                 let (left, right) = ((10.0 - x) / height, (22.0 - x) / height);
                 let deep = 6.0 / height;
@@ -203,20 +211,20 @@ fn surfaces_seen_from_behind_are_black() {
 
 /// A light above the roof illuminates nothing below it.
 #[test]
-fn surfaces_seen_from_behind_shade_the_lamp() {
-    let settings = MarchSettings::default();
+fn back_faces_shade_the_light() {
+    let settings = RayTracingSettings::default();
     let materials = gray(0.0, 0.0);
     let light = [sun(Vec3::NEG_Y, 1e5)];
     for (height, (up, down)) in [2.0, 6.0].into_iter().flat_map(|h| FRONTS.map(|f| (h, f))) {
         let voxels = under_roof(height, up, down);
-        let march = March::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+        let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
         let is_floor = |s: &Surface| s.points[0].y < 4.0 && s.normal == Vec3::Y;
-        for (surface, direct) in march.surfaces.iter().zip(&march.direct) {
+        for (surface, direct) in ray_tracing.surfaces.iter().zip(&ray_tracing.direct) {
             let at = surface.points[0];
-            let way = (at - Vec3::new(16.0, at.y, 16.0)).abs().max_element();
+            let distance = (at - Vec3::new(16.0, at.y, 16.0)).abs().max_element();
             // The border of the shadow is accurate to a voxel.
-            if is_floor(surface) && (way - 6.0).abs() > 1.0 {
-                let wanted = if way < 6.0 { 0.0 } else { 1e5 };
+            if is_floor(surface) && (distance - 6.0).abs() > 1.0 {
+                let wanted = if distance < 6.0 { 0.0 } else { 1e5 };
                 assert_eq!(direct.x, wanted, "{height} {up} {down} at {at}");
             }
         }
@@ -226,10 +234,10 @@ fn surfaces_seen_from_behind_shade_the_lamp() {
 #[test]
 fn occlusion_ends_at_its_radius() {
     let voxels = Voxels::new(unit_grid(16), &room(Vec3::splat(1.3), Vec3::splat(14.6)));
-    let field = ambient_occlusion(&voxels, 3.0, MarchSettings::default());
+    let field = ambient_occlusion(&voxels, 3.0, RayTracingSettings::default());
     let found = field.irradiance(Vec3::new(8.0, 1.3, 8.0), Vec3::Y, 0.0);
     // A fifth of the distance to the voxel behind the floor: an empty, dark voxel with almost no weight.
-    let dark = 0.2 / 0.8 * MarchSettings::default().empty_weight;
+    let dark = 0.2 / 0.8 * RayTracingSettings::default().empty_weight;
     assert!((found - 1.0).abs().max_element() < dark, "{found}");
 }
 
@@ -244,19 +252,19 @@ fn no_light_comes_through_a_wall() {
         let voxels = Voxels::new(unit_grid(16), &wall);
         let light = [sun(Vec3::NEG_X, 1e5)];
         let materials = gray(0.9, 0.0);
-        let march = March::new(
+        let ray_tracing = RayTracing::new(
             &voxels,
             &materials,
             &light,
             Vec3::ZERO,
-            MarchSettings::default(),
+            RayTracingSettings::default(),
         );
-        let lit = march.surfaces.iter().zip(&march.direct);
+        let lit = ray_tracing.surfaces.iter().zip(&ray_tracing.direct);
         for (surface, direct) in lit {
             let wanted = if surface.normal == Vec3::X { 1e5 } else { 0.0 };
             assert_eq!(direct.x, wanted, "thickness {thickness}");
         }
-        let field = march_field(march, 12);
+        let field = traced_field(ray_tracing, 12);
         for y in [2.0, 8.1, 13.0] {
             let found = field.irradiance(Vec3::new(7.2, y, 7.7), Vec3::NEG_X, 0.0);
             assert_eq!(found, Vec3::ZERO, "thickness {thickness}");
@@ -273,14 +281,14 @@ fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
     let voxels = Voxels::new(unit_grid(16), &[wall, floor].concat());
     let light = [lamp(Vec3::new(12.0, 8.0, 8.0), 1e3)];
     let materials = gray(0.7, 0.0);
-    let march = March::new(
+    let ray_tracing = RayTracing::new(
         &voxels,
         &materials,
         &light,
         Vec3::ZERO,
-        MarchSettings::default(),
+        RayTracingSettings::default(),
     );
-    let field = march_field(march, 12);
+    let field = traced_field(ray_tracing, 12);
     let at = |x: f32| field.irradiance(Vec3::new(x, 1.2, 8.0), Vec3::Y, 0.0).x / at_lit(&field);
     let places = [7.2, 7.0, 6.7, 6.5, 6.2, 6.0, 5.0, 3.0].map(at);
     println!("share of the lit side's light, away from the wall: {places:?}");
@@ -294,9 +302,9 @@ fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
 /// With visibility tests in the receiver, the dark side is dark wherever the wall is in its voxels, and
 /// however thin it is.
 #[test]
-fn what_is_seen_does_not_leak_at_the_foot_of_a_wall() {
+fn visible_irradiance_does_not_leak_at_the_foot_of_a_wall() {
     let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
-    let settings = MarchSettings {
+    let settings = RayTracingSettings {
         one_side: true,
         ..Default::default()
     };
@@ -317,34 +325,40 @@ fn what_is_seen_does_not_leak_at_the_foot_of_a_wall() {
         let voxels = Voxels::new(unit_grid(16), &[wall, floor.clone()].concat());
         let light = [lamp(Vec3::new(12.0, 8.0, 8.0), 1e3)];
         let materials = gray(0.7, 0.0);
-        let march = |settings| {
-            let march = March::new(&voxels, &materials, &light, Vec3::ZERO, settings);
-            march_field(march, 12)
+        let ray_tracing = |settings| {
+            let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+            traced_field(ray_tracing, 12)
         };
-        let (plain, field) = (march(MarchSettings::default()), march(settings));
+        let (plain, field) = (
+            ray_tracing(RayTracingSettings::default()),
+            ray_tracing(settings),
+        );
         let lit = at_lit(&plain);
         for distance in [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 4.0] {
             let place = Vec3::new(x - distance, 1.2, 8.0);
             let viewer = Vec3::new(-0.7, 0.7, 0.1).normalize();
-            let seen = field.irradiance_seen(&voxels, place, Vec3::Y, viewer).x / lit;
+            let ray_sample = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
             let plain = plain.irradiance(place, Vec3::Y, 0.0).x / lit;
-            worst = [worst[0].max(plain), worst[1].max(seen)];
+            worst = [worst[0].max(plain), worst[1].max(ray_sample)];
         }
         for distance in [0.05, 0.3, 0.6, 1.0] {
             let place = Vec3::new(x + thickness + distance, 1.2, 8.0);
             let viewer = Vec3::new(0.7, 0.7, 0.1).normalize();
-            let seen = field.irradiance_seen(&voxels, place, Vec3::Y, viewer).x / lit;
-            assert!((0.9..1.1).contains(&seen), "{x} {thickness}: {seen}");
+            let ray_sample = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
+            assert!(
+                (0.9..1.1).contains(&ray_sample),
+                "{x} {thickness}: {ray_sample}"
+            );
         }
     }
     println!(
-        "largest share of the lit side's light: plain {}, seen {}",
+        "largest share of the lit side's light: plain {}, ray_sample {}",
         worst[0], worst[1]
     );
     assert!(worst[0] > 0.3 && worst[1] < 0.05, "{worst:?}");
 }
 
-fn at_lit(field: &bevy_voxel_gi::reference::Field) -> f32 {
+fn at_lit(field: &bevy_voxel_gi::reference::IrradianceField) -> f32 {
     field.irradiance(Vec3::new(8.6, 1.2, 8.0), Vec3::Y, 0.0).x
 }
 
@@ -358,14 +372,14 @@ fn light_adds_up() {
     let voxels = Voxels::new(unit_grid(16), &scene);
     let materials = gray(0.7, 0.0);
     let field = |lights: &[Light]| {
-        let march = March::new(
+        let ray_tracing = RayTracing::new(
             &voxels,
             &materials,
             lights,
             Vec3::ZERO,
-            MarchSettings::default(),
+            RayTracingSettings::default(),
         );
-        march_field(march, 8)
+        traced_field(ray_tracing, 8)
     };
     let (a, b) = (
         lamp(Vec3::new(10.0, 10.0, 4.0), 30.0),
@@ -391,15 +405,15 @@ fn a_symmetric_scene_has_symmetric_light() {
     let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(1.0), Vec3::splat(11.0)));
     let materials = gray(0.6, 0.0);
     let light = [lamp(Vec3::splat(6.0), 100.0)];
-    let settings = MarchSettings {
+    let settings = RayTracingSettings {
         rays: 512,
         ..Default::default()
     };
-    let march = March::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+    let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
     // Direct light has no noise.
-    for (i, surface) in march.surfaces.iter().enumerate() {
+    for (i, surface) in ray_tracing.surfaces.iter().enumerate() {
         let center = surface.points.iter().sum::<Vec3>() / surface.points.len() as f32;
-        for (j, other) in march.surfaces.iter().enumerate() {
+        for (j, other) in ray_tracing.surfaces.iter().enumerate() {
             let image = other.points.iter().sum::<Vec3>() / other.points.len() as f32;
             let sorted = |p: Vec3| {
                 let mut p = (p - 6.0).abs().to_array();
@@ -407,12 +421,12 @@ fn a_symmetric_scene_has_symmetric_light() {
                 Vec3::from_array(p)
             };
             if (sorted(center) - sorted(image)).abs().max_element() < 1e-3 {
-                let (a, b) = (march.direct[i].x, march.direct[j].x);
+                let (a, b) = (ray_tracing.direct[i].x, ray_tracing.direct[j].x);
                 assert!((a - b).abs() <= 1e-4 * a, "{center} {a}, {image} {b}");
             }
         }
     }
-    let field = march_field(march, 12);
+    let field = traced_field(ray_tracing, 12);
     for (offset, found) in images_in_cube(&field) {
         let mean = found.iter().sum::<f32>() / 48.0;
         for value in found {
@@ -428,7 +442,7 @@ fn a_symmetric_scene_has_symmetric_light() {
 #[test]
 fn light_falls_with_the_square_of_the_distance() {
     let patch = solid(Vec3::new(0.5, 14.0, 14.0), Vec3::new(1.5, 18.0, 18.0));
-    let settings = MarchSettings {
+    let settings = RayTracingSettings {
         rays: 4096,
         ..Default::default()
     };
@@ -441,8 +455,8 @@ fn light_falls_with_the_square_of_the_distance() {
         triangles.extend(wall.into_iter().map(|t| Triangle { material: 1, ..t }));
         let voxels = Voxels::new(unit_grid(32), &triangles);
         let materials = [gray(0.0, 1.0)[0], gray(0.0, 0.0)[0]];
-        let march = March::new(&voxels, &materials, &[], Vec3::ZERO, settings);
-        let field = march_field(march, 12);
+        let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ZERO, settings);
+        let field = traced_field(ray_tracing, 12);
         field
             .irradiance(Vec3::new(1.5 + distance, 16.0, 16.0), Vec3::NEG_X, 0.0)
             .x

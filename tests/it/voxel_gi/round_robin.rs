@@ -1,4 +1,4 @@
-//! What is renewed in a frame, and what in later ones.
+//! Round-robin updates of the volume.
 
 use bevy::prelude::*;
 use bevy_voxel_gi::VoxelGiVolume;
@@ -13,9 +13,9 @@ use crate::support::gpu;
 const SURFACE: f32 = 0.003;
 
 #[test]
-fn amortised_updates_come_to_the_same_light() {
+fn round_robin_updates_converge_to_the_same_light() {
     let _gpu = gpu();
-    let [whole, in_turn] = [1, 8].map(|update_interval| {
+    let [whole, round_robin] = [1, 8].map(|update_interval| {
         let mut app = app();
         floor(app.world_mut());
         block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
@@ -27,9 +27,9 @@ fn amortised_updates_come_to_the_same_light() {
         settle(&mut app);
         read_texels(&mut app)
     });
-    // Of surfaces and of air: how much the light differs, and how much there is.
+    // Of surfaces and of empty voxels: how much the light differs, and how much there is.
     let mut kinds = [[0.0; 2]; 2];
-    for (a, b) in whole.iter().flatten().zip(in_turn.iter().flatten()) {
+    for (a, b) in whole.iter().flatten().zip(round_robin.iter().flatten()) {
         assert_eq!(a.w == 0.0, b.w == 0.0, "{a} {b}");
         let [difference, sum] = &mut kinds[usize::from(a.w < SURFACE)];
         if a.w > 0.0 && b.w > 0.0 {
@@ -37,14 +37,14 @@ fn amortised_updates_come_to_the_same_light() {
             *sum += a.x / a.w;
         }
     }
-    let [surfaces, air] = kinds.map(|[difference, sum]| difference / sum);
-    println!("surfaces {surfaces}, air {air}");
-    assert!(surfaces < 0.002 && air < 0.005, "{surfaces} {air}");
+    let [surfaces, empty] = kinds.map(|[difference, sum]| difference / sum);
+    println!("surfaces {surfaces}, empty {empty}");
+    assert!(surfaces < 0.002 && empty < 0.005, "{surfaces} {empty}");
 }
 
 /// In the next frame, wherever it was.
 #[test]
-fn light_of_what_is_gone_is_forgotten() {
+fn light_of_removed_meshes_is_cleared() {
     let _gpu = gpu();
     let mut app = app();
     let gone = block(app.world_mut(), Vec3::new(0.1, 0.1, 0.1), Vec3::splat(1.1));
@@ -55,7 +55,7 @@ fn light_of_what_is_gone_is_forgotten() {
         let faces = texels.iter().flatten();
         faces.filter(|texel| texel.w > SURFACE).count()
     };
-    // It moves, so that its last light is not the first after a pause, when everything is renewed.
+    // It moves, so that its last light is not the first after a pause, when everything is updated.
     for step in 0..12 {
         let at = Vec3::new(0.1 + 0.5 * (step as f32).sin(), 0.1, 0.1);
         app.world_mut()

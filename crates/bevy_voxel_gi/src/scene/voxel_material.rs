@@ -6,11 +6,11 @@ use bevy::{
     render::render_resource::{Face, ShaderType},
 };
 
-use super::mean::MeanColors;
+use super::mean_color::MeanColors;
 
 /// The surface of a mesh in the voxels.
 #[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
-pub struct VoxelSurface {
+pub struct VoxelMaterial {
     /// Diffuse reflectance per channel, 0 to 1.
     pub albedo: Vec3,
     /// Weight of the camera's exposure in the emission, 0 to 1; see
@@ -26,7 +26,7 @@ pub struct VoxelSurface {
     pub coverage: f32,
 }
 
-impl VoxelSurface {
+impl VoxelMaterial {
     /// The surface of an unknown material: neutral gray (thesis section 6.5.2).
     pub const NEUTRAL: Self = Self {
         albedo: Vec3::splat(0.5),
@@ -43,13 +43,13 @@ impl VoxelSurface {
 /// It is implemented for `StandardMaterial` and its extensions. For other materials, implement this
 /// trait and add [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin); without it, their meshes are
 /// neutral gray.
-pub trait VoxelMaterial: Material {
+pub trait AsVoxelMaterial: Material {
     /// Returns the surface. `mean` gives the mean colour of an image, mid gray while it is not loaded.
-    fn surface(&self, mean: &mut MeanColors) -> VoxelSurface;
+    fn surface(&self, mean: &mut MeanColors) -> VoxelMaterial;
 }
 
-impl VoxelMaterial for StandardMaterial {
-    fn surface(&self, mean: &mut MeanColors) -> VoxelSurface {
+impl AsVoxelMaterial for StandardMaterial {
+    fn surface(&self, mean: &mut MeanColors) -> VoxelMaterial {
         let base = self.base_color.to_linear();
         let (texel, coverage) = match (&self.base_color_texture, self.alpha_mode) {
             (Some(image), AlphaMode::Mask(cutoff)) => mean.masked(image, cutoff / base.alpha),
@@ -77,7 +77,7 @@ impl VoxelMaterial for StandardMaterial {
         } else {
             base.to_vec3() * texel.to_vec3() * (1.0 - metallic)
         };
-        VoxelSurface {
+        VoxelMaterial {
             albedo: finite(albedo).clamp(Vec3::ZERO, Vec3::ONE),
             emissive_exposure_weight: self.emissive_exposure_weight.clamp(0.0, 1.0),
             emissive: finite(emissive).max(Vec3::ZERO),
@@ -92,8 +92,8 @@ impl VoxelMaterial for StandardMaterial {
     }
 }
 
-impl<E: MaterialExtension> VoxelMaterial for ExtendedMaterial<StandardMaterial, E> {
-    fn surface(&self, mean: &mut MeanColors) -> VoxelSurface {
+impl<E: MaterialExtension> AsVoxelMaterial for ExtendedMaterial<StandardMaterial, E> {
+    fn surface(&self, mean: &mut MeanColors) -> VoxelMaterial {
         self.base.surface(mean)
     }
 }

@@ -6,11 +6,11 @@
 //! surface from its other side, and no rays are wasted on the far hemisphere.
 
 use super::{
-    each,
-    field::Field,
     gather::{hemisphere, sphere},
+    irradiance_field::IrradianceField,
     light::{Light, direct_light},
-    seen::{Seen, seen_light},
+    parallel::each,
+    ray_sample::{RaySample, hit_radiance},
     surface::{Surface, surfaces},
     trace::trace,
     voxels::{Material, Voxels},
@@ -23,7 +23,7 @@ pub const WARM_UP: u32 = 4;
 
 /// Settings of the ray tracing solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MarchSettings {
+pub struct RayTracingSettings {
     /// Number of rays of a surface per frame, at least 1.
     pub rays: u32,
     /// Number of rays of an empty voxel per frame; 0 leaves it dark.
@@ -37,11 +37,11 @@ pub struct MarchSettings {
     /// Number of frames over which receivers read the mean, at least 1.
     pub history: u32,
     /// If a wall divides a surface, gathers only on the side of the voxel's centre. This is for receivers
-    /// that test which voxels are visible ([`Field::irradiance_seen`]).
+    /// that test which voxels are visible ([`IrradianceField::visible_irradiance`]).
     pub one_side: bool,
 }
 
-impl Default for MarchSettings {
+impl Default for RayTracingSettings {
     fn default() -> Self {
         Self {
             rays: 32,
@@ -56,11 +56,11 @@ impl Default for MarchSettings {
 }
 
 /// The ray tracing solver and its state.
-pub struct March<'a> {
+pub struct RayTracing<'a> {
     voxels: &'a Voxels,
     materials: &'a [Material],
     sky: Vec3,
-    settings: MarchSettings,
+    settings: RayTracingSettings,
     /// The surfaces of the voxels.
     pub surfaces: Vec<Surface>,
     /// Per surface: direct irradiance, in lux.
@@ -76,7 +76,7 @@ pub struct March<'a> {
     pub frame: u32,
 }
 
-impl<'a> March<'a> {
+impl<'a> RayTracing<'a> {
     /// Creates the state with direct light only. `sky` is the radiance from outside the volume, in
     /// cd/m^2.
     pub fn new(
@@ -84,10 +84,10 @@ impl<'a> March<'a> {
         materials: &'a [Material],
         lights: &[Light],
         sky: Vec3,
-        settings: MarchSettings,
+        settings: RayTracingSettings,
     ) -> Self {
         let surfaces = surfaces(voxels);
-        let mut march = Self {
+        let mut ray_tracing = Self {
             voxels,
             materials,
             sky,
@@ -101,8 +101,8 @@ impl<'a> March<'a> {
             surfaces,
             frame: 0,
         };
-        march.reflect();
-        march
+        ray_tracing.reflect();
+        ray_tracing
     }
 
     /// Updates the radiance of every surface from its irradiance.
@@ -123,7 +123,7 @@ impl<'a> March<'a> {
     /// would take as many frames as the mean.
     pub fn step(&mut self) {
         let new = each(self.surfaces.len(), |i| {
-            let MarchSettings { rays, one_side, .. } = self.settings;
+            let RayTracingSettings { rays, one_side, .. } = self.settings;
             let arriving = |o, d| self.arriving(o, d);
             hemisphere(&self.surfaces[i], rays, one_side, self.frame, arriving)
         });
@@ -142,18 +142,18 @@ impl<'a> March<'a> {
     }
 
     /// Returns the radiance that arrives along a ray.
-    pub fn arriving(&self, origin: Vec3, direction: Vec3) -> Seen<Vec3> {
+    pub fn arriving(&self, origin: Vec3, direction: Vec3) -> RaySample<Vec3> {
         let Some(hit) = trace(self.voxels, origin, direction, self.settings.reach) else {
-            return Seen::Light(self.sky);
+            return RaySample::Light(self.sky);
         };
-        seen_light(self.voxels, &hit, direction, |voxel, face| {
+        hit_radiance(self.voxels, &hit, direction, |voxel, face| {
             self.radiance[voxel][face]
         })
     }
 
     /// Returns the field that receivers sample: irradiance, in lux.
-    pub fn field(&self) -> Field {
-        let MarchSettings {
+    pub fn field(&self) -> IrradianceField {
+        let RayTracingSettings {
             empty_rays,
             empty_weight,
             ..
@@ -169,17 +169,21 @@ impl<'a> March<'a> {
 /// Returns the ambient visibility: the fraction of the hemisphere, weighted by the cosine, in which a
 /// surface has no obstacle within `radius` voxels; 1 where it is open (thesis Eq. 6.17), in all three
 /// channels.
-pub fn ambient_occlusion(voxels: &Voxels, radius: f32, settings: MarchSettings) -> Field {
+pub fn ambient_occlusion(
+    voxels: &Voxels,
+    radius: f32,
+    settings: RayTracingSettings,
+) -> IrradianceField {
     let open = |origin: Vec3, direction: Vec3| match trace(voxels, origin, direction, radius) {
-        None => Seen::Light(Vec3::ONE),
-        Some(hit) => seen_light(voxels, &hit, direction, |_, _| Vec3::ZERO),
+        None => RaySample::Light(Vec3::ONE),
+        Some(hit) => hit_radiance(voxels, &hit, direction, |_, _| Vec3::ZERO),
     };
     let surfaces = surfaces(voxels);
     let frames = settings.history.max(1);
     let values = each(surfaces.len(), |i| {
         let sum: Vec4 = (0..frames)
             .map(|frame| {
-                let MarchSettings { rays, one_side, .. } = settings;
+                let RayTracingSettings { rays, one_side, .. } = settings;
                 hemisphere(&surfaces[i], rays, one_side, frame, open)
             })
             .sum();
@@ -196,8 +200,8 @@ fn surround(
     rays: u32,
     frame: u32,
     weight: f32,
-    arriving: impl Fn(Vec3, Vec3) -> Seen<Vec3> + Sync,
-) -> Field {
+    arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3> + Sync,
+) -> IrradianceField {
     let grid = voxels.grid;
     let texels = each(grid.len(), |voxel| {
         if voxels.masks[voxel] != 0 {
@@ -206,7 +210,7 @@ fn surround(
         let center = grid.voxel(voxel).as_vec3() + 0.5;
         sphere(voxel, center, rays, frame, weight, &arriving)
     });
-    Field { grid, texels }
+    IrradianceField { grid, texels }
 }
 
 /// Returns a material, or the default one if there is no such index.

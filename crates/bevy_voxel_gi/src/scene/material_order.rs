@@ -3,16 +3,16 @@
 
 use std::cmp::Ordering;
 
-use super::surface::VoxelSurface;
+use super::voxel_material::VoxelMaterial;
 
 /// Sorts surfaces by value, not by when they were added, and removes duplicates; also returns the new
 /// index of each entry of the table.
 ///
 /// So the same scene always has the same light, and a wall does not replace the emissive surface on it.
-pub(super) fn ordered(table: &[VoxelSurface]) -> (Vec<VoxelSurface>, Vec<u32>) {
+pub(super) fn ordered(table: &[VoxelMaterial]) -> (Vec<VoxelMaterial>, Vec<u32>) {
     let mut by_value: Vec<_> = (0..table.len()).collect();
     by_value.sort_by(|&a, &b| compare(&table[a], &table[b]));
-    let mut surfaces: Vec<VoxelSurface> = Vec::new();
+    let mut surfaces: Vec<VoxelMaterial> = Vec::new();
     let mut indices = vec![0; table.len()];
     for place in by_value {
         if surfaces.last() != Some(&table[place]) {
@@ -24,9 +24,9 @@ pub(super) fn ordered(table: &[VoxelSurface]) -> (Vec<VoxelSurface>, Vec<u32>) {
 }
 
 /// Compares by emission, then by albedo, then by all other fields.
-fn compare(a: &VoxelSurface, b: &VoxelSurface) -> Ordering {
-    let floats = |surface: &VoxelSurface| {
-        let VoxelSurface {
+fn compare(a: &VoxelMaterial, b: &VoxelMaterial) -> Ordering {
+    let floats = |surface: &VoxelMaterial| {
+        let VoxelMaterial {
             albedo, emissive, ..
         } = surface;
         let sums = [emissive.element_sum(), albedo.element_sum()];
@@ -41,7 +41,7 @@ fn compare(a: &VoxelSurface, b: &VoxelSurface) -> Ordering {
     };
     let mut pairs = floats(a).into_iter().zip(floats(b));
     let by_floats = pairs.find_map(|(a, b)| Some(a.total_cmp(&b)).filter(|order| order.is_ne()));
-    let words = |surface: &VoxelSurface| (surface.double_sided, surface.transparent);
+    let words = |surface: &VoxelMaterial| (surface.double_sided, surface.transparent);
     by_floats.unwrap_or_else(|| words(a).cmp(&words(b)))
 }
 
@@ -53,15 +53,15 @@ mod tests {
 
     #[test]
     fn surfaces_are_ordered_by_what_they_are() {
-        let [dark, light] = [0.1, 0.9].map(|albedo| VoxelSurface {
+        let [dark, light] = [0.1, 0.9].map(|albedo| VoxelMaterial {
             albedo: Vec3::splat(albedo),
-            ..VoxelSurface::NEUTRAL
+            ..VoxelMaterial::NEUTRAL
         });
-        let lamp = VoxelSurface {
+        let lamp = VoxelMaterial {
             emissive: Vec3::X,
             ..dark
         };
-        let neutral = VoxelSurface::NEUTRAL;
+        let neutral = VoxelMaterial::NEUTRAL;
         let (surfaces, indices) = ordered(&[neutral, lamp, light, dark, lamp, light]);
         assert_eq!(surfaces, [dark, neutral, light, lamp]);
         assert_eq!(indices, [1, 3, 2, 0, 3, 2]);

@@ -1,4 +1,4 @@
-//! Meshes of unknown materials, whose surface is defined only by their [`MeshSurface`].
+//! Meshes of unknown materials, whose surface is defined only by their [`MeshVoxelMaterial`].
 
 use bevy::{
     asset::{UntypedAssetId, uuid::Uuid},
@@ -6,8 +6,8 @@ use bevy::{
 };
 
 use super::{
-    surface::VoxelSurface,
-    table::{MeshSurface, SurfaceIndex, Surfaces, Variant},
+    material_table::{MaterialIndex, MaterialTable, MeshVoxelMaterial, Variant},
+    voxel_material::VoxelMaterial,
 };
 
 /// A material id that no asset has; all of these meshes share it in the table.
@@ -17,17 +17,24 @@ fn unknown() -> UntypedAssetId {
 }
 
 /// Assigns them table indices; runs after the systems of the known materials.
-pub(crate) fn update_unknown(
+pub(crate) fn update_unknown_materials(
     mut commands: Commands,
-    new: Query<Entity, (With<Mesh3d>, With<MeshSurface>, Without<SurfaceIndex>)>,
-    known: Query<&SurfaceIndex>,
-    own: Query<&MeshSurface>,
-    mut without: RemovedComponents<MeshSurface>,
-    mut surfaces: ResMut<Surfaces>,
+    new: Query<
+        Entity,
+        (
+            With<Mesh3d>,
+            With<MeshVoxelMaterial>,
+            Without<MaterialIndex>,
+        ),
+    >,
+    known: Query<&MaterialIndex>,
+    own: Query<&MeshVoxelMaterial>,
+    mut without: RemovedComponents<MeshVoxelMaterial>,
+    mut surfaces: ResMut<MaterialTable>,
 ) {
     for entity in &new {
         let place = surfaces.place(unknown(), Variant::Own(entity));
-        commands.entity(entity).insert(SurfaceIndex {
+        commands.entity(entity).insert(MaterialIndex {
             place,
             material: None,
         });
@@ -37,10 +44,10 @@ pub(crate) fn update_unknown(
             .get(entity)
             .is_ok_and(|index| index.material.is_none())
         {
-            commands.entity(entity).remove::<SurfaceIndex>();
+            commands.entity(entity).remove::<MaterialIndex>();
         }
     }
-    surfaces.set(unknown(), VoxelSurface::NEUTRAL, |variant, neutral| {
+    surfaces.set(unknown(), VoxelMaterial::NEUTRAL, |variant, neutral| {
         let Variant::Own(entity) = variant else {
             return neutral;
         };

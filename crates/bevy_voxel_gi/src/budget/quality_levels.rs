@@ -4,19 +4,19 @@ use crate::settings::{Solver, VoxelGiVolume, VoxelLight};
 
 /// The settings of a volume that a budget changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Chosen {
+pub(crate) struct QualitySettings {
     /// The light, with another number of rays or iterations.
     pub light: VoxelLight,
     /// See [`VoxelGiVolume::update_interval`].
     pub update_interval: u32,
 }
 
-impl Chosen {
+impl QualitySettings {
     /// Relative cost of a frame.
     pub(super) fn cost(&self) -> f64 {
         let work = match self.light {
             VoxelLight::GlobalIllumination { solver, .. } => match solver {
-                Solver::March { rays } => rays,
+                Solver::Trace { rays } => rays,
                 Solver::Propagate { iterations } => iterations,
             },
             VoxelLight::AmbientOcclusion { rays, .. } => rays,
@@ -36,24 +36,24 @@ impl Chosen {
 
 /// Returns the quality levels for this kind of light: the number of rays is reduced first, then the
 /// fraction of the volume that a frame updates.
-pub(super) fn ladder(light: VoxelLight) -> Vec<Chosen> {
-    let every = |light: VoxelLight| Chosen {
+pub(super) fn quality_levels(light: VoxelLight) -> Vec<QualitySettings> {
+    let every = |light: VoxelLight| QualitySettings {
         light,
         update_interval: 1,
     };
     let parts = |light: VoxelLight| {
-        [16, 8, 4, 2].map(|update_interval| Chosen {
+        [16, 8, 4, 2].map(|update_interval| QualitySettings {
             light,
             update_interval,
         })
     };
     match light {
         VoxelLight::GlobalIllumination {
-            solver: Solver::March { .. },
+            solver: Solver::Trace { .. },
             bounces,
         } => {
             let with = |rays| VoxelLight::GlobalIllumination {
-                solver: Solver::March { rays },
+                solver: Solver::Trace { rays },
                 bounces,
             };
             let all = [8, 16, 32, 64, 128, 256].map(|rays| every(with(rays)));
@@ -98,12 +98,12 @@ mod tests {
                 rays: 64,
             },
         ] {
-            let ladder = ladder(light);
+            let quality_levels = quality_levels(light);
             assert!(
-                ladder.is_sorted_by(|a, b| a.cost() < b.cost()),
-                "{ladder:?}"
+                quality_levels.is_sorted_by(|a, b| a.cost() < b.cost()),
+                "{quality_levels:?}"
             );
-            for chosen in ladder {
+            for chosen in quality_levels {
                 let volume = chosen.applied(&VoxelGiVolume::default());
                 assert_eq!(volume, volume.clamped());
             }

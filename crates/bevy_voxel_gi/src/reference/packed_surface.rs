@@ -19,10 +19,10 @@ pub const WEIGHT_SCALE: f32 = 8.0;
 /// Least cosine between a surface's normal and a face that it can represent.
 pub const MIN_FACE_COSINE: f32 = 0.125;
 
-const LEVELS: f32 = 62.0; // even: axes are exact
+const NORMAL_STEPS: f32 = 62.0; // even: axes are exact
 
 /// Packs a surface that fills `sub_voxels` of a voxel, at a cosine to the face.
-pub fn pack_key(sub_voxels: u32, cosine: f32, normal: Vec3, material: u32) -> u32 {
+pub fn pack_surface(sub_voxels: u32, cosine: f32, normal: Vec3, material: u32) -> u32 {
     let weight = (sub_voxels as f32 * cosine * cosine * WEIGHT_SCALE).ceil();
     (weight.clamp(1.0, 255.0) as u32) << 24
         | pack_normal(normal) << 12
@@ -30,13 +30,13 @@ pub fn pack_key(sub_voxels: u32, cosine: f32, normal: Vec3, material: u32) -> u3
 }
 
 /// Returns the normal of a packed surface.
-pub fn key_normal(key: u32) -> Vec3 {
-    unpack_normal(key >> 12 & 0xfff)
+pub fn packed_normal(packed: u32) -> Vec3 {
+    unpack_normal(packed >> 12 & 0xfff)
 }
 
 /// Returns the material of a packed surface.
-pub fn key_material(key: u32) -> u32 {
-    key & 0xfff
+pub fn packed_material(packed: u32) -> u32 {
+    packed & 0xfff
 }
 
 /// Packs a unit vector into 12 bits (octahedral map).
@@ -46,13 +46,13 @@ pub fn pack_normal(normal: Vec3) -> u32 {
     if flat.z < 0.0 {
         p = (1.0 - Vec2::new(p.y, p.x).abs()) * sign(p);
     }
-    let q = ((p * 0.5 + 0.5) * LEVELS + 0.5).floor();
+    let q = ((p * 0.5 + 0.5) * NORMAL_STEPS + 0.5).floor();
     q.x as u32 | (q.y as u32) << 6
 }
 
 /// Unpacks a normal, the inverse of [`pack_normal`].
 pub fn unpack_normal(bits: u32) -> Vec3 {
-    let p = Vec2::new((bits & 63) as f32, (bits >> 6 & 63) as f32) / LEVELS * 2.0 - 1.0;
+    let p = Vec2::new((bits & 63) as f32, (bits >> 6 & 63) as f32) / NORMAL_STEPS * 2.0 - 1.0;
     let z = 1.0 - p.abs().element_sum();
     let fold = (-z).max(0.0);
     let p = p - fold * sign(p);
