@@ -3,10 +3,10 @@
 use bevy_frugal_lab::content;
 use bevy_wavelet_tex::codec::{
     decoder::decode,
-    encoder::{EncodeSettings, encode_rgb8},
+    encoder::encode_rgb8,
     image::WaveletImage,
     rate::Rate,
-    search::Effort,
+    settings::{Effort, EncodeSettings},
 };
 use divan::{Bencher, black_box, counter::ItemsCount};
 

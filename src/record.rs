@@ -63,6 +63,9 @@ pub struct Measurement {
     /// Mean difference over mean reference, of radiance: above 0 where it is too bright.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bias: Option<f64>,
+    /// Angles to the original normals in degrees, by name: mean, 99th percentile and largest.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub angle_degrees: BTreeMap<String, f64>,
     /// Median times of the plugin's own passes on the GPU in milliseconds a frame, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub stage_ms: BTreeMap<String, f64>,

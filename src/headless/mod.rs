@@ -36,4 +36,4 @@ pub use readback::Rgba32FImage;
 pub use ready::{AwaitedAssets, AwaitedWork};
 pub use settings::{HeadlessSettings, TargetFormat};
 pub use target::LabTarget;
-pub use timing::FrameTimes;
+pub use timing::{FrameTimes, median};

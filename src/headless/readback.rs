@@ -57,8 +57,8 @@ impl HeadlessApp {
         let actual = self.settings.format;
         let pixels = match actual {
             TargetFormat::Float32 => texels(&self.read_target(16)?, f32::from_le_bytes),
-            TargetFormat::Float16 => texels(&self.read_target(8)?, |bytes: [u8; 2]| {
-                f16_to_f32(u16::from_le_bytes(bytes))
+            TargetFormat::Float16 => texels(&self.read_target(8)?, |bytes| {
+                half::f16::from_le_bytes(bytes).to_f32()
             }),
             TargetFormat::Srgb8 => {
                 let wanted = TargetFormat::Float32;
@@ -72,20 +72,35 @@ impl HeadlessApp {
         })
     }
 
-    /// The rows of the target without their padding; a texel has `texel_bytes` bytes.
     fn read_target(&self, texel_bytes: u32) -> Result<Vec<u8>, HeadlessError> {
+        Ok(self.read_texture(&self.target, texel_bytes)?.1)
+    }
+
+    /// The size and the texels of an image on the GPU, slice by slice and row by row without padding. A
+    /// texel has `texel_bytes` bytes.
+    ///
+    /// # Errors
+    /// [`HeadlessError::NoTarget`] where the GPU does not have the image,
+    /// [`HeadlessError::Readback`] when it does not answer.
+    pub fn read_texture(
+        &self,
+        image: &Handle<Image>,
+        texel_bytes: u32,
+    ) -> Result<(wgpu::Extent3d, Vec<u8>), HeadlessError> {
         let world = self.app.sub_app(RenderApp).world();
         let device = world.resource::<RenderDevice>().wgpu_device();
         let image = world
             .resource::<RenderAssets<GpuImage>>()
-            .get(&self.target)
+            .get(image)
             .ok_or(HeadlessError::NoTarget)?;
 
-        let row = self.settings.width * texel_bytes;
+        let size = image.texture.size();
+        let row = size.width * texel_bytes;
         let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let rows = u64::from(size.height) * u64::from(size.depth_or_array_layers);
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("lab_readback_buffer"),
-            size: u64::from(padded_row) * u64::from(self.settings.height),
+            size: u64::from(padded_row) * rows,
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
@@ -99,10 +114,10 @@ impl HeadlessApp {
                 layout: wgpu::TexelCopyBufferLayout {
                     offset: 0,
                     bytes_per_row: Some(padded_row),
-                    rows_per_image: None,
+                    rows_per_image: Some(size.height),
                 },
             },
-            image.texture.size(),
+            size,
         );
         world.resource::<RenderQueue>().submit([encoder.finish()]);
 
@@ -120,10 +135,8 @@ impl HeadlessApp {
         let mapped = buffer.slice(..).get_mapped_range();
         let mapped = mapped.map_err(|error| self.readback_error(error))?;
         let rows = mapped.chunks_exact(padded_row as usize);
-        Ok(rows
-            .flat_map(|padded| &padded[..row as usize])
-            .copied()
-            .collect())
+        let texels = rows.flat_map(|padded| &padded[..row as usize]).copied();
+        Ok((size, texels.collect()))
     }
 }
 
@@ -137,37 +150,4 @@ fn texels<const N: usize>(bytes: &[u8], decode: impl Fn([u8; N]) -> f32) -> Vec<
             })
         })
         .collect()
-}
-
-/// The value of an IEEE 754 half.
-fn f16_to_f32(bits: u16) -> f32 {
-    let sign = if bits >> 15 == 0 { 1.0 } else { -1.0 };
-    let exponent = i32::from(bits >> 10 & 0x1f);
-    let fraction = f32::from(bits & 0x3ff);
-    sign * match exponent {
-        0 => fraction * 2f32.powi(-24),
-        31 if fraction == 0.0 => f32::INFINITY,
-        31 => f32::NAN,
-        _ => (1024.0 + fraction) * 2f32.powi(exponent - 25),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::f16_to_f32;
-
-    #[test]
-    fn halves_of_every_kind() {
-        for (bits, value) in [
-            (0, 0.0),
-            (1, 2f32.powi(-24)),
-            (0x3c00, 1.0),
-            (0xc000, -2.0),
-            (0x7bff, 65504.0),
-            (0x7c00, f32::INFINITY),
-        ] {
-            assert_eq!(f16_to_f32(bits), value, "{bits:#06x}");
-        }
-        assert!(f16_to_f32(0x7e00).is_nan());
-    }
 }

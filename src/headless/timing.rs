@@ -105,8 +105,8 @@ impl FrameClock {
     }
 }
 
-/// The middle value, or the mean of the two middle ones.
-fn median(values: &[f64]) -> Option<f64> {
+/// The median: the middle value, or the mean of the two middle ones.
+pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;

@@ -21,7 +21,7 @@ const LETTER_WIDTH: f32 = 6.4;
 const LEGEND: (i32, i32) = (240, 100);
 
 const OURS: RGBColor = RGBColor(27, 111, 181);
-const PEER: RGBColor = RGBColor(196, 85, 27);
+const BASELINE: RGBColor = RGBColor(196, 85, 27);
 const PUBLISHED: RGBColor = RGBColor(110, 110, 110);
 
 type Failure = DrawingAreaErrorKind<std::io::Error>;
@@ -68,7 +68,7 @@ fn draw(summary: &Summary, machine: &str, svg: &mut String) -> Result<(), Failur
         .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], OURS.mix(0.5).stroke_width(2)));
     for (source, name) in [
         (Source::Ours, "the plugin"),
-        (Source::Peer, "other ways, measured too"),
+        (Source::Baseline, "baselines, measured too"),
         (Source::Published, "published, on other hardware"),
     ] {
         if !summary.choices.iter().any(|c| c.source == source) {
@@ -94,7 +94,7 @@ fn draw(summary: &Summary, machine: &str, svg: &mut String) -> Result<(), Failur
 fn color(source: Source) -> RGBColor {
     match source {
         Source::Ours => OURS,
-        Source::Peer => PEER,
+        Source::Baseline => BASELINE,
         Source::Published => PUBLISHED,
     }
 }
@@ -104,7 +104,7 @@ fn mark<'b>(at: (i32, i32), source: Source) -> DynElement<'static, SVGBackend<'b
     let filled = color(source).filled();
     match source {
         Source::Ours => Circle::new(at, 5, filled).into_dyn(),
-        Source::Peer => TriangleMarker::new(at, 6, filled).into_dyn(),
+        Source::Baseline => TriangleMarker::new(at, 6, filled).into_dyn(),
         Source::Published => Cross::new(at, 5, color(source).stroke_width(2)).into_dyn(),
     }
 }
@@ -274,7 +274,7 @@ mod tests {
         let choices = [
             ("exact", 0.0, 10.0, Source::Ours),
             ("fast", 5.0, 1.0, Source::Ours),
-            ("peer <1>", 3.0, 5.0, Source::Peer),
+            ("baseline <1>", 3.0, 5.0, Source::Baseline),
             ("thesis", 4.0, 2.0, Source::Published),
         ];
         let mut summary = summary(&choices, Better::Less);
@@ -287,7 +287,7 @@ mod tests {
             for text in [
                 "exact",
                 "fast",
-                "peer &lt;1&gt;",
+                "baseline &lt;1&gt;",
                 "thesis",
                 "a machine",
                 "a &amp; b",

@@ -36,7 +36,7 @@ pub fn chapter(name: &str, summary: &Summary, report: &Report) -> String {
     let _ = writeln!(
         text,
         "\nAll that was measured, and what others published; those that nothing of the plugin beats \
-         are bold. Every figure is in `{name}.json` and `{name}.csv`.\n\n| choice | {} | {} | |\n\
+         are bold. Every figure is in `{name}.json`.\n\n| choice | {} | {} | |\n\
          | --- | --- | --- | --- |",
         summary.error.label(),
         summary.cost.label()
@@ -52,7 +52,7 @@ pub fn chapter(name: &str, summary: &Summary, report: &Report) -> String {
         };
         let source = match choice.source {
             Source::Ours => "",
-            Source::Peer => "another way",
+            Source::Baseline => "baseline",
             Source::Published => "published",
         };
         let _ = writeln!(

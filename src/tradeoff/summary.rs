@@ -86,13 +86,13 @@ pub struct Choice {
     pub source: Source,
 }
 
-/// Whose a choice is.
+/// Where a choice comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The plugin's, measured.
     Ours,
-    /// Another way to the same end, measured in the same run.
-    Peer,
+    /// Another technique or format, measured in the same run.
+    Baseline,
     /// What the thesis or another publication says, on other hardware.
     Published,
 }
@@ -219,7 +219,7 @@ pub(super) mod tests {
         ("good", 1.0, 3.0, Source::Ours),
         ("worse and dearer", 2.0, 4.0, Source::Ours),
         ("fast", 5.0, 1.0, Source::Ours),
-        ("peer", 0.0, 0.5, Source::Peer),
+        ("baseline", 0.0, 0.5, Source::Baseline),
     ];
 
     #[test]

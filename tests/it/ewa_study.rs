@@ -2,7 +2,7 @@
 
 use bevy_frugal_lab::tradeoff::{
     ewa::{STUDY, scenes::SCENES, settings::SETTINGS},
-    options::Plan,
+    plan::Plan,
 };
 use indicatif::ProgressBar;
 

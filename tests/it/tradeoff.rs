@@ -3,7 +3,7 @@
 use bevy_frugal_lab::{
     content,
     record::Measurement,
-    tradeoff::{options::Plan, wavelet_tex::tunnel},
+    tradeoff::{plan::Plan, wavelet_tex::tunnel},
 };
 use indicatif::ProgressBar;
 

@@ -1,7 +1,7 @@
 //! The study of the voxel GI, at its smallest.
 
 use bevy_frugal_lab::tradeoff::{
-    options::{GiPlan, Plan},
+    plan::{GiPlan, Plan},
     voxel_gi::{STUDY, summary::summary},
 };
 use indicatif::ProgressBar;

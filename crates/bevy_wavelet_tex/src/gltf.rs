@@ -24,7 +24,8 @@ use bevy::{
 use crate::{
     asset::WaveletTexture,
     file::EXTENSION,
-    material::{WaveletExtension, WaveletFilter, WaveletStandardMaterial},
+    material::{WaveletExtension, WaveletStandardMaterial},
+    settings::WaveletFilter,
 };
 
 /// Replaces the materials of all meshes below this entity by wavelet materials, as they are

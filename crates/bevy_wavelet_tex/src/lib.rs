@@ -12,8 +12,9 @@
 //! | [`gltf`] | replaces the textures of a glTF file by wavelet textures |
 //! | [`material`] | the extension of `StandardMaterial` and its shaders |
 //! | [`plugin`] | the plugin that an app adds |
+//! | [`settings`] | what an app chooses: filters, address modes, how textures are loaded and saved |
 //!
-//! Without the feature `bevy` only the first two modules are compiled; the encoder needs the
+//! Without the feature `bevy` only [`codec`] and [`mod@file`] are compiled; the encoder needs the
 //! feature `encode`.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
@@ -28,16 +29,20 @@ pub mod gltf;
 pub mod material;
 #[cfg(feature = "bevy")]
 pub mod plugin;
+#[cfg(feature = "bevy")]
+pub mod settings;
 
 #[cfg(feature = "bevy")]
-pub use asset::{WaveletLoaderSettings, WaveletStorage, WaveletTexture};
+pub use asset::WaveletTexture;
 #[cfg(all(feature = "bevy", feature = "encode"))]
-pub use asset::{
-    WaveletProcessor, WaveletQuality, WaveletRole, WaveletSaver, WaveletSaverSettings,
-};
+pub use asset::{WaveletProcessor, WaveletSaver};
 #[cfg(feature = "bevy")]
 pub use gltf::WaveletGltf;
 #[cfg(feature = "bevy")]
-pub use material::{WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial};
+pub use material::{WaveletExtension, WaveletStandardMaterial};
 #[cfg(feature = "bevy")]
 pub use plugin::WaveletTexPlugin;
+#[cfg(feature = "bevy")]
+pub use settings::{WaveletAddressMode, WaveletFilter, WaveletLoaderSettings, WaveletStorage};
+#[cfg(all(feature = "bevy", feature = "encode"))]
+pub use settings::{WaveletQuality, WaveletRole, WaveletSaverSettings};

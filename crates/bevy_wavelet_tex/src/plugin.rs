@@ -17,9 +17,9 @@ use crate::{
     file::EXTENSION,
     gltf::{self, WaveletGltf},
     material::{
-        GpuWaveletTexture, WaveletAddressMode, WaveletFilter, WaveletSamplers,
-        WaveletStandardMaterial, reload::rebind_materials,
+        GpuWaveletTexture, WaveletSamplers, WaveletStandardMaterial, reload::rebind_materials,
     },
+    settings::{WaveletAddressMode, WaveletFilter},
 };
 
 /// Adds wavelet textures to an app: the loader of `.wtex` files and [`WaveletStandardMaterial`].

@@ -5,13 +5,13 @@
 use bevy_wavelet_tex::{
     codec::{
         decoder::decode,
-        encoder::{EncodeError, EncodeSettings, Method, encode, encode_rgb8},
+        encoder::{EncodeError, encode, encode_rgb8},
         haar::Transform,
         image::{ColorSpace, Content, WaveletImage},
         layout,
         quality::psnr_db,
         rate::Rate,
-        search::Effort,
+        settings::{Effort, EncodeSettings, Method},
         source::{Pixels, Source},
     },
     file,

@@ -5,9 +5,10 @@ use std::collections::{HashMap, hash_map::Entry};
 use bevy::prelude::*;
 use bevy_voxel_gi::MeshVoxelMaterial;
 use bevy_wavelet_tex::codec::{
-    encoder::{EncodeSettings, encode_rgb8},
+    encoder::encode_rgb8,
     image::{ColorSpace, Content, WaveletImage},
     rate::Rate,
+    settings::EncodeSettings,
 };
 use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
 

@@ -9,11 +9,11 @@ use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
     WaveletTexture,
     codec::{
-        encoder::{EncodeSettings, Method, encode},
+        encoder::encode,
         image::{Content, WaveletImage},
         quality::psnr_db,
         rate::Rate,
-        search::Effort,
+        settings::{Effort, EncodeSettings, Method},
     },
 };
 

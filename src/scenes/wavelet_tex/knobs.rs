@@ -2,7 +2,7 @@
 
 use bevy_wavelet_tex::{
     WaveletFilter, WaveletStorage,
-    codec::{rate::Rate, search::Effort},
+    codec::{rate::Rate, settings::Effort},
 };
 
 use crate::{

@@ -8,10 +8,10 @@ use bevy::{
 };
 use bevy_wavelet_tex::codec::{
     color::ycocg_from_rgb,
-    encoder::{EncodeSettings, encode_rgb8},
+    encoder::encode_rgb8,
     image::{ColorSpace, Content, WaveletImage},
     rate::Rate,
-    search::Effort,
+    settings::{Effort, EncodeSettings},
     source::{Pixels, Source},
 };
 use image::{DynamicImage, Rgba, RgbaImage};

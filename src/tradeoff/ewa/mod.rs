@@ -44,10 +44,9 @@ use self::{
     settings::{SETTINGS, Setting},
 };
 use super::{
-    Study, TradeoffError,
-    contest::{Contestant, contest},
-    note,
-    options::Plan,
+    interleaved::{Candidate, benchmark_apps},
+    plan::Plan,
+    study::{Study, TradeoffError, note},
 };
 use crate::{
     metrics::compare,
@@ -56,12 +55,11 @@ use crate::{
 
 /// The study.
 pub const STUDY: Study = Study {
-    name: PLUGIN,
+    name: "ewa",
     measure,
     summary: summary::summary,
+    tables: |_| String::new(),
 };
-
-const PLUGIN: &str = "ewa";
 
 /// Points of the truth along a side of a pixel.
 const RATE: u32 = 64;
@@ -185,7 +183,6 @@ fn row(
 ) -> Result<Measurement, TradeoffError> {
     let error = compare(&display(reference, size), &display(picture, size))?;
     Ok(Measurement {
-        plugin: PLUGIN.into(),
         scene: scene.name.into(),
         setting: setting.name.into(),
         reference: name.into(),
@@ -206,7 +203,6 @@ pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<Measurement> {
             ("still, TAA", found.still_with_taa),
         ] {
             rows.push(Measurement {
-                plugin: PLUGIN.into(),
                 scene: scene.name.into(),
                 setting: setting.name.into(),
                 reference: format!("flicker, {kind}"),
@@ -225,7 +221,6 @@ fn taa_rows(size: u32) -> Result<Vec<Measurement>, TradeoffError> {
         for found in taa::taa_flicker(size, with)? {
             for (kind, mse) in [("still", found.still), ("moving", found.moving)] {
                 rows.push(Measurement {
-                    plugin: PLUGIN.into(),
                     scene: "rasterised floor".into(),
                     setting: found.setting.into(),
                     reference: format!("flicker, {kind}{suffix}"),
@@ -247,7 +242,7 @@ fn time_rows(
     let size = plan.picture.map_or(64, |[width, _]| width / 4);
     let texture = (scene.texture)();
     let coordinates = scene.coordinates(size);
-    let mut contestants = Vec::new();
+    let mut candidates = Vec::new();
     let mut adapter = crate::record::ReportAdapter::default();
     for setting in &SETTINGS {
         let lookups = |anisotropy| {
@@ -273,15 +268,17 @@ fn time_rows(
         lookups.set(&setting.settings(probes), 0)?;
         adapter = lookups.app().adapter().into();
         let row = Measurement {
-            plugin: PLUGIN.into(),
             scene: scene.name.into(),
             setting: setting.name.into(),
             reference: "time".into(),
             ..Measurement::default()
         };
-        contestants.push(Contestant::new(lookups.into_app(), row));
+        candidates.push(Candidate::new(lookups.into_app(), row));
     }
-    Ok((adapter, contest(contestants, plan.rounds, plan.frames)?))
+    Ok((
+        adapter,
+        benchmark_apps(candidates, plan.rounds, plan.frames)?,
+    ))
 }
 
 /// Mean squared error of linear values against exact EWA, in squares of 8-bit units: of what

@@ -43,7 +43,11 @@ pub fn summary(report: &Report) -> Summary {
             name: name.clone(),
             error: *error,
             cost: times.get(name)? / unit?,
-            source: if is_bevys { Source::Peer } else { Source::Ours },
+            source: if is_bevys {
+                Source::Baseline
+            } else {
+                Source::Ours
+            },
         })
     });
     let published = THESIS.map(|(name, error, speed)| Choice {

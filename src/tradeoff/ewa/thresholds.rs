@@ -3,7 +3,6 @@
 use bevy_ewa::{EwaMethod, EwaProbes, EwaSettings};
 
 use super::{
-    PLUGIN,
     picture::{computed_picture, display},
     scenes::EwaScene,
 };
@@ -38,7 +37,6 @@ pub fn threshold_rows(scene: &EwaScene, size: u32) -> Result<Vec<Measurement>, S
                 ..EwaSettings::with_method(EwaMethod::Spatial { probes })
             });
             rows.push(Measurement {
-                plugin: PLUGIN.into(),
                 scene: scene.name.into(),
                 setting: format!("spatial, threshold {threshold}{note}"),
                 reference: "ewa".into(),

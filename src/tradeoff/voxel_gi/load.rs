@@ -4,14 +4,14 @@ use bevy::prelude::*;
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
 use indicatif::ProgressBar;
 
-use super::{PLUGIN, SPANS, render};
+use super::{render, settings::SPANS};
 use crate::{
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
     record::Measurement,
     scenes::tone::UNGRADED,
     tradeoff::{
-        contest::{Contestant, contest},
-        options::GiPlan,
+        interleaved::{Candidate, benchmark_apps},
+        plan::GiPlan,
     },
 };
 
@@ -29,16 +29,16 @@ const PICTURE: u32 = 64;
 /// # Errors
 /// [`HeadlessError`] when a frame cannot be rendered.
 pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<Measurement>, HeadlessError> {
-    let mut contestants = Vec::new();
+    let mut candidates = Vec::new();
     for &triangles in &plan.triangles {
         progress.set_message(format!("{triangles} triangles"));
-        contestants.push(contestant(triangles, plan.resolutions[0])?);
+        candidates.push(candidate(triangles, plan.resolutions[0])?);
         progress.inc(1);
     }
-    contest(contestants, plan.rounds, plan.frames)
+    benchmark_apps(candidates, plan.rounds, plan.frames)
 }
 
-fn contestant(triangles: u32, resolution: u32) -> Result<Contestant, HeadlessError> {
+fn candidate(triangles: u32, resolution: u32) -> Result<Candidate<HeadlessApp>, HeadlessError> {
     let settings = HeadlessSettings::with_size(PICTURE, PICTURE);
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(VoxelGiPlugin);
@@ -63,13 +63,12 @@ fn contestant(triangles: u32, resolution: u32) -> Result<Contestant, HeadlessErr
     render::never_pause(&mut app, volume)?;
     let report = *app.world().resource::<VoxelGiReport>();
     let row = Measurement {
-        plugin: PLUGIN.into(),
         scene: format!("triangles_{}", report.triangles),
         setting: format!("trace {resolution}^3"),
         bytes: Some(report.memory),
         ..Measurement::default()
     };
-    Ok(Contestant::new(app, row).with_stages(SPANS))
+    Ok(Candidate::new(app, row).with_stages(SPANS))
 }
 
 fn spawn_spheres(world: &mut World, triangles: u32) {

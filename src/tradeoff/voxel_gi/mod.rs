@@ -20,21 +20,22 @@ pub mod summary;
 
 use indicatif::ProgressBar;
 
-use super::{Study, TradeoffError, contest::contest, options::Plan};
+use super::{
+    interleaved::benchmark_apps,
+    plan::Plan,
+    study::{Study, TradeoffError},
+};
 #[cfg(doc)]
 use crate::boxes::agreement;
 use crate::{boxes::TracedScene, record::Report};
 
 /// The study.
 pub const STUDY: Study = Study {
-    name: PLUGIN,
+    name: "voxel_gi",
     measure,
     summary: summary::summary,
+    tables: |_| String::new(),
 };
-
-const PLUGIN: &str = "voxel_gi";
-/// What the spans of the plugin's passes begin with.
-const SPANS: &str = "voxel_gi_";
 
 fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
     let mut report = Report::default();
@@ -46,15 +47,15 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     let settings = settings::settings(&plan.gi);
     progress.set_length((scenes.len() * settings.len() + plan.gi.triangles.len()) as u64);
     for scene in &scenes {
-        let mut contestants = Vec::new();
+        let mut candidates = Vec::new();
         for setting in &settings {
             progress.set_message(format!("{}: {}", scene.scene.name, setting.name));
-            let (contestant, adapter) = render::contestant(scene, setting)?;
-            contestants.push(contestant);
+            let (candidate, adapter) = render::candidate(scene, setting)?;
+            candidates.push(candidate);
             report.adapter = adapter;
             progress.inc(1);
         }
-        let rows = contest(contestants, plan.gi.rounds, plan.gi.frames)?;
+        let rows = benchmark_apps(candidates, plan.gi.rounds, plan.gi.frames)?;
         report.measurements.extend(rows);
     }
     report.measurements.extend(load::rows(&plan.gi, progress)?);

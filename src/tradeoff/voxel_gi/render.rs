@@ -3,12 +3,12 @@
 use bevy::prelude::*;
 use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
 
-use super::{PLUGIN, SPANS, settings::Setting};
+use super::settings::{SPANS, Setting};
 use crate::{
     boxes::{BoxScene, TracedScene, agreement, spawn_box_scene},
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat},
     record::{Measurement, ReportAdapter},
-    tradeoff::contest::Contestant,
+    tradeoff::interleaved::Candidate,
 };
 
 /// Frames before which every pipeline must have been compiled.
@@ -20,10 +20,10 @@ const MAX_SETTLE: u32 = 400;
 ///
 /// # Errors
 /// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
-pub fn contestant(
+pub fn candidate(
     truth: &TracedScene,
     setting: &Setting,
-) -> Result<(Contestant, ReportAdapter), HeadlessError> {
+) -> Result<(Candidate<HeadlessApp>, ReportAdapter), HeadlessError> {
     let scene = &truth.scene;
     let mut app = app(scene)?;
     let without = picture(&mut app)?;
@@ -41,7 +41,6 @@ pub fn contestant(
     let report = *app.world().resource::<VoxelGiReport>();
     let is_compared = setting.is_compared();
     let row = Measurement {
-        plugin: PLUGIN.into(),
         scene: scene.name.clone(),
         setting: setting.name.clone(),
         reference: "path traced".into(),
@@ -52,7 +51,7 @@ pub fn contestant(
     };
     never_pause(&mut app, volume)?;
     let adapter = app.adapter().into();
-    Ok((Contestant::new(app, row).with_stages(SPANS), adapter))
+    Ok((Candidate::new(app, row).with_stages(SPANS), adapter))
 }
 
 /// The scene without a volume, ready.

@@ -3,7 +3,10 @@
 
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
 
-use crate::tradeoff::options::GiPlan;
+use crate::tradeoff::plan::GiPlan;
+
+/// Prefix of the names of the plugin's spans.
+pub(super) const SPANS: &str = "voxel_gi_";
 
 /// A setting and its name in the records.
 #[derive(Clone, Debug)]
@@ -143,7 +146,7 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tradeoff::options::Plan;
+    use crate::tradeoff::plan::Plan;
 
     #[test]
     fn settings_have_names_of_their_own_and_are_in_range() {

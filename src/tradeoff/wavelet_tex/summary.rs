@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::{encoded::ORIGINAL, published::RATES};
 use crate::{
     record::Report,
     tradeoff::summary::{Better, Choice, Need, Quantity, Source, Summary, means},
@@ -9,12 +10,11 @@ use crate::{
 
 /// How many images the Kodak set has. Other figures are comparable with means of all of them only.
 const KODAK: usize = 24;
-/// Mean PSNR of the thesis on the Kodak set (Table 3.4), by bits per pixel.
-const THESIS: [(f64, f64); 3] = [(2.25, 32.6), (3.0, 33.4), (5.0, 39.3)];
-/// The baseline, of whose bytes four are a pixel.
+/// The setting of the images themselves, which take four bytes a pixel.
 const UNCOMPRESSED: &str = "rgba8";
 
-/// Of the photographs in colour with the default effort: the Kodak images, or the one made here.
+/// The rates on photographs in colour with the default effort: the Kodak images, or the generated
+/// one.
 pub fn summary(report: &Report) -> Summary {
     let pixels: HashMap<_, _> = report
         .measurements
@@ -30,7 +30,8 @@ pub fn summary(report: &Report) -> Summary {
         .filter(|row| pixels.contains_key(row.scene.as_str()))
         .filter(|row| is_kodak(&row.scene) || kodak == 0 && row.scene == "photo")
         .collect();
-    let quality = means(rows.iter().copied(), |row| row.psnr_db);
+    let compared = rows.iter().copied().filter(|row| row.reference == ORIGINAL);
+    let quality = means(compared, |row| row.psnr_db);
     let bits = means(rows.iter().copied(), |row| {
         Some(8.0 * row.bytes? as f64 / pixels.get(row.scene.as_str())?)
     });
@@ -38,7 +39,9 @@ pub fn summary(report: &Report) -> Summary {
         let (rate, source) = match name.split_once(' ') {
             Some((rate, "default")) => (rate, Source::Ours),
             Some((_, "fast" | "best")) => return None,
-            _ => (name.as_str(), Source::Peer),
+            // Formats at full size only: those of a lower resolution are in the tables.
+            Some(_) => return None,
+            None => (name.as_str(), Source::Baseline),
         };
         Some(Choice {
             name: rate.into(),
@@ -47,10 +50,11 @@ pub fn summary(report: &Report) -> Summary {
             source,
         })
     });
-    let published = THESIS.map(|(bits, psnr)| Choice {
+    let in_color = RATES.iter().filter(|(rate, ..)| rate.starts_with("color"));
+    let published = in_color.map(|(_, bits, psnr)| Choice {
         name: format!("thesis {bits}"),
-        error: psnr,
-        cost: bits,
+        error: *psnr,
+        cost: *bits,
         source: Source::Published,
     });
     Summary {
@@ -70,7 +74,7 @@ pub fn summary(report: &Report) -> Summary {
             logarithmic_from: None,
         },
         choices: measured
-            .chain((kodak == KODAK).then_some(published).into_iter().flatten())
+            .chain(published.filter(|_| kodak == KODAK))
             .collect(),
         needs: vec![
             Need::LeastCost,
@@ -87,10 +91,11 @@ mod tests {
     use crate::record::Measurement;
 
     #[test]
-    fn rates_are_ours_and_other_formats_peers() {
+    fn rates_are_ours_and_other_formats_baselines() {
         let row = |scene: &str, setting: &str, psnr_db, bytes| Measurement {
             scene: scene.into(),
             setting: setting.into(),
+            reference: ORIGINAL.into(),
             psnr_db,
             bytes: Some(bytes),
             ..Measurement::default()
@@ -119,8 +124,8 @@ mod tests {
         let ours = choice("color3").expect("ours");
         assert_eq!((ours.error, ours.source), (34.0, Source::Ours));
         assert!((ours.cost - 3.04).abs() < 1e-9);
-        assert_eq!(choice("bc1").map(|c| c.source), Some(Source::Peer));
-        assert_eq!(all.choices.len(), 2 + THESIS.len());
+        assert_eq!(choice("bc1").map(|c| c.source), Some(Source::Baseline));
+        assert_eq!(all.choices.len(), 2 + 3);
         // Of some of the images, nothing was published.
         let some = found(&measurements[..6]);
         assert_eq!(some.choices.len(), 2);

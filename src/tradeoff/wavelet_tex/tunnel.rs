@@ -29,19 +29,23 @@ use bevy_wavelet_tex::{
         blocks::{BlockQuality, Texel, encode_bc1, encode_bc7},
         image::WaveletImage,
         rate::Rate,
-        search::Effort,
+        settings::Effort,
     },
 };
 use image::{RgbImage, RgbaImage, buffer::ConvertBuffer};
 use indicatif::ProgressBar;
 
-use super::{PLUGIN, encoded, fetches, note};
+use super::encoded::{encoded, fetched_bytes, fetches};
 use crate::{
     content,
     headless::{AwaitedAssets, HeadlessApp, HeadlessSettings, LabTarget},
     metrics::compare,
     record::{Measurement, ReportAdapter},
-    tradeoff::{TradeoffError, options::Plan},
+    tradeoff::{
+        interleaved::{Candidate, benchmark},
+        plan::Plan,
+        study::{TradeoffError, note},
+    },
 };
 
 /// Frames before which every asset must have been loaded.
@@ -188,17 +192,18 @@ pub fn rows(
         }
         pictures.insert(setting.row.setting.clone(), shown);
     }
-    for _ in 0..plan.rounds {
-        for setting in &mut settings {
-            show(app.world_mut(), setting.entity);
-            app.render_frames(SETTLING_FRAMES)?;
-            let times = app.measure_frames(plan.tunnel_frames)?;
-            setting.gpu_ms.extend(times.gpu_ms);
-            setting.cpu_ms.extend(times.cpu_ms);
+    let last = settings.last().map(|setting| setting.entity);
+    let candidates = settings.into_iter();
+    let candidates = candidates.map(|setting| Candidate::new(setting.entity, setting.row));
+    let rows = benchmark(candidates.collect(), plan.rounds, |entity| {
+        show(app.world_mut(), *entity);
+        app.render_frames(SETTLING_FRAMES)?;
+        let times = app.measure_spans(plan.tunnel_frames)?;
+        if Some(*entity) == last {
+            progress.inc(1);
         }
-        progress.inc(1);
-    }
-    let rows = settings.into_iter().map(Setting::finish).collect();
+        Ok(times)
+    })?;
     let rows = with_relative_times(rows, filters);
     if rows.iter().any(|row| row.gpu_ms.is_none()) {
         note(
@@ -209,36 +214,23 @@ pub fn rows(
     Ok((adapter, rows))
 }
 
-/// A setting: its tunnel, its textures, and what is known of it so far.
+/// A material in a tunnel of its own, and its row so far.
 struct Setting {
     entity: Entity,
     images: Vec<Handle<Image>>,
     row: Measurement,
-    gpu_ms: Vec<f64>,
-    cpu_ms: Vec<f64>,
 }
 
 impl Setting {
     fn new(entity: Entity, images: Vec<Handle<Image>>, row: Measurement) -> Self {
+        let row = Measurement {
+            scene: "tunnel".into(),
+            ..row
+        };
         Self {
             entity,
             images,
-            row: Measurement {
-                plugin: PLUGIN.into(),
-                scene: "tunnel".into(),
-                ..row
-            },
-            gpu_ms: Vec::new(),
-            cpu_ms: Vec::new(),
-        }
-    }
-
-    /// The row with the medians of all rounds.
-    fn finish(self) -> Measurement {
-        Measurement {
-            gpu_ms: super::median(self.gpu_ms),
-            cpu_ms: super::median(self.cpu_ms),
-            ..self.row
+            row,
         }
     }
 }
@@ -313,7 +305,7 @@ fn spawn_ours(
         setting: format!("color3 {}", filter.name),
         reference: format!("rgba8 {}", filter.hardware),
         fetches: Some(filter.pixels * fetches(texture)),
-        fetched_bytes: Some(filter.pixels * super::fetched_bytes(texture)),
+        fetched_bytes: Some(filter.pixels * fetched_bytes(texture)),
         ..Measurement::default()
     };
     let entity = world.spawn((
@@ -457,16 +449,16 @@ fn with_relative_times(mut rows: Vec<Measurement>, filters: &[Filter]) -> Vec<Me
         let Some(row) = rows.iter_mut().find(|row| row.setting == name) else {
             continue;
         };
-        for rival in ["bc7", "bc1"] {
-            let hardware = times.get(&format!("{rival} {}", filter.hardware));
+        for baseline in ["bc7", "bc1"] {
+            let hardware = times.get(&format!("{baseline} {}", filter.hardware));
             let (Some(ours), Some(hardware)) = (times.get(&name), hardware) else {
                 continue;
             };
             let times = &mut row.relative_time;
-            times.insert(format!("{rival} frame"), ours / hardware);
+            times.insert(format!("{baseline} frame"), ours / hardware);
             let sampling = hardware - empty;
             if sampling > 0.1 * hardware {
-                times.insert(format!("{rival} sampling"), (ours - empty) / sampling);
+                times.insert(format!("{baseline} sampling"), (ours - empty) / sampling);
             }
         }
     }

@@ -14,14 +14,13 @@ use bevy::{
 use bevy_ycocg_fb::{FrameBufferReports, Reconstruction, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
 use indicatif::ProgressBar;
 
-use super::PLUGIN;
 use crate::{
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, pixel_camera},
     record::Measurement,
     tradeoff::{
-        TradeoffError,
-        contest::{Contestant, contest},
-        options::Plan,
+        interleaved::{Candidate, benchmark_apps},
+        plan::Plan,
+        study::TradeoffError,
     },
 };
 
@@ -129,21 +128,20 @@ pub fn rows(plan: &Plan, progress: &ProgressBar) -> Result<Vec<Measurement>, Tra
             load.msaa.samples()
         );
         progress.set_message(scene.clone());
-        let mut contestants = Vec::new();
+        let mut candidates = Vec::new();
         let filters = Camera::FILTERS.into_iter().filter(|_| load.layers == 0);
         for camera in Camera::ALL.into_iter().chain(filters) {
             let (app, bytes) = app(camera, load, size)?;
             let row = Measurement {
-                plugin: PLUGIN.into(),
                 scene: scene.clone(),
                 setting: camera.name().into(),
                 reference: super::settings::REFERENCE.into(),
                 bytes: Some(bytes),
                 ..Measurement::default()
             };
-            contestants.push(Contestant::new(app, row));
+            candidates.push(Candidate::new(app, row));
         }
-        rows.extend(contest(contestants, plan.rounds, plan.frames)?);
+        rows.extend(benchmark_apps(candidates, plan.rounds, plan.frames)?);
         progress.inc(1);
     }
     Ok(rows)

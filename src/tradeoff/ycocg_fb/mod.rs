@@ -44,7 +44,10 @@ use self::{
     settings::{Picture, REFERENCE, Setting, settings},
     tone_map::ToneMap,
 };
-use super::{Study, TradeoffError, options::Plan};
+use super::{
+    plan::Plan,
+    study::{Study, TradeoffError},
+};
 use crate::{
     metrics::compare,
     record::{Measurement, Report},
@@ -52,12 +55,11 @@ use crate::{
 
 /// The study.
 pub const STUDY: Study = Study {
-    name: PLUGIN,
+    name: "ycocg_fb",
     measure,
     summary: summary::summary,
+    tables: |_| String::new(),
 };
-
-const PLUGIN: &str = "ycocg_fb";
 
 fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
     let Some(size) = plan.frame else {
@@ -162,7 +164,6 @@ fn row(
 ) -> Result<Measurement, TradeoffError> {
     let pixels = f64::from(reference.width()) * f64::from(reference.height());
     Ok(Measurement {
-        plugin: PLUGIN.into(),
         scene: scene.into(),
         setting: setting.name.into(),
         reference: REFERENCE.into(),

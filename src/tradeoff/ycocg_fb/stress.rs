@@ -4,7 +4,7 @@ use bevy_ycocg_fb::reference::color::linear_from_srgb;
 use indicatif::ProgressBar;
 
 use super::{capture::hdr_frame, frame::Frame, scenes::SCENES};
-use crate::tradeoff::{TradeoffError, options::Plan, wavelet_tex};
+use crate::tradeoff::{kodak, plan::Plan, study::TradeoffError};
 
 /// Scenes and the factors that their exposure is multiplied by.
 pub const EXPOSURES: [(&str, f32); 4] = [
@@ -41,7 +41,7 @@ pub fn photographs(
     plan: &Plan,
     progress: &ProgressBar,
 ) -> Result<Vec<(String, Frame)>, TradeoffError> {
-    let photographs = wavelet_tex::kodak(plan, &plan.photographs, progress)?;
+    let photographs = kodak::photographs(plan, &plan.photographs, progress)?;
     let frame = |(name, image): (String, image::RgbImage)| {
         let (width, height) = image.dimensions();
         let frame = Frame::from_fn([width, height], |x, y| {

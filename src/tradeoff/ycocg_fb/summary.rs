@@ -28,7 +28,7 @@ pub fn summary(report: &Report) -> Summary {
             "packed_hdr" => ("default", Source::Ours),
             name => match name.strip_prefix("packed_hdr ") {
                 Some(filter) => (filter, Source::Ours),
-                None => (name, Source::Peer),
+                None => (name, Source::Baseline),
             },
         };
         Some(Choice {
@@ -106,7 +106,7 @@ mod tests {
                 Source::Ours,
             ),
             choice("quad", 35.0, 0.5, Source::Ours),
-            choice("rg11b10ufloat", 45.0, 0.5, Source::Peer),
+            choice("rg11b10ufloat", 45.0, 0.5, Source::Baseline),
         ];
         assert_eq!(found.choices, expected);
     }

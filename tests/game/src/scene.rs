@@ -10,7 +10,7 @@ use bevy::{
 use bevy_voxel_gi::VoxelGiVolume;
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletStandardMaterial, WaveletStorage, WaveletTexture,
-    codec::encoder::{EncodeSettings, encode_rgb8},
+    codec::{encoder::encode_rgb8, settings::EncodeSettings},
 };
 use bevy_ycocg_fb::YCoCgFrameBuffer;
 

@@ -12,8 +12,8 @@ use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
     WaveletTexPlugin, WaveletTexture,
     codec::{
-        encoder::{EncodeSettings, encode_rgb8},
-        search::Effort,
+        encoder::encode_rgb8,
+        settings::{Effort, EncodeSettings},
     },
 };
 use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};

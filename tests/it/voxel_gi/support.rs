@@ -1,14 +1,6 @@
 //! What the cases share.
 
-use bevy::{
-    prelude::*,
-    render::{
-        RenderApp,
-        render_asset::RenderAssets,
-        renderer::{RenderDevice, RenderQueue},
-        texture::GpuImage,
-    },
-};
+use bevy::prelude::*;
 use bevy_frugal_lab::{
     boxes::{BoxScene, spawn_box_scene},
     headless::{HeadlessApp, HeadlessSettings, TargetFormat},
@@ -87,44 +79,9 @@ pub fn read_texels(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
         .expect("one volume")
         .voxels
         .clone();
-    let render = app.app_mut().sub_app(RenderApp).world();
-    let device = render.resource::<RenderDevice>().wgpu_device();
-    let image = render
-        .resource::<RenderAssets<GpuImage>>()
-        .get(&handle)
-        .expect("a texture");
-    let size = image.texture_descriptor.size;
-    let row = (size.width * 8).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-        label: None,
-        size: u64::from(row * size.height * size.depth_or_array_layers),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    encoder.copy_texture_to_buffer(
-        image.texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(row),
-                rows_per_image: Some(size.height),
-            },
-        },
-        size,
-    );
-    render.resource::<RenderQueue>().submit([encoder.finish()]);
-    buffer.map_async(wgpu::MapMode::Read, .., |result| result.expect("mapped"));
-    device
-        .poll(wgpu::PollType::Wait {
-            submission_index: None,
-            timeout: None,
-        })
-        .expect("the GPU answers");
-    let bytes = buffer.slice(..).get_mapped_range().expect("mapped");
+    let (size, bytes) = app.read_texture(&handle, 8).expect("the GPU answers");
     let texel = |x: u32, y: u32, z: u32| {
-        let at = ((z * size.height + y) * row + x * 8) as usize;
+        let at = (((z * size.height + y) * size.width + x) * 8) as usize;
         let channel = |c: usize| {
             half::f16::from_le_bytes([bytes[at + 2 * c], bytes[at + 2 * c + 1]]).to_f32()
         };

@@ -3,7 +3,8 @@
 use bevy_wavelet_tex::codec::{
     blocks::decode_bc3,
     haar::Transform,
-    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
+    image::{ColorSpace, Content, PlaneGroup, WaveletImage},
+    packing::Packing,
     quantizer::PlaneCoding,
 };
 

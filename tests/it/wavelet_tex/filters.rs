@@ -5,9 +5,9 @@ use bevy_frugal_lab::content;
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStorage,
     codec::{
-        encoder::EncodeSettings,
         image::{ColorSpace, WaveletImage},
         rate::Rate,
+        settings::EncodeSettings,
     },
 };
 

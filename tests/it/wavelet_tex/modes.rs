@@ -5,10 +5,11 @@ use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStorage,
     codec::{
         color::srgb_from_linear,
-        encoder::{EncodeSettings, Method, encode},
-        image::{ColorSpace, Content, Packing, WaveletImage},
+        encoder::encode,
+        image::{ColorSpace, Content, WaveletImage},
+        packing::Packing,
         rate::Rate,
-        search::Effort,
+        settings::{Effort, EncodeSettings, Method},
         source::{Pixels, Source},
     },
 };
@@ -75,7 +76,7 @@ fn modes() -> Vec<(String, WaveletImage)> {
 pub fn chroma_rounding(image: &WaveletImage) -> f32 {
     let chroma = image.groups.get(1).filter(|g| g.packing == Packing::Bc1);
     let extents = chroma.iter().flat_map(|g| &g.codings);
-    0.5 * STEP * extents.map(|c| c.mean_max - c.mean_min).sum::<f32>()
+    0.5 * STEP * extents.map(|c| c.low_max - c.low_min).sum::<f32>()
 }
 
 /// The largest difference in steps of an 8-bit picture, and what it may be.

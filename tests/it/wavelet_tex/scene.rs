@@ -13,9 +13,10 @@ use bevy_wavelet_tex::{
     codec::{
         color::linear_from_srgb,
         decoder::{DecodedImage, decode_with},
-        encoder::{EncodeSettings, encode_rgb8},
+        encoder::encode_rgb8,
         image::{ColorSpace, Content, WaveletImage},
         rate::Rate,
+        settings::EncodeSettings,
     },
 };
 use image::RgbImage;

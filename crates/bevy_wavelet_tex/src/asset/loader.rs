@@ -7,26 +7,19 @@ use bevy::{
     log::warn,
     reflect::TypePath,
 };
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::texture::{WaveletStorage, WaveletTexture};
-use crate::file::{self, ReadError};
+use super::texture::WaveletTexture;
+use crate::{
+    file::{self, ReadError},
+    settings::{WaveletLoaderSettings, WaveletStorage},
+};
 
 /// Loads [`WaveletTexture`]s. Their images have the labels `luma`, `detail`, `chroma` or `decoded`.
 #[derive(TypePath)]
 pub struct WaveletTextureLoader {
     /// Whether the adapter samples BC textures.
     supports_bc: bool,
-}
-
-/// Settings of [`WaveletTextureLoader`] for one texture, in its `.meta` file or from
-/// `load_with_settings`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct WaveletLoaderSettings {
-    /// Whether to decode the texture to RGBA8 on load even where the adapter has BC. That takes 6
-    /// to 16 times the memory and makes sampling cheaper. Default: `false`.
-    pub decode_on_load: bool,
 }
 
 /// The reason why a texture was not loaded.

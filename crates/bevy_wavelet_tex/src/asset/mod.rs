@@ -5,11 +5,8 @@ mod loader;
 mod saver;
 mod texture;
 
-pub use loader::{WaveletLoadError, WaveletLoaderSettings, WaveletTextureLoader};
+pub use loader::{WaveletLoadError, WaveletTextureLoader};
 #[cfg(feature = "encode")]
-pub use saver::{
-    WaveletProcessor, WaveletQuality, WaveletRole, WaveletSaveError, WaveletSaver,
-    WaveletSaverSettings,
-};
+pub use saver::{WaveletProcessor, WaveletSaveError, WaveletSaver};
 pub(crate) use texture::Part;
-pub use texture::{Parts, TextureGroup, WaveletStorage, WaveletTexture};
+pub use texture::{Parts, TextureGroup, WaveletTexture};

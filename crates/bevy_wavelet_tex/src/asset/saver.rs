@@ -12,21 +12,20 @@ use bevy::{
     reflect::TypePath,
     render::render_resource::TextureFormat,
 };
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{WaveletLoaderSettings, WaveletTextureLoader};
+use super::WaveletTextureLoader;
 use crate::{
     codec::{
-        encoder::{EncodeError, EncodeSettings, Method, encode},
-        image::{ColorSpace, Content},
+        encoder::{EncodeError, encode},
         layout,
         rate::Rate,
         reduce::reduced_rgba8,
-        search::Effort,
+        settings::{EncodeSettings, Method},
         source::{Pixels, Source},
     },
     file,
+    settings::{WaveletLoaderSettings, WaveletRole, WaveletSaverSettings},
 };
 
 /// Converts images to wavelet textures under `AssetMode::Processed`, where a `.meta` file names it.
@@ -39,100 +38,6 @@ pub type WaveletProcessor =
 /// Saves an image as a wavelet texture.
 #[derive(Clone, Copy, Debug, Default, TypePath)]
 pub struct WaveletSaver;
-
-/// Settings of [`WaveletSaver`], which are the `saver_settings` in a `.meta` file.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct WaveletSaverSettings {
-    /// The kind of data in the image. Default: [`WaveletRole::Color`].
-    pub role: WaveletRole,
-    /// The quality to encode at, as a rate or as a PSNR. Default: [`WaveletQuality::Usual`].
-    pub quality: WaveletQuality,
-    /// Whether colour keeps its alpha channel, which takes as many bits as luma. Default: `false`.
-    pub alpha: bool,
-    /// Time to spend on the search for the parameters. Default: [`Effort::Default`].
-    pub effort: Effort,
-    /// Whether to make mips where the image has none. Default: `true`.
-    pub mips: bool,
-    /// Longest side in pixels: larger images are halved until no side is longer. Default: `None`,
-    /// no limit.
-    pub max_size: Option<u32>,
-    /// Whether to encode without prediction: a decoded pixel then takes one fetch of luma instead
-    /// of nine, at a lower quality. Default: `false`.
-    pub one_fetch: bool,
-}
-
-impl Default for WaveletSaverSettings {
-    fn default() -> Self {
-        Self {
-            role: WaveletRole::default(),
-            quality: WaveletQuality::default(),
-            alpha: false,
-            effort: Effort::default(),
-            mips: true,
-            max_size: None,
-            one_fetch: false,
-        }
-    }
-}
-
-/// The quality of a texture, by its rate or by its error.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub enum WaveletQuality {
-    /// The default rate of the role: 2 bits per pixel for gray, 3 for colour, 4 for normals.
-    #[default]
-    Usual,
-    /// The given rate, which must be one of the role's.
-    Rate(Rate),
-    /// The smallest rate of the role that reaches this PSNR in dB, measured on the encoded image
-    /// itself, or the largest rate where none does. The README lists the PSNR of each rate on
-    /// photographs.
-    MinPsnr(f64),
-}
-
-impl WaveletQuality {
-    /// The rate to encode with, and the PSNR in dB that replaces it by the smallest sufficient one.
-    fn goal(self, content: Content) -> (Rate, Option<f64>) {
-        match self {
-            Self::Usual => (Rate::usual(content), None),
-            Self::Rate(rate) => (rate, None),
-            Self::MinPsnr(db) => (Rate::usual(content), Some(db)),
-        }
-    }
-}
-
-/// The kind of data in an image, which decides its content and its transfer function.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum WaveletRole {
-    /// Base colour or emissive colour, in sRGB.
-    #[default]
-    Color,
-    /// A gray picture, in sRGB.
-    Gray,
-    /// A normal map in tangent space.
-    Normal,
-    /// One channel of linear data: occlusion, alpha masks.
-    Mask,
-    /// Three channels of linear data: metallic-roughness.
-    Data,
-}
-
-impl WaveletRole {
-    fn content(self) -> Content {
-        match self {
-            Self::Color | Self::Data => Content::Color,
-            Self::Gray | Self::Mask => Content::Gray,
-            Self::Normal => Content::Normal,
-        }
-    }
-
-    fn color_space(self) -> ColorSpace {
-        match self {
-            Self::Color | Self::Gray => ColorSpace::Srgb,
-            Self::Normal | Self::Mask | Self::Data => ColorSpace::Linear,
-        }
-    }
-}
 
 /// The reason why an image was not saved.
 #[derive(Debug, Error)]

@@ -10,12 +10,16 @@ use bevy::{
     },
 };
 
-use crate::codec::{
-    blocks::BlockFormat,
-    decoder::decode,
-    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
-    layout,
-    quantizer::PlaneCoding,
+use crate::{
+    codec::{
+        blocks::BlockFormat,
+        decoder::decode,
+        image::{ColorSpace, Content, PlaneGroup, WaveletImage},
+        layout,
+        packing::Packing,
+        quantizer::PlaneCoding,
+    },
+    settings::WaveletStorage,
 };
 
 /// A wavelet texture, loaded from a `.wtex` file or made with [`WaveletTexture::add`].
@@ -109,16 +113,6 @@ impl VisitAssetDependencies for Parts<Handle<Image>> {
     fn visit_dependencies(&self, visit: &mut impl FnMut(UntypedAssetId)) {
         self.iter().for_each(|image| visit(image.id().untyped()));
     }
-}
-
-/// Representation of a texture on the GPU.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum WaveletStorage {
-    /// BC blocks, which the shader decodes. The adapter needs `TEXTURE_COMPRESSION_BC`.
-    #[default]
-    Blocks,
-    /// RGBA8, decoded on the CPU. It looks the same and takes 6 to 16 times the memory.
-    Decoded,
 }
 
 impl WaveletTexture {

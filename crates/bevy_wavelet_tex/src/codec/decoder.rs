@@ -4,8 +4,9 @@ use super::{
     blocks::{BlockFormat, Texel, decode_blocks},
     chroma::interpolated,
     color::{YCoCg, rgb_from_ycocg},
-    image::{Content, Packing, PlaneGroup, WaveletImage},
+    image::{Content, PlaneGroup, WaveletImage},
     layout,
+    packing::Packing,
     plane::Plane,
     wavelet::decode_plane,
 };
@@ -129,7 +130,7 @@ fn decode_group(
             .map(|(plane, coding)| {
                 Plane::from_fn(size, |x, y| {
                     let texel = texels[(y * texture[0] + x) as usize];
-                    coding.load_mean(stored(plane, texel))
+                    coding.load_low(stored(plane, texel))
                 })
             })
             .collect();

@@ -6,66 +6,19 @@ use thiserror::Error;
 use super::{
     blocks::{BlockFormat, ChromaEncoder, Starts, decode_blocks},
     chroma,
-    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
+    image::{ColorSpace, Content, PlaneGroup, WaveletImage},
     layout,
+    packing::Packing,
     plane::Plane,
     planes::LevelPlanes,
     quality,
     quantizer::PlaneCoding,
     rate::Rate,
-    search::{Effort, choose_coding, choose_thesis_coding},
+    search::{choose_coding, choose_thesis_coding},
+    settings::{Effort, EncodeSettings, Method},
     source::{LinearLevel, Pixels, Source, level_pixels},
     wavelet::{CoefficientPlane, PackSettings, decode_plane, encode_plane},
 };
-
-/// Settings of [`encode`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EncodeSettings {
-    /// The content of the image and its bits per pixel. Default: [`Rate::Color3`].
-    pub rate: Rate,
-    /// When set, the encoder chooses the smallest rate of the same content that reaches this PSNR
-    /// in dB, or the largest rate when none does. That encodes the largest level once for each rate
-    /// it tries. Default: `None`.
-    pub min_psnr_db: Option<f64>,
-    /// Whether colour keeps its alpha channel, which takes as many bits as luma. Default: `false`.
-    pub alpha: bool,
-    /// Transfer function of the values; normals are always linear. Default: sRGB.
-    pub color_space: ColorSpace,
-    /// Whether to make mips where none are given, by a box filter in linear light. Default: `true`.
-    pub mips: bool,
-    /// Time to spend on the search for the parameters. Default: [`Effort::Default`].
-    pub effort: Effort,
-    /// The parts of the codec to use. Default: [`Method::Best`].
-    pub method: Method,
-}
-
-/// The parts of the codec that an encoder uses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Method {
-    /// Everything that improves the quality.
-    #[default]
-    Best,
-    /// The same without prediction: a decoded pixel takes one fetch of luma instead of nine, and
-    /// gray at 2 bits per pixel loses 0.7 dB.
-    OneFetch,
-    /// The codec of the thesis: the partially inverted Haar transform with a search for w, clamping
-    /// and power curve, and chroma in wavelet planes that are repeated instead of interpolated.
-    Thesis,
-}
-
-impl Default for EncodeSettings {
-    fn default() -> Self {
-        Self {
-            rate: Rate::Color3,
-            min_psnr_db: None,
-            alpha: false,
-            color_space: ColorSpace::Srgb,
-            mips: true,
-            effort: Effort::Default,
-            method: Method::Best,
-        }
-    }
-}
 
 /// The reason why an image cannot be encoded.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -342,16 +295,16 @@ impl Job<'_> {
 
     fn choose(&self, plane: &Plane, [min, max]: [f32; 2], packing: Packing) -> PlaneCoding {
         // The interval is at least one 8-bit step wide, so that 0 and 1 stand for two values.
-        let means = [min, max.max(min + 1.0 / 255.0)];
+        let low_bounds = [min, max.max(min + 1.0 / 255.0)];
         if !packing.is_wavelet() {
-            return PlaneCoding::linear(means);
+            return PlaneCoding::linear(low_bounds);
         }
         let coefficients = CoefficientPlane::new(plane);
         let effort = self.settings.effort;
         match self.settings.method {
-            Method::Thesis => choose_thesis_coding(&coefficients, means, packing, effort),
-            Method::Best => choose_coding(&coefficients, means, packing, effort, true),
-            Method::OneFetch => choose_coding(&coefficients, means, packing, effort, false),
+            Method::Thesis => choose_thesis_coding(&coefficients, low_bounds, packing, effort),
+            Method::Best => choose_coding(&coefficients, low_bounds, packing, effort, true),
+            Method::OneFetch => choose_coding(&coefficients, low_bounds, packing, effort, false),
         }
     }
 
@@ -388,7 +341,7 @@ impl Job<'_> {
         let blocks = self.chroma_blocks(&group.codings, small, texture);
         let texels = decode_blocks(BlockFormat::Bc1, &blocks, texture);
         let cg = Plane::from_fn(small[1].size, |x, y| {
-            group.codings[1].load_mean(texels[(y * texture[0] + x) as usize][1])
+            group.codings[1].load_low(texels[(y * texture[0] + x) as usize][1])
         });
         group.textures[0].extend(&blocks);
         let size = planes.luma[0].size;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::image::Packing;
+use super::packing::Packing;
 
 /// The three detail coefficients of 2 x 2 pixels, in the order in which they are stored as R, G, B.
 pub type Details = [f32; 3];

@@ -6,7 +6,7 @@
 //! allocates 12, 6, 3 and 1), so the chain ends before that level. One more mip can be decoded all
 //! the same, since the low band of a level is the next level of its plane.
 
-use super::image::Packing;
+use super::packing::Packing;
 
 /// Largest width or height of an image, in pixels. The coefficient textures are half as wide and so
 /// fit the 8192 texels of wgpu's default limits (luma at full size, as in colour at 5 bpp, needs an

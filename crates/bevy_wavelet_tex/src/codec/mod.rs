@@ -9,12 +9,13 @@
 //! 2 bits per pixel. Both sides predict the details from the neighbouring values of the low band,
 //! so only the residual is stored. Chroma is downsampled, and the texture unit interpolates it.
 //!
-//! In the code, a `mean` is a value of the low band and `details` are the coefficients of the
-//! detail bands.
+//! In the code, `low` is a value of the low band and `details` are the coefficients of the detail
+//! bands.
 //!
 //! | module | stage | thesis |
 //! | --- | --- | --- |
 //! | [`rate`], [`mod@image`] | the rates to choose from, and the encoded image | 3.5.5 |
+//! | [`packing`] | how planes are packed into textures | 3.5.3 |
 //! | [`source`], [`reduce`] | input pixels, their mips, and downsampling to a size limit | |
 //! | [`color`] | conversion between RGB and luma / chroma | 3.3.1 |
 //! | [`plane`], [`chroma`] | planes and their downsampling | 3.5.5 |
@@ -24,10 +25,12 @@
 //! | [`blocks`] | BC blocks | 3.4.2 |
 //! | [`wavelet`] | conversion of one plane to blocks and back | 3.5.3 |
 //! | [`layout`] | sizes of planes, their textures and mip chains | |
-//! | [`encoder`], [`search`] | the whole encoder, and the search for its parameters | 3.5.2 |
+//! | [`encoder`], [`settings`], `search` | the whole encoder, its settings, and the search for its parameters | 3.5.2 |
 //! | [`decoder`] | the whole decoder | 3.5.3 |
-//! | [`quality`] | the error of an encoded image | 3.6.1 |
+//! | [`quality`], [`angle`] | the error of an encoded image, and of normals | 3.6.1 |
 
+#[cfg(feature = "encode")]
+pub mod angle;
 pub mod blocks;
 pub mod chroma;
 pub mod color;
@@ -37,6 +40,7 @@ pub mod encoder;
 pub mod haar;
 pub mod image;
 pub mod layout;
+pub mod packing;
 pub mod plane;
 #[cfg(feature = "encode")]
 mod planes;
@@ -48,7 +52,9 @@ pub mod rate;
 #[cfg(feature = "encode")]
 pub mod reduce;
 #[cfg(feature = "encode")]
-pub mod search;
+mod search;
+#[cfg(feature = "encode")]
+pub mod settings;
 #[cfg(feature = "encode")]
 pub mod source;
 pub mod wavelet;

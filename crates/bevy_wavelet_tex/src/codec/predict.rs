@@ -17,10 +17,10 @@ use super::{haar::Details, plane::Plane};
 
 /// The slopes of the low band: the prediction for a `predictor` of 1. HL and LH scale with the
 /// predictor, HH with its square.
-pub fn slopes(means: &Plane, x: u32, y: u32) -> Details {
+pub fn slopes(low_band: &Plane, x: u32, y: u32) -> Details {
     let (left, right) = (x.saturating_sub(1), x + 1);
     let (above, below) = (y.saturating_sub(1), y + 1);
-    let m = |x, y| means.clamped(x, y);
+    let m = |x, y| low_band.clamped(x, y);
     [
         2.0 * (m(left, y) - m(right, y)),
         2.0 * (m(x, above) - m(x, below)),
@@ -30,11 +30,11 @@ pub fn slopes(means: &Plane, x: u32, y: u32) -> Details {
 
 /// The prediction of HL, LH and HH. Beyond the edges the outermost values of the low band are
 /// repeated.
-pub fn predicted(means: &Plane, x: u32, y: u32, predictor: f32) -> Details {
+pub fn predicted(low_band: &Plane, x: u32, y: u32, predictor: f32) -> Details {
     if predictor == 0.0 {
         return [0.0; 3];
     }
-    let [hl, lh, hh] = slopes(means, x, y);
+    let [hl, lh, hh] = slopes(low_band, x, y);
     [predictor * hl, predictor * lh, predictor * predictor * hh]
 }
 
@@ -62,25 +62,25 @@ mod tests {
     /// The low band and the details of a picture of `size` quads.
     fn quads(size: [u32; 2], value: impl Fn(f32, f32) -> f32) -> (Plane, Vec<Details>) {
         let pixels = Plane::from_fn(size.map(|s| 2 * s), |x, y| value(x as f32, y as f32));
-        let means = Plane::from_fn(size, |x, y| haar(pixels.quad(x, y)).ll / 2.0);
+        let low_band = Plane::from_fn(size, |x, y| haar(pixels.quad(x, y)).ll / 2.0);
         let details = (0..size[1])
             .flat_map(|y| (0..size[0]).map(move |x| (x, y)))
             .map(|(x, y)| haar(pixels.quad(x, y)).details)
             .collect();
-        (means, details)
+        (low_band, details)
     }
 
     #[test]
-    fn a_parabola_is_foretold_exactly_by_an_eighth() {
+    fn a_parabola_is_predicted_exactly_by_an_eighth() {
         // The mean of a parabola over a quad differs from the parabola by a constant; the product
         // of two has a cross term.
-        let (means, details) = quads([6, 6], |x, y| {
+        let (low_band, details) = quads([6, 6], |x, y| {
             (x * x - 3.0 * x + 1.0) * (0.5 * y + 2.0) / 64.0
         });
         for y in 1..5 {
             for x in 1..5 {
                 let wanted = details[(y * 6 + x) as usize];
-                let found = predicted(&means, x, y, 0.125);
+                let found = predicted(&low_band, x, y, 0.125);
                 for c in 0..3 {
                     assert!((found[c] - wanted[c]).abs() < 1e-4, "{found:?} {wanted:?}");
                 }
@@ -90,9 +90,9 @@ mod tests {
 
     #[test]
     fn least_squares_finds_the_slope_and_flat_images_need_none() {
-        let (means, details) = quads([8, 8], |x, y| x * x / 100.0 + 0.05 * y);
+        let (low_band, details) = quads([8, 8], |x, y| x * x / 100.0 + 0.05 * y);
         let inner = (1..7u32).flat_map(|y| (1..7u32).map(move |x| (x, y)));
-        let pairs = inner.map(|(x, y)| (slopes(&means, x, y), details[(y * 8 + x) as usize]));
+        let pairs = inner.map(|(x, y)| (slopes(&low_band, x, y), details[(y * 8 + x) as usize]));
         assert!((best_predictor(pairs) - 0.125).abs() < 1e-4);
         assert_eq!(best_predictor([([0.0; 3], [1.0; 3])].into_iter()), 0.0);
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     haar::{Details, Transform},
-    image::Packing,
+    packing::Packing,
 };
 
 /// How the values of one plane are stored: all parameters that its decoder needs.
@@ -13,9 +13,9 @@ use super::{
 pub struct PlaneCoding {
     /// The value that 0 stands for, in units of the plane: of the low band (LL / 2, the mean of 2 x
     /// 2 pixels) in wavelet packings, of the pixels in the others.
-    pub mean_min: f32,
-    /// The value that 1 stands for; larger than `mean_min`.
-    pub mean_max: f32,
+    pub low_min: f32,
+    /// The value that 1 stands for; larger than `low_min`.
+    pub low_max: f32,
     /// Largest stored detail, in units of the plane, positive; larger ones are clamped. A smaller
     /// range stores small details with a smaller error, but clamps more of the strong edges.
     pub range: f32,
@@ -24,7 +24,7 @@ pub struct PlaneCoding {
     pub gamma: f32,
     /// The zero point: the stored value of a detail of zero, in `[0.25, 0.75]`. It is a code that
     /// the block format has, so that flat areas are exact.
-    pub centre: Details,
+    pub zero_point: Details,
     /// Weight of the prediction from the neighbouring values of the low band, in `[-1, 1]`; 0
     /// disables it. See [`predict`](super::predict).
     pub predictor: f32,
@@ -37,19 +37,19 @@ const LARGEST_MAGNITUDE: f32 = 65536.0;
 
 impl PlaneCoding {
     /// The zero point among the 5:6:5 codes of BC3: 16 of 31, 32 of 63.
-    pub const CENTRE_565: Details = [16.0 / 31.0, 32.0 / 63.0, 16.0 / 31.0];
+    pub const ZERO_POINT_565: Details = [16.0 / 31.0, 32.0 / 63.0, 16.0 / 31.0];
     /// The zero point among 8-bit codes.
-    pub const CENTRE_8: Details = [128.0 / 255.0; 3];
+    pub const ZERO_POINT_8: Details = [128.0 / 255.0; 3];
 
     /// Stores details in `[-1, 1]` without a curve or a prediction, and the low band (or the
     /// pixels) in the given interval.
-    pub fn linear([mean_min, mean_max]: [f32; 2]) -> Self {
+    pub fn linear([low_min, low_max]: [f32; 2]) -> Self {
         Self {
-            mean_min,
-            mean_max,
+            low_min,
+            low_max,
             range: 1.0,
             gamma: 1.0,
-            centre: [0.5; 3],
+            zero_point: [0.5; 3],
             predictor: 0.0,
             transform: Transform::Haar,
         }
@@ -59,13 +59,13 @@ impl PlaneCoding {
     /// transform can be inverted where `packing` needs it.
     pub fn is_valid(&self, packing: Packing) -> bool {
         let bounded = |v: f32| v.abs() <= LARGEST_MAGNITUDE;
-        bounded(self.mean_min)
-            && bounded(self.mean_max)
-            && self.mean_max > self.mean_min
+        bounded(self.low_min)
+            && bounded(self.low_max)
+            && self.low_max > self.low_min
             && self.range > 0.0
             && bounded(self.range)
             && (0.1..=1.0).contains(&self.gamma)
-            && self.centre.iter().all(|c| (0.25..=0.75).contains(c))
+            && self.zero_point.iter().all(|c| (0.25..=0.75).contains(c))
             && (-1.0..=1.0).contains(&self.predictor)
             && self.transform.is_valid(packing)
             // A small w amplifies the details, and the largest one must stay in range after that.
@@ -73,25 +73,25 @@ impl PlaneCoding {
     }
 
     /// Converts a value of the low band to its stored value.
-    pub fn store_mean(&self, mean: f32) -> f32 {
-        ((mean - self.mean_min) / (self.mean_max - self.mean_min)).clamp(0.0, 1.0)
+    pub fn store_low(&self, low: f32) -> f32 {
+        ((low - self.low_min) / (self.low_max - self.low_min)).clamp(0.0, 1.0)
     }
 
     /// Converts a stored value to a value of the low band.
-    pub fn load_mean(&self, stored: f32) -> f32 {
-        self.mean_min + stored * (self.mean_max - self.mean_min)
+    pub fn load_low(&self, stored: f32) -> f32 {
+        self.low_min + stored * (self.low_max - self.low_min)
     }
 
     /// Converts a transformed detail to the stored value of channel `c`.
     pub fn store_detail(&self, c: usize, mixed: f32) -> f32 {
         let normalized = (mixed / self.range).clamp(-1.0, 1.0);
         let curved = normalized.abs().powf(self.gamma).copysign(normalized);
-        (self.centre[c] + 0.5 * curved).clamp(0.0, 1.0)
+        (self.zero_point[c] + 0.5 * curved).clamp(0.0, 1.0)
     }
 
     /// Converts the stored value of channel `c` to a transformed detail.
     pub fn load_detail(&self, c: usize, stored: f32) -> f32 {
-        let curved = 2.0 * (stored - self.centre[c]);
+        let curved = 2.0 * (stored - self.zero_point[c]);
         self.range * curved.abs().powf(1.0 / self.gamma).copysign(curved)
     }
 
@@ -125,14 +125,14 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_in_range_survives(
-            mean in -0.25f32..1.25,
+            low in -0.25f32..1.25,
             details in prop::array::uniform3(-1.0f32..1.0),
             gamma in 0.3f32..=1.0,
             w in 0.05f32..=1.0,
         ) {
             for transform in [Transform::Haar, Transform::PartiallyInvertedHaar { w }] {
                 let c = coding(gamma, transform);
-                prop_assert!((c.load_mean(c.store_mean(mean)) - mean).abs() < 1e-5);
+                prop_assert!((c.load_low(c.store_low(low)) - low).abs() < 1e-5);
                 let back = c.load_details(c.store_details(details));
                 for (a, b) in back.iter().zip(details) {
                     prop_assert!((a - b).abs() < 1e-5 + 1e-6 / w);
@@ -142,11 +142,11 @@ mod tests {
 
         #[test]
         fn zero_is_stored_exactly_where_the_format_has_a_code(gamma in 0.3f32..=1.0) {
-            for (centre, steps) in [
-                (PlaneCoding::CENTRE_565, [31.0, 63.0, 31.0]),
-                (PlaneCoding::CENTRE_8, [255.0; 3]),
+            for (zero_point, steps) in [
+                (PlaneCoding::ZERO_POINT_565, [31.0, 63.0, 31.0]),
+                (PlaneCoding::ZERO_POINT_8, [255.0; 3]),
             ] {
-                let coding = PlaneCoding { centre, ..coding(gamma, Transform::Haar) };
+                let coding = PlaneCoding { zero_point, ..coding(gamma, Transform::Haar) };
                 let stored = coding.store_details([0.0; 3]);
                 for c in 0..3 {
                     let code: f32 = stored[c] * steps[c];
@@ -171,11 +171,11 @@ mod tests {
         assert!(good.is_valid(Packing::Bc3));
         for bad in [
             PlaneCoding {
-                mean_max: good.mean_min,
+                low_max: good.low_min,
                 ..good
             },
             PlaneCoding {
-                mean_min: f32::NAN,
+                low_min: f32::NAN,
                 ..good
             },
             PlaneCoding { range: 0.0, ..good },
@@ -189,7 +189,7 @@ mod tests {
                 ..good
             },
             PlaneCoding {
-                centre: [0.5, 1.0, 0.5],
+                zero_point: [0.5, 1.0, 0.5],
                 ..good
             },
             PlaneCoding {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::image::{Content, Packing};
+use super::{image::Content, packing::Packing};
 
 /// The content of an image and its bits per pixel. The numbers are those of the largest level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -5,32 +5,19 @@
 //! range and power curve are found by coordinate descent over a sample of the blocks.
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::{
     blocks::{
         BlockFormat, BlockQuality, DetailEncoder, Starts, decode_blocks, encode_bc3, encode_bc7,
     },
     haar::{Details, Transform},
-    image::Packing,
+    packing::Packing,
     plane::Plane,
     predict::{best_predictor, predicted, slopes},
     quantizer::PlaneCoding,
+    settings::Effort,
     wavelet::CoefficientPlane,
 };
-
-/// Time that the encoder spends on the search for its parameters.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Effort {
-    /// No search: the encoder uses the values to which the search converges for most images. For
-    /// previews.
-    Fast,
-    /// A search over a sample of 512 blocks; where a rate has two packings, the better one is kept.
-    #[default]
-    Default,
-    /// A finer search over a sample of 4096 blocks.
-    Best,
-}
 
 /// Candidates for the transform of the thesis.
 const MIXES: [Transform; 6] = [
@@ -45,29 +32,29 @@ const MIXES: [Transform; 6] = [
 /// Largest stored detail of a plane whose values span 1, to which most images converge.
 const USUAL_RANGE: f32 = 0.5;
 
-/// Chooses how to store a plane in the wavelet packing `packing`. `means` is the interval of the
+/// Chooses how to store a plane in the wavelet packing `packing`. `low_bounds` is the interval of the
 /// low band.
 pub(super) fn choose_coding(
     coefficients: &CoefficientPlane,
-    means: [f32; 2],
+    low_bounds: [f32; 2],
     packing: Packing,
     effort: Effort,
     predict: bool,
 ) -> PlaneCoding {
-    let mut coding = PlaneCoding::linear(means);
-    let (gamma, centre) = match packing {
-        Packing::Bc3 => (0.6, PlaneCoding::CENTRE_565),
-        _ => (0.86, PlaneCoding::CENTRE_8),
+    let mut coding = PlaneCoding::linear(low_bounds);
+    let (gamma, zero_point) = match packing {
+        Packing::Bc3 => (0.6, PlaneCoding::ZERO_POINT_565),
+        _ => (0.86, PlaneCoding::ZERO_POINT_8),
     };
     coding.gamma = gamma;
-    coding.centre = centre;
+    coding.zero_point = zero_point;
     coding.predictor = if predict {
         predictor(coefficients)
     } else {
         0.0
     };
     let largest = largest(coefficients.details.iter().copied());
-    coding.range = (USUAL_RANGE * (means[1] - means[0])).min(largest);
+    coding.range = (USUAL_RANGE * (low_bounds[1] - low_bounds[0])).min(largest);
     // This range clamps nothing. It is larger than the largest detail because the zero point is
     // above the middle of the codes, which leaves a little less room for positive details.
     let all = 1.07 * largest;
@@ -114,11 +101,11 @@ pub(super) fn choose_coding(
 /// without prediction.
 pub(super) fn choose_thesis_coding(
     coefficients: &CoefficientPlane,
-    means: [f32; 2],
+    low_bounds: [f32; 2],
     packing: Packing,
     effort: Effort,
 ) -> PlaneCoding {
-    let coding = PlaneCoding::linear(means);
+    let coding = PlaneCoding::linear(low_bounds);
     if packing == Packing::Bc7 {
         let transform = Transform::PartiallyInvertedHaar { w: 0.0 };
         let mixed = coefficients.details.iter().map(|d| transform.mix(*d));
@@ -189,11 +176,11 @@ fn least(errors: &[f64]) -> usize {
 }
 
 fn predictor(coefficients: &CoefficientPlane) -> f32 {
-    let [width, height] = coefficients.means.size;
+    let [width, height] = coefficients.low_band.size;
     let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     best_predictor(positions.map(|(x, y)| {
         (
-            slopes(&coefficients.means, x, y),
+            slopes(&coefficients.low_band, x, y),
             coefficients.details(x, y),
         )
     }))
@@ -205,17 +192,17 @@ type Block = [Details; 16];
 /// At most `count` 4 x 4 blocks of the residual, evenly spaced among the blocks in the order of
 /// their energy, because a few strong edges decide where clamping pays.
 fn sample(coefficients: &CoefficientPlane, predictor: f32, count: usize) -> Vec<Block> {
-    let [columns, rows] = coefficients.means.size.map(|s| s.div_ceil(4));
+    let [columns, rows] = coefficients.low_band.size.map(|s| s.div_ceil(4));
     let total = columns as usize * rows as usize;
     let block = |block: usize| -> Block {
         let block = block as u32;
         std::array::from_fn(|i| {
-            let [width, height] = coefficients.means.size;
+            let [width, height] = coefficients.low_band.size;
             let x = (block % columns * 4 + i as u32 % 4).min(width - 1);
             let y = (block / columns * 4 + i as u32 / 4).min(height - 1);
-            let foretold = predicted(&coefficients.means, x, y, predictor);
+            let prediction = predicted(&coefficients.low_band, x, y, predictor);
             let details = coefficients.details(x, y);
-            std::array::from_fn(|c| details[c] - foretold[c])
+            std::array::from_fn(|c| details[c] - prediction[c])
         })
     };
     if total <= count {
@@ -243,7 +230,7 @@ fn bc7_error(sample: &[Block], coding: &PlaneCoding, packing: Packing) -> f64 {
     let at = |x: u32, y: u32| sample[(x / 4) as usize][(y * 4 + x % 4) as usize];
     let blocks = encode_bc7(size, [1; 3], |x, y| {
         let [r, g, b] = coding.store_details(at(x, y));
-        [r, g, if dropped { coding.centre[2] } else { b }]
+        [r, g, if dropped { coding.zero_point[2] } else { b }]
     });
     let texels = decode_blocks(BlockFormat::Bc7, &blocks, size);
     sum_of_errors(size, &texels, coding, at)

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::{
     blocks::BlockFormat,
     haar::{Coefficients, Details, haar, inverse_haar},
-    image::Packing,
     layout,
+    packing::Packing,
     plane::Plane,
     predict::predicted,
     quantizer::PlaneCoding,
@@ -18,14 +18,14 @@ use super::{
         BlockQuality, DetailEncoder, Starts, Texel, decode_blocks, encode_bc3, encode_bc4,
         encode_bc7, with_alpha_blocks,
     },
-    search::Effort,
+    settings::Effort,
 };
 
 /// The low band and the detail bands of a plane.
 #[derive(Clone, Debug)]
 pub struct CoefficientPlane {
     /// The low band as LL / 2, which is the plane at half its size.
-    pub means: Plane,
+    pub low_band: Plane,
     /// HL, LH and HH of every 2 x 2 pixels, row by row.
     pub details: Vec<Details>,
 }
@@ -39,7 +39,7 @@ impl CoefficientPlane {
             .map(|i| haar(plane.quad(i as u32 % size[0], i as u32 / size[0])))
             .collect();
         Self {
-            means: Plane {
+            low_band: Plane {
                 size,
                 values: coefficients.iter().map(|c| c.ll / 2.0).collect(),
             },
@@ -50,18 +50,18 @@ impl CoefficientPlane {
     /// The details at a position. Outside of the plane they are those of the nearest position
     /// inside.
     pub fn details(&self, x: u32, y: u32) -> Details {
-        let [width, height] = self.means.size;
+        let [width, height] = self.low_band.size;
         self.details[(y.min(height - 1) * width + x.min(width - 1)) as usize]
     }
 
-    /// The residual of the details after the prediction from the low band `means`.
+    /// The residual of the details after the prediction from the low band `low_band`.
     #[cfg(feature = "encode")]
-    fn residual(&self, means: &Plane, coding: &PlaneCoding, x: u32, y: u32) -> Details {
-        let [width, height] = self.means.size;
+    fn residual(&self, low_band: &Plane, coding: &PlaneCoding, x: u32, y: u32) -> Details {
+        let [width, height] = self.low_band.size;
         let (x, y) = (x.min(width - 1), y.min(height - 1));
-        let foretold = predicted(means, x, y, coding.predictor);
+        let prediction = predicted(low_band, x, y, coding.predictor);
         let details = self.details(x, y);
-        std::array::from_fn(|c| details[c] - foretold[c])
+        std::array::from_fn(|c| details[c] - prediction[c])
     }
 }
 
@@ -79,11 +79,11 @@ pub fn assemble(
 ) -> Plane {
     let at = |slice: usize, x: u32, y: u32| texels[slice][(y * texture[0] + x) as usize];
     if !packing.is_wavelet() {
-        return Plane::from_fn(plane_size, |x, y| coding.load_mean(at(0, x, y)[0]));
+        return Plane::from_fn(plane_size, |x, y| coding.load_low(at(0, x, y)[0]));
     }
     let size = layout::coefficient_size(plane_size);
-    let means = Plane::from_fn(size, |x, y| {
-        coding.load_mean(stored_mean(packing, at(0, x, y)))
+    let low_band = Plane::from_fn(size, |x, y| {
+        coding.load_low(stored_low(packing, at(0, x, y)))
     });
     let mut plane = Plane::from_fn(plane_size, |_, _| 0.0);
     let width = plane_size[0];
@@ -99,10 +99,10 @@ pub fn assemble(
                     _ => at(0, x, y),
                 };
                 let left = coding.load_details(stored_details(packing, coding, stored));
-                let foretold = predicted(&means, x, y, coding.predictor);
+                let prediction = predicted(&low_band, x, y, coding.predictor);
                 let quad = inverse_haar(Coefficients {
-                    ll: 2.0 * means.clamped(x, y),
-                    details: std::array::from_fn(|c| left[c] + foretold[c]),
+                    ll: 2.0 * low_band.clamped(x, y),
+                    details: std::array::from_fn(|c| left[c] + prediction[c]),
                 });
                 for (i, value) in quad.into_iter().enumerate() {
                     let (px, py) = (2 * x + i as u32 % 2, i as u32 / 2);
@@ -118,7 +118,7 @@ pub fn assemble(
 }
 
 /// The channel of a texel that holds the low band.
-fn stored_mean(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
+fn stored_low(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
     match packing {
         Packing::Bc3 => a,
         Packing::Bc7 => b,
@@ -129,7 +129,7 @@ fn stored_mean(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
 /// The channels that hold details. HH, which the BC7 packing drops, is at its zero point.
 fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]) -> Details {
     match packing {
-        Packing::Bc7 => [r, g, coding.centre[2]],
+        Packing::Bc7 => [r, g, coding.zero_point[2]],
         _ => [r, g, b],
     }
 }
@@ -205,7 +205,7 @@ pub fn encode_plane(
         Effort::Default | Effort::Best => BlockQuality::High,
     };
     let singles = |plane: &Plane| {
-        let stored = Plane::from_fn(texture, |x, y| coding.store_mean(plane.clamped(x, y)));
+        let stored = Plane::from_fn(texture, |x, y| coding.store_low(plane.clamped(x, y)));
         encode_bc4(&stored.values, texture, quality)
     };
     match packing {
@@ -219,8 +219,8 @@ pub fn encode_plane(
         }
         Packing::Bc3 => {
             let coefficients = CoefficientPlane::new(plane);
-            let alpha = singles(&coefficients.means);
-            let means = decoded_means(coding, &alpha, texture, coefficients.means.size);
+            let alpha = singles(&coefficients.low_band);
+            let low_band = decoded_low_band(coding, &alpha, texture, coefficients.low_band.size);
             let starts = match settings.effort {
                 Effort::Fast => Starts::One,
                 Effort::Default => Starts::Two,
@@ -234,7 +234,7 @@ pub fn encode_plane(
                     let details = std::array::from_fn(|i| {
                         let x = block % columns * 4 + i as u32 % 4;
                         let y = block / columns * 4 + i as u32 / 4;
-                        coefficients.residual(&means, coding, x, y)
+                        coefficients.residual(&low_band, coding, x, y)
                     });
                     encoder.block(&details).0
                 })
@@ -247,10 +247,10 @@ pub fn encode_plane(
         }
         Packing::Split => {
             let coefficients = CoefficientPlane::new(plane);
-            let alpha = singles(&coefficients.means);
-            let means = decoded_means(coding, &alpha, texture, coefficients.means.size);
+            let alpha = singles(&coefficients.low_band);
+            let low_band = decoded_low_band(coding, &alpha, texture, coefficients.low_band.size);
             let details = encode_bc7(texture, [1; 3], |x, y| {
-                coding.store_details(coefficients.residual(&means, coding, x, y))
+                coding.store_details(coefficients.residual(&low_band, coding, x, y))
             });
             vec![alpha, details]
         }
@@ -261,10 +261,10 @@ pub fn encode_plane(
 
 /// The low band as the decoder reconstructs it.
 #[cfg(feature = "encode")]
-fn decoded_means(coding: &PlaneCoding, bc4: &[u8], texture: [u32; 2], size: [u32; 2]) -> Plane {
+fn decoded_low_band(coding: &PlaneCoding, bc4: &[u8], texture: [u32; 2], size: [u32; 2]) -> Plane {
     let texels = decode_blocks(BlockFormat::Bc4, bc4, texture);
     Plane::from_fn(size, |x, y| {
-        coding.load_mean(texels[(y * texture[0] + x) as usize][0])
+        coding.load_low(texels[(y * texture[0] + x) as usize][0])
     })
 }
 
@@ -278,8 +278,8 @@ fn encode_mixed(
 ) -> Vec<u8> {
     let texel = |x: u32, y: u32| -> Texel {
         let [r, g, b] = coding.store_details(coefficients.details(x, y));
-        let mean = coding.store_mean(coefficients.means.clamped(x, y));
-        [r, g, b, mean].map(|v| (v * 255.0).round() as u8)
+        let low = coding.store_low(coefficients.low_band.clamped(x, y));
+        [r, g, b, low].map(|v| (v * 255.0).round() as u8)
     };
     let positions = (0..texture[1]).flat_map(|y| (0..texture[0]).map(move |x| (x, y)));
     let texels: Vec<Texel> = positions.map(|(x, y)| texel(x, y)).collect();
@@ -296,7 +296,7 @@ fn encode_joint(
     texture: [u32; 2],
     settings: PackSettings,
 ) -> Vec<u8> {
-    let size = coefficients.means.size;
+    let size = coefficients.low_band.size;
     let rounds = match settings.effort {
         _ if coding.predictor == 0.0 => 1,
         Effort::Fast => 2,
@@ -305,25 +305,25 @@ fn encode_joint(
     };
     // An error of the low band changes all four pixels, and the predictions made from it. The
     // thesis weights it 0.6 to 0.2.
-    let mean_weight = if settings.thesis {
+    let low_weight = if settings.thesis {
         3
     } else {
-        let extent = (coding.mean_max - coding.mean_min) / coding.range;
+        let extent = (coding.low_max - coding.low_min) / coding.range;
         (2.0 * extent * extent).clamp(1.0, 256.0) as u32
     };
-    let mut means = coefficients.means.clone();
+    let mut low_band = coefficients.low_band.clone();
     let mut best: Option<(f64, Vec<u8>)> = None;
     for _ in 0..rounds {
-        let blocks = encode_bc7(texture, [1, 1, mean_weight], |x, y| {
-            let residual = coefficients.residual(&means, coding, x, y);
+        let blocks = encode_bc7(texture, [1, 1, low_weight], |x, y| {
+            let residual = coefficients.residual(&low_band, coding, x, y);
             let [r, g, _] = coding.store_details(residual);
-            let mean = coding.store_mean(coefficients.means.clamped(x, y));
-            [r, g, mean]
+            let low = coding.store_low(coefficients.low_band.clamped(x, y));
+            [r, g, low]
         });
         let texels = decode_blocks(BlockFormat::Bc7, &blocks, texture);
         let texel = |x: u32, y: u32| texels[(y * texture[0] + x) as usize];
-        means = Plane::from_fn(size, |x, y| {
-            coding.load_mean(stored_mean(Packing::Bc7, texel(x, y)))
+        low_band = Plane::from_fn(size, |x, y| {
+            coding.load_low(stored_low(Packing::Bc7, texel(x, y)))
         });
         let error: f64 = (0..size[1])
             .into_par_iter()
@@ -331,10 +331,10 @@ fn encode_joint(
                 let row = (0..size[0]).map(|x| {
                     let stored = stored_details(Packing::Bc7, coding, texel(x, y));
                     let got = coding.load_details(stored);
-                    let wanted = coefficients.residual(&means, coding, x, y);
-                    let mean = means.clamped(x, y) - coefficients.means.clamped(x, y);
+                    let wanted = coefficients.residual(&low_band, coding, x, y);
+                    let low = low_band.clamped(x, y) - coefficients.low_band.clamped(x, y);
                     let details: f32 = (0..3).map(|c| (got[c] - wanted[c]).powi(2)).sum();
-                    f64::from(details + 4.0 * mean * mean)
+                    f64::from(details + 4.0 * low * low)
                 });
                 row.sum::<f64>()
             })

@@ -5,15 +5,12 @@ use std::ops::Range;
 use ktx2::{Format, Header, Index, LevelIndex, dfd};
 
 use crate::codec::{
-    blocks::BlockFormat,
-    haar::Transform,
-    image::{Packing, WaveletImage},
-    layout,
+    blocks::BlockFormat, haar::Transform, image::WaveletImage, layout, packing::Packing,
     quantizer::PlaneCoding,
 };
 
-/// Key of the planes' codings. For each plane the value has ten `f32`, little-endian: mean_min,
-/// mean_max, range, gamma, the zero points of R, G and B, the predictor, the transform (0 Haar, 1
+/// Key of the planes' codings. For each plane the value has ten `f32`, little-endian: low_min,
+/// low_max, range, gamma, the zero points of R, G and B, the predictor, the transform (0 Haar, 1
 /// partially inverted Haar) and its w (0 for Haar).
 const CODINGS_KEY: &str = "wtex.codings";
 const CODING_FLOATS: usize = 10;
@@ -237,10 +234,10 @@ fn coding_bytes(coding: &PlaneCoding) -> [u8; CODING_BYTES] {
         Transform::Haar => (0.0, 0.0),
         Transform::PartiallyInvertedHaar { w } => (1.0, w),
     };
-    let [r, g, b] = coding.centre;
+    let [r, g, b] = coding.zero_point;
     let fields: [f32; CODING_FLOATS] = [
-        coding.mean_min,
-        coding.mean_max,
+        coding.low_min,
+        coding.low_max,
         coding.range,
         coding.gamma,
         r,
@@ -265,19 +262,7 @@ fn read_coding(bytes: &[u8], packing: Packing) -> Option<PlaneCoding> {
         return None;
     };
     let fields: Vec<f32> = fields.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    let &[
-        mean_min,
-        mean_max,
-        range,
-        gamma,
-        r,
-        g,
-        b,
-        predictor,
-        kind,
-        w,
-    ] = fields.as_slice()
-    else {
+    let &[low_min, low_max, range, gamma, r, g, b, predictor, kind, w] = fields.as_slice() else {
         return None;
     };
     let transform = match kind {
@@ -286,11 +271,11 @@ fn read_coding(bytes: &[u8], packing: Packing) -> Option<PlaneCoding> {
         _ => return None,
     };
     let coding = PlaneCoding {
-        mean_min,
-        mean_max,
+        low_min,
+        low_max,
         range,
         gamma,
-        centre: [r, g, b],
+        zero_point: [r, g, b],
         predictor,
         transform,
     };

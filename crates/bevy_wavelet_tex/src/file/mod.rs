@@ -16,7 +16,7 @@
 //! | 12 each | for each group: subsampling, packing (its index in [`Packing::ALL`]), two bytes 0, and the length of its one or two KTX2 blobs in bytes (0 for none) |
 //! | the rest | the blobs, one after the other |
 //!
-//! [`Packing::ALL`]: crate::codec::image::Packing::ALL
+//! [`Packing::ALL`]: crate::codec::packing::Packing::ALL
 
 mod ktx2_blob;
 mod read;

@@ -5,8 +5,9 @@ use thiserror::Error;
 
 use super::{FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, VERSION, ktx2_blob};
 use crate::codec::{
-    image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
+    image::{ColorSpace, Content, PlaneGroup, WaveletImage},
     layout::{self, MAX_SIZE},
+    packing::Packing,
 };
 
 /// The reason why bytes are not a wavelet texture. A caller that knows the name of the file puts it

@@ -4,10 +4,10 @@ use proptest::prelude::*;
 
 use super::{FIXED_HEADER_BYTES, GROUP_BYTES, ReadError, read, write};
 use crate::codec::{
-    encoder::{EncodeSettings, Method, encode},
+    encoder::encode,
     image::{ColorSpace, WaveletImage},
     rate::Rate,
-    search::Effort,
+    settings::{Effort, EncodeSettings, Method},
     source::{Pixels, Source},
 };
 

@@ -1,7 +1,10 @@
 //! Writing a `.wtex` file.
 
 use super::{MAGIC, VERSION, ktx2_blob};
-use crate::codec::image::{ColorSpace, Content, Packing, WaveletImage};
+use crate::codec::{
+    image::{ColorSpace, Content, WaveletImage},
+    packing::Packing,
+};
 
 /// Returns the bytes of a file; [`super::read`] reads the same image from them.
 pub fn write(image: &WaveletImage) -> Vec<u8> {

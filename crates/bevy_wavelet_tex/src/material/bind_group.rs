@@ -25,10 +25,13 @@ use bevy::{
 };
 
 use super::{
-    extension::{Map, WaveletAddressMode, WaveletExtension, WaveletKey},
+    extension::{Map, WaveletExtension, WaveletKey},
     uniform::{MaterialUniform, TextureUniform},
 };
-use crate::asset::{Part, Parts, WaveletTexture};
+use crate::{
+    asset::{Part, Parts, WaveletTexture},
+    settings::WaveletAddressMode,
+};
 
 /// A [`WaveletTexture`] in the render world: its uniform and its images.
 pub struct GpuWaveletTexture {

@@ -7,12 +7,15 @@ use bevy::{
         ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline,
         StandardMaterial,
     },
-    reflect::{Reflect, TypePath},
+    reflect::TypePath,
     render::render_resource::{RenderPipelineDescriptor, SpecializedMeshPipelineError},
     shader::{ShaderDefVal, ShaderRef},
 };
 
-use crate::asset::WaveletTexture;
+use crate::{
+    asset::WaveletTexture,
+    settings::{WaveletAddressMode, WaveletFilter},
+};
 
 /// A `StandardMaterial` whose maps are wavelet textures.
 pub type WaveletStandardMaterial = ExtendedMaterial<StandardMaterial, WaveletExtension>;
@@ -39,47 +42,6 @@ pub struct WaveletExtension {
     pub filter: WaveletFilter,
     /// How coordinates outside of `[0, 1]` are addressed. Default: [`WaveletAddressMode::Repeat`].
     pub address_mode: WaveletAddressMode,
-}
-
-/// Filters of decoded pixels, from the cheapest to the smoothest.
-///
-/// A decoded pixel takes nine fetches of luma (one where the texture was encoded with
-/// `Method::OneFetch` or in BC4) and one of chroma.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
-pub enum WaveletFilter {
-    /// The nearest pixel of the nearest mip: one decoded pixel.
-    Nearest,
-    /// The nearest pixels of two mips: two decoded pixels.
-    NearestMipLinear,
-    /// Bilinear between four pixels of the nearest mip.
-    Bilinear,
-    /// Trilinear between four pixels of one mip and the next mip, which is taken from the low band
-    /// of the same texels (thesis section 3.5.3). Hand-made mips are ignored between levels, and
-    /// sRGB is averaged before it is linearised.
-    OneFetchTrilinear,
-    /// Trilinear between four pixels each of two mips: eight decoded pixels.
-    #[default]
-    Trilinear,
-    /// Trilinear where the texture is magnified. At grazing angles the texture unit filters the low
-    /// band with up to 16 samples (thesis section 3.6.3). This needs textures whose sides are
-    /// multiples of 8 times a power of two; others are filtered as with `Trilinear`.
-    Anisotropic,
-}
-
-/// How coordinates outside of `[0, 1]` are addressed, as in wgpu's `AddressMode`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
-pub enum WaveletAddressMode {
-    /// The texture repeats.
-    #[default]
-    Repeat,
-    /// The pixels of the edge repeat.
-    ClampToEdge,
-    /// The texture repeats, mirrored every other time.
-    MirrorRepeat,
-}
-
-impl WaveletAddressMode {
-    pub(super) const ALL: [Self; 3] = [Self::Repeat, Self::ClampToEdge, Self::MirrorRepeat];
 }
 
 /// The key that a pipeline of the extension is specialised by.

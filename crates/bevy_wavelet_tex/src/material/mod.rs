@@ -17,6 +17,4 @@ pub(crate) mod reload;
 mod uniform;
 
 pub use bind_group::{GpuWaveletTexture, WaveletSamplers};
-pub use extension::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletKey, WaveletStandardMaterial,
-};
+pub use extension::{WaveletExtension, WaveletKey, WaveletStandardMaterial};

@@ -5,13 +5,14 @@ use bevy::{
     render::render_resource::ShaderType,
 };
 
-use super::extension::WaveletAddressMode;
 use crate::{
-    asset::{WaveletStorage, WaveletTexture},
+    asset::WaveletTexture,
     codec::{
-        image::{ColorSpace, Content, Packing},
+        image::{ColorSpace, Content},
+        packing::Packing,
         quantizer::PlaneCoding,
     },
+    settings::{WaveletAddressMode, WaveletStorage},
 };
 
 /// The uniform of a material, `WaveletMaterial` in `bindings.wesl`.
@@ -44,12 +45,12 @@ pub(super) struct TextureUniform {
 #[derive(Clone, Copy, Default, ShaderType)]
 struct PlaneUniform {
     unmix_hl: Vec3,
-    mean_min: f32,
+    low_min: f32,
     unmix_lh: Vec3,
-    mean_extent: f32,
+    low_extent: f32,
     unmix_hh: Vec3,
     range: f32,
-    centre: Vec3,
+    zero_point: Vec3,
     inverse_gamma: f32,
     predictor: f32,
 }
@@ -111,12 +112,12 @@ impl PlaneUniform {
         let [unmix_hl, unmix_lh, unmix_hh] = coding.transform.unmix_rows().map(Vec3::from);
         Self {
             unmix_hl,
-            mean_min: coding.mean_min,
+            low_min: coding.low_min,
             unmix_lh,
-            mean_extent: coding.mean_max - coding.mean_min,
+            low_extent: coding.low_max - coding.low_min,
             unmix_hh,
             range: coding.range,
-            centre: coding.centre.into(),
+            zero_point: coding.zero_point.into(),
             inverse_gamma: 1.0 / coding.gamma,
             predictor: coding.predictor,
         }

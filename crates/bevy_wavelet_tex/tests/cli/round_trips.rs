@@ -82,7 +82,7 @@ fn info_describes_every_plane() {
     let names: Vec<_> = planes.iter().map(|p| &p["name"]).collect();
     assert_eq!(names, ["Y", "Co", "Cg"]);
     for plane in planes {
-        assert!(plane["mean_range"][0].as_f64() < plane["mean_range"][1].as_f64());
+        assert!(plane["low_range"][0].as_f64() < plane["low_range"][1].as_f64());
         let wavelet = plane["name"] == "Y";
         assert_eq!(plane["detail_range"].as_f64() > Some(0.0), wavelet);
         assert_eq!(

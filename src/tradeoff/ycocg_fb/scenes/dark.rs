@@ -2,7 +2,7 @@
 
 use bevy::{light::GlobalAmbientLight, prelude::*};
 
-use super::{TestScene, lit};
+use super::{lit, scene::TestScene};
 
 pub(super) const SCENE: TestScene = TestScene {
     name: "dark",

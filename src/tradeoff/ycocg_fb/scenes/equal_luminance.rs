@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use bevy::prelude::*;
 
 use super::{
-    TestScene, View,
+    scene::{TestScene, View},
     shapes::{Random, add, flat, line, triangles},
 };
 

@@ -6,7 +6,7 @@ use bevy::{
 use image::Rgba;
 
 use super::{
-    TestScene, View,
+    scene::{TestScene, View},
     shapes::{Random, SEED, add},
 };
 use crate::content::{self, mipped_texture};

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use super::{
-    TestScene, View,
+    scene::{TestScene, View},
     shapes::{Random, add, flat, line, triangles},
 };
 

@@ -9,7 +9,7 @@ use bevy::{
 };
 
 use super::{
-    TestScene, View,
+    scene::{TestScene, View},
     shapes::{SEED, add, textured},
 };
 use crate::content;

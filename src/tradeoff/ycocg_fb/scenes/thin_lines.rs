@@ -3,7 +3,7 @@
 use bevy::{color::Hsva, prelude::*};
 
 use super::{
-    TestScene, View,
+    scene::{TestScene, View},
     shapes::{Random, add, flat, line, triangles},
 };
 

@@ -2,15 +2,8 @@
 
 use std::path::PathBuf;
 
-use bevy_wavelet_tex::codec::{
-    encoder::Method as CodecMethod,
-    image::{ColorSpace, Content},
-    rate::Rate,
-    search,
-};
+use bevy_wavelet_tex::codec::{image::Content, rate::Rate, settings};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-
-use crate::error::Error;
 
 /// Wavelet textures at 2 to 5 bits per pixel: encode, decode, inspect, compare, measure.
 #[derive(Debug, Parser)]
@@ -27,8 +20,6 @@ pub enum Command {
     Info(InfoArgs),
     Compare(CompareArgs),
     Bench(BenchArgs),
-    Tables(TablesArgs),
-    Normals(NormalsArgs),
 }
 
 /// Encode PNGs, and the PNGs inside glTF files, as wavelet textures
@@ -43,7 +34,7 @@ pub struct EncodeArgs {
     #[arg(short, long)]
     pub out: Option<PathBuf>,
     #[command(flatten)]
-    pub how: How,
+    pub options: EncoderOptions,
     /// Store the largest level only
     #[arg(long)]
     pub no_mips: bool,
@@ -54,26 +45,26 @@ pub struct EncodeArgs {
 
 /// Options of the encoder.
 #[derive(Clone, Debug, Args)]
-pub struct How {
+pub struct EncoderOptions {
     /// Rate: gray2, gray3, color2.25, color3, color3.25, color5, normal4, the bits per pixel alone,
     /// or auto (with --min-psnr) [default: 2 for gray PNGs, 3 for colour, 4 for normals]
     #[arg(long, value_parser = parse_rate)]
-    rate: Option<RateArg>,
+    pub rate: Option<RateArg>,
     /// Choose the smallest rate that reaches this PSNR in dB
     #[arg(long, value_name = "DB", value_parser = parse_psnr)]
-    min_psnr: Option<f64>,
+    pub min_psnr: Option<f64>,
     /// Kind of data in the image [default: gray for gray PNGs, else color]
     #[arg(long, value_enum)]
-    role: Option<Role>,
+    pub role: Option<Role>,
     /// Time to spend on the search for the parameters
     #[arg(long, value_enum, default_value_t = Effort::Default)]
-    effort: Effort,
+    pub effort: Effort,
     /// Parts of the codec to use
     #[arg(long, value_enum, default_value_t = Method::Best)]
-    method: Method,
+    pub method: Method,
     /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and data)
     #[arg(long)]
-    linear: bool,
+    pub linear: bool,
     /// Keep the alpha channel of colour
     #[arg(long)]
     pub alpha: bool,
@@ -134,52 +125,19 @@ pub struct BenchArgs {
     pub rates: Vec<Rate>,
     /// Time to spend on the search for the parameters
     #[arg(long, value_enum, default_value_t = Effort::Default)]
-    effort: Effort,
+    pub effort: Effort,
     /// Parts of the codec to use
     #[arg(long, value_enum, default_value_t = Method::Best)]
-    method: Method,
-    /// Also measure baselines (BC1, BC4 and BC7 of a lower resolution, BC formats at full size) and
-    /// two levels of wavelets
-    #[arg(long)]
-    pub study: bool,
+    pub method: Method,
     /// Print a JSON array of image, rate, bpp, psnr_db (null where the images are identical) and
     /// encode_s
     #[arg(long)]
     pub json: bool,
 }
 
-/// Reproduce the thesis's Tables 3.1 and 3.3 and compare every rate with baselines of the same
-/// bits, as means over the images
-#[derive(Debug, Args)]
-pub struct TablesArgs {
-    /// PNGs, folders and globs
-    #[arg(required = true, value_name = "INPUT")]
-    pub inputs: Vec<PathBuf>,
-    /// Print JSON instead of Markdown
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Measure the angular error of normal maps in wavelet textures, BC5 and BC1, for a smooth and a
-/// rough generated map and for the given ones
-#[derive(Debug, Args)]
-pub struct NormalsArgs {
-    /// PNGs, folders and globs
-    #[arg(value_name = "INPUT")]
-    pub inputs: Vec<PathBuf>,
-    /// Also write a PNG of a highlight on the smooth map, from left to right exact, in BC1, in BC5
-    /// and as a wavelet texture, and below each the difference from exact, amplified ten times
-    /// (thesis Fig. 3.24)
-    #[arg(long, value_name = "PNG")]
-    pub picture: Option<PathBuf>,
-    /// Print JSON instead of Markdown
-    #[arg(long)]
-    pub json: bool,
-}
-
 /// A rate, or the bits per pixel, whose rate depends on the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum RateArg {
+pub enum RateArg {
     Named(Rate),
     Bits(f64),
     Auto,
@@ -203,7 +161,7 @@ pub enum Role {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Effort {
+pub enum Effort {
     /// No search for the parameters
     Fast,
     /// A search over a sample of the image
@@ -213,7 +171,7 @@ enum Effort {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Method {
+pub enum Method {
     /// Everything that improves the quality
     Best,
     /// Without prediction: one fetch of luma for a pixel instead of nine
@@ -222,111 +180,7 @@ enum Method {
     Thesis,
 }
 
-/// The resolved request for one image.
-#[derive(Clone, Copy, Debug)]
-pub struct Wish {
-    pub rate: Rate,
-    pub min_psnr_db: Option<f64>,
-    pub linear: bool,
-}
-
-impl Wish {
-    pub fn color_space(self) -> ColorSpace {
-        if self.linear {
-            ColorSpace::Linear
-        } else {
-            ColorSpace::Srgb
-        }
-    }
-}
-
-impl How {
-    /// Resolves the arguments for an image. `role` overrides the role on the command line.
-    pub fn wish(&self, image_is_gray: bool, role: Option<Role>) -> Result<Wish, Error> {
-        let role = role.or(self.role);
-        let by_rate = match self.rate {
-            Some(RateArg::Named(rate)) => Some(rate.content(false)),
-            Some(RateArg::Bits(4.0)) => Some(Content::Normal),
-            Some(RateArg::Bits(2.0)) => Some(Content::Gray),
-            Some(RateArg::Bits(3.0)) if image_is_gray => Some(Content::Gray),
-            Some(RateArg::Bits(_)) => Some(Content::Color),
-            Some(RateArg::Auto) | None => None,
-        };
-        let content = match role {
-            Some(role) => role.content(),
-            None => by_rate.unwrap_or(if image_is_gray {
-                Content::Gray
-            } else {
-                Content::Color
-            }),
-        };
-        let rate = match self.rate {
-            Some(RateArg::Named(rate)) if rate.content(false) == content => rate,
-            Some(RateArg::Bits(bits)) => Rate::of(content)
-                .find(|rate| rate.nominal_bits_per_pixel(false) == bits)
-                .ok_or_else(|| self.no_such_rate(content))?,
-            Some(RateArg::Named(_)) => return Err(self.no_such_rate(content)),
-            Some(RateArg::Auto) | None => Rate::usual(content),
-        };
-        Ok(Wish {
-            rate,
-            min_psnr_db: self.min_psnr,
-            linear: self.linear
-                || content == Content::Normal
-                || matches!(role, Some(Role::Mask | Role::Data)),
-        })
-    }
-
-    /// Returns an error when the arguments contradict each other, before any image is read.
-    pub fn check(&self) -> Result<(), Error> {
-        match (self.rate, self.min_psnr) {
-            (Some(RateArg::Auto), None) => Err(Error::Usage(
-                "--rate auto needs --min-psnr: set the PSNR to reach".into(),
-            )),
-            (Some(RateArg::Named(_) | RateArg::Bits(_)), Some(_)) => Err(Error::Usage(
-                "--min-psnr chooses the rate: leave --rate away, or use --rate auto".into(),
-            )),
-            _ => match self.role {
-                Some(role) => self.wish(false, Some(role)).map(|_| ()),
-                None => Ok(()),
-            },
-        }
-    }
-
-    fn no_such_rate(&self, content: Content) -> Error {
-        let rate = match self.rate {
-            Some(RateArg::Named(rate)) => rate.name().to_string(),
-            Some(RateArg::Bits(bits)) => bits.to_string(),
-            Some(RateArg::Auto) | None => "auto".into(),
-        };
-        let possible: Vec<_> = Rate::of(content).map(Rate::name).collect();
-        Error::Usage(format!(
-            "{} cannot be coded at {rate} bits per pixel; possible are {}",
-            name(content),
-            possible.join(", "),
-        ))
-    }
-
-    pub fn effort(&self) -> search::Effort {
-        self.effort.into()
-    }
-
-    pub fn method(&self) -> CodecMethod {
-        self.method.into()
-    }
-}
-
-impl BenchArgs {
-    pub fn effort(&self) -> search::Effort {
-        self.effort.into()
-    }
-
-    pub fn method(&self) -> CodecMethod {
-        self.method.into()
-    }
-}
-
-impl From<Effort> for search::Effort {
+impl From<Effort> for settings::Effort {
     fn from(effort: Effort) -> Self {
         match effort {
             Effort::Fast => Self::Fast,
@@ -336,7 +190,7 @@ impl From<Effort> for search::Effort {
     }
 }
 
-impl From<Method> for CodecMethod {
+impl From<Method> for settings::Method {
     fn from(method: Method) -> Self {
         match method {
             Method::Best => Self::Best,
@@ -347,7 +201,7 @@ impl From<Method> for CodecMethod {
 }
 
 impl Role {
-    fn content(self) -> Content {
+    pub fn content(self) -> Content {
         match self {
             Self::Color | Self::Data => Content::Color,
             Self::Gray | Self::Mask => Content::Gray,
@@ -386,14 +240,4 @@ fn parse_psnr(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|db: &f64| (0.0..=99.0).contains(db));
     number.ok_or_else(|| "a number from 0 to 99 is needed, in dB".into())
-}
-
-/// Name of a content on the command line and in the JSON.
-pub fn name(content: Content) -> &'static str {
-    match content {
-        Content::Gray => "gray",
-        Content::Color => "color",
-        Content::ColorAlpha => "color_alpha",
-        Content::Normal => "normal",
-    }
 }

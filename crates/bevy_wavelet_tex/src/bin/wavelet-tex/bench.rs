@@ -3,31 +3,31 @@
 use std::{collections::BTreeMap, time::Instant};
 
 use bevy_wavelet_tex::codec::{
-    encoder::{EncodeError, EncodeSettings, Method, encode},
+    encoder::{EncodeError, encode},
     image::{ColorSpace, Content},
     quality::psnr_db,
     rate::Rate,
-    search::Effort,
+    settings::EncodeSettings,
     source::Source,
 };
 use serde::Serialize;
 
-use crate::{Report, args::BenchArgs, batch, error::Error, inputs, picture::Picture, study};
+use crate::{args::BenchArgs, batch, error::Error, inputs, picture::Picture, report::Report};
 
 /// The result of one image at one rate.
 #[derive(Serialize)]
-pub struct Row {
+struct Row {
     /// Name of the file without its extension.
-    pub image: String,
-    pub rate: String,
+    image: String,
+    rate: String,
     /// Bits per pixel of the largest level, including padding.
-    pub bpp: f64,
+    bpp: f64,
     /// PSNR of the largest level in dB; infinite when identical, which JSON writes as null.
-    pub psnr_db: f64,
-    /// Time to encode in seconds, without reading and without mips; 0 where nothing is encoded.
-    pub encode_s: f64,
+    psnr_db: f64,
+    /// Time to encode in seconds, without reading and without mips.
+    encode_s: f64,
     #[serde(skip)]
-    pub megapixels: f64,
+    megapixels: f64,
 }
 
 /// Measures every image at every rate.
@@ -42,12 +42,7 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
     let (rows, result) = batch::run(&inputs, |input, _| {
         let picture = Picture::read_png(&input.path)?;
         let name = input.relative.with_extension("").display().to_string();
-        let mut rows = rows(&name, &picture, &rates, args.effort(), args.method())
-            .map_err(|e| Error::file(&input.path, e))?;
-        if args.study {
-            rows.extend(study::rows(&name, &picture));
-        }
-        Ok(rows)
+        rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
     });
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     let text = if args.json {
@@ -59,12 +54,11 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
 }
 
 /// Encodes one image at each of the rates, without mips.
-pub fn rows(
+fn rows(
     name: &str,
     picture: &Picture,
     rates: &[Rate],
-    effort: Effort,
-    method: Method,
+    args: &BenchArgs,
 ) -> Result<Vec<Row>, EncodeError> {
     let source = Source::new(picture.size, picture.source());
     let row = |&rate: &Rate| {
@@ -72,8 +66,8 @@ pub fn rows(
             rate,
             color_space: ColorSpace::Srgb,
             mips: false,
-            effort,
-            method,
+            effort: args.effort.into(),
+            method: args.method.into(),
             ..EncodeSettings::default()
         };
         let start = Instant::now();
@@ -91,7 +85,7 @@ pub fn rows(
 }
 
 /// Formats a table with a line for each image, a column for each rate, and the means.
-pub fn table(rows: &[Row]) -> String {
+fn table(rows: &[Row]) -> String {
     let mut rates: Vec<&str> = Vec::new();
     let mut images: BTreeMap<&str, Vec<(&str, f64)>> = BTreeMap::new();
     for row in rows {

@@ -2,15 +2,14 @@
 
 use std::fmt::Write;
 
-use bevy_wavelet_tex::codec::{color::ycocg_from_rgb, image::Content};
+use bevy_wavelet_tex::codec::{
+    angle::{Angles, unit_of},
+    color::ycocg_from_rgb,
+    image::Content,
+};
 use serde::Serialize;
 
-use crate::{
-    angle::{Angles, unit_of},
-    args::CompareArgs,
-    error::Error,
-    picture::Picture,
-};
+use crate::{args::CompareArgs, error::Error, picture::Picture};
 
 /// The error between two pictures of one size.
 #[derive(Serialize)]

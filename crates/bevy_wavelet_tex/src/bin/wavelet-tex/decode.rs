@@ -3,13 +3,13 @@
 use bevy_wavelet_tex::file;
 
 use crate::{
-    Report,
     args::DecodeArgs,
     batch,
     error::Error,
     files,
     inputs::{self, Destination, Taken},
     picture::Picture,
+    report::Report,
 };
 
 /// Decodes one level of each texture to a PNG, and returns a line about each.

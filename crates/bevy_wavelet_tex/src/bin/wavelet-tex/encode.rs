@@ -7,24 +7,21 @@ use std::{
 };
 
 use bevy_wavelet_tex::{
-    codec::{
-        encoder::{EncodeSettings, encode},
-        image::WaveletImage,
-        source::Source,
-    },
+    codec::{encoder::encode, image::WaveletImage, settings::EncodeSettings, source::Source},
     file,
 };
 use serde::Serialize;
 
 use crate::{
-    Report,
-    args::{EncodeArgs, How, Role, Wish, name},
+    args::{EncodeArgs, EncoderOptions, Role},
     batch,
     compare::Difference,
     error::Error,
     files, gltf,
     inputs::{self, Destination, Input, Taken},
     picture::Picture,
+    report::Report,
+    request::Request,
 };
 
 /// The result of one image.
@@ -62,7 +59,7 @@ impl Row {
 
 /// Encodes PNGs and the images of glTF files, and returns a line about each.
 pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
-    args.how.check()?;
+    args.options.check()?;
     let (named, out) = split_output(&args.inputs, args.out.as_deref());
     let single = inputs::is_single(named) && !inputs::has_extension(&named[0], gltf::EXTENSIONS);
     let destination = Destination::new(out, single, file::EXTENSION)?;
@@ -108,22 +105,22 @@ fn encode_one(
     args: &EncodeArgs,
     output: PathBuf,
 ) -> Result<Row, Error> {
-    let wish = args.how.wish(picture.is_gray(), role)?;
+    let request = args.options.request(picture.is_gray(), role)?;
     let reduced;
-    let picture = match args.how.max_size {
+    let picture = match args.options.max_size {
         Some(most) if picture.size.iter().any(|s| *s > most) => {
-            reduced = picture.reduced(most, wish.color_space());
+            reduced = picture.reduced(most, request.color_space());
             &reduced
         }
         _ => picture,
     };
     let start = Instant::now();
-    let texture = encoded(input, picture, wish, &args.how, !args.no_mips)?;
+    let texture = encoded(input, picture, request, &args.options, !args.no_mips)?;
     let encode_s = start.elapsed().as_secs_f64();
     let bytes = file::write(&texture);
     files::write(&output, &bytes)?;
     let difference = Difference::between(picture, &Picture::from_texture(&texture, 0), false);
-    if let Some(wanted) = wish.min_psnr_db
+    if let Some(wanted) = request.min_psnr_db
         && difference.psnr_db < wanted
     {
         warn(
@@ -137,7 +134,7 @@ fn encode_one(
     Ok(Row {
         input: input.to_path_buf(),
         output,
-        content: name(texture.content),
+        content: texture.content.name(),
         packing: texture.groups[0].packing.name(),
         size: texture.size,
         levels: texture.levels,
@@ -153,24 +150,24 @@ fn encode_one(
 fn encoded(
     path: &Path,
     picture: &Picture,
-    wish: Wish,
-    how: &How,
+    request: Request,
+    options: &EncoderOptions,
     mips: bool,
 ) -> Result<WaveletImage, Error> {
-    if !how.alpha && picture.is_transparent() {
+    if !options.alpha && picture.is_transparent() {
         warn(
             path,
             "the image has transparent pixels; alpha is dropped (--alpha keeps it)",
         );
     }
     let settings = EncodeSettings {
-        rate: wish.rate,
-        min_psnr_db: wish.min_psnr_db,
-        alpha: how.alpha,
-        color_space: wish.color_space(),
+        rate: request.rate,
+        min_psnr_db: request.min_psnr_db,
+        alpha: options.alpha,
+        color_space: request.color_space(),
         mips,
-        effort: how.effort(),
-        method: how.method(),
+        effort: options.effort.into(),
+        method: options.method.into(),
     };
     let bar = batch::bar("mip levels");
     let source = Source::new(picture.size, picture.source());

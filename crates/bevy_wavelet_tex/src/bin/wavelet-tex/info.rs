@@ -5,20 +5,15 @@ use std::fmt::Write;
 use bevy_wavelet_tex::{
     codec::{
         haar::Transform,
-        image::{ColorSpace, Content, Packing, PlaneGroup, WaveletImage},
+        image::{ColorSpace, Content, PlaneGroup, WaveletImage},
+        packing::Packing,
         quantizer::PlaneCoding,
     },
     file,
 };
 use serde::Serialize;
 
-use crate::{
-    Report,
-    args::{InfoArgs, name},
-    batch,
-    error::Error,
-    files, inputs,
-};
+use crate::{args::InfoArgs, batch, error::Error, files, inputs, report::Report};
 
 /// All parameters of a texture, without its blocks.
 #[derive(Serialize)]
@@ -44,7 +39,7 @@ struct PlaneInfo {
     /// Width and height in pixels.
     size: [u32; 2],
     /// Values that 0 and 1 stand for, in units of the plane.
-    mean_range: [f32; 2],
+    low_range: [f32; 2],
     /// How the details are stored; `None` for packings without a wavelet.
     #[serde(flatten)]
     details: Option<DetailInfo>,
@@ -98,7 +93,7 @@ impl Info {
         Self {
             file,
             version: file::VERSION,
-            content: name(texture.content),
+            content: texture.content.name(),
             color_space: match texture.color_space {
                 ColorSpace::Srgb => "srgb",
                 ColorSpace::Linear => "linear",
@@ -130,7 +125,7 @@ impl Info {
             self.gpu_bytes,
         );
         for p in &self.planes {
-            let ([min, max], [width, height]) = (p.mean_range, p.size);
+            let ([min, max], [width, height]) = (p.low_range, p.size);
             let size = format!("{width} x {height}");
             let _ = write!(
                 text,
@@ -156,7 +151,7 @@ impl PlaneInfo {
             name,
             packing: group.packing.name(),
             size,
-            mean_range: [coding.mean_min, coding.mean_max],
+            low_range: [coding.low_min, coding.low_max],
             details: DetailInfo::new(group.packing, coding),
         }
     }

@@ -1,7 +1,6 @@
 //! The tool `wavelet-tex`, which encodes images as wavelet textures, decodes them, and measures
 //! their quality and their cost.
 
-mod angle;
 mod args;
 mod batch;
 mod bench;
@@ -13,10 +12,9 @@ mod files;
 mod gltf;
 mod info;
 mod inputs;
-mod normals;
 mod picture;
-mod study;
-mod tables;
+mod report;
+mod request;
 
 use std::{
     io::{self, Write},
@@ -26,10 +24,7 @@ use std::{
 use args::{Cli, Command};
 use clap::Parser;
 use error::Error;
-
-/// The output of a command, which is not empty even where a part of the command failed, and its
-/// result.
-type Report = (String, Result<(), Error>);
+use report::Report;
 
 fn main() -> ExitCode {
     let report: Result<Report, Error> = match Cli::parse().command {
@@ -38,8 +33,6 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args).map(|text| (text, Ok(()))),
         Command::Bench(args) => bench::run(&args),
-        Command::Tables(args) => tables::run(&args),
-        Command::Normals(args) => normals::run(&args),
     };
     let (text, result) = match report {
         Ok((text, result)) => (text, result),

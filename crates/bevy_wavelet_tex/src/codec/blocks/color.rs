@@ -1,6 +1,6 @@
 //! Encoders of BC1 blocks, and of the colour half of BC3 blocks.
 
-use super::fit::{Channel, Starts, Target, fit, places};
+use super::fit::{Channel, Starts, Target, fit, positions};
 use crate::codec::{haar::Details, quantizer::PlaneCoding};
 
 /// Encodes the colour half of BC3 blocks from details.
@@ -28,10 +28,10 @@ impl<'a> DetailEncoder<'a> {
         let stored = std::array::from_fn(|c| wanted[c].map(|v| self.coding.store_detail(c, v)));
         let target = Target { wanted, stored };
         let found = fit(&self.channels, &target, self.starts);
-        let places = places(&self.channels, &target, &found.ends);
+        let positions = positions(&self.channels, &target, &found.ends);
         let [r, g, b] = found.ends;
         let ends = [0, 1].map(|e| pack565(r[e], g[e], b[e]));
-        (bc1_block(ends, places), found.error)
+        (bc1_block(ends, positions), found.error)
     }
 }
 
@@ -52,7 +52,7 @@ impl<'a> ChromaEncoder<'a> {
     pub fn new(codings: &'a [PlaneCoding; 2], weights: [f32; 2], starts: Starts) -> Self {
         let weights = weights.map(f32::sqrt);
         let channel =
-            |c: usize, levels| Channel::new(levels, |v| weights[c] * codings[c].load_mean(v));
+            |c: usize, levels| Channel::new(levels, |v| weights[c] * codings[c].load_low(v));
         Self {
             codings,
             channels: [channel(0, PAIR_LEVELS), channel(1, 64)],
@@ -66,13 +66,13 @@ impl<'a> ChromaEncoder<'a> {
         let of = |c: usize| values.map(|v| v[c]);
         let target = Target {
             wanted: [0, 1].map(|c| of(c).map(|v| self.weights[c] * v)),
-            stored: [0, 1].map(|c| of(c).map(|v| self.codings[c].store_mean(v))),
+            stored: [0, 1].map(|c| of(c).map(|v| self.codings[c].store_low(v))),
         };
         let found = fit(&self.channels, &target, self.starts);
-        let places = places(&self.channels, &target, &found.ends);
+        let positions = positions(&self.channels, &target, &found.ends);
         let [pair, g] = found.ends;
         let ends = [0, 1].map(|e| pack565(pair[e].div_ceil(2), g[e], pair[e] / 2));
-        bc1_block(ends, places)
+        bc1_block(ends, positions)
     }
 }
 
@@ -84,16 +84,16 @@ fn pack565(r: u8, g: u8, b: u8) -> u16 {
 ///
 /// The larger colour comes first. In BC1 that selects the mode of four colours; in BC3 the order
 /// has no meaning, and no decoder can misread it.
-fn bc1_block([mut first, mut second]: [u16; 2], mut places: [u8; 16]) -> [u8; 8] {
+fn bc1_block([mut first, mut second]: [u16; 2], mut positions: [u8; 16]) -> [u8; 8] {
     if first < second {
         (first, second) = (second, first);
-        places = places.map(|place| 3 - place);
+        positions = positions.map(|position| 3 - position);
     } else if first == second {
-        places = [0; 16];
+        positions = [0; 16];
     }
     // Index 1 is the second colour; 2 and 3 are interpolated.
-    let index = |place: u8| [0u32, 2, 3, 1][place as usize];
-    let indices = (0..16).fold(0, |bits, i| bits | index(places[i]) << (2 * i));
+    let index = |position: u8| [0u32, 2, 3, 1][position as usize];
+    let indices = (0..16).fold(0, |bits, i| bits | index(positions[i]) << (2 * i));
     let mut block = [0; 8];
     block[..2].copy_from_slice(&first.to_le_bytes());
     block[2..4].copy_from_slice(&second.to_le_bytes());
@@ -159,8 +159,8 @@ mod tests {
         for value in [[-0.5, 0.5], [0.1, -0.2], [0.0, 0.0], [0.499, 0.3]] {
             let block = encoder.block(&[value; 16]);
             for texel in decode_blocks(BlockFormat::Bc1, &block, [4, 4]) {
-                let pair = codings[0].load_mean((texel[0] + texel[2]) / 2.0);
-                let green = codings[1].load_mean(texel[1]);
+                let pair = codings[0].load_low((texel[0] + texel[2]) / 2.0);
+                let green = codings[1].load_low(texel[1]);
                 assert!(
                     (pair - value[0]).abs() <= 0.5 / 62.0 + 1e-6,
                     "{pair} {value:?}"

@@ -102,7 +102,7 @@ pub fn fit<const C: usize>(channels: &[Channel; C], target: &Target<C>, starts: 
 }
 
 /// The position on the line, 0 to 3, with the least error for each texel.
-pub fn places<const C: usize>(
+pub fn positions<const C: usize>(
     channels: &[Channel; C],
     target: &Target<C>,
     ends: &[[u8; 2]; C],
@@ -112,9 +112,9 @@ pub fn places<const C: usize>(
     }));
     std::array::from_fn(|i| {
         let mut best = 0;
-        for place in 1..4 {
-            if sums[place][i] < sums[best][i] {
-                best = place;
+        for position in 1..4 {
+            if sums[position][i] < sums[best][i] {
+                best = position;
             }
         }
         best as u8
@@ -207,15 +207,15 @@ fn start<const C: usize>(
     let means = means(target);
     let mut range = [f32::INFINITY, f32::NEG_INFINITY];
     for i in 0..16 {
-        let place: f32 = (0..C)
+        let position: f32 = (0..C)
             .map(|c| (target.stored[c][i] - means[c]) * axis[c])
             .sum();
-        range = [range[0].min(place), range[1].max(place)];
+        range = [range[0].min(position), range[1].max(position)];
     }
     std::array::from_fn(|c| {
         let last = (channels[c].levels - 1) as f32;
-        range.map(|place| {
-            let value = means[c] + length * place * axis[c];
+        range.map(|position| {
+            let value = means[c] + length * position * axis[c];
             (value * last).round().clamp(0.0, last) as u8
         })
     })

@@ -129,12 +129,12 @@ fn decoded(coding: &Coding, blocks: &[Block], quality: BlockQuality) -> Vec<[f32
         .map(|(row, column)| coding.store(at(row, column)))
         .collect();
     let texels = decode_bc3(&encode_bc3(&texels, size, quality), size);
-    let place = |i: usize| {
+    let position = |i: usize| {
         let (block, texel) = (i / 16, i % 16);
         texel / 4 * 4 * blocks.len() + block * 4 + texel % 4
     };
     (0..16 * blocks.len())
-        .map(|i| coding.load(texels[place(i)]))
+        .map(|i| coding.load(texels[position(i)]))
         .collect()
 }
 

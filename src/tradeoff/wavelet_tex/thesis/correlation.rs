@@ -5,14 +5,16 @@ use bevy_wavelet_tex::codec::{
     haar::{Transform, haar},
 };
 
-/// The cases of the thesis: the transform, and whether the other two channels store their details,
+/// The cases of the thesis: the name, the transform, and whether the other two channels store their details,
 /// too.
-pub const CASES: [(Transform, bool); 4] = [
-    (Transform::Haar, false),
-    (Transform::Haar, true),
-    (Transform::PartiallyInvertedHaar { w: 0.4 }, false),
-    (Transform::PartiallyInvertedHaar { w: 0.4 }, true),
+pub const CASES: [(&str, Transform, bool); 4] = [
+    ("Haar: HL, 0, 0", Transform::Haar, false),
+    ("Haar: HL, LH, HH", Transform::Haar, true),
+    ("PI-Haar: HL', 0, 0", PI_HAAR, false),
+    ("PI-Haar: HL', LH', HH'", PI_HAAR, true),
 ];
+
+const PI_HAAR: Transform = Transform::PartiallyInvertedHaar { w: 0.4 };
 
 /// Mean squared error of R, the first detail, in 8-bit units. `quads` are the 2 x 2 values of a plane,
 /// `size` of them, in `0..=255`.

@@ -1,5 +1,6 @@
 //! A rendering of a highlight on a normal map in different formats (thesis Fig. 3.24).
 
+use bevy_wavelet_tex::codec::angle::unit;
 use image::{Rgb, RgbImage};
 
 use super::map::NormalMap;
@@ -18,7 +19,7 @@ const SHININESS: f64 = 60.0;
 const GAIN: f64 = 10.0;
 
 /// Direction toward the light. The viewer is at +Z.
-const LAMP: [f64; 3] = [0.36, 0.48, 0.8];
+const LIGHT: [f64; 3] = [0.36, 0.48, 0.8];
 
 /// Renders the lit maps side by side, and below each its difference in brightness from the first.
 pub fn picture(maps: &[&NormalMap]) -> RgbImage {
@@ -41,12 +42,12 @@ fn lit(map: &NormalMap) -> Vec<f64> {
     let width = (map.size[0] * MAGNIFICATION) as usize;
     let side = (PART * MAGNIFICATION) as usize;
     let [left, top] = CORNER.map(|v| (v * MAGNIFICATION) as usize);
-    let half = crate::angle::unit([LAMP[0], LAMP[1], LAMP[2] + 1.0]);
+    let half = unit([LIGHT[0], LIGHT[1], LIGHT[2] + 1.0]);
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     (0..side * side)
         .map(|i| {
-            let normal = crate::angle::unit(shown[(top + i / side) * width + left + i % side]);
-            let diffuse = dot(normal, LAMP).max(0.0);
+            let normal = unit(shown[(top + i / side) * width + left + i % side]);
+            let diffuse = dot(normal, LIGHT).max(0.0);
             let highlight = dot(normal, half).max(0.0).powf(SHININESS);
             0.25 * diffuse + 0.7 * highlight
         })

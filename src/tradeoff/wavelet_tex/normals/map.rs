@@ -1,15 +1,16 @@
 //! Normal maps that are given or generated, and their encoding in each format.
 
 use bevy_wavelet_tex::codec::{
+    angle::unit,
     blocks::{BlockFormat, BlockQuality, decode_blocks, encode_bc1, encode_bc4},
     decoder::{decode, normal_from_xy},
-    encoder::{EncodeError, EncodeSettings, Method, encode},
+    encoder::{EncodeError, encode},
     image::ColorSpace,
     rate::Rate,
+    settings::{EncodeSettings, Method},
     source::{Pixels, Source},
 };
-
-use crate::{angle::unit, picture::Picture};
+use image::{Rgb, Rgb32FImage, imageops};
 
 /// Side of the generated maps, in pixels.
 const SIDE: u32 = 256;
@@ -57,16 +58,12 @@ impl Format {
 }
 
 impl NormalMap {
-    /// Converts the pixels of a picture of 8 or 16 bits.
-    pub fn given(picture: &Picture) -> Self {
-        let source = picture.source();
-        let normal = |i| {
-            let [x, y, z, _] = source.get(i).map(|v| 2.0 * f64::from(v) - 1.0);
-            unit([x, y, z])
-        };
+    /// Converts the pixels of a picture.
+    pub fn given(picture: &Rgb32FImage) -> Self {
+        let normal = |p: &Rgb<f32>| unit(p.0.map(|v| 2.0 * f64::from(v) - 1.0));
         Self {
-            size: picture.size,
-            normals: (0..source.len()).map(normal).collect(),
+            size: picture.dimensions().into(),
+            normals: picture.pixels().map(normal).collect(),
         }
     }
 
@@ -85,9 +82,9 @@ impl NormalMap {
     pub fn rough() -> Self {
         Self::of_slopes(|x, y| {
             let wave = |i: i32| {
-                let (frequency, turn) = (0.1 * 1.45f64.powi(i), 2.4 * f64::from(i));
-                let phase = frequency * (x * turn.cos() + y * turn.sin()) + 1.7 * f64::from(i);
-                [turn.cos(), turn.sin()].map(|direction| 0.15 * direction * phase.cos())
+                let (frequency, angle) = (0.1 * 1.45f64.powi(i), 2.4 * f64::from(i));
+                let phase = frequency * (x * angle.cos() + y * angle.sin()) + 1.7 * f64::from(i);
+                [angle.cos(), angle.sin()].map(|direction| 0.15 * direction * phase.cos())
             };
             (0..9)
                 .map(wave)
@@ -106,9 +103,8 @@ impl NormalMap {
         }
     }
 
-    /// Encodes and decodes the map in a format. Returns the decoded map and its bits per pixel.
-    pub fn through(&self, format: Format) -> Result<(Self, f64), EncodeError> {
-        let pixels = self.normals.len() as f64;
+    /// Encodes and decodes the map in a format. Returns the decoded map and the bytes of its blocks.
+    pub fn through(&self, format: Format) -> Result<(Self, usize), EncodeError> {
         match format {
             Format::Bc1 => {
                 let texels: Vec<_> = self.normals.iter().map(|n| bytes(*n)).collect();
@@ -117,12 +113,12 @@ impl NormalMap {
                 let normal =
                     |[x, y, z, _]: &[f32; 4]| unit([x, y, z].map(|v| 2.0 * f64::from(*v) - 1.0));
                 let normals = decoded.iter().map(normal).collect();
-                Ok((self.with(normals), 8.0 * blocks.len() as f64 / pixels))
+                Ok((self.with(normals), blocks.len()))
             }
             Format::Bc5 => {
                 let (xy, bytes) = through_bc5(self.size, |x, y| self.at(x, y));
-                let normals = xy.into_iter().map(rebuilt).collect();
-                Ok((self.with(normals), 8.0 * bytes as f64 / pixels))
+                let normals = xy.into_iter().map(from_xy).collect();
+                Ok((self.with(normals), bytes))
             }
             Format::SmallBc5 => {
                 let small = self
@@ -141,8 +137,8 @@ impl NormalMap {
                 let back = back.interpolated_to(self.size);
                 let normals = back
                     .into_iter()
-                    .map(|[x, y, _]| rebuilt([x as f32, y as f32]));
-                Ok((self.with(normals.collect()), 8.0 * bytes as f64 / pixels))
+                    .map(|[x, y, _]| from_xy([x as f32, y as f32]));
+                Ok((self.with(normals.collect()), bytes))
             }
             Format::Wavelet(method) => {
                 let words: Vec<[u16; 4]> = self.normals.iter().map(|n| words(*n)).collect();
@@ -157,7 +153,7 @@ impl NormalMap {
                 let image = encode(&source, &settings, &|_, _| {})?;
                 let decoded = decode(&image, 0).pixels.into_iter();
                 let normals = decoded.map(|n| unit(n.map(f64::from))).collect();
-                Ok((self.with(normals), image.bits_per_pixel()))
+                Ok((self.with(normals), image.gpu_bytes()))
             }
         }
     }
@@ -175,14 +171,14 @@ impl NormalMap {
         self.normals[(y * self.size[0] + x) as usize]
     }
 
-    /// Downsamples the map by Lanczos, as `study` downsamples pictures.
+    /// Downsamples the map by Lanczos, as `baselines` downsamples pictures.
     fn resized(&self, [width, height]: [u32; 2]) -> Self {
-        let image = image::Rgb32FImage::from_fn(self.size[0], self.size[1], |x, y| {
+        let image = Rgb32FImage::from_fn(self.size[0], self.size[1], |x, y| {
             // The values are mapped to 0 to 1 because the library clamps to that.
-            image::Rgb(self.at(x, y).map(|v| (0.5 + 0.5 * v) as f32))
+            Rgb(self.at(x, y).map(|v| (0.5 + 0.5 * v) as f32))
         });
-        let filter = image::imageops::FilterType::Lanczos3;
-        let small = image::imageops::resize(&image, width, height, filter);
+        let filter = imageops::FilterType::Lanczos3;
+        let small = imageops::resize(&image, width, height, filter);
         Self {
             size: [width, height],
             normals: small
@@ -237,7 +233,7 @@ fn through_bc5(size: [u32; 2], normal: impl Fn(u32, u32) -> [f64; 3]) -> (Vec<[f
     )
 }
 
-fn rebuilt(xy: [f32; 2]) -> [f64; 3] {
+fn from_xy(xy: [f32; 2]) -> [f64; 3] {
     unit(normal_from_xy(xy).map(f64::from))
 }
 

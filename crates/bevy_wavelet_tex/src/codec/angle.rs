@@ -1,13 +1,15 @@
-//! Angles between normals.
+//! Angles between unit normals, which measure the error of normal maps.
 
 use serde::Serialize;
 
 /// Angles between the normals of two maps, in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Angles {
+    /// The mean angle.
     pub mean_angle_degrees: f64,
     /// The 99th percentile: 99 of 100 pixels have at most this angle.
     pub p99_angle_degrees: f64,
+    /// The largest angle.
     pub max_angle_degrees: f64,
 }
 

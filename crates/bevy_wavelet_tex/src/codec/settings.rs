@@ -1,0 +1,67 @@
+//! What a caller of the encoder chooses.
+
+use serde::{Deserialize, Serialize};
+
+use super::{image::ColorSpace, rate::Rate};
+
+/// Settings of [`encode`](super::encoder::encode).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EncodeSettings {
+    /// The content of the image and its bits per pixel. Default: [`Rate::Color3`].
+    pub rate: Rate,
+    /// When set, the encoder chooses the smallest rate of the same content that reaches this PSNR
+    /// in dB, or the largest rate when none does. That encodes the largest level once for each rate
+    /// it tries. Default: `None`.
+    pub min_psnr_db: Option<f64>,
+    /// Whether colour keeps its alpha channel, which takes as many bits as luma. Default: `false`.
+    pub alpha: bool,
+    /// Transfer function of the values; normals are always linear. Default: sRGB.
+    pub color_space: ColorSpace,
+    /// Whether to make mips where none are given, by a box filter in linear light. Default: `true`.
+    pub mips: bool,
+    /// Time to spend on the search for the parameters. Default: [`Effort::Default`].
+    pub effort: Effort,
+    /// The parts of the codec to use. Default: [`Method::Best`].
+    pub method: Method,
+}
+
+/// The parts of the codec that an encoder uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// Everything that improves the quality.
+    #[default]
+    Best,
+    /// The same without prediction: a decoded pixel takes one fetch of luma instead of nine, and
+    /// gray at 2 bits per pixel loses 0.7 dB.
+    OneFetch,
+    /// The codec of the thesis: the partially inverted Haar transform with a search for w, clamping
+    /// and power curve, and chroma in wavelet planes that are repeated instead of interpolated.
+    Thesis,
+}
+
+impl Default for EncodeSettings {
+    fn default() -> Self {
+        Self {
+            rate: Rate::Color3,
+            min_psnr_db: None,
+            alpha: false,
+            color_space: ColorSpace::Srgb,
+            mips: true,
+            effort: Effort::Default,
+            method: Method::Best,
+        }
+    }
+}
+
+/// Time that the encoder spends on the search for its parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Effort {
+    /// No search: the encoder uses the values to which the search converges for most images. For
+    /// previews.
+    Fast,
+    /// A search over a sample of 512 blocks; where a rate has two packings, the better one is kept.
+    #[default]
+    Default,
+    /// A finer search over a sample of 4096 blocks.
+    Best,
+}

@@ -1,0 +1,85 @@
+//! What a study is.
+
+use std::path::PathBuf;
+
+use bevy_wavelet_tex::codec::encoder::EncodeError;
+use indicatif::ProgressBar;
+use thiserror::Error;
+
+use super::{plan::Plan, summary::Summary};
+use crate::{
+    boxes::TruthError,
+    headless::HeadlessError,
+    metrics::SizeMismatch,
+    record::{ReadError, Report, WriteError},
+};
+
+/// The measurements of one plugin.
+#[derive(Clone, Copy, Debug)]
+pub struct Study {
+    /// Name on the command line and in the records, which is the plugin's without `bevy_`.
+    pub name: &'static str,
+    pub measure: fn(&Plan, &ProgressBar) -> Result<Report, TradeoffError>,
+    /// What a user chooses between, from its report.
+    pub summary: fn(&Report) -> Summary,
+    /// Tables in Markdown of what the summary leaves out; empty where there is nothing more.
+    pub tables: fn(&Report) -> String,
+}
+
+impl Study {
+    /// Measures, and names the plugin in each row.
+    ///
+    /// # Errors
+    /// Those of the study.
+    pub fn report(&self, plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
+        let mut report = (self.measure)(plan, progress)?;
+        for row in &mut report.measurements {
+            row.plugin = self.name.into();
+        }
+        Ok(report)
+    }
+}
+
+/// Why a study has no report.
+#[derive(Debug, Error)]
+pub enum TradeoffError {
+    /// Nothing could be rendered.
+    #[error(transparent)]
+    Render(#[from] HeadlessError),
+    /// An image could not be encoded.
+    #[error(transparent)]
+    Encode(#[from] EncodeError),
+    /// A picture and its reference differ in size.
+    #[error(transparent)]
+    Compare(#[from] SizeMismatch),
+    /// A photograph could not be read.
+    #[error("cannot read `{}`: {source}", .path.display())]
+    Image {
+        /// Its path.
+        path: PathBuf,
+        /// What the decoder says.
+        source: image::ImageError,
+    },
+    /// A path-traced picture could not be read.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
+    /// A file could not be read or written, or a folder not made.
+    #[error("`{}`: {source}", .path.display())]
+    File {
+        /// Its path.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// An earlier report could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The report could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// Prints a line above the progress bar, also where the bar is hidden.
+pub(super) fn note(progress: &ProgressBar, text: &str) {
+    progress.suspend(|| eprintln!("{text}"));
+}

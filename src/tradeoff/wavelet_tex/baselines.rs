@@ -1,0 +1,230 @@
+//! The BC formats, at full size and at lower resolutions, and two levels of wavelets.
+//!
+//! | setting | picture |
+//! | --- | --- |
+//! | `bc1`, `bc7`, `bc4` | the BC formats at full size; BC4 of gray |
+//! | `bc1 at 3 bpp, bilinear`, `..bicubic` and so on | a texture of a lower resolution (thesis section 3.6.1): downsampled by Lanczos until it takes the bits of a wavelet rate, and upsampled again |
+//! | `two levels` | two levels of wavelets, gray at 1.5 bpp (thesis section 3.5.4) |
+
+use std::time::Instant;
+
+use bevy_wavelet_tex::codec::{
+    blocks::{BlockFormat, BlockQuality, decode_blocks, encode_bc1, encode_bc4, encode_bc7},
+    color::ycocg_from_rgb,
+};
+use image::{Rgb, Rgb32FImage, RgbImage, imageops};
+
+use super::{encoded::ORIGINAL, two_levels::through_two_levels};
+use crate::{
+    metrics::{SizeMismatch, compare},
+    record::Measurement,
+};
+
+/// The filters that sample textures of a lower resolution.
+pub(super) const FILTERS: [(&str, imageops::FilterType); 2] = [
+    ("bilinear", imageops::FilterType::Triangle),
+    ("bicubic", imageops::FilterType::CatmullRom),
+];
+
+/// The bits per pixel of lower resolutions, which are those of the wavelet rates.
+const GRAY_BITS: [f64; 3] = [1.5, 2.0, 3.0];
+const COLOR_BITS: [(Format, f64); 4] = [
+    (Format::Bc1, 2.25),
+    (Format::Bc1, 3.0),
+    (Format::Bc1, 3.25),
+    (Format::Bc7, 5.0),
+];
+
+/// A BC format.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Format {
+    Bc1,
+    Bc4,
+    Bc7,
+}
+
+impl Format {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Bc1 => "bc1",
+            Self::Bc4 => "bc4",
+            Self::Bc7 => "bc7",
+        }
+    }
+
+    fn bits_per_pixel(self) -> f64 {
+        match self {
+            Self::Bc1 | Self::Bc4 => 4.0,
+            Self::Bc7 => 8.0,
+        }
+    }
+
+    /// Name of the setting in which the format is at a lower resolution.
+    pub(super) fn scaled_name(self, bpp: f64, filter: &str) -> String {
+        format!("{} at {bpp} bpp, {filter}", self.name())
+    }
+
+    /// Encodes and decodes a picture.
+    fn through(self, picture: &Rgb32FImage) -> Through {
+        let size = <[u32; 2]>::from(picture.dimensions());
+        let (format, (blocks, encode_ms)) = match self {
+            Self::Bc1 => {
+                let texel = |p: &Rgb<f32>| {
+                    let [r, g, b] = p.0.map(byte);
+                    [r, g, b, 255]
+                };
+                let texels: Vec<_> = picture.pixels().map(texel).collect();
+                (
+                    BlockFormat::Bc1,
+                    timed(|| encode_bc1(&texels, size, BlockQuality::High)),
+                )
+            }
+            Self::Bc4 => {
+                let values: Vec<f32> = picture.pixels().map(|p| p.0[0].clamp(0.0, 1.0)).collect();
+                (
+                    BlockFormat::Bc4,
+                    timed(|| encode_bc4(&values, size, BlockQuality::High)),
+                )
+            }
+            Self::Bc7 => {
+                let encode = || encode_bc7(size, [1; 3], |x, y| picture.get_pixel(x, y).0);
+                (BlockFormat::Bc7, timed(encode))
+            }
+        };
+        let texels = decode_blocks(format, &blocks, size);
+        let decoded = Rgb32FImage::from_fn(size[0], size[1], |x, y| {
+            let [r, g, b, _] = texels[(y * size[0] + x) as usize];
+            Rgb(if self == Self::Bc4 { [r; 3] } else { [r, g, b] })
+        });
+        Through {
+            decoded,
+            bytes: blocks.len(),
+            encode_ms,
+        }
+    }
+}
+
+/// A picture that was encoded and decoded.
+struct Through {
+    decoded: Rgb32FImage,
+    /// Bytes of the blocks.
+    bytes: usize,
+    encode_ms: f64,
+}
+
+/// The result of a function and the milliseconds that it took.
+fn timed<T>(function: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = function();
+    (result, start.elapsed().as_secs_f64() * 1e3)
+}
+
+/// BC1 of a colour image, which every study has.
+pub(super) fn bc1_row(scene: &str, image: &RgbImage) -> Result<Measurement, SizeMismatch> {
+    Picture::color(scene, image).at_full_size(Format::Bc1)
+}
+
+/// All other rows of a colour image and of its luma.
+pub(super) fn rows(scene: &str, image: &RgbImage) -> Result<Vec<Measurement>, SizeMismatch> {
+    let color = Picture::color(scene, image);
+    let gray = Picture::luma(scene, image);
+    let mut rows = vec![
+        color.at_full_size(Format::Bc7)?,
+        gray.at_full_size(Format::Bc4)?,
+    ];
+    for filter in FILTERS {
+        for (format, bpp) in COLOR_BITS {
+            rows.push(color.scaled(format, bpp, filter)?);
+        }
+        for bpp in GRAY_BITS {
+            rows.push(gray.scaled(Format::Bc4, bpp, filter)?);
+        }
+    }
+    rows.push(gray.row("two levels", |picture| {
+        let (decoded, bytes, encode_ms) = through_two_levels(picture);
+        Through {
+            decoded,
+            bytes,
+            encode_ms,
+        }
+    })?);
+    Ok(rows)
+}
+
+/// The image that rows are made of.
+struct Picture {
+    scene: String,
+    pixels: Rgb32FImage,
+}
+
+impl Picture {
+    fn color(scene: &str, image: &RgbImage) -> Self {
+        Self::of(scene.into(), image, |rgb| rgb)
+    }
+
+    /// The luma of YCoCg, rounded to 8 bits, in all channels.
+    fn luma(scene: &str, image: &RgbImage) -> Self {
+        Self::of(format!("{scene} gray"), image, |rgb| {
+            [(ycocg_from_rgb(rgb).y * 255.0).round() / 255.0; 3]
+        })
+    }
+
+    fn of(scene: String, image: &RgbImage, value: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+        let pixels = Rgb32FImage::from_fn(image.width(), image.height(), |x, y| {
+            Rgb(value(image.get_pixel(x, y).0.map(|v| f32::from(v) / 255.0)))
+        });
+        Self { scene, pixels }
+    }
+
+    fn at_full_size(&self, format: Format) -> Result<Measurement, SizeMismatch> {
+        self.row(format.name(), |picture| format.through(picture))
+    }
+
+    /// The format at a lower resolution, such that it takes `bpp`.
+    fn scaled(
+        &self,
+        format: Format,
+        bpp: f64,
+        (name, filter): (&str, imageops::FilterType),
+    ) -> Result<Measurement, SizeMismatch> {
+        let scale = (bpp / format.bits_per_pixel()).sqrt();
+        let (width, height) = self.pixels.dimensions();
+        let [w, h] = [width, height].map(|s| ((f64::from(s) * scale).round() as u32).max(1));
+        self.row(&format.scaled_name(bpp, name), |picture| {
+            let small = imageops::resize(picture, w, h, imageops::FilterType::Lanczos3);
+            let through = format.through(&small);
+            Through {
+                decoded: imageops::resize(&through.decoded, width, height, filter),
+                ..through
+            }
+        })
+    }
+
+    /// The row of a setting, which encodes and decodes the picture.
+    fn row(
+        &self,
+        setting: &str,
+        encode_and_decode: impl FnOnce(&Rgb32FImage) -> Through,
+    ) -> Result<Measurement, SizeMismatch> {
+        let through = encode_and_decode(&self.pixels);
+        Ok(Measurement {
+            scene: self.scene.clone(),
+            setting: setting.into(),
+            reference: ORIGINAL.into(),
+            cpu_ms: Some(through.encode_ms),
+            bytes: Some(through.bytes as u64),
+            fetches: Some(1.0),
+            ..Measurement::from(&compare(&rgb8(&self.pixels), &rgb8(&through.decoded))?)
+        })
+    }
+}
+
+fn rgb8(picture: &Rgb32FImage) -> RgbImage {
+    RgbImage::from_fn(picture.width(), picture.height(), |x, y| {
+        Rgb(picture.get_pixel(x, y).0.map(byte))
+    })
+}
+
+fn byte(value: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0).round() as u8
+}

@@ -1,0 +1,129 @@
+//! The rows of encoded images, and what sampling them takes.
+
+use std::time::Instant;
+
+use bevy_wavelet_tex::codec::{
+    decoder::decode,
+    encoder::{EncodeError, encode_rgb8},
+    image::{ColorSpace, Content, PlaneGroup, WaveletImage},
+    packing::Packing,
+    quantizer::PlaneCoding,
+    rate::Rate,
+    settings::{Effort, EncodeSettings},
+};
+use image::{Rgb, RgbImage};
+
+use super::inputs::Input;
+use crate::{
+    headless::median, metrics::compare, record::Measurement, tradeoff::study::TradeoffError,
+};
+
+/// The reference of decoded images.
+pub(super) const ORIGINAL: &str = "original in 8 bits";
+
+/// The image itself: no error and one fetch, in the smallest uncompressed format that hardware has
+/// for the content.
+pub(super) fn original(image: &RgbImage, content: Content) -> Measurement {
+    let (format, bytes_per_pixel) = match content {
+        Content::Gray => ("r8", 1),
+        Content::Normal => ("rg8", 2),
+        Content::Color | Content::ColorAlpha => ("rgba8", 4),
+    };
+    Measurement {
+        setting: format.into(),
+        reference: "itself".into(),
+        mse: Some(0.0),
+        flip: Some(0.0),
+        max_error: Some(0.0),
+        bytes: Some(bytes_per_pixel * u64::from(image.width()) * u64::from(image.height())),
+        fetches: Some(1.0),
+        ..Measurement::default()
+    }
+}
+
+/// The row of an image at a rate with an effort.
+pub(super) fn encoded_row(
+    input: &Input,
+    rate: Rate,
+    effort: Effort,
+    name: &str,
+    repetitions: usize,
+) -> Result<Measurement, TradeoffError> {
+    let mut times = Vec::new();
+    let encoded = loop {
+        let start = Instant::now();
+        let encoded = encoded(&input.image, rate, effort, false)?;
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+        if times.len() >= repetitions {
+            break encoded;
+        }
+    };
+    let decoded = decode(&encoded, 0).to_rgba8(input.content);
+    let (width, height) = input.image.dimensions();
+    let decoded = RgbImage::from_fn(width, height, |x, y| {
+        let [r, g, b, _] = decoded[(y * width + x) as usize];
+        Rgb([r, g, b])
+    });
+    Ok(Measurement {
+        scene: input.scene.clone(),
+        setting: format!("{} {name}", rate.name()),
+        reference: ORIGINAL.into(),
+        cpu_ms: median(&times),
+        bytes: Some(encoded.gpu_bytes() as u64),
+        fetches: Some(fetches(&encoded)),
+        ..Measurement::from(&compare(&input.image, &decoded)?)
+    })
+}
+
+pub(super) fn encoded(
+    image: &RgbImage,
+    rate: Rate,
+    effort: Effort,
+    mips: bool,
+) -> Result<WaveletImage, EncodeError> {
+    let pixels: Vec<[u8; 3]> = image.pixels().map(|p| p.0).collect();
+    let settings = EncodeSettings {
+        rate,
+        color_space: ColorSpace::Srgb,
+        mips,
+        effort,
+        ..EncodeSettings::default()
+    };
+    encode_rgb8(&pixels, image.dimensions().into(), &settings)
+}
+
+/// Fetches of one decoded pixel: one of each texture of a wavelet plane, eight more where the details
+/// are predicted from the neighbours' low band, and one of chroma.
+pub(super) fn fetches(image: &WaveletImage) -> f64 {
+    let of_group = |group: &PlaneGroup| {
+        if group.packing == Packing::Bc1 {
+            return 1.0;
+        }
+        let of_plane = |coding: &PlaneCoding| {
+            let neighbours = if coding.predictor == 0.0 { 0.0 } else { 8.0 };
+            group.textures.len() as f64 + neighbours
+        };
+        group.codings.iter().map(of_plane).sum()
+    };
+    image.groups.iter().map(of_group).sum()
+}
+
+/// Bytes that the fetches of one decoded pixel take in their blocks, without a cache: of chroma four
+/// texels each, since it is interpolated.
+pub(super) fn fetched_bytes(image: &WaveletImage) -> f64 {
+    let of_group = |group: &PlaneGroup| {
+        let formats = group.packing.formats();
+        let texel = |i: usize| formats[i].block_bytes() as f64 / 16.0;
+        if group.packing == Packing::Bc1 {
+            return 4.0 * texel(0);
+        }
+        let of_plane = |coding: &PlaneCoding| {
+            let all: f64 = (0..formats.len()).map(texel).sum();
+            // The neighbours' low band is in the first texture.
+            let neighbours = if coding.predictor == 0.0 { 0.0 } else { 8.0 };
+            all + neighbours * texel(0)
+        };
+        group.codings.iter().map(of_plane).sum()
+    };
+    image.groups.iter().map(of_group).sum()
+}
