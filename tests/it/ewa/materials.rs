@@ -106,64 +106,65 @@ fn handles_and_later_edits_stay() {
 /// Puts one map on a plain material.
 type Put = fn(&mut StandardMaterial, Handle<Image>, UvChannel);
 
-/// Every map that Bevy samples, and whether it is in sRGB.
-const MAPS: [(&str, bool, Put); 14] = [
-    ("base_color", true, |m, t, uv| {
+/// Every map that Bevy samples, whether it is in sRGB, and the PSNR in dB of the filtered picture to Bevy's own that
+/// it stays below: what its filter changes is seen. Pictures without a change have an infinite one.
+const MAPS: [(&str, bool, f64, Put); 14] = [
+    ("base_color", true, 52.5, |m, t, uv| {
         m.base_color_texture = Some(t);
         m.base_color_channel = uv;
     }),
-    ("emissive", true, |m, t, uv| {
+    ("emissive", true, 41.0, |m, t, uv| {
         m.emissive = LinearRgba::gray(0.5);
         m.emissive_texture = Some(t);
         m.emissive_channel = uv;
     }),
-    ("metallic_roughness", false, |m, t, uv| {
+    ("metallic_roughness", false, 36.5, |m, t, uv| {
         m.metallic = 1.0;
         m.perceptual_roughness = 1.0;
         m.metallic_roughness_texture = Some(t);
         m.metallic_roughness_channel = uv;
     }),
-    ("normal_map", false, |m, t, uv| {
+    ("normal_map", false, 20.5, |m, t, uv| {
         m.normal_map_texture = Some(t);
         m.normal_map_channel = uv;
     }),
-    ("occlusion", false, |m, t, uv| {
+    ("occlusion", false, 35.5, |m, t, uv| {
         m.occlusion_texture = Some(t);
         m.occlusion_channel = uv;
     }),
-    ("specular", false, |m, t, uv| {
+    ("specular", false, 30.5, |m, t, uv| {
         m.metallic = 0.0;
         m.reflectance = 1.0;
         m.specular_texture = Some(t);
         m.specular_channel = uv;
     }),
-    ("specular_tint", true, |m, t, uv| {
+    ("specular_tint", true, 27.5, |m, t, uv| {
         m.reflectance = 1.0;
         m.specular_tint_texture = Some(t);
         m.specular_tint_channel = uv;
     }),
-    ("clearcoat", false, |m, t, uv| {
+    ("clearcoat", false, 49.0, |m, t, uv| {
         m.clearcoat = 1.0;
         m.clearcoat_texture = Some(t);
         m.clearcoat_channel = uv;
     }),
-    ("clearcoat_roughness", false, |m, t, uv| {
+    ("clearcoat_roughness", false, 37.5, |m, t, uv| {
         m.clearcoat = 1.0;
         m.clearcoat_perceptual_roughness = 1.0;
         m.clearcoat_roughness_texture = Some(t);
         m.clearcoat_roughness_channel = uv;
     }),
-    ("clearcoat_normal", false, |m, t, uv| {
+    ("clearcoat_normal", false, 33.5, |m, t, uv| {
         m.clearcoat = 1.0;
         m.clearcoat_normal_texture = Some(t);
         m.clearcoat_normal_channel = uv;
     }),
-    ("specular_transmission", false, |m, t, uv| {
+    ("specular_transmission", false, 53.0, |m, t, uv| {
         m.specular_transmission = 1.0;
         m.specular_transmission_texture = Some(t);
         m.specular_transmission_channel = uv;
     }),
-    ("thickness", false, |m, t, uv| {
+    ("thickness", false, 71.5, |m, t, uv| {
         m.specular_transmission = 0.9;
         m.thickness = 3.0;
         m.attenuation_distance = 1.0;
@@ -171,12 +172,12 @@ const MAPS: [(&str, bool, Put); 14] = [
         m.thickness_texture = Some(t);
         m.thickness_channel = uv;
     }),
-    ("diffuse_transmission", false, |m, t, uv| {
+    ("diffuse_transmission", false, 59.5, |m, t, uv| {
         m.diffuse_transmission = 1.0;
         m.diffuse_transmission_texture = Some(t);
         m.diffuse_transmission_channel = uv;
     }),
-    ("anisotropy", false, |m, t, uv| {
+    ("anisotropy", false, 31.5, |m, t, uv| {
         m.metallic = 1.0;
         m.perceptual_roughness = 0.4;
         m.anisotropy_strength = 1.0;
@@ -203,8 +204,7 @@ fn every_map_is_filtered_with_its_own_coordinates() {
     for mut sun in suns.iter_mut(world) {
         *sun = Transform::from_xyz(1.0, 1.2, -5.0).looking_at(Vec3::ZERO, Vec3::Y);
     }
-    let mut unfiltered = Vec::new();
-    for (i, (name, srgb, put)) in MAPS.into_iter().enumerate() {
+    for (i, (name, srgb, most, put)) in MAPS.into_iter().enumerate() {
         let format = if srgb {
             TextureFormat::Rgba8UnormSrgb
         } else {
@@ -234,11 +234,8 @@ fn every_map_is_filtered_with_its_own_coordinates() {
         keep(&format!("{name}_ewa"), &filtered);
         let found = psnr(&stock, &filtered);
         println!("{name} {uv:?}: {found:.1} dB from Bevy's own");
-        if stock == filtered {
-            unfiltered.push(name);
-        }
+        assert!(found < most, "{name}: {found} dB");
     }
-    assert!(unfiltered.is_empty(), "{unfiltered:?}");
 }
 
 #[test]

@@ -22,7 +22,7 @@ use image::RgbImage;
 use crate::support::pool::{Borrowed, Pool};
 
 static STOCK: Pool = Pool::new(|| build(small(), None), begin);
-static FILTERED: Pool = Pool::new(|| build(small(), Some(EwaPlugin::CHOSEN)), begin);
+static FILTERED: Pool = Pool::new(|| build(small(), Some(EwaPlugin::OPT_IN)), begin);
 
 /// A headless app with a floor, a post with an alpha mask, a sun with shadows, and one camera.
 pub struct Floor {

@@ -8,6 +8,10 @@ use bevy_frugal_hooks::SpecializedMaterial;
 
 use crate::{packed_format::PACK, settings::PackedFormat};
 
+/// Shader def of materials whose alpha selects samples, and the number of samples per pixel.
+const COVERAGE: &str = "YCOCG_FB_COVERAGE";
+const SAMPLES: &str = "YCOCG_FB_SAMPLES";
+
 /// Flag of packed views in Bevy's `MeshPipelineKey`, a bit that Bevy does not use.
 pub(crate) const PACKED_KEY: u64 = 1 << 57;
 const _: () = assert!(
@@ -47,6 +51,11 @@ pub(crate) fn pack(descriptor: &mut RenderPipelineDescriptor, format: PackedForm
         fragment.shader_defs.retain(|def| !is_tone_mapping(def));
     }
     fragment.shader_defs.extend(format.shader_defs());
+    let multisample = &descriptor.multisample;
+    if multisample.alpha_to_coverage_enabled && multisample.count > 1 {
+        let samples = ShaderDefVal::UInt(SAMPLES.into(), multisample.count);
+        fragment.shader_defs.extend([COVERAGE.into(), samples]);
+    }
 }
 
 /// Whether a pipeline has the shader def and the target of this format. Its shader may still not pack.
