@@ -19,8 +19,17 @@ use std::{fs, path::Path};
 
 use graph::Graph;
 
-/// Folders that still have cycles.
-const KNOWN: &[&str] = &["crates/bevy_voxel_gi/", "crates/bevy_wavelet_tex/", "src/"];
+/// Cycles that are known, by their first file or its folder.
+const KNOWN: &[&str] = &[
+    "crates/bevy_voxel_gi/",
+    "src/content/photo.rs",
+    "src/headless/app.rs",
+    "src/runner/panel.rs",
+    "src/scenes/error_view/mod.rs",
+    "src/scenes/voxel_gi/settings.rs",
+    "src/scenes/voxel_gi/truth.rs",
+    "src/scenes/wavelet_tex/board.rs",
+];
 
 /// The folders of sources, each with the roots of its crates.
 const CRATES: [(&str, &[&str]); 6] = [
@@ -55,7 +64,7 @@ fn no_file_imports_itself_through_others() {
     let cycles = graph.cycles();
     let unknown: Vec<_> = cycles
         .iter()
-        .filter(|cycle| !KNOWN.iter().any(|folder| cycle.starts_with(folder)))
+        .filter(|cycle| !KNOWN.iter().any(|known| cycle.starts_with(known)))
         .map(String::as_str)
         .collect();
     assert!(
