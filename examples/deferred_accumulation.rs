@@ -1,4 +1,4 @@
-//! Diffuse and specular light of two lamps in one target instead of two.
+//! Diffuse and specular light of two lights in one target instead of two.
 //!
 //! `cargo run --release --example deferred_accumulation` opens a window;
 //! `-- --headless out --set method=specular_luminance` writes pictures of the shortcut.

@@ -1,7 +1,7 @@
 //! Measures what a plugin costs and what it gains: accuracy, memory and time.
 //!
 //! `cargo run --release --example tradeoff -- wavelet_tex --quick` writes
-//! `target/tradeoff/wavelet_tex.json` and prints a table.
+//! `target/tradeoff/wavelet_tex.json`, a chart and a report, which it also prints.
 
 use std::process::ExitCode;
 

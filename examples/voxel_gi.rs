@@ -1,4 +1,4 @@
-//! A room in which light bounces, beside what its lamps alone show; the Cornell box beside its
+//! A room in which light bounces, beside what its lights alone show; the Cornell box beside its
 //! path-traced picture.
 //!
 //! `cargo run --release --example voxel_gi` opens a window;

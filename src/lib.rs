@@ -7,7 +7,7 @@
 //! | [`headless`] | Bevy without a window, the same frames on every run |
 //! | [`metrics`] | how far a picture is from its reference |
 //! | [`mod@record`] | measurements in JSON |
-//! | [`runner`] | one runner for all examples: window, headless, knobs |
+//! | [`runner`] | one runner for all examples: window, headless, settings |
 //! | [`scenes`] | the example scenes |
 //! | [`gallery`] | all scenes in one window or on one page |
 //! | [`mod@tradeoff`] | accuracy, memory and time of each plugin, as a report |

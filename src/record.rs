@@ -19,9 +19,7 @@ use crate::{headless::AdapterInfo, metrics::ImageError};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Measurement {
-    /// Crate name of the plugin.
     pub plugin: String,
-    /// Name of the scene or of the input.
     pub scene: String,
     /// What was measured, e.g. `3 bits per pixel`.
     pub setting: String,
@@ -87,9 +85,7 @@ impl From<&ImageError> for Measurement {
 /// Name and driver of the adapter that a report was made on.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReportAdapter {
-    /// Name of the device.
     pub name: String,
-    /// Name and version of the driver.
     pub driver: String,
 }
 
@@ -102,10 +98,8 @@ impl From<&AdapterInfo> for ReportAdapter {
     }
 }
 
-/// The measurements of one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// What rendered.
     pub adapter: ReportAdapter,
     /// The day it was made, as `YYYY-MM-DD`.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -132,9 +126,6 @@ pub struct ReadError {
 
 impl Report {
     /// Reads what [`write`](Self::write) wrote.
-    ///
-    /// # Errors
-    /// [`ReadError`], naming the path.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         std::fs::read(path)
@@ -146,9 +137,6 @@ impl Report {
     }
 
     /// Writes the report as indented JSON, with a newline at its end.
-    ///
-    /// # Errors
-    /// [`WriteError`], naming the path.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), WriteError> {
         let path = path.as_ref();
         serde_json::to_vec_pretty(self)

@@ -8,14 +8,7 @@ use image::RgbImage;
 use super::color::{Color, hex, mix, shade};
 use super::lattice::{Noise, smoothstep};
 use super::material::{Border, Sample, byte, render, units};
-use landscape::Landscape;
-
-/// Horizon of the picture, as a fraction of its height from the top.
-const HORIZON: f32 = 0.56;
-/// Near shore of the lake.
-const SHORE: f32 = 0.70;
-/// Colour of distant air.
-const HAZE: Color = hex(0xC3D3E0);
+use landscape::{HAZE, HORIZON, Landscape, SHORE};
 
 /// A landscape as a camera would take it: a smooth sky with clouds, hazy mountains, woods, a lake
 /// with reflections, painted houses, a meadow in bloom, and balloons. It offers a codec what

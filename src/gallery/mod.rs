@@ -14,7 +14,7 @@ use std::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::runner::{
-    Knobs, Options, RunError, Scene, ScenePicker, launch::exit_code, pictures::STEPS,
+    Options, RunError, Scene, ScenePicker, SceneSettings, launch::exit_code, pictures::STEPS,
     render_headless, window,
 };
 
@@ -23,15 +23,15 @@ use crate::runner::{
 /// Exit codes as those of [`run`](crate::runner::run).
 pub fn run(scenes: &[&'static dyn Scene]) -> ExitCode {
     let names: Vec<_> = scenes.iter().map(|scene| scene.name()).collect();
-    let knobs = |scene: &&dyn Scene| {
-        let knobs = Knobs::new(scene.knobs()).list();
-        format!("{}:\n{knobs}\n", scene.name())
+    let settings = |scene: &&dyn Scene| {
+        let settings = SceneSettings::new(scene.settings()).list();
+        format!("{}:\n{settings}\n", scene.name())
     };
-    let help: String = scenes.iter().map(knobs).collect();
+    let help: String = scenes.iter().map(settings).collect();
     let matches = Options::added_to(clap::Command::new("gallery"))
         .about("Shows the example scenes, in a window or as a page of pictures")
         .after_help(format!(
-            "Knobs (name=value; with several scenes, each must have the knob):\n\n{help}"
+            "Settings (name=value; with several scenes, each must have the setting):\n\n{help}"
         ))
         .arg(
             clap::Arg::new("scene")
@@ -75,9 +75,6 @@ fn dispatch(
 /// Renders `scenes` into `folder`, with a page `index.html` unless [`Options::split`] is set. Figures go to
 /// the standard output,
 /// one line of JSON a scene, and progress to the standard error output.
-///
-/// # Errors
-/// [`RunError`] of the first scene that fails.
 pub fn render_all(
     scenes: &[&'static dyn Scene],
     options: &Options,
@@ -85,7 +82,7 @@ pub fn render_all(
 ) -> Result<(), RunError> {
     // A setting that does not fit should not show up after minutes of rendering.
     for scene in scenes {
-        options.knobs(*scene)?;
+        options.settings(*scene)?;
     }
     let progress = progress_bar(scenes.len());
     let mut outcomes = Vec::new();
@@ -132,7 +129,7 @@ fn open(
     }
 }
 
-/// Runs this program again with another scene; knobs are those of a scene and do not go along.
+/// Runs this program again with another scene; settings are those of a scene and do not go along.
 fn start_anew(name: &str, options: &Options) -> Result<(), RunError> {
     let program = std::env::current_exe().map_err(|source| RunError::Start {
         program: "gallery".into(),

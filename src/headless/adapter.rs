@@ -11,7 +11,6 @@ use super::{HeadlessError, HeadlessSettings};
 /// The adapter that renders.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AdapterInfo {
-    /// Name of the device.
     pub name: String,
     /// Name and version of the driver, as far as it tells.
     pub driver: String,
@@ -35,10 +34,6 @@ impl From<&wgpu::AdapterInfo> for AdapterInfo {
 }
 
 /// The settings to give to Bevy, once it is sure that they find an adapter.
-///
-/// # Errors
-/// [`HeadlessError::NoAdapter`] without a fitting adapter, [`HeadlessError::Size`] when every
-/// fitting adapter is too small for the picture.
 pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings, HeadlessError> {
     let result = WgpuSettings {
         adapter_name: settings.adapter_name.clone(),

@@ -41,9 +41,6 @@ impl HeadlessApp {
     ///
     /// `build` finds [`LabTarget`] in the world, the target of its cameras, and may register
     /// assets to wait for in [`AwaitedAssets`].
-    ///
-    /// # Errors
-    /// [`HeadlessError::NoAdapter`] and [`HeadlessError::Size`].
     pub fn new(
         settings: HeadlessSettings,
         build: impl FnOnce(&mut App),
@@ -105,7 +102,6 @@ impl HeadlessApp {
         &self.adapter
     }
 
-    /// The settings it was built with.
     pub fn settings(&self) -> &HeadlessSettings {
         &self.settings
     }
@@ -115,7 +111,6 @@ impl HeadlessApp {
         self.app.world().resource::<RenderDevice>().features()
     }
 
-    /// The world of the scene.
     pub fn world(&self) -> &World {
         self.app.world()
     }
@@ -131,10 +126,6 @@ impl HeadlessApp {
     }
 
     /// Renders `count` frames and waits for the GPU after each.
-    ///
-    /// # Errors
-    /// [`HeadlessError::Readback`] when the GPU exceeds the time limit,
-    /// [`HeadlessError::Pipeline`] when a pipeline failed to compile.
     pub fn render_frames(&mut self, count: u32) -> Result<(), HeadlessError> {
         for _ in 0..count {
             self.render_frame()?;
@@ -143,17 +134,11 @@ impl HeadlessApp {
     }
 
     /// Renders `count` frames and gives the median of their times.
-    ///
-    /// # Errors
-    /// As [`render_frames`](Self::render_frames).
     pub fn measure_frames(&mut self, count: u32) -> Result<FrameTimes, HeadlessError> {
         Ok(self.measure_spans(count)?.0)
     }
 
     /// The same, and the median time on the GPU in milliseconds of each top-level span by name.
-    ///
-    /// # Errors
-    /// As [`render_frames`](Self::render_frames).
     pub fn measure_spans(
         &mut self,
         count: u32,

@@ -34,13 +34,11 @@ pub enum HeadlessError {
     Pipeline {
         /// Label of its descriptor, or `unlabelled`.
         label: String,
-        /// Message of the shader compiler.
         error: String,
     },
     /// An awaited asset failed to load.
     #[error("asset `{path}` failed to load: {error}")]
     Asset {
-        /// Path of the asset.
         path: String,
         /// Message of its loader.
         error: String,
@@ -50,7 +48,6 @@ pub enum HeadlessError {
     NotReady {
         /// Number of frames rendered.
         frames: u32,
-        /// Labels of pipelines and paths of assets.
         waiting: Vec<String>,
     },
     /// The GPU did not finish in time, or the device was lost.
@@ -58,7 +55,6 @@ pub enum HeadlessError {
     Readback {
         /// The time limit, in seconds.
         seconds: f32,
-        /// Message of the driver interface.
         error: String,
     },
     /// The target image was never prepared for the GPU.
@@ -67,7 +63,6 @@ pub enum HeadlessError {
     /// The picture was asked for in another format than that of the target.
     #[error("the target is {actual:?}: choose {wanted:?} in the settings to capture this way")]
     Format {
-        /// Format of the target.
         actual: TargetFormat,
         /// Format that the capture needs.
         wanted: TargetFormat,

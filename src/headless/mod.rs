@@ -20,6 +20,7 @@
 
 pub mod adapter;
 pub mod app;
+mod awaited;
 mod error;
 pub mod pixel_view;
 pub mod readback;
@@ -30,10 +31,10 @@ pub mod timing;
 
 pub use adapter::AdapterInfo;
 pub use app::HeadlessApp;
+pub use awaited::{AwaitedAssets, AwaitedWork};
 pub use error::HeadlessError;
 pub use pixel_view::pixel_camera;
 pub use readback::Rgba32FImage;
-pub use ready::{AwaitedAssets, AwaitedWork};
 pub use settings::{HeadlessSettings, TargetFormat};
 pub use target::LabTarget;
 pub use timing::{FrameTimes, median};

@@ -28,11 +28,6 @@ pub struct Rgba32FImage {
 
 impl HeadlessApp {
     /// The last rendered frame as a display would show it, without alpha.
-    ///
-    /// # Errors
-    /// [`HeadlessError::Format`] unless the target is [`TargetFormat::Srgb8`],
-    /// [`HeadlessError::NoTarget`] before the first frame, [`HeadlessError::Readback`] when the
-    /// GPU does not answer.
     pub fn capture_rgb8(&mut self) -> Result<RgbImage, HeadlessError> {
         let actual = self.settings.format;
         if actual != TargetFormat::Srgb8 {
@@ -49,10 +44,6 @@ impl HeadlessApp {
     }
 
     /// The last rendered frame as linear floats.
-    ///
-    /// # Errors
-    /// As [`capture_rgb8`](Self::capture_rgb8), but for [`TargetFormat::Float32`] and
-    /// [`TargetFormat::Float16`].
     pub fn capture_f32(&mut self) -> Result<Rgba32FImage, HeadlessError> {
         let actual = self.settings.format;
         let pixels = match actual {
@@ -78,10 +69,6 @@ impl HeadlessApp {
 
     /// The size and the texels of an image on the GPU, slice by slice and row by row without padding. A
     /// texel has `texel_bytes` bytes.
-    ///
-    /// # Errors
-    /// [`HeadlessError::NoTarget`] where the GPU does not have the image,
-    /// [`HeadlessError::Readback`] when it does not answer.
     pub fn read_texture(
         &self,
         image: &Handle<Image>,

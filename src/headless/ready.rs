@@ -1,10 +1,7 @@
 //! Waiting until every asset is loaded and every pipeline compiled.
 
-use std::collections::BTreeSet;
-
 use bevy::{
-    asset::{AssetServer, LoadState, RecursiveDependencyLoadState, UntypedHandle},
-    ecs::resource::Resource,
+    asset::{AssetServer, LoadState, RecursiveDependencyLoadState},
     render::{
         RenderApp,
         render_resource::{CachedPipelineState, PipelineCache, PipelineDescriptor},
@@ -13,7 +10,7 @@ use bevy::{
     time::{Time, Virtual},
 };
 
-use super::{HeadlessApp, HeadlessError};
+use super::{AwaitedAssets, AwaitedWork, HeadlessApp, HeadlessError};
 
 /// Frames in a row without anything new to load or compile after which a scene counts as ready.
 ///
@@ -21,25 +18,12 @@ use super::{HeadlessApp, HeadlessError};
 /// and drawn with in the third.
 const QUIET_FRAMES: u32 = 3;
 
-/// The assets that a scene needs before its picture is meaningful.
-#[derive(Resource, Clone, Debug, Default)]
-pub struct AwaitedAssets(pub Vec<UntypedHandle>);
-
-/// What a scene is still computing before its picture is meaningful, by name; the scene adds and
-/// removes it.
-#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
-pub struct AwaitedWork(pub BTreeSet<&'static str>);
-
 impl HeadlessApp {
     /// Renders until all [`AwaitedAssets`] are loaded, all [`AwaitedWork`] is done and all pipelines compiled; the number of
     /// frames that it took.
     ///
     /// The scene's time stands still meanwhile, so that it does not depend on how long a disk
     /// takes to load an asset.
-    ///
-    /// # Errors
-    /// [`HeadlessError::NotReady`] after `max_frames` frames, naming what is missing;
-    /// [`HeadlessError::Pipeline`] and [`HeadlessError::Asset`] for what can never become ready.
     pub fn run_until_ready(&mut self, max_frames: u32) -> Result<u32, HeadlessError> {
         let was_paused = self.set_paused(true);
         let result = self.wait_until_ready(max_frames);
@@ -95,9 +79,6 @@ impl HeadlessApp {
     }
 
     /// Fails if a pipeline failed.
-    ///
-    /// # Errors
-    /// [`HeadlessError::Pipeline`], naming the first such pipeline and why it failed.
     pub fn check_pipelines(&self) -> Result<(), HeadlessError> {
         for pipeline in self.pipeline_cache().pipelines() {
             if let CachedPipelineState::Err(error) = &pipeline.state

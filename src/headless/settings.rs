@@ -17,7 +17,6 @@ pub enum TargetFormat {
 }
 
 impl TargetFormat {
-    /// The texture format of the target image.
     pub fn texture_format(self) -> TextureFormat {
         match self {
             Self::Srgb8 => TextureFormat::Rgba8UnormSrgb,

@@ -9,7 +9,6 @@ use bevy::{camera::RenderTarget, ecs::resource::Resource, window::WindowRef};
 pub struct LabTarget(pub RenderTarget);
 
 impl LabTarget {
-    /// The primary window.
     pub fn window() -> Self {
         Self(RenderTarget::Window(WindowRef::Primary))
     }

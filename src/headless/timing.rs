@@ -21,7 +21,6 @@ pub struct FrameTimes {
     pub gpu_ms: Option<f64>,
 }
 
-/// Collects the times of frames.
 #[derive(Default)]
 pub(crate) struct FrameClock {
     cpu_ms: Vec<f64>,
@@ -40,7 +39,6 @@ impl FrameClock {
         clock
     }
 
-    /// Adds one frame.
     pub(crate) fn record(&mut self, cpu: Duration, world: &World) {
         self.cpu_ms.push(cpu.as_secs_f64() * 1e3);
         if let Some(store) = world.get_resource::<DiagnosticsStore>() {

@@ -18,9 +18,6 @@ pub struct SizeMismatch {
 /// Mean squared error over all pixels and channels, in squared 8-bit units: 0 to 65025.
 ///
 /// The sum is taken in integers, hence exact; images without pixels have an error of 0.
-///
-/// # Errors
-/// [`SizeMismatch`] when the sizes differ.
 pub fn mse(reference: &RgbImage, test: &RgbImage) -> Result<f64, SizeMismatch> {
     let sum: u64 = differences(reference, test)?
         .map(|d| u64::from(d) * u64::from(d))
@@ -39,9 +36,6 @@ pub fn psnr_db(mse: f64) -> f64 {
 }
 
 /// Largest absolute difference of any channel of any pixel, in 8-bit units: 0 to 255.
-///
-/// # Errors
-/// [`SizeMismatch`] when the sizes differ.
 pub fn max_error(reference: &RgbImage, test: &RgbImage) -> Result<u8, SizeMismatch> {
     Ok(differences(reference, test)?.max().unwrap_or(0))
 }

@@ -59,9 +59,6 @@ impl FlipMap {
 /// `pixels_per_degree` is the resolution at the viewer's eye, usually
 /// [`DEFAULT_PIXELS_PER_DEGREE`]; it is clamped to 1 to 1000, beyond which the filters have no
 /// meaning. Runs on the current `rayon` pool; the result does not depend on its size.
-///
-/// # Errors
-/// [`SizeMismatch`] when the sizes differ.
 pub fn flip_map(
     reference: &RgbImage,
     test: &RgbImage,

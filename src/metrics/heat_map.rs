@@ -16,9 +16,6 @@ pub fn flip_heat_map(map: &FlipMap) -> RgbImage {
 
 /// Paints the largest absolute channel difference of every pixel, times `gain`: pale yellow is a
 /// difference of `255 / gain` or more. State the gain beside the picture; 8 to 16 suit compression.
-///
-/// # Errors
-/// [`SizeMismatch`] when the sizes differ.
 pub fn absolute_error_heat_map(
     reference: &RgbImage,
     test: &RgbImage,

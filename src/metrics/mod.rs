@@ -37,9 +37,6 @@ pub struct ImageError {
 /// Compares two sRGB images of the same size by every metric of this module.
 ///
 /// Images without pixels count as equal.
-///
-/// # Errors
-/// [`SizeMismatch`] when the sizes differ.
 pub fn compare(reference: &RgbImage, test: &RgbImage) -> Result<ImageError, SizeMismatch> {
     let mse = error::mse(reference, test)?;
     Ok(ImageError {

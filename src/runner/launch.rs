@@ -30,14 +30,13 @@ pub fn run(scene: &'static dyn Scene) -> ExitCode {
     exit_code(result)
 }
 
-/// Reports a failure and chooses its exit code.
 pub fn exit_code(result: Result<(), RunError>) -> ExitCode {
     let Err(error) = result else {
         return ExitCode::SUCCESS;
     };
     eprintln!("error: {error}");
     match error {
-        RunError::Knob(_) | RunError::NoScene { .. } => ExitCode::from(USAGE),
+        RunError::Setting(_) | RunError::NoScene { .. } => ExitCode::from(USAGE),
         _ => ExitCode::FAILURE,
     }
 }

@@ -4,7 +4,7 @@ use std::{path::PathBuf, str::FromStr};
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
-use super::{KnobError, Knobs, Scene};
+use super::{Scene, SceneSettings, SettingError};
 use crate::headless::adapter::is_software;
 
 /// Size of a picture in pixels, written `640x360`.
@@ -42,7 +42,7 @@ pub struct Options {
     /// Frames to measure on each side (headless), 1 or more.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: u32,
-    /// Turns a knob; may be given several times.
+    /// Changes a setting of the scene; may be given several times.
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
     /// Headless: only one picture, NAME.jpg, before at the left of a line and after at the right.
@@ -57,7 +57,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// One frame of a picture of this size, with these knobs set.
+    /// One frame of a picture of this size, with these settings.
     pub fn picture(width: u32, height: u32, set: &[&str]) -> Self {
         Self {
             headless: None,
@@ -70,12 +70,12 @@ impl Options {
         }
     }
 
-    /// The clap command of the example `scene`; its help lists the knobs.
+    /// The clap command of the example `scene`; its help lists the settings.
     pub fn command(scene: &dyn Scene) -> Command {
-        let knobs = Knobs::new(scene.knobs()).list();
+        let settings = SceneSettings::new(scene.settings()).list();
         Self::added_to(Command::new(scene.name()))
             .about(scene.description())
-            .after_help(format!("Knobs (name=value):\n{knobs}"))
+            .after_help(format!("Settings (name=value):\n{settings}"))
     }
 
     /// The command with these options; pictures that the CPU draws are small unless asked otherwise.
@@ -90,22 +90,16 @@ impl Options {
     }
 
     /// The options of a parsed command line.
-    ///
-    /// # Errors
-    /// Those of clap, for a command that was not augmented with these options.
     pub fn from_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         Self::from_arg_matches(matches)
     }
 
-    /// The knobs of `scene` with the settings applied.
-    ///
-    /// # Errors
-    /// [`KnobError`] for the first setting that does not fit.
-    pub fn knobs(&self, scene: &dyn Scene) -> Result<Knobs, KnobError> {
-        let mut knobs = Knobs::new(scene.knobs());
+    /// The settings of `scene` with those of the command line.
+    pub fn settings(&self, scene: &dyn Scene) -> Result<SceneSettings, SettingError> {
+        let mut settings = SceneSettings::new(scene.settings());
         for text in &self.set {
-            knobs.set(text)?;
+            settings.set(text)?;
         }
-        Ok(knobs)
+        Ok(settings)
     }
 }

@@ -1,5 +1,7 @@
 //! The side panel and the split line.
 
+use std::sync::{Arc, Mutex};
+
 use bevy::{ecs::system::SystemParam, prelude::*, window::PrimaryWindow};
 use bevy_egui::{
     EguiContexts,
@@ -7,18 +9,38 @@ use bevy_egui::{
 };
 
 use super::{
-    KnobKind, KnobValue, Knobs, MemoryFigures, Notes, PictureArea, Split, SplitLine, memory_table,
-    window::{LiveTimes, ScenePicker, SceneTitle},
+    MemoryFigures, Notes, PictureArea, SceneSettings, SettingKind, SettingValue, Split, SplitLine,
+    memory_table,
 };
+use crate::headless::timing::FrameClock;
+
+/// Lets the panel offer other scenes; the chosen one is there when the window has closed.
+#[derive(Resource, Clone, Debug)]
+pub struct ScenePicker {
+    pub names: Vec<&'static str>,
+    /// The scene that the user asked for, if any.
+    pub chosen: Arc<Mutex<Option<&'static str>>>,
+}
+
+/// Name, description and plugin of the scene, for the panel.
+#[derive(Resource, Clone, Copy)]
+pub(super) struct SceneTitle {
+    pub name: &'static str,
+    pub plugin: &'static str,
+    pub description: &'static str,
+}
+
+/// The frame times of the last frames.
+#[derive(Resource, Default)]
+pub(super) struct LiveTimes(pub FrameClock);
 
 /// Distance from the split line at which it can be grabbed, in logical pixels.
 const GRAB: f32 = 8.0;
 
-/// What the panel shows and changes.
 #[derive(SystemParam)]
 pub(super) struct PanelData<'w> {
     title: Res<'w, SceneTitle>,
-    knobs: ResMut<'w, Knobs>,
+    settings: ResMut<'w, SceneSettings>,
     split: ResMut<'w, Split>,
     area: ResMut<'w, PictureArea>,
     times: Res<'w, LiveTimes>,
@@ -73,9 +95,9 @@ fn panel(ui: &mut egui::Ui, data: &mut PanelData) {
     }
     ui.separator();
     // On a copy, so that only a real change counts as one.
-    let mut knobs = data.knobs.clone();
-    knob_grid(ui, &mut knobs);
-    data.knobs.set_if_neq(knobs);
+    let mut settings = data.settings.clone();
+    setting_grid(ui, &mut settings);
+    data.settings.set_if_neq(settings);
     ui.separator();
     figures(ui, data);
     ui.separator();
@@ -102,36 +124,38 @@ fn scenes(
     });
 }
 
-fn knob_grid(ui: &mut egui::Ui, knobs: &mut Knobs) {
-    egui::Grid::new("lab_knobs").num_columns(2).show(ui, |ui| {
-        for (knob, value) in knobs.iter_mut() {
-            ui.label(knob.name).on_hover_text(knob.help);
-            match (&knob.kind, value) {
-                (KnobKind::Float { range, unit, .. }, KnobValue::Float(value)) => {
-                    ui.add(egui::Slider::new(value, range.clone()).suffix(spaced(unit)));
+fn setting_grid(ui: &mut egui::Ui, settings: &mut SceneSettings) {
+    egui::Grid::new("lab_settings")
+        .num_columns(2)
+        .show(ui, |ui| {
+            for (setting, value) in settings.iter_mut() {
+                ui.label(setting.name).on_hover_text(setting.help);
+                match (&setting.kind, value) {
+                    (SettingKind::Float { range, unit, .. }, SettingValue::Float(value)) => {
+                        ui.add(egui::Slider::new(value, range.clone()).suffix(spaced(unit)));
+                    }
+                    (SettingKind::Integer { range, unit, .. }, SettingValue::Integer(value)) => {
+                        ui.add(egui::Slider::new(value, range.clone()).suffix(spaced(unit)));
+                    }
+                    (SettingKind::Choice { names, .. }, SettingValue::Choice(value)) => {
+                        egui::ComboBox::from_id_salt(setting.name)
+                            .selected_text(*value)
+                            .show_ui(ui, |ui| {
+                                for name in *names {
+                                    ui.selectable_value(value, *name, *name);
+                                }
+                            });
+                    }
+                    (_, SettingValue::Toggle(value)) => {
+                        ui.checkbox(value, "");
+                    }
+                    (kind, value) => {
+                        ui.label(format!("{value:?} does not fit {kind:?}"));
+                    }
                 }
-                (KnobKind::Integer { range, unit, .. }, KnobValue::Integer(value)) => {
-                    ui.add(egui::Slider::new(value, range.clone()).suffix(spaced(unit)));
-                }
-                (KnobKind::Choice { names, .. }, KnobValue::Choice(value)) => {
-                    egui::ComboBox::from_id_salt(knob.name)
-                        .selected_text(*value)
-                        .show_ui(ui, |ui| {
-                            for name in *names {
-                                ui.selectable_value(value, *name, *name);
-                            }
-                        });
-                }
-                (_, KnobValue::Toggle(value)) => {
-                    ui.checkbox(value, "");
-                }
-                (kind, value) => {
-                    ui.label(format!("{value:?} does not fit {kind:?}"));
-                }
+                ui.end_row();
             }
-            ui.end_row();
-        }
-    });
+        });
 }
 
 fn figures(ui: &mut egui::Ui, data: &PanelData) {

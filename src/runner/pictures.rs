@@ -17,8 +17,8 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::{
-    KnobError, KnobValue, MemoryFigures, Notes, Options, PictureArea, Scene, SceneImage, Size,
-    Split, split,
+    MemoryFigures, Notes, Options, PictureArea, Scene, SceneImage, SettingError, SettingValue,
+    Size, Split, split,
 };
 use crate::{
     headless::{AdapterInfo, FrameTimes, HeadlessApp, HeadlessError, HeadlessSettings},
@@ -29,53 +29,36 @@ use crate::{
 /// Frames after which a scene must be ready; most are within ten.
 const MAX_FRAMES: u32 = 2000;
 
-/// Why a run failed.
 #[derive(Debug, Error)]
 pub enum RunError {
     /// A setting does not fit.
     #[error(transparent)]
-    Knob(#[from] KnobError),
+    Setting(#[from] SettingError),
     /// A picture could not be rendered.
     #[error(transparent)]
     Headless(#[from] HeadlessError),
-    /// Two pictures of different sizes.
     #[error(transparent)]
     Size(#[from] SizeMismatch),
     /// A file could not be written.
     #[error("cannot write `{}`: {source}", .path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
+    Write { path: PathBuf, source: io::Error },
     /// There is no display to open a window on.
     #[error(
         "there is no display for a window: set DISPLAY or WAYLAND_DISPLAY, or run with --headless DIR"
     )]
     NoDisplay,
-    /// No scene has this name.
     #[error("there is no scene `{name}`; the scenes are: {}", .names.join(", "))]
     NoScene {
-        /// What was given.
         name: String,
-        /// The names of the scenes.
         names: Vec<&'static str>,
     },
     /// The program could not be started again with another scene.
     #[error("cannot start `{}`: {source}", .program.display())]
-    Start {
-        /// The program.
-        program: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The window was closed by a failure.
+    Start { program: PathBuf, source: io::Error },
     #[error("the window ended with an error, see above")]
     Window,
 }
 
-/// Median frame times of one side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SideTimes {
     /// CPU, in milliseconds.
@@ -93,21 +76,16 @@ impl From<FrameTimes> for SideTimes {
     }
 }
 
-/// The figures of a run: one line of JSON.
 #[derive(Clone, Debug, Serialize)]
 pub struct Outcome {
-    /// Name of the scene.
     pub scene: &'static str,
-    /// Crate name of the plugin.
     pub plugin: &'static str,
     /// Width of the pictures in pixels.
     pub width: u32,
     /// Height of the pictures in pixels.
     pub height: u32,
-    /// What rendered them.
     pub adapter: AdapterInfo,
-    /// Values of the knobs.
-    pub settings: BTreeMap<&'static str, KnobValue>,
+    pub settings: BTreeMap<&'static str, SettingValue>,
     /// Mean squared error of after against before, in squared 8-bit units.
     pub mse: f64,
     /// PSNR of after against before in dB; null when they are equal.
@@ -127,7 +105,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// All figures as one line of JSON.
     pub fn json_line(&self) -> String {
         // Plain structures with text keys always serialise.
         serde_json::to_string(self).unwrap_or_else(|error| format!("{{\"error\":\"{error}\"}}"))
@@ -156,19 +133,16 @@ impl Outcome {
 }
 
 /// Builds the headless app of `scene`; its time starts once it is ready.
-///
-/// # Errors
-/// Those of the settings and of the adapter.
 pub fn headless_app(scene: &'static dyn Scene, options: &Options) -> Result<HeadlessApp, RunError> {
-    let knobs = options.knobs(scene)?;
+    let settings = options.settings(scene)?;
     let Size { width, height } = options.size;
-    let settings = HeadlessSettings {
+    let headless = HeadlessSettings {
         adapter_name: options.adapter.clone(),
         ..HeadlessSettings::with_size(width, height)
     };
     let image = SceneImage(options.image.clone());
-    Ok(HeadlessApp::new(settings, move |app| {
-        app.insert_resource(knobs)
+    Ok(HeadlessApp::new(headless, move |app| {
+        app.insert_resource(settings)
             .insert_resource(image)
             .insert_resource(PictureArea(URect::from_corners(
                 UVec2::ZERO,
@@ -189,9 +163,6 @@ pub const STEPS: u64 = 3;
 /// `NAME.jpg`, which has both sides.
 ///
 /// Both pictures show the same moment, the start: the scene's time stands still.
-///
-/// # Errors
-/// [`RunError`], for settings, rendering and files.
 pub fn render_headless(
     scene: &'static dyn Scene,
     options: &Options,
@@ -223,16 +194,16 @@ pub fn render_headless(
         }
     }
     progress.inc(1);
-    let knobs = options.knobs(scene)?;
+    let settings = options.settings(scene)?;
     Ok(Outcome {
         scene: scene.name(),
         plugin: scene.plugin(),
         width: options.size.width,
         height: options.size.height,
         adapter: app.adapter().clone(),
-        settings: knobs
+        settings: settings
             .iter()
-            .map(|(knob, value)| (knob.name, value))
+            .map(|(setting, value)| (setting.name, value))
             .collect(),
         mse: error.mse,
         psnr_db: error.psnr_db.is_finite().then_some(error.psnr_db),

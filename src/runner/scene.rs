@@ -4,19 +4,17 @@ use std::{collections::BTreeMap, path::PathBuf};
 
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
-use super::Knob;
+use super::SceneSetting;
 
 /// Render layer of what only the "before" camera sees. Layer 0 is seen by both.
 pub const BEFORE_LAYER: usize = 1;
 /// Render layer of what only the "after" camera sees. Layer 0 is seen by both.
 pub const AFTER_LAYER: usize = 2;
 
-/// One side of the split line.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Side {
     /// Without the plugin: left of the line.
     Before,
-    /// With the plugin: right of the line.
     After,
 }
 
@@ -47,21 +45,20 @@ pub trait Scene: Sync {
     fn description(&self) -> &'static str;
 
     /// The values to play with, in the order of the panel. Default none.
-    fn knobs(&self) -> Vec<Knob> {
+    fn settings(&self) -> Vec<SceneSetting> {
         Vec::new()
     }
 
-    /// The pose of the cameras at the start.
     fn view(&self) -> Transform;
 
     /// Adds the plugin and the systems that spawn the scene.
     ///
-    /// Everything but cameras: those are spawned by the runner. The resources `Knobs`,
+    /// Everything but cameras: those are spawned by the runner. The resources `SceneSettings`,
     /// [`SceneImage`], [`MemoryFigures`], [`Notes`] and `AwaitedAssets` are in the world already.
     fn build(&self, app: &mut App);
 
     /// Adds components to a camera of the runner. Default: nothing.
-    fn dress_camera(&self, camera: &mut EntityCommands, side: Side) {
+    fn configure_camera(&self, camera: &mut EntityCommands, side: Side) {
         let _ = (camera, side);
     }
 }

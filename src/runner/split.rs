@@ -72,7 +72,7 @@ pub fn add_cameras(app: &mut App, scene: &'static dyn Scene) {
                 RenderLayers::from_layers(&[0, layer]),
                 scene.view(),
             ));
-            scene.dress_camera(&mut camera, side);
+            scene.configure_camera(&mut camera, side);
         }
     };
     app.init_resource::<Split>()

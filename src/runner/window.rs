@@ -1,9 +1,6 @@
 //! A scene in a window, with its panel.
 
-use std::{
-    sync::{Arc, Mutex},
-    time::Duration,
-};
+use std::time::Duration;
 
 use bevy::{
     camera::{CameraOutputMode, visibility::RenderLayers},
@@ -13,45 +10,23 @@ use bevy::{
 };
 use bevy_egui::{EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
 
-use super::{MemoryFigures, Notes, Options, RunError, Scene, SceneImage, Side, panel, split};
-use crate::headless::{
-    AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, adapter, timing::FrameClock,
+use super::{
+    MemoryFigures, Notes, Options, RunError, Scene, SceneImage, Side,
+    panel::{self, LiveTimes, ScenePicker, SceneTitle},
+    split,
 };
+use crate::headless::{AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, adapter};
 
 /// Frames over which the figures of the panel are the median.
 const FRAMES: usize = 60;
 
-/// Lets the panel offer other scenes; the chosen one is there when the window has closed.
-#[derive(Resource, Clone, Debug)]
-pub struct ScenePicker {
-    /// Names of all scenes.
-    pub names: Vec<&'static str>,
-    /// The scene that the user asked for, if any.
-    pub chosen: Arc<Mutex<Option<&'static str>>>,
-}
-
-/// Name, description and plugin of the scene, for the panel.
-#[derive(Resource, Clone, Copy)]
-pub(super) struct SceneTitle {
-    pub name: &'static str,
-    pub plugin: &'static str,
-    pub description: &'static str,
-}
-
-/// The frame times of the last [`FRAMES`] frames.
-#[derive(Resource, Default)]
-pub(super) struct LiveTimes(pub FrameClock);
-
 /// Opens a window with `scene` and returns when the user closes it.
-///
-/// # Errors
-/// [`RunError`] for wrong settings, without a display or adapter, and when the app ends badly.
 pub fn open(
     scene: &'static dyn Scene,
     options: &Options,
     picker: Option<ScenePicker>,
 ) -> Result<(), RunError> {
-    let knobs = options.knobs(scene)?;
+    let settings = options.settings(scene)?;
     let has = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     if cfg!(target_os = "linux") && !has("DISPLAY") && !has("WAYLAND_DISPLAY") {
         return Err(RunError::NoDisplay);
@@ -83,7 +58,7 @@ pub fn open(
         RenderDiagnosticsPlugin,
     ))
     .insert_resource(LabTarget::window())
-    .insert_resource(knobs)
+    .insert_resource(settings)
     .insert_resource(SceneImage(options.image.clone()))
     .insert_resource(SceneTitle {
         name: scene.name(),

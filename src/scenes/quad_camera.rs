@@ -9,7 +9,6 @@ use bevy::{
 
 use crate::{headless::LabTarget, runner::AFTER_LAYER};
 
-/// Render layer of such quads: no packed camera sees it.
 pub const LAYER: usize = AFTER_LAYER + 1;
 
 /// Fills `area`, in pixels of the target, with a quad of 1 x 1 at the origin.

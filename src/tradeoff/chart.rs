@@ -194,7 +194,6 @@ struct Axis {
 }
 
 impl Axis {
-    /// With room at both ends of the values.
     fn new(quantity: Quantity, values: impl Iterator<Item = f64>) -> Self {
         let ends = values.map(|value| position(&quantity, value));
         let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {

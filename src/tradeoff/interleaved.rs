@@ -49,7 +49,6 @@ impl<T> Candidate<T> {
         }
     }
 
-    /// The row with the medians of all rounds.
     fn finish(self) -> Measurement {
         let stages = self.stage_ms.into_iter();
         Measurement {
@@ -65,9 +64,6 @@ impl<T> Candidate<T> {
 
 /// The rows of all candidates after `rounds` rounds, in each of which `measure` gives the times of
 /// each candidate once.
-///
-/// # Errors
-/// Those of `measure`.
 pub fn benchmark<T>(
     mut candidates: Vec<Candidate<T>>,
     rounds: u32,
@@ -83,9 +79,6 @@ pub fn benchmark<T>(
 }
 
 /// The same of candidates that are an app each, with `frames` frames in a round.
-///
-/// # Errors
-/// [`HeadlessError`] when a frame cannot be rendered.
 pub fn benchmark_apps(
     candidates: Vec<Candidate<HeadlessApp>>,
     rounds: u32,

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use crate::boxes::TracedScene;
 
-/// How much a study measures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
     /// Width and height of the photograph, in pixels.
@@ -38,14 +37,11 @@ pub struct Plan {
     pub frames: u32,
     /// The same of the tunnel of wavelet textures, which has many settings.
     pub tunnel_frames: u32,
-    /// What the study of global illumination measures.
     pub gi: GiPlan,
 }
 
-/// What the study of global illumination measures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GiPlan {
-    /// Names of the path-traced scenes.
     pub scenes: Vec<&'static str>,
     /// Voxels along an edge, at least one.
     pub resolutions: Vec<u32>,

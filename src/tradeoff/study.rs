@@ -14,7 +14,6 @@ use crate::{
     record::{ReadError, Report, WriteError},
 };
 
-/// The measurements of one plugin.
 #[derive(Clone, Copy, Debug)]
 pub struct Study {
     /// Name on the command line and in the records, which is the plugin's without `bevy_`.
@@ -28,9 +27,6 @@ pub struct Study {
 
 impl Study {
     /// Measures, and names the plugin in each row.
-    ///
-    /// # Errors
-    /// Those of the study.
     pub fn report(&self, plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
         let mut report = (self.measure)(plan, progress)?;
         for row in &mut report.measurements {
@@ -40,7 +36,6 @@ impl Study {
     }
 }
 
-/// Why a study has no report.
 #[derive(Debug, Error)]
 pub enum TradeoffError {
     /// Nothing could be rendered.
@@ -55,9 +50,7 @@ pub enum TradeoffError {
     /// A photograph could not be read.
     #[error("cannot read `{}`: {source}", .path.display())]
     Image {
-        /// Its path.
         path: PathBuf,
-        /// What the decoder says.
         source: image::ImageError,
     },
     /// A path-traced picture could not be read.
@@ -66,9 +59,7 @@ pub enum TradeoffError {
     /// A file could not be read or written, or a folder not made.
     #[error("`{}`: {source}", .path.display())]
     File {
-        /// Its path.
         path: PathBuf,
-        /// What the system says.
         source: std::io::Error,
     },
     /// An earlier report could not be read.

@@ -10,9 +10,7 @@ use crate::record::Measurement;
 pub struct Summary {
     /// What it is about, in a few words.
     pub title: String,
-    /// What a setting gets wrong.
     pub error: Quantity,
-    /// What it takes.
     pub cost: Quantity,
     /// The settings, and what they are compared with.
     pub choices: Vec<Choice>,
@@ -23,7 +21,6 @@ pub struct Summary {
 /// An axis of the chart, a column of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Quantity {
-    /// Its name.
     pub name: &'static str,
     /// Its unit, empty for a mere number.
     pub unit: &'static str,
@@ -38,9 +35,7 @@ pub struct Quantity {
 /// Which of two values users want.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Better {
-    /// The smaller one.
     Less,
-    /// The larger one.
     More,
 }
 
@@ -82,7 +77,6 @@ pub struct Choice {
     pub error: f64,
     /// In the unit of [`Summary::cost`].
     pub cost: f64,
-    /// Whose it is.
     pub source: Source,
 }
 
@@ -97,12 +91,10 @@ pub enum Source {
     Published,
 }
 
-/// What a user asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Need {
     /// The best there is, whatever it costs.
     LeastError,
-    /// The cheapest there is.
     LeastCost,
     /// The cheapest that is at least so good.
     Error(f64),

@@ -9,7 +9,7 @@ use bevy::{
 };
 use bevy_frugal_lab::{
     headless::HeadlessApp,
-    runner::{Knobs, MemoryFigures, Notes, Options, Side, Split, pictures::headless_app},
+    runner::{MemoryFigures, Notes, Options, SceneSettings, Side, Split, pictures::headless_app},
     scenes::all_together::{AllTogether, SWITCHES},
 };
 use image::RgbImage;
@@ -42,10 +42,10 @@ fn app() -> HeadlessApp {
 
 /// The picture with those plugins whose bits are set, once the light has settled.
 fn picture(app: &mut HeadlessApp, bits: usize) -> RgbImage {
-    let mut knobs = app.world_mut().resource_mut::<Knobs>();
+    let mut settings = app.world_mut().resource_mut::<SceneSettings>();
     for (i, switch) in SWITCHES.iter().enumerate() {
         let on = bits >> i & 1 == 1;
-        knobs.set(&format!("{switch}={on}")).expect("a switch");
+        settings.set(&format!("{switch}={on}")).expect("a switch");
     }
     // A change that no frame has seen yet would find the light settled.
     app.render_frames(2).expect("frames");

@@ -10,8 +10,9 @@ use bevy_frugal_lab::{
     metrics::compare,
     runner::{MemoryFigures, Options, Scene, Split, pictures::headless_app},
     scenes::deferred_accumulation::{
-        DeferredAccumulation, LAMP_DISTANCE, LightAccumulation, LightAccumulationPlugin, lamps,
+        DeferredAccumulation, LIGHT_DISTANCE, LightAccumulation, LightAccumulationPlugin,
         reference::{Eye, render},
+        sources,
     },
 };
 
@@ -38,7 +39,7 @@ fn picture(way: LightAccumulation, offset: UVec2) -> Picture {
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(LightAccumulationPlugin)
             .insert_resource(ClearColor(Color::BLACK))
-            .insert_resource(lamps(LAMP_DISTANCE));
+            .insert_resource(sources(LIGHT_DISTANCE));
         let target = app.world().resource::<LabTarget>().0.clone();
         app.world_mut().spawn((
             Camera3d::default(),
@@ -130,7 +131,7 @@ fn the_shaders_are_the_reference() {
     let _gpu = gpu();
     for way in LightAccumulation::ALL {
         let gpu = picture(way, UVec2::ZERO);
-        let cpu = render(&gpu.eye, &lamps(LAMP_DISTANCE).0, way);
+        let cpu = render(&gpu.eye, &sources(LIGHT_DISTANCE).0, way);
         let (mean, _) = difference(&gpu.pixels, &cpu);
         // A pixel at the outline can fall to the other side.
         let off =
@@ -153,7 +154,7 @@ fn a_viewport_at_an_odd_offset_is_unpacked_with_its_own_parity() {
     assert!(packed < 0.002, "{packed}");
 }
 
-/// As the example's window shows it: exact on the left, the method of the knob on the right.
+/// As the example's window shows it: exact on the left, the method of the setting on the right.
 #[test]
 fn the_sides_of_the_split_line_are_accumulated_their_own_way() {
     let _gpu = gpu();

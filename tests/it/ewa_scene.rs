@@ -7,7 +7,7 @@ use bevy::{
 use bevy_frugal_lab::{
     headless::HeadlessApp,
     metrics::error::mse,
-    runner::{KnobKind, Knobs, Options, Scene, Split, pictures::headless_app},
+    runner::{Options, Scene, SceneSettings, SettingKind, Split, pictures::headless_app},
     scenes::ewa::Ewa,
 };
 use image::RgbImage;
@@ -24,8 +24,8 @@ fn app_of([width, height]: [u32; 2], set: &[&str]) -> HeadlessApp {
 }
 
 fn set(app: &mut HeadlessApp, text: &str) {
-    let mut knobs = app.world_mut().resource_mut::<Knobs>();
-    knobs.set(text).expect("a knob with this value");
+    let mut settings = app.world_mut().resource_mut::<SceneSettings>();
+    settings.set(text).expect("a setting with this value");
 }
 
 /// The picture with the line at `position`, while time stands still.
@@ -71,10 +71,10 @@ fn tunnel_and_floor_have_a_method_on_each_side() {
 }
 
 #[test]
-fn every_value_of_every_knob_changes_the_picture() {
+fn every_value_of_every_setting_changes_the_picture() {
     let _gpu = gpu();
     let mut app = app_of([64, 40], &["motion=false"]);
-    // Methods that a knob is for.
+    // Methods that a setting is for.
     let needs = |name: &str| -> &[&str] {
         match name {
             "probes" | "max_anisotropy" => &["after=approximate"],
@@ -84,45 +84,45 @@ fn every_value_of_every_knob_changes_the_picture() {
             _ => &[],
         }
     };
-    for knob in Ewa.knobs() {
+    for setting in Ewa.settings() {
         let default = {
-            let knobs = Knobs::new(vec![knob.clone()]);
-            knobs.iter().next().expect("a knob").1.to_string()
+            let settings = SceneSettings::new(vec![setting.clone()]);
+            settings.iter().next().expect("a setting").1.to_string()
         };
-        let values: Vec<String> = match &knob.kind {
-            KnobKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
-            KnobKind::Toggle { .. } => vec![],
-            KnobKind::Integer { range, .. } => match knob.name {
+        let values: Vec<String> = match &setting.kind {
+            SettingKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
+            SettingKind::Toggle { .. } => vec![],
+            SettingKind::Integer { range, .. } => match setting.name {
                 // llvmpipe's own anisotropic filter heeds no derivatives.
                 "sampler_anisotropy" => vec![],
                 _ => vec![range.start().to_string()],
             },
             // Few pixels are more anisotropic than the default allows.
-            KnobKind::Float { range, .. } if knob.name == "max_anisotropy" => {
+            SettingKind::Float { range, .. } if setting.name == "max_anisotropy" => {
                 vec![range.start().to_string()]
             }
-            KnobKind::Float { range, .. } => {
+            SettingKind::Float { range, .. } => {
                 vec![range.start().to_string(), range.end().to_string()]
             }
         };
-        for text in needs(knob.name) {
+        for text in needs(setting.name) {
             set(&mut app, text);
         }
-        let position = if knob.name == "before" { 1.0 } else { 0.0 };
+        let position = if setting.name == "before" { 1.0 } else { 0.0 };
         let first = picture(&mut app, position);
         for value in values.iter().filter(|value| **value != default) {
-            set(&mut app, &format!("{}={value}", knob.name));
+            set(&mut app, &format!("{}={value}", setting.name));
             let changed = difference(&first, &picture(&mut app, position));
-            println!("{}={value}: {changed:.3}", knob.name);
+            println!("{}={value}: {changed:.3}", setting.name);
             // Two texels a fetch are the same picture as one.
-            let same = (knob.name, value.as_str()) == ("after", "reference");
+            let same = (setting.name, value.as_str()) == ("after", "reference");
             if same {
                 assert!(changed < 0.1, "{changed}");
             } else {
-                assert!(changed > 0.0, "{}={value}: {changed}", knob.name);
+                assert!(changed > 0.0, "{}={value}: {changed}", setting.name);
             }
         }
-        set(&mut app, &format!("{}={default}", knob.name));
+        set(&mut app, &format!("{}={default}", setting.name));
         set(&mut app, "after=linear");
     }
 }

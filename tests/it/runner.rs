@@ -6,7 +6,10 @@ use bevy_frugal_lab::{
     headless::HeadlessApp,
     metrics,
     record::Measurement,
-    runner::{Knob, Knobs, Options, Scene, Side, Split, pictures::headless_app, render_headless},
+    runner::{
+        Options, Scene, SceneSetting, SceneSettings, Side, Split, pictures::headless_app,
+        render_headless,
+    },
 };
 use image::RgbImage;
 use indicatif::ProgressBar;
@@ -29,8 +32,8 @@ impl Scene for TwoCubes {
         "A red & a green cube"
     }
 
-    fn knobs(&self) -> Vec<Knob> {
-        vec![Knob::toggle("same", "both are red", false)]
+    fn settings(&self) -> Vec<SceneSetting> {
+        vec![SceneSetting::toggle("same", "both are red", false)]
     }
 
     fn view(&self) -> Transform {
@@ -41,21 +44,21 @@ impl Scene for TwoCubes {
         app.add_systems(Startup, spawn).add_systems(Update, turn);
     }
 
-    fn dress_camera(&self, camera: &mut EntityCommands, _: Side) {
+    fn configure_camera(&self, camera: &mut EntityCommands, _: Side) {
         camera.insert(Msaa::Off);
     }
 }
 
 fn spawn(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     let green = Color::srgb(0.1, 0.9, 0.1);
     let red = Color::srgb(0.9, 0.1, 0.1);
     for side in Side::BOTH {
-        let is_green = side == Side::After && !knobs.toggle("same");
+        let is_green = side == Side::After && !settings.toggle("same");
         commands.spawn((
             side.layers(),
             Mesh3d(meshes.add(Cuboid::default())),

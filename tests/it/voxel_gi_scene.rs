@@ -9,7 +9,8 @@ use bevy::{
 use bevy_frugal_lab::{
     headless::HeadlessApp,
     runner::{
-        KnobKind, Knobs, MemoryFigures, Notes, Options, Scene, Split, pictures::headless_app,
+        MemoryFigures, Notes, Options, Scene, SceneSettings, SettingKind, Split,
+        pictures::headless_app,
     },
     scenes::voxel_gi::VoxelGi,
 };
@@ -28,8 +29,8 @@ fn app_of([width, height]: [u32; 2], set: &[&str]) -> HeadlessApp {
 }
 
 fn set(app: &mut HeadlessApp, text: &str) {
-    let mut knobs = app.world_mut().resource_mut::<Knobs>();
-    knobs.set(text).expect("a knob with this value");
+    let mut settings = app.world_mut().resource_mut::<SceneSettings>();
+    settings.set(text).expect("a setting with this value");
 }
 
 /// The picture with the line at `position`, once the light has settled.
@@ -43,7 +44,7 @@ fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
 /// The picture of "after" with this setting and a new volume: rays are others in each frame, and
 /// so the same ones again.
 fn anew(app: &mut HeadlessApp, text: &str) -> RgbImage {
-    // A change of a knob that no frame has seen yet would bring the volume back.
+    // A change of a setting that no frame has seen yet would bring the volume back.
     app.render_frames(1).expect("a frame");
     let world = app.world_mut();
     let mut volumes = world.query_filtered::<Entity, With<VoxelGiVolume>>();
@@ -125,54 +126,54 @@ fn a_room_is_dark_before_and_lit_after() {
 }
 
 #[test]
-fn every_value_of_every_knob_changes_the_picture() {
+fn every_value_of_every_setting_changes_the_picture() {
     let _gpu = gpu();
     let mut app = app_of([64, 36], &["resolution=8", "rays=8"]);
     let first = anew(&mut app, "resolution=8");
     let noise = difference(&first, &anew(&mut app, "resolution=8"));
     println!("noise: {noise}");
     assert!(noise < 0.3, "{noise}");
-    for knob in VoxelGi.knobs() {
-        let mut defaults = Knobs::new(vec![knob.clone()]);
-        let default = defaults.iter().next().expect("a knob").1.to_string();
-        let default = match knob.name {
+    for setting in VoxelGi.settings() {
+        let mut defaults = SceneSettings::new(vec![setting.clone()]);
+        let default = defaults.iter().next().expect("a setting").1.to_string();
+        let default = match setting.name {
             "resolution" | "rays" => "8".into(),
             _ => default,
         };
-        let values: Vec<String> = match knob.kind {
-            KnobKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
-            KnobKind::Toggle { .. } => vec!["true".into(), "false".into()],
-            KnobKind::Integer { ref range, .. } => match knob.name {
+        let values: Vec<String> = match setting.kind {
+            SettingKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
+            SettingKind::Toggle { .. } => vec!["true".into(), "false".into()],
+            SettingKind::Integer { ref range, .. } => match setting.name {
                 "rays" => vec!["4".into()],
                 "iterations" => vec!["8".into()],
                 _ => vec![range.start().to_string(), range.end().to_string()],
             },
-            KnobKind::Float { .. } => Vec::new(),
+            SettingKind::Float { .. } => Vec::new(),
         };
         assert!(
             defaults
-                .set(&format!("{}={}", knob.name, values[0]))
+                .set(&format!("{}={}", setting.name, values[0]))
                 .is_ok()
         );
         for value in values.iter().filter(|value| **value != default) {
             // The Cornell box has a test of its own; large volumes take long without a GPU.
             // Others show with time, or are what they are compared with.
             if ["cornell", "64", "128"].contains(&value.as_str())
-                || ["sun_motion", "iterations"].contains(&knob.name)
+                || ["sun_motion", "iterations"].contains(&setting.name)
                 || value == "closed"
             {
                 continue;
             }
-            let picture = anew(&mut app, &format!("{}={value}", knob.name));
+            let picture = anew(&mut app, &format!("{}={value}", setting.name));
             let changed = difference(&first, &picture);
-            println!("{}={value}: {changed}", knob.name);
-            assert!(changed > 2.0 * noise + 0.05, "{}={value}", knob.name);
+            println!("{}={value}: {changed}", setting.name);
+            assert!(changed > 2.0 * noise + 0.05, "{}={value}", setting.name);
             assert!(!note(&app, "volume:").is_empty());
         }
-        set(&mut app, &format!("{}={default}", knob.name));
+        set(&mut app, &format!("{}={default}", setting.name));
     }
     let last = difference(&first, &anew(&mut app, "resolution=8"));
-    assert!(last < 2.0 * noise + 0.05, "all knobs are back: {last}");
+    assert!(last < 2.0 * noise + 0.05, "all settings are back: {last}");
 
     // Steps of propagation matter where light is propagated.
     set(&mut app, "solver=propagate");

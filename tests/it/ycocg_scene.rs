@@ -8,7 +8,7 @@ use bevy_frugal_lab::{
         heat_map::{absolute_error_heat_map, magma},
     },
     runner::{
-        KnobKind, Knobs, MemoryFigures, Notes, Options, Scene, Size, Split, SplitLine,
+        MemoryFigures, Notes, Options, Scene, SceneSettings, SettingKind, Size, Split, SplitLine,
         pictures::headless_app,
     },
     scenes::ycocg_fb::YCoCgFb,
@@ -28,8 +28,8 @@ fn app(size: Size, set: &[&str]) -> HeadlessApp {
 }
 
 fn set(app: &mut HeadlessApp, text: &str) {
-    let mut knobs = app.world_mut().resource_mut::<Knobs>();
-    knobs.set(text).expect("a knob with this value");
+    let mut settings = app.world_mut().resource_mut::<SceneSettings>();
+    settings.set(text).expect("a setting with this value");
 }
 
 /// The picture with the line at `position`.
@@ -66,7 +66,7 @@ fn after_looks_like_before() {
 }
 
 #[test]
-fn every_value_of_every_knob_renders() {
+fn every_value_of_every_setting_renders() {
     let _gpu = gpu();
     let size = Size {
         width: 64,
@@ -75,27 +75,27 @@ fn every_value_of_every_knob_renders() {
     let mut app = app(size, &[]);
     let first = picture(&mut app, 0.5);
     let mut pictures = vec![first.clone()];
-    for knob in YCoCgFb.knobs() {
-        let values: Vec<String> = match knob.kind {
-            KnobKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
-            KnobKind::Toggle { .. } => vec!["true".into(), "false".into()],
-            KnobKind::Integer { ref range, .. } => {
+    for setting in YCoCgFb.settings() {
+        let values: Vec<String> = match setting.kind {
+            SettingKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
+            SettingKind::Toggle { .. } => vec!["true".into(), "false".into()],
+            SettingKind::Integer { ref range, .. } => {
                 vec![range.start().to_string(), range.end().to_string()]
             }
-            KnobKind::Float { .. } => Vec::new(),
+            SettingKind::Float { .. } => Vec::new(),
         };
-        assert!(values.len() > 1, "{}", knob.name);
-        let default = Knobs::new(vec![knob.clone()]);
-        let (_, default) = default.iter().next().expect("a knob");
+        assert!(values.len() > 1, "{}", setting.name);
+        let default = SceneSettings::new(vec![setting.clone()]);
+        let (_, default) = default.iter().next().expect("a setting");
         for value in values {
-            set(&mut app, &format!("{}={value}", knob.name));
+            set(&mut app, &format!("{}={value}", setting.name));
             let picture = picture(&mut app, 0.5);
             assert_eq!(state(&app), "packed", "{value}");
             pictures.push(picture);
         }
-        set(&mut app, &format!("{}={default}", knob.name));
+        set(&mut app, &format!("{}={default}", setting.name));
     }
-    assert_eq!(picture(&mut app, 0.5), first, "all knobs are back");
+    assert_eq!(picture(&mut app, 0.5), first, "all settings are back");
     pictures.sort_by(|a, b| a.as_raw().cmp(b.as_raw()));
     pictures.dedup();
     // Six scenes, the error, 4x, and the reconstructions at least.

@@ -2,7 +2,13 @@
 
 use super::super::color::{Color, hex, mix, ramp, shade};
 use super::super::lattice::{Noise, lerp, neighbours, smoothstep};
-use super::{HAZE, HORIZON, SHORE};
+
+/// Horizon of the picture, as a fraction of its height from the top.
+pub(super) const HORIZON: f32 = 0.56;
+/// Near shore of the lake.
+pub(super) const SHORE: f32 = 0.70;
+/// Colour of distant air.
+pub(super) const HAZE: Color = hex(0xC3D3E0);
 
 const ROCK: [Color; 3] = [hex(0x4B5058), hex(0x7A7B7C), hex(0xA39C90)];
 const SNOW: Color = hex(0xF2F5FA);

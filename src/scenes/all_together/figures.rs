@@ -6,7 +6,7 @@ use bevy_ycocg_fb::{CameraState, FrameBufferReports};
 
 use crate::{
     headless::AwaitedWork,
-    runner::{Knobs, MemoryFigures, Notes, Side},
+    runner::{MemoryFigures, Notes, SceneSettings, Side},
 };
 
 /// What a picture waits for, as it is called in messages: the light has settled.
@@ -15,15 +15,13 @@ pub const LIGHT: &str = "the light";
 /// Bytes of the textures of each side, on the GPU.
 #[derive(Resource, Clone, Copy, Debug, Default)]
 pub struct TextureBytes {
-    /// Of Bevy's own materials.
     pub before: u64,
-    /// Of what the switches made of them.
     pub after: u64,
 }
 
 /// Fills in what the plugins report.
 pub fn show(
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     textures: Res<TextureBytes>,
     light: Res<VoxelGiReport>,
     frames: Res<FrameBufferReports>,
@@ -58,7 +56,7 @@ pub fn show(
             texts.0.insert("frame buffer:".into(), text);
         }
     }
-    let on = knobs.toggle("voxel_gi");
+    let on = settings.toggle("voxel_gi");
     let state = match light.state {
         _ if !on => "off",
         VoxelGiState::Absent => "getting ready",

@@ -19,48 +19,34 @@ const HALF_WIDTH: f32 = 2.6;
 const HEIGHT: f32 = 3.8;
 const BACK: f32 = -15.0;
 const FRONT: f32 = 4.0;
-/// Thickness of the walls.
 const WALL: f32 = 0.6;
 /// Distance of the columns, and half their thickness.
 const COLUMNS: f32 = 2.7;
 const COLUMN: f32 = 0.3;
 
-/// What a part is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Matter {
-    /// Brick walls.
     Bricks,
-    /// Planks: the ceiling and crates.
     Planks,
-    /// Rock: columns and their lintel.
     Stone,
-    /// A photograph.
     Picture,
-    /// Leaves with a mask.
     Leaves,
-    /// The floor.
     Tiles,
     /// A cloth of one colour, without textures.
     Cloth(Cloth),
-    /// What is outside.
     Ground,
 }
 
-/// Colours of cloth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cloth {
-    /// A warm one.
     Red,
-    /// A cold one.
     Blue,
 }
 
 /// A box, or a card where it has no depth.
 #[derive(Clone, Copy, Debug)]
 pub struct HallPart {
-    /// What it is made of.
     pub matter: Matter,
-    /// Its middle.
     pub center: Vec3,
     /// Its edges; a depth of 0 makes a card that faces +Z before it is turned.
     pub size: Vec3,
@@ -95,7 +81,6 @@ pub fn sky() -> Sky {
     }
 }
 
-/// The horizon at the exposure of the cameras.
 pub fn background() -> Color {
     let exposure = bevy::camera::Exposure { ev100: EV100 }.exposure();
     (sky().horizon * exposure).with_alpha(1.0).into()
@@ -107,7 +92,6 @@ pub fn volume() -> (Vec3, f32) {
     (center, FRONT - BACK + 2.0 * WALL + 1.0)
 }
 
-/// All parts.
 pub fn parts() -> Vec<HallPart> {
     let mut parts = vec![
         // Floor and ceiling.

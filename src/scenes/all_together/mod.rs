@@ -6,13 +6,13 @@
 //! | `hall` | the hall in numbers |
 //! | `textures` | its textures, as they are and encoded |
 //! | `stage` | its meshes and the sun |
-//! | `dress` | what the switches make of materials |
+//! | `materials` | the materials that the switches select |
 //! | `switches` | what they make of the volume and the cameras |
 //! | `figures` | what each plugin reports |
 
-mod dress;
 mod figures;
 mod hall;
+mod materials;
 mod stage;
 mod switches;
 mod textures;
@@ -29,10 +29,9 @@ use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
 use crate::{
     headless::AwaitedWork,
-    runner::{Knob, Scene, Side},
+    runner::{Scene, SceneSetting, Side},
 };
 
-/// The example of all plugins.
 pub struct AllTogether;
 
 /// The switches, one a plugin, in the order of the panel.
@@ -52,46 +51,46 @@ impl Scene for AllTogether {
          of the floor and bouncing light after, each with a switch"
     }
 
-    fn knobs(&self) -> Vec<Knob> {
+    fn settings(&self) -> Vec<SceneSetting> {
         let [wavelet_tex, ycocg_fb, ewa, voxel_gi] = SWITCHES;
         vec![
-            Knob::toggle(
+            SceneSetting::toggle(
                 wavelet_tex,
                 "walls, crates, pictures and plants from wavelet textures",
                 true,
             ),
-            Knob::toggle(ycocg_fb, "a frame buffer of two channels", true),
-            Knob::toggle(ewa, "the floor filtered by ellipses", true),
-            Knob::toggle(
+            SceneSetting::toggle(ycocg_fb, "a frame buffer of two channels", true),
+            SceneSetting::toggle(ewa, "the floor filtered by ellipses", true),
+            SceneSetting::toggle(
                 voxel_gi,
                 "light that bounces, instead of an ambient light that is the same everywhere",
                 true,
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "color_rate",
                 "bits per pixel of the wavelet textures' colours",
                 1,
                 &["color2.25", "color3", "color3.25", "color5"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "ewa_method",
                 "of the floor",
                 0,
                 &["linear", "reference", "bilinear", "approximate"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "resolution",
                 "voxels along an edge of the volume",
                 1,
                 &["16", "32", "64"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "tone_mapping",
                 "of both cameras; none, and dark, for comparisons of light",
                 0,
                 &["tony_mc_mapface", "none"],
             ),
-            Knob::toggle("sun_motion", "the sun wanders", true),
+            SceneSetting::toggle("sun_motion", "the sun wanders", true),
         ]
     }
 
@@ -116,20 +115,20 @@ impl Scene for AllTogether {
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(ClearColor(hall::background()))
         .init_resource::<textures::Textures>()
-        .init_resource::<dress::PlainMaterials>()
+        .init_resource::<materials::PlainMaterials>()
         .init_resource::<figures::TextureBytes>()
         .add_systems(Startup, stage::spawn)
         .add_systems(
             Update,
             (
                 (
-                    dress::before,
-                    dress::after,
+                    materials::before,
+                    materials::after,
                     switches::place_volume,
-                    switches::dress_cameras,
+                    switches::configure_cameras,
                 )
                     .chain()
-                    .run_if(resource_changed::<crate::runner::Knobs>),
+                    .run_if(resource_changed::<crate::runner::SceneSettings>),
                 stage::move_sun,
                 figures::show,
             )
@@ -137,7 +136,7 @@ impl Scene for AllTogether {
         );
     }
 
-    fn dress_camera(&self, camera: &mut EntityCommands, _: Side) {
+    fn configure_camera(&self, camera: &mut EntityCommands, _: Side) {
         camera.insert((Hdr, DebandDither::Disabled, Exposure { ev100: hall::EV100 }));
     }
 }

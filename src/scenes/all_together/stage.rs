@@ -9,18 +9,16 @@ use bevy::{
 use bevy_voxel_gi::NotVoxelized;
 
 use super::hall::{self, Cloth, HallPart, Matter};
-use crate::runner::{AFTER_LAYER, BEFORE_LAYER, Knobs, Side};
+use crate::runner::{AFTER_LAYER, BEFORE_LAYER, SceneSettings, Side};
 
 /// Seconds in which the sun wanders there and back.
 const SUN_PERIOD: f32 = 40.0;
 /// How far it wanders to each side, in radians.
 const SUN: f32 = 0.25;
 
-/// A part whose material hangs on the switches.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Dressed(pub Matter);
+pub struct HasMatter(pub Matter);
 
-/// The lamp outside.
 #[derive(Component)]
 pub struct Sun;
 
@@ -47,7 +45,7 @@ pub fn spawn(
         }
         for side in Side::BOTH {
             let mut entity = commands.spawn((
-                Dressed(part.matter),
+                HasMatter(part.matter),
                 side,
                 side.layers(),
                 mesh.clone(),
@@ -123,8 +121,12 @@ fn mesh(part: &HallPart) -> Result<Mesh> {
 }
 
 /// Turns the sun about the vertical. At time 0 it is where it belongs.
-pub fn move_sun(knobs: Res<Knobs>, time: Res<Time>, mut suns: Query<&mut Transform, With<Sun>>) {
-    let phase = if knobs.toggle("sun_motion") {
+pub fn move_sun(
+    settings: Res<SceneSettings>,
+    time: Res<Time>,
+    mut suns: Query<&mut Transform, With<Sun>>,
+) {
+    let phase = if settings.toggle("sun_motion") {
         (time.elapsed_secs() * TAU / SUN_PERIOD).sin()
     } else {
         0.0

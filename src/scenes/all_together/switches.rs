@@ -6,20 +6,20 @@ use bevy_ycocg_fb::YCoCgFrameBuffer;
 
 use super::hall;
 use crate::{
-    runner::{Knobs, Side},
+    runner::{SceneSettings, Side},
     scenes::tone::{TONE_MAPPED, UNGRADED},
 };
 
 /// Spawns, changes or despawns the volume. Only the camera of after sees its light.
 pub fn place_volume(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     volumes: Query<(Entity, &VoxelGiVolume)>,
 ) {
     let (center, size) = hall::volume();
-    let wanted = knobs.toggle("voxel_gi").then(|| VoxelGiVolume {
+    let wanted = settings.toggle("voxel_gi").then(|| VoxelGiVolume {
         size,
-        resolution: knobs.choice("resolution").parse().unwrap_or(32),
+        resolution: settings.choice("resolution").parse().unwrap_or(32),
         sky: hall::sky(),
         ..default()
     });
@@ -38,13 +38,13 @@ pub fn place_volume(
 }
 
 /// Gives the cameras their frame buffer, their ambient light and their tone mapping.
-pub fn dress_cameras(
+pub fn configure_cameras(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     cameras: Query<(Entity, &Side), With<Camera>>,
 ) {
     for (camera, side) in &cameras {
-        let on = |switch| *side == Side::After && knobs.toggle(switch);
+        let on = |switch| *side == Side::After && settings.toggle(switch);
         let mut camera = commands.entity(camera);
         if on("ycocg_fb") {
             camera.insert(YCoCgFrameBuffer::default());
@@ -56,7 +56,7 @@ pub fn dress_cameras(
             brightness: if on("voxel_gi") { 0.0 } else { hall::AMBIENT },
             ..default()
         });
-        camera.insert(match knobs.choice("tone_mapping") {
+        camera.insert(match settings.choice("tone_mapping") {
             "none" => UNGRADED,
             _ => TONE_MAPPED,
         });

@@ -17,21 +17,16 @@ use crate::content;
 
 /// Side of the generated materials in pixels.
 const SIZE: u32 = 512;
-/// Seed of the generated images.
 const SEED: u64 = 3;
 
-/// What a texture says of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// Its colour.
     Color,
-    /// Its normals.
     Normal,
     /// Where it is.
     Mask,
 }
 
-/// The textures of all matters.
 #[derive(Resource)]
 pub struct Textures {
     maps: HashMap<(Matter, Role), RgbaImage>,

@@ -1,35 +1,34 @@
 //! Deferred lighting with diffuse and specular light in one target (thesis 4.8, figure 4.12).
 //!
-//! A red and a green lamp shine onto a ball and a floor. Each lamp is drawn over the whole screen
+//! A red and a green light shine onto a ball and a floor. Each light is drawn over the whole screen
 //! and adds its light, as in a deferred renderer; then the surface is lit with the sums. Before:
 //! diffuse and specular light in a target each. After: both in one, packed in two channels each; or
 //! the usual shortcut, which keeps the luminance of specular light only: diffuse light is yellow
-//! where both lamps shine, so both highlights turn yellow.
+//! where both lights shine, so both highlights turn yellow.
 //!
 //! | file | what is in it |
 //! | --- | --- |
-//! | [`settings`] | what a camera and its lamps are told |
+//! | [`settings`] | what a camera and its lights are told |
 //! | [`plugin`] | the passes in Bevy's renderer |
-//! | `lamps`, `pipeline`, `pass` | buffers, pipelines, targets and draws |
+//! | `sources`, `pipeline`, `pass` | buffers, pipelines, targets and draws |
 //! | [`mod@reference`] | the same on the CPU |
 //! | `light.wesl`, `combine.wesl` | the two passes |
 //! | `surface.wesl`, `packing.wesl` | what they share |
 
-mod lamps;
 mod pass;
 mod pipeline;
 pub mod plugin;
 pub mod reference;
 pub mod settings;
+mod sources;
 
 use bevy::prelude::*;
 
-use crate::runner::{Knob, Knobs, MemoryFigures, PictureArea, Scene, Side};
+use crate::runner::{MemoryFigures, PictureArea, Scene, SceneSetting, SceneSettings, Side};
 
 pub use plugin::LightAccumulationPlugin;
-pub use settings::{Lamp, Lamps, LightAccumulation};
+pub use settings::{LightAccumulation, LightSource, LightSources};
 
-/// The example of light accumulation.
 pub struct DeferredAccumulation;
 
 impl Scene for DeferredAccumulation {
@@ -42,21 +41,21 @@ impl Scene for DeferredAccumulation {
     }
 
     fn description(&self) -> &'static str {
-        "A red and a green lamp: diffuse and specular light in two targets before, in one after"
+        "A red and a green light: diffuse and specular light in two targets before, in one after"
     }
 
-    fn knobs(&self) -> Vec<Knob> {
+    fn settings(&self) -> Vec<SceneSetting> {
         vec![
-            Knob::choice(
+            SceneSetting::choice(
                 "method",
                 "how one target holds both kinds of light",
                 0,
                 &["packed", "specular_luminance"],
             ),
-            Knob::float(
-                "lamp_distance",
-                "half the distance between the lamps",
-                LAMP_DISTANCE,
+            SceneSetting::float(
+                "light_distance",
+                "half the distance between the lights",
+                LIGHT_DISTANCE,
                 0.1..=4.0,
                 "m",
             ),
@@ -70,11 +69,14 @@ impl Scene for DeferredAccumulation {
     fn build(&self, app: &mut App) {
         app.add_plugins(LightAccumulationPlugin)
             .insert_resource(ClearColor(Color::BLACK))
-            .add_systems(Update, apply_knobs.run_if(resource_changed::<Knobs>))
+            .add_systems(
+                Update,
+                apply_settings.run_if(resource_changed::<SceneSettings>),
+            )
             .add_systems(Update, count_memory);
     }
 
-    fn dress_camera(&self, camera: &mut EntityCommands, side: Side) {
+    fn configure_camera(&self, camera: &mut EntityCommands, side: Side) {
         let way = match side {
             Side::Before => LightAccumulation::Exact,
             Side::After => LightAccumulation::Packed,
@@ -83,28 +85,28 @@ impl Scene for DeferredAccumulation {
     }
 }
 
-/// Half the distance between the lamps at the start, in metres.
-pub const LAMP_DISTANCE: f32 = 1.5;
+/// Half the distance between the lights at the start, in metres.
+pub const LIGHT_DISTANCE: f32 = 1.5;
 
-/// A red and a green lamp above and before the ball.
-pub fn lamps(distance: f32) -> Lamps {
-    let lamp = |x: f32, intensity: Vec3| Lamp {
+/// A red and a green light above and before the ball.
+pub fn sources(distance: f32) -> LightSources {
+    let source = |x: f32, intensity: Vec3| LightSource {
         position: Vec3::new(x, 2.2, 1.6),
         intensity,
     };
-    Lamps(vec![
-        lamp(-distance, Vec3::new(6.0, 0.15, 0.1)),
-        lamp(distance, Vec3::new(0.15, 4.5, 0.2)),
+    LightSources(vec![
+        source(-distance, Vec3::new(6.0, 0.15, 0.1)),
+        source(distance, Vec3::new(0.15, 4.5, 0.2)),
     ])
 }
 
-fn apply_knobs(
-    knobs: Res<Knobs>,
-    mut shown: ResMut<Lamps>,
+fn apply_settings(
+    settings: Res<SceneSettings>,
+    mut shown: ResMut<LightSources>,
     mut cameras: Query<(&Side, &mut LightAccumulation)>,
 ) {
-    *shown = lamps(knobs.float("lamp_distance"));
-    let after = match knobs.choice("method") {
+    *shown = sources(settings.float("light_distance"));
+    let after = match settings.choice("method") {
         "specular_luminance" => LightAccumulation::SpecularLuminance,
         _ => LightAccumulation::Packed,
     };

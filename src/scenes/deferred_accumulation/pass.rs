@@ -17,9 +17,9 @@ use bevy::{
 };
 
 use super::{
-    lamps::LampsBuffer,
     pipeline::{AccumulationPipelines, FORMAT},
     settings::LightAccumulation,
+    sources::SourcesBuffer,
 };
 
 /// The accumulated light of a camera, one or two textures.
@@ -51,7 +51,7 @@ pub fn prepare_targets(
     }
 }
 
-/// Draws every lamp, then lights the surface.
+/// Draws every light, then lights the surface.
 pub fn accumulate(
     view: ViewQuery<(
         &ExtractedCamera,
@@ -63,7 +63,7 @@ pub fn accumulate(
     pipelines: Option<Res<AccumulationPipelines>>,
     cache: Res<PipelineCache>,
     uniforms: Res<ViewUniforms>,
-    lamps: Res<LampsBuffer>,
+    sources: Res<SourcesBuffer>,
     mut context: RenderContext,
 ) {
     let (camera, target, offset, way, light) = view.into_inner();
@@ -77,7 +77,7 @@ pub fn accumulate(
         cache.get_render_pipeline(own.light),
         cache.get_render_pipeline(own.combine),
         uniforms.uniforms.binding(),
-        lamps.buffer.binding(),
+        sources.buffer.binding(),
     ) else {
         return;
     };
@@ -132,7 +132,7 @@ pub fn accumulate(
             &light_attachments[..],
             light_pipeline,
             &light_bindings,
-            lamps.count,
+            sources.count,
         ),
         (
             "light_accumulation_combine",

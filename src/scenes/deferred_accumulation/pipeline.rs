@@ -1,4 +1,4 @@
-//! The pipelines of every way to accumulate: one that adds a lamp, one that combines.
+//! The pipelines of every way to accumulate: one that adds a light, one that combines.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -20,8 +20,8 @@ use bevy::{
 };
 
 use super::{
-    lamps::LampsUniform,
-    settings::{LightAccumulation, MAX_LAMPS},
+    settings::{LightAccumulation, MAX_SOURCES},
+    sources::SourcesUniform,
 };
 
 /// Format of the accumulated light, and of the camera's main texture.
@@ -29,24 +29,18 @@ pub const FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 
 /// The pipelines of one way to accumulate.
 pub struct Pipelines {
-    /// Adds a lamp, the instance.
+    /// Adds a light, the instance.
     pub light: CachedRenderPipelineId,
-    /// Lights the surface.
     pub combine: CachedRenderPipelineId,
-    /// View and accumulated light.
     pub combine_layout: BindGroupLayoutDescriptor,
 }
 
-/// All pipelines.
 #[derive(Resource)]
 pub struct AccumulationPipelines {
-    /// View and lamps.
     pub light_layout: BindGroupLayoutDescriptor,
-    /// By way.
     pub by_way: HashMap<LightAccumulation, Pipelines>,
 }
 
-/// Queues all pipelines.
 pub fn init(
     mut commands: Commands,
     assets: Res<AssetServer>,
@@ -61,7 +55,7 @@ pub fn init(
             ShaderStages::FRAGMENT,
             (
                 uniform_buffer::<ViewUniform>(true),
-                uniform_buffer::<LampsUniform>(false),
+                uniform_buffer::<SourcesUniform>(false),
             ),
         ),
     );
@@ -145,7 +139,7 @@ fn combine_layout(way: LightAccumulation) -> BindGroupLayoutDescriptor {
 }
 
 fn defs(way: LightAccumulation) -> Vec<ShaderDefVal> {
-    let mut defs = vec![ShaderDefVal::UInt("MAX_LAMPS".into(), MAX_LAMPS as u32)];
+    let mut defs = vec![ShaderDefVal::UInt("MAX_LAMPS".into(), MAX_SOURCES as u32)];
     match way {
         LightAccumulation::Exact => defs.push("EXACT".into()),
         LightAccumulation::Packed => defs.push("PACKED".into()),

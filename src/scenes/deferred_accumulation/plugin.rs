@@ -13,12 +13,12 @@ use bevy::{
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
 use super::{
-    lamps::{self, LampsBuffer},
     pass, pipeline,
-    settings::{Lamps, LightAccumulation},
+    settings::{LightAccumulation, LightSources},
+    sources::{self, SourcesBuffer},
 };
 
-/// Lights the ball for cameras with a [`LightAccumulation`], with the [`Lamps`].
+/// Lights the ball for cameras with a [`LightAccumulation`], with the [`LightSources`].
 pub struct LightAccumulationPlugin;
 
 impl Plugin for LightAccumulationPlugin {
@@ -31,19 +31,19 @@ impl Plugin for LightAccumulationPlugin {
         load_shader_library!(app, "packing.wesl");
         embedded_asset!(app, "light.wesl");
         embedded_asset!(app, "combine.wesl");
-        app.init_resource::<Lamps>().add_plugins((
+        app.init_resource::<LightSources>().add_plugins((
             ExtractComponentPlugin::<LightAccumulation>::default(),
-            ExtractResourcePlugin::<Lamps>::default(),
+            ExtractResourcePlugin::<LightSources>::default(),
         ));
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
         render_app
-            .init_resource::<LampsBuffer>()
+            .init_resource::<SourcesBuffer>()
             .add_systems(RenderStartup, pipeline::init)
             .add_systems(
                 Render,
-                (lamps::prepare, pass::prepare_targets).in_set(RenderSystems::PrepareResources),
+                (sources::prepare, pass::prepare_targets).in_set(RenderSystems::PrepareResources),
             )
             .add_systems(
                 Core3d,

@@ -10,7 +10,7 @@ use bevy_ycocg_fb::{
     },
 };
 
-use super::settings::{Lamp, LightAccumulation};
+use super::settings::{LightAccumulation, LightSource};
 
 // Those of surface.wesl and light.wesl.
 const BALL_CENTER: Vec3 = Vec3::new(0.0, 0.6, 0.0);
@@ -22,7 +22,6 @@ const SPECULAR: f32 = 3.0;
 /// Weights of the channels in luminance.
 const LUMINANCE: Vec3 = Vec3::new(0.25, 0.5, 0.25);
 
-/// A camera whose picture fills its target.
 #[derive(Clone, Copy, Debug)]
 pub struct Eye {
     /// Its position in metres.
@@ -47,17 +46,17 @@ struct Light {
 }
 
 /// The scene-linear picture, row after row from the top left.
-pub fn render(eye: &Eye, lamps: &[Lamp], way: LightAccumulation) -> Vec<[f32; 3]> {
+pub fn render(eye: &Eye, sources: &[LightSource], way: LightAccumulation) -> Vec<[f32; 3]> {
     let pixels: Vec<UVec2> = (0..eye.size.y)
         .flat_map(|y| (0..eye.size.x).map(move |x| UVec2::new(x, y)))
         .collect();
     let surfaces: Vec<_> = pixels.iter().map(|pixel| surface_at(eye, *pixel)).collect();
     let lights = |i: usize| {
         let surface: &Option<Surface> = &surfaces[i];
-        lamps.iter().map(move |lamp| {
+        sources.iter().map(move |source| {
             surface
                 .as_ref()
-                .map_or(Light::default(), |s| light_of(s, lamp))
+                .map_or(Light::default(), |s| light_of(s, source))
         })
     };
     let sums: Vec<Light> = match way {
@@ -154,13 +153,13 @@ fn surface_at(eye: &Eye, pixel: UVec2) -> Option<Surface> {
     })
 }
 
-fn light_of(surface: &Surface, lamp: &Lamp) -> Light {
-    let to_lamp = lamp.position - surface.position;
-    let direction = to_lamp.normalize();
+fn light_of(surface: &Surface, source: &LightSource) -> Light {
+    let to_source = source.position - surface.position;
+    let direction = to_source.normalize();
     let cosine = surface.normal.dot(direction).max(0.0);
     let halfway = (direction + surface.to_eye).normalize();
     let highlight = surface.normal.dot(halfway).max(0.0).powf(SHININESS);
-    let received = lamp.intensity / to_lamp.length_squared();
+    let received = source.intensity / to_source.length_squared();
     let specular = if cosine > 0.0 {
         SPECULAR * highlight
     } else {

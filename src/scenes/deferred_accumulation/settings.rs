@@ -1,4 +1,4 @@
-//! What a camera and its lamps are told.
+//! What a camera and its lights are told.
 
 use bevy::{
     camera::Hdr,
@@ -9,10 +9,10 @@ use bevy::{
     },
 };
 
-/// Most lamps that are drawn; the rest stays dark.
-pub const MAX_LAMPS: usize = 8;
+/// Most lights that are drawn; the rest stays dark.
+pub const MAX_SOURCES: usize = 8;
 
-/// How a camera accumulates the light of the lamps before it lights the surface with it.
+/// How a camera accumulates the light of the lights before it lights the surface with it.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ExtractComponent)]
 #[extract_app(RenderApp)]
 #[require(Hdr)]
@@ -28,7 +28,6 @@ pub enum LightAccumulation {
 }
 
 impl LightAccumulation {
-    /// All of them.
     pub const ALL: [Self; 3] = [Self::Exact, Self::Packed, Self::SpecularLuminance];
 
     /// Number of four-channel targets.
@@ -45,16 +44,16 @@ impl LightAccumulation {
     }
 }
 
-/// A lamp without extent.
+/// A light without extent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
-pub struct Lamp {
+pub struct LightSource {
     /// Position in metres.
     pub position: Vec3,
     /// Scene-linear light at a distance of one metre.
     pub intensity: Vec3,
 }
 
-/// The lamps, [`MAX_LAMPS`] at most. Default: none.
+/// The lights, [`MAX_SOURCES`] at most. Default: none.
 #[derive(Resource, Clone, Debug, Default, PartialEq, ExtractResource)]
 #[extract_app(RenderApp)]
-pub struct Lamps(pub Vec<Lamp>);
+pub struct LightSources(pub Vec<LightSource>);

@@ -1,4 +1,4 @@
-//! The error between before and after, live: for scenes with the knobs `view` and `error_gain`.
+//! A live map of the error between the two pictures: for scenes with the settings `view` and `error_gain`.
 //!
 //! | file | what is in it |
 //! | --- | --- |
@@ -10,30 +10,25 @@ mod view;
 
 use bevy::{prelude::*, sprite_render::Material2dPlugin};
 
-use crate::runner::{Knob, Side};
+use crate::runner::SceneSetting;
 use material::ErrorMaterial;
+pub use view::Films;
 
-/// A camera that shows a side: that of the split (if the scene says so), or one off screen.
-#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Films(pub Side);
-
-/// The systems in `Update` that open and close the view; what dresses its cameras comes after.
+/// The systems in `Update` that open and close the view; what configures its cameras comes after.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ErrorViewSystems;
 
-/// Whether the picture or the error is shown.
-pub fn view_knob() -> Knob {
-    Knob::choice(
+pub fn view_setting() -> SceneSetting {
+    SceneSetting::choice(
         "view",
-        "the picture, or the absolute error of after, from black to pale yellow",
+        "the picture, or a live map of the absolute error between the two pictures, from black to pale yellow",
         0,
         &["picture", "error"],
     )
 }
 
-/// How strongly the error is shown.
-pub fn gain_knob() -> Knob {
-    Knob::integer(
+pub fn gain_setting() -> SceneSetting {
+    SceneSetting::integer(
         "error_gain",
         "error times this: pale yellow is 255 levels divided by it",
         8,
@@ -42,7 +37,7 @@ pub fn gain_knob() -> Knob {
     )
 }
 
-/// Adds the view to a scene that has both knobs.
+/// Adds the view to a scene that has both settings.
 pub struct ErrorViewPlugin;
 
 impl Plugin for ErrorViewPlugin {

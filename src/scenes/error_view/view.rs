@@ -9,10 +9,10 @@ use bevy::{
     render::render_resource::TextureFormat,
 };
 
-use super::{Films, material::ErrorMaterial};
+use super::material::ErrorMaterial;
 use crate::{
     headless::LabTarget,
-    runner::{Knobs, PictureArea, Side, SplitLine},
+    runner::{PictureArea, SceneSettings, Side, SplitLine},
     scenes::quad_camera::{LAYER, quad_camera},
 };
 
@@ -20,7 +20,10 @@ use crate::{
 #[derive(Resource, Default)]
 pub struct ErrorView(Option<URect>);
 
-/// What the view consists of.
+/// A camera that shows a side: that of the split (if the scene says so), or one off screen.
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Films(pub Side);
+
 #[derive(Component)]
 pub struct OfView;
 
@@ -31,7 +34,7 @@ pub struct OffScreen;
 /// Opens or closes the view, opens it again at another size, and sets its gain.
 pub fn open_or_close(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     area: Res<PictureArea>,
     target: Res<LabTarget>,
     mut view: ResMut<ErrorView>,
@@ -41,10 +44,10 @@ pub fn open_or_close(
     split: Query<(&Side, &Projection, &Transform), With<Camera>>,
     parts: Query<Entity, With<OfView>>,
 ) {
-    let wanted = (knobs.choice("view") == "error" && !area.0.is_empty()).then_some(area.0);
-    let gain = knobs.integer("error_gain") as f32;
+    let wanted = (settings.choice("view") == "error" && !area.0.is_empty()).then_some(area.0);
+    let gain = settings.integer("error_gain") as f32;
     if view.0 == wanted {
-        if knobs.is_changed() {
+        if settings.is_changed() {
             for (_, material) in materials.iter_mut() {
                 material.gain = gain;
             }

@@ -3,7 +3,7 @@
 //! | file | what is in it |
 //! | --- | --- |
 //! | `stage` | the tunnel and the floor |
-//! | `settings` | what the knobs make of the settings |
+//! | `settings` | the settings of the plugin |
 //! | `view`, `view.wesl` | ellipses, and the regions that are too anisotropic for texture units |
 
 mod settings;
@@ -13,7 +13,7 @@ mod view;
 use bevy::{pbr::MaterialPlugin, prelude::*};
 use bevy_ewa::EwaPlugin;
 
-use crate::runner::{Knob, Scene};
+use crate::runner::{Scene, SceneSetting};
 
 /// The example of `bevy_ewa`.
 pub struct Ewa;
@@ -31,96 +31,96 @@ impl Scene for Ewa {
         "Texture filtering: a tunnel or a floor, by any method before and any after"
     }
 
-    fn knobs(&self) -> Vec<Knob> {
+    fn settings(&self) -> Vec<SceneSetting> {
         vec![
-            Knob::choice("place", "what there is to see", 0, &["tunnel", "floor"]),
-            Knob::choice(
+            SceneSetting::choice("place", "what there is to see", 0, &["tunnel", "floor"]),
+            SceneSetting::choice(
                 "view",
                 "the picture; the ellipse of every 16th pixel in its texture; red where the \
                  anisotropy exceeds spatial_threshold",
                 0,
                 &["picture", "ellipses", "regions"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "before",
                 "method left of the line; hardware is the sampler's own",
                 settings::HARDWARE,
                 &settings::METHODS,
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "after",
                 "method right of the line",
                 settings::LINEAR,
                 &settings::METHODS,
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "probes",
                 "of the approximate, spatial and temporal methods",
                 1,
                 &["3", "5", "7", "by_aspect"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "kernel",
                 "of the exact methods",
                 2,
                 &["box", "tent", "gaussian", "mitchell_netravali", "lanczos"],
             ),
-            Knob::float(
+            SceneSetting::float(
                 "sigma",
                 "standard deviation of the Gaussian",
                 0.5,
                 0.2..=1.5,
                 "pixels",
             ),
-            Knob::float(
+            SceneSetting::float(
                 "max_anisotropy",
                 "longest ellipse, in widths",
                 32.0,
                 1.0..=128.0,
                 "",
             ),
-            Knob::float(
+            SceneSetting::float(
                 "minor_radius",
                 "least minor radius in the chosen mip level",
                 1.5,
                 0.5..=4.0,
                 "texels",
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "level_of_detail",
                 "what the mip level is chosen by",
                 0,
                 &["minor_radius", "hardware"],
             ),
-            Knob::float(
+            SceneSetting::float(
                 "level_blend",
                 "part of the way to the next mip level in which both are blended",
                 0.25,
                 0.0..=1.0,
                 "",
             ),
-            Knob::integer(
+            SceneSetting::integer(
                 "max_fetches",
                 "most fetches of a lookup of the exact methods",
                 2048,
                 16..=4096,
                 "",
             ),
-            Knob::float(
+            SceneSetting::float(
                 "spatial_threshold",
                 "anisotropy above which spatial works",
                 16.0,
                 2.0..=64.0,
                 "",
             ),
-            Knob::integer(
+            SceneSetting::integer(
                 "sampler_anisotropy",
                 "of the sampler: 1 computes probes, more leaves them to the texture unit",
                 1,
                 1..=16,
                 "",
             ),
-            Knob::toggle("motion", "the texture drifts", true),
+            SceneSetting::toggle("motion", "the texture drifts", true),
         ]
     }
 
@@ -140,7 +140,7 @@ impl Scene for Ewa {
             Update,
             (
                 stage::show_place,
-                stage::dress.run_if(resource_changed::<crate::runner::Knobs>),
+                stage::configure.run_if(resource_changed::<crate::runner::SceneSettings>),
                 stage::drift,
             )
                 .chain(),

@@ -1,8 +1,8 @@
-//! What the knobs make of the settings.
+//! The settings of the plugin, from those of the scene.
 
 use bevy_ewa::{EwaKernel, EwaLevelOfDetail, EwaMethod, EwaProbes, EwaSettings};
 
-use crate::runner::{Knobs, Side};
+use crate::runner::{SceneSettings, Side};
 
 /// The methods in the panel.
 pub const METHODS: [&str; 9] = [
@@ -21,15 +21,14 @@ pub const HARDWARE: usize = 8;
 /// Index of the default.
 pub const LINEAR: usize = 1;
 
-/// The settings of a side.
-pub fn settings(knobs: &Knobs, side: Side) -> EwaSettings {
-    let probes = match knobs.choice("probes") {
+pub fn ewa_settings(settings: &SceneSettings, side: Side) -> EwaSettings {
+    let probes = match settings.choice("probes") {
         "3" => EwaProbes::Three,
         "7" => EwaProbes::Seven,
         "by_aspect" => EwaProbes::ByAspect,
         _ => EwaProbes::Five,
     };
-    let method = knobs.choice(match side {
+    let method = settings.choice(match side {
         Side::Before => "before",
         Side::After => "after",
     });
@@ -44,29 +43,29 @@ pub fn settings(knobs: &Knobs, side: Side) -> EwaSettings {
         "software_af16" => EwaMethod::SoftwareAnisotropic,
         _ => EwaMethod::Hardware,
     };
-    let kernel = match knobs.choice("kernel") {
+    let kernel = match settings.choice("kernel") {
         "box" => EwaKernel::Box,
         "tent" => EwaKernel::Tent,
         "mitchell_netravali" => EwaKernel::MitchellNetravali,
         "lanczos" => EwaKernel::Lanczos,
         _ => EwaKernel::Gaussian {
-            sigma_pixels: knobs.float("sigma"),
+            sigma_pixels: settings.float("sigma"),
         },
     };
-    let level_of_detail = match knobs.choice("level_of_detail") {
+    let level_of_detail = match settings.choice("level_of_detail") {
         "hardware" => EwaLevelOfDetail::Hardware,
         _ => EwaLevelOfDetail::MinorRadius,
     };
     EwaSettings {
         method,
         kernel,
-        max_anisotropy: knobs.float("max_anisotropy"),
-        minor_radius_texels: knobs.float("minor_radius"),
+        max_anisotropy: settings.float("max_anisotropy"),
+        minor_radius_texels: settings.float("minor_radius"),
         level_of_detail,
-        level_blend: knobs.float("level_blend"),
-        max_fetches: knobs.integer("max_fetches"),
-        spatial_threshold: knobs.float("spatial_threshold"),
-        sampler_anisotropy: knobs.integer("sampler_anisotropy") as u16,
+        level_blend: settings.float("level_blend"),
+        max_fetches: settings.integer("max_fetches"),
+        spatial_threshold: settings.float("spatial_threshold"),
+        sampler_anisotropy: settings.integer("sampler_anisotropy") as u16,
         periodic: true,
     }
 }

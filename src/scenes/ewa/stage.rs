@@ -12,16 +12,15 @@ use bevy::{
 use bevy_ewa::EwaStandardMaterial;
 use image::{Rgba, RgbaImage, buffer::ConvertBuffer};
 
-use super::{settings::settings, view::ViewMaterial};
+use super::{settings::ewa_settings, view::ViewMaterial};
 use crate::{
     content,
-    runner::{Knobs, Side},
+    runner::{SceneSettings, Side},
 };
 
 /// Textures by which the surface drifts in a second.
 const DRIFT: f32 = 0.1;
 
-/// What a surface is.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A checkered tunnel, unlit.
@@ -151,9 +150,9 @@ fn mesh(
 }
 
 /// Shows the chosen place only.
-pub fn show_place(knobs: Res<Knobs>, mut places: Query<(&Place, &mut Visibility)>) {
+pub fn show_place(settings: Res<SceneSettings>, mut places: Query<(&Place, &mut Visibility)>) {
     for (place, mut visibility) in &mut places {
-        visibility.set_if_neq(if place.name() == knobs.choice("place") {
+        visibility.set_if_neq(if place.name() == settings.choice("place") {
             Visibility::Inherited
         } else {
             Visibility::Hidden
@@ -161,10 +160,10 @@ pub fn show_place(knobs: Res<Knobs>, mut places: Query<(&Place, &mut Visibility)
     }
 }
 
-/// Gives each surface the material that the knobs ask for.
-pub fn dress(
+/// Gives each surface the material that the settings ask for.
+pub fn configure(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     mut textures: ResMut<Textures>,
     mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<EwaStandardMaterial>>,
@@ -172,16 +171,16 @@ pub fn dress(
     places: Query<(Entity, &Side, &Place)>,
 ) {
     for (entity, side, place) in &places {
-        let settings = settings(&knobs, *side);
-        let [checks, bricks, normals] = textures.get(settings.sampler_anisotropy, &mut images);
+        let ewa = ewa_settings(&settings, *side);
+        let [checks, bricks, normals] = textures.get(ewa.sampler_anisotropy, &mut images);
         let color = match place {
             Place::Tunnel => checks,
             Place::Floor => bricks,
         };
         let mut entity = commands.entity(entity);
-        let view = knobs.choice("view");
+        let view = settings.choice("view");
         if view != "picture" {
-            let material = views.add(ViewMaterial::new(view, &settings, color));
+            let material = views.add(ViewMaterial::new(view, &ewa, color));
             entity
                 .remove::<MeshMaterial3d<EwaStandardMaterial>>()
                 .insert(MeshMaterial3d(material));
@@ -199,7 +198,7 @@ pub fn dress(
         };
         let material = materials.add(EwaStandardMaterial {
             base,
-            extension: settings.into(),
+            extension: ewa.into(),
         });
         entity
             .remove::<MeshMaterial3d<ViewMaterial>>()
@@ -209,12 +208,12 @@ pub fn dress(
 
 /// Moves the textures. At time 0 they are where they belong.
 pub fn drift(
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     time: Res<Time>,
     places: Query<&MeshMaterial3d<EwaStandardMaterial>>,
     mut materials: ResMut<Assets<EwaStandardMaterial>>,
 ) {
-    let moved = if knobs.toggle("motion") {
+    let moved = if settings.toggle("motion") {
         (time.elapsed_secs() * DRIFT).fract()
     } else {
         0.0

@@ -12,7 +12,6 @@ use bevy::{
 };
 use bevy_ewa::{EwaSettings, EwaUniform};
 
-/// Shows how a surface is filtered instead of the result.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
 pub struct ViewMaterial {
     #[uniform(0)]
@@ -26,7 +25,6 @@ pub struct ViewMaterial {
 }
 
 impl ViewMaterial {
-    /// The view of this name.
     pub fn new(view: &str, settings: &EwaSettings, texture: Handle<Image>) -> Self {
         let view = if view == "regions" { 1.0 } else { 0.0 };
         Self {

@@ -3,7 +3,7 @@
 //!
 //! | file | what is in it |
 //! | --- | --- |
-//! | `settings` | what the knobs make of the volume |
+//! | `settings` | the settings of the volume |
 //! | `room` | the room in numbers |
 //! | `stage` | the chosen scene, and the cameras before it |
 //! | `motion` | the sun and the door |
@@ -24,7 +24,7 @@ use bevy_voxel_gi::VoxelGiPlugin;
 
 use crate::{
     headless::AwaitedWork,
-    runner::{Knob, Scene, Side},
+    runner::{Scene, SceneSetting, Side},
 };
 
 /// The example of `bevy_voxel_gi`.
@@ -44,47 +44,47 @@ impl Scene for VoxelGi {
          Drag the red box and the ball with the mouse"
     }
 
-    fn knobs(&self) -> Vec<Knob> {
+    fn settings(&self) -> Vec<SceneSetting> {
         vec![
-            Knob::choice(
+            SceneSetting::choice(
                 "scene",
                 "a room with a window and a door, or the Cornell box beside a path-traced picture",
                 0,
                 &["sunlit_room", "cornell"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "light",
                 "light that bounces, or the sky alone where nothing nearby is in its way",
                 0,
                 &["global_illumination", "ambient_occlusion"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "solver",
                 "rays through the voxels, or from voxel to voxel",
                 0,
                 &["trace", "propagate"],
             ),
-            Knob::integer(
+            SceneSetting::integer(
                 "rays",
                 "from each side of a voxel with a surface, for `trace` and ambient occlusion",
                 32,
                 4..=256,
                 "",
             ),
-            Knob::integer("iterations", "steps of `propagate`", 96, 1..=512, ""),
-            Knob::choice(
+            SceneSetting::integer("iterations", "steps of `propagate`", 96, 1..=512, ""),
+            SceneSetting::choice(
                 "bounces",
                 "of `trace`: one a frame fed back, or so many in each frame",
                 0,
                 &["endless", "1", "2", "4", "8"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "resolution",
                 "voxels along an edge of the volume",
                 2,
                 &["8", "16", "32", "64", "128"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "voxelizer",
                 "how triangles become voxels",
                 0,
@@ -95,28 +95,28 @@ impl Scene for VoxelGi {
                     "stochastic",
                 ],
             ),
-            Knob::integer(
+            SceneSetting::integer(
                 "shadow_samples",
                 "points of a voxel that are tested for shadow, per lamp",
                 16,
                 1..=16,
                 "",
             ),
-            Knob::integer(
+            SceneSetting::integer(
                 "cascades",
                 "volumes around each other, each twice as large; the first is half the scene then",
                 1,
                 1..=4,
                 "",
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "receiver",
                 "a pixel reads all eight voxels around it, or those that it sees",
                 0,
                 &["interpolated", "per_pixel"],
             ),
-            Knob::toggle("sun_motion", "the sun of the room wanders", true),
-            Knob::choice(
+            SceneSetting::toggle("sun_motion", "the sun of the room wanders", true),
+            SceneSetting::choice(
                 "debug",
                 "what the voxels hold, instead of the picture of after",
                 0,
@@ -129,7 +129,7 @@ impl Scene for VoxelGi {
                     "irradiance",
                 ],
             ),
-            Knob::choice("door", "of the room", 0, &["swinging", "closed", "open"]),
+            SceneSetting::choice("door", "of the room", 0, &["swinging", "closed", "open"]),
         ]
     }
 
@@ -164,7 +164,7 @@ impl Scene for VoxelGi {
             );
     }
 
-    fn dress_camera(&self, camera: &mut EntityCommands, _: Side) {
+    fn configure_camera(&self, camera: &mut EntityCommands, _: Side) {
         camera.insert((Hdr, DebandDither::Disabled));
     }
 }

@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use bevy::prelude::*;
 
 use super::room;
-use crate::runner::Knobs;
+use crate::runner::SceneSettings;
 
 /// Seconds in which the sun wanders there and back.
 const SUN_PERIOD: f32 = 40.0;
@@ -25,8 +25,12 @@ pub struct Sun(pub Vec3);
 pub struct Door;
 
 /// Turns the sun about the vertical.
-pub fn move_sun(knobs: Res<Knobs>, time: Res<Time>, mut suns: Query<(&Sun, &mut Transform)>) {
-    let phase = if knobs.toggle("sun_motion") {
+pub fn move_sun(
+    settings: Res<SceneSettings>,
+    time: Res<Time>,
+    mut suns: Query<(&Sun, &mut Transform)>,
+) {
+    let phase = if settings.toggle("sun_motion") {
         (time.elapsed_secs() * TAU / SUN_PERIOD).sin()
     } else {
         0.0
@@ -39,11 +43,11 @@ pub fn move_sun(knobs: Res<Knobs>, time: Res<Time>, mut suns: Query<(&Sun, &mut 
 
 /// Turns the door about its hinge, into the room.
 pub fn swing_door(
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     time: Res<Time>,
     mut doors: Query<&mut Transform, With<Door>>,
 ) {
-    let angle = match knobs.choice("door") {
+    let angle = match settings.choice("door") {
         "closed" => 0.0,
         "open" => OPEN,
         _ => OPEN * 0.5 * (1.0 - (time.elapsed_secs() * TAU / DOOR_PERIOD).cos()),

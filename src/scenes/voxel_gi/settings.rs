@@ -1,4 +1,4 @@
-//! What the knobs make of the volume.
+//! What the settings make of the volume.
 
 use bevy::prelude::*;
 use bevy_voxel_gi::{
@@ -6,28 +6,28 @@ use bevy_voxel_gi::{
 };
 
 use super::stage::Stage;
-use crate::runner::{Knobs, Side};
+use crate::runner::{SceneSettings, Side};
 
 /// Points on each triangle of the stochastic voxeliser.
 const POINTS: u32 = 256;
 /// What is further away than this does not occlude, in parts of the scene's size.
 const OCCLUSION_RADIUS: f32 = 0.2;
 
-/// Renews the volume when a knob or the scene changes; only the camera of "after" sees its light.
+/// Renews the volume when a setting or the scene changes; only the camera of "after" sees its light.
 pub fn apply(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     stage: Res<Stage>,
     volumes: Query<Entity, With<VoxelGiVolume>>,
 ) {
-    if !knobs.is_changed() && !stage.is_changed() {
+    if !settings.is_changed() && !stage.is_changed() {
         return;
     }
-    let Some((center, size, sky)) = stage.volume(&knobs) else {
+    let Some((center, size, sky)) = stage.volume(&settings) else {
         return;
     };
     let volume = (
-        settings(&knobs, size, sky),
+        volume(&settings, size, sky),
         Transform::from_translation(center),
     );
     match volumes.iter().next() {
@@ -43,10 +43,10 @@ pub fn apply(
 /// Shows the chosen field to the camera of "after".
 pub fn apply_debug(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     cameras: Query<(Entity, &Side, Has<VoxelGiDebug>), With<Camera>>,
 ) {
-    let field = match knobs.choice("debug") {
+    let field = match settings.choice("debug") {
         "occupancy" => Some(DebugField::Occupancy),
         "albedo" => Some(DebugField::Albedo),
         "normal" => Some(DebugField::Normal),
@@ -57,7 +57,7 @@ pub fn apply_debug(
     for (camera, side, has_field) in &cameras {
         let mut camera = commands.entity(camera);
         match field.filter(|_| *side == Side::After) {
-            Some(field) if !has_field || knobs.is_changed() => {
+            Some(field) if !has_field || settings.is_changed() => {
                 camera.insert(VoxelGiDebug { field });
             }
             None if has_field => {
@@ -69,26 +69,26 @@ pub fn apply_debug(
 }
 
 /// Voxels along an edge of the volume.
-pub fn resolution(knobs: &Knobs) -> u32 {
-    knobs.choice("resolution").parse().unwrap_or(32)
+pub fn resolution(settings: &SceneSettings) -> u32 {
+    settings.choice("resolution").parse().unwrap_or(32)
 }
 
-fn settings(knobs: &Knobs, size: f32, sky: Sky) -> VoxelGiVolume {
-    let cascades = knobs.integer("cascades");
-    let rays = knobs.integer("rays");
-    let light = match knobs.choice("light") {
+fn volume(settings: &SceneSettings, size: f32, sky: Sky) -> VoxelGiVolume {
+    let cascades = settings.integer("cascades");
+    let rays = settings.integer("rays");
+    let light = match settings.choice("light") {
         "ambient_occlusion" => VoxelLight::AmbientOcclusion {
             radius: OCCLUSION_RADIUS * size,
             rays,
         },
         _ => VoxelLight::GlobalIllumination {
-            solver: match knobs.choice("solver") {
+            solver: match settings.choice("solver") {
                 "propagate" => Solver::Propagate {
-                    iterations: knobs.integer("iterations"),
+                    iterations: settings.integer("iterations"),
                 },
                 _ => Solver::Trace { rays },
             },
-            bounces: match knobs.choice("bounces").parse() {
+            bounces: match settings.choice("bounces").parse() {
                 Ok(count) => Bounces::Count(count),
                 Err(_) => Bounces::Endless,
             },
@@ -97,20 +97,20 @@ fn settings(knobs: &Knobs, size: f32, sky: Sky) -> VoxelGiVolume {
     VoxelGiVolume {
         // The first of several cascades is about the middle of the scene.
         size: if cascades > 1 { 0.5 * size } else { size },
-        resolution: resolution(knobs),
+        resolution: resolution(settings),
         light,
-        voxelizer: match knobs.choice("voxelizer") {
+        voxelizer: match settings.choice("voxelizer") {
             "fragment_clipping" => Voxelizer::FragmentClipping,
             "geometry_clipping" => Voxelizer::GeometryClipping,
             "stochastic" => Voxelizer::Stochastic { points: POINTS },
             _ => Voxelizer::Conservative,
         },
-        receiver: match knobs.choice("receiver") {
+        receiver: match settings.choice("receiver") {
             "per_pixel" => Receiver::PerPixel,
             _ => Receiver::Interpolated,
         },
         sky,
-        shadow_samples: knobs.integer("shadow_samples"),
+        shadow_samples: settings.integer("shadow_samples"),
         cascades,
         ..default()
     }

@@ -11,7 +11,7 @@ use bevy_voxel_gi::Sky;
 use super::{drag::Draggable, motion, room, settings::resolution, truth};
 use crate::{
     boxes::{BoxScene, cornell_box, spawn_boxes_and_lamps},
-    runner::{Knobs, PictureArea, Side, Split},
+    runner::{PictureArea, SceneSettings, Side, Split},
     scenes::tone::{TONE_MAPPED, UNGRADED},
 };
 
@@ -27,8 +27,8 @@ pub struct Stage {
 
 impl Stage {
     /// Centre and size of the volume in metres, and the sky around it.
-    pub fn volume(&self, knobs: &Knobs) -> Option<(Vec3, f32, Sky)> {
-        let (center, size) = self.scene.as_ref()?.volume(resolution(knobs));
+    pub fn volume(&self, settings: &SceneSettings) -> Option<(Vec3, f32, Sky)> {
+        let (center, size) = self.scene.as_ref()?.volume(resolution(settings));
         Some((center, size, self.sky))
     }
 
@@ -44,7 +44,7 @@ pub struct Part;
 
 /// Puts the chosen scene on stage, and the cameras before it.
 pub fn change(world: &mut World) {
-    let name = world.resource::<Knobs>().choice("scene");
+    let name = world.resource::<SceneSettings>().choice("scene");
     let area = world.resource::<PictureArea>().0.size();
     if area.min_element() == 0 {
         return;

@@ -18,12 +18,12 @@ use bevy_wavelet_tex::{
 };
 
 use super::{
-    FirstView, knobs,
+    settings,
     textures::{Sources, gray},
 };
 use crate::{
     content,
-    runner::{Knobs, MemoryFigures, Notes, PictureArea, Side},
+    runner::{MemoryFigures, Notes, PictureArea, SceneSettings, Side},
 };
 
 /// Panels in a row.
@@ -35,10 +35,8 @@ const PANEL: Vec2 = Vec2::new(0.87, 0.6);
 /// Height of a label, in metres.
 const LABEL: f32 = 0.06;
 
-/// What a panel shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shown {
-    /// The picture itself.
     Original,
     Encoded(Rate, Method),
 }
@@ -56,7 +54,6 @@ impl Shown {
         format!("{}{by}", rate.name())
     }
 
-    /// Whether its original is gray.
     fn is_gray(self) -> bool {
         matches!(self, Self::Encoded(rate, _) if rate.content(false) == Content::Gray)
     }
@@ -82,7 +79,6 @@ pub struct Board;
 #[derive(Component)]
 pub struct Panel(usize);
 
-/// The label of a panel.
 #[derive(Component)]
 pub struct Label(usize);
 
@@ -125,18 +121,22 @@ pub fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, sources: 
     }
 }
 
+/// The pose of the cameras at the start, which the board faces.
+#[derive(Resource)]
+pub struct FirstView(pub Transform);
+
 /// Shows the board or the room, and moves the board to where it fills the picture.
 pub fn place(
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     area: Res<PictureArea>,
     view: Res<FirstView>,
     mut board: Single<(&mut Transform, &mut Visibility), With<Board>>,
 ) {
-    if !knobs.is_changed() && !area.is_changed() {
+    if !settings.is_changed() && !area.is_changed() {
         return;
     }
     let (transform, visibility) = &mut *board;
-    visibility.set_if_neq(if knobs::place(&knobs) == knobs::Place::Rates {
+    visibility.set_if_neq(if settings::place(&settings) == settings::Place::Rates {
         Visibility::Visible
     } else {
         Visibility::Hidden
@@ -152,10 +152,9 @@ pub fn place(
     transform.set_if_neq(pose);
 }
 
-/// Gives all panels what the knobs say.
-pub fn dress(
+pub fn configure(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     sources: Res<Sources>,
     mut own: ResMut<Textures>,
     mut memory: ResMut<MemoryFigures>,
@@ -168,15 +167,19 @@ pub fn dress(
     panels: Query<(Entity, &Side, &Panel)>,
     labels: Query<(Entity, &Label)>,
 ) {
-    if knobs::place(&knobs) != knobs::Place::Rates {
+    if settings::place(&settings) != settings::Place::Rates {
         return;
     }
-    let filter = knobs::filter(&knobs);
+    let filter = settings::filter(&settings);
     let [color, luma] = own.originals(&sources, &mut images);
-    let relabel = own.encode(&sources, knobs::effort(&knobs), knobs::storage(&knobs));
+    let relabel = own.encode(
+        &sources,
+        settings::effort(&settings),
+        settings::storage(&settings),
+    );
     let base = StandardMaterial {
         unlit: true,
-        uv_transform: zoom(&knobs),
+        uv_transform: zoom(&settings),
         ..default()
     };
     let originals = [&color, &luma].map(|image| {
@@ -199,7 +202,7 @@ pub fn dress(
         let mut handle = None;
         if shown != Shown::Original {
             let encoded = &own.encoded[index - 1];
-            let storage = knobs::storage(&knobs);
+            let storage = settings::storage(&settings);
             let texture = WaveletTexture::add(encoded, storage, &mut textures, &mut images);
             bytes = textures.get(&texture).map_or(0, |t| t.gpu_bytes) as u64;
             handle = Some(texture);
@@ -295,10 +298,9 @@ impl Textures {
     }
 }
 
-/// What part of the picture is shown.
-fn zoom(knobs: &Knobs) -> Affine2 {
-    let part = 1.0 / knobs.float("zoom");
-    let corner = |name| (knobs.float(name) - 0.5 * part).clamp(0.0, 1.0 - part);
+fn zoom(settings: &SceneSettings) -> Affine2 {
+    let part = 1.0 / settings.float("zoom");
+    let corner = |name| (settings.float(name) - 0.5 * part).clamp(0.0, 1.0 - part);
     let corner = Vec2::new(corner("focus_x"), corner("focus_y"));
     Affine2::from_scale_angle_translation(Vec2::splat(part), 0.0, corner)
 }

@@ -3,14 +3,14 @@
 //!
 //! | file | what is in it |
 //! | --- | --- |
-//! | `knobs` | what there is to turn |
-//! | `room` | geometry and lamps of the room |
+//! | `settings` | the settings of the scene |
+//! | `room` | geometry and lights of the room |
 //! | `board` | the picture at every rate |
 //! | `textures` | the textures of the room, as they are and encoded |
 
 mod board;
-mod knobs;
 mod room;
+mod settings;
 mod textures;
 
 use bevy::{
@@ -22,11 +22,11 @@ use bevy_wavelet_tex::{
 };
 
 use crate::{
-    runner::{Knob, Knobs, MemoryFigures, Notes, Scene, SceneImage, Side},
+    runner::{MemoryFigures, Notes, Scene, SceneImage, SceneSetting, SceneSettings, Side},
     scenes::error_view::{ErrorViewPlugin, ErrorViewSystems, Films},
 };
-use knobs::Place;
 use room::Part;
+use settings::Place;
 use textures::{SourceMap, Sources};
 
 /// The example of `bevy_wavelet_tex`.
@@ -46,8 +46,8 @@ impl Scene for WaveletTex {
          bits per pixel after"
     }
 
-    fn knobs(&self) -> Vec<Knob> {
-        knobs::all()
+    fn settings(&self) -> Vec<SceneSetting> {
+        settings::all()
     }
 
     fn view(&self) -> Transform {
@@ -56,7 +56,7 @@ impl Scene for WaveletTex {
 
     fn build(&self, app: &mut App) {
         app.add_plugins((WaveletTexPlugin, ErrorViewPlugin))
-            .insert_resource(FirstView(self.view()))
+            .insert_resource(board::FirstView(self.view()))
             .init_resource::<board::Textures>()
             .init_resource::<BytesBefore>()
             .add_systems(Startup, (load_sources, (room::spawn, board::spawn)).chain())
@@ -64,14 +64,14 @@ impl Scene for WaveletTex {
                 Update,
                 (
                     (
-                        dress_before,
-                        dress_after,
-                        board::dress,
-                        room::aim_lamps,
+                        configure_before,
+                        configure_after,
+                        board::configure,
+                        room::aim_lights,
                         room::show,
                     )
                         .chain()
-                        .run_if(resource_changed::<Knobs>),
+                        .run_if(resource_changed::<SceneSettings>),
                     board::place,
                 )
                     .before(ErrorViewSystems),
@@ -79,7 +79,7 @@ impl Scene for WaveletTex {
             .add_systems(Update, map_tones.after(ErrorViewSystems));
     }
 
-    fn dress_camera(&self, camera: &mut EntityCommands, side: Side) {
+    fn configure_camera(&self, camera: &mut EntityCommands, side: Side) {
         // Dithering would hide how small an error is.
         camera.insert((Films(side), DebandDither::Disabled));
     }
@@ -88,24 +88,22 @@ impl Scene for WaveletTex {
 /// The room is lit, and the board is there to be seen as it is.
 fn map_tones(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     cameras: Query<Entity, With<Films>>,
     new: Query<(), Added<Films>>,
 ) {
-    if !knobs.is_changed() && new.is_empty() {
+    if !settings.is_changed() && new.is_empty() {
         return;
     }
     for camera in &cameras {
-        commands.entity(camera).insert(match knobs::place(&knobs) {
-            Place::Room => Tonemapping::default(),
-            Place::Rates => Tonemapping::None,
-        });
+        commands
+            .entity(camera)
+            .insert(match settings::place(&settings) {
+                Place::Room => Tonemapping::default(),
+                Place::Rates => Tonemapping::None,
+            });
     }
 }
-
-/// The pose of the cameras at the start, which the board faces.
-#[derive(Resource)]
-struct FirstView(Transform);
 
 fn load_sources(mut commands: Commands, image: Res<SceneImage>) {
     commands.insert_resource(Sources::new(image.0.as_deref()));
@@ -115,8 +113,8 @@ fn load_sources(mut commands: Commands, image: Res<SceneImage>) {
 #[derive(Resource, Default)]
 struct BytesBefore(u64);
 
-/// Materials with the original textures, once: they hang on no knob.
-fn dress_before(
+/// Materials with the original textures, once: they depend on no setting.
+fn configure_before(
     mut commands: Commands,
     sources: Res<Sources>,
     mut before: ResMut<BytesBefore>,
@@ -144,10 +142,10 @@ fn dress_before(
     }
 }
 
-/// Materials with wavelet textures, again at each change of a knob.
-fn dress_after(
+/// Materials with wavelet textures, again at each change of a setting.
+fn configure_after(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     before: Res<BytesBefore>,
     mut sources: ResMut<Sources>,
     mut memory: ResMut<MemoryFigures>,
@@ -157,12 +155,12 @@ fn dress_after(
     mut materials: ResMut<Assets<WaveletStandardMaterial>>,
     parts: Query<(Entity, &Side, &Part)>,
 ) {
-    if knobs::place(&knobs) != Place::Room {
+    if settings::place(&settings) != Place::Room {
         return;
     }
-    let filter = knobs::filter(&knobs);
-    let storage = knobs::storage(&knobs);
-    sources.encode(knobs::effort(&knobs), knobs::color_rate(&knobs));
+    let filter = settings::filter(&settings);
+    let storage = settings::storage(&settings);
+    sources.encode(settings::effort(&settings), settings::color_rate(&settings));
     let mut bytes = 0;
     for (entity, side, part) in &parts {
         if *side == Side::Before {

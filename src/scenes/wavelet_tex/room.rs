@@ -1,33 +1,26 @@
-//! The geometry and the lamps.
+//! The geometry and the lights.
 
 use std::f32::consts::FRAC_PI_2;
 
 use bevy::{light::CascadeShadowConfigBuilder, math::Affine2, prelude::*};
 
-use super::knobs::{self, Place};
-use crate::runner::{Knobs, Side};
+use super::settings::{self, Place};
+use crate::runner::{SceneSettings, Side};
 
-/// A textured surface of the room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
-    /// The photograph on the wall.
     Picture,
-    /// The wall behind it.
     Bricks,
-    /// Boards.
     Floor,
-    /// A card of leaves with a mask.
     Plant,
 }
 
 impl Surface {
-    /// Whether its texture goes on beyond its edges.
     pub fn repeats(self) -> bool {
         matches!(self, Self::Bricks | Self::Floor)
     }
 }
 
-/// A part of the room.
 #[derive(Component, Clone, Copy, Debug)]
 pub struct Part {
     surface: Surface,
@@ -36,15 +29,13 @@ pub struct Part {
 }
 
 impl Part {
-    /// What it is made of.
     pub fn surface(self) -> Surface {
         self.surface
     }
 }
 
-/// The lamp of a side.
 #[derive(Component)]
-pub struct Lamp;
+pub struct RoomLight;
 
 /// What both sides' materials have in common.
 pub fn base_material(part: Part) -> StandardMaterial {
@@ -75,7 +66,7 @@ pub fn base_material(part: Part) -> StandardMaterial {
     }
 }
 
-/// Spawns every part twice, one for each side, and a lamp for each.
+/// Spawns every part twice, one for each side, and a light for each.
 pub fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) -> Result {
     let on_the_floor = Quat::from_rotation_x(-FRAC_PI_2);
     let parts = [
@@ -121,7 +112,7 @@ pub fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) -> Result
             ..default()
         };
         commands.spawn((
-            Lamp,
+            RoomLight,
             side.layers(),
             DirectionalLight {
                 illuminance: 7000.0,
@@ -143,18 +134,20 @@ pub fn spawn(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>) -> Result
     Ok(())
 }
 
-/// Turns the lamps around the room.
-pub fn aim_lamps(knobs: Res<Knobs>, mut lamps: Query<&mut Transform, With<Lamp>>) {
-    let (sin, cos) = knobs.float("light_angle").to_radians().sin_cos();
-    for mut transform in &mut lamps {
+pub fn aim_lights(
+    settings: Res<SceneSettings>,
+    mut lights: Query<&mut Transform, With<RoomLight>>,
+) {
+    let (sin, cos) = settings.float("light_angle").to_radians().sin_cos();
+    for mut transform in &mut lights {
         *transform = Transform::from_xyz(sin, 0.7, cos).looking_at(Vec3::ZERO, Vec3::Y);
     }
 }
 
 /// Shows the room, or hides it.
-pub fn show(knobs: Res<Knobs>, mut parts: Query<&mut Visibility, With<Part>>) {
+pub fn show(settings: Res<SceneSettings>, mut parts: Query<&mut Visibility, With<Part>>) {
     for mut visibility in &mut parts {
-        visibility.set_if_neq(match knobs::place(&knobs) {
+        visibility.set_if_neq(match settings::place(&settings) {
             Place::Room => Visibility::Inherited,
             Place::Rates => Visibility::Hidden,
         });

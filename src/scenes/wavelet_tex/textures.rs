@@ -22,7 +22,6 @@ use crate::content;
 /// Side of the generated materials in pixels.
 const MATERIAL_SIZE: u32 = 512;
 
-/// All maps of the room.
 #[derive(Resource)]
 pub struct Sources {
     picture: SourceMap,
@@ -78,7 +77,6 @@ impl Sources {
         }
     }
 
-    /// The picture as it is.
     pub fn picture(&self) -> &RgbaImage {
         &self.picture.pixels
     }
@@ -106,7 +104,6 @@ impl Sources {
         self.encoded_with = Some((effort, color));
     }
 
-    /// The base colour of a surface.
     pub fn base_color(&self, surface: Surface) -> &SourceMap {
         match surface {
             Surface::Picture => &self.picture,
@@ -124,7 +121,6 @@ impl Sources {
         }
     }
 
-    /// The normal map of a surface.
     pub fn normal(&self, surface: Surface) -> Option<&SourceMap> {
         match surface {
             Surface::Picture => None,
@@ -134,7 +130,6 @@ impl Sources {
         }
     }
 
-    /// The mask of a surface.
     pub fn mask(&self, surface: Surface) -> Option<&SourceMap> {
         (surface == Surface::Plant).then(|| &self.plant[2])
     }

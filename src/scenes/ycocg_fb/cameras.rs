@@ -1,26 +1,26 @@
-//! What the knobs make of the cameras.
+//! What the settings make of the cameras.
 
 use bevy::{camera::Hdr, prelude::*};
 use bevy_ycocg_fb::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
 
 use crate::{
-    runner::{Knobs, Side},
+    runner::{SceneSettings, Side},
     scenes::error_view::Films,
 };
 
-/// Gives all cameras, new ones too, what the knobs say.
-pub fn apply_knobs(
+/// Gives all cameras, new ones too, what the settings say.
+pub fn apply_settings(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     cameras: Query<(Entity, &Films)>,
     new: Query<(), Added<Films>>,
 ) {
-    if !knobs.is_changed() && new.is_empty() {
+    if !settings.is_changed() && new.is_empty() {
         return;
     }
-    let settings = settings(&knobs);
-    let hdr = knobs.toggle("hdr");
-    let msaa = match knobs.choice("msaa") {
+    let frame_buffer = frame_buffer(&settings);
+    let hdr = settings.toggle("hdr");
+    let msaa = match settings.choice("msaa") {
         "4x" => Msaa::Sample4,
         _ => Msaa::Off,
     };
@@ -29,9 +29,9 @@ pub fn apply_knobs(
         camera.insert(msaa);
         let hdr = match side {
             // What a packed camera without `Hdr` is to look like: it blends scene-linear values.
-            Side::Before => hdr || settings.format != PackedFormat::Unorm8,
+            Side::Before => hdr || frame_buffer.format != PackedFormat::Unorm8,
             Side::After => {
-                camera.insert(settings);
+                camera.insert(frame_buffer);
                 hdr
             }
         };
@@ -43,14 +43,14 @@ pub fn apply_knobs(
     }
 }
 
-fn settings(knobs: &Knobs) -> YCoCgFrameBuffer {
+fn frame_buffer(settings: &SceneSettings) -> YCoCgFrameBuffer {
     YCoCgFrameBuffer {
-        format: match knobs.choice("format") {
+        format: match settings.choice("format") {
             "float32" => PackedFormat::Float32,
             "unorm8" => PackedFormat::Unorm8,
             _ => PackedFormat::Float16,
         },
-        reconstruction: match knobs.choice("reconstruction") {
+        reconstruction: match settings.choice("reconstruction") {
             "nearest" => Reconstruction::Nearest,
             "bilinear" => Reconstruction::Bilinear,
             "edge_directed" => Reconstruction::EdgeDirected,
@@ -58,7 +58,7 @@ fn settings(knobs: &Knobs) -> YCoCgFrameBuffer {
             "quad" => Reconstruction::Quad,
             _ => Reconstruction::Guided,
         },
-        msaa_resolve: match knobs.choice("msaa_resolve") {
+        msaa_resolve: match settings.choice("msaa_resolve") {
             "tone_map_weighted" => MsaaResolve::ToneMapWeighted,
             _ => MsaaResolve::Box,
         },

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use bevy_ycocg_fb::{CameraState, FrameBufferReports};
 
-use crate::runner::{Knobs, MemoryFigures, Notes, Side};
+use crate::runner::{MemoryFigures, Notes, SceneSettings, Side};
 
 /// Name of the note on what became of the packed camera.
 const STATE: &str = "after:";
@@ -11,17 +11,17 @@ const STATE: &str = "after:";
 const COUNTED: &str = "memory:";
 
 /// Fills in what the cameras at the split took in the last frame. A camera that the line leaves no
-/// room keeps its figures until a knob changes.
+/// room keeps its figures until a setting changes.
 pub fn show(
     reports: Res<FrameBufferReports>,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     cameras: Query<(Entity, &Side), With<Camera>>,
     mut memory: ResMut<MemoryFigures>,
     mut notes: ResMut<Notes>,
 ) {
     let mut figures = memory.clone();
     let mut texts = notes.clone();
-    if knobs.is_changed() {
+    if settings.is_changed() {
         figures.0.clear();
         texts.0.clear();
     }

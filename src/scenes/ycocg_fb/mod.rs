@@ -3,7 +3,7 @@
 //!
 //! | file | what is in it |
 //! | --- | --- |
-//! | `cameras` | what the knobs make of the cameras |
+//! | `cameras` | what the settings make of the cameras |
 //! | `stage` | the chosen scene, and its slow motion |
 //! | `memory` | the reports of the plugin as figures and notes |
 
@@ -15,7 +15,7 @@ use bevy::{core_pipeline::tonemapping::DebandDither, prelude::*};
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
 use crate::{
-    runner::{Knob, Scene, Side},
+    runner::{Scene, SceneSetting, Side},
     scenes::error_view::{self, ErrorViewPlugin, ErrorViewSystems, Films},
     tradeoff::ycocg_fb::scenes::SCENES,
 };
@@ -36,7 +36,7 @@ impl Scene for YCoCgFb {
         "The HDR frame buffer: four channels before, two channels after, or the error between them"
     }
 
-    fn knobs(&self) -> Vec<Knob> {
+    fn settings(&self) -> Vec<SceneSetting> {
         const SCENE_NAMES: [&str; SCENES.len()] = {
             let mut names = [""; SCENES.len()];
             let mut i = 0;
@@ -47,28 +47,28 @@ impl Scene for YCoCgFb {
             names
         };
         vec![
-            Knob::choice("scene", "what there is to see", 0, &SCENE_NAMES),
-            error_view::view_knob(),
-            error_view::gain_knob(),
-            Knob::toggle(
+            SceneSetting::choice("scene", "what there is to see", 0, &SCENE_NAMES),
+            error_view::view_setting(),
+            error_view::gain_setting(),
+            SceneSetting::toggle(
                 "hdr",
                 "`Hdr` on the camera; without it, a packed camera blends before it tone-maps as \
                  one with `Hdr` does, so before keeps it, except beside unorm8",
                 false,
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "msaa",
                 "samples a pixel, of both cameras",
                 1,
                 &["off", "4x"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "format",
                 "of the two channels; unorm8 is for cameras without `Hdr`",
                 0,
                 &["float16", "float32", "unorm8"],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "reconstruction",
                 "how the missing chrominance is found",
                 4,
@@ -81,13 +81,13 @@ impl Scene for YCoCgFb {
                     "quad",
                 ],
             ),
-            Knob::choice(
+            SceneSetting::choice(
                 "msaa_resolve",
                 "how the samples of a pixel become one",
                 0,
                 &["box", "tone_map_weighted"],
             ),
-            Knob::toggle(
+            SceneSetting::toggle(
                 "motion",
                 "the sun wanders; scenes without one drift by pixels",
                 true,
@@ -108,12 +108,12 @@ impl Scene for YCoCgFb {
                     (memory::show, stage::change, stage::drift)
                         .chain()
                         .before(ErrorViewSystems),
-                    cameras::apply_knobs.after(ErrorViewSystems),
+                    cameras::apply_settings.after(ErrorViewSystems),
                 ),
             );
     }
 
-    fn dress_camera(&self, camera: &mut EntityCommands, side: Side) {
+    fn configure_camera(&self, camera: &mut EntityCommands, side: Side) {
         // Dithering would hide how small an error is.
         camera.insert((Films(side), DebandDither::Disabled));
     }

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use bevy::{camera_controller::free_camera::FreeCameraState, prelude::*};
 
 use crate::{
-    runner::{Knobs, PictureArea},
+    runner::{PictureArea, SceneSettings},
     scenes::error_view::Films,
     tradeoff::ycocg_fb::scenes::{SCENES, TestScene},
 };
@@ -31,7 +31,7 @@ pub fn change(world: &mut World) {
     if area.min_element() == 0 {
         return;
     }
-    let name = world.resource::<Knobs>().choice("scene");
+    let name = world.resource::<SceneSettings>().choice("scene");
     let Some(scene) = SCENES.iter().find(|scene| scene.name == name) else {
         return;
     };
@@ -71,11 +71,11 @@ fn place_cameras(world: &mut World, scene: &TestScene, area: UVec2) {
 
 /// Moves the sun, or everything where there is none. At time 0 all is where it belongs.
 pub fn drift(
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     time: Res<Time>,
     mut parts: Query<(&Part, &mut Transform, Has<DirectionalLight>)>,
 ) {
-    let phase = if knobs.toggle("motion") {
+    let phase = if settings.toggle("motion") {
         (time.elapsed_secs() * TAU / PERIOD).sin()
     } else {
         0.0

@@ -10,7 +10,6 @@ use super::{
     scenes::{EwaScene, coordinates},
 };
 
-/// Frames of a movement.
 const FRAMES: u32 = 8;
 
 /// Part of a frame in the history of temporal anti-aliasing, as in Bevy's.
@@ -30,7 +29,6 @@ pub struct Flicker {
     pub still_with_taa: f64,
 }
 
-/// Measures a setting.
 pub fn flicker(scene: &EwaScene, truths: &[Pixels], size: u32, settings: &EwaSettings) -> Flicker {
     let (surface, texture) = ((scene.surface)(), (scene.texture)());
     let moved = |i: u32| computed(&texture, &at(&surface, i), size, settings, i);
@@ -58,7 +56,6 @@ pub fn flicker(scene: &EwaScene, truths: &[Pixels], size: u32, settings: &EwaSet
     }
 }
 
-/// What the frames of the movement should look like.
 pub fn truths(scene: &EwaScene, size: u32, rate: u32) -> Vec<Pixels> {
     let texture = (scene.texture)();
     let frame = |i| true_picture(&texture, &at(&(scene.surface)(), i), size, rate);

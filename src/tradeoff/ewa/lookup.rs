@@ -29,7 +29,6 @@ pub struct Lookups {
     material: Handle<LookupMaterial>,
 }
 
-/// How texels are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TexelFormat {
     /// 32-bit floats.
@@ -40,9 +39,6 @@ pub enum TexelFormat {
 
 impl Lookups {
     /// Square pictures of `size` pixels, with coordinates and derivatives for each of them.
-    ///
-    /// # Errors
-    /// [`HeadlessError`] when there is no adapter.
     pub fn new(
         size: u32,
         texture: &Texture,
@@ -86,9 +82,6 @@ impl Lookups {
     }
 
     /// Chooses what is filtered next.
-    ///
-    /// # Errors
-    /// [`HeadlessError`] when its pipeline fails.
     pub fn set(&mut self, settings: &EwaSettings, frame: u32) -> Result<(), HeadlessError> {
         let mut materials = self
             .app
@@ -105,9 +98,6 @@ impl Lookups {
     }
 
     /// The linear picture of a setting.
-    ///
-    /// # Errors
-    /// [`HeadlessError`] when it cannot be rendered.
     pub fn picture(
         &mut self,
         settings: &EwaSettings,
@@ -127,7 +117,6 @@ impl Lookups {
         self.app
     }
 
-    /// The app.
     pub fn app(&self) -> &HeadlessApp {
         &self.app
     }

@@ -53,7 +53,6 @@ use crate::{
     record::{Measurement, Report},
 };
 
-/// The study.
 pub const STUDY: Study = Study {
     name: "ewa",
     measure,
@@ -109,9 +108,6 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
 }
 
 /// The rows of a scene: every setting against both references.
-///
-/// # Errors
-/// [`TradeoffError`] when it cannot be rendered.
 pub fn scene_rows(
     scene: &EwaScene,
     size: u32,
@@ -191,7 +187,6 @@ fn row(
     })
 }
 
-/// The rows of what flickers.
 pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<Measurement> {
     let truths = flicker::truths(scene, size, RATE / 4);
     let mut rows = Vec::new();
@@ -283,9 +278,6 @@ fn time_rows(
 
 /// Mean squared error of linear values against exact EWA, in squares of 8-bit units: of what
 /// rounding to bytes would hide.
-///
-/// # Errors
-/// [`TradeoffError`] when it cannot be rendered.
 pub fn linear_error(
     scene: &EwaScene,
     size: u32,

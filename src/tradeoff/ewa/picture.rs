@@ -60,7 +60,6 @@ pub fn mean(pictures: &[Pixels]) -> Pixels {
         .collect()
 }
 
-/// As a display shows it.
 pub fn display(pixels: &Pixels, size: u32) -> RgbImage {
     RgbImage::from_fn(size, size, |x, y| {
         image::Rgb(pixels[(y * size + x) as usize].map(|c| {

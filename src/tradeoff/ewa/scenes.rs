@@ -8,18 +8,15 @@ use image::RgbImage;
 
 use crate::content;
 
-/// A surface and a texture on it.
 #[derive(Clone, Copy)]
 pub struct EwaScene {
     /// Its name in the report.
     pub name: &'static str,
     /// Where the texture is.
     pub surface: fn() -> Surface,
-    /// What it looks like.
     pub texture: fn() -> Texture,
 }
 
-/// The scenes.
 pub const SCENES: [EwaScene; 7] = [
     EwaScene {
         name: "tunnel",

@@ -7,11 +7,8 @@ use bevy_ewa::{EwaMethod, EwaProbes, EwaSettings};
 pub struct Setting {
     /// Its name in the report.
     pub name: &'static str,
-    /// The method.
     pub method: EwaMethod,
-    /// Anisotropy of the sampler.
     pub sampler_anisotropy: u16,
-    /// Frames whose mean is the picture.
     pub frames: u32,
 }
 
@@ -64,7 +61,6 @@ impl Setting {
         self.sampler_anisotropy > 1
     }
 
-    /// Whether its probes may be the hardware's.
     pub fn has_probes(&self) -> bool {
         matches!(
             self.method,

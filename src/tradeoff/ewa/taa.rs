@@ -39,7 +39,6 @@ pub const METHODS: [(&str, EwaMethod); 5] = [
 /// Mean squared changes from a frame to the next, in squares of 8-bit units of linear values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaaFlicker {
-    /// Name of the method.
     pub setting: &'static str,
     /// Of the picture, while the camera stands still.
     pub still: f64,
@@ -48,15 +47,12 @@ pub struct TaaFlicker {
 }
 
 /// Measures all methods, with temporal anti-aliasing or without.
-///
-/// # Errors
-/// [`HeadlessError`] when it cannot be rendered.
 pub fn taa_flicker(size: u32, taa: bool) -> Result<Vec<TaaFlicker>, HeadlessError> {
     let mut stage = Stage::new(size, taa)?;
     let mut reference = Vec::new();
     let mut found = Vec::new();
     for (setting, method) in METHODS {
-        stage.dress(method)?;
+        stage.set_method(method)?;
         let still = stage.frames(0.0)?;
         let moving = stage.frames(STEP)?;
         if reference.is_empty() {
@@ -79,7 +75,6 @@ pub fn taa_flicker(size: u32, taa: bool) -> Result<Vec<TaaFlicker>, HeadlessErro
 /// Linear channels, in 8-bit units.
 type Frame = Vec<f64>;
 
-/// Mean over the frames.
 fn change(frames: &[Frame]) -> f64 {
     let changes = frames.windows(2).map(|pair| {
         let squares = pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).powi(2));
@@ -151,7 +146,7 @@ impl Stage {
         })
     }
 
-    fn dress(&mut self, method: EwaMethod) -> Result<(), HeadlessError> {
+    fn set_method(&mut self, method: EwaMethod) -> Result<(), HeadlessError> {
         let world = self.app.world_mut();
         let mut materials = world.resource_mut::<Assets<EwaStandardMaterial>>();
         if let Some(mut material) = materials.get_mut(&self.material) {

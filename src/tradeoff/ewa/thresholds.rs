@@ -16,9 +16,6 @@ const THRESHOLDS: [u16; 7] = [2, 4, 8, 12, 16, 24, 32];
 
 /// The points of the curve, on samplers without anisotropy, whose probes are computed, and on those
 /// with it, where a probe is one fetch. The error is against `ewa`; all of it is computed.
-///
-/// # Errors
-/// [`SizeMismatch`] never, as all pictures are of the same size.
 pub fn threshold_rows(scene: &EwaScene, size: u32) -> Result<Vec<Measurement>, SizeMismatch> {
     let texture = (scene.texture)();
     let coordinates = scene.coordinates(size);

@@ -35,7 +35,6 @@ const COLOR_BITS: [(Format, f64); 4] = [
     (Format::Bc7, 5.0),
 ];
 
-/// A BC format.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Format {
     Bc1,
@@ -64,7 +63,6 @@ impl Format {
         format!("{} at {bpp} bpp, {filter}", self.name())
     }
 
-    /// Encodes and decodes a picture.
     fn through(self, picture: &Rgb32FImage) -> Through {
         let size = <[u32; 2]>::from(picture.dimensions());
         let (format, (blocks, encode_ms)) = match self {

@@ -7,9 +7,11 @@ use bevy_wavelet_tex::codec::{
     encoder::{EncodeError, encode_rgb8},
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
     packing::Packing,
+    quality::psnr_db,
     quantizer::PlaneCoding,
     rate::Rate,
     settings::{Effort, EncodeSettings},
+    source::{Pixels, Source},
 };
 use image::{Rgb, RgbImage};
 
@@ -18,8 +20,10 @@ use crate::{
     headless::median, metrics::compare, record::Measurement, tradeoff::study::TradeoffError,
 };
 
-/// The reference of decoded images.
 pub(super) const ORIGINAL: &str = "original in 8 bits";
+
+/// What follows the rate in the settings of [`gray_row`].
+pub(super) const FROM_COLOR: &str = " from colour";
 
 /// The image itself: no error and one fetch, in the smallest uncompressed format that hardware has
 /// for the content.
@@ -41,7 +45,6 @@ pub(super) fn original(image: &RgbImage, content: Content) -> Measurement {
     }
 }
 
-/// The row of an image at a rate with an effort.
 pub(super) fn encoded_row(
     input: &Input,
     rate: Rate,
@@ -72,6 +75,31 @@ pub(super) fn encoded_row(
         bytes: Some(encoded.gpu_bytes() as u64),
         fetches: Some(fetches(&encoded)),
         ..Measurement::from(&compare(&input.image, &decoded)?)
+    })
+}
+
+/// The row of a colour image that is encoded at a gray rate, as the tool does: its luma is not rounded
+/// to 8 bits before. It is compared with the luma that is.
+pub(super) fn gray_row(
+    scene: &str,
+    image: &RgbImage,
+    rate: Rate,
+) -> Result<Measurement, EncodeError> {
+    let start = Instant::now();
+    let encoded = encoded(image, rate, Effort::Default, false)?;
+    let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
+    let pixels: Vec<[u8; 3]> = image.pixels().map(|p| p.0).collect();
+    let source = Source::new(image.dimensions().into(), Pixels::Rgb8(&pixels));
+    let psnr = psnr_db(&source, &encoded);
+    Ok(Measurement {
+        scene: format!("{scene} gray"),
+        setting: format!("{}{FROM_COLOR}", rate.name()),
+        reference: ORIGINAL.into(),
+        psnr_db: Some(psnr).filter(|psnr| psnr.is_finite()),
+        cpu_ms: Some(cpu_ms),
+        bytes: Some(encoded.gpu_bytes() as u64),
+        fetches: Some(fetches(&encoded)),
+        ..Measurement::default()
     })
 }
 

@@ -19,7 +19,6 @@ pub(super) const EFFORTS: [(Effort, &str); 3] = [
 
 pub(super) const DEFAULT_EFFORT: &[(Effort, &str)] = &[EFFORTS[1]];
 
-/// Seed of the procedural images.
 pub(super) const SEED: u64 = 7;
 
 /// An image to encode.

@@ -32,7 +32,7 @@ mod two_levels;
 
 use std::path::Path;
 
-use bevy_wavelet_tex::codec::image::Content;
+use bevy_wavelet_tex::codec::{image::Content, rate::Rate};
 use indicatif::ProgressBar;
 
 use self::inputs::{DEFAULT_EFFORT, Input, SEED, inputs};
@@ -45,7 +45,6 @@ use crate::{
     record::{Measurement, Report},
 };
 
-/// The study.
 pub const STUDY: Study = Study {
     name: "wavelet_tex",
     measure,
@@ -120,6 +119,9 @@ fn image_rows(
     }
     if plan.baselines && input.content == Content::Color {
         progress.set_message(format!("{}, baselines", input.scene));
+        for rate in Rate::of(Content::Gray) {
+            rows.push(encoded::gray_row(&input.scene, &input.image, rate)?);
+        }
         rows.extend(baselines::rows(&input.scene, &input.image)?);
         rows.extend(thesis::rows(&input.scene, &input.image));
     }

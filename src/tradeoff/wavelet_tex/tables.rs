@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fmt::Write};
 
 use super::{
     baselines::{FILTERS, Format},
-    encoded::ORIGINAL,
+    encoded::{FROM_COLOR, ORIGINAL},
     normals::EXACT,
     published,
 };
@@ -124,7 +124,11 @@ fn rates(photographs: &Photographs) -> String {
         | --- | --- | --- | --- | --- | --- | --- |\n"
         .to_string();
     let two_levels = ("two levels", "two levels".to_string(), Format::Bc4, 1.5);
-    let rates = RATES.map(|(rate, format, bpp)| (rate, format!("{rate} default"), format, bpp));
+    let setting = |rate: &str| match rate.starts_with("gray") {
+        true => format!("{rate}{FROM_COLOR}"),
+        false => format!("{rate} default"),
+    };
+    let rates = RATES.map(|(rate, format, bpp)| (rate, setting(rate), format, bpp));
     for (rate, setting, format, bpp) in rates.into_iter().chain([two_levels]) {
         let thesis = published::RATES.iter().find(|(name, ..)| *name == rate);
         let thesis = thesis.map_or(String::new(), |(.., psnr)| format!("{psnr:.1}"));

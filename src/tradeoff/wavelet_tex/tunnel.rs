@@ -60,13 +60,10 @@ const LENGTH: f32 = 60.0;
 /// A filter, and the hardware's like it.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
-    /// Ours.
     pub filter: WaveletFilter,
-    /// Its name.
     pub name: &'static str,
     /// Decoded pixels that it blends.
     pub pixels: f64,
-    /// The name of the hardware's.
     pub hardware: &'static str,
 }
 
@@ -129,9 +126,6 @@ const FORMATS: [(&str, f64, TextureFormat); 3] = [
 ];
 
 /// The rows of `picture`, which tiles, in a frame of `size` pixels, and what rendered them.
-///
-/// # Errors
-/// [`TradeoffError`] when the picture cannot be encoded, rendered or compared.
 pub fn rows(
     picture: &RgbImage,
     filters: &[Filter],
@@ -349,7 +343,6 @@ fn base() -> StandardMaterial {
     }
 }
 
-/// The inside of a cylinder along Z.
 fn tunnel() -> Mesh {
     let cylinder = Cylinder::new(1.0, LENGTH)
         .mesh()

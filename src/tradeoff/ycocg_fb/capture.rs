@@ -14,9 +14,6 @@ const MAX_FRAMES: u32 = 200;
 const SETTLING_FRAMES: u32 = 3;
 
 /// The frame of Bevy's own camera before tone mapping: scene-linear, as its main texture holds it.
-///
-/// # Errors
-/// Those of the adapter and of rendering.
 pub fn hdr_frame(scene: &TestScene, size: [u32; 2]) -> Result<Rgba32FImage, HeadlessError> {
     let (mut app, _) = scene_app(scene, size, TargetFormat::Float32, Tonemapping::None)?;
     app.capture_f32()
@@ -24,9 +21,6 @@ pub fn hdr_frame(scene: &TestScene, size: [u32; 2]) -> Result<Rgba32FImage, Head
 
 /// What a display shows of Bevy's own camera, with Bevy's default tone mapping, and then of the
 /// same camera packed in each of these ways.
-///
-/// # Errors
-/// Those of the adapter and of rendering.
 pub fn display_frames(
     scene: &TestScene,
     size: [u32; 2],

@@ -27,7 +27,6 @@ use crate::{
 /// Frames before which every pipeline must have been compiled.
 const MAX_FRAMES: u32 = 200;
 
-/// A camera whose cost is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Camera {
     /// Bevy's own with `Hdr`: the reference.
@@ -75,7 +74,6 @@ impl Camera {
     }
 }
 
-/// A scene of overdraw.
 #[derive(Clone, Copy, Debug)]
 struct Load {
     layers: usize,
@@ -112,9 +110,6 @@ const LOADS: [Load; 5] = [
 ];
 
 /// The rows of all cameras under all loads.
-///
-/// # Errors
-/// [`TradeoffError`] when a frame cannot be rendered.
 pub fn rows(plan: &Plan, progress: &ProgressBar) -> Result<Vec<Measurement>, TradeoffError> {
     let Some(size) = plan.picture else {
         return Ok(Vec::new());

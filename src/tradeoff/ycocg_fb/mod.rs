@@ -53,7 +53,6 @@ use crate::{
     record::{Measurement, Report},
 };
 
-/// The study.
 pub const STUDY: Study = Study {
     name: "ycocg_fb",
     measure,
@@ -94,9 +93,6 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
 }
 
 /// The rows of a scene: all settings, the reference first.
-///
-/// # Errors
-/// [`TradeoffError`] when the scene cannot be rendered or its pictures cannot be compared.
 pub fn scene_rows(
     scene: &TestScene,
     size: [u32; 2],
@@ -126,9 +122,6 @@ pub fn scene_rows(
 }
 
 /// The rows of a scene-linear frame: all settings, computed, the reference first.
-///
-/// # Errors
-/// [`TradeoffError::Compare`] when a setting changes the size of the picture.
 pub fn simulated_rows(
     scene: &str,
     frame: &Frame,

@@ -19,9 +19,8 @@ mod shapes;
 mod thin_lines;
 
 pub use scene::TestScene;
-pub(super) use shapes::add;
+pub use shapes::add;
 
-/// All scenes.
 pub const SCENES: [TestScene; 6] = [
     lit::SCENE,
     equal_luminance::SCENE,

@@ -24,11 +24,9 @@ pub struct Setting {
     pub bytes_per_pixel: f64,
     /// Texture fetches of the pass that reads it, a pixel.
     pub fetches: f64,
-    /// How its picture comes about.
     pub picture: Picture,
 }
 
-/// How a picture comes about.
 #[derive(Clone, Copy)]
 pub enum Picture {
     /// On the CPU, from the scene-linear frame of Bevy's camera to another.
@@ -37,7 +35,6 @@ pub enum Picture {
     Display(fn(&Frame) -> Frame),
     /// By a packed camera, and where there is no scene on the CPU.
     Camera {
-        /// How it is packed.
         packed: YCoCgFrameBuffer,
         /// From a scene-linear frame to another.
         store: fn(&Frame) -> Frame,
@@ -122,7 +119,6 @@ pub fn settings() -> Vec<Setting> {
     settings
 }
 
-/// The steps of the ablation.
 fn steps() -> impl Iterator<Item = Setting> {
     const PICTURES: [fn(&Frame) -> Frame; ablation::STEPS.len()] = [
         |f| step(f, 0),

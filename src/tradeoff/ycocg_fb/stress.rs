@@ -15,9 +15,6 @@ pub const EXPOSURES: [(&str, f32); 4] = [
 ];
 
 /// The scenes at other exposures, with names such as `lit x20`.
-///
-/// # Errors
-/// [`TradeoffError::Render`] when a scene cannot be rendered.
 pub fn exposures(size: [u32; 2]) -> Result<Vec<(String, Frame)>, TradeoffError> {
     let mut frames = Vec::new();
     for scene in &SCENES {
@@ -34,9 +31,6 @@ pub fn exposures(size: [u32; 2]) -> Result<Vec<(String, Frame)>, TradeoffError> 
 }
 
 /// The photographs of the Kodak set, taken as scene-linear frames, where they are.
-///
-/// # Errors
-/// [`TradeoffError::Image`] when one cannot be read.
 pub fn photographs(
     plan: &Plan,
     progress: &ProgressBar,

@@ -22,10 +22,8 @@ use crate::headless::{
 };
 use crate::record::ReportAdapter;
 
-/// Steps of an axis.
 const STEPS: u32 = 48;
 
-/// The grid as a picture.
 const SIZE: [u32; 2] = [STEPS * 8, STEPS * STEPS / 8];
 
 /// Frames before which every pipeline must have been compiled.
@@ -41,9 +39,6 @@ pub struct ToneMap {
 
 impl ToneMap {
     /// Lets a camera fill the table.
-    ///
-    /// # Errors
-    /// Those of the adapter and of rendering.
     pub fn capture() -> Result<Self, HeadlessError> {
         let settings = HeadlessSettings {
             format: TargetFormat::Float32,
@@ -64,7 +59,6 @@ impl ToneMap {
         })
     }
 
-    /// What rendered it.
     pub fn adapter(&self) -> &ReportAdapter {
         &self.adapter
     }

@@ -57,9 +57,9 @@ fn emission_of_any_magnitude() {
 #[test]
 fn lamps_of_any_strength() {
     let set = |world: &mut World, value: f32| {
-        let mut lamps = world.query::<&mut DirectionalLight>();
-        for mut lamp in lamps.iter_mut(world) {
-            lamp.illuminance = value;
+        let mut lights = world.query::<&mut DirectionalLight>();
+        for mut light in lights.iter_mut(world) {
+            light.illuminance = value;
         }
     };
     endures("illuminance", set, 8000.0);

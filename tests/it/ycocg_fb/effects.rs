@@ -26,16 +26,16 @@ use bevy_ycocg_fb::YCoCgFrameBuffer;
 use super::scene::{Studio, clear_to, keep, lit_scene, psnr};
 use crate::support::gpu;
 
-/// Dresses the camera and demands a PSNR for each of `Hdr` and fused, where they apply.
+/// Configures the camera and demands a PSNR for each of `Hdr` and fused, where they apply.
 fn check(
     name: &str,
     msaa: Msaa,
     [hdr_db, fused_db]: [Option<f64>; 2],
     studio: impl FnOnce() -> Studio,
-    dress: impl FnOnce(&mut EntityCommands),
+    configure: impl FnOnce(&mut EntityCommands),
 ) {
     let _gpu = gpu();
-    check_in(&mut studio(), name, msaa, [hdr_db, fused_db], dress);
+    check_in(&mut studio(), name, msaa, [hdr_db, fused_db], configure);
 }
 
 /// As [`check`], in a scene that is there already.
@@ -44,9 +44,9 @@ fn check_in(
     name: &str,
     msaa: Msaa,
     [hdr_db, fused_db]: [Option<f64>; 2],
-    dress: impl FnOnce(&mut EntityCommands),
+    configure: impl FnOnce(&mut EntityCommands),
 ) {
-    studio.camera(dress);
+    studio.camera(configure);
     let reference = studio.mode(true, msaa).plain();
     keep(&format!("{name}_plain"), &reference);
     for (hdr, wanted) in [(true, hdr_db), (false, fused_db)] {

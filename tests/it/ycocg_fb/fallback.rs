@@ -32,15 +32,15 @@ use bevy_ycocg_fb::{
 use super::scene::{Studio, clear_to, lit_scene};
 use crate::support::{gpu, skipped};
 
-/// The dressed camera draws the same with and without the component, for this reason.
+/// The configured camera draws the same with and without the component, for this reason.
 fn check(
     studio: &mut Studio,
     settings: YCoCgFrameBuffer,
     reason: Reason,
-    dress: impl FnOnce(&mut EntityCommands),
+    configure: impl FnOnce(&mut EntityCommands),
     undress: impl FnOnce(&mut EntityCommands),
 ) {
-    studio.camera(dress);
+    studio.camera(configure);
     let reference = studio.plain();
     studio.camera(|camera| {
         camera.insert(settings);

@@ -10,8 +10,8 @@
 //! The decoder has the low band anyway. It is coded independently of the details (in alpha, for
 //! example), so the encoder predicts from the decoded low band and stores only the residual. That
 //! gains 0.7 dB on the Kodak images in gray at 2 bits per pixel without any bits
-//! (`Method::OneFetch` is the same codec without prediction; `wavelet-tex bench FOLDER --study`
-//! measures both).
+//! (`Method::OneFetch` is the same codec without prediction; `wavelet-tex bench --method` measures
+//! both).
 
 use super::{haar::Details, plane::Plane};
 

@@ -16,7 +16,6 @@ use crate::{
     tradeoff::study::{TradeoffError, note},
 };
 
-/// The reference of the rows.
 pub(super) const EXACT: &str = "exact normals";
 
 /// The rows of the generated maps, and of the maps in a folder.

@@ -32,7 +32,6 @@ const AT_GREEN: Kernel = Kernel {
     diagonal: -1.0,
 };
 
-/// Red at blue and blue at red.
 const AT_OPPOSITE: Kernel = Kernel {
     center: 6.0,
     along: [0.0, -1.5],
@@ -49,7 +48,6 @@ fn stored_channel(x: u32, y: u32) -> usize {
     }
 }
 
-/// Stores and loads an encoded picture.
 pub fn bayer(picture: &Frame) -> Frame {
     let mosaic = Frame::from_fn(picture.size, |x, y| {
         [quantized(picture.at(x, y)[stored_channel(x, y)], 255.0, 0.0); 3]

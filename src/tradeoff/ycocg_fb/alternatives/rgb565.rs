@@ -5,7 +5,6 @@ use super::{
     dither::{quantized, threshold},
 };
 
-/// Stores and loads an encoded picture.
 pub fn rgb565(picture: &Frame) -> Frame {
     Frame::from_fn(picture.size, |x, y| {
         let [r, g, b] = picture.at(x, y);

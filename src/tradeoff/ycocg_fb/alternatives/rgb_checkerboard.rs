@@ -9,7 +9,6 @@ use bevy_ycocg_fb::reference::{
 
 use super::{super::frame::Frame, dither::quantized};
 
-/// Stores and loads an encoded picture.
 pub fn rgb_checkerboard(picture: &Frame) -> Frame {
     let stored = Frame::from_fn(picture.size, |x, y| {
         let [r, g, b] = picture.at(x, y);

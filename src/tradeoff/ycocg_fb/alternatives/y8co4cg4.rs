@@ -14,7 +14,6 @@ use super::{
 const LEVELS: f32 = 15.0;
 const BIAS: f32 = 8.0 / LEVELS;
 
-/// Stores and loads an encoded picture.
 pub fn y8co4cg4(picture: &Frame) -> Frame {
     Frame::from_fn(picture.size, |x, y| {
         let color = ycocg_from_rgb(picture.at(x, y));

@@ -11,7 +11,6 @@ pub(super) const SCENE: TestScene = TestScene {
     ..lit::SCENE
 };
 
-/// Of the light of the lit scene.
 const LIGHT: f32 = 1.0 / 50.0;
 
 fn spawn(world: &mut World, size: UVec2) {

@@ -1,4 +1,4 @@
-//! Lamps of a luminance of 10,000 beside black.
+//! Lights of a luminance of 10,000 beside black.
 
 use bevy::prelude::*;
 
@@ -14,7 +14,7 @@ pub(super) const SCENE: TestScene = TestScene {
     spawn,
 };
 
-/// Colours of the lamps, the largest channel 1.
+/// Colours of the lights, the largest channel 1.
 const COLORS: [[f32; 3]; 5] = [
     [1.0, 0.45, 0.12],
     [0.35, 0.6, 1.0],

@@ -15,7 +15,6 @@ use crate::headless::LabTarget;
 pub struct TestScene {
     /// Its name in the records.
     pub name: &'static str,
-    /// What it looks like.
     pub description: &'static str,
     pub(super) view: View,
     pub(super) spawn: fn(&mut World, UVec2),

@@ -5,16 +5,9 @@ use image::{DynamicImage, RgbImage};
 
 use crate::content::{self, mipped_texture};
 
-/// Seed of the textures.
 pub(super) const SEED: u64 = 7;
 
-/// Adds a mesh with a material of Bevy.
-pub(in crate::tradeoff::ycocg_fb) fn add(
-    world: &mut World,
-    mesh: impl Into<Mesh>,
-    material: StandardMaterial,
-    pose: Transform,
-) {
+pub fn add(world: &mut World, mesh: impl Into<Mesh>, material: StandardMaterial, pose: Transform) {
     let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
     let material = world
         .resource_mut::<Assets<StandardMaterial>>()
@@ -22,13 +15,11 @@ pub(in crate::tradeoff::ycocg_fb) fn add(
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material), pose));
 }
 
-/// Adds an image as a texture of colours.
 pub(super) fn color_texture(world: &mut World, image: RgbImage) -> Handle<Image> {
     let texture = mipped_texture(&DynamicImage::from(image).into_rgba8(), true);
     world.resource_mut::<Assets<Image>>().add(texture)
 }
 
-/// A material with colours and relief.
 pub(super) fn textured(world: &mut World, source: content::Material) -> StandardMaterial {
     let normal = mipped_texture(&DynamicImage::from(source.normal).into_rgba8(), false);
     StandardMaterial {

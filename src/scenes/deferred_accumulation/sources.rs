@@ -1,4 +1,4 @@
-//! The lamps on the GPU.
+//! The lights on the GPU.
 
 use bevy::{
     prelude::*,
@@ -8,33 +8,32 @@ use bevy::{
     },
 };
 
-use super::settings::{Lamp, Lamps, MAX_LAMPS};
+use super::settings::{LightSource, LightSources, MAX_SOURCES};
 
 /// The uniform buffer of lights in `light.wesl`.
 #[derive(Clone, Default, ShaderType)]
-pub struct LampsUniform {
-    lamps: [Lamp; MAX_LAMPS],
+pub struct SourcesUniform {
+    sources: [LightSource; MAX_SOURCES],
 }
 
-/// The lamps' buffer and their number.
+/// The lights' buffer and their number.
 #[derive(Resource, Default)]
-pub struct LampsBuffer {
+pub struct SourcesBuffer {
     /// All of them; unused ones are dark.
-    pub buffer: UniformBuffer<LampsUniform>,
+    pub buffer: UniformBuffer<SourcesUniform>,
     /// How many to draw.
     pub count: u32,
 }
 
-/// Writes the lamps of this frame.
 pub fn prepare(
-    lamps: Res<Lamps>,
-    mut buffer: ResMut<LampsBuffer>,
+    sources: Res<LightSources>,
+    mut buffer: ResMut<SourcesBuffer>,
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
-    let shown = &lamps.0[..lamps.0.len().min(MAX_LAMPS)];
-    let mut uniform = LampsUniform::default();
-    uniform.lamps[..shown.len()].copy_from_slice(shown);
+    let shown = &sources.0[..sources.0.len().min(MAX_SOURCES)];
+    let mut uniform = SourcesUniform::default();
+    uniform.sources[..shown.len()].copy_from_slice(shown);
     buffer.count = shown.len() as u32;
     buffer.buffer.set(uniform);
     buffer.buffer.write_buffer(&device, &queue);

@@ -1,4 +1,4 @@
-//! What the switches make of materials.
+//! The materials that the switches select.
 
 use std::collections::HashMap;
 
@@ -13,25 +13,25 @@ use bevy_wavelet_tex::{
 use super::{
     figures::TextureBytes,
     hall::Matter,
-    stage::Dressed,
+    stage::HasMatter,
     textures::{Role, Textures},
 };
-use crate::runner::{Knobs, Side};
+use crate::runner::{SceneSettings, Side};
 
 /// Bevy's own materials, by matter, with the bytes of their textures.
 #[derive(Resource, Default)]
 pub struct PlainMaterials(HashMap<Matter, (Handle<StandardMaterial>, u64)>);
 
-/// Makes Bevy's own materials and gives them to before: they hang on no switch.
+/// Makes Bevy's own materials and gives them to before: they depend on no switch.
 pub fn before(
     mut commands: Commands,
     textures: Res<Textures>,
     mut plain: ResMut<PlainMaterials>,
     mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
-    parts: Query<(Entity, &Side, &Dressed)>,
+    parts: Query<(Entity, &Side, &HasMatter)>,
 ) {
-    for (entity, side, &Dressed(matter)) in &parts {
+    for (entity, side, &HasMatter(matter)) in &parts {
         let (material, _) = plain.0.entry(matter).or_insert_with(|| {
             let mut bytes = 0;
             let mut add = |role| {
@@ -54,62 +54,63 @@ pub fn before(
     }
 }
 
-/// The materials of after, again whenever a knob changes.
+/// The materials of after, again whenever a setting changes.
 pub fn after(
     mut commands: Commands,
-    knobs: Res<Knobs>,
+    settings: Res<SceneSettings>,
     plain: Res<PlainMaterials>,
     materials: Res<Assets<StandardMaterial>>,
     mut bytes: ResMut<TextureBytes>,
     mut wavelet: WaveletMaterials,
     mut ewa: ResMut<Assets<EwaStandardMaterial>>,
-    parts: Query<(Entity, &Side, &Dressed)>,
+    parts: Query<(Entity, &Side, &HasMatter)>,
 ) {
-    let rate = Rate::from_name(knobs.choice("color_rate")).unwrap_or(Rate::Color3);
-    let mut dresses: HashMap<Matter, Dress> = HashMap::new();
+    let rate = Rate::from_name(settings.choice("color_rate")).unwrap_or(Rate::Color3);
+    let mut selected: HashMap<Matter, SelectedMaterial> = HashMap::new();
     *bytes = TextureBytes::default();
     for (&matter, (material, plain_bytes)) in &plain.0 {
-        let (dress, dress_bytes) = if matter == Matter::Tiles && knobs.toggle("ewa") {
+        let (material, selected_bytes) = if matter == Matter::Tiles && settings.toggle("ewa") {
             let base = materials.get(material).cloned().unwrap_or_default();
-            let extension = ewa_settings(&knobs).into();
+            let extension = ewa_settings(&settings).into();
             let material = ewa.add(EwaStandardMaterial { base, extension });
-            (Dress::Ewa(material), *plain_bytes)
-        } else if matter != Matter::Tiles && knobs.toggle("wavelet_tex") {
+            (SelectedMaterial::Ewa(material), *plain_bytes)
+        } else if matter != Matter::Tiles && settings.toggle("wavelet_tex") {
             let (material, bytes) = wavelet.make(matter, rate);
-            (Dress::Wavelet(material), bytes)
+            (SelectedMaterial::Wavelet(material), bytes)
         } else {
-            (Dress::Plain(material.clone()), *plain_bytes)
+            (SelectedMaterial::Plain(material.clone()), *plain_bytes)
         };
-        dresses.insert(matter, dress);
+        selected.insert(matter, material);
         bytes.before += plain_bytes;
-        bytes.after += dress_bytes;
+        bytes.after += selected_bytes;
     }
-    for (entity, side, Dressed(matter)) in &parts {
-        let Some(dress) = dresses.get(matter).filter(|_| *side == Side::After) else {
+    for (entity, side, HasMatter(matter)) in &parts {
+        let Some(material) = selected.get(matter).filter(|_| *side == Side::After) else {
             continue;
         };
         let mut entity = commands.entity(entity);
         // Nobody can read the mean of compressed blocks: who encoded them tells it.
-        match dress {
-            Dress::Wavelet(_) => entity.insert(wavelet.sources.surface(*matter)),
-            Dress::Plain(_) | Dress::Ewa(_) => entity.remove::<MeshVoxelMaterial>(),
+        match material {
+            SelectedMaterial::Wavelet(_) => entity.insert(wavelet.sources.surface(*matter)),
+            SelectedMaterial::Plain(_) | SelectedMaterial::Ewa(_) => {
+                entity.remove::<MeshVoxelMaterial>()
+            }
         };
         entity.remove::<(
             MeshMaterial3d<StandardMaterial>,
             MeshMaterial3d<WaveletStandardMaterial>,
             MeshMaterial3d<EwaStandardMaterial>,
         )>();
-        match dress.clone() {
-            Dress::Plain(material) => entity.insert(MeshMaterial3d(material)),
-            Dress::Wavelet(material) => entity.insert(MeshMaterial3d(material)),
-            Dress::Ewa(material) => entity.insert(MeshMaterial3d(material)),
+        match material.clone() {
+            SelectedMaterial::Plain(material) => entity.insert(MeshMaterial3d(material)),
+            SelectedMaterial::Wavelet(material) => entity.insert(MeshMaterial3d(material)),
+            SelectedMaterial::Ewa(material) => entity.insert(MeshMaterial3d(material)),
         };
     }
 }
 
-/// A material of one of three types.
 #[derive(Clone)]
-enum Dress {
+enum SelectedMaterial {
     Plain(Handle<StandardMaterial>),
     Wavelet(Handle<WaveletStandardMaterial>),
     Ewa(Handle<EwaStandardMaterial>),
@@ -157,8 +158,8 @@ impl WaveletMaterials<'_> {
     }
 }
 
-fn ewa_settings(knobs: &Knobs) -> EwaSettings {
-    EwaSettings::with_method(match knobs.choice("ewa_method") {
+fn ewa_settings(settings: &SceneSettings) -> EwaSettings {
+    EwaSettings::with_method(match settings.choice("ewa_method") {
         "reference" => EwaMethod::Reference,
         "bilinear" => EwaMethod::Bilinear,
         "approximate" => EwaMethod::Approximate {

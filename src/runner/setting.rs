@@ -2,19 +2,16 @@
 
 use std::{fmt, ops::RangeInclusive};
 
-/// Kind, range and default of a knob.
+/// Kind, range and default of a setting.
 #[derive(Clone, Debug, PartialEq)]
-pub enum KnobKind {
-    /// On or off.
+pub enum SettingKind {
     Toggle {
-        /// Value at the start.
         default: bool,
     },
     /// A real number.
     Float {
         /// Value at the start, within the range.
         default: f32,
-        /// Allowed values.
         range: RangeInclusive<f32>,
         /// Unit to show, empty for a pure number.
         unit: &'static str,
@@ -23,39 +20,36 @@ pub enum KnobKind {
     Integer {
         /// Value at the start, within the range.
         default: u32,
-        /// Allowed values.
         range: RangeInclusive<u32>,
         /// Unit to show, empty for a pure number.
         unit: &'static str,
     },
-    /// One of several names.
     Choice {
         /// Index of the name at the start.
         default: usize,
-        /// The names.
         names: &'static [&'static str],
     },
 }
 
 /// A value that the user may change.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Knob {
+pub struct SceneSetting {
     /// Name in the panel and on the command line, in `snake_case`.
     pub name: &'static str,
     /// What it does, in a few words.
     pub help: &'static str,
     /// Kind, range and default.
-    pub kind: KnobKind,
+    pub kind: SettingKind,
 }
 
-impl Knob {
-    /// A knob that is on or off.
+impl SceneSetting {
+    /// A setting that is on or off.
     pub fn toggle(name: &'static str, help: &'static str, default: bool) -> Self {
-        let kind = KnobKind::Toggle { default };
+        let kind = SettingKind::Toggle { default };
         Self { name, help, kind }
     }
 
-    /// A knob for a real number in `unit`s.
+    /// A setting for a real number in `unit`s.
     pub fn float(
         name: &'static str,
         help: &'static str,
@@ -63,7 +57,7 @@ impl Knob {
         range: RangeInclusive<f32>,
         unit: &'static str,
     ) -> Self {
-        let kind = KnobKind::Float {
+        let kind = SettingKind::Float {
             default,
             range,
             unit,
@@ -71,7 +65,7 @@ impl Knob {
         Self { name, help, kind }
     }
 
-    /// A knob for a whole number in `unit`s.
+    /// A setting for a whole number in `unit`s.
     pub fn integer(
         name: &'static str,
         help: &'static str,
@@ -79,7 +73,7 @@ impl Knob {
         range: RangeInclusive<u32>,
         unit: &'static str,
     ) -> Self {
-        let kind = KnobKind::Integer {
+        let kind = SettingKind::Integer {
             default,
             range,
             unit,
@@ -87,14 +81,14 @@ impl Knob {
         Self { name, help, kind }
     }
 
-    /// A knob for one of several names; `default` is an index.
+    /// A setting for one of several names; `default` is an index.
     pub fn choice(
         name: &'static str,
         help: &'static str,
         default: usize,
         names: &'static [&'static str],
     ) -> Self {
-        let kind = KnobKind::Choice { default, names };
+        let kind = SettingKind::Choice { default, names };
         Self { name, help, kind }
     }
 
@@ -102,60 +96,60 @@ impl Knob {
     pub fn range_text(&self) -> String {
         let with_unit = |text: String, unit: &str| format!("{text} {unit}").trim_end().into();
         match &self.kind {
-            KnobKind::Toggle { .. } => "true or false".into(),
-            KnobKind::Float { range, unit, .. } => {
+            SettingKind::Toggle { .. } => "true or false".into(),
+            SettingKind::Float { range, unit, .. } => {
                 with_unit(format!("{} to {}", range.start(), range.end()), unit)
             }
-            KnobKind::Integer { range, unit, .. } => {
+            SettingKind::Integer { range, unit, .. } => {
                 with_unit(format!("{} to {}", range.start(), range.end()), unit)
             }
-            KnobKind::Choice { names, .. } => names.join(", "),
+            SettingKind::Choice { names, .. } => names.join(", "),
         }
     }
 
-    pub(super) fn default_value(&self) -> KnobValue {
+    pub(super) fn default_value(&self) -> SettingValue {
         match &self.kind {
-            KnobKind::Toggle { default } => KnobValue::Toggle(*default),
-            KnobKind::Float { default, .. } => KnobValue::Float(*default),
-            KnobKind::Integer { default, .. } => KnobValue::Integer(*default),
-            KnobKind::Choice { default, names } => KnobValue::Choice(names[*default]),
+            SettingKind::Toggle { default } => SettingValue::Toggle(*default),
+            SettingKind::Float { default, .. } => SettingValue::Float(*default),
+            SettingKind::Integer { default, .. } => SettingValue::Integer(*default),
+            SettingKind::Choice { default, names } => SettingValue::Choice(names[*default]),
         }
     }
 
-    pub(super) fn parse(&self, text: &str) -> Option<KnobValue> {
+    pub(super) fn parse(&self, text: &str) -> Option<SettingValue> {
         match &self.kind {
-            KnobKind::Toggle { .. } => text.parse().ok().map(KnobValue::Toggle),
-            KnobKind::Float { range, .. } => {
+            SettingKind::Toggle { .. } => text.parse().ok().map(SettingValue::Toggle),
+            SettingKind::Float { range, .. } => {
                 let value = text.parse().ok()?;
-                range.contains(&value).then_some(KnobValue::Float(value))
+                range.contains(&value).then_some(SettingValue::Float(value))
             }
-            KnobKind::Integer { range, .. } => {
+            SettingKind::Integer { range, .. } => {
                 let value = text.parse().ok()?;
-                range.contains(&value).then_some(KnobValue::Integer(value))
+                range
+                    .contains(&value)
+                    .then_some(SettingValue::Integer(value))
             }
-            KnobKind::Choice { names, .. } => {
+            SettingKind::Choice { names, .. } => {
                 let name = names.iter().find(|name| **name == text)?;
-                Some(KnobValue::Choice(name))
+                Some(SettingValue::Choice(name))
             }
         }
     }
 }
 
-/// The value of a knob, of its kind.
+/// The value of a setting, of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[serde(untagged)]
-pub enum KnobValue {
-    /// On or off.
+pub enum SettingValue {
     Toggle(bool),
     /// A real number.
     Float(f32),
     /// A whole number.
     Integer(u32),
-    /// The chosen name.
     Choice(&'static str),
 }
 
-impl fmt::Display for KnobValue {
+impl fmt::Display for SettingValue {
     /// As it is written in `name=value`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
