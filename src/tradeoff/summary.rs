@@ -40,6 +40,33 @@ pub enum Better {
 }
 
 impl Quantity {
+    /// A quantity of which users want little.
+    pub fn less(name: &'static str, unit: &'static str, decimals: usize) -> Self {
+        Self {
+            name,
+            unit,
+            decimals,
+            better: Better::Less,
+            logarithmic_from: None,
+        }
+    }
+
+    /// A quantity of which users want much.
+    pub fn more(name: &'static str, unit: &'static str, decimals: usize) -> Self {
+        Self {
+            better: Better::More,
+            ..Self::less(name, unit, decimals)
+        }
+    }
+
+    /// The same on a logarithmic axis.
+    pub fn logarithmic_from(self, least: f64) -> Self {
+        Self {
+            logarithmic_from: Some(least),
+            ..self
+        }
+    }
+
     /// Whether `a` is at least as good as `b`.
     pub fn as_good(&self, a: f64, b: f64) -> bool {
         match self.better {

@@ -1,5 +1,6 @@
 //! Colour spaces of FLIP: sRGB to YCxCz, and the perceived distance of two filtered colours.
 
+use bevy_wavelet_tex::codec::color::linear_from_srgb;
 use image::RgbImage;
 use rayon::prelude::*;
 
@@ -130,14 +131,6 @@ fn hunt_lab(rgb: [f32; 3]) -> [f32; 3] {
 /// HyAB distance: city-block in lightness, Euclidean in chroma, which suits large differences.
 fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
-}
-
-fn linear_from_srgb(encoded: f32) -> f32 {
-    if encoded <= 0.04045 {
-        encoded / 12.92
-    } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
-    }
 }
 
 fn relative_to_white(xyz: [f32; 3]) -> [f32; 3] {

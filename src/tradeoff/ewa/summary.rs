@@ -3,7 +3,7 @@
 use super::scenes::SCENES;
 use crate::{
     record::Report,
-    tradeoff::summary::{Better, Choice, Need, Quantity, Source, Summary, means},
+    tradeoff::summary::{Choice, Need, Quantity, Source, Summary, means},
 };
 
 /// The thesis's methods on a GTX 460 (Table 5.1): mean squared error against its reference, and
@@ -58,20 +58,8 @@ pub fn summary(report: &Report) -> Summary {
     });
     Summary {
         title: "bevy_ewa: error against time".into(),
-        error: Quantity {
-            name: "mean squared error against exact EWA",
-            unit: "",
-            decimals: 2,
-            better: Better::Less,
-            logarithmic_from: Some(1e-3),
-        },
-        cost: Quantity {
-            name: "time",
-            unit: unit_name,
-            decimals: 2,
-            better: Better::Less,
-            logarithmic_from: Some(1e-3),
-        },
+        error: Quantity::less("mean squared error against exact EWA", "", 2).logarithmic_from(1e-3),
+        cost: Quantity::less("time", unit_name, 2).logarithmic_from(1e-3),
         choices: measured.chain(published).collect(),
         needs: vec![
             Need::LeastError,

@@ -2,7 +2,7 @@
 
 use crate::{
     record::{Measurement, Report},
-    tradeoff::summary::{Better, Choice, Need, Quantity, Source, Summary, means},
+    tradeoff::summary::{Choice, Need, Quantity, Source, Summary, means},
 };
 
 /// Mean relative error over all scenes with path-traced light, and the time of the plugin's passes.
@@ -24,20 +24,8 @@ pub fn summary(report: &Report) -> Summary {
     });
     Summary {
         title: "bevy_voxel_gi: error of the bounced light against time".into(),
-        error: Quantity {
-            name: "relative error",
-            unit: "%",
-            decimals: 1,
-            better: Better::Less,
-            logarithmic_from: Some(0.1),
-        },
-        cost: Quantity {
-            name: "time of the volume, renewed in full",
-            unit: "ms",
-            decimals: 1,
-            better: Better::Less,
-            logarithmic_from: Some(1e-3),
-        },
+        error: Quantity::less("relative error", "%", 1).logarithmic_from(0.1),
+        cost: Quantity::less("time of the volume, renewed in full", "ms", 1).logarithmic_from(1e-3),
         choices: choices.collect(),
         needs: vec![
             Need::LeastError,

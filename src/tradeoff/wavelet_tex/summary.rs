@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{encoded::ORIGINAL, published::RATES};
 use crate::{
     record::Report,
-    tradeoff::summary::{Better, Choice, Need, Quantity, Source, Summary, means},
+    tradeoff::summary::{Choice, Need, Quantity, Source, Summary, means},
 };
 
 /// How many images the Kodak set has. Other figures are comparable with means of all of them only.
@@ -59,20 +59,8 @@ pub fn summary(report: &Report) -> Summary {
     });
     Summary {
         title: "bevy_wavelet_tex: quality of photographs against memory".into(),
-        error: Quantity {
-            name: "mean PSNR",
-            unit: "dB",
-            decimals: 1,
-            better: Better::More,
-            logarithmic_from: None,
-        },
-        cost: Quantity {
-            name: "memory",
-            unit: "bits per pixel",
-            decimals: 2,
-            better: Better::Less,
-            logarithmic_from: None,
-        },
+        error: Quantity::more("mean PSNR", "dB", 1),
+        cost: Quantity::less("memory", "bits per pixel", 2),
         choices: measured
             .chain(published.filter(|_| kodak == KODAK))
             .collect(),

@@ -3,7 +3,7 @@
 use super::{cost::NO_OVERDRAW, scenes::SCENES, settings::REFERENCE};
 use crate::{
     record::Report,
-    tradeoff::summary::{Better, Choice, Need, Quantity, Source, Summary, means},
+    tradeoff::summary::{Choice, Need, Quantity, Source, Summary, means},
 };
 
 /// PSNR of rounding to 8 bits, a mean squared error of 1/12: pictures that are equal after it may
@@ -40,20 +40,8 @@ pub fn summary(report: &Report) -> Summary {
     });
     Summary {
         title: "bevy_ycocg_fb: quality against time, half the memory of Rgba16Float".into(),
-        error: Quantity {
-            name: "mean PSNR",
-            unit: "dB",
-            decimals: 1,
-            better: Better::More,
-            logarithmic_from: None,
-        },
-        cost: Quantity {
-            name: "time of an empty frame",
-            unit: "of Bevy's own",
-            decimals: 2,
-            better: Better::Less,
-            logarithmic_from: None,
-        },
+        error: Quantity::more("mean PSNR", "dB", 1),
+        cost: Quantity::less("time of an empty frame", "of Bevy's own", 2),
         choices: choices.collect(),
         needs: vec![Need::LeastCost, Need::Error(45.0), Need::LeastError],
     }
