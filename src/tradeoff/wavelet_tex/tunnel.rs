@@ -11,34 +11,28 @@
 //! which is a frame's less that of one without a texture, where the hardware's sampling is a tenth of
 //! its frame at least: less is noise. Times are the GPU's where it gives them.
 
+mod filters;
+mod stage;
+
 use std::collections::BTreeMap;
 
 use bevy::{
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
-    image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
-    math::Affine2,
     prelude::*,
-    render::{
-        RenderApp, render_asset::RenderAssets, render_resource::TextureFormat, texture::GpuImage,
-    },
+    render::{RenderApp, render_asset::RenderAssets, texture::GpuImage},
 };
 use bevy_wavelet_tex::{
-    WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
-    WaveletTexture,
-    codec::{
-        blocks::{BlockQuality, Texel, encode_bc1, encode_bc7},
-        image::WaveletImage,
-        rate::Rate,
-        settings::Effort,
-    },
+    WaveletTexPlugin,
+    codec::{rate::Rate, settings::Effort},
 };
-use image::{RgbImage, RgbaImage, buffer::ConvertBuffer};
+use image::RgbImage;
 use indicatif::ProgressBar;
 
-use super::encoded::{encoded, fetched_bytes, fetches};
+pub use self::filters::{FILTERS, Filter};
+use self::stage::{show, spawn_hardware, spawn_ours, tunnel};
+use super::encoded::encoded;
 use crate::{
-    content,
-    headless::{AwaitedAssets, HeadlessApp, HeadlessSettings, LabTarget},
+    headless::{HeadlessApp, HeadlessSettings, LabTarget},
     metrics::compare,
     record::{Measurement, ReportAdapter},
     tradeoff::{
@@ -53,77 +47,6 @@ const MAX_FRAMES: u32 = 200;
 
 /// Frames after which those of the setting before have given their times.
 const SETTLING_FRAMES: u32 = 2;
-
-/// Of the tunnel, in metres; its radius is 1.
-const LENGTH: f32 = 60.0;
-
-/// A filter, and the hardware's like it.
-#[derive(Clone, Copy, Debug)]
-pub struct Filter {
-    pub filter: WaveletFilter,
-    pub name: &'static str,
-    /// Decoded pixels that it blends.
-    pub pixels: f64,
-    pub hardware: &'static str,
-}
-
-/// All of them. An anisotropic sample of ours is a bilinear one (up to 16 where a footprint is long and
-/// narrow) and one of the texture unit, which is not counted.
-pub const FILTERS: [Filter; 6] = [
-    Filter::new(WaveletFilter::Nearest, "nearest", 1.0, "nearest"),
-    Filter::new(
-        WaveletFilter::NearestMipLinear,
-        "nearest mip linear",
-        2.0,
-        "nearest mip linear",
-    ),
-    Filter::new(WaveletFilter::Bilinear, "bilinear", 4.0, "bilinear"),
-    Filter::new(
-        WaveletFilter::OneFetchTrilinear,
-        "one fetch trilinear",
-        4.0,
-        "trilinear",
-    ),
-    Filter::new(WaveletFilter::Trilinear, "trilinear", 8.0, "trilinear"),
-    Filter::new(
-        WaveletFilter::Anisotropic,
-        "anisotropic",
-        4.0,
-        "anisotropic",
-    ),
-];
-
-impl Filter {
-    const fn new(
-        filter: WaveletFilter,
-        name: &'static str,
-        pixels: f64,
-        hardware: &'static str,
-    ) -> Self {
-        Self {
-            filter,
-            name,
-            pixels,
-            hardware,
-        }
-    }
-}
-
-/// The hardware's filters with the texels that they blend.
-const HARDWARE: [(&str, f64); 5] = [
-    ("nearest", 1.0),
-    ("nearest mip linear", 2.0),
-    ("bilinear", 4.0),
-    ("trilinear", 8.0),
-    ("anisotropic", 128.0),
-];
-
-/// Formats of the hardware's rows: name, bytes of a texel, format.
-const FORMATS: [(&str, f64, TextureFormat); 3] = [
-    ("rgba8", 4.0, TextureFormat::Rgba8UnormSrgb),
-    ("bc7", 1.0, TextureFormat::Bc7RgbaUnormSrgb),
-    ("bc1", 0.5, TextureFormat::Bc1RgbaUnormSrgb),
-];
 
 /// The rows of `picture`, which tiles, in a frame of `size` pixels, and what rendered them.
 pub fn rows(
@@ -206,207 +129,6 @@ pub fn rows(
         );
     }
     Ok((adapter, rows))
-}
-
-/// A material in a tunnel of its own, and its row so far.
-struct Setting {
-    entity: Entity,
-    images: Vec<Handle<Image>>,
-    row: Measurement,
-}
-
-impl Setting {
-    fn new(entity: Entity, images: Vec<Handle<Image>>, row: Measurement) -> Self {
-        let row = Measurement {
-            scene: "tunnel".into(),
-            ..row
-        };
-        Self {
-            entity,
-            images,
-            row,
-        }
-    }
-}
-
-/// A tunnel without a texture, and the hardware's own filters.
-fn spawn_hardware(
-    world: &mut World,
-    tunnel: &Handle<Mesh>,
-    picture: &RgbImage,
-    filters: &[Filter],
-) -> Vec<Setting> {
-    let row = Measurement {
-        setting: "no texture".into(),
-        reference: "nothing".into(),
-        fetches: Some(0.0),
-        fetched_bytes: Some(0.0),
-        ..Measurement::default()
-    };
-    let entity = spawn_standard(world, tunnel, None);
-    let mut settings = vec![Setting::new(entity, Vec::new(), row)];
-    let rgba: RgbaImage = picture.convert();
-    for (format_name, texel_bytes, format) in FORMATS {
-        let image = hardware_texture(&rgba, format);
-        for (filter, texels) in HARDWARE {
-            if !filters.iter().any(|f| f.hardware == filter) {
-                continue;
-            }
-            let mut image = image.clone();
-            image.sampler = sampler(filter);
-            let image = world.resource_mut::<Assets<Image>>().add(image);
-            let row = Measurement {
-                setting: format!("{format_name} {filter}"),
-                reference: format!("rgba8 {filter}"),
-                fetches: Some(1.0),
-                fetched_bytes: Some(texels * texel_bytes),
-                ..Measurement::default()
-            };
-            let entity = spawn_standard(world, tunnel, Some(image.clone()));
-            settings.push(Setting::new(entity, vec![image], row));
-        }
-    }
-    settings
-}
-
-fn spawn_ours(
-    world: &mut World,
-    tunnel: &Handle<Mesh>,
-    texture: &WaveletImage,
-    filter: Filter,
-) -> Setting {
-    let handle = world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
-        let mut images = world.resource_mut::<Assets<Image>>();
-        WaveletTexture::add(texture, WaveletStorage::Blocks, &mut textures, &mut images)
-    });
-    let textures = world.resource::<Assets<WaveletTexture>>();
-    let images = textures
-        .get(&handle)
-        .map(|t| t.images.iter().cloned().collect());
-    let extension = WaveletExtension {
-        base_color: Some(handle),
-        filter: filter.filter,
-        ..default()
-    };
-    let material =
-        world
-            .resource_mut::<Assets<WaveletStandardMaterial>>()
-            .add(WaveletStandardMaterial {
-                base: base(),
-                extension,
-            });
-    let row = Measurement {
-        setting: format!("color3 {}", filter.name),
-        reference: format!("rgba8 {}", filter.hardware),
-        fetches: Some(filter.pixels * fetches(texture)),
-        fetched_bytes: Some(filter.pixels * fetched_bytes(texture)),
-        ..Measurement::default()
-    };
-    let entity = world.spawn((
-        Mesh3d(tunnel.clone()),
-        MeshMaterial3d(material),
-        Visibility::Hidden,
-    ));
-    Setting::new(entity.id(), images.unwrap_or_default(), row)
-}
-
-fn spawn_standard(
-    world: &mut World,
-    tunnel: &Handle<Mesh>,
-    image: Option<Handle<Image>>,
-) -> Entity {
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(StandardMaterial {
-            base_color_texture: image.clone(),
-            ..base()
-        });
-    if let Some(image) = image {
-        world
-            .resource_mut::<AwaitedAssets>()
-            .0
-            .push(image.untyped());
-    }
-    let tunnel = Mesh3d(tunnel.clone());
-    world
-        .spawn((tunnel, MeshMaterial3d(material), Visibility::Hidden))
-        .id()
-}
-
-/// What all materials share: four textures around, a texture for every 1.5 metres.
-fn base() -> StandardMaterial {
-    StandardMaterial {
-        unlit: true,
-        cull_mode: None,
-        uv_transform: Affine2::from_scale(Vec2::new(4.0, LENGTH / 1.5)),
-        ..default()
-    }
-}
-
-fn tunnel() -> Mesh {
-    let cylinder = Cylinder::new(1.0, LENGTH)
-        .mesh()
-        .resolution(64)
-        .without_caps();
-    Mesh::from(cylinder).rotated_by(Quat::from_rotation_x(std::f32::consts::FRAC_PI_2))
-}
-
-/// Shows one tunnel and hides the others.
-fn show(world: &mut World, shown: Entity) {
-    let mut tunnels = world.query_filtered::<(Entity, &mut Visibility), With<Mesh3d>>();
-    for (entity, mut visibility) in tunnels.iter_mut(world) {
-        visibility.set_if_neq(if entity == shown {
-            Visibility::Visible
-        } else {
-            Visibility::Hidden
-        });
-    }
-}
-
-/// The picture with mips in one of the hardware's formats.
-fn hardware_texture(picture: &RgbaImage, format: TextureFormat) -> Image {
-    let mut image = content::mipped_texture(picture, true);
-    let data = image.data.take().unwrap_or_default();
-    let mut blocks = Vec::new();
-    let mut start = 0;
-    for level in 0..image.texture_descriptor.mip_level_count {
-        let size = [picture.width(), picture.height()].map(|s| (s >> level).max(1));
-        let end = start + 4 * (size[0] * size[1]) as usize;
-        let texels: &[Texel] = bytemuck::cast_slice(&data[start..end]);
-        start = end;
-        match format {
-            TextureFormat::Bc7RgbaUnormSrgb => blocks.extend(encode_bc7(size, [1; 3], |x, y| {
-                let [r, g, b, _] = texels[(y * size[0] + x) as usize];
-                [r, g, b].map(|v| f32::from(v) / 255.0)
-            })),
-            TextureFormat::Bc1RgbaUnormSrgb => {
-                blocks.extend(encode_bc1(texels, size, BlockQuality::High));
-            }
-            _ => blocks.extend_from_slice(texels.as_flattened()),
-        }
-    }
-    image.data = Some(blocks);
-    image.texture_descriptor.format = format;
-    image
-}
-
-fn sampler(filter: &str) -> ImageSampler {
-    let [nearest, linear] = [ImageFilterMode::Nearest, ImageFilterMode::Linear];
-    let (within, between) = match filter {
-        "nearest" => (nearest, nearest),
-        "nearest mip linear" => (nearest, linear),
-        "bilinear" => (linear, nearest),
-        _ => (linear, linear),
-    };
-    ImageSampler::Descriptor(ImageSamplerDescriptor {
-        address_mode_u: ImageAddressMode::Repeat,
-        address_mode_v: ImageAddressMode::Repeat,
-        mag_filter: within,
-        min_filter: within,
-        mipmap_filter: between,
-        anisotropy_clamp: if filter == "anisotropic" { 16 } else { 1 },
-        ..default()
-    })
 }
 
 /// Bytes of all levels and layers of the textures that the GPU has for these images.

@@ -23,15 +23,18 @@
 //! | [`predict`] | prediction of the detail bands from the low band | |
 //! | [`quantizer`] | range and power curve of the detail coefficients | 3.5.2 |
 //! | [`blocks`] | BC blocks | 3.4.2 |
-//! | [`wavelet`] | conversion of one plane to blocks and back | 3.5.3 |
+//! | [`wavelet`], `pack` | conversion of one plane to coefficients, to blocks and back | 3.5.3 |
 //! | [`layout`] | sizes of planes, their textures and mip chains | |
-//! | [`encoder`], [`settings`], `search` | the whole encoder, its settings, and the search for its parameters | 3.5.2 |
+//! | [`encoder`], `job`, `check` | the whole encoder: of an image, of its levels, and what it accepts | 3.5.2 |
+//! | [`settings`], `search` | its settings, and the search for its parameters | 3.5.2 |
 //! | [`decoder`] | the whole decoder | 3.5.3 |
 //! | [`quality`], [`angle`] | the error of an encoded image, and of normals | 3.6.1 |
 
 #[cfg(feature = "encode")]
 pub mod angle;
 pub mod blocks;
+#[cfg(feature = "encode")]
+mod check;
 pub mod chroma;
 pub mod color;
 pub mod decoder;
@@ -39,7 +42,11 @@ pub mod decoder;
 pub mod encoder;
 pub mod haar;
 pub mod image;
+#[cfg(feature = "encode")]
+mod job;
 pub mod layout;
+#[cfg(feature = "encode")]
+mod pack;
 pub mod packing;
 pub mod plane;
 #[cfg(feature = "encode")]

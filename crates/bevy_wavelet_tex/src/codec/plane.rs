@@ -97,6 +97,12 @@ impl Plane {
     }
 }
 
+/// The smallest interval that contains two intervals.
+#[cfg(feature = "encode")]
+pub(super) fn union([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
+    [a.min(c), b.max(d)]
+}
+
 /// Range of the samples that cell `i` of `to` equal cells over `from` samples overlaps: the first
 /// one, and the one after the last.
 fn cell(i: u32, from: u32, to: u32) -> (u32, u32) {

@@ -1,4 +1,4 @@
-//! Conversion of one plane at one mip level to coefficients, to blocks, and back.
+//! Conversion of one plane at one mip level to coefficients, and from blocks back.
 
 use rayon::prelude::*;
 
@@ -10,15 +10,6 @@ use super::{
     plane::Plane,
     predict::predicted,
     quantizer::PlaneCoding,
-};
-
-#[cfg(feature = "encode")]
-use super::{
-    blocks::{
-        BlockQuality, DetailEncoder, Starts, Texel, decode_blocks, encode_bc3, encode_bc4,
-        encode_bc7, with_alpha_blocks,
-    },
-    settings::Effort,
 };
 
 /// The low band and the detail bands of a plane.
@@ -56,7 +47,13 @@ impl CoefficientPlane {
 
     /// The residual of the details after the prediction from the low band `low_band`.
     #[cfg(feature = "encode")]
-    fn residual(&self, low_band: &Plane, coding: &PlaneCoding, x: u32, y: u32) -> Details {
+    pub(super) fn residual(
+        &self,
+        low_band: &Plane,
+        coding: &PlaneCoding,
+        x: u32,
+        y: u32,
+    ) -> Details {
         let [width, height] = self.low_band.size;
         let (x, y) = (x.min(width - 1), y.min(height - 1));
         let prediction = predicted(low_band, x, y, coding.predictor);
@@ -118,7 +115,7 @@ pub fn assemble(
 }
 
 /// The channel of a texel that holds the low band.
-fn stored_low(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
+pub(super) fn stored_low(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
     match packing {
         Packing::Bc3 => a,
         Packing::Bc7 => b,
@@ -127,7 +124,11 @@ fn stored_low(packing: Packing, [r, _, b, a]: [f32; 4]) -> f32 {
 }
 
 /// The channels that hold details. HH, which the BC7 packing drops, is at its zero point.
-fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]) -> Details {
+pub(super) fn stored_details(
+    packing: Packing,
+    coding: &PlaneCoding,
+    [r, g, b, _]: [f32; 4],
+) -> Details {
     match packing {
         Packing::Bc7 => [r, g, coding.zero_point[2]],
         _ => [r, g, b],
@@ -139,7 +140,7 @@ fn stored_details(packing: Packing, coding: &PlaneCoding, [r, g, b, _]: [f32; 4]
 const STRIP: u32 = 256;
 
 /// Decodes a plane from the blocks of each texture of its packing. `decode` converts blocks to
-/// texels as [`decode_blocks`] does.
+/// texels as [`decode_blocks`](super::blocks::decode_blocks) does.
 pub fn decode_plane(
     packing: Packing,
     coding: &PlaneCoding,
@@ -177,173 +178,4 @@ pub fn decode_plane(
         size: plane_size,
         values,
     }
-}
-
-/// Settings of [`encode_plane`].
-#[cfg(feature = "encode")]
-#[derive(Clone, Copy, Debug)]
-pub struct PackSettings {
-    /// The encoding time to spend on quality.
-    pub effort: Effort,
-    /// Whether to encode as in the thesis, with block encoders that minimise the error of the
-    /// stored values instead of the error of the decoded ones.
-    pub thesis: bool,
-}
-
-/// Encodes a plane at one level and returns the blocks of each texture of the packing. `texture` is
-/// the size of the textures in texels.
-#[cfg(feature = "encode")]
-pub fn encode_plane(
-    packing: Packing,
-    coding: &PlaneCoding,
-    plane: &Plane,
-    texture: [u32; 2],
-    settings: PackSettings,
-) -> Vec<Vec<u8>> {
-    let quality = match settings.effort {
-        Effort::Fast => BlockQuality::Normal,
-        Effort::Default | Effort::Best => BlockQuality::High,
-    };
-    let singles = |plane: &Plane| {
-        let stored = Plane::from_fn(texture, |x, y| coding.store_low(plane.clamped(x, y)));
-        encode_bc4(&stored.values, texture, quality)
-    };
-    match packing {
-        Packing::Bc3 if settings.thesis => {
-            vec![encode_mixed(
-                coding,
-                &CoefficientPlane::new(plane),
-                texture,
-                quality,
-            )]
-        }
-        Packing::Bc3 => {
-            let coefficients = CoefficientPlane::new(plane);
-            let alpha = singles(&coefficients.low_band);
-            let low_band = decoded_low_band(coding, &alpha, texture, coefficients.low_band.size);
-            let starts = match settings.effort {
-                Effort::Fast => Starts::One,
-                Effort::Default => Starts::Two,
-                Effort::Best => Starts::Four,
-            };
-            let encoder = DetailEncoder::new(coding, starts);
-            let columns = texture[0].div_ceil(4);
-            let color: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
-                .into_par_iter()
-                .map(|block| {
-                    let details = std::array::from_fn(|i| {
-                        let x = block % columns * 4 + i as u32 % 4;
-                        let y = block / columns * 4 + i as u32 / 4;
-                        coefficients.residual(&low_band, coding, x, y)
-                    });
-                    encoder.block(&details).0
-                })
-                .collect();
-            vec![with_alpha_blocks(&alpha, &color)]
-        }
-        Packing::Bc7 => {
-            let coefficients = CoefficientPlane::new(plane);
-            vec![encode_joint(coding, &coefficients, texture, settings)]
-        }
-        Packing::Split => {
-            let coefficients = CoefficientPlane::new(plane);
-            let alpha = singles(&coefficients.low_band);
-            let low_band = decoded_low_band(coding, &alpha, texture, coefficients.low_band.size);
-            let details = encode_bc7(texture, [1; 3], |x, y| {
-                coding.store_details(coefficients.residual(&low_band, coding, x, y))
-            });
-            vec![alpha, details]
-        }
-        Packing::Bc4 => vec![singles(plane)],
-        Packing::Bc1 => unreachable!("`encoder` packs the two planes of a BC1 texture"),
-    }
-}
-
-/// The low band as the decoder reconstructs it.
-#[cfg(feature = "encode")]
-fn decoded_low_band(coding: &PlaneCoding, bc4: &[u8], texture: [u32; 2], size: [u32; 2]) -> Plane {
-    let texels = decode_blocks(BlockFormat::Bc4, bc4, texture);
-    Plane::from_fn(size, |x, y| {
-        coding.load_low(texels[(y * texture[0] + x) as usize][0])
-    })
-}
-
-/// Encodes BC3 by the library, which treats the stored texels as colours.
-#[cfg(feature = "encode")]
-fn encode_mixed(
-    coding: &PlaneCoding,
-    coefficients: &CoefficientPlane,
-    texture: [u32; 2],
-    quality: BlockQuality,
-) -> Vec<u8> {
-    let texel = |x: u32, y: u32| -> Texel {
-        let [r, g, b] = coding.store_details(coefficients.details(x, y));
-        let low = coding.store_low(coefficients.low_band.clamped(x, y));
-        [r, g, b, low].map(|v| (v * 255.0).round() as u8)
-    };
-    let positions = (0..texture[1]).flat_map(|y| (0..texture[0]).map(move |x| (x, y)));
-    let texels: Vec<Texel> = positions.map(|(x, y)| texel(x, y)).collect();
-    encode_bc3(&texels, texture, quality)
-}
-
-/// Encodes the low band and the details together in BC7. The prediction depends on the decoded low
-/// band, so the blocks are encoded several times, each time with the low band of the round before,
-/// and the best are kept.
-#[cfg(feature = "encode")]
-fn encode_joint(
-    coding: &PlaneCoding,
-    coefficients: &CoefficientPlane,
-    texture: [u32; 2],
-    settings: PackSettings,
-) -> Vec<u8> {
-    let size = coefficients.low_band.size;
-    let rounds = match settings.effort {
-        _ if coding.predictor == 0.0 => 1,
-        Effort::Fast => 2,
-        Effort::Default => 2,
-        Effort::Best => 8,
-    };
-    // An error of the low band changes all four pixels, and the predictions made from it. The
-    // thesis weights it 0.6 to 0.2.
-    let low_weight = if settings.thesis {
-        3
-    } else {
-        let extent = (coding.low_max - coding.low_min) / coding.range;
-        (2.0 * extent * extent).clamp(1.0, 256.0) as u32
-    };
-    let mut low_band = coefficients.low_band.clone();
-    let mut best: Option<(f64, Vec<u8>)> = None;
-    for _ in 0..rounds {
-        let blocks = encode_bc7(texture, [1, 1, low_weight], |x, y| {
-            let residual = coefficients.residual(&low_band, coding, x, y);
-            let [r, g, _] = coding.store_details(residual);
-            let low = coding.store_low(coefficients.low_band.clamped(x, y));
-            [r, g, low]
-        });
-        let texels = decode_blocks(BlockFormat::Bc7, &blocks, texture);
-        let texel = |x: u32, y: u32| texels[(y * texture[0] + x) as usize];
-        low_band = Plane::from_fn(size, |x, y| {
-            coding.load_low(stored_low(Packing::Bc7, texel(x, y)))
-        });
-        let error: f64 = (0..size[1])
-            .into_par_iter()
-            .map(|y| {
-                let row = (0..size[0]).map(|x| {
-                    let stored = stored_details(Packing::Bc7, coding, texel(x, y));
-                    let got = coding.load_details(stored);
-                    let wanted = coefficients.residual(&low_band, coding, x, y);
-                    let low = low_band.clamped(x, y) - coefficients.low_band.clamped(x, y);
-                    let details: f32 = (0..3).map(|c| (got[c] - wanted[c]).powi(2)).sum();
-                    f64::from(details + 4.0 * low * low)
-                });
-                row.sum::<f64>()
-            })
-            .collect::<Vec<_>>()
-            .into_iter()
-            .sum();
-        if best.as_ref().is_none_or(|(least, _)| error < *least) {
-            best = Some((error, blocks));
-        }
-    }
-    best.expect("encoded at least once").1
 }
