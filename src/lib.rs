@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`boxes`] | scenes in plain numbers, and their path-traced light |
 //! | [`content`] | procedural textures and photographs |
+//! | [`mod@cost`] | what the plugins' shaders cost, as a GPU's own compiler says |
 //! | [`headless`] | Bevy without a window, the same frames on every run |
 //! | [`metrics`] | how far a picture is from its reference |
 //! | [`mod@record`] | measurements in JSON |
@@ -14,6 +15,7 @@
 
 pub mod boxes;
 pub mod content;
+pub mod cost;
 pub mod gallery;
 pub mod headless;
 pub mod metrics;

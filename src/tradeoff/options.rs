@@ -11,7 +11,10 @@ const ALL: &str = "all";
 
 /// Measures what a plugin costs and what it gains: accuracy, memory and time.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "tradeoff")]
+#[command(
+    name = "tradeoff",
+    after_help = "What the shaders cost when they are compiled for a GPU: tradeoff cost --help"
+)]
 pub struct Options {
     /// Plugin to measure.
     #[arg(value_name = "PLUGIN", value_parser = PossibleValuesParser::new(names()))]

@@ -1,6 +1,7 @@
 //! The integration tests of the lab and of the plugins, in one binary.
 
 mod all_together;
+mod cost;
 mod deferred_accumulation;
 mod ewa;
 mod ewa_scene;

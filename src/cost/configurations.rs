@@ -1,0 +1,255 @@
+//! What is compiled, by name. Names are those of the studies' measurements where there are any.
+
+use bevy::utils::default;
+use bevy_ewa::{EwaKernel, EwaProbes, EwaSettings};
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer};
+use bevy_wavelet_tex::{WaveletFilter, codec::rate::Rate};
+use bevy_ycocg_fb::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
+
+use super::scenes::Scene;
+use crate::tradeoff::{ewa::settings::SETTINGS, wavelet_tex::tunnel::FILTERS};
+
+/// The plugins, by the names of their studies, each with its default setting.
+pub const PLUGINS: [(&str, &str); 4] = [
+    ("wavelet_tex", "trilinear"),
+    ("ycocg_fb", "default"),
+    ("ewa", "linear"),
+    ("voxel_gi", "march"),
+];
+
+/// A setting of a plugin, and the scenes in which it is compiled.
+#[derive(Clone, Debug)]
+pub struct Configuration {
+    /// Name of the plugin, or `bevy`.
+    pub plugin: &'static str,
+    /// Name of the setting.
+    pub setting: String,
+    /// The plugin and its settings.
+    pub kind: Kind,
+    /// The scenes.
+    pub scenes: Vec<Scene>,
+}
+
+/// A plugin and its settings.
+#[derive(Clone, Debug)]
+pub enum Kind {
+    /// Bevy alone.
+    Bevy,
+    /// Bevy with an irradiance volume of its own.
+    IrradianceVolume,
+    /// `bevy_ewa` for all materials.
+    Ewa(EwaSettings),
+    /// `bevy_wavelet_tex`, colours at a rate.
+    Wavelet(WaveletFilter, Rate),
+    /// `bevy_ycocg_fb`.
+    Packed(YCoCgFrameBuffer),
+    /// `bevy_voxel_gi`.
+    Gi(VoxelGiVolume),
+}
+
+fn configuration(
+    plugin: &'static str,
+    setting: impl Into<String>,
+    kind: Kind,
+    scenes: &[Scene],
+) -> Configuration {
+    Configuration {
+        plugin,
+        setting: setting.into(),
+        kind,
+        scenes: scenes.to_vec(),
+    }
+}
+
+/// All configurations; Bevy's own come first.
+pub fn configurations() -> Vec<Configuration> {
+    let mut all = vec![
+        configuration("bevy", "default", Kind::Bevy, &Scene::ALL),
+        configuration(
+            "bevy",
+            "irradiance_volume",
+            Kind::IrradianceVolume,
+            &Scene::MATERIALS,
+        ),
+    ];
+    all.extend(wavelet_tex());
+    all.extend(ycocg_fb());
+    all.extend(ewa());
+    all.extend(voxel_gi());
+    all
+}
+
+fn wavelet_tex() -> impl Iterator<Item = Configuration> {
+    let filters = FILTERS.iter().map(|filter| {
+        let kind = Kind::Wavelet(filter.filter, Rate::Color3);
+        configuration("wavelet_tex", filter.name, kind, &Scene::MATERIALS)
+    });
+    let rates = [Rate::Color2_25, Rate::Color3_25, Rate::Color5].map(|rate| {
+        let name = format!("trilinear {}", rate.name());
+        configuration(
+            "wavelet_tex",
+            name,
+            Kind::Wavelet(default(), rate),
+            &[Scene::BaseColor],
+        )
+    });
+    filters.chain(rates)
+}
+
+fn ycocg_fb() -> impl Iterator<Item = Configuration> {
+    let packed = |setting: &str, packed, scenes: &[Scene]| {
+        configuration("ycocg_fb", setting, Kind::Packed(packed), scenes)
+    };
+    let with = |reconstruction| YCoCgFrameBuffer {
+        reconstruction,
+        ..default()
+    };
+    let format = |format| YCoCgFrameBuffer {
+        format,
+        ..default()
+    };
+    let weighted = YCoCgFrameBuffer {
+        msaa_resolve: MsaaResolve::ToneMapWeighted,
+        ..default()
+    };
+    let default_scenes = [&Scene::MATERIALS[..], &[Scene::Multisampled]].concat();
+    let base = &[Scene::BaseColor];
+    [
+        packed("default", default(), &default_scenes),
+        packed("nearest", with(Reconstruction::Nearest), base),
+        packed("bilinear", with(Reconstruction::Bilinear), base),
+        packed("edge_directed", with(Reconstruction::EdgeDirected), base),
+        packed("guided", with(Reconstruction::Guided), base),
+        packed("quad", with(Reconstruction::Quad), base),
+        packed("float32_default", format(PackedFormat::Float32), base),
+        packed(
+            "unorm8_default",
+            format(PackedFormat::Unorm8),
+            &[Scene::EightBits],
+        ),
+        packed("weighted resolve", weighted, &[Scene::Multisampled]),
+    ]
+    .into_iter()
+}
+
+fn ewa() -> impl Iterator<Item = Configuration> {
+    let ewa = |name: String, settings, scenes: &[Scene]| {
+        configuration("ewa", name, Kind::Ewa(settings), scenes)
+    };
+    let computed = SETTINGS.iter().filter(|setting| !setting.needs_hardware());
+    let computed = computed
+        .map(move |setting| ewa(setting.name.into(), setting.settings(1), &Scene::MATERIALS));
+    let sampled = SETTINGS.iter().filter(|setting| setting.has_probes());
+    let sampled = sampled.map(move |setting| {
+        let name = format!("{}, 16x sampler", setting.name);
+        ewa(name, setting.settings(16), &[Scene::BaseColor])
+    });
+    let kernel = EwaSettings {
+        kernel: EwaKernel::Lanczos,
+        ..default()
+    };
+    let probes = EwaSettings::with_method(bevy_ewa::EwaMethod::Approximate {
+        probes: EwaProbes::ByAspect,
+    });
+    computed.chain(sampled).chain([
+        ewa("linear, Lanczos".into(), kernel, &[Scene::BaseColor]),
+        ewa(
+            "approximate, probes by aspect".into(),
+            probes,
+            &[Scene::BaseColor],
+        ),
+    ])
+}
+
+fn voxel_gi() -> impl Iterator<Item = Configuration> {
+    let gi = |name: &str, volume, scenes: &[Scene]| {
+        configuration("voxel_gi", name, Kind::Gi(volume), scenes)
+    };
+    let base = &[Scene::BaseColor];
+    let light = |light| VoxelGiVolume { light, ..default() };
+    let march = |bounces| {
+        light(VoxelLight::GlobalIllumination {
+            solver: Solver::default(),
+            bounces,
+        })
+    };
+    let propagate = VoxelLight::GlobalIllumination {
+        solver: Solver::Propagate { iterations: 96 },
+        bounces: Bounces::default(),
+    };
+    let occlusion = VoxelLight::AmbientOcclusion {
+        radius: 1.0,
+        rays: 32,
+    };
+    let voxelizer = |voxelizer| VoxelGiVolume {
+        voxelizer,
+        ..default()
+    };
+    let per_pixel = VoxelGiVolume {
+        receiver: Receiver::PerPixel,
+        ..default()
+    };
+    [
+        gi("march", default(), &Scene::MATERIALS),
+        gi("march 4 bounces", march(Bounces::Count(4)), base),
+        gi("march per pixel", per_pixel, &Scene::MATERIALS),
+        gi(
+            "march 4 cascades",
+            VoxelGiVolume {
+                cascades: 4,
+                ..default()
+            },
+            base,
+        ),
+        gi(
+            "march fragment_clipping",
+            voxelizer(Voxelizer::FragmentClipping),
+            base,
+        ),
+        gi(
+            "march geometry_clipping",
+            voxelizer(Voxelizer::GeometryClipping),
+            base,
+        ),
+        gi(
+            "march stochastic",
+            voxelizer(Voxelizer::Stochastic { points: 256 }),
+            base,
+        ),
+        gi(
+            "march seen albedo",
+            VoxelGiVolume {
+                albedo: VoxelAlbedo::Seen,
+                ..default()
+            },
+            &[Scene::Deferred],
+        ),
+        gi("propagate", light(propagate), base),
+        gi("ambient_occlusion", light(occlusion), base),
+    ]
+    .into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_defaults_are_compiled_in_every_scene() {
+        let all = configurations();
+        for a in &all {
+            let same = all
+                .iter()
+                .filter(|b| (b.plugin, &b.setting) == (a.plugin, &a.setting));
+            assert_eq!(same.count(), 1, "{}, {}", a.plugin, a.setting);
+        }
+        for name in PLUGINS {
+            let found = all.iter().find(|c| (c.plugin, c.setting.as_str()) == name);
+            let scenes = &found.expect("a default").scenes;
+            assert!(
+                Scene::MATERIALS.iter().all(|scene| scenes.contains(scene)),
+                "{name:?}"
+            );
+        }
+    }
+}

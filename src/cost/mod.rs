@@ -1,0 +1,138 @@
+//! What the plugins cost on a GPU as its own compiler says, without owning the GPU.
+//!
+//! Mesa's AMD driver compiles for a GPU that is not there exactly as for one that is, and prints what
+//! each shader takes: instructions, registers, waves per SIMD. It executes nothing, so there are no
+//! pictures and no times, and how often a loop or a branch runs is not known. The figures are the same
+//! on every machine with the same version of Mesa, except the time to compile.
+//!
+//! A program starts itself again under that driver ([`shim`]). There it builds, for each
+//! [`Configuration`] of a plugin and for Bevy alone, small scenes with one material each ([`scenes`]),
+//! and compiles every pipeline of interest a second time, one at a time ([`pipelines`]): what the driver
+//! prints between two marks belongs to the pipeline whose name is in the marks ([`statistics`]). So no
+//! order of compiling is assumed.
+//!
+//! | module | gives |
+//! | --- | --- |
+//! | [`shim`] | starting a program under the driver |
+//! | [`mod@configurations`] | what is compiled, by name |
+//! | [`scenes`] | a configuration in an app |
+//! | [`pipelines`] | every pipeline of an app, compiled between marks |
+//! | [`statistics`] | what the driver printed, as rows |
+//! | [`mod@record`] | rows with those of Bevy beside them, in files |
+//! | [`tables`] | tables for the plugins' pages |
+//! | [`charts`] | accuracy against compiled cost |
+//! | [`mod@budget`] | rows that may not grow unnoticed |
+
+pub mod budget;
+pub mod charts;
+pub mod configurations;
+pub mod pipelines;
+pub mod record;
+pub mod scenes;
+pub mod shim;
+pub mod statistics;
+pub mod tables;
+
+use std::{ffi::OsString, io, path::PathBuf, process::ExitCode};
+
+use clap::Parser;
+use thiserror::Error;
+
+use budget::Budget;
+pub use configurations::{Configuration, configurations};
+
+use crate::headless::HeadlessError;
+
+/// Where the committed figures are, relative to the repository.
+pub const FOLDER: &str = "docs/measurements/radv";
+
+/// The command line of `tradeoff cost`.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "tradeoff cost")]
+struct Options {
+    /// GPUs to compile for, as Mesa names them: navi31 (RDNA 3), navi21 (RDNA 2), vega10 (GCN 5).
+    #[arg(long, value_name = "GPU,..", value_delimiter = ',', default_values = ["navi31", "navi21", "vega10"])]
+    gpu: Vec<String>,
+    /// Only this plugin.
+    #[arg(long, value_name = "PLUGIN")]
+    plugin: Option<String>,
+    /// Folder of the figures, made where it is missing.
+    #[arg(long, value_name = "DIR", default_value = "target/tradeoff/cost")]
+    out: PathBuf,
+    /// Renews the tables in the plugins' pages and the budget, from the figures in the folder.
+    #[arg(long)]
+    advise: bool,
+    /// The part of the program that runs under the driver.
+    #[arg(long, hide = true)]
+    inside: bool,
+}
+
+/// Why there is no figure.
+#[derive(Debug, Error)]
+pub enum CostError {
+    /// The driver is not there, or too old; what to do about it.
+    #[error("{0}")]
+    NoDriver(String),
+    /// The program under the driver failed; the end of what it said.
+    #[error("the program on the GPU that is not there failed:\n{0}")]
+    Failed(String),
+    /// The app could not be built, or a pipeline failed.
+    #[error(transparent)]
+    App(#[from] HeadlessError),
+    /// A file could not be read or written.
+    #[error("`{}`: {source}", .path.display())]
+    File {
+        /// Its path.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// Two pipelines, or none, where there should be one.
+    #[error("{0}")]
+    Ambiguous(String),
+}
+
+/// The `main` of `tradeoff cost`, with the arguments after the word.
+pub fn run(arguments: impl Iterator<Item = OsString>) -> ExitCode {
+    let options = Options::parse_from(
+        [OsString::from("tradeoff cost")]
+            .into_iter()
+            .chain(arguments),
+    );
+    match measure(&options) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn measure(options: &Options) -> Result<(), CostError> {
+    if options.advise {
+        tables::renew(&options.out)?;
+        let budget = Budget::read()?.renewed(&record::read(&options.out)?);
+        return budget.write();
+    }
+    let mut wanted = configurations();
+    wanted.retain(|c| c.plugin == "bevy" || options.plugin.as_ref().is_none_or(|p| p == c.plugin));
+    if options.inside {
+        return pipelines::print(&wanted);
+    }
+    let mut rows = Vec::new();
+    for gpu in &options.gpu {
+        let mut program = shim::this_program();
+        program.args(["cost", "--inside"]);
+        if let Some(plugin) = &options.plugin {
+            program.args(["--plugin", plugin]);
+        }
+        eprintln!("{gpu}: compiling {} configurations", wanted.len());
+        let log = shim::run(gpu, &program)?;
+        rows.extend(record::beside_bevy(statistics::rows(gpu, &log)));
+    }
+    record::write(&rows, &options.out)?;
+    charts::write(&rows, &options.out)?;
+    print!("{}", tables::text(&rows));
+    println!("written to {}", options.out.display());
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! Every pipeline of an app, compiled between marks.
+//!
+//! The driver prints the cost of a shader when it compiles it, without a name. An app compiles its
+//! pipelines as it needs them, in any order; once it needs no more, those of interest are queued again
+//! in Bevy's `PipelineCache`, one at a time, and the cache compiles each before the next is queued.
+//! Shader modules are composed and validated only once, so the time is that of SPIR-V and the driver.
+
+use std::{
+    collections::BTreeMap,
+    time::{Duration, Instant},
+};
+
+use bevy::render::{
+    RenderApp,
+    render_resource::{CachedPipelineState, FragmentState, PipelineCache, PipelineDescriptor},
+};
+
+use super::{
+    Configuration, CostError,
+    scenes::{Scene, app},
+    statistics::Mark,
+};
+use crate::headless::{HeadlessApp, HeadlessError};
+
+/// Frames before which every pipeline must have been compiled.
+const MAX_FRAMES: u32 = 600;
+/// Frames in a row without a new pipeline after which none is expected any more: what a plugin extracts
+/// takes a few frames until something is drawn with it.
+const QUIET_FRAMES: u32 = 5;
+
+/// Compiles everything and prints marks, for a process under the driver.
+///
+/// # Errors
+/// [`CostError::App`] where an app cannot be built, [`CostError::Ambiguous`] where it has no pipeline of
+/// interest.
+pub fn print(configurations: &[Configuration]) -> Result<(), CostError> {
+    for configuration in configurations {
+        for &scene in &configuration.scenes {
+            let mut app = app(configuration, scene)?;
+            settle(&mut app)?;
+            Mark::Driver(app.adapter().driver.clone()).print();
+            compile_again(&mut app, configuration, scene)?;
+        }
+    }
+    Ok(())
+}
+
+/// Runs frames until no new pipeline has been asked for in a while. It does not wait for the GPU, which
+/// would never answer.
+pub fn settle(app: &mut HeadlessApp) -> Result<(), HeadlessError> {
+    let (mut quiet, mut count) = (0, 0);
+    for _ in 0..MAX_FRAMES {
+        app.app_mut().update();
+        app.check_pipelines()?;
+        let cache = app
+            .app_mut()
+            .sub_app(RenderApp)
+            .world()
+            .resource::<PipelineCache>();
+        let is_ok = |state: &CachedPipelineState| matches!(state, CachedPipelineState::Ok(_));
+        let is_ready = cache.pipelines().all(|pipeline| is_ok(&pipeline.state));
+        let new_count = cache.pipelines().count();
+        quiet = if is_ready && new_count == count {
+            quiet + 1
+        } else {
+            0
+        };
+        count = new_count;
+        if quiet == QUIET_FRAMES {
+            return Ok(());
+        }
+        // Shaders load on other threads.
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Err(HeadlessError::NotReady {
+        frames: MAX_FRAMES,
+        waiting: vec!["pipelines".into()],
+    })
+}
+
+fn compile_again(
+    app: &mut HeadlessApp,
+    configuration: &Configuration,
+    scene: Scene,
+) -> Result<(), CostError> {
+    let world = app.app_mut().sub_app_mut(RenderApp).world_mut();
+    let mut cache = world.resource_mut::<PipelineCache>();
+    // Before a plugin has extracted what it needs, a pass may have been drawn without it: the last
+    // pipeline of a pass is the one that it is drawn with from then on.
+    let passes: BTreeMap<_, _> = cache
+        .pipelines()
+        .enumerate()
+        .filter_map(|(id, pipeline)| Some((pass(&pipeline.descriptor)?, id)))
+        .collect();
+    if passes.is_empty() {
+        let (plugin, setting) = (configuration.plugin, &configuration.setting);
+        let text = format!("{plugin}, {setting}, {}: no pipeline", scene.material());
+        return Err(CostError::Ambiguous(text));
+    }
+    for (pass, id) in passes {
+        match cache
+            .pipelines()
+            .nth(id)
+            .map(|pipeline| &pipeline.descriptor)
+        {
+            Some(PipelineDescriptor::RenderPipelineDescriptor(descriptor)) => {
+                cache.queue_render_pipeline((**descriptor).clone());
+            }
+            Some(PipelineDescriptor::ComputePipelineDescriptor(descriptor)) => {
+                cache.queue_compute_pipeline((**descriptor).clone());
+            }
+            _ => continue,
+        }
+        let begin = Mark::Begin {
+            plugin: configuration.plugin.into(),
+            setting: configuration.setting.clone(),
+            material: scene.material().into(),
+            pass,
+        };
+        begin.print();
+        let start = Instant::now();
+        cache.process_queue();
+        Mark::End(start.elapsed().as_secs_f64() * 1e3).print();
+    }
+    Ok(())
+}
+
+/// The name of a pass of interest: one that draws the scene's material, or lights it, or one of a
+/// plugin. A pipeline without a pixel shader is none.
+fn pass(descriptor: &PipelineDescriptor) -> Option<String> {
+    let (label, fragment) = match descriptor {
+        PipelineDescriptor::RenderPipelineDescriptor(d) => {
+            (d.label.as_deref()?, d.fragment.as_ref()?)
+        }
+        PipelineDescriptor::ComputePipelineDescriptor(d) => {
+            return Some(plugins_own(d.label.as_deref()?)?.into());
+        }
+        PipelineDescriptor::MeshPipelineDescriptor(_) => return None,
+    };
+    let name = match label {
+        "prepass_pipeline" if has(fragment, "DEFERRED_PREPASS") => "deferred",
+        // The cameras of the scenes with a prepass draw normals in it, shadow maps have none.
+        "prepass_pipeline" if has(fragment, "NORMAL_PREPASS") => "prepass",
+        "prepass_pipeline" => "shadow",
+        "deferred_lighting_pipeline" => "deferred lighting",
+        _ if label.ends_with("_mesh_pipeline") => "forward",
+        _ => plugins_own(label)?,
+    };
+    Some(name.into())
+}
+
+fn plugins_own(label: &str) -> Option<&str> {
+    (label.starts_with("voxel_gi_") || label.starts_with("packed_ycocg_")).then_some(label)
+}
+
+fn has(fragment: &FragmentState, def: &'static str) -> bool {
+    fragment.shader_defs.contains(&def.into())
+}
