@@ -61,6 +61,13 @@ fn configuration(
     }
 }
 
+impl Configuration {
+    /// Its name among all.
+    pub fn name(&self) -> String {
+        format!("{}: {}", self.plugin, self.setting)
+    }
+}
+
 /// All configurations; Bevy's own come first.
 pub fn configurations() -> Vec<Configuration> {
     let mut all = vec![
@@ -238,10 +245,8 @@ mod tests {
     fn names_are_unique_and_defaults_are_compiled_in_every_scene() {
         let all = configurations();
         for a in &all {
-            let same = all
-                .iter()
-                .filter(|b| (b.plugin, &b.setting) == (a.plugin, &a.setting));
-            assert_eq!(same.count(), 1, "{}, {}", a.plugin, a.setting);
+            let same = all.iter().filter(|b| b.name() == a.name());
+            assert_eq!(same.count(), 1, "{}", a.name());
         }
         for name in PLUGINS {
             let found = all.iter().find(|c| (c.plugin, c.setting.as_str()) == name);

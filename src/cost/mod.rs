@@ -19,6 +19,7 @@
 //! | [`pipelines`] | every pipeline of an app, compiled between marks |
 //! | [`statistics`] | what the driver printed, as rows |
 //! | [`mod@record`] | rows with those of Bevy beside them, in files |
+//! | [`cpu`] | the CPU's time for a frame, where the GPU takes none |
 //! | [`tables`] | tables for the plugins' pages |
 //! | [`charts`] | accuracy against compiled cost |
 //! | [`mod@budget`] | rows that may not grow unnoticed |
@@ -26,6 +27,7 @@
 pub mod budget;
 pub mod charts;
 pub mod configurations;
+pub mod cpu;
 pub mod pipelines;
 pub mod record;
 pub mod scenes;
@@ -59,6 +61,9 @@ struct Options {
     /// Folder of the figures, made where it is missing.
     #[arg(long, value_name = "DIR", default_value = "target/tradeoff/cost")]
     out: PathBuf,
+    /// Measures the CPU's time of frames on the first GPU instead of compiling.
+    #[arg(long)]
+    cpu: bool,
     /// Renews the tables in the plugins' pages and the budget, from the figures in the folder.
     #[arg(long)]
     advise: bool,
@@ -114,21 +119,22 @@ fn measure(options: &Options) -> Result<(), CostError> {
         let budget = Budget::read()?.renewed(&record::read(&options.out)?);
         return budget.write();
     }
+    if options.cpu {
+        return cpu::measure(options.inside, &options.gpu[0], &options.out);
+    }
     let mut wanted = configurations();
-    wanted.retain(|c| c.plugin == "bevy" || options.plugin.as_ref().is_none_or(|p| p == c.plugin));
     if options.inside {
         return pipelines::print(&wanted);
     }
+    wanted.retain(|c| c.plugin == "bevy" || options.plugin.as_ref().is_none_or(|p| p == c.plugin));
+    let mut program = shim::this_program();
+    program.args(["cost", "--inside"]);
     let mut rows = Vec::new();
     for gpu in &options.gpu {
-        let mut program = shim::this_program();
-        program.args(["cost", "--inside"]);
-        if let Some(plugin) = &options.plugin {
-            program.args(["--plugin", plugin]);
-        }
         eprintln!("{gpu}: compiling {} configurations", wanted.len());
-        let log = shim::run(gpu, &program)?;
-        rows.extend(record::beside_bevy(statistics::rows(gpu, &log)));
+        rows.extend(record::beside_bevy(pipelines::compile(
+            gpu, &program, &wanted,
+        )?));
     }
     record::write(&rows, &options.out)?;
     charts::write(&rows, &options.out)?;

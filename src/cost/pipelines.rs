@@ -7,6 +7,7 @@
 
 use std::{
     collections::BTreeMap,
+    process::Command,
     time::{Duration, Instant},
 };
 
@@ -17,8 +18,10 @@ use bevy::render::{
 
 use super::{
     Configuration, CostError,
+    record::CostRow,
     scenes::{Scene, app},
-    statistics::Mark,
+    shim,
+    statistics::{self, Mark},
 };
 use crate::headless::{HeadlessApp, HeadlessError};
 
@@ -28,13 +31,34 @@ const MAX_FRAMES: u32 = 600;
 /// takes a few frames until something is drawn with it.
 const QUIET_FRAMES: u32 = 5;
 
-/// Compiles everything and prints marks, for a process under the driver.
+/// Compiles what `program` compiles with [`print`] when it is started under the driver.
+///
+/// # Errors
+/// As of [`shim::run`].
+pub fn compile(
+    gpu: &str,
+    program: &Command,
+    configurations: &[Configuration],
+) -> Result<Vec<CostRow>, CostError> {
+    let parts = configurations.iter().map(Configuration::name);
+    let mut rows = Vec::new();
+    for output in shim::run(gpu, program, parts)? {
+        rows.extend(statistics::rows(
+            gpu,
+            &String::from_utf8_lossy(&output?.stderr),
+        ));
+    }
+    Ok(rows)
+}
+
+/// Compiles the configuration that this process is to compile, and prints marks.
 ///
 /// # Errors
 /// [`CostError::App`] where an app cannot be built, [`CostError::Ambiguous`] where it has no pipeline of
 /// interest.
 pub fn print(configurations: &[Configuration]) -> Result<(), CostError> {
-    for configuration in configurations {
+    let part = shim::part();
+    for configuration in configurations.iter().filter(|c| c.name() == part) {
         for &scene in &configuration.scenes {
             let mut app = app(configuration, scene)?;
             settle(&mut app)?;
@@ -137,7 +161,8 @@ fn pass(descriptor: &PipelineDescriptor) -> Option<String> {
         }
         PipelineDescriptor::MeshPipelineDescriptor(_) => return None,
     };
-    let name = match label {
+    // Materials put their own name first.
+    let name = match label.strip_prefix("pbr_").unwrap_or(label) {
         "prepass_pipeline" if has(fragment, "DEFERRED_PREPASS") => "deferred",
         // The cameras of the scenes with a prepass draw normals in it, shadow maps have none.
         "prepass_pipeline" if has(fragment, "NORMAL_PREPASS") => "prepass",

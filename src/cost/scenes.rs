@@ -102,19 +102,8 @@ pub fn app(configuration: &Configuration, scene: Scene) -> Result<HeadlessApp, C
     let mesh = Mesh::from(Rectangle::default()).with_generated_tangents();
     let mesh = mesh.map_err(|error| CostError::Ambiguous(error.to_string()))?;
     let mesh = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(mesh));
-    match *kind {
-        Kind::Wavelet(filter, rate) => {
-            let material = wavelet_material(world, scene, filter, rate);
-            world.spawn((mesh, MeshMaterial3d(material)));
-        }
-        _ => {
-            let material = material(world, scene, true);
-            let material = world
-                .resource_mut::<Assets<StandardMaterial>>()
-                .add(material);
-            world.spawn((mesh, MeshMaterial3d(material)));
-        }
-    }
+    let skin = Skin::new(world, kind, scene);
+    skin.put_on(world.spawn(mesh));
     match kind {
         Kind::Gi(volume) => {
             world.spawn(volume.clone());
@@ -135,7 +124,7 @@ pub fn app(configuration: &Configuration, scene: Scene) -> Result<HeadlessApp, C
     Ok(app)
 }
 
-fn add_plugin(app: &mut App, kind: &Kind) {
+pub(super) fn add_plugin(app: &mut App, kind: &Kind) {
     match *kind {
         Kind::Bevy | Kind::IrradianceVolume => app,
         Kind::Ewa(settings) => app.add_plugins(EwaPlugin {
@@ -147,7 +136,7 @@ fn add_plugin(app: &mut App, kind: &Kind) {
     };
 }
 
-fn spawn_camera(world: &mut World, kind: &Kind, scene: Scene) {
+pub(super) fn spawn_camera(world: &mut World, kind: &Kind, scene: Scene) {
     let target = world.resource::<LabTarget>().0.clone();
     let samples = if scene == Scene::Multisampled {
         Msaa::Sample4
@@ -170,6 +159,33 @@ fn spawn_camera(world: &mut World, kind: &Kind, scene: Scene) {
     }
     if let Kind::Packed(settings) = *kind {
         camera.insert(settings);
+    }
+}
+
+/// A material of either type.
+pub(super) enum Skin {
+    Standard(Handle<StandardMaterial>),
+    Wavelet(Handle<WaveletStandardMaterial>),
+}
+
+impl Skin {
+    pub(super) fn new(world: &mut World, kind: &Kind, scene: Scene) -> Self {
+        if let Kind::Wavelet(filter, rate) = *kind {
+            return Self::Wavelet(wavelet_material(world, scene, filter, rate));
+        }
+        let material = material(world, scene, true);
+        Self::Standard(
+            world
+                .resource_mut::<Assets<StandardMaterial>>()
+                .add(material),
+        )
+    }
+
+    pub(super) fn put_on(&self, mut mesh: EntityWorldMut) {
+        match self {
+            Self::Standard(material) => mesh.insert(MeshMaterial3d(material.clone())),
+            Self::Wavelet(material) => mesh.insert(MeshMaterial3d(material.clone())),
+        };
     }
 }
 

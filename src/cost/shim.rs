@@ -2,11 +2,14 @@
 
 use std::{
     ffi::OsStr,
-    path::PathBuf,
+    path::Path,
     process::{Command, Output},
 };
 
 use super::CostError;
+
+/// Name of the environment variable with the part of the work that a process does.
+const PART: &str = "COST_PART";
 
 /// This program, to be started again.
 pub fn this_program() -> Command {
@@ -19,38 +22,57 @@ pub fn this_program() -> Command {
 /// # Errors
 /// [`CostError::NoDriver`] with what to do where it is not there, or too old.
 pub fn check() -> Result<String, CostError> {
-    let output = script([OsStr::new("check")])?;
+    let output = output(script().arg("check"))?;
     let text = String::from_utf8_lossy(&output.stdout);
     Ok(text.split(" in ").next().unwrap_or_default().into())
 }
 
-/// Runs a program on a GPU and returns what it and the driver wrote to the standard error output.
+/// Runs a program on a GPU for each of the names, one after the other, with [`PART`] set to it: apps that
+/// ended leave memory of a GPU that never answers. Returns what each wrote.
 ///
 /// # Errors
 /// [`CostError::NoDriver`] as of [`check`]; [`CostError::Failed`] where the program fails.
-pub fn run(gpu: &str, program: &Command) -> Result<String, CostError> {
+pub fn run<'a>(
+    gpu: &'a str,
+    program: &'a Command,
+    parts: impl IntoIterator<Item = String> + 'a,
+) -> Result<impl Iterator<Item = Result<Output, CostError>> + 'a, CostError> {
     check()?;
-    let arguments = [OsStr::new("run"), OsStr::new(gpu), program.get_program()];
-    match script(arguments.into_iter().chain(program.get_args())) {
-        Ok(output) => Ok(String::from_utf8_lossy(&output.stderr).into_owned()),
-        Err(CostError::NoDriver(text)) => {
-            let lines: Vec<_> = text.lines().collect();
-            let end = lines.len().saturating_sub(12);
-            Err(CostError::Failed(lines[end..].join("\n")))
-        }
-        Err(error) => Err(error),
-    }
+    Ok(parts.into_iter().map(move |part| {
+        let arguments = [OsStr::new("run"), OsStr::new(gpu), program.get_program()];
+        let mut command = script();
+        command
+            .args(arguments)
+            .args(program.get_args())
+            .env(PART, &part);
+        output(&mut command).map_err(|error| match error {
+            CostError::NoDriver(text) => {
+                let lines: Vec<_> = text.lines().collect();
+                let end = &lines[lines.len().saturating_sub(12)..];
+                CostError::Failed(format!("{part}\n{}", end.join("\n")))
+            }
+            error => error,
+        })
+    }))
 }
 
-fn script<'a>(arguments: impl IntoIterator<Item = &'a OsStr>) -> Result<Output, CostError> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scripts/gpu-static");
-    let output = Command::new(&path).args(arguments).output();
+/// The part that this process is to do, or empty.
+pub fn part() -> String {
+    std::env::var(PART).unwrap_or_default()
+}
+
+fn script() -> Command {
+    Command::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/gpu-static"))
+}
+
+fn output(command: &mut Command) -> Result<Output, CostError> {
+    let path = command.get_program().into();
+    let output = command.output();
     let output = output.map_err(|source| CostError::File { path, source })?;
     if output.status.success() {
         return Ok(output);
     }
     let text = String::from_utf8_lossy(&output.stderr);
-    Err(CostError::NoDriver(
-        text.trim_start_matches("error: ").trim_end().into(),
-    ))
+    let text = text.trim_start_matches("error: ").trim_end();
+    Err(CostError::NoDriver(text.into()))
 }

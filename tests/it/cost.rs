@@ -1,6 +1,6 @@
 //! What the plugins' shaders cost when they are compiled for a GPU.
 
-use bevy_frugal_lab::cost::{budget::Budget, pipelines, shim, statistics};
+use bevy_frugal_lab::cost::{budget::Budget, pipelines, shim};
 
 use crate::support::{gpu, skipped};
 
@@ -25,8 +25,9 @@ fn no_shader_has_grown_unnoticed() {
         "--ignored",
         "--nocapture",
     ]);
-    let log = shim::run(&budget.gpu, &program).expect("compiled");
-    let exceeded = budget.exceeded_by(&statistics::rows(&budget.gpu, &log));
+    let rows =
+        pipelines::compile(&budget.gpu, &program, &budget.configurations()).expect("compiled");
+    let exceeded = budget.exceeded_by(&rows);
     assert!(
         exceeded.is_empty(),
         "{}\nWhere it is worth that: change docs/measurements/radv/budget.json in the same commit.",
