@@ -2,7 +2,9 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use super::{CostError, configurations::PLUGINS, record, record::CostRow, scenes::Scene};
+use super::{
+    CostError, configurations::PLUGINS, record, record::CostRow, scenes::Scene, tables::GPU,
+};
 use crate::{
     record::Report,
     tradeoff::{
@@ -11,8 +13,6 @@ use crate::{
     },
 };
 
-/// The GPU of the charts.
-const GPU: &str = "navi31";
 /// Where accuracy comes from, relative to the repository.
 const ACCURACY: &str = "docs/measurements/llvmpipe";
 

@@ -78,8 +78,8 @@ pub enum CostError {
     /// The driver is not there, or too old; what to do about it.
     #[error("{0}")]
     NoDriver(String),
-    /// The program under the driver failed; the end of what it said.
-    #[error("the program on the GPU that is not there failed:\n{0}")]
+    /// What was to be compiled or measured failed; why.
+    #[error("on the GPU that is not there: {0}")]
     Failed(String),
     /// The app could not be built, or a pipeline failed.
     #[error(transparent)]
@@ -92,9 +92,6 @@ pub enum CostError {
         /// What the system says.
         source: io::Error,
     },
-    /// Two pipelines, or none, where there should be one.
-    #[error("{0}")]
-    Ambiguous(String),
 }
 
 /// The `main` of `tradeoff cost`, with the arguments after the word.
@@ -138,7 +135,12 @@ fn measure(options: &Options) -> Result<(), CostError> {
     }
     record::write(&rows, &options.out)?;
     charts::write(&rows, &options.out)?;
-    print!("{}", tables::text(&rows));
+    for gpu in &options.gpu {
+        for (plugin, _) in configurations::PLUGINS {
+            let table = tables::page(&rows, gpu, plugin);
+            println!("{plugin} on {gpu}: instructions (of Bevy's own), VGPRs, waves\n\n{table}");
+        }
+    }
     println!("written to {}", options.out.display());
     Ok(())
 }

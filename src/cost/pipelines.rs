@@ -54,7 +54,7 @@ pub fn compile(
 /// Compiles the configuration that this process is to compile, and prints marks.
 ///
 /// # Errors
-/// [`CostError::App`] where an app cannot be built, [`CostError::Ambiguous`] where it has no pipeline of
+/// [`CostError::App`] where an app cannot be built, [`CostError::Failed`] where it has no pipeline of
 /// interest.
 pub fn print(configurations: &[Configuration]) -> Result<(), CostError> {
     let part = shim::part();
@@ -117,9 +117,12 @@ fn compile_again(
         .filter_map(|(id, pipeline)| Some((pass(&pipeline.descriptor)?, id)))
         .collect();
     if passes.is_empty() {
-        let (plugin, setting) = (configuration.plugin, &configuration.setting);
-        let text = format!("{plugin}, {setting}, {}: no pipeline", scene.material());
-        return Err(CostError::Ambiguous(text));
+        let text = format!(
+            "{}, {}: no pipeline",
+            configuration.name(),
+            scene.material()
+        );
+        return Err(CostError::Failed(text));
     }
     for (pass, id) in passes {
         match cache

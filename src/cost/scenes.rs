@@ -100,7 +100,7 @@ pub fn app(configuration: &Configuration, scene: Scene) -> Result<HeadlessApp, C
         Transform::from_xyz(1.0, 1.0, 2.0),
     ));
     let mesh = Mesh::from(Rectangle::default()).with_generated_tangents();
-    let mesh = mesh.map_err(|error| CostError::Ambiguous(error.to_string()))?;
+    let mesh = mesh.map_err(|error| CostError::Failed(error.to_string()))?;
     let mesh = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(mesh));
     let skin = Skin::new(world, kind, scene);
     skin.put_on(world.spawn(mesh));

@@ -1,12 +1,12 @@
-//! Tables of the rows: all of them as text, and those of a plugin for its page.
+//! Tables of the rows, for the plugins' pages.
 
 use std::{collections::BTreeSet, fmt::Write, path::Path};
 
 use super::{CostError, configurations::PLUGINS, record, record::CostRow, scenes::Scene};
 use crate::tradeoff::markdown::renewed;
 
-/// The GPU of the pages' tables.
-const GPU: &str = "navi31";
+/// The GPU of the pages' tables and charts.
+pub const GPU: &str = "navi31";
 
 /// The columns of a page's first table: material, pass, and what the column is called.
 const PLACES: [(Scene, &str, &str); 5] = [
@@ -23,39 +23,9 @@ const LIT_PLACES: [(Scene, &str, &str); 3] = [
     (Scene::Deferred, "deferred lighting", "deferred lighting"),
 ];
 
-/// One line a row, Bevy's figures in brackets.
-pub fn text(rows: &[CostRow]) -> String {
-    let mut text = String::new();
-    for r in rows {
-        let bevy = |value: Option<u64>| value.map_or(String::new(), |value| format!("({value})"));
-        let _ = writeln!(
-            text,
-            "{:<7} {:<12} {:<30} {:<22} {:<20} {:>6} {:<7} VALU {:>5} VMEM {:>4} VGPRs {:>3} {:<5} waves {:>2} {:<4} LDS {:>5} scratch {} {:>6} B {:>7.1} ms",
-            r.gpu,
-            r.plugin,
-            r.setting,
-            r.material,
-            r.pass,
-            r.instructions,
-            bevy(r.baseline_instructions),
-            r.valu,
-            r.vmem,
-            r.vgprs,
-            bevy(r.baseline_vgprs),
-            r.waves,
-            bevy(r.baseline_waves),
-            r.lds,
-            r.scratch,
-            r.code_bytes,
-            r.compile_ms
-        );
-    }
-    text
-}
-
-/// The tables of a plugin's page: materials by setting, then the plugin's own passes.
-pub fn page(rows: &[CostRow], plugin: &str) -> String {
-    let rows: Vec<_> = rows.iter().filter(|row| row.gpu == GPU).collect();
+/// The tables of a plugin's page, of one GPU: materials by setting, then the plugin's own passes.
+pub fn page(rows: &[CostRow], gpu: &str, plugin: &str) -> String {
+    let rows: Vec<_> = rows.iter().filter(|row| row.gpu == gpu).collect();
     let own: Vec<_> = rows
         .iter()
         .copied()
@@ -184,7 +154,11 @@ pub fn renew(folder: &Path) -> Result<(), CostError> {
             path: path.into(),
             source,
         })?;
-        if let Some(text) = renewed(&document, &format!("{plugin} cost"), &page(&rows, plugin)) {
+        if let Some(text) = renewed(
+            &document,
+            &format!("{plugin} cost"),
+            &page(&rows, GPU, plugin),
+        ) {
             record::write_text(&text, path)?;
         }
     }

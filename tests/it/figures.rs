@@ -4,8 +4,9 @@
 use std::path::Path;
 
 use bevy_frugal_lab::{
+    cost,
     record::{Measurement, Report},
-    tradeoff::ewa::scenes::SCENES,
+    tradeoff::{ewa::scenes::SCENES, markdown::renewed},
 };
 
 /// The measurements of a plugin.
@@ -272,4 +273,24 @@ fn price_of_global_illumination() {
             (name.into(), GI_SCENES.map(cell).to_vec())
         }),
     );
+}
+
+#[test]
+fn compiled_cost() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(cost::FOLDER);
+    let rows = cost::record::read(&folder).expect("committed figures");
+    let pages = [
+        include_str!("../../crates/bevy_wavelet_tex/README.md"),
+        include_str!("../../crates/bevy_ycocg_fb/README.md"),
+        include_str!("../../crates/bevy_ewa/README.md"),
+        include_str!("../../crates/bevy_voxel_gi/README.md"),
+    ];
+    for ((plugin, _), page) in cost::configurations::PLUGINS.into_iter().zip(pages) {
+        let table = cost::tables::page(&rows, cost::tables::GPU, plugin);
+        let renewed = renewed(page, &format!("{plugin} cost"), &table);
+        assert!(
+            renewed.as_deref() == Some(page),
+            "{plugin} should have\n{table}"
+        );
+    }
 }
