@@ -14,7 +14,7 @@ pub const PLUGINS: [(&str, &str); 4] = [
     ("wavelet_tex", "trilinear"),
     ("ycocg_fb", "default"),
     ("ewa", "linear"),
-    ("voxel_gi", "march"),
+    ("voxel_gi", "trace"),
 ];
 
 /// A setting of a plugin, and the scenes in which it is compiled.
@@ -174,7 +174,7 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
     };
     let base = &[Scene::BaseColor];
     let light = |light| VoxelGiVolume { light, ..default() };
-    let march = |bounces| {
+    let trace = |bounces| {
         light(VoxelLight::GlobalIllumination {
             solver: Solver::default(),
             bounces,
@@ -197,11 +197,11 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         ..default()
     };
     [
-        gi("march", default(), &Scene::MATERIALS),
-        gi("march 4 bounces", march(Bounces::Count(4)), base),
-        gi("march per pixel", per_pixel, &Scene::MATERIALS),
+        gi("trace", default(), &Scene::MATERIALS),
+        gi("trace 4 bounces", trace(Bounces::Count(4)), base),
+        gi("trace per pixel", per_pixel, &Scene::MATERIALS),
         gi(
-            "march 4 cascades",
+            "trace 4 cascades",
             VoxelGiVolume {
                 cascades: 4,
                 ..default()
@@ -209,24 +209,24 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
             base,
         ),
         gi(
-            "march fragment_clipping",
+            "trace fragment_clipping",
             voxelizer(Voxelizer::FragmentClipping),
             base,
         ),
         gi(
-            "march geometry_clipping",
+            "trace geometry_clipping",
             voxelizer(Voxelizer::GeometryClipping),
             base,
         ),
         gi(
-            "march stochastic",
+            "trace stochastic",
             voxelizer(Voxelizer::Stochastic { points: 256 }),
             base,
         ),
         gi(
-            "march seen albedo",
+            "trace reprojected albedo",
             VoxelGiVolume {
-                albedo: VoxelAlbedo::Seen,
+                albedo: VoxelAlbedo::Reprojected,
                 ..default()
             },
             &[Scene::Deferred],

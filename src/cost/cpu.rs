@@ -15,7 +15,7 @@ use super::{
     scenes::{Scene, Skin, add_plugin, spawn_camera},
     shim,
 };
-use crate::headless::{HeadlessApp, HeadlessSettings};
+use crate::headless::{HeadlessApp, HeadlessSettings, median};
 
 const MESHES: [usize; 3] = [1_000, 10_000, 100_000];
 const MATERIALS: [usize; 2] = [1, 100];
@@ -136,18 +136,16 @@ fn measured(row: CpuRow) -> Result<CpuRow, CostError> {
             }
         }
     }
-    let medians: Vec<_> = apps.into_iter().map(|(_, times)| median(times)).collect();
+    let medians: Vec<_> = apps
+        .into_iter()
+        .map(|(_, times)| median(&times).unwrap_or_default())
+        .collect();
     let baseline_ms = medians[0];
     Ok(CpuRow {
         frame_ms: medians.last().map_or(0.0, |ms| ms - baseline_ms),
         baseline_ms,
         ..row
     })
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
 
 #[derive(Component)]

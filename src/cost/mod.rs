@@ -64,7 +64,7 @@ struct Options {
     /// Measures the CPU's time of frames on the first GPU instead of compiling.
     #[arg(long)]
     cpu: bool,
-    /// Renews the tables in the plugins' pages and the budget, from the figures in the folder.
+    /// Renews charts, the tables in the plugins' pages and the budget, from the figures in the folder.
     #[arg(long)]
     advise: bool,
     /// The part of the program that runs under the driver.
@@ -112,9 +112,11 @@ pub fn run(arguments: impl Iterator<Item = OsString>) -> ExitCode {
 
 fn measure(options: &Options) -> Result<(), CostError> {
     if options.advise {
-        tables::renew(&options.out)?;
-        let budget = Budget::read()?.renewed(&record::read(&options.out)?);
-        return budget.write();
+        let rows = record::read(&options.out)?;
+        record::write(&rows, &options.out)?;
+        tables::renew(&rows)?;
+        charts::write(&rows, &options.out)?;
+        return Budget::read()?.renewed(&rows).write();
     }
     if options.cpu {
         return cpu::measure(options.inside, &options.gpu[0], &options.out);

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::CostError;
-use crate::tradeoff::csv::field;
 
 /// What a shader of a pipeline takes. The baseline is the shader that Bevy alone has for the same material,
 /// pass and GPU; a plugin's own pass has none.
@@ -129,8 +128,7 @@ fn csv(rows: &[CostRow]) -> String {
         let row = serde_json::json!(row);
         let cells = COLUMNS.map(|column| match &row[column] {
             Value::Null => String::new(),
-            Value::String(text) => field(text),
-            number => number.to_string(),
+            value => value.to_string(),
         });
         let _ = writeln!(text, "{}", cells.join(","));
     }
@@ -189,7 +187,7 @@ mod tests {
         assert_eq!(lines.len(), 4);
         assert_eq!(
             lines[1],
-            "ewa,default,,,,forward,,9,0,0,0,0,0,0,0,0.0,3,0,0"
+            r#""ewa","default","","","","forward","",9,0,0,0,0,0,0,0,0.0,3,0,0"#
         );
     }
 

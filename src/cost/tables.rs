@@ -140,9 +140,8 @@ fn passes(own: &[&CostRow]) -> String {
 /// Renews the tables between `<!-- tradeoff PLUGIN cost -->` and `<!-- end -->` in the plugins' pages.
 ///
 /// # Errors
-/// [`CostError::File`] where the figures or a page cannot be read or written.
-pub fn renew(folder: &Path) -> Result<(), CostError> {
-    let rows = record::read(folder)?;
+/// [`CostError::File`] where a page cannot be read or written.
+pub fn renew(rows: &[CostRow]) -> Result<(), CostError> {
     for (plugin, _) in PLUGINS {
         let path = format!(
             "{}/crates/bevy_{plugin}/README.md",
@@ -157,7 +156,7 @@ pub fn renew(folder: &Path) -> Result<(), CostError> {
         if let Some(text) = renewed(
             &document,
             &format!("{plugin} cost"),
-            &page(&rows, GPU, plugin),
+            &page(rows, GPU, plugin),
         ) {
             record::write_text(&text, path)?;
         }

@@ -10,13 +10,17 @@ use super::{
     options::Options,
     study::{Study, TradeoffError},
 };
-use crate::record::Report;
+use crate::{cost, record::Report};
 
 /// The `main` of the example: measures what the command line names and writes the reports.
 ///
 /// Exit code 0 for success, 1 for a failure and 2 for a wrong command line; the reason is on the
 /// standard error output. A study that fails does not keep the others from being measured.
 pub fn run() -> ExitCode {
+    let mut arguments = std::env::args_os().skip(1);
+    if arguments.next().is_some_and(|first| first == "cost") {
+        return cost::run(arguments);
+    }
     let options = Options::parse();
     // A folder that cannot be made should not show up after minutes of measuring.
     if let Err(error) = make_folder(&options.out) {
