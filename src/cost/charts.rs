@@ -85,7 +85,7 @@ fn filters(report: &Report) -> Vec<Choice> {
     let choices = quality.into_iter().filter_map(|(name, error)| {
         let (name, source) = match name.strip_prefix("color3 ") {
             Some(filter) => (filter.to_string(), Source::Ours),
-            None if name == BEVYS[0] => (name, Source::Peer),
+            None if name == BEVYS[0] => (name, Source::Baseline),
             None => return None,
         };
         Some(Choice {

@@ -16,9 +16,10 @@ use bevy_voxel_gi::VoxelGiPlugin;
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin, WaveletTexture,
     codec::{
-        encoder::{EncodeSettings, encode_rgb8},
+        encoder::encode_rgb8,
         image::{ColorSpace, Content},
         rate::Rate,
+        settings::EncodeSettings,
     },
 };
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
