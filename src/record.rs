@@ -1,7 +1,7 @@
 //! One record per measurement, in JSON.
 //!
 //! Every figure is optional, and absent in the file when it was not measured: no zero stands for
-//! "unknown". An infinite PSNR (equal images) is no number in JSON and absent as well; `mse` is 0
+//! "unknown". An infinite PSNR (equal images) has no representation in JSON and is absent as well; `mse` is 0
 //! then.
 
 use std::{

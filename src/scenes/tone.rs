@@ -1,4 +1,4 @@
-//! How the colours of a camera come to the display.
+//! How the colours of a camera are mapped to the display.
 
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 

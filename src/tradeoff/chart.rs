@@ -29,8 +29,8 @@ type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
 
 /// An SVG of 960 x 600 pixels; `machine` says where the figures were measured.
 ///
-/// Discs are the plugin's settings, the line joins those that none beats; triangles are other ways
-/// to the same end, measured too; crosses are figures that others published.
+/// Discs are the plugin's settings, and the line joins those that none beats; triangles are baselines that
+/// were measured, too; crosses are figures that others published.
 pub fn svg(summary: &Summary, machine: &str) -> String {
     let mut svg = String::new();
     // Nothing is written but text in memory: a failure is a defect of the chart, and in its place.

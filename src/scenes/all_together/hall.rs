@@ -6,7 +6,7 @@ use bevy_voxel_gi::Sky;
 
 /// Exposure of the cameras: the walls in bounced light are in the middle of the scale.
 pub const EV100: f32 = 11.5;
-/// Which way sunlight goes at time 0.
+/// Direction of the sunlight at time 0.
 pub const SUN: Vec3 = Vec3::new(-0.72, -0.62, -0.3);
 /// Illuminance of a plane that faces the sun, in lux.
 pub const SUN_LUX: f32 = 80_000.0;

@@ -89,7 +89,7 @@ pub fn after(
             continue;
         };
         let mut entity = commands.entity(entity);
-        // Nobody can read the mean of compressed blocks: who encoded them tells it.
+        // The mean of compressed blocks cannot be read back, so it is set by the code that encoded them.
         match material {
             SelectedMaterial::Wavelet(_) => entity.insert(wavelet.sources.surface(*matter)),
             SelectedMaterial::Plain(_) | SelectedMaterial::Ewa(_) => {

@@ -1,7 +1,7 @@
 //! All four plugins in one game: a hall with wavelet textures, EWA on its floor, light that bounces,
 //! drawn into a packed frame buffer. Before is Bevy alone; each plugin of after has a switch.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! | --- | --- |
 //! | `hall` | the hall in numbers |
 //! | `textures` | its textures, as they are and encoded |

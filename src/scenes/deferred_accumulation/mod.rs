@@ -6,9 +6,9 @@
 //! the usual shortcut, which keeps the luminance of specular light only: diffuse light is yellow
 //! where both lights shine, so both highlights turn yellow.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! | --- | --- |
-//! | [`settings`] | what a camera and its lights are told |
+//! | [`settings`] | the settings of a camera and its lights |
 //! | [`plugin`] | the passes in Bevy's renderer |
 //! | `sources`, `pipeline`, `pass` | buffers, pipelines, targets and draws |
 //! | [`mod@reference`] | the same on the CPU |

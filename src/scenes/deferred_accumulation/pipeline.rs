@@ -1,4 +1,4 @@
-//! The pipelines of every way to accumulate: one that adds a light, one that combines.
+//! The pipelines of each [`LightAccumulation`]: one that adds a light, one that combines.
 
 use bevy::{
     asset::load_embedded_asset,
@@ -27,7 +27,7 @@ use super::{
 /// Format of the accumulated light, and of the camera's main texture.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba16Float;
 
-/// The pipelines of one way to accumulate.
+/// The pipelines of one [`LightAccumulation`].
 pub struct Pipelines {
     /// Adds a light, the instance.
     pub light: CachedRenderPipelineId,

@@ -1,4 +1,4 @@
-//! What a camera and its lights are told.
+//! The settings of a camera and its lights.
 
 use bevy::{
     camera::Hdr,
@@ -9,7 +9,7 @@ use bevy::{
     },
 };
 
-/// Most lights that are drawn; the rest stays dark.
+/// Largest number of lights; those beyond it are ignored.
 pub const MAX_SOURCES: usize = 8;
 
 /// How a camera accumulates the light of the lights before it lights the surface with it.

@@ -1,6 +1,6 @@
 //! A live map of the error between the two pictures: for scenes with the settings `view` and `error_gain`.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! | --- | --- |
 //! | `view` | two cameras off screen and a quad that shows their difference |
 //! | `material`, `error.wesl` | what the quad is painted with |

@@ -1,6 +1,6 @@
 //! A tunnel without end and a game's floor, filtered by one method on each side of the line.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! | --- | --- |
 //! | `stage` | the tunnel and the floor |
 //! | `settings` | the settings of the plugin |

@@ -1,7 +1,7 @@
 //! Light that bounces: a sunlit room in which everything may move, and the Cornell box beside its
 //! path-traced picture. Before is what Bevy shows of the same lamps.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! | --- | --- |
 //! | `settings` | the settings of the volume |
 //! | `room` | the room in numbers |

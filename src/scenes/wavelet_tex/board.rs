@@ -71,7 +71,7 @@ const PANELS: [Shown; 8] = [
     Shown::Encoded(Rate::Gray2, Method::Best),
 ];
 
-/// What all panels hang on: as far from the camera's first pose as the board fills its picture.
+/// The parent of all panels, at the distance at which the board fills the picture of the camera's first pose.
 #[derive(Component)]
 pub struct Board;
 
@@ -305,7 +305,7 @@ fn zoom(settings: &SceneSettings) -> Affine2 {
     Affine2::from_scale_angle_translation(Vec2::splat(part), 0.0, corner)
 }
 
-/// The hardware's filter that is most like one of ours.
+/// The hardware's filter that is most similar to one of the plugin's.
 fn sampler(filter: WaveletFilter) -> ImageSampler {
     let within = match filter {
         WaveletFilter::Nearest | WaveletFilter::NearestMipLinear => ImageFilterMode::Nearest,

@@ -1,7 +1,7 @@
 //! A lit room with a picture, a brick wall, a wooden floor and a plant, or the picture at every rate
 //! side by side: RGBA8 textures with mips before, wavelet textures after, or the error between them.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! | --- | --- |
 //! | `settings` | the settings of the scene |
 //! | `room` | geometry and lights of the room |

@@ -1,7 +1,7 @@
 //! The scenes of the study of `bevy_ycocg_fb` live: Bevy's own camera before, a packed one after,
 //! or the error between them.
 //!
-//! | file | what is in it |
+//! | file | contents |
 //! | --- | --- |
 //! | `cameras` | what the settings make of the cameras |
 //! | `stage` | the chosen scene, and its slow motion |

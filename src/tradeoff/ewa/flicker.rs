@@ -21,11 +21,11 @@ const STEP: f64 = 0.013;
 /// Flicker in squares of 8-bit units, of linear values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flicker {
-    /// Of a moving camera: mean squared change of the error against the truth.
+    /// With a moving camera: mean squared change of the error against the truth.
     pub moving: f64,
-    /// Of a camera that stands still.
+    /// The same with a camera that stands still.
     pub still: f64,
-    /// Of a camera that stands still, under temporal anti-aliasing without jitter.
+    /// The same with a camera that stands still, under temporal anti-aliasing without jitter.
     pub still_with_taa: f64,
 }
 

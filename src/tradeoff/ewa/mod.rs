@@ -209,7 +209,7 @@ pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<Measurement> {
     rows
 }
 
-/// The rows of what flickers under Bevy's temporal anti-aliasing, and without.
+/// The rows of flicker with Bevy's temporal anti-aliasing and without it.
 fn taa_rows(size: u32) -> Result<Vec<Measurement>, TradeoffError> {
     let mut rows = Vec::new();
     for (with, suffix) in [(false, ""), (true, ", Bevy's TAA")] {

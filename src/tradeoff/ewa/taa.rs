@@ -40,9 +40,9 @@ pub const METHODS: [(&str, EwaMethod); 5] = [
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaaFlicker {
     pub setting: &'static str,
-    /// Of the picture, while the camera stands still.
+    /// Change of the picture while the camera stands still.
     pub still: f64,
-    /// Of the difference from the first method's picture, while it moves.
+    /// Change of the difference from the first method's picture while the camera moves.
     pub moving: f64,
 }
 
@@ -157,7 +157,7 @@ impl Stage {
 
     /// Frames of a camera that has moved by `step` in each for a while.
     fn frames(&mut self, step: f32) -> Result<Vec<Frame>, HeadlessError> {
-        // Jitter and turns of the probes are the same for all methods.
+        // Jitter and rotation of the probes are the same for all methods.
         while !self
             .app
             .world()

@@ -149,7 +149,7 @@ fn bytes_on_gpu(app: &mut HeadlessApp, images: &[Handle<Image>]) -> u64 {
     images.iter().filter_map(bytes).sum()
 }
 
-/// Our rows with their times over those of BC7 and BC1 by the hardware's filter like it.
+/// Adds the times of the plugin's rows relative to those of BC7 and BC1 with the hardware's filter.
 fn with_relative_times(mut rows: Vec<Measurement>, filters: &[Filter]) -> Vec<Measurement> {
     let frame = |row: &Measurement| row.gpu_ms.or(row.cpu_ms);
     let times: BTreeMap<String, f64> = rows

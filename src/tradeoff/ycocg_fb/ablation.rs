@@ -1,4 +1,4 @@
-//! From the thesis's filter to ours, one idea at a time, each with 5 fetches.
+//! From the thesis's filter to the plugin's, one idea at a time, each with 5 fetches.
 //!
 //! | setting | what is new |
 //! | --- | --- |
@@ -15,10 +15,10 @@ use bevy_ycocg_fb::reference::{
     reconstruct::{Cross, FLOOR, TOLERANCE, TOLERANCE_GROWTH},
 };
 
-/// A step on the way: its name, and the missing chrominance of a pixel.
+/// A step: its name, and the missing chrominance of a pixel.
 pub type Step = (&'static str, fn(PackedPixel, &Cross) -> f32);
 
-/// The steps between the thesis's filter and ours.
+/// The steps between the thesis's filter and the plugin's.
 pub const STEPS: [Step; 5] = [
     ("relative_threshold", relative_threshold),
     ("ratio_threshold", ratio_threshold),

@@ -20,7 +20,7 @@
 //! | [`mod@summary`] | what a user chooses between |
 //! | [`tone_map`] | Bevy's tone mapping on the CPU |
 //! | [`mod@settings`] | what is measured, by name |
-//! | [`ablation`] | the steps from the thesis's filter to ours |
+//! | [`ablation`] | the steps from the thesis's filter to the plugin's |
 //! | [`alternatives`] | other ways to save the same memory (thesis 4.6) |
 
 pub mod ablation;

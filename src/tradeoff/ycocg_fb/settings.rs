@@ -15,7 +15,7 @@ use super::{
     frame::Frame,
 };
 
-/// A way to store a frame.
+/// A representation of a frame in memory.
 #[derive(Clone, Copy)]
 pub struct Setting {
     /// Its name in the records.

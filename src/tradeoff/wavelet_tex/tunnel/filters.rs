@@ -3,7 +3,7 @@
 use bevy::render::render_resource::TextureFormat;
 use bevy_wavelet_tex::WaveletFilter;
 
-/// A filter, and the hardware's like it.
+/// A filter of the plugin, and the hardware's that is most similar.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
     pub filter: WaveletFilter,
@@ -13,8 +13,8 @@ pub struct Filter {
     pub hardware: &'static str,
 }
 
-/// All of them. An anisotropic sample of ours is a bilinear one (up to 16 where a footprint is long and
-/// narrow) and one of the texture unit, which is not counted.
+/// All filters. An anisotropic sample of the plugin is a bilinear one (up to 16 where a footprint is long
+/// and narrow) and one of the texture unit, which is not counted.
 pub const FILTERS: [Filter; 6] = [
     Filter::new(WaveletFilter::Nearest, "nearest", 1.0, "nearest"),
     Filter::new(
