@@ -6,18 +6,17 @@
 //!
 //! | module | what it contains |
 //! | --- | --- |
-//! | [`settings`] | the user's settings |
-//! | [`mod@reference`] | voxelisation, ray tracing and light transport in plain Rust |
-//! | [`scene`] | meshes, surfaces and lights, inside a view or not |
-//! | `volume` | placement of the volume, its buffers, and the work of a frame |
-//! | `voxelize` | meshes to voxels |
-//! | `light` | light transport between the voxels |
-//! | `reproject` | albedo from cameras' G-buffers to voxels |
-//! | `receive` | reading the volume in pixel shaders |
-//! | [`budget`] | quality control by a time budget |
-//! | [`debug`] | a debug view of the voxels |
-//! | [`report`] | state and memory of the volume |
+//! | [`settings`] | all that a user sets |
 //! | [`plugin`] | the plugins that an app adds |
+//! | [`report`] | state and memory of the volume |
+//! | [`mod@reference`] | voxelisation, ray tracing and light transport in plain Rust |
+//! | [`budget`] | quality control by a time budget |
+//! | `extract` | placement of the volumes; meshes, materials and lights, inside a view or not |
+//! | `prepare` | the work of a frame, and the buffers for it |
+//! | `passes` | the compute passes: voxelisation and light transport |
+//! | `receive` | reading the volume in pixel shaders |
+//! | [`debug`] | a debug view of the voxels |
+//! | `gpu_types` | the types that Rust and the shaders share |
 //!
 //! Without the feature `bevy` only `reference` is compiled.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
@@ -28,36 +27,36 @@ pub mod budget;
 #[cfg(feature = "bevy")]
 pub mod debug;
 #[cfg(feature = "bevy")]
-mod light;
+mod extract;
+#[cfg(feature = "bevy")]
+mod gpu_types;
+#[cfg(feature = "bevy")]
+mod passes;
 #[cfg(feature = "bevy")]
 pub mod plugin;
+#[cfg(feature = "bevy")]
+mod prepare;
 #[cfg(feature = "bevy")]
 mod receive;
 pub mod reference;
 #[cfg(feature = "bevy")]
 pub mod report;
 #[cfg(feature = "bevy")]
-mod reproject;
-#[cfg(feature = "bevy")]
-pub mod scene;
-#[cfg(feature = "bevy")]
 pub mod settings;
-#[cfg(feature = "bevy")]
-mod volume;
-#[cfg(feature = "bevy")]
-mod voxelize;
 
-#[cfg(feature = "bevy")]
-pub use budget::{VoxelGiBudget, VoxelGiBudgetPlugin};
 #[cfg(feature = "bevy")]
 pub use debug::{DebugField, VoxelGiDebug};
 #[cfg(feature = "bevy")]
-pub use plugin::{VoxelGiPlugin, VoxelMaterialPlugin};
+pub use extract::{
+    mean_color::MeanColors,
+    voxel_material::{AsVoxelMaterial, VoxelMaterial},
+};
+#[cfg(feature = "bevy")]
+pub use plugin::{VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelMaterialPlugin};
 #[cfg(feature = "bevy")]
 pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
-pub use scene::{AsVoxelMaterial, MeshVoxelMaterial, VoxelMaterial};
-#[cfg(feature = "bevy")]
 pub use settings::{
-    Bounces, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer,
+    Bounces, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo, VoxelGiBudget,
+    VoxelGiVolume, VoxelLight, Voxelizer,
 };

@@ -3,47 +3,40 @@
 use std::marker::PhantomData;
 
 use bevy::{
-    core_pipeline::{Core3d, Core3dSystems, schedule::camera_driver},
     light::SimulationLightSystems,
     prelude::*,
     render::{
-        Extract, ExtractSchedule, Render, RenderApp, RenderStartup, RenderSystems,
-        mesh::allocator::MeshAllocatorSettings,
-        render_resource::{BufferUsages, SpecializedComputePipelines},
-        renderer::{RenderGraph, RenderGraphSystems},
+        ExtractSchedule, Render, RenderApp, RenderSystems, diagnostic::RenderDiagnosticsPlugin,
+        mesh::allocator::MeshAllocatorSettings, render_resource::BufferUsages,
     },
     shader::load_shader_library,
 };
 use bevy_frugal_hooks::shader_patch::PatchShadersExt;
 
 use crate::{
+    budget::{BudgetChoice, choose_quality},
     debug::DebugViewPlugin,
-    light::{
-        compute_light,
-        pipeline::{LightPipelines, init_pipelines},
+    extract::{
+        lights::{ExtractedLights, extract_lights},
+        material_table::MaterialTable,
+        meshes::{ExtractedScene, extract_scene},
+        place_volume::{ActiveVolume, place_volume},
+        probe::place_probe,
+        unknown_materials::update_unknown_materials,
+        update_materials::update_materials,
+        volume::{ExtractedVolume, extract_volume},
+        voxel_material::AsVoxelMaterial,
+    },
+    passes::PassesPlugin,
+    prepare::{
+        mesh_batches::{MeshBatches, collect_mesh_batches},
+        pipelines::RequiredPipelines,
+        plan::{FramePlan, plan_frame},
+        uniforms::VolumeUniforms,
     },
     receive,
     report::{SharedReport, VoxelGiReport, receive_report},
-    reproject::{init_reproject_pipeline, prepare_reprojection, reproject},
-    scene::{
-        AsVoxelMaterial, MeshVoxelMaterial,
-        extract::{ExtractedScene, extract_scene},
-        lights::{ExtractedLights, extract_lights},
-        material_table::{MaterialTable, update_materials},
-        unknown_materials::update_unknown_materials,
-    },
-    settings::{NotVoxelized, VoxelGiVolume},
-    volume::{
-        gpu::VolumeUniforms,
-        placement::{ActiveVolume, place_volume},
-        plan::{ExtractedVolume, FramePlan, prepare_frame},
-        probe::place_probe,
-        scroll::{ScrollPipeline, init_scroll_pipeline, scroll},
-    },
-    voxelize::{
-        pipeline::{VoxelizePipeline, init_pipeline},
-        voxelize,
-    },
+    settings::{MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiVolume},
 };
 
 /// Adds global illumination to the scene inside of each [`VoxelGiVolume`].
@@ -54,24 +47,19 @@ pub struct VoxelGiPlugin;
 
 impl Plugin for VoxelGiPlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "volume/volume.wesl");
-        load_shader_library!(app, "voxelize/triangles.wesl");
-        load_shader_library!(app, "light/faces.wesl");
-        load_shader_library!(app, "light/traverse.wesl");
-        load_shader_library!(app, "light/trace.wesl");
-        load_shader_library!(app, "light/material.wesl");
-        load_shader_library!(app, "light/rays.wesl");
-        load_shader_library!(app, "light/surface.wesl");
-        load_shader_library!(app, "light/albedo.wesl");
-        load_shader_library!(app, "light/entry.wesl");
-        load_shader_library!(app, "light/atlas.wesl");
-        load_shader_library!(app, "light/harmonics.wesl");
-        load_shader_library!(app, "receive/visibility.wesl");
+        load_shader_library!(app, "shaders/albedo.wesl");
+        load_shader_library!(app, "shaders/faces.wesl");
+        load_shader_library!(app, "shaders/gpu_types.wesl");
+        load_shader_library!(app, "shaders/harmonics.wesl");
+        load_shader_library!(app, "shaders/light_texture.wesl");
+        load_shader_library!(app, "shaders/rays.wesl");
+        load_shader_library!(app, "shaders/surface.wesl");
+        load_shader_library!(app, "shaders/surface_item.wesl");
+        load_shader_library!(app, "shaders/trace.wesl");
+        load_shader_library!(app, "shaders/traverse.wesl");
+        load_shader_library!(app, "shaders/voxel.wesl");
         load_shader_library!(app, "receive/receive.wesl");
-        crate::voxelize::embed(app);
-        crate::light::embed(app);
-        crate::reproject::embed(app);
-        crate::volume::scroll::embed(app);
+        load_shader_library!(app, "receive/visibility.wesl");
         app.patch_shader(receive::patch())
             .register_type::<VoxelGiVolume>()
             .register_type::<NotVoxelized>()
@@ -82,6 +70,7 @@ impl Plugin for VoxelGiPlugin {
             .init_resource::<SharedReport>()
             .add_plugins((
                 VoxelMaterialPlugin::<StandardMaterial>::default(),
+                PassesPlugin,
                 DebugViewPlugin,
             ))
             .add_systems(First, receive_report)
@@ -117,20 +106,10 @@ impl Plugin for VoxelGiPlugin {
             .init_resource::<ExtractedVolume>()
             .init_resource::<ExtractedScene>()
             .init_resource::<ExtractedLights>()
+            .init_resource::<MeshBatches>()
+            .init_resource::<RequiredPipelines>()
             .init_resource::<FramePlan>()
             .init_resource::<VolumeUniforms>()
-            .init_resource::<SpecializedComputePipelines<VoxelizePipeline>>()
-            .init_resource::<SpecializedComputePipelines<LightPipelines>>()
-            .init_resource::<SpecializedComputePipelines<ScrollPipeline>>()
-            .add_systems(
-                RenderStartup,
-                (
-                    init_pipeline,
-                    init_pipelines,
-                    init_scroll_pipeline,
-                    init_reproject_pipeline,
-                ),
-            )
             .add_systems(
                 ExtractSchedule,
                 (
@@ -142,29 +121,11 @@ impl Plugin for VoxelGiPlugin {
             )
             .add_systems(
                 Render,
-                (
-                    prepare_reprojection.in_set(RenderSystems::PrepareResources),
-                    prepare_frame.in_set(RenderSystems::PrepareBindGroups),
-                ),
-            )
-            .add_systems(
-                Core3d,
-                reproject
-                    .after(Core3dSystems::Prepass)
-                    .before(Core3dSystems::MainPass),
-            )
-            .add_systems(
-                RenderGraph,
-                (scroll, voxelize, compute_light)
+                (collect_mesh_batches, plan_frame)
                     .chain()
-                    .in_set(RenderGraphSystems::Render)
-                    .before(camera_driver),
+                    .in_set(RenderSystems::PrepareResources),
             );
     }
-}
-
-fn extract_volume(mut volume: ResMut<ExtractedVolume>, active: Extract<Res<ActiveVolume>>) {
-    volume.0.clone_from(&active.volume);
 }
 
 fn there_is_or_was_a_volume(volume: Res<ExtractedVolume>) -> bool {
@@ -175,11 +136,11 @@ fn there_is_a_volume(volumes: Query<(), With<VoxelGiVolume>>) -> bool {
     !volumes.is_empty()
 }
 
-/// The systems that assign each known type of material its entries in the surface table.
+/// The systems that keep the material table in sync with each known type of material.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct UpdateMaterials;
 
-/// Voxelises meshes with this material with its own surface; see [`AsVoxelMaterial`].
+/// Voxelises meshes with this material as it defines; see [`AsVoxelMaterial`].
 pub struct VoxelMaterialPlugin<M>(PhantomData<fn() -> M>);
 
 impl<M> Default for VoxelMaterialPlugin<M> {
@@ -196,5 +157,23 @@ impl<M: AsVoxelMaterial> Plugin for VoxelMaterialPlugin<M> {
                 .in_set(UpdateMaterials)
                 .run_if(there_is_a_volume),
         );
+    }
+}
+
+/// Enables [`VoxelGiBudget`].
+///
+/// Adds Bevy's `RenderDiagnosticsPlugin`, which records the GPU timestamps, unless it has been added
+/// already: an app that adds that plugin itself must add it before this one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VoxelGiBudgetPlugin;
+
+impl Plugin for VoxelGiBudgetPlugin {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<RenderDiagnosticsPlugin>() {
+            app.add_plugins(RenderDiagnosticsPlugin);
+        }
+        app.register_type::<VoxelGiBudget>()
+            .init_resource::<BudgetChoice>()
+            .add_systems(PostUpdate, choose_quality.before(place_volume));
     }
 }

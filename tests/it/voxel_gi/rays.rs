@@ -22,7 +22,7 @@ const REACH: f32 = 32.0;
 const NOTHING: u32 = u32::MAX;
 
 const SHADER: &str = "
-import bevy_voxel_gi::light::trace::trace;
+import bevy_voxel_gi::shaders::trace::trace;
 
 struct Ray {
     origin: vec4<f32>,

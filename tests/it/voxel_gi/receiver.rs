@@ -23,10 +23,12 @@ fn the_foot_of_a_thin_wall_is_dark() {
     // A tenth of a voxel thick, and in the middle of one: the next pixels are beside it.
     let (wall, places) = ([0.0875, 0.1125], [0.3125, 0.6]);
     let plain = leaked(small_volume(), wall, &places);
-    let seen = leaked(per_pixel(small_volume()), wall, &places);
-    println!("share of the lit side's light at the foot: interpolated {plain}, per pixel {seen}");
+    let per_pixel_light = leaked(per_pixel(small_volume()), wall, &places);
+    println!(
+        "share of the lit side's light at the foot: interpolated {plain}, per pixel {per_pixel_light}"
+    );
     assert!(plain > 0.08, "{plain}");
-    assert!(seen < 0.04, "{seen}");
+    assert!(per_pixel_light < 0.04, "{per_pixel_light}");
 }
 
 #[test]
@@ -45,8 +47,11 @@ fn where_nothing_is_hidden_both_see_the_same() {
         )
     });
     for x in [-1.4, -1.0, 0.0, 0.2] {
-        let [plain, seen] = [0, 1].map(|i| at(&pictures[i].0, x, 0.1).x);
-        assert!((plain / seen - 1.0).abs() < 0.03, "{x}: {plain} {seen}");
+        let [plain, per_pixel_light] = [0, 1].map(|i| at(&pictures[i].0, x, 0.1).x);
+        assert!(
+            (plain / per_pixel_light - 1.0).abs() < 0.03,
+            "{x}: {plain} {per_pixel_light}"
+        );
     }
     // Sixteen bytes a voxel more, and up to three slices.
     let more = pictures[1].1 - pictures[0].1;

@@ -183,7 +183,7 @@ fn morphed_meshes_occlude_where_their_targets_put_them() {
 
 /// The albedo in the voxels of a floor whose left half is green and right half red by its texture, as the
 /// debug view shows it.
-fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_seen: bool) -> Vec<Vec3> {
+fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_visible: bool) -> Vec<Vec3> {
     let mut app = app_with(|app| {
         if with_prepass {
             app.insert_resource(DefaultOpaqueRendererMethod::deferred());
@@ -215,7 +215,7 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_seen: bool) -> Vec<V
     let mesh = world
         .resource_mut::<Assets<Mesh>>()
         .add(Plane3d::default().mesh().size(3.6, 3.6).build());
-    let unseen = RenderLayers::layer(5);
+    let hidden = RenderLayers::layer(5);
     let floor = world
         .spawn((
             Mesh3d(mesh),
@@ -223,8 +223,8 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_seen: bool) -> Vec<V
             Transform::from_xyz(0.0, 0.05, 0.0),
         ))
         .id();
-    if !is_seen {
-        world.entity_mut(floor).insert(unseen.clone());
+    if !is_visible {
+        world.entity_mut(floor).insert(hidden.clone());
     }
     let volume = world
         .spawn(VoxelGiVolume {
@@ -236,7 +236,7 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_seen: bool) -> Vec<V
     settle(&mut app);
     // What is no longer seen is remembered.
     let world = app.world_mut();
-    world.entity_mut(floor).insert(unseen);
+    world.entity_mut(floor).insert(hidden);
     world.entity_mut(volume).insert(VoxelGiVolume {
         albedo,
         ..under_sky(2.0)
@@ -259,17 +259,17 @@ fn is_about(found: Vec3, expected: Vec3) {
 fn what_cameras_see_is_the_albedo_and_else_the_mean() {
     let _gpu = gpu();
     let (green, red, mean) = (Vec3::Y, Vec3::X, Vec3::new(0.5, 0.5, 0.0));
-    let seen = shown_albedo(VoxelAlbedo::Reprojected, true, true);
-    is_about(at(&seen, -1.0, 0.0), green);
-    is_about(at(&seen, 1.0, 0.0), red);
-    for (albedo, with_prepass, is_seen, expected) in [
+    let visible = shown_albedo(VoxelAlbedo::Reprojected, true, true);
+    is_about(at(&visible, -1.0, 0.0), green);
+    is_about(at(&visible, 1.0, 0.0), red);
+    for (albedo, with_prepass, is_visible, expected) in [
         (VoxelAlbedo::Mean, true, true, mean),
         (VoxelAlbedo::Neutral, true, true, Vec3::splat(0.5)),
         // Without a G-buffer nothing is seen, nor what no camera draws.
         (VoxelAlbedo::Reprojected, false, true, mean),
         (VoxelAlbedo::Reprojected, true, false, mean),
     ] {
-        let found = shown_albedo(albedo, with_prepass, is_seen);
+        let found = shown_albedo(albedo, with_prepass, is_visible);
         is_about(at(&found, -1.0, 0.0), expected);
         is_about(at(&found, 1.0, 0.0), expected);
     }
@@ -277,7 +277,7 @@ fn what_cameras_see_is_the_albedo_and_else_the_mean() {
 
 /// A roof with one side is as dark below as one with two: its back is black.
 #[test]
-fn surfaces_seen_from_behind_are_black() {
+fn back_faces_are_black() {
     let _gpu = gpu();
     let two_sides = StandardMaterial {
         base_color: Color::BLACK,

@@ -66,7 +66,7 @@ fn volumes_side_by_side_light_what_is_in_each() {
 }
 
 #[test]
-fn of_nested_volumes_the_smallest_is_seen_and_light_comes_from_the_larger() {
+fn pixels_read_the_smallest_of_nested_volumes_and_rays_continue_in_the_larger() {
     let _gpu = gpu();
     for receiver in [Receiver::Interpolated, Receiver::PerPixel] {
         let mut app = app();

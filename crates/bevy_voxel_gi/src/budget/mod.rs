@@ -7,58 +7,14 @@ use bevy::{
     diagnostic::{DiagnosticMeasurement, DiagnosticsStore},
     platform::time::Instant,
     prelude::*,
-    render::{diagnostic::RenderDiagnosticsPlugin, renderer::RenderDevice, settings::WgpuFeatures},
+    render::{renderer::RenderDevice, settings::WgpuFeatures},
 };
 
-use self::{controller::Controller, quality_levels::quality_levels};
-use crate::{
-    settings::{VoxelGiVolume, VoxelLight},
-    volume::placement::place_volume,
+use self::{
+    controller::Controller,
+    quality_levels::{QualitySettings, quality_levels},
 };
-
-pub(crate) use self::quality_levels::QualitySettings;
-
-/// Limits the GPU time that the light takes per frame. Belongs on the first [`VoxelGiVolume`].
-///
-/// While the app runs, the most accurate setting that fits is chosen from GPU timestamps: the number of
-/// rays of [`Trace`](crate::Solver::Trace) and of ambient occlusion, or of iterations of
-/// [`Propagate`](crate::Solver::Propagate), and where the fewest are too many, the fraction of the volume
-/// that is updated per frame. The volume's own values of these are ignored; resolution, solver and
-/// bounces are not changed.
-///
-/// Needs [`VoxelGiBudgetPlugin`] and an adapter with timestamp queries (`TIMESTAMP_QUERY`: Vulkan and
-/// DirectX 12). Without them, a warning is logged and the volume's own settings are used. A budget below
-/// the time of the cheapest setting is exceeded.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
-#[reflect(Component, Default, Clone)]
-pub struct VoxelGiBudget {
-    /// GPU time in milliseconds per frame, above 0. Default 2.
-    pub milliseconds: f32,
-}
-
-impl Default for VoxelGiBudget {
-    fn default() -> Self {
-        Self { milliseconds: 2.0 }
-    }
-}
-
-/// Enables [`VoxelGiBudget`].
-///
-/// Adds Bevy's `RenderDiagnosticsPlugin`, which records the GPU timestamps, unless it has been added
-/// already: an app that adds that plugin itself must add it before this one.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct VoxelGiBudgetPlugin;
-
-impl Plugin for VoxelGiBudgetPlugin {
-    fn build(&self, app: &mut App) {
-        if !app.is_plugin_added::<RenderDiagnosticsPlugin>() {
-            app.add_plugins(RenderDiagnosticsPlugin);
-        }
-        app.register_type::<VoxelGiBudget>()
-            .init_resource::<BudgetChoice>()
-            .add_systems(PostUpdate, choose.before(place_volume));
-    }
-}
+use crate::settings::{VoxelGiBudget, VoxelGiVolume, VoxelLight};
 
 /// The settings that the budget has chosen for the first volume.
 #[derive(Resource, Default)]
@@ -68,7 +24,7 @@ pub struct BudgetChoice {
     /// The cheapest light for which the quality levels were built; a different one means a new solver.
     kind: Option<VoxelLight>,
     /// Time of the newest measurement that has been read.
-    known: Option<Instant>,
+    newest: Option<Instant>,
 }
 
 impl BudgetChoice {
@@ -91,7 +47,7 @@ impl BudgetChoice {
     }
 }
 
-fn choose(
+pub(crate) fn choose_quality(
     mut choice: ResMut<BudgetChoice>,
     volumes: Query<(&VoxelGiVolume, &VoxelGiBudget)>,
     store: Option<Res<DiagnosticsStore>>,
@@ -103,9 +59,9 @@ fn choose(
         }
         return;
     };
-    let has_stamps =
+    let has_timestamps =
         device.is_some_and(|device| device.features().contains(WgpuFeatures::TIMESTAMP_QUERY));
-    let Some(store) = store.filter(|_| has_stamps) else {
+    let Some(store) = store.filter(|_| has_timestamps) else {
         warn_once!(
             "voxel GI: a `VoxelGiBudget` needs Bevy's `DiagnosticsPlugin` and an adapter with \
              timestamp queries (`TIMESTAMP_QUERY`); the volume's own settings are used"
@@ -125,10 +81,10 @@ fn choose(
         choice.controller = Controller::new(levels.iter().map(QualitySettings::cost), start);
         choice.kind = kind;
     }
-    if let Some(milliseconds) = new_time(&store, &mut choice.known) {
+    if let Some(milliseconds) = new_time(&store, &mut choice.newest) {
         choice
             .controller
-            .frame(milliseconds, f64::from(budget.milliseconds.max(0.0)));
+            .frame(milliseconds, f64::from(budget.clamped().milliseconds));
     }
     choice.chosen = levels.get(choice.controller.level()).copied();
 }

@@ -14,7 +14,7 @@ use bevy::{
             PipelineCache, RenderPassColorAttachment, RenderPassDescriptor,
             RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline,
             SpecializedRenderPipelines, TextureFormat, TextureSampleType,
-            binding_types::{storage_buffer_read_only_sized, texture_3d, uniform_buffer},
+            binding_types::{texture_3d, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, ViewQuery},
         texture::GpuImage,
@@ -23,11 +23,9 @@ use bevy::{
 };
 
 use crate::{
-    light::LightWork,
-    volume::{
-        gpu::{GpuVolume, VolumeBuffers, VolumeUniforms},
-        plan::ExtractedVolume,
-    },
+    extract::volume::ExtractedVolume,
+    passes::bindings::{MATERIALS, RADIANCE, read_only, voxels_bind_group, voxels_layout},
+    prepare::{buffers::VolumeBuffers, scene_buffers::SceneBuffers, uniforms::VolumeUniforms},
 };
 
 /// Add to a camera to show the voxels instead of the scene.
@@ -57,7 +55,7 @@ pub enum DebugField {
 
 impl DebugField {
     /// Whether it is stored when only ambient occlusion is computed, without materials and lights.
-    fn is_in_occlusion(self) -> bool {
+    fn is_stored_for_occlusion(self) -> bool {
         matches!(self, Self::Occupancy | Self::Irradiance | Self::Normal)
     }
 
@@ -96,8 +94,9 @@ impl Plugin for DebugViewPlugin {
 
 #[derive(Resource)]
 struct DebugPipeline {
-    volume: BindGroupLayoutDescriptor,
-    fields: BindGroupLayoutDescriptor,
+    voxels_layout: BindGroupLayoutDescriptor,
+    light_layout: BindGroupLayoutDescriptor,
+    view_layout: BindGroupLayoutDescriptor,
     fullscreen: FullscreenShader,
     shader: Handle<Shader>,
 }
@@ -107,24 +106,22 @@ fn init_pipeline(
     fullscreen: Res<FullscreenShader>,
     assets: Res<AssetServer>,
 ) {
-    let read = || storage_buffer_read_only_sized(false, None);
     let fragment = ShaderStages::FRAGMENT;
     commands.insert_resource(DebugPipeline {
-        volume: BindGroupLayoutDescriptor::new(
-            "voxel_gi_debug_volume",
-            &BindGroupLayoutEntries::sequential(
+        voxels_layout: voxels_layout("voxel_gi_debug_volume", fragment),
+        light_layout: BindGroupLayoutDescriptor::new(
+            "voxel_gi_debug_light",
+            &BindGroupLayoutEntries::with_indices(
                 fragment,
-                (uniform_buffer::<GpuVolume>(false), read(), read(), read()),
+                ((RADIANCE, read_only()), (MATERIALS, read_only())),
             ),
         ),
-        fields: BindGroupLayoutDescriptor::new(
-            "voxel_gi_debug_fields",
+        view_layout: BindGroupLayoutDescriptor::new(
+            "voxel_gi_debug_view",
             &BindGroupLayoutEntries::sequential(
                 fragment,
                 (
                     uniform_buffer::<ViewUniform>(true),
-                    read(),
-                    read(),
                     texture_3d(TextureSampleType::Float { filterable: false }),
                 ),
             ),
@@ -156,7 +153,11 @@ impl SpecializedRenderPipeline for DebugPipeline {
         }
         RenderPipelineDescriptor {
             label: Some("voxel_gi_debug".into()),
-            layout: vec![self.volume.clone(), self.fields.clone()],
+            layout: vec![
+                self.voxels_layout.clone(),
+                self.light_layout.clone(),
+                self.view_layout.clone(),
+            ],
             vertex: self.fullscreen.to_vertex_state(),
             fragment: Some(FragmentState {
                 shader: self.shader.clone(),
@@ -189,7 +190,7 @@ fn prepare_pipelines(
     };
     let occlusion_only = buffers.shape.occlusion_only;
     for (entity, view, wanted) in &views {
-        let field = if occlusion_only && !wanted.field.is_in_occlusion() {
+        let field = if occlusion_only && !wanted.field.is_stored_for_occlusion() {
             warn_once!(
                 "voxel GI: ambient occlusion stores no {:?}, so the debug view shows occupancy; \
                  choose `Occupancy`, `Normal` or `Irradiance`, or global illumination",
@@ -220,10 +221,10 @@ fn show(
     mut context: RenderContext,
     pipeline: Res<DebugPipeline>,
     cache: Res<PipelineCache>,
-    (uniforms, buffers, work, volume): (
+    (uniforms, buffers, scene, volume): (
         Res<VolumeUniforms>,
         Option<Res<VolumeBuffers>>,
-        Option<Res<LightWork>>,
+        Option<Res<SceneBuffers>>,
         Res<ExtractedVolume>,
     ),
     (images, views, device): (
@@ -233,36 +234,31 @@ fn show(
     ),
 ) {
     let (target, offset, id, _) = view.into_inner();
-    let (Some(buffers), Some(work), Some(volume)) = (buffers, work, &volume.0) else {
+    let (Some(buffers), Some(scene), Some(volume)) = (buffers, scene, &volume.0) else {
         return;
     };
-    let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(uniform)) = (
+    let layout = &pipeline.voxels_layout;
+    let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(materials), Some(voxels)) = (
         cache.get_render_pipeline(id.0),
         images.get(&volume.texture),
         views.uniforms.binding(),
-        uniforms.bounces[0].binding(),
+        scene.materials.binding(),
+        voxels_bind_group(layout, 0, &uniforms, &buffers, &cache, &device),
     ) else {
         return;
     };
-    let volume_group = device.create_bind_group(
-        "voxel_gi_debug_volume",
-        &cache.get_bind_group_layout(&pipeline.volume),
-        &BindGroupEntries::sequential((
-            uniform,
-            buffers.masks.as_entire_binding(),
-            buffers.packed_surfaces.as_entire_binding(),
-            buffers.reprojected_albedo.as_entire_binding(),
+    let light = device.create_bind_group(
+        "voxel_gi_debug_light",
+        &cache.get_bind_group_layout(&pipeline.light_layout),
+        &BindGroupEntries::with_indices((
+            (RADIANCE, buffers.radiance.as_entire_binding()),
+            (MATERIALS, materials),
         )),
     );
-    let fields = device.create_bind_group(
-        "voxel_gi_debug_fields",
-        &cache.get_bind_group_layout(&pipeline.fields),
-        &BindGroupEntries::sequential((
-            view_uniforms,
-            work.surfaces.as_entire_binding(),
-            buffers.radiance.as_entire_binding(),
-            &texture.texture_view,
-        )),
+    let view = device.create_bind_group(
+        "voxel_gi_debug_view",
+        &cache.get_bind_group_layout(&pipeline.view_layout),
+        &BindGroupEntries::sequential((view_uniforms, &texture.texture_view)),
     );
     let post_process = target.post_process_write();
     let mut pass = context.begin_tracked_render_pass(RenderPassDescriptor {
@@ -279,7 +275,8 @@ fn show(
         multiview_mask: None,
     });
     pass.set_render_pipeline(render_pipeline);
-    pass.set_bind_group(0, &volume_group, &[]);
-    pass.set_bind_group(1, &fields, &[offset.offset]);
+    pass.set_bind_group(0, &voxels, &[]);
+    pass.set_bind_group(1, &light, &[]);
+    pass.set_bind_group(2, &view, &[offset.offset]);
     pass.draw(0..3, 0..1);
 }

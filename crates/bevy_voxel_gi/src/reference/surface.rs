@@ -28,7 +28,7 @@ pub struct Surface {
     /// Indices of the points that are visible from the middle one: one side, if a wall divides the
     /// surface.
     pub one_side: Vec<usize>,
-    /// Ray offset along the normal (thesis: ray_offset distance), in voxels: rays start outside of the
+    /// Ray offset along the normal (thesis: guard distance), in voxels: rays start outside of the
     /// sub-voxels that the surface itself fills.
     pub ray_offset: f32,
 }

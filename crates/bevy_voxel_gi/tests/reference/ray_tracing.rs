@@ -337,22 +337,19 @@ fn visible_irradiance_does_not_leak_at_the_foot_of_a_wall() {
         for distance in [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 4.0] {
             let place = Vec3::new(x - distance, 1.2, 8.0);
             let viewer = Vec3::new(-0.7, 0.7, 0.1).normalize();
-            let ray_sample = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
+            let visible = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
             let plain = plain.irradiance(place, Vec3::Y, 0.0).x / lit;
-            worst = [worst[0].max(plain), worst[1].max(ray_sample)];
+            worst = [worst[0].max(plain), worst[1].max(visible)];
         }
         for distance in [0.05, 0.3, 0.6, 1.0] {
             let place = Vec3::new(x + thickness + distance, 1.2, 8.0);
             let viewer = Vec3::new(0.7, 0.7, 0.1).normalize();
-            let ray_sample = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
-            assert!(
-                (0.9..1.1).contains(&ray_sample),
-                "{x} {thickness}: {ray_sample}"
-            );
+            let visible = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
+            assert!((0.9..1.1).contains(&visible), "{x} {thickness}: {visible}");
         }
     }
     println!(
-        "largest share of the lit side's light: plain {}, ray_sample {}",
+        "largest share of the lit side's light: plain {}, visible {}",
         worst[0], worst[1]
     );
     assert!(worst[0] > 0.3 && worst[1] < 0.05, "{worst:?}");

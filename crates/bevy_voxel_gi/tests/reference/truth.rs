@@ -158,7 +158,7 @@ fn visible_voxels_are_as_near_the_truth() {
         let (error, bias) =
             truth.compare(|p, n| field.visible_irradiance(&voxels, p, n, truth.to_viewer(p)));
         let (e, b) = (100.0 * error, 100.0 * bias);
-        println!("{:14} ray_sample error {e:6.2}% bias {b:6.2}%", truth.name);
+        println!("{:14} visible error {e:6.2}% bias {b:6.2}%", truth.name);
         assert_near(&truth, (error, bias));
     }
 }

@@ -16,7 +16,7 @@ pub fn solid(min: Vec3, max: Vec3) -> Vec<Triangle> {
     })
 }
 
-/// A room ray_sample from inside: a box whose fronts are inside.
+/// A room seen from inside: a box whose fronts are inside.
 pub fn room(min: Vec3, max: Vec3) -> Vec<Triangle> {
     let mut all = solid(min, max);
     for triangle in &mut all {

@@ -1,0 +1,26 @@
+//! What the volumes need of the main world, whether a camera sees it or not.
+//!
+//! | module | what it contains |
+//! | --- | --- |
+//! | [`placement`], [`place_volume`] | where the volumes are, and their settings |
+//! | [`texture`], [`probe`] | the texture and the light probe through which Bevy reads the volumes |
+//! | [`volume`] | extraction of the volumes |
+//! | [`meshes`] | extraction of meshes |
+//! | [`lights`] | extraction of lights |
+//! | [`voxel_material`], [`mean_color`] | what voxels use of a material |
+//! | [`material_table`], [`material_order`] | the table of the materials in use |
+//! | [`update_materials`], [`unknown_materials`] | what keeps the table in sync |
+
+pub(crate) mod lights;
+mod material_order;
+pub(crate) mod material_table;
+pub(crate) mod mean_color;
+pub(crate) mod meshes;
+pub(crate) mod place_volume;
+pub(crate) mod placement;
+pub(crate) mod probe;
+pub(crate) mod texture;
+pub(crate) mod unknown_materials;
+pub(crate) mod update_materials;
+pub(crate) mod volume;
+pub(crate) mod voxel_material;

@@ -1,0 +1,156 @@
+//! Chooses the active volumes and places their levels in the world.
+
+use std::cmp::Reverse;
+
+use bevy::{
+    camera::{Exposure, visibility::RenderLayers},
+    core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
+    ecs::{change_detection::Tick, system::SystemChangeTick},
+    prelude::*,
+};
+use bevy_frugal_hooks::{PatchState, ShaderPatches};
+
+use super::{
+    placement::{PlacedLevel, PlacedVolume, has_shared_settings, snapped, supported},
+    texture::{light_texture, texture_size},
+};
+use crate::{
+    budget::BudgetChoice,
+    gpu_types::MAX_LEVELS,
+    receive::RECEIVER_PATCH,
+    settings::{VoxelAlbedo, VoxelGiVolume},
+};
+
+/// The active volumes, if there are any.
+#[derive(Resource, Default)]
+pub(crate) struct ActiveVolume {
+    pub volume: Option<PlacedVolume>,
+}
+
+/// The components of a volume.
+type VolumeParts = (
+    Entity,
+    Ref<'static, VoxelGiVolume>,
+    &'static GlobalTransform,
+    Option<&'static RenderLayers>,
+);
+
+/// Chooses the active volumes and their placement, and allocates their texture.
+pub(crate) fn place_volume(
+    mut active: ResMut<ActiveVolume>,
+    volumes: Query<VolumeParts>,
+    transforms: Query<&GlobalTransform>,
+    cameras: Query<(&Camera, Option<&Exposure>), With<Camera3d>>,
+    prepass_cameras: Query<
+        (&Camera, &GlobalTransform),
+        (With<DepthPrepass>, With<DeferredPrepass>),
+    >,
+    patches: Res<ShaderPatches>,
+    mut images: ResMut<Assets<Image>>,
+    budget: Option<Res<BudgetChoice>>,
+    now: SystemChangeTick,
+) {
+    let active = &mut *active;
+    let patched = match patches.state(RECEIVER_PATCH) {
+        Some(PatchState::Applied) => true,
+        Some(PatchState::Pending) => return,
+        _ => false,
+    };
+    // Entity indices are reused: they write_number the order only of volumes that are spawned at once.
+    let mut all: Vec<_> = volumes.iter().collect();
+    let age = |added: Tick| now.this_run().get().wrapping_sub(added.get());
+    all.sort_by_key(|(entity, volume, ..)| (Reverse(age(volume.added())), entity.index()));
+    let Some((_, settings, _, layers)) = all.first() else {
+        active.volume = None;
+        return;
+    };
+    let settings = supported(settings.clamped(), patched);
+    let layers = layers.cloned().unwrap_or_default();
+    if !patched && all.len() > 1 {
+        warn_once!(
+            "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
+             so only the VoxelGiVolume spawned first lights the scene"
+        );
+        all.truncate(1);
+    }
+    let mut levels = Vec::new();
+    for (owner, own, transform, own_layers) in all {
+        let own = supported(own.clamped(), patched);
+        if !has_shared_settings(&own, &settings)
+            || own_layers.cloned().unwrap_or_default() != layers
+        {
+            warn_once!(
+                "voxel GI: all VoxelGiVolumes share their render layers and settings, except \
+                 `size`, `cascades`, `follow`, `sky` and `intensity`; those of the one spawned \
+                 first are used. Give all of them the same values"
+            );
+        }
+        if levels.len() + own.cascades as usize > MAX_LEVELS {
+            warn_once!(
+                "voxel GI: there are more than {MAX_LEVELS} cubes in total (volumes times their \
+                 `cascades`); the volumes spawned last are left out. Use fewer cascades, or \
+                 despawn volumes that are far away"
+            );
+            break;
+        }
+        let anchor = own
+            .follow
+            .and_then(|entity| transforms.get(entity).ok())
+            .unwrap_or(transform)
+            .translation();
+        let center = snapped(anchor, &own, settings.resolution);
+        levels.extend((0..own.cascades).map(|cascade| PlacedLevel {
+            owner,
+            center,
+            size: own.size * (1 << cascade) as f32,
+            sky: own.sky,
+            intensity: own.intensity,
+        }));
+    }
+    levels.sort_by(|a, b| a.size.total_cmp(&b.size));
+    let own_settings = settings;
+    let settings = match budget.and_then(|budget| budget.chosen()) {
+        Some(chosen) => chosen.applied(&own_settings),
+        None => own_settings.clone(),
+    };
+    let exposure = cameras
+        .iter()
+        .find(|(camera, _)| camera.is_active)
+        .and_then(|(_, exposure)| exposure.copied())
+        .unwrap_or_default()
+        .exposure();
+    let viewpoints: Vec<_> = match settings.albedo {
+        VoxelAlbedo::Reprojected => prepass_cameras
+            .iter()
+            .filter(|(camera, _)| camera.is_active)
+            .map(|(_, transform)| *transform)
+            .collect(),
+        _ => Vec::new(),
+    };
+    if settings.albedo == VoxelAlbedo::Reprojected && viewpoints.is_empty() {
+        warn_once!(
+            "voxel GI: `VoxelAlbedo::Reprojected` takes albedo from cameras with `DepthPrepass` and \
+             `DeferredPrepass`, and no active camera has both; the mean colours of materials are \
+             used. Add both to a camera"
+        );
+    }
+    let size = texture_size(&settings, levels.len(), patched);
+    let fits = |old: &&PlacedVolume| {
+        let image = images.get(&old.texture);
+        image.is_some_and(|image| image.texture_descriptor.size == size) && old.patched == patched
+    };
+    let texture = match active.volume.as_ref().filter(fits) {
+        Some(old) => old.texture.clone(),
+        None => images.add(light_texture(size)),
+    };
+    active.volume = Some(PlacedVolume {
+        levels,
+        settings,
+        own_settings,
+        texture,
+        patched,
+        exposure,
+        layers,
+        viewpoints,
+    });
+}

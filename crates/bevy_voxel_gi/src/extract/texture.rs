@@ -1,0 +1,64 @@
+//! The texture that Bevy samples.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
+};
+
+use crate::settings::{Receiver, VoxelGiVolume};
+
+/// Factor of all stored light, so that 16-bit floats cover the range of a sunlit scene: up to
+/// 65504 · 64 = 4.2 million cd/m², down to 64 · 6·10⁻⁸ = 4·10⁻⁶ cd/m².
+pub(crate) const STORAGE_SCALE: f32 = 1.0 / 64.0;
+
+/// Whether the shader can read the texture without the placement of the levels.
+pub(super) fn is_plain(settings: &VoxelGiVolume, levels: usize) -> bool {
+    levels == 1 && settings.receiver == Receiver::Interpolated
+}
+
+/// Size of the texture in texels. Per level there are the six faces of an ambient cube in the layout of
+/// Bevy's irradiance volumes, (R, 2 R, 3 R), levels one behind the other. If the patch of Bevy's shader
+/// applies, the depth is one more than a multiple of three, unlike that of any irradiance volume, and the
+/// last slice holds the placement of the levels. With [`Receiver::PerPixel`], the occupancy masks of
+/// sub-voxels take a further (R, 2 R, R) per level.
+pub(super) fn texture_size(settings: &VoxelGiVolume, levels: usize, patched: bool) -> Extent3d {
+    let r = settings.resolution;
+    let slabs = match settings.receiver {
+        Receiver::Interpolated => 3,
+        Receiver::PerPixel => 4,
+    };
+    let depth = match patched {
+        false => 3 * r,
+        true if is_plain(settings, levels) => 3 * r + 1,
+        true => (slabs * r * levels as u32).next_multiple_of(3) + 1,
+    };
+    Extent3d {
+        width: r,
+        height: 2 * r,
+        depth_or_array_layers: depth,
+    }
+}
+
+/// Creates the texture, uninitialised.
+pub(super) fn light_texture(size: Extent3d) -> Image {
+    let mut image = Image::new_uninit(
+        size,
+        TextureDimension::D3,
+        TextureFormat::Rgba16Float,
+        RenderAssetUsages::RENDER_WORLD,
+    );
+    image.texture_descriptor.label = Some("voxel_gi_light");
+    image.texture_descriptor.usage = TextureUsages::TEXTURE_BINDING
+        | TextureUsages::STORAGE_BINDING
+        | TextureUsages::COPY_SRC
+        | TextureUsages::COPY_DST;
+    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
+        address_mode_u: ImageAddressMode::ClampToEdge,
+        address_mode_v: ImageAddressMode::ClampToEdge,
+        address_mode_w: ImageAddressMode::ClampToEdge,
+        ..ImageSamplerDescriptor::linear()
+    });
+    image
+}

@@ -1,0 +1,98 @@
+//! The types that Rust and the shaders share. Keep in sync with `shaders/gpu_types.wesl`, which has the same fields
+//! and documents them. [`VoxelMaterial`](crate::VoxelMaterial) is a further one.
+
+use bevy::{prelude::*, render::render_resource::ShaderType};
+
+/// Greatest number of levels.
+pub(crate) const MAX_LEVELS: usize = 8;
+
+/// A cube of voxels: a volume, or a cascade of one.
+#[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Level {
+    pub corner: Vec3,
+    pub voxel_size: f32,
+    pub sky_zenith: Vec3,
+    pub intensity: f32,
+    pub sky_horizon: Vec3,
+    pub sky_ground: Vec3,
+}
+
+/// What all passes know of the volumes.
+#[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Volume {
+    pub levels: [Level; MAX_LEVELS],
+    pub extent: Vec3,
+    pub resolution: u32,
+    pub center: Vec3,
+    pub level_count: u32,
+    pub light_count: u32,
+    pub storage_scale: f32,
+    pub exposure: f32,
+    pub rays: u32,
+    pub shadow_samples: u32,
+    pub max_distance: f32,
+    pub phase: u32,
+    pub interval: u32,
+    pub flags: u32,
+    pub round: u32,
+    pub points_per_triangle: u32,
+    pub empty_interval: u32,
+    pub blend: f32,
+}
+
+pub(crate) const FLAG_FEEDBACK: u32 = 1;
+pub(crate) const FLAG_WEIGHTED: u32 = 2;
+pub(crate) const FLAG_CHANGING: u32 = 4;
+
+/// A light source.
+#[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Light {
+    pub position: Vec3,
+    pub kind: u32,
+    pub color: Vec3,
+    pub inverse_range_squared: f32,
+    pub direction: Vec3,
+    pub spot_scale: f32,
+    pub spot_offset: f32,
+    pub pad: Vec3,
+}
+
+pub(crate) const LIGHT_DIRECTIONAL: u32 = 0;
+pub(crate) const LIGHT_POINT: u32 = 1;
+pub(crate) const LIGHT_SPOT: u32 = 2;
+
+/// A mesh to voxelise.
+#[derive(ShaderType, Clone, Copy, Debug)]
+pub(crate) struct MeshInstance {
+    pub world_from_local: Mat4,
+    pub vertex_base: u32,
+    pub vertex_stride: u32,
+    pub position_offset: u32,
+    pub joint_index_offset: u32,
+    pub joint_weight_offset: u32,
+    pub first_joint: u32,
+    pub index_base: u32,
+    pub index_size: u32,
+    pub triangle_count: u32,
+    pub material: u32,
+    pub flags: u32,
+    pub coverage: f32,
+    pub morph_base: u32,
+    pub vertex_count: u32,
+    pub first_weights: u32,
+    pub weight_count: u32,
+}
+
+pub(crate) const MESH_SKINNED: u32 = 1;
+pub(crate) const MESH_DOUBLE_SIDED: u32 = 2;
+pub(crate) const MESH_MIRRORED: u32 = 4;
+pub(crate) const MESH_STRIP: u32 = 8;
+
+/// Up to 64 triangles of a mesh in one level, for one workgroup.
+#[derive(ShaderType, Clone, Copy, Debug)]
+pub(crate) struct TriangleBatch {
+    pub instance: u32,
+    pub first_triangle: u32,
+    pub level: u32,
+    pub pad: u32,
+}

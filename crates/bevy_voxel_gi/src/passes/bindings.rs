@@ -1,0 +1,125 @@
+//! The bindings that several passes share, with the numbers of `bindings.wesl`.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            BindGroupLayoutEntryBuilder, PipelineCache, ShaderStages, StorageTextureAccess,
+            TextureFormat,
+            binding_types::{
+                storage_buffer_read_only_sized, storage_buffer_sized, texture_storage_3d,
+                uniform_buffer,
+            },
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use crate::{
+    gpu_types::Volume,
+    prepare::{buffers::VolumeBuffers, plan::FramePlan, uniforms::VolumeUniforms},
+};
+
+// Group 0.
+pub(crate) const VOLUME: u32 = 0;
+pub(crate) const MASKS: u32 = 1;
+pub(crate) const PACKED_SURFACES: u32 = 2;
+pub(crate) const REPROJECTED_ALBEDO: u32 = 3;
+// Group 1.
+pub(crate) const WORK_ITEMS: u32 = 0;
+pub(crate) const COUNTERS: u32 = 1;
+pub(crate) const RADIANCE: u32 = 2;
+pub(crate) const IRRADIANCE: u32 = 3;
+pub(crate) const MATERIALS: u32 = 4;
+pub(crate) const LIGHTS: u32 = 5;
+pub(crate) const LIGHT_TEXTURE: u32 = 6;
+
+pub(crate) fn read_only() -> BindGroupLayoutEntryBuilder {
+    storage_buffer_read_only_sized(false, None)
+}
+
+pub(super) fn read_write() -> BindGroupLayoutEntryBuilder {
+    storage_buffer_sized(false, None)
+}
+
+pub(super) fn light_texture() -> BindGroupLayoutEntryBuilder {
+    texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly)
+}
+
+pub(crate) fn volume_uniform() -> BindGroupLayoutEntryBuilder {
+    uniform_buffer::<Volume>(false)
+}
+
+/// Layout of group 0 in passes that read the voxels.
+pub(crate) fn voxels_layout(
+    label: &'static str,
+    stages: ShaderStages,
+) -> BindGroupLayoutDescriptor {
+    BindGroupLayoutDescriptor::new(
+        label,
+        &BindGroupLayoutEntries::with_indices(
+            stages,
+            (
+                (VOLUME, volume_uniform()),
+                (MASKS, read_only()),
+                (PACKED_SURFACES, read_only()),
+                (REPROJECTED_ALBEDO, read_only()),
+            ),
+        ),
+    )
+}
+
+/// Creates group 0 for one of the bounces.
+pub(crate) fn voxels_bind_group(
+    layout: &BindGroupLayoutDescriptor,
+    bounce: usize,
+    uniforms: &VolumeUniforms,
+    buffers: &VolumeBuffers,
+    cache: &PipelineCache,
+    device: &RenderDevice,
+) -> Option<BindGroup> {
+    Some(device.create_bind_group(
+        layout.label.as_ref(),
+        &cache.get_bind_group_layout(layout),
+        &BindGroupEntries::with_indices((
+            (VOLUME, uniforms.bounces[bounce].binding()?),
+            (MASKS, buffers.masks.as_entire_binding()),
+            (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+            (
+                REPROJECTED_ALBEDO,
+                buffers.reprojected_albedo.as_entire_binding(),
+            ),
+        )),
+    ))
+}
+
+/// Group 0 of the passes that compute light.
+#[derive(Resource)]
+pub(crate) struct VoxelBindGroups {
+    /// For the first bounce of the frame, and for the later ones.
+    pub bounces: [BindGroup; 2],
+}
+
+pub(super) const VOXELS_LABEL: &str = "voxel_gi_volume";
+
+/// Creates group 0 of the passes that compute light.
+pub(crate) fn prepare_voxel_bind_groups(
+    mut commands: Commands,
+    plan: Res<FramePlan>,
+    buffers: Option<Res<VolumeBuffers>>,
+    uniforms: Res<VolumeUniforms>,
+    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+) {
+    let (Some(_), Some(buffers)) = (plan.work, buffers) else {
+        commands.remove_resource::<VoxelBindGroups>();
+        return;
+    };
+    let layout = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
+    let group = |bounce| voxels_bind_group(&layout, bounce, &uniforms, &buffers, &cache, &device);
+    if let (Some(first), Some(later)) = (group(0), group(1)) {
+        commands.insert_resource(VoxelBindGroups {
+            bounces: [first, later],
+        });
+    }
+}

@@ -1,0 +1,143 @@
+//! Gathers indirect light by ray tracing (thesis section 6.6.1), and ambient occlusion.
+
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    prelude::*,
+    render::{
+        render_asset::RenderAssets,
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            ComputePass, PipelineCache, ShaderStages,
+        },
+        renderer::RenderDevice,
+        texture::GpuImage,
+    },
+};
+
+use super::{
+    bindings::{
+        COUNTERS, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, VOXELS_LABEL, WORK_ITEMS, light_texture,
+        read_only, read_write, voxels_layout,
+    },
+    kernel::{Kernel, light_defs},
+};
+use crate::{
+    extract::volume::ExtractedVolume,
+    prepare::{
+        buffers::{BufferShape, VolumeBuffers},
+        pipelines::RequiredPipelines,
+        plan::FramePlan,
+    },
+};
+
+#[derive(Resource)]
+pub(crate) struct GatherPass {
+    layout: BindGroupLayoutDescriptor,
+    gather: Kernel,
+    gather_empty: Kernel,
+    /// `None` if light is propagated.
+    bind_group: Option<BindGroup>,
+}
+
+pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_gather",
+        &BindGroupLayoutEntries::with_indices(
+            ShaderStages::COMPUTE,
+            (
+                (WORK_ITEMS, read_only()),
+                (COUNTERS, read_only()),
+                (RADIANCE, read_only()),
+                (IRRADIANCE, read_write()),
+                (LIGHT_TEXTURE, light_texture()),
+            ),
+        ),
+    );
+    let shader = load_embedded_asset!(assets.as_ref(), "gather.wesl");
+    let kernel = |label, entry_point| {
+        let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
+        Kernel::new(label, entry_point, &shader, vec![voxels, layout.clone()])
+            .with_zeroed_workgroup_memory()
+    };
+    commands.insert_resource(GatherPass {
+        gather: kernel("voxel_gi_gather", "gather"),
+        gather_empty: kernel("voxel_gi_gather_empty", "gather_empty"),
+        layout,
+        bind_group: None,
+    });
+}
+
+pub(crate) fn queue(
+    mut pass: ResMut<GatherPass>,
+    volume: Res<ExtractedVolume>,
+    cache: Res<PipelineCache>,
+    mut required: ResMut<RequiredPipelines>,
+) {
+    let shape = volume.0.as_ref().map(BufferShape::of);
+    if let Some(shape) = shape.filter(|shape| !shape.propagates) {
+        let defs = light_defs(shape);
+        pass.gather.require(&defs, &cache, &mut required);
+        pass.gather_empty.require(&defs, &cache, &mut required);
+    }
+}
+
+pub(crate) fn prepare(
+    mut pass: ResMut<GatherPass>,
+    plan: Res<FramePlan>,
+    volume: Res<ExtractedVolume>,
+    buffers: Option<Res<VolumeBuffers>>,
+    images: Res<RenderAssets<GpuImage>>,
+    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+) {
+    pass.bind_group = None;
+    let (Some(_), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
+        return;
+    };
+    let (Some(texture), false) = (images.get(&volume.texture), buffers.shape.propagates) else {
+        return;
+    };
+    pass.bind_group = Some(device.create_bind_group(
+        "voxel_gi_gather",
+        &cache.get_bind_group_layout(&pass.layout),
+        &BindGroupEntries::with_indices((
+            (WORK_ITEMS, buffers.work_items.as_entire_binding()),
+            (COUNTERS, buffers.counters.as_entire_binding()),
+            (RADIANCE, buffers.radiance.as_entire_binding()),
+            (IRRADIANCE, buffers.irradiance.as_entire_binding()),
+            (LIGHT_TEXTURE, &texture.texture_view),
+        )),
+    ));
+}
+
+impl GatherPass {
+    /// Records the pass over surfaces, and over empty voxels too if asked for; group 0 is set already.
+    pub(super) fn record(
+        &self,
+        pass: &mut ComputePass<'_>,
+        with_empty_voxels: bool,
+        buffers: &VolumeBuffers,
+        cache: &PipelineCache,
+    ) {
+        let (Some(group), Some(gather), Some(gather_empty)) = (
+            &self.bind_group,
+            self.gather.pipeline(cache),
+            self.gather_empty.pipeline(cache),
+        ) else {
+            return;
+        };
+        pass.set_bind_group(1, group, &[]);
+        pass.set_pipeline(gather);
+        pass.dispatch_workgroups_indirect(&buffers.indirect_args, VolumeBuffers::SURFACE_ARGS);
+        if with_empty_voxels {
+            pass.set_pipeline(gather_empty);
+            pass.dispatch_workgroups_indirect(
+                &buffers.indirect_args,
+                VolumeBuffers::EMPTY_VOXEL_ARGS,
+            );
+        }
+    }
+}
+
+pub(crate) fn embed(app: &mut App) {
+    embedded_asset!(app, "gather.wesl");
+}

@@ -1,0 +1,133 @@
+//! Adds direct light to the surfaces (thesis section 6.5.4).
+
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            ComputePass, PipelineCache, ShaderStages,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use super::{
+    bindings::{
+        COUNTERS, IRRADIANCE, LIGHTS, MATERIALS, RADIANCE, VOXELS_LABEL, WORK_ITEMS, read_only,
+        read_write, voxels_layout,
+    },
+    kernel::{Kernel, light_defs},
+};
+use crate::{
+    extract::volume::ExtractedVolume,
+    prepare::{
+        buffers::{BufferShape, VolumeBuffers},
+        pipelines::RequiredPipelines,
+        plan::FramePlan,
+        scene_buffers::SceneBuffers,
+    },
+};
+
+#[derive(Resource)]
+pub(crate) struct InjectPass {
+    layout: BindGroupLayoutDescriptor,
+    inject: Kernel,
+    /// `None` if only ambient occlusion is computed.
+    bind_group: Option<BindGroup>,
+}
+
+pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_inject",
+        &BindGroupLayoutEntries::with_indices(
+            ShaderStages::COMPUTE,
+            (
+                (WORK_ITEMS, read_only()),
+                (COUNTERS, read_only()),
+                (RADIANCE, read_write()),
+                (IRRADIANCE, read_only()),
+                (MATERIALS, read_only()),
+                (LIGHTS, read_only()),
+            ),
+        ),
+    );
+    let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
+    let shader = load_embedded_asset!(assets.as_ref(), "inject.wesl");
+    commands.insert_resource(InjectPass {
+        inject: Kernel::new(
+            "voxel_gi_inject",
+            "inject",
+            &shader,
+            vec![voxels, layout.clone()],
+        )
+        .with_zeroed_workgroup_memory(),
+        layout,
+        bind_group: None,
+    });
+}
+
+pub(crate) fn queue(
+    mut pass: ResMut<InjectPass>,
+    volume: Res<ExtractedVolume>,
+    cache: Res<PipelineCache>,
+    mut required: ResMut<RequiredPipelines>,
+) {
+    let shape = volume.0.as_ref().map(BufferShape::of);
+    if let Some(shape) = shape.filter(|shape| !shape.occlusion_only) {
+        pass.inject
+            .require(&light_defs(shape), &cache, &mut required);
+    }
+}
+
+pub(crate) fn prepare(
+    mut pass: ResMut<InjectPass>,
+    plan: Res<FramePlan>,
+    buffers: Option<Res<VolumeBuffers>>,
+    scene: Option<Res<SceneBuffers>>,
+    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+) {
+    pass.bind_group = None;
+    let (Some(_), Some(buffers), Some(scene)) = (plan.work, buffers, scene) else {
+        return;
+    };
+    let (Some(materials), Some(lights), false) = (
+        scene.materials.binding(),
+        scene.lights.binding(),
+        buffers.shape.occlusion_only,
+    ) else {
+        return;
+    };
+    pass.bind_group = Some(device.create_bind_group(
+        "voxel_gi_inject",
+        &cache.get_bind_group_layout(&pass.layout),
+        &BindGroupEntries::with_indices((
+            (WORK_ITEMS, buffers.work_items.as_entire_binding()),
+            (COUNTERS, buffers.counters.as_entire_binding()),
+            (RADIANCE, buffers.radiance.as_entire_binding()),
+            (IRRADIANCE, buffers.irradiance.as_entire_binding()),
+            (MATERIALS, materials),
+            (LIGHTS, lights),
+        )),
+    ));
+}
+
+impl InjectPass {
+    /// Records the pass, where group 0 is set already.
+    pub(super) fn record(
+        &self,
+        pass: &mut ComputePass<'_>,
+        buffers: &VolumeBuffers,
+        cache: &PipelineCache,
+    ) {
+        if let (Some(group), Some(inject)) = (&self.bind_group, self.inject.pipeline(cache)) {
+            pass.set_pipeline(inject);
+            pass.set_bind_group(1, group, &[]);
+            pass.dispatch_workgroups_indirect(&buffers.indirect_args, VolumeBuffers::SURFACE_ARGS);
+        }
+    }
+}
+
+pub(crate) fn embed(app: &mut App) {
+    embedded_asset!(app, "inject.wesl");
+}

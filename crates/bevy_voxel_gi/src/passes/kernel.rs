@@ -1,0 +1,140 @@
+//! Compute kernels: an entry point of a shader, in the variants that settings need.
+
+use bevy::{
+    prelude::*,
+    render::{
+        diagnostic::RecordDiagnostics,
+        render_resource::{
+            BindGroupLayoutDescriptor, CachedComputePipelineId, ComputePass, ComputePassDescriptor,
+            ComputePipeline, ComputePipelineDescriptor, PipelineCache,
+        },
+        renderer::RenderContext,
+    },
+};
+
+use crate::prepare::{
+    buffers::{BufferShape, VolumeBuffers},
+    pipelines::RequiredPipelines,
+};
+
+/// An entry point of a compute shader.
+pub(crate) struct Kernel {
+    descriptor: ComputePipelineDescriptor,
+    variants: Vec<(Vec<&'static str>, CachedComputePipelineId)>,
+    /// The variant of this frame.
+    current: Option<CachedComputePipelineId>,
+}
+
+impl Kernel {
+    pub(super) fn new(
+        label: &'static str,
+        entry_point: &'static str,
+        shader: &Handle<Shader>,
+        layout: Vec<BindGroupLayoutDescriptor>,
+    ) -> Self {
+        Self {
+            descriptor: ComputePipelineDescriptor {
+                label: Some(label.into()),
+                layout,
+                shader: shader.clone(),
+                entry_point: Some(entry_point.into()),
+                ..default()
+            },
+            variants: Vec::new(),
+            current: None,
+        }
+    }
+
+    /// Initialises workgroup memory with zeros.
+    pub(super) fn with_zeroed_workgroup_memory(mut self) -> Self {
+        self.descriptor.zero_initialize_workgroup_memory = true;
+        self
+    }
+
+    /// Chooses the variant with these shader defs for this frame, which waits until it is ready.
+    pub(super) fn require(
+        &mut self,
+        defs: &[&'static str],
+        cache: &PipelineCache,
+        required: &mut RequiredPipelines,
+    ) {
+        required.add(self.choose(defs, cache));
+    }
+
+    /// Chooses the variant with these shader defs for this frame.
+    pub(super) fn choose(
+        &mut self,
+        defs: &[&'static str],
+        cache: &PipelineCache,
+    ) -> CachedComputePipelineId {
+        let known = self.variants.iter().find(|(known, _)| known == defs);
+        let id = known.map_or_else(
+            || {
+                cache.queue_compute_pipeline(ComputePipelineDescriptor {
+                    shader_defs: defs.iter().map(|&def| def.into()).collect(),
+                    ..self.descriptor.clone()
+                })
+            },
+            |(_, id)| *id,
+        );
+        if known.is_none() {
+            self.variants.push((defs.to_vec(), id));
+        }
+        self.current = Some(id);
+        id
+    }
+
+    /// The variant of this frame, if it is ready.
+    pub(super) fn pipeline<'a>(&self, cache: &'a PipelineCache) -> Option<&'a ComputePipeline> {
+        cache.get_compute_pipeline(self.current?)
+    }
+}
+
+/// The shader defs of the kernels that compute light.
+pub(super) fn light_defs(shape: BufferShape) -> Vec<&'static str> {
+    [
+        (shape.occlusion_only, "OCCLUSION_ONLY"),
+        (shape.reprojects_albedo, "REPROJECTED_ALBEDO"),
+        (shape.per_pixel, "PER_PIXEL"),
+    ]
+    .into_iter()
+    .filter_map(|(is_on, def)| is_on.then_some(def))
+    .collect()
+}
+
+/// Records a compute pass with a timing span.
+pub(super) fn record_pass(
+    context: &mut RenderContext,
+    label: &'static str,
+    record: impl FnOnce(&mut ComputePass<'_>),
+) {
+    let diagnostics = context.diagnostic_recorder();
+    let encoder = context.command_encoder();
+    let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+        label: Some(label),
+        ..default()
+    });
+    let span = diagnostics.as_ref().map(|d| d.pass_span(&mut pass, label));
+    record(&mut pass);
+    if let Some(span) = span {
+        span.end(&mut pass);
+    }
+}
+
+/// Dispatches this number of workgroups in two dimensions, as one is limited to 65,535.
+pub(super) fn dispatch_workgroups(pass: &mut ComputePass<'_>, count: u32) {
+    const MAX_WIDTH: u32 = 32768;
+    let width = count.min(MAX_WIDTH);
+    pass.dispatch_workgroups(width, count.div_ceil(width), 1);
+}
+
+/// Dispatches one thread per voxel.
+pub(super) fn dispatch_voxels(
+    pass: &mut ComputePass<'_>,
+    pipeline: &ComputePipeline,
+    buffers: &VolumeBuffers,
+) {
+    pass.set_pipeline(pipeline);
+    let groups = buffers.shape.voxels.div_ceil(64);
+    dispatch_workgroups(pass, u32::try_from(groups).unwrap_or(u32::MAX));
+}

@@ -1,0 +1,161 @@
+//! Propagates light from voxel to voxel (thesis section 6.6.2).
+
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    prelude::*,
+    render::{
+        render_asset::RenderAssets,
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            ComputePass, PipelineCache, ShaderStages,
+        },
+        renderer::RenderDevice,
+        texture::GpuImage,
+    },
+};
+
+use super::{
+    bindings::{
+        IRRADIANCE, LIGHT_TEXTURE, MATERIALS, RADIANCE, VOXELS_LABEL, light_texture, read_only,
+        read_write, voxels_layout,
+    },
+    kernel::{Kernel, dispatch_voxels, light_defs},
+};
+use crate::{
+    extract::volume::ExtractedVolume,
+    prepare::{
+        buffers::{BufferShape, VolumeBuffers},
+        pipelines::RequiredPipelines,
+        plan::FramePlan,
+        scene_buffers::SceneBuffers,
+    },
+};
+
+/// Propagated light before and after a step.
+const BEFORE: u32 = 7;
+const AFTER: u32 = 8;
+
+#[derive(Resource)]
+pub(crate) struct PropagatePass {
+    layout: BindGroupLayoutDescriptor,
+    seed: Kernel,
+    propagate: Kernel,
+    deposit: Kernel,
+    /// Ping-pong between the two buffers of intensities; `None` if rays are traced.
+    bind_groups: Option<[BindGroup; 2]>,
+}
+
+pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
+    let layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_propagate",
+        &BindGroupLayoutEntries::with_indices(
+            ShaderStages::COMPUTE,
+            (
+                (RADIANCE, read_only()),
+                (IRRADIANCE, read_write()),
+                (MATERIALS, read_only()),
+                (LIGHT_TEXTURE, light_texture()),
+                (BEFORE, read_only()),
+                (AFTER, read_write()),
+            ),
+        ),
+    );
+    let shader = load_embedded_asset!(assets.as_ref(), "propagate.wesl");
+    let kernel = |label, entry_point| {
+        let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
+        Kernel::new(label, entry_point, &shader, vec![voxels, layout.clone()])
+            .with_zeroed_workgroup_memory()
+    };
+    commands.insert_resource(PropagatePass {
+        seed: kernel("voxel_gi_seed", "seed"),
+        propagate: kernel("voxel_gi_propagate", "propagate"),
+        deposit: kernel("voxel_gi_deposit", "deposit"),
+        layout,
+        bind_groups: None,
+    });
+}
+
+pub(crate) fn queue(
+    mut pass: ResMut<PropagatePass>,
+    volume: Res<ExtractedVolume>,
+    cache: Res<PipelineCache>,
+    mut required: ResMut<RequiredPipelines>,
+) {
+    let shape = volume.0.as_ref().map(BufferShape::of);
+    if let Some(shape) = shape.filter(|shape| shape.propagates) {
+        let defs = light_defs(shape);
+        pass.seed.require(&defs, &cache, &mut required);
+        pass.propagate.require(&defs, &cache, &mut required);
+        pass.deposit.require(&defs, &cache, &mut required);
+    }
+}
+
+pub(crate) fn prepare(
+    mut pass: ResMut<PropagatePass>,
+    plan: Res<FramePlan>,
+    volume: Res<ExtractedVolume>,
+    (buffers, scene): (Option<Res<VolumeBuffers>>, Option<Res<SceneBuffers>>),
+    images: Res<RenderAssets<GpuImage>>,
+    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+) {
+    pass.bind_groups = None;
+    let (Some(_), Some(volume), Some(buffers), Some(scene)) =
+        (plan.work, &volume.0, buffers, scene)
+    else {
+        return;
+    };
+    let (Some(texture), Some(materials), true) = (
+        images.get(&volume.texture),
+        scene.materials.binding(),
+        buffers.shape.propagates,
+    ) else {
+        return;
+    };
+    let bind_groups = [0, 1].map(|from| {
+        device.create_bind_group(
+            "voxel_gi_propagate",
+            &cache.get_bind_group_layout(&pass.layout),
+            &BindGroupEntries::with_indices((
+                (RADIANCE, buffers.radiance.as_entire_binding()),
+                (IRRADIANCE, buffers.irradiance.as_entire_binding()),
+                (MATERIALS, materials.clone()),
+                (LIGHT_TEXTURE, &texture.texture_view),
+                (BEFORE, buffers.intensity[from].as_entire_binding()),
+                (AFTER, buffers.intensity[1 - from].as_entire_binding()),
+            )),
+        )
+    });
+    pass.bind_groups = Some(bind_groups);
+}
+
+impl PropagatePass {
+    /// Records all steps, where group 0 is set already.
+    pub(super) fn record(
+        &self,
+        pass: &mut ComputePass<'_>,
+        iterations: u32,
+        buffers: &VolumeBuffers,
+        cache: &PipelineCache,
+    ) {
+        let (Some(groups), Some(seed), Some(propagate), Some(deposit)) = (
+            &self.bind_groups,
+            self.seed.pipeline(cache),
+            self.propagate.pipeline(cache),
+            self.deposit.pipeline(cache),
+        ) else {
+            return;
+        };
+        // `seed` writes the first buffer, which the first step reads.
+        pass.set_bind_group(1, &groups[1], &[]);
+        dispatch_voxels(pass, seed, buffers);
+        for step in 0..iterations {
+            pass.set_bind_group(1, &groups[step as usize % 2], &[]);
+            dispatch_voxels(pass, propagate, buffers);
+        }
+        dispatch_voxels(pass, deposit, buffers);
+    }
+}
+
+pub(crate) fn embed(app: &mut App) {
+    embedded_asset!(app, "propagate.wesl");
+}

@@ -1,0 +1,166 @@
+//! Reprojects the albedo of surfaces from cameras' G-buffers (thesis section 6.5.2), for
+//! [`VoxelAlbedo::Reprojected`](crate::VoxelAlbedo::Reprojected).
+//!
+//! The pass runs after the prepass of each camera that has a G-buffer; the light of the next frame uses
+//! the result.
+
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    core_pipeline::prepass::ViewPrepassTextures,
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, PipelineCache,
+            ShaderStages, TextureSampleType,
+            binding_types::{texture_2d, texture_depth_2d, uniform_buffer},
+        },
+        renderer::{RenderContext, RenderDevice, ViewQuery},
+        view::{ViewUniform, ViewUniformOffset, ViewUniforms},
+    },
+};
+
+use super::{
+    bindings::{
+        COUNTERS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME, WORK_ITEMS, read_only,
+        read_write, volume_uniform,
+    },
+    kernel::{Kernel, record_pass},
+};
+use crate::{
+    extract::volume::ExtractedVolume,
+    prepare::{buffers::VolumeBuffers, plan::FramePlan, uniforms::VolumeUniforms},
+    settings::VoxelAlbedo,
+};
+
+#[derive(Resource)]
+pub(crate) struct ReprojectPass {
+    voxels_layout: BindGroupLayoutDescriptor,
+    work_layout: BindGroupLayoutDescriptor,
+    view_layout: BindGroupLayoutDescriptor,
+    reproject: Kernel,
+}
+
+pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
+    let compute = ShaderStages::COMPUTE;
+    let voxels_layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_reproject_volume",
+        &BindGroupLayoutEntries::with_indices(
+            compute,
+            (
+                (VOLUME, volume_uniform()),
+                (MASKS, read_only()),
+                (PACKED_SURFACES, read_only()),
+                (REPROJECTED_ALBEDO, read_write()),
+            ),
+        ),
+    );
+    let work_layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_reproject_work",
+        &BindGroupLayoutEntries::with_indices(
+            compute,
+            ((WORK_ITEMS, read_only()), (COUNTERS, read_only())),
+        ),
+    );
+    let view_layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_reproject_view",
+        &BindGroupLayoutEntries::sequential(
+            compute,
+            (
+                uniform_buffer::<ViewUniform>(true),
+                texture_depth_2d(),
+                texture_2d(TextureSampleType::Uint),
+            ),
+        ),
+    );
+    let shader = load_embedded_asset!(assets.as_ref(), "reproject.wesl");
+    let layout = [&voxels_layout, &work_layout, &view_layout];
+    commands.insert_resource(ReprojectPass {
+        reproject: Kernel::new(
+            "voxel_gi_reproject",
+            "reproject",
+            &shader,
+            layout.map(Clone::clone).to_vec(),
+        )
+        .with_zeroed_workgroup_memory(),
+        voxels_layout,
+        work_layout,
+        view_layout,
+    });
+}
+
+/// Queues the pipeline once a volume uses reprojected albedo; nothing waits for it.
+pub(crate) fn queue(
+    mut pass: ResMut<ReprojectPass>,
+    volume: Res<ExtractedVolume>,
+    cache: Res<PipelineCache>,
+) {
+    let volume = volume.0.as_ref();
+    if volume.is_some_and(|volume| volume.settings.albedo == VoxelAlbedo::Reprojected) {
+        pass.reproject.choose(&[], &cache);
+    }
+}
+
+/// Runs for the camera whose prepass has just been rendered.
+pub(crate) fn reproject(
+    view: ViewQuery<(&ViewUniformOffset, &ViewPrepassTextures)>,
+    mut context: RenderContext,
+    pass: Res<ReprojectPass>,
+    plan: Res<FramePlan>,
+    (buffers, uniforms): (Option<Res<VolumeBuffers>>, Res<VolumeUniforms>),
+    views: Res<ViewUniforms>,
+    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+) {
+    let (offset, textures) = view.into_inner();
+    let (Some(_), Some(buffers)) = (plan.work, buffers) else {
+        return;
+    };
+    let (Some(deferred), Some(depth)) = (textures.deferred_view(), textures.depth_only_view())
+    else {
+        return;
+    };
+    let (true, Some(pipeline), Some(volume), Some(view_uniform)) = (
+        buffers.shape.reprojects_albedo,
+        pass.reproject.pipeline(&cache),
+        uniforms.bounces[0].binding(),
+        views.uniforms.binding(),
+    ) else {
+        return;
+    };
+    let voxels = device.create_bind_group(
+        "voxel_gi_reproject_volume",
+        &cache.get_bind_group_layout(&pass.voxels_layout),
+        &BindGroupEntries::with_indices((
+            (VOLUME, volume),
+            (MASKS, buffers.masks.as_entire_binding()),
+            (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+            (
+                REPROJECTED_ALBEDO,
+                buffers.reprojected_albedo.as_entire_binding(),
+            ),
+        )),
+    );
+    let work = device.create_bind_group(
+        "voxel_gi_reproject_work",
+        &cache.get_bind_group_layout(&pass.work_layout),
+        &BindGroupEntries::with_indices((
+            (WORK_ITEMS, buffers.work_items.as_entire_binding()),
+            (COUNTERS, buffers.counters.as_entire_binding()),
+        )),
+    );
+    let view = device.create_bind_group(
+        "voxel_gi_reproject_view",
+        &cache.get_bind_group_layout(&pass.view_layout),
+        &BindGroupEntries::sequential((view_uniform, depth, deferred)),
+    );
+    record_pass(&mut context, "voxel_gi_reproject", |pass| {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &voxels, &[]);
+        pass.set_bind_group(1, &work, &[]);
+        pass.set_bind_group(2, &view, &[offset.offset]);
+        pass.dispatch_workgroups_indirect(&buffers.indirect_args, VolumeBuffers::SURFACE_ARGS);
+    });
+}
+
+pub(crate) fn embed(app: &mut App) {
+    embedded_asset!(app, "reproject.wesl");
+}

@@ -1,0 +1,67 @@
+//! Hashes of everything that the light depends on: a change of the hash is a change of the light.
+
+use std::hash::{BuildHasher, Hash, Hasher};
+
+use bevy::{color::ColorToComponents, platform::hash::FixedHasher};
+
+use crate::{
+    extract::{
+        placement::{PlacedLevel, PlacedVolume},
+        voxel_material::VoxelMaterial,
+    },
+    gpu_types::Light,
+};
+
+/// Adds floats to a hash by their bits, so that NaN equals itself.
+pub(super) fn hash_floats(hasher: &mut impl Hasher, floats: &[f32]) {
+    for float in floats {
+        float.to_bits().hash(hasher);
+    }
+}
+
+/// Hash of everything that the light depends on, except the settings; `meshes` is that of the meshes.
+pub(super) fn fingerprint(
+    meshes: u64,
+    volume: &PlacedVolume,
+    lights: &[Light],
+    materials: &[VoxelMaterial],
+) -> u64 {
+    let mut hasher = FixedHasher.build_hasher();
+    meshes.hash(&mut hasher);
+    for level in &volume.levels {
+        let PlacedLevel {
+            owner: _,
+            center,
+            size,
+            sky,
+            intensity,
+        } = level;
+        hash_floats(&mut hasher, &center.to_array());
+        hash_floats(&mut hasher, &[*size, *intensity]);
+        for color in [sky.zenith, sky.horizon, sky.ground] {
+            hash_floats(&mut hasher, &color.to_f32_array());
+        }
+    }
+    hash_floats(&mut hasher, &[volume.exposure]);
+    for viewpoint in &volume.viewpoints {
+        hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
+    }
+    for light in lights {
+        hash_floats(&mut hasher, &light.position.to_array());
+        hash_floats(&mut hasher, &light.color.to_array());
+        hash_floats(&mut hasher, &light.direction.to_array());
+        let others = [
+            light.inverse_range_squared,
+            light.spot_scale,
+            light.spot_offset,
+        ];
+        hash_floats(&mut hasher, &others);
+        light.kind.hash(&mut hasher);
+    }
+    for material in materials {
+        hash_floats(&mut hasher, &material.albedo.to_array());
+        hash_floats(&mut hasher, &material.emissive.to_array());
+        hash_floats(&mut hasher, &[material.emissive_exposure_weight]);
+    }
+    hasher.finish()
+}

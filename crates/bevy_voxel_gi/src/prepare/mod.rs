@@ -1,0 +1,21 @@
+//! Plans what a frame computes, and prepares what the passes share.
+//!
+//! | module | what it contains |
+//! | --- | --- |
+//! | [`pipelines`] | whether all pipelines of a frame are ready |
+//! | [`mesh_batches`] | the meshes, grouped for dispatch |
+//! | [`fingerprint`] | whether anything has changed that the light depends on |
+//! | [`settling`] | the clock that says when the light has settled |
+//! | [`plan`] | what this frame computes |
+//! | [`uniforms`] | the uniforms of the volume |
+//! | [`buffers`] | the buffers of the volume |
+//! | [`scene_buffers`] | lights and materials on the GPU |
+
+pub(crate) mod buffers;
+mod fingerprint;
+pub(crate) mod mesh_batches;
+pub(crate) mod pipelines;
+pub(crate) mod plan;
+pub(crate) mod scene_buffers;
+mod settling;
+pub(crate) mod uniforms;

@@ -1,0 +1,140 @@
+//! The uniforms of the volume.
+
+use bevy::{
+    prelude::*,
+    render::{
+        render_resource::UniformBuffer,
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use crate::{
+    extract::{
+        placement::{PlacedLevel, PlacedVolume},
+        texture::STORAGE_SCALE,
+    },
+    gpu_types::{FLAG_CHANGING, FLAG_FEEDBACK, FLAG_WEIGHTED, Level, MAX_LEVELS, Volume},
+    settings::{Bounces, Solver, VoxelLight, Voxelizer},
+};
+
+/// Number of rounds over which empty voxels are updated, one part in each: they light only meshes that
+/// are not voxelised themselves.
+pub(super) const EMPTY_INTERVAL: u32 = 8;
+
+/// The uniforms of the volume.
+#[derive(Resource, Default)]
+pub(crate) struct VolumeUniforms {
+    /// For the first bounce of a frame, and for the later ones.
+    pub bounces: [UniformBuffer<Volume>; 2],
+}
+
+impl VolumeUniforms {
+    pub(super) fn write(
+        &mut self,
+        frame: UniformFrame,
+        device: &RenderDevice,
+        queue: &RenderQueue,
+    ) {
+        let first = frame.uniform();
+        // All bounces of a frame but the first reflect the light of the one before.
+        let later = Volume {
+            flags: first.flags | FLAG_FEEDBACK,
+            ..first
+        };
+        for (buffer, volume) in self.bounces.iter_mut().zip([first, later]) {
+            buffer.set(volume);
+            buffer.write_buffer(device, queue);
+        }
+    }
+}
+
+/// What the uniforms of a frame depend on.
+#[derive(Clone, Copy)]
+pub(super) struct UniformFrame<'a> {
+    pub volume: &'a PlacedVolume,
+    pub light_count: u32,
+    /// Number of the frame; see [`SettlingClock`](super::settling::SettlingClock).
+    pub frame: u32,
+    /// Blend factor of this frame in the mean that pixels read.
+    pub blend: f32,
+    /// Whether something has changed lately.
+    pub is_changing: bool,
+    /// Whether levels have moved: then all voxels are updated.
+    pub has_moved: bool,
+}
+
+impl UniformFrame<'_> {
+    fn uniform(&self) -> Volume {
+        let settings = &self.volume.settings;
+        let interval = settings.update_interval;
+        let (rays, max_distance, feedback) = match settings.light {
+            VoxelLight::GlobalIllumination { solver, bounces } => {
+                let rays = match solver {
+                    Solver::Trace { rays } => rays,
+                    Solver::Propagate { .. } => 0,
+                };
+                let feedback = rays > 0 && bounces == Bounces::Endless;
+                (rays, f32::MAX, feedback)
+            }
+            VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
+        };
+        // Without a mean over rounds the rays are the same in every frame.
+        let (round, blend) = match settings.light {
+            VoxelLight::AmbientOcclusion { .. } => (0, 1.0),
+            VoxelLight::GlobalIllumination { .. } => (self.frame / interval, self.blend),
+        };
+        let (phase, interval, empty_interval) = if self.has_moved {
+            (0, 1, 1)
+        } else {
+            (self.frame % interval, interval, EMPTY_INTERVAL)
+        };
+        let flags = [
+            (feedback, FLAG_FEEDBACK),
+            (self.volume.patched, FLAG_WEIGHTED),
+            (self.is_changing, FLAG_CHANGING),
+        ];
+        let mut levels = [Level::default(); MAX_LEVELS];
+        for (level, placed) in levels.iter_mut().zip(&self.volume.levels) {
+            *level = level_uniform(placed, self.volume);
+        }
+        let (center, extent) = self.volume.bounds();
+        Volume {
+            levels,
+            extent,
+            resolution: settings.resolution,
+            center,
+            level_count: self.volume.levels.len() as u32,
+            light_count: self.light_count,
+            storage_scale: STORAGE_SCALE,
+            exposure: self.volume.exposure,
+            rays,
+            shadow_samples: settings.shadow_samples,
+            max_distance,
+            phase,
+            interval,
+            flags: flags
+                .into_iter()
+                .filter(|(is_on, _)| *is_on)
+                .fold(0, |all, (_, flag)| all | flag),
+            round,
+            points_per_triangle: match settings.voxelizer {
+                Voxelizer::Stochastic { points } => points,
+                _ => 0,
+            },
+            empty_interval,
+            blend,
+        }
+    }
+}
+
+fn level_uniform(level: &PlacedLevel, volume: &PlacedVolume) -> Level {
+    let scaled = |color: LinearRgba| color.to_vec3() * STORAGE_SCALE;
+    Level {
+        corner: level.center - 0.5 * level.size,
+        voxel_size: volume.voxel_size(level),
+        sky_zenith: scaled(level.sky.zenith),
+        intensity: level.intensity,
+        sky_horizon: scaled(level.sky.horizon),
+        sky_ground: scaled(level.sky.ground),
+    }
+}

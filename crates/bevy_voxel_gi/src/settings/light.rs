@@ -1,0 +1,95 @@
+//! The light that a volume computes, and how.
+
+use bevy::prelude::*;
+
+use super::range::clamped_or;
+
+/// The light that a volume computes.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+pub enum VoxelLight {
+    /// The light that surfaces reflect, emit and receive from the sky.
+    GlobalIllumination {
+        /// How light is transported from surface to surface.
+        solver: Solver,
+        /// The number of times that light is reflected.
+        bounces: Bounces,
+    },
+    /// Only the sky's light, reduced where surfaces nearby occlude it (thesis section 6.7). Materials
+    /// and lights are not evaluated, and no memory is allocated for them.
+    AmbientOcclusion {
+        /// Surfaces further away than this do not occlude, in metres, at least 0.
+        radius: f32,
+        /// Number of rays from each side of a voxel, 16 to 256, a multiple of 16.
+        rays: u32,
+    },
+}
+
+impl Default for VoxelLight {
+    fn default() -> Self {
+        Self::GlobalIllumination {
+            solver: Solver::default(),
+            bounces: Bounces::default(),
+        }
+    }
+}
+
+impl VoxelLight {
+    pub(super) fn clamped(self) -> Self {
+        match self {
+            Self::GlobalIllumination { solver, bounces } => Self::GlobalIllumination {
+                solver: match solver {
+                    Solver::Trace { rays } => Solver::Trace {
+                        rays: (rays / 4 * 4).clamp(4, 256),
+                    },
+                    Solver::Propagate { iterations } => Solver::Propagate {
+                        iterations: iterations.clamp(1, 512),
+                    },
+                },
+                bounces: match bounces {
+                    Bounces::Count(count) => Bounces::Count(count.clamp(1, 8)),
+                    Bounces::Endless => Bounces::Endless,
+                },
+            },
+            Self::AmbientOcclusion { radius, rays } => Self::AmbientOcclusion {
+                radius: clamped_or(radius, 0.0, f32::MAX, 1.0),
+                rays: rays.clamp(16, 256).next_multiple_of(16),
+            },
+        }
+    }
+}
+
+/// How light is transported from surface to surface.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Solver {
+    /// Ray tracing from every surface through the voxels (thesis section 6.6.1).
+    Trace {
+        /// Number of rays from each side of a voxel that has a surface, 4 to 256, a multiple of 4.
+        /// Default 32. More rays cost more time and give less noise. Each frame uses different rays, and
+        /// pixels read a mean over eight frames.
+        rays: u32,
+    },
+    /// Propagation from voxel to voxel in second-order spherical harmonics (thesis section 6.6.2). It is
+    /// smooth and cheap per step, but light spreads as it travels. Bounces are part of the steps, so
+    /// [`Bounces`] is ignored. It supports one cascade only.
+    Propagate {
+        /// Number of steps, 1 to 512. Light travels one voxel per step.
+        iterations: u32,
+    },
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self::Trace { rays: 32 }
+    }
+}
+
+/// The number of times that light is reflected before it reaches a pixel.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Bounces {
+    /// This many reflections, 1 to 8, all computed in each frame: no latency, at a multiple of the cost.
+    Count(u32),
+    /// One reflection per frame of the light that the previous frame left: over several frames, the
+    /// light of infinitely many bounces.
+    #[default]
+    Endless,
+}

@@ -1,0 +1,14 @@
+//! All that a user sets. Each type with a range has `clamped`, which brings it into its range.
+
+mod budget;
+mod light;
+mod mesh;
+mod range;
+mod sky;
+mod volume;
+
+pub use budget::VoxelGiBudget;
+pub use light::{Bounces, Solver, VoxelLight};
+pub use mesh::{MeshVoxelMaterial, NotVoxelized};
+pub use sky::Sky;
+pub use volume::{Receiver, VoxelAlbedo, VoxelGiVolume, Voxelizer};
