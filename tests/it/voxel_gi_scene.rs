@@ -159,7 +159,7 @@ fn every_value_of_every_setting_changes_the_picture() {
             // The Cornell box has a test of its own; large volumes take long without a GPU.
             // Others show with time, or are what they are compared with.
             if ["cornell", "64", "128"].contains(&value.as_str())
-                || ["sun_motion", "iterations"].contains(&setting.name)
+                || ["sun_motion", "iterations", "paths"].contains(&setting.name)
                 || value == "closed"
             {
                 continue;
@@ -203,7 +203,7 @@ fn sun_and_door_move_when_asked_to() {
 #[test]
 fn the_cornell_box_is_beside_its_truth() {
     let _gpu = gpu();
-    let mut app = app(&["scene=cornell", "resolution=16"]);
+    let mut app = app(&["scene=cornell", "resolution=16", "paths=64"]);
     let half = |image: &RgbImage, right: u32| {
         let crop = image::imageops::crop_imm(image, 64 * right, 0, 64, 72);
         crop.to_image()

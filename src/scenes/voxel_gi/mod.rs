@@ -4,6 +4,7 @@
 //! | file | contents |
 //! | --- | --- |
 //! | `settings` | the settings of the volume |
+//! | `cornell` | the Cornell box before the cameras |
 //! | `room` | the room in numbers |
 //! | `stage` | the chosen scene, and the cameras before it |
 //! | `motion` | the sun and the door |
@@ -11,6 +12,7 @@
 //! | `truth` | the path-traced picture, and how far the live one is from it |
 //! | `figures` | the plugin's report as figures and notes |
 
+mod cornell;
 mod drag;
 mod figures;
 mod motion;
@@ -130,6 +132,13 @@ impl Scene for VoxelGi {
                 ],
             ),
             SceneSetting::choice("door", "of the room", 0, &["swinging", "closed", "open"]),
+            SceneSetting::integer(
+                "paths",
+                "from each pixel of the path-traced picture",
+                1024,
+                16..=4096,
+                "",
+            ),
         ]
     }
 

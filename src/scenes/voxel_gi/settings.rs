@@ -23,7 +23,7 @@ pub fn apply(
     if !settings.is_changed() && !stage.is_changed() {
         return;
     }
-    let Some((center, size, sky)) = stage.volume(&settings) else {
+    let Some((center, size, sky)) = stage.volume(resolution(&settings)) else {
         return;
     };
     let volume = (
@@ -69,7 +69,7 @@ pub fn apply_debug(
 }
 
 /// Voxels along an edge of the volume.
-pub fn resolution(settings: &SceneSettings) -> u32 {
+fn resolution(settings: &SceneSettings) -> u32 {
     settings.choice("resolution").parse().unwrap_or(32)
 }
 

@@ -8,7 +8,7 @@ use bevy::{
 };
 use bevy_voxel_gi::Sky;
 
-use super::{drag::Draggable, motion, room, settings::resolution, truth};
+use super::{cornell, drag::Draggable, motion, room};
 use crate::{
     boxes::{BoxScene, cornell_box, spawn_boxes_and_lamps},
     runner::{PictureArea, SceneSettings, Side, Split},
@@ -26,9 +26,9 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Centre and size of the volume in metres, and the sky around it.
-    pub fn volume(&self, settings: &SceneSettings) -> Option<(Vec3, f32, Sky)> {
-        let (center, size) = self.scene.as_ref()?.volume(resolution(settings));
+    /// Centre and size in metres of a volume with this many voxels along an edge, and the sky around it.
+    pub fn volume(&self, resolution: u32) -> Option<(Vec3, f32, Sky)> {
+        let (center, size) = self.scene.as_ref()?.volume(resolution);
         Some((center, size, self.sky))
     }
 
@@ -76,7 +76,7 @@ pub fn change(world: &mut World) {
     let aspect = area.x as f32 / area.y as f32;
     let (pose, ev100, tone_map) = match name {
         // Not tone-mapped, as its truth.
-        "cornell" => (truth::view(aspect), truth::EV100, UNGRADED),
+        "cornell" => (cornell::view(aspect), cornell::EV100, UNGRADED),
         _ => (room::view(), room::EV100, TONE_MAPPED),
     };
     let mut cameras = world.query_filtered::<Entity, (With<Side>, With<Camera>)>();

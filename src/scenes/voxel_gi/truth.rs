@@ -17,60 +17,22 @@ use bevy::{
 };
 use bevy_voxel_gi::{VoxelGiReport, VoxelGiState};
 
-use super::stage::{Part, Stage};
+use super::{
+    cornell::{self, EV100, EV100_OF_ONE, FOV, SIZE},
+    stage::{Part, Stage},
+};
 use crate::{
-    boxes::{
-        Agreement, BoxScene, SceneCamera, TraceSettings, TracedPicture, agreement, block_means,
-        cornell_box, trace,
-    },
+    boxes::{Agreement, TraceSettings, TracedPicture, agreement, block_means, trace},
     headless::LabTarget,
-    runner::{PictureArea, Side},
+    runner::{PictureArea, SceneSettings, Side},
     scenes::quad_camera::{LAYER, quad_camera},
 };
-
-/// Exposure of the cameras before the box: 1 cd/m² is a quarter of white.
-pub const EV100: f32 = EV100_OF_ONE + 2.0;
-/// An exposure of exactly 1.
-const EV100_OF_ONE: f32 = -0.263_034_4;
-/// Vertical field of view of all cameras before the box, in degrees.
-const FOV: f32 = 45.0;
-/// Width of what a camera sees at the box's opening, in metres: its left half holds the box.
-const WIDTH: f32 = 4.93;
-/// The opening, in metres along Z.
-const FRONT: f32 = 1.1;
-/// Size of the traced picture in pixels.
-const SIZE: UVec2 = UVec2::new(224, 128);
-/// Paths from each of its pixels.
-const SAMPLES: u32 = 1024;
-
-/// Where a camera with a picture of this aspect sees the box in the left half.
-pub fn view(aspect: f32) -> Transform {
-    // As far away as for the widest picture in which floor and ceiling are seen.
-    let height = WIDTH / aspect.min(SIZE.x as f32 / SIZE.y as f32);
-    let distance = 0.5 * height / (0.5 * FOV.to_radians()).tan();
-    let aside = 0.25 * height * aspect;
-    Transform::from_xyz(aside, 1.0, FRONT + distance)
-}
-
-/// The scene as the traced picture shows it.
-pub fn scene() -> BoxScene {
-    let pose = view(SIZE.x as f32 / SIZE.y as f32);
-    BoxScene {
-        camera: SceneCamera {
-            eye: pose.translation,
-            target: pose.translation - Vec3::Z,
-            up: Vec3::Y,
-            fov_y_deg: FOV,
-            width: SIZE.x,
-            height: SIZE.y,
-        },
-        ..cornell_box()
-    }
-}
 
 /// The traced picture, as far as it is.
 #[derive(Resource, Default)]
 pub struct Truth {
+    /// Paths from each pixel of the picture.
+    samples: u32,
     task: Option<Task<TracedPicture>>,
     picture: Option<TracedPicture>,
     shown: Option<Handle<Image>>,
@@ -104,27 +66,41 @@ impl Truth {
     }
 }
 
-/// Starts to trace when the box comes on stage, and takes what was traced.
-pub fn receive(stage: Res<Stage>, mut truth: ResMut<Truth>, mut images: ResMut<Assets<Image>>) {
+/// Starts to trace when the box comes on stage or the number of paths changes, and takes what was traced.
+pub fn receive(
+    stage: Res<Stage>,
+    settings: Res<SceneSettings>,
+    mut truth: ResMut<Truth>,
+    mut images: ResMut<Assets<Image>>,
+) {
     if truth.is_open != stage.has_truth() {
         truth.is_open = stage.has_truth();
         (truth.live, truth.found) = ([None, None], None);
+    }
+    let samples = settings.integer("paths");
+    if truth.samples != samples {
+        truth.samples = samples;
+        (truth.task, truth.picture, truth.found) = (None, None, None);
     }
     if !truth.is_open || truth.picture.is_some() {
         return;
     }
     let task = truth.task.get_or_insert_with(|| {
-        AsyncComputeTaskPool::get().spawn(async {
+        AsyncComputeTaskPool::get().spawn(async move {
             let settings = TraceSettings {
-                samples: SAMPLES,
+                samples,
                 ..default()
             };
-            trace(&scene(), &settings)
+            trace(&cornell::scene(), &settings)
         })
     });
     if let Some(picture) = check_ready(task) {
         truth.task = None;
-        truth.shown = Some(images.add(image(&picture.total)));
+        let image = image(&picture.total);
+        let shown = truth.shown.as_ref().map(Handle::id);
+        if shown.is_none_or(|shown| images.insert(shown, image.clone()).is_err()) {
+            truth.shown = Some(images.add(image));
+        }
         truth.picture = Some(picture);
     }
 }
@@ -251,7 +227,7 @@ pub fn compare(
 }
 
 fn spawn_cameras(commands: &mut Commands, images: &mut Assets<Image>) {
-    let scene = scene();
+    let scene = cornell::scene();
     for side in Side::BOTH {
         let mut image = Image::new_target_texture(SIZE.x, SIZE.y, TextureFormat::Rgba32Float, None);
         image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
@@ -315,35 +291,4 @@ fn take(
         .chunks_exact(16)
         .map(|texel| Vec3::new(channel(texel, 0), channel(texel, 1), channel(texel, 2)));
     truth.live[camera.side] = Some(pixels.collect());
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn exposures_are_as_said() {
-        for (ev100, expected) in [(EV100_OF_ONE, 1.0), (EV100, 0.25)] {
-            let exposure = Exposure { ev100 }.exposure();
-            assert!((exposure - expected).abs() < 1e-5, "{exposure}");
-        }
-    }
-
-    #[test]
-    fn the_box_is_in_the_left_half_of_pictures_of_any_aspect() {
-        for aspect in [1.0, 1.36, 16.0 / 9.0, 2.4] {
-            let pose = view(aspect);
-            let distance = pose.translation.z - FRONT;
-            let half_height = distance * (0.5 * FOV.to_radians()).tan();
-            let x = |x: f32| (x - pose.translation.x) / (half_height * aspect);
-            // From -1 at the left edge to 1 at the right one.
-            assert!(
-                x(-1.1) > -1.0 && x(1.1) < 0.0,
-                "{aspect}: {} {}",
-                x(-1.1),
-                x(1.1)
-            );
-            assert!((2.1 - pose.translation.y) / half_height < 1.0, "{aspect}");
-        }
-    }
 }

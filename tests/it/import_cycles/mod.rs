@@ -20,8 +20,7 @@ use std::{fs, path::Path};
 use graph::Graph;
 
 /// Folders that still have cycles.
-/// Folders that still have cycles.
-const KNOWN: &[&str] = &["src/cost/", "src/scenes/voxel_gi/"];
+const KNOWN: &[&str] = &["src/cost/"];
 
 /// The folders of sources, each with the roots of its crates.
 const CRATES: [(&str, &[&str]); 6] = [
