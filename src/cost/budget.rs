@@ -5,7 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Configuration, CostError, FOLDER, configurations, record, record::CostRow};
+use super::{
+    configurations::{Configuration, configurations},
+    error::CostError,
+    record::{self, CostRow, FOLDER},
+};
 
 /// The share by which a figure may grow.
 const TOLERANCE: f64 = 0.03;

@@ -3,7 +3,11 @@
 use std::{collections::BTreeMap, path::Path};
 
 use super::{
-    CostError, configurations::PLUGINS, record, record::CostRow, scenes::Scene, tables::GPU,
+    configurations::PLUGINS,
+    error::CostError,
+    record::{self, CostRow},
+    scene::Scene,
+    tables::GPU,
 };
 use crate::{
     record::Report,

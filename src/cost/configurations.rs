@@ -6,7 +6,7 @@ use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelAlbedo, VoxelGiVolume, Voxel
 use bevy_wavelet_tex::{WaveletFilter, codec::rate::Rate};
 use bevy_ycocg_fb::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
 
-use super::scenes::Scene;
+use super::scene::Scene;
 use crate::tradeoff::{ewa::settings::SETTINGS, wavelet_tex::tunnel::FILTERS};
 
 /// The plugins, by the names of their studies, each with its default setting.

@@ -8,11 +8,12 @@ use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CostError,
+    app::{Skin, add_plugin, spawn_camera},
     configurations::{Kind, PLUGINS, configurations},
+    error::CostError,
     pipelines::settle,
     record,
-    scenes::{Scene, Skin, add_plugin, spawn_camera},
+    scene::Scene,
     shim,
 };
 use crate::headless::{HeadlessApp, HeadlessSettings, median};

@@ -6,7 +6,7 @@
 //! on every machine with the same version of Mesa, except the time to compile.
 //!
 //! A program starts itself again under that driver ([`shim`]). There it builds, for each
-//! [`Configuration`] of a plugin and for Bevy alone, small scenes with one material each ([`scenes`]),
+//! [`Configuration`](configurations::Configuration) of a plugin and for Bevy alone, small scenes with one material each ([`mod@app`]),
 //! and compiles every pipeline of interest a second time, one at a time ([`pipelines`]): what the driver
 //! prints between two marks belongs to the pipeline whose name is in the marks ([`statistics`]). So no
 //! order of compiling is assumed.
@@ -15,7 +15,8 @@
 //! | --- | --- |
 //! | [`shim`] | starting a program under the driver |
 //! | [`mod@configurations`] | what is compiled, by name |
-//! | [`scenes`] | a configuration in an app |
+//! | [`scene`] | what is drawn |
+//! | [`mod@app`] | a configuration in an app |
 //! | [`pipelines`] | every pipeline of an app, compiled between marks |
 //! | [`statistics`] | what the driver printed, as rows |
 //! | [`mod@record`] | rows with those of Bevy beside them, in files |
@@ -24,29 +25,26 @@
 //! | [`charts`] | accuracy against compiled cost |
 //! | [`mod@budget`] | rows that may not grow unnoticed |
 
+pub mod app;
 pub mod budget;
 pub mod charts;
 pub mod configurations;
 pub mod cpu;
+pub mod error;
 pub mod pipelines;
 pub mod record;
-pub mod scenes;
+pub mod scene;
 pub mod shim;
 pub mod statistics;
 pub mod tables;
 
-use std::{ffi::OsString, io, path::PathBuf, process::ExitCode};
+use std::{ffi::OsString, path::PathBuf, process::ExitCode};
 
 use clap::Parser;
-use thiserror::Error;
 
 use budget::Budget;
-pub use configurations::{Configuration, configurations};
-
-use crate::headless::HeadlessError;
-
-/// Where the committed figures are, relative to the repository.
-pub const FOLDER: &str = "docs/measurements/radv";
+use configurations::configurations;
+use error::CostError;
 
 /// The command line of `tradeoff cost`.
 #[derive(Clone, Debug, Parser)]
@@ -70,28 +68,6 @@ struct Options {
     /// The part of the program that runs under the driver.
     #[arg(long, hide = true)]
     inside: bool,
-}
-
-/// Why there is no figure.
-#[derive(Debug, Error)]
-pub enum CostError {
-    /// The driver is not there, or too old; what to do about it.
-    #[error("{0}")]
-    NoDriver(String),
-    /// What was to be compiled or measured failed; why.
-    #[error("on the GPU that is not there: {0}")]
-    Failed(String),
-    /// The app could not be built, or a pipeline failed.
-    #[error(transparent)]
-    App(#[from] HeadlessError),
-    /// A file could not be read or written.
-    #[error("`{}`: {source}", .path.display())]
-    File {
-        /// Its path.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
 }
 
 /// The `main` of `tradeoff cost`, with the arguments after the word.

@@ -17,9 +17,11 @@ use bevy::render::{
 };
 
 use super::{
-    Configuration, CostError,
+    app::app,
+    configurations::Configuration,
+    error::CostError,
     record::CostRow,
-    scenes::{Scene, app},
+    scene::Scene,
     shim,
     statistics::{self, Mark},
 };

@@ -5,7 +5,7 @@ use std::{fmt::Write, path::Path};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::CostError;
+use super::error::CostError;
 
 /// What a shader of a pipeline takes. The baseline is the shader that Bevy alone has for the same material,
 /// pass and GPU; a plugin's own pass has none.
@@ -104,6 +104,9 @@ pub fn beside_bevy(mut rows: Vec<CostRow>) -> Vec<CostRow> {
     }
     rows
 }
+
+/// Where the committed figures are, relative to the repository.
+pub const FOLDER: &str = "docs/measurements/radv";
 
 /// Reads `cost.json` of a folder.
 ///

@@ -6,7 +6,7 @@ use std::{
     process::{Command, Output},
 };
 
-use super::CostError;
+use super::error::CostError;
 
 /// Name of the environment variable with the part of the work that a process does.
 const PART: &str = "COST_PART";

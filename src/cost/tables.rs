@@ -2,7 +2,12 @@
 
 use std::{collections::BTreeSet, fmt::Write, path::Path};
 
-use super::{CostError, configurations::PLUGINS, record, record::CostRow, scenes::Scene};
+use super::{
+    configurations::PLUGINS,
+    error::CostError,
+    record::{self, CostRow},
+    scene::Scene,
+};
 use crate::tradeoff::markdown::renewed;
 
 /// The GPU of the pages' tables and charts.

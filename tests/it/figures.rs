@@ -277,7 +277,7 @@ fn price_of_global_illumination() {
 
 #[test]
 fn compiled_cost() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(cost::FOLDER);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(cost::record::FOLDER);
     let rows = cost::record::read(&folder).expect("committed figures");
     let pages = [
         include_str!("../../crates/bevy_wavelet_tex/README.md"),

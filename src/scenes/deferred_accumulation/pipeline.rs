@@ -139,7 +139,7 @@ fn combine_layout(way: LightAccumulation) -> BindGroupLayoutDescriptor {
 }
 
 fn defs(way: LightAccumulation) -> Vec<ShaderDefVal> {
-    let mut defs = vec![ShaderDefVal::UInt("MAX_LAMPS".into(), MAX_SOURCES as u32)];
+    let mut defs = vec![ShaderDefVal::UInt("MAX_SOURCES".into(), MAX_SOURCES as u32)];
     match way {
         LightAccumulation::Exact => defs.push("EXACT".into()),
         LightAccumulation::Packed => defs.push("PACKED".into()),

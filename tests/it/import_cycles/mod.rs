@@ -19,9 +19,6 @@ use std::{fs, path::Path};
 
 use graph::Graph;
 
-/// Folders that still have cycles.
-const KNOWN: &[&str] = &["src/cost/"];
-
 /// The folders of sources, each with the roots of its crates.
 const CRATES: [(&str, &[&str]); 6] = [
     ("src", &["lib.rs"]),
@@ -53,15 +50,10 @@ fn no_file_imports_itself_through_others() {
     let graph = imports(|path| fs::read_to_string(root.join(path)).ok());
     assert!(graph.file_count() > 300, "{} files", graph.file_count());
     let cycles = graph.cycles();
-    let unknown: Vec<_> = cycles
-        .iter()
-        .filter(|cycle| !KNOWN.iter().any(|known| cycle.starts_with(known)))
-        .map(String::as_str)
-        .collect();
     assert!(
-        unknown.is_empty(),
+        cycles.is_empty(),
         "{} import cycles:\n{}",
-        unknown.len(),
-        unknown.join("\n")
+        cycles.len(),
+        cycles.join("\n")
     );
 }

@@ -24,63 +24,15 @@ use bevy_wavelet_tex::{
 };
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
-use super::{Configuration, CostError, configurations::Kind};
+use super::{
+    configurations::{Configuration, Kind},
+    error::CostError,
+    scene::Scene,
+};
 use crate::headless::{HeadlessApp, HeadlessSettings, LabTarget};
 
 /// Side of the textures in pixels: it is in no shader.
 const TEXTURE_SIZE: u32 = 16;
-
-/// What is drawn, and how. A camera is `Hdr`, without multisampling, unless it says otherwise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scene {
-    /// A texture of the base colour.
-    BaseColor,
-    /// The five maps of a glTF material.
-    FiveMaps,
-    /// A texture of the base colour, parts of which are cut out, with prepasses of depth, normals and motion.
-    Masked,
-    /// The five maps, drawn deferred.
-    Deferred,
-    /// The base colour with four samples a pixel.
-    Multisampled,
-    /// The base colour in a camera without `Hdr`.
-    EightBits,
-}
-
-impl Scene {
-    /// The scenes in which materials differ.
-    pub const MATERIALS: [Self; 4] = [
-        Self::BaseColor,
-        Self::FiveMaps,
-        Self::Masked,
-        Self::Deferred,
-    ];
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::BaseColor,
-        Self::FiveMaps,
-        Self::Masked,
-        Self::Deferred,
-        Self::Multisampled,
-        Self::EightBits,
-    ];
-
-    /// Its name in the rows.
-    pub const fn material(self) -> &'static str {
-        match self {
-            Self::BaseColor => "base color",
-            Self::FiveMaps => "five maps",
-            Self::Masked => "alpha mask",
-            Self::Deferred => "five maps, deferred",
-            Self::Multisampled => "base color, 4 samples",
-            Self::EightBits => "base color, 8 bits",
-        }
-    }
-
-    fn has_five_maps(self) -> bool {
-        matches!(self, Self::FiveMaps | Self::Deferred)
-    }
-}
 
 /// The app of a configuration, before its first frame.
 ///
