@@ -1,5 +1,5 @@
 //! Rows that may not grow unnoticed: their instructions and registers are in a file, and what compiles to
-//! more than [`TOLERANCE`] above it needs a change of the file.
+//! more than `TOLERANCE` above it needs a change of the file.
 
 use std::path::{Path, PathBuf};
 

@@ -33,7 +33,7 @@ const MAX_FRAMES: u32 = 600;
 /// takes a few frames until something is drawn with it.
 const QUIET_FRAMES: u32 = 5;
 
-/// Compiles what `program` compiles with [`print`] when it is started under the driver.
+/// Compiles what `program` compiles with [`print()`] when it is started under the driver.
 ///
 /// # Errors
 /// As of [`shim::run`].

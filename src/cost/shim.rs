@@ -27,7 +27,7 @@ pub fn check() -> Result<String, CostError> {
     Ok(text.split(" in ").next().unwrap_or_default().into())
 }
 
-/// Runs a program on a GPU for each of the names, one after the other, with [`PART`] set to it: apps that
+/// Runs a program on a GPU for each of the names, one after the other, with `PART` set to it: apps that
 /// ended leave memory of a GPU that never answers. Returns what each wrote.
 ///
 /// # Errors
