@@ -45,7 +45,7 @@ fn the_cornell_box_is_measured() {
             } else {
                 "propagate"
             };
-            for stage in ["voxelize", "list", "inject", solve] {
+            for stage in ["voxelize", "compact", "inject", solve] {
                 assert!(row.stage_ms.contains_key(stage), "{stage}: {row:?}");
             }
         }

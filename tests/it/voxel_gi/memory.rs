@@ -4,8 +4,8 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, floor, under_sky},
-    support::settle,
+    scene::{app, at, floor, under_sky},
+    support::{picture, settle},
 };
 use crate::support::gpu;
 
@@ -56,5 +56,33 @@ fn each_solver_has_the_memory_that_it_needs() {
         assert_memory(&app, bytes);
         app.world_mut().despawn(volume);
         app.render_frames(3).expect("frames");
+    }
+}
+
+/// Rays that all reach a uniform sky have no noise, so a few frames suffice.
+#[test]
+fn the_largest_volume_has_its_memory_and_the_light_of_the_sky() {
+    let _gpu = gpu();
+    let mut app = app();
+    floor(app.world_mut());
+    app.world_mut().spawn(VoxelGiVolume {
+        resolution: 128,
+        light: VoxelLight::GlobalIllumination {
+            solver: Solver::Trace { rays: 4 },
+            bounces: Bounces::Count(1),
+        },
+        shadow_samples: 1,
+        ..under_sky(3.0)
+    });
+    app.render_frames(8).expect("frames");
+    let memory = app.world().resource::<VoxelGiReport>().memory;
+    let expected = 128_u64.pow(3) * WITH_LIGHT + 128 * 256 * 8;
+    println!("{memory} bytes, expected {expected}");
+    assert!(memory.abs_diff(expected) < 4096, "{memory} for {expected}");
+    let picture = picture(&mut app);
+    for (x, z) in [(0.0, 0.0), (1.2, -1.2), (-1.4, 0.7)] {
+        let found = at(&picture, x, z);
+        println!("{found}");
+        assert!((found / 3.0 - 1.0).abs().max_element() < 0.02, "{found}");
     }
 }
