@@ -15,8 +15,20 @@ use std::{
 use bevy::prelude::*;
 use bevy_frugal_lab::headless::LabTarget;
 
-static RUNNING: Mutex<usize> = Mutex::new(0);
-static ENDED: Condvar = Condvar::new();
+static QUEUE: Mutex<Queue> = Mutex::new(Queue {
+    running: 0,
+    asked: 0,
+    served: 0,
+});
+static MOVED: Condvar = Condvar::new();
+
+/// Apps that run, and tests that wait in the order in which they asked: one that wants to be alone would wait until
+/// the end otherwise.
+struct Queue {
+    running: usize,
+    asked: usize,
+    served: usize,
+}
 
 /// A right to run apps, until it is dropped.
 pub struct Gpu {
@@ -27,17 +39,25 @@ impl Gpu {
     fn wait_for(apps: usize) -> Self {
         logs::listen();
         let most = most_apps();
-        let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
-        let running = ENDED.wait_while(running, |running| *running + apps > most);
-        *running.unwrap_or_else(PoisonError::into_inner) += apps;
+        let mut queue = QUEUE.lock().unwrap_or_else(PoisonError::into_inner);
+        let ticket = queue.asked;
+        queue.asked += 1;
+        let queue = MOVED.wait_while(queue, |queue| {
+            queue.served != ticket || queue.running + apps > most
+        });
+        let mut queue = queue.unwrap_or_else(PoisonError::into_inner);
+        queue.served += 1;
+        queue.running += apps;
+        MOVED.notify_all();
         Self { apps }
     }
 }
 
 impl Drop for Gpu {
     fn drop(&mut self) {
-        *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) -= self.apps;
-        ENDED.notify_all();
+        let mut queue = QUEUE.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.running -= self.apps;
+        MOVED.notify_all();
     }
 }
 

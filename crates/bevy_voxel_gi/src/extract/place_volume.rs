@@ -7,6 +7,7 @@ use bevy::{
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
     ecs::{change_detection::Tick, system::SystemChangeTick},
     prelude::*,
+    render::{renderer::RenderDevice, settings::WgpuLimits},
 };
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
@@ -17,6 +18,7 @@ use super::{
 use crate::{
     budget::BudgetChoice,
     gpu_types::MAX_LEVELS,
+    prepare::buffers::largest_buffer,
     receive::RECEIVER_PATCH,
     settings::{VoxelAlbedo, VoxelGiVolume},
 };
@@ -48,6 +50,7 @@ pub(crate) fn place_volume(
     patches: Res<ShaderPatches>,
     mut images: ResMut<Assets<Image>>,
     budget: Option<Res<BudgetChoice>>,
+    device: Option<Res<RenderDevice>>,
     now: SystemChangeTick,
 ) {
     let active = &mut *active;
@@ -56,7 +59,7 @@ pub(crate) fn place_volume(
         Some(PatchState::Pending) => return,
         _ => false,
     };
-    // Entity indices are reused: they write_number the order only of volumes that are spawned at once.
+    // Entity indices are reused: they give the order only of volumes that are spawned at once.
     let mut all: Vec<_> = volumes.iter().collect();
     let age = |added: Tick| now.this_run().get().wrapping_sub(added.get());
     all.sort_by_key(|(entity, volume, ..)| (Reverse(age(volume.added())), entity.index()));
@@ -73,6 +76,13 @@ pub(crate) fn place_volume(
         );
         all.truncate(1);
     }
+    let level_count = all
+        .iter()
+        .map(|(_, own, ..)| u64::from(own.clamped().cascades));
+    let level_count = level_count.sum::<u64>().min(MAX_LEVELS as u64);
+    let resolution = device.map_or(settings.resolution, |device| {
+        allocatable_resolution(&settings, level_count, &device.limits())
+    });
     let mut levels = Vec::new();
     for (owner, own, transform, own_layers) in all {
         let own = supported(own.clamped(), patched);
@@ -98,7 +108,7 @@ pub(crate) fn place_volume(
             .and_then(|entity| transforms.get(entity).ok())
             .unwrap_or(transform)
             .translation();
-        let center = snapped(anchor, &own, settings.resolution);
+        let center = snapped(anchor, &own, resolution);
         levels.extend((0..own.cascades).map(|cascade| PlacedLevel {
             owner,
             center,
@@ -108,7 +118,10 @@ pub(crate) fn place_volume(
         }));
     }
     levels.sort_by(|a, b| a.size.total_cmp(&b.size));
-    let own_settings = settings;
+    let own_settings = VoxelGiVolume {
+        resolution,
+        ..settings
+    };
     let settings = match budget.and_then(|budget| budget.chosen()) {
         Some(chosen) => chosen.applied(&own_settings),
         None => own_settings.clone(),
@@ -153,4 +166,55 @@ pub(crate) fn place_volume(
         layers,
         viewpoints,
     });
+}
+
+/// The resolution of the settings, or the highest one below it whose buffers the device can bind.
+fn allocatable_resolution(settings: &VoxelGiVolume, levels: u64, limits: &WgpuLimits) -> u32 {
+    let limit = limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size);
+    let largest = |resolution| largest_buffer(settings.light, resolution, levels);
+    let mut resolution = settings.resolution;
+    while resolution > 8 && largest(resolution) > limit {
+        resolution -= 4;
+    }
+    if resolution < settings.resolution {
+        warn_once!(
+            "voxel GI: {levels} cubes of {}³ voxels need a storage buffer of {} MiB, and this device binds \
+             {} MiB at most, so {resolution}³ voxels are used. Lower `resolution` or `cascades`",
+            settings.resolution,
+            largest(settings.resolution) >> 20,
+            limit >> 20,
+        );
+    }
+    resolution
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buffers_stay_within_the_limits_of_the_device() {
+        let settings = VoxelGiVolume {
+            resolution: 128,
+            ..default()
+        };
+        let limits = |mebibytes: u64| WgpuLimits {
+            max_storage_buffer_binding_size: mebibytes << 20,
+            max_buffer_size: 1 << 30,
+            ..default()
+        };
+        for (mebibytes, levels, expected) in [
+            // 96 bytes per voxel: 192 MiB.
+            (192, 1, 128),
+            (191, 1, 124),
+            (128, 1, 108),
+            (128, 8, 52),
+            (0, 1, 8),
+        ] {
+            let found = allocatable_resolution(&settings, levels, &limits(mebibytes));
+            assert_eq!(found, expected, "{mebibytes} MiB, {levels} levels");
+        }
+    }
 }

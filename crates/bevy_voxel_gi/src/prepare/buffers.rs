@@ -53,6 +53,15 @@ impl BufferShape {
     }
 }
 
+/// Size in bytes of the largest buffer: that of irradiance, or that of the work with ambient occlusion.
+pub(crate) fn largest_buffer(light: VoxelLight, resolution: u32, levels: u64) -> u64 {
+    let bytes_per_voxel = match light {
+        VoxelLight::GlobalIllumination { .. } => 96,
+        VoxelLight::AmbientOcclusion { .. } => 28,
+    };
+    u64::from(resolution).pow(3) * levels * bytes_per_voxel
+}
+
 /// The buffers of the volume.
 #[derive(Resource)]
 pub(crate) struct VolumeBuffers {

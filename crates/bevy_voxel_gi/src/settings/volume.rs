@@ -25,7 +25,8 @@ pub struct VoxelGiVolume {
     /// edge of the smallest cube.
     pub size: f32,
     /// Number of voxels along an edge, 8 to 128, a multiple of 4. Default 32. Memory grows with the cube
-    /// of this number; see [`VoxelGiReport::memory`](crate::VoxelGiReport::memory).
+    /// of this number; see [`VoxelGiReport::memory`](crate::VoxelGiReport::memory). Where the device cannot
+    /// bind buffers of that size, the number is lower, and a warning says so.
     pub resolution: u32,
     /// The light that is computed: global illumination or ambient occlusion.
     pub light: VoxelLight,
