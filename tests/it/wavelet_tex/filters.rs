@@ -272,13 +272,14 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
                 psnr(&ours, &boxed),
                 psnr(&native, &boxed),
             );
-            // What is sRGB is filtered before it is linearised, by any texture unit that is not told so.
-            let least = match color_space {
-                ColorSpace::Linear => psnr(&native, &tent).clamp(36.0, 42.0),
-                ColorSpace::Srgb => psnr(&plain, &tent) + 1.0,
+            // Texture units weight the probes along the footprint by a tent (Mesa 22) or alike (Mesa 25). What is
+            // sRGB is filtered before it is linearised, by any texture unit that is not told so.
+            let best = |picture| psnr(picture, &tent).max(psnr(picture, &boxed));
+            let (ours, least) = match color_space {
+                ColorSpace::Linear => (best(&ours), best(&native).min(40.0)),
+                ColorSpace::Srgb => (psnr(&ours, &tent), psnr(&plain, &tent) + 1.0),
             };
             let name = rate.name();
-            let ours = psnr(&ours, &tent);
             assert!(ours >= least, "{name} {pixels:?}: {ours} dB, not {least}");
         }
     }
