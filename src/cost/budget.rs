@@ -25,20 +25,14 @@ pub struct Budget {
     pub rows: Vec<BudgetRow>,
 }
 
-/// What a shader may take.
+/// The most that a shader may take; the fields are those of [`CostRow`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BudgetRow {
-    /// As in [`CostRow`].
     pub plugin: String,
-    /// As in [`CostRow`].
     pub setting: String,
-    /// As in [`CostRow`].
     pub material: String,
-    /// As in [`CostRow`].
     pub pass: String,
-    /// As in [`CostRow`].
     pub instructions: u64,
-    /// As in [`CostRow`].
     pub vgprs: u64,
 }
 

@@ -1,6 +1,5 @@
 //! The CPU's time for a frame with many meshes, where the GPU takes none: what is in it is Bevy and the
-//! plugin. Bevy alone and with the plugin take turns in one process, so that what slows the machine down
-//! for a while slows down both; figures are medians.
+//! plugin. Frames of Bevy alone and with the plugin are interleaved in one process; figures are medians.
 
 use std::{path::Path, time::Instant};
 

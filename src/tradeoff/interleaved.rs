@@ -1,5 +1,5 @@
-//! An interleaved benchmark: the candidates take turns, so that what slows the machine down for a
-//! while slows down all of them.
+//! An interleaved benchmark: each round has frames of every candidate, so that what slows the machine down
+//! for a while slows down all of them.
 
 use std::collections::BTreeMap;
 

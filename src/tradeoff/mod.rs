@@ -8,7 +8,7 @@
 //! | [`mod@study`], [`studies`] | what a study is, and the list of all |
 //! | [`plan`] | how much a study measures |
 //! | [`options`], [`mod@run`] | the command line, and the reports that it asks for |
-//! | [`interleaved`] | frame times of candidates that take turns |
+//! | [`interleaved`] | interleaved frame times of candidates |
 //! | [`kodak`] | the photographs of the Kodak set |
 //! | [`mod@wavelet_tex`], [`ycocg_fb`], [`ewa`], [`voxel_gi`] | the studies |
 //! | [`summary`] | what a user chooses between: each setting as one error and one cost |

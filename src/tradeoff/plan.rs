@@ -31,7 +31,7 @@ pub struct Plan {
     pub picture: Option<[u32; 2]>,
     /// Width and height of the frames that a frame buffer stores, in pixels; none renders nothing.
     pub frame: Option<[u32; 2]>,
-    /// Rounds in which the settings take turns, for the median of their frame times.
+    /// Rounds of the interleaved benchmark, over which the frame times of a setting have their median.
     pub rounds: u32,
     /// Frames of a setting in a round.
     pub frames: u32,
@@ -55,7 +55,7 @@ pub struct GiPlan {
     pub variants: bool,
     /// Numbers of triangles, about.
     pub triangles: Vec<u32>,
-    /// Rounds in which the settings take turns.
+    /// Rounds of the interleaved benchmark.
     pub rounds: u32,
     /// Frames of a setting in a round.
     pub frames: u32,

@@ -17,7 +17,7 @@ pub(crate) struct Level {
     pub sky_ground: Vec3,
 }
 
-/// What all passes know of the volumes.
+/// The uniform of all passes: the placement of the levels, and the settings.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Volume {
     pub levels: [Level; MAX_LEVELS],

@@ -228,7 +228,7 @@ fn taa_rows(size: u32) -> Result<Vec<Measurement>, TradeoffError> {
     Ok(rows)
 }
 
-/// Frame times of the settings, which take turns.
+/// Frame times of the settings, interleaved.
 fn time_rows(
     scene: &EwaScene,
     plan: &Plan,

@@ -1,8 +1,7 @@
 //! A tunnel on the GPU: each filter of the plugin against the hardware's own, of BC7, BC1 and RGBA8.
 //!
 //! Down a tunnel a texture is seen at every size and angle. All settings are in one app, each with
-//! a tunnel of its own of which one is shown, and take turns: what slows the machine down for a while
-//! slows down all of them. The picture of a filter is compared with that of the hardware's filter of
+//! a tunnel of its own of which one is shown, so that their frame times are interleaved. The picture of a filter is compared with that of the hardware's filter of
 //! the same name over RGBA8.
 //!
 //! `bytes` are those of the textures on the GPU, with mips. `fetched_bytes` are counted from the

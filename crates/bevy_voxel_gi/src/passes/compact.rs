@@ -16,8 +16,7 @@ use bevy::{
 
 use super::{
     bindings::{
-        COUNTERS, IRRADIANCE, LIGHT_TEXTURE, VOXELS_LABEL, VoxelBindGroups, WORK_ITEMS,
-        light_texture, read_write, voxels_layout,
+        COUNTERS, IRRADIANCE, LIGHT_TEXTURE, VoxelBindGroups, WORK_ITEMS, light_texture, read_write,
     },
     kernel::{Kernel, dispatch_voxels, light_defs, record_pass},
 };
@@ -52,11 +51,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "compact.wesl");
-    let kernel = |label, entry_point| {
-        let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
-        Kernel::new(label, entry_point, &shader, vec![voxels, layout.clone()])
-            .with_zeroed_workgroup_memory()
-    };
+    let kernel = |label, entry_point| Kernel::of_light(label, entry_point, &shader, &layout);
     commands.insert_resource(CompactPass {
         compact: kernel("voxel_gi_compact", "compact"),
         write_indirect_args: kernel("voxel_gi_write_indirect_args", "write_indirect_args"),

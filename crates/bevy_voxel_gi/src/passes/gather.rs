@@ -16,8 +16,8 @@ use bevy::{
 
 use super::{
     bindings::{
-        COUNTERS, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, VOXELS_LABEL, WORK_ITEMS, light_texture,
-        read_only, read_write, voxels_layout,
+        COUNTERS, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, WORK_ITEMS, light_texture, read_only,
+        read_write,
     },
     kernel::{Kernel, light_defs},
 };
@@ -54,11 +54,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "gather.wesl");
-    let kernel = |label, entry_point| {
-        let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
-        Kernel::new(label, entry_point, &shader, vec![voxels, layout.clone()])
-            .with_zeroed_workgroup_memory()
-    };
+    let kernel = |label, entry_point| Kernel::of_light(label, entry_point, &shader, &layout);
     commands.insert_resource(GatherPass {
         gather: kernel("voxel_gi_gather", "gather"),
         gather_empty: kernel("voxel_gi_gather_empty", "gather_empty"),

@@ -14,8 +14,7 @@ use bevy::{
 
 use super::{
     bindings::{
-        COUNTERS, IRRADIANCE, LIGHTS, MATERIALS, RADIANCE, VOXELS_LABEL, WORK_ITEMS, read_only,
-        read_write, voxels_layout,
+        COUNTERS, IRRADIANCE, LIGHTS, MATERIALS, RADIANCE, WORK_ITEMS, read_only, read_write,
     },
     kernel::{Kernel, light_defs},
 };
@@ -52,16 +51,9 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             ),
         ),
     );
-    let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
     let shader = load_embedded_asset!(assets.as_ref(), "inject.wesl");
     commands.insert_resource(InjectPass {
-        inject: Kernel::new(
-            "voxel_gi_inject",
-            "inject",
-            &shader,
-            vec![voxels, layout.clone()],
-        )
-        .with_zeroed_workgroup_memory(),
+        inject: Kernel::of_light("voxel_gi_inject", "inject", &shader, &layout),
         layout,
         bind_group: None,
     });

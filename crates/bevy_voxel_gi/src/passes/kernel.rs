@@ -6,12 +6,13 @@ use bevy::{
         diagnostic::RecordDiagnostics,
         render_resource::{
             BindGroupLayoutDescriptor, CachedComputePipelineId, ComputePass, ComputePassDescriptor,
-            ComputePipeline, ComputePipelineDescriptor, PipelineCache,
+            ComputePipeline, ComputePipelineDescriptor, PipelineCache, ShaderStages,
         },
         renderer::RenderContext,
     },
 };
 
+use super::bindings::{VOXELS_LABEL, voxels_layout};
 use crate::prepare::{
     buffers::{BufferShape, VolumeBuffers},
     pipelines::RequiredPipelines,
@@ -43,6 +44,18 @@ impl Kernel {
             variants: Vec::new(),
             current: None,
         }
+    }
+
+    /// A kernel of the passes that compute light: group 0 has the voxels, group 1 what the pass binds itself.
+    pub(super) fn of_light(
+        label: &'static str,
+        entry_point: &'static str,
+        shader: &Handle<Shader>,
+        own: &BindGroupLayoutDescriptor,
+    ) -> Self {
+        let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
+        Self::new(label, entry_point, shader, vec![voxels, own.clone()])
+            .with_zeroed_workgroup_memory()
     }
 
     /// Initialises workgroup memory with zeros.

@@ -16,8 +16,7 @@ use bevy::{
 
 use super::{
     bindings::{
-        IRRADIANCE, LIGHT_TEXTURE, MATERIALS, RADIANCE, VOXELS_LABEL, light_texture, read_only,
-        read_write, voxels_layout,
+        IRRADIANCE, LIGHT_TEXTURE, MATERIALS, RADIANCE, light_texture, read_only, read_write,
     },
     kernel::{Kernel, dispatch_voxels, light_defs},
 };
@@ -61,11 +60,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "propagate.wesl");
-    let kernel = |label, entry_point| {
-        let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
-        Kernel::new(label, entry_point, &shader, vec![voxels, layout.clone()])
-            .with_zeroed_workgroup_memory()
-    };
+    let kernel = |label, entry_point| Kernel::of_light(label, entry_point, &shader, &layout);
     commands.insert_resource(PropagatePass {
         seed: kernel("voxel_gi_seed", "seed"),
         propagate: kernel("voxel_gi_propagate", "propagate"),

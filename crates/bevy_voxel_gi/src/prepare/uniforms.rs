@@ -48,7 +48,7 @@ impl VolumeUniforms {
     }
 }
 
-/// What the uniforms of a frame depend on.
+/// The values of a frame from which the uniforms are made.
 #[derive(Clone, Copy)]
 pub(super) struct UniformFrame<'a> {
     pub volume: &'a PlacedVolume,

@@ -7,7 +7,7 @@ use super::{
 };
 use glam::Vec3;
 
-/// What a ray finds.
+/// The result of tracing a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RaySample<T> {
     /// The ray hit the front of a surface, or nothing: the light from there.

@@ -1,4 +1,4 @@
-//! What a caller of the encoder chooses.
+//! The settings of the encoder.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! What a command returns.
+//! The type of the result of a command.
 
 use crate::error::Error;
 
