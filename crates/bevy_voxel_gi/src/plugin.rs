@@ -3,6 +3,7 @@
 use std::marker::PhantomData;
 
 use bevy::{
+    asset::AssetEventSystems,
     light::SimulationLightSystems,
     prelude::*,
     render::{
@@ -34,7 +35,10 @@ use crate::{
         plan::{FramePlan, plan_frame},
         uniforms::VolumeUniforms,
     },
-    receive,
+    receive::{
+        self,
+        features::{ReceiverShader, update_features},
+    },
     report::{SharedReport, VoxelGiReport, receive_report},
     settings::{MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiVolume},
 };
@@ -68,6 +72,7 @@ impl Plugin for VoxelGiPlugin {
             .init_resource::<MaterialTable>()
             .init_resource::<VoxelGiReport>()
             .init_resource::<SharedReport>()
+            .init_resource::<ReceiverShader>()
             .add_plugins((
                 VoxelMaterialPlugin::<StandardMaterial>::default(),
                 PassesPlugin,
@@ -82,10 +87,16 @@ impl Plugin for VoxelGiPlugin {
             )
             .add_systems(
                 PostUpdate,
-                (place_volume, place_probe)
+                (
+                    (place_volume, place_probe)
+                        .chain()
+                        .before(SimulationLightSystems::AssignLightsToClusters),
+                    update_features
+                        .run_if(resource_exists::<Assets<Shader>>)
+                        .before(AssetEventSystems),
+                )
                     .chain()
-                    .after(TransformSystems::Propagate)
-                    .before(SimulationLightSystems::AssignLightsToClusters),
+                    .after(TransformSystems::Propagate),
             );
     }
 

@@ -127,7 +127,7 @@ fn apply(
         Ok(None) => return PatchState::Applied,
         Err(error) => return PatchState::Refused(error),
     };
-    // Parsed again, because a patch may import another module.
+    // It is parsed again, because a patch may import another module.
     let parsed = Shader::from_wesl(source, shader.path.clone());
     let patched = Shader {
         source: parsed.source,

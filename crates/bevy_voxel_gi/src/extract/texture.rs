@@ -14,7 +14,7 @@ use crate::settings::{Receiver, VoxelGiVolume};
 pub(crate) const STORAGE_SCALE: f32 = 1.0 / 64.0;
 
 /// Whether the shader can read the texture without the placement of the levels.
-pub(super) fn is_plain(settings: &VoxelGiVolume, levels: usize) -> bool {
+pub(crate) fn is_plain(settings: &VoxelGiVolume, levels: usize) -> bool {
     levels == 1 && settings.receiver == Receiver::Interpolated
 }
 

@@ -42,7 +42,8 @@ pub struct VoxelGiVolume {
     /// Lower values cost less and make the edges of shadows coarser.
     pub shadow_samples: u32,
     /// Number of concentric cubes, each twice as large as the one before, all of the same resolution:
-    /// 1 to 4. Default 1. Each further cube takes as much memory as the first.
+    /// 1 to 4. Default 1. Each further cube takes as much memory as the first. With a second level, a cascade
+    /// or another volume, the shaders of all materials are compiled again.
     pub cascades: u32,
     /// The entity that the volume follows, such as the camera, in steps of whole voxels of the largest
     /// cascade. Default `None`: the volume stays at its own position.
@@ -160,6 +161,7 @@ pub enum Receiver {
     /// Only those of the eight voxels that are visible from the pixel, tested with a short ray to each
     /// through the sub-voxels: such leaks fall from half of the light to a few percent. Right beside
     /// small things that stand on a surface, its light has patches with hard edges. It takes 16 more
-    /// bytes per voxel, up to 24 unfiltered reads, and about 50 reads of sub-voxels.
+    /// bytes per voxel, up to 24 unfiltered reads, and about 50 reads of sub-voxels. When the first volume
+    /// begins or ceases to use it, the shaders of all materials are compiled again.
     PerPixel,
 }
