@@ -31,7 +31,7 @@ pub mod timing;
 
 pub use adapter::AdapterInfo;
 pub use app::HeadlessApp;
-pub use awaited::{AwaitedAssets, AwaitedWork};
+pub use awaited::{AwaitedAssets, AwaitedWork, Unwatched};
 pub use error::HeadlessError;
 pub use pixel_view::pixel_camera;
 pub use readback::Rgba32FImage;

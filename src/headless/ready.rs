@@ -10,7 +10,7 @@ use bevy::{
     time::{Time, Virtual},
 };
 
-use super::{AwaitedAssets, AwaitedWork, HeadlessApp, HeadlessError};
+use super::{AwaitedAssets, AwaitedWork, HeadlessApp, HeadlessError, Unwatched};
 
 /// Frames in a row without anything new to load or compile after which a scene counts as ready.
 ///
@@ -26,7 +26,9 @@ impl HeadlessApp {
     /// takes to load an asset.
     pub fn run_until_ready(&mut self, max_frames: u32) -> Result<u32, HeadlessError> {
         let was_paused = self.set_paused(true);
+        self.app.insert_resource(Unwatched);
         let result = self.wait_until_ready(max_frames);
+        self.app.world_mut().remove_resource::<Unwatched>();
         self.set_paused(was_paused);
         result
     }

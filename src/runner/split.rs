@@ -15,7 +15,7 @@ use bevy::{
 };
 
 use super::{AFTER_LAYER, BEFORE_LAYER, Scene, Side};
-use crate::headless::LabTarget;
+use crate::headless::{AwaitedWork, LabTarget, Unwatched};
 
 /// Where the line between before and after is.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
@@ -128,12 +128,16 @@ fn follow_pose(mut cameras: Query<(&Side, &mut Transform), With<Camera>>) {
     }
 }
 
-/// Gives each camera its part of the area, or switches it off when it has none.
+/// Gives each camera its part of the area, or switches it off when it has none. Where nobody watches while the
+/// scene computes what its picture needs, the part is one pixel.
 fn place_cameras(
     split: Res<Split>,
     area: Res<PictureArea>,
+    work: Res<AwaitedWork>,
+    unwatched: Option<Res<Unwatched>>,
     mut cameras: Query<(&Side, &mut Camera)>,
 ) {
+    let one_pixel = unwatched.is_some() && !work.0.is_empty();
     let full_size = area.0.size();
     let split_width = area.split_width(*split);
     for (side, mut camera) in &mut cameras {
@@ -148,7 +152,11 @@ fn place_cameras(
         if !active {
             continue;
         }
-        let size = UVec2::new(width, full_size.y);
+        let size = if one_pixel {
+            UVec2::ONE
+        } else {
+            UVec2::new(width, full_size.y)
+        };
         camera.viewport = Some(Viewport {
             physical_position: area.0.min + UVec2::new(offset, 0),
             physical_size: size,

@@ -58,6 +58,14 @@ impl Drop for Gpu {
         let mut queue = QUEUE.lock().unwrap_or_else(PoisonError::into_inner);
         queue.running -= self.apps;
         MOVED.notify_all();
+        drop(queue);
+        let errors = logs::unexpected_errors();
+        if !thread::panicking() {
+            assert!(
+                errors.is_empty(),
+                "logged, perhaps by an app beside this test's: {errors:#?}"
+            );
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the cases share.
 
-use bevy::prelude::*;
+use bevy::{camera::Viewport, ecs::entity::EntityHashMap, prelude::*};
 use bevy_frugal_lab::{
     boxes::{BoxScene, spawn_box_scene},
     headless::{HeadlessApp, HeadlessSettings, TargetFormat},
@@ -38,8 +38,29 @@ pub fn volume(scene: &BoxScene, settings: VoxelGiVolume) -> (VoxelGiVolume, Tran
     (volume, Transform::from_translation(center))
 }
 
-/// Renders until the light has settled; the number of frames.
+/// Renders until the light has settled; the number of frames. Cameras draw one pixel meanwhile, since on a
+/// software driver a frame's time is that of its pixels, and then a whole picture.
 pub fn settle(app: &mut HeadlessApp) -> u32 {
+    let one_pixel = Viewport {
+        physical_size: UVec2::ONE,
+        ..default()
+    };
+    let mut viewports = EntityHashMap::default();
+    let world = app.world_mut();
+    for (camera, mut settings) in world.query::<(Entity, &mut Camera)>().iter_mut(world) {
+        viewports.insert(camera, settings.viewport.replace(one_pixel.clone()));
+    }
+    let frames = settle_in_view(app);
+    let world = app.world_mut();
+    for (camera, mut settings) in world.query::<(Entity, &mut Camera)>().iter_mut(world) {
+        settings.viewport = viewports.remove(&camera).flatten();
+    }
+    app.render_frames(1).expect("a frame failed");
+    frames
+}
+
+/// The same with whole pictures, for light that depends on what cameras see.
+pub fn settle_in_view(app: &mut HeadlessApp) -> u32 {
     for frame in 1..400 {
         app.render_frames(1).expect("a frame failed");
         if app.world().resource::<VoxelGiReport>().state == VoxelGiState::Settled {

@@ -16,7 +16,7 @@ use bevy_voxel_gi::{DebugField, VoxelAlbedo, VoxelGiDebug, VoxelGiVolume};
 
 use super::{
     scene::{app, app_with, at, floor, matt, under_sky},
-    support::{picture, settle},
+    support::{picture, settle, settle_in_view},
 };
 use crate::support::gpu;
 
@@ -233,7 +233,7 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_visible: bool) -> Ve
         })
         .id();
     app.run_until_ready(200).expect("not ready");
-    settle(&mut app);
+    settle_in_view(&mut app);
     // What is no longer seen is remembered.
     let world = app.world_mut();
     world.entity_mut(floor).insert(hidden);
