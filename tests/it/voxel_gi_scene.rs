@@ -36,7 +36,8 @@ fn set(app: &mut HeadlessApp, text: &str) {
 /// The picture with the line at `position`, once the light has settled.
 fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
     app.world_mut().insert_resource(Split { position });
-    app.run_until_ready(1000).expect("ready");
+    // Frames are short while the processor traces paths beside them.
+    app.run_until_ready(20_000).expect("ready");
     app.world_mut().resource_mut::<Time<Virtual>>().pause();
     app.capture_rgb8().expect("a picture")
 }

@@ -18,6 +18,7 @@ use crate::{
     budget::{BudgetChoice, choose_quality},
     debug::DebugViewPlugin,
     extract::{
+        deformed_meshes::extract_deformed_meshes,
         lights::{ExtractedLights, extract_lights},
         material_table::MaterialTable,
         meshes::{ExtractedScene, extract_scene},
@@ -125,7 +126,9 @@ impl Plugin for VoxelGiPlugin {
                 ExtractSchedule,
                 (
                     extract_volume,
-                    extract_scene.run_if(there_is_or_was_a_volume),
+                    (extract_scene, extract_deformed_meshes)
+                        .chain()
+                        .run_if(there_is_or_was_a_volume),
                     extract_lights.run_if(there_is_or_was_a_volume),
                 )
                     .chain(),

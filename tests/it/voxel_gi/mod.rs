@@ -2,6 +2,7 @@
 
 mod basics;
 mod budget;
+mod changes;
 mod extremes;
 mod materials;
 mod memory;

@@ -1,12 +1,11 @@
-//! Extracts the meshes, including those outside of every view, which Bevy's own extraction leaves out.
+//! Extracts the meshes, including those outside of every view, which Bevy's own extraction leaves out: rigid ones
+//! when they change. Those with a skin or morph targets are those of [`deformed_meshes`](super::deformed_meshes).
 
 use bevy::{
     camera::primitives::Aabb,
+    ecs::entity::EntityHashMap,
     math::{Affine3A, Vec3A},
-    mesh::{
-        morph::{MeshMorphWeights, MorphWeights},
-        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
-    },
+    mesh::{morph::MeshMorphWeights, skinning::SkinnedMesh},
     prelude::*,
     render::Extract,
 };
@@ -15,13 +14,13 @@ use super::{
     material_order::sorted_by_value,
     material_table::{MaterialIndex, MaterialTable},
     place_volume::ActiveVolume,
-    placement::PlacedLevel,
+    placement::{PlacedLevel, PlacedVolume},
     voxel_material::VoxelMaterial,
 };
 use crate::settings::{NotVoxelized, VoxelAlbedo};
 
-/// A mesh in the volume.
-#[derive(Clone, Copy, Debug)]
+/// A mesh of the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ExtractedMesh {
     pub mesh: AssetId<Mesh>,
     pub world_from_local: Affine3A,
@@ -50,135 +49,185 @@ impl ExtractedMesh {
 /// The scene to voxelise.
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedScene {
-    pub meshes: Vec<ExtractedMesh>,
+    /// The meshes without skin and morph targets, wherever they are.
+    pub rigid: EntityHashMap<ExtractedMesh>,
+    /// The rigid meshes that changed or went in this frame; `None` if any of them may have.
+    pub changed: Option<Vec<Entity>>,
+    /// The meshes with a skin or morph targets.
+    pub deformed: Vec<ExtractedMesh>,
     /// Matrices from bind pose to world, of all skins; then weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
     /// The materials in use, sorted; see [`sorted_by_value`].
     pub materials: Vec<VoxelMaterial>,
     /// Index into `materials` for each entry of the unsorted table.
     indices: Vec<u32>,
-    /// Version of the unsorted table, and whether all albedo is neutral.
+    /// Version of the unsorted table, and whether all albedo is neutral; `None` if no mesh is extracted.
     version: Option<(u64, bool)>,
     /// Increases when a mesh asset changes.
     pub mesh_edits: u64,
 }
 
-pub(crate) fn extract_scene(
-    mut scene: ResMut<ExtractedScene>,
-    active: Extract<Res<ActiveVolume>>,
-    table: Extract<Res<MaterialTable>>,
-    mut mesh_events: Extract<MessageReader<AssetEvent<Mesh>>>,
-    meshes: Extract<
-        Query<
-            (
-                &Mesh3d,
-                &GlobalTransform,
-                &InheritedVisibility,
-                Option<&Aabb>,
-                Option<&MaterialIndex>,
-                Option<&SkinnedMesh>,
-                Option<&MeshMorphWeights>,
-            ),
-            Without<NotVoxelized>,
-        >,
-    >,
-    joints: Extract<Query<&GlobalTransform>>,
-    morphs: Extract<Query<&MorphWeights>>,
-    bind_poses: Extract<Res<Assets<SkinnedMeshInverseBindposes>>>,
-) {
-    let scene = &mut *scene;
-    scene.meshes.clear();
-    scene.joints.clear();
-    let edited = mesh_events
-        .read()
-        .any(|event| matches!(event, AssetEvent::Modified { .. }));
-    scene.mesh_edits += u64::from(edited);
-    let Some(volume) = &active.volume else {
-        return;
-    };
-    let neutral = volume.settings.albedo == VoxelAlbedo::Neutral;
-    let version = Some((table.version, neutral));
-    if scene.version != version {
-        scene.version = version;
+/// What voxelisation reads of any mesh.
+pub(super) type MeshParts = (
+    &'static Mesh3d,
+    &'static GlobalTransform,
+    &'static InheritedVisibility,
+    Option<&'static Aabb>,
+    Option<&'static MaterialIndex>,
+);
+
+/// [`MeshParts`] of an entity.
+pub(super) type MeshItem<'a> = (
+    &'a Mesh3d,
+    &'a GlobalTransform,
+    &'a InheritedVisibility,
+    Option<&'a Aabb>,
+    Option<&'a MaterialIndex>,
+);
+
+type IsRigid = (
+    Without<NotVoxelized>,
+    Without<SkinnedMesh>,
+    Without<MeshMorphWeights>,
+);
+
+/// Components whose change changes a rigid mesh.
+type HasChanged = Or<(
+    Changed<Mesh3d>,
+    Changed<GlobalTransform>,
+    Changed<InheritedVisibility>,
+    Changed<Aabb>,
+    Changed<MaterialIndex>,
+)>;
+
+/// Components that make a mesh no rigid one.
+type IsNoLongerRigid = Or<(
+    Added<NotVoxelized>,
+    Added<SkinnedMesh>,
+    Added<MeshMorphWeights>,
+)>;
+
+/// Components whose removal changes what a mesh is.
+type Removals<'w, 's> = (
+    RemovedComponents<'w, 's, Mesh3d>,
+    RemovedComponents<'w, 's, Aabb>,
+    RemovedComponents<'w, 's, MaterialIndex>,
+    RemovedComponents<'w, 's, NotVoxelized>,
+    RemovedComponents<'w, 's, SkinnedMesh>,
+    RemovedComponents<'w, 's, MeshMorphWeights>,
+);
+
+impl ExtractedScene {
+    /// Takes over the materials, and returns whether they, and so possibly all meshes, have changed.
+    fn update_materials(&mut self, table: &MaterialTable, volume: &PlacedVolume) -> bool {
+        let neutral = volume.settings.albedo == VoxelAlbedo::Neutral;
+        let version = Some((table.version, neutral));
+        if self.version == version {
+            return false;
+        }
+        self.version = version;
         let mut materials = table.materials().to_vec();
         if neutral {
             for material in &mut materials {
                 material.albedo = VoxelMaterial::NEUTRAL.albedo;
             }
         }
-        (scene.materials, scene.indices) = sorted_by_value(&materials);
+        (self.materials, self.indices) = sorted_by_value(&materials);
+        true
     }
-    for (mesh, transform, visible, aabb, index, skin, morph) in &meshes {
+
+    /// The mesh as it is voxelised; `None` if it is not.
+    pub(super) fn rigid_mesh(
+        &self,
+        (mesh, transform, visible, aabb, index): MeshItem<'_>,
+    ) -> Option<ExtractedMesh> {
         let index = index.copied().unwrap_or_default().index;
-        let material = scene.indices.get(index as usize).copied().unwrap_or(0);
-        let transparent = scene
+        let material = self.indices.get(index as usize).copied().unwrap_or(0);
+        let transparent = self
             .materials
             .get(material as usize)
             .is_some_and(|material| material.transparent == 1);
-        if !visible.get() || transparent {
-            continue;
-        }
         let world_from_local = transform.affine();
-        if !world_from_local.is_finite() {
-            continue;
+        if !visible.get() || transparent || !world_from_local.is_finite() {
+            return None;
         }
-        // The bounds of skinned meshes are those of their bind pose, of morphed ones of their base shape.
-        let still = skin.is_none() && morph.is_none();
-        let bounds = aabb.filter(|_| still).map(|aabb| {
+        let bounds = aabb.map(|aabb| {
             let m = world_from_local.matrix3;
             let half_size = m.x_axis.abs() * aabb.half_extents.x
                 + m.y_axis.abs() * aabb.half_extents.y
                 + m.z_axis.abs() * aabb.half_extents.z;
             (world_from_local.transform_point3a(aabb.center), half_size)
         });
-        let first_joint = match skin {
-            None => None,
-            Some(skin) => {
-                let Some(poses) = bind_poses.get(&skin.inverse_bindposes) else {
-                    continue;
-                };
-                let first = u32::try_from(scene.joints.len()).unwrap_or(u32::MAX);
-                for (&joint, pose) in skin.joints.iter().zip(poses.iter()) {
-                    let world = joints
-                        .get(joint)
-                        .map_or(Mat4::IDENTITY, GlobalTransform::to_matrix);
-                    scene.joints.push(world * *pose);
-                }
-                Some(first)
-            }
-        };
-        let weights = match morph {
-            None => None,
-            Some(MeshMorphWeights::Value { weights }) => Some(&weights[..]),
-            Some(MeshMorphWeights::Reference(entity)) => {
-                morphs.get(*entity).ok().map(MorphWeights::weights)
-            }
-        };
-        let extracted = ExtractedMesh {
+        Some(ExtractedMesh {
             mesh: mesh.id(),
             world_from_local,
             material,
-            first_joint,
-            weights: weights.map(|weights| append_weights(&mut scene.joints, weights)),
+            first_joint: None,
+            weights: None,
             bounds,
+        })
+    }
+
+    /// Stores what a rigid mesh is now.
+    fn set_rigid(&mut self, entity: Entity, mesh: Option<ExtractedMesh>) {
+        let former = match mesh {
+            Some(mesh) => self.rigid.insert(entity, mesh),
+            None => self.rigid.remove(&entity),
         };
-        if volume.levels.iter().any(|level| extracted.reaches(level)) {
-            scene.meshes.push(extracted);
+        if former != mesh
+            && let Some(changed) = &mut self.changed
+        {
+            changed.push(entity);
         }
     }
 }
 
-/// Appends morph weights to the matrices, 16 in each. A separate buffer would exceed the limit of eight
-/// storage buffers that some adapters have.
-fn append_weights(matrices: &mut Vec<Mat4>, weights: &[f32]) -> (u32, u32) {
-    let first = u32::try_from(matrices.len()).unwrap_or(u32::MAX);
-    let count = u32::try_from(weights.len()).unwrap_or(0);
-    matrices.extend(weights.chunks(16).map(|chunk| {
-        let mut all = [0.0; 16];
-        for (to, from) in all.iter_mut().zip(chunk) {
-            *to = if from.is_finite() { *from } else { 0.0 };
+/// Extracts the materials and the rigid meshes.
+pub(crate) fn extract_scene(
+    mut scene: ResMut<ExtractedScene>,
+    active: Extract<Res<ActiveVolume>>,
+    table: Extract<Res<MaterialTable>>,
+    mut mesh_events: Extract<MessageReader<AssetEvent<Mesh>>>,
+    rigid: Extract<Query<MeshParts, IsRigid>>,
+    all_rigid: Extract<Query<(Entity, MeshParts), IsRigid>>,
+    changed: Extract<Query<(Entity, MeshParts), (IsRigid, HasChanged)>>,
+    no_longer_rigid: Extract<Query<Entity, IsNoLongerRigid>>,
+    mut removals: Extract<Removals>,
+) {
+    let scene = &mut *scene;
+    let edited = mesh_events
+        .read()
+        .any(|event| matches!(event, AssetEvent::Modified { .. }));
+    scene.mesh_edits += u64::from(edited);
+    let (a, b, c, d, e, f) = &mut *removals;
+    let removed = a.read().chain(b.read()).chain(c.read());
+    let removed = removed.chain(d.read()).chain(e.read()).chain(f.read());
+    let Some(volume) = &active.volume else {
+        removed.for_each(drop);
+        *scene = ExtractedScene {
+            mesh_edits: scene.mesh_edits,
+            ..default()
+        };
+        return;
+    };
+    if scene.update_materials(&table, volume) {
+        removed.for_each(drop);
+        scene.changed = None;
+        scene.rigid.clear();
+        for (entity, parts) in &all_rigid {
+            let mesh = scene.rigid_mesh(parts);
+            scene.set_rigid(entity, mesh);
         }
-        Mat4::from_cols_array(&all)
-    }));
-    (first, count)
+        return;
+    }
+    scene.changed = Some(Vec::new());
+    for (entity, parts) in &changed {
+        let mesh = scene.rigid_mesh(parts);
+        scene.set_rigid(entity, mesh);
+    }
+    for entity in removed.chain(&no_longer_rigid) {
+        let mesh = rigid.get(entity).ok();
+        let mesh = mesh.and_then(|parts| scene.rigid_mesh(parts));
+        scene.set_rigid(entity, mesh);
+    }
 }

@@ -5,12 +5,13 @@
 //! | [`placement`], [`place_volume`] | where the volumes are, and their settings |
 //! | [`texture`], [`probe`] | the texture and the light probe through which Bevy reads the volumes |
 //! | [`volume`] | extraction of the volumes |
-//! | [`meshes`] | extraction of meshes |
+//! | [`meshes`], [`deformed_meshes`] | extraction of rigid meshes, and of those with a skin or morph targets |
 //! | [`lights`] | extraction of lights |
 //! | [`voxel_material`], [`mean_color`] | what voxels use of a material |
 //! | [`material_table`], [`material_order`] | the table of the materials in use |
 //! | [`update_materials`], [`unknown_materials`] | what keeps the table in sync |
 
+pub(crate) mod deformed_meshes;
 pub(crate) mod lights;
 mod material_order;
 pub(crate) mod material_table;

@@ -3,6 +3,8 @@
 //! | module | what it contains |
 //! | --- | --- |
 //! | [`pipelines`] | whether all pipelines of a frame are ready |
+//! | [`mesh_instance`] | what the voxelisers read of a mesh |
+//! | [`mesh_group`] | meshes that share their buffers |
 //! | [`mesh_batches`] | the meshes, grouped for dispatch |
 //! | [`fingerprint`] | whether anything has changed that the light depends on |
 //! | [`settling`] | the clock that says when the light has settled |
@@ -14,6 +16,8 @@
 pub(crate) mod buffers;
 mod fingerprint;
 pub(crate) mod mesh_batches;
+pub(crate) mod mesh_group;
+mod mesh_instance;
 pub(crate) mod pipelines;
 pub(crate) mod plan;
 pub(crate) mod scene_buffers;

@@ -20,7 +20,8 @@ use crate::{
     extract::{meshes::ExtractedScene, volume::ExtractedVolume},
     prepare::{
         buffers::{BufferShape, VolumeBuffers},
-        mesh_batches::{MeshBatches, MeshGroup},
+        mesh_batches::MeshBatches,
+        mesh_group::MeshGroup,
         pipelines::RequiredPipelines,
         plan::FramePlan,
         uniforms::VolumeUniforms,
@@ -129,7 +130,7 @@ pub(crate) fn queue(
 pub(crate) fn prepare(
     mut pass: ResMut<VoxelizePass>,
     plan: Res<FramePlan>,
-    (batches, scene): (Res<MeshBatches>, Res<ExtractedScene>),
+    (mut batches, scene): (ResMut<MeshBatches>, Res<ExtractedScene>),
     buffers: Option<Res<VolumeBuffers>>,
     uniforms: Res<VolumeUniforms>,
     (cache, device, queue): (Res<PipelineCache>, Res<RenderDevice>, Res<RenderQueue>),
@@ -162,30 +163,28 @@ pub(crate) fn prepare(
     });
     joints.write_buffer(&device, &queue);
     let layout = cache.get_bind_group_layout(&pass.meshes_layout);
-    let bind = |group: &MeshGroup| {
-        let mut instances = StorageBuffer::from(group.instances.clone());
-        instances.write_buffer(&device, &queue);
-        let mut batches = StorageBuffer::from(group.batches.clone());
-        batches.write_buffer(&device, &queue);
-        let indices = group.indices.as_ref().unwrap_or(&stub);
-        let morph_targets = group.morph_targets.as_ref().unwrap_or(&stub);
+    let bind = |group: &mut MeshGroup| {
+        let lists = group.upload(&device, &queue)?;
+        let buffers = group.buffers.each_ref();
+        let [vertices, indices, morph_targets] =
+            buffers.map(|buffer| buffer.as_ref().unwrap_or(&stub));
         let bind_group = device.create_bind_group(
             "voxel_gi_voxelize_meshes",
             &layout,
             &BindGroupEntries::sequential((
-                group.vertices.as_entire_binding(),
+                vertices.as_entire_binding(),
                 indices.as_entire_binding(),
-                instances.binding()?,
-                batches.binding()?,
+                lists.instances.as_entire_binding(),
+                lists.batches.as_entire_binding(),
                 joints.binding()?,
                 morph_targets.as_entire_binding(),
             )),
         );
-        Some((bind_group, u32::try_from(group.batches.len()).ok()?))
+        Some((bind_group, lists.batch_count))
     };
     pass.work = Some(VoxelizeWork {
         voxels,
-        groups: batches.groups.iter().filter_map(bind).collect(),
+        groups: batches.groups_mut().filter_map(bind).collect(),
     });
 }
 

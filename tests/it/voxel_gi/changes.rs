@@ -1,0 +1,163 @@
+//! Meshes are extracted when they change: after any change the light is that of a volume that begins with it.
+
+use bevy::{mesh::skinning::SkinnedMesh, prelude::*};
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::NotVoxelized;
+
+use super::{
+    scene::{app, block, floor, matt, under_sky},
+    support::{read_texels, settle},
+};
+use crate::support::gpu;
+
+/// A change of the block, and whether it changes the light.
+type Change = (&'static str, fn(&mut World, Entity), bool);
+
+const CHANGES: [Change; 12] = [
+    (
+        "moved",
+        |world, block| place(world, block, Vec3::new(-1.0, 0.5, 0.5)),
+        true,
+    ),
+    (
+        "moved back",
+        |world, block| place(world, block, BEGIN),
+        true,
+    ),
+    (
+        "touched",
+        |world, block| {
+            world
+                .get_mut::<Transform>(block)
+                .expect("a block")
+                .set_changed();
+        },
+        false,
+    ),
+    (
+        "hidden",
+        |world, block| {
+            world.entity_mut(block).insert(Visibility::Hidden);
+        },
+        true,
+    ),
+    (
+        "shown",
+        |world, block| {
+            world.entity_mut(block).insert(Visibility::Visible);
+        },
+        true,
+    ),
+    (
+        "excluded",
+        |world, block| {
+            world.entity_mut(block).insert(NotVoxelized);
+        },
+        true,
+    ),
+    (
+        "included",
+        |world, block| {
+            world.entity_mut(block).remove::<NotVoxelized>();
+        },
+        true,
+    ),
+    (
+        "of another material",
+        |world, block| {
+            let white = matt(world, 0.9);
+            world.entity_mut(block).insert(MeshMaterial3d(white));
+        },
+        true,
+    ),
+    (
+        "of another mesh",
+        |world, block| {
+            let ball = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.6));
+            world.entity_mut(block).insert(Mesh3d(ball));
+        },
+        true,
+    ),
+    (
+        "with a skin that is not loaded",
+        |world, block| {
+            world.entity_mut(block).insert(SkinnedMesh::default());
+        },
+        true,
+    ),
+    (
+        "without it",
+        |world, block| {
+            world.entity_mut(block).remove::<SkinnedMesh>();
+        },
+        true,
+    ),
+    (
+        "out of the volume",
+        |world, block| place(world, block, Vec3::splat(50.0)),
+        true,
+    ),
+];
+
+const BEGIN: Vec3 = Vec3::new(0.7, 0.5, 0.0);
+
+fn place(world: &mut World, block: Entity, at: Vec3) {
+    world
+        .get_mut::<Transform>(block)
+        .expect("a block")
+        .translation = at;
+}
+
+/// Mean difference as a share of the mean.
+fn difference(a: &[Vec4], b: &[Vec4]) -> f32 {
+    let sum =
+        |values: &mut dyn Iterator<Item = Vec4>| values.map(|v| v.abs().element_sum()).sum::<f32>();
+    sum(&mut a.iter().zip(b).map(|(a, b)| *a - *b)) / sum(&mut a.iter().copied())
+}
+
+fn settled(app: &mut HeadlessApp) -> Vec<Vec4> {
+    app.render_frames(2).expect("frames");
+    settle(app);
+    read_texels(app).into_iter().flatten().collect()
+}
+
+#[test]
+fn after_any_change_the_light_is_that_of_a_new_volume() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let block = block(world, BEGIN, Vec3::ONE);
+    let mut volume = world.spawn(under_sky(1.0)).id();
+    app.run_until_ready(200).expect("ready");
+    let mut before = settled(&mut app);
+    for (name, change, matters) in CHANGES {
+        change(app.world_mut(), block);
+        let found = settled(&mut app);
+        app.world_mut().despawn(volume);
+        app.render_frames(3).expect("frames");
+        volume = app.world_mut().spawn(under_sky(1.0)).id();
+        let anew = settled(&mut app);
+        let (wrong, effect) = (difference(&anew, &found), difference(&before, &anew));
+        println!("{name}: {wrong:.5} of an effect of {effect:.5}");
+        assert!(wrong < 0.001, "{name}: {wrong}");
+        assert_eq!(effect > 0.005, matters, "{name}: {effect}");
+        before = anew;
+    }
+}
+
+#[test]
+fn what_happens_elsewhere_leaves_settled_light_alone() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let far = block(world, Vec3::splat(50.0), Vec3::ONE);
+    world.spawn(under_sky(1.0));
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    for step in 0..3 {
+        place(app.world_mut(), far, Vec3::splat(51.0 + step as f32));
+        assert_eq!(settle(&mut app), 1, "step {step}");
+    }
+}
