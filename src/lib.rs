@@ -3,6 +3,7 @@
 //! | module | gives |
 //! | --- | --- |
 //! | [`boxes`] | scenes in plain numbers, and their path-traced light |
+//! | [`mod@compose`] | shaders as Bevy composes them, in plain WGSL |
 //! | [`content`] | procedural textures and photographs |
 //! | [`mod@cost`] | what the plugins' shaders cost, as a GPU's own compiler says |
 //! | [`headless`] | Bevy without a window, the same frames on every run |
@@ -14,6 +15,7 @@
 //! | [`mod@tradeoff`] | accuracy, memory and time of each plugin, as a report |
 
 pub mod boxes;
+pub mod compose;
 pub mod content;
 pub mod cost;
 pub mod gallery;

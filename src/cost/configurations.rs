@@ -62,6 +62,17 @@ fn configuration(
 }
 
 impl Configuration {
+    /// Whether its pixels may fetch other texels than those of the plugin's other settings.
+    pub fn changes_pixels(&self) -> bool {
+        let Kind::Gi(volume) = &self.kind else {
+            return true;
+        };
+        let default = VoxelGiVolume::default();
+        *volume == default
+            || volume.receiver != default.receiver
+            || volume.cascades != default.cascades
+    }
+
     /// Its name among all.
     pub fn name(&self) -> String {
         format!("{}: {}", self.plugin, self.setting)

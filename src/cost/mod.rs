@@ -5,6 +5,10 @@
 //! pictures and no times, and how often a loop or a branch runs is not known. The figures are the same
 //! on every machine with the same version of Mesa, except the time to compile.
 //!
+//! Vulkan has such statistics of every driver (`VK_KHR_pipeline_executable_properties`), but only of pipelines
+//! created with `VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR`, which wgpu-hal does not set; it would take Vulkan
+//! pipelines of our own beside wgpu's, so they are left out.
+//!
 //! A program starts itself again under that driver ([`shim`]). There it builds, for each
 //! [`Configuration`](configurations::Configuration) of a plugin and for Bevy alone, small scenes with one material each ([`mod@app`]),
 //! and compiles every pipeline of interest a second time, one at a time ([`pipelines`]): what the driver
@@ -16,11 +20,14 @@
 //! | [`shim`] | starting a program under the driver |
 //! | [`mod@configurations`] | what is compiled, by name |
 //! | [`scene`] | what is drawn |
+//! | [`skin`] | the materials |
 //! | [`mod@app`] | a configuration in an app |
 //! | [`pipelines`] | every pipeline of an app, compiled between marks |
 //! | [`statistics`] | what the driver printed, as rows |
 //! | [`mod@record`] | rows with those of Bevy beside them, in files |
 //! | [`cpu`] | the CPU's time for a frame, where the GPU takes none |
+//! | [`fetches`] | texture fetches of a pixel, counted on an adapter that draws |
+//! | [`traffic`] | bytes of colour between the GPU and its memory, from a model |
 //! | [`tables`] | tables for the plugins' pages |
 //! | [`charts`] | accuracy against compiled cost |
 //! | [`mod@budget`] | rows that may not grow unnoticed |
@@ -31,12 +38,15 @@ pub mod charts;
 pub mod configurations;
 pub mod cpu;
 pub mod error;
+pub mod fetches;
 pub mod pipelines;
 pub mod record;
 pub mod scene;
 pub mod shim;
+pub mod skin;
 pub mod statistics;
 pub mod tables;
+pub mod traffic;
 
 use std::{ffi::OsString, path::PathBuf, process::ExitCode};
 
@@ -62,6 +72,12 @@ struct Options {
     /// Measures the CPU's time of frames on the first GPU instead of compiling.
     #[arg(long)]
     cpu: bool,
+    /// Samples the CPU with Linux's `perf` instead, and names the plugins' systems.
+    #[arg(long)]
+    systems: bool,
+    /// Counts texture fetches on the adapter that is there instead of compiling.
+    #[arg(long, conflicts_with = "cpu")]
+    fetches: bool,
     /// Renews charts, the tables in the plugins' pages and the budget, from the figures in the folder.
     #[arg(long)]
     advise: bool,
@@ -90,18 +106,25 @@ fn measure(options: &Options) -> Result<(), CostError> {
     if options.advise {
         let rows = record::read(&options.out)?;
         record::write(&rows, &options.out)?;
-        tables::renew(&rows)?;
+        tables::renew(&rows, &options.out)?;
         charts::write(&rows, &options.out)?;
         return Budget::read()?.renewed(&rows).write();
     }
+    let plugin = options.plugin.as_deref();
     if options.cpu {
-        return cpu::measure(options.inside, &options.gpu[0], &options.out);
+        return cpu::measure(options.inside, &options.gpu[0], plugin, &options.out);
+    }
+    if options.systems {
+        return cpu::systems::measure(&options.gpu[0], &options.out);
+    }
+    if options.fetches {
+        return fetches::measure(plugin, &options.out);
     }
     let mut wanted = configurations();
     if options.inside {
         return pipelines::print(&wanted);
     }
-    wanted.retain(|c| c.plugin == "bevy" || options.plugin.as_ref().is_none_or(|p| p == c.plugin));
+    wanted.retain(|c| c.plugin == "bevy" || plugin.is_none_or(|p| p == c.plugin));
     let mut program = shim::this_program();
     program.args(["cost", "--inside"]);
     let mut rows = Vec::new();
@@ -111,6 +134,7 @@ fn measure(options: &Options) -> Result<(), CostError> {
             gpu, &program, &wanted,
         )?));
     }
+    let rows = record::renewed(&options.out, rows)?;
     record::write(&rows, &options.out)?;
     charts::write(&rows, &options.out)?;
     for gpu in &options.gpu {

@@ -71,8 +71,7 @@ pub fn print(configurations: &[Configuration]) -> Result<(), CostError> {
     Ok(())
 }
 
-/// Runs frames until no new pipeline has been asked for in a while. It does not wait for the GPU, which
-/// would never answer.
+/// Runs frames until no new pipeline has been asked for in a while.
 pub fn settle(app: &mut HeadlessApp) -> Result<(), HeadlessError> {
     let (mut quiet, mut count) = (0, 0);
     for _ in 0..MAX_FRAMES {
@@ -156,7 +155,7 @@ fn compile_again(
 
 /// The name of a pass of interest: one that draws the scene's material, or lights it, or one of a
 /// plugin. A pipeline without a pixel shader is none.
-fn pass(descriptor: &PipelineDescriptor) -> Option<String> {
+pub fn pass(descriptor: &PipelineDescriptor) -> Option<String> {
     let (label, fragment) = match descriptor {
         PipelineDescriptor::RenderPipelineDescriptor(d) => {
             (d.label.as_deref()?, d.fragment.as_ref()?)

@@ -107,13 +107,32 @@ pub fn beside_bevy(mut rows: Vec<CostRow>) -> Vec<CostRow> {
 
 /// Where the committed figures are, relative to the repository.
 pub const FOLDER: &str = "docs/measurements/radv";
+const FILE: &str = "cost.json";
 
 /// Reads `cost.json` of a folder.
 ///
 /// # Errors
 /// [`CostError::File`], naming the path.
 pub fn read(folder: &Path) -> Result<Vec<CostRow>, CostError> {
-    read_json(&folder.join("cost.json"))
+    read_json(&folder.join(FILE))
+}
+
+/// The rows in a folder, if there are any, with new ones in the place of those of the same GPU and plugin.
+///
+/// # Errors
+/// [`CostError::File`], naming the path.
+pub fn renewed(folder: &Path, new: Vec<CostRow>) -> Result<Vec<CostRow>, CostError> {
+    let mut rows = match folder.join(FILE).exists() {
+        true => read(folder)?,
+        false => Vec::new(),
+    };
+    let is_kept = |row: &CostRow| {
+        let mut new = new.iter();
+        !new.any(|new| (&new.gpu, &new.plugin) == (&row.gpu, &row.plugin))
+    };
+    rows.retain(is_kept);
+    rows.extend(new);
+    Ok(rows)
 }
 
 /// Writes `cost.json` and `cost.csv` into a folder, which is made where it is missing.
@@ -121,7 +140,7 @@ pub fn read(folder: &Path) -> Result<Vec<CostRow>, CostError> {
 /// # Errors
 /// [`CostError::File`], naming the path.
 pub fn write(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
-    write_json(&rows, &folder.join("cost.json"))?;
+    write_json(&rows, &folder.join(FILE))?;
     write_text(&csv(rows), &folder.join("cost.csv"))
 }
 
@@ -192,6 +211,29 @@ mod tests {
             lines[1],
             r#""ewa","default","","","","forward","",9,0,0,0,0,0,0,0,0.0,3,0,0"#
         );
+    }
+
+    #[test]
+    fn new_rows_replace_those_of_the_same_gpu_and_plugin() {
+        let row = |gpu: &str, plugin: &str, instructions| CostRow {
+            gpu: gpu.into(),
+            plugin: plugin.into(),
+            instructions,
+            ..CostRow::default()
+        };
+        let folder = std::env::temp_dir().join(format!("cost-{}", std::process::id()));
+        let none = renewed(&folder, Vec::new()).expect("no rows");
+        assert!(none.is_empty());
+        let old = [
+            row("navi31", "ewa", 1),
+            row("navi21", "ewa", 2),
+            row("navi21", "bevy", 3),
+        ];
+        write(&old, &folder).expect("written");
+        let found = renewed(&folder, vec![row("navi21", "ewa", 4)]).expect("read");
+        std::fs::remove_dir_all(&folder).expect("removed");
+        let instructions: Vec<_> = found.iter().map(|row| row.instructions).collect();
+        assert_eq!(instructions, [1, 3, 4]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::{
 use super::error::CostError;
 
 /// Name of the environment variable with the part of the work that a process does.
-const PART: &str = "COST_PART";
+pub(super) const PART: &str = "COST_PART";
 
 /// This program, to be started again.
 pub fn this_program() -> Command {
@@ -27,8 +27,8 @@ pub fn check() -> Result<String, CostError> {
     Ok(text.split(" in ").next().unwrap_or_default().into())
 }
 
-/// Runs a program on a GPU for each of the names, one after the other, with `PART` set to it: apps that
-/// ended leave memory of a GPU that never answers. Returns what each wrote.
+/// Runs a program on a GPU for each of the names, one after the other, with `PART` set to it, so that nothing of one
+/// is left in the next. Returns what each wrote.
 ///
 /// # Errors
 /// [`CostError::NoDriver`] as of [`check`]; [`CostError::Failed`] where the program fails.
@@ -61,7 +61,8 @@ pub fn part() -> String {
     std::env::var(PART).unwrap_or_default()
 }
 
-fn script() -> Command {
+/// The script that runs a program on a GPU that is not there.
+pub(super) fn script() -> Command {
     Command::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/gpu-static"))
 }
 

@@ -4,9 +4,12 @@ use std::{collections::BTreeSet, fmt::Write, path::Path};
 
 use super::{
     configurations::PLUGINS,
+    cpu,
     error::CostError,
+    fetches,
     record::{self, CostRow},
     scene::Scene,
+    traffic,
 };
 use crate::tradeoff::markdown::renewed;
 
@@ -142,29 +145,61 @@ fn passes(own: &[&CostRow]) -> String {
     header.to_string() + &text
 }
 
-/// Renews the tables between `<!-- tradeoff PLUGIN cost -->` and `<!-- end -->` in the plugins' pages.
+/// Renews what stands between `<!-- tradeoff NAME -->` and `<!-- end -->` in the pages: compiled cost, fetches and
+/// traffic in the plugins', the CPU's time in the repository's.
 ///
 /// # Errors
-/// [`CostError::File`] where a page cannot be read or written.
-pub fn renew(rows: &[CostRow]) -> Result<(), CostError> {
-    for (plugin, _) in PLUGINS {
-        let path = format!(
-            "{}/crates/bevy_{plugin}/README.md",
-            env!("CARGO_MANIFEST_DIR")
-        );
-        let path = Path::new(&path);
-        let document = std::fs::read_to_string(path);
-        let document = document.map_err(|source| CostError::File {
-            path: path.into(),
+/// [`CostError::File`] where figures or a page cannot be read, or a page not written.
+pub fn renew(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (page, tables) in pages(rows, folder)? {
+        let path = root.join(page);
+        let document = std::fs::read_to_string(&path);
+        let mut document = document.map_err(|source| CostError::File {
+            path: path.clone(),
             source,
         })?;
-        if let Some(text) = renewed(
-            &document,
-            &format!("{plugin} cost"),
-            &page(rows, GPU, plugin),
-        ) {
-            record::write_text(&text, path)?;
+        for (name, table) in tables {
+            if let Some(text) = renewed(&document, &name, &table) {
+                document = text;
+            }
         }
+        record::write_text(&document, &path)?;
     }
     Ok(())
+}
+
+/// The path of each page, and its tables by name.
+///
+/// # Errors
+/// [`CostError::File`] where figures cannot be read.
+pub fn pages(
+    rows: &[CostRow],
+    folder: &Path,
+) -> Result<Vec<(String, Vec<(String, String)>)>, CostError> {
+    let counted = fetches::record::read()?;
+    let times: Vec<cpu::record::CpuRow> = record::read_json(&folder.join(cpu::record::FILE))?;
+    let systems: Vec<cpu::systems::SystemRow> =
+        record::read_json(&folder.join(cpu::systems::FILE))?;
+    let mut pages = vec![(
+        "README.md".to_string(),
+        vec![
+            ("cpu".to_string(), cpu::tables::table(&times)),
+            ("cpu systems".to_string(), cpu::tables::systems(&systems)),
+        ],
+    )];
+    for (plugin, _) in PLUGINS {
+        let mut tables = vec![
+            (format!("{plugin} cost"), page(rows, GPU, plugin)),
+            (
+                format!("{plugin} fetches"),
+                fetches::tables::page(&counted, plugin),
+            ),
+        ];
+        if plugin == "ycocg_fb" {
+            tables.push((format!("{plugin} traffic"), traffic::table()));
+        }
+        pages.push((format!("crates/bevy_{plugin}/README.md"), tables));
+    }
+    Ok(pages)
 }

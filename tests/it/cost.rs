@@ -1,6 +1,15 @@
 //! What the plugins' shaders cost when they are compiled for a GPU.
 
-use bevy_frugal_lab::cost::{budget::Budget, pipelines, shim};
+use bevy_frugal_lab::{
+    cost::{
+        budget::Budget,
+        configurations::{Configuration, configurations},
+        fetches, pipelines,
+        scene::Scene,
+        shim,
+    },
+    tradeoff::ycocg_fb::settings::settings,
+};
 
 use crate::support::{gpu, skipped};
 
@@ -40,4 +49,34 @@ fn no_shader_has_grown_unnoticed() {
 fn compiles_what_is_in_the_budget() {
     let budget = Budget::read().expect("the committed budget");
     pipelines::print(&budget.configurations()).expect("apps");
+}
+
+#[test]
+fn a_pixel_counts_its_own_fetches() {
+    let _gpu = gpu();
+    let all = configurations();
+    let counted = |plugin, setting, scene| {
+        let is_it = |c: &&Configuration| c.plugin == plugin && c.setting == setting;
+        let configuration = all.iter().find(is_it).expect("a configuration");
+        fetches::counted(configuration, scene).expect("counted")
+    };
+    for (scene, maps) in [(Scene::BaseColor, 1.0), (Scene::FiveMaps, 5.0)] {
+        let bevy = counted("bevy", "default", scene);
+        assert_eq!((bevy.samples, bevy.loads, bevy.gathers), (maps, 0.0, 0.0));
+        assert!(bevy.comparisons > 0.0, "{bevy:?}");
+    }
+    let trilinear = counted("ewa", "trilinear", Scene::BaseColor);
+    let linear = counted("ewa", "linear", Scene::BaseColor);
+    assert_eq!(trilinear.samples, 1.0);
+    assert!(linear.samples > 4.0 && linear.comparisons == trilinear.comparisons);
+    let documented = settings();
+    for name in ["default", "guided", "quad"] {
+        let wanted = documented.iter().find(|setting| setting.name == name);
+        let found = counted("ycocg_fb", name, Scene::BaseColor);
+        assert_eq!(
+            found.fetches(),
+            wanted.expect("a setting").fetches,
+            "{name}"
+        );
+    }
 }

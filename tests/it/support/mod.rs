@@ -1,6 +1,5 @@
 //! Helpers that several test modules share.
 
-pub mod compose;
 pub mod compute;
 pub mod logs;
 pub mod pool;
@@ -13,6 +12,7 @@ use std::{
 };
 
 use bevy::prelude::*;
+pub use bevy_frugal_lab::compose;
 use bevy_frugal_lab::headless::LabTarget;
 
 static QUEUE: Mutex<Queue> = Mutex::new(Queue {

@@ -10,6 +10,7 @@ use std::{
 use bevy::{
     asset::uuid::Uuid,
     prelude::*,
+    render::renderer::RenderDevice,
     shader::{Shader, ShaderCache, ShaderCacheSource, ShaderDefVal},
 };
 
@@ -103,6 +104,22 @@ pub fn shader_at(app: &World, end: &str) -> AssetId<Shader> {
     let (id, _) = found.next().unwrap_or_else(|| panic!("no shader {end}"));
     assert!(found.next().is_none(), "{end} is ambiguous");
     id
+}
+
+/// What Bevy defines for all shaders of a device.
+pub fn device_defs(device: &RenderDevice) -> [ShaderDefVal; 3] {
+    let bindings = device.limits().max_storage_buffers_per_shader_stage;
+    [
+        ShaderDefVal::UInt("AVAILABLE_STORAGE_BUFFER_BINDINGS".into(), bindings),
+        ShaderDefVal::Bool(
+            "AVAILABLE_STORAGE_BUFFER_BINDINGS__GE_3".into(),
+            bindings >= 3,
+        ),
+        ShaderDefVal::Bool(
+            "AVAILABLE_STORAGE_BUFFER_BINDINGS__GE_6".into(),
+            bindings >= 6,
+        ),
+    ]
 }
 
 /// The numbers that Bevy defines for the shaders of every mesh pipeline.
