@@ -13,7 +13,8 @@ const ALL: &str = "all";
 #[derive(Clone, Debug, Parser)]
 #[command(
     name = "tradeoff",
-    after_help = "What the shaders cost when they are compiled for a GPU: tradeoff cost --help"
+    after_help = "What the shaders cost when they are compiled for a GPU: tradeoff cost --help\n\
+                  Times on the GPU that is there: tradeoff gpu --help"
 )]
 pub struct Options {
     /// Plugin to measure.

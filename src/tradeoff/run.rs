@@ -6,7 +6,7 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
-    chart, markdown,
+    chart, gpu, markdown,
     options::Options,
     study::{Study, TradeoffError},
 };
@@ -18,8 +18,10 @@ use crate::{cost, record::Report};
 /// standard error output. A study that fails does not keep the others from being measured.
 pub fn run() -> ExitCode {
     let mut arguments = std::env::args_os().skip(1);
-    if arguments.next().is_some_and(|first| first == "cost") {
-        return cost::run(arguments);
+    match arguments.next() {
+        Some(first) if first == "cost" => return cost::run(arguments),
+        Some(first) if first == "gpu" => return gpu::run(arguments),
+        _ => {}
     }
     let options = Options::parse();
     // A folder that cannot be made should not show up after minutes of measuring.

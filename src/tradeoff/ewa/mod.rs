@@ -99,7 +99,8 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
         .iter()
         .filter(|scene| ["tunnel", "checker_5deg"].contains(&scene.name))
     {
-        let (adapter, rows) = time_rows(scene, plan, progress)?;
+        let size = plan.picture.map_or(64, |[width, _]| width / 4);
+        let (adapter, rows) = time_rows(scene, size, plan, progress)?;
         report.adapter = adapter;
         report.measurements.extend(rows);
     }
@@ -228,13 +229,13 @@ fn taa_rows(size: u32) -> Result<Vec<Measurement>, TradeoffError> {
     Ok(rows)
 }
 
-/// Frame times of the settings, interleaved.
-fn time_rows(
+/// Frame times of the settings, interleaved, of square pictures of `size` pixels, and what rendered them.
+pub fn time_rows(
     scene: &EwaScene,
+    size: u32,
     plan: &Plan,
     progress: &ProgressBar,
 ) -> Result<(crate::record::ReportAdapter, Vec<Measurement>), TradeoffError> {
-    let size = plan.picture.map_or(64, |[width, _]| width / 4);
     let texture = (scene.texture)();
     let coordinates = scene.coordinates(size);
     let mut candidates = Vec::new();

@@ -30,16 +30,36 @@ const PICTURE: u32 = 64;
 /// [`HeadlessError`] when a frame cannot be rendered.
 pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<Measurement>, HeadlessError> {
     let mut candidates = Vec::new();
+    let resolution = plan.resolutions[0];
     for &triangles in &plan.triangles {
         progress.set_message(format!("{triangles} triangles"));
-        candidates.push(candidate(triangles, plan.resolutions[0])?);
+        let volume = VoxelGiVolume {
+            resolution,
+            ..default()
+        };
+        let (app, row) = app(triangles, Some(volume), [PICTURE; 2])?;
+        candidates.push(candidate(app, row));
         progress.inc(1);
     }
     benchmark_apps(candidates, plan.rounds, plan.frames)
 }
 
-fn candidate(triangles: u32, resolution: u32) -> Result<Candidate<HeadlessApp>, HeadlessError> {
-    let settings = HeadlessSettings::with_size(PICTURE, PICTURE);
+/// An app with its row, whose passes are measured one by one.
+pub fn candidate(app: HeadlessApp, row: Measurement) -> Candidate<HeadlessApp> {
+    Candidate::new(app, row).with_stages(SPANS)
+}
+
+/// An app with spheres of so many triangles, with a volume around them where there is one, that is renewed in each
+/// frame; and its row, without times.
+///
+/// # Errors
+/// [`HeadlessError`] when a frame cannot be rendered.
+pub fn app(
+    triangles: u32,
+    volume: Option<VoxelGiVolume>,
+    picture: [u32; 2],
+) -> Result<(HeadlessApp, Measurement), HeadlessError> {
+    let settings = HeadlessSettings::with_size(picture[0], picture[1]);
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(VoxelGiPlugin);
     })?;
@@ -53,14 +73,18 @@ fn candidate(triangles: u32, resolution: u32) -> Result<Candidate<HeadlessApp>, 
         UNGRADED,
         Transform::from_xyz(0.0, 0.0, SIZE).looking_at(Vec3::ZERO, Vec3::Y),
     ));
-    let volume = VoxelGiVolume {
-        size: SIZE,
-        resolution,
-        ..default()
-    };
-    let volume = world.spawn(volume).id();
+    let resolution = volume.as_ref().map_or(0, |volume| volume.resolution);
+    let volume = volume.map(|volume| {
+        let volume = VoxelGiVolume {
+            size: SIZE,
+            ..volume
+        };
+        world.spawn(volume).id()
+    });
     app.run_until_ready(MAX_FRAMES)?;
-    render::never_pause(&mut app, volume)?;
+    if let Some(volume) = volume {
+        render::never_pause(&mut app, volume)?;
+    }
     let report = *app.world().resource::<VoxelGiReport>();
     let row = Measurement {
         scene: format!("triangles_{}", report.triangles),
@@ -68,7 +92,7 @@ fn candidate(triangles: u32, resolution: u32) -> Result<Candidate<HeadlessApp>, 
         bytes: Some(report.memory),
         ..Measurement::default()
     };
-    Ok(Candidate::new(app, row).with_stages(SPANS))
+    Ok((app, row))
 }
 
 fn spawn_spheres(world: &mut World, triangles: u32) {

@@ -9,14 +9,14 @@ use bevy::{
     camera::{Hdr, ImageRenderTarget, RenderTarget},
     core_pipeline::tonemapping::Tonemapping,
     prelude::*,
-    render::render_resource::TextureFormat,
 };
-use bevy_ycocg_fb::{FrameBufferReports, Reconstruction, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{CameraState, FrameBufferReports, YCoCgFrameBufferPlugin};
 use indicatif::ProgressBar;
 
+use super::cameras::{Camera, cameras, filters};
 use crate::{
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, pixel_camera},
-    record::Measurement,
+    record::{Measurement, ReportAdapter},
     tradeoff::{
         interleaved::{Candidate, benchmark_apps},
         plan::Plan,
@@ -27,142 +27,121 @@ use crate::{
 /// Frames before which every pipeline must have been compiled.
 const MAX_FRAMES: u32 = 200;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Camera {
-    /// Bevy's own with `Hdr`: the reference.
-    Rgba16Float,
-    /// What a user would pick today: a target of this format, without alpha and without `Hdr`.
-    Rg11b10Ufloat,
-    /// Packed, resolved to Bevy's `Rgba16Float` texture.
-    PackedHdr,
-    /// The same with another filter than the default.
-    PackedHdrBy(Reconstruction),
-    /// Packed, resolved and tone-mapped to the 8-bit target.
-    PackedFused,
+/// What a frame has in it.
+#[derive(Clone, Copy, Debug)]
+pub struct Load {
+    pub layers: usize,
+    pub blend: bool,
+    pub msaa: Msaa,
 }
 
-impl Camera {
-    const ALL: [Self; 4] = [
-        Self::Rgba16Float,
-        Self::Rg11b10Ufloat,
-        Self::PackedHdr,
-        Self::PackedFused,
-    ];
-
-    /// The other filters: their time is in the resolve alone, so they are measured without layers.
-    const FILTERS: [Self; 5] = [
-        Self::PackedHdrBy(Reconstruction::Nearest),
-        Self::PackedHdrBy(Reconstruction::Bilinear),
-        Self::PackedHdrBy(Reconstruction::EdgeDirected),
-        Self::PackedHdrBy(Reconstruction::Guided),
-        Self::PackedHdrBy(Reconstruction::Quad),
-    ];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Rgba16Float => super::settings::REFERENCE,
-            Self::Rg11b10Ufloat => "rg11b10ufloat",
-            Self::PackedHdr => "packed_hdr",
-            Self::PackedHdrBy(Reconstruction::Nearest) => "packed_hdr nearest",
-            Self::PackedHdrBy(Reconstruction::Bilinear) => "packed_hdr bilinear",
-            Self::PackedHdrBy(Reconstruction::EdgeDirected) => "packed_hdr edge_directed",
-            Self::PackedHdrBy(Reconstruction::Guided) => "packed_hdr guided",
-            Self::PackedHdrBy(Reconstruction::Wide) => "packed_hdr wide",
-            Self::PackedHdrBy(Reconstruction::Quad) => "packed_hdr quad",
-            Self::PackedFused => "packed_fused",
-        }
+impl Load {
+    /// Its name as that of a scene.
+    pub fn name(self) -> String {
+        let blending = if self.blend { "blend" } else { "opaque" };
+        format!(
+            "overdraw_{}_{blending}_{}x",
+            self.layers,
+            self.msaa.samples()
+        )
     }
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Load {
-    layers: usize,
-    blend: bool,
-    msaa: Msaa,
+/// Layers of the study.
+const LAYERS: usize = 8;
+
+/// All loads, with nothing in it and with so many layers.
+pub fn loads(layers: usize) -> [Load; STEPS] {
+    [
+        (0, false, Msaa::Off),
+        (layers, false, Msaa::Off),
+        (layers, true, Msaa::Off),
+        (0, false, Msaa::Sample4),
+        (layers, false, Msaa::Sample4),
+    ]
+    .map(|(layers, blend, msaa)| Load {
+        layers,
+        blend,
+        msaa,
+    })
 }
 
-const LOADS: [Load; 5] = [
-    Load {
-        layers: 0,
-        blend: false,
-        msaa: Msaa::Off,
-    },
-    Load {
-        layers: 8,
-        blend: false,
-        msaa: Msaa::Off,
-    },
-    Load {
-        layers: 8,
-        blend: true,
-        msaa: Msaa::Off,
-    },
-    Load {
-        layers: 0,
-        blend: false,
-        msaa: Msaa::Sample4,
-    },
-    Load {
-        layers: 8,
-        blend: false,
-        msaa: Msaa::Sample4,
-    },
-];
-
-/// The rows of all cameras under all loads.
+/// The rows of the study's cameras under all loads.
 pub fn rows(plan: &Plan, progress: &ProgressBar) -> Result<Vec<Measurement>, TradeoffError> {
     let Some(size) = plan.picture else {
         return Ok(Vec::new());
     };
     let mut rows = Vec::new();
-    for load in LOADS {
-        let blending = if load.blend { "blend" } else { "opaque" };
-        let scene = format!(
-            "overdraw_{}_{blending}_{}x",
-            load.layers,
-            load.msaa.samples()
-        );
-        progress.set_message(scene.clone());
-        let mut candidates = Vec::new();
-        let filters = Camera::FILTERS.into_iter().filter(|_| load.layers == 0);
-        for camera in Camera::ALL.into_iter().chain(filters) {
-            let (app, bytes) = app(camera, load, size)?;
-            let row = Measurement {
-                scene: scene.clone(),
-                setting: camera.name().into(),
-                reference: super::settings::REFERENCE.into(),
-                bytes: Some(bytes),
-                ..Measurement::default()
-            };
-            candidates.push(Candidate::new(app, row));
-        }
-        rows.extend(benchmark_apps(candidates, plan.rounds, plan.frames)?);
+    for load in loads(LAYERS) {
+        progress.set_message(load.name());
+        rows.extend(load_rows(load, &cameras(), size, plan)?.1);
         progress.inc(1);
     }
     Ok(rows)
+}
+
+/// The rows of cameras under a load, interleaved, and what rendered them. Cameras that the adapter lacks are left out.
+pub fn load_rows(
+    load: Load,
+    cameras: &[Camera],
+    size: [u32; 2],
+    plan: &Plan,
+) -> Result<(ReportAdapter, Vec<Measurement>), TradeoffError> {
+    let mut candidates = Vec::new();
+    let mut adapter = ReportAdapter::default();
+    let filters = filters().filter(|_| load.layers == 0 && load.msaa == Msaa::Off);
+    for camera in cameras.iter().copied().chain(filters) {
+        let Some((app, bytes)) = app(camera, load, size)? else {
+            continue;
+        };
+        adapter = app.adapter().into();
+        let row = Measurement {
+            scene: load.name(),
+            setting: camera.name.into(),
+            reference: super::settings::REFERENCE.into(),
+            bytes: Some(bytes),
+            ..Measurement::default()
+        };
+        candidates.push(Candidate::new(app, row));
+    }
+    Ok((
+        adapter,
+        benchmark_apps(candidates, plan.rounds, plan.frames)?,
+    ))
 }
 
 /// The scene of the first load: nothing saved, and the resolve paid.
 pub const NO_OVERDRAW: &str = "overdraw_0_opaque_1x";
 
 /// How many steps of the progress bar [`rows`] takes.
-pub const STEPS: usize = LOADS.len();
+pub const STEPS: usize = 5;
 
-/// An app that is ready to be measured, and the bytes of its colour textures.
-fn app(camera: Camera, load: Load, size: [u32; 2]) -> Result<(HeadlessApp, u64), HeadlessError> {
+/// An app that is ready to be measured, and the bytes of its colour textures; none where the adapter has not what
+/// the camera needs.
+fn app(
+    camera: Camera,
+    load: Load,
+    size: [u32; 2],
+) -> Result<Option<(HeadlessApp, u64)>, HeadlessError> {
     let settings = HeadlessSettings::with_size(size[0], size[1]);
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(YCoCgFrameBufferPlugin);
     })?;
+    let blends = wgpu::Features::FLOAT32_BLENDABLE;
+    if camera.bytes > 8 && load.blend && !app.features().contains(blends) {
+        return Ok(None);
+    }
     let world = app.world_mut();
     spawn_layers(world, load, size);
-    let camera = spawn_camera(world, camera, load.msaa, size);
+    let entity = spawn_camera(world, camera, load.msaa, size);
     app.run_until_ready(MAX_FRAMES)?;
     let reports = app.world().resource::<FrameBufferReports>();
-    let bytes = reports
-        .get(camera)
-        .map_or(0, |report| report.memory.total());
-    Ok((app, bytes))
+    let report = reports.get(entity).unwrap_or_default();
+    let is_packed = report.state == Some(CameraState::Packed);
+    if camera.packed.is_some() && !is_packed {
+        return Ok(None);
+    }
+    Ok(Some((app, report.memory.total())))
 }
 
 fn spawn_layers(world: &mut World, load: Load, size: [u32; 2]) {
@@ -189,40 +168,22 @@ fn spawn_layers(world: &mut World, load: Load, size: [u32; 2]) {
 fn spawn_camera(world: &mut World, camera: Camera, msaa: Msaa, size: [u32; 2]) -> Entity {
     let view = pixel_camera(world.resource::<LabTarget>(), size);
     let entity = world.spawn(view).insert(msaa).id();
-    match camera {
-        Camera::Rgba16Float => {
-            world
-                .entity_mut(entity)
-                .insert((Hdr, Tonemapping::default()));
-        }
-        Camera::Rg11b10Ufloat => {
-            let format = TextureFormat::Rg11b10Ufloat;
-            let image = Image::new_target_texture(size[0], size[1], format, None);
-            let image = world.resource_mut::<Assets<Image>>().add(image);
-            let target = RenderTarget::Image(ImageRenderTarget::from(image));
-            world.entity_mut(entity).insert(target);
-        }
-        Camera::PackedHdr => {
-            let packed = YCoCgFrameBuffer::default();
-            world
-                .entity_mut(entity)
-                .insert((Hdr, Tonemapping::default(), packed));
-        }
-        Camera::PackedHdrBy(reconstruction) => {
-            let packed = YCoCgFrameBuffer {
-                reconstruction,
-                ..default()
-            };
-            world
-                .entity_mut(entity)
-                .insert((Hdr, Tonemapping::default(), packed));
-        }
-        Camera::PackedFused => {
-            let packed = YCoCgFrameBuffer::default();
-            world
-                .entity_mut(entity)
-                .insert((Tonemapping::default(), packed));
-        }
+    let target = camera.target.map(|format| {
+        let image = Image::new_target_texture(size[0], size[1], format, None);
+        let image = world.resource_mut::<Assets<Image>>().add(image);
+        RenderTarget::Image(ImageRenderTarget::from(image))
+    });
+    let mut spawned = world.entity_mut(entity);
+    if camera.hdr {
+        spawned.insert(Hdr);
+    }
+    match target {
+        Some(target) => spawned.insert(target),
+        // `pixel_camera` has no tone mapping.
+        None => spawned.insert(Tonemapping::default()),
+    };
+    if let Some(packed) = camera.packed {
+        spawned.insert(packed);
     }
     entity
 }

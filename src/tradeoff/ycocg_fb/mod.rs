@@ -14,7 +14,7 @@
 //! | --- | --- |
 //! | [`scenes`] | the scenes |
 //! | [`mod@capture`] | their frames |
-//! | [`cost`] | memory and frame times |
+//! | [`cameras`], [`cost`] | cameras, their memory and frame times |
 //! | [`stress`] | the same frames at other exposures, and photographs |
 //! | [`frame`] | a picture of floats |
 //! | [`mod@summary`] | what a user chooses between |
@@ -25,6 +25,7 @@
 
 pub mod ablation;
 pub mod alternatives;
+pub mod cameras;
 pub mod capture;
 pub mod cost;
 pub mod frame;
