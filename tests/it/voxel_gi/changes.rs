@@ -141,7 +141,7 @@ fn after_any_change_the_light_is_that_of_a_new_volume() {
         let (wrong, effect) = (difference(&anew, &found), difference(&before, &anew));
         println!("{name}: {wrong:.5} of an effect of {effect:.5}");
         assert!(wrong < 0.001, "{name}: {wrong}");
-        assert_eq!(effect > 0.005, matters, "{name}: {effect}");
+        assert_eq!(effect > 5e-4, matters, "{name}: {effect}");
         before = anew;
     }
 }
