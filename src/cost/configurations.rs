@@ -39,8 +39,8 @@ pub enum Kind {
     IrradianceVolume,
     /// `bevy_ewa` for all materials.
     Ewa(EwaSettings),
-    /// `bevy_wavelet_tex`, colours at a rate.
-    Wavelet(WaveletFilter, Rate),
+    /// `bevy_wavelet_tex`, colours at a rate, or a material without maps.
+    Wavelet(WaveletFilter, Option<Rate>),
     /// `bevy_ycocg_fb`.
     Packed(YCoCgFrameBuffer),
     /// `bevy_voxel_gi`.
@@ -97,9 +97,12 @@ pub fn configurations() -> Vec<Configuration> {
     all
 }
 
+/// A wavelet material without maps: what its own shader takes.
+pub const NO_MAP: &str = "no map";
+
 fn wavelet_tex() -> impl Iterator<Item = Configuration> {
     let filters = FILTERS.iter().map(|filter| {
-        let kind = Kind::Wavelet(filter.filter, Rate::Color3);
+        let kind = Kind::Wavelet(filter.filter, Some(Rate::Color3));
         configuration("wavelet_tex", filter.name, kind, &Scene::MATERIALS)
     });
     let rates = [Rate::Color2_25, Rate::Color3_25, Rate::Color5].map(|rate| {
@@ -107,11 +110,13 @@ fn wavelet_tex() -> impl Iterator<Item = Configuration> {
         configuration(
             "wavelet_tex",
             name,
-            Kind::Wavelet(default(), rate),
+            Kind::Wavelet(default(), Some(rate)),
             &[Scene::BaseColor],
         )
     });
-    filters.chain(rates)
+    let none = Kind::Wavelet(default(), None);
+    let without = configuration("wavelet_tex", NO_MAP, none, &[Scene::BaseColor]);
+    [without].into_iter().chain(filters).chain(rates)
 }
 
 fn ycocg_fb() -> impl Iterator<Item = Configuration> {

@@ -18,10 +18,13 @@ use bevy_wavelet_tex::{
 };
 
 use super::{configurations::Kind, scene::Scene};
-use crate::content::bricks;
+use crate::content::{bricks, photo_like};
 
 /// Side of the textures in pixels where it matters only that there are some: it is in no shader.
 pub const SMALL_TEXTURE: u32 = 16;
+
+/// Smallest side of wavelet textures in pixels: what an encoder finds in pictures decides which code decodes them.
+const SMALLEST_WAVELET: u32 = 64;
 
 /// A material of either type.
 #[derive(Clone, Debug)]
@@ -109,7 +112,7 @@ fn wavelet_material(
     world: &mut World,
     scene: Scene,
     filter: WaveletFilter,
-    rate: Rate,
+    rate: Option<Rate>,
     size: u32,
 ) -> Handle<WaveletStandardMaterial> {
     let base = material(world, scene, None);
@@ -118,16 +121,17 @@ fn wavelet_material(
     };
     let all = scene.has_five_maps();
     let gray = Rate::usual(Content::Gray);
+    let color = rate.unwrap_or(Rate::Color3);
     let extension = WaveletExtension {
-        base_color: map(true, Content::Color, rate, ColorSpace::Srgb),
-        emissive: map(all, Content::Color, rate, ColorSpace::Srgb),
+        base_color: map(rate.is_some(), Content::Color, color, ColorSpace::Srgb),
+        emissive: map(all, Content::Color, color, ColorSpace::Srgb),
         normal: map(
             all,
             Content::Normal,
             Rate::usual(Content::Normal),
             ColorSpace::Linear,
         ),
-        metallic_roughness: map(all, Content::Color, rate, ColorSpace::Linear),
+        metallic_roughness: map(all, Content::Color, color, ColorSpace::Linear),
         occlusion: map(all, Content::Gray, gray, ColorSpace::Linear),
         mask: map(
             scene == Scene::Masked,
@@ -150,8 +154,12 @@ fn wavelet_texture(
     color_space: ColorSpace,
 ) -> Handle<WaveletTexture> {
     debug_assert_eq!(rate.content(false), content);
-    let picture = bricks(size, size, 5).color;
-    let pixels: Vec<_> = picture.pixels().map(|pixel| pixel.0).collect();
+    let size = size.max(SMALLEST_WAVELET);
+    let picture = match content {
+        Content::Normal => bricks(size, size, 3).normal,
+        _ => photo_like(size, size, 7),
+    };
+    let pixels: Vec<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
     let settings = EncodeSettings {
         rate,
         color_space,

@@ -101,8 +101,9 @@ fn price_of_sampling_wavelet_textures() {
     let filters = [
         "nearest",
         "nearest mip linear",
+        "stochastic",
+        "stochastic quad",
         "bilinear",
-        "one fetch trilinear",
         "trilinear",
         "anisotropic",
     ];

@@ -6,7 +6,7 @@ use bevy::{
     ecs::schedule::IntoScheduleConfigs,
     image::{CompressedImageFormatSupport, CompressedImageFormats},
     pbr::MaterialPlugin,
-    render::{RenderApp, render_asset::RenderAssetPlugin},
+    render::{RenderApp, render_asset::RenderAssetPlugin, renderer::RenderDevice},
     shader::load_shader_library,
 };
 
@@ -17,7 +17,8 @@ use crate::{
     file::EXTENSION,
     gltf::{self, WaveletGltf},
     material::{
-        GpuWaveletTexture, WaveletSamplers, WaveletStandardMaterial, reload::rebind_materials,
+        GpuWaveletTexture, WaveletSamplers, WaveletStandardMaterial,
+        reload::{rebind_materials, write_forms},
     },
     settings::{WaveletAddressMode, WaveletFilter},
 };
@@ -31,9 +32,10 @@ pub struct WaveletTexPlugin;
 impl Plugin for WaveletTexPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "material/types.wesl");
+        load_shader_library!(app, "material/low_band.wesl");
         load_shader_library!(app, "material/decode.wesl");
         load_shader_library!(app, "material/sampling.wesl");
-        load_shader_library!(app, "material/anisotropic.wesl");
+        load_shader_library!(app, "material/stochastic.wesl");
         load_shader_library!(app, "material/bindings.wesl");
         embedded_asset!(app, "material/forward.wesl");
         embedded_asset!(app, "material/prepass.wesl");
@@ -46,7 +48,13 @@ impl Plugin for WaveletTexPlugin {
                 Update,
                 (gltf::find_meshes, gltf::exchange_materials).chain(),
             )
-            .add_systems(PostUpdate, rebind_materials.before(AssetEventSystems))
+            .add_systems(
+                PostUpdate,
+                (
+                    rebind_materials.before(AssetEventSystems),
+                    write_forms.after(AssetEventSystems),
+                ),
+            )
             .add_plugins((
                 RenderAssetPlugin::<GpuWaveletTexture>::default(),
                 MaterialPlugin::<WaveletStandardMaterial>::default(),
@@ -62,7 +70,9 @@ impl Plugin for WaveletTexPlugin {
         // nothing samples the textures, so blocks are kept.
         let formats = app.world().get_resource::<CompressedImageFormatSupport>();
         let supports_bc = formats.is_none_or(|f| f.0.contains(CompressedImageFormats::BC));
-        app.register_asset_loader(WaveletTextureLoader::new(supports_bc));
+        let device = app.world().get_resource::<RenderDevice>();
+        let max_size = device.map_or(u32::MAX, |d| d.limits().max_texture_dimension_2d);
+        app.register_asset_loader(WaveletTextureLoader::new(supports_bc, max_size));
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             render_app.init_resource::<WaveletSamplers>();
         }

@@ -140,14 +140,12 @@ impl WaveletMaterials<'_> {
             base_color: add(Role::Color),
             normal: add(Role::Normal),
             mask: add(Role::Mask),
-            emissive: None,
-            metallic_roughness: None,
-            occlusion: None,
             filter: WaveletFilter::Trilinear,
             address_mode: match matter {
                 Matter::Picture | Matter::Leaves => WaveletAddressMode::ClampToEdge,
                 _ => WaveletAddressMode::Repeat,
             },
+            ..default()
         };
         let base = base(matter);
         (

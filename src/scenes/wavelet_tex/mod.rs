@@ -176,15 +176,13 @@ fn configure_after(
             base_color: Some(add(sources.base_color(surface))),
             normal: sources.normal(surface).map(&mut add),
             mask: sources.mask(surface).map(&mut add),
-            emissive: None,
-            metallic_roughness: None,
-            occlusion: None,
             filter,
             address_mode: if surface.repeats() {
                 WaveletAddressMode::Repeat
             } else {
                 WaveletAddressMode::ClampToEdge
             },
+            ..default()
         };
         let base = room::base_material(*part);
         let material = materials.add(WaveletStandardMaterial { base, extension });

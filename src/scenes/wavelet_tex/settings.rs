@@ -51,12 +51,13 @@ pub fn all() -> Vec<SceneSetting> {
         SceneSetting::choice(
             "filter",
             "how decoded pixels are filtered",
-            4,
+            5,
             &[
                 "nearest",
                 "nearest_mip_linear",
+                "stochastic",
+                "stochastic_quad",
                 "bilinear",
-                "one_fetch_trilinear",
                 "trilinear",
                 "anisotropic",
             ],
@@ -100,7 +101,8 @@ pub fn filter(settings: &SceneSettings) -> WaveletFilter {
     match settings.choice("filter") {
         "nearest" => WaveletFilter::Nearest,
         "nearest_mip_linear" => WaveletFilter::NearestMipLinear,
-        "one_fetch_trilinear" => WaveletFilter::OneFetchTrilinear,
+        "stochastic" => WaveletFilter::Stochastic,
+        "stochastic_quad" => WaveletFilter::StochasticQuad,
         "anisotropic" => WaveletFilter::Anisotropic,
         "bilinear" => WaveletFilter::Bilinear,
         _ => WaveletFilter::Trilinear,

@@ -73,7 +73,7 @@ pub(super) fn encoded_row(
         reference: ORIGINAL.into(),
         cpu_ms: median(&times),
         bytes: Some(encoded.gpu_bytes() as u64),
-        fetches: Some(fetches(&encoded)),
+        fetches: Some(fetches(&encoded, 1.0)),
         ..Measurement::from(&compare(&input.image, &decoded)?)
     })
 }
@@ -98,7 +98,7 @@ pub(super) fn gray_row(
         psnr_db: Some(psnr).filter(|psnr| psnr.is_finite()),
         cpu_ms: Some(cpu_ms),
         bytes: Some(encoded.gpu_bytes() as u64),
-        fetches: Some(fetches(&encoded)),
+        fetches: Some(fetches(&encoded, 1.0)),
         ..Measurement::default()
     })
 }
@@ -120,36 +120,44 @@ pub(super) fn encoded(
     encode_rgb8(&pixels, image.dimensions().into(), &settings)
 }
 
-/// Fetches of one decoded pixel: one of each texture of a wavelet plane, eight more where the details
-/// are predicted from the neighbours' low band, and one of chroma.
-pub(super) fn fetches(image: &WaveletImage) -> f64 {
+/// Gathers that read the low band around up to 2 x 2 neighbouring pixels, from which their details are
+/// predicted.
+const GATHERS: f64 = 4.0;
+
+/// Fetches of one or of 2 x 2 neighbouring pixels: for each pixel, one of each texture of a wavelet plane
+/// (where the low band is gathered, only of that with the details), and one of chroma.
+pub(super) fn fetches(image: &WaveletImage, pixels: f64) -> f64 {
     let of_group = |group: &PlaneGroup| {
         if group.packing == Packing::Bc1 {
-            return 1.0;
+            return pixels;
         }
         let of_plane = |coding: &PlaneCoding| {
-            let neighbours = if coding.predictor == 0.0 { 0.0 } else { 8.0 };
-            group.textures.len() as f64 + neighbours
+            if coding.predictor == 0.0 {
+                pixels * group.textures.len() as f64
+            } else {
+                GATHERS + pixels
+            }
         };
         group.codings.iter().map(of_plane).sum()
     };
     image.groups.iter().map(of_group).sum()
 }
 
-/// Bytes that the fetches of one decoded pixel take in their blocks, without a cache: of chroma four
-/// texels each, since it is interpolated.
-pub(super) fn fetched_bytes(image: &WaveletImage) -> f64 {
+/// Bytes that these fetches take in their blocks, without a cache: of gathers, and of chroma, which is
+/// interpolated, four texels each.
+pub(super) fn fetched_bytes(image: &WaveletImage, pixels: f64) -> f64 {
     let of_group = |group: &PlaneGroup| {
         let formats = group.packing.formats();
         let texel = |i: usize| formats[i].block_bytes() as f64 / 16.0;
         if group.packing == Packing::Bc1 {
-            return 4.0 * texel(0);
+            return pixels * 4.0 * texel(0);
         }
         let of_plane = |coding: &PlaneCoding| {
-            let all: f64 = (0..formats.len()).map(texel).sum();
-            // The neighbours' low band is in the first texture.
-            let neighbours = if coding.predictor == 0.0 { 0.0 } else { 8.0 };
-            all + neighbours * texel(0)
+            if coding.predictor == 0.0 {
+                pixels * (0..formats.len()).map(texel).sum::<f64>()
+            } else {
+                GATHERS * 4.0 * texel(0) + pixels * texel(formats.len() - 1)
+            }
         };
         group.codings.iter().map(of_plane).sum()
     };

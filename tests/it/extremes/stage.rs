@@ -107,13 +107,9 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
         },
         extension: WaveletExtension {
             base_color: Some(base_color),
-            normal: None,
-            mask: None,
-            emissive: None,
-            metallic_roughness: None,
-            occlusion: None,
             filter: WaveletFilter::Trilinear,
             address_mode: WaveletAddressMode::Repeat,
+            ..default()
         },
     };
     let ewa = EwaStandardMaterial {

@@ -41,7 +41,13 @@ impl Driver {
     /// As `decode_blocks`.
     pub fn decode(&self, format: BlockFormat, blocks: &[u8], size: [u32; 2]) -> Vec<[f32; 4]> {
         let padded = size.map(|s| s.next_multiple_of(4));
-        let texels = self.whole_blocks(format, blocks, padded);
+        let format = match format {
+            BlockFormat::Bc1 => wgpu::TextureFormat::Bc1RgbaUnorm,
+            BlockFormat::Bc3 => wgpu::TextureFormat::Bc3RgbaUnorm,
+            BlockFormat::Bc4 => wgpu::TextureFormat::Bc4RUnorm,
+            BlockFormat::Bc7 => wgpu::TextureFormat::Bc7RgbaUnorm,
+        };
+        let texels = self.texels(format, blocks, padded);
         let rows = texels.chunks_exact(padded[0] as usize);
         rows.take(size[1] as usize)
             .flat_map(|row| &row[..size[0] as usize])
@@ -49,10 +55,17 @@ impl Driver {
             .collect()
     }
 
-    fn whole_blocks(
+    /// The linear values that the driver has for the 256 values of sRGB, which lavapipe approximates.
+    pub fn linear_from_srgb(&self) -> Vec<f32> {
+        let bytes: Vec<u8> = (0..=255).flat_map(|v| [v; 4]).collect();
+        let texels = self.texels(wgpu::TextureFormat::Rgba8UnormSrgb, &bytes, [16, 16]);
+        texels.into_iter().map(|texel| texel[0]).collect()
+    }
+
+    fn texels(
         &self,
-        format: BlockFormat,
-        blocks: &[u8],
+        format: wgpu::TextureFormat,
+        bytes: &[u8],
         [width, height]: [u32; 2],
     ) -> Vec<[f32; 4]> {
         let device = self.0.world().resource::<RenderDevice>().wgpu_device();
@@ -67,17 +80,12 @@ impl Driver {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: match format {
-                BlockFormat::Bc1 => wgpu::TextureFormat::Bc1RgbaUnorm,
-                BlockFormat::Bc3 => wgpu::TextureFormat::Bc3RgbaUnorm,
-                BlockFormat::Bc4 => wgpu::TextureFormat::Bc4RUnorm,
-                BlockFormat::Bc7 => wgpu::TextureFormat::Bc7RgbaUnorm,
-            },
+            format,
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         };
         let order = wgpu::util::TextureDataOrder::LayerMajor;
-        let texture = device.create_texture_with_data(queue, &descriptor, order, blocks);
+        let texture = device.create_texture_with_data(queue, &descriptor, order, bytes);
         let view = texture.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..default()

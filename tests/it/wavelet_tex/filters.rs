@@ -101,8 +101,6 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
             ),
             (WaveletAddressMode::ClampToEdge, WaveletFilter::Trilinear, 0),
             (WaveletAddressMode::Repeat, WaveletFilter::Trilinear, 1),
-            // Not whole blocks: as trilinear.
-            (WaveletAddressMode::Repeat, WaveletFilter::Anisotropic, 1),
         ] {
             let view = views[view];
             let extension = WaveletExtension {
@@ -149,66 +147,6 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
             );
         }
     }
-}
-
-#[test]
-fn one_fetch_gives_two_mips() {
-    let _gpu = gpu();
-    let driver = Driver::new();
-    let mut viewer = Viewer::new(TARGET);
-    // Data, whose box-filtered mip is what the means are, of even size at all levels that are seen.
-    let soft = image::imageops::blur(&content::photo_like(128, 96, 7), 1.0);
-    let settings = EncodeSettings {
-        rate: Rate::Gray2,
-        color_space: ColorSpace::Linear,
-        ..EncodeSettings::default()
-    };
-    let image = encoded_with(&soft, &settings);
-    // 1.5 pixels of the texture for one of the target.
-    let view = [Vec2::new(0.02, 0.01), Vec2::splat(0.75)];
-    let shown = viewer.show(
-        &image,
-        WaveletStorage::Blocks,
-        WaveletExtension {
-            filter: WaveletFilter::OneFetchTrilinear,
-            ..Default::default()
-        },
-        view,
-    );
-    let lod = level_of_detail(&image, view[1]);
-    assert!((0.5..0.7).contains(&lod));
-    let levels = levels(&image, |level| decoded_by(&driver, &image, level));
-    let means = levels[0].halved();
-    let found = difference(&shown, |x, y| {
-        let uv = uv_at(x, y, view);
-        let mode = WaveletAddressMode::Repeat;
-        let fine = levels[0].bilinear(uv, mode);
-        mix(fine, means.bilinear(uv, mode), lod).map(|v| v as f32)
-    });
-    println!("means: {:.3} steps", found.largest / STEP);
-    assert!(
-        found.largest <= 2.0 * STEP,
-        "{} steps",
-        found.largest / STEP
-    );
-    // And they are as good as the mip that is stored.
-    let mut squares = 0.0;
-    for y in 0..TARGET[1] {
-        for x in 0..TARGET[0] {
-            let stored = expected(
-                WaveletFilter::Trilinear,
-                &levels,
-                uv_at(x, y, view),
-                lod,
-                WaveletAddressMode::Repeat,
-            );
-            let shown = shown.pixels[(y * TARGET[0] + x) as usize][0];
-            squares += (f64::from(shown) - stored[0]).powi(2);
-        }
-    }
-    let psnr = -10.0 * (squares / f64::from(TARGET[0] * TARGET[1])).log10();
-    println!("one fetch against two mips: {psnr:.1} dB");
-    assert!(psnr > 40.0, "{psnr} dB");
 }
 
 #[test]
@@ -272,15 +210,8 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
                 psnr(&ours, &boxed),
                 psnr(&native, &boxed),
             );
-            // Texture units weight the probes along the footprint by a tent (Mesa 22) or alike (Mesa 25). What is
-            // sRGB is filtered before it is linearised, by any texture unit that is not told so.
-            let best = |picture| psnr(picture, &tent).max(psnr(picture, &boxed));
-            let (ours, least) = match color_space {
-                ColorSpace::Linear => (best(&ours), best(&native).min(40.0)),
-                ColorSpace::Srgb => (psnr(&ours, &tent), psnr(&plain, &tent) + 1.0),
-            };
-            let name = rate.name();
-            assert!(ours >= least, "{name} {pixels:?}: {ours} dB, not {least}");
+            let (ours, name) = (psnr(&ours, &tent), rate.name());
+            assert!(ours >= 40.0, "{name} {pixels:?}: {ours} dB");
         }
     }
 }

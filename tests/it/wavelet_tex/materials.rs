@@ -145,6 +145,7 @@ fn with_wavelets(world: &mut World, base: StandardMaterial, quad: Entity) {
         occlusion: Some(add_texture(world, &occlusion, WaveletStorage::Blocks)),
         filter: WaveletFilter::Bilinear,
         address_mode: WaveletAddressMode::ClampToEdge,
+        ..default()
     };
     let material = world
         .resource_mut::<Assets<WaveletStandardMaterial>>()

@@ -39,7 +39,7 @@ fn encoded(picture: &RgbImage, settings: &EncodeSettings) -> WaveletImage {
     encode(&source, settings, &|_, _| {}).expect("a good image")
 }
 
-fn modes() -> Vec<(String, WaveletImage)> {
+pub fn modes() -> Vec<(String, WaveletImage)> {
     let picture = picture();
     let normals = content::bricks(93, 61, 3).normal;
     let mut modes = Vec::new();

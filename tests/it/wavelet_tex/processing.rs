@@ -69,7 +69,7 @@ fn a_meta_file_makes_an_image_a_wavelet_texture() {
     .init_asset::<Image>()
     .init_asset::<WaveletTexture>()
     .register_asset_loader(ImageLoader::new(CompressedImageFormats::NONE))
-    .register_asset_loader(WaveletTextureLoader::new(true))
+    .register_asset_loader(WaveletTextureLoader::new(true, 8192))
     .register_asset_processor::<WaveletProcessor>(WaveletSaver.into());
     app.finish();
     app.cleanup();

@@ -42,20 +42,6 @@ impl Level {
         pixel.map(f64::from)
     }
 
-    /// The means of 2 x 2 pixels.
-    pub fn halved(&self) -> Self {
-        let size = self.size.map(|s| s / 2);
-        let pixel = |i: u32| {
-            let (x, y) = (i % size[0] * 2, i / size[0] * 2);
-            let at = |dx, dy| self.pixels[((y + dy) * self.size[0] + x + dx) as usize];
-            std::array::from_fn(|c| (at(0, 0)[c] + at(1, 0)[c] + at(0, 1)[c] + at(1, 1)[c]) / 4.0)
-        };
-        Self {
-            size,
-            pixels: (0..size[0] * size[1]).map(pixel).collect(),
-        }
-    }
-
     /// The nearest pixel.
     pub fn nearest(&self, uv: Vec2, mode: WaveletAddressMode) -> [f64; 3] {
         let position = |axis: usize| (f64::from(uv[axis]) * f64::from(self.size[axis])).floor();

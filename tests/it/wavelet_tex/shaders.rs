@@ -7,7 +7,6 @@ use bevy_wavelet_tex::WaveletTexPlugin;
 use crate::support::{compose::Composer, gpu};
 
 const USER: &str = "
-import bevy_wavelet_tex::material::anisotropic::sample_anisotropic;
 import bevy_wavelet_tex::material::sampling::sample;
 import bevy_wavelet_tex::material::types::WaveletTexture;
 
@@ -16,17 +15,11 @@ import bevy_wavelet_tex::material::types::WaveletTexture;
 @group(0) @binding(2) var detail: texture_2d_array<f32>;
 @group(0) @binding(3) var chroma: texture_2d_array<f32>;
 @group(0) @binding(4) var linear_clamp: sampler;
-@group(0) @binding(5) var anisotropic: sampler;
+@group(0) @binding(5) var decoded: sampler;
 
 @fragment
-fn fragment(
-    @builtin(position) position: vec4<f32>,
-    @location(0) uv: vec2<f32>,
-) -> @location(0) vec4<f32> {
-    return sample(texture, luma, detail, chroma, linear_clamp, uv, position.xy, 0.0)
-        + sample_anisotropic(
-            texture, luma, detail, chroma, linear_clamp, anisotropic, uv, position.xy, 0.0,
-        );
+fn fragment(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {
+    return sample(texture, luma, detail, chroma, linear_clamp, decoded, uv, 0.0);
 }
 ";
 
@@ -44,7 +37,7 @@ fn the_library_validates_in_a_shader_of_ones_own() {
         Some("WAVELET_FILTER_NEAREST"),
         Some("WAVELET_FILTER_NEAREST_MIP_LINEAR"),
         Some("WAVELET_FILTER_BILINEAR"),
-        Some("WAVELET_FILTER_ONE_FETCH"),
+        Some("WAVELET_FILTER_ANISOTROPIC"),
     ] {
         let defs: Vec<ShaderDefVal> = filter.into_iter().map(ShaderDefVal::from).collect();
         let valid = composer.compose_source(USER, &defs);

@@ -9,8 +9,9 @@ use bevy::{
 };
 use thiserror::Error;
 
-use super::texture::WaveletTexture;
+use super::{atlas::MipAtlas, texture::WaveletTexture};
 use crate::{
+    codec::{image::WaveletImage, layout::mip_size},
     file::{self, ReadError},
     settings::{WaveletLoaderSettings, WaveletStorage},
 };
@@ -20,6 +21,8 @@ use crate::{
 pub struct WaveletTextureLoader {
     /// Whether the adapter samples BC textures.
     supports_bc: bool,
+    /// Largest width and height of a texture on the device, in texels.
+    max_texture_size: u32,
 }
 
 /// The reason why a texture was not loaded.
@@ -41,13 +44,76 @@ pub enum WaveletLoadError {
         /// The reason why the file is not valid.
         source: ReadError,
     },
+    /// No mip level fits the device.
+    #[error(
+        "cannot load wavelet texture '{path}': it is {} x {} pixels without smaller mip levels, and a \
+         texture of the device has at most {limit} x {limit}",
+        size[0],
+        size[1]
+    )]
+    TooLarge {
+        /// Asset path of the file.
+        path: String,
+        /// Width and height of the image in pixels.
+        size: [u32; 2],
+        /// The device's `max_texture_dimension_2d`.
+        limit: u32,
+    },
 }
 
 impl WaveletTextureLoader {
     /// Makes a loader. `supports_bc` is whether the adapter samples BC textures; without them
-    /// textures are decoded to RGBA8 on load.
-    pub fn new(supports_bc: bool) -> Self {
-        Self { supports_bc }
+    /// textures are decoded to RGBA8 on load. So are those whose coefficients do not fit
+    /// `max_texture_size`, the device's `max_texture_dimension_2d`; if the pixels do not either, the
+    /// largest mip levels that do not are left out.
+    pub fn new(supports_bc: bool, max_texture_size: u32) -> Self {
+        Self {
+            supports_bc,
+            max_texture_size,
+        }
+    }
+
+    fn fits(&self, size: [u32; 2]) -> bool {
+        size.iter().all(|side| *side <= self.max_texture_size)
+    }
+
+    /// How an image is represented, and from which level on where it is decoded.
+    fn representation(
+        &self,
+        image: &WaveletImage,
+        settings: &WaveletLoaderSettings,
+        path: &str,
+    ) -> Result<(WaveletStorage, u32), WaveletLoadError> {
+        let storage = self.storage(settings);
+        let mut atlases = (0..image.groups.len()).map(|group| MipAtlas::of(image, group));
+        let too_large = atlases.find(|atlas| !self.fits(atlas.size));
+        if storage == WaveletStorage::Blocks && too_large.is_none() {
+            return Ok((storage, 0));
+        }
+        let limit = self.max_texture_size;
+        let first = (0..image.levels).find(|level| self.fits(mip_size(image.size, *level)));
+        let first = first.ok_or_else(|| WaveletLoadError::TooLarge {
+            path: path.into(),
+            size: image.size,
+            limit,
+        })?;
+        if let (WaveletStorage::Blocks, Some(MipAtlas { size: [w, h], .. })) = (storage, too_large)
+        {
+            warn!(
+                "wavelet texture '{path}' is decoded on load to RGBA8, which takes 6 to 16 times the \
+                 memory: its coefficients with all mips take {w} x {h} texels, and a texture of the \
+                 device has at most {limit} x {limit}"
+            );
+        }
+        if first > 0 {
+            let [w, h] = mip_size(image.size, first);
+            warn!(
+                "wavelet texture '{path}' is shown at {w} x {h} pixels instead of {} x {}: a texture \
+                 of the device has at most {limit} x {limit}",
+                image.size[0], image.size[1]
+            );
+        }
+        Ok((WaveletStorage::Decoded, first))
     }
 
     fn storage(&self, settings: &WaveletLoaderSettings) -> WaveletStorage {
@@ -84,11 +150,13 @@ impl AssetLoader for WaveletTextureLoader {
         if let Err(source) = reader.read_to_end(&mut bytes).await {
             return Err(WaveletLoadError::Io { path, source });
         }
-        let image = file::read(&bytes).map_err(|source| WaveletLoadError::Read { path, source })?;
-        let storage = self.storage(settings);
-        Ok(WaveletTexture::new(&image, storage, |label, image| {
-            load_context.add_labeled_asset(label.to_string(), image)
-        }))
+        let image = match file::read(&bytes) {
+            Ok(image) => image,
+            Err(source) => return Err(WaveletLoadError::Read { path, source }),
+        };
+        let (storage, first_level) = self.representation(&image, settings, &path)?;
+        let add = |label: &str, image| load_context.add_labeled_asset(label.to_string(), image);
+        Ok(WaveletTexture::new(&image, storage, first_level, add))
     }
 
     fn extensions(&self) -> &[&str] {

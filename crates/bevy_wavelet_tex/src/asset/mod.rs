@@ -1,10 +1,12 @@
 //! Wavelet textures as Bevy assets.
 
+mod atlas;
 mod loader;
 #[cfg(feature = "encode")]
 mod saver;
 mod texture;
 
+pub(crate) use atlas::MipAtlas;
 pub use loader::{WaveletLoadError, WaveletTextureLoader};
 #[cfg(feature = "encode")]
 pub use saver::{WaveletProcessor, WaveletSaveError, WaveletSaver};

@@ -10,11 +10,12 @@ use bevy::{
     },
 };
 
+use super::atlas::MipAtlas;
 use crate::{
     codec::{
         blocks::BlockFormat,
         decoder::decode,
-        image::{ColorSpace, Content, PlaneGroup, WaveletImage},
+        image::{ColorSpace, Content, WaveletImage},
         layout,
         packing::Packing,
         quantizer::PlaneCoding,
@@ -123,26 +124,28 @@ impl WaveletTexture {
         textures: &mut Assets<Self>,
         images: &mut Assets<Image>,
     ) -> Handle<Self> {
-        textures.add(Self::new(image, storage, |_, image| images.add(image)))
+        textures.add(Self::new(image, storage, 0, |_, image| images.add(image)))
     }
 
-    /// Makes the asset. `add_image` receives each image and its label.
+    /// Makes the asset. `first_level` is the largest level that a decoded texture has. `add_image`
+    /// receives each image and its label.
     pub(super) fn new(
         image: &WaveletImage,
         storage: WaveletStorage,
+        first_level: u32,
         mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
     ) -> Self {
-        let (images, gpu_bytes) = match storage {
-            WaveletStorage::Blocks => (block_images(image, add_image), image.gpu_bytes()),
-            WaveletStorage::Decoded => {
-                let decoded = decoded_image(image);
-                let bytes = decoded.data.as_ref().map_or(0, Vec::len);
-                let images = Parts {
-                    luma: Some(add_image("decoded", decoded)),
-                    ..Parts::default()
-                };
-                (images, bytes)
-            }
+        let mut gpu_bytes = 0;
+        let mut add = |label, image: Image| {
+            gpu_bytes += image.data.as_ref().map_or(0, Vec::len);
+            add_image(label, image)
+        };
+        let images = match storage {
+            WaveletStorage::Blocks => block_images(image, add),
+            WaveletStorage::Decoded => Parts {
+                luma: Some(add("decoded", decoded_image(image, first_level))),
+                ..Parts::default()
+            },
         };
         let groups = image.groups.iter().map(|group| TextureGroup {
             subsampling: group.subsampling,
@@ -152,8 +155,8 @@ impl WaveletTexture {
         Self {
             content: image.content,
             color_space: image.color_space,
-            size: image.size,
-            levels: image.levels,
+            size: layout::mip_size(image.size, first_level),
+            levels: image.levels - first_level,
             storage,
             groups: groups.collect(),
             images,
@@ -161,27 +164,12 @@ impl WaveletTexture {
         }
     }
 
-    /// Returns whether the textures contain no padding at any level, so that a sampler can repeat
-    /// them. Only then can the texture unit filter them directly.
-    pub fn is_whole(&self) -> bool {
-        if self.storage == WaveletStorage::Decoded {
-            return true;
-        }
-        self.groups.iter().all(|group| {
-            (0..self.levels).all(|level| {
-                let size = layout::mip_size(self.size, level);
-                let whole = size.map(|s| s % (1 << group.subsampling) == 0);
-                let plane = layout::plane_size(size, group.subsampling);
-                let first = layout::plane_size(self.size, group.subsampling);
-                let texture = layout::mip_size(layout::texture_size(group.packing, first), level);
-                let texels = layout::texel_size(group.packing, plane);
-                let halves = !group.packing.is_wavelet() || plane.iter().all(|s| s % 2 == 0);
-                // The last levels consist of edges only, and filtering across their padding is not
-                // visible.
-                level > 0 && size.iter().any(|s| *s < 8)
-                    || texels == texture && halves && whole == [true, true]
-            })
-        })
+    /// Where the mip levels of a group's planes lie in its textures, or `None` where it has none.
+    pub(crate) fn atlas(&self, group: usize) -> Option<MipAtlas> {
+        let group = self.groups.get(group)?;
+        let plane = layout::plane_size(self.size, group.subsampling);
+        let size = layout::texture_size(group.packing, plane);
+        Some(MipAtlas::new(size, self.levels))
     }
 }
 
@@ -190,12 +178,12 @@ fn block_images(
     image: &WaveletImage,
     mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
 ) -> Parts<Handle<Image>> {
-    let mut add = |group: usize, texture: usize, label| {
+    let mut add = |index: usize, texture: usize, label| {
         image
             .groups
-            .get(group)
+            .get(index)
             .filter(|group| texture < group.textures.len())
-            .map(|group| add_image(label, block_image(image, group, texture)))
+            .map(|_| add_image(label, block_image(image, index, texture)))
     };
     Parts {
         luma: add(0, 0, "luma"),
@@ -205,36 +193,35 @@ fn block_images(
 }
 
 /// Makes the array texture of a group's blocks.
-fn block_image(image: &WaveletImage, group: &PlaneGroup, texture: usize) -> Image {
+fn block_image(image: &WaveletImage, index: usize, texture: usize) -> Image {
+    let group = &image.groups[index];
+    let block_format = group.packing.formats()[texture];
     // These are coefficients, not colours, so the format is never sRGB.
-    let format = match group.packing.formats()[texture] {
+    let format = match block_format {
         BlockFormat::Bc1 => TextureFormat::Bc1RgbaUnorm,
         BlockFormat::Bc3 => TextureFormat::Bc3RgbaUnorm,
         BlockFormat::Bc4 => TextureFormat::Bc4RUnorm,
         BlockFormat::Bc7 => TextureFormat::Bc7RgbaUnorm,
     };
-    array_image(
-        group.texture_size(image.size),
-        group.layers() as u32,
-        image.levels,
-        format,
-        group.textures[texture].clone(),
-    )
+    let atlas = MipAtlas::of(image, index);
+    let blocks = atlas.arranged(image, index, texture, block_format);
+    array_image(atlas.size, group.layers() as u32, 1, format, blocks)
 }
 
-/// Decodes all levels to the values that the shader reads before it linearises.
-fn decoded_image(image: &WaveletImage) -> Image {
-    let pixels: Vec<u8> = (0..image.levels)
+/// Decodes all levels from one on to the values that the texture unit filters.
+fn decoded_image(image: &WaveletImage, first_level: u32) -> Image {
+    let pixels: Vec<u8> = (first_level..image.levels)
         .flat_map(|level| decode(image, level).to_rgba8(image.content))
         .flatten()
         .collect();
-    array_image(
-        image.size,
-        1,
-        image.levels,
-        TextureFormat::Rgba8Unorm,
-        pixels,
-    )
+    let srgb = image.color_space == ColorSpace::Srgb && image.content != Content::Normal;
+    let format = if srgb {
+        TextureFormat::Rgba8UnormSrgb
+    } else {
+        TextureFormat::Rgba8Unorm
+    };
+    let size = layout::mip_size(image.size, first_level);
+    array_image(size, 1, image.levels - first_level, format, pixels)
 }
 
 fn array_image(

@@ -2,20 +2,14 @@
 
 use bevy::{
     asset::{AssetId, Handle},
-    ecs::{
-        resource::Resource,
-        system::{SystemParamItem, lifetimeless::SRes},
-        world::{FromWorld, World},
-    },
+    ecs::system::{SystemParamItem, lifetimeless::SRes},
     image::Image,
-    platform::collections::HashMap,
     render::{
         render_asset::{PrepareAssetError, RenderAsset, RenderAssets},
         render_resource::{
-            AddressMode, AsBindGroup, AsBindGroupError, BindGroupBuilder, BindGroupLayout,
-            BindGroupLayoutEntry, BufferInitDescriptor, BufferUsages, FilterMode, MipmapFilterMode,
-            Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages, ShaderType,
-            TextureSampleType, TextureViewDimension, UnpreparedBindingResource,
+            AsBindGroup, AsBindGroupError, BindGroupBuilder, BindGroupLayout, BindGroupLayoutEntry,
+            BufferInitDescriptor, BufferUsages, Sampler, SamplerBindingType, ShaderStages,
+            ShaderType, TextureSampleType, TextureViewDimension, UnpreparedBindingResource,
             binding_types::{self, texture_2d_array, uniform_buffer},
             encase::UniformBuffer,
         },
@@ -26,15 +20,15 @@ use bevy::{
 
 use super::{
     extension::{Map, WaveletExtension, WaveletKey},
+    form::TextureForm,
+    samplers::WaveletSamplers,
     uniform::{MaterialUniform, TextureUniform},
 };
-use crate::{
-    asset::{Part, Parts, WaveletTexture},
-    settings::WaveletAddressMode,
-};
+use crate::asset::{Part, Parts, WaveletTexture};
 
 /// A [`WaveletTexture`] in the render world: its uniform and its images.
 pub struct GpuWaveletTexture {
+    form: TextureForm,
     uniform: TextureUniform,
     images: Parts<AssetId<Image>>,
 }
@@ -50,6 +44,7 @@ impl RenderAsset for GpuWaveletTexture {
         _: Option<&Self>,
     ) -> Result<Self, PrepareAssetError<WaveletTexture>> {
         Ok(Self {
+            form: TextureForm::new(&texture),
             uniform: TextureUniform::new(&texture),
             images: texture.images.as_ref().map(Handle::id),
         })
@@ -57,8 +52,8 @@ impl RenderAsset for GpuWaveletTexture {
 }
 
 const UNIFORM_BINDING: u32 = 100;
-const CHROMA_SAMPLER_BINDING: u32 = 101;
-const COEFFICIENT_SAMPLER_BINDING: u32 = 102;
+const LINEAR_CLAMP_BINDING: u32 = 101;
+const DECODED_SAMPLER_BINDING: u32 = 102;
 const FIRST_TEXTURE_BINDING: u32 = 103;
 
 /// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wesl`: the map, and the
@@ -79,47 +74,6 @@ const TEXTURES: [(Map, Part); 14] = [
     (Map::Mask, Part::Luma),
     (Map::Mask, Part::Detail),
 ];
-
-/// The samplers of each address mode, which are made once and shared by all materials.
-#[derive(Resource)]
-pub struct WaveletSamplers(HashMap<WaveletAddressMode, [Sampler; 2]>);
-
-impl WaveletSamplers {
-    /// The sampler of chroma and the sampler of coefficients.
-    fn of(&self, mode: WaveletAddressMode) -> Option<&[Sampler; 2]> {
-        self.0.get(&mode)
-    }
-}
-
-impl FromWorld for WaveletSamplers {
-    fn from_world(world: &mut World) -> Self {
-        let device = world.resource::<RenderDevice>();
-        let linear = SamplerDescriptor {
-            label: Some("wavelet_chroma"),
-            mag_filter: FilterMode::Linear,
-            min_filter: FilterMode::Linear,
-            ..Default::default()
-        };
-        let samplers = |mode: WaveletAddressMode| {
-            let address = match mode {
-                WaveletAddressMode::Repeat => AddressMode::Repeat,
-                WaveletAddressMode::ClampToEdge => AddressMode::ClampToEdge,
-                WaveletAddressMode::MirrorRepeat => AddressMode::MirrorRepeat,
-            };
-            let coefficients = SamplerDescriptor {
-                label: Some("wavelet_coefficients"),
-                address_mode_u: address,
-                address_mode_v: address,
-                mipmap_filter: MipmapFilterMode::Linear,
-                anisotropy_clamp: 16,
-                ..linear.clone()
-            };
-            let all = [&linear, &coefficients].map(|d| device.create_sampler(d));
-            (mode, all)
-        };
-        Self(WaveletAddressMode::ALL.map(samplers).into_iter().collect())
-    }
-}
 
 // This is not derived because the bindings depend on assets that the derive macro cannot reach.
 impl AsBindGroup for WaveletExtension {
@@ -147,16 +101,22 @@ impl AsBindGroup for WaveletExtension {
         _: bool,
         output: &mut BindGroupBuilder,
     ) -> Result<(), AsBindGroupError> {
+        // The key has the forms that the material knew last, and the bind group has to have the same.
         let texture = |map| match self.map(map) {
             None => Ok(None),
             Some(handle) => textures
                 .get(handle)
+                .filter(|texture| self.forms.of(map) == texture.form)
                 .map(Some)
                 .ok_or(AsBindGroupError::RetryNextUpdate),
         };
         let uniform = |map| -> Result<TextureUniform, AsBindGroupError> {
-            let uniform = texture(map)?.map_or_else(TextureUniform::default, |t| t.uniform);
-            Ok(uniform.addressed(self.address_mode))
+            let Some(texture) = texture(map)? else {
+                return Ok(TextureUniform::default());
+            };
+            Ok(texture
+                .uniform
+                .of_form(texture.form.bits(self.address_mode)))
         };
         let mut bytes = UniformBuffer::new(Vec::new());
         bytes
@@ -175,16 +135,14 @@ impl AsBindGroup for WaveletExtension {
             contents: bytes.as_ref(),
         });
 
-        let [chroma, coefficients] = samplers
-            .of(self.address_mode)
-            .ok_or(AsBindGroupError::RetryNextUpdate)?
-            .clone();
-        let sampler =
-            |sampler| UnpreparedBindingResource::Sampler(SamplerBindingType::Filtering, sampler);
+        let sampler = |sampler: &Sampler| {
+            UnpreparedBindingResource::Sampler(SamplerBindingType::Filtering, sampler.clone())
+        };
+        let decoded = samplers.decoded(self.filter, self.address_mode);
         let mut bindings = vec![
             (UNIFORM_BINDING, UnpreparedBindingResource::Buffer(buffer)),
-            (CHROMA_SAMPLER_BINDING, sampler(chroma)),
-            (COEFFICIENT_SAMPLER_BINDING, sampler(coefficients)),
+            (LINEAR_CLAMP_BINDING, sampler(samplers.linear_clamp())),
+            (DECODED_SAMPLER_BINDING, sampler(decoded)),
         ];
         for (binding, (map, part)) in (FIRST_TEXTURE_BINDING..).zip(TEXTURES) {
             // Missing images are bound to a fallback of one pixel, which the shader never reads.
@@ -214,7 +172,7 @@ impl AsBindGroup for WaveletExtension {
         let textures = (FIRST_TEXTURE_BINDING..)
             .take(TEXTURES.len())
             .map(|binding| texture.build(binding, ShaderStages::FRAGMENT));
-        let samplers = [CHROMA_SAMPLER_BINDING, COEFFICIENT_SAMPLER_BINDING].map(|binding| {
+        let samplers = [LINEAR_CLAMP_BINDING, DECODED_SAMPLER_BINDING].map(|binding| {
             binding_types::sampler(SamplerBindingType::Filtering)
                 .build(binding, ShaderStages::FRAGMENT)
         });

@@ -1,7 +1,7 @@
 //! The material extension, which is the API for games.
 
 use bevy::{
-    asset::{Asset, Handle, embedded_path},
+    asset::{Asset, Assets, Handle, embedded_path},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{
         ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline,
@@ -12,6 +12,7 @@ use bevy::{
     shader::{ShaderDefVal, ShaderRef},
 };
 
+use super::form::TextureForm;
 use crate::{
     asset::WaveletTexture,
     settings::{WaveletAddressMode, WaveletFilter},
@@ -42,13 +43,26 @@ pub struct WaveletExtension {
     pub filter: WaveletFilter,
     /// How coordinates outside of `[0, 1]` are addressed. Default: [`WaveletAddressMode::Repeat`].
     pub address_mode: WaveletAddressMode,
+    /// What the plugin knows of the textures once they are loaded.
+    #[doc(hidden)]
+    pub forms: WaveletForms,
+}
+
+/// The form of each map's texture, in the order of [`Map::ALL`]: what the shader is specialised by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WaveletForms([TextureForm; 6]);
+
+impl WaveletForms {
+    pub(super) fn of(&self, map: Map) -> TextureForm {
+        self.0[map as usize]
+    }
 }
 
 /// The key that a pipeline of the extension is specialised by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct WaveletKey {
-    /// Whether each map is in use, in the order of [`Map::ALL`].
-    maps: [bool; 6],
+    /// The bits of each map's form, in the order of [`Map::ALL`]; `None` where there is no map.
+    maps: [Option<u32>; 6],
     filter: WaveletFilter,
 }
 
@@ -102,9 +116,18 @@ impl WaveletExtension {
         Map::ALL.into_iter().filter_map(|map| self.map(map))
     }
 
+    /// The forms of the textures. A texture that has not been loaded has none.
+    pub(super) fn current_forms(&self, textures: &Assets<WaveletTexture>) -> WaveletForms {
+        WaveletForms(Map::ALL.map(|map| {
+            let texture = self.map(map).and_then(|handle| textures.get(handle));
+            texture.map_or_else(TextureForm::default, TextureForm::new)
+        }))
+    }
+
     pub(super) fn key(&self) -> WaveletKey {
+        let form = |map| self.forms.of(map).bits(self.address_mode);
         WaveletKey {
-            maps: Map::ALL.map(|map| self.map(map).is_some()),
+            maps: Map::ALL.map(|map| self.map(map).map(|_| form(map))),
             filter: self.filter,
         }
     }
@@ -113,18 +136,26 @@ impl WaveletExtension {
 impl WaveletKey {
     fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
         let maps = Map::ALL.into_iter().zip(self.maps);
-        let maps = maps
-            .filter(|(_, used)| *used)
-            .map(|(map, _)| map.shader_def());
+        let maps = maps.flat_map(|(map, form)| {
+            let defs = form.map(|form| {
+                let name = map.shader_def();
+                [
+                    name.into(),
+                    ShaderDefVal::UInt(format!("{name}_FORM").into(), form),
+                ]
+            });
+            defs.into_iter().flatten()
+        });
         let filter = match self.filter {
             WaveletFilter::Nearest => Some("WAVELET_FILTER_NEAREST"),
             WaveletFilter::NearestMipLinear => Some("WAVELET_FILTER_NEAREST_MIP_LINEAR"),
             WaveletFilter::Bilinear => Some("WAVELET_FILTER_BILINEAR"),
-            WaveletFilter::OneFetchTrilinear => Some("WAVELET_FILTER_ONE_FETCH"),
+            WaveletFilter::Stochastic => Some("WAVELET_FILTER_STOCHASTIC"),
+            WaveletFilter::StochasticQuad => Some("WAVELET_FILTER_STOCHASTIC_QUAD"),
             WaveletFilter::Trilinear => None,
             WaveletFilter::Anisotropic => Some("WAVELET_FILTER_ANISOTROPIC"),
         };
-        maps.chain(filter).map(Into::into)
+        maps.chain(filter.map(Into::into))
     }
 }
 

@@ -3,18 +3,22 @@
 //! | shader | contents |
 //! | --- | --- |
 //! | `types.wesl` | `bevy_wavelet_tex::material::types`: the parameters of a texture that a shader needs |
-//! | `decode.wesl` | `bevy_wavelet_tex::material::decode`: decodes one pixel |
+//! | `low_band.wesl` | `bevy_wavelet_tex::material::low_band`: reads the low band and predicts from it |
+//! | `decode.wesl` | `bevy_wavelet_tex::material::decode`: decodes pixels |
 //! | `sampling.wesl` | `bevy_wavelet_tex::material::sampling`: filters of decoded pixels |
-//! | `anisotropic.wesl` | `bevy_wavelet_tex::material::anisotropic`: the filter that uses the texture unit |
+//! | `stochastic.wesl` | `bevy_wavelet_tex::material::stochastic`: the filter that decodes one pixel |
 //! | `bindings.wesl` | the bindings of the extension |
 //! | `forward.wesl`, `prepass.wesl` | the fragment shaders of the extension |
 //!
-//! Any shader can import the first four.
+//! Any shader can import the first five.
 
 mod bind_group;
 mod extension;
+mod form;
 pub(crate) mod reload;
+mod samplers;
 mod uniform;
 
-pub use bind_group::{GpuWaveletTexture, WaveletSamplers};
-pub use extension::{WaveletExtension, WaveletKey, WaveletStandardMaterial};
+pub use bind_group::GpuWaveletTexture;
+pub use extension::{WaveletExtension, WaveletForms, WaveletKey, WaveletStandardMaterial};
+pub use samplers::WaveletSamplers;

@@ -1,18 +1,13 @@
 //! The uniforms of the shaders, with the same field names as in `types.wesl` and `bindings.wesl`.
 
 use bevy::{
-    math::{UVec2, Vec3},
+    math::{IVec4, UVec2, UVec4, Vec2, Vec3},
     render::render_resource::ShaderType,
 };
 
 use crate::{
-    asset::WaveletTexture,
-    codec::{
-        image::{ColorSpace, Content},
-        packing::Packing,
-        quantizer::PlaneCoding,
-    },
-    settings::{WaveletAddressMode, WaveletStorage},
+    asset::{MipAtlas, WaveletTexture},
+    codec::quantizer::PlaneCoding,
 };
 
 /// The uniform of a material, `WaveletMaterial` in `bindings.wesl`.
@@ -31,14 +26,20 @@ pub(super) struct MaterialUniform {
 pub(super) struct TextureUniform {
     size: UVec2,
     levels: u32,
-    kind: u32,
-    srgb: u32,
-    address: u32,
-    luma_packing: u32,
-    chroma_packing: u32,
+    form: u32,
     subsampling: u32,
-    whole: u32,
+    luma_atlas: AtlasUniform,
+    chroma_atlas: AtlasUniform,
     planes: [PlaneUniform; 4],
+}
+
+/// The place of mip levels, `MipAtlas` in `types.wesl`.
+#[derive(Clone, Copy, Default, ShaderType)]
+struct AtlasUniform {
+    second_and_block: IVec4,
+    texel: Vec2,
+    stack: i32,
+    tail: i32,
 }
 
 /// The parameters of a plane, `PlaneCoding` in `types.wesl`.
@@ -49,7 +50,7 @@ struct PlaneUniform {
     unmix_lh: Vec3,
     low_extent: f32,
     unmix_hh: Vec3,
-    range: f32,
+    detail_scale: f32,
     zero_point: Vec3,
     inverse_gamma: f32,
     predictor: f32,
@@ -57,53 +58,47 @@ struct PlaneUniform {
 
 impl TextureUniform {
     pub(super) fn new(texture: &WaveletTexture) -> Self {
-        let kind = match (texture.storage, texture.content) {
-            (WaveletStorage::Blocks, Content::Gray) => 0,
-            (WaveletStorage::Blocks, Content::Color) => 1,
-            (WaveletStorage::Blocks, Content::Normal) => 2,
-            (WaveletStorage::Blocks, Content::ColorAlpha) => 3,
-            (WaveletStorage::Decoded, Content::Normal) => 5,
-            (WaveletStorage::Decoded, _) => 4,
-        };
-        let srgb = texture.color_space == ColorSpace::Srgb && texture.content != Content::Normal;
-        let [luma, chroma @ ..] = texture.groups.as_slice() else {
-            return Self::default();
-        };
-        let chroma = chroma.first();
         let mut planes = [PlaneUniform::default(); 4];
-        let codings = luma.codings.iter();
-        for (plane, coding) in planes.iter_mut().zip(codings) {
-            *plane = PlaneUniform::new(coding);
+        for (group, first) in texture.groups.iter().zip([0, 2]) {
+            for (plane, coding) in planes[first..].iter_mut().zip(&group.codings) {
+                *plane = PlaneUniform::new(coding);
+            }
         }
-        let codings = chroma.iter().flat_map(|group| &group.codings);
-        for (plane, coding) in planes[2..].iter_mut().zip(codings) {
-            *plane = PlaneUniform::new(coding);
-        }
-        let packing = |packing: Packing| {
-            let mut all = Packing::ALL.iter();
-            all.position(|p| *p == packing).expect("ALL has all") as u32
+        let atlas = |group| {
+            let atlas = texture.atlas(group);
+            atlas.map_or_else(AtlasUniform::default, AtlasUniform::new)
         };
         Self {
             size: texture.size.into(),
             levels: texture.levels,
-            kind,
-            srgb: srgb.into(),
-            address: 0,
-            luma_packing: packing(luma.packing),
-            chroma_packing: chroma.map_or(0, |group| packing(group.packing)),
-            subsampling: chroma.map_or(0, |group| group.subsampling),
-            whole: texture.is_whole().into(),
+            form: 0,
+            subsampling: texture.groups.get(1).map_or(0, |group| group.subsampling),
+            luma_atlas: atlas(0),
+            chroma_atlas: atlas(1),
             planes,
         }
     }
 
-    pub(super) fn addressed(self, address: WaveletAddressMode) -> Self {
-        let address = match address {
-            WaveletAddressMode::Repeat => 0,
-            WaveletAddressMode::ClampToEdge => 1,
-            WaveletAddressMode::MirrorRepeat => 2,
-        };
-        Self { address, ..self }
+    /// The same with the bits of its form.
+    pub(super) fn of_form(self, form: u32) -> Self {
+        Self { form, ..self }
+    }
+}
+
+impl AtlasUniform {
+    fn new(atlas: MipAtlas) -> Self {
+        Self {
+            second_and_block: UVec4::new(
+                atlas.second[0],
+                atlas.second[1],
+                atlas.block[0],
+                atlas.block[1],
+            )
+            .as_ivec4(),
+            texel: UVec2::from(atlas.size).as_vec2().recip(),
+            stack: atlas.stack as i32,
+            tail: atlas.tail as i32,
+        }
     }
 }
 
@@ -116,7 +111,7 @@ impl PlaneUniform {
             unmix_lh,
             low_extent: coding.low_max - coding.low_min,
             unmix_hh,
-            range: coding.range,
+            detail_scale: 0.5 * coding.range * (1.0 / coding.gamma).exp2(),
             zero_point: coding.zero_point.into(),
             inverse_gamma: 1.0 / coding.gamma,
             predictor: coding.predictor,

@@ -8,33 +8,46 @@ use bevy_wavelet_tex::WaveletFilter;
 pub struct Filter {
     pub filter: WaveletFilter,
     pub name: &'static str,
-    /// Decoded pixels that it blends.
+    /// Neighbouring pixels that it decodes together.
     pub pixels: f64,
+    /// How often it does that.
+    pub lookups: f64,
     pub hardware: &'static str,
 }
 
-/// All filters. An anisotropic sample of the plugin is a bilinear one (up to 16 where a footprint is long
-/// and narrow) and one of the texture unit, which is not counted.
-pub const FILTERS: [Filter; 6] = [
-    Filter::new(WaveletFilter::Nearest, "nearest", 1.0, "nearest"),
+/// All filters. An anisotropic sample of the plugin is counted as one trilinear one; it is up to 16 of them
+/// where a footprint is long and narrow.
+pub const FILTERS: [Filter; 7] = [
+    Filter::new(WaveletFilter::Nearest, "nearest", [1.0, 1.0], "nearest"),
     Filter::new(
         WaveletFilter::NearestMipLinear,
         "nearest mip linear",
-        2.0,
+        [1.0, 2.0],
         "nearest mip linear",
     ),
-    Filter::new(WaveletFilter::Bilinear, "bilinear", 4.0, "bilinear"),
     Filter::new(
-        WaveletFilter::OneFetchTrilinear,
-        "one fetch trilinear",
-        4.0,
+        WaveletFilter::Stochastic,
+        "stochastic",
+        [1.0, 1.0],
+        "anisotropic",
+    ),
+    Filter::new(
+        WaveletFilter::StochasticQuad,
+        "stochastic quad",
+        [1.0, 1.0],
+        "anisotropic",
+    ),
+    Filter::new(WaveletFilter::Bilinear, "bilinear", [4.0, 1.0], "bilinear"),
+    Filter::new(
+        WaveletFilter::Trilinear,
+        "trilinear",
+        [4.0, 2.0],
         "trilinear",
     ),
-    Filter::new(WaveletFilter::Trilinear, "trilinear", 8.0, "trilinear"),
     Filter::new(
         WaveletFilter::Anisotropic,
         "anisotropic",
-        4.0,
+        [4.0, 2.0],
         "anisotropic",
     ),
 ];
@@ -43,13 +56,14 @@ impl Filter {
     const fn new(
         filter: WaveletFilter,
         name: &'static str,
-        pixels: f64,
+        [pixels, lookups]: [f64; 2],
         hardware: &'static str,
     ) -> Self {
         Self {
             filter,
             name,
             pixels,
+            lookups,
             hardware,
         }
     }

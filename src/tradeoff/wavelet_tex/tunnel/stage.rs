@@ -116,8 +116,8 @@ pub(super) fn spawn_ours(
     let row = Measurement {
         setting: format!("color3 {}", filter.name),
         reference: format!("rgba8 {}", filter.hardware),
-        fetches: Some(filter.pixels * fetches(texture)),
-        fetched_bytes: Some(filter.pixels * fetched_bytes(texture)),
+        fetches: Some(filter.lookups * fetches(texture, filter.pixels)),
+        fetched_bytes: Some(filter.lookups * fetched_bytes(texture, filter.pixels)),
         ..Measurement::default()
     };
     let entity = world.spawn((

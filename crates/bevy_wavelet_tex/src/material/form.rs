@@ -1,0 +1,76 @@
+//! What decides which code decodes a texture, as a number that is a constant in shaders.
+
+use crate::{
+    asset::{TextureGroup, WaveletTexture},
+    codec::{
+        haar::Transform,
+        image::{ColorSpace, Content},
+        packing::Packing,
+        quantizer::PlaneCoding,
+    },
+    settings::{WaveletAddressMode, WaveletStorage},
+};
+
+/// The form of a texture: its packings and its kind, but none of its numbers. Pipelines are
+/// specialised by it. The bits are those of `types.wesl`; 0 is no texture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct TextureForm(u32);
+
+const CODING_BITS: u32 = 6;
+const CODING_PREDICTED: u32 = 1 << 3;
+const CODING_CURVED: u32 = 1 << 4;
+const CODING_MIXED: u32 = 1 << 5;
+const KIND_SHIFT: u32 = 12;
+const SRGB: u32 = 1 << 15;
+const MIPS: u32 = 1 << 16;
+const ADDRESS_SHIFT: u32 = 17;
+const PRESENT: u32 = 1 << 31;
+
+impl TextureForm {
+    pub(super) fn new(texture: &WaveletTexture) -> Self {
+        let kind = match (texture.storage, texture.content) {
+            (WaveletStorage::Blocks, Content::Gray) => 0,
+            (WaveletStorage::Blocks, Content::Color) => 1,
+            (WaveletStorage::Blocks, Content::Normal) => 2,
+            (WaveletStorage::Blocks, Content::ColorAlpha) => 3,
+            (WaveletStorage::Decoded, Content::Normal) => return Self(PRESENT | 5 << KIND_SHIFT),
+            (WaveletStorage::Decoded, _) => return Self(PRESENT | 4 << KIND_SHIFT),
+        };
+        let coding = |group: usize| texture.groups.get(group).map_or(0, coding);
+        let srgb = texture.color_space == ColorSpace::Srgb && texture.content != Content::Normal;
+        let mut form = PRESENT | coding(0) | coding(1) << CODING_BITS | kind << KIND_SHIFT;
+        form |= if srgb { SRGB } else { 0 };
+        form |= if texture.levels > 1 { MIPS } else { 0 };
+        Self(form)
+    }
+
+    pub(super) fn bits(self, address: WaveletAddressMode) -> u32 {
+        let address = match address {
+            WaveletAddressMode::Repeat => 0,
+            WaveletAddressMode::ClampToEdge => 1,
+            WaveletAddressMode::MirrorRepeat => 2,
+        };
+        self.0 | address << ADDRESS_SHIFT
+    }
+}
+
+/// The coding of a group of planes. Planes of one group share it: where only one of them needs some
+/// code, all run through it, with numbers that change nothing.
+fn coding(group: &TextureGroup) -> u32 {
+    let mut all = Packing::ALL.iter();
+    let packing = all.position(|p| *p == group.packing).expect("ALL has all") as u32;
+    if !group.packing.is_wavelet() {
+        return packing;
+    }
+    let flag = |flag, needed: fn(&PlaneCoding) -> bool| {
+        if group.codings.iter().any(needed) {
+            flag
+        } else {
+            0
+        }
+    };
+    packing
+        | flag(CODING_PREDICTED, |c| c.predictor != 0.0)
+        | flag(CODING_CURVED, |c| c.gamma != 1.0)
+        | flag(CODING_MIXED, |c| c.transform != Transform::Haar)
+}
