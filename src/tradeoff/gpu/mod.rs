@@ -71,8 +71,10 @@ fn measure(options: &Options) -> Result<(), TradeoffError> {
             match part.rows(options, step, &progress) {
                 Ok((adapter, mut rows)) => {
                     report.adapter = adapter;
-                    rows.iter_mut()
-                        .for_each(|row| row.plugin = part.plugin.into());
+                    for row in &mut rows {
+                        row.plugin = part.plugin.into();
+                        row.reference = options.size.to_string();
+                    }
                     report.measurements.extend(rows);
                     let folder = write(&report, &options.out)?;
                     let seconds = start.elapsed().as_secs();
