@@ -101,8 +101,6 @@ fn price_of_sampling_wavelet_textures() {
     let filters = [
         "nearest",
         "nearest mip linear",
-        "stochastic",
-        "stochastic quad",
         "bilinear",
         "trilinear",
         "anisotropic",

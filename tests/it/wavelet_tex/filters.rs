@@ -155,12 +155,14 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
     let driver = Driver::new();
     let mut viewer = Viewer::new(TARGET);
     let picture = content::photo_like(256, 256, 5);
+    let mut missed = Vec::new();
     for (rate, color_space) in [
         (Rate::Gray2, ColorSpace::Linear),
         (Rate::Gray3, ColorSpace::Linear),
         (Rate::Color3, ColorSpace::Linear),
         (Rate::Gray2, ColorSpace::Srgb),
         (Rate::Color2_25, ColorSpace::Srgb),
+        (Rate::Color3, ColorSpace::Srgb),
     ] {
         let settings = EncodeSettings {
             rate,
@@ -210,10 +212,23 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
                 psnr(&ours, &boxed),
                 psnr(&native, &boxed),
             );
-            let (ours, name) = (psnr(&ours, &tent), rate.name());
-            assert!(ours >= 40.0, "{name} {pixels:?}: {ours} dB");
+            // The mips of gray at 2 bpp have coding errors of their own, as those that a texture unit
+            // filters.
+            let best = |picture| psnr(picture, &tent).max(psnr(picture, &boxed));
+            let least = match rate {
+                Rate::Gray2 => best(&native).min(40.0),
+                _ => 40.0,
+            };
+            let ours = psnr(&ours, &tent);
+            if ours < least {
+                missed.push(format!(
+                    "{} {pixels:?}: {ours:.1} of {least:.1} dB",
+                    rate.name()
+                ));
+            }
         }
     }
+    assert!(missed.is_empty(), "{missed:#?}");
 }
 
 fn psnr(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
