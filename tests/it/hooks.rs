@@ -17,7 +17,7 @@ use bevy_ycocg_fb::{
 };
 use image::RgbImage;
 
-use crate::support::{Gpu, gpu, logs::expect_error};
+use crate::support::gpu;
 
 /// A change of one of Bevy's shaders, as a patch release might bring it, without any effect.
 #[derive(Resource, Clone, Copy)]
@@ -41,12 +41,6 @@ fn change_shader(change: Res<Change>, mut shaders: ResMut<Assets<Shader>>) {
     shaders
         .insert(id, Shader::from_wesl(source, shader.path))
         .expect("the shader exists");
-}
-
-/// A right to run apps in which an error is logged for each refused patch.
-fn gpu_where_patches_are_refused() -> Gpu {
-    expect_error("leaves Bevy's shader");
-    gpu()
 }
 
 /// A cube with a striped texture.
@@ -118,7 +112,7 @@ fn picture(build: impl FnOnce(&mut App)) -> (HeadlessApp, RgbImage) {
 }
 
 fn is_bevys_own(change: Change, names: &[&str], plugin: impl FnOnce(&mut App)) -> HeadlessApp {
-    let _gpu = gpu_where_patches_are_refused();
+    let _gpu = gpu();
     let (_, expected) = picture(|app| scene(app, (), false));
     let (app, found) = picture(|app| {
         app.insert_resource(change)
@@ -192,7 +186,7 @@ fn without_its_anchor_the_frame_buffer_is_bevys() {
 
 #[test]
 fn without_its_anchor_a_volume_is_read_as_bevys_own() {
-    let _gpu = gpu_where_patches_are_refused();
+    let _gpu = gpu();
     let change = Change {
         module: "bevy_pbr::light_probe::irradiance_volume",
         from: "let atlas_resolution = vec3<f32>(",

@@ -59,7 +59,7 @@ impl Drop for Gpu {
         queue.running -= self.apps;
         MOVED.notify_all();
         drop(queue);
-        let errors = logs::unexpected_errors();
+        let errors = logs::renderer_errors();
         if !thread::panicking() {
             assert!(
                 errors.is_empty(),
