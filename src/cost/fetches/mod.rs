@@ -1,5 +1,5 @@
 //! What a pixel fetches, counted by its own shader: the pixel shader of an app is composed as Bevy does, made
-//! to count ([`counting`]), and put in the place of the original, and the picture is read back. Loops and
+//! to count ([`mod@counting`]), and put in the place of the original, and the picture is read back. Loops and
 //! branches count as often as they run, on a floor that is seen from near and far.
 
 pub mod counting;

@@ -1,6 +1,6 @@
 //! Meshes are extracted when they change: after any change the light is that of a volume that begins with it.
 
-use bevy::{mesh::skinning::SkinnedMesh, prelude::*};
+use bevy::prelude::*;
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::NotVoxelized;
 
@@ -13,7 +13,7 @@ use crate::support::gpu;
 /// A change of the block, and whether it changes the light.
 type Change = (&'static str, fn(&mut World, Entity), bool);
 
-const CHANGES: [Change; 12] = [
+const CHANGES: [Change; 10] = [
     (
         "moved",
         |world, block| place(world, block, Vec3::new(-1.0, 0.5, 0.5)),
@@ -75,20 +75,6 @@ const CHANGES: [Change; 12] = [
         |world, block| {
             let ball = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.6));
             world.entity_mut(block).insert(Mesh3d(ball));
-        },
-        true,
-    ),
-    (
-        "with a skin that is not loaded",
-        |world, block| {
-            world.entity_mut(block).insert(SkinnedMesh::default());
-        },
-        true,
-    ),
-    (
-        "without it",
-        |world, block| {
-            world.entity_mut(block).remove::<SkinnedMesh>();
         },
         true,
     ),

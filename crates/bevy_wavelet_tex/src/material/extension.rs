@@ -48,7 +48,7 @@ pub struct WaveletExtension {
     pub forms: WaveletForms,
 }
 
-/// The form of each map's texture, in the order of [`Map::ALL`]: what the shader is specialised by.
+/// The form of each map's texture, in the order of `Map::ALL`: what the shader is specialised by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WaveletForms([TextureForm; 6]);
 
