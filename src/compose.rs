@@ -106,7 +106,7 @@ pub fn shader_at(app: &World, end: &str) -> AssetId<Shader> {
     id
 }
 
-/// What Bevy defines for all shaders of a device.
+/// Returns the definitions that Bevy adds to all shaders of a device.
 pub fn device_defs(device: &RenderDevice) -> [ShaderDefVal; 3] {
     let bindings = device.limits().max_storage_buffers_per_shader_stage;
     [

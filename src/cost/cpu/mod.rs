@@ -28,7 +28,7 @@ use super::{
 };
 use crate::headless::median;
 
-/// What every plugin is compared with.
+/// The name of Bevy alone, with which every plugin is compared.
 const BEVY: &str = "bevy";
 const ROUNDS: usize = 3;
 /// Blocks of frames in a process, and frames in each.
@@ -37,7 +37,7 @@ const FRAMES: usize = 8;
 /// Frames after which a volume of light has settled where nothing moves.
 const FIRST_FRAMES: usize = 60;
 
-/// What a process measures.
+/// The times that a process measures.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Sample {
     frame_ms: f64,

@@ -17,7 +17,7 @@ use crate::{
     headless::{HeadlessApp, HeadlessSettings, TargetFormat},
 };
 
-/// Of the picture, in pixels.
+/// Size of the picture in pixels.
 const SIZE: [u32; 2] = [160, 90];
 /// Side of the textures in pixels.
 const TEXTURE: u32 = 256;

@@ -67,7 +67,7 @@ pub(crate) struct ExtractedScene {
     pub mesh_edits: u64,
 }
 
-/// What voxelisation reads of any mesh.
+/// The components that voxelisation reads of any mesh.
 pub(super) type MeshParts = (
     &'static Mesh3d,
     &'static GlobalTransform,

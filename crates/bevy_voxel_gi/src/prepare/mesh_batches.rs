@@ -51,7 +51,7 @@ impl MeshBatches {
     }
 }
 
-/// Where a rigid mesh is.
+/// The place of a rigid mesh in the groups.
 struct PlacedMesh {
     slabs: Slabs,
     levels: LevelMask,
@@ -97,7 +97,7 @@ struct LocatedMesh {
     hash: u64,
 }
 
-/// Where meshes are found.
+/// The resources by which a mesh is located on the GPU.
 struct Locator<'a> {
     scene: &'a ExtractedScene,
     levels: &'a [PlacedLevel],

@@ -1,4 +1,4 @@
-//! What the voxelisers read of a mesh.
+//! The instance of a mesh, which the voxelisers read.
 
 use bevy::{
     mesh::{MeshVertexAttribute, PrimitiveTopology, VertexFormat},

@@ -1,4 +1,4 @@
-//! Where the mip levels of a texture lie.
+//! The placement of the mip levels of a texture.
 //!
 //! The texture unit gathers texels from the first level of a texture only (WGSL's `textureGather`
 //! as well as the APIs below it), and a lookup needs 4 x 4 values of the low band from any level. So
