@@ -51,9 +51,9 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
     assert_eq!(bytes("rgba8"), Some(24 * 16 * 4));
     assert_eq!(bytes("color3 default"), Some(3 * 2 * 16 + 3 * 2 * 8));
     assert_eq!(bytes("color2.25 best"), Some(3 * 2 * 16 + 2 * 8));
-    // The luma of a pixel and its neighbours, and chroma.
+    // Four gathers of the low band of luma, its details, and chroma.
     let fetches = photo("color3 default").and_then(|row| row.fetches);
-    assert_eq!(fetches, Some(1.0 + 8.0 + 1.0));
+    assert_eq!(fetches, Some(4.0 + 1.0 + 1.0));
 
     let json = serde_json::to_value(&report).expect("serialises");
     let records = json["measurements"].as_array().expect("an array");
