@@ -225,7 +225,7 @@ fn the_cornell_box_is_beside_its_truth() {
         .and_then(|number| number.parse().ok())
         .unwrap_or_else(|| panic!("no figure: {text}"));
     println!("{text}");
-    assert!(error < 40.0, "{text}");
+    assert!(error < 7.5, "{text}");
 
     // The room comes back without it.
     set(&mut app, "scene=sunlit_room");

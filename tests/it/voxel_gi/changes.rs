@@ -1,11 +1,11 @@
 //! Meshes are extracted when they change: after any change the light is that of a volume that begins with it.
 
-use bevy::prelude::*;
-use bevy_frugal_lab::headless::HeadlessApp;
+use bevy::{camera::Exposure, prelude::*};
+use bevy_frugal_lab::headless::{HeadlessApp, LabTarget};
 use bevy_voxel_gi::NotVoxelized;
 
 use super::{
-    scene::{app, block, floor, matt, under_sky},
+    scene::{app, block, floor, matt, small_volume, under_sky},
     support::{read_texels, settle},
 };
 use crate::support::gpu;
@@ -145,5 +145,49 @@ fn what_happens_elsewhere_leaves_settled_light_alone() {
     for step in 0..3 {
         place(app.world_mut(), far, Vec3::splat(51.0 + step as f32));
         assert_eq!(settle(&mut app), 1, "step {step}");
+    }
+}
+
+/// The order in which a query has cameras of several exposures is not that of their entities.
+#[test]
+fn components_of_cameras_leave_settled_light_alone() {
+    #[derive(Component)]
+    struct Marker;
+
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let lamp = block(world, Vec3::new(0.0, 1.0, 0.0), Vec3::splat(0.5));
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial {
+            emissive: LinearRgba::WHITE,
+            ..default()
+        });
+    world.entity_mut(lamp).insert(MeshMaterial3d(material));
+    let target = world.resource::<LabTarget>().0.clone();
+    let earlier = Camera {
+        order: -1,
+        ..default()
+    };
+    let earlier = world
+        .spawn((
+            Camera3d::default(),
+            earlier,
+            target,
+            Exposure { ev100: 3.0 },
+        ))
+        .id();
+    world.spawn(small_volume());
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    let world = app.world_mut();
+    let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
+    let later = cameras.iter(world).find(|camera| *camera != earlier);
+    // The earlier camera behind the later one, and the other way round.
+    for camera in [earlier, later.expect("the camera of the scene")] {
+        app.world_mut().entity_mut(camera).insert(Marker);
+        assert_eq!(settle(&mut app), 1, "a component of {camera}");
     }
 }

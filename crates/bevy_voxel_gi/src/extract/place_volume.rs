@@ -42,9 +42,9 @@ pub(crate) fn place_volume(
     mut active: ResMut<ActiveVolume>,
     volumes: Query<VolumeParts>,
     transforms: Query<&GlobalTransform>,
-    cameras: Query<(&Camera, Option<&Exposure>), With<Camera3d>>,
+    cameras: Query<(Entity, &Camera, Option<&Exposure>), With<Camera3d>>,
     prepass_cameras: Query<
-        (&Camera, &GlobalTransform),
+        (Entity, &Camera, &GlobalTransform),
         (With<DepthPrepass>, With<DeferredPrepass>),
     >,
     patches: Res<ShaderPatches>,
@@ -126,17 +126,20 @@ pub(crate) fn place_volume(
         Some(chosen) => chosen.applied(&own_settings),
         None => own_settings.clone(),
     };
+    // The order of a query changes with components that have nothing to do with light.
     let exposure = cameras
         .iter()
-        .find(|(camera, _)| camera.is_active)
-        .and_then(|(_, exposure)| exposure.copied())
+        .filter(|(_, camera, _)| camera.is_active)
+        .max_by_key(|(entity, camera, _)| (camera.order, *entity))
+        .and_then(|(.., exposure)| exposure.copied())
         .unwrap_or_default()
         .exposure();
     let viewpoints: Vec<_> = match settings.albedo {
         VoxelAlbedo::Reprojected => prepass_cameras
             .iter()
-            .filter(|(camera, _)| camera.is_active)
-            .map(|(_, transform)| *transform)
+            .sort::<Entity>()
+            .filter(|(_, camera, _)| camera.is_active)
+            .map(|(.., transform)| *transform)
             .collect(),
         _ => Vec::new(),
     };

@@ -30,7 +30,7 @@ pub(crate) struct PlacedVolume {
     pub texture: Handle<Image>,
     /// Whether the patch of Bevy's shader applies; else the texture is that of a plain irradiance volume.
     pub patched: bool,
-    /// Exposure of the camera, for emission that exposure must not affect.
+    /// Exposure of the active 3D camera that is drawn last, for emission that exposure must not affect.
     pub exposure: f32,
     /// Render layers of the cameras that receive the light.
     pub layers: RenderLayers,

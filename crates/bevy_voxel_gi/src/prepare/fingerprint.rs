@@ -42,7 +42,10 @@ pub(super) fn fingerprint(
             hash_floats(&mut hasher, &color.to_f32_array());
         }
     }
-    hash_floats(&mut hasher, &[volume.exposure]);
+    let emits = |material: &VoxelMaterial| material.emissive.max_element() > 0.0;
+    if materials.iter().any(emits) {
+        hash_floats(&mut hasher, &[volume.exposure]);
+    }
     for viewpoint in &volume.viewpoints {
         hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
     }
