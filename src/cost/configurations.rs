@@ -4,7 +4,9 @@ use bevy::utils::default;
 use bevy_ewa::{EwaKernel, EwaProbes, EwaSettings};
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer};
 use bevy_wavelet_tex::{WaveletFilter, codec::rate::Rate};
-use bevy_ycocg_fb::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
+use bevy_ycocg_fb::{
+    FrameBufferFormat, MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer,
+};
 
 use super::scene::Scene;
 use crate::tradeoff::{ewa::settings::SETTINGS, wavelet_tex::tunnel::FILTERS};
@@ -127,10 +129,6 @@ fn ycocg_fb() -> impl Iterator<Item = Configuration> {
         reconstruction,
         ..default()
     };
-    let format = |format| YCoCgFrameBuffer {
-        format,
-        ..default()
-    };
     let weighted = YCoCgFrameBuffer {
         msaa_resolve: MsaaResolve::ToneMapWeighted,
         ..default()
@@ -144,13 +142,22 @@ fn ycocg_fb() -> impl Iterator<Item = Configuration> {
         packed("edge_directed", with(Reconstruction::EdgeDirected), base),
         packed("guided", with(Reconstruction::Guided), base),
         packed("quad", with(Reconstruction::Quad), base),
-        packed("float32_default", format(PackedFormat::Float32), base),
+        packed(
+            "float32_default",
+            YCoCgFrameBuffer::with_format(PackedFormat::Float32),
+            base,
+        ),
         packed(
             "unorm8_default",
-            format(PackedFormat::Unorm8),
+            YCoCgFrameBuffer::with_format(PackedFormat::Unorm8),
             &[Scene::EightBits],
         ),
         packed("weighted resolve", weighted, &[Scene::Multisampled]),
+        packed(
+            "rg11b10ufloat",
+            YCoCgFrameBuffer::with_format(FrameBufferFormat::Rg11b10Ufloat),
+            &Scene::MATERIALS,
+        ),
     ]
     .into_iter()
 }

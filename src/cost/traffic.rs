@@ -18,9 +18,10 @@ struct Format {
     is_packed: bool,
 }
 
-const FORMATS: [Format; 5] = [
+const FORMATS: [Format; 6] = [
     Format::new("Bevy's `Rgba16Float` (`Hdr`)", BEVYS, false),
     Format::new("`Float16` (default)", 4, true),
+    Format::new("`Rg11b10Ufloat`", 4, false),
     Format::new("`Float32`", 8, true),
     Format::new("Bevy's `Rgba8UnormSrgb` (without `Hdr`)", LDR, false),
     Format::new("`Unorm8`", 2, true),

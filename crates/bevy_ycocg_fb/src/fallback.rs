@@ -1,10 +1,10 @@
-//! The reasons for which a camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer) is not packed.
+//! The reasons for which a camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer) is drawn as without it.
 
 use std::fmt;
 
-use crate::settings::PackedFormat;
+use crate::settings::{FrameBufferFormat, PackedFormat};
 
-/// The reason for which a camera is not packed. Its text, by `Display`, names the remedy.
+/// The reason for which a camera is drawn as without its component. Its text, by `Display`, names the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum FallbackReason {
     /// The camera has no 3D main pass.
@@ -29,18 +29,24 @@ pub enum FallbackReason {
     NoClear,
     /// A later camera does not clear the target and needs the samples of this one.
     ContinuedByMultisampled,
-    /// The clear colour is transparent, but the packed texture has no alpha channel.
+    /// Another camera draws to the same target in another format, and one of the two continues the picture of
+    /// the other. Only for [`FrameBufferFormat::Rg11b10Ufloat`].
+    ContinuedInAnotherFormat,
+    /// A plugin draws over the picture of the camera in a format of its own, as `bevy_egui` does. Only for
+    /// [`FrameBufferFormat::Rg11b10Ufloat`].
+    DrawnOver,
+    /// The clear colour is transparent, but the format has no alpha channel.
     TransparentBackground,
     /// The camera has `Hdr`, which 8 bits cannot store.
     Unorm8WithHdr,
     /// The adapter cannot render to this format.
-    NotRenderable(PackedFormat),
+    NotRenderable(FrameBufferFormat),
     /// The adapter cannot blend in this format.
-    NotBlendable(PackedFormat),
+    NotBlendable(FrameBufferFormat),
     /// The adapter does not support this number of samples in this format.
     SampleCount {
-        /// Format of the packed texture.
-        format: PackedFormat,
+        /// Format of the texture.
+        format: FrameBufferFormat,
         /// Number of samples per pixel.
         samples: u32,
     },
@@ -79,8 +85,15 @@ impl fmt::Display for FallbackReason {
                 "a later camera with `ClearColorConfig::None` continues its multisampled picture: \
                  give both `Msaa::Off`",
             ),
+            Self::ContinuedInAnotherFormat => f.write_str(
+                "a camera with `ClearColorConfig::None` and another format shares its target: give both the \
+                 same format",
+            ),
+            Self::DrawnOver => f.write_str(
+                "a plugin draws over its picture in a format of its own: give that plugin a camera of its own",
+            ),
             Self::TransparentBackground => f.write_str(
-                "the packed target has no alpha: give the camera an opaque clear colour",
+                "its format has no alpha: give the camera an opaque clear colour",
             ),
             Self::Unorm8WithHdr => {
                 f.write_str("`PackedFormat::Unorm8` cannot store HDR: use `Float16` or remove `Hdr`")
@@ -105,10 +118,11 @@ impl fmt::Display for FallbackReason {
     }
 }
 
-fn name(format: PackedFormat) -> &'static str {
+fn name(format: FrameBufferFormat) -> &'static str {
     match format {
-        PackedFormat::Float16 => "`PackedFormat::Float16`",
-        PackedFormat::Float32 => "`PackedFormat::Float32`",
-        PackedFormat::Unorm8 => "`PackedFormat::Unorm8`",
+        FrameBufferFormat::Packed(PackedFormat::Float16) => "`PackedFormat::Float16`",
+        FrameBufferFormat::Packed(PackedFormat::Float32) => "`PackedFormat::Float32`",
+        FrameBufferFormat::Packed(PackedFormat::Unorm8) => "`PackedFormat::Unorm8`",
+        FrameBufferFormat::Rg11b10Ufloat => "`FrameBufferFormat::Rg11b10Ufloat`",
     }
 }

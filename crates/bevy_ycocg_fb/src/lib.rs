@@ -1,20 +1,20 @@
-//! An HDR frame buffer in two channels instead of four.
+//! An HDR frame buffer in half of the bytes or fewer.
 //!
-//! The fragment shader packs every colour to its luminance and one of its two chrominances, which
+//! In a packed format the fragment shader packs every colour to its luminance and one of its two chrominances, which
 //! alternate in a checkerboard; a filter reconstructs the missing chrominance afterwards (P. Mavridis,
 //! *Efficient Texture Representation and Sampling Algorithms for Real-time Rendering*, 2013,
-//! chapter 4).
+//! chapter 4). In `Rg11b10Ufloat` Bevy's own passes draw, with dither.
 //!
 //! | module | contents |
 //! | --- | --- |
 //! | [`settings`] | the settings of a camera |
 //! | [`mod@reference`] | packing and reconstruction in plain Rust |
-//! | `packed_format` | the texture formats and shader defs of the packed formats |
+//! | `packed_format` | the texture formats and shader defs of the formats |
 //! | `material` | packing in the shaders of materials |
-//! | `view` | the choice of the cameras that pack, and the preparation of their views |
+//! | `view` | the choice of the cameras that use their format, and the preparation of their views |
 //! | `pass` | the main pass of a packed camera, and the resolve |
 //! | [`report`] | the state of each camera, and its memory |
-//! | `fallback` | the reasons for which a camera does not pack |
+//! | `fallback` | the reasons for which a camera is drawn as without its component |
 //! | [`plugin`] | the plugin that an app adds |
 //!
 //! Without the feature `bevy` only the first two are compiled.
@@ -44,4 +44,7 @@ pub use fallback::FallbackReason;
 pub use plugin::YCoCgFrameBufferPlugin;
 #[cfg(feature = "bevy")]
 pub use report::{CameraReport, CameraState, ColorMemory, FrameBufferReports};
-pub use settings::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
+pub use settings::{
+    FrameBufferFormat, FrameBufferQuality, MsaaResolve, PackedFormat, Reconstruction,
+    YCoCgFrameBuffer,
+};

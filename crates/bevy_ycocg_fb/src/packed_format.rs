@@ -1,12 +1,24 @@
-//! The packed formats on the GPU: their texture formats and shader defs.
+//! The formats on the GPU: their texture formats and shader defs.
 
 use bevy::{render::render_resource::TextureFormat, shader::ShaderDefVal};
 
-use crate::settings::PackedFormat;
+use crate::settings::{FrameBufferFormat, PackedFormat};
 
 /// Shader def under which shaders write or read packed colours.
 pub(crate) const PACK: &str = "YCOCG_FB_PACK";
 const UNORM8: &str = "YCOCG_FB_UNORM8";
+/// Shader def under which shaders round colours, with dither, to those of `Rg11b10Ufloat`.
+pub(crate) const RG11B10UFLOAT: &str = "YCOCG_FB_RG11B10UFLOAT";
+
+impl FrameBufferFormat {
+    /// Returns the format of the texture that is drawn to.
+    pub fn texture_format(self) -> TextureFormat {
+        match self {
+            Self::Packed(format) => format.texture_format(),
+            Self::Rg11b10Ufloat => TextureFormat::Rg11b10Ufloat,
+        }
+    }
+}
 
 impl PackedFormat {
     /// All packed formats.

@@ -9,7 +9,7 @@ use crate::{
     view::PackedViewPlugin,
 };
 
-/// Lets cameras with a [`YCoCgFrameBuffer`] draw into two channels instead of four.
+/// Lets cameras with a [`YCoCgFrameBuffer`] draw into fewer bytes.
 ///
 /// An app without such a camera has no additional pass, texture or pipeline.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,6 +19,8 @@ impl Plugin for YCoCgFrameBufferPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "shaders/pack.wesl");
         load_shader_library!(app, "shaders/reconstruct.wesl");
+        load_shader_library!(app, "shaders/rg11b10ufloat.wesl");
+        load_shader_library!(app, "shaders/unorm8.wesl");
         app.register_type::<YCoCgFrameBuffer>().add_plugins((
             ExtractComponentPlugin::<YCoCgFrameBuffer>::default(),
             MaterialPackingPlugin,

@@ -14,7 +14,7 @@ pub struct FrameBufferReports(Arc<Mutex<EntityHashMap<CameraReport>>>);
 /// The report on one camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CameraReport {
-    /// Whether the camera packs; `None` without the component, and until Bevy's shaders are loaded.
+    /// Whether the camera uses its format; `None` without the component, and until Bevy's shaders are loaded.
     pub state: Option<CameraState>,
     /// Memory of the camera's colour textures.
     pub memory: ColorMemory,
@@ -25,6 +25,8 @@ pub struct CameraReport {
 pub enum CameraState {
     /// The camera draws packed colours.
     Packed,
+    /// Bevy's passes draw the camera in [`FrameBufferFormat::Rg11b10Ufloat`](crate::FrameBufferFormat).
+    Rg11b10Ufloat,
     /// The camera draws as without the component, for this reason.
     Fallback(FallbackReason),
 }

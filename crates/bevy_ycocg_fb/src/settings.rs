@@ -6,9 +6,9 @@ use bevy::{
     render::{RenderApp, extract_component::ExtractComponent},
 };
 
-/// Component of a camera that draws into two channels instead of four.
+/// Component of a camera that draws into fewer bytes than Bevy's `Rgba16Float`.
 ///
-/// Materials, lights and effects stay unchanged.
+/// Materials, lights and effects stay unchanged. [`FrameBufferQuality`] has the settings for a number of bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "bevy",
@@ -17,14 +17,79 @@ use bevy::{
     reflect(Component, Default, Debug, Clone, PartialEq)
 )]
 pub struct YCoCgFrameBuffer {
-    /// The format of the two channels. Default: [`PackedFormat::Float16`].
-    pub format: PackedFormat,
-    /// The filter that reconstructs the missing chrominance. Default: [`Reconstruction::Wide`], which
-    /// has the best quality on most measured scenes.
+    /// The format of the colours. Default: [`PackedFormat::Float16`].
+    pub format: FrameBufferFormat,
+    /// The filter that reconstructs the missing chrominance of packed colours. Default:
+    /// [`Reconstruction::Wide`], which has the best quality on most measured scenes.
     pub reconstruction: Reconstruction,
-    /// The weights by which the samples of a multisampled pixel are averaged. Default:
-    /// [`MsaaResolve::Box`].
+    /// The weights by which the packed samples of a pixel are averaged. Default: [`MsaaResolve::Box`].
     pub msaa_resolve: MsaaResolve,
+}
+
+impl YCoCgFrameBuffer {
+    /// Returns the default settings with another format.
+    pub fn with_format(format: impl Into<FrameBufferFormat>) -> Self {
+        Self {
+            format: format.into(),
+            ..Self::default()
+        }
+    }
+}
+
+/// The dial from exact to small, by bytes of colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Reflect),
+    reflect(Debug, Clone, PartialEq, Hash)
+)]
+pub enum FrameBufferQuality {
+    /// Bevy's own target, 8 bytes per sample with `Hdr`.
+    Exact,
+    /// [`FrameBufferFormat::Rg11b10Ufloat`], 4 bytes per sample.
+    Compact,
+    /// [`PackedFormat::Unorm8`], 2 bytes per sample, only for cameras without `Hdr`.
+    Smallest,
+}
+
+impl FrameBufferQuality {
+    /// Returns the component that a camera of this quality has; [`FrameBufferQuality::Exact`] needs none.
+    pub fn frame_buffer(self) -> Option<YCoCgFrameBuffer> {
+        let format = match self {
+            Self::Exact => return None,
+            Self::Compact => FrameBufferFormat::Rg11b10Ufloat,
+            Self::Smallest => PackedFormat::Unorm8.into(),
+        };
+        Some(YCoCgFrameBuffer::with_format(format))
+    }
+}
+
+/// The format of a camera's colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Reflect),
+    reflect(Default, Debug, Clone, PartialEq, Hash)
+)]
+pub enum FrameBufferFormat {
+    /// Luminance and one of two chrominances, which a pass of this crate resolves.
+    Packed(PackedFormat),
+    /// Three floats without sign, of 11, 11 and 10 bits, 4 bytes per sample, drawn by Bevy's own passes: HDR
+    /// where the camera has `Hdr`. The mantissa has 6 bits, that of blue 5, so materials dither what they
+    /// write. There is no alpha channel, and an adapter need not support it, although most do.
+    Rg11b10Ufloat,
+}
+
+impl Default for FrameBufferFormat {
+    fn default() -> Self {
+        PackedFormat::default().into()
+    }
+}
+
+impl From<PackedFormat> for FrameBufferFormat {
+    fn from(format: PackedFormat) -> Self {
+        Self::Packed(format)
+    }
 }
 
 /// The storage format of packed pixels.

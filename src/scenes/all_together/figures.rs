@@ -49,6 +49,7 @@ pub fn show(
         };
         if *side == Side::After {
             let text = match report.state {
+                Some(CameraState::Rg11b10Ufloat) => "three small floats".into(),
                 Some(CameraState::Packed) => "packed".into(),
                 Some(CameraState::Fallback(reason)) => format!("as Bevy draws it: {reason}"),
                 None => "Bevy's".into(),

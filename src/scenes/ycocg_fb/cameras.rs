@@ -1,7 +1,9 @@
 //! What the settings make of the cameras.
 
 use bevy::{camera::Hdr, prelude::*};
-use bevy_ycocg_fb::{MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer};
+use bevy_ycocg_fb::{
+    FrameBufferFormat, MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer,
+};
 
 use crate::{
     runner::{SceneSettings, Side},
@@ -29,7 +31,7 @@ pub fn apply_settings(
         camera.insert(msaa);
         let hdr = match side {
             // What a packed camera without `Hdr` is to look like: it blends scene-linear values.
-            Side::Before => hdr || frame_buffer.format != PackedFormat::Unorm8,
+            Side::Before => hdr || frame_buffer.format != PackedFormat::Unorm8.into(),
             Side::After => {
                 camera.insert(frame_buffer);
                 hdr
@@ -46,9 +48,10 @@ pub fn apply_settings(
 fn frame_buffer(settings: &SceneSettings) -> YCoCgFrameBuffer {
     YCoCgFrameBuffer {
         format: match settings.choice("format") {
-            "float32" => PackedFormat::Float32,
-            "unorm8" => PackedFormat::Unorm8,
-            _ => PackedFormat::Float16,
+            "float32" => PackedFormat::Float32.into(),
+            "unorm8" => PackedFormat::Unorm8.into(),
+            "rg11b10ufloat" => FrameBufferFormat::Rg11b10Ufloat,
+            _ => PackedFormat::Float16.into(),
         },
         reconstruction: match settings.choice("reconstruction") {
             "nearest" => Reconstruction::Nearest,

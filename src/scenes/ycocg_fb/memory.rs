@@ -48,6 +48,9 @@ pub fn show(
         }
         match report.state {
             Some(CameraState::Packed) => texts.0.insert(STATE.into(), "packed".into()),
+            Some(CameraState::Rg11b10Ufloat) => texts
+                .0
+                .insert(STATE.into(), "drawn by Bevy in Rg11b10Ufloat".into()),
             Some(CameraState::Fallback(reason)) => texts
                 .0
                 .insert(STATE.into(), format!("as Bevy draws it: {reason}")),

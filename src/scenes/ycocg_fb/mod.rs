@@ -64,9 +64,9 @@ impl Scene for YCoCgFb {
             ),
             SceneSetting::choice(
                 "format",
-                "of the two channels; unorm8 is for cameras without `Hdr`",
+                "of the colours: three of two channels, unorm8 for cameras without `Hdr`, and one of three",
                 0,
-                &["float16", "float32", "unorm8"],
+                &["float16", "float32", "unorm8", "rg11b10ufloat"],
             ),
             SceneSetting::choice(
                 "reconstruction",

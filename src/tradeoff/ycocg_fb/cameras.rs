@@ -1,7 +1,10 @@
 //! The cameras whose cost is measured, by name.
 
 use bevy::{render::render_resource::TextureFormat, utils::default};
-use bevy_ycocg_fb::{PackedFormat, Reconstruction, YCoCgFrameBuffer};
+use bevy_ycocg_fb::{
+    FrameBufferFormat::{self, Rg11b10Ufloat as RG11B10UFLOAT},
+    PackedFormat, Reconstruction, YCoCgFrameBuffer,
+};
 
 use super::settings::REFERENCE;
 
@@ -40,6 +43,10 @@ impl Camera {
     }
 }
 
+fn with_format(format: FrameBufferFormat) -> YCoCgFrameBuffer {
+    YCoCgFrameBuffer::with_format(format)
+}
+
 /// Bevy's own, what a user would pick today, and the plugin's: resolved to Bevy's HDR texture, or tone-mapped.
 pub fn cameras() -> Vec<Camera> {
     vec![
@@ -50,7 +57,7 @@ pub fn cameras() -> Vec<Camera> {
             target: None,
             packed: None,
         },
-        Camera::target("rg11b10ufloat", 4, TextureFormat::Rg11b10Ufloat),
+        Camera::packed("rg11b10ufloat", 4, true, with_format(RG11B10UFLOAT)),
         Camera::packed("packed_hdr", 4, true, default()),
         Camera::packed("packed_fused", 4, false, default()),
     ]
@@ -76,16 +83,22 @@ pub fn filters() -> impl Iterator<Item = Camera> {
 
 /// Those, and the cameras with 8 and 32 bits a channel.
 pub fn all_cameras() -> Vec<Camera> {
-    let packed = |format| YCoCgFrameBuffer {
-        format,
-        ..default()
-    };
     let mut all = cameras();
     all.extend([
         Camera::target("rgba8", 4, TextureFormat::Rgba8UnormSrgb),
-        Camera::packed("packed_unorm8", 2, false, packed(PackedFormat::Unorm8)),
+        Camera::packed(
+            "packed_unorm8",
+            2,
+            false,
+            with_format(PackedFormat::Unorm8.into()),
+        ),
         Camera::target("rgba32float", 16, TextureFormat::Rgba32Float),
-        Camera::packed("packed_float32", 8, true, packed(PackedFormat::Float32)),
+        Camera::packed(
+            "packed_float32",
+            8,
+            true,
+            with_format(PackedFormat::Float32.into()),
+        ),
     ]);
     all
 }

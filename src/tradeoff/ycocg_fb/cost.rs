@@ -137,8 +137,11 @@ fn app(
     app.run_until_ready(MAX_FRAMES)?;
     let reports = app.world().resource::<FrameBufferReports>();
     let report = reports.get(entity).unwrap_or_default();
-    let is_packed = report.state == Some(CameraState::Packed);
-    if camera.packed.is_some() && !is_packed {
+    let uses_format = matches!(
+        report.state,
+        Some(CameraState::Packed | CameraState::Rg11b10Ufloat)
+    );
+    if camera.packed.is_some() && !uses_format {
         return Ok(None);
     }
     Ok(Some((app, report.memory.total())))

@@ -2,15 +2,17 @@
 
 use bevy::prelude::*;
 use bevy_ycocg_fb::{
-    PackedFormat, Reconstruction, YCoCgFrameBuffer,
-    reference::{PackedImage, color::linear_from_srgb, color::srgb_from_linear},
+    FrameBufferFormat, PackedFormat, Reconstruction, YCoCgFrameBuffer,
+    reference::{
+        PackedImage, color::linear_from_srgb, color::srgb_from_linear, rg11b10ufloat::dithered,
+    },
 };
 
 use super::{
     ablation,
     alternatives::{
-        bayer::bayer, fewer_pixels, rg11b10ufloat::rg11b10ufloat,
-        rgb_checkerboard::rgb_checkerboard, rgb565::rgb565, y8co4cg4::y8co4cg4,
+        bayer::bayer, fewer_pixels, rgb_checkerboard::rgb_checkerboard, rgb565::rgb565,
+        y8co4cg4::y8co4cg4,
     },
     frame::Frame,
 };
@@ -33,7 +35,7 @@ pub enum Picture {
     SceneLinear(fn(&Frame) -> Frame),
     /// On the CPU, from what a display shows, sRGB-encoded but not rounded, to another.
     Display(fn(&Frame) -> Frame),
-    /// By a packed camera, and where there is no scene on the CPU.
+    /// By a camera of the plugin, and where there is no scene on the CPU.
     Camera {
         packed: YCoCgFrameBuffer,
         /// From a scene-linear frame to another.
@@ -46,12 +48,6 @@ pub const REFERENCE: &str = "rgba16float";
 
 /// The settings in the order of the report; the steps of the ablation follow them.
 pub fn settings() -> Vec<Setting> {
-    let packed = |name, fetches, picture| Setting {
-        name,
-        bytes_per_pixel: 4.0,
-        fetches,
-        picture: Picture::SceneLinear(picture),
-    };
     let display = |name, bytes_per_pixel, fetches, picture| Setting {
         name,
         bytes_per_pixel,
@@ -94,14 +90,19 @@ pub fn settings() -> Vec<Setting> {
             bytes_per_pixel: 8.0,
             fetches: 9.0,
             picture: Picture::Camera {
-                packed: YCoCgFrameBuffer {
-                    format: PackedFormat::Float32,
-                    ..default()
-                },
+                packed: YCoCgFrameBuffer::with_format(PackedFormat::Float32),
                 store: |f| stored(f, PackedFormat::Float32, Reconstruction::default()),
             },
         },
-        packed("rg11b10ufloat", 1.0, rg11b10ufloat),
+        Setting {
+            name: "rg11b10ufloat",
+            bytes_per_pixel: 4.0,
+            fetches: 1.0,
+            picture: Picture::Camera {
+                packed: YCoCgFrameBuffer::with_format(FrameBufferFormat::Rg11b10Ufloat),
+                store: |f| Frame::from_fn(f.size, |x, y| dithered(f.at(x, y), x, y)),
+            },
+        },
         display("unorm8_edge_directed", 2.0, 5.0, |f| {
             unorm8(f, Reconstruction::EdgeDirected)
         }),

@@ -26,6 +26,7 @@ pub fn summary(report: &Report) -> Summary {
     let choices = times.iter().filter_map(|(name, time)| {
         let (setting, source) = match name.as_str() {
             "packed_hdr" => ("default", Source::Ours),
+            "rg11b10ufloat" => ("rg11b10ufloat", Source::Ours),
             name => match name.strip_prefix("packed_hdr ") {
                 Some(filter) => (filter, Source::Ours),
                 None => (name, Source::Baseline),
@@ -94,7 +95,7 @@ mod tests {
                 Source::Ours,
             ),
             choice("quad", 35.0, 0.5, Source::Ours),
-            choice("rg11b10ufloat", 45.0, 0.5, Source::Baseline),
+            choice("rg11b10ufloat", 45.0, 0.5, Source::Ours),
         ];
         assert_eq!(found.choices, expected);
     }

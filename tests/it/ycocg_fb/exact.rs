@@ -53,9 +53,8 @@ fn every_filter_at_every_size_and_offset() {
             let image = PackedImage::pack(&colors, size, offset, format);
             for reconstruction in ALL {
                 let found = flat.packed(YCoCgFrameBuffer {
-                    format,
                     reconstruction,
-                    ..default()
+                    ..YCoCgFrameBuffer::with_format(format)
                 });
                 let wanted = image.unpack(reconstruction);
                 let difference = largest_difference(&found, &wanted, 0.05);

@@ -97,10 +97,7 @@ fn each_obstacle_is_named() {
     );
     check(
         &mut studio,
-        YCoCgFrameBuffer {
-            format: PackedFormat::Unorm8,
-            ..packing
-        },
+        YCoCgFrameBuffer::with_format(PackedFormat::Unorm8),
         Reason::Unorm8WithHdr,
         |_| {},
         |_| {},

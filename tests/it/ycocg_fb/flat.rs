@@ -119,6 +119,11 @@ impl Flat {
 
     /// What the first camera makes of its colours, all of them packed.
     pub fn packed(&mut self, settings: YCoCgFrameBuffer) -> Vec<[f32; 3]> {
+        self.colors(settings, CameraState::Packed)
+    }
+
+    /// What the first camera makes of its colours, all of them in this state.
+    pub fn colors(&mut self, settings: YCoCgFrameBuffer, wanted: CameraState) -> Vec<[f32; 3]> {
         for &camera in &self.cameras {
             self.app.world_mut().entity_mut(camera).insert(settings);
         }
@@ -126,7 +131,7 @@ impl Flat {
         let reports = self.app.world().resource::<FrameBufferReports>();
         for &camera in &self.cameras {
             let state = reports.get(camera).and_then(|report| report.state);
-            assert_eq!(state, Some(CameraState::Packed));
+            assert_eq!(state.as_ref(), Some(&wanted));
         }
         let picture = self.app.capture_f32().expect("a picture");
         let [width, height] = self.size;

@@ -9,5 +9,6 @@ mod fallback;
 mod flat;
 mod formats;
 mod materials;
+mod rg11b10ufloat;
 mod scene;
 mod switching;

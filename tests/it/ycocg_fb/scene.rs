@@ -13,7 +13,8 @@ use bevy_frugal_lab::{
     metrics::error::{mse, psnr_db},
 };
 use bevy_ycocg_fb::{
-    CameraState, FrameBufferReports, PackedFormat, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+    CameraState, FrameBufferFormat, FrameBufferReports, PackedFormat, YCoCgFrameBuffer,
+    YCoCgFrameBufferPlugin,
     reference::color::{linear_from_srgb, srgb_from_linear},
 };
 use image::RgbImage;
@@ -101,6 +102,18 @@ impl Studio {
         });
         let picture = self.picture();
         assert_eq!(self.state(), Some(CameraState::Packed));
+        picture
+    }
+
+    /// The picture of a camera that Bevy draws in `Rg11b10Ufloat`; it must be one.
+    pub fn rg11b10ufloat(&mut self) -> RgbImage {
+        self.camera(|camera| {
+            camera.insert(YCoCgFrameBuffer::with_format(
+                FrameBufferFormat::Rg11b10Ufloat,
+            ));
+        });
+        let picture = self.picture();
+        assert_eq!(self.state(), Some(CameraState::Rg11b10Ufloat));
         picture
     }
 

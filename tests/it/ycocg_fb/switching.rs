@@ -40,7 +40,7 @@ fn a_thousand_switches_leave_nothing_behind() {
             if switch % 2 == 0 {
                 let format = [PackedFormat::Float16, PackedFormat::Float32][switch / 2 % 2];
                 camera.insert(YCoCgFrameBuffer {
-                    format,
+                    format: format.into(),
                     ..default()
                 });
             } else {

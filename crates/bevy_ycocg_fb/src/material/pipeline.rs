@@ -1,4 +1,4 @@
-//! The shader def by which a material's pipeline packs, for packed cameras only.
+//! The shader defs by which a material's pipeline packs or rounds, for cameras with another format only.
 
 use bevy::{
     mesh::BaseMeshPipelineKey, pbr::MeshPipelineKey,
@@ -6,20 +6,27 @@ use bevy::{
 };
 use bevy_frugal_hooks::SpecializedMaterial;
 
-use crate::{packed_format::PACK, settings::PackedFormat};
+use crate::{
+    packed_format::{PACK, RG11B10UFLOAT},
+    settings::{FrameBufferFormat, PackedFormat},
+};
 
 /// Shader def of materials whose alpha selects samples, and the number of samples per pixel.
 const COVERAGE: &str = "YCOCG_FB_COVERAGE";
 const SAMPLES: &str = "YCOCG_FB_SAMPLES";
+/// Shader defs of Bevy's dither, by steps of a display, and of that by steps of the packed format.
+const BEVYS_DITHER: &str = "DEBAND_DITHER";
+const DITHER: &str = "YCOCG_FB_DITHER";
 
-/// Flag of packed views in Bevy's `MeshPipelineKey`, a bit that Bevy does not use.
+/// Flag of views with a format of this crate in Bevy's `MeshPipelineKey`, a bit that Bevy does not use.
 pub(crate) const PACKED_KEY: u64 = 1 << 57;
 const _: () = assert!(
     (MeshPipelineKey::all().bits() | BaseMeshPipelineKey::all().bits()) & PACKED_KEY == 0,
     "Bevy has taken the bit: choose another"
 );
 
-/// The material hook, by which a material's pipeline for a packed camera writes packed colours.
+/// The material hook, by which a material's pipeline for a camera with another format writes that format's
+/// colours.
 pub(crate) fn pack_for_packed_targets(
     material: SpecializedMaterial,
     descriptor: &mut RenderPipelineDescriptor,
@@ -28,6 +35,11 @@ pub(crate) fn pack_for_packed_targets(
         return;
     }
     let target_format = material.mesh_key.target_format();
+    if target_format == FrameBufferFormat::Rg11b10Ufloat.texture_format()
+        && let Some(fragment) = &mut descriptor.fragment
+    {
+        fragment.shader_defs.push(RG11B10UFLOAT.into());
+    }
     let packed = PackedFormat::ALL
         .into_iter()
         .find(|format| format.texture_format() == target_format);
@@ -49,6 +61,12 @@ pub(crate) fn pack(descriptor: &mut RenderPipelineDescriptor, format: PackedForm
     if format != PackedFormat::Unorm8 {
         // Packed colours are scene-linear; tone mapping follows the reconstruction.
         fragment.shader_defs.retain(|def| !is_tone_mapping(def));
+    } else if let Some(dither) = fragment
+        .shader_defs
+        .iter_mut()
+        .find(|def| matches!(def, ShaderDefVal::Bool(name, true) if name == BEVYS_DITHER))
+    {
+        *dither = DITHER.into();
     }
     fragment.shader_defs.extend(format.shader_defs());
     let multisample = &descriptor.multisample;
@@ -85,5 +103,5 @@ fn is_tone_mapping(def: &ShaderDefVal) -> bool {
     let ShaderDefVal::Bool(name, _) = def else {
         return false;
     };
-    name == "TONEMAP_IN_SHADER" || name == "DEBAND_DITHER" || name.starts_with("TONEMAP_METHOD_")
+    name == "TONEMAP_IN_SHADER" || name == BEVYS_DITHER || name.starts_with("TONEMAP_METHOD_")
 }

@@ -21,7 +21,7 @@ use bevy::{
     },
 };
 
-use crate::{settings::PackedFormat, view::eligibility::PackedView};
+use crate::{settings::PackedFormat, view::packed::PackedView};
 
 #[derive(Resource)]
 pub(crate) struct ClearPipeline {
@@ -122,7 +122,7 @@ pub(super) fn prepare(
             ClearColorConfig::Default | ClearColorConfig::None => global.0,
         }
         .to_linear();
-        let format = packed.settings.format;
+        let format = packed.format;
         // `Unorm8` has a bias, so a chrominance of 0 is not stored as 0.
         if color.red == color.green && color.green == color.blue && format != PackedFormat::Unorm8 {
             let luminance = color.green.clamp(0.0, 65504.0);

@@ -29,7 +29,7 @@ use super::{
     resolve::{PackedResolve, ResolveBindGroup},
     transmission::transmission_ranges,
 };
-use crate::view::{eligibility::PackedView, textures::PackedTextures};
+use crate::view::{packed::PackedView, textures::PackedTextures};
 
 /// The components of the view that the pass uses.
 struct MainPassView<'a> {
@@ -159,6 +159,7 @@ fn attachment<'a>(
     let PackedTextures {
         single_sampled,
         multisampled,
+        samples_are_read,
     } = view.textures;
     let luminance = match view.clear {
         PackedClear::Gray(luminance) => *luminance,
@@ -170,8 +171,8 @@ fn attachment<'a>(
         LoadOp::Load
     };
     let resolve_target = multisampled.as_ref().and(single_sampled.as_ref());
-    // Samples that the hardware has resolved are not needed after the last pass.
-    let store = if last && resolve_target.is_some() {
+    // Samples that only the hardware resolves are not needed after the last pass.
+    let store = if last && resolve_target.is_some() && !samples_are_read {
         StoreOp::Discard
     } else {
         StoreOp::Store

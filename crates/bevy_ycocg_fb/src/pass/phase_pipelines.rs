@@ -30,7 +30,7 @@ use crate::{
         pipeline::{has_packed_format, pack, packs},
     },
     settings::PackedFormat,
-    view::eligibility::{PackedView, UnpackedPipelines},
+    view::packed::{PackedView, UnpackedPipelines},
 };
 
 /// Whether and how a pipeline can draw packed colours.
@@ -84,7 +84,7 @@ pub(super) fn pack_phase_pipelines(
 ) {
     let (packed, extracted, main_entity, sky) = view.into_inner();
     let id = extracted.retained_view_entity;
-    let format = packed.settings.format;
+    let format = packed.format;
     let pipelines = &mut *pipelines;
     pipelines.remove_outdated(shaders.generation());
     pipelines.all_have_packed_format = true;

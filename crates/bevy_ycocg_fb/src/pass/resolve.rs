@@ -15,10 +15,11 @@ use bevy::{
         render_asset::RenderAssets,
         render_phase::ViewSortedRenderPhases,
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedRenderPipelineId, ColorTargetState, ColorWrites, FragmentState, PipelineCache,
-            RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline,
-            SpecializedRenderPipelines, TextureFormat, TextureSampleType,
+            BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor,
+            BindGroupLayoutEntries, CachedRenderPipelineId, ColorTargetState, ColorWrites,
+            FragmentState, IntoBinding, PipelineCache, RenderPipelineDescriptor, ShaderStages,
+            SpecializedRenderPipeline, SpecializedRenderPipelines, TextureFormat,
+            TextureSampleType,
             binding_types::{texture_2d, texture_2d_multisampled, uniform_buffer},
         },
         renderer::RenderDevice,
@@ -31,25 +32,46 @@ use super::tone_map::ToneMap;
 use crate::{
     settings::{MsaaResolve, PackedFormat, Reconstruction},
     view::{
-        eligibility::PackedView,
+        packed::PackedView,
         textures::{PackedTextures, TRANSMISSION_FORMAT},
     },
 };
+
+/// The textures that the resolve shader reads, with the number of samples of the multisampled one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum ResolveSource {
+    Resolved,
+    Samples(u32),
+    Both(u32),
+}
+
+impl ResolveSource {
+    fn of(packed: &PackedView) -> Self {
+        if packed.has_linear_light() {
+            Self::Both(packed.samples)
+        } else if packed.samples > 1 && !packed.hardware_resolve {
+            Self::Samples(packed.samples)
+        } else {
+            Self::Resolved
+        }
+    }
+}
 
 #[derive(Resource)]
 pub(crate) struct ResolvePipeline {
     single: BindGroupLayoutDescriptor,
     multisampled: BindGroupLayoutDescriptor,
+    linear_light: BindGroupLayoutDescriptor,
     fullscreen: FullscreenShader,
     shader: Handle<Shader>,
 }
 
 impl ResolvePipeline {
-    fn layout(&self, samples: u32) -> &BindGroupLayoutDescriptor {
-        if samples > 1 {
-            &self.multisampled
-        } else {
-            &self.single
+    fn layout(&self, source: ResolveSource) -> &BindGroupLayoutDescriptor {
+        match source {
+            ResolveSource::Resolved => &self.single,
+            ResolveSource::Samples(_) => &self.multisampled,
+            ResolveSource::Both(_) => &self.linear_light,
         }
     }
 }
@@ -60,22 +82,26 @@ pub(super) fn init_pipeline(
     asset_server: Res<AssetServer>,
 ) {
     let sample_type = TextureSampleType::Float { filterable: false };
+    let samples = texture_2d_multisampled(sample_type);
+    let [lut, lut_sampler] = get_lut_bind_group_layout_entries();
+    let view = uniform_buffer::<ViewUniform>(true);
     let layout = |label: &'static str, texture| {
-        let [lut, lut_sampler] = get_lut_bind_group_layout_entries();
-        let view = uniform_buffer::<ViewUniform>(true);
-        BindGroupLayoutDescriptor::new(
-            label,
-            &BindGroupLayoutEntries::sequential(
-                ShaderStages::FRAGMENT,
-                (texture, view, lut, lut_sampler),
-            ),
-        )
+        let entries = BindGroupLayoutEntries::sequential(
+            ShaderStages::FRAGMENT,
+            (texture, view, lut, lut_sampler),
+        );
+        BindGroupLayoutDescriptor::new(label, &entries)
     };
+    let linear_light = BindGroupLayoutEntries::sequential(
+        ShaderStages::FRAGMENT,
+        (texture_2d(sample_type), view, lut, lut_sampler, samples),
+    );
     commands.insert_resource(ResolvePipeline {
         single: layout("packed_ycocg_resolve", texture_2d(sample_type)),
-        multisampled: layout(
-            "packed_ycocg_resolve_multisampled",
-            texture_2d_multisampled(sample_type),
+        multisampled: layout("packed_ycocg_resolve_multisampled", samples),
+        linear_light: BindGroupLayoutDescriptor::new(
+            "packed_ycocg_resolve_linear_light",
+            &linear_light,
         ),
         fullscreen: fullscreen.clone(),
         shader: load_embedded_asset!(asset_server.as_ref(), "resolve.wesl"),
@@ -87,8 +113,7 @@ pub(super) fn init_pipeline(
 pub(crate) struct ResolveKey {
     format: PackedFormat,
     reconstruction: Reconstruction,
-    /// Samples per pixel of the texture that it reads.
-    samples: u32,
+    source: ResolveSource,
     msaa_resolve: MsaaResolve,
     output: TextureFormat,
     tone_map: Option<ToneMap>,
@@ -111,19 +136,25 @@ impl SpecializedRenderPipeline for ResolvePipeline {
             .into(),
         );
         let mut constants = Vec::new();
-        if key.samples > 1 {
-            shader_defs.push("YCOCG_FB_MULTISAMPLED".into());
-            constants.push(("SAMPLES".into(), f64::from(key.samples)));
-            if key.msaa_resolve == MsaaResolve::ToneMapWeighted {
-                shader_defs.push("YCOCG_FB_TONE_MAP_WEIGHTED".into());
+        if let ResolveSource::Samples(samples) | ResolveSource::Both(samples) = key.source {
+            constants.push(("SAMPLES".into(), f64::from(samples)));
+        }
+        match key.source {
+            ResolveSource::Resolved => {}
+            ResolveSource::Samples(_) => {
+                shader_defs.push("YCOCG_FB_MULTISAMPLED".into());
+                if key.msaa_resolve == MsaaResolve::ToneMapWeighted {
+                    shader_defs.push("YCOCG_FB_TONE_MAP_WEIGHTED".into());
+                }
             }
+            ResolveSource::Both(_) => shader_defs.push("YCOCG_FB_LINEAR_LIGHT".into()),
         }
         if let Some(tone_map) = key.tone_map {
             shader_defs.extend(tone_map.shader_defs());
         }
         RenderPipelineDescriptor {
             label: Some("packed_ycocg_resolve".into()),
-            layout: vec![self.layout(key.samples).clone()],
+            layout: vec![self.layout(key.source).clone()],
             vertex: self.fullscreen.to_vertex_state(),
             fragment: Some(FragmentState {
                 shader: self.shader.clone(),
@@ -148,7 +179,7 @@ pub(crate) struct PackedResolve {
     pub to_view: CachedRenderPipelineId,
     /// Resolve into the background of transmissive objects, if there are any, without tone mapping.
     pub to_transmission: Option<CachedRenderPipelineId>,
-    samples: u32,
+    source: ResolveSource,
 }
 
 /// The bind group of a view's resolve.
@@ -176,15 +207,11 @@ pub(super) fn prepare_pipelines(
             .remove::<(PackedResolve, ResolveBindGroup)>();
     }
     for (entity, packed, view, tonemapping, dither) in &views {
-        let samples = if packed.hardware_resolve {
-            1
-        } else {
-            packed.samples
-        };
+        let source = ResolveSource::of(packed);
         let to_view = ResolveKey {
-            format: packed.settings.format,
+            format: packed.format,
             reconstruction: packed.settings.reconstruction,
-            samples,
+            source,
             msaa_resolve: packed.settings.msaa_resolve,
             output: view.target_format,
             tone_map: tonemapping
@@ -203,7 +230,7 @@ pub(super) fn prepare_pipelines(
             to_view: pipelines.specialize(&cache, &pipeline, to_view),
             to_transmission: transmissive
                 .then(|| pipelines.specialize(&cache, &pipeline, to_transmission)),
-            samples,
+            source,
         });
     }
 }
@@ -228,21 +255,30 @@ pub(super) fn prepare_bind_groups(
         return;
     };
     for (entity, resolve, textures, tonemapping) in &views {
-        let Some(source) = textures.resolve_source() else {
+        let Some(texture) = textures.resolve_source() else {
             continue;
         };
         let method = tonemapping.copied().unwrap_or(Tonemapping::None);
         let (lut, lut_sampler) = get_lut_bindings(&images, &luts, &method, &fallback_image);
-        let bind_group = device.create_bind_group(
-            "packed_ycocg_resolve",
-            &cache.get_bind_group_layout(pipeline.layout(resolve.samples)),
-            &BindGroupEntries::sequential((
-                &source.default_view,
-                view_binding.clone(),
-                lut,
-                lut_sampler,
-            )),
+        let layout = cache.get_bind_group_layout(pipeline.layout(resolve.source));
+        let entries = (
+            &texture.default_view,
+            view_binding.clone(),
+            lut,
+            lut_sampler,
         );
+        let entries = BindGroupEntries::sequential(entries);
+        let samples = textures.multisampled.as_ref();
+        let samples = samples.filter(|_| matches!(resolve.source, ResolveSource::Both(_)));
+        let entries: Vec<_> = entries
+            .iter()
+            .cloned()
+            .chain(samples.map(|samples| BindGroupEntry {
+                binding: 4,
+                resource: samples.default_view.into_binding(),
+            }))
+            .collect();
+        let bind_group = device.create_bind_group("packed_ycocg_resolve", &layout, &entries);
         commands.entity(entity).insert(ResolveBindGroup(bind_group));
     }
 }

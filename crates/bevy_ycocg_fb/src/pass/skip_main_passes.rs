@@ -6,7 +6,7 @@
 
 use bevy::{prelude::*, render::renderer::CurrentView};
 
-use crate::view::eligibility::PackedView;
+use crate::view::packed::PackedView;
 
 /// The packed view that Bevy's main passes skip.
 #[derive(Resource, Default)]

@@ -1,8 +1,9 @@
 //! A packed viewport, with mirrored neighbours beyond its border.
 
 use super::{
-    pack::{F16_MAX, PackedPixel, UNORM8_BIAS, pack, pack_unorm8, stores_co},
+    pack::{F16_MAX, PackedPixel, pack, stores_co},
     storage::stored,
+    unorm8,
 };
 use crate::settings::PackedFormat;
 
@@ -30,7 +31,7 @@ impl PackedImage {
     ) -> Self {
         let pack = match format {
             PackedFormat::Float16 | PackedFormat::Float32 => pack,
-            PackedFormat::Unorm8 => pack_unorm8,
+            PackedFormat::Unorm8 => unorm8::pack_unorm8,
         };
         let pixels = colors.iter().enumerate().map(|(i, color)| {
             let (x, y) = (i as u32 % size[0], i as u32 / size[0]);
@@ -59,11 +60,11 @@ impl PackedImage {
         let x = mirrored(x, self.size[0]);
         let y = mirrored(y, self.size[1]);
         let pixel = self.pixels[y as usize * self.size[0] as usize + x as usize];
-        let bias = match self.format {
-            PackedFormat::Float16 | PackedFormat::Float32 => 0.0,
-            PackedFormat::Unorm8 => UNORM8_BIAS,
-        };
         let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
+        if self.format == PackedFormat::Unorm8 {
+            // Such a target has no other values than those of 0 to 1.
+            return unorm8::decoded(pixel);
+        }
         let luminance = if pixel.luminance == f32::INFINITY {
             F16_MAX
         } else {
@@ -73,7 +74,7 @@ impl PackedImage {
         let scale = F16_MAX / luminance.max(F16_MAX);
         PackedPixel {
             luminance: luminance * scale,
-            chrominance: (finite(pixel.chrominance) - bias) * scale,
+            chrominance: finite(pixel.chrominance) * scale,
         }
     }
 }

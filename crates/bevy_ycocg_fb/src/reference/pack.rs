@@ -1,6 +1,6 @@
 //! Packing of a fragment's colour (thesis, listing 4.1).
 
-use super::color::{srgb_from_linear, ycocg_from_rgb};
+use super::color::ycocg_from_rgb;
 
 /// The largest finite 16-bit float.
 pub const F16_MAX: f32 = 65504.0;
@@ -9,15 +9,11 @@ pub const F16_MAX: f32 = 65504.0;
 /// target is even, else Cg.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PackedPixel {
-    /// Luminance; in the 8-bit format, that of the sRGB-encoded channels.
+    /// Luminance; in the 8-bit format, the code of that of the sRGB-encoded channels.
     pub luminance: f32,
-    /// Co or Cg; the 8-bit format adds [`UNORM8_BIAS`].
+    /// Co or Cg; in the 8-bit format, the code of that of the sRGB-encoded channels.
     pub chrominance: f32,
 }
-
-/// Bias that the 8-bit format adds to a chrominance. One half, as in the thesis (4.7.2), lies between
-/// two of the 256 values and would tint gray; this is one of the two.
-pub const UNORM8_BIAS: f32 = 128.0 / 255.0;
 
 /// Returns true if the pixel at this position of its target stores Co, and false if it stores Cg.
 pub fn stores_co(x: u32, y: u32) -> bool {
@@ -45,16 +41,5 @@ pub fn pack(rgb: [f32; 3], x: u32, y: u32) -> PackedPixel {
     PackedPixel {
         luminance: color.y,
         chrominance: if stores_co(x, y) { color.co } else { color.cg },
-    }
-}
-
-/// Packs a display-linear colour of 0 to 1 for the 8-bit format: sRGB-encoded, with
-/// [`UNORM8_BIAS`].
-pub fn pack_unorm8(rgb: [f32; 3], x: u32, y: u32) -> PackedPixel {
-    let encoded = sanitized(rgb).map(|channel| srgb_from_linear(channel.min(1.0)));
-    let packed = pack(encoded, x, y);
-    PackedPixel {
-        chrominance: packed.chrominance + UNORM8_BIAS,
-        ..packed
     }
 }

@@ -1,4 +1,4 @@
-//! The adapter's support of the packed formats.
+//! The adapter's support of the formats.
 
 use bevy::render::{
     render_resource::{
@@ -8,7 +8,7 @@ use bevy::render::{
 };
 
 use crate::fallback::FallbackReason;
-use crate::settings::PackedFormat;
+use crate::settings::FrameBufferFormat;
 
 /// The adapter's support of multisampled textures of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl FormatSupport {
     /// # Errors
     /// Returns the feature that the adapter lacks as the reason of the fallback.
     pub(crate) fn of(
-        format: PackedFormat,
+        format: FrameBufferFormat,
         samples: u32,
         adapter: &RenderAdapter,
         device: &RenderDevice,
@@ -39,7 +39,7 @@ impl FormatSupport {
     }
 
     fn from_features(
-        format: PackedFormat,
+        format: FrameBufferFormat,
         samples: u32,
         features: TextureFormatFeatures,
     ) -> Result<Self, FallbackReason> {
@@ -65,13 +65,23 @@ impl FormatSupport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::PackedFormat;
 
-    /// Returns the support of an adapter with only the features that WebGPU guarantees.
-    fn guaranteed(format: PackedFormat, samples: u32) -> Result<FormatSupport, FallbackReason> {
-        let features = format
-            .texture_format()
-            .guaranteed_format_features(WgpuFeatures::empty());
+    /// Returns the support of an adapter with only the features that WebGPU guarantees, and these.
+    fn with_features(
+        format: FrameBufferFormat,
+        samples: u32,
+        features: WgpuFeatures,
+    ) -> Result<FormatSupport, FallbackReason> {
+        let features = format.texture_format().guaranteed_format_features(features);
         FormatSupport::from_features(format, samples, features)
+    }
+
+    fn guaranteed(
+        format: FrameBufferFormat,
+        samples: u32,
+    ) -> Result<FormatSupport, FallbackReason> {
+        with_features(format, samples, WgpuFeatures::empty())
     }
 
     #[test]
@@ -79,7 +89,7 @@ mod tests {
         let resolved = FormatSupport {
             hardware_resolve: true,
         };
-        for format in [PackedFormat::Float16, PackedFormat::Unorm8] {
+        for format in [PackedFormat::Float16, PackedFormat::Unorm8].map(FrameBufferFormat::from) {
             assert_eq!(guaranteed(format, 1), Ok(resolved));
             assert_eq!(guaranteed(format, 4), Ok(resolved));
             for samples in [2, 8] {
@@ -87,9 +97,17 @@ mod tests {
                 assert_eq!(guaranteed(format, samples), Err(missing));
             }
         }
+        let float32 = PackedFormat::Float32.into();
         assert_eq!(
-            guaranteed(PackedFormat::Float32, 1),
-            Err(FallbackReason::NotBlendable(PackedFormat::Float32))
+            guaranteed(float32, 1),
+            Err(FallbackReason::NotBlendable(float32))
         );
+        let small_floats = FrameBufferFormat::Rg11b10Ufloat;
+        assert_eq!(
+            guaranteed(small_floats, 1),
+            Err(FallbackReason::NotRenderable(small_floats))
+        );
+        let renderable = WgpuFeatures::RG11B10UFLOAT_RENDERABLE;
+        assert_eq!(with_features(small_floats, 4, renderable), Ok(resolved));
     }
 }

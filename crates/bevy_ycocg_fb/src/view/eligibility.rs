@@ -1,97 +1,45 @@
-//! The choice of the cameras that pack.
+//! The choice of the cameras that use their format.
 
 use bevy::{
-    camera::{ClearColorConfig, MainPassResolutionOverride},
-    core_pipeline::{Core3d, oit::OrderIndependentTransparencySettings, prepass::DeferredPrepass},
-    ecs::{entity::EntityHashMap, query::QueryData, schedule::ScheduleLabel},
-    pbr::{ExtractedAtmosphere, ScreenSpaceReflectionsUniform, wireframe::Mesh3dWireframe},
+    camera::ClearColorConfig,
+    core_pipeline::Core3d,
+    ecs::schedule::ScheduleLabel,
     platform::collections::HashSet,
     prelude::*,
     render::{
-        Extract,
-        camera::ExtractedCamera,
         renderer::{RenderAdapter, RenderDevice},
-        sync_world::MainEntity,
-        view::{ExtractedView, Msaa},
+        view::ExtractedView,
     },
 };
-use bevy_frugal_hooks::ShaderPatches;
 
-use super::capabilities::FormatSupport;
+use super::{
+    candidate::{Cameras, Candidate, CandidateItem, MainWorldState},
+    capabilities::FormatSupport,
+    packed::{PackedView, UnpackedPipelines, packed_reason},
+    rg11b10ufloat::{Rg11b10UfloatView, rg11b10ufloat_reason},
+};
 use crate::{
     fallback::FallbackReason,
-    material::{detect::PackingShaders, patches::REQUIRED},
+    material::detect::PackingShaders,
     report::{CameraState, FrameBufferReports},
-    settings::{MsaaResolve, PackedFormat, YCoCgFrameBuffer},
+    settings::{FrameBufferFormat, YCoCgFrameBuffer},
 };
-
-/// Component of a view that packs. The rest of this crate changes only views with it.
-#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct PackedView {
-    pub settings: YCoCgFrameBuffer,
-    /// Number of samples per pixel.
-    pub samples: u32,
-    /// Whether the hardware resolves the samples; otherwise the resolve shader reads them.
-    pub hardware_resolve: bool,
-    /// Whether the resolve includes tone mapping, because no later pass of Bevy does it.
-    pub tone_map: bool,
-}
-
-/// State of the main world that the render world uses.
-#[derive(Resource, Debug, Default)]
-pub(super) struct MainWorldState {
-    patched: bool,
-    refused: Option<String>,
-    wireframes: bool,
-}
-
-pub(super) fn extract_main_world_state(
-    mut state: ResMut<MainWorldState>,
-    patches: Extract<Option<Res<ShaderPatches>>>,
-    wireframes: Extract<Query<(), With<Mesh3dWireframe>>>,
-) {
-    state.wireframes = !wireframes.is_empty();
-    if let Some(patches) = patches.as_ref() {
-        state.patched = patches.all_applied(REQUIRED);
-        state.refused = patches
-            .refused(REQUIRED)
-            .map(|(name, error)| format!("the shader patch `{name}` does not fit: {error}"));
-    }
-}
-
-/// Pipelines that cannot pack, by the camera that drew them, with the camera's settings.
-#[derive(Resource, Debug, Default)]
-pub(crate) struct UnpackedPipelines {
-    pub by_camera: EntityHashMap<(YCoCgFrameBuffer, String)>,
-    /// Generation of the shaders for which `by_camera` is valid.
-    generation: u64,
-}
 
 /// The warnings that were already logged.
 #[derive(Resource, Debug, Default)]
 pub(super) struct LoggedFallbacks(HashSet<(Entity, FallbackReason)>);
 
-#[derive(QueryData)]
-pub(super) struct Candidate {
-    entity: Entity,
-    main_entity: &'static MainEntity,
-    settings: &'static YCoCgFrameBuffer,
-    view: &'static ExtractedView,
-    camera: &'static ExtractedCamera,
-    msaa: &'static Msaa,
-    deferred: Has<DeferredPrepass>,
-    reflections: Has<ScreenSpaceReflectionsUniform>,
-    transparency: Has<OrderIndependentTransparencySettings>,
-    atmosphere: Has<ExtractedAtmosphere>,
-    resolution_override: Has<MainPassResolutionOverride>,
-}
+/// Filter of the views with another format.
+pub(super) type Formatted = Or<(With<PackedView>, With<Rg11b10UfloatView>)>;
 
-/// Inserts [`PackedView`] for the cameras that can pack, and removes it from the others.
-pub(super) fn select_packed_views(
+/// Inserts [`PackedView`] or [`Rg11b10UfloatView`] for the cameras that can use their format, and removes them
+/// from the others.
+pub(super) fn select_views(
     mut commands: Commands,
     candidates: Query<Candidate>,
-    cameras: Query<(Entity, &ExtractedCamera)>,
-    former: Query<(Entity, &MainEntity), (With<PackedView>, Without<YCoCgFrameBuffer>)>,
+    cameras: Cameras,
+    views: Query<&ExtractedView>,
+    former: Query<Entity, (Formatted, Without<YCoCgFrameBuffer>)>,
     state: Res<MainWorldState>,
     mut unpacked: ResMut<UnpackedPipelines>,
     mut logged: ResMut<LoggedFallbacks>,
@@ -101,38 +49,50 @@ pub(super) fn select_packed_views(
     shaders: Res<PackingShaders>,
     reports: Res<FrameBufferReports>,
 ) {
-    for (entity, _) in &former {
-        commands.entity(entity).remove::<PackedView>();
+    for entity in &former {
+        commands
+            .entity(entity)
+            .remove::<(PackedView, Rg11b10UfloatView)>();
     }
     reports.clear();
-    // A camera whose component or settings changed is tried again; all cameras are when a shader
-    // changed.
-    if unpacked.generation != shaders.generation() {
-        unpacked.generation = shaders.generation();
-        unpacked.by_camera.clear();
-    }
-    unpacked.by_camera.retain(|&main_entity, (settings, _)| {
-        candidates
-            .iter()
-            .any(|c| c.main_entity.id() == main_entity && c.settings == settings)
-    });
+    unpacked.keep_current(&candidates, shaders.generation());
     for candidate in &candidates {
-        let main_entity = candidate.main_entity.id();
+        let mut entity = commands.entity(candidate.entity);
         if !state.patched && state.refused.is_none() {
             // Bevy's shaders are still loading, as in the first frames.
-            commands.entity(candidate.entity).remove::<PackedView>();
+            entity.remove::<(PackedView, Rg11b10UfloatView)>();
             continue;
         }
-        let view = fallback_reason(&candidate, &cameras, &state, &unpacked, &clear_color)
-            .map_or(Ok(()), Err)
-            .and_then(|()| packed_view(&candidate, &adapter, &device));
-        match view {
-            Ok(view) => {
-                commands.entity(candidate.entity).insert(view);
-                reports.set_state(main_entity, CameraState::Packed);
+        let format = candidate.settings.format;
+        let reason = common_reason(&candidate, &clear_color).or_else(|| match format {
+            FrameBufferFormat::Packed(format) => {
+                packed_reason(&candidate, format, &cameras, &state, &unpacked)
+            }
+            FrameBufferFormat::Rg11b10Ufloat => rg11b10ufloat_reason(&candidate, &cameras, &views),
+        });
+        let samples = candidate.msaa.samples();
+        let support = reason.map_or_else(
+            || FormatSupport::of(format, samples, &adapter, &device),
+            Err,
+        );
+        let main_entity = candidate.main_entity.id();
+        match support {
+            Ok(support) => {
+                let state = match format {
+                    FrameBufferFormat::Packed(format) => {
+                        let view = PackedView::new(&candidate, format, support);
+                        entity.remove::<Rg11b10UfloatView>().insert(view);
+                        CameraState::Packed
+                    }
+                    FrameBufferFormat::Rg11b10Ufloat => {
+                        entity.remove::<PackedView>().insert(Rg11b10UfloatView);
+                        CameraState::Rg11b10Ufloat
+                    }
+                };
+                reports.set_state(main_entity, state);
             }
             Err(reason) => {
-                commands.entity(candidate.entity).remove::<PackedView>();
+                entity.remove::<(PackedView, Rg11b10UfloatView)>();
                 reports.set_state(main_entity, CameraState::Fallback(reason.clone()));
                 if logged.0.insert((main_entity, reason.clone())) {
                     warn!("camera {main_entity} does not use its YCoCgFrameBuffer: {reason}");
@@ -142,77 +102,19 @@ pub(super) fn select_packed_views(
     }
 }
 
-/// Returns the first reason for which the camera cannot pack.
-fn fallback_reason(
-    candidate: &CandidateItem,
-    cameras: &Query<(Entity, &ExtractedCamera)>,
-    state: &MainWorldState,
-    unpacked: &UnpackedPipelines,
-    clear_color: &ClearColor,
-) -> Option<FallbackReason> {
+/// Returns the first reason for which the camera cannot use any format.
+fn common_reason(candidate: &CandidateItem, clear_color: &ClearColor) -> Option<FallbackReason> {
     let camera = candidate.camera;
     let clear = match camera.clear_color {
         ClearColorConfig::Default => Some(clear_color.0),
         ClearColorConfig::Custom(color) => Some(color),
         ClearColorConfig::None => None,
     };
-    let unpacked = unpacked.by_camera.get(&candidate.main_entity.id());
-    // The cause precedes its consequences: screen-space reflections require the deferred prepass.
-    let reasons = [
-        (camera.schedule != Core3d.intern()).then_some(FallbackReason::Not3d),
-        state.refused.clone().map(FallbackReason::PatchRefused),
-        candidate
-            .reflections
-            .then_some(FallbackReason::ScreenSpaceReflections),
-        candidate
-            .deferred
-            .then_some(FallbackReason::DeferredPrepass),
-        candidate
-            .transparency
-            .then_some(FallbackReason::OrderIndependentTransparency),
-        candidate.atmosphere.then_some(FallbackReason::Atmosphere),
-        state.wireframes.then_some(FallbackReason::Wireframes),
-        candidate
-            .resolution_override
-            .then_some(FallbackReason::ResolutionOverride),
-        clear.is_none().then_some(FallbackReason::NoClear),
-        is_continued(candidate, cameras).then_some(FallbackReason::ContinuedByMultisampled),
-        clear
-            .is_some_and(|color| color.alpha() < 1.0)
-            .then_some(FallbackReason::TransparentBackground),
-        (candidate.settings.format == PackedFormat::Unorm8 && camera.hdr)
-            .then_some(FallbackReason::Unorm8WithHdr),
-        unpacked.map(|(_, name)| FallbackReason::UnpackedPipeline(name.clone())),
-    ];
-    reasons.into_iter().flatten().next()
-}
-
-/// Whether a later camera continues in the multisampled texture of this one, which a packed camera does
-/// not write.
-fn is_continued(candidate: &CandidateItem, cameras: &Query<(Entity, &ExtractedCamera)>) -> bool {
-    candidate.msaa.samples() > 1
-        && cameras.iter().any(|(entity, other)| {
-            entity != candidate.entity
-                && other.target == candidate.camera.target
-                && other.order >= candidate.camera.order
-                && matches!(other.clear_color, ClearColorConfig::None)
-        })
-}
-
-fn packed_view(
-    candidate: &CandidateItem,
-    adapter: &RenderAdapter,
-    device: &RenderDevice,
-) -> Result<PackedView, FallbackReason> {
-    let settings = *candidate.settings;
-    let samples = candidate.msaa.samples();
-    let support = FormatSupport::of(settings.format, samples, adapter, device)?;
-    Ok(PackedView {
-        settings,
-        samples,
-        hardware_resolve: samples > 1
-            && support.hardware_resolve
-            && settings.msaa_resolve == MsaaResolve::Box,
-        tone_map: !candidate.camera.hdr && settings.format != PackedFormat::Unorm8,
-    })
+    if camera.schedule != Core3d.intern() {
+        Some(FallbackReason::Not3d)
+    } else if clear.is_some_and(|color| color.alpha() < 1.0) {
+        Some(FallbackReason::TransparentBackground)
+    } else {
+        None
+    }
 }

@@ -1,8 +1,8 @@
-//! The target format of packed views in Bevy's pipeline keys and phases.
+//! The target format of views in Bevy's pipeline keys and phases.
 //!
 //! `ViewTarget` and all effects keep the format of the camera. While mesh pipeline keys are made and
-//! phases are queued, a packed view has the format of its packed texture, and its key has a flag, so
-//! that it differs from a view whose target happens to have two channels.
+//! phases are queued, a packed view has the format of its packed texture. Its key has a flag, so that it differs
+//! from a view whose target happens to have that format, and so has that of a view in `Rg11b10Ufloat`.
 
 use bevy::{
     ecs::entity::EntityHashMap,
@@ -11,7 +11,7 @@ use bevy::{
     render::{render_resource::TextureFormat, view::ExtractedView},
 };
 
-use super::eligibility::PackedView;
+use super::{eligibility::Formatted, packed::PackedView};
 use crate::material::pipeline::PACKED_KEY;
 
 /// The original formats of the views while they are replaced.
@@ -24,7 +24,7 @@ pub(super) fn set_packed_formats(
 ) {
     for (entity, mut view, packed) in &mut views {
         original.0.insert(entity, view.target_format);
-        view.target_format = packed.settings.format.texture_format();
+        view.target_format = packed.format.texture_format();
     }
 }
 
@@ -39,9 +39,9 @@ pub(super) fn restore_formats(
     }
 }
 
-/// Sets the flag in the keys of packed views.
+/// Sets the flag in the keys of views with another format.
 pub(super) fn mark_keys(
-    views: Query<&ExtractedView, With<PackedView>>,
+    views: Query<&ExtractedView, Formatted>,
     keys: Option<ResMut<ViewKeyCache>>,
 ) {
     let Some(mut keys) = keys else {

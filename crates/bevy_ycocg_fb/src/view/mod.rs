@@ -1,17 +1,23 @@
-//! The choice of the cameras that pack, and the preparation of their views.
+//! The choice of the cameras that use their format, and the preparation of their views.
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`eligibility`] | the choice of the cameras that pack |
+//! | [`candidate`] | the cameras with the component |
+//! | [`eligibility`] | the choice of the cameras that use their format |
+//! | [`packed`] | the cameras that pack |
+//! | [`rg11b10ufloat`] | the cameras that Bevy draws in `Rg11b10Ufloat` |
 //! | [`format`](mod@format) | the target format in Bevy's pipeline keys and phases |
 //! | [`msaa`] | a single-sampled `ViewTarget` beside multisampled packed textures |
 //! | [`textures`] | the packed textures |
-//! | [`capabilities`] | the adapter's support of the packed formats |
+//! | [`capabilities`] | the adapter's support of the formats |
 
+mod candidate;
 pub(crate) mod capabilities;
-pub(crate) mod eligibility;
+mod eligibility;
 mod format;
 mod msaa;
+pub(crate) mod packed;
+pub(crate) mod rg11b10ufloat;
 pub(crate) mod textures;
 
 use bevy::{
@@ -21,9 +27,10 @@ use bevy::{
 };
 
 use crate::report::FrameBufferReports;
-use eligibility::{LoggedFallbacks, UnpackedPipelines};
+use eligibility::LoggedFallbacks;
+use packed::UnpackedPipelines;
 
-/// Chooses the cameras that pack and prepares them.
+/// Chooses the cameras that use their format and prepares them.
 pub(crate) struct PackedViewPlugin;
 
 impl Plugin for PackedViewPlugin {
@@ -35,16 +42,17 @@ impl Plugin for PackedViewPlugin {
         };
         render_app
             .insert_resource(reports)
-            .init_resource::<eligibility::MainWorldState>()
+            .init_resource::<candidate::MainWorldState>()
             .init_resource::<UnpackedPipelines>()
             .init_resource::<LoggedFallbacks>()
             .init_resource::<format::OriginalFormats>()
             .init_resource::<msaa::OriginalMsaa>()
-            .add_systems(ExtractSchedule, eligibility::extract_main_world_state)
+            .add_systems(ExtractSchedule, candidate::extract_main_world_state)
             .add_systems(
                 Render,
                 (
-                    eligibility::select_packed_views
+                    (eligibility::select_views, rg11b10ufloat::set_formats)
+                        .chain()
                         .after(RenderSystems::ExtractCommands)
                         .before(RenderSystems::PrepareAssets),
                     // The packed format is visible only while pipeline keys are made and phases are

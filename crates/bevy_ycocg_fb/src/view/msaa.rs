@@ -7,7 +7,7 @@ use bevy::{
     render::{camera::ExtractedCamera, view::Msaa},
 };
 
-use super::eligibility::PackedView;
+use super::packed::PackedView;
 
 /// The original sample counts of the views while they are replaced.
 #[derive(Resource, Default)]

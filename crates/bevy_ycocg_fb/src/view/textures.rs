@@ -17,7 +17,7 @@ use bevy::{
     },
 };
 
-use super::eligibility::PackedView;
+use super::packed::PackedView;
 use crate::report::{ColorMemory, FrameBufferReports};
 
 /// Format of the HDR background of transmissive objects.
@@ -31,6 +31,8 @@ pub(crate) struct PackedTextures {
     pub single_sampled: Option<CachedTexture>,
     /// Multisampled texture; `None` if the view has one sample per pixel.
     pub multisampled: Option<CachedTexture>,
+    /// Whether the resolve shader reads the samples.
+    pub samples_are_read: bool,
 }
 
 impl PackedTextures {
@@ -60,7 +62,7 @@ pub(super) fn prepare_textures(
         };
         let key = (
             camera.target.clone(),
-            packed.settings.format,
+            packed.format,
             packed.samples,
             packed.hardware_resolve,
         );
@@ -84,7 +86,7 @@ fn create(
             mip_level_count: 1,
             sample_count,
             dimension: TextureDimension::D2,
-            format: packed.settings.format.texture_format(),
+            format: packed.format.texture_format(),
             usage,
             view_formats: &[],
         };
@@ -93,17 +95,15 @@ fn create(
     let attachment = TextureUsages::RENDER_ATTACHMENT;
     let read = attachment | TextureUsages::TEXTURE_BINDING;
     let multisampled = packed.samples > 1;
+    let samples_are_read = !packed.hardware_resolve || packed.has_linear_light();
     PackedTextures {
         single_sampled: (!multisampled || packed.hardware_resolve)
             .then(|| texture("packed_ycocg", 1, read)),
         multisampled: multisampled.then(|| {
-            let usage = if packed.hardware_resolve {
-                attachment
-            } else {
-                read
-            };
+            let usage = if samples_are_read { read } else { attachment };
             texture("packed_ycocg_multisampled", packed.samples, usage)
         }),
+        samples_are_read,
     }
 }
 

@@ -1,6 +1,6 @@
-//! Other ways to save the same memory (thesis 4.6), and what a user would pick today.
+//! Other ways to save the same memory (thesis 4.6).
 //!
-//! As in the thesis, all but the float format store what a display shows: tone-mapped, sRGB-encoded
+//! As in the thesis, all store what a display shows: tone-mapped, sRGB-encoded
 //! and in 2 bytes a pixel, one for the Bayer mosaic. Their pictures go in and come out as encoded
 //! values of 0 to 1; what goes in has not been rounded to 8 bits.
 //!
@@ -11,12 +11,10 @@
 //! | [`y8co4cg4`] | all pixels, 8, 4 and 4 bits with dither |
 //! | [`bayer`] | red, green or blue |
 //! | [`rgb_checkerboard`] | green, and red or blue |
-//! | [`rg11b10ufloat`] | scene-linear, three small floats |
 
 pub mod bayer;
 mod dither;
 pub mod fewer_pixels;
-pub mod rg11b10ufloat;
 pub mod rgb565;
 pub mod rgb_checkerboard;
 pub mod y8co4cg4;

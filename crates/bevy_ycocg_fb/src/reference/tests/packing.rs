@@ -5,8 +5,9 @@ use proptest::prelude::*;
 use crate::reference::{
     YCoCg,
     color::{linear_from_srgb, rgb_from_ycocg, srgb_from_linear, ycocg_from_rgb},
-    pack::{F16_MAX, PackedPixel, UNORM8_BIAS, pack, pack_unorm8, sanitized, stores_co},
+    pack::{F16_MAX, PackedPixel, pack, sanitized, stores_co},
     storage::{round_f16, round_unorm8, stored},
+    unorm8::{self, pack_unorm8},
 };
 use crate::settings::PackedFormat;
 
@@ -75,13 +76,35 @@ fn bytes_round_to_nearest_and_clamp() {
 fn gray_stores_exactly_the_bias_in_8_bits() {
     for x in 0..2 {
         let pixel = stored(pack_unorm8([0.37; 3], x, 0), PackedFormat::Unorm8);
-        assert_eq!(pixel.chrominance, UNORM8_BIAS);
-        let encoded = pixel.luminance;
+        assert_eq!(pixel.chrominance, unorm8::BIAS);
+        let encoded = unorm8::decoded(pixel).luminance;
         assert!((encoded - srgb_from_linear(0.37)).abs() <= 0.5 / 255.0);
     }
 }
 
+#[test]
+fn steps_of_8_bits_are_small_where_they_are_seen() {
+    let step = |value: f32| {
+        let code = unorm8::compressed(value);
+        (unorm8::expanded(code + 0.5 / 255.0) - unorm8::expanded(code - 0.5 / 255.0)) * 255.0
+    };
+    assert!((step(0.002) - 1.0 / 3.0).abs() < 0.01);
+    assert!((step(0.366) - 1.0).abs() < 0.01);
+    assert!((step(0.998) - 3.0).abs() < 0.02);
+}
+
 proptest! {
+    #[test]
+    fn codes_of_8_bits_are_invertible(luminance in 0f32..1.0, chrominance in -0.5f32..0.5) {
+        let pixel = PackedPixel { luminance, chrominance };
+        let code = unorm8::code(pixel);
+        prop_assert!((0.0..=1.0).contains(&code.luminance));
+        prop_assert!((-0.002..=1.003).contains(&code.chrominance));
+        let back = unorm8::decoded(code);
+        prop_assert!((back.luminance - luminance).abs() < 1e-6);
+        prop_assert!((back.chrominance - chrominance).abs() < 1e-6);
+    }
+
     #[test]
     fn the_transform_is_invertible(r in 0f32..65504.0, g in 0f32..65504.0, b in 0f32..65504.0) {
         let back = rgb_from_ycocg(ycocg_from_rgb([r, g, b]));

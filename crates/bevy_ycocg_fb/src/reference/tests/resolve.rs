@@ -3,7 +3,12 @@
 use proptest::prelude::*;
 
 use crate::{
-    reference::{PackedPixel, msaa::resolved, pack},
+    reference::{
+        PackedPixel,
+        color::{linear_from_srgb, srgb_from_linear, ycocg_from_rgb},
+        msaa::{mean_in_linear_light, resolved},
+        pack,
+    },
     settings::MsaaResolve,
 };
 
@@ -25,6 +30,22 @@ fn tone_map_weights_keep_half_covered_pixels_of_a_bright_light_between_both_side
     };
     assert!(shown(MsaaResolve::Box) > 0.999);
     assert!((shown(MsaaResolve::ToneMapWeighted) - 0.5).abs() < 1e-3);
+}
+
+/// At an edge between two shades of a colour, the ratio of its chrominances to luminance is that of both.
+#[test]
+fn samples_of_8_bits_are_averaged_in_linear_light() {
+    let encoded = [[0.8, 0.4, 0.2], [0.4, 0.2, 0.1]];
+    let samples = encoded.map(|color| pack(color, 0, 0));
+    let color = ycocg_from_rgb(encoded[0]);
+    let mean = mean_in_linear_light(&samples, color.cg / color.y, true);
+    for (channel, mean) in mean.into_iter().enumerate() {
+        let linear = encoded.map(|color| linear_from_srgb(color[channel]));
+        let wanted = (linear[0] + linear[1]) / 2.0;
+        assert!((mean - wanted).abs() < 1e-5);
+        let too_dark = (encoded[0][channel] + encoded[1][channel]) / 2.0;
+        assert!(srgb_from_linear(mean) > too_dark);
+    }
 }
 
 #[test]
