@@ -37,7 +37,7 @@ pub enum CameraState {
 pub struct ColorMemory {
     /// Bytes of the packed texture with one sample per pixel.
     pub packed: u64,
-    /// Bytes of the multisampled packed texture.
+    /// Bytes of the multisampled packed texture; 0 where it stays in the tile memory of the GPU.
     pub packed_multisampled: u64,
     /// Bytes of Bevy's two main textures.
     pub main: u64,

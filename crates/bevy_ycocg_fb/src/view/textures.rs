@@ -10,7 +10,7 @@ use bevy::{
         render_resource::{
             Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
         },
-        renderer::RenderDevice,
+        renderer::{RenderAdapterInfo, RenderDevice},
         sync_world::MainEntity,
         texture::{CachedTexture, TextureCache},
         view::{ExtractedView, ViewTarget},
@@ -48,27 +48,32 @@ pub(super) fn prepare_textures(
     mut commands: Commands,
     mut cache: ResMut<TextureCache>,
     device: Res<RenderDevice>,
-    views: Query<(Entity, &PackedView, &ExtractedCamera)>,
+    views: Query<(Entity, &PackedView, &ExtractedCamera, &ExtractedView)>,
     former: Query<Entity, (With<PackedTextures>, Without<PackedView>)>,
+    transmissive_phases: Res<ViewSortedRenderPhases<Transmissive3d>>,
 ) {
     for entity in &former {
         commands.entity(entity).remove::<PackedTextures>();
     }
     let mut shared: HashMap<_, PackedTextures> = HashMap::default();
-    for (entity, packed, camera) in &views {
+    for (entity, packed, camera, view) in &views {
         let Some(size) = camera.physical_target_size else {
             commands.entity(entity).remove::<PackedTextures>();
             continue;
         };
+        let is_one_pass = transmissive_phases
+            .get(&view.retained_view_entity)
+            .is_none_or(|phase| phase.items.is_empty());
         let key = (
             camera.target.clone(),
             packed.format,
             packed.samples,
             packed.hardware_resolve,
+            is_one_pass,
         );
         let textures = shared
             .entry(key)
-            .or_insert_with(|| create(&mut cache, &device, packed, size));
+            .or_insert_with(|| create(&mut cache, &device, packed, size, is_one_pass));
         commands.entity(entity).insert(textures.clone());
     }
 }
@@ -78,6 +83,7 @@ fn create(
     device: &RenderDevice,
     packed: &PackedView,
     size: UVec2,
+    is_one_pass: bool,
 ) -> PackedTextures {
     let mut texture = |label, sample_count, usage| {
         let descriptor = TextureDescriptor {
@@ -100,7 +106,14 @@ fn create(
         single_sampled: (!multisampled || packed.hardware_resolve)
             .then(|| texture("packed_ycocg", 1, read)),
         multisampled: multisampled.then(|| {
-            let usage = if samples_are_read { read } else { attachment };
+            let usage = if samples_are_read {
+                read
+            } else if is_one_pass {
+                // Samples that stay in the tile memory of a GPU that has one take no other memory.
+                attachment | TextureUsages::TRANSIENT_ATTACHMENT
+            } else {
+                attachment
+            };
             texture("packed_ycocg_multisampled", packed.samples, usage)
         }),
         samples_are_read,
@@ -162,10 +175,19 @@ fn extent(size: UVec2) -> Extent3d {
 pub(super) fn report_memory(
     views: Query<(&MainEntity, &ViewTarget, Option<&PackedTextures>), With<ExtractedCamera>>,
     reports: Res<FrameBufferReports>,
+    adapter: Res<RenderAdapterInfo>,
 ) {
+    let is_free = |texture: &Texture| {
+        let usage = texture.usage();
+        adapter.transient_saves_memory == Some(true)
+            && usage.contains(TextureUsages::TRANSIENT_ATTACHMENT)
+    };
     for (main_entity, target, packed) in &views {
         let packed_bytes =
-            |texture: Option<&CachedTexture>| texture.map_or(0, |t| bytes(&t.texture));
+            |texture: Option<&CachedTexture>| match texture.map(|texture| &texture.texture) {
+                Some(texture) if !is_free(texture) => bytes(texture),
+                _ => 0,
+            };
         reports.set_memory(
             main_entity.id(),
             ColorMemory {
