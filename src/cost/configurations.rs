@@ -166,13 +166,17 @@ fn ewa() -> impl Iterator<Item = Configuration> {
     let ewa = |name: String, settings, scenes: &[Scene]| {
         configuration("ewa", name, Kind::Ewa(settings), scenes)
     };
+    let scenes = [&[Scene::NormalMapped], &Scene::MATERIALS[..]].concat();
+    let anisotropic = EwaSettings::with_method(bevy_ewa::EwaMethod::Anisotropic);
+    let anisotropic = ewa("anisotropic".into(), anisotropic, &scenes);
     let computed = SETTINGS.iter().filter(|setting| !setting.needs_hardware());
-    let computed = computed
-        .map(move |setting| ewa(setting.name.into(), setting.settings(1), &Scene::MATERIALS));
+    let computed =
+        computed.map(move |setting| ewa(setting.name.into(), setting.settings(1), &scenes));
     let sampled = SETTINGS.iter().filter(|setting| setting.has_probes());
     let sampled = sampled.map(move |setting| {
         let name = format!("{}, 16x sampler", setting.name);
-        ewa(name, setting.settings(16), &[Scene::BaseColor])
+        let scenes = [Scene::BaseColor, Scene::NormalMapped];
+        ewa(name, setting.settings(16), &scenes)
     });
     let kernel = EwaSettings {
         kernel: EwaKernel::Lanczos,
@@ -182,6 +186,7 @@ fn ewa() -> impl Iterator<Item = Configuration> {
         probes: EwaProbes::ByAspect,
     });
     computed.chain(sampled).chain([
+        anisotropic,
         ewa("linear, Lanczos".into(), kernel, &[Scene::BaseColor]),
         ewa(
             "approximate, probes by aspect".into(),

@@ -25,6 +25,7 @@
 //! | [`pipelines`] | every pipeline of an app, compiled between marks |
 //! | [`statistics`] | what the driver printed, as rows |
 //! | [`mod@record`] | rows with those of Bevy beside them, in files |
+//! | [`mod@compile_times`] | the time until all pipelines of a scene are compiled |
 //! | [`cpu`] | the CPU's time for a frame, where the GPU takes none |
 //! | [`fetches`] | texture fetches of a pixel, counted on an adapter that draws |
 //! | [`traffic`] | bytes of colour between the GPU and its memory, from a model |
@@ -35,6 +36,7 @@
 pub mod app;
 pub mod budget;
 pub mod charts;
+pub mod compile_times;
 pub mod configurations;
 pub mod cpu;
 pub mod error;
@@ -72,6 +74,9 @@ struct Options {
     /// Measures the CPU's time of frames on the first GPU instead of compiling.
     #[arg(long)]
     cpu: bool,
+    /// Measures the time until all pipelines of a scene are compiled on the first GPU instead.
+    #[arg(long, conflicts_with = "cpu")]
+    compile_times: bool,
     /// Samples the CPU with Linux's `perf` instead, and names the plugins' systems.
     #[arg(long)]
     systems: bool,
@@ -113,6 +118,9 @@ fn measure(options: &Options) -> Result<(), CostError> {
     let plugin = options.plugin.as_deref();
     if options.cpu {
         return cpu::measure(options.inside, &options.gpu[0], plugin, &options.out);
+    }
+    if options.compile_times {
+        return compile_times::measure(options.inside, &options.gpu[0], &options.out);
     }
     if options.systems {
         return cpu::systems::measure(&options.gpu[0], &options.out);

@@ -5,6 +5,8 @@
 pub enum Scene {
     /// A texture of the base colour.
     BaseColor,
+    /// Textures of the base colour and of normals.
+    NormalMapped,
     /// The five maps of a glTF material.
     FiveMaps,
     /// A texture of the base colour, parts of which are cut out, with prepasses of depth, normals and motion.
@@ -26,8 +28,9 @@ impl Scene {
         Self::Deferred,
     ];
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::BaseColor,
+        Self::NormalMapped,
         Self::FiveMaps,
         Self::Masked,
         Self::Deferred,
@@ -39,6 +42,7 @@ impl Scene {
     pub const fn material(self) -> &'static str {
         match self {
             Self::BaseColor => "base color",
+            Self::NormalMapped => "base color, normals",
             Self::FiveMaps => "five maps",
             Self::Masked => "alpha mask",
             Self::Deferred => "five maps, deferred",

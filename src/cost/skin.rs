@@ -67,7 +67,7 @@ fn material(world: &mut World, scene: Scene, size: Option<u32>) -> StandardMater
     StandardMaterial {
         base_color_texture: map(true, color),
         emissive_texture: map(all, color),
-        normal_map_texture: map(all, data),
+        normal_map_texture: map(all || scene == Scene::NormalMapped, data),
         metallic_roughness_texture: map(all, data),
         occlusion_texture: map(all, data),
         emissive: if all {
@@ -90,7 +90,7 @@ fn material(world: &mut World, scene: Scene, size: Option<u32>) -> StandardMater
 }
 
 /// A white texture with all its mip levels.
-fn texture(size: u32, format: TextureFormat) -> Image {
+pub(super) fn texture(size: u32, format: TextureFormat) -> Image {
     let extent = Extent3d {
         width: size,
         height: size,

@@ -17,8 +17,9 @@ use crate::tradeoff::markdown::renewed;
 pub const GPU: &str = "navi31";
 
 /// The columns of a page's first table: material, pass, and what the column is called.
-const PLACES: [(Scene, &str, &str); 5] = [
+const PLACES: [(Scene, &str, &str); 6] = [
     (Scene::BaseColor, "forward", "base color"),
+    (Scene::NormalMapped, "forward", "base color, normals"),
     (Scene::FiveMaps, "forward", "five maps"),
     (Scene::Masked, "prepass", "alpha mask, prepass"),
     (Scene::Masked, "shadow", "alpha mask, shadow map"),
@@ -27,7 +28,7 @@ const PLACES: [(Scene, &str, &str); 5] = [
 /// The same of a plugin that changes only how materials are lit.
 const LIT_PLACES: [(Scene, &str, &str); 3] = [
     PLACES[0],
-    PLACES[1],
+    PLACES[2],
     (Scene::Deferred, "deferred lighting", "deferred lighting"),
 ];
 

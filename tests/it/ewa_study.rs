@@ -17,7 +17,7 @@ const SCENE_NAMES: [&str; 7] = [
     "srgb_stripes",
     "floor",
 ];
-const SETTING_NAMES: [&str; 10] = [
+const SETTING_NAMES: [&str; 11] = [
     "reference",
     "linear",
     "bilinear",
@@ -25,6 +25,7 @@ const SETTING_NAMES: [&str; 10] = [
     "spatial",
     "temporal",
     "spatial_temporal",
+    "stochastic",
     "software_af16",
     "hardware_af16",
     "trilinear",

@@ -31,11 +31,11 @@ pub mod settings;
 #[cfg(feature = "bevy")]
 pub mod shaders;
 
-pub use budget::EwaBudget;
+pub use budget::{EwaBudget, EwaErrorBound};
 #[cfg(feature = "bevy")]
 pub use material::{AllMaterials, EwaExtension, EwaStandardMaterial};
 #[cfg(feature = "bevy")]
 pub use plugin::EwaPlugin;
-pub use settings::{EwaKernel, EwaLevelOfDetail, EwaMethod, EwaProbes, EwaSettings};
+pub use settings::{EwaKernel, EwaLevelOfDetail, EwaMaps, EwaMethod, EwaProbes, EwaSettings};
 #[cfg(feature = "bevy")]
 pub use shaders::EwaUniform;

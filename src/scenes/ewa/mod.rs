@@ -43,7 +43,7 @@ impl Scene for Ewa {
             ),
             SceneSetting::choice(
                 "before",
-                "method left of the line; hardware is the sampler's own",
+                "method left of the line; hardware is the sampler as it is, anisotropic with 16x",
                 settings::HARDWARE,
                 &settings::METHODS,
             ),
@@ -115,7 +115,7 @@ impl Scene for Ewa {
             ),
             SceneSetting::integer(
                 "sampler_anisotropy",
-                "of the sampler: 1 computes probes, more leaves them to the texture unit",
+                "of the samplers: 1 computes probes, more leaves them to the texture unit",
                 1,
                 1..=16,
                 "",

@@ -1,11 +1,11 @@
 //! The settings of the plugin, from those of the scene.
 
-use bevy_ewa::{EwaKernel, EwaLevelOfDetail, EwaMethod, EwaProbes, EwaSettings};
+use bevy_ewa::{EwaKernel, EwaLevelOfDetail, EwaMaps, EwaMethod, EwaProbes, EwaSettings};
 
 use crate::runner::{SceneSettings, Side};
 
 /// The methods in the panel.
-pub const METHODS: [&str; 9] = [
+pub const METHODS: [&str; 11] = [
     "reference",
     "linear",
     "bilinear",
@@ -13,11 +13,13 @@ pub const METHODS: [&str; 9] = [
     "spatial",
     "temporal",
     "spatial_temporal",
+    "stochastic",
     "software_af16",
+    "anisotropic",
     "hardware",
 ];
 /// Index of Bevy's own.
-pub const HARDWARE: usize = 8;
+pub const HARDWARE: usize = 10;
 /// Index of the default.
 pub const LINEAR: usize = 1;
 
@@ -40,7 +42,9 @@ pub fn ewa_settings(settings: &SceneSettings, side: Side) -> EwaSettings {
         "spatial" => EwaMethod::Spatial { probes },
         "temporal" => EwaMethod::Temporal { probes },
         "spatial_temporal" => EwaMethod::SpatialTemporal { probes },
+        "stochastic" => EwaMethod::Stochastic,
         "software_af16" => EwaMethod::SoftwareAnisotropic,
+        "anisotropic" => EwaMethod::Anisotropic,
         _ => EwaMethod::Hardware,
     };
     let kernel = match settings.choice("kernel") {
@@ -58,6 +62,7 @@ pub fn ewa_settings(settings: &SceneSettings, side: Side) -> EwaSettings {
     };
     EwaSettings {
         method,
+        maps: EwaMaps::default(),
         kernel,
         max_anisotropy: settings.float("max_anisotropy"),
         minor_radius_texels: settings.float("minor_radius"),

@@ -13,7 +13,7 @@ pub struct Setting {
 }
 
 /// The settings; the hardware's are left out where there is no hardware.
-pub const SETTINGS: [Setting; 10] = [
+pub const SETTINGS: [Setting; 11] = [
     setting("reference", EwaMethod::Reference, 1, 1),
     setting("linear", EwaMethod::Linear, 1, 1),
     setting("bilinear", EwaMethod::Bilinear, 1, 1),
@@ -26,6 +26,7 @@ pub const SETTINGS: [Setting; 10] = [
         1,
         2,
     ),
+    setting("stochastic", EwaMethod::Stochastic, 1, 16),
     setting("software_af16", EwaMethod::SoftwareAnisotropic, 1, 1),
     setting("hardware_af16", EwaMethod::Hardware, 16, 1),
     setting("trilinear", EwaMethod::Hardware, 1, 1),

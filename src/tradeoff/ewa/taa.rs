@@ -25,7 +25,7 @@ const STEP: f32 = 0.02;
 const FIVE: EwaProbes = EwaProbes::Five;
 
 /// What is measured, the first being what the others are compared with.
-pub const METHODS: [(&str, EwaMethod); 5] = [
+pub const METHODS: [(&str, EwaMethod); 6] = [
     ("reference", EwaMethod::Reference),
     ("approximate", EwaMethod::Approximate { probes: FIVE }),
     ("temporal", EwaMethod::Temporal { probes: FIVE }),
@@ -33,6 +33,7 @@ pub const METHODS: [(&str, EwaMethod); 5] = [
         "spatial_temporal",
         EwaMethod::SpatialTemporal { probes: FIVE },
     ),
+    ("stochastic", EwaMethod::Stochastic),
     ("trilinear", EwaMethod::Hardware),
 ];
 

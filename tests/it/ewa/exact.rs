@@ -18,7 +18,7 @@ use crate::support::{gpu, skipped};
 
 const FIVE: EwaProbes = EwaProbes::Five;
 
-const METHODS: [EwaMethod; 8] = [
+const METHODS: [EwaMethod; 9] = [
     EwaMethod::Reference,
     EwaMethod::Linear,
     EwaMethod::Bilinear,
@@ -26,6 +26,7 @@ const METHODS: [EwaMethod; 8] = [
     EwaMethod::Spatial { probes: FIVE },
     EwaMethod::Temporal { probes: FIVE },
     EwaMethod::SpatialTemporal { probes: FIVE },
+    EwaMethod::Stochastic,
     EwaMethod::SoftwareAnisotropic,
 ];
 

@@ -7,7 +7,9 @@ use bevy::{
     prelude::*,
     render::render_resource::TextureFormat,
 };
-use bevy_ewa::{EwaMethod, EwaPlugin, EwaProbes, EwaSettings, material::patches::REQUIRED};
+use bevy_ewa::{
+    EwaMaps, EwaMethod, EwaPlugin, EwaProbes, EwaSettings, material::patches::REQUIRED,
+};
 use bevy_frugal_hooks::ShaderPatches;
 
 use super::scene::{Floor, checkered, checks, keep, psnr, texture};
@@ -15,6 +17,7 @@ use crate::support::gpu;
 
 const REFERENCE: EwaSettings = EwaSettings {
     method: EwaMethod::Reference,
+    maps: EwaMaps::ALL,
     kernel: bevy_ewa::EwaKernel::Gaussian { sigma_pixels: 0.5 },
     max_anisotropy: 32.0,
     minor_radius_texels: 1.5,
@@ -229,7 +232,10 @@ fn every_map_is_filtered_with_its_own_coordinates() {
             material
         });
         let stock = floor.all(None);
-        let filtered = floor.all(Some(EwaSettings::default()));
+        let filtered = floor.all(Some(EwaSettings {
+            maps: EwaMaps::ALL,
+            ..default()
+        }));
         keep(&format!("{name}_stock"), &stock);
         keep(&format!("{name}_ewa"), &filtered);
         let found = psnr(&stock, &filtered);

@@ -1,8 +1,10 @@
 //! Elliptical filtering on the GPU.
 
+mod anisotropic;
 mod exact;
 mod materials;
 mod mips;
 mod scene;
 mod shaders;
+mod shared;
 mod textures;

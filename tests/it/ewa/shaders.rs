@@ -1,7 +1,10 @@
 //! Bevy's patched shaders compose and validate, also those that the driver here cannot run.
 
 use bevy::shader::ShaderDefVal;
-use bevy_ewa::{EwaMethod, EwaPlugin, EwaProbes, EwaSettings, material::pipeline::EwaKey};
+use bevy_ewa::{
+    EwaMethod, EwaPlugin, EwaProbes, EwaSettings,
+    material::{layout::MapLayout, pipeline::EwaKey},
+};
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
 
 use crate::support::{
@@ -74,6 +77,12 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
             probes: EwaProbes::Five,
         },
     ];
+    // The five maps that can share a loop do, or all maps have loops of their own.
+    let layouts = [
+        MapLayout::of_masks(0b11111, 0x3fe0),
+        MapLayout::of_masks(0b00110, 0).with_parallax(true),
+        MapLayout::of_masks(0, 0x3fff),
+    ];
     let mut count = 0;
     for (file, prepass) in [
         ("render/pbr.wesl", None),
@@ -82,10 +91,13 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
     ] {
         for bindless in [false, true] {
             for uv_b in [false, true] {
-                for method in settings {
+                for (method, layout) in settings
+                    .into_iter()
+                    .flat_map(|method| layouts.map(|l| (method, l)))
+                {
                     let key = EwaKey::new(&EwaSettings::with_method(method), false);
                     let mut defs = material(uv_b);
-                    defs.extend(key.shader_defs());
+                    defs.extend(key.expect("a method in shaders").shader_defs(layout));
                     if bindless {
                         defs.push(flag("BINDLESS"));
                     }
@@ -99,8 +111,9 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
                             flag(kind),
                         ]);
                     }
-                    let name =
-                        format!("{file} {prepass:?} bindless {bindless} uv_b {uv_b} {method:?}");
+                    let name = format!(
+                        "{file} {prepass:?} bindless {bindless} uv_b {uv_b} {method:?} {layout:?}"
+                    );
                     let valid = composer.compose(shader_at(app.world(), file), &defs);
                     assert!(valid.is_ok(), "{name}: {}", valid.unwrap_err());
                     count += 1;
@@ -108,5 +121,5 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
             }
         }
     }
-    assert_eq!(count, 24);
+    assert_eq!(count, 72);
 }

@@ -1,14 +1,16 @@
-//! Settings by their cost.
+//! Settings by their cost or by their error.
 //!
 //! The unit is the texture fetch: of one texel, bilinear, trilinear or, when the sampler's
 //! `anisotropy_clamp` is above 1, anisotropic. The number of fetches does not depend on the machine.
 //!
 //! | module | contents |
 //! | --- | --- |
+//! | [`error_bound`] | settings by their error |
 //! | [`candidates`] | the candidate settings, with measured errors and costs |
 //! | [`worst_case`] | an upper bound of the cost of a lookup |
 
 pub mod candidates;
+pub mod error_bound;
 pub mod worst_case;
 
 #[cfg(test)]
@@ -19,6 +21,7 @@ use bevy::prelude::*;
 
 use crate::settings::EwaSettings;
 use candidates::{CANDIDATES, Candidate};
+pub use error_bound::EwaErrorBound;
 
 /// A number of texture fetches per lookup, from which the most accurate settings within it follow.
 ///
@@ -26,7 +29,7 @@ use candidates::{CANDIDATES, Candidate};
 /// use bevy_ewa::{EwaBudget, EwaMethod, EwaSettings};
 ///
 /// let cheap = EwaBudget { fetches: 3.0 }.fit_mean(EwaSettings::default());
-/// assert_eq!(cheap.method, EwaMethod::Hardware);
+/// assert_eq!(cheap.method, EwaMethod::Anisotropic);
 /// let exact = EwaBudget { fetches: 250.0 }.fit_mean(EwaSettings::default());
 /// assert_eq!(exact.method, EwaMethod::Linear);
 /// ```
@@ -37,7 +40,7 @@ use candidates::{CANDIDATES, Candidate};
     reflect(Default, Debug, Clone, PartialEq)
 )]
 pub struct EwaBudget {
-    /// Texture fetches per lookup. At least 1, which is the sampler's own filter; NaN counts as 1.
+    /// Texture fetches per lookup. At least 1, which is the texture unit's own filter; NaN counts as 1.
     /// Default 32.
     pub fetches: f32,
 }

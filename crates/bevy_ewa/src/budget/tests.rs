@@ -49,7 +49,7 @@ fn checks() -> Texture {
 fn picture(surface: &Surface, texture: &Texture, settings: &EwaSettings) -> (Vec<f64>, f64) {
     let (mut values, mut fetches) = (Vec::new(), 0);
     // `SoftwareAnisotropic` stands for the texture unit, which the CPU reference lacks.
-    let unit = settings.sampler_anisotropy > 1 && settings.method == EwaMethod::Hardware;
+    let unit = settings.method == EwaMethod::Anisotropic;
     let settings = EwaSettings {
         method: if unit {
             EwaMethod::SoftwareAnisotropic
@@ -176,8 +176,8 @@ fn an_invalid_budget_counts_as_one_fetch() {
     for fetches in [f32::NAN, f32::NEG_INFINITY, -3.0, 0.0, 1.0] {
         let budget = EwaBudget { fetches };
         let base = EwaSettings::default();
-        assert_eq!(budget.fit_mean(base).method, EwaMethod::Hardware);
-        assert_eq!(budget.fit_worst_case(base).method, EwaMethod::Hardware);
+        assert_eq!(budget.fit_mean(base).method, EwaMethod::Anisotropic);
+        assert_eq!(budget.fit_worst_case(base).method, EwaMethod::Anisotropic);
     }
     let fetches = f32::INFINITY;
     let settings = EwaBudget { fetches }.fit_worst_case(EwaSettings::default());
@@ -226,7 +226,7 @@ proptest! {
         let most = worst_case::worst_case_fetches(&settings);
         prop_assert!(most <= budget.max(1.0));
         // The texture unit's own filter counts as one fetch; the reference computes it with more.
-        if settings.method != EwaMethod::Hardware {
+        if settings.method != EwaMethod::Anisotropic {
             prop_assert!(found.fetches as f32 <= most, "{found:?} of {most}: {settings:?}");
         }
     }

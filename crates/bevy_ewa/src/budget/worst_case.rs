@@ -27,7 +27,7 @@ pub fn worst_case_fetches(settings: &EwaSettings) -> f32 {
             blended.max(approximate(&settings, probes, max_aspect))
         }
         EwaMethod::SoftwareAnisotropic => probes::MAX_TAPS,
-        EwaMethod::Hardware => 1.0,
+        EwaMethod::Stochastic | EwaMethod::Anisotropic | EwaMethod::Hardware => 1.0,
     };
     fetches as f32
 }

@@ -1,7 +1,8 @@
-//! Inserts a call beside each `textureSampleBias` of Bevy's material shaders, compiled under the
-//! feature `BEVY_EWA`.
+//! Inserts a statement beside each `textureSampleBias` of Bevy's material shaders, compiled under the
+//! features `EWA_SHARED_*` and `EWA_OWN_*`, and where the texture coordinates are known the one call that
+//! filters all maps that share size and coordinates.
 //!
-//! Nothing is replaced: the call becomes another branch of the `@if` around Bevy's own statement. That
+//! Nothing is replaced: the statement becomes another branch of the `@if` around Bevy's own statement. That
 //! whole statement is the anchor, and the number of `textureSampleBias` calls is verified.
 
 use bevy::prelude::*;
@@ -29,6 +30,10 @@ pub(super) fn is_refused(patches: Option<Res<ShaderPatches>>) -> bool {
 }
 
 const SAMPLING: &str = "textureSampleBias(";
+/// What is sampled at the maps that can share a loop.
+const SAMPLED: &str = "textureSampleBias(texture, sampler_, coords, bias.mip_bias)";
+const SAMPLE_MAP: &str = "bevy_ewa::material::sample_map::sample_map";
+const SHARED_MAPS: &str = "bevy_ewa::material::shared_maps::shared_maps";
 
 /// Returns all patches.
 pub fn patches() -> Vec<ShaderPatch> {
@@ -43,26 +48,30 @@ fn patch(
     insertions: Vec<Insertion>,
 ) -> ShaderPatch {
     ShaderPatch {
-        imports: vec!["bevy_ewa::material::sample_map::sample_map"],
+        imports: vec![SAMPLE_MAP],
         expected_counts: vec![(SAMPLING, samplings)],
         insertions,
         ..ShaderPatch::new(name, shader)
     }
 }
 
-/// Inserts a branch before the last one around a `textureSampleBias` of the fragment shader. The first
-/// literal is the feature that selects the second UV set.
+/// Inserts the branches of a map before Bevy's own statement. The field of the shared maps is in small letters.
 macro_rules! map {
-    ($uv_b:literal, $statement:literal) => {
-        Insertion::before(
-            concat!("@else\n", $statement),
+    ($map:literal, $field:literal, $statement:literal) => {
+        Insertion::before(concat!("@else\n", $statement), {
+            let own = |gradient: &str| $statement.replace(SAMPLING, &format!("sample_map(in.position.xy, {gradient}, "));
+            let mut text = String::new();
+            if !$field.is_empty() {
+                let shared = $statement.replace(SAMPLED, concat!("ewa_maps.", $field));
+                text = format!("@elif(EWA_SHARED_{})\n{shared}\n", $map);
+            }
             format!(
-                "@elif(BEVY_EWA && {})\n{}\n@elif(BEVY_EWA)\n{}",
-                $uv_b,
-                $statement.replace(SAMPLING, "sample_map(ewa_gradient_b, "),
-                $statement.replace(SAMPLING, "sample_map(ewa_gradient, "),
-            ),
-        )
+                "{text}@elif(EWA_OWN_{map} && STANDARD_MATERIAL_{map}_UV_B)\n{}\n@elif(EWA_OWN_{map})\n{}",
+                own("ewa_gradient_b"),
+                own("ewa_gradient"),
+                map = $map,
+            )
+        })
     };
 }
 
@@ -75,22 +84,47 @@ fn fragment() -> ShaderPatch {
             "@if(BEVY_EWA && VERTEX_UVS && VERTEX_UVS_A)\n    let ewa_gradient = vec4(dpdx(uv), dpdy(uv));\n\
              @if(BEVY_EWA && VERTEX_UVS)\n    let ewa_gradient_b = vec4(dpdx(uv_b), dpdy(uv_b));",
         ),
-        map!("STANDARD_MATERIAL_BASE_COLOR_UV_B", "        pbr_input.material.base_color *= textureSampleBias(texture, sampler_, coords, bias.mip_bias);"),
-        map!("STANDARD_MATERIAL_SPECULAR_UV_B", "            let specular = textureSampleBias(texture, sampler_, coords, bias.mip_bias).a;"),
-        map!("STANDARD_MATERIAL_SPECULAR_TINT_UV_B", "            let specular_tint = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
-        map!("STANDARD_MATERIAL_EMISSIVE_UV_B", "            emissive = vec4<f32>(emissive.rgb * textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb, emissive.a);"),
-        map!("STANDARD_MATERIAL_METALLIC_ROUGHNESS_UV_B", "            let metallic_roughness = textureSampleBias(texture, sampler_, coords, bias.mip_bias);"),
-        map!("STANDARD_MATERIAL_CLEARCOAT_UV_B", "            pbr_input.material.clearcoat *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
-        map!("STANDARD_MATERIAL_CLEARCOAT_ROUGHNESS_UV_B", "            pbr_input.material.clearcoat_perceptual_roughness *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).g;"),
-        map!("STANDARD_MATERIAL_SPECULAR_TRANSMISSION_UV_B", "            specular_transmission *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
-        map!("STANDARD_MATERIAL_THICKNESS_UV_B", "            thickness *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).g;"),
-        map!("STANDARD_MATERIAL_DIFFUSE_TRANSMISSION_UV_B", "            diffuse_transmission *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).a;"),
-        map!("STANDARD_MATERIAL_OCCLUSION_UV_B", "            diffuse_occlusion *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
-        map!("STANDARD_MATERIAL_NORMAL_MAP_UV_B", "        let Nt = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
-        map!("STANDARD_MATERIAL_CLEARCOAT_NORMAL_UV_B", "        let clearcoat_Nt = textureSampleBias(clearcoat_texture, clearcoat_sampler, clearcoat_coords, bias.mip_bias).rgb;"),
-        map!("STANDARD_MATERIAL_ANISOTROPY_UV_B", "            let anisotropy_texel = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
+        // A loop needs the fewest registers before Bevy has computed what it needs after it.
+        Insertion::before(
+            "    var pbr_input: pbr_types::PbrInput = pbr_input_from_vertex_output(in, is_front, double_sided);",
+            "@if(EWA_SHARED_EARLY && VERTEX_UVS && BINDLESS)\n    \
+                 let ewa_transform = pbr_bindings::material_array[material_indices[slot].material].uv_transform;\n\
+             @elif(EWA_SHARED_EARLY && VERTEX_UVS)\n    \
+                 let ewa_transform = pbr_bindings::material.uv_transform;\n\
+             @if(EWA_SHARED_EARLY && EWA_SHARED_UV_B && VERTEX_UVS && VERTEX_UVS_B)\n    \
+                 let ewa_uv = (ewa_transform * vec3(in.uv_b, 1.0)).xy;\n\
+             @elif(EWA_SHARED_EARLY && VERTEX_UVS)\n    \
+                 let ewa_uv = (ewa_transform * vec3(in.uv, 1.0)).xy;\n\
+             @if(EWA_SHARED_EARLY && VERTEX_UVS)\n    \
+                 let ewa_maps = shared_maps(in.position.xy, slot, vec4(dpdx(ewa_uv), dpdy(ewa_uv)), ewa_uv, view.mip_bias);",
+        ),
+        // After parallax mapping, which changes the coordinates.
+        Insertion::before(
+            "@if(VERTEX_UVS)\n    if ((flags & pbr_types::STANDARD_MATERIAL_FLAGS_BASE_COLOR_TEXTURE_BIT) != 0u) {",
+            "@if(EWA_SHARED && !EWA_SHARED_EARLY && EWA_SHARED_UV_B && VERTEX_UVS)\n    \
+                 let ewa_maps = shared_maps(in.position.xy, slot, ewa_gradient_b, uv_b, bias.mip_bias);\n\
+             @elif(EWA_SHARED && !EWA_SHARED_EARLY && VERTEX_UVS)\n    \
+                 let ewa_maps = shared_maps(in.position.xy, slot, ewa_gradient, uv, bias.mip_bias);",
+        ),
+        map!("BASE_COLOR", "base_color", "        pbr_input.material.base_color *= textureSampleBias(texture, sampler_, coords, bias.mip_bias);"),
+        map!("SPECULAR", "", "            let specular = textureSampleBias(texture, sampler_, coords, bias.mip_bias).a;"),
+        map!("SPECULAR_TINT", "", "            let specular_tint = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
+        map!("EMISSIVE", "emissive", "            emissive = vec4<f32>(emissive.rgb * textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb, emissive.a);"),
+        map!("METALLIC_ROUGHNESS", "metallic_roughness", "            let metallic_roughness = textureSampleBias(texture, sampler_, coords, bias.mip_bias);"),
+        map!("CLEARCOAT", "", "            pbr_input.material.clearcoat *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
+        map!("CLEARCOAT_ROUGHNESS", "", "            pbr_input.material.clearcoat_perceptual_roughness *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).g;"),
+        map!("SPECULAR_TRANSMISSION", "", "            specular_transmission *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
+        map!("THICKNESS", "", "            thickness *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).g;"),
+        map!("DIFFUSE_TRANSMISSION", "", "            diffuse_transmission *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).a;"),
+        map!("OCCLUSION", "occlusion", "            diffuse_occlusion *= textureSampleBias(texture, sampler_, coords, bias.mip_bias).r;"),
+        map!("NORMAL_MAP", "normal_map", "        let Nt = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
+        map!("CLEARCOAT_NORMAL", "", "        let clearcoat_Nt = textureSampleBias(clearcoat_texture, clearcoat_sampler, clearcoat_coords, bias.mip_bias).rgb;"),
+        map!("ANISOTROPY", "", "            let anisotropy_texel = textureSampleBias(texture, sampler_, coords, bias.mip_bias).rgb;"),
     ];
-    patch(FRAGMENT, "bevy_pbr::render::pbr_fragment", 14, maps)
+    ShaderPatch {
+        imports: vec![SAMPLE_MAP, SHARED_MAPS],
+        ..patch(FRAGMENT, "bevy_pbr::render::pbr_fragment", 14, maps)
+    }
 }
 
 fn prepass() -> ShaderPatch {
@@ -103,8 +137,8 @@ fn prepass() -> ShaderPatch {
             Insertion::between(
                 "@if(!MESHLET_MESH_MATERIAL_PASS)",
                 statement,
-                "{ @if(BEVY_EWA)\n\
-                 let Nt = sample_map(vec4(dpdx(uv), dpdy(uv)), texture, sampler_, uv, \
+                "{ @if(EWA_OWN_NORMAL_MAP)\n\
+                 let Nt = sample_map(in.position.xy, vec4(dpdx(uv), dpdy(uv)), texture, sampler_, uv, \
                  bias.mip_bias).rgb;\n@else",
             ),
             Insertion::between(
@@ -117,7 +151,7 @@ fn prepass() -> ShaderPatch {
 }
 
 fn alpha() -> ShaderPatch {
-    let call = "sample_map(vec4(dpdx(uv), dpdy(uv)), texture, sampler_, uv, view.mip_bias)";
+    let call = "sample_map(in.position.xy, vec4(dpdx(uv), dpdy(uv)), texture, sampler_, uv, view.mip_bias)";
     patch(
         ALPHA,
         "bevy_pbr::render::pbr_prepass_functions",
@@ -125,7 +159,7 @@ fn alpha() -> ShaderPatch {
         vec![Insertion::before(
             "        output_color = output_color * textureSampleBias(\n            texture,\n            \
              sampler_,\n            uv,\n            view.mip_bias\n        );",
-            format!("@if(BEVY_EWA)\n        output_color *= {call};\n@else"),
+            format!("@if(EWA_OWN_BASE_COLOR)\n        output_color *= {call};\n@else"),
         )],
     )
 }

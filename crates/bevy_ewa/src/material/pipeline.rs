@@ -1,45 +1,28 @@
-//! The settings as shader defs of a pipeline.
+//! The settings and the layout of maps as shader defs of a pipeline.
 
 use bevy::{
-    pbr::MeshPipelineKey, render::render_resource::RenderPipelineDescriptor, shader::ShaderDefVal,
+    pbr::MeshPipelineKey,
+    render::render_resource::{FragmentState, RenderPipelineDescriptor},
+    shader::ShaderDefVal,
 };
 
-use crate::{settings::EwaSettings, shaders::EwaUniform};
+use super::{layout::MapLayout, maps::MAPS};
+use crate::{
+    settings::{EwaMethod, EwaSettings},
+    shaders::EwaUniform,
+};
 
-/// Feature of the inserted branches in Bevy's shaders.
+/// Feature of the statements in Bevy's shaders that maps of any layout need.
 pub(crate) const EWA: &str = "BEVY_EWA";
 
-/// Shader def by which Bevy marks prepass pipelines.
-const PREPASS: &str = "PREPASS_PIPELINE";
-
-const PERIODIC: &str = "EWA_PERIODIC";
-
-/// Sets `periodic` to 0 in the shader defs of a pipeline.
-pub(super) fn disable_periodic(shader_defs: &mut [ShaderDefVal]) {
-    for def in shader_defs {
-        if let ShaderDefVal::UInt(name, value) = def
-            && name == PERIODIC
-        {
-            *value = 0;
-        }
-    }
-}
-
-/// Removes the feature of the filter from a pipeline, so that Bevy samples its maps.
-pub(super) fn disable(descriptor: &mut RenderPipelineDescriptor) {
-    if let Some(fragment) = &mut descriptor.fragment {
-        fragment.shader_defs.retain(|def| *def != EWA.into());
-    }
-}
+const PERIODIC: usize = 12;
+const UNIFORM_LEVELS: usize = 13;
 
 /// The settings as a part of the pipeline key: the values of the shader defs, whose names are constant.
-/// Without values (`EwaMethod::Hardware`), the pipeline samples as Bevy does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct EwaKey(Option<[u32; VALUES]>);
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct EwaKey([u32; 14]);
 
-const VALUES: usize = 14;
-
-const NAMES: [&str; VALUES] = [
+const NAMES: [&str; 14] = [
     "EWA_METHOD",
     "EWA_PROBES",
     "EWA_KERNEL",
@@ -52,19 +35,22 @@ const NAMES: [&str; VALUES] = [
     "EWA_MAX_FETCHES",
     "EWA_SPATIAL_THRESHOLD",
     "EWA_SAMPLER_ANISOTROPY",
-    PERIODIC,
+    "EWA_PERIODIC",
     "EWA_UNIFORM_LEVELS",
 ];
 
 impl EwaKey {
-    /// Creates the key of these settings; `llvmpipe` is true on that driver.
-    pub fn new(settings: &EwaSettings, llvmpipe: bool) -> Self {
-        let settings = settings.clamped();
-        if settings.method == crate::EwaMethod::Hardware {
-            return Self(None);
+    /// Creates the key of these settings, `None` for the methods that leave the pipelines to Bevy; `llvmpipe` is true
+    /// on that driver.
+    pub fn new(settings: &EwaSettings, llvmpipe: bool) -> Option<Self> {
+        if matches!(
+            settings.method,
+            EwaMethod::Anisotropic | EwaMethod::Hardware
+        ) {
+            return None;
         }
-        let uniform = EwaUniform::new(&settings);
-        Self(Some([
+        let uniform = EwaUniform::new(settings);
+        Some(Self([
             uniform.method,
             uniform.probes,
             uniform.kernel,
@@ -82,33 +68,68 @@ impl EwaKey {
         ]))
     }
 
-    /// Returns the shader defs, none for `EwaMethod::Hardware`.
-    pub fn shader_defs(&self) -> Vec<ShaderDefVal> {
-        let Some(values) = self.0 else {
-            return Vec::new();
-        };
+    /// Returns the shader defs of a pipeline that filters maps in this layout.
+    pub fn shader_defs(&self, layout: MapLayout) -> Vec<ShaderDefVal> {
+        let mut values = self.0;
+        if layout.is_clamped {
+            values[PERIODIC] = 0;
+        }
         let values = NAMES.into_iter().zip(values);
         let values = values.map(|(name, value)| ShaderDefVal::UInt(name.into(), value));
-        values.chain([EWA.into()]).collect()
-    }
-
-    fn is_llvmpipe(&self) -> bool {
-        self.0.is_some_and(|values| values[VALUES - 1] != 0)
-    }
-
-    /// Adds the shader defs of the filter to a pipeline.
-    pub(crate) fn apply(&self, key: MeshPipelineKey, descriptor: &mut RenderPipelineDescriptor) {
-        if let Some(fragment) = &mut descriptor.fragment {
-            // Mesa's llvmpipe ends the process while it compiles a motion-vector prepass with the
-            // filter, so this pass keeps Bevy's. The mesh key of the main pass has the same flag, so the
-            // shader def has to be checked, too.
-            if self.is_llvmpipe()
-                && key.contains(MeshPipelineKey::MOTION_VECTOR_PREPASS)
-                && fragment.shader_defs.contains(&PREPASS.into())
-            {
-                return;
+        let mut defs: Vec<_> = values.chain([EWA.into()]).collect();
+        for (index, map) in MAPS.iter().enumerate() {
+            let map = map.to_uppercase();
+            if layout.shared & (1 << index) != 0 {
+                defs.push(format!("EWA_SHARED_{map}").into());
+            } else if layout.own & (1 << index) != 0 {
+                defs.push(format!("EWA_OWN_{map}").into());
             }
-            fragment.shader_defs.extend(self.shader_defs());
+        }
+        if layout.shared != 0 {
+            defs.push(ShaderDefVal::UInt("EWA_SHARED".into(), layout.shared));
+            if !layout.has_parallax {
+                defs.push("EWA_SHARED_EARLY".into());
+            }
+            if layout.is_shared_uv_b {
+                defs.push("EWA_SHARED_UV_B".into());
+            }
+        }
+        defs
+    }
+
+    /// Adds the shader defs of the filter to a pipeline, unless its pass samples none of the maps.
+    pub(super) fn apply(
+        &self,
+        layout: MapLayout,
+        key: MeshPipelineKey,
+        descriptor: &mut RenderPipelineDescriptor,
+    ) {
+        let Some(fragment) = &mut descriptor.fragment else {
+            return;
+        };
+        let is_prepass = has(fragment, "PREPASS_PIPELINE");
+        // Mesa's llvmpipe ends the process while it compiles a motion-vector prepass with the filter, so this pass
+        // keeps Bevy's. The mesh key of the main pass has the same flag, so the shader def has to be checked, too.
+        if self.0[UNIFORM_LEVELS] != 0
+            && is_prepass
+            && key.contains(MeshPipelineKey::MOTION_VECTOR_PREPASS)
+        {
+            return;
+        }
+        let layout = if is_prepass && !has(fragment, "DEFERRED_PREPASS") {
+            layout.in_prepass(
+                has(fragment, "MAY_DISCARD"),
+                has(fragment, "NORMAL_PREPASS"),
+            )
+        } else {
+            layout
+        };
+        if !layout.is_empty() {
+            fragment.shader_defs.extend(self.shader_defs(layout));
         }
     }
+}
+
+fn has(fragment: &FragmentState, def: &'static str) -> bool {
+    fragment.shader_defs.contains(&def.into())
 }

@@ -8,13 +8,12 @@ use bevy::{
     asset::AssetEventSystems,
     platform::collections::HashMap,
     prelude::*,
-    render::render_resource::{TextureDimension, TextureFormat},
     tasks::{AsyncComputeTaskPool, Task, block_on, futures_lite::future},
 };
 
 use super::{
     chain::{MipChain, generate_mip_chain},
-    texel::{Storage, TexelFormat},
+    lacking::{lacks_mips, texel_format},
 };
 use crate::material::{
     AllMaterials, EwaStandardMaterial, maps::maps, mark_modified::mark_modified,
@@ -67,9 +66,9 @@ fn find_textures(
     mut extended_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
 ) {
     let mut add_textures = |material: &StandardMaterial| {
-        for (texture, normals) in maps(material) {
-            let known = mips.used_textures.entry(texture.id()).or_default();
-            *known |= normals;
+        for map in maps(material) {
+            let known = mips.used_textures.entry(map.texture.id()).or_default();
+            *known |= map.has_normals();
         }
     };
     if all.is_changed() && all.0.is_some() {
@@ -125,16 +124,6 @@ fn find_images(
     }
 }
 
-fn lacks_mips(image: &Image) -> bool {
-    let descriptor = &image.texture_descriptor;
-    descriptor.mip_level_count == 1
-        && descriptor.dimension == TextureDimension::D2
-        && descriptor.size.depth_or_array_layers == 1
-        && (descriptor.size.width > 1 || descriptor.size.height > 1)
-        && image.data.is_some()
-        && texel_format(descriptor.format).is_some()
-}
-
 fn start_tasks(mut mips: ResMut<MipGeneration>) {
     let mips = &mut *mips;
     let found: Vec<_> = mips
@@ -187,7 +176,7 @@ fn finish_tasks(
     }
     // A material keeps the textures with which it was prepared.
     let uses = |material: &StandardMaterial| {
-        maps(material).any(|(texture, _)| finished.contains(&texture.id()))
+        maps(material).any(|map| finished.contains(&map.texture.id()))
     };
     let users = standard.iter().filter(|(_, material)| uses(material));
     for id in users.map(|(id, _)| id).collect::<Vec<_>>() {
@@ -197,28 +186,4 @@ fn finish_tasks(
     for id in users.map(|(id, _)| id).collect::<Vec<_>>() {
         mark_modified(&mut extended, id);
     }
-}
-
-fn texel_format(format: TextureFormat) -> Option<TexelFormat> {
-    let (channels, storage, srgb) = match format {
-        TextureFormat::R8Unorm => (1, Storage::Unorm8, false),
-        TextureFormat::Rg8Unorm => (2, Storage::Unorm8, false),
-        TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm => (4, Storage::Unorm8, false),
-        TextureFormat::Rgba8UnormSrgb | TextureFormat::Bgra8UnormSrgb => (4, Storage::Unorm8, true),
-        TextureFormat::R16Unorm => (1, Storage::Unorm16, false),
-        TextureFormat::Rg16Unorm => (2, Storage::Unorm16, false),
-        TextureFormat::Rgba16Unorm => (4, Storage::Unorm16, false),
-        TextureFormat::R16Float => (1, Storage::Float16, false),
-        TextureFormat::Rg16Float => (2, Storage::Float16, false),
-        TextureFormat::Rgba16Float => (4, Storage::Float16, false),
-        TextureFormat::R32Float => (1, Storage::Float32, false),
-        TextureFormat::Rg32Float => (2, Storage::Float32, false),
-        TextureFormat::Rgba32Float => (4, Storage::Float32, false),
-        _ => return None,
-    };
-    Some(TexelFormat {
-        channels,
-        storage,
-        srgb,
-    })
 }

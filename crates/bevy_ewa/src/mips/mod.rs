@@ -10,9 +10,12 @@
 //! | --- | --- |
 //! | [`chain`] | generation of mip levels in linear light |
 //! | [`texel`] | conversion of texel formats to linear light and back |
+//! | `lacking` | images without mip levels that can have them |
 //! | `load` | mip chains for the textures of materials as they are loaded |
 
 pub mod chain;
+#[cfg(feature = "bevy")]
+pub(crate) mod lacking;
 #[cfg(feature = "bevy")]
 pub(crate) mod load;
 pub mod texel;

@@ -12,7 +12,8 @@ use crate::settings::{EwaKernel, EwaMethod, EwaSettings};
 /// 0.5 and 0.25 have larger errors on most scenes.
 const TEXEL_RADIUS_SQUARED: f64 = 1.0;
 
-/// Sum of weights below which an ellipse counts as empty and is replaced by a bilinear fetch.
+/// Sum of weights below which an ellipse counts as empty and is replaced by a bilinear fetch. In an ellipse of
+/// many texels their sum is 0.9 with a Gaussian.
 const MIN_WEIGHT: f64 = 1e-6;
 
 /// An ellipse around a point of a mip level, in texels, as a symmetric 2 x 2 matrix.
@@ -113,12 +114,12 @@ pub fn exact(
     let radius_texels = radius * footprint.major_radius_texels;
     // Below a major radius of one texel, only the bilinear reconstruction of the texture is left.
     let minification = (radius_texels - 1.0).clamp(0.0, 1.0);
-    let bilinear = || {
-        let size = texture.size();
-        texture.bilinear(0, [0, 1].map(|i| uv[i] * f64::from(size[i])))
+    let bilinear = |level: u32| {
+        let size = texture.levels[level as usize].size;
+        texture.bilinear(level, [0, 1].map(|i| uv[i] * f64::from(size[i])))
     };
     if minification <= 0.0 {
-        return bilinear();
+        return bilinear(0);
     }
     let lod = footprint.lod(settings);
     let last = f64::from(texture.last_level());
@@ -131,7 +132,6 @@ pub fn exact(
         ..*footprint
     };
     let lod = lod.clamp(0.0, last);
-    let level = |level: u32| filter_level(texture, &scaled, radius, uv, level, settings);
     let fine = lod.floor();
     let blend = f64::from(settings.level_blend);
     let fraction = if blend > 0.0 && fine < last {
@@ -139,16 +139,27 @@ pub fn exact(
     } else {
         0.0
     };
-    let mut color = level(fine as u32);
-    if fraction > 0.0 {
-        color = mix(color, level(fine as u32 + 1), fraction);
+    let (mut sum, mut total) = ([0.0; 4], 0.0);
+    for (level, share) in [(fine, 1.0 - fraction), (fine + 1.0, fraction)] {
+        if share > 0.0 {
+            let (level_sum, weight) =
+                filter_level(texture, &scaled, radius, uv, level as u32, settings);
+            sum = add_weighted(sum, level_sum, share);
+            total += share * weight;
+        }
     }
+    if total < MIN_WEIGHT {
+        return bilinear(fine as u32);
+    }
+    let color = sum.map(|c| c / total);
     if minification < 1.0 {
-        color = mix(bilinear(), color, minification);
+        return mix(bilinear(0), color, minification);
     }
     color
 }
 
+/// Returns the weighted sum of the texels in the ellipse, and that of the weights, both relative to the size of the
+/// ellipse, so that a level counts as much as another one. An ellipse beyond all budgets counts as empty.
 fn filter_level(
     texture: &Texture,
     footprint: &Footprint,
@@ -156,11 +167,11 @@ fn filter_level(
     uv: [f64; 2],
     level: u32,
     settings: &EwaSettings,
-) -> Color {
+) -> (Color, f64) {
     let size = texture.levels[level as usize].size;
     let ellipse = Ellipse::new(footprint, radius, uv, level, size, texture.size());
     if !(ellipse.xx < MAX_RADIUS_TEXELS && ellipse.yy < MAX_RADIUS_TEXELS) {
-        return texture.bilinear(level, ellipse.center);
+        return ([0.0; 4], 0.0);
     }
     // Rows run along the longer side: there are fewer of them, with more texels each.
     let transposed = ellipse.yy > ellipse.xx;
@@ -181,10 +192,8 @@ fn filter_level(
         EwaMethod::Bilinear => scan.blocks(),
         _ => scan.texels(),
     };
-    if weight < MIN_WEIGHT {
-        return texture.bilinear(level, ellipse.center);
-    }
-    sum.map(|c| c / weight)
+    let density = 1.0 / ellipse.determinant.sqrt();
+    (sum.map(|c| density * c), density * weight)
 }
 
 /// A scan over the texels of an ellipse, row by row.

@@ -7,6 +7,7 @@
 //! | [`kernel`] | the weight of a texel |
 //! | [`exact`] | the weighted average of the texels in an ellipse |
 //! | [`probes`] | the approximation of an ellipse by a few anisotropic fetches |
+//! | [`mod@stochastic`] | one fetch at a random point of the ellipse |
 //! | [`mod@sample`] | a lookup by any method |
 //! | [`scenes`] | test scenes as functions of a point on the screen |
 //! | [`mod@ground_truth`] | ground truth of the test scenes |
@@ -18,6 +19,7 @@ pub mod kernel;
 pub mod probes;
 pub mod sample;
 pub mod scenes;
+pub mod stochastic;
 pub mod texture;
 
 pub use footprint::{Derivatives, Footprint};

@@ -4,6 +4,7 @@ use super::{
     exact::exact,
     footprint::{Derivatives, Footprint},
     probes::{ProbeSubset, approximate, single_probe, software_anisotropic},
+    stochastic::{noise, stochastic},
     texture::{Color, Texture, mix},
 };
 use crate::settings::{EwaMethod, EwaProbes, EwaSettings};
@@ -24,7 +25,7 @@ pub struct Sampled {
 
 /// Filters a texture at a point.
 ///
-/// `frame` is the frame number, which the temporal methods use. Texture coordinates that are not finite
+/// `frame` is the frame number, which the temporal and the stochastic methods use. Texture coordinates that are not finite
 /// count as 0.
 pub fn sample(
     texture: &Texture,
@@ -35,6 +36,7 @@ pub fn sample(
 ) -> Sampled {
     texture.take_fetches();
     let settings = settings.clamped();
+    let noise = noise(uv, frame);
     let uv = uv.map(|c| wrapped(c, settings.periodic));
     let max_anisotropy = f64::from(settings.max_anisotropy);
     let footprint = Footprint::new(derivatives, texture.size(), max_anisotropy);
@@ -65,9 +67,11 @@ pub fn sample(
         EwaMethod::Temporal { probes } => approximated(probes, subset),
         EwaMethod::Spatial { probes } => spatial(probes, ProbeSubset::All),
         EwaMethod::SpatialTemporal { probes } => spatial(probes, subset),
-        EwaMethod::SoftwareAnisotropic => {
+        // A texture unit's filter, as the specification has it.
+        EwaMethod::SoftwareAnisotropic | EwaMethod::Anisotropic => {
             software_anisotropic(texture, [derivatives.dx, derivatives.dy], uv)
         }
+        EwaMethod::Stochastic => stochastic(texture, &footprint, uv, &settings, noise),
         EwaMethod::Hardware => trilinear(texture, derivatives, uv),
     };
     Sampled {

@@ -23,6 +23,7 @@ impl Plugin for EwaShadersPlugin {
         load_shader_library!(app, "footprint.wesl");
         load_shader_library!(app, "exact.wesl");
         load_shader_library!(app, "probes.wesl");
+        load_shader_library!(app, "stochastic.wesl");
         load_shader_library!(app, "ewa.wesl");
     }
 }

@@ -23,7 +23,7 @@ pub struct EwaUniform {
     pub periodic: u32,
     pub frame: u32,
     pub uniform_levels: u32,
-    pub padding: u32,
+    pub seed: u32,
 }
 
 impl EwaUniform {
@@ -39,7 +39,8 @@ impl EwaUniform {
             EwaMethod::Temporal { probes } => (5, Some(probes)),
             EwaMethod::SpatialTemporal { probes } => (6, Some(probes)),
             EwaMethod::SoftwareAnisotropic => (7, None),
-            EwaMethod::Hardware => (8, None),
+            EwaMethod::Hardware | EwaMethod::Anisotropic => (8, None),
+            EwaMethod::Stochastic => (9, None),
         };
         Self {
             method,
@@ -71,7 +72,7 @@ impl EwaUniform {
             periodic: settings.periodic.into(),
             frame: 0,
             uniform_levels: 0,
-            padding: 0,
+            seed: 0,
         }
     }
 }

@@ -6,6 +6,7 @@ mod filters;
 mod footprints;
 mod mips;
 mod pictures;
+mod stochastic;
 
 use super::*;
 use crate::settings::*;
