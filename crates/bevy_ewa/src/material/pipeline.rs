@@ -108,7 +108,7 @@ impl EwaKey {
             return;
         };
         let is_prepass = has(fragment, "PREPASS_PIPELINE");
-        // Mesa's llvmpipe ends the process while it compiles a motion-vector prepass with the filter, so this pass
+        // llvmpipe of Mesa 22 ends the process while it compiles a motion-vector prepass with the filter, so this pass
         // keeps Bevy's. The mesh key of the main pass has the same flag, so the shader def has to be checked, too.
         if self.0[UNIFORM_LEVELS] != 0
             && is_prepass
