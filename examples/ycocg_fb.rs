@@ -1,4 +1,4 @@
-//! The HDR frame buffer in two channels beside Bevy's own four, or the error between them.
+//! The frame buffer in fewer bytes beside Bevy's own, or the error between them.
 //!
 //! `cargo run --release --example ycocg_fb` opens a window;
 //! `-- --headless out --set scene=foliage` writes pictures and figures instead.

@@ -33,7 +33,7 @@ impl Scene for YCoCgFb {
     }
 
     fn description(&self) -> &'static str {
-        "The HDR frame buffer: four channels before, two channels after, or the error between them"
+        "The frame buffer: Bevy's own before, in fewer bytes after, or the error between them"
     }
 
     fn settings(&self) -> Vec<SceneSetting> {
