@@ -18,9 +18,11 @@ fn a_filter_is_compared_with_the_hardware() {
         ..Plan::new(true)
     };
     let tile = content::bricks(64, 64, 7).color;
-    let filters = &tunnel::FILTERS[2..3];
+    let filters = tunnel::FILTERS;
+    let filters = filters.into_iter().filter(|filter| filter.name == "bilinear");
+    let filters: Vec<_> = filters.collect();
     let (adapter, rows) =
-        tunnel::rows(&tile, filters, [96, 64], &plan, &ProgressBar::hidden()).expect("rows");
+        tunnel::rows(&tile, &filters, [96, 64], &plan, &ProgressBar::hidden()).expect("rows");
     assert!(!adapter.name.is_empty());
     if rows.is_empty() {
         skipped("wavelet textures against hardware filters: the adapter samples no BC textures");
@@ -41,8 +43,8 @@ fn a_filter_is_compared_with_the_hardware() {
     assert!(ours.bytes.is_some_and(|b| b > 0 && 2 * b < texels(4)));
     // Four gathers of the low band, then details and chroma of four pixels.
     assert_eq!(ours.fetches, Some(4.0 + 4.0 + 4.0));
-    // Four texels a gather and four of interpolated chroma at half a byte, one of details at 1 byte.
-    assert_eq!(ours.fetched_bytes, Some(8.0 + 4.0 + 8.0));
+    // Four texels a gather at 1 byte, one of details at 1 byte, four of interpolated chroma at half a byte.
+    assert_eq!(ours.fetched_bytes, Some(16.0 + 4.0 + 8.0));
     assert!(ours.psnr_db.is_some_and(|psnr| psnr > 20.0), "{ours:?}");
     assert!(row("bc7 bilinear").psnr_db > ours.psnr_db);
     let times = &ours.relative_time;
