@@ -19,7 +19,9 @@ fn a_filter_is_compared_with_the_hardware() {
     };
     let tile = content::bricks(64, 64, 7).color;
     let filters = tunnel::FILTERS;
-    let filters = filters.into_iter().filter(|filter| filter.name == "bilinear");
+    let filters = filters
+        .into_iter()
+        .filter(|filter| filter.name == "bilinear");
     let filters: Vec<_> = filters.collect();
     let (adapter, rows) =
         tunnel::rows(&tile, &filters, [96, 64], &plan, &ProgressBar::hidden()).expect("rows");
