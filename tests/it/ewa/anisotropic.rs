@@ -141,7 +141,7 @@ fn maps_that_are_not_chosen_are_the_texture_units() {
     assert_eq!(pipelines(&mut floor).1, 0);
     let found = floor.all(Some(settings(EwaMaps::NONE, 16)));
     assert!(found == by_hand(None, 16).picture());
-    // What is filtered exactly keeps its sampler.
+    // A texture that an exact method filters keeps its sampler.
     let exact = floor.all(Some(settings(EwaMaps::default(), 1)));
     assert!(floor.all(Some(settings(EwaMaps::default(), 16))) == exact);
 }

@@ -158,14 +158,14 @@ fn components_of_cameras_leave_settled_light_alone() {
     let mut app = app();
     let world = app.world_mut();
     floor(world);
-    let lamp = block(world, Vec3::new(0.0, 1.0, 0.0), Vec3::splat(0.5));
+    let emitter = block(world, Vec3::new(0.0, 1.0, 0.0), Vec3::splat(0.5));
     let material = world
         .resource_mut::<Assets<StandardMaterial>>()
         .add(StandardMaterial {
             emissive: LinearRgba::WHITE,
             ..default()
         });
-    world.entity_mut(lamp).insert(MeshMaterial3d(material));
+    world.entity_mut(emitter).insert(MeshMaterial3d(material));
     let target = world.resource::<LabTarget>().0.clone();
     let earlier = Camera {
         order: -1,

@@ -25,7 +25,6 @@ use bevy_ycocg_fb::{
     CameraState, FallbackReason as Reason, FrameBufferFormat, FrameBufferQuality, PackedFormat,
     YCoCgFrameBuffer, reference::rg11b10ufloat::dithered,
 };
-
 use image::RgbImage;
 
 use super::{

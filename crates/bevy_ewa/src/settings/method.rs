@@ -25,8 +25,8 @@ pub enum EwaMethod {
         probes: EwaProbes,
     },
     /// Takes one probe along the axes of the ellipse, and uses `Approximate` where the anisotropy
-    /// exceeds [`EwaSettings::spatial_threshold`](super::EwaSettings::spatial_threshold) (thesis 5.5.1). It is kept for comparison: `Approximate` with fewer
-    /// probes is more accurate at the same cost.
+    /// exceeds [`EwaSettings::spatial_threshold`](super::EwaSettings::spatial_threshold) (thesis 5.5.1). It is kept for
+    /// comparison: `Approximate` with fewer probes is more accurate at the same cost.
     Spatial {
         /// The number of probes above the threshold.
         probes: EwaProbes,
