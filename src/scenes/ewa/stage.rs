@@ -172,7 +172,9 @@ pub fn configure(
 ) {
     for (entity, side, place) in &places {
         let ewa = ewa_settings(&settings, *side);
-        let [checks, bricks, normals] = textures.get(ewa.sampler_anisotropy, &mut images);
+        // A texture has one sampler, which the plugin raises: sides with other samplers have other textures.
+        let anisotropy = ewa.sampler_anisotropy.max(ewa.texture_unit_anisotropy());
+        let [checks, bricks, normals] = textures.get(anisotropy, &mut images);
         let color = match place {
             Place::Tunnel => checks,
             Place::Floor => bricks,
