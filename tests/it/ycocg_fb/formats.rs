@@ -1,12 +1,17 @@
 //! The three formats, the two resolves, and what they take.
 
-use bevy::{prelude::*, render::view::Msaa};
+use bevy::{
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    prelude::*,
+    render::view::Msaa,
+};
 use bevy_ycocg_fb::{
     CameraState, ColorMemory, FallbackReason, FrameBufferReports, MsaaResolve, PackedFormat,
     YCoCgFrameBuffer,
 };
+use image::RgbImage;
 
-use super::scene::{Studio, bright_edge_scene, keep, lit_scene, psnr, supersampled};
+use super::scene::{Studio, bright_edge_scene, keep, lit_scene, psnr, srgb_image, supersampled};
 use crate::support::{gpu, skipped};
 
 fn with(format: PackedFormat) -> YCoCgFrameBuffer {
@@ -147,4 +152,65 @@ fn a_format_that_needs_no_hdr_says_so() {
     let reason = FallbackReason::Unorm8WithHdr;
     assert!(reason.to_string().contains("`Float16`"));
     assert_eq!(studio.state(), Some(CameraState::Fallback(reason)));
+}
+
+/// A bright gradient, unlit, that fills the picture of the camera.
+fn gradient_scene(app: &mut App) {
+    app.add_systems(
+        Startup,
+        |mut commands: Commands,
+         mut meshes: ResMut<Assets<Mesh>>,
+         mut materials: ResMut<Assets<StandardMaterial>>,
+         mut images: ResMut<Assets<Image>>| {
+            let gradient = RgbImage::from_fn(128, 2, |x, _| image::Rgb([225 + (x / 12) as u8; 3]));
+            let camera =
+                Transform::from_xyz(0.0, 1.6, 3.2).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y);
+            commands.spawn((
+                Mesh3d(meshes.add(Rectangle::new(1.3, 0.9))),
+                MeshMaterial3d(materials.add(StandardMaterial {
+                    base_color_texture: Some(images.add(srgb_image(gradient))),
+                    unlit: true,
+                    ..default()
+                })),
+                camera * Transform::from_xyz(0.0, 0.0, -1.0),
+            ));
+        },
+    );
+}
+
+/// The steps of the 8-bit format are three times those of the picture at white: without dither they are bands.
+#[test]
+fn a_bright_gradient_in_8_bits_is_dithered_by_its_own_steps() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(gradient_scene);
+    studio.mode(false, Msaa::Off).camera(|camera| {
+        camera.insert((Tonemapping::Linear, DebandDither::Disabled));
+    });
+    let reference = studio.plain();
+    let banded = studio.packed(with(PackedFormat::Unorm8));
+    studio.camera(|camera| {
+        camera.insert(DebandDither::Enabled);
+    });
+    let dithered = studio.packed(with(PackedFormat::Unorm8));
+    for (name, picture) in [
+        ("plain", &reference),
+        ("banded", &banded),
+        ("dithered", &dithered),
+    ] {
+        keep(&format!("gradient_{name}"), picture);
+    }
+    // Root mean square of the differences of columns' means, in levels.
+    let error = |picture: &RgbImage| {
+        let difference = |x: u32| {
+            let column = (0..picture.height()).map(|y| {
+                f64::from(picture.get_pixel(x, y).0[1]) - f64::from(reference.get_pixel(x, y).0[1])
+            });
+            column.sum::<f64>() / f64::from(picture.height())
+        };
+        let squares = (0..picture.width()).map(|x| difference(x).powi(2));
+        (squares.sum::<f64>() / f64::from(picture.width())).sqrt()
+    };
+    let (banded, dithered) = (error(&banded), error(&dithered));
+    println!("{banded:.3} levels with bands, {dithered:.3} dithered");
+    assert!(dithered < 0.6 * banded);
 }
