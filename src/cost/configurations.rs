@@ -133,14 +133,22 @@ fn ycocg_fb() -> impl Iterator<Item = Configuration> {
         msaa_resolve: MsaaResolve::ToneMapWeighted,
         ..default()
     };
-    let default_scenes = [&Scene::MATERIALS[..], &[Scene::Multisampled]].concat();
+    let default_scenes = [
+        &Scene::MATERIALS[..],
+        &[Scene::Multisampled, Scene::EightBits],
+    ]
+    .concat();
     let base = &[Scene::BaseColor];
     [
         packed("default", default(), &default_scenes),
         packed("nearest", with(Reconstruction::Nearest), base),
         packed("bilinear", with(Reconstruction::Bilinear), base),
         packed("edge_directed", with(Reconstruction::EdgeDirected), base),
-        packed("guided", with(Reconstruction::Guided), base),
+        packed(
+            "guided",
+            with(Reconstruction::Guided),
+            &[Scene::BaseColor, Scene::EightBits],
+        ),
         packed("quad", with(Reconstruction::Quad), base),
         packed(
             "float32_default",

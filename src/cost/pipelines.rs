@@ -33,6 +33,11 @@ const MAX_FRAMES: u32 = 600;
 /// takes a few frames until something is drawn with it.
 const QUIET_FRAMES: u32 = 5;
 
+/// Bevy's pass that maps scene-linear colours to those of a display.
+pub const TONE_MAPPING: &str = "tone mapping";
+/// Bevy's pass that copies a picture.
+pub const COPY: &str = "copy";
+
 /// Compiles what `program` compiles with [`print()`] when it is started under the driver.
 ///
 /// # Errors
@@ -126,6 +131,11 @@ fn compile_again(
         return Err(CostError::Failed(text));
     }
     for (pass, id) in passes {
+        // It depends on neither plugin nor material.
+        let is_bevys = [TONE_MAPPING, COPY].contains(&pass.as_str());
+        if is_bevys && (configuration.plugin, scene) != ("bevy", Scene::BaseColor) {
+            continue;
+        }
         match cache
             .pipelines()
             .nth(id)
@@ -153,8 +163,8 @@ fn compile_again(
     Ok(())
 }
 
-/// The name of a pass of interest: one that draws the scene's material, or lights it, or one of a
-/// plugin. A pipeline without a pixel shader is none.
+/// The name of a pass of interest: one that draws the scene's material, or lights it, tone-maps or copies the
+/// picture, or one of a plugin. A pipeline without a pixel shader is none.
 pub fn pass(descriptor: &PipelineDescriptor) -> Option<String> {
     let (label, fragment) = match descriptor {
         PipelineDescriptor::RenderPipelineDescriptor(d) => {
@@ -172,6 +182,8 @@ pub fn pass(descriptor: &PipelineDescriptor) -> Option<String> {
         "prepass_pipeline" if has(fragment, "NORMAL_PREPASS") => "prepass",
         "prepass_pipeline" => "shadow",
         "deferred_lighting_pipeline" => "deferred lighting",
+        "tonemapping pipeline" => TONE_MAPPING,
+        "blit pipeline" => COPY,
         _ if label.ends_with("_mesh_pipeline") => "forward",
         _ => plugins_own(label)?,
     };

@@ -7,11 +7,15 @@ use super::{
     cpu,
     error::CostError,
     fetches,
+    pipelines::{COPY, TONE_MAPPING},
     record::{self, CostRow},
     scene::Scene,
     traffic,
 };
-use crate::tradeoff::markdown::renewed;
+use crate::{
+    record::Report,
+    tradeoff::{markdown::renewed, ycocg_fb::compression},
+};
 
 /// The GPU of the pages' tables and charts.
 pub const GPU: &str = "navi31";
@@ -40,7 +44,7 @@ pub fn page(rows: &[CostRow], gpu: &str, plugin: &str) -> String {
         .copied()
         .filter(|row| row.plugin == plugin)
         .collect();
-    materials(&rows, &own, plugin) + &passes(&own)
+    materials(&rows, &own, plugin) + &passes(&rows, &own)
 }
 
 fn materials(all: &[&CostRow], own: &[&CostRow], plugin: &str) -> String {
@@ -115,26 +119,30 @@ fn cell(rows: &[&CostRow], scene: Scene, pass: &str) -> String {
     format!("{}{factor}, {}, {}", row.instructions, row.vgprs, row.waves)
 }
 
-/// The passes that Bevy does not have, each kind of code once, by the first setting that has it.
-fn passes(own: &[&CostRow]) -> String {
+/// The passes that Bevy does not have, each kind of code once, by the first setting that has it, and beside those that
+/// draw no material Bevy's own such passes.
+fn passes(all: &[&CostRow], own: &[&CostRow]) -> String {
     let mut seen = BTreeSet::new();
-    let is_own = |row: &&&CostRow| {
-        row.pass.starts_with("voxel_gi_") || row.pass.starts_with("packed_ycocg_")
-    };
+    let is_resolve = |row: &CostRow| row.pass.starts_with("packed_ycocg_");
+    let is_own = |row: &&CostRow| is_resolve(row) || row.pass.starts_with("voxel_gi_");
+    let mut rows: Vec<_> = own.iter().copied().filter(is_own).collect();
+    if rows.iter().any(|row| is_resolve(row)) {
+        let is_bevys =
+            |row: &&CostRow| row.is_baseline() && [TONE_MAPPING, COPY].contains(&row.pass.as_str());
+        rows.extend(all.iter().copied().filter(is_bevys));
+    }
     let mut text = String::new();
-    for row in own.iter().filter(is_own) {
+    for row in rows {
         if seen.insert((&row.pass, row.instructions, row.vgprs)) {
+            let setting = if row.is_baseline() {
+                "Bevy alone".into()
+            } else {
+                format!("`{}`", row.setting)
+            };
             let _ = writeln!(
                 text,
-                "| `{}` | `{}` | {} | {} | {} | {} | {} | {} |",
-                row.pass,
-                row.setting,
-                row.instructions,
-                row.valu,
-                row.vmem,
-                row.vgprs,
-                row.waves,
-                row.lds
+                "| `{}` | {setting} | {} | {} | {} | {} | {} | {} |",
+                row.pass, row.instructions, row.valu, row.vmem, row.vgprs, row.waves, row.lds
             );
         }
     }
@@ -152,9 +160,8 @@ fn passes(own: &[&CostRow]) -> String {
 /// # Errors
 /// [`CostError::File`] where figures or a page cannot be read, or a page not written.
 pub fn renew(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (page, tables) in pages(rows, folder)? {
-        let path = root.join(page);
+        let path = root().join(page);
         let document = std::fs::read_to_string(&path);
         let mut document = document.map_err(|source| CostError::File {
             path: path.clone(),
@@ -168,6 +175,10 @@ pub fn renew(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
         record::write_text(&document, &path)?;
     }
     Ok(())
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// The path of each page, and its tables by name.
@@ -199,6 +210,10 @@ pub fn pages(
         ];
         if plugin == "ycocg_fb" {
             tables.push((format!("{plugin} traffic"), traffic::table()));
+            tables.push((format!("{plugin} table 4.1"), traffic::thesis_table()));
+            let study = Report::read(root().join(fetches::record::FOLDER).join("ycocg_fb.json"));
+            let study = study.map_err(|error| CostError::Failed(error.to_string()))?;
+            tables.push((format!("{plugin} compression"), compression::table(&study)));
         }
         pages.push((format!("crates/bevy_{plugin}/README.md"), tables));
     }

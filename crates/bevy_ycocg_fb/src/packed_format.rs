@@ -6,6 +6,7 @@ use crate::settings::{FrameBufferFormat, PackedFormat};
 
 /// Shader def under which shaders write or read packed colours.
 pub(crate) const PACK: &str = "YCOCG_FB_PACK";
+const FLOAT32: &str = "YCOCG_FB_FLOAT32";
 const UNORM8: &str = "YCOCG_FB_UNORM8";
 /// Shader def under which shaders round colours, with dither, to those of `Rg11b10Ufloat`.
 pub(crate) const RG11B10UFLOAT: &str = "YCOCG_FB_RG11B10UFLOAT";
@@ -35,10 +36,12 @@ impl PackedFormat {
 
     /// Returns the shader defs of all shaders that write or read the packed texture.
     pub(crate) fn shader_defs(self) -> Vec<ShaderDefVal> {
-        let mut defs = vec![PACK.into()];
-        if self == Self::Unorm8 {
-            defs.push(UNORM8.into());
-        }
-        defs
+        let format = match self {
+            Self::Float16 => None,
+            Self::Float32 => Some(FLOAT32),
+            Self::Unorm8 => Some(UNORM8),
+        };
+        let names = [PACK].into_iter().chain(format);
+        names.map(ShaderDefVal::from).collect()
     }
 }

@@ -106,15 +106,19 @@ pub enum PackedFormat {
     /// Two 32-bit floats, 8 bytes per sample: scene-linear HDR where 11 bits of mantissa are too few.
     /// Not every adapter can blend in it.
     Float32,
-    /// Two bytes per sample: tone-mapped and gamma-encoded, with a bias of 128/255 on the chrominance
-    /// (thesis 4.7.2), only for cameras without `Hdr`. Blending and the averaging of samples work on
-    /// gamma-encoded values, additive blending loses negative chrominance, and multiplicative blending
-    /// loses the bias. On photographs `EdgeDirected` is the better filter for it, on rendered scenes the
-    /// default is.
+    /// Two bytes per sample: tone-mapped and gamma-encoded, in codes that are finest in the dark and near gray,
+    /// with a bias of 128/255 on the chrominance (thesis 4.7.2), only for cameras without `Hdr`. Samples are
+    /// averaged in linear light, but blending works on codes: additive blending loses negative chrominance, and
+    /// multiplicative blending loses the bias. On photographs `EdgeDirected` is the better filter for it, on
+    /// rendered scenes the default is.
     Unorm8,
 }
 
 /// The filter that reconstructs the missing chrominance of a pixel from its neighbours (thesis 4.5).
+///
+/// Pixels exchange what they have fetched within their quad of 2 x 2 fragments, by derivatives (thesis 4.5,
+/// optimisations), so that they fetch fewer texels than a filter reads. On OpenGL, whose derivatives may be coarse,
+/// they fetch all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",
@@ -124,23 +128,22 @@ pub enum PackedFormat {
 pub enum Reconstruction {
     /// Takes the chrominance of the neighbour to the right, with 2 fetches per pixel.
     Nearest,
-    /// Takes the mean of the four neighbours, with 5 fetches per pixel.
+    /// Takes the mean of the four neighbours, with 3 fetches per pixel.
     Bilinear,
     /// Takes the mean of those of the four neighbours whose luminance differs by less than 30/255
-    /// (thesis, listing 4.2), with 5 fetches per pixel. It is meant for values of 0 to 1.
+    /// (thesis, listing 4.2), with 3 fetches per pixel. It is meant for values of 0 to 1.
     EdgeDirected,
     /// Interpolates chrominance relative to luminance, with larger weights for neighbours of similar
     /// luminance and for the axis along which chrominance changes less, and never gives a negative
-    /// colour, with 5 fetches per pixel. The formula is at
+    /// colour, with 3 fetches per pixel. The formula is at
     /// [`guided`](crate::reference::reconstruct::guided).
     Guided,
-    /// Extends `Guided` by the other chrominance, which the four diagonal neighbours store, with 9
+    /// Extends `Guided` by the other chrominance, which the four diagonal neighbours store, with 4
     /// fetches per pixel. It detects edges between colours of the same luminance. The formula is at
     /// [`wide`](crate::reference::reconstruct::wide).
     #[default]
     Wide,
-    /// Interpolates as `Guided`, from the two neighbours in the same quad of fragments (thesis 4.5,
-    /// optimisations), with 1 fetch per pixel.
+    /// Interpolates as `Guided`, from the two neighbours in the same quad, with 1 fetch per pixel.
     Quad,
 }
 

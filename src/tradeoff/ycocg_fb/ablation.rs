@@ -1,4 +1,4 @@
-//! From the thesis's filter to the plugin's, one idea at a time, each with 5 fetches.
+//! From the thesis's filter to the plugin's, one idea at a time, each with the same neighbours.
 //!
 //! | setting | what is new |
 //! | --- | --- |
@@ -84,15 +84,15 @@ fn similarity(center: PackedPixel, cross: &Cross) -> f32 {
     differences.fold(f32::INFINITY, f32::min)
 }
 
-fn difference(a: PackedPixel, b: PackedPixel) -> f32 {
+pub(super) fn difference(a: PackedPixel, b: PackedPixel) -> f32 {
     (a.luminance - b.luminance).abs() / a.luminance.min(b.luminance).max(FLOOR)
 }
 
-fn ratio(pixel: PackedPixel) -> f32 {
+pub(super) fn ratio(pixel: PackedPixel) -> f32 {
     (pixel.chrominance / pixel.luminance.max(FLOOR)).clamp(-2.0, 2.0)
 }
 
-fn mean(weighted: impl Iterator<Item = (f32, f32)>) -> f32 {
+pub(super) fn mean(weighted: impl Iterator<Item = (f32, f32)>) -> f32 {
     let (weights, sum) = weighted.fold((0.0, 0.0), |(weights, sum), (weight, value)| {
         (weights + weight, sum + weight * value)
     });

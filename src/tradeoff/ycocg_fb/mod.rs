@@ -22,17 +22,22 @@
 //! | [`mod@settings`] | what is measured, by name |
 //! | [`ablation`] | the steps from the thesis's filter to the plugin's |
 //! | [`alternatives`] | other ways to save the same memory (thesis 4.6) |
+//! | [`layouts`] | other pixels that store Co |
+//! | [`mod@surface`], [`compression`] | frames as textures store them, and what lossless compression leaves |
 
 pub mod ablation;
 pub mod alternatives;
 pub mod cameras;
 pub mod capture;
+pub mod compression;
 pub mod cost;
 pub mod frame;
+pub mod layouts;
 pub mod scenes;
 pub mod settings;
 pub mod stress;
 pub mod summary;
+pub mod surface;
 pub mod tone_map;
 
 use image::RgbImage;
@@ -43,6 +48,7 @@ use self::{
     frame::Frame,
     scenes::{SCENES, TestScene},
     settings::{Picture, REFERENCE, Setting, settings},
+    surface::surfaces,
     tone_map::ToneMap,
 };
 use super::{
@@ -58,7 +64,7 @@ pub const STUDY: Study = Study {
     name: "ycocg_fb",
     measure,
     summary: summary::summary,
-    tables: |_| String::new(),
+    tables: compression::chapter,
 };
 
 fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
@@ -107,6 +113,8 @@ pub fn scene_rows(
         .copied()
         .collect();
     let mut rows = simulated_rows(scene.name, &frame, &computed, tone_map)?;
+    let surfaces = surfaces(&frame, &tone_map.display(&frame));
+    rows.extend(compression::rows(scene.name, &surfaces));
     let cameras: Vec<_> = settings
         .iter()
         .filter_map(|setting| match setting.picture {

@@ -15,6 +15,7 @@ use super::{
         y8co4cg4::y8co4cg4,
     },
     frame::Frame,
+    layouts::Layout,
 };
 
 /// A representation of a frame in memory.
@@ -70,16 +71,16 @@ pub fn settings() -> Vec<Setting> {
         camera("nearest", 2.0, Reconstruction::Nearest, |f| {
             float16(f, Reconstruction::Nearest)
         }),
-        camera("bilinear", 5.0, Reconstruction::Bilinear, |f| {
+        camera("bilinear", 3.0, Reconstruction::Bilinear, |f| {
             float16(f, Reconstruction::Bilinear)
         }),
-        camera("edge_directed", 5.0, Reconstruction::EdgeDirected, |f| {
+        camera("edge_directed", 3.0, Reconstruction::EdgeDirected, |f| {
             float16(f, Reconstruction::EdgeDirected)
         }),
-        camera("guided", 5.0, Reconstruction::Guided, |f| {
+        camera("guided", 3.0, Reconstruction::Guided, |f| {
             float16(f, Reconstruction::Guided)
         }),
-        camera("default", 9.0, Reconstruction::default(), |f| {
+        camera("default", 4.0, Reconstruction::default(), |f| {
             float16(f, Reconstruction::default())
         }),
         camera("quad", 1.0, Reconstruction::Quad, |f| {
@@ -88,7 +89,7 @@ pub fn settings() -> Vec<Setting> {
         Setting {
             name: "float32_default",
             bytes_per_pixel: 8.0,
-            fetches: 9.0,
+            fetches: 4.0,
             picture: Picture::Camera {
                 packed: YCoCgFrameBuffer::with_format(PackedFormat::Float32),
                 store: |f| stored(f, PackedFormat::Float32, Reconstruction::default()),
@@ -103,10 +104,10 @@ pub fn settings() -> Vec<Setting> {
                 store: |f| Frame::from_fn(f.size, |x, y| dithered(f.at(x, y), x, y)),
             },
         },
-        display("unorm8_edge_directed", 2.0, 5.0, |f| {
+        display("unorm8_edge_directed", 2.0, 3.0, |f| {
             unorm8(f, Reconstruction::EdgeDirected)
         }),
-        display("unorm8_default", 2.0, 9.0, |f| {
+        display("unorm8_default", 2.0, 4.0, |f| {
             unorm8(f, Reconstruction::default())
         }),
         display("two_thirds_bilinear", 2.0, 1.0, fewer_pixels::bilinear),
@@ -117,6 +118,7 @@ pub fn settings() -> Vec<Setting> {
         display("rgb_checkerboard", 2.0, 5.0, rgb_checkerboard),
     ];
     settings.extend(steps());
+    settings.extend(layouts());
     settings
 }
 
@@ -132,7 +134,24 @@ fn steps() -> impl Iterator<Item = Setting> {
     named.map(|(&(name, _), picture)| Setting {
         name,
         bytes_per_pixel: 4.0,
-        fetches: 5.0,
+        fetches: 3.0,
+        picture: Picture::SceneLinear(picture),
+    })
+}
+
+/// Every pixel within two columns and rows is fetched.
+fn layouts() -> impl Iterator<Item = Setting> {
+    let picture: [(_, fn(&Frame) -> Frame); 3] = [
+        ("layout_checkerboard", |f| {
+            Layout::Checkerboard.reconstructed(f)
+        }),
+        ("layout_rows", |f| Layout::Rows.reconstructed(f)),
+        ("layout_blocks", |f| Layout::Blocks.reconstructed(f)),
+    ];
+    picture.into_iter().map(|(name, picture)| Setting {
+        name,
+        bytes_per_pixel: 4.0,
+        fetches: 25.0,
         picture: Picture::SceneLinear(picture),
     })
 }

@@ -22,7 +22,8 @@ use bevy::{
             TextureSampleType,
             binding_types::{texture_2d, texture_2d_multisampled, uniform_buffer},
         },
-        renderer::RenderDevice,
+        renderer::{RenderAdapterInfo, RenderDevice},
+        settings::Backends,
         texture::{FallbackImage, GpuImage},
         view::{ExtractedView, ViewUniform, ViewUniforms},
     },
@@ -64,6 +65,9 @@ pub(crate) struct ResolvePipeline {
     linear_light: BindGroupLayoutDescriptor,
     fullscreen: FullscreenShader,
     shader: Handle<Shader>,
+    /// Whether fine derivatives are the differences of all rows and columns of a quad. GLSL ES has derivatives of
+    /// unspecified precision only.
+    has_fine_derivatives: bool,
 }
 
 impl ResolvePipeline {
@@ -80,6 +84,7 @@ pub(super) fn init_pipeline(
     mut commands: Commands,
     fullscreen: Res<FullscreenShader>,
     asset_server: Res<AssetServer>,
+    adapter: Res<RenderAdapterInfo>,
 ) {
     let sample_type = TextureSampleType::Float { filterable: false };
     let samples = texture_2d_multisampled(sample_type);
@@ -105,6 +110,7 @@ pub(super) fn init_pipeline(
         ),
         fullscreen: fullscreen.clone(),
         shader: load_embedded_asset!(asset_server.as_ref(), "resolve.wesl"),
+        has_fine_derivatives: Backends::from(adapter.backend) != Backends::GL,
     });
 }
 
@@ -117,6 +123,8 @@ pub(crate) struct ResolveKey {
     msaa_resolve: MsaaResolve,
     output: TextureFormat,
     tone_map: Option<ToneMap>,
+    /// Whether the viewport is one pixel wide or high.
+    is_line: bool,
 }
 
 impl SpecializedRenderPipeline for ResolvePipeline {
@@ -135,6 +143,12 @@ impl SpecializedRenderPipeline for ResolvePipeline {
             }
             .into(),
         );
+        if key.is_line || key.reconstruction == Reconstruction::Quad {
+            shader_defs.push("YCOCG_FB_MISSING_NEIGHBORS".into());
+        }
+        if !self.has_fine_derivatives {
+            shader_defs.push("YCOCG_FB_NO_FINE_DERIVATIVES".into());
+        }
         let mut constants = Vec::new();
         if let ResolveSource::Samples(samples) | ResolveSource::Both(samples) = key.source {
             constants.push(("SAMPLES".into(), f64::from(samples)));
@@ -217,6 +231,7 @@ pub(super) fn prepare_pipelines(
             tone_map: tonemapping
                 .filter(|method| packed.tone_map && method.is_enabled())
                 .map(|&method| ToneMap::of(view, method, dither)),
+            is_line: view.viewport.zw().min_element() == 1,
         };
         let to_transmission = ResolveKey {
             output: TRANSMISSION_FORMAT,

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`color`] | conversion of RGB to YCoCg and back |
 //! | [`mod@pack`] | packing of a fragment's colour |
+//! | [`dither`] | the threshold of an ordered dither |
 //! | [`rg11b10ufloat`] | rounding, with dither, to three small floats |
 //! | [`unorm8`] | packing for the 8-bit format, and its codes |
 //! | [`storage`] | rounding of a packed pixel by its storage format |
@@ -12,6 +13,7 @@
 //! | [`msaa`] | resolve of the samples of a pixel |
 
 pub mod color;
+pub mod dither;
 pub mod image;
 pub mod msaa;
 pub mod pack;

@@ -147,12 +147,12 @@ pub fn edge_directed(center: PackedPixel, cross: &Cross) -> f32 {
     }
 }
 
-/// Applies the guided filter with 5 fetches; the formula is in the documentation of the [module](self).
+/// Applies the guided filter to the four neighbours; the formula is in the documentation of the [module](self).
 pub fn guided(center: PackedPixel, cross: &Cross) -> f32 {
     filtered(center, cross, [[0.0; 2]; 2])
 }
 
-/// Applies the guided filter with 9 fetches; the formula is in the documentation of the [module](self).
+/// Applies the guided filter to the eight neighbours; the formula is in the documentation of the [module](self).
 ///
 /// `diagonals` are the neighbours to the lower right, upper right, lower left and upper left. An image
 /// with one row or column has none, and the filter is [`guided`].

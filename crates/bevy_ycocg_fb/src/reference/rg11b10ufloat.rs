@@ -4,7 +4,7 @@
 //! a target to round to either neighbour, so the shader rounds by itself: up where the part below the last bit is
 //! at least a threshold, which depends on the pixel. The mean over pixels is the colour itself.
 
-use super::pack::sanitized;
+use super::{dither::threshold, pack::sanitized};
 
 /// Bits of the mantissa of red, green and blue.
 const MANTISSA_BITS: [u32; 3] = [6, 6, 5];
@@ -18,14 +18,6 @@ const MIN_EXPONENT: i32 = -14;
 /// Returns the largest value of a channel with this number of mantissa bits.
 fn largest(mantissa_bits: u32) -> f32 {
     (2.0 - 1.0 / (1 << mantissa_bits) as f32) * 2f32.powi(15)
-}
-
-/// Returns the threshold of a pixel, in units of 2^-32: the additive sequence of the plastic number, whose values
-/// in any neighbourhood are spread evenly (M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*,
-/// 2018).
-pub fn threshold(x: u32, y: u32) -> u32 {
-    x.wrapping_mul(0xc13f_a9a9)
-        .wrapping_add(y.wrapping_mul(0x91e1_0da5))
 }
 
 /// Rounds a scene-linear colour as the shader of the pixel at this position does.

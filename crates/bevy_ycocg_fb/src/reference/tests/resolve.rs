@@ -48,6 +48,31 @@ fn samples_of_8_bits_are_averaged_in_linear_light() {
     }
 }
 
+/// Samples of which some are white and the others black have the mean that their number says, for all counts that
+/// adapters have.
+#[test]
+fn each_sample_counts_once() {
+    for count in [1, 2, 4, 8, 16] {
+        for white in 0..=count {
+            let samples: Vec<_> = (0..count)
+                .map(|i| pack([f32::from(i < white); 3], 0, 0))
+                .collect();
+            let share = white as f32 / count as f32;
+            assert_eq!(resolved(&samples, MsaaResolve::Box).luminance, share);
+            for mean in mean_in_linear_light(&samples, 0.0, true) {
+                assert!((mean - share).abs() < 1e-6, "{white} of {count}: {mean}");
+            }
+            // White has the weight of a half, black that of one.
+            let weighted = resolved(&samples, MsaaResolve::ToneMapWeighted).luminance;
+            let wanted = 0.5 * white as f32 / (count as f32 - 0.5 * white as f32);
+            assert!(
+                (weighted - wanted).abs() < 1e-6,
+                "{white} of {count}: {weighted}"
+            );
+        }
+    }
+}
+
 #[test]
 fn no_samples_are_black() {
     assert_eq!(resolved(&[], MsaaResolve::Box), PackedPixel::default());
