@@ -66,13 +66,17 @@ fn configuration(
 impl Configuration {
     /// Whether its pixels may fetch other texels than those of the plugin's other settings.
     pub fn changes_pixels(&self) -> bool {
-        let Kind::Gi(volume) = &self.kind else {
-            return true;
-        };
-        let default = VoxelGiVolume::default();
-        *volume == default
-            || volume.receiver != default.receiver
-            || volume.cascades != default.cascades
+        match &self.kind {
+            Kind::Gi(volume) => {
+                let default = VoxelGiVolume::default();
+                *volume == default
+                    || volume.receiver != default.receiver
+                    || volume.cascades != default.cascades
+            }
+            // Nothing is resolved.
+            Kind::Packed(packed) => packed.format != FrameBufferFormat::Rg11b10Ufloat,
+            _ => true,
+        }
     }
 
     /// Its name among all.

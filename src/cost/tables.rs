@@ -137,7 +137,11 @@ fn passes(all: &[&CostRow], own: &[&CostRow]) -> String {
             let setting = if row.is_baseline() {
                 "Bevy alone".into()
             } else {
-                format!("`{}`", row.setting)
+                let material = match &*row.material {
+                    material if material == Scene::BaseColor.material() => String::new(),
+                    material => format!(" ({material})"),
+                };
+                format!("`{}`{material}", row.setting)
             };
             let _ = writeln!(
                 text,
