@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{blocks::BlockFormat, layout, packing::Packing, quantizer::PlaneCoding};
+use super::{
+    blocks::BlockFormat, layout, packing::Packing, plain::PlainTexture, quantizer::PlaneCoding,
+};
 
 /// The kind of data in an image, which decides its planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -64,8 +66,10 @@ pub struct WaveletImage {
     /// Number of mip levels, the same in all groups; at least 1.
     pub levels: u32,
     /// The luma group (luma and alpha, gray, or X and Y of normals), then the chroma group if there
-    /// is one.
+    /// is one. Empty where the image has a `plain` texture.
     pub groups: Vec<PlaneGroup>,
+    /// The texture of an image that is stored without a wavelet.
+    pub plain: Option<PlainTexture>,
 }
 
 /// Planes of the same size and packing.
@@ -110,10 +114,23 @@ impl WaveletImage {
         &group.textures[texture][start..start + bytes(level)]
     }
 
+    /// How the image is stored: the packing of luma, or the format of a plain texture and its size in
+    /// texels.
+    pub fn storage_name(&self) -> String {
+        match &self.plain {
+            Some(plain) => {
+                let [width, height] = plain.size;
+                format!("plain {} {width} x {height}", plain.format.name())
+            }
+            None => self.groups[0].packing.name().into(),
+        }
+    }
+
     /// Bytes of all blocks, which is the memory that the textures take on the GPU.
     pub fn gpu_bytes(&self) -> usize {
         let textures = self.groups.iter().flat_map(|g| &g.textures);
-        textures.map(Vec::len).sum()
+        let plain = self.plain.iter().map(|plain| &plain.blocks);
+        textures.chain(plain).map(Vec::len).sum()
     }
 
     /// Bits per pixel of the largest level, including the padding to whole blocks.
@@ -123,7 +140,8 @@ impl WaveletImage {
             let bytes = |f: &BlockFormat| f.level_bytes(size);
             g.layers() * g.packing.formats().iter().map(bytes).sum::<usize>()
         };
-        let bytes: usize = self.groups.iter().map(level_0).sum();
+        let plain = self.plain.iter().map(|plain| plain.level_blocks(0).len());
+        let bytes: usize = self.groups.iter().map(level_0).chain(plain).sum();
         8.0 * bytes as f64 / (f64::from(self.size[0]) * f64::from(self.size[1]))
     }
 }

@@ -3,11 +3,12 @@
 
 use thiserror::Error;
 
-use super::{FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, VERSION, ktx2_blob};
+use super::{FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLANES_VERSION, VERSION, ktx2_blob, plain};
 use crate::codec::{
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
     layout::{self, MAX_SIZE},
     packing::Packing,
+    quantizer::PlaneCoding,
 };
 
 /// The reason why bytes are not a wavelet texture. A caller that knows the name of the file puts it
@@ -53,6 +54,9 @@ pub enum ReadError {
         /// Value of the field.
         value: u32,
     },
+    /// The KTX2 blob of a plain texture is damaged or does not match the header.
+    #[error("the KTX2 data of the plain texture is damaged: {0}")]
+    PlainBlob(String),
     /// A KTX2 blob is damaged or does not match the header.
     #[error("the KTX2 data of plane group {group} is damaged: {reason}")]
     Blob {
@@ -84,8 +88,8 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
 
     let version = u16::from_le_bytes([header[8], header[9]]);
     match version {
-        VERSION => {}
-        older @ 1..VERSION => return Err(ReadError::OldVersion(older)),
+        PLANES_VERSION | VERSION => {}
+        older @ 1..PLANES_VERSION => return Err(ReadError::OldVersion(older)),
         0 => {
             return Err(ReadError::Field {
                 field: "version",
@@ -121,6 +125,17 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         return Err(ReadError::Size(size));
     }
     let group_count = u32_at(20);
+    if version == VERSION && group_count == 0 {
+        let plain = plain::read(bytes, content, color_space, size)?;
+        return Ok(WaveletImage {
+            content,
+            color_space,
+            size,
+            levels: plain.levels,
+            groups: Vec::new(),
+            plain: Some(plain.texture),
+        });
+    }
     if group_count != 1 + u32::from(content.has_chroma()) {
         return Err(ReadError::Field {
             field: "number of plane groups",
@@ -171,7 +186,11 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             start += length as usize;
             let layers = entry.packing.layers(planes);
             let shape = ktx2_blob::Shape::new(format, texture_size, layers, planes);
-            let contents = ktx2_blob::read(blob, shape, entry.packing, most).map_err(error)?;
+            let contents = ktx2_blob::read(blob, shape, most).map_err(error)?;
+            let valid = |coding: &PlaneCoding| coding.is_valid(entry.packing);
+            if !contents.codings.iter().all(valid) {
+                return Err(error(ktx2_blob::INVALID_CODINGS.into()));
+            }
             if levels.is_some_and(|levels| levels != contents.levels) {
                 return Err(error(format!(
                     "it has {} mip levels, not as many as the one before",
@@ -188,6 +207,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         groups.push(group);
     }
     Ok(WaveletImage {
+        plain: None,
         content,
         color_space,
         size,
