@@ -70,9 +70,14 @@ fn nearest_is_the_decoded_pixel_in_every_format() {
             let shown = viewer.show(&image, WaveletStorage::Blocks, extension, WHOLE);
             let (steps, _) = worst(&image, &shown, &driver);
             println!("{name}: {steps:.3} steps");
-            // lavapipe's texture unit interpolates with 8 bits, and its sRGB curve is an
-            // approximation.
-            let most = if is_scaled { 2.0 } else { 1.0 };
+            // lavapipe's texture unit interpolates with 8 bits, which adds a level of what is stored:
+            // two steps of a normal, which is stored as 0.5 + 0.5 n.
+            let level = if image.content == Content::Normal {
+                2.0
+            } else {
+                1.0
+            };
+            let most = if is_scaled { 1.0 + level } else { 1.0 };
             assert!(steps <= most, "{name}: {steps} steps");
             let mean = shown.pixels.iter().map(|p| p[0] + p[1] + p[2]).sum::<f32>();
             assert!(mean > 0.1, "{name}: nothing is shown");

@@ -9,7 +9,7 @@ use super::{
     image::{Content, PlaneGroup, WaveletImage},
     layout,
     packing::Packing,
-    plain,
+    plain::read,
     plane::Plane,
     wavelet::decode_plane,
 };
@@ -69,7 +69,11 @@ pub fn decode_with(
     decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
 ) -> DecodedImage {
     if let Some(plain) = &image.plain {
-        return plain::decode(image, plain, level, decode_blocks);
+        return from_channels(
+            image,
+            level,
+            read::pixels(plain, image.size, level, decode_blocks),
+        );
     }
     let size = layout::mip_size(image.size, level);
     let groups: Vec<Vec<Plane>> = (0..image.groups.len())
@@ -110,6 +114,21 @@ pub fn decode_with(
         pixels: (0..size[0] * size[1]).into_par_iter().map(pixel).collect(),
         alpha: (image.content == Content::ColorAlpha)
             .then(|| luma[1].values.iter().copied().map(unit).collect()),
+    }
+}
+
+/// The image of the channels of a plain texture.
+fn from_channels(image: &WaveletImage, level: u32, channels: Vec<[f32; 4]>) -> DecodedImage {
+    let pixel = |[r, g, b, _]: &[f32; 4]| match image.content {
+        Content::Gray => [*r; 3],
+        Content::Color | Content::ColorAlpha => [*r, *g, *b],
+        Content::Normal => normal_from_xy([2.0 * r - 1.0, 2.0 * g - 1.0]),
+    };
+    DecodedImage {
+        size: layout::mip_size(image.size, level),
+        pixels: channels.iter().map(pixel).collect(),
+        alpha: (image.content == Content::ColorAlpha)
+            .then(|| channels.iter().map(|v| v[3]).collect()),
     }
 }
 

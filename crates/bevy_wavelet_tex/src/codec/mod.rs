@@ -14,7 +14,7 @@
 //!
 //! | module | stage | thesis |
 //! | --- | --- | --- |
-//! | [`rate`], [`mod@image`] | the rates to choose from, and the encoded image | 3.5.5 |
+//! | [`rate`], `content`, [`mod@image`] | the rates to choose from, the kind of data, and the encoded image | 3.5.5 |
 //! | [`packing`] | how planes are packed into textures | 3.5.3 |
 //! | [`source`], [`reduce`] | input pixels, their mips, and downsampling to a size limit | |
 //! | [`color`] | conversion between RGB and luma / chroma | 3.3.1 |
@@ -40,6 +40,7 @@ mod check;
 mod choice;
 pub mod chroma;
 pub mod color;
+mod content;
 pub mod decoder;
 #[cfg(feature = "encode")]
 pub mod encoder;

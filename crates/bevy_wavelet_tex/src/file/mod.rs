@@ -21,12 +21,14 @@
 //! [`Packing::ALL`]: crate::codec::packing::Packing::ALL
 //! [`BlockFormat::ALL`]: crate::codec::blocks::BlockFormat::ALL
 
+mod error;
 mod ktx2_blob;
 mod plain;
 mod read;
 mod write;
 
-pub use read::{ReadError, read};
+pub use error::ReadError;
+pub use read::read;
 pub use write::write;
 
 /// Extension of the file name.

@@ -1,7 +1,8 @@
 //! The part of a file that holds a plain texture.
 
 use super::{
-    FIXED_HEADER_BYTES, PLAIN_BYTES, ReadError,
+    FIXED_HEADER_BYTES, PLAIN_BYTES,
+    error::ReadError,
     ktx2_blob::{self, Shape},
 };
 use crate::codec::{

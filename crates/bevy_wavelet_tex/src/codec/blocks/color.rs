@@ -35,8 +35,7 @@ impl<'a> DetailEncoder<'a> {
     }
 }
 
-/// Encodes BC1 blocks, or the colour half of BC3 blocks, from colours. Black with an alpha of 0, which
-/// BC1 also has, is never used.
+/// Encodes BC1 blocks, or the colour half of BC3 blocks, from colours, as four colours on a line.
 pub struct ColorEncoder {
     channels: [Channel; 3],
     starts: Starts,
@@ -51,8 +50,8 @@ impl ColorEncoder {
         }
     }
 
-    /// Encodes 4 x 4 colours in `[0, 1]`.
-    pub fn block(&self, colors: &[[f32; 3]; 16]) -> [u8; 8] {
+    /// Encodes 4 x 4 colours in `[0, 1]`, and returns the block and its squared error.
+    pub fn block(&self, colors: &[[f32; 3]; 16]) -> ([u8; 8], f32) {
         let wanted: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
         let target = Target {
             wanted,
@@ -62,7 +61,7 @@ impl ColorEncoder {
         let positions = positions(&self.channels, &target, &found.ends);
         let [r, g, b] = found.ends;
         let ends = [0, 1].map(|e| pack565(r[e], g[e], b[e]));
-        bc1_block(ends, positions)
+        (bc1_block(ends, positions), found.error)
     }
 }
 

@@ -1,9 +1,9 @@
 //! The choice between a wavelet and plain textures of the same bits.
 
 use super::{
-    PlainTexture,
     encode::{blocks, channels, texels},
     estimate::{error_of_size, error_of_strips},
+    texture::PlainTexture,
 };
 use crate::codec::{
     blocks::BlockFormat,

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::PlainTexture;
+use super::{color_blocks, texture::PlainTexture};
 use crate::codec::{
-    blocks::{self, BlockFormat, BlockQuality, ColorEncoder, Starts},
+    blocks::{self, BlockFormat, BlockQuality},
     color::ycocg_from_rgb,
     image::Content,
     interpolation::{Axis, fitted},
@@ -66,27 +66,11 @@ pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> V
         Effort::Default | Effort::Best => BlockQuality::High,
     };
     let single = |c: usize| blocks::encode_bc4(&texels[c].values, size, quality);
-    let color = || {
-        let starts = match effort {
-            Effort::Fast | Effort::Default => Starts::One,
-            Effort::Best => Starts::Four,
-        };
-        let encoder = ColorEncoder::new(starts);
-        let columns = size[0].div_ceil(4);
-        let blocks = (0..columns * size[1].div_ceil(4))
-            .into_par_iter()
-            .map(|block| {
-                encoder.block(&std::array::from_fn(|i| {
-                    let x = block % columns * 4 + i as u32 % 4;
-                    let y = block / columns * 4 + i as u32 / 4;
-                    [0, 1, 2].map(|c: usize| texels[c].clamped(x, y))
-                }))
-            });
-        blocks.collect::<Vec<[u8; 8]>>()
-    };
     match format {
-        BlockFormat::Bc1 => color().into_flattened(),
-        BlockFormat::Bc3 => blocks::with_alpha_blocks(&single(3), &color()),
+        BlockFormat::Bc1 => color_blocks::bc1(texels, effort),
+        BlockFormat::Bc3 => {
+            blocks::with_alpha_blocks(&single(3), &color_blocks::bc3_colors(texels, effort))
+        }
         BlockFormat::Bc4 => single(0),
         BlockFormat::Bc5 => {
             let second = single(1);

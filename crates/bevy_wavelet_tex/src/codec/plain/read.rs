@@ -2,40 +2,26 @@
 
 use rayon::prelude::*;
 
-use super::PlainTexture;
-use crate::codec::{
-    blocks::BlockFormat,
-    decoder::{DecodedImage, normal_from_xy},
-    image::{Content, WaveletImage},
-    interpolation::Axis,
-    layout,
-};
+use super::texture::PlainTexture;
+use crate::codec::{blocks::BlockFormat, interpolation::Axis, layout};
 
-/// Decodes a mip level: its pixels are where the centres of pixels of that level lie in the texture.
-pub(in crate::codec) fn decode(
-    image: &WaveletImage,
+/// The four channels of an image of `image_size` at a mip level: the texture at the centres of the
+/// level's pixels.
+pub(in crate::codec) fn pixels(
     plain: &PlainTexture,
+    image_size: [u32; 2],
     level: u32,
     decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
-) -> DecodedImage {
-    let size = layout::mip_size(image.size, level);
+) -> Vec<[f32; 4]> {
+    let size = layout::mip_size(image_size, level);
     let texture = plain.level_size(level);
     let texels = decode_blocks(plain.format, plain.level_blocks(level), texture);
     let axes = [0, 1].map(|i: usize| Axis::stretched(size[i], texture[i]));
     let rows = Rows::new(texels, 0, axes);
-    let read = |i: u32| rows.pixel(i % size[0], i / size[0]);
-    let values: Vec<[f32; 4]> = (0..size[0] * size[1]).into_par_iter().map(read).collect();
-    let pixel = |[r, g, b, _]: &[f32; 4]| match image.content {
-        Content::Gray => [*r; 3],
-        Content::Color | Content::ColorAlpha => [*r, *g, *b],
-        Content::Normal => normal_from_xy([2.0 * r - 1.0, 2.0 * g - 1.0]),
-    };
-    DecodedImage {
-        size,
-        pixels: values.iter().map(pixel).collect(),
-        alpha: (image.content == Content::ColorAlpha)
-            .then(|| values.iter().map(|v| v[3]).collect()),
-    }
+    (0..size[0] * size[1])
+        .into_par_iter()
+        .map(|i| rows.pixel(i % size[0], i / size[0]))
+        .collect()
 }
 
 /// Consecutive rows of a texture, from which pixels are read.
