@@ -4,7 +4,6 @@ use bevy_frugal_lab::content;
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStorage,
     codec::{
-        blocks::BlockFormat,
         color::srgb_from_linear,
         image::{Content, WaveletImage},
         rate::Rate,
@@ -83,7 +82,7 @@ fn nearest_is_the_decoded_pixel_in_every_format() {
             assert!(mean > 0.1, "{name}: nothing is shown");
         }
     }
-    assert_eq!(formats.len(), BlockFormat::ALL.len(), "{formats:?}");
+    assert!(formats.into_iter().eq(["bc1", "bc4", "bc5", "bc7"]));
     assert!(scaled > 10);
 }
 

@@ -35,7 +35,7 @@ impl<'a> DetailEncoder<'a> {
     }
 }
 
-/// Encodes BC1 blocks, or the colour half of BC3 blocks, from colours, as four colours on a line.
+/// Encodes BC1 blocks from colours, as four colours on a line.
 pub struct ColorEncoder {
     channels: [Channel; 3],
     starts: Starts,

@@ -32,12 +32,6 @@ pub(super) fn bc1(texels: &[Plane], effort: Effort) -> Vec<u8> {
     found.into_iter().flat_map(|(block, _)| block).collect()
 }
 
-/// The colour halves of BC3 blocks.
-pub(super) fn bc3_colors(texels: &[Plane], effort: Effort) -> Vec<[u8; 8]> {
-    let found = fitted(&blocks_of(texels), effort);
-    found.into_iter().map(|(block, _)| block).collect()
-}
-
 /// 4 x 4 colours for each block. Beyond the edges the outermost texels are repeated.
 fn blocks_of(texels: &[Plane]) -> Vec<Block> {
     let [columns, rows] = texels[0].size.map(|s| s.div_ceil(4));

@@ -68,9 +68,7 @@ pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> V
     let single = |c: usize| blocks::encode_bc4(&texels[c].values, size, quality);
     match format {
         BlockFormat::Bc1 => color_blocks::bc1(texels, effort),
-        BlockFormat::Bc3 => {
-            blocks::with_alpha_blocks(&single(3), &color_blocks::bc3_colors(texels, effort))
-        }
+        BlockFormat::Bc3 => unreachable!("no content has plain textures in BC3"),
         BlockFormat::Bc4 => single(0),
         BlockFormat::Bc5 => {
             let second = single(1);

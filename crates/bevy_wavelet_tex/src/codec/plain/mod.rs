@@ -1,4 +1,4 @@
-//! Textures without a wavelet: the pixels themselves in BC1, BC3, BC4, BC5 or BC7, at full size or
+//! Textures without a wavelet: the pixels themselves in BC1, BC4, BC5 or BC7, at full size or
 //! smaller, which the texture unit filters by itself.
 //!
 //! They are what a game has today, and better than a wavelet where an image has hardly anything that

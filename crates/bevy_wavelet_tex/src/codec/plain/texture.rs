@@ -20,12 +20,12 @@ pub struct PlainTexture {
 
 impl PlainTexture {
     /// The formats that can hold a content: gray in BC4, normals in BC5, colour in BC1 and BC7, colour
-    /// with alpha in BC3 and BC7.
+    /// with alpha in BC7 (BC3 takes as many bits and is worse).
     pub fn formats(content: Content) -> &'static [BlockFormat] {
         match content {
             Content::Gray => &[BlockFormat::Bc4],
             Content::Color => &[BlockFormat::Bc1, BlockFormat::Bc7],
-            Content::ColorAlpha => &[BlockFormat::Bc3, BlockFormat::Bc7],
+            Content::ColorAlpha => &[BlockFormat::Bc7],
             Content::Normal => &[BlockFormat::Bc5],
         }
     }
