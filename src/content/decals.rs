@@ -22,7 +22,7 @@ const CELLS: i32 = 6;
 pub fn decals(width: u32, height: u32, seed: u64) -> Material {
     let units = units(width, height);
     let noise = Noise::new(seed, units);
-    let cells = units.map(|units| units as i32 * CELLS);
+    let cells = units.map(|units| units * CELLS);
     render(width, height, Border::Wrap, |point| {
         sample(noise, cells, point)
     })
