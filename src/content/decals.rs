@@ -29,7 +29,8 @@ pub fn decals(width: u32, height: u32, seed: u64) -> Material {
 }
 
 fn sample(noise: Noise, cells: [i32; 2], point: [f32; 2]) -> Sample {
-    let scaled = point.map(|p| p * CELLS as f32);
+    // No edge between panels lies on the border of the image.
+    let scaled = point.map(|p| p * CELLS as f32 + 0.25);
     let cell = [0, 1].map(|i| (scaled[i].floor() as i32).rem_euclid(cells[i]));
     let [x, y] = scaled.map(|p| p - p.floor() - 0.5);
     let choice = |stream: u32| noise.stream(stream).uniform(cell[0], cell[1]);
@@ -37,12 +38,14 @@ fn sample(noise: Noise, cells: [i32; 2], point: [f32; 2]) -> Sample {
     let ground = paint(choice(1));
     let other = (ground + 1 + (choice(2) * 4.0) as usize % 4) % PAINTS.len();
     let radius = x.hypot(y);
-    let is_inside = match (choice(3) * 4.0) as u32 {
+    let is_shape = match (choice(3) * 4.0) as u32 {
         0 => radius < 0.3,
         1 => (0.22..0.36).contains(&radius),
         2 => ((x + y) * 6.0).rem_euclid(1.0) < 0.5,
         _ => ((y + x.abs()) * 4.0).rem_euclid(1.0) < 0.4,
     };
+    // Shapes end before the panel does.
+    let is_inside = is_shape && x.abs().max(y.abs()) < 0.4;
     let mut color = PAINTS[if is_inside { other } else { ground }];
     if radius < 0.1 {
         color = if choice(4) < 0.5 { LIGHT } else { DARK };

@@ -11,6 +11,8 @@ pub fn packed_maps(width: u32, height: u32, seed: u64) -> Material {
 }
 
 fn sample(noise: Noise, point: [f32; 2]) -> Sample {
+    // Noise is 0 on its lattice, which the border of the image is not on.
+    let point = point.map(|p| p + 0.137);
     let fractal = |stream, scale, octaves| {
         let noise = noise.stream(stream);
         noise.fractal(point, [scale; 2], octaves)
