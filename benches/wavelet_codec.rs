@@ -6,7 +6,7 @@ use bevy_wavelet_tex::codec::{
     encoder::encode_rgb8,
     image::WaveletImage,
     rate::Rate,
-    settings::{Effort, EncodeSettings},
+    settings::{Effort, EncodeSettings, Formats},
 };
 use divan::{Bencher, black_box, counter::ItemsCount};
 
@@ -20,6 +20,7 @@ fn encoded(pixels: &[[u8; 3]], rate: Rate, effort: Effort) -> WaveletImage {
     let settings = EncodeSettings {
         rate,
         effort,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
     encode_rgb8(black_box(pixels), SIZE, &settings).expect("a good image")

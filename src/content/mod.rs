@@ -13,6 +13,8 @@
 //! | [`noise()`] | fractal rock | yes | detail of all scales at once |
 //! | [`text()`] | printed page | no | thin strokes, hard edges |
 //! | [`gradients()`] | smooth ramps | no | banding, dark tones, saturated hues |
+//! | [`decals()`] | painted signs | yes | saturated edges of equal luma, thin coloured lines, flat colour |
+//! | [`packed_maps()`] | occlusion, roughness, metallic | yes | uncorrelated channels |
 //! | [`photo_like()`] | landscape | no | the statistics of a photograph |
 //!
 //! Surfaces are described as functions of a point (colour, height and coverage) in units of the
@@ -23,23 +25,27 @@
 
 mod bricks;
 mod color;
+mod decals;
 mod foliage;
 mod fractal;
 mod gradients;
 mod label;
 mod lattice;
 mod material;
+mod packed_maps;
 mod photo;
 mod text;
 mod texture;
 mod wood;
 
 pub use bricks::bricks;
+pub use decals::decals;
 pub use foliage::foliage;
 pub use fractal::noise;
 pub use gradients::gradients;
 pub use label::label;
 pub use material::Material;
+pub use packed_maps::packed_maps;
 pub use photo::photo_like;
 pub use text::text;
 pub use texture::mipped_texture;

@@ -4,11 +4,13 @@ use image::{Rgb, RgbImage};
 
 type Make = fn(u32, u32, u64) -> Material;
 
-const TILING: [(&str, Make); 4] = [
+const TILING: [(&str, Make); 6] = [
     ("bricks", bricks),
     ("wood", wood),
     ("foliage", foliage),
     ("noise", noise),
+    ("decals", decals),
+    ("packed maps", packed_maps),
 ];
 const SINGLE: [(&str, Make); 2] = [("text", text), ("gradients", gradients)];
 

@@ -13,7 +13,7 @@ use bevy_wavelet_tex::{
         encoder::encode_rgb8,
         image::{ColorSpace, Content},
         rate::Rate,
-        settings::EncodeSettings,
+        settings::{EncodeSettings, Formats},
     },
 };
 
@@ -163,6 +163,7 @@ fn wavelet_texture(
     let settings = EncodeSettings {
         rate,
         color_space,
+        formats: Formats::Wavelet,
         ..default()
     };
     let image = encode_rgb8(&pixels, [size; 2], &settings).expect("a valid image");

@@ -11,7 +11,7 @@ use bevy_wavelet_tex::{
         layout,
         quality::psnr_db,
         rate::Rate,
-        settings::{Effort, EncodeSettings, Method},
+        settings::{Effort, EncodeSettings, Formats, Method},
         source::{Pixels, Source},
     },
     file,
@@ -265,7 +265,10 @@ fn the_prediction_pays_and_a_wanted_quality_is_reached() {
         let image = encode(&source, &settings, &|_, _| {}).expect("a good image");
         (psnr_db(&source, &image), image.bits_per_pixel())
     };
-    let with = settings(Rate::Gray2, Effort::Default);
+    let with = EncodeSettings {
+        formats: Formats::Wavelet,
+        ..settings(Rate::Gray2, Effort::Default)
+    };
     let without = EncodeSettings {
         method: Method::OneFetch,
         ..with

@@ -8,7 +8,7 @@ use bevy_wavelet_tex::codec::{
     encoder::encode_rgb8,
     image::{ColorSpace, Content, WaveletImage},
     rate::Rate,
-    settings::EncodeSettings,
+    settings::{EncodeSettings, Formats},
 };
 use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
 
@@ -120,6 +120,7 @@ impl Textures {
                 let settings = EncodeSettings {
                     rate,
                     color_space,
+                    formats: Formats::Wavelet,
                     ..EncodeSettings::default()
                 };
                 let rgb: Vec<_> = pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();

@@ -13,7 +13,7 @@ use bevy_wavelet_tex::{
         image::{Content, WaveletImage},
         quality::psnr_db,
         rate::Rate,
-        settings::{Effort, EncodeSettings, Method},
+        settings::{Effort, EncodeSettings, Formats, Method},
     },
 };
 
@@ -286,6 +286,7 @@ impl Textures {
                     rate,
                     effort,
                     method,
+                    formats: Formats::Wavelet,
                     ..EncodeSettings::default()
                 };
                 // Its size was found to be good when the room's was encoded.

@@ -11,7 +11,7 @@ use bevy_wavelet_tex::codec::{
     encoder::encode_rgb8,
     image::{ColorSpace, Content, WaveletImage},
     rate::Rate,
-    settings::{Effort, EncodeSettings},
+    settings::{Effort, EncodeSettings, Formats},
     source::{Pixels, Source},
 };
 use image::{DynamicImage, Rgba, RgbaImage};
@@ -154,6 +154,7 @@ impl SourceMap {
             },
             color_space: self.color_space,
             effort,
+            formats: Formats::Wavelet,
             ..EncodeSettings::default()
         };
         match encode_rgb8(&pixels, self.pixels.dimensions().into(), &settings) {

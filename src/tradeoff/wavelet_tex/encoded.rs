@@ -10,7 +10,7 @@ use bevy_wavelet_tex::codec::{
     quality::psnr_db,
     quantizer::PlaneCoding,
     rate::Rate,
-    settings::{Effort, EncodeSettings},
+    settings::{Effort, EncodeSettings, Formats},
     source::{Pixels, Source},
 };
 use image::{Rgb, RgbImage};
@@ -115,6 +115,7 @@ pub(super) fn encoded(
         color_space: ColorSpace::Srgb,
         mips,
         effort,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
     encode_rgb8(&pixels, image.dimensions().into(), &settings)

@@ -15,7 +15,7 @@ use bevy_wavelet_tex::codec::{
     predict::predicted,
     quantizer::PlaneCoding,
     rate::Rate,
-    settings::EncodeSettings,
+    settings::{EncodeSettings, Formats},
     source::{Pixels, Source},
     wavelet::CoefficientPlane,
 };
@@ -87,6 +87,7 @@ fn second_level(low_band: &Plane) -> (Plane, usize) {
         rate: Rate::Gray2,
         mips: false,
         color_space: ColorSpace::Linear,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
     let source = Source::new(low_band.size, Pixels::Gray16(&words));

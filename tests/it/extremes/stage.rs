@@ -13,7 +13,7 @@ use bevy_wavelet_tex::{
     WaveletTexPlugin, WaveletTexture,
     codec::{
         encoder::encode_rgb8,
-        settings::{Effort, EncodeSettings},
+        settings::{Effort, EncodeSettings, Formats},
     },
 };
 use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
@@ -80,6 +80,7 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
     let rgb: Vec<_> = pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
     let settings = EncodeSettings {
         effort: Effort::Fast,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
     let encoded = encode_rgb8(&rgb, texture, &settings).expect("a texture");

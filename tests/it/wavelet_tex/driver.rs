@@ -45,6 +45,7 @@ impl Driver {
             BlockFormat::Bc1 => wgpu::TextureFormat::Bc1RgbaUnorm,
             BlockFormat::Bc3 => wgpu::TextureFormat::Bc3RgbaUnorm,
             BlockFormat::Bc4 => wgpu::TextureFormat::Bc4RUnorm,
+            BlockFormat::Bc5 => wgpu::TextureFormat::Bc5RgUnorm,
             BlockFormat::Bc7 => wgpu::TextureFormat::Bc7RgbaUnorm,
         };
         let texels = self.texels(format, blocks, padded);

@@ -63,6 +63,7 @@ pub fn exact_images() -> Vec<WaveletImage> {
         color_space,
         size: SIZE,
         levels: 1,
+        plain: None,
         groups: if content.has_chroma() {
             vec![group(0, vec![luma]), group(1, vec![co, cg])]
         } else {

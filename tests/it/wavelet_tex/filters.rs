@@ -7,7 +7,7 @@ use bevy_wavelet_tex::{
     codec::{
         image::{ColorSpace, WaveletImage},
         rate::Rate,
-        settings::EncodeSettings,
+        settings::{EncodeSettings, Formats},
     },
 };
 
@@ -26,6 +26,7 @@ fn image(rate: Rate, color_space: ColorSpace) -> WaveletImage {
     let settings = EncodeSettings {
         rate,
         color_space,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
     encoded_with(&picture(), &settings)
@@ -167,6 +168,7 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
         let settings = EncodeSettings {
             rate,
             color_space,
+            formats: Formats::Wavelet,
             ..EncodeSettings::default()
         };
         let image = encoded_with(&picture, &settings);
@@ -244,6 +246,7 @@ fn anisotropic_magnification_is_bilinear() {
     let mut viewer = Viewer::new(TARGET);
     let settings = EncodeSettings {
         rate: Rate::Color3,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
     let image = encoded_with(&content::photo_like(64, 64, 5), &settings);

@@ -9,6 +9,7 @@ mod loading;
 mod materials;
 mod modes;
 mod neighbours;
+mod plain;
 mod processing;
 mod reference;
 mod scene;

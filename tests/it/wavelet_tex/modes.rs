@@ -9,7 +9,7 @@ use bevy_wavelet_tex::{
         image::{ColorSpace, Content, WaveletImage},
         packing::Packing,
         rate::Rate,
-        settings::{Effort, EncodeSettings, Method},
+        settings::{Effort, EncodeSettings, Formats, Method},
         source::{Pixels, Source},
     },
 };
@@ -23,7 +23,7 @@ use super::{
 use crate::support::gpu;
 
 /// With an alpha channel that has edges and slopes.
-fn encoded(picture: &RgbImage, settings: &EncodeSettings) -> WaveletImage {
+pub fn encoded(picture: &RgbImage, settings: &EncodeSettings) -> WaveletImage {
     let pixels: Vec<[u8; 4]> = picture
         .enumerate_pixels()
         .map(|(x, y, p)| {
@@ -43,7 +43,7 @@ pub fn modes() -> Vec<(String, WaveletImage)> {
     let picture = picture();
     let normals = content::bricks(93, 61, 3).normal;
     let mut modes = Vec::new();
-    for rate in Rate::ALL {
+    for rate in Rate::ALL.into_iter().filter(|rate| rate.wavelet() == *rate) {
         for method in [Method::Best, Method::OneFetch, Method::Thesis] {
             for alpha in [false, true] {
                 let content = rate.content(alpha);
@@ -57,6 +57,7 @@ pub fn modes() -> Vec<(String, WaveletImage)> {
                     color_space: ColorSpace::Srgb,
                     effort: Effort::Default,
                     mips: false,
+                    formats: Formats::Wavelet,
                     ..EncodeSettings::default()
                 };
                 let source = match content {
@@ -80,7 +81,7 @@ pub fn chroma_rounding(image: &WaveletImage) -> f32 {
 }
 
 /// The largest difference in steps of an 8-bit picture, and what it may be.
-fn worst(image: &WaveletImage, shown: &Rgba32FImage, driver: &Driver) -> (f32, f32) {
+pub fn worst(image: &WaveletImage, shown: &Rgba32FImage, driver: &Driver) -> (f32, f32) {
     let decoded = decoded_by(driver, image, 0);
     let mut worst = 0.0f32;
     for (i, shown) in shown.pixels.iter().enumerate() {

@@ -7,7 +7,7 @@ use bevy_wavelet_tex::{
     codec::{
         image::{ColorSpace, Content, WaveletImage},
         rate::Rate,
-        settings::{EncodeSettings, Method},
+        settings::{EncodeSettings, Formats, Method},
     },
 };
 
@@ -100,6 +100,7 @@ fn every_small_and_odd_size_is_bilinear_across_its_edges() {
                 method,
                 color_space,
                 mips: false,
+                formats: Formats::Wavelet,
                 ..EncodeSettings::default()
             };
             let picture = bevy_frugal_lab::content::photo_like(size[0], size[1], 7);

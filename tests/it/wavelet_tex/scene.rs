@@ -16,7 +16,7 @@ use bevy_wavelet_tex::{
         encoder::encode_rgb8,
         image::{ColorSpace, Content, WaveletImage},
         rate::Rate,
-        settings::EncodeSettings,
+        settings::{EncodeSettings, Formats},
     },
 };
 use image::RgbImage;
@@ -37,6 +37,7 @@ pub fn encoded(picture: &RgbImage, content: Content, color_space: ColorSpace) ->
     let settings = EncodeSettings {
         rate: Rate::usual(content),
         color_space,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
     encoded_with(picture, &settings)

@@ -8,7 +8,7 @@ use bevy_wavelet_tex::{
     codec::{
         image::{ColorSpace, WaveletImage},
         rate::Rate,
-        settings::EncodeSettings,
+        settings::{EncodeSettings, Formats},
     },
 };
 
@@ -24,6 +24,7 @@ fn image() -> WaveletImage {
     let settings = EncodeSettings {
         rate: Rate::Color3,
         color_space: ColorSpace::Srgb,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
     encoded_with(&content::photo_like(256, 256, 5), &settings)

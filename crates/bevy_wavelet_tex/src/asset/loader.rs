@@ -85,8 +85,10 @@ impl WaveletTextureLoader {
         path: &str,
     ) -> Result<(WaveletStorage, u32), WaveletLoadError> {
         let storage = self.storage(settings);
-        let mut atlases = (0..image.groups.len()).map(|group| MipAtlas::of(image, group));
-        let too_large = atlases.find(|atlas| !self.fits(atlas.size));
+        let atlases = (0..image.groups.len()).map(|group| MipAtlas::of(image, group));
+        let plain = image.plain.as_ref().map(|plain| plain.size);
+        let mut sizes = atlases.map(|atlas| atlas.size).chain(plain);
+        let too_large = sizes.find(|size| !self.fits(*size));
         if storage == WaveletStorage::Blocks && too_large.is_none() {
             return Ok((storage, 0));
         }
@@ -97,8 +99,7 @@ impl WaveletTextureLoader {
             size: image.size,
             limit,
         })?;
-        if let (WaveletStorage::Blocks, Some(MipAtlas { size: [w, h], .. })) = (storage, too_large)
-        {
+        if let (WaveletStorage::Blocks, Some([w, h])) = (storage, too_large) {
             warn!(
                 "wavelet texture '{path}' is decoded on load to RGBA8, which takes 6 to 16 times the \
                  memory: its coefficients with all mips take {w} x {h} texels, and a texture of the \

@@ -11,4 +11,4 @@ pub use loader::{WaveletLoadError, WaveletTextureLoader};
 #[cfg(feature = "encode")]
 pub use saver::{WaveletProcessor, WaveletSaveError, WaveletSaver};
 pub(crate) use texture::Part;
-pub use texture::{Parts, TextureGroup, WaveletTexture};
+pub use texture::{Parts, PlainParameters, TextureGroup, WaveletTexture};

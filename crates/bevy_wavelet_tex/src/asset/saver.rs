@@ -135,6 +135,7 @@ impl WaveletSaverSettings {
             } else {
                 Method::Best
             },
+            formats: self.formats,
         };
         let encoded = encode(&source, &settings, &|_, _| {});
         let encoded = encoded.map_err(|source| WaveletSaveError::Encode {

@@ -18,6 +18,7 @@ use crate::{
         image::{ColorSpace, Content, WaveletImage},
         layout,
         packing::Packing,
+        plain::PlainTexture,
         quantizer::PlaneCoding,
     },
     settings::WaveletStorage,
@@ -36,8 +37,11 @@ pub struct WaveletTexture {
     pub levels: u32,
     /// Representation on the GPU.
     pub storage: WaveletStorage,
-    /// Parameters of the groups of planes: luma (with alpha), gray or normals, then chroma.
+    /// Parameters of the groups of planes: luma (with alpha), gray or normals, then chroma. Empty where
+    /// the texture is a plain one.
     pub groups: Vec<TextureGroup>,
+    /// Parameters of a texture without a wavelet.
+    pub plain: Option<PlainParameters>,
     /// The array textures of the planes.
     #[dependency]
     pub images: Parts<Handle<Image>>,
@@ -56,10 +60,20 @@ pub struct TextureGroup {
     pub codings: Vec<PlaneCoding>,
 }
 
+/// The parameters of a plain texture that a shader needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlainParameters {
+    /// Format of the blocks.
+    pub format: BlockFormat,
+    /// Whether it has fewer texels than the image has pixels.
+    pub is_scaled: bool,
+}
+
 /// The images of a texture; a part that the texture does not have is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Parts<T> {
-    /// Luma (with alpha in a second layer), gray, X and Y of normals, or the decoded pixels.
+    /// Luma (with alpha in a second layer), gray, X and Y of normals, the plain texture, or the decoded
+    /// pixels.
     pub luma: Option<T>,
     /// The detail bands, where they have a texture of their own.
     pub detail: Option<T>,
@@ -141,7 +155,13 @@ impl WaveletTexture {
             add_image(label, image)
         };
         let images = match storage {
-            WaveletStorage::Blocks => block_images(image, add),
+            WaveletStorage::Blocks => match &image.plain {
+                Some(plain) => Parts {
+                    luma: Some(add("plain", plain_image(image, plain))),
+                    ..Parts::default()
+                },
+                None => block_images(image, add),
+            },
             WaveletStorage::Decoded => Parts {
                 luma: Some(add("decoded", decoded_image(image, first_level))),
                 ..Parts::default()
@@ -159,6 +179,10 @@ impl WaveletTexture {
             levels: image.levels - first_level,
             storage,
             groups: groups.collect(),
+            plain: image.plain.as_ref().map(|plain| PlainParameters {
+                format: plain.format,
+                is_scaled: plain.is_scaled(image.size),
+            }),
             images,
             gpu_bytes,
         }
@@ -196,16 +220,31 @@ fn block_images(
 fn block_image(image: &WaveletImage, index: usize, texture: usize) -> Image {
     let group = &image.groups[index];
     let block_format = group.packing.formats()[texture];
+    let atlas = MipAtlas::of(image, index);
+    let blocks = atlas.arranged(image, index, texture, block_format);
     // These are coefficients, not colours, so the format is never sRGB.
-    let format = match block_format {
+    let format = texture_format(block_format, false);
+    array_image(atlas.size, group.layers() as u32, 1, format, blocks)
+}
+
+/// Makes the texture of an image without a wavelet, with a mip chain.
+fn plain_image(image: &WaveletImage, plain: &PlainTexture) -> Image {
+    let is_srgb = plain.is_srgb(image.content, image.color_space, image.size);
+    let format = texture_format(plain.format, is_srgb);
+    array_image(plain.size, 1, image.levels, format, plain.blocks.clone())
+}
+
+fn texture_format(format: BlockFormat, is_srgb: bool) -> TextureFormat {
+    match format {
+        BlockFormat::Bc1 if is_srgb => TextureFormat::Bc1RgbaUnormSrgb,
+        BlockFormat::Bc3 if is_srgb => TextureFormat::Bc3RgbaUnormSrgb,
+        BlockFormat::Bc7 if is_srgb => TextureFormat::Bc7RgbaUnormSrgb,
         BlockFormat::Bc1 => TextureFormat::Bc1RgbaUnorm,
         BlockFormat::Bc3 => TextureFormat::Bc3RgbaUnorm,
         BlockFormat::Bc4 => TextureFormat::Bc4RUnorm,
+        BlockFormat::Bc5 => TextureFormat::Bc5RgUnorm,
         BlockFormat::Bc7 => TextureFormat::Bc7RgbaUnorm,
-    };
-    let atlas = MipAtlas::of(image, index);
-    let blocks = atlas.arranged(image, index, texture, block_format);
-    array_image(atlas.size, group.layers() as u32, 1, format, blocks)
+    }
 }
 
 /// Decodes all levels from one on to the values that the texture unit filters.

@@ -1,5 +1,7 @@
 //! The reference decoder (thesis section 3.5.3), which computes what the shader computes.
 
+use rayon::prelude::*;
+
 use super::{
     blocks::{BlockFormat, Texel, decode_blocks},
     chroma::interpolated,
@@ -7,6 +9,7 @@ use super::{
     image::{Content, PlaneGroup, WaveletImage},
     layout,
     packing::Packing,
+    plain::read,
     plane::Plane,
     wavelet::decode_plane,
 };
@@ -65,6 +68,13 @@ pub fn decode_with(
     level: u32,
     decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
 ) -> DecodedImage {
+    if let Some(plain) = &image.plain {
+        return from_channels(
+            image,
+            level,
+            read::pixels(plain, image.size, level, decode_blocks),
+        );
+    }
     let size = layout::mip_size(image.size, level);
     let groups: Vec<Vec<Plane>> = (0..image.groups.len())
         .map(|group| decode_group(image, group, level, &decode_blocks))
@@ -84,23 +94,41 @@ pub fn decode_with(
         }
     };
     let unit = |v: f32| v.clamp(0.0, 1.0);
-    let pixel = |(x, y): (u32, u32)| match image.content {
-        Content::Gray => [unit(luma[0].clamped(x, y)); 3],
-        Content::Color | Content::ColorAlpha => {
-            let y_co_cg = YCoCg {
-                y: luma[0].clamped(x, y),
-                co: chroma(0, x, y),
-                cg: chroma(1, x, y),
-            };
-            rgb_from_ycocg(y_co_cg).map(unit)
+    let pixel = |i: u32| {
+        let (x, y) = (i % size[0], i / size[0]);
+        match image.content {
+            Content::Gray => [unit(luma[0].clamped(x, y)); 3],
+            Content::Color | Content::ColorAlpha => {
+                let y_co_cg = YCoCg {
+                    y: luma[0].clamped(x, y),
+                    co: chroma(0, x, y),
+                    cg: chroma(1, x, y),
+                };
+                rgb_from_ycocg(y_co_cg).map(unit)
+            }
+            Content::Normal => normal_from_xy([0, 1].map(|i: usize| luma[i].clamped(x, y))),
         }
-        Content::Normal => normal_from_xy([0, 1].map(|i: usize| luma[i].clamped(x, y))),
     };
     DecodedImage {
         size,
-        pixels: Plane::positions(size).map(pixel).collect(),
+        pixels: (0..size[0] * size[1]).into_par_iter().map(pixel).collect(),
         alpha: (image.content == Content::ColorAlpha)
             .then(|| luma[1].values.iter().copied().map(unit).collect()),
+    }
+}
+
+/// The image of the channels of a plain texture.
+fn from_channels(image: &WaveletImage, level: u32, channels: Vec<[f32; 4]>) -> DecodedImage {
+    let pixel = |[r, g, b, _]: &[f32; 4]| match image.content {
+        Content::Gray => [*r; 3],
+        Content::Color | Content::ColorAlpha => [*r, *g, *b],
+        Content::Normal => normal_from_xy([2.0 * r - 1.0, 2.0 * g - 1.0]),
+    };
+    DecodedImage {
+        size: layout::mip_size(image.size, level),
+        pixels: channels.iter().map(pixel).collect(),
+        alpha: (image.content == Content::ColorAlpha)
+            .then(|| channels.iter().map(|v| v[3]).collect()),
     }
 }
 

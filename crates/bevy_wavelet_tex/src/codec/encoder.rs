@@ -3,10 +3,9 @@
 pub use super::check::EncodeError;
 use super::{
     check::check,
-    image::{ColorSpace, Content, PlaneGroup, WaveletImage},
-    job::Job,
-    layout,
-    plane::union,
+    choice::{Choice, choose},
+    image::{Content, WaveletImage},
+    layout, plain,
     planes::LevelPlanes,
     quality,
     rate::Rate,
@@ -71,75 +70,39 @@ fn encode_at(
     rate: Rate,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> WaveletImage {
-    let content = rate.content(settings.alpha);
-    let color_space = match content {
-        Content::Normal => ColorSpace::Linear,
-        _ => settings.color_space,
-    };
-    let job = Job {
-        settings,
-        rate,
-        size: source.size,
-    };
-    let mut layouts = vec![(rate.luma_packings()[0], 0)];
-    if let Some(subsampling) = rate.chroma_subsampling() {
-        layouts.push((job.chroma_packing(), subsampling));
-    }
-    let most = layout::max_level_count(source.size, &layouts) as usize;
-    let levels = match source.levels.len() {
-        1 if settings.mips => most,
-        given => given.min(most),
-    };
-    let mut groups: Vec<PlaneGroup> = Vec::new();
+    let Choice { job, mut image } = choose(source, settings, rate);
+    let (content, color_space) = (image.content, image.color_space);
+    progress(1, image.levels as usize);
     let mut linear: Option<LinearLevel> = None;
-    for level in 0..levels {
-        let planes = match source.levels.get(level) {
-            Some(pixels) => {
-                LevelPlanes::given(pixels, layout::mip_size(source.size, level as u32), content)
+    for level in 1..image.levels {
+        let size = layout::mip_size(source.size, level);
+        let given = source.levels.get(level as usize);
+        if given.is_none() {
+            linear = Some(match &linear {
+                Some(linear) => linear.next(),
+                None => LinearLevel::below(
+                    &source.levels[0],
+                    source.size,
+                    color_space,
+                    content == Content::ColorAlpha,
+                ),
+            });
+        }
+        let pixel = |i: usize| match (given, &linear) {
+            (Some(pixels), _) => pixels.get(i),
+            (None, Some(linear)) => linear.get(i, color_space, content == Content::ColorAlpha),
+            (None, None) => unreachable!("a level that is not given is made"),
+        };
+        match &mut image.plain {
+            Some(plain) => {
+                plain::add_level(plain, level, size, pixel, content, settings.effort);
             }
             None => {
-                linear = Some(match &linear {
-                    Some(linear) => linear.next(),
-                    None => LinearLevel::below(
-                        &source.levels[0],
-                        source.size,
-                        color_space,
-                        content == Content::ColorAlpha,
-                    ),
-                });
-                let linear = linear.as_ref().expect("just made");
-                LevelPlanes::filtered(linear, content, color_space)
-            }
-        };
-        if level == 0 {
-            groups = job.first_level(planes, &given_bounds(source, content, levels));
-        } else {
-            job.next_level(planes, level as u32, &mut groups);
-        }
-        progress(level + 1, levels);
-    }
-    WaveletImage {
-        content,
-        color_space,
-        size: source.size,
-        levels: levels as u32,
-        groups,
-    }
-}
-
-/// Bounds of the luma and chroma planes over the given mips. Mips that are not filtered from the
-/// first level can exceed its bounds.
-fn given_bounds(source: &Source<'_>, content: Content, levels: usize) -> [Vec<[f32; 2]>; 2] {
-    let mut all: [Vec<[f32; 2]>; 2] = [Vec::new(), Vec::new()];
-    for (level, pixels) in source.levels.iter().enumerate().take(levels).skip(1) {
-        let size = layout::mip_size(source.size, level as u32);
-        let planes = LevelPlanes::given(pixels, size, content);
-        for (all, planes) in all.iter_mut().zip([&planes.luma, &planes.chroma]) {
-            all.resize(planes.len(), [f32::INFINITY, f32::NEG_INFINITY]);
-            for (all, plane) in all.iter_mut().zip(planes) {
-                *all = union(*all, plane.bounds());
+                let planes = LevelPlanes::new(size, content, pixel);
+                job.next_level(planes, level, &mut image.groups);
             }
         }
+        progress(level as usize + 1, image.levels as usize);
     }
-    all
+    image
 }

@@ -1,56 +1,10 @@
 //! The encoded image and its parts.
 
-use serde::{Deserialize, Serialize};
-
-use super::{blocks::BlockFormat, layout, packing::Packing, quantizer::PlaneCoding};
-
-/// The kind of data in an image, which decides its planes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Content {
-    /// A single channel.
-    Gray,
-    /// Colour, stored as luma and downsampled chroma.
-    Color,
-    /// Colour with an alpha channel, which is stored as luma is.
-    ColorAlpha,
-    /// Unit normals in tangent space: X and Y are stored, Z is reconstructed.
-    Normal,
-}
-
-impl Content {
-    /// Number of planes in the luma group, which is the number of layers of its textures.
-    pub fn luma_planes(self) -> usize {
-        match self {
-            Self::Gray | Self::Color => 1,
-            Self::ColorAlpha | Self::Normal => 2,
-        }
-    }
-
-    /// Name of the content in the tool's output.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Gray => "gray",
-            Self::Color => "color",
-            Self::ColorAlpha => "color_alpha",
-            Self::Normal => "normal",
-        }
-    }
-
-    /// Returns whether the image has a chroma group.
-    pub fn has_chroma(self) -> bool {
-        matches!(self, Self::Color | Self::ColorAlpha)
-    }
-}
-
-/// The transfer function of an image's values, which decides when they are filtered.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum ColorSpace {
-    /// sRGB-encoded colour, which is decoded, then linearised, then filtered.
-    #[default]
-    Srgb,
-    /// Linear data (masks, normals), which is filtered without a conversion.
-    Linear,
-}
+pub use super::content::{ColorSpace, Content};
+use super::{
+    blocks::BlockFormat, layout, packing::Packing, plain::texture::PlainTexture,
+    quantizer::PlaneCoding,
+};
 
 /// An encoded image with its mips.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,8 +18,10 @@ pub struct WaveletImage {
     /// Number of mip levels, the same in all groups; at least 1.
     pub levels: u32,
     /// The luma group (luma and alpha, gray, or X and Y of normals), then the chroma group if there
-    /// is one.
+    /// is one. Empty where the image has a `plain` texture.
     pub groups: Vec<PlaneGroup>,
+    /// The texture of an image that is stored without a wavelet.
+    pub plain: Option<PlainTexture>,
 }
 
 /// Planes of the same size and packing.
@@ -110,10 +66,23 @@ impl WaveletImage {
         &group.textures[texture][start..start + bytes(level)]
     }
 
+    /// How the image is stored: the packing of luma, or the format of a plain texture and its size in
+    /// texels.
+    pub fn storage_name(&self) -> String {
+        match &self.plain {
+            Some(plain) => {
+                let [width, height] = plain.size;
+                format!("plain {} {width} x {height}", plain.format.name())
+            }
+            None => self.groups[0].packing.name().into(),
+        }
+    }
+
     /// Bytes of all blocks, which is the memory that the textures take on the GPU.
     pub fn gpu_bytes(&self) -> usize {
         let textures = self.groups.iter().flat_map(|g| &g.textures);
-        textures.map(Vec::len).sum()
+        let plain = self.plain.iter().map(|plain| &plain.blocks);
+        textures.chain(plain).map(Vec::len).sum()
     }
 
     /// Bits per pixel of the largest level, including the padding to whole blocks.
@@ -123,7 +92,8 @@ impl WaveletImage {
             let bytes = |f: &BlockFormat| f.level_bytes(size);
             g.layers() * g.packing.formats().iter().map(bytes).sum::<usize>()
         };
-        let bytes: usize = self.groups.iter().map(level_0).sum();
+        let plain = self.plain.iter().map(|plain| plain.level_blocks(0).len());
+        let bytes: usize = self.groups.iter().map(level_0).chain(plain).sum();
         8.0 * bytes as f64 / (f64::from(self.size[0]) * f64::from(self.size[1]))
     }
 }

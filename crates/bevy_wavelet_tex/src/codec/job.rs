@@ -20,6 +20,7 @@ use super::{
 };
 
 /// The settings that all levels of an image share.
+#[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     pub(super) settings: &'a EncodeSettings,
     pub(super) rate: Rate,
@@ -37,6 +38,15 @@ impl Job<'_> {
         } else {
             Packing::Bc1
         }
+    }
+
+    /// Largest number of mip levels that all groups can have.
+    pub(super) fn max_level_count(&self) -> u32 {
+        let mut layouts = vec![(self.rate.luma_packings()[0], 0)];
+        if let Some(subsampling) = self.rate.chroma_subsampling() {
+            layouts.push((self.chroma_packing(), subsampling));
+        }
+        layout::max_level_count(self.size, &layouts)
     }
 
     fn pack_settings(&self) -> PackSettings {

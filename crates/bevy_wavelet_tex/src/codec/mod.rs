@@ -14,18 +14,19 @@
 //!
 //! | module | stage | thesis |
 //! | --- | --- | --- |
-//! | [`rate`], [`mod@image`] | the rates to choose from, and the encoded image | 3.5.5 |
+//! | [`rate`], `content`, [`mod@image`] | the rates to choose from, the kind of data, and the encoded image | 3.5.5 |
 //! | [`packing`] | how planes are packed into textures | 3.5.3 |
 //! | [`source`], [`reduce`] | input pixels, their mips, and downsampling to a size limit | |
 //! | [`color`] | conversion between RGB and luma / chroma | 3.3.1 |
-//! | [`plane`], [`chroma`] | planes and their downsampling | 3.5.5 |
+//! | [`plane`], [`chroma`], [`interpolation`] | planes and their downsampling | 3.5.5 |
+//! | [`plain`] | textures without a wavelet, at full size or smaller | |
 //! | [`haar`] | the Haar and the partially inverted Haar transform | 3.5.1 |
 //! | [`predict`] | prediction of the detail bands from the low band | |
 //! | [`quantizer`] | range and power curve of the detail coefficients | 3.5.2 |
 //! | [`blocks`] | BC blocks | 3.4.2 |
 //! | [`wavelet`], `pack` | conversion of one plane to coefficients, to blocks and back | 3.5.3 |
 //! | [`layout`] | sizes of planes, their textures and mip chains | |
-//! | [`encoder`], `job`, `check` | the whole encoder: of an image, of its levels, and what it accepts | 3.5.2 |
+//! | [`encoder`], `choice`, `job`, `check` | the whole encoder: of an image, which kind of texture it becomes, of its levels, and what it accepts | 3.5.2 |
 //! | [`settings`], `search` | its settings, and the search for its parameters | 3.5.2 |
 //! | [`decoder`] | the whole decoder | 3.5.3 |
 //! | [`quality`], [`angle`] | the error of an encoded image, and of normals | 3.6.1 |
@@ -35,19 +36,24 @@ pub mod angle;
 pub mod blocks;
 #[cfg(feature = "encode")]
 mod check;
+#[cfg(feature = "encode")]
+mod choice;
 pub mod chroma;
 pub mod color;
+mod content;
 pub mod decoder;
 #[cfg(feature = "encode")]
 pub mod encoder;
 pub mod haar;
 pub mod image;
+pub mod interpolation;
 #[cfg(feature = "encode")]
 mod job;
 pub mod layout;
 #[cfg(feature = "encode")]
 mod pack;
 pub mod packing;
+pub mod plain;
 pub mod plane;
 #[cfg(feature = "encode")]
 mod planes;

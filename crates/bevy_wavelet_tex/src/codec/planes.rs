@@ -2,12 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{
-    color::ycocg_from_rgb,
-    image::{ColorSpace, Content},
-    plane::Plane,
-    source::{LinearLevel, Pixels},
-};
+use super::{color::ycocg_from_rgb, image::Content, plane::Plane, source::Pixels};
 
 /// The planes of one mip level, all at its size.
 pub(super) struct LevelPlanes {
@@ -23,13 +18,12 @@ impl LevelPlanes {
         Self::new(size, content, |i| pixels.get(i))
     }
 
-    /// Converts a filtered mip level.
-    pub(super) fn filtered(level: &LinearLevel, content: Content, color_space: ColorSpace) -> Self {
-        let alpha = content == Content::ColorAlpha;
-        Self::new(level.size(), content, |i| level.get(i, color_space, alpha))
-    }
-
-    fn new(size: [u32; 2], content: Content, pixel: impl Fn(usize) -> [f32; 4] + Sync) -> Self {
+    /// Converts the pixels that a function returns.
+    pub(super) fn new(
+        size: [u32; 2],
+        content: Content,
+        pixel: impl Fn(usize) -> [f32; 4] + Sync,
+    ) -> Self {
         let plane = |value: &(dyn Fn([f32; 4]) -> f32 + Sync)| Plane {
             size,
             values: (0..size[0] as usize * size[1] as usize)
@@ -55,7 +49,7 @@ impl LevelPlanes {
 }
 
 /// The normal that a pixel stands for. The zero vector has no direction and becomes +Z.
-fn unit([x, y, z, _]: [f32; 4]) -> [f32; 3] {
+pub(super) fn unit([x, y, z, _]: [f32; 4]) -> [f32; 3] {
     let v = [x, y, z].map(|v| 2.0 * v - 1.0);
     let length = v.iter().map(|v| v * v).sum::<f32>().sqrt();
     if length > 1e-6 {

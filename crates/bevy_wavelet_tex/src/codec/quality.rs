@@ -13,6 +13,11 @@ use super::{
 /// where it is kept), over luma for gray, over X, Y and Z for normals. It is infinite where the
 /// images are identical.
 pub fn psnr_db(source: &Source<'_>, image: &WaveletImage) -> f64 {
+    psnr_of(mse(source, image))
+}
+
+/// Mean squared error of the same, in 8-bit units squared.
+pub fn mse(source: &Source<'_>, image: &WaveletImage) -> f64 {
     let decoded = decode(image, 0).to_rgba8(image.content);
     let pixels = &source.levels[0];
     let channels = match image.content {
@@ -40,7 +45,20 @@ pub fn psnr_db(source: &Source<'_>, image: &WaveletImage) -> f64 {
         .collect::<Vec<_>>()
         .into_iter()
         .sum();
-    psnr_of(error / (channels * decoded.len()) as f64)
+    error / (channels * decoded.len()) as f64
+}
+
+/// The part of the mean squared error of colour that is that of luma: how large it would be if chroma
+/// had no error.
+pub(super) fn luma_mse(source: &Source<'_>, image: &WaveletImage) -> f64 {
+    let decoded = decode(image, 0);
+    let luma = |[r, g, b]: [f32; 3]| 255.0 * ycocg_from_rgb([r, g, b]).y;
+    let pixels = decoded.pixels.iter().enumerate();
+    let errors = pixels.map(|(i, pixel)| {
+        let [r, g, b, _] = source.levels[0].get(i);
+        f64::from(luma([r, g, b]) - luma(*pixel)).powi(2)
+    });
+    errors.sum::<f64>() / decoded.pixels.len() as f64
 }
 
 /// Converts a mean squared error, in 8-bit units squared, to a PSNR in dB.

@@ -11,28 +11,40 @@ pub enum Rate {
     Gray2,
     /// Gray at 3 bpp: the low band in BC4, the detail bands in BC7.
     Gray3,
+    /// Gray at 4 bpp: a plain BC4 texture, or [`Self::Gray3`].
+    Gray4,
     /// Colour at 2.25 bpp: luma as in [`Self::Gray2`], chroma at a quarter of the width and height.
     Color2_25,
     /// Colour at 3 bpp: luma as in [`Self::Gray2`], chroma at half the width and height.
     Color3,
     /// Colour at 3.25 bpp: luma as in [`Self::Gray3`], chroma at a quarter of the width and height.
     Color3_25,
+    /// Colour at 4 bpp: luma as in [`Self::Gray3`], chroma at half the width and height.
+    Color4,
     /// Colour at 5 bpp: luma in BC4 at full size, chroma at half the width and height.
     Color5,
+    /// Colour at 8 bpp: a plain BC7 texture, or [`Self::Color5`].
+    Color8,
     /// X and Y of normals at 4 bpp: two planes as in [`Self::Gray2`].
     Normal4,
+    /// X and Y of normals at 8 bpp: a plain BC5 texture, or [`Self::Normal4`].
+    Normal8,
 }
 
 impl Rate {
     /// All rates; those of one content are in ascending order of size.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 11] = [
         Self::Gray2,
         Self::Gray3,
+        Self::Gray4,
         Self::Color2_25,
         Self::Color3,
         Self::Color3_25,
+        Self::Color4,
         Self::Color5,
+        Self::Color8,
         Self::Normal4,
+        Self::Normal8,
     ];
 
     /// Name of the rate in the tool, such as `gray2` or `color2.25`.
@@ -40,11 +52,15 @@ impl Rate {
         match self {
             Self::Gray2 => "gray2",
             Self::Gray3 => "gray3",
+            Self::Gray4 => "gray4",
             Self::Color2_25 => "color2.25",
             Self::Color3 => "color3",
             Self::Color3_25 => "color3.25",
+            Self::Color4 => "color4",
             Self::Color5 => "color5",
+            Self::Color8 => "color8",
             Self::Normal4 => "normal4",
+            Self::Normal8 => "normal8",
         }
     }
 
@@ -56,8 +72,8 @@ impl Rate {
     /// The content of the rate, with or without an alpha channel. Only colour can have one.
     pub fn content(self, alpha: bool) -> Content {
         match self {
-            Self::Gray2 | Self::Gray3 => Content::Gray,
-            Self::Normal4 => Content::Normal,
+            Self::Gray2 | Self::Gray3 | Self::Gray4 => Content::Gray,
+            Self::Normal4 | Self::Normal8 => Content::Normal,
             _ if alpha => Content::ColorAlpha,
             _ => Content::Color,
         }
@@ -75,33 +91,62 @@ impl Rate {
     /// The rates of a content in ascending order of size.
     pub fn of(content: Content) -> impl Iterator<Item = Self> {
         let alpha = content == Content::ColorAlpha;
-        Self::ALL
+        let mut rates = Self::ALL.map(|rate| (rate.nominal_bits_per_pixel(alpha), rate));
+        rates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rates
             .into_iter()
+            .map(|(_, rate)| rate)
             .filter(move |rate| rate.content(alpha) == content)
+    }
+
+    /// The rate of the wavelet that the encoder considers first: the rate itself, or the next smaller
+    /// one where all of its bits are for a plain texture.
+    pub fn wavelet(self) -> Self {
+        match self {
+            Self::Gray4 => Self::Gray3,
+            Self::Color8 => Self::Color5,
+            Self::Normal8 => Self::Normal4,
+            wavelet => wavelet,
+        }
+    }
+
+    /// The rate of the wavelet that the encoder considers where most of the error is that of chroma: a
+    /// smaller one with more chroma.
+    pub fn with_more_chroma(self) -> Option<Self> {
+        (self == Self::Color3_25).then_some(Self::Color3)
     }
 
     /// Packings that the encoder can choose from for luma; all of them take the same size.
     pub fn luma_packings(self) -> &'static [Packing] {
         match self {
-            Self::Gray2 | Self::Color2_25 | Self::Color3 | Self::Normal4 => {
+            Self::Gray2 | Self::Color2_25 | Self::Color3 | Self::Normal4 | Self::Normal8 => {
                 &[Packing::Bc3, Packing::Bc7]
             }
-            Self::Gray3 | Self::Color3_25 => &[Packing::Split],
-            Self::Color5 => &[Packing::Bc4],
+            Self::Gray3 | Self::Gray4 | Self::Color3_25 | Self::Color4 => &[Packing::Split],
+            Self::Color5 | Self::Color8 => &[Packing::Bc4],
         }
     }
 
     /// How often the size of chroma is halved, or `None` where there is no chroma.
     pub fn chroma_subsampling(self) -> Option<u32> {
         match self {
-            Self::Color3 | Self::Color5 => Some(1),
+            Self::Color3 | Self::Color4 | Self::Color5 | Self::Color8 => Some(1),
             Self::Color2_25 | Self::Color3_25 => Some(2),
-            Self::Gray2 | Self::Gray3 | Self::Normal4 => None,
+            Self::Gray2 | Self::Gray3 | Self::Gray4 | Self::Normal4 | Self::Normal8 => None,
         }
     }
 
-    /// Bits per pixel of large images without mips. Alpha takes as many bits as luma.
+    /// The most bits per pixel that large images take without mips. Alpha takes as many as luma; in
+    /// plain textures it takes 4, or none in BC7.
     pub fn nominal_bits_per_pixel(self, alpha: bool) -> f64 {
+        match self {
+            Self::Gray4 => 4.0,
+            Self::Color8 | Self::Normal8 => 8.0,
+            wavelet => wavelet.wavelet_bits_per_pixel(alpha),
+        }
+    }
+
+    fn wavelet_bits_per_pixel(self, alpha: bool) -> f64 {
         let luma = self.luma_packings()[0].bits_per_pixel();
         let planes = self.content(alpha).luma_planes() as f64;
         let chroma = self
@@ -124,7 +169,7 @@ mod tests {
             assert_eq!(Rate::from_name(rate.name()), Some(rate));
         }
         assert_eq!(Rate::Color3.nominal_bits_per_pixel(true), 5.0);
-        assert_eq!(Rate::from_name("color4"), None);
+        assert_eq!(Rate::from_name("color6"), None);
     }
 
     #[test]

@@ -23,6 +23,22 @@ pub struct EncodeSettings {
     pub effort: Effort,
     /// The parts of the codec to use. Default: [`Method::Best`].
     pub method: Method,
+    /// The kinds of textures to choose from. Default: [`Formats::Any`].
+    pub formats: Formats,
+}
+
+/// The kinds of textures that an encoder chooses from, by their error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Formats {
+    /// Wavelets, and [plain textures](super::plain) of at most as many bits. [`Method::Thesis`] always
+    /// encodes wavelets.
+    #[default]
+    Any,
+    /// Wavelets alone, for which a shader filters after decoding.
+    Wavelet,
+    /// Plain textures alone, which cost a shader hardly more than Bevy's own, at a lower quality. An
+    /// image that is smaller than a block becomes a wavelet all the same.
+    Plain,
 }
 
 /// The parts of the codec that an encoder uses.
@@ -49,6 +65,7 @@ impl Default for EncodeSettings {
             mips: true,
             effort: Effort::Default,
             method: Method::Best,
+            formats: Formats::Any,
         }
     }
 }

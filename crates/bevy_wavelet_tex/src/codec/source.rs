@@ -134,11 +134,6 @@ impl LinearLevel {
         };
         [color(0), color(1), color(2), a]
     }
-
-    /// Size of the level, in pixels.
-    pub(super) fn size(&self) -> [u32; 2] {
-        self.channels[0].size
-    }
 }
 
 /// Number of pixels of a mip level of [`Source::levels`].

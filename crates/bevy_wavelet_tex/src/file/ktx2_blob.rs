@@ -1,15 +1,15 @@
-//! Reading and writing of one texture of a group of planes as a KTX2 file.
+//! Reading and writing of one texture, of a group of planes or a plain one, as a KTX2 file.
 
 use std::ops::Range;
 
 use ktx2::{Format, Header, Index, LevelIndex, dfd};
 
-use crate::codec::{
-    blocks::BlockFormat, haar::Transform, image::WaveletImage, layout, packing::Packing,
-    quantizer::PlaneCoding,
-};
+use crate::codec::{blocks::BlockFormat, haar::Transform, layout, quantizer::PlaneCoding};
 
-/// Key of the planes' codings. For each plane the value has ten `f32`, little-endian: low_min,
+/// The reason why codings are refused.
+pub(super) const INVALID_CODINGS: &str = "its key wtex.codings is out of range";
+
+/// Key of the planes' codings, which plain textures lack. For each plane the value has ten `f32`, little-endian: low_min,
 /// low_max, range, gamma, the zero points of R, G and B, the predictor, the transform (0 Haar, 1
 /// partially inverted Haar) and its w (0 for Haar).
 const CODINGS_KEY: &str = "wtex.codings";
@@ -25,6 +25,8 @@ pub(super) struct Shape {
     layers: usize,
     /// Number of planes and thus of codings; one layer can hold two planes.
     planes: usize,
+    /// Whether the texture unit linearises the texels.
+    is_srgb: bool,
 }
 
 impl Shape {
@@ -34,14 +36,26 @@ impl Shape {
             size,
             layers,
             planes,
+            is_srgb: false,
+        }
+    }
+
+    pub(super) fn plain(format: BlockFormat, size: [u32; 2], is_srgb: bool) -> Self {
+        Self {
+            is_srgb,
+            ..Self::new(format, size, 1, 0)
         }
     }
 
     fn ktx2_format(self) -> Format {
         match self.format {
+            BlockFormat::Bc1 if self.is_srgb => Format::BC1_RGB_SRGB_BLOCK,
+            BlockFormat::Bc3 if self.is_srgb => Format::BC3_SRGB_BLOCK,
+            BlockFormat::Bc7 if self.is_srgb => Format::BC7_SRGB_BLOCK,
             BlockFormat::Bc1 => Format::BC1_RGB_UNORM_BLOCK,
             BlockFormat::Bc3 => Format::BC3_UNORM_BLOCK,
             BlockFormat::Bc4 => Format::BC4_UNORM_BLOCK,
+            BlockFormat::Bc5 => Format::BC5_UNORM_BLOCK,
             BlockFormat::Bc7 => Format::BC7_UNORM_BLOCK,
         }
     }
@@ -84,7 +98,10 @@ impl Frame {
 
         let mut keys = Vec::new();
         push_key(&mut keys, "KTXwriter", b"bevy_wavelet_tex\0");
-        let value_start = push_key(&mut keys, CODINGS_KEY, &vec![0; planes * CODING_BYTES]);
+        let value_start = match planes {
+            0 => keys.len(),
+            _ => push_key(&mut keys, CODINGS_KEY, &vec![0; planes * CODING_BYTES]),
+        };
 
         let level_bytes: Vec<usize> = (0..levels)
             .map(|level| layers * shape.format.level_bytes(layout::mip_size(size, level)))
@@ -136,21 +153,13 @@ impl Frame {
     }
 }
 
-pub(super) fn write(image: &WaveletImage, group: usize, texture: usize) -> Vec<u8> {
-    let group = &image.groups[group];
-    let blocks = &group.textures[texture];
-    let shape = Shape::new(
-        group.packing.formats()[texture],
-        group.texture_size(image.size),
-        group.layers(),
-        group.codings.len(),
-    );
+pub(super) fn write(shape: Shape, levels: u32, codings: &[PlaneCoding], blocks: &[u8]) -> Vec<u8> {
     let Frame {
         head: mut bytes,
         codings: codings_range,
         level_bytes,
-    } = Frame::new(shape, image.levels);
-    let codings: Vec<u8> = group.codings.iter().flat_map(coding_bytes).collect();
+    } = Frame::new(shape, levels);
+    let codings: Vec<u8> = codings.iter().flat_map(coding_bytes).collect();
     bytes[codings_range].copy_from_slice(&codings);
     let mut end = blocks.len();
     for length in level_bytes.into_iter().rev() {
@@ -161,12 +170,7 @@ pub(super) fn write(image: &WaveletImage, group: usize, texture: usize) -> Vec<u
 }
 
 /// Reads a blob of at most `max_levels` levels, or returns what is wrong with it.
-pub(super) fn read(
-    blob: &[u8],
-    shape: Shape,
-    packing: Packing,
-    max_levels: u32,
-) -> Result<Contents, String> {
+pub(super) fn read(blob: &[u8], shape: Shape, max_levels: u32) -> Result<Contents, String> {
     let header = blob
         .first_chunk()
         .ok_or("it is shorter than a KTX2 header")?;
@@ -200,10 +204,7 @@ pub(super) fn read(
     }
     let codings = blob[codings_range]
         .chunks_exact(CODING_BYTES)
-        .map(|bytes| {
-            read_coding(bytes, packing)
-                .ok_or_else(|| format!("its key {CODINGS_KEY} is out of range"))
-        })
+        .map(|bytes| read_coding(bytes).ok_or(INVALID_CODINGS))
         .collect::<Result<Vec<_>, _>>()?;
     let mut blocks = Vec::with_capacity(data);
     let mut end = blob.len();
@@ -257,7 +258,7 @@ fn coding_bytes(coding: &PlaneCoding) -> [u8; CODING_BYTES] {
     bytes
 }
 
-fn read_coding(bytes: &[u8], packing: Packing) -> Option<PlaneCoding> {
+fn read_coding(bytes: &[u8]) -> Option<PlaneCoding> {
     let (fields, []) = bytes.as_chunks::<4>() else {
         return None;
     };
@@ -270,7 +271,7 @@ fn read_coding(bytes: &[u8], packing: Packing) -> Option<PlaneCoding> {
         1.0 => Transform::PartiallyInvertedHaar { w },
         _ => return None,
     };
-    let coding = PlaneCoding {
+    Some(PlaneCoding {
         low_min,
         low_max,
         range,
@@ -278,6 +279,5 @@ fn read_coding(bytes: &[u8], packing: Packing) -> Option<PlaneCoding> {
         zero_point: [r, g, b],
         predictor,
         transform,
-    };
-    coding.is_valid(packing).then_some(coding)
+    })
 }

@@ -1,5 +1,5 @@
-//! The `.wtex` file: a small header and, for each texture of a group of planes, a KTX2 blob that is
-//! complete by itself.
+//! The `.wtex` file: a small header and, for each texture of a group of planes or for the plain
+//! texture, a KTX2 blob that is complete by itself.
 //!
 //! One KTX2 file has one size and one format, so luma and the smaller chroma cannot share one. Each
 //! blob is a complete KTX2 file (one array layer for each plane, all mips) whose key `wtex.codings`
@@ -8,28 +8,38 @@
 //! | bytes | little-endian |
 //! | --- | --- |
 //! | 8 | magic `WTEX\r\n\x1a\n`, which text-mode copies break |
-//! | 2 | version, [`VERSION`] |
+//! | 2 | version: 2, or 3 of an image with a [plain texture] |
 //! | 1 | content: 0 gray, 1 colour, 2 normal, 3 colour with alpha |
 //! | 1 | colour space: 0 linear, 1 sRGB |
 //! | 4 + 4 | width, height in pixels |
-//! | 4 | number of groups: 1, or 2 with chroma |
+//! | 4 | number of groups: 1, or 2 with chroma; 0 of an image with a plain texture |
 //! | 12 each | for each group: subsampling, packing (its index in [`Packing::ALL`]), two bytes 0, and the length of its one or two KTX2 blobs in bytes (0 for none) |
+//! | 16 | of a plain texture, in place of groups: format (its index in [`BlockFormat::ALL`]), three bytes 0, width and height in texels, and the length of its KTX2 blob in bytes |
 //! | the rest | the blobs, one after the other |
 //!
+//! [plain texture]: crate::codec::plain
 //! [`Packing::ALL`]: crate::codec::packing::Packing::ALL
+//! [`BlockFormat::ALL`]: crate::codec::blocks::BlockFormat::ALL
 
+mod error;
 mod ktx2_blob;
+mod plain;
 mod read;
 mod write;
 
-pub use read::{ReadError, read};
+pub use error::ReadError;
+pub use read::read;
 pub use write::write;
 
 /// Extension of the file name.
 pub const EXTENSION: &str = "wtex";
 
-/// File version that is written, and the only one that is read; version 1 was never released.
-pub const VERSION: u16 = 2;
+/// The newest file version, which is that of images with a plain texture. Others are written as version
+/// 2, so that earlier releases read them; version 1 was never released.
+pub const VERSION: u16 = 3;
+
+/// File version of images with groups of planes.
+const PLANES_VERSION: u16 = 2;
 
 const MAGIC: [u8; 8] = *b"WTEX\r\n\x1a\n";
 
@@ -38,6 +48,9 @@ const FIXED_HEADER_BYTES: usize = 24;
 
 /// Bytes of the header for each group.
 const GROUP_BYTES: usize = 12;
+
+/// Bytes of the header for a plain texture.
+const PLAIN_BYTES: usize = 16;
 
 #[cfg(all(test, feature = "encode"))]
 mod tests;

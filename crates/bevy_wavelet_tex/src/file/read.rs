@@ -1,67 +1,16 @@
 //! Reading a `.wtex` file. No input causes a panic, and no more is allocated than the file
 //! contains.
 
-use thiserror::Error;
-
-use super::{FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, VERSION, ktx2_blob};
+use super::{
+    FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLANES_VERSION, VERSION, error::ReadError, ktx2_blob,
+    plain,
+};
 use crate::codec::{
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
     layout::{self, MAX_SIZE},
     packing::Packing,
+    quantizer::PlaneCoding,
 };
-
-/// The reason why bytes are not a wavelet texture. A caller that knows the name of the file puts it
-/// in front of the message.
-#[derive(Debug, Error)]
-pub enum ReadError {
-    /// The file begins with the bytes of another format.
-    #[error(
-        "not a wavelet texture: it does not begin with the bytes of a .wtex file (was it made by \
-         `wavelet-tex encode`?)"
-    )]
-    Magic,
-    /// The file was written by a later release.
-    #[error(
-        "file version {0} is newer than {VERSION}, the newest this release reads: update \
-         bevy_wavelet_tex or encode the texture again"
-    )]
-    Version(u16),
-    /// The file was written before the first release.
-    #[error("file version {0} was never released: encode the texture again")]
-    OldVersion(u16),
-    /// The file ends too early.
-    #[error("the file is cut short: {needed} bytes are needed for its {part}, it has {available}")]
-    Truncated {
-        /// The part of the file that is incomplete.
-        part: &'static str,
-        /// Length in bytes that the file needs at least to contain the part.
-        needed: u64,
-        /// Length of the file in bytes.
-        available: usize,
-    },
-    /// The file is longer than its header says.
-    #[error("{0} bytes follow the end of the texture: the file is damaged")]
-    TrailingBytes(usize),
-    /// A side of the image is out of range.
-    #[error("an image of {} x {} pixels: both sides must be 1 to {MAX_SIZE}", .0[0], .0[1])]
-    Size([u32; 2]),
-    /// A field of the header has an invalid value.
-    #[error("the header's {field} is {value}, which is invalid: the file is damaged")]
-    Field {
-        /// Name of the field.
-        field: &'static str,
-        /// Value of the field.
-        value: u32,
-    },
-    /// A KTX2 blob is damaged or does not match the header.
-    #[error("the KTX2 data of plane group {group} is damaged: {reason}")]
-    Blob {
-        /// Index of the plane group, from 0.
-        group: usize,
-        /// Description of the damage.
-        reason: String,
-    },
-}
 
 /// Reads a file.
 ///
@@ -84,8 +33,8 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
 
     let version = u16::from_le_bytes([header[8], header[9]]);
     match version {
-        VERSION => {}
-        older @ 1..VERSION => return Err(ReadError::OldVersion(older)),
+        PLANES_VERSION | VERSION => {}
+        older @ 1..PLANES_VERSION => return Err(ReadError::OldVersion(older)),
         0 => {
             return Err(ReadError::Field {
                 field: "version",
@@ -121,6 +70,17 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         return Err(ReadError::Size(size));
     }
     let group_count = u32_at(20);
+    if version == VERSION && group_count == 0 {
+        let plain = plain::read(bytes, content, color_space, size)?;
+        return Ok(WaveletImage {
+            content,
+            color_space,
+            size,
+            levels: plain.levels,
+            groups: Vec::new(),
+            plain: Some(plain.texture),
+        });
+    }
     if group_count != 1 + u32::from(content.has_chroma()) {
         return Err(ReadError::Field {
             field: "number of plane groups",
@@ -171,7 +131,11 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             start += length as usize;
             let layers = entry.packing.layers(planes);
             let shape = ktx2_blob::Shape::new(format, texture_size, layers, planes);
-            let contents = ktx2_blob::read(blob, shape, entry.packing, most).map_err(error)?;
+            let contents = ktx2_blob::read(blob, shape, most).map_err(error)?;
+            let valid = |coding: &PlaneCoding| coding.is_valid(entry.packing);
+            if !contents.codings.iter().all(valid) {
+                return Err(error(ktx2_blob::INVALID_CODINGS.into()));
+            }
             if levels.is_some_and(|levels| levels != contents.levels) {
                 return Err(error(format!(
                     "it has {} mip levels, not as many as the one before",
@@ -188,6 +152,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         groups.push(group);
     }
     Ok(WaveletImage {
+        plain: None,
         content,
         color_space,
         size,

@@ -4,10 +4,11 @@ use proptest::prelude::*;
 
 use super::{FIXED_HEADER_BYTES, GROUP_BYTES, ReadError, read, write};
 use crate::codec::{
+    blocks::BlockFormat,
     encoder::encode,
     image::{ColorSpace, WaveletImage},
     rate::Rate,
-    settings::{Effort, EncodeSettings, Method},
+    settings::{Effort, EncodeSettings, Formats, Method},
     source::{Pixels, Source},
 };
 
@@ -31,6 +32,7 @@ fn fast(rate: Rate) -> EncodeSettings {
     EncodeSettings {
         rate,
         effort: Effort::Fast,
+        formats: Formats::Wavelet,
         ..EncodeSettings::default()
     }
 }
@@ -39,14 +41,31 @@ fn sample() -> Vec<u8> {
     write(&image([20, 13], fast(Rate::Color3)))
 }
 
+/// A file with a plain texture of 20 x 12 texels in BC1.
+fn plain_sample() -> Vec<u8> {
+    let settings = EncodeSettings {
+        formats: Formats::Plain,
+        ..fast(Rate::Color4)
+    };
+    let image = image([20, 13], settings);
+    let plain = image.plain.as_ref().expect("plain");
+    assert_eq!((plain.format, plain.size), (BlockFormat::Bc1, [20, 12]));
+    write(&image)
+}
+
 #[test]
 fn every_rate_method_and_size_comes_back() {
     for rate in Rate::ALL {
         for alpha in [false, true] {
             for method in [Method::Best, Method::Thesis] {
                 for size in [[1, 1], [1, 9], [8, 8], [33, 20]] {
-                    for mips in [false, true] {
+                    for (mips, formats) in [
+                        (false, Formats::Wavelet),
+                        (true, Formats::Wavelet),
+                        (true, Formats::Plain),
+                    ] {
                         let settings = EncodeSettings {
+                            formats,
                             mips,
                             alpha,
                             method,
@@ -97,7 +116,7 @@ fn each_fault_of_the_header_is_named() {
         read(&bytes).expect_err("a bad file").to_string()
     };
     assert!(with(0, b"DDS ").contains("not a wavelet texture"));
-    assert!(with(8, &[3, 0]).contains("version 3 is newer"));
+    assert!(with(8, &[4, 0]).contains("version 4 is newer"));
     assert!(with(8, &[1, 0]).contains("version 1 was never released"));
     assert!(with(8, &[0, 0]).contains("version is 0"));
     assert!(with(10, &[9]).contains("content is 9"));
@@ -123,6 +142,37 @@ fn each_fault_of_the_header_is_named() {
     );
 }
 
+#[test]
+fn each_fault_of_a_plain_texture_is_named() {
+    let with = |at: usize, value: &[u8]| {
+        let mut bytes = plain_sample();
+        bytes[at..at + value.len()].copy_from_slice(value);
+        read(&bytes).expect_err("a bad file").to_string()
+    };
+    assert!(with(8, &[2, 0]).contains("number of plane groups is 0"));
+    assert!(with(24, &[2]).contains("format is 2"));
+    assert!(with(24, &[77]).contains("format is 77"));
+    assert!(with(25, &[1]).contains("reserved byte is 1"));
+    assert!(with(28, &[18]).contains("texture width is 18"));
+    assert!(with(28, &[0]).contains("texture width is 0"));
+    assert!(with(28, &[24]).contains("texture width is 24"));
+    assert!(with(32, &[16]).contains("texture height is 16"));
+    assert!(with(32, &[8]).contains("bytes long instead of"));
+    assert!(with(36, &u32::MAX.to_le_bytes()).contains("cut short"));
+    let bytes = plain_sample();
+    assert_eq!(bytes[8], 3);
+    for length in 1..bytes.len() {
+        let error = read(&bytes[..length]).expect_err("cut short");
+        assert!(
+            matches!(error, ReadError::Truncated { .. }),
+            "{length}: {error}"
+        );
+    }
+    let blob = &bytes[FIXED_HEADER_BYTES + super::PLAIN_BYTES..];
+    let header = ktx2::Reader::new(blob).expect("a KTX2 file").header();
+    assert_eq!(header.format, Some(ktx2::Format::BC1_RGB_UNORM_BLOCK));
+}
+
 /// Files of all packings, each of which can be damaged in ways of its own.
 fn samples() -> Vec<Vec<u8>> {
     let settings = [
@@ -136,7 +186,8 @@ fn samples() -> Vec<Vec<u8>> {
             ..fast(Rate::Color2_25)
         },
     ];
-    settings.map(|s| write(&image([20, 13], s))).into()
+    let planes = settings.map(|s| write(&image([20, 13], s)));
+    planes.into_iter().chain([plain_sample()]).collect()
 }
 
 proptest! {
@@ -146,7 +197,7 @@ proptest! {
     /// file and can be decoded.
     #[test]
     fn damaged_bytes_neither_panic_nor_allocate_more_than_the_file(
-        sample in 0usize..4,
+        sample in 0usize..5,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
         static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> = std::sync::LazyLock::new(samples);

@@ -1,6 +1,6 @@
 //! Writing a `.wtex` file.
 
-use super::{MAGIC, VERSION, ktx2_blob};
+use super::{MAGIC, PLANES_VERSION, VERSION, ktx2_blob, plain};
 use crate::codec::{
     image::{ColorSpace, Content, WaveletImage},
     packing::Packing,
@@ -19,18 +19,33 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
         ColorSpace::Srgb => 1,
     };
     let mut bytes = MAGIC.to_vec();
-    bytes.extend(VERSION.to_le_bytes());
+    let version = match image.plain {
+        Some(_) => VERSION,
+        None => PLANES_VERSION,
+    };
+    bytes.extend(version.to_le_bytes());
     bytes.extend([content, color_space]);
     bytes.extend(image.size.iter().flat_map(|s| s.to_le_bytes()));
     bytes.extend((image.groups.len() as u32).to_le_bytes());
+    if let Some(texture) = &image.plain {
+        bytes.extend(plain::write(image, texture));
+        return bytes;
+    }
     let mut blobs = Vec::new();
-    for (index, group) in image.groups.iter().enumerate() {
+    for group in &image.groups {
         let packing = Packing::ALL.iter().position(|p| *p == group.packing);
         let packing = packing.expect("ALL has all") as u8;
         bytes.extend([group.subsampling as u8, packing, 0, 0]);
         let mut lengths = [0u32; 2];
         for (texture, length) in lengths.iter_mut().enumerate().take(group.textures.len()) {
-            let blob = ktx2_blob::write(image, index, texture);
+            let shape = ktx2_blob::Shape::new(
+                group.packing.formats()[texture],
+                group.texture_size(image.size),
+                group.layers(),
+                group.codings.len(),
+            );
+            let blocks = &group.textures[texture];
+            let blob = ktx2_blob::write(shape, image.levels, &group.codings, blocks);
             *length = blob.len() as u32;
             blobs.extend(blob);
         }

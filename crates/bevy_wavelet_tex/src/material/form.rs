@@ -1,7 +1,7 @@
 //! What decides which code decodes a texture, as a number that is a constant in shaders.
 
 use crate::{
-    asset::{TextureGroup, WaveletTexture},
+    asset::{PlainParameters, TextureGroup, WaveletTexture},
     codec::{
         haar::Transform,
         image::{ColorSpace, Content},
@@ -20,7 +20,13 @@ const CODING_BITS: u32 = 6;
 const CODING_PREDICTED: u32 = 1 << 3;
 const CODING_CURVED: u32 = 1 << 4;
 const CODING_MIXED: u32 = 1 << 5;
+const PLAIN_OPAQUE: u32 = 1;
+const PLAIN_SCALED: u32 = 1 << 1;
 const KIND_SHIFT: u32 = 12;
+const KIND_DECODED: u32 = 4;
+const KIND_DECODED_NORMAL: u32 = 5;
+const KIND_PLAIN_GRAY: u32 = 6;
+const KIND_PLAIN_NORMAL: u32 = 7;
 const SRGB: u32 = 1 << 15;
 const MIPS: u32 = 1 << 16;
 const ADDRESS_SHIFT: u32 = 17;
@@ -28,19 +34,46 @@ const PRESENT: u32 = 1 << 31;
 
 impl TextureForm {
     pub(super) fn new(texture: &WaveletTexture) -> Self {
+        if let (WaveletStorage::Blocks, Some(plain)) = (texture.storage, texture.plain) {
+            return Self::plain(texture, plain);
+        }
         let kind = match (texture.storage, texture.content) {
             (WaveletStorage::Blocks, Content::Gray) => 0,
             (WaveletStorage::Blocks, Content::Color) => 1,
             (WaveletStorage::Blocks, Content::Normal) => 2,
             (WaveletStorage::Blocks, Content::ColorAlpha) => 3,
-            (WaveletStorage::Decoded, Content::Normal) => return Self(PRESENT | 5 << KIND_SHIFT),
-            (WaveletStorage::Decoded, _) => return Self(PRESENT | 4 << KIND_SHIFT),
+            (WaveletStorage::Decoded, Content::Normal) => {
+                return Self(PRESENT | KIND_DECODED_NORMAL << KIND_SHIFT);
+            }
+            (WaveletStorage::Decoded, _) => return Self(PRESENT | KIND_DECODED << KIND_SHIFT),
         };
         let coding = |group: usize| texture.groups.get(group).map_or(0, coding);
         let srgb = texture.color_space == ColorSpace::Srgb && texture.content != Content::Normal;
         let mut form = PRESENT | coding(0) | coding(1) << CODING_BITS | kind << KIND_SHIFT;
         form |= if srgb { SRGB } else { 0 };
         form |= if texture.levels > 1 { MIPS } else { 0 };
+        Self(form)
+    }
+
+    /// That of a texture without a wavelet, which the texture unit filters as a decoded one. What it has
+    /// not linearised before, the shader does after.
+    fn plain(texture: &WaveletTexture, plain: PlainParameters) -> Self {
+        let is_gray = texture.content == Content::Gray;
+        let (kind, is_opaque) = match texture.content {
+            Content::Color => (KIND_DECODED, true),
+            Content::ColorAlpha => (KIND_DECODED, false),
+            Content::Gray => (KIND_PLAIN_GRAY, false),
+            Content::Normal => (KIND_PLAIN_NORMAL, false),
+        };
+        let is_encoded = texture.color_space == ColorSpace::Srgb && (is_gray || plain.is_scaled);
+        let mut form = PRESENT | kind << KIND_SHIFT;
+        form |= if is_opaque { PLAIN_OPAQUE } else { 0 };
+        form |= if plain.is_scaled { PLAIN_SCALED } else { 0 };
+        form |= if is_encoded && texture.content != Content::Normal {
+            SRGB
+        } else {
+            0
+        };
         Self(form)
     }
 

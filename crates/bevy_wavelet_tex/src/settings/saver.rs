@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::codec::{
     image::{ColorSpace, Content},
     rate::Rate,
-    settings::Effort,
+    settings::{Effort, Formats},
 };
 
 /// Settings of [`WaveletSaver`](crate::asset::WaveletSaver), which are the `saver_settings` in a `.meta` file.
@@ -28,6 +28,8 @@ pub struct WaveletSaverSettings {
     /// Whether to encode without prediction: a decoded pixel then takes one fetch of luma instead
     /// of nine, at a lower quality. Default: `false`.
     pub one_fetch: bool,
+    /// The kinds of textures to choose from, by their error. Default: [`Formats::Any`].
+    pub formats: Formats,
 }
 
 impl Default for WaveletSaverSettings {
@@ -40,6 +42,7 @@ impl Default for WaveletSaverSettings {
             mips: true,
             max_size: None,
             one_fetch: false,
+            formats: Formats::default(),
         }
     }
 }

@@ -12,7 +12,7 @@ fn bench_reports_what_encode_does() {
     f.save("set/two.png", gray_image());
     let rows = f.json(&["bench", "set", "--json"]);
     let rows = rows.as_array().expect("an array");
-    assert_eq!(rows.len(), 12);
+    assert_eq!(rows.len(), 18);
     for row in rows {
         let keys: Vec<_> = row.as_object().expect("an object").keys().collect();
         assert_eq!(keys, ["bpp", "encode_s", "image", "psnr_db", "rate"]);

@@ -7,7 +7,7 @@ use bevy_wavelet_tex::codec::{
     encoder::{EncodeError, encode},
     image::ColorSpace,
     rate::Rate,
-    settings::{EncodeSettings, Method},
+    settings::{EncodeSettings, Formats, Method},
     source::{Pixels, Source},
 };
 use image::{Rgb, Rgb32FImage, imageops};
@@ -147,6 +147,7 @@ impl NormalMap {
                     color_space: ColorSpace::Linear,
                     mips: false,
                     method,
+                    formats: Formats::Wavelet,
                     ..EncodeSettings::default()
                 };
                 let source = Source::new(self.size, Pixels::Rgba16(&words));

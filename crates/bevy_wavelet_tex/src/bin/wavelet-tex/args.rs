@@ -20,6 +20,7 @@ pub enum Command {
     Info(InfoArgs),
     Compare(CompareArgs),
     Bench(BenchArgs),
+    Rivals(RivalsArgs),
 }
 
 /// Encode PNGs, and the PNGs inside glTF files, as wavelet textures
@@ -46,8 +47,8 @@ pub struct EncodeArgs {
 /// Options of the encoder.
 #[derive(Clone, Debug, Args)]
 pub struct EncoderOptions {
-    /// Rate: gray2, gray3, color2.25, color3, color3.25, color5, normal4, the bits per pixel alone,
-    /// or auto (with --min-psnr) [default: 2 for gray PNGs, 3 for colour, 4 for normals]
+    /// Rate: gray2, gray3, gray4, color2.25, color3, color3.25, color4, color5, color8, normal4,
+    /// normal8, the bits per pixel alone, or auto (with --min-psnr) [default: 2 for gray PNGs, 3 for colour, 4 for normals]
     #[arg(long, value_parser = parse_rate)]
     pub rate: Option<RateArg>,
     /// Choose the smallest rate that reaches this PSNR in dB
@@ -65,6 +66,9 @@ pub struct EncoderOptions {
     /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and data)
     #[arg(long)]
     pub linear: bool,
+    /// Kinds of textures to choose from, by their error
+    #[arg(long, value_enum, default_value_t = Formats::Any)]
+    pub formats: Formats,
     /// Keep the alpha channel of colour
     #[arg(long)]
     pub alpha: bool,
@@ -129,8 +133,31 @@ pub struct BenchArgs {
     /// Parts of the codec to use
     #[arg(long, value_enum, default_value_t = Method::Best)]
     pub method: Method,
+    /// Kinds of textures to choose from, by their error
+    #[arg(long, value_enum, default_value_t = Formats::Any)]
+    pub formats: Formats,
     /// Print a JSON array of image, rate, bpp, psnr_db (null where the images are identical) and
     /// encode_s
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Measure colour images beside BC1, smaller BC1 textures and BC7; nothing is written
+#[derive(Debug, Args)]
+pub struct RivalsArgs {
+    /// PNGs, folders and globs
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// Rates to encode at, separated by commas [default: color2.25, color3, color3.25, color5]
+    #[arg(long, value_delimiter = ',', value_parser = parse_named_rate)]
+    pub rates: Vec<Rate>,
+    /// Time to spend on the search for the parameters
+    #[arg(long, value_enum, default_value_t = Effort::Default)]
+    pub effort: Effort,
+    /// Treat the values as linear data, not as sRGB colour
+    #[arg(long)]
+    pub linear: bool,
+    /// Print a JSON array of the rows; a PSNR is null where the images are identical
     #[arg(long)]
     pub json: bool,
 }
@@ -178,6 +205,26 @@ pub enum Method {
     OneFetch,
     /// The codec of the thesis
     Thesis,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Formats {
+    /// Wavelets, and plain BC textures of at most as many bits
+    Any,
+    /// Wavelets alone
+    Wavelet,
+    /// Plain BC textures alone, at full size or smaller
+    Plain,
+}
+
+impl From<Formats> for settings::Formats {
+    fn from(formats: Formats) -> Self {
+        match formats {
+            Formats::Any => Self::Any,
+            Formats::Wavelet => Self::Wavelet,
+            Formats::Plain => Self::Plain,
+        }
+    }
 }
 
 impl From<Effort> for settings::Effort {

@@ -68,6 +68,7 @@ fn rows(
             mips: false,
             effort: args.effort.into(),
             method: args.method.into(),
+            formats: args.formats.into(),
             ..EncodeSettings::default()
         };
         let start = Instant::now();

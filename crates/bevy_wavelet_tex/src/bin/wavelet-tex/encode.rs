@@ -30,7 +30,8 @@ struct Row {
     input: PathBuf,
     output: PathBuf,
     content: &'static str,
-    packing: &'static str,
+    /// The packing of luma, or the format and size of a plain texture.
+    packing: String,
     size: [u32; 2],
     levels: u32,
     bpp: f64,
@@ -47,8 +48,9 @@ impl Row {
     fn text(&self) -> String {
         let [width, height] = self.size;
         format!(
-            "{}: {width} x {height} pixels, {:.2} bpp, {} bytes, {}, {:.2} s",
+            "{}: {width} x {height} pixels, {}, {:.2} bpp, {} bytes, {}, {:.2} s",
             self.output.display(),
+            self.packing,
             self.bpp,
             self.bytes,
             self.quality,
@@ -135,7 +137,7 @@ fn encode_one(
         input: input.to_path_buf(),
         output,
         content: texture.content.name(),
-        packing: texture.groups[0].packing.name(),
+        packing: texture.storage_name(),
         size: texture.size,
         levels: texture.levels,
         bpp: texture.bits_per_pixel(),
@@ -168,6 +170,7 @@ fn encoded(
         mips,
         effort: options.effort.into(),
         method: options.method.into(),
+        formats: options.formats.into(),
     };
     let bar = batch::bar("mip levels");
     let source = Source::new(picture.size, picture.source());

@@ -29,7 +29,18 @@ struct Info {
     bits_per_pixel: f64,
     /// Bytes of all levels on the GPU.
     gpu_bytes: usize,
+    /// The planes of a wavelet texture.
     planes: Vec<PlaneInfo>,
+    /// The texture of an image without a wavelet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    plain: Option<PlainInfo>,
+}
+
+#[derive(Serialize)]
+struct PlainInfo {
+    format: &'static str,
+    /// Width and height in texels.
+    size: [u32; 2],
 }
 
 #[derive(Serialize)]
@@ -92,7 +103,7 @@ impl Info {
         });
         Self {
             file,
-            version: file::VERSION,
+            version: if texture.plain.is_some() { 3 } else { 2 },
             content: texture.content.name(),
             color_space: match texture.color_space {
                 ColorSpace::Srgb => "srgb",
@@ -107,6 +118,10 @@ impl Info {
                 .zip(planes)
                 .map(|(name, (group, size, coding))| PlaneInfo::new(name, group, size, coding))
                 .collect(),
+            plain: texture.plain.as_ref().map(|plain| PlainInfo {
+                format: plain.format.name(),
+                size: plain.size,
+            }),
         }
     }
 
@@ -114,8 +129,7 @@ impl Info {
         let [width, height] = self.size;
         let mut text = format!(
             "{}: wavelet texture, version {}\n{}, {}, {width} x {height} pixels, mip levels: {}\n\
-             {:.3} bits per pixel, {} bytes on the GPU\n\
-             plane  packing  size           range              details",
+             {:.3} bits per pixel, {} bytes on the GPU",
             self.file,
             self.version,
             self.content,
@@ -124,6 +138,16 @@ impl Info {
             self.bits_per_pixel,
             self.gpu_bytes,
         );
+        if let Some(plain) = &self.plain {
+            let [w, h] = plain.size;
+            let _ = write!(
+                text,
+                "\nplain {} texture of {w} x {h} texels: at its rate, the least error",
+                plain.format,
+            );
+            return text;
+        }
+        text += "\nplane  packing  size           range              details";
         for p in &self.planes {
             let ([min, max], [width, height]) = (p.low_range, p.size);
             let size = format!("{width} x {height}");

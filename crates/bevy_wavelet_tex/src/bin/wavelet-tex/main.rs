@@ -15,6 +15,7 @@ mod inputs;
 mod picture;
 mod report;
 mod request;
+mod rivals;
 
 use std::{
     io::{self, Write},
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args).map(|text| (text, Ok(()))),
         Command::Bench(args) => bench::run(&args),
+        Command::Rivals(args) => rivals::run(&args),
     };
     let (text, result) = match report {
         Ok((text, result)) => (text, result),

@@ -35,6 +35,36 @@ impl<'a> DetailEncoder<'a> {
     }
 }
 
+/// Encodes BC1 blocks from colours, as four colours on a line.
+pub struct ColorEncoder {
+    channels: [Channel; 3],
+    starts: Starts,
+}
+
+impl ColorEncoder {
+    /// Makes an encoder.
+    pub fn new(starts: Starts) -> Self {
+        Self {
+            channels: [32, 64, 32].map(|levels| Channel::new(levels, |v| v)),
+            starts,
+        }
+    }
+
+    /// Encodes 4 x 4 colours in `[0, 1]`, and returns the block and its squared error.
+    pub fn block(&self, colors: &[[f32; 3]; 16]) -> ([u8; 8], f32) {
+        let wanted: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
+        let target = Target {
+            wanted,
+            stored: wanted,
+        };
+        let found = fit(&self.channels, &target, self.starts);
+        let positions = positions(&self.channels, &target, &found.ends);
+        let [r, g, b] = found.ends;
+        let ends = [0, 1].map(|e| pack565(r[e], g[e], b[e]));
+        (bc1_block(ends, positions), found.error)
+    }
+}
+
 /// Encodes BC1 blocks of two planes.
 pub struct ChromaEncoder<'a> {
     codings: &'a [PlaneCoding; 2],

@@ -5,8 +5,9 @@ use super::BlockFormat;
 /// Decodes one level of `size` texels. Partial blocks at the right and bottom are cropped.
 ///
 /// The decoder is exact: interpolated values are real numbers in `[0, 1]`. GPUs, and libraries that
-/// decode to bytes, round those of BC1, BC3 and BC4 in different ways, by one or two 8-bit steps;
-/// BC7 is defined in whole bytes. BC4 decodes to red. Missing channels are 0, and missing alpha is
+/// decode to bytes, round those of BC1, BC3, BC4 and BC5 in different ways, by one or two 8-bit steps;
+/// BC7 is defined in whole bytes. BC4 decodes to red, BC5 to red
+/// and green. Missing channels are 0, and missing alpha is
 /// 1.
 ///
 /// # Panics
@@ -24,6 +25,12 @@ pub fn decode_blocks(format: BlockFormat, blocks: &[u8], size: [u32; 2]) -> Vec<
         }),
         BlockFormat::Bc4 => decode_texels::<8>(blocks, size, |block, i| {
             [single_texel(u64::from_le_bytes(block), i), 0.0, 0.0, 1.0]
+        }),
+        BlockFormat::Bc5 => decode_texels::<16>(blocks, size, |block, i| {
+            let block = u128::from_le_bytes(block);
+            let channels = [block as u64, (block >> 64) as u64];
+            let [r, g] = channels.map(|block| single_texel(block, i));
+            [r, g, 0.0, 1.0]
         }),
         BlockFormat::Bc7 => decode_bc7(blocks, size),
     }
@@ -167,17 +174,17 @@ mod tests {
             let mut single = [0; 16];
             bcdec_rs::bc4(half, &mut single, 4, false);
             check(BlockFormat::Bc4, half, &single.map(|v| [v, 0, 0, 255]).concat())?;
+            let mut pairs = [0; 32];
+            bcdec_rs::bc5(&block, &mut pairs, 8, false);
+            let (pairs, _) = pairs.as_chunks::<2>();
+            let texels: Vec<u8> = pairs.iter().flat_map(|[r, g]| [*r, *g, 0, 255]).collect();
+            check(BlockFormat::Bc5, &block, &texels)?;
         }
     }
 
     #[test]
     fn partial_blocks_are_cut() {
-        for format in [
-            BlockFormat::Bc1,
-            BlockFormat::Bc3,
-            BlockFormat::Bc4,
-            BlockFormat::Bc7,
-        ] {
+        for format in BlockFormat::ALL {
             let blocks: Vec<u8> = (0..format.level_bytes([9, 6]))
                 .map(|i| i as u8 * 37)
                 .collect();

@@ -84,8 +84,21 @@ pub fn encode_bc7(
     weights: [u32; 3],
     texel: impl Fn(u32, u32) -> [f32; 3] + Sync,
 ) -> Vec<u8> {
+    let [r, g, b] = weights;
+    encode_bc7_rgba(size, [r, g, b, 1], |x, y| {
+        let [r, g, b] = texel(x, y);
+        [r, g, b, 1.0]
+    })
+}
+
+/// Encodes the same with alpha.
+pub fn encode_bc7_rgba(
+    size: [u32; 2],
+    weights: [u32; 4],
+    texel: impl Fn(u32, u32) -> [f32; 4] + Sync,
+) -> Vec<u8> {
     let mut params = ctt_bc7enc_rdo::params_init_slow(false);
-    params.m_weights = [weights[0], weights[1], weights[2], 1];
+    params.m_weights = weights;
     let [columns, rows] = size.map(|s| s.div_ceil(4));
     let count = columns as usize * rows as usize;
     let mut words = vec![0u64; 2 * count];
@@ -100,8 +113,8 @@ pub fn encode_bc7(
                 .map(|(block, i)| {
                     let x = (block % columns * 4 + i % 4).min(size[0] - 1);
                     let y = (block / columns * 4 + i / 4).min(size[1] - 1);
-                    let [r, g, b] = texel(x, y).map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8);
-                    u32::from_le_bytes([r, g, b, 255])
+                    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+                    u32::from_le_bytes(texel(x, y).map(byte))
                 })
                 .collect();
             ctt_bc7enc_rdo::compress_blocks(words, &pixels, &params);

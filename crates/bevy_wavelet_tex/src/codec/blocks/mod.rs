@@ -2,7 +2,7 @@
 //!
 //! | file | contents |
 //! | --- | --- |
-//! | `decode` | decodes BC1, BC3, BC4 and BC7 blocks to texels |
+//! | `decode` | decodes BC1, BC3, BC4, BC5 and BC7 blocks to texels |
 //! | `fit` | the search for endpoints by the error in pixels; `color` encodes BC1 and BC3 blocks with it |
 //! | `libraries` | encodes BC4 and BC3 with `dds`, and BC7 with `ctt-bc7enc-rdo` (bc7e) |
 //!
@@ -19,17 +19,19 @@ mod fit;
 mod libraries;
 
 #[cfg(feature = "encode")]
-pub use color::{ChromaEncoder, DetailEncoder, with_alpha_blocks};
+pub use color::{ChromaEncoder, ColorEncoder, DetailEncoder, with_alpha_blocks};
 pub use decode::{decode_bc3, decode_blocks};
 #[cfg(feature = "encode")]
 pub use fit::Starts;
 #[cfg(feature = "encode")]
-pub use libraries::{BlockQuality, encode_bc1, encode_bc3, encode_bc4, encode_bc7};
+pub use libraries::{
+    BlockQuality, encode_bc1, encode_bc3, encode_bc4, encode_bc7, encode_bc7_rgba,
+};
 
 /// An RGBA texel, 8 bits a channel.
 pub type Texel = [u8; 4];
 
-/// A block format, always linear, since coefficients are not colours.
+/// A block format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BlockFormat {
     /// RGB, 8 bytes.
@@ -38,16 +40,32 @@ pub enum BlockFormat {
     Bc3,
     /// One channel, 8 bytes.
     Bc4,
+    /// Two channels as in BC4, 16 bytes.
+    Bc5,
     /// RGBA, 16 bytes.
     Bc7,
 }
 
 impl BlockFormat {
+    /// All formats; a file stores the index of that of a plain texture.
+    pub const ALL: [Self; 5] = [Self::Bc1, Self::Bc3, Self::Bc4, Self::Bc5, Self::Bc7];
+
+    /// Name of the format in the tool's output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bc1 => "bc1",
+            Self::Bc3 => "bc3",
+            Self::Bc4 => "bc4",
+            Self::Bc5 => "bc5",
+            Self::Bc7 => "bc7",
+        }
+    }
+
     /// Bytes of one block.
     pub fn block_bytes(self) -> usize {
         match self {
             Self::Bc1 | Self::Bc4 => 8,
-            Self::Bc3 | Self::Bc7 => 16,
+            Self::Bc3 | Self::Bc5 | Self::Bc7 => 16,
         }
     }
 

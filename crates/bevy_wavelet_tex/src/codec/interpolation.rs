@@ -1,0 +1,220 @@
+//! Bilinear interpolation between the texels of a smaller plane, as texture units do it, and the
+//! smaller plane whose interpolation comes closest to a given one.
+
+#[cfg(feature = "encode")]
+use rayon::prelude::*;
+
+use super::plane::Plane;
+
+/// Where the pixels of a plane lie among the texels of a smaller one, along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Number of pixels.
+    pub pixels: u32,
+    /// Number of texels, at most as many.
+    pub texels: u32,
+    /// Distance from a pixel to the next, in texels.
+    pub step: f32,
+}
+
+impl Axis {
+    /// Both cover the same length, as the levels of a texture do.
+    pub fn stretched(pixels: u32, texels: u32) -> Self {
+        Self {
+            pixels,
+            texels,
+            step: texels as f32 / pixels as f32,
+        }
+    }
+
+    /// A texel covers `1 << halvings` pixels, and the last one can reach beyond the end.
+    pub fn halved(pixels: u32, halvings: u32) -> Self {
+        Self {
+            pixels,
+            texels: pixels.div_ceil(1 << halvings),
+            step: 1.0 / (1u32 << halvings) as f32,
+        }
+    }
+
+    /// Both texels between whose centres a pixel lies, and the weight of the second. Beyond the
+    /// outermost centres both are the outermost texel.
+    pub fn taps(&self, pixel: u32) -> (u32, u32, f32) {
+        let position = (pixel as f32 + 0.5) * self.step - 0.5;
+        let first = position.floor();
+        let texel = |i: f32| (i.max(0.0) as u32).min(self.texels - 1);
+        (texel(first), texel(first + 1.0), position - first)
+    }
+}
+
+/// Interpolates a plane of texels at a pixel.
+pub fn interpolated(plane: &Plane, [along_x, along_y]: [Axis; 2], x: u32, y: u32) -> f32 {
+    let (left, right, u) = along_x.taps(x);
+    let (above, below, v) = along_y.taps(y);
+    let row = |y| {
+        let a = plane.clamped(left, y);
+        a + (plane.clamped(right, y) - a) * u
+    };
+    let first = row(above);
+    first + (row(below) - first) * v
+}
+
+/// The texels whose interpolation has the least squared error.
+///
+/// Interpolation is separable, and along one axis its normal equations are tridiagonal. They are
+/// solved exactly, first for the rows and then for the columns. `smoothness` is the weight of the
+/// squared differences of neighbouring texels: where pixels are hardly smaller than texels, some
+/// lie midway between two, and equations without it ask for texels that oscillate.
+#[cfg(feature = "encode")]
+pub fn fitted(plane: &Plane, axes: [Axis; 2], smoothness: f32) -> Plane {
+    let width = plane.size[0];
+    debug_assert_eq!(plane.size, axes.map(|axis| axis.pixels));
+    let [w, h] = axes.map(|axis| axis.texels);
+    let [along_x, along_y] = axes.map(|axis| NormalEquations::new(axis, smoothness));
+    let rows: Vec<f32> = plane
+        .values
+        .par_chunks(width as usize)
+        .flat_map_iter(|row| along_x.solved(row, 1))
+        .collect();
+    Plane {
+        size: [w, h],
+        values: along_y.solved(&rows, w as usize),
+    }
+}
+
+/// The factored normal equations of one axis.
+#[cfg(feature = "encode")]
+struct NormalEquations {
+    taps: Vec<(u32, u32, f32)>,
+    /// Off-diagonal of the symmetric matrix; entry i couples i - 1 and i.
+    beside: Vec<f32>,
+    /// Diagonal of the matrix after elimination.
+    pivots: Vec<f32>,
+}
+
+#[cfg(feature = "encode")]
+impl NormalEquations {
+    fn new(axis: Axis, smoothness: f32) -> Self {
+        let taps: Vec<_> = (0..axis.pixels).map(|x| axis.taps(x)).collect();
+        let mut diagonal = vec![0.0; axis.texels as usize];
+        let mut beside = vec![0.0; axis.texels as usize];
+        for &(a, b, u) in &taps {
+            let (a, b) = (a as usize, b as usize);
+            if a == b {
+                diagonal[a] += 1.0;
+            } else {
+                diagonal[a] += (1.0 - u) * (1.0 - u);
+                diagonal[b] += u * u;
+                beside[b] += u * (1.0 - u);
+            }
+        }
+        for i in 1..diagonal.len() {
+            diagonal[i - 1] += smoothness;
+            diagonal[i] += smoothness;
+            beside[i] -= smoothness;
+        }
+        let mut pivots: Vec<f32> = diagonal;
+        for i in 1..pivots.len() {
+            pivots[i] -= beside[i] * beside[i] / pivots[i - 1];
+        }
+        Self {
+            taps,
+            beside,
+            pivots,
+        }
+    }
+
+    /// The texels along the axis, of `width` lines side by side: `values` has `width` numbers for each
+    /// pixel.
+    fn solved(&self, values: &[f32], width: usize) -> Vec<f32> {
+        let add = |to: &mut [f32], from: &[f32], scale: f32| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to += scale * from;
+            }
+        };
+        let at = |i: usize| i * width..(i + 1) * width;
+        let mut x = vec![0.0; self.pivots.len() * width];
+        for (&(a, b, u), value) in self.taps.iter().zip(values.chunks_exact(width)) {
+            add(&mut x[at(a as usize)], value, 1.0 - u);
+            add(&mut x[at(b as usize)], value, u);
+        }
+        for i in 1..self.pivots.len() {
+            let (before, rest) = x.split_at_mut(i * width);
+            let factor = -self.beside[i] / self.pivots[i - 1];
+            add(&mut rest[..width], &before[at(i - 1)], factor);
+        }
+        for i in (0..self.pivots.len()).rev() {
+            let (rest, after) = x.split_at_mut((i + 1) * width);
+            let own = &mut rest[at(i)];
+            if let Some(beside) = self.beside.get(i + 1) {
+                add(own, &after[..width], -beside);
+            }
+            own.iter_mut().for_each(|v| *v /= self.pivots[i]);
+        }
+        x
+    }
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+
+    fn picture(size: [u32; 2]) -> Plane {
+        Plane::from_fn(size, |x, y| ((x * x + 3 * y) % 17) as f32 / 17.0)
+    }
+
+    fn error(plane: &Plane, small: &Plane, axes: [Axis; 2]) -> f64 {
+        Plane::positions(plane.size)
+            .map(|(x, y)| plane.clamped(x, y) - interpolated(small, axes, x, y))
+            .map(|e| f64::from(e * e))
+            .sum()
+    }
+
+    fn cases() -> Vec<[Axis; 2]> {
+        let halved = [([13, 9], 1), ([13, 9], 2), ([1, 7], 1), ([16, 8], 2)];
+        let halved = halved.map(|([w, h], s)| [Axis::halved(w, s), Axis::halved(h, s)]);
+        let stretched = [([16, 12], [12, 8]), ([21, 5], [16, 4]), ([8, 8], [8, 8])];
+        let stretched =
+            stretched.map(|(from, to)| [0, 1].map(|i: usize| Axis::stretched(from[i], to[i])));
+        halved.into_iter().chain(stretched).collect()
+    }
+
+    #[test]
+    fn no_small_change_of_any_texel_comes_closer() {
+        for axes in cases() {
+            let plane = picture(axes.map(|axis| axis.pixels));
+            let small = fitted(&plane, axes, 0.0);
+            assert_eq!(small.size, axes.map(|axis| axis.texels));
+            let best = error(&plane, &small, axes);
+            for i in 0..small.values.len() {
+                for change in [-0.02, 0.02] {
+                    let mut other = small.clone();
+                    other.values[i] += change;
+                    let changed = error(&plane, &other, axes);
+                    assert!(changed > best, "{axes:?} {i}: {changed} {best}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn flat_planes_and_single_pixels_come_back() {
+        for axes in cases().into_iter().chain([[Axis::halved(1, 2); 2]]) {
+            let plane = Plane::from_fn(axes.map(|axis| axis.pixels), |_, _| -0.25);
+            for smoothness in [0.0, 0.1] {
+                let small = fitted(&plane, axes, smoothness);
+                assert!(error(&plane, &small, axes) < 1e-9, "{axes:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn texels_do_not_oscillate_where_pixels_lie_midway() {
+        // 999 of 1000 pixels: in the middle of the row, they lie midway between two texels.
+        let axes = [Axis::stretched(1000, 999), Axis::stretched(1, 1)];
+        let noise = Plane::from_fn([1000, 1], |x, _| (x * 7919 % 101) as f32 / 101.0);
+        let largest = |plane: &Plane| plane.values.iter().fold(0.0, |a: f32, v| a.max(v.abs()));
+        let smooth = largest(&fitted(&noise, axes, 0.05));
+        assert!(smooth < 2.0, "{smooth}");
+        assert!(largest(&fitted(&noise, axes, 0.0)) > 2.0 * smooth);
+    }
+}

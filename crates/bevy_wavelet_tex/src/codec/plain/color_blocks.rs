@@ -1,0 +1,108 @@
+//! The blocks of colour, by two encoders.
+
+use rayon::prelude::*;
+
+use crate::codec::{
+    blocks::{BlockFormat, BlockQuality, ColorEncoder, Starts, decode_blocks, encode_bc1},
+    plane::Plane,
+    settings::Effort,
+};
+
+type Block = [[f32; 3]; 16];
+
+/// BC1 blocks of texels, a plane for each channel. Blocks with the largest errors are encoded again by
+/// the library, which is slower and also has the mode of three colours and black.
+pub(super) fn bc1(texels: &[Plane], effort: Effort) -> Vec<u8> {
+    let colors = blocks_of(texels);
+    let mut found = fitted(&colors, effort);
+    let again = match effort {
+        Effort::Fast => 0,
+        Effort::Default => found.len().div_ceil(4),
+        Effort::Best => found.len(),
+    };
+    let mut order: Vec<usize> = (0..found.len()).collect();
+    order.sort_by(|a, b| found[*b].1.total_cmp(&found[*a].1));
+    order.truncate(again);
+    for (&i, other) in order.iter().zip(from_library(&order, &colors)) {
+        let error = error(&other, &colors[i]);
+        if error < found[i].1 {
+            found[i] = (other, error);
+        }
+    }
+    found.into_iter().flat_map(|(block, _)| block).collect()
+}
+
+/// 4 x 4 colours for each block. Beyond the edges the outermost texels are repeated.
+fn blocks_of(texels: &[Plane]) -> Vec<Block> {
+    let [columns, rows] = texels[0].size.map(|s| s.div_ceil(4));
+    let block = |block: u32| {
+        std::array::from_fn(|i| {
+            let x = block % columns * 4 + i as u32 % 4;
+            let y = block / columns * 4 + i as u32 / 4;
+            [0, 1, 2].map(|c: usize| texels[c].clamped(x, y))
+        })
+    };
+    (0..columns * rows).into_par_iter().map(block).collect()
+}
+
+fn fitted(colors: &[Block], effort: Effort) -> Vec<([u8; 8], f32)> {
+    let starts = match effort {
+        Effort::Fast | Effort::Default => Starts::One,
+        Effort::Best => Starts::Four,
+    };
+    let encoder = ColorEncoder::new(starts);
+    colors
+        .par_iter()
+        .map(|block| encoder.block(block))
+        .collect()
+}
+
+/// Some of the blocks, encoded by the library in one column.
+fn from_library(order: &[usize], colors: &[Block]) -> Vec<[u8; 8]> {
+    let byte = |v: f32| (v * 255.0).round() as u8;
+    let texel = |[r, g, b]: [f32; 3]| [byte(r), byte(g), byte(b), 255];
+    let column: Vec<_> = order.iter().flat_map(|i| colors[*i].map(texel)).collect();
+    if column.is_empty() {
+        return Vec::new();
+    }
+    let size = [4, 4 * order.len() as u32];
+    let blocks = encode_bc1(&column, size, BlockQuality::High);
+    blocks.as_chunks::<8>().0.to_vec()
+}
+
+fn error(block: &[u8; 8], wanted: &Block) -> f32 {
+    let texels = decode_blocks(BlockFormat::Bc1, block, [4, 4]);
+    let of = |(texel, wanted): (&[f32; 4], &[f32; 3])| -> f32 {
+        (0..3).map(|c| (texel[c] - wanted[c]).powi(2)).sum()
+    };
+    texels.iter().zip(wanted).map(of).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_effort_has_less_error() {
+        let channel = |c: u32| {
+            Plane::from_fn([32, 16], |x, y| {
+                let hash = (x * 73 + y * 179 + c * 283) % 97;
+                let smooth = (x * (c + 3) + y) as f32 / 200.0;
+                if hash < 20 { 0.0 } else { smooth.min(1.0) }
+            })
+        };
+        let texels = [channel(0), channel(1), channel(2)];
+        let total = |effort| {
+            let blocks = bc1(&texels, effort);
+            let (blocks, _) = blocks.as_chunks::<8>();
+            let colors = blocks_of(&texels);
+            let errors = blocks.iter().zip(&colors);
+            errors
+                .map(|(block, wanted)| error(block, wanted))
+                .sum::<f32>()
+        };
+        let errors = [Effort::Fast, Effort::Default, Effort::Best].map(total);
+        println!("{errors:?}");
+        assert!(errors[1] < errors[0] && errors[2] < errors[1]);
+    }
+}

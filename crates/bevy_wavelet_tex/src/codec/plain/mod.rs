@@ -1,0 +1,30 @@
+//! Textures without a wavelet: the pixels themselves in BC1, BC4, BC5 or BC7, at full size or
+//! smaller, which the texture unit filters by itself.
+//!
+//! They are what a game has today, and better than a wavelet where an image has hardly anything that
+//! a wavelet predicts: saturated edges, text, channels that have nothing in common. The encoder
+//! measures them beside the wavelet and keeps what has the least error, so that no image
+//! at any rate is worse than they are. A smaller texture has the texels whose interpolation comes
+//! closest to the image, which is better than a smaller image that a bicubic filter magnifies.
+//!
+//! A smaller texture is interpolated as it is stored and linearised after that, which comes 0.2 to 1.5
+//! dB closer to game textures than interpolation in linear light. At full size, where a pixel is a
+//! texel, the texture unit filters colour in linear light, as it does all sRGB textures; gray it does
+//! not, since BC4 has no sRGB variant.
+
+#[cfg(feature = "encode")]
+mod choose;
+#[cfg(feature = "encode")]
+mod color_blocks;
+#[cfg(feature = "encode")]
+mod encode;
+#[cfg(feature = "encode")]
+mod estimate;
+pub(super) mod read;
+pub(super) mod texture;
+
+#[cfg(feature = "encode")]
+pub(super) use choose::better;
+#[cfg(feature = "encode")]
+pub(super) use encode::add_level;
+pub use texture::PlainTexture;
