@@ -61,6 +61,12 @@ pub struct Measurement {
     /// Mean difference over mean reference, of radiance: above 0 where it is too bright.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bias: Option<f64>,
+    /// Deviation of pixels on flat walls from their smooth neighbourhood over the mean, once all has settled.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
+    /// The same while a light moves at 1 m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_in_motion: Option<f64>,
     /// Angles to the original normals in degrees, by name: mean, 99th percentile and largest.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub angle_degrees: BTreeMap<String, f64>,

@@ -2,6 +2,7 @@
 //!
 //! Metres, right-handed, Y up; light per channel.
 
+mod noise;
 mod path_tracer;
 mod spawn;
 mod truth;
@@ -11,6 +12,7 @@ use std::path::Path;
 use bevy::math::{Quat, Vec3};
 use serde::Deserialize;
 
+pub use noise::picture_noise;
 pub use path_tracer::{TraceSettings, TracedPicture, trace};
 pub use spawn::{BoxSceneCamera, spawn_box_scene, spawn_boxes_and_lamps};
 pub use truth::{Agreement, TruthError, agreement, block_means, read_npy};

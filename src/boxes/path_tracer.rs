@@ -10,6 +10,8 @@ use rayon::prelude::*;
 
 use super::{BoxScene, SceneBox};
 
+pub(super) mod walls;
+
 /// How well a picture is traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TraceSettings {

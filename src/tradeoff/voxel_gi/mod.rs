@@ -10,10 +10,13 @@
 //! | --- | --- |
 //! | [`mod@settings`] | what is measured, by name |
 //! | [`mod@render`] | a setting in a scene |
+//! | [`mod@noise`] | noise on flat walls, settled and while a light moves |
 //! | [`load`] | the same setting with more and more triangles |
 //! | [`mod@summary`] | what a user chooses between |
 
 pub mod load;
+pub mod noise;
+mod picture;
 pub mod render;
 pub mod settings;
 pub mod summary;

@@ -3,9 +3,13 @@
 use bevy::prelude::*;
 use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
 
-use super::settings::{SPANS, Setting};
+use super::{
+    noise,
+    picture::{difference, picture},
+    settings::{SPANS, Setting},
+};
 use crate::{
-    boxes::{BoxScene, TracedScene, agreement, spawn_box_scene},
+    boxes::{BoxScene, TracedScene, agreement, picture_noise, spawn_box_scene},
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat},
     record::{Measurement, ReportAdapter},
     tradeoff::interleaved::Candidate,
@@ -32,23 +36,27 @@ pub fn candidate(
         .spawn(placed(scene, setting.volume.clone()))
         .id();
     settle(&mut app)?;
-    let bounced: Vec<Vec3> = picture(&mut app)?
-        .iter()
-        .zip(without)
-        .map(|(with, without)| with - without)
-        .collect();
+    let bounced = difference(&picture(&mut app)?, &without);
     let found = agreement(&bounced, scene.camera.width, &truth.indirect);
     let report = *app.world().resource::<VoxelGiReport>();
     let is_compared = setting.is_compared();
-    let row = Measurement {
+    let mut row = Measurement {
         scene: scene.name.clone(),
         setting: setting.name.clone(),
         reference: "path traced".into(),
         bytes: Some(report.memory),
         relative_error: is_compared.then_some(found.relative_error),
         bias: is_compared.then_some(found.bias),
+        noise: if is_compared {
+            picture_noise(&bounced, scene, setting.volume.resolution)
+        } else {
+            None
+        },
         ..Measurement::default()
     };
+    if is_compared && !scene.point_lights.is_empty() {
+        row.noise_in_motion = noise::in_motion(&mut app, scene, volume)?;
+    }
     never_pause(&mut app, volume)?;
     let adapter = app.adapter().into();
     Ok((Candidate::new(app, row).with_stages(SPANS), adapter))
@@ -100,10 +108,4 @@ pub(super) fn never_pause(app: &mut HeadlessApp, volume: Entity) -> Result<(), H
     }
     // Times come back a few frames late, and the first frames renew what others do in turn.
     app.render_frames(8)
-}
-
-fn picture(app: &mut HeadlessApp) -> Result<Vec<Vec3>, HeadlessError> {
-    let image = app.capture_f32()?;
-    let rgb = |p: &[f32; 4]| Vec3::new(p[0], p[1], p[2]);
-    Ok(image.pixels.iter().map(rgb).collect())
 }

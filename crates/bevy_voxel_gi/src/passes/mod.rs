@@ -6,6 +6,7 @@
 //! | [`voxelize`] | meshes to voxels |
 //! | [`compact`] | lists the surfaces and the empty voxels |
 //! | [`mod@solve`] | direct light ([`inject`]), then ray tracing ([`gather`]) or propagation ([`propagate`]) |
+//! | [`share`] | smooths traced light between neighbouring surfaces of one plane |
 //! | [`reproject`] | albedo from cameras' G-buffers to voxels |
 //!
 //! Each has its shader beside it. [`bindings`] has the resources that they share, [`kernel`] makes their
@@ -20,6 +21,7 @@ mod plugin;
 mod propagate;
 mod reproject;
 mod scroll;
+mod share;
 mod solve;
 mod voxelize;
 

@@ -12,7 +12,7 @@ use bevy::{
 
 use super::{
     bindings::prepare_voxel_bind_groups, compact, gather, inject, propagate, reproject, scroll,
-    solve::solve, voxelize,
+    share, solve::solve, voxelize,
 };
 use crate::prepare::plan::plan_frame;
 
@@ -28,6 +28,7 @@ impl Plugin for PassesPlugin {
         compact::embed(app);
         inject::embed(app);
         gather::embed(app);
+        share::embed(app);
         propagate::embed(app);
         reproject::embed(app);
     }
@@ -45,6 +46,7 @@ impl Plugin for PassesPlugin {
                     compact::init,
                     inject::init,
                     gather::init,
+                    share::init,
                     propagate::init,
                     reproject::init,
                 ),
@@ -57,6 +59,7 @@ impl Plugin for PassesPlugin {
                     compact::queue,
                     inject::queue,
                     gather::queue,
+                    share::queue,
                     propagate::queue,
                     reproject::queue,
                 )
@@ -72,6 +75,7 @@ impl Plugin for PassesPlugin {
                     compact::prepare,
                     inject::prepare,
                     gather::prepare,
+                    share::prepare,
                     propagate::prepare,
                 )
                     .in_set(RenderSystems::PrepareBindGroups)

@@ -73,9 +73,9 @@ pub(crate) struct VolumeBuffers {
     /// Six times two words per voxel: radiance that leaves each face, as 16-bit floats. A stub for
     /// ambient occlusion.
     pub radiance: Buffer,
-    /// Six times four words per voxel: irradiance of each face in this round, and the mean over rounds
-    /// with its weight, as 16-bit floats; or, with propagation, the light that has arrived, as 32-bit
-    /// floats. A stub for ambient occlusion.
+    /// Six times four words per voxel: irradiance of each face in this round, with the distance of its
+    /// surface from the voxel's centre, and the mean over rounds with its weight, as 16-bit floats; or, with
+    /// propagation, the light that has arrived, as 32-bit floats. A stub for ambient occlusion.
     pub irradiance: Buffer,
     /// Sixteen words per voxel each: propagated light before and after a step. Stubs without propagation.
     pub intensity: [Buffer; 2],
@@ -95,10 +95,12 @@ impl VolumeBuffers {
     /// Byte offset of the indirect dispatch arguments in `counters`.
     pub(crate) const ARGS_OFFSET: u64 = 16;
     /// Size of the indirect dispatch arguments in bytes.
-    pub(crate) const ARGS_SIZE: u64 = 32;
-    /// Byte offsets of the indirect dispatch arguments over surfaces and over empty voxels.
+    pub(crate) const ARGS_SIZE: u64 = 48;
+    /// Byte offsets of the indirect dispatch arguments: a workgroup for each surface, for each empty voxel,
+    /// and for 64 surfaces.
     pub(crate) const SURFACE_ARGS: u64 = 0;
     pub(crate) const EMPTY_VOXEL_ARGS: u64 = 16;
+    pub(crate) const SURFACE_THREAD_ARGS: u64 = 32;
 
     pub(crate) fn new(device: &RenderDevice, shape: BufferShape) -> Self {
         let buffer = |label: &'static str, size: u64, usage: BufferUsages| {

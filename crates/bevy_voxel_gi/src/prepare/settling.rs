@@ -3,8 +3,15 @@
 //! Light settles after a restart, which begins with the first ray set and a new mean, and after a change,
 //! which continues with both. Time is counted in rounds, in each of which every voxel is updated once.
 
-/// Rounds over which the light that pixels read is averaged.
+/// Rounds over which the light that pixels read is averaged, as an exponential mean, while things change.
 const HISTORY: u32 = 8;
+
+/// Rounds after a change from which on the mean grows: by then, what was before the change has a share of
+/// (7/8)³² = 1.4%, which falls further as the mean grows, and the bounces have settled.
+const STEADY: u32 = 32;
+
+/// Greatest number of rounds in the mean.
+const STEADY_HISTORY: u32 = 64;
 
 /// Rounds after a change in which light that differs much from its mean counts as changed, and not as
 /// noise. Later than that it would bias the mean, as rare bright rays are missing from most rounds.
@@ -64,8 +71,9 @@ impl SettlingClock {
 
     /// Blend factor of this frame in the mean that pixels read.
     pub(crate) fn blend(&self, pace: Pace) -> f32 {
-        let rounds = (self.since_restart / pace.interval + 1).saturating_sub(WARM_UP);
-        1.0 / rounds.clamp(1, HISTORY) as f32
+        let since_restart = (self.since_restart / pace.interval + 1).saturating_sub(WARM_UP);
+        let steady = (self.since_change / pace.interval).saturating_sub(STEADY);
+        1.0 / since_restart.clamp(1, (HISTORY + steady).min(STEADY_HISTORY)) as f32
     }
 
     /// Whether something has changed lately.
@@ -142,6 +150,20 @@ mod tests {
         assert_eq!(clock.blend(PACE), 1.0 / 8.0);
         // 40 rounds from the last change on, then up to a multiple of 16.
         assert_eq!(100 + settle(&mut clock, PACE), 144);
+    }
+
+    #[test]
+    fn the_mean_grows_long_after_a_change() {
+        let mut clock = SettlingClock::default();
+        clock.change(PACE, false);
+        let mut blends = (0..100).map(|_| {
+            let blend = clock.blend(PACE);
+            clock.advance();
+            blend.recip().round() as u32
+        });
+        assert_eq!(blends.nth(32), Some(8));
+        assert_eq!(blends.next(), Some(9));
+        assert_eq!(blends.last(), Some(STEADY_HISTORY));
     }
 
     #[test]

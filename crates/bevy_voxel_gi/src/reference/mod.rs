@@ -14,17 +14,19 @@
 //! | [`rays`] | ray directions |
 //! | [`gather`] | the light that arrives at a surface, or in an empty voxel |
 //! | [`ray_tracing`] | bounces by ray tracing, and ambient occlusion |
+//! | [`share`] | sharing between neighbouring surfaces of one plane |
 //! | [`harmonics`] | spherical harmonics |
 //! | [`propagate`] | light propagation from voxel to voxel |
 //! | [`irradiance_field`] | the light that receivers sample |
 //! | [`visibility`] | the same from visible voxels only |
+//! | [`noise`] | the noise of light on flat walls |
 //!
 //! Comparison with path tracing, at 32^3, 24 frames, for the scenes `cornell_point`, `colonnade` and
 //! `sunlit_room` (mean difference over the mean, and its bias; see `tests/reference/truth.rs`):
 //!
 //! | solver | error | bias |
 //! | --- | --- | --- |
-//! | [`RayTracing`], 32 rays a frame | 2.5%, 2.3%, 4.0% | +0.3%, +0.3%, -0.4% |
+//! | [`RayTracing`], 32 rays a frame | 2.3%, 2.4%, 3.4% | +0.2%, +0.4%, -0.2% |
 //! | [`Propagation`], 128 steps | 39%, 19%, 34% | +31%, +10%, +30% |
 //! | the thesis's ray marching and reconstruction, 256 rays | 11.0%, 8.0%, 9.7% | -1.7%, -5.7%, -1.1% |
 
@@ -34,6 +36,7 @@ pub mod harmonics;
 pub mod hit;
 pub mod irradiance_field;
 pub mod light;
+pub mod noise;
 pub mod overlap;
 pub mod packed_surface;
 mod parallel;
@@ -41,6 +44,7 @@ pub mod propagate;
 pub mod ray_sample;
 pub mod ray_tracing;
 pub mod rays;
+pub mod share;
 pub mod surface;
 pub mod trace;
 pub mod visibility;

@@ -11,6 +11,7 @@ use super::{
     light::{Light, direct_light},
     parallel::each,
     ray_sample::{RaySample, hit_radiance},
+    share::shared_light,
     surface::{Surface, surfaces},
     trace::trace,
     voxels::{Material, Voxels},
@@ -20,6 +21,12 @@ use std::f32::consts::PI;
 
 /// Number of frames after a start in which bounces propagate before averaging starts.
 pub const WARM_UP: u32 = 4;
+
+/// Number of frames after a change from which on the mean grows.
+pub const STEADY: u32 = 32;
+
+/// Greatest number of frames in the mean.
+pub const STEADY_HISTORY: u32 = 64;
 
 /// Settings of the ray tracing solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,10 +41,11 @@ pub struct RayTracingSettings {
     pub empty_weight: f32,
     /// Longest ray, in voxels; beyond it is the sky.
     pub reach: f32,
-    /// Number of frames over which receivers read the mean, at least 1.
+    /// Number of frames over which receivers read the mean, at least 1; more once nothing has changed for
+    /// [`STEADY`] frames.
     pub history: u32,
-    /// If a wall divides a surface, gathers only on the side of the voxel's centre. This is for receivers
-    /// that test which voxels are visible ([`IrradianceField::visible_irradiance`]).
+    /// If a wall divides a surface, gathers only on the side of the voxel's centre, and surfaces share no light.
+    /// This is for receivers that test which voxels are visible ([`IrradianceField::visible_irradiance`]).
     pub one_side: bool,
 }
 
@@ -74,6 +82,8 @@ pub struct RayTracing<'a> {
     pub radiance: Vec<[Vec3; 6]>,
     /// Number of frames so far, with one bounce each.
     pub frame: u32,
+    /// Number of frames since the lights were changed.
+    since_change: u32,
 }
 
 impl<'a> RayTracing<'a> {
@@ -100,9 +110,24 @@ impl<'a> RayTracing<'a> {
             radiance: vec![[Vec3::ZERO; 6]; voxels.grid.len()],
             surfaces,
             frame: 0,
+            since_change: 0,
         };
         ray_tracing.reflect();
         ray_tracing
+    }
+
+    /// Replaces the lights: the next frame is lit by these.
+    pub fn set_lights(&mut self, lights: &[Light]) {
+        self.since_change = 0;
+        self.direct = each(self.surfaces.len(), |i| {
+            direct_light(
+                self.voxels,
+                &self.surfaces[i],
+                lights,
+                self.settings.shadow_points,
+            )
+        });
+        self.reflect();
     }
 
     /// Updates the radiance of every surface from its irradiance.
@@ -127,9 +152,12 @@ impl<'a> RayTracing<'a> {
             let arriving = |o, d| self.arriving(o, d);
             hemisphere(&self.surfaces[i], rays, one_side, self.frame, arriving)
         });
+        let steady = self.since_change.saturating_sub(STEADY);
         self.frame += 1;
+        self.since_change += 1;
         let frames = self.frame.saturating_sub(WARM_UP).max(1);
-        let keep = 1.0 - 1.0 / frames.min(self.settings.history.max(1)) as f32;
+        let most = (self.settings.history.max(1) + steady).min(STEADY_HISTORY);
+        let keep = 1.0 - 1.0 / frames.min(most) as f32;
         for (i, new) in new.into_iter().enumerate() {
             // Without a valid sample the old value is kept.
             if new.w > 0.0 {
@@ -161,7 +189,12 @@ impl<'a> RayTracing<'a> {
         let mut field = surround(self.voxels, empty_rays, self.frame, empty_weight, |o, d| {
             self.arriving(o, d).map(|radiance| radiance * PI)
         });
-        field.put(&self.surfaces, &self.mean);
+        if self.settings.one_side {
+            field.put(&self.surfaces, &self.mean);
+        } else {
+            let shared = shared_light(self.voxels, &self.surfaces, &self.mean);
+            field.put(&self.surfaces, &shared);
+        }
         field
     }
 }

@@ -65,7 +65,8 @@ pub enum Solver {
     Trace {
         /// Number of rays from each side of a voxel that has a surface, 4 to 256, a multiple of 4.
         /// Default 32. More rays cost more time and give less noise. Each frame uses different rays, and
-        /// pixels read a mean over eight frames.
+        /// pixels read a mean over frames: eight while things change, all of them since the change
+        /// afterwards.
         rays: u32,
     },
     /// Propagation from voxel to voxel in second-order spherical harmonics (thesis section 6.6.2). It is

@@ -2,6 +2,7 @@
 
 mod curved;
 mod extremes;
+mod noise;
 mod propagate;
 mod ray_tracing;
 mod support;

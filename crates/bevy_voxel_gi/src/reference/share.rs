@@ -1,0 +1,113 @@
+//! Sharing of light between neighbouring surfaces of one plane.
+//!
+//! Neighbours count in pairs, one on each side: the mean of a pair is the light in the middle wherever light
+//! changes evenly, as it does beside a wall, so sharing smooths noise and keeps gradients.
+
+use super::{
+    parallel::each,
+    surface::{CLEARANCE, Surface, is_clear, main_face},
+    voxels::{SUB_VOXELS, Voxels},
+};
+use glam::{IVec3, Vec3, Vec4};
+use std::collections::HashMap;
+
+/// Least cosine between the normals of surfaces that share.
+const MIN_COSINE: f32 = 0.99;
+/// Greatest distance between their planes, in voxels.
+const MAX_STEP: f32 = 0.2;
+/// A surface shares with those whose weight is at least this fraction of its own.
+const MIN_WEIGHT: f32 = 0.5;
+
+/// The pairs of neighbours in a plane, as the steps to one of the two along the plane's axes, with the
+/// weight of each neighbour relative to 4 of the surface itself.
+const PAIRS: [([i32; 2], f32); 4] = [([1, 0], 2.0), ([0, 1], 2.0), ([1, 1], 1.0), ([1, -1], 1.0)];
+
+/// The surfaces and what they share.
+struct Planes<'a> {
+    voxels: &'a Voxels,
+    surfaces: &'a [Surface],
+    /// Per surface: light times weight, and weight.
+    light: &'a [Vec4],
+    /// Index of the surface that represents a face of a voxel.
+    by_face: HashMap<(usize, usize), usize>,
+}
+
+/// Returns the light of each surface after sharing, from light times weight, and weight, of each.
+pub fn shared_light(voxels: &Voxels, surfaces: &[Surface], light: &[Vec4]) -> Vec<Vec4> {
+    let faces = |(i, surface): (usize, &Surface)| {
+        let voxel = surface.voxel;
+        let faces: Vec<_> = surface.faces().collect();
+        faces.into_iter().map(move |face| ((voxel, face), i))
+    };
+    let by_face = surfaces.iter().enumerate().flat_map(faces).collect();
+    let planes = Planes {
+        voxels,
+        surfaces,
+        light,
+        by_face,
+    };
+    each(surfaces.len(), |i| planes.shared(i))
+}
+
+impl Planes<'_> {
+    fn shared(&self, i: usize) -> Vec4 {
+        let own = self.light[i];
+        let axis = main_face(self.surfaces[i].normal) / 2;
+        let (mut sum, mut total) = (own * 4.0, 4.0);
+        for ([u, v], weight) in PAIRS {
+            let step = IVec3::AXES[(axis + 1) % 3] * u + IVec3::AXES[(axis + 2) % 3] * v;
+            let pair = [-step, step].map(|step| self.coplanar_light(i, step));
+            let least = pair[0].w.min(pair[1].w);
+            if least >= (MIN_WEIGHT * own.w).max(1e-6) && self.is_open(i, step) {
+                sum += (pair[0] + pair[1]) * weight;
+                total += 2.0 * weight;
+            }
+        }
+        sum / total
+    }
+
+    /// Distance of a surface's plane from the centre of its voxel, in voxels.
+    fn height(&self, surface: &Surface) -> f32 {
+        let center = self.voxels.grid.voxel(surface.voxel).as_vec3() + 0.5;
+        surface.normal.dot(surface.points[0] - center)
+    }
+
+    /// The light of the surface that continues the plane of surface `i` in the column at `step`, 0 if there is
+    /// none.
+    fn coplanar_light(&self, i: usize, step: IVec3) -> Vec4 {
+        let surface = &self.surfaces[i];
+        let (normal, height) = (surface.normal, self.height(surface));
+        let face = main_face(normal);
+        let mut offset = step;
+        let rise = (height - normal.dot(step.as_vec3())) / normal[face / 2];
+        offset[face / 2] = (rise + 0.5).floor() as i32;
+        let grid = self.voxels.grid;
+        let found = grid
+            .index(grid.voxel(surface.voxel) + offset)
+            .and_then(|voxel| self.by_face.get(&(voxel, face)));
+        let Some(&j) = found else {
+            return Vec4::ZERO;
+        };
+        let other = &self.surfaces[j];
+        let its_height = normal.dot(offset.as_vec3()) + self.height(other);
+        let is_coplanar =
+            normal.dot(other.normal) >= MIN_COSINE && (its_height - height).abs() <= MAX_STEP;
+        if is_coplanar {
+            self.light[j]
+        } else {
+            Vec4::ZERO
+        }
+    }
+
+    /// Whether nothing stands on the plane of surface `i` between the far sides of both neighbours at `step`.
+    fn is_open(&self, i: usize, step: IVec3) -> bool {
+        let surface = &self.surfaces[i];
+        let normal = surface.normal;
+        let reach = 0.5 / SUB_VOXELS as f32 * (1.0 + normal.abs().element_sum());
+        let lift = self.height(surface) + reach + CLEARANCE;
+        let origin = self.voxels.grid.voxel(surface.voxel).as_vec3() + 0.5 + normal * lift;
+        let step = step.as_vec3();
+        let along: Vec3 = 1.5 * (step - normal * normal.dot(step));
+        is_clear(self.voxels, origin - along, origin + along)
+    }
+}
