@@ -111,7 +111,7 @@ fn wavelet_tex() -> impl Iterator<Item = Configuration> {
         let kind = Kind::Wavelet(filter.filter, Some(Rate::Color3));
         configuration("wavelet_tex", filter.name, kind, &Scene::MATERIALS)
     });
-    let rates = [Rate::Color2_25, Rate::Color3_25, Rate::Color5].map(|rate| {
+    let rates = [Rate::Color2_25, Rate::Color3_25, Rate::Color5, Rate::Color8].map(|rate| {
         let name = format!("trilinear {}", rate.name());
         configuration(
             "wavelet_tex",

@@ -163,7 +163,12 @@ fn wavelet_texture(
     let settings = EncodeSettings {
         rate,
         color_space,
-        formats: Formats::Wavelet,
+        // What has the bits of BC7 is BC7.
+        formats: if rate == Rate::Color8 {
+            Formats::Plain
+        } else {
+            Formats::Wavelet
+        },
         ..default()
     };
     let image = encode_rgb8(&pixels, [size; 2], &settings).expect("a valid image");
