@@ -29,7 +29,7 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
     let rows = &report.measurements;
     // Three images in colour and in gray, and a normal map: the original, BC1, three efforts of
     // the first rate, and the others.
-    assert_eq!(rows.len(), 3 * (1 + 1 + 3 + 3) + 3 * (1 + 3 + 1) + (1 + 3));
+    assert_eq!(rows.len(), 3 * (1 + 1 + 3 + 4) + 3 * (1 + 3 + 1) + (1 + 3));
     for (setting, count) in [
         ("rgba8", 3),
         ("r8", 3),
@@ -150,7 +150,15 @@ fn tables_have_every_row_beside_the_published_ones() {
         .collect();
     assert_eq!(
         names,
-        ["bc1", "bc7", "color2.25", "color3", "color3.25", "color5"]
+        [
+            "bc1",
+            "bc7",
+            "color2.25",
+            "color3",
+            "color3.25",
+            "color4",
+            "color5"
+        ]
     );
     assert_eq!((wavelet_tex::STUDY.tables)(&Report::default()), "");
 }

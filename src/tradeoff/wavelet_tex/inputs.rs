@@ -58,7 +58,7 @@ pub(super) fn inputs(
                 scene: format!("{scene} gray"),
                 image: gray(&image),
                 content: Content::Gray,
-                rates: Rate::of(Content::Gray).collect(),
+                rates: wavelet_rates(Content::Gray).collect(),
                 efforts,
             });
         }
@@ -66,7 +66,7 @@ pub(super) fn inputs(
             scene,
             image,
             content: Content::Color,
-            rates: Rate::of(Content::Color).collect(),
+            rates: wavelet_rates(Content::Color).collect(),
             efforts,
         });
     }
@@ -88,4 +88,9 @@ fn gray(image: &RgbImage) -> RgbImage {
         *pixel = Rgb([luma.round() as u8; 3]);
     }
     gray
+}
+
+/// The rates of a content that have a wavelet of their own; the others are those of plain textures.
+pub(super) fn wavelet_rates(content: Content) -> impl Iterator<Item = Rate> {
+    Rate::of(content).filter(|rate| rate.wavelet() == *rate)
 }

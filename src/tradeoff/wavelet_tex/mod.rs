@@ -32,10 +32,10 @@ mod two_levels;
 
 use std::path::Path;
 
-use bevy_wavelet_tex::codec::{image::Content, rate::Rate};
+use bevy_wavelet_tex::codec::image::Content;
 use indicatif::ProgressBar;
 
-use self::inputs::{DEFAULT_EFFORT, Input, SEED, inputs};
+use self::inputs::{DEFAULT_EFFORT, Input, SEED, inputs, wavelet_rates};
 use super::{
     plan::Plan,
     study::{Study, TradeoffError},
@@ -119,7 +119,7 @@ fn image_rows(
     }
     if plan.baselines && input.content == Content::Color {
         progress.set_message(format!("{}, baselines", input.scene));
-        for rate in Rate::of(Content::Gray) {
+        for rate in wavelet_rates(Content::Gray) {
             rows.push(encoded::gray_row(&input.scene, &input.image, rate)?);
         }
         rows.extend(baselines::rows(&input.scene, &input.image)?);

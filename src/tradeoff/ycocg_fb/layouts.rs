@@ -78,8 +78,11 @@ impl Layout {
                 })
                 .collect();
             let center = at(x, y);
-            let adjacent = neighbors.iter().filter(|(squared, _)| *squared == 1);
-            let smallest = adjacent
+            // A block at a corner of the frame has no adjacent neighbour.
+            let nearest = neighbors.iter().map(|(squared, _)| *squared).min();
+            let smallest = neighbors
+                .iter()
+                .filter(|(squared, _)| Some(*squared) == nearest)
                 .map(|(_, pixel)| difference(center, *pixel))
                 .fold(f32::INFINITY, f32::min);
             let tolerance = TOLERANCE + TOLERANCE_GROWTH * smallest;
