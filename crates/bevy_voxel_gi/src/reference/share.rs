@@ -15,7 +15,8 @@ use std::collections::HashMap;
 const MIN_COSINE: f32 = 0.99;
 /// Greatest distance between their planes, in voxels.
 const MAX_STEP: f32 = 0.2;
-/// A surface shares with those whose weight is at least this fraction of its own.
+/// A surface shares with those whose weight is at least this fraction of its own, and its own of theirs: in a pair of
+/// unlike weights one would count alone.
 const MIN_WEIGHT: f32 = 0.5;
 
 /// The pairs of neighbours in a plane, as the steps to one of the two along the plane's axes, with the
@@ -57,8 +58,9 @@ impl Planes<'_> {
         for ([u, v], weight) in PAIRS {
             let step = IVec3::AXES[(axis + 1) % 3] * u + IVec3::AXES[(axis + 2) % 3] * v;
             let pair = [-step, step].map(|step| self.coplanar_light(i, step));
-            let least = pair[0].w.min(pair[1].w);
-            if least >= (MIN_WEIGHT * own.w).max(1e-6) && self.is_open(i, step) {
+            let (least, most) = (pair[0].w.min(pair[1].w), pair[0].w.max(pair[1].w));
+            let are_alike = least >= (MIN_WEIGHT * own.w).max(1e-6) && MIN_WEIGHT * most <= own.w;
+            if are_alike && self.is_open(i, step) {
                 sum += (pair[0] + pair[1]) * weight;
                 total += 2.0 * weight;
             }
