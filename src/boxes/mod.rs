@@ -57,48 +57,48 @@ pub fn cornell_box() -> BoxScene {
 /// A scene of boxes.
 #[derive(Clone, Debug, Deserialize)]
 pub struct BoxScene {
-    /// What it is called.
+    /// The scene's name.
     pub name: String,
-    /// What is in it.
+    /// The boxes of the scene.
     pub boxes: Vec<SceneBox>,
-    /// Lamps that are points.
+    /// Lights without size.
     #[serde(default)]
     pub point_lights: Vec<ScenePointLight>,
-    /// Lamps that are infinitely far away.
+    /// Lights that are infinitely far away.
     #[serde(default)]
     pub directional_lights: Vec<SceneDirectionalLight>,
-    /// Radiance from where there is nothing.
+    /// Radiance of the sky, in candela per square metre.
     #[serde(default)]
     pub sky_radiance: Vec3,
-    /// Who looks.
+    /// The camera of the truth.
     pub camera: SceneCamera,
 }
 
 /// A Lambertian box.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct SceneBox {
-    /// Its centre in metres.
+    /// The centre of the box in metres.
     pub center: Vec3,
-    /// Half of its edges in metres.
+    /// Half of the lengths of its edges in metres.
     pub half: Vec3,
-    /// Share of light that it reflects.
+    /// The diffuse albedo per channel, 0 to 1.
     pub albedo: Vec3,
-    /// Rotation about Y, counter-clockwise seen from above.
+    /// The rotation about Y in degrees, counter-clockwise seen from above. Default 0.
     #[serde(default)]
     pub rotate_y_deg: f32,
 }
 
 impl SceneBox {
-    /// Its rotation.
+    /// The rotation about Y.
     pub fn rotation(&self) -> Quat {
         Quat::from_rotation_y(self.rotate_y_deg.to_radians())
     }
 }
 
-/// A lamp without size.
+/// A light without size.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct ScenePointLight {
-    /// Where it is, in metres.
+    /// The position of the light in metres.
     pub position: Vec3,
     /// Luminous intensity in candela.
     pub intensity_cd: Vec3,
@@ -107,20 +107,20 @@ pub struct ScenePointLight {
 /// Parallel light.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct SceneDirectionalLight {
-    /// The way that it travels; any length.
+    /// The direction in which the light travels, of any length.
     pub direction: Vec3,
-    /// Illuminance in lux of what faces it.
+    /// Illuminance in lux of a surface that faces the light, per channel.
     pub illuminance_lux: Vec3,
 }
 
 /// A camera.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct SceneCamera {
-    /// Where it is, in metres.
+    /// The position of the camera in metres.
     pub eye: Vec3,
-    /// What is in the middle of its picture.
+    /// The point in the middle of the picture, in metres.
     pub target: Vec3,
-    /// Up in its picture.
+    /// The direction that is up in the picture.
     pub up: Vec3,
     /// Vertical field of view in degrees.
     pub fov_y_deg: f32,

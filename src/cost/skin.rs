@@ -163,7 +163,7 @@ fn wavelet_texture(
     let settings = EncodeSettings {
         rate,
         color_space,
-        // What has the bits of BC7 is BC7.
+        // At 8 bits per pixel the encoder would choose BC7 for most textures; the row is about BC7.
         formats: if rate == Rate::Color8 {
             Formats::Plain
         } else {

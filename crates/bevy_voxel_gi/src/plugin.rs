@@ -53,6 +53,7 @@ pub struct VoxelGiPlugin;
 impl Plugin for VoxelGiPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "shaders/albedo.wesl");
+        load_shader_library!(app, "shaders/face_slots.wesl");
         load_shader_library!(app, "shaders/faces.wesl");
         load_shader_library!(app, "shaders/gpu_types.wesl");
         load_shader_library!(app, "shaders/harmonics.wesl");

@@ -9,11 +9,11 @@ use super::{BoxScene, Ray, TraceSettings, Tracer};
 pub struct WallPoint {
     /// The same number for all points of a wall.
     pub wall: u32,
-    /// In metres.
+    /// The point of the wall that the pixel shows, in metres.
     pub position: Vec3,
-    /// Of the wall.
+    /// The wall's normal, a unit vector.
     pub normal: Vec3,
-    /// Of the wall.
+    /// The wall's albedo.
     pub albedo: Vec3,
 }
 

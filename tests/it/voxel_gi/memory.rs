@@ -1,17 +1,18 @@
 //! Memory that volumes allocate.
 
+use bevy::prelude::*;
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, floor, under_sky},
-    support::settle,
+    scene::{app, floor, matt, under_sky},
+    support::{read_texels, settle},
 };
 use crate::support::gpu;
 
-/// Bytes a voxel of a volume that traces rays: 8 of occupancy, 24 of surfaces, 48 of radiance, 96 of irradiance,
-/// 28 of lists and 48 of texture.
-pub const WITH_LIGHT: u64 = 8 + 24 + 48 + 96 + 28 + 48;
+/// Bytes a voxel of a volume of 16^3 that traces rays: 8 of occupancy, twice 4 of slots, 4 of work and 48 of texture;
+/// then for 1.5 slots 4 of surface, 8 of radiance, twice 16 of irradiance and 4 of work each.
+pub const WITH_LIGHT: u64 = 8 + 2 * 4 + 4 + 48 + 3 * (4 + 8 + 2 * 16 + 4) / 2;
 
 /// A volume of 16^3 voxels, or as many cascades of it as are in the report, takes these bytes a voxel, the
 /// texture's last slice, and little else.
@@ -36,11 +37,11 @@ fn each_solver_has_the_memory_that_it_needs() {
         rays: 8,
     };
     for (light, cascades, bytes) in [
-        // Two times the light on its way: 64 bytes.
+        // Two times the light on its way: 64 bytes, and that which has arrived through six faces.
         (
             light(Solver::Propagate { iterations: 8 }),
             1,
-            WITH_LIGHT + 128,
+            WITH_LIGHT + 128 + 96,
         ),
         (light(Solver::Trace { rays: 8 }), 2, 2 * WITH_LIGHT),
         // No surfaces, no radiance, no irradiance but in the texture.
@@ -57,4 +58,42 @@ fn each_solver_has_the_memory_that_it_needs() {
         app.world_mut().despawn(volume);
         app.render_frames(3).expect("frames");
     }
+}
+
+/// Small boxes in 14 x 14 x 14 voxels of their own have more faces than a volume of 16^3 has slots for at first.
+#[test]
+fn slots_grow_with_the_surfaces() {
+    const ALONG: i16 = 14;
+    const FACES: usize = 6 * (ALONG as usize).pow(3);
+    /// Less is the weight of voxels without surfaces.
+    const SURFACE: f32 = 0.003;
+    let _gpu = gpu();
+    let mut app = app();
+    let material = matt(app.world_mut(), 0.5);
+    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+    let mesh = meshes.add(Cuboid::from_size(Vec3::splat(0.1)));
+    let place = |i: i16| 0.25 * (f32::from(i % ALONG) - 6.5);
+    let boxes = (0..ALONG.pow(3)).map(|i| {
+        (
+            Mesh3d(mesh.clone()),
+            MeshMaterial3d(material.clone()),
+            Transform::from_xyz(place(i), place(i / ALONG), place(i / ALONG / ALONG)),
+        )
+    });
+    let boxes: Vec<_> = boxes.collect();
+    app.world_mut().spawn_batch(boxes);
+    app.world_mut().spawn(under_sky(1.0));
+    settle(&mut app);
+    let is_lit = |light: &&Vec4| light.w > SURFACE && light.x > 0.0;
+    let lit = read_texels(&mut app)
+        .iter()
+        .flatten()
+        .filter(is_lit)
+        .count();
+    assert_eq!(lit, FACES);
+    let at_first = 4096 * WITH_LIGHT;
+    let memory = app.world().resource::<VoxelGiReport>().memory;
+    let slots = 6 * 4096 + 1;
+    let grown = at_first + (slots - 6144) * 48 + 16 * 32 * 8;
+    assert!(memory.abs_diff(grown) < 1024, "{memory} for {grown}");
 }

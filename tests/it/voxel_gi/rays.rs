@@ -143,8 +143,12 @@ fn every_ray_ends() {
     let masks: Vec<u32> = (0..2 * voxels)
         .map(|_| word(&mut runner) & word(&mut runner))
         .collect();
-    let packed_surfaces: Vec<u32> = (0..6 * voxels)
-        .map(|_| word(&mut runner) | 1 << 24)
+    // All faces have surfaces; slot 0 is that of none.
+    let packed_surfaces: Vec<u32> = (0..=6 * voxels)
+        .map(|slot| (word(&mut runner) | 1 << 24) * u32::from(slot > 0))
+        .collect();
+    let face_slots: Vec<u32> = (0..voxels as u32)
+        .map(|voxel| (6 * voxel + 1) << 6 | 63)
         .collect();
     let mut composer = Composer::of_crate("bevy_voxel_gi");
     let source = composer
@@ -156,6 +160,7 @@ fn every_ray_ends() {
             Binding::Uniform(&volume()),
             Binding::Storage(bytemuck::cast_slice(&masks)),
             Binding::Storage(bytemuck::cast_slice(&packed_surfaces)),
+            Binding::Storage(bytemuck::cast_slice(&face_slots)),
         ],
         bytemuck::cast_slice(&rays),
         u64::from(RAYS) * 8,

@@ -3,6 +3,7 @@
 //! | module | what it contains |
 //! | --- | --- |
 //! | [`placement`], [`place_volume`] | where the volumes are, and their settings |
+//! | [`device_limits`] | what a device can hold and run |
 //! | [`texture`], [`probe`] | the texture and the light probe through which Bevy reads the volumes |
 //! | [`volume`] | extraction of the volumes |
 //! | [`meshes`], [`deformed_meshes`] | extraction of rigid meshes, and of those with a skin or morph targets |
@@ -12,6 +13,7 @@
 //! | [`update_materials`], [`unknown_materials`] | what keeps the table in sync |
 
 pub(crate) mod deformed_meshes;
+mod device_limits;
 pub(crate) mod lights;
 mod material_order;
 pub(crate) mod material_table;

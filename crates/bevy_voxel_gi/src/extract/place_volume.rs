@@ -7,18 +7,18 @@ use bevy::{
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
     ecs::{change_detection::Tick, system::SystemChangeTick},
     prelude::*,
-    render::{renderer::RenderDevice, settings::WgpuLimits},
+    render::renderer::RenderDevice,
 };
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::{
+    device_limits::{allocatable_resolution, has_compute},
     placement::{PlacedLevel, PlacedVolume, has_shared_settings, snapped, supported},
     texture::{light_texture, texture_size},
 };
 use crate::{
     budget::BudgetChoice,
     gpu_types::MAX_LEVELS,
-    prepare::buffers::largest_buffer,
     receive::RECEIVER_PATCH,
     settings::{VoxelAlbedo, VoxelGiVolume},
 };
@@ -67,6 +67,13 @@ pub(crate) fn place_volume(
         active.volume = None;
         return;
     };
+    if device
+        .as_ref()
+        .is_some_and(|device| !has_compute(&device.limits()))
+    {
+        active.volume = None;
+        return;
+    }
     let settings = supported(settings.clamped(), patched);
     let layers = layers.cloned().unwrap_or_default();
     if !patched && all.len() > 1 {
@@ -81,7 +88,7 @@ pub(crate) fn place_volume(
         .map(|(_, own, ..)| u64::from(own.clamped().cascades));
     let level_count = level_count.sum::<u64>().min(MAX_LEVELS as u64);
     let resolution = device.map_or(settings.resolution, |device| {
-        allocatable_resolution(&settings, level_count, &device.limits())
+        allocatable_resolution(&settings, level_count, patched, &device.limits())
     });
     let mut levels = Vec::new();
     for (owner, own, transform, own_layers) in all {
@@ -169,55 +176,4 @@ pub(crate) fn place_volume(
         layers,
         viewpoints,
     });
-}
-
-/// The resolution of the settings, or the highest one below it whose buffers the device can bind.
-fn allocatable_resolution(settings: &VoxelGiVolume, levels: u64, limits: &WgpuLimits) -> u32 {
-    let limit = limits
-        .max_storage_buffer_binding_size
-        .min(limits.max_buffer_size);
-    let largest = |resolution| largest_buffer(settings.light, resolution, levels);
-    let mut resolution = settings.resolution;
-    while resolution > 8 && largest(resolution) > limit {
-        resolution -= 4;
-    }
-    if resolution < settings.resolution {
-        warn_once!(
-            "voxel GI: {levels} cubes of {}³ voxels need a storage buffer of {} MiB, and this device binds \
-             {} MiB at most, so {resolution}³ voxels are used. Lower `resolution` or `cascades`",
-            settings.resolution,
-            largest(settings.resolution) >> 20,
-            limit >> 20,
-        );
-    }
-    resolution
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn buffers_stay_within_the_limits_of_the_device() {
-        let settings = VoxelGiVolume {
-            resolution: 128,
-            ..default()
-        };
-        let limits = |mebibytes: u64| WgpuLimits {
-            max_storage_buffer_binding_size: mebibytes << 20,
-            max_buffer_size: 1 << 30,
-            ..default()
-        };
-        for (mebibytes, levels, expected) in [
-            // 96 bytes per voxel: 192 MiB.
-            (192, 1, 128),
-            (191, 1, 124),
-            (128, 1, 108),
-            (128, 8, 52),
-            (0, 1, 8),
-        ] {
-            let found = allocatable_resolution(&settings, levels, &limits(mebibytes));
-            assert_eq!(found, expected, "{mebibytes} MiB, {levels} levels");
-        }
-    }
 }

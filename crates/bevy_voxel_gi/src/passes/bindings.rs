@@ -25,7 +25,8 @@ use crate::{
 pub(crate) const VOLUME: u32 = 0;
 pub(crate) const MASKS: u32 = 1;
 pub(crate) const PACKED_SURFACES: u32 = 2;
-pub(crate) const REPROJECTED_ALBEDO: u32 = 3;
+pub(crate) const FACE_SLOTS: u32 = 3;
+pub(crate) const REPROJECTED_ALBEDO: u32 = 4;
 // Group 1.
 pub(crate) const WORK_ITEMS: u32 = 0;
 pub(crate) const COUNTERS: u32 = 1;
@@ -64,6 +65,7 @@ pub(crate) fn voxels_layout(
                 (VOLUME, volume_uniform()),
                 (MASKS, read_only()),
                 (PACKED_SURFACES, read_only()),
+                (FACE_SLOTS, read_only()),
                 (REPROJECTED_ALBEDO, read_only()),
             ),
         ),
@@ -86,6 +88,7 @@ pub(crate) fn voxels_bind_group(
             (VOLUME, uniforms.bounces[bounce].binding()?),
             (MASKS, buffers.masks.as_entire_binding()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+            (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
             (
                 REPROJECTED_ALBEDO,
                 buffers.reprojected_albedo.as_entire_binding(),

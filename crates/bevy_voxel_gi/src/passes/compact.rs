@@ -117,6 +117,9 @@ pub(crate) fn compact(
     ) else {
         return;
     };
+    context
+        .command_encoder()
+        .clear_buffer(&buffers.counters, 0, None);
     record_pass(&mut context, "voxel_gi_compact", |pass| {
         pass.set_bind_group(0, &voxels.bounces[0], &[]);
         pass.set_bind_group(1, group, &[]);

@@ -1,4 +1,5 @@
-//! Gathers indirect light by ray tracing (thesis section 6.6.1), and ambient occlusion.
+//! Gathers indirect light by ray tracing (thesis section 6.6.1), and ambient occlusion; then shares the light of
+//! neighbouring surfaces of one plane.
 
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
@@ -35,6 +36,7 @@ pub(crate) struct GatherPass {
     layout: BindGroupLayoutDescriptor,
     gather: Kernel,
     gather_empty: Kernel,
+    share: Kernel,
     /// `None` if light is propagated.
     bind_group: Option<BindGroup>,
 }
@@ -53,11 +55,15 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             ),
         ),
     );
-    let shader = load_embedded_asset!(assets.as_ref(), "gather.wesl");
-    let kernel = |label, entry_point| Kernel::of_light(label, entry_point, &shader, &layout);
+    let kernel = |label, entry_point, shader: &Handle<Shader>| {
+        Kernel::of_light(label, entry_point, shader, &layout)
+    };
+    let gather = load_embedded_asset!(assets.as_ref(), "gather.wesl");
+    let share = load_embedded_asset!(assets.as_ref(), "share.wesl");
     commands.insert_resource(GatherPass {
-        gather: kernel("voxel_gi_gather", "gather"),
-        gather_empty: kernel("voxel_gi_gather_empty", "gather_empty"),
+        gather: kernel("voxel_gi_gather", "gather", &gather),
+        gather_empty: kernel("voxel_gi_gather_empty", "gather_empty", &gather),
+        share: kernel("voxel_gi_share", "share", &share),
         layout,
         bind_group: None,
     });
@@ -74,6 +80,9 @@ pub(crate) fn queue(
         let defs = light_defs(shape);
         pass.gather.require(&defs, &cache, &mut required);
         pass.gather_empty.require(&defs, &cache, &mut required);
+        if shape.keeps_light() {
+            pass.share.require(&defs, &cache, &mut required);
+        }
     }
 }
 
@@ -106,8 +115,8 @@ pub(crate) fn prepare(
 }
 
 impl GatherPass {
-    /// Records the pass over surfaces, and over empty voxels too if asked for; group 0 is set already.
-    pub(super) fn record(
+    /// Records gathering over surfaces, and over empty voxels too if asked for; group 0 is set already.
+    pub(super) fn record_gather(
         &self,
         pass: &mut ComputePass<'_>,
         with_empty_voxels: bool,
@@ -132,8 +141,27 @@ impl GatherPass {
             );
         }
     }
+
+    /// Records sharing; group 0 is set already.
+    pub(super) fn record_share(
+        &self,
+        pass: &mut ComputePass<'_>,
+        buffers: &VolumeBuffers,
+        cache: &PipelineCache,
+    ) {
+        let (Some(group), Some(share)) = (&self.bind_group, self.share.pipeline(cache)) else {
+            return;
+        };
+        pass.set_bind_group(1, group, &[]);
+        pass.set_pipeline(share);
+        pass.dispatch_workgroups_indirect(
+            &buffers.indirect_args,
+            VolumeBuffers::SURFACE_THREAD_ARGS,
+        );
+    }
 }
 
 pub(crate) fn embed(app: &mut App) {
     embedded_asset!(app, "gather.wesl");
+    embedded_asset!(app, "share.wesl");
 }

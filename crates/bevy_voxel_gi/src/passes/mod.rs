@@ -2,16 +2,16 @@
 //!
 //! | pass | what it does |
 //! | --- | --- |
-//! | [`scroll`] | moves stored light along with a volume that moves |
-//! | [`voxelize`] | meshes to voxels |
+//! | [`voxelize`] | meshes to voxels: occupancy, then surfaces |
+//! | [`allocate`] | slots for the faces that have a surface, between the two; their light moves along |
 //! | [`compact`] | lists the surfaces and the empty voxels |
-//! | [`mod@solve`] | direct light ([`inject`]), then ray tracing ([`gather`]) or propagation ([`propagate`]) |
-//! | [`share`] | smooths traced light between neighbouring surfaces of one plane |
+//! | [`mod@solve`] | direct light ([`inject`]), then ray tracing and sharing ([`gather`]) or propagation ([`propagate`]) |
 //! | [`reproject`] | albedo from cameras' G-buffers to voxels |
 //!
 //! Each has its shader beside it. [`bindings`] has the resources that they share, [`kernel`] makes their
 //! pipelines, and `shaders/` is the shader library.
 
+mod allocate;
 pub(crate) mod bindings;
 mod compact;
 mod gather;
@@ -20,8 +20,7 @@ mod kernel;
 mod plugin;
 mod propagate;
 mod reproject;
-mod scroll;
-mod share;
+mod slot_demand;
 mod solve;
 mod voxelize;
 

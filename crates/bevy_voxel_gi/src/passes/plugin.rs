@@ -11,8 +11,8 @@ use bevy::{
 };
 
 use super::{
-    bindings::prepare_voxel_bind_groups, compact, gather, inject, propagate, reproject, scroll,
-    share, solve::solve, voxelize,
+    allocate, bindings::prepare_voxel_bind_groups, compact, gather, inject, propagate, reproject,
+    slot_demand, solve::solve, voxelize,
 };
 use crate::prepare::plan::plan_frame;
 
@@ -23,12 +23,11 @@ impl Plugin for PassesPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "bindings.wesl");
         load_shader_library!(app, "voxelize/triangles.wesl");
-        scroll::embed(app);
         voxelize::embed(app);
+        allocate::embed(app);
         compact::embed(app);
         inject::embed(app);
         gather::embed(app);
-        share::embed(app);
         propagate::embed(app);
         reproject::embed(app);
     }
@@ -38,15 +37,15 @@ impl Plugin for PassesPlugin {
             return;
         };
         render_app
+            .init_resource::<slot_demand::SlotDemandCopy>()
             .add_systems(
                 RenderStartup,
                 (
-                    scroll::init,
                     voxelize::init,
+                    allocate::init,
                     compact::init,
                     inject::init,
                     gather::init,
-                    share::init,
                     propagate::init,
                     reproject::init,
                 ),
@@ -54,12 +53,11 @@ impl Plugin for PassesPlugin {
             .add_systems(
                 Render,
                 (
-                    scroll::queue,
                     voxelize::queue,
+                    allocate::queue,
                     compact::queue,
                     inject::queue,
                     gather::queue,
-                    share::queue,
                     propagate::queue,
                     reproject::queue,
                 )
@@ -70,16 +68,19 @@ impl Plugin for PassesPlugin {
                 Render,
                 (
                     prepare_voxel_bind_groups,
-                    scroll::prepare,
                     voxelize::prepare,
+                    allocate::prepare,
                     compact::prepare,
                     inject::prepare,
                     gather::prepare,
-                    share::prepare,
                     propagate::prepare,
                 )
                     .in_set(RenderSystems::PrepareBindGroups)
                     .after(plan_frame),
+            )
+            .add_systems(
+                Render,
+                slot_demand::read_back.in_set(RenderSystems::Cleanup),
             )
             .add_systems(
                 Core3d,
@@ -89,7 +90,7 @@ impl Plugin for PassesPlugin {
             )
             .add_systems(
                 RenderGraph,
-                (scroll::scroll, voxelize::voxelize, compact::compact, solve)
+                (voxelize::voxelize, compact::compact, solve)
                     .chain()
                     .in_set(RenderGraphSystems::Render)
                     .before(camera_driver),

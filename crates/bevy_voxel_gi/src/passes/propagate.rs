@@ -15,9 +15,7 @@ use bevy::{
 };
 
 use super::{
-    bindings::{
-        IRRADIANCE, LIGHT_TEXTURE, MATERIALS, RADIANCE, light_texture, read_only, read_write,
-    },
+    bindings::{LIGHT_TEXTURE, MATERIALS, RADIANCE, light_texture, read_only, read_write},
     kernel::{Kernel, dispatch_voxels, light_defs},
 };
 use crate::{
@@ -30,9 +28,10 @@ use crate::{
     },
 };
 
-/// Propagated light before and after a step.
+/// Propagated light before and after a step, and the light that has arrived.
 const BEFORE: u32 = 7;
 const AFTER: u32 = 8;
+const ARRIVED: u32 = 9;
 
 #[derive(Resource)]
 pub(crate) struct PropagatePass {
@@ -51,11 +50,11 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             ShaderStages::COMPUTE,
             (
                 (RADIANCE, read_only()),
-                (IRRADIANCE, read_write()),
                 (MATERIALS, read_only()),
                 (LIGHT_TEXTURE, light_texture()),
                 (BEFORE, read_only()),
                 (AFTER, read_write()),
+                (ARRIVED, read_write()),
             ),
         ),
     );
@@ -112,11 +111,11 @@ pub(crate) fn prepare(
             &cache.get_bind_group_layout(&pass.layout),
             &BindGroupEntries::with_indices((
                 (RADIANCE, buffers.radiance.as_entire_binding()),
-                (IRRADIANCE, buffers.irradiance.as_entire_binding()),
                 (MATERIALS, materials.clone()),
                 (LIGHT_TEXTURE, &texture.texture_view),
                 (BEFORE, buffers.intensity[from].as_entire_binding()),
                 (AFTER, buffers.intensity[1 - from].as_entire_binding()),
+                (ARRIVED, buffers.arrived.as_entire_binding()),
             )),
         )
     });

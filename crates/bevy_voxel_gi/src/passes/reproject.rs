@@ -21,8 +21,8 @@ use bevy::{
 
 use super::{
     bindings::{
-        COUNTERS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME, WORK_ITEMS, read_only,
-        read_write, volume_uniform,
+        COUNTERS, FACE_SLOTS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME, WORK_ITEMS,
+        read_only, read_write, volume_uniform,
     },
     kernel::{Kernel, record_pass},
 };
@@ -50,6 +50,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
                 (VOLUME, volume_uniform()),
                 (MASKS, read_only()),
                 (PACKED_SURFACES, read_only()),
+                (FACE_SLOTS, read_only()),
                 (REPROJECTED_ALBEDO, read_write()),
             ),
         ),
@@ -133,6 +134,7 @@ pub(crate) fn reproject(
             (VOLUME, volume),
             (MASKS, buffers.masks.as_entire_binding()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+            (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
             (
                 REPROJECTED_ALBEDO,
                 buffers.reprojected_albedo.as_entire_binding(),

@@ -7,7 +7,7 @@ use bevy::{
 
 use super::{
     bindings::VoxelBindGroups, gather::GatherPass, inject::InjectPass, kernel::record_pass,
-    propagate::PropagatePass, share::SharePass,
+    propagate::PropagatePass,
 };
 use crate::prepare::{buffers::VolumeBuffers, plan::FramePlan};
 
@@ -16,8 +16,7 @@ pub(crate) fn solve(
     plan: Res<FramePlan>,
     voxels: Option<Res<VoxelBindGroups>>,
     buffers: Option<Res<VolumeBuffers>>,
-    (inject, gather, share): (Res<InjectPass>, Res<GatherPass>, Res<SharePass>),
-    propagate: Res<PropagatePass>,
+    (inject, gather, propagate): (Res<InjectPass>, Res<GatherPass>, Res<PropagatePass>),
     cache: Res<PipelineCache>,
 ) {
     let (Some(work), Some(voxels), Some(buffers)) = (plan.work, voxels, buffers) else {
@@ -44,13 +43,13 @@ pub(crate) fn solve(
         record_inject(&mut context, group);
         record_pass(&mut context, "voxel_gi_gather", |pass| {
             pass.set_bind_group(0, &voxels.bounces[group], &[]);
-            gather.record(pass, bounce + 1 == work.bounces, &buffers, &cache);
+            gather.record_gather(pass, bounce + 1 == work.bounces, &buffers, &cache);
         });
     }
     if buffers.shape.keeps_light() {
         record_pass(&mut context, "voxel_gi_share", |pass| {
             pass.set_bind_group(0, &voxels.bounces[0], &[]);
-            share.record(pass, &buffers, &cache);
+            gather.record_share(pass, &buffers, &cache);
         });
     }
 }

@@ -1,5 +1,10 @@
 //! The GPU buffers of the volume.
 
+use std::sync::{
+    Arc,
+    atomic::{AtomicU32, Ordering},
+};
+
 use bevy::{
     prelude::*,
     render::{
@@ -10,13 +15,15 @@ use bevy::{
 
 use crate::{
     extract::placement::PlacedVolume,
-    settings::{Solver, VoxelAlbedo, VoxelLight},
+    settings::{Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight},
 };
 
 /// The settings that the sizes of the buffers depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BufferShape {
     pub voxels: u64,
+    /// Slots for faces with a surface at first.
+    pub first_slots: u64,
     /// Only ambient occlusion is computed, so only occupancy is stored.
     pub occlusion_only: bool,
     /// Light is propagated from voxel to voxel.
@@ -33,6 +40,7 @@ impl BufferShape {
         let occlusion_only = matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. });
         Self {
             voxels: r * r * r * volume.levels.len() as u64,
+            first_slots: first_slots(r, volume.levels.len() as u64),
             propagates: matches!(
                 volume.settings.light,
                 VoxelLight::GlobalIllumination {
@@ -53,13 +61,59 @@ impl BufferShape {
     }
 }
 
-/// Size in bytes of the largest buffer: that of irradiance, or that of the work with ambient occlusion.
-pub(crate) fn largest_buffer(light: VoxelLight, resolution: u32, levels: u64) -> u64 {
-    let bytes_per_voxel = match light {
-        VoxelLight::GlobalIllumination { .. } => 96,
-        VoxelLight::AmbientOcclusion { .. } => 28,
-    };
-    u64::from(resolution).pow(3) * levels * bytes_per_voxel
+/// Number of slots for faces with a surface at first, a face of the volume's cube being 1 for each of its voxels.
+/// Surfaces are a shell: a closed room whose walls have two sides takes 12, one that is rotated up to 36.
+const FIRST_SLOTS: u64 = 24;
+
+fn first_slots(resolution: u64, levels: u64) -> u64 {
+    most_slots(resolution.pow(3) * levels).min(FIRST_SLOTS * resolution.pow(2) * levels)
+}
+
+/// Slots for all faces, and the one that all faces without a surface read.
+fn most_slots(voxels: u64) -> u64 {
+    6 * voxels + 1
+}
+
+/// The number of slots that faces need, as far as it has been read back.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SlotDemand(Arc<AtomicU32>);
+
+impl SlotDemand {
+    pub(crate) fn raise(&self, faces: u32) {
+        // One more is what faces without a surface read.
+        self.0.fetch_max(faces.saturating_add(1), Ordering::Relaxed);
+    }
+
+    fn slots(&self) -> u64 {
+        self.0.load(Ordering::Relaxed).into()
+    }
+}
+
+/// Size in bytes of the largest buffer that settings need at first.
+pub(crate) fn largest_buffer(settings: &VoxelGiVolume, resolution: u32, levels: u64) -> u64 {
+    let resolution = u64::from(resolution);
+    let voxels = resolution.pow(3) * levels;
+    let slots = first_slots(resolution, levels);
+    match settings.light {
+        // Work for all faces and all voxels.
+        VoxelLight::AmbientOcclusion { .. } => 28 * voxels,
+        // The light that has arrived through each face.
+        VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { .. },
+            ..
+        } => 96 * voxels,
+        VoxelLight::GlobalIllumination { .. } => {
+            let albedo = match settings.albedo {
+                VoxelAlbedo::Reprojected => 24 * voxels,
+                _ => 0,
+            };
+            // The occupancy, the work, and the irradiance of the slots.
+            (8 * voxels)
+                .max(4 * (slots + voxels))
+                .max(16 * slots)
+                .max(albedo)
+        }
+    }
 }
 
 /// The buffers of the volume.
@@ -68,22 +122,30 @@ pub(crate) struct VolumeBuffers {
     pub shape: BufferShape,
     /// 64 bits per voxel: the occupancy of its sub-voxels.
     pub masks: Buffer,
-    /// Six words per voxel: the packed surface of each face. A stub for ambient occlusion.
+    /// A word per voxel: which of its faces have a surface, and their slots in the buffers below. A stub for
+    /// ambient occlusion, as these are.
+    pub face_slots: Buffer,
+    pub face_slots_before: Buffer,
+    /// A word per slot: the packed surface.
     pub packed_surfaces: Buffer,
-    /// Six times two words per voxel: radiance that leaves each face, as 16-bit floats. A stub for
-    /// ambient occlusion.
+    /// Two words per slot: radiance that leaves the surface, as 16-bit floats.
     pub radiance: Buffer,
-    /// Six times four words per voxel: irradiance of each face in this round, with the distance of its
-    /// surface from the voxel's centre, and the mean over rounds with its weight, as 16-bit floats; or, with
-    /// propagation, the light that has arrived, as 32-bit floats. A stub for ambient occlusion.
+    /// Four words per slot: irradiance in this round, with the distance of the surface from the voxel's centre,
+    /// and the mean over rounds with its weight, as 16-bit floats.
     pub irradiance: Buffer,
+    pub irradiance_before: Buffer,
+    /// How many slots the surfaces need.
+    pub slot_demand: SlotDemand,
+    /// Six times four words per voxel: the propagated light that has arrived through each face, as 32-bit floats. A
+    /// stub without propagation.
+    pub arrived: Buffer,
     /// Sixteen words per voxel each: propagated light before and after a step. Stubs without propagation.
     pub intensity: [Buffer; 2],
     /// Six words per voxel: reprojected albedo of each face. A stub without reprojection.
     pub reprojected_albedo: Buffer,
     /// The compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
     pub work_items: Buffer,
-    /// The number of surfaces and of empty voxels, then the indirect dispatch arguments over them.
+    /// The number of surfaces, of empty voxels and of slots, then the indirect dispatch arguments over the first two.
     pub counters: Buffer,
     /// The copy of these arguments that indirect dispatches read.
     pub indirect_args: Buffer,
@@ -92,6 +154,8 @@ pub(crate) struct VolumeBuffers {
 impl VolumeBuffers {
     /// Size of `counters` in bytes.
     const COUNTERS_SIZE: u64 = Self::ARGS_OFFSET + Self::ARGS_SIZE;
+    /// Byte offset of the number of slots in `counters`.
+    pub(crate) const SLOT_COUNT_OFFSET: u64 = 8;
     /// Byte offset of the indirect dispatch arguments in `counters`.
     pub(crate) const ARGS_OFFSET: u64 = 16;
     /// Size of the indirect dispatch arguments in bytes.
@@ -102,7 +166,8 @@ impl VolumeBuffers {
     pub(crate) const EMPTY_VOXEL_ARGS: u64 = 16;
     pub(crate) const SURFACE_THREAD_ARGS: u64 = 32;
 
-    pub(crate) fn new(device: &RenderDevice, shape: BufferShape) -> Self {
+    /// `slots` is the number of slots for faces with a surface.
+    pub(crate) fn new(device: &RenderDevice, shape: BufferShape, slots: u64) -> Self {
         let buffer = |label: &'static str, size: u64, usage: BufferUsages| {
             device.create_buffer(&BufferDescriptor {
                 label: Some(label),
@@ -112,37 +177,48 @@ impl VolumeBuffers {
             })
         };
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let full = |bytes: u64| {
-            if shape.occlusion_only {
-                16
-            } else {
+        let with_light = |bytes: u64| if shape.occlusion_only { 0 } else { bytes };
+        let per_voxel = |bytes: u64| with_light(bytes * shape.voxels);
+        let per_slot = |bytes: u64| with_light(bytes * slots);
+        let propagated = |bytes: u64| {
+            if shape.propagates {
                 bytes * shape.voxels
+            } else {
+                0
             }
+        };
+        let surfaces = if shape.occlusion_only {
+            6 * shape.voxels
+        } else {
+            slots
         };
         Self {
             shape,
             masks: buffer("voxel_gi_masks", 8 * shape.voxels, storage),
-            packed_surfaces: buffer("voxel_gi_packed_surfaces", full(24), storage),
-            radiance: buffer("voxel_gi_radiance", full(48), storage),
-            intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"].map(|label| {
-                let bytes = if shape.propagates {
-                    64 * shape.voxels
-                } else {
-                    64
-                };
-                buffer(label, bytes, storage)
-            }),
-            irradiance: buffer("voxel_gi_irradiance", full(96), storage),
+            face_slots: buffer("voxel_gi_face_slots", per_voxel(4), storage),
+            face_slots_before: buffer("voxel_gi_face_slots_before", per_voxel(4), storage),
+            packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
+            radiance: buffer("voxel_gi_radiance", per_slot(8), storage),
+            irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
+            irradiance_before: buffer("voxel_gi_irradiance_before", per_slot(16), storage),
+            slot_demand: SlotDemand::default(),
+            intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"]
+                .map(|label| buffer(label, propagated(64).max(64), storage)),
+            arrived: buffer("voxel_gi_arrived", propagated(96), storage),
             reprojected_albedo: buffer(
                 "voxel_gi_reprojected_albedo",
                 if shape.reprojects_albedo {
-                    full(24)
+                    per_voxel(24)
                 } else {
                     16
                 },
                 storage,
             ),
-            work_items: buffer("voxel_gi_work_items", 28 * shape.voxels, storage),
+            work_items: buffer(
+                "voxel_gi_work_items",
+                4 * (surfaces + shape.voxels),
+                storage,
+            ),
             counters: buffer("voxel_gi_counters", Self::COUNTERS_SIZE, storage),
             indirect_args: buffer(
                 "voxel_gi_indirect_args",
@@ -152,13 +228,46 @@ impl VolumeBuffers {
         }
     }
 
+    /// Number of slots that the buffers have.
+    fn slots(&self) -> u64 {
+        self.irradiance.size() / 16
+    }
+
+    /// The number of slots that new buffers need if these have too few for the surfaces: half as many again, as far
+    /// as the device binds buffers of that size.
+    pub(crate) fn needed_slots(&self, device: &RenderDevice) -> Option<u64> {
+        let demand = self.slot_demand.slots();
+        if demand <= self.slots() || self.shape.occlusion_only {
+            return None;
+        }
+        let limits = device.limits();
+        let limit = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
+        let most = most_slots(self.shape.voxels).min(limit / 16);
+        let slots = (demand + demand / 2).min(most);
+        if slots < demand {
+            warn_once!(
+                "voxel GI: the surfaces need {} MiB in a storage buffer, and this device binds {} MiB at most, so \
+                 some have no light. Lower `resolution` or `cascades`",
+                (16 * demand) >> 20,
+                limit >> 20,
+            );
+        }
+        (slots > self.slots()).then_some(slots)
+    }
+
     /// Total size of the buffers in bytes, as allocated.
     pub(crate) fn bytes(&self) -> u64 {
         [
             &self.masks,
+            &self.face_slots,
+            &self.face_slots_before,
             &self.packed_surfaces,
             &self.radiance,
             &self.irradiance,
+            &self.irradiance_before,
+            &self.arrived,
             &self.intensity[0],
             &self.intensity[1],
             &self.reprojected_albedo,

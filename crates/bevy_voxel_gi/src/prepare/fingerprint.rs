@@ -10,6 +10,7 @@ use crate::{
         voxel_material::VoxelMaterial,
     },
     gpu_types::Light,
+    settings::Voxelizer,
 };
 
 /// Adds floats to a hash by their bits, so that NaN equals itself.
@@ -17,6 +18,24 @@ pub(super) fn hash_floats(hasher: &mut impl Hasher, floats: &[f32]) {
     for float in floats {
         float.to_bits().hash(hasher);
     }
+}
+
+/// Hash of what the voxels depend on; `meshes` is that of the meshes.
+pub(super) fn voxel_fingerprint(meshes: u64, volume: &PlacedVolume) -> u64 {
+    let mut hasher = FixedHasher.build_hasher();
+    meshes.hash(&mut hasher);
+    for level in &volume.levels {
+        hash_floats(&mut hasher, &level.center.to_array());
+        hash_floats(&mut hasher, &[level.size]);
+    }
+    match volume.settings.voxelizer {
+        Voxelizer::Conservative => 0,
+        Voxelizer::FragmentClipping => 1,
+        Voxelizer::GeometryClipping => 2,
+        Voxelizer::Stochastic { points } => 3 + u64::from(points),
+    }
+    .hash(&mut hasher);
+    hasher.finish()
 }
 
 /// Hash of everything that the light depends on, except the settings; `meshes` is that of the meshes.

@@ -12,7 +12,7 @@ use bevy::{
 
 use super::{
     buffers::{BufferShape, VolumeBuffers},
-    fingerprint::fingerprint,
+    fingerprint::{fingerprint, voxel_fingerprint},
     mesh_batches::MeshBatches,
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
@@ -39,6 +39,8 @@ pub(crate) struct FramePlan {
     clock: SettlingClock,
     /// Hash of everything that the light depends on, except the settings.
     fingerprint: u64,
+    /// Hash of what the voxels depend on, when they were voxelised.
+    voxelized: Option<u64>,
     /// The volume's own settings. Those that a budget chooses are left out: they change the accuracy of
     /// the light, not the light.
     settings: VoxelGiVolume,
@@ -55,6 +57,8 @@ pub(crate) struct FrameWork {
     pub bounces: u32,
     /// Number of propagation steps.
     pub iterations: u32,
+    /// Whether the scene is voxelised: if not, the voxels are those of the frame before.
+    pub voxelizes: bool,
     /// By how many of its voxels each level has moved, if any has: reprojected albedo is cleared then.
     pub moves: Option<[IVec4; MAX_LEVELS]>,
 }
@@ -162,10 +166,15 @@ pub(crate) fn plan_frame(
         return;
     };
     let shape = BufferShape::of(volume);
-    let is_fresh = buffers
+    let is_same = buffers
         .as_ref()
-        .is_none_or(|buffers| buffers.shape != shape)
-        || plan.texture != Some(volume.texture.id());
+        .is_some_and(|buffers| buffers.shape == shape)
+        && plan.texture == Some(volume.texture.id());
+    let needed_slots = match &buffers {
+        Some(buffers) if is_same => buffers.needed_slots(&device),
+        _ => Some(shape.first_slots),
+    };
+    let is_fresh = needed_slots.is_some();
     if is_fresh {
         *plan = FramePlan {
             texture: Some(volume.texture.id()),
@@ -180,7 +189,7 @@ pub(crate) fn plan_frame(
         let has_moved = plan.has_moved(volume);
         plan.clock.change(pace, has_moved);
     }
-    let made = is_fresh.then(|| VolumeBuffers::new(&device, shape));
+    let made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
     let Some(buffers) = made.as_ref().or(buffers.as_deref()) else {
         return;
     };
@@ -199,6 +208,8 @@ pub(crate) fn plan_frame(
         return;
     }
     let moves = plan.moves(volume);
+    let voxels = voxel_fingerprint(batches.fingerprint, volume);
+    let voxelizes = plan.voxelized.replace(voxels) != Some(voxels);
     let frame = UniformFrame {
         volume,
         light_count: u32::try_from(lights.0.len()).unwrap_or(u32::MAX),
@@ -213,6 +224,7 @@ pub(crate) fn plan_frame(
     plan.work = Some(FrameWork {
         bounces,
         iterations,
+        voxelizes,
         moves,
     });
     commands.insert_resource(SceneBuffers::new(

@@ -44,7 +44,7 @@ pub struct RayTracingSettings {
     /// Number of frames over which receivers read the mean, at least 1; more once nothing has changed for
     /// [`STEADY`] frames.
     pub history: u32,
-    /// If a wall divides a surface, gathers only on the side of the voxel's centre, and surfaces share no light.
+    /// If a wall divides a surface, gathers only on the side of the voxel's centre.
     /// This is for receivers that test which voxels are visible ([`IrradianceField::visible_irradiance`]).
     pub one_side: bool,
 }
@@ -189,12 +189,8 @@ impl<'a> RayTracing<'a> {
         let mut field = surround(self.voxels, empty_rays, self.frame, empty_weight, |o, d| {
             self.arriving(o, d).map(|radiance| radiance * PI)
         });
-        if self.settings.one_side {
-            field.put(&self.surfaces, &self.mean);
-        } else {
-            let shared = shared_light(self.voxels, &self.surfaces, &self.mean);
-            field.put(&self.surfaces, &shared);
-        }
+        let shared = shared_light(self.voxels, &self.surfaces, &self.mean);
+        field.put(&self.surfaces, &shared);
         field
     }
 }

@@ -1,4 +1,5 @@
-//! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5).
+//! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5), in two passes over the triangles: occupancy and the
+//! faces that have a surface, then the surfaces.
 
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
@@ -6,15 +7,18 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            BufferDescriptor, BufferUsages, PipelineCache, ShaderStages, StorageBuffer,
+            BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, PipelineCache,
+            ShaderStages, StorageBuffer,
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
     },
 };
 
 use super::{
-    bindings::{MASKS, PACKED_SURFACES, VOLUME, read_only, read_write, volume_uniform},
+    allocate::{AllocatePass, keep_slots},
+    bindings::{FACE_SLOTS, MASKS, PACKED_SURFACES, VOLUME, read_only, read_write, volume_uniform},
     kernel::{Kernel, dispatch_workgroups, record_pass},
+    slot_demand::SlotDemandCopy,
 };
 use crate::{
     extract::{meshes::ExtractedScene, volume::ExtractedVolume},
@@ -35,10 +39,18 @@ pub(crate) struct VoxelizePass {
     voxels_layout: BindGroupLayoutDescriptor,
     /// Layout of the buffers of a group of meshes, which the voxelisers read.
     meshes_layout: BindGroupLayoutDescriptor,
-    conservative: Kernel,
-    slices: Kernel,
-    points: Kernel,
+    conservative: Kernels,
+    slices: Kernels,
+    points: Kernels,
     work: Option<VoxelizeWork>,
+}
+
+/// The two passes of a voxeliser.
+struct Kernels {
+    /// Marks occupied sub-voxels, and the faces with a surface.
+    occupancy: Kernel,
+    /// Writes the surfaces, once the faces have slots.
+    surfaces: Kernel,
 }
 
 /// The bind groups and dispatch sizes of a frame that voxelises.
@@ -57,6 +69,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
                 (VOLUME, volume_uniform()),
                 (MASKS, read_write()),
                 (PACKED_SURFACES, read_write()),
+                (FACE_SLOTS, read_write()),
             ),
         ),
     );
@@ -74,14 +87,20 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             ),
         ),
     );
-    let kernel = |shader: Handle<Shader>| {
-        let layout = vec![voxels_layout.clone(), meshes_layout.clone()];
-        Kernel::new("voxel_gi_voxelize", "voxelize", &shader, layout)
+    let kernels = |shader: Handle<Shader>| {
+        let kernel = |label| {
+            let layout = vec![voxels_layout.clone(), meshes_layout.clone()];
+            Kernel::new(label, "voxelize", &shader, layout)
+        };
+        Kernels {
+            occupancy: kernel("voxel_gi_voxelize"),
+            surfaces: kernel("voxel_gi_surfaces"),
+        }
     };
     commands.insert_resource(VoxelizePass {
-        conservative: kernel(load_embedded_asset!(assets, "conservative.wesl")),
-        slices: kernel(load_embedded_asset!(assets, "slices.wesl")),
-        points: kernel(load_embedded_asset!(assets, "points.wesl")),
+        conservative: kernels(load_embedded_asset!(assets, "conservative.wesl")),
+        slices: kernels(load_embedded_asset!(assets, "slices.wesl")),
+        points: kernels(load_embedded_asset!(assets, "points.wesl")),
         voxels_layout,
         meshes_layout,
         work: None,
@@ -89,7 +108,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
 }
 
 impl VoxelizePass {
-    fn kernel(&self, voxelizer: Voxelizer) -> &Kernel {
+    fn kernels(&self, voxelizer: Voxelizer) -> &Kernels {
         match voxelizer {
             Voxelizer::Conservative => &self.conservative,
             Voxelizer::FragmentClipping | Voxelizer::GeometryClipping => &self.slices,
@@ -97,7 +116,7 @@ impl VoxelizePass {
         }
     }
 
-    fn kernel_mut(&mut self, voxelizer: Voxelizer) -> &mut Kernel {
+    fn kernels_mut(&mut self, voxelizer: Voxelizer) -> &mut Kernels {
         match voxelizer {
             Voxelizer::Conservative => &mut self.conservative,
             Voxelizer::FragmentClipping | Voxelizer::GeometryClipping => &mut self.slices,
@@ -116,15 +135,20 @@ pub(crate) fn queue(
         return;
     };
     let mut defs = Vec::new();
-    if BufferShape::of(volume).occlusion_only {
+    let shape = BufferShape::of(volume);
+    if shape.occlusion_only {
         defs.push("OCCLUSION_ONLY");
     }
     let voxelizer = volume.settings.voxelizer;
     if voxelizer == Voxelizer::GeometryClipping {
         defs.push("GEOMETRY_CLIPPING");
     }
-    pass.kernel_mut(voxelizer)
-        .require(&defs, &cache, &mut required);
+    let kernels = pass.kernels_mut(voxelizer);
+    kernels.occupancy.require(&defs, &cache, &mut required);
+    if !shape.occlusion_only {
+        defs.push("SURFACES");
+        kernels.surfaces.require(&defs, &cache, &mut required);
+    }
 }
 
 pub(crate) fn prepare(
@@ -136,9 +160,11 @@ pub(crate) fn prepare(
     (cache, device, queue): (Res<PipelineCache>, Res<RenderDevice>, Res<RenderQueue>),
 ) {
     pass.work = None;
-    let (Some(_), Some(buffers), Some(volume)) =
-        (plan.work, buffers, uniforms.bounces[0].binding())
-    else {
+    let (Some(true), Some(buffers), Some(volume)) = (
+        plan.work.map(|work| work.voxelizes),
+        buffers,
+        uniforms.bounces[0].binding(),
+    ) else {
         return;
     };
     let voxels = device.create_bind_group(
@@ -148,6 +174,7 @@ pub(crate) fn prepare(
             (VOLUME, volume),
             (MASKS, buffers.masks.as_entire_binding()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+            (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
         )),
     );
     let stub = device.create_buffer(&BufferDescriptor {
@@ -188,26 +215,44 @@ pub(crate) fn prepare(
     });
 }
 
+impl VoxelizeWork {
+    /// Records one of the two passes over all meshes.
+    fn record(&self, pass: &mut ComputePass<'_>, pipeline: &ComputePipeline) {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &self.voxels, &[]);
+        for (bind_group, batches) in &self.groups {
+            pass.set_bind_group(1, bind_group, &[]);
+            dispatch_workgroups(pass, *batches);
+        }
+    }
+}
+
 /// Clears the volume and voxelises the scene.
 pub(crate) fn voxelize(
     mut context: RenderContext,
-    pass: Res<VoxelizePass>,
+    (pass, allocate): (Res<VoxelizePass>, Res<AllocatePass>),
+    mut demand: ResMut<SlotDemandCopy>,
     plan: Res<FramePlan>,
     volume: Res<ExtractedVolume>,
     buffers: Option<Res<VolumeBuffers>>,
-    cache: Res<PipelineCache>,
+    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
 ) {
     let (Some(work), Some(frame), Some(volume), Some(buffers)) =
         (&pass.work, plan.work, &volume.0, buffers)
     else {
         return;
     };
-    let Some(pipeline) = pass.kernel(volume.settings.voxelizer).pipeline(&cache) else {
+    let kernels = pass.kernels(volume.settings.voxelizer);
+    let Some(occupancy) = kernels.occupancy.pipeline(&cache) else {
         return;
     };
     let encoder = context.command_encoder();
+    if !buffers.shape.occlusion_only {
+        keep_slots(encoder, &buffers);
+    }
     for buffer in [
         &buffers.masks,
+        &buffers.face_slots,
         &buffers.packed_surfaces,
         &buffers.radiance,
         &buffers.counters,
@@ -217,14 +262,17 @@ pub(crate) fn voxelize(
     if frame.moves.is_some() {
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
     }
+    let surfaces = kernels.surfaces.pipeline(&cache);
     record_pass(&mut context, "voxel_gi_voxelize", |pass| {
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &work.voxels, &[]);
-        for (bind_group, batches) in &work.groups {
-            pass.set_bind_group(1, bind_group, &[]);
-            dispatch_workgroups(pass, *batches);
+        work.record(pass, occupancy);
+        if let Some(surfaces) = surfaces.filter(|_| !buffers.shape.occlusion_only) {
+            allocate.record(pass, &buffers, &cache);
+            work.record(pass, surfaces);
         }
     });
+    if !buffers.shape.occlusion_only {
+        demand.record(context.command_encoder(), &buffers, &device);
+    }
 }
 
 pub(crate) fn embed(app: &mut App) {

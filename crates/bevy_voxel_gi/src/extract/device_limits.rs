@@ -1,0 +1,120 @@
+//! What a device can hold and run.
+
+use bevy::{prelude::*, render::settings::WgpuLimits};
+
+use super::texture::texture_size;
+use crate::{prepare::buffers::largest_buffer, settings::VoxelGiVolume};
+
+/// The resolution of the settings, or the highest one below it whose buffers the device can bind and whose texture it
+/// can hold.
+pub(super) fn allocatable_resolution(
+    settings: &VoxelGiVolume,
+    levels: u64,
+    patched: bool,
+    limits: &WgpuLimits,
+) -> u32 {
+    let most_bytes = limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size);
+    let most_texels = limits.max_texture_dimension_3d;
+    let bytes = |resolution| largest_buffer(settings, resolution, levels);
+    let depth = |resolution| {
+        let settings = VoxelGiVolume {
+            resolution,
+            ..settings.clone()
+        };
+        texture_size(&settings, levels as usize, patched).depth_or_array_layers
+    };
+    let mut resolution = settings.resolution;
+    while resolution > 8 && (bytes(resolution) > most_bytes || depth(resolution) > most_texels) {
+        resolution -= 4;
+    }
+    if resolution < settings.resolution {
+        warn_once!(
+            "voxel GI: {levels} cubes of {}³ voxels need a storage buffer of {} MiB and a 3D texture of {} \
+             slices, and this device has {} MiB and {most_texels} at most, so {resolution}³ voxels are used. \
+             Lower `resolution` or `cascades`",
+            settings.resolution,
+            bytes(settings.resolution) >> 20,
+            depth(settings.resolution),
+            most_bytes >> 20,
+        );
+    }
+    resolution
+}
+
+/// Storage buffers that the pass with the most of them binds.
+const STORAGE_BUFFERS: u32 = 10;
+
+/// Whether the device can run the passes; if not, warns once.
+pub(super) fn has_compute(limits: &WgpuLimits) -> bool {
+    let runs = limits.max_compute_workgroup_size_x >= 64
+        && limits.max_storage_textures_per_shader_stage >= 1
+        && limits.max_storage_buffers_per_shader_stage >= STORAGE_BUFFERS;
+    if !runs {
+        warn_once!(
+            "voxel GI: this device runs no compute shaders with {STORAGE_BUFFERS} storage buffers and a storage \
+             texture (it has workgroups of {}, {} buffers and {} textures), so nothing is lit by a VoxelGiVolume",
+            limits.max_compute_workgroup_size_x,
+            limits.max_storage_buffers_per_shader_stage,
+            limits.max_storage_textures_per_shader_stage,
+        );
+    }
+    runs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::{Solver, VoxelLight};
+
+    #[test]
+    fn buffers_and_the_texture_stay_within_the_limits_of_the_device() {
+        let traced = VoxelGiVolume {
+            resolution: 128,
+            ..default()
+        };
+        let propagated = VoxelGiVolume {
+            light: VoxelLight::GlobalIllumination {
+                solver: Solver::Propagate { iterations: 8 },
+                bounces: default(),
+            },
+            ..traced.clone()
+        };
+        let limits = |mebibytes: u64, texels| WgpuLimits {
+            max_storage_buffer_binding_size: mebibytes << 20,
+            max_buffer_size: 1 << 30,
+            max_texture_dimension_3d: texels,
+            ..default()
+        };
+        for (settings, mebibytes, texels, levels, expected) in [
+            // 8 bytes per voxel: 16 MiB.
+            (&traced, 16, 2048, 1, 128),
+            (&traced, 15, 2048, 1, 124),
+            // 96 bytes per voxel: 192 MiB.
+            (&propagated, 192, 2048, 1, 128),
+            (&propagated, 128, 2048, 1, 108),
+            (&traced, 0, 2048, 1, 8),
+            // Three slices per voxel, and one.
+            (&traced, 128, 2048, 5, 128),
+            (&traced, 128, 2048, 8, 84),
+            (&traced, 128, 256, 1, 84),
+        ] {
+            let limits = limits(mebibytes, texels);
+            let found = allocatable_resolution(settings, levels, true, &limits);
+            assert_eq!(
+                found, expected,
+                "{mebibytes} MiB, {texels} texels, {levels} levels"
+            );
+        }
+    }
+
+    #[test]
+    fn devices_without_compute_are_left_alone() {
+        assert!(has_compute(&WgpuLimits {
+            max_storage_buffers_per_shader_stage: STORAGE_BUFFERS,
+            ..default()
+        }));
+        assert!(!has_compute(&WgpuLimits::downlevel_webgl2_defaults()));
+    }
+}

@@ -1,0 +1,172 @@
+//! Allocates the slots of the faces that have a surface, between the two passes of voxelisation.
+
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            CommandEncoder, ComputePass, PipelineCache, ShaderStages, UniformBuffer,
+            binding_types::uniform_buffer,
+        },
+        renderer::{RenderDevice, RenderQueue},
+    },
+};
+
+use super::{
+    bindings::{COUNTERS, FACE_SLOTS, IRRADIANCE, VOLUME, read_only, read_write, volume_uniform},
+    kernel::{Kernel, dispatch_voxels},
+};
+use crate::{
+    extract::volume::ExtractedVolume,
+    gpu_types::MAX_LEVELS,
+    prepare::{
+        buffers::{BufferShape, VolumeBuffers},
+        pipelines::RequiredPipelines,
+        plan::FramePlan,
+        uniforms::VolumeUniforms,
+    },
+};
+
+/// By how many of its voxels each level has moved, and copies of irradiance and slots as they were.
+const MOVES: u32 = 7;
+const IRRADIANCE_BEFORE: u32 = 8;
+const FACE_SLOTS_BEFORE: u32 = 9;
+
+#[derive(Resource)]
+pub(crate) struct AllocatePass {
+    /// Group 0, where the slots are writable.
+    voxels_layout: BindGroupLayoutDescriptor,
+    layout: BindGroupLayoutDescriptor,
+    allocate: Kernel,
+    /// In frames that voxelise surfaces.
+    bind_groups: Option<[BindGroup; 2]>,
+}
+
+pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
+    let compute = ShaderStages::COMPUTE;
+    let voxels_layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_allocate_volume",
+        &BindGroupLayoutEntries::with_indices(
+            compute,
+            ((VOLUME, volume_uniform()), (FACE_SLOTS, read_write())),
+        ),
+    );
+    let layout = BindGroupLayoutDescriptor::new(
+        "voxel_gi_allocate",
+        &BindGroupLayoutEntries::with_indices(
+            compute,
+            (
+                (COUNTERS, read_write()),
+                (IRRADIANCE, read_write()),
+                (MOVES, uniform_buffer::<[IVec4; MAX_LEVELS]>(false)),
+                (IRRADIANCE_BEFORE, read_only()),
+                (FACE_SLOTS_BEFORE, read_only()),
+            ),
+        ),
+    );
+    let shader = load_embedded_asset!(assets.as_ref(), "allocate.wesl");
+    commands.insert_resource(AllocatePass {
+        allocate: Kernel::new(
+            "voxel_gi_allocate",
+            "allocate",
+            &shader,
+            vec![voxels_layout.clone(), layout.clone()],
+        ),
+        voxels_layout,
+        layout,
+        bind_groups: None,
+    });
+}
+
+pub(crate) fn queue(
+    mut pass: ResMut<AllocatePass>,
+    volume: Res<ExtractedVolume>,
+    cache: Res<PipelineCache>,
+    mut required: ResMut<RequiredPipelines>,
+) {
+    let shape = volume.0.as_ref().map(BufferShape::of);
+    if shape.is_some_and(|shape| !shape.occlusion_only) {
+        pass.allocate.require(&[], &cache, &mut required);
+    }
+}
+
+pub(crate) fn prepare(
+    mut pass: ResMut<AllocatePass>,
+    plan: Res<FramePlan>,
+    buffers: Option<Res<VolumeBuffers>>,
+    uniforms: Res<VolumeUniforms>,
+    (cache, device, queue): (Res<PipelineCache>, Res<RenderDevice>, Res<RenderQueue>),
+) {
+    pass.bind_groups = None;
+    let (Some(work), Some(buffers), Some(volume)) =
+        (plan.work, buffers, uniforms.bounces[0].binding())
+    else {
+        return;
+    };
+    if !work.voxelizes || buffers.shape.occlusion_only {
+        return;
+    }
+    let mut moves = UniformBuffer::from(work.moves.unwrap_or_default());
+    moves.write_buffer(&device, &queue);
+    pass.bind_groups = moves.binding().map(|moves| {
+        [
+            device.create_bind_group(
+                "voxel_gi_allocate_volume",
+                &cache.get_bind_group_layout(&pass.voxels_layout),
+                &BindGroupEntries::with_indices((
+                    (VOLUME, volume),
+                    (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
+                )),
+            ),
+            device.create_bind_group(
+                "voxel_gi_allocate",
+                &cache.get_bind_group_layout(&pass.layout),
+                &BindGroupEntries::with_indices((
+                    (COUNTERS, buffers.counters.as_entire_binding()),
+                    (IRRADIANCE, buffers.irradiance.as_entire_binding()),
+                    (MOVES, moves),
+                    (
+                        IRRADIANCE_BEFORE,
+                        buffers.irradiance_before.as_entire_binding(),
+                    ),
+                    (
+                        FACE_SLOTS_BEFORE,
+                        buffers.face_slots_before.as_entire_binding(),
+                    ),
+                )),
+            ),
+        ]
+    });
+}
+
+/// Keeps the slots and their light as they are now, for `allocate.wesl`.
+pub(super) fn keep_slots(encoder: &mut CommandEncoder, buffers: &VolumeBuffers) {
+    for (from, to) in [
+        (&buffers.irradiance, &buffers.irradiance_before),
+        (&buffers.face_slots, &buffers.face_slots_before),
+    ] {
+        encoder.copy_buffer_to_buffer(from, 0, to, 0, to.size());
+    }
+}
+
+impl AllocatePass {
+    /// Records the pass.
+    pub(super) fn record(
+        &self,
+        pass: &mut ComputePass<'_>,
+        buffers: &VolumeBuffers,
+        cache: &PipelineCache,
+    ) {
+        if let (Some(groups), Some(allocate)) = (&self.bind_groups, self.allocate.pipeline(cache)) {
+            for (i, group) in (0..).zip(groups) {
+                pass.set_bind_group(i, group, &[]);
+            }
+            dispatch_voxels(pass, allocate, buffers);
+        }
+    }
+}
+
+pub(crate) fn embed(app: &mut App) {
+    embedded_asset!(app, "allocate.wesl");
+}
