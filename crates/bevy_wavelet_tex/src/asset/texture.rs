@@ -237,7 +237,6 @@ fn plain_image(image: &WaveletImage, plain: &PlainTexture) -> Image {
 fn texture_format(format: BlockFormat, is_srgb: bool) -> TextureFormat {
     match format {
         BlockFormat::Bc1 if is_srgb => TextureFormat::Bc1RgbaUnormSrgb,
-        BlockFormat::Bc3 if is_srgb => TextureFormat::Bc3RgbaUnormSrgb,
         BlockFormat::Bc7 if is_srgb => TextureFormat::Bc7RgbaUnormSrgb,
         BlockFormat::Bc1 => TextureFormat::Bc1RgbaUnorm,
         BlockFormat::Bc3 => TextureFormat::Bc3RgbaUnorm,

@@ -40,9 +40,12 @@ impl Axis {
     /// outermost centres both are the outermost texel.
     pub fn taps(&self, pixel: u32) -> (u32, u32, f32) {
         let position = (pixel as f32 + 0.5) * self.step - 0.5;
-        let first = position.floor();
-        let texel = |i: f32| (i.max(0.0) as u32).min(self.texels - 1);
-        (texel(first), texel(first + 1.0), position - first)
+        if position < 0.0 {
+            return (0, 0, position + 1.0);
+        }
+        let first = position as u32;
+        let texel = |i: u32| i.min(self.texels - 1);
+        (texel(first), texel(first + 1), position - first as f32)
     }
 }
 

@@ -29,7 +29,7 @@ mod write;
 
 pub use error::ReadError;
 pub use read::read;
-pub use write::write;
+pub use write::{version, write};
 
 /// Extension of the file name.
 pub const EXTENSION: &str = "wtex";

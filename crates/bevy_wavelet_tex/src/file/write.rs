@@ -6,6 +6,14 @@ use crate::codec::{
     packing::Packing,
 };
 
+/// The version of the file that [`write`] makes of an image.
+pub fn version(image: &WaveletImage) -> u16 {
+    match image.plain {
+        Some(_) => VERSION,
+        None => PLANES_VERSION,
+    }
+}
+
 /// Returns the bytes of a file; [`super::read`] reads the same image from them.
 pub fn write(image: &WaveletImage) -> Vec<u8> {
     let content = match image.content {
@@ -19,11 +27,7 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
         ColorSpace::Srgb => 1,
     };
     let mut bytes = MAGIC.to_vec();
-    let version = match image.plain {
-        Some(_) => VERSION,
-        None => PLANES_VERSION,
-    };
-    bytes.extend(version.to_le_bytes());
+    bytes.extend(version(image).to_le_bytes());
     bytes.extend([content, color_space]);
     bytes.extend(image.size.iter().flat_map(|s| s.to_le_bytes()));
     bytes.extend((image.groups.len() as u32).to_le_bytes());

@@ -103,7 +103,7 @@ impl Info {
         });
         Self {
             file,
-            version: if texture.plain.is_some() { 3 } else { 2 },
+            version: file::version(texture),
             content: texture.content.name(),
             color_space: match texture.color_space {
                 ColorSpace::Srgb => "srgb",

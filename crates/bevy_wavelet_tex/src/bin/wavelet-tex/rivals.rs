@@ -14,7 +14,7 @@ use bevy_wavelet_tex::codec::{
 use image::{Rgb, Rgb32FImage, imageops};
 use serde::Serialize;
 
-use crate::{args::RivalsArgs, batch, error::Error, inputs, picture::Picture, report::Report};
+use crate::{args::RivalsArgs, batch, error::Error, picture::Picture, report::Report};
 
 /// The PSNR in dB of one image at one rate, infinite where the images are identical (which JSON writes
 /// as null).
@@ -39,7 +39,6 @@ struct Row {
 
 /// Measures every image at every rate, beside the textures that a game would have otherwise.
 pub fn run(args: &RivalsArgs) -> Result<Report, Error> {
-    let inputs = inputs::expand(&args.inputs, &["png"])?;
     let all = [Rate::Color2_25, Rate::Color3, Rate::Color3_25, Rate::Color5];
     let rates = if args.rates.is_empty() {
         all.to_vec()
@@ -52,13 +51,10 @@ pub fn run(args: &RivalsArgs) -> Result<Report, Error> {
             rate.name()
         )));
     }
-    let (rows, result) = batch::run(&inputs, |input, _| {
-        let picture = Picture::read_png(&input.path)?;
-        let name = input.relative.with_extension("").display().to_string();
-        rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
-    });
-    let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    let text = if args.json {
+    let (rows, result) = batch::measured(&args.inputs, |name, picture| {
+        rows(name, picture, &rates, args)
+    })?;
+    let text = if args.measurement.json {
         serde_json::to_string_pretty(&rows).expect("plain data")
     } else {
         rates.iter().map(|rate| table(rate.name(), &rows)).collect()
@@ -86,7 +82,7 @@ fn rows(
                 ColorSpace::Srgb
             },
             mips: false,
-            effort: args.effort.into(),
+            effort: args.measurement.effort.into(),
             ..EncodeSettings::default()
         };
         let texture = encode(&source, &settings, &|_, _| {})?;
