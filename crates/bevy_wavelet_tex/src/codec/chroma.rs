@@ -19,14 +19,11 @@ pub fn luma_correction(cg_error: f32) -> f32 {
     cg_error / 6.0
 }
 
-/// Interpolates a plane that was halved `subsampling` times at a pixel of the image: bilinearly
+/// Interpolates a plane that was halved `subsampling` times at the pixels of a level of `size`: bilinearly
 /// between the centres of its pixels, with the outermost values beyond them.
-pub fn interpolated(plane: &Plane, subsampling: u32, x: u32, y: u32) -> f32 {
-    // The image is not known here, but only the number of texels decides what is outside.
-    let axes = plane
-        .size
-        .map(|texels| Axis::halved(texels << subsampling, subsampling));
-    interpolation::interpolated(plane, axes, x, y)
+pub fn interpolated(plane: &Plane, subsampling: u32, size: [u32; 2]) -> Plane {
+    let axes = size.map(|pixels| Axis::halved(pixels, subsampling));
+    interpolation::interpolated(plane, axes)
 }
 
 /// Downsamples a plane such that its interpolation has the least squared error.

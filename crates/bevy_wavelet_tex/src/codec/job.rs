@@ -179,17 +179,11 @@ impl Job<'_> {
             group.codings[1].load_low(texels[(y * texture[0] + x) as usize][1])
         });
         group.textures[0].extend(&blocks);
-        let size = planes.luma[0].size;
-        let wanted = &planes.chroma[1];
-        planes.luma[0]
-            .values
-            .par_iter_mut()
-            .enumerate()
-            .for_each(|(i, luma)| {
-                let (x, y) = (i as u32 % size[0], i as u32 / size[0]);
-                let got = chroma::interpolated(&cg, group.subsampling, x, y);
-                *luma += chroma::luma_correction(got - wanted.values[i]);
-            });
+        let got = chroma::interpolated(&cg, group.subsampling, planes.luma[0].size);
+        let pairs = got.values.iter().zip(&planes.chroma[1].values);
+        for (luma, (got, wanted)) in planes.luma[0].values.iter_mut().zip(pairs) {
+            *luma += chroma::luma_correction(got - wanted);
+        }
     }
 
     fn chroma_blocks(

@@ -35,8 +35,8 @@ pub fn mse(source: &Source<'_>, image: &WaveletImage) -> f64 {
                     wanted[0] = ycocg_from_rgb([wanted[0], wanted[1], wanted[2]]).y;
                 }
                 let of_channel = |c: usize| {
-                    let wanted = (wanted[c] * 255.0).round();
-                    f64::from(wanted - f32::from(decoded[i][c])).powi(2)
+                    let wanted = (wanted[c] * 255.0 + 0.5) as u8;
+                    f64::from(wanted.abs_diff(decoded[i][c])).powi(2)
                 };
                 (0..channels).map(of_channel).sum::<f64>()
             };

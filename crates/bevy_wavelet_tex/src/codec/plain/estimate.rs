@@ -22,6 +22,7 @@ pub(super) fn error_of_size(channels: &[Plane], texels: &[Plane]) -> f64 {
     let size = texels[0].size;
     let texel = |i: usize| std::array::from_fn(|c| texels.get(c).map_or(1.0, |p| p.values[i]));
     let all = (0..size[0] as usize * size[1] as usize)
+        .into_par_iter()
         .map(texel)
         .collect();
     let (sum, count) = error(channels, all, 0, size);
@@ -65,14 +66,19 @@ fn error(channels: &[Plane], texels: Vec<[f32; 4]>, first: u32, texture: [u32; 2
     let axes = [0, 1].map(|i: usize| Axis::stretched(size[i], texture[i]));
     let rows = Rows::new(texels, first, axes);
     let of_row = |y: u32| {
-        let pixel = |x: u32| {
-            let read = rows.pixel(x, y);
+        let width = size[0] as usize;
+        let start = y as usize * width;
+        let pixel = |(x, read): (usize, [f32; 4])| {
             let pairs = channels.iter().zip(read);
             pairs
-                .map(|(plane, read)| f64::from(plane.clamped(x, y) - read).powi(2))
-                .sum::<f64>()
+                .map(|(plane, read)| (plane.values[start + x] - read).powi(2))
+                .sum::<f32>()
         };
-        (0..size[0]).map(pixel).sum::<f64>()
+        rows.row(y)
+            .enumerate()
+            .map(pixel)
+            .map(f64::from)
+            .sum::<f64>()
     };
     let sums: Vec<f64> = (0..size[1])
         .into_par_iter()

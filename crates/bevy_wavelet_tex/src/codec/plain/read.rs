@@ -18,10 +18,15 @@ pub(in crate::codec) fn pixels(
     let texels = decode_blocks(plain.format, plain.level_blocks(level), texture);
     let axes = [0, 1].map(|i: usize| Axis::stretched(size[i], texture[i]));
     let rows = Rows::new(texels, 0, axes);
-    (0..size[0] * size[1])
-        .into_par_iter()
-        .map(|i| rows.pixel(i % size[0], i / size[0]))
-        .collect()
+    let mut pixels = vec![[0.0; 4]; size[0] as usize * size[1] as usize];
+    let lines = pixels.par_chunks_mut(size[0] as usize).enumerate();
+    lines.for_each(|(y, line)| {
+        let row = rows.row(y as u32);
+        line.iter_mut()
+            .zip(row)
+            .for_each(|(pixel, read)| *pixel = read);
+    });
+    pixels
 }
 
 /// Consecutive rows of a texture, from which pixels are read.
@@ -29,6 +34,8 @@ pub(super) struct Rows {
     texels: Vec<[f32; 4]>,
     first: u32,
     axes: [Axis; 2],
+    /// Where the pixels of a row lie.
+    across: Vec<(u32, u32, f32)>,
 }
 
 impl Rows {
@@ -38,6 +45,7 @@ impl Rows {
             texels,
             first,
             axes,
+            across: (0..axes[0].pixels).map(|x| axes[0].taps(x)).collect(),
         }
     }
 
@@ -48,21 +56,20 @@ impl Rows {
         above >= self.first && below < self.first + rows
     }
 
-    /// The four channels at a pixel.
-    pub(super) fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
-        let (left, right, u) = self.axes[0].taps(x);
+    /// The four channels at the pixels of a row.
+    pub(super) fn row(&self, y: u32) -> impl Iterator<Item = [f32; 4]> {
         let (above, below, v) = self.axes[1].taps(y);
-        let texel = |x, y| &self.texels[((y - self.first) * self.axes[0].texels + x) as usize];
-        let corners = [
-            texel(left, above),
-            texel(right, above),
-            texel(left, below),
-            texel(right, below),
-        ];
-        std::array::from_fn(|c| {
-            let [a, b, c, d] = corners.map(|texel| texel[c]);
-            let (top, bottom) = (a + (b - a) * u, c + (d - c) * u);
-            top + (bottom - top) * v
-        })
+        let width = self.axes[0].texels as usize;
+        let texels = |y: u32| &self.texels[(y - self.first) as usize * width..][..width];
+        let pairs = texels(above).iter().zip(texels(below));
+        let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(*a, *b, v)).collect();
+        let pixel = move |&(left, right, u): &(u32, u32, f32)| {
+            mix(blended[left as usize], blended[right as usize], u)
+        };
+        self.across.iter().map(pixel)
     }
+}
+
+fn mix(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
+    std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
 }
