@@ -10,6 +10,9 @@ use crate::codec::{
 
 type Block = [[f32; 3]; 16];
 
+/// By default, this many blocks are encoded by both encoders, or a quarter of them where that is more.
+const TWICE: usize = 256;
+
 /// BC1 blocks of texels, a plane for each channel. Blocks with the largest errors are encoded again by
 /// the library, which is slower and also has the mode of three colours and black.
 pub(super) fn bc1(texels: &[Plane], effort: Effort) -> Vec<u8> {
@@ -17,7 +20,7 @@ pub(super) fn bc1(texels: &[Plane], effort: Effort) -> Vec<u8> {
     let mut found = fitted(&colors, effort);
     let again = match effort {
         Effort::Fast => 0,
-        Effort::Default => found.len().div_ceil(4),
+        Effort::Default => found.len().div_ceil(4).max(TWICE),
         Effort::Best => found.len(),
     };
     let mut order: Vec<usize> = (0..found.len()).collect();
