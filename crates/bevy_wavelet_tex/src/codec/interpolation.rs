@@ -38,7 +38,7 @@ impl Axis {
 
     /// Both texels between whose centres a pixel lies, and the weight of the second. Beyond the
     /// outermost centres both are the outermost texel.
-    pub fn taps(&self, pixel: u32) -> (u32, u32, f32) {
+    pub fn taps(&self, pixel: u32) -> Tap {
         let position = (pixel as f32 + 0.5) * self.step - 0.5;
         if position < 0.0 {
             return (0, 0, position + 1.0);
@@ -47,12 +47,20 @@ impl Axis {
         let texel = |i: u32| i.min(self.texels - 1);
         (texel(first), texel(first + 1), position - first as f32)
     }
+
+    /// The same for all pixels.
+    pub fn all_taps(&self) -> Vec<Tap> {
+        (0..self.pixels).map(|pixel| self.taps(pixel)).collect()
+    }
 }
+
+/// Two texels, and the weight of the second.
+pub type Tap = (u32, u32, f32);
 
 /// Interpolates a plane of texels at all pixels.
 pub fn interpolated(plane: &Plane, [along_x, along_y]: [Axis; 2]) -> Plane {
     let width = plane.size[0] as usize;
-    let across: Vec<_> = (0..along_x.pixels).map(|x| along_x.taps(x)).collect();
+    let across = along_x.all_taps();
     Plane::from_rows([along_x.pixels, along_y.pixels], |y, row| {
         let (above, below, v) = along_y.taps(y);
         let texels = |y: u32| &plane.values[y as usize * width..][..width];
@@ -86,7 +94,7 @@ const LINES: usize = 16;
 /// The factored normal equations of one axis.
 #[cfg(feature = "encode")]
 struct NormalEquations {
-    taps: Vec<(u32, u32, f32)>,
+    taps: Vec<Tap>,
     /// Off-diagonal of the symmetric matrix; entry i couples i - 1 and i.
     beside: Vec<f32>,
     /// Diagonal of the matrix after elimination.
@@ -96,7 +104,7 @@ struct NormalEquations {
 #[cfg(feature = "encode")]
 impl NormalEquations {
     fn new(axis: Axis, smoothness: f32) -> Self {
-        let taps: Vec<_> = (0..axis.pixels).map(|x| axis.taps(x)).collect();
+        let taps = axis.all_taps();
         let mut diagonal = vec![0.0; axis.texels as usize];
         let mut beside = vec![0.0; axis.texels as usize];
         for &(a, b, u) in &taps {

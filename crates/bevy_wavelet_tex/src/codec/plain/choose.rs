@@ -8,8 +8,8 @@ use crate::codec::{
     source::Source,
 };
 
-/// An estimate may be wrong by this factor of the error: less than 0.2 dB.
-const DOUBT: f64 = 1.04;
+/// An estimate may be wrong by this factor of the error: 0.25 dB.
+const DOUBT: f64 = 1.06;
 
 /// The first level of the plain texture that has the least error of all formats and sizes, where its mean squared error in 8-bit
 /// units is less than `least`. `image` says what it is of, `bits` are the most bits per pixel that it may
@@ -51,9 +51,9 @@ pub(in crate::codec) fn better(
                 continue;
             }
             let most = promising.as_ref().map_or(most(least), |(error, _)| *error);
-            let mut error = candidate.error_of_size(&channels);
+            let mut error = candidate.error_of_size();
             if error < most {
-                error = candidate.estimated_error(&channels, error);
+                error = candidate.estimated_error(error);
             }
             if error < most {
                 promising = Some((error, candidate));

@@ -1,42 +1,47 @@
 //! A plain texture that is not encoded yet, and its error from a part of its blocks.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::{
     encode::{blocks, texels},
-    read::Rows,
+    read::mix,
     texture::PlainTexture,
 };
 use crate::codec::{
     blocks::{BlockFormat, decode_blocks},
-    interpolation::Axis,
+    interpolation::{Axis, Tap},
     plane::Plane,
     settings::Effort,
 };
 
-/// Rows of texels of a strip: two rows of blocks, so that pixels between them count too.
-const STRIP: u32 = 8;
-/// One strip of so many is encoded.
+/// One block of so many is encoded, or all where there are fewer than [`LEAST_BLOCKS`].
 const EVERY: u32 = 6;
-/// Textures of images with fewer strips are encoded as a whole.
-const LEAST_STRIPS: u32 = 4;
+/// Blocks of a texture of 192 x 192 texels.
+const LEAST_BLOCKS: u32 = 2304;
 
 /// The first level of a texture that is not encoded yet.
-pub(super) struct Candidate {
+pub(super) struct Candidate<'a> {
     format: BlockFormat,
     size: [u32; 2],
     /// A plane for each channel.
     texels: Vec<Plane>,
+    /// The channels of the image.
+    channels: &'a [Plane],
+    /// Where the pixels of a row and of a column lie.
+    taps: [Vec<Tap>; 2],
 }
 
-impl Candidate {
+impl<'a> Candidate<'a> {
     /// Fits the texels of a texture to the channels of an image.
-    pub(super) fn new(channels: &[Plane], format: BlockFormat, size: [u32; 2]) -> Self {
-        let texels = texels(channels, size);
+    pub(super) fn new(channels: &'a [Plane], format: BlockFormat, size: [u32; 2]) -> Self {
         Self {
             format,
             size,
-            texels,
+            texels: texels(channels, size),
+            channels,
+            taps: [0, 1].map(|i: usize| Axis::stretched(channels[0].size[i], size[i]).all_taps()),
         }
     }
 
@@ -49,50 +54,81 @@ impl Candidate {
     }
 
     /// Mean squared error of the channels where the texels are read without being encoded.
-    pub(super) fn error_of_size(&self, channels: &[Plane]) -> f64 {
-        if self.size == channels[0].size {
+    pub(super) fn error_of_size(&self) -> f64 {
+        if self.size == self.channels[0].size {
             return 0.0;
         }
-        let (sum, count) = error(channels, interleaved(&self.texels), 0, self.size);
+        let (sum, count) = self.error([0, 0], self.size, &interleaved(&self.texels));
         sum / count as f64
     }
 
     /// Mean squared error of the channels with encoded texels: that of the size, of all texels, and what
-    /// encoding adds to it in strips, or in all texels of small textures.
-    pub(super) fn estimated_error(&self, channels: &[Plane], error_of_size: f64) -> f64 {
-        let row = self.size[0] as usize;
-        let (firsts, rows) = self.strips(channels[0].size[1]);
-        // The strips are encoded together, one below the other.
-        let size = [self.size[0], rows * firsts.len() as u32];
+    /// encoding adds to it in a part of them.
+    pub(super) fn estimated_error(&self, error_of_size: f64) -> f64 {
+        let (corners, [width, height]) = self.windows();
+        // The windows are encoded together, one below the other.
+        let size = [width, height * corners.len() as u32];
         let part = |plane: &Plane| {
-            let strip = |first: &u32| &plane.values[*first as usize * row..][..rows as usize * row];
-            let values = firsts.iter().map(strip).collect::<Vec<_>>().concat();
-            Plane { size, values }
+            Plane::from_fn(size, |x, y| {
+                let [left, top] = corners[(y / height) as usize];
+                plane.clamped(left + x, top + y % height)
+            })
         };
         let parts: Vec<Plane> = self.texels.iter().map(part).collect();
         let blocks = blocks(self.format, &parts, Effort::Default);
         let mean_error = |texels: Vec<[f32; 4]>| {
-            let strips = texels.chunks_exact(rows as usize * row).zip(&firsts);
-            let (sums, counts): (Vec<f64>, Vec<usize>) = strips
-                .map(|(texels, first)| error(channels, texels.to_vec(), *first, self.size))
-                .unzip();
+            let windows = texels.par_chunks_exact((width * height) as usize);
+            let errors: Vec<(f64, usize)> = windows
+                .zip(&corners)
+                .map(|(texels, corner)| self.error(*corner, [width, height], texels))
+                .collect();
+            let (sums, counts): (Vec<f64>, Vec<usize>) = errors.into_iter().unzip();
             sums.iter().sum::<f64>() / counts.iter().sum::<usize>() as f64
         };
         let added = mean_error(decode_blocks(self.format, &blocks, size));
         error_of_size + added - mean_error(interleaved(&parts))
     }
 
-    /// The first rows of the strips that are encoded, and the number of their rows. They are at the same
-    /// positions of an image of `height` rows for all sizes of textures.
-    fn strips(&self, height: u32) -> (Vec<u32>, u32) {
-        let count = height / (STRIP * EVERY);
-        if count < LEAST_STRIPS || self.size[1] < 2 * STRIP {
-            return (vec![0], self.size[1]);
+    /// The first texels of the windows that are encoded, and the size of all of them: a part of each row
+    /// of blocks, another one in each row, or the whole of a small texture.
+    fn windows(&self) -> (Vec<[u32; 2]>, [u32; 2]) {
+        let [columns, rows] = self.size.map(|s| s / 4);
+        if columns < 2 * EVERY || columns * rows < LEAST_BLOCKS {
+            return (vec![[0, 0]], self.size);
         }
-        let first =
-            |i: u32| ((2 * i + 1) * self.size[1] / (2 * count)).saturating_sub(STRIP / 2) / 4 * 4;
-        let last = self.size[1] - STRIP;
-        ((0..count).map(|i| first(i).min(last)).collect(), STRIP)
+        // 5 has no divisor in common with the number of parts, so the rows go through all of them.
+        let part = |row: u32| row * 5 % EVERY * columns / EVERY;
+        let corners = (0..rows).map(|row| [4 * part(row), 4 * row]).collect();
+        (corners, [columns / EVERY * 4, 4])
+    }
+
+    /// Sum of the squared errors, and their number, over the pixels between the texels of a window.
+    fn error(&self, corner: [u32; 2], size: [u32; 2], texels: &[[f32; 4]]) -> (f64, usize) {
+        let inside = |axis: usize| -> Range<usize> {
+            let taps = &self.taps[axis];
+            let end = corner[axis] + size[axis];
+            taps.partition_point(|tap| tap.0 < corner[axis])
+                ..taps.partition_point(|tap| tap.1 < end)
+        };
+        let [columns, rows] = [inside(0), inside(1)];
+        let count = columns.len() * rows.len() * self.channels.len();
+        let row = |y: usize| {
+            let (above, below, v) = self.taps[1][y];
+            let line = |y: u32| &texels[((y - corner[1]) * size[0]) as usize..][..size[0] as usize];
+            let pairs = line(above).iter().zip(line(below));
+            let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(*a, *b, v)).collect();
+            let start = y * self.channels[0].size[0] as usize;
+            let pixel = |x: usize| {
+                let (left, right, u) = self.taps[0][x];
+                let [a, b] = [left, right].map(|x| blended[(x - corner[0]) as usize]);
+                let pairs = self.channels.iter().zip(mix(a, b, u));
+                let error = |(plane, read): (&Plane, f32)| (plane.values[start + x] - read).powi(2);
+                f64::from(pairs.map(error).sum::<f32>())
+            };
+            columns.clone().map(pixel).sum::<f64>()
+        };
+        let sums: Vec<f64> = rows.into_par_iter().map(row).collect();
+        (sums.into_iter().sum(), count)
     }
 }
 
@@ -103,33 +139,4 @@ fn interleaved(planes: &[Plane]) -> Vec<[f32; 4]> {
         .into_par_iter()
         .map(|i| std::array::from_fn(|c| channel(i, c)))
         .collect()
-}
-
-/// Sum of the squared errors, and their number, over the rows of pixels that `texels` have all of.
-fn error(channels: &[Plane], texels: Vec<[f32; 4]>, first: u32, texture: [u32; 2]) -> (f64, usize) {
-    let size = channels[0].size;
-    let axes = [0, 1].map(|i: usize| Axis::stretched(size[i], texture[i]));
-    let rows = Rows::new(texels, first, axes);
-    let of_row = |y: u32| {
-        let width = size[0] as usize;
-        let start = y as usize * width;
-        let pixel = |(x, read): (usize, [f32; 4])| {
-            let pairs = channels.iter().zip(read);
-            pairs
-                .map(|(plane, read)| (plane.values[start + x] - read).powi(2))
-                .sum::<f32>()
-        };
-        rows.row(y)
-            .enumerate()
-            .map(pixel)
-            .map(f64::from)
-            .sum::<f64>()
-    };
-    let sums: Vec<f64> = (0..size[1])
-        .into_par_iter()
-        .filter(|y| rows.have(*y))
-        .map(of_row)
-        .collect();
-    let values = sums.len() * size[0] as usize * channels.len();
-    (sums.into_iter().sum(), values)
 }
