@@ -1,11 +1,13 @@
 //! The choice between wavelets and plain textures for an image, by the error of its first level.
 
 use super::{
+    axes::ColorAxes,
+    chroma,
     image::{ColorSpace, Content, WaveletImage},
     job::Job,
     layout,
     plain::{self, PlainTexture},
-    plane::union,
+    plane::{Plane, union},
     planes::LevelPlanes,
     quality,
     rate::Rate,
@@ -15,6 +17,10 @@ use super::{
 
 /// The least part of the squared error that chroma must have for a wavelet with more chroma to be tried.
 const CHROMA_PART: f64 = 0.5;
+
+/// The least part of the squared error that other axes of colour must save for a wavelet with them to be
+/// tried.
+const AXES_PART: f64 = 0.05;
 
 /// The first level of an image as it was chosen, and the settings for its other levels.
 pub(super) struct Choice<'a> {
@@ -34,24 +40,39 @@ pub(super) fn choose<'a>(
         _ => settings.formats,
     };
     let bits = rate.nominal_bits_per_pixel(settings.alpha);
+    let ycocg = ColorAxes::YCOCG;
     let mut choice = match formats {
-        Formats::Plain => Choice::empty(source, settings, rate.wavelet()),
-        Formats::Any | Formats::Wavelet => Choice::wavelet(source, settings, rate.wavelet()),
+        Formats::Plain => Choice::empty(source, settings, rate.wavelet(), ycocg),
+        Formats::Any | Formats::Wavelet => Choice::wavelet(source, settings, rate.wavelet(), ycocg),
     };
-    let more_chroma = rate
-        .with_more_chroma()
-        .filter(|_| settings.method != Method::Thesis && settings.effort != Effort::Fast);
+    let other_colors = choice.image.content.has_chroma()
+        && formats != Formats::Plain
+        && settings.method != Method::Thesis
+        && settings.effort != Effort::Fast;
     let mut least = f64::INFINITY;
-    if formats == Formats::Any || formats == Formats::Wavelet && more_chroma.is_some() {
+    if formats == Formats::Any || other_colors {
         least = quality::mse(source, &choice.image);
     }
-    if let Some(rate) = more_chroma.filter(|_| formats != Formats::Plain)
-        && quality::luma_mse(source, &choice.image) < (1.0 - CHROMA_PART) * least
-    {
-        let other = Choice::wavelet(source, settings, rate);
-        let mse = quality::mse(source, &other.image);
-        if mse < least {
-            (choice, least) = (other, mse);
+    if other_colors {
+        let mut mse = least;
+        let mut consider = |choice: &mut Choice<'a>, rate, axes| {
+            let other = Choice::wavelet(source, settings, rate, axes);
+            let mse = quality::mse(source, &other.image);
+            if mse < least {
+                (*choice, least) = (other, mse);
+            }
+            least
+        };
+        let mut luma_mse = quality::luma_mse(source, &choice.image);
+        if let Some(rate) = rate.with_more_chroma()
+            && luma_mse < (1.0 - CHROMA_PART) * mse
+        {
+            mse = consider(&mut choice, rate, ycocg);
+            luma_mse = quality::luma_mse(source, &choice.image);
+        }
+        if let Some(axes) = fitted_axes(source, choice.job.rate, mse, luma_mse) {
+            let rate = choice.job.rate;
+            consider(&mut choice, rate, axes);
         }
     }
     if formats != Formats::Wavelet {
@@ -65,21 +86,56 @@ pub(super) fn choose<'a>(
         }
         // The image is smaller than a block.
         None if choice.image.groups.is_empty() => {
-            choice = Choice::wavelet(source, settings, rate.wavelet());
+            choice = Choice::wavelet(source, settings, rate.wavelet(), ycocg);
         }
         None => {}
     }
     choice
 }
 
+/// The axes of colour that fit an image, where they may have less error than YCoCg, whose mean squared
+/// error is `mse`, of which `luma_mse` is that of luma: chroma has less where less of it is lost by its
+/// smaller size.
+fn fitted_axes(source: &Source<'_>, rate: Rate, mse: f64, luma_mse: f64) -> Option<ColorAxes> {
+    let subsampling = rate.chroma_subsampling()?;
+    if luma_mse > (1.0 - AXES_PART) * mse {
+        return None;
+    }
+    let pixels = &source.levels[0];
+    let colors = (0..pixels.len()).map(|i| {
+        let [r, g, b, _] = pixels.get(i);
+        [r, g, b]
+    });
+    let fitted = ColorAxes::fitted(colors)?;
+    let lost = |axes: ColorAxes| -> f64 {
+        let planes = LevelPlanes::given(pixels, source.size, Content::Color, axes);
+        let errors = planes.chroma.iter().zip(axes.chroma_weights());
+        let error = |(plane, weight): (&Plane, f32)| {
+            let small = chroma::reduced(plane, subsampling);
+            let read = chroma::interpolated(&small, subsampling, source.size);
+            f64::from(weight) * quality::squared_error(&plane.values, &read.values)
+        };
+        errors.map(error).sum()
+    };
+    let part = lost(fitted) / lost(ColorAxes::YCOCG);
+    let expected = luma_mse + part * (mse - luma_mse);
+    (expected < (1.0 - AXES_PART) * mse).then_some(fitted)
+}
+
 impl<'a> Choice<'a> {
-    fn empty(source: &Source<'_>, settings: &'a EncodeSettings, rate: Rate) -> Self {
+    fn empty(
+        source: &Source<'_>,
+        settings: &'a EncodeSettings,
+        rate: Rate,
+        axes: ColorAxes,
+    ) -> Self {
         let content = rate.content(settings.alpha);
         Self {
             job: Job {
                 settings,
                 rate,
                 size: source.size,
+                axes,
             },
             image: WaveletImage {
                 content,
@@ -87,6 +143,7 @@ impl<'a> Choice<'a> {
                     Content::Normal => ColorSpace::Linear,
                     _ => settings.color_space,
                 },
+                axes,
                 size: source.size,
                 levels: 1,
                 groups: Vec::new(),
@@ -95,12 +152,17 @@ impl<'a> Choice<'a> {
         }
     }
 
-    fn wavelet(source: &Source<'_>, settings: &'a EncodeSettings, rate: Rate) -> Self {
-        let mut choice = Self::empty(source, settings, rate);
+    fn wavelet(
+        source: &Source<'_>,
+        settings: &'a EncodeSettings,
+        rate: Rate,
+        axes: ColorAxes,
+    ) -> Self {
+        let mut choice = Self::empty(source, settings, rate, axes);
         let content = choice.image.content;
         let levels = levels(source, settings, choice.job.max_level_count());
-        let planes = LevelPlanes::given(&source.levels[0], source.size, content);
-        let bounds = given_bounds(source, content, levels as usize);
+        let planes = LevelPlanes::given(&source.levels[0], source.size, content, axes);
+        let bounds = given_bounds(source, content, axes, levels as usize);
         choice.image.groups = choice.job.first_level(planes, &bounds);
         choice.image.levels = levels;
         choice
@@ -117,11 +179,16 @@ fn levels(source: &Source<'_>, settings: &EncodeSettings, most: u32) -> u32 {
 
 /// Bounds of the luma and chroma planes over the given mips. Mips that are not filtered from the
 /// first level can exceed its bounds.
-fn given_bounds(source: &Source<'_>, content: Content, levels: usize) -> [Vec<[f32; 2]>; 2] {
+fn given_bounds(
+    source: &Source<'_>,
+    content: Content,
+    axes: ColorAxes,
+    levels: usize,
+) -> [Vec<[f32; 2]>; 2] {
     let mut all: [Vec<[f32; 2]>; 2] = [Vec::new(), Vec::new()];
     for (level, pixels) in source.levels.iter().enumerate().take(levels).skip(1) {
         let size = layout::mip_size(source.size, level as u32);
-        let planes = LevelPlanes::given(pixels, size, content);
+        let planes = LevelPlanes::given(pixels, size, content, axes);
         for (all, planes) in all.iter_mut().zip([&planes.luma, &planes.chroma]) {
             all.resize(planes.len(), [f32::INFINITY, f32::NEG_INFINITY]);
             for (all, plane) in all.iter_mut().zip(planes) {

@@ -90,12 +90,13 @@ pub fn decode_with(
     let pixel = |i: usize| match image.content {
         Content::Gray => [unit(luma[0].values[i]); 3],
         Content::Color | Content::ColorAlpha => {
-            let y_co_cg = YCoCg {
-                y: luma[0].values[i],
-                co: chroma[0].values[i],
-                cg: chroma[1].values[i],
+            let [y, co, cg] = [&luma[0], &chroma[0], &chroma[1]].map(|p| p.values[i]);
+            let rgb = if image.axes.are_ycocg() {
+                rgb_from_ycocg(YCoCg { y, co, cg })
+            } else {
+                image.axes.rgb_of([y, co, cg])
             };
-            rgb_from_ycocg(y_co_cg).map(unit)
+            rgb.map(unit)
         }
         Content::Normal => normal_from_xy([0, 1].map(|plane: usize| luma[plane].values[i])),
     };
@@ -144,6 +145,11 @@ pub fn normal_from_xy([x, y]: [f32; 2]) -> [f32; 3] {
     [x * scale, y * scale, (1.0 - length_squared).max(0.0).sqrt()]
 }
 
+/// What a texel of [`Packing::Bc1`] holds of a plane.
+pub(super) fn stored_chroma(plane: usize, [r, g, b, _]: [f32; 4]) -> f32 {
+    [0.5 * (r + b), g][plane]
+}
+
 fn decode_group(
     image: &WaveletImage,
     index: usize,
@@ -156,14 +162,12 @@ fn decode_group(
     if group.packing == Packing::Bc1 {
         let blocks = image.level_blocks(index, 0, level, 0);
         let texels = decode(BlockFormat::Bc1, blocks, texture);
-        // This is the layout of `Packing::Bc1`.
-        let stored = |plane: usize, [r, g, b, _]: [f32; 4]| [0.5 * (r + b), g][plane];
         let planes = group.codings.iter().enumerate();
         return planes
             .map(|(plane, coding)| {
                 Plane::from_fn(size, |x, y| {
                     let texel = texels[(y * texture[0] + x) as usize];
-                    coding.load_low(stored(plane, texel))
+                    coding.load_low(stored_chroma(plane, texel))
                 })
             })
             .collect();

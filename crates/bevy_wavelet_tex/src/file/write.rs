@@ -1,6 +1,6 @@
 //! Writing a `.wtex` file.
 
-use super::{MAGIC, PLANES_VERSION, VERSION, ktx2_blob, plain};
+use super::{MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION, ktx2_blob, plain};
 use crate::codec::{
     image::{ColorSpace, Content, WaveletImage},
     packing::Packing,
@@ -8,9 +8,12 @@ use crate::codec::{
 
 /// The version of the file that [`write`] makes of an image.
 pub fn version(image: &WaveletImage) -> u16 {
-    match image.plain {
-        Some(_) => VERSION,
-        None => PLANES_VERSION,
+    if image.plain.is_some() {
+        PLAIN_VERSION
+    } else if image.content.has_chroma() && !image.axes.are_ycocg() {
+        VERSION
+    } else {
+        PLANES_VERSION
     }
 }
 
@@ -34,6 +37,10 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
     if let Some(texture) = &image.plain {
         bytes.extend(plain::write(image, texture));
         return bytes;
+    }
+    if version(image) == VERSION {
+        let entries = image.axes.rgb.as_flattened();
+        bytes.extend(entries.iter().flat_map(|v| v.to_le_bytes()));
     }
     let mut blobs = Vec::new();
     for group in &image.groups {
