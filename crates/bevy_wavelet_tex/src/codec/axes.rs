@@ -4,6 +4,12 @@
 //! two planes of half the size have the least energy that they can have. That gains most where an image
 //! has saturated edges of one hue, or channels that have little to do with colour.
 
+#[cfg(feature = "encode")]
+use rayon::prelude::*;
+
+#[cfg(feature = "encode")]
+use super::source::Pixels;
+
 /// RGB as sums of luma and two planes of chroma.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorAxes {
@@ -39,23 +45,11 @@ impl ColorAxes {
 
 #[cfg(feature = "encode")]
 impl ColorAxes {
-    /// The principal axes of the pixels, or `None` where they are all alike. Luma has the scale of gray.
-    pub(super) fn fitted(pixels: impl Iterator<Item = [f32; 3]> + Clone) -> Option<Self> {
-        let mut sums = [0.0f64; 4];
-        for pixel in pixels.clone() {
-            (0..3).for_each(|c| sums[c] += f64::from(pixel[c]));
-            sums[3] += 1.0;
-        }
-        let means = [0, 1, 2].map(|c: usize| sums[c] / sums[3]);
-        let mut covariance = [[0.0f64; 3]; 3];
-        for pixel in pixels {
-            let v: [f64; 3] = std::array::from_fn(|c| f64::from(pixel[c]) - means[c]);
-            for (row, a) in covariance.iter_mut().zip(v) {
-                row.iter_mut().zip(v).for_each(|(entry, b)| *entry += a * b);
-            }
-        }
-        let first = principal_axis(&covariance)?;
-        let rest = without(&covariance, first);
+    /// The principal axes of a covariance of RGB, or `None` where there is none. Luma has the scale of
+    /// gray.
+    pub(super) fn fitted(covariance: &Covariance) -> Option<Self> {
+        let first = principal_axis(covariance)?;
+        let rest = without(covariance, first);
         // Where all colours lie on a line, any two axes across it are as good.
         let second = principal_axis(&rest).unwrap_or_else(|| {
             let smallest = (0..3).min_by(|a, b| first[*a].abs().total_cmp(&first[*b].abs()));
@@ -81,6 +75,20 @@ impl ColorAxes {
         rows.map(|row| row.map(|v| (v / determinant) as f32))
     }
 
+    /// The part of the energy of a covariance that is in chroma, in units of RGB.
+    pub(super) fn chroma_energy(&self, covariance: &Covariance) -> f64 {
+        let planes = self
+            .weights()
+            .into_iter()
+            .skip(1)
+            .zip(self.chroma_weights());
+        let energy = |(plane, weight): ([f32; 3], f32)| {
+            let plane = plane.map(f64::from);
+            f64::from(weight) * dot(plane, covariance.map(|row| dot(row, plane)))
+        };
+        planes.map(energy).sum()
+    }
+
     /// Amount by which luma should be raised where a plane of chroma is too large by 1: the least-squares
     /// solution over R, G and B.
     pub(super) fn luma_correction(&self, chroma: usize) -> f32 {
@@ -96,6 +104,41 @@ impl ColorAxes {
             (dot(chroma, chroma) - dot(luma, chroma).powi(2) / dot(luma, luma)) as f32
         })
     }
+}
+
+/// Sums of the products of R, G and B.
+#[cfg(feature = "encode")]
+pub(super) type Covariance = [[f64; 3]; 3];
+
+/// The covariance of what the mean of `1 << halvings` pixels squared does not have: what a plane loses
+/// at a smaller size. Beyond the last whole square, pixels are left out.
+#[cfg(feature = "encode")]
+pub(super) fn detail_covariance(pixels: &Pixels<'_>, size: [u32; 2], halvings: u32) -> Covariance {
+    let side = 1usize << halvings;
+    let [width, height] = size.map(|s| s as usize);
+    let of_square = |sum: &mut Covariance, left: usize, top: usize| {
+        let at = |i: usize| (top + i / side) * width + left + i % side;
+        let count = side * side;
+        let mut mean = [0.0; 3];
+        for i in 0..count {
+            let pixel = pixels.get(at(i));
+            (0..3).for_each(|c| mean[c] += f64::from(pixel[c]) / count as f64);
+        }
+        for i in 0..count {
+            let pixel = pixels.get(at(i));
+            let v: [f64; 3] = std::array::from_fn(|c| f64::from(pixel[c]) - mean[c]);
+            for (row, a) in sum.iter_mut().zip(v) {
+                row.iter_mut().zip(v).for_each(|(entry, b)| *entry += a * b);
+            }
+        }
+    };
+    let of_row = |row: usize| {
+        let mut sum = [[0.0; 3]; 3];
+        (0..width / side).for_each(|i| of_square(&mut sum, i * side, row * side));
+        sum
+    };
+    let rows: Vec<Covariance> = (0..height / side).into_par_iter().map(of_row).collect();
+    std::array::from_fn(|i| std::array::from_fn(|j| rows.iter().map(|sum| sum[i][j]).sum()))
 }
 
 #[cfg(feature = "encode")]
@@ -116,7 +159,7 @@ fn normalized(v: [f64; 3]) -> [f64; 3] {
 
 /// The first principal axis, of unit length, by power iteration. `None` where there is no energy.
 #[cfg(feature = "encode")]
-fn principal_axis(covariance: &[[f64; 3]; 3]) -> Option<[f64; 3]> {
+fn principal_axis(covariance: &Covariance) -> Option<[f64; 3]> {
     // The column of the largest energy is not orthogonal to the axis.
     let largest = (0..3).max_by(|a, b| covariance[*a][*a].total_cmp(&covariance[*b][*b]))?;
     if covariance[largest][largest] < 1e-9 {
@@ -131,7 +174,7 @@ fn principal_axis(covariance: &[[f64; 3]; 3]) -> Option<[f64; 3]> {
 
 /// The covariance across an axis.
 #[cfg(feature = "encode")]
-fn without(covariance: &[[f64; 3]; 3], axis: [f64; 3]) -> [[f64; 3]; 3] {
+fn without(covariance: &Covariance, axis: [f64; 3]) -> Covariance {
     let along = dot(axis, covariance.map(|row| dot(row, axis)));
     std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] - along * axis[i] * axis[j]))
 }
@@ -161,8 +204,8 @@ mod tests {
 
     #[test]
     fn the_correction_of_luma_is_the_best() {
-        let fitted = ColorAxes::fitted([PIXEL, [0.2, 0.9, 0.5], [0.0, 0.3, 0.1]].into_iter());
-        for axes in [ColorAxes::YCOCG, fitted.expect("colours that differ")] {
+        let others = [[1.2, 0.4, 0.1], [0.3, -0.6, 0.9], [0.1, 0.8, 0.5]];
+        for axes in [ColorAxes::YCOCG, ColorAxes { rgb: others }] {
             for chroma in 0..2 {
                 let error = |raised: f32| -> f32 {
                     let mut planes = [raised, 0.0, 0.0];
@@ -182,24 +225,24 @@ mod tests {
     fn fitted_axes_are_orthogonal_and_follow_the_colours() {
         // Colours on a line from black to orange, and a little green beside it.
         let pixel = |i: u32| {
-            let t = i as f32 / 63.0;
-            [
-                0.9 * t,
-                0.5 * t + if i % 2 == 0 { 0.02 } else { 0.0 },
-                0.1 * t,
-            ]
+            let t = (i * 7 % 64) as u8;
+            [3 * t, 2 * t + if i % 2 == 0 { 3 } else { 0 }, t / 2]
         };
-        let axes = ColorAxes::fitted((0..64).map(pixel)).expect("colours that differ");
+        let pixels: Vec<[u8; 3]> = (0..256).map(pixel).collect();
+        let covariance = detail_covariance(&Pixels::Rgb8(&pixels), [16, 16], 1);
+        let axes = ColorAxes::fitted(&covariance).expect("colours that differ");
         assert!(axes.is_valid() && !axes.are_ycocg());
+        let ycocg = ColorAxes::YCOCG.chroma_energy(&covariance);
+        assert!(axes.chroma_energy(&covariance) < 0.1 * ycocg);
         let [luma, first, second] = axes.rgb.map(|axis| axis.map(f64::from));
         for (a, b) in [(luma, first), (luma, second), (first, second)] {
             assert!(dot(a, b).abs() < 1e-6);
         }
-        let along = dot(luma, normalized([0.9, 0.5, 0.1])).abs() / 3.0f64.sqrt();
+        let along = dot(luma, normalized([3.0, 2.0, 0.5])).abs() / 3.0f64.sqrt();
         assert!(along > 0.999, "{along}");
         // One line of colours alone, and none.
-        let line = ColorAxes::fitted((0..9).map(|i| [0.1 * i as f32; 3])).expect("grays");
+        let line = ColorAxes::fitted(&[[1.0; 3]; 3]).expect("grays");
         assert!(line.is_valid() && line.weights().as_flattened().iter().all(|v| v.is_finite()));
-        assert_eq!(ColorAxes::fitted([PIXEL; 5].into_iter()), None);
+        assert_eq!(ColorAxes::fitted(&[[0.0; 3]; 3]), None);
     }
 }

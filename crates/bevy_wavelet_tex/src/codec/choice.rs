@@ -1,13 +1,12 @@
 //! The choice between wavelets and plain textures for an image, by the error of its first level.
 
 use super::{
-    axes::ColorAxes,
-    chroma,
+    axes::{ColorAxes, detail_covariance},
     image::{ColorSpace, Content, WaveletImage},
     job::Job,
     layout,
     plain::{self, PlainTexture},
-    plane::{Plane, union},
+    plane::union,
     planes::LevelPlanes,
     quality,
     rate::Rate,
@@ -101,23 +100,10 @@ fn fitted_axes(source: &Source<'_>, rate: Rate, mse: f64, luma_mse: f64) -> Opti
     if luma_mse > (1.0 - AXES_PART) * mse {
         return None;
     }
-    let pixels = &source.levels[0];
-    let colors = (0..pixels.len()).map(|i| {
-        let [r, g, b, _] = pixels.get(i);
-        [r, g, b]
-    });
-    let fitted = ColorAxes::fitted(colors)?;
-    let lost = |axes: ColorAxes| -> f64 {
-        let planes = LevelPlanes::given(pixels, source.size, Content::Color, axes);
-        let errors = planes.chroma.iter().zip(axes.chroma_weights());
-        let error = |(plane, weight): (&Plane, f32)| {
-            let small = chroma::reduced(plane, subsampling);
-            let read = chroma::interpolated(&small, subsampling, source.size);
-            f64::from(weight) * quality::squared_error(&plane.values, &read.values)
-        };
-        errors.map(error).sum()
-    };
-    let part = lost(fitted) / lost(ColorAxes::YCOCG);
+    // The energy that is lost is nearly all of the error of chroma.
+    let lost = detail_covariance(&source.levels[0], source.size, subsampling);
+    let fitted = ColorAxes::fitted(&lost)?;
+    let part = fitted.chroma_energy(&lost) / ColorAxes::YCOCG.chroma_energy(&lost);
     let expected = luma_mse + part * (mse - luma_mse);
     (expected < (1.0 - AXES_PART) * mse).then_some(fitted)
 }
