@@ -49,30 +49,27 @@ pub(super) fn choose<'a>(
         && settings.method != Method::Thesis
         && settings.effort != Effort::Fast;
     let mut least = f64::INFINITY;
-    if formats == Formats::Any || other_colors {
-        least = quality::mse(source, &choice.image);
-    }
     if other_colors {
-        let mut mse = least;
-        let mut consider = |choice: &mut Choice<'a>, rate, axes| {
+        let mut luma_mse;
+        (least, luma_mse) = quality::mse_with_luma(source, &choice.image);
+        let better = |rate, axes, least: f64| {
             let other = Choice::wavelet(source, settings, rate, axes);
-            let mse = quality::mse(source, &other.image);
-            if mse < least {
-                (*choice, least) = (other, mse);
-            }
-            least
+            let (mse, luma_mse) = quality::mse_with_luma(source, &other.image);
+            (mse < least).then_some((other, mse, luma_mse))
         };
-        let mut luma_mse = quality::luma_mse(source, &choice.image);
         if let Some(rate) = rate.with_more_chroma()
-            && luma_mse < (1.0 - CHROMA_PART) * mse
+            && luma_mse < (1.0 - CHROMA_PART) * least
+            && let Some(other) = better(rate, ycocg, least)
         {
-            mse = consider(&mut choice, rate, ycocg);
-            luma_mse = quality::luma_mse(source, &choice.image);
+            (choice, least, luma_mse) = other;
         }
-        if let Some(axes) = fitted_axes(source, choice.job.rate, mse, luma_mse) {
-            let rate = choice.job.rate;
-            consider(&mut choice, rate, axes);
+        if let Some(axes) = fitted_axes(source, choice.job.rate, least, luma_mse)
+            && let Some(other) = better(choice.job.rate, axes, least)
+        {
+            (choice, least, _) = other;
         }
+    } else if formats == Formats::Any {
+        least = quality::mse(source, &choice.image);
     }
     if formats != Formats::Wavelet {
         choice.image.plain = plain::better(source, &choice.image, least, settings, bits);
@@ -80,6 +77,7 @@ pub(super) fn choose<'a>(
     match &choice.image.plain {
         Some(plain) => {
             choice.image.groups.clear();
+            choice.image.axes = ycocg;
             choice.image.levels =
                 levels(source, settings, PlainTexture::max_level_count(plain.size));
         }
