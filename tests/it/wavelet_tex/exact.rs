@@ -1,6 +1,7 @@
 //! Images whose BC3 texels are the same in every decoder: nothing in them is interpolated.
 
 use bevy_wavelet_tex::codec::{
+    axes::ColorAxes,
     blocks::decode_bc3,
     haar::Transform,
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
@@ -61,6 +62,7 @@ pub fn exact_images() -> Vec<WaveletImage> {
     let image = |content: Content, color_space| WaveletImage {
         content,
         color_space,
+        axes: ColorAxes::YCOCG,
         size: SIZE,
         levels: 1,
         plain: None,

@@ -13,6 +13,7 @@ use bevy::{
 use super::atlas::MipAtlas;
 use crate::{
     codec::{
+        axes::ColorAxes,
         blocks::BlockFormat,
         decoder::decode,
         image::{ColorSpace, Content, WaveletImage},
@@ -31,6 +32,8 @@ pub struct WaveletTexture {
     pub content: Content,
     /// Transfer function of the values.
     pub color_space: ColorSpace,
+    /// What luma and chroma of colour stand for.
+    pub axes: ColorAxes,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Number of mip levels, at least 1.
@@ -175,6 +178,7 @@ impl WaveletTexture {
         Self {
             content: image.content,
             color_space: image.color_space,
+            axes: image.axes,
             size: layout::mip_size(image.size, first_level),
             levels: image.levels - first_level,
             storage,
@@ -237,7 +241,6 @@ fn plain_image(image: &WaveletImage, plain: &PlainTexture) -> Image {
 fn texture_format(format: BlockFormat, is_srgb: bool) -> TextureFormat {
     match format {
         BlockFormat::Bc1 if is_srgb => TextureFormat::Bc1RgbaUnormSrgb,
-        BlockFormat::Bc3 if is_srgb => TextureFormat::Bc3RgbaUnormSrgb,
         BlockFormat::Bc7 if is_srgb => TextureFormat::Bc7RgbaUnormSrgb,
         BlockFormat::Bc1 => TextureFormat::Bc1RgbaUnorm,
         BlockFormat::Bc3 => TextureFormat::Bc3RgbaUnorm,

@@ -1,6 +1,7 @@
 //! The choice between wavelets and plain textures for an image, by the error of its first level.
 
 use super::{
+    axes::{ColorAxes, detail_covariance},
     image::{ColorSpace, Content, WaveletImage},
     job::Job,
     layout,
@@ -15,6 +16,10 @@ use super::{
 
 /// The least part of the squared error that chroma must have for a wavelet with more chroma to be tried.
 const CHROMA_PART: f64 = 0.5;
+
+/// The least part of the squared error that other axes of colour must save for a wavelet with them to be
+/// tried.
+const AXES_PART: f64 = 0.05;
 
 /// The first level of an image as it was chosen, and the settings for its other levels.
 pub(super) struct Choice<'a> {
@@ -34,25 +39,37 @@ pub(super) fn choose<'a>(
         _ => settings.formats,
     };
     let bits = rate.nominal_bits_per_pixel(settings.alpha);
+    let ycocg = ColorAxes::YCOCG;
     let mut choice = match formats {
-        Formats::Plain => Choice::empty(source, settings, rate.wavelet()),
-        Formats::Any | Formats::Wavelet => Choice::wavelet(source, settings, rate.wavelet()),
+        Formats::Plain => Choice::empty(source, settings, rate.wavelet(), ycocg),
+        Formats::Any | Formats::Wavelet => Choice::wavelet(source, settings, rate.wavelet(), ycocg),
     };
-    let more_chroma = rate
-        .with_more_chroma()
-        .filter(|_| settings.method != Method::Thesis && settings.effort != Effort::Fast);
+    let other_colors = choice.image.content.has_chroma()
+        && formats != Formats::Plain
+        && settings.method != Method::Thesis
+        && settings.effort != Effort::Fast;
     let mut least = f64::INFINITY;
-    if formats == Formats::Any || formats == Formats::Wavelet && more_chroma.is_some() {
-        least = quality::mse(source, &choice.image);
-    }
-    if let Some(rate) = more_chroma.filter(|_| formats != Formats::Plain)
-        && quality::luma_mse(source, &choice.image) < (1.0 - CHROMA_PART) * least
-    {
-        let other = Choice::wavelet(source, settings, rate);
-        let mse = quality::mse(source, &other.image);
-        if mse < least {
-            (choice, least) = (other, mse);
+    if other_colors {
+        let mut luma_mse;
+        (least, luma_mse) = quality::mse_with_luma(source, &choice.image);
+        let better = |rate, axes, least: f64| {
+            let other = Choice::wavelet(source, settings, rate, axes);
+            let (mse, luma_mse) = quality::mse_with_luma(source, &other.image);
+            (mse < least).then_some((other, mse, luma_mse))
+        };
+        if let Some(rate) = rate.with_more_chroma()
+            && luma_mse < (1.0 - CHROMA_PART) * least
+            && let Some(other) = better(rate, ycocg, least)
+        {
+            (choice, least, luma_mse) = other;
         }
+        if let Some(axes) = fitted_axes(source, choice.job.rate, least, luma_mse)
+            && let Some(other) = better(choice.job.rate, axes, least)
+        {
+            (choice, least, _) = other;
+        }
+    } else if formats == Formats::Any {
+        least = quality::mse(source, &choice.image);
     }
     if formats != Formats::Wavelet {
         choice.image.plain = plain::better(source, &choice.image, least, settings, bits);
@@ -60,26 +77,49 @@ pub(super) fn choose<'a>(
     match &choice.image.plain {
         Some(plain) => {
             choice.image.groups.clear();
+            choice.image.axes = ycocg;
             choice.image.levels =
                 levels(source, settings, PlainTexture::max_level_count(plain.size));
         }
         // The image is smaller than a block.
         None if choice.image.groups.is_empty() => {
-            choice = Choice::wavelet(source, settings, rate.wavelet());
+            choice = Choice::wavelet(source, settings, rate.wavelet(), ycocg);
         }
         None => {}
     }
     choice
 }
 
+/// The axes of colour that fit an image, where they may have less error than YCoCg, whose mean squared
+/// error is `mse`, of which `luma_mse` is that of luma: chroma has less where less of it is lost by its
+/// smaller size.
+fn fitted_axes(source: &Source<'_>, rate: Rate, mse: f64, luma_mse: f64) -> Option<ColorAxes> {
+    let subsampling = rate.chroma_subsampling()?;
+    if luma_mse > (1.0 - AXES_PART) * mse {
+        return None;
+    }
+    // The energy that is lost is nearly all of the error of chroma.
+    let lost = detail_covariance(&source.levels[0], source.size, subsampling);
+    let fitted = ColorAxes::fitted(&lost)?;
+    let part = fitted.chroma_energy(&lost) / ColorAxes::YCOCG.chroma_energy(&lost);
+    let expected = luma_mse + part * (mse - luma_mse);
+    (expected < (1.0 - AXES_PART) * mse).then_some(fitted)
+}
+
 impl<'a> Choice<'a> {
-    fn empty(source: &Source<'_>, settings: &'a EncodeSettings, rate: Rate) -> Self {
+    fn empty(
+        source: &Source<'_>,
+        settings: &'a EncodeSettings,
+        rate: Rate,
+        axes: ColorAxes,
+    ) -> Self {
         let content = rate.content(settings.alpha);
         Self {
             job: Job {
                 settings,
                 rate,
                 size: source.size,
+                axes,
             },
             image: WaveletImage {
                 content,
@@ -87,6 +127,7 @@ impl<'a> Choice<'a> {
                     Content::Normal => ColorSpace::Linear,
                     _ => settings.color_space,
                 },
+                axes,
                 size: source.size,
                 levels: 1,
                 groups: Vec::new(),
@@ -95,12 +136,17 @@ impl<'a> Choice<'a> {
         }
     }
 
-    fn wavelet(source: &Source<'_>, settings: &'a EncodeSettings, rate: Rate) -> Self {
-        let mut choice = Self::empty(source, settings, rate);
+    fn wavelet(
+        source: &Source<'_>,
+        settings: &'a EncodeSettings,
+        rate: Rate,
+        axes: ColorAxes,
+    ) -> Self {
+        let mut choice = Self::empty(source, settings, rate, axes);
         let content = choice.image.content;
         let levels = levels(source, settings, choice.job.max_level_count());
-        let planes = LevelPlanes::given(&source.levels[0], source.size, content);
-        let bounds = given_bounds(source, content, levels as usize);
+        let planes = LevelPlanes::given(&source.levels[0], source.size, content, axes);
+        let bounds = given_bounds(source, content, axes, levels as usize);
         choice.image.groups = choice.job.first_level(planes, &bounds);
         choice.image.levels = levels;
         choice
@@ -117,11 +163,16 @@ fn levels(source: &Source<'_>, settings: &EncodeSettings, most: u32) -> u32 {
 
 /// Bounds of the luma and chroma planes over the given mips. Mips that are not filtered from the
 /// first level can exceed its bounds.
-fn given_bounds(source: &Source<'_>, content: Content, levels: usize) -> [Vec<[f32; 2]>; 2] {
+fn given_bounds(
+    source: &Source<'_>,
+    content: Content,
+    axes: ColorAxes,
+    levels: usize,
+) -> [Vec<[f32; 2]>; 2] {
     let mut all: [Vec<[f32; 2]>; 2] = [Vec::new(), Vec::new()];
     for (level, pixels) in source.levels.iter().enumerate().take(levels).skip(1) {
         let size = layout::mip_size(source.size, level as u32);
-        let planes = LevelPlanes::given(pixels, size, content);
+        let planes = LevelPlanes::given(pixels, size, content, axes);
         for (all, planes) in all.iter_mut().zip([&planes.luma, &planes.chroma]) {
             all.resize(planes.len(), [f32::INFINITY, f32::NEG_INFINITY]);
             for (all, plane) in all.iter_mut().zip(planes) {

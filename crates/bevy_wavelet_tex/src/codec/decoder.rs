@@ -37,9 +37,10 @@ impl DecodedImage {
                 v
             }
         };
-        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+        // `f32::round` would be a call of a library.
+        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         let alpha = |i: usize| self.alpha.as_ref().map_or(255, |alpha| byte(alpha[i]));
-        let pixels = self.pixels.iter().enumerate();
+        let pixels = self.pixels.par_iter().enumerate();
         pixels
             .map(|(i, v)| {
                 let [r, g, b] = v.map(|v| byte(unit(v)));
@@ -80,40 +81,45 @@ pub fn decode_with(
         .map(|group| decode_group(image, group, level, &decode_blocks))
         .collect();
     let luma = &groups[0];
-    let chroma = |plane: usize, x: u32, y: u32| {
-        let PlaneGroup {
-            packing,
-            subsampling,
-            ..
-        } = image.groups[1];
-        let plane = &groups[1][plane];
-        if packing == Packing::Bc1 {
-            interpolated(plane, subsampling, x, y)
-        } else {
-            plane.clamped(x >> subsampling, y >> subsampling)
-        }
-    };
+    let chroma: Vec<Plane> = image.groups[1..]
+        .iter()
+        .zip(&groups[1..])
+        .flat_map(|(group, planes)| planes.iter().map(|plane| at_pixels(group, plane, size)))
+        .collect();
     let unit = |v: f32| v.clamp(0.0, 1.0);
-    let pixel = |i: u32| {
-        let (x, y) = (i % size[0], i / size[0]);
-        match image.content {
-            Content::Gray => [unit(luma[0].clamped(x, y)); 3],
-            Content::Color | Content::ColorAlpha => {
-                let y_co_cg = YCoCg {
-                    y: luma[0].clamped(x, y),
-                    co: chroma(0, x, y),
-                    cg: chroma(1, x, y),
-                };
-                rgb_from_ycocg(y_co_cg).map(unit)
-            }
-            Content::Normal => normal_from_xy([0, 1].map(|i: usize| luma[i].clamped(x, y))),
+    let pixel = |i: usize| match image.content {
+        Content::Gray => [unit(luma[0].values[i]); 3],
+        Content::Color | Content::ColorAlpha => {
+            let [y, co, cg] = [&luma[0], &chroma[0], &chroma[1]].map(|p| p.values[i]);
+            let rgb = if image.axes.are_ycocg() {
+                rgb_from_ycocg(YCoCg { y, co, cg })
+            } else {
+                image.axes.rgb_of([y, co, cg])
+            };
+            rgb.map(unit)
         }
+        Content::Normal => normal_from_xy([0, 1].map(|plane: usize| luma[plane].values[i])),
     };
     DecodedImage {
         size,
-        pixels: (0..size[0] * size[1]).into_par_iter().map(pixel).collect(),
+        pixels: (0..luma[0].values.len())
+            .into_par_iter()
+            .map(pixel)
+            .collect(),
         alpha: (image.content == Content::ColorAlpha)
             .then(|| luma[1].values.iter().copied().map(unit).collect()),
+    }
+}
+
+/// A plane of chroma at the pixels of a level of `size`.
+fn at_pixels(group: &PlaneGroup, plane: &Plane, size: [u32; 2]) -> Plane {
+    let subsampling = group.subsampling;
+    if group.packing == Packing::Bc1 {
+        interpolated(plane, subsampling, size)
+    } else {
+        Plane::from_fn(size, |x, y| {
+            plane.clamped(x >> subsampling, y >> subsampling)
+        })
     }
 }
 
@@ -139,6 +145,11 @@ pub fn normal_from_xy([x, y]: [f32; 2]) -> [f32; 3] {
     [x * scale, y * scale, (1.0 - length_squared).max(0.0).sqrt()]
 }
 
+/// What a texel of [`Packing::Bc1`] holds of a plane.
+pub(super) fn stored_chroma(plane: usize, [r, g, b, _]: [f32; 4]) -> f32 {
+    [0.5 * (r + b), g][plane]
+}
+
 fn decode_group(
     image: &WaveletImage,
     index: usize,
@@ -151,14 +162,12 @@ fn decode_group(
     if group.packing == Packing::Bc1 {
         let blocks = image.level_blocks(index, 0, level, 0);
         let texels = decode(BlockFormat::Bc1, blocks, texture);
-        // This is the layout of `Packing::Bc1`.
-        let stored = |plane: usize, [r, g, b, _]: [f32; 4]| [0.5 * (r + b), g][plane];
         let planes = group.codings.iter().enumerate();
         return planes
             .map(|(plane, coding)| {
                 Plane::from_fn(size, |x, y| {
                     let texel = texels[(y * texture[0] + x) as usize];
-                    coding.load_low(stored(plane, texel))
+                    coding.load_low(stored_chroma(plane, texel))
                 })
             })
             .collect();

@@ -98,7 +98,7 @@ fn encode_at(
                 plain::add_level(plain, level, size, pixel, content, settings.effort);
             }
             None => {
-                let planes = LevelPlanes::new(size, content, pixel);
+                let planes = LevelPlanes::new(size, content, job.axes, pixel);
                 job.next_level(planes, level, &mut image.groups);
             }
         }

@@ -2,7 +2,7 @@
 
 pub use super::content::{ColorSpace, Content};
 use super::{
-    blocks::BlockFormat, layout, packing::Packing, plain::texture::PlainTexture,
+    axes::ColorAxes, blocks::BlockFormat, layout, packing::Packing, plain::texture::PlainTexture,
     quantizer::PlaneCoding,
 };
 
@@ -13,6 +13,8 @@ pub struct WaveletImage {
     pub content: Content,
     /// Transfer function of the values; alpha is always linear.
     pub color_space: ColorSpace,
+    /// What luma and chroma of colour stand for.
+    pub axes: ColorAxes,
     /// Width and height in pixels, each in `1..=`[`layout::MAX_SIZE`].
     pub size: [u32; 2],
     /// Number of mip levels, the same in all groups; at least 1.

@@ -38,24 +38,39 @@ impl Axis {
 
     /// Both texels between whose centres a pixel lies, and the weight of the second. Beyond the
     /// outermost centres both are the outermost texel.
-    pub fn taps(&self, pixel: u32) -> (u32, u32, f32) {
+    pub fn taps(&self, pixel: u32) -> Tap {
         let position = (pixel as f32 + 0.5) * self.step - 0.5;
-        let first = position.floor();
-        let texel = |i: f32| (i.max(0.0) as u32).min(self.texels - 1);
-        (texel(first), texel(first + 1.0), position - first)
+        if position < 0.0 {
+            return (0, 0, position + 1.0);
+        }
+        let first = position as u32;
+        let texel = |i: u32| i.min(self.texels - 1);
+        (texel(first), texel(first + 1), position - first as f32)
+    }
+
+    /// The same for all pixels.
+    pub fn all_taps(&self) -> Vec<Tap> {
+        (0..self.pixels).map(|pixel| self.taps(pixel)).collect()
     }
 }
 
-/// Interpolates a plane of texels at a pixel.
-pub fn interpolated(plane: &Plane, [along_x, along_y]: [Axis; 2], x: u32, y: u32) -> f32 {
-    let (left, right, u) = along_x.taps(x);
-    let (above, below, v) = along_y.taps(y);
-    let row = |y| {
-        let a = plane.clamped(left, y);
-        a + (plane.clamped(right, y) - a) * u
-    };
-    let first = row(above);
-    first + (row(below) - first) * v
+/// Two texels, and the weight of the second.
+pub type Tap = (u32, u32, f32);
+
+/// Interpolates a plane of texels at all pixels.
+pub fn interpolated(plane: &Plane, [along_x, along_y]: [Axis; 2]) -> Plane {
+    let width = plane.size[0] as usize;
+    let across = along_x.all_taps();
+    Plane::from_rows([along_x.pixels, along_y.pixels], |y, row| {
+        let (above, below, v) = along_y.taps(y);
+        let texels = |y: u32| &plane.values[y as usize * width..][..width];
+        let pairs = texels(above).iter().zip(texels(below));
+        let blended: Vec<f32> = pairs.map(|(a, b)| a + (b - a) * v).collect();
+        for (pixel, &(left, right, u)) in row.iter_mut().zip(&across) {
+            let [a, b] = [left, right].map(|x| blended[x as usize]);
+            *pixel = a + (b - a) * u;
+        }
+    })
 }
 
 /// The texels whose interpolation has the least squared error.
@@ -66,25 +81,20 @@ pub fn interpolated(plane: &Plane, [along_x, along_y]: [Axis; 2], x: u32, y: u32
 /// lie midway between two, and equations without it ask for texels that oscillate.
 #[cfg(feature = "encode")]
 pub fn fitted(plane: &Plane, axes: [Axis; 2], smoothness: f32) -> Plane {
-    let width = plane.size[0];
     debug_assert_eq!(plane.size, axes.map(|axis| axis.pixels));
-    let [w, h] = axes.map(|axis| axis.texels);
     let [along_x, along_y] = axes.map(|axis| NormalEquations::new(axis, smoothness));
-    let rows: Vec<f32> = plane
-        .values
-        .par_chunks(width as usize)
-        .flat_map_iter(|row| along_x.solved(row, 1))
-        .collect();
-    Plane {
-        size: [w, h],
-        values: along_y.solved(&rows, w as usize),
-    }
+    // Transposed twice, so that each axis has its lines side by side.
+    along_y.solved(&along_x.solved(plane))
 }
+
+/// Lines that are solved together, as many as a cache line has values.
+#[cfg(feature = "encode")]
+const LINES: usize = 16;
 
 /// The factored normal equations of one axis.
 #[cfg(feature = "encode")]
 struct NormalEquations {
-    taps: Vec<(u32, u32, f32)>,
+    taps: Vec<Tap>,
     /// Off-diagonal of the symmetric matrix; entry i couples i - 1 and i.
     beside: Vec<f32>,
     /// Diagonal of the matrix after elimination.
@@ -94,7 +104,7 @@ struct NormalEquations {
 #[cfg(feature = "encode")]
 impl NormalEquations {
     fn new(axis: Axis, smoothness: f32) -> Self {
-        let taps: Vec<_> = (0..axis.pixels).map(|x| axis.taps(x)).collect();
+        let taps = axis.all_taps();
         let mut diagonal = vec![0.0; axis.texels as usize];
         let mut beside = vec![0.0; axis.texels as usize];
         for &(a, b, u) in &taps {
@@ -123,32 +133,51 @@ impl NormalEquations {
         }
     }
 
-    /// The texels along the axis, of `width` lines side by side: `values` has `width` numbers for each
-    /// pixel.
-    fn solved(&self, values: &[f32], width: usize) -> Vec<f32> {
-        let add = |to: &mut [f32], from: &[f32], scale: f32| {
+    /// The texels along the rows of a plane, as columns: the result is transposed.
+    fn solved(&self, plane: &Plane) -> Plane {
+        let size = [plane.size[1], self.pivots.len() as u32];
+        let width = plane.size[0] as usize;
+        let strips: Vec<Vec<[f32; LINES]>> = plane
+            .values
+            .par_chunks(width * LINES)
+            .map(|lines| {
+                self.solved_lines(|i| {
+                    std::array::from_fn(|line| lines.get(line * width + i).copied().unwrap_or(0.0))
+                })
+            })
+            .collect();
+        Plane::from_rows(size, |texel, row| {
+            for (pixels, strip) in row.chunks_mut(LINES).zip(&strips) {
+                pixels.copy_from_slice(&strip[texel as usize][..pixels.len()]);
+            }
+        })
+    }
+
+    /// The texels of several lines, whose pixels `value` returns.
+    fn solved_lines(&self, value: impl Fn(usize) -> [f32; LINES]) -> Vec<[f32; LINES]> {
+        let add = |to: &mut [f32; LINES], from: [f32; LINES], scale: f32| {
             for (to, from) in to.iter_mut().zip(from) {
                 *to += scale * from;
             }
         };
-        let at = |i: usize| i * width..(i + 1) * width;
-        let mut x = vec![0.0; self.pivots.len() * width];
-        for (&(a, b, u), value) in self.taps.iter().zip(values.chunks_exact(width)) {
-            add(&mut x[at(a as usize)], value, 1.0 - u);
-            add(&mut x[at(b as usize)], value, u);
+        let mut x = vec![[0.0; LINES]; self.pivots.len()];
+        for (i, &(a, b, u)) in self.taps.iter().enumerate() {
+            let value = value(i);
+            add(&mut x[a as usize], value, 1.0 - u);
+            add(&mut x[b as usize], value, u);
         }
-        for i in 1..self.pivots.len() {
-            let (before, rest) = x.split_at_mut(i * width);
-            let factor = -self.beside[i] / self.pivots[i - 1];
-            add(&mut rest[..width], &before[at(i - 1)], factor);
+        for i in 1..x.len() {
+            let before = x[i - 1];
+            add(&mut x[i], before, -self.beside[i] / self.pivots[i - 1]);
         }
-        for i in (0..self.pivots.len()).rev() {
-            let (rest, after) = x.split_at_mut((i + 1) * width);
-            let own = &mut rest[at(i)];
-            if let Some(beside) = self.beside.get(i + 1) {
-                add(own, &after[..width], -beside);
+        let mut after = [0.0; LINES];
+        for i in (0..x.len()).rev() {
+            let beside = self.beside.get(i + 1).copied().unwrap_or(0.0);
+            let reciprocal = 1.0 / self.pivots[i];
+            for (x, after) in x[i].iter_mut().zip(after) {
+                *x = (*x - beside * after) * reciprocal;
             }
-            own.iter_mut().for_each(|v| *v /= self.pivots[i]);
+            after = x[i];
         }
         x
     }
@@ -163,10 +192,9 @@ mod tests {
     }
 
     fn error(plane: &Plane, small: &Plane, axes: [Axis; 2]) -> f64 {
-        Plane::positions(plane.size)
-            .map(|(x, y)| plane.clamped(x, y) - interpolated(small, axes, x, y))
-            .map(|e| f64::from(e * e))
-            .sum()
+        let read = interpolated(small, axes);
+        let pairs = plane.values.iter().zip(&read.values);
+        pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum()
     }
 
     fn cases() -> Vec<[Axis; 2]> {

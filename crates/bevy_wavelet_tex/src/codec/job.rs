@@ -3,8 +3,10 @@
 use rayon::prelude::*;
 
 use super::{
+    axes::ColorAxes,
     blocks::{BlockFormat, ChromaEncoder, Starts, decode_blocks},
     chroma,
+    decoder::stored_chroma,
     image::PlaneGroup,
     layout,
     pack::{PackSettings, encode_plane},
@@ -25,6 +27,7 @@ pub(super) struct Job<'a> {
     pub(super) settings: &'a EncodeSettings,
     pub(super) rate: Rate,
     pub(super) size: [u32; 2],
+    pub(super) axes: ColorAxes,
 }
 
 impl Job<'_> {
@@ -156,7 +159,7 @@ impl Job<'_> {
         chroma.iter().map(reduce).collect()
     }
 
-    /// Appends a level of chroma, and corrects luma for the error of Cg.
+    /// Appends a level of chroma, and corrects luma for its error.
     fn add_chroma(
         &self,
         group: &mut PlaneGroup,
@@ -175,21 +178,23 @@ impl Job<'_> {
         }
         let blocks = self.chroma_blocks(&group.codings, small, texture);
         let texels = decode_blocks(BlockFormat::Bc1, &blocks, texture);
-        let cg = Plane::from_fn(small[1].size, |x, y| {
-            group.codings[1].load_low(texels[(y * texture[0] + x) as usize][1])
-        });
         group.textures[0].extend(&blocks);
-        let size = planes.luma[0].size;
-        let wanted = &planes.chroma[1];
-        planes.luma[0]
-            .values
-            .par_iter_mut()
-            .enumerate()
-            .for_each(|(i, luma)| {
-                let (x, y) = (i as u32 % size[0], i as u32 / size[0]);
-                let got = chroma::interpolated(&cg, group.subsampling, x, y);
-                *luma += chroma::luma_correction(got - wanted.values[i]);
+        for c in 0..2 {
+            let correction = self.axes.luma_correction(c);
+            // Only Cg of YCoCg is not orthogonal to luma.
+            if correction.abs() < 1e-6 {
+                continue;
+            }
+            let decoded = Plane::from_fn(small[c].size, |x, y| {
+                let texel = texels[(y * texture[0] + x) as usize];
+                group.codings[c].load_low(stored_chroma(c, texel))
             });
+            let got = chroma::interpolated(&decoded, group.subsampling, planes.luma[0].size);
+            let pairs = got.values.iter().zip(&planes.chroma[c].values);
+            for (luma, (got, wanted)) in planes.luma[0].values.iter_mut().zip(pairs) {
+                *luma += correction * (got - wanted);
+            }
+        }
     }
 
     fn chroma_blocks(
@@ -204,7 +209,7 @@ impl Job<'_> {
             Effort::Default => Starts::Two,
             Effort::Best => Starts::Four,
         };
-        let encoder = ChromaEncoder::new(&codings, chroma::WEIGHTS, starts);
+        let encoder = ChromaEncoder::new(&codings, self.axes.chroma_weights(), starts);
         let columns = texture[0].div_ceil(4);
         let blocks: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
             .into_par_iter()

@@ -17,7 +17,7 @@
 //! | [`rate`], `content`, [`mod@image`] | the rates to choose from, the kind of data, and the encoded image | 3.5.5 |
 //! | [`packing`] | how planes are packed into textures | 3.5.3 |
 //! | [`source`], [`reduce`] | input pixels, their mips, and downsampling to a size limit | |
-//! | [`color`] | conversion between RGB and luma / chroma | 3.3.1 |
+//! | [`color`], [`axes`] | conversion between RGB and luma / chroma, of YCoCg or fitted | 3.3.1 |
 //! | [`plane`], [`chroma`], [`interpolation`] | planes and their downsampling | 3.5.5 |
 //! | [`plain`] | textures without a wavelet, at full size or smaller | |
 //! | [`haar`] | the Haar and the partially inverted Haar transform | 3.5.1 |
@@ -33,6 +33,7 @@
 
 #[cfg(feature = "encode")]
 pub mod angle;
+pub mod axes;
 pub mod blocks;
 #[cfg(feature = "encode")]
 mod check;

@@ -1,5 +1,7 @@
 //! One channel of an image, and its downsampling.
 
+use rayon::prelude::*;
+
 /// A channel of real numbers, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
@@ -11,11 +13,22 @@ pub struct Plane {
 
 impl Plane {
     /// Makes a plane by evaluating `value` at every pixel position.
-    pub fn from_fn(size: [u32; 2], mut value: impl FnMut(u32, u32) -> f32) -> Self {
-        Self {
-            size,
-            values: Self::positions(size).map(|(x, y)| value(x, y)).collect(),
-        }
+    pub fn from_fn(size: [u32; 2], value: impl Fn(u32, u32) -> f32 + Sync) -> Self {
+        Self::from_rows(size, |y, row| {
+            for (x, pixel) in row.iter_mut().enumerate() {
+                *pixel = value(x as u32, y);
+            }
+        })
+    }
+
+    /// Makes a plane by filling its rows.
+    pub fn from_rows(size: [u32; 2], fill: impl Fn(u32, &mut [f32]) + Sync) -> Self {
+        let mut values = vec![0.0; size[0] as usize * size[1] as usize];
+        values
+            .par_chunks_mut(size[0] as usize)
+            .enumerate()
+            .for_each(|(y, row)| fill(y as u32, row));
+        Self { size, values }
     }
 
     /// Iterates over all pixel positions, row by row.

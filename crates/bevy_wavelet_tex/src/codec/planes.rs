@@ -2,26 +2,32 @@
 
 use rayon::prelude::*;
 
-use super::{color::ycocg_from_rgb, image::Content, plane::Plane, source::Pixels};
+use super::{axes::ColorAxes, image::Content, plane::Plane, source::Pixels};
 
 /// The planes of one mip level, all at its size.
 pub(super) struct LevelPlanes {
     /// Luma (then alpha), gray, or X and Y of normals.
     pub(super) luma: Vec<Plane>,
-    /// Co and Cg; empty where the content has no chroma.
+    /// The two planes of chroma; empty where the content has no chroma.
     pub(super) chroma: Vec<Plane>,
 }
 
 impl LevelPlanes {
     /// Converts given pixels.
-    pub(super) fn given(pixels: &Pixels<'_>, size: [u32; 2], content: Content) -> Self {
-        Self::new(size, content, |i| pixels.get(i))
+    pub(super) fn given(
+        pixels: &Pixels<'_>,
+        size: [u32; 2],
+        content: Content,
+        axes: ColorAxes,
+    ) -> Self {
+        Self::new(size, content, axes, |i| pixels.get(i))
     }
 
     /// Converts the pixels that a function returns.
     pub(super) fn new(
         size: [u32; 2],
         content: Content,
+        axes: ColorAxes,
         pixel: impl Fn(usize) -> [f32; 4] + Sync,
     ) -> Self {
         let plane = |value: &(dyn Fn([f32; 4]) -> f32 + Sync)| Plane {
@@ -31,16 +37,18 @@ impl LevelPlanes {
                 .map(|i| value(pixel(i)))
                 .collect(),
         };
-        let y = |[r, g, b, _]: [f32; 4]| ycocg_from_rgb([r, g, b]).y;
-        let co = |[r, g, b, _]: [f32; 4]| ycocg_from_rgb([r, g, b]).co;
-        let cg = |[r, g, b, _]: [f32; 4]| ycocg_from_rgb([r, g, b]).cg;
+        let weights = axes.weights();
+        let along = |axis: usize| {
+            let [r, g, b] = weights[axis];
+            plane(&move |p| r * p[0] + g * p[1] + b * p[2])
+        };
         let luma = match content {
-            Content::Gray | Content::Color => vec![plane(&y)],
-            Content::ColorAlpha => vec![plane(&y), plane(&|p| p[3])],
+            Content::Gray | Content::Color => vec![along(0)],
+            Content::ColorAlpha => vec![along(0), plane(&|p| p[3])],
             Content::Normal => vec![plane(&|p| unit(p)[0]), plane(&|p| unit(p)[1])],
         };
         let chroma = if content.has_chroma() {
-            vec![plane(&co), plane(&cg)]
+            vec![along(1), along(2)]
         } else {
             Vec::new()
         };

@@ -60,7 +60,7 @@ mod tests {
     use crate::codec::haar::haar;
 
     /// The low band and the details of a picture of `size` quads.
-    fn quads(size: [u32; 2], value: impl Fn(f32, f32) -> f32) -> (Plane, Vec<Details>) {
+    fn quads(size: [u32; 2], value: impl Fn(f32, f32) -> f32 + Sync) -> (Plane, Vec<Details>) {
         let pixels = Plane::from_fn(size.map(|s| 2 * s), |x, y| value(x as f32, y as f32));
         let low_band = Plane::from_fn(size, |x, y| haar(pixels.quad(x, y)).ll / 2.0);
         let details = (0..size[1])

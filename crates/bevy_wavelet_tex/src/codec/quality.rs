@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{
     color::ycocg_from_rgb,
-    decoder::decode,
+    decoder::{DecodedImage, decode},
     image::{Content, WaveletImage},
     source::Source,
 };
@@ -18,47 +18,52 @@ pub fn psnr_db(source: &Source<'_>, image: &WaveletImage) -> f64 {
 
 /// Mean squared error of the same, in 8-bit units squared.
 pub fn mse(source: &Source<'_>, image: &WaveletImage) -> f64 {
-    let decoded = decode(image, 0).to_rgba8(image.content);
+    mse_of(source, image, &decode(image, 0))
+}
+
+/// The same, and the part of it that is that of luma: how large the error of colour would be if chroma
+/// had none.
+pub(super) fn mse_with_luma(source: &Source<'_>, image: &WaveletImage) -> (f64, f64) {
+    let decoded = decode(image, 0);
+    let [r, g, b] = image.axes.weights()[0];
+    let luma = |pixel: [f32; 3]| 255.0 * (r * pixel[0] + g * pixel[1] + b * pixel[2]);
+    let of_pixel = |i: usize| {
+        let [r, g, b, _] = source.levels[0].get(i);
+        f64::from(luma([r, g, b]) - luma(decoded.pixels[i])).powi(2)
+    };
+    let luma_mse = sum(decoded.pixels.len(), of_pixel) / decoded.pixels.len() as f64;
+    (mse_of(source, image, &decoded), luma_mse)
+}
+
+fn mse_of(source: &Source<'_>, image: &WaveletImage, decoded: &DecodedImage) -> f64 {
+    let decoded = decoded.to_rgba8(image.content);
     let pixels = &source.levels[0];
     let channels = match image.content {
         Content::Gray => 1,
         Content::Color | Content::Normal => 3,
         Content::ColorAlpha => 4,
     };
-    let error: f64 = (0..decoded.len())
-        .into_par_iter()
-        .chunks(4096)
-        .map(|indices| {
-            let of_pixel = |i: usize| {
-                let mut wanted = pixels.get(i);
-                if image.content == Content::Gray {
-                    wanted[0] = ycocg_from_rgb([wanted[0], wanted[1], wanted[2]]).y;
-                }
-                let of_channel = |c: usize| {
-                    let wanted = (wanted[c] * 255.0).round();
-                    f64::from(wanted - f32::from(decoded[i][c])).powi(2)
-                };
-                (0..channels).map(of_channel).sum::<f64>()
-            };
-            indices.into_iter().map(of_pixel).sum::<f64>()
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .sum();
-    error / (channels * decoded.len()) as f64
+    let of_pixel = |i: usize| {
+        let mut wanted = pixels.get(i);
+        if image.content == Content::Gray {
+            wanted[0] = ycocg_from_rgb([wanted[0], wanted[1], wanted[2]]).y;
+        }
+        let of_channel = |c: usize| {
+            let wanted = (wanted[c] * 255.0 + 0.5) as u8;
+            f64::from(wanted.abs_diff(decoded[i][c])).powi(2)
+        };
+        (0..channels).map(of_channel).sum::<f64>()
+    };
+    sum(decoded.len(), of_pixel) / (channels * decoded.len()) as f64
 }
 
-/// The part of the mean squared error of colour that is that of luma: how large it would be if chroma
-/// had no error.
-pub(super) fn luma_mse(source: &Source<'_>, image: &WaveletImage) -> f64 {
-    let decoded = decode(image, 0);
-    let luma = |[r, g, b]: [f32; 3]| 255.0 * ycocg_from_rgb([r, g, b]).y;
-    let pixels = decoded.pixels.iter().enumerate();
-    let errors = pixels.map(|(i, pixel)| {
-        let [r, g, b, _] = source.levels[0].get(i);
-        f64::from(luma([r, g, b]) - luma(*pixel)).powi(2)
-    });
-    errors.sum::<f64>() / decoded.pixels.len() as f64
+/// A sum over pixels, in chunks of a fixed size so that it does not depend on the number of threads.
+fn sum(count: usize, of_pixel: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let chunks = (0..count).into_par_iter().chunks(4096);
+    let sums: Vec<f64> = chunks
+        .map(|indices| indices.into_iter().map(&of_pixel).sum::<f64>())
+        .collect();
+    sums.into_iter().sum()
 }
 
 /// Converts a mean squared error, in 8-bit units squared, to a PSNR in dB.

@@ -64,27 +64,34 @@ pub(super) fn choose_coding(
         Effort::Best => (4096, 2),
     };
     let sample = sample(coefficients, coding.predictor, count);
-    let best_of = |candidates: Vec<PlaneCoding>| {
-        best_by(candidates, |candidate| match packing {
-            Packing::Bc3 => details_error(&sample, candidate),
-            _ => bc7_error(&sample, candidate, packing),
-        })
+    let error = |candidate: &PlaneCoding| match packing {
+        Packing::Bc3 => details_error(&sample, candidate),
+        _ => bc7_error(&sample, candidate, packing),
+    };
+    // The error of `coding` is known, so that it is measured once.
+    let mut known = error(&coding);
+    let mut best_of = |coding: PlaneCoding, others: Vec<PlaneCoding>| {
+        let mut errors: Vec<f64> = others.par_iter().map(error).collect();
+        errors.push(known);
+        let best = least(&errors);
+        known = errors[best];
+        others.get(best).copied().unwrap_or(coding)
     };
     for round in 0..rounds {
         let gammas: &[f32] = if round > 0 {
-            &[0.92, 1.0, 1.08]
+            &[0.92, 1.08]
         } else {
-            &[0.8, 1.0, 1.2]
+            &[0.8, 1.2]
         };
         let with_gamma = |g: &f32| PlaneCoding {
             gamma: (coding.gamma * g).clamp(0.3, 1.0),
             ..coding
         };
-        coding = best_of(gammas.iter().map(with_gamma).collect());
+        coding = best_of(coding, gammas.iter().map(with_gamma).collect());
         let ranges: &[f32] = if round > 0 {
-            &[0.85, 0.92, 1.0, 1.08, 1.17]
+            &[0.85, 0.92, 1.08, 1.17]
         } else {
-            &[0.6, 1.0, 1.4]
+            &[0.6, 1.4]
         };
         let with_range = |range: f32| PlaneCoding {
             range: range.min(all),
@@ -92,7 +99,7 @@ pub(super) fn choose_coding(
         };
         let scaled = ranges.iter().map(|r| coding.range * r);
         let whole = (round == 0).then_some(all);
-        coding = best_of(scaled.chain(whole).map(with_range).collect());
+        coding = best_of(coding, scaled.chain(whole).map(with_range).collect());
     }
     coding
 }
@@ -159,14 +166,6 @@ pub(super) fn choose_thesis_coding(
         );
     }
     candidate(best)
-}
-
-fn best_by(
-    candidates: Vec<PlaneCoding>,
-    error: impl Fn(&PlaneCoding) -> f64 + Send + Sync,
-) -> PlaneCoding {
-    let errors: Vec<f64> = candidates.par_iter().map(error).collect();
-    candidates[least(&errors)]
 }
 
 fn least(errors: &[f64]) -> usize {

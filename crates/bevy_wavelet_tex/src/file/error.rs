@@ -48,6 +48,11 @@ pub enum ReadError {
         /// Value of the field.
         value: u32,
     },
+    /// The axes of colour are not those of an image.
+    #[error(
+        "the header's axes of colour are out of range, or the image has no colour: the file is damaged"
+    )]
+    Axes,
     /// The KTX2 blob of a plain texture is damaged or does not match the header.
     #[error("the KTX2 data of the plain texture is damaged: {0}")]
     PlainBlob(String),

@@ -50,7 +50,6 @@ impl Shape {
     fn ktx2_format(self) -> Format {
         match self.format {
             BlockFormat::Bc1 if self.is_srgb => Format::BC1_RGB_SRGB_BLOCK,
-            BlockFormat::Bc3 if self.is_srgb => Format::BC3_SRGB_BLOCK,
             BlockFormat::Bc7 if self.is_srgb => Format::BC7_SRGB_BLOCK,
             BlockFormat::Bc1 => Format::BC1_RGB_UNORM_BLOCK,
             BlockFormat::Bc3 => Format::BC3_UNORM_BLOCK,

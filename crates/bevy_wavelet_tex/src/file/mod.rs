@@ -8,16 +8,18 @@
 //! | bytes | little-endian |
 //! | --- | --- |
 //! | 8 | magic `WTEX\r\n\x1a\n`, which text-mode copies break |
-//! | 2 | version: 2, or 3 of an image with a [plain texture] |
+//! | 2 | version: 2, 3 of an image with a [plain texture], or 4 of one with fitted [axes] of colour |
 //! | 1 | content: 0 gray, 1 colour, 2 normal, 3 colour with alpha |
 //! | 1 | colour space: 0 linear, 1 sRGB |
 //! | 4 + 4 | width, height in pixels |
 //! | 4 | number of groups: 1, or 2 with chroma; 0 of an image with a plain texture |
+//! | 36 | of version 4: RGB of one unit of luma and of each plane of chroma, as nine `f32` |
 //! | 12 each | for each group: subsampling, packing (its index in [`Packing::ALL`]), two bytes 0, and the length of its one or two KTX2 blobs in bytes (0 for none) |
 //! | 16 | of a plain texture, in place of groups: format (its index in [`BlockFormat::ALL`]), three bytes 0, width and height in texels, and the length of its KTX2 blob in bytes |
 //! | the rest | the blobs, one after the other |
 //!
 //! [plain texture]: crate::codec::plain
+//! [axes]: crate::codec::axes
 //! [`Packing::ALL`]: crate::codec::packing::Packing::ALL
 //! [`BlockFormat::ALL`]: crate::codec::blocks::BlockFormat::ALL
 
@@ -29,22 +31,28 @@ mod write;
 
 pub use error::ReadError;
 pub use read::read;
-pub use write::write;
+pub use write::{version, write};
 
 /// Extension of the file name.
 pub const EXTENSION: &str = "wtex";
 
-/// The newest file version, which is that of images with a plain texture. Others are written as version
-/// 2, so that earlier releases read them; version 1 was never released.
-pub const VERSION: u16 = 3;
+/// The newest file version, which is that of images with fitted axes of colour. Others are written as
+/// earlier versions, so that earlier releases read them; version 1 was never released.
+pub const VERSION: u16 = 4;
 
-/// File version of images with groups of planes.
+/// File version of images with groups of planes in YCoCg.
 const PLANES_VERSION: u16 = 2;
+
+/// File version of images with a plain texture.
+const PLAIN_VERSION: u16 = 3;
 
 const MAGIC: [u8; 8] = *b"WTEX\r\n\x1a\n";
 
 /// Bytes of the header before the groups.
 const FIXED_HEADER_BYTES: usize = 24;
+
+/// Bytes of the header for axes of colour.
+const AXES_BYTES: usize = 36;
 
 /// Bytes of the header for each group.
 const GROUP_BYTES: usize = 12;

@@ -2,10 +2,11 @@
 //! contains.
 
 use super::{
-    FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLANES_VERSION, VERSION, error::ReadError, ktx2_blob,
-    plain,
+    AXES_BYTES, FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION,
+    error::ReadError, ktx2_blob, plain,
 };
 use crate::codec::{
+    axes::ColorAxes,
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
     layout::{self, MAX_SIZE},
     packing::Packing,
@@ -33,7 +34,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
 
     let version = u16::from_le_bytes([header[8], header[9]]);
     match version {
-        PLANES_VERSION | VERSION => {}
+        PLANES_VERSION..=VERSION => {}
         older @ 1..PLANES_VERSION => return Err(ReadError::OldVersion(older)),
         0 => {
             return Err(ReadError::Field {
@@ -70,11 +71,12 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         return Err(ReadError::Size(size));
     }
     let group_count = u32_at(20);
-    if version == VERSION && group_count == 0 {
+    if version == PLAIN_VERSION && group_count == 0 {
         let plain = plain::read(bytes, content, color_space, size)?;
         return Ok(WaveletImage {
             content,
             color_space,
+            axes: ColorAxes::YCOCG,
             size,
             levels: plain.levels,
             groups: Vec::new(),
@@ -87,11 +89,21 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             value: group_count,
         });
     }
-    let blobs_start = FIXED_HEADER_BYTES + GROUP_BYTES * group_count as usize;
+    let mut axes = ColorAxes::YCOCG;
+    let mut groups_start = FIXED_HEADER_BYTES;
+    if version == VERSION {
+        groups_start += AXES_BYTES;
+        let entry = bytes
+            .get(FIXED_HEADER_BYTES..groups_start)
+            .ok_or_else(|| truncated("header", groups_start as u64))?;
+        let has_axes = |_: &ColorAxes| content.has_chroma();
+        axes = read_axes(entry).filter(has_axes).ok_or(ReadError::Axes)?;
+    }
+    let blobs_start = groups_start + GROUP_BYTES * group_count as usize;
     if bytes.len() < blobs_start {
         return Err(truncated("header", blobs_start as u64));
     }
-    let entries: Vec<Entry> = bytes[FIXED_HEADER_BYTES..blobs_start]
+    let entries: Vec<Entry> = bytes[groups_start..blobs_start]
         .chunks_exact(GROUP_BYTES)
         .enumerate()
         .map(|(group, entry)| Entry::read(entry, group))
@@ -155,10 +167,21 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         plain: None,
         content,
         color_space,
+        axes,
         size,
         levels: levels.unwrap_or(1),
         groups,
     })
+}
+
+/// The axes of colour, where a decoder can use them.
+fn read_axes(entry: &[u8]) -> Option<ColorAxes> {
+    let (entries, _) = entry.as_chunks::<4>();
+    let mut axes = ColorAxes::YCOCG;
+    for (value, bytes) in axes.rgb.as_flattened_mut().iter_mut().zip(entries) {
+        *value = f32::from_le_bytes(*bytes);
+    }
+    axes.is_valid().then_some(axes)
 }
 
 /// The entry of a plane group in the header.

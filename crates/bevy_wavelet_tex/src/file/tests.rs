@@ -41,15 +41,56 @@ fn sample() -> Vec<u8> {
     write(&image([20, 13], fast(Rate::Color3)))
 }
 
-/// A file with a plain texture of 20 x 12 texels in BC1.
+/// A file with axes of colour that were fitted.
+fn axes_sample() -> Vec<u8> {
+    // Saturated edges of one hue.
+    let pixel = |i: u32| {
+        [
+            if (i * 7919) % 13 < 6 { 250 } else { 10 },
+            (i % 3) as u8,
+            20,
+        ]
+    };
+    let pixels: Vec<[u8; 3]> = (0..32 * 24).map(pixel).collect();
+    let settings = EncodeSettings {
+        effort: Effort::Default,
+        ..fast(Rate::Color5)
+    };
+    let source = Source::new([32, 24], Pixels::Rgb8(&pixels));
+    let image = encode(&source, &settings, &|_, _| {}).expect("a good image");
+    assert!(!image.axes.are_ycocg());
+    write(&image)
+}
+
+#[test]
+fn axes_of_colour_come_back_and_their_faults_are_named() {
+    let bytes = axes_sample();
+    let image = read(&bytes).expect("a good file");
+    assert_eq!(bytes[8], 4);
+    assert_eq!(write(&image), bytes);
+    for length in 1..bytes.len() {
+        let error = read(&bytes[..length]).expect_err("cut short");
+        assert!(
+            matches!(error, ReadError::Truncated { .. }),
+            "{length}: {error}"
+        );
+    }
+    for value in [f32::NAN, f32::INFINITY, 3.0] {
+        let mut bytes = bytes.clone();
+        bytes[FIXED_HEADER_BYTES..FIXED_HEADER_BYTES + 4].copy_from_slice(&value.to_le_bytes());
+        assert!(matches!(read(&bytes), Err(ReadError::Axes)), "{value}");
+    }
+}
+
+/// A file with a plain texture of 20 x 12 texels in BC4.
 fn plain_sample() -> Vec<u8> {
     let settings = EncodeSettings {
         formats: Formats::Plain,
-        ..fast(Rate::Color4)
+        ..fast(Rate::Gray4)
     };
     let image = image([20, 13], settings);
     let plain = image.plain.as_ref().expect("plain");
-    assert_eq!((plain.format, plain.size), (BlockFormat::Bc1, [20, 12]));
+    assert_eq!((plain.format, plain.size), (BlockFormat::Bc4, [20, 12]));
     write(&image)
 }
 
@@ -116,7 +157,7 @@ fn each_fault_of_the_header_is_named() {
         read(&bytes).expect_err("a bad file").to_string()
     };
     assert!(with(0, b"DDS ").contains("not a wavelet texture"));
-    assert!(with(8, &[4, 0]).contains("version 4 is newer"));
+    assert!(with(8, &[5, 0]).contains("version 5 is newer"));
     assert!(with(8, &[1, 0]).contains("version 1 was never released"));
     assert!(with(8, &[0, 0]).contains("version is 0"));
     assert!(with(10, &[9]).contains("content is 9"));
@@ -150,7 +191,7 @@ fn each_fault_of_a_plain_texture_is_named() {
         read(&bytes).expect_err("a bad file").to_string()
     };
     assert!(with(8, &[2, 0]).contains("number of plane groups is 0"));
-    assert!(with(24, &[2]).contains("format is 2"));
+    assert!(with(24, &[0]).contains("format is 0"));
     assert!(with(24, &[77]).contains("format is 77"));
     assert!(with(25, &[1]).contains("reserved byte is 1"));
     assert!(with(28, &[18]).contains("texture width is 18"));
@@ -170,7 +211,7 @@ fn each_fault_of_a_plain_texture_is_named() {
     }
     let blob = &bytes[FIXED_HEADER_BYTES + super::PLAIN_BYTES..];
     let header = ktx2::Reader::new(blob).expect("a KTX2 file").header();
-    assert_eq!(header.format, Some(ktx2::Format::BC1_RGB_UNORM_BLOCK));
+    assert_eq!(header.format, Some(ktx2::Format::BC4_UNORM_BLOCK));
 }
 
 /// Files of all packings, each of which can be damaged in ways of its own.
@@ -187,7 +228,10 @@ fn samples() -> Vec<Vec<u8>> {
         },
     ];
     let planes = settings.map(|s| write(&image([20, 13], s)));
-    planes.into_iter().chain([plain_sample()]).collect()
+    planes
+        .into_iter()
+        .chain([plain_sample(), axes_sample()])
+        .collect()
 }
 
 proptest! {
@@ -197,7 +241,7 @@ proptest! {
     /// file and can be decoded.
     #[test]
     fn damaged_bytes_neither_panic_nor_allocate_more_than_the_file(
-        sample in 0usize..5,
+        sample in 0usize..6,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
         static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> = std::sync::LazyLock::new(samples);

@@ -1,10 +1,21 @@
 //! Writing a `.wtex` file.
 
-use super::{MAGIC, PLANES_VERSION, VERSION, ktx2_blob, plain};
+use super::{MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION, ktx2_blob, plain};
 use crate::codec::{
     image::{ColorSpace, Content, WaveletImage},
     packing::Packing,
 };
+
+/// The version of the file that [`write`] makes of an image.
+pub fn version(image: &WaveletImage) -> u16 {
+    if image.plain.is_some() {
+        PLAIN_VERSION
+    } else if image.content.has_chroma() && !image.axes.are_ycocg() {
+        VERSION
+    } else {
+        PLANES_VERSION
+    }
+}
 
 /// Returns the bytes of a file; [`super::read`] reads the same image from them.
 pub fn write(image: &WaveletImage) -> Vec<u8> {
@@ -19,17 +30,17 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
         ColorSpace::Srgb => 1,
     };
     let mut bytes = MAGIC.to_vec();
-    let version = match image.plain {
-        Some(_) => VERSION,
-        None => PLANES_VERSION,
-    };
-    bytes.extend(version.to_le_bytes());
+    bytes.extend(version(image).to_le_bytes());
     bytes.extend([content, color_space]);
     bytes.extend(image.size.iter().flat_map(|s| s.to_le_bytes()));
     bytes.extend((image.groups.len() as u32).to_le_bytes());
     if let Some(texture) = &image.plain {
         bytes.extend(plain::write(image, texture));
         return bytes;
+    }
+    if version(image) == VERSION {
+        let entries = image.axes.rgb.as_flattened();
+        bytes.extend(entries.iter().flat_map(|v| v.to_le_bytes()));
     }
     let mut blobs = Vec::new();
     for group in &image.groups {

@@ -30,6 +30,7 @@ const KIND_PLAIN_NORMAL: u32 = 7;
 const SRGB: u32 = 1 << 15;
 const MIPS: u32 = 1 << 16;
 const ADDRESS_SHIFT: u32 = 17;
+const AXES: u32 = 1 << 19;
 const PRESENT: u32 = 1 << 31;
 
 impl TextureForm {
@@ -52,6 +53,8 @@ impl TextureForm {
         let mut form = PRESENT | coding(0) | coding(1) << CODING_BITS | kind << KIND_SHIFT;
         form |= if srgb { SRGB } else { 0 };
         form |= if texture.levels > 1 { MIPS } else { 0 };
+        let has_axes = texture.content.has_chroma() && !texture.axes.are_ycocg();
+        form |= if has_axes { AXES } else { 0 };
         Self(form)
     }
 

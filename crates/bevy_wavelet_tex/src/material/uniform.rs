@@ -1,7 +1,7 @@
 //! The uniforms of the shaders, with the same field names as in `types.wesl` and `bindings.wesl`.
 
 use bevy::{
-    math::{IVec4, UVec2, UVec4, Vec2, Vec3},
+    math::{IVec4, Mat3, UVec2, UVec4, Vec2, Vec3},
     render::render_resource::ShaderType,
 };
 
@@ -31,6 +31,7 @@ pub(super) struct TextureUniform {
     luma_atlas: AtlasUniform,
     chroma_atlas: AtlasUniform,
     planes: [PlaneUniform; 4],
+    axes: Mat3,
 }
 
 /// The place of mip levels, `MipAtlas` in `types.wesl`.
@@ -76,6 +77,7 @@ impl TextureUniform {
             luma_atlas: atlas(0),
             chroma_atlas: atlas(1),
             planes,
+            axes: Mat3::from_cols_array_2d(&texture.axes.rgb),
         }
     }
 

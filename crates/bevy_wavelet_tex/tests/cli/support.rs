@@ -85,7 +85,10 @@ impl Folder {
 
     pub fn psnr(&self, a: &str, b: &str) -> f64 {
         let difference = self.json(&["compare", a, b, "--json"]);
-        difference["psnr_db"].as_f64().expect("a number")
+        match &difference["psnr_db"] {
+            serde_json::Value::Null => f64::INFINITY,
+            number => number.as_f64().expect("a number"),
+        }
     }
 }
 

@@ -127,19 +127,14 @@ pub struct BenchArgs {
     /// Rates to encode at, separated by commas [default: all of gray and colour]
     #[arg(long, value_delimiter = ',', value_parser = parse_named_rate)]
     pub rates: Vec<Rate>,
-    /// Time to spend on the search for the parameters
-    #[arg(long, value_enum, default_value_t = Effort::Default)]
-    pub effort: Effort,
+    #[command(flatten)]
+    pub measurement: Measurement,
     /// Parts of the codec to use
     #[arg(long, value_enum, default_value_t = Method::Best)]
     pub method: Method,
     /// Kinds of textures to choose from, by their error
     #[arg(long, value_enum, default_value_t = Formats::Any)]
     pub formats: Formats,
-    /// Print a JSON array of image, rate, bpp, psnr_db (null where the images are identical) and
-    /// encode_s
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Measure colour images beside BC1, smaller BC1 textures and BC7; nothing is written
@@ -151,13 +146,21 @@ pub struct RivalsArgs {
     /// Rates to encode at, separated by commas [default: color2.25, color3, color3.25, color5]
     #[arg(long, value_delimiter = ',', value_parser = parse_named_rate)]
     pub rates: Vec<Rate>,
-    /// Time to spend on the search for the parameters
-    #[arg(long, value_enum, default_value_t = Effort::Default)]
-    pub effort: Effort,
+    #[command(flatten)]
+    pub measurement: Measurement,
     /// Treat the values as linear data, not as sRGB colour
     #[arg(long)]
     pub linear: bool,
-    /// Print a JSON array of the rows; a PSNR is null where the images are identical
+}
+
+/// Options of the commands that measure images at many rates.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Measurement {
+    /// Time to spend on the search for the parameters
+    #[arg(long, value_enum, default_value_t = Effort::Default)]
+    pub effort: Effort,
+    /// Print a JSON array with a row for each image and rate; a PSNR is null where the images are
+    /// identical
     #[arg(long)]
     pub json: bool,
 }

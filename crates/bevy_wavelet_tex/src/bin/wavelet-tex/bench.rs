@@ -12,7 +12,7 @@ use bevy_wavelet_tex::codec::{
 };
 use serde::Serialize;
 
-use crate::{args::BenchArgs, batch, error::Error, inputs, picture::Picture, report::Report};
+use crate::{args::BenchArgs, batch, error::Error, picture::Picture, report::Report};
 
 /// The result of one image at one rate.
 #[derive(Serialize)]
@@ -32,20 +32,16 @@ struct Row {
 
 /// Measures every image at every rate.
 pub fn run(args: &BenchArgs) -> Result<Report, Error> {
-    let inputs = inputs::expand(&args.inputs, &["png"])?;
     let rates: Vec<Rate> = if args.rates.is_empty() {
         let pictures = |r: &Rate| r.content(false) != Content::Normal;
         Rate::ALL.into_iter().filter(pictures).collect()
     } else {
         args.rates.clone()
     };
-    let (rows, result) = batch::run(&inputs, |input, _| {
-        let picture = Picture::read_png(&input.path)?;
-        let name = input.relative.with_extension("").display().to_string();
-        rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
-    });
-    let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    let text = if args.json {
+    let (rows, result) = batch::measured(&args.inputs, |name, picture| {
+        rows(name, picture, &rates, args)
+    })?;
+    let text = if args.measurement.json {
         serde_json::to_string_pretty(&rows).expect("plain data")
     } else {
         table(&rows)
@@ -66,7 +62,7 @@ fn rows(
             rate,
             color_space: ColorSpace::Srgb,
             mips: false,
-            effort: args.effort.into(),
+            effort: args.measurement.effort.into(),
             method: args.method.into(),
             formats: args.formats.into(),
             ..EncodeSettings::default()

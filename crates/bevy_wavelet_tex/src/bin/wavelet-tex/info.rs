@@ -29,6 +29,9 @@ struct Info {
     bits_per_pixel: f64,
     /// Bytes of all levels on the GPU.
     gpu_bytes: usize,
+    /// RGB of one unit of luma and of each plane of chroma, where they are not those of YCoCg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    axes: Option<[[f32; 3]; 3]>,
     /// The planes of a wavelet texture.
     planes: Vec<PlaneInfo>,
     /// The texture of an image without a wavelet.
@@ -103,7 +106,7 @@ impl Info {
         });
         Self {
             file,
-            version: if texture.plain.is_some() { 3 } else { 2 },
+            version: file::version(texture),
             content: texture.content.name(),
             color_space: match texture.color_space {
                 ColorSpace::Srgb => "srgb",
@@ -113,6 +116,7 @@ impl Info {
             levels: texture.levels,
             bits_per_pixel: texture.bits_per_pixel(),
             gpu_bytes: texture.gpu_bytes(),
+            axes: (!texture.axes.are_ycocg()).then_some(texture.axes.rgb),
             planes: names
                 .iter()
                 .zip(planes)
@@ -146,6 +150,9 @@ impl Info {
                 plain.format,
             );
             return text;
+        }
+        for (name, [r, g, b]) in ["luma", "Co", "Cg"].iter().zip(self.axes.iter().flatten()) {
+            let _ = write!(text, "\n{name} along RGB {r:.3}, {g:.3}, {b:.3}");
         }
         text += "\nplane  packing  size           range              details";
         for p in &self.planes {

@@ -6,6 +6,7 @@ use bevy_wavelet_tex::codec::{
     blocks::{BlockFormat, BlockQuality, Texel, decode_blocks, encode_bc1, encode_bc7},
     encoder::encode,
     image::{ColorSpace, Content},
+    plain::PlainTexture,
     quality::{psnr_db, psnr_of},
     rate::Rate,
     settings::{EncodeSettings, Formats},
@@ -14,7 +15,7 @@ use bevy_wavelet_tex::codec::{
 use image::{Rgb, Rgb32FImage, imageops};
 use serde::Serialize;
 
-use crate::{args::RivalsArgs, batch, error::Error, inputs, picture::Picture, report::Report};
+use crate::{args::RivalsArgs, batch, error::Error, picture::Picture, report::Report};
 
 /// The PSNR in dB of one image at one rate, infinite where the images are identical (which JSON writes
 /// as null).
@@ -31,7 +32,7 @@ struct Row {
     wavelet_db: f64,
     /// BC1 at 4 bpp.
     bc1_db: f64,
-    /// A smaller BC1 texture of the rate's bits, magnified by a bicubic filter; BC7 above 4 bpp.
+    /// A smaller BC1 texture of at most the rate's bits, magnified by a bicubic filter; BC7 above 4 bpp.
     scaled_db: f64,
     /// BC7 at 8 bpp.
     bc7_db: f64,
@@ -39,7 +40,6 @@ struct Row {
 
 /// Measures every image at every rate, beside the textures that a game would have otherwise.
 pub fn run(args: &RivalsArgs) -> Result<Report, Error> {
-    let inputs = inputs::expand(&args.inputs, &["png"])?;
     let all = [Rate::Color2_25, Rate::Color3, Rate::Color3_25, Rate::Color5];
     let rates = if args.rates.is_empty() {
         all.to_vec()
@@ -52,13 +52,10 @@ pub fn run(args: &RivalsArgs) -> Result<Report, Error> {
             rate.name()
         )));
     }
-    let (rows, result) = batch::run(&inputs, |input, _| {
-        let picture = Picture::read_png(&input.path)?;
-        let name = input.relative.with_extension("").display().to_string();
-        rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
-    });
-    let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    let text = if args.json {
+    let (rows, result) = batch::measured(&args.inputs, |name, picture| {
+        rows(name, picture, &rates, args)
+    })?;
+    let text = if args.measurement.json {
         serde_json::to_string_pretty(&rows).expect("plain data")
     } else {
         rates.iter().map(|rate| table(rate.name(), &rows)).collect()
@@ -74,9 +71,9 @@ fn rows(
 ) -> Result<Vec<Row>, bevy_wavelet_tex::codec::encoder::EncodeError> {
     let source = Source::new(picture.size, picture.source());
     let original = floats(picture);
-    let size = picture.size;
-    let bc1_db = psnr(&original, &through(&original, BlockFormat::Bc1));
-    let bc7_db = psnr(&original, &through(&original, BlockFormat::Bc7));
+    let rival_db = |format, bits| psnr(&original, &rival(&original, format, bits));
+    let bc1_db = rival_db(BlockFormat::Bc1, 4.0);
+    let bc7_db = rival_db(BlockFormat::Bc7, 8.0);
     let row = |&rate: &Rate| {
         let settings = EncodeSettings {
             rate,
@@ -86,7 +83,7 @@ fn rows(
                 ColorSpace::Srgb
             },
             mips: false,
-            effort: args.effort.into(),
+            effort: args.measurement.effort.into(),
             ..EncodeSettings::default()
         };
         let texture = encode(&source, &settings, &|_, _| {})?;
@@ -104,7 +101,10 @@ fn rows(
             psnr_db: psnr_db(&source, &texture),
             wavelet_db: psnr_db(&source, &wavelet),
             bc1_db,
-            scaled_db: psnr(&original, &scaled(&original, size, bits)),
+            scaled_db: match bits {
+                ..=4.0 => rival_db(BlockFormat::Bc1, bits),
+                _ => rival_db(BlockFormat::Bc7, bits),
+            },
             bc7_db,
         })
     };
@@ -140,18 +140,19 @@ fn through(picture: &Rgb32FImage, format: BlockFormat) -> Rgb32FImage {
     })
 }
 
-/// A smaller texture of these bits per pixel, downsampled by Lanczos and magnified by Catmull-Rom.
-fn scaled(picture: &Rgb32FImage, [width, height]: [u32; 2], bits: f64) -> Rgb32FImage {
-    let (format, full) = if bits > 4.0 {
-        (BlockFormat::Bc7, 8.0)
-    } else {
-        (BlockFormat::Bc1, 4.0)
-    };
-    let scale = (bits / full).sqrt();
-    let [w, h] = [width, height].map(|s| ((f64::from(s) * scale).round() as u32).max(1));
-    let small = imageops::resize(picture, w, h, imageops::FilterType::Lanczos3);
-    let small = through(&small, format);
-    imageops::resize(&small, width, height, imageops::FilterType::CatmullRom)
+/// What a texture of whole blocks and at most these bits per pixel shows, downsampled by Lanczos and
+/// magnified by Catmull-Rom where it must be smaller. Black where not a block fits.
+fn rival(picture: &Rgb32FImage, format: BlockFormat, bits: f64) -> Rgb32FImage {
+    let (width, height) = picture.dimensions();
+    match PlainTexture::sizes_within([width, height], format, bits).first() {
+        None => Rgb32FImage::new(width, height),
+        Some(&size) if size == [width, height] => through(picture, format),
+        Some(&[w, h]) => {
+            let small = imageops::resize(picture, w, h, imageops::FilterType::Lanczos3);
+            let small = through(&small, format);
+            imageops::resize(&small, width, height, imageops::FilterType::CatmullRom)
+        }
+    }
 }
 
 fn byte(value: f32) -> u8 {

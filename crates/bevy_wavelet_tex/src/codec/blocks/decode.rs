@@ -1,5 +1,7 @@
 //! Decoders of the block formats.
 
+use rayon::prelude::*;
+
 use super::BlockFormat;
 
 /// Decodes one level of `size` texels. Partial blocks at the right and bottom are cropped.
@@ -49,18 +51,19 @@ pub fn decode_bc3(blocks: &[u8], size: [u32; 2]) -> Vec<[f32; 4]> {
 fn decode_texels<const BYTES: usize>(
     blocks: &[u8],
     size: [u32; 2],
-    texel: impl Fn([u8; BYTES], u32) -> [f32; 4],
+    texel: impl Fn([u8; BYTES], u32) -> [f32; 4] + Sync,
 ) -> Vec<[f32; 4]> {
     let [width, height] = size.map(|s| s as usize);
     let blocks_per_row = width.div_ceil(4);
     let (blocks, _) = blocks.as_chunks::<BYTES>();
-    let mut texels = Vec::with_capacity(width * height);
-    for y in 0..height {
-        for x in 0..width {
-            let block = blocks[y / 4 * blocks_per_row + x / 4];
-            texels.push(texel(block, (y % 4 * 4 + x % 4) as u32));
+    let mut texels = vec![[0.0; 4]; width * height];
+    let rows = texels.par_chunks_mut(width).enumerate();
+    rows.for_each(|(y, row)| {
+        let blocks = &blocks[y / 4 * blocks_per_row..];
+        for (x, decoded) in row.iter_mut().enumerate() {
+            *decoded = texel(blocks[x / 4], (y % 4 * 4 + x % 4) as u32);
         }
-    }
+    });
     texels
 }
 
@@ -114,22 +117,20 @@ fn decode_bc7(blocks: &[u8], size: [u32; 2]) -> Vec<[f32; 4]> {
     let blocks_per_row = width.div_ceil(4);
     let (blocks, _) = blocks.as_chunks::<16>();
     let mut texels = vec![[0.0; 4]; width * height];
-    for (i, block) in blocks[..blocks_per_row * height.div_ceil(4)]
-        .iter()
-        .enumerate()
-    {
-        let mut bytes = [0u8; 64];
-        bcdec_rs::bc7(block, &mut bytes, 16);
-        let (left, top) = (i % blocks_per_row * 4, i / blocks_per_row * 4);
-        for (row, bytes) in bytes.as_chunks::<16>().0.iter().enumerate() {
-            for (column, texel) in bytes.as_chunks::<4>().0.iter().enumerate() {
-                let (x, y) = (left + column, top + row);
-                if x < width && y < height {
-                    texels[y * width + x] = texel.map(|v| f32::from(v) / 255.0);
+    let strips = texels.par_chunks_mut(4 * width).enumerate();
+    strips.for_each(|(strip, texels)| {
+        let blocks = &blocks[strip * blocks_per_row..][..blocks_per_row];
+        for (left, block) in blocks.iter().enumerate() {
+            let mut bytes = [0u8; 64];
+            bcdec_rs::bc7(block, &mut bytes, 16);
+            for (row, bytes) in texels.chunks_mut(width).zip(bytes.as_chunks::<16>().0) {
+                let decoded = bytes.as_chunks::<4>().0;
+                for (texel, decoded) in row[4 * left..].iter_mut().zip(decoded) {
+                    *texel = decoded.map(|v| f32::from(v) / 255.0);
                 }
             }
         }
-    }
+    });
     texels
 }
 

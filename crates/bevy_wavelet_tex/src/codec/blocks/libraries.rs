@@ -48,9 +48,15 @@ pub fn encode_bc1(texels: &[Texel], size: [u32; 2], quality: BlockQuality) -> Ve
 /// # Panics
 /// Panics when `values` does not have `size` values.
 pub fn encode_bc4(values: &[f32], size: [u32; 2], quality: BlockQuality) -> Vec<u8> {
-    let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_ne_bytes()).collect();
+    let bytes: Vec<[u8; 4]> = values.iter().map(|v| v.to_ne_bytes()).collect();
     let color = dds::ColorFormat::GRAYSCALE_F32;
-    with_dds(&bytes, size, color, dds::Format::BC4_UNORM, quality)
+    with_dds(
+        bytes.as_flattened(),
+        size,
+        color,
+        dds::Format::BC4_UNORM,
+        quality,
+    )
 }
 
 fn with_dds(
@@ -113,13 +119,14 @@ pub fn encode_bc7_rgba(
                 .map(|(block, i)| {
                     let x = (block % columns * 4 + i % 4).min(size[0] - 1);
                     let y = (block / columns * 4 + i / 4).min(size[1] - 1);
-                    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+                    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
                     u32::from_le_bytes(texel(x, y).map(byte))
                 })
                 .collect();
             ctt_bc7enc_rdo::compress_blocks(words, &pixels, &params);
         });
-    words.into_iter().flat_map(u64::to_le_bytes).collect()
+    let bytes: Vec<[u8; 8]> = words.into_iter().map(u64::to_le_bytes).collect();
+    bytes.into_flattened()
 }
 
 #[cfg(test)]

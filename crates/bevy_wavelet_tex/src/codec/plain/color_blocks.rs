@@ -10,6 +10,9 @@ use crate::codec::{
 
 type Block = [[f32; 3]; 16];
 
+/// By default, this many blocks are encoded by both encoders, or a quarter of them where that is more.
+const TWICE: usize = 256;
+
 /// BC1 blocks of texels, a plane for each channel. Blocks with the largest errors are encoded again by
 /// the library, which is slower and also has the mode of three colours and black.
 pub(super) fn bc1(texels: &[Plane], effort: Effort) -> Vec<u8> {
@@ -17,14 +20,21 @@ pub(super) fn bc1(texels: &[Plane], effort: Effort) -> Vec<u8> {
     let mut found = fitted(&colors, effort);
     let again = match effort {
         Effort::Fast => 0,
-        Effort::Default => found.len().div_ceil(4),
+        Effort::Default => found.len().div_ceil(4).max(TWICE),
         Effort::Best => found.len(),
     };
     let mut order: Vec<usize> = (0..found.len()).collect();
     order.sort_by(|a, b| found[*b].1.total_cmp(&found[*a].1));
     order.truncate(again);
-    for (&i, other) in order.iter().zip(from_library(&order, &colors)) {
-        let error = error(&other, &colors[i]);
+    let others = from_library(&order, &colors);
+    let texels = decode_blocks(
+        BlockFormat::Bc1,
+        others.as_flattened(),
+        [4, 4 * others.len() as u32],
+    );
+    let (texels, _) = texels.as_chunks::<16>();
+    for ((&i, other), texels) in order.iter().zip(others).zip(texels) {
+        let error = error(texels, &colors[i]);
         if error < found[i].1 {
             found[i] = (other, error);
         }
@@ -70,8 +80,7 @@ fn from_library(order: &[usize], colors: &[Block]) -> Vec<[u8; 8]> {
     blocks.as_chunks::<8>().0.to_vec()
 }
 
-fn error(block: &[u8; 8], wanted: &Block) -> f32 {
-    let texels = decode_blocks(BlockFormat::Bc1, block, [4, 4]);
+fn error(texels: &[[f32; 4]; 16], wanted: &Block) -> f32 {
     let of = |(texel, wanted): (&[f32; 4], &[f32; 3])| -> f32 {
         (0..3).map(|c| (texel[c] - wanted[c]).powi(2)).sum()
     };
@@ -97,9 +106,11 @@ mod tests {
             let (blocks, _) = blocks.as_chunks::<8>();
             let colors = blocks_of(&texels);
             let errors = blocks.iter().zip(&colors);
-            errors
-                .map(|(block, wanted)| error(block, wanted))
-                .sum::<f32>()
+            let of = |(block, wanted): (&[u8; 8], _)| {
+                let texels = decode_blocks(BlockFormat::Bc1, block, [4, 4]);
+                error(texels.first_chunk().expect("16 texels"), wanted)
+            };
+            errors.map(of).sum::<f32>()
         };
         let errors = [Effort::Fast, Effort::Default, Effort::Best].map(total);
         println!("{errors:?}");

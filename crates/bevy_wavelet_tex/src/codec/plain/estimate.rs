@@ -1,84 +1,142 @@
-//! The error of a plain texture from a part of its blocks.
+//! A plain texture that is not encoded yet, and its error from a part of its blocks.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{encode::blocks, read::Rows};
+use super::{
+    encode::{blocks, texels},
+    read::mix,
+    texture::PlainTexture,
+};
 use crate::codec::{
     blocks::{BlockFormat, decode_blocks},
-    interpolation::Axis,
+    interpolation::{Axis, Tap},
     plane::Plane,
     settings::Effort,
 };
 
-/// Rows of texels of a strip: two rows of blocks, so that pixels between them count too.
-const STRIP: u32 = 8;
-/// One strip of so many is encoded.
+/// One block of so many is encoded, or all where there are fewer than [`LEAST_BLOCKS`].
 const EVERY: u32 = 6;
-/// Textures of fewer rows are encoded as a whole.
-const LEAST_ROWS: u32 = 4 * STRIP * EVERY;
+/// Blocks of a texture of 192 x 192 texels.
+const LEAST_BLOCKS: u32 = 2304;
 
-/// Mean squared error of the channels where `texels` are read without being encoded.
-pub(super) fn error_of_size(channels: &[Plane], texels: &[Plane]) -> f64 {
-    let size = texels[0].size;
-    let texel = |i: usize| std::array::from_fn(|c| texels.get(c).map_or(1.0, |p| p.values[i]));
-    let all = (0..size[0] as usize * size[1] as usize)
-        .map(texel)
-        .collect();
-    let (sum, count) = error(channels, all, 0, size);
-    sum / count as f64
-}
-
-/// Mean squared error of the channels with encoded texels, estimated from strips. `None` where the
-/// texture is too small for strips.
-pub(super) fn error_of_strips(
-    channels: &[Plane],
-    texels: &[Plane],
+/// The first level of a texture that is not encoded yet.
+pub(super) struct Candidate<'a> {
     format: BlockFormat,
-) -> Option<f64> {
-    let [width, height] = texels[0].size;
-    if height < LEAST_ROWS {
-        return None;
-    }
-    let strips = height / (STRIP * EVERY);
-    let strip = |strip: u32| {
-        let first = (strip * EVERY + EVERY / 2) * STRIP;
-        let rows = (first * width) as usize..((first + STRIP) * width) as usize;
-        let size = [width, STRIP];
-        let part = |plane: &Plane| Plane {
-            size,
-            values: plane.values[rows.clone()].to_vec(),
-        };
-        let parts: Vec<Plane> = texels.iter().map(part).collect();
-        let blocks = blocks(format, &parts, Effort::Default);
-        let texels = decode_blocks(format, &blocks, size);
-        error(channels, texels, first, [width, height])
-    };
-    let errors: Vec<(f64, usize)> = (0..strips).map(strip).collect();
-    let sum: f64 = errors.iter().map(|(sum, _)| sum).sum();
-    let count: usize = errors.iter().map(|(_, count)| count).sum();
-    Some(sum / count as f64)
+    size: [u32; 2],
+    /// A plane for each channel.
+    texels: Vec<Plane>,
+    /// The channels of the image.
+    channels: &'a [Plane],
+    /// Where the pixels of a row and of a column lie.
+    taps: [Vec<Tap>; 2],
 }
 
-/// Sum of the squared errors, and their number, over the rows of pixels that `texels` have all of.
-fn error(channels: &[Plane], texels: Vec<[f32; 4]>, first: u32, texture: [u32; 2]) -> (f64, usize) {
-    let size = channels[0].size;
-    let axes = [0, 1].map(|i: usize| Axis::stretched(size[i], texture[i]));
-    let rows = Rows::new(texels, first, axes);
-    let of_row = |y: u32| {
-        let pixel = |x: u32| {
-            let read = rows.pixel(x, y);
-            let pairs = channels.iter().zip(read);
-            pairs
-                .map(|(plane, read)| f64::from(plane.clamped(x, y) - read).powi(2))
-                .sum::<f64>()
+impl<'a> Candidate<'a> {
+    /// Fits the texels of a texture to the channels of an image.
+    pub(super) fn new(channels: &'a [Plane], format: BlockFormat, size: [u32; 2]) -> Self {
+        Self {
+            format,
+            size,
+            texels: texels(channels, size),
+            channels,
+            taps: [0, 1].map(|i: usize| Axis::stretched(channels[0].size[i], size[i]).all_taps()),
+        }
+    }
+
+    pub(super) fn encoded(&self, effort: Effort) -> PlainTexture {
+        PlainTexture {
+            format: self.format,
+            size: self.size,
+            blocks: blocks(self.format, &self.texels, effort),
+        }
+    }
+
+    /// Mean squared error of the channels where the texels are read without being encoded.
+    pub(super) fn error_of_size(&self) -> f64 {
+        if self.size == self.channels[0].size {
+            return 0.0;
+        }
+        let (sum, count) = self.error([0, 0], self.size, &interleaved(&self.texels));
+        sum / count as f64
+    }
+
+    /// Mean squared error of the channels with encoded texels: that of the size, of all texels, and what
+    /// encoding adds to it in a part of them.
+    pub(super) fn estimated_error(&self, error_of_size: f64) -> f64 {
+        let (corners, [width, height]) = self.windows();
+        // The windows are encoded together, one below the other.
+        let size = [width, height * corners.len() as u32];
+        let part = |plane: &Plane| {
+            Plane::from_fn(size, |x, y| {
+                let [left, top] = corners[(y / height) as usize];
+                plane.clamped(left + x, top + y % height)
+            })
         };
-        (0..size[0]).map(pixel).sum::<f64>()
-    };
-    let sums: Vec<f64> = (0..size[1])
+        let parts: Vec<Plane> = self.texels.iter().map(part).collect();
+        let blocks = blocks(self.format, &parts, Effort::Default);
+        let mean_error = |texels: Vec<[f32; 4]>| {
+            let windows = texels.par_chunks_exact((width * height) as usize);
+            let errors: Vec<(f64, usize)> = windows
+                .zip(&corners)
+                .map(|(texels, corner)| self.error(*corner, [width, height], texels))
+                .collect();
+            let (sums, counts): (Vec<f64>, Vec<usize>) = errors.into_iter().unzip();
+            sums.iter().sum::<f64>() / counts.iter().sum::<usize>() as f64
+        };
+        let added = mean_error(decode_blocks(self.format, &blocks, size));
+        error_of_size + added - mean_error(interleaved(&parts))
+    }
+
+    /// The first texels of the windows that are encoded, and the size of all of them: a part of each row
+    /// of blocks, another one in each row, or the whole of a small texture.
+    fn windows(&self) -> (Vec<[u32; 2]>, [u32; 2]) {
+        let [columns, rows] = self.size.map(|s| s / 4);
+        if columns < 2 * EVERY || columns * rows < LEAST_BLOCKS {
+            return (vec![[0, 0]], self.size);
+        }
+        // 5 has no divisor in common with the number of parts, so the rows go through all of them.
+        let part = |row: u32| row * 5 % EVERY * columns / EVERY;
+        let corners = (0..rows).map(|row| [4 * part(row), 4 * row]).collect();
+        (corners, [columns / EVERY * 4, 4])
+    }
+
+    /// Sum of the squared errors, and their number, over the pixels between the texels of a window.
+    fn error(&self, corner: [u32; 2], size: [u32; 2], texels: &[[f32; 4]]) -> (f64, usize) {
+        let inside = |axis: usize| -> Range<usize> {
+            let taps = &self.taps[axis];
+            let end = corner[axis] + size[axis];
+            taps.partition_point(|tap| tap.0 < corner[axis])
+                ..taps.partition_point(|tap| tap.1 < end)
+        };
+        let [columns, rows] = [inside(0), inside(1)];
+        let count = columns.len() * rows.len() * self.channels.len();
+        let row = |y: usize| {
+            let (above, below, v) = self.taps[1][y];
+            let line = |y: u32| &texels[((y - corner[1]) * size[0]) as usize..][..size[0] as usize];
+            let pairs = line(above).iter().zip(line(below));
+            let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(*a, *b, v)).collect();
+            let start = y * self.channels[0].size[0] as usize;
+            let pixel = |x: usize| {
+                let (left, right, u) = self.taps[0][x];
+                let [a, b] = [left, right].map(|x| blended[(x - corner[0]) as usize]);
+                let pairs = self.channels.iter().zip(mix(a, b, u));
+                let error = |(plane, read): (&Plane, f32)| (plane.values[start + x] - read).powi(2);
+                f64::from(pairs.map(error).sum::<f32>())
+            };
+            columns.clone().map(pixel).sum::<f64>()
+        };
+        let sums: Vec<f64> = rows.into_par_iter().map(row).collect();
+        (sums.into_iter().sum(), count)
+    }
+}
+
+/// Texels of all channels. Those that are missing are 1.
+fn interleaved(planes: &[Plane]) -> Vec<[f32; 4]> {
+    let channel = |i: usize, c: usize| planes.get(c).map_or(1.0, |plane| plane.values[i]);
+    (0..planes[0].values.len())
         .into_par_iter()
-        .filter(|y| rows.have(*y))
-        .map(of_row)
-        .collect();
-    let values = sums.len() * size[0] as usize * channels.len();
-    (sums.into_iter().sum(), values)
+        .map(|i| std::array::from_fn(|c| channel(i, c)))
+        .collect()
 }

@@ -16,53 +16,21 @@ pub(in crate::codec) fn pixels(
     let size = layout::mip_size(image_size, level);
     let texture = plain.level_size(level);
     let texels = decode_blocks(plain.format, plain.level_blocks(level), texture);
-    let axes = [0, 1].map(|i: usize| Axis::stretched(size[i], texture[i]));
-    let rows = Rows::new(texels, 0, axes);
-    (0..size[0] * size[1])
-        .into_par_iter()
-        .map(|i| rows.pixel(i % size[0], i / size[0]))
-        .collect()
-}
-
-/// Consecutive rows of a texture, from which pixels are read.
-pub(super) struct Rows {
-    texels: Vec<[f32; 4]>,
-    first: u32,
-    axes: [Axis; 2],
-}
-
-impl Rows {
-    /// `first` is the number of the first row, `axes` are where pixels lie among all texels.
-    pub(super) fn new(texels: Vec<[f32; 4]>, first: u32, axes: [Axis; 2]) -> Self {
-        Self {
-            texels,
-            first,
-            axes,
+    let [across, down] = [0, 1].map(|i: usize| Axis::stretched(size[i], texture[i]).all_taps());
+    let mut pixels = vec![[0.0; 4]; size[0] as usize * size[1] as usize];
+    let rows = pixels.par_chunks_mut(size[0] as usize).zip(down);
+    rows.for_each(|(row, (above, below, v))| {
+        let line = |y: u32| texels[(y * texture[0]) as usize..].iter();
+        let pairs = line(above).zip(line(below)).take(texture[0] as usize);
+        let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(*a, *b, v)).collect();
+        for (pixel, &(left, right, u)) in row.iter_mut().zip(&across) {
+            *pixel = mix(blended[left as usize], blended[right as usize], u);
         }
-    }
+    });
+    pixels
+}
 
-    /// Whether all texels that a row of pixels needs are in these rows.
-    pub(super) fn have(&self, y: u32) -> bool {
-        let (above, below, _) = self.axes[1].taps(y);
-        let rows = self.texels.len() as u32 / self.axes[0].texels;
-        above >= self.first && below < self.first + rows
-    }
-
-    /// The four channels at a pixel.
-    pub(super) fn pixel(&self, x: u32, y: u32) -> [f32; 4] {
-        let (left, right, u) = self.axes[0].taps(x);
-        let (above, below, v) = self.axes[1].taps(y);
-        let texel = |x, y| &self.texels[((y - self.first) * self.axes[0].texels + x) as usize];
-        let corners = [
-            texel(left, above),
-            texel(right, above),
-            texel(left, below),
-            texel(right, below),
-        ];
-        std::array::from_fn(|c| {
-            let [a, b, c, d] = corners.map(|texel| texel[c]);
-            let (top, bottom) = (a + (b - a) * u, c + (d - c) * u);
-            top + (bottom - top) * v
-        })
-    }
+/// Interpolates the four channels of two texels.
+pub(super) fn mix(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
+    std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
 }

@@ -1,0 +1,248 @@
+//! The axes of colour: what luma and the two planes of chroma stand for.
+//!
+//! They are those of YCoCg, or fitted to the image. Along fitted axes, which are its principal ones, the
+//! two planes of half the size have the least energy that they can have. That gains most where an image
+//! has saturated edges of one hue, or channels that have little to do with colour.
+
+#[cfg(feature = "encode")]
+use rayon::prelude::*;
+
+#[cfg(feature = "encode")]
+use super::source::Pixels;
+
+/// RGB as sums of luma and two planes of chroma.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColorAxes {
+    /// RGB of one unit of luma and of each plane of chroma.
+    pub rgb: [[f32; 3]; 3],
+}
+
+/// Largest magnitude of an entry; larger values in a file are damage.
+const LARGEST: f32 = 2.0;
+
+impl ColorAxes {
+    /// Those of [`color`](super::color).
+    pub const YCOCG: Self = Self {
+        rgb: [[1.0, 1.0, 1.0], [0.5, 0.0, -0.5], [-0.5, 0.5, -0.5]],
+    };
+
+    /// Returns whether a decoder can use them.
+    pub fn is_valid(&self) -> bool {
+        let mut entries = self.rgb.as_flattened().iter();
+        entries.all(|v| v.abs() <= LARGEST)
+    }
+
+    /// Whether they are those of YCoCg, for which decoders have code of their own.
+    pub fn are_ycocg(&self) -> bool {
+        *self == Self::YCOCG
+    }
+
+    /// RGB of a pixel, without clamping.
+    pub fn rgb_of(&self, planes: [f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|c| (0..3).map(|plane| planes[plane] * self.rgb[plane][c]).sum())
+    }
+}
+
+#[cfg(feature = "encode")]
+impl ColorAxes {
+    /// The principal axes of a covariance of RGB, or `None` where there is none. Luma has the scale of
+    /// gray.
+    pub(super) fn fitted(covariance: &Covariance) -> Option<Self> {
+        let first = principal_axis(covariance)?;
+        let rest = without(covariance, first);
+        // Where all colours lie on a line, any two axes across it are as good.
+        let second = principal_axis(&rest).unwrap_or_else(|| {
+            let smallest = (0..3).min_by(|a, b| first[*a].abs().total_cmp(&first[*b].abs()));
+            let mut unit = [0.0; 3];
+            unit[smallest.unwrap_or(0)] = 1.0;
+            normalized(cross(first, unit))
+        });
+        let scaled = |axis: [f64; 3], scale: f64| axis.map(|v| (v * scale) as f32);
+        Some(Self {
+            rgb: [
+                scaled(first, 3.0f64.sqrt()),
+                scaled(second, 1.0),
+                scaled(cross(first, second), 1.0),
+            ],
+        })
+    }
+
+    /// The weights of RGB in luma and in each plane of chroma: the inverse matrix.
+    pub(super) fn weights(&self) -> [[f32; 3]; 3] {
+        let [a, b, c] = self.rgb.map(|axis| axis.map(f64::from));
+        let rows = [cross(b, c), cross(c, a), cross(a, b)];
+        let determinant = dot(a, rows[0]);
+        rows.map(|row| row.map(|v| (v / determinant) as f32))
+    }
+
+    /// The part of the energy of a covariance that is in chroma, in units of RGB.
+    pub(super) fn chroma_energy(&self, covariance: &Covariance) -> f64 {
+        let planes = self
+            .weights()
+            .into_iter()
+            .skip(1)
+            .zip(self.chroma_weights());
+        let energy = |(plane, weight): ([f32; 3], f32)| {
+            let plane = plane.map(f64::from);
+            f64::from(weight) * dot(plane, covariance.map(|row| dot(row, plane)))
+        };
+        planes.map(energy).sum()
+    }
+
+    /// Amount by which luma should be raised where a plane of chroma is too large by 1: the least-squares
+    /// solution over R, G and B.
+    pub(super) fn luma_correction(&self, chroma: usize) -> f32 {
+        let [luma, chroma] = [0, 1 + chroma].map(|i| self.rgb[i].map(f64::from));
+        (-dot(luma, chroma) / dot(luma, luma)) as f32
+    }
+
+    /// Weights of the squared errors of chroma in the squared error of RGB, given that luma compensates a
+    /// part of them (see [`Self::luma_correction`]).
+    pub(super) fn chroma_weights(&self) -> [f32; 2] {
+        [0, 1].map(|c: usize| {
+            let [luma, chroma] = [0, 1 + c].map(|i| self.rgb[i].map(f64::from));
+            (dot(chroma, chroma) - dot(luma, chroma).powi(2) / dot(luma, luma)) as f32
+        })
+    }
+}
+
+/// Sums of the products of R, G and B.
+#[cfg(feature = "encode")]
+pub(super) type Covariance = [[f64; 3]; 3];
+
+/// The covariance of what the mean of `1 << halvings` pixels squared does not have: what a plane loses
+/// at a smaller size. Beyond the last whole square, pixels are left out.
+#[cfg(feature = "encode")]
+pub(super) fn detail_covariance(pixels: &Pixels<'_>, size: [u32; 2], halvings: u32) -> Covariance {
+    let side = 1usize << halvings;
+    let [width, height] = size.map(|s| s as usize);
+    let of_square = |sum: &mut Covariance, left: usize, top: usize| {
+        let at = |i: usize| (top + i / side) * width + left + i % side;
+        let count = side * side;
+        let mut mean = [0.0; 3];
+        for i in 0..count {
+            let pixel = pixels.get(at(i));
+            (0..3).for_each(|c| mean[c] += f64::from(pixel[c]) / count as f64);
+        }
+        for i in 0..count {
+            let pixel = pixels.get(at(i));
+            let v: [f64; 3] = std::array::from_fn(|c| f64::from(pixel[c]) - mean[c]);
+            for (row, a) in sum.iter_mut().zip(v) {
+                row.iter_mut().zip(v).for_each(|(entry, b)| *entry += a * b);
+            }
+        }
+    };
+    let of_row = |row: usize| {
+        let mut sum = [[0.0; 3]; 3];
+        (0..width / side).for_each(|i| of_square(&mut sum, i * side, row * side));
+        sum
+    };
+    let rows: Vec<Covariance> = (0..height / side).into_par_iter().map(of_row).collect();
+    std::array::from_fn(|i| std::array::from_fn(|j| rows.iter().map(|sum| sum[i][j]).sum()))
+}
+
+#[cfg(feature = "encode")]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|c| a[c] * b[c]).sum()
+}
+
+#[cfg(feature = "encode")]
+fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
+}
+
+#[cfg(feature = "encode")]
+fn normalized(v: [f64; 3]) -> [f64; 3] {
+    let length = dot(v, v).sqrt();
+    v.map(|v| v / length)
+}
+
+/// The first principal axis, of unit length, by power iteration. `None` where there is no energy.
+#[cfg(feature = "encode")]
+fn principal_axis(covariance: &Covariance) -> Option<[f64; 3]> {
+    // The column of the largest energy is not orthogonal to the axis.
+    let largest = (0..3).max_by(|a, b| covariance[*a][*a].total_cmp(&covariance[*b][*b]))?;
+    if covariance[largest][largest] < 1e-9 {
+        return None;
+    }
+    let mut axis = normalized(covariance[largest]);
+    for _ in 0..64 {
+        axis = normalized(covariance.map(|row| dot(row, axis)));
+    }
+    Some(axis)
+}
+
+/// The covariance across an axis.
+#[cfg(feature = "encode")]
+fn without(covariance: &Covariance, axis: [f64; 3]) -> Covariance {
+    let along = dot(axis, covariance.map(|row| dot(row, axis)));
+    std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] - along * axis[i] * axis[j]))
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::codec::color::{YCoCg, rgb_from_ycocg, ycocg_from_rgb};
+
+    const PIXEL: [f32; 3] = [0.7, 0.1, 0.4];
+
+    fn assert_close(a: [f32; 3], b: [f32; 3]) {
+        let close = a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
+        assert!(close, "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn those_of_ycocg_are_its_transform() {
+        let axes = ColorAxes::YCOCG;
+        let YCoCg { y, co, cg } = ycocg_from_rgb(PIXEL);
+        let planes = axes
+            .weights()
+            .map(|w| (0..3).map(|c| w[c] * PIXEL[c]).sum());
+        assert_close(planes, [y, co, cg]);
+        assert_close(axes.rgb_of(planes), rgb_from_ycocg(YCoCg { y, co, cg }));
+    }
+
+    #[test]
+    fn the_correction_of_luma_is_the_best() {
+        let others = [[1.2, 0.4, 0.1], [0.3, -0.6, 0.9], [0.1, 0.8, 0.5]];
+        for axes in [ColorAxes::YCOCG, ColorAxes { rgb: others }] {
+            for chroma in 0..2 {
+                let error = |raised: f32| -> f32 {
+                    let mut planes = [raised, 0.0, 0.0];
+                    planes[1 + chroma] = 0.3;
+                    axes.rgb_of(planes).iter().map(|v| v * v).sum()
+                };
+                let best = 0.3 * axes.luma_correction(chroma);
+                assert!(error(best) < error(best - 0.01) && error(best) < error(best + 0.01));
+                let weight = axes.chroma_weights()[chroma];
+                assert!((error(best) / 0.09 - weight).abs() < 1e-5);
+            }
+        }
+        assert!((ColorAxes::YCOCG.luma_correction(1) - 1.0 / 6.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn fitted_axes_are_orthogonal_and_follow_the_colours() {
+        // Colours on a line from black to orange, and a little green beside it.
+        let pixel = |i: u32| {
+            let t = (i * 7 % 64) as u8;
+            [3 * t, 2 * t + if i % 2 == 0 { 3 } else { 0 }, t / 2]
+        };
+        let pixels: Vec<[u8; 3]> = (0..256).map(pixel).collect();
+        let covariance = detail_covariance(&Pixels::Rgb8(&pixels), [16, 16], 1);
+        let axes = ColorAxes::fitted(&covariance).expect("colours that differ");
+        assert!(axes.is_valid() && !axes.are_ycocg());
+        let ycocg = ColorAxes::YCOCG.chroma_energy(&covariance);
+        assert!(axes.chroma_energy(&covariance) < 0.1 * ycocg);
+        let [luma, first, second] = axes.rgb.map(|axis| axis.map(f64::from));
+        for (a, b) in [(luma, first), (luma, second), (first, second)] {
+            assert!(dot(a, b).abs() < 1e-6);
+        }
+        let along = dot(luma, normalized([3.0, 2.0, 0.5])).abs() / 3.0f64.sqrt();
+        assert!(along > 0.999, "{along}");
+        // One line of colours alone, and none.
+        let line = ColorAxes::fitted(&[[1.0; 3]; 3]).expect("grays");
+        assert!(line.is_valid() && line.weights().as_flattened().iter().all(|v| v.is_finite()));
+        assert_eq!(ColorAxes::fitted(&[[0.0; 3]; 3]), None);
+    }
+}
