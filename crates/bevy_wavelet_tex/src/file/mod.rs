@@ -26,6 +26,7 @@ mod ktx2_blob;
 mod plain;
 mod read;
 mod write;
+pub mod zstd;
 
 pub use error::ReadError;
 pub use read::read;

@@ -1,5 +1,7 @@
 //! Tests of images inside glTF files.
 
+use image::ImageFormat;
+
 use crate::support::{Folder, color_image, gray_image, normal_image};
 
 #[test]
@@ -7,15 +9,17 @@ fn images_inside_gltf_files_are_encoded_by_their_role() {
     let f = Folder::new("gltf");
     let mut binary = Vec::new();
     let mut views = Vec::new();
-    for image in [color_image(), normal_image()] {
-        let mut png = std::io::Cursor::new(Vec::new());
-        let format = image::ImageFormat::Png;
-        image.write_to(&mut png, format).expect("a PNG");
-        let png = png.into_inner();
+    for (image, format) in [
+        (color_image(), ImageFormat::Jpeg),
+        (normal_image(), ImageFormat::Png),
+    ] {
+        let mut file = std::io::Cursor::new(Vec::new());
+        image.write_to(&mut file, format).expect("an image");
+        let file = file.into_inner();
         views.push(serde_json::json!({
-            "buffer": 0, "byteOffset": binary.len(), "byteLength": png.len()
+            "buffer": 0, "byteOffset": binary.len(), "byteLength": file.len()
         }));
-        binary.extend(png);
+        binary.extend(file);
     }
     f.save("apart.png", gray_image());
     let json = serde_json::json!({
@@ -23,7 +27,7 @@ fn images_inside_gltf_files_are_encoded_by_their_role() {
         "buffers": [{"byteLength": binary.len()}],
         "bufferViews": views,
         "images": [
-            {"bufferView": 0, "mimeType": "image/png"},
+            {"bufferView": 0, "mimeType": "image/jpeg"},
             {"bufferView": 1, "mimeType": "image/png"},
             {"uri": "apart.png"},
             {"uri": "unused.png"},

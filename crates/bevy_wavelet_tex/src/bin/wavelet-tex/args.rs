@@ -23,14 +23,14 @@ pub enum Command {
     Rivals(RivalsArgs),
 }
 
-/// Encode PNGs, and the PNGs inside glTF files, as wavelet textures
+/// Encode images, and the images inside glTF files, as wavelet textures
 #[derive(Debug, Args)]
 pub struct EncodeArgs {
-    /// PNGs of 8 or 16 bits, glTF files, folders (all PNGs below them) and globs; a last name that
-    /// ends in .wtex is the output of a single PNG
+    /// Images (PNG of 8 or 16 bits, JPEG, WebP, TGA, KTX2 of 8 bits a channel), glTF files, folders (all
+    /// images below them) and globs; a last name that ends in .wtex is the output of a single image
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// Output file, for a single PNG, or output folder [default: beside each input, with the
+    /// Output file, for a single image, or output folder [default: beside each input, with the
     /// extension wtex]
     #[arg(short, long)]
     pub out: Option<PathBuf>,
@@ -48,13 +48,13 @@ pub struct EncodeArgs {
 #[derive(Clone, Debug, Args)]
 pub struct EncoderOptions {
     /// Rate: gray2, gray3, gray4, color2.25, color3, color3.25, color4, color5, color8, normal4,
-    /// normal8, the bits per pixel alone, or auto (with --min-psnr) [default: 2 for gray PNGs, 3 for colour, 4 for normals]
+    /// normal8, the bits per pixel alone, or auto (with --min-psnr) [default: 2 for gray images, 3 for colour, 4 for normals]
     #[arg(long, value_parser = parse_rate)]
     pub rate: Option<RateArg>,
     /// Choose the smallest rate that reaches this PSNR in dB
     #[arg(long, value_name = "DB", value_parser = parse_psnr)]
     pub min_psnr: Option<f64>,
-    /// Kind of data in the image [default: gray for gray PNGs, else color]
+    /// Kind of data in the image [default: gray for gray images, else color]
     #[arg(long, value_enum)]
     pub role: Option<Role>,
     /// Time to spend on the search for the parameters
@@ -63,7 +63,8 @@ pub struct EncoderOptions {
     /// Parts of the codec to use
     #[arg(long, value_enum, default_value_t = Method::Best)]
     pub method: Method,
-    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and data)
+    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and
+    /// data, and for KTX2 in a linear format)
     #[arg(long)]
     pub linear: bool,
     /// Kinds of textures to choose from, by their error
@@ -103,7 +104,7 @@ pub struct InfoArgs {
     pub json: bool,
 }
 
-/// Measure the error between two images, PNGs or wavelet textures
+/// Measure the error between two images or wavelet textures
 #[derive(Debug, Args)]
 pub struct CompareArgs {
     /// The first image
@@ -121,7 +122,7 @@ pub struct CompareArgs {
 /// Encode images at many rates and report quality and time; nothing is written
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// PNGs, folders and globs
+    /// Images, folders and globs
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Rates to encode at, separated by commas [default: all of gray and colour]
@@ -145,7 +146,7 @@ pub struct BenchArgs {
 /// Measure colour images beside BC1, smaller BC1 textures and BC7; nothing is written
 #[derive(Debug, Args)]
 pub struct RivalsArgs {
-    /// PNGs, folders and globs
+    /// Images, folders and globs
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Rates to encode at, separated by commas [default: color2.25, color3, color3.25, color5]

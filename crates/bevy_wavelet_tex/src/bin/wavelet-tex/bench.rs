@@ -12,7 +12,9 @@ use bevy_wavelet_tex::codec::{
 };
 use serde::Serialize;
 
-use crate::{args::BenchArgs, batch, error::Error, inputs, picture::Picture, report::Report};
+use crate::{
+    args::BenchArgs, batch, error::Error, image_file, inputs, picture::Picture, report::Report,
+};
 
 /// The result of one image at one rate.
 #[derive(Serialize)]
@@ -32,7 +34,7 @@ struct Row {
 
 /// Measures every image at every rate.
 pub fn run(args: &BenchArgs) -> Result<Report, Error> {
-    let inputs = inputs::expand(&args.inputs, &["png"])?;
+    let inputs = inputs::expand(&args.inputs, image_file::EXTENSIONS)?;
     let rates: Vec<Rate> = if args.rates.is_empty() {
         let pictures = |r: &Rate| r.content(false) != Content::Normal;
         Rate::ALL.into_iter().filter(pictures).collect()
@@ -40,7 +42,7 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
         args.rates.clone()
     };
     let (rows, result) = batch::run(&inputs, |input, _| {
-        let picture = Picture::read_png(&input.path)?;
+        let picture = Picture::read(&input.path)?;
         let name = input.relative.with_extension("").display().to_string();
         rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
     });

@@ -7,7 +7,12 @@ use std::{
 };
 
 use bevy_wavelet_tex::{
-    codec::{encoder::encode, image::WaveletImage, settings::EncodeSettings, source::Source},
+    codec::{
+        encoder::encode,
+        image::{ColorSpace, Content, WaveletImage},
+        settings::EncodeSettings,
+        source::Source,
+    },
     file,
 };
 use serde::Serialize;
@@ -17,7 +22,7 @@ use crate::{
     batch,
     compare::Difference,
     error::Error,
-    files, gltf,
+    files, gltf, image_file,
     inputs::{self, Destination, Input, Taken},
     picture::Picture,
     report::Report,
@@ -59,13 +64,13 @@ impl Row {
     }
 }
 
-/// Encodes PNGs and the images of glTF files, and returns a line about each.
+/// Encodes images and the images of glTF files, and returns a line about each.
 pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
     args.options.check()?;
     let (named, out) = split_output(&args.inputs, args.out.as_deref());
     let single = inputs::is_single(named) && !inputs::has_extension(&named[0], gltf::EXTENSIONS);
     let destination = Destination::new(out, single, file::EXTENSION)?;
-    let inputs = inputs::expand(named, &["png"])?;
+    let inputs = inputs::expand(named, image_file::EXTENSIONS)?;
     let mut taken = Taken::default();
     let (rows, result) = batch::run(&inputs, |input, _| {
         if inputs::has_extension(&input.path, gltf::EXTENSIONS) {
@@ -73,8 +78,8 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
         }
         let output = destination.of(input, file::EXTENSION)?;
         taken.take(&output, &input.path)?;
-        let picture = Picture::read_png(&input.path)?;
-        Ok(vec![encode_one(&input.path, &picture, None, args, output)?])
+        let picture = Picture::read(&input.path)?;
+        Ok(vec![encode_one(&input.path, picture, None, args, output)?])
     });
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     let text = if args.json {
@@ -102,26 +107,28 @@ fn split_output<'a>(
 
 fn encode_one(
     input: &Path,
-    picture: &Picture,
+    mut picture: Picture,
     role: Option<Role>,
     args: &EncodeArgs,
     output: PathBuf,
 ) -> Result<Row, Error> {
-    let request = args.options.request(picture.is_gray(), role)?;
-    let reduced;
-    let picture = match args.options.max_size {
-        Some(most) if picture.size.iter().any(|s| *s > most) => {
-            reduced = picture.reduced(most, request.color_space());
-            &reduced
-        }
-        _ => picture,
-    };
+    let mut request = args.options.request(picture.is_gray(), role)?;
+    // In a glTF file the role alone decides.
+    request.linear |= role.is_none() && picture.color_space == Some(ColorSpace::Linear);
+    if request.rate.content(false) == Content::Normal {
+        picture.complete_normals();
+    }
+    if let Some(most) = args.options.max_size
+        && picture.size.iter().any(|s| *s > most)
+    {
+        picture = picture.reduced(most, request.color_space());
+    }
     let start = Instant::now();
-    let texture = encoded(input, picture, request, &args.options, !args.no_mips)?;
+    let texture = encoded(input, &picture, request, &args.options, !args.no_mips)?;
     let encode_s = start.elapsed().as_secs_f64();
     let bytes = file::write(&texture);
     files::write(&output, &bytes)?;
-    let difference = Difference::between(picture, &Picture::from_texture(&texture, 0), false);
+    let difference = Difference::between(&picture, &Picture::from_texture(&texture, 0), false);
     if let Some(wanted) = request.min_psnr_db
         && difference.psnr_db < wanted
     {
@@ -218,10 +225,13 @@ fn gltf_images(
         };
         let label = format!("{} texture {}", input.path.display(), image.index);
         taken.take(&output, Path::new(&label))?;
-        let picture = Picture::from_png(Path::new(&label), image.png)?;
+        let picture = Picture::from_bytes(
+            image.file.as_deref().unwrap_or(Path::new(&label)),
+            &image.bytes,
+        )?;
         rows.push(encode_one(
             Path::new(&label),
-            &picture,
+            picture,
             Some(image.role),
             args,
             output,

@@ -1,4 +1,4 @@
-//! The PNGs of a glTF file, with the role that each has in the materials.
+//! The images of a glTF file, with the role that each has in the materials.
 //!
 //! Only the images, the textures that use them and the maps of the materials are parsed.
 
@@ -22,8 +22,8 @@ pub struct GltfImage {
     pub role: Role,
     /// Path of the image, where it has a file of its own.
     pub file: Option<PathBuf>,
-    /// Bytes of the PNG.
-    pub png: Vec<u8>,
+    /// Bytes of the image file.
+    pub bytes: Vec<u8>,
 }
 
 /// The maps of a material: their JSON pointers and the kind of data in them. Where an image has two
@@ -59,7 +59,7 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
             let image = json["textures"][texture as usize]["source"].as_u64();
             let image = image.ok_or_else(|| {
                 fail(format!(
-                    "its texture {texture} has no image of a core glTF format"
+                    "its texture {texture} has no image of a core glTF format: export it with PNG or JPEG"
                 ))
             })?;
             roles.entry(texture as usize).or_insert((image, role));
@@ -68,22 +68,22 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
     let mut files_seen = BTreeSet::new();
     let found = roles.into_iter().map(|(index, (source, role))| {
         let image = &json["images"][source as usize];
-        let (file, png) = match image["uri"].as_str() {
+        let (file, bytes) = match image["uri"].as_str() {
             Some(uri) if uri.starts_with("data:") => (None, from_data_uri(uri)),
             Some(uri) => {
                 let file = path.with_file_name("").join(percent_decoded(uri));
-                let png = files::read(&file)?;
-                (Some(file), Some(png))
+                let bytes = files::read(&file)?;
+                (Some(file), Some(bytes))
             }
             None => (None, from_buffer(&json, image, binary, path)?),
         };
-        let png =
-            png.ok_or_else(|| fail(format!("the image of its texture {index} has no bytes")))?;
+        let bytes =
+            bytes.ok_or_else(|| fail(format!("the image of its texture {index} has no bytes")))?;
         Ok(GltfImage {
             index,
             role,
             file,
-            png,
+            bytes,
         })
     });
     // An image with a file of its own is encoded once, however many textures use it.

@@ -14,7 +14,9 @@ use bevy_wavelet_tex::codec::{
 use image::{Rgb, Rgb32FImage, imageops};
 use serde::Serialize;
 
-use crate::{args::RivalsArgs, batch, error::Error, inputs, picture::Picture, report::Report};
+use crate::{
+    args::RivalsArgs, batch, error::Error, image_file, inputs, picture::Picture, report::Report,
+};
 
 /// The PSNR in dB of one image at one rate, infinite where the images are identical (which JSON writes
 /// as null).
@@ -39,7 +41,7 @@ struct Row {
 
 /// Measures every image at every rate, beside the textures that a game would have otherwise.
 pub fn run(args: &RivalsArgs) -> Result<Report, Error> {
-    let inputs = inputs::expand(&args.inputs, &["png"])?;
+    let inputs = inputs::expand(&args.inputs, image_file::EXTENSIONS)?;
     let all = [Rate::Color2_25, Rate::Color3, Rate::Color3_25, Rate::Color5];
     let rates = if args.rates.is_empty() {
         all.to_vec()
@@ -53,7 +55,7 @@ pub fn run(args: &RivalsArgs) -> Result<Report, Error> {
         )));
     }
     let (rows, result) = batch::run(&inputs, |input, _| {
-        let picture = Picture::read_png(&input.path)?;
+        let picture = Picture::read(&input.path)?;
         let name = input.relative.with_extension("").display().to_string();
         rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
     });
