@@ -3,12 +3,13 @@
 //!
 //! One KTX2 file has one size and one format, so luma and the smaller chroma cannot share one. Each
 //! blob is a complete KTX2 file (one array layer for each plane, all mips) whose key `wtex.codings`
-//! describes how its planes are stored, so any KTX2 tool can show the coefficients.
+//! describes how its planes are stored, so any KTX2 tool can show the coefficients. With Zstandard, which
+//! is KTX2's supercompression scheme 2, each mip level is a frame of its own.
 //!
 //! | bytes | little-endian |
 //! | --- | --- |
 //! | 8 | magic `WTEX\r\n\x1a\n`, which text-mode copies break |
-//! | 2 | version: 2, or 3 of an image with a [plain texture] |
+//! | 2 | version: 2, 3 of an image with a [plain texture], or 4 of either with Zstandard |
 //! | 1 | content: 0 gray, 1 colour, 2 normal, 3 colour with alpha |
 //! | 1 | colour space: 0 linear, 1 sRGB |
 //! | 4 + 4 | width, height in pixels |
@@ -31,16 +32,24 @@ pub mod zstd;
 pub use error::ReadError;
 pub use read::read;
 pub use write::write;
+#[cfg(feature = "zstd")]
+pub use write::write_zstd;
 
 /// Extension of the file name.
 pub const EXTENSION: &str = "wtex";
 
-/// The newest file version, which is that of images with a plain texture. Others are written as version
-/// 2, so that earlier releases read them; version 1 was never released.
-pub const VERSION: u16 = 3;
+/// The newest file version, which is that of files compressed with Zstandard. Others are written as an
+/// earlier version, so that earlier releases read them; version 1 was never released.
+pub const VERSION: u16 = ZSTD_VERSION;
 
 /// File version of images with groups of planes.
 const PLANES_VERSION: u16 = 2;
+
+/// File version of images with a plain texture.
+const PLAIN_VERSION: u16 = 3;
+
+/// File version of both with levels compressed with Zstandard.
+const ZSTD_VERSION: u16 = 4;
 
 const MAGIC: [u8; 8] = *b"WTEX\r\n\x1a\n";
 
@@ -55,3 +64,5 @@ const PLAIN_BYTES: usize = 16;
 
 #[cfg(all(test, feature = "encode"))]
 mod tests;
+#[cfg(all(test, feature = "encode", feature = "zstd"))]
+mod zstd_tests;

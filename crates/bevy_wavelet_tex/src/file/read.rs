@@ -1,9 +1,9 @@
 //! Reading a `.wtex` file. No input causes a panic, and no more is allocated than the file
-//! contains.
+//! contains, or than is decompressed from it, up to the sizes that its header states.
 
 use super::{
-    FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLANES_VERSION, VERSION, error::ReadError, ktx2_blob,
-    plain,
+    FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLANES_VERSION, VERSION, ZSTD_VERSION,
+    error::ReadError, ktx2_blob, plain,
 };
 use crate::codec::{
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
@@ -33,7 +33,8 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
 
     let version = u16::from_le_bytes([header[8], header[9]]);
     match version {
-        PLANES_VERSION | VERSION => {}
+        ZSTD_VERSION if cfg!(not(feature = "zstd")) => return Err(ReadError::ZstdDisabled),
+        PLANES_VERSION..=VERSION => {}
         older @ 1..PLANES_VERSION => return Err(ReadError::OldVersion(older)),
         0 => {
             return Err(ReadError::Field {
@@ -43,6 +44,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         }
         newer => return Err(ReadError::Version(newer)),
     }
+    let is_zstd = version == ZSTD_VERSION;
     let content = match header[10] {
         0 => Content::Gray,
         1 => Content::Color,
@@ -70,8 +72,8 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         return Err(ReadError::Size(size));
     }
     let group_count = u32_at(20);
-    if version == VERSION && group_count == 0 {
-        let plain = plain::read(bytes, content, color_space, size)?;
+    if version > PLANES_VERSION && group_count == 0 {
+        let plain = plain::read(bytes, content, color_space, size, is_zstd)?;
         return Ok(WaveletImage {
             content,
             color_space,
@@ -130,7 +132,8 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             let blob = &bytes[start..start + length as usize];
             start += length as usize;
             let layers = entry.packing.layers(planes);
-            let shape = ktx2_blob::Shape::new(format, texture_size, layers, planes);
+            let shape =
+                ktx2_blob::Shape::new(format, texture_size, layers, planes).with_zstd(is_zstd);
             let contents = ktx2_blob::read(blob, shape, most).map_err(error)?;
             let valid = |coding: &PlaneCoding| coding.is_valid(entry.packing);
             if !contents.codings.iter().all(valid) {

@@ -116,7 +116,7 @@ fn each_fault_of_the_header_is_named() {
         read(&bytes).expect_err("a bad file").to_string()
     };
     assert!(with(0, b"DDS ").contains("not a wavelet texture"));
-    assert!(with(8, &[4, 0]).contains("version 4 is newer"));
+    assert!(with(8, &[5, 0]).contains("version 5 is newer"));
     assert!(with(8, &[1, 0]).contains("version 1 was never released"));
     assert!(with(8, &[0, 0]).contains("version is 0"));
     assert!(with(10, &[9]).contains("content is 9"));
@@ -174,7 +174,7 @@ fn each_fault_of_a_plain_texture_is_named() {
 }
 
 /// Files of all packings, each of which can be damaged in ways of its own.
-fn samples() -> Vec<Vec<u8>> {
+pub(super) fn samples() -> Vec<Vec<u8>> {
     let settings = [
         fast(Rate::Color3),
         fast(Rate::Gray3),
@@ -212,6 +212,27 @@ proptest! {
                 let decoded = crate::codec::decoder::decode(&image, level);
                 prop_assert!(decoded.pixels.iter().flatten().all(|v| v.is_finite()));
             }
+        }
+    }
+
+    /// Nor does any to a compressed file, whose image is no larger than its header says.
+    #[test]
+    #[cfg(feature = "zstd")]
+    fn damaged_compressed_bytes_do_not_panic(
+        sample in 0usize..5,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+    ) {
+        static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> = std::sync::LazyLock::new(|| {
+            let samples = samples();
+            samples.iter().map(|bytes| super::write_zstd(&read(bytes).unwrap(), 19)).collect()
+        });
+        let mut bytes = SAMPLES[sample].clone();
+        for (at, value) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Ok(image) = read(&bytes) {
+            prop_assert_eq!(&read(&write(&image)).unwrap(), &image);
         }
     }
 

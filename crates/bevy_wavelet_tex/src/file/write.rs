@@ -1,6 +1,12 @@
 //! Writing a `.wtex` file.
 
-use super::{MAGIC, PLANES_VERSION, VERSION, ktx2_blob, plain};
+#[cfg(feature = "zstd")]
+use super::zstd;
+use super::{
+    MAGIC, PLAIN_VERSION, PLANES_VERSION, ZSTD_VERSION,
+    ktx2_blob::{self, Compress},
+    plain,
+};
 use crate::codec::{
     image::{ColorSpace, Content, WaveletImage},
     packing::Packing,
@@ -8,6 +14,18 @@ use crate::codec::{
 
 /// Returns the bytes of a file; [`super::read`] reads the same image from them.
 pub fn write(image: &WaveletImage) -> Vec<u8> {
+    written(image, None)
+}
+
+/// Returns the bytes of a file whose levels are compressed with Zstandard, at a `level` from 1 (fast) to
+/// 22 (small). Without the feature `zstd_c` there is level 1 alone. Reading such a file needs the feature
+/// `zstd`.
+#[cfg(feature = "zstd")]
+pub fn write_zstd(image: &WaveletImage, level: i32) -> Vec<u8> {
+    written(image, Some(&|bytes| zstd::compress(bytes, level)))
+}
+
+fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
     let content = match image.content {
         Content::Gray => 0,
         Content::Color => 1,
@@ -19,16 +37,17 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
         ColorSpace::Srgb => 1,
     };
     let mut bytes = MAGIC.to_vec();
-    let version = match image.plain {
-        Some(_) => VERSION,
-        None => PLANES_VERSION,
+    let version = match (compress, &image.plain) {
+        (Some(_), _) => ZSTD_VERSION,
+        (None, Some(_)) => PLAIN_VERSION,
+        (None, None) => PLANES_VERSION,
     };
     bytes.extend(version.to_le_bytes());
     bytes.extend([content, color_space]);
     bytes.extend(image.size.iter().flat_map(|s| s.to_le_bytes()));
     bytes.extend((image.groups.len() as u32).to_le_bytes());
     if let Some(texture) = &image.plain {
-        bytes.extend(plain::write(image, texture));
+        bytes.extend(plain::write(image, texture, compress));
         return bytes;
     }
     let mut blobs = Vec::new();
@@ -45,7 +64,7 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
                 group.codings.len(),
             );
             let blocks = &group.textures[texture];
-            let blob = ktx2_blob::write(shape, image.levels, &group.codings, blocks);
+            let blob = ktx2_blob::write(shape, image.levels, &group.codings, blocks, compress);
             *length = blob.len() as u32;
             blobs.extend(blob);
         }

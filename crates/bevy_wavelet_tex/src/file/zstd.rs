@@ -1,9 +1,5 @@
 //! Zstandard frames, by the crate that Bevy itself uses to read KTX2.
 
-/// The reason why nothing is decompressed without the feature `zstd`.
-#[cfg(not(feature = "zstd"))]
-const DISABLED: &str = "it is compressed with Zstandard: enable the feature `zstd` of bevy_wavelet_tex, or write it without";
-
 /// Decompresses a frame of exactly `length` bytes, or returns what is wrong with it.
 ///
 /// The result grows as it is decompressed, so a wrong `length` allocates no more than the frame has. The
@@ -41,11 +37,22 @@ pub fn decompress(frame: &[u8], length: usize) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-/// Decompresses nothing: the feature `zstd` is disabled.
-///
-/// # Errors
-/// Always names the feature.
+/// The stand-in of a build that refuses compressed files by their headers.
 #[cfg(not(feature = "zstd"))]
-pub fn decompress(_frame: &[u8], _length: usize) -> Result<Vec<u8>, String> {
-    Err(DISABLED.into())
+pub(super) fn decompress(_frame: &[u8], _length: usize) -> Result<Vec<u8>, String> {
+    Err(super::ReadError::ZstdDisabled.to_string())
+}
+
+/// Makes a frame that states its length, at a `level` from 1 to 22.
+#[cfg(feature = "zstd_c")]
+pub(super) fn compress(bytes: &[u8], level: i32) -> Vec<u8> {
+    ::zstd::bulk::compress(bytes, level.clamp(1, 22)).expect("memory is all that it needs")
+}
+
+/// Makes a frame, at the only level of the crate that is all Rust.
+#[cfg(all(feature = "zstd", not(feature = "zstd_c")))]
+pub(super) fn compress(bytes: &[u8], _level: i32) -> Vec<u8> {
+    use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
+    compress_to_vec(bytes, CompressionLevel::Fastest)
 }

@@ -21,6 +21,7 @@ pub enum Command {
     Compare(CompareArgs),
     Bench(BenchArgs),
     Rivals(RivalsArgs),
+    Sizes(SizesArgs),
 }
 
 /// Encode images, and the images inside glTF files, as wavelet textures
@@ -39,6 +40,11 @@ pub struct EncodeArgs {
     /// Store the largest level only
     #[arg(long)]
     pub no_mips: bool,
+    /// Compress the files with Zstandard, at a level from 1 (fast) to 22 (small); games read them with the
+    /// feature zstd of bevy_wavelet_tex
+    #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "19",
+          value_parser = clap::value_parser!(i32).range(1..=22))]
+    pub zstd: Option<i32>,
     /// Print the results as JSON
     #[arg(long)]
     pub json: bool,
@@ -159,6 +165,24 @@ pub struct RivalsArgs {
     #[arg(long)]
     pub linear: bool,
     /// Print a JSON array of the rows; a PSNR is null where the images are identical
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Measure the bytes that images take on disk, with and without Zstandard, and the time to read them;
+/// nothing is written
+#[derive(Debug, Args)]
+pub struct SizesArgs {
+    /// Images, folders and globs
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub options: EncoderOptions,
+    /// Level of Zstandard
+    #[arg(long, value_name = "LEVEL", default_value_t = 19,
+          value_parser = clap::value_parser!(i32).range(1..=22))]
+    pub zstd: i32,
+    /// Print a JSON array of the rows
     #[arg(long)]
     pub json: bool,
 }

@@ -126,7 +126,10 @@ fn encode_one(
     let start = Instant::now();
     let texture = encoded(input, &picture, request, &args.options, !args.no_mips)?;
     let encode_s = start.elapsed().as_secs_f64();
-    let bytes = file::write(&texture);
+    let bytes = match args.zstd {
+        Some(level) => file::write_zstd(&texture, level),
+        None => file::write(&texture),
+    };
     files::write(&output, &bytes)?;
     let difference = Difference::between(&picture, &Picture::from_texture(&texture, 0), false);
     if let Some(wanted) = request.min_psnr_db

@@ -19,6 +19,7 @@ mod picture;
 mod report;
 mod request;
 mod rivals;
+mod sizes;
 
 use std::{
     io::{self, Write},
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args).map(|text| (text, Ok(()))),
         Command::Bench(args) => bench::run(&args),
         Command::Rivals(args) => rivals::run(&args),
+        Command::Sizes(args) => sizes::run(&args),
     };
     let (text, result) = match report {
         Ok((text, result)) => (text, result),
