@@ -17,7 +17,9 @@ use thiserror::Error;
 use super::WaveletTextureLoader;
 use crate::{
     codec::{
+        angle::normal_blue,
         encoder::{EncodeError, encode},
+        image::Content,
         layout,
         rate::Rate,
         reduce::reduced_rgba8,
@@ -49,6 +51,25 @@ pub enum WaveletSaveError {
         path: String,
         /// Texture format of the image.
         format: TextureFormat,
+    },
+    /// The image is a texture that is compressed already, such as a KTX2 file in a BC format.
+    #[error(
+        "cannot encode '{path}': its format {format:?} is block-compressed: encode the original image instead"
+    )]
+    Blocks {
+        /// The image's asset path.
+        path: String,
+        /// Texture format of the image.
+        format: TextureFormat,
+    },
+    /// The settings ask for Zstandard, which this build lacks.
+    #[error(
+        "cannot encode '{path}' with Zstandard: enable the feature `zstd` of bevy_wavelet_tex, or leave \
+         the setting `zstd` away"
+    )]
+    ZstdDisabled {
+        /// The image's asset path.
+        path: String,
     },
     /// The image is not two-dimensional, or its pixels are not in main memory.
     #[error(
@@ -107,10 +128,14 @@ impl WaveletSaverSettings {
                 role: self.role,
             });
         }
-        let texels = texels(image).ok_or_else(|| WaveletSaveError::Shape { path: path() })?;
-        let texels = texels.map_err(|format| WaveletSaveError::Format {
-            path: path(),
-            format,
+        let texels =
+            texels(image, content).ok_or_else(|| WaveletSaveError::Shape { path: path() })?;
+        let texels = texels.map_err(|format| {
+            let path = path();
+            match format.is_compressed() {
+                true => WaveletSaveError::Blocks { path, format },
+                false => WaveletSaveError::Format { path, format },
+            }
         })?;
         let color_space = self.role.color_space();
         let size = [image.width(), image.height()];
@@ -142,7 +167,13 @@ impl WaveletSaverSettings {
             path: path(),
             source,
         })?;
-        Ok(file::write(&encoded))
+        match self.zstd {
+            None => Ok(file::write(&encoded)),
+            #[cfg(feature = "zstd")]
+            Some(level) => Ok(file::write_zstd(&encoded, level)),
+            #[cfg(not(feature = "zstd"))]
+            Some(_) => Err(WaveletSaveError::ZstdDisabled { path: path() }),
+        }
     }
 }
 
@@ -150,6 +181,7 @@ impl WaveletSaverSettings {
 enum Texels<'a> {
     Gray8(&'a [u8]),
     Rgba8(&'a [[u8; 4]]),
+    Rgb8(Vec<[u8; 3]>),
     Gray16(Vec<u16>),
     Rgba16(Vec<[u16; 4]>),
 }
@@ -167,6 +199,7 @@ impl Texels<'_> {
         match self {
             Self::Gray8(texels) => Pixels::Gray8(part(texels, start, length)),
             Self::Rgba8(texels) => Pixels::Rgba8(part(texels, start, length)),
+            Self::Rgb8(texels) => Pixels::Rgb8(part(texels, start, length)),
             Self::Gray16(texels) => Pixels::Gray16(part(texels, start, length)),
             Self::Rgba16(texels) => Pixels::Rgba16(part(texels, start, length)),
         }
@@ -189,7 +222,7 @@ impl Texels<'_> {
 
 /// The texels of an image: `None` where it is not two-dimensional or has no pixels in main memory,
 /// and its format as an error where that is not supported.
-fn texels(image: &Image) -> Option<Result<Texels<'_>, TextureFormat>> {
+fn texels(image: &Image, content: Content) -> Option<Result<Texels<'_>, TextureFormat>> {
     let data = image.data.as_deref()?;
     if image.texture_descriptor.size.depth_or_array_layers != 1 {
         return None;
@@ -203,6 +236,10 @@ fn texels(image: &Image) -> Option<Result<Texels<'_>, TextureFormat>> {
         TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => {
             Texels::Rgba8(data.as_chunks::<4>().0)
         }
+        TextureFormat::Rg8Unorm => {
+            let (pairs, _) = data.as_chunks::<2>();
+            Texels::Rgb8(pairs.iter().map(|pair| with_blue(*pair, content)).collect())
+        }
         TextureFormat::R16Unorm => Texels::Gray16(words().collect()),
         TextureFormat::Rgba16Unorm => {
             let words: Vec<u16> = words().collect();
@@ -210,6 +247,14 @@ fn texels(image: &Image) -> Option<Result<Texels<'_>, TextureFormat>> {
         }
         other => return Some(Err(other)),
     }))
+}
+
+/// Adds the blue of two channels: of normals the Z of a unit vector, of others 0.
+fn with_blue([r, g]: [u8; 2], content: Content) -> [u8; 3] {
+    match content {
+        Content::Normal => [r, g, normal_blue([r, g])],
+        _ => [r, g, 0],
+    }
 }
 
 impl AssetSaver for WaveletSaver {

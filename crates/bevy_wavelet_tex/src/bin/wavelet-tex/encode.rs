@@ -24,6 +24,7 @@ use crate::{
     error::Error,
     files, gltf, image_file,
     inputs::{self, Destination, Input, Taken},
+    materials::{EncodedMap, MaterialRow},
     picture::Picture,
     report::Report,
     request::Request,
@@ -79,15 +80,33 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
         let output = destination.of(input, file::EXTENSION)?;
         taken.take(&output, &input.path)?;
         let picture = Picture::read(&input.path)?;
-        Ok(vec![encode_one(&input.path, picture, None, args, output)?])
+        let (row, _) = encode_one(&input.path, picture, None, args, output)?;
+        Ok(vec![Line::Image(row)])
     });
-    let rows: Vec<Row> = rows.into_iter().flatten().collect();
+    let rows: Vec<Line> = rows.into_iter().flatten().collect();
     let text = if args.json {
         serde_json::to_string_pretty(&rows).expect("plain data")
     } else {
-        rows.iter().map(Row::text).collect::<Vec<_>>().join("\n")
+        rows.iter().map(Line::text).collect::<Vec<_>>().join("\n")
     };
     Ok((text, result))
+}
+
+/// A line of the report.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Line {
+    Image(Row),
+    Material(MaterialRow),
+}
+
+impl Line {
+    fn text(&self) -> String {
+        match self {
+            Self::Image(row) => row.text(),
+            Self::Material(row) => row.text(),
+        }
+    }
 }
 
 /// Separates the output from the inputs where it is named last.
@@ -105,13 +124,14 @@ fn split_output<'a>(
     }
 }
 
+/// Encodes one image. The second part of the result has no textures yet.
 fn encode_one(
     input: &Path,
     mut picture: Picture,
     role: Option<Role>,
     args: &EncodeArgs,
     output: PathBuf,
-) -> Result<Row, Error> {
+) -> Result<(Row, EncodedMap), Error> {
     let mut request = args.options.request(picture.is_gray(), role)?;
     // In a glTF file the role alone decides.
     request.linear |= role.is_none() && picture.color_space == Some(ColorSpace::Linear);
@@ -131,7 +151,8 @@ fn encode_one(
         None => file::write(&texture),
     };
     files::write(&output, &bytes)?;
-    let difference = Difference::between(&picture, &Picture::from_texture(&texture, 0), false);
+    let decoded = Picture::from_texture(&texture, 0);
+    let difference = Difference::between(&picture, &decoded, false);
     if let Some(wanted) = request.min_psnr_db
         && difference.psnr_db < wanted
     {
@@ -143,7 +164,7 @@ fn encode_one(
             ),
         );
     }
-    Ok(Row {
+    let row = Row {
         input: input.to_path_buf(),
         output,
         content: texture.content.name(),
@@ -156,7 +177,15 @@ fn encode_one(
         mean_angle_degrees: difference.angles.map(|angles| angles.mean_angle_degrees),
         encode_s,
         quality: difference.quality(),
-    })
+    };
+    let map = EncodedMap {
+        textures: Vec::new(),
+        content: texture.content,
+        original: picture,
+        decoded,
+        bpp: texture.bits_per_pixel(),
+    };
+    Ok((row, map))
 }
 
 fn encoded(
@@ -192,15 +221,16 @@ fn encoded(
     texture.map_err(|e| Error::file(path, e))
 }
 
-/// Encodes all images that the materials of a glTF file use, each by its role.
+/// Encodes all images that the materials of a glTF file use, each by its role, and measures the materials.
 fn gltf_images(
     input: &Input,
     args: &EncodeArgs,
     destination: &Destination,
     taken: &mut Taken,
-) -> Result<Vec<Row>, Error> {
-    let mut rows = Vec::new();
-    for image in gltf::images(&input.path)? {
+) -> Result<Vec<Line>, Error> {
+    let (images, materials) = gltf::read(&input.path)?;
+    let (mut lines, mut maps) = (Vec::new(), Vec::new());
+    for image in images {
         // `WaveletGltf` looks for this name.
         let name = |path: &Path| {
             // `with_extension` would replace the number of the texture.
@@ -232,15 +262,17 @@ fn gltf_images(
             image.file.as_deref().unwrap_or(Path::new(&label)),
             &image.bytes,
         )?;
-        rows.push(encode_one(
-            Path::new(&label),
-            picture,
-            Some(image.role),
-            args,
-            output,
-        )?);
+        let path = Path::new(&label);
+        let (row, map) = encode_one(path, picture, Some(image.role), args, output)?;
+        lines.push(Line::Image(row));
+        maps.push(EncodedMap {
+            textures: image.textures,
+            ..map
+        });
     }
-    Ok(rows)
+    let measured = materials.iter().filter_map(|m| MaterialRow::new(m, &maps));
+    lines.extend(measured.map(Line::Material));
+    Ok(lines)
 }
 
 fn warn(path: &Path, problem: &str) {

@@ -10,15 +10,19 @@ mod encode;
 mod error;
 mod files;
 mod gltf;
+mod gltf_bytes;
 mod image_file;
 mod info;
 mod inputs;
 mod jpeg;
 mod ktx2_file;
+mod lit_material;
+mod materials;
 mod picture;
 mod report;
 mod request;
 mod rivals;
+mod shading;
 mod sizes;
 
 use std::{

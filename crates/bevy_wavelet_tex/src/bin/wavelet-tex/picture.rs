@@ -4,6 +4,7 @@ use std::{io::Cursor, path::Path};
 
 use bevy_wavelet_tex::{
     codec::{
+        angle::normal_blue,
         decoder::decode,
         image::{ColorSpace, Content, WaveletImage},
         reduce::reduced_rgba8,
@@ -107,12 +108,16 @@ impl Picture {
         let (size, pixels) = reduced_rgba8(self.size, |i| source.get(i), most, color_space);
         Self {
             size,
+            ..self.with_pixels(pixels)
+        }
+    }
+
+    /// The same picture with other pixels.
+    pub fn with_pixels(&self, pixels: Vec<[u8; 4]>) -> Self {
+        Self {
             pixels,
             words: None,
-            has_alpha: self.has_alpha,
-            content: self.content,
-            color_space: self.color_space,
-            is_red_green: self.is_red_green,
+            ..*self
         }
     }
 
@@ -122,9 +127,7 @@ impl Picture {
             return;
         }
         for [r, g, b, _] in &mut self.pixels {
-            let [x, y] = [*r, *g].map(|v| f32::from(v) / 127.5 - 1.0);
-            let z = (1.0 - x * x - y * y).max(0.0).sqrt();
-            *b = (z * 127.5 + 127.5).round() as u8;
+            *b = normal_blue([*r, *g]);
         }
         self.is_red_green = false;
     }
