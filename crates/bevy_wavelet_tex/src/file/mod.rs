@@ -22,6 +22,7 @@
 //! [`Packing::ALL`]: crate::codec::packing::Packing::ALL
 //! [`BlockFormat::ALL`]: crate::codec::blocks::BlockFormat::ALL
 
+mod codings;
 mod error;
 mod ktx2_blob;
 mod plain;

@@ -3,7 +3,7 @@
 
 use super::{
     FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLANES_VERSION, VERSION, ZSTD_VERSION,
-    error::ReadError, ktx2_blob, plain,
+    codings::INVALID_CODINGS, error::ReadError, ktx2_blob, plain,
 };
 use crate::codec::{
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
@@ -137,7 +137,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             let contents = ktx2_blob::read(blob, shape, most).map_err(error)?;
             let valid = |coding: &PlaneCoding| coding.is_valid(entry.packing);
             if !contents.codings.iter().all(valid) {
-                return Err(error(ktx2_blob::INVALID_CODINGS.into()));
+                return Err(error(INVALID_CODINGS.into()));
             }
             if levels.is_some_and(|levels| levels != contents.levels) {
                 return Err(error(format!(

@@ -10,7 +10,7 @@ use std::{
 use serde_json::Value;
 
 use crate::{
-    args::Role,
+    choices::Role,
     error::Error,
     files,
     gltf_bytes::{chunks, from_buffer, from_data_uri, percent_decoded},

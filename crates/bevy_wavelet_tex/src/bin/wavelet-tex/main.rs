@@ -4,9 +4,11 @@
 mod args;
 mod batch;
 mod bench;
+mod choices;
 mod compare;
 mod decode;
 mod encode;
+mod encode_one;
 mod error;
 mod files;
 mod gltf;
