@@ -61,7 +61,7 @@ pub enum WaveletSaveError {
     },
     /// The settings ask for Zstandard, which this build lacks.
     #[error(
-        "cannot encode '{path}' with Zstandard: enable the feature `zstd` of bevy_wavelet_tex, or leave \
+        "cannot encode '{path}' with Zstandard: enable the feature `zstd_encode` of bevy_wavelet_tex, or leave \
          the setting `zstd` away"
     )]
     ZstdDisabled {
@@ -166,9 +166,9 @@ impl WaveletSaverSettings {
         })?;
         match self.zstd {
             None => Ok(file::write(&encoded)),
-            #[cfg(feature = "zstd")]
+            #[cfg(feature = "zstd_encode")]
             Some(level) => Ok(file::write_zstd(&encoded, level)),
-            #[cfg(not(feature = "zstd"))]
+            #[cfg(not(feature = "zstd_encode"))]
             Some(_) => Err(WaveletSaveError::ZstdDisabled { path: path() }),
         }
     }

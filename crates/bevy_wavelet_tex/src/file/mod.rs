@@ -33,7 +33,7 @@ pub mod zstd;
 pub use error::ReadError;
 pub use read::read;
 pub use write::write;
-#[cfg(feature = "zstd")]
+#[cfg(feature = "zstd_encode")]
 pub use write::write_zstd;
 
 /// Extension of the file name.
@@ -65,5 +65,5 @@ const PLAIN_BYTES: usize = 16;
 
 #[cfg(all(test, feature = "encode"))]
 mod tests;
-#[cfg(all(test, feature = "encode", feature = "zstd"))]
+#[cfg(all(test, feature = "encode", feature = "zstd_encode"))]
 mod zstd_tests;

@@ -143,6 +143,15 @@ fn each_fault_of_the_header_is_named() {
 }
 
 #[test]
+#[cfg(not(feature = "zstd"))]
+fn a_compressed_file_names_the_feature_that_reads_it() {
+    let mut bytes = sample();
+    bytes[8] = 4;
+    let error = read(&bytes).expect_err("disabled").to_string();
+    assert!(error.contains("enable the feature `zstd`"), "{error}");
+}
+
+#[test]
 fn each_fault_of_a_plain_texture_is_named() {
     let with = |at: usize, value: &[u8]| {
         let mut bytes = plain_sample();
@@ -217,7 +226,7 @@ proptest! {
 
     /// Nor does any to a compressed file, whose image is no larger than its header says.
     #[test]
-    #[cfg(feature = "zstd")]
+    #[cfg(feature = "zstd_encode")]
     fn damaged_compressed_bytes_do_not_panic(
         sample in 0usize..5,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),

@@ -1,6 +1,6 @@
 //! Writing a `.wtex` file.
 
-#[cfg(feature = "zstd")]
+#[cfg(feature = "zstd_encode")]
 use super::zstd;
 use super::{
     MAGIC, PLAIN_VERSION, PLANES_VERSION, ZSTD_VERSION,
@@ -18,9 +18,8 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
 }
 
 /// Returns the bytes of a file whose levels are compressed with Zstandard, at a `level` from 1 (fast) to
-/// 22 (small). Without the feature `zstd_c` there is level 1 alone. Reading such a file needs the feature
-/// `zstd`.
-#[cfg(feature = "zstd")]
+/// 22 (small). Reading such a file needs the feature `zstd`.
+#[cfg(feature = "zstd_encode")]
 pub fn write_zstd(image: &WaveletImage, level: i32) -> Vec<u8> {
     written(image, Some(&|bytes| zstd::compress(bytes, level)))
 }

@@ -1,4 +1,4 @@
-//! Zstandard frames, by the crate that Bevy itself uses to read KTX2.
+//! Zstandard frames, read by the crate that Bevy itself uses to read KTX2.
 
 /// Decompresses a frame of exactly `length` bytes, or returns what is wrong with it.
 ///
@@ -44,15 +44,7 @@ pub(super) fn decompress(_frame: &[u8], _length: usize) -> Result<Vec<u8>, Strin
 }
 
 /// Makes a frame that states its length, at a `level` from 1 to 22.
-#[cfg(feature = "zstd_c")]
+#[cfg(feature = "zstd_encode")]
 pub(super) fn compress(bytes: &[u8], level: i32) -> Vec<u8> {
     ::zstd::bulk::compress(bytes, level.clamp(1, 22)).expect("memory is all that it needs")
-}
-
-/// Makes a frame, at the only level of the crate that is all Rust.
-#[cfg(all(feature = "zstd", not(feature = "zstd_c")))]
-pub(super) fn compress(bytes: &[u8], _level: i32) -> Vec<u8> {
-    use ruzstd::encoding::{CompressionLevel, compress_to_vec};
-
-    compress_to_vec(bytes, CompressionLevel::Fastest)
 }
