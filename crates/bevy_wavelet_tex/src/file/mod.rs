@@ -9,7 +9,8 @@
 //! | bytes | little-endian |
 //! | --- | --- |
 //! | 8 | magic `WTEX\r\n\x1a\n`, which text-mode copies break |
-//! | 2 | version: 2, 3 of an image with a [plain texture], or 4 of either with Zstandard |
+//! | 1 | version: 2, or 3 of an image with a [plain texture] |
+//! | 1 | flags: 1 where the blobs are compressed with Zstandard |
 //! | 1 | content: 0 gray, 1 colour, 2 normal, 3 colour with alpha |
 //! | 1 | colour space: 0 linear, 1 sRGB |
 //! | 4 + 4 | width, height in pixels |
@@ -39,18 +40,16 @@ pub use write::write_zstd;
 /// Extension of the file name.
 pub const EXTENSION: &str = "wtex";
 
-/// The newest file version, which is that of files compressed with Zstandard. Others are written as an
-/// earlier version, so that earlier releases read them; version 1 was never released.
-pub const VERSION: u16 = ZSTD_VERSION;
+/// The newest file version, which is that of images with a plain texture. Others are written as version
+/// 2, so that earlier releases read them; version 1 was never released.
+pub const VERSION: u16 = 3;
 
 /// File version of images with groups of planes.
 const PLANES_VERSION: u16 = 2;
 
-/// File version of images with a plain texture.
-const PLAIN_VERSION: u16 = 3;
-
-/// File version of both with levels compressed with Zstandard.
-const ZSTD_VERSION: u16 = 4;
+/// The flag of files compressed with Zstandard. Releases that know no flags read it as a part of the
+/// version, and refuse it as newer than theirs.
+const ZSTD_FLAG: u8 = 1;
 
 const MAGIC: [u8; 8] = *b"WTEX\r\n\x1a\n";
 

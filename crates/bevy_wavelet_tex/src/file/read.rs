@@ -2,7 +2,7 @@
 //! contains, or than is decompressed from it, up to the sizes that its header states.
 
 use super::{
-    FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLANES_VERSION, VERSION, ZSTD_VERSION,
+    FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLANES_VERSION, VERSION, ZSTD_FLAG,
     codings::INVALID_CODINGS, error::ReadError, ktx2_blob, plain,
 };
 use crate::codec::{
@@ -31,10 +31,11 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         .ok_or_else(|| truncated("header", FIXED_HEADER_BYTES as u64))?;
     let u32_at = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| bytes[at + i]));
 
-    let version = u16::from_le_bytes([header[8], header[9]]);
+    let is_zstd = header[9] == ZSTD_FLAG;
+    let flags = if is_zstd { 0 } else { header[9] };
+    let version = u16::from_le_bytes([header[8], flags]);
     match version {
-        ZSTD_VERSION if cfg!(not(feature = "zstd")) => return Err(ReadError::ZstdDisabled),
-        PLANES_VERSION..=VERSION => {}
+        PLANES_VERSION | VERSION => {}
         older @ 1..PLANES_VERSION => return Err(ReadError::OldVersion(older)),
         0 => {
             return Err(ReadError::Field {
@@ -44,7 +45,9 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         }
         newer => return Err(ReadError::Version(newer)),
     }
-    let is_zstd = version == ZSTD_VERSION;
+    if is_zstd && cfg!(not(feature = "zstd")) {
+        return Err(ReadError::ZstdDisabled);
+    }
     let content = match header[10] {
         0 => Content::Gray,
         1 => Content::Color,
@@ -72,7 +75,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         return Err(ReadError::Size(size));
     }
     let group_count = u32_at(20);
-    if version > PLANES_VERSION && group_count == 0 {
+    if version == VERSION && group_count == 0 {
         let plain = plain::read(bytes, content, color_space, size, is_zstd)?;
         return Ok(WaveletImage {
             content,

@@ -3,7 +3,7 @@
 #[cfg(feature = "zstd_encode")]
 use super::zstd;
 use super::{
-    MAGIC, PLAIN_VERSION, PLANES_VERSION, ZSTD_VERSION,
+    MAGIC, PLANES_VERSION, VERSION, ZSTD_FLAG,
     ktx2_blob::{self, Compress},
     plain,
 };
@@ -36,13 +36,12 @@ fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
         ColorSpace::Srgb => 1,
     };
     let mut bytes = MAGIC.to_vec();
-    let version = match (compress, &image.plain) {
-        (Some(_), _) => ZSTD_VERSION,
-        (None, Some(_)) => PLAIN_VERSION,
-        (None, None) => PLANES_VERSION,
+    let version = match image.plain {
+        Some(_) => VERSION,
+        None => PLANES_VERSION,
     };
-    bytes.extend(version.to_le_bytes());
-    bytes.extend([content, color_space]);
+    let flags = if compress.is_some() { ZSTD_FLAG } else { 0 };
+    bytes.extend([version as u8, flags, content, color_space]);
     bytes.extend(image.size.iter().flat_map(|s| s.to_le_bytes()));
     bytes.extend((image.groups.len() as u32).to_le_bytes());
     if let Some(texture) = &image.plain {

@@ -73,12 +73,7 @@ pub fn run(args: &InfoArgs) -> Result<Report, Error> {
     let (infos, result) = batch::run(&inputs, |input, _| {
         let bytes = files::read(&input.path)?;
         let texture = file::read(&bytes).map_err(|e| Error::file(&input.path, e))?;
-        let version = u16::from_le_bytes([bytes[8], bytes[9]]);
-        Ok(Info::new(
-            input.path.display().to_string(),
-            version,
-            &texture,
-        ))
+        Ok(Info::new(input.path.display().to_string(), &texture))
     });
     let text = match infos.as_slice() {
         [] => String::new(),
@@ -92,7 +87,7 @@ pub fn run(args: &InfoArgs) -> Result<Report, Error> {
 }
 
 impl Info {
-    fn new(file: String, version: u16, texture: &WaveletImage) -> Self {
+    fn new(file: String, texture: &WaveletImage) -> Self {
         let names: &[&str] = match texture.content {
             Content::Gray => &["Y"],
             Content::Color => &["Y", "Co", "Cg"],
@@ -108,7 +103,7 @@ impl Info {
         });
         Self {
             file,
-            version,
+            version: if texture.plain.is_some() { 3 } else { 2 },
             content: texture.content.name(),
             color_space: match texture.color_space {
                 ColorSpace::Srgb => "srgb",
