@@ -1,7 +1,7 @@
 //! Replaces the textures of a glTF file by wavelet textures.
 //!
 //! `wavelet-tex encode model.glb` writes `model.glb.Texture0.wtex` and so on beside the file (an
-//! image with a file of its own, `wall.png`, becomes `wall.wtex`). A scene of the file whose root
+//! image with a file of its own, `wall.png` or `wall.jpg`, becomes `wall.wtex`). A scene of the file whose root
 //! has [`WaveletGltf`] is rendered with those: each material is replaced once all of its wavelet
 //! textures have loaded, and the images of the file are dropped with the materials that used them.
 

@@ -24,12 +24,9 @@ use image::{DynamicImage, ImageFormat, RgbImage};
 
 use super::loading::Folder;
 
-fn png(image: impl Into<DynamicImage>) -> Vec<u8> {
+fn file_of(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    image
-        .into()
-        .write_to(&mut bytes, ImageFormat::Png)
-        .expect("a PNG");
+    image.write_to(&mut bytes, format).expect("an image");
     bytes.into_inner()
 }
 
@@ -47,12 +44,18 @@ const META: &str = r#"(
 
 #[test]
 fn a_meta_file_makes_an_image_a_wavelet_texture() {
-    let folder = Folder::new("processing");
+    let normals = content::bricks(64, 48, 3).normal.into();
+    processed("wall.png", &file_of(&normals, ImageFormat::Png));
+    processed("wall.jpg", &file_of(&normals, ImageFormat::Jpeg));
+}
+
+/// Processes and loads a normal map of 64 x 48 pixels.
+fn processed(name: &str, bytes: &[u8]) {
+    let folder = Folder::new(name);
     let assets = folder.0.join("assets");
     std::fs::create_dir_all(&assets).expect("a folder");
-    let normals = content::bricks(64, 48, 3).normal;
-    std::fs::write(assets.join("wall.png"), png(normals)).expect("a file");
-    std::fs::write(assets.join("wall.png.meta"), META).expect("a file");
+    std::fs::write(assets.join(name), bytes).expect("a file");
+    std::fs::write(assets.join(format!("{name}.meta")), META).expect("a file");
 
     let mut app = App::new();
     app.add_plugins((
@@ -74,7 +77,8 @@ fn a_meta_file_makes_an_image_a_wavelet_texture() {
     app.finish();
     app.cleanup();
     assert!(app.world().contains_resource::<AssetProcessor>());
-    let texture: Handle<WaveletTexture> = app.world().resource::<AssetServer>().load("wall.png");
+    let server = app.world().resource::<AssetServer>();
+    let texture: Handle<WaveletTexture> = server.load(name.to_string());
     for _ in 0..1000 {
         app.update();
         let server = app.world().resource::<AssetServer>();
@@ -89,7 +93,7 @@ fn a_meta_file_makes_an_image_a_wavelet_texture() {
     assert_eq!(texture.content, Content::Normal);
     assert_eq!(texture.color_space, ColorSpace::Linear);
     assert_eq!(texture.size, [32, 24]);
-    let processed = std::fs::read(folder.0.join("processed/wall.png")).expect("processed");
+    let processed = std::fs::read(folder.0.join("processed").join(name)).expect("processed");
     assert_eq!(file::read(&processed).expect("a texture").size, [32, 24]);
 }
 
@@ -124,6 +128,7 @@ fn the_saver_keeps_given_mips_and_reads_every_plain_format() {
     }
     for (format, bytes) in [
         (TextureFormat::R8Unorm, 1),
+        (TextureFormat::Rg8Unorm, 2),
         (TextureFormat::Rgba8Unorm, 4),
         (TextureFormat::R16Unorm, 2),
         (TextureFormat::Rgba16Unorm, 8),
@@ -135,6 +140,36 @@ fn the_saver_keeps_given_mips_and_reads_every_plain_format() {
             [9, 5],
             "{format:?}"
         );
+    }
+}
+
+#[test]
+fn a_game_reads_files_compressed_with_zstandard() {
+    let bytes = include_bytes!("../../../fuzz/corpus/read/zstd.wtex");
+    let texture = file::read(bytes).expect("a texture");
+    assert_eq!(texture.size, [9, 5]);
+    assert!(texture.gpu_bytes() > 0);
+}
+
+#[test]
+fn two_channels_are_unit_normals() {
+    let pairs = (0..16 * 16).flat_map(|i| [128 + (i % 16) as u8, 128 - (i / 16) as u8]);
+    let image = bevy_image([16, 16], TextureFormat::Rg8Unorm, pairs.collect());
+    let settings = WaveletSaverSettings {
+        role: WaveletRole::Normal,
+        quality: WaveletQuality::Rate(Rate::Normal8),
+        ..default()
+    };
+    let bytes = settings.encode(&image, "n.ktx2").expect("encoded");
+    let texture = file::read(&bytes).expect("a texture");
+    let decoded = bevy_wavelet_tex::codec::decoder::decode(&texture, 0);
+    let pairs = image.data.as_deref().expect("pixels").as_chunks::<2>().0;
+    for ([x, y, z, _], [r, g]) in decoded.to_rgba8(texture.content).into_iter().zip(pairs) {
+        assert!(
+            x.abs_diff(*r) <= 2 && y.abs_diff(*g) <= 2,
+            "{x} {y}, {r} {g}"
+        );
+        assert!(z > 250, "{z}");
     }
 }
 
@@ -184,8 +219,15 @@ fn what_cannot_be_saved_is_named() {
         ..default()
     };
     let any = WaveletSaverSettings::default();
+    let zstd = WaveletSaverSettings {
+        zstd: Some(19),
+        ..default()
+    };
+    let blocks = bevy_image([4, 4], TextureFormat::Bc7RgbaUnormSrgb, vec![0; 16]);
     for (settings, image, words) in [
         (any, &floats, "Rgba32Float"),
+        (zstd, &bytes, "enable the feature `zstd_encode`"),
+        (any, &blocks, "block-compressed: encode the original"),
         (any, &short, "should have 4 pixels"),
         (wrong_rate, &bytes, "possible are gray2, gray3"),
     ] {

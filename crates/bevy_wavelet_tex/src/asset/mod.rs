@@ -4,6 +4,8 @@ mod atlas;
 mod loader;
 #[cfg(feature = "encode")]
 mod saver;
+#[cfg(feature = "encode")]
+mod texels;
 mod texture;
 
 pub(crate) use atlas::MipAtlas;

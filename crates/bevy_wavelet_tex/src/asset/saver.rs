@@ -14,11 +14,10 @@ use bevy::{
 };
 use thiserror::Error;
 
-use super::WaveletTextureLoader;
+use super::{loader::WaveletTextureLoader, texels::texels};
 use crate::{
     codec::{
         encoder::{EncodeError, encode},
-        layout,
         rate::Rate,
         reduce::reduced_rgba8,
         settings::{EncodeSettings, Method},
@@ -49,6 +48,25 @@ pub enum WaveletSaveError {
         path: String,
         /// Texture format of the image.
         format: TextureFormat,
+    },
+    /// The image is a texture that is compressed already, such as a KTX2 file in a BC format.
+    #[error(
+        "cannot encode '{path}': its format {format:?} is block-compressed: encode the original image instead"
+    )]
+    Blocks {
+        /// The image's asset path.
+        path: String,
+        /// Texture format of the image.
+        format: TextureFormat,
+    },
+    /// The settings ask for Zstandard, which this build lacks.
+    #[error(
+        "cannot encode '{path}' with Zstandard: enable the feature `zstd_encode` of bevy_wavelet_tex, or leave \
+         the setting `zstd` away"
+    )]
+    ZstdDisabled {
+        /// The image's asset path.
+        path: String,
     },
     /// The image is not two-dimensional, or its pixels are not in main memory.
     #[error(
@@ -107,10 +125,14 @@ impl WaveletSaverSettings {
                 role: self.role,
             });
         }
-        let texels = texels(image).ok_or_else(|| WaveletSaveError::Shape { path: path() })?;
-        let texels = texels.map_err(|format| WaveletSaveError::Format {
-            path: path(),
-            format,
+        let texels =
+            texels(image, content).ok_or_else(|| WaveletSaveError::Shape { path: path() })?;
+        let texels = texels.map_err(|format| {
+            let path = path();
+            match format.is_compressed() {
+                true => WaveletSaveError::Blocks { path, format },
+                false => WaveletSaveError::Format { path, format },
+            }
         })?;
         let color_space = self.role.color_space();
         let size = [image.width(), image.height()];
@@ -142,74 +164,14 @@ impl WaveletSaverSettings {
             path: path(),
             source,
         })?;
-        Ok(file::write(&encoded))
-    }
-}
-
-/// The texels of an image, all levels one after the other.
-enum Texels<'a> {
-    Gray8(&'a [u8]),
-    Rgba8(&'a [[u8; 4]]),
-    Gray16(Vec<u16>),
-    Rgba16(Vec<[u16; 4]>),
-}
-
-impl Texels<'_> {
-    fn first(&self) -> Pixels<'_> {
-        self.range(0, usize::MAX)
-    }
-
-    fn range(&self, start: usize, length: usize) -> Pixels<'_> {
-        fn part<T>(all: &[T], start: usize, length: usize) -> &[T] {
-            let end = start.saturating_add(length).min(all.len());
-            &all[start.min(end)..end]
-        }
-        match self {
-            Self::Gray8(texels) => Pixels::Gray8(part(texels, start, length)),
-            Self::Rgba8(texels) => Pixels::Rgba8(part(texels, start, length)),
-            Self::Gray16(texels) => Pixels::Gray16(part(texels, start, length)),
-            Self::Rgba16(texels) => Pixels::Rgba16(part(texels, start, length)),
+        match self.zstd {
+            None => Ok(file::write(&encoded)),
+            #[cfg(feature = "zstd_encode")]
+            Some(level) => Ok(file::write_zstd(&encoded, level)),
+            #[cfg(not(feature = "zstd_encode"))]
+            Some(_) => Err(WaveletSaveError::ZstdDisabled { path: path() }),
         }
     }
-
-    /// Splits the texels into the levels that the image has.
-    fn source(&self, size: [u32; 2]) -> Source<'_> {
-        let all = self.first().len();
-        let mut levels = Vec::new();
-        let mut start = 0;
-        while start < all {
-            let [width, height] = layout::mip_size(size, levels.len() as u32);
-            let length = width as usize * height as usize;
-            levels.push(self.range(start, length));
-            start += length;
-        }
-        Source { size, levels }
-    }
-}
-
-/// The texels of an image: `None` where it is not two-dimensional or has no pixels in main memory,
-/// and its format as an error where that is not supported.
-fn texels(image: &Image) -> Option<Result<Texels<'_>, TextureFormat>> {
-    let data = image.data.as_deref()?;
-    if image.texture_descriptor.size.depth_or_array_layers != 1 {
-        return None;
-    }
-    let words = || {
-        let (pairs, _) = data.as_chunks::<2>();
-        pairs.iter().map(|pair| u16::from_le_bytes(*pair))
-    };
-    Some(Ok(match image.texture_descriptor.format {
-        TextureFormat::R8Unorm => Texels::Gray8(data),
-        TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => {
-            Texels::Rgba8(data.as_chunks::<4>().0)
-        }
-        TextureFormat::R16Unorm => Texels::Gray16(words().collect()),
-        TextureFormat::Rgba16Unorm => {
-            let words: Vec<u16> = words().collect();
-            Texels::Rgba16(words.as_chunks::<4>().0.to_vec())
-        }
-        other => return Some(Err(other)),
-    }))
 }
 
 impl AssetSaver for WaveletSaver {

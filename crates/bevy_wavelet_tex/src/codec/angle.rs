@@ -1,4 +1,4 @@
-//! Angles between unit normals, which measure the error of normal maps.
+//! Normals in pixels of 8 bits, and the angles between them, which measure the error of normal maps.
 
 use serde::Serialize;
 
@@ -30,6 +30,13 @@ impl Angles {
 /// The normal that a pixel of 8 bits stands for.
 pub fn unit_of([x, y, z, _]: [u8; 4]) -> [f64; 3] {
     unit([x, y, z].map(|v| f64::from(v) / 127.5 - 1.0))
+}
+
+/// The blue of a pixel of 8 bits whose normal has this red and green: the Z of the unit vector.
+pub fn normal_blue(red_green: [u8; 2]) -> u8 {
+    let [x, y] = red_green.map(|v| f64::from(v) / 127.5 - 1.0);
+    let z = (1.0 - x * x - y * y).max(0.0).sqrt();
+    (z * 127.5 + 127.5).round() as u8
 }
 
 /// Normalises a vector. The zero vector has no direction and becomes +Z.

@@ -179,13 +179,13 @@ impl Job<'_> {
         let blocks = self.chroma_blocks(&group.codings, small, texture);
         let texels = decode_blocks(BlockFormat::Bc1, &blocks, texture);
         group.textures[0].extend(&blocks);
-        for c in 0..2 {
+        for (c, small) in small.iter().enumerate() {
             let correction = self.axes.luma_correction(c);
             // Only Cg of YCoCg is not orthogonal to luma.
             if correction.abs() < 1e-6 {
                 continue;
             }
-            let decoded = Plane::from_fn(small[c].size, |x, y| {
+            let decoded = Plane::from_fn(small.size, |x, y| {
                 let texel = texels[(y * texture[0] + x) as usize];
                 group.codings[c].load_low(stored_chroma(c, texel))
             });

@@ -24,6 +24,12 @@ pub enum ReadError {
     /// The file was written before the first release.
     #[error("file version {0} was never released: encode the texture again")]
     OldVersion(u16),
+    /// The file is compressed, and this build cannot decompress it.
+    #[error(
+        "it is compressed with Zstandard: enable the feature `zstd` of bevy_wavelet_tex, or encode the \
+         texture without"
+    )]
+    ZstdDisabled,
     /// The file ends too early.
     #[error("the file is cut short: {needed} bytes are needed for its {part}, it has {available}")]
     Truncated {

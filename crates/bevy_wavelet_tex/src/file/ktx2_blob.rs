@@ -2,19 +2,13 @@
 
 use std::ops::Range;
 
-use ktx2::{Format, Header, Index, LevelIndex, dfd};
+use ktx2::{Format, Header, Index, LevelIndex, SupercompressionScheme, dfd};
 
-use crate::codec::{blocks::BlockFormat, haar::Transform, layout, quantizer::PlaneCoding};
-
-/// The reason why codings are refused.
-pub(super) const INVALID_CODINGS: &str = "its key wtex.codings is out of range";
-
-/// Key of the planes' codings, which plain textures lack. For each plane the value has ten `f32`, little-endian: low_min,
-/// low_max, range, gamma, the zero points of R, G and B, the predictor, the transform (0 Haar, 1
-/// partially inverted Haar) and its w (0 for Haar).
-const CODINGS_KEY: &str = "wtex.codings";
-const CODING_FLOATS: usize = 10;
-const CODING_BYTES: usize = 4 * CODING_FLOATS;
+use super::{
+    codings::{CODING_BYTES, CODINGS_KEY, INVALID_CODINGS, coding_bytes, read_coding},
+    zstd,
+};
+use crate::codec::{blocks::BlockFormat, layout, quantizer::PlaneCoding};
 
 /// The shape of a blob, which follows from the rest of the file.
 #[derive(Clone, Copy)]
@@ -27,6 +21,8 @@ pub(super) struct Shape {
     planes: usize,
     /// Whether the texture unit linearises the texels.
     is_srgb: bool,
+    /// Whether each level is a Zstandard frame.
+    is_zstd: bool,
 }
 
 impl Shape {
@@ -37,7 +33,20 @@ impl Shape {
             layers,
             planes,
             is_srgb: false,
+            is_zstd: false,
         }
+    }
+
+    pub(super) fn with_zstd(self, is_zstd: bool) -> Self {
+        Self { is_zstd, ..self }
+    }
+
+    /// Bytes of each level in main memory, from the largest.
+    fn level_bytes(self, levels: u32) -> Vec<usize> {
+        let bytes = |level| self.format.level_bytes(layout::mip_size(self.size, level));
+        (0..levels)
+            .map(|level| self.layers * bytes(level))
+            .collect()
     }
 
     pub(super) fn plain(format: BlockFormat, size: [u32; 2], is_srgb: bool) -> Self {
@@ -60,6 +69,9 @@ impl Shape {
     }
 }
 
+/// Makes a Zstandard frame.
+pub(super) type Compress<'a> = dyn Fn(&[u8]) -> Vec<u8> + 'a;
+
 /// The contents of a blob.
 pub(super) struct Contents {
     pub(super) levels: u32,
@@ -67,7 +79,8 @@ pub(super) struct Contents {
     pub(super) blocks: Vec<u8>,
 }
 
-/// Everything in a blob but its codings and blocks. It follows from the sizes alone.
+/// Everything in a blob but its codings and blocks. It follows from the sizes alone, with Zstandard from
+/// those of the compressed levels, too.
 ///
 /// Reading compares a blob with it instead of interpreting offsets: a blob that differs is damaged.
 /// (The `ktx2` crate's own reader panics on some damaged descriptors.)
@@ -76,12 +89,12 @@ struct Frame {
     head: Vec<u8>,
     /// Range of the codings in `head`.
     codings: Range<usize>,
-    /// Bytes of each level, from the largest.
-    level_bytes: Vec<usize>,
 }
 
 impl Frame {
-    fn new(shape: Shape, levels: u32) -> Self {
+    /// `stored_bytes` are those of each level in the file, from the largest.
+    fn new(shape: Shape, stored_bytes: &[usize]) -> Self {
+        let levels = stored_bytes.len() as u32;
         let Shape {
             size,
             layers,
@@ -102,12 +115,10 @@ impl Frame {
             _ => push_key(&mut keys, CODINGS_KEY, &vec![0; planes * CODING_BYTES]),
         };
 
-        let level_bytes: Vec<usize> = (0..levels)
-            .map(|level| layers * shape.format.level_bytes(layout::mip_size(size, level)))
-            .collect();
-        let dfd_offset = Header::LENGTH + LevelIndex::LENGTH * level_bytes.len();
+        let dfd_offset = Header::LENGTH + LevelIndex::LENGTH * stored_bytes.len();
         let keys_offset = dfd_offset + descriptor.len();
-        let data_offset = (keys_offset + keys.len()).next_multiple_of(16);
+        let alignment = if shape.is_zstd { 1 } else { 16 };
+        let data_offset = (keys_offset + keys.len()).next_multiple_of(alignment);
 
         let header = Header {
             format: Some(format),
@@ -118,7 +129,7 @@ impl Frame {
             layer_count: layers as u32,
             face_count: 1,
             level_count: levels,
-            supercompression_scheme: None,
+            supercompression_scheme: shape.is_zstd.then_some(SupercompressionScheme::Zstandard),
             index: Index {
                 dfd_byte_offset: dfd_offset as u32,
                 dfd_byte_length: descriptor.len() as u32,
@@ -130,11 +141,12 @@ impl Frame {
         };
         let mut head = header.as_bytes().to_vec();
         // KTX2 stores the smallest level first, but its index begins with the largest.
-        for (level, &length) in level_bytes.iter().enumerate() {
-            let smaller: usize = level_bytes[level + 1..].iter().sum();
+        let lengths = stored_bytes.iter().zip(shape.level_bytes(levels));
+        for (level, (&stored, length)) in lengths.enumerate() {
+            let smaller: usize = stored_bytes[level + 1..].iter().sum();
             let index = LevelIndex {
                 byte_offset: (data_offset + smaller) as u64,
-                byte_length: length as u64,
+                byte_length: stored as u64,
                 uncompressed_byte_length: length as u64,
             };
             head.extend(index.as_bytes());
@@ -144,27 +156,34 @@ impl Frame {
         head.resize(data_offset, 0);
         let codings_start = keys_offset + value_start;
         let codings = codings_start..codings_start + planes * CODING_BYTES;
-        Self {
-            head,
-            codings,
-            level_bytes,
-        }
+        Self { head, codings }
     }
 }
 
-pub(super) fn write(shape: Shape, levels: u32, codings: &[PlaneCoding], blocks: &[u8]) -> Vec<u8> {
+/// Writes a blob. `compress` makes a Zstandard frame of a level.
+pub(super) fn write(
+    shape: Shape,
+    levels: u32,
+    codings: &[PlaneCoding],
+    blocks: &[u8],
+    compress: Option<&Compress>,
+) -> Vec<u8> {
+    let shape = shape.with_zstd(compress.is_some());
+    let mut start = 0;
+    let stored = shape.level_bytes(levels).into_iter().map(|length| {
+        let level = &blocks[start..start + length];
+        start += length;
+        compress.map_or_else(|| level.to_vec(), |compress| compress(level))
+    });
+    let stored: Vec<Vec<u8>> = stored.collect();
+    let stored_bytes: Vec<usize> = stored.iter().map(Vec::len).collect();
     let Frame {
         head: mut bytes,
         codings: codings_range,
-        level_bytes,
-    } = Frame::new(shape, levels);
+    } = Frame::new(shape, &stored_bytes);
     let codings: Vec<u8> = codings.iter().flat_map(coding_bytes).collect();
     bytes[codings_range].copy_from_slice(&codings);
-    let mut end = blocks.len();
-    for length in level_bytes.into_iter().rev() {
-        bytes.extend(&blocks[end - length..end]);
-        end -= length;
-    }
+    bytes.extend(stored.iter().rev().flatten());
     bytes
 }
 
@@ -181,17 +200,21 @@ pub(super) fn read(blob: &[u8], shape: Shape, max_levels: u32) -> Result<Content
             "it has {levels} mip levels, its size allows 1 to {max_levels}"
         ));
     }
+    let level_bytes = shape.level_bytes(levels);
+    let stored_bytes = if shape.is_zstd {
+        stored_bytes(blob, levels).ok_or("its index of mip levels is damaged")?
+    } else {
+        level_bytes.clone()
+    };
     let Frame {
         head,
         codings: codings_range,
-        level_bytes,
-    } = Frame::new(shape, levels);
-    let data: usize = level_bytes.iter().sum();
-    if blob.len() != head.len() + data {
+    } = Frame::new(shape, &stored_bytes);
+    let length = head.len() + stored_bytes.iter().sum::<usize>();
+    if blob.len() != length {
         return Err(format!(
-            "it is {} bytes long instead of {}",
-            blob.len(),
-            head.len() + data
+            "it is {} bytes long instead of {length}",
+            blob.len()
         ));
     }
     let same = |range: Range<usize>| blob[range.clone()] == head[range];
@@ -205,17 +228,33 @@ pub(super) fn read(blob: &[u8], shape: Shape, max_levels: u32) -> Result<Content
         .chunks_exact(CODING_BYTES)
         .map(|bytes| read_coding(bytes).ok_or(INVALID_CODINGS))
         .collect::<Result<Vec<_>, _>>()?;
-    let mut blocks = Vec::with_capacity(data);
+    let mut blocks = Vec::new();
     let mut end = blob.len();
-    for length in level_bytes {
-        blocks.extend(&blob[end - length..end]);
-        end -= length;
+    for (length, stored) in level_bytes.into_iter().zip(stored_bytes) {
+        let level = &blob[end - stored..end];
+        if shape.is_zstd {
+            blocks.extend(zstd::decompress(level, length)?);
+        } else {
+            blocks.extend(level);
+        }
+        end -= stored;
     }
     Ok(Contents {
         levels,
         codings,
         blocks,
     })
+}
+
+/// The bytes of each level in the index of a blob, none of which is more than the blob has.
+fn stored_bytes(blob: &[u8], levels: u32) -> Option<Vec<usize>> {
+    let end = Header::LENGTH + LevelIndex::LENGTH * levels as usize;
+    let (index, _) = blob.get(Header::LENGTH..end)?.as_chunks();
+    let length = |entry| LevelIndex::from_bytes(entry).byte_length;
+    let lengths = index.iter().map(length);
+    lengths
+        .map(|length| usize::try_from(length).ok().filter(|l| *l <= blob.len()))
+        .collect()
 }
 
 /// Appends a key and returns where its value begins.
@@ -227,56 +266,4 @@ fn push_key(keys: &mut Vec<u8>, key: &str, value: &[u8]) -> usize {
     keys.extend(value);
     keys.resize(keys.len().next_multiple_of(4), 0);
     value_start
-}
-
-fn coding_bytes(coding: &PlaneCoding) -> [u8; CODING_BYTES] {
-    let (kind, w) = match coding.transform {
-        Transform::Haar => (0.0, 0.0),
-        Transform::PartiallyInvertedHaar { w } => (1.0, w),
-    };
-    let [r, g, b] = coding.zero_point;
-    let fields: [f32; CODING_FLOATS] = [
-        coding.low_min,
-        coding.low_max,
-        coding.range,
-        coding.gamma,
-        r,
-        g,
-        b,
-        coding.predictor,
-        kind,
-        w,
-    ];
-    let mut bytes = [0; CODING_BYTES];
-    bytes
-        .as_chunks_mut::<4>()
-        .0
-        .iter_mut()
-        .zip(fields)
-        .for_each(|(b, f)| *b = f.to_le_bytes());
-    bytes
-}
-
-fn read_coding(bytes: &[u8]) -> Option<PlaneCoding> {
-    let (fields, []) = bytes.as_chunks::<4>() else {
-        return None;
-    };
-    let fields: Vec<f32> = fields.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    let &[low_min, low_max, range, gamma, r, g, b, predictor, kind, w] = fields.as_slice() else {
-        return None;
-    };
-    let transform = match kind {
-        0.0 => Transform::Haar,
-        1.0 => Transform::PartiallyInvertedHaar { w },
-        _ => return None,
-    };
-    Some(PlaneCoding {
-        low_min,
-        low_max,
-        range,
-        gamma,
-        zero_point: [r, g, b],
-        predictor,
-        transform,
-    })
 }

@@ -3,12 +3,14 @@
 //!
 //! One KTX2 file has one size and one format, so luma and the smaller chroma cannot share one. Each
 //! blob is a complete KTX2 file (one array layer for each plane, all mips) whose key `wtex.codings`
-//! describes how its planes are stored, so any KTX2 tool can show the coefficients.
+//! describes how its planes are stored, so any KTX2 tool can show the coefficients. With Zstandard, which
+//! is KTX2's supercompression scheme 2, each mip level is a frame of its own.
 //!
 //! | bytes | little-endian |
 //! | --- | --- |
 //! | 8 | magic `WTEX\r\n\x1a\n`, which text-mode copies break |
-//! | 2 | version: 2, 3 of an image with a [plain texture], or 4 of one with fitted [axes] of colour |
+//! | 1 | version: 2, 3 of an image with a [plain texture], or 4 of one with fitted [axes] of colour |
+//! | 1 | flags: 1 where the blobs are compressed with Zstandard |
 //! | 1 | content: 0 gray, 1 colour, 2 normal, 3 colour with alpha |
 //! | 1 | colour space: 0 linear, 1 sRGB |
 //! | 4 + 4 | width, height in pixels |
@@ -23,14 +25,18 @@
 //! [`Packing::ALL`]: crate::codec::packing::Packing::ALL
 //! [`BlockFormat::ALL`]: crate::codec::blocks::BlockFormat::ALL
 
+mod codings;
 mod error;
 mod ktx2_blob;
 mod plain;
 mod read;
 mod write;
+pub mod zstd;
 
 pub use error::ReadError;
 pub use read::read;
+#[cfg(feature = "zstd_encode")]
+pub use write::write_zstd;
 pub use write::{version, write};
 
 /// Extension of the file name.
@@ -45,6 +51,10 @@ const PLANES_VERSION: u16 = 2;
 
 /// File version of images with a plain texture.
 const PLAIN_VERSION: u16 = 3;
+
+/// The flag of files compressed with Zstandard. Releases that know no flags read it as a part of the
+/// version, and refuse it as newer than theirs.
+const ZSTD_FLAG: u8 = 1;
 
 const MAGIC: [u8; 8] = *b"WTEX\r\n\x1a\n";
 
@@ -62,3 +72,5 @@ const PLAIN_BYTES: usize = 16;
 
 #[cfg(all(test, feature = "encode"))]
 mod tests;
+#[cfg(all(test, feature = "encode", feature = "zstd_encode"))]
+mod zstd_tests;

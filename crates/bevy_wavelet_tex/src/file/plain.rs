@@ -3,7 +3,7 @@
 use super::{
     FIXED_HEADER_BYTES, PLAIN_BYTES,
     error::ReadError,
-    ktx2_blob::{self, Shape},
+    ktx2_blob::{self, Compress, Shape},
 };
 use crate::codec::{
     blocks::BlockFormat,
@@ -18,10 +18,14 @@ pub(super) struct Contents {
 }
 
 /// The entry in the header, and the blob.
-pub(super) fn write(image: &WaveletImage, texture: &PlainTexture) -> Vec<u8> {
+pub(super) fn write(
+    image: &WaveletImage,
+    texture: &PlainTexture,
+    compress: Option<&Compress>,
+) -> Vec<u8> {
     let is_srgb = texture.is_srgb(image.content, image.color_space, image.size);
     let shape = Shape::plain(texture.format, texture.size, is_srgb);
-    let blob = ktx2_blob::write(shape, image.levels, &[], &texture.blocks);
+    let blob = ktx2_blob::write(shape, image.levels, &[], &texture.blocks, compress);
     let mut formats = BlockFormat::ALL.iter();
     let format = formats.position(|f| *f == texture.format);
     let mut bytes = vec![format.expect("ALL has all") as u8, 0, 0, 0];
@@ -39,6 +43,7 @@ pub(super) fn read(
     content: Content,
     color_space: ColorSpace,
     image_size: [u32; 2],
+    is_zstd: bool,
 ) -> Result<Contents, ReadError> {
     let truncated = |part, needed: u64| ReadError::Truncated {
         part,
@@ -84,7 +89,7 @@ pub(super) fn read(
         blocks: Vec::new(),
     };
     let is_srgb = texture.is_srgb(content, color_space, image_size);
-    let shape = Shape::plain(format, size, is_srgb);
+    let shape = Shape::plain(format, size, is_srgb).with_zstd(is_zstd);
     let most = PlainTexture::max_level_count(size);
     let contents = ktx2_blob::read(blob, shape, most).map_err(ReadError::PlainBlob)?;
     texture.blocks = contents.blocks;

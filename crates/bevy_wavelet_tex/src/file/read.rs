@@ -1,9 +1,9 @@
 //! Reading a `.wtex` file. No input causes a panic, and no more is allocated than the file
-//! contains.
+//! contains, or than is decompressed from it, up to the sizes that its header states.
 
 use super::{
     AXES_BYTES, FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION,
-    error::ReadError, ktx2_blob, plain,
+    ZSTD_FLAG, codings::INVALID_CODINGS, error::ReadError, ktx2_blob, plain,
 };
 use crate::codec::{
     axes::ColorAxes,
@@ -32,7 +32,9 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         .ok_or_else(|| truncated("header", FIXED_HEADER_BYTES as u64))?;
     let u32_at = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| bytes[at + i]));
 
-    let version = u16::from_le_bytes([header[8], header[9]]);
+    let is_zstd = header[9] == ZSTD_FLAG;
+    let flags = if is_zstd { 0 } else { header[9] };
+    let version = u16::from_le_bytes([header[8], flags]);
     match version {
         PLANES_VERSION..=VERSION => {}
         older @ 1..PLANES_VERSION => return Err(ReadError::OldVersion(older)),
@@ -43,6 +45,9 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             });
         }
         newer => return Err(ReadError::Version(newer)),
+    }
+    if is_zstd && cfg!(not(feature = "zstd")) {
+        return Err(ReadError::ZstdDisabled);
     }
     let content = match header[10] {
         0 => Content::Gray,
@@ -72,7 +77,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
     }
     let group_count = u32_at(20);
     if version == PLAIN_VERSION && group_count == 0 {
-        let plain = plain::read(bytes, content, color_space, size)?;
+        let plain = plain::read(bytes, content, color_space, size, is_zstd)?;
         return Ok(WaveletImage {
             content,
             color_space,
@@ -142,11 +147,12 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             let blob = &bytes[start..start + length as usize];
             start += length as usize;
             let layers = entry.packing.layers(planes);
-            let shape = ktx2_blob::Shape::new(format, texture_size, layers, planes);
+            let shape =
+                ktx2_blob::Shape::new(format, texture_size, layers, planes).with_zstd(is_zstd);
             let contents = ktx2_blob::read(blob, shape, most).map_err(error)?;
             let valid = |coding: &PlaneCoding| coding.is_valid(entry.packing);
             if !contents.codings.iter().all(valid) {
-                return Err(error(ktx2_blob::INVALID_CODINGS.into()));
+                return Err(error(INVALID_CODINGS.into()));
             }
             if levels.is_some_and(|levels| levels != contents.levels) {
                 return Err(error(format!(

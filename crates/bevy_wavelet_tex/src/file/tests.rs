@@ -158,6 +158,7 @@ fn each_fault_of_the_header_is_named() {
     };
     assert!(with(0, b"DDS ").contains("not a wavelet texture"));
     assert!(with(8, &[5, 0]).contains("version 5 is newer"));
+    assert!(with(8, &[2, 2]).contains("version 514 is newer"));
     assert!(with(8, &[1, 0]).contains("version 1 was never released"));
     assert!(with(8, &[0, 0]).contains("version is 0"));
     assert!(with(10, &[9]).contains("content is 9"));
@@ -181,6 +182,15 @@ fn each_fault_of_the_header_is_named() {
             .to_string()
             .contains("1 bytes follow")
     );
+}
+
+#[test]
+#[cfg(not(feature = "zstd"))]
+fn a_compressed_file_names_the_feature_that_reads_it() {
+    let mut bytes = sample();
+    bytes[9] = 1;
+    let error = read(&bytes).expect_err("disabled").to_string();
+    assert!(error.contains("enable the feature `zstd`"), "{error}");
 }
 
 #[test]
@@ -215,7 +225,7 @@ fn each_fault_of_a_plain_texture_is_named() {
 }
 
 /// Files of all packings, each of which can be damaged in ways of its own.
-fn samples() -> Vec<Vec<u8>> {
+pub(super) fn samples() -> Vec<Vec<u8>> {
     let settings = [
         fast(Rate::Color3),
         fast(Rate::Gray3),
@@ -256,6 +266,27 @@ proptest! {
                 let decoded = crate::codec::decoder::decode(&image, level);
                 prop_assert!(decoded.pixels.iter().flatten().all(|v| v.is_finite()));
             }
+        }
+    }
+
+    /// Nor does any to a compressed file, whose image is no larger than its header says.
+    #[test]
+    #[cfg(feature = "zstd_encode")]
+    fn damaged_compressed_bytes_do_not_panic(
+        sample in 0usize..5,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+    ) {
+        static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> = std::sync::LazyLock::new(|| {
+            let samples = samples();
+            samples.iter().map(|bytes| super::write_zstd(&read(bytes).unwrap(), 19)).collect()
+        });
+        let mut bytes = SAMPLES[sample].clone();
+        for (at, value) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Ok(image) = read(&bytes) {
+            prop_assert_eq!(&read(&write(&image)).unwrap(), &image);
         }
     }
 

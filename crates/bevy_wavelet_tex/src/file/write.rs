@@ -1,6 +1,12 @@
 //! Writing a `.wtex` file.
 
-use super::{MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION, ktx2_blob, plain};
+#[cfg(feature = "zstd_encode")]
+use super::zstd;
+use super::{
+    MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION, ZSTD_FLAG,
+    ktx2_blob::{self, Compress},
+    plain,
+};
 use crate::codec::{
     image::{ColorSpace, Content, WaveletImage},
     packing::Packing,
@@ -19,6 +25,17 @@ pub fn version(image: &WaveletImage) -> u16 {
 
 /// Returns the bytes of a file; [`super::read`] reads the same image from them.
 pub fn write(image: &WaveletImage) -> Vec<u8> {
+    written(image, None)
+}
+
+/// Returns the bytes of a file whose levels are compressed with Zstandard, at a `level` from 1 (fast) to
+/// 22 (small). Reading such a file needs the feature `zstd`.
+#[cfg(feature = "zstd_encode")]
+pub fn write_zstd(image: &WaveletImage, level: i32) -> Vec<u8> {
+    written(image, Some(&|bytes| zstd::compress(bytes, level)))
+}
+
+fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
     let content = match image.content {
         Content::Gray => 0,
         Content::Color => 1,
@@ -30,12 +47,12 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
         ColorSpace::Srgb => 1,
     };
     let mut bytes = MAGIC.to_vec();
-    bytes.extend(version(image).to_le_bytes());
-    bytes.extend([content, color_space]);
+    let flags = if compress.is_some() { ZSTD_FLAG } else { 0 };
+    bytes.extend([version(image) as u8, flags, content, color_space]);
     bytes.extend(image.size.iter().flat_map(|s| s.to_le_bytes()));
     bytes.extend((image.groups.len() as u32).to_le_bytes());
     if let Some(texture) = &image.plain {
-        bytes.extend(plain::write(image, texture));
+        bytes.extend(plain::write(image, texture, compress));
         return bytes;
     }
     if version(image) == VERSION {
@@ -56,7 +73,7 @@ pub fn write(image: &WaveletImage) -> Vec<u8> {
                 group.codings.len(),
             );
             let blocks = &group.textures[texture];
-            let blob = ktx2_blob::write(shape, image.levels, &group.codings, blocks);
+            let blob = ktx2_blob::write(shape, image.levels, &group.codings, blocks, compress);
             *length = blob.len() as u32;
             blobs.extend(blob);
         }

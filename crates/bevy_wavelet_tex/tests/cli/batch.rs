@@ -57,7 +57,7 @@ fn globs_are_expanded_and_results_never_collide() {
     assert!(f.0.join("a2.wtex").is_file() && !f.0.join("b.wtex").exists());
     f.fails(1, &["encode", "c*.png"], &["c*.png", "no file fits"]);
     fs::create_dir(f.0.join("empty")).expect("made");
-    f.fails(1, &["encode", "empty"], &["empty", "no .png file"]);
+    f.fails(1, &["encode", "empty"], &["empty", "no .png or .jpg"]);
     fs::create_dir(f.0.join("other")).expect("made");
     f.save("other/b.png", gray_image());
     let output = f.run(&["encode", "b.png", "other/b.png", "--out", "all"]);

@@ -25,7 +25,7 @@ fn bad_input_is_named() {
     for (file, words) in [
         ("missing", "cannot be read"),
         ("empty", "the file is empty"),
-        ("text", "not a PNG: convert"),
+        ("text", "not a PNG, JPEG, WebP, TGA or KTX2: convert"),
         ("good.wtex", "wavelet-tex decode"),
         ("short.png", "cannot be decoded"),
         ("signature.png", "cannot be decoded"),
@@ -47,7 +47,7 @@ fn bad_input_is_named() {
     for (file, words) in [
         ("missing", "cannot be read"),
         ("empty", "the file is empty"),
-        ("text", "neither a PNG nor a wavelet texture"),
+        ("text", "not a PNG, JPEG, WebP, TGA or KTX2"),
         ("short.png", "cannot be decoded"),
         ("short.wtex", "cut short"),
         ("small.png", "only images of one size"),

@@ -1,5 +1,7 @@
 //! Tests of images inside glTF files.
 
+use image::ImageFormat;
+
 use crate::support::{Folder, color_image, gray_image, normal_image};
 
 #[test]
@@ -7,15 +9,17 @@ fn images_inside_gltf_files_are_encoded_by_their_role() {
     let f = Folder::new("gltf");
     let mut binary = Vec::new();
     let mut views = Vec::new();
-    for image in [color_image(), normal_image()] {
-        let mut png = std::io::Cursor::new(Vec::new());
-        let format = image::ImageFormat::Png;
-        image.write_to(&mut png, format).expect("a PNG");
-        let png = png.into_inner();
+    for (image, format) in [
+        (color_image(), ImageFormat::Jpeg),
+        (normal_image(), ImageFormat::Png),
+    ] {
+        let mut file = std::io::Cursor::new(Vec::new());
+        image.write_to(&mut file, format).expect("an image");
+        let file = file.into_inner();
         views.push(serde_json::json!({
-            "buffer": 0, "byteOffset": binary.len(), "byteLength": png.len()
+            "buffer": 0, "byteOffset": binary.len(), "byteLength": file.len()
         }));
-        binary.extend(png);
+        binary.extend(file);
     }
     f.save("apart.png", gray_image());
     let json = serde_json::json!({
@@ -23,13 +27,14 @@ fn images_inside_gltf_files_are_encoded_by_their_role() {
         "buffers": [{"byteLength": binary.len()}],
         "bufferViews": views,
         "images": [
-            {"bufferView": 0, "mimeType": "image/png"},
+            {"bufferView": 0, "mimeType": "image/jpeg"},
             {"bufferView": 1, "mimeType": "image/png"},
             {"uri": "apart.png"},
             {"uri": "unused.png"},
         ],
         "textures": [{"source": 0}, {"source": 1}, {"source": 2}, {"source": 3}],
         "materials": [{
+            "name": "wall",
             "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
             "normalTexture": {"index": 1},
             "occlusionTexture": {"index": 2},
@@ -44,12 +49,25 @@ fn images_inside_gltf_files_are_encoded_by_their_role() {
         glb.extend(bytes);
     }
     f.write("model.glb", &glb);
-    f.ok(&["encode", "model.glb", "--effort", "fast"]);
+    let rows = f.json(&["encode", "model.glb", "--effort", "fast", "--json"]);
     let info = |file| f.json(&["info", file, "--json"]);
     assert_eq!(info("model.glb.Texture0.wtex")["content"], "color");
     assert_eq!(info("model.glb.Texture1.wtex")["content"], "normal");
     assert_eq!(info("apart.wtex")["content"], "gray");
     assert_eq!(info("apart.wtex")["color_space"], "linear");
+
+    // The maps are of two sizes, so the bits are those of both for each pixel of 75 x 64.
+    let (color, normal) = (f64::from(75 * 46), f64::from(64 * 64));
+    let rows = rows.as_array().expect("an array");
+    let bits = |row: usize, pixels: f64| rows[row]["bpp"].as_f64().expect("a number") * pixels;
+    let sum = bits(0, color) + bits(1, normal) + bits(2, color);
+    let material = &rows[3];
+    assert_eq!((rows.len(), &material["material"]), (4, &"wall".into()));
+    assert!((bits(3, f64::from(75 * 64)) - sum).abs() < 1e-6 * sum);
+    let number = |key: &str| material[key].as_f64().expect("a number");
+    assert!(number("bc7_bpp") > number("bc1_bpp") && number("bc1_bpp") > number("bpp"));
+    let db = ["lit_psnr_db", "bc1_lit_psnr_db", "bc7_lit_psnr_db"].map(number);
+    assert!(20.0 < db[0] && db[0] < db[2] && db[1] < db[2], "{db:?}");
 
     f.write("short.glb", &glb[..40]);
     f.fails(1, &["encode", "short.glb"], &["short.glb", "cut short"]);

@@ -3,6 +3,7 @@
 mod batch;
 mod errors;
 mod gltf;
+mod inputs;
 mod measurements;
 mod round_trips;
 mod support;

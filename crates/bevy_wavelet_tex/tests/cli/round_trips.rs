@@ -199,3 +199,36 @@ fn alpha_is_kept_on_demand_and_large_images_are_made_smaller() {
     let rows = f.json(&["encode", "in.png", "--alpha", "--max-size", "20", "--json"]);
     assert_eq!(rows[0]["size"], serde_json::json!([16, 12]));
 }
+
+#[test]
+fn zstandard_changes_the_file_and_not_the_texture() {
+    let f = Folder::new("zstd");
+    // Two tones compress well.
+    f.save(
+        "in.png",
+        image::GrayImage::from_fn(64, 64, |x, y| image::Luma([if x > y { 200 } else { 40 }])),
+    );
+    f.ok(&["encode", "in.png", "stored.wtex"]);
+    f.ok(&["encode", "--zstd", "in.png", "zstd.wtex"]);
+    f.ok(&["encode", "in.png", "fast.wtex", "--zstd=1"]);
+    for (file, flags) in [("stored", 0), ("zstd", 1), ("fast", 1)] {
+        let texture = format!("{file}.wtex");
+        f.ok(&["decode", &texture, "out.png"]);
+        assert_eq!(f.read(&texture)[9], flags, "{file}");
+        let difference = f.json(&["compare", "out.png", "stored.wtex", "--json"]);
+        assert_eq!(difference["mse"], 0.0, "{file}");
+    }
+    let length = |file: &str| f.read(file).len();
+    assert!(length("zstd.wtex") <= length("fast.wtex"));
+    assert!(length("fast.wtex") < length("stored.wtex"));
+    f.fails(2, &["encode", "in.png", "--zstd=23"], &["23", "1..=22"]);
+
+    let sizes = f.json(&["sizes", "in.png", "--json"]);
+    for (key, file) in [
+        ("input", "in.png"),
+        ("wtex", "stored.wtex"),
+        ("wtex_zstd", "zstd.wtex"),
+    ] {
+        assert_eq!(sizes[0][key], length(file), "{key}");
+    }
+}

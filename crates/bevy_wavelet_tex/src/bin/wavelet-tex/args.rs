@@ -2,8 +2,12 @@
 
 use std::path::PathBuf;
 
-use bevy_wavelet_tex::codec::{image::Content, rate::Rate, settings};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use bevy_wavelet_tex::codec::rate::Rate;
+use clap::{Args, Parser, Subcommand};
+
+use crate::choices::{
+    Effort, Formats, Method, RateArg, Role, parse_named_rate, parse_psnr, parse_rate,
+};
 
 /// Wavelet textures at 2 to 5 bits per pixel: encode, decode, inspect, compare, measure.
 #[derive(Debug, Parser)]
@@ -21,16 +25,17 @@ pub enum Command {
     Compare(CompareArgs),
     Bench(BenchArgs),
     Rivals(RivalsArgs),
+    Sizes(SizesArgs),
 }
 
-/// Encode PNGs, and the PNGs inside glTF files, as wavelet textures
+/// Encode images, and the images inside glTF files, as wavelet textures
 #[derive(Debug, Args)]
 pub struct EncodeArgs {
-    /// PNGs of 8 or 16 bits, glTF files, folders (all PNGs below them) and globs; a last name that
-    /// ends in .wtex is the output of a single PNG
+    /// Images (PNG of 8 or 16 bits, JPEG, WebP, TGA, KTX2 of 8 bits a channel), glTF files, folders (all
+    /// images below them) and globs; a last name that ends in .wtex is the output of a single image
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// Output file, for a single PNG, or output folder [default: beside each input, with the
+    /// Output file, for a single image, or output folder [default: beside each input, with the
     /// extension wtex]
     #[arg(short, long)]
     pub out: Option<PathBuf>,
@@ -39,6 +44,11 @@ pub struct EncodeArgs {
     /// Store the largest level only
     #[arg(long)]
     pub no_mips: bool,
+    /// Compress the files with Zstandard, at a level from 1 (fast) to 22 (small); games read them with the
+    /// feature zstd of bevy_wavelet_tex
+    #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "19",
+          value_parser = clap::value_parser!(i32).range(1..=22))]
+    pub zstd: Option<i32>,
     /// Print the results as JSON
     #[arg(long)]
     pub json: bool,
@@ -48,13 +58,13 @@ pub struct EncodeArgs {
 #[derive(Clone, Debug, Args)]
 pub struct EncoderOptions {
     /// Rate: gray2, gray3, gray4, color2.25, color3, color3.25, color4, color5, color8, normal4,
-    /// normal8, the bits per pixel alone, or auto (with --min-psnr) [default: 2 for gray PNGs, 3 for colour, 4 for normals]
+    /// normal8, the bits per pixel alone, or auto (with --min-psnr) [default: 2 for gray images, 3 for colour, 4 for normals]
     #[arg(long, value_parser = parse_rate)]
     pub rate: Option<RateArg>,
     /// Choose the smallest rate that reaches this PSNR in dB
     #[arg(long, value_name = "DB", value_parser = parse_psnr)]
     pub min_psnr: Option<f64>,
-    /// Kind of data in the image [default: gray for gray PNGs, else color]
+    /// Kind of data in the image [default: gray for gray images, else color]
     #[arg(long, value_enum)]
     pub role: Option<Role>,
     /// Time to spend on the search for the parameters
@@ -63,7 +73,8 @@ pub struct EncoderOptions {
     /// Parts of the codec to use
     #[arg(long, value_enum, default_value_t = Method::Best)]
     pub method: Method,
-    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and data)
+    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and
+    /// data, and for KTX2 in a linear format)
     #[arg(long)]
     pub linear: bool,
     /// Kinds of textures to choose from, by their error
@@ -103,7 +114,7 @@ pub struct InfoArgs {
     pub json: bool,
 }
 
-/// Measure the error between two images, PNGs or wavelet textures
+/// Measure the error between two images or wavelet textures
 #[derive(Debug, Args)]
 pub struct CompareArgs {
     /// The first image
@@ -121,7 +132,7 @@ pub struct CompareArgs {
 /// Encode images at many rates and report quality and time; nothing is written
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// PNGs, folders and globs
+    /// Images, folders and globs
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Rates to encode at, separated by commas [default: all of gray and colour]
@@ -140,7 +151,7 @@ pub struct BenchArgs {
 /// Measure colour images beside BC1, smaller BC1 textures and BC7; nothing is written
 #[derive(Debug, Args)]
 pub struct RivalsArgs {
-    /// PNGs, folders and globs
+    /// Images, folders and globs
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Rates to encode at, separated by commas [default: color2.25, color3, color3.25, color5]
@@ -165,129 +176,20 @@ pub struct Measurement {
     pub json: bool,
 }
 
-/// A rate, or the bits per pixel, whose rate depends on the image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RateArg {
-    Named(Rate),
-    Bits(f64),
-    Auto,
-}
-
-/// The kind of data in an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Role {
-    /// Base colour or emissive colour
-    #[value(alias = "colour")]
-    Color,
-    /// A gray picture
-    #[value(alias = "grey")]
-    Gray,
-    /// A normal map in tangent space
-    Normal,
-    /// One channel of linear data: occlusion, alpha masks
-    Mask,
-    /// Three channels of linear data: metallic-roughness
-    Data,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Effort {
-    /// No search for the parameters
-    Fast,
-    /// A search over a sample of the image
-    Default,
-    /// A finer search over a larger sample
-    Best,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Method {
-    /// Everything that improves the quality
-    Best,
-    /// Without prediction: one fetch of luma for a pixel instead of nine
-    OneFetch,
-    /// The codec of the thesis
-    Thesis,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Formats {
-    /// Wavelets, and plain BC textures of at most as many bits
-    Any,
-    /// Wavelets alone
-    Wavelet,
-    /// Plain BC textures alone, at full size or smaller
-    Plain,
-}
-
-impl From<Formats> for settings::Formats {
-    fn from(formats: Formats) -> Self {
-        match formats {
-            Formats::Any => Self::Any,
-            Formats::Wavelet => Self::Wavelet,
-            Formats::Plain => Self::Plain,
-        }
-    }
-}
-
-impl From<Effort> for settings::Effort {
-    fn from(effort: Effort) -> Self {
-        match effort {
-            Effort::Fast => Self::Fast,
-            Effort::Default => Self::Default,
-            Effort::Best => Self::Best,
-        }
-    }
-}
-
-impl From<Method> for settings::Method {
-    fn from(method: Method) -> Self {
-        match method {
-            Method::Best => Self::Best,
-            Method::OneFetch => Self::OneFetch,
-            Method::Thesis => Self::Thesis,
-        }
-    }
-}
-
-impl Role {
-    pub fn content(self) -> Content {
-        match self {
-            Self::Color | Self::Data => Content::Color,
-            Self::Gray | Self::Mask => Content::Gray,
-            Self::Normal => Content::Normal,
-        }
-    }
-}
-
-fn names() -> String {
-    Rate::ALL.map(Rate::name).join(", ")
-}
-
-fn parse_named_rate(text: &str) -> Result<Rate, String> {
-    Rate::from_name(text).ok_or_else(|| format!("possible are {}", names()))
-}
-
-fn parse_rate(text: &str) -> Result<RateArg, String> {
-    if text == "auto" {
-        return Ok(RateArg::Auto);
-    }
-    if let Some(rate) = Rate::from_name(text) {
-        return Ok(RateArg::Named(rate));
-    }
-    let has = |bits: &f64| {
-        let mut all = Rate::ALL.iter();
-        all.any(|rate| rate.nominal_bits_per_pixel(false) == *bits)
-    };
-    let bits = text.parse().ok().filter(has);
-    bits.map(RateArg::Bits)
-        .ok_or_else(|| format!("possible are auto, {}, or their numbers", names()))
-}
-
-fn parse_psnr(text: &str) -> Result<f64, String> {
-    let number = text
-        .parse()
-        .ok()
-        .filter(|db: &f64| (0.0..=99.0).contains(db));
-    number.ok_or_else(|| "a number from 0 to 99 is needed, in dB".into())
+/// Measure the bytes that images take on disk, with and without Zstandard, and the time to read them;
+/// nothing is written
+#[derive(Debug, Args)]
+pub struct SizesArgs {
+    /// Images, folders and globs
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub options: EncoderOptions,
+    /// Level of Zstandard
+    #[arg(long, value_name = "LEVEL", default_value_t = 19,
+          value_parser = clap::value_parser!(i32).range(1..=22))]
+    pub zstd: i32,
+    /// Print a JSON array of the rows
+    #[arg(long)]
+    pub json: bool,
 }

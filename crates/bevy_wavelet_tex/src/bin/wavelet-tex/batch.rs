@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{
     error::Error,
+    image_file,
     inputs::{self, Input},
     picture::Picture,
 };
@@ -50,15 +51,15 @@ pub fn run<T>(
     (done, failure)
 }
 
-/// Measures all PNGs that the arguments name. `rows` returns those of a picture, whose name is its path
+/// Measures all images that the arguments name. `rows` returns those of a picture, whose name is its path
 /// without the extension.
 pub fn measured<R>(
     named: &[PathBuf],
     mut rows: impl FnMut(&str, &Picture) -> Result<Vec<R>, EncodeError>,
 ) -> Result<(Vec<R>, Result<(), Error>), Error> {
-    let inputs = inputs::expand(named, &["png"])?;
+    let inputs = inputs::expand(named, image_file::EXTENSIONS)?;
     let (rows, result) = run(&inputs, |input, _| {
-        let picture = Picture::read_png(&input.path)?;
+        let picture = Picture::read(&input.path)?;
         let name = input.relative.with_extension("").display().to_string();
         rows(&name, &picture).map_err(|e| Error::file(&input.path, e))
     });

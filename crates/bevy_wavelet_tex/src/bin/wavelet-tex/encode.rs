@@ -1,71 +1,29 @@
 //! The command `wavelet-tex encode`.
 
-use std::{
-    io::{self, Write},
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::path::{Path, PathBuf};
 
-use bevy_wavelet_tex::{
-    codec::{encoder::encode, image::WaveletImage, settings::EncodeSettings, source::Source},
-    file,
-};
+use bevy_wavelet_tex::file;
 use serde::Serialize;
 
 use crate::{
-    args::{EncodeArgs, EncoderOptions, Role},
+    args::EncodeArgs,
     batch,
-    compare::Difference,
+    encode_one::{Row, encode_one},
     error::Error,
-    files, gltf,
+    gltf, image_file,
     inputs::{self, Destination, Input, Taken},
+    materials::{EncodedMap, MaterialRow},
     picture::Picture,
     report::Report,
-    request::Request,
 };
 
-/// The result of one image.
-#[derive(Serialize)]
-struct Row {
-    input: PathBuf,
-    output: PathBuf,
-    content: &'static str,
-    /// The packing of luma, or the format and size of a plain texture.
-    packing: String,
-    size: [u32; 2],
-    levels: u32,
-    bpp: f64,
-    bytes: usize,
-    psnr_db: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mean_angle_degrees: Option<f64>,
-    encode_s: f64,
-    #[serde(skip)]
-    quality: String,
-}
-
-impl Row {
-    fn text(&self) -> String {
-        let [width, height] = self.size;
-        format!(
-            "{}: {width} x {height} pixels, {}, {:.2} bpp, {} bytes, {}, {:.2} s",
-            self.output.display(),
-            self.packing,
-            self.bpp,
-            self.bytes,
-            self.quality,
-            self.encode_s,
-        )
-    }
-}
-
-/// Encodes PNGs and the images of glTF files, and returns a line about each.
+/// Encodes images and the images of glTF files, and returns a line about each.
 pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
     args.options.check()?;
     let (named, out) = split_output(&args.inputs, args.out.as_deref());
     let single = inputs::is_single(named) && !inputs::has_extension(&named[0], gltf::EXTENSIONS);
     let destination = Destination::new(out, single, file::EXTENSION)?;
-    let inputs = inputs::expand(named, &["png"])?;
+    let inputs = inputs::expand(named, image_file::EXTENSIONS)?;
     let mut taken = Taken::default();
     let (rows, result) = batch::run(&inputs, |input, _| {
         if inputs::has_extension(&input.path, gltf::EXTENSIONS) {
@@ -73,16 +31,34 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
         }
         let output = destination.of(input, file::EXTENSION)?;
         taken.take(&output, &input.path)?;
-        let picture = Picture::read_png(&input.path)?;
-        Ok(vec![encode_one(&input.path, &picture, None, args, output)?])
+        let picture = Picture::read(&input.path)?;
+        let (row, _) = encode_one(&input.path, picture, None, args, output)?;
+        Ok(vec![Line::Image(row)])
     });
-    let rows: Vec<Row> = rows.into_iter().flatten().collect();
+    let rows: Vec<Line> = rows.into_iter().flatten().collect();
     let text = if args.json {
         serde_json::to_string_pretty(&rows).expect("plain data")
     } else {
-        rows.iter().map(Row::text).collect::<Vec<_>>().join("\n")
+        rows.iter().map(Line::text).collect::<Vec<_>>().join("\n")
     };
     Ok((text, result))
+}
+
+/// A line of the report.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Line {
+    Image(Row),
+    Material(MaterialRow),
+}
+
+impl Line {
+    fn text(&self) -> String {
+        match self {
+            Self::Image(row) => row.text(),
+            Self::Material(row) => row.text(),
+        }
+    }
 }
 
 /// Separates the output from the inputs where it is named last.
@@ -100,97 +76,16 @@ fn split_output<'a>(
     }
 }
 
-fn encode_one(
-    input: &Path,
-    picture: &Picture,
-    role: Option<Role>,
-    args: &EncodeArgs,
-    output: PathBuf,
-) -> Result<Row, Error> {
-    let request = args.options.request(picture.is_gray(), role)?;
-    let reduced;
-    let picture = match args.options.max_size {
-        Some(most) if picture.size.iter().any(|s| *s > most) => {
-            reduced = picture.reduced(most, request.color_space());
-            &reduced
-        }
-        _ => picture,
-    };
-    let start = Instant::now();
-    let texture = encoded(input, picture, request, &args.options, !args.no_mips)?;
-    let encode_s = start.elapsed().as_secs_f64();
-    let bytes = file::write(&texture);
-    files::write(&output, &bytes)?;
-    let difference = Difference::between(picture, &Picture::from_texture(&texture, 0), false);
-    if let Some(wanted) = request.min_psnr_db
-        && difference.psnr_db < wanted
-    {
-        warn(
-            input,
-            &format!(
-                "the largest rate reaches {:.2} dB, not {wanted}",
-                difference.psnr_db
-            ),
-        );
-    }
-    Ok(Row {
-        input: input.to_path_buf(),
-        output,
-        content: texture.content.name(),
-        packing: texture.storage_name(),
-        size: texture.size,
-        levels: texture.levels,
-        bpp: texture.bits_per_pixel(),
-        bytes: bytes.len(),
-        psnr_db: difference.psnr_db,
-        mean_angle_degrees: difference.angles.map(|angles| angles.mean_angle_degrees),
-        encode_s,
-        quality: difference.quality(),
-    })
-}
-
-fn encoded(
-    path: &Path,
-    picture: &Picture,
-    request: Request,
-    options: &EncoderOptions,
-    mips: bool,
-) -> Result<WaveletImage, Error> {
-    if !options.alpha && picture.is_transparent() {
-        warn(
-            path,
-            "the image has transparent pixels; alpha is dropped (--alpha keeps it)",
-        );
-    }
-    let settings = EncodeSettings {
-        rate: request.rate,
-        min_psnr_db: request.min_psnr_db,
-        alpha: options.alpha,
-        color_space: request.color_space(),
-        mips,
-        effort: options.effort.into(),
-        method: options.method.into(),
-        formats: options.formats.into(),
-    };
-    let bar = batch::bar("mip levels");
-    let source = Source::new(picture.size, picture.source());
-    let texture = encode(&source, &settings, &|_, parts| {
-        bar.set_length(parts as u64);
-        bar.inc(1);
-    });
-    bar.finish_and_clear();
-    texture.map_err(|e| Error::file(path, e))
-}
-
-/// Encodes all images that the materials of a glTF file use, each by its role.
+/// Encodes all images that the materials of a glTF file use, each by its role, and measures the materials.
 fn gltf_images(
     input: &Input,
     args: &EncodeArgs,
     destination: &Destination,
     taken: &mut Taken,
-) -> Result<Vec<Row>, Error> {
-    let mut rows = Vec::new();
-    for image in gltf::images(&input.path)? {
+) -> Result<Vec<Line>, Error> {
+    let (images, materials) = gltf::read(&input.path)?;
+    let (mut lines, mut maps) = (Vec::new(), Vec::new());
+    for image in images {
         // `WaveletGltf` looks for this name.
         let name = |path: &Path| {
             // `with_extension` would replace the number of the texture.
@@ -218,18 +113,19 @@ fn gltf_images(
         };
         let label = format!("{} texture {}", input.path.display(), image.index);
         taken.take(&output, Path::new(&label))?;
-        let picture = Picture::from_png(Path::new(&label), image.png)?;
-        rows.push(encode_one(
-            Path::new(&label),
-            &picture,
-            Some(image.role),
-            args,
-            output,
-        )?);
+        let picture = Picture::from_bytes(
+            image.file.as_deref().unwrap_or(Path::new(&label)),
+            &image.bytes,
+        )?;
+        let path = Path::new(&label);
+        let (row, map) = encode_one(path, picture, Some(image.role), args, output)?;
+        lines.push(Line::Image(row));
+        maps.push(EncodedMap {
+            textures: image.textures,
+            ..map
+        });
     }
-    Ok(rows)
-}
-
-fn warn(path: &Path, problem: &str) {
-    let _ = writeln!(io::stderr(), "warning: {}: {problem}", path.display());
+    let measured = materials.iter().filter_map(|m| MaterialRow::new(m, &maps));
+    lines.extend(measured.map(Line::Material));
+    Ok(lines)
 }

@@ -1,29 +1,37 @@
-//! The PNGs of a glTF file, with the role that each has in the materials.
+//! The images of a glTF file, with the role that each has in the materials.
 //!
 //! Only the images, the textures that use them and the maps of the materials are parsed.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeMap,
     path::{Path, PathBuf},
 };
 
 use serde_json::Value;
 
-use crate::{args::Role, error::Error, files};
+use crate::{
+    choices::Role,
+    error::Error,
+    files,
+    gltf_bytes::{chunks, from_buffer, from_data_uri, percent_decoded},
+    lit_material::{Factors, Material},
+};
 
 /// Extensions of glTF files.
 pub const EXTENSIONS: &[&str] = &["gltf", "glb"];
 
 /// An image that is used by a material.
 pub struct GltfImage {
-    /// The index of the texture that uses it, by which Bevy's loader labels it.
+    /// The index of the first texture that uses it, by which Bevy's loader labels it.
     pub index: usize,
+    /// The indices of all textures that use it.
+    pub textures: Vec<usize>,
     /// Kind of data in the image.
     pub role: Role,
     /// Path of the image, where it has a file of its own.
     pub file: Option<PathBuf>,
-    /// Bytes of the PNG.
-    pub png: Vec<u8>,
+    /// Bytes of the image file.
+    pub bytes: Vec<u8>,
 }
 
 /// The maps of a material: their JSON pointers and the kind of data in them. Where an image has two
@@ -39,8 +47,9 @@ const MAPS: [(&str, Role); 5] = [
     ("/occlusionTexture/index", Role::Mask),
 ];
 
-/// Reads the images that the materials of a file use, in the order of their textures' indices.
-pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
+/// Reads the images that the materials of a file use, in the order of their textures' indices, and the
+/// materials.
+pub fn read(path: &Path) -> Result<(Vec<GltfImage>, Vec<Material>), Error> {
     let bytes = files::read(path)?;
     let fail = |problem: String| Error::file(path, problem);
     let (json, binary) = if bytes.starts_with(b"glTF") {
@@ -59,166 +68,72 @@ pub fn images(path: &Path) -> Result<Vec<GltfImage>, Error> {
             let image = json["textures"][texture as usize]["source"].as_u64();
             let image = image.ok_or_else(|| {
                 fail(format!(
-                    "its texture {texture} has no image of a core glTF format"
+                    "its texture {texture} has no image of a core glTF format: export it with PNG or JPEG"
                 ))
             })?;
             roles.entry(texture as usize).or_insert((image, role));
         }
     }
-    let mut files_seen = BTreeSet::new();
     let found = roles.into_iter().map(|(index, (source, role))| {
         let image = &json["images"][source as usize];
-        let (file, png) = match image["uri"].as_str() {
+        let (file, bytes) = match image["uri"].as_str() {
             Some(uri) if uri.starts_with("data:") => (None, from_data_uri(uri)),
             Some(uri) => {
                 let file = path.with_file_name("").join(percent_decoded(uri));
-                let png = files::read(&file)?;
-                (Some(file), Some(png))
+                let bytes = files::read(&file)?;
+                (Some(file), Some(bytes))
             }
             None => (None, from_buffer(&json, image, binary, path)?),
         };
-        let png =
-            png.ok_or_else(|| fail(format!("the image of its texture {index} has no bytes")))?;
+        let bytes =
+            bytes.ok_or_else(|| fail(format!("the image of its texture {index} has no bytes")))?;
         Ok(GltfImage {
             index,
+            textures: vec![index],
             role,
             file,
-            png,
+            bytes,
         })
     });
     // An image with a file of its own is encoded once, however many textures use it.
-    let mut found: Vec<GltfImage> = found.collect::<Result<_, Error>>()?;
-    found.retain(|image| {
-        image
-            .file
-            .clone()
-            .is_none_or(|file| files_seen.insert(file))
-    });
-    Ok(found)
+    let mut images: Vec<GltfImage> = Vec::new();
+    for image in found {
+        let image: GltfImage = image?;
+        let same = |other: &&mut GltfImage| image.file.is_some() && other.file == image.file;
+        match images.iter_mut().find(same) {
+            Some(other) => other.textures.push(image.index),
+            None => images.push(image),
+        }
+    }
+    let materials = json["materials"].as_array().into_iter().flatten();
+    Ok((images, materials.enumerate().map(material).collect()))
 }
 
-/// The JSON and, if there is one, the binary chunk of a GLB file.
-fn chunks(bytes: &[u8]) -> Option<(&[u8], Option<&[u8]>)> {
-    let u32_at = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
-    let chunk = |at: usize, kind: &[u8; 4]| {
-        let length = u32_at(at)?;
-        (bytes.get(at + 4..at + 8)? == kind).then_some(())?;
-        bytes.get(at + 8..(at + 8).checked_add(length)?)
+/// The maps and factors of a material.
+fn material((index, json): (usize, &Value)) -> Material {
+    let name = json["name"].as_str();
+    let map = |(pointer, _): (&str, Role)| {
+        let texture = json.pointer(pointer).and_then(Value::as_u64);
+        texture.map(|texture| texture as usize)
     };
-    let json = chunk(12, b"JSON")?;
-    Some((json, chunk(20 + json.len(), b"BIN\0")))
-}
-
-/// The bytes of an image in a buffer.
-fn from_buffer(
-    json: &Value,
-    image: &Value,
-    binary: Option<&[u8]>,
-    path: &Path,
-) -> Result<Option<Vec<u8>>, Error> {
-    let Some(view) = image["bufferView"].as_u64() else {
-        return Ok(None);
-    };
-    let view = &json["bufferViews"][view as usize];
-    let number = |value: &Value| value.as_u64().map(|v| v as usize);
-    let (Some(buffer), Some(length)) = (number(&view["buffer"]), number(&view["byteLength"]))
-    else {
-        return Ok(None);
-    };
-    let offset = number(&view["byteOffset"]).unwrap_or(0);
-    let owned;
-    let bytes = match json["buffers"][buffer]["uri"].as_str() {
-        None => match binary {
-            Some(binary) => binary,
-            None => return Ok(None),
+    let [base_color, emissive, normal, metallic_roughness, occlusion] = MAPS.map(map);
+    let pbr = &json["pbrMetallicRoughness"];
+    let number = |value: &Value, default: f64| value.as_f64().unwrap_or(default);
+    let color = |value: &Value, default| [0, 1, 2].map(|i| number(&value[i], default));
+    Material {
+        name: name.map_or_else(|| format!("material {index}"), str::to_string),
+        base_color,
+        emissive,
+        normal,
+        metallic_roughness,
+        occlusion,
+        factors: Factors {
+            base_color: color(&pbr["baseColorFactor"], 1.0),
+            emissive: color(&json["emissiveFactor"], 0.0),
+            metallic: number(&pbr["metallicFactor"], 1.0),
+            roughness: number(&pbr["roughnessFactor"], 1.0),
+            normal_scale: number(&json["normalTexture"]["scale"], 1.0),
+            occlusion_strength: number(&json["occlusionTexture"]["strength"], 1.0),
         },
-        Some(uri) if uri.starts_with("data:") => match from_data_uri(uri) {
-            Some(bytes) => {
-                owned = bytes;
-                &owned
-            }
-            None => return Ok(None),
-        },
-        Some(uri) => {
-            owned = files::read(&path.with_file_name("").join(percent_decoded(uri)))?;
-            &owned
-        }
-    };
-    let end = offset.checked_add(length);
-    Ok(end
-        .and_then(|end| bytes.get(offset..end))
-        .map(<[u8]>::to_vec))
-}
-
-/// The bytes of a base64 data URI.
-fn from_data_uri(uri: &str) -> Option<Vec<u8>> {
-    let (_, text) = uri.split_once(";base64,")?;
-    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
-    let (mut bits, mut count) = (0u32, 0);
-    for c in text.bytes().take_while(|c| *c != b'=') {
-        let value = match c {
-            b'A'..=b'Z' => c - b'A',
-            b'a'..=b'z' => c - b'a' + 26,
-            b'0'..=b'9' => c - b'0' + 52,
-            b'+' => 62,
-            b'/' => 63,
-            _ => return None,
-        };
-        bits = bits << 6 | u32::from(value);
-        count += 6;
-        if count >= 8 {
-            count -= 8;
-            bytes.push((bits >> count) as u8);
-        }
-    }
-    Some(bytes)
-}
-
-fn percent_decoded(uri: &str) -> String {
-    let mut bytes = Vec::new();
-    let mut rest = uri.as_bytes();
-    while let [first, tail @ ..] = rest {
-        let hex = tail.get(..2).and_then(|h| std::str::from_utf8(h).ok());
-        let code = hex.and_then(|h| u8::from_str_radix(h, 16).ok());
-        match (first, code) {
-            (b'%', Some(code)) => {
-                bytes.push(code);
-                rest = &tail[2..];
-            }
-            _ => {
-                bytes.push(*first);
-                rest = tail;
-            }
-        }
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn data_and_percent_come_apart() {
-        assert_eq!(
-            from_data_uri("data:image/png;base64,aGVsbG8="),
-            Some(b"hello".to_vec())
-        );
-        assert_eq!(from_data_uri("data:image/png;base64,a*"), None);
-        assert_eq!(from_data_uri("data:,plain"), None);
-        assert_eq!(percent_decoded("a%20b%zz.png"), "a b%zz.png");
-    }
-
-    #[test]
-    fn no_cut_glb_panics() {
-        let mut glb = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
-        glb.extend(2u32.to_le_bytes());
-        glb.extend(b"JSON{}");
-        for length in 0..=glb.len() {
-            let found = chunks(&glb[..length]);
-            assert_eq!(found.is_some(), length == glb.len(), "{length}");
-        }
-        glb[12..16].copy_from_slice(&u32::MAX.to_le_bytes());
-        assert!(chunks(&glb).is_none());
     }
 }

@@ -4,18 +4,28 @@
 mod args;
 mod batch;
 mod bench;
+mod choices;
 mod compare;
 mod decode;
 mod encode;
+mod encode_one;
 mod error;
 mod files;
 mod gltf;
+mod gltf_bytes;
+mod image_file;
 mod info;
 mod inputs;
+mod jpeg;
+mod ktx2_file;
+mod lit_material;
+mod materials;
 mod picture;
 mod report;
 mod request;
 mod rivals;
+mod shading;
+mod sizes;
 
 use std::{
     io::{self, Write},
@@ -35,6 +45,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args).map(|text| (text, Ok(()))),
         Command::Bench(args) => bench::run(&args),
         Command::Rivals(args) => rivals::run(&args),
+        Command::Sizes(args) => sizes::run(&args),
     };
     let (text, result) = match report {
         Ok((text, result)) => (text, result),

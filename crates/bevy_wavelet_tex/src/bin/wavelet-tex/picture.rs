@@ -1,27 +1,26 @@
-//! Pixels from PNGs and from wavelet textures.
+//! Pixels from image files and from wavelet textures.
 
 use std::{io::Cursor, path::Path};
 
 use bevy_wavelet_tex::{
     codec::{
+        angle::normal_blue,
         decoder::decode,
         image::{ColorSpace, Content, WaveletImage},
-        layout::MAX_SIZE,
         reduce::reduced_rgba8,
         source::Pixels,
     },
     file,
 };
-use image::{
-    ColorType, DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, Limits, RgbImage,
-    RgbaImage, codecs::png::PngDecoder,
+use image::{ColorType, DynamicImage, GrayImage, ImageFormat, RgbImage, RgbaImage};
+
+use crate::{
+    error::Error,
+    files,
+    image_file::{self, Decoded},
 };
 
-use crate::{error::Error, files};
-
-const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
-
-/// The pixels of a PNG or of a texture.
+/// The pixels of an image file or of a texture.
 pub struct Picture {
     pub size: [u32; 2],
     /// RGBA of 8 bits, row by row from the top; gray is repeated in three channels.
@@ -31,57 +30,34 @@ pub struct Picture {
     /// Whether the picture has an alpha channel.
     pub has_alpha: bool,
     pub content: Content,
+    /// The color space that the image file states.
+    pub color_space: Option<ColorSpace>,
+    /// Whether the image file has red and green alone.
+    is_red_green: bool,
 }
 
 impl Picture {
-    /// Reads a PNG. Its content is gray or colour, since a PNG cannot mark a normal map.
-    pub fn read_png(path: &Path) -> Result<Self, Error> {
-        Self::from_png(path, files::read(path)?)
+    /// Reads an image file. Its content is gray or colour, since none of them marks a normal map.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::from_bytes(path, &files::read(path)?)
     }
 
-    /// Reads a PNG or the largest level of a texture, which differ in their first bytes.
+    /// Reads an image file or the largest level of a texture, which differ in their first bytes.
     pub fn read_any(path: &Path) -> Result<Self, Error> {
         let bytes = files::read(path)?;
-        if bytes.starts_with(PNG_SIGNATURE) {
-            return Self::from_png(path, bytes);
-        }
         match file::read(&bytes) {
             Ok(texture) => Ok(Self::from_texture(&texture, 0)),
-            Err(file::ReadError::Magic) => Err(Error::file(
-                path,
-                "neither a PNG nor a wavelet texture: convert it to PNG first",
-            )),
+            Err(file::ReadError::Magic) => Self::from_bytes(path, &bytes),
             Err(error) => Err(Error::file(path, error)),
         }
     }
 
-    pub fn from_png(path: &Path, bytes: Vec<u8>) -> Result<Self, Error> {
-        let fail = |problem: String| Error::file(path, problem);
-        if !bytes.starts_with(PNG_SIGNATURE) {
-            return Err(fail(match file::read(&bytes) {
-                Err(file::ReadError::Magic) => "not a PNG: convert it to PNG first".into(),
-                _ => {
-                    "a wavelet texture, not a PNG: decode it with `wavelet-tex decode` first".into()
-                }
-            }));
-        }
-        // The size is checked before the decoder does, because its message does not contain the
-        // size.
-        if let Some([width, height]) = png_size(&bytes).filter(|s| s.iter().any(|&s| s > MAX_SIZE))
-        {
-            return Err(fail(format!(
-                "an image of {width} x {height} pixels: both sides must be 1 to {MAX_SIZE}"
-            )));
-        }
-        let damaged = |e: ImageError| fail(format!("the PNG cannot be decoded: {e}"));
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(MAX_SIZE);
-        limits.max_image_height = Some(MAX_SIZE);
-        // The largest image is RGBA of 16 bits.
-        limits.max_alloc = Some(8 * u64::from(MAX_SIZE).pow(2));
-        let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(damaged)?;
-        let (width, height) = decoder.dimensions();
-        let image = DynamicImage::from_decoder(decoder).map_err(damaged)?;
+    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let Decoded {
+            image,
+            color_space,
+            is_red_green,
+        } = image_file::decode(path, bytes)?;
         let color = image.color();
         let content = if color.has_color() {
             Content::Color
@@ -94,11 +70,13 @@ impl Picture {
         )
         .then(|| image.to_rgba16().pixels().map(|p| p.0).collect());
         Ok(Self {
-            size: [width, height],
+            size: [image.width(), image.height()],
             pixels: image.into_rgba8().pixels().map(|p| p.0).collect(),
             words,
             has_alpha: color.has_alpha(),
             content,
+            color_space,
+            is_red_green,
         })
     }
 
@@ -111,6 +89,8 @@ impl Picture {
             words: None,
             has_alpha: decoded.alpha.is_some(),
             content: texture.content,
+            color_space: None,
+            is_red_green: false,
         }
     }
 
@@ -128,11 +108,28 @@ impl Picture {
         let (size, pixels) = reduced_rgba8(self.size, |i| source.get(i), most, color_space);
         Self {
             size,
+            ..self.with_pixels(pixels)
+        }
+    }
+
+    /// The same picture with other pixels.
+    pub fn with_pixels(&self, pixels: Vec<[u8; 4]>) -> Self {
+        Self {
             pixels,
             words: None,
-            has_alpha: self.has_alpha,
-            content: self.content,
+            ..*self
         }
+    }
+
+    /// Adds the blue of a normal map whose file has red and green alone: the Z of a unit vector.
+    pub fn complete_normals(&mut self) {
+        if !self.is_red_green {
+            return;
+        }
+        for [r, g, b, _] in &mut self.pixels {
+            *b = normal_blue([*r, *g]);
+        }
+        self.is_red_green = false;
     }
 
     /// Returns whether any pixel is not opaque.
@@ -167,13 +164,4 @@ impl Picture {
             .map_err(|e| Error::file(path, format_args!("cannot be encoded as PNG: {e}")))?;
         files::write(path, png.get_ref())
     }
-}
-
-/// Width and height in the header of a PNG.
-fn png_size(bytes: &[u8]) -> Option<[u32; 2]> {
-    let (fields, []) = bytes.get(12..24)?.as_chunks::<4>() else {
-        return None;
-    };
-    let size = [fields[1], fields[2]].map(u32::from_be_bytes);
-    (&fields[0] == b"IHDR").then_some(size)
 }

@@ -6,7 +6,8 @@ use bevy_wavelet_tex::codec::{
 };
 
 use crate::{
-    args::{EncoderOptions, RateArg, Role},
+    args::EncoderOptions,
+    choices::{RateArg, Role},
     error::Error,
 };
 

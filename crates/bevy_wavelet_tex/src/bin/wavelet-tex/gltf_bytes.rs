@@ -1,0 +1,133 @@
+//! The bytes in a glTF file: the chunks of a GLB, buffers and URIs.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::{error::Error, files};
+
+/// The JSON and, if there is one, the binary chunk of a GLB file.
+pub fn chunks(bytes: &[u8]) -> Option<(&[u8], Option<&[u8]>)> {
+    let u32_at = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?) as usize);
+    let chunk = |at: usize, kind: &[u8; 4]| {
+        let length = u32_at(at)?;
+        (bytes.get(at + 4..at + 8)? == kind).then_some(())?;
+        bytes.get(at + 8..(at + 8).checked_add(length)?)
+    };
+    let json = chunk(12, b"JSON")?;
+    Some((json, chunk(20 + json.len(), b"BIN\0")))
+}
+
+/// The bytes of an image in a buffer.
+pub fn from_buffer(
+    json: &Value,
+    image: &Value,
+    binary: Option<&[u8]>,
+    path: &Path,
+) -> Result<Option<Vec<u8>>, Error> {
+    let Some(view) = image["bufferView"].as_u64() else {
+        return Ok(None);
+    };
+    let view = &json["bufferViews"][view as usize];
+    let number = |value: &Value| value.as_u64().map(|v| v as usize);
+    let (Some(buffer), Some(length)) = (number(&view["buffer"]), number(&view["byteLength"]))
+    else {
+        return Ok(None);
+    };
+    let offset = number(&view["byteOffset"]).unwrap_or(0);
+    let owned;
+    let bytes = match json["buffers"][buffer]["uri"].as_str() {
+        None => match binary {
+            Some(binary) => binary,
+            None => return Ok(None),
+        },
+        Some(uri) if uri.starts_with("data:") => match from_data_uri(uri) {
+            Some(bytes) => {
+                owned = bytes;
+                &owned
+            }
+            None => return Ok(None),
+        },
+        Some(uri) => {
+            owned = files::read(&path.with_file_name("").join(percent_decoded(uri)))?;
+            &owned
+        }
+    };
+    let end = offset.checked_add(length);
+    Ok(end
+        .and_then(|end| bytes.get(offset..end))
+        .map(<[u8]>::to_vec))
+}
+
+/// The bytes of a base64 data URI.
+pub fn from_data_uri(uri: &str) -> Option<Vec<u8>> {
+    let (_, text) = uri.split_once(";base64,")?;
+    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut count) = (0u32, 0);
+    for c in text.bytes().take_while(|c| *c != b'=') {
+        let value = match c {
+            b'A'..=b'Z' => c - b'A',
+            b'a'..=b'z' => c - b'a' + 26,
+            b'0'..=b'9' => c - b'0' + 52,
+            b'+' => 62,
+            b'/' => 63,
+            _ => return None,
+        };
+        bits = bits << 6 | u32::from(value);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            bytes.push((bits >> count) as u8);
+        }
+    }
+    Some(bytes)
+}
+
+pub fn percent_decoded(uri: &str) -> String {
+    let mut bytes = Vec::new();
+    let mut rest = uri.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let hex = tail.get(..2).and_then(|h| std::str::from_utf8(h).ok());
+        let code = hex.and_then(|h| u8::from_str_radix(h, 16).ok());
+        match (first, code) {
+            (b'%', Some(code)) => {
+                bytes.push(code);
+                rest = &tail[2..];
+            }
+            _ => {
+                bytes.push(*first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_and_percent_come_apart() {
+        assert_eq!(
+            from_data_uri("data:image/png;base64,aGVsbG8="),
+            Some(b"hello".to_vec())
+        );
+        assert_eq!(from_data_uri("data:image/png;base64,a*"), None);
+        assert_eq!(from_data_uri("data:,plain"), None);
+        assert_eq!(percent_decoded("a%20b%zz.png"), "a b%zz.png");
+    }
+
+    #[test]
+    fn no_cut_glb_panics() {
+        let mut glb = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
+        glb.extend(2u32.to_le_bytes());
+        glb.extend(b"JSON{}");
+        for length in 0..=glb.len() {
+            let found = chunks(&glb[..length]);
+            assert_eq!(found.is_some(), length == glb.len(), "{length}");
+        }
+        glb[12..16].copy_from_slice(&u32::MAX.to_le_bytes());
+        assert!(chunks(&glb).is_none());
+    }
+}

@@ -1,0 +1,95 @@
+//! Decoding of image files: PNG, JPEG, WebP, TGA and KTX2.
+
+use std::{io::Cursor, path::Path};
+
+use bevy_wavelet_tex::{
+    codec::{image::ColorSpace, layout::MAX_SIZE},
+    file,
+};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+
+use crate::{error::Error, inputs, jpeg, ktx2_file};
+
+/// Extensions of the image files that are encoded from folders.
+pub const EXTENSIONS: &[&str] = &["png", "jpg", "jpeg", "webp", "tga", "ktx2"];
+
+/// The formats, for messages.
+pub const FORMATS: &str = "PNG, JPEG, WebP, TGA or KTX2";
+
+/// A decoded image.
+pub struct Decoded {
+    pub image: DynamicImage,
+    /// The color space that the file states in its format, which of these only KTX2 does.
+    pub color_space: Option<ColorSpace>,
+    /// Whether the image has red and green alone, so that its blue is zero.
+    pub is_red_green: bool,
+}
+
+/// Decodes an image. TGA has no signature and is recognised by its file name; the others by their first
+/// bytes.
+pub fn decode(path: &Path, bytes: &[u8]) -> Result<Decoded, Error> {
+    let fail = |problem: String| Error::file(path, problem);
+    check_size(ktx2_file::size(bytes).or_else(|| png_size(bytes))).map_err(fail)?;
+    if bytes.starts_with(&ktx2_file::SIGNATURE) {
+        return ktx2_file::decode(bytes)
+            .map_err(|problem| fail(format!("the KTX2 cannot be decoded: {problem}")));
+    }
+    let format = match image::guess_format(bytes) {
+        Ok(format) if format.reading_enabled() => format,
+        _ if inputs::has_extension(path, &["tga"]) => ImageFormat::Tga,
+        _ => return Err(fail(unknown(bytes))),
+    };
+    let name = match format {
+        ImageFormat::Jpeg => "JPEG",
+        ImageFormat::WebP => "WebP",
+        ImageFormat::Tga => "TGA",
+        _ => "PNG",
+    };
+    let damaged = |e: ImageError| fail(format!("the {name} cannot be decoded: {e}"));
+    if format == ImageFormat::Jpeg && !jpeg::is_complete(bytes) {
+        return Err(fail(
+            "the JPEG cannot be decoded: it is cut short, so copy or export it again".into(),
+        ));
+    }
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    // The largest image is RGBA of 16 bits.
+    limits.max_alloc = Some(8 * u64::from(MAX_SIZE).pow(2));
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(damaged)?;
+    check_size(Some(decoder.dimensions().into())).map_err(fail)?;
+    Ok(Decoded {
+        image: DynamicImage::from_decoder(decoder).map_err(damaged)?,
+        color_space: None,
+        is_red_green: false,
+    })
+}
+
+/// What to do about bytes that are no image.
+fn unknown(bytes: &[u8]) -> String {
+    match file::read(bytes) {
+        Err(file::ReadError::Magic) => format!("not a {FORMATS}: convert it to PNG first"),
+        _ => "a wavelet texture, not an image: decode it with `wavelet-tex decode` first".into(),
+    }
+}
+
+/// Refuses a size before memory is allocated for it.
+fn check_size(size: Option<[u32; 2]>) -> Result<(), String> {
+    match size {
+        Some([width, height]) if [width, height].iter().any(|s| !(1..=MAX_SIZE).contains(s)) => {
+            Err(format!(
+                "an image of {width} x {height} pixels: both sides must be 1 to {MAX_SIZE}"
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Width and height in the header of a PNG, whose decoder refuses a large image without naming them.
+fn png_size(bytes: &[u8]) -> Option<[u32; 2]> {
+    let (fields, []) = bytes.get(12..24)?.as_chunks::<4>() else {
+        return None;
+    };
+    let size = [fields[1], fields[2]].map(u32::from_be_bytes);
+    (&fields[0] == b"IHDR").then_some(size)
+}

@@ -1,0 +1,224 @@
+//! Tests of the image formats that the tool reads.
+
+use std::io::Cursor;
+
+use image::{DynamicImage, ImageFormat, RgbImage, codecs::jpeg::JpegEncoder};
+use ktx2::{Format, Header, Index, LevelIndex, SupercompressionScheme, dfd};
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
+use crate::support::{Folder, color_image, gray_image, normal_image};
+
+/// Encodes a file and returns the texture.
+fn encoded(f: &Folder, file: &str, options: &[&str]) -> Vec<u8> {
+    let start = ["encode", file, "out.wtex", "--effort", "fast"];
+    f.ok(&[&start[..], options].concat());
+    f.read("out.wtex")
+}
+
+fn file_of(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, format).expect("an image");
+    bytes.into_inner()
+}
+
+/// A KTX2 file of one level.
+pub fn ktx2(format: Format, size: [u32; 2], texels: &[u8], zstd: bool) -> Vec<u8> {
+    let (basic, type_size) =
+        dfd::Basic::from_format_with(format, false, None, None, None).expect("a simple format");
+    let block = dfd::Block::Basic(basic).to_vec();
+    let data = match zstd {
+        true => compress_to_vec(texels, CompressionLevel::Fastest),
+        false => texels.to_vec(),
+    };
+    let dfd_start = Header::LENGTH + LevelIndex::LENGTH;
+    let data_start = (dfd_start + 4 + block.len()).next_multiple_of(16);
+    let header = Header {
+        format: Some(format),
+        type_size,
+        pixel_width: size[0],
+        pixel_height: size[1],
+        pixel_depth: 0,
+        layer_count: 0,
+        face_count: 1,
+        level_count: 1,
+        supercompression_scheme: zstd.then_some(SupercompressionScheme::Zstandard),
+        index: Index {
+            dfd_byte_offset: dfd_start as u32,
+            dfd_byte_length: 4 + block.len() as u32,
+            kvd_byte_offset: 0,
+            kvd_byte_length: 0,
+            sgd_byte_offset: 0,
+            sgd_byte_length: 0,
+        },
+    };
+    let level = LevelIndex {
+        byte_offset: data_start as u64,
+        byte_length: data.len() as u64,
+        uncompressed_byte_length: texels.len() as u64,
+    };
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.extend(level.as_bytes());
+    bytes.extend((4 + block.len() as u32).to_le_bytes());
+    bytes.extend(block);
+    bytes.resize(data_start, 0);
+    bytes.extend(data);
+    bytes
+}
+
+#[test]
+fn every_format_gives_the_texture_of_its_pixels() {
+    let f = Folder::new("formats");
+    let rgba = DynamicImage::from(color_image()).into_rgba8();
+    let images: [DynamicImage; 3] = [color_image().into(), gray_image().into(), rgba.into()];
+    for image in images {
+        f.save("in.png", image.clone());
+        let expected = encoded(&f, "in.png", &[]);
+        f.write("in.tga", &file_of(&image, ImageFormat::Tga));
+        assert_eq!(
+            encoded(&f, "in.tga", &[]),
+            expected,
+            "TGA {:?}",
+            image.color()
+        );
+        // WebP has no gray.
+        if image.color().has_color() {
+            f.write("in.webp", &file_of(&image, ImageFormat::WebP));
+            assert_eq!(
+                encoded(&f, "in.webp", &[]),
+                expected,
+                "WebP {:?}",
+                image.color()
+            );
+        }
+    }
+    for image in [DynamicImage::from(color_image()), gray_image().into()] {
+        let mut jpeg = Vec::new();
+        let encoder = JpegEncoder::new_with_quality(&mut jpeg, 90);
+        image.write_with_encoder(encoder).expect("a JPEG");
+        // A wrong extension does not matter.
+        f.write("in.webp", &jpeg);
+        let decoded = image::load_from_memory(&jpeg).expect("a JPEG");
+        assert_eq!(decoded.color(), image.color());
+        f.save("in.png", decoded);
+        assert_eq!(encoded(&f, "in.webp", &[]), encoded(&f, "in.png", &[]));
+    }
+    let compared = f.json(&["compare", "in.webp", "in.png", "--json"]);
+    assert_eq!(compared["mse"], 0.0);
+    let rows = f.json(&[
+        "bench", "in.webp", "in.tga", "--rates", "gray2", "--effort", "fast", "--json",
+    ]);
+    assert_eq!(rows.as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn ktx2_of_8_bits_is_read_in_its_color_space() {
+    let f = Folder::new("ktx2");
+    let color = DynamicImage::from(color_image());
+    let size = [color.width(), color.height()];
+    for zstd in [false, true] {
+        for (image, srgb, linear) in [
+            (color.clone(), Format::R8G8B8_SRGB, Format::R8G8B8_UNORM),
+            (
+                color.to_rgba8().into(),
+                Format::R8G8B8A8_SRGB,
+                Format::R8G8B8A8_UNORM,
+            ),
+            (gray_image().into(), Format::R8_SRGB, Format::R8_UNORM),
+        ] {
+            f.save("in.png", image.clone());
+            f.write("in.ktx2", &ktx2(srgb, size, image.as_bytes(), zstd));
+            assert_eq!(encoded(&f, "in.ktx2", &[]), encoded(&f, "in.png", &[]));
+            f.write("in.ktx2", &ktx2(linear, size, image.as_bytes(), zstd));
+            assert_eq!(
+                encoded(&f, "in.ktx2", &[]),
+                encoded(&f, "in.png", &["--linear"])
+            );
+        }
+    }
+}
+
+#[test]
+fn two_channels_are_normals_by_their_role() {
+    let f = Folder::new("red-green");
+    let normals = normal_image();
+    f.save("in.png", normals.clone());
+    let pairs: Vec<u8> = normals.pixels().flat_map(|p| [p.0[0], p.0[1]]).collect();
+    let size = normals.dimensions().into();
+    f.write("in.ktx2", &ktx2(Format::R8G8_UNORM, size, &pairs, true));
+    f.ok(&["encode", "in.ktx2", "out.wtex", "--role", "normal"]);
+    let difference = f.json(&["compare", "in.png", "out.wtex", "--json"]);
+    let angle = difference["mean_angle_degrees"].as_f64().expect("normals");
+    assert!(angle < 1.0, "{angle}");
+    // Without the role it is a picture without blue.
+    f.ok(&["encode", "in.ktx2", "out.wtex"]);
+    assert_eq!(f.json(&["info", "out.wtex", "--json"])["content"], "color");
+}
+
+#[test]
+fn cut_files_are_named() {
+    let f = Folder::new("cut");
+    let image = DynamicImage::from(color_image());
+    let size = [image.width(), image.height()];
+    let plain = ktx2(Format::R8G8B8_UNORM, size, image.as_bytes(), false);
+    let zstd = ktx2(Format::R8G8B8_UNORM, size, image.as_bytes(), true);
+    for (name, words, bytes) in [
+        ("a.jpg", "JPEG", file_of(&image, ImageFormat::Jpeg)),
+        ("a.webp", "WebP", file_of(&image, ImageFormat::WebP)),
+        ("a.tga", "TGA", file_of(&image, ImageFormat::Tga)),
+        ("a.ktx2", "KTX2", plain),
+        ("z.ktx2", "KTX2", zstd),
+    ] {
+        f.write(name, &bytes);
+        f.ok(&["encode", name, "good.wtex", "--effort", "fast"]);
+        for length in [bytes.len() / 2, 13] {
+            f.write(name, &bytes[..length]);
+            let words = [name, words, "cannot be decoded"];
+            f.fails(1, &["encode", name, "new.wtex"], &words);
+        }
+    }
+}
+
+#[test]
+fn refused_files_are_named_with_the_remedy() {
+    let f = Folder::new("refused");
+    let fails = |name: &str, bytes: &[u8], words: &str| {
+        f.write(name, bytes);
+        f.fails(1, &["encode", name, "new.wtex"], &[name, words]);
+    };
+    let blocks = ktx2(Format::BC7_SRGB_BLOCK, [4, 4], &[0; 16], false);
+    fails(
+        "bc7.ktx2",
+        &blocks,
+        "BC7_SRGB_BLOCK is block-compressed: encode the original",
+    );
+    let half = ktx2(Format::R16G16B16A16_SFLOAT, [1, 1], &[0; 8], false);
+    fails("half.ktx2", &half, "convert it to 8 bits a channel");
+    let good = ktx2(Format::R8_UNORM, [2, 2], &[9; 4], true);
+    let with = |at: usize, value: u32| {
+        let mut bytes = good.clone();
+        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        bytes
+    };
+    fails("basis.ktx2", &with(12, 0), "Basis Universal");
+    fails("cube.ktx2", &with(36, 6), "a cube");
+    fails("zlib.ktx2", &with(44, 3), "write it with Zstandard");
+    fails("wide.ktx2", &with(20, 20000), "20000 x 2");
+    fails(
+        "more.ktx2",
+        &with(20, 16000),
+        "has 4 bytes instead of 32000",
+    );
+    fails("fewer.ktx2", &with(24, 1), "more than 2 bytes");
+    fails("line.ktx2", &with(24, 0), "2 x 0");
+    fails("level.ktx2", &with(80, u32::MAX), "cut short");
+
+    // A header of 18 bytes that claims 20000 x 20000 pixels.
+    let mut tga = file_of(&RgbImage::new(4, 4).into(), ImageFormat::Tga);
+    tga[12..16].copy_from_slice(&[0x20, 0x4e, 0x20, 0x4e]);
+    fails("wide.tga", &tga, "20000 x 20000");
+    fails(
+        "text.jpg",
+        b"no image of any kind",
+        "not a PNG, JPEG, WebP, TGA or KTX2",
+    );
+}
