@@ -16,7 +16,10 @@ fn images() -> Vec<WaveletImage> {
 fn blob_start(image: &WaveletImage) -> usize {
     match image.groups.len() {
         0 => FIXED_HEADER_BYTES + PLAIN_BYTES,
-        groups => FIXED_HEADER_BYTES + groups * GROUP_BYTES,
+        groups => {
+            let axes = if version(image) == VERSION { AXES_BYTES } else { 0 };
+            FIXED_HEADER_BYTES + axes + groups * GROUP_BYTES
+        }
     }
 }
 
