@@ -1,6 +1,6 @@
 //! What a scene of boxes needs before `bevy_solari` draws it.
 
-use bevy::{math::Measured2d, prelude::*};
+use bevy::prelude::*;
 use bevy_frugal_lab::boxes::BoxScene;
 use bevy_solari::scene::RaytracingMesh3d;
 
@@ -56,7 +56,7 @@ fn spawn_sphere(world: &mut World, position: Vec3, intensity_cd: Vec3) {
     let sphere = Sphere::new(LAMP_RADIUS).mesh();
     let mut mesh = sphere.ico(2).expect("a few triangles");
     let triangles = mesh.triangles().expect("a list of triangles");
-    let area: f32 = triangles.map(|triangle| triangle.area()).sum();
+    let area: f32 = triangles.map(|triangle| area(triangle.vertices)).sum();
     add_tangents(&mut mesh);
     // A convex body shows a quarter of its surface on average.
     let radiance = 4.0 / area * intensity_cd;
@@ -76,4 +76,8 @@ fn spawn_sphere(world: &mut World, position: Vec3, intensity_cd: Vec3) {
         MeshMaterial3d(material),
         Transform::from_translation(position),
     ));
+}
+
+fn area([a, b, c]: [Vec3; 3]) -> f32 {
+    0.5 * (b - a).cross(c - a).length()
 }

@@ -5,7 +5,7 @@ use std::{error::Error, time::Instant};
 use bevy::{math::Vec3, render::renderer::RenderDevice};
 use bevy_frugal_lab::{
     boxes::{TracedScene, agreement, spawn_box_scene},
-    headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat},
+    headless::{HeadlessApp, HeadlessSettings, TargetFormat},
     record::{Measurement, ReportAdapter},
 };
 use bevy_solari::SolariPlugins;

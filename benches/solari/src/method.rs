@@ -1,7 +1,10 @@
 //! What draws the light, by name.
 
 use bevy::{
-    camera::CameraMainTextureUsages, pbr::ScreenSpaceAmbientOcclusion, prelude::*,
+    camera::CameraMainTextureUsages,
+    light::{DirectionalLightShadowMap, PointLightShadowMap},
+    pbr::ScreenSpaceAmbientOcclusion,
+    prelude::*,
     render::render_resource::TextureUsages,
 };
 use bevy_frugal_lab::{
@@ -74,6 +77,9 @@ impl Method {
 
     /// Adds the plugins.
     pub fn build(self, app: &mut App) {
+        // Those of a game: the lab's own are smaller.
+        app.insert_resource(DirectionalLightShadowMap::default())
+            .insert_resource(PointLightShadowMap::default());
         if self.traces_rays() {
             app.add_plugins(SolariPlugins);
         }
