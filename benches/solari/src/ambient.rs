@@ -6,22 +6,25 @@ use bevy_frugal_lab::{
     headless::{HeadlessApp, HeadlessError},
 };
 
-use crate::picture::picture;
+use crate::picture::{difference, picture};
 
-/// Sets the ambient light of an app that has none.
+/// Sets the ambient light of an app that has none; `direct` is its picture.
 ///
 /// # Errors
 /// [`HeadlessError`] when a frame cannot be rendered.
-pub fn fit(app: &mut HeadlessApp, truth: &TracedScene) -> Result<(), HeadlessError> {
-    let width = truth.scene.camera.width;
-    let without = block_means(&picture(app)?, width);
+pub fn fit(
+    app: &mut HeadlessApp,
+    truth: &TracedScene,
+    direct: &[Vec3],
+) -> Result<(), HeadlessError> {
     app.world_mut().insert_resource(ambient(Vec3::ONE));
     app.render_frames(2)?;
-    let with = block_means(&picture(app)?, width);
+    let white = difference(&picture(app)?, direct);
+    let white = block_means(&white, truth.scene.camera.width);
     let (mut added, mut wanted) = (Vec3::ZERO, Vec3::ZERO);
-    for ((with, without), indirect) in with.iter().zip(&without).zip(&truth.indirect) {
+    for (white, indirect) in white.iter().zip(&truth.indirect) {
         if *indirect != Vec3::ZERO {
-            added += with - without;
+            added += white;
             wanted += indirect;
         }
     }

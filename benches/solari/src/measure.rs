@@ -13,7 +13,7 @@ use bevy_solari::SolariPlugins;
 use crate::{
     ambient,
     method::Method,
-    picture::{flicker, picture},
+    picture::{difference, flicker, picture},
 };
 
 /// Frames before which every pipeline must have been compiled.
@@ -31,13 +31,14 @@ pub fn rows(
 ) -> Result<(Vec<Measurement>, ReportAdapter), Box<dyn Error>> {
     let scene = &truth.scene;
     let mut app = app(truth, method)?;
+    let direct = picture(&mut app)?;
     if matches!(method, Method::Ambient | Method::AmbientAndSsao) {
-        ambient::fit(&mut app, truth)?;
+        ambient::fit(&mut app, truth, &direct)?;
         app.render_frames(2)?;
     }
     let total = total(truth);
-    let row = |setting: String, picture: &[Vec3]| {
-        let found = agreement(picture, scene.camera.width, &total);
+    let row = |setting: String, picture: &[Vec3], truth: &[Vec3]| {
+        let found = agreement(picture, scene.camera.width, truth);
         Measurement {
             scene: scene.name.clone(),
             setting,
@@ -73,7 +74,7 @@ pub fn rows(
             rows.push(Measurement {
                 flicker: (frame > 1).then(|| flicker(&before, &now)),
                 cpu_ms: Some(median(&mut times)),
-                ..row(setting, &now)
+                ..row(setting, &now, &total)
             });
             times.clear();
         }
@@ -84,7 +85,13 @@ pub fn rows(
         rows.push(row(
             format!("{}, mean of {last} frames", method.name()),
             &mean,
+            &total,
         ));
+    }
+    if !method.traces_rays() && method != Method::NoGi {
+        let added = difference(&before, &direct);
+        let setting = format!("{}, what it adds", method.name());
+        rows.push(row(setting, &added, &truth.indirect));
     }
     Ok((rows, app.adapter().into()))
 }

@@ -10,6 +10,11 @@ pub fn picture(app: &mut HeadlessApp) -> Result<Vec<Vec3>, HeadlessError> {
     Ok(image.pixels.iter().map(rgb).collect())
 }
 
+/// One picture less another.
+pub fn difference(with: &[Vec3], without: &[Vec3]) -> Vec<Vec3> {
+    with.iter().zip(without).map(|(a, b)| a - b).collect()
+}
+
 /// Mean absolute difference of two pictures over the mean of the second.
 pub fn flicker(before: &[Vec3], now: &[Vec3]) -> f64 {
     let sum = |values: &mut dyn Iterator<Item = Vec3>| -> f64 {
