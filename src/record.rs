@@ -67,6 +67,9 @@ pub struct Measurement {
     /// The same while a light moves at 1 m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_in_motion: Option<f64>,
+    /// Mean absolute difference of pixels between two successive frames of a still scene, over their mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flicker: Option<f64>,
     /// Angles to the original normals in degrees, by name: mean, 99th percentile and largest.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub angle_degrees: BTreeMap<String, f64>,

@@ -275,6 +275,39 @@ fn price_of_global_illumination() {
 }
 
 #[test]
+fn global_illumination_side_by_side() {
+    let data = Data::read("solari");
+    let still = [
+        "no GI",
+        "constant ambient light",
+        "ambient light and SSAO",
+        "bevy_solari, mean of 64 frames",
+        "bevy_solari ReSTIR, mean of 64 frames",
+    ];
+    let in_frames = ["bevy_voxel_gi", "bevy_solari", "bevy_solari ReSTIR", "bevy_solari path tracer"];
+    let frames = in_frames
+        .iter()
+        .flat_map(|name| [1, 8, 64].map(|frame| format!("{name}, frame {frame}")));
+    let settings: Vec<_> = still.map(String::from).into_iter().chain(frames).collect();
+    let percent = |value: Option<f64>| 100.0 * value.expect("a number");
+    assert_rows(
+        include_str!("../../docs/choosing-gi.md"),
+        settings.into_iter().map(|setting| {
+            let cell = |scene| {
+                let row = data.row(scene, &setting, "path traced");
+                let (error, bias) = (percent(row.relative_error), percent(row.bias));
+                let flicker = row.flicker.filter(|_| setting.ends_with("64"));
+                let flicker =
+                    flicker.map_or(String::new(), |f| format!(", flicker {:.1}%", 100.0 * f));
+                format!("{error:.1}% / {bias:+.1}%{flicker}")
+            };
+            let cells = GI_SCENES.map(cell).to_vec();
+            (setting, cells)
+        }),
+    );
+}
+
+#[test]
 fn compiled_cost_fetches_traffic_and_time_of_the_cpu() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = root.join(cost::record::FOLDER);

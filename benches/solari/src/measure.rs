@@ -1,0 +1,142 @@
+//! Runs the frames of a method in a scene and compares them with path tracing.
+
+use std::{error::Error, time::Instant};
+
+use bevy::{math::Vec3, render::renderer::RenderDevice};
+use bevy_frugal_lab::{
+    boxes::{TracedScene, agreement, spawn_box_scene},
+    headless::{HeadlessApp, HeadlessSettings, TargetFormat},
+    record::{Measurement, ReportAdapter},
+};
+use bevy_solari::SolariPlugins;
+
+use crate::{
+    ambient,
+    method::Method,
+    picture::{difference, flicker, picture},
+};
+
+/// Frames before which every pipeline must have been compiled.
+const MAX_FRAMES: u32 = 200;
+/// Frames of a still camera after which its picture is compared.
+const FRAMES: [u32; 3] = [1, 8, 64];
+
+/// The rows of a method in a scene, and the adapter.
+///
+/// # Errors
+/// What cannot be rendered, or which features the adapter lacks.
+pub fn rows(
+    truth: &TracedScene,
+    method: Method,
+) -> Result<(Vec<Measurement>, ReportAdapter), Box<dyn Error>> {
+    let scene = &truth.scene;
+    let mut app = app(truth, method)?;
+    let direct = picture(&mut app)?;
+    if matches!(method, Method::Ambient | Method::AmbientAndSsao) {
+        ambient::fit(&mut app, truth, &direct)?;
+        app.render_frames(2)?;
+    }
+    let total = total(truth);
+    let row = |setting: String, picture: &[Vec3], truth: &[Vec3]| {
+        let found = agreement(picture, scene.camera.width, truth);
+        Measurement {
+            scene: scene.name.clone(),
+            setting,
+            reference: "path traced".into(),
+            relative_error: Some(found.relative_error),
+            bias: Some(found.bias),
+            ..Measurement::default()
+        }
+    };
+    let frames = if method.converges() {
+        &FRAMES[..]
+    } else {
+        &[8]
+    };
+    let last = frames.last().copied().unwrap_or_default();
+    method.switch_on(app.world_mut(), scene);
+    let mut rows = Vec::new();
+    let mut times = Vec::new();
+    let mut before = Vec::new();
+    let mut sum = vec![Vec3::ZERO; (scene.camera.width * scene.camera.height) as usize];
+    for frame in 1..=last {
+        let start = Instant::now();
+        app.render_frames(1)?;
+        times.push(1e3 * start.elapsed().as_secs_f64());
+        let now = picture(&mut app)?;
+        sum.iter_mut().zip(&now).for_each(|(sum, now)| *sum += now);
+        if frames.contains(&frame) {
+            let setting = if method.converges() {
+                format!("{}, frame {frame}", method.name())
+            } else {
+                method.name().into()
+            };
+            rows.push(Measurement {
+                flicker: (frame > 1).then(|| flicker(&before, &now)),
+                cpu_ms: Some(median(&mut times)),
+                ..row(setting, &now, &total)
+            });
+            times.clear();
+        }
+        before = now;
+    }
+    if matches!(method, Method::Solari | Method::SolariRestir) {
+        let mean: Vec<_> = sum.iter().map(|sum| sum / last as f32).collect();
+        rows.push(row(
+            format!("{}, mean of {last} frames", method.name()),
+            &mean,
+            &total,
+        ));
+    }
+    if !method.traces_rays() && method != Method::NoGi {
+        let added = difference(&before, &direct);
+        let setting = format!("{}, what it adds", method.name());
+        rows.push(row(setting, &added, &truth.indirect));
+    }
+    Ok((rows, app.adapter().into()))
+}
+
+/// The app of a method, with all its pipelines and without light of earlier frames.
+fn app(truth: &TracedScene, method: Method) -> Result<HeadlessApp, Box<dyn Error>> {
+    let camera = &truth.scene.camera;
+    let settings = HeadlessSettings {
+        format: TargetFormat::Float32,
+        ..HeadlessSettings::with_size(camera.width, camera.height)
+    };
+    let mut app = HeadlessApp::new(settings, |app| method.build(app))?;
+    let missing = SolariPlugins::required_wgpu_features()
+        .difference(app.world().resource::<RenderDevice>().features());
+    if method.traces_rays() && !missing.is_empty() {
+        let name = &app.adapter().name;
+        return Err(format!(
+            "bevy_solari cannot draw on `{name}`, which lacks {missing:?}: choose another adapter with \
+             WGPU_ADAPTER_NAME, or run this with `scripts/gpu-static software`"
+        )
+        .into());
+    }
+    let world = app.world_mut();
+    spawn_box_scene(world, &truth.scene);
+    method.prepare(world, &truth.scene);
+    method.switch_on(world, &truth.scene);
+    app.run_until_ready(MAX_FRAMES)?;
+    method.switch_off(app.world_mut());
+    // What is removed may still be seen in the first.
+    app.render_frames(3)?;
+    Ok(app)
+}
+
+/// All light of surfaces, and zero where a block shows none.
+fn total(truth: &TracedScene) -> Vec<Vec3> {
+    let blocks = truth.direct.iter().zip(&truth.indirect);
+    blocks
+        .map(|(direct, indirect)| match *indirect {
+            Vec3::ZERO => Vec3::ZERO,
+            indirect => direct + indirect,
+        })
+        .collect()
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or_default()
+}

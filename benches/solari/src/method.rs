@@ -1,0 +1,151 @@
+//! What draws the light, by name.
+
+use bevy::{
+    camera::CameraMainTextureUsages,
+    light::{DirectionalLightShadowMap, PointLightShadowMap},
+    pbr::ScreenSpaceAmbientOcclusion,
+    prelude::*,
+    render::render_resource::TextureUsages,
+};
+use bevy_frugal_lab::{
+    boxes::{BoxScene, BoxSceneCamera},
+    tradeoff::voxel_gi::render::placed,
+};
+use bevy_solari::{
+    SolariPlugins,
+    pathtracer::{Pathtracer, PathtracingPlugin},
+    realtime::SolariLighting,
+};
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
+
+use crate::convert;
+
+/// What draws the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Bevy's direct light alone.
+    NoGi,
+    /// The same and the constant ambient light that fits the truth best.
+    Ambient,
+    /// The same with Bevy's ambient occlusion in screen space.
+    AmbientAndSsao,
+    /// `bevy_voxel_gi` at its defaults.
+    VoxelGi,
+    /// `bevy_solari` at its defaults.
+    Solari,
+    /// `bevy_solari` with paths shared between pixels and frames.
+    SolariRestir,
+    /// The path tracer of `bevy_solari`, which holds the conversion of the scene to account.
+    SolariPathtracer,
+}
+
+impl Method {
+    pub const ALL: [Self; 7] = [
+        Self::NoGi,
+        Self::Ambient,
+        Self::AmbientAndSsao,
+        Self::VoxelGi,
+        Self::Solari,
+        Self::SolariRestir,
+        Self::SolariPathtracer,
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoGi => "no GI",
+            Self::Ambient => "constant ambient light",
+            Self::AmbientAndSsao => "ambient light and SSAO",
+            Self::VoxelGi => "bevy_voxel_gi",
+            Self::Solari => "bevy_solari",
+            Self::SolariRestir => "bevy_solari ReSTIR",
+            Self::SolariPathtracer => "bevy_solari path tracer",
+        }
+    }
+
+    /// Whether `bevy_solari` draws.
+    pub fn traces_rays(self) -> bool {
+        matches!(
+            self,
+            Self::Solari | Self::SolariRestir | Self::SolariPathtracer
+        )
+    }
+
+    /// Whether frames come closer to the truth one after the other.
+    pub fn converges(self) -> bool {
+        self == Self::VoxelGi || self.traces_rays()
+    }
+
+    /// Adds the plugins.
+    pub fn build(self, app: &mut App) {
+        // Those of a game: the lab's own are smaller.
+        app.insert_resource(DirectionalLightShadowMap::default())
+            .insert_resource(PointLightShadowMap::default());
+        if self.traces_rays() {
+            app.add_plugins(SolariPlugins);
+        }
+        match self {
+            Self::VoxelGi => {
+                app.add_plugins(VoxelGiPlugin);
+            }
+            Self::SolariPathtracer => {
+                app.add_plugins(PathtracingPlugin);
+            }
+            _ => {}
+        }
+    }
+
+    /// Prepares the scene, once it is spawned, for what will be switched on.
+    pub fn prepare(self, world: &mut World, scene: &BoxScene) {
+        let camera = camera(world);
+        if self.traces_rays() {
+            convert::for_rays(world, scene, camera);
+            world
+                .entity_mut(camera)
+                .insert(CameraMainTextureUsages::default().with(TextureUsages::STORAGE_BINDING));
+        }
+        if self == Self::AmbientAndSsao {
+            world
+                .entity_mut(camera)
+                .insert(ScreenSpaceAmbientOcclusion::default());
+        }
+    }
+
+    /// Begins with no light of earlier frames.
+    pub fn switch_on(self, world: &mut World, scene: &BoxScene) {
+        let camera = camera(world);
+        match self {
+            Self::VoxelGi => {
+                world.spawn(placed(scene, VoxelGiVolume::default()));
+            }
+            Self::Solari | Self::SolariRestir => {
+                world.entity_mut(camera).insert(SolariLighting {
+                    restir: self == Self::SolariRestir,
+                    ..default()
+                });
+            }
+            Self::SolariPathtracer => {
+                world.entity_mut(camera).insert(Pathtracer::default());
+            }
+            Self::NoGi | Self::Ambient | Self::AmbientAndSsao => {}
+        }
+    }
+
+    /// Undoes [`switch_on`](Self::switch_on).
+    pub fn switch_off(self, world: &mut World) {
+        let camera = camera(world);
+        world
+            .entity_mut(camera)
+            .remove::<(SolariLighting, Pathtracer)>();
+        let mut volumes = world.query_filtered::<Entity, With<VoxelGiVolume>>();
+        for volume in volumes.iter(world).collect::<Vec<_>>() {
+            world.despawn(volume);
+        }
+    }
+}
+
+fn camera(world: &mut World) -> Entity {
+    world
+        .query_filtered::<Entity, With<BoxSceneCamera>>()
+        .single(world)
+        .expect("a scene of boxes has one camera")
+}
