@@ -226,7 +226,11 @@ mod tests {
         // Colours on a line from black to orange, and a little green beside it.
         let pixel = |i: u32| {
             let t = (i * 7 % 64) as u8;
-            [3 * t, 2 * t + if i.is_multiple_of(2) { 3 } else { 0 }, t / 2]
+            [
+                3 * t,
+                2 * t + if i.is_multiple_of(2) { 3 } else { 0 },
+                t / 2,
+            ]
         };
         let pixels: Vec<[u8; 3]> = (0..256).map(pixel).collect();
         let covariance = detail_covariance(&Pixels::Rgb8(&pixels), [16, 16], 1);

@@ -3,7 +3,8 @@
 use ktx2::{Header, LevelIndex};
 
 use super::{
-    FIXED_HEADER_BYTES, GROUP_BYTES, PLAIN_BYTES, ReadError, read, tests, write, write_zstd,
+    AXES_BYTES, FIXED_HEADER_BYTES, GROUP_BYTES, PLAIN_BYTES, ReadError, VERSION, read, tests,
+    version, write, write_zstd,
 };
 use crate::codec::image::WaveletImage;
 
@@ -17,7 +18,11 @@ fn blob_start(image: &WaveletImage) -> usize {
     match image.groups.len() {
         0 => FIXED_HEADER_BYTES + PLAIN_BYTES,
         groups => {
-            let axes = if version(image) == VERSION { AXES_BYTES } else { 0 };
+            let axes = if version(image) == VERSION {
+                AXES_BYTES
+            } else {
+                0
+            };
             FIXED_HEADER_BYTES + axes + groups * GROUP_BYTES
         }
     }
