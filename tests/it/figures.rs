@@ -280,16 +280,14 @@ fn global_illumination_side_by_side() {
     let still = [
         "no GI",
         "constant ambient light",
+        "constant ambient light, what it adds",
         "ambient light and SSAO",
+        "ambient light and SSAO, what it adds",
+        "bevy_voxel_gi, what it adds",
         "bevy_solari, mean of 64 frames",
         "bevy_solari ReSTIR, mean of 64 frames",
     ];
-    let in_frames = [
-        "bevy_voxel_gi",
-        "bevy_solari",
-        "bevy_solari ReSTIR",
-        "bevy_solari path tracer",
-    ];
+    let in_frames = ["bevy_voxel_gi", "bevy_solari", "bevy_solari ReSTIR"];
     let frames = in_frames
         .iter()
         .flat_map(|name| [1, 8, 64].map(|frame| format!("{name}, frame {frame}")));

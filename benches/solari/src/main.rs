@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("| --- | --- | --- | --- | --- | --- |");
     for name in &arguments.scenes {
         let scene = TracedScene::read(name)?;
-        for method in Method::ALL {
+        for method in Method::ALL.into_iter().filter(|m| m.draws(&scene.scene)) {
             let (rows, adapter) = measure::rows(&scene, method)?;
             rows.iter().for_each(print);
             report.measurements.extend(rows);

@@ -70,6 +70,11 @@ impl Method {
         )
     }
 
+    /// Whether its picture can be compared: the path tracer alone sees the spheres that replace point lights.
+    pub fn draws(self, scene: &BoxScene) -> bool {
+        self != Self::SolariPathtracer || scene.point_lights.is_empty()
+    }
+
     /// Whether frames come closer to the truth one after the other.
     pub fn converges(self) -> bool {
         self == Self::VoxelGi || self.traces_rays()
