@@ -33,7 +33,8 @@ fn without_rounding(mut block: [u8; 16]) -> [u8; 16] {
     block
 }
 
-/// Gray and colour of every storable detail and mean; chroma in wavelets, as the thesis has it.
+/// Gray and colour of every storable detail and mean, in YCoCg and along other axes; chroma in wavelets, as the thesis
+/// has it.
 pub fn exact_images() -> Vec<WaveletImage> {
     let coding = |mean: [f32; 2], range, gamma, w| PlaneCoding {
         range,
@@ -72,10 +73,17 @@ pub fn exact_images() -> Vec<WaveletImage> {
             vec![group(0, vec![luma])]
         },
     };
+    let fitted = ColorAxes {
+        rgb: [[0.9, 1.1, 0.8], [0.6, -0.3, -0.4], [-0.2, 0.5, -0.7]],
+    };
     vec![
         image(Content::Gray, ColorSpace::Linear),
         image(Content::Gray, ColorSpace::Srgb),
         image(Content::Color, ColorSpace::Srgb),
+        WaveletImage {
+            axes: fitted,
+            ..image(Content::Color, ColorSpace::Srgb)
+        },
     ]
 }
 
