@@ -12,7 +12,7 @@ use crate::codec::{
     packing::Packing,
 };
 
-/// The version of the file that [`write`] makes of an image.
+/// The version of the file that [`write()`] makes of an image.
 pub fn version(image: &WaveletImage) -> u16 {
     if image.plain.is_some() {
         PLAIN_VERSION
