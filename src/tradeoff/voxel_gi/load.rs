@@ -61,7 +61,8 @@ pub fn app(
 ) -> Result<(HeadlessApp, Measurement), HeadlessError> {
     let settings = HeadlessSettings::with_size(picture[0], picture[1]);
     let mut app = HeadlessApp::new(settings, |app| {
-        app.add_plugins(VoxelGiPlugin);
+        app.add_plugins(VoxelGiPlugin)
+            .add_systems(Update, render::stir);
     })?;
     let world = app.world_mut();
     spawn_spheres(world, triangles);

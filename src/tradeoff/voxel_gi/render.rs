@@ -69,7 +69,7 @@ fn app(scene: &BoxScene) -> Result<HeadlessApp, HeadlessError> {
         ..HeadlessSettings::with_size(scene.camera.width, scene.camera.height)
     };
     let mut app = HeadlessApp::new(settings, |app| {
-        app.add_plugins(VoxelGiPlugin);
+        app.add_plugins(VoxelGiPlugin).add_systems(Update, stir);
     })?;
     spawn_box_scene(app.world_mut(), scene);
     app.run_until_ready(MAX_FRAMES)?;
@@ -101,8 +101,28 @@ pub(super) fn settle(app: &mut HeadlessApp) -> Result<(), HeadlessError> {
     })
 }
 
-/// Lets the volume be renewed in each frame.
+/// Asks [`stir`] to move a mesh.
+#[derive(Resource)]
+pub(super) struct IsStirred;
+
+/// Moves a mesh to and fro by a tenth of a millimetre, so that the scene is voxelised in each frame.
+pub(super) fn stir(
+    is_stirred: Option<Res<IsStirred>>,
+    mut meshes: Query<&mut Transform, With<Mesh3d>>,
+    mut frame: Local<u32>,
+) {
+    if is_stirred.is_none() {
+        return;
+    }
+    *frame += 1;
+    if let Some(mut transform) = meshes.iter_mut().next() {
+        transform.translation.x += if frame.is_multiple_of(2) { 1e-4 } else { -1e-4 };
+    }
+}
+
+/// Lets all of the volume be renewed in each frame, as where something moves.
 pub(super) fn never_pause(app: &mut HeadlessApp, volume: Entity) -> Result<(), HeadlessError> {
+    app.world_mut().insert_resource(IsStirred);
     if let Some(mut volume) = app.world_mut().get_mut::<VoxelGiVolume>(volume) {
         volume.pause_when_settled = false;
     }

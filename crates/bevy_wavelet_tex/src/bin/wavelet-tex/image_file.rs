@@ -2,28 +2,16 @@
 
 use std::{io::Cursor, path::Path};
 
-use bevy_wavelet_tex::{
-    codec::{image::ColorSpace, layout::MAX_SIZE},
-    file,
-};
+use bevy_wavelet_tex::{codec::layout::MAX_SIZE, file};
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
-use crate::{error::Error, inputs, jpeg, ktx2_file};
+use crate::{decoded::Decoded, error::Error, inputs, jpeg, ktx2_file};
 
 /// Extensions of the image files that are encoded from folders.
 pub const EXTENSIONS: &[&str] = &["png", "jpg", "jpeg", "webp", "tga", "ktx2"];
 
 /// The formats, for messages.
 pub const FORMATS: &str = "PNG, JPEG, WebP, TGA or KTX2";
-
-/// A decoded image.
-pub struct Decoded {
-    pub image: DynamicImage,
-    /// The color space that the file states in its format, which of these only KTX2 does.
-    pub color_space: Option<ColorSpace>,
-    /// Whether the image has red and green alone, so that its blue is zero.
-    pub is_red_green: bool,
-}
 
 /// Decodes an image. TGA has no signature and is recognised by its file name; the others by their first
 /// bytes.

@@ -4,7 +4,7 @@ use bevy_wavelet_tex::{codec::image::ColorSpace, file::zstd};
 use image::{DynamicImage, GrayImage, RgbImage, RgbaImage};
 use ktx2::{Format, Header, LevelIndex, SupercompressionScheme};
 
-use crate::image_file::Decoded;
+use crate::decoded::Decoded;
 
 pub const SIGNATURE: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 

@@ -7,6 +7,7 @@ mod bench;
 mod choices;
 mod compare;
 mod decode;
+mod decoded;
 mod encode;
 mod encode_one;
 mod error;

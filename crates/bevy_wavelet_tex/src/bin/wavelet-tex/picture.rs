@@ -14,11 +14,7 @@ use bevy_wavelet_tex::{
 };
 use image::{ColorType, DynamicImage, GrayImage, ImageFormat, RgbImage, RgbaImage};
 
-use crate::{
-    error::Error,
-    files,
-    image_file::{self, Decoded},
-};
+use crate::{decoded::Decoded, error::Error, files, image_file};
 
 /// The pixels of an image file or of a texture.
 pub struct Picture {
