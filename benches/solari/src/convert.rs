@@ -1,11 +1,11 @@
-//! What a scene of boxes needs before `bevy_solari` draws it.
+//! Converts a scene of boxes to what `bevy_solari` draws.
 
 use bevy::prelude::*;
 use bevy_frugal_lab::boxes::BoxScene;
 use bevy_solari::scene::RaytracingMesh3d;
 
 /// Radius of the spheres that replace point lights, in metres.
-const LAMP_RADIUS: f32 = 0.02;
+const LIGHT_RADIUS: f32 = 0.02;
 
 /// Gives the boxes of a scene their rays, its sky an environment map, and its point lights a size.
 ///
@@ -26,8 +26,8 @@ pub fn for_rays(world: &mut World, scene: &BoxScene, camera: Entity) {
     for (entity, mesh) in boxes {
         world.entity_mut(entity).insert(RaytracingMesh3d(mesh));
     }
-    for lamp in &scene.point_lights {
-        spawn_sphere(world, lamp.position, lamp.intensity_cd);
+    for light in &scene.point_lights {
+        spawn_sphere(world, light.position, light.intensity_cd);
     }
     // Rays find the shadows.
     let mut suns = world.query::<&mut DirectionalLight>();
@@ -53,7 +53,7 @@ fn add_tangents(mesh: &mut Mesh) {
 }
 
 fn spawn_sphere(world: &mut World, position: Vec3, intensity_cd: Vec3) {
-    let sphere = Sphere::new(LAMP_RADIUS).mesh();
+    let sphere = Sphere::new(LIGHT_RADIUS).mesh();
     let mut mesh = sphere.ico(2).expect("a few triangles");
     let triangles = mesh.triangles().expect("a list of triangles");
     let area: f32 = triangles.map(|triangle| area(triangle.vertices)).sum();

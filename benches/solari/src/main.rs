@@ -6,7 +6,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | `method.rs` | what draws the light, by name |
+//! | `method.rs` | the methods that draw the light, by name |
 //! | `measure.rs` | runs its frames and compares them |
 //! | `convert.rs` | gives a scene what `bevy_solari` needs |
 //! | `picture.rs` | pictures in floats |

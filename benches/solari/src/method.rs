@@ -1,4 +1,4 @@
-//! What draws the light, by name.
+//! The methods that draw the light, by name.
 
 use bevy::{
     camera::CameraMainTextureUsages,
@@ -20,7 +20,7 @@ use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
 
 use crate::convert;
 
-/// What draws the light.
+/// A method that draws the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Bevy's direct light alone.
@@ -82,7 +82,7 @@ impl Method {
 
     /// Adds the plugins.
     pub fn build(self, app: &mut App) {
-        // Those of a game: the lab's own are smaller.
+        // The lab's shadow maps are smaller than Bevy's defaults, which games have.
         app.insert_resource(DirectionalLightShadowMap::default())
             .insert_resource(PointLightShadowMap::default());
         if self.traces_rays() {

@@ -1,4 +1,4 @@
-//! What a device can hold and run.
+//! Limits of the device: the resolution that fits its buffers and textures, and whether it runs the passes.
 
 use bevy::{prelude::*, render::settings::WgpuLimits};
 

@@ -3,7 +3,7 @@
 //! | module | what it contains |
 //! | --- | --- |
 //! | [`placement`], [`place_volume`] | where the volumes are, and their settings |
-//! | [`device_limits`] | what a device can hold and run |
+//! | [`device_limits`] | the resolution that a device can hold, and whether it runs the passes |
 //! | [`texture`], [`probe`] | the texture and the light probe through which Bevy reads the volumes |
 //! | [`volume`] | extraction of the volumes |
 //! | [`meshes`], [`deformed_meshes`] | extraction of rigid meshes, and of those with a skin or morph targets |

@@ -32,7 +32,7 @@ pub struct WaveletTexture {
     pub content: Content,
     /// Transfer function of the values.
     pub color_space: ColorSpace,
-    /// What luma and chroma of colour stand for.
+    /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
     pub axes: ColorAxes,
     /// Width and height in pixels.
     pub size: [u32; 2],

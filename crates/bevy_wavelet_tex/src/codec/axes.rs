@@ -21,7 +21,7 @@ pub struct ColorAxes {
 const LARGEST: f32 = 2.0;
 
 impl ColorAxes {
-    /// Those of [`color`](super::color).
+    /// The axes of YCoCg, as in [`color`](super::color).
     pub const YCOCG: Self = Self {
         rgb: [[1.0, 1.0, 1.0], [0.5, 0.0, -0.5], [-0.5, 0.5, -0.5]],
     };
@@ -32,7 +32,7 @@ impl ColorAxes {
         entries.all(|v| v.abs() <= LARGEST)
     }
 
-    /// Whether they are those of YCoCg, for which decoders have code of their own.
+    /// Returns whether the axes are those of YCoCg, for which decoders have code of their own.
     pub fn are_ycocg(&self) -> bool {
         *self == Self::YCOCG
     }

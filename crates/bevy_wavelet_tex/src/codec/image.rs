@@ -13,7 +13,7 @@ pub struct WaveletImage {
     pub content: Content,
     /// Transfer function of the values; alpha is always linear.
     pub color_space: ColorSpace,
-    /// What luma and chroma of colour stand for.
+    /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
     pub axes: ColorAxes,
     /// Width and height in pixels, each in `1..=`[`layout::MAX_SIZE`].
     pub size: [u32; 2],

@@ -13,7 +13,7 @@ fn images() -> Vec<WaveletImage> {
     tests::samples().iter().map(read).collect()
 }
 
-/// Where the first blob begins.
+/// The offset of the first blob in bytes.
 fn blob_start(image: &WaveletImage) -> usize {
     match image.groups.len() {
         0 => FIXED_HEADER_BYTES + PLAIN_BYTES,

@@ -1,4 +1,4 @@
-//! What the decoders of image files return.
+//! The decoded image, which all decoders of image files return.
 
 use bevy_wavelet_tex::codec::image::ColorSpace;
 use image::DynamicImage;

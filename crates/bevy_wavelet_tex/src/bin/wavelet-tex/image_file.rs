@@ -53,7 +53,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Decoded, Error> {
     })
 }
 
-/// What to do about bytes that are no image.
+/// The message about bytes that are no image, with the remedy.
 fn unknown(bytes: &[u8]) -> String {
     match file::read(bytes) {
         Err(file::ReadError::Magic) => format!("not a {FORMATS}: convert it to PNG first"),

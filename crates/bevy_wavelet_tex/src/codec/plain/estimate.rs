@@ -29,7 +29,7 @@ pub(super) struct Candidate<'a> {
     texels: Vec<Plane>,
     /// The channels of the image.
     channels: &'a [Plane],
-    /// Where the pixels of a row and of a column lie.
+    /// The two texels between which each pixel of a row, and of a column, lies.
     taps: [Vec<Tap>; 2],
 }
 
