@@ -55,7 +55,7 @@ fn emission_of_any_magnitude() {
 }
 
 #[test]
-fn lamps_of_any_strength() {
+fn lights_of_any_strength() {
     let set = |world: &mut World, value: f32| {
         let mut lights = world.query::<&mut DirectionalLight>();
         for mut light in lights.iter_mut(world) {

@@ -142,7 +142,7 @@ fn ambient_occlusion_costs_less_and_knows_edges() {
     }
 }
 
-/// A room that a wall divides, from and to a place along x, and a lamp on one side. The floor's light on
+/// A room that a wall divides, from and to a place along x, and a light on one side. The floor's light on
 /// that side, and at places on the other.
 pub fn leak(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> (f32, Vec<f32>) {
     let mut app = app();
@@ -187,7 +187,7 @@ pub fn leak(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> (f32, Ve
 /// What bounces to places behind the wall, in parts of what bounces on the lit side: the largest.
 pub fn leaked(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> f32 {
     let (lit, unlit) = leak(settings.clone(), wall, places);
-    // The lamp's own light passes the wall in the picture, which has no shadow maps.
+    // Direct light passes the wall in the picture, which has no shadow maps.
     let without = VoxelGiVolume {
         intensity: 0.0,
         ..settings

@@ -65,7 +65,7 @@ fn a_bright_sun_and_pale_walls() {
 }
 
 #[test]
-fn a_lamp_of_a_million_lumens_close_to_a_wall() {
+fn a_light_of_a_million_lumens_close_to_a_wall() {
     let _gpu = gpu();
     for light in solvers() {
         let mut app = app();
@@ -197,11 +197,11 @@ fn triangles_that_are_none_and_huge_ones() {
 }
 
 #[test]
-fn lamps_switched_every_frame_and_thousands_of_meshes() {
+fn lights_switched_every_frame_and_thousands_of_meshes() {
     let _gpu = gpu();
     let mut app = app();
     floor(app.world_mut());
-    let lamp = app
+    let light = app
         .world_mut()
         .spawn((
             PointLight {
@@ -227,7 +227,7 @@ fn lamps_switched_every_frame_and_thousands_of_meshes() {
         } else {
             Visibility::Visible
         };
-        app.world_mut().entity_mut(lamp).insert(visible);
+        app.world_mut().entity_mut(light).insert(visible);
         let crowd: Vec<_> = (0..1000)
             .map(|i| {
                 let at = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);

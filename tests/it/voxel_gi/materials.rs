@@ -1,4 +1,4 @@
-//! What is known of materials, lamps and skins.
+//! What is known of materials, lights and skins.
 
 use std::f32::consts::PI;
 
@@ -318,7 +318,7 @@ fn a_mesh_that_changes_its_type_of_material_changes_its_colour() {
 }
 
 #[test]
-fn emissive_surfaces_are_lamps() {
+fn emissive_surfaces_light_the_scene() {
     let _gpu = gpu();
     let mut app = app();
     let world = app.world_mut();
@@ -356,11 +356,11 @@ fn emissive_surfaces_are_lamps() {
     assert!(at(&picture(&mut app), 0.0, 0.0).max_element() < 1e-3);
 }
 
-/// The light that a wall of albedo 1/2, lit by a lamp, throws on the floor.
-fn thrown_by(lamp: impl Bundle) -> f32 {
+/// The light that a lit wall of albedo 1/2 reflects to the floor.
+fn thrown_by(light: impl Bundle) -> f32 {
     let mut app = app();
     let world = app.world_mut();
-    // The floor gives nothing back, and the lamps look at the wall alone.
+    // The floor reflects nothing, and the light shines on the wall alone.
     block_of(
         world,
         0.5,
@@ -370,7 +370,7 @@ fn thrown_by(lamp: impl Bundle) -> f32 {
     let plate = block(world, Vec3::new(-0.5, -0.05, 0.0), Vec3::new(2.4, 0.1, 3.6));
     let material = matt(world, 1.0);
     world.entity_mut(plate).insert(MeshMaterial3d(material));
-    world.spawn(lamp);
+    world.spawn(light);
     let volume = world.spawn(small_volume()).id();
     let with = at(&settled(&mut app), 0.2, 0.0);
     app.world_mut().despawn(volume);
@@ -379,7 +379,7 @@ fn thrown_by(lamp: impl Bundle) -> f32 {
 }
 
 #[test]
-fn lamps_of_all_kinds_light_the_wall_alike() {
+fn lights_of_all_kinds_light_the_wall_alike() {
     let _gpu = gpu();
     // Each gives the wall's middle, 1 m above the floor, 100 lux, from far away.
     let towards_wall = Transform::from_xyz(-9.2, 1.0, 0.0).looking_to(Vec3::X, Vec3::Y);
@@ -391,7 +391,7 @@ fn lamps_of_all_kinds_light_the_wall_alike() {
         },
         towards_wall,
     ));
-    let lamp = thrown_by((
+    let point = thrown_by((
         PointLight {
             intensity: candela * 4.0 * PI,
             range: 1e4,
@@ -410,8 +410,8 @@ fn lamps_of_all_kinds_light_the_wall_alike() {
         towards_wall,
     ));
     assert!(sun > 1.0, "{sun}");
-    assert!((lamp / sun - 1.0).abs() < 0.05, "{lamp} {sun}");
-    assert!((spot / lamp - 1.0).abs() < 0.02, "{spot} {lamp}");
+    assert!((point / sun - 1.0).abs() < 0.05, "{point} {sun}");
+    assert!((spot / point - 1.0).abs() < 0.02, "{spot} {point}");
 }
 
 #[test]

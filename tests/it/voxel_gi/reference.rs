@@ -58,12 +58,12 @@ fn lights(scene: &BoxScene) -> Vec<Light> {
             direction: sun.direction.normalize(),
             illuminance: sun.illuminance_lux,
         });
-    let lamps = scene.point_lights.iter().map(|lamp| Light::Point {
-        position: lamp.position,
-        intensity: lamp.intensity_cd,
+    let points = scene.point_lights.iter().map(|light| Light::Point {
+        position: light.position,
+        intensity: light.intensity_cd,
         cone: None,
     });
-    suns.chain(lamps).collect()
+    suns.chain(points).collect()
 }
 
 /// Frames in which the light is computed.

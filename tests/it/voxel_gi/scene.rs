@@ -1,4 +1,4 @@
-//! Small scenes for tests: a floor, a wall, a lamp.
+//! Small scenes for tests: a floor, a wall, a light.
 
 use bevy::{
     camera::Exposure,

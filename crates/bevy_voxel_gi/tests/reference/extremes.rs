@@ -27,12 +27,12 @@ fn bright_light_many_bounces() {
     };
     check(&scene, 0.95, &[sun], Vec3::splat(5_000.0));
     for distance in [0.1, 0.01, 0.0] {
-        let lamp = Light::Point {
+        let light = Light::Point {
             position: Vec3::new(1.3 + distance, 5.0, 5.0),
             intensity: Vec3::splat(1e6 / (4.0 * std::f32::consts::PI)),
             cone: None,
         };
-        check(&scene, 0.95, &[lamp], Vec3::ZERO);
+        check(&scene, 0.95, &[light], Vec3::ZERO);
     }
 }
 
@@ -96,7 +96,7 @@ proptest! {
     #[test]
     fn any_triangles(
         corners in prop::collection::vec([number(), number(), number()], 3..30),
-        lamp in [0.0f32..12.0, 0.0f32..12.0, 0.0f32..12.0],
+        light in [0.0f32..12.0, 0.0f32..12.0, 0.0f32..12.0],
         albedo in 0.0f32..=1.0,
         double_sided: bool,
         material in 0u32..5000,
@@ -107,7 +107,7 @@ proptest! {
             double_sided,
         }).collect();
         let light = Light::Point {
-            position: Vec3::from_array(lamp),
+            position: Vec3::from_array(light),
             intensity: Vec3::splat(100.0),
             cone: None,
         };

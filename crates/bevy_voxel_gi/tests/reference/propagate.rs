@@ -44,7 +44,7 @@ fn the_basis_is_orthonormal() {
     assert!((FRONT_ANGLE + 4.0 * SIDE_ANGLE - 2.0 * PI / 3.0).abs() < 1e-5);
 }
 
-fn lamp(position: Vec3) -> [Light; 1] {
+fn point_light(position: Vec3) -> [Light; 1] {
     [Light::Point {
         position,
         intensity: Vec3::new(10.0, 20.0, 50.0),
@@ -62,7 +62,7 @@ fn the_flux_never_grows() {
     let voxels = Voxels::new(unit_grid(12), &scene);
     for albedo in [0.99, 1.0] {
         let materials = gray(albedo, 0.0);
-        let light = lamp(Vec3::new(8.0, 9.0, 3.0));
+        let light = point_light(Vec3::new(8.0, 9.0, 3.0));
         let ray_tracing = RayTracing::new(
             &voxels,
             &materials,
@@ -129,7 +129,7 @@ fn propagated(voxels: &Voxels, materials: &[Material], light: &[Light]) -> Irrad
 fn a_symmetric_scene_has_symmetric_light() {
     let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(1.0), Vec3::splat(11.0)));
     let materials = gray(0.6, 0.0);
-    let light = lamp(Vec3::splat(6.0));
+    let light = point_light(Vec3::splat(6.0));
     let field = propagated(&voxels, &materials, &light);
     for (offset, found) in images_in_cube(&field) {
         for value in &found {

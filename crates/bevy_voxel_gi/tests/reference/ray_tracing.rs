@@ -15,7 +15,7 @@ fn sun(direction: Vec3, lux: f32) -> Light {
     }
 }
 
-fn lamp(position: Vec3, candela: f32) -> Light {
+fn point_light(position: Vec3, candela: f32) -> Light {
     Light::Point {
         position,
         intensity: Vec3::splat(candela),
@@ -70,7 +70,7 @@ fn without_anything_there_is_no_light() {
     let ray_tracing = RayTracing::new(&voxels, &[], &[], Vec3::ZERO, RayTracingSettings::default());
     let field = traced_field(ray_tracing, 3);
     assert!(is_dark(&field));
-    let light = [sun(Vec3::NEG_Y, 1e5), lamp(Vec3::splat(4.0), 1e3)];
+    let light = [sun(Vec3::NEG_Y, 1e5), point_light(Vec3::splat(4.0), 1e3)];
     let ray_tracing = RayTracing::new(
         &voxels,
         &[],
@@ -279,7 +279,7 @@ fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
     let wall = solid(Vec3::new(7.3, 1.2, -1.0), Vec3::new(7.6, 20.0, 20.0));
     let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
     let voxels = Voxels::new(unit_grid(16), &[wall, floor].concat());
-    let light = [lamp(Vec3::new(12.0, 8.0, 8.0), 1e3)];
+    let light = [point_light(Vec3::new(12.0, 8.0, 8.0), 1e3)];
     let materials = gray(0.7, 0.0);
     let ray_tracing = RayTracing::new(
         &voxels,
@@ -323,7 +323,7 @@ fn visible_irradiance_does_not_leak_at_the_foot_of_a_wall() {
             Vec3::new(x + thickness, 20.0, 20.0),
         );
         let voxels = Voxels::new(unit_grid(16), &[wall, floor.clone()].concat());
-        let light = [lamp(Vec3::new(12.0, 8.0, 8.0), 1e3)];
+        let light = [point_light(Vec3::new(12.0, 8.0, 8.0), 1e3)];
         let materials = gray(0.7, 0.0);
         let ray_tracing = |settings| {
             let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
@@ -379,11 +379,11 @@ fn light_adds_up() {
         traced_field(ray_tracing, 8)
     };
     let (a, b) = (
-        lamp(Vec3::new(10.0, 10.0, 4.0), 30.0),
-        lamp(Vec3::new(3.0, 9.0, 12.0), 70.0),
+        point_light(Vec3::new(10.0, 10.0, 4.0), 30.0),
+        point_light(Vec3::new(3.0, 9.0, 12.0), 70.0),
     );
     let (sum, fa, fb) = (field(&[a, b]), field(&[a]), field(&[b]));
-    let tripled = field(&[lamp(Vec3::new(10.0, 10.0, 4.0), 90.0)]);
+    let tripled = field(&[point_light(Vec3::new(10.0, 10.0, 4.0), 90.0)]);
     let near =
         |x: Vec4, y: Vec4| (x - y).truncate().abs().max_element() <= 1e-4 * (1e-3 + x.x.abs());
     for voxel in 0..voxels.grid.len() {
@@ -401,7 +401,7 @@ fn light_adds_up() {
 fn a_symmetric_scene_has_symmetric_light() {
     let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(1.0), Vec3::splat(11.0)));
     let materials = gray(0.6, 0.0);
-    let light = [lamp(Vec3::splat(6.0), 100.0)];
+    let light = [point_light(Vec3::splat(6.0), 100.0)];
     let settings = RayTracingSettings {
         rays: 512,
         ..Default::default()
