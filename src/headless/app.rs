@@ -14,6 +14,7 @@ use bevy::{
     render::{
         RenderPlugin,
         diagnostic::RenderDiagnosticsPlugin,
+        error_handler::{RenderErrorHandler, RenderErrorPolicy},
         pipelined_rendering::PipelinedRenderingPlugin,
         render_resource::TextureUsages,
         renderer::{RenderAdapterInfo, RenderDevice},
@@ -27,6 +28,10 @@ use super::{
     AdapterInfo, AwaitedAssets, AwaitedWork, FrameTimes, HeadlessError, HeadlessSettings,
     LabTarget, adapter::wgpu_settings, timing::FrameClock,
 };
+
+/// What the renderer reported before it stopped.
+#[derive(Resource)]
+struct RendererStopped(String);
 
 /// A Bevy app that renders into an image.
 pub struct HeadlessApp {
@@ -71,6 +76,10 @@ impl HeadlessApp {
                 .disable::<LogPlugin>(),
         )
         .add_plugins(RenderDiagnosticsPlugin)
+        .insert_resource(RenderErrorHandler(|error, world, _| {
+            world.insert_resource(RendererStopped(error.description.clone()));
+            RenderErrorPolicy::StopRendering
+        }))
         .insert_resource(TimeUpdateStrategy::ManualDuration(settings.time_step))
         .insert_resource(DirectionalLightShadowMap {
             size: shadow_map_size(&settings),
@@ -158,7 +167,12 @@ impl HeadlessApp {
         self.app.update();
         let cpu = start.elapsed();
         self.wait_for_gpu()?;
-        Ok(cpu)
+        match self.app.world().get_resource::<RendererStopped>() {
+            Some(RendererStopped(error)) => Err(HeadlessError::Renderer {
+                error: error.clone(),
+            }),
+            None => Ok(cpu),
+        }
     }
 
     pub(super) fn wait_for_gpu(&self) -> Result<(), HeadlessError> {

@@ -57,6 +57,9 @@ pub enum HeadlessError {
         seconds: f32,
         error: String,
     },
+    /// The renderer reported an error, such as a command that the device refused, and stopped.
+    #[error("the renderer stopped: {error}")]
+    Renderer { error: String },
     /// The target image was never prepared for the GPU.
     #[error("the target image is not on the GPU: render at least one frame before capturing")]
     NoTarget,

@@ -4,7 +4,10 @@ use bevy::{
     prelude::*,
     render::{
         RenderApp, RenderStartup,
-        render_resource::{ComputePipelineDescriptor, PipelineCache},
+        render_resource::{
+            BufferDescriptor, BufferUsages, ComputePipelineDescriptor, PipelineCache,
+        },
+        renderer::RenderDevice,
     },
     shader::Shader,
 };
@@ -12,7 +15,7 @@ use bevy_frugal_lab::headless::{
     AwaitedAssets, HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat,
 };
 
-use crate::support::{gpu, lit_cube};
+use crate::support::{gpu, gpu_alone, lit_cube, logs};
 
 const MAX_FRAMES: u32 = 200;
 
@@ -146,4 +149,24 @@ fn a_missing_asset_is_named() {
         .expect_err("missing")
         .to_string();
     assert!(text.contains("missing.png"), "{text}");
+}
+
+#[test]
+fn an_error_of_the_renderer_is_reported() {
+    // Its error is logged, too, and would fail a test beside it.
+    let _gpu = gpu_alone();
+    let mut app = cube(HeadlessSettings::with_size(4, 4));
+    let device = app.world().resource::<RenderDevice>();
+    device.create_buffer(&BufferDescriptor {
+        label: Some("larger_than_any_memory"),
+        size: u64::MAX / 2,
+        usage: BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    let error = app
+        .render_frames(2)
+        .expect_err("it was refused")
+        .to_string();
+    assert!(error.contains("larger_than_any_memory"), "{error}");
+    assert!(!logs::renderer_errors().is_empty());
 }
