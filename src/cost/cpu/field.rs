@@ -15,8 +15,10 @@ use crate::{
 
 const MESHES: [usize; 3] = [1_000, 10_000, 100_000];
 const MATERIALS: [usize; 2] = [1, 100];
-/// One of this many meshes moves, where some do.
+/// One of this many meshes moves or is replaced, where some are.
 const MOVING: usize = 100;
+/// The number of meshes of which some are replaced.
+const REPLACED_OF: usize = 10_000;
 /// Edge of the field in metres.
 const FIELD: f32 = 40.0;
 
@@ -27,20 +29,29 @@ pub struct Field {
     pub materials: usize,
     /// Meshes that move in every frame.
     pub moving: usize,
+    /// Meshes that are despawned in every frame, and as many spawned in their place.
+    pub replaced: usize,
 }
 
 impl Field {
     /// All that are measured.
     pub fn all() -> impl Iterator<Item = Self> {
-        MESHES.into_iter().flat_map(|meshes| {
+        let fields = MESHES.into_iter().flat_map(|meshes| {
             MATERIALS.into_iter().flat_map(move |materials| {
                 [0, meshes / MOVING].map(|moving| Self {
                     meshes,
                     materials,
                     moving,
+                    replaced: 0,
                 })
             })
-        })
+        });
+        fields.chain([Self {
+            meshes: REPLACED_OF,
+            materials: 1,
+            moving: 0,
+            replaced: REPLACED_OF / MOVING,
+        }])
     }
 
     /// The name of the part of the work that is a plugin in this field.
@@ -49,8 +60,9 @@ impl Field {
             meshes,
             materials,
             moving,
+            replaced,
         } = self;
-        format!("{plugin} {meshes} {materials} {moving}")
+        format!("{plugin} {meshes} {materials} {moving} {replaced}")
     }
 
     /// The plugin and the field of a part.
@@ -60,12 +72,13 @@ impl Field {
     pub fn of_part(part: &str) -> Result<(String, Self), CostError> {
         let words: Vec<_> = part.split(' ').collect();
         let number = |i: usize| words.get(i).and_then(|word| word.parse().ok());
-        match (words.first(), number(1), number(2), number(3)) {
-            (Some(plugin), Some(meshes), Some(materials), Some(moving)) => {
+        match (words.first(), number(1), number(2), number(3), number(4)) {
+            (Some(plugin), Some(meshes), Some(materials), Some(moving), Some(replaced)) => {
                 let field = Self {
                     meshes,
                     materials,
                     moving,
+                    replaced,
                 };
                 Ok(((*plugin).to_owned(), field))
             }
@@ -77,6 +90,9 @@ impl Field {
 #[derive(Component)]
 struct Moving;
 
+#[derive(Component, Clone)]
+struct Replaced;
+
 /// The app, before its first frame.
 ///
 /// # Errors
@@ -84,7 +100,7 @@ struct Moving;
 pub fn app(field: Field, kind: &Kind) -> Result<HeadlessApp, CostError> {
     let mut app = HeadlessApp::new(HeadlessSettings::with_size(64, 64), |app| {
         add_plugin(app, kind);
-        app.add_systems(Update, shake);
+        app.add_systems(Update, (shake, replace));
     })?;
     let world = app.world_mut();
     spawn_camera(world, kind, Scene::BaseColor);
@@ -107,6 +123,9 @@ pub fn app(field: Field, kind: &Kind) -> Result<HeadlessApp, CostError> {
         if field.moving > 0 && i % MOVING == 0 {
             entity.insert(Moving);
         }
+        if field.replaced > 0 && i % MOVING == 0 {
+            entity.insert(Replaced);
+        }
         skins[i % skins.len()].put_on(entity);
     }
     if let Kind::Gi(volume) = kind {
@@ -120,6 +139,13 @@ pub fn app(field: Field, kind: &Kind) -> Result<HeadlessApp, CostError> {
 fn shake(time: Res<Time>, mut moving: Query<&mut Transform, With<Moving>>) {
     for mut place in &mut moving {
         place.translation.y = time.elapsed_secs().sin();
+    }
+}
+
+fn replace(mut commands: Commands, replaced: Query<Entity, With<Replaced>>) {
+    for entity in &replaced {
+        commands.entity(entity).clone_and_spawn();
+        commands.entity(entity).despawn();
     }
 }
 

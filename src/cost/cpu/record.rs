@@ -16,6 +16,8 @@ pub struct CpuRow {
     pub materials: usize,
     /// Number of meshes that move in every frame.
     pub moving: usize,
+    /// Number of meshes that are despawned in every frame, and as many spawned.
+    pub replaced: usize,
     /// Time of a frame in milliseconds, less Bevy's: the median of the rounds' medians.
     pub frame_ms: f64,
     /// Bevy's.

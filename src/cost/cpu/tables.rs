@@ -9,18 +9,15 @@ use crate::cost::configurations::PLUGINS;
 pub fn table(rows: &[CpuRow]) -> String {
     let names = PLUGINS.map(|(name, _)| format!("`bevy_{name}`"));
     let mut text = format!(
-        "| meshes | materials | moving | Bevy | {} |\n| --- | --- | --- | --- |{}\n",
+        "| meshes | materials | moving | replaced | Bevy | {} |\n| --- | --- | --- | --- | --- |{}\n",
         names.join(" | "),
         " --- |".repeat(names.len())
     );
-    let field = |row: &CpuRow| (row.meshes, row.materials, row.moving);
+    let field = |row: &CpuRow| (row.meshes, row.materials, row.moving, row.replaced);
     let mut fields: Vec<_> = rows.iter().map(field).collect();
     fields.dedup();
-    for (meshes, materials, moving) in fields {
-        let same = rows
-            .iter()
-            .filter(|row| field(row) == (meshes, materials, moving));
-        let same: Vec<_> = same.collect();
+    for of_row @ (meshes, materials, moving, replaced) in fields {
+        let same: Vec<_> = rows.iter().filter(|row| field(row) == of_row).collect();
         let cells = PLUGINS.map(|(name, _)| {
             let row = same.iter().find(|row| row.plugin == name);
             row.map_or(String::new(), |row| {
@@ -29,7 +26,7 @@ pub fn table(rows: &[CpuRow]) -> String {
         });
         let _ = writeln!(
             text,
-            "| {meshes} | {materials} | {moving} | {:.1} | {} |",
+            "| {meshes} | {materials} | {moving} | {replaced} | {:.1} | {} |",
             same[0].baseline_process_ms,
             cells.join(" | ")
         );

@@ -13,7 +13,7 @@ use crate::support::gpu;
 /// A change of the block, and whether it changes the light.
 type Change = (&'static str, fn(&mut World, Entity), bool);
 
-const CHANGES: [Change; 10] = [
+const CHANGES: [Change; 14] = [
     (
         "moved",
         |world, block| place(world, block, Vec3::new(-1.0, 0.5, 0.5)),
@@ -79,11 +79,70 @@ const CHANGES: [Change; 10] = [
         true,
     ),
     (
+        "of an edited mesh",
+        |world, block| {
+            let mesh = world.get::<Mesh3d>(block).expect("a mesh").id();
+            let mut meshes = world.resource_mut::<Assets<Mesh>>();
+            let mut ball = meshes.get_mut(mesh).expect("the ball");
+            ball.scale_by(Vec3::new(1.5, 0.5, 1.0));
+        },
+        true,
+    ),
+    (
+        "of an edited material",
+        |world, block| {
+            let material = world
+                .get::<MeshMaterial3d<StandardMaterial>>(block)
+                .expect("a material")
+                .id();
+            let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+            let mut material = materials.get_mut(material).expect("the material");
+            material.base_color = LinearRgba::rgb(0.5, 0.1, 0.1).into();
+        },
+        true,
+    ),
+    (
+        "one of many",
+        |world, block| {
+            let mesh = world.get::<Mesh3d>(block).expect("a mesh").clone();
+            let material = matt(world, 0.6);
+            for i in 0..20 {
+                let at = Vec3::new((i % 5) as f32 * 0.7 - 1.4, 0.1, (i / 5) as f32 * 0.7 - 1.4);
+                let scaled = Transform::from_translation(at).with_scale(Vec3::splat(0.3));
+                let material = MeshMaterial3d(material.clone());
+                world.spawn((OneOfMany, mesh.clone(), material, scaled));
+            }
+        },
+        true,
+    ),
+    (
+        "one of fewer, of which some are new",
+        |world, block| {
+            let mesh = world.get::<Mesh3d>(block).expect("a mesh").clone();
+            let mut many = world.query_filtered::<Entity, With<OneOfMany>>();
+            let many: Vec<_> = many.iter(world).collect();
+            many.iter().step_by(2).for_each(|other| {
+                world.despawn(*other);
+            });
+            let material = matt(world, 0.6);
+            for i in 0..3 {
+                let at = Transform::from_xyz(i as f32 - 1.0, 0.8, 1.2);
+                let scaled = at.with_scale(Vec3::splat(0.4));
+                let material = MeshMaterial3d(material.clone());
+                world.spawn((OneOfMany, mesh.clone(), material, scaled));
+            }
+        },
+        true,
+    ),
+    (
         "out of the volume",
         |world, block| place(world, block, Vec3::splat(50.0)),
         true,
     ),
 ];
+
+#[derive(Component)]
+struct OneOfMany;
 
 const BEGIN: Vec3 = Vec3::new(0.7, 0.5, 0.0);
 

@@ -114,6 +114,7 @@ impl MaterialTable {
 
 /// The index of a mesh's voxel material in the table.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[component(summary_tick)]
 pub(crate) struct MaterialIndex {
     pub index: u32,
     /// Type of the material, `None` if it has no [`AsVoxelMaterial`].

@@ -11,6 +11,7 @@ use bevy::{
 };
 
 use super::{
+    changed_rows::{for_each_changed_row, split},
     material_order::sorted_by_value,
     material_table::{MaterialIndex, MaterialTable},
     place_volume::ActiveVolume,
@@ -91,14 +92,15 @@ type IsRigid = (
     Without<MeshMorphWeights>,
 );
 
-/// Components whose change changes a rigid mesh.
-type HasChanged = Or<(
-    Changed<Mesh3d>,
-    Changed<GlobalTransform>,
-    Changed<InheritedVisibility>,
-    Changed<Aabb>,
-    Changed<MaterialIndex>,
-)>;
+/// [`MeshParts`] by tables, with their ticks.
+type MeshColumns = (
+    Entity,
+    Ref<'static, Mesh3d>,
+    Ref<'static, GlobalTransform>,
+    Ref<'static, InheritedVisibility>,
+    Option<Ref<'static, Aabb>>,
+    Option<Ref<'static, MaterialIndex>>,
+);
 
 /// Components that make a mesh no rigid one.
 type IsNoLongerRigid = Or<(
@@ -118,7 +120,7 @@ type Removals<'w, 's> = (
 );
 
 impl ExtractedScene {
-    /// Takes over the materials, and returns whether they, and so possibly all meshes, have changed.
+    /// Takes over the materials, and returns whether what meshes use of theirs has changed.
     fn update_materials(&mut self, table: &MaterialTable, volume: &PlacedVolume) -> bool {
         let neutral = volume.settings.albedo == VoxelAlbedo::Neutral;
         let version = Some((table.version, neutral));
@@ -132,8 +134,15 @@ impl ExtractedScene {
                 material.albedo = VoxelMaterial::NEUTRAL.albedo;
             }
         }
-        (self.materials, self.indices) = sorted_by_value(&materials);
-        true
+        let (materials, indices) = sorted_by_value(&materials);
+        let of_mesh = |material: &VoxelMaterial| {
+            let coverage = material.coverage.to_bits();
+            (material.transparent, material.double_sided, coverage)
+        };
+        let is_same = self.indices == indices
+            && (self.materials.iter().map(of_mesh)).eq(materials.iter().map(of_mesh));
+        (self.materials, self.indices) = (materials, indices);
+        !is_same
     }
 
     /// The mesh as it is voxelised; `None` if it is not.
@@ -190,7 +199,7 @@ pub(crate) fn extract_scene(
     mut mesh_events: Extract<MessageReader<AssetEvent<Mesh>>>,
     rigid: Extract<Query<MeshParts, IsRigid>>,
     all_rigid: Extract<Query<(Entity, MeshParts), IsRigid>>,
-    changed: Extract<Query<(Entity, MeshParts), (IsRigid, HasChanged)>>,
+    columns: Extract<Query<MeshColumns, IsRigid>>,
     no_longer_rigid: Extract<Query<Entity, IsNoLongerRigid>>,
     mut removals: Extract<Removals>,
 ) {
@@ -221,9 +230,31 @@ pub(crate) fn extract_scene(
         return;
     }
     scene.changed = Some(Vec::new());
-    for (entity, parts) in &changed {
-        let mesh = scene.rigid_mesh(parts);
-        scene.set_rigid(entity, mesh);
+    let tables = columns.contiguous_iter();
+    for table in tables.expect("none of these components is in a sparse set") {
+        let (entities, meshes, transforms, visible, aabbs, indices) = table;
+        let (meshes, of_meshes) = split(meshes);
+        let (transforms, of_transforms) = split(transforms);
+        let (visible, of_visible) = split(visible);
+        let (aabbs, of_aabbs) = aabbs.map(split).unzip();
+        let (indices, of_indices) = indices.map(split).unzip();
+        let columns = [
+            of_meshes,
+            of_transforms,
+            of_visible,
+            of_aabbs.flatten(),
+            of_indices.flatten(),
+        ];
+        for_each_changed_row(&columns, entities.len(), |row| {
+            let mesh = scene.rigid_mesh((
+                &meshes[row],
+                &transforms[row],
+                &visible[row],
+                aabbs.map(|aabbs| &aabbs[row]),
+                indices.map(|indices| &indices[row]),
+            ));
+            scene.set_rigid(entities[row], mesh);
+        });
     }
     for entity in removed.chain(&no_longer_rigid) {
         let mesh = rigid.get(entity).ok();

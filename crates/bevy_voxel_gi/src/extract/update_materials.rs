@@ -9,6 +9,7 @@ use bevy::{
 };
 
 use super::{
+    changed_rows::{for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable, Variant},
     mean_color::{KnownMeans, MeanColors, mean_vertex_color},
     voxel_material::{AsVoxelMaterial, VoxelMaterial},
@@ -44,17 +45,12 @@ impl<M: Asset> Default for MaterialUpdates<M> {
 /// Keeps the table and the indices of meshes in sync with the materials of one type.
 pub(crate) fn update_materials<M: AsVoxelMaterial>(
     mut commands: Commands,
-    changed: Query<
+    columns: Query<(
         Entity,
-        (
-            With<Mesh3d>,
-            Or<(
-                Changed<MeshMaterial3d<M>>,
-                Changed<Mesh3d>,
-                Changed<MeshVoxelMaterial>,
-            )>,
-        ),
-    >,
+        Ref<MeshMaterial3d<M>>,
+        Ref<Mesh3d>,
+        Option<Ref<MeshVoxelMaterial>>,
+    )>,
     all: Query<(
         Entity,
         &MeshMaterial3d<M>,
@@ -96,7 +92,18 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
             });
         }
     }
-    entities.extend(&changed);
+    let tables = columns.contiguous_iter();
+    for table in tables.expect("none of these components is in a sparse set") {
+        let (rows, handles, mesh_handles, own) = table;
+        let columns = [
+            split(handles).1,
+            split(mesh_handles).1,
+            own.and_then(|own| split(own).1),
+        ];
+        for_each_changed_row(&columns, rows.len(), |row| {
+            entities.insert(rows[row]);
+        });
+    }
     for entity in without_override.read() {
         overrides.remove(&entity);
         table.remove_variant(Variant::Own(entity));

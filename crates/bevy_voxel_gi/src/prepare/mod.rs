@@ -4,7 +4,8 @@
 //! | --- | --- |
 //! | [`pipelines`] | whether all pipelines of a frame are ready |
 //! | [`mesh_instance`] | what the voxelisers read of a mesh |
-//! | [`mesh_group`] | meshes that share their buffers |
+//! | [`mesh_locator`] | where a mesh is in the GPU's buffers, and in which levels |
+//! | [`mesh_group`], [`mesh_groups`] | meshes that share their buffers |
 //! | [`mesh_batches`] | the meshes, grouped for dispatch |
 //! | [`fingerprint`] | whether anything has changed that the light depends on |
 //! | [`settling`] | the clock that says when the light has settled |
@@ -17,7 +18,9 @@ pub(crate) mod buffers;
 mod fingerprint;
 pub(crate) mod mesh_batches;
 pub(crate) mod mesh_group;
+mod mesh_groups;
 mod mesh_instance;
+mod mesh_locator;
 pub(crate) mod pipelines;
 pub(crate) mod plan;
 pub(crate) mod scene_buffers;

@@ -191,23 +191,23 @@ pub(crate) fn prepare(
     joints.write_buffer(&device, &queue);
     let layout = cache.get_bind_group_layout(&pass.meshes_layout);
     let bind = |group: &mut MeshGroup| {
-        let lists = group.upload(&device, &queue)?;
         let buffers = group.buffers.each_ref();
-        let [vertices, indices, morph_targets] =
-            buffers.map(|buffer| buffer.as_ref().unwrap_or(&stub));
+        let buffers = buffers.map(|buffer| buffer.clone().unwrap_or_else(|| stub.clone()));
+        let [vertices, indices, morph_targets] = &buffers;
+        let (instances, batches, batch_count) = group.upload(&device, &queue)?;
         let bind_group = device.create_bind_group(
             "voxel_gi_voxelize_meshes",
             &layout,
             &BindGroupEntries::sequential((
                 vertices.as_entire_binding(),
                 indices.as_entire_binding(),
-                lists.instances.as_entire_binding(),
-                lists.batches.as_entire_binding(),
+                instances,
+                batches,
                 joints.binding()?,
                 morph_targets.as_entire_binding(),
             )),
         );
-        Some((bind_group, lists.batch_count))
+        Some((bind_group, batch_count))
     };
     pass.work = Some(VoxelizeWork {
         voxels,

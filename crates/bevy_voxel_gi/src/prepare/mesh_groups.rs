@@ -1,0 +1,88 @@
+//! All groups of meshes, found by the slabs of the meshes' buffers.
+
+use bevy::{
+    platform::collections::HashMap,
+    render::{mesh::allocator::MeshSlabId, render_resource::Buffer},
+};
+
+use super::mesh_group::{LevelMask, MeshGroup};
+use crate::gpu_types::MeshInstance;
+
+/// The slabs of vertices, indices and morph targets.
+pub(super) type Slabs = [Option<MeshSlabId>; 3];
+
+/// A mesh that is on the GPU and reaches into a level.
+pub(super) struct LocatedMesh {
+    pub slabs: Slabs,
+    /// The buffers of the slabs.
+    pub buffers: [Option<Buffer>; 3],
+    pub instance: MeshInstance,
+    pub levels: LevelMask,
+    pub hash: u64,
+}
+
+/// The place of a mesh in the groups.
+pub(super) struct PlacedMesh {
+    slabs: Slabs,
+    pub levels: LevelMask,
+    group: usize,
+    instance: usize,
+    pub hash: u64,
+}
+
+/// Groups by their slabs.
+#[derive(Default)]
+pub(super) struct MeshGroups {
+    /// Those without a mesh are used again.
+    groups: Vec<MeshGroup>,
+    by_slabs: HashMap<Slabs, usize>,
+    /// Number of triangles of all meshes.
+    pub triangles: u64,
+}
+
+impl MeshGroups {
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut MeshGroup> {
+        self.groups.iter_mut().filter(|group| !group.is_empty())
+    }
+
+    pub(super) fn add(&mut self, mesh: LocatedMesh) -> PlacedMesh {
+        self.triangles += u64::from(mesh.instance.triangle_count);
+        let group = *self.by_slabs.entry(mesh.slabs).or_insert_with(|| {
+            let new = MeshGroup::new(mesh.buffers);
+            let empty = self.groups.iter().position(MeshGroup::is_empty);
+            match empty {
+                Some(place) => self.groups[place] = new,
+                None => self.groups.push(new),
+            }
+            empty.unwrap_or(self.groups.len() - 1)
+        });
+        PlacedMesh {
+            slabs: mesh.slabs,
+            levels: mesh.levels,
+            group,
+            instance: self.groups[group].add(mesh.instance, mesh.levels),
+            hash: mesh.hash,
+        }
+    }
+
+    /// Changes a mesh in place if its triangles stay in the same batches, and returns whether they do.
+    pub(super) fn replace(&mut self, placed: &mut PlacedMesh, mesh: &LocatedMesh) -> bool {
+        let is_same = (mesh.slabs, mesh.levels) == (placed.slabs, placed.levels)
+            && self.groups[placed.group].replace(placed.instance, mesh.instance);
+        if is_same {
+            placed.hash = mesh.hash;
+        }
+        is_same
+    }
+
+    pub(super) fn remove(&mut self, placed: &PlacedMesh) {
+        let group = &mut self.groups[placed.group];
+        let removed = group.remove(placed.instance, placed.levels);
+        self.triangles -= u64::from(removed.triangle_count);
+        if group.is_empty() {
+            // It would keep the slabs' buffers alive.
+            *group = MeshGroup::new([const { None }; 3]);
+            self.by_slabs.remove(&placed.slabs);
+        }
+    }
+}
