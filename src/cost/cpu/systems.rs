@@ -33,7 +33,9 @@ pub struct SystemRow {
     pub materials: usize,
     /// Number of meshes that move in every frame.
     pub moving: usize,
-    /// Path of the function.
+    /// Number of meshes that are despawned in every frame, and as many spawned.
+    pub replaced: usize,
+    /// Path of the function, or the name of the crate for all of its systems.
     pub system: String,
     /// Its time on processors in a frame in milliseconds, with all that it calls on its thread.
     pub process_ms: f64,
@@ -55,14 +57,14 @@ fn seconds_since_boot() -> String {
     text.split(' ').next().unwrap_or_default().into()
 }
 
-/// Writes the systems of each plugin in the largest fields of one material beside the times in the folder.
+/// Writes the systems of each plugin in the larger fields of one material beside the times in the folder, and what
+/// all of a plugin's systems take together, by the name of its crate.
 ///
 /// # Errors
 /// [`CostError::Failed`] where there is no `perf`, or the program fails under it.
 pub fn measure(gpu: &str, folder: &Path) -> Result<(), CostError> {
-    let most = Field::all().map(|field| field.meshes).max();
     let mut rows = Vec::new();
-    for field in Field::all().filter(|field| Some(field.meshes) == most && field.materials == 1) {
+    for field in Field::all().filter(|field| field.meshes >= 10_000 && field.materials == 1) {
         for (plugin, _) in PLUGINS {
             let found = sampled(gpu, plugin, field)?;
             for (system, process_ms) in found {
@@ -72,6 +74,7 @@ pub fn measure(gpu: &str, folder: &Path) -> Result<(), CostError> {
                     meshes: field.meshes,
                     materials: field.materials,
                     moving: field.moving,
+                    replaced: field.replaced,
                     system,
                     process_ms,
                 });
@@ -117,15 +120,13 @@ fn sampled(gpu: &str, plugin: &str, field: Field) -> Result<Vec<(String, f64)>, 
     let (frames, window) = marks.ok_or_else(|| failed("no frames"))?;
     let counts = counts(&String::from_utf8_lossy(&script.stdout), window, plugin);
     let sample_ms = 1e3 / f64::from(RATE) / frames;
-    let mut systems: Vec<_> = { counts.into_iter() }
-        .map(|(system, count)| {
-            (
-                system,
-                (f64::from(count) * sample_ms * 100.0).round() / 100.0,
-            )
-        })
-        .filter(|(_, ms)| *ms >= LEAST_MS)
-        .collect();
+    let ms = |count: u32| (f64::from(count) * sample_ms * 100.0).round() / 100.0;
+    let all = (format!("bevy_{plugin}"), ms(counts.values().sum()));
+    let systems = counts
+        .into_iter()
+        .map(|(system, count)| (system, ms(count)));
+    let mut systems: Vec<_> = systems.filter(|(_, ms)| *ms >= LEAST_MS).collect();
+    systems.push(all);
     systems.sort_by(|a, b| b.1.total_cmp(&a.1));
     Ok(systems)
 }

@@ -34,22 +34,34 @@ pub fn table(rows: &[CpuRow]) -> String {
     text
 }
 
-/// The plugins' systems by name, with their times where nothing moves, and where some meshes move.
+/// The plugins' systems by name, and all of a plugin together, with their times by field of meshes.
 pub fn systems(rows: &[SystemRow]) -> String {
-    let meshes = rows.first().map_or(0, |row| row.meshes);
+    let field = |row: &SystemRow| (row.meshes, row.moving, row.replaced);
+    let mut fields: Vec<_> = rows.iter().map(field).collect();
+    fields.sort_unstable();
+    fields.dedup();
+    let heads = fields.iter().map(|(meshes, moving, replaced)| {
+        let change = match (moving, replaced) {
+            (0, 0) => "nothing changes".to_string(),
+            (moving, 0) => format!("{moving} move"),
+            (_, replaced) => format!("{replaced} are replaced"),
+        };
+        format!(" {meshes}: {change} |")
+    });
     let mut text = format!(
-        "| system, {meshes} meshes | nothing moves, ms | some move, ms |\n| --- | --- | --- |\n"
+        "| system, ms |{}\n| --- |{}\n",
+        heads.collect::<String>(),
+        " --- |".repeat(fields.len())
     );
     let mut names: Vec<_> = rows.iter().map(|row| &row.system).collect();
     names.sort_unstable();
     names.dedup();
     for name in names {
-        let cell = |is_moving: bool| {
-            let is_it = |row: &&SystemRow| row.system == *name && (row.moving > 0) == is_moving;
-            let row = rows.iter().find(is_it);
-            row.map_or(String::new(), |row| format!("{:.1}", row.process_ms))
-        };
-        let _ = writeln!(text, "| `{name}` | {} | {} |", cell(false), cell(true));
+        let cells = fields.iter().map(|of_row| {
+            let row = { rows.iter() }.find(|row| row.system == *name && field(row) == *of_row);
+            row.map_or(" |".into(), |row| format!(" {:.2} |", row.process_ms))
+        });
+        let _ = writeln!(text, "| `{name}` |{}", cells.collect::<String>());
     }
     text
 }
