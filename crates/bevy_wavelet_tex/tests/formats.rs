@@ -3,16 +3,19 @@
 
 use bevy_wavelet_tex::{
     codec::{
-        blocks::BlockFormat,
+        blocks::{BlockFormat, BlockQuality, decode_blocks, encode_bc1, encode_bc7},
+        decoder::{decode, normal_from_xy},
         encoder::encode,
-        image::{ColorSpace, WaveletImage},
-        quality::psnr_db,
+        image::{ColorSpace, Content, WaveletImage},
+        plain::PlainTexture,
+        quality::{psnr_db, psnr_of},
         rate::Rate,
         settings::{Effort, EncodeSettings, Formats, Method},
         source::{Pixels, Source},
     },
     file,
 };
+use image::imageops;
 
 type Picture = fn(u32, u32) -> [u8; 4];
 
@@ -75,6 +78,7 @@ fn check(size: [u32; 2], rates: &[Rate], effort: Effort, doubt_db: f64) {
                         effort,
                         formats,
                         color_space: ColorSpace::Srgb,
+                        mips: false,
                         ..EncodeSettings::default()
                     };
                     encoded(picture, size, &settings)
@@ -88,8 +92,7 @@ fn check(size: [u32; 2], rates: &[Rate], effort: Effort, doubt_db: f64) {
                 );
                 assert!(any >= wavelet.max(plain) - doubt_db, "{name} {rate:?}");
                 assert!(plain_image.plain.is_some());
-                let most = rate.nominal_bits_per_pixel(alpha);
-                assert!(plain_image.bits_per_pixel() <= most);
+                assert!(plain_image.gpu_bytes() <= rate.most_bytes(size, alpha));
                 kinds[usize::from(image.plain.is_some())] += 1;
             }
         }
@@ -135,17 +138,134 @@ fn painted_signs_are_best_in_bc1_and_a_wanted_quality_finds_it() {
 }
 
 #[test]
-fn images_without_a_block_and_the_thesis_stay_wavelets() {
+fn the_thesis_stays_a_wavelet() {
     for formats in [Formats::Any, Formats::Plain] {
         let settings = EncodeSettings {
             formats,
+            method: Method::Thesis,
             ..EncodeSettings::default()
         };
-        assert!(encoded(painted, [3, 40], &settings).0.plain.is_none());
-        let thesis = EncodeSettings {
-            method: Method::Thesis,
-            ..settings
+        assert!(encoded(painted, [64, 64], &settings).0.plain.is_none());
+    }
+}
+
+/// A plain texture at full size has the pixels of an image and more, which decoders leave out.
+#[test]
+fn pixels_of_any_size_are_texels_of_a_padded_texture() {
+    for size in [[1, 1], [3, 5], [9, 4], [17, 33], [30, 62], [93, 61]] {
+        for (rate, alpha) in [
+            (Rate::Gray4, false),
+            (Rate::Color8, false),
+            (Rate::Color8, true),
+            (Rate::Normal8, false),
+        ] {
+            let settings = EncodeSettings {
+                rate,
+                alpha,
+                formats: Formats::Plain,
+                color_space: ColorSpace::Srgb,
+                ..EncodeSettings::default()
+            };
+            let (image, _) = encoded(packed, size, &settings);
+            let plain = image.plain.as_ref().expect("plain");
+            assert!(plain.is_padded(size) && !plain.is_scaled(size));
+            assert_eq!(image.levels, 32 - size[0].max(size[1]).leading_zeros());
+            for level in 0..image.levels {
+                let [width, height] = plain.level_size(level);
+                let blocks = plain.level_blocks(level);
+                let texels = decode_blocks(plain.format, blocks, [width, height]);
+                let decoded = decode(&image, level);
+                let [across, down] = decoded.size;
+                assert!(across <= width && down <= height);
+                for i in 0..across * down {
+                    let texel = texels[(i / across * width + i % across) as usize];
+                    let pixel = decoded.pixels[i as usize];
+                    let wanted = match rate {
+                        Rate::Gray4 => [texel[0]; 3],
+                        Rate::Normal8 => normal_from_xy([0, 1].map(|c| 2.0 * texel[c] - 1.0)),
+                        _ => [texel[0], texel[1], texel[2]],
+                    };
+                    assert_eq!(pixel, wanted, "{rate:?} {size:?} {level}");
+                    if let Some(alpha) = &decoded.alpha {
+                        assert_eq!(alpha[i as usize], texel[3]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// PSNR in dB of a texture of whole blocks that has at most these bytes, downsampled by Lanczos and magnified
+/// by Catmull-Rom where it must be smaller.
+fn rival_db(picture: Picture, size: [u32; 2], format: BlockFormat, bytes: usize) -> f64 {
+    let [width, height] = size;
+    let original = image::Rgb32FImage::from_fn(width, height, |x, y| {
+        let [r, g, b, _] = picture(x, y).map(|v| f32::from(v) / 255.0);
+        image::Rgb([r, g, b])
+    });
+    let through = |picture: &image::Rgb32FImage| {
+        let size = picture.dimensions().into();
+        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let texels = picture.pixels().map(|p| {
+            let [r, g, b] = p.0.map(byte);
+            [r, g, b, 255]
+        });
+        let blocks = match format {
+            BlockFormat::Bc1 => encode_bc1(&texels.collect::<Vec<_>>(), size, BlockQuality::High),
+            _ => encode_bc7(size, [1; 3], |x, y| picture.get_pixel(x, y).0),
         };
-        assert!(encoded(painted, [64, 64], &thesis).0.plain.is_none());
+        let texels = decode_blocks(format, &blocks, size);
+        image::Rgb32FImage::from_fn(size[0], size[1], |x, y| {
+            let [r, g, b, _] = texels[(y * size[0] + x) as usize];
+            image::Rgb([r, g, b])
+        })
+    };
+    let sizes = PlainTexture::sizes_within(size, format, bytes);
+    let shown = match sizes.first() {
+        None => return 0.0,
+        Some(&texels) if texels == PlainTexture::full_size(size) => through(&original),
+        Some(&[w, h]) => {
+            let small = imageops::resize(&original, w, h, imageops::FilterType::Lanczos3);
+            imageops::resize(
+                &through(&small),
+                width,
+                height,
+                imageops::FilterType::CatmullRom,
+            )
+        }
+    };
+    let step = |v: &f32| (v.clamp(0.0, 1.0) * 255.0).round();
+    let pairs = original.as_raw().iter().zip(shown.as_raw());
+    let error: f32 = pairs.map(|(a, b)| (step(a) - step(b)).powi(2)).sum();
+    psnr_of(f64::from(error) / original.as_raw().len() as f64)
+}
+
+#[test]
+fn no_size_is_worse_than_a_texture_of_the_same_bytes() {
+    let small = (1..=9).flat_map(|w| [[w, 1], [w, 6], [w, 9]]);
+    let larger = [[17, 17], [33, 30], [30, 33], [61, 93], [250, 90]];
+    for size in small.chain(larger) {
+        for (name, picture) in PICTURES {
+            for rate in Rate::of(Content::Color) {
+                let settings = EncodeSettings {
+                    rate,
+                    color_space: ColorSpace::Srgb,
+                    mips: false,
+                    ..EncodeSettings::default()
+                };
+                let (image, psnr) = encoded(picture, size, &settings);
+                let bytes = rate.most_bytes(size, false);
+                assert!(image.gpu_bytes() <= bytes);
+                let rivals = PlainTexture::formats(Content::Color).iter();
+                let rival = rivals.map(|format| rival_db(picture, size, *format, bytes));
+                let rival = rival.fold(0.0, f64::max);
+                // Above 45 dB, how values are rounded to 8 bits decides.
+                assert!(
+                    psnr >= rival.min(45.0),
+                    "{size:?} {name} {rate:?}: {psnr} {rival}, {}",
+                    image.storage_name()
+                );
+            }
+        }
     }
 }

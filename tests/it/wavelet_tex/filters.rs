@@ -78,11 +78,24 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
     let _gpu = gpu();
     let driver = Driver::new();
     let mut viewer = Viewer::new(TARGET);
+    let settings = EncodeSettings {
+        rate: Rate::Color8,
+        formats: Formats::Plain,
+        ..EncodeSettings::default()
+    };
+    let padded = encoded_with(&picture(), &settings);
+    assert!(
+        padded
+            .plain
+            .as_ref()
+            .is_some_and(|p| p.is_padded(padded.size))
+    );
     let images = [
         ("gray2", image(Rate::Gray2, ColorSpace::Linear)),
         ("gray3", image(Rate::Gray3, ColorSpace::Srgb)),
         ("color3", image(Rate::Color3, ColorSpace::Srgb)),
         ("color5", image(Rate::Color5, ColorSpace::Srgb)),
+        ("padded", padded),
     ];
     // Magnified across an edge, and minified to between two levels.
     let views = [

@@ -89,22 +89,33 @@ fn every_small_and_odd_size_is_bilinear_across_its_edges() {
     let mut viewer = Viewer::new(TARGET);
     let sizes = [[1, 1], [2, 1], [1, 3], [3, 5], [4, 6], [7, 8]];
     let formats = [
-        (Method::Best, Rate::Gray2, ColorSpace::Linear),
-        (Method::Best, Rate::Color2_25, ColorSpace::Srgb),
-        (Method::OneFetch, Rate::Gray3, ColorSpace::Linear),
+        (Method::Best, Rate::Gray2, Formats::Wavelet),
+        (Method::Best, Rate::Color2_25, Formats::Wavelet),
+        (Method::OneFetch, Rate::Gray3, Formats::Wavelet),
+        (Method::Best, Rate::Color8, Formats::Plain),
+        (Method::Best, Rate::Gray4, Formats::Plain),
+        (Method::Best, Rate::Normal8, Formats::Plain),
     ];
     for (i, size) in sizes.into_iter().enumerate() {
-        for (j, (method, rate, color_space)) in formats.into_iter().enumerate() {
+        for (j, (method, rate, formats)) in formats.into_iter().enumerate() {
             let settings = EncodeSettings {
                 rate,
                 method,
-                color_space,
+                color_space: match rate {
+                    Rate::Gray2 | Rate::Gray3 => ColorSpace::Linear,
+                    _ => ColorSpace::Srgb,
+                },
                 mips: false,
-                formats: Formats::Wavelet,
+                formats,
                 ..EncodeSettings::default()
             };
             let picture = bevy_frugal_lab::content::photo_like(size[0], size[1], 7);
             let image = encoded_with(&picture, &settings);
+            let plain = image.plain.as_ref();
+            assert_eq!(
+                formats == Formats::Plain,
+                plain.is_some_and(|p| p.is_padded(size))
+            );
             // Each size in each address mode, and each format as well.
             let address = ADDRESS_MODES[(i + j) % 3];
             let view = [Vec2::new(-0.4, -0.3), Vec2::new(1.9, 1.7)];

@@ -19,7 +19,7 @@ use super::{
 };
 use crate::support::gpu;
 
-/// All formats, at full size and smaller.
+/// All formats, at full size, padded to whole blocks, and smaller.
 fn images(size: [u32; 2]) -> Vec<(String, WaveletImage)> {
     let picture = content::photo_like(size[0], size[1], 7);
     let normals = content::bricks(size[0], size[1], 3).normal;
@@ -54,7 +54,7 @@ fn nearest_is_the_decoded_pixel_in_every_format() {
     let _gpu = gpu();
     let driver = Driver::new();
     let mut formats = std::collections::BTreeSet::new();
-    let mut scaled = 0;
+    let (mut scaled, mut padded) = (0, 0);
     for size in [[96, 64], [93, 61]] {
         let mut viewer = Viewer::new(size);
         for (name, image) in images(size) {
@@ -66,6 +66,7 @@ fn nearest_is_the_decoded_pixel_in_every_format() {
             formats.insert(plain.format.name());
             let is_scaled = plain.is_scaled(size);
             scaled += u32::from(is_scaled);
+            padded += u32::from(plain.is_padded(size));
             let shown = viewer.show(&image, WaveletStorage::Blocks, extension, WHOLE);
             let (steps, _) = worst(&image, &shown, &driver);
             println!("{name}: {steps:.3} steps");
@@ -83,7 +84,7 @@ fn nearest_is_the_decoded_pixel_in_every_format() {
         }
     }
     assert!(formats.into_iter().eq(["bc1", "bc4", "bc5", "bc7"]));
-    assert!(scaled > 10);
+    assert!(scaled > 10 && padded > 3, "{scaled} {padded}");
 }
 
 #[test]

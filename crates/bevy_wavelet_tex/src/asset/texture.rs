@@ -70,6 +70,8 @@ pub struct PlainParameters {
     pub format: BlockFormat,
     /// Whether it has fewer texels than the image has pixels.
     pub is_scaled: bool,
+    /// Whether it has more texels than the image has pixels, beyond the last row or column.
+    pub is_padded: bool,
 }
 
 /// The images of a texture; a part that the texture does not have is `None`.
@@ -186,6 +188,7 @@ impl WaveletTexture {
             plain: image.plain.as_ref().map(|plain| PlainParameters {
                 format: plain.format,
                 is_scaled: plain.is_scaled(image.size),
+                is_padded: plain.is_padded(image.size),
             }),
             images,
             gpu_bytes,

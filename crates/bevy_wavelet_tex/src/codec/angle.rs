@@ -1,5 +1,6 @@
 //! Normals in pixels of 8 bits, and the angles between them, which measure the error of normal maps.
 
+use glam::DVec3;
 use serde::Serialize;
 
 /// Angles between the normals of two maps, in degrees.
@@ -41,21 +42,18 @@ pub fn normal_blue(red_green: [u8; 2]) -> u8 {
 
 /// Normalises a vector. The zero vector has no direction and becomes +Z.
 pub fn unit(v: [f64; 3]) -> [f64; 3] {
-    let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if length > 1e-6 {
-        v.map(|v| v / length)
+    let v = DVec3::from(v);
+    if v.length() > 1e-6 {
+        v.normalize().to_array()
     } else {
-        [0.0, 0.0, 1.0]
+        DVec3::Z.to_array()
     }
 }
 
 /// Angle between unit vectors, in radians. It is accurate for small angles, unlike the arc cosine.
 fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let length = |f: fn(f64, f64) -> f64| {
-        let square = |i| f(a[i], b[i]).powi(2);
-        (0..3usize).map(square).sum::<f64>().sqrt()
-    };
-    2.0 * length(|a, b| a - b).atan2(length(|a, b| a + b))
+    let (a, b) = (DVec3::from(a), DVec3::from(b));
+    2.0 * (a - b).length().atan2((a + b).length())
 }
 
 #[cfg(test)]

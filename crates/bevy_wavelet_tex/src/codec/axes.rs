@@ -5,6 +5,8 @@
 //! has saturated edges of one hue, or channels that have little to do with colour.
 
 #[cfg(feature = "encode")]
+use glam::{DMat3, DVec3, Vec3};
+#[cfg(feature = "encode")]
 use rayon::prelude::*;
 
 #[cfg(feature = "encode")]
@@ -47,44 +49,40 @@ impl ColorAxes {
 impl ColorAxes {
     /// The principal axes of a covariance of RGB, or `None` where there is none. Luma has the scale of
     /// gray.
-    pub(super) fn fitted(covariance: &Covariance) -> Option<Self> {
+    pub(super) fn fitted(covariance: &DMat3) -> Option<Self> {
         let first = principal_axis(covariance)?;
-        let rest = without(covariance, first);
+        let along = first.dot(*covariance * first);
+        let across = *covariance - along * squared(first);
         // Where all colours lie on a line, any two axes across it are as good.
-        let second = principal_axis(&rest).unwrap_or_else(|| {
-            let smallest = (0..3).min_by(|a, b| first[*a].abs().total_cmp(&first[*b].abs()));
-            let mut unit = [0.0; 3];
-            unit[smallest.unwrap_or(0)] = 1.0;
-            normalized(cross(first, unit))
-        });
-        let scaled = |axis: [f64; 3], scale: f64| axis.map(|v| (v * scale) as f32);
+        let second = principal_axis(&across).unwrap_or_else(|| first.any_orthonormal_vector());
+        let axes = [3.0f64.sqrt() * first, second, first.cross(second)];
         Some(Self {
-            rgb: [
-                scaled(first, 3.0f64.sqrt()),
-                scaled(second, 1.0),
-                scaled(cross(first, second), 1.0),
-            ],
+            rgb: axes.map(|axis| axis.as_vec3().to_array()),
         })
     }
 
-    /// The weights of RGB in luma and in each plane of chroma: the inverse matrix.
+    /// RGB of one unit of luma and of each plane of chroma.
+    fn columns(&self) -> [DVec3; 3] {
+        self.rgb.map(|axis| Vec3::from(axis).as_dvec3())
+    }
+
+    /// The weights of RGB in luma and in each plane of chroma: the rows of the inverse matrix.
     pub(super) fn weights(&self) -> [[f32; 3]; 3] {
-        let [a, b, c] = self.rgb.map(|axis| axis.map(f64::from));
-        let rows = [cross(b, c), cross(c, a), cross(a, b)];
-        let determinant = dot(a, rows[0]);
-        rows.map(|row| row.map(|v| (v / determinant) as f32))
+        let [luma, first, second] = self.columns();
+        let rows = DMat3::from_cols(luma, first, second).inverse().transpose();
+        rows.as_mat3().to_cols_array_2d()
     }
 
     /// The part of the energy of a covariance that is in chroma, in units of RGB.
-    pub(super) fn chroma_energy(&self, covariance: &Covariance) -> f64 {
+    pub(super) fn chroma_energy(&self, covariance: &DMat3) -> f64 {
         let planes = self
             .weights()
             .into_iter()
             .skip(1)
             .zip(self.chroma_weights());
         let energy = |(plane, weight): ([f32; 3], f32)| {
-            let plane = plane.map(f64::from);
-            f64::from(weight) * dot(plane, covariance.map(|row| dot(row, plane)))
+            let plane = Vec3::from(plane).as_dvec3();
+            f64::from(weight) * plane.dot(*covariance * plane)
         };
         planes.map(energy).sum()
     }
@@ -92,91 +90,57 @@ impl ColorAxes {
     /// Amount by which luma should be raised where a plane of chroma is too large by 1: the least-squares
     /// solution over R, G and B.
     pub(super) fn luma_correction(&self, chroma: usize) -> f32 {
-        let [luma, chroma] = [0, 1 + chroma].map(|i| self.rgb[i].map(f64::from));
-        (-dot(luma, chroma) / dot(luma, luma)) as f32
+        let [luma, planes @ ..] = self.columns();
+        (-luma.dot(planes[chroma]) / luma.length_squared()) as f32
     }
 
     /// Weights of the squared errors of chroma in the squared error of RGB, given that luma compensates a
     /// part of them (see [`Self::luma_correction`]).
     pub(super) fn chroma_weights(&self) -> [f32; 2] {
-        [0, 1].map(|c: usize| {
-            let [luma, chroma] = [0, 1 + c].map(|i| self.rgb[i].map(f64::from));
-            (dot(chroma, chroma) - dot(luma, chroma).powi(2) / dot(luma, luma)) as f32
-        })
+        let [luma, planes @ ..] = self.columns();
+        planes.map(|chroma| chroma.reject_from(luma).length_squared() as f32)
     }
 }
-
-/// Sums of the products of R, G and B.
-#[cfg(feature = "encode")]
-pub(super) type Covariance = [[f64; 3]; 3];
 
 /// The covariance of what the mean of `1 << halvings` pixels squared does not have: what a plane loses
 /// at a smaller size. Beyond the last whole square, pixels are left out.
 #[cfg(feature = "encode")]
-pub(super) fn detail_covariance(pixels: &Pixels<'_>, size: [u32; 2], halvings: u32) -> Covariance {
+pub(super) fn detail_covariance(pixels: &Pixels<'_>, size: [u32; 2], halvings: u32) -> DMat3 {
     let side = 1usize << halvings;
     let [width, height] = size.map(|s| s as usize);
-    let of_square = |sum: &mut Covariance, left: usize, top: usize| {
-        let at = |i: usize| (top + i / side) * width + left + i % side;
+    let of_square = |left: usize, top: usize| -> DMat3 {
+        let pixel = |i: usize| {
+            let [r, g, b, _] = pixels.get((top + i / side) * width + left + i % side);
+            Vec3::new(r, g, b).as_dvec3()
+        };
         let count = side * side;
-        let mut mean = [0.0; 3];
-        for i in 0..count {
-            let pixel = pixels.get(at(i));
-            (0..3).for_each(|c| mean[c] += f64::from(pixel[c]) / count as f64);
-        }
-        for i in 0..count {
-            let pixel = pixels.get(at(i));
-            let v: [f64; 3] = std::array::from_fn(|c| f64::from(pixel[c]) - mean[c]);
-            for (row, a) in sum.iter_mut().zip(v) {
-                row.iter_mut().zip(v).for_each(|(entry, b)| *entry += a * b);
-            }
-        }
+        let mean = (0..count).map(pixel).sum::<DVec3>() / count as f64;
+        (0..count).map(|i| squared(pixel(i) - mean)).sum()
     };
-    let of_row = |row: usize| {
-        let mut sum = [[0.0; 3]; 3];
-        (0..width / side).for_each(|i| of_square(&mut sum, i * side, row * side));
-        sum
+    let of_row = |row: usize| -> DMat3 {
+        let squares = 0..width / side;
+        squares.map(|i| of_square(i * side, row * side)).sum()
     };
-    let rows: Vec<Covariance> = (0..height / side).into_par_iter().map(of_row).collect();
-    std::array::from_fn(|i| std::array::from_fn(|j| rows.iter().map(|sum| sum[i][j]).sum()))
+    let rows: Vec<DMat3> = (0..height / side).into_par_iter().map(of_row).collect();
+    rows.into_iter().sum()
 }
 
+/// The products of the components of a vector.
 #[cfg(feature = "encode")]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|c| a[c] * b[c]).sum()
-}
-
-#[cfg(feature = "encode")]
-fn cross([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [b * z - c * y, c * x - a * z, a * y - b * x]
-}
-
-#[cfg(feature = "encode")]
-fn normalized(v: [f64; 3]) -> [f64; 3] {
-    let length = dot(v, v).sqrt();
-    v.map(|v| v / length)
+fn squared(v: DVec3) -> DMat3 {
+    DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
 
 /// The first principal axis, of unit length, by power iteration. `None` where there is no energy.
 #[cfg(feature = "encode")]
-fn principal_axis(covariance: &Covariance) -> Option<[f64; 3]> {
+fn principal_axis(covariance: &DMat3) -> Option<DVec3> {
     // The column of the largest energy is not orthogonal to the axis.
-    let largest = (0..3).max_by(|a, b| covariance[*a][*a].total_cmp(&covariance[*b][*b]))?;
-    if covariance[largest][largest] < 1e-9 {
+    let largest = covariance.diagonal().max_position();
+    if covariance.col(largest)[largest] < 1e-9 {
         return None;
     }
-    let mut axis = normalized(covariance[largest]);
-    for _ in 0..64 {
-        axis = normalized(covariance.map(|row| dot(row, axis)));
-    }
-    Some(axis)
-}
-
-/// The covariance across an axis.
-#[cfg(feature = "encode")]
-fn without(covariance: &Covariance, axis: [f64; 3]) -> Covariance {
-    let along = dot(axis, covariance.map(|row| dot(row, axis)));
-    std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] - along * axis[i] * axis[j]))
+    let start = covariance.col(largest).normalize();
+    Some((0..64).fold(start, |axis, _| (*covariance * axis).normalize()))
 }
 
 #[cfg(all(test, feature = "encode"))]
@@ -238,15 +202,15 @@ mod tests {
         assert!(axes.is_valid() && !axes.are_ycocg());
         let ycocg = ColorAxes::YCOCG.chroma_energy(&covariance);
         assert!(axes.chroma_energy(&covariance) < 0.1 * ycocg);
-        let [luma, first, second] = axes.rgb.map(|axis| axis.map(f64::from));
+        let [luma, first, second] = axes.columns();
         for (a, b) in [(luma, first), (luma, second), (first, second)] {
-            assert!(dot(a, b).abs() < 1e-6);
+            assert!(a.dot(b).abs() < 1e-6);
         }
-        let along = dot(luma, normalized([3.0, 2.0, 0.5])).abs() / 3.0f64.sqrt();
+        let along = luma.dot(DVec3::new(3.0, 2.0, 0.5).normalize()).abs() / 3.0f64.sqrt();
         assert!(along > 0.999, "{along}");
         // One line of colours alone, and none.
-        let line = ColorAxes::fitted(&[[1.0; 3]; 3]).expect("grays");
+        let line = ColorAxes::fitted(&squared(DVec3::ONE)).expect("grays");
         assert!(line.is_valid() && line.weights().as_flattened().iter().all(|v| v.is_finite()));
-        assert_eq!(ColorAxes::fitted(&[[0.0; 3]; 3]), None);
+        assert_eq!(ColorAxes::fitted(&DMat3::ZERO), None);
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn choose<'a>(
         Method::Thesis => Formats::Wavelet,
         _ => settings.formats,
     };
-    let bits = rate.nominal_bits_per_pixel(settings.alpha);
+    let bytes = rate.most_bytes(source.size, settings.alpha);
     let ycocg = ColorAxes::YCOCG;
     let mut choice = match formats {
         Formats::Plain => Choice::empty(source, settings, rate.wavelet(), ycocg),
@@ -72,20 +72,13 @@ pub(super) fn choose<'a>(
         least = quality::mse(source, &choice.image);
     }
     if formats != Formats::Wavelet {
-        choice.image.plain = plain::better(source, &choice.image, least, settings, bits);
+        choice.image.plain = plain::better(source, &choice.image, least, settings, bytes);
     }
-    match &choice.image.plain {
-        Some(plain) => {
-            choice.image.groups.clear();
-            choice.image.axes = ycocg;
-            choice.image.levels =
-                levels(source, settings, PlainTexture::max_level_count(plain.size));
-        }
-        // The image is smaller than a block.
-        None if choice.image.groups.is_empty() => {
-            choice = Choice::wavelet(source, settings, rate.wavelet(), ycocg);
-        }
-        None => {}
+    if let Some(plain) = &choice.image.plain {
+        choice.image.groups.clear();
+        choice.image.axes = ycocg;
+        let most = PlainTexture::max_level_count(plain.size, source.size);
+        choice.image.levels = levels(source, settings, most);
     }
     choice
 }

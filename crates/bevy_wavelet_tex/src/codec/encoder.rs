@@ -95,7 +95,7 @@ fn encode_at(
         };
         match &mut image.plain {
             Some(plain) => {
-                plain::add_level(plain, level, size, pixel, content, settings.effort);
+                plain::add_level(plain, level, source.size, pixel, content, settings.effort);
             }
             None => {
                 let planes = LevelPlanes::new(size, content, job.axes, pixel);

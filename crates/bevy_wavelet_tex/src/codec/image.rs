@@ -2,8 +2,7 @@
 
 pub use super::content::{ColorSpace, Content};
 use super::{
-    axes::ColorAxes, blocks::BlockFormat, layout, packing::Packing, plain::texture::PlainTexture,
-    quantizer::PlaneCoding,
+    axes::ColorAxes, layout, packing::Packing, plain::texture::PlainTexture, quantizer::PlaneCoding,
 };
 
 /// An encoded image with its mips.
@@ -90,9 +89,7 @@ impl WaveletImage {
     /// Bits per pixel of the largest level, including the padding to whole blocks.
     pub fn bits_per_pixel(&self) -> f64 {
         let level_0 = |g: &PlaneGroup| {
-            let size = g.texture_size(self.size);
-            let bytes = |f: &BlockFormat| f.level_bytes(size);
-            g.layers() * g.packing.formats().iter().map(bytes).sum::<usize>()
+            layout::group_bytes(g.packing, g.codings.len(), g.plane_size(self.size, 0))
         };
         let plain = self.plain.iter().map(|plain| plain.level_blocks(0).len());
         let bytes: usize = self.groups.iter().map(level_0).chain(plain).sum();

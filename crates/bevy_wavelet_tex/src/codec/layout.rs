@@ -44,6 +44,13 @@ pub fn texture_size(packing: Packing, plane_size: [u32; 2]) -> [u32; 2] {
     texel_size(packing, plane_size).map(|s| s.next_multiple_of(4))
 }
 
+/// Bytes of the largest level of a group of planes of this size, in whole blocks.
+pub fn group_bytes(packing: Packing, planes: usize, plane_size: [u32; 2]) -> usize {
+    let texture = texture_size(packing, plane_size);
+    let formats = packing.formats().iter();
+    packing.layers(planes) * formats.map(|f| f.level_bytes(texture)).sum::<usize>()
+}
+
 /// Largest number of mip levels that all groups of an image can have, at least 1. `groups` are the
 /// packing and the subsampling of each group.
 pub fn max_level_count(image_size: [u32; 2], groups: &[(Packing, u32)]) -> u32 {

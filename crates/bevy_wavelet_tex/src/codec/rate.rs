@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{image::Content, packing::Packing};
+use super::{image::Content, layout, packing::Packing};
 
 /// The content of an image and its bits per pixel. The numbers are those of the largest level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -146,6 +146,25 @@ impl Rate {
         }
     }
 
+    /// The most bytes that the largest level of an image takes: those of the wavelet of the rate, or the
+    /// nominal bits of every pixel of its 4 x 4 blocks where these are more. A small image, or one whose
+    /// sides are no whole blocks, takes more than the nominal bits.
+    pub fn most_bytes(self, image_size: [u32; 2], alpha: bool) -> usize {
+        let group = |packing, planes, subsampling| {
+            layout::group_bytes(packing, planes, layout::plane_size(image_size, subsampling))
+        };
+        let luma = group(
+            self.luma_packings()[0],
+            self.content(alpha).luma_planes(),
+            0,
+        );
+        let chroma = self.chroma_subsampling();
+        let wavelet = luma + chroma.map_or(0, |s| group(Packing::Bc1, 2, s));
+        let blocks = image_size.map(|s| f64::from(s.div_ceil(4)));
+        let nominal = 2.0 * self.nominal_bits_per_pixel(alpha) * blocks[0] * blocks[1];
+        wavelet.max(nominal as usize)
+    }
+
     fn wavelet_bits_per_pixel(self, alpha: bool) -> f64 {
         let luma = self.luma_packings()[0].bits_per_pixel();
         let planes = self.content(alpha).luma_planes() as f64;
@@ -170,6 +189,27 @@ mod tests {
         }
         assert_eq!(Rate::Color3.nominal_bits_per_pixel(true), 5.0);
         assert_eq!(Rate::from_name("color6"), None);
+    }
+
+    #[test]
+    fn bytes_are_the_nominal_bits_of_whole_blocks_and_those_of_the_wavelet() {
+        for rate in Rate::ALL {
+            let nominal = rate.nominal_bits_per_pixel(false) * 128.0 * 64.0 / 8.0;
+            assert_eq!(
+                rate.most_bytes([128, 64], false) as f64,
+                nominal,
+                "{rate:?}"
+            );
+            assert_eq!(
+                rate.most_bytes([127, 63], false) as f64,
+                nominal,
+                "{rate:?}"
+            );
+        }
+        assert_eq!(Rate::Color3.most_bytes([128, 64], true), 5 * 1024);
+        // A block of luma and one of chroma, and of BC7.
+        assert_eq!(Rate::Color3.most_bytes([1, 3], false), 24);
+        assert_eq!(Rate::Color8.most_bytes([1, 3], false), 16);
     }
 
     #[test]

@@ -36,8 +36,8 @@ pub enum Formats {
     Any,
     /// Wavelets alone, for which a shader filters after decoding.
     Wavelet,
-    /// Plain textures alone, which cost a shader hardly more than Bevy's own, at a lower quality. An
-    /// image that is smaller than a block becomes a wavelet all the same.
+    /// Plain textures alone, which cost a shader hardly more than Bevy's own, at a lower quality. Where the
+    /// sides of an image are no multiples of 4 and all of its pixels are stored, the shader filters them.
     Plain,
 }
 

@@ -90,7 +90,7 @@ pub(super) fn read(
     };
     let is_srgb = texture.is_srgb(content, color_space, image_size);
     let shape = Shape::plain(format, size, is_srgb).with_zstd(is_zstd);
-    let most = PlainTexture::max_level_count(size);
+    let most = PlainTexture::max_level_count(size, image_size);
     let contents = ktx2_blob::read(blob, shape, most).map_err(ReadError::PlainBlob)?;
     texture.blocks = contents.blocks;
     Ok(Contents {

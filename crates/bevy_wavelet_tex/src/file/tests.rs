@@ -68,13 +68,6 @@ fn axes_of_colour_come_back_and_their_faults_are_named() {
     let image = read(&bytes).expect("a good file");
     assert_eq!(bytes[8], 4);
     assert_eq!(write(&image), bytes);
-    for length in 1..bytes.len() {
-        let error = read(&bytes[..length]).expect_err("cut short");
-        assert!(
-            matches!(error, ReadError::Truncated { .. }),
-            "{length}: {error}"
-        );
-    }
     for value in [f32::NAN, f32::INFINITY, 3.0] {
         let mut bytes = bytes.clone();
         bytes[FIXED_HEADER_BYTES..FIXED_HEADER_BYTES + 4].copy_from_slice(&value.to_le_bytes());
@@ -82,7 +75,7 @@ fn axes_of_colour_come_back_and_their_faults_are_named() {
     }
 }
 
-/// A file with a plain texture of 20 x 12 texels in BC4.
+/// A file with a plain texture of 20 x 16 texels in BC4.
 fn plain_sample() -> Vec<u8> {
     let settings = EncodeSettings {
         formats: Formats::Plain,
@@ -90,7 +83,7 @@ fn plain_sample() -> Vec<u8> {
     };
     let image = image([20, 13], settings);
     let plain = image.plain.as_ref().expect("plain");
-    assert_eq!((plain.format, plain.size), (BlockFormat::Bc4, [20, 12]));
+    assert_eq!((plain.format, plain.size), (BlockFormat::Bc4, [20, 16]));
     write(&image)
 }
 
@@ -138,14 +131,15 @@ fn a_blob_stands_alone_as_ktx2() {
 
 #[test]
 fn cut_at_every_byte_it_is_an_error() {
-    let bytes = sample();
     assert!(matches!(read(&[]), Err(ReadError::Magic)));
-    for length in 1..bytes.len() {
-        let error = read(&bytes[..length]).expect_err("cut short");
-        assert!(
-            matches!(error, ReadError::Truncated { .. }),
-            "{length}: {error}"
-        );
+    for bytes in samples().into_iter().chain(compressed_samples()) {
+        for length in 1..bytes.len() {
+            let error = read(&bytes[..length]).expect_err("cut short");
+            assert!(
+                matches!(error, ReadError::Truncated { .. }),
+                "{length}: {error}"
+            );
+        }
     }
 }
 
@@ -207,18 +201,11 @@ fn each_fault_of_a_plain_texture_is_named() {
     assert!(with(28, &[18]).contains("texture width is 18"));
     assert!(with(28, &[0]).contains("texture width is 0"));
     assert!(with(28, &[24]).contains("texture width is 24"));
-    assert!(with(32, &[16]).contains("texture height is 16"));
+    assert!(with(32, &[20]).contains("texture height is 20"));
     assert!(with(32, &[8]).contains("bytes long instead of"));
     assert!(with(36, &u32::MAX.to_le_bytes()).contains("cut short"));
     let bytes = plain_sample();
     assert_eq!(bytes[8], 3);
-    for length in 1..bytes.len() {
-        let error = read(&bytes[..length]).expect_err("cut short");
-        assert!(
-            matches!(error, ReadError::Truncated { .. }),
-            "{length}: {error}"
-        );
-    }
     let blob = &bytes[FIXED_HEADER_BYTES + super::PLAIN_BYTES..];
     let header = ktx2::Reader::new(blob).expect("a KTX2 file").header();
     assert_eq!(header.format, Some(ktx2::Format::BC4_UNORM_BLOCK));
@@ -242,6 +229,18 @@ pub(super) fn samples() -> Vec<Vec<u8>> {
         .into_iter()
         .chain([plain_sample(), axes_sample()])
         .collect()
+}
+
+/// The same, compressed.
+#[cfg(feature = "zstd_encode")]
+fn compressed_samples() -> Vec<Vec<u8>> {
+    let compressed = |bytes: &Vec<u8>| super::write_zstd(&read(bytes).unwrap(), 19);
+    samples().iter().map(compressed).collect()
+}
+
+#[cfg(not(feature = "zstd_encode"))]
+fn compressed_samples() -> Vec<Vec<u8>> {
+    Vec::new()
 }
 
 proptest! {
@@ -273,13 +272,11 @@ proptest! {
     #[test]
     #[cfg(feature = "zstd_encode")]
     fn damaged_compressed_bytes_do_not_panic(
-        sample in 0usize..5,
+        sample in 0usize..6,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
-        static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> = std::sync::LazyLock::new(|| {
-            let samples = samples();
-            samples.iter().map(|bytes| super::write_zstd(&read(bytes).unwrap(), 19)).collect()
-        });
+        static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> =
+            std::sync::LazyLock::new(compressed_samples);
         let mut bytes = SAMPLES[sample].clone();
         for (at, value) in changes {
             let at = at.index(bytes.len());

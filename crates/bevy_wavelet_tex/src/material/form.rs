@@ -22,6 +22,7 @@ const CODING_CURVED: u32 = 1 << 4;
 const CODING_MIXED: u32 = 1 << 5;
 const PLAIN_OPAQUE: u32 = 1;
 const PLAIN_SCALED: u32 = 1 << 1;
+const PLAIN_PADDED: u32 = 1 << 2;
 const KIND_SHIFT: u32 = 12;
 const KIND_DECODED: u32 = 4;
 const KIND_DECODED_NORMAL: u32 = 5;
@@ -58,8 +59,8 @@ impl TextureForm {
         Self(form)
     }
 
-    /// That of a texture without a wavelet, which the texture unit filters as a decoded one. What it has
-    /// not linearised before, the shader does after.
+    /// That of a texture without a wavelet, which the texture unit filters as a decoded one where it can.
+    /// What it has not linearised, the shader does.
     fn plain(texture: &WaveletTexture, plain: PlainParameters) -> Self {
         let is_gray = texture.content == Content::Gray;
         let (kind, is_opaque) = match texture.content {
@@ -72,6 +73,11 @@ impl TextureForm {
         let mut form = PRESENT | kind << KIND_SHIFT;
         form |= if is_opaque { PLAIN_OPAQUE } else { 0 };
         form |= if plain.is_scaled { PLAIN_SCALED } else { 0 };
+        form |= match (plain.is_padded, texture.levels) {
+            (true, 2..) => PLAIN_PADDED | MIPS,
+            (true, _) => PLAIN_PADDED,
+            (false, _) => 0,
+        };
         form |= if is_encoded && texture.content != Content::Normal {
             SRGB
         } else {

@@ -119,7 +119,7 @@ fn material((index, json): (usize, &Value)) -> Material {
     let [base_color, emissive, normal, metallic_roughness, occlusion] = MAPS.map(map);
     let pbr = &json["pbrMetallicRoughness"];
     let number = |value: &Value, default: f64| value.as_f64().unwrap_or(default);
-    let color = |value: &Value, default| [0, 1, 2].map(|i| number(&value[i], default));
+    let color = |value: &Value, default| [0, 1, 2].map(|i| number(&value[i], default)).into();
     Material {
         name: name.map_or_else(|| format!("material {index}"), str::to_string),
         base_color,

@@ -5,11 +5,12 @@ use bevy_wavelet_tex::codec::{
     color::{linear_from_srgb, srgb_from_linear},
     quality::psnr_of,
 };
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
     picture::Picture,
-    shading::{Surface, Vec3, radiance},
+    shading::{Surface, radiance},
 };
 
 /// A material of a glTF file: the texture of each map, and the factors that its values are multiplied by.
@@ -25,8 +26,8 @@ pub struct Material {
 
 #[derive(Clone, Copy)]
 pub struct Factors {
-    pub base_color: Vec3,
-    pub emissive: Vec3,
+    pub base_color: DVec3,
+    pub emissive: DVec3,
     pub metallic: f64,
     pub roughness: f64,
     pub normal_scale: f64,
@@ -66,7 +67,7 @@ impl Material {
             ];
             let position = [2.0 * uv[0] - 1.0, 1.0 - 2.0 * uv[1]];
             let color = radiance(&self.surface(maps, uv), position);
-            color.map(|c| srgb_byte(c / (1.0 + c)))
+            (color / (1.0 + color)).to_array().map(srgb_byte)
         };
         (0..width * height).into_par_iter().map(pixel).collect()
     }
@@ -75,10 +76,10 @@ impl Material {
         let [base_color, emissive, normal, metallic_roughness, occlusion] =
             maps.map(|map| map.map(|picture| nearest(picture, uv)));
         let factors = &self.factors;
-        let color = |texel: Option<[u8; 4]>, factor: Vec3| {
+        let color = |texel: Option<[u8; 4]>, factor: DVec3| {
             let texel = texel.unwrap_or([255; 4]);
             let linear = |c: usize| f64::from(linear_from_srgb(f32::from(texel[c]) / 255.0));
-            [0, 1, 2].map(|c| linear(c) * factor[c])
+            DVec3::from([0, 1, 2].map(linear)) * factor
         };
         let channel = |texel: Option<[u8; 4]>, c: usize| {
             texel.map_or(1.0, |texel| f64::from(texel[c]) / 255.0)
@@ -86,10 +87,10 @@ impl Material {
         Surface {
             base_color: color(base_color, factors.base_color),
             emissive: color(emissive, factors.emissive),
-            normal: normal.map_or([0.0, 0.0, 1.0], |texel| {
+            normal: normal.map_or(DVec3::Z, |texel| {
                 let [x, y, z] = unit_of(texel);
                 let [x, y] = [x, y].map(|v| v * factors.normal_scale);
-                unit([x, y, z])
+                unit([x, y, z]).into()
             }),
             metallic: channel(metallic_roughness, 2) * factors.metallic,
             roughness: channel(metallic_roughness, 1) * factors.roughness,

@@ -30,11 +30,11 @@ struct Row {
     psnr_db: f64,
     /// With wavelets alone.
     wavelet_db: f64,
-    /// BC1 at 4 bpp.
+    /// BC1 at 4 bpp, with a texel for each pixel.
     bc1_db: f64,
     /// A smaller BC1 texture of at most the rate's bits, magnified by a bicubic filter; BC7 above 4 bpp.
     scaled_db: f64,
-    /// BC7 at 8 bpp.
+    /// BC7 at 8 bpp, with a texel for each pixel.
     bc7_db: f64,
 }
 
@@ -71,9 +71,9 @@ fn rows(
 ) -> Result<Vec<Row>, bevy_wavelet_tex::codec::encoder::EncodeError> {
     let source = Source::new(picture.size, picture.source());
     let original = floats(picture);
-    let rival_db = |format, bits| psnr(&original, &rival(&original, format, bits));
-    let bc1_db = rival_db(BlockFormat::Bc1, 4.0);
-    let bc7_db = rival_db(BlockFormat::Bc7, 8.0);
+    let full_db = |format| psnr(&original, &through(&original, format));
+    let bc1_db = full_db(BlockFormat::Bc1);
+    let bc7_db = full_db(BlockFormat::Bc7);
     let row = |&rate: &Rate| {
         let settings = EncodeSettings {
             rate,
@@ -92,7 +92,11 @@ fn rows(
             ..settings
         };
         let wavelet = encode(&source, &wavelet, &|_, _| {})?;
-        let bits = rate.nominal_bits_per_pixel(false);
+        let bytes = rate.most_bytes(source.size, false);
+        let format = match rate.nominal_bits_per_pixel(false) {
+            ..=4.0 => BlockFormat::Bc1,
+            _ => BlockFormat::Bc7,
+        };
         Ok(Row {
             image: name.into(),
             rate: rate.name(),
@@ -101,10 +105,7 @@ fn rows(
             psnr_db: psnr_db(&source, &texture),
             wavelet_db: psnr_db(&source, &wavelet),
             bc1_db,
-            scaled_db: match bits {
-                ..=4.0 => rival_db(BlockFormat::Bc1, bits),
-                _ => rival_db(BlockFormat::Bc7, bits),
-            },
+            scaled_db: psnr(&original, &scaled(&original, format, bytes)),
             bc7_db,
         })
     };
@@ -119,7 +120,7 @@ fn floats(picture: &Picture) -> Rgb32FImage {
     })
 }
 
-/// Encodes and decodes a picture.
+/// Encodes and decodes a picture. Beyond its edges, blocks repeat the outermost texels.
 fn through(picture: &Rgb32FImage, format: BlockFormat) -> Rgb32FImage {
     let size = <[u32; 2]>::from(picture.dimensions());
     let blocks = match format {
@@ -140,13 +141,13 @@ fn through(picture: &Rgb32FImage, format: BlockFormat) -> Rgb32FImage {
     })
 }
 
-/// What a texture of whole blocks and at most these bits per pixel shows, downsampled by Lanczos and
-/// magnified by Catmull-Rom where it must be smaller. Black where not a block fits.
-fn rival(picture: &Rgb32FImage, format: BlockFormat, bits: f64) -> Rgb32FImage {
+/// What a texture of whole blocks and at most these bytes shows, downsampled by Lanczos and magnified by
+/// Catmull-Rom where it must be smaller. Black where not a block fits.
+fn scaled(picture: &Rgb32FImage, format: BlockFormat, bytes: usize) -> Rgb32FImage {
     let (width, height) = picture.dimensions();
-    match PlainTexture::sizes_within([width, height], format, bits).first() {
+    match PlainTexture::sizes_within([width, height], format, bytes).first() {
         None => Rgb32FImage::new(width, height),
-        Some(&size) if size == [width, height] => through(picture, format),
+        Some(&size) if size == PlainTexture::full_size([width, height]) => through(picture, format),
         Some(&[w, h]) => {
             let small = imageops::resize(picture, w, h, imageops::FilterType::Lanczos3);
             let small = through(&small, format);

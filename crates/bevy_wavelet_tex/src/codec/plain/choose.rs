@@ -1,6 +1,10 @@
 //! The choice between a wavelet and plain textures of the same bits.
 
-use super::{encode::channels, estimate::Candidate, texture::PlainTexture};
+use super::{
+    encode::channels,
+    estimate::{Candidate, LEAST_BLOCKS},
+    texture::PlainTexture,
+};
 use crate::codec::{
     image::{Content, WaveletImage},
     quality,
@@ -12,14 +16,13 @@ use crate::codec::{
 const DOUBT: f64 = 1.06;
 
 /// The first level of the plain texture that has the least error of all formats and sizes, where its mean squared error in 8-bit
-/// units is less than `least`. `image` says what it is of, `bits` are the most bits per pixel that it may
-/// take.
+/// units is less than `least`. `image` says what it is of, `bytes` are the most that it may take.
 pub(in crate::codec) fn better(
     source: &Source<'_>,
     image: &WaveletImage,
     mut least: f64,
     settings: &EncodeSettings,
-    bits: f64,
+    bytes: usize,
 ) -> Option<PlainTexture> {
     let content = image.content;
     let pixels = &source.levels[0];
@@ -38,12 +41,15 @@ pub(in crate::codec) fn better(
         Content::Normal => f64::INFINITY,
         _ => least * DOUBT / (255.0 * 255.0),
     };
+    // The estimate of a small texture has all of its blocks, and measures no less.
+    let full = PlainTexture::full_size(source.size);
+    let is_small = full[0] / 4 * (full[1] / 4) <= LEAST_BLOCKS;
     let mut best = None;
     let mut promising: Option<(f64, Candidate)> = None;
     for &format in PlainTexture::formats(content) {
-        for size in PlainTexture::sizes_within(source.size, format, bits) {
+        for size in PlainTexture::sizes_within(source.size, format, bytes) {
             let candidate = Candidate::new(&channels, format, size);
-            if settings.effort == Effort::Best {
+            if is_small || settings.effort == Effort::Best {
                 let (mse, plain) = encoded(candidate);
                 if mse < least {
                     (least, best) = (mse, plain);

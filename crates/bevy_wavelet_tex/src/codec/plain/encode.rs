@@ -7,7 +7,8 @@ use crate::codec::{
     blocks::{self, BlockFormat, BlockQuality},
     color::ycocg_from_rgb,
     image::Content,
-    interpolation::{Axis, fitted},
+    interpolation::fitted,
+    layout,
     plane::Plane,
     planes::unit,
     settings::Effort,
@@ -40,13 +41,18 @@ pub(super) fn channels(
     }
 }
 
-/// The texels whose interpolation comes closest to the channels.
-pub(super) fn texels(channels: &[Plane], size: [u32; 2]) -> Vec<Plane> {
+/// The texels of a level of `size` whose interpolation comes closest to the channels: these themselves where
+/// it is not scaled, which are repeated beyond their edges.
+pub(super) fn texels(channels: &[Plane], size: [u32; 2], is_scaled: bool) -> Vec<Plane> {
     let pixels = channels[0].size;
     if pixels == size {
         return channels.to_vec();
     }
-    let axes = [0, 1].map(|i: usize| Axis::stretched(pixels[i], size[i]));
+    if !is_scaled {
+        let padded = |channel: &Plane| Plane::from_fn(size, |x, y| channel.clamped(x, y));
+        return channels.iter().map(padded).collect();
+    }
+    let axes = PlainTexture::axes(pixels, size, is_scaled);
     let fit = |channel: &Plane| {
         let mut texels = fitted(channel, axes, SMOOTHNESS);
         texels
@@ -81,16 +87,17 @@ pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> V
     }
 }
 
-/// Appends the next level, whose `size` pixels `pixel` returns.
+/// Appends the next level of an image of `image_size`, whose pixels `pixel` returns.
 pub(in crate::codec) fn add_level(
     plain: &mut PlainTexture,
     level: u32,
-    size: [u32; 2],
+    image_size: [u32; 2],
     pixel: impl Fn(usize) -> [f32; 4] + Sync,
     content: Content,
     effort: Effort,
 ) {
-    let channels = channels(content, size, pixel);
-    let texels = texels(&channels, plain.level_size(level));
+    let channels = channels(content, layout::mip_size(image_size, level), pixel);
+    let is_scaled = plain.is_scaled(image_size);
+    let texels = texels(&channels, plain.level_size(level), is_scaled);
     plain.blocks.extend(blocks(plain.format, &texels, effort));
 }

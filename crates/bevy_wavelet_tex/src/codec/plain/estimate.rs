@@ -11,7 +11,7 @@ use super::{
 };
 use crate::codec::{
     blocks::{BlockFormat, decode_blocks},
-    interpolation::{Axis, Tap},
+    interpolation::Tap,
     plane::Plane,
     settings::Effort,
 };
@@ -19,12 +19,13 @@ use crate::codec::{
 /// One block of so many is encoded, or all where there are fewer than [`LEAST_BLOCKS`].
 const EVERY: u32 = 6;
 /// Blocks of a texture of 192 x 192 texels.
-const LEAST_BLOCKS: u32 = 2304;
+pub(super) const LEAST_BLOCKS: u32 = 2304;
 
 /// The first level of a texture that is not encoded yet.
 pub(super) struct Candidate<'a> {
     format: BlockFormat,
     size: [u32; 2],
+    is_scaled: bool,
     /// A plane for each channel.
     texels: Vec<Plane>,
     /// The channels of the image.
@@ -36,12 +37,15 @@ pub(super) struct Candidate<'a> {
 impl<'a> Candidate<'a> {
     /// Fits the texels of a texture to the channels of an image.
     pub(super) fn new(channels: &'a [Plane], format: BlockFormat, size: [u32; 2]) -> Self {
+        let pixels = channels[0].size;
+        let is_scaled = size != PlainTexture::full_size(pixels);
         Self {
             format,
             size,
-            texels: texels(channels, size),
+            is_scaled,
+            texels: texels(channels, size, is_scaled),
             channels,
-            taps: [0, 1].map(|i: usize| Axis::stretched(channels[0].size[i], size[i]).all_taps()),
+            taps: PlainTexture::axes(pixels, size, is_scaled).map(|axis| axis.all_taps()),
         }
     }
 
@@ -55,7 +59,7 @@ impl<'a> Candidate<'a> {
 
     /// Mean squared error of the channels where the texels are read without being encoded.
     pub(super) fn error_of_size(&self) -> f64 {
-        if self.size == self.channels[0].size {
+        if !self.is_scaled {
             return 0.0;
         }
         let (sum, count) = self.error([0, 0], self.size, &interleaved(&self.texels));

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::texture::PlainTexture;
-use crate::codec::{blocks::BlockFormat, interpolation::Axis, layout};
+use crate::codec::{blocks::BlockFormat, layout};
 
 /// The four channels of an image of `image_size` at a mip level: the texture at the centres of the
 /// level's pixels.
@@ -16,7 +16,8 @@ pub(in crate::codec) fn pixels(
     let size = layout::mip_size(image_size, level);
     let texture = plain.level_size(level);
     let texels = decode_blocks(plain.format, plain.level_blocks(level), texture);
-    let [across, down] = [0, 1].map(|i: usize| Axis::stretched(size[i], texture[i]).all_taps());
+    let axes = PlainTexture::axes(size, texture, plain.is_scaled(image_size));
+    let [across, down] = axes.map(|axis| axis.all_taps());
     let mut pixels = vec![[0.0; 4]; size[0] as usize * size[1] as usize];
     let rows = pixels.par_chunks_mut(size[0] as usize).zip(down);
     rows.for_each(|(row, (above, below, v))| {

@@ -3,6 +3,7 @@
 use crate::codec::{
     blocks::BlockFormat,
     content::{ColorSpace, Content},
+    interpolation::Axis,
     layout,
 };
 
@@ -11,8 +12,7 @@ use crate::codec::{
 pub struct PlainTexture {
     /// Format of the blocks, one of [`PlainTexture::formats`].
     pub format: BlockFormat,
-    /// Width and height of the largest level in texels: whole blocks, and no more than the pixels of
-    /// the image.
+    /// Width and height of the largest level in texels: whole blocks, and no more than cover the image.
     pub size: [u32; 2],
     /// The blocks of all mip levels from the largest.
     pub blocks: Vec<u8>,
@@ -30,33 +30,40 @@ impl PlainTexture {
         }
     }
 
-    /// Returns whether a texture of `size` texels can be that of an image of `image_size` pixels.
-    pub fn is_valid_size(size: [u32; 2], image_size: [u32; 2]) -> bool {
-        let fits = |(texels, pixels): (u32, u32)| texels > 0 && texels % 4 == 0 && texels <= pixels;
-        size.into_iter().zip(image_size).all(fits)
+    /// The size of a texture that has a texel for each pixel of an image, in whole blocks.
+    pub fn full_size(image_size: [u32; 2]) -> [u32; 2] {
+        image_size.map(|s| s.next_multiple_of(4))
     }
 
-    /// The largest sizes of textures of a format that take at most `bits` per pixel of an image, in whole
+    /// Returns whether a texture of `size` texels can be that of an image of `image_size` pixels.
+    pub fn is_valid_size(size: [u32; 2], image_size: [u32; 2]) -> bool {
+        let fits = |(texels, most): (u32, u32)| texels > 0 && texels % 4 == 0 && texels <= most;
+        size.into_iter().zip(Self::full_size(image_size)).all(fits)
+    }
+
+    /// The largest sizes of textures of a format that take at most `bytes` for an image, in whole
     /// blocks: with both sides scaled alike, and with one of them scaled alone. There is none where not
     /// a block fits.
-    pub fn sizes_within(image: [u32; 2], format: BlockFormat, bits: f64) -> Vec<[u32; 2]> {
-        let whole_blocks = |texels: f64| texels as u32 / 4 * 4;
-        let area = bits / (format.block_bytes() as f64 / 2.0);
-        let [width, height] = image.map(f64::from);
+    pub fn sizes_within(image_size: [u32; 2], format: BlockFormat, bytes: usize) -> Vec<[u32; 2]> {
+        let [columns, rows] = Self::full_size(image_size).map(|s| s as usize / 4);
+        let blocks = bytes / format.block_bytes();
+        let area = blocks as f64 / (columns * rows) as f64;
         let mut sizes = Vec::new();
         for scale in [area.sqrt(), 1.0, area] {
-            let w = whole_blocks(width * scale.min(1.0));
-            let h = whole_blocks((width * height * area / f64::from(w)).min(height));
-            if Self::is_valid_size([w, h], image) && !sizes.contains(&[w, h]) {
-                sizes.push([w, h]);
+            let across = ((columns as f64 * scale) as usize).clamp(1, columns);
+            let size = [across, (blocks / across).min(rows)].map(|blocks| 4 * blocks as u32);
+            if Self::is_valid_size(size, image_size) && !sizes.contains(&size) {
+                sizes.push(size);
             }
         }
         sizes
     }
 
-    /// Number of mip levels down to one texel.
-    pub fn max_level_count(size: [u32; 2]) -> u32 {
-        32 - size[0].max(size[1]).leading_zeros()
+    /// Largest number of mip levels of a texture of an image, both of which have them down to one texel or
+    /// pixel.
+    pub fn max_level_count(size: [u32; 2], image_size: [u32; 2]) -> u32 {
+        let levels = |[width, height]: [u32; 2]| 32 - width.max(height).leading_zeros();
+        levels(size).min(levels(image_size))
     }
 
     /// Returns whether the texture unit linearises texels, before it interpolates them.
@@ -66,7 +73,25 @@ impl PlainTexture {
 
     /// Returns whether the texture has fewer texels than an image of `image_size` has pixels.
     pub fn is_scaled(&self, image_size: [u32; 2]) -> bool {
-        self.size != image_size
+        self.size != Self::full_size(image_size)
+    }
+
+    /// Returns whether a texel is a pixel of an image of `image_size` whose sides are no whole blocks. There
+    /// are more texels beyond its last row or column, so the texture unit cannot repeat the image, and
+    /// decoders read pixels one by one.
+    pub fn is_padded(&self, image_size: [u32; 2]) -> bool {
+        self.size != image_size && !self.is_scaled(image_size)
+    }
+
+    /// Where the pixels of a level lie among its texels.
+    pub(super) fn axes(pixels: [u32; 2], texels: [u32; 2], is_scaled: bool) -> [Axis; 2] {
+        [0, 1].map(|i: usize| {
+            if is_scaled {
+                Axis::stretched(pixels[i], texels[i])
+            } else {
+                Axis::halved(pixels[i], 0)
+            }
+        })
     }
 
     /// Size of a mip level in texels.
@@ -87,35 +112,55 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_take_the_bits_and_no_more() {
+    fn sizes_take_the_bytes_and_no_more() {
         for image in [
             [512, 512],
             [1024, 256],
             [768, 512],
             [93, 61],
             [4, 4],
+            [3, 9],
             [17, 300],
         ] {
-            for bits in [2.0, 2.25, 3.0, 3.25, 4.0, 5.0, 8.0] {
-                for format in [BlockFormat::Bc1, BlockFormat::Bc7] {
-                    let sizes = PlainTexture::sizes_within(image, format, bits);
-                    assert!(!sizes.is_empty() || image.contains(&4) || image == [17, 300]);
+            let full = PlainTexture::full_size(image);
+            for format in [BlockFormat::Bc1, BlockFormat::Bc7] {
+                let most = format.level_bytes(full);
+                for bytes in [
+                    1,
+                    8,
+                    16,
+                    40,
+                    most / 2,
+                    most * 2 / 3,
+                    most - 1,
+                    most,
+                    2 * most,
+                ] {
+                    let sizes = PlainTexture::sizes_within(image, format, bytes);
+                    assert_eq!(sizes.is_empty(), bytes < format.block_bytes());
                     for &size in &sizes {
-                        let pixels = f64::from(image[0] * image[1]);
-                        let taken = 8.0 * format.level_bytes(size) as f64 / pixels;
-                        assert!(taken <= bits, "{image:?} {bits}: {size:?}");
+                        assert!(format.level_bytes(size) <= bytes, "{image:?}: {size:?}");
                         assert!(PlainTexture::is_valid_size(size, image));
                     }
-                    let whole = image.iter().all(|s| s % 4 == 0);
-                    if whole && bits >= format.block_bytes() as f64 / 2.0 {
-                        assert_eq!(sizes, [image]);
+                    if bytes >= most {
+                        assert_eq!(sizes, [full]);
                     }
                 }
             }
         }
-        let of = |image, bits| PlainTexture::sizes_within(image, BlockFormat::Bc1, bits);
-        assert_eq!(of([512, 512], 2.25), [[384, 384], [512, 288], [288, 512]]);
-        assert_eq!(of([3, 9], 4.0), [[0; 2]; 0]);
-        assert_eq!(of([144, 24], 3.0), [[124, 20], [144, 16], [108, 24]]);
+        let of = |image, bytes| PlainTexture::sizes_within(image, BlockFormat::Bc1, bytes);
+        let bytes = 512 * 512 * 9 / 32;
+        let sizes = [[384, 384], [512, 288], [288, 512]];
+        assert_eq!(of([512, 512], bytes), sizes);
+        assert_eq!(of([144, 24], 1296), [[124, 20], [144, 16], [108, 24]]);
+        assert_eq!(of([3, 9], 16), [[4, 8]]);
+    }
+
+    #[test]
+    fn levels_end_at_one_pixel_and_at_one_texel() {
+        assert_eq!(PlainTexture::max_level_count([64, 32], [93, 61]), 7);
+        assert_eq!(PlainTexture::max_level_count([96, 64], [93, 61]), 7);
+        assert_eq!(PlainTexture::max_level_count([4, 4], [1, 3]), 2);
+        assert_eq!(PlainTexture::max_level_count([8, 4], [7, 1]), 3);
     }
 }
