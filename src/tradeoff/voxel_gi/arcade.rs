@@ -22,7 +22,7 @@ use crate::{
         move_to, spawn_mesh_scene, trace,
     },
     path_tracer::TraceSettings,
-    record::Measurement,
+    record::{Measurement, ReportAdapter},
     tradeoff::plan::ArcadePlan,
 };
 
@@ -40,7 +40,7 @@ const SETTINGS: [&str; 5] = [
     "trace 64^3",
 ];
 
-/// The rows of those settings that are measured in the arcade.
+/// The rows of those settings that are measured in the arcade, and the adapter.
 ///
 /// # Errors
 /// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
@@ -48,7 +48,7 @@ pub fn rows(
     plan: &ArcadePlan,
     settings: &[Setting],
     progress: &ProgressBar,
-) -> Result<Vec<Measurement>, HeadlessError> {
+) -> Result<(Vec<Measurement>, ReportAdapter), HeadlessError> {
     progress.set_message("arcade: path tracing");
     let mut stage = ArcadeApp::new(plan)?;
     let mut rows = Vec::new();
@@ -58,7 +58,7 @@ pub fn rows(
             rows.extend(stage.rows(setting)?);
         }
     }
-    Ok(rows)
+    Ok((rows, stage.app.adapter().into()))
 }
 
 /// The arcade in Bevy, and its truth.

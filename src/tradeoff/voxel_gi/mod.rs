@@ -66,8 +66,9 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
         report.measurements.extend(rows);
     }
     if let Some(plan) = &plan.gi.arcade {
-        let rows = arcade::rows(plan, &settings, progress)?;
+        let (rows, adapter) = arcade::rows(plan, &settings, progress)?;
         report.measurements.extend(rows);
+        report.adapter = adapter;
     }
     report.measurements.extend(load::rows(&plan.gi, progress)?);
     Ok(report)

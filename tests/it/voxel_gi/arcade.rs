@@ -16,10 +16,10 @@ use crate::support::gpu;
 fn arcade() -> ArcadeApp {
     ArcadeApp::new(&ArcadePlan {
         scene: ArcadeSettings {
-            statue_triangles: 20_000,
+            statue_triangles: 50_000,
             picture: 64,
         },
-        samples: 128,
+        samples: 256,
     })
     .expect("the arcade")
 }
@@ -55,11 +55,11 @@ fn it_is_near_its_truth_in_each_state_and_soon_after_a_change() {
     let _gpu = gpu();
     let rows = rows(&mut arcade());
     for (scene, setting, most) in [
-        ("arcade", "trace", 0.0),
-        ("arcade, light moved", "trace", 0.0),
-        ("arcade, light moved", "trace, frame 30", 0.0),
-        ("arcade, door open", "trace", 0.0),
-        ("arcade, door open", "trace, frame 30", 0.0),
+        ("arcade", "trace", 0.044),
+        ("arcade, light moved", "trace", 0.047),
+        ("arcade, light moved", "trace, frame 30", 0.048),
+        ("arcade, door open", "trace", 0.063),
+        ("arcade, door open", "trace, frame 30", 0.063),
     ] {
         let found = error(&rows, scene, setting);
         assert!(found < most, "{scene}, {setting}: {found}");
@@ -79,5 +79,5 @@ fn without_the_light_of_the_sign_it_is_far_from_its_truth() {
         material.emissive = LinearRgba::BLACK;
     }
     let found = error(&rows(&mut app), "arcade", "trace");
-    assert!(found > 0.0, "{found}");
+    assert!(found > 0.1, "{found}");
 }
