@@ -246,7 +246,10 @@ fn error_of_global_illumination_in_the_arcade() {
         ..Report::default()
     });
     let page = include_str!("../../crates/bevy_voxel_gi/README.md");
-    assert!(!tables.is_empty() && page.contains(&tables), "not on the page:\n{tables}");
+    assert!(
+        !tables.is_empty() && page.contains(&tables),
+        "not on the page:\n{tables}"
+    );
 }
 
 #[test]
