@@ -79,5 +79,6 @@ fn without_the_light_of_the_sign_it_is_far_from_its_truth() {
         material.emissive = LinearRgba::BLACK;
     }
     let found = error(&rows(&mut app), "arcade", "trace");
-    assert!(found > 0.1, "{found}");
+    // The bound of the test above is 0.044.
+    assert!(found > 0.085, "{found}");
 }
