@@ -1,20 +1,25 @@
-//! Scenes of boxes and lamps in plain numbers, of which path-traced light is known.
+//! Scenes of boxes and lights in plain numbers, of which path-traced light is known.
 //!
 //! Metres, right-handed, Y up; light per channel.
 
 mod noise;
-mod path_tracer;
+mod solids;
 mod spawn;
+#[cfg(test)]
+mod tests;
 mod truth;
+mod walls;
 
 use std::path::Path;
 
 use bevy::math::{Quat, Vec3};
 use serde::Deserialize;
 
+use crate::stage::{SceneCamera, SceneDirectionalLight, ScenePointLight, Stage, volume_around};
+
 pub use noise::picture_noise;
-pub use path_tracer::{TraceSettings, TracedPicture, trace};
-pub use spawn::{BoxSceneCamera, spawn_box_scene, spawn_boxes_and_lamps};
+pub use solids::trace;
+pub use spawn::{spawn_box_scene, spawn_boxes_and_lights};
 pub use truth::{Agreement, TruthError, agreement, block_means, read_npy};
 
 /// A scene whose light an independent renderer has path-traced.
@@ -95,41 +100,6 @@ impl SceneBox {
     }
 }
 
-/// A light without size.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub struct ScenePointLight {
-    /// The position of the light in metres.
-    pub position: Vec3,
-    /// Luminous intensity in candela.
-    pub intensity_cd: Vec3,
-}
-
-/// Parallel light.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub struct SceneDirectionalLight {
-    /// The direction in which the light travels, of any length.
-    pub direction: Vec3,
-    /// Illuminance in lux of a surface that faces the light, per channel.
-    pub illuminance_lux: Vec3,
-}
-
-/// A camera.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub struct SceneCamera {
-    /// The position of the camera in metres.
-    pub eye: Vec3,
-    /// The point in the middle of the picture, in metres.
-    pub target: Vec3,
-    /// The direction that is up in the picture.
-    pub up: Vec3,
-    /// Vertical field of view in degrees.
-    pub fov_y_deg: f32,
-    /// Width of its picture in pixels.
-    pub width: u32,
-    /// Height of its picture in pixels.
-    pub height: u32,
-}
-
 impl BoxScene {
     fn read(path: &Path) -> Result<Self, TruthError> {
         let wrong = |error: &dyn std::fmt::Display| TruthError {
@@ -138,6 +108,16 @@ impl BoxScene {
         };
         let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
         serde_json::from_str(&text).map_err(|error| wrong(&error))
+    }
+
+    /// Its lights, sky and camera.
+    pub fn stage(&self) -> Stage {
+        Stage {
+            point_lights: self.point_lights.clone(),
+            directional_lights: self.directional_lights.clone(),
+            sky_radiance: self.sky_radiance,
+            camera: self.camera,
+        }
     }
 
     /// Corners of the bounds of all boxes.
@@ -160,8 +140,6 @@ impl BoxScene {
     /// Centre and edge of the smallest volume of this many voxels along an edge that leaves one
     /// free on each side.
     pub fn volume(&self, resolution: u32) -> (Vec3, f32) {
-        let (low, high) = self.bounds();
-        let voxel = (high - low).max_element() / (resolution - 2) as f32;
-        (0.5 * (low + high), voxel * resolution as f32)
+        volume_around(self.bounds(), resolution)
     }
 }

@@ -3,7 +3,7 @@
 use bevy::math::Vec3;
 use bevy_voxel_gi::reference::noise::{WallSample, wall_noise};
 
-use super::{BoxScene, path_tracer::walls::visible_walls};
+use super::{BoxScene, walls::visible_walls};
 
 /// The smooth neighbourhood of a pixel is within this many voxels of the volume.
 const RADIUS: f32 = 3.0;

@@ -4,7 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Parser, builder::PossibleValuesParser};
 
-use super::{plan::Plan, studies::STUDIES, study::Study};
+use super::{
+    plan::{GI_SCENES, Plan},
+    studies::STUDIES,
+    study::Study,
+};
 
 /// Stands for every study on the command line.
 const ALL: &str = "all";
@@ -26,6 +30,9 @@ pub struct Options {
     /// Leaves out volumes of more voxels along an edge: 64 take an hour on a software driver.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..))]
     pub max_resolution: Option<u32>,
+    /// Scene of global illumination to measure, and nothing else of that study; may be repeated.
+    #[arg(long, value_name = "SCENE", value_parser = PossibleValuesParser::new(GI_SCENES))]
+    pub scene: Vec<String>,
     /// Folder of the reports, made where it is missing.
     #[arg(long, value_name = "DIR", default_value = "target/tradeoff")]
     pub out: PathBuf,
@@ -51,6 +58,9 @@ impl Options {
         let mut plan = Plan::new(self.quick);
         if let Some(most) = self.max_resolution {
             plan.gi.resolutions.retain(|resolution| *resolution <= most);
+        }
+        if !self.scene.is_empty() {
+            plan.gi.retain_scenes(&self.scene);
         }
         plan.pictures = Some(self.out.clone());
         plan

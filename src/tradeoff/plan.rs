@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::boxes::TracedScene;
+use crate::{boxes::TracedScene, meshes::arcade::ArcadeSettings};
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
@@ -53,6 +53,8 @@ pub struct GiPlan {
     pub bounces: Vec<u32>,
     /// Voxelisers, shadow samples and ambient occlusion too.
     pub variants: bool,
+    /// The arcade; none leaves it out.
+    pub arcade: Option<ArcadePlan>,
     /// Numbers of triangles, about.
     pub triangles: Vec<u32>,
     /// Rounds of the interleaved benchmark.
@@ -61,7 +63,34 @@ pub struct GiPlan {
     pub frames: u32,
 }
 
+/// How the arcade is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ArcadePlan {
+    /// How detailed it is.
+    pub scene: ArcadeSettings,
+    /// Paths from each pixel of its truth.
+    pub samples: u32,
+}
+
+/// The name of the arcade on the command line.
+const ARCADE: &str = "arcade";
+/// The scenes of global illumination.
+pub const GI_SCENES: [&str; 4] = {
+    let [a, b, c] = TracedScene::NAMES;
+    [a, b, c, ARCADE]
+};
+
 impl GiPlan {
+    /// Leaves out all scenes but these, and the numbers of triangles.
+    pub fn retain_scenes(&mut self, names: &[String]) {
+        let is_named = |scene: &str| names.iter().any(|name| name == scene);
+        self.scenes.retain(|scene| is_named(scene));
+        if !is_named(ARCADE) {
+            self.arcade = None;
+        }
+        self.triangles.clear();
+    }
+
     fn new(quick: bool) -> Self {
         let scenes = TracedScene::NAMES.into();
         if quick {
@@ -72,6 +101,13 @@ impl GiPlan {
                 iterations: Vec::new(),
                 bounces: vec![1],
                 variants: false,
+                arcade: Some(ArcadePlan {
+                    scene: ArcadeSettings {
+                        statue_triangles: 50_000,
+                        picture: 64,
+                    },
+                    samples: 256,
+                }),
                 triangles: vec![1_000, 10_000],
                 rounds: 3,
                 frames: 2,
@@ -84,6 +120,10 @@ impl GiPlan {
                 iterations: vec![32, 96, 256],
                 bounces: vec![1, 2, 4],
                 variants: true,
+                arcade: Some(ArcadePlan {
+                    scene: ArcadeSettings::default(),
+                    samples: 1024,
+                }),
                 triangles: vec![1_000, 10_000, 100_000, 1_000_000],
                 rounds: 5,
                 frames: 5,

@@ -6,7 +6,7 @@ use std::path::Path;
 use bevy_frugal_lab::{
     cost,
     record::{Measurement, Report},
-    tradeoff::{ewa::scenes::SCENES, markdown::renewed},
+    tradeoff::{ewa::scenes::SCENES, markdown::renewed, voxel_gi::arcade_table},
 };
 
 /// The measurements of a plugin.
@@ -235,6 +235,20 @@ fn error_of_global_illumination() {
                 ],
             )
         }),
+    );
+}
+
+#[test]
+fn error_of_global_illumination_in_the_arcade() {
+    let data = Data::read("arcade");
+    let tables = arcade_table::tables(&Report {
+        measurements: data.0,
+        ..Report::default()
+    });
+    let page = include_str!("../../crates/bevy_voxel_gi/README.md");
+    assert!(
+        !tables.is_empty() && page.contains(&tables),
+        "not on the page:\n{tables}"
     );
 }
 

@@ -18,6 +18,7 @@ fn the_cornell_box_is_measured() {
         rays: Vec::new(),
         iterations: Vec::new(),
         bounces: vec![1],
+        arcade: None,
         triangles: vec![300, 3_000],
         rounds: 1,
         frames: 2,

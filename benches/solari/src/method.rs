@@ -8,7 +8,8 @@ use bevy::{
     render::render_resource::TextureUsages,
 };
 use bevy_frugal_lab::{
-    boxes::{BoxScene, BoxSceneCamera},
+    boxes::BoxScene,
+    stage::StageCamera,
     tradeoff::voxel_gi::render::placed,
 };
 use bevy_solari::{
@@ -150,7 +151,7 @@ impl Method {
 
 fn camera(world: &mut World) -> Entity {
     world
-        .query_filtered::<Entity, With<BoxSceneCamera>>()
+        .query_filtered::<Entity, With<StageCamera>>()
         .single(world)
         .expect("a scene of boxes has one camera")
 }

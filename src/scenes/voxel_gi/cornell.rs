@@ -2,7 +2,10 @@
 
 use bevy::prelude::*;
 
-use crate::boxes::{BoxScene, SceneCamera, cornell_box};
+use crate::{
+    boxes::{BoxScene, cornell_box},
+    stage::SceneCamera,
+};
 
 /// Exposure of the cameras before the box: 1 cd/m² is a quarter of white.
 pub const EV100: f32 = EV100_OF_ONE + 2.0;

@@ -4,7 +4,10 @@
 use bevy::{color::LinearRgba, math::Vec3, transform::components::Transform};
 use bevy_voxel_gi::Sky;
 
-use crate::boxes::{BoxScene, SceneBox, SceneCamera, SceneDirectionalLight};
+use crate::{
+    boxes::{BoxScene, SceneBox},
+    stage::{SceneCamera, SceneDirectionalLight},
+};
 
 /// Exposure of the cameras: the walls in bounced light are in the middle of the scale.
 pub const EV100: f32 = 10.5;

@@ -10,7 +10,7 @@ use bevy_voxel_gi::Sky;
 
 use super::{cornell, drag::Draggable, motion, room};
 use crate::{
-    boxes::{BoxScene, cornell_box, spawn_boxes_and_lamps},
+    boxes::{BoxScene, cornell_box, spawn_boxes_and_lights},
     runner::{PictureArea, SceneSettings, Side, Split},
     scenes::tone::{TONE_MAPPED, UNGRADED},
 };
@@ -92,7 +92,7 @@ pub fn change(world: &mut World) {
 
 fn spawn_cornell(world: &mut World) -> BoxScene {
     let scene = cornell_box();
-    let parts = spawn_boxes_and_lamps(world, &scene);
+    let parts = spawn_boxes_and_lights(world, &scene);
     for part in parts {
         world.entity_mut(part).insert(Part);
     }
@@ -110,9 +110,9 @@ fn spawn_room(world: &mut World) -> BoxScene {
     let mut outside = scene.clone();
     outside.directional_lights.clear();
     outside.boxes = vec![room::ground(), room::door()];
-    let mut parts = spawn_boxes_and_lamps(world, &scene);
+    let mut parts = spawn_boxes_and_lights(world, &scene);
     let sun = parts.last().copied();
-    parts.extend(spawn_boxes_and_lamps(world, &outside));
+    parts.extend(spawn_boxes_and_lights(world, &outside));
     let door = parts.last().copied();
     if let Some(sun) = sun {
         let shadows: CascadeShadowConfig = CascadeShadowConfigBuilder {

@@ -22,8 +22,9 @@ use super::{
     stage::{Part, Stage},
 };
 use crate::{
-    boxes::{Agreement, TraceSettings, TracedPicture, agreement, block_means, trace},
+    boxes::{Agreement, agreement, block_means, trace},
     headless::LabTarget,
+    path_tracer::{TraceSettings, TracedPicture},
     runner::{PictureArea, SceneSettings, Side},
     scenes::quad_camera::{LAYER, quad_camera},
 };

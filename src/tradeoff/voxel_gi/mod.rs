@@ -11,9 +11,13 @@
 //! | [`mod@settings`] | what is measured, by name |
 //! | [`mod@render`] | a setting in a scene |
 //! | [`mod@noise`] | noise on flat walls, settled and while a light moves |
+//! | [`arcade`] | a scene of curved meshes with textures, whose light moves and whose door opens |
+//! | [`arcade_table`] | its rows in Markdown |
 //! | [`load`] | the same setting with more and more triangles |
 //! | [`mod@summary`] | what a user chooses between |
 
+pub mod arcade;
+pub mod arcade_table;
 pub mod load;
 pub mod noise;
 mod picture;
@@ -37,7 +41,7 @@ pub const STUDY: Study = Study {
     name: "voxel_gi",
     measure,
     summary: summary::summary,
-    tables: |_| String::new(),
+    tables: arcade_table::tables,
 };
 
 fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
@@ -60,6 +64,11 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
         }
         let rows = benchmark_apps(candidates, plan.gi.rounds, plan.gi.frames)?;
         report.measurements.extend(rows);
+    }
+    if let Some(plan) = &plan.gi.arcade {
+        let (rows, adapter) = arcade::rows(plan, &settings, progress)?;
+        report.measurements.extend(rows);
+        report.adapter = adapter;
     }
     report.measurements.extend(load::rows(&plan.gi, progress)?);
     Ok(report)

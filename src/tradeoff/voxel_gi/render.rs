@@ -15,8 +15,10 @@ use crate::{
     tradeoff::interleaved::Candidate,
 };
 
+/// What the rows are compared with, as records name it.
+pub(super) const REFERENCE: &str = "path traced";
 /// Frames before which every pipeline must have been compiled.
-const MAX_FRAMES: u32 = 200;
+pub(super) const MAX_FRAMES: u32 = 200;
 /// Frames before which the light must have settled.
 const MAX_SETTLE: u32 = 400;
 
@@ -43,7 +45,7 @@ pub fn candidate(
     let mut row = Measurement {
         scene: scene.name.clone(),
         setting: setting.name.clone(),
-        reference: "path traced".into(),
+        reference: REFERENCE.into(),
         bytes: Some(report.memory),
         relative_error: is_compared.then_some(found.relative_error),
         bias: is_compared.then_some(found.bias),

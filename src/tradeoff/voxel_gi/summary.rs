@@ -1,13 +1,14 @@
 //! The settings as error against the time of the volume.
 
+use super::render::REFERENCE;
 use crate::{
     record::{Measurement, Report},
     tradeoff::summary::{Choice, Need, Quantity, Source, Summary, means},
 };
 
-/// Mean relative error over all scenes with path-traced light, and the time of the plugin's passes.
+/// Mean relative error over all scenes of boxes with path-traced light, and the time of the plugin's passes.
 pub fn summary(report: &Report) -> Summary {
-    let compared = |row: &&Measurement| row.relative_error.is_some();
+    let compared = |row: &&Measurement| row.reference == REFERENCE && row.relative_error.is_some();
     let rows = || report.measurements.iter().filter(compared);
     let errors = means(rows(), |row| row.relative_error);
     let times = means(rows(), |row| {
@@ -45,6 +46,7 @@ mod tests {
         let row = |scene: &str, setting: &str, relative_error, stage| Measurement {
             scene: scene.into(),
             setting: setting.into(),
+            reference: REFERENCE.into(),
             relative_error,
             stage_ms: [("gather".to_string(), stage), ("inject".into(), 1.0)].into(),
             ..Measurement::default()

@@ -1,5 +1,6 @@
 //! The voxel GI in pictures.
 
+mod arcade;
 mod basics;
 mod budget;
 mod changes;

@@ -1,5 +1,7 @@
+use std::f32::consts::PI;
+
 use super::*;
-use crate::boxes::{SceneDirectionalLight, ScenePointLight, TracedScene, agreement, cornell_box};
+use crate::path_tracer::TraceSettings;
 
 /// A floor, and a block on it that is turned.
 fn block_on_floor(albedo: f32) -> BoxScene {
@@ -67,7 +69,7 @@ fn a_block_alone_under_an_even_sky_shows_albedo_times_sky() {
 }
 
 #[test]
-fn lamps_light_and_shade_as_the_law_has_it() {
+fn lights_light_and_shade_as_the_law_has_it() {
     let mut scene = block_on_floor(0.5);
     // Straight from above onto the floor, but for what is below the blocks.
     scene.camera.eye = Vec3::new(0.0, 8.0, 0.0);
@@ -100,15 +102,15 @@ fn lamps_light_and_shade_as_the_law_has_it() {
         position: Vec3::new(0.0, 2.0, 0.0),
         intensity_cd: Vec3::splat(20.0),
     }];
-    let lamp = trace(&scene, &settings);
-    let brightest = lamp.direct.iter().map(|p| p.x).fold(0.0, f32::max);
+    let lit = trace(&scene, &settings);
+    let brightest = lit.direct.iter().map(|p| p.x).fold(0.0, f32::max);
     let expected = 0.5 / PI * 20.0 / 4.0;
     assert!(
         (brightest / expected - 1.0).abs() < 0.02,
         "{brightest} for {expected}"
     );
     // A floor alone receives nothing from itself.
-    assert_eq!(mean(&lamp.indirect), Vec3::ZERO);
+    assert_eq!(mean(&lit.indirect), Vec3::ZERO);
 
     // Behind a roof it is dark, if that is larger than the floor.
     scene.boxes.push(SceneBox {

@@ -1,0 +1,202 @@
+//! Meshes made in code. Their texture coordinates are in metres, but for grids.
+
+use std::f32::consts::PI;
+
+use bevy::math::{Quat, Vec2, Vec3};
+
+use super::scene::SceneMesh;
+
+impl SceneMesh {
+    /// Adds a flat polygon, convex and counter-clockwise seen from its front.
+    pub fn add_polygon(&mut self, corners: &[Vec3]) {
+        let normal = (corners[1] - corners[0])
+            .cross(corners[2] - corners[0])
+            .normalize_or_zero();
+        let uvs = corners.iter().map(|corner| planar_uv(*corner, normal));
+        let uvs: Vec<_> = uvs.collect();
+        self.add_fan(corners, &vec![normal; corners.len()], &uvs);
+    }
+
+    /// Adds a convex polygon as a fan around its first corner.
+    fn add_fan(&mut self, corners: &[Vec3], normals: &[Vec3], uvs: &[Vec2]) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(corners);
+        self.normals.extend(normals);
+        self.uvs.extend(uvs);
+        for k in 1..corners.len() as u32 - 1 {
+            self.indices.extend([first, first + k, first + k + 1]);
+        }
+    }
+
+    /// Adds a box from corner to corner.
+    pub fn add_box(&mut self, low: Vec3, high: Vec3) {
+        for axis in 0..3 {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            for is_high in [false, true] {
+                let corner = |along_u: bool, along_v: bool| {
+                    let mut at = if is_high { high } else { low };
+                    at[u] = if along_u { high[u] } else { low[u] };
+                    at[v] = if along_v { high[v] } else { low[v] };
+                    at
+                };
+                let mut corners = [
+                    corner(false, false),
+                    corner(true, false),
+                    corner(true, true),
+                    corner(false, true),
+                ];
+                if !is_high {
+                    corners.reverse();
+                }
+                self.add_polygon(&corners);
+            }
+        }
+    }
+
+    /// A box from corner to corner.
+    pub fn cuboid(low: Vec3, high: Vec3) -> Self {
+        let mut mesh = Self::default();
+        mesh.add_box(low, high);
+        mesh
+    }
+
+    /// Adds another mesh, moved.
+    pub fn append(&mut self, other: Self, translation: Vec3) {
+        self.append_rotated(other, Quat::IDENTITY, translation);
+    }
+
+    /// Adds another mesh, rotated about its origin and then moved.
+    pub fn append_rotated(&mut self, other: Self, rotation: Quat, translation: Vec3) {
+        let first = self.positions.len() as u32;
+        let place = |position| rotation * position + translation;
+        self.positions
+            .extend(other.positions.into_iter().map(place));
+        let rotate = |normal| rotation * normal;
+        self.normals.extend(other.normals.into_iter().map(rotate));
+        self.uvs.extend(other.uvs);
+        self.indices
+            .extend(other.indices.into_iter().map(|index| first + index));
+    }
+
+    /// A rectangle of this size in the plane of X and Y that faces +Z, with texture coordinates from 0 to 1.
+    pub fn card(size: Vec2) -> Self {
+        let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(Vec2::from);
+        let mut mesh = Self::default();
+        mesh.add_fan(
+            &corners.map(|corner| (corner * size).extend(0.0)),
+            &[Vec3::Z; 4],
+            &corners.map(|corner| Vec2::new(corner.x + 0.5, 0.5 - corner.y)),
+        );
+        mesh
+    }
+
+    /// Adds a wall with a round arch, seen along -Z: from X `-0.5 * width` to `0.5 * width`, from the floor to
+    /// `height`, `depth` thick about Z 0. The arch has this radius and begins at the height of `spring`; half of
+    /// a pier is at each side.
+    pub fn add_arch(&mut self, width: f32, height: f32, depth: f32, radius: f32, spring: f32) {
+        const SEGMENTS: usize = 32;
+        let (half, z) = (0.5 * width, 0.5 * depth);
+        let point = |i: usize| {
+            let (sin, cos) = (PI * i as f32 / SEGMENTS as f32).sin_cos();
+            Vec3::new(radius * cos, spring + radius * sin, 0.0)
+        };
+        let front = Vec3::new(0.0, 0.0, z);
+        let mut add_both_faces = |corners: &[Vec3]| {
+            let shifted: Vec<_> = corners.iter().map(|corner| *corner + front).collect();
+            self.add_polygon(&shifted);
+            let shifted: Vec<_> = corners.iter().rev().map(|corner| *corner - front).collect();
+            self.add_polygon(&shifted);
+        };
+        let at = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        add_both_faces(&[
+            at(radius, 0.0),
+            at(half, 0.0),
+            at(half, spring),
+            at(radius, spring),
+        ]);
+        add_both_faces(&[
+            at(-half, 0.0),
+            at(-radius, 0.0),
+            at(-radius, spring),
+            at(-half, spring),
+        ]);
+        for i in 0..SEGMENTS {
+            let (a, b) = (point(i), point(i + 1));
+            // What is beside the arch goes to the wall's edges, and above them to its top.
+            let outer = |p: Vec3| {
+                let t =
+                    (half / p.x.abs().max(1e-6)).min((height - spring) / (p.y - spring).max(1e-6));
+                at(t * p.x, spring + t * (p.y - spring))
+            };
+            let (c, d) = (outer(b), outer(a));
+            let is_at_top = |p: Vec3| p.y > height - 1e-4;
+            let is_at_side = |p: Vec3| p.x.abs() > half - 1e-4;
+            let corner = at(half * (a.x + b.x).signum(), height);
+            if is_at_top(c) != is_at_top(d) && is_at_side(c) != is_at_side(d) {
+                add_both_faces(&[a, d, corner, c, b]);
+            } else {
+                add_both_faces(&[a, d, c, b]);
+            }
+        }
+        // The inside: two flat parts and the vault, whose normals point to the arch's centre.
+        let inward = |p: Vec3| (at(0.0, spring) - p).normalize();
+        for side in [1.0, -1.0] {
+            let (x, near, far) = (side * radius, side * z, -side * z);
+            self.add_polygon(&[
+                Vec3::new(x, 0.0, near),
+                Vec3::new(x, spring, near),
+                Vec3::new(x, spring, far),
+                Vec3::new(x, 0.0, far),
+            ]);
+        }
+        for i in 0..SEGMENTS {
+            let (a, b) = (point(i), point(i + 1));
+            let [u, v] = [i, i + 1].map(|i| spring + PI * radius * i as f32 / SEGMENTS as f32);
+            self.add_fan(
+                &[a + front, b + front, b - front, a - front],
+                &[inward(a), inward(b), inward(b), inward(a)],
+                &[
+                    Vec2::new(z, u),
+                    Vec2::new(z, v),
+                    Vec2::new(-z, v),
+                    Vec2::new(-z, u),
+                ],
+            );
+        }
+    }
+
+    /// A closed surface of `2 * columns * rows` triangles around a curve, both of which repeat after 1: `at`
+    /// gives the point for two coordinates from 0 to 1.
+    pub fn grid(columns: u32, rows: u32, at: impl Fn(Vec2) -> Vec3) -> Self {
+        let mut mesh = Self::default();
+        let step = Vec2::new(1.0 / columns as f32, 1.0 / rows as f32);
+        for row in 0..=rows {
+            for column in 0..=columns {
+                let uv = Vec2::new(column as f32, row as f32) * step;
+                // Central differences over half a cell.
+                let [du, dv] = [0.25 * step.with_y(0.0), 0.25 * step.with_x(0.0)];
+                let normal = (at(uv + du) - at(uv - du)).cross(at(uv + dv) - at(uv - dv));
+                mesh.positions.push(at(uv));
+                mesh.normals.push(normal.normalize_or_zero());
+                mesh.uvs.push(uv);
+            }
+        }
+        for row in 0..rows {
+            for column in 0..columns {
+                let a = row * (columns + 1) + column;
+                let b = a + columns + 1;
+                mesh.indices.extend([a, a + 1, b + 1, a, b + 1, b]);
+            }
+        }
+        mesh
+    }
+}
+
+/// Texture coordinates of a flat surface, in metres.
+fn planar_uv(at: Vec3, normal: Vec3) -> Vec2 {
+    match normal.abs().max_position() {
+        0 => Vec2::new(at.z, -at.y),
+        1 => Vec2::new(at.x, at.z),
+        _ => Vec2::new(at.x, -at.y),
+    }
+}

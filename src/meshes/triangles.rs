@@ -1,0 +1,179 @@
+//! A scene of meshes for the path tracer.
+
+use std::sync::Arc;
+
+use bevy::math::{Vec2, Vec3};
+
+use super::{
+    bvh::TriangleBvh,
+    scene::{MeshScene, SceneMaterial},
+};
+use crate::path_tracer::{self, EmitterPoint, Hit, Ray, Surfaces, TraceSettings, TracedPicture};
+
+/// The scene as its camera sees it, traced on all cores.
+pub fn trace(scene: &MeshScene, settings: &TraceSettings) -> TracedPicture {
+    path_tracer::trace(&Triangles::new(scene), &scene.stage, settings)
+}
+
+/// All triangles of a scene, in the world.
+pub(super) struct Triangles {
+    bvh: TriangleBvh,
+    vertices: Vec<Vertex>,
+    triangles: Vec<Triangle>,
+    materials: Vec<Arc<SceneMaterial>>,
+    /// The triangles that emit, each with the area of those before it and its own.
+    emitters: Vec<(usize, f32)>,
+}
+
+#[derive(Clone, Copy)]
+struct Vertex {
+    position: Vec3,
+    normal: Vec3,
+    uv: Vec2,
+}
+
+#[derive(Clone, Copy)]
+struct Triangle {
+    corners: [u32; 3],
+    material: u32,
+}
+
+impl Triangles {
+    pub fn new(scene: &MeshScene) -> Self {
+        let (mut vertices, mut triangles, mut materials) = (Vec::new(), Vec::new(), Vec::new());
+        for part in &scene.parts {
+            let world_from_mesh = part.world_from_mesh();
+            let first = vertices.len() as u32;
+            let mesh = &part.mesh;
+            let parts = mesh.positions.iter().zip(&mesh.normals).zip(&mesh.uvs);
+            vertices.extend(parts.map(|((position, normal), uv)| Vertex {
+                position: world_from_mesh.transform_point3(*position),
+                normal: part.rotation * *normal,
+                uv: *uv,
+            }));
+            let material = materials.len() as u32;
+            materials.push(part.material.clone());
+            triangles.extend(mesh.indices.chunks_exact(3).map(|corners| Triangle {
+                corners: [0, 1, 2].map(|k| first + corners[k]),
+                material,
+            }));
+        }
+        let position = |corner: u32| vertices[corner as usize].position;
+        let bvh = TriangleBvh::new(triangles.iter().map(|t: &Triangle| t.corners.map(position)));
+        let mut scene = Self {
+            bvh,
+            vertices,
+            triangles,
+            materials,
+            emitters: Vec::new(),
+        };
+        let mut area = 0.0;
+        for (index, triangle) in scene.triangles.iter().enumerate() {
+            if scene.materials[triangle.material as usize].emission != Vec3::ZERO {
+                area += 0.5 * scene.doubled_area(triangle).length();
+                scene.emitters.push((index, area));
+            }
+        }
+        scene
+    }
+
+    /// The vertex of each corner.
+    fn corners(&self, triangle: &Triangle) -> [Vertex; 3] {
+        triangle
+            .corners
+            .map(|corner| self.vertices[corner as usize])
+    }
+
+    /// A vector along the normal of the front, twice as long as the triangle's area.
+    fn doubled_area(&self, triangle: &Triangle) -> Vec3 {
+        let [a, b, c] = self.corners(triangle).map(|vertex| vertex.position);
+        (b - a).cross(c - a)
+    }
+
+    fn uv(&self, triangle: &Triangle, weights: Vec2) -> Vec2 {
+        let [a, b, c] = self.corners(triangle).map(|vertex| vertex.uv);
+        a + weights.x * (b - a) + weights.y * (c - a)
+    }
+
+    /// Whether there is no hole at a point of a triangle.
+    fn is_there(&self, triangle: u32, weights: Vec2) -> bool {
+        let triangle = &self.triangles[triangle as usize];
+        let material = &self.materials[triangle.material as usize];
+        match (material.alpha_cutoff, &material.texture) {
+            (Some(cutoff), Some(texture)) => texture.sample(self.uv(triangle, weights)).w >= cutoff,
+            _ => true,
+        }
+    }
+
+    fn emission(&self, triangle: &Triangle, weights: Vec2) -> Vec3 {
+        let material = &self.materials[triangle.material as usize];
+        match &material.emissive_texture {
+            Some(texture) if material.emission != Vec3::ZERO => {
+                material.emission * texture.sample(self.uv(triangle, weights)).truncate()
+            }
+            _ => material.emission,
+        }
+    }
+}
+
+impl Surfaces for Triangles {
+    fn closest(&self, ray: Ray) -> Option<Hit> {
+        let found = self
+            .bvh
+            .closest(ray, |t, weights| self.is_there(t, weights))?;
+        let triangle = &self.triangles[found.triangle as usize];
+        let material = &self.materials[triangle.material as usize];
+        let front = self.doubled_area(triangle).normalize_or_zero();
+        let is_front = front.dot(ray.direction) <= 0.0;
+        let side = if is_front { 1.0 } else { -1.0 };
+        let [a, b, c] = self.corners(triangle).map(|vertex| vertex.normal);
+        let normal = a + found.weights.x * (b - a) + found.weights.y * (c - a);
+        let albedo = match &material.texture {
+            _ if !is_front && !material.is_double_sided => Vec3::ZERO,
+            None => material.albedo,
+            Some(texture) => {
+                material.albedo * texture.sample(self.uv(triangle, found.weights)).truncate()
+            }
+        };
+        Some(Hit {
+            distance: found.distance,
+            position: ray.origin + found.distance * ray.direction,
+            face_normal: side * front,
+            normal: side * normal.normalize_or(front),
+            albedo,
+            emission: if is_front {
+                self.emission(triangle, found.weights)
+            } else {
+                Vec3::ZERO
+            },
+        })
+    }
+
+    fn blocked(&self, ray: Ray, distance: f32) -> bool {
+        self.bvh
+            .blocked(ray, distance, |t, weights| self.is_there(t, weights))
+    }
+
+    fn emissive_area(&self) -> f32 {
+        self.emitters.last().map_or(0.0, |(_, area)| *area)
+    }
+
+    fn emitter(&self, [which, a, b]: [f32; 3]) -> Option<EmitterPoint> {
+        let area = which * self.emissive_area();
+        let index = self.emitters.partition_point(|(_, end)| *end <= area);
+        let (triangle, _) = self.emitters.get(index).or(self.emitters.last())?;
+        let triangle = &self.triangles[*triangle];
+        // Even over the triangle: the square's upper half folded onto its lower one.
+        let weights = if a + b > 1.0 {
+            Vec2::new(1.0 - a, 1.0 - b)
+        } else {
+            Vec2::new(a, b)
+        };
+        let [p, q, r] = self.corners(triangle).map(|vertex| vertex.position);
+        Some(EmitterPoint {
+            position: p + weights.x * (q - p) + weights.y * (r - p),
+            normal: self.doubled_area(triangle).normalize_or_zero(),
+            emission: self.emission(triangle, weights),
+        })
+    }
+}
