@@ -99,15 +99,16 @@ impl FramePlan {
 
 /// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
 /// (7/8)⁴⁰ = 0.5%.
-const SETTLE_ENDLESS: u32 = 40;
+const SETTLE_MEAN: u32 = 40;
 
 fn pace(settings: &VoxelGiVolume) -> Pace {
     let rounds = match settings.light {
+        // Propagation starts over in each frame.
         VoxelLight::GlobalIllumination {
-            solver: Solver::Trace { .. },
+            solver: Solver::Propagate { .. },
             ..
-        } => SETTLE_ENDLESS,
-        _ => EMPTY_INTERVAL,
+        } => EMPTY_INTERVAL,
+        _ => SETTLE_MEAN,
     };
     Pace {
         interval: settings.update_interval,

@@ -195,32 +195,20 @@ impl<'a> RayTracing<'a> {
     }
 }
 
-/// Returns the ambient visibility: the fraction of the hemisphere, weighted by the cosine, in which a
-/// surface has no obstacle within `radius` voxels; 1 where it is open (thesis Eq. 6.17), in all three
-/// channels.
+/// Creates the solver of ambient occlusion: all surfaces are black, and receive the light of a sky from where they have
+/// no obstacle within `radius` voxels (thesis Eq. 6.17). With a `sky` of 1 / pi, the irradiance of a surface is its
+/// ambient visibility, 1 where it is open.
 pub fn ambient_occlusion(
     voxels: &Voxels,
+    sky: Vec3,
     radius: f32,
     settings: RayTracingSettings,
-) -> IrradianceField {
-    let open = |origin: Vec3, direction: Vec3| match trace(voxels, origin, direction, radius) {
-        None => RaySample::Light(Vec3::ONE),
-        Some(hit) => hit_radiance(voxels, &hit, direction, |_, _| Vec3::ZERO),
+) -> RayTracing<'_> {
+    let settings = RayTracingSettings {
+        reach: radius,
+        ..settings
     };
-    let surfaces = surfaces(voxels);
-    let frames = settings.history.max(1);
-    let values = each(surfaces.len(), |i| {
-        let sum: Vec4 = (0..frames)
-            .map(|frame| {
-                let RayTracingSettings { rays, one_side, .. } = settings;
-                hemisphere(&surfaces[i], rays, one_side, frame, open)
-            })
-            .sum();
-        sum / frames as f32
-    });
-    let mut field = surround(voxels, settings.empty_rays, 0, settings.empty_weight, open);
-    field.put(&surfaces, &values);
-    field
+    RayTracing::new(voxels, &[], &[], sky, settings)
 }
 
 /// The field of the empty voxels.

@@ -23,7 +23,7 @@ use super::{
 use crate::{
     extract::{meshes::ExtractedScene, volume::ExtractedVolume},
     prepare::{
-        buffers::{BufferShape, VolumeBuffers},
+        buffers::VolumeBuffers,
         mesh_batches::MeshBatches,
         mesh_group::MeshGroup,
         pipelines::RequiredPipelines,
@@ -135,20 +135,14 @@ pub(crate) fn queue(
         return;
     };
     let mut defs = Vec::new();
-    let shape = BufferShape::of(volume);
-    if shape.occlusion_only {
-        defs.push("OCCLUSION_ONLY");
-    }
     let voxelizer = volume.settings.voxelizer;
     if voxelizer == Voxelizer::GeometryClipping {
         defs.push("GEOMETRY_CLIPPING");
     }
     let kernels = pass.kernels_mut(voxelizer);
     kernels.occupancy.require(&defs, &cache, &mut required);
-    if !shape.occlusion_only {
-        defs.push("SURFACES");
-        kernels.surfaces.require(&defs, &cache, &mut required);
-    }
+    defs.push("SURFACES");
+    kernels.surfaces.require(&defs, &cache, &mut required);
 }
 
 pub(crate) fn prepare(
@@ -243,13 +237,14 @@ pub(crate) fn voxelize(
         return;
     };
     let kernels = pass.kernels(volume.settings.voxelizer);
-    let Some(occupancy) = kernels.occupancy.pipeline(&cache) else {
+    let (Some(occupancy), Some(surfaces)) = (
+        kernels.occupancy.pipeline(&cache),
+        kernels.surfaces.pipeline(&cache),
+    ) else {
         return;
     };
     let encoder = context.command_encoder();
-    if !buffers.shape.occlusion_only {
-        keep_slots(encoder, &buffers);
-    }
+    keep_slots(encoder, &buffers);
     for buffer in [
         &buffers.masks,
         &buffers.face_slots,
@@ -262,17 +257,12 @@ pub(crate) fn voxelize(
     if frame.moves.is_some() {
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
     }
-    let surfaces = kernels.surfaces.pipeline(&cache);
     record_pass(&mut context, "voxel_gi_voxelize", |pass| {
         work.record(pass, occupancy);
-        if let Some(surfaces) = surfaces.filter(|_| !buffers.shape.occlusion_only) {
-            allocate.record(pass, &buffers, &cache);
-            work.record(pass, surfaces);
-        }
+        allocate.record(pass, &buffers, &cache);
+        work.record(pass, surfaces);
     });
-    if !buffers.shape.occlusion_only {
-        demand.record(context.command_encoder(), &buffers, &device);
-    }
+    demand.record(context.command_encoder(), &buffers, &device);
 }
 
 pub(crate) fn embed(app: &mut App) {
