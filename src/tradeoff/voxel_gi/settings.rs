@@ -122,7 +122,7 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
         for (text, voxelizer) in [
             ("fragment_clipping", Voxelizer::FragmentClipping),
             ("geometry_clipping", Voxelizer::GeometryClipping),
-            ("stochastic", Voxelizer::Stochastic { points: 256 }),
+            ("stochastic", Voxelizer::Stochastic { points: 1024 }),
         ] {
             settings.push(Setting::variant(text, base, |volume| {
                 volume.voxelizer = voxelizer;

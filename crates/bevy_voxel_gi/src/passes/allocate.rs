@@ -21,9 +21,7 @@ use crate::{
     extract::volume::ExtractedVolume,
     gpu_types::MAX_LEVELS,
     prepare::{
-        buffers::VolumeBuffers,
-        pipelines::RequiredPipelines,
-        plan::FramePlan,
+        buffers::VolumeBuffers, pipelines::RequiredPipelines, plan::FramePlan,
         uniforms::VolumeUniforms,
     },
 };

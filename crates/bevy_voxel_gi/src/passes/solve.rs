@@ -46,8 +46,10 @@ pub(crate) fn solve(
             gather.record_gather(pass, bounce + 1 == work.bounces, &buffers, &cache);
         });
     }
-    record_pass(&mut context, "voxel_gi_share", |pass| {
-        pass.set_bind_group(0, &voxels.bounces[0], &[]);
-        gather.record_share(pass, &buffers, &cache);
-    });
+    if buffers.shape.shares_light() {
+        record_pass(&mut context, "voxel_gi_share", |pass| {
+            pass.set_bind_group(0, &voxels.bounces[0], &[]);
+            gather.record_share(pass, &buffers, &cache);
+        });
+    }
 }

@@ -15,7 +15,7 @@ use bevy::{
 
 use crate::{
     extract::placement::PlacedVolume,
-    settings::{Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight},
+    settings::{Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer},
 };
 
 /// The settings that the sizes of the buffers depend on.
@@ -30,6 +30,8 @@ pub(crate) struct BufferShape {
     pub propagates: bool,
     /// Albedo is reprojected from cameras.
     pub reprojects_albedo: bool,
+    /// What cameras see is voxelised.
+    pub marks_visible: bool,
     /// Pixels test the visibility of voxels, and need the occupancy masks of sub-voxels.
     pub per_pixel: bool,
 }
@@ -38,6 +40,8 @@ impl BufferShape {
     pub(crate) fn of(volume: &PlacedVolume) -> Self {
         let r = u64::from(volume.settings.resolution);
         let occlusion_only = matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. });
+        let reprojects_albedo =
+            volume.settings.albedo == VoxelAlbedo::Reprojected && !occlusion_only;
         Self {
             voxels: r * r * r * volume.levels.len() as u64,
             first_slots: first_slots(r, volume.levels.len() as u64),
@@ -50,9 +54,16 @@ impl BufferShape {
             ),
             occlusion_only,
             per_pixel: volume.is_per_pixel(),
-            reprojects_albedo: volume.settings.albedo == VoxelAlbedo::Reprojected
-                && !occlusion_only,
+            reprojects_albedo,
+            marks_visible: reprojects_albedo
+                && matches!(volume.settings.voxelizer, Voxelizer::Stochastic { .. }),
         }
+    }
+
+    /// Whether neighbouring surfaces share their light. Occlusion changes within its radius, which may be a few voxels:
+    /// sharing would blur it.
+    pub(crate) fn shares_light(self) -> bool {
+        !self.occlusion_only && !self.propagates
     }
 }
 
@@ -96,15 +107,17 @@ pub(crate) fn largest_buffer(settings: &VoxelGiVolume, resolution: u32, levels: 
             ..
         } => 96 * voxels,
         light => {
-            let albedo = match (light, settings.albedo) {
-                (VoxelLight::GlobalIllumination { .. }, VoxelAlbedo::Reprojected) => 24 * voxels,
+            let of_cameras = match (light, settings.albedo, settings.voxelizer) {
+                (VoxelLight::AmbientOcclusion { .. }, ..) => 0,
+                (_, VoxelAlbedo::Reprojected, Voxelizer::Stochastic { .. }) => 32 * voxels,
+                (_, VoxelAlbedo::Reprojected, _) => 24 * voxels,
                 _ => 0,
             };
             // The occupancy, the work, and the irradiance of the slots.
             (8 * voxels)
                 .max(4 * (slots + voxels))
                 .max(16 * slots)
-                .max(albedo)
+                .max(of_cameras)
         }
     }
 }
@@ -135,6 +148,8 @@ pub(crate) struct VolumeBuffers {
     pub intensity: [Buffer; 2],
     /// Six words per voxel: reprojected albedo of each face. A stub without reprojection.
     pub reprojected_albedo: Buffer,
+    /// Eight words per voxel: what cameras have seen; see `mark_visible.wesl`. A stub elsewhere.
+    pub visible: Buffer,
     /// The compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
     pub work_items: Buffer,
     /// The number of surfaces, of empty voxels and of slots, then the indirect dispatch arguments over the first two.
@@ -195,11 +210,12 @@ impl VolumeBuffers {
                 when(shape.reprojects_albedo, per_voxel(24)),
                 storage,
             ),
-            work_items: buffer(
-                "voxel_gi_work_items",
-                per_slot(4) + per_voxel(4),
+            visible: buffer(
+                "voxel_gi_visible",
+                when(shape.marks_visible, per_voxel(32)),
                 storage,
             ),
+            work_items: buffer("voxel_gi_work_items", per_slot(4) + per_voxel(4), storage),
             counters: buffer("voxel_gi_counters", Self::COUNTERS_SIZE, storage),
             indirect_args: buffer(
                 "voxel_gi_indirect_args",
@@ -252,6 +268,7 @@ impl VolumeBuffers {
             &self.intensity[0],
             &self.intensity[1],
             &self.reprojected_albedo,
+            &self.visible,
             &self.work_items,
             &self.counters,
             &self.indirect_args,

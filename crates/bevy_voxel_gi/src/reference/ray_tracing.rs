@@ -47,6 +47,8 @@ pub struct RayTracingSettings {
     /// If a wall divides a surface, gathers only on the side of the voxel's centre.
     /// This is for receivers that test which voxels are visible ([`IrradianceField::visible_irradiance`]).
     pub one_side: bool,
+    /// Whether neighbouring surfaces of a plane share their light.
+    pub shares: bool,
 }
 
 impl Default for RayTracingSettings {
@@ -59,6 +61,7 @@ impl Default for RayTracingSettings {
             reach: f32::INFINITY,
             history: 8,
             one_side: false,
+            shares: true,
         }
     }
 }
@@ -189,8 +192,12 @@ impl<'a> RayTracing<'a> {
         let mut field = surround(self.voxels, empty_rays, self.frame, empty_weight, |o, d| {
             self.arriving(o, d).map(|radiance| radiance * PI)
         });
-        let shared = shared_light(self.voxels, &self.surfaces, &self.mean);
-        field.put(&self.surfaces, &shared);
+        if self.settings.shares {
+            let shared = shared_light(self.voxels, &self.surfaces, &self.mean);
+            field.put(&self.surfaces, &shared);
+        } else {
+            field.put(&self.surfaces, &self.mean);
+        }
         field
     }
 }
@@ -206,6 +213,8 @@ pub fn ambient_occlusion(
 ) -> RayTracing<'_> {
     let settings = RayTracingSettings {
         reach: radius,
+        // Occlusion changes within its radius, which may be a few voxels: sharing would blur it.
+        shares: false,
         ..settings
     };
     RayTracing::new(voxels, &[], &[], sky, settings)
