@@ -226,7 +226,7 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
     };
     let occlusion = VoxelLight::AmbientOcclusion {
         radius: 1.0,
-        rays: 32,
+        rays: 8,
     };
     let voxelizer = |voxelizer| VoxelGiVolume {
         voxelizer,

@@ -9,7 +9,7 @@ use super::stage::Stage;
 use crate::runner::{SceneSettings, Side};
 
 /// Points on each triangle of the stochastic voxeliser.
-const POINTS: u32 = 256;
+const POINTS: u32 = 1024;
 /// What is further away than this does not occlude, in parts of the scene's size.
 const OCCLUSION_RADIUS: f32 = 0.2;
 

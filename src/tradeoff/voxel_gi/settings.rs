@@ -19,6 +19,7 @@ pub struct Setting {
 
 /// Rays and iterations of the default settings.
 const RAYS: u32 = 32;
+const OCCLUSION_RAYS: u32 = 8;
 const ITERATIONS: u32 = 96;
 /// Resolution of the default settings.
 const RESOLUTION: u32 = 32;
@@ -121,7 +122,7 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
         for (text, voxelizer) in [
             ("fragment_clipping", Voxelizer::FragmentClipping),
             ("geometry_clipping", Voxelizer::GeometryClipping),
-            ("stochastic", Voxelizer::Stochastic { points: 256 }),
+            ("stochastic", Voxelizer::Stochastic { points: 1024 }),
         ] {
             settings.push(Setting::variant(text, base, |volume| {
                 volume.voxelizer = voxelizer;
@@ -129,7 +130,7 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
         }
         let occlusion = VoxelLight::AmbientOcclusion {
             radius: 1.0,
-            rays: RAYS,
+            rays: OCCLUSION_RAYS,
         };
         settings.push(Setting::new("ambient_occlusion", base, occlusion));
     }

@@ -44,8 +44,8 @@ fn each_solver_has_the_memory_that_it_needs() {
             WITH_LIGHT + 128 + 96,
         ),
         (light(Solver::Trace { rays: 8 }), 2, 2 * WITH_LIGHT),
-        // No surfaces, no radiance, no irradiance but in the texture.
-        (occlusion, 1, 8 + 28 + 48),
+        // No radiance.
+        (occlusion, 1, WITH_LIGHT - 3 * 8 / 2),
     ] {
         let volume = VoxelGiVolume {
             light,

@@ -12,6 +12,7 @@ mod receiver;
 mod reference;
 mod round_robin;
 mod scene;
+mod stochastic;
 mod support;
 mod surfaces;
 mod truth;

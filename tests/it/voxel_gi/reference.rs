@@ -8,7 +8,7 @@ use bevy_voxel_gi::{
     Bounces, Solver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight,
     reference::{
         IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
-        RayTracingSettings, Triangle, VolumeGrid, Voxels,
+        RayTracingSettings, Triangle, VolumeGrid, Voxels, ambient_occlusion,
     },
 };
 
@@ -82,26 +82,33 @@ fn expected(scene: &BoxScene, settings: &VoxelGiVolume) -> IrradianceField {
     let voxels = Voxels::new(grid, &triangles);
     let sky = scene.sky_radiance;
     let lights = lights(scene);
-    let mut ray_tracing = RayTracing::new(
-        &voxels,
-        &materials,
-        &lights,
-        sky,
-        RayTracingSettings::default(),
-    );
-    if let VoxelLight::GlobalIllumination {
-        solver: Solver::Propagate { iterations },
-        ..
-    } = settings.light
-    {
-        let settings = PropagationSettings {
-            steps: iterations,
-            ..default()
-        };
-        let mut light = Propagation::new(&ray_tracing, &voxels, &materials, sky, settings);
-        light.run();
-        return light.field();
-    }
+    let traced = |rays| {
+        let settings = RayTracingSettings { rays, ..default() };
+        RayTracing::new(&voxels, &materials, &lights, sky, settings)
+    };
+    let mut ray_tracing = match settings.light {
+        VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { iterations },
+            ..
+        } => {
+            let settings = PropagationSettings {
+                steps: iterations,
+                ..default()
+            };
+            let direct = traced(0);
+            let mut light = Propagation::new(&direct, &voxels, &materials, sky, settings);
+            light.run();
+            return light.field();
+        }
+        VoxelLight::GlobalIllumination {
+            solver: Solver::Trace { rays },
+            ..
+        } => traced(rays),
+        VoxelLight::AmbientOcclusion { radius, rays } => {
+            let settings = RayTracingSettings { rays, ..default() };
+            ambient_occlusion(&voxels, sky, radius / grid.voxel_size, settings)
+        }
+    };
     for _ in 0..FRAMES {
         ray_tracing.step();
     }
@@ -209,6 +216,19 @@ fn bright_walls_are_as_in_the_reference() {
             part.albedo = Vec3::splat(0.9);
         }
     });
+}
+
+#[test]
+fn occlusion_is_as_in_the_reference() {
+    let occlusion = VoxelLight::AmbientOcclusion {
+        radius: 0.7,
+        rays: 8,
+    };
+    for name in ["cornell_point", "sunlit_room"] {
+        compare(name, occlusion, 0.0006, |scene| {
+            scene.sky_radiance = Vec3::ONE;
+        });
+    }
 }
 
 #[test]

@@ -47,17 +47,20 @@ pub(super) fn quality_levels(light: VoxelLight) -> Vec<QualitySettings> {
             update_interval,
         })
     };
+    let traced = |with: &dyn Fn(u32) -> VoxelLight| {
+        let all = [8, 16, 32, 64, 128, 256].map(|rays| every(with(rays)));
+        parts(with(8)).into_iter().chain(all).collect()
+    };
     match light {
         VoxelLight::GlobalIllumination {
             solver: Solver::Trace { .. },
             bounces,
-        } => {
-            let with = |rays| VoxelLight::GlobalIllumination {
-                solver: Solver::Trace { rays },
-                bounces,
-            };
-            let all = [8, 16, 32, 64, 128, 256].map(|rays| every(with(rays)));
-            parts(with(8)).into_iter().chain(all).collect()
+        } => traced(&|rays| VoxelLight::GlobalIllumination {
+            solver: Solver::Trace { rays },
+            bounces,
+        }),
+        VoxelLight::AmbientOcclusion { radius, .. } => {
+            traced(&|rays| VoxelLight::AmbientOcclusion { radius, rays })
         }
         // Propagation starts over in each frame, so it cannot update only a part of the volume.
         VoxelLight::GlobalIllumination {
@@ -71,11 +74,6 @@ pub(super) fn quality_levels(light: VoxelLight) -> Vec<QualitySettings> {
                 })
             })
             .to_vec(),
-        VoxelLight::AmbientOcclusion { radius, .. } => {
-            let with = |rays| VoxelLight::AmbientOcclusion { radius, rays };
-            let all = [16, 32, 64, 128, 256].map(|rays| every(with(rays)));
-            parts(with(16)).into_iter().chain(all).collect()
-        }
     }
 }
 

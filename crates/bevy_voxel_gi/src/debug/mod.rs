@@ -54,11 +54,6 @@ pub enum DebugField {
 }
 
 impl DebugField {
-    /// Whether it is stored when only ambient occlusion is computed, without materials and lights.
-    fn is_stored_for_occlusion(self) -> bool {
-        matches!(self, Self::Occupancy | Self::Irradiance | Self::Normal)
-    }
-
     fn shader_def(self) -> &'static str {
         match self {
             Self::Occupancy => "FIELD_OCCUPANCY",
@@ -136,7 +131,6 @@ fn init_pipeline(
 struct DebugKey {
     field: DebugField,
     format: TextureFormat,
-    occlusion_only: bool,
     reprojects_albedo: bool,
 }
 
@@ -145,9 +139,6 @@ impl SpecializedRenderPipeline for DebugPipeline {
 
     fn specialize(&self, key: Self::Key) -> RenderPipelineDescriptor {
         let mut shader_defs = vec![key.field.shader_def().into()];
-        if key.occlusion_only {
-            shader_defs.push("OCCLUSION_ONLY".into());
-        }
         if key.reprojects_albedo {
             shader_defs.push("REPROJECTED_ALBEDO".into());
         }
@@ -190,11 +181,10 @@ fn prepare_pipelines(
     };
     let occlusion_only = buffers.shape.occlusion_only;
     for (entity, view, wanted) in &views {
-        let field = if occlusion_only && !wanted.field.is_stored_for_occlusion() {
+        let field = if occlusion_only && wanted.field == DebugField::Radiance {
             warn_once!(
-                "voxel GI: ambient occlusion stores no {:?}, so the debug view shows occupancy; \
-                 choose `Occupancy`, `Normal` or `Irradiance`, or global illumination",
-                wanted.field
+                "voxel GI: ambient occlusion stores no radiance, so the debug view shows occupancy; \
+                 choose another field, or global illumination"
             );
             DebugField::Occupancy
         } else {
@@ -203,7 +193,6 @@ fn prepare_pipelines(
         let key = DebugKey {
             field,
             format: view.target_format,
-            occlusion_only,
             reprojects_albedo: buffers.shape.reprojects_albedo,
         };
         let id = pipelines.specialize(&cache, &pipeline, key);

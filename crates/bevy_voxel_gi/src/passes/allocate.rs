@@ -21,9 +21,7 @@ use crate::{
     extract::volume::ExtractedVolume,
     gpu_types::MAX_LEVELS,
     prepare::{
-        buffers::{BufferShape, VolumeBuffers},
-        pipelines::RequiredPipelines,
-        plan::FramePlan,
+        buffers::VolumeBuffers, pipelines::RequiredPipelines, plan::FramePlan,
         uniforms::VolumeUniforms,
     },
 };
@@ -39,7 +37,7 @@ pub(crate) struct AllocatePass {
     voxels_layout: BindGroupLayoutDescriptor,
     layout: BindGroupLayoutDescriptor,
     allocate: Kernel,
-    /// In frames that voxelise surfaces.
+    /// In frames that voxelise.
     bind_groups: Option<[BindGroup; 2]>,
 }
 
@@ -85,8 +83,7 @@ pub(crate) fn queue(
     cache: Res<PipelineCache>,
     mut required: ResMut<RequiredPipelines>,
 ) {
-    let shape = volume.0.as_ref().map(BufferShape::of);
-    if shape.is_some_and(|shape| !shape.occlusion_only) {
+    if volume.0.is_some() {
         pass.allocate.require(&[], &cache, &mut required);
     }
 }
@@ -104,7 +101,7 @@ pub(crate) fn prepare(
     else {
         return;
     };
-    if !work.voxelizes || buffers.shape.occlusion_only {
+    if !work.voxelizes {
         return;
     }
     let mut moves = UniformBuffer::from(work.moves.unwrap_or_default());

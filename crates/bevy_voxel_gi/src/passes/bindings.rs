@@ -35,6 +35,7 @@ pub(crate) const IRRADIANCE: u32 = 3;
 pub(crate) const MATERIALS: u32 = 4;
 pub(crate) const LIGHTS: u32 = 5;
 pub(crate) const LIGHT_TEXTURE: u32 = 6;
+pub(crate) const VISIBLE: u32 = 10;
 
 pub(crate) fn read_only() -> BindGroupLayoutEntryBuilder {
     storage_buffer_read_only_sized(false, None)

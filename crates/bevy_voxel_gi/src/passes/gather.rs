@@ -80,7 +80,7 @@ pub(crate) fn queue(
         let defs = light_defs(shape);
         pass.gather.require(&defs, &cache, &mut required);
         pass.gather_empty.require(&defs, &cache, &mut required);
-        if shape.keeps_light() {
+        if shape.shares_light() {
             pass.share.require(&defs, &cache, &mut required);
         }
     }

@@ -7,6 +7,7 @@
 //! | [`compact`] | lists the surfaces and the empty voxels |
 //! | [`mod@solve`] | direct light ([`inject`]), then ray tracing and sharing ([`gather`]) or propagation ([`propagate`]) |
 //! | [`reproject`] | albedo from cameras' G-buffers to voxels |
+//! | [`mod@mark_visible`] | what cameras see to voxels, for the next frame |
 //!
 //! Each has its shader beside it. [`bindings`] has the resources that they share, [`kernel`] makes their
 //! pipelines, and `shaders/` is the shader library.
@@ -17,6 +18,7 @@ mod compact;
 mod gather;
 mod inject;
 mod kernel;
+mod mark_visible;
 mod plugin;
 mod propagate;
 mod reproject;

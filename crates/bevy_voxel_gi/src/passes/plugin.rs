@@ -11,8 +11,8 @@ use bevy::{
 };
 
 use super::{
-    allocate, bindings::prepare_voxel_bind_groups, compact, gather, inject, propagate, reproject,
-    slot_demand, solve::solve, voxelize,
+    allocate, bindings::prepare_voxel_bind_groups, compact, gather, inject, mark_visible,
+    propagate, reproject, slot_demand, solve::solve, voxelize,
 };
 use crate::prepare::plan::plan_frame;
 
@@ -22,6 +22,7 @@ pub(crate) struct PassesPlugin;
 impl Plugin for PassesPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "bindings.wesl");
+        load_shader_library!(app, "voxelize/plane.wesl");
         load_shader_library!(app, "voxelize/triangles.wesl");
         voxelize::embed(app);
         allocate::embed(app);
@@ -30,6 +31,7 @@ impl Plugin for PassesPlugin {
         gather::embed(app);
         propagate::embed(app);
         reproject::embed(app);
+        mark_visible::embed(app);
     }
 
     fn finish(&self, app: &mut App) {
@@ -48,6 +50,7 @@ impl Plugin for PassesPlugin {
                     gather::init,
                     propagate::init,
                     reproject::init,
+                    mark_visible::init,
                 ),
             )
             .add_systems(
@@ -60,6 +63,7 @@ impl Plugin for PassesPlugin {
                     gather::queue,
                     propagate::queue,
                     reproject::queue,
+                    mark_visible::queue,
                 )
                     .in_set(RenderSystems::PrepareResources)
                     .before(plan_frame),
@@ -84,7 +88,7 @@ impl Plugin for PassesPlugin {
             )
             .add_systems(
                 Core3d,
-                reproject::reproject
+                (reproject::reproject, mark_visible::mark_visible)
                     .after(Core3dSystems::Prepass)
                     .before(Core3dSystems::MainPass),
             )

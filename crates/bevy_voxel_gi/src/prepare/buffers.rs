@@ -15,7 +15,7 @@ use bevy::{
 
 use crate::{
     extract::placement::PlacedVolume,
-    settings::{Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight},
+    settings::{Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer},
 };
 
 /// The settings that the sizes of the buffers depend on.
@@ -24,12 +24,14 @@ pub(crate) struct BufferShape {
     pub voxels: u64,
     /// Slots for faces with a surface at first.
     pub first_slots: u64,
-    /// Only ambient occlusion is computed, so only occupancy is stored.
+    /// Only ambient occlusion is computed, so surfaces have no radiance.
     pub occlusion_only: bool,
     /// Light is propagated from voxel to voxel.
     pub propagates: bool,
     /// Albedo is reprojected from cameras.
     pub reprojects_albedo: bool,
+    /// What cameras see is voxelised.
+    pub marks_visible: bool,
     /// Pixels test the visibility of voxels, and need the occupancy masks of sub-voxels.
     pub per_pixel: bool,
 }
@@ -38,6 +40,8 @@ impl BufferShape {
     pub(crate) fn of(volume: &PlacedVolume) -> Self {
         let r = u64::from(volume.settings.resolution);
         let occlusion_only = matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. });
+        let reprojects_albedo =
+            volume.settings.albedo == VoxelAlbedo::Reprojected && !occlusion_only;
         Self {
             voxels: r * r * r * volume.levels.len() as u64,
             first_slots: first_slots(r, volume.levels.len() as u64),
@@ -50,13 +54,15 @@ impl BufferShape {
             ),
             occlusion_only,
             per_pixel: volume.is_per_pixel(),
-            reprojects_albedo: volume.settings.albedo == VoxelAlbedo::Reprojected
-                && !occlusion_only,
+            reprojects_albedo,
+            marks_visible: reprojects_albedo
+                && matches!(volume.settings.voxelizer, Voxelizer::Stochastic { .. }),
         }
     }
 
-    /// Whether the light of a frame continues in the next: propagation starts over in each frame.
-    pub(crate) fn keeps_light(self) -> bool {
+    /// Whether neighbouring surfaces share their light. Occlusion changes within its radius, which may be a few voxels:
+    /// sharing would blur it.
+    pub(crate) fn shares_light(self) -> bool {
         !self.occlusion_only && !self.propagates
     }
 }
@@ -95,23 +101,23 @@ pub(crate) fn largest_buffer(settings: &VoxelGiVolume, resolution: u32, levels: 
     let voxels = resolution.pow(3) * levels;
     let slots = first_slots(resolution, levels);
     match settings.light {
-        // Work for all faces and all voxels.
-        VoxelLight::AmbientOcclusion { .. } => 28 * voxels,
         // The light that has arrived through each face.
         VoxelLight::GlobalIllumination {
             solver: Solver::Propagate { .. },
             ..
         } => 96 * voxels,
-        VoxelLight::GlobalIllumination { .. } => {
-            let albedo = match settings.albedo {
-                VoxelAlbedo::Reprojected => 24 * voxels,
+        light => {
+            let of_cameras = match (light, settings.albedo, settings.voxelizer) {
+                (VoxelLight::AmbientOcclusion { .. }, ..) => 0,
+                (_, VoxelAlbedo::Reprojected, Voxelizer::Stochastic { .. }) => 32 * voxels,
+                (_, VoxelAlbedo::Reprojected, _) => 24 * voxels,
                 _ => 0,
             };
             // The occupancy, the work, and the irradiance of the slots.
             (8 * voxels)
                 .max(4 * (slots + voxels))
                 .max(16 * slots)
-                .max(albedo)
+                .max(of_cameras)
         }
     }
 }
@@ -122,13 +128,12 @@ pub(crate) struct VolumeBuffers {
     pub shape: BufferShape,
     /// 64 bits per voxel: the occupancy of its sub-voxels.
     pub masks: Buffer,
-    /// A word per voxel: which of its faces have a surface, and their slots in the buffers below. A stub for
-    /// ambient occlusion, as these are.
+    /// A word per voxel: which of its faces have a surface, and their slots in the buffers below.
     pub face_slots: Buffer,
     pub face_slots_before: Buffer,
     /// A word per slot: the packed surface.
     pub packed_surfaces: Buffer,
-    /// Two words per slot: radiance that leaves the surface, as 16-bit floats.
+    /// Two words per slot: radiance that leaves the surface, as 16-bit floats. A stub for ambient occlusion.
     pub radiance: Buffer,
     /// Four words per slot: irradiance in this round, with the distance of the surface from the voxel's centre,
     /// and the mean over rounds with its weight, as 16-bit floats.
@@ -143,6 +148,8 @@ pub(crate) struct VolumeBuffers {
     pub intensity: [Buffer; 2],
     /// Six words per voxel: reprojected albedo of each face. A stub without reprojection.
     pub reprojected_albedo: Buffer,
+    /// Eight words per voxel: what cameras have seen; see `mark_visible.wesl`. A stub elsewhere.
+    pub visible: Buffer,
     /// The compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
     pub work_items: Buffer,
     /// The number of surfaces, of empty voxels and of slots, then the indirect dispatch arguments over the first two.
@@ -177,28 +184,21 @@ impl VolumeBuffers {
             })
         };
         let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let with_light = |bytes: u64| if shape.occlusion_only { 0 } else { bytes };
-        let per_voxel = |bytes: u64| with_light(bytes * shape.voxels);
-        let per_slot = |bytes: u64| with_light(bytes * slots);
-        let propagated = |bytes: u64| {
-            if shape.propagates {
-                bytes * shape.voxels
-            } else {
-                0
-            }
-        };
-        let surfaces = if shape.occlusion_only {
-            6 * shape.voxels
-        } else {
-            slots
-        };
+        let per_voxel = |bytes: u64| bytes * shape.voxels;
+        let per_slot = |bytes: u64| bytes * slots;
+        let when = |is_used: bool, bytes: u64| if is_used { bytes } else { 0 };
+        let propagated = |bytes: u64| when(shape.propagates, per_voxel(bytes));
         Self {
             shape,
-            masks: buffer("voxel_gi_masks", 8 * shape.voxels, storage),
+            masks: buffer("voxel_gi_masks", per_voxel(8), storage),
             face_slots: buffer("voxel_gi_face_slots", per_voxel(4), storage),
             face_slots_before: buffer("voxel_gi_face_slots_before", per_voxel(4), storage),
             packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
-            radiance: buffer("voxel_gi_radiance", per_slot(8), storage),
+            radiance: buffer(
+                "voxel_gi_radiance",
+                when(!shape.occlusion_only, per_slot(8)),
+                storage,
+            ),
             irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
             irradiance_before: buffer("voxel_gi_irradiance_before", per_slot(16), storage),
             slot_demand: SlotDemand::default(),
@@ -207,18 +207,15 @@ impl VolumeBuffers {
             arrived: buffer("voxel_gi_arrived", propagated(96), storage),
             reprojected_albedo: buffer(
                 "voxel_gi_reprojected_albedo",
-                if shape.reprojects_albedo {
-                    per_voxel(24)
-                } else {
-                    16
-                },
+                when(shape.reprojects_albedo, per_voxel(24)),
                 storage,
             ),
-            work_items: buffer(
-                "voxel_gi_work_items",
-                4 * (surfaces + shape.voxels),
+            visible: buffer(
+                "voxel_gi_visible",
+                when(shape.marks_visible, per_voxel(32)),
                 storage,
             ),
+            work_items: buffer("voxel_gi_work_items", per_slot(4) + per_voxel(4), storage),
             counters: buffer("voxel_gi_counters", Self::COUNTERS_SIZE, storage),
             indirect_args: buffer(
                 "voxel_gi_indirect_args",
@@ -237,7 +234,7 @@ impl VolumeBuffers {
     /// as the device binds buffers of that size.
     pub(crate) fn needed_slots(&self, device: &RenderDevice) -> Option<u64> {
         let demand = self.slot_demand.slots();
-        if demand <= self.slots() || self.shape.occlusion_only {
+        if demand <= self.slots() {
             return None;
         }
         let limits = device.limits();
@@ -271,6 +268,7 @@ impl VolumeBuffers {
             &self.intensity[0],
             &self.intensity[1],
             &self.reprojected_albedo,
+            &self.visible,
             &self.work_items,
             &self.counters,
             &self.indirect_args,

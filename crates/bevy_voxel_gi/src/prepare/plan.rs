@@ -59,6 +59,8 @@ pub(crate) struct FrameWork {
     pub iterations: u32,
     /// Whether the scene is voxelised: if not, the voxels are those of the frame before.
     pub voxelizes: bool,
+    /// Whether meshes or levels have moved: what cameras saw before is out of date.
+    pub has_changed: bool,
     /// By how many of its voxels each level has moved, if any has: reprojected albedo is cleared then.
     pub moves: Option<[IVec4; MAX_LEVELS]>,
 }
@@ -99,15 +101,16 @@ impl FramePlan {
 
 /// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
 /// (7/8)⁴⁰ = 0.5%.
-const SETTLE_ENDLESS: u32 = 40;
+const SETTLE_MEAN: u32 = 40;
 
 fn pace(settings: &VoxelGiVolume) -> Pace {
     let rounds = match settings.light {
+        // Propagation starts over in each frame.
         VoxelLight::GlobalIllumination {
-            solver: Solver::Trace { .. },
+            solver: Solver::Propagate { .. },
             ..
-        } => SETTLE_ENDLESS,
-        _ => EMPTY_INTERVAL,
+        } => EMPTY_INTERVAL,
+        _ => SETTLE_MEAN,
     };
     Pace {
         interval: settings.update_interval,
@@ -209,7 +212,7 @@ pub(crate) fn plan_frame(
     }
     let moves = plan.moves(volume);
     let voxels = voxel_fingerprint(batches.fingerprint, volume);
-    let voxelizes = plan.voxelized.replace(voxels) != Some(voxels);
+    let has_changed = plan.voxelized.replace(voxels) != Some(voxels);
     let frame = UniformFrame {
         volume,
         light_count: u32::try_from(lights.0.len()).unwrap_or(u32::MAX),
@@ -224,7 +227,8 @@ pub(crate) fn plan_frame(
     plan.work = Some(FrameWork {
         bounces,
         iterations,
-        voxelizes,
+        voxelizes: has_changed || shape.marks_visible,
+        has_changed,
         moves,
     });
     commands.insert_resource(SceneBuffers::new(

@@ -78,11 +78,7 @@ impl UniformFrame<'_> {
             }
             VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
         };
-        // Without a mean over rounds the rays are the same in every frame.
-        let (round, blend) = match settings.light {
-            VoxelLight::AmbientOcclusion { .. } => (0, 1.0),
-            VoxelLight::GlobalIllumination { .. } => (self.frame / interval, self.blend),
-        };
+        let round = self.frame / interval;
         let (phase, interval, empty_interval) = if self.has_moved {
             (0, 1, 1)
         } else {
@@ -122,7 +118,7 @@ impl UniformFrame<'_> {
                 _ => 0,
             },
             empty_interval,
-            blend,
+            blend: self.blend,
         }
     }
 }

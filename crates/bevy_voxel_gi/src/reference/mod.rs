@@ -6,6 +6,7 @@
 //! | [`overlap`] | whether a triangle overlaps a cube |
 //! | [`packed_surface`] | the packed surface of a face, in 32 bits |
 //! | [`voxels`] | voxelisation of triangles |
+//! | [`points`] | voxelisation by random points on triangles |
 //! | [`hit`] | the hit of a ray |
 //! | [`mod@trace`] | ray tracing through voxels |
 //! | [`surface`] | the surfaces in the voxels, and points on them |
@@ -40,6 +41,7 @@ pub mod noise;
 pub mod overlap;
 pub mod packed_surface;
 mod parallel;
+pub mod points;
 pub mod propagate;
 pub mod ray_sample;
 pub mod ray_tracing;

@@ -73,6 +73,18 @@ impl TriangleOverlap {
     ///
     /// Contact at a bound alone does not count; a triangle in a grid plane is in the upper cell.
     pub fn overlaps(&self, min: Vec3, size: f32) -> bool {
+        self.crosses_plane(min, size)
+            && (0..3).all(|axis| {
+                let corner = project(min, axis);
+                self.edges[axis].iter().all(|(inward, offset)| {
+                    let farthest = size * (inward.x.max(0.0) + inward.y.max(0.0));
+                    inward.dot(corner) + offset + farthest >= 0.0
+                })
+            })
+    }
+
+    /// Returns whether the triangle's plane crosses a cube that overlaps the triangle's bounds.
+    pub fn crosses_plane(&self, min: Vec3, size: f32) -> bool {
         for axis in 0..3 {
             let (low, high) = (min[axis], min[axis] + size);
             let flat = self.min[axis] == self.max[axis];
@@ -83,12 +95,5 @@ impl TriangleOverlap {
         let distance = self.normal.dot(min + 0.5 * size) + self.plane;
         let reach = 0.5 * size * self.normal.abs().element_sum();
         distance.abs() <= reach
-            && (0..3).all(|axis| {
-                let corner = project(min, axis);
-                self.edges[axis].iter().all(|(inward, offset)| {
-                    let farthest = size * (inward.x.max(0.0) + inward.y.max(0.0));
-                    inward.dot(corner) + offset + farthest >= 0.0
-                })
-            })
     }
 }

@@ -47,6 +47,8 @@ pub struct RayTracingSettings {
     /// If a wall divides a surface, gathers only on the side of the voxel's centre.
     /// This is for receivers that test which voxels are visible ([`IrradianceField::visible_irradiance`]).
     pub one_side: bool,
+    /// Whether neighbouring surfaces of a plane share their light.
+    pub shares: bool,
 }
 
 impl Default for RayTracingSettings {
@@ -59,6 +61,7 @@ impl Default for RayTracingSettings {
             reach: f32::INFINITY,
             history: 8,
             one_side: false,
+            shares: true,
         }
     }
 }
@@ -189,38 +192,32 @@ impl<'a> RayTracing<'a> {
         let mut field = surround(self.voxels, empty_rays, self.frame, empty_weight, |o, d| {
             self.arriving(o, d).map(|radiance| radiance * PI)
         });
-        let shared = shared_light(self.voxels, &self.surfaces, &self.mean);
-        field.put(&self.surfaces, &shared);
+        if self.settings.shares {
+            let shared = shared_light(self.voxels, &self.surfaces, &self.mean);
+            field.put(&self.surfaces, &shared);
+        } else {
+            field.put(&self.surfaces, &self.mean);
+        }
         field
     }
 }
 
-/// Returns the ambient visibility: the fraction of the hemisphere, weighted by the cosine, in which a
-/// surface has no obstacle within `radius` voxels; 1 where it is open (thesis Eq. 6.17), in all three
-/// channels.
+/// Creates the solver of ambient occlusion: all surfaces are black, and receive the light of a sky from where they have
+/// no obstacle within `radius` voxels (thesis Eq. 6.17). With a `sky` of 1 / pi, the irradiance of a surface is its
+/// ambient visibility, 1 where it is open.
 pub fn ambient_occlusion(
     voxels: &Voxels,
+    sky: Vec3,
     radius: f32,
     settings: RayTracingSettings,
-) -> IrradianceField {
-    let open = |origin: Vec3, direction: Vec3| match trace(voxels, origin, direction, radius) {
-        None => RaySample::Light(Vec3::ONE),
-        Some(hit) => hit_radiance(voxels, &hit, direction, |_, _| Vec3::ZERO),
+) -> RayTracing<'_> {
+    let settings = RayTracingSettings {
+        reach: radius,
+        // Occlusion changes within its radius, which may be a few voxels: sharing would blur it.
+        shares: false,
+        ..settings
     };
-    let surfaces = surfaces(voxels);
-    let frames = settings.history.max(1);
-    let values = each(surfaces.len(), |i| {
-        let sum: Vec4 = (0..frames)
-            .map(|frame| {
-                let RayTracingSettings { rays, one_side, .. } = settings;
-                hemisphere(&surfaces[i], rays, one_side, frame, open)
-            })
-            .sum();
-        sum / frames as f32
-    });
-    let mut field = surround(voxels, settings.empty_rays, 0, settings.empty_weight, open);
-    field.put(&surfaces, &values);
-    field
+    RayTracing::new(voxels, &[], &[], sky, settings)
 }
 
 /// The field of the empty voxels.

@@ -60,7 +60,7 @@ impl Voxels {
         }
     }
 
-    /// Voxelises triangles conservatively; those without an area or that are not finite are skipped.
+    /// Voxelises triangles conservatively, in contrast to [`Voxels::from_points`]; those without an area or that are not finite are skipped.
     pub fn new(grid: VolumeGrid, triangles: &[Triangle]) -> Self {
         let mut voxels = Self::empty(grid);
         for triangle in triangles {
@@ -87,19 +87,27 @@ impl Voxels {
                 for x in low.x..=high.x {
                     let voxel = IVec3::new(x, y, z);
                     if overlap.overlaps(voxel.as_vec3(), 1.0) {
-                        self.add_to(voxel, &overlap, triangle);
+                        let overlaps = |min, size| overlap.overlaps(min, size);
+                        self.add_to(voxel, &overlap, triangle, overlaps);
                     }
                 }
             }
         }
     }
 
-    fn add_to(&mut self, voxel: IVec3, overlap: &TriangleOverlap, triangle: &Triangle) {
+    /// Adds a triangle to a voxel, in those of its sub-voxels, by lowest corner and edge, that `is_in` accepts.
+    pub(super) fn add_to(
+        &mut self,
+        voxel: IVec3,
+        overlap: &TriangleOverlap,
+        triangle: &Triangle,
+        is_in: impl Fn(Vec3, f32) -> bool,
+    ) {
         let size = 1.0 / SUB_VOXELS as f32;
         let mut mask = 0;
         for bit in 0..64 {
             let sub = IVec3::new(bit % 4, bit / 4 % 4, bit / 16);
-            if overlap.overlaps(voxel.as_vec3() + sub.as_vec3() * size, size) {
+            if is_in(voxel.as_vec3() + sub.as_vec3() * size, size) {
                 mask |= 1 << bit;
             }
         }

@@ -5,6 +5,7 @@ mod extremes;
 mod noise;
 mod propagate;
 mod ray_tracing;
+mod stochastic;
 mod support;
 mod truth;
 mod voxelize;

@@ -122,6 +122,9 @@ fn an_open_floor_sees_the_whole_sky() {
     }
 }
 
+/// A sky that gives open surfaces an irradiance of 1.
+const OPEN_SKY: Vec3 = Vec3::splat(1.0 / PI);
+
 /// Half of the sky is visible where a floor and a wall meet, a quarter where three planes do; with 64
 /// rays in each of 8 frames.
 #[test]
@@ -137,7 +140,8 @@ fn occlusion_in_edges_and_corners() {
             rays: 64,
             ..Default::default()
         };
-        let field = ambient_occlusion(&voxels, f32::INFINITY, settings);
+        let occlusion = ambient_occlusion(&voxels, OPEN_SKY, f32::INFINITY, settings);
+        let field = traced_field(occlusion, 12);
         for offset in [0.05, 0.3, 0.7] {
             let z = if z < 2.0 { 1.3 + offset } else { z };
             for (p, n) in [
@@ -234,7 +238,8 @@ fn back_faces_shade_the_light() {
 #[test]
 fn occlusion_ends_at_its_radius() {
     let voxels = Voxels::new(unit_grid(16), &room(Vec3::splat(1.3), Vec3::splat(14.6)));
-    let field = ambient_occlusion(&voxels, 3.0, RayTracingSettings::default());
+    let occlusion = ambient_occlusion(&voxels, OPEN_SKY, 3.0, RayTracingSettings::default());
+    let field = traced_field(occlusion, 12);
     let found = field.irradiance(Vec3::new(8.0, 1.3, 8.0), Vec3::Y, 0.0);
     // A fifth of the distance to the voxel behind the floor: an empty, dark voxel with almost no weight.
     let dark = 0.2 / 0.8 * RayTracingSettings::default().empty_weight;

@@ -1,6 +1,8 @@
 //! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5), in two passes over the triangles: occupancy and the
 //! faces that have a surface, then the surfaces.
 
+mod visible;
+
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     prelude::*,
@@ -32,6 +34,7 @@ use crate::{
     },
     settings::Voxelizer,
 };
+use visible::VisibleVoxels;
 
 #[derive(Resource)]
 pub(crate) struct VoxelizePass {
@@ -42,6 +45,7 @@ pub(crate) struct VoxelizePass {
     conservative: Kernels,
     slices: Kernels,
     points: Kernels,
+    visible: VisibleVoxels,
     work: Option<VoxelizeWork>,
 }
 
@@ -51,6 +55,39 @@ struct Kernels {
     occupancy: Kernel,
     /// Writes the surfaces, once the faces have slots.
     surfaces: Kernel,
+}
+
+impl Kernels {
+    fn new(shader: &Handle<Shader>, layout: &[&BindGroupLayoutDescriptor]) -> Self {
+        let kernel = |label| {
+            let layout = layout.iter().copied().cloned().collect();
+            Kernel::new(label, "voxelize", shader, layout)
+        };
+        Self {
+            occupancy: kernel("voxel_gi_voxelize"),
+            surfaces: kernel("voxel_gi_surfaces"),
+        }
+    }
+
+    /// Chooses the variants with these shader defs for this frame, which waits until they are ready.
+    fn require(
+        &mut self,
+        mut defs: Vec<&'static str>,
+        cache: &PipelineCache,
+        required: &mut RequiredPipelines,
+    ) {
+        self.occupancy.require(&defs, cache, required);
+        defs.push("SURFACES");
+        self.surfaces.require(&defs, cache, required);
+    }
+
+    /// The pipelines of both passes, if they are ready.
+    fn pipelines<'a>(&self, cache: &'a PipelineCache) -> Option<[&'a ComputePipeline; 2]> {
+        Some([
+            self.occupancy.pipeline(cache)?,
+            self.surfaces.pipeline(cache)?,
+        ])
+    }
 }
 
 /// The bind groups and dispatch sizes of a frame that voxelises.
@@ -87,20 +124,12 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             ),
         ),
     );
-    let kernels = |shader: Handle<Shader>| {
-        let kernel = |label| {
-            let layout = vec![voxels_layout.clone(), meshes_layout.clone()];
-            Kernel::new(label, "voxelize", &shader, layout)
-        };
-        Kernels {
-            occupancy: kernel("voxel_gi_voxelize"),
-            surfaces: kernel("voxel_gi_surfaces"),
-        }
-    };
+    let kernels = |shader: Handle<Shader>| Kernels::new(&shader, &[&voxels_layout, &meshes_layout]);
     commands.insert_resource(VoxelizePass {
         conservative: kernels(load_embedded_asset!(assets, "conservative.wesl")),
         slices: kernels(load_embedded_asset!(assets, "slices.wesl")),
         points: kernels(load_embedded_asset!(assets, "points.wesl")),
+        visible: VisibleVoxels::new(&voxels_layout, assets),
         voxels_layout,
         meshes_layout,
         work: None,
@@ -135,19 +164,14 @@ pub(crate) fn queue(
         return;
     };
     let mut defs = Vec::new();
-    let shape = BufferShape::of(volume);
-    if shape.occlusion_only {
-        defs.push("OCCLUSION_ONLY");
-    }
     let voxelizer = volume.settings.voxelizer;
     if voxelizer == Voxelizer::GeometryClipping {
         defs.push("GEOMETRY_CLIPPING");
     }
     let kernels = pass.kernels_mut(voxelizer);
-    kernels.occupancy.require(&defs, &cache, &mut required);
-    if !shape.occlusion_only {
-        defs.push("SURFACES");
-        kernels.surfaces.require(&defs, &cache, &mut required);
+    kernels.require(defs, &cache, &mut required);
+    if BufferShape::of(volume).marks_visible {
+        pass.visible.queue(&cache, &mut required);
     }
 }
 
@@ -177,6 +201,7 @@ pub(crate) fn prepare(
             (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
         )),
     );
+    pass.visible.prepare(&buffers, &cache, &device);
     let stub = device.create_buffer(&BufferDescriptor {
         label: Some("voxel_gi_none"),
         size: 16,
@@ -243,13 +268,11 @@ pub(crate) fn voxelize(
         return;
     };
     let kernels = pass.kernels(volume.settings.voxelizer);
-    let Some(occupancy) = kernels.occupancy.pipeline(&cache) else {
+    let Some([occupancy, surfaces]) = kernels.pipelines(&cache) else {
         return;
     };
     let encoder = context.command_encoder();
-    if !buffers.shape.occlusion_only {
-        keep_slots(encoder, &buffers);
-    }
+    keep_slots(encoder, &buffers);
     for buffer in [
         &buffers.masks,
         &buffers.face_slots,
@@ -261,22 +284,31 @@ pub(crate) fn voxelize(
     }
     if frame.moves.is_some() {
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
+        encoder.clear_buffer(&buffers.visible, 0, None);
     }
-    let surfaces = kernels.surfaces.pipeline(&cache);
-    record_pass(&mut context, "voxel_gi_voxelize", |pass| {
-        work.record(pass, occupancy);
-        if let Some(surfaces) = surfaces.filter(|_| !buffers.shape.occlusion_only) {
-            allocate.record(pass, &buffers, &cache);
-            work.record(pass, surfaces);
+    let seen = pass.visible.pipelines(&cache);
+    record_pass(&mut context, "voxel_gi_voxelize", |compute| {
+        work.record(compute, occupancy);
+        if let Some([occupancy, _]) = seen {
+            pass.visible
+                .record(compute, occupancy, &work.voxels, &buffers);
+        }
+        allocate.record(compute, &buffers, &cache);
+        work.record(compute, surfaces);
+        if let Some([_, surfaces]) = seen {
+            pass.visible
+                .record(compute, surfaces, &work.voxels, &buffers);
         }
     });
-    if !buffers.shape.occlusion_only {
-        demand.record(context.command_encoder(), &buffers, &device);
+    if frame.has_changed {
+        pass.visible.clear(context.command_encoder(), &buffers);
     }
+    demand.record(context.command_encoder(), &buffers, &device);
 }
 
 pub(crate) fn embed(app: &mut App) {
     embedded_asset!(app, "conservative.wesl");
     embedded_asset!(app, "slices.wesl");
     embedded_asset!(app, "points.wesl");
+    visible::embed(app);
 }

@@ -1,0 +1,98 @@
+//! Adds what cameras saw to the voxels; see `mark_visible`.
+
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    prelude::*,
+    render::{
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            CommandEncoder, ComputePass, ComputePipeline, PipelineCache, ShaderStages,
+        },
+        renderer::RenderDevice,
+    },
+};
+
+use super::{
+    super::{
+        bindings::{VISIBLE, read_only},
+        kernel::dispatch_voxels,
+    },
+    Kernels,
+};
+use crate::prepare::{buffers::VolumeBuffers, pipelines::RequiredPipelines};
+
+pub(super) struct VisibleVoxels {
+    layout: BindGroupLayoutDescriptor,
+    kernels: Kernels,
+    /// In frames that voxelise what is visible.
+    bind_group: Option<BindGroup>,
+}
+
+impl VisibleVoxels {
+    pub(super) fn new(voxels_layout: &BindGroupLayoutDescriptor, assets: &AssetServer) -> Self {
+        let layout = BindGroupLayoutDescriptor::new(
+            "voxel_gi_visible",
+            &BindGroupLayoutEntries::with_indices(ShaderStages::COMPUTE, ((VISIBLE, read_only()),)),
+        );
+        let shader = load_embedded_asset!(assets, "visible.wesl");
+        Self {
+            kernels: Kernels::new(&shader, &[voxels_layout, &layout]),
+            layout,
+            bind_group: None,
+        }
+    }
+
+    pub(super) fn queue(&mut self, cache: &PipelineCache, required: &mut RequiredPipelines) {
+        self.kernels.require(Vec::new(), cache, required);
+    }
+
+    pub(super) fn prepare(
+        &mut self,
+        buffers: &VolumeBuffers,
+        cache: &PipelineCache,
+        device: &RenderDevice,
+    ) {
+        self.bind_group = buffers.shape.marks_visible.then(|| {
+            device.create_bind_group(
+                "voxel_gi_visible",
+                &cache.get_bind_group_layout(&self.layout),
+                &BindGroupEntries::with_indices(((VISIBLE, buffers.visible.as_entire_binding()),)),
+            )
+        });
+    }
+
+    /// The pipelines of the two passes, in frames that voxelise what is visible.
+    pub(super) fn pipelines<'a>(
+        &self,
+        cache: &'a PipelineCache,
+    ) -> Option<[&'a ComputePipeline; 2]> {
+        self.bind_group.as_ref()?;
+        self.kernels.pipelines(cache)
+    }
+
+    /// Records one of the two passes; group 0 is `voxels`.
+    pub(super) fn record(
+        &self,
+        pass: &mut ComputePass<'_>,
+        pipeline: &ComputePipeline,
+        voxels: &BindGroup,
+        buffers: &VolumeBuffers,
+    ) {
+        if let Some(group) = &self.bind_group {
+            pass.set_bind_group(0, voxels, &[]);
+            pass.set_bind_group(1, group, &[]);
+            dispatch_voxels(pass, pipeline, buffers);
+        }
+    }
+
+    /// Forgets what was seen, as it is out of date.
+    pub(super) fn clear(&self, encoder: &mut CommandEncoder, buffers: &VolumeBuffers) {
+        if self.bind_group.is_some() {
+            encoder.clear_buffer(&buffers.visible, 0, None);
+        }
+    }
+}
+
+pub(super) fn embed(app: &mut App) {
+    embedded_asset!(app, "visible.wesl");
+}
