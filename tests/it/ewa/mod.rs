@@ -4,6 +4,7 @@ mod anisotropic;
 mod exact;
 mod materials;
 mod mips;
+mod pipelines;
 mod scene;
 mod shaders;
 mod shared;

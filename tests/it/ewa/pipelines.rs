@@ -1,0 +1,81 @@
+//! Pipelines are asked for as early as Bevy asks for its own.
+
+use bevy::{
+    prelude::*,
+    render::{
+        RenderApp,
+        render_resource::{PipelineCache, TextureFormat},
+    },
+};
+use bevy_ewa::EwaPlugin;
+use bevy_frugal_lab::headless::HeadlessSettings;
+
+use super::scene::{Floor, checkered, checks, texture};
+use crate::support::gpu;
+
+const FRAMES: u32 = 30;
+
+fn pipelines(floor: &mut Floor) -> usize {
+    let render_app = floor.app.app_mut().sub_app(RenderApp);
+    let cache = render_app.world().resource::<PipelineCache>();
+    cache.pipelines().count()
+}
+
+/// The pipelines that a running app asks for in each frame from that on in which a mesh with a new material appears,
+/// whose textures have no mip levels yet, and the mip levels that they have in the end.
+fn new_pipelines(plugin: Option<EwaPlugin>) -> (Vec<usize>, u32) {
+    let settings = HeadlessSettings::with_size(96, 64);
+    let mut floor = Floor::with_settings(settings, plugin, checkered(true));
+    let before = pipelines(&mut floor);
+    let world = floor.app.world_mut();
+    let mut images = world.resource_mut::<Assets<Image>>();
+    let mut map = |format, a, b| images.add(texture(false, format, checks(a, b)));
+    let color = map(
+        TextureFormat::Rgba8UnormSrgb,
+        [250, 250, 240, 255],
+        [20, 30, 60, 255],
+    );
+    let normals = map(
+        TextureFormat::Rgba8Unorm,
+        [150, 128, 240, 255],
+        [106, 128, 240, 255],
+    );
+    let material = StandardMaterial {
+        base_color_texture: Some(color.clone()),
+        normal_map_texture: Some(normals),
+        ..default()
+    };
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(material);
+    let cube = Mesh::from(Cuboid::from_length(0.4)).with_generated_tangents();
+    let cube = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(cube.expect("tangents"));
+    world.spawn((
+        Mesh3d(cube),
+        MeshMaterial3d(material),
+        Transform::from_xyz(0.2, 0.4, -2.0),
+    ));
+    let mut counts = Vec::new();
+    for _ in 0..FRAMES {
+        floor.app.render_frames(1).expect("a frame");
+        counts.push(pipelines(&mut floor) - before);
+        // Mip levels are generated on other threads.
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let images = floor.app.world().resource::<Assets<Image>>();
+    let image = images.get(&color).expect("the image");
+    (counts, image.texture_descriptor.mip_level_count)
+}
+
+#[test]
+fn a_new_material_asks_for_its_pipelines_in_the_frame_in_which_bevys_does() {
+    let _gpu = gpu();
+    let (stock, stock_levels) = new_pipelines(None);
+    let (filtered, levels) = new_pipelines(Some(EwaPlugin::default()));
+    assert_eq!([stock_levels, levels], [1, 7]);
+    assert!(stock.last() > Some(&0), "the material needs new pipelines");
+    // The same number in the same frames: none later, when the mip levels arrive.
+    assert_eq!(filtered, stock);
+}
