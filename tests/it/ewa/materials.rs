@@ -1,7 +1,7 @@
 //! Bevy's materials: those that are filtered, in every pass, and those that are not.
 
 use bevy::{
-    core_pipeline::prepass::{DeferredPrepass, DepthPrepass, NormalPrepass},
+    core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
     material::OpaqueRendererMethod,
     mesh::UvChannel,
     prelude::*,
@@ -13,7 +13,7 @@ use bevy_ewa::{
 use bevy_frugal_hooks::ShaderPatches;
 
 use super::scene::{Floor, checkered, checks, keep, psnr, texture};
-use crate::support::gpu;
+use crate::support::{gpu, skipped};
 
 const REFERENCE: EwaSettings = EwaSettings {
     method: EwaMethod::Reference,
@@ -260,6 +260,7 @@ fn every_pass_filters_alike() {
         }),
         material,
     );
+    let is_mesa_22 = floor.app.adapter().driver.contains("Mesa 22.");
     let forward = floor.picture();
     let camera = floor.camera;
     let mut with = |change: &dyn Fn(&mut EntityWorldMut)| {
@@ -276,6 +277,19 @@ fn every_pass_filters_alike() {
     let found = psnr(&forward, &normals);
     println!("normal prepass: {found:.1} dB");
     assert!(found > 40.0, "normals of the prepass: {found}");
+    let motion = with(&|camera| {
+        camera.insert(MotionVectorPrepass);
+    });
+    if is_mesa_22 {
+        skipped(
+            "motion-vector prepasses, which llvmpipe of Mesa 22 cannot compile with the filter",
+        );
+    } else {
+        assert!(
+            normals == motion,
+            "a motion-vector prepass cuts other holes"
+        );
+    }
     let mut floor = Floor::new(
         Some(EwaPlugin {
             all_materials: Some(REFERENCE),

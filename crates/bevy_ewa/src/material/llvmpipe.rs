@@ -6,13 +6,48 @@ use bevy::render::renderer::RenderAdapterInfo;
 
 /// It is global to the process, because pipeline keys and hooks have no access to a world.
 static IS_LLVMPIPE: AtomicBool = AtomicBool::new(false);
+static IS_LLVMPIPE_OLD: AtomicBool = AtomicBool::new(false);
+
+/// The first version of Mesa whose llvmpipe is known to compile the filter in a motion-vector prepass.
+const GOOD_MESA: u32 = 25;
 
 /// Whether the adapter is llvmpipe.
 pub(super) fn is_llvmpipe() -> bool {
     IS_LLVMPIPE.load(Ordering::Relaxed)
 }
 
+/// Whether the adapter is an older llvmpipe: that of Mesa 22 ends the process while it compiles a motion-vector prepass
+/// with the filter.
+pub(super) fn is_old_llvmpipe() -> bool {
+    IS_LLVMPIPE_OLD.load(Ordering::Relaxed)
+}
+
 /// Sets the adapter, when the renderer has chosen it.
 pub(super) fn detect(adapter: &RenderAdapterInfo) {
-    IS_LLVMPIPE.store(adapter.name.contains("llvmpipe"), Ordering::Relaxed);
+    let is_llvmpipe = adapter.name.contains("llvmpipe");
+    IS_LLVMPIPE.store(is_llvmpipe, Ordering::Relaxed);
+    let mesa = mesa_version(&adapter.driver_info);
+    let is_good = mesa.is_some_and(|mesa| mesa >= GOOD_MESA);
+    IS_LLVMPIPE_OLD.store(is_llvmpipe && !is_good, Ordering::Relaxed);
+}
+
+/// The major version in a text such as `Mesa 25.0.7 (LLVM 15.0.6)`.
+fn mesa_version(driver: &str) -> Option<u32> {
+    let (_, version) = driver.split_once("Mesa ")?;
+    version.split('.').next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_version_of_mesa_is_in_the_text_of_the_driver() {
+        assert_eq!(
+            mesa_version("Mesa 25.0.7-2~bpo12+1 (LLVM 15.0.6)"),
+            Some(25)
+        );
+        assert_eq!(mesa_version("Mesa 22.3.6 (LLVM 15.0.6)"), Some(22));
+        assert_eq!(mesa_version("570.86"), None);
+    }
 }

@@ -6,7 +6,7 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::{layout::MapLayout, maps::MAPS};
+use super::{layout::MapLayout, llvmpipe::is_old_llvmpipe, maps::MAPS};
 use crate::{
     settings::{EwaMethod, EwaSettings},
     shaders::EwaUniform,
@@ -16,7 +16,6 @@ use crate::{
 pub(crate) const EWA: &str = "BEVY_EWA";
 
 const PERIODIC: usize = 12;
-const UNIFORM_LEVELS: usize = 13;
 
 /// The settings as a part of the pipeline key: the values of the shader defs, whose names are constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -108,12 +107,9 @@ impl EwaKey {
             return;
         };
         let is_prepass = has(fragment, "PREPASS_PIPELINE");
-        // llvmpipe of Mesa 22 ends the process while it compiles a motion-vector prepass with the filter, so this pass
-        // keeps Bevy's. The mesh key of the main pass has the same flag, so the shader def has to be checked, too.
-        if self.0[UNIFORM_LEVELS] != 0
-            && is_prepass
-            && key.contains(MeshPipelineKey::MOTION_VECTOR_PREPASS)
-        {
+        // This pass keeps Bevy's filter there. The mesh key of the main pass has the same flag, so the shader def has
+        // to be checked, too.
+        if is_old_llvmpipe() && is_prepass && key.contains(MeshPipelineKey::MOTION_VECTOR_PREPASS) {
             return;
         }
         let layout = if is_prepass && !has(fragment, "DEFERRED_PREPASS") {
