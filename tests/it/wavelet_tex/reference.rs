@@ -11,7 +11,7 @@ use super::scene::linear;
 /// A level in linear units.
 pub struct Level {
     size: [u32; 2],
-    pixels: Vec<[f32; 3]>,
+    pub pixels: Vec<[f32; 3]>,
 }
 
 /// The levels of an image, as `decode` decodes them.
@@ -59,6 +59,73 @@ impl Level {
         let row = |dy| mix(at(0, dy), at(1, dy), u);
         mix(row(0), row(1), v)
     }
+}
+
+/// A level and the mips of it that are means of four pixels of the level before, without coding errors.
+pub fn exact_mips(level: Level) -> Vec<Level> {
+    let mut levels = vec![level];
+    while let Some(last) = levels.last()
+        && last.size.iter().all(|side| side % 2 == 0)
+    {
+        let size = last.size.map(|side| i64::from(side / 2));
+        let positions = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [2 * x, 2 * y]));
+        let mean = |[x, y]: [i64; 2]| {
+            let at = |dx, dy| last.at([x + dx, y + dy], WaveletAddressMode::Repeat);
+            let mean = mix(
+                mix(at(0, 0), at(1, 0), 0.5),
+                mix(at(0, 1), at(1, 1), 0.5),
+                0.5,
+            );
+            mean.map(|value| value as f32)
+        };
+        let pixels = positions.map(mean).collect();
+        let size = last.size.map(|side| side / 2);
+        levels.push(Level { size, pixels });
+    }
+    levels
+}
+
+/// The trilinear filter.
+pub fn trilinear(levels: &[Level], uv: Vec2, lod: f64, mode: WaveletAddressMode) -> [f64; 3] {
+    let fine = lod.floor() as usize;
+    let coarse = (fine + 1).min(levels.len() - 1);
+    mix(
+        levels[fine].bilinear(uv, mode),
+        levels[coarse].bilinear(uv, mode),
+        lod.fract(),
+    )
+}
+
+/// The anisotropic filter of `sampling.wesl`, where a pixel of the screen covers `extent` uv along their axes.
+pub fn anisotropic(levels: &[Level], uv: Vec2, extent: Vec2, mode: WaveletAddressMode) -> [f64; 3] {
+    const MAX_ANISOTROPY: f64 = 10.0;
+    const SAMPLE_DENSITY: f64 = 1.2;
+    const LONG_FOOTPRINT_BIAS: f64 = 0.45;
+    let pixels = [0, 1].map(|axis| f64::from(extent[axis]) * f64::from(levels[0].size[axis]));
+    let long = pixels[0].max(pixels[1]);
+    let least = (long / MAX_ANISOTROPY).max(1.0);
+    let short = pixels[0].min(pixels[1]).max(least);
+    let finer = LONG_FOOTPRINT_BIAS * (1.0 - (short / long).powi(2)).clamp(0.0, 1.0);
+    let width = short * (-finer).exp2();
+    let lod = width.log2().clamp(0.0, (levels.len() - 1) as f64);
+    let widths = (long / width).max(1.0);
+    let samples = (SAMPLE_DENSITY * widths + 1.0 - SAMPLE_DENSITY).ceil() as u32;
+    let half = (1.0 - (width / long).powi(2)).max(0.0).sqrt() as f32;
+    let axis = if pixels[0] >= pixels[1] {
+        Vec2::X
+    } else {
+        Vec2::Y
+    };
+    let (mut sum, mut weights) = ([0.0; 3], 0.0);
+    for i in 0..samples {
+        let along = f64::from(2 * i + 1) / f64::from(samples) - 1.0;
+        let weight = 1.0 - along.abs();
+        let at = uv + along as f32 * half * axis * extent;
+        let sample = trilinear(levels, at, lod, mode);
+        (0..3).for_each(|c| sum[c] += weight * sample[c]);
+        weights += weight;
+    }
+    sum.map(|value| value / weights)
 }
 
 /// `a + (b - a) t`.
