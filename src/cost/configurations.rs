@@ -226,7 +226,7 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
     };
     let occlusion = VoxelLight::AmbientOcclusion {
         radius: 1.0,
-        rays: 8,
+        rays: 16,
     };
     let voxelizer = |voxelizer| VoxelGiVolume {
         voxelizer,
@@ -268,6 +268,14 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
             VoxelGiVolume {
                 albedo: VoxelAlbedo::Reprojected,
                 ..default()
+            },
+            &[Scene::Deferred],
+        ),
+        gi(
+            "trace stochastic reprojected albedo",
+            VoxelGiVolume {
+                albedo: VoxelAlbedo::Reprojected,
+                ..voxelizer(Voxelizer::Stochastic { points: 16 })
             },
             &[Scene::Deferred],
         ),

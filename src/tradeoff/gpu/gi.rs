@@ -60,7 +60,7 @@ fn settings(resolution: u32) -> [(&'static str, Option<VoxelGiVolume>); 5] {
     };
     let occlusion = VoxelLight::AmbientOcclusion {
         radius: 1.0,
-        rays: 8,
+        rays: 16,
     };
     let propagate = bounced(Solver::Propagate { iterations: 96 });
     [

@@ -19,7 +19,7 @@ pub struct Setting {
 
 /// Rays and iterations of the default settings.
 const RAYS: u32 = 32;
-const OCCLUSION_RAYS: u32 = 8;
+const OCCLUSION_RAYS: u32 = 16;
 const ITERATIONS: u32 = 96;
 /// Resolution of the default settings.
 const RESOLUTION: u32 = 32;

@@ -222,10 +222,10 @@ fn bright_walls_are_as_in_the_reference() {
 fn occlusion_is_as_in_the_reference() {
     let occlusion = VoxelLight::AmbientOcclusion {
         radius: 0.7,
-        rays: 8,
+        rays: 16,
     };
     for name in ["cornell_point", "sunlit_room"] {
-        compare(name, occlusion, 0.0006, |scene| {
+        compare(name, occlusion, 0.0003, |scene| {
             scene.sky_radiance = Vec3::ONE;
         });
     }

@@ -21,6 +21,9 @@ use crate::{
 /// are not voxelised themselves.
 pub(super) const EMPTY_INTERVAL: u32 = 8;
 
+/// The same of ambient occlusion, whose other rays are fewer.
+const OCCLUSION_EMPTY_INTERVAL: u32 = 16;
+
 /// The uniforms of the volume.
 #[derive(Resource, Default)]
 pub(crate) struct VolumeUniforms {
@@ -79,10 +82,14 @@ impl UniformFrame<'_> {
             VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
         };
         let round = self.frame / interval;
+        let empty_interval = match settings.light {
+            VoxelLight::AmbientOcclusion { .. } => OCCLUSION_EMPTY_INTERVAL,
+            VoxelLight::GlobalIllumination { .. } => EMPTY_INTERVAL,
+        };
         let (phase, interval, empty_interval) = if self.has_moved {
             (0, 1, 1)
         } else {
-            (self.frame % interval, interval, EMPTY_INTERVAL)
+            (self.frame % interval, interval, empty_interval)
         };
         let flags = [
             (feedback, FLAG_FEEDBACK),
