@@ -12,7 +12,6 @@ use crate::{
     headless::HeadlessError,
     metrics::SizeMismatch,
     record::{ReadError, Report, WriteError},
-    runner::RunError,
 };
 
 #[derive(Clone, Copy, Debug)]
@@ -45,9 +44,6 @@ pub enum TradeoffError {
     /// An image could not be encoded.
     #[error(transparent)]
     Encode(#[from] EncodeError),
-    /// A demo could not be shown.
-    #[error(transparent)]
-    Demo(#[from] RunError),
     /// A picture and its reference differ in size.
     #[error(transparent)]
     Compare(#[from] SizeMismatch),

@@ -192,8 +192,7 @@ pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<Measurement> {
     let truths = flicker::truths(scene, size, RATE / 4);
     let mut rows = Vec::new();
     for setting in SETTINGS.iter().filter(|setting| !setting.needs_hardware()) {
-        let settings = setting.settings(1);
-        let found = flicker::flicker(scene, &truths, size, &settings, setting.frames);
+        let found = flicker::flicker(scene, &truths, size, &setting.settings(1));
         for (kind, mse) in [
             ("moving", found.moving),
             ("still", found.still),
