@@ -9,15 +9,7 @@ use bevy::{
     mesh::{Indices, PrimitiveTopology},
     prelude::*,
 };
-use bevy_frugal_lab::{
-    boxes::TracedScene,
-    headless::HeadlessApp,
-    tradeoff::{
-        interleaved::benchmark_apps,
-        plan::Plan,
-        voxel_gi::{render::candidate, settings::settings},
-    },
-};
+use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{
     NotVoxelized, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
 };
@@ -148,30 +140,6 @@ fn ambient_occlusion_knows_edges() {
             "{x}: {found} for {expected}"
         );
     }
-}
-
-/// With the settings of the study, as medians of frames in alternation.
-#[test]
-fn ambient_occlusion_takes_at_most_half_of_the_time_of_traced_light() {
-    let _gpu = gpu();
-    let scene = TracedScene::read("cornell_point").expect("a scene");
-    let candidates = settings(&Plan::new(false).gi)
-        .into_iter()
-        .filter(|setting| ["trace", "ambient_occlusion"].contains(&setting.name.as_str()))
-        .map(|setting| candidate(&scene, &setting).expect("an app").0)
-        .collect();
-    let rows = benchmark_apps(candidates, 5, 3).expect("times");
-    let times: Vec<f64> = rows
-        .iter()
-        .map(|row| {
-            println!("{}: {:?}", row.setting, row.stage_ms);
-            row.stage_ms.values().sum()
-        })
-        .collect();
-    let &[traced, occlusion] = times.as_slice() else {
-        panic!("two settings: {times:?}");
-    };
-    assert!(occlusion > 0.0 && 2.0 * occlusion < traced, "{times:?}");
 }
 
 /// A room that a wall divides, from and to a place along x, and a light on one side. The floor's light on

@@ -1,6 +1,7 @@
 //! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5), in two passes over the triangles: occupancy and the
 //! faces that have a surface, then the surfaces.
 
+mod kernels;
 mod visible;
 
 use bevy::{
@@ -19,7 +20,7 @@ use bevy::{
 use super::{
     allocate::{AllocatePass, keep_slots},
     bindings::{FACE_SLOTS, MASKS, PACKED_SURFACES, VOLUME, read_only, read_write, volume_uniform},
-    kernel::{Kernel, dispatch_workgroups, record_pass},
+    kernel::{dispatch_workgroups, record_pass},
     slot_demand::SlotDemandCopy,
 };
 use crate::{
@@ -34,6 +35,7 @@ use crate::{
     },
     settings::Voxelizer,
 };
+use kernels::Kernels;
 use visible::VisibleVoxels;
 
 #[derive(Resource)]
@@ -47,47 +49,6 @@ pub(crate) struct VoxelizePass {
     points: Kernels,
     visible: VisibleVoxels,
     work: Option<VoxelizeWork>,
-}
-
-/// The two passes of a voxeliser.
-struct Kernels {
-    /// Marks occupied sub-voxels, and the faces with a surface.
-    occupancy: Kernel,
-    /// Writes the surfaces, once the faces have slots.
-    surfaces: Kernel,
-}
-
-impl Kernels {
-    fn new(shader: &Handle<Shader>, layout: &[&BindGroupLayoutDescriptor]) -> Self {
-        let kernel = |label| {
-            let layout = layout.iter().copied().cloned().collect();
-            Kernel::new(label, "voxelize", shader, layout)
-        };
-        Self {
-            occupancy: kernel("voxel_gi_voxelize"),
-            surfaces: kernel("voxel_gi_surfaces"),
-        }
-    }
-
-    /// Chooses the variants with these shader defs for this frame, which waits until they are ready.
-    fn require(
-        &mut self,
-        mut defs: Vec<&'static str>,
-        cache: &PipelineCache,
-        required: &mut RequiredPipelines,
-    ) {
-        self.occupancy.require(&defs, cache, required);
-        defs.push("SURFACES");
-        self.surfaces.require(&defs, cache, required);
-    }
-
-    /// The pipelines of both passes, if they are ready.
-    fn pipelines<'a>(&self, cache: &'a PipelineCache) -> Option<[&'a ComputePipeline; 2]> {
-        Some([
-            self.occupancy.pipeline(cache)?,
-            self.surfaces.pipeline(cache)?,
-        ])
-    }
 }
 
 /// The bind groups and dispatch sizes of a frame that voxelises.
@@ -124,7 +85,10 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             ),
         ),
     );
-    let kernels = |shader: Handle<Shader>| Kernels::new(&shader, &[&voxels_layout, &meshes_layout]);
+    let kernels = |shader: Handle<Shader>| {
+        let labels = ["voxel_gi_voxelize", "voxel_gi_surfaces"];
+        Kernels::new(labels, &shader, &[&voxels_layout, &meshes_layout])
+    };
     commands.insert_resource(VoxelizePass {
         conservative: kernels(load_embedded_asset!(assets, "conservative.wesl")),
         slices: kernels(load_embedded_asset!(assets, "slices.wesl")),

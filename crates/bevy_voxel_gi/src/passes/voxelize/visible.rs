@@ -17,7 +17,7 @@ use super::{
         bindings::{VISIBLE, read_only},
         kernel::dispatch_voxels,
     },
-    Kernels,
+    kernels::Kernels,
 };
 use crate::prepare::{buffers::VolumeBuffers, pipelines::RequiredPipelines};
 
@@ -36,7 +36,11 @@ impl VisibleVoxels {
         );
         let shader = load_embedded_asset!(assets, "visible.wesl");
         Self {
-            kernels: Kernels::new(&shader, &[voxels_layout, &layout]),
+            kernels: Kernels::new(
+                ["voxel_gi_visible", "voxel_gi_visible_surfaces"],
+                &shader,
+                &[voxels_layout, &layout],
+            ),
             layout,
             bind_group: None,
         }
