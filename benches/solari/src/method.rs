@@ -7,11 +7,7 @@ use bevy::{
     prelude::*,
     render::render_resource::TextureUsages,
 };
-use bevy_frugal_lab::{
-    boxes::BoxScene,
-    stage::StageCamera,
-    tradeoff::voxel_gi::render::placed,
-};
+use bevy_frugal_lab::{boxes::BoxScene, stage::StageCamera, tradeoff::voxel_gi::render::placed};
 use bevy_solari::{
     SolariPlugins,
     pathtracer::{Pathtracer, PathtracingPlugin},
