@@ -1,5 +1,5 @@
 //! Light that bounces: a sunlit room in which everything may move, and the Cornell box beside its
-//! path-traced picture. Before is what Bevy shows of the same lamps.
+//! path-traced picture. Before is what Bevy shows of the same lights.
 //!
 //! | file | contents |
 //! | --- | --- |
@@ -42,7 +42,7 @@ impl Scene for VoxelGi {
     }
 
     fn description(&self) -> &'static str {
-        "Global illumination: lamps alone before, the light that bounces and the sky's after. \
+        "Global illumination: direct light alone before, the light that bounces and the sky's after. \
          Drag the red box and the ball with the mouse"
     }
 
@@ -99,7 +99,7 @@ impl Scene for VoxelGi {
             ),
             SceneSetting::integer(
                 "shadow_samples",
-                "points of a voxel that are tested for shadow, per lamp",
+                "points of a voxel that are tested for shadow, per light",
                 16,
                 1..=16,
                 "",

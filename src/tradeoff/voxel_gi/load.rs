@@ -1,4 +1,4 @@
-//! The same setting with more and more triangles: spheres in a volume, and a lamp.
+//! The same setting with more and more triangles: spheres in a volume, and a light.
 
 use bevy::prelude::*;
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
