@@ -29,7 +29,7 @@ use super::{
     LabTarget, adapter::wgpu_settings, timing::FrameClock,
 };
 
-/// What the renderer reported before it stopped.
+/// The error with which the renderer stopped.
 #[derive(Resource)]
 struct RendererStopped(String);
 

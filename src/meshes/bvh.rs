@@ -1,4 +1,4 @@
-//! What a ray hits first among many triangles.
+//! The first hit of a ray among many triangles.
 //!
 //! `obvhs` may depend on another version of `glam` than Bevy does, so vectors enter it as arrays.
 

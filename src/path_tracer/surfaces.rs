@@ -1,4 +1,4 @@
-//! What a scene is for a path.
+//! The interface between a scene and the path tracer.
 
 use bevy::math::Vec3;
 
@@ -27,7 +27,7 @@ pub trait Surfaces: Sync {
 /// A half line.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Where it starts, in metres.
+    /// Origin in metres.
     pub origin: Vec3,
     /// A unit vector.
     pub direction: Vec3,

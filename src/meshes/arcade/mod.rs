@@ -41,7 +41,7 @@ impl Default for ArcadeSettings {
     }
 }
 
-/// What may change in the arcade.
+/// The variable parts of the arcade.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ArcadeState {
     /// The lantern over the middle of the nave, the door closed.
@@ -64,7 +64,7 @@ impl ArcadeState {
         }
     }
 
-    /// Where the lantern is.
+    /// Position of the lantern in metres.
     pub fn lantern(self) -> Vec3 {
         match self {
             Self::LightMoved => Vec3::new(-2.6, 2.2, -0.6),

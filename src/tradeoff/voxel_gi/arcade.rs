@@ -134,7 +134,7 @@ impl ArcadeApp {
         self.app.world_mut()
     }
 
-    /// What a setting comes to in each state.
+    /// The error of a setting in each state.
     ///
     /// # Errors
     /// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.

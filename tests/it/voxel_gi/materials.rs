@@ -1,4 +1,4 @@
-//! What is known of materials, lights and skins.
+//! The materials, lights and skins of Bevy as the volume extracts them.
 
 use std::f32::consts::PI;
 

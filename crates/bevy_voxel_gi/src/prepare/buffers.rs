@@ -30,7 +30,7 @@ pub(crate) struct BufferShape {
     pub propagates: bool,
     /// Albedo is reprojected from cameras.
     pub reprojects_albedo: bool,
-    /// What cameras see is voxelised.
+    /// Whether surfaces that cameras see are voxelised, too.
     pub marks_visible: bool,
     /// Pixels test the visibility of voxels, and need the occupancy masks of sub-voxels.
     pub per_pixel: bool,
@@ -148,7 +148,8 @@ pub(crate) struct VolumeBuffers {
     pub intensity: [Buffer; 2],
     /// Six words per voxel: reprojected albedo of each face. A stub without reprojection.
     pub reprojected_albedo: Buffer,
-    /// Eight words per voxel: what cameras have seen; see `mark_visible.wesl`. A stub elsewhere.
+    /// Eight words per voxel: the surfaces that cameras see there; see `mark_visible.wesl`. Its size is minimal where
+    /// these are not voxelised.
     pub visible: Buffer,
     /// The compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
     pub work_items: Buffer,

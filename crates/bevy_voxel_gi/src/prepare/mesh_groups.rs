@@ -33,7 +33,7 @@ pub(super) struct PlacedMesh {
 /// Groups by their slabs.
 #[derive(Default)]
 pub(super) struct MeshGroups {
-    /// Those without a mesh are used again.
+    /// A group without a mesh is replaced by the next new one.
     groups: Vec<MeshGroup>,
     by_slabs: HashMap<Slabs, usize>,
     /// Number of triangles of all meshes.

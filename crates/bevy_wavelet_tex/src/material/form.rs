@@ -60,7 +60,7 @@ impl TextureForm {
     }
 
     /// That of a texture without a wavelet, which the texture unit filters as a decoded one where it can.
-    /// What it has not linearised, the shader does.
+    /// The shader linearises the rest.
     fn plain(texture: &WaveletTexture, plain: PlainParameters) -> Self {
         let is_gray = texture.content == Content::Gray;
         let (kind, is_opaque) = match texture.content {

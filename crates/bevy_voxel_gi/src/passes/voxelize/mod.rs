@@ -250,16 +250,16 @@ pub(crate) fn voxelize(
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
         encoder.clear_buffer(&buffers.visible, 0, None);
     }
-    let seen = pass.visible.pipelines(&cache);
+    let visible = pass.visible.pipelines(&cache);
     record_pass(&mut context, "voxel_gi_voxelize", |compute| {
         work.record(compute, occupancy);
-        if let Some([occupancy, _]) = seen {
+        if let Some([occupancy, _]) = visible {
             pass.visible
                 .record(compute, occupancy, &work.voxels, &buffers);
         }
         allocate.record(compute, &buffers, &cache);
         work.record(compute, surfaces);
-        if let Some([_, surfaces]) = seen {
+        if let Some([_, surfaces]) = visible {
             pass.visible
                 .record(compute, surfaces, &work.voxels, &buffers);
         }

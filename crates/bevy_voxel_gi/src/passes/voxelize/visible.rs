@@ -89,7 +89,7 @@ impl VisibleVoxels {
         }
     }
 
-    /// Forgets what was seen, as it is out of date.
+    /// Clears the marks of the frames before, which a change in the scene has made invalid.
     pub(super) fn clear(&self, encoder: &mut CommandEncoder, buffers: &VolumeBuffers) {
         if self.bind_group.is_some() {
             encoder.clear_buffer(&buffers.visible, 0, None);
