@@ -62,7 +62,7 @@ pub(crate) const LIGHT_POINT: u32 = 1;
 pub(crate) const LIGHT_SPOT: u32 = 2;
 
 /// A mesh to voxelise.
-#[derive(ShaderType, Clone, Copy, Debug)]
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
 pub(crate) struct MeshInstance {
     pub world_from_local: Mat4,
     pub vertex_base: u32,

@@ -12,16 +12,16 @@ use bevy::{
         camera::ExtractedCamera,
         render_resource::{
             BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, PipelineCache,
-            ShaderStages, TextureSampleType,
-            binding_types::{texture_2d, texture_depth_2d, uniform_buffer},
+            ShaderStages,
         },
         renderer::{RenderContext, RenderDevice, ViewQuery},
-        view::{ViewUniform, ViewUniformOffset, ViewUniforms},
+        view::{ViewUniformOffset, ViewUniforms},
     },
 };
 
 use super::{
     bindings::{VISIBLE, VOLUME, read_write, volume_uniform},
+    g_buffer::{g_buffer, g_buffer_layout},
     kernel::{Kernel, record_pass},
 };
 use crate::{
@@ -40,7 +40,6 @@ const TILE: u32 = 8;
 pub(crate) struct MarkVisiblePass {
     volume_layout: BindGroupLayoutDescriptor,
     visible_layout: BindGroupLayoutDescriptor,
-    view_layout: BindGroupLayoutDescriptor,
     mark_visible: Kernel,
 }
 
@@ -54,19 +53,8 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         "voxel_gi_mark_visible",
         &BindGroupLayoutEntries::with_indices(compute, ((VISIBLE, read_write()),)),
     );
-    let view_layout = BindGroupLayoutDescriptor::new(
-        "voxel_gi_mark_visible_view",
-        &BindGroupLayoutEntries::sequential(
-            compute,
-            (
-                uniform_buffer::<ViewUniform>(true),
-                texture_depth_2d(),
-                texture_2d(TextureSampleType::Uint),
-            ),
-        ),
-    );
     let shader = load_embedded_asset!(assets.as_ref(), "mark_visible.wesl");
-    let layout = [&volume_layout, &visible_layout, &view_layout];
+    let layout = [&volume_layout, &visible_layout, &g_buffer_layout()];
     commands.insert_resource(MarkVisiblePass {
         mark_visible: Kernel::new(
             "voxel_gi_mark_visible",
@@ -76,7 +64,6 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         ),
         volume_layout,
         visible_layout,
-        view_layout,
     });
 }
 
@@ -106,18 +93,14 @@ pub(crate) fn mark_visible(
     let (Some(_), Some(buffers)) = (plan.work, buffers) else {
         return;
     };
-    let (Some(deferred), Some(depth), Some(size)) = (
-        textures.deferred_view(),
-        textures.depth_only_view(),
-        camera.physical_viewport_size,
-    ) else {
+    if !buffers.shape.marks_visible {
         return;
-    };
-    let (true, Some(pipeline), Some(volume), Some(view_uniform)) = (
-        buffers.shape.marks_visible,
+    }
+    let (Some(pipeline), Some(volume), Some(size), Some(g_buffer)) = (
         pass.mark_visible.pipeline(&cache),
         uniforms.bounces[0].binding(),
-        views.uniforms.binding(),
+        camera.physical_viewport_size,
+        g_buffer(textures, &views, &cache, &device),
     ) else {
         return;
     };
@@ -131,16 +114,11 @@ pub(crate) fn mark_visible(
         &cache.get_bind_group_layout(&pass.visible_layout),
         &BindGroupEntries::with_indices(((VISIBLE, buffers.visible.as_entire_binding()),)),
     );
-    let view = device.create_bind_group(
-        "voxel_gi_mark_visible_view",
-        &cache.get_bind_group_layout(&pass.view_layout),
-        &BindGroupEntries::sequential((view_uniform, depth, deferred)),
-    );
     record_pass(&mut context, "voxel_gi_mark_visible", |pass| {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &volume, &[]);
         pass.set_bind_group(1, &visible, &[]);
-        pass.set_bind_group(2, &view, &[offset.offset]);
+        pass.set_bind_group(2, &g_buffer, &[offset.offset]);
         pass.dispatch_workgroups(size.x.div_ceil(TILE), size.y.div_ceil(TILE), 1);
     });
 }

@@ -9,12 +9,13 @@
 //! | [`reproject`] | albedo from cameras' G-buffers to voxels |
 //! | [`mod@mark_visible`] | what cameras see to voxels, for the next frame |
 //!
-//! Each has its shader beside it. [`bindings`] has the resources that they share, [`kernel`] makes their
-//! pipelines, and `shaders/` is the shader library.
+//! Each has its shader beside it. [`bindings`] has the resources that they share, [`mod@g_buffer`] those of a
+//! camera, [`kernel`] makes their pipelines, and `shaders/` is the shader library.
 
 mod allocate;
 pub(crate) mod bindings;
 mod compact;
+mod g_buffer;
 mod gather;
 mod inject;
 mod kernel;

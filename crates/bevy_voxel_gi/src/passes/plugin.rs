@@ -22,6 +22,7 @@ pub(crate) struct PassesPlugin;
 impl Plugin for PassesPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "bindings.wesl");
+        load_shader_library!(app, "g_buffer.wesl");
         load_shader_library!(app, "voxelize/plane.wesl");
         load_shader_library!(app, "voxelize/triangles.wesl");
         voxelize::embed(app);

@@ -11,11 +11,10 @@ use bevy::{
     render::{
         render_resource::{
             BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, PipelineCache,
-            ShaderStages, TextureSampleType,
-            binding_types::{texture_2d, texture_depth_2d, uniform_buffer},
+            ShaderStages,
         },
         renderer::{RenderContext, RenderDevice, ViewQuery},
-        view::{ViewUniform, ViewUniformOffset, ViewUniforms},
+        view::{ViewUniformOffset, ViewUniforms},
     },
 };
 
@@ -24,6 +23,7 @@ use super::{
         COUNTERS, FACE_SLOTS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME, WORK_ITEMS,
         read_only, read_write, volume_uniform,
     },
+    g_buffer::{g_buffer, g_buffer_layout},
     kernel::{Kernel, record_pass},
 };
 use crate::{
@@ -36,7 +36,6 @@ use crate::{
 pub(crate) struct ReprojectPass {
     voxels_layout: BindGroupLayoutDescriptor,
     work_layout: BindGroupLayoutDescriptor,
-    view_layout: BindGroupLayoutDescriptor,
     reproject: Kernel,
 }
 
@@ -62,19 +61,8 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             ((WORK_ITEMS, read_only()), (COUNTERS, read_only())),
         ),
     );
-    let view_layout = BindGroupLayoutDescriptor::new(
-        "voxel_gi_reproject_view",
-        &BindGroupLayoutEntries::sequential(
-            compute,
-            (
-                uniform_buffer::<ViewUniform>(true),
-                texture_depth_2d(),
-                texture_2d(TextureSampleType::Uint),
-            ),
-        ),
-    );
     let shader = load_embedded_asset!(assets.as_ref(), "reproject.wesl");
-    let layout = [&voxels_layout, &work_layout, &view_layout];
+    let layout = [&voxels_layout, &work_layout, &g_buffer_layout()];
     commands.insert_resource(ReprojectPass {
         reproject: Kernel::new(
             "voxel_gi_reproject",
@@ -85,7 +73,6 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         .with_zeroed_workgroup_memory(),
         voxels_layout,
         work_layout,
-        view_layout,
     });
 }
 
@@ -115,15 +102,13 @@ pub(crate) fn reproject(
     let (Some(_), Some(buffers)) = (plan.work, buffers) else {
         return;
     };
-    let (Some(deferred), Some(depth)) = (textures.deferred_view(), textures.depth_only_view())
-    else {
+    if !buffers.shape.reprojects_albedo {
         return;
-    };
-    let (true, Some(pipeline), Some(volume), Some(view_uniform)) = (
-        buffers.shape.reprojects_albedo,
+    }
+    let (Some(pipeline), Some(volume), Some(g_buffer)) = (
         pass.reproject.pipeline(&cache),
         uniforms.bounces[0].binding(),
-        views.uniforms.binding(),
+        g_buffer(textures, &views, &cache, &device),
     ) else {
         return;
     };
@@ -149,16 +134,11 @@ pub(crate) fn reproject(
             (COUNTERS, buffers.counters.as_entire_binding()),
         )),
     );
-    let view = device.create_bind_group(
-        "voxel_gi_reproject_view",
-        &cache.get_bind_group_layout(&pass.view_layout),
-        &BindGroupEntries::sequential((view_uniform, depth, deferred)),
-    );
     record_pass(&mut context, "voxel_gi_reproject", |pass| {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &voxels, &[]);
         pass.set_bind_group(1, &work, &[]);
-        pass.set_bind_group(2, &view, &[offset.offset]);
+        pass.set_bind_group(2, &g_buffer, &[offset.offset]);
         pass.dispatch_workgroups_indirect(&buffers.indirect_args, VolumeBuffers::SURFACE_ARGS);
     });
 }

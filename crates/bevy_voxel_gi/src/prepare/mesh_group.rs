@@ -204,8 +204,6 @@ fn bytes(data: &(impl ShaderType + WriteInto + ?Sized)) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use bevy::math::Mat4;
-
     use super::*;
 
     #[test]
@@ -217,23 +215,8 @@ mod tests {
 
     fn mesh(triangle_count: u32) -> MeshInstance {
         MeshInstance {
-            world_from_local: Mat4::IDENTITY,
-            vertex_base: 0,
-            vertex_stride: 3,
-            position_offset: 0,
-            joint_index_offset: 0,
-            joint_weight_offset: 0,
-            first_joint: 0,
-            index_base: 0,
-            index_size: 0,
             triangle_count,
-            material: 0,
-            flags: 0,
-            coverage: 1.0,
-            morph_base: 0,
-            vertex_count: 3 * triangle_count,
-            first_weights: 0,
-            weight_count: 0,
+            ..MeshInstance::default()
         }
     }
 

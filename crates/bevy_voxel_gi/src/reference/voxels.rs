@@ -60,7 +60,8 @@ impl Voxels {
         }
     }
 
-    /// Voxelises triangles conservatively, in contrast to [`Voxels::from_points`]; those without an area or that are not finite are skipped.
+    /// Voxelises triangles conservatively, in contrast to [`Voxels::from_points`]. Those without an area or that are
+    /// not finite are skipped.
     pub fn new(grid: VolumeGrid, triangles: &[Triangle]) -> Self {
         let mut voxels = Self::empty(grid);
         for triangle in triangles {
