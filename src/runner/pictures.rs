@@ -18,7 +18,7 @@ use thiserror::Error;
 
 use super::{
     MemoryFigures, Notes, Options, PictureArea, Scene, SceneImage, SettingError, SettingValue,
-    Size, Split, split,
+    Side, Size, Split, split,
 };
 use crate::{
     headless::{AdapterInfo, FrameTimes, HeadlessApp, HeadlessError, HeadlessSettings},
@@ -174,9 +174,9 @@ pub fn render_headless(
         path: folder.into(),
         source,
     })?;
-    let (before, before_times) = render_side(&mut app, 1.0, options.frames)?;
+    let (before, before_times) = render_side(&mut app, Side::Before, options.frames)?;
     progress.inc(1);
-    let (after, after_times) = render_side(&mut app, 0.0, options.frames)?;
+    let (after, after_times) = render_side(&mut app, Side::After, options.frames)?;
     progress.inc(1);
     let error = metrics::compare(&before, &after)?;
     if options.split {
@@ -221,14 +221,24 @@ pub fn picture_name(scene: &str, part: &str) -> String {
     format!("{scene}_{part}.png")
 }
 
-fn render_side(
-    app: &mut HeadlessApp,
-    position: f32,
-    frames: u32,
-) -> Result<(RgbImage, FrameTimes), RunError> {
+/// Shows one side only, and stops the scene's time once it is ready.
+pub fn show(app: &mut HeadlessApp, side: Side) -> Result<(), HeadlessError> {
+    let position = match side {
+        Side::Before => 1.0,
+        Side::After => 0.0,
+    };
     app.world_mut().insert_resource(Split { position });
     app.run_until_ready(MAX_FRAMES)?;
     app.world_mut().resource_mut::<Time<Virtual>>().pause();
+    Ok(())
+}
+
+fn render_side(
+    app: &mut HeadlessApp,
+    side: Side,
+    frames: u32,
+) -> Result<(RgbImage, FrameTimes), RunError> {
+    show(app, side)?;
     let times = app.measure_frames(frames)?;
     Ok((app.capture_rgb8()?, times))
 }

@@ -12,11 +12,13 @@
 //! | [`kodak`] | the photographs of the Kodak set |
 //! | [`mod@wavelet_tex`], [`ycocg_fb`], [`ewa`], [`voxel_gi`] | the studies |
 //! | [`mod@gpu`] | the times of all plugins on the GPU that is there |
+//! | [`demo`] | the times of the demos' pictures |
 //! | [`summary`] | what a user chooses between: each setting as one error and one cost |
 //! | [`chart`] | a summary as a chart |
 //! | [`markdown`] | summaries as a report, and as tables of advice |
 
 pub mod chart;
+pub mod demo;
 pub mod ewa;
 pub mod gpu;
 pub mod interleaved;

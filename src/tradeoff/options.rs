@@ -18,7 +18,8 @@ const ALL: &str = "all";
 #[command(
     name = "tradeoff",
     after_help = "What the shaders cost when they are compiled for a GPU: tradeoff cost --help\n\
-                  Times on the GPU that is there: tradeoff gpu --help"
+                  Times on the GPU that is there: tradeoff gpu --help\n\
+                  Times of the demos' pictures: tradeoff demo --help"
 )]
 pub struct Options {
     /// Plugin to measure.

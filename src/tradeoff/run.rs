@@ -6,7 +6,7 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
-    chart, gpu, markdown,
+    chart, demo, gpu, markdown,
     options::Options,
     study::{Study, TradeoffError},
 };
@@ -21,6 +21,7 @@ pub fn run() -> ExitCode {
     match arguments.next() {
         Some(first) if first == "cost" => return cost::run(arguments),
         Some(first) if first == "gpu" => return gpu::run(arguments),
+        Some(first) if first == "demo" => return demo::run(arguments),
         _ => {}
     }
     let options = Options::parse();

@@ -12,6 +12,7 @@ use crate::{
     headless::HeadlessError,
     metrics::SizeMismatch,
     record::{ReadError, Report, WriteError},
+    runner::RunError,
 };
 
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,9 @@ pub enum TradeoffError {
     /// An image could not be encoded.
     #[error(transparent)]
     Encode(#[from] EncodeError),
+    /// A demo could not be shown.
+    #[error(transparent)]
+    Demo(#[from] RunError),
     /// A picture and its reference differ in size.
     #[error(transparent)]
     Compare(#[from] SizeMismatch),

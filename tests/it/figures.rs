@@ -6,7 +6,7 @@ use std::path::Path;
 use bevy_frugal_lab::{
     cost,
     record::{Measurement, Report},
-    tradeoff::{ewa::scenes::SCENES, markdown::renewed, voxel_gi::arcade_table},
+    tradeoff::{demo, ewa::scenes::SCENES, markdown::renewed, voxel_gi::arcade_table},
 };
 
 /// The measurements of a plugin.
@@ -145,6 +145,7 @@ fn error_of_elliptical_filtering() {
         ("`Temporal`, mean of two frames", "temporal"),
         ("`Spatial`", "spatial"),
         ("`SpatialTemporal`, mean of two", "spatial_temporal"),
+        ("`Stochastic`, mean of 16 frames", "stochastic"),
         ("`SoftwareAnisotropic`", "software_af16"),
         ("Bevy's own, trilinear", "trilinear"),
     ];
@@ -188,6 +189,7 @@ fn flicker_of_elliptical_filtering() {
         ("`Approximate`", "approximate"),
         ("`Temporal`", "temporal"),
         ("`SpatialTemporal`", "spatial_temporal"),
+        ("`Stochastic`", "stochastic"),
         ("Bevy's own, trilinear", "trilinear"),
     ];
     let kinds = ["still", "moving", "still, Bevy's TAA", "moving, Bevy's TAA"];
@@ -322,6 +324,21 @@ fn global_illumination_side_by_side() {
             (setting, cells)
         }),
     );
+}
+
+#[test]
+fn times_of_the_demos() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let file = root.join("docs/measurements/llvmpipe").join(demo::FILE);
+    let report = Report::read(file).expect("committed figures");
+    for (page, name, table) in demo::pages(&report) {
+        let text = std::fs::read_to_string(root.join(&page)).expect("a page");
+        let renewed = renewed(&text, &name, &table);
+        assert!(
+            renewed.as_deref() == Some(text.as_str()),
+            "{page} should have, as {name},\n{table}"
+        );
+    }
 }
 
 #[test]

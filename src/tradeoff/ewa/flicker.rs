@@ -29,7 +29,14 @@ pub struct Flicker {
     pub still_with_taa: f64,
 }
 
-pub fn flicker(scene: &EwaScene, truths: &[Pixels], size: u32, settings: &EwaSettings) -> Flicker {
+/// `frames` is the number of frames after which the method repeats, 1 where they are all the same.
+pub fn flicker(
+    scene: &EwaScene,
+    truths: &[Pixels],
+    size: u32,
+    settings: &EwaSettings,
+    frames: u32,
+) -> Flicker {
     let (surface, texture) = ((scene.surface)(), (scene.texture)());
     let moved = |i: u32| computed(&texture, &at(&surface, i), size, settings, i);
     let errors: Vec<_> = (0..FRAMES)
@@ -39,13 +46,16 @@ pub fn flicker(scene: &EwaScene, truths: &[Pixels], size: u32, settings: &EwaSet
     let changes = errors.windows(2).map(|pair| linear_mse(&pair[0], &pair[1]));
     let moving = changes.sum::<f64>() / f64::from(FRAMES - 1);
 
-    let frames = [0, 1].map(|frame| computed(&texture, &surface, size, settings, frame));
-    let still = linear_mse(&frames[0], &frames[1]);
+    let frames =
+        (0..frames.max(2)).map(|frame| computed(&texture, &surface, size, settings, frame));
+    let frames: Vec<_> = frames.collect();
+    let changes = frames.windows(2).map(|pair| linear_mse(&pair[0], &pair[1]));
+    let still = changes.sum::<f64>() / (frames.len() - 1) as f64;
     let mut history = mean(&frames);
     let mut still_with_taa = 0.0;
     // Long enough for the history to forget how it began.
-    for i in 0..64 {
-        let next = blended(&history, &frames[i % 2]);
+    for frame in frames.iter().cycle().take(64) {
+        let next = blended(&history, frame);
         still_with_taa = linear_mse(&history, &next);
         history = next;
     }

@@ -192,7 +192,8 @@ pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<Measurement> {
     let truths = flicker::truths(scene, size, RATE / 4);
     let mut rows = Vec::new();
     for setting in SETTINGS.iter().filter(|setting| !setting.needs_hardware()) {
-        let found = flicker::flicker(scene, &truths, size, &setting.settings(1));
+        let settings = setting.settings(1);
+        let found = flicker::flicker(scene, &truths, size, &settings, setting.frames);
         for (kind, mse) in [
             ("moving", found.moving),
             ("still", found.still),
