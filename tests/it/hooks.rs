@@ -43,8 +43,18 @@ fn change_shader(change: Res<Change>, mut shaders: ResMut<Assets<Shader>>) {
         .expect("the shader exists");
 }
 
-/// A cube with a striped texture.
-fn scene(app: &mut App, camera: impl Bundle + Clone, chosen: bool) {
+/// A cube as Bevy draws it.
+fn scene(app: &mut App) {
+    cube(app, (), None, AlphaMode::Opaque);
+}
+
+/// A cube with a striped texture, in a material of the filter's own with settings.
+fn cube(
+    app: &mut App,
+    camera: impl Bundle + Clone,
+    settings: Option<EwaSettings>,
+    alpha_mode: AlphaMode,
+) {
     app.add_systems(
         Startup,
         move |mut commands: Commands,
@@ -80,6 +90,7 @@ fn scene(app: &mut App, camera: impl Bundle + Clone, chosen: bool) {
             image.sampler = ImageSampler::linear();
             let base = StandardMaterial {
                 base_color_texture: Some(images.add(image)),
+                alpha_mode,
                 ..default()
             };
             commands.spawn((
@@ -88,11 +99,11 @@ fn scene(app: &mut App, camera: impl Bundle + Clone, chosen: bool) {
                 Transform::from_xyz(0.0, -0.8, 0.0),
             ));
             let mut cube = commands.spawn(Mesh3d(meshes.add(Cuboid::default())));
-            match ewa {
-                Some(mut ewa) if chosen => {
+            match ewa.zip(settings) {
+                Some((mut ewa, settings)) => {
                     cube.insert(MeshMaterial3d(ewa.add(EwaStandardMaterial {
                         base,
-                        extension: EwaSettings::with_method(EwaMethod::Linear).into(),
+                        extension: settings.into(),
                     })))
                 }
                 _ => cube.insert(MeshMaterial3d(standard.add(base))),
@@ -111,9 +122,14 @@ fn picture(build: impl FnOnce(&mut App)) -> (HeadlessApp, RgbImage) {
     (app, picture)
 }
 
-fn is_bevys_own(change: Change, names: &[&str], plugin: impl FnOnce(&mut App)) -> HeadlessApp {
+fn is_like(
+    expected: impl FnOnce(&mut App),
+    change: Change,
+    names: &[&str],
+    plugin: impl FnOnce(&mut App),
+) -> HeadlessApp {
     let _gpu = gpu();
-    let (_, expected) = picture(|app| scene(app, (), false));
+    let (_, expected) = picture(expected);
     let (app, found) = picture(|app| {
         app.insert_resource(change)
             .add_systems(Update, change_shader);
@@ -132,34 +148,49 @@ const FRAGMENT_CHANGED: Change = Change {
     to: "thickness = thickness * textureSampleBias(",
 };
 
-#[test]
-fn without_its_anchors_ewa_leaves_all_materials_to_bevy() {
-    is_bevys_own(FRAGMENT_CHANGED, &["bevy_ewa/fragment"], |app| {
-        app.add_plugins(EwaPlugin::default());
-        scene(app, (), false);
-    });
+/// One sampling more than the patch knows.
+const ALPHA_CHANGED: Change = Change {
+    module: "bevy_pbr::render::pbr_prepass_functions",
+    from: "    prepass_alpha_discard(flags, alpha_cutoff, output_color);\n}",
+    to: "    prepass_alpha_discard(flags, alpha_cutoff, output_color);\n\
+         // A textureSampleBias( of another map.\n}",
+};
+
+/// The cube with this method and a base colour of this alpha mode.
+fn filtered(method: EwaMethod, chosen: bool, alpha_mode: AlphaMode) -> impl FnOnce(&mut App) {
+    let settings = EwaSettings::with_method(method);
+    move |app| {
+        let all_materials = (!chosen).then_some(settings);
+        app.add_plugins(EwaPlugin { all_materials });
+        cube(app, (), chosen.then_some(settings), alpha_mode);
+    }
 }
 
 #[test]
-fn without_its_anchors_ewa_leaves_chosen_materials_to_bevy() {
-    is_bevys_own(FRAGMENT_CHANGED, &["bevy_ewa/fragment"], |app| {
-        app.add_plugins(EwaPlugin::OPT_IN);
-        scene(app, (), true);
-    });
+fn without_its_anchors_ewa_leaves_materials_to_the_texture_unit() {
+    for chosen in [false, true] {
+        is_like(
+            filtered(EwaMethod::Hardware, chosen, AlphaMode::Opaque),
+            FRAGMENT_CHANGED,
+            &["bevy_ewa/fragment"],
+            filtered(EwaMethod::Linear, chosen, AlphaMode::Opaque),
+        );
+    }
 }
 
 #[test]
-fn one_more_sampling_than_known_is_refused() {
-    let change = Change {
-        module: "bevy_pbr::render::pbr_prepass_functions",
-        from: "    prepass_alpha_discard(flags, alpha_cutoff, output_color);\n}",
-        to: "    prepass_alpha_discard(flags, alpha_cutoff, output_color);\n\
-             // A textureSampleBias( of another map.\n}",
-    };
-    is_bevys_own(change, &["bevy_ewa/alpha"], |app| {
-        app.add_plugins(EwaPlugin::default());
-        scene(app, (), false);
-    });
+fn without_the_patch_of_shadows_only_alpha_masks_are_left_to_the_texture_unit() {
+    for (alpha_mode, expected) in [
+        (AlphaMode::Mask(0.5), EwaMethod::Hardware),
+        (AlphaMode::Opaque, EwaMethod::Linear),
+    ] {
+        is_like(
+            filtered(expected, false, alpha_mode),
+            ALPHA_CHANGED,
+            &["bevy_ewa/alpha"],
+            filtered(EwaMethod::Linear, false, alpha_mode),
+        );
+    }
 }
 
 #[test]
@@ -169,9 +200,10 @@ fn without_its_anchor_the_frame_buffer_is_bevys() {
         from: "    return output_color;\n}",
         to: "    return output_color; // changed\n}",
     };
-    let mut app = is_bevys_own(change, &["bevy_ycocg_fb/materials"], |app| {
+    let names = &["bevy_ycocg_fb/materials"];
+    let mut app = is_like(scene, change, names, |app| {
         app.add_plugins(YCoCgFrameBufferPlugin);
-        scene(app, YCoCgFrameBuffer::default(), false);
+        cube(app, YCoCgFrameBuffer::default(), None, AlphaMode::Opaque);
     });
     let world = app.world_mut();
     let mut cameras = world.query_filtered::<Entity, With<YCoCgFrameBuffer>>();
@@ -203,9 +235,9 @@ fn without_its_anchor_a_volume_is_read_as_bevys_own() {
                     Transform::default(),
                 ));
             });
-        scene(app, (), false);
+        scene(app);
     };
-    let (_, without) = picture(|app| scene(app, (), false));
+    let (_, without) = picture(scene);
     let (_, patched) = picture(volume);
     let (app, refused) = picture(|app| {
         app.insert_resource(change)

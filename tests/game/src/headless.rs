@@ -22,7 +22,7 @@ use bevy::{
     window::ExitCondition,
     winit::WinitPlugin,
 };
-use bevy_ewa::material::patches::REQUIRED;
+use bevy_ewa::material::patches::ALL as PATCHES;
 use bevy_frugal_hooks::ShaderPatches;
 use bevy_voxel_gi::VoxelGiReport;
 use bevy_ycocg_fb::{CameraState, FrameBufferReports};
@@ -139,7 +139,7 @@ fn judge(
         light.triangles > 0 && light.receiver_patched,
         "no light bounces",
     );
-    expect(patches.all_applied(REQUIRED), "materials are not filtered");
+    expect(patches.all_applied(PATCHES), "materials are not filtered");
     for camera in &cameras {
         let state = frame_buffers.get(camera).and_then(|report| report.state);
         let is_packed = state == Some(CameraState::Packed);

@@ -8,7 +8,7 @@ use bevy::{
     render::render_resource::TextureFormat,
 };
 use bevy_ewa::{
-    EwaMaps, EwaMethod, EwaPlugin, EwaProbes, EwaSettings, material::patches::REQUIRED,
+    EwaMaps, EwaMethod, EwaPlugin, EwaProbes, EwaSettings, material::patches::ALL as PATCHES,
 };
 use bevy_frugal_hooks::ShaderPatches;
 
@@ -37,9 +37,9 @@ fn materials_that_did_not_ask_are_the_same_byte_for_byte() {
     assert!(floor.picture() == stock);
     let patches = floor.app.world().resource::<ShaderPatches>();
     assert!(
-        patches.all_applied(REQUIRED),
+        patches.all_applied(PATCHES),
         "{:?}",
-        patches.refused(REQUIRED)
+        patches.refused(PATCHES)
     );
     let hardware = EwaSettings::with_method(EwaMethod::Hardware);
     assert!(floor.all(Some(hardware)) == stock);

@@ -11,6 +11,7 @@ use bevy_wavelet_tex::{
         settings::{EncodeSettings, Formats},
     },
 };
+use image::RgbImage;
 
 use super::{
     driver::Driver,
@@ -23,14 +24,22 @@ use crate::support::gpu;
 
 const TARGET: [u32; 2] = [64, 48];
 
-fn image(rate: Rate, color_space: ColorSpace) -> WaveletImage {
+/// The picture by wavelets, even where a plain texture has less error.
+fn coded(picture: &RgbImage, rate: Rate, color_space: ColorSpace) -> WaveletImage {
     let settings = EncodeSettings {
         rate,
         color_space,
         formats: Formats::Wavelet,
         ..EncodeSettings::default()
     };
-    encoded_with(&picture(), &settings)
+    encoded_with(picture, &settings)
+}
+
+/// What a filter has at the pixels of the target, row by row.
+fn filtered(view: [Vec2; 2], filter: impl Fn(Vec2) -> [f64; 3]) -> Vec<[f64; 3]> {
+    let positions = (0..TARGET[1]).flat_map(|y| (0..TARGET[0]).map(move |x| (x, y)));
+    let pixels = positions.map(|(x, y)| filter(uv_at(x, y, view)));
+    pixels.collect()
 }
 
 /// The centre of a target's pixel in uv.
@@ -88,10 +97,10 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
             .is_some_and(|p| p.is_padded(padded.size))
     );
     let images = [
-        ("gray2", image(Rate::Gray2, ColorSpace::Linear)),
-        ("gray3", image(Rate::Gray3, ColorSpace::Srgb)),
-        ("color3", image(Rate::Color3, ColorSpace::Srgb)),
-        ("color5", image(Rate::Color5, ColorSpace::Srgb)),
+        ("gray2", coded(&picture(), Rate::Gray2, ColorSpace::Linear)),
+        ("gray3", coded(&picture(), Rate::Gray3, ColorSpace::Srgb)),
+        ("color3", coded(&picture(), Rate::Color3, ColorSpace::Srgb)),
+        ("color5", coded(&picture(), Rate::Color5, ColorSpace::Srgb)),
         ("padded", padded),
     ];
     // Magnified across an edge, and minified to between two levels.
@@ -179,13 +188,7 @@ fn anisotropic_minification_is_that_of_the_reference() {
         (Rate::Gray2, ColorSpace::Linear),
         (Rate::Color3, ColorSpace::Srgb),
     ] {
-        let settings = EncodeSettings {
-            rate,
-            color_space,
-            formats: Formats::Wavelet,
-            ..EncodeSettings::default()
-        };
-        let image = encoded_with(&picture, &settings);
+        let image = coded(&picture, rate, color_space);
         let levels = levels(&image, |level| decoded_by(&driver, &image, level));
         for pixels in FOOTPRINTS {
             let view = view(pixels);
@@ -218,26 +221,16 @@ fn the_anisotropic_filter_of_mips_without_coding_errors_is_right() {
         (Rate::Color3, ColorSpace::Srgb),
         (Rate::Color5, ColorSpace::Srgb),
     ] {
-        let settings = EncodeSettings {
-            rate,
-            color_space,
-            formats: Formats::Wavelet,
-            ..EncodeSettings::default()
-        };
-        let image = encoded_with(&picture, &settings);
-        let mut coded = levels(&image, |level| decode(&image, level));
-        let coarser = coded.split_off(1);
-        let exact = exact_mips(coded.remove(0));
+        let image = coded(&picture, rate, color_space);
+        let mut decoded = levels(&image, |level| decode(&image, level));
+        let coarser = decoded.split_off(1);
+        let exact = exact_mips(decoded.remove(0));
         for pixels in FOOTPRINTS {
             let view = view(pixels);
             let extent = view[1] / target;
-            let all = |filter: &dyn Fn(Vec2) -> [f64; 3]| {
-                let positions = (0..TARGET[1]).flat_map(|y| (0..TARGET[0]).map(move |x| (x, y)));
-                let pixels = positions.map(|(x, y)| filter(uv_at(x, y, view)));
-                pixels.collect::<Vec<_>>()
-            };
-            let tent = all(&|uv| supersampled(&exact[0], uv, extent, 40, true));
-            let found = all(&|uv| anisotropic(&exact, uv, extent, WaveletAddressMode::Repeat));
+            let tent = filtered(view, |uv| supersampled(&exact[0], uv, extent, 40, true));
+            let mode = WaveletAddressMode::Repeat;
+            let found = filtered(view, |uv| anisotropic(&exact, uv, extent, mode));
             let found = psnr(&found, &tent);
             let mip = psnr_of_levels(&coarser[0], &exact[1]);
             println!(
@@ -254,6 +247,7 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
     let _gpu = gpu();
     let driver = Driver::new();
     let mut viewer = Viewer::new(TARGET);
+    let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
     let picture = content::photo_like(256, 256, 5);
     let mut missed = Vec::new();
     for (rate, color_space) in [
@@ -264,17 +258,10 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
         (Rate::Color2_25, ColorSpace::Srgb),
         (Rate::Color3, ColorSpace::Srgb),
     ] {
-        let settings = EncodeSettings {
-            rate,
-            color_space,
-            formats: Formats::Wavelet,
-            ..EncodeSettings::default()
-        };
-        let image = encoded_with(&picture, &settings);
+        let image = coded(&picture, rate, color_space);
         let levels = levels(&image, |level| decoded_by(&driver, &image, level));
         for pixels in FOOTPRINTS {
             let view = view(pixels);
-            let extent = view[1];
             let mut show = |filter, storage| {
                 let extension = WaveletExtension {
                     filter,
@@ -287,14 +274,9 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
                     .map(|p| [p[0], p[1], p[2]].map(f64::from));
                 pixels.collect::<Vec<_>>()
             };
-            let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
-            let supersample = |tent| {
-                let positions = (0..TARGET[1]).flat_map(|y| (0..TARGET[0]).map(move |x| (x, y)));
-                let sample =
-                    |(x, y)| supersampled(&levels[0], uv_at(x, y, view), extent / target, 40, tent);
-                positions.map(sample).collect::<Vec<_>>()
-            };
-            let [boxed, tent] = [supersample(false), supersample(true)];
+            let extent = view[1] / target;
+            let [boxed, tent] = [false, true]
+                .map(|tent| filtered(view, |uv| supersampled(&levels[0], uv, extent, 40, tent)));
             let ours = show(WaveletFilter::Anisotropic, WaveletStorage::Blocks);
             let native = show(WaveletFilter::Anisotropic, WaveletStorage::Decoded);
             let plain = show(WaveletFilter::Trilinear, WaveletStorage::Blocks);
@@ -347,12 +329,8 @@ fn anisotropic_magnification_is_bilinear() {
     let _gpu = gpu();
     let driver = Driver::new();
     let mut viewer = Viewer::new(TARGET);
-    let settings = EncodeSettings {
-        rate: Rate::Color3,
-        formats: Formats::Wavelet,
-        ..EncodeSettings::default()
-    };
-    let image = encoded_with(&content::photo_like(64, 64, 5), &settings);
+    let picture = content::photo_like(64, 64, 5);
+    let image = coded(&picture, Rate::Color3, ColorSpace::Srgb);
     let levels = levels(&image, |level| decoded_by(&driver, &image, level));
     let view = [Vec2::new(0.2, 0.1), Vec2::new(0.5, 0.4)];
     let extension = WaveletExtension {

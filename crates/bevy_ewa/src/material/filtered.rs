@@ -26,7 +26,7 @@ use super::{
     llvmpipe::{self, is_llvmpipe},
     maps::maps,
     mark_modified::mark_modified,
-    patches::is_refused,
+    patches::Refused,
     pipeline::EwaKey,
 };
 use crate::settings::EwaSettings;
@@ -93,13 +93,19 @@ pub(super) struct Filtered {
 }
 
 impl Filtered {
-    fn new(settings: EwaSettings, material: &StandardMaterial, images: &Images) -> Self {
-        let layout = MapLayout::of(material, settings.maps, images);
+    fn new(
+        settings: EwaSettings,
+        refused: Refused,
+        material: &StandardMaterial,
+        images: &Images,
+    ) -> Self {
+        let chosen = refused.filterable(settings.maps, material);
+        let layout = MapLayout::of(material, chosen, images);
         let key = EwaKey::new(&settings, is_llvmpipe()).filter(|_| !layout.is_empty());
         let anisotropy = settings.texture_unit_anisotropy();
         // Exact methods read single texels, for which anisotropy is of no use.
         let is_used =
-            |name| anisotropy > 1 && !(settings.method.is_exact() && settings.maps.contains(name));
+            |name| anisotropy > 1 && !(settings.method.is_exact() && chosen.contains(name));
         let textures = maps(material).filter(|map| is_used(map.name()));
         Self {
             tag: key.map(|key| index_of((key, layout))),
@@ -118,7 +124,7 @@ fn find_filtered(
     mut filtered: ResMut<FilteredMaterials>,
     all: Res<AllMaterials>,
     patches: Option<Res<ShaderPatches>>,
-    mut last: Local<Option<(AllMaterials, bool)>>,
+    mut last: Local<Option<(AllMaterials, Refused)>>,
     images: Res<Assets<Image>>,
     mut image_events: MessageReader<AssetEvent<Image>>,
     mut standard: ResMut<Assets<StandardMaterial>>,
@@ -126,22 +132,19 @@ fn find_filtered(
     mut extended: ResMut<Assets<EwaStandardMaterial>>,
     mut extended_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
 ) {
-    let refused = is_refused(patches);
-    let possible = |settings: EwaSettings| {
-        (!refused || EwaKey::new(&settings, false).is_none()).then_some(settings)
-    };
+    let refused = patches.map_or_else(default, |patches| Refused::new(&patches));
     let current = Some((*all, refused));
     let mut are_all_stale = std::mem::replace(&mut *last, current) != current;
     let state = filtered.bypass_change_detection();
     for event in image_events.read() {
         are_all_stale |= state.images.follow(event, &images);
     }
-    let all = all.0.and_then(possible);
-    let of_standard =
-        |material: &StandardMaterial, images: &Images| Some(Filtered::new(all?, material, images));
+    let of_standard = |material: &StandardMaterial, images: &Images| {
+        Some(Filtered::new(all.0?, refused, material, images))
+    };
     let of_extended = |material: &EwaStandardMaterial, images: &Images| {
-        let settings = possible(material.extension.settings)?;
-        Some(Filtered::new(settings, &material.base, images))
+        let settings = material.extension.settings;
+        Some(Filtered::new(settings, refused, &material.base, images))
     };
     let mut has_changed = are_all_stale;
     has_changed |= follow(

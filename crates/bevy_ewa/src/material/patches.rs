@@ -8,6 +8,8 @@
 use bevy::prelude::*;
 use bevy_frugal_hooks::{Insertion, ShaderPatch, ShaderPatches};
 
+use crate::settings::EwaMaps;
+
 /// Name of the patch for the maps in the forward and the deferred pass.
 pub const FRAGMENT: &str = "bevy_ewa/fragment";
 /// Name of the patch for the normal map in the prepass.
@@ -15,18 +17,43 @@ pub const PREPASS: &str = "bevy_ewa/prepass";
 /// Name of the patch for the base colour's alpha in the prepass and shadow passes.
 pub const ALPHA: &str = "bevy_ewa/alpha";
 
-/// The patches that must all be applied: without one, passes would filter the same map differently.
-pub const REQUIRED: &[&str] = &[FRAGMENT, PREPASS, ALPHA];
+/// All patches.
+pub const ALL: &[&str] = &[FRAGMENT, PREPASS, ALPHA];
 
-/// Whether all required patches are applied to Bevy's shaders.
-pub(crate) fn is_patched(patches: Option<Res<ShaderPatches>>) -> bool {
-    patches.is_some_and(|patches| patches.all_applied(REQUIRED))
+/// The patches that do not fit Bevy's shaders.
+///
+/// A map is filtered in all passes that sample it or in none of them, since depth, normals and colours of one surface
+/// would not agree otherwise. So a map without one of its patches is left to the texture unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Refused {
+    fragment: bool,
+    prepass: bool,
+    alpha: bool,
 }
 
-/// Whether one of Bevy's shaders could not be patched. The plugin then leaves all materials to Bevy,
-/// since the passes would otherwise filter the same map differently.
-pub(super) fn is_refused(patches: Option<Res<ShaderPatches>>) -> bool {
-    patches.is_some_and(|patches| patches.refused(REQUIRED).is_some())
+impl Refused {
+    pub(super) fn new(patches: &ShaderPatches) -> Self {
+        let is_refused = |name: &str| patches.refused(&[name]).is_some();
+        Self {
+            fragment: is_refused(FRAGMENT),
+            prepass: is_refused(PREPASS),
+            alpha: is_refused(ALPHA),
+        }
+    }
+
+    /// The chosen maps that can be filtered in a material.
+    pub(super) fn filterable(self, chosen: EwaMaps, material: &StandardMaterial) -> EwaMaps {
+        if self.fragment {
+            return EwaMaps::NONE;
+        }
+        // Passes without colours sample the base colour only where its alpha cuts holes.
+        let has_holes = material.alpha_mode != AlphaMode::Opaque;
+        EwaMaps {
+            base_color: chosen.base_color && !(self.alpha && has_holes),
+            normals: chosen.normals && !self.prepass,
+            ..chosen
+        }
+    }
 }
 
 const SAMPLING: &str = "textureSampleBias(";
@@ -162,4 +189,44 @@ fn alpha() -> ShaderPatch {
             format!("@if(EWA_OWN_BASE_COLOR)\n        output_color *= {call};\n@else"),
         )],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refused_patch_leaves_the_maps_that_need_it() {
+        let opaque = StandardMaterial::default();
+        let masked = StandardMaterial {
+            alpha_mode: AlphaMode::Mask(0.5),
+            ..default()
+        };
+        let filterable = |refused: Refused, material| refused.filterable(EwaMaps::ALL, material);
+        assert_eq!(filterable(Refused::default(), &masked), EwaMaps::ALL);
+        let fragment = Refused {
+            fragment: true,
+            ..default()
+        };
+        assert_eq!(filterable(fragment, &opaque), EwaMaps::NONE);
+        let prepass = Refused {
+            prepass: true,
+            ..default()
+        };
+        let without_normals = EwaMaps {
+            normals: false,
+            ..EwaMaps::ALL
+        };
+        assert_eq!(filterable(prepass, &opaque), without_normals);
+        let alpha = Refused {
+            alpha: true,
+            ..default()
+        };
+        let without_base_color = EwaMaps {
+            base_color: false,
+            ..EwaMaps::ALL
+        };
+        assert_eq!(filterable(alpha, &opaque), EwaMaps::ALL);
+        assert_eq!(filterable(alpha, &masked), without_base_color);
+    }
 }

@@ -17,7 +17,6 @@ use super::{
 };
 use crate::material::{
     AllMaterials, EwaStandardMaterial, maps::maps, mark_modified::mark_modified,
-    patches::is_patched,
 };
 
 /// Number of frames for which the texels of an image are kept for a material that may be added later.
@@ -30,13 +29,7 @@ impl Plugin for MipLoadPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<MipGeneration>().add_systems(
             PostUpdate,
-            (
-                find_textures,
-                find_images,
-                // Without the filter the picture must be Bevy's own, so there are no mip chains either.
-                start_tasks.run_if(is_patched),
-                finish_tasks,
-            )
+            (find_textures, find_images, start_tasks, finish_tasks)
                 .chain()
                 .after(AssetEventSystems),
         );

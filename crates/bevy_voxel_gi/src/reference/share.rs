@@ -19,9 +19,19 @@ const MAX_STEP: f32 = 0.2;
 /// unlike weights one would count alone.
 const MIN_WEIGHT: f32 = 0.5;
 
-/// The pairs of neighbours in a plane, as the steps to one of the two along the plane's axes, with the
-/// weight of each neighbour relative to 4 of the surface itself.
-const PAIRS: [([i32; 2], f32); 4] = [([1, 0], 2.0), ([0, 1], 2.0), ([1, 1], 1.0), ([1, -1], 1.0)];
+/// The pairs of neighbours in a plane, as the steps to one of the two along the plane's axes, with the weight of each
+/// neighbour. With [`OWN_WEIGHT`] these weights even out a checkerboard. Higher ones of the farthest blur the edges of
+/// shadows, lower ones leave blotches.
+const PAIRS: [([i32; 2], f32); 6] = [
+    ([1, 0], 26.0),
+    ([0, 1], 26.0),
+    ([1, 1], 14.0),
+    ([1, -1], 14.0),
+    ([2, 0], 5.0),
+    ([0, 2], 5.0),
+];
+/// The weight of the surface itself.
+const OWN_WEIGHT: f32 = 28.0;
 
 /// The surfaces and what they share.
 struct Planes<'a> {
@@ -54,7 +64,7 @@ impl Planes<'_> {
     fn shared(&self, i: usize) -> Vec4 {
         let own = self.light[i];
         let axis = main_face(self.surfaces[i].normal) / 2;
-        let (mut sum, mut total) = (own * 4.0, 4.0);
+        let (mut sum, mut total) = (own * OWN_WEIGHT, OWN_WEIGHT);
         for ([u, v], weight) in PAIRS {
             let step = IVec3::AXES[(axis + 1) % 3] * u + IVec3::AXES[(axis + 2) % 3] * v;
             let pair = [-step, step].map(|step| self.coplanar_light(i, step));
@@ -108,8 +118,9 @@ impl Planes<'_> {
         let reach = 0.5 / SUB_VOXELS as f32 * (1.0 + normal.abs().element_sum());
         let lift = self.height(surface) + reach + CLEARANCE;
         let origin = self.voxels.grid.voxel(surface.voxel).as_vec3() + 0.5 + normal * lift;
+        let beyond = 1.0 + 0.5 / step.abs().max_element() as f32;
         let step = step.as_vec3();
-        let along: Vec3 = 1.5 * (step - normal * normal.dot(step));
+        let along: Vec3 = beyond * (step - normal * normal.dot(step));
         is_clear(self.voxels, origin - along, origin + along)
     }
 }

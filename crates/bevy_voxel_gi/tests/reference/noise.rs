@@ -60,8 +60,7 @@ fn settled<'a>(truth: &'a Truth, voxels: &'a Voxels) -> RayTracing<'a> {
     light
 }
 
-/// Bounds slightly above what is measured. The room has 0.73% with eight times the rays, which is its own
-/// light's.
+/// Bounds slightly above what is measured.
 #[test]
 fn walls_are_smooth() {
     for truth in support::all() {
@@ -70,9 +69,9 @@ fn walls_are_smooth() {
         let found = noise(&truth, &settled(&truth, &voxels), grid.voxel_size);
         println!("{:14} noise {:.2}%", truth.name, 100.0 * found);
         let most = match truth.name.as_str() {
-            "cornell_point" => 0.0045,
-            "colonnade" => 0.0050,
-            _ => 0.0093,
+            "cornell_point" => 0.0034,
+            "colonnade" => 0.0036,
+            _ => 0.0071,
         };
         assert!(found < most, "{}: {found}", truth.name);
     }
@@ -111,7 +110,7 @@ fn walls_are_smooth_while_a_light_moves() {
     }
     let found = noise(truth, &light, grid.voxel_size);
     println!("{:14} noise in motion {:.2}%", truth.name, 100.0 * found);
-    assert!(found < 0.01, "{found}");
+    assert!(found < 0.006, "{found}");
 }
 
 /// Visibility at the pixels of a scene, of every n-th along an edge of the picture.
@@ -208,7 +207,8 @@ fn sharing_keeps_gradients_and_evens_out_a_checkerboard() {
         }
     };
     for (at, light) in shared(&voxels, parity) {
-        let border = at.x.min(at.z).min(16.0 - at.x.max(at.z)) < 1.0;
+        // The floor's last two rows lack neighbours on one side.
+        let border = at.x.min(at.z).min(16.0 - at.x.max(at.z)) < 2.0;
         assert!(border || (light - 2.0).abs() < 1e-4, "{at}: {light}");
     }
 }
