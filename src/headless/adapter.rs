@@ -38,6 +38,7 @@ pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings,
     let result = WgpuSettings {
         adapter_name: settings.adapter_name.clone(),
         disabled_features: Some(settings.disabled_features),
+        constrained_limits: settings.constrained_limits.clone(),
         ..WgpuSettings::default()
     };
     let all = adapters(result.backends);

@@ -41,6 +41,8 @@ pub struct HeadlessSettings {
     /// Features that the device must not have even if the adapter does, to test fall-backs.
     /// Default none.
     pub disabled_features: wgpu::Features,
+    /// Limits that the device must not exceed even if the adapter does. Default none.
+    pub constrained_limits: Option<wgpu::Limits>,
     /// Time between two frames as the scene sees it. Default 1/60 s.
     pub time_step: Duration,
     /// Longest wait for the GPU to finish a frame. Default 60 s.
@@ -57,6 +59,7 @@ impl Default for HeadlessSettings {
             format: TargetFormat::default(),
             adapter_name: None,
             disabled_features: wgpu::Features::empty(),
+            constrained_limits: None,
             time_step: Duration::from_nanos(1_000_000_000 / 60),
             gpu_timeout: Duration::from_secs(60),
             asset_folder: "assets".into(),

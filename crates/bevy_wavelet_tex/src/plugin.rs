@@ -13,11 +13,11 @@ use bevy::{
 #[cfg(feature = "encode")]
 use crate::asset::{WaveletProcessor, WaveletSaver};
 use crate::{
-    asset::{WaveletTexture, WaveletTextureLoader},
+    asset::{BlockLack, WaveletTexture, WaveletTextureLoader},
     file::EXTENSION,
     gltf::{self, WaveletGltf},
     material::{
-        GpuWaveletTexture, WaveletSamplers, WaveletStandardMaterial,
+        GpuWaveletTexture, WaveletSamplers, WaveletStandardMaterial, missing_textures,
         reload::{rebind_materials, write_forms},
     },
     settings::{WaveletAddressMode, WaveletFilter},
@@ -72,7 +72,13 @@ impl Plugin for WaveletTexPlugin {
         let supports_bc = formats.is_none_or(|f| f.0.contains(CompressedImageFormats::BC));
         let device = app.world().get_resource::<RenderDevice>();
         let max_size = device.map_or(u32::MAX, |d| d.limits().max_texture_dimension_2d);
-        app.register_asset_loader(WaveletTextureLoader::new(supports_bc, max_size));
+        let lack = if supports_bc {
+            let missing = device.and_then(missing_textures);
+            missing.map(|[limit, needed]| BlockLack::Textures { limit, needed })
+        } else {
+            Some(BlockLack::Bc)
+        };
+        app.register_asset_loader(WaveletTextureLoader::new(lack, max_size));
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             render_app.init_resource::<WaveletSamplers>();
         }

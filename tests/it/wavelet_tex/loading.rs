@@ -5,10 +5,16 @@ use std::path::PathBuf;
 use bevy::{
     asset::{AssetServer, LoadState},
     prelude::*,
+    render::renderer::RenderDevice,
 };
-use bevy_frugal_lab::headless::{AwaitedAssets, HeadlessApp, HeadlessError, HeadlessSettings};
+use bevy_frugal_lab::{
+    content,
+    headless::{AwaitedAssets, HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
+    metrics::compare,
+};
 use bevy_wavelet_tex::{
-    WaveletFilter, WaveletLoaderSettings, WaveletStorage, WaveletTexPlugin, WaveletTexture,
+    WaveletExtension, WaveletFilter, WaveletLoaderSettings, WaveletStandardMaterial,
+    WaveletStorage, WaveletTexPlugin, WaveletTexture,
     asset::WaveletTextureLoader,
     codec::{
         color::srgb_from_linear,
@@ -17,6 +23,7 @@ use bevy_wavelet_tex::{
     },
     file,
 };
+use image::RgbImage;
 
 use super::{
     driver::Driver,
@@ -132,7 +139,7 @@ fn a_texture_beyond_the_limits_of_the_device_is_decoded_and_smaller() {
         })
         .expect("adapter");
         let server = app.world().resource::<AssetServer>();
-        server.register_loader(WaveletTextureLoader::new(true, limit));
+        server.register_loader(WaveletTextureLoader::new(None, limit));
         let texture: Handle<WaveletTexture> = server.load("a.wtex");
         let mut awaited = app.world_mut().resource_mut::<AwaitedAssets>();
         awaited.0.push(texture.clone().untyped());
@@ -146,6 +153,77 @@ fn a_texture_beyond_the_limits_of_the_device_is_decoded_and_smaller() {
     assert_eq!(load(47), (WaveletStorage::Decoded, [46, 30]));
     assert!(warned_of("its coefficients with all mips take"));
     assert!(warned_of("is shown at 46 x 30 pixels instead of 93 x 61"));
+}
+
+#[test]
+fn a_material_beyond_the_limit_of_bound_textures_is_decoded_and_shown() {
+    let _gpu = gpu();
+    let normals = content::bricks(64, 64, 3).normal;
+    let normals = encoded(&normals, Content::Normal, ColorSpace::Linear);
+    let folder = Folder::new("bound")
+        .with("a.wtex", &file_bytes())
+        .with("normals.wtex", &file::write(&normals));
+    let show = |limits| {
+        let settings = HeadlessSettings {
+            constrained_limits: limits,
+            ..folder.settings()
+        };
+        let mut app = HeadlessApp::new(settings, |app| {
+            app.add_plugins(WaveletTexPlugin);
+        })
+        .expect("adapter");
+        let world = app.world_mut();
+        let target = world.resource::<LabTarget>().0.clone();
+        world.spawn((
+            Camera3d::default(),
+            target,
+            Transform::from_xyz(0.0, 0.0, 1.0),
+        ));
+        world.spawn((DirectionalLight::default(), Transform::default()));
+        let server = world.resource::<AssetServer>();
+        let [color, normal] = ["a.wtex", "normals.wtex"].map(|name| server.load(name));
+        let mut awaited = world.resource_mut::<AwaitedAssets>();
+        awaited
+            .0
+            .extend([&color, &normal].map(|t| t.clone().untyped()));
+        let extension = WaveletExtension {
+            base_color: Some(color.clone()),
+            normal: Some(normal.clone()),
+            ..default()
+        };
+        let base = StandardMaterial::default();
+        let mut materials = world.resource_mut::<Assets<WaveletStandardMaterial>>();
+        let material = materials.add(WaveletStandardMaterial { base, extension });
+        let quad = Mesh::from(Rectangle::new(2.0, 2.0)).with_generated_tangents();
+        let quad = world
+            .resource_mut::<Assets<Mesh>>()
+            .add(quad.expect("tangents"));
+        world.spawn((Mesh3d(quad), MeshMaterial3d(material)));
+        app.run_until_ready(MAX_FRAMES).expect("ready");
+        app.render_frames(2).expect("frames");
+        let picture = app.capture_rgb8().expect("a picture");
+        let storages = [color, normal].map(|texture| storage(&app, &texture));
+        let limits = app.world().resource::<RenderDevice>().limits();
+        (picture, storages, limits)
+    };
+    let (wanted, storages, limits) = show(None);
+    assert_eq!(storages, [WaveletStorage::Blocks; 2]);
+    // Enough for those of Bevy with all features that have textures, but not for 14 more.
+    let (picture, storages, _) = show(Some(wgpu::Limits {
+        max_sampled_textures_per_shader_stage: 32,
+        ..limits
+    }));
+    // Normals have one texture.
+    assert_eq!(storages, [WaveletStorage::Decoded, WaveletStorage::Blocks]);
+    assert!(warned_of("the device binds at most 32 textures in a stage"));
+    let error = compare(&wanted, &picture).expect("equal sizes");
+    let contrast = compare(&wanted, &RgbImage::new(16, 16)).expect("equal sizes");
+    assert!(
+        error.psnr_db > 40.0 && contrast.psnr_db < 20.0,
+        "{} dB, {} dB to black",
+        error.psnr_db,
+        contrast.psnr_db
+    );
 }
 
 #[test]

@@ -72,7 +72,7 @@ fn processed(name: &str, bytes: &[u8]) {
     .init_asset::<Image>()
     .init_asset::<WaveletTexture>()
     .register_asset_loader(ImageLoader::new(CompressedImageFormats::NONE))
-    .register_asset_loader(WaveletTextureLoader::new(true, 8192))
+    .register_asset_loader(WaveletTextureLoader::new(None, 8192))
     .register_asset_processor::<WaveletProcessor>(WaveletSaver.into());
     app.finish();
     app.cleanup();

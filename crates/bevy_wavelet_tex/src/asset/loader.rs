@@ -19,10 +19,31 @@ use crate::{
 /// Loads [`WaveletTexture`]s. Their images have the labels `luma`, `detail`, `chroma` or `decoded`.
 #[derive(TypePath)]
 pub struct WaveletTextureLoader {
-    /// Whether the adapter samples BC textures.
-    supports_bc: bool,
+    /// What the device lacks to sample blocks.
+    lack: Option<BlockLack>,
+    warned: Once,
     /// Largest width and height of a texture on the device, in texels.
     max_texture_size: u32,
+}
+
+/// What a device lacks to sample the blocks of wavelet textures, which are therefore decoded to RGBA8 on load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum BlockLack {
+    /// No texture has blocks.
+    #[error("the adapter lacks TEXTURE_COMPRESSION_BC: wavelet textures are")]
+    Bc,
+    /// A material can have one texture for each map, but not all planes of wavelet textures. Those that have one
+    /// texture, such as normal maps, keep their blocks.
+    #[error(
+        "the device binds at most {limit} textures in a stage of a shader (max_sampled_textures_per_shader_stage), and \
+         a material with all planes of wavelet textures needs {needed}: wavelet textures of several planes are"
+    )]
+    Textures {
+        /// The device's `max_sampled_textures_per_shader_stage`.
+        limit: u32,
+        /// Textures of a material, with all of its maps, and of Bevy's view.
+        needed: u32,
+    },
 }
 
 /// The reason why a texture was not loaded.
@@ -62,13 +83,13 @@ pub enum WaveletLoadError {
 }
 
 impl WaveletTextureLoader {
-    /// Makes a loader. `supports_bc` is whether the adapter samples BC textures; without them
-    /// textures are decoded to RGBA8 on load. So are those whose coefficients do not fit
-    /// `max_texture_size`, the device's `max_texture_dimension_2d`; if the pixels do not either, the
-    /// largest mip levels that do not are left out.
-    pub fn new(supports_bc: bool, max_texture_size: u32) -> Self {
+    /// Makes a loader for a device that lacks this to sample blocks, or nothing. Textures whose coefficients do not
+    /// fit `max_texture_size`, the device's `max_texture_dimension_2d`, are decoded to RGBA8 on load, too; if the
+    /// pixels do not fit either, the largest mip levels that do not are left out.
+    pub fn new(lack: Option<BlockLack>, max_texture_size: u32) -> Self {
         Self {
-            supports_bc,
+            lack,
+            warned: Once::new(),
             max_texture_size,
         }
     }
@@ -84,7 +105,7 @@ impl WaveletTextureLoader {
         settings: &WaveletLoaderSettings,
         path: &str,
     ) -> Result<(WaveletStorage, u32), WaveletLoadError> {
-        let storage = self.storage(settings);
+        let storage = self.storage(image, settings);
         let atlases = (0..image.groups.len()).map(|group| MipAtlas::of(image, group));
         let plain = image.plain.as_ref().map(|plain| plain.size);
         let mut sizes = atlases.map(|atlas| atlas.size).chain(plain);
@@ -117,17 +138,20 @@ impl WaveletTextureLoader {
         Ok((WaveletStorage::Decoded, first))
     }
 
-    fn storage(&self, settings: &WaveletLoaderSettings) -> WaveletStorage {
-        static WARNED: Once = Once::new();
-        if !self.supports_bc {
-            WARNED.call_once(|| {
-                warn!(
-                    "the adapter lacks TEXTURE_COMPRESSION_BC: wavelet textures are decoded on \
-                     load to RGBA8 and take 6 to 16 times the memory"
-                );
+    fn storage(&self, image: &WaveletImage, settings: &WaveletLoaderSettings) -> WaveletStorage {
+        let lack = self.lack.filter(|lack| match lack {
+            BlockLack::Bc => true,
+            BlockLack::Textures { .. } => {
+                let textures = image.groups.iter().map(|group| group.textures.len());
+                textures.sum::<usize>() > 1
+            }
+        });
+        if let Some(lack) = lack {
+            self.warned.call_once(|| {
+                warn!("{lack} decoded on load to RGBA8 and take 6 to 16 times the memory");
             });
         }
-        if self.supports_bc && !settings.decode_on_load {
+        if lack.is_none() && !settings.decode_on_load {
             WaveletStorage::Blocks
         } else {
             WaveletStorage::Decoded

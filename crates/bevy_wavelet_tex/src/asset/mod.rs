@@ -9,7 +9,7 @@ mod texels;
 mod texture;
 
 pub(crate) use atlas::MipAtlas;
-pub use loader::{WaveletLoadError, WaveletTextureLoader};
+pub use loader::{BlockLack, WaveletLoadError, WaveletTextureLoader};
 #[cfg(feature = "encode")]
 pub use saver::{WaveletProcessor, WaveletSaveError, WaveletSaver};
 pub(crate) use texture::Part;

@@ -4,6 +4,7 @@ use bevy::{
     asset::{AssetId, Handle},
     ecs::system::{SystemParamItem, lifetimeless::SRes},
     image::Image,
+    log::error_once,
     render::{
         render_asset::{PrepareAssetError, RenderAsset, RenderAssets},
         render_resource::{
@@ -22,6 +23,7 @@ use super::{
     extension::{Map, WaveletExtension, WaveletKey},
     form::TextureForm,
     samplers::WaveletSamplers,
+    texture_limit,
     uniform::{MaterialUniform, TextureUniform},
 };
 use crate::asset::{Part, Parts, WaveletTexture};
@@ -75,6 +77,20 @@ const TEXTURES: [(Map, Part); 14] = [
     (Map::Mask, Part::Detail),
 ];
 
+/// The limit of a device that is too low for [`TEXTURES`], and the number of textures that it would have to allow.
+pub(crate) fn missing_textures(device: &RenderDevice) -> Option<[u32; 2]> {
+    texture_limit::missing_textures(device, TEXTURES.len() as u32)
+}
+
+/// The bindings of the textures: where the device's limit is too low for all planes, those of the first texture of
+/// each map.
+fn bound_textures(device: &RenderDevice) -> impl Iterator<Item = (u32, (Map, Part))> + use<> {
+    let is_limited = missing_textures(device).is_some();
+    (FIRST_TEXTURE_BINDING..)
+        .zip(TEXTURES)
+        .filter(move |(_, (_, part))| !is_limited || *part == Part::Luma)
+}
+
 // This is not derived because the bindings depend on assets that the derive macro cannot reach.
 impl AsBindGroup for WaveletExtension {
     type Data = WaveletKey;
@@ -101,14 +117,24 @@ impl AsBindGroup for WaveletExtension {
         _: bool,
         output: &mut BindGroupBuilder,
     ) -> Result<(), AsBindGroupError> {
+        let is_limited = missing_textures(render_device).is_some();
         // The key has the forms that the material knew last, and the bind group has to have the same.
-        let texture = |map| match self.map(map) {
-            None => Ok(None),
-            Some(handle) => textures
-                .get(handle)
-                .filter(|texture| self.forms.of(map) == texture.form)
-                .map(Some)
-                .ok_or(AsBindGroupError::RetryNextUpdate),
+        let texture = |map| -> Result<Option<&GpuWaveletTexture>, AsBindGroupError> {
+            let Some(handle) = self.map(map) else {
+                return Ok(None);
+            };
+            let texture = textures.get(handle);
+            let texture = texture.filter(|texture| self.forms.of(map) == texture.form);
+            let texture = texture.ok_or(AsBindGroupError::RetryNextUpdate)?;
+            if is_limited && texture.images.iter().count() > 1 {
+                // The loader decodes such textures; those that are made at run time are the app's own.
+                error_once!(
+                    "a wavelet texture of several planes cannot be shown, since the device binds \
+                     too few textures: add it as WaveletStorage::Decoded"
+                );
+                return Err(AsBindGroupError::RetryNextUpdate);
+            }
+            Ok(Some(texture))
         };
         let uniform = |map| -> Result<TextureUniform, AsBindGroupError> {
             let Some(texture) = texture(map)? else {
@@ -144,7 +170,7 @@ impl AsBindGroup for WaveletExtension {
             (LINEAR_CLAMP_BINDING, sampler(samplers.linear_clamp())),
             (DECODED_SAMPLER_BINDING, sampler(decoded)),
         ];
-        for (binding, (map, part)) in (FIRST_TEXTURE_BINDING..).zip(TEXTURES) {
+        for (binding, (map, part)) in bound_textures(render_device) {
             // Missing images are bound to a fallback of one pixel, which the shader never reads.
             let view = match texture(map)?.and_then(|texture| texture.images.part(part)) {
                 Some(image) => {
@@ -164,14 +190,16 @@ impl AsBindGroup for WaveletExtension {
         Ok(())
     }
 
-    fn bind_group_layout_entries(_: &RenderDevice, _: bool) -> Vec<BindGroupLayoutEntry> {
+    fn bind_group_layout_entries(
+        render_device: &RenderDevice,
+        _: bool,
+    ) -> Vec<BindGroupLayoutEntry> {
         let uniform =
             uniform_buffer::<MaterialUniform>(false).build(UNIFORM_BINDING, ShaderStages::FRAGMENT);
         debug_assert!(MaterialUniform::min_size().get() > 0);
         let texture = texture_2d_array(TextureSampleType::Float { filterable: true });
-        let textures = (FIRST_TEXTURE_BINDING..)
-            .take(TEXTURES.len())
-            .map(|binding| texture.build(binding, ShaderStages::FRAGMENT));
+        let textures = bound_textures(render_device)
+            .map(|(binding, _)| texture.build(binding, ShaderStages::FRAGMENT));
         let samplers = [LINEAR_CLAMP_BINDING, DECODED_SAMPLER_BINDING].map(|binding| {
             binding_types::sampler(SamplerBindingType::Filtering)
                 .build(binding, ShaderStages::FRAGMENT)

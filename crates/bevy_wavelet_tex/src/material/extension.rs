@@ -12,7 +12,7 @@ use bevy::{
     shader::{ShaderDefVal, ShaderRef},
 };
 
-use super::form::TextureForm;
+use super::form::{self, TextureForm};
 use crate::{
     asset::WaveletTexture,
     settings::{WaveletAddressMode, WaveletFilter},
@@ -139,10 +139,11 @@ impl WaveletKey {
         let maps = maps.flat_map(|(map, form)| {
             let defs = form.map(|form| {
                 let name = map.shader_def();
-                [
-                    name.into(),
-                    ShaderDefVal::UInt(format!("{name}_FORM").into(), form),
-                ]
+                let planes = form::has_planes(form).then(|| format!("{name}_PLANES").into());
+                let form = ShaderDefVal::UInt(format!("{name}_FORM").into(), form);
+                [Some(name.into()), Some(form), planes]
+                    .into_iter()
+                    .flatten()
             });
             defs.into_iter().flatten()
         });

@@ -16,6 +16,8 @@ use crate::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct TextureForm(u32);
 
+const PACKING: u32 = 7;
+const PACKING_SPLIT: u32 = 2;
 const CODING_BITS: u32 = 6;
 const CODING_PREDICTED: u32 = 1 << 3;
 const CODING_CURVED: u32 = 1 << 4;
@@ -24,6 +26,8 @@ const PLAIN_OPAQUE: u32 = 1;
 const PLAIN_SCALED: u32 = 1 << 1;
 const PLAIN_PADDED: u32 = 1 << 2;
 const KIND_SHIFT: u32 = 12;
+const KIND_COLOR: u32 = 1;
+const KIND_COLOR_ALPHA: u32 = 3;
 const KIND_DECODED: u32 = 4;
 const KIND_DECODED_NORMAL: u32 = 5;
 const KIND_PLAIN_GRAY: u32 = 6;
@@ -41,9 +45,9 @@ impl TextureForm {
         }
         let kind = match (texture.storage, texture.content) {
             (WaveletStorage::Blocks, Content::Gray) => 0,
-            (WaveletStorage::Blocks, Content::Color) => 1,
+            (WaveletStorage::Blocks, Content::Color) => KIND_COLOR,
             (WaveletStorage::Blocks, Content::Normal) => 2,
-            (WaveletStorage::Blocks, Content::ColorAlpha) => 3,
+            (WaveletStorage::Blocks, Content::ColorAlpha) => KIND_COLOR_ALPHA,
             (WaveletStorage::Decoded, Content::Normal) => {
                 return Self(PRESENT | KIND_DECODED_NORMAL << KIND_SHIFT);
             }
@@ -93,6 +97,15 @@ impl TextureForm {
             WaveletAddressMode::MirrorRepeat => 2,
         };
         self.0 | address << ADDRESS_SHIFT
+    }
+}
+
+/// Whether the bits of a form are those of a texture of several images: chroma, or detail bands, beside luma.
+pub(super) fn has_planes(form: u32) -> bool {
+    match form >> KIND_SHIFT & 7 {
+        KIND_COLOR | KIND_COLOR_ALPHA => true,
+        KIND_DECODED.. => false,
+        _ => form & PACKING == PACKING_SPLIT,
     }
 }
 

@@ -17,8 +17,10 @@ mod extension;
 mod form;
 pub(crate) mod reload;
 mod samplers;
+mod texture_limit;
 mod uniform;
 
 pub use bind_group::GpuWaveletTexture;
+pub(crate) use bind_group::missing_textures;
 pub use extension::{WaveletExtension, WaveletForms, WaveletKey, WaveletStandardMaterial};
 pub use samplers::WaveletSamplers;
