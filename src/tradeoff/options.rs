@@ -28,9 +28,12 @@ pub struct Options {
     /// Fewer images, smaller pictures and fewer repetitions.
     #[arg(long)]
     pub quick: bool,
-    /// Leaves out volumes of more voxels along an edge: 64 take an hour on a software driver.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..))]
-    pub max_resolution: Option<u32>,
+    /// Leaves out volumes of more voxels along an edge: 64 take an hour on a software driver, 128 several.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(16..))]
+    pub max_resolution: u32,
+    /// Setting of global illumination to measure, by its name in the report, and none of the others; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub setting: Vec<String>,
     /// Scene of global illumination to measure, and nothing else of that study; may be repeated.
     #[arg(long, value_name = "SCENE", value_parser = PossibleValuesParser::new(GI_SCENES))]
     pub scene: Vec<String>,
@@ -57,9 +60,9 @@ impl Options {
     /// How much the studies measure.
     pub fn plan(&self) -> Plan {
         let mut plan = Plan::new(self.quick);
-        if let Some(most) = self.max_resolution {
-            plan.gi.resolutions.retain(|resolution| *resolution <= most);
-        }
+        let most = self.max_resolution;
+        plan.gi.resolutions.retain(|resolution| *resolution <= most);
+        plan.gi.settings.clone_from(&self.setting);
         if !self.scene.is_empty() {
             plan.gi.retain_scenes(&self.scene);
         }

@@ -43,6 +43,8 @@ pub struct Plan {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GiPlan {
     pub scenes: Vec<&'static str>,
+    /// Names of the settings; none stands for all.
+    pub settings: Vec<String>,
     /// Voxels along an edge, at least one.
     pub resolutions: Vec<u32>,
     /// Rays from each side of a voxel, with each resolution.
@@ -96,6 +98,7 @@ impl GiPlan {
         if quick {
             Self {
                 scenes,
+                settings: Vec::new(),
                 resolutions: vec![16],
                 rays: vec![8],
                 iterations: Vec::new(),
@@ -115,7 +118,8 @@ impl GiPlan {
         } else {
             Self {
                 scenes,
-                resolutions: vec![16, 32, 64],
+                settings: Vec::new(),
+                resolutions: vec![16, 32, 64, 128],
                 rays: vec![8, 16, 32, 64],
                 iterations: vec![32, 96, 256],
                 bounces: vec![1, 2, 4],

@@ -23,6 +23,8 @@ const OCCLUSION_RAYS: u32 = 16;
 const ITERATIONS: u32 = 96;
 /// Resolution of the default settings.
 const RESOLUTION: u32 = 32;
+/// The finest resolution of which more than the default is measured.
+const FINE: u32 = 64;
 
 impl Setting {
     fn new(name: impl Into<String>, resolution: u32, light: VoxelLight) -> Self {
@@ -96,12 +98,15 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
         settings.push(Setting::trace(RAYS, Bounces::Count(*count), base));
     }
     for &resolution in &plan.resolutions {
+        let is_finest = resolution > FINE;
         for rays in &plan.rays {
-            settings.push(Setting::trace(*rays, Bounces::Endless, resolution));
+            if !is_finest || *rays == RAYS {
+                settings.push(Setting::trace(*rays, Bounces::Endless, resolution));
+            }
         }
         for iterations in &plan.iterations {
             // Each of the steps goes through all voxels: of finer ones few such settings are enough.
-            if resolution <= RESOLUTION || *iterations == ITERATIONS {
+            if resolution <= RESOLUTION || !is_finest && *iterations == ITERATIONS {
                 settings.push(Setting::propagate(*iterations, resolution));
             }
         }
@@ -139,7 +144,7 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
     settings.retain(|setting| {
         let is_new = !names.contains(&setting.name);
         names.push(setting.name.clone());
-        is_new
+        is_new && (plan.settings.is_empty() || plan.settings.contains(&setting.name))
     });
     settings
 }
@@ -167,6 +172,7 @@ mod tests {
             "trace",
             "propagate",
             "trace 64 rays 64^3",
+            "trace 128^3",
             "propagate 256 steps 16^3",
         ] {
             assert!(full.iter().any(|setting| setting.name == name), "{name}");

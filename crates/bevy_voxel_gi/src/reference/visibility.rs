@@ -12,8 +12,9 @@ use glam::{IVec3, Vec3, Vec4};
 pub const HIDDEN_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// A voxel is hidden if its ray passes through this length of occupied sub-voxels, in sub-voxel edges; a
-/// shorter length hides a part of it, so that light changes gradually beside small things.
-const OPAQUE_LENGTH: f32 = 0.5;
+/// shorter length hides a part of it, so that light changes gradually beside small things. At 1, a wall as thin as a
+/// sub-voxel hides all; at 1.5, such walls leak.
+const OPAQUE_LENGTH: f32 = 1.0;
 
 /// If something else also fills the sub-voxel in which the rays start, their origin moves towards the
 /// viewer, by at most this distance in voxels.

@@ -1,11 +1,15 @@
 //! Tests of ray traced light and occlusion against analytic results.
 
-use crate::support::shapes::{gray, images_in_cube, is_dark, room, solid, traced_field, unit_grid};
+use crate::support::{
+    Solid,
+    shapes::{gray, images_in_cube, is_dark, room, solid, traced_field, unit_grid},
+    triangles,
+};
 use bevy_voxel_gi::reference::{
     FACES, Light, RayTracing, RayTracingSettings, Triangle, Voxels, ambient_occlusion,
     surface::Surface,
 };
-use glam::{Vec3, Vec3Swizzles, Vec4};
+use glam::{Mat3, Vec3, Vec3Swizzles, Vec4};
 use std::f32::consts::PI;
 
 fn sun(direction: Vec3, lux: f32) -> Light {
@@ -357,6 +361,55 @@ fn visible_irradiance_does_not_leak_at_the_foot_of_a_wall() {
         worst[0], worst[1]
     );
     assert!(worst[0] > 0.3 && worst[1] < 0.05, "{worst:?}");
+}
+
+/// The same for a wall that is turned about the vertical. In the sub-voxels that it fills itself, some places are taken
+/// for its other side.
+#[test]
+fn visible_irradiance_does_not_leak_at_the_foot_of_a_turned_wall() {
+    let floor = solid(Vec3::new(-9.0, 0.2, -9.0), Vec3::new(25.0, 1.2, 25.0));
+    let settings = RayTracingSettings {
+        one_side: true,
+        ..Default::default()
+    };
+    let mut worst = [0.0f32; 2];
+    for (angle, thickness) in [(0.2, 0.1), (0.5, 0.1), (0.5, 0.3), (PI / 4.0, 0.1)] {
+        let turned = Mat3::from_rotation_y(angle);
+        let center = Vec3::new(8.03, 0.0, 8.21);
+        let wall = triangles(&Solid {
+            center: center + Vec3::Y * 8.0,
+            half: Vec3::new(0.5 * thickness, 9.0, 30.0),
+            rotation: turned,
+            material: 0,
+        });
+        let voxels = Voxels::new(unit_grid(16), &[wall, floor.clone()].concat());
+        let light = [point_light(center + turned * Vec3::new(4.0, 8.0, 0.0), 1e3)];
+        let materials = gray(0.7, 0.0);
+        let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+        let field = traced_field(ray_tracing, 12);
+        let visible = |across: f32, along: f32| {
+            let place = center + turned * Vec3::new(across, 1.2, along);
+            let viewer = turned * Vec3::new(0.7 * across.signum(), 0.7, 0.1).normalize();
+            field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x
+        };
+        let lit = visible(2.0, 0.0);
+        for along in [-1.7, -0.6, 0.0, 0.45, 1.3] {
+            for distance in [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0] {
+                let leak = visible(-0.5 * thickness - distance, along) / lit;
+                let worst = if distance < 0.1 {
+                    &mut worst[0]
+                } else {
+                    &mut worst[1]
+                };
+                *worst = worst.max(leak);
+            }
+        }
+    }
+    println!(
+        "largest share of the lit side's light: in its own sub-voxels {}, farther {}",
+        worst[0], worst[1]
+    );
+    assert!(worst[0] < 0.27 && worst[1] < 0.02, "{worst:?}");
 }
 
 fn at_lit(field: &bevy_voxel_gi::reference::IrradianceField) -> f32 {
