@@ -260,7 +260,6 @@ fn price_of_global_illumination() {
     let settings = [
         ("64³, trace, 32 rays", "trace 64^3"),
         ("64³, trace, 8 rays", "trace 8 rays 64^3"),
-        ("64³, propagate, 96 steps", "propagate 64^3"),
         ("32³, trace, 64 rays", "trace 64 rays"),
         ("32³, trace, 32 rays (default)", "trace"),
         ("32³, trace, 16 rays", "trace 16 rays"),
