@@ -55,7 +55,7 @@ fn it_is_near_its_truth_in_each_state_and_soon_after_a_change() {
     let _gpu = gpu();
     let rows = rows(&mut arcade());
     for (scene, setting, most) in [
-        ("arcade", "trace", 0.044),
+        ("arcade", "trace", 0.046),
         ("arcade, light moved", "trace", 0.047),
         ("arcade, light moved", "trace, frame 30", 0.048),
         ("arcade, door open", "trace", 0.063),
