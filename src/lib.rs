@@ -14,6 +14,7 @@
 //! | [`runner`] | one runner for all examples: window, headless, settings |
 //! | [`scenes`] | the example scenes |
 //! | [`gallery`] | all scenes in one window or on one page |
+//! | [`mod@subcommand`] | the `main` of a word on the command line |
 //! | [`stage`] | lights, sky and camera of a scene |
 //! | [`mod@tradeoff`] | accuracy, memory and time of each plugin, as a report |
 
@@ -30,4 +31,5 @@ pub mod record;
 pub mod runner;
 pub mod scenes;
 pub mod stage;
+pub mod subcommand;
 pub mod tradeoff;

@@ -8,6 +8,7 @@ use std::{
     collections::BTreeMap,
     io,
     path::{Path, PathBuf},
+    time::SystemTime,
 };
 
 use serde::{Deserialize, Serialize};
@@ -134,6 +135,15 @@ pub struct ReadError {
 }
 
 impl Report {
+    /// An empty report with the date of today.
+    pub fn of_today() -> Self {
+        let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+        Self {
+            date: now.split('T').next().unwrap_or_default().into(),
+            ..Self::default()
+        }
+    }
+
     /// Reads what [`write`](Self::write) wrote.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();

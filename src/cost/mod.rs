@@ -58,6 +58,8 @@ use budget::Budget;
 use configurations::configurations;
 use error::CostError;
 
+use crate::subcommand::subcommand;
+
 /// The command line of `tradeoff cost`.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "tradeoff cost")]
@@ -93,18 +95,7 @@ struct Options {
 
 /// The `main` of `tradeoff cost`, with the arguments after the word.
 pub fn run(arguments: impl Iterator<Item = OsString>) -> ExitCode {
-    let options = Options::parse_from(
-        [OsString::from("tradeoff cost")]
-            .into_iter()
-            .chain(arguments),
-    );
-    match measure(&options) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    subcommand("tradeoff cost", arguments, measure)
 }
 
 fn measure(options: &Options) -> Result<(), CostError> {

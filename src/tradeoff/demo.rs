@@ -3,7 +3,10 @@
 //! What is measured is what a visitor of the examples sees. Each setting is an app, and their frames are interleaved.
 
 use std::{
-    ffi::OsString, fmt::Write, path::Path, path::PathBuf, process::ExitCode, time::SystemTime,
+    ffi::OsString,
+    fmt::Write,
+    path::{Path, PathBuf},
+    process::ExitCode,
 };
 
 use clap::Parser;
@@ -11,7 +14,7 @@ use clap::Parser;
 use super::{
     gpu::options::Size,
     interleaved::{Candidate, benchmark_apps},
-    markdown::{machine, renewed},
+    markdown::{machine, plugin_page, renew_file},
     study::TradeoffError,
 };
 use crate::{
@@ -21,6 +24,7 @@ use crate::{
         pictures::{headless_app, show},
     },
     scenes::{ewa::Ewa, wavelet_tex::WaveletTex},
+    subcommand::subcommand,
 };
 
 /// Name of the file in its folder.
@@ -98,28 +102,17 @@ static DEMOS: [Demo; 2] = [
 
 /// The `main` of `tradeoff demo`, with the arguments after the word.
 pub fn run(arguments: impl Iterator<Item = OsString>) -> ExitCode {
-    let words = [OsString::from("tradeoff demo")];
-    let options = Options::parse_from(words.into_iter().chain(arguments));
-    let result = if options.advise {
-        renew(&options.out.join(FILE))
-    } else {
-        measure(&options)
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
+    subcommand("tradeoff demo", arguments, |options: &Options| {
+        if options.advise {
+            renew(&options.out.join(FILE))
+        } else {
+            measure(options)
         }
-    }
+    })
 }
 
 fn measure(options: &Options) -> Result<(), TradeoffError> {
-    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let mut report = Report {
-        date: now.split('T').next().unwrap_or_default().into(),
-        ..Report::default()
-    };
+    let mut report = Report::of_today();
     let wanted = |demo: &&Demo| options.plugin.as_deref().is_none_or(|p| p == demo.plugin);
     for demo in DEMOS.iter().filter(wanted) {
         let (adapter, rows) = demo.rows(options)?;
@@ -181,26 +174,18 @@ pub fn table(report: &Report, plugin: &str) -> String {
 }
 
 /// The pages with their tables, by the names of the marks around them.
-pub fn pages(report: &Report) -> impl Iterator<Item = (String, String, String)> {
+pub fn pages(report: &Report) -> impl Iterator<Item = (PathBuf, String, String)> {
     DEMOS.iter().map(|demo| {
         let plugin = demo.plugin;
-        let page = format!("crates/bevy_{plugin}/README.md");
-        (page, format!("{plugin} demo"), table(report, plugin))
+        let name = format!("{plugin} demo");
+        (plugin_page(plugin), name, table(report, plugin))
     })
 }
 
 fn renew(file: &Path) -> Result<(), TradeoffError> {
     let report = Report::read(file)?;
     for (page, name, table) in pages(&report) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
-        let file_error = |source| TradeoffError::File {
-            path: path.clone(),
-            source,
-        };
-        let document = std::fs::read_to_string(&path).map_err(file_error)?;
-        if let Some(text) = renewed(&document, &name, &table) {
-            std::fs::write(&path, text).map_err(file_error)?;
-        }
+        renew_file(&page, &name, &table)?;
     }
     Ok(())
 }

@@ -1,8 +1,14 @@
 //! Summaries in Markdown: the report, and the tables of advice in other documents.
 
-use std::fmt::Write;
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
 
-use super::summary::{Source, Summary};
+use super::{
+    study::TradeoffError,
+    summary::{Source, Summary},
+};
 use crate::record::Report;
 
 /// What to choose for which need.
@@ -87,6 +93,27 @@ pub fn renewed(document: &str, name: &str, text: &str) -> Option<String> {
     let (before, rest) = document.split_once(&mark)?;
     let end = rest.find("<!-- end -->")?;
     Some(format!("{before}{mark}{text}{}", &rest[end..]))
+}
+
+/// The page of a plugin, by the plugin's name without `bevy_`.
+pub fn plugin_page(plugin: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("crates/bevy_{plugin}/README.md"))
+}
+
+/// Does the same as [`renewed`] in a file, which stays as it is where it has no such marks.
+///
+/// # Errors
+/// [`TradeoffError::File`] where the file cannot be read or written.
+pub fn renew_file(path: &Path, name: &str, text: &str) -> Result<(), TradeoffError> {
+    let file_error = |source| TradeoffError::File {
+        path: path.into(),
+        source,
+    };
+    let document = std::fs::read_to_string(path).map_err(file_error)?;
+    match renewed(&document, name, text) {
+        Some(text) => std::fs::write(path, text).map_err(file_error),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]

@@ -31,7 +31,8 @@ pub struct Options {
     /// Leaves out volumes of more voxels along an edge: 64 take an hour on a software driver, 128 several.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(16..))]
     pub max_resolution: u32,
-    /// Setting of global illumination to measure, by its name in the report, and none of the others; may be repeated.
+    /// Setting of global illumination to measure, by its name in the report, and nothing else of that study; may be
+    /// repeated.
     #[arg(long, value_name = "NAME")]
     pub setting: Vec<String>,
     /// Scene of global illumination to measure, and nothing else of that study; may be repeated.
@@ -62,7 +63,9 @@ impl Options {
         let mut plan = Plan::new(self.quick);
         let most = self.max_resolution;
         plan.gi.resolutions.retain(|resolution| *resolution <= most);
-        plan.gi.settings.clone_from(&self.setting);
+        if !self.setting.is_empty() {
+            plan.gi.retain_settings(&self.setting);
+        }
         if !self.scene.is_empty() {
             plan.gi.retain_scenes(&self.scene);
         }

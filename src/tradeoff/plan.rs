@@ -93,6 +93,12 @@ impl GiPlan {
         self.triangles.clear();
     }
 
+    /// Leaves out all settings but these, and the numbers of triangles.
+    pub fn retain_settings(&mut self, names: &[String]) {
+        self.settings = names.into();
+        self.triangles.clear();
+    }
+
     fn new(quick: bool) -> Self {
         let scenes = TracedScene::NAMES.into();
         if quick {

@@ -1,6 +1,6 @@
 //! From the command line to the reports.
 
-use std::{path::Path, process::ExitCode, time::SystemTime};
+use std::{path::Path, process::ExitCode};
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -64,13 +64,7 @@ fn write_report(study: &Study, options: &Options) -> Result<String, TradeoffErro
     let machine = markdown::machine(&report);
     write(&path.with_extension("svg"), &chart::svg(&summary, &machine))?;
     if let Some(document) = &options.advise {
-        let text = std::fs::read_to_string(document).map_err(|source| TradeoffError::File {
-            path: document.clone(),
-            source,
-        })?;
-        if let Some(text) = markdown::renewed(&text, study.name, &markdown::advice(&summary)) {
-            write(document, &text)?;
-        }
+        markdown::renew_file(document, study.name, &markdown::advice(&summary))?;
     }
     let tables = (study.tables)(&report);
     let chapter = markdown::chapter(study.name, &summary, &report) + &tables;
@@ -88,9 +82,8 @@ fn measured(study: &Study, options: &Options) -> Result<Report, TradeoffError> {
     }
     let report = study.report(&options.plan(), &progress);
     progress.finish_and_clear();
-    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     Ok(Report {
-        date: now.split('T').next().unwrap_or_default().into(),
+        date: Report::of_today().date,
         ..report?
     })
 }

@@ -51,6 +51,9 @@ pub enum TradeoffError {
     /// A picture and its reference differ in size.
     #[error(transparent)]
     Compare(#[from] SizeMismatch),
+    /// A name on the command line is no setting's.
+    #[error("no setting is called `{name}` up to these resolutions; known: {}", .known.join(", "))]
+    UnknownSetting { name: String, known: Vec<String> },
     /// A photograph could not be read.
     #[error("cannot read `{}`: {source}", .path.display())]
     Image {

@@ -331,11 +331,12 @@ fn times_of_the_demos() {
     let file = root.join("docs/measurements/llvmpipe").join(demo::FILE);
     let report = Report::read(file).expect("committed figures");
     for (page, name, table) in demo::pages(&report) {
-        let text = std::fs::read_to_string(root.join(&page)).expect("a page");
+        let text = std::fs::read_to_string(&page).expect("a page");
         let renewed = renewed(&text, &name, &table);
         assert!(
             renewed.as_deref() == Some(text.as_str()),
-            "{page} should have, as {name},\n{table}"
+            "{} should have, as {name},\n{table}",
+            page.display()
         );
     }
 }

@@ -20,15 +20,14 @@ use std::{
     ffi::OsString,
     path::{Path, PathBuf},
     process::ExitCode,
-    time::{Duration, Instant, SystemTime},
+    time::{Duration, Instant},
 };
 
-use clap::Parser;
 use indicatif::ProgressBar;
 
 use self::{options::Options, parts::PARTS};
 use super::study::TradeoffError;
-use crate::record::Report;
+use crate::{record::Report, subcommand::subcommand};
 
 /// Where the committed figures are, relative to the repository, in a folder for each adapter.
 pub const FOLDER: &str = "docs/measurements";
@@ -36,30 +35,21 @@ const FILE: &str = "gpu.json";
 
 /// The `main` of `tradeoff gpu`, with the arguments after the word.
 pub fn run(arguments: impl Iterator<Item = OsString>) -> ExitCode {
-    let words = [OsString::from("tradeoff gpu")];
-    let options = Options::parse_from(words.into_iter().chain(arguments));
-    let result = match &options.advise {
-        Some(file) => tables::renew(file),
-        None => measure(&options),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    subcommand(
+        "tradeoff gpu",
+        arguments,
+        |options: &Options| match &options.advise {
+            Some(file) => tables::renew(file),
+            None => measure(options),
+        },
+    )
 }
 
 /// Measures part after part. One that fails does not keep the others from being measured; the last error is returned.
 fn measure(options: &Options) -> Result<(), TradeoffError> {
     let start = Instant::now();
     let limit = Duration::from_secs_f64(60.0 * options.minutes.max(0.0));
-    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let mut report = Report {
-        date: now.split('T').next().unwrap_or_default().into(),
-        ..Report::default()
-    };
+    let mut report = Report::of_today();
     let progress = ProgressBar::hidden();
     let mut failure = None;
     for (name, part) in PARTS {

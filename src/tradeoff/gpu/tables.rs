@@ -6,7 +6,7 @@ use super::{gi, parts::LOOKUP_SCENES};
 use crate::{
     record::{Measurement, Report},
     tradeoff::{
-        markdown::{machine, renewed},
+        markdown::{machine, plugin_page, renew_file},
         study::TradeoffError,
         wavelet_tex::tunnel::FILTERS,
         ycocg_fb::{
@@ -73,18 +73,9 @@ pub fn all(report: &Report) -> String {
 pub fn renew(file: &Path) -> Result<(), TradeoffError> {
     let report = Report::read(file)?;
     for (plugin, table) in TABLES {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let path = root.join(format!("crates/bevy_{plugin}/README.md"));
-        let file_error = |source| TradeoffError::File {
-            path: path.clone(),
-            source,
-        };
-        let document = std::fs::read_to_string(&path).map_err(file_error)?;
         let table = table(&Data::new(&report, plugin));
         let text = format!("{}\n\n{table}", measured_on(&report));
-        if let Some(text) = renewed(&document, &format!("{plugin} gpu"), &text) {
-            std::fs::write(&path, text).map_err(file_error)?;
-        }
+        renew_file(&plugin_page(plugin), &format!("{plugin} gpu"), &text)?;
     }
     Ok(())
 }

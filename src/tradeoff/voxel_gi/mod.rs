@@ -51,7 +51,7 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     }
     let scenes = plan.gi.scenes.iter().map(|name| TracedScene::read(name));
     let scenes: Vec<_> = scenes.collect::<Result<_, _>>()?;
-    let settings = settings::settings(&plan.gi);
+    let settings = settings::wanted(&plan.gi)?;
     progress.set_length((scenes.len() * settings.len() + plan.gi.triangles.len()) as u64);
     for scene in &scenes {
         let mut candidates = Vec::new();

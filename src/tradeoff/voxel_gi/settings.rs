@@ -3,7 +3,7 @@
 
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
 
-use crate::tradeoff::plan::GiPlan;
+use crate::tradeoff::{plan::GiPlan, study::TradeoffError};
 
 /// Prefix of the names of the plugin's spans.
 pub(super) const SPANS: &str = "voxel_gi_";
@@ -144,9 +144,27 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
     settings.retain(|setting| {
         let is_new = !names.contains(&setting.name);
         names.push(setting.name.clone());
-        is_new && (plan.settings.is_empty() || plan.settings.contains(&setting.name))
+        is_new
     });
     settings
+}
+
+/// The settings that the plan names, in the order of [`settings`]; all where it names none.
+///
+/// # Errors
+/// [`TradeoffError::UnknownSetting`] where a name is no setting's.
+pub fn wanted(plan: &GiPlan) -> Result<Vec<Setting>, TradeoffError> {
+    let mut settings = settings(plan);
+    let is_unknown = |name: &&String| !settings.iter().any(|setting| setting.name == **name);
+    if let Some(name) = plan.settings.iter().find(is_unknown) {
+        return Err(TradeoffError::UnknownSetting {
+            name: name.clone(),
+            known: settings.into_iter().map(|setting| setting.name).collect(),
+        });
+    }
+    let is_named = |setting: &Setting| plan.settings.contains(&setting.name);
+    settings.retain(|setting| plan.settings.is_empty() || is_named(setting));
+    Ok(settings)
 }
 
 #[cfg(test)]
@@ -177,5 +195,21 @@ mod tests {
         ] {
             assert!(full.iter().any(|setting| setting.name == name), "{name}");
         }
+    }
+
+    #[test]
+    fn a_name_that_no_setting_has_is_an_error() {
+        let mut plan = Plan::new(true).gi;
+        plan.retain_settings(&["trace 8 rays 16^3".into()]);
+        let names: Vec<_> = { wanted(&plan).expect("a setting").into_iter() }
+            .map(|setting| setting.name)
+            .collect();
+        assert_eq!(names, plan.settings);
+        plan.retain_settings(&["trase".into()]);
+        let error = wanted(&plan).expect_err("no such setting").to_string();
+        assert!(
+            error.contains("`trase`") && error.contains("trace 8 rays 16^3"),
+            "{error}"
+        );
     }
 }

@@ -9,3 +9,4 @@ mod stochastic;
 mod support;
 mod truth;
 mod voxelize;
+mod walls;

@@ -1,31 +1,15 @@
 //! Tests of ray traced light and occlusion against analytic results.
 
 use crate::support::{
-    Solid,
+    lights::{point_light, sun},
     shapes::{gray, images_in_cube, is_dark, room, solid, traced_field, unit_grid},
-    triangles,
 };
 use bevy_voxel_gi::reference::{
     FACES, Light, RayTracing, RayTracingSettings, Triangle, Voxels, ambient_occlusion,
     surface::Surface,
 };
-use glam::{Mat3, Vec3, Vec3Swizzles, Vec4};
+use glam::{Vec3, Vec3Swizzles, Vec4};
 use std::f32::consts::PI;
-
-fn sun(direction: Vec3, lux: f32) -> Light {
-    Light::Directional {
-        direction: direction.normalize(),
-        illuminance: Vec3::splat(lux),
-    }
-}
-
-fn point_light(position: Vec3, candela: f32) -> Light {
-    Light::Point {
-        position,
-        intensity: Vec3::splat(candela),
-        cone: None,
-    }
-}
 
 /// With emission E and albedo a everywhere in a closed room, the radiance is E / (1 - a).
 #[test]
@@ -247,173 +231,6 @@ fn occlusion_ends_at_its_radius() {
     // A fifth of the distance to the voxel behind the floor: an empty, dark voxel with almost no weight.
     let dark = 0.2 / 0.8 * RayTracingSettings::default().empty_weight;
     assert!((found - 1.0).abs().max_element() < dark, "{found}");
-}
-
-/// A wall that is lit on one side is dark on the other (thesis Fig. 6.20), however thin.
-#[test]
-fn no_light_comes_through_a_wall() {
-    for thickness in [0.05, 0.5, 1.0, 1.7] {
-        let wall = solid(
-            Vec3::new(7.2, -1.0, -1.0),
-            Vec3::new(7.2 + thickness, 20.0, 20.0),
-        );
-        let voxels = Voxels::new(unit_grid(16), &wall);
-        let light = [sun(Vec3::NEG_X, 1e5)];
-        let materials = gray(0.9, 0.0);
-        let ray_tracing = RayTracing::new(
-            &voxels,
-            &materials,
-            &light,
-            Vec3::ZERO,
-            RayTracingSettings::default(),
-        );
-        let lit = ray_tracing.surfaces.iter().zip(&ray_tracing.direct);
-        for (surface, direct) in lit {
-            let wanted = if surface.normal == Vec3::X { 1e5 } else { 0.0 };
-            assert_eq!(direct.x, wanted, "thickness {thickness}");
-        }
-        let field = traced_field(ray_tracing, 12);
-        for y in [2.0, 8.1, 13.0] {
-            let found = field.irradiance(Vec3::new(7.2, y, 7.7), Vec3::NEG_X, 0.0);
-            assert_eq!(found, Vec3::ZERO, "thickness {thickness}");
-        }
-    }
-}
-
-/// A voxel of a floor that a thin wall divides has one light for both sides: at the foot of the wall some
-/// of it leaks to the dark side, and a little is reflected farther.
-#[test]
-fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
-    let wall = solid(Vec3::new(7.3, 1.2, -1.0), Vec3::new(7.6, 20.0, 20.0));
-    let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
-    let voxels = Voxels::new(unit_grid(16), &[wall, floor].concat());
-    let light = [point_light(Vec3::new(12.0, 8.0, 8.0), 1e3)];
-    let materials = gray(0.7, 0.0);
-    let ray_tracing = RayTracing::new(
-        &voxels,
-        &materials,
-        &light,
-        Vec3::ZERO,
-        RayTracingSettings::default(),
-    );
-    let field = traced_field(ray_tracing, 12);
-    let at = |x: f32| field.irradiance(Vec3::new(x, 1.2, 8.0), Vec3::Y, 0.0).x / at_lit(&field);
-    let places = [7.2, 7.0, 6.7, 6.5, 6.2, 6.0, 5.0, 3.0].map(at);
-    println!("share of the lit side's light, away from the wall: {places:?}");
-    assert!(places.is_sorted_by(|a, b| a >= b), "{places:?}");
-    assert!(
-        places[0] < 0.5 && places[3] < 0.02 && places[6] < 0.005,
-        "{places:?}"
-    );
-}
-
-/// With visibility tests in the receiver, the dark side is dark wherever the wall is in its voxels, and
-/// however thin it is.
-#[test]
-fn visible_irradiance_does_not_leak_at_the_foot_of_a_wall() {
-    let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
-    let settings = RayTracingSettings {
-        one_side: true,
-        ..Default::default()
-    };
-    let mut worst = [0.0f32; 2];
-    for (x, thickness) in [
-        (7.1, 0.1),
-        (7.3, 0.1),
-        (7.3, 0.3),
-        (7.45, 0.1),
-        (7.6, 0.1),
-        (7.85, 0.1),
-        (7.3, 0.8),
-    ] {
-        let wall = solid(
-            Vec3::new(x, 1.2, -1.0),
-            Vec3::new(x + thickness, 20.0, 20.0),
-        );
-        let voxels = Voxels::new(unit_grid(16), &[wall, floor.clone()].concat());
-        let light = [point_light(Vec3::new(12.0, 8.0, 8.0), 1e3)];
-        let materials = gray(0.7, 0.0);
-        let ray_tracing = |settings| {
-            let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
-            traced_field(ray_tracing, 12)
-        };
-        let (plain, field) = (
-            ray_tracing(RayTracingSettings::default()),
-            ray_tracing(settings),
-        );
-        let lit = at_lit(&plain);
-        for distance in [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 4.0] {
-            let place = Vec3::new(x - distance, 1.2, 8.0);
-            let viewer = Vec3::new(-0.7, 0.7, 0.1).normalize();
-            let visible = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
-            let plain = plain.irradiance(place, Vec3::Y, 0.0).x / lit;
-            worst = [worst[0].max(plain), worst[1].max(visible)];
-        }
-        for distance in [0.05, 0.3, 0.6, 1.0] {
-            let place = Vec3::new(x + thickness + distance, 1.2, 8.0);
-            let viewer = Vec3::new(0.7, 0.7, 0.1).normalize();
-            let visible = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
-            assert!((0.9..1.1).contains(&visible), "{x} {thickness}: {visible}");
-        }
-    }
-    println!(
-        "largest share of the lit side's light: plain {}, visible {}",
-        worst[0], worst[1]
-    );
-    assert!(worst[0] > 0.3 && worst[1] < 0.05, "{worst:?}");
-}
-
-/// The same for a wall that is turned about the vertical. In the sub-voxels that it fills itself, some places are taken
-/// for its other side.
-#[test]
-fn visible_irradiance_does_not_leak_at_the_foot_of_a_turned_wall() {
-    let floor = solid(Vec3::new(-9.0, 0.2, -9.0), Vec3::new(25.0, 1.2, 25.0));
-    let settings = RayTracingSettings {
-        one_side: true,
-        ..Default::default()
-    };
-    let mut worst = [0.0f32; 2];
-    for (angle, thickness) in [(0.2, 0.1), (0.5, 0.1), (0.5, 0.3), (PI / 4.0, 0.1)] {
-        let turned = Mat3::from_rotation_y(angle);
-        let center = Vec3::new(8.03, 0.0, 8.21);
-        let wall = triangles(&Solid {
-            center: center + Vec3::Y * 8.0,
-            half: Vec3::new(0.5 * thickness, 9.0, 30.0),
-            rotation: turned,
-            material: 0,
-        });
-        let voxels = Voxels::new(unit_grid(16), &[wall, floor.clone()].concat());
-        let light = [point_light(center + turned * Vec3::new(4.0, 8.0, 0.0), 1e3)];
-        let materials = gray(0.7, 0.0);
-        let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
-        let field = traced_field(ray_tracing, 12);
-        let visible = |across: f32, along: f32| {
-            let place = center + turned * Vec3::new(across, 1.2, along);
-            let viewer = turned * Vec3::new(0.7 * across.signum(), 0.7, 0.1).normalize();
-            field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x
-        };
-        let lit = visible(2.0, 0.0);
-        for along in [-1.7, -0.6, 0.0, 0.45, 1.3] {
-            for distance in [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0] {
-                let leak = visible(-0.5 * thickness - distance, along) / lit;
-                let worst = if distance < 0.1 {
-                    &mut worst[0]
-                } else {
-                    &mut worst[1]
-                };
-                *worst = worst.max(leak);
-            }
-        }
-    }
-    println!(
-        "largest share of the lit side's light: in its own sub-voxels {}, farther {}",
-        worst[0], worst[1]
-    );
-    assert!(worst[0] < 0.27 && worst[1] < 0.02, "{worst:?}");
-}
-
-fn at_lit(field: &bevy_voxel_gi::reference::IrradianceField) -> f32 {
-    field.irradiance(Vec3::new(8.6, 1.2, 8.0), Vec3::Y, 0.0).x
 }
 
 #[test]

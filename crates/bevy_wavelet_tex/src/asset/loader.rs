@@ -19,7 +19,7 @@ use crate::{
 /// Loads [`WaveletTexture`]s. Their images have the labels `luma`, `detail`, `chroma` or `decoded`.
 #[derive(TypePath)]
 pub struct WaveletTextureLoader {
-    /// What the device lacks to sample blocks.
+    /// The feature or limit that the device lacks to sample blocks.
     lack: Option<BlockLack>,
     warned: Once,
     /// Largest width and height of a texture on the device, in texels.

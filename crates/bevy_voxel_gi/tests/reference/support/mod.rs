@@ -1,5 +1,6 @@
 //! Path-traced scenes: their boxes as triangles, camera rays, and the light on the visible surfaces.
 
+pub mod lights;
 pub mod shapes;
 
 use bevy_voxel_gi::reference::{Light, Material, Triangle};
