@@ -35,11 +35,14 @@ impl Noise {
     /// Gradient noise, about -1 to 1, with `frequency` lattice cells per unit.
     pub fn gradient(self, [x, y]: [f32; 2], frequency: [i32; 2]) -> f32 {
         let [x, y] = [x * frequency[0] as f32, y * frequency[1] as f32];
-        let [cell_x, cell_y] = [x.floor(), y.floor()];
-        let [fx, fy] = [x - cell_x, y - cell_y];
-        let corner = |dx: i32, dy: i32| {
-            let [cx, cy] = self.wrap([cell_x as i32 + dx, cell_y as i32 + dy], frequency);
-            let bits = self.hash(cx, cy);
+        let cell = [floor(x), floor(y)];
+        let [fx, fy] = [x - cell[0] as f32, y - cell[1] as f32];
+        let low = self.wrap(cell, frequency);
+        let high = self.wrap([cell[0] + 1, cell[1] + 1], frequency);
+        let columns = [low[0], high[0]].map(|x| mix_bits(self.seed ^ x as u32));
+        let corner = |dx: usize, dy: usize| {
+            let row = [low[1], high[1]][dy] as u32;
+            let bits = mix_bits(columns[dx].wrapping_add(row));
             let gradient = |bits: u32| (bits & 0xFFFF) as f32 / 32767.5 - 1.0;
             gradient(bits) * (fx - dx as f32) + gradient(bits >> 16) * (fy - dy as f32)
         };
@@ -103,6 +106,13 @@ pub(super) fn lerp(a: f32, b: f32, t: f32) -> f32 {
 pub(super) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
+}
+
+/// The largest integer that is not above `x`; the standard library's calls a function where the processor may lack the
+/// instruction.
+fn floor(x: f32) -> i32 {
+    let truncated = x as i32;
+    truncated - i32::from(truncated as f32 > x)
 }
 
 /// Perlin's quintic, whose second derivative vanishes at the lattice lines.

@@ -26,7 +26,7 @@ use bevy::{
 
 use super::{
     AdapterInfo, AwaitedAssets, AwaitedWork, FrameTimes, HeadlessError, HeadlessSettings,
-    LabTarget, adapter::wgpu_settings, timing::FrameClock,
+    LabTarget, adapter::wgpu_settings, threads, timing::FrameClock,
 };
 
 /// The error with which the renderer stopped.
@@ -97,6 +97,7 @@ impl HeadlessApp {
         build(&mut app);
         app.finish();
         app.cleanup();
+        threads::apply(&mut app);
         let adapter = AdapterInfo::from(&**app.world().resource::<RenderAdapterInfo>());
         Ok(Self {
             app,

@@ -16,6 +16,7 @@
 //! | [`pixel_view`] | a camera that shows textures pixel by pixel |
 //! | [`readback`] | the picture as bytes or floats |
 //! | [`timing`] | median frame times of CPU and GPU |
+//! | [`threads`] | on which threads systems run |
 //! | [`target`] | where cameras draw to, in a window or headless |
 
 pub mod adapter;
@@ -27,6 +28,7 @@ pub mod readback;
 pub mod ready;
 pub mod settings;
 pub mod target;
+pub mod threads;
 pub mod timing;
 
 pub use adapter::AdapterInfo;

@@ -37,7 +37,7 @@ fn every_scene_has_every_setting_against_both_references() {
     assert_eq!(SCENES.map(|scene| scene.name), SCENE_NAMES);
     assert_eq!(SETTINGS.map(|setting| setting.name), SETTING_NAMES);
     let mut plan = Plan::new(true);
-    plan.picture = Some([240, 160]);
+    plan.picture = Some([150, 100]);
     plan.rounds = 1;
     plan.frames = 2;
     let report = (STUDY.measure)(&plan, &ProgressBar::hidden()).expect("a report");

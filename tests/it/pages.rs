@@ -6,10 +6,7 @@ use bevy_voxel_gi::VoxelGiPlugin;
 use bevy_wavelet_tex::WaveletTexPlugin;
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
-use crate::support::{
-    compose::{Composer, mesh_numbers},
-    gpu,
-};
+use crate::support::{compose::mesh_numbers, composer, gpu};
 
 const PAGES: [(&str, &str, usize); 4] = [
     (
@@ -46,8 +43,7 @@ fn shaders_on_the_pages_validate() {
         ));
     })
     .expect("an app");
-    app.render_frames(3).expect("frames");
-    let mut composer = Composer::new(app.world());
+    let mut composer = composer(&mut app);
     let mut defs = mesh_numbers();
     defs.push("VERTEX_UVS_A".into());
     for (name, page, count) in PAGES {

@@ -8,8 +8,8 @@ use bevy_ewa::{
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
 
 use crate::support::{
-    compose::{Composer, mesh_numbers, shader_at},
-    gpu,
+    compose::{mesh_numbers, shader_at},
+    composer, gpu,
 };
 
 fn flag(name: &str) -> ShaderDefVal {
@@ -69,8 +69,7 @@ fn bevys_shaders_validate_with_and_without_bindless_in_every_pass() {
         app.add_plugins(EwaPlugin::default());
     })
     .expect("an app");
-    app.render_frames(3).expect("frames");
-    let mut composer = Composer::new(app.world());
+    let mut composer = composer(&mut app);
     let settings = [
         EwaMethod::Linear,
         EwaMethod::SpatialTemporal {

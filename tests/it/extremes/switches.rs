@@ -1,4 +1,4 @@
-//! Thousands of switches, with all plugins in one app.
+//! Hundreds of switches, with all plugins in one app.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ fn combination(step: u32) -> [bool; 4] {
 }
 
 #[test]
-fn thousands_of_switches_leave_nothing_behind() {
+fn hundreds_of_switches_leave_nothing_behind() {
     let _gpu = gpu_alone();
     let mut app = app([32, 16], [16, 16]);
     app.run_until_ready(200).expect("ready");
@@ -38,7 +38,7 @@ fn thousands_of_switches_leave_nothing_behind() {
     let before = toggle(&mut app, 0..200);
     let entities = app.world().entities().count_spawned();
     let memory = resident_bytes();
-    let after = toggle(&mut app, 200..1200);
+    let after = toggle(&mut app, 200..700);
     assert_eq!(app.world().entities().count_spawned(), entities);
     let found = difference(&before, &after);
     assert!(
@@ -47,7 +47,7 @@ fn thousands_of_switches_leave_nothing_behind() {
     );
     if let (Some(before), Some(after)) = (memory, resident_bytes()) {
         let growth = after.saturating_sub(before);
-        println!("{} KiB more after 1000 switches", growth / 1024);
-        assert!(growth < 32 << 20, "{} KiB more", growth / 1024);
+        println!("{} KiB more after 500 switches", growth / 1024);
+        assert!(growth < 16 << 20, "{} KiB more", growth / 1024);
     }
 }

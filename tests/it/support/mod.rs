@@ -9,11 +9,13 @@ use std::{
     io::Write,
     sync::{Condvar, Mutex, PoisonError},
     thread,
+    time::{Duration, Instant},
 };
 
 use bevy::prelude::*;
 pub use bevy_frugal_lab::compose;
-use bevy_frugal_lab::headless::LabTarget;
+use bevy_frugal_lab::compose::Composer;
+use bevy_frugal_lab::headless::{HeadlessApp, LabTarget, threads};
 
 static QUEUE: Mutex<Queue> = Mutex::new(Queue {
     running: 0,
@@ -48,6 +50,8 @@ impl Gpu {
         let mut queue = queue.unwrap_or_else(PoisonError::into_inner);
         queue.served += 1;
         queue.running += apps;
+        // A test that is alone has Bevy's threads for itself, as a game has.
+        threads::use_one_thread(apps < most);
         MOVED.notify_all();
         Self { apps }
     }
@@ -83,6 +87,22 @@ pub fn gpu_alone() -> Gpu {
 /// other, and while one app waits for that another can draw.
 fn most_apps() -> usize {
     thread::available_parallelism().map_or(1, |cores| cores.get().min(2) + 1)
+}
+
+/// A composer with the shaders of an app once they are loaded, which other threads do: when none has come for a while.
+pub fn composer(app: &mut HeadlessApp) -> Composer {
+    let mut known = 0;
+    let mut since = Instant::now();
+    while since.elapsed() < Duration::from_millis(200) {
+        app.render_frames(1).expect("a frame");
+        let count = app.world().resource::<Assets<Shader>>().len();
+        if count != known {
+            known = count;
+            since = Instant::now();
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    Composer::new(app.world())
 }
 
 /// Says that a part of a test is left out, and why. `scripts/test` names a file in `SKIPPED_TESTS` and prints

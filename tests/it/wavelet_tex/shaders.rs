@@ -4,7 +4,7 @@ use bevy::shader::ShaderDefVal;
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
 use bevy_wavelet_tex::WaveletTexPlugin;
 
-use crate::support::{compose::Composer, gpu};
+use crate::support::{composer, gpu};
 
 const USER: &str = "
 import bevy_wavelet_tex::material::sampling::sample;
@@ -30,8 +30,7 @@ fn the_library_validates_in_a_shader_of_ones_own() {
         app.add_plugins(WaveletTexPlugin);
     })
     .expect("an app");
-    app.render_frames(3).expect("frames");
-    let mut composer = Composer::new(app.world());
+    let mut composer = composer(&mut app);
     for filter in [
         None,
         Some("WAVELET_FILTER_NEAREST"),

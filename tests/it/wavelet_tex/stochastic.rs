@@ -116,22 +116,18 @@ const WARM_UP: u32 = 48;
 
 /// The noise of a filter: the mean square of what pixels of 16 frames differ from their mean, in dB
 /// below white.
-fn noise(image: &WaveletImage, filter: WaveletFilter, pixels: [f32; 2], taa: bool) -> f64 {
-    let mut viewer = Viewer::new(TARGET);
-    if taa {
-        let world = viewer.app.world_mut();
-        let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
-        let camera = cameras.single(world).expect("a camera");
-        world
-            .entity_mut(camera)
-            .insert(TemporalAntiAliasing::default());
-    }
-    show(&mut viewer, image, filter, pixels);
+fn noise(
+    viewer: &mut Viewer,
+    image: &WaveletImage,
+    filter: WaveletFilter,
+    pixels: [f32; 2],
+) -> f64 {
+    show(viewer, image, filter, pixels);
     viewer.app.render_frames(WARM_UP).expect("frames");
     let frames: Vec<_> = (0..16)
         .map(|_| {
             viewer.app.render_frames(1).expect("a frame");
-            next(&mut viewer)
+            next(viewer)
         })
         .collect();
     let mean = mean(&frames);
@@ -143,11 +139,19 @@ fn noise(image: &WaveletImage, filter: WaveletFilter, pixels: [f32; 2], taa: boo
 fn temporal_anti_aliasing_averages_the_noise() {
     let _gpu = gpu();
     let image = image();
+    let mut plain = Viewer::new(TARGET);
+    let mut smoothed = Viewer::new(TARGET);
+    let world = smoothed.app.world_mut();
+    let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
+    let camera = cameras.single(world).expect("a camera");
+    world
+        .entity_mut(camera)
+        .insert(TemporalAntiAliasing::default());
     for (name, pixels) in [VIEWS[0], VIEWS[1], VIEWS[2]] {
-        let of = |filter, taa| noise(&image, filter, pixels, taa);
-        let trilinear = of(WaveletFilter::Trilinear, true);
+        let trilinear = noise(&mut smoothed, &image, WaveletFilter::Trilinear, pixels);
         for filter in [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad] {
-            let [without, with] = [false, true].map(|taa| of(filter, taa));
+            let [without, with] =
+                [&mut plain, &mut smoothed].map(|viewer| noise(viewer, &image, filter, pixels));
             println!(
                 "{name}, {filter:?}: noise {without:.1} dB below white, with temporal \
                  anti-aliasing {with:.1} dB (trilinear {trilinear:.1} dB)"

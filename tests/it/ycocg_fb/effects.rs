@@ -82,11 +82,29 @@ fn effects_that_need_hdr() {
             });
         },
     );
-    // In an app of its own, as the jitter depends on the number of frames that the app has drawn.
-    let own = || Studio::new(lit_scene);
-    check("taa", Msaa::Off, HDR_ONLY, own, |camera| {
-        camera.insert(TemporalAntiAliasing::default());
+}
+
+/// In apps of their own, which have drawn the same number of frames: the jitter depends on it.
+#[test]
+fn temporal_anti_aliasing() {
+    let _gpu = gpu();
+    let frame_buffers = [None, Some(YCoCgFrameBuffer::default())];
+    let [reference, picture] = frame_buffers.map(|frame_buffer| {
+        let mut studio = Studio::new(lit_scene);
+        studio.mode(true, Msaa::Off).camera(|camera| {
+            camera.insert(TemporalAntiAliasing::default());
+            if let Some(frame_buffer) = frame_buffer {
+                camera.insert(frame_buffer);
+            }
+        });
+        studio.app.render_frames(60).expect("frames");
+        studio.picture()
     });
+    keep("taa_plain", &reference);
+    keep("taa_packed", &picture);
+    let found = psnr(&reference, &picture);
+    println!("{found:.2} dB");
+    assert!(found > 45.0, "{found:.2} dB");
 }
 
 #[test]
