@@ -1,9 +1,7 @@
 //! Stochastic voxelisation, with and without what the camera sees, against path tracing (thesis 6.4.3 and 6.5.2).
 
 use crate::support::{self, Truth};
-use bevy_voxel_gi::reference::{
-    Material, RayTracing, RayTracingSettings, Triangle, VolumeGrid, Voxels,
-};
+use bevy_voxel_gi::reference::{Material, RayTracing, RayTracingSettings, Triangle, Voxels};
 use glam::{UVec2, Vec3};
 
 /// Quads along an edge of a box's face, as meshes of games are.
@@ -89,18 +87,17 @@ fn error(truth: &Truth, what: &str, voxels: &Voxels, materials: &[Material]) -> 
 #[test]
 fn points_on_fine_meshes_and_visible_pixels() {
     for truth in support::all() {
-        let grid = VolumeGrid::around(truth.min, truth.max, 32);
-        let conservative = Voxels::new(grid, &truth.triangles);
-        let error = |what: &str, voxels: &Voxels| error(&truth, what, voxels, &truth.materials);
+        let conservative = truth.voxels(32);
+        let error = |what: &str, voxels: &Voxels| error(truth, what, voxels, &truth.materials);
         let wanted = error("conservative", &conservative);
-        let (gray, materials) = gray_where_unseen(&conservative, &truth);
-        let unseen = self::error(&truth, "conservative, unseen gray", &gray, &materials);
+        let (gray, materials) = gray_where_unseen(&conservative, truth);
+        let unseen = self::error(truth, "conservative, unseen gray", &gray, &materials);
         assert!(unseen > 2.0 * wanted, "{}: {unseen} {wanted}", truth.name);
-        let triangles = tessellated(&truth);
+        let triangles = tessellated(truth);
         let [few, many] = [4, 16].map(|count| {
-            let mut voxels = Voxels::from_points(grid, &triangles, count);
+            let mut voxels = Voxels::from_points(conservative.grid, &triangles, count);
             let alone = error(&format!("{count} points"), &voxels);
-            mark_visible(&mut voxels, &truth);
+            mark_visible(&mut voxels, truth);
             let seen = error(&format!("{count} points and visible pixels"), &voxels);
             (alone / wanted, seen / wanted)
         });

@@ -14,14 +14,8 @@ use std::f32::consts::PI;
 /// Number of frames: 4 of bounces alone, 8 of the mean, and as many again.
 const FRAMES: u32 = 24;
 
-fn voxels(truth: &Truth, resolution: u32) -> Voxels {
-    let grid = VolumeGrid::around(truth.min, truth.max, resolution);
-    Voxels::new(grid, &truth.triangles)
-}
-
 fn ray_tracing(truth: &Truth, voxels: &Voxels, settings: RayTracingSettings) -> IrradianceField {
-    let mut ray_tracing =
-        RayTracing::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
+    let mut ray_tracing = truth.ray_tracing(voxels, settings);
     for _ in 0..FRAMES {
         ray_tracing.step();
     }
@@ -29,8 +23,7 @@ fn ray_tracing(truth: &Truth, voxels: &Voxels, settings: RayTracingSettings) -> 
 }
 
 fn propagate(truth: &Truth, voxels: &Voxels, steps: u32) -> IrradianceField {
-    let settings = RayTracingSettings::default();
-    let ray_tracing = RayTracing::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
+    let ray_tracing = truth.ray_tracing(voxels, RayTracingSettings::default());
     let settings = PropagationSettings {
         steps,
         ..Default::default()
@@ -49,18 +42,8 @@ fn compare(truth: &Truth, what: &str, field: &IrradianceField) -> (f32, f32) {
 
 /// The thesis's method, for comparison: radiance in spherical harmonics from rays that start half a
 /// voxel's diagonal away from the centre of every voxel (6.6.1), read by Eq. 6.14 and 6.15 half a voxel
-/// in front of the surface. The light at the hits is that of [`RayTracing`] with all bounces.
-fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
-    let settings = RayTracingSettings {
-        rays: 64,
-        ..Default::default()
-    };
-    let mut ray_tracing =
-        RayTracing::new(voxels, &truth.materials, &truth.lights, truth.sky, settings);
-    for _ in 0..FRAMES {
-        ray_tracing.step();
-    }
-    let grid = voxels.grid;
+/// in front of the surface. The light at the hits is that of `ray_tracing`, with all bounces.
+fn thesis(truth: &Truth, grid: VolumeGrid, ray_tracing: &RayTracing, rays: u32) -> (f32, f32) {
     let stored: Vec<[Vec4; 3]> = (0..grid.len())
         .map(|voxel| {
             let mut sum = [Vec4::ZERO; 3];
@@ -114,22 +97,20 @@ fn thesis(truth: &Truth, voxels: &Voxels, rays: u32) -> (f32, f32) {
 /// large.
 #[test]
 fn the_thesis_way_is_farther_from_the_truth() {
-    for truth in support::all() {
-        let voxels = voxels(&truth, 32);
-        let (error, bias) = thesis(&truth, &voxels, 256);
+    for (truth, voxels, light) in support::settled() {
+        let (error, bias) = thesis(truth, voxels.grid, light, 256);
         let (e, b) = (100.0 * error, 100.0 * bias);
         println!("{:14} thesis error {e:6.2}% bias {b:6.2}%", truth.name);
-        let field = ray_tracing(&truth, &voxels, RayTracingSettings::default());
-        let (ours, _) = compare(&truth, "ray_tracing", &field);
+        let (ours, _) = compare(truth, "ray_tracing", &light.field());
         assert!(2.0 * ours < error, "{}: {ours} and {error}", truth.name);
     }
 }
 
-/// Bounds slightly above the measured errors, with and without visibility tests in the receiver: 2.3, 2.4
+/// Bounds slightly above the measured errors, with and without visibility tests in the receiver: at most 2.3, 2.7
 /// and 3.4%, where the goals were 15, 20 and 25.
 fn assert_near(truth: &Truth, (error, bias): (f32, f32)) {
     let most = match truth.name.as_str() {
-        "sunlit_room" => 0.045,
+        "sunlit_room" => 0.036,
         _ => 0.028,
     };
     let name = &truth.name;
@@ -139,9 +120,8 @@ fn assert_near(truth: &Truth, (error, bias): (f32, f32)) {
 /// At 32^3 with the default settings.
 #[test]
 fn ray_tracing_is_near_the_truth() {
-    for truth in support::all() {
-        let field = ray_tracing(&truth, &voxels(&truth, 32), RayTracingSettings::default());
-        assert_near(&truth, compare(&truth, "ray_tracing", &field));
+    for (truth, _, light) in support::settled() {
+        assert_near(truth, compare(truth, "ray_tracing", &light.field()));
     }
 }
 
@@ -153,13 +133,13 @@ fn visible_voxels_are_as_near_the_truth() {
         ..Default::default()
     };
     for truth in support::all() {
-        let voxels = voxels(&truth, 32);
-        let field = ray_tracing(&truth, &voxels, settings);
+        let voxels = truth.voxels(32);
+        let field = ray_tracing(truth, &voxels, settings);
         let (error, bias) =
             truth.compare(|p, n| field.visible_irradiance(&voxels, p, n, truth.to_viewer(p)));
         let (e, b) = (100.0 * error, 100.0 * bias);
         println!("{:14} visible error {e:6.2}% bias {b:6.2}%", truth.name);
-        assert_near(&truth, (error, bias));
+        assert_near(truth, (error, bias));
     }
 }
 
@@ -167,8 +147,8 @@ fn visible_voxels_are_as_near_the_truth() {
 #[test]
 fn propagation_keeps_its_distance_from_the_truth() {
     for truth in support::all() {
-        let field = propagate(&truth, &voxels(&truth, 32), 128);
-        let (error, _) = compare(&truth, "propagate", &field);
+        let field = propagate(truth, &truth.voxels(32), 128);
+        let (error, _) = compare(truth, "propagate", &field);
         assert!(error < 0.45, "{}", truth.name);
     }
 }
@@ -182,14 +162,14 @@ fn rays_are_nearer_the_truth_than_propagation_at_any_level() {
             rays: 8,
             ..Default::default()
         };
-        let field = ray_tracing(&truth, &voxels(&truth, 16), settings);
-        let (traced, _) = compare(&truth, "ray_tracing 16^3, 8 rays", &field);
+        let field = ray_tracing(truth, &truth.voxels(16), settings);
+        let (traced, _) = compare(truth, "ray_tracing 16^3, 8 rays", &field);
         let mut least = f32::INFINITY;
         for resolution in [12, 16, 24] {
-            let voxels = voxels(&truth, resolution);
+            let voxels = truth.voxels(resolution);
             for steps in [resolution, 2 * resolution] {
                 let name = format!("propagate {resolution}^3, {steps} steps");
-                let (error, _) = compare(&truth, &name, &propagate(&truth, &voxels, steps));
+                let (error, _) = compare(truth, &name, &propagate(truth, &voxels, steps));
                 least = least.min(error);
             }
         }

@@ -3,10 +3,12 @@
 pub mod lights;
 pub mod shapes;
 
-use bevy_voxel_gi::reference::{Light, Material, Triangle};
+use bevy_voxel_gi::reference::{
+    Light, Material, RayTracing, RayTracingSettings, Triangle, VolumeGrid, Voxels,
+};
 use glam::{Mat3, UVec2, Vec2, Vec3};
 use serde_json::Value;
-use std::{f32::consts::PI, fs, path::Path};
+use std::{f32::consts::PI, fs, path::Path, sync::LazyLock};
 
 /// A box of a scene.
 pub struct Solid {
@@ -45,9 +47,53 @@ fn file(name: &str, extension: &str) -> Vec<u8> {
     fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
+static SCENES: LazyLock<[Truth; 3]> =
+    LazyLock::new(|| ["cornell_point", "colonnade", "sunlit_room"].map(load));
+static VOXELS: LazyLock<[Voxels; 3]> = LazyLock::new(|| SCENES.each_ref().map(|t| t.voxels(32)));
+static LIGHT: LazyLock<[RayTracing<'static>; 3]> = LazyLock::new(|| {
+    [0, 1, 2].map(|i| {
+        let mut light = SCENES[i].ray_tracing(&VOXELS[i], RayTracingSettings::default());
+        for _ in 0..SETTLED {
+            light.step();
+        }
+        light
+    })
+});
+
+/// Number of frames in which light settles: until the mean grows, and half as many.
+const SETTLED: u32 = 48;
+
 /// All scenes.
-pub fn all() -> [Truth; 3] {
-    ["cornell_point", "colonnade", "sunlit_room"].map(load)
+pub fn all() -> &'static [Truth; 3] {
+    &SCENES
+}
+
+/// All scenes at 32^3, with their light of the default settings, settled.
+pub fn settled() -> impl Iterator<
+    Item = (
+        &'static Truth,
+        &'static Voxels,
+        &'static RayTracing<'static>,
+    ),
+> {
+    (0..3).map(|i| (&SCENES[i], &VOXELS[i], &LIGHT[i]))
+}
+
+impl Truth {
+    /// The voxels of the scene.
+    pub fn voxels(&self, resolution: u32) -> Voxels {
+        let grid = VolumeGrid::around(self.min, self.max, resolution);
+        Voxels::new(grid, &self.triangles)
+    }
+
+    /// The solver of the scene's light, without a frame yet.
+    pub fn ray_tracing<'a>(
+        &'a self,
+        voxels: &'a Voxels,
+        settings: RayTracingSettings,
+    ) -> RayTracing<'a> {
+        RayTracing::new(voxels, &self.materials, &self.lights, self.sky, settings)
+    }
 }
 
 fn vec3(value: &Value) -> Vec3 {
