@@ -17,9 +17,8 @@ pub const FRAME_POINTS: u32 = 4;
 /// Stride from point to point, so that neighbouring points are not in the same frame; coprime to 16.
 pub const POINT_STEP: u32 = 5;
 
-/// Weight of a surface, relative to 1, where more than a quarter of the rays may start inside geometry:
-/// in a solid, or close behind a single-sided surface. Its light is too dark, and must not show in
-/// pixels just outside of the solid.
+/// Weight of a surface, relative to 1, that is inside geometry: in a solid, or close behind a single-sided
+/// surface. Its light is too dark, and must not show in pixels just outside of the solid.
 pub const INSIDE_WEIGHT: f32 = 1.0 / 256.0;
 
 /// Weight of an empty voxel in the same case, relative to other empty voxels.
@@ -41,13 +40,16 @@ struct Gathered {
     /// Radiance times weight, and weight, of the valid samples.
     light: Vec4,
     rays: f32,
-    /// Number of rays that may start inside geometry.
+    /// Number of rays that end at a back or in a wall.
+    enclosed: f32,
+    /// Number of these that may start inside geometry.
     inside_geometry: f32,
 }
 
 impl Gathered {
     fn add(&mut self, sample: RaySample<Vec3>, weight: f32) {
         self.rays += 1.0;
+        self.enclosed += f32::from(u8::from(sample.is_enclosed()));
         self.inside_geometry += f32::from(u8::from(sample.is_inside_geometry()));
         match sample {
             RaySample::Light(radiance) => self.light += radiance.extend(1.0) * weight,
@@ -56,8 +58,10 @@ impl Gathered {
         }
     }
 
+    /// Whether more than a quarter of the rays are enclosed, and an eighth may start inside geometry. Not all of them
+    /// need be, as solids may overlap: in one, the fronts of others are visible.
     fn is_inside_geometry(&self) -> bool {
-        4.0 * self.inside_geometry > self.rays
+        4.0 * self.enclosed > self.rays && 8.0 * self.inside_geometry >= self.rays
     }
 }
 

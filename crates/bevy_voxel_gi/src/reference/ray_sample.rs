@@ -29,7 +29,12 @@ impl<T> RaySample<T> {
         }
     }
 
-    /// Returns whether the ray may start inside geometry.
+    /// Returns whether the ray ends at a back or in a wall, as all rays in a solid do.
+    pub fn is_enclosed(&self) -> bool {
+        !matches!(self, Self::Light(_))
+    }
+
+    /// Returns whether the ray may start in a solid, close to its surface.
     ///
     /// Only the region near the surface of a large solid matters: receivers outside interpolate with it.
     pub fn is_inside_geometry(&self) -> bool {
@@ -42,7 +47,7 @@ impl<T> RaySample<T> {
 }
 
 /// A back face that is hit nearer than this, in voxels, may belong to the solid in which the ray starts.
-pub const NEAR: f32 = 4.0;
+pub const NEAR: f32 = 1.5;
 
 /// Returns the weight of each face of a hit voxel, 1 in total.
 ///
