@@ -1,5 +1,7 @@
 //! The filters in f64, over decoded levels: what the shader's are tested against.
 
+use std::collections::BTreeMap;
+
 use bevy::math::Vec2;
 use bevy_wavelet_tex::{
     WaveletAddressMode,
@@ -133,22 +135,42 @@ pub fn mix(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
     std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
 }
 
-/// Level 0 filtered over a footprint of `extent` uv around `uv`, by `taps` x `taps` bilinear samples:
-/// with equal weights, or with a tent over twice the footprint, as a texture unit's filter is.
+/// A level filtered over a footprint of `extent` uv around `uv`, by `taps` x `taps` bilinear samples: with equal
+/// weights, or with a tent over twice the footprint, as a texture unit's filter is. Every weight is a product of
+/// one along x and one along y, so that each texel is read once.
 pub fn supersampled(level: &Level, uv: Vec2, extent: Vec2, taps: u32, tent: bool) -> [f64; 3] {
-    let (mut sum, mut weights) = ([0.0; 3], 0.0);
-    for y in 0..taps {
-        for x in 0..taps {
-            let mut offset = (Vec2::new(x as f32, y as f32) + 0.5) / taps as f32 - 0.5;
-            let mut weight = 1.0;
-            if tent {
-                offset *= 2.0;
-                weight = f64::from((1.0 - offset.x.abs()) * (1.0 - offset.y.abs()));
-            }
-            let sample = level.bilinear(uv + offset * extent, WaveletAddressMode::Repeat);
-            (0..3).for_each(|c| sum[c] += weight * sample[c]);
-            weights += weight;
+    let weights = [0, 1].map(|axis| {
+        let texels = f64::from(level.size[axis]);
+        let centre = f64::from(uv[axis]) * texels - 0.5;
+        weights_of_texels(centre, f64::from(extent[axis]) * texels, taps, tent)
+    });
+    let mut sum = [0.0; 3];
+    for (y, weight_y) in &weights[1] {
+        for (x, weight_x) in &weights[0] {
+            let texel = level.at([*x, *y], WaveletAddressMode::Repeat);
+            (0..3).for_each(|c| sum[c] += weight_x * weight_y * texel[c]);
         }
     }
-    sum.map(|v| v / weights)
+    sum
+}
+
+/// The texels along one axis and their weights, one in all, where `taps` linear samples are spread over `extent`
+/// texels around `centre`.
+fn weights_of_texels(centre: f64, extent: f64, taps: u32, tent: bool) -> BTreeMap<i64, f64> {
+    let mut weights = BTreeMap::new();
+    for tap in 0..taps {
+        let offset = (f64::from(tap) + 0.5) / f64::from(taps) - 0.5;
+        let (offset, weight) = if tent {
+            (2.0 * offset, 1.0 - 2.0 * offset.abs())
+        } else {
+            (offset, 1.0)
+        };
+        let position = centre + offset * extent;
+        let (first, fraction) = (position.floor(), position - position.floor());
+        *weights.entry(first as i64).or_insert(0.0) += weight * (1.0 - fraction);
+        *weights.entry(first as i64 + 1).or_insert(0.0) += weight * fraction;
+    }
+    let total: f64 = weights.values().sum();
+    weights.values_mut().for_each(|weight| *weight /= total);
+    weights
 }
