@@ -23,8 +23,7 @@ use bevy_wavelet_tex::{
 };
 use image::{DynamicImage, RgbImage};
 
-use super::scene::{MAX_FRAMES, add_texture, encoded};
-use crate::support::gpu;
+use super::scene::{MAX_FRAMES, add_texture, encoded, gpu_with_all_planes};
 
 const SIZE: u32 = 64;
 
@@ -220,7 +219,9 @@ fn only(map: usize, e: WaveletExtension) -> WaveletExtension {
 /// Each map alone is a pipeline of its own, is seen, and looks as its decoded image does.
 #[test]
 fn every_map_alone_is_seen() {
-    let _gpu = gpu();
+    let Some(_gpu) = gpu_with_all_planes() else {
+        return;
+    };
     let wavelet = |map| {
         render(Path::Forward, |world, base, quad| {
             with_wavelets(world, base, quad);
@@ -283,7 +284,9 @@ fn every_map_alone_is_seen() {
 
 #[test]
 fn all_maps_look_as_their_decoded_images_in_every_path() {
-    let _gpu = gpu();
+    let Some(_gpu) = gpu_with_all_planes() else {
+        return;
+    };
     for path in [Path::Forward, Path::Prepass, Path::Deferred] {
         let wavelet = render(path, with_wavelets);
         let decoded = render(path, with_decoded);

@@ -1,6 +1,10 @@
 //! A textured quad seen straight on, and the codec's view of it.
 
-use bevy::{camera::Hdr, image::Image, pbr::StandardMaterial, prelude::*};
+use std::{sync::OnceLock, thread};
+
+use bevy::{
+    camera::Hdr, image::Image, pbr::StandardMaterial, prelude::*, render::renderer::RenderDevice,
+};
 use bevy_frugal_lab::{
     content,
     headless::{
@@ -18,10 +22,12 @@ use bevy_wavelet_tex::{
         rate::Rate,
         settings::{EncodeSettings, Formats},
     },
+    material::binds_all_planes,
 };
 use image::RgbImage;
 
 use super::driver::Driver;
+use crate::support::{Gpu, gpu, skipped};
 
 pub const MAX_FRAMES: u32 = 200;
 
@@ -64,6 +70,26 @@ pub fn linear(image: &WaveletImage, decoded: DecodedImage) -> ([u32; 2], Vec<[f3
         decoded.size,
         decoded.pixels.into_iter().map(linear).collect(),
     )
+}
+
+/// Waits until an app may run; `None`, with a note, where a material can have no blocks of several planes.
+pub fn gpu_with_all_planes() -> Option<Gpu> {
+    static BINDS: OnceLock<bool> = OnceLock::new();
+    let gpu = gpu();
+    let binds = BINDS.get_or_init(|| {
+        let app = HeadlessApp::new(HeadlessSettings::with_size(16, 16), |_| {});
+        let app = app.expect("an adapter");
+        binds_all_planes(app.world().resource::<RenderDevice>())
+    });
+    if !binds {
+        let thread = thread::current();
+        let test = thread.name().unwrap_or("a test of wavelet textures");
+        skipped(&format!(
+            "{test}: the adapter binds too few textures for all planes"
+        ));
+        return None;
+    }
+    Some(gpu)
 }
 
 /// Adds an image to a world.

@@ -82,6 +82,15 @@ pub(crate) fn missing_textures(device: &RenderDevice) -> Option<[u32; 2]> {
     texture_limit::missing_textures(device, TEXTURES.len() as u32)
 }
 
+/// Whether a material can have wavelet textures of several planes on a device, beside all that Bevy's views bind.
+///
+/// Where it cannot, the loader decodes such textures; an app that makes textures at run time gives
+/// [`WaveletTexture::add`](crate::WaveletTexture::add) the storage
+/// [`Decoded`](crate::WaveletStorage::Decoded) for them.
+pub fn binds_all_planes(device: &RenderDevice) -> bool {
+    missing_textures(device).is_none()
+}
+
 /// The bindings of the textures: where the device's limit is too low for all planes, those of the first texture of
 /// each map.
 fn bound_textures(device: &RenderDevice) -> impl Iterator<Item = (u32, (Map, Part))> + use<> {

@@ -21,6 +21,7 @@ mod texture_limit;
 mod uniform;
 
 pub use bind_group::GpuWaveletTexture;
+pub use bind_group::binds_all_planes;
 pub(crate) use bind_group::missing_textures;
 pub use extension::{WaveletExtension, WaveletForms, WaveletKey, WaveletStandardMaterial};
 pub use samplers::WaveletSamplers;
