@@ -13,7 +13,7 @@ use bevy_wavelet_tex::codec::{
 use gltf::{Gltf, buffer, image::Source};
 use image::{DynamicImage, Rgb, Rgb32FImage, RgbImage, buffer::ConvertBuffer};
 
-use super::{super::baselines::through, encoded, lit_material::Material};
+use super::{super::baselines::through, encoded::encoded, lit_material::Material};
 use crate::{
     metrics::error::{mse, psnr_db},
     tradeoff::study::TradeoffError,

@@ -5,8 +5,10 @@
 //! | `rivals` | colour images beside BC1, smaller BC1 textures and BC7 |
 //! | `sizes` | the bytes of files on disk, and the time to read them |
 //! | `materials` | the maps of a glTF file's materials together, beside BC textures |
+//! | `encoded` | the texture of an image |
 //! | `lit_material`, `shading` | the picture of these maps under lights |
 
+mod encoded;
 mod lit_material;
 mod materials;
 mod rivals;
@@ -19,13 +21,7 @@ use std::{
     process::ExitCode,
 };
 
-use bevy_wavelet_tex::codec::{
-    encoder::{EncodeError, encode},
-    image::{ColorSpace, WaveletImage},
-    quality::psnr_db,
-    settings::EncodeSettings,
-    source::{Pixels, Source},
-};
+use bevy_wavelet_tex::codec::image::ColorSpace;
 use clap::{CommandFactory, Parser};
 use image::DynamicImage;
 
@@ -105,19 +101,6 @@ fn read(paths: &[PathBuf]) -> Result<Vec<(String, DynamicImage)>, TradeoffError>
         }
     }
     Ok(images)
-}
-
-/// Encodes an image with all its bits. Returns the PSNR in dB, too.
-fn encoded(
-    image: &DynamicImage,
-    settings: &EncodeSettings,
-) -> Result<(WaveletImage, f64), EncodeError> {
-    let words: Vec<_> = image.to_rgba16().pixels().map(|p| p.0).collect();
-    let size = [image.width(), image.height()];
-    let source = Source::new(size, Pixels::Rgba16(&words));
-    let texture = encode(&source, settings, &|_, _| {})?;
-    let psnr = psnr_db(&source, &texture);
-    Ok((texture, psnr))
 }
 
 #[cfg(test)]

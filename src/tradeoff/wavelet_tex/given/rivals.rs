@@ -13,7 +13,7 @@ use image::{DynamicImage, Rgb32FImage, buffer::ConvertBuffer, imageops};
 
 use super::{
     super::baselines::{Through, through},
-    encoded,
+    encoded::encoded,
 };
 use crate::{
     metrics::{

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use bevy_wavelet_tex::file;
+use bevy_wavelet_tex::{codec::settings::EncodeSettings, file};
 use image::{DynamicImage, ImageFormat, RgbImage};
 
-use super::*;
+use super::{encoded::encoded, *};
 use crate::content;
 
 /// A temporary folder of one test, which is removed when it is dropped.
