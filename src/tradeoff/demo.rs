@@ -120,10 +120,7 @@ fn measure(options: &Options) -> Result<(), TradeoffError> {
         report.measurements.extend(rows);
         println!("{}", table(&report, demo.plugin));
     }
-    std::fs::create_dir_all(&options.out).map_err(|source| TradeoffError::File {
-        path: options.out.clone(),
-        source,
-    })?;
+    std::fs::create_dir_all(&options.out).map_err(TradeoffError::file(&options.out))?;
     Ok(report.write(options.out.join(FILE))?)
 }
 

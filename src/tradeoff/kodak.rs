@@ -29,10 +29,8 @@ pub(super) fn photographs(
     let read = |number: &u32| {
         let name = format!("kodim{number:02}");
         let path = folder.join(&name).with_extension("png");
-        match image::open(&path) {
-            Ok(image) => Ok((name, image.into_rgb8())),
-            Err(source) => Err(TradeoffError::Image { path, source }),
-        }
+        let image = image::open(&path).map_err(TradeoffError::file(&path))?;
+        Ok((name, image.into_rgb8()))
     };
     numbers.iter().map(read).collect()
 }

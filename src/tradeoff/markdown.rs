@@ -105,13 +105,9 @@ pub fn plugin_page(plugin: &str) -> PathBuf {
 /// # Errors
 /// [`TradeoffError::File`] where the file cannot be read or written.
 pub fn renew_file(path: &Path, name: &str, text: &str) -> Result<(), TradeoffError> {
-    let file_error = |source| TradeoffError::File {
-        path: path.into(),
-        source,
-    };
-    let document = std::fs::read_to_string(path).map_err(file_error)?;
+    let document = std::fs::read_to_string(path).map_err(TradeoffError::file(path))?;
     match renewed(&document, name, text) {
-        Some(text) => std::fs::write(path, text).map_err(file_error),
+        Some(text) => std::fs::write(path, text).map_err(TradeoffError::file(path)),
         None => Ok(()),
     }
 }

@@ -19,7 +19,8 @@ const ALL: &str = "all";
     name = "tradeoff",
     after_help = "What the shaders cost when they are compiled for a GPU: tradeoff cost --help\n\
                   Times on the GPU that is there: tradeoff gpu --help\n\
-                  Times of the demos' pictures: tradeoff demo --help"
+                  Times of the demos' pictures: tradeoff demo --help\n\
+                  Given images and models: tradeoff wavelet_tex rivals|sizes|materials --help"
 )]
 pub struct Options {
     /// Plugin to measure.

@@ -9,6 +9,7 @@ use super::{
     chart, demo, gpu, markdown,
     options::Options,
     study::{Study, TradeoffError},
+    wavelet_tex::given,
 };
 use crate::{cost, record::Report};
 
@@ -17,17 +18,21 @@ use crate::{cost, record::Report};
 /// Exit code 0 for success, 1 for a failure and 2 for a wrong command line; the reason is on the
 /// standard error output. A study that fails does not keep the others from being measured.
 pub fn run() -> ExitCode {
-    let mut arguments = std::env::args_os().skip(1);
-    match arguments.next() {
-        Some(first) if first == "cost" => return cost::run(arguments),
-        Some(first) if first == "gpu" => return gpu::run(arguments),
-        Some(first) if first == "demo" => return demo::run(arguments),
+    let words: Vec<_> = std::env::args_os().skip(1).take(2).collect();
+    let arguments = std::env::args_os().skip(2);
+    match words.as_slice() {
+        [first, ..] if first == "cost" => return cost::run(arguments),
+        [first, ..] if first == "gpu" => return gpu::run(arguments),
+        [first, ..] if first == "demo" => return demo::run(arguments),
+        [first, second] if first == "wavelet_tex" && given::is_word(second) => {
+            return given::run(arguments);
+        }
         _ => {}
     }
     let options = Options::parse();
     // A folder that cannot be made should not show up after minutes of measuring.
-    if let Err(error) = make_folder(&options.out) {
-        eprintln!("error: {error}");
+    if let Err(error) = std::fs::create_dir_all(&options.out) {
+        eprintln!("error: `{}`: {error}", options.out.display());
         return ExitCode::FAILURE;
     }
     let mut chapters = String::new();
@@ -88,16 +93,6 @@ fn measured(study: &Study, options: &Options) -> Result<Report, TradeoffError> {
     })
 }
 
-fn make_folder(path: &Path) -> Result<(), TradeoffError> {
-    std::fs::create_dir_all(path).map_err(|source| TradeoffError::File {
-        path: path.into(),
-        source,
-    })
-}
-
 fn write(path: &Path, text: &str) -> Result<(), TradeoffError> {
-    std::fs::write(path, text).map_err(|source| TradeoffError::File {
-        path: path.into(),
-        source,
-    })
+    std::fs::write(path, text).map_err(TradeoffError::file(path))
 }

@@ -1,10 +1,13 @@
 //! What a study is.
 
-use std::path::PathBuf;
+use std::{
+    error::Error,
+    path::{Path, PathBuf},
+};
 
 use bevy_wavelet_tex::codec::encoder::EncodeError;
 use indicatif::ProgressBar;
-use thiserror::Error;
+use thiserror::Error as ThisError;
 
 use super::{plan::Plan, summary::Summary};
 use crate::{
@@ -37,7 +40,7 @@ impl Study {
     }
 }
 
-#[derive(Debug, Error)]
+#[derive(Debug, ThisError)]
 pub enum TradeoffError {
     /// Nothing could be rendered.
     #[error(transparent)]
@@ -54,12 +57,6 @@ pub enum TradeoffError {
     /// A name on the command line is no setting's.
     #[error("no setting is called `{name}` up to these resolutions; known: {}", .known.join(", "))]
     UnknownSetting { name: String, known: Vec<String> },
-    /// A photograph could not be read.
-    #[error("cannot read `{}`: {source}", .path.display())]
-    Image {
-        path: PathBuf,
-        source: image::ImageError,
-    },
     /// A path-traced picture could not be read.
     #[error(transparent)]
     Truth(#[from] TruthError),
@@ -75,6 +72,16 @@ pub enum TradeoffError {
     /// The report could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+}
+
+impl TradeoffError {
+    /// Turns an error of a file or folder into one with its path.
+    pub(super) fn file<E: Into<Box<dyn Error + Send + Sync>>>(path: &Path) -> impl Fn(E) -> Self {
+        move |source| Self::File {
+            path: path.into(),
+            source: std::io::Error::other(source),
+        }
+    }
 }
 
 /// Prints a line above the progress bar, also where the bar is hidden.

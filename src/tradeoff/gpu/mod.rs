@@ -83,18 +83,14 @@ fn measure(options: &Options) -> Result<(), TradeoffError> {
 /// Writes the figures and their tables into the adapter's folder.
 fn write(report: &Report, out: &Path) -> Result<PathBuf, TradeoffError> {
     let folder = out.join(folder_name(&report.adapter.name));
-    let file_error = |source| TradeoffError::File {
-        path: folder.clone(),
-        source,
-    };
-    std::fs::create_dir_all(&folder).map_err(file_error)?;
+    std::fs::create_dir_all(&folder).map_err(TradeoffError::file(&folder))?;
     report.write(folder.join(FILE))?;
     let text = format!(
         "# Times on a GPU\n\n{}\n\n{}",
         tables::measured_on(report),
         tables::all(report)
     );
-    std::fs::write(folder.join("gpu.md"), text).map_err(file_error)?;
+    std::fs::write(folder.join("gpu.md"), text).map_err(TradeoffError::file(&folder))?;
     Ok(folder)
 }
 

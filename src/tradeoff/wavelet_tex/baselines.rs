@@ -12,7 +12,7 @@ use bevy_wavelet_tex::codec::{
     blocks::{BlockFormat, BlockQuality, decode_blocks, encode_bc1, encode_bc4, encode_bc7},
     color::ycocg_from_rgb,
 };
-use image::{Rgb, Rgb32FImage, RgbImage, imageops};
+use image::{Rgb, Rgb32FImage, RgbImage, RgbaImage, buffer::ConvertBuffer, imageops};
 
 use super::{encoded::ORIGINAL, two_levels::through_two_levels};
 use crate::{
@@ -28,86 +28,54 @@ pub(super) const FILTERS: [(&str, imageops::FilterType); 2] = [
 
 /// The bits per pixel of lower resolutions, which are those of the wavelet rates.
 const GRAY_BITS: [f64; 3] = [1.5, 2.0, 3.0];
-const COLOR_BITS: [(Format, f64); 4] = [
-    (Format::Bc1, 2.25),
-    (Format::Bc1, 3.0),
-    (Format::Bc1, 3.25),
-    (Format::Bc7, 5.0),
+const COLOR_BITS: [(BlockFormat, f64); 4] = [
+    (BlockFormat::Bc1, 2.25),
+    (BlockFormat::Bc1, 3.0),
+    (BlockFormat::Bc1, 3.25),
+    (BlockFormat::Bc7, 5.0),
 ];
 
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Format {
-    Bc1,
-    Bc4,
-    Bc7,
-}
-
-impl Format {
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Bc1 => "bc1",
-            Self::Bc4 => "bc4",
-            Self::Bc7 => "bc7",
-        }
-    }
-
-    fn bits_per_pixel(self) -> f64 {
-        match self {
-            Self::Bc1 | Self::Bc4 => 4.0,
-            Self::Bc7 => 8.0,
-        }
-    }
-
-    /// Name of the setting in which the format is at a lower resolution.
-    pub(super) fn scaled_name(self, bpp: f64, filter: &str) -> String {
-        format!("{} at {bpp} bpp, {filter}", self.name())
-    }
-
-    fn through(self, picture: &Rgb32FImage) -> Through {
-        let size = <[u32; 2]>::from(picture.dimensions());
-        let (format, (blocks, encode_ms)) = match self {
-            Self::Bc1 => {
-                let texel = |p: &Rgb<f32>| {
-                    let [r, g, b] = p.0.map(byte);
-                    [r, g, b, 255]
-                };
-                let texels: Vec<_> = picture.pixels().map(texel).collect();
-                (
-                    BlockFormat::Bc1,
-                    timed(|| encode_bc1(&texels, size, BlockQuality::High)),
-                )
-            }
-            Self::Bc4 => {
-                let values: Vec<f32> = picture.pixels().map(|p| p.0[0].clamp(0.0, 1.0)).collect();
-                (
-                    BlockFormat::Bc4,
-                    timed(|| encode_bc4(&values, size, BlockQuality::High)),
-                )
-            }
-            Self::Bc7 => {
-                let encode = || encode_bc7(size, [1; 3], |x, y| picture.get_pixel(x, y).0);
-                (BlockFormat::Bc7, timed(encode))
-            }
-        };
-        let texels = decode_blocks(format, &blocks, size);
-        let decoded = Rgb32FImage::from_fn(size[0], size[1], |x, y| {
-            let [r, g, b, _] = texels[(y * size[0] + x) as usize];
-            Rgb(if self == Self::Bc4 { [r; 3] } else { [r, g, b] })
-        });
-        Through {
-            decoded,
-            bytes: blocks.len(),
-            encode_ms,
-        }
-    }
+/// Name of the setting in which a format is at a lower resolution.
+pub(super) fn scaled_name(format: BlockFormat, bpp: f64, filter: &str) -> String {
+    format!("{} at {bpp} bpp, {filter}", format.name())
 }
 
 /// A picture that was encoded and decoded.
-struct Through {
-    decoded: Rgb32FImage,
+pub(super) struct Through {
+    pub(super) decoded: Rgb32FImage,
     /// Bytes of the blocks.
     bytes: usize,
     encode_ms: f64,
+}
+
+/// Encodes and decodes a picture in BC1, BC7, or BC4, which has red in all channels.
+pub(super) fn through(format: BlockFormat, picture: &Rgb32FImage) -> Through {
+    let size = <[u32; 2]>::from(picture.dimensions());
+    let (blocks, encode_ms) = match format {
+        BlockFormat::Bc4 => {
+            let values: Vec<f32> = picture.pixels().map(|p| p.0[0].clamp(0.0, 1.0)).collect();
+            timed(|| encode_bc4(&values, size, BlockQuality::High))
+        }
+        BlockFormat::Bc7 => timed(|| encode_bc7(size, [1; 3], |x, y| picture.get_pixel(x, y).0)),
+        _ => {
+            let rgba: RgbaImage = picture.convert();
+            let texels: Vec<_> = rgba.pixels().map(|p| p.0).collect();
+            timed(|| encode_bc1(&texels, size, BlockQuality::High))
+        }
+    };
+    let texels = decode_blocks(format, &blocks, size);
+    let decoded = Rgb32FImage::from_fn(size[0], size[1], |x, y| {
+        let [r, g, b, _] = texels[(y * size[0] + x) as usize];
+        Rgb(match format {
+            BlockFormat::Bc4 => [r; 3],
+            _ => [r, g, b],
+        })
+    });
+    Through {
+        decoded,
+        bytes: blocks.len(),
+        encode_ms,
+    }
 }
 
 /// The result of a function and the milliseconds that it took.
@@ -119,7 +87,7 @@ fn timed<T>(function: impl FnOnce() -> T) -> (T, f64) {
 
 /// BC1 of a colour image, which every study has.
 pub(super) fn bc1_row(scene: &str, image: &RgbImage) -> Result<Measurement, SizeMismatch> {
-    Picture::color(scene, image).at_full_size(Format::Bc1)
+    Picture::color(scene, image).at_full_size(BlockFormat::Bc1)
 }
 
 /// All other rows of a colour image and of its luma.
@@ -127,15 +95,15 @@ pub(super) fn rows(scene: &str, image: &RgbImage) -> Result<Vec<Measurement>, Si
     let color = Picture::color(scene, image);
     let gray = Picture::luma(scene, image);
     let mut rows = vec![
-        color.at_full_size(Format::Bc7)?,
-        gray.at_full_size(Format::Bc4)?,
+        color.at_full_size(BlockFormat::Bc7)?,
+        gray.at_full_size(BlockFormat::Bc4)?,
     ];
     for filter in FILTERS {
         for (format, bpp) in COLOR_BITS {
             rows.push(color.scaled(format, bpp, filter)?);
         }
         for bpp in GRAY_BITS {
-            rows.push(gray.scaled(Format::Bc4, bpp, filter)?);
+            rows.push(gray.scaled(BlockFormat::Bc4, bpp, filter)?);
         }
     }
     rows.push(gray.row("two levels", |picture| {
@@ -168,32 +136,34 @@ impl Picture {
     }
 
     fn of(scene: String, image: &RgbImage, value: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
-        let pixels = Rgb32FImage::from_fn(image.width(), image.height(), |x, y| {
-            Rgb(value(image.get_pixel(x, y).0.map(|v| f32::from(v) / 255.0)))
-        });
+        let mut pixels: Rgb32FImage = image.convert();
+        for pixel in pixels.pixels_mut() {
+            pixel.0 = value(pixel.0);
+        }
         Self { scene, pixels }
     }
 
-    fn at_full_size(&self, format: Format) -> Result<Measurement, SizeMismatch> {
-        self.row(format.name(), |picture| format.through(picture))
+    fn at_full_size(&self, format: BlockFormat) -> Result<Measurement, SizeMismatch> {
+        self.row(format.name(), |picture| through(format, picture))
     }
 
     /// The format at a lower resolution, such that it takes `bpp`.
     fn scaled(
         &self,
-        format: Format,
+        format: BlockFormat,
         bpp: f64,
         (name, filter): (&str, imageops::FilterType),
     ) -> Result<Measurement, SizeMismatch> {
-        let scale = (bpp / format.bits_per_pixel()).sqrt();
+        let bits_per_pixel = format.block_bytes() as f64 / 2.0;
+        let scale = (bpp / bits_per_pixel).sqrt();
         let (width, height) = self.pixels.dimensions();
         let [w, h] = [width, height].map(|s| ((f64::from(s) * scale).round() as u32).max(1));
-        self.row(&format.scaled_name(bpp, name), |picture| {
+        self.row(&scaled_name(format, bpp, name), |picture| {
             let small = imageops::resize(picture, w, h, imageops::FilterType::Lanczos3);
-            let through = format.through(&small);
+            let small = through(format, &small);
             Through {
-                decoded: imageops::resize(&through.decoded, width, height, filter),
-                ..through
+                decoded: imageops::resize(&small.decoded, width, height, filter),
+                ..small
             }
         })
     }
@@ -212,17 +182,10 @@ impl Picture {
             cpu_ms: Some(through.encode_ms),
             bytes: Some(through.bytes as u64),
             fetches: Some(1.0),
-            ..Measurement::from(&compare(&rgb8(&self.pixels), &rgb8(&through.decoded))?)
+            ..Measurement::from(&compare(
+                &self.pixels.convert(),
+                &through.decoded.convert(),
+            )?)
         })
     }
-}
-
-fn rgb8(picture: &Rgb32FImage) -> RgbImage {
-    RgbImage::from_fn(picture.width(), picture.height(), |x, y| {
-        Rgb(picture.get_pixel(x, y).0.map(byte))
-    })
-}
-
-fn byte(value: f32) -> u8 {
-    (value.clamp(0.0, 1.0) * 255.0).round() as u8
 }

@@ -13,6 +13,7 @@
 //! | `inputs` | the images, and what each is encoded as |
 //! | `encoded` | the rows of encoded images |
 //! | `baselines`, `two_levels` | other formats on the same images |
+//! | [`given`] | the studies of images and models that are given |
 //! | `thesis` | the thesis's Tables 3.1 and 3.3, rebuilt |
 //! | `normals` | angular errors of normal maps |
 //! | [`tunnel`] | frame times and pictures of the filters |
@@ -21,6 +22,7 @@
 
 mod baselines;
 mod encoded;
+pub mod given;
 mod inputs;
 mod normals;
 mod published;
@@ -129,9 +131,6 @@ fn image_rows(
 }
 
 fn write_highlight(path: &Path) -> Result<(), TradeoffError> {
-    let written = normals::highlight()?.save(path);
-    written.map_err(|source| TradeoffError::File {
-        path: path.into(),
-        source: std::io::Error::other(source),
-    })
+    let picture = normals::highlight()?;
+    picture.save(path).map_err(TradeoffError::file(path))
 }

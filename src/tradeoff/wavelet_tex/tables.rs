@@ -3,8 +3,10 @@
 
 use std::{collections::BTreeMap, fmt::Write};
 
+use bevy_wavelet_tex::codec::blocks::BlockFormat;
+
 use super::{
-    baselines::{FILTERS, Format},
+    baselines::{FILTERS, scaled_name},
     encoded::{FROM_COLOR, ORIGINAL},
     normals::EXACT,
     published,
@@ -15,13 +17,13 @@ use crate::{
 };
 
 /// The rates, and the format of a lower resolution with the same bits.
-const RATES: [(&str, Format, f64); 6] = [
-    ("gray2", Format::Bc4, 2.0),
-    ("gray3", Format::Bc4, 3.0),
-    ("color2.25", Format::Bc1, 2.25),
-    ("color3", Format::Bc1, 3.0),
-    ("color3.25", Format::Bc1, 3.25),
-    ("color5", Format::Bc7, 5.0),
+const RATES: [(&str, BlockFormat, f64); 6] = [
+    ("gray2", BlockFormat::Bc4, 2.0),
+    ("gray3", BlockFormat::Bc4, 3.0),
+    ("color2.25", BlockFormat::Bc1, 2.25),
+    ("color3", BlockFormat::Bc1, 3.0),
+    ("color3.25", BlockFormat::Bc1, 3.25),
+    ("color5", BlockFormat::Bc7, 5.0),
 ];
 
 /// All tables as means over the photographs; nothing where the baselines were not measured.
@@ -123,7 +125,12 @@ fn rates(photographs: &Photographs) -> String {
         | rate | bpp | here | thesis | same bits, lower resolution | bilinear | bicubic |\n\
         | --- | --- | --- | --- | --- | --- | --- |\n"
         .to_string();
-    let two_levels = ("two levels", "two levels".to_string(), Format::Bc4, 1.5);
+    let two_levels = (
+        "two levels",
+        "two levels".to_string(),
+        BlockFormat::Bc4,
+        1.5,
+    );
     let setting = |rate: &str| match rate.starts_with("gray") {
         true => format!("{rate}{FROM_COLOR}"),
         false => format!("{rate} default"),
@@ -133,7 +140,7 @@ fn rates(photographs: &Photographs) -> String {
         let thesis = published::RATES.iter().find(|(name, ..)| *name == rate);
         let thesis = thesis.map_or(String::new(), |(.., psnr)| format!("{psnr:.1}"));
         let [bilinear, bicubic] =
-            FILTERS.map(|(name, _)| figure(&psnrs, &format.scaled_name(bpp, name)));
+            FILTERS.map(|(name, _)| figure(&psnrs, &scaled_name(format, bpp, name)));
         let _ = writeln!(
             text,
             "| {rate} | {} | {} | {thesis} | {} | {bilinear} | {bicubic} |",
@@ -145,9 +152,9 @@ fn rates(photographs: &Photographs) -> String {
     text += "\nOther formats: PSNR, dB\n\n\
         | format | bpp | PSNR | source |\n| --- | --- | --- | --- |\n";
     for (format, name) in [
-        (Format::Bc4, "BC4, gray"),
-        (Format::Bc1, "BC1"),
-        (Format::Bc7, "BC7"),
+        (BlockFormat::Bc4, "BC4, gray"),
+        (BlockFormat::Bc1, "BC1"),
+        (BlockFormat::Bc7, "BC7"),
     ] {
         let [bits, psnr] = [&bits, &psnrs].map(|figures| figure(figures, format.name()));
         let _ = writeln!(text, "| {name} | {bits} | {psnr} | here |");

@@ -3,7 +3,6 @@
 //! | module | contents |
 //! | --- | --- |
 //! | `graph` | which file imports which, and the cycles among them |
-//! | `rust_tokens` | Rust source as tokens, without its tests |
 //! | `rust_module` | the items, imports and paths of one Rust file |
 //! | `rust_crate` | the files of a crate, and in which of them a path ends |
 //! | `wesl` | the imports of shaders |
@@ -11,7 +10,6 @@
 mod graph;
 mod rust_crate;
 mod rust_module;
-mod rust_tokens;
 mod tests;
 mod wesl;
 

@@ -52,7 +52,8 @@ impl Crate {
         read: impl Fn(&Path) -> Option<String> + Copy,
     ) {
         let source = read(file).unwrap_or_else(|| panic!("{} is missing", file.display()));
-        let module = Module::parse(&source);
+        let module =
+            Module::parse(&source).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         for child in &module.children {
             let folder = folder.join(child);
             let candidates: [PathBuf; 2] = [folder.with_extension("rs"), folder.join("mod.rs")];

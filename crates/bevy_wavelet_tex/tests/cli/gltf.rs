@@ -50,24 +50,12 @@ fn images_inside_gltf_files_are_encoded_by_their_role() {
     }
     f.write("model.glb", &glb);
     let rows = f.json(&["encode", "model.glb", "--effort", "fast", "--json"]);
+    assert_eq!(rows.as_array().map(Vec::len), Some(3));
     let info = |file| f.json(&["info", file, "--json"]);
     assert_eq!(info("model.glb.Texture0.wtex")["content"], "color");
     assert_eq!(info("model.glb.Texture1.wtex")["content"], "normal");
     assert_eq!(info("apart.wtex")["content"], "gray");
     assert_eq!(info("apart.wtex")["color_space"], "linear");
-
-    // The maps are of two sizes, so the bits are those of both for each pixel of 75 x 64.
-    let (color, normal) = (f64::from(75 * 46), f64::from(64 * 64));
-    let rows = rows.as_array().expect("an array");
-    let bits = |row: usize, pixels: f64| rows[row]["bpp"].as_f64().expect("a number") * pixels;
-    let sum = bits(0, color) + bits(1, normal) + bits(2, color);
-    let material = &rows[3];
-    assert_eq!((rows.len(), &material["material"]), (4, &"wall".into()));
-    assert!((bits(3, f64::from(75 * 64)) - sum).abs() < 1e-6 * sum);
-    let number = |key: &str| material[key].as_f64().expect("a number");
-    assert!(number("bc7_bpp") > number("bc1_bpp") && number("bc1_bpp") > number("bpp"));
-    let db = ["lit_psnr_db", "bc1_lit_psnr_db", "bc7_lit_psnr_db"].map(number);
-    assert!(20.0 < db[0] && db[0] < db[2] && db[1] < db[2], "{db:?}");
 
     f.write("short.glb", &glb[..40]);
     f.fails(1, &["encode", "short.glb"], &["short.glb", "cut short"]);

@@ -11,6 +11,7 @@ use image::RgbImage;
 use indicatif::ProgressBar;
 
 use self::map::{Format, NormalMap};
+use super::inputs::files;
 use crate::{
     record::Measurement,
     tradeoff::study::{TradeoffError, note},
@@ -35,23 +36,12 @@ pub(super) fn rows(
         note(progress, &text);
         return Ok(rows);
     }
-    let failed = |source| TradeoffError::File {
-        path: folder.into(),
-        source,
-    };
-    let entries = folder.read_dir().map_err(failed)?;
-    let paths: Result<Vec<_>, _> = entries.map(|entry| Ok(entry?.path())).collect();
-    let mut paths = paths.map_err(failed)?;
-    paths.sort();
-    for path in paths {
+    for path in files(folder, &["png"])? {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        if !name.ends_with("Normal") || path.extension().is_none_or(|e| e != "png") {
+        if !name.ends_with("Normal") {
             continue;
         }
-        let picture = image::open(&path).map_err(|source| TradeoffError::Image {
-            path: path.clone(),
-            source,
-        })?;
+        let picture = image::open(&path).map_err(TradeoffError::file(&path))?;
         rows.extend(of_map(&name, &NormalMap::given(&picture.into_rgb32f()))?);
     }
     Ok(rows)

@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 
-use bevy_wavelet_tex::codec::rate::Rate;
+use bevy_wavelet_tex::codec::{
+    rate::Rate,
+    settings::{Effort, EncodeSettings, Formats, Method},
+};
 use clap::{Args, Parser, Subcommand};
 
 use crate::choices::{
-    Effort, Formats, Method, RateArg, Role, parse_named_rate, parse_psnr, parse_rate,
+    EFFORTS, FORMATS, METHODS, RateArg, Role, named, parse_named_rate, parse_psnr, parse_rate,
 };
 
 /// Wavelet textures at 2 to 5 bits per pixel: encode, decode, inspect, compare, measure.
@@ -24,8 +27,6 @@ pub enum Command {
     Info(InfoArgs),
     Compare(CompareArgs),
     Bench(BenchArgs),
-    Rivals(RivalsArgs),
-    Sizes(SizesArgs),
 }
 
 /// Encode images, and the images inside glTF files, as wavelet textures
@@ -39,8 +40,28 @@ pub struct EncodeArgs {
     /// extension wtex]
     #[arg(short, long)]
     pub out: Option<PathBuf>,
+    /// Rate: gray2, gray3, gray4, color2.25, color3, color3.25, color4, color5, color8, normal4,
+    /// normal8, the bits per pixel alone, or auto (with --min-psnr) [default: 2 for gray images, 3 for colour, 4 for normals]
+    #[arg(long, value_parser = parse_rate)]
+    pub rate: Option<RateArg>,
+    /// Choose the smallest rate that reaches this PSNR in dB
+    #[arg(long, value_name = "DB", value_parser = parse_psnr)]
+    pub min_psnr: Option<f64>,
+    /// Kind of data in the image [default: gray for gray images, else color]
+    #[arg(long, value_enum)]
+    pub role: Option<Role>,
     #[command(flatten)]
-    pub options: EncoderOptions,
+    pub encoder: EncoderArgs,
+    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and
+    /// data, and for KTX2 in a linear format)
+    #[arg(long)]
+    pub linear: bool,
+    /// Keep the alpha channel of colour
+    #[arg(long)]
+    pub alpha: bool,
+    /// Halve images until no side is longer than this, in pixels
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_size: Option<u32>,
     /// Store the largest level only
     #[arg(long)]
     pub no_mips: bool,
@@ -52,40 +73,6 @@ pub struct EncodeArgs {
     /// Print the results as JSON
     #[arg(long)]
     pub json: bool,
-}
-
-/// Options of the encoder.
-#[derive(Clone, Debug, Args)]
-pub struct EncoderOptions {
-    /// Rate: gray2, gray3, gray4, color2.25, color3, color3.25, color4, color5, color8, normal4,
-    /// normal8, the bits per pixel alone, or auto (with --min-psnr) [default: 2 for gray images, 3 for colour, 4 for normals]
-    #[arg(long, value_parser = parse_rate)]
-    pub rate: Option<RateArg>,
-    /// Choose the smallest rate that reaches this PSNR in dB
-    #[arg(long, value_name = "DB", value_parser = parse_psnr)]
-    pub min_psnr: Option<f64>,
-    /// Kind of data in the image [default: gray for gray images, else color]
-    #[arg(long, value_enum)]
-    pub role: Option<Role>,
-    /// Time to spend on the search for the parameters
-    #[arg(long, value_enum, default_value_t = Effort::Default)]
-    pub effort: Effort,
-    /// Parts of the codec to use
-    #[arg(long, value_enum, default_value_t = Method::Best)]
-    pub method: Method,
-    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and
-    /// data, and for KTX2 in a linear format)
-    #[arg(long)]
-    pub linear: bool,
-    /// Kinds of textures to choose from, by their error
-    #[arg(long, value_enum, default_value_t = Formats::Any)]
-    pub formats: Formats,
-    /// Keep the alpha channel of colour
-    #[arg(long)]
-    pub alpha: bool,
-    /// Halve images until no side is longer than this, in pixels
-    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
-    pub max_size: Option<u32>,
 }
 
 /// Decode wavelet textures to PNGs of 8 bits
@@ -139,57 +126,34 @@ pub struct BenchArgs {
     #[arg(long, value_delimiter = ',', value_parser = parse_named_rate)]
     pub rates: Vec<Rate>,
     #[command(flatten)]
-    pub measurement: Measurement,
-    /// Parts of the codec to use
-    #[arg(long, value_enum, default_value_t = Method::Best)]
-    pub method: Method,
-    /// Kinds of textures to choose from, by their error
-    #[arg(long, value_enum, default_value_t = Formats::Any)]
-    pub formats: Formats,
-}
-
-/// Measure colour images beside BC1, smaller BC1 textures and BC7; nothing is written
-#[derive(Debug, Args)]
-pub struct RivalsArgs {
-    /// Images, folders and globs
-    #[arg(required = true, value_name = "INPUT")]
-    pub inputs: Vec<PathBuf>,
-    /// Rates to encode at, separated by commas [default: color2.25, color3, color3.25, color5]
-    #[arg(long, value_delimiter = ',', value_parser = parse_named_rate)]
-    pub rates: Vec<Rate>,
-    #[command(flatten)]
-    pub measurement: Measurement,
-    /// Treat the values as linear data, not as sRGB colour
-    #[arg(long)]
-    pub linear: bool,
-}
-
-/// Options of the commands that measure images at many rates.
-#[derive(Clone, Copy, Debug, Args)]
-pub struct Measurement {
-    /// Time to spend on the search for the parameters
-    #[arg(long, value_enum, default_value_t = Effort::Default)]
-    pub effort: Effort,
+    pub encoder: EncoderArgs,
     /// Print a JSON array with a row for each image and rate; a PSNR is null where the images are
     /// identical
     #[arg(long)]
     pub json: bool,
 }
 
-/// Measure the bytes that images take on disk, with and without Zstandard, and the time to read them;
-/// nothing is written
-#[derive(Debug, Args)]
-pub struct SizesArgs {
-    /// Images, folders and globs
-    #[arg(required = true, value_name = "INPUT")]
-    pub inputs: Vec<PathBuf>,
-    #[command(flatten)]
-    pub options: EncoderOptions,
-    /// Level of Zstandard
-    #[arg(long, value_name = "LEVEL", default_value_t = 19,
-          value_parser = clap::value_parser!(i32).range(1..=22))]
-    pub zstd: i32,
-    /// Print a JSON array of the rows
-    #[arg(long)]
-    pub json: bool,
+/// How the encoder works.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct EncoderArgs {
+    /// Time to spend on the search for the parameters
+    #[arg(long, default_value = "default", value_parser = named(&EFFORTS))]
+    pub effort: Effort,
+    /// Parts of the codec to use
+    #[arg(long, default_value = "best", value_parser = named(&METHODS))]
+    pub method: Method,
+    /// Kinds of textures to choose from, by their error
+    #[arg(long, default_value = "any", value_parser = named(&FORMATS))]
+    pub formats: Formats,
+}
+
+impl EncoderArgs {
+    pub fn settings(self) -> EncodeSettings {
+        EncodeSettings {
+            effort: self.effort,
+            method: self.method,
+            formats: self.formats,
+            ..EncodeSettings::default()
+        }
+    }
 }

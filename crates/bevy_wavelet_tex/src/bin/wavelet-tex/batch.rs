@@ -1,16 +1,8 @@
 //! Processing of several files, some of which can fail.
 
-use std::path::PathBuf;
-
-use bevy_wavelet_tex::codec::encoder::EncodeError;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::{
-    error::Error,
-    image_file,
-    inputs::{self, Input},
-    picture::Picture,
-};
+use crate::{error::Error, inputs::Input};
 
 /// Makes a progress bar. indicatif hides it where standard error is not a terminal.
 pub fn bar(what: &str) -> ProgressBar {
@@ -49,19 +41,4 @@ pub fn run<T>(
         }),
     };
     (done, failure)
-}
-
-/// Measures all images that the arguments name. `rows` returns those of a picture, whose name is its path
-/// without the extension.
-pub fn measured<R>(
-    named: &[PathBuf],
-    mut rows: impl FnMut(&str, &Picture) -> Result<Vec<R>, EncodeError>,
-) -> Result<(Vec<R>, Result<(), Error>), Error> {
-    let inputs = inputs::expand(named, image_file::EXTENSIONS)?;
-    let (rows, result) = run(&inputs, |input, _| {
-        let picture = Picture::read(&input.path)?;
-        let name = input.relative.with_extension("").display().to_string();
-        rows(&name, &picture).map_err(|e| Error::file(&input.path, e))
-    });
-    Ok((rows.into_iter().flatten().collect(), result))
 }

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, time::Instant};
 
 use bevy_wavelet_tex::codec::{
     encoder::{EncodeError, encode},
-    image::{ColorSpace, Content},
+    image::Content,
     quality::psnr_db,
     rate::Rate,
     settings::EncodeSettings,
@@ -12,10 +12,12 @@ use bevy_wavelet_tex::codec::{
 };
 use serde::Serialize;
 
-use crate::{args::BenchArgs, batch, error::Error, picture::Picture, report::Report};
+use crate::{
+    args::BenchArgs, batch, error::Error, image_file, inputs, picture::Picture, report::Report,
+};
 
 /// The result of one image at one rate.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct Row {
     /// Name of the file without its extension.
     image: String,
@@ -38,10 +40,14 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
     } else {
         args.rates.clone()
     };
-    let (rows, result) = batch::measured(&args.inputs, |name, picture| {
-        rows(name, picture, &rates, args)
-    })?;
-    let text = if args.measurement.json {
+    let inputs = inputs::expand(&args.inputs, image_file::EXTENSIONS)?;
+    let (images, result) = batch::run(&inputs, |input, _| {
+        let picture = Picture::read(&input.path)?;
+        let name = input.relative.with_extension("").display().to_string();
+        rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
+    });
+    let rows = images.concat();
+    let text = if args.json {
         serde_json::to_string_pretty(&rows).expect("plain data")
     } else {
         table(&rows)
@@ -60,12 +66,8 @@ fn rows(
     let row = |&rate: &Rate| {
         let settings = EncodeSettings {
             rate,
-            color_space: ColorSpace::Srgb,
             mips: false,
-            effort: args.measurement.effort.into(),
-            method: args.method.into(),
-            formats: args.formats.into(),
-            ..EncodeSettings::default()
+            ..args.encoder.settings()
         };
         let start = Instant::now();
         let texture = encode(&source, &settings, &|_, _| {})?;

@@ -1,7 +1,14 @@
 //! The values of options, and their parsers.
 
-use bevy_wavelet_tex::codec::{image::Content, rate::Rate, settings};
-use clap::ValueEnum;
+use bevy_wavelet_tex::codec::{
+    image::Content,
+    rate::Rate,
+    settings::{Effort, Formats, Method},
+};
+use clap::{
+    ValueEnum,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
 
 /// A rate, or the bits per pixel, whose rate depends on the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,64 +35,55 @@ pub enum Role {
     Data,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Effort {
-    /// No search for the parameters
-    Fast,
-    /// A search over a sample of the image
-    Default,
-    /// A finer search over a larger sample
-    Best,
-}
+pub const EFFORTS: [Choice<Effort>; 3] = [
+    ("fast", Effort::Fast, "No search for the parameters"),
+    (
+        "default",
+        Effort::Default,
+        "A search over a sample of the image",
+    ),
+    ("best", Effort::Best, "A finer search over a larger sample"),
+];
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Method {
-    /// Everything that improves the quality
-    Best,
-    /// Without prediction: one fetch of luma for a pixel instead of nine
-    OneFetch,
-    /// The codec of the thesis
-    Thesis,
-}
+pub const METHODS: [Choice<Method>; 3] = [
+    ("best", Method::Best, "Everything that improves the quality"),
+    (
+        "one-fetch",
+        Method::OneFetch,
+        "Without prediction: one fetch of luma for a pixel instead of nine",
+    ),
+    ("thesis", Method::Thesis, "The codec of the thesis"),
+];
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Formats {
-    /// Wavelets, and plain BC textures of at most as many bits
-    Any,
-    /// Wavelets alone
-    Wavelet,
-    /// Plain BC textures alone, at full size or smaller
-    Plain,
-}
+pub const FORMATS: [Choice<Formats>; 3] = [
+    (
+        "any",
+        Formats::Any,
+        "Wavelets, and plain BC textures of at most as many bits",
+    ),
+    ("wavelet", Formats::Wavelet, "Wavelets alone"),
+    (
+        "plain",
+        Formats::Plain,
+        "Plain BC textures alone, at full size or smaller",
+    ),
+];
 
-impl From<Formats> for settings::Formats {
-    fn from(formats: Formats) -> Self {
-        match formats {
-            Formats::Any => Self::Any,
-            Formats::Wavelet => Self::Wavelet,
-            Formats::Plain => Self::Plain,
-        }
-    }
-}
+/// A value with its name on the command line and a line of help.
+type Choice<T> = (&'static str, T, &'static str);
 
-impl From<Effort> for settings::Effort {
-    fn from(effort: Effort) -> Self {
-        match effort {
-            Effort::Fast => Self::Fast,
-            Effort::Default => Self::Default,
-            Effort::Best => Self::Best,
-        }
-    }
-}
-
-impl From<Method> for settings::Method {
-    fn from(method: Method) -> Self {
-        match method {
-            Method::Best => Self::Best,
-            Method::OneFetch => Self::OneFetch,
-            Method::Thesis => Self::Thesis,
-        }
-    }
+/// A parser of the names of choices.
+pub fn named<T: Clone + Send + Sync + 'static>(
+    choices: &'static [Choice<T>],
+) -> impl TypedValueParser<Value = T> {
+    let names = choices
+        .iter()
+        .map(|(name, _, help)| PossibleValue::new(name).help(help));
+    PossibleValuesParser::new(names).map(|name| {
+        let mut choices = choices.iter();
+        let choice = choices.find(|(known, ..)| *known == name);
+        choice.expect("one of the possible values").1.clone()
+    })
 }
 
 impl Role {

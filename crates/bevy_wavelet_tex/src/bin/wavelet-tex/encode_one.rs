@@ -18,15 +18,8 @@ use bevy_wavelet_tex::{
 use serde::Serialize;
 
 use crate::{
-    args::{EncodeArgs, EncoderOptions},
-    batch,
-    choices::Role,
-    compare::Difference,
-    error::Error,
-    files,
-    materials::EncodedMap,
+    args::EncodeArgs, batch, choices::Role, compare::Difference, error::Error, files,
     picture::Picture,
-    request::Request,
 };
 
 /// The result of one image.
@@ -64,27 +57,35 @@ impl Row {
     }
 }
 
-/// Encodes one image. The second part of the result has no textures yet.
+/// Encodes one image. In a glTF file, `role` is that of the image.
 pub fn encode_one(
     input: &Path,
     mut picture: Picture,
     role: Option<Role>,
     args: &EncodeArgs,
     output: PathBuf,
-) -> Result<(Row, EncodedMap), Error> {
-    let mut request = args.options.request(picture.is_gray(), role)?;
+) -> Result<Row, Error> {
+    let mut settings = args.settings(picture.is_gray(), role)?;
     // In a glTF file the role alone decides.
-    request.linear |= role.is_none() && picture.color_space == Some(ColorSpace::Linear);
-    if request.rate.content(false) == Content::Normal {
+    if role.is_none() && picture.color_space == Some(ColorSpace::Linear) {
+        settings.color_space = ColorSpace::Linear;
+    }
+    if settings.rate.content(false) == Content::Normal {
         picture.complete_normals();
     }
-    if let Some(most) = args.options.max_size
+    if let Some(most) = args.max_size
         && picture.size.iter().any(|s| *s > most)
     {
-        picture = picture.reduced(most, request.color_space());
+        picture = picture.reduced(most, settings.color_space);
+    }
+    if !args.alpha && picture.is_transparent() {
+        warn(
+            input,
+            "the image has transparent pixels; alpha is dropped (--alpha keeps it)",
+        );
     }
     let start = Instant::now();
-    let texture = encoded(input, &picture, request, &args.options, !args.no_mips)?;
+    let texture = encoded(input, &picture, &settings)?;
     let encode_s = start.elapsed().as_secs_f64();
     let bytes = match args.zstd {
         Some(level) => file::write_zstd(&texture, level),
@@ -93,7 +94,7 @@ pub fn encode_one(
     files::write(&output, &bytes)?;
     let decoded = Picture::from_texture(&texture, 0);
     let difference = Difference::between(&picture, &decoded, false);
-    if let Some(wanted) = request.min_psnr_db
+    if let Some(wanted) = settings.min_psnr_db
         && difference.psnr_db < wanted
     {
         warn(
@@ -104,7 +105,7 @@ pub fn encode_one(
             ),
         );
     }
-    let row = Row {
+    Ok(Row {
         input: input.to_path_buf(),
         output,
         content: texture.content.name(),
@@ -117,43 +118,17 @@ pub fn encode_one(
         mean_angle_degrees: difference.angles.map(|angles| angles.mean_angle_degrees),
         encode_s,
         quality: difference.quality(),
-    };
-    let map = EncodedMap {
-        textures: Vec::new(),
-        content: texture.content,
-        original: picture,
-        decoded,
-        bpp: texture.bits_per_pixel(),
-    };
-    Ok((row, map))
+    })
 }
 
 fn encoded(
     path: &Path,
     picture: &Picture,
-    request: Request,
-    options: &EncoderOptions,
-    mips: bool,
+    settings: &EncodeSettings,
 ) -> Result<WaveletImage, Error> {
-    if !options.alpha && picture.is_transparent() {
-        warn(
-            path,
-            "the image has transparent pixels; alpha is dropped (--alpha keeps it)",
-        );
-    }
-    let settings = EncodeSettings {
-        rate: request.rate,
-        min_psnr_db: request.min_psnr_db,
-        alpha: options.alpha,
-        color_space: request.color_space(),
-        mips,
-        effort: options.effort.into(),
-        method: options.method.into(),
-        formats: options.formats.into(),
-    };
     let bar = batch::bar("mip levels");
     let source = Source::new(picture.size, picture.source());
-    let texture = encode(&source, &settings, &|_, parts| {
+    let texture = encode(&source, settings, &|_, parts| {
         bar.set_length(parts as u64);
         bar.inc(1);
     });

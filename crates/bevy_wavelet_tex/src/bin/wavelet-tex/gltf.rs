@@ -1,6 +1,6 @@
 //! The images of a glTF file, with the role that each has in the materials.
 //!
-//! Only the images, the textures that use them and the maps of the materials are parsed.
+//! Only the images and the textures that the maps of the materials name are parsed.
 
 use std::{
     collections::BTreeMap,
@@ -14,7 +14,6 @@ use crate::{
     error::Error,
     files,
     gltf_bytes::{chunks, from_buffer, from_data_uri, percent_decoded},
-    lit_material::{Factors, Material},
 };
 
 /// Extensions of glTF files.
@@ -24,8 +23,6 @@ pub const EXTENSIONS: &[&str] = &["gltf", "glb"];
 pub struct GltfImage {
     /// The index of the first texture that uses it, by which Bevy's loader labels it.
     pub index: usize,
-    /// The indices of all textures that use it.
-    pub textures: Vec<usize>,
     /// Kind of data in the image.
     pub role: Role,
     /// Path of the image, where it has a file of its own.
@@ -47,9 +44,9 @@ const MAPS: [(&str, Role); 5] = [
     ("/occlusionTexture/index", Role::Mask),
 ];
 
-/// Reads the images that the materials of a file use, in the order of their textures' indices, and the
-/// materials.
-pub fn read(path: &Path) -> Result<(Vec<GltfImage>, Vec<Material>), Error> {
+/// Reads the images that the materials of a file use, in the order of their textures' indices. An image with a
+/// file of its own comes once, however many textures use it.
+pub fn read(path: &Path) -> Result<Vec<GltfImage>, Error> {
     let bytes = files::read(path)?;
     let fail = |problem: String| Error::file(path, problem);
     let (json, binary) = if bytes.starts_with(b"glTF") {
@@ -79,7 +76,7 @@ pub fn read(path: &Path) -> Result<(Vec<GltfImage>, Vec<Material>), Error> {
         let (file, bytes) = match image["uri"].as_str() {
             Some(uri) if uri.starts_with("data:") => (None, from_data_uri(uri)),
             Some(uri) => {
-                let file = path.with_file_name("").join(percent_decoded(uri));
+                let file = path.with_file_name("").join(&*percent_decoded(uri));
                 let bytes = files::read(&file)?;
                 (Some(file), Some(bytes))
             }
@@ -89,51 +86,18 @@ pub fn read(path: &Path) -> Result<(Vec<GltfImage>, Vec<Material>), Error> {
             bytes.ok_or_else(|| fail(format!("the image of its texture {index} has no bytes")))?;
         Ok(GltfImage {
             index,
-            textures: vec![index],
             role,
             file,
             bytes,
         })
     });
-    // An image with a file of its own is encoded once, however many textures use it.
     let mut images: Vec<GltfImage> = Vec::new();
     for image in found {
         let image: GltfImage = image?;
-        let same = |other: &&mut GltfImage| image.file.is_some() && other.file == image.file;
-        match images.iter_mut().find(same) {
-            Some(other) => other.textures.push(image.index),
-            None => images.push(image),
+        let is_same = |other: &GltfImage| image.file.is_some() && other.file == image.file;
+        if !images.iter().any(is_same) {
+            images.push(image);
         }
     }
-    let materials = json["materials"].as_array().into_iter().flatten();
-    Ok((images, materials.enumerate().map(material).collect()))
-}
-
-/// The maps and factors of a material.
-fn material((index, json): (usize, &Value)) -> Material {
-    let name = json["name"].as_str();
-    let map = |(pointer, _): (&str, Role)| {
-        let texture = json.pointer(pointer).and_then(Value::as_u64);
-        texture.map(|texture| texture as usize)
-    };
-    let [base_color, emissive, normal, metallic_roughness, occlusion] = MAPS.map(map);
-    let pbr = &json["pbrMetallicRoughness"];
-    let number = |value: &Value, default: f64| value.as_f64().unwrap_or(default);
-    let color = |value: &Value, default| [0, 1, 2].map(|i| number(&value[i], default)).into();
-    Material {
-        name: name.map_or_else(|| format!("material {index}"), str::to_string),
-        base_color,
-        emissive,
-        normal,
-        metallic_roughness,
-        occlusion,
-        factors: Factors {
-            base_color: color(&pbr["baseColorFactor"], 1.0),
-            emissive: color(&json["emissiveFactor"], 0.0),
-            metallic: number(&pbr["metallicFactor"], 1.0),
-            roughness: number(&pbr["roughnessFactor"], 1.0),
-            normal_scale: number(&json["normalTexture"]["scale"], 1.0),
-            occlusion_strength: number(&json["occlusionTexture"]["strength"], 1.0),
-        },
-    }
+    Ok(images)
 }

@@ -1,7 +1,9 @@
 //! The bytes in a glTF file: the chunks of a GLB, buffers and URIs.
 
-use std::path::Path;
+use std::{borrow::Cow, path::Path};
 
+use base64::prelude::{BASE64_STANDARD, Engine};
+use percent_encoding::percent_decode_str;
 use serde_json::Value;
 
 use crate::{error::Error, files};
@@ -49,7 +51,7 @@ pub fn from_buffer(
             None => return Ok(None),
         },
         Some(uri) => {
-            owned = files::read(&path.with_file_name("").join(percent_decoded(uri)))?;
+            owned = files::read(&path.with_file_name("").join(&*percent_decoded(uri)))?;
             &owned
         }
     };
@@ -62,45 +64,11 @@ pub fn from_buffer(
 /// The bytes of a base64 data URI.
 pub fn from_data_uri(uri: &str) -> Option<Vec<u8>> {
     let (_, text) = uri.split_once(";base64,")?;
-    let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
-    let (mut bits, mut count) = (0u32, 0);
-    for c in text.bytes().take_while(|c| *c != b'=') {
-        let value = match c {
-            b'A'..=b'Z' => c - b'A',
-            b'a'..=b'z' => c - b'a' + 26,
-            b'0'..=b'9' => c - b'0' + 52,
-            b'+' => 62,
-            b'/' => 63,
-            _ => return None,
-        };
-        bits = bits << 6 | u32::from(value);
-        count += 6;
-        if count >= 8 {
-            count -= 8;
-            bytes.push((bits >> count) as u8);
-        }
-    }
-    Some(bytes)
+    BASE64_STANDARD.decode(text).ok()
 }
 
-pub fn percent_decoded(uri: &str) -> String {
-    let mut bytes = Vec::new();
-    let mut rest = uri.as_bytes();
-    while let [first, tail @ ..] = rest {
-        let hex = tail.get(..2).and_then(|h| std::str::from_utf8(h).ok());
-        let code = hex.and_then(|h| u8::from_str_radix(h, 16).ok());
-        match (first, code) {
-            (b'%', Some(code)) => {
-                bytes.push(code);
-                rest = &tail[2..];
-            }
-            _ => {
-                bytes.push(*first);
-                rest = tail;
-            }
-        }
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
+pub fn percent_decoded(uri: &str) -> Cow<'_, str> {
+    percent_decode_str(uri).decode_utf8_lossy()
 }
 
 #[cfg(test)]

@@ -19,14 +19,9 @@ mod info;
 mod inputs;
 mod jpeg;
 mod ktx2_file;
-mod lit_material;
-mod materials;
 mod picture;
 mod report;
 mod request;
-mod rivals;
-mod shading;
-mod sizes;
 
 use std::{
     io::{self, Write},
@@ -45,8 +40,6 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args).map(|text| (text, Ok(()))),
         Command::Bench(args) => bench::run(&args),
-        Command::Rivals(args) => rivals::run(&args),
-        Command::Sizes(args) => sizes::run(&args),
     };
     let (text, result) = match report {
         Ok((text, result)) => (text, result),

@@ -1,37 +1,24 @@
-//! What the command line asks of the encoder for one image.
+//! The settings of the encoder that the command line asks for.
 
 use bevy_wavelet_tex::codec::{
     image::{ColorSpace, Content},
     rate::Rate,
+    settings::EncodeSettings,
 };
 
 use crate::{
-    args::EncoderOptions,
+    args::EncodeArgs,
     choices::{RateArg, Role},
     error::Error,
 };
 
-/// The resolved request for one image.
-#[derive(Clone, Copy, Debug)]
-pub struct Request {
-    pub rate: Rate,
-    pub min_psnr_db: Option<f64>,
-    pub linear: bool,
-}
-
-impl Request {
-    pub fn color_space(self) -> ColorSpace {
-        if self.linear {
-            ColorSpace::Linear
-        } else {
-            ColorSpace::Srgb
-        }
-    }
-}
-
-impl EncoderOptions {
-    /// Resolves the arguments for an image. `role` overrides the role on the command line.
-    pub fn request(&self, image_is_gray: bool, role: Option<Role>) -> Result<Request, Error> {
+impl EncodeArgs {
+    /// Returns the settings for an image. `role` overrides the role on the command line.
+    pub fn settings(
+        &self,
+        image_is_gray: bool,
+        role: Option<Role>,
+    ) -> Result<EncodeSettings, Error> {
         let role = role.or(self.role);
         let by_rate = match self.rate {
             Some(RateArg::Named(rate)) => Some(rate.content(false)),
@@ -57,12 +44,20 @@ impl EncoderOptions {
             Some(RateArg::Named(_)) => return Err(self.no_such_rate(content)),
             Some(RateArg::Auto) | None => Rate::usual(content),
         };
-        Ok(Request {
+        let is_linear = self.linear
+            || content == Content::Normal
+            || matches!(role, Some(Role::Mask | Role::Data));
+        Ok(EncodeSettings {
             rate,
             min_psnr_db: self.min_psnr,
-            linear: self.linear
-                || content == Content::Normal
-                || matches!(role, Some(Role::Mask | Role::Data)),
+            alpha: self.alpha,
+            color_space: if is_linear {
+                ColorSpace::Linear
+            } else {
+                ColorSpace::Srgb
+            },
+            mips: !self.no_mips,
+            ..self.encoder.settings()
         })
     }
 
@@ -76,7 +71,7 @@ impl EncoderOptions {
                 "--min-psnr chooses the rate: leave --rate away, or use --rate auto".into(),
             )),
             _ => match self.role {
-                Some(role) => self.request(false, Some(role)).map(|_| ()),
+                Some(role) => self.settings(false, Some(role)).map(|_| ()),
                 None => Ok(()),
             },
         }

@@ -7,20 +7,20 @@
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
-use glam::DVec3;
+use bevy::math::DVec3;
 
 /// What a pixel of the maps says about the surface, in linear units.
 #[derive(Clone, Copy, Debug)]
-pub struct Surface {
-    pub base_color: DVec3,
-    pub emissive: DVec3,
+pub(super) struct Surface {
+    pub(super) base_color: DVec3,
+    pub(super) emissive: DVec3,
     /// Unit normal in tangent space.
-    pub normal: DVec3,
-    pub metallic: f64,
+    pub(super) normal: DVec3,
+    pub(super) metallic: f64,
     /// Perceptual roughness, the square root of GGX's alpha.
-    pub roughness: f64,
+    pub(super) roughness: f64,
     /// Part of the ambient light that arrives.
-    pub occlusion: f64,
+    pub(super) occlusion: f64,
 }
 
 /// Position of the camera. The square spans -1 to 1 in X and Y at Z = 0 and faces +Z.
@@ -44,7 +44,7 @@ const MIN_ROUGHNESS: f64 = 0.089;
 const DIELECTRIC: f64 = 0.04;
 
 /// Radiance that the surface at `[x, y]` sends to the camera.
-pub fn radiance(surface: &Surface, [x, y]: [f64; 2]) -> DVec3 {
+pub(super) fn radiance(surface: &Surface, [x, y]: [f64; 2]) -> DVec3 {
     let position = DVec3::new(x, y, 0.0);
     let view = (CAMERA - position).normalize();
     let specular = DVec3::splat(DIELECTRIC).lerp(surface.base_color, surface.metallic);
@@ -61,7 +61,7 @@ pub fn radiance(surface: &Surface, [x, y]: [f64; 2]) -> DVec3 {
 }
 
 /// The bidirectional reflectance distribution function, of each channel.
-pub fn brdf(surface: &Surface, view: DVec3, light: DVec3) -> DVec3 {
+fn brdf(surface: &Surface, view: DVec3, light: DVec3) -> DVec3 {
     let n = surface.normal;
     let half = (view + light).normalize();
     let alpha = surface.roughness.clamp(MIN_ROUGHNESS, 1.0).powi(2);
