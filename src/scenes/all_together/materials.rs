@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use bevy::{ecs::system::SystemParam, prelude::*};
+use bevy::{ecs::system::SystemParam, prelude::*, render::renderer::RenderDevice};
 use bevy_ewa::{EwaMethod, EwaProbes, EwaSettings, EwaStandardMaterial};
 use bevy_voxel_gi::MeshVoxelMaterial;
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
-    WaveletTexture, codec::rate::Rate,
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexture,
+    codec::rate::Rate, material::storage_on,
 };
 
 use super::{
@@ -123,6 +123,7 @@ pub struct WaveletMaterials<'w> {
     images: ResMut<'w, Assets<Image>>,
     textures: ResMut<'w, Assets<WaveletTexture>>,
     materials: ResMut<'w, Assets<WaveletStandardMaterial>>,
+    device: Res<'w, RenderDevice>,
 }
 
 impl WaveletMaterials<'_> {
@@ -131,7 +132,7 @@ impl WaveletMaterials<'_> {
         let mut bytes = 0;
         let mut add = |role| {
             let image = self.sources.encoded(matter, role, rate)?;
-            let storage = WaveletStorage::Blocks;
+            let storage = storage_on(&self.device);
             let texture = WaveletTexture::add(image, storage, &mut self.textures, &mut self.images);
             bytes += self.textures.get(&texture).map_or(0, |t| t.gpu_bytes) as u64;
             Some(texture)

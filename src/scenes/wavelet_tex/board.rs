@@ -4,6 +4,7 @@ use bevy::{
     image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
     math::Affine2,
     prelude::*,
+    render::renderer::RenderDevice,
 };
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
@@ -166,17 +167,15 @@ pub fn configure(
     mut meshes: ResMut<Assets<Mesh>>,
     panels: Query<(Entity, &Side, &Panel)>,
     labels: Query<(Entity, &Label)>,
+    device: Res<RenderDevice>,
 ) {
     if settings::place(&settings) != settings::Place::Rates {
         return;
     }
     let filter = settings::filter(&settings);
     let [color, luma] = own.originals(&sources, &mut images);
-    let relabel = own.encode(
-        &sources,
-        settings::effort(&settings),
-        settings::storage(&settings),
-    );
+    let storage = settings::storage(&settings, &device);
+    let relabel = own.encode(&sources, settings::effort(&settings), storage);
     let base = StandardMaterial {
         unlit: true,
         uv_transform: zoom(&settings),
@@ -202,7 +201,6 @@ pub fn configure(
         let mut handle = None;
         if shown != Shown::Original {
             let encoded = &own.encoded[index - 1];
-            let storage = settings::storage(&settings);
             let texture = WaveletTexture::add(encoded, storage, &mut textures, &mut images);
             bytes = textures.get(&texture).map_or(0, |t| t.gpu_bytes) as u64;
             handle = Some(texture);

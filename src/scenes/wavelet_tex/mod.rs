@@ -16,6 +16,7 @@ mod textures;
 use bevy::{
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     prelude::*,
+    render::renderer::RenderDevice,
 };
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletStandardMaterial, WaveletTexPlugin, WaveletTexture,
@@ -154,12 +155,13 @@ fn configure_after(
     mut textures: ResMut<Assets<WaveletTexture>>,
     mut materials: ResMut<Assets<WaveletStandardMaterial>>,
     parts: Query<(Entity, &Side, &Part)>,
+    device: Res<RenderDevice>,
 ) {
     if settings::place(&settings) != Place::Room {
         return;
     }
     let filter = settings::filter(&settings);
-    let storage = settings::storage(&settings);
+    let storage = settings::storage(&settings, &device);
     sources.encode(settings::effort(&settings), settings::color_rate(&settings));
     let mut bytes = 0;
     for (entity, side, part) in &parts {

@@ -1,8 +1,10 @@
 //! The settings, and what they mean to the plugin.
 
+use bevy::render::renderer::RenderDevice;
 use bevy_wavelet_tex::{
     WaveletFilter, WaveletStorage,
     codec::{rate::Rate, settings::Effort},
+    material::storage_on,
 };
 
 use crate::{
@@ -117,10 +119,10 @@ pub fn effort(settings: &SceneSettings) -> Effort {
     }
 }
 
-pub fn storage(settings: &SceneSettings) -> WaveletStorage {
+pub fn storage(settings: &SceneSettings, device: &RenderDevice) -> WaveletStorage {
     match settings.choice("storage") {
         "decoded" => WaveletStorage::Decoded,
-        _ => WaveletStorage::Blocks,
+        _ => storage_on(device),
     }
 }
 

@@ -5,12 +5,14 @@ use bevy::{
     gltf::GltfAssetLabel,
     post_process::bloom::Bloom,
     prelude::*,
+    render::renderer::RenderDevice,
     world_serialization::WorldAssetRoot,
 };
 use bevy_voxel_gi::VoxelGiVolume;
 use bevy_wavelet_tex::{
-    WaveletExtension, WaveletStandardMaterial, WaveletStorage, WaveletTexture,
+    WaveletExtension, WaveletStandardMaterial, WaveletTexture,
     codec::{encoder::encode_rgb8, settings::EncodeSettings},
+    material::storage_on,
 };
 use bevy_ycocg_fb::YCoCgFrameBuffer;
 
@@ -24,6 +26,7 @@ pub fn spawn(
     mut materials: ResMut<Assets<WaveletStandardMaterial>>,
     mut textures: ResMut<Assets<WaveletTexture>>,
     mut images: ResMut<Assets<Image>>,
+    device: Res<RenderDevice>,
 ) {
     commands.spawn((
         Camera3d::default(),
@@ -60,8 +63,8 @@ pub fn spawn(
         })
         .collect();
     let encoded = encode_rgb8(&stones, size, &EncodeSettings::default()).expect("a texture");
-    let base_color =
-        WaveletTexture::add(&encoded, WaveletStorage::Blocks, &mut textures, &mut images);
+    let storage = storage_on(&device);
+    let base_color = WaveletTexture::add(&encoded, storage, &mut textures, &mut images);
     commands.spawn((
         Mesh3d(meshes.add(Plane3d::default().mesh().size(8.0, 8.0))),
         MeshMaterial3d(materials.add(WaveletStandardMaterial {

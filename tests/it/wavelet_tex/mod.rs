@@ -17,3 +17,5 @@ mod shaders;
 mod stochastic;
 mod swapping;
 mod viewer;
+
+pub use scene::gpu_with_all_planes;

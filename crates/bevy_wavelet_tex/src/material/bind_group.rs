@@ -15,6 +15,7 @@ use bevy::{
             encase::UniformBuffer,
         },
         renderer::RenderDevice,
+        settings::WgpuFeatures,
         texture::{FallbackImage, GpuImage},
     },
 };
@@ -26,7 +27,10 @@ use super::{
     texture_limit,
     uniform::{MaterialUniform, TextureUniform},
 };
-use crate::asset::{Part, Parts, WaveletTexture};
+use crate::{
+    asset::{Part, Parts, WaveletTexture},
+    settings::WaveletStorage,
+};
 
 /// A [`WaveletTexture`] in the render world: its uniform and its images.
 pub struct GpuWaveletTexture {
@@ -82,13 +86,18 @@ pub(crate) fn missing_textures(device: &RenderDevice) -> Option<[u32; 2]> {
     texture_limit::missing_textures(device, TEXTURES.len() as u32)
 }
 
-/// Whether a material can have wavelet textures of several planes on a device, beside all that Bevy's views bind.
-///
-/// Where it cannot, the loader decodes such textures; an app that makes textures at run time gives
-/// [`WaveletTexture::add`](crate::WaveletTexture::add) the storage
-/// [`Decoded`](crate::WaveletStorage::Decoded) for them.
-pub fn binds_all_planes(device: &RenderDevice) -> bool {
-    missing_textures(device).is_none()
+/// How a device can store wavelet textures that an app makes at run time with
+/// [`WaveletTexture::add`](crate::WaveletTexture::add): as blocks, or decoded where it lacks
+/// `TEXTURE_COMPRESSION_BC` or binds too few textures for a material with all planes. The loader chooses by itself.
+pub fn storage_on(device: &RenderDevice) -> WaveletStorage {
+    let samples_bc = device
+        .features()
+        .contains(WgpuFeatures::TEXTURE_COMPRESSION_BC);
+    if samples_bc && missing_textures(device).is_none() {
+        WaveletStorage::Blocks
+    } else {
+        WaveletStorage::Decoded
+    }
 }
 
 /// The bindings of the textures: where the device's limit is too low for all planes, those of the first texture of
@@ -139,7 +148,7 @@ impl AsBindGroup for WaveletExtension {
                 // The loader decodes such textures; those that are made at run time are the app's own.
                 error_once!(
                     "a wavelet texture of several planes cannot be shown, since the device binds \
-                     too few textures: add it as WaveletStorage::Decoded"
+                     too few textures: add it with the storage of material::storage_on"
                 );
                 return Err(AsBindGroupError::RetryNextUpdate);
             }

@@ -20,8 +20,7 @@ mod samplers;
 mod texture_limit;
 mod uniform;
 
-pub use bind_group::GpuWaveletTexture;
-pub use bind_group::binds_all_planes;
 pub(crate) use bind_group::missing_textures;
+pub use bind_group::{GpuWaveletTexture, storage_on};
 pub use extension::{WaveletExtension, WaveletForms, WaveletKey, WaveletStandardMaterial};
 pub use samplers::WaveletSamplers;
