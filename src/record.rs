@@ -41,7 +41,8 @@ pub struct Measurement {
     /// Median time of the GPU in milliseconds a frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gpu_ms: Option<f64>,
-    /// Median time of the CPU in milliseconds: of a frame, or of encoding in rows without a frame.
+    /// Median time of the CPU in milliseconds: of a frame, or of encoding or baking in rows without a
+    /// frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cpu_ms: Option<f64>,
     /// Memory on the GPU in bytes.

@@ -18,7 +18,7 @@ use serde::Deserialize;
 use crate::stage::{SceneCamera, SceneDirectionalLight, ScenePointLight, Stage, volume_around};
 
 pub use noise::picture_noise;
-pub use solids::trace;
+pub use solids::{trace, trace_receivers};
 pub use spawn::{spawn_box_scene, spawn_boxes_and_lights};
 pub use truth::{Agreement, TruthError, agreement, block_means, read_npy};
 

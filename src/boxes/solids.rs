@@ -1,13 +1,33 @@
 //! Boxes for the path tracer.
 
-use bevy::math::{Mat3, Vec3};
+use bevy::math::{Mat3, Vec2, Vec3};
 
 use super::{BoxScene, SceneBox};
-use crate::path_tracer::{self, Hit, Ray, Surfaces, TraceSettings, TracedPicture};
+use crate::path_tracer::{self, Hit, Ray, Receiver, Surfaces, TraceSettings, TracedPicture};
 
 /// The scene as its camera sees it, traced on all cores.
 pub fn trace(scene: &BoxScene, settings: &TraceSettings) -> TracedPicture {
     path_tracer::trace(&solids(scene), &scene.stage(), settings)
+}
+
+/// How far in front of a receiver there must be no box, in metres.
+const FREE: f32 = 1e-3;
+
+/// The indirect light of receivers in the scene: see [`path_tracer::trace_receivers`]. They receive nothing where
+/// they are in a box, or a box covers them.
+pub fn trace_receivers(
+    scene: &BoxScene,
+    settings: &TraceSettings,
+    count: u32,
+    receiver: impl Fn(u32, Vec2) -> Option<Receiver> + Sync,
+) -> Vec<Option<Vec3>> {
+    let solids = solids(scene);
+    let is_free = |point: &Receiver| {
+        let front = point.position + FREE * point.normal;
+        !solids.iter().any(|solid| solid.contains(front))
+    };
+    let receiver = |index, at| receiver(index, at).filter(is_free);
+    path_tracer::trace_receivers(&solids, &scene.stage(), settings, count, receiver)
 }
 
 /// The boxes of a scene, in its order.
@@ -32,6 +52,11 @@ impl Solid {
             albedo: part.albedo,
             axes: Mat3::from_quat(part.rotation()),
         }
+    }
+
+    fn contains(&self, point: Vec3) -> bool {
+        let local = self.axes.transpose() * (point - self.center);
+        local.abs().cmplt(self.half).all()
     }
 
     /// Distances at which the ray enters and leaves, and per axis where it enters, in its axes.

@@ -37,8 +37,9 @@ pub fn spawn_boxes_and_lights(world: &mut World, scene: &BoxScene) -> Vec<Entity
     spawned
 }
 
-/// Spawns boxes, lights and camera; the sky is left out.
-pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) {
-    spawn_boxes_and_lights(world, scene);
+/// Spawns boxes, lights and camera; the sky is left out. Boxes and lights are returned, boxes first.
+pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) -> Vec<Entity> {
+    let spawned = spawn_boxes_and_lights(world, scene);
     spawn_camera(world, &scene.camera);
+    spawned
 }

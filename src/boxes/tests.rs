@@ -1,7 +1,7 @@
 use std::f32::consts::PI;
 
 use super::*;
-use crate::path_tracer::TraceSettings;
+use crate::path_tracer::{Receiver, TraceSettings};
 
 /// A floor, and a block on it that is turned.
 fn block_on_floor(albedo: f32) -> BoxScene {
@@ -122,6 +122,81 @@ fn lights_light_and_shade_as_the_law_has_it() {
     scene.camera.eye = Vec3::new(0.0, 0.6, 2.0);
     let dark = trace(&scene, &settings);
     assert!(dark.total.iter().all(|p| *p == Vec3::ZERO));
+}
+
+#[test]
+fn receivers_have_the_light_of_another_path_tracer() {
+    // Noise sets the bounds, and pixels at edges show two walls there.
+    let most_errors = [0.05, 0.03, 0.06];
+    for (name, most) in TracedScene::NAMES.into_iter().zip(most_errors) {
+        let truth = TracedScene::read(name).expect("a scene");
+        let walls = walls::visible_walls(&truth.scene);
+        let settings = TraceSettings {
+            samples: 256,
+            ..TraceSettings::default()
+        };
+        let light = trace_receivers(&truth.scene, &settings, walls.len() as u32, |index, _| {
+            let wall = walls[index as usize]?;
+            Some(Receiver {
+                position: wall.position,
+                normal: wall.normal,
+            })
+        });
+        let radiance = |(wall, light): (&Option<walls::WallPoint>, &Option<Vec3>)| {
+            wall.zip(*light)
+                .map_or(Vec3::ZERO, |(wall, light)| wall.albedo * light)
+        };
+        let picture: Vec<_> = walls.iter().zip(&light).map(radiance).collect();
+        let found = agreement(&picture, truth.scene.camera.width, &truth.indirect);
+        println!("{name}: {found:?}");
+        assert!(found.relative_error < most, "{name}: {found:?}");
+        assert!(found.bias.abs() < 0.02, "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn receivers_of_an_even_sky_have_its_radiance() {
+    let mut scene = block_on_floor(0.0);
+    scene.sky_radiance = Vec3::new(1.0, 2.0, 3.0);
+    let light = trace_receivers(&scene, &TraceSettings::default(), 3, |index, at| {
+        let inside = index == 1 || index == 2 && at.x < 0.5;
+        (!inside).then_some(Receiver {
+            position: Vec3::new(0.0, 3.0, 0.0),
+            normal: Vec3::Y,
+        })
+    });
+    assert_eq!(light[1], None);
+    for light in [light[0], light[2]] {
+        let light = light.expect("a lit receiver") / scene.sky_radiance;
+        assert!((light - 1.0).abs().max_element() < 1e-4, "{light}");
+    }
+}
+
+#[test]
+fn receivers_in_boxes_and_under_them_have_no_light() {
+    let mut scene = block_on_floor(0.5);
+    scene.sky_radiance = Vec3::ONE;
+    let block = scene.boxes[1];
+    let bottom = Vec3::new(block.center.x, 0.0, block.center.z);
+    // Of a block that is turned, and 1 m wide.
+    let points = [(0.49, false), (0.51, true)].map(|(distance, lit)| {
+        let side = block.rotation() * Vec3::X;
+        [block.center + distance * side, bottom + distance * side].map(|point| (point, lit))
+    });
+    let points: Vec<_> = points.concat();
+    let settings = TraceSettings {
+        samples: 16,
+        ..TraceSettings::default()
+    };
+    let light = trace_receivers(&scene, &settings, points.len() as u32, |index, _| {
+        Some(Receiver {
+            position: points[index as usize].0,
+            normal: Vec3::Y,
+        })
+    });
+    for ((point, lit), light) in points.into_iter().zip(light) {
+        assert_eq!(light.is_some(), lit, "{point}");
+    }
 }
 
 #[test]

@@ -9,15 +9,21 @@
 //! | module | gives |
 //! | --- | --- |
 //! | `surfaces` | what a scene is for a path: rays, hits and points of emissive surfaces |
-//! | `tracer` | the pictures |
+//! | `tracer` | paths |
+//! | `picture` | the pictures |
+//! | `receivers` | the light at points |
 //! | `view` | the rays of a camera |
 //! | `random` | numbers that look random |
 
+mod picture;
 mod random;
+mod receivers;
 mod surfaces;
 mod tracer;
 mod view;
 
+pub use picture::{TracedPicture, trace};
+pub use receivers::{Receiver, trace_receivers};
 pub use surfaces::{EmitterPoint, Hit, Ray, Surfaces};
-pub use tracer::{TraceSettings, TracedPicture, trace};
+pub use tracer::TraceSettings;
 pub use view::View;

@@ -27,9 +27,32 @@ impl Random {
     pub(super) fn unit(&mut self) -> f32 {
         unit(self.bits())
     }
+
+    /// A point of the unit square.
+    pub(super) fn point(&mut self) -> Vec2 {
+        Vec2::new(self.unit(), self.unit())
+    }
 }
 
-pub(super) fn unit(bits: u32) -> f32 {
+/// Points of the unit square that the samples of a pixel or receiver spread over evenly (the R2 sequence).
+pub(super) struct Spread([u32; 2]);
+
+impl Spread {
+    pub(super) fn new(index: u32, seed: u32) -> Self {
+        let mut start = Random::new(index, u32::MAX, seed);
+        Self([start.bits(), start.bits()])
+    }
+
+    pub(super) fn point(&self, sample: u32) -> Vec2 {
+        let [a, b] = [3_242_174_889_u32, 2_447_445_414].map(|step| step.wrapping_mul(sample));
+        Vec2::new(
+            unit(a.wrapping_add(self.0[0])),
+            unit(b.wrapping_add(self.0[1])),
+        )
+    }
+}
+
+fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 / (1 << 24) as f32
 }
 

@@ -1,4 +1,4 @@
-//! `bevy_voxel_gi`, Bevy's `bevy_solari`, and what needs neither, beside path tracing.
+//! `bevy_voxel_gi`, Bevy's `bevy_solari`, what is baked, and what needs none of these, beside path tracing.
 //!
 //! Each draws the three traced scenes of boxes with a still camera. The whole picture is compared, since
 //! `bevy_solari` draws direct and indirect light at once: means of 4 x 4 pixels with those of the path-traced
@@ -8,17 +8,31 @@
 //! | --- | --- |
 //! | `method.rs` | the methods that draw the light, by name |
 //! | `measure.rs` | runs its frames and compares them |
+//! | `ambient.rs` | the best constant ambient light |
+//! | `bake.rs` | what baking gives and takes |
+//! | `lightmap.rs` | path-traced lightmaps |
+//! | `atlas.rs` | where the faces of boxes are in them |
+//! | `irradiance_volume.rs` | path-traced irradiance volumes |
+//! | `fill.rs` | light where boxes are |
+//! | `texture.rs` | textures of light |
 //! | `convert.rs` | gives a scene what `bevy_solari` needs |
 //! | `picture.rs` | pictures in floats |
-//! | `ambient.rs` | the best constant ambient light |
+//! | `png.rs` | pictures to look at |
 
 mod ambient;
+mod atlas;
+mod bake;
 mod convert;
+mod fill;
+mod irradiance_volume;
+mod lightmap;
 mod measure;
 mod method;
 mod picture;
+mod png;
+mod texture;
 
-use std::{error::Error, path::PathBuf, time::SystemTime};
+use std::{error::Error, path::PathBuf};
 
 use bevy_frugal_lab::{
     boxes::TracedScene,
@@ -37,21 +51,28 @@ struct Arguments {
     /// Scenes to draw.
     #[arg(long, num_args = 1.., default_values_t = TracedScene::NAMES.map(String::from))]
     scenes: Vec<String>,
+    /// Methods to measure, by name; all without it.
+    #[arg(long, num_args = 1..)]
+    methods: Vec<String>,
+    /// Folder in which the last picture of each method is written, and what that adds.
+    #[arg(long)]
+    pictures: Option<PathBuf>,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
-    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let mut report = Report {
-        date: now.split('T').next().unwrap_or_default().into(),
-        ..Report::default()
-    };
+    let mut report = Report::of_today();
     println!("| scene | setting | error | bias | flicker | ms a frame |");
     println!("| --- | --- | --- | --- | --- | --- |");
     for name in &arguments.scenes {
         let scene = TracedScene::read(name)?;
-        for method in Method::ALL.into_iter().filter(|m| m.draws(&scene.scene)) {
-            let (rows, adapter) = measure::rows(&scene, method)?;
+        let is_wanted = |method: &Method| {
+            let methods = &arguments.methods;
+            methods.is_empty() || methods.iter().any(|name| name == method.name())
+        };
+        let methods = Method::ALL.into_iter().filter(is_wanted);
+        for method in methods.filter(|method| method.draws(&scene.scene)) {
+            let (rows, adapter) = measure::rows(&scene, method, arguments.pictures.as_deref())?;
             rows.iter().for_each(print);
             report.measurements.extend(rows);
             report.adapter = adapter;

@@ -1,36 +1,41 @@
 //! Runs the frames of a method in a scene and compares them with path tracing.
 
-use std::{error::Error, time::Instant};
+use std::{error::Error, path::Path, time::Instant};
 
 use bevy::{math::Vec3, render::renderer::RenderDevice};
 use bevy_frugal_lab::{
     boxes::{TracedScene, agreement, spawn_box_scene},
-    headless::{HeadlessApp, HeadlessSettings, TargetFormat},
+    headless::{HeadlessApp, HeadlessSettings, TargetFormat, median},
     record::{Measurement, ReportAdapter},
 };
 use bevy_solari::SolariPlugins;
 
 use crate::{
     ambient,
+    bake::Baked,
     method::Method,
     picture::{difference, flicker, picture},
+    png,
 };
 
 /// Frames before which every pipeline must have been compiled.
 const MAX_FRAMES: u32 = 200;
 /// Frames of a still camera after which its picture is compared.
 const FRAMES: [u32; 3] = [1, 8, 64];
+/// Frames after those whose mean is compared too, where pictures have noise.
+const SETTLED: u32 = 64;
 
-/// The rows of a method in a scene, and the adapter.
+/// The rows of a method in a scene, and the adapter; its pictures are written to the folder.
 ///
 /// # Errors
-/// What cannot be rendered, or which features the adapter lacks.
+/// What cannot be rendered or written, or which features the adapter lacks.
 pub fn rows(
     truth: &TracedScene,
     method: Method,
+    pictures: Option<&Path>,
 ) -> Result<(Vec<Measurement>, ReportAdapter), Box<dyn Error>> {
     let scene = &truth.scene;
-    let mut app = app(truth, method)?;
+    let (mut app, baked) = app(truth, method)?;
     let direct = picture(&mut app)?;
     if matches!(method, Method::Ambient | Method::AmbientAndSsao) {
         ambient::fit(&mut app, truth, &direct)?;
@@ -53,18 +58,21 @@ pub fn rows(
     } else {
         &[8]
     };
+    let settled = if method.is_noisy() { SETTLED } else { 0 };
     let last = frames.last().copied().unwrap_or_default();
     method.switch_on(app.world_mut(), scene);
     let mut rows = Vec::new();
     let mut times = Vec::new();
     let mut before = Vec::new();
     let mut sum = vec![Vec3::ZERO; (scene.camera.width * scene.camera.height) as usize];
-    for frame in 1..=last {
+    for frame in 1..=last + settled {
         let start = Instant::now();
         app.render_frames(1)?;
         times.push(1e3 * start.elapsed().as_secs_f64());
         let now = picture(&mut app)?;
-        sum.iter_mut().zip(&now).for_each(|(sum, now)| *sum += now);
+        if frame > last {
+            sum.iter_mut().zip(&now).for_each(|(sum, now)| *sum += now);
+        }
         if frames.contains(&frame) {
             let setting = if method.converges() {
                 format!("{}, frame {frame}", method.name())
@@ -73,31 +81,41 @@ pub fn rows(
             };
             rows.push(Measurement {
                 flicker: (frame > 1).then(|| flicker(&before, &now)),
-                cpu_ms: Some(median(&mut times)),
+                cpu_ms: median(&times),
                 ..row(setting, &now, &total)
             });
             times.clear();
         }
         before = now;
     }
-    if matches!(method, Method::Solari | Method::SolariRestir) {
-        let mean: Vec<_> = sum.iter().map(|sum| sum / last as f32).collect();
-        rows.push(row(
-            format!("{}, mean of {last} frames", method.name()),
-            &mean,
-            &total,
-        ));
+    if settled > 0 {
+        before = sum.iter().map(|sum| sum / settled as f32).collect();
+        let frames = format!("mean of frames {} to {}", last + 1, last + settled);
+        let setting = format!("{}, {frames}", method.name());
+        rows.push(row(setting, &before, &total));
     }
     if !method.traces_rays() && method != Method::NoGi {
         let added = difference(&before, &direct);
         let setting = format!("{}, what it adds", method.name());
         rows.push(row(setting, &added, &truth.indirect));
     }
+    rows.extend(baked.map(|baked| baked.row(&scene.name, method.name())));
+    if let Some(folder) = pictures {
+        let gray = png::mean(&truth.indirect);
+        let added = difference(&before, &direct);
+        for (part, picture) in [("", &before), (" adds", &added)] {
+            let file = format!("{} {}{part}.png", scene.name, method.name());
+            png::write(&folder.join(file), scene.camera.width, picture, gray)?;
+        }
+    }
     Ok((rows, app.adapter().into()))
 }
 
-/// The app of a method, with all its pipelines and without light of earlier frames.
-fn app(truth: &TracedScene, method: Method) -> Result<HeadlessApp, Box<dyn Error>> {
+/// The app of a method, with all its pipelines and without light of earlier frames, and what was baked for it.
+fn app(
+    truth: &TracedScene,
+    method: Method,
+) -> Result<(HeadlessApp, Option<Baked>), Box<dyn Error>> {
     let camera = &truth.scene.camera;
     let settings = HeadlessSettings {
         format: TargetFormat::Float32,
@@ -115,14 +133,14 @@ fn app(truth: &TracedScene, method: Method) -> Result<HeadlessApp, Box<dyn Error
         .into());
     }
     let world = app.world_mut();
-    spawn_box_scene(world, &truth.scene);
-    method.prepare(world, &truth.scene);
+    let boxes = spawn_box_scene(world, &truth.scene);
+    let baked = method.prepare(world, &truth.scene, &boxes[..truth.scene.boxes.len()]);
     method.switch_on(world, &truth.scene);
     app.run_until_ready(MAX_FRAMES)?;
     method.switch_off(app.world_mut());
     // What is removed may still be seen in the first.
     app.render_frames(3)?;
-    Ok(app)
+    Ok((app, baked))
 }
 
 /// All light of surfaces, and zero where a block shows none.
@@ -134,9 +152,4 @@ fn total(truth: &TracedScene) -> Vec<Vec3> {
             indirect => direct + indirect,
         })
         .collect()
-}
-
-fn median(times: &mut [f64]) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times.get(times.len() / 2).copied().unwrap_or_default()
 }

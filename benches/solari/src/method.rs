@@ -15,7 +15,7 @@ use bevy_solari::{
 };
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
 
-use crate::convert;
+use crate::{bake::Baked, convert, irradiance_volume, lightmap};
 
 /// A method that draws the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +26,10 @@ pub enum Method {
     Ambient,
     /// The same with Bevy's ambient occlusion in screen space.
     AmbientAndSsao,
+    /// Bevy's lightmaps, path-traced.
+    Lightmaps,
+    /// Bevy's irradiance volumes, path-traced.
+    IrradianceVolume,
     /// `bevy_voxel_gi` at its defaults.
     VoxelGi,
     /// `bevy_solari` at its defaults.
@@ -37,10 +41,12 @@ pub enum Method {
 }
 
 impl Method {
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::NoGi,
         Self::Ambient,
         Self::AmbientAndSsao,
+        Self::Lightmaps,
+        Self::IrradianceVolume,
         Self::VoxelGi,
         Self::Solari,
         Self::SolariRestir,
@@ -52,6 +58,8 @@ impl Method {
             Self::NoGi => "no GI",
             Self::Ambient => "constant ambient light",
             Self::AmbientAndSsao => "ambient light and SSAO",
+            Self::Lightmaps => "lightmaps",
+            Self::IrradianceVolume => "irradiance volume",
             Self::VoxelGi => "bevy_voxel_gi",
             Self::Solari => "bevy_solari",
             Self::SolariRestir => "bevy_solari ReSTIR",
@@ -65,6 +73,11 @@ impl Method {
             self,
             Self::Solari | Self::SolariRestir | Self::SolariPathtracer
         )
+    }
+
+    /// Whether a frame has so much noise that the mean of many is compared too.
+    pub fn is_noisy(self) -> bool {
+        matches!(self, Self::Solari | Self::SolariRestir)
     }
 
     /// Whether its picture can be compared: the path tracer alone sees the spheres that replace point lights.
@@ -96,8 +109,9 @@ impl Method {
         }
     }
 
-    /// Prepares the scene, once it is spawned, for what will be switched on.
-    pub fn prepare(self, world: &mut World, scene: &BoxScene) {
+    /// Prepares the scene, once it is spawned, for what will be switched on, and says what was baked; `boxes` are
+    /// those of the scene.
+    pub fn prepare(self, world: &mut World, scene: &BoxScene, boxes: &[Entity]) -> Option<Baked> {
         let camera = camera(world);
         if self.traces_rays() {
             convert::for_rays(world, scene, camera);
@@ -110,12 +124,19 @@ impl Method {
                 .entity_mut(camera)
                 .insert(ScreenSpaceAmbientOcclusion::default());
         }
+        match self {
+            Self::Lightmaps => Some(lightmap::bake(world, scene, boxes)),
+            Self::IrradianceVolume => Some(irradiance_volume::bake(world, scene)),
+            _ => None,
+        }
     }
 
     /// Begins with no light of earlier frames.
     pub fn switch_on(self, world: &mut World, scene: &BoxScene) {
         let camera = camera(world);
         match self {
+            Self::Lightmaps => lightmap::switch(world, true),
+            Self::IrradianceVolume => irradiance_volume::switch(world, true),
             Self::VoxelGi => {
                 world.spawn(placed(scene, VoxelGiVolume::default()));
             }
@@ -134,6 +155,11 @@ impl Method {
 
     /// Undoes [`switch_on`](Self::switch_on).
     pub fn switch_off(self, world: &mut World) {
+        match self {
+            Self::Lightmaps => lightmap::switch(world, false),
+            Self::IrradianceVolume => irradiance_volume::switch(world, false),
+            _ => {}
+        }
         let camera = camera(world);
         world
             .entity_mut(camera)

@@ -1,0 +1,39 @@
+//! What baking gives and takes.
+
+use std::time::{Duration, Instant};
+
+use bevy::image::Image;
+use bevy_frugal_lab::record::Measurement;
+
+/// What was baked.
+#[derive(Clone, Copy, Debug)]
+pub struct Baked {
+    /// Size of the texture in bytes.
+    pub bytes: u64,
+    /// Time on all cores.
+    pub time: Duration,
+}
+
+impl Baked {
+    /// Bakes a texture.
+    pub fn bake(texture: impl FnOnce() -> Image) -> (Self, Image) {
+        let start = Instant::now();
+        let image = texture();
+        let baked = Self {
+            bytes: image.data.as_ref().map_or(0, Vec::len) as u64,
+            time: start.elapsed(),
+        };
+        (baked, image)
+    }
+
+    /// The row of a method's bake.
+    pub fn row(self, scene: &str, method: &str) -> Measurement {
+        Measurement {
+            scene: scene.into(),
+            setting: format!("{method}, bake"),
+            cpu_ms: Some(1e3 * self.time.as_secs_f64()),
+            bytes: Some(self.bytes),
+            ..Measurement::default()
+        }
+    }
+}
