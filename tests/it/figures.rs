@@ -135,6 +135,32 @@ fn error_and_fetches(row: &Measurement) -> String {
 }
 
 #[test]
+fn prices_of_the_plugins() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/measurements/radv");
+    let rows = cost::record::read(&folder).expect("committed cost");
+    let page = include_str!("../../README.md");
+    for (plugin, setting) in cost::configurations::PLUGINS {
+        let row = rows.iter().find(|row| {
+            row.plugin == plugin
+                && row.setting == setting
+                && row.gpu == "navi31"
+                && row.material == "base color"
+                && row.pass == "forward"
+        });
+        let row = row.unwrap_or_else(|| panic!("no row of {plugin}"));
+        let baseline = row.baseline_instructions.expect("Bevy's own");
+        let price = row.instructions as f64 / baseline as f64;
+        let link = format!("crates/bevy_{plugin}/README");
+        let line = page.lines().find(|line| line.contains(&link));
+        let line = line.unwrap_or_else(|| panic!("{plugin} is not on the page"));
+        assert!(
+            line.ends_with(&format!("| {price:.2} |")),
+            "{price:.2}: {line}"
+        );
+    }
+}
+
+#[test]
 fn error_of_elliptical_filtering() {
     let data = Data::read("ewa");
     let methods = [
