@@ -1,4 +1,4 @@
-//! Finds the materials that are filtered, and has their pipelines specialized.
+//! Finds the materials that are filtered, and tags them so that their pipelines are specialized.
 //!
 //! The settings and the layout of a material's maps are in its pipeline's key, as a tag. A pipeline is compiled for the
 //! maps that its material has: Bevy asks whether there is a map at run time, which costs the filter's code for all maps.
@@ -74,7 +74,8 @@ fn index_of(key: (EwaKey, MapLayout)) -> u64 {
     }) as u64
 }
 
-/// The materials that are not left to Bevy. It counts as changed where one of them or an image is another one now.
+/// The materials that are not left to Bevy. Change detection reports it when one of them, or an image of theirs, was
+/// replaced.
 #[derive(Resource, Default)]
 pub(super) struct FilteredMaterials {
     pub(super) images: Images,
@@ -88,7 +89,7 @@ pub(super) struct Filtered {
     tag: Option<u64>,
     /// The `anisotropy_clamp` of the textures' samplers.
     pub(super) anisotropy: u16,
-    /// The textures whose samplers it is, none at 1.
+    /// The textures whose samplers get `anisotropy`; none where it is 1.
     pub(super) textures: Vec<AssetId<Image>>,
 }
 
@@ -119,7 +120,6 @@ impl Filtered {
     }
 }
 
-#[allow(clippy::too_many_arguments)] // The parameters of a system.
 fn find_filtered(
     mut filtered: ResMut<FilteredMaterials>,
     all: Res<AllMaterials>,

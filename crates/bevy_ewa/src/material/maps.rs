@@ -2,8 +2,8 @@
 
 use bevy::{mesh::UvChannel, prelude::*, reflect::structs::Struct};
 
-/// The maps that are filtered, as the fields `*_texture` of `StandardMaterial` are called, and in capitals the shader
-/// defs. Parallax mapping marches through its map, which is not among them.
+/// The maps that are filtered: the names of the fields `*_texture` of `StandardMaterial` and, in capitals, of the shader
+/// defs. The depth map is not among them, since parallax mapping marches through it.
 pub(crate) const MAPS: [&str; 14] = [
     "base_color",
     "emissive",
@@ -21,7 +21,7 @@ pub(crate) const MAPS: [&str; 14] = [
     "anisotropy",
 ];
 
-/// Number of the first of them that can share a loop: the maps that Bevy always binds.
+/// The number of maps, from the first on, that can share a loop: those that Bevy binds with any features.
 pub(crate) const SHARABLE: usize = 5;
 
 /// Index of the map of the base colour.

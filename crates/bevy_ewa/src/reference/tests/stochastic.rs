@@ -17,7 +17,7 @@ fn floor() -> Surface {
     }
 }
 
-/// The mean squared error of the mean of so many frames against the ground truth, in squared 8-bit units.
+/// Returns the mean squared error of the mean of `frames` frames against the ground truth, in squared 8-bit units.
 fn error(texture: &Texture, settings: &EwaSettings, frames: u32) -> f64 {
     let surface = floor();
     let mut sum = 0.0;
