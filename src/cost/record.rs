@@ -132,6 +132,8 @@ pub fn renewed(folder: &Path, new: Vec<CostRow>) -> Result<Vec<CostRow>, CostErr
     };
     rows.retain(is_kept);
     rows.extend(new);
+    // The same order whichever plugin was measured last.
+    rows.sort_by(|a, b| (&a.plugin, &a.gpu).cmp(&(&b.plugin, &b.gpu)));
     Ok(rows)
 }
 

@@ -18,11 +18,12 @@ use std::collections::BTreeMap;
 use bevy::{
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     prelude::*,
-    render::{RenderApp, render_asset::RenderAssets, texture::GpuImage},
+    render::{RenderApp, render_asset::RenderAssets, renderer::RenderDevice, texture::GpuImage},
 };
 use bevy_wavelet_tex::{
-    WaveletTexPlugin,
+    WaveletStorage, WaveletTexPlugin,
     codec::{rate::Rate, settings::Effort},
+    material::storage_on,
 };
 use image::RgbImage;
 use indicatif::ProgressBar;
@@ -70,13 +71,10 @@ pub fn rows(
         ));
     })?;
     let adapter = ReportAdapter::from(app.adapter());
-    let blocks = app
-        .features()
-        .contains(wgpu::Features::TEXTURE_COMPRESSION_BC);
-    if !blocks {
+    if storage_on(app.world().resource::<RenderDevice>()) != WaveletStorage::Blocks {
         note(
             progress,
-            "skipped: the tunnel, the adapter samples no BC textures",
+            "skipped: the tunnel, the adapter lacks BC or binds too few textures",
         );
         return Ok((adapter, Vec::new()));
     }

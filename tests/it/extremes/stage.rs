@@ -1,6 +1,8 @@
 //! A small scene with everything in it, each plugin with its switch.
 
-use bevy::{camera::Hdr, ecs::query::QueryFilter, math::Affine2, prelude::*};
+use bevy::{
+    camera::Hdr, ecs::query::QueryFilter, math::Affine2, prelude::*, render::renderer::RenderDevice,
+};
 use bevy_ewa::{EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_lab::{
     content::mipped_texture,
@@ -9,12 +11,13 @@ use bevy_frugal_lab::{
 };
 use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
-    WaveletTexPlugin, WaveletTexture,
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexPlugin,
+    WaveletTexture,
     codec::{
         encoder::encode_rgb8,
         settings::{Effort, EncodeSettings, Formats},
     },
+    material::storage_on,
 };
 use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
 use image::RgbaImage;
@@ -84,7 +87,7 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
         ..EncodeSettings::default()
     };
     let encoded = encode_rgb8(&rgb, texture, &settings).expect("a texture");
-    let storage = WaveletStorage::Blocks;
+    let storage = storage_on(world.resource::<RenderDevice>());
     let base_color = world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
         let mut images = world.resource_mut::<Assets<Image>>();
         WaveletTexture::add(&encoded, storage, &mut textures, &mut images)
