@@ -98,7 +98,8 @@ pub fn rows(
         let setting = format!("{}, mean of frames {first} to {last}", method.name());
         rows.push(row(setting, &before, &total));
     }
-    if !method.traces_rays() && method != Method::NoGi {
+    let adds = !method.traces_rays() && method != Method::NoGi;
+    if adds {
         let added = difference(&before, &direct);
         let setting = format!("{}, what it adds", method.name());
         rows.push(row(setting, &added, &truth.indirect));
@@ -106,10 +107,13 @@ pub fn rows(
     rows.extend(baked.map(|baked| baked.row(&scene.name, method.name())));
     if let Some(folder) = pictures {
         let gray = png::mean(&truth.indirect);
-        let added = difference(&before, &direct);
-        for (part, picture) in [("", &before), (" adds", &added)] {
+        let write = |part: &str, picture: &[Vec3]| {
             let file = format!("{} {}{part}.png", scene.name, method.name());
-            png::write(&folder.join(file), scene.camera.width, picture, gray)?;
+            png::write(&folder.join(file), scene.camera.width, picture, gray)
+        };
+        write("", &before)?;
+        if adds {
+            write(" adds", &difference(&before, &direct))?;
         }
     }
     Ok((rows, app.adapter().into()))
