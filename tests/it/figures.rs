@@ -324,9 +324,13 @@ fn global_illumination_side_by_side() {
         "constant ambient light, what it adds",
         "ambient light and SSAO",
         "ambient light and SSAO, what it adds",
+        "lightmaps",
+        "lightmaps, what it adds",
+        "irradiance volume",
+        "irradiance volume, what it adds",
         "bevy_voxel_gi, what it adds",
-        "bevy_solari, mean of 64 frames",
-        "bevy_solari ReSTIR, mean of 64 frames",
+        "bevy_solari, mean of frames 193 to 256",
+        "bevy_solari ReSTIR, mean of frames 193 to 256",
     ];
     let in_frames = ["bevy_voxel_gi", "bevy_solari", "bevy_solari ReSTIR"];
     let frames = in_frames
@@ -347,6 +351,19 @@ fn global_illumination_side_by_side() {
             };
             let cells = GI_SCENES.map(cell).to_vec();
             (setting, cells)
+        }),
+    );
+    let bakes = ["lightmaps, bake", "irradiance volume, bake"];
+    assert_rows(
+        include_str!("../../docs/choosing-gi.md"),
+        bakes.map(|setting| {
+            let cell = |scene| {
+                let row = data.row(scene, setting, "");
+                let bytes = row.bytes.expect("bytes") as f64;
+                let ms = row.cpu_ms.expect("a time");
+                format!("{:.1} MiB in {:.0} s", bytes / 1024.0 / 1024.0, ms / 1e3)
+            };
+            (setting.into(), GI_SCENES.map(cell).to_vec())
         }),
     );
 }

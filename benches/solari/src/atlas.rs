@@ -36,7 +36,8 @@ impl Face {
         let (axis, u, v) = axes(number);
         let rotation = part.rotation();
         let along = |axis: usize| Vec3::AXES[axis] * part.half[axis];
-        let normal = if number % 2 == 0 { 1.0 } else { -1.0 } * Vec3::AXES[axis];
+        let is_negative = !number.is_multiple_of(2);
+        let normal = if is_negative { -1.0 } else { 1.0 } * Vec3::AXES[axis];
         let from_center = part.half[axis] * normal - along(u) - along(v);
         let texels = |axis: usize| (2.0 * part.half[axis] / TEXEL).ceil() as u32;
         Self {

@@ -1,6 +1,6 @@
 //! Runs the frames of a method in a scene and compares them with path tracing.
 
-use std::{error::Error, path::Path, time::Instant};
+use std::{error::Error, ops::RangeInclusive, path::Path, time::Instant};
 
 use bevy::{math::Vec3, render::renderer::RenderDevice};
 use bevy_frugal_lab::{
@@ -22,8 +22,8 @@ use crate::{
 const MAX_FRAMES: u32 = 200;
 /// Frames of a still camera after which its picture is compared.
 const FRAMES: [u32; 3] = [1, 8, 64];
-/// Frames after those whose mean is compared too, where pictures have noise.
-const SETTLED: u32 = 64;
+/// Frames whose mean is compared too, where pictures have noise: by then the light has settled.
+const SETTLED: RangeInclusive<u32> = 193..=256;
 
 /// The rows of a method in a scene, and the adapter; its pictures are written to the folder.
 ///
@@ -58,19 +58,22 @@ pub fn rows(
     } else {
         &[8]
     };
-    let settled = if method.is_noisy() { SETTLED } else { 0 };
-    let last = frames.last().copied().unwrap_or_default();
+    let last = if method.is_noisy() {
+        *SETTLED.end()
+    } else {
+        frames.last().copied().unwrap_or_default()
+    };
     method.switch_on(app.world_mut(), scene);
     let mut rows = Vec::new();
     let mut times = Vec::new();
     let mut before = Vec::new();
     let mut sum = vec![Vec3::ZERO; (scene.camera.width * scene.camera.height) as usize];
-    for frame in 1..=last + settled {
+    for frame in 1..=last {
         let start = Instant::now();
         app.render_frames(1)?;
         times.push(1e3 * start.elapsed().as_secs_f64());
         let now = picture(&mut app)?;
-        if frame > last {
+        if SETTLED.contains(&frame) {
             sum.iter_mut().zip(&now).for_each(|(sum, now)| *sum += now);
         }
         if frames.contains(&frame) {
@@ -88,13 +91,15 @@ pub fn rows(
         }
         before = now;
     }
-    if settled > 0 {
-        before = sum.iter().map(|sum| sum / settled as f32).collect();
-        let frames = format!("mean of frames {} to {}", last + 1, last + settled);
-        let setting = format!("{}, {frames}", method.name());
+    if method.is_noisy() {
+        let (first, last) = (SETTLED.start(), SETTLED.end());
+        let count = last - first + 1;
+        before = sum.iter().map(|sum| sum / count as f32).collect();
+        let setting = format!("{}, mean of frames {first} to {last}", method.name());
         rows.push(row(setting, &before, &total));
     }
-    if !method.traces_rays() && method != Method::NoGi {
+    let adds = !method.traces_rays() && method != Method::NoGi;
+    if adds {
         let added = difference(&before, &direct);
         let setting = format!("{}, what it adds", method.name());
         rows.push(row(setting, &added, &truth.indirect));
@@ -102,10 +107,13 @@ pub fn rows(
     rows.extend(baked.map(|baked| baked.row(&scene.name, method.name())));
     if let Some(folder) = pictures {
         let gray = png::mean(&truth.indirect);
-        let added = difference(&before, &direct);
-        for (part, picture) in [("", &before), (" adds", &added)] {
+        let write = |part: &str, picture: &[Vec3]| {
             let file = format!("{} {}{part}.png", scene.name, method.name());
-            png::write(&folder.join(file), scene.camera.width, picture, gray)?;
+            png::write(&folder.join(file), scene.camera.width, picture, gray)
+        };
+        write("", &before)?;
+        if adds {
+            write(" adds", &difference(&before, &direct))?;
         }
     }
     Ok((rows, app.adapter().into()))
