@@ -7,7 +7,7 @@ use bevy_frugal_lab::{
 use image::RgbImage;
 use indicatif::ProgressBar;
 
-use crate::{support::gpu, wavelet_tex::gpu_with_all_planes};
+use crate::wavelet_tex::gpu_with_all_planes;
 
 /// The figures of a run, and its picture of "after".
 fn run(name: &str, set: &[&str]) -> (Outcome, RgbImage) {

@@ -1,6 +1,11 @@
 //! The memory and the lit picture of whole materials, beside BC textures.
 
-use std::{collections::BTreeMap, fmt::Write, fs, path::Path};
+use std::{
+    collections::{BTreeMap, btree_map::Entry},
+    fmt::Write,
+    fs,
+    path::Path,
+};
 
 use bevy_wavelet_tex::codec::{
     angle::normal_blue,
@@ -50,12 +55,12 @@ pub(super) fn table(path: &Path, min_psnr_db: Option<f64>) -> Result<String, Tra
     let mut maps = BTreeMap::new();
     for (i, role) in ROLES.into_iter().enumerate() {
         for image in materials.iter().filter_map(|material| material.maps[i]) {
-            if !maps.contains_key(&image) {
+            if let Entry::Vacant(entry) = maps.entry(image) {
                 let source = model.images().nth(image).expect("a valid index").source();
                 let image_file = bytes(&model, source, path)?;
                 let picture = image::load_from_memory(&image_file);
                 let picture = picture.map_err(TradeoffError::file(path))?;
-                maps.insert(image, Map::new(&picture, role, min_psnr_db)?);
+                entry.insert(Map::new(&picture, role, min_psnr_db)?);
             }
         }
     }
