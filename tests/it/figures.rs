@@ -101,6 +101,7 @@ fn price_of_sampling_wavelet_textures() {
     let filters = [
         "nearest",
         "nearest mip linear",
+        "stochastic",
         "bilinear",
         "trilinear",
         "anisotropic",
