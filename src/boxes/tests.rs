@@ -178,7 +178,7 @@ fn receivers_in_boxes_and_under_them_have_no_light() {
     scene.sky_radiance = Vec3::ONE;
     let block = scene.boxes[1];
     let bottom = Vec3::new(block.center.x, 0.0, block.center.z);
-    // Of a block that is turned, and 1 m wide.
+    // The block is rotated about Y, and 1 m wide.
     let points = [(0.49, false), (0.51, true)].map(|(distance, lit)| {
         let side = block.rotation() * Vec3::X;
         [block.center + distance * side, bottom + distance * side].map(|point| (point, lit))

@@ -1,4 +1,4 @@
-//! Where the faces of boxes are in a lightmap.
+//! The layout of a lightmap: a rectangle for each face of each box.
 
 use bevy::{math::UVec2, prelude::*};
 use bevy_frugal_lab::boxes::{BoxScene, SceneBox};
@@ -12,7 +12,7 @@ pub const BORDER: u32 = 1;
 pub struct Atlas {
     /// Size in texels.
     pub size: UVec2,
-    /// By box and face.
+    /// The face with number `n` of box `i` is at `6 * i + n`.
     pub faces: Vec<Face>,
 }
 
@@ -23,7 +23,7 @@ pub struct Face {
     pub corner: UVec2,
     /// Texels along both axes, without the border.
     pub texels: UVec2,
-    /// Of the face, in metres.
+    /// The corner of the face in which both `edges` begin, in metres.
     origin: Vec3,
     edges: [Vec3; 2],
     /// A unit vector.

@@ -1,16 +1,16 @@
-//! What baking gives and takes.
+//! The memory and the time that a bake takes.
 
 use std::time::{Duration, Instant};
 
 use bevy::image::Image;
 use bevy_frugal_lab::record::Measurement;
 
-/// What was baked.
+/// The cost of a baked texture.
 #[derive(Clone, Copy, Debug)]
 pub struct Baked {
     /// Size of the texture in bytes.
     pub bytes: u64,
-    /// Time on all cores.
+    /// Time on the clock, with all cores at work.
     pub time: Duration,
 }
 

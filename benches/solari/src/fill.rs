@@ -1,4 +1,4 @@
-//! Light for what has none: where boxes are.
+//! Light for texels and voxels that boxes cover.
 
 use bevy::math::{UVec3, Vec3};
 

@@ -9,11 +9,11 @@
 //! | `method.rs` | the methods that draw the light, by name |
 //! | `measure.rs` | runs its frames and compares them |
 //! | `ambient.rs` | the best constant ambient light |
-//! | `bake.rs` | what baking gives and takes |
+//! | `bake.rs` | the memory and the time that a bake takes |
 //! | `lightmap.rs` | path-traced lightmaps |
-//! | `atlas.rs` | where the faces of boxes are in them |
+//! | `atlas.rs` | the layout of a lightmap |
 //! | `irradiance_volume.rs` | path-traced irradiance volumes |
-//! | `fill.rs` | light where boxes are |
+//! | `fill.rs` | light for texels and voxels that boxes cover |
 //! | `texture.rs` | textures of light |
 //! | `convert.rs` | gives a scene what `bevy_solari` needs |
 //! | `picture.rs` | pictures in floats |

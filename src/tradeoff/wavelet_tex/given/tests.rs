@@ -40,7 +40,7 @@ fn table(words: &[&str], path: &Path) -> Result<String, TradeoffError> {
         .table()
 }
 
-/// The figures of a row, without its name and what is no number.
+/// Returns the numbers in the cells of a row.
 fn figures(table: &str, name: &str) -> Vec<f64> {
     let start = format!("| {name} |");
     let line = table.lines().find(|line| line.starts_with(&start));
