@@ -2,7 +2,7 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    image::{Image, ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
+    image::{Image, ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_wavelet_tex::codec::{
@@ -56,7 +56,6 @@ pub fn mipped_texture(pixels: &RgbaImage, srgb: bool) -> Image {
     image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
         address_mode_u: ImageAddressMode::Repeat,
         address_mode_v: ImageAddressMode::Repeat,
-        mipmap_filter: ImageFilterMode::Linear,
         ..ImageSamplerDescriptor::linear()
     });
     image

@@ -2,7 +2,7 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
+    image::ImageSampler,
     math::UVec3,
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
@@ -25,11 +25,7 @@ pub fn texture(dimension: TextureDimension, size: UVec3, texels: &[Vec3]) -> Ima
         TextureFormat::Rgba16Float,
         RenderAssetUsages::RENDER_WORLD,
     );
-    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-        address_mode_u: ImageAddressMode::ClampToEdge,
-        address_mode_v: ImageAddressMode::ClampToEdge,
-        address_mode_w: ImageAddressMode::ClampToEdge,
-        ..ImageSamplerDescriptor::linear()
-    });
+    // It clamps to the edges.
+    image.sampler = ImageSampler::linear();
     image
 }

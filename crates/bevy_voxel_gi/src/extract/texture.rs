@@ -2,7 +2,7 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
+    image::ImageSampler,
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
 };
@@ -54,11 +54,7 @@ pub(super) fn light_texture(size: Extent3d) -> Image {
         | TextureUsages::STORAGE_BINDING
         | TextureUsages::COPY_SRC
         | TextureUsages::COPY_DST;
-    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-        address_mode_u: ImageAddressMode::ClampToEdge,
-        address_mode_v: ImageAddressMode::ClampToEdge,
-        address_mode_w: ImageAddressMode::ClampToEdge,
-        ..ImageSamplerDescriptor::linear()
-    });
+    // It clamps to the edges.
+    image.sampler = ImageSampler::linear();
     image
 }

@@ -137,6 +137,9 @@ impl VisitAssetDependencies for Parts<Handle<Image>> {
 
 impl WaveletTexture {
     /// Adds a texture and its images to an app at run time.
+    ///
+    /// Devices may not have blocks of all kinds: [`storage_on`](crate::material::storage_on) returns a storage that the
+    /// device has.
     pub fn add(
         image: &WaveletImage,
         storage: WaveletStorage,

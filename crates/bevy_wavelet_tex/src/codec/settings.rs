@@ -47,7 +47,7 @@ pub enum Method {
     /// Everything that improves the quality.
     #[default]
     Best,
-    /// The same without prediction: a decoded pixel takes one fetch of luma instead of nine, and
+    /// The same without prediction: a decoded pixel takes one fetch of luma instead of five, and
     /// gray at 2 bits per pixel loses 0.7 dB.
     OneFetch,
     /// The codec of the thesis: the partially inverted Haar transform with a search for w, clamping

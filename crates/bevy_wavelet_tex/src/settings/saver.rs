@@ -26,7 +26,7 @@ pub struct WaveletSaverSettings {
     /// no limit.
     pub max_size: Option<u32>,
     /// Whether to encode without prediction: a decoded pixel then takes one fetch of luma instead
-    /// of nine, at a lower quality. Default: `false`.
+    /// of five, at a lower quality. Default: `false`.
     pub one_fetch: bool,
     /// The kinds of textures to choose from, by their error. Default: [`Formats::Any`].
     pub formats: Formats,

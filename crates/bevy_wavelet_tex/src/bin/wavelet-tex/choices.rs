@@ -50,7 +50,7 @@ pub const METHODS: [Choice<Method>; 3] = [
     (
         "one-fetch",
         Method::OneFetch,
-        "Without prediction: one fetch of luma for a pixel instead of nine",
+        "Without prediction: one fetch of luma for a pixel instead of five",
     ),
     ("thesis", Method::Thesis, "The codec of the thesis"),
 ];
