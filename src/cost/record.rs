@@ -117,7 +117,8 @@ pub fn read(folder: &Path) -> Result<Vec<CostRow>, CostError> {
     read_json(&folder.join(FILE))
 }
 
-/// The rows in a folder, if there are any, with new ones in the place of those of the same GPU and plugin.
+/// The rows in a folder, if there are any, with new ones in the place of those of the same GPU and plugin, in the order
+/// of plugins and GPUs.
 ///
 /// # Errors
 /// [`CostError::File`], naming the path.
@@ -235,7 +236,8 @@ mod tests {
         let found = renewed(&folder, vec![row("navi21", "ewa", 4)]).expect("read");
         std::fs::remove_dir_all(&folder).expect("removed");
         let instructions: Vec<_> = found.iter().map(|row| row.instructions).collect();
-        assert_eq!(instructions, [1, 3, 4]);
+        // In the order of plugins, then of GPUs.
+        assert_eq!(instructions, [3, 4, 1]);
     }
 
     #[test]
