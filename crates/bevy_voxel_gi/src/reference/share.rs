@@ -4,6 +4,7 @@
 //! changes evenly, as it does beside a wall, so sharing smooths noise and keeps gradients.
 
 use super::{
+    grid::FACE_STEPS,
     parallel::each,
     surface::{CLEARANCE, Surface, is_clear, main_face},
     voxels::{SUB_VOXELS, Voxels},
@@ -18,6 +19,10 @@ const MAX_STEP: f32 = 0.2;
 /// A surface shares with those whose weight is at least this fraction of its own, and its own of theirs: in a pair of
 /// unlike weights one would count alone.
 const MIN_WEIGHT: f32 = 0.5;
+
+/// Where a surface has a lower weight, most of its rays start inside something that touches it, and what the others
+/// see is too dark: the lower the weight, the more its light is that of the surfaces around.
+const TRUSTED_WEIGHT: f32 = 0.5;
 
 /// The pairs of neighbours in a plane, as the steps to one of the two along the plane's axes, with the weight of each
 /// neighbour. With [`OWN_WEIGHT`] these weights even out a checkerboard. Higher ones of the farthest blur the edges of
@@ -75,7 +80,23 @@ impl Planes<'_> {
                 total += 2.0 * weight;
             }
         }
-        sum / total
+        let shared = sum / total;
+        let around = self.light_around(i);
+        if own.w >= TRUSTED_WEIGHT || around.w <= 0.0 {
+            return shared;
+        }
+        (around * (own.w / around.w)).lerp(shared, own.w / TRUSTED_WEIGHT)
+    }
+
+    /// The sum of the light of the same face in the voxels around.
+    fn light_around(&self, i: usize) -> Vec4 {
+        let surface = &self.surfaces[i];
+        let (grid, face) = (self.voxels.grid, main_face(surface.normal));
+        let found = FACE_STEPS.iter().filter_map(|step| {
+            let voxel = grid.index(grid.voxel(surface.voxel) + *step)?;
+            self.by_face.get(&(voxel, face)).map(|&j| self.light[j])
+        });
+        found.sum()
     }
 
     /// Distance of a surface's plane from the centre of its voxel, in voxels.

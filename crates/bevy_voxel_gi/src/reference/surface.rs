@@ -128,14 +128,20 @@ fn points_of(voxels: &Voxels, index: usize, normal: Vec3) -> (Vec<Vec3>, f32) {
 /// choice independent of rounding.
 const NEARER: f32 = 1e-4;
 
+/// Added for a point from which rays start in an occupied sub-voxel: more than any point's distance.
+const BURIED: f32 = 4.0;
+
 /// Indices of the points that are visible from the one nearest to the voxel's centre, with all points
-/// moved by `lift`.
+/// moved by `lift`. That one is chosen from those that are then in an empty sub-voxel, if there are any.
 fn one_side(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<usize> {
     let center = voxels.grid.voxel(index).as_vec3() + 0.5;
     let normal = lift.normalize_or_zero();
     let distance = |point: Vec3| {
         let offset = point - center;
-        (offset - normal * normal.dot(offset)).length_squared()
+        let flat = (offset - normal * normal.dot(offset)).length_squared();
+        let start = point + lift;
+        let is_free = is_clear(voxels, start, start + normal * CLEARANCE);
+        flat + if is_free { 0.0 } else { BURIED }
     };
     let (mut middle, mut least) = (center, f32::INFINITY);
     for point in points {

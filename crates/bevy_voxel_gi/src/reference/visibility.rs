@@ -9,7 +9,7 @@ use super::{
 use glam::{IVec3, Vec3, Vec4};
 
 /// Weight of a voxel that is not visible, relative to 1: it matters only where no voxel is visible.
-pub const HIDDEN_WEIGHT: f32 = 1.0 / 1024.0;
+pub const HIDDEN_WEIGHT: f32 = 1.0 / 65_536.0;
 
 /// A voxel is hidden if its ray passes through this length of occupied sub-voxels, in sub-voxel edges; a
 /// shorter length hides a part of it, so that light changes gradually beside small things. At 1, a wall as thin as a
