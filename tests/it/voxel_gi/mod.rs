@@ -4,6 +4,7 @@ mod arcade;
 mod basics;
 mod budget;
 mod changes;
+mod contacts;
 mod extremes;
 mod materials;
 mod memory;

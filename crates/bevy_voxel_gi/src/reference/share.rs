@@ -4,7 +4,6 @@
 //! changes evenly, as it does beside a wall, so sharing smooths noise and keeps gradients.
 
 use super::{
-    grid::FACE_STEPS,
     parallel::each,
     surface::{CLEARANCE, Surface, is_clear, main_face},
     voxels::{SUB_VOXELS, Voxels},
@@ -23,6 +22,8 @@ const MIN_WEIGHT: f32 = 0.5;
 /// Where a surface has a lower weight, most of its rays start inside something that touches it, and what the others
 /// see is too dark: the lower the weight, the more its light is that of the surfaces around.
 const TRUSTED_WEIGHT: f32 = 0.5;
+/// At and below this weight all rays start inside: the surfaces around may be on the other side of a wall.
+const BURIED_WEIGHT: f32 = 1.0 / 128.0;
 
 /// The pairs of neighbours in a plane, as the steps to one of the two along the plane's axes, with the weight of each
 /// neighbour. With [`OWN_WEIGHT`] these weights even out a checkerboard. Higher ones of the farthest blur the edges of
@@ -81,22 +82,31 @@ impl Planes<'_> {
             }
         }
         let shared = sum / total;
-        let around = self.light_around(i);
-        if own.w >= TRUSTED_WEIGHT || around.w <= 0.0 {
+        if own.w <= BURIED_WEIGHT || own.w >= TRUSTED_WEIGHT {
             return shared;
         }
-        (around * (own.w / around.w)).lerp(shared, own.w / TRUSTED_WEIGHT)
+        let around = self.light_around(i);
+        if around.w > 0.0 {
+            (around * (own.w / around.w)).lerp(shared, own.w / TRUSTED_WEIGHT)
+        } else {
+            shared
+        }
     }
 
-    /// The sum of the light of the same face in the voxels around.
+    /// The light of the same face in the voxels around, in pairs: what is on one side only may be beyond a wall.
     fn light_around(&self, i: usize) -> Vec4 {
         let surface = &self.surfaces[i];
         let (grid, face) = (self.voxels.grid, main_face(surface.normal));
-        let found = FACE_STEPS.iter().filter_map(|step| {
-            let voxel = grid.index(grid.voxel(surface.voxel) + *step)?;
-            self.by_face.get(&(voxel, face)).map(|&j| self.light[j])
+        let light = |step: IVec3| {
+            let voxel = grid.index(grid.voxel(surface.voxel) + step)?;
+            let other = *self.by_face.get(&(voxel, face))?;
+            Some(self.light[other]).filter(|light| light.w > 0.0)
+        };
+        let pairs = IVec3::AXES.into_iter().filter_map(|step| {
+            let (before, after) = (light(-step)?, light(step)?);
+            Some((before / before.w + after / after.w) * before.w.min(after.w))
         });
-        found.sum()
+        pairs.sum()
     }
 
     /// Distance of a surface's plane from the centre of its voxel, in voxels.

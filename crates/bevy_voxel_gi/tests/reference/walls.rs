@@ -173,6 +173,35 @@ fn visible_irradiance_does_not_leak_at_the_foot_of_a_turned_wall() {
     assert!(worst[0] < 0.27 && worst[1] < 0.02, "{worst:?}");
 }
 
+/// A box over a gap of less than a voxel covers a part of the floor's voxels: their light is that of the part in front
+/// of it, wherever its edge is.
+#[test]
+fn visible_irradiance_is_not_black_below_the_edge_of_a_box() {
+    let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
+    let materials = gray(0.5, 0.0);
+    let settings = RayTracingSettings {
+        one_side: true,
+        ..Default::default()
+    };
+    let viewer = Vec3::new(1.0, 0.3, 0.1).normalize();
+    for gap in [0.35, 0.5] {
+        for edge in [8.0, 8.25, 8.4, 8.6, 8.8] {
+            let low = Vec3::new(2.0, 1.2 + gap, 2.0);
+            let low_box = solid(low, Vec3::new(edge, 6.0, 14.0));
+            let voxels = Voxels::new(unit_grid(16), &[low_box, floor.clone()].concat());
+            let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
+            let field = traced_field(ray_tracing, 16);
+            let light = [-0.2, 0.5].map(|x| {
+                let place = Vec3::new(edge + x, 1.2, 8.0);
+                field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / PI
+            });
+            println!("gap {gap}, edge {edge}: {light:.2?}");
+            assert!((0.6..0.8).contains(&light[1]), "{gap} {edge}: {light:?}");
+            assert!(light[0] > 0.8 * light[1], "{gap} {edge}: {light:?}");
+        }
+    }
+}
+
 fn at_lit(field: &IrradianceField) -> f32 {
     field.irradiance(Vec3::new(8.6, 1.2, 8.0), Vec3::Y, 0.0).x
 }
