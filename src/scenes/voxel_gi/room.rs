@@ -13,9 +13,8 @@ use crate::{
 pub const EV100: f32 = 10.5;
 /// Corners of where objects can be dragged.
 pub const INSIDE: [Vec3; 2] = [Vec3::new(-3.0, 0.0, -2.5), Vec3::new(3.0, 2.7, 2.5)];
-/// The edge about which the door turns. Closed, its front is flush with the wall: beside a jamb that shows, voxels of
-/// 0.2 m would leave an edge as bright as outside.
-pub const HINGE: Vec3 = Vec3::new(-2.2, 0.0, -2.54);
+/// The edge about which the door turns.
+pub const HINGE: Vec3 = Vec3::new(-2.2, 0.0, -2.55);
 /// Where the red box begins: centre and half an edge.
 pub const RED_BOX: (Vec3, f32) = (Vec3::new(1.45, 0.25, -0.1), 0.25);
 /// Where the ball begins: centre and radius.
@@ -25,8 +24,9 @@ pub const BALL: (Vec3, f32) = (Vec3::new(-0.7, 0.28, -0.3), 0.28);
 const TARGET: Vec3 = Vec3::new(-0.35, 0.8, -2.5);
 /// Thickness of the walls.
 const WALL: f32 = 0.3;
-/// Width, height and thickness of the door.
-const DOOR: Vec3 = Vec3::new(1.0, 2.1, 0.08);
+/// Width, height and thickness of the door. Closed, its front is flush with the wall: beside a jamb that shows, voxels of
+/// 0.2 m would leave an edge as bright as outside.
+const DOOR: Vec3 = Vec3::new(1.0, 2.1, 0.1);
 
 /// Light from outside: a clear sky, and sunlit ground below it.
 pub fn sky() -> Sky {
