@@ -16,7 +16,7 @@ use bevy::{
             SpecializedRenderPipelines, TextureFormat, TextureSampleType,
             binding_types::{texture_3d, uniform_buffer},
         },
-        renderer::{RenderContext, RenderDevice, ViewQuery},
+        renderer::{RenderContext, ViewQuery},
         texture::GpuImage,
         view::{ExtractedView, ViewTarget, ViewUniform, ViewUniformOffset, ViewUniforms},
     },
@@ -24,7 +24,9 @@ use bevy::{
 
 use crate::{
     extract::volume::ExtractedVolume,
-    passes::bindings::{MATERIALS, RADIANCE, read_only, voxels_bind_group, voxels_layout},
+    passes::bindings::{
+        BindGroups, MATERIALS, RADIANCE, read_only, voxels_bind_group, voxels_layout,
+    },
     prepare::{buffers::VolumeBuffers, scene_buffers::SceneBuffers, uniforms::VolumeUniforms},
 };
 
@@ -209,18 +211,14 @@ fn show(
     )>,
     mut context: RenderContext,
     pipeline: Res<DebugPipeline>,
-    cache: Res<PipelineCache>,
+    groups: BindGroups,
     (uniforms, buffers, scene, volume): (
         Res<VolumeUniforms>,
         Option<Res<VolumeBuffers>>,
         Option<Res<SceneBuffers>>,
         Res<ExtractedVolume>,
     ),
-    (images, views, device): (
-        Res<RenderAssets<GpuImage>>,
-        Res<ViewUniforms>,
-        Res<RenderDevice>,
-    ),
+    (images, views): (Res<RenderAssets<GpuImage>>, Res<ViewUniforms>),
 ) {
     let (target, offset, id, _) = view.into_inner();
     let (Some(buffers), Some(scene), Some(volume)) = (buffers, scene, &volume.0) else {
@@ -228,25 +226,24 @@ fn show(
     };
     let layout = &pipeline.voxels_layout;
     let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(materials), Some(voxels)) = (
-        cache.get_render_pipeline(id.0),
+        groups.cache.get_render_pipeline(id.0),
         images.get(&volume.texture),
         views.uniforms.binding(),
         scene.materials.binding(),
-        voxels_bind_group(layout, 0, &uniforms, &buffers, &cache, &device),
+        voxels_bind_group(layout, 0, &uniforms, &buffers, &groups),
     ) else {
         return;
     };
-    let light = device.create_bind_group(
-        "voxel_gi_debug_light",
-        &cache.get_bind_group_layout(&pipeline.light_layout),
-        &BindGroupEntries::with_indices((
+    let light = groups.create(
+        &pipeline.light_layout,
+        (
             (RADIANCE, buffers.radiance.as_entire_binding()),
             (MATERIALS, materials),
-        )),
+        ),
     );
-    let view = device.create_bind_group(
+    let view = groups.device.create_bind_group(
         "voxel_gi_debug_view",
-        &cache.get_bind_group_layout(&pipeline.view_layout),
+        &groups.cache.get_bind_group_layout(&pipeline.view_layout),
         &BindGroupEntries::sequential((view_uniforms, &texture.texture_view)),
     );
     let post_process = target.post_process_write();

@@ -5,16 +5,18 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CommandEncoder, ComputePass, PipelineCache, ShaderStages, UniformBuffer,
-            binding_types::uniform_buffer,
+            BindGroup, BindGroupLayoutDescriptor, CommandEncoder, ComputePass, PipelineCache,
+            UniformBuffer, binding_types::uniform_buffer,
         },
-        renderer::{RenderDevice, RenderQueue},
+        renderer::RenderQueue,
     },
 };
 
 use super::{
-    bindings::{COUNTERS, FACE_SLOTS, IRRADIANCE, VOLUME, read_only, read_write, volume_uniform},
+    bindings::{
+        BindGroups, COUNTERS, FACE_SLOTS, IRRADIANCE, VOLUME, group_layout, read_only, read_write,
+        volume_uniform,
+    },
     kernel::{Kernel, dispatch_voxels},
 };
 use crate::{
@@ -42,25 +44,18 @@ pub(crate) struct AllocatePass {
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
-    let compute = ShaderStages::COMPUTE;
-    let voxels_layout = BindGroupLayoutDescriptor::new(
+    let voxels_layout = group_layout(
         "voxel_gi_allocate_volume",
-        &BindGroupLayoutEntries::with_indices(
-            compute,
-            ((VOLUME, volume_uniform()), (FACE_SLOTS, read_write())),
-        ),
+        ((VOLUME, volume_uniform()), (FACE_SLOTS, read_write())),
     );
-    let layout = BindGroupLayoutDescriptor::new(
+    let layout = group_layout(
         "voxel_gi_allocate",
-        &BindGroupLayoutEntries::with_indices(
-            compute,
-            (
-                (COUNTERS, read_write()),
-                (IRRADIANCE, read_write()),
-                (MOVES, uniform_buffer::<[IVec4; MAX_LEVELS]>(false)),
-                (IRRADIANCE_BEFORE, read_only()),
-                (FACE_SLOTS_BEFORE, read_only()),
-            ),
+        (
+            (COUNTERS, read_write()),
+            (IRRADIANCE, read_write()),
+            (MOVES, uniform_buffer::<[IVec4; MAX_LEVELS]>(false)),
+            (IRRADIANCE_BEFORE, read_only()),
+            (FACE_SLOTS_BEFORE, read_only()),
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "allocate.wesl");
@@ -93,7 +88,7 @@ pub(crate) fn prepare(
     plan: Res<FramePlan>,
     buffers: Option<Res<VolumeBuffers>>,
     uniforms: Res<VolumeUniforms>,
-    (cache, device, queue): (Res<PipelineCache>, Res<RenderDevice>, Res<RenderQueue>),
+    (groups, queue): (BindGroups, Res<RenderQueue>),
 ) {
     pass.bind_groups = None;
     let (Some(work), Some(buffers), Some(volume)) =
@@ -105,21 +100,19 @@ pub(crate) fn prepare(
         return;
     }
     let mut moves = UniformBuffer::from(work.moves.unwrap_or_default());
-    moves.write_buffer(&device, &queue);
+    moves.write_buffer(&groups.device, &queue);
     pass.bind_groups = moves.binding().map(|moves| {
         [
-            device.create_bind_group(
-                "voxel_gi_allocate_volume",
-                &cache.get_bind_group_layout(&pass.voxels_layout),
-                &BindGroupEntries::with_indices((
+            groups.create(
+                &pass.voxels_layout,
+                (
                     (VOLUME, volume),
                     (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
-                )),
+                ),
             ),
-            device.create_bind_group(
-                "voxel_gi_allocate",
-                &cache.get_bind_group_layout(&pass.layout),
-                &BindGroupEntries::with_indices((
+            groups.create(
+                &pass.layout,
+                (
                     (COUNTERS, buffers.counters.as_entire_binding()),
                     (IRRADIANCE, buffers.irradiance.as_entire_binding()),
                     (MOVES, moves),
@@ -131,7 +124,7 @@ pub(crate) fn prepare(
                         FACE_SLOTS_BEFORE,
                         buffers.face_slots_before.as_entire_binding(),
                     ),
-                )),
+                ),
             ),
         ]
     });

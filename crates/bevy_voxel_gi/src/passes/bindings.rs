@@ -1,11 +1,13 @@
 //! The bindings that several passes share, with the numbers of `bindings.wesl`.
 
 use bevy::{
+    ecs::system::SystemParam,
     prelude::*,
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            BindGroupLayoutEntryBuilder, PipelineCache, ShaderStages, StorageTextureAccess,
+            BindGroupLayoutEntryBuilder, IntoIndexedBindGroupLayoutEntryBuilderArray,
+            IntoIndexedBindingArray, PipelineCache, ShaderStages, StorageTextureAccess,
             TextureFormat,
             binding_types::{
                 storage_buffer_read_only_sized, storage_buffer_sized, texture_storage_3d,
@@ -53,6 +55,37 @@ pub(crate) fn volume_uniform() -> BindGroupLayoutEntryBuilder {
     uniform_buffer::<Volume>(false)
 }
 
+/// Layout of a bind group of compute shaders, each entry with its number.
+pub(super) fn group_layout<const N: usize>(
+    label: &'static str,
+    entries: impl IntoIndexedBindGroupLayoutEntryBuilderArray<N>,
+) -> BindGroupLayoutDescriptor {
+    let entries = BindGroupLayoutEntries::with_indices(ShaderStages::COMPUTE, entries);
+    BindGroupLayoutDescriptor::new(label, &entries)
+}
+
+/// What makes bind groups.
+#[derive(SystemParam)]
+pub(crate) struct BindGroups<'w> {
+    pub cache: Res<'w, PipelineCache>,
+    pub device: Res<'w, RenderDevice>,
+}
+
+impl BindGroups<'_> {
+    /// Creates a bind group with the label of its layout, each entry with its number.
+    pub fn create<'b, const N: usize>(
+        &self,
+        layout: &BindGroupLayoutDescriptor,
+        entries: impl IntoIndexedBindingArray<'b, N>,
+    ) -> BindGroup {
+        self.device.create_bind_group(
+            layout.label.as_ref(),
+            &self.cache.get_bind_group_layout(layout),
+            &BindGroupEntries::with_indices(entries),
+        )
+    }
+}
+
 /// Layout of group 0 in passes that read the voxels.
 pub(crate) fn voxels_layout(
     label: &'static str,
@@ -79,13 +112,11 @@ pub(crate) fn voxels_bind_group(
     bounce: usize,
     uniforms: &VolumeUniforms,
     buffers: &VolumeBuffers,
-    cache: &PipelineCache,
-    device: &RenderDevice,
+    groups: &BindGroups,
 ) -> Option<BindGroup> {
-    Some(device.create_bind_group(
-        layout.label.as_ref(),
-        &cache.get_bind_group_layout(layout),
-        &BindGroupEntries::with_indices((
+    Some(groups.create(
+        layout,
+        (
             (VOLUME, uniforms.bounces[bounce].binding()?),
             (MASKS, buffers.masks.as_entire_binding()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
@@ -94,7 +125,7 @@ pub(crate) fn voxels_bind_group(
                 REPROJECTED_ALBEDO,
                 buffers.reprojected_albedo.as_entire_binding(),
             ),
-        )),
+        ),
     ))
 }
 
@@ -113,14 +144,14 @@ pub(crate) fn prepare_voxel_bind_groups(
     plan: Res<FramePlan>,
     buffers: Option<Res<VolumeBuffers>>,
     uniforms: Res<VolumeUniforms>,
-    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+    groups: BindGroups,
 ) {
     let (Some(_), Some(buffers)) = (plan.work, buffers) else {
         commands.remove_resource::<VoxelBindGroups>();
         return;
     };
     let layout = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
-    let group = |bounce| voxels_bind_group(&layout, bounce, &uniforms, &buffers, &cache, &device);
+    let group = |bounce| voxels_bind_group(&layout, bounce, &uniforms, &buffers, &groups);
     if let (Some(first), Some(later)) = (group(0), group(1)) {
         commands.insert_resource(VoxelBindGroups {
             bounces: [first, later],

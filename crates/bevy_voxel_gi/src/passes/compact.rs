@@ -5,18 +5,16 @@ use bevy::{
     prelude::*,
     render::{
         render_asset::RenderAssets,
-        render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            PipelineCache, ShaderStages,
-        },
-        renderer::{RenderContext, RenderDevice},
+        render_resource::{BindGroup, BindGroupLayoutDescriptor, PipelineCache},
+        renderer::RenderContext,
         texture::GpuImage,
     },
 };
 
 use super::{
     bindings::{
-        COUNTERS, IRRADIANCE, LIGHT_TEXTURE, VoxelBindGroups, WORK_ITEMS, light_texture, read_write,
+        BindGroups, COUNTERS, IRRADIANCE, LIGHT_TEXTURE, VoxelBindGroups, WORK_ITEMS, group_layout,
+        light_texture, read_write,
     },
     kernel::{Kernel, dispatch_voxels, light_defs, record_pass},
 };
@@ -38,16 +36,13 @@ pub(crate) struct CompactPass {
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
-    let layout = BindGroupLayoutDescriptor::new(
+    let layout = group_layout(
         "voxel_gi_compact",
-        &BindGroupLayoutEntries::with_indices(
-            ShaderStages::COMPUTE,
-            (
-                (WORK_ITEMS, read_write()),
-                (COUNTERS, read_write()),
-                (IRRADIANCE, read_write()),
-                (LIGHT_TEXTURE, light_texture()),
-            ),
+        (
+            (WORK_ITEMS, read_write()),
+            (COUNTERS, read_write()),
+            (IRRADIANCE, read_write()),
+            (LIGHT_TEXTURE, light_texture()),
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "compact.wesl");
@@ -81,22 +76,21 @@ pub(crate) fn prepare(
     volume: Res<ExtractedVolume>,
     buffers: Option<Res<VolumeBuffers>>,
     images: Res<RenderAssets<GpuImage>>,
-    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+    groups: BindGroups,
 ) {
     pass.bind_group = None;
     let (Some(_), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
         return;
     };
     pass.bind_group = images.get(&volume.texture).map(|texture| {
-        device.create_bind_group(
-            "voxel_gi_compact",
-            &cache.get_bind_group_layout(&pass.layout),
-            &BindGroupEntries::with_indices((
+        groups.create(
+            &pass.layout,
+            (
                 (WORK_ITEMS, buffers.work_items.as_entire_binding()),
                 (COUNTERS, buffers.counters.as_entire_binding()),
                 (IRRADIANCE, buffers.irradiance.as_entire_binding()),
                 (LIGHT_TEXTURE, &texture.texture_view),
-            )),
+            ),
         )
     });
 }

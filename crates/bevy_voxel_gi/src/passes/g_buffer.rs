@@ -5,13 +5,14 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            PipelineCache, ShaderStages, TextureSampleType,
+            ShaderStages, TextureSampleType,
             binding_types::{texture_2d, texture_depth_2d, uniform_buffer},
         },
-        renderer::RenderDevice,
         view::{ViewUniform, ViewUniforms},
     },
 };
+
+use super::bindings::BindGroups;
 
 /// The layout of group 2.
 pub(super) fn g_buffer_layout() -> BindGroupLayoutDescriptor {
@@ -32,15 +33,14 @@ pub(super) fn g_buffer_layout() -> BindGroupLayoutDescriptor {
 pub(super) fn g_buffer(
     textures: &ViewPrepassTextures,
     views: &ViewUniforms,
-    cache: &PipelineCache,
-    device: &RenderDevice,
+    groups: &BindGroups,
 ) -> Option<BindGroup> {
     let depth = textures.depth_only_view()?;
     let deferred = textures.deferred_view()?;
     let view = views.uniforms.binding()?;
-    Some(device.create_bind_group(
+    Some(groups.device.create_bind_group(
         "voxel_gi_g_buffer",
-        &cache.get_bind_group_layout(&g_buffer_layout()),
+        &groups.cache.get_bind_group_layout(&g_buffer_layout()),
         &BindGroupEntries::sequential((view, depth, deferred)),
     ))
 }

@@ -6,19 +6,15 @@ use bevy::{
     prelude::*,
     render::{
         render_asset::RenderAssets,
-        render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            ComputePass, PipelineCache, ShaderStages,
-        },
-        renderer::RenderDevice,
+        render_resource::{BindGroup, BindGroupLayoutDescriptor, ComputePass, PipelineCache},
         texture::GpuImage,
     },
 };
 
 use super::{
     bindings::{
-        COUNTERS, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, WORK_ITEMS, light_texture, read_only,
-        read_write,
+        BindGroups, COUNTERS, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, WORK_ITEMS, group_layout,
+        light_texture, read_only, read_write,
     },
     kernel::{Kernel, light_defs},
 };
@@ -42,17 +38,14 @@ pub(crate) struct GatherPass {
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
-    let layout = BindGroupLayoutDescriptor::new(
+    let layout = group_layout(
         "voxel_gi_gather",
-        &BindGroupLayoutEntries::with_indices(
-            ShaderStages::COMPUTE,
-            (
-                (WORK_ITEMS, read_only()),
-                (COUNTERS, read_only()),
-                (RADIANCE, read_only()),
-                (IRRADIANCE, read_write()),
-                (LIGHT_TEXTURE, light_texture()),
-            ),
+        (
+            (WORK_ITEMS, read_only()),
+            (COUNTERS, read_only()),
+            (RADIANCE, read_only()),
+            (IRRADIANCE, read_write()),
+            (LIGHT_TEXTURE, light_texture()),
         ),
     );
     let kernel = |label, entry_point, shader: &Handle<Shader>| {
@@ -92,7 +85,7 @@ pub(crate) fn prepare(
     volume: Res<ExtractedVolume>,
     buffers: Option<Res<VolumeBuffers>>,
     images: Res<RenderAssets<GpuImage>>,
-    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+    groups: BindGroups,
 ) {
     pass.bind_group = None;
     let (Some(_), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
@@ -101,16 +94,15 @@ pub(crate) fn prepare(
     let (Some(texture), false) = (images.get(&volume.texture), buffers.shape.propagates) else {
         return;
     };
-    pass.bind_group = Some(device.create_bind_group(
-        "voxel_gi_gather",
-        &cache.get_bind_group_layout(&pass.layout),
-        &BindGroupEntries::with_indices((
+    pass.bind_group = Some(groups.create(
+        &pass.layout,
+        (
             (WORK_ITEMS, buffers.work_items.as_entire_binding()),
             (COUNTERS, buffers.counters.as_entire_binding()),
             (RADIANCE, buffers.radiance.as_entire_binding()),
             (IRRADIANCE, buffers.irradiance.as_entire_binding()),
             (LIGHT_TEXTURE, &texture.texture_view),
-        )),
+        ),
     ));
 }
 

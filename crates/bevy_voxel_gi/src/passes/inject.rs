@@ -3,18 +3,13 @@
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     prelude::*,
-    render::{
-        render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            ComputePass, PipelineCache, ShaderStages,
-        },
-        renderer::RenderDevice,
-    },
+    render::render_resource::{BindGroup, BindGroupLayoutDescriptor, ComputePass, PipelineCache},
 };
 
 use super::{
     bindings::{
-        COUNTERS, IRRADIANCE, LIGHTS, MATERIALS, RADIANCE, WORK_ITEMS, read_only, read_write,
+        BindGroups, COUNTERS, IRRADIANCE, LIGHTS, MATERIALS, RADIANCE, WORK_ITEMS, group_layout,
+        read_only, read_write,
     },
     kernel::{Kernel, light_defs},
 };
@@ -37,18 +32,15 @@ pub(crate) struct InjectPass {
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
-    let layout = BindGroupLayoutDescriptor::new(
+    let layout = group_layout(
         "voxel_gi_inject",
-        &BindGroupLayoutEntries::with_indices(
-            ShaderStages::COMPUTE,
-            (
-                (WORK_ITEMS, read_only()),
-                (COUNTERS, read_only()),
-                (RADIANCE, read_write()),
-                (IRRADIANCE, read_only()),
-                (MATERIALS, read_only()),
-                (LIGHTS, read_only()),
-            ),
+        (
+            (WORK_ITEMS, read_only()),
+            (COUNTERS, read_only()),
+            (RADIANCE, read_write()),
+            (IRRADIANCE, read_only()),
+            (MATERIALS, read_only()),
+            (LIGHTS, read_only()),
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "inject.wesl");
@@ -77,7 +69,7 @@ pub(crate) fn prepare(
     plan: Res<FramePlan>,
     buffers: Option<Res<VolumeBuffers>>,
     scene: Option<Res<SceneBuffers>>,
-    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+    groups: BindGroups,
 ) {
     pass.bind_group = None;
     let (Some(_), Some(buffers), Some(scene)) = (plan.work, buffers, scene) else {
@@ -90,17 +82,16 @@ pub(crate) fn prepare(
     ) else {
         return;
     };
-    pass.bind_group = Some(device.create_bind_group(
-        "voxel_gi_inject",
-        &cache.get_bind_group_layout(&pass.layout),
-        &BindGroupEntries::with_indices((
+    pass.bind_group = Some(groups.create(
+        &pass.layout,
+        (
             (WORK_ITEMS, buffers.work_items.as_entire_binding()),
             (COUNTERS, buffers.counters.as_entire_binding()),
             (RADIANCE, buffers.radiance.as_entire_binding()),
             (IRRADIANCE, buffers.irradiance.as_entire_binding()),
             (MATERIALS, materials),
             (LIGHTS, lights),
-        )),
+        ),
     ));
 }
 

@@ -10,17 +10,14 @@ use bevy::{
     prelude::*,
     render::{
         camera::ExtractedCamera,
-        render_resource::{
-            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, PipelineCache,
-            ShaderStages,
-        },
-        renderer::{RenderContext, RenderDevice, ViewQuery},
+        render_resource::{BindGroupLayoutDescriptor, PipelineCache},
+        renderer::{RenderContext, ViewQuery},
         view::{ViewUniformOffset, ViewUniforms},
     },
 };
 
 use super::{
-    bindings::{VISIBLE, VOLUME, read_write, volume_uniform},
+    bindings::{BindGroups, VISIBLE, VOLUME, group_layout, read_write, volume_uniform},
     g_buffer::{g_buffer, g_buffer_layout},
     kernel::{Kernel, record_pass},
 };
@@ -44,15 +41,11 @@ pub(crate) struct MarkVisiblePass {
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
-    let compute = ShaderStages::COMPUTE;
-    let volume_layout = BindGroupLayoutDescriptor::new(
+    let volume_layout = group_layout(
         "voxel_gi_mark_visible_volume",
-        &BindGroupLayoutEntries::with_indices(compute, ((VOLUME, volume_uniform()),)),
+        ((VOLUME, volume_uniform()),),
     );
-    let visible_layout = BindGroupLayoutDescriptor::new(
-        "voxel_gi_mark_visible",
-        &BindGroupLayoutEntries::with_indices(compute, ((VISIBLE, read_write()),)),
-    );
+    let visible_layout = group_layout("voxel_gi_mark_visible", ((VISIBLE, read_write()),));
     let shader = load_embedded_asset!(assets.as_ref(), "mark_visible.wesl");
     let layout = [&volume_layout, &visible_layout, &g_buffer_layout()];
     commands.insert_resource(MarkVisiblePass {
@@ -87,7 +80,7 @@ pub(crate) fn mark_visible(
     plan: Res<FramePlan>,
     (buffers, uniforms): (Option<Res<VolumeBuffers>>, Res<VolumeUniforms>),
     views: Res<ViewUniforms>,
-    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+    groups: BindGroups,
 ) {
     let (offset, textures, camera) = view.into_inner();
     let (Some(_), Some(buffers)) = (plan.work, buffers) else {
@@ -97,22 +90,17 @@ pub(crate) fn mark_visible(
         return;
     }
     let (Some(pipeline), Some(volume), Some(size), Some(g_buffer)) = (
-        pass.mark_visible.pipeline(&cache),
+        pass.mark_visible.pipeline(&groups.cache),
         uniforms.bounces[0].binding(),
         camera.physical_viewport_size,
-        g_buffer(textures, &views, &cache, &device),
+        g_buffer(textures, &views, &groups),
     ) else {
         return;
     };
-    let volume = device.create_bind_group(
-        "voxel_gi_mark_visible_volume",
-        &cache.get_bind_group_layout(&pass.volume_layout),
-        &BindGroupEntries::with_indices(((VOLUME, volume),)),
-    );
-    let visible = device.create_bind_group(
-        "voxel_gi_mark_visible",
-        &cache.get_bind_group_layout(&pass.visible_layout),
-        &BindGroupEntries::with_indices(((VISIBLE, buffers.visible.as_entire_binding()),)),
+    let volume = groups.create(&pass.volume_layout, ((VOLUME, volume),));
+    let visible = groups.create(
+        &pass.visible_layout,
+        ((VISIBLE, buffers.visible.as_entire_binding()),),
     );
     record_pass(&mut context, "voxel_gi_mark_visible", |pass| {
         pass.set_pipeline(pipeline);

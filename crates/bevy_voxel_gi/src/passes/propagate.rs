@@ -5,17 +5,16 @@ use bevy::{
     prelude::*,
     render::{
         render_asset::RenderAssets,
-        render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            ComputePass, PipelineCache, ShaderStages,
-        },
-        renderer::RenderDevice,
+        render_resource::{BindGroup, BindGroupLayoutDescriptor, ComputePass, PipelineCache},
         texture::GpuImage,
     },
 };
 
 use super::{
-    bindings::{LIGHT_TEXTURE, MATERIALS, RADIANCE, light_texture, read_only, read_write},
+    bindings::{
+        BindGroups, LIGHT_TEXTURE, MATERIALS, RADIANCE, group_layout, light_texture, read_only,
+        read_write,
+    },
     kernel::{Kernel, dispatch_voxels, light_defs},
 };
 use crate::{
@@ -44,18 +43,15 @@ pub(crate) struct PropagatePass {
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
-    let layout = BindGroupLayoutDescriptor::new(
+    let layout = group_layout(
         "voxel_gi_propagate",
-        &BindGroupLayoutEntries::with_indices(
-            ShaderStages::COMPUTE,
-            (
-                (RADIANCE, read_only()),
-                (MATERIALS, read_only()),
-                (LIGHT_TEXTURE, light_texture()),
-                (BEFORE, read_only()),
-                (AFTER, read_write()),
-                (ARRIVED, read_write()),
-            ),
+        (
+            (RADIANCE, read_only()),
+            (MATERIALS, read_only()),
+            (LIGHT_TEXTURE, light_texture()),
+            (BEFORE, read_only()),
+            (AFTER, read_write()),
+            (ARRIVED, read_write()),
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "propagate.wesl");
@@ -90,7 +86,7 @@ pub(crate) fn prepare(
     volume: Res<ExtractedVolume>,
     (buffers, scene): (Option<Res<VolumeBuffers>>, Option<Res<SceneBuffers>>),
     images: Res<RenderAssets<GpuImage>>,
-    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+    groups: BindGroups,
 ) {
     pass.bind_groups = None;
     let (Some(_), Some(volume), Some(buffers), Some(scene)) =
@@ -106,17 +102,16 @@ pub(crate) fn prepare(
         return;
     };
     let bind_groups = [0, 1].map(|from| {
-        device.create_bind_group(
-            "voxel_gi_propagate",
-            &cache.get_bind_group_layout(&pass.layout),
-            &BindGroupEntries::with_indices((
+        groups.create(
+            &pass.layout,
+            (
                 (RADIANCE, buffers.radiance.as_entire_binding()),
                 (MATERIALS, materials.clone()),
                 (LIGHT_TEXTURE, &texture.texture_view),
                 (BEFORE, buffers.intensity[from].as_entire_binding()),
                 (AFTER, buffers.intensity[1 - from].as_entire_binding()),
                 (ARRIVED, buffers.arrived.as_entire_binding()),
-            )),
+            ),
         )
     });
     pass.bind_groups = Some(bind_groups);

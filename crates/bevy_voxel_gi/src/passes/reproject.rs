@@ -9,19 +9,16 @@ use bevy::{
     core_pipeline::prepass::ViewPrepassTextures,
     prelude::*,
     render::{
-        render_resource::{
-            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, PipelineCache,
-            ShaderStages,
-        },
-        renderer::{RenderContext, RenderDevice, ViewQuery},
+        render_resource::{BindGroupLayoutDescriptor, PipelineCache},
+        renderer::{RenderContext, ViewQuery},
         view::{ViewUniformOffset, ViewUniforms},
     },
 };
 
 use super::{
     bindings::{
-        COUNTERS, FACE_SLOTS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME, WORK_ITEMS,
-        read_only, read_write, volume_uniform,
+        BindGroups, COUNTERS, FACE_SLOTS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME,
+        WORK_ITEMS, group_layout, read_only, read_write, volume_uniform,
     },
     g_buffer::{g_buffer, g_buffer_layout},
     kernel::{Kernel, record_pass},
@@ -40,26 +37,19 @@ pub(crate) struct ReprojectPass {
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
-    let compute = ShaderStages::COMPUTE;
-    let voxels_layout = BindGroupLayoutDescriptor::new(
+    let voxels_layout = group_layout(
         "voxel_gi_reproject_volume",
-        &BindGroupLayoutEntries::with_indices(
-            compute,
-            (
-                (VOLUME, volume_uniform()),
-                (MASKS, read_only()),
-                (PACKED_SURFACES, read_only()),
-                (FACE_SLOTS, read_only()),
-                (REPROJECTED_ALBEDO, read_write()),
-            ),
+        (
+            (VOLUME, volume_uniform()),
+            (MASKS, read_only()),
+            (PACKED_SURFACES, read_only()),
+            (FACE_SLOTS, read_only()),
+            (REPROJECTED_ALBEDO, read_write()),
         ),
     );
-    let work_layout = BindGroupLayoutDescriptor::new(
+    let work_layout = group_layout(
         "voxel_gi_reproject_work",
-        &BindGroupLayoutEntries::with_indices(
-            compute,
-            ((WORK_ITEMS, read_only()), (COUNTERS, read_only())),
-        ),
+        ((WORK_ITEMS, read_only()), (COUNTERS, read_only())),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "reproject.wesl");
     let layout = [&voxels_layout, &work_layout, &g_buffer_layout()];
@@ -96,7 +86,7 @@ pub(crate) fn reproject(
     plan: Res<FramePlan>,
     (buffers, uniforms): (Option<Res<VolumeBuffers>>, Res<VolumeUniforms>),
     views: Res<ViewUniforms>,
-    (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
+    groups: BindGroups,
 ) {
     let (offset, textures) = view.into_inner();
     let (Some(_), Some(buffers)) = (plan.work, buffers) else {
@@ -106,16 +96,15 @@ pub(crate) fn reproject(
         return;
     }
     let (Some(pipeline), Some(volume), Some(g_buffer)) = (
-        pass.reproject.pipeline(&cache),
+        pass.reproject.pipeline(&groups.cache),
         uniforms.bounces[0].binding(),
-        g_buffer(textures, &views, &cache, &device),
+        g_buffer(textures, &views, &groups),
     ) else {
         return;
     };
-    let voxels = device.create_bind_group(
-        "voxel_gi_reproject_volume",
-        &cache.get_bind_group_layout(&pass.voxels_layout),
-        &BindGroupEntries::with_indices((
+    let voxels = groups.create(
+        &pass.voxels_layout,
+        (
             (VOLUME, volume),
             (MASKS, buffers.masks.as_entire_binding()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
@@ -124,15 +113,14 @@ pub(crate) fn reproject(
                 REPROJECTED_ALBEDO,
                 buffers.reprojected_albedo.as_entire_binding(),
             ),
-        )),
+        ),
     );
-    let work = device.create_bind_group(
-        "voxel_gi_reproject_work",
-        &cache.get_bind_group_layout(&pass.work_layout),
-        &BindGroupEntries::with_indices((
+    let work = groups.create(
+        &pass.work_layout,
+        (
             (WORK_ITEMS, buffers.work_items.as_entire_binding()),
             (COUNTERS, buffers.counters.as_entire_binding()),
-        )),
+        ),
     );
     record_pass(&mut context, "voxel_gi_reproject", |pass| {
         pass.set_pipeline(pipeline);

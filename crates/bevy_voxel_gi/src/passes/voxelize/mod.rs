@@ -19,7 +19,10 @@ use bevy::{
 
 use super::{
     allocate::{AllocatePass, keep_slots},
-    bindings::{FACE_SLOTS, MASKS, PACKED_SURFACES, VOLUME, read_only, read_write, volume_uniform},
+    bindings::{
+        BindGroups, FACE_SLOTS, MASKS, PACKED_SURFACES, VOLUME, group_layout, read_only,
+        read_write, volume_uniform,
+    },
     kernel::{dispatch_workgroups, record_pass},
     slot_demand::SlotDemandCopy,
 };
@@ -59,16 +62,13 @@ struct VoxelizeWork {
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let assets = assets.as_ref();
-    let voxels_layout = BindGroupLayoutDescriptor::new(
+    let voxels_layout = group_layout(
         "voxel_gi_voxelize_volume",
-        &BindGroupLayoutEntries::with_indices(
-            ShaderStages::COMPUTE,
-            (
-                (VOLUME, volume_uniform()),
-                (MASKS, read_write()),
-                (PACKED_SURFACES, read_write()),
-                (FACE_SLOTS, read_write()),
-            ),
+        (
+            (VOLUME, volume_uniform()),
+            (MASKS, read_write()),
+            (PACKED_SURFACES, read_write()),
+            (FACE_SLOTS, read_write()),
         ),
     );
     let meshes_layout = BindGroupLayoutDescriptor::new(
@@ -145,7 +145,7 @@ pub(crate) fn prepare(
     (mut batches, scene): (ResMut<MeshBatches>, Res<ExtractedScene>),
     buffers: Option<Res<VolumeBuffers>>,
     uniforms: Res<VolumeUniforms>,
-    (cache, device, queue): (Res<PipelineCache>, Res<RenderDevice>, Res<RenderQueue>),
+    (groups, queue): (BindGroups, Res<RenderQueue>),
 ) {
     pass.work = None;
     let (Some(true), Some(buffers), Some(volume)) = (
@@ -155,17 +155,17 @@ pub(crate) fn prepare(
     ) else {
         return;
     };
-    let voxels = device.create_bind_group(
-        "voxel_gi_voxelize_volume",
-        &cache.get_bind_group_layout(&pass.voxels_layout),
-        &BindGroupEntries::with_indices((
+    let voxels = groups.create(
+        &pass.voxels_layout,
+        (
             (VOLUME, volume),
             (MASKS, buffers.masks.as_entire_binding()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
             (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
-        )),
+        ),
     );
-    pass.visible.prepare(&buffers, &cache, &device);
+    pass.visible.prepare(&buffers, &groups);
+    let device = &*groups.device;
     let stub = device.create_buffer(&BufferDescriptor {
         label: Some("voxel_gi_none"),
         size: 16,
@@ -177,13 +177,13 @@ pub(crate) fn prepare(
     } else {
         scene.joints.clone()
     });
-    joints.write_buffer(&device, &queue);
-    let layout = cache.get_bind_group_layout(&pass.meshes_layout);
+    joints.write_buffer(device, &queue);
+    let layout = groups.cache.get_bind_group_layout(&pass.meshes_layout);
     let bind = |group: &mut MeshGroup| {
         let buffers = group.buffers.each_ref();
         let buffers = buffers.map(|buffer| buffer.clone().unwrap_or_else(|| stub.clone()));
         let [vertices, indices, morph_targets] = &buffers;
-        let (instances, batches, batch_count) = group.upload(&device, &queue)?;
+        let (instances, batches, batch_count) = group.upload(device, &queue)?;
         let bind_group = device.create_bind_group(
             "voxel_gi_voxelize_meshes",
             &layout,

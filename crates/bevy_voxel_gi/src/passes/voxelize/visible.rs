@@ -3,18 +3,15 @@
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     prelude::*,
-    render::{
-        render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CommandEncoder, ComputePass, ComputePipeline, PipelineCache, ShaderStages,
-        },
-        renderer::RenderDevice,
+    render::render_resource::{
+        BindGroup, BindGroupLayoutDescriptor, CommandEncoder, ComputePass, ComputePipeline,
+        PipelineCache,
     },
 };
 
 use super::{
     super::{
-        bindings::{VISIBLE, read_only},
+        bindings::{BindGroups, VISIBLE, group_layout, read_only},
         kernel::dispatch_voxels,
     },
     kernels::Kernels,
@@ -30,10 +27,7 @@ pub(super) struct VisibleVoxels {
 
 impl VisibleVoxels {
     pub(super) fn new(voxels_layout: &BindGroupLayoutDescriptor, assets: &AssetServer) -> Self {
-        let layout = BindGroupLayoutDescriptor::new(
-            "voxel_gi_visible",
-            &BindGroupLayoutEntries::with_indices(ShaderStages::COMPUTE, ((VISIBLE, read_only()),)),
-        );
+        let layout = group_layout("voxel_gi_visible", ((VISIBLE, read_only()),));
         let shader = load_embedded_asset!(assets, "visible.wesl");
         Self {
             kernels: Kernels::new(
@@ -50,17 +44,11 @@ impl VisibleVoxels {
         self.kernels.require(Vec::new(), cache, required);
     }
 
-    pub(super) fn prepare(
-        &mut self,
-        buffers: &VolumeBuffers,
-        cache: &PipelineCache,
-        device: &RenderDevice,
-    ) {
+    pub(super) fn prepare(&mut self, buffers: &VolumeBuffers, groups: &BindGroups) {
         self.bind_group = buffers.shape.marks_visible.then(|| {
-            device.create_bind_group(
-                "voxel_gi_visible",
-                &cache.get_bind_group_layout(&self.layout),
-                &BindGroupEntries::with_indices(((VISIBLE, buffers.visible.as_entire_binding()),)),
+            groups.create(
+                &self.layout,
+                ((VISIBLE, buffers.visible.as_entire_binding()),),
             )
         });
     }
