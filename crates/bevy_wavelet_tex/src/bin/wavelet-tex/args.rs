@@ -8,9 +8,7 @@ use bevy_wavelet_tex::codec::{
 };
 use clap::{Args, Parser, Subcommand};
 
-use crate::choices::{
-    EFFORTS, FORMATS, METHODS, RateArg, Role, named, parse_named_rate, parse_psnr, parse_rate,
-};
+use crate::choices::{RateArg, Role, parse_named_rate, parse_psnr, parse_rate};
 
 /// Wavelet textures at 2 to 5 bits per pixel: encode, decode, inspect, compare, measure.
 #[derive(Debug, Parser)]
@@ -137,13 +135,13 @@ pub struct BenchArgs {
 #[derive(Clone, Copy, Debug, Args)]
 pub struct EncoderArgs {
     /// Time to spend on the search for the parameters
-    #[arg(long, default_value = "default", value_parser = named(&EFFORTS))]
+    #[arg(long, value_enum, default_value_t)]
     pub effort: Effort,
     /// Parts of the codec to use
-    #[arg(long, default_value = "best", value_parser = named(&METHODS))]
+    #[arg(long, value_enum, default_value_t)]
     pub method: Method,
     /// Kinds of textures to choose from, by their error
-    #[arg(long, default_value = "any", value_parser = named(&FORMATS))]
+    #[arg(long, value_enum, default_value_t)]
     pub formats: Formats,
 }
 

@@ -4,6 +4,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{error::Error, inputs::Input};
 
+/// The output of a command, which is not empty even where a part of the command failed, and its
+/// result.
+pub type Report = (String, Result<(), Error>);
+
 /// Makes a progress bar. indicatif hides it where standard error is not a terminal.
 pub fn bar(what: &str) -> ProgressBar {
     let template = format!("{{spinner}} {{bar:40}} {{pos}} of {{len}} {what} {{msg}}");

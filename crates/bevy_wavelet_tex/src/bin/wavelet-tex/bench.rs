@@ -1,6 +1,6 @@
 //! The command `wavelet-tex bench`.
 
-use std::{collections::BTreeMap, time::Instant};
+use std::time::Instant;
 
 use bevy_wavelet_tex::codec::{
     encoder::{EncodeError, encode},
@@ -13,7 +13,11 @@ use bevy_wavelet_tex::codec::{
 use serde::Serialize;
 
 use crate::{
-    args::BenchArgs, batch, error::Error, image_file, inputs, picture::Picture, report::Report,
+    args::BenchArgs,
+    batch::{self, Report},
+    error::Error,
+    image_file, inputs,
+    picture::Picture,
 };
 
 /// The result of one image at one rate.
@@ -42,15 +46,14 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
     };
     let inputs = inputs::expand(&args.inputs, image_file::EXTENSIONS)?;
     let (images, result) = batch::run(&inputs, |input, _| {
-        let picture = Picture::read(&input.path)?;
+        let picture = image_file::read(&input.path)?;
         let name = input.relative.with_extension("").display().to_string();
         rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
     });
-    let rows = images.concat();
     let text = if args.json {
-        serde_json::to_string_pretty(&rows).expect("plain data")
+        serde_json::to_string_pretty(&images.concat()).expect("plain data")
     } else {
-        table(&rows)
+        table(&images, &rates)
     };
     Ok((text, result))
 }
@@ -84,60 +87,32 @@ fn rows(
 }
 
 /// Formats a table with a line for each image, a column for each rate, and the means.
-fn table(rows: &[Row]) -> String {
-    let mut rates: Vec<&str> = Vec::new();
-    let mut images: BTreeMap<&str, Vec<(&str, f64)>> = BTreeMap::new();
-    for row in rows {
-        if !rates.contains(&row.rate.as_str()) {
-            rates.push(&row.rate);
-        }
-        let cells = images.entry(&row.image).or_default();
-        cells.push((&row.rate, row.psnr_db));
-    }
-    let widest = images.keys().map(|name| name.chars().count()).max();
-    let width = widest.unwrap_or(0).max("Mpixel/s".len());
-    let columns: Vec<usize> = rates.iter().map(|rate| rate.len().max(7) + 2).collect();
-    let line = |name: &str, cells: Vec<String>| {
-        let cells = cells.iter().zip(&columns);
-        let cells: String = cells
-            .map(|(cell, column)| format!("{cell:>column$}"))
-            .collect();
-        format!("{name:width$}{cells}")
-    };
-    let mut lines = vec![line(
-        "PSNR, dB",
-        rates.iter().map(|r| r.to_string()).collect(),
-    )];
-    for (name, found) in &images {
-        let cell = |rate: &&str| {
-            let cell = found.iter().find(|(r, _)| r == rate);
-            cell.map_or(String::new(), |(_, psnr)| format!("{psnr:.2}"))
-        };
-        lines.push(line(name, rates.iter().map(cell).collect()));
-    }
-    let of = |rate: &str| {
-        rows.iter()
-            .filter(|row| row.rate == rate)
-            .collect::<Vec<_>>()
+fn table(images: &[Vec<Row>], rates: &[Rate]) -> String {
+    let widest = images.iter().map(|rows| rows[0].image.chars().count());
+    let width = widest.max().unwrap_or(0).max("Mpixel/s".len());
+    let line = |name: &str, cell: &dyn Fn(usize) -> String| {
+        let cells = rates.iter().enumerate().map(|(i, rate)| {
+            let column = rate.name().len().max(7) + 2;
+            format!("{:>column$}", cell(i))
+        });
+        format!("{name:width$}{}", cells.collect::<String>())
     };
     // An image without an error has an infinite PSNR, which is left out of the mean.
-    let mean = |rate: &&str, value: fn(&Row) -> f64| {
-        let values = of(rate).into_iter().map(value);
+    let mean = |rate: usize, value: fn(&Row) -> f64| {
+        let values = images.iter().map(|rows| value(&rows[rate]));
         let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
         values.iter().sum::<f64>() / values.len() as f64
     };
-    let means = |value: fn(&Row) -> f64, digits: usize| {
-        let cell = |rate: &&str| format!("{:.digits$}", mean(rate, value));
-        rates.iter().map(cell).collect::<Vec<_>>()
-    };
-    lines.push(line("mean", means(|row| row.psnr_db, 3)));
-    lines.push(line("bpp", means(|row| row.bpp, 3)));
-    let speed = |rate: &&str| {
-        let rows = of(rate);
-        let seconds: f64 = rows.iter().map(|row| row.encode_s).sum();
-        let megapixels: f64 = rows.iter().map(|row| row.megapixels).sum();
-        format!("{:.2}", megapixels / seconds)
-    };
-    lines.push(line("Mpixel/s", rates.iter().map(speed).collect()));
+    let speed = |i| mean(i, |row| row.megapixels) / mean(i, |row| row.encode_s);
+    let mut lines = vec![line("PSNR, dB", &|i| rates[i].name().into())];
+    lines.extend(images.iter().map(|rows| {
+        let cell = |i: usize| format!("{:.2}", rows[i].psnr_db);
+        line(&rows[0].image, &cell)
+    }));
+    lines.push(line("mean", &|i| {
+        format!("{:.3}", mean(i, |row| row.psnr_db))
+    }));
+    lines.push(line("bpp", &|i| format!("{:.3}", mean(i, |row| row.bpp))));
+    lines.push(line("Mpixel/s", &|i| format!("{:.2}", speed(i))));
     lines.join("\n")
 }

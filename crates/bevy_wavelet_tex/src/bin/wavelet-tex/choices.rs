@@ -1,14 +1,7 @@
 //! The values of options, and their parsers.
 
-use bevy_wavelet_tex::codec::{
-    image::Content,
-    rate::Rate,
-    settings::{Effort, Formats, Method},
-};
-use clap::{
-    ValueEnum,
-    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
-};
+use bevy_wavelet_tex::codec::{image::Content, rate::Rate};
+use clap::ValueEnum;
 
 /// A rate, or the bits per pixel, whose rate depends on the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,57 +26,6 @@ pub enum Role {
     Mask,
     /// Three channels of linear data: metallic-roughness
     Data,
-}
-
-pub const EFFORTS: [Choice<Effort>; 3] = [
-    ("fast", Effort::Fast, "No search for the parameters"),
-    (
-        "default",
-        Effort::Default,
-        "A search over a sample of the image",
-    ),
-    ("best", Effort::Best, "A finer search over a larger sample"),
-];
-
-pub const METHODS: [Choice<Method>; 3] = [
-    ("best", Method::Best, "Everything that improves the quality"),
-    (
-        "one-fetch",
-        Method::OneFetch,
-        "Without prediction: one fetch of luma for a pixel instead of five",
-    ),
-    ("thesis", Method::Thesis, "The codec of the thesis"),
-];
-
-pub const FORMATS: [Choice<Formats>; 3] = [
-    (
-        "any",
-        Formats::Any,
-        "Wavelets, and plain BC textures of at most as many bits",
-    ),
-    ("wavelet", Formats::Wavelet, "Wavelets alone"),
-    (
-        "plain",
-        Formats::Plain,
-        "Plain BC textures alone, at full size or smaller",
-    ),
-];
-
-/// A value with its name on the command line and a line of help.
-type Choice<T> = (&'static str, T, &'static str);
-
-/// A parser of the names of choices.
-pub fn named<T: Clone + Send + Sync + 'static>(
-    choices: &'static [Choice<T>],
-) -> impl TypedValueParser<Value = T> {
-    let names = choices
-        .iter()
-        .map(|(name, _, help)| PossibleValue::new(name).help(help));
-    PossibleValuesParser::new(names).map(|name| {
-        let mut choices = choices.iter();
-        let choice = choices.find(|(known, ..)| *known == name);
-        choice.expect("one of the possible values").1.clone()
-    })
 }
 
 impl Role {

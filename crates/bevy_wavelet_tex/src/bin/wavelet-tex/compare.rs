@@ -9,7 +9,7 @@ use bevy_wavelet_tex::codec::{
 };
 use serde::Serialize;
 
-use crate::{args::CompareArgs, error::Error, picture::Picture};
+use crate::{args::CompareArgs, error::Error, image_file, picture::Picture};
 
 /// The error between two pictures of one size.
 #[derive(Serialize)]
@@ -30,8 +30,8 @@ pub struct Difference {
 
 /// Compares two files.
 pub fn run(args: &CompareArgs) -> Result<String, Error> {
-    let a = Picture::read_any(&args.a)?;
-    let b = Picture::read_any(&args.b)?;
+    let a = image_file::read_any(&args.a)?;
+    let b = image_file::read_any(&args.b)?;
     if a.size != b.size {
         let [width, height] = a.size;
         return Err(Error::file(
@@ -103,13 +103,10 @@ impl Difference {
         } else {
             "identical".into()
         };
-        match &self.angles {
-            Some(angles) => format!(
-                "{psnr}, {:.2} degrees on average",
-                angles.mean_angle_degrees
-            ),
-            None => psnr,
-        }
+        self.angles.as_ref().map_or(psnr.clone(), |angles| {
+            let mean = angles.mean_angle_degrees;
+            format!("{psnr}, {mean:.2} degrees on average")
+        })
     }
 }
 

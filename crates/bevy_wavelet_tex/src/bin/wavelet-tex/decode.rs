@@ -1,27 +1,22 @@
 //! The command `wavelet-tex decode`.
 
+use std::path::Path;
+
 use bevy_wavelet_tex::file;
 
 use crate::{
     args::DecodeArgs,
-    batch,
+    batch::{self, Report},
     error::Error,
     files,
     inputs::{self, Destination, Taken},
     picture::Picture,
-    report::Report,
 };
 
 /// Decodes one level of each texture to a PNG, and returns a line about each.
 pub fn run(args: &DecodeArgs) -> Result<Report, Error> {
-    let (named, out) = match (args.inputs.as_slice(), &args.out) {
-        ([one @ .., last], None)
-            if one.len() == 1 && !inputs::has_extension(last, &[file::EXTENSION]) =>
-        {
-            (one, Some(last.as_path()))
-        }
-        (all, out) => (all, out.as_deref()),
-    };
+    let is_other = |path: &Path| !files::has_extension(path, &[file::EXTENSION]);
+    let (named, out) = inputs::split_output(&args.inputs, args.out.as_deref(), is_other);
     let destination = Destination::new(out, inputs::is_single(named), "png")?;
     let inputs = inputs::expand(named, &[file::EXTENSION])?;
     let mut taken = Taken::default();

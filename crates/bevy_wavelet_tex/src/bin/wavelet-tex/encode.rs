@@ -4,32 +4,32 @@ use std::path::{Path, PathBuf};
 
 use crate::{
     args::EncodeArgs,
-    batch,
+    batch::{self, Report},
     encode_one::{Row, encode_one},
     error::Error,
+    files,
     gltf::{self, GltfImage},
     image_file,
     inputs::{self, Destination, Input, Taken},
-    picture::Picture,
-    report::Report,
 };
 use bevy_wavelet_tex::file;
 
 /// Encodes images and the images of glTF files, and returns a line about each.
 pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
     args.check()?;
-    let (named, out) = split_output(&args.inputs, args.out.as_deref());
-    let single = inputs::is_single(named) && !inputs::has_extension(&named[0], gltf::EXTENSIONS);
+    let is_texture = |path: &Path| files::has_extension(path, &[file::EXTENSION]);
+    let (named, out) = inputs::split_output(&args.inputs, args.out.as_deref(), is_texture);
+    let single = inputs::is_single(named) && !files::has_extension(&named[0], gltf::EXTENSIONS);
     let destination = Destination::new(out, single, file::EXTENSION)?;
     let inputs = inputs::expand(named, image_file::EXTENSIONS)?;
     let mut taken = Taken::default();
     let (rows, result) = batch::run(&inputs, |input, _| {
-        if inputs::has_extension(&input.path, gltf::EXTENSIONS) {
+        if files::has_extension(&input.path, gltf::EXTENSIONS) {
             return gltf_images(input, args, &destination, &mut taken);
         }
         let output = destination.of(input, file::EXTENSION)?;
         taken.take(&output, &input.path)?;
-        let picture = Picture::read(&input.path)?;
+        let picture = image_file::read(&input.path)?;
         Ok(vec![encode_one(&input.path, picture, None, args, output)?])
     });
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
@@ -39,21 +39,6 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
         rows.iter().map(Row::text).collect::<Vec<_>>().join("\n")
     };
     Ok((text, result))
-}
-
-/// Separates the output from the inputs where it is named last.
-fn split_output<'a>(
-    named: &'a [PathBuf],
-    out: Option<&'a Path>,
-) -> (&'a [PathBuf], Option<&'a Path>) {
-    match (named, out) {
-        ([inputs @ .., last], None)
-            if inputs.len() == 1 && inputs::has_extension(last, &[file::EXTENSION]) =>
-        {
-            (inputs, Some(last))
-        }
-        _ => (named, out),
-    }
 }
 
 /// Encodes all images that the materials of a glTF file use, each by its role.
@@ -91,7 +76,7 @@ fn gltf_images(
         let label = format!("{} texture {}", input.path.display(), image.index);
         let label = Path::new(&label);
         taken.take(&output, label)?;
-        let picture = Picture::from_bytes(image.file.as_deref().unwrap_or(label), &image.bytes)?;
+        let picture = image_file::decode(image.file.as_deref().unwrap_or(label), &image.bytes)?;
         encode_one(label, picture, Some(image.role), args, output)
     };
     gltf::read(&input.path)?.into_iter().map(encode).collect()

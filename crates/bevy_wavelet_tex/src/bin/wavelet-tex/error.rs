@@ -46,9 +46,7 @@ impl Error {
 
     /// 1 for failures, 2 for wrong usage, which is the convention of clap.
     pub fn exit_code(&self) -> ExitCode {
-        match self {
-            Self::File { .. } | Self::Batch { .. } => ExitCode::from(1),
-            Self::Usage(_) => ExitCode::from(2),
-        }
+        let is_usage = matches!(self, Self::Usage(_));
+        ExitCode::from(if is_usage { 2 } else { 1 })
     }
 }

@@ -24,6 +24,11 @@ pub fn read_texture(path: &Path) -> Result<WaveletImage, Error> {
     file::read(&read(path)?).map_err(|e| Error::file(path, e))
 }
 
+pub fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    let is_wanted = |e: &std::ffi::OsStr| extensions.iter().any(|w| e.eq_ignore_ascii_case(w));
+    path.extension().is_some_and(is_wanted)
+}
+
 /// Rejects an output that could not be written, before the work is done.
 pub fn check_output(input: &Path, output: &Path, extension: &str) -> Result<(), Error> {
     let refuse = |problem: String| Err(Error::file(output, problem));
@@ -33,10 +38,7 @@ pub fn check_output(input: &Path, output: &Path, extension: &str) -> Result<(), 
     {
         return refuse("the output is the input: name another file".into());
     }
-    if !output
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case(extension))
-    {
+    if !has_extension(output, &[extension]) {
         return Err(Error::Usage(format!(
             "{}: the output's name must end in .{extension}",
             output.display()
@@ -77,7 +79,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     })
 }
 
-fn folder(path: &Path) -> PathBuf {
+/// The folder that a file is in.
+pub fn folder(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
         _ => PathBuf::from("."),

@@ -31,34 +31,20 @@ pub fn from_buffer(
         return Ok(None);
     };
     let view = &json["bufferViews"][view as usize];
-    let number = |value: &Value| value.as_u64().map(|v| v as usize);
-    let (Some(buffer), Some(length)) = (number(&view["buffer"]), number(&view["byteLength"]))
-    else {
+    let number = |name: &str| view[name].as_u64().map(|v| v as usize);
+    let (Some(buffer), Some(length)) = (number("buffer"), number("byteLength")) else {
         return Ok(None);
     };
-    let offset = number(&view["byteOffset"]).unwrap_or(0);
-    let owned;
-    let bytes = match json["buffers"][buffer]["uri"].as_str() {
-        None => match binary {
-            Some(binary) => binary,
-            None => return Ok(None),
-        },
-        Some(uri) if uri.starts_with("data:") => match from_data_uri(uri) {
-            Some(bytes) => {
-                owned = bytes;
-                &owned
-            }
-            None => return Ok(None),
-        },
+    let bytes: Option<Cow<[u8]>> = match json["buffers"][buffer]["uri"].as_str() {
+        None => binary.map(Cow::from),
+        Some(uri) if uri.starts_with("data:") => from_data_uri(uri).map(Cow::from),
         Some(uri) => {
-            owned = files::read(&path.with_file_name("").join(&*percent_decoded(uri)))?;
-            &owned
+            Some(files::read(&path.with_file_name("").join(&*percent_decoded(uri)))?.into())
         }
     };
-    let end = offset.checked_add(length);
-    Ok(end
-        .and_then(|end| bytes.get(offset..end))
-        .map(<[u8]>::to_vec))
+    let offset = number("byteOffset").unwrap_or(0);
+    let range = offset..offset.saturating_add(length);
+    Ok(bytes.and_then(|bytes| bytes.get(range).map(<[u8]>::to_vec)))
 }
 
 /// The bytes of a base64 data URI.

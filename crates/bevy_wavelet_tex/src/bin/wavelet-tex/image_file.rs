@@ -5,7 +5,7 @@ use std::{io::Cursor, path::Path};
 use bevy_wavelet_tex::{codec::layout::MAX_SIZE, file};
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
-use crate::{decoded::Decoded, error::Error, inputs, jpeg, ktx2_file};
+use crate::{error::Error, files, jpeg, ktx2_file, picture::Picture};
 
 /// Extensions of the image files that are encoded from folders.
 pub const EXTENSIONS: &[&str] = &["png", "jpg", "jpeg", "webp", "tga", "ktx2"];
@@ -13,9 +13,24 @@ pub const EXTENSIONS: &[&str] = &["png", "jpg", "jpeg", "webp", "tga", "ktx2"];
 /// The formats, for messages.
 pub const FORMATS: &str = "PNG, JPEG, WebP, TGA or KTX2";
 
+/// Reads an image file. Its content is gray or colour, since none of them marks a normal map.
+pub fn read(path: &Path) -> Result<Picture, Error> {
+    decode(path, &files::read(path)?)
+}
+
+/// Reads an image file or the largest level of a texture, which differ in their first bytes.
+pub fn read_any(path: &Path) -> Result<Picture, Error> {
+    let bytes = files::read(path)?;
+    match file::read(&bytes) {
+        Ok(texture) => Ok(Picture::from_texture(&texture, 0)),
+        Err(file::ReadError::Magic) => decode(path, &bytes),
+        Err(error) => Err(Error::file(path, error)),
+    }
+}
+
 /// Decodes an image. TGA has no signature and is recognised by its file name; the others by their first
 /// bytes.
-pub fn decode(path: &Path, bytes: &[u8]) -> Result<Decoded, Error> {
+pub fn decode(path: &Path, bytes: &[u8]) -> Result<Picture, Error> {
     let fail = |problem: String| Error::file(path, problem);
     check_size(ktx2_file::size(bytes).or_else(|| png_size(bytes))).map_err(fail)?;
     if bytes.starts_with(&ktx2_file::SIGNATURE) {
@@ -24,7 +39,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Decoded, Error> {
     }
     let format = match image::guess_format(bytes) {
         Ok(format) if format.reading_enabled() => format,
-        _ if inputs::has_extension(path, &["tga"]) => ImageFormat::Tga,
+        _ if files::has_extension(path, &["tga"]) => ImageFormat::Tga,
         _ => return Err(fail(unknown(bytes))),
     };
     let name = match format {
@@ -46,11 +61,8 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Decoded, Error> {
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(damaged)?;
     check_size(Some(decoder.dimensions().into())).map_err(fail)?;
-    Ok(Decoded {
-        image: DynamicImage::from_decoder(decoder).map_err(damaged)?,
-        color_space: None,
-        is_red_green: false,
-    })
+    let image = DynamicImage::from_decoder(decoder).map_err(damaged)?;
+    Ok(Picture::from_image(image, None, false))
 }
 
 /// The message about bytes that are no image, with the remedy.

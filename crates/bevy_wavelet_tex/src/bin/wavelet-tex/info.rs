@@ -5,7 +5,7 @@ use std::fmt::Write;
 use bevy_wavelet_tex::{
     codec::{
         haar::Transform,
-        image::{ColorSpace, Content, PlaneGroup, WaveletImage},
+        image::{ColorSpace, Content, WaveletImage},
         packing::Packing,
         quantizer::PlaneCoding,
     },
@@ -13,7 +13,12 @@ use bevy_wavelet_tex::{
 };
 use serde::Serialize;
 
-use crate::{args::InfoArgs, batch, error::Error, files, inputs, report::Report};
+use crate::{
+    args::InfoArgs,
+    batch::{self, Report},
+    error::Error,
+    files, inputs,
+};
 
 /// All parameters of a texture, without its blocks.
 #[derive(Serialize)]
@@ -74,8 +79,7 @@ struct DetailInfo {
 pub fn run(args: &InfoArgs) -> Result<Report, Error> {
     let inputs = inputs::expand(&args.inputs, &[file::EXTENSION])?;
     let (infos, result) = batch::run(&inputs, |input, _| {
-        let bytes = files::read(&input.path)?;
-        let texture = file::read(&bytes).map_err(|e| Error::file(&input.path, e))?;
+        let texture = files::read_texture(&input.path)?;
         Ok(Info::new(input.path.display().to_string(), &texture))
     });
     let text = match infos.as_slice() {
@@ -120,7 +124,13 @@ impl Info {
             planes: names
                 .iter()
                 .zip(planes)
-                .map(|(name, (group, size, coding))| PlaneInfo::new(name, group, size, coding))
+                .map(|(name, (group, size, coding))| PlaneInfo {
+                    name,
+                    packing: group.packing.name(),
+                    size,
+                    low_range: [coding.low_min, coding.low_max],
+                    details: DetailInfo::new(group.packing, coding),
+                })
                 .collect(),
             plain: texture.plain.as_ref().map(|plain| PlainInfo {
                 format: plain.format.name(),
@@ -173,18 +183,6 @@ impl Info {
             }
         }
         text
-    }
-}
-
-impl PlaneInfo {
-    fn new(name: &'static str, group: &PlaneGroup, size: [u32; 2], coding: &PlaneCoding) -> Self {
-        Self {
-            name,
-            packing: group.packing.name(),
-            size,
-            low_range: [coding.low_min, coding.low_max],
-            details: DetailInfo::new(group.packing, coding),
-        }
     }
 }
 

@@ -6,7 +6,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{error::Error, files};
+use walkdir::WalkDir;
+
+use crate::{
+    error::Error,
+    files::{self, has_extension},
+};
 
 /// A file and its path relative to the argument: its name, or its path below a folder.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -35,6 +40,18 @@ fn is_pattern(path: &Path) -> bool {
     text.contains(['*', '?', '[']) && !path.exists()
 }
 
+/// Separates the output from the inputs where it is the second of two names and fits.
+pub fn split_output<'a>(
+    named: &'a [PathBuf],
+    out: Option<&'a Path>,
+    fits: impl Fn(&Path) -> bool,
+) -> (&'a [PathBuf], Option<&'a Path>) {
+    match (named, out) {
+        ([_, last], None) if fits(last) => (&named[..1], Some(last)),
+        _ => (named, out),
+    }
+}
+
 /// Expands the arguments to files, each once and in order; from folders those with one of the
 /// extensions.
 pub fn expand(named: &[PathBuf], extensions: &[&str]) -> Result<Vec<Input>, Error> {
@@ -42,7 +59,7 @@ pub fn expand(named: &[PathBuf], extensions: &[&str]) -> Result<Vec<Input>, Erro
     for path in named {
         if path.is_dir() {
             let before = inputs.len();
-            collect(path, path, extensions, &mut inputs)?;
+            collect(path, extensions, &mut inputs)?;
             if inputs.len() == before {
                 let wanted = extensions.join(" or .");
                 return Err(Error::file(
@@ -73,37 +90,17 @@ pub fn expand(named: &[PathBuf], extensions: &[&str]) -> Result<Vec<Input>, Erro
     Ok(inputs)
 }
 
-fn collect(
-    root: &Path,
-    folder: &Path,
-    extensions: &[&str],
-    inputs: &mut Vec<Input>,
-) -> Result<(), Error> {
-    let fail = |e| Error::file(folder, format_args!("cannot be read: {e}"));
-    let mut entries: Vec<PathBuf> = fs::read_dir(folder)
-        .map_err(fail)?
-        .map(|entry| entry.map(|entry| entry.path()))
-        .collect::<Result<_, _>>()
-        .map_err(fail)?;
-    entries.sort();
-    for path in entries {
-        // Links to folders are not followed, since they can form cycles.
-        if path.is_dir() && !path.is_symlink() {
-            collect(root, &path, extensions, inputs)?;
-        } else if path.is_file() && has_extension(&path, extensions) {
+/// Collects the files below a folder. Links to folders are not followed, since they can form cycles.
+fn collect(root: &Path, extensions: &[&str], inputs: &mut Vec<Input>) -> Result<(), Error> {
+    for entry in WalkDir::new(root).sort_by_file_name() {
+        let unreadable = |e| Error::file(root, format_args!("cannot be read: {e}"));
+        let path = entry.map_err(unreadable)?.into_path();
+        if path.is_file() && has_extension(&path, extensions) {
             let relative = path.strip_prefix(root).unwrap_or(&path).to_path_buf();
             inputs.push(Input { path, relative });
         }
     }
     Ok(())
-}
-
-pub fn has_extension(path: &Path, extensions: &[&str]) -> bool {
-    path.extension().is_some_and(|e| {
-        extensions
-            .iter()
-            .any(|wanted| e.eq_ignore_ascii_case(wanted))
-    })
 }
 
 /// The destination of the results.
@@ -117,24 +114,19 @@ pub enum Destination {
 }
 
 impl Destination {
-    /// Interprets `--out`. `extension` is that of the results.
+    /// Interprets `--out`.
     pub fn new(out: Option<&Path>, single: bool, extension: &str) -> Result<Self, Error> {
-        match out {
-            None => Ok(Self::Beside),
-            Some(out) if single && has_extension(out, &[extension]) => {
-                Ok(Self::File(out.to_path_buf()))
-            }
-            Some(out) if !single || out.is_dir() || out.extension().is_none() => {
-                if out.is_file() {
-                    return Err(Error::file(out, "a file, but a folder is needed"));
-                }
-                Ok(Self::Folder(out.to_path_buf()))
-            }
-            Some(out) => Err(Error::Usage(format!(
-                "{}: the output's name must end in .{extension}",
-                out.display()
-            ))),
+        let Some(out) = out else {
+            return Ok(Self::Beside);
+        };
+        let is_file = single && has_extension(out, &[extension]);
+        if is_file || single && !out.is_dir() && out.extension().is_some() {
+            return Ok(Self::File(out.to_path_buf()));
         }
+        if out.is_file() {
+            return Err(Error::file(out, "a file, but a folder is needed"));
+        }
+        Ok(Self::Folder(out.to_path_buf()))
     }
 
     /// Path of a result whose name the input already has. Its folder is created.
@@ -164,11 +156,9 @@ impl Destination {
 }
 
 fn make_folder(path: &Path) -> Result<(), Error> {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => fs::create_dir_all(parent)
-            .map_err(|e| Error::file(parent, format_args!("cannot be created: {e}"))),
-        _ => Ok(()),
-    }
+    let folder = files::folder(path);
+    let fail = |e| Error::file(&folder, format_args!("cannot be created: {e}"));
+    fs::create_dir_all(&folder).map_err(fail)
 }
 
 /// Rejects a result whose path belongs to another input already.

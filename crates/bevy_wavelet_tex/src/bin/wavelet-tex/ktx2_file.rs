@@ -4,7 +4,7 @@ use bevy_wavelet_tex::{codec::image::ColorSpace, file::zstd};
 use image::{DynamicImage, GrayImage, RgbImage, RgbaImage};
 use ktx2::{Format, Header, LevelIndex, SupercompressionScheme};
 
-use crate::decoded::Decoded;
+use crate::picture::Picture;
 
 pub const SIGNATURE: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
 
@@ -15,7 +15,7 @@ pub fn size(bytes: &[u8]) -> Option<[u32; 2]> {
 }
 
 /// Decodes the largest level, or returns what is wrong with it. The size has been checked.
-pub fn decode(bytes: &[u8]) -> Result<Decoded, String> {
+pub fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let cut = || "it is cut short, so copy or export it again".to_string();
     // The reader of the `ktx2` crate panics on some damaged descriptors, which are not needed here.
     let header = Header::from_bytes(bytes.first_chunk().ok_or_else(cut)?)
@@ -66,11 +66,8 @@ pub fn decode(bytes: &[u8]) -> Result<Decoded, String> {
         3 => RgbImage::from_raw(width, height, texels).map(DynamicImage::from),
         _ => RgbaImage::from_raw(width, height, texels).map(DynamicImage::from),
     };
-    Ok(Decoded {
-        image: image.expect("as many texels as the size says"),
-        color_space: Some(color_space),
-        is_red_green: channels == 2,
-    })
+    let image = image.expect("as many texels as the size says");
+    Ok(Picture::from_image(image, Some(color_space), channels == 2))
 }
 
 /// Why a format is refused, and what to do.

@@ -7,7 +7,6 @@ mod bench;
 mod choices;
 mod compare;
 mod decode;
-mod decoded;
 mod encode;
 mod encode_one;
 mod error;
@@ -20,7 +19,6 @@ mod inputs;
 mod jpeg;
 mod ktx2_file;
 mod picture;
-mod report;
 mod request;
 
 use std::{
@@ -29,9 +27,9 @@ use std::{
 };
 
 use args::{Cli, Command};
+use batch::Report;
 use clap::Parser;
 use error::Error;
-use report::Report;
 
 fn main() -> ExitCode {
     let report: Result<Report, Error> = match Cli::parse().command {

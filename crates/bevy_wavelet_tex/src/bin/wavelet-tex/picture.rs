@@ -2,19 +2,16 @@
 
 use std::{io::Cursor, path::Path};
 
-use bevy_wavelet_tex::{
-    codec::{
-        angle::normal_blue,
-        decoder::decode,
-        image::{ColorSpace, Content, WaveletImage},
-        reduce::reduced_rgba8,
-        source::Pixels,
-    },
-    file,
+use bevy_wavelet_tex::codec::{
+    angle::normal_blue,
+    decoder::decode,
+    image::{ColorSpace, Content, WaveletImage},
+    reduce::reduced_rgba8,
+    source::Pixels,
 };
-use image::{ColorType, DynamicImage, GrayImage, ImageFormat, RgbImage, RgbaImage};
+use image::{DynamicImage, ExtendedColorType, ImageFormat};
 
-use crate::{decoded::Decoded, error::Error, files, image_file};
+use crate::{error::Error, files};
 
 /// The pixels of an image file or of a texture.
 pub struct Picture {
@@ -33,47 +30,28 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Reads an image file. Its content is gray or colour, since none of them marks a normal map.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        Self::from_bytes(path, &files::read(path)?)
-    }
-
-    /// Reads an image file or the largest level of a texture, which differ in their first bytes.
-    pub fn read_any(path: &Path) -> Result<Self, Error> {
-        let bytes = files::read(path)?;
-        match file::read(&bytes) {
-            Ok(texture) => Ok(Self::from_texture(&texture, 0)),
-            Err(file::ReadError::Magic) => Self::from_bytes(path, &bytes),
-            Err(error) => Err(Error::file(path, error)),
-        }
-    }
-
-    pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
-        let Decoded {
-            image,
-            color_space,
-            is_red_green,
-        } = image_file::decode(path, bytes)?;
+    /// Takes a decoded image. Only KTX2 states a colour space, and has red and green alone.
+    pub fn from_image(
+        image: DynamicImage,
+        color_space: Option<ColorSpace>,
+        is_red_green: bool,
+    ) -> Self {
         let color = image.color();
         let content = if color.has_color() {
             Content::Color
         } else {
             Content::Gray
         };
-        let words = matches!(
-            color,
-            ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16
-        )
-        .then(|| image.to_rgba16().pixels().map(|p| p.0).collect());
-        Ok(Self {
+        let is_wide = color.bytes_per_pixel() == 2 * color.channel_count();
+        Self {
             size: [image.width(), image.height()],
+            words: is_wide.then(|| image.to_rgba16().pixels().map(|p| p.0).collect()),
             pixels: image.into_rgba8().pixels().map(|p| p.0).collect(),
-            words,
             has_alpha: color.has_alpha(),
             content,
             color_space,
             is_red_green,
-        })
+        }
     }
 
     /// Decodes one mip level of a texture.
@@ -104,13 +82,6 @@ impl Picture {
         let (size, pixels) = reduced_rgba8(self.size, |i| source.get(i), most, color_space);
         Self {
             size,
-            ..self.with_pixels(pixels)
-        }
-    }
-
-    /// The same picture with other pixels.
-    pub fn with_pixels(&self, pixels: Vec<[u8; 4]>) -> Self {
-        Self {
             pixels,
             words: None,
             ..*self
@@ -139,24 +110,17 @@ impl Picture {
 
     pub fn write_png(&self, path: &Path) -> Result<(), Error> {
         let [width, height] = self.size;
-        let image: Option<DynamicImage> = if self.is_gray() {
-            let gray = self.pixels.iter().map(|p| p[0]).collect();
-            GrayImage::from_raw(width, height, gray).map(Into::into)
-        } else if self.has_alpha {
-            let rgba = self.pixels.as_flattened().to_vec();
-            RgbaImage::from_raw(width, height, rgba).map(Into::into)
-        } else {
-            let rgb = self
-                .pixels
-                .iter()
-                .flat_map(|p| [p[0], p[1], p[2]])
-                .collect();
-            RgbImage::from_raw(width, height, rgb).map(Into::into)
+        let (color, channels) = match (self.is_gray(), self.has_alpha) {
+            (true, _) => (ExtendedColorType::L8, 1),
+            (false, true) => (ExtendedColorType::Rgba8, 4),
+            (false, false) => (ExtendedColorType::Rgb8, 3),
         };
+        let bytes: Vec<u8> = { self.pixels.iter() }
+            .flat_map(|p| &p[..channels])
+            .copied()
+            .collect();
         let mut png = Cursor::new(Vec::new());
-        image
-            .expect("as many pixels as the size says")
-            .write_to(&mut png, ImageFormat::Png)
+        image::write_buffer_with_format(&mut png, &bytes, width, height, color, ImageFormat::Png)
             .map_err(|e| Error::file(path, format_args!("cannot be encoded as PNG: {e}")))?;
         files::write(path, png.get_ref())
     }

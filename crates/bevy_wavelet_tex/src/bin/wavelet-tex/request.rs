@@ -28,14 +28,12 @@ impl EncodeArgs {
             Some(RateArg::Bits(_)) => Some(Content::Color),
             Some(RateArg::Auto) | None => None,
         };
-        let content = match role {
-            Some(role) => role.content(),
-            None => by_rate.unwrap_or(if image_is_gray {
-                Content::Gray
-            } else {
-                Content::Color
-            }),
+        let by_image = if image_is_gray {
+            Content::Gray
+        } else {
+            Content::Color
         };
+        let content = role.map(Role::content).or(by_rate).unwrap_or(by_image);
         let rate = match self.rate {
             Some(RateArg::Named(rate)) if rate.content(false) == content => rate,
             Some(RateArg::Bits(bits)) => Rate::of(content)
