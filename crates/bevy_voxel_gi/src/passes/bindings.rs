@@ -64,7 +64,7 @@ pub(super) fn group_layout<const N: usize>(
     BindGroupLayoutDescriptor::new(label, &entries)
 }
 
-/// What makes bind groups.
+/// Creates bind groups; their layouts are in the pipeline cache.
 #[derive(SystemParam)]
 pub(crate) struct BindGroups<'w> {
     pub cache: Res<'w, PipelineCache>,

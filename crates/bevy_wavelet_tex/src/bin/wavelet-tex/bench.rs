@@ -52,6 +52,8 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
     });
     let text = if args.json {
         serde_json::to_string_pretty(&images.concat()).expect("plain data")
+    } else if images.is_empty() {
+        String::new()
     } else {
         table(&images, &rates)
     };

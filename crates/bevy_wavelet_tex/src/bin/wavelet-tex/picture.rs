@@ -115,10 +115,8 @@ impl Picture {
             (false, true) => (ExtendedColorType::Rgba8, 4),
             (false, false) => (ExtendedColorType::Rgb8, 3),
         };
-        let bytes: Vec<u8> = { self.pixels.iter() }
-            .flat_map(|p| &p[..channels])
-            .copied()
-            .collect();
+        let bytes = self.pixels.iter().flat_map(|p| &p[..channels]);
+        let bytes: Vec<u8> = bytes.copied().collect();
         let mut png = Cursor::new(Vec::new());
         image::write_buffer_with_format(&mut png, &bytes, width, height, color, ImageFormat::Png)
             .map_err(|e| Error::file(path, format_args!("cannot be encoded as PNG: {e}")))?;
