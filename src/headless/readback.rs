@@ -74,6 +74,16 @@ impl HeadlessApp {
         image: &Handle<Image>,
         texel_bytes: u32,
     ) -> Result<(wgpu::Extent3d, Vec<u8>), HeadlessError> {
+        self.read_level(image, 0, texel_bytes)
+    }
+
+    /// The size and the texels of a mip level of an image, as of [`Self::read_texture`].
+    pub fn read_level(
+        &self,
+        image: &Handle<Image>,
+        level: u32,
+        texel_bytes: u32,
+    ) -> Result<(wgpu::Extent3d, Vec<u8>), HeadlessError> {
         let world = self.app.sub_app(RenderApp).world();
         let device = world.resource::<RenderDevice>().wgpu_device();
         let image = world
@@ -82,6 +92,7 @@ impl HeadlessApp {
             .ok_or(HeadlessError::NoTarget)?;
 
         let size = image.texture.size();
+        let size = size.mip_level_size(level, image.texture.dimension());
         let row = size.width * texel_bytes;
         let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let rows = u64::from(size.height) * u64::from(size.depth_or_array_layers);
@@ -95,7 +106,10 @@ impl HeadlessApp {
             label: Some("lab_readback"),
         });
         encoder.copy_texture_to_buffer(
-            image.texture.as_image_copy(),
+            wgpu::TexelCopyTextureInfo {
+                mip_level: level,
+                ..image.texture.as_image_copy()
+            },
             wgpu::TexelCopyBufferInfo {
                 buffer: &buffer,
                 layout: wgpu::TexelCopyBufferLayout {

@@ -3,26 +3,28 @@
 use bevy::prelude::*;
 
 use crate::{
-    material::{AllMaterials, EwaMaterialPlugin},
-    mips::load::MipLoadPlugin,
-    settings::EwaSettings,
+    material::{AllMaterials, MaterialsPlugin},
+    settings::{EwaMethod, EwaSettings},
     shaders::EwaShadersPlugin,
 };
 
-/// Filters the texture maps of materials with elliptical footprints.
+/// Gives the textures of materials mip levels and 16x anisotropy, or filters them by ellipses.
+///
+/// What each texture got is in [`EwaReport`](crate::EwaReport). [`EwaOverrides`](crate::EwaOverrides) leaves out images
+/// and materials, and [`EwaMaterialPlugin`](crate::EwaMaterialPlugin) adds other types of materials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EwaPlugin {
     /// Settings of the filter for all `StandardMaterial`s of the app, whose assets stay unchanged. With
     /// `None`, only materials of the type [`EwaStandardMaterial`](crate::EwaStandardMaterial) are
     /// filtered. [`AllMaterials`] changes this value while the app runs. Default:
-    /// [`EwaSettings::default`].
+    /// [`EwaMethod::Anisotropic`], which costs no instruction in a shader.
     pub all_materials: Option<EwaSettings>,
 }
 
 impl Default for EwaPlugin {
     fn default() -> Self {
         Self {
-            all_materials: Some(EwaSettings::default()),
+            all_materials: AllMaterials::default().0,
         }
     }
 }
@@ -33,11 +35,23 @@ impl EwaPlugin {
     pub const OPT_IN: Self = Self {
         all_materials: None,
     };
+
+    /// The plugin that filters all materials by ellipses: [`EwaMethod::Linear`], which is exact.
+    pub fn elliptical() -> Self {
+        Self::with_method(EwaMethod::Linear)
+    }
+
+    /// The plugin that filters all materials by a method.
+    pub fn with_method(method: EwaMethod) -> Self {
+        Self {
+            all_materials: Some(EwaSettings::with_method(method)),
+        }
+    }
 }
 
 impl Plugin for EwaPlugin {
     fn build(&self, app: &mut App) {
         app.insert_resource(AllMaterials(self.all_materials))
-            .add_plugins((EwaShadersPlugin, EwaMaterialPlugin, MipLoadPlugin));
+            .add_plugins((EwaShadersPlugin, MaterialsPlugin));
     }
 }

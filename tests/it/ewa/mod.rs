@@ -2,6 +2,7 @@
 
 mod anisotropic;
 mod exact;
+mod games;
 mod materials;
 mod mips;
 mod pipelines;

@@ -10,7 +10,7 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_ewa::{
-    AllMaterials, EwaPlugin, EwaSettings, EwaStandardMaterial,
+    AllMaterials, EwaOverrides, EwaPlugin, EwaReport, EwaSettings, EwaStandardMaterial, MipReport,
     mips::{self, texel::Storage},
 };
 use bevy_frugal_lab::{
@@ -59,6 +59,12 @@ impl Floor {
         material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial,
     ) -> Self {
         Self::in_app(build(settings, plugin).into(), material)
+    }
+
+    /// The scene in an app with other plugins.
+    pub fn with_plugins(settings: HeadlessSettings, plugins: impl FnOnce(&mut App)) -> Self {
+        let app = HeadlessApp::new(settings, plugins).expect("a headless app");
+        Self::in_app(app.into(), |_| StandardMaterial::default())
     }
 
     fn in_app(
@@ -186,6 +192,15 @@ fn build(settings: HeadlessSettings, plugin: Option<EwaPlugin>) -> HeadlessApp {
 fn begin(world: &mut World) {
     world.insert_resource(GlobalAmbientLight::default());
     world.insert_resource(ClearColor::default());
+    if world.contains_resource::<EwaOverrides>() {
+        world.insert_resource(EwaOverrides::default());
+    }
+}
+
+/// The mip levels that an image has got.
+pub fn mips(world: &World, image: &Handle<Image>) -> Option<MipReport> {
+    let report = world.resource::<EwaReport>();
+    Some(report.textures.get(&image.id())?.mips)
 }
 
 pub fn psnr(a: &RgbImage, b: &RgbImage) -> f64 {
@@ -215,8 +230,12 @@ pub fn texture(mipped: bool, format: TextureFormat, texel: impl Fn(u32, u32) -> 
         RenderAssetUsages::default(),
     );
     if mipped {
-        let chain =
-            mips::generate_mip_chain([SIZE; 2], texels, image.data.take().expect("data"), false);
+        let chain = mips::generate_mip_chain(
+            [SIZE; 2],
+            texels,
+            image.data.take().expect("data"),
+            default(),
+        );
         let chain = chain.expect("a chain");
         image.data = Some(chain.data);
         image.texture_descriptor.mip_level_count = chain.levels;

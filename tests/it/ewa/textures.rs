@@ -7,14 +7,14 @@ use bevy::{
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings};
+use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings, MipReport};
 use bevy_frugal_lab::{
     headless::{AwaitedAssets, HeadlessSettings},
     metrics::error::max_error,
 };
 use image::{DynamicImage, ImageFormat, RgbaImage};
 
-use super::scene::{Floor, checkered, checks, keep, psnr, texture};
+use super::scene::{Floor, checkered, checks, keep, mips, psnr, texture};
 use crate::support::{gpu, skipped};
 
 fn filtering() -> Option<EwaPlugin> {
@@ -23,18 +23,17 @@ fn filtering() -> Option<EwaPlugin> {
     })
 }
 
-/// Waits for the chain of the floor's texture.
+/// Waits for the levels of the floor's texture.
 fn wait_for_mips(floor: &mut Floor) -> Option<u32> {
     for _ in 0..200 {
         floor.app.render_frames(1).expect("a frame");
         let world = floor.app.world();
         let materials = world.resource::<Assets<StandardMaterial>>();
         let material = materials.get(&floor.material)?;
-        let images = world.resource::<Assets<Image>>();
-        let image = images.get(material.base_color_texture.as_ref()?);
-        let levels = image.map(|image| image.texture_descriptor.mip_level_count);
-        if levels.is_some_and(|levels| levels > 1) {
-            return levels;
+        if let Some(MipReport::Generated(levels)) =
+            mips(world, material.base_color_texture.as_ref()?)
+        {
+            return Some(levels);
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     }

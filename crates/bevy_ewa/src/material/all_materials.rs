@@ -2,9 +2,10 @@
 
 use bevy::prelude::*;
 
-use crate::settings::EwaSettings;
+use crate::settings::{EwaMethod, EwaSettings};
 
-/// Settings of the filter for all `StandardMaterial`s of the app; `None` leaves them to Bevy.
+/// Settings of the filter for all `StandardMaterial`s of the app, and for the materials of an
+/// [`EwaMaterialPlugin`](crate::EwaMaterialPlugin); `None` leaves them to Bevy.
 ///
 /// A change takes effect in the next frame and builds new pipelines; the assets stay unchanged.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Reflect)]
@@ -13,6 +14,6 @@ pub struct AllMaterials(pub Option<EwaSettings>);
 
 impl Default for AllMaterials {
     fn default() -> Self {
-        Self(Some(EwaSettings::default()))
+        Self(Some(EwaSettings::with_method(EwaMethod::Anisotropic)))
     }
 }

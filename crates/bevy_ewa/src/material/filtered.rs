@@ -1,55 +1,85 @@
-//! Finds the materials that are filtered, and tags them so that their pipelines are specialized.
+//! Finds the materials that are filtered, and what they need: tags of their pipelines, and textures.
 //!
-//! The settings and the layout of a material's maps are in its pipeline's key, as a tag. A pipeline is compiled for the
-//! maps that its material has: Bevy asks whether there is a map at run time, which costs the filter's code for all maps.
+//! Only what has changed is looked at, and what it concerns: materials are found from their images.
 
 use std::{
-    collections::HashMap,
-    sync::{PoisonError, RwLock},
+    any::TypeId,
+    collections::{HashMap, HashSet},
+    hash::Hash,
+    marker::PhantomData,
 };
 
 use bevy::{
     asset::{AssetEventSystems, UntypedAssetId},
+    image::ImageSamplerDescriptor,
+    pbr::{Material, MeshMaterial3d},
     prelude::*,
     render::{
-        Extract, ExtractSchedule, RenderApp, render_resource::RenderPipelineDescriptor,
-        renderer::RenderAdapterInfo,
+        Render, RenderApp,
+        erased_render_asset::prepare_erased_assets,
+        render_resource::TextureFormat,
+        renderer::{RenderAdapter, RenderDevice},
     },
 };
-use bevy_frugal_hooks::{MaterialHookPlugin, MaterialTags, ShaderPatches, SpecializedMaterial};
+use bevy_frugal_hooks::ShaderPatches;
 
 use super::{
+    adapter,
     all_materials::AllMaterials,
-    extension::EwaStandardMaterial,
-    images::Images,
+    images::{ImageShape, Images, support},
     layout::MapLayout,
-    llvmpipe::{self, is_llvmpipe},
-    maps::maps,
-    mark_modified::mark_modified,
+    maps::{Shown, maps},
+    overrides::EwaOverrides,
     patches::Refused,
     pipeline::EwaKey,
+    tags::tag_of,
 };
-use crate::settings::EwaSettings;
+use crate::{
+    mips::MipContent,
+    report::{EwaReport, MipReport, TextureReport},
+    settings::{EwaMethod, EwaSettings},
+};
 
-/// Tags the materials and specializes their pipelines.
+/// The steps of a frame, in this order.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum FindSystems {
+    Images,
+    Materials,
+    Textures,
+    MarkMaterials,
+}
+
+/// The order of the systems that prepare textures and Bevy's, which prepare materials.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum PrepareSystems {
+    BeforeMaterials,
+    AfterMaterials,
+}
+
+/// Follows the images, whatever materials there are.
 pub(super) struct FilteredMaterialsPlugin;
 
 impl Plugin for FilteredMaterialsPlugin {
     fn build(&self, app: &mut App) {
-        app.register_type::<AllMaterials>()
+        use FindSystems::{Images, MarkMaterials, Materials, Textures};
+        app.register_type::<(AllMaterials, EwaOverrides, EwaReport)>()
             .init_resource::<AllMaterials>()
+            .init_resource::<EwaOverrides>()
+            .init_resource::<EwaReport>()
             .init_resource::<FilteredMaterials>()
-            .add_plugins(MaterialHookPlugin(apply_filter))
-            .add_systems(PostUpdate, find_filtered.after(AssetEventSystems));
-        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
-            render_app.add_systems(ExtractSchedule, tag_materials);
-        }
+            .configure_sets(
+                PostUpdate,
+                (Images, Materials, Textures, MarkMaterials)
+                    .chain()
+                    .after(AssetEventSystems),
+            )
+            .add_systems(
+                PostUpdate,
+                (find_images.in_set(Images), find_textures.in_set(Textures)),
+            );
     }
 
     fn finish(&self, app: &mut App) {
-        if let Some(info) = app.world().get_resource::<RenderAdapterInfo>() {
-            llvmpipe::detect(info);
-        }
         let plugins = app.get_added_plugins::<ImagePlugin>();
         if let Some(plugin) = plugins.first() {
             let sampler = plugin.default_sampler.clone();
@@ -59,192 +89,383 @@ impl Plugin for FilteredMaterialsPlugin {
     }
 }
 
-/// What pipelines are compiled with; a tag is an index. It grows with the distinct settings and layouts, not with the
-/// materials. Hooks have no access to a world.
-static KEYS: RwLock<Vec<(EwaKey, MapLayout)>> = RwLock::new(Vec::new());
+/// Filters the textures of another type of material, which derives `Reflect`: one line for each type of the game,
+/// beside its own `MaterialPlugin`.
+///
+/// - An `ExtendedMaterial` with a `StandardMaterial` as its base is filtered as that is, where the extension calls
+///   Bevy's functions for the base's maps. Textures of the extension are as those of other materials:
+/// - Textures of other materials get mip levels and anisotropy, whatever the method, as the plugin cannot change their
+///   shaders. Their texels are averaged as [`MipContent::Values`].
+///
+/// [`EwaPlugin`](crate::EwaPlugin) adds those of `StandardMaterial` and of
+/// [`EwaStandardMaterial`](crate::EwaStandardMaterial). The settings are those of
+/// [`AllMaterials`](crate::AllMaterials).
+pub struct EwaMaterialPlugin<M>(PhantomData<fn() -> M>);
 
-const TAG: &str = "bevy_ewa";
-
-fn index_of(key: (EwaKey, MapLayout)) -> u64 {
-    let mut keys = KEYS.write().unwrap_or_else(PoisonError::into_inner);
-    let index = keys.iter().position(|known| *known == key);
-    index.unwrap_or_else(|| {
-        keys.push(key);
-        keys.len() - 1
-    }) as u64
+impl<M> Default for EwaMaterialPlugin<M> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
 }
 
-/// The materials that are not left to Bevy. Change detection reports it when one of them, or an image of theirs, was
-/// replaced.
+impl<M> Plugin for EwaMaterialPlugin<M>
+where
+    M: Material + Reflect,
+    M::Data: PartialEq + Eq + Hash + Clone,
+{
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            PostUpdate,
+            (
+                find_materials::<M>.in_set(FindSystems::Materials),
+                mark_materials::<M>.in_set(FindSystems::MarkMaterials),
+            )
+                .run_if(resource_exists::<Assets<M>>),
+        );
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            let prepare = prepare_erased_assets::<MeshMaterial3d<M>>;
+            render_app.configure_sets(
+                Render,
+                (
+                    PrepareSystems::BeforeMaterials.before(prepare),
+                    PrepareSystems::AfterMaterials.after(prepare),
+                ),
+            );
+        }
+    }
+}
+
+/// The materials that are not left to Bevy, and their textures.
 #[derive(Resource, Default)]
 pub(super) struct FilteredMaterials {
-    pub(super) images: Images,
-    pub(super) materials: HashMap<UntypedAssetId, Filtered>,
+    images: Images,
+    materials: HashMap<UntypedAssetId, Filtered>,
+    users: HashMap<AssetId<Image>, HashSet<UntypedAssetId>>,
+    textures: HashMap<AssetId<Image>, Texture>,
+    config: Option<(AllMaterials, Refused)>,
+    /// What has changed in this frame.
+    pub(super) changes: Changes,
+}
+
+#[derive(Default)]
+pub(super) struct Changes {
+    are_all_materials_stale: bool,
+    /// Images that are others now, with true for those that were none before: no material shows these yet.
+    images: HashMap<AssetId<Image>, bool>,
+    overridden: HashSet<UntypedAssetId>,
+    /// Images whose users changed.
+    used: HashSet<AssetId<Image>>,
+    /// Materials that have to be prepared again.
+    stale: HashSet<UntypedAssetId>,
+    /// Materials whose assets changed, so that they are prepared anyway.
+    prepared: HashSet<UntypedAssetId>,
+    /// Materials with another tag.
+    pub(super) tags: Vec<(UntypedAssetId, Option<u64>)>,
+    /// Images with other needs; `None` for those that are Bevy's own again.
+    pub(super) textures: Vec<(AssetId<Image>, Option<Texture>)>,
+}
+
+/// What the renderer has to do for a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Texture {
+    /// Levels to generate, the finest included; 1 for none.
+    pub levels: u32,
+    pub format: TextureFormat,
+    pub content: MipContent,
+    /// The sampler in place of the image's.
+    pub sampler: Option<ImageSamplerDescriptor>,
+    pub after_draws: bool,
 }
 
 /// How a material is filtered.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Filtered {
-    /// Index in `KEYS`, unless its pipelines are Bevy's own.
+struct Filtered {
     tag: Option<u64>,
-    /// The `anisotropy_clamp` of the textures' samplers.
-    pub(super) anisotropy: u16,
-    /// The textures whose samplers get `anisotropy`; none where it is 1.
-    pub(super) textures: Vec<AssetId<Image>>,
+    textures: Vec<FilteredTexture>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct FilteredTexture {
+    image: AssetId<Image>,
+    content: MipContent,
+    /// The `anisotropy_clamp` of its sampler.
+    anisotropy: u16,
+    is_elliptical: bool,
 }
 
 impl Filtered {
     fn new(
-        settings: EwaSettings,
+        shown: &Shown,
+        all: Option<EwaSettings>,
+        override_: Option<Option<EwaSettings>>,
         refused: Refused,
-        material: &StandardMaterial,
         images: &Images,
-    ) -> Self {
-        let chosen = refused.filterable(settings.maps, material);
-        let layout = MapLayout::of(material, chosen, images);
-        let key = EwaKey::new(&settings, is_llvmpipe()).filter(|_| !layout.is_empty());
+    ) -> Option<Self> {
+        let own = shown.extension.map(|extension| extension.settings);
+        let settings = adapter::supported(override_.unwrap_or(own.or(all))?);
         let anisotropy = settings.texture_unit_anisotropy();
-        // Exact methods read single texels, for which anisotropy is of no use.
-        let is_used =
-            |name| anisotropy > 1 && !(settings.method.is_exact() && chosen.contains(name));
-        let textures = maps(material).filter(|map| is_used(map.name()));
-        Self {
-            tag: key.map(|key| index_of((key, layout))),
-            anisotropy,
-            textures: textures.map(|map| map.texture.id()).collect(),
+        let mut filtered = Self::default();
+        if let Some(standard) = shown.standard {
+            let chosen = refused.filterable(settings.maps, standard);
+            let layout = MapLayout::of(standard, chosen, images);
+            let key = EwaKey::new(&settings, adapter::is_llvmpipe()).filter(|_| !layout.is_empty());
+            filtered.tag = key.map(|key| tag_of((key, layout)));
+            for map in maps(standard) {
+                let is_elliptical = filtered.tag.is_some() && layout.contains(map.index);
+                // Exact methods read single texels, for which anisotropy is of no use.
+                let is_exact = is_elliptical && settings.method.is_exact();
+                filtered.textures.push(FilteredTexture {
+                    image: map.texture.id(),
+                    content: map.content(standard),
+                    anisotropy: if is_exact { 1 } else { anisotropy },
+                    is_elliptical,
+                });
+            }
         }
-    }
-
-    fn is_bevys_own(&self) -> bool {
-        self.tag.is_none() && self.textures.is_empty()
+        let anisotropy = match settings.method {
+            EwaMethod::Anisotropic | EwaMethod::Hardware => anisotropy,
+            _ => EwaSettings::with_method(EwaMethod::Anisotropic).texture_unit_anisotropy(),
+        };
+        filtered
+            .textures
+            .extend(shown.others.iter().map(|image| FilteredTexture {
+                image: *image,
+                content: MipContent::Values,
+                anisotropy,
+                is_elliptical: false,
+            }));
+        Some(filtered)
     }
 }
 
-fn find_filtered(
+fn find_images(
     mut filtered: ResMut<FilteredMaterials>,
     all: Res<AllMaterials>,
     patches: Option<Res<ShaderPatches>>,
-    mut last: Local<Option<(AllMaterials, Refused)>>,
+    mut overrides: ResMut<EwaOverrides>,
     images: Res<Assets<Image>>,
-    mut image_events: MessageReader<AssetEvent<Image>>,
-    mut standard: ResMut<Assets<StandardMaterial>>,
-    mut standard_events: MessageReader<AssetEvent<StandardMaterial>>,
-    mut extended: ResMut<Assets<EwaStandardMaterial>>,
-    mut extended_events: MessageReader<AssetEvent<EwaStandardMaterial>>,
+    mut events: MessageReader<AssetEvent<Image>>,
+    device: Option<Res<RenderDevice>>,
+    adapter: Option<Res<RenderAdapter>>,
 ) {
+    let filtered = &mut *filtered;
+    filtered.changes = Changes::default();
+    let changes = &mut filtered.changes;
     let refused = patches.map_or_else(default, |patches| Refused::new(&patches));
-    let current = Some((*all, refused));
-    let mut are_all_stale = std::mem::replace(&mut *last, current) != current;
-    let state = filtered.bypass_change_detection();
-    for event in image_events.read() {
-        are_all_stale |= state.images.follow(event, &images);
-    }
-    let of_standard = |material: &StandardMaterial, images: &Images| {
-        Some(Filtered::new(all.0?, refused, material, images))
+    let config = Some((*all, refused));
+    changes.are_all_materials_stale = std::mem::replace(&mut filtered.config, config) != config;
+    let support = support(device.as_deref(), adapter.as_deref());
+    let mut update = |id, overrides: &EwaOverrides| {
+        let is_new = filtered.images.get(id).is_none();
+        if filtered
+            .images
+            .update(id, &images, overrides, support.as_ref())
+        {
+            changes.images.insert(id, is_new);
+        }
     };
-    let of_extended = |material: &EwaStandardMaterial, images: &Images| {
-        let settings = material.extension.settings;
-        Some(Filtered::new(settings, refused, &material.base, images))
-    };
-    let mut has_changed = are_all_stale;
-    has_changed |= follow(
-        state,
-        are_all_stale,
-        &mut standard,
-        standard_events.read(),
-        of_standard,
-    );
-    has_changed |= follow(
-        state,
-        are_all_stale,
-        &mut extended,
-        extended_events.read(),
-        of_extended,
-    );
-    if has_changed {
-        filtered.set_changed();
+    for event in events.read() {
+        if let AssetEvent::Added { id } | AssetEvent::Modified { id } | AssetEvent::Removed { id } =
+            event
+        {
+            update(*id, &overrides);
+        }
     }
+    if overrides.changed_images.is_empty() && overrides.changed_materials.is_empty() {
+        return;
+    }
+    let overrides = overrides.bypass_change_detection();
+    for id in std::mem::take(&mut overrides.changed_images) {
+        update(id, overrides);
+    }
+    changes.overridden = std::mem::take(&mut overrides.changed_materials);
 }
 
-/// Checks the materials that changed, or all materials, and returns whether one is filtered otherwise now.
-fn follow<'a, M: Asset>(
-    state: &mut FilteredMaterials,
-    are_all_stale: bool,
-    materials: &mut Assets<M>,
-    events: impl Iterator<Item = &'a AssetEvent<M>>,
-    filtered: impl Fn(&M, &Images) -> Option<Filtered>,
-) -> bool {
-    let mut has_changed = false;
-    for event in events {
-        has_changed |= match event {
+/// Looks at the materials that have changed, or whose images or settings have.
+fn find_materials<M: Material + Reflect>(
+    mut filtered: ResMut<FilteredMaterials>,
+    all: Res<AllMaterials>,
+    overrides: Res<EwaOverrides>,
+    materials: Res<Assets<M>>,
+    mut events: MessageReader<AssetEvent<M>>,
+) {
+    let filtered = &mut *filtered;
+    for event in events.read() {
+        match event {
             AssetEvent::Added { id } | AssetEvent::Modified { id } => {
-                let material = materials.get(*id);
-                let found = material.and_then(|material| filtered(material, &state.images));
-                state.set((*id).into(), found)
+                filtered.changes.prepared.insert((*id).into());
+                filtered.update(*id, &materials, &all, &overrides);
             }
-            AssetEvent::Removed { id } => state.set((*id).into(), None),
-            AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => false,
-        };
-    }
-    if are_all_stale {
-        let mut changed = Vec::new();
-        for (id, material) in materials.iter() {
-            let found = filtered(material, &state.images);
-            if state.set(id.into(), found) {
-                changed.push(id);
+            AssetEvent::Removed { id } => {
+                filtered.update(*id, &materials, &all, &overrides);
             }
-        }
-        has_changed |= !changed.is_empty();
-        // The key of a pipeline is made when its material is prepared.
-        for id in changed {
-            mark_modified(materials, id);
+            AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => {}
         }
     }
-    has_changed
+    let stale: Vec<AssetId<M>> = if filtered.changes.are_all_materials_stale {
+        materials.ids().collect()
+    } else {
+        let users = filtered.changes.images.keys();
+        let users = users.flat_map(|image| filtered.users.get(image).into_iter().flatten());
+        let stale = users.chain(&filtered.changes.overridden);
+        let of_this_type = stale.filter(|id| id.type_id() == TypeId::of::<M>());
+        of_this_type.map(|id| id.typed_unchecked()).collect()
+    };
+    for id in stale {
+        let is_changed = filtered.update(id, &materials, &all, &overrides);
+        let id = UntypedAssetId::from(id);
+        if is_changed && !filtered.is_awaiting(id) {
+            filtered.changes.stale.insert(id);
+        }
+    }
 }
 
 impl FilteredMaterials {
-    /// Sets how a material is filtered, and returns whether that is another way than before.
-    fn set(&mut self, id: UntypedAssetId, filtered: Option<Filtered>) -> bool {
-        match filtered.filter(|filtered| !filtered.is_bevys_own()) {
-            Some(filtered) => {
-                let former = self.materials.insert(id, filtered);
-                former.as_ref() != self.materials.get(&id)
+    /// Finds how a material is filtered, and returns whether that is another way than before.
+    fn update<M: Material + Reflect>(
+        &mut self,
+        id: AssetId<M>,
+        materials: &Assets<M>,
+        all: &AllMaterials,
+        overrides: &EwaOverrides,
+    ) -> bool {
+        let refused = self.config.map(|(_, refused)| refused).unwrap_or_default();
+        let material = materials.get(id);
+        let id = id.into();
+        let found = material.and_then(|material| {
+            let shown = Shown::by(material.as_partial_reflect());
+            Filtered::new(&shown, all.0, overrides.material(id), refused, &self.images)
+        });
+        let former = self.materials.get(&id);
+        if former == found.as_ref() {
+            return false;
+        }
+        let tag = found.as_ref().and_then(|filtered| filtered.tag);
+        if former.and_then(|former| former.tag) != tag {
+            self.changes.tags.push((id, tag));
+        }
+        for texture in former.into_iter().flat_map(|former| &former.textures) {
+            self.changes.used.insert(texture.image);
+            if let Some(users) = self.users.get_mut(&texture.image) {
+                users.remove(&id);
             }
-            None => self.materials.remove(&id).is_some(),
         }
+        for texture in found.iter().flat_map(|found| &found.textures) {
+            self.changes.used.insert(texture.image);
+            self.users.entry(texture.image).or_default().insert(id);
+        }
+        match found {
+            Some(found) => self.materials.insert(id, found),
+            None => self.materials.remove(&id),
+        };
+        true
+    }
+
+    /// Whether a material shows an image that came in this frame, so that it was not prepared before.
+    fn is_awaiting(&self, id: UntypedAssetId) -> bool {
+        let textures = self.materials.get(&id).map(|material| &material.textures);
+        let mut textures = textures.into_iter().flatten();
+        textures.any(|texture| self.changes.images.get(&texture.image) == Some(&true))
+    }
+
+    /// What the materials that show an image want of its texture, and what it got.
+    fn texture(&self, id: AssetId<Image>, image: &ImageShape) -> Option<(Texture, TextureReport)> {
+        let users = self.users.get(&id)?;
+        let users = users.iter().filter_map(|user| self.materials.get(user));
+        let uses = users.flat_map(|user| user.textures.iter().filter(|used| used.image == id));
+        let used = uses.copied().reduce(|a, b| FilteredTexture {
+            image: id,
+            content: stricter(a.content, b.content),
+            anisotropy: a.anisotropy.max(b.anisotropy),
+            is_elliptical: a.is_elliptical || b.is_elliptical,
+        })?;
+        let sampler = image.with_anisotropy(used.anisotropy);
+        let report = TextureReport {
+            mips: image.mips,
+            anisotropy: sampler.as_ref().unwrap_or(&image.sampler).anisotropy_clamp,
+            is_elliptical: used.is_elliptical,
+        };
+        let texture = Texture {
+            levels: match image.mips {
+                MipReport::Generated(levels) => levels,
+                MipReport::Own(_) | MipReport::Without(_) => 1,
+            },
+            format: image.mip_format,
+            content: used.content,
+            sampler,
+            after_draws: image.after_draws,
+        };
+        Some((texture, report))
     }
 }
 
-fn tag_materials(
-    filtered: Extract<Res<FilteredMaterials>>,
-    mut tagged: Local<HashMap<UntypedAssetId, u64>>,
-    mut tags: ResMut<MaterialTags>,
-) {
-    if !filtered.is_changed() {
-        return;
-    }
-    let found =
-        { filtered.materials.iter() }.filter_map(|(id, filtered)| Some((*id, filtered.tag?)));
-    let found: HashMap<_, _> = found.collect();
-    for id in tagged.keys().filter(|id| !found.contains_key(*id)) {
-        tags.set_for_material(*id, TAG, None);
-    }
-    for (id, tag) in &found {
-        if tagged.get(id) != Some(tag) {
-            tags.set_for_material(*id, TAG, Some(*tag));
-        }
-    }
-    *tagged = found;
-}
-
-/// The material hook.
-fn apply_filter(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
-    let Some(index) = material.tag(TAG) else {
-        return;
+/// What a texture is taken for that materials show as different contents.
+fn stricter(a: MipContent, b: MipContent) -> MipContent {
+    let rank = |content| match content {
+        MipContent::Values => 0.0,
+        MipContent::Transparent => 1.0,
+        MipContent::Mask { cutoff } => 2.0 + cutoff,
+        MipContent::Normals => f32::INFINITY,
     };
-    let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);
-    if let Some((key, layout)) = keys.get(index as usize) {
-        key.apply(*layout, material.mesh_key, descriptor);
+    if rank(a) < rank(b) { b } else { a }
+}
+
+/// Finds what the textures need whose images or users have changed.
+fn find_textures(mut filtered: ResMut<FilteredMaterials>, mut report: ResMut<EwaReport>) {
+    let filtered = &mut *filtered;
+    let mut used = std::mem::take(&mut filtered.changes.used);
+    used.extend(filtered.changes.images.keys());
+    for id in &used {
+        let image = filtered.images.get(*id);
+        let found = image.and_then(|image| filtered.texture(*id, image));
+        let (texture, reported) = found.unzip();
+        let reported = reported.or_else(|| {
+            // Materials wait for it.
+            let is_awaited = filtered
+                .users
+                .get(id)
+                .is_some_and(|users| !users.is_empty());
+            is_awaited.then_some(TextureReport {
+                mips: MipReport::Without(crate::mips::NoMips::NotLoaded),
+                anisotropy: 1,
+                is_elliptical: false,
+            })
+        });
+        if report.textures.get(id) != reported.as_ref() {
+            match reported {
+                Some(reported) => report.textures.insert(*id, reported),
+                None => report.textures.remove(id),
+            };
+        }
+        if filtered.users.get(id).is_some_and(HashSet::is_empty) {
+            filtered.users.remove(id);
+        }
+        let former = match texture.clone() {
+            Some(texture) => filtered.textures.insert(*id, texture),
+            None => filtered.textures.remove(id),
+        };
+        // A material keeps the views and samplers with which it was prepared. Bevy replaces the texture of an image
+        // with another shape, and does not prepare the materials again that show it.
+        let is_new = filtered.changes.images.get(id).copied();
+        if is_new != Some(true) && (former != texture || is_new.is_some()) {
+            let users = filtered.users.get(id).into_iter().flatten();
+            filtered.changes.stale.extend(users);
+        }
+        if former != texture {
+            filtered.changes.textures.push((*id, texture));
+        }
+    }
+}
+
+/// Marks materials as modified, so that the renderer prepares them again.
+fn mark_materials<M: Material>(filtered: Res<FilteredMaterials>, mut materials: ResMut<Assets<M>>) {
+    let changes = &filtered.changes;
+    for id in changes.stale.difference(&changes.prepared) {
+        if id.type_id() == TypeId::of::<M>()
+            && let Some(mut material) = materials.get_mut(id.typed_unchecked::<M>())
+        {
+            // Only a mutable reference marks the asset as modified.
+            let _: &mut M = &mut material;
+        }
     }
 }

@@ -39,13 +39,17 @@ impl MapLayout {
                 continue;
             }
             let bit = 1 << map.index;
-            layout.own |= bit;
             let Some(image) = images.get(map.texture.id()) else {
+                layout.own |= bit;
                 continue;
             };
+            if image.is_left_alone() {
+                continue;
+            }
+            layout.own |= bit;
             layout.is_clamped |= image.is_clamped();
             if map.index < SHARABLE {
-                let shape = (image.size, image.levels, map.is_uv_b);
+                let shape = (image.size, image.mips.levels(), map.is_uv_b);
                 match groups.iter_mut().find(|(other, _)| *other == shape) {
                     Some((_, mask)) => *mask |= bit,
                     None => groups.push((shape, bit)),
@@ -89,6 +93,11 @@ impl MapLayout {
         }
     }
 
+    /// Whether the map of this index in `MAPS` is filtered.
+    pub(super) fn contains(self, index: usize) -> bool {
+        (self.shared | self.own) & (1 << index) != 0
+    }
+
     /// Whether no map is filtered.
     pub(super) fn is_empty(self) -> bool {
         self.shared | self.own == 0
@@ -122,7 +131,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::material::images::ImageShape;
+    use crate::material::images::tests::shape;
 
     fn handle<A: bevy::asset::Asset>(n: u128) -> Handle<A> {
         Handle::from(Uuid::from_u128(n))
@@ -135,12 +144,7 @@ mod tests {
             let side = if n < 10 { 64 } else { 32 };
             let mut sampler = ImageSamplerDescriptor::linear();
             sampler.set_address_mode(bevy::image::ImageAddressMode::Repeat);
-            let shape = ImageShape {
-                size: [side; 2],
-                levels: 7,
-                sampler,
-            };
-            images.insert(AssetId::from(Uuid::from_u128(n)), shape);
+            images.insert(AssetId::from(Uuid::from_u128(n)), shape(side, sampler));
         }
         images
     }

@@ -1,6 +1,13 @@
 //! The texture maps of a material.
 
-use bevy::{mesh::UvChannel, prelude::*, reflect::structs::Struct};
+use bevy::{
+    mesh::UvChannel,
+    prelude::*,
+    reflect::{ReflectRef, structs::Struct},
+};
+
+use super::extension::EwaExtension;
+use crate::mips::MipContent;
 
 /// The maps that are filtered: the names of the fields `*_texture` of `StandardMaterial` and, in capitals, of the shader
 /// defs. The depth map is not among them, since parallax mapping marches through it.
@@ -46,9 +53,60 @@ impl Map<'_> {
         MAPS[self.index]
     }
 
-    /// Whether it holds normals.
-    pub(crate) fn has_normals(&self) -> bool {
-        self.name().contains("normal")
+    /// What its texels mean in this material.
+    pub(crate) fn content(&self, material: &StandardMaterial) -> MipContent {
+        if self.name().contains("normal") {
+            return MipContent::Normals;
+        }
+        match material.alpha_mode {
+            _ if self.index != BASE_COLOR => MipContent::Values,
+            AlphaMode::Opaque | AlphaMode::Premultiplied => MipContent::Values,
+            // The texture's alpha is multiplied by that of the colour.
+            AlphaMode::Mask(cutoff) if material.base_color.alpha() > 0.0 => MipContent::Mask {
+                cutoff: cutoff / material.base_color.alpha(),
+            },
+            _ => MipContent::Transparent,
+        }
+    }
+}
+
+/// What a material of any type shows.
+#[derive(Default)]
+pub(crate) struct Shown<'a> {
+    /// Bevy's own material, which is the material itself or the base of an extended one.
+    pub standard: Option<&'a StandardMaterial>,
+    /// The settings of the material itself.
+    pub extension: Option<&'a EwaExtension>,
+    /// Textures that are not maps of `standard`.
+    pub others: Vec<AssetId<Image>>,
+}
+
+impl<'a> Shown<'a> {
+    /// Finds what a material shows, by reflection.
+    pub(crate) fn by(material: &'a dyn PartialReflect) -> Self {
+        let mut shown = Self::default();
+        shown.visit(material);
+        shown
+    }
+
+    fn visit(&mut self, value: &'a dyn PartialReflect) {
+        if let Some(standard) = value.try_downcast_ref() {
+            self.standard = Some(standard);
+        } else if let Some(extension) = value.try_downcast_ref() {
+            self.extension = Some(extension);
+        } else if let Some(image) = value.try_downcast_ref::<Handle<Image>>() {
+            self.others.push(image.id());
+        } else {
+            match value.reflect_ref() {
+                ReflectRef::Struct(value) => value.iter_fields().for_each(|(_, v)| self.visit(v)),
+                ReflectRef::TupleStruct(value) => value.iter_fields().for_each(|v| self.visit(v)),
+                ReflectRef::Tuple(value) => value.iter_fields().for_each(|v| self.visit(v)),
+                ReflectRef::Enum(value) => value.iter_fields().for_each(|v| self.visit(v.value())),
+                ReflectRef::List(value) => value.iter().for_each(|v| self.visit(v)),
+                ReflectRef::Array(value) => value.iter().for_each(|v| self.visit(v)),
+                _ => {}
+            }
+        }
     }
 }
 
@@ -90,7 +148,10 @@ mod tests {
             ..default()
         };
         let mut found: Vec<_> = maps(&material)
-            .map(|map| (map.name(), map.texture.id(), map.is_uv_b, map.has_normals()))
+            .map(|map| {
+                let has_normals = map.content(&material) == MipContent::Normals;
+                (map.name(), map.texture.id(), map.is_uv_b, has_normals)
+            })
             .collect();
         found.sort_by_key(|(name, ..)| *name);
         let expected = [
@@ -105,5 +166,47 @@ mod tests {
         );
         material.base_color_texture = None;
         assert_eq!(maps(&material).count(), 2);
+    }
+
+    #[test]
+    fn the_alpha_mode_decides_what_a_base_colour_is() {
+        let content = |alpha_mode, alpha| {
+            let material = StandardMaterial {
+                base_color: Color::WHITE.with_alpha(alpha),
+                base_color_texture: Some(Handle::from(Uuid::from_u128(1))),
+                alpha_mode,
+                ..default()
+            };
+            let map = maps(&material).next().expect("a map");
+            map.content(&material)
+        };
+        assert_eq!(content(AlphaMode::Opaque, 1.0), MipContent::Values);
+        assert_eq!(content(AlphaMode::Premultiplied, 1.0), MipContent::Values);
+        assert_eq!(content(AlphaMode::Blend, 1.0), MipContent::Transparent);
+        let mask = |cutoff| MipContent::Mask { cutoff };
+        assert_eq!(content(AlphaMode::Mask(0.25), 1.0), mask(0.25));
+        assert_eq!(content(AlphaMode::Mask(0.25), 0.5), mask(0.5));
+        assert_eq!(content(AlphaMode::Mask(0.25), 0.0), MipContent::Transparent);
+    }
+
+    #[test]
+    fn textures_of_any_material_are_found() {
+        #[derive(Reflect)]
+        struct Game {
+            base: StandardMaterial,
+            detail: Option<Handle<Image>>,
+            layers: Vec<(Handle<Image>, f32)>,
+            none: Option<Handle<Image>>,
+        }
+        let handle = |n| Handle::<Image>::from(Uuid::from_u128(n));
+        let material = Game {
+            base: default(),
+            detail: Some(handle(1)),
+            layers: vec![(handle(2), 1.0), (handle(3), 0.5)],
+            none: None,
+        };
+        let shown = Shown::by(&material);
+        assert!(shown.standard.is_some() && shown.extension.is_none());
+        assert_eq!(shown.others, [1, 2, 3].map(|n| handle(n).id()));
     }
 }

@@ -7,37 +7,45 @@
 //! | [`layout`] | the maps of a material that are filtered together |
 //! | [`extension`] | filtering of single materials |
 //! | [`all_materials`] | filtering of all `StandardMaterial`s |
-//! | `filtered` | the materials that are filtered, as tags in the keys of their pipelines |
-//! | `samplers` | anisotropy of the samplers of textures |
-//! | `maps` | the texture maps of a material |
-//! | `images` | sizes and samplers of images |
-//! | `llvmpipe` | detection of a driver that needs workarounds |
-//! | `mark_modified` | preparation of an unchanged asset once more |
+//! | [`overrides`] | what the app decides for single images and materials |
+//! | [`filtered`] | the materials that are filtered, and what their textures need |
+//! | `tags` | the filtered materials, as tags in the keys of their pipelines |
+//! | [`prepared`] | mip levels and samplers of textures in the renderer |
+//! | `maps` | the textures of a material |
+//! | `images` | sizes, samplers and possible mip levels of images |
+//! | `adapter` | detection of drivers that need workarounds |
 //!
 //! The shaders `sample_map.wesl` and `shared_maps.wesl` are what the statements in Bevy's shaders call.
 
+mod adapter;
 pub mod all_materials;
 pub mod extension;
-mod filtered;
+pub mod filtered;
 mod images;
 pub mod layout;
-mod llvmpipe;
 pub(crate) mod maps;
-pub(crate) mod mark_modified;
+pub mod overrides;
 pub mod patches;
 pub mod pipeline;
-mod samplers;
+pub mod prepared;
+mod tags;
 
-use bevy::{pbr::MaterialPlugin, prelude::*, shader::load_shader_library};
+use bevy::{
+    pbr::MaterialPlugin, prelude::*, render::renderer::RenderAdapterInfo,
+    shader::load_shader_library,
+};
 use bevy_frugal_hooks::shader_patch::PatchShadersExt;
 
 pub use all_materials::AllMaterials;
 pub use extension::{EwaExtension, EwaStandardMaterial};
+pub use filtered::EwaMaterialPlugin;
+pub use overrides::{EwaImage, EwaOverrides};
+pub use prepared::EwaMipSystems;
 
 /// Patches Bevy's shaders and registers both kinds of filtered materials.
-pub(crate) struct EwaMaterialPlugin;
+pub(crate) struct MaterialsPlugin;
 
-impl Plugin for EwaMaterialPlugin {
+impl Plugin for MaterialsPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "sample_map.wesl");
         load_shader_library!(app, "shared_maps.wesl");
@@ -47,8 +55,18 @@ impl Plugin for EwaMaterialPlugin {
         app.add_plugins((
             MaterialPlugin::<EwaStandardMaterial>::default(),
             filtered::FilteredMaterialsPlugin,
-            samplers::SamplersPlugin,
+            EwaMaterialPlugin::<StandardMaterial>::default(),
+            EwaMaterialPlugin::<EwaStandardMaterial>::default(),
+            tags::TagsPlugin,
+            prepared::PreparedTexturesPlugin,
         ))
-        .register_type::<EwaExtension>();
+        .register_type::<EwaExtension>()
+        .register_asset_reflect::<EwaStandardMaterial>();
+    }
+
+    fn finish(&self, app: &mut App) {
+        if let Some(info) = app.world().get_resource::<RenderAdapterInfo>() {
+            adapter::detect(info);
+        }
     }
 }

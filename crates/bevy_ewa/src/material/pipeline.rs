@@ -6,7 +6,7 @@ use bevy::{
     shader::ShaderDefVal,
 };
 
-use super::{layout::MapLayout, llvmpipe::is_old_llvmpipe, maps::MAPS};
+use super::{adapter::is_old_llvmpipe, layout::MapLayout, maps::MAPS};
 use crate::{
     settings::{EwaMethod, EwaSettings},
     shaders::EwaUniform,

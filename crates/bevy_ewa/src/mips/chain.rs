@@ -1,7 +1,27 @@
 //! Generation of mip levels in linear light.
 
-use super::texel::TexelFormat;
+use super::{coverage, texel::TexelFormat};
 use crate::reference::texture::area_weights;
+
+/// What the texels of a texture mean, which decides how they are averaged.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bevy", derive(bevy::prelude::Reflect))]
+pub enum MipContent {
+    /// Values that are averaged channel by channel, such as opaque colours, premultiplied colours and roughness.
+    #[default]
+    Values,
+    /// Unit vectors, with -1 to 1 stored as 0 to 1 in the first three channels. They are renormalized to length 1.
+    Normals,
+    /// Colours with straight alpha, by which they are weighted: what is invisible does not bleed into what is
+    /// visible. Where all texels have alpha 0, colours have equal weights.
+    Transparent,
+    /// Colours as in [`MipContent::Transparent`], of which a material shows those with at least this alpha, 0 to 1.
+    /// The alpha of each level is scaled so that the visible part of the area stays the same.
+    Mask {
+        /// The least alpha that is visible.
+        cutoff: f32,
+    },
+}
 
 /// All mip levels of a texture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,58 +36,91 @@ pub struct MipChain {
 /// `data` is not as long as a level of that size.
 ///
 /// A texel is the mean in linear light of the area that it covers in the next finer level, which also
-/// holds for odd sizes. With `normals`, the first three channels are a normal map (-1 to 1 stored as
-/// 0 to 1), whose normals are renormalized to length 1.
+/// holds for odd sizes. Formats with fewer channels than their content needs are averaged as
+/// [`MipContent::Values`].
 pub fn generate_mip_chain(
     size: [u32; 2],
     format: TexelFormat,
     data: Vec<u8>,
-    normals: bool,
+    content: MipContent,
 ) -> Option<MipChain> {
     let texels = size[0] as usize * size[1] as usize;
     if texels == 0 || data.len() != texels * format.bytes() {
         return None;
     }
+    let content = match (content, format.channels) {
+        (MipContent::Normals, 3..) | (_, 4) => content,
+        _ => MipContent::Values,
+    };
+    let is_weighted = matches!(content, MipContent::Transparent | MipContent::Mask { .. });
     let mut size = size;
     let mut values = format.decode(&data);
+    let visible = match content {
+        MipContent::Mask { cutoff } => coverage::coverage(&values, size, cutoff, 1.0),
+        _ => 0.0,
+    };
     let mut data = data;
     let mut levels = 1;
     while size != [1, 1] {
         let next = size.map(|n| (n / 2).max(1));
-        values = downsampled(&values, size, next, format.channels);
+        values = downsampled(&values, size, next, format.channels, is_weighted);
         size = next;
-        let is_normal_map = normals && format.channels >= 3;
-        let stored = is_normal_map.then(|| normalized(&values, format.channels));
-        format.encode(stored.as_ref().unwrap_or(&values), &mut data);
+        // The next level is computed from the means before this step: there, rough areas have shorter normals and
+        // correctly count less.
+        match content {
+            MipContent::Values | MipContent::Transparent => format.encode(&values, &mut data),
+            MipContent::Normals => format.encode(&normalized(&values, format.channels), &mut data),
+            MipContent::Mask { cutoff } => {
+                let scale = coverage::scale(&values, size, cutoff, visible);
+                let mut scaled = values.clone();
+                let alphas = scaled.iter_mut().skip(3).step_by(4);
+                alphas.for_each(|alpha| *alpha = (*alpha * scale).min(1.0));
+                format.encode(&scaled, &mut data);
+            }
+        }
         levels += 1;
     }
     Some(MipChain { data, levels })
 }
 
-fn downsampled(values: &[f32], from: [u32; 2], to: [u32; 2], channels: usize) -> Vec<f32> {
+/// Returns the next level, whose texels are means of the areas that they cover.
+fn downsampled(
+    values: &[f32],
+    from: [u32; 2],
+    to: [u32; 2],
+    channels: usize,
+    is_weighted: bool,
+) -> Vec<f32> {
     let rows = area_weights(from[1], to[1]);
     let columns = area_weights(from[0], to[0]);
     let mut result = Vec::with_capacity(to[0] as usize * to[1] as usize * channels);
     for row in &rows {
         for column in &columns {
-            let start = result.len();
-            result.resize(start + channels, 0.0);
-            for &(y, wy) in row {
-                for &(x, wx) in column {
-                    let texel = (y as usize * from[0] as usize + x as usize) * channels;
-                    let weight = (wx * wy) as f32;
-                    for channel in 0..channels {
-                        result[start + channel] += weight * values[texel + channel];
-                    }
+            let covered = row.iter().flat_map(|&(y, wy)| {
+                column.iter().map(move |&(x, wx)| {
+                    let start = (y as usize * from[0] as usize + x as usize) * channels;
+                    (&values[start..start + channels], (wx * wy) as f32)
+                })
+            });
+            let mut mean = [0.0; 4];
+            let mut weighted = [0.0; 4];
+            for (texel, weight) in covered {
+                for (channel, value) in texel.iter().enumerate() {
+                    mean[channel] += weight * value;
+                    weighted[channel] += weight * value * if is_weighted { texel[3] } else { 0.0 };
                 }
             }
+            if is_weighted && mean[3] > 0.0 {
+                for channel in 0..3 {
+                    mean[channel] = weighted[channel] / mean[3];
+                }
+            }
+            result.extend(&mean[..channels]);
         }
     }
     result
 }
 
-/// Returns a copy with renormalized normals. The next level is computed from the means before this step:
-/// there, rough areas have shorter normals and correctly count less.
 fn normalized(values: &[f32], channels: usize) -> Vec<f32> {
     let mut result = values.to_vec();
     for texel in result.chunks_exact_mut(channels) {
@@ -98,7 +151,7 @@ mod tests {
     fn srgb_stripes_become_the_gray_of_their_light() {
         // Thesis figure 5.13: the mean of black and white is 188 and not 128; alpha is linear.
         let data = [[0, 0, 0, 0], [255; 4]].concat().repeat(8);
-        let chain = generate_mip_chain([4, 4], SRGB, data, false).expect("a chain");
+        let chain = generate_mip_chain([4, 4], SRGB, data, MipContent::Values).expect("a chain");
         assert_eq!(chain.levels, 3);
         assert_eq!(&chain.data[64..], [188, 188, 188, 128].repeat(5));
     }
@@ -110,7 +163,7 @@ mod tests {
             channels: 1,
             ..RGBA
         };
-        let chain = generate_mip_chain([5, 3], format, data, false).expect("a chain");
+        let chain = generate_mip_chain([5, 3], format, data, MipContent::Values).expect("a chain");
         // The levels are 5 x 3, 2 x 1 and 1 x 1. A texel of the second covers 2.5 columns, and the right
         // one of them contains the white column.
         assert_eq!(chain.data[15..], [0, 102, 51]);
@@ -121,8 +174,25 @@ mod tests {
         let up_left = [37, 128, 218, 255];
         let up_right = [218, 128, 218, 255];
         let data = [up_left, up_right].concat();
-        let chain = generate_mip_chain([2, 1], RGBA, data, true).expect("a chain");
+        let chain = generate_mip_chain([2, 1], RGBA, data, MipContent::Normals).expect("a chain");
         assert_eq!(chain.data[8..], [128, 128, 255, 255]);
+    }
+
+    #[test]
+    fn invisible_colours_do_not_bleed_into_visible_ones() {
+        let leaf = [40, 110, 30, 255];
+        let data = [leaf, [0; 4], [0; 4], [0; 4]].concat();
+        let level = |content| {
+            let chain = generate_mip_chain([2, 2], SRGB, data.clone(), content).expect("a chain");
+            chain.data[16..].to_vec()
+        };
+        assert_eq!(level(MipContent::Transparent), [40, 110, 30, 64]);
+        assert_eq!(level(MipContent::Values)[3], 64);
+        assert!(level(MipContent::Values)[1] < 60, "a quarter of the light");
+        // Nothing is visible: the colour is the plain mean.
+        let clear = [[188, 188, 188, 0], [188, 188, 188, 0]].concat();
+        let chain = generate_mip_chain([2, 1], SRGB, clear, MipContent::Transparent);
+        assert_eq!(chain.expect("a chain").data[8..], [188, 188, 188, 0]);
     }
 
     #[test]
@@ -138,7 +208,8 @@ mod tests {
                 .map(f32::to_le_bytes)
                 .as_flattened()
                 .repeat(texels);
-            let chain = generate_mip_chain(size, format, data, false).expect("a chain");
+            let chain =
+                generate_mip_chain(size, format, data, MipContent::Values).expect("a chain");
             for value in format.decode(&chain.data).chunks_exact(2) {
                 assert!((value[0] - 2.5).abs() < 1e-6 && (value[1] + 1.0).abs() < 1e-6);
             }
@@ -162,7 +233,8 @@ mod tests {
                 storage,
                 srgb: false,
             };
-            let chain = generate_mip_chain([2, 1], format, data(pair), false).expect("a chain");
+            let chain = generate_mip_chain([2, 1], format, data(pair), MipContent::Values)
+                .expect("a chain");
             assert_eq!(chain.levels, 2);
             assert_eq!(
                 chain.data[4..],
@@ -174,7 +246,13 @@ mod tests {
 
     #[test]
     fn data_of_another_size_is_refused() {
-        assert_eq!(generate_mip_chain([2, 2], RGBA, vec![0; 15], false), None);
-        assert_eq!(generate_mip_chain([0, 2], RGBA, Vec::new(), false), None);
+        assert_eq!(
+            generate_mip_chain([2, 2], RGBA, vec![0; 15], MipContent::Values),
+            None
+        );
+        assert_eq!(
+            generate_mip_chain([0, 2], RGBA, Vec::new(), MipContent::Values),
+            None
+        );
     }
 }

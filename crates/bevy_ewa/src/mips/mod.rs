@@ -1,24 +1,30 @@
-//! Mip chains for textures that lack them.
+//! Mip levels of textures that lack them.
 //!
-//! Bevy generates no mip levels for PNG and JPEG files, and without them distant surfaces cannot be
-//! filtered. Its `MipGenerationJobs` are meant for textures that shaders write: they do not support
-//! sRGB formats, which every base colour has, need storage textures, average 2 x 2 texels for any
-//! size, and leave normals shorter. The chains of this module are computed in linear light, count every
-//! texel of odd sizes once, and renormalize normals.
+//! Bevy generates no mip levels for PNG and JPEG files, and without them distant surfaces cannot be filtered. The
+//! levels of this module are computed in linear light, count every texel of odd sizes once, renormalize normals, weight
+//! colours by their alpha and keep the coverage of alpha masks. [`chain`] computes them on the CPU and is the reference
+//! for the passes that do so on the GPU, from what is there: the images of the app stay as they are.
+//!
+//! Bevy's own `MipGenerationJobs` are no help for this: they need storage textures, which sRGB formats cannot be, and
+//! levels that the app has allocated; they average 2 x 2 texels for any size and any content.
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`chain`] | generation of mip levels in linear light |
+//! | [`chain`] | the mip levels of a texture on the CPU |
+//! | `coverage` | the coverage of alpha masks |
 //! | [`texel`] | conversion of texel formats to linear light and back |
-//! | `lacking` | images without mip levels that can have them |
-//! | `load` | mip chains for the textures of materials as they are loaded |
+//! | `plan` | which images get mip levels, and why others do not |
+//! | `generator` | the mip levels of a texture on the GPU |
 
 pub mod chain;
+pub(crate) mod coverage;
 #[cfg(feature = "bevy")]
-pub(crate) mod lacking;
+pub(crate) mod generator;
 #[cfg(feature = "bevy")]
-pub(crate) mod load;
+pub mod plan;
 pub mod texel;
 
-pub use chain::{MipChain, generate_mip_chain};
+pub use chain::{MipChain, MipContent, generate_mip_chain};
+#[cfg(feature = "bevy")]
+pub use plan::NoMips;
 pub use texel::TexelFormat;

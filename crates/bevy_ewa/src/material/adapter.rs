@@ -1,12 +1,18 @@
-//! Detection of Mesa's llvmpipe, which needs workarounds.
+//! What the filter has to know of the adapter: Mesa's llvmpipe needs workarounds, and OpenGL ES and WebGL2 cannot do all.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bevy::render::renderer::RenderAdapterInfo;
+use bevy::{
+    log::warn_once,
+    render::{renderer::RenderAdapterInfo, settings::Backends},
+};
+
+use crate::settings::{EwaMethod, EwaSettings};
 
 /// It is global to the process, because pipeline keys and hooks have no access to a world.
 static IS_LLVMPIPE: AtomicBool = AtomicBool::new(false);
 static IS_LLVMPIPE_OLD: AtomicBool = AtomicBool::new(false);
+static LACKS_LEVEL_QUERIES: AtomicBool = AtomicBool::new(false);
 
 /// The first version of Mesa whose llvmpipe is known to compile the filter in a motion-vector prepass.
 const GOOD_MESA: u32 = 25;
@@ -22,8 +28,31 @@ pub(super) fn is_old_llvmpipe() -> bool {
     IS_LLVMPIPE_OLD.load(Ordering::Relaxed)
 }
 
+/// The settings that the adapter can filter by. Shaders of OpenGL ES and WebGL2 cannot ask how many levels a texture
+/// has, which all methods but the texture unit's need.
+pub(super) fn supported(settings: EwaSettings) -> EwaSettings {
+    let is_in_shader = !matches!(
+        settings.method,
+        EwaMethod::Anisotropic | EwaMethod::Hardware
+    );
+    if !is_in_shader || !LACKS_LEVEL_QUERIES.load(Ordering::Relaxed) {
+        return settings;
+    }
+    warn_once!(
+        "bevy_ewa: shaders of OpenGL and WebGL2 cannot filter by ellipses: textures get `EwaMethod::Anisotropic` \
+         instead. Vulkan, Metal, Direct3D 12 and WebGPU can."
+    );
+    EwaSettings {
+        method: EwaMethod::Anisotropic,
+        sampler_anisotropy: 16,
+        ..settings
+    }
+}
+
 /// Sets the adapter, when the renderer has chosen it.
 pub(super) fn detect(adapter: &RenderAdapterInfo) {
+    let is_gl = Backends::from(adapter.backend) == Backends::GL;
+    LACKS_LEVEL_QUERIES.store(is_gl, Ordering::Relaxed);
     let is_llvmpipe = adapter.name.contains("llvmpipe");
     IS_LLVMPIPE.store(is_llvmpipe, Ordering::Relaxed);
     let mesa = mesa_version(&adapter.driver_info);

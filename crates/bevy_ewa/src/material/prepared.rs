@@ -1,0 +1,409 @@
+//! The textures of filtered materials in the renderer: their mip levels and samplers. The images of the app stay as they
+//! are.
+//!
+//! Bevy creates the texture of an image with room for its levels, where materials show it by then, and later edits of the
+//! image write the finest level. A texture that was there before stays, since others may hold it: materials show a copy
+//! with levels, which follows its edits. So do they with a texture that cameras draw to.
+
+use std::collections::{HashMap, HashSet};
+
+use bevy::{
+    camera::NormalizedRenderTarget,
+    core_pipeline::{Core2d, Core3d, schedule::camera_driver, upscaling::upscaling},
+    image::ImageSamplerDescriptor,
+    prelude::*,
+    render::{
+        Extract, ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderSystems,
+        camera::ExtractedCamera,
+        render_asset::{AssetExtractionSystems, ExtractedAssets, RenderAssets, prepare_assets},
+        render_resource::{
+            CommandEncoder, CommandEncoderDescriptor, Sampler, SamplerId, Texture,
+            TextureDataOrder, TextureDescriptor, TextureUsages, TextureView, TextureViewDescriptor,
+        },
+        renderer::{
+            RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue, ViewQuery,
+        },
+        texture::GpuImage,
+    },
+};
+
+use super::filtered::{self, FilteredMaterials, PrepareSystems};
+use crate::mips::generator::{Levels, MipGenerator};
+
+/// Prepares textures before the materials that show them.
+pub(super) struct PreparedTexturesPlugin;
+
+/// Generates the mip levels of images that shaders write, for which the app has set
+/// [`EwaImage::after_draws`](crate::EwaImage::after_draws). It is in Bevy's schedule `RenderGraph`, before all cameras:
+/// systems that write such images run before it.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct EwaMipSystems;
+
+impl Plugin for PreparedTexturesPlugin {
+    fn build(&self, app: &mut App) {
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<PreparedTextures>()
+            .init_resource::<OriginalViews>()
+            .init_gpu_resource::<MipGenerator>()
+            .add_systems(
+                ExtractSchedule,
+                extract_textures.after(AssetExtractionSystems),
+            )
+            .configure_sets(
+                Render,
+                (
+                    PrepareSystems::BeforeMaterials
+                        .after(prepare_assets::<GpuImage>)
+                        .in_set(RenderSystems::PrepareAssets),
+                    PrepareSystems::AfterMaterials
+                        .after(PrepareSystems::BeforeMaterials)
+                        .in_set(RenderSystems::PrepareAssets),
+                ),
+            )
+            .add_systems(
+                Render,
+                (
+                    (prepare_textures, show_levels)
+                        .chain()
+                        .in_set(PrepareSystems::BeforeMaterials),
+                    hide_levels.in_set(PrepareSystems::AfterMaterials),
+                ),
+            )
+            .add_systems(Core3d, follow_camera.after(upscaling))
+            .add_systems(Core2d, follow_camera.after(upscaling))
+            .add_systems(
+                RenderGraph,
+                follow_shaders
+                    .in_set(EwaMipSystems)
+                    .in_set(RenderGraphSystems::Render)
+                    .before(camera_driver),
+            );
+    }
+}
+
+#[derive(Resource, Default)]
+struct PreparedTextures {
+    wanted: HashMap<AssetId<Image>, filtered::Texture>,
+    /// Textures to look at in this frame, or once they are on the GPU.
+    changed: HashSet<AssetId<Image>>,
+    /// The levels of textures that Bevy created with room for them.
+    rooms: HashMap<AssetId<Image>, u32>,
+    copies: HashMap<AssetId<Image>, Copy>,
+    samplers: HashMap<AssetId<Image>, Replaced>,
+}
+
+fn extract_textures(
+    filtered: Extract<Res<FilteredMaterials>>,
+    mut prepared: ResMut<PreparedTextures>,
+    mut extracted: ResMut<ExtractedAssets<GpuImage>>,
+    images: Res<RenderAssets<GpuImage>>,
+) {
+    let prepared = &mut *prepared;
+    for (id, texture) in &filtered.changes.textures {
+        prepared.changed.insert(*id);
+        match texture {
+            Some(texture) => prepared.wanted.insert(*id, texture.clone()),
+            None => prepared.wanted.remove(id),
+        };
+    }
+    for (id, image) in &mut extracted.extracted {
+        let wanted = prepared.wanted.get(id);
+        if wanted.is_some() {
+            prepared.changed.insert(*id);
+        }
+        let wanted = wanted.filter(|wanted| !wanted.after_draws);
+        let room = prepared.rooms.remove(id);
+        if let Some(room) = make_room(image, images.get(*id), room, wanted.map(|w| w.levels)) {
+            prepared.rooms.insert(*id, room);
+        }
+    }
+}
+
+/// Has Bevy create the texture of an image with room for levels, unless there is a texture that Bevy is about to edit.
+/// Returns the levels of a texture with room.
+fn make_room(
+    image: &mut Image,
+    former: Option<&GpuImage>,
+    room: Option<u32>,
+    wanted: Option<u32>,
+) -> Option<u32> {
+    let own = &image.texture_descriptor;
+    let with_room = |levels| TextureDescriptor {
+        mip_level_count: levels,
+        usage: own.usage | TextureUsages::RENDER_ATTACHMENT,
+        ..own.clone()
+    };
+    let is_writable = image.data.is_none() || own.usage.contains(TextureUsages::COPY_DST);
+    let is_edit = |descriptor: &TextureDescriptor<'static>| {
+        is_writable && former.is_some_and(|former| former.texture_descriptor == *descriptor)
+    };
+    let levels = match room.filter(|room| is_edit(&with_room(*room))) {
+        Some(room) => room,
+        None if is_edit(own) => return None,
+        None => wanted.filter(|levels| *levels > 1)?,
+    };
+    let size = own.size;
+    let texel = own.format.block_copy_size(None)? as usize;
+    let bytes_of = |level: u32| {
+        let [width, height] = [size.width, size.height].map(|side| (side >> level).max(1) as usize);
+        width * height * size.depth_or_array_layers as usize * texel
+    };
+    let descriptor = with_room(levels);
+    if let Some(data) = &mut image.data {
+        if data.len() != bytes_of(0) {
+            return None;
+        }
+        // What is uploaded to these levels is drawn over.
+        data.resize((0..levels).map(bytes_of).sum(), 0);
+        image.data_order = TextureDataOrder::MipMajor;
+    }
+    image.texture_descriptor = descriptor;
+    if let Some(view) = &mut image.texture_view_descriptor {
+        view.mip_level_count = None;
+    }
+    Some(levels)
+}
+
+fn prepare_textures(
+    mut prepared: ResMut<PreparedTextures>,
+    mut images: ResMut<RenderAssets<GpuImage>>,
+    mut generator: ResMut<MipGenerator>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    if prepared.changed.is_empty() {
+        return;
+    }
+    let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor {
+        label: Some("bevy_ewa_mips"),
+    });
+    let prepared = &mut *prepared;
+    for id in std::mem::take(&mut prepared.changed) {
+        let wanted = prepared.wanted.get(&id);
+        let Some(image) = images.get_mut(id) else {
+            prepared.copies.remove(&id);
+            prepared.samplers.remove(&id);
+            if wanted.is_some() {
+                // Bevy prepares it in a later frame.
+                prepared.changed.insert(id);
+            }
+            continue;
+        };
+        let sampler = wanted.and_then(|wanted| wanted.sampler.as_ref());
+        replace_sampler(&mut prepared.samplers, id, image, sampler, &device);
+        let copy = prepared.copies.remove(&id);
+        let room = prepared.rooms.get(&id).copied();
+        let Some(wanted) = wanted.filter(|wanted| wanted.levels > 1) else {
+            if copy.is_some() || room.is_some() {
+                image.texture_view = view(image, &image.texture, 1);
+            }
+            continue;
+        };
+        if room.is_some_and(|room| room >= wanted.levels) {
+            let levels = wanted.levels_of(&image.texture);
+            generator.generate(&device, &mut encoder, &levels, wanted.content);
+            image.texture_view = view(image, &image.texture, wanted.levels);
+            continue;
+        }
+        let copy = copy.filter(|copy| copy.fits(image, wanted));
+        let copy = copy.unwrap_or_else(|| Copy::new(image, wanted, &device));
+        copy.update(
+            &image.texture,
+            wanted,
+            &mut generator,
+            &device,
+            &mut encoder,
+        );
+        if !wanted.after_draws {
+            image.texture_view = copy.view.clone();
+        }
+        prepared.copies.insert(id, copy);
+    }
+    queue.submit([encoder.finish()]);
+}
+
+impl filtered::Texture {
+    fn levels_of<'a>(&self, texture: &'a Texture) -> Levels<'a> {
+        Levels {
+            texture,
+            format: self.format,
+            count: self.levels,
+        }
+    }
+}
+
+/// The view of a texture with these levels that the image asks for.
+fn view(image: &GpuImage, texture: &Texture, levels: u32) -> TextureView {
+    let descriptor = image.texture_view_descriptor.clone().unwrap_or_default();
+    texture.create_view(&TextureViewDescriptor {
+        mip_level_count: Some(levels),
+        ..descriptor
+    })
+}
+
+/// A texture with levels that materials show in the place of one without.
+struct Copy {
+    texture: Texture,
+    view: TextureView,
+}
+
+impl Copy {
+    fn new(image: &GpuImage, wanted: &filtered::Texture, device: &RenderDevice) -> Self {
+        let descriptor = &image.texture_descriptor;
+        let texture = device.create_texture(&TextureDescriptor {
+            label: Some("bevy_ewa_mips_copy"),
+            mip_level_count: wanted.levels,
+            usage: TextureUsages::TEXTURE_BINDING
+                | TextureUsages::COPY_DST
+                | TextureUsages::RENDER_ATTACHMENT,
+            ..descriptor.clone()
+        });
+        Self {
+            view: view(image, &texture, wanted.levels),
+            texture,
+        }
+    }
+
+    fn fits(&self, image: &GpuImage, wanted: &filtered::Texture) -> bool {
+        self.texture.mip_level_count() == wanted.levels
+            && self.texture.size() == image.texture.size()
+            && self.texture.format() == image.texture.format()
+    }
+
+    /// Follows the texture without levels.
+    fn update(
+        &self,
+        original: &Texture,
+        wanted: &filtered::Texture,
+        generator: &mut MipGenerator,
+        device: &RenderDevice,
+        encoder: &mut CommandEncoder,
+    ) {
+        let levels = wanted.levels_of(&self.texture);
+        generator.copy(device, encoder, &wanted.levels_of(original), &levels);
+        generator.generate(device, encoder, &levels, wanted.content);
+    }
+}
+
+/// A sampler in the place of another one.
+struct Replaced {
+    original: Sampler,
+    id: SamplerId,
+    descriptor: ImageSamplerDescriptor,
+}
+
+fn replace_sampler(
+    samplers: &mut HashMap<AssetId<Image>, Replaced>,
+    id: AssetId<Image>,
+    image: &mut GpuImage,
+    wanted: Option<&ImageSamplerDescriptor>,
+    device: &RenderDevice,
+) {
+    if let Some(replaced) = samplers.remove(&id)
+        // An image that was prepared again has its own sampler again.
+        && image.sampler.id() == replaced.id
+    {
+        if wanted == Some(&replaced.descriptor) {
+            samplers.insert(id, replaced);
+            return;
+        }
+        image.sampler = replaced.original;
+    }
+    if let Some(descriptor) = wanted {
+        let sampler = device.create_sampler(&descriptor.as_wgpu());
+        let replaced = Replaced {
+            id: sampler.id(),
+            original: std::mem::replace(&mut image.sampler, sampler),
+            descriptor: descriptor.clone(),
+        };
+        samplers.insert(id, replaced);
+    }
+}
+
+/// Materials that are prepared now show the levels of textures that cameras draw to...
+fn show_levels(
+    prepared: Res<PreparedTextures>,
+    mut images: ResMut<RenderAssets<GpuImage>>,
+    mut originals: ResMut<OriginalViews>,
+) {
+    for (id, copy) in &prepared.copies {
+        if prepared
+            .wanted
+            .get(id)
+            .is_some_and(|wanted| wanted.after_draws)
+            && let Some(image) = images.get_mut(*id)
+        {
+            let original = std::mem::replace(&mut image.texture_view, copy.view.clone());
+            originals.0.push((*id, original));
+        }
+    }
+}
+
+/// ... and cameras draw to a view without levels.
+fn hide_levels(mut images: ResMut<RenderAssets<GpuImage>>, mut originals: ResMut<OriginalViews>) {
+    for (id, original) in originals.0.drain(..) {
+        if let Some(image) = images.get_mut(id) {
+            image.texture_view = original;
+        }
+    }
+}
+
+/// The views that [`show_levels`] replaced.
+#[derive(Resource, Default)]
+struct OriginalViews(Vec<(AssetId<Image>, TextureView)>);
+
+/// Generates the levels of the image to which a camera has drawn.
+fn follow_camera(
+    camera: ViewQuery<&ExtractedCamera>,
+    prepared: Res<PreparedTextures>,
+    images: Res<RenderAssets<GpuImage>>,
+    mut generator: ResMut<MipGenerator>,
+    device: Res<RenderDevice>,
+    mut context: RenderContext,
+) {
+    if let Some(NormalizedRenderTarget::Image(target)) = &camera.into_inner().target {
+        let id = target.handle.id();
+        prepared.follow(id, &images, &mut generator, &device, || {
+            context.command_encoder()
+        });
+    }
+}
+
+/// Generates the levels of the images that shaders write.
+fn follow_shaders(
+    prepared: Res<PreparedTextures>,
+    images: Res<RenderAssets<GpuImage>>,
+    mut generator: ResMut<MipGenerator>,
+    device: Res<RenderDevice>,
+    mut context: RenderContext,
+) {
+    for id in prepared.copies.keys() {
+        let image = images.get(*id);
+        if image.is_some_and(|i| i.texture.usage().contains(TextureUsages::STORAGE_BINDING)) {
+            prepared.follow(*id, &images, &mut generator, &device, || {
+                context.command_encoder()
+            });
+        }
+    }
+}
+
+impl PreparedTextures {
+    fn follow<'a>(
+        &self,
+        id: AssetId<Image>,
+        images: &RenderAssets<GpuImage>,
+        generator: &mut MipGenerator,
+        device: &RenderDevice,
+        encoder: impl FnOnce() -> &'a mut CommandEncoder,
+    ) {
+        if let Some(copy) = self.copies.get(&id)
+            && let Some(wanted) = self.wanted.get(&id).filter(|wanted| wanted.after_draws)
+            && let Some(image) = images.get(id)
+        {
+            copy.update(&image.texture, wanted, generator, device, encoder());
+        }
+    }
+}
