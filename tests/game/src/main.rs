@@ -18,7 +18,7 @@ fn plugins(app: &mut App) {
         YCoCgFrameBufferPlugin,
         VoxelGiPlugin,
         WaveletTexPlugin,
-        EwaPlugin::default(),
+        EwaPlugin::elliptical(),
     ));
 }
 

@@ -2,58 +2,39 @@
 //!
 //! Only what has changed is looked at, and what it concerns: materials are found from their images.
 
-use std::{
-    any::TypeId,
-    collections::{HashMap, HashSet},
-    hash::Hash,
-    marker::PhantomData,
-};
+use std::collections::{HashMap, HashSet};
 
 use bevy::{
     asset::{AssetEventSystems, UntypedAssetId},
-    image::ImageSamplerDescriptor,
-    pbr::{Material, MeshMaterial3d},
+    pbr::Material,
     prelude::*,
-    render::{
-        Render, RenderApp,
-        erased_render_asset::prepare_erased_assets,
-        render_resource::TextureFormat,
-        renderer::{RenderAdapter, RenderDevice},
-    },
+    render::renderer::{RenderAdapter, RenderDevice},
 };
 use bevy_frugal_hooks::ShaderPatches;
 
 use super::{
     adapter,
     all_materials::AllMaterials,
-    images::{ImageShape, Images, support},
+    images::{Images, support},
     layout::MapLayout,
     maps::{Shown, maps},
     overrides::EwaOverrides,
     patches::Refused,
-    pipeline::EwaKey,
-    tags::tag_of,
+    pipeline::{EwaKey, tag_of},
+    wanted::WantedTexture,
 };
 use crate::{
     mips::MipContent,
-    report::{EwaReport, MipReport, TextureReport},
     settings::{EwaMethod, EwaSettings},
 };
 
 /// The steps of a frame, in this order.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum FindSystems {
+pub(super) enum FindSystems {
     Images,
     Materials,
     Textures,
     MarkMaterials,
-}
-
-/// The order of the systems that prepare textures and Bevy's, which prepare materials.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum PrepareSystems {
-    BeforeMaterials,
-    AfterMaterials,
 }
 
 /// Follows the images, whatever materials there are.
@@ -62,10 +43,9 @@ pub(super) struct FilteredMaterialsPlugin;
 impl Plugin for FilteredMaterialsPlugin {
     fn build(&self, app: &mut App) {
         use FindSystems::{Images, MarkMaterials, Materials, Textures};
-        app.register_type::<(AllMaterials, EwaOverrides, EwaReport)>()
+        app.register_type::<(AllMaterials, EwaOverrides)>()
             .init_resource::<AllMaterials>()
             .init_resource::<EwaOverrides>()
-            .init_resource::<EwaReport>()
             .init_resource::<FilteredMaterials>()
             .configure_sets(
                 PostUpdate,
@@ -73,10 +53,7 @@ impl Plugin for FilteredMaterialsPlugin {
                     .chain()
                     .after(AssetEventSystems),
             )
-            .add_systems(
-                PostUpdate,
-                (find_images.in_set(Images), find_textures.in_set(Textures)),
-            );
+            .add_systems(PostUpdate, find_images.in_set(Images));
     }
 
     fn finish(&self, app: &mut App) {
@@ -89,59 +66,13 @@ impl Plugin for FilteredMaterialsPlugin {
     }
 }
 
-/// Filters the textures of another type of material, which derives `Reflect`: one line for each type of the game,
-/// beside its own `MaterialPlugin`.
-///
-/// - An `ExtendedMaterial` with a `StandardMaterial` as its base is filtered as that is, where the extension calls
-///   Bevy's functions for the base's maps. Textures of the extension are as those of other materials:
-/// - Textures of other materials get mip levels and anisotropy, whatever the method, as the plugin cannot change their
-///   shaders. Their texels are averaged as [`MipContent::Values`].
-///
-/// [`EwaPlugin`](crate::EwaPlugin) adds those of `StandardMaterial` and of
-/// [`EwaStandardMaterial`](crate::EwaStandardMaterial). The settings are those of
-/// [`AllMaterials`](crate::AllMaterials).
-pub struct EwaMaterialPlugin<M>(PhantomData<fn() -> M>);
-
-impl<M> Default for EwaMaterialPlugin<M> {
-    fn default() -> Self {
-        Self(PhantomData)
-    }
-}
-
-impl<M> Plugin for EwaMaterialPlugin<M>
-where
-    M: Material + Reflect,
-    M::Data: PartialEq + Eq + Hash + Clone,
-{
-    fn build(&self, app: &mut App) {
-        app.add_systems(
-            PostUpdate,
-            (
-                find_materials::<M>.in_set(FindSystems::Materials),
-                mark_materials::<M>.in_set(FindSystems::MarkMaterials),
-            )
-                .run_if(resource_exists::<Assets<M>>),
-        );
-        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
-            let prepare = prepare_erased_assets::<MeshMaterial3d<M>>;
-            render_app.configure_sets(
-                Render,
-                (
-                    PrepareSystems::BeforeMaterials.before(prepare),
-                    PrepareSystems::AfterMaterials.after(prepare),
-                ),
-            );
-        }
-    }
-}
-
 /// The materials that are not left to Bevy, and their textures.
 #[derive(Resource, Default)]
 pub(super) struct FilteredMaterials {
-    images: Images,
-    materials: HashMap<UntypedAssetId, Filtered>,
-    users: HashMap<AssetId<Image>, HashSet<UntypedAssetId>>,
-    textures: HashMap<AssetId<Image>, Texture>,
+    pub(super) images: Images,
+    pub(super) materials: HashMap<UntypedAssetId, Filtered>,
+    pub(super) users: HashMap<AssetId<Image>, HashSet<UntypedAssetId>>,
+    pub(super) textures: HashMap<AssetId<Image>, WantedTexture>,
     config: Option<(AllMaterials, Refused)>,
     /// What has changed in this frame.
     pub(super) changes: Changes,
@@ -149,48 +80,36 @@ pub(super) struct FilteredMaterials {
 
 #[derive(Default)]
 pub(super) struct Changes {
-    are_all_materials_stale: bool,
+    pub(super) are_all_materials_stale: bool,
     /// Images that are others now, with true for those that were none before: no material shows these yet.
-    images: HashMap<AssetId<Image>, bool>,
-    overridden: HashSet<UntypedAssetId>,
+    pub(super) images: HashMap<AssetId<Image>, bool>,
+    pub(super) overridden: HashSet<UntypedAssetId>,
     /// Images whose users changed.
-    used: HashSet<AssetId<Image>>,
+    pub(super) used: HashSet<AssetId<Image>>,
     /// Materials that have to be prepared again.
-    stale: HashSet<UntypedAssetId>,
+    pub(super) stale: HashSet<UntypedAssetId>,
     /// Materials whose assets changed, so that they are prepared anyway.
-    prepared: HashSet<UntypedAssetId>,
+    pub(super) prepared: HashSet<UntypedAssetId>,
     /// Materials with another tag.
     pub(super) tags: Vec<(UntypedAssetId, Option<u64>)>,
     /// Images with other needs; `None` for those that are Bevy's own again.
-    pub(super) textures: Vec<(AssetId<Image>, Option<Texture>)>,
-}
-
-/// What the renderer has to do for a texture.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Texture {
-    /// Levels to generate, the finest included; 1 for none.
-    pub levels: u32,
-    pub format: TextureFormat,
-    pub content: MipContent,
-    /// The sampler in place of the image's.
-    pub sampler: Option<ImageSamplerDescriptor>,
-    pub after_draws: bool,
+    pub(super) textures: Vec<(AssetId<Image>, Option<WantedTexture>)>,
 }
 
 /// How a material is filtered.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Filtered {
+pub(super) struct Filtered {
     tag: Option<u64>,
-    textures: Vec<FilteredTexture>,
+    pub(super) textures: Vec<FilteredTexture>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct FilteredTexture {
-    image: AssetId<Image>,
-    content: MipContent,
+pub(super) struct FilteredTexture {
+    pub image: AssetId<Image>,
+    pub content: MipContent,
     /// The `anisotropy_clamp` of its sampler.
-    anisotropy: u16,
-    is_elliptical: bool,
+    pub anisotropy: u16,
+    pub is_elliptical: bool,
 }
 
 impl Filtered {
@@ -281,48 +200,9 @@ fn find_images(
     changes.overridden = std::mem::take(&mut overrides.changed_materials);
 }
 
-/// Looks at the materials that have changed, or whose images or settings have.
-fn find_materials<M: Material + Reflect>(
-    mut filtered: ResMut<FilteredMaterials>,
-    all: Res<AllMaterials>,
-    overrides: Res<EwaOverrides>,
-    materials: Res<Assets<M>>,
-    mut events: MessageReader<AssetEvent<M>>,
-) {
-    let filtered = &mut *filtered;
-    for event in events.read() {
-        match event {
-            AssetEvent::Added { id } | AssetEvent::Modified { id } => {
-                filtered.changes.prepared.insert((*id).into());
-                filtered.update(*id, &materials, &all, &overrides);
-            }
-            AssetEvent::Removed { id } => {
-                filtered.update(*id, &materials, &all, &overrides);
-            }
-            AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => {}
-        }
-    }
-    let stale: Vec<AssetId<M>> = if filtered.changes.are_all_materials_stale {
-        materials.ids().collect()
-    } else {
-        let users = filtered.changes.images.keys();
-        let users = users.flat_map(|image| filtered.users.get(image).into_iter().flatten());
-        let stale = users.chain(&filtered.changes.overridden);
-        let of_this_type = stale.filter(|id| id.type_id() == TypeId::of::<M>());
-        of_this_type.map(|id| id.typed_unchecked()).collect()
-    };
-    for id in stale {
-        let is_changed = filtered.update(id, &materials, &all, &overrides);
-        let id = UntypedAssetId::from(id);
-        if is_changed && !filtered.is_awaiting(id) {
-            filtered.changes.stale.insert(id);
-        }
-    }
-}
-
 impl FilteredMaterials {
     /// Finds how a material is filtered, and returns whether that is another way than before.
-    fn update<M: Material + Reflect>(
+    pub(super) fn update<M: Material + Reflect>(
         &mut self,
         id: AssetId<M>,
         materials: &Assets<M>,
@@ -362,110 +242,9 @@ impl FilteredMaterials {
     }
 
     /// Whether a material shows an image that came in this frame, so that it was not prepared before.
-    fn is_awaiting(&self, id: UntypedAssetId) -> bool {
+    pub(super) fn is_awaiting(&self, id: UntypedAssetId) -> bool {
         let textures = self.materials.get(&id).map(|material| &material.textures);
         let mut textures = textures.into_iter().flatten();
         textures.any(|texture| self.changes.images.get(&texture.image) == Some(&true))
-    }
-
-    /// What the materials that show an image want of its texture, and what it got.
-    fn texture(&self, id: AssetId<Image>, image: &ImageShape) -> Option<(Texture, TextureReport)> {
-        let users = self.users.get(&id)?;
-        let users = users.iter().filter_map(|user| self.materials.get(user));
-        let uses = users.flat_map(|user| user.textures.iter().filter(|used| used.image == id));
-        let used = uses.copied().reduce(|a, b| FilteredTexture {
-            image: id,
-            content: stricter(a.content, b.content),
-            anisotropy: a.anisotropy.max(b.anisotropy),
-            is_elliptical: a.is_elliptical || b.is_elliptical,
-        })?;
-        let sampler = image.with_anisotropy(used.anisotropy);
-        let report = TextureReport {
-            mips: image.mips,
-            anisotropy: sampler.as_ref().unwrap_or(&image.sampler).anisotropy_clamp,
-            is_elliptical: used.is_elliptical,
-        };
-        let texture = Texture {
-            levels: match image.mips {
-                MipReport::Generated(levels) => levels,
-                MipReport::Own(_) | MipReport::Without(_) => 1,
-            },
-            format: image.mip_format,
-            content: used.content,
-            sampler,
-            after_draws: image.after_draws,
-        };
-        Some((texture, report))
-    }
-}
-
-/// What a texture is taken for that materials show as different contents.
-fn stricter(a: MipContent, b: MipContent) -> MipContent {
-    let rank = |content| match content {
-        MipContent::Values => 0.0,
-        MipContent::Transparent => 1.0,
-        MipContent::Mask { cutoff } => 2.0 + cutoff,
-        MipContent::Normals => f32::INFINITY,
-    };
-    if rank(a) < rank(b) { b } else { a }
-}
-
-/// Finds what the textures need whose images or users have changed.
-fn find_textures(mut filtered: ResMut<FilteredMaterials>, mut report: ResMut<EwaReport>) {
-    let filtered = &mut *filtered;
-    let mut used = std::mem::take(&mut filtered.changes.used);
-    used.extend(filtered.changes.images.keys());
-    for id in &used {
-        let image = filtered.images.get(*id);
-        let found = image.and_then(|image| filtered.texture(*id, image));
-        let (texture, reported) = found.unzip();
-        let reported = reported.or_else(|| {
-            // Materials wait for it.
-            let is_awaited = filtered
-                .users
-                .get(id)
-                .is_some_and(|users| !users.is_empty());
-            is_awaited.then_some(TextureReport {
-                mips: MipReport::Without(crate::mips::NoMips::NotLoaded),
-                anisotropy: 1,
-                is_elliptical: false,
-            })
-        });
-        if report.textures.get(id) != reported.as_ref() {
-            match reported {
-                Some(reported) => report.textures.insert(*id, reported),
-                None => report.textures.remove(id),
-            };
-        }
-        if filtered.users.get(id).is_some_and(HashSet::is_empty) {
-            filtered.users.remove(id);
-        }
-        let former = match texture.clone() {
-            Some(texture) => filtered.textures.insert(*id, texture),
-            None => filtered.textures.remove(id),
-        };
-        // A material keeps the views and samplers with which it was prepared. Bevy replaces the texture of an image
-        // with another shape, and does not prepare the materials again that show it.
-        let is_new = filtered.changes.images.get(id).copied();
-        if is_new != Some(true) && (former != texture || is_new.is_some()) {
-            let users = filtered.users.get(id).into_iter().flatten();
-            filtered.changes.stale.extend(users);
-        }
-        if former != texture {
-            filtered.changes.textures.push((*id, texture));
-        }
-    }
-}
-
-/// Marks materials as modified, so that the renderer prepares them again.
-fn mark_materials<M: Material>(filtered: Res<FilteredMaterials>, mut materials: ResMut<Assets<M>>) {
-    let changes = &filtered.changes;
-    for id in changes.stale.difference(&changes.prepared) {
-        if id.type_id() == TypeId::of::<M>()
-            && let Some(mut material) = materials.get_mut(id.typed_unchecked::<M>())
-        {
-            // Only a mutable reference marks the asset as modified.
-            let _: &mut M = &mut material;
-        }
     }
 }

@@ -8,7 +8,9 @@
 //! | [`extension`] | filtering of single materials |
 //! | [`all_materials`] | filtering of all `StandardMaterial`s |
 //! | [`overrides`] | what the app decides for single images and materials |
-//! | [`filtered`] | the materials that are filtered, and what their textures need |
+//! | `filtered` | the materials that are filtered |
+//! | [`material_plugin`] | the plugin of a type of material |
+//! | `textures`, `wanted` | what the textures of filtered materials need |
 //! | `tags` | the filtered materials, as tags in the keys of their pipelines |
 //! | [`prepared`] | mip levels and samplers of textures in the renderer |
 //! | `maps` | the textures of a material |
@@ -20,15 +22,18 @@
 mod adapter;
 pub mod all_materials;
 pub mod extension;
-pub mod filtered;
+mod filtered;
 mod images;
 pub mod layout;
 pub(crate) mod maps;
+pub mod material_plugin;
 pub mod overrides;
 pub mod patches;
 pub mod pipeline;
 pub mod prepared;
 mod tags;
+mod textures;
+mod wanted;
 
 use bevy::{
     pbr::MaterialPlugin, prelude::*, render::renderer::RenderAdapterInfo,
@@ -38,7 +43,7 @@ use bevy_frugal_hooks::shader_patch::PatchShadersExt;
 
 pub use all_materials::AllMaterials;
 pub use extension::{EwaExtension, EwaStandardMaterial};
-pub use filtered::EwaMaterialPlugin;
+pub use material_plugin::EwaMaterialPlugin;
 pub use overrides::{EwaImage, EwaOverrides};
 pub use prepared::EwaMipSystems;
 
@@ -55,6 +60,7 @@ impl Plugin for MaterialsPlugin {
         app.add_plugins((
             MaterialPlugin::<EwaStandardMaterial>::default(),
             filtered::FilteredMaterialsPlugin,
+            textures::TexturesPlugin,
             EwaMaterialPlugin::<StandardMaterial>::default(),
             EwaMaterialPlugin::<EwaStandardMaterial>::default(),
             tags::TagsPlugin,

@@ -1,5 +1,7 @@
 //! The settings and the layout of maps as shader defs of a pipeline.
 
+use std::sync::{PoisonError, RwLock};
+
 use bevy::{
     pbr::MeshPipelineKey,
     render::render_resource::{FragmentState, RenderPipelineDescriptor},
@@ -14,6 +16,26 @@ use crate::{
 
 /// Feature of the statements in Bevy's shaders that maps of any layout need.
 pub(crate) const EWA: &str = "BEVY_EWA";
+
+/// What pipelines are compiled with; a tag is an index. It grows with the distinct settings and layouts, not with the
+/// materials. Hooks have no access to a world.
+static KEYS: RwLock<Vec<(EwaKey, MapLayout)>> = RwLock::new(Vec::new());
+
+/// The tag of materials that are filtered so.
+pub(super) fn tag_of(key: (EwaKey, MapLayout)) -> u64 {
+    let mut keys = KEYS.write().unwrap_or_else(PoisonError::into_inner);
+    let index = keys.iter().position(|known| *known == key);
+    index.unwrap_or_else(|| {
+        keys.push(key);
+        keys.len() - 1
+    }) as u64
+}
+
+/// What a tag stands for.
+pub(super) fn key_of(tag: u64) -> Option<(EwaKey, MapLayout)> {
+    let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);
+    keys.get(tag as usize).copied()
+}
 
 const PERIODIC: usize = 12;
 

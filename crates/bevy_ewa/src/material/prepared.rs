@@ -27,8 +27,8 @@ use bevy::{
     },
 };
 
-use super::filtered::{self, FilteredMaterials, PrepareSystems};
-use crate::mips::generator::{Levels, MipGenerator};
+use super::{filtered::FilteredMaterials, material_plugin::PrepareSystems, wanted::WantedTexture};
+use crate::mips::{generator::MipGenerator, levels::Levels};
 
 /// Prepares textures before the materials that show them.
 pub(super) struct PreparedTexturesPlugin;
@@ -86,7 +86,7 @@ impl Plugin for PreparedTexturesPlugin {
 
 #[derive(Resource, Default)]
 struct PreparedTextures {
-    wanted: HashMap<AssetId<Image>, filtered::Texture>,
+    wanted: HashMap<AssetId<Image>, WantedTexture>,
     /// Textures to look at in this frame, or once they are on the GPU.
     changed: HashSet<AssetId<Image>>,
     /// The levels of textures that Bevy created with room for them.
@@ -225,7 +225,7 @@ fn prepare_textures(
     queue.submit([encoder.finish()]);
 }
 
-impl filtered::Texture {
+impl WantedTexture {
     fn levels_of<'a>(&self, texture: &'a Texture) -> Levels<'a> {
         Levels {
             texture,
@@ -251,7 +251,7 @@ struct Copy {
 }
 
 impl Copy {
-    fn new(image: &GpuImage, wanted: &filtered::Texture, device: &RenderDevice) -> Self {
+    fn new(image: &GpuImage, wanted: &WantedTexture, device: &RenderDevice) -> Self {
         let descriptor = &image.texture_descriptor;
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("bevy_ewa_mips_copy"),
@@ -267,7 +267,7 @@ impl Copy {
         }
     }
 
-    fn fits(&self, image: &GpuImage, wanted: &filtered::Texture) -> bool {
+    fn fits(&self, image: &GpuImage, wanted: &WantedTexture) -> bool {
         self.texture.mip_level_count() == wanted.levels
             && self.texture.size() == image.texture.size()
             && self.texture.format() == image.texture.format()
@@ -277,7 +277,7 @@ impl Copy {
     fn update(
         &self,
         original: &Texture,
-        wanted: &filtered::Texture,
+        wanted: &WantedTexture,
         generator: &mut MipGenerator,
         device: &RenderDevice,
         encoder: &mut CommandEncoder,

@@ -3,15 +3,13 @@
 //! A pipeline is compiled for the maps that its material has: Bevy asks whether there is a map at run time, which costs
 //! the filter's code for all maps.
 
-use std::sync::{PoisonError, RwLock};
-
 use bevy::{
     prelude::*,
     render::{Extract, ExtractSchedule, RenderApp, render_resource::RenderPipelineDescriptor},
 };
 use bevy_frugal_hooks::{MaterialHookPlugin, MaterialTags, SpecializedMaterial};
 
-use super::{filtered::FilteredMaterials, layout::MapLayout, pipeline::EwaKey};
+use super::{filtered::FilteredMaterials, pipeline::key_of};
 
 /// Tags the materials and specializes their pipelines.
 pub(super) struct TagsPlugin;
@@ -25,21 +23,7 @@ impl Plugin for TagsPlugin {
     }
 }
 
-/// What pipelines are compiled with; a tag is an index. It grows with the distinct settings and layouts, not with the
-/// materials. Hooks have no access to a world.
-static KEYS: RwLock<Vec<(EwaKey, MapLayout)>> = RwLock::new(Vec::new());
-
 const TAG: &str = "bevy_ewa";
-
-/// The tag of materials that are filtered so.
-pub(super) fn tag_of(key: (EwaKey, MapLayout)) -> u64 {
-    let mut keys = KEYS.write().unwrap_or_else(PoisonError::into_inner);
-    let index = keys.iter().position(|known| *known == key);
-    index.unwrap_or_else(|| {
-        keys.push(key);
-        keys.len() - 1
-    }) as u64
-}
 
 fn tag_materials(filtered: Extract<Res<FilteredMaterials>>, mut tags: ResMut<MaterialTags>) {
     for (id, tag) in &filtered.changes.tags {
@@ -49,11 +33,7 @@ fn tag_materials(filtered: Extract<Res<FilteredMaterials>>, mut tags: ResMut<Mat
 
 /// The material hook.
 fn apply_filter(material: SpecializedMaterial, descriptor: &mut RenderPipelineDescriptor) {
-    let Some(index) = material.tag(TAG) else {
-        return;
-    };
-    let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);
-    if let Some((key, layout)) = keys.get(index as usize) {
-        key.apply(*layout, material.mesh_key, descriptor);
+    if let Some((key, layout)) = material.tag(TAG).and_then(key_of) {
+        key.apply(layout, material.mesh_key, descriptor);
     }
 }

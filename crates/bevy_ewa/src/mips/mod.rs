@@ -15,11 +15,19 @@
 //! | [`texel`] | conversion of texel formats to linear light and back |
 //! | `plan` | which images get mip levels, and why others do not |
 //! | `generator` | the mip levels of a texture on the GPU |
+//! | `levels`, `drawing` | a texture with levels, and the pipelines that draw them |
+//! | `masks` | the passes that keep the coverage of alpha masks |
 
 pub mod chain;
 pub(crate) mod coverage;
 #[cfg(feature = "bevy")]
+mod drawing;
+#[cfg(feature = "bevy")]
 pub(crate) mod generator;
+#[cfg(feature = "bevy")]
+pub(crate) mod levels;
+#[cfg(feature = "bevy")]
+mod masks;
 #[cfg(feature = "bevy")]
 pub mod plan;
 pub mod texel;
