@@ -82,7 +82,7 @@ pub(super) fn add_plugin(app: &mut App, kind: &Kind) {
             all_materials: Some(settings),
         }),
         Kind::Wavelet(..) => app.add_plugins(WaveletTexPlugin),
-        Kind::Packed(_) => app.add_plugins(YCoCgFrameBufferPlugin),
+        Kind::FrameBuffer(_) => app.add_plugins(YCoCgFrameBufferPlugin),
         Kind::Gi(_) => app.add_plugins(VoxelGiPlugin),
     };
 }
@@ -108,8 +108,8 @@ pub(super) fn spawn_camera(world: &mut World, kind: &Kind, scene: Scene) {
         }
         _ => {}
     }
-    if let Kind::Packed(settings) = *kind {
-        camera.insert(settings);
+    if let Kind::FrameBuffer(quality) = *kind {
+        camera.insert(quality);
     }
 }
 

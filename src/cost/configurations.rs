@@ -5,7 +5,7 @@ use bevy_ewa::{EwaKernel, EwaProbes, EwaSettings};
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer};
 use bevy_wavelet_tex::{WaveletFilter, codec::rate::Rate};
 use bevy_ycocg_fb::{
-    FrameBufferFormat, MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer,
+    FrameBufferQuality, MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer,
 };
 
 use super::scene::Scene;
@@ -44,7 +44,7 @@ pub enum Kind {
     /// `bevy_wavelet_tex`, colours at a rate, or a material without maps.
     Wavelet(WaveletFilter, Option<Rate>),
     /// `bevy_ycocg_fb`.
-    Packed(YCoCgFrameBuffer),
+    FrameBuffer(FrameBufferQuality),
     /// `bevy_voxel_gi`.
     Gi(VoxelGiVolume),
 }
@@ -74,7 +74,7 @@ impl Configuration {
                     || volume.cascades != default.cascades
             }
             // Nothing is resolved.
-            Kind::Packed(packed) => packed.format != FrameBufferFormat::Rg11b10Ufloat,
+            Kind::FrameBuffer(quality) => *quality != FrameBufferQuality::Compact,
             _ => true,
         }
     }
@@ -126,8 +126,11 @@ fn wavelet_tex() -> impl Iterator<Item = Configuration> {
 }
 
 fn ycocg_fb() -> impl Iterator<Item = Configuration> {
-    let packed = |setting: &str, packed, scenes: &[Scene]| {
-        configuration("ycocg_fb", setting, Kind::Packed(packed), scenes)
+    let with_quality = |setting: &str, quality, scenes: &[Scene]| {
+        configuration("ycocg_fb", setting, Kind::FrameBuffer(quality), scenes)
+    };
+    let packed = |setting: &str, packed: YCoCgFrameBuffer, scenes: &[Scene]| {
+        with_quality(setting, packed.into(), scenes)
     };
     let with = |reconstruction| YCoCgFrameBuffer {
         reconstruction,
@@ -165,9 +168,9 @@ fn ycocg_fb() -> impl Iterator<Item = Configuration> {
             &[Scene::EightBits],
         ),
         packed("weighted resolve", weighted, &[Scene::Multisampled]),
-        packed(
+        with_quality(
             "rg11b10ufloat",
-            YCoCgFrameBuffer::with_format(FrameBufferFormat::Rg11b10Ufloat),
+            FrameBufferQuality::Compact,
             &Scene::MATERIALS,
         ),
     ]

@@ -13,7 +13,8 @@ use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
 use bevy_frugal_lab::metrics::error::mse;
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
 use bevy_ycocg_fb::{
-    CameraState, FallbackReason, FrameBufferReports, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+    CameraState, FallbackReason, FrameBufferQuality, FrameBufferReport, YCoCgFrameBuffer,
+    YCoCgFrameBufferPlugin,
 };
 use image::RgbImage;
 
@@ -203,14 +204,13 @@ fn without_its_anchor_the_frame_buffer_is_bevys() {
     let names = &["bevy_ycocg_fb/materials"];
     let mut app = is_like(scene, change, names, |app| {
         app.add_plugins(YCoCgFrameBufferPlugin);
-        cube(app, YCoCgFrameBuffer::default(), None, AlphaMode::Opaque);
+        let quality = FrameBufferQuality::from(YCoCgFrameBuffer::default());
+        cube(app, quality, None, AlphaMode::Opaque);
     });
     let world = app.world_mut();
-    let mut cameras = world.query_filtered::<Entity, With<YCoCgFrameBuffer>>();
-    let camera = cameras.single(world).expect("one camera");
-    let report = world.resource::<FrameBufferReports>().get(camera);
-    let state = report.and_then(|report| report.state);
-    let Some(CameraState::Fallback(FallbackReason::PatchRefused(text))) = state else {
+    let mut cameras = world.query::<&FrameBufferReport>();
+    let state = &cameras.single(world).expect("one camera").state;
+    let CameraState::Fallback(FallbackReason::PatchRefused(text)) = state else {
         panic!("{state:?}");
     };
     assert!(text.contains("bevy_ycocg_fb/materials"), "{text}");

@@ -1,11 +1,15 @@
-//! The reasons for which a camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer) is drawn as without it.
+//! The reasons for which a camera cannot use a format.
 
 use std::fmt;
 
+use bevy::prelude::*;
+
 use crate::settings::{FrameBufferFormat, PackedFormat};
 
-/// The reason for which a camera is drawn as without its component. Its text, by `Display`, names the remedy.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+/// The reason for which a camera cannot use a format. Its text, by `Display`, names the remedy.
+#[derive(Reflect, Clone, Debug, PartialEq, Eq, Hash)]
+#[reflect(Debug, Clone, PartialEq, Hash)]
+#[non_exhaustive]
 pub enum FallbackReason {
     /// The camera has no 3D main pass.
     Not3d,
@@ -13,25 +17,40 @@ pub enum FallbackReason {
     PatchRefused(String),
     /// A pipeline of this name, drawn by the camera, writes colours that are not packed.
     UnpackedPipeline(String),
+    /// A pipeline of this name, drawn by the camera, blends or masks colours in a way that packed ones cannot.
+    UnpackableBlending(String),
+    /// A pipeline of this name, drawn by the camera, has a target of another format.
+    FixedFormat(String),
+    /// A pipeline of this name turns alpha into coverage, which WebGPU refuses in a format without alpha.
+    AlphaToCoverage(String),
+    /// A system of this name draws in Bevy's main pass, in which a packed camera has no target.
+    MainPassSystem(String),
+    /// The renderer refused a frame in this format; the text is its error.
+    RefusedByRenderer(String),
     /// The camera uses deferred shading, whose lighting is not drawn by the packed main pass.
     DeferredPrepass,
     /// Screen-space reflections read the colour of the main pass.
     ScreenSpaceReflections,
     /// Order-independent transparency is resolved into Bevy's target.
     OrderIndependentTransparency,
-    /// The atmosphere is drawn into Bevy's target.
+    /// The atmosphere is drawn by a pipeline in Bevy's HDR format.
     Atmosphere,
+    /// `CameraMainTextureUsages` asks for storage, whose shaders name Bevy's HDR format. Only for
+    /// [`FrameBufferFormat::Rg11b10Ufloat`].
+    StorageUsage,
     /// Wireframes are drawn into Bevy's target.
     Wireframes,
     /// The resolution of the main pass differs from that of its target.
     ResolutionOverride,
     /// The camera does not clear its target and draws over its content.
     NoClear,
+    /// Bevy's MSAA writeback gives the camera the picture of an earlier one, in samples that it has not.
+    MsaaWriteback,
     /// A later camera does not clear the target and needs the samples of this one.
     ContinuedByMultisampled,
-    /// Another camera draws to the same target in another format, and one of the two continues the picture of
-    /// the other. Only for [`FrameBufferFormat::Rg11b10Ufloat`].
-    ContinuedInAnotherFormat,
+    /// Another camera shares the picture and does not use this format, for the reason in the text, if it has any.
+    /// Only for [`FrameBufferFormat::Rg11b10Ufloat`].
+    ContinuedInAnotherFormat(String),
     /// A plugin draws over the picture of the camera in a format of its own, as `bevy_egui` does. Only for
     /// [`FrameBufferFormat::Rg11b10Ufloat`].
     DrawnOver,
@@ -55,12 +74,36 @@ pub enum FallbackReason {
 impl fmt::Display for FallbackReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Not3d => f.write_str("it is not a `Camera3d`: remove `YCoCgFrameBuffer`"),
-            Self::PatchRefused(what) => write!(f, "{what}"),
+            Self::Not3d => f.write_str("it is not a `Camera3d`: remove `FrameBufferQuality`"),
+            Self::PatchRefused(what) => f.write_str(what),
             Self::UnpackedPipeline(name) => write!(
                 f,
                 "`{name}` writes unpacked colours: let its fragment shader end in Bevy's \
-                 `main_pass_post_lighting_processing` or in `bevy_ycocg_fb::shaders::pack::pack_fragment`"
+                 `main_pass_post_lighting_processing` or in `bevy_ycocg_fb::shaders::pack::pack_fragment`, \
+                 and change no colour after it"
+            ),
+            Self::UnpackableBlending(name) => write!(
+                f,
+                "`{name}` blends or masks colour channels, which packed colours do not have: use \
+                 `FrameBufferQuality::Compact`"
+            ),
+            Self::FixedFormat(name) => write!(
+                f,
+                "`{name}` is for targets of another format: give its pipeline the `target_format` of the view"
+            ),
+            Self::AlphaToCoverage(name) => write!(
+                f,
+                "`{name}` needs an alpha channel for `AlphaMode::AlphaToCoverage`: use `AlphaMode::Mask`"
+            ),
+            Self::MainPassSystem(name) => write!(
+                f,
+                "`{name}` draws in `Core3dSystems::MainPass`, which is replaced: use `FrameBufferQuality::Compact`, \
+                 or draw in `Core3dSystems::EarlyPostProcess`"
+            ),
+            Self::RefusedByRenderer(error) => write!(
+                f,
+                "the renderer refused a frame in its format. Give pipelines the `target_format` of the view, or \
+                 the camera `FrameBufferQuality::Exact`. {error}"
             ),
             Self::DeferredPrepass => f.write_str(
                 "deferred shading does not go through its main pass: remove `DeferredPrepass`",
@@ -72,8 +115,11 @@ impl fmt::Display for FallbackReason {
                 "`OrderIndependentTransparencySettings` resolves into Bevy's target: remove it",
             ),
             Self::Atmosphere => {
-                f.write_str("`Atmosphere` draws into Bevy's target: use a skybox instead")
+                f.write_str("`Atmosphere` draws into Bevy's HDR target: use a skybox instead")
             }
+            Self::StorageUsage => f.write_str(
+                "`CameraMainTextureUsages` has `STORAGE_BINDING`, for shaders that write Bevy's HDR format: remove it",
+            ),
             Self::Wireframes => f.write_str("wireframes draw into Bevy's target: hide them"),
             Self::ResolutionOverride => {
                 f.write_str("`MainPassResolutionOverride` is not supported: remove it")
@@ -81,13 +127,18 @@ impl fmt::Display for FallbackReason {
             Self::NoClear => f.write_str(
                 "`ClearColorConfig::None` draws over the content of the target: give it a clear colour",
             ),
-            Self::ContinuedByMultisampled => f.write_str(
-                "a later camera with `ClearColorConfig::None` continues its multisampled picture: \
-                 give both `Msaa::Off`",
+            Self::MsaaWriteback => f.write_str(
+                "`Camera::msaa_writeback` has it continue the picture of another camera in its samples: give \
+                 both `FrameBufferQuality::Compact`, or `MsaaWriteback::Off`",
             ),
-            Self::ContinuedInAnotherFormat => f.write_str(
-                "a camera with `ClearColorConfig::None` and another format shares its target: give both the \
-                 same format",
+            Self::ContinuedByMultisampled => f.write_str(
+                "a later camera of its target continues its multisampled picture: give both \
+                 `FrameBufferQuality::Compact`, or `Msaa::Off`",
+            ),
+            Self::ContinuedInAnotherFormat(why) => write!(
+                f,
+                "a camera that shares its picture does not use this format: give both the same \
+                 `FrameBufferQuality`. {why}"
             ),
             Self::DrawnOver => f.write_str(
                 "a plugin draws over its picture in a format of its own: give that plugin a camera of its own",

@@ -43,7 +43,9 @@ pub use fallback::FallbackReason;
 #[cfg(feature = "bevy")]
 pub use plugin::YCoCgFrameBufferPlugin;
 #[cfg(feature = "bevy")]
-pub use report::{CameraReport, CameraState, ColorMemory, FrameBufferReports};
+pub use report::{CameraState, ColorMemory, FrameBufferChanged, FrameBufferReport, RefusedFormat};
+#[cfg(feature = "bevy")]
+pub use settings::DefaultFrameBufferQuality;
 pub use settings::{
     FrameBufferFormat, FrameBufferQuality, MsaaResolve, PackedFormat, Reconstruction,
     YCoCgFrameBuffer,

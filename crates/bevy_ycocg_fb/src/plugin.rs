@@ -1,15 +1,16 @@
 //! The plugin, which registers what the other modules define.
 
-use bevy::{
-    prelude::*, render::extract_component::ExtractComponentPlugin, shader::load_shader_library,
-};
+use bevy::{prelude::*, shader::load_shader_library};
 
 use crate::{
-    material::MaterialPackingPlugin, pass::PackedPassPlugin, settings::YCoCgFrameBuffer,
+    material::MaterialPackingPlugin,
+    pass::PackedPassPlugin,
+    report::ReportPlugin,
+    settings::{DefaultFrameBufferQuality, FrameBufferQuality},
     view::PackedViewPlugin,
 };
 
-/// Lets cameras with a [`YCoCgFrameBuffer`] draw into fewer bytes.
+/// Lets cameras with a [`FrameBufferQuality`] draw into fewer bytes.
 ///
 /// An app without such a camera has no additional pass, texture or pipeline.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,11 +23,13 @@ impl Plugin for YCoCgFrameBufferPlugin {
         load_shader_library!(app, "shaders/dither.wesl");
         load_shader_library!(app, "shaders/rg11b10ufloat.wesl");
         load_shader_library!(app, "shaders/unorm8.wesl");
-        app.register_type::<YCoCgFrameBuffer>().add_plugins((
-            ExtractComponentPlugin::<YCoCgFrameBuffer>::default(),
-            MaterialPackingPlugin,
-            PackedViewPlugin,
-            PackedPassPlugin,
-        ));
+        app.register_type::<FrameBufferQuality>()
+            .register_type::<DefaultFrameBufferQuality>()
+            .add_plugins((
+                ReportPlugin,
+                MaterialPackingPlugin,
+                PackedViewPlugin,
+                PackedPassPlugin,
+            ));
     }
 }

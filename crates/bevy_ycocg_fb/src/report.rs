@@ -2,38 +2,58 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use bevy::{ecs::entity::EntityHashMap, prelude::*};
+use bevy::{ecs::entity::EntityHashMap, platform::collections::HashSet, prelude::*};
 
-use crate::fallback::FallbackReason;
+use crate::{
+    fallback::FallbackReason,
+    settings::{DefaultFrameBufferQuality, FrameBufferFormat, FrameBufferQuality, PackedFormat},
+};
 
-/// Reports on the state of each camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer) and on the
-/// memory of all cameras, in the last rendered frame.
-#[derive(Resource, Clone, Debug, Default)]
-pub struct FrameBufferReports(Arc<Mutex<EntityHashMap<CameraReport>>>);
-
-/// The report on one camera.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct CameraReport {
-    /// Whether the camera uses its format; `None` without the component, and until Bevy's shaders are loaded.
-    pub state: Option<CameraState>,
+/// What became of a camera's [`FrameBufferQuality`] in the last frame that was drawn. Component of every camera
+/// with a quality, which the plugin adds and updates before `Update`.
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Eq)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct FrameBufferReport {
+    /// How the camera is drawn.
+    pub state: CameraState,
+    /// The formats that were preferred to that of `state`, in the order of preference, and why they are not used.
+    pub refused: Vec<RefusedFormat>,
     /// Memory of the camera's colour textures.
     pub memory: ColorMemory,
 }
 
-/// The state of a camera with a [`YCoCgFrameBuffer`](crate::YCoCgFrameBuffer).
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// How a camera is drawn.
+#[derive(Reflect, Clone, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum CameraState {
-    /// The camera draws packed colours.
-    Packed,
-    /// Bevy's passes draw the camera in [`FrameBufferFormat::Rg11b10Ufloat`](crate::FrameBufferFormat).
+    /// No frame has been drawn yet, or Bevy's shaders are still loading.
+    #[default]
+    Pending,
+    /// The camera has Bevy's format, as it should have.
+    Exact,
+    /// The camera draws packed colours in this format.
+    Packed(PackedFormat),
+    /// Bevy's passes draw the camera in [`FrameBufferFormat::Rg11b10Ufloat`].
     Rg11b10Ufloat,
-    /// The camera draws as without the component, for this reason.
+    /// The camera has Bevy's format because it cannot use any of its quality, the last one for this reason.
     Fallback(FallbackReason),
+}
+
+/// A format that a camera cannot use.
+#[derive(Reflect, Clone, Debug, PartialEq, Eq)]
+#[reflect(Debug, Clone, PartialEq)]
+pub struct RefusedFormat {
+    /// The format.
+    pub format: FrameBufferFormat,
+    /// Why the camera cannot use it.
+    pub reason: FallbackReason,
 }
 
 /// Memory of the colour textures that a camera draws to, in bytes as allocated. Cameras with the same
 /// target share the textures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
 pub struct ColorMemory {
     /// Bytes of the packed texture with one sample per pixel.
     pub packed: u64,
@@ -52,25 +72,87 @@ impl ColorMemory {
     }
 }
 
-impl FrameBufferReports {
-    /// Returns the report on a camera, by its entity in the main world.
-    pub fn get(&self, camera: Entity) -> Option<CameraReport> {
-        self.lock().get(&camera).cloned()
+/// Message that the state of a camera's [`FrameBufferReport`] has changed.
+#[derive(Message, Clone, Debug, PartialEq, Eq)]
+pub struct FrameBufferChanged {
+    /// The camera.
+    pub camera: Entity,
+    /// Its new state.
+    pub state: CameraState,
+}
+
+/// The reports of the last frame, by camera in the main world. The render world replaces them as a whole, so that
+/// the main world never sees those of half a frame.
+#[derive(Resource, Clone, Debug, Default)]
+pub(crate) struct RenderedReports(Arc<Mutex<EntityHashMap<FrameBufferReport>>>);
+
+impl RenderedReports {
+    pub(crate) fn publish(&self, reports: EntityHashMap<FrameBufferReport>) {
+        *self.lock() = reports;
     }
 
-    pub(crate) fn clear(&self) {
-        self.lock().clear();
-    }
-
-    pub(crate) fn set_state(&self, camera: Entity, state: CameraState) {
-        self.lock().entry(camera).or_default().state = Some(state);
-    }
-
-    pub(crate) fn set_memory(&self, camera: Entity, memory: ColorMemory) {
-        self.lock().entry(camera).or_default().memory = memory;
-    }
-
-    fn lock(&self) -> MutexGuard<'_, EntityHashMap<CameraReport>> {
+    fn lock(&self) -> MutexGuard<'_, EntityHashMap<FrameBufferReport>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Adds the components and the message.
+pub(crate) struct ReportPlugin;
+
+impl Plugin for ReportPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_required_components::<FrameBufferQuality, FrameBufferReport>()
+            .register_type::<FrameBufferReport>()
+            .add_message::<FrameBufferChanged>()
+            .init_resource::<RenderedReports>()
+            .add_systems(First, (require_reports, update_reports).chain());
+    }
+}
+
+/// Gives a report to cameras that have the quality of the app, and takes it from those without any.
+fn require_reports(
+    mut commands: Commands,
+    default: Option<Res<DefaultFrameBufferQuality>>,
+    missing: Query<Entity, (With<Camera3d>, Without<FrameBufferReport>)>,
+    unused: Query<Entity, (With<FrameBufferReport>, Without<FrameBufferQuality>)>,
+) {
+    if default.is_some() {
+        for camera in &missing {
+            commands.entity(camera).insert(FrameBufferReport::default());
+        }
+    } else {
+        for camera in &unused {
+            commands.entity(camera).remove::<FrameBufferReport>();
+        }
+    }
+}
+
+fn update_reports(
+    mut cameras: Query<(Entity, Option<&Name>, &mut FrameBufferReport)>,
+    rendered: Res<RenderedReports>,
+    mut changes: MessageWriter<FrameBufferChanged>,
+    mut logged: Local<HashSet<(Entity, FallbackReason)>>,
+) {
+    if cameras.is_empty() {
+        return;
+    }
+    let rendered = rendered.lock();
+    for (camera, name, mut report) in &mut cameras {
+        let Some(new) = rendered.get(&camera).filter(|&new| *new != *report) else {
+            continue;
+        };
+        if new.state != report.state {
+            changes.write(FrameBufferChanged {
+                camera,
+                state: new.state.clone(),
+            });
+            if let CameraState::Fallback(reason) = &new.state
+                && logged.insert((camera, reason.clone()))
+            {
+                let name = name.map_or_else(|| camera.to_string(), |name| format!("`{name}`"));
+                warn!("camera {name} does not use its FrameBufferQuality: {reason}");
+            }
+        }
+        *report = new.clone();
     }
 }

@@ -1,66 +1,94 @@
-//! Settings of the packed frame buffer, per camera.
+//! Settings of a camera's frame buffer.
 
 #[cfg(feature = "bevy")]
-use bevy::{
-    prelude::*,
-    render::{RenderApp, extract_component::ExtractComponent},
-};
+use bevy::prelude::*;
 
-/// Component of a camera that draws into fewer bytes than Bevy's `Rgba16Float`.
+/// The dial from exact to small, by bytes of colour. Component of a camera.
 ///
-/// Materials, lights and effects stay unchanged. [`FrameBufferQuality`] has the settings for a number of bytes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Materials, lights and effects stay unchanged. A camera that cannot use a format is drawn as without the
+/// component, and its [`FrameBufferReport`](crate::FrameBufferReport) has the reason. Cameras that draw on top of
+/// the picture of this one, such as that of a view model, take its format with it unless they have a quality of
+/// their own. [`DefaultFrameBufferQuality`](crate::DefaultFrameBufferQuality) is for all cameras without the
+/// component.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",
-    derive(Component, Reflect, ExtractComponent),
-    extract_app(RenderApp),
-    reflect(Component, Default, Debug, Clone, PartialEq)
+    derive(Component, Reflect),
+    reflect(Component, Default, Debug, Clone, PartialEq, Hash)
+)]
+pub enum FrameBufferQuality {
+    /// Bevy's own target, 8 bytes per sample with `Hdr`.
+    #[default]
+    Exact,
+    /// [`FrameBufferFormat::Rg11b10Ufloat`], 4 bytes per sample.
+    Compact,
+    /// [`PackedFormat::Unorm8`], 2 bytes per sample, for cameras without `Hdr`; else as `Compact`.
+    Smallest,
+    /// A packed format with its settings, and nothing else.
+    Packed(YCoCgFrameBuffer),
+}
+
+impl FrameBufferQuality {
+    /// Returns the formats in the order in which they are tried for a camera with or without `Hdr`; if none of them
+    /// can be used, the camera has Bevy's.
+    pub fn formats(self, hdr: bool) -> Vec<FrameBufferFormat> {
+        use FrameBufferFormat::{Packed, Rg11b10Ufloat};
+        match self {
+            Self::Exact => vec![],
+            Self::Compact => vec![Rg11b10Ufloat],
+            // Without `Hdr`, Bevy's own format takes no more bytes than three small floats.
+            Self::Smallest if !hdr => vec![Packed(PackedFormat::Unorm8)],
+            Self::Smallest => vec![Packed(PackedFormat::Unorm8), Rg11b10Ufloat],
+            Self::Packed(settings) => vec![Packed(settings.format)],
+        }
+    }
+
+    /// Returns the settings with which the camera is packed, if it is.
+    pub fn packed_settings(self) -> YCoCgFrameBuffer {
+        match self {
+            Self::Packed(settings) => settings,
+            _ => YCoCgFrameBuffer::with_format(PackedFormat::Unorm8),
+        }
+    }
+}
+
+impl From<YCoCgFrameBuffer> for FrameBufferQuality {
+    fn from(settings: YCoCgFrameBuffer) -> Self {
+        Self::Packed(settings)
+    }
+}
+
+/// The quality of all cameras in 3D that have no [`FrameBufferQuality`] of their own. Resource of an app.
+#[cfg(feature = "bevy")]
+#[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
+pub struct DefaultFrameBufferQuality(pub FrameBufferQuality);
+
+/// The settings of a packed frame buffer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Reflect),
+    reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
 pub struct YCoCgFrameBuffer {
     /// The format of the colours. Default: [`PackedFormat::Float16`].
-    pub format: FrameBufferFormat,
+    pub format: PackedFormat,
     /// The filter that reconstructs the missing chrominance of packed colours. Default:
     /// [`Reconstruction::Wide`], which has the best quality on most measured scenes.
     pub reconstruction: Reconstruction,
-    /// The weights by which the packed samples of a pixel are averaged. Default: [`MsaaResolve::Box`].
+    /// The weights by which the packed samples of a pixel are averaged. Default: [`MsaaResolve::Box`]. The colours
+    /// of [`PackedFormat::Unorm8`] are tone-mapped already, so that both are the same there.
     pub msaa_resolve: MsaaResolve,
 }
 
 impl YCoCgFrameBuffer {
     /// Returns the default settings with another format.
-    pub fn with_format(format: impl Into<FrameBufferFormat>) -> Self {
+    pub fn with_format(format: PackedFormat) -> Self {
         Self {
-            format: format.into(),
+            format,
             ..Self::default()
         }
-    }
-}
-
-/// The dial from exact to small, by bytes of colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Debug, Clone, PartialEq, Hash)
-)]
-pub enum FrameBufferQuality {
-    /// Bevy's own target, 8 bytes per sample with `Hdr`.
-    Exact,
-    /// [`FrameBufferFormat::Rg11b10Ufloat`], 4 bytes per sample.
-    Compact,
-    /// [`PackedFormat::Unorm8`], 2 bytes per sample, only for cameras without `Hdr`.
-    Smallest,
-}
-
-impl FrameBufferQuality {
-    /// Returns the component that a camera of this quality has; [`FrameBufferQuality::Exact`] needs none.
-    pub fn frame_buffer(self) -> Option<YCoCgFrameBuffer> {
-        let format = match self {
-            Self::Exact => return None,
-            Self::Compact => FrameBufferFormat::Rg11b10Ufloat,
-            Self::Smallest => PackedFormat::Unorm8.into(),
-        };
-        Some(YCoCgFrameBuffer::with_format(format))
     }
 }
 

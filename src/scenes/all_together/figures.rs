@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_voxel_gi::{VoxelGiReport, VoxelGiState};
-use bevy_ycocg_fb::{CameraState, FrameBufferReports};
+use bevy_ycocg_fb::{CameraState, FrameBufferReport};
 
 use crate::{
     headless::AwaitedWork,
@@ -24,8 +24,7 @@ pub fn show(
     settings: Res<SceneSettings>,
     textures: Res<TextureBytes>,
     light: Res<VoxelGiReport>,
-    frames: Res<FrameBufferReports>,
-    cameras: Query<(Entity, &Side), With<Camera>>,
+    cameras: Query<(&FrameBufferReport, &Side), With<Camera>>,
     mut memory: ResMut<MemoryFigures>,
     mut notes: ResMut<Notes>,
     mut work: ResMut<AwaitedWork>,
@@ -37,22 +36,21 @@ pub fn show(
     figure("textures after", textures.after);
     figure("volume before", 0);
     figure("volume after", light.memory);
-    for (camera, side) in &cameras {
-        // A frame may still be drawn, on another thread; a camera that the line leaves no room
-        // keeps its figures.
-        let report = frames.get(camera).filter(|r| r.memory.total() > 0);
-        let Some(report) = report else { continue };
+    for (report, side) in &cameras {
+        if report.state == CameraState::Pending {
+            continue;
+        }
         let taken = report.memory.total();
         match side {
             Side::Before => figure("frame buffer before", taken),
             Side::After => figure("frame buffer after", taken),
         };
         if *side == Side::After {
-            let text = match report.state {
-                Some(CameraState::Rg11b10Ufloat) => "three small floats".into(),
-                Some(CameraState::Packed) => "packed".into(),
-                Some(CameraState::Fallback(reason)) => format!("as Bevy draws it: {reason}"),
-                None => "Bevy's".into(),
+            let text = match &report.state {
+                CameraState::Rg11b10Ufloat => "three small floats".into(),
+                CameraState::Packed(_) => "packed".into(),
+                CameraState::Fallback(reason) => format!("as Bevy draws it: {reason}"),
+                _ => "Bevy's".into(),
             };
             texts.0.insert("frame buffer:".into(), text);
         }

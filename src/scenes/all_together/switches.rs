@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_voxel_gi::VoxelGiVolume;
-use bevy_ycocg_fb::YCoCgFrameBuffer;
+use bevy_ycocg_fb::{FrameBufferQuality, YCoCgFrameBuffer};
 
 use super::hall;
 use crate::{
@@ -46,11 +46,11 @@ pub fn configure_cameras(
     for (camera, side) in &cameras {
         let on = |switch| *side == Side::After && settings.toggle(switch);
         let mut camera = commands.entity(camera);
-        if on("ycocg_fb") {
-            camera.insert(YCoCgFrameBuffer::default());
+        camera.insert(if on("ycocg_fb") {
+            FrameBufferQuality::from(YCoCgFrameBuffer::default())
         } else {
-            camera.remove::<YCoCgFrameBuffer>();
-        }
+            FrameBufferQuality::Exact
+        });
         camera.insert(AmbientLight {
             color: Color::linear_rgb(1.0, 0.97, 0.92),
             brightness: if on("voxel_gi") { 0.0 } else { hall::AMBIENT },

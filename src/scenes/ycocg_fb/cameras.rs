@@ -2,7 +2,7 @@
 
 use bevy::{camera::Hdr, prelude::*};
 use bevy_ycocg_fb::{
-    FrameBufferFormat, MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer,
+    FrameBufferQuality, MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer,
 };
 
 use crate::{
@@ -20,7 +20,7 @@ pub fn apply_settings(
     if !settings.is_changed() && new.is_empty() {
         return;
     }
-    let frame_buffer = frame_buffer(&settings);
+    let quality = quality(&settings);
     let hdr = settings.toggle("hdr");
     let msaa = match settings.choice("msaa") {
         "4x" => Msaa::Sample4,
@@ -31,9 +31,12 @@ pub fn apply_settings(
         camera.insert(msaa);
         let hdr = match side {
             // What a packed camera without `Hdr` is to look like: it blends scene-linear values.
-            Side::Before => hdr || frame_buffer.format != PackedFormat::Unorm8.into(),
+            Side::Before => {
+                camera.insert(FrameBufferQuality::Exact);
+                hdr || settings.choice("format") != "unorm8"
+            }
             Side::After => {
-                camera.insert(frame_buffer);
+                camera.insert(quality);
                 hdr
             }
         };
@@ -45,14 +48,15 @@ pub fn apply_settings(
     }
 }
 
-fn frame_buffer(settings: &SceneSettings) -> YCoCgFrameBuffer {
-    YCoCgFrameBuffer {
-        format: match settings.choice("format") {
-            "float32" => PackedFormat::Float32.into(),
-            "unorm8" => PackedFormat::Unorm8.into(),
-            "rg11b10ufloat" => FrameBufferFormat::Rg11b10Ufloat,
-            _ => PackedFormat::Float16.into(),
-        },
+fn quality(settings: &SceneSettings) -> FrameBufferQuality {
+    let format = match settings.choice("format") {
+        "float32" => PackedFormat::Float32,
+        "unorm8" => PackedFormat::Unorm8,
+        "rg11b10ufloat" => return FrameBufferQuality::Compact,
+        _ => PackedFormat::Float16,
+    };
+    FrameBufferQuality::Packed(YCoCgFrameBuffer {
+        format,
         reconstruction: match settings.choice("reconstruction") {
             "nearest" => Reconstruction::Nearest,
             "bilinear" => Reconstruction::Bilinear,
@@ -65,5 +69,5 @@ fn frame_buffer(settings: &SceneSettings) -> YCoCgFrameBuffer {
             "tone_map_weighted" => MsaaResolve::ToneMapWeighted,
             _ => MsaaResolve::Box,
         },
-    }
+    })
 }

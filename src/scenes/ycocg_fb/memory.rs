@@ -1,7 +1,7 @@
 //! The reports of the plugin as figures and notes.
 
 use bevy::prelude::*;
-use bevy_ycocg_fb::{CameraState, FrameBufferReports};
+use bevy_ycocg_fb::{CameraState, FrameBufferReport};
 
 use crate::runner::{MemoryFigures, Notes, SceneSettings, Side};
 
@@ -13,9 +13,8 @@ const COUNTED: &str = "memory:";
 /// Fills in what the cameras at the split took in the last frame. A camera that the line leaves no
 /// room keeps its figures until a setting changes.
 pub fn show(
-    reports: Res<FrameBufferReports>,
     settings: Res<SceneSettings>,
-    cameras: Query<(Entity, &Side), With<Camera>>,
+    cameras: Query<(&FrameBufferReport, &Side), With<Camera>>,
     mut memory: ResMut<MemoryFigures>,
     mut notes: ResMut<Notes>,
 ) {
@@ -25,18 +24,15 @@ pub fn show(
         figures.0.clear();
         texts.0.clear();
     }
-    for (camera, side) in &cameras {
-        let Some(report) = reports.get(camera) else {
+    for (report, side) in &cameras {
+        if report.state == CameraState::Pending {
             continue;
-        };
+        }
         let name = match side {
             Side::Before => "before",
             Side::After => "after",
         };
         let taken = report.memory;
-        if taken.total() == 0 {
-            continue; // The frame is still being drawn, on another thread.
-        }
         for (row, bytes) in [
             ("main", taken.main),
             ("main MSAA", taken.main_multisampled),
@@ -46,16 +42,13 @@ pub fn show(
         ] {
             figures.0.insert(format!("{row} {name}"), bytes);
         }
-        match report.state {
-            Some(CameraState::Packed) => texts.0.insert(STATE.into(), "packed".into()),
-            Some(CameraState::Rg11b10Ufloat) => texts
-                .0
-                .insert(STATE.into(), "drawn by Bevy in Rg11b10Ufloat".into()),
-            Some(CameraState::Fallback(reason)) => texts
-                .0
-                .insert(STATE.into(), format!("as Bevy draws it: {reason}")),
-            None => None,
+        let text = match &report.state {
+            CameraState::Packed(_) => "packed".into(),
+            CameraState::Rg11b10Ufloat => "drawn by Bevy in Rg11b10Ufloat".into(),
+            CameraState::Fallback(reason) => format!("as Bevy draws it: {reason}"),
+            _ => continue,
         };
+        texts.0.insert(STATE.into(), text);
     }
     texts.0.insert(
         COUNTED.into(),

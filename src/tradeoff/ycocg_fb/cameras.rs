@@ -1,10 +1,7 @@
 //! The cameras whose cost is measured, by name.
 
 use bevy::{render::render_resource::TextureFormat, utils::default};
-use bevy_ycocg_fb::{
-    FrameBufferFormat::{self, Rg11b10Ufloat as RG11B10UFLOAT},
-    PackedFormat, Reconstruction, YCoCgFrameBuffer,
-};
+use bevy_ycocg_fb::{FrameBufferQuality, PackedFormat, Reconstruction, YCoCgFrameBuffer};
 
 use super::settings::REFERENCE;
 
@@ -18,17 +15,26 @@ pub struct Camera {
     pub hdr: bool,
     /// A target of this format in place of the picture.
     pub target: Option<TextureFormat>,
-    pub packed: Option<YCoCgFrameBuffer>,
+    pub quality: FrameBufferQuality,
 }
 
 impl Camera {
     fn packed(name: &'static str, bytes: u32, hdr: bool, packed: YCoCgFrameBuffer) -> Self {
+        Self::with_quality(name, bytes, hdr, packed.into())
+    }
+
+    fn with_quality(
+        name: &'static str,
+        bytes: u32,
+        hdr: bool,
+        quality: FrameBufferQuality,
+    ) -> Self {
         Self {
             name,
             bytes,
             hdr,
             target: None,
-            packed: Some(packed),
+            quality,
         }
     }
 
@@ -38,26 +44,16 @@ impl Camera {
             bytes,
             hdr: false,
             target: Some(target),
-            packed: None,
+            quality: FrameBufferQuality::Exact,
         }
     }
-}
-
-fn with_format(format: FrameBufferFormat) -> YCoCgFrameBuffer {
-    YCoCgFrameBuffer::with_format(format)
 }
 
 /// Bevy's own, what a user would pick today, and the plugin's: resolved to Bevy's HDR texture, or tone-mapped.
 pub fn cameras() -> Vec<Camera> {
     vec![
-        Camera {
-            name: REFERENCE,
-            bytes: 8,
-            hdr: true,
-            target: None,
-            packed: None,
-        },
-        Camera::packed("rg11b10ufloat", 4, true, with_format(RG11B10UFLOAT)),
+        Camera::with_quality(REFERENCE, 8, true, FrameBufferQuality::Exact),
+        Camera::with_quality("rg11b10ufloat", 4, true, FrameBufferQuality::Compact),
         Camera::packed("packed_hdr", 4, true, default()),
         Camera::packed("packed_fused", 4, false, default()),
     ]
@@ -90,14 +86,14 @@ pub fn all_cameras() -> Vec<Camera> {
             "packed_unorm8",
             2,
             false,
-            with_format(PackedFormat::Unorm8.into()),
+            YCoCgFrameBuffer::with_format(PackedFormat::Unorm8),
         ),
         Camera::target("rgba32float", 16, TextureFormat::Rgba32Float),
         Camera::packed(
             "packed_float32",
             8,
             true,
-            with_format(PackedFormat::Float32.into()),
+            YCoCgFrameBuffer::with_format(PackedFormat::Float32),
         ),
     ]);
     all

@@ -1,7 +1,7 @@
 //! The frames of a camera: scene-linear, and as a display shows them.
 
 use bevy::{core_pipeline::tonemapping::Tonemapping, prelude::*};
-use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{FrameBufferQuality, YCoCgFrameBufferPlugin};
 use image::RgbImage;
 
 use super::scenes::TestScene;
@@ -20,17 +20,17 @@ pub fn hdr_frame(scene: &TestScene, size: [u32; 2]) -> Result<Rgba32FImage, Head
 }
 
 /// What a display shows of Bevy's own camera, with Bevy's default tone mapping, and then of the
-/// same camera packed in each of these ways.
+/// same camera in each of these qualities.
 pub fn display_frames(
     scene: &TestScene,
     size: [u32; 2],
-    packed: &[YCoCgFrameBuffer],
+    qualities: &[FrameBufferQuality],
 ) -> Result<(RgbImage, Vec<RgbImage>), HeadlessError> {
     let tonemapping = Tonemapping::default();
     let (mut app, camera) = scene_app(scene, size, TargetFormat::Srgb8, tonemapping)?;
     let bevy = app.capture_rgb8()?;
-    let packed = packed.iter().map(|&settings| {
-        app.world_mut().entity_mut(camera).insert(settings);
+    let packed = qualities.iter().map(|&quality| {
+        app.world_mut().entity_mut(camera).insert(quality);
         app.render_frames(SETTLING_FRAMES)?;
         app.capture_rgb8()
     });

@@ -10,7 +10,7 @@ use bevy::{
     core_pipeline::tonemapping::Tonemapping,
     prelude::*,
 };
-use bevy_ycocg_fb::{CameraState, FrameBufferReports, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{CameraState, FrameBufferQuality, FrameBufferReport, YCoCgFrameBufferPlugin};
 use indicatif::ProgressBar;
 
 use super::cameras::{Camera, cameras, filters};
@@ -135,13 +135,13 @@ fn app(
     spawn_layers(world, load, size);
     let entity = spawn_camera(world, camera, load.msaa, size);
     app.run_until_ready(MAX_FRAMES)?;
-    let reports = app.world().resource::<FrameBufferReports>();
-    let report = reports.get(entity).unwrap_or_default();
+    let report = app.world().get::<FrameBufferReport>(entity);
+    let report = report.cloned().unwrap_or_default();
     let uses_format = matches!(
         report.state,
-        Some(CameraState::Packed | CameraState::Rg11b10Ufloat)
+        CameraState::Packed(_) | CameraState::Rg11b10Ufloat
     );
-    if camera.packed.is_some() && !uses_format {
+    if camera.quality != FrameBufferQuality::Exact && !uses_format {
         return Ok(None);
     }
     Ok(Some((app, report.memory.total())))
@@ -185,8 +185,6 @@ fn spawn_camera(world: &mut World, camera: Camera, msaa: Msaa, size: [u32; 2]) -
         // `pixel_camera` has no tone mapping.
         None => spawned.insert(Tonemapping::default()),
     };
-    if let Some(packed) = camera.packed {
-        spawned.insert(packed);
-    }
+    spawned.insert(camera.quality);
     entity
 }

@@ -118,12 +118,12 @@ pub fn scene_rows(
     let cameras: Vec<_> = settings
         .iter()
         .filter_map(|setting| match setting.picture {
-            Picture::Camera { packed, .. } => Some((setting, packed)),
+            Picture::Camera { quality, .. } => Some((setting, quality)),
             Picture::SceneLinear(_) | Picture::Display(_) => None,
         })
         .collect();
-    let packed: Vec<_> = cameras.iter().map(|(_, packed)| *packed).collect();
-    let (bevy, pictures) = display_frames(scene, size, &packed)?;
+    let qualities: Vec<_> = cameras.iter().map(|(_, quality)| *quality).collect();
+    let (bevy, pictures) = display_frames(scene, size, &qualities)?;
     for ((setting, _), picture) in cameras.iter().zip(&pictures) {
         rows.push(row(scene.name, setting, &bevy, picture)?);
     }

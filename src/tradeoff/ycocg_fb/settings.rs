@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_ycocg_fb::{
-    FrameBufferFormat, PackedFormat, Reconstruction, YCoCgFrameBuffer,
+    FrameBufferQuality, PackedFormat, Reconstruction, YCoCgFrameBuffer,
     reference::{
         PackedImage, color::linear_from_srgb, color::srgb_from_linear, rg11b10ufloat::dithered,
     },
@@ -38,7 +38,7 @@ pub enum Picture {
     Display(fn(&Frame) -> Frame),
     /// By a camera of the plugin, and where there is no scene on the CPU.
     Camera {
-        packed: YCoCgFrameBuffer,
+        quality: FrameBufferQuality,
         /// From a scene-linear frame to another.
         store: fn(&Frame) -> Frame,
     },
@@ -60,10 +60,10 @@ pub fn settings() -> Vec<Setting> {
         bytes_per_pixel: 4.0,
         fetches,
         picture: Picture::Camera {
-            packed: YCoCgFrameBuffer {
+            quality: FrameBufferQuality::Packed(YCoCgFrameBuffer {
                 reconstruction,
                 ..default()
-            },
+            }),
             store,
         },
     };
@@ -91,7 +91,7 @@ pub fn settings() -> Vec<Setting> {
             bytes_per_pixel: 8.0,
             fetches: 4.0,
             picture: Picture::Camera {
-                packed: YCoCgFrameBuffer::with_format(PackedFormat::Float32),
+                quality: YCoCgFrameBuffer::with_format(PackedFormat::Float32).into(),
                 store: |f| stored(f, PackedFormat::Float32, Reconstruction::default()),
             },
         },
@@ -100,7 +100,7 @@ pub fn settings() -> Vec<Setting> {
             bytes_per_pixel: 4.0,
             fetches: 1.0,
             picture: Picture::Camera {
-                packed: YCoCgFrameBuffer::with_format(FrameBufferFormat::Rg11b10Ufloat),
+                quality: FrameBufferQuality::Compact,
                 store: |f| Frame::from_fn(f.size, |x, y| dithered(f.at(x, y), x, y)),
             },
         },

@@ -25,7 +25,7 @@ use bevy::{
 use bevy_ewa::material::patches::ALL as PATCHES;
 use bevy_frugal_hooks::ShaderPatches;
 use bevy_voxel_gi::VoxelGiReport;
-use bevy_ycocg_fb::{CameraState, FrameBufferReports};
+use bevy_ycocg_fb::{CameraState, FrameBufferReport};
 
 /// Rows of whole 256 bytes: the copy that is read back has no padding.
 const SIZE: Extent3d = Extent3d {
@@ -123,8 +123,7 @@ fn judge(
     mut commands: Commands,
     mut exit: MessageWriter<AppExit>,
     frames: Res<Frames>,
-    cameras: Query<Entity, With<Camera3d>>,
-    frame_buffers: Res<FrameBufferReports>,
+    cameras: Query<&FrameBufferReport, With<Camera3d>>,
     light: Res<VoxelGiReport>,
     patches: Res<ShaderPatches>,
 ) {
@@ -140,9 +139,8 @@ fn judge(
         "no light bounces",
     );
     expect(patches.all_applied(PATCHES), "materials are not filtered");
-    for camera in &cameras {
-        let state = frame_buffers.get(camera).and_then(|report| report.state);
-        let is_packed = state == Some(CameraState::Packed);
+    for FrameBufferReport { state, .. } in &cameras {
+        let is_packed = matches!(state, CameraState::Packed(_));
         expect(is_packed, &format!("the camera is not packed: {state:?}"));
     }
     let errors = ERRORS.load(Ordering::Relaxed);

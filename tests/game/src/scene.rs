@@ -14,7 +14,7 @@ use bevy_wavelet_tex::{
     codec::{encoder::encode_rgb8, settings::EncodeSettings},
     material::storage_on,
 };
-use bevy_ycocg_fb::YCoCgFrameBuffer;
+use bevy_ycocg_fb::{FrameBufferQuality, YCoCgFrameBuffer};
 
 use crate::headless::Target;
 
@@ -33,7 +33,7 @@ pub fn spawn(
         RenderTarget::Image(target.0.clone().into()),
         Hdr,
         Bloom::NATURAL,
-        YCoCgFrameBuffer::default(),
+        FrameBufferQuality::Packed(YCoCgFrameBuffer::default()),
         Transform::from_xyz(2.0, 1.6, 3.0).looking_at(Vec3::new(0.0, 0.5, 0.0), Vec3::Y),
     ));
     commands.spawn((

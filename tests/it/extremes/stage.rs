@@ -19,7 +19,7 @@ use bevy_wavelet_tex::{
     },
     material::storage_on,
 };
-use bevy_ycocg_fb::{YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{FrameBufferQuality, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
 use image::RgbaImage;
 
 /// The camera of the stage.
@@ -175,9 +175,9 @@ pub fn switch(world: &mut World, [wavelet, packed, ewa, light]: [bool; 4]) {
     for eye in all::<With<Eye>>(world) {
         let mut eye = world.entity_mut(eye);
         if packed {
-            eye.insert(YCoCgFrameBuffer::default());
+            eye.insert(FrameBufferQuality::from(YCoCgFrameBuffer::default()));
         } else {
-            eye.remove::<YCoCgFrameBuffer>();
+            eye.remove::<FrameBufferQuality>();
         }
     }
     let volumes = all::<With<VoxelGiVolume>>(world);

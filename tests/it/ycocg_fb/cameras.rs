@@ -9,10 +9,10 @@ use bevy::{
     },
 };
 use bevy_frugal_lab::headless::LabTarget;
-use bevy_ycocg_fb::{Reconstruction, YCoCgFrameBuffer};
+use bevy_ycocg_fb::{FrameBufferQuality, Reconstruction, YCoCgFrameBuffer};
 use image::RgbImage;
 
-use super::scene::{Studio, keep, lit_scene, psnr};
+use super::scene::{Studio, keep, lit_scene, packing, psnr};
 use crate::support::gpu;
 
 #[test]
@@ -92,9 +92,9 @@ fn split_screen_at_odd_offsets_any_of_them_packed() {
                         camera.remove::<Hdr>();
                     }
                     if packed {
-                        camera.insert(YCoCgFrameBuffer::default());
+                        camera.insert(packing());
                     } else {
-                        camera.remove::<YCoCgFrameBuffer>();
+                        camera.remove::<FrameBufferQuality>();
                     }
                 }
                 studio.picture()
@@ -130,7 +130,7 @@ fn a_camera_without_the_component_is_untouched_by_one_with_it() {
     world.spawn((
         Camera3d::default(),
         RenderTarget::Image(ImageRenderTarget::from(image)),
-        YCoCgFrameBuffer::default(),
+        packing(),
         Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
     ));
     assert!(studio.picture() == reference, "the picture changed");
@@ -189,10 +189,10 @@ impl Mirror {
     fn picture(&mut self, packed: bool) -> RgbImage {
         let mut camera = self.studio.app.world_mut().entity_mut(self.camera);
         if packed {
-            camera.insert(YCoCgFrameBuffer::default());
-            self.studio.packed(YCoCgFrameBuffer::default())
+            camera.insert(packing());
+            self.studio.packed(packing())
         } else {
-            camera.remove::<YCoCgFrameBuffer>();
+            camera.remove::<FrameBufferQuality>();
             self.studio.plain()
         }
     }

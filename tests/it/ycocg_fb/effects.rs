@@ -21,9 +21,8 @@ use bevy::{
     },
 };
 use bevy::{asset::RenderAssetUsages, ecs::system::EntityCommands};
-use bevy_ycocg_fb::YCoCgFrameBuffer;
 
-use super::scene::{Studio, clear_to, keep, lit_scene, psnr};
+use super::scene::{Studio, clear_to, keep, lit_scene, packing, psnr};
 use crate::support::gpu;
 
 /// Configures the camera and demands a PSNR for each of `Hdr` and fused, where they apply.
@@ -53,7 +52,7 @@ fn check_in(
         let Some(wanted) = wanted else {
             continue;
         };
-        let packed = studio.mode(hdr, msaa).packed(YCoCgFrameBuffer::default());
+        let packed = studio.mode(hdr, msaa).packed(packing());
         keep(&format!("{name}_packed_{hdr}"), &packed);
         let found = psnr(&reference, &packed);
         println!("{name} hdr {hdr}: {found:.2} dB");
@@ -88,7 +87,7 @@ fn effects_that_need_hdr() {
 #[test]
 fn temporal_anti_aliasing() {
     let _gpu = gpu();
-    let frame_buffers = [None, Some(YCoCgFrameBuffer::default())];
+    let frame_buffers = [None, Some(packing())];
     let [reference, picture] = frame_buffers.map(|frame_buffer| {
         let mut studio = Studio::new(lit_scene);
         studio.mode(true, Msaa::Off).camera(|camera| {
@@ -139,7 +138,7 @@ fn a_user_interface_over_the_picture() {
     });
     for hdr in [true, false] {
         let plain = studio.mode(hdr, Msaa::Sample4).plain();
-        let packed = studio.packed(YCoCgFrameBuffer::default());
+        let packed = studio.packed(packing());
         // Drawn after the resolve: the same to the last bit.
         for picture in [&plain, &packed] {
             assert_eq!(picture.get_pixel(20, 10).0, [255, 0, 153], "hdr {hdr}");
@@ -287,7 +286,7 @@ fn a_skybox() {
         let reference = studio.mode(true, msaa).plain();
         keep("skybox_plain", &reference);
         for hdr in [true, false] {
-            let packed = studio.mode(hdr, msaa).packed(YCoCgFrameBuffer::default());
+            let packed = studio.mode(hdr, msaa).packed(packing());
             keep("skybox_packed", &packed);
             let found = psnr(&reference, &packed);
             println!("skybox {msaa:?} hdr {hdr}: {found:.2} dB");

@@ -26,16 +26,17 @@ use bevy::{
 };
 use bevy_frugal_lab::headless::LabTarget;
 use bevy_ycocg_fb::{
-    CameraState, FallbackReason as Reason, FrameBufferReports, PackedFormat, YCoCgFrameBuffer,
+    CameraState, FallbackReason as Reason, FrameBufferQuality, FrameBufferReport, PackedFormat,
+    YCoCgFrameBuffer,
 };
 
-use super::scene::{Studio, clear_to, lit_scene};
+use super::scene::{Studio, clear_to, lit_scene, packing};
 use crate::support::{gpu, skipped};
 
 /// The configured camera draws the same with and without the component, for this reason.
 fn check(
     studio: &mut Studio,
-    settings: YCoCgFrameBuffer,
+    quality: FrameBufferQuality,
     reason: Reason,
     configure: impl FnOnce(&mut EntityCommands),
     undress: impl FnOnce(&mut EntityCommands),
@@ -43,7 +44,7 @@ fn check(
     studio.camera(configure);
     let reference = studio.plain();
     studio.camera(|camera| {
-        camera.insert(settings);
+        camera.insert(quality);
     });
     let picture = studio.picture();
     // Without a clear colour each frame is drawn over the last.
@@ -53,18 +54,17 @@ fn check(
     assert_eq!(studio.state(), Some(CameraState::Fallback(reason)));
     // The obstacle gone, it packs.
     studio.camera(undress);
-    studio.packed(YCoCgFrameBuffer::default());
+    studio.packed(packing());
 }
 
 #[test]
 fn each_obstacle_is_named() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
-    let packing = YCoCgFrameBuffer::default();
     studio.mode(true, Msaa::Off);
     check(
         &mut studio,
-        packing,
+        packing(),
         Reason::DeferredPrepass,
         |camera| {
             camera.insert((DepthPrepass, DeferredPrepass));
@@ -75,7 +75,7 @@ fn each_obstacle_is_named() {
     );
     check(
         &mut studio,
-        packing,
+        packing(),
         Reason::NoClear,
         |camera| {
             clear_to(camera, ClearColorConfig::None);
@@ -86,7 +86,7 @@ fn each_obstacle_is_named() {
     );
     check(
         &mut studio,
-        packing,
+        packing(),
         Reason::TransparentBackground,
         |camera| {
             clear_to(camera, Color::NONE.into());
@@ -97,7 +97,7 @@ fn each_obstacle_is_named() {
     );
     check(
         &mut studio,
-        YCoCgFrameBuffer::with_format(PackedFormat::Unorm8),
+        YCoCgFrameBuffer::with_format(PackedFormat::Unorm8).into(),
         Reason::Unorm8WithHdr,
         |_| {},
         |_| {},
@@ -109,11 +109,11 @@ fn a_compositing_space_is_linear_for_3d_cameras() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Off);
-    let linear = studio.packed(YCoCgFrameBuffer::default());
+    let linear = studio.packed(packing());
     studio.camera(|camera| {
         camera.insert(CompositingSpace::Oklab);
     });
-    assert!(studio.packed(YCoCgFrameBuffer::default()) == linear);
+    assert!(studio.packed(packing()) == linear);
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn wireframes() {
     world.entity_mut(mesh).insert(Wireframe);
     let reference = studio.plain();
     studio.camera(|camera| {
-        camera.insert(YCoCgFrameBuffer::default());
+        camera.insert(packing());
     });
     assert!(studio.picture() == reference, "the picture changed");
     assert_eq!(
@@ -145,7 +145,7 @@ fn wireframes() {
         .world_mut()
         .entity_mut(mesh)
         .remove::<Wireframe>();
-    studio.packed(YCoCgFrameBuffer::default());
+    studio.packed(packing());
 }
 
 /// Checks a component of Bevy that uses the main pass; prepasses that it requires go with it.
@@ -153,7 +153,7 @@ fn check_component<C: Component + Default>(studio: &mut Studio, reason: Reason) 
     studio.mode(true, Msaa::Off);
     check(
         studio,
-        YCoCgFrameBuffer::default(),
+        packing(),
         reason,
         |camera| {
             camera.insert(C::default());
@@ -217,7 +217,7 @@ fn a_main_pass_smaller_than_its_target() {
     studio.mode(true, Msaa::Off);
     check(
         &mut studio,
-        YCoCgFrameBuffer::default(),
+        packing(),
         Reason::ResolutionOverride,
         |_| SMALLER.store(true, Ordering::Relaxed),
         |_| SMALLER.store(false, Ordering::Relaxed),
@@ -247,7 +247,7 @@ fn a_picture_that_another_camera_continues() {
         .id();
     let reference = studio.plain();
     studio.camera(|camera| {
-        camera.insert(YCoCgFrameBuffer::default());
+        camera.insert(packing());
     });
     assert!(studio.picture() == reference, "the picture changed");
     assert_eq!(
@@ -255,7 +255,7 @@ fn a_picture_that_another_camera_continues() {
         Some(CameraState::Fallback(Reason::ContinuedByMultisampled))
     );
     studio.app.world_mut().despawn(second);
-    studio.packed(YCoCgFrameBuffer::default());
+    studio.packed(packing());
 }
 
 #[test]
@@ -269,13 +269,11 @@ fn a_camera_of_two_dimensions() {
         .spawn((
             Camera2d,
             RenderTarget::Image(ImageRenderTarget::from(image)),
-            YCoCgFrameBuffer::default(),
+            packing(),
         ))
         .id();
     studio.picture();
-    let reports = studio.app.world().resource::<FrameBufferReports>();
-    assert_eq!(
-        reports.get(flat).and_then(|report| report.state),
-        Some(CameraState::Fallback(Reason::Not3d))
-    );
+    let report = studio.app.world().get::<FrameBufferReport>(flat);
+    let state = report.map(|report| report.state.clone());
+    assert_eq!(state, Some(CameraState::Fallback(Reason::Not3d)));
 }

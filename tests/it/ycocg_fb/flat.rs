@@ -13,7 +13,9 @@ use bevy::{
 use bevy_frugal_lab::headless::{
     HeadlessApp, HeadlessSettings, LabTarget, TargetFormat, pixel_camera,
 };
-use bevy_ycocg_fb::{CameraState, FrameBufferReports, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{
+    CameraState, FrameBufferQuality, FrameBufferReport, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+};
 
 /// Cameras that see one unlit quad each, scene-linear.
 pub struct Flat {
@@ -119,19 +121,18 @@ impl Flat {
 
     /// What the first camera makes of its colours, all of them packed.
     pub fn packed(&mut self, settings: YCoCgFrameBuffer) -> Vec<[f32; 3]> {
-        self.colors(settings, CameraState::Packed)
+        self.colors(settings.into(), CameraState::Packed(settings.format))
     }
 
     /// What the first camera makes of its colours, all of them in this state.
-    pub fn colors(&mut self, settings: YCoCgFrameBuffer, wanted: CameraState) -> Vec<[f32; 3]> {
+    pub fn colors(&mut self, quality: FrameBufferQuality, wanted: CameraState) -> Vec<[f32; 3]> {
         for &camera in &self.cameras {
-            self.app.world_mut().entity_mut(camera).insert(settings);
+            self.app.world_mut().entity_mut(camera).insert(quality);
         }
         self.app.render_frames(3).expect("three frames");
-        let reports = self.app.world().resource::<FrameBufferReports>();
         for &camera in &self.cameras {
-            let state = reports.get(camera).and_then(|report| report.state);
-            assert_eq!(state.as_ref(), Some(&wanted));
+            let report = self.app.world().get::<FrameBufferReport>(camera);
+            assert_eq!(report.map(|report| &report.state), Some(&wanted));
         }
         let picture = self.app.capture_f32().expect("a picture");
         let [width, height] = self.size;

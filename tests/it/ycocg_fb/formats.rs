@@ -6,12 +6,14 @@ use bevy::{
     render::view::Msaa,
 };
 use bevy_ycocg_fb::{
-    CameraState, ColorMemory, FallbackReason, FrameBufferReports, MsaaResolve, PackedFormat,
+    CameraState, ColorMemory, FallbackReason, FrameBufferQuality, MsaaResolve, PackedFormat,
     YCoCgFrameBuffer,
 };
 use image::RgbImage;
 
-use super::scene::{Studio, bright_edge_scene, keep, lit_scene, psnr, srgb_image, supersampled};
+use super::scene::{
+    Studio, bright_edge_scene, keep, lit_scene, packing, psnr, srgb_image, supersampled,
+};
 use crate::support::{gpu, skipped};
 
 fn with(format: PackedFormat) -> YCoCgFrameBuffer {
@@ -109,13 +111,13 @@ fn memory_is_as_documented() {
     ] {
         studio.mode(hdr, msaa).rg11b10ufloat();
         assert_eq!(memory(&studio).total(), small_bytes * pixels);
-        studio.mode(hdr, msaa).plain();
+        studio.mode(hdr, msaa).quality(FrameBufferQuality::Exact);
         assert_eq!(
             memory(&studio).total(),
             plain_bytes * pixels,
             "{hdr} {msaa:?}"
         );
-        studio.packed(YCoCgFrameBuffer::default());
+        studio.packed(packing());
         assert_eq!(
             memory(&studio).total(),
             packed_bytes * pixels,
@@ -137,8 +139,7 @@ fn memory_is_as_documented() {
 }
 
 fn memory(studio: &Studio) -> ColorMemory {
-    let reports = studio.app.world().resource::<FrameBufferReports>();
-    reports.get(studio.camera).expect("a report").memory
+    studio.report().expect("a report").memory
 }
 
 #[test]
@@ -146,7 +147,7 @@ fn a_format_that_needs_no_hdr_says_so() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Off).camera(|camera| {
-        camera.insert(with(PackedFormat::Unorm8));
+        camera.insert(FrameBufferQuality::from(with(PackedFormat::Unorm8)));
     });
     studio.picture();
     let reason = FallbackReason::Unorm8WithHdr;

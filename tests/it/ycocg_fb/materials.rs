@@ -7,10 +7,10 @@ use bevy::{
     render::{render_resource::AsBindGroup, view::Msaa},
     shader::ShaderRef,
 };
-use bevy_ycocg_fb::{CameraState, FallbackReason, YCoCgFrameBuffer};
+use bevy_ycocg_fb::{CameraState, FallbackReason};
 use image::RgbImage;
 
-use super::scene::{Studio, keep, lit_scene, psnr};
+use super::scene::{Studio, keep, lit_scene, packing, psnr};
 use crate::support::gpu;
 
 /// The front of all: a tilted quad of some material before the lit scene.
@@ -45,7 +45,7 @@ fn check(name: &str, wanted_db: [f64; 2], scene: impl FnOnce(&mut App)) {
     let mut studio = Studio::new(scene);
     for (msaa, wanted) in [Msaa::Off, Msaa::Sample4].into_iter().zip(wanted_db) {
         let reference = studio.mode(true, msaa).plain();
-        let packed = studio.packed(YCoCgFrameBuffer::default());
+        let packed = studio.packed(packing());
         let found = psnr(&reference, &packed);
         println!("{name} {msaa:?}: {found:.2} dB");
         keep(&format!("{name}_{msaa:?}_plain"), &reference);
@@ -126,7 +126,7 @@ fn alpha_to_coverage_is_blending_in_the_mean() {
     keep("coverage_plain", &plain);
     for hdr in [true, false] {
         let packed = studio.mode(hdr, Msaa::Sample4);
-        let packed = packed.packed(YCoCgFrameBuffer::default());
+        let packed = packed.packed(packing());
         keep(&format!("coverage_packed_{hdr}"), &packed);
         let [ours, bevys] = [&packed, &plain].map(|picture| block_error(picture, &blended));
         println!("hdr {hdr}: {ours:.2} levels from blending, Bevy's own {bevys:.2}");
@@ -236,7 +236,7 @@ fn a_material_that_does_not_pack_is_named_and_the_camera_draws_as_bevy_does() {
     });
     let reference = studio.mode(true, Msaa::Off).plain();
     studio.camera(|camera| {
-        camera.insert(YCoCgFrameBuffer::default());
+        camera.insert(packing());
     });
     let picture = studio.picture();
     let Some(CameraState::Fallback(FallbackReason::UnpackedPipeline(name))) = studio.state() else {

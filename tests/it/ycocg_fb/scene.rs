@@ -13,7 +13,7 @@ use bevy_frugal_lab::{
     metrics::error::{mse, psnr_db},
 };
 use bevy_ycocg_fb::{
-    CameraState, FrameBufferFormat, FrameBufferReports, PackedFormat, YCoCgFrameBuffer,
+    CameraState, FrameBufferQuality, FrameBufferReport, PackedFormat, YCoCgFrameBuffer,
     YCoCgFrameBufferPlugin,
     reference::color::{linear_from_srgb, srgb_from_linear},
 };
@@ -90,29 +90,30 @@ impl Studio {
     /// The picture by Bevy itself.
     pub fn plain(&mut self) -> RgbImage {
         self.camera(|camera| {
-            camera.remove::<YCoCgFrameBuffer>();
+            camera.remove::<FrameBufferQuality>();
         });
         self.picture()
     }
 
     /// The picture of a packed camera; it must be one.
-    pub fn packed(&mut self, settings: YCoCgFrameBuffer) -> RgbImage {
-        self.camera(|camera| {
-            camera.insert(settings);
-        });
-        let picture = self.picture();
-        assert_eq!(self.state(), Some(CameraState::Packed));
+    pub fn packed(&mut self, settings: impl Into<FrameBufferQuality>) -> RgbImage {
+        let picture = self.quality(settings.into());
+        let state = self.state();
+        assert!(matches!(state, Some(CameraState::Packed(_))), "{state:?}");
         picture
+    }
+
+    /// The picture of a camera of this quality.
+    pub fn quality(&mut self, quality: FrameBufferQuality) -> RgbImage {
+        self.camera(|camera| {
+            camera.insert(quality);
+        });
+        self.picture()
     }
 
     /// The picture of a camera that Bevy draws in `Rg11b10Ufloat`; it must be one.
     pub fn rg11b10ufloat(&mut self) -> RgbImage {
-        self.camera(|camera| {
-            camera.insert(YCoCgFrameBuffer::with_format(
-                FrameBufferFormat::Rg11b10Ufloat,
-            ));
-        });
-        let picture = self.picture();
+        let picture = self.quality(FrameBufferQuality::Compact);
         assert_eq!(self.state(), Some(CameraState::Rg11b10Ufloat));
         picture
     }
@@ -141,9 +142,17 @@ impl Studio {
 
     /// What became of the camera.
     pub fn state(&self) -> Option<CameraState> {
-        let reports = self.app.world().resource::<FrameBufferReports>();
-        reports.get(self.camera).and_then(|report| report.state)
+        self.report().map(|report| report.state.clone())
     }
+
+    pub fn report(&self) -> Option<&FrameBufferReport> {
+        self.app.world().get(self.camera)
+    }
+}
+
+/// The quality of a packed camera with the default settings.
+pub fn packing() -> FrameBufferQuality {
+    YCoCgFrameBuffer::default().into()
 }
 
 fn small() -> HeadlessSettings {

@@ -4,9 +4,9 @@ use bevy::{
     prelude::*,
     render::{RenderApp, render_resource::PipelineCache, renderer::RenderDevice, view::Msaa},
 };
-use bevy_ycocg_fb::{PackedFormat, YCoCgFrameBuffer};
+use bevy_ycocg_fb::{FrameBufferQuality, PackedFormat, YCoCgFrameBuffer};
 
-use super::scene::{Studio, lit_scene};
+use super::scene::{Studio, lit_scene, packing};
 use crate::support::gpu;
 
 #[test]
@@ -16,15 +16,15 @@ fn the_ordinary_picture_is_back_on_the_next_frame() {
     for msaa in [Msaa::Off, Msaa::Sample4] {
         for hdr in [true, false] {
             let reference = studio.mode(hdr, msaa).plain();
-            let packed = studio.packed(YCoCgFrameBuffer::default());
+            let packed = studio.packed(packing());
             assert!(packed != reference);
             studio.camera(|camera| {
-                camera.remove::<YCoCgFrameBuffer>();
+                camera.remove::<FrameBufferQuality>();
             });
             studio.app.render_frames(1).expect("a frame");
             let after = studio.app.capture_rgb8().expect("a picture");
             assert!(after == reference, "{msaa:?} hdr {hdr}");
-            assert!(studio.packed(YCoCgFrameBuffer::default()) == packed);
+            assert!(studio.packed(packing()) == packed);
         }
     }
 }
@@ -39,12 +39,10 @@ fn a_thousand_switches_leave_nothing_behind() {
         studio.camera(|camera| {
             if switch % 2 == 0 {
                 let format = [PackedFormat::Float16, PackedFormat::Float32][switch / 2 % 2];
-                camera.insert(YCoCgFrameBuffer {
-                    format: format.into(),
-                    ..default()
-                });
+                let settings = YCoCgFrameBuffer::with_format(format);
+                camera.insert(FrameBufferQuality::from(settings));
             } else {
-                camera.remove::<YCoCgFrameBuffer>();
+                camera.remove::<FrameBufferQuality>();
             }
         });
         studio.app.render_frames(1).expect("a frame");

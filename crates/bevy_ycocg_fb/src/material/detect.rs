@@ -1,5 +1,5 @@
-//! Detection of the shaders that pack: they call the patched function of Bevy or the pack function
-//! itself, or import a module that does.
+//! Detection of the shaders that pack: they end in a call of the patched function of Bevy, of the pack function
+//! itself, or of a function that does.
 
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
@@ -8,6 +8,11 @@ use bevy::{
     prelude::*,
     shader::{Shader, ShaderImport, Source},
 };
+
+use super::final_call::{Packing, packing};
+
+/// The pack function, and that of Bevy which is patched to end in it.
+const PACKING: [&str; 2] = ["main_pass_post_lighting_processing", "pack_fragment"];
 
 /// The shaders that pack the colours that they write. The main world and the render world share it.
 #[derive(Resource, Clone, Debug, Default)]
@@ -40,14 +45,12 @@ pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<Pa
     if !shaders.is_changed() {
         return;
     }
-    let modules: HashMap<&ShaderImport, &Shader> = shaders
+    let all: Vec<_> = shaders.iter().collect();
+    let packs = shaders_that_pack(&all.iter().map(|(_, shader)| *shader).collect::<Vec<_>>());
+    let found: HashSet<_> = all
         .iter()
-        .map(|(_, shader)| (&shader.import_path, shader))
-        .collect();
-    let found: HashSet<_> = shaders
-        .iter()
-        .filter(|(_, shader)| packs(shader, &modules, &mut HashSet::new()))
-        .map(|(id, _)| id)
+        .zip(packs)
+        .filter_map(|((id, _), packs)| packs.then_some(*id))
         .collect();
     if packing.read().shaders != found {
         let mut packing = packing.0.write().unwrap_or_else(PoisonError::into_inner);
@@ -56,32 +59,43 @@ pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<Pa
     }
 }
 
-fn packs<'a>(
-    shader: &'a Shader,
-    modules: &HashMap<&ShaderImport, &'a Shader>,
-    visited: &mut HashSet<&'a ShaderImport>,
-) -> bool {
-    calls_pack(shader)
-        || shader.imports.iter().any(|import| {
-            visited.insert(import)
-                && modules
-                    .get(import)
-                    .is_some_and(|module| packs(module, modules, visited))
-        })
-}
-
-/// Whether a shader calls one of the functions that pack and does not define it.
-fn calls_pack(shader: &Shader) -> bool {
-    let (Source::Wesl(source) | Source::Wgsl(source)) = &shader.source else {
-        return false;
-    };
-    let calls = |function: &str| {
-        source.contains(&format!("{function}(")) && !source.contains(&format!("fn {function}("))
-    };
-    // Bevy's module that defines the first function is patched to call the second, but a shader that
-    // imports this module for another item does not pack.
-    let defines_first = source.contains("fn main_pass_post_lighting_processing(");
-    calls("main_pass_post_lighting_processing") || (!defines_first && calls("pack_fragment"))
+/// Returns whether the fragment shaders of each shader pack. Functions pack that end in a call of another one that
+/// does, in the same shader or in one that it imports.
+fn shaders_that_pack(shaders: &[&Shader]) -> Vec<bool> {
+    let mut functions: HashMap<&ShaderImport, HashSet<String>> = HashMap::default();
+    loop {
+        let found: Vec<_> = shaders
+            .iter()
+            .map(|shader| {
+                let imported = shader.imports.iter().filter_map(|path| functions.get(path));
+                let names: std::collections::HashSet<_> = imported
+                    .flatten()
+                    .map(String::as_str)
+                    .chain(PACKING)
+                    .collect();
+                match &shader.source {
+                    // Most shaders mention none of them, and are not parsed.
+                    Source::Wesl(source) | Source::Wgsl(source)
+                        if names.iter().any(|&name| source.contains(name)) =>
+                    {
+                        packing(source, &names)
+                    }
+                    _ => Packing::default(),
+                }
+            })
+            .collect();
+        let mut grown = false;
+        let fragments = found.iter().map(|packing| packing.fragment).collect();
+        for (shader, packing) in shaders.iter().zip(found) {
+            let known = functions.entry(&shader.import_path).or_default();
+            for function in packing.functions {
+                grown |= known.insert(function);
+            }
+        }
+        if !grown {
+            return fragments;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -93,27 +107,28 @@ mod tests {
             .iter()
             .map(|(path, source)| Shader::from_wesl((*source).to_owned(), *path))
             .collect();
-        let modules = shaders.iter().map(|s| (&s.import_path, s)).collect();
-        shaders
-            .iter()
-            .map(|s| packs(s, &modules, &mut HashSet::new()))
-            .collect()
+        shaders_that_pack(&shaders.iter().collect::<Vec<_>>())
     }
 
     #[test]
-    fn shaders_pack_that_call_pack_or_import_a_module_that_does() {
+    fn shaders_pack_that_end_in_a_call_of_pack_or_of_a_function_that_does() {
         let library = "import bevy_ycocg_fb::shaders::pack::pack_fragment;\n\
             fn main_pass_post_lighting_processing(c: vec4<f32>) -> vec4<f32> {\n\
             return pack_fragment(c, c); }";
         let lit = "import bevy_pbr::render::pbr_functions::main_pass_post_lighting_processing;\n\
-            fn f() { x = main_pass_post_lighting_processing(c); }";
-        let own = "import bevy_ycocg_fb::shaders::pack::pack_fragment;\n\
-            fn f() { x = pack_fragment(c, p); }";
+            @fragment fn f() -> O { return main_pass_post_lighting_processing(c); }";
+        let own = "import bevy_ycocg_fb::shaders::pack::pack_fragment as pack;\n\
+            @fragment fn f() -> O { let x = pack(c, p); return x; }";
         let module = "import bevy_pbr::render::pbr_functions as fns;\n\
-            fn shade() { x = fns::main_pass_post_lighting_processing(c); }";
-        let through = "import package::shade::shade;\nfn f() { x = shade(); }";
-        let raw = "import bevy_pbr::render::pbr_functions::alpha_discard;\nfn f() { return c; }";
-        let plain = "@fragment fn f() -> @location(0) vec4<f32> { return vec4(1.0); }";
+            fn shade() -> vec4<f32> { return fns::main_pass_post_lighting_processing(c); }\n\
+            fn other() -> vec4<f32> { return vec4(1.0); }";
+        let through = "import package::shade::shade;\n@fragment fn f() -> O { return shade(); }";
+        let beside =
+            "import package::shade::{other, shade};\n@fragment fn f() -> O { return other(); }";
+        let brighter =
+            "import package::shade::shade;\n@fragment fn f() -> O { return 2.0 * shade(); }";
+        let raw = "import bevy_pbr::render::pbr_functions::alpha_discard;\n\
+            @fragment fn f() -> O { return c; }";
         assert_eq!(
             found(&[
                 ("embedded://bevy_pbr/render/pbr_functions.wesl", library),
@@ -121,10 +136,11 @@ mod tests {
                 ("own.wesl", own),
                 ("shade.wesl", module),
                 ("through.wesl", through),
+                ("beside.wesl", beside),
+                ("brighter.wesl", brighter),
                 ("raw.wesl", raw),
-                ("plain.wesl", plain),
             ]),
-            [false, true, true, true, true, false, false]
+            [false, true, true, false, true, false, false, false]
         );
     }
 }

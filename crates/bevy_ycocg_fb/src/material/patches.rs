@@ -1,5 +1,6 @@
 //! Inserts a call into each of Bevy's shaders that write colour to the main pass. It packs that colour
-//! under the shader def `YCOCG_FB_PACK` and does nothing without it.
+//! under the shader def `YCOCG_FB_PACK` and does nothing without it. The shader of temporal anti-aliasing rounds
+//! what it writes to a target of three small floats in the same way as materials do, with dither.
 
 use bevy_frugal_hooks::{Insertion, ShaderPatch};
 
@@ -47,6 +48,15 @@ pub fn patches() -> Vec<ShaderPatch> {
                 "fn skybox_fragment(",
                 "vec4(out.rgb * uniforms.brightness, out.a)",
                 "in.position",
+            ),
+        ),
+        patch(
+            "bevy_ycocg_fb/taa",
+            "bevy_anti_alias::taa::taa",
+            packed(
+                "fn taa(",
+                "vec4(current_color, original_color.a)",
+                "vec4(uv * texture_size, 0.0, 1.0)",
             ),
         ),
         patch(

@@ -82,14 +82,11 @@ pub(crate) fn packs(descriptor: &RenderPipelineDescriptor, format: PackedFormat)
         .fragment
         .as_ref()
         .is_none_or(|fragment| fragment.shader_defs.contains(&PACK.into()));
-    has_def && has_packed_format(descriptor, format)
+    has_def && has_format(descriptor, format.into())
 }
 
-/// Whether the target of a pipeline has the format of the packed texture, whatever it writes.
-pub(crate) fn has_packed_format(
-    descriptor: &RenderPipelineDescriptor,
-    format: PackedFormat,
-) -> bool {
+/// Whether the target of a pipeline has the format, whatever it writes.
+pub(crate) fn has_format(descriptor: &RenderPipelineDescriptor, format: FrameBufferFormat) -> bool {
     let target = descriptor
         .fragment
         .as_ref()

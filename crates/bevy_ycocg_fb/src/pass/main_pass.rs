@@ -124,7 +124,7 @@ pub(super) fn packed_main_pass(
         }
         // A pipeline with another target format would be a validation error. Bevy draws this camera from
         // the next frame on.
-        if pipelines.all_have_packed_format {
+        if !pipelines.undrawable.contains(&entity) {
             if first {
                 if let Some(phase) = opaque.get(&id) {
                     log_draw_error(phase.render(&mut pass, world, entity), "opaque");
@@ -132,7 +132,8 @@ pub(super) fn packed_main_pass(
                 if let Some(phase) = alpha_mask.get(&id) {
                     log_draw_error(phase.render(&mut pass, world, entity), "alpha mask");
                 }
-                draw_skybox(&view, pipelines.skybox, &cache, &mut pass);
+                let skybox = pipelines.skyboxes.get(&entity).copied();
+                draw_skybox(&view, skybox, &cache, &mut pass);
             } else if let Some(phase) = transmissive {
                 let range = ranges[pass_index - 1].clone();
                 let drawn = phase.render_range(&mut pass, world, entity, range);

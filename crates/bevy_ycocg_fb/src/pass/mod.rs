@@ -1,20 +1,26 @@
-//! The main pass of a packed camera, and the resolve that ends it.
+//! The main pass of a packed camera, the resolve that ends it, and what cameras of all formats need.
 //!
 //! | module | contents |
 //! | --- | --- |
 //! | [`main_pass`] | opaque, masked, sky, transmissive and transparent phases, in Bevy's order |
-//! | [`phase_pipelines`] | whether the pipelines in the phases pack, and packing variants of those that can |
+//! | [`phase_pipelines`] | whether the pipelines in the phases write the format, and variants of those that can |
+//! | [`classify`] | whether a pipeline writes a format |
+//! | [`switch`] | the wait for pipelines when a view has switched formats |
+//! | [`taa`] | temporal anti-aliasing in `Rg11b10Ufloat` |
 //! | [`transmission`] | the steps in which transmissive objects are drawn |
 //! | [`clear`] | the clear colour |
 //! | [`resolve`] | reconstruction of colours from packed texels |
 //! | [`tone_map`] | tone mapping in the resolve |
 //! | [`skip_main_passes`] | skipping of Bevy's own main passes for packed cameras |
 
+mod classify;
 mod clear;
 mod main_pass;
 mod phase_pipelines;
 mod resolve;
 mod skip_main_passes;
+mod switch;
+pub(crate) mod taa;
 mod tone_map;
 mod transmission;
 
@@ -22,8 +28,11 @@ use bevy::{
     asset::embedded_asset,
     core_pipeline::{
         Core3d, Core3dSystems,
-        core_3d::{main_opaque_pass_3d, main_transparent_pass_3d},
+        core_3d::{
+            AlphaMask3d, Opaque3d, Transparent3d, main_opaque_pass_3d, main_transparent_pass_3d,
+        },
     },
+    pbr::Transmissive3d,
     prelude::*,
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
@@ -38,6 +47,7 @@ impl Plugin for PackedPassPlugin {
     fn build(&self, app: &mut App) {
         embedded_asset!(app, "clear.wesl");
         embedded_asset!(app, "resolve.wesl");
+        app.add_plugins(taa::TaaPlugin);
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
@@ -46,6 +56,10 @@ impl Plugin for PackedPassPlugin {
             .init_resource::<SpecializedRenderPipelines<clear::ClearPipeline>>()
             .init_resource::<clear::ClearUniforms>()
             .init_resource::<phase_pipelines::PhasePipelines>()
+            .init_resource::<phase_pipelines::HiddenBins<Opaque3d>>()
+            .init_resource::<phase_pipelines::HiddenBins<AlphaMask3d>>()
+            .init_resource::<phase_pipelines::ReplacedItems<Transmissive3d>>()
+            .init_resource::<phase_pipelines::ReplacedItems<Transparent3d>>()
             .init_resource::<skip_main_passes::SkippedView>()
             .add_systems(
                 RenderStartup,
@@ -57,14 +71,23 @@ impl Plugin for PackedPassPlugin {
                     (resolve::prepare_pipelines, clear::prepare)
                         .in_set(RenderSystems::PrepareResources),
                     resolve::prepare_bind_groups.in_set(RenderSystems::PrepareBindGroups),
+                    phase_pipelines::inspect_phases
+                        .after(RenderSystems::PhaseSort)
+                        .before(RenderSystems::Prepare),
+                    (
+                        phase_pipelines::inspect_skyboxes,
+                        switch::wait_for_pipelines,
+                    )
+                        .chain()
+                        .after(RenderSystems::Prepare)
+                        .before(RenderSystems::Render),
+                    phase_pipelines::restore_phases.in_set(RenderSystems::Cleanup),
                 ),
             )
             .add_systems(
                 Core3d,
                 (
-                    phase_pipelines::pack_phase_pipelines,
                     main_pass::packed_main_pass,
-                    phase_pipelines::restore_phase_pipelines,
                     skip_main_passes::skip_main_passes,
                 )
                     .chain()

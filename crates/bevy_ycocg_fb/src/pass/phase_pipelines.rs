@@ -1,163 +1,362 @@
-//! Whether the pipelines in the phases of a packed view pack.
+//! Whether the pipelines in the phases of a view with another format write that format.
 //!
-//! The pipelines of materials pack since they were specialized. Others, of gizmos and of other plugins,
-//! get a variant with the packed format and the shader def if their shader packs. The variant replaces the
-//! original in the transparent phase. A pipeline that cannot pack is reported, and from the next frame on
-//! its camera draws as Bevy does.
+//! The pipelines of materials do since they were specialized. Others, of gizmos and of other plugins, get a variant
+//! with the format, and with the shader def if their shader packs. The variant replaces the original in the phases
+//! that are sorted. What cannot be drawn is left out of this frame and noted, and from the next frame on its camera
+//! has another format.
 
 use bevy::{
     core_pipeline::{
         core_3d::{AlphaMask3d, Opaque3d, Transparent3d},
         skybox::SkyboxPipelineId,
     },
+    ecs::entity::{EntityHashMap, EntityHashSet},
     pbr::Transmissive3d,
     platform::collections::HashMap,
     prelude::*,
     render::{
         render_phase::{
-            BinnedPhaseItem, BinnedRenderPhase, ViewBinnedRenderPhases, ViewSortedRenderPhases,
+            BinnedPhaseItem, BinnedRenderPhase, CachedRenderPipelinePhaseItem, NonMeshEntities,
+            SortedPhaseItem, SortedRenderPhase, UnbatchableBinnedEntities, ViewBinnedRenderPhases,
+            ViewSortedRenderPhases,
         },
         render_resource::{CachedRenderPipelineId, PipelineCache},
-        renderer::ViewQuery,
+        renderer::RenderAdapterInfo,
+        settings::Backends,
         sync_world::MainEntity,
-        view::ExtractedView,
+        view::{ExtractedView, RetainedViewEntity},
     },
 };
 
+use super::classify::{Pipeline, classify};
 use crate::{
-    material::{
-        detect::PackingShaders,
-        pipeline::{has_packed_format, pack, packs},
-    },
-    settings::PackedFormat,
-    view::packed::{PackedView, UnpackedPipelines},
+    material::detect::PackingShaders,
+    settings::FrameBufferFormat,
+    view::{eligibility::Formatted, packed::PackedView, refusals::Refusals},
 };
 
-/// Whether and how a pipeline can draw packed colours.
-#[derive(Clone, Debug)]
-enum Pipeline {
-    /// The pipeline packs.
-    Packs,
-    /// The shader of the pipeline can pack; this variant of it does.
-    Variant(CachedRenderPipelineId),
-    /// The pipeline does not pack.
-    Unpacked {
-        /// Path of the shader and label of the pipeline.
-        name: String,
-        /// Whether its target has the packed format, in which it would draw wrong colours.
-        has_packed_format: bool,
-    },
-}
-
-/// The pipelines classified so far, and the results for the view that is being drawn.
+/// The pipelines classified so far, and what this frame does not draw.
 #[derive(Resource, Default)]
 pub(crate) struct PhasePipelines {
-    known: HashMap<(CachedRenderPipelineId, PackedFormat), Pipeline>,
+    known: HashMap<(CachedRenderPipelineId, FrameBufferFormat), Pipeline>,
     /// Generation of the shaders for which `known` is valid.
     generation: u64,
-    /// Whether all pipelines in the phases have the packed format as their target.
-    pub all_have_packed_format: bool,
-    /// The pipeline of the sky, if it packs.
-    pub skybox: Option<CachedRenderPipelineId>,
-    /// The pipelines that variants replaced. They are restored after the pass, because phases may outlive
-    /// a frame.
-    replaced: Vec<(ItemKey, CachedRenderPipelineId)>,
+    /// The packed views whose phases have meshes with a target of another format.
+    pub undrawable: EntityHashSet,
+    /// The pipelines of the sky of packed views, where they pack.
+    pub skyboxes: EntityHashMap<CachedRenderPipelineId>,
 }
 
-type ItemKey = (Entity, MainEntity);
-
-pub(super) fn pack_phase_pipelines(
-    view: ViewQuery<(
-        &PackedView,
-        &ExtractedView,
-        &MainEntity,
-        Option<&SkyboxPipelineId>,
+/// What is put back after the frame, because phases may outlive it.
+#[derive(Resource)]
+pub(crate) struct ReplacedItems<I> {
+    items: Vec<(RetainedViewEntity, (Entity, MainEntity), I)>,
+    pipelines: Vec<(
+        RetainedViewEntity,
+        (Entity, MainEntity),
+        CachedRenderPipelineId,
     )>,
-    opaque: Res<ViewBinnedRenderPhases<Opaque3d>>,
-    alpha_mask: Res<ViewBinnedRenderPhases<AlphaMask3d>>,
-    transmissive: Res<ViewSortedRenderPhases<Transmissive3d>>,
-    mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-    mut pipelines: ResMut<PhasePipelines>,
-    mut unpacked: ResMut<UnpackedPipelines>,
-    shaders: Res<PackingShaders>,
-    cache: Res<PipelineCache>,
-) {
-    let (packed, extracted, main_entity, sky) = view.into_inner();
-    let id = extracted.retained_view_entity;
-    let format = packed.format;
-    let pipelines = &mut *pipelines;
-    pipelines.remove_outdated(shaders.generation());
-    pipelines.all_have_packed_format = true;
-    pipelines.skybox = None;
+}
 
-    let mut found_unpacked = None;
-    let mut inspect = |pipeline, replaceable| {
-        let found = pipelines
-            .known
-            .entry((pipeline, format))
-            .or_insert_with(|| classify(pipeline, format, replaceable, &shaders, &cache));
-        match found {
-            Pipeline::Packs => Some(pipeline),
-            Pipeline::Variant(variant) => Some(*variant),
-            Pipeline::Unpacked {
-                name,
-                has_packed_format,
+impl<I> Default for ReplacedItems<I> {
+    fn default() -> Self {
+        Self {
+            items: Vec::new(),
+            pipelines: Vec::new(),
+        }
+    }
+}
+
+/// The bins that are put back after the frame.
+#[derive(Resource)]
+pub(crate) struct HiddenBins<I: BinnedPhaseItem> {
+    unbatchable: Vec<(RetainedViewEntity, BinKeys<I>, UnbatchableBinnedEntities)>,
+    others: Vec<(RetainedViewEntity, BinKeys<I>, NonMeshEntities)>,
+}
+
+type BinKeys<I> = (
+    <I as BinnedPhaseItem>::BatchSetKey,
+    <I as BinnedPhaseItem>::BinKey,
+);
+
+impl<I: BinnedPhaseItem> Default for HiddenBins<I> {
+    fn default() -> Self {
+        Self {
+            unbatchable: Vec::new(),
+            others: Vec::new(),
+        }
+    }
+}
+
+/// Classifies pipelines, and notes what those of a view cannot do.
+struct Inspector<'a> {
+    pipelines: &'a mut PhasePipelines,
+    refusals: &'a mut Refusals,
+    shaders: &'a PackingShaders,
+    cache: &'a mut PipelineCache,
+    is_web: bool,
+    camera: Entity,
+    format: FrameBufferFormat,
+}
+
+/// What is drawn of an item.
+enum Drawn {
+    /// The item with this pipeline.
+    With(CachedRenderPipelineId),
+    /// Nothing in this frame. The flag is whether its target has the format, so that drawing it is no error.
+    Not { has_format: bool },
+}
+
+impl Inspector<'_> {
+    fn inspect(&mut self, id: CachedRenderPipelineId, replaceable: bool) -> Drawn {
+        let key = (id, self.format);
+        if !self.pipelines.known.contains_key(&key) {
+            if self.cache.pipelines().nth(id.id()).is_none() {
+                // It was queued in this frame.
+                self.cache.process_queue();
+            }
+            let found = classify(
+                id,
+                self.format,
+                replaceable,
+                self.is_web,
+                self.shaders,
+                self.cache,
+            );
+            self.pipelines.known.insert(key, found);
+        }
+        match &self.pipelines.known[&key] {
+            Pipeline::Fits => Drawn::With(id),
+            Pipeline::Variant(variant) => Drawn::With(*variant),
+            Pipeline::Refused {
+                reason,
+                shader,
+                has_format,
             } => {
-                pipelines.all_have_packed_format &= *has_packed_format;
-                found_unpacked.get_or_insert_with(|| name.clone());
-                None
+                self.refusals
+                    .add(self.camera, self.format, reason.clone(), *shader);
+                Drawn::Not {
+                    has_format: *has_format,
+                }
             }
         }
-    };
-
-    for key in opaque.get(&id).into_iter().flat_map(batch_set_keys) {
-        inspect(key.pipeline, false);
-    }
-    for key in alpha_mask.get(&id).into_iter().flat_map(batch_set_keys) {
-        inspect(key.pipeline, false);
-    }
-    for item in transmissive
-        .get(&id)
-        .into_iter()
-        .flat_map(|p| p.items.values())
-    {
-        inspect(item.pipeline, false);
-    }
-    for (key, item) in transparent
-        .get_mut(&id)
-        .into_iter()
-        .flat_map(|p| &mut p.items)
-    {
-        if let Some(pipeline) = inspect(item.pipeline, true)
-            && pipeline != item.pipeline
-        {
-            pipelines.replaced.push((*key, item.pipeline));
-            item.pipeline = pipeline;
-        }
-    }
-    pipelines.skybox = sky.and_then(|sky| inspect(sky.0, true));
-
-    if let Some(name) = found_unpacked {
-        unpacked
-            .by_camera
-            .entry(main_entity.id())
-            .or_insert((packed.settings, name));
     }
 }
 
-/// Restores the pipelines that variants replaced in the transparent phase.
-pub(super) fn restore_phase_pipelines(
-    view: ViewQuery<&ExtractedView, With<PackedView>>,
+/// Inspects the phases of all views with another format, before they are batched.
+pub(super) fn inspect_phases(
+    views: Query<(Entity, &ExtractedView, &MainEntity, Option<&PackedView>), Formatted>,
+    mut opaque: ResMut<ViewBinnedRenderPhases<Opaque3d>>,
+    mut alpha_mask: ResMut<ViewBinnedRenderPhases<AlphaMask3d>>,
+    mut transmissive: ResMut<ViewSortedRenderPhases<Transmissive3d>>,
     mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
+    mut hidden: (
+        ResMut<HiddenBins<Opaque3d>>,
+        ResMut<HiddenBins<AlphaMask3d>>,
+    ),
+    mut replaced: (
+        ResMut<ReplacedItems<Transmissive3d>>,
+        ResMut<ReplacedItems<Transparent3d>>,
+    ),
     mut pipelines: ResMut<PhasePipelines>,
+    mut refusals: ResMut<Refusals>,
+    shaders: Res<PackingShaders>,
+    mut cache: ResMut<PipelineCache>,
+    adapter: Res<RenderAdapterInfo>,
 ) {
-    let phase = transparent.get_mut(&view.into_inner().retained_view_entity);
-    let Some(phase) = phase else {
+    pipelines.undrawable.clear();
+    if views.is_empty() {
         return;
+    }
+    pipelines.remove_outdated(shaders.generation());
+    for (entity, view, main_entity, packed) in &views {
+        let id = view.retained_view_entity;
+        let mut inspector = Inspector {
+            pipelines: &mut pipelines,
+            refusals: &mut refusals,
+            shaders: &shaders,
+            cache: &mut cache,
+            is_web: Backends::from(adapter.backend) == Backends::BROWSER_WEBGPU,
+            camera: main_entity.id(),
+            format: packed.map_or(FrameBufferFormat::Rg11b10Ufloat, |packed| {
+                packed.format.into()
+            }),
+        };
+        let mut drawable = true;
+        if let Some(phase) = opaque.get_mut(&id) {
+            let pipeline = |key: &<Opaque3d as BinnedPhaseItem>::BatchSetKey| key.pipeline;
+            drawable &= inspect_bins(id, phase, pipeline, &mut hidden.0, &mut inspector);
+        }
+        if let Some(phase) = alpha_mask.get_mut(&id) {
+            let pipeline = |key: &<AlphaMask3d as BinnedPhaseItem>::BatchSetKey| key.pipeline;
+            drawable &= inspect_bins(id, phase, pipeline, &mut hidden.1, &mut inspector);
+        }
+        if let Some(phase) = transmissive.get_mut(&id) {
+            inspect_items(
+                id,
+                phase,
+                |item| &mut item.pipeline,
+                &mut replaced.0,
+                &mut inspector,
+            );
+        }
+        if let Some(phase) = transparent.get_mut(&id) {
+            inspect_items(
+                id,
+                phase,
+                |item| &mut item.pipeline,
+                &mut replaced.1,
+                &mut inspector,
+            );
+        }
+        if !drawable {
+            pipelines.undrawable.insert(entity);
+        }
+    }
+}
+
+/// Hides what cannot be drawn. Returns whether the meshes that are left have the format.
+fn inspect_bins<I: BinnedPhaseItem>(
+    view: RetainedViewEntity,
+    phase: &mut BinnedRenderPhase<I>,
+    pipeline: impl Fn(&I::BatchSetKey) -> CachedRenderPipelineId,
+    hidden: &mut HiddenBins<I>,
+    inspector: &mut Inspector,
+) -> bool {
+    let batches = phase.batchable_meshes.keys().map(|(key, _)| key);
+    let drawable = phase
+        .multidrawable_meshes
+        .keys()
+        .chain(batches)
+        .map(|key| inspector.inspect(pipeline(key), false))
+        .all(|drawn| !matches!(drawn, Drawn::Not { has_format: false }));
+    let mut cannot_be_drawn = |keys: &BinKeys<I>| {
+        matches!(
+            inspector.inspect(pipeline(&keys.0), false),
+            Drawn::Not { .. }
+        )
     };
-    for (key, pipeline) in pipelines.replaced.drain(..) {
-        if let Some(item) = phase.items.get_mut(&key) {
-            item.pipeline = pipeline;
+    let keys: Vec<_> = phase.unbatchable_meshes.keys().cloned().collect();
+    for keys in keys.into_iter().filter(&mut cannot_be_drawn) {
+        if let Some(entities) = phase.unbatchable_meshes.shift_remove(&keys) {
+            hidden.unbatchable.push((view, keys, entities));
+        }
+    }
+    let keys: Vec<_> = phase.non_mesh_items.keys().cloned().collect();
+    for keys in keys.into_iter().filter(&mut cannot_be_drawn) {
+        if let Some(entities) = phase.non_mesh_items.shift_remove(&keys) {
+            hidden.others.push((view, keys, entities));
+        }
+    }
+    drawable
+}
+
+fn inspect_items<I: SortedPhaseItem + CachedRenderPipelinePhaseItem>(
+    view: RetainedViewEntity,
+    phase: &mut SortedRenderPhase<I>,
+    pipeline: impl Fn(&mut I) -> &mut CachedRenderPipelineId,
+    replaced: &mut ReplacedItems<I>,
+    inspector: &mut Inspector,
+) {
+    let mut removed = Vec::new();
+    for (key, item) in &mut phase.items {
+        let original = item.cached_pipeline();
+        match inspector.inspect(original, true) {
+            Drawn::With(id) if id == original => {}
+            Drawn::With(id) => {
+                replaced.pipelines.push((view, *key, original));
+                *pipeline(item) = id;
+            }
+            Drawn::Not { .. } => removed.push(*key),
+        }
+    }
+    for key in removed {
+        if let Some(item) = phase.items.shift_remove(&key) {
+            replaced.items.push((view, key, item));
+        }
+    }
+}
+
+/// Puts back what [`inspect_phases`] replaced.
+pub(super) fn restore_phases(
+    mut opaque: ResMut<ViewBinnedRenderPhases<Opaque3d>>,
+    mut alpha_mask: ResMut<ViewBinnedRenderPhases<AlphaMask3d>>,
+    mut transmissive: ResMut<ViewSortedRenderPhases<Transmissive3d>>,
+    mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
+    mut hidden: (
+        ResMut<HiddenBins<Opaque3d>>,
+        ResMut<HiddenBins<AlphaMask3d>>,
+    ),
+    mut replaced: (
+        ResMut<ReplacedItems<Transmissive3d>>,
+        ResMut<ReplacedItems<Transparent3d>>,
+    ),
+) {
+    restore_bins(&mut opaque, &mut hidden.0);
+    restore_bins(&mut alpha_mask, &mut hidden.1);
+    restore_items(
+        &mut transmissive,
+        |item| &mut item.pipeline,
+        &mut replaced.0,
+    );
+    restore_items(&mut transparent, |item| &mut item.pipeline, &mut replaced.1);
+}
+
+fn restore_bins<I: BinnedPhaseItem>(
+    phases: &mut ResMut<ViewBinnedRenderPhases<I>>,
+    hidden: &mut HiddenBins<I>,
+) {
+    for (view, keys, entities) in hidden.unbatchable.drain(..) {
+        if let Some(phase) = phases.get_mut(&view) {
+            phase.unbatchable_meshes.insert(keys, entities);
+        }
+    }
+    for (view, keys, entities) in hidden.others.drain(..) {
+        if let Some(phase) = phases.get_mut(&view) {
+            phase.non_mesh_items.insert(keys, entities);
+        }
+    }
+}
+
+fn restore_items<I: SortedPhaseItem>(
+    phases: &mut ResMut<ViewSortedRenderPhases<I>>,
+    pipeline: impl Fn(&mut I) -> &mut CachedRenderPipelineId,
+    replaced: &mut ReplacedItems<I>,
+) {
+    for (view, key, original) in replaced.pipelines.drain(..) {
+        let phase = phases.get_mut(&view);
+        if let Some(item) = phase.and_then(|phase| phase.items.get_mut(&key)) {
+            *pipeline(item) = original;
+        }
+    }
+    for (view, key, item) in replaced.items.drain(..) {
+        if let Some(phase) = phases.get_mut(&view) {
+            phase.items.insert(key, item);
+        }
+    }
+}
+
+/// Finds the pipelines of the sky of packed views, which Bevy chooses after the phases.
+pub(super) fn inspect_skyboxes(
+    views: Query<(Entity, &MainEntity, &PackedView, &SkyboxPipelineId)>,
+    mut pipelines: ResMut<PhasePipelines>,
+    mut refusals: ResMut<Refusals>,
+    shaders: Res<PackingShaders>,
+    mut cache: ResMut<PipelineCache>,
+) {
+    pipelines.skyboxes.clear();
+    for (entity, main_entity, packed, sky) in &views {
+        let mut inspector = Inspector {
+            pipelines: &mut pipelines,
+            refusals: &mut refusals,
+            shaders: &shaders,
+            cache: &mut cache,
+            is_web: false,
+            camera: main_entity.id(),
+            format: packed.format.into(),
+        };
+        if let Drawn::With(id) = inspector.inspect(sky.0, true) {
+            pipelines.skyboxes.insert(entity, id);
         }
     }
 }
@@ -170,49 +369,5 @@ impl PhasePipelines {
             self.known
                 .retain(|_, pipeline| matches!(pipeline, Pipeline::Variant(_)));
         }
-    }
-}
-
-/// Returns the batch set keys of all items in a phase.
-fn batch_set_keys<I: BinnedPhaseItem>(
-    phase: &BinnedRenderPhase<I>,
-) -> impl Iterator<Item = &I::BatchSetKey> {
-    let batchable = phase.batchable_meshes.keys().map(|(key, _)| key);
-    let unbatchable = phase.unbatchable_meshes.keys().map(|(key, _)| key);
-    let others = phase.non_mesh_items.keys().map(|(key, _)| key);
-    phase
-        .multidrawable_meshes
-        .keys()
-        .chain(batchable)
-        .chain(unbatchable)
-        .chain(others)
-}
-
-fn classify(
-    id: CachedRenderPipelineId,
-    format: PackedFormat,
-    replaceable: bool,
-    shaders: &PackingShaders,
-    cache: &PipelineCache,
-) -> Pipeline {
-    let descriptor = cache.get_render_pipeline_descriptor(id);
-    let shader = descriptor.fragment.as_ref().map(|f| &f.shader);
-    let shader_packs = shader.is_none_or(|shader| shaders.contains(shader.id()));
-    if shader_packs && packs(descriptor, format) {
-        return Pipeline::Packs;
-    }
-    if shader_packs && replaceable {
-        let mut variant = descriptor.clone();
-        pack(&mut variant, format);
-        return Pipeline::Variant(cache.queue_render_pipeline(variant));
-    }
-    let label = descriptor.label.as_deref().unwrap_or("unnamed pipeline");
-    let name = match shader.and_then(|shader| shader.path()) {
-        Some(path) => format!("{path} ({label})"),
-        None => label.to_owned(),
-    };
-    Pipeline::Unpacked {
-        name,
-        has_packed_format: has_packed_format(descriptor, format),
     }
 }

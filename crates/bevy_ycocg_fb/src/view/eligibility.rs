@@ -1,10 +1,10 @@
-//! The choice of the cameras that use their format.
+//! The choice of the cameras that use another format.
 
 use bevy::{
-    camera::ClearColorConfig,
-    core_pipeline::Core3d,
-    ecs::schedule::ScheduleLabel,
-    platform::collections::HashSet,
+    ecs::{
+        entity::{EntityHashMap, EntityHashSet},
+        system::SystemParam,
+    },
     prelude::*,
     render::{
         renderer::{RenderAdapter, RenderDevice},
@@ -13,108 +13,299 @@ use bevy::{
 };
 
 use super::{
-    candidate::{Cameras, Candidate, CandidateItem, MainWorldState},
+    candidate::{Candidate, CandidateItem, MainWorldState},
     capabilities::FormatSupport,
-    packed::{PackedView, UnpackedPipelines, packed_reason},
+    main_pass_systems::MainPassSystems,
+    packed::{PackedView, packed_reason, packed_stack_reason},
+    refusals::Refusals,
     rg11b10ufloat::{Rg11b10UfloatView, rg11b10ufloat_reason},
+    stack::{Layer, is_continued},
 };
 use crate::{
     fallback::FallbackReason,
     material::detect::PackingShaders,
-    report::{CameraState, FrameBufferReports},
-    settings::{FrameBufferFormat, YCoCgFrameBuffer},
+    report::{CameraState, RefusedFormat},
+    settings::{FrameBufferFormat, FrameBufferQuality},
 };
 
-/// The warnings that were already logged.
-#[derive(Resource, Debug, Default)]
-pub(super) struct LoggedFallbacks(HashSet<(Entity, FallbackReason)>);
-
 /// Filter of the views with another format.
-pub(super) type Formatted = Or<(With<PackedView>, With<Rg11b10UfloatView>)>;
+pub(crate) type Formatted = Or<(With<PackedView>, With<Rg11b10UfloatView>)>;
 
-/// Inserts [`PackedView`] or [`Rg11b10UfloatView`] for the cameras that can use their format, and removes them
-/// from the others.
-pub(super) fn select_views(
-    mut commands: Commands,
-    candidates: Query<Candidate>,
-    cameras: Cameras,
-    views: Query<&ExtractedView>,
-    former: Query<Entity, (Formatted, Without<YCoCgFrameBuffer>)>,
-    state: Res<MainWorldState>,
-    mut unpacked: ResMut<UnpackedPipelines>,
-    mut logged: ResMut<LoggedFallbacks>,
-    clear_color: Res<ClearColor>,
-    adapter: Res<RenderAdapter>,
-    device: Res<RenderDevice>,
-    shaders: Res<PackingShaders>,
-    reports: Res<FrameBufferReports>,
-) {
-    for entity in &former {
-        commands
-            .entity(entity)
-            .remove::<(PackedView, Rg11b10UfloatView)>();
+/// What was chosen in this frame, by camera in the main world.
+#[derive(Resource, Debug, Default)]
+pub(super) struct Decisions(pub EntityHashMap<(CameraState, Vec<RefusedFormat>)>);
+
+/// The views whose format is another than in the last frame.
+#[derive(Resource, Debug, Default)]
+pub(crate) struct SwitchedViews {
+    pub views: EntityHashSet,
+    former: EntityHashMap<Option<FrameBufferFormat>>,
+}
+
+/// What decides whether a camera can use a format.
+#[derive(SystemParam)]
+pub(super) struct Conditions<'w, 's> {
+    views: Query<'w, 's, &'static ExtractedView>,
+    state: Res<'w, MainWorldState>,
+    systems: Res<'w, MainPassSystems>,
+    clear_color: Res<'w, ClearColor>,
+    adapter: Res<'w, RenderAdapter>,
+    device: Res<'w, RenderDevice>,
+}
+
+/// A camera with the formats that are left for it to try.
+struct Choice<'a, 'w, 's> {
+    candidate: &'a CandidateItem<'w, 's>,
+    left: Vec<FrameBufferFormat>,
+    refused: Vec<RefusedFormat>,
+}
+
+impl Choice<'_, '_, '_> {
+    fn wish(&self) -> Option<FrameBufferFormat> {
+        self.left.first().copied()
     }
-    reports.clear();
-    unpacked.keep_current(&candidates, shaders.generation());
-    for candidate in &candidates {
-        let mut entity = commands.entity(candidate.entity);
-        if !state.patched && state.refused.is_none() {
-            // Bevy's shaders are still loading, as in the first frames.
-            entity.remove::<(PackedView, Rg11b10UfloatView)>();
-            continue;
+
+    fn refuse(&mut self, reason: FallbackReason) {
+        if !self.left.is_empty() {
+            let format = self.left.remove(0);
+            self.refused.push(RefusedFormat { format, reason });
         }
-        let format = candidate.settings.format;
-        let reason = common_reason(&candidate, &clear_color).or_else(|| match format {
-            FrameBufferFormat::Packed(format) => {
-                packed_reason(&candidate, format, &cameras, &state, &unpacked)
-            }
-            FrameBufferFormat::Rg11b10Ufloat => rg11b10ufloat_reason(&candidate, &cameras, &views),
-        });
-        let samples = candidate.msaa.samples();
-        let support = reason.map_or_else(
-            || FormatSupport::of(format, samples, &adapter, &device),
-            Err,
-        );
-        let main_entity = candidate.main_entity.id();
-        match support {
-            Ok(support) => {
-                let state = match format {
-                    FrameBufferFormat::Packed(format) => {
-                        let view = PackedView::new(&candidate, format, support);
-                        entity.remove::<Rg11b10UfloatView>().insert(view);
-                        CameraState::Packed
-                    }
-                    FrameBufferFormat::Rg11b10Ufloat => {
-                        entity.remove::<PackedView>().insert(Rg11b10UfloatView);
-                        CameraState::Rg11b10Ufloat
-                    }
-                };
-                reports.set_state(main_entity, state);
-            }
-            Err(reason) => {
-                entity.remove::<(PackedView, Rg11b10UfloatView)>();
-                reports.set_state(main_entity, CameraState::Fallback(reason.clone()));
-                if logged.0.insert((main_entity, reason.clone())) {
-                    warn!("camera {main_entity} does not use its YCoCgFrameBuffer: {reason}");
-                }
-            }
+    }
+
+    /// Refuses the formats that the camera cannot use by itself.
+    fn refuse_impossible(&mut self, conditions: &Conditions, refusals: &Refusals) {
+        while let Some(format) = self.wish()
+            && let Some(reason) = conditions.reason(self.candidate, format, refusals)
+        {
+            self.refuse(reason);
         }
     }
 }
 
-/// Returns the first reason for which the camera cannot use any format.
-fn common_reason(candidate: &CandidateItem, clear_color: &ClearColor) -> Option<FallbackReason> {
-    let camera = candidate.camera;
-    let clear = match camera.clear_color {
-        ClearColorConfig::Default => Some(clear_color.0),
-        ClearColorConfig::Custom(color) => Some(color),
-        ClearColorConfig::None => None,
-    };
-    if camera.schedule != Core3d.intern() {
-        Some(FallbackReason::Not3d)
-    } else if clear.is_some_and(|color| color.alpha() < 1.0) {
-        Some(FallbackReason::TransparentBackground)
-    } else {
-        None
+/// Inserts [`PackedView`] or [`Rg11b10UfloatView`] for the cameras that can use a format of theirs, and removes them
+/// from the others.
+pub(super) fn select_views(
+    mut commands: Commands,
+    candidates: Query<Candidate>,
+    former: Query<Entity, Formatted>,
+    conditions: Conditions,
+    mut refusals: ResMut<Refusals>,
+    mut decisions: ResMut<Decisions>,
+    mut switched: ResMut<SwitchedViews>,
+    shaders: Res<PackingShaders>,
+) {
+    decisions.0.clear();
+    switched.views.clear();
+    if former.is_empty() && candidates.iter().all(|c| c.quality.is_none()) {
+        return;
     }
+    refusals.keep_current(&candidates, &shaders);
+    // Cameras without a size are not drawn.
+    let cameras: Vec<_> = candidates
+        .iter()
+        .filter(|candidate| candidate.camera.physical_target_size.is_some())
+        .collect();
+    let layers: Vec<_> = cameras.iter().map(Layer::of).collect();
+    // While Bevy's shaders are loading, as in the first frames, they are not patched yet.
+    let is_loading = !conditions.state.patched && conditions.state.refused.is_none();
+    let mut choices: Vec<_> = cameras
+        .iter()
+        .map(|candidate| {
+            let quality = candidate.quality.copied().unwrap_or_default();
+            let mut choice = Choice {
+                candidate,
+                left: quality.formats(candidate.camera.hdr),
+                refused: Vec::new(),
+            };
+            choice.refuse_impossible(&conditions, &refusals);
+            choice
+        })
+        .collect();
+    // What one camera cannot use may leave another without company, until all of them agree.
+    loop {
+        let failing: Vec<_> = (0..choices.len())
+            .filter_map(|i| {
+                let reason = stack_reason(i, &choices, &layers, &conditions, &refusals)?;
+                Some((i, reason))
+            })
+            .collect();
+        if failing.is_empty() {
+            break;
+        }
+        for (i, reason) in failing {
+            choices[i].refuse(reason);
+            choices[i].refuse_impossible(&conditions, &refusals);
+        }
+    }
+
+    let mut views = former.iter().collect::<EntityHashSet>();
+    let mut formats = EntityHashMap::default();
+    for (i, choice) in choices.iter().enumerate() {
+        let candidate = choice.candidate;
+        let format = if is_loading {
+            None
+        } else if candidate.quality.is_some() {
+            choice.wish()
+        } else {
+            joins(i, &choices, &layers).then_some(FrameBufferFormat::Rg11b10Ufloat)
+        };
+        let mut entity = commands.entity(candidate.entity);
+        views.remove(&candidate.entity);
+        match format {
+            Some(FrameBufferFormat::Packed(_)) => {
+                let settings = candidate
+                    .quality
+                    .copied()
+                    .unwrap_or_default()
+                    .packed_settings();
+                // The support was found above.
+                if let Ok(support) = conditions.support(candidate, settings.format.into()) {
+                    let view = PackedView::new(candidate, settings, support);
+                    entity.remove::<Rg11b10UfloatView>().insert(view);
+                }
+            }
+            Some(FrameBufferFormat::Rg11b10Ufloat) => {
+                entity.remove::<PackedView>().insert(Rg11b10UfloatView);
+            }
+            None => {
+                entity.remove::<(PackedView, Rg11b10UfloatView)>();
+            }
+        }
+        if !is_loading {
+            formats.insert(candidate.entity, format);
+        }
+        if candidate.quality.is_some() {
+            let state = match (format, choice.refused.last()) {
+                _ if is_loading => CameraState::Pending,
+                (Some(FrameBufferFormat::Packed(format)), _) => CameraState::Packed(format),
+                (Some(FrameBufferFormat::Rg11b10Ufloat), _) => CameraState::Rg11b10Ufloat,
+                (None, Some(refused)) => CameraState::Fallback(refused.reason.clone()),
+                (None, None) => CameraState::Exact,
+            };
+            let refused = if is_loading {
+                Vec::new()
+            } else {
+                choice.refused.clone()
+            };
+            let main_entity = candidate.main_entity.id();
+            decisions.0.insert(main_entity, (state, refused));
+        }
+    }
+    // Those that are not drawn in this frame.
+    for entity in views {
+        commands
+            .entity(entity)
+            .remove::<(PackedView, Rg11b10UfloatView)>();
+    }
+    switched.views = formats
+        .iter()
+        .filter(|&(view, format)| switched.former.get(view).is_some_and(|f| f != format))
+        .map(|(&view, _)| view)
+        .collect();
+    switched.former = formats;
+}
+
+impl Conditions<'_, '_> {
+    /// Returns the first reason for which the camera alone cannot use the format.
+    fn reason(
+        &self,
+        candidate: &CandidateItem,
+        format: FrameBufferFormat,
+        refusals: &Refusals,
+    ) -> Option<FallbackReason> {
+        // A camera without a quality only joins others, and may be one of two dimensions.
+        let joins = candidate.quality.is_none() && candidate.is_2d();
+        if !candidate.is_3d() && !joins {
+            return Some(FallbackReason::Not3d);
+        }
+        if candidate.is_transparent(&self.clear_color) {
+            return Some(FallbackReason::TransparentBackground);
+        }
+        let reason = match format {
+            FrameBufferFormat::Packed(format) => {
+                packed_reason(candidate, format, &self.state, self.systems.foreign())
+            }
+            FrameBufferFormat::Rg11b10Ufloat => rg11b10ufloat_reason(candidate, &self.views),
+        };
+        reason
+            .or_else(|| candidate.atmosphere.then_some(FallbackReason::Atmosphere))
+            .or_else(|| refusals.get(candidate.main_entity.id(), format))
+            .or_else(|| self.support(candidate, format).err())
+    }
+
+    fn support(
+        &self,
+        candidate: &CandidateItem,
+        format: FrameBufferFormat,
+    ) -> Result<FormatSupport, FallbackReason> {
+        FormatSupport::of(
+            format,
+            candidate.msaa.samples(),
+            &self.adapter,
+            &self.device,
+        )
+    }
+}
+
+/// Returns the reason for which a camera cannot use the format that it wishes beside the other cameras.
+fn stack_reason(
+    index: usize,
+    choices: &[Choice],
+    layers: &[Layer],
+    conditions: &Conditions,
+    refusals: &Refusals,
+) -> Option<FallbackReason> {
+    let layer = &layers[index];
+    match choices[index].wish()? {
+        FrameBufferFormat::Packed(_) => packed_stack_reason(layer, layers),
+        format @ FrameBufferFormat::Rg11b10Ufloat => {
+            if is_continued(layers.iter().filter(|other| other.shares(layer))) {
+                for (choice, other) in choices.iter().zip(layers) {
+                    if other.shares(layer)
+                        && choice.wish() != Some(format)
+                        && let Some(why) = cannot_join(choice, conditions, refusals)
+                    {
+                        return Some(FallbackReason::ContinuedInAnotherFormat(why));
+                    }
+                }
+            }
+            // Cameras with and without `Hdr`, which Bevy keeps apart, would share their textures.
+            let mut of_the_format = choices.iter().zip(layers).filter(|(choice, other)| {
+                other.could_share(layer) && choice.wish() == Some(format)
+            });
+            let would_share = of_the_format.clone().map(|(_, other)| other);
+            (of_the_format.any(|(_, other)| other.format != layer.format)
+                && is_continued(would_share))
+            .then(|| {
+                let why = "One of them has `Hdr` and the other has not.".into();
+                FallbackReason::ContinuedInAnotherFormat(why)
+            })
+        }
+    }
+}
+
+/// Returns why a camera that does not wish for `Rg11b10Ufloat` cannot take it from one that does.
+fn cannot_join(choice: &Choice, conditions: &Conditions, refusals: &Refusals) -> Option<String> {
+    match (
+        choice.candidate.quality,
+        choice.wish(),
+        choice.refused.last(),
+    ) {
+        (None, ..) => conditions
+            .reason(choice.candidate, FrameBufferFormat::Rg11b10Ufloat, refusals)
+            .map(|reason| format!("It cannot: {reason}")),
+        (Some(FrameBufferQuality::Exact), ..) => Some("It has `Exact`.".into()),
+        (_, Some(_), _) => Some("It is packed.".into()),
+        (_, None, Some(refused)) => Some(format!("It cannot: {}", refused.reason)),
+        (_, None, None) => Some(String::new()),
+    }
+}
+
+/// Whether a camera without a quality of its own shares the picture of one in `Rg11b10Ufloat`.
+fn joins(index: usize, choices: &[Choice], layers: &[Layer]) -> bool {
+    let layer = &layers[index];
+    let sharing = layers.iter().filter(|other| other.shares(layer));
+    let mut wishes = choices.iter().zip(layers).filter(|(_, o)| o.shares(layer));
+    wishes.any(|(choice, _)| choice.wish() == Some(FrameBufferFormat::Rg11b10Ufloat))
+        && is_continued(sharing)
 }

@@ -2,8 +2,12 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`candidate`] | the cameras with the component |
-//! | [`eligibility`] | the choice of the cameras that use their format |
+//! | [`candidate`] | the cameras, with what decides about them |
+//! | [`stack`] | the cameras that share a picture |
+//! | [`main_pass_systems`] | the systems of other plugins in the main pass |
+//! | [`refusals`] | the formats that drawing a camera has shown to be impossible |
+//! | [`net`] | what happens when the renderer refuses a frame |
+//! | [`eligibility`] | the choice of the cameras that use another format |
 //! | [`packed`] | the cameras that pack |
 //! | [`rg11b10ufloat`] | the cameras that Bevy draws in `Rg11b10Ufloat` |
 //! | [`format`](mod@format) | the target format in Bevy's pipeline keys and phases |
@@ -13,11 +17,15 @@
 
 mod candidate;
 pub(crate) mod capabilities;
-mod eligibility;
+pub(crate) mod eligibility;
 mod format;
+mod main_pass_systems;
 mod msaa;
+mod net;
 pub(crate) mod packed;
+pub(crate) mod refusals;
 pub(crate) mod rg11b10ufloat;
+mod stack;
 pub(crate) mod textures;
 
 use bevy::{
@@ -26,32 +34,46 @@ use bevy::{
     render::{ExtractSchedule, Render, RenderApp, RenderSystems, view::prepare_view_targets},
 };
 
-use crate::report::FrameBufferReports;
-use eligibility::LoggedFallbacks;
-use packed::UnpackedPipelines;
+use crate::report::{FrameBufferReport, RenderedReports};
 
 /// Chooses the cameras that use their format and prepares them.
 pub(crate) struct PackedViewPlugin;
 
 impl Plugin for PackedViewPlugin {
     fn build(&self, app: &mut App) {
-        let reports = FrameBufferReports::default();
-        app.insert_resource(reports.clone());
+        app.add_systems(
+            First,
+            net::install.run_if(any_with_component::<FrameBufferReport>),
+        );
+        let reports = app.world().resource::<RenderedReports>().clone();
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
         render_app
             .insert_resource(reports)
             .init_resource::<candidate::MainWorldState>()
-            .init_resource::<UnpackedPipelines>()
-            .init_resource::<LoggedFallbacks>()
+            .init_resource::<main_pass_systems::MainPassSystems>()
+            .init_resource::<refusals::Refusals>()
+            .init_resource::<eligibility::Decisions>()
+            .init_resource::<eligibility::SwitchedViews>()
             .init_resource::<format::OriginalFormats>()
             .init_resource::<msaa::OriginalMsaa>()
-            .add_systems(ExtractSchedule, candidate::extract_main_world_state)
+            .add_systems(
+                ExtractSchedule,
+                (
+                    candidate::extract_main_world_state,
+                    candidate::extract_qualities,
+                ),
+            )
             .add_systems(
                 Render,
                 (
-                    (eligibility::select_views, rg11b10ufloat::set_formats)
+                    (
+                        main_pass_systems::find_main_pass_systems
+                            .run_if(any_with_component::<crate::settings::FrameBufferQuality>),
+                        eligibility::select_views,
+                        rg11b10ufloat::set_formats,
+                    )
                         .chain()
                         .after(RenderSystems::ExtractCommands)
                         .before(RenderSystems::PrepareAssets),
@@ -79,7 +101,7 @@ impl Plugin for PackedViewPlugin {
                     textures::replace_transmission_textures
                         .after(RenderSystems::PrepareResources)
                         .before(RenderSystems::PrepareBindGroups),
-                    textures::report_memory.in_set(RenderSystems::PrepareBindGroups),
+                    textures::publish_reports.in_set(RenderSystems::PrepareBindGroups),
                 ),
             );
     }

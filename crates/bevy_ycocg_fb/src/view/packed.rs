@@ -1,10 +1,11 @@
 //! The cameras that pack.
 
-use bevy::{camera::ClearColorConfig, ecs::entity::EntityHashMap, prelude::*};
+use bevy::prelude::*;
 
 use super::{
-    candidate::{Cameras, Candidate, CandidateItem, MainWorldState},
+    candidate::{CandidateItem, MainWorldState},
     capabilities::FormatSupport,
+    stack::{Layer, is_continued},
 };
 use crate::{
     fallback::FallbackReason,
@@ -28,19 +29,19 @@ pub(crate) struct PackedView {
 impl PackedView {
     pub(super) fn new(
         candidate: &CandidateItem,
-        format: PackedFormat,
+        settings: YCoCgFrameBuffer,
         support: FormatSupport,
     ) -> Self {
-        let settings = *candidate.settings;
         let samples = candidate.msaa.samples();
+        let is_unorm8 = settings.format == PackedFormat::Unorm8;
         Self {
             settings,
-            format,
+            format: settings.format,
             samples,
             hardware_resolve: samples > 1
                 && support.hardware_resolve
-                && (settings.msaa_resolve == MsaaResolve::Box || format == PackedFormat::Unorm8),
-            tone_map: !candidate.camera.hdr && format != PackedFormat::Unorm8,
+                && (settings.msaa_resolve == MsaaResolve::Box || is_unorm8),
+            tone_map: !candidate.camera.hdr && !is_unorm8,
         }
     }
 
@@ -51,40 +52,13 @@ impl PackedView {
     }
 }
 
-/// Pipelines that cannot pack, by the camera that drew them, with the camera's settings.
-#[derive(Resource, Debug, Default)]
-pub(crate) struct UnpackedPipelines {
-    pub by_camera: EntityHashMap<(YCoCgFrameBuffer, String)>,
-    /// Generation of the shaders for which `by_camera` is valid.
-    generation: u64,
-}
-
-impl UnpackedPipelines {
-    /// Forgets what is not current: a camera whose component or settings changed is tried again; all cameras
-    /// are when a shader changed.
-    pub(super) fn keep_current(&mut self, candidates: &Query<Candidate>, generation: u64) {
-        if self.generation != generation {
-            self.generation = generation;
-            self.by_camera.clear();
-        }
-        self.by_camera.retain(|&main_entity, (settings, _)| {
-            candidates
-                .iter()
-                .any(|c| c.main_entity.id() == main_entity && c.settings == settings)
-        });
-    }
-}
-
-/// Returns the first reason for which the camera cannot pack.
+/// Returns the first reason for which the camera alone cannot pack.
 pub(super) fn packed_reason(
     candidate: &CandidateItem,
     format: PackedFormat,
-    cameras: &Cameras,
     state: &MainWorldState,
-    unpacked: &UnpackedPipelines,
+    main_pass_system: Option<&str>,
 ) -> Option<FallbackReason> {
-    let camera = candidate.camera;
-    let unpacked = unpacked.by_camera.get(&candidate.main_entity.id());
     // The cause precedes its consequences: screen-space reflections require the deferred prepass.
     let reasons = [
         state.refused.clone().map(FallbackReason::PatchRefused),
@@ -97,27 +71,35 @@ pub(super) fn packed_reason(
         candidate
             .transparency
             .then_some(FallbackReason::OrderIndependentTransparency),
-        candidate.atmosphere.then_some(FallbackReason::Atmosphere),
         state.wireframes.then_some(FallbackReason::Wireframes),
         candidate
             .resolution_override
             .then_some(FallbackReason::ResolutionOverride),
-        matches!(camera.clear_color, ClearColorConfig::None).then_some(FallbackReason::NoClear),
-        is_continued(candidate, cameras).then_some(FallbackReason::ContinuedByMultisampled),
-        (format == PackedFormat::Unorm8 && camera.hdr).then_some(FallbackReason::Unorm8WithHdr),
-        unpacked.map(|(_, name)| FallbackReason::UnpackedPipeline(name.clone())),
+        candidate.has_no_clear().then_some(FallbackReason::NoClear),
+        (format == PackedFormat::Unorm8 && candidate.camera.hdr)
+            .then_some(FallbackReason::Unorm8WithHdr),
+        main_pass_system.map(|name| FallbackReason::MainPassSystem(name.into())),
     ];
     reasons.into_iter().flatten().next()
 }
 
-/// Whether a later camera continues in the multisampled texture of this one, which a packed camera does
-/// not write.
-fn is_continued(candidate: &CandidateItem, cameras: &Cameras) -> bool {
-    candidate.msaa.samples() > 1
-        && cameras.iter().any(|(entity, other, _)| {
-            entity != candidate.entity
-                && other.target == candidate.camera.target
-                && other.order >= candidate.camera.order
-                && matches!(other.clear_color, ClearColorConfig::None)
-        })
+/// Returns the reason for which the camera cannot pack beside the other cameras of its target.
+///
+/// A packed camera writes a single-sampled `ViewTarget`, in which no later camera finds samples.
+pub(super) fn packed_stack_reason(layer: &Layer, layers: &[Layer]) -> Option<FallbackReason> {
+    let sharing = layers.iter().filter(|other| other.shares(layer));
+    if layer.continues(sharing.clone()) {
+        return Some(FallbackReason::MsaaWriteback);
+    }
+    let is_multisampled = layer.samples > 1;
+    // A single-sampled camera that does not clear would find the picture of this one in place of its own.
+    let would_be_continued = layers.iter().any(|other| {
+        let single_sampled = Layer {
+            samples: other.samples,
+            ..layer.clone()
+        };
+        other.samples == 1 && other.has_no_clear && other.shares(&single_sampled)
+    });
+    (is_multisampled && (is_continued(sharing) || would_be_continued))
+        .then_some(FallbackReason::ContinuedByMultisampled)
 }

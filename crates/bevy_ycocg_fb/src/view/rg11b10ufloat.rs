@@ -1,19 +1,20 @@
 //! The cameras that Bevy draws in `Rg11b10Ufloat`.
 //!
-//! All of Bevy's passes and textures take their format from the view, so nothing else is replaced.
+//! All of Bevy's passes and textures take their format from the view, so nothing else is replaced but the pass of
+//! temporal anti-aliasing ([`taa`](crate::pass::taa)), whose history needs an alpha channel.
 
 use bevy::{
-    camera::ClearColorConfig,
     ecs::entity::EntityHashSet,
     prelude::*,
     render::{
-        camera::ExtractedCamera, render_resource::TextureFormat, sync_world::MainEntity,
+        render_resource::{TextureFormat, TextureUsages},
+        sync_world::MainEntity,
         view::ExtractedView,
     },
 };
 
-use super::candidate::{Cameras, CandidateItem};
-use crate::{fallback::FallbackReason, settings::FrameBufferFormat};
+use super::candidate::CandidateItem;
+use crate::fallback::FallbackReason;
 
 /// Component of a view that Bevy draws in `Rg11b10Ufloat`.
 #[derive(Component, Clone, Copy, Debug)]
@@ -22,27 +23,20 @@ pub(crate) struct Rg11b10UfloatView;
 /// The last of the subviews of a camera that take their format from its own: that of Bevy's user interface.
 const LAST_SUBVIEW: u32 = 1;
 
-/// Returns the first reason for which the camera cannot be drawn in `Rg11b10Ufloat`.
+/// Returns the first reason for which the camera alone cannot be drawn in `Rg11b10Ufloat`.
 pub(super) fn rg11b10ufloat_reason(
     candidate: &CandidateItem,
-    cameras: &Cameras,
     views: &Query<&ExtractedView>,
 ) -> Option<FallbackReason> {
-    let continues = |camera: &ExtractedCamera| matches!(camera.clear_color, ClearColorConfig::None);
-    let continued_in_another = cameras.iter().any(|(entity, other, settings)| {
-        entity != candidate.entity
-            && other.target == candidate.camera.target
-            && (continues(other) || continues(candidate.camera))
-            && settings.is_none_or(|other| other.format != FrameBufferFormat::Rg11b10Ufloat)
-    });
     let drawn_over = views.iter().any(|view| {
         view.retained_view_entity.main_entity == *candidate.main_entity
             && view.retained_view_entity.subview_index > LAST_SUBVIEW
     });
-    if continued_in_another {
-        Some(FallbackReason::ContinuedInAnotherFormat)
-    } else if drawn_over {
+    let has_storage = candidate.usages.0.contains(TextureUsages::STORAGE_BINDING);
+    if drawn_over {
         Some(FallbackReason::DrawnOver)
+    } else if has_storage {
+        Some(FallbackReason::StorageUsage)
     } else {
         None
     }

@@ -1,6 +1,7 @@
 //! Allocation of the packed textures.
 
 use bevy::{
+    ecs::entity::EntityHashMap,
     pbr::{Transmissive3d, ViewTransmissionTexture},
     platform::collections::HashMap,
     prelude::*,
@@ -17,8 +18,8 @@ use bevy::{
     },
 };
 
-use super::packed::PackedView;
-use crate::report::{ColorMemory, FrameBufferReports};
+use super::{eligibility::Decisions, packed::PackedView};
+use crate::report::{ColorMemory, FrameBufferReport, RenderedReports};
 
 /// Format of the HDR background of transmissive objects.
 pub(crate) const TRANSMISSION_FORMAT: TextureFormat = TextureFormat::Rgba16Float;
@@ -171,33 +172,44 @@ fn extent(size: UVec2) -> Extent3d {
     }
 }
 
-/// Reports the memory of each camera's colour textures, as allocated.
-pub(super) fn report_memory(
+/// Publishes the reports on all cameras with a quality, with the memory of their colour textures as allocated.
+pub(super) fn publish_reports(
     views: Query<(&MainEntity, &ViewTarget, Option<&PackedTextures>), With<ExtractedCamera>>,
-    reports: Res<FrameBufferReports>,
+    mut decisions: ResMut<Decisions>,
+    reports: Res<RenderedReports>,
     adapter: Res<RenderAdapterInfo>,
 ) {
+    if decisions.0.is_empty() {
+        return;
+    }
     let is_free = |texture: &Texture| {
         let usage = texture.usage();
         adapter.transient_saves_memory == Some(true)
             && usage.contains(TextureUsages::TRANSIENT_ATTACHMENT)
     };
+    let packed_bytes =
+        |texture: Option<&CachedTexture>| match texture.map(|texture| &texture.texture) {
+            Some(texture) if !is_free(texture) => bytes(texture),
+            _ => 0,
+        };
+    let mut rendered = EntityHashMap::default();
     for (main_entity, target, packed) in &views {
-        let packed_bytes =
-            |texture: Option<&CachedTexture>| match texture.map(|texture| &texture.texture) {
-                Some(texture) if !is_free(texture) => bytes(texture),
-                _ => 0,
-            };
-        reports.set_memory(
-            main_entity.id(),
-            ColorMemory {
+        if let Some((state, refused)) = decisions.0.remove(&main_entity.id()) {
+            let memory = ColorMemory {
                 packed: packed_bytes(packed.and_then(|p| p.single_sampled.as_ref())),
                 packed_multisampled: packed_bytes(packed.and_then(|p| p.multisampled.as_ref())),
                 main: bytes(target.main_texture()) + bytes(target.main_texture_other()),
                 main_multisampled: target.sampled_main_texture().map_or(0, bytes),
-            },
-        );
+            };
+            let report = FrameBufferReport {
+                state,
+                refused,
+                memory,
+            };
+            rendered.insert(main_entity.id(), report);
+        }
     }
+    reports.publish(rendered);
 }
 
 fn bytes(texture: &Texture) -> u64 {
