@@ -13,7 +13,6 @@
 use crate::codec::{
     blocks::BlockFormat,
     image::{PlaneGroup, WaveletImage},
-    layout::mip_size,
 };
 
 /// Where the levels of a group of planes lie in its textures. All lengths are in texels, apart from
@@ -32,15 +31,11 @@ pub(crate) struct MipAtlas {
     pub(crate) tail: u32,
 }
 
-/// Whole blocks of a level of a texture of size `size`.
-fn blocks(size: [u32; 2], level: u32) -> [u32; 2] {
-    mip_size(size, level).map(|s| s.div_ceil(4))
-}
-
 impl MipAtlas {
-    /// `size` is that of level 0 in texels, which consists of whole blocks.
-    pub(crate) fn new(size: [u32; 2], levels: u32) -> Self {
-        let [beside, below] = [1, 0].map(|axis| Self::along(size, levels, axis));
+    /// `level_size` is that of each level in texels.
+    pub(crate) fn new(levels: u32, level_size: impl Fn(u32) -> [u32; 2]) -> Self {
+        let blocks = |level| level_size(level).map(|s| s.div_ceil(4));
+        let [beside, below] = [1, 0].map(|axis| Self::along(levels, &blocks, axis));
         let area = |atlas: &Self| u64::from(atlas.size[0]) * u64::from(atlas.size[1]);
         if area(&below) < area(&beside) {
             below
@@ -51,11 +46,15 @@ impl MipAtlas {
 
     /// That of a group of planes.
     pub(crate) fn of(image: &WaveletImage, group: usize) -> Self {
-        Self::new(image.groups[group].texture_size(image.size), image.levels)
+        let planes = &image.groups[group];
+        Self::new(image.levels, |level| {
+            planes.texture_level_size(image.size, level)
+        })
     }
 
-    /// With levels after level 1 along an axis.
-    fn along(size: [u32; 2], levels: u32, axis: usize) -> Self {
+    /// With levels of these whole blocks after level 1 along an axis.
+    fn along(levels: u32, blocks: &impl Fn(u32) -> [u32; 2], axis: usize) -> Self {
+        let size = blocks(0).map(|blocks| 4 * blocks);
         if levels == 1 {
             return Self {
                 size,
@@ -66,7 +65,7 @@ impl MipAtlas {
             };
         }
         let across = 1 - axis;
-        let needed = |level: u32| blocks(size, level)[axis];
+        let needed = |level: u32| blocks(level)[axis];
         let fits = |stack: &u32| {
             let tail = tail(*stack);
             (1..levels.min(tail)).all(|n| (stack >> (n - 1)) - (stack >> n) >= needed(n))
@@ -87,7 +86,7 @@ impl MipAtlas {
         let last = levels - 1;
         let end = atlas.origin(last)[axis] + 4 * needed(last);
         atlas.size[axis] = size[axis].max(end);
-        atlas.size[across] += 4 * blocks(size, 1)[across];
+        atlas.size[across] += 4 * blocks(1)[across];
         atlas
     }
 
@@ -109,7 +108,6 @@ impl MipAtlas {
         format: BlockFormat,
     ) -> Vec<u8> {
         let planes: &PlaneGroup = &image.groups[group];
-        let level_0 = planes.texture_size(image.size);
         let bytes = format.block_bytes();
         let row = self.size[0] as usize / 4 * bytes;
         let layer_bytes = row * self.size[1] as usize / 4;
@@ -117,7 +115,8 @@ impl MipAtlas {
         for (layer, out) in arranged.chunks_exact_mut(layer_bytes).enumerate() {
             for level in 0..image.levels {
                 let origin = self.origin(level).map(|texel| texel as usize / 4);
-                let width = blocks(level_0, level)[0] as usize * bytes;
+                let size = planes.texture_level_size(image.size, level);
+                let width = size[0].div_ceil(4) as usize * bytes;
                 let rows = image.level_blocks(group, texture, level, layer);
                 for (y, blocks) in rows.chunks_exact(width).enumerate() {
                     let start = (origin[1] + y) * row + origin[0] * bytes;
@@ -137,17 +136,33 @@ fn tail(stack: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::codec::{
+        layout::{level_count, texture_level_size},
+        packing::Packing,
+    };
 
     #[test]
     fn no_level_lies_on_another_or_outside() {
-        for width in (4..200u32).step_by(4).chain([256, 1024, 4096]) {
-            for height in [4u32, 8, 12, 36, 64, 100, 256, 1024] {
+        let sizes = (1..400u32).chain([512, 1000, 2048, 8192]);
+        for (width, (packing, subsampling)) in sizes.flat_map(|width| {
+            Packing::ALL
+                .into_iter()
+                .zip([0, 0, 0, 0, 2])
+                .map(move |p| (width, p))
+        }) {
+            for height in [1u32, 8, 12, 37, 64, 100, 256, 600, 1024] {
                 let size = [width, height];
-                let most = 32 - width.max(height).leading_zeros();
+                let texels = |level| texture_level_size(packing, size, subsampling, level);
+                let most = level_count(size);
                 for levels in [1, 2, most / 2, most].into_iter().filter(|l| *l > 0) {
-                    let atlas = MipAtlas::new(size, levels);
+                    let atlas = MipAtlas::new(levels, texels);
                     let boxes: Vec<_> = (0..levels)
-                        .map(|level| (atlas.origin(level), blocks(size, level).map(|b| 4 * b)))
+                        .map(|level| {
+                            (
+                                atlas.origin(level),
+                                texels(level).map(|s| s.next_multiple_of(4)),
+                            )
+                        })
                         .collect();
                     for (i, (a, a_size)) in boxes.iter().enumerate() {
                         let within = |axis: usize| a[axis] + a_size[axis] <= atlas.size[axis];
@@ -171,9 +186,10 @@ mod tests {
 
     #[test]
     fn squares_take_half_as_much_again_as_level_0() {
-        let atlas = MipAtlas::new([256, 256], 9);
+        let size = |size: [u32; 2]| move |level: u32| size.map(|side: u32| (side >> level).max(1));
+        let atlas = MipAtlas::new(9, size([256, 256]));
         assert_eq!(atlas.size, [384, 260]);
         // Strips of levels that are a block high lie below.
-        assert_eq!(MipAtlas::new([256, 4], 7).size, [256, 8]);
+        assert_eq!(MipAtlas::new(7, size([256, 4])).size, [256, 8]);
     }
 }

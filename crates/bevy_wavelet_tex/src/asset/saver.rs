@@ -149,6 +149,8 @@ impl WaveletSaverSettings {
             rate,
             min_psnr_db,
             alpha: self.alpha,
+            gray: self.role.gray(),
+            alpha_cutoff: self.alpha_cutoff.or(self.role.usual_cutoff()),
             color_space,
             mips: self.mips,
             effort: self.effort,

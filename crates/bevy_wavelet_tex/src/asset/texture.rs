@@ -201,9 +201,9 @@ impl WaveletTexture {
     /// Where the mip levels of a group's planes lie in its textures, or `None` where it has none.
     pub(crate) fn atlas(&self, group: usize) -> Option<MipAtlas> {
         let group = self.groups.get(group)?;
-        let plane = layout::plane_size(self.size, group.subsampling);
-        let size = layout::texture_size(group.packing, plane);
-        Some(MipAtlas::new(size, self.levels))
+        Some(MipAtlas::new(self.levels, |level| {
+            layout::texture_level_size(group.packing, self.size, group.subsampling, level)
+        }))
     }
 }
 

@@ -137,7 +137,7 @@ impl<'a> Choice<'a> {
     ) -> Self {
         let mut choice = Self::empty(source, settings, rate, axes);
         let content = choice.image.content;
-        let levels = levels(source, settings, choice.job.max_level_count());
+        let levels = levels(source, settings, layout::level_count(source.size));
         let planes = LevelPlanes::given(&source.levels[0], source.size, content, axes);
         let bounds = given_bounds(source, content, axes, levels as usize);
         choice.image.groups = choice.job.first_level(planes, &bounds);

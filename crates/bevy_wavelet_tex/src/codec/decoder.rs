@@ -158,7 +158,7 @@ fn decode_group(
 ) -> Vec<Plane> {
     let group = &image.groups[index];
     let size = group.plane_size(image.size, level);
-    let texture = layout::mip_size(group.texture_size(image.size), level);
+    let texture = group.texture_level_size(image.size, level);
     if group.packing == Packing::Bc1 {
         let blocks = image.level_blocks(index, 0, level, 0);
         let texels = decode(BlockFormat::Bc1, blocks, texture);

@@ -4,9 +4,11 @@ pub use super::check::EncodeError;
 use super::{
     check::check,
     choice::{Choice, choose},
+    coverage::CutOut,
+    decoder::decode,
     image::{Content, WaveletImage},
-    layout, plain,
-    planes::LevelPlanes,
+    job::Job,
+    prepare::Prepared,
     quality,
     rate::Rate,
     settings::EncodeSettings,
@@ -27,6 +29,8 @@ pub fn encode(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<WaveletImage, EncodeError> {
     check(source)?;
+    let prepared = Prepared::new(source, settings);
+    let source = &prepared.source();
     let content = settings.rate.content(settings.alpha);
     let Some(wanted) = settings.min_psnr_db else {
         return Ok(encode_at(source, settings, settings.rate, progress));
@@ -72,37 +76,64 @@ fn encode_at(
 ) -> WaveletImage {
     let Choice { job, mut image } = choose(source, settings, rate);
     let (content, color_space) = (image.content, image.color_space);
+    let has_alpha = content == Content::ColorAlpha;
+    let cut_out = CutOut::of(source, settings, content);
     progress(1, image.levels as usize);
     let mut linear: Option<LinearLevel> = None;
     for level in 1..image.levels {
-        let size = layout::mip_size(source.size, level);
-        let given = source.levels.get(level as usize);
-        if given.is_none() {
-            linear = Some(match &linear {
+        if let Some(given) = source.levels.get(level as usize) {
+            job.add_level(&mut image, level, |i| given.get(i));
+        } else {
+            let filtered = match &linear {
                 Some(linear) => linear.next(),
-                None => LinearLevel::below(
-                    &source.levels[0],
-                    source.size,
-                    color_space,
-                    content == Content::ColorAlpha,
-                ),
-            });
-        }
-        let pixel = |i: usize| match (given, &linear) {
-            (Some(pixels), _) => pixels.get(i),
-            (None, Some(linear)) => linear.get(i, color_space, content == Content::ColorAlpha),
-            (None, None) => unreachable!("a level that is not given is made"),
-        };
-        match &mut image.plain {
-            Some(plain) => {
-                plain::add_level(plain, level, source.size, pixel, content, settings.effort);
+                None => LinearLevel::below(&source.levels[0], source.size, color_space, has_alpha),
+            };
+            match &cut_out {
+                Some(cut_out) => add_cut_out(&job, &mut image, level, &filtered, cut_out),
+                None => job.add_level(&mut image, level, |i| {
+                    filtered.get(i, color_space, has_alpha)
+                }),
             }
-            None => {
-                let planes = LevelPlanes::new(size, content, job.axes, pixel);
-                job.next_level(planes, level, &mut image.groups);
-            }
+            linear = Some(filtered);
         }
         progress(level as usize + 1, image.levels as usize);
     }
     image
+}
+
+/// How far from the cutoff the alpha of all pixels of a level is kept, one after the other until its encoding moves
+/// few enough over the cutoff.
+const MARGINS: [f32; 6] = [0.0, 0.02, 0.04, 0.08, 0.16, 0.3];
+
+/// Appends a level that covers as much as the first one.
+fn add_cut_out(
+    job: &Job<'_>,
+    image: &mut WaveletImage,
+    level: u32,
+    filtered: &LinearLevel,
+    cut_out: &CutOut,
+) {
+    let before = image.lengths();
+    let (channels, scaled) = cut_out.scaled(filtered);
+    let encoded = |image: &mut WaveletImage, margin: f32| {
+        let (color_space, has_alpha) = (image.color_space, image.content == Content::ColorAlpha);
+        job.add_level(image, level, |i| {
+            let mut pixel = filtered.get(i, color_space, has_alpha);
+            pixel[channels.clone()].fill(cut_out.apart(scaled[i], margin));
+            pixel
+        });
+        cut_out.excess(&decode(image, level))
+    };
+    let mut best = (f64::INFINITY, 0.0);
+    for margin in MARGINS {
+        let excess = encoded(image, margin);
+        if excess == 0.0 {
+            return;
+        }
+        if excess < best.0 {
+            best = (excess, margin);
+        }
+        image.truncate(&before);
+    }
+    encoded(image, best.1);
 }

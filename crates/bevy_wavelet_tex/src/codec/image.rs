@@ -50,6 +50,11 @@ impl PlaneGroup {
         layout::texture_size(self.packing, self.plane_size(image_size, 0))
     }
 
+    /// Size of a level of the textures in texels, for an image of size `image_size`.
+    pub fn texture_level_size(&self, image_size: [u32; 2], level: u32) -> [u32; 2] {
+        layout::texture_level_size(self.packing, image_size, self.subsampling, level)
+    }
+
     /// Number of layers of the textures.
     pub fn layers(&self) -> usize {
         self.packing.layers(self.codings.len())
@@ -61,10 +66,28 @@ impl WaveletImage {
     pub fn level_blocks(&self, group: usize, texture: usize, level: u32, layer: usize) -> &[u8] {
         let group = &self.groups[group];
         let format = group.packing.formats()[texture];
-        let size = group.texture_size(self.size);
-        let bytes = |level| format.level_bytes(layout::mip_size(size, level));
+        let bytes = |level| format.level_bytes(group.texture_level_size(self.size, level));
         let start = group.layers() * (0..level).map(bytes).sum::<usize>() + layer * bytes(level);
         &group.textures[texture][start..start + bytes(level)]
+    }
+
+    /// Bytes of the blocks of each texture, for [`Self::truncate`].
+    #[cfg(feature = "encode")]
+    pub(super) fn lengths(&mut self) -> Vec<usize> {
+        self.textures_mut().map(|blocks| blocks.len()).collect()
+    }
+
+    /// Removes the levels that were appended since the lengths were taken.
+    #[cfg(feature = "encode")]
+    pub(super) fn truncate(&mut self, lengths: &[usize]) {
+        let textures = self.textures_mut().zip(lengths);
+        textures.for_each(|(blocks, length)| blocks.truncate(*length));
+    }
+
+    #[cfg(feature = "encode")]
+    fn textures_mut(&mut self) -> impl Iterator<Item = &mut Vec<u8>> {
+        let groups = self.groups.iter_mut().flat_map(|group| &mut group.textures);
+        groups.chain(self.plain.iter_mut().map(|plain| &mut plain.blocks))
     }
 
     /// How the image is stored: the packing of luma, or the format of a plain texture and its size in

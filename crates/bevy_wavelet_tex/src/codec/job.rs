@@ -7,10 +7,11 @@ use super::{
     blocks::{BlockFormat, ChromaEncoder, Starts, decode_blocks},
     chroma,
     decoder::stored_chroma,
-    image::PlaneGroup,
+    image::{PlaneGroup, WaveletImage},
     layout,
     pack::{PackSettings, encode_plane},
     packing::Packing,
+    plain,
     plane::{Plane, union},
     planes::LevelPlanes,
     quality,
@@ -41,15 +42,6 @@ impl Job<'_> {
         } else {
             Packing::Bc1
         }
-    }
-
-    /// Largest number of mip levels that all groups can have.
-    pub(super) fn max_level_count(&self) -> u32 {
-        let mut layouts = vec![(self.rate.luma_packings()[0], 0)];
-        if let Some(subsampling) = self.rate.chroma_subsampling() {
-            layouts.push((self.chroma_packing(), subsampling));
-        }
-        layout::max_level_count(self.size, &layouts)
     }
 
     fn pack_settings(&self) -> PackSettings {
@@ -107,12 +99,34 @@ impl Job<'_> {
         std::iter::once(luma).chain(chroma).collect()
     }
 
-    pub(super) fn next_level(
+    /// Appends the next level of an image, whose pixels `pixel` returns.
+    pub(super) fn add_level(
         &self,
-        mut planes: LevelPlanes,
+        image: &mut WaveletImage,
         level: u32,
-        groups: &mut [PlaneGroup],
+        pixel: impl Fn(usize) -> [f32; 4] + Sync,
     ) {
+        let content = image.content;
+        match &mut image.plain {
+            Some(plain) => {
+                plain::add_level(
+                    plain,
+                    level,
+                    self.size,
+                    pixel,
+                    content,
+                    self.settings.effort,
+                );
+            }
+            None => {
+                let size = layout::mip_size(self.size, level);
+                let planes = LevelPlanes::new(size, content, self.axes, pixel);
+                self.next_level(planes, level, &mut image.groups);
+            }
+        }
+    }
+
+    fn next_level(&self, mut planes: LevelPlanes, level: u32, groups: &mut [PlaneGroup]) {
         let [luma, chroma @ ..] = groups else {
             unreachable!("every image has a luma group")
         };
@@ -167,7 +181,7 @@ impl Job<'_> {
         small: &[Plane],
         level: u32,
     ) {
-        let texture = layout::mip_size(group.texture_size(self.size), level);
+        let texture = group.texture_level_size(self.size, level);
         if group.packing != Packing::Bc1 {
             for (coding, plane) in group.codings.iter().zip(small) {
                 let settings = self.pack_settings();
@@ -227,7 +241,7 @@ impl Job<'_> {
     /// Appends a level of luma. Returns its squared error where the encoder chooses between
     /// packings by it, otherwise 0.
     fn add_luma(&self, group: &mut PlaneGroup, planes: &[Plane], level: u32) -> f64 {
-        let texture = layout::mip_size(group.texture_size(self.size), level);
+        let texture = group.texture_level_size(self.size, level);
         let mut error = 0.0;
         for (coding, plane) in group.codings.iter().zip(planes) {
             let settings = self.pack_settings();

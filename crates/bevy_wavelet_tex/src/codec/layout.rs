@@ -1,10 +1,9 @@
 //! Sizes of planes, of the coefficient textures that hold them, and of their mip chains.
 //!
-//! Mip level n of a coefficient texture holds the coefficients of mip level n of its plane. The GPU
-//! halves the size from level to level and rounds down. For sizes that are not powers of two that
-//! is too small near the end of the chain (24 pixels need 12, 6, 3 and 2 coefficients, but the GPU
-//! allocates 12, 6, 3 and 1), so the chain ends before that level. One more mip can be decoded all
-//! the same, since the low band of a level is the next level of its plane.
+//! Mip level n of a coefficient texture holds the coefficients of mip level n of its plane, down to one
+//! pixel. A GPU halves sizes from level to level and rounds down. For sizes that are not powers of two that is
+//! less than a plane needs (24 pixels need 12, 6, 3 and 2 coefficients, where a GPU has 12, 6, 3 and 1), so a
+//! level has as much as it needs, in whole blocks.
 
 use super::packing::Packing;
 
@@ -51,22 +50,28 @@ pub fn group_bytes(packing: Packing, planes: usize, plane_size: [u32; 2]) -> usi
     packing.layers(planes) * formats.map(|f| f.level_bytes(texture)).sum::<usize>()
 }
 
-/// Largest number of mip levels that all groups of an image can have, at least 1. `groups` are the
-/// packing and the subsampling of each group.
-pub fn max_level_count(image_size: [u32; 2], groups: &[(Packing, u32)]) -> u32 {
-    let fits = |level: u32, (packing, subsampling): (Packing, u32)| {
-        let texture = texture_size(packing, plane_size(image_size, subsampling));
-        let plane = plane_size(mip_size(image_size, level), subsampling);
-        let needed = texel_size(packing, plane);
-        let available = mip_size(texture, level);
-        let exists = texture[0].max(texture[1]) >> level > 0;
-        exists && needed[0] <= available[0] && needed[1] <= available[1]
-    };
-    let image_levels = 32 - image_size[0].max(image_size[1]).leading_zeros();
-    (0..image_levels)
-        .take_while(|&level| groups.iter().all(|&group| fits(level, group)))
-        .count()
-        .max(1) as u32
+/// Size of a mip level of a plane's texture in texels: what a GPU makes of the largest one, or what the plane
+/// needs where that is more.
+pub fn texture_level_size(
+    packing: Packing,
+    image_size: [u32; 2],
+    subsampling: u32,
+    level: u32,
+) -> [u32; 2] {
+    let halved = mip_size(
+        texture_size(packing, plane_size(image_size, subsampling)),
+        level,
+    );
+    let needed = texel_size(
+        packing,
+        plane_size(mip_size(image_size, level), subsampling),
+    );
+    [0, 1].map(|axis| halved[axis].max(needed[axis]))
+}
+
+/// Number of mip levels of an image, the last of which is a pixel.
+pub fn level_count(image_size: [u32; 2]) -> u32 {
+    32 - image_size[0].max(image_size[1]).leading_zeros()
 }
 
 #[cfg(test)]
@@ -74,30 +79,37 @@ mod tests {
     use super::*;
 
     #[test]
-    fn chains_of_known_sizes() {
-        let luma = (Packing::Bc3, 0);
-        assert_eq!(max_level_count([512, 512], &[luma]), 9); // to 2 x 2, whose low band is the last mip
-        assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc3, 1)]), 8);
-        assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc1, 1)]), 9);
-        assert_eq!(max_level_count([512, 512], &[luma, (Packing::Bc1, 2)]), 8);
-        assert_eq!(max_level_count([768, 512], &[luma]), 8);
-        assert_eq!(max_level_count([24, 24], &[luma]), 3);
-        assert_eq!(max_level_count([1, 1], &[luma, (Packing::Bc1, 2)]), 1);
-        assert_eq!(max_level_count([MAX_SIZE, 1], &[luma]), 14);
+    fn chains_end_at_one_pixel() {
+        for (size, levels) in [
+            ([512, 512], 10),
+            ([1000, 600], 10),
+            ([1, 1], 1),
+            ([MAX_SIZE, 1], 15),
+        ] {
+            assert_eq!(level_count(size), levels);
+            assert_eq!(mip_size(size, levels - 1), [1, 1]);
+        }
     }
 
     #[test]
-    fn every_level_holds_its_coefficients() {
+    fn every_level_holds_its_coefficients_and_is_no_larger_than_the_one_before() {
         for w in 1..200 {
             for h in [1, 2, 7, 64, 100, 129] {
                 for (packing, subsampling) in Packing::ALL.into_iter().zip([0, 0, 0, 1, 2]) {
                     let texture = texture_size(packing, plane_size([w, h], subsampling));
+                    let mut last = texture;
                     assert!(texture.iter().all(|s| s % 4 == 0));
-                    for level in 0..max_level_count([w, h], &[(packing, subsampling)]) {
+                    for level in 0..level_count([w, h]) {
                         let plane = plane_size(mip_size([w, h], level), subsampling);
                         let needed = texel_size(packing, plane);
-                        let have = mip_size(texture, level);
-                        assert!(needed[0] <= have[0] && needed[1] <= have[1]);
+                        let have = texture_level_size(packing, [w, h], subsampling, level);
+                        for axis in [0, 1] {
+                            assert!(needed[axis] <= have[axis] && have[axis] <= last[axis]);
+                            // No more than a block more than a GPU has.
+                            let halved = mip_size(texture, level)[axis].div_ceil(4);
+                            assert!(have[axis].div_ceil(4) <= halved + 1);
+                        }
+                        last = have;
                     }
                 }
             }

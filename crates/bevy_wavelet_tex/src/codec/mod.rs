@@ -16,7 +16,7 @@
 //! | --- | --- | --- |
 //! | [`rate`], `content`, [`mod@image`] | the rates to choose from, the kind of data, and the encoded image | 3.5.5 |
 //! | [`packing`] | how planes are packed into textures | 3.5.3 |
-//! | [`source`], [`reduce`] | input pixels, their mips, and downsampling to a size limit | |
+//! | [`source`], `prepare`, `coverage`, [`reduce`] | input pixels, their mips, colour of clear pixels, what masks cover, and downsampling to a size limit | |
 //! | [`color`], [`axes`] | conversion between RGB and luma / chroma, of YCoCg or fitted | 3.3.1 |
 //! | [`plane`], [`chroma`], [`interpolation`] | planes and their downsampling | 3.5.5 |
 //! | [`plain`] | textures without a wavelet, at full size or smaller | |
@@ -42,6 +42,8 @@ mod choice;
 pub mod chroma;
 pub mod color;
 mod content;
+#[cfg(feature = "encode")]
+mod coverage;
 pub mod decoder;
 #[cfg(feature = "encode")]
 pub mod encoder;
@@ -59,6 +61,8 @@ pub mod plane;
 #[cfg(feature = "encode")]
 mod planes;
 pub mod predict;
+#[cfg(feature = "encode")]
+mod prepare;
 #[cfg(feature = "encode")]
 pub mod quality;
 pub mod quantizer;

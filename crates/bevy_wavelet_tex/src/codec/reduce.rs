@@ -4,11 +4,8 @@ use super::{
     color::{linear_from_srgb, srgb_from_linear},
     image::ColorSpace,
     plane::Plane,
+    source::LEAST_WEIGHT,
 };
-
-/// Added to the alpha by which colours are weighted, so that pixels that are all transparent keep their
-/// colour.
-const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 
 /// Halves an image until no side is longer than `most` pixels, and returns its size and its RGBA
 /// pixels of 8 bits. It is filtered by the box filter that makes mips; sRGB colours are filtered in linear

@@ -15,6 +15,12 @@ pub struct EncodeSettings {
     pub min_psnr_db: Option<f64>,
     /// Whether colour keeps its alpha channel, which takes as many bits as luma. Default: `false`.
     pub alpha: bool,
+    /// What gray is made of. Default: [`GrayChannel::Luma`].
+    pub gray: GrayChannel,
+    /// Where the alpha of colour, or gray, cuts parts out: the value, in `(0, 1]`, from which on a pixel is
+    /// there. Mips that the encoder makes then cover as much of the image as the largest level does, which
+    /// filtered alpha does not: thin leaves vanish. Default: `None`.
+    pub alpha_cutoff: Option<f32>,
     /// Transfer function of the values; normals are always linear. Default: sRGB.
     pub color_space: ColorSpace,
     /// Whether to make mips where none are given, by a box filter in linear light. Default: `true`.
@@ -25,6 +31,18 @@ pub struct EncodeSettings {
     pub method: Method,
     /// The kinds of textures to choose from. Default: [`Formats::Any`].
     pub formats: Formats,
+}
+
+/// What a gray texture is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum GrayChannel {
+    /// Y of YCoCg, for pictures.
+    #[default]
+    Luma,
+    /// The red channel, from which renderers read occlusion and masks.
+    Red,
+    /// The alpha channel.
+    Alpha,
 }
 
 /// The kinds of textures that an encoder chooses from, by their error.
@@ -71,6 +89,8 @@ impl Default for EncodeSettings {
             rate: Rate::Color3,
             min_psnr_db: None,
             alpha: false,
+            gray: GrayChannel::Luma,
+            alpha_cutoff: None,
             color_space: ColorSpace::Srgb,
             mips: true,
             effort: Effort::Default,

@@ -77,8 +77,12 @@ impl<'a> Source<'a> {
     }
 }
 
+/// Added to the alpha by which colours are weighted, so that pixels that are all transparent keep their
+/// colour.
+pub(super) const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
+
 /// The four channels at one mip level, filtered from those of the level before, in linear light and
-/// with premultiplied alpha, so that the colour of transparent pixels does not bleed.
+/// weighted by alpha, so that the colour of transparent pixels does not bleed.
 pub(super) struct LinearLevel {
     channels: [Plane; 4],
 }
@@ -95,7 +99,7 @@ impl LinearLevel {
         let channel = |c: usize| {
             let value = |i: usize| {
                 let pixel = pixels.get(i);
-                let a = if alpha { pixel[3] } else { 1.0 };
+                let a = if alpha { pixel[3] + LEAST_WEIGHT } else { 1.0 };
                 match c {
                     3 => pixel[3],
                     _ if color_space == ColorSpace::Srgb => a * linear_from_srgb(pixel[c]),
@@ -116,15 +120,20 @@ impl LinearLevel {
         }
     }
 
+    /// The alpha of all pixels.
+    pub(super) fn alpha(&self) -> &[f32] {
+        &self.channels[3].values
+    }
+
+    /// The red of all pixels, in linear light.
+    pub(super) fn red(&self) -> &[f32] {
+        &self.channels[0].values
+    }
+
     /// RGBA of a pixel, encoded in its colour space again, with straight alpha.
     pub(super) fn get(&self, i: usize, color_space: ColorSpace, alpha: bool) -> [f32; 4] {
         let a = self.channels[3].values[i];
-        let scale = match alpha {
-            true if a > 1e-6 => 1.0 / a,
-            // The colour of a fully transparent pixel is lost.
-            true => 0.0,
-            false => 1.0,
-        };
+        let scale = if alpha { 1.0 / (a + LEAST_WEIGHT) } else { 1.0 };
         let color = |c: usize| {
             let linear = self.channels[c].values[i] * scale;
             match color_space {

@@ -8,7 +8,7 @@ use super::{
     codings::{CODING_BYTES, CODINGS_KEY, INVALID_CODINGS, coding_bytes, read_coding},
     zstd,
 };
-use crate::codec::{blocks::BlockFormat, layout, quantizer::PlaneCoding};
+use crate::codec::{blocks::BlockFormat, layout, packing::Packing, quantizer::PlaneCoding};
 
 /// The shape of a blob, which follows from the rest of the file.
 #[derive(Clone, Copy)]
@@ -16,6 +16,8 @@ pub(super) struct Shape {
     format: BlockFormat,
     /// Size of the largest level, in texels.
     size: [u32; 2],
+    /// The image, the subsampling and the packing of a group of planes, whose levels can need more than halves.
+    group: Option<([u32; 2], u32, Packing)>,
     layers: usize,
     /// Number of planes and thus of codings; one layer can hold two planes.
     planes: usize,
@@ -26,11 +28,20 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    pub(super) fn new(format: BlockFormat, size: [u32; 2], layers: usize, planes: usize) -> Self {
+    /// That of a texture of a group of `planes`.
+    pub(super) fn of_group(
+        format: BlockFormat,
+        image_size: [u32; 2],
+        subsampling: u32,
+        packing: Packing,
+        planes: usize,
+    ) -> Self {
+        let plane = layout::plane_size(image_size, subsampling);
         Self {
             format,
-            size,
-            layers,
+            size: layout::texture_size(packing, plane),
+            group: Some((image_size, subsampling, packing)),
+            layers: packing.layers(planes),
             planes,
             is_srgb: false,
             is_zstd: false,
@@ -43,7 +54,13 @@ impl Shape {
 
     /// Bytes of each level in main memory, from the largest.
     fn level_bytes(self, levels: u32) -> Vec<usize> {
-        let bytes = |level| self.format.level_bytes(layout::mip_size(self.size, level));
+        let size = |level| match self.group {
+            Some((image_size, subsampling, packing)) => {
+                layout::texture_level_size(packing, image_size, subsampling, level)
+            }
+            None => layout::mip_size(self.size, level),
+        };
+        let bytes = |level| self.format.level_bytes(size(level));
         (0..levels)
             .map(|level| self.layers * bytes(level))
             .collect()
@@ -51,8 +68,13 @@ impl Shape {
 
     pub(super) fn plain(format: BlockFormat, size: [u32; 2], is_srgb: bool) -> Self {
         Self {
+            format,
+            size,
+            group: None,
+            layers: 1,
+            planes: 0,
             is_srgb,
-            ..Self::new(format, size, 1, 0)
+            is_zstd: false,
         }
     }
 

@@ -3,14 +3,16 @@
 //!
 //! One KTX2 file has one size and one format, so luma and the smaller chroma cannot share one. Each
 //! blob is a complete KTX2 file (one array layer for each plane, all mips) whose key `wtex.codings`
-//! describes how its planes are stored, so any KTX2 tool can show the coefficients. With Zstandard, which
+//! describes how its planes are stored, so any KTX2 tool can show the coefficients. (Where sides are no powers of
+//! two, small levels can have a block more than KTX2 expects, and there can be a level more: see
+//! [`layout`](crate::codec::layout).) With Zstandard, which
 //! is KTX2's supercompression scheme 2, each mip level is a frame of its own.
 //!
 //! | bytes | little-endian |
 //! | --- | --- |
 //! | 8 | magic `WTEX\r\n\x1a\n`, which text-mode copies break |
 //! | 1 | version: 2, 3 of an image with a [plain texture], or 4 of one with fitted [axes] of colour |
-//! | 1 | flags: 1 where the blobs are compressed with Zstandard |
+//! | 1 | flags: 1 where the blobs are compressed with Zstandard, 2 where the file ends with a fingerprint |
 //! | 1 | content: 0 gray, 1 colour, 2 normal, 3 colour with alpha |
 //! | 1 | colour space: 0 linear, 1 sRGB |
 //! | 4 + 4 | width, height in pixels |
@@ -19,6 +21,7 @@
 //! | 12 each | for each group: subsampling, packing (its index in [`Packing::ALL`]), two bytes 0, and the length of its one or two KTX2 blobs in bytes (0 for none) |
 //! | 16 | of a plain texture, in place of groups: format (its index in [`BlockFormat::ALL`]), three bytes 0, width and height in texels, and the length of its KTX2 blob in bytes |
 //! | the rest | the blobs, one after the other |
+//! | 8 | with its flag, the fingerprint of what the file was made of, by which an encoder knows that nothing has changed |
 //!
 //! [plain texture]: crate::codec::plain
 //! [axes]: crate::codec::axes
@@ -27,6 +30,7 @@
 
 mod codings;
 mod error;
+mod fingerprint;
 mod ktx2_blob;
 mod plain;
 mod read;
@@ -34,7 +38,8 @@ mod write;
 pub mod zstd;
 
 pub use error::ReadError;
-pub use read::read;
+pub use fingerprint::{fingerprint, with_fingerprint};
+pub use read::{is_texture, read};
 #[cfg(feature = "zstd_encode")]
 pub use write::write_zstd;
 pub use write::{version, write};
@@ -55,6 +60,12 @@ const PLAIN_VERSION: u16 = 3;
 /// The flag of files compressed with Zstandard. Releases that know no flags read it as a part of the
 /// version, and refuse it as newer than theirs.
 const ZSTD_FLAG: u8 = 1;
+
+/// The flag of files that end with a fingerprint.
+const FINGERPRINT_FLAG: u8 = 2;
+
+/// Position of the flags.
+const FLAGS_AT: usize = 9;
 
 const MAGIC: [u8; 8] = *b"WTEX\r\n\x1a\n";
 

@@ -2,8 +2,9 @@
 //! contains, or than is decompressed from it, up to the sizes that its header states.
 
 use super::{
-    AXES_BYTES, FIXED_HEADER_BYTES, GROUP_BYTES, MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION,
-    ZSTD_FLAG, codings::INVALID_CODINGS, error::ReadError, ktx2_blob, plain,
+    AXES_BYTES, FINGERPRINT_FLAG, FIXED_HEADER_BYTES, FLAGS_AT, GROUP_BYTES, MAGIC, PLAIN_VERSION,
+    PLANES_VERSION, VERSION, ZSTD_FLAG, codings::INVALID_CODINGS, error::ReadError, fingerprint,
+    ktx2_blob, plain,
 };
 use crate::codec::{
     axes::ColorAxes,
@@ -12,6 +13,11 @@ use crate::codec::{
     packing::Packing,
     quantizer::PlaneCoding,
 };
+
+/// Returns whether a file begins as a wavelet texture does.
+pub fn is_texture(bytes: &[u8]) -> bool {
+    bytes.starts_with(&MAGIC)
+}
 
 /// Reads a file.
 ///
@@ -22,6 +28,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
     if magic.is_empty() || !MAGIC.starts_with(magic) {
         return Err(ReadError::Magic);
     }
+    let bytes = fingerprint::without(bytes);
     let truncated = |part, needed: u64| ReadError::Truncated {
         part,
         needed,
@@ -32,9 +39,10 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         .ok_or_else(|| truncated("header", FIXED_HEADER_BYTES as u64))?;
     let u32_at = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| bytes[at + i]));
 
-    let is_zstd = header[9] == ZSTD_FLAG;
-    let flags = if is_zstd { 0 } else { header[9] };
-    let version = u16::from_le_bytes([header[8], flags]);
+    let flags = header[FLAGS_AT];
+    let is_zstd = flags & ZSTD_FLAG != 0;
+    // Unknown flags are a part of the version.
+    let version = u16::from_le_bytes([header[8], flags & !(ZSTD_FLAG | FINGERPRINT_FLAG)]);
     match version {
         PLANES_VERSION..=VERSION => {}
         older @ 1..PLANES_VERSION => return Err(ReadError::OldVersion(older)),
@@ -122,8 +130,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         return Err(ReadError::TrailingBytes(bytes.len() - end as usize));
     }
 
-    let layouts: Vec<(Packing, u32)> = entries.iter().map(|e| (e.packing, e.subsampling)).collect();
-    let most = layout::max_level_count(size, &layouts);
+    let most = layout::level_count(size);
     let mut start = blobs_start;
     let mut levels = None;
     let mut groups = Vec::with_capacity(entries.len());
@@ -142,13 +149,12 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             codings: Vec::new(),
             textures: Vec::new(),
         };
-        let texture_size = group.texture_size(size);
         for (&format, length) in entry.packing.formats().iter().zip(entry.lengths) {
             let blob = &bytes[start..start + length as usize];
             start += length as usize;
-            let layers = entry.packing.layers(planes);
             let shape =
-                ktx2_blob::Shape::new(format, texture_size, layers, planes).with_zstd(is_zstd);
+                ktx2_blob::Shape::of_group(format, size, entry.subsampling, entry.packing, planes)
+                    .with_zstd(is_zstd);
             let contents = ktx2_blob::read(blob, shape, most).map_err(error)?;
             let valid = |coding: &PlaneCoding| coding.is_valid(entry.packing);
             if !contents.codings.iter().all(valid) {

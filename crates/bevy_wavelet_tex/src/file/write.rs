@@ -66,10 +66,11 @@ fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
         bytes.extend([group.subsampling as u8, packing, 0, 0]);
         let mut lengths = [0u32; 2];
         for (texture, length) in lengths.iter_mut().enumerate().take(group.textures.len()) {
-            let shape = ktx2_blob::Shape::new(
+            let shape = ktx2_blob::Shape::of_group(
                 group.packing.formats()[texture],
-                group.texture_size(image.size),
-                group.layers(),
+                image.size,
+                group.subsampling,
+                group.packing,
                 group.codings.len(),
             );
             let blocks = &group.textures[texture];

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::codec::{
     image::{ColorSpace, Content},
     rate::Rate,
-    settings::{Effort, Formats},
+    settings::{Effort, Formats, GrayChannel},
 };
 
 /// Settings of [`WaveletSaver`](crate::asset::WaveletSaver), which are the `saver_settings` in a `.meta` file.
@@ -18,6 +18,9 @@ pub struct WaveletSaverSettings {
     pub quality: WaveletQuality,
     /// Whether colour keeps its alpha channel, which takes as many bits as luma. Default: `false`.
     pub alpha: bool,
+    /// The `AlphaMode::Mask` cutoff of the material: mips then cover as much as the image does. Default: `None`,
+    /// which is 0.5 in the role [`WaveletRole::Mask`] and otherwise leaves alpha as it is filtered.
+    pub alpha_cutoff: Option<f32>,
     /// Time to spend on the search for the parameters. Default: [`Effort::Default`].
     pub effort: Effort,
     /// Whether to make mips where the image has none. Default: `true`.
@@ -42,6 +45,7 @@ impl Default for WaveletSaverSettings {
             role: WaveletRole::default(),
             quality: WaveletQuality::default(),
             alpha: false,
+            alpha_cutoff: None,
             effort: Effort::default(),
             mips: true,
             max_size: None,
@@ -87,8 +91,10 @@ pub enum WaveletRole {
     Gray,
     /// A normal map in tangent space.
     Normal,
-    /// One channel of linear data: occlusion, alpha masks.
+    /// A mask that cuts parts out: red, as linear data.
     Mask,
+    /// One channel of linear data, which is red: occlusion.
+    Occlusion,
     /// Three channels of linear data: metallic-roughness.
     Data,
 }
@@ -97,15 +103,28 @@ impl WaveletRole {
     pub(crate) fn content(self) -> Content {
         match self {
             Self::Color | Self::Data => Content::Color,
-            Self::Gray | Self::Mask => Content::Gray,
+            Self::Gray | Self::Mask | Self::Occlusion => Content::Gray,
             Self::Normal => Content::Normal,
         }
+    }
+
+    /// What gray is made of.
+    pub(crate) fn gray(self) -> GrayChannel {
+        match self {
+            Self::Mask | Self::Occlusion => GrayChannel::Red,
+            Self::Color | Self::Gray | Self::Normal | Self::Data => GrayChannel::Luma,
+        }
+    }
+
+    /// The cutoff where none is set.
+    pub(crate) fn usual_cutoff(self) -> Option<f32> {
+        (self == Self::Mask).then_some(0.5)
     }
 
     pub(crate) fn color_space(self) -> ColorSpace {
         match self {
             Self::Color | Self::Gray => ColorSpace::Srgb,
-            Self::Normal | Self::Mask | Self::Data => ColorSpace::Linear,
+            Self::Normal | Self::Mask | Self::Occlusion | Self::Data => ColorSpace::Linear,
         }
     }
 }

@@ -115,10 +115,15 @@ fn outputs_never_cost_a_file() {
     // A failure keeps the old file; success replaces it and leaves no other file.
     f.write("out.wtex", b"precious");
     f.write("text", b"not an image");
-    f.fails(1, &["encode", "text", "out.wtex"], &["text"]);
+    f.fails(1, &["encode", "text", "out.wtex", "--force"], &["text"]);
+    f.fails(
+        1,
+        &["encode", "in.png", "out.wtex"],
+        &["out.wtex", "--force"],
+    );
     assert_eq!(f.read("out.wtex"), b"precious");
     let before = f.contents().len();
-    f.ok(&["encode", "in.png", "out.wtex"]);
+    f.ok(&["encode", "in.png", "out.wtex", "--force"]);
     assert_ne!(f.read("out.wtex"), b"precious");
     assert_eq!(f.contents().len(), before);
 }

@@ -12,7 +12,7 @@ use crate::support::{Folder, color_image, gray_image, normal_image};
 fn encoded(f: &Folder, file: &str, options: &[&str]) -> Vec<u8> {
     let start = ["encode", file, "out.wtex", "--effort", "fast"];
     f.ok(&[&start[..], options].concat());
-    f.read("out.wtex")
+    f.texture("out.wtex")
 }
 
 fn file_of(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {

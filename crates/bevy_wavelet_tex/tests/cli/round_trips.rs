@@ -107,18 +107,59 @@ fn other_pngs_are_converted() {
     f.ok(&["encode", "wide.png"]);
     assert_eq!(f.json(&["info", "wide.wtex", "--json"])["content"], "gray");
 
-    f.save(
-        "clear.png",
-        RgbaImage::from_pixel(8, 8, Rgba([9, 99, 200, 7])),
+    let clear = RgbaImage::from_pixel(8, 8, Rgba([9, 99, 200, 7]));
+    f.save("clear.png", clear.clone());
+    f.save("opaque.png", DynamicImage::from(clear).into_rgb8());
+    assert_eq!(stderr(&f.run(&["encode", "clear.png"])), "");
+    assert_eq!(
+        f.json(&["info", "clear.wtex", "--json"])["content"],
+        "color_alpha"
     );
-    f.save(
-        "opaque.png",
-        RgbaImage::from_pixel(8, 8, Rgba([9, 99, 200, 255])),
-    );
-    let warning = stderr(&f.run(&["encode", "clear.png"]));
+    f.ok(&["encode", "clear.png", "--alpha=drop"]);
+    f.ok(&["encode", "opaque.png"]);
+    assert_eq!(f.texture("clear.wtex"), f.texture("opaque.wtex"));
+    let warning = stderr(&f.run(&["encode", "clear.png", "--rate", "gray2"]));
     assert!(warning.contains("clear.png") && warning.contains("alpha is dropped"));
-    assert_eq!(stderr(&f.run(&["encode", "opaque.png"])), "");
-    assert_eq!(f.read("clear.wtex"), f.read("opaque.wtex"));
+}
+
+#[test]
+fn mips_end_at_one_pixel_for_every_size() {
+    let f = Folder::new("chains");
+    for (width, height) in [
+        (1000, 1000),
+        (600, 400),
+        (1920, 1080),
+        (576, 17),
+        (34, 1),
+        (3, 5),
+    ] {
+        let image = image::RgbImage::from_fn(width, height, |x, y| {
+            let v = |f: f32, t: u32| 127.5 + 90.0 * (t as f32 * f / width as f32).sin();
+            Rgb([v(9.0, x), v(5.0, y), v(7.0, x + y)].map(|v| v as u8))
+        });
+        f.save("in.png", image.clone());
+        for options in [&[][..], &["--rate", "color2.25"], &["--rate", "gray3"]] {
+            let start = [
+                "encode",
+                "in.png",
+                "in.wtex",
+                "--formats",
+                "wavelet",
+                "--effort",
+                "fast",
+                "--json",
+            ];
+            let rows = f.json(&[&start[..], options].concat());
+            let levels = rows[0]["levels"].as_u64().expect("a number") as u32;
+            let wanted = u32::BITS - width.max(height).leading_zeros();
+            assert_eq!(levels, wanted, "{rows}");
+            for level in 1..levels {
+                let size = [width, height].map(|s: u32| (s >> level).max(1));
+                let decoded = f.level("in.wtex", &level.to_string());
+                assert_eq!([decoded.width(), decoded.height()], size);
+            }
+        }
+    }
 }
 
 /// Tests a test image of the thesis, where it is at hand.
@@ -132,7 +173,7 @@ fn kodim23_keeps_its_quality() {
     }
     let source = source.to_str().expect("UTF-8");
     let f = Folder::new("kodak");
-    for (rate, floor) in [("2", 37.0), ("3", 35.5)] {
+    for (rate, floor) in [("gray2", 37.0), ("3", 35.5)] {
         f.ok(&["encode", source, "out.wtex", "--rate", rate]);
         f.ok(&["decode", "out.wtex", "out.png"]);
         let psnr = f.psnr(source, "out.png");
@@ -168,9 +209,7 @@ fn every_rate_encodes_every_kind_of_png() {
                 psnr > Some(30.0) || rate == "normal4",
                 "{rate} {name}: {rows}"
             );
-            f.ok(&["decode", &format!("{name}.wtex")]);
-            f.save("color.png", color_image());
-            f.save("gray.png", gray_image());
+            f.ok(&["decode", &format!("{name}.wtex"), "back.png"]);
         }
     }
 }
@@ -214,7 +253,7 @@ fn zstandard_changes_the_file_and_not_the_texture() {
     for (file, flags) in [("stored", 0), ("zstd", 1), ("fast", 1)] {
         let texture = format!("{file}.wtex");
         f.ok(&["decode", &texture, "out.png"]);
-        assert_eq!(f.read(&texture)[9], flags, "{file}");
+        assert_eq!(f.read(&texture)[9] & 1, flags, "{file}");
         let difference = f.json(&["compare", "out.png", "stored.wtex", "--json"]);
         assert_eq!(difference["mse"], 0.0, "{file}");
     }

@@ -83,6 +83,22 @@ impl Folder {
         fs::read(self.0.join(name)).expect("a file")
     }
 
+    /// The bytes of a texture without the fingerprint of what it was made of.
+    pub fn texture(&self, name: &str) -> Vec<u8> {
+        let mut bytes = self.read(name);
+        assert_eq!(bytes[9] & 2, 2, "{name} has a fingerprint");
+        bytes[9] &= !2;
+        bytes.truncate(bytes.len() - 8);
+        bytes
+    }
+
+    /// The pixels of a level of a texture.
+    pub fn level(&self, name: &str, level: &str) -> image::RgbaImage {
+        self.ok(&["decode", name, "level.png", "--level", level]);
+        let path = self.0.join("level.png");
+        image::open(path).expect("a PNG").into_rgba8()
+    }
+
     pub fn psnr(&self, a: &str, b: &str) -> f64 {
         let difference = self.json(&["compare", a, b, "--json"]);
         match &difference["psnr_db"] {
@@ -100,6 +116,22 @@ impl Drop for Folder {
 
 pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A glTF file with these materials, an image of each URI, and a texture of each image.
+pub fn gltf(materials: Value, uris: &[&str]) -> Vec<u8> {
+    let images: Vec<Value> = uris
+        .iter()
+        .map(|uri| serde_json::json!({"uri": uri}))
+        .collect();
+    let textures = (0..uris.len()).map(|source| serde_json::json!({"source": source}));
+    let json = serde_json::json!({
+        "asset": {"version": "2.0"},
+        "images": images,
+        "textures": textures.collect::<Vec<_>>(),
+        "materials": materials,
+    });
+    json.to_string().into_bytes()
 }
 
 /// An image of smooth colours with a few edges, whose size is not a multiple of a block.

@@ -8,7 +8,9 @@ use bevy_wavelet_tex::codec::{
 };
 use clap::{Args, Parser, Subcommand};
 
-use crate::choices::{RateArg, Role, parse_named_rate, parse_psnr, parse_rate};
+use crate::choices::{
+    AlphaArg, CutoffArg, RateArg, Role, parse_cutoff, parse_named_rate, parse_psnr, parse_rate,
+};
 
 /// Wavelet textures at 2 to 5 bits per pixel: encode, decode, inspect, compare, measure.
 #[derive(Debug, Parser)]
@@ -16,6 +18,9 @@ use crate::choices::{RateArg, Role, parse_named_rate, parse_psnr, parse_rate};
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
+    /// Threads that work at a time [default: one for each core]
+    #[arg(long, global = true, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -31,32 +36,47 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct EncodeArgs {
     /// Images (PNG of 8 or 16 bits, JPEG, WebP, TGA, KTX2 of 8 bits a channel), glTF files, folders (all
-    /// images below them) and globs; a last name that ends in .wtex is the output of a single image
+    /// of these below them) and globs; a last name that ends in .wtex is the output of a single image
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// Output file, for a single image, or output folder [default: beside each input, with the
     /// extension wtex]
     #[arg(short, long)]
     pub out: Option<PathBuf>,
-    /// Rate: gray2, gray3, gray4, color2.25, color3, color3.25, color4, color5, color8, normal4,
-    /// normal8, the bits per pixel alone, or auto (with --min-psnr) [default: 2 for gray images, 3 for colour, 4 for normals]
-    #[arg(long, value_parser = parse_rate)]
-    pub rate: Option<RateArg>,
+    /// Encode again what has not changed, and overwrite files that wavelet-tex did not write; inputs are
+    /// never overwritten
+    #[arg(long)]
+    pub force: bool,
+    /// Rates, separated by commas, each for images of its kind: gray2, gray3, gray4, color2.25, color3, color3.25,
+    /// color4, color5, color8, normal4, normal8, the bits per pixel alone, or auto (with --min-psnr)
+    /// [default: 2 for gray images, 3 for colour, 4 for normals]
+    #[arg(long, value_delimiter = ',', value_parser = parse_rate)]
+    pub rate: Vec<RateArg>,
     /// Choose the smallest rate that reaches this PSNR in dB
     #[arg(long, value_name = "DB", value_parser = parse_psnr)]
     pub min_psnr: Option<f64>,
-    /// Kind of data in the image [default: gray for gray images, else color]
+    /// Kind of data in images that no glTF file uses [default: what their names say (wall_n, wall_normal,
+    /// wall_orm, wall_ao, ...), else gray for gray images and color for others]
     #[arg(long, value_enum)]
     pub role: Option<Role>,
+    /// File with roles by name: lines of a pattern and a role, such as `*_detail.png data`
+    #[arg(long, value_name = "FILE")]
+    pub roles: Option<PathBuf>,
     #[command(flatten)]
     pub encoder: EncoderArgs,
-    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks and
+    /// Treat the values as linear data, not as sRGB colour (always so for normals, masks, occlusion and
     /// data, and for KTX2 in a linear format)
     #[arg(long)]
     pub linear: bool,
-    /// Keep the alpha channel of colour
-    #[arg(long)]
-    pub alpha: bool,
+    /// When to keep the alpha channel of pictures; --alpha alone means keep
+    #[arg(long, value_enum, value_name = "WHEN", num_args = 0..=1, require_equals = true,
+          default_value = "auto", default_missing_value = "keep")]
+    pub alpha: AlphaArg,
+    /// Alpha from which on a pixel is there, in materials that cut parts out: mips cover as much as the image.
+    /// none leaves alpha as it is filtered [default: that of the glTF material; 0.5 for masks, and for pictures
+    /// with hardly any alpha between 0 and 1]
+    #[arg(long, value_name = "ALPHA", value_parser = parse_cutoff)]
+    pub cutoff: Option<CutoffArg>,
     /// Halve images until no side is longer than this, in pixels
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_size: Option<u32>,
@@ -86,6 +106,9 @@ pub struct DecodeArgs {
     /// Mip level to decode; 0 is the largest
     #[arg(long, default_value_t = 0)]
     pub level: u32,
+    /// Overwrite files that wavelet-tex did not write
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Show what wavelet textures hold and how they are coded

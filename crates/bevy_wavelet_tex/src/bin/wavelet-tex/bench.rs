@@ -44,12 +44,17 @@ pub fn run(args: &BenchArgs) -> Result<Report, Error> {
     } else {
         args.rates.clone()
     };
-    let inputs = inputs::expand(&args.inputs, image_file::EXTENSIONS)?;
-    let (images, result) = batch::run(&inputs, |input, _| {
-        let picture = image_file::read(&input.path)?;
-        let name = input.relative.with_extension("").display().to_string();
-        rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
-    });
+    let (inputs, errors) = inputs::expand(&args.inputs, image_file::EXTENSIONS);
+    let (images, result) = batch::run(
+        &inputs,
+        errors,
+        |input| &input.path,
+        |input, _| {
+            let picture = image_file::read(&input.path)?;
+            let name = input.relative.with_extension("").display().to_string();
+            rows(&name, &picture, &rates, args).map_err(|e| Error::file(&input.path, e))
+        },
+    );
     let text = if args.json {
         serde_json::to_string_pretty(&images.concat()).expect("plain data")
     } else if images.is_empty() {

@@ -17,7 +17,7 @@ pub struct Difference {
     /// Whether luma was compared (Y of YCoCg, as in the thesis), because one of the pictures is
     /// gray.
     luma: bool,
-    /// Mean squared error of the channels, in 8-bit units squared.
+    /// Mean squared error of the channels, in 8-bit units squared; of colour as far as alpha shows it.
     pub mse: f64,
     /// PSNR in dB; infinite when the pictures are identical, which JSON writes as null.
     pub psnr_db: f64,
@@ -67,26 +67,32 @@ impl Difference {
     /// when `normal` is set.
     pub fn between(a: &Picture, b: &Picture, normal: bool) -> Self {
         let luma = a.is_gray() != b.is_gray();
-        // Alpha is compared where both have it.
-        let channels = if a.has_alpha && b.has_alpha { 4 } else { 3 };
-        let pairs = || a.pixels.iter().zip(&b.pixels);
+        // Without an alpha channel pixels are opaque.
+        let channels = if a.has_alpha || b.has_alpha { 4 } else { 3 };
         let (mut sum, mut max_error) = (0.0, 0.0_f64);
         let mut add = |error: f64| {
             sum += error * error;
             max_error = max_error.max(error.abs());
         };
-        for (a, b) in pairs() {
+        for (a, b) in (0..a.pixels.len()).map(|i| (a.at(i), b.at(i))) {
             if luma {
                 add(luma_of(a) - luma_of(b));
-            } else {
-                (0..channels).for_each(|i| add(f64::from(a[i]) - f64::from(b[i])));
+                continue;
+            }
+            // A colour counts as far as it is seen.
+            let seen = a[3].max(b[3]) / 255.0;
+            (0..3).for_each(|i| add(seen * (a[i] - b[i])));
+            if channels == 4 {
+                add(a[3] - b[3]);
             }
         }
         let values = if luma { 1 } else { channels } * a.pixels.len();
         let mse = sum / values as f64;
         let normal = normal || [a, b].iter().any(|p| p.content == Content::Normal);
-        let angles = (normal && !luma)
-            .then(|| Angles::between(pairs().map(|(a, b)| (unit_of(*a), unit_of(*b)))));
+        let angles = (normal && !luma).then(|| {
+            let pairs = a.pixels.iter().zip(&b.pixels);
+            Angles::between(pairs.map(|(a, b)| (unit_of(*a), unit_of(*b))))
+        });
         Self {
             luma,
             mse,
@@ -111,7 +117,7 @@ impl Difference {
 }
 
 /// Y of YCoCg, in 8-bit units.
-fn luma_of(pixel: &[u8; 4]) -> f64 {
-    let [r, g, b, _] = pixel.map(f32::from);
+fn luma_of(pixel: [f64; 4]) -> f64 {
+    let [r, g, b, _] = pixel.map(|v| v as f32);
     ycocg_from_rgb([r, g, b]).y.into()
 }

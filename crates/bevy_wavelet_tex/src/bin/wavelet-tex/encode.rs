@@ -1,83 +1,78 @@
 //! The command `wavelet-tex encode`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use bevy_wavelet_tex::file;
 
 use crate::{
     args::EncodeArgs,
     batch::{self, Report},
-    encode_one::{Row, encode_one},
+    encode_one::{Encoder, Row},
     error::Error,
-    files,
-    gltf::{self, GltfImage},
-    image_file,
-    inputs::{self, Destination, Input, Taken},
+    files, gltf, image_file,
+    inputs::{self, Destination},
+    names::Patterns,
+    plan::Plan,
 };
-use bevy_wavelet_tex::file;
 
-/// Encodes images and the images of glTF files, and returns a line about each.
+/// Encodes images and the images of glTF files, and says a line about each.
 pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
     args.check()?;
+    let patterns = match &args.roles {
+        Some(file) => Patterns::read(file)?,
+        None => Patterns::default(),
+    };
     let is_texture = |path: &Path| files::has_extension(path, &[file::EXTENSION]);
     let (named, out) = inputs::split_output(&args.inputs, args.out.as_deref(), is_texture);
     let single = inputs::is_single(named) && !files::has_extension(&named[0], gltf::EXTENSIONS);
     let destination = Destination::new(out, single, file::EXTENSION)?;
-    let inputs = inputs::expand(named, image_file::EXTENSIONS)?;
-    let mut taken = Taken::default();
-    let (rows, result) = batch::run(&inputs, |input, _| {
-        if files::has_extension(&input.path, gltf::EXTENSIONS) {
-            return gltf_images(input, args, &destination, &mut taken);
-        }
-        let output = destination.of(input, file::EXTENSION)?;
-        taken.take(&output, &input.path)?;
-        let picture = image_file::read(&input.path)?;
-        Ok(vec![encode_one(&input.path, picture, None, args, output)?])
-    });
-    let rows: Vec<Row> = rows.into_iter().flatten().collect();
+    let extensions = [image_file::EXTENSIONS, gltf::EXTENSIONS].concat();
+    let (inputs, errors) = inputs::expand(named, &extensions);
+    let plan = Plan::new(&inputs, errors, &destination, args.role, &patterns);
+    if plan.tasks.is_empty() && plan.errors.is_empty() {
+        let others = plan
+            .left
+            .iter()
+            .map(|(_, others)| format!(", but for {others}"));
+        return Err(Error::file(
+            &named[0],
+            format_args!(
+                "there is nothing to encode: no material has a map{}",
+                others.collect::<String>()
+            ),
+        ));
+    }
+    let mut encoder = Encoder::new(args, destination.makes_folders());
+    let (rows, result) = batch::run(
+        &plan.tasks,
+        plan.errors,
+        |task| &task.label,
+        |task, batch| {
+            let row = encoder.encode(task, batch)?;
+            if !args.json {
+                batch.say(&row.text());
+            }
+            Ok(row)
+        },
+    );
+    for (path, others) in &plan.left {
+        let problem = format!("the maps of {others} keep their own images");
+        batch::warn(path, &problem);
+    }
     let text = if args.json {
         serde_json::to_string_pretty(&rows).expect("plain data")
     } else {
-        rows.iter().map(Row::text).collect::<Vec<_>>().join("\n")
+        count(&rows)
     };
     Ok((text, result))
 }
 
-/// Encodes all images that the materials of a glTF file use, each by its role.
-fn gltf_images(
-    input: &Input,
-    args: &EncodeArgs,
-    destination: &Destination,
-    taken: &mut Taken,
-) -> Result<Vec<Row>, Error> {
-    let encode = |image: GltfImage| {
-        // `WaveletGltf` looks for this name.
-        let name = |path: &Path| {
-            // `with_extension` would replace the number of the texture.
-            let mut name = path.as_os_str().to_os_string();
-            name.push(format!(".Texture{}.{}", image.index, file::EXTENSION));
-            PathBuf::from(name)
-        };
-        let output = match &image.file {
-            // An image with a file of its own keeps its name and is shared by all glTF files that
-            // use it.
-            Some(path) => {
-                let own = Input {
-                    path: path.clone(),
-                    relative: input
-                        .relative
-                        .with_file_name(path.file_name().unwrap_or_default()),
-                };
-                destination.of(&own, file::EXTENSION)?
-            }
-            None => destination.named(&Input {
-                path: name(&input.path),
-                relative: name(&input.relative),
-            })?,
-        };
-        let label = format!("{} texture {}", input.path.display(), image.index);
-        let label = Path::new(&label);
-        taken.take(&output, label)?;
-        let picture = image_file::decode(image.file.as_deref().unwrap_or(label), &image.bytes)?;
-        encode_one(label, picture, Some(image.role), args, output)
-    };
-    gltf::read(&input.path)?.into_iter().map(encode).collect()
+/// How many files were encoded, where there are several.
+fn count(rows: &[Row]) -> String {
+    let unchanged = rows.iter().filter(|row| row.is_unchanged()).count();
+    match (rows.len() - unchanged, unchanged) {
+        (0 | 1, 0) | (0, 1) => String::new(),
+        (encoded, 0) => format!("{encoded} files encoded"),
+        (encoded, unchanged) => format!("{encoded} files encoded, {unchanged} unchanged"),
+    }
 }

@@ -19,21 +19,17 @@ pub enum Error {
         /// The problem, and the remedy where there is one.
         problem: String,
     },
-    /// Some of several files failed.
-    #[error("{} of {of} files failed:{}", .failed.len(), listed(.failed))]
+    /// Some of several files failed, and their errors have been printed.
+    #[error("{failed} of {of} files failed")]
     Batch {
-        /// The errors of the failed files.
-        failed: Vec<Error>,
+        /// The number of failed files.
+        failed: usize,
         /// Total number of files.
         of: usize,
     },
     /// The arguments contradict each other.
     #[error("{0}\n\nFor more information, try '--help'.")]
     Usage(String),
-}
-
-fn listed(errors: &[Error]) -> String {
-    errors.iter().map(|error| format!("\n  {error}")).collect()
 }
 
 impl Error {

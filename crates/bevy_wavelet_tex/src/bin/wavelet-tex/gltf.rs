@@ -1,16 +1,13 @@
-//! The images of a glTF file, with the role that each has in the materials.
+//! The images of a glTF file, and what the materials use them for.
 //!
 //! Only the images and the textures that the maps of the materials name are parsed.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use crate::{
-    choices::Role,
+    choices::{AlphaArg, Role},
     error::Error,
     files,
     gltf_bytes::{chunks, from_buffer, from_data_uri, percent_decoded},
@@ -19,20 +16,28 @@ use crate::{
 /// Extensions of glTF files.
 pub const EXTENSIONS: &[&str] = &["gltf", "glb"];
 
-/// An image that is used by a material.
-pub struct GltfImage {
-    /// The index of the first texture that uses it, by which Bevy's loader labels it.
-    pub index: usize,
-    /// Kind of data in the image.
+/// What a material uses an image for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Use {
     pub role: Role,
-    /// Path of the image, where it has a file of its own.
-    pub file: Option<PathBuf>,
-    /// Bytes of the image file.
-    pub bytes: Vec<u8>,
+    /// Whether the material has a use for alpha.
+    pub alpha: AlphaArg,
+    /// The cutoff of a material that cuts parts out.
+    pub cutoff: Option<f32>,
 }
 
-/// The maps of a material: their JSON pointers and the kind of data in them. Where an image has two
-/// roles (occlusion is often a channel of metallic-roughness), the first map in this order decides.
+/// A texture that a material uses.
+pub struct Texture {
+    /// Its index, by which Bevy's loader labels it.
+    pub index: usize,
+    /// The index of its image.
+    pub image: usize,
+    /// Path of the image relative to the glTF file, where it has a file of its own.
+    pub file: Option<PathBuf>,
+    pub what: Use,
+}
+
+/// The maps of a material that wavelet textures can be: their JSON pointers and the kind of data in them.
 const MAPS: [(&str, Role); 5] = [
     ("/pbrMetallicRoughness/baseColorTexture/index", Role::Color),
     ("/emissiveTexture/index", Role::Color),
@@ -41,63 +46,110 @@ const MAPS: [(&str, Role); 5] = [
         "/pbrMetallicRoughness/metallicRoughnessTexture/index",
         Role::Data,
     ),
-    ("/occlusionTexture/index", Role::Mask),
+    ("/occlusionTexture/index", Role::Occlusion),
 ];
 
-/// Reads the images that the materials of a file use, in the order of their textures' indices. An image with a
-/// file of its own comes once, however many textures use it.
-pub fn read(path: &Path) -> Result<Vec<GltfImage>, Error> {
-    let bytes = files::read(path)?;
-    let fail = |problem: String| Error::file(path, problem);
-    let (json, binary) = if bytes.starts_with(b"glTF") {
-        chunks(&bytes).ok_or_else(|| fail("the glTF file is cut short or damaged".into()))?
-    } else {
-        (bytes.as_slice(), None)
-    };
-    let json: Value = serde_json::from_slice(json)
-        .map_err(|e| fail(format!("the glTF is not valid JSON: {e}")))?;
-    let mut roles: BTreeMap<usize, (u64, Role)> = BTreeMap::new();
-    for (pointer, role) in MAPS {
-        for material in json["materials"].as_array().into_iter().flatten() {
-            let Some(texture) = material.pointer(pointer).and_then(Value::as_u64) else {
-                continue;
-            };
-            let image = json["textures"][texture as usize]["source"].as_u64();
-            let image = image.ok_or_else(|| {
-                fail(format!(
-                    "its texture {texture} has no image of a core glTF format: export it with PNG or JPEG"
-                ))
-            })?;
-            roles.entry(texture as usize).or_insert((image, role));
-        }
-    }
-    let found = roles.into_iter().map(|(index, (source, role))| {
-        let image = &json["images"][source as usize];
-        let (file, bytes) = match image["uri"].as_str() {
-            Some(uri) if uri.starts_with("data:") => (None, from_data_uri(uri)),
-            Some(uri) => {
-                let file = path.with_file_name("").join(&*percent_decoded(uri));
-                let bytes = files::read(&file)?;
-                (Some(file), Some(bytes))
-            }
-            None => (None, from_buffer(&json, image, binary, path)?),
+/// A glTF file.
+pub struct Gltf {
+    path: PathBuf,
+    json: Value,
+    binary: Option<Vec<u8>>,
+}
+
+impl Gltf {
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let bytes = files::read(path)?;
+        let fail = |problem: String| Error::file(path, problem);
+        let (json, binary) = if bytes.starts_with(b"glTF") {
+            chunks(&bytes).ok_or_else(|| fail("the glTF file is cut short or damaged".into()))?
+        } else {
+            (bytes.as_slice(), None)
         };
-        let bytes =
-            bytes.ok_or_else(|| fail(format!("the image of its texture {index} has no bytes")))?;
-        Ok(GltfImage {
-            index,
-            role,
-            file,
-            bytes,
+        Ok(Self {
+            path: path.to_path_buf(),
+            json: serde_json::from_slice(json)
+                .map_err(|e| fail(format!("the glTF is not valid JSON: {e}")))?,
+            binary: binary.map(<[u8]>::to_vec),
         })
-    });
-    let mut images: Vec<GltfImage> = Vec::new();
-    for image in found {
-        let image: GltfImage = image?;
-        let is_same = |other: &GltfImage| image.file.is_some() && other.file == image.file;
-        if !images.iter().any(is_same) {
-            images.push(image);
-        }
     }
-    Ok(images)
+
+    /// The textures that the materials use, each once for each use, or why they cannot be encoded.
+    pub fn textures(&self) -> Vec<Result<Texture, Error>> {
+        let materials = self.json["materials"].as_array();
+        let mut all = Vec::new();
+        for material in materials.into_iter().flatten() {
+            for (pointer, role) in MAPS {
+                if let Some(index) = material.pointer(pointer).and_then(Value::as_u64) {
+                    let what = use_in(material, pointer == MAPS[0].0, role);
+                    all.push(self.texture(index as usize, what));
+                }
+            }
+        }
+        all
+    }
+
+    /// The names of the material extensions with maps, which keep their own images.
+    pub fn others(&self) -> Vec<String> {
+        let materials = self.json["materials"].as_array();
+        let extensions = materials
+            .into_iter()
+            .flatten()
+            .filter_map(|material| material["extensions"].as_object())
+            .flatten();
+        let has_map = |value: &Value| {
+            let fields = value.as_object().into_iter().flatten();
+            fields
+                .into_iter()
+                .any(|(name, _)| name.ends_with("Texture"))
+        };
+        let names = extensions.filter(|(_, value)| has_map(value));
+        let mut names: Vec<String> = names.map(|(name, _)| name.clone()).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+
+    fn texture(&self, index: usize, what: Use) -> Result<Texture, Error> {
+        let image = self.json["textures"][index]["source"].as_u64();
+        let image = image.ok_or_else(|| {
+            Error::file(
+                &self.path,
+                format_args!(
+                    "its texture {index} has no image of a core glTF format: export it with PNG or JPEG"
+                ),
+            )
+        })? as usize;
+        let uri = self.json["images"][image]["uri"].as_str();
+        let file = uri.filter(|uri| !uri.starts_with("data:"));
+        Ok(Texture {
+            index,
+            image,
+            file: file.map(|uri| PathBuf::from(&*percent_decoded(uri))),
+            what,
+        })
+    }
+
+    /// The bytes of an image without a file of its own.
+    pub fn image(&self, image: usize) -> Result<Vec<u8>, Error> {
+        let entry = &self.json["images"][image];
+        let bytes = match entry["uri"].as_str() {
+            Some(uri) => from_data_uri(uri),
+            None => from_buffer(&self.json, entry, self.binary.as_deref(), &self.path)?,
+        };
+        bytes.ok_or_else(|| Error::file(&self.path, format_args!("its image {image} has no bytes")))
+    }
+}
+
+/// The use of a map in a material. glTF has alpha in the map of the base colour alone.
+fn use_in(material: &Value, is_base_color: bool, role: Role) -> Use {
+    let mode = material["alphaMode"].as_str().filter(|_| is_base_color);
+    let cutoff = material["alphaCutoff"].as_f64().unwrap_or(0.5) as f32;
+    Use {
+        role,
+        alpha: match mode {
+            Some("MASK" | "BLEND") => AlphaArg::Keep,
+            _ => AlphaArg::Drop,
+        },
+        cutoff: (mode == Some("MASK")).then_some(cutoff.clamp(1.0 / 255.0, 1.0)),
+    }
 }

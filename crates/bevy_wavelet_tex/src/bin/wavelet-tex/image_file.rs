@@ -62,7 +62,25 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Picture, Error> {
     let decoder = reader.into_decoder().map_err(damaged)?;
     check_size(Some(decoder.dimensions().into())).map_err(fail)?;
     let image = DynamicImage::from_decoder(decoder).map_err(damaged)?;
-    Ok(Picture::from_image(image, None, false))
+    let mut picture = Picture::from_image(image, None, false);
+    if format == ImageFormat::Png {
+        picture.warnings.extend(other_gamma(bytes));
+    }
+    Ok(picture)
+}
+
+/// A warning about a PNG that states another transfer function than that of sRGB, which Bevy ignores, too.
+fn other_gamma(bytes: &[u8]) -> Option<String> {
+    let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
+    let info = reader.info();
+    let gamma = info.gama_chunk?.into_value();
+    let is_usual = info.srgb.is_some() || info.icc_profile.is_some() || (0.4..0.5).contains(&gamma);
+    (!is_usual).then(|| {
+        format!(
+            "its gAMA chunk says {gamma:.3}, but its values are taken as sRGB, as Bevy takes them (--linear \
+             takes them as linear)"
+        )
+    })
 }
 
 /// The message about bytes that are no image, with the remedy.

@@ -77,11 +77,16 @@ struct DetailInfo {
 
 /// Describes textures.
 pub fn run(args: &InfoArgs) -> Result<Report, Error> {
-    let inputs = inputs::expand(&args.inputs, &[file::EXTENSION])?;
-    let (infos, result) = batch::run(&inputs, |input, _| {
-        let texture = files::read_texture(&input.path)?;
-        Ok(Info::new(input.path.display().to_string(), &texture))
-    });
+    let (inputs, errors) = inputs::expand(&args.inputs, &[file::EXTENSION]);
+    let (infos, result) = batch::run(
+        &inputs,
+        errors,
+        |input| &input.path,
+        |input, _| {
+            let texture = files::read_texture(&input.path)?;
+            Ok(Info::new(input.path.display().to_string(), &texture))
+        },
+    );
     let text = match infos.as_slice() {
         [] => String::new(),
         [one] if args.json && inputs::is_single(&args.inputs) => {

@@ -1,9 +1,8 @@
-//! Expansion of files, folders and globs to input files, and the paths of their results.
+//! Expansion of files, folders and globs to input files, and the folders of their results.
 
 use std::{
-    collections::BTreeMap,
-    fs,
-    path::{Path, PathBuf},
+    collections::BTreeSet,
+    path::{Component, Path, PathBuf},
 };
 
 use walkdir::WalkDir;
@@ -53,54 +52,109 @@ pub fn split_output<'a>(
 }
 
 /// Expands the arguments to files, each once and in order; from folders those with one of the
-/// extensions.
-pub fn expand(named: &[PathBuf], extensions: &[&str]) -> Result<Vec<Input>, Error> {
-    let mut inputs = Vec::new();
+/// extensions. What cannot be expanded does not stop the rest.
+pub fn expand(named: &[PathBuf], extensions: &[&str]) -> (Vec<Input>, Vec<Error>) {
+    let mut found = Found {
+        extensions,
+        inputs: Vec::new(),
+        errors: Vec::new(),
+    };
     for path in named {
-        if path.is_dir() {
-            let before = inputs.len();
-            collect(path, extensions, &mut inputs)?;
-            if inputs.len() == before {
-                let wanted = extensions.join(" or .");
-                return Err(Error::file(
-                    path,
-                    format_args!("the folder has no .{wanted} file in it"),
-                ));
-            }
+        let before = (found.inputs.len(), found.errors.len());
+        let nothing = if path.is_dir() {
+            found.folder(path, path);
+            let wanted = extensions.join(" or .");
+            format!("the folder has no .{wanted} file in it")
         } else if is_pattern(path) {
-            let pattern = path.to_string_lossy();
-            let bad = |e: glob::PatternError| {
-                Error::file(path, format_args!("not a valid glob: {}", e.msg))
-            };
-            let found: Vec<PathBuf> = glob::glob(&pattern)
-                .map_err(bad)?
-                .filter_map(Result::ok)
-                .filter(|path| path.is_file())
-                .collect();
-            if found.is_empty() {
-                return Err(Error::file(path, "no file fits"));
-            }
-            inputs.extend(found.iter().map(|path| Input::single(path)));
+            found.glob(path);
+            "no file fits".into()
         } else {
-            inputs.push(Input::single(path));
+            found.inputs.push(Input::single(path));
+            continue;
+        };
+        if (found.inputs.len(), found.errors.len()) == before {
+            found.errors.push(Error::file(path, nothing));
         }
     }
-    let mut seen = std::collections::BTreeSet::new();
-    inputs.retain(|input| seen.insert(input.path.clone()));
-    Ok(inputs)
+    let mut seen = BTreeSet::new();
+    found.inputs.retain(|input| seen.insert(input.path.clone()));
+    (found.inputs, found.errors)
 }
 
-/// Collects the files below a folder. Links to folders are not followed, since they can form cycles.
-fn collect(root: &Path, extensions: &[&str], inputs: &mut Vec<Input>) -> Result<(), Error> {
-    for entry in WalkDir::new(root).sort_by_file_name() {
-        let unreadable = |e| Error::file(root, format_args!("cannot be read: {e}"));
-        let path = entry.map_err(unreadable)?.into_path();
-        if path.is_file() && has_extension(&path, extensions) {
-            let relative = path.strip_prefix(root).unwrap_or(&path).to_path_buf();
-            inputs.push(Input { path, relative });
+struct Found<'a> {
+    extensions: &'a [&'a str],
+    inputs: Vec<Input>,
+    errors: Vec<Error>,
+}
+
+impl Found<'_> {
+    /// Collects the files below a folder, with their paths below `root`. Links to folders are not followed,
+    /// since they can form cycles.
+    fn folder(&mut self, folder: &Path, root: &Path) {
+        for entry in WalkDir::new(folder).sort_by_file_name() {
+            match entry {
+                Ok(entry) => {
+                    let path = entry.into_path();
+                    if has_extension(&path, self.extensions) && path.is_file() {
+                        let relative = path.strip_prefix(root).unwrap_or(&path).to_path_buf();
+                        self.inputs.push(Input { path, relative });
+                    }
+                }
+                Err(error) => {
+                    let path = error.path().unwrap_or(folder);
+                    self.errors
+                        .push(Error::file(path, format_args!("cannot be read: {error}")));
+                }
+            }
         }
     }
-    Ok(())
+
+    /// Collects the files that a pattern fits, and those in the folders that it fits. The folders before its
+    /// first wildcard are taken by their names, which can have brackets in them.
+    fn glob(&mut self, path: &Path) {
+        let mut root = PathBuf::new();
+        let mut pattern = String::new();
+        for component in path.components() {
+            let next = root.join(component);
+            if pattern.is_empty() && (next.exists() || !matches!(component, Component::Normal(_))) {
+                root = next;
+            } else {
+                pattern.push('/');
+                pattern.push_str(&component.as_os_str().to_string_lossy());
+            }
+        }
+        let start = glob::Pattern::escape(&root.to_string_lossy());
+        let pattern = match start.is_empty() {
+            true => pattern[1..].into(),
+            false => format!("{}{pattern}", start.trim_end_matches('/')),
+        };
+        let paths = match glob::glob(&pattern) {
+            Ok(paths) => paths,
+            Err(error) => {
+                self.errors.push(Error::file(
+                    path,
+                    format_args!("not a valid glob: {}", error.msg),
+                ));
+                return;
+            }
+        };
+        for found in paths {
+            match found {
+                Ok(found) if found.is_dir() => self.folder(&found, &root),
+                Ok(found) => {
+                    let relative = found.strip_prefix(&root).unwrap_or(&found).to_path_buf();
+                    self.inputs.push(Input {
+                        path: found,
+                        relative,
+                    });
+                }
+                Err(error) => self.errors.push(Error::file(
+                    error.path(),
+                    format_args!("cannot be read: {}", error.error()),
+                )),
+            }
+        }
+    }
 }
 
 /// The destination of the results.
@@ -121,6 +175,12 @@ impl Destination {
         };
         let is_file = single && has_extension(out, &[extension]);
         if is_file || single && !out.is_dir() && out.extension().is_some() {
+            if !is_file {
+                return Err(Error::Usage(format!(
+                    "{}: the output's name must end in .{extension}",
+                    out.display()
+                )));
+            }
             return Ok(Self::File(out.to_path_buf()));
         }
         if out.is_file() {
@@ -129,54 +189,35 @@ impl Destination {
         Ok(Self::Folder(out.to_path_buf()))
     }
 
-    /// Path of a result whose name the input already has. Its folder is created.
+    /// Path of the result of an input whose name it already has.
     pub fn named(&self, input: &Input) -> Result<PathBuf, Error> {
-        let path = match self {
-            Self::Folder(folder) => folder.join(&input.relative),
-            Self::Beside | Self::File(_) => input.path.clone(),
-        };
-        make_folder(&path)?;
-        Ok(path)
-    }
-
-    /// Path of the result of an input. Its folder is created.
-    pub fn of(&self, input: &Input, extension: &str) -> Result<PathBuf, Error> {
-        let path = match self {
-            Self::Beside => input.path.with_extension(extension),
-            Self::File(path) => path.clone(),
-            Self::Folder(folder) => {
-                let path = folder.join(&input.relative).with_extension(extension);
-                make_folder(&path)?;
-                path
-            }
-        };
-        files::check_output(&input.path, &path, extension)?;
-        Ok(path)
-    }
-}
-
-fn make_folder(path: &Path) -> Result<(), Error> {
-    let folder = files::folder(path);
-    let fail = |e| Error::file(&folder, format_args!("cannot be created: {e}"));
-    fs::create_dir_all(&folder).map_err(fail)
-}
-
-/// Rejects a result whose path belongs to another input already.
-#[derive(Default)]
-pub struct Taken(BTreeMap<PathBuf, PathBuf>);
-
-impl Taken {
-    pub fn take(&mut self, output: &Path, input: &Path) -> Result<(), Error> {
-        match self.0.insert(output.to_path_buf(), input.to_path_buf()) {
-            None => Ok(()),
-            Some(other) => Err(Error::file(
-                input,
-                format_args!(
-                    "its result {} is that of {}: write them to different folders",
-                    output.display(),
-                    other.display()
-                ),
-            )),
+        match self {
+            Self::Beside => Ok(input.path.clone()),
+            Self::File(path) => Ok(path.clone()),
+            Self::Folder(folder) => match files::without_parents(&input.relative) {
+                Some(relative) => Ok(folder.join(relative)),
+                None => Err(Error::file(
+                    &input.path,
+                    format_args!(
+                        "its place is outside of the folder {}: encode a folder that both it and the glTF \
+                         file are in",
+                        folder.display()
+                    ),
+                )),
+            },
         }
+    }
+
+    /// Path of the result of an input.
+    pub fn of(&self, input: &Input, extension: &str) -> Result<PathBuf, Error> {
+        match self {
+            Self::File(path) => Ok(path.clone()),
+            Self::Beside | Self::Folder(_) => Ok(self.named(input)?.with_extension(extension)),
+        }
+    }
+
+    /// Whether folders of results are made.
+    pub fn makes_folders(&self) -> bool {
+        matches!(self, Self::Folder(_))
     }
 }

@@ -67,7 +67,48 @@ pub fn decode(bytes: &[u8]) -> Result<Picture, String> {
         _ => RgbaImage::from_raw(width, height, texels).map(DynamicImage::from),
     };
     let image = image.expect("as many texels as the size says");
-    Ok(Picture::from_image(image, Some(color_space), channels == 2))
+    let mut picture = Picture::from_image(image, Some(color_space), channels == 2);
+    picture.warnings = warnings(bytes, &header);
+    Ok(picture)
+}
+
+/// What a file says of its texels that is ignored, as Bevy ignores it.
+fn warnings(bytes: &[u8], header: &Header) -> Vec<String> {
+    let part = |start: u32, length: u32| {
+        let start = start as usize;
+        bytes
+            .get(start..start.saturating_add(length as usize))
+            .unwrap_or(&[])
+    };
+    let index = &header.index;
+    let mut warnings = Vec::new();
+    let mut keys = part(index.kvd_byte_offset, index.kvd_byte_length);
+    while let Some((length, rest)) = keys.split_first_chunk() {
+        let length = u32::from_le_bytes(*length) as usize;
+        let Some(entry) = rest.get(..length) else {
+            break;
+        };
+        let text = String::from_utf8_lossy(entry);
+        let (key, value) = text.split_once('\0').unwrap_or((&text, ""));
+        let value = value.trim_end_matches('\0');
+        let is_usual = match key {
+            "KTXorientation" => value == "rd",
+            "KTXswizzle" => value == "rgba",
+            _ => true,
+        };
+        if !is_usual {
+            warnings.push(format!(
+                "its {key} is {value}, which is ignored, as Bevy ignores it"
+            ));
+        }
+        keys = rest.get(length.next_multiple_of(4)..).unwrap_or(&[]);
+    }
+    // The flags of the basic descriptor, of which bit 0 is that of premultiplied alpha.
+    let descriptor = part(index.dfd_byte_offset, index.dfd_byte_length);
+    if descriptor.get(15).is_some_and(|flags| flags & 1 != 0) {
+        warnings.push("its alpha is premultiplied, but it is taken as straight alpha".into());
+    }
+    warnings
 }
 
 /// Why a format is refused, and what to do.

@@ -18,7 +18,9 @@ mod info;
 mod inputs;
 mod jpeg;
 mod ktx2_file;
+mod names;
 mod picture;
+mod plan;
 mod request;
 
 use std::{
@@ -32,7 +34,12 @@ use clap::Parser;
 use error::Error;
 
 fn main() -> ExitCode {
-    let report: Result<Report, Error> = match Cli::parse().command {
+    let cli = Cli::parse();
+    if let Some(threads) = cli.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
+        pool.build_global().expect("nothing has used threads yet");
+    }
+    let report: Result<Report, Error> = match cli.command {
         Command::Encode(args) => encode::run(&args),
         Command::Decode(args) => decode::run(&args),
         Command::Info(args) => info::run(&args),

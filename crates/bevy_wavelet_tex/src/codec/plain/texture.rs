@@ -62,8 +62,7 @@ impl PlainTexture {
     /// Largest number of mip levels of a texture of an image, both of which have them down to one texel or
     /// pixel.
     pub fn max_level_count(size: [u32; 2], image_size: [u32; 2]) -> u32 {
-        let levels = |[width, height]: [u32; 2]| 32 - width.max(height).leading_zeros();
-        levels(size).min(levels(image_size))
+        layout::level_count(size).min(layout::level_count(image_size))
     }
 
     /// Returns whether the texture unit linearises texels, before it interpolates them.

@@ -1,0 +1,237 @@
+//! Tests that no file is lost, that one bad file costs no other, and that nothing is done twice.
+
+use std::{fs, path::Path};
+
+use serde_json::{Value, json};
+
+use crate::support::{Folder, color_image, gltf, gray_image, normal_image, stderr};
+
+#[test]
+fn an_original_stays_when_its_texture_is_decoded() {
+    let f = Folder::new("original");
+    fs::create_dir(f.0.join("set")).expect("made");
+    f.save("a.png", color_image());
+    f.save("set/b.png", gray_image());
+    let originals = [f.read("a.png"), f.read("set/b.png")];
+    f.ok(&["encode", "a.png"]);
+    f.ok(&["encode", "set"]);
+    f.fails(
+        1,
+        &["decode", "a.wtex"],
+        &["a.png", "did not write", "--force"],
+    );
+    f.fails(1, &["decode", "set"], &["b.png", "--force"]);
+    assert_eq!([f.read("a.png"), f.read("set/b.png")], originals);
+    // What was decoded is decoded again.
+    f.ok(&["decode", "a.wtex", "back.png"]);
+    f.ok(&["decode", "a.wtex", "back.png", "--level", "1"]);
+    f.ok(&["decode", "a.wtex", "--force"]);
+    assert_ne!(f.read("a.png"), originals[0]);
+}
+
+#[test]
+fn no_output_is_another_input_even_by_force() {
+    let f = Folder::new("inputs");
+    f.save("a.png", color_image());
+    f.ok(&["encode", "a.png", "b.wtex"]);
+    fs::copy(f.0.join("a.png"), f.0.join("a.wtex")).expect("a copy");
+    f.fails(
+        1,
+        &["encode", "a.png", "a.wtex", "--out", ".", "--force"],
+        &["a.wtex", "the output is the input"],
+    );
+}
+
+#[test]
+fn what_a_killed_run_left_stops_nothing() {
+    let f = Folder::new("killed");
+    f.save("a.png", gray_image());
+    // The process number of the next run is not known, so all that it can be are there.
+    for pid in 1..40000 {
+        f.write(&format!(".wavelet-tex-{pid}.tmp"), b"half");
+    }
+    f.ok(&["encode", "a.png", "--effort", "fast"]);
+}
+
+#[test]
+fn unchanged_images_are_not_encoded_again() {
+    let f = Folder::new("unchanged");
+    f.save("a.png", color_image());
+    f.save("b.png", gray_image());
+    let rows = |options: &[&str]| {
+        let start = ["encode", "a.png", "b.png", "--effort", "fast", "--json"];
+        let rows = f.json(&[&start[..], options].concat());
+        [0, 1].map(|i: usize| rows[i]["unchanged"].as_bool().expect("a row"))
+    };
+    assert_eq!(rows(&[]), [false, false]);
+    let written = fs::metadata(f.0.join("a.wtex"))
+        .and_then(|m| m.modified())
+        .expect("a time");
+    assert_eq!(rows(&[]), [true, true]);
+    let now = fs::metadata(f.0.join("a.wtex"))
+        .and_then(|m| m.modified())
+        .expect("a time");
+    assert_eq!(written, now);
+    assert_eq!(rows(&["--no-mips"]), [false, false]);
+    assert_eq!(rows(&["--no-mips", "--force"]), [false, false]);
+    f.save("b.png", normal_image());
+    assert_eq!(rows(&["--no-mips"]), [true, false]);
+    // A texture that was cut short is made again.
+    let bytes = f.read("a.wtex");
+    f.write("a.wtex", &bytes[..bytes.len() / 2]);
+    assert_eq!(rows(&["--no-mips"]), [false, true]);
+    let text = f.ok(&["encode", "a.png", "b.png", "--effort", "fast", "--no-mips"]);
+    assert!(
+        text.contains("b.wtex") && text.contains(", unchanged"),
+        "{text}"
+    );
+    assert!(text.ends_with("0 files encoded, 2 unchanged\n"), "{text}");
+}
+
+#[test]
+#[cfg(unix)]
+fn json_holds_names_that_are_not_text() {
+    use std::{ffi::OsStr, os::unix::ffi::OsStrExt};
+    let f = Folder::new("name");
+    let name = OsStr::from_bytes(b"a\xff.png");
+    gray_image()
+        .save_with_format(f.0.join(name), image::ImageFormat::Png)
+        .expect("a PNG");
+    f.save("b.png", gray_image());
+    let rows = f.json(&["encode", ".", "--json", "--effort", "fast"]);
+    assert_eq!(rows.as_array().map(Vec::len), Some(2));
+    let infos = f.json(&["info", ".", "--json"]);
+    assert_eq!(infos.as_array().map(Vec::len), Some(2));
+    f.json(&[
+        "bench", ".", "--rates", "gray2", "--effort", "fast", "--json",
+    ]);
+}
+
+#[test]
+fn a_batch_says_each_file_as_it_is_done_and_counts_them() {
+    let f = Folder::new("streams");
+    fs::create_dir(f.0.join("set")).expect("made");
+    f.save("set/a.png", gray_image());
+    f.write("set/b.png", b"no image");
+    f.save("set/c.png", gray_image());
+    let output = f.run(&["encode", "set", "--effort", "fast"]);
+    assert_eq!(output.status.code(), Some(1));
+    let errors = stderr(&output);
+    let bad = errors.find("b.png").expect("the bad file");
+    assert!(
+        bad < errors.find("1 of 3 files failed").expect("the count"),
+        "{errors}"
+    );
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.ends_with("2 files encoded\n"), "{text}");
+    // The lines of the others are there though the reader leaves.
+    let status = std::process::Command::new("sh")
+        .args([
+            "-c",
+            "\"$0\" encode set --effort fast --force | head -c 1; test -f set/c.wtex",
+        ])
+        .arg(env!("CARGO_BIN_EXE_wavelet-tex"))
+        .current_dir(&f.0)
+        .status();
+    assert!(status.expect("a shell").success());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_folder_that_cannot_be_read_costs_no_other() {
+    use std::os::unix::fs::PermissionsExt;
+    let f = Folder::new("locked");
+    fs::create_dir_all(f.0.join("set/locked")).expect("made");
+    f.save("set/a.png", gray_image());
+    let lock = |mode| {
+        let path = f.0.join("set/locked");
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("set");
+    };
+    lock(0o000);
+    if fs::read_dir(f.0.join("set/locked")).is_ok() {
+        lock(0o755);
+        return crate::support::skipped("an unreadable folder: the user may read all folders");
+    }
+    let output = f.run(&["encode", "set", "--effort", "fast"]);
+    lock(0o755);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("locked: cannot be read"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(f.0.join("set/a.wtex").is_file());
+}
+
+#[test]
+fn globs_take_brackets_by_name_and_keep_folders() {
+    let f = Folder::new("brackets");
+    for folder in ["tex[1]", "p/one", "p/two"] {
+        fs::create_dir_all(f.0.join(folder)).expect("made");
+        f.save(&format!("{folder}/a.png"), gray_image());
+    }
+    f.ok(&["encode", "tex[1]/*.png", "--effort", "fast"]);
+    assert!(f.0.join("tex[1]/a.wtex").is_file());
+    f.ok(&["encode", "p/*/a.png", "--out", "out", "--effort", "fast"]);
+    f.ok(&["encode", "p/t*", "--out", "folders", "--effort", "fast"]);
+    for name in ["out/one/a.wtex", "out/two/a.wtex", "folders/two/a.wtex"] {
+        assert!(f.0.join(name).is_file(), "{name}");
+    }
+}
+
+#[test]
+fn gltf_files_are_found_in_folders_and_share_their_images() {
+    let f = Folder::new("gltfs");
+    fs::create_dir_all(f.0.join("in/models/tex")).expect("made");
+    for (name, image) in [
+        ("base", color_image()),
+        ("bumps", normal_image()),
+        ("alone", color_image()),
+    ] {
+        f.save(&format!("in/models/tex/{name}.png"), image);
+    }
+    let material = |base: usize| {
+        json!([{
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": base}},
+            "normalTexture": {"index": 1},
+        }])
+    };
+    let uris = ["tex/base.png", "tex/bumps.png", "tex/gone.png"];
+    f.write("in/models/a.gltf", &gltf(material(0), &uris));
+    f.write("in/models/b.gltf", &gltf(material(2), &uris));
+    let output = f.run(&["encode", "in", "--out", "out", "--effort", "fast", "--json"]);
+    // One image is missing, which costs no other.
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("gone.png"), "{}", stderr(&output));
+    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(rows.as_array().map(Vec::len), Some(3), "{rows}");
+    let content = |name: &str| f.json(&["info", name, "--json"])["content"].clone();
+    assert_eq!(content("out/models/tex/base.wtex"), "color");
+    assert_eq!(content("out/models/tex/bumps.wtex"), "normal");
+    assert_eq!(content("out/models/tex/alone.wtex"), "color");
+
+    // Alone or with its folder, a model has the same textures.
+    f.run(&["encode", "in/models/a.gltf", "--effort", "fast"]);
+    let before = f.read("in/models/tex/bumps.wtex");
+    let rows = f.run(&["encode", "in", "--effort", "fast", "--json"]);
+    let rows: Value = serde_json::from_slice(&rows.stdout).expect("JSON");
+    assert_eq!(f.read("in/models/tex/bumps.wtex"), before);
+    let is_unchanged = |row: &&Value| row["unchanged"] == true;
+    assert_eq!(
+        rows.as_array()
+            .map(|r| r.iter().filter(is_unchanged).count()),
+        Some(2),
+        "{rows}"
+    );
+
+    let outside = gltf(material(0), &["../tex/base.png", "../tex/bumps.png"]);
+    fs::create_dir(f.0.join("in/models/sub")).expect("made");
+    f.write("in/models/sub/c.gltf", &outside);
+    let output = f.run(&["encode", "in/models/sub/c.gltf", "--out", "deep"]);
+    assert!(
+        stderr(&output).contains("outside of the folder deep"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(!Path::new(&f.0.join("tex")).exists());
+}

@@ -1,0 +1,288 @@
+//! Tests of what images are encoded as: their roles, their alpha and their rates.
+
+use image::{GrayAlphaImage, GrayImage, Luma, LumaA, Rgb, RgbImage, Rgba, RgbaImage};
+use serde_json::{Value, json};
+
+use crate::support::{Folder, color_image, gltf, gray_image, normal_image, stderr};
+
+fn row(f: &Folder, args: &[&str]) -> Value {
+    f.json(&[&["encode"], args, &["--json", "--effort", "fast"]].concat())[0].clone()
+}
+
+#[test]
+fn masks_and_occlusion_are_one_channel() {
+    let f = Folder::new("channel");
+    f.save("a.png", RgbImage::from_pixel(64, 64, Rgb([255, 128, 0])));
+    for role in ["mask", "occlusion"] {
+        let row = row(&f, &["a.png", "a.wtex", "--role", role]);
+        assert_eq!(row["channel"], "red", "{row}");
+        assert_eq!(row["psnr_db"], Value::Null, "{row}");
+        assert!(
+            f.level("a.wtex", "0").pixels().all(|p| p[0] == 255),
+            "{role}"
+        );
+    }
+    let shape = |x: u32| if x < 20 { 255 } else { 0 };
+    f.save(
+        "b.png",
+        RgbaImage::from_fn(64, 64, |x, _| Rgba([7, 90, 12, shape(x)])),
+    );
+    let row = row(&f, &["b.png", "b.wtex", "--role", "mask"]);
+    assert_eq!(row["channel"], "alpha", "{row}");
+    let level = f.level("b.wtex", "0");
+    assert!(level.get_pixel(5, 5)[0] > 250 && level.get_pixel(40, 5)[0] < 5);
+    let line = f.ok(&["encode", "b.png", "b.wtex", "--role", "mask", "--force"]);
+    assert!(line.contains("mask of alpha"), "{line}");
+}
+
+#[test]
+fn an_image_in_two_roles_serves_both_or_becomes_two() {
+    let f = Folder::new("two-roles");
+    let orm = RgbImage::from_fn(64, 64, |x, y| Rgb([(3 * x) as u8, (4 * y) as u8, 255]));
+    f.save("orm.png", orm);
+    f.save("wall.png", normal_image());
+    // The order of textures does not matter.
+    for (occlusion, rest) in [(0, 1), (1, 0)] {
+        let material = json!([{
+            "occlusionTexture": {"index": occlusion},
+            "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": rest}},
+        }]);
+        f.write("a.gltf", &gltf(material, &["orm.png", "orm.png"]));
+        let row = row(&f, &["a.gltf", "--force"]);
+        assert_eq!(row["role"], "data", "{row}");
+        let info = f.json(&["info", "orm.wtex", "--json"]);
+        assert_eq!(
+            (&info["content"], &info["color_space"]),
+            (&json!("color"), &json!("linear"))
+        );
+    }
+    let material = json!([{
+        "normalTexture": {"index": 0},
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 1}},
+        "emissiveTexture": {"index": 1},
+    }]);
+    f.write("b.gltf", &gltf(material, &["wall.png", "wall.png"]));
+    f.ok(&["encode", "b.gltf", "--effort", "fast"]);
+    let content = |name: &str| f.json(&["info", name, "--json"])["content"].clone();
+    assert_eq!(content("wall.wtex"), "color");
+    assert_eq!(content("wall.normal.wtex"), "normal");
+}
+
+#[test]
+fn names_tell_roles() {
+    let f = Folder::new("names");
+    std::fs::create_dir(f.0.join("set")).expect("made");
+    for name in ["wall", "wall_orm", "wall_ao", "wall_detail", "photo_n"] {
+        f.save(&format!("set/{name}.png"), color_image());
+    }
+    f.save("set/wall_n.png", normal_image());
+    f.write("roles", b"# of this game\n*_detail.png data\n");
+    let output = f.run(&["encode", "set", "--roles", "roles", "--effort", "fast"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("photo_n.png: its name is that of a normal map"));
+    for (name, content, space) in [
+        ("wall", "color", "srgb"),
+        ("wall_n", "normal", "linear"),
+        ("wall_orm", "color", "linear"),
+        ("wall_ao", "gray", "linear"),
+        ("wall_detail", "color", "linear"),
+        ("photo_n", "color", "srgb"),
+    ] {
+        let info = f.json(&["info", &format!("set/{name}.wtex"), "--json"]);
+        assert_eq!(
+            (&info["content"], &info["color_space"]),
+            (&json!(content), &json!(space)),
+            "{name}"
+        );
+    }
+    let row = row(&f, &["set/wall_n.png", "--role", "color"]);
+    assert_eq!(row["content"], "color");
+    f.write("bad", b"*_x.png depth\n");
+    f.fails(
+        1,
+        &["encode", "set", "--roles", "bad"],
+        &["bad: line 1", "depth is no role", "occlusion"],
+    );
+}
+
+#[test]
+fn alpha_is_kept_where_it_is_needed_and_only_there() {
+    let f = Folder::new("needed");
+    f.save(
+        "la.png",
+        GrayAlphaImage::from_pixel(64, 64, LumaA([90, 40])),
+    );
+    for options in [&[][..], &["--alpha"]] {
+        let row = row(&f, &[&["la.png", "--force"], options].concat());
+        assert_eq!(row["content"], "color_alpha", "{row}");
+        assert!(
+            f.level("la.wtex", "0")
+                .pixels()
+                .all(|p| p.0 == [90, 90, 90, 40])
+        );
+    }
+    let half = |x: u32| if x < 32 { 255 } else { 90 };
+    f.save(
+        "half.png",
+        RgbaImage::from_fn(64, 64, |x, y| Rgba([x as u8, y as u8, 9, half(x)])),
+    );
+    f.save(
+        "full.png",
+        RgbaImage::from_fn(64, 64, |x, y| Rgba([x as u8, y as u8, 9, 255])),
+    );
+    let content = |args: &[&str]| row(&f, args)["content"].clone();
+    assert_eq!(content(&["full.png", "--alpha"]), "color");
+    assert_eq!(content(&["half.png", "--role", "data", "--alpha"]), "color");
+    for (mode, expected) in [
+        ("OPAQUE", "color"),
+        ("BLEND", "color_alpha"),
+        ("MASK", "color_alpha"),
+    ] {
+        let material = json!([{
+            "alphaMode": mode,
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        }]);
+        f.write("a.gltf", &gltf(material, &["half.png"]));
+        assert_eq!(content(&["a.gltf"]), expected, "{mode}");
+    }
+    let material = json!([{"alphaMode": "BLEND", "emissiveTexture": {"index": 0}}]);
+    f.write("a.gltf", &gltf(material, &["half.png"]));
+    assert_eq!(content(&["a.gltf"]), "color");
+}
+
+#[test]
+fn bits_mean_a_rate_of_the_content() {
+    let f = Folder::new("bits");
+    f.save("photo.png", color_image());
+    f.save("gray.png", gray_image());
+    f.save("bumps.png", normal_image());
+    let content = |args: &[&str]| row(&f, args)["content"].clone();
+    assert_eq!(content(&["photo.png", "--rate", "4"]), "color");
+    assert_eq!(content(&["gray.png", "--rate", "4"]), "gray");
+    assert_eq!(
+        content(&["bumps.png", "--rate", "4", "--role", "normal"]),
+        "normal"
+    );
+    f.fails(
+        2,
+        &["encode", "photo.png", "new.wtex", "--rate", "2"],
+        &["color cannot", "color2.25"],
+    );
+    // A rate is for the images of its kind.
+    let material = json!([{
+        "normalTexture": {"index": 1},
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+    }]);
+    f.write("a.gltf", &gltf(material, &["photo.png", "bumps.png"]));
+    for (rate, bits) in [("color5", [5.0, 4.0]), ("color5,normal8", [5.0, 8.0])] {
+        let rows = f.json(&[
+            "encode",
+            "a.gltf",
+            "--rate",
+            rate,
+            "--effort",
+            "fast",
+            "--json",
+            "--formats",
+            "wavelet",
+        ]);
+        let info = |name| f.json(&["info", name, "--json"])["content"].clone();
+        assert_eq!(
+            (info("photo.wtex"), info("bumps.wtex")),
+            (json!("color"), json!("normal"))
+        );
+        let bpp = [0, 1].map(|i: usize| rows[i]["bpp"].as_f64().expect("bits"));
+        assert!(
+            bpp[0] > 4.9 && bpp[0] < 6.5 && bpp[1] >= 4.0,
+            "{bits:?}: {bpp:?}"
+        );
+    }
+}
+
+#[test]
+fn maps_that_stay_as_they_are_are_named() {
+    let f = Folder::new("left");
+    f.save("photo.png", color_image());
+    let coat = json!({"KHR_materials_clearcoat": {"clearcoatTexture": {"index": 0}}});
+    f.write(
+        "a.gltf",
+        &gltf(json!([{"extensions": coat}]), &["photo.png"]),
+    );
+    f.fails(
+        1,
+        &["encode", "a.gltf"],
+        &["a.gltf", "nothing to encode", "KHR_materials_clearcoat"],
+    );
+    let both = json!([{
+        "extensions": coat,
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+    }]);
+    f.write("b.gltf", &gltf(both, &["photo.png"]));
+    let output = f.run(&["encode", "b.gltf", "--effort", "fast"]);
+    assert!(output.status.success());
+    assert!(
+        stderr(&output).contains("KHR_materials_clearcoat keep their own"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn alpha_and_16_bits_count_in_comparisons() {
+    let f = Folder::new("compared");
+    f.save("rgb.png", color_image());
+    f.save(
+        "rgba.png",
+        RgbaImage::from_fn(75, 46, |x, y| {
+            let [r, g, b] = color_image().get_pixel(x, y).0;
+            Rgba([r, g, b, if x < 37 { 0 } else { 255 }])
+        }),
+    );
+    assert!(f.psnr("rgb.png", "rgba.png") < 20.0);
+    assert_eq!(f.psnr("rgba.png", "rgba.png"), f64::INFINITY);
+    let wide = |low: u16| {
+        let image =
+            image::ImageBuffer::<Luma<u16>, Vec<u16>>::from_pixel(8, 8, Luma([0x4000 + low]));
+        image::DynamicImage::ImageLuma16(image)
+    };
+    f.save("wide.png", wide(0));
+    f.save("other.png", wide(60));
+    assert!(f.psnr("wide.png", "other.png").is_finite());
+    // What nobody sees has no error.
+    let clear = |r: u8| RgbaImage::from_pixel(8, 8, Rgba([r, 0, 0, 0]));
+    f.save("clear.png", clear(0));
+    f.save("red.png", clear(255));
+    assert_eq!(f.psnr("clear.png", "red.png"), f64::INFINITY);
+}
+
+#[test]
+fn what_files_say_in_vain_is_a_warning() {
+    let f = Folder::new("said");
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 4, 4);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_source_gamma(png::ScaledFloat::new(1.0));
+    let mut writer = encoder.write_header().expect("a header");
+    writer.write_image_data(&[90; 16]).expect("pixels");
+    writer.finish().expect("an end");
+    f.write("gamma.png", &png);
+    assert!(stderr(&f.run(&["encode", "gamma.png"])).contains("gAMA chunk says 1.000"));
+    f.save("usual.png", GrayImage::new(4, 4));
+    assert_eq!(stderr(&f.run(&["encode", "usual.png"])), "");
+
+    let mut ktx2 = crate::inputs::ktx2(ktx2::Format::R8_UNORM, [4, 4], &[90; 16], false);
+    // The flags of the descriptor, then a key at the end of the file.
+    ktx2[80 + 24 + 15] |= 1;
+    let start = ktx2.len() as u32;
+    let entry = b"KTXorientation\0ru\0";
+    ktx2.extend((entry.len() as u32).to_le_bytes());
+    ktx2.extend(entry);
+    let length = ktx2.len() as u32 - start;
+    ktx2[56..60].copy_from_slice(&start.to_le_bytes());
+    ktx2[60..64].copy_from_slice(&length.to_le_bytes());
+    f.write("said.ktx2", &ktx2);
+    let warnings = stderr(&f.run(&["encode", "said.ktx2"]));
+    for words in ["KTXorientation is ru", "premultiplied"] {
+        assert!(warnings.contains(words), "{words}: {warnings}");
+    }
+}
