@@ -145,8 +145,8 @@ pub enum PackedFormat {
 /// The filter that reconstructs the missing chrominance of a pixel from its neighbours (thesis 4.5).
 ///
 /// Pixels exchange what they have fetched within their quad of 2 x 2 fragments, by derivatives (thesis 4.5,
-/// optimisations), so that they fetch fewer texels than a filter reads. On OpenGL, whose derivatives may be coarse,
-/// they fetch all.
+/// optimisations), so that they fetch fewer texels than a filter reads. On OpenGL and Metal, whose derivatives may be
+/// coarse, they fetch all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bevy",

@@ -43,7 +43,7 @@ fn one_bad_pixel_is_one_bad_pixel() {
                 Reconstruction::EdgeDirected,
             ] {
                 let found = flat.packed(YCoCgFrameBuffer {
-                    format: format.into(),
+                    format,
                     reconstruction,
                     ..default()
                 });
@@ -88,7 +88,7 @@ fn stacking_light_until_it_overflows_is_as_bright_as_can_be() {
         for format in [PackedFormat::Float16, PackedFormat::Float32] {
             for msaa_resolve in [MsaaResolve::Box, MsaaResolve::ToneMapWeighted] {
                 let found = flat.packed(YCoCgFrameBuffer {
-                    format: format.into(),
+                    format,
                     msaa_resolve,
                     ..default()
                 });

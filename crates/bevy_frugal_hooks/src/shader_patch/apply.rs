@@ -52,11 +52,8 @@ impl ShaderPatches {
     }
 
     fn add(&mut self, patch: ShaderPatch) {
-        if self
-            .states
-            .insert(patch.name, PatchState::Pending)
-            .is_none()
-        {
+        if !self.states.contains_key(patch.name) {
+            self.states.insert(patch.name, PatchState::Pending);
             self.patches.push(patch);
         }
     }
@@ -94,18 +91,24 @@ fn apply_patches(mut shaders: ResMut<Assets<Shader>>, mut patches: ResMut<Shader
             .filter(|(_, shader)| patch.is_for(shader))
             .map(|(id, _)| id)
             .collect();
-        for id in ids {
-            let state = apply(&mut shaders, id, patch);
-            if let PatchState::Refused(error) = &state
-                && states.get(patch.name) != Some(&state)
-            {
-                error!(
-                    "`{}` leaves Bevy's shader `{}` as it is: {error}",
-                    patch.name, patch.shader
-                );
-            }
-            states.insert(patch.name, state);
+        // Another shader may override Bevy's by its import path, and it is not known which of them is compiled. So a
+        // patch is applied where it is in all of them.
+        let found = ids.into_iter().map(|id| apply(&mut shaders, id, patch));
+        let Some(state) = found.reduce(|state, other| match state {
+            PatchState::Refused(_) => state,
+            _ => other,
+        }) else {
+            continue;
+        };
+        if let PatchState::Refused(error) = &state
+            && states.get(patch.name) != Some(&state)
+        {
+            error!(
+                "`{}` leaves Bevy's shader `{}` as it is: {error}",
+                patch.name, patch.shader
+            );
         }
+        states.insert(patch.name, state);
     }
 }
 
@@ -137,5 +140,62 @@ fn apply(
     match shaders.insert(id, patched) {
         Ok(()) => PatchState::Applied,
         Err(error) => PatchState::Refused(PatchError::Asset(error.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader_patch::Insertion;
+
+    const PATH: &str = "embedded://bevy_pbr/render/test.wesl";
+
+    fn patch() -> ShaderPatch {
+        ShaderPatch {
+            insertions: vec![Insertion::before("return color;", "color = 2.0 * color;\n")],
+            ..ShaderPatch::new("test", "bevy_pbr::render::test")
+        }
+    }
+
+    fn app(sources: &[&str]) -> App {
+        let mut app = App::new();
+        app.add_plugins((MinimalPlugins, AssetPlugin::default()))
+            .init_asset::<Shader>()
+            .patch_shader(patch());
+        let mut shaders = app.world_mut().resource_mut::<Assets<Shader>>();
+        for source in sources {
+            let shader = shaders.add(Shader::from_wesl((*source).to_owned(), PATH));
+            // The asset stays as long as its handle.
+            std::mem::forget(shader);
+        }
+        app.update();
+        app
+    }
+
+    const BEVYS: &str = "fn f(c: f32) -> f32 { var color = c;\nreturn color;\n}";
+    const OVERRIDE: &str = "fn f(c: f32) -> f32 { return c; }";
+
+    #[test]
+    fn a_shader_that_overrides_bevys_is_not_taken_for_the_patched_one() {
+        for sources in [[BEVYS, OVERRIDE], [OVERRIDE, BEVYS]] {
+            let app = app(&sources);
+            let patches = app.world().resource::<ShaderPatches>();
+            assert!(patches.refused(&["test"]).is_some(), "{patches:?}");
+        }
+    }
+
+    #[test]
+    fn a_patch_that_is_added_again_stays_applied() {
+        let mut app = app(&[BEVYS]);
+        let is_applied = |app: &App| {
+            app.world()
+                .resource::<ShaderPatches>()
+                .all_applied(&["test"])
+        };
+        assert!(is_applied(&app));
+        app.patch_shader(patch());
+        assert!(is_applied(&app));
+        app.update();
+        assert!(is_applied(&app));
     }
 }

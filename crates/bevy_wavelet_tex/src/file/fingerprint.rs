@@ -1,6 +1,6 @@
 //! The fingerprint of what a file was made of.
 
-use super::{FINGERPRINT_FLAG, FLAGS_AT, MAGIC, is_texture};
+use super::{FINGERPRINT_FLAG, FLAGS_AT, MAGIC};
 
 const BYTES: usize = size_of::<u64>();
 
@@ -22,7 +22,7 @@ pub fn fingerprint(bytes: &[u8]) -> Option<u64> {
 
 /// The file without its fingerprint.
 pub(super) fn without(bytes: &[u8]) -> &[u8] {
-    let has_one = is_texture(bytes)
+    let has_one = bytes.starts_with(&MAGIC)
         && bytes
             .get(FLAGS_AT)
             .is_some_and(|flags| flags & FINGERPRINT_FLAG != 0)

@@ -121,9 +121,11 @@ impl<'a> Flow<'a> {
 
     /// Returns whether the block ends the function.
     fn block(&mut self, block: &CompoundStatement) -> bool {
-        block.statements.iter().fold(false, |ends, statement| {
-            self.statement(statement.node()) || ends
-        })
+        let mut ends = false;
+        for statement in &block.statements {
+            ends |= self.statement(statement.node());
+        }
+        ends
     }
 
     fn statement(&mut self, statement: &Statement) -> bool {

@@ -110,7 +110,8 @@ pub(super) fn init_pipeline(
         ),
         fullscreen: fullscreen.clone(),
         shader: load_embedded_asset!(asset_server.as_ref(), "resolve.wesl"),
-        has_fine_derivatives: Backends::from(adapter.backend) != Backends::GL,
+        // Derivatives in the shading languages of these may be coarse, whatever is asked for.
+        has_fine_derivatives: !(Backends::GL | Backends::METAL).contains(adapter.backend.into()),
     });
 }
 

@@ -143,7 +143,8 @@ impl SpecializedRenderPipeline for TaaPipeline {
                 shader: self.shader.clone(),
                 shader_defs: defs
                     .into_iter()
-                    .filter_map(|(def, is_set)| is_set.then(|| def.into()))
+                    .filter(|(_, is_set)| *is_set)
+                    .map(|(def, _)| def.into())
                     .collect(),
                 targets: vec![target(TextureFormat::Rg11b10Ufloat), target(HISTORY_FORMAT)],
                 ..default()
