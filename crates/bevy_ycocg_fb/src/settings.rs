@@ -8,7 +8,7 @@ use bevy::prelude::*;
 /// Materials, lights and effects stay unchanged. A camera that cannot use a format is drawn as without the
 /// component, and its [`FrameBufferReport`](crate::FrameBufferReport) has the reason. Cameras that draw on top of
 /// the picture of this one, such as that of a view model, take its format with it unless they have a quality of
-/// their own. [`DefaultFrameBufferQuality`](crate::DefaultFrameBufferQuality) is for all cameras without the
+/// their own. [`DefaultFrameBufferQuality`] is for all cameras without the
 /// component.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(
