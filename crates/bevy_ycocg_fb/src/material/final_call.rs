@@ -122,8 +122,9 @@ impl<'a> Flow<'a> {
     /// Returns whether the block ends the function.
     fn block(&mut self, block: &CompoundStatement) -> bool {
         let mut ends = false;
-        for statement in &block.statements {
-            ends |= self.statement(statement.node());
+        let statements = block.statements.iter().map(|statement| statement.node());
+        for statement in statements.filter(|statement| !is_of_prepass(statement)) {
+            ends |= self.statement(statement);
         }
         ends
     }
@@ -290,6 +291,22 @@ impl<'a> Flow<'a> {
     }
 }
 
+/// Whether a statement is there in prepasses only, which write other things than colours.
+fn is_of_prepass(statement: &Statement) -> bool {
+    let attributes = match statement {
+        Statement::Compound(statement) => &statement.attributes,
+        Statement::Declaration(statement) => &statement.attributes,
+        Statement::Assignment(statement) => &statement.attributes,
+        Statement::FunctionCall(statement) => &statement.attributes,
+        Statement::If(statement) => &statement.attributes,
+        Statement::Return(statement) => &statement.attributes,
+        _ => return false,
+    };
+    attributes.iter().any(|attribute| {
+        matches!(attribute.node(), Attribute::If(condition) if condition.to_string() == "PREPASS_PIPELINE")
+    })
+}
+
 /// Whether a path is that of a variable or one of its members.
 fn is_part(path: &str, variable: &str) -> bool {
     let rest = path.strip_prefix(variable);
@@ -340,6 +357,11 @@ mod tests {
                 "{rest}"
             );
         }
+        // As in materials that serve the deferred prepass, too.
+        assert!(fragment_packs(&format!(
+            "@if(PREPASS_PIPELINE) {{ return deferred_output(in, pbr_input); }}\n\
+             @else {{ var out: FragmentOutput;\n{CALL}\nreturn out; }}"
+        )));
         assert!(fragment_packs(
             "return (pack_fragment(color, in.position));"
         ));
