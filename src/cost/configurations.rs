@@ -15,7 +15,7 @@ use crate::tradeoff::{ewa::settings::SETTINGS, wavelet_tex::tunnel::FILTERS};
 pub const PLUGINS: [(&str, &str); 4] = [
     ("wavelet_tex", "trilinear"),
     ("ycocg_fb", "default"),
-    ("ewa", "linear"),
+    ("ewa", "anisotropic"),
     ("voxel_gi", "trace"),
 ];
 
