@@ -61,7 +61,7 @@ impl HeadlessApp {
                 })
                 .set(RenderPlugin {
                     render_creation: wgpu_settings.into(),
-                    synchronous_pipeline_compilation: true,
+                    synchronous_pipeline_compilation: !settings.compiles_in_background,
                     ..default()
                 })
                 .set(AssetPlugin {

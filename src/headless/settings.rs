@@ -47,6 +47,9 @@ pub struct HeadlessSettings {
     pub time_step: Duration,
     /// Longest wait for the GPU to finish a frame. Default 60 s.
     pub gpu_timeout: Duration,
+    /// Whether pipelines compile in the background while frames go on, as in a game. Default `false`: a frame waits
+    /// for what it needs.
+    pub compiles_in_background: bool,
     /// Folder of the assets, absolute or relative to the package. Default `assets`.
     pub asset_folder: String,
 }
@@ -62,6 +65,7 @@ impl Default for HeadlessSettings {
             constrained_limits: None,
             time_step: Duration::from_nanos(1_000_000_000 / 60),
             gpu_timeout: Duration::from_secs(60),
+            compiles_in_background: false,
             asset_folder: "assets".into(),
         }
     }

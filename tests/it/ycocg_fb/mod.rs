@@ -6,6 +6,7 @@ mod effects;
 mod exact;
 mod extremes;
 mod fallback;
+mod flashes;
 mod flat;
 mod formats;
 mod games;

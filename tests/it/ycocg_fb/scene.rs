@@ -58,7 +58,7 @@ impl Studio {
     }
 
     fn in_app(mut app: Borrowed) -> Self {
-        app.run_until_ready(200).expect("the scene is ready");
+        app.run_until_ready(5000).expect("the scene is ready");
         let world = app.world_mut();
         let camera = world
             .query_filtered::<Entity, With<TestCamera>>()

@@ -4,7 +4,10 @@ use bevy::{
     prelude::*,
     render::{RenderApp, render_resource::PipelineCache, renderer::RenderDevice, view::Msaa},
 };
-use bevy_ycocg_fb::{FrameBufferQuality, PackedFormat, YCoCgFrameBuffer};
+use bevy_ycocg_fb::{
+    CameraState, DefaultFrameBufferQuality, FrameBufferChanged, FrameBufferQuality,
+    FrameBufferReport, PackedFormat, YCoCgFrameBuffer,
+};
 
 use super::scene::{Studio, lit_scene, packing};
 use crate::support::gpu;
@@ -79,4 +82,69 @@ fn an_app_without_such_a_camera_has_nothing_more() {
         assert!(!label.contains("packed_ycocg"), "{label}");
         assert!(!label.contains("YCOCG_FB_PACK"), "{label}");
     }
+}
+
+#[test]
+fn cameras_without_a_quality_have_that_of_the_app() {
+    let _gpu = gpu();
+    let mut studio = Studio::with_size(64, 48, lit_scene);
+    studio.mode(true, Msaa::Off);
+    let plain = studio.plain();
+    let compact = studio.quality(FrameBufferQuality::Compact);
+    studio.plain();
+    assert_eq!(studio.report(), None);
+    let default = DefaultFrameBufferQuality(FrameBufferQuality::Compact);
+    studio.app.world_mut().insert_resource(default);
+    assert!(studio.picture() == compact);
+    assert_eq!(studio.state(), Some(CameraState::Rg11b10Ufloat));
+    // A camera's own is preferred.
+    assert!(studio.quality(FrameBufferQuality::Exact) == plain);
+    assert_eq!(studio.state(), Some(CameraState::Exact));
+    studio.camera(|camera| {
+        camera.remove::<FrameBufferQuality>();
+    });
+    assert!(studio.picture() == compact);
+    let world = studio.app.world_mut();
+    world.remove_resource::<DefaultFrameBufferQuality>();
+    assert!(studio.picture() == plain);
+    let camera = studio.camera;
+    assert_eq!(studio.app.world().get::<FrameBufferReport>(camera), None);
+}
+
+#[test]
+fn a_message_says_when_a_camera_changes() {
+    let _gpu = gpu();
+    let mut studio = Studio::with_size(64, 48, lit_scene);
+    studio.mode(true, Msaa::Off).plain();
+    let mut reader = studio
+        .app
+        .world()
+        .resource::<Messages<FrameBufferChanged>>()
+        .get_cursor_current();
+    let mut told = Vec::new();
+    let qualities = [
+        FrameBufferQuality::Compact,
+        FrameBufferQuality::Exact,
+        packing(),
+    ];
+    for quality in qualities {
+        studio.camera(|camera| {
+            camera.insert(quality);
+        });
+        for _ in 0..4 {
+            studio.app.render_frames(1).expect("a frame");
+            let messages = studio
+                .app
+                .world()
+                .resource::<Messages<FrameBufferChanged>>();
+            told.extend(reader.read(messages).cloned());
+        }
+    }
+    let states: Vec<_> = told.iter().map(|message| message.state.clone()).collect();
+    let packed = CameraState::Packed(PackedFormat::default());
+    assert_eq!(
+        states,
+        [CameraState::Rg11b10Ufloat, CameraState::Exact, packed]
+    );
+    assert!(told.iter().all(|message| message.camera == studio.camera));
 }

@@ -97,6 +97,10 @@ pub(super) fn select_views(
     decisions.0.clear();
     switched.views.clear();
     if former.is_empty() && candidates.iter().all(|c| c.quality.is_none()) {
+        // A camera whose first quality comes later switches from Bevy's format.
+        switched.former.clear();
+        let cameras = candidates.iter().map(|candidate| (candidate.entity, None));
+        switched.former.extend(cameras);
         return;
     }
     refusals.keep_current(&candidates, &shaders);
