@@ -9,6 +9,7 @@ mod loading;
 mod materials;
 mod modes;
 mod neighbours;
+mod parity;
 mod plain;
 mod processing;
 mod reference;
@@ -16,6 +17,7 @@ mod scene;
 mod shaders;
 mod stochastic;
 mod swapping;
+mod twin;
 mod viewer;
 
 pub use scene::gpu_with_all_planes;

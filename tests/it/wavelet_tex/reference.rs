@@ -100,7 +100,7 @@ pub fn trilinear(levels: &[Level], uv: Vec2, lod: f64, mode: WaveletAddressMode)
 
 /// The anisotropic filter of `sampling.wesl`, where a pixel of the screen covers `extent` uv along their axes.
 pub fn anisotropic(levels: &[Level], uv: Vec2, extent: Vec2, mode: WaveletAddressMode) -> [f64; 3] {
-    const MAX_ANISOTROPY: f64 = 10.0;
+    const MAX_ANISOTROPY: f64 = 9.9;
     const SAMPLE_DENSITY: f64 = 1.2;
     const LONG_FOOTPRINT_BIAS: f64 = 0.45;
     let pixels = [0, 1].map(|axis| f64::from(extent[axis]) * f64::from(levels[0].size[axis]));
