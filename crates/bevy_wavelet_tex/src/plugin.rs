@@ -17,7 +17,8 @@ use crate::{
     file::EXTENSION,
     gltf::{self, Exchanges, WaveletGltf},
     material::{
-        GpuWaveletTexture, WaveletExtension, WaveletSamplers, WaveletStandardMaterial, missing_textures,
+        GpuWaveletTexture, WaveletExtension, WaveletSamplers, WaveletStandardMaterial,
+        missing_textures,
         reload::{Decals, find_decals, rebind_materials, write_forms},
     },
     settings::{WaveletAddressMode, WaveletFilter},

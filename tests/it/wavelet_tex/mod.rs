@@ -3,6 +3,7 @@
 mod decode;
 mod driver;
 mod exact;
+mod exchange;
 mod filters;
 mod gltf;
 mod loading;
@@ -13,6 +14,7 @@ mod parity;
 mod plain;
 mod processing;
 mod reference;
+mod resolution;
 mod scene;
 mod shaders;
 mod stochastic;

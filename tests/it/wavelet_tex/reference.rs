@@ -112,6 +112,7 @@ pub fn anisotropic(levels: &[Level], uv: Vec2, extent: Vec2, mode: WaveletAddres
     let lod = width.log2().clamp(0.0, (levels.len() - 1) as f64);
     let widths = (long / width).max(1.0);
     let samples = (SAMPLE_DENSITY * widths + 1.0 - SAMPLE_DENSITY).ceil() as u32;
+    assert!(samples <= 16, "{samples} samples");
     let half = (1.0 - (width / long).powi(2)).max(0.0).sqrt() as f32;
     let axis = if pixels[0] >= pixels[1] {
         Vec2::X

@@ -124,9 +124,11 @@ impl Twin<'_> {
         match self.path {
             Path::Forward => {}
             Path::Prepass => {
-                drop(camera.insert((DepthPrepass, NormalPrepass, MotionVectorPrepass)));
+                camera.insert((DepthPrepass, NormalPrepass, MotionVectorPrepass));
             }
-            Path::Deferred => drop(camera.insert((DepthPrepass, DeferredPrepass))),
+            Path::Deferred => {
+                camera.insert((DepthPrepass, DeferredPrepass));
+            }
         }
         let camera = camera.id();
         let entities = (self.scene)(world, camera);

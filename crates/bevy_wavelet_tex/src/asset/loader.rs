@@ -123,8 +123,11 @@ impl WaveletTextureLoader {
         let mut sizes = atlases.map(|atlas| atlas.size).chain(plain);
         let too_large = sizes.find(|size| !self.fits(*size));
         let most = settings.max_size.map_or(u32::MAX, |most| most.max(1));
-        let is_wanted =
-            |level: &u32| mip_size(image.size, *level).iter().all(|side| *side <= most);
+        let is_wanted = |level: &u32| {
+            mip_size(image.size, *level)
+                .iter()
+                .all(|side| *side <= most)
+        };
         // The reader has left out what is not wanted, unless the blocks of a level cannot be the first.
         let begins_later = image.levels > 1 && !is_wanted(&0);
         if storage == WaveletStorage::Blocks && too_large.is_none() && !begins_later {

@@ -28,7 +28,12 @@ fn encoded(size: [u32; 2], rate: Rate, formats: Formats) -> WaveletImage {
         effort: Effort::Fast,
         ..EncodeSettings::default()
     };
-    encode(&Source::new(size, Pixels::Rgba8(&pixels)), &settings, &|_, _| {}).expect("an image")
+    encode(
+        &Source::new(size, Pixels::Rgba8(&pixels)),
+        &settings,
+        &|_, _| {},
+    )
+    .expect("an image")
 }
 
 #[test]

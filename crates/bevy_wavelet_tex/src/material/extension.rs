@@ -178,7 +178,9 @@ impl WaveletExtension {
             };
             if !map.takes(texture.content) {
                 if self.forms.of(map) != TextureForm::UNBOUND {
-                    let path = handle.path().map_or_else(String::new, |path| format!(" '{path}'"));
+                    let path = handle
+                        .path()
+                        .map_or_else(String::new, |path| format!(" '{path}'"));
                     warn!(
                         "a material goes without its map of {}: the wavelet texture{path} has the content `{}` \
                          (encode it with the role of that map, `wavelet-tex encode --role`)",
