@@ -40,7 +40,7 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// `asset::DECODE_BYTES_PER_PIXEL`, which is there with the feature `bevy` alone.
-const BYTES_PER_PIXEL: f64 = 64.0;
+const BYTES_PER_PIXEL: f64 = 40.0;
 
 #[test]
 fn a_pixel_takes_no_more_bytes_than_the_budget_has() {

@@ -86,12 +86,12 @@ pub enum WaveletLoadError {
 /// Bytes of memory that the decoding of a texture on load takes at most. Larger mip levels are left out.
 ///
 /// A file states the sizes of its blocks, up to 384 MiB for an image of 16384 x 16384 pixels, which are there beside it.
-pub const DECODE_BUDGET: u64 = 1 << 30;
+pub const DECODE_BUDGET: u64 = 640 << 20;
 
 /// Bytes that it takes for each pixel: planes, texels of blocks, decoded pixels and those of the texture.
-pub const DECODE_BYTES_PER_PIXEL: u64 = 64;
+pub const DECODE_BYTES_PER_PIXEL: u64 = 40;
 
-/// Pixels of the largest level that is decoded: 4096 x 4096.
+/// Pixels of the largest level that is decoded, which are those of 4096 x 4096.
 const DECODED_PIXELS: u64 = DECODE_BUDGET / DECODE_BYTES_PER_PIXEL;
 
 impl WaveletTextureLoader {
