@@ -2,7 +2,7 @@
 
 use bevy::{
     core_pipeline::oit::OrderIndependentTransparencySettings,
-    light::GlobalAmbientLight,
+    light::{ClusteredDecal, GlobalAmbientLight},
     mesh::UvChannel,
     pbr::{ParallaxMappingMethod, ScreenSpaceAmbientOcclusion},
     prelude::*,
@@ -16,6 +16,7 @@ use super::{
     scene::gpu_with_all_planes,
     twin::{Maps, Path, Twin, add_image, differences, square, without_mips},
 };
+use crate::support::{logs::warned_of, skipped};
 
 const TEXELS: u32 = 64;
 
@@ -271,7 +272,7 @@ fn alpha_to_coverage_is_as_sharp_as_bevys() {
         return;
     };
     // A slope over a third of the square, whose edge is a line where alpha crosses the cutoff.
-    let slope = |x, y| (x * 10 + y * 3).saturating_sub(300).min(255) as u8;
+    let slope = |x: u32, y: u32| (x * 10 + y * 3).saturating_sub(300).min(255) as u8;
     let picture = RgbImage::from_fn(TEXELS, TEXELS, |x, y| Rgb([slope(x, y); 3]));
     let scene = |world: &mut World, camera: Entity| {
         world.entity_mut(camera).insert(Msaa::Sample4);
@@ -365,4 +366,79 @@ fn a_depth_map_moves_wavelet_maps() {
             );
         }
     }
+}
+
+#[test]
+fn clustered_decals_lie_on_wavelet_materials() {
+    let Some(_gpu) = gpu_with_all_planes() else {
+        return;
+    };
+    let scene = |world: &mut World, camera: Entity| {
+        let red = vec![[255, 0, 0, 255]; 16];
+        let red = add_image(world, [4; 2], red, TextureFormat::Rgba8UnormSrgb);
+        world.spawn((
+            ClusteredDecal {
+                base_color_texture: Some(red),
+                ..default()
+            },
+            Transform::from_scale(Vec3::splat(0.8)),
+        ));
+        lit(world, camera)
+    };
+    let base = |_: &mut World| StandardMaterial {
+        perceptual_roughness: 1.0,
+        ..default()
+    };
+    for path in [Path::Forward, Path::Deferred] {
+        let twin = Twin {
+            path,
+            maps: Maps {
+                base_color: Some(colors(3)),
+                ..default()
+            },
+            base: &base,
+            setup: &ambient,
+            scene: &scene,
+        };
+        assert_alike(&format!("decal, {path:?}"), &twin, 3);
+        let without = Twin {
+            scene: &lit,
+            ..twin.clone()
+        };
+        if differences(&twin.decoded(), &without.decoded()).1 < 1.0 {
+            skipped("clustered decals: this Bevy, or the device, has none");
+        }
+    }
+}
+
+#[test]
+fn a_texture_of_another_kind_is_left_out_and_named() {
+    let Some(_gpu) = gpu_with_all_planes() else {
+        return;
+    };
+    let base = |_: &mut World| StandardMaterial {
+        perceptual_roughness: 1.0,
+        ..default()
+    };
+    let normals = content::bricks(TEXELS, TEXELS, 3).normal;
+    let colors = Maps {
+        base_color: Some(colors(3)),
+        ..default()
+    };
+    let twin = Twin {
+        path: Path::Forward,
+        maps: Maps {
+            occlusion: Some(without_mips(&normals, Content::Normal, ColorSpace::Linear)),
+            ..colors.clone()
+        },
+        base: &base,
+        setup: &ambient,
+        scene: &lit,
+    };
+    let without = Twin {
+        maps: colors,
+        ..twin.clone()
+    };
+    assert_eq!(differences(&twin.wavelet(), &without.wavelet()).0, 0);
+    assert!(warned_of("a material goes without its map of occlusion"));
 }
