@@ -1,35 +1,44 @@
 //! Replaces the textures of a glTF file by wavelet textures.
 //!
 //! `wavelet-tex encode model.glb` writes `model.glb.Texture0.wtex` and so on beside the file (an
-//! image with a file of its own, `wall.png` or `wall.jpg`, becomes `wall.wtex`). A scene of the file whose root
+//! image with a file of its own, `wall.png` or `wall.jpg`, becomes `wall.wtex`, and one in two roles `wall.wtex` and,
+//! for example, `wall.normal.wtex`). A scene of the file whose root
 //! has [`WaveletGltf`] is rendered with those: each material is replaced once all of its wavelet
 //! textures have loaded, and the images of the file are dropped with the materials that used them.
 
+mod maps;
+
 use bevy::{
-    asset::{AssetPath, AssetServer, Assets, Handle, LoadState},
+    asset::{AssetEvent, AssetId, AssetServer, Assets},
     ecs::{
         component::Component,
         entity::Entity,
         hierarchy::ChildOf,
+        message::MessageReader,
         query::Added,
         reflect::ReflectComponent,
+        resource::Resource,
         system::{Commands, Query, Res, ResMut},
     },
     image::Image,
     log::warn,
     pbr::{MeshMaterial3d, StandardMaterial},
+    platform::collections::HashMap,
     reflect::{Reflect, std_traits::ReflectDefault},
 };
 
+use self::maps::{MapExchange, MapState};
 use crate::{
     asset::WaveletTexture,
-    file::EXTENSION,
     material::{WaveletExtension, WaveletStandardMaterial},
     settings::WaveletFilter,
 };
 
 /// Replaces the materials of all meshes below this entity by wavelet materials, as they are
-/// spawned.
+/// spawned. Meshes of one material share its wavelet material.
+///
+/// A map keeps its image where it has no wavelet texture, or where the material cannot address it as its glTF sampler
+/// says: differently in U and V, or not as the material's other maps. A warning names such maps.
 #[derive(Component, Clone, Copy, Debug, Default, Reflect)]
 #[reflect(Component, Default, Clone)]
 pub struct WaveletGltf {
@@ -41,9 +50,22 @@ pub struct WaveletGltf {
 #[derive(Component)]
 pub(crate) struct Waiting {
     filter: WaveletFilter,
-    /// The wavelet material, made once the standard material has loaded. Its handles keep the
-    /// textures loading.
-    next: Option<Box<WaveletStandardMaterial>>,
+}
+
+/// A material of a glTF file, and the filter that replaces its own.
+type Key = (AssetId<StandardMaterial>, WaveletFilter);
+
+/// What became of the materials.
+#[derive(Resource, Default)]
+pub(crate) struct Exchanges(HashMap<Key, Exchange>);
+
+enum Exchange {
+    /// The maps that are still loading or have loaded; their handles keep the textures.
+    Loading(Vec<MapExchange>),
+    /// The wavelet material, as long as a mesh has it.
+    Done(AssetId<WaveletStandardMaterial>),
+    /// No map has a wavelet texture.
+    Kept,
 }
 
 /// Marks the meshes that were spawned below a [`WaveletGltf`].
@@ -59,8 +81,21 @@ pub(crate) fn find_meshes(
         if let Some(root) = own.or_else(above) {
             commands.entity(mesh).insert(Waiting {
                 filter: root.filter,
-                next: None,
             });
+        }
+    }
+}
+
+/// Forgets materials that have changed or are gone.
+pub(crate) fn forget_materials(
+    mut events: MessageReader<AssetEvent<StandardMaterial>>,
+    mut exchanges: ResMut<Exchanges>,
+) {
+    for event in events.read() {
+        if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = event
+            && !exchanges.0.is_empty()
+        {
+            exchanges.0.retain(|(material, _), _| material != id);
         }
     }
 }
@@ -68,95 +103,110 @@ pub(crate) fn find_meshes(
 /// Replaces the materials whose wavelet textures have all loaded.
 pub(crate) fn exchange_materials(
     mut commands: Commands,
-    mut waiting: Query<(Entity, &MeshMaterial3d<StandardMaterial>, &mut Waiting)>,
+    waiting: Query<(Entity, &MeshMaterial3d<StandardMaterial>, &Waiting)>,
+    mut exchanges: ResMut<Exchanges>,
     server: Res<AssetServer>,
     standard: Res<Assets<StandardMaterial>>,
+    images: Res<Assets<Image>>,
+    textures: Res<Assets<WaveletTexture>>,
     mut wavelet: ResMut<Assets<WaveletStandardMaterial>>,
 ) {
-    for (mesh, material, mut waiting) in &mut waiting {
-        let Some(base) = standard.get(material) else {
+    if waiting.is_empty() {
+        return;
+    }
+    for (_, material, waiting) in &waiting {
+        if let Some(base) = standard.get(material) {
+            let key = (material.id(), waiting.filter);
+            let begin = || Exchange::Loading(MapExchange::all(base, &server));
+            exchanges.0.entry(key).or_insert_with(begin);
+        }
+    }
+    // A new material lives by this until the meshes have it.
+    let mut fresh = Vec::new();
+    for ((id, filter), exchange) in &mut exchanges.0 {
+        let Exchange::Loading(maps) = exchange else {
             continue;
         };
-        let filter = waiting.filter;
-        let exchange = || Box::new(exchanged(base, filter, &server));
-        let next = waiting.next.get_or_insert_with(exchange);
-        let states = || next.extension.textures().map(|t| server.load_state(t));
-        let failed = states().find_map(|state| match state {
-            LoadState::Failed(error) => Some(error),
-            _ => None,
-        });
-        if let Some(error) = failed {
-            warn!(
-                "a glTF material keeps its own textures: {error} (run `wavelet-tex encode` on the \
-                 glTF file to make its wavelet textures)"
-            );
-            commands.entity(mesh).remove::<Waiting>();
-        } else if states().all(|state| state.is_loaded()) {
-            let material = wavelet.add((**next).clone());
-            commands
-                .entity(mesh)
-                .remove::<(MeshMaterial3d<StandardMaterial>, Waiting)>()
-                .insert(MeshMaterial3d(material));
+        for map in &mut *maps {
+            map.go_on(&server, &images, &textures);
+        }
+        let Some(base) = standard
+            .get(*id)
+            .filter(|_| maps.iter().all(MapExchange::is_over))
+        else {
+            continue;
+        };
+        let path = server.get_path(*id);
+        let name = path.map_or_else(String::new, |path| format!(" '{path}'"));
+        *exchange = match exchanged(base, maps, *filter, &name) {
+            Some(material) => {
+                let handle = wavelet.add(material);
+                let done = Exchange::Done(handle.id());
+                fresh.push(handle);
+                done
+            }
+            None => Exchange::Kept,
+        };
+    }
+    for (mesh, material, waiting) in &waiting {
+        let key = (material.id(), waiting.filter);
+        match exchanges.0.get(&key) {
+            Some(Exchange::Done(id)) => match wavelet.get_strong_handle(*id) {
+                Some(material) => {
+                    commands
+                        .entity(mesh)
+                        .remove::<(MeshMaterial3d<StandardMaterial>, Waiting)>()
+                        .insert(MeshMaterial3d(material));
+                }
+                // All meshes that had it are gone: it is made again.
+                None => drop(exchanges.0.remove(&key)),
+            },
+            Some(Exchange::Kept) => drop(commands.entity(mesh).remove::<Waiting>()),
+            Some(Exchange::Loading(_)) | None => {}
         }
     }
 }
 
-/// Makes the wavelet material: its wavelet textures replace the maps of the base material.
+/// Makes the wavelet material: its wavelet textures replace those maps of the base material that it can show. The
+/// first that it can address decides how all are addressed. `None` where there is no such map.
 fn exchanged(
-    material: &StandardMaterial,
+    base: &StandardMaterial,
+    maps: &[MapExchange],
     filter: WaveletFilter,
-    server: &AssetServer,
-) -> WaveletStandardMaterial {
-    let mut base = material.clone();
-    let take = |map: &mut Option<Handle<Image>>| {
-        let path = map.as_ref()?.path()?;
-        let texture: Handle<WaveletTexture> = server.load(wavelet_path(path));
-        *map = None;
-        Some(texture)
-    };
-    let extension = WaveletExtension {
-        base_color: take(&mut base.base_color_texture),
-        emissive: take(&mut base.emissive_texture),
-        normal: take(&mut base.normal_map_texture),
-        metallic_roughness: take(&mut base.metallic_roughness_texture),
-        occlusion: take(&mut base.occlusion_texture),
+    name: &str,
+) -> Option<WaveletStandardMaterial> {
+    let address_mode = maps.iter().find_map(|map| match map.state {
+        MapState::Loaded(_, address) => address,
+        _ => None,
+    });
+    let mut base = base.clone();
+    let mut extension = WaveletExtension {
         filter,
+        address_mode: address_mode.unwrap_or_default(),
         ..WaveletExtension::default()
     };
-    WaveletStandardMaterial { base, extension }
-}
-
-/// Path of the wavelet texture of an image. For an image with a label (`model.glb#Texture0`) it is
-/// beside the file that contains the image; for an image with a file of its own (`wall.png`) it is
-/// that path with another extension.
-fn wavelet_path(image: &AssetPath<'_>) -> AssetPath<'static> {
-    let path = match image.label() {
-        Some(label) => {
-            let mut name = image.path().as_os_str().to_os_string();
-            name.push(format!(".{label}.{EXTENSION}"));
-            name.into()
-        }
-        None => image.path().with_extension(EXTENSION),
-    };
-    AssetPath::from(path).with_source(image.source().clone_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_those_that_the_tool_writes() {
-        for (image, texture) in [
-            ("a/model.glb#Texture0", "a/model.glb.Texture0.wtex"),
-            ("a/wall.png", "a/wall.wtex"),
-            (
-                "remote://m.gltf#Texture12",
-                "remote://m.gltf.Texture12.wtex",
-            ),
-        ] {
-            let found = wavelet_path(&AssetPath::parse(image));
-            assert_eq!(found, AssetPath::parse(texture));
-        }
+    let mut kept = Vec::new();
+    for map in maps {
+        let reason = match &map.state {
+            MapState::Loaded(texture, address) if address.is_some() && *address == address_mode => {
+                *map.map.image(&mut base) = None;
+                *map.map.texture(&mut extension) = Some(texture.clone());
+                continue;
+            }
+            MapState::Loaded(_, None) => "its sampler differs in U and V, or has a border",
+            MapState::Loaded(..) => "its sampler is not that of the maps before it",
+            MapState::Failed(error) => error,
+            MapState::Loading(_) => unreachable!("all maps are over"),
+        };
+        kept.push(format!("{}: {reason}", map.map.name()));
     }
+    if !kept.is_empty() {
+        warn!(
+            "the glTF material{name} keeps images in place of wavelet textures, which `wavelet-tex encode` makes of the \
+             glTF file: {}",
+            kept.join("; ")
+        );
+    }
+    let has_texture = extension.textures().next().is_some();
+    has_texture.then_some(WaveletStandardMaterial { base, extension })
 }

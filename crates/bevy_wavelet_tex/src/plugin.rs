@@ -15,10 +15,11 @@ use crate::asset::{WaveletProcessor, WaveletSaver};
 use crate::{
     asset::{BlockLack, WaveletTexture, WaveletTextureLoader},
     file::EXTENSION,
-    gltf::{self, WaveletGltf},
+    gltf::{self, Exchanges, WaveletGltf},
     material::{
-        GpuWaveletTexture, WaveletSamplers, WaveletStandardMaterial, missing_textures,
-        reload::{rebind_materials, write_forms},
+        GpuWaveletTexture, WaveletExtension, WaveletSamplers, WaveletStandardMaterial,
+        missing_textures,
+        reload::{Decals, find_decals, rebind_materials, write_forms},
     },
     settings::{WaveletAddressMode, WaveletFilter},
 };
@@ -40,18 +41,28 @@ impl Plugin for WaveletTexPlugin {
         embedded_asset!(app, "material/forward.wesl");
         embedded_asset!(app, "material/prepass.wesl");
         app.init_asset::<WaveletTexture>()
+            .init_resource::<Decals>()
+            .init_resource::<Exchanges>()
             .preregister_asset_loader::<WaveletTextureLoader>(&[EXTENSION])
             .register_type::<WaveletFilter>()
             .register_type::<WaveletAddressMode>()
             .register_type::<WaveletGltf>()
+            .register_type::<WaveletExtension>()
+            .register_asset_reflect::<WaveletTexture>()
+            .register_asset_reflect::<WaveletStandardMaterial>()
             .add_systems(
                 Update,
-                (gltf::find_meshes, gltf::exchange_materials).chain(),
+                (
+                    gltf::find_meshes,
+                    gltf::forget_materials,
+                    gltf::exchange_materials,
+                )
+                    .chain(),
             )
             .add_systems(
                 PostUpdate,
                 (
-                    rebind_materials.before(AssetEventSystems),
+                    (find_decals, rebind_materials).before(AssetEventSystems),
                     write_forms.after(AssetEventSystems),
                 ),
             )

@@ -67,7 +67,7 @@ impl WaveletAddressMode {
 }
 
 /// Representation of a texture on the GPU.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
 pub enum WaveletStorage {
     /// BC blocks, which the shader decodes. The adapter needs `TEXTURE_COMPRESSION_BC`.
     #[default]
@@ -77,10 +77,17 @@ pub enum WaveletStorage {
 }
 
 /// Settings of [`WaveletTextureLoader`](crate::asset::WaveletTextureLoader) for one texture, in its `.meta` file or from
-/// `load_with_settings`.
+/// `load_builder().with_settings`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct WaveletLoaderSettings {
     /// Whether to decode the texture to RGBA8 on load even where the adapter has BC. That takes 6
     /// to 16 times the memory and makes sampling cheaper. Default: `false`.
     pub decode_on_load: bool,
+    /// Longest side in pixels: mip levels with longer sides are neither decompressed nor decoded nor uploaded. A
+    /// texture without levels that are small enough has its last one. Default: `None`, no limit.
+    ///
+    /// For a setting that players change, read it in the closure of `with_settings`, which `AssetServer::reload`
+    /// calls again.
+    pub max_size: Option<u32>,
 }

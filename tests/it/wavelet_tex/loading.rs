@@ -1,10 +1,18 @@
 //! Files, good and bad, and adapters without BC.
 
-use std::path::PathBuf;
+use std::{
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering},
+    },
+};
 
 use bevy::{
-    asset::{AssetServer, LoadState},
+    asset::{AssetServer, LoadState, ReflectAsset},
+    ecs::reflect::AppTypeRegistry,
     prelude::*,
+    reflect::{PartialReflect, ReflectRef, std_traits::ReflectDefault},
     render::renderer::RenderDevice,
 };
 use bevy_frugal_lab::{
@@ -132,6 +140,84 @@ fn a_file_is_kept_as_blocks_decoded_on_demand_and_decoded_without_bc() {
 }
 
 #[test]
+fn a_setting_of_the_largest_side_changes_textures_that_are_shown() {
+    let _gpu = gpu();
+    let folder = Folder::new("max-size").with("a.wtex", &file_bytes());
+    let mut app = HeadlessApp::new(folder.settings(), |app| {
+        app.add_plugins(WaveletTexPlugin);
+    })
+    .expect("adapter");
+    let chosen = Arc::new(AtomicU32::new(u32::MAX));
+    let read = chosen.clone();
+    let server = app.world().resource::<AssetServer>().clone();
+    let texture: Handle<WaveletTexture> = server
+        .load_builder()
+        .with_settings(move |settings: &mut WaveletLoaderSettings| {
+            settings.max_size = Some(read.load(Ordering::Relaxed));
+        })
+        .load("a.wtex");
+    let mut gpu_bytes = Vec::new();
+    for (most, size) in [
+        (u32::MAX, [93, 61]),
+        (50, [46, 30]),
+        (8, [5, 3]),
+        (93, [93, 61]),
+    ] {
+        chosen.store(most, Ordering::Relaxed);
+        server.reload("a.wtex");
+        let mut found = [0; 2];
+        for _ in 0..500 {
+            app.render_frames(1).expect("frames");
+            let textures = app.world().resource::<Assets<WaveletTexture>>();
+            if let Some(texture) = textures.get(&texture) {
+                found = texture.size;
+                if found == size {
+                    assert_eq!(texture.storage, WaveletStorage::Blocks);
+                    gpu_bytes.push(texture.gpu_bytes);
+                    break;
+                }
+            }
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert_eq!(found, size, "at most {most}");
+    }
+    println!("bytes on the GPU: {gpu_bytes:?}");
+    assert!(gpu_bytes[1] * 3 < gpu_bytes[0] && gpu_bytes[2] < gpu_bytes[1]);
+    assert_eq!(gpu_bytes[3], gpu_bytes[0]);
+}
+
+#[test]
+fn textures_and_materials_can_be_inspected() {
+    let _gpu = gpu();
+    let app = HeadlessApp::new(HeadlessSettings::with_size(1, 1), |app| {
+        app.add_plugins(WaveletTexPlugin);
+    })
+    .expect("adapter");
+    let registry = app.world().resource::<AppTypeRegistry>().read();
+    for id in [
+        std::any::TypeId::of::<WaveletTexture>(),
+        std::any::TypeId::of::<WaveletStandardMaterial>(),
+    ] {
+        assert!(registry.get_type_data::<ReflectAsset>(id).is_some());
+    }
+    let id = std::any::TypeId::of::<WaveletExtension>();
+    let default = registry.get_type_data::<ReflectDefault>(id);
+    let mut extension = default.expect("its default").default();
+    let filter = WaveletFilter::Anisotropic;
+    let bevy::reflect::ReflectMut::Struct(fields) = extension.reflect_mut() else {
+        panic!("not a struct");
+    };
+    let field = fields.field_mut("filter").expect("a field");
+    field.apply(filter.as_partial_reflect());
+    let extension = extension.downcast::<WaveletExtension>().expect("its type");
+    assert_eq!(extension.filter, filter);
+    let ReflectRef::Struct(fields) = extension.reflect_ref() else {
+        panic!("not a struct");
+    };
+    assert!(fields.field("base_color").is_some());
+}
+
+#[test]
 fn a_texture_beyond_the_limits_of_the_device_is_decoded_and_smaller() {
     let _gpu = gpu();
     let folder = Folder::new("limits").with("a.wtex", &file_bytes());
@@ -212,7 +298,7 @@ fn a_material_beyond_the_limit_of_bound_textures_is_decoded_and_shown() {
     };
     let (wanted, storages, limits) = show(None);
     assert_eq!(storages, [WaveletStorage::Blocks; 2]);
-    // Enough for those of Bevy with all features that have textures, but not for 14 more.
+    // Enough for those of Bevy with all features that have textures, but not for 16 more.
     let (picture, storages, _) = show(Some(wgpu::Limits {
         max_sampled_textures_per_shader_stage: 32,
         ..limits

@@ -100,7 +100,7 @@ pub fn trilinear(levels: &[Level], uv: Vec2, lod: f64, mode: WaveletAddressMode)
 
 /// The anisotropic filter of `sampling.wesl`, where a pixel of the screen covers `extent` uv along their axes.
 pub fn anisotropic(levels: &[Level], uv: Vec2, extent: Vec2, mode: WaveletAddressMode) -> [f64; 3] {
-    const MAX_ANISOTROPY: f64 = 10.0;
+    const MAX_ANISOTROPY: f64 = 9.9;
     const SAMPLE_DENSITY: f64 = 1.2;
     const LONG_FOOTPRINT_BIAS: f64 = 0.45;
     let pixels = [0, 1].map(|axis| f64::from(extent[axis]) * f64::from(levels[0].size[axis]));
@@ -112,6 +112,7 @@ pub fn anisotropic(levels: &[Level], uv: Vec2, extent: Vec2, mode: WaveletAddres
     let lod = width.log2().clamp(0.0, (levels.len() - 1) as f64);
     let widths = (long / width).max(1.0);
     let samples = (SAMPLE_DENSITY * widths + 1.0 - SAMPLE_DENSITY).ceil() as u32;
+    assert!(samples <= 16, "{samples} samples");
     let half = (1.0 - (width / long).powi(2)).max(0.0).sqrt() as f32;
     let axis = if pixels[0] >= pixels[1] {
         Vec2::X

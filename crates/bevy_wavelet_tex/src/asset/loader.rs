@@ -65,10 +65,11 @@ pub enum WaveletLoadError {
         /// The reason why the file is not valid.
         source: ReadError,
     },
-    /// No mip level fits the device.
+    /// No mip level fits the device, or can be decoded within [`DECODE_BUDGET`].
     #[error(
         "cannot load wavelet texture '{path}': it is {} x {} pixels without smaller mip levels, and a \
-         texture of the device has at most {limit} x {limit}",
+         texture that is decoded on load has at most {limit} x {limit}, and {DECODED_PIXELS} pixels in all: encode it \
+         with mips",
         size[0],
         size[1]
     )]
@@ -81,6 +82,17 @@ pub enum WaveletLoadError {
         limit: u32,
     },
 }
+
+/// Bytes of memory that the decoding of a texture on load takes at most. Larger mip levels are left out.
+///
+/// A file states the sizes of its blocks, up to 384 MiB for an image of 16384 x 16384 pixels, which are there beside it.
+pub const DECODE_BUDGET: u64 = 640 << 20;
+
+/// Bytes that it takes for each pixel: planes, texels of blocks, decoded pixels and those of the texture.
+pub const DECODE_BYTES_PER_PIXEL: u64 = 40;
+
+/// Pixels of the largest level that is decoded, which are those of 4096 x 4096.
+const DECODED_PIXELS: u64 = DECODE_BUDGET / DECODE_BYTES_PER_PIXEL;
 
 impl WaveletTextureLoader {
     /// Makes a loader for a device that lacks this to sample blocks, or nothing. Textures whose coefficients do not
@@ -110,11 +122,25 @@ impl WaveletTextureLoader {
         let plain = image.plain.as_ref().map(|plain| plain.size);
         let mut sizes = atlases.map(|atlas| atlas.size).chain(plain);
         let too_large = sizes.find(|size| !self.fits(*size));
-        if storage == WaveletStorage::Blocks && too_large.is_none() {
+        let most = settings.max_size.map_or(u32::MAX, |most| most.max(1));
+        let is_wanted = |level: &u32| {
+            mip_size(image.size, *level)
+                .iter()
+                .all(|side| *side <= most)
+        };
+        // The reader has left out what is not wanted, unless the blocks of a level cannot be the first.
+        let begins_later = image.levels > 1 && !is_wanted(&0);
+        if storage == WaveletStorage::Blocks && too_large.is_none() && !begins_later {
             return Ok((storage, 0));
         }
         let limit = self.max_texture_size;
-        let first = (0..image.levels).find(|level| self.fits(mip_size(image.size, *level)));
+        let is_possible = |level: &u32| {
+            let size = mip_size(image.size, *level);
+            let pixels = size.map(u64::from).iter().product::<u64>();
+            self.fits(size) && pixels <= DECODED_PIXELS
+        };
+        let first = (0..image.levels).find(|level| is_possible(level) && is_wanted(level));
+        let first = first.or_else(|| (0..image.levels).rfind(is_possible));
         let first = first.ok_or_else(|| WaveletLoadError::TooLarge {
             path: path.into(),
             size: image.size,
@@ -127,11 +153,11 @@ impl WaveletTextureLoader {
                  device has at most {limit} x {limit}"
             );
         }
-        if first > 0 {
+        if first > 0 && !is_possible(&(first - 1)) {
             let [w, h] = mip_size(image.size, first);
             warn!(
                 "wavelet texture '{path}' is shown at {w} x {h} pixels instead of {} x {}: a texture \
-                 of the device has at most {limit} x {limit}",
+                 that is decoded on load has at most {limit} x {limit}, and {DECODED_PIXELS} pixels in all",
                 image.size[0], image.size[1]
             );
         }
@@ -175,7 +201,7 @@ impl AssetLoader for WaveletTextureLoader {
         if let Err(source) = reader.read_to_end(&mut bytes).await {
             return Err(WaveletLoadError::Io { path, source });
         }
-        let image = match file::read(&bytes) {
+        let image = match file::read_at_most(&bytes, settings.max_size) {
             Ok(image) => image,
             Err(source) => return Err(WaveletLoadError::Read { path, source }),
         };
@@ -186,5 +212,72 @@ impl AssetLoader for WaveletTextureLoader {
 
     fn extensions(&self) -> &[&str] {
         &[file::EXTENSION]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::{
+        axes::ColorAxes,
+        image::{ColorSpace, Content, PlaneGroup},
+        layout::level_count,
+        packing::Packing,
+    };
+
+    /// An image without its blocks, which decide nothing here.
+    fn image(size: u32, levels: u32) -> WaveletImage {
+        WaveletImage {
+            content: Content::Gray,
+            color_space: ColorSpace::Linear,
+            axes: ColorAxes::YCOCG,
+            size: [size; 2],
+            levels,
+            groups: vec![PlaneGroup {
+                subsampling: 0,
+                packing: Packing::Bc3,
+                codings: Vec::new(),
+                textures: vec![Vec::new()],
+            }],
+            plain: None,
+        }
+    }
+
+    #[test]
+    fn decoding_stays_within_its_budget() {
+        let without_bc = WaveletTextureLoader::new(Some(BlockLack::Bc), 16384);
+        let settings = WaveletLoaderSettings::default();
+        let of = |image: &WaveletImage| without_bc.representation(image, &settings, "a.wtex");
+        for (size, first) in [(4096, 0), (8192, 1), (16384, 2)] {
+            let found = of(&image(size, level_count([size; 2]))).expect("levels that fit");
+            assert_eq!(found, (WaveletStorage::Decoded, first), "{size}");
+        }
+        let error = of(&image(16384, 1)).expect_err("too large").to_string();
+        for part in ["a.wtex", "16384 x 16384", "16777216 pixels", "with mips"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+        // Blocks are not decoded.
+        let with_bc = WaveletTextureLoader::new(None, 32768);
+        let found = with_bc.representation(&image(16384, 15), &settings, "a.wtex");
+        assert_eq!(found.expect("fits"), (WaveletStorage::Blocks, 0));
+    }
+
+    #[test]
+    fn the_longest_side_counts_for_what_is_decoded_too() {
+        let loader = WaveletTextureLoader::new(Some(BlockLack::Bc), 16384);
+        let first = |levels, max_size| {
+            let settings = WaveletLoaderSettings {
+                max_size,
+                ..WaveletLoaderSettings::default()
+            };
+            let found = loader.representation(&image(512, levels), &settings, "a.wtex");
+            found.expect("levels that fit").1
+        };
+        assert_eq!(first(10, None), 0);
+        assert_eq!(first(10, Some(100)), 3);
+        assert_eq!(first(10, Some(0)), 9);
+        // As small as its levels allow.
+        assert_eq!(first(2, Some(100)), 1);
+        assert_eq!(first(1, Some(100)), 0);
     }
 }

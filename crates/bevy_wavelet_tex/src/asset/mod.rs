@@ -2,6 +2,7 @@
 
 mod atlas;
 mod loader;
+mod reflect;
 #[cfg(feature = "encode")]
 mod saver;
 #[cfg(feature = "encode")]
@@ -9,7 +10,9 @@ mod texels;
 mod texture;
 
 pub(crate) use atlas::MipAtlas;
-pub use loader::{BlockLack, WaveletLoadError, WaveletTextureLoader};
+pub use loader::{
+    BlockLack, DECODE_BUDGET, DECODE_BYTES_PER_PIXEL, WaveletLoadError, WaveletTextureLoader,
+};
 #[cfg(feature = "encode")]
 pub use saver::{WaveletProcessor, WaveletSaveError, WaveletSaver};
 pub(crate) use texture::Part;

@@ -3,7 +3,7 @@
 use bevy::{
     asset::{Asset, Assets, Handle, RenderAssetUsages, UntypedAssetId, VisitAssetDependencies},
     image::{Image, ImageSampler},
-    reflect::TypePath,
+    reflect::Reflect,
     render::render_resource::{
         Extent3d, TextureDataOrder, TextureDescriptor, TextureDimension, TextureFormat,
         TextureUsages, TextureViewDescriptor, TextureViewDimension,
@@ -26,7 +26,8 @@ use crate::{
 };
 
 /// A wavelet texture, loaded from a `.wtex` file or made with [`WaveletTexture::add`].
-#[derive(Asset, Clone, Debug, TypePath)]
+#[derive(Asset, Clone, Debug, Reflect)]
+#[reflect(Clone, Debug)]
 pub struct WaveletTexture {
     /// The kind of data in the texture.
     pub content: Content,
@@ -53,7 +54,7 @@ pub struct WaveletTexture {
 }
 
 /// The parameters of a group of planes that a shader needs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Reflect)]
 pub struct TextureGroup {
     /// How often the image size is halved to get the size of the planes.
     pub subsampling: u32,
@@ -64,7 +65,7 @@ pub struct TextureGroup {
 }
 
 /// The parameters of a plain texture that a shader needs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Reflect)]
 pub struct PlainParameters {
     /// Format of the blocks.
     pub format: BlockFormat,
@@ -75,7 +76,7 @@ pub struct PlainParameters {
 }
 
 /// The images of a texture; a part that the texture does not have is `None`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Reflect)]
 pub struct Parts<T> {
     /// Luma (with alpha in a second layer), gray, X and Y of normals, the plain texture, or the decoded
     /// pixels.

@@ -209,8 +209,14 @@ pub(super) fn write(
     bytes
 }
 
-/// Reads a blob of at most `max_levels` levels, or returns what is wrong with it.
-pub(super) fn read(blob: &[u8], shape: Shape, max_levels: u32) -> Result<Contents, String> {
+/// Reads a blob of at most `max_levels` levels, or returns what is wrong with it. `first` is the level from which on
+/// the blocks are read, by the number of levels.
+pub(super) fn read(
+    blob: &[u8],
+    shape: Shape,
+    max_levels: u32,
+    first: impl Fn(u32) -> u32,
+) -> Result<Contents, String> {
     let header = blob
         .first_chunk()
         .ok_or("it is shorter than a KTX2 header")?;
@@ -252,8 +258,13 @@ pub(super) fn read(blob: &[u8], shape: Shape, max_levels: u32) -> Result<Content
         .collect::<Result<Vec<_>, _>>()?;
     let mut blocks = Vec::new();
     let mut end = blob.len();
-    for (length, stored) in level_bytes.into_iter().zip(stored_bytes) {
+    let first = first(levels);
+    for (number, (length, stored)) in (0..).zip(level_bytes.into_iter().zip(stored_bytes)) {
         let level = &blob[end - stored..end];
+        if number < first {
+            end -= stored;
+            continue;
+        }
         if shape.is_zstd {
             blocks.extend(zstd::decompress(level, length)?);
         } else {

@@ -32,6 +32,7 @@ mod codings;
 mod error;
 mod fingerprint;
 mod ktx2_blob;
+mod levels;
 mod plain;
 mod read;
 mod write;
@@ -39,7 +40,7 @@ pub mod zstd;
 
 pub use error::ReadError;
 pub use fingerprint::{fingerprint, with_fingerprint};
-pub use read::{is_texture, read};
+pub use read::{is_texture, read, read_at_most};
 #[cfg(feature = "zstd_encode")]
 pub use write::write_zstd;
 pub use write::{version, write};
@@ -81,6 +82,8 @@ const GROUP_BYTES: usize = 12;
 /// Bytes of the header for a plain texture.
 const PLAIN_BYTES: usize = 16;
 
+#[cfg(all(test, feature = "encode"))]
+mod levels_tests;
 #[cfg(all(test, feature = "encode"))]
 mod tests;
 #[cfg(all(test, feature = "encode", feature = "zstd_encode"))]

@@ -4,6 +4,7 @@ use super::{
     FIXED_HEADER_BYTES, PLAIN_BYTES,
     error::ReadError,
     ktx2_blob::{self, Compress, Shape},
+    levels,
 };
 use crate::codec::{
     blocks::BlockFormat,
@@ -11,9 +12,10 @@ use crate::codec::{
     plain::PlainTexture,
 };
 
-/// A plain texture with its number of mip levels.
+/// A plain texture with the number of mip levels in its file, and the first of them that it has.
 pub(super) struct Contents {
     pub(super) levels: u32,
+    pub(super) first: u32,
     pub(super) texture: PlainTexture,
 }
 
@@ -44,6 +46,7 @@ pub(super) fn read(
     color_space: ColorSpace,
     image_size: [u32; 2],
     is_zstd: bool,
+    max_size: Option<u32>,
 ) -> Result<Contents, ReadError> {
     let truncated = |part, needed: u64| ReadError::Truncated {
         part,
@@ -91,10 +94,20 @@ pub(super) fn read(
     let is_srgb = texture.is_srgb(content, color_space, image_size);
     let shape = Shape::plain(format, size, is_srgb).with_zstd(is_zstd);
     let most = PlainTexture::max_level_count(size, image_size);
-    let contents = ktx2_blob::read(blob, shape, most).map_err(ReadError::PlainBlob)?;
+    let first_of = |levels| {
+        let first = levels::first_level(image_size, levels, max_size);
+        levels::first_of_plain(&texture, image_size, first)
+    };
+    let contents = ktx2_blob::read(blob, shape, most, first_of).map_err(ReadError::PlainBlob)?;
+    let levels = contents.levels;
+    let first = first_of(levels);
     texture.blocks = contents.blocks;
+    if first > 0 {
+        levels::begin_plain(&mut texture, image_size, first, levels);
+    }
     Ok(Contents {
-        levels: contents.levels,
+        levels,
+        first,
         texture,
     })
 }

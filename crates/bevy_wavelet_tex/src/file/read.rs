@@ -4,7 +4,7 @@
 use super::{
     AXES_BYTES, FINGERPRINT_FLAG, FIXED_HEADER_BYTES, FLAGS_AT, GROUP_BYTES, MAGIC, PLAIN_VERSION,
     PLANES_VERSION, VERSION, ZSTD_FLAG, codings::INVALID_CODINGS, error::ReadError, fingerprint,
-    ktx2_blob, plain,
+    ktx2_blob, levels, plain,
 };
 use crate::codec::{
     axes::ColorAxes,
@@ -24,6 +24,16 @@ pub fn is_texture(bytes: &[u8]) -> bool {
 /// # Errors
 /// Returns a [`ReadError`], which names what is wrong and, where there is one, the remedy.
 pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
+    read_at_most(bytes, None)
+}
+
+/// Reads a file without the mip levels that have more than `max_size` pixels along a side, which are not decompressed
+/// either. The last level is always read. The levels of some plain textures can only begin with a larger one, whose
+/// sides the result then has.
+///
+/// # Errors
+/// Returns a [`ReadError`], which names what is wrong and, where there is one, the remedy.
+pub fn read_at_most(bytes: &[u8], max_size: Option<u32>) -> Result<WaveletImage, ReadError> {
     let magic = bytes.get(..MAGIC.len()).unwrap_or(bytes);
     if magic.is_empty() || !MAGIC.starts_with(magic) {
         return Err(ReadError::Magic);
@@ -85,13 +95,13 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
     }
     let group_count = u32_at(20);
     if version == PLAIN_VERSION && group_count == 0 {
-        let plain = plain::read(bytes, content, color_space, size, is_zstd)?;
+        let plain = plain::read(bytes, content, color_space, size, is_zstd, max_size)?;
         return Ok(WaveletImage {
             content,
             color_space,
             axes: ColorAxes::YCOCG,
-            size,
-            levels: plain.levels,
+            size: layout::mip_size(size, plain.first),
+            levels: plain.levels - plain.first,
             groups: Vec::new(),
             plain: Some(plain.texture),
         });
@@ -131,6 +141,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
     }
 
     let most = layout::level_count(size);
+    let first_of = |levels| levels::first_level(size, levels, max_size);
     let mut start = blobs_start;
     let mut levels = None;
     let mut groups = Vec::with_capacity(entries.len());
@@ -155,7 +166,7 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
             let shape =
                 ktx2_blob::Shape::of_group(format, size, entry.subsampling, entry.packing, planes)
                     .with_zstd(is_zstd);
-            let contents = ktx2_blob::read(blob, shape, most).map_err(error)?;
+            let contents = ktx2_blob::read(blob, shape, most, first_of).map_err(error)?;
             let valid = |coding: &PlaneCoding| coding.is_valid(entry.packing);
             if !contents.codings.iter().all(valid) {
                 return Err(error(INVALID_CODINGS.into()));
@@ -175,13 +186,19 @@ pub fn read(bytes: &[u8]) -> Result<WaveletImage, ReadError> {
         }
         groups.push(group);
     }
+    let levels = levels.unwrap_or(1);
+    let first = first_of(levels);
+    if first > 0 {
+        let begin = |group| levels::begin_group(group, size, first, levels);
+        groups.iter_mut().for_each(begin);
+    }
     Ok(WaveletImage {
         plain: None,
         content,
         color_space,
         axes,
-        size,
-        levels: levels.unwrap_or(1),
+        size: layout::mip_size(size, first),
+        levels: levels - first,
         groups,
     })
 }

@@ -64,7 +64,7 @@ const FIRST_TEXTURE_BINDING: u32 = 103;
 
 /// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wesl`: the map, and the
 /// image of its texture.
-const TEXTURES: [(Map, Part); 14] = [
+const TEXTURES: [(Map, Part); 16] = [
     (Map::BaseColor, Part::Luma),
     (Map::BaseColor, Part::Detail),
     (Map::BaseColor, Part::Chroma),
@@ -77,8 +77,10 @@ const TEXTURES: [(Map, Part); 14] = [
     (Map::MetallicRoughness, Part::Chroma),
     (Map::Occlusion, Part::Luma),
     (Map::Occlusion, Part::Detail),
+    (Map::Occlusion, Part::Chroma),
     (Map::Mask, Part::Luma),
     (Map::Mask, Part::Detail),
+    (Map::Mask, Part::Chroma),
 ];
 
 /// The limit of a device that is too low for [`TEXTURES`], and the number of textures that it would have to allow.
@@ -138,7 +140,7 @@ impl AsBindGroup for WaveletExtension {
         let is_limited = missing_textures(render_device).is_some();
         // The key has the forms that the material knew last, and the bind group has to have the same.
         let texture = |map| -> Result<Option<&GpuWaveletTexture>, AsBindGroupError> {
-            let Some(handle) = self.map(map) else {
+            let Some(handle) = self.bound(map) else {
                 return Ok(None);
             };
             let texture = textures.get(handle);

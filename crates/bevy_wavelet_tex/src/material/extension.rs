@@ -2,12 +2,13 @@
 
 use bevy::{
     asset::{Asset, Assets, Handle, embedded_path},
+    log::warn,
     mesh::MeshVertexBufferLayoutRef,
     pbr::{
         ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline,
         StandardMaterial,
     },
-    reflect::TypePath,
+    reflect::{Reflect, std_traits::ReflectDefault},
     render::render_resource::{RenderPipelineDescriptor, SpecializedMeshPipelineError},
     shader::{ShaderDefVal, ShaderRef},
 };
@@ -15,6 +16,7 @@ use bevy::{
 use super::form::{self, TextureForm};
 use crate::{
     asset::WaveletTexture,
+    codec::image::Content,
     settings::{WaveletAddressMode, WaveletFilter},
 };
 
@@ -23,9 +25,11 @@ pub type WaveletStandardMaterial = ExtendedMaterial<StandardMaterial, WaveletExt
 
 /// The wavelet textures of a material. A map that is `None` costs nothing in the shader.
 ///
-/// The textures use the material's first UV set and its `uv_transform`. The `StandardMaterial`
-/// keeps all of its own fields, so leave its textures of the same maps empty.
-#[derive(Asset, Clone, Debug, Default, TypePath)]
+/// The textures use the UV sets that the material has for its own maps (`base_color_channel`, which is also that of the
+/// mask, and so on), its `uv_transform` and its `depth_map`. The `StandardMaterial` keeps all of its own fields, so leave
+/// its textures of the same maps empty.
+#[derive(Asset, Clone, Debug, Default, Reflect)]
+#[reflect(Default, Clone, Debug)]
 pub struct WaveletExtension {
     /// Multiplies the base colour, and its alpha where the texture has one. Gray or colour.
     pub base_color: Option<Handle<WaveletTexture>>,
@@ -35,9 +39,10 @@ pub struct WaveletExtension {
     pub normal: Option<Handle<WaveletTexture>>,
     /// Multiplies roughness by G and metallic by B, as in glTF. Colour, linear.
     pub metallic_roughness: Option<Handle<WaveletTexture>>,
-    /// Fraction of the indirect light that is not occluded, in R. Gray, linear.
+    /// Fraction of the indirect light that is not occluded, in R. Gray or colour, linear. Where it is the texture of
+    /// `metallic_roughness` with the same UV set, the shader samples that one once.
     pub occlusion: Option<Handle<WaveletTexture>>,
-    /// Multiplies the base colour's alpha; for `AlphaMode::Mask` and blending. Gray, linear.
+    /// Multiplies the base colour's alpha by R; for `AlphaMode::Mask` and blending. Gray or colour, linear.
     pub mask: Option<Handle<WaveletTexture>>,
     /// Filter of all textures of the material. Default: [`WaveletFilter::Trilinear`].
     pub filter: WaveletFilter,
@@ -45,16 +50,32 @@ pub struct WaveletExtension {
     pub address_mode: WaveletAddressMode,
     /// What the plugin knows of the textures once they are loaded.
     #[doc(hidden)]
+    #[reflect(ignore)]
     pub forms: WaveletForms,
 }
 
-/// The form of each map's texture, in the order of `Map::ALL`: what the shader is specialised by.
+/// What the shader is specialised by beside the settings of the extension.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WaveletForms([TextureForm; 6]);
+pub struct WaveletForms {
+    /// The form of each map's texture, in the order of `Map::ALL`.
+    maps: [TextureForm; 6],
+    features: MaterialFeatures,
+}
+
+/// What a material needs of the shader apart from its maps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+struct MaterialFeatures {
+    /// The texture of metallic and roughness has occlusion, too.
+    shared_occlusion: bool,
+    /// A depth map moves the coordinates.
+    parallax: bool,
+    /// The scene has clustered decals.
+    decals: bool,
+}
 
 impl WaveletForms {
     pub(super) fn of(&self, map: Map) -> TextureForm {
-        self.0[map as usize]
+        self.maps[map as usize]
     }
 }
 
@@ -63,6 +84,7 @@ impl WaveletForms {
 pub struct WaveletKey {
     /// The bits of each map's form, in the order of [`Map::ALL`]; `None` where there is no map.
     maps: [Option<u32>; 6],
+    features: MaterialFeatures,
     filter: WaveletFilter,
 }
 
@@ -97,6 +119,23 @@ impl Map {
             Self::Mask => "WAVELET_MASK",
         }
     }
+
+    /// What the map is for, in messages.
+    fn name(self) -> &'static str {
+        match self {
+            Self::BaseColor => "base colour",
+            Self::Emissive => "emissive colour",
+            Self::Normal => "normals",
+            Self::MetallicRoughness => "metallic and roughness",
+            Self::Occlusion => "occlusion",
+            Self::Mask => "mask",
+        }
+    }
+
+    /// Whether textures of a content can be the map. Others decode to something else entirely.
+    fn takes(self, content: Content) -> bool {
+        (self == Self::Normal) == (content == Content::Normal)
+    }
 }
 
 impl WaveletExtension {
@@ -116,18 +155,61 @@ impl WaveletExtension {
         Map::ALL.into_iter().filter_map(|map| self.map(map))
     }
 
-    /// The forms of the textures. A texture that has not been loaded has none.
-    pub(super) fn current_forms(&self, textures: &Assets<WaveletTexture>) -> WaveletForms {
-        WaveletForms(Map::ALL.map(|map| {
-            let texture = self.map(map).and_then(|handle| textures.get(handle));
-            texture.map_or_else(TextureForm::default, TextureForm::new)
-        }))
+    /// The texture of a map that has bindings of its own.
+    pub(super) fn bound(&self, map: Map) -> Option<&Handle<WaveletTexture>> {
+        self.map(map)
+            .filter(|_| self.forms.of(map) != TextureForm::UNBOUND)
+    }
+
+    /// Looks up what the shader is specialised by. A texture that has not been loaded has no form yet.
+    pub(super) fn update_forms(
+        &mut self,
+        base: &StandardMaterial,
+        textures: &Assets<WaveletTexture>,
+        decals: bool,
+    ) {
+        let shared_occlusion = self.occlusion.is_some()
+            && self.occlusion == self.metallic_roughness
+            && base.occlusion_channel == base.metallic_roughness_channel;
+        let form = |map: Map| {
+            let Some((handle, texture)) = self.map(map).and_then(|h| Some((h, textures.get(h)?)))
+            else {
+                return TextureForm::default();
+            };
+            if !map.takes(texture.content) {
+                if self.forms.of(map) != TextureForm::UNBOUND {
+                    let path = handle
+                        .path()
+                        .map_or_else(String::new, |path| format!(" '{path}'"));
+                    warn!(
+                        "a material goes without its map of {}: the wavelet texture{path} has the content `{}` \
+                         (encode it with the role of that map, `wavelet-tex encode --role`)",
+                        map.name(),
+                        texture.content.name(),
+                    );
+                }
+                return TextureForm::UNBOUND;
+            }
+            if map == Map::Occlusion && shared_occlusion {
+                return TextureForm::UNBOUND;
+            }
+            TextureForm::new(texture)
+        };
+        self.forms = WaveletForms {
+            maps: Map::ALL.map(form),
+            features: MaterialFeatures {
+                shared_occlusion,
+                parallax: base.depth_map.is_some(),
+                decals,
+            },
+        };
     }
 
     pub(super) fn key(&self) -> WaveletKey {
         let form = |map| self.forms.of(map).bits(self.address_mode);
         WaveletKey {
-            maps: Map::ALL.map(|map| self.map(map).map(|_| form(map))),
+            maps: Map::ALL.map(|map| self.bound(map).map(|_| form(map))),
+            features: self.forms.features,
             filter: self.filter,
         }
     }
@@ -156,7 +238,20 @@ impl WaveletKey {
             WaveletFilter::Trilinear => None,
             WaveletFilter::Anisotropic => Some("WAVELET_FILTER_ANISOTROPIC"),
         };
-        maps.chain(filter.map(Into::into))
+        let MaterialFeatures {
+            shared_occlusion,
+            parallax,
+            decals,
+        } = self.features;
+        let features = [
+            (shared_occlusion, "WAVELET_SHARED_OCCLUSION"),
+            (parallax, "WAVELET_PARALLAX"),
+            (decals, "WAVELET_DECALS"),
+        ];
+        let features = features
+            .into_iter()
+            .filter_map(|(is_used, name)| is_used.then_some(name));
+        maps.chain(features.chain(filter).map(Into::into))
     }
 }
 

@@ -39,6 +39,9 @@ const AXES: u32 = 1 << 19;
 const PRESENT: u32 = 1 << 31;
 
 impl TextureForm {
+    /// That of a texture that is not bound for its map: another map's is sampled for both, or it is of no use there.
+    pub(super) const UNBOUND: Self = Self(1 << 30);
+
     pub(super) fn new(texture: &WaveletTexture) -> Self {
         if let (WaveletStorage::Blocks, Some(plain)) = (texture.storage, texture.plain) {
             return Self::plain(texture, plain);

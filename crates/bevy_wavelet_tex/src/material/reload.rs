@@ -1,15 +1,35 @@
-//! Keeps the forms of textures in materials up to date, by which their pipelines are specialised.
+//! Keeps up to date in materials what their pipelines are specialised by: the forms of textures, and whether the scene
+//! has decals.
 
 use bevy::{
     asset::{AssetEvent, AssetId, Assets},
     ecs::{
         message::MessageReader,
-        system::{Local, Res, ResMut},
+        query::With,
+        resource::Resource,
+        system::{Local, Query, Res, ResMut},
     },
+    light::ClusteredDecal,
 };
 
 use super::extension::WaveletStandardMaterial;
 use crate::asset::WaveletTexture;
+
+/// Whether the scene has had clustered decals, for which materials have code from then on.
+#[derive(Resource, Default)]
+pub(crate) struct Decals(bool);
+
+/// Marks all materials as changed when the first clustered decal comes.
+pub(crate) fn find_decals(
+    mut found: ResMut<Decals>,
+    decals: Query<(), With<ClusteredDecal>>,
+    mut materials: ResMut<Assets<WaveletStandardMaterial>>,
+) {
+    if !found.0 && !decals.is_empty() {
+        found.0 = true;
+        materials.iter_mut().for_each(drop);
+    }
+}
 
 /// Marks materials as changed when one of their textures is loaded or changed, so that they are bound
 /// again: in that frame and in the next, since a frame can prepare a material before its texture.
@@ -48,13 +68,17 @@ pub(crate) fn rebind_materials(
 pub(crate) fn write_forms(
     mut events: MessageReader<AssetEvent<WaveletStandardMaterial>>,
     textures: Res<Assets<WaveletTexture>>,
+    decals: Res<Decals>,
     mut materials: ResMut<Assets<WaveletStandardMaterial>>,
 ) {
     for event in events.read() {
         if let AssetEvent::Added { id } | AssetEvent::Modified { id } = event
             && let Some(material) = materials.get_mut_untracked(*id)
         {
-            material.extension.forms = material.extension.current_forms(&textures);
+            let material = &mut *material;
+            material
+                .extension
+                .update_forms(&material.base, &textures, decals.0);
         }
     }
 }
