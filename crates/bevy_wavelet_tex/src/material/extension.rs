@@ -132,9 +132,13 @@ impl Map {
         }
     }
 
-    /// Whether textures of a content can be the map. Others decode to something else entirely.
+    /// Whether textures of a content can be the map: as a colour, normals are shown as they are.
     fn takes(self, content: Content) -> bool {
-        (self == Self::Normal) == (content == Content::Normal)
+        match self {
+            Self::BaseColor | Self::Emissive => true,
+            Self::Normal => content == Content::Normal,
+            _ => content != Content::Normal,
+        }
     }
 }
 
