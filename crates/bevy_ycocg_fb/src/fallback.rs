@@ -97,7 +97,7 @@ impl fmt::Display for FallbackReason {
             ),
             Self::MainPassSystem(name) => write!(
                 f,
-                "`{name}` draws in `Core3dSystems::MainPass`, which is replaced: use `FrameBufferQuality::Compact`, \
+                "{name} draws in `Core3dSystems::MainPass`, which is replaced: use `FrameBufferQuality::Compact`, \
                  or draw in `Core3dSystems::EarlyPostProcess`"
             ),
             Self::RefusedByRenderer(error) => write!(

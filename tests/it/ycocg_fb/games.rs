@@ -239,7 +239,7 @@ fn a_system_in_the_main_pass() {
     is_bevys(
         &mut studio,
         &[packing()],
-        |reason| matches!(reason, Reason::MainPassSystem(name) if name.ends_with("own_pass")),
+        |reason| matches!(reason, Reason::MainPassSystem(name) if name.ends_with("own_pass`")),
     );
     studio.rg11b10ufloat();
 }

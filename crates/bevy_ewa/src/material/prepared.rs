@@ -10,6 +10,7 @@ use std::collections::{HashMap, HashSet};
 use bevy::{
     camera::NormalizedRenderTarget,
     core_pipeline::{Core2d, Core3d, schedule::camera_driver, upscaling::upscaling},
+    ecs::schedule::Schedules,
     image::ImageSamplerDescriptor,
     prelude::*,
     render::{
@@ -72,8 +73,6 @@ impl Plugin for PreparedTexturesPlugin {
                     hide_levels.in_set(PrepareSystems::AfterMaterials),
                 ),
             )
-            .add_systems(Core3d, follow_camera.after(upscaling))
-            .add_systems(Core2d, follow_camera.after(upscaling))
             .add_systems(
                 RenderGraph,
                 follow_shaders
@@ -93,9 +92,12 @@ struct PreparedTextures {
     rooms: HashMap<AssetId<Image>, u32>,
     copies: HashMap<AssetId<Image>, Copy>,
     samplers: HashMap<AssetId<Image>, Replaced>,
+    /// Whether levels follow the draws of cameras.
+    follows_cameras: bool,
 }
 
 fn extract_textures(
+    mut commands: Commands,
     filtered: Extract<Res<FilteredMaterials>>,
     mut prepared: ResMut<PreparedTextures>,
     mut extracted: ResMut<ExtractedAssets<GpuImage>>,
@@ -104,6 +106,11 @@ fn extract_textures(
     let prepared = &mut *prepared;
     for (id, texture) in &filtered.changes.textures {
         prepared.changed.insert(*id);
+        let follows = texture.as_ref().is_some_and(|texture| texture.after_draws);
+        if follows && !prepared.follows_cameras {
+            prepared.follows_cameras = true;
+            commands.queue(follow_cameras);
+        }
         match texture {
             Some(texture) => prepared.wanted.insert(*id, texture.clone()),
             None => prepared.wanted.remove(id),
@@ -354,6 +361,13 @@ fn hide_levels(mut images: ResMut<RenderAssets<GpuImage>>, mut originals: ResMut
 /// The views that [`show_levels`] replaced.
 #[derive(Resource, Default)]
 struct OriginalViews(Vec<(AssetId<Image>, TextureView)>);
+
+/// The schedules of cameras stay Bevy's in apps that do not need it.
+fn follow_cameras(world: &mut World) {
+    let mut schedules = world.resource_mut::<Schedules>();
+    schedules.add_systems(Core3d, follow_camera.after(upscaling));
+    schedules.add_systems(Core2d, follow_camera.after(upscaling));
+}
 
 /// Generates the levels of the image to which a camera has drawn.
 fn follow_camera(

@@ -19,6 +19,8 @@ use crate::{
 
 /// Bevy's shader def of `AlphaMode::Multiply`, under which shaders pack what can be multiplied.
 const MULTIPLY: &str = "BLEND_MULTIPLY";
+/// The same of those of `AlphaMode::Add` and `AlphaMode::Premultiplied`.
+const PREMULTIPLY: &str = "PREMULTIPLY_ALPHA";
 
 /// Whether and how a pipeline can draw in a format.
 #[derive(Clone, Debug)]
@@ -116,6 +118,11 @@ fn can_blend(descriptor: &RenderPipelineDescriptor, format: PackedFormat) -> boo
         )
     };
     let is_multiplied = fragment.shader_defs.contains(&MULTIPLY.into());
+    // The codes of `Unorm8` are no sums: those of a faint light would be added as those of a bright one.
+    let adds = fragment.shader_defs.contains(&PREMULTIPLY.into());
+    if adds && format == PackedFormat::Unorm8 {
+        return false;
+    }
     let color = blend.color;
     let has_linear_factors = is_linear(color.src_factor) && is_linear(color.dst_factor);
     let is_sum = color.operation == BlendOperation::Add;
@@ -189,6 +196,9 @@ mod tests {
             assert!(blended(BlendState::ALPHA_BLENDING.color, &[], format));
             assert!(!blended(multiply, &[], format));
             assert!(blended(multiply, &[MULTIPLY], format));
+            let over = BlendComponent::OVER;
+            let adds = blended(over, &[PREMULTIPLY], format);
+            assert_eq!(adds, format != PackedFormat::Unorm8);
             assert!(!blended(largest, &[], format));
             assert_eq!(
                 blended(subtract, &[], format),

@@ -40,6 +40,8 @@ use bevy::{
     },
 };
 
+use crate::view::main_pass_systems::OwnMainPass;
+
 /// Adds the main pass and the resolve of packed cameras.
 pub(crate) struct PackedPassPlugin;
 
@@ -92,12 +94,14 @@ impl Plugin for PackedPassPlugin {
                 )
                     .chain()
                     .before(main_opaque_pass_3d)
+                    .in_set(OwnMainPass)
                     .in_set(Core3dSystems::MainPass),
             )
             .add_systems(
                 Core3d,
                 skip_main_passes::restore_current_view
                     .after(main_transparent_pass_3d)
+                    .in_set(OwnMainPass)
                     .in_set(Core3dSystems::MainPass),
             );
     }

@@ -19,7 +19,7 @@ mod candidate;
 pub(crate) mod capabilities;
 pub(crate) mod eligibility;
 mod format;
-mod main_pass_systems;
+pub(crate) mod main_pass_systems;
 mod msaa;
 mod net;
 pub(crate) mod packed;
