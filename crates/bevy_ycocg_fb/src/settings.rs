@@ -136,8 +136,8 @@ pub enum PackedFormat {
     Float32,
     /// Two bytes per sample: tone-mapped and gamma-encoded, in codes that are finest in the dark and near gray,
     /// with a bias of 128/255 on the chrominance (thesis 4.7.2), only for cameras without `Hdr`. Samples are
-    /// averaged in linear light, but blending works on codes: additive blending loses negative chrominance, and
-    /// multiplicative blending loses the bias. On photographs `EdgeDirected` is the better filter for it, on
+    /// averaged in linear light, but blending works on codes: cameras with materials of `AlphaMode::Add` or
+    /// `Premultiplied` use the next format, and multiplicative blending loses the bias. On photographs `EdgeDirected` is the better filter for it, on
     /// rendered scenes the default is.
     Unorm8,
 }
