@@ -1,22 +1,26 @@
 //! Extension of Bevy's renderer by the plugins of this workspace, without a fork of it.
 //!
 //! Bevy has no API for a change of every material. This crate has two mechanisms for it, patches of
-//! shaders and hooks, which several plugins can use at once and in any order:
+//! shaders and hooks, which several plugins can use at once and in any order, and mends what Bevy lacks for
+//! views that change:
 //!
 //! | module | contents |
 //! | --- | --- |
 //! | [`shader_patch`] | verified insertions into Bevy's shaders at start-up, each at most once |
 //! | [`material_hook`] | hooks at the end of the specialization of every material's pipeline |
 //! | [`material_tags`] | tags, by which a hook recognizes the materials that it changes |
+//! | [`wireframes`] | wireframes that follow their views |
 //!
-//! Both depend on Bevy's internals and may fail with another version of Bevy. A plugin checks
+//! All depend on Bevy's internals and may fail with another version of Bevy. A plugin checks
 //! [`ShaderPatches::state`] before it relies on a patch, and leaves the rendering to Bevy if the patch
 //! was refused.
 
 pub mod material_hook;
 pub mod material_tags;
 pub mod shader_patch;
+pub mod wireframes;
 
 pub use material_hook::{MaterialHook, MaterialHookPlugin, SpecializedMaterial};
 pub use material_tags::MaterialTags;
 pub use shader_patch::{Insertion, PatchState, ShaderPatch, ShaderPatches};
+pub use wireframes::ViewWireframesPlugin;

@@ -43,6 +43,7 @@ pub(crate) struct Volume {
 pub(crate) const FLAG_FEEDBACK: u32 = 1;
 pub(crate) const FLAG_WEIGHTED: u32 = 2;
 pub(crate) const FLAG_CHANGING: u32 = 4;
+pub(crate) const FLAG_MEAN: u32 = 8;
 
 /// A light source.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
@@ -53,13 +54,16 @@ pub(crate) struct Light {
     pub inverse_range_squared: f32,
     pub direction: Vec3,
     pub spot_scale: f32,
+    pub half_width: Vec3,
     pub spot_offset: f32,
-    pub pad: Vec3,
+    pub half_height: Vec3,
+    pub near: f32,
 }
 
 pub(crate) const LIGHT_DIRECTIONAL: u32 = 0;
 pub(crate) const LIGHT_POINT: u32 = 1;
 pub(crate) const LIGHT_SPOT: u32 = 2;
+pub(crate) const LIGHT_RECT: u32 = 3;
 
 /// A mesh to voxelise.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]

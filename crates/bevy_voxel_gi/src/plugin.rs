@@ -4,23 +4,26 @@ use std::marker::PhantomData;
 
 use bevy::{
     asset::AssetEventSystems,
+    camera::visibility::VisibilitySystems,
     light::SimulationLightSystems,
     prelude::*,
     render::{
-        ExtractSchedule, Render, RenderApp, RenderSystems, diagnostic::RenderDiagnosticsPlugin,
-        mesh::allocator::MeshAllocatorSettings, render_resource::BufferUsages,
+        ExtractSchedule, GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
+        diagnostic::RenderDiagnosticsPlugin, mesh::allocator::MeshAllocatorSettings,
+        render_resource::BufferUsages, renderer::RenderDevice,
     },
     shader::load_shader_library,
 };
-use bevy_frugal_hooks::shader_patch::PatchShadersExt;
+use bevy_frugal_hooks::{ViewWireframesPlugin, shader_patch::PatchShadersExt};
 
 use crate::{
     budget::{BudgetChoice, choose_quality},
     debug::DebugViewPlugin,
     extract::{
         deformed_meshes::extract_deformed_meshes,
+        device_limits::is_supported,
         lights::{ExtractedLights, extract_lights},
-        material_table::MaterialTable,
+        material_table::{MaterialTable, begin_session, remove_unused},
         meshes::{ExtractedScene, extract_scene},
         place_volume::{ActiveVolume, place_volume},
         probe::place_probe,
@@ -31,14 +34,18 @@ use crate::{
     },
     passes::PassesPlugin,
     prepare::{
+        buffers::VolumeBuffers,
         mesh_batches::{MeshBatches, collect_mesh_batches},
         pipelines::RequiredPipelines,
         plan::{FramePlan, plan_frame},
+        scene_buffers::SceneBuffers,
         uniforms::VolumeUniforms,
     },
     receive::{
         self,
-        features::{ReceiverShader, update_features},
+        features::{
+            AwaitedReceiver, ReceiverShader, await_pipelines, extract_changes, update_features,
+        },
     },
     report::{SharedReport, VoxelGiReport, receive_report},
     settings::{MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiVolume},
@@ -52,6 +59,9 @@ pub struct VoxelGiPlugin;
 
 impl Plugin for VoxelGiPlugin {
     fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<ViewWireframesPlugin>() {
+            app.add_plugins(ViewWireframesPlugin);
+        }
         load_shader_library!(app, "shaders/albedo.wesl");
         load_shader_library!(app, "shaders/face_slots.wesl");
         load_shader_library!(app, "shaders/faces.wesl");
@@ -66,7 +76,8 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "shaders/voxel.wesl");
         load_shader_library!(app, "receive/receive.wesl");
         load_shader_library!(app, "receive/visibility.wesl");
-        app.patch_shader(receive::patch())
+        app.patch_shader(receive::receiver_patch())
+            .patch_shader(receive::lightmap_patch())
             .register_type::<VoxelGiVolume>()
             .register_type::<NotVoxelized>()
             .register_type::<MeshVoxelMaterial>()
@@ -83,15 +94,20 @@ impl Plugin for VoxelGiPlugin {
             .add_systems(First, receive_report)
             .add_systems(
                 Last,
-                update_unknown_materials
-                    .after(UpdateMaterials)
-                    .run_if(there_is_a_volume),
+                (
+                    begin_session.before(UpdateMaterials),
+                    (update_unknown_materials, remove_unused)
+                        .chain()
+                        .after(UpdateMaterials)
+                        .run_if(there_is_a_volume),
+                ),
             )
             .add_systems(
                 PostUpdate,
                 (
                     (place_volume, place_probe)
                         .chain()
+                        .after(VisibilitySystems::VisibilityPropagate)
                         .before(SimulationLightSystems::AssignLightsToClusters),
                     update_features
                         .run_if(resource_exists::<Assets<Shader>>)
@@ -107,43 +123,59 @@ impl Plugin for VoxelGiPlugin {
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
             return;
         };
+        let device = render_app.world().get_resource::<RenderDevice>();
+        let is_supported = device.is_some_and(|device| is_supported(&device.limits()));
         // The voxelisers read mesh vertices as storage buffers.
-        if let Some(mut settings) = render_app
-            .world_mut()
-            .get_resource_mut::<MeshAllocatorSettings>()
+        if is_supported
+            && let Some(mut settings) = render_app
+                .world_mut()
+                .get_resource_mut::<MeshAllocatorSettings>()
         {
             settings.extra_buffer_usages |= BufferUsages::STORAGE;
         }
         render_app
             .insert_resource(report)
+            .init_resource::<AwaitedReceiver>()
             .init_resource::<ExtractedVolume>()
             .init_resource::<ExtractedScene>()
             .init_resource::<ExtractedLights>()
-            .init_resource::<MeshBatches>()
-            .init_resource::<RequiredPipelines>()
-            .init_resource::<FramePlan>()
-            .init_resource::<VolumeUniforms>()
+            // What is on the device is made anew with a new device.
+            .init_gpu_resource::<MeshBatches>()
+            .init_gpu_resource::<RequiredPipelines>()
+            .init_gpu_resource::<FramePlan>()
+            .init_gpu_resource::<VolumeUniforms>()
+            .add_systems(RenderStartup, forget_buffers)
             .add_systems(
                 ExtractSchedule,
                 (
+                    extract_changes,
                     extract_volume,
-                    (extract_scene, extract_deformed_meshes)
+                    (extract_scene, extract_deformed_meshes, extract_lights)
                         .chain()
-                        .run_if(there_is_or_was_a_volume),
-                    extract_lights.run_if(there_is_or_was_a_volume),
+                        .run_if(a_volume_is_extracted),
                 )
                     .chain(),
             )
             .add_systems(
                 Render,
-                (collect_mesh_batches, plan_frame)
-                    .chain()
-                    .in_set(RenderSystems::PrepareResources),
+                (
+                    (collect_mesh_batches, plan_frame)
+                        .chain()
+                        .in_set(RenderSystems::PrepareResources),
+                    await_pipelines
+                        .after(RenderSystems::PrepareBindGroups)
+                        .before(RenderSystems::Render),
+                ),
             );
     }
 }
 
-fn there_is_or_was_a_volume(volume: Res<ExtractedVolume>) -> bool {
+fn forget_buffers(mut commands: Commands) {
+    commands.remove_resource::<VolumeBuffers>();
+    commands.remove_resource::<SceneBuffers>();
+}
+
+fn a_volume_is_extracted(volume: Res<ExtractedVolume>) -> bool {
     volume.0.is_some()
 }
 

@@ -1,6 +1,7 @@
 //! The plugin, which registers what the other modules define.
 
 use bevy::{prelude::*, shader::load_shader_library};
+use bevy_frugal_hooks::ViewWireframesPlugin;
 
 use crate::{
     material::MaterialPackingPlugin,
@@ -18,6 +19,9 @@ pub struct YCoCgFrameBufferPlugin;
 
 impl Plugin for YCoCgFrameBufferPlugin {
     fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<ViewWireframesPlugin>() {
+            app.add_plugins(ViewWireframesPlugin);
+        }
         load_shader_library!(app, "shaders/pack.wesl");
         load_shader_library!(app, "shaders/reconstruct.wesl");
         load_shader_library!(app, "shaders/dither.wesl");

@@ -103,6 +103,7 @@ impl Textures {
         MeshVoxelMaterial {
             albedo: (count > 0.0).then(|| sum / count),
             coverage: Some(count / colors.pixels().len() as f32),
+            ..default()
         }
     }
 

@@ -16,7 +16,7 @@ use bevy_voxel_gi::{
 
 use super::{
     memory::{WITH_LIGHT, assert_memory},
-    scene::{app, at, block, block_of, floor, matt, small_volume, under_sky},
+    scene::{app, at, block, block_of, floor, hidden, matt, small_volume, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -165,7 +165,7 @@ pub fn leak(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> (f32, Ve
         let wall = block_of(world, 0.8, center, size);
         // The camera looks from above.
         if center.y > 1.8 {
-            world.entity_mut(wall).insert(RenderLayers::layer(5));
+            world.entity_mut(wall).insert(hidden());
         }
     }
     world.spawn((
@@ -337,7 +337,7 @@ fn any_index_format_layout_and_topology_casts_the_same_shadow() {
         world.spawn((
             Mesh3d(mesh),
             MeshMaterial3d(material),
-            RenderLayers::layer(5),
+            hidden(),
             Transform::from_xyz(0.0, 1.02, 0.0).with_scale(Vec3::splat(3.0)),
         ));
         world.spawn(under_sky(1.0));

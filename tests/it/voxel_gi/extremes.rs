@@ -11,7 +11,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Sky, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, at, block, floor, matt, small_volume, under_sky},
+    scene::{app, at, block, floor, hidden, matt, small_volume, under_sky},
     support::picture,
 };
 use crate::support::gpu;
@@ -185,7 +185,7 @@ fn triangles_that_are_none_and_huge_ones() {
     world.spawn((
         Mesh3d(mesh),
         MeshMaterial3d(material),
-        bevy::camera::visibility::RenderLayers::layer(5),
+        hidden(),
         bevy::camera::visibility::NoFrustumCulling,
     ));
     world.spawn(under_sky(1.0));

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use bevy::{
-    camera::visibility::{NoFrustumCulling, RenderLayers},
+    camera::visibility::NoFrustumCulling,
     image::Image,
     mesh::{
         VertexAttributeValues,
@@ -18,7 +18,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiVolume, VoxelMaterialPlugin};
 
 use super::{
-    scene::{app, app_with, at, block, block_of, floor, matt, small_volume, under_sky},
+    scene::{app, app_with, at, block, block_of, floor, hidden, matt, small_volume, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -38,7 +38,7 @@ fn roof(world: &mut World, material: Handle<StandardMaterial>) -> Entity {
         .spawn((
             Mesh3d(mesh),
             MeshMaterial3d(material),
-            RenderLayers::layer(5),
+            hidden(),
             Transform::from_xyz(0.0, 0.7, 0.0),
         ))
         .id()
@@ -337,7 +337,7 @@ fn emissive_surfaces_light_the_scene() {
     world.spawn((
         Mesh3d(mesh),
         MeshMaterial3d(material.clone()),
-        RenderLayers::layer(5),
+        hidden(),
         Transform::from_xyz(0.0, 0.5, 0.0),
     ));
     world.spawn(small_volume());
@@ -414,24 +414,28 @@ fn lights_of_all_kinds_light_the_wall_alike() {
     assert!((spot / point - 1.0).abs() < 0.02, "{spot} {point}");
 }
 
-#[test]
-fn skinned_meshes_occlude_where_their_joints_put_them() {
-    let _gpu = gpu();
-    let mut app = app();
-    let world = app.world_mut();
-    floor(world);
+/// A flat box that two joints move, each by half.
+pub fn skinned_cuboid() -> Mesh {
     let mut mesh = Mesh::from(Cuboid::new(1.5, 0.2, 1.5));
     let count = mesh.count_vertices();
     mesh.insert_attribute(
         Mesh::ATTRIBUTE_JOINT_INDEX,
         VertexAttributeValues::Uint16x4(vec![[0, 1, 0, 0]; count]),
     );
-    // Half of each joint.
     mesh.insert_attribute(
         Mesh::ATTRIBUTE_JOINT_WEIGHT,
         vec![[0.5_f32, 0.5, 0.0, 0.0]; count],
     );
-    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    mesh
+}
+
+#[test]
+fn skinned_meshes_occlude_where_their_joints_put_them() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(skinned_cuboid());
     let material = matt(world, 0.0);
     let joints = [Vec3::new(-2.0, 0.7, 0.0), Vec3::new(0.0, 0.7, 0.0)]
         .map(|at| world.spawn(Transform::from_translation(at)).id());
@@ -441,7 +445,7 @@ fn skinned_meshes_occlude_where_their_joints_put_them() {
     world.spawn((
         Mesh3d(mesh),
         MeshMaterial3d(material),
-        RenderLayers::layer(5),
+        hidden(),
         NoFrustumCulling,
         SkinnedMesh {
             inverse_bindposes,

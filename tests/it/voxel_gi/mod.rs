@@ -2,10 +2,13 @@
 
 mod arcade;
 mod basics;
+mod bounces;
 mod budget;
 mod changes;
 mod contacts;
 mod extremes;
+mod games;
+mod history;
 mod materials;
 mod memory;
 mod rays;

@@ -62,6 +62,7 @@ fn lights(scene: &BoxScene) -> Vec<Light> {
         position: light.position,
         intensity: light.intensity_cd,
         cone: None,
+        near: 0.0,
     });
     suns.chain(points).collect()
 }

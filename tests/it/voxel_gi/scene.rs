@@ -1,7 +1,7 @@
 //! Small scenes for tests: a floor, a wall, a light.
 
 use bevy::{
-    camera::Exposure,
+    camera::{Exposure, visibility::RenderLayers},
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     prelude::*,
 };
@@ -28,16 +28,51 @@ pub fn app_with(more: impl FnOnce(&mut App)) -> HeadlessApp {
     app
 }
 
-fn build(more: impl FnOnce(&mut App)) -> HeadlessApp {
+/// The same, where frames do not wait for pipelines.
+pub fn asynchronous_app() -> HeadlessApp {
     let settings = HeadlessSettings {
+        compiles_in_background: true,
+        ..settings()
+    };
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(VoxelGiPlugin);
+    })
+    .expect("no adapter");
+    begin(app.world_mut());
+    app
+}
+
+fn settings() -> HeadlessSettings {
+    HeadlessSettings {
         format: TargetFormat::Float32,
         ..HeadlessSettings::with_size(SIZE, SIZE)
-    };
-    HeadlessApp::new(settings, |app| {
-        app.add_plugins(VoxelGiPlugin);
+    }
+}
+
+fn build(more: impl FnOnce(&mut App)) -> HeadlessApp {
+    HeadlessApp::new(settings(), |app| {
+        app.add_plugins(VoxelGiPlugin)
+            .add_observer(see_what_is_hidden);
         more(app);
     })
     .expect("no adapter")
+}
+
+/// The layers of a mesh that cameras do not see and volumes do.
+pub fn hidden() -> RenderLayers {
+    RenderLayers::layer(5)
+}
+
+/// Volumes without layers of their own have those of cameras and of what is hidden from them.
+fn see_what_is_hidden(
+    added: On<Add<VoxelGiVolume>>,
+    with_layers: Query<(), With<RenderLayers>>,
+    mut commands: Commands,
+) {
+    if !with_layers.contains(added.entity) {
+        let layers = RenderLayers::default().union(&hidden());
+        commands.entity(added.entity).insert(layers);
+    }
 }
 
 fn begin(world: &mut World) {

@@ -1,6 +1,8 @@
 //! What the cases share.
 
-use bevy::{camera::Viewport, ecs::entity::EntityHashMap, prelude::*};
+use bevy::{
+    camera::Viewport, ecs::entity::EntityHashMap, prelude::*, render::render_resource::Extent3d,
+};
 use bevy_frugal_lab::{
     boxes::{BoxScene, spawn_box_scene},
     headless::{HeadlessApp, HeadlessSettings, TargetFormat},
@@ -59,11 +61,16 @@ pub fn settle(app: &mut HeadlessApp) -> u32 {
     frames
 }
 
+/// Whether the light has settled.
+pub fn has_settled(app: &HeadlessApp) -> bool {
+    app.world().resource::<VoxelGiReport>().state == VoxelGiState::Settled
+}
+
 /// The same with whole pictures, for light that depends on what cameras see.
 pub fn settle_in_view(app: &mut HeadlessApp) -> u32 {
     for frame in 1..400 {
         app.render_frames(1).expect("a frame failed");
-        if app.world().resource::<VoxelGiReport>().state == VoxelGiState::Settled {
+        if has_settled(app) {
             return frame;
         }
     }
@@ -91,8 +98,8 @@ pub fn indirect(app: &mut HeadlessApp, volume: impl Bundle) -> Vec<Vec3> {
     with.iter().zip(without).map(|(a, b)| a - b).collect()
 }
 
-/// Six faces a voxel of what Bevy samples of the volume: light times weight, and weight.
-pub fn read_texels(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
+/// What Bevy samples of the volume, as it is in memory, and its size.
+fn read_light(app: &mut HeadlessApp) -> (Extent3d, Vec<u8>) {
     let world = app.world_mut();
     let handle = world
         .query::<&bevy::light::IrradianceVolume>()
@@ -100,7 +107,20 @@ pub fn read_texels(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
         .expect("one volume")
         .voxels
         .clone();
-    let (size, bytes) = app.read_texture(&handle, 8).expect("the GPU answers");
+    app.read_texture(&handle, 8).expect("the GPU answers")
+}
+
+/// What Bevy samples of the volume, as it is in memory: all levels.
+pub fn light_texture_bytes(app: &mut HeadlessApp) -> Vec<u8> {
+    let (size, bytes) = read_light(app);
+    // Only the first texels of the last slice are written.
+    let slice = (8 * size.width * size.height) as usize;
+    bytes[..bytes.len() - slice].to_vec()
+}
+
+/// Six faces a voxel of what Bevy samples of the volume: light times weight, and weight.
+pub fn read_texels(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
+    let (size, bytes) = read_light(app);
     let texel = |x: u32, y: u32, z: u32| {
         let at = (((z * size.height + y) * size.width + x) * 8) as usize;
         let channel = |c: usize| {

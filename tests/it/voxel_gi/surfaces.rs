@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use bevy::{
-    camera::visibility::{NoFrustumCulling, RenderLayers},
+    camera::visibility::NoFrustumCulling,
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
     image::ImageSampler,
     mesh::morph::{MeshMorphWeights, MorphAttributes},
@@ -15,7 +15,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{DebugField, VoxelAlbedo, VoxelGiDebug, VoxelGiVolume};
 
 use super::{
-    scene::{app, app_with, at, floor, matt, under_sky},
+    scene::{app, app_with, at, floor, hidden, matt, under_sky},
     support::{picture, settle, settle_in_view},
 };
 use crate::support::gpu;
@@ -33,7 +33,7 @@ fn plate(world: &mut World, mesh: Mesh, material: Handle<StandardMaterial>) -> E
         .spawn((
             Mesh3d(mesh),
             MeshMaterial3d(material),
-            RenderLayers::layer(5),
+            hidden(),
             NoFrustumCulling,
             Transform::from_xyz(0.0, 0.4, 0.0),
         ))
@@ -215,7 +215,6 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_visible: bool) -> Ve
     let mesh = world
         .resource_mut::<Assets<Mesh>>()
         .add(Plane3d::default().mesh().size(3.6, 3.6).build());
-    let hidden = RenderLayers::layer(5);
     let floor = world
         .spawn((
             Mesh3d(mesh),
@@ -224,7 +223,7 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_visible: bool) -> Ve
         ))
         .id();
     if !is_visible {
-        world.entity_mut(floor).insert(hidden.clone());
+        world.entity_mut(floor).insert(hidden());
     }
     let volume = world
         .spawn(VoxelGiVolume {
@@ -236,7 +235,7 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_visible: bool) -> Ve
     settle_in_view(&mut app);
     // What is no longer seen is remembered.
     let world = app.world_mut();
-    world.entity_mut(floor).insert(hidden);
+    world.entity_mut(floor).insert(hidden());
     world.entity_mut(volume).insert(VoxelGiVolume {
         albedo,
         ..under_sky(2.0)

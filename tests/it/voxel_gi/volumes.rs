@@ -5,7 +5,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, at, block, floor, under_sky},
+    scene::{app, asynchronous_app, at, block, floor, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -125,4 +125,41 @@ fn more_cubes_than_eight_are_left_out() {
     // Eight levels of 8^3 voxels at 68 bytes, and of 3 slots per voxel at 48.
     let memory = app.world().resource::<VoxelGiReport>().memory;
     assert!((8 * 512 * 212..8 * 512 * 230).contains(&memory), "{memory}");
+}
+
+/// In an app whose frames do not wait for pipelines, as games are.
+#[test]
+fn what_is_lit_stays_in_the_picture_while_volumes_come_and_go() {
+    let _gpu = gpu();
+    let mut app = asynchronous_app();
+    floor(app.world_mut());
+    app.world_mut().spawn((
+        DirectionalLight::default(),
+        Transform::default().looking_to(Vec3::new(0.2, -1.0, 0.1), Vec3::Z),
+    ));
+    app.world_mut().spawn(under_sky(1.0));
+    app.run_until_ready(100_000).expect("ready");
+    settle(&mut app);
+    let before = at(&picture(&mut app), 0.0, 0.0).x;
+    assert!(before > 100.0, "{before}");
+    for round in 0..2 {
+        let second = VoxelGiVolume {
+            size: 2.0,
+            ..under_sky(1.0)
+        };
+        let second = app.world_mut().spawn(second).id();
+        let check = |app: &mut HeadlessApp, what: &str| {
+            for frame in 0..10 {
+                let found = at(&picture(app), 0.0, 0.0).x;
+                let wrong = (found / before - 1.0).abs();
+                assert!(
+                    wrong < 0.02,
+                    "{found} for {before} in frame {frame} {what} {round}"
+                );
+            }
+        };
+        check(&mut app, "of a second volume");
+        app.world_mut().despawn(second);
+        check(&mut app, "after a second volume");
+    }
 }

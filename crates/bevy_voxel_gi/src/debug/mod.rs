@@ -5,7 +5,7 @@ use bevy::{
     core_pipeline::{Core3d, Core3dSystems, FullscreenShader, tonemapping::tonemapping},
     prelude::*,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
         extract_component::{ExtractComponent, ExtractComponentPlugin},
         render_asset::RenderAssets,
         render_resource::{
@@ -79,7 +79,7 @@ impl Plugin for DebugViewPlugin {
             return;
         };
         render_app
-            .init_resource::<SpecializedRenderPipelines<DebugPipeline>>()
+            .init_gpu_resource::<SpecializedRenderPipelines<DebugPipeline>>()
             .add_systems(RenderStartup, init_pipeline)
             .add_systems(Render, prepare_pipelines.in_set(RenderSystems::Prepare))
             .add_systems(

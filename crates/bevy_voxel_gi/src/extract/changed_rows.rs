@@ -3,10 +3,19 @@
 //! `Changed` in a query's filter tests each component of each entity by itself, which takes milliseconds for 100,000
 //! meshes. Their ticks are contiguous in memory, and nearly always nothing has changed: here a block of them takes a
 //! few vector instructions.
+//!
+//! No tick tells that a component was removed, or that an entity was disabled and enabled again, but then its row moves
+//! to another table. [`KnownRows`] finds such rows, whatever the component.
 
 use std::ops::Range;
 
-use bevy::ecs::change_detection::{ContiguousRef, Tick};
+use bevy::{
+    ecs::{
+        change_detection::{ContiguousRef, Tick},
+        entity::Entities,
+    },
+    prelude::*,
+};
 
 /// Rows of which any tick is tested at once.
 const BLOCK: usize = 64;
@@ -59,9 +68,52 @@ pub(super) fn for_each_changed_row(
     }
 }
 
+/// The entities in the rows of a query's tables, to find those that have come or gone.
+#[derive(Default)]
+pub(crate) struct KnownRows {
+    /// By the number of the table, the entities in it, and whether the query has it now.
+    tables: Vec<(Vec<Entity>, bool)>,
+}
+
+impl KnownRows {
+    /// Takes over the rows of a table, and adds to `moved` the entities that were not in it, or are not any more.
+    pub(super) fn update(&mut self, rows: &[Entity], all: &Entities, moved: &mut Vec<Entity>) {
+        let location = rows.first().and_then(|first| all.get_spawned(*first).ok());
+        let Some(location) = location else {
+            return;
+        };
+        let table = location.table_id.as_usize();
+        if table >= self.tables.len() {
+            self.tables.resize_with(table + 1, default);
+        }
+        let (known, is_there) = &mut self.tables[table];
+        *is_there = true;
+        if known == rows {
+            return;
+        }
+        for (before, now) in known.iter().zip(rows).filter(|(before, now)| before != now) {
+            moved.extend([*before, *now]);
+        }
+        let common = known.len().min(rows.len());
+        moved.extend(known[common..].iter().chain(&rows[common..]));
+        known.clear();
+        known.extend(rows);
+    }
+
+    /// To call after all tables: adds the entities of those that the query does not have any more.
+    pub(super) fn finish(&mut self, moved: &mut Vec<Entity>) {
+        for (known, is_there) in &mut self.tables {
+            if !*is_there {
+                moved.append(known);
+            }
+            *is_there = false;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use bevy::prelude::*;
+    use bevy::ecs::entity_disabling::Disabled;
 
     use super::*;
 
@@ -126,5 +178,65 @@ mod tests {
         assert!(found(&mut world).is_empty(), "rows that moved are not new");
         world.entity_mut(spawned[6]).insert(Counted(6));
         assert_eq!(found(&mut world), [6]);
+    }
+
+    #[derive(Resource, Default)]
+    struct Moved(KnownRows, Vec<Entity>);
+
+    fn find_moved(
+        numbers: Query<(Entity, Ref<Number>), Without<Other>>,
+        all: &Entities,
+        mut moved: ResMut<Moved>,
+    ) {
+        let Moved(known, found) = &mut *moved;
+        found.clear();
+        for (rows, _) in numbers.contiguous_iter().expect("tables") {
+            known.update(rows, all, found);
+        }
+        known.finish(found);
+        found.sort();
+        found.dedup();
+    }
+
+    #[test]
+    fn entities_that_come_and_go_are_found_whatever_the_cause() {
+        let mut world = World::new();
+        world.init_resource::<Moved>();
+        let mut schedule = Schedule::default();
+        schedule.add_systems(find_moved);
+        let mut found = |world: &mut World| {
+            schedule.run(world);
+            world.resource::<Moved>().1.clone()
+        };
+        let all: Vec<_> = (0..100).map(|i| world.spawn(Number(i)).id()).collect();
+        assert_eq!(found(&mut world), all);
+        assert!(found(&mut world).is_empty());
+        world.entity_mut(all[7]).insert(Disabled);
+        // The last one is in its row now.
+        assert_eq!(found(&mut world), [all[7], all[99]]);
+        // One goes and another one comes, so there are as many.
+        world.entity_mut(all[7]).remove::<Disabled>();
+        world.entity_mut(all[98]).insert(Disabled);
+        let moved = found(&mut world);
+        assert!(
+            moved.contains(&all[7]) && moved.contains(&all[98]),
+            "{moved:?}"
+        );
+        for &entity in &all {
+            world.entity_mut(entity).insert(Disabled);
+        }
+        assert_eq!(found(&mut world).len(), 99, "the table is empty");
+        assert!(found(&mut world).is_empty());
+        for &entity in &all {
+            world.entity_mut(entity).remove::<Disabled>();
+        }
+        assert_eq!(found(&mut world), all);
+        world.entity_mut(all[3]).insert(Other);
+        world.despawn(all[4]);
+        let moved = found(&mut world);
+        assert!(
+            moved.contains(&all[3]) && moved.contains(&all[4]),
+            "{moved:?}"
+        );
     }
 }

@@ -1,6 +1,8 @@
 //! Extracts the meshes with a skin or morph targets, which may change in every frame.
 
 use bevy::{
+    camera::{primitives::Aabb, visibility::DynamicSkinnedMeshBounds},
+    math::{Affine3A, Vec3A},
     mesh::{
         morph::{MeshMorphWeights, MorphWeights},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
@@ -10,7 +12,7 @@ use bevy::{
 };
 
 use super::{
-    meshes::{ExtractedMesh, ExtractedScene, MeshParts},
+    meshes::{ExtractedScene, MeshParts, world_bounds},
     place_volume::ActiveVolume,
 };
 use crate::settings::NotVoxelized;
@@ -20,13 +22,18 @@ type IsDeformed = (
     Or<(With<SkinnedMesh>, With<MeshMorphWeights>)>,
 );
 
-/// Extracts them, once the materials are.
+/// What deforms a mesh, and what keeps its bounds.
+type Deformation = (
+    Option<&'static SkinnedMesh>,
+    Option<&'static MeshMorphWeights>,
+    Has<DynamicSkinnedMeshBounds>,
+);
+
+/// Extracts those that may reach into a level, once the materials are.
 pub(crate) fn extract_deformed_meshes(
     mut scene: ResMut<ExtractedScene>,
     active: Extract<Res<ActiveVolume>>,
-    meshes: Extract<
-        Query<(MeshParts, Option<&SkinnedMesh>, Option<&MeshMorphWeights>), IsDeformed>,
-    >,
+    meshes: Extract<Query<(MeshParts, Deformation), IsDeformed>>,
     joints: Extract<Query<&GlobalTransform>>,
     morphs: Extract<Query<&MorphWeights>>,
     bind_poses: Extract<Res<Assets<SkinnedMeshInverseBindposes>>>,
@@ -34,29 +41,31 @@ pub(crate) fn extract_deformed_meshes(
     let scene = &mut *scene;
     scene.deformed.clear();
     scene.joints.clear();
-    if active.volume.is_none() {
+    let Some(volume) = &active.volume else {
         return;
-    }
-    for (parts, skin, morph) in &meshes {
-        let Some(mesh) = scene.rigid_mesh(parts) else {
+    };
+    for (parts, (skin, morph, has_dynamic_bounds)) in &meshes {
+        let Some(mut mesh) = scene.rigid_mesh(parts) else {
             continue;
         };
-        let first_joint = match skin {
-            None => None,
-            Some(skin) => {
-                let Some(poses) = bind_poses.get(&skin.inverse_bindposes) else {
-                    continue;
-                };
-                let first = u32::try_from(scene.joints.len()).unwrap_or(u32::MAX);
-                for (&joint, pose) in skin.joints.iter().zip(poses.iter()) {
-                    let world = joints
-                        .get(joint)
-                        .map_or(Mat4::IDENTITY, GlobalTransform::to_matrix);
-                    scene.joints.push(world * *pose);
-                }
-                Some(first)
+        let aabb = parts.3;
+        let first_matrix = scene.joints.len();
+        if let Some(skin) = skin {
+            let Some(poses) = bind_poses.get(&skin.inverse_bindposes) else {
+                continue;
+            };
+            for (&joint, pose) in skin.joints.iter().zip(poses.iter()) {
+                let world = joints
+                    .get(joint)
+                    .map_or(Mat4::IDENTITY, GlobalTransform::to_matrix);
+                scene.joints.push(world * *pose);
             }
-        };
+            mesh.first_joint = Some(u32::try_from(first_matrix).unwrap_or(u32::MAX));
+            if !has_dynamic_bounds {
+                let matrices = &scene.joints[first_matrix..];
+                mesh.bounds = aabb.and_then(|aabb| skinned_bounds(aabb, matrices));
+            }
+        }
         let weights = match morph {
             None => None,
             Some(MeshMorphWeights::Value { weights }) => Some(&weights[..]),
@@ -64,15 +73,38 @@ pub(crate) fn extract_deformed_meshes(
                 morphs.get(*entity).ok().map(MorphWeights::weights)
             }
         };
-        let weights = weights.map(|weights| append_weights(&mut scene.joints, weights));
-        scene.deformed.push(ExtractedMesh {
-            first_joint,
-            weights,
-            // Theirs are those of the bind pose and of the base shape.
-            bounds: None,
-            ..mesh
+        mesh.bounds = mesh.bounds.map(|(center, half_size)| {
+            let sum: f32 = weights
+                .iter()
+                .copied()
+                .flatten()
+                .map(|weight| weight.abs())
+                .sum();
+            (center, half_size * (1.0 + MORPH_REACH * sum))
         });
+        if !volume.levels.iter().any(|level| mesh.reaches(level)) {
+            scene.joints.truncate(first_matrix);
+            continue;
+        }
+        mesh.weights = weights.map(|weights| append_weights(&mut scene.joints, weights));
+        scene.deformed.push(mesh);
     }
+}
+
+/// How far a morph target is assumed to displace vertices at most, as a multiple of the size of the base shape: its
+/// displacements may be only on the GPU.
+const MORPH_REACH: f32 = 2.0;
+
+/// Centre and half extents of a skin whose bounds in bind pose are known: each vertex is a mean of where single joints
+/// move it. `None` if it has no joints.
+fn skinned_bounds(bind_pose: &Aabb, joints: &[Mat4]) -> Option<(Vec3A, Vec3A)> {
+    let of_joint = |joint: &Mat4| {
+        let (center, half_size) = world_bounds(bind_pose, &Affine3A::from_mat4(*joint));
+        (center - half_size, center + half_size)
+    };
+    let all = joints.iter().map(of_joint);
+    let (low, high) = all.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    Some((0.5 * (low + high), 0.5 * (high - low)))
 }
 
 /// Appends morph weights to the matrices, 16 in each. A separate buffer would exceed the limit of eight
@@ -88,4 +120,34 @@ fn append_weights(matrices: &mut Vec<Mat4>, weights: &[f32]) -> (u32, u32) {
         Mat4::from_cols_array(&all)
     }));
     (first, count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_of_a_skin_contain_what_its_joints_move() {
+        let bind_pose = Aabb {
+            center: Vec3A::new(0.0, 1.0, 0.0),
+            half_extents: Vec3A::new(0.5, 1.0, 0.25),
+        };
+        assert_eq!(skinned_bounds(&bind_pose, &[]), None);
+        let joints = [
+            Mat4::from_translation(Vec3::X * 10.0),
+            Mat4::from_rotation_z(1.0) * Mat4::from_translation(Vec3::Y),
+        ];
+        let (center, half_size) = skinned_bounds(&bind_pose, &joints).expect("joints");
+        for corner in 0..8 {
+            let sign = |bit: u32| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            let vertex =
+                bind_pose.center + bind_pose.half_extents * Vec3A::new(sign(0), sign(1), sign(2));
+            for weight in [0.0, 0.3, 1.0] {
+                let skinned = joints[0] * weight + joints[1] * (1.0 - weight);
+                let outside = (skinned.transform_point3a(vertex) - center).abs() - half_size;
+                assert!(outside.max_element() < 1e-5, "{outside}");
+            }
+        }
+        assert!(half_size.x < 8.0, "{half_size}");
+    }
 }

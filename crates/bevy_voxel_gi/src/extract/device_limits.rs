@@ -46,12 +46,25 @@ pub(super) fn allocatable_resolution(
 /// Storage buffers that the pass with the most of them binds.
 const STORAGE_BUFFERS: u32 = 10;
 
-/// Whether the device can run the passes; if not, warns once.
-pub(super) fn has_compute(limits: &WgpuLimits) -> bool {
-    let runs = limits.max_compute_workgroup_size_x >= 64
+/// Whether the device can run the passes, and Bevy reads their light.
+pub(crate) fn is_supported(limits: &WgpuLimits) -> bool {
+    // Bevy has no irradiance volumes on the web.
+    !cfg!(target_arch = "wasm32") && has_compute(limits)
+}
+
+fn has_compute(limits: &WgpuLimits) -> bool {
+    limits.max_compute_workgroup_size_x >= 64
         && limits.max_storage_textures_per_shader_stage >= 1
-        && limits.max_storage_buffers_per_shader_stage >= STORAGE_BUFFERS;
-    if !runs {
+        && limits.max_storage_buffers_per_shader_stage >= STORAGE_BUFFERS
+}
+
+/// Says once why nothing is lit where this is not supported.
+pub(super) fn warn_of_unsupported(limits: &WgpuLimits) {
+    if cfg!(target_arch = "wasm32") {
+        warn_once!(
+            "voxel GI: Bevy reads no irradiance volumes on the web, so nothing is lit by a VoxelGiVolume"
+        );
+    } else {
         warn_once!(
             "voxel GI: this device runs no compute shaders with {STORAGE_BUFFERS} storage buffers and a storage \
              texture (it has workgroups of {}, {} buffers and {} textures), so nothing is lit by a VoxelGiVolume",
@@ -60,7 +73,6 @@ pub(super) fn has_compute(limits: &WgpuLimits) -> bool {
             limits.max_storage_textures_per_shader_stage,
         );
     }
-    runs
 }
 
 #[cfg(test)]

@@ -1,65 +1,165 @@
 //! Extracts the lights, including those outside of every view.
 
-use bevy::{prelude::*, render::Extract};
+use bevy::{
+    camera::visibility::RenderLayers, ecs::query::QueryData, light::RectLight, prelude::*,
+    render::Extract,
+};
 
-use crate::gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, Light};
+use super::{place_volume::ActiveVolume, placement::PlacedLevel};
+use crate::gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_RECT, LIGHT_SPOT, Light};
 
 /// The lights of this frame.
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedLights(pub Vec<Light>);
 
+impl ExtractedLights {
+    /// The number of lights up to which it costs less to evaluate all than to look for those that reach a surface.
+    const FEW: usize = 16;
+
+    /// The shader defs that direct light needs.
+    pub(crate) fn defs(&self) -> impl Iterator<Item = &'static str> {
+        let has_rectangles = self.0.iter().any(|light| light.kind == LIGHT_RECT);
+        let defs = [
+            (self.0.len() > Self::FEW, "MANY_LIGHTS"),
+            (has_rectangles, "RECTANGULAR_LIGHTS"),
+        ];
+        defs.into_iter()
+            .filter_map(|(is_on, def)| is_on.then_some(def))
+    }
+}
+
+/// What lights of all types have.
+#[derive(QueryData)]
+pub(crate) struct LightParts<L: Component> {
+    light: &'static L,
+    transform: &'static GlobalTransform,
+    visible: &'static InheritedVisibility,
+    layers: Option<&'static RenderLayers>,
+}
+
+/// Extracts the lights that are on and in the layers of the volumes.
 pub(crate) fn extract_lights(
     mut lights: ResMut<ExtractedLights>,
-    directional: Extract<Query<(&DirectionalLight, &GlobalTransform, &InheritedVisibility)>>,
-    points: Extract<Query<(&PointLight, &GlobalTransform, &InheritedVisibility)>>,
-    spots: Extract<Query<(&SpotLight, &GlobalTransform, &InheritedVisibility)>>,
+    active: Extract<Res<ActiveVolume>>,
+    directional: Extract<Query<LightParts<DirectionalLight>>>,
+    points: Extract<Query<LightParts<PointLight>>>,
+    spots: Extract<Query<LightParts<SpotLight>>>,
+    rects: Extract<Query<LightParts<RectLight>>>,
 ) {
     let lights = &mut lights.0;
     lights.clear();
-    for (light, transform, visible) in &directional {
-        if visible.get() {
-            lights.push(directional_light(light, transform));
-        }
-    }
-    for (light, transform, visible) in &points {
-        if visible.get() {
-            lights.push(point_light(light, transform));
-        }
-    }
-    for (light, transform, visible) in &spots {
-        if visible.get() {
-            lights.push(spot_light(light, transform));
-        }
-    }
+    let Some(volume) = &active.volume else {
+        return;
+    };
+    let layers = &volume.scene_layers;
+    lights.extend(lit(&directional, layers).map(|(light, at)| directional_light(light, at)));
+    lights.extend(lit(&points, layers).map(|(light, at)| point_light(light, at)));
+    lights.extend(lit(&spots, layers).map(|(light, at)| spot_light(light, at)));
+    lights.extend(lit(&rects, layers).map(|(light, at)| rect_light(light, at)));
     lights.retain(|light| {
-        let finite = light.color.is_finite()
-            && light.position.is_finite()
-            && light.direction.is_finite()
+        let vectors = [light.position, light.color, light.direction];
+        let finite = vectors.iter().all(|v| v.is_finite())
+            && light.half_width.is_finite()
+            && light.half_height.is_finite()
             && light.inverse_range_squared.is_finite();
-        finite && light.color.max_element() > 0.0
+        finite
+            && light.color.max_element() > 0.0
+            && volume.levels.iter().any(|level| reaches(light, level))
     });
+    lights.sort_by_cached_key(order);
+}
+
+/// Words that give lights an order which does not depend on their entities: sums of floats depend on their order.
+fn order(light: &Light) -> [u32; 20] {
+    let [px, py, pz] = light.position.to_array();
+    let [r, g, b] = light.color.to_array();
+    let [dx, dy, dz] = light.direction.to_array();
+    let [wx, wy, wz] = light.half_width.to_array();
+    let [hx, hy, hz] = light.half_height.to_array();
+    let floats = [
+        light.inverse_range_squared,
+        px,
+        py,
+        pz,
+        r,
+        g,
+        b,
+        dx,
+        dy,
+        dz,
+        light.spot_scale,
+        light.spot_offset,
+        wx,
+        wy,
+        wz,
+        hx,
+        hy,
+        hz,
+        light.near,
+    ];
+    let mut words = [light.kind; 20];
+    words[1..].copy_from_slice(&floats.map(f32::to_bits));
+    words
+}
+
+/// Whether light may arrive in a level: beyond its range there is none.
+fn reaches(light: &Light, level: &PlacedLevel) -> bool {
+    let half = Vec3::splat(0.5 * level.size);
+    let outside = ((light.position - level.center).abs() - half).max(Vec3::ZERO);
+    light.kind == LIGHT_DIRECTIONAL || outside.length_squared() * light.inverse_range_squared < 1.0
+}
+
+/// The direction in which a light shines, zero where its scale is.
+fn forward(transform: &GlobalTransform) -> Vec3 {
+    (-transform.affine().matrix3.z_axis)
+        .normalize_or_zero()
+        .into()
+}
+
+/// The lights of a type that shine into the volumes.
+fn lit<'a, L: Component>(
+    all: &'a Query<LightParts<L>>,
+    layers: &'a RenderLayers,
+) -> impl Iterator<Item = (&'a L, &'a GlobalTransform)> {
+    all.iter()
+        .filter(|light| {
+            let own = light.layers.unwrap_or_default();
+            light.visible.get() && own.intersects(layers)
+        })
+        .map(|light| (light.light, light.transform))
+}
+
+/// A light of no kind, size and range.
+fn light_at(transform: &GlobalTransform, color: Color, unit: f32, range: f32) -> Light {
+    Light {
+        position: transform.translation(),
+        color: color.to_linear().to_vec3() * unit,
+        inverse_range_squared: (range * range).recip(),
+        direction: forward(transform),
+        spot_offset: 1.0,
+        ..default()
+    }
 }
 
 fn directional_light(light: &DirectionalLight, transform: &GlobalTransform) -> Light {
     Light {
-        position: Vec3::ZERO,
         kind: LIGHT_DIRECTIONAL,
-        color: light.color.to_linear().to_vec3() * light.illuminance,
+        position: Vec3::ZERO,
         inverse_range_squared: 0.0,
-        direction: transform.forward().as_vec3(),
-        spot_scale: 0.0,
-        spot_offset: 1.0,
-        pad: Vec3::ZERO,
+        ..light_at(transform, light.color, light.illuminance, 1.0)
     }
 }
 
 fn point_light(light: &PointLight, transform: &GlobalTransform) -> Light {
     Light {
-        position: transform.translation(),
         kind: LIGHT_POINT,
-        color: light.color.to_linear().to_vec3() * candela(light.intensity),
-        inverse_range_squared: (light.range * light.range).recip(),
-        ..directional_light(&DirectionalLight::default(), transform)
+        near: near(light.shadow_map_near_z),
+        ..light_at(
+            transform,
+            light.color,
+            candela(light.intensity),
+            light.range,
+        )
     }
 }
 
@@ -68,13 +168,30 @@ fn spot_light(light: &SpotLight, transform: &GlobalTransform) -> Light {
     let outer = light.outer_angle.cos();
     let spot_scale = (light.inner_angle.cos() - outer).max(1e-4).recip();
     Light {
-        position: transform.translation(),
         kind: LIGHT_SPOT,
-        color: light.color.to_linear().to_vec3() * candela(light.intensity),
-        inverse_range_squared: (light.range * light.range).recip(),
         spot_scale,
         spot_offset: -outer * spot_scale,
-        ..directional_light(&DirectionalLight::default(), transform)
+        near: near(light.shadow_map_near_z),
+        ..light_at(
+            transform,
+            light.color,
+            candela(light.intensity),
+            light.range,
+        )
+    }
+}
+
+/// A rectangle that emits to one side, as bright from everywhere.
+fn rect_light(light: &RectLight, transform: &GlobalTransform) -> Light {
+    let edge = |axis: Vec3, length: f32| transform.affine().transform_vector3(axis * length);
+    let (width, height) = (edge(Vec3::X, light.width), edge(Vec3::Y, light.height));
+    // As in Bevy, from the power of all of its area over the hemisphere.
+    let radiance = light.intensity / (width.length() * height.length() * std::f32::consts::PI);
+    Light {
+        kind: LIGHT_RECT,
+        half_width: 0.5 * width,
+        half_height: 0.5 * height,
+        ..light_at(transform, light.color, radiance, light.range)
     }
 }
 
@@ -82,6 +199,15 @@ fn spot_light(light: &SpotLight, transform: &GlobalTransform) -> Light {
 /// the whole sphere, for spot lights too.
 fn candela(lumens: f32) -> f32 {
     lumens / (4.0 * std::f32::consts::PI)
+}
+
+/// The distance within which nothing shadows a light.
+fn near(shadow_map_near_z: f32) -> f32 {
+    if shadow_map_near_z.is_finite() {
+        shadow_map_near_z.max(0.0)
+    } else {
+        0.0
+    }
 }
 
 #[cfg(test)]
@@ -109,5 +235,56 @@ mod tests {
         assert!(cone(0.6).abs() < 1e-4);
         assert!((cone(0.3) - 1.0).abs() < 1e-4);
         assert_eq!(spot.direction, Vec3::NEG_Z);
+    }
+
+    #[test]
+    fn a_light_under_zero_scale_is_none_and_others_point_where_bevys_do() {
+        let transform = Transform::from_xyz(1.0, 2.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y);
+        let scaled = GlobalTransform::from(transform.with_scale(Vec3::splat(0.1)));
+        assert!(forward(&scaled).distance(*scaled.forward()) < 1e-6);
+        let flat = GlobalTransform::from(transform.with_scale(Vec3::ZERO));
+        assert_eq!(spot_light(&default(), &flat).direction, Vec3::ZERO);
+        assert_eq!(directional_light(&default(), &flat).direction, Vec3::ZERO);
+    }
+
+    #[test]
+    fn lights_reach_as_far_as_their_range() {
+        let level = PlacedLevel {
+            owner: Entity::PLACEHOLDER,
+            center: Vec3::X,
+            size: 4.0,
+            sky: default(),
+            intensity: 1.0,
+        };
+        let at = |x: f32, y: f32| {
+            let light = PointLight {
+                range: 5.0,
+                ..default()
+            };
+            point_light(&light, &GlobalTransform::from_xyz(x, y, 0.0))
+        };
+        assert!(reaches(&at(1.0, 0.0), &level) && reaches(&at(7.9, 0.0), &level));
+        assert!(!reaches(&at(8.1, 0.0), &level));
+        // Three and four metres from the edge.
+        assert!(reaches(&at(5.9, 6.0), &level) && !reaches(&at(6.1, 6.0), &level));
+        let sun = directional_light(&default(), &GlobalTransform::from_xyz(1e6, 0.0, 0.0));
+        assert!(reaches(&sun, &level));
+    }
+
+    #[test]
+    fn a_rectangle_spreads_its_power_over_its_scaled_area() {
+        let light = RectLight {
+            intensity: 12.0 * std::f32::consts::PI,
+            width: 1.0,
+            height: 2.0,
+            ..default()
+        };
+        let transform = Transform::from_scale(Vec3::new(3.0, 1.0, 1.0)).into();
+        let rect = rect_light(&light, &transform);
+        assert!((rect.color - Vec3::splat(2.0)).abs().max_element() < 1e-5);
+        assert_eq!(
+            (rect.half_width, rect.half_height),
+            (Vec3::X * 1.5, Vec3::Y)
+        );
     }
 }

@@ -1,114 +1,170 @@
 //! The table of the voxel materials in use.
 
-use std::any::TypeId;
+use std::{
+    any::TypeId,
+    hash::{Hash, Hasher},
+};
 
-use bevy::{asset::UntypedAssetId, platform::collections::HashMap, prelude::*};
+use bevy::{
+    asset::UntypedAssetId,
+    platform::collections::{HashMap, HashSet},
+    prelude::*,
+};
 
 use super::voxel_material::VoxelMaterial;
-#[cfg(doc)]
 use crate::settings::MeshVoxelMaterial;
 
-/// Distinguishes meshes of one material whose voxel materials differ.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// Distinguishes meshes of one material whose voxel materials differ. Equal ones share an entry of the table.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Variant {
     /// The material's own.
     Plain,
-    /// Times the mean vertex colour of this mesh.
-    Colors(AssetId<Mesh>),
-    /// With the [`MeshVoxelMaterial`] of this entity.
-    Own(Entity),
+    /// Times this mean vertex colour of the mesh.
+    Tinted(Vec3),
+    /// With this override of the mesh.
+    Overridden(MeshVoxelMaterial),
+}
+
+impl Variant {
+    /// The material on such a mesh.
+    fn applied(self, material: VoxelMaterial) -> VoxelMaterial {
+        match self {
+            Self::Plain => material,
+            Self::Tinted(tint) => VoxelMaterial {
+                albedo: material.albedo * tint,
+                ..material
+            },
+            Self::Overridden(mesh) => material.overridden_by(&mesh),
+        }
+    }
+
+    /// What it is, and its floats by their bits, so that NaN equals itself.
+    fn bits(self) -> (u32, Option<[u32; 3]>, Option<u32>, Option<[u32; 3]>) {
+        let of_color = |color: Vec3| color.to_array().map(f32::to_bits);
+        match self {
+            Self::Plain => (0, None, None, None),
+            Self::Tinted(tint) => (1, Some(of_color(tint)), None, None),
+            Self::Overridden(MeshVoxelMaterial {
+                albedo,
+                coverage,
+                emissive,
+            }) => {
+                let emissive = emissive.map(|color| of_color(color.to_vec3()));
+                let coverage = coverage.map(f32::to_bits);
+                (2, albedo.map(of_color), coverage, emissive)
+            }
+        }
+    }
+}
+
+impl PartialEq for Variant {
+    fn eq(&self, other: &Self) -> bool {
+        self.bits() == other.bits()
+    }
+}
+
+impl Eq for Variant {}
+
+impl Hash for Variant {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.bits().hash(state);
+    }
 }
 
 /// The voxel materials in use; entry 0 is [`VoxelMaterial::NEUTRAL`].
-#[derive(Resource, Clone)]
+#[derive(Resource)]
 pub(crate) struct MaterialTable {
     table: Vec<VoxelMaterial>,
-    /// Table indices of each material.
-    index: HashMap<UntypedAssetId, HashMap<Variant, u32>>,
-    /// Table indices of materials that were removed.
+    /// Materials as they are without what differs by mesh, and their table indices.
+    known: HashMap<UntypedAssetId, (VoxelMaterial, HashMap<Variant, u32>)>,
+    /// Table indices that no mesh has.
     free: Vec<u32>,
+    /// Number of entries in use at which those that no mesh has are looked for.
+    crowded: usize,
     /// Increases with each change.
     pub(crate) version: u64,
+    /// Increases when a first volume comes: what happened without one is not in the table.
+    pub(super) session: u64,
 }
 
 impl Default for MaterialTable {
     fn default() -> Self {
         Self {
             table: vec![VoxelMaterial::NEUTRAL],
-            index: HashMap::default(),
+            known: HashMap::default(),
             free: Vec::new(),
+            crowded: Self::LEAST_CROWDED,
             version: 0,
+            session: 0,
         }
     }
 }
 
 impl MaterialTable {
-    /// The packed surface of a voxel's face has 12 bits for the table index.
-    const MAX_MATERIALS: usize = 4096;
+    const LEAST_CROWDED: usize = 256;
 
     pub(crate) fn materials(&self) -> &[VoxelMaterial] {
         &self.table
     }
 
-    /// Returns the table index of a material on such a mesh, which does not change afterwards; 0 if the
-    /// table is full.
+    /// Returns the table index of a material on such a mesh.
     pub(super) fn index_of(&mut self, id: UntypedAssetId, variant: Variant) -> u32 {
-        let entries = self.index.entry(id).or_default();
-        if let Some(&index) = entries.get(&variant) {
-            return index;
-        }
-        let index = if let Some(index) = self.free.pop() {
-            self.table[index as usize] = VoxelMaterial::NEUTRAL;
+        let unknown = || (VoxelMaterial::NEUTRAL, HashMap::default());
+        let (material, entries) = self.known.entry(id).or_insert_with(unknown);
+        let material = variant.applied(*material);
+        *entries.entry(variant).or_insert_with(|| {
             self.version += 1;
+            let index = self.free.pop().unwrap_or_else(|| {
+                self.table.push(material);
+                u32::try_from(self.table.len() - 1).unwrap_or(0)
+            });
+            self.table[index as usize] = material;
             index
-        } else if self.table.len() >= Self::MAX_MATERIALS {
-            warn_once!(
-                "voxel GI: more than {} materials (times meshes with vertex colours); the others \
-                 are treated as neutral gray. Use fewer materials",
-                Self::MAX_MATERIALS - 1
-            );
-            return 0;
-        } else {
-            self.table.push(VoxelMaterial::NEUTRAL);
-            self.version += 1;
-            u32::try_from(self.table.len() - 1).unwrap_or(0)
-        };
-        entries.insert(variant, index);
-        index
+        })
     }
 
     /// Whether any mesh has this material.
     pub(super) fn contains(&self, id: UntypedAssetId) -> bool {
-        self.index.contains_key(&id)
+        self.known.contains_key(&id)
     }
 
-    pub(super) fn remove(&mut self, id: UntypedAssetId) {
-        let entries = self.index.remove(&id).into_iter().flatten();
-        self.free.extend(entries.map(|(_, index)| index));
-    }
-
-    pub(super) fn remove_variant(&mut self, variant: Variant) {
-        let materials = self.index.values_mut();
-        self.free
-            .extend(materials.filter_map(|entries| entries.remove(&variant)));
-    }
-
-    /// Updates all entries of a material, where `of_mesh` applies what differs by mesh.
-    pub(super) fn set(
-        &mut self,
-        id: UntypedAssetId,
-        material: VoxelMaterial,
-        of_mesh: impl Fn(Variant, VoxelMaterial) -> VoxelMaterial,
-    ) {
-        for (&variant, &index) in self.index.get(&id).into_iter().flatten() {
-            let material = of_mesh(variant, material);
-            if let Some(entry) = self.table.get_mut(index as usize)
-                && *entry != material
-            {
+    /// Updates all entries of a material.
+    pub(super) fn set(&mut self, id: UntypedAssetId, material: VoxelMaterial) {
+        let Some((known, entries)) = self.known.get_mut(&id) else {
+            return;
+        };
+        *known = material;
+        for (variant, index) in entries {
+            let material = variant.applied(material);
+            let entry = &mut self.table[*index as usize];
+            if *entry != material {
                 *entry = material;
                 self.version += 1;
             }
         }
+    }
+
+    /// Removes the entries that no mesh has, where there are many more than there were.
+    pub(super) fn remove_unused(&mut self, used: impl Iterator<Item = MaterialIndex>) {
+        if self.table.len() - self.free.len() <= self.crowded {
+            return;
+        }
+        let used: HashSet<_> = used.map(|used| used.index).collect();
+        self.known.retain(|_, (_, entries)| {
+            entries.retain(|_, index| {
+                let is_used = used.contains(index);
+                if !is_used {
+                    // Not one more value to tell apart.
+                    self.table[*index as usize] = VoxelMaterial::NEUTRAL;
+                    self.free.push(*index);
+                    self.version += 1;
+                }
+                is_used
+            });
+            !entries.is_empty()
+        });
+        let left = self.table.len() - self.free.len();
+        self.crowded = Self::LEAST_CROWDED.max(2 * left);
     }
 }
 
@@ -117,6 +173,78 @@ impl MaterialTable {
 #[component(summary_tick)]
 pub(crate) struct MaterialIndex {
     pub index: u32,
-    /// Type of the material, `None` if it has no [`AsVoxelMaterial`].
+    /// Type of the material, `None` if it has no [`AsVoxelMaterial`](crate::AsVoxelMaterial).
     pub material_type: Option<TypeId>,
+}
+
+/// Begins a session where there is a volume and was none.
+pub(crate) fn begin_session(
+    volumes: Query<(), With<crate::VoxelGiVolume>>,
+    mut had_volume: Local<bool>,
+    mut table: ResMut<MaterialTable>,
+) {
+    let has_volume = !volumes.is_empty();
+    if has_volume && !*had_volume {
+        table.session += 1;
+    }
+    *had_volume = has_volume;
+}
+
+pub(crate) fn remove_unused(mut table: ResMut<MaterialTable>, used: Query<&MaterialIndex>) {
+    table
+        .bypass_change_detection()
+        .remove_unused(used.iter().copied());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn material(number: u128) -> UntypedAssetId {
+        let uuid = bevy::asset::uuid::Uuid::from_u128(number);
+        AssetId::<StandardMaterial>::Uuid { uuid }.untyped()
+    }
+
+    fn overridden(albedo: f32) -> Variant {
+        Variant::Overridden(MeshVoxelMaterial {
+            albedo: Some(Vec3::splat(albedo)),
+            ..default()
+        })
+    }
+
+    #[test]
+    fn equal_variants_share_an_entry() {
+        let mut table = MaterialTable::default();
+        let id = material(1);
+        let index = table.index_of(id, overridden(0.3));
+        for _ in 0..10_000 {
+            assert_eq!(table.index_of(id, overridden(0.3)), index);
+        }
+        assert_eq!(table.materials().len(), 2);
+        let tinted = table.index_of(id, Variant::Tinted(Vec3::X));
+        let white = VoxelMaterial {
+            albedo: Vec3::ONE,
+            ..VoxelMaterial::NEUTRAL
+        };
+        table.set(id, white);
+        assert_eq!(table.materials()[tinted as usize].albedo, Vec3::X);
+        assert_eq!(table.materials()[index as usize].albedo, Vec3::splat(0.3));
+        // A variant that comes later has the material, too.
+        let plain = table.index_of(id, Variant::Plain);
+        assert_eq!(table.materials()[plain as usize], white);
+    }
+
+    #[test]
+    fn an_animated_override_does_not_fill_the_table() {
+        let mut table = MaterialTable::default();
+        for frame in 0..100_000 {
+            let index = table.index_of(material(1), overridden(frame as f32 * 1e-5));
+            let used = MaterialIndex {
+                index,
+                material_type: None,
+            };
+            table.remove_unused([used].into_iter());
+        }
+        assert!(table.materials().len() < 300, "{}", table.materials().len());
+    }
 }

@@ -2,8 +2,11 @@
 //! when they change. Those with a skin or morph targets are those of [`deformed_meshes`](super::deformed_meshes).
 
 use bevy::{
-    camera::primitives::Aabb,
-    ecs::entity::EntityHashMap,
+    camera::{
+        primitives::Aabb,
+        visibility::{RenderLayers, VisibilityRange},
+    },
+    ecs::entity::{Entities, EntityHashMap},
     math::{Affine3A, Vec3A},
     mesh::{morph::MeshMorphWeights, skinning::SkinnedMesh},
     prelude::*,
@@ -11,8 +14,8 @@ use bevy::{
 };
 
 use super::{
-    changed_rows::{for_each_changed_row, split},
-    material_order::sorted_by_value,
+    changed_rows::{KnownRows, for_each_changed_row, split},
+    material_order::{Entry, MaterialOrder},
     material_table::{MaterialIndex, MaterialTable},
     place_volume::ActiveVolume,
     placement::{PlacedLevel, PlacedVolume},
@@ -25,7 +28,9 @@ use crate::settings::{NotVoxelized, VoxelAlbedo};
 pub(crate) struct ExtractedMesh {
     pub mesh: AssetId<Mesh>,
     pub world_from_local: Affine3A,
-    /// Index of its material.
+    /// Index of its material in the unsorted table.
+    entry: u32,
+    /// Label of its material; see [`material_order`](super::material_order).
     pub material: u32,
     /// Index of the first of its joint matrices, if it is skinned.
     pub first_joint: Option<u32>,
@@ -47,25 +52,34 @@ impl ExtractedMesh {
     }
 }
 
+/// Centre and half extents in world space of bounds in local space.
+pub(super) fn world_bounds(local: &Aabb, world_from_local: &Affine3A) -> (Vec3A, Vec3A) {
+    let m = world_from_local.matrix3;
+    let half_size = m.x_axis.abs() * local.half_extents.x
+        + m.y_axis.abs() * local.half_extents.y
+        + m.z_axis.abs() * local.half_extents.z;
+    (world_from_local.transform_point3a(local.center), half_size)
+}
+
 /// The scene to voxelise.
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedScene {
     /// The meshes without skin and morph targets, wherever they are.
     pub rigid: EntityHashMap<ExtractedMesh>,
-    /// The rigid meshes that changed or went in this frame; `None` if any of them may have.
-    pub changed: Option<Vec<Entity>>,
+    /// The rigid meshes that changed or went in this frame.
+    pub changed: Vec<Entity>,
     /// The meshes with a skin or morph targets.
     pub deformed: Vec<ExtractedMesh>,
     /// Matrices from bind pose to world, of all skins; then weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
-    /// The materials in use, sorted; see [`sorted_by_value`].
+    /// The materials by their labels; see [`material_order`](super::material_order).
     pub materials: Vec<VoxelMaterial>,
-    /// Index into `materials` for each entry of the unsorted table.
-    indices: Vec<u32>,
+    order: MaterialOrder,
     /// Version of the unsorted table, and whether all albedo is neutral; `None` if no mesh is extracted.
     version: Option<(u64, bool)>,
-    /// Increases when a mesh asset changes.
-    pub mesh_edits: u64,
+    rows: KnownRows,
+    /// The layers of the meshes that count.
+    layers: RenderLayers,
 }
 
 /// The components that voxelisation reads of any mesh.
@@ -75,6 +89,8 @@ pub(super) type MeshParts = (
     &'static InheritedVisibility,
     Option<&'static Aabb>,
     Option<&'static MaterialIndex>,
+    Option<&'static RenderLayers>,
+    Option<&'static VisibilityRange>,
 );
 
 /// [`MeshParts`] of an entity.
@@ -84,6 +100,8 @@ pub(super) type MeshItem<'a> = (
     &'a InheritedVisibility,
     Option<&'a Aabb>,
     Option<&'a MaterialIndex>,
+    Option<&'a RenderLayers>,
+    Option<&'a VisibilityRange>,
 );
 
 type IsRigid = (
@@ -100,32 +118,27 @@ type MeshColumns = (
     Ref<'static, InheritedVisibility>,
     Option<Ref<'static, Aabb>>,
     Option<Ref<'static, MaterialIndex>>,
+    Option<Ref<'static, RenderLayers>>,
+    Option<Ref<'static, VisibilityRange>>,
 );
 
-/// Components that make a mesh no rigid one.
-type IsNoLongerRigid = Or<(
-    Added<NotVoxelized>,
-    Added<SkinnedMesh>,
-    Added<MeshMorphWeights>,
-)>;
-
-/// Components whose removal changes what a mesh is.
-type Removals<'w, 's> = (
-    RemovedComponents<'w, 's, Mesh3d>,
-    RemovedComponents<'w, 's, Aabb>,
-    RemovedComponents<'w, 's, MaterialIndex>,
-    RemovedComponents<'w, 's, NotVoxelized>,
-    RemovedComponents<'w, 's, SkinnedMesh>,
-    RemovedComponents<'w, 's, MeshMorphWeights>,
-);
+/// What a change of the materials means for the rigid meshes.
+enum MaterialChange {
+    /// Other values only, if any.
+    Values,
+    /// Meshes of entries that are not as these were have changed.
+    Entries(Vec<Entry>),
+    /// Any mesh may have come or gone.
+    Transparency,
+}
 
 impl ExtractedScene {
-    /// Takes over the materials, and returns whether what meshes use of theirs has changed.
-    fn update_materials(&mut self, table: &MaterialTable, volume: &PlacedVolume) -> bool {
+    /// Takes over the materials.
+    fn update_materials(&mut self, table: &MaterialTable, volume: &PlacedVolume) -> MaterialChange {
         let neutral = volume.settings.albedo == VoxelAlbedo::Neutral;
         let version = Some((table.version, neutral));
         if self.version == version {
-            return false;
+            return MaterialChange::Values;
         }
         self.version = version;
         let mut materials = table.materials().to_vec();
@@ -134,43 +147,54 @@ impl ExtractedScene {
                 material.albedo = VoxelMaterial::NEUTRAL.albedo;
             }
         }
-        let (materials, indices) = sorted_by_value(&materials);
-        let of_mesh = |material: &VoxelMaterial| {
-            let coverage = material.coverage.to_bits();
-            (material.transparent, material.double_sided, coverage)
-        };
-        let is_same = self.indices == indices
-            && (self.materials.iter().map(of_mesh)).eq(materials.iter().map(of_mesh));
-        (self.materials, self.indices) = (materials, indices);
-        !is_same
+        let before = std::mem::take(&mut self.order.entries);
+        self.materials = self.order.update(materials);
+        let now = &self.order.entries;
+        let mut pairs = before.iter().zip(now);
+        if pairs.any(|(before, now)| before.transparent != now.transparent) {
+            MaterialChange::Transparency
+        } else if now.starts_with(&before) {
+            MaterialChange::Values
+        } else {
+            MaterialChange::Entries(before)
+        }
+    }
+
+    /// Updates the rigid meshes of the entries that were another one before.
+    fn update_entries(&mut self, before: &[Entry]) {
+        let now = &self.order.entries;
+        for (&entity, mesh) in &mut self.rigid {
+            let entry = mesh.entry as usize;
+            if before.get(entry) != now.get(entry) {
+                mesh.material = now.get(entry).map_or(0, |entry| entry.label);
+                self.changed.push(entity);
+            }
+        }
     }
 
     /// The mesh as it is voxelised; `None` if it is not.
     pub(super) fn rigid_mesh(
         &self,
-        (mesh, transform, visible, aabb, index): MeshItem<'_>,
+        (mesh, transform, visible, aabb, index, layers, range): MeshItem<'_>,
     ) -> Option<ExtractedMesh> {
-        let index = index.copied().unwrap_or_default().index;
-        let material = self.indices.get(index as usize).copied().unwrap_or(0);
-        let transparent = self
-            .materials
-            .get(material as usize)
-            .is_some_and(|material| material.transparent == 1);
-        let world_from_local = transform.affine();
-        if !visible.get() || transparent || !world_from_local.is_finite() {
+        // Of the levels of detail, the one that is seen from nearby: it is the same wherever cameras are.
+        let is_nearest = range.is_none_or(|range| range.is_visible_at_all(0.0));
+        if !layers.unwrap_or_default().intersects(&self.layers) || !is_nearest {
             return None;
         }
-        let bounds = aabb.map(|aabb| {
-            let m = world_from_local.matrix3;
-            let half_size = m.x_axis.abs() * aabb.half_extents.x
-                + m.y_axis.abs() * aabb.half_extents.y
-                + m.z_axis.abs() * aabb.half_extents.z;
-            (world_from_local.transform_point3a(aabb.center), half_size)
-        });
+        let index = index.copied().unwrap_or_default().index;
+        let entry = self.order.entries.get(index as usize).copied();
+        let entry = entry.unwrap_or_default();
+        let world_from_local = transform.affine();
+        if !visible.get() || entry.transparent || !world_from_local.is_finite() {
+            return None;
+        }
+        let bounds = aabb.map(|aabb| world_bounds(aabb, &world_from_local));
         Some(ExtractedMesh {
             mesh: mesh.id(),
             world_from_local,
-            material,
+            entry: index,
+            material: entry.label,
             first_joint: None,
             weights: None,
             bounds,
@@ -183,10 +207,8 @@ impl ExtractedScene {
             Some(mesh) => self.rigid.insert(entity, mesh),
             None => self.rigid.remove(&entity),
         };
-        if former != mesh
-            && let Some(changed) = &mut self.changed
-        {
-            changed.push(entity);
+        if former != mesh {
+            self.changed.push(entity);
         }
     }
 }
@@ -196,69 +218,78 @@ pub(crate) fn extract_scene(
     mut scene: ResMut<ExtractedScene>,
     active: Extract<Res<ActiveVolume>>,
     table: Extract<Res<MaterialTable>>,
-    mut mesh_events: Extract<MessageReader<AssetEvent<Mesh>>>,
-    rigid: Extract<Query<MeshParts, IsRigid>>,
     all_rigid: Extract<Query<(Entity, MeshParts), IsRigid>>,
     columns: Extract<Query<MeshColumns, IsRigid>>,
-    no_longer_rigid: Extract<Query<Entity, IsNoLongerRigid>>,
-    mut removals: Extract<Removals>,
+    entities: Extract<&Entities>,
 ) {
     let scene = &mut *scene;
-    let edited = mesh_events
-        .read()
-        .any(|event| matches!(event, AssetEvent::Modified { .. }));
-    scene.mesh_edits += u64::from(edited);
-    let (a, b, c, d, e, f) = &mut *removals;
-    let removed = a.read().chain(b.read()).chain(c.read());
-    let removed = removed.chain(d.read()).chain(e.read()).chain(f.read());
     let Some(volume) = &active.volume else {
-        removed.for_each(drop);
-        *scene = ExtractedScene {
-            mesh_edits: scene.mesh_edits,
-            ..default()
-        };
         return;
     };
-    if scene.update_materials(&table, volume) {
-        removed.for_each(drop);
-        scene.changed = None;
-        scene.rigid.clear();
+    scene.changed.clear();
+    let mut extracts_all = scene.layers != volume.scene_layers;
+    if extracts_all {
+        scene.layers = volume.scene_layers.clone();
+    }
+    match scene.update_materials(&table, volume) {
+        MaterialChange::Values => {}
+        MaterialChange::Entries(before) => scene.update_entries(&before),
+        MaterialChange::Transparency => extracts_all = true,
+    }
+    let mut rows = std::mem::take(&mut scene.rows);
+    let mut moved = Vec::new();
+    if let Ok(tables) = columns.contiguous_iter() {
+        for (entity_rows, meshes, transforms, visible, aabbs, indices, layers, ranges) in tables {
+            rows.update(entity_rows, &entities, &mut moved);
+            let (meshes, of_meshes) = split(meshes);
+            let (transforms, of_transforms) = split(transforms);
+            let (visible, of_visible) = split(visible);
+            let (aabbs, of_aabbs) = aabbs.map(split).unzip();
+            let (indices, of_indices) = indices.map(split).unzip();
+            let (layers, of_layers) = layers.map(split).unzip();
+            let (ranges, of_ranges) = ranges.map(split).unzip();
+            let columns = [
+                of_meshes,
+                of_transforms,
+                of_visible,
+                of_aabbs.flatten(),
+                of_indices.flatten(),
+                of_layers.flatten(),
+                of_ranges.flatten(),
+            ];
+            for_each_changed_row(&columns, entity_rows.len(), |row| {
+                let mesh = scene.rigid_mesh((
+                    &meshes[row],
+                    &transforms[row],
+                    &visible[row],
+                    aabbs.map(|aabbs| &aabbs[row]),
+                    indices.map(|indices| &indices[row]),
+                    layers.map(|layers| &layers[row]),
+                    ranges.map(|ranges| &ranges[row]),
+                ));
+                scene.set_rigid(entity_rows[row], mesh);
+            });
+        }
+    } else {
+        warn_once!(
+            "voxel GI: a component that disables entities is in a sparse set, so all meshes are extracted in each \
+             frame, which takes milliseconds for 100,000 meshes. Give it `StorageType::Table`"
+        );
+        let all: Vec<_> = all_rigid.iter().map(|(entity, _)| entity).collect();
+        rows.update(&all, &entities, &mut moved);
+        extracts_all = true;
+    }
+    rows.finish(&mut moved);
+    scene.rows = rows;
+    if extracts_all {
         for (entity, parts) in &all_rigid {
             let mesh = scene.rigid_mesh(parts);
             scene.set_rigid(entity, mesh);
         }
-        return;
     }
-    scene.changed = Some(Vec::new());
-    let tables = columns.contiguous_iter();
-    for table in tables.expect("none of these components is in a sparse set") {
-        let (entities, meshes, transforms, visible, aabbs, indices) = table;
-        let (meshes, of_meshes) = split(meshes);
-        let (transforms, of_transforms) = split(transforms);
-        let (visible, of_visible) = split(visible);
-        let (aabbs, of_aabbs) = aabbs.map(split).unzip();
-        let (indices, of_indices) = indices.map(split).unzip();
-        let columns = [
-            of_meshes,
-            of_transforms,
-            of_visible,
-            of_aabbs.flatten(),
-            of_indices.flatten(),
-        ];
-        for_each_changed_row(&columns, entities.len(), |row| {
-            let mesh = scene.rigid_mesh((
-                &meshes[row],
-                &transforms[row],
-                &visible[row],
-                aabbs.map(|aabbs| &aabbs[row]),
-                indices.map(|indices| &indices[row]),
-            ));
-            scene.set_rigid(entities[row], mesh);
-        });
-    }
-    for entity in removed.chain(&no_longer_rigid) {
-        let mesh = rigid.get(entity).ok();
-        let mesh = mesh.and_then(|parts| scene.rigid_mesh(parts));
+    for entity in moved {
+        let mesh = all_rigid.get(entity).ok();
+        let mesh = mesh.and_then(|(_, parts)| scene.rigid_mesh(parts));
         scene.set_rigid(entity, mesh);
     }
 }

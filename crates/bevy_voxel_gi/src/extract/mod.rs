@@ -7,15 +7,15 @@
 //! | [`texture`], [`probe`] | the texture and the light probe through which Bevy reads the volumes |
 //! | [`volume`] | extraction of the volumes |
 //! | [`meshes`], [`deformed_meshes`] | extraction of rigid meshes, and of those with a skin or morph targets |
-//! | [`changed_rows`] | the meshes of which a component has changed |
+//! | [`changed_rows`] | the meshes of which a component has changed, or that have come or gone |
 //! | [`lights`] | extraction of lights |
 //! | [`voxel_material`], [`mean_color`] | what voxels use of a material |
-//! | [`material_table`], [`material_order`] | the table of the materials in use |
+//! | [`material_table`], [`material_order`] | the table of the materials in use, and their order |
 //! | [`update_materials`], [`unknown_materials`] | what keeps the table in sync |
 
 mod changed_rows;
 pub(crate) mod deformed_meshes;
-mod device_limits;
+pub(crate) mod device_limits;
 pub(crate) mod lights;
 mod material_order;
 pub(crate) mod material_table;

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use bevy::{
-    camera::{Exposure, visibility::RenderLayers},
+    camera::{Exposure, RenderTarget, visibility::RenderLayers},
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
     ecs::{change_detection::Tick, system::SystemChangeTick},
     prelude::*,
@@ -12,14 +12,14 @@ use bevy::{
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::{
-    device_limits::{allocatable_resolution, has_compute},
+    device_limits::{allocatable_resolution, is_supported, warn_of_unsupported},
     placement::{PlacedLevel, PlacedVolume, has_shared_settings, snapped, supported},
-    texture::{light_texture, texture_size},
+    texture::{is_plain, light_texture, texture_size},
 };
 use crate::{
     budget::BudgetChoice,
     gpu_types::MAX_LEVELS,
-    receive::RECEIVER_PATCH,
+    receive::{LIGHTMAP_PATCH, RECEIVER_PATCH},
     settings::{VoxelAlbedo, VoxelGiVolume},
 };
 
@@ -27,6 +27,8 @@ use crate::{
 #[derive(Resource, Default)]
 pub(crate) struct ActiveVolume {
     pub volume: Option<PlacedVolume>,
+    /// See [`PlacedVolume::has_had_levels`].
+    has_had_levels: bool,
 }
 
 /// The components of a volume.
@@ -35,6 +37,16 @@ type VolumeParts = (
     Ref<'static, VoxelGiVolume>,
     &'static GlobalTransform,
     Option<&'static RenderLayers>,
+    Option<&'static InheritedVisibility>,
+);
+
+/// What decides whose exposure counts, and which meshes and lights do.
+type CameraParts = (
+    Entity,
+    &'static Camera,
+    Option<&'static Exposure>,
+    Option<&'static RenderLayers>,
+    Option<&'static RenderTarget>,
 );
 
 /// Chooses the active volumes and their placement, and allocates their texture.
@@ -42,7 +54,7 @@ pub(crate) fn place_volume(
     mut active: ResMut<ActiveVolume>,
     volumes: Query<VolumeParts>,
     transforms: Query<&GlobalTransform>,
-    cameras: Query<(Entity, &Camera, Option<&Exposure>), With<Camera3d>>,
+    cameras: Query<CameraParts, With<Camera3d>>,
     prepass_cameras: Query<
         (Entity, &Camera, &GlobalTransform),
         (With<DepthPrepass>, With<DeferredPrepass>),
@@ -60,21 +72,30 @@ pub(crate) fn place_volume(
         _ => false,
     };
     // Entity indices are reused: they give the order only of volumes that are spawned at once.
-    let mut all: Vec<_> = volumes.iter().collect();
+    let is_shown =
+        |visible: &Option<&InheritedVisibility>| visible.is_none_or(|visible| visible.get());
+    let mut all: Vec<_> = volumes.iter().filter(|parts| is_shown(&parts.4)).collect();
     let age = |added: Tick| now.this_run().get().wrapping_sub(added.get());
     all.sort_by_key(|(entity, volume, ..)| (Reverse(age(volume.added())), entity.index()));
-    let Some((_, settings, _, layers)) = all.first() else {
+    let Some((_, settings, _, layers, _)) = all.first() else {
         active.volume = None;
         return;
     };
-    if device
-        .as_ref()
-        .is_some_and(|device| !has_compute(&device.limits()))
+    if let Some(limits) = device.as_ref().map(|device| device.limits())
+        && !is_supported(&limits)
     {
+        warn_of_unsupported(&limits);
         active.volume = None;
         return;
     }
     let settings = supported(settings.clamped(), patched);
+    let lightmaps = patches.state(LIGHTMAP_PATCH);
+    if settings.affects_lightmapped_meshes && matches!(lightmaps, Some(PatchState::Refused(_))) {
+        warn_once!(
+            "voxel GI: Bevy's lighting is not the one this plugin was made for, so \
+             `affects_lightmapped_meshes` has no effect"
+        );
+    }
     let layers = layers.cloned().unwrap_or_default();
     if !patched && all.len() > 1 {
         warn_once!(
@@ -91,7 +112,7 @@ pub(crate) fn place_volume(
         allocatable_resolution(&settings, level_count, patched, &device.limits())
     });
     let mut levels = Vec::new();
-    for (owner, own, transform, own_layers) in all {
+    for (owner, own, transform, own_layers, _) in all {
         let own = supported(own.clamped(), patched);
         if !has_shared_settings(&own, &settings)
             || own_layers.cloned().unwrap_or_default() != layers
@@ -133,14 +154,24 @@ pub(crate) fn place_volume(
         Some(chosen) => chosen.applied(&own_settings),
         None => own_settings.clone(),
     };
-    // The order of a query changes with components that have nothing to do with light.
+    // Pictures in images are previews, portraits or maps, if there is a camera that draws to a window, too. The order
+    // of a query changes with components that have nothing to do with light.
     let exposure = cameras
         .iter()
-        .filter(|(_, camera, _)| camera.is_active)
-        .max_by_key(|(entity, camera, _)| (camera.order, *entity))
-        .and_then(|(.., exposure)| exposure.copied())
+        .filter(|(_, camera, ..)| camera.is_active)
+        .max_by_key(|(entity, camera, _, own_layers, target)| {
+            let sees = own_layers.unwrap_or_default().intersects(&layers);
+            let to_window = target.is_none_or(|target| matches!(target, RenderTarget::Window(_)));
+            (sees, to_window, camera.order, *entity)
+        })
+        .and_then(|(_, _, exposure, ..)| exposure.copied())
         .unwrap_or_default()
         .exposure();
+    let layers_of_cameras = cameras
+        .iter()
+        .map(|(.., own_layers, _)| own_layers.unwrap_or_default())
+        .filter(|own_layers| own_layers.intersects(&layers));
+    let scene_layers = layers_of_cameras.fold(layers.clone(), |all, own| all.union(own));
     let viewpoints: Vec<_> = match settings.albedo {
         VoxelAlbedo::Reprojected => prepass_cameras
             .iter()
@@ -166,7 +197,9 @@ pub(crate) fn place_volume(
         Some(old) => old.texture.clone(),
         None => images.add(light_texture(size)),
     };
+    active.has_had_levels |= patched && !is_plain(&settings, levels.len());
     active.volume = Some(PlacedVolume {
+        has_had_levels: active.has_had_levels,
         levels,
         settings,
         own_settings,
@@ -174,6 +207,7 @@ pub(crate) fn place_volume(
         patched,
         exposure,
         layers,
+        scene_layers,
         viewpoints,
     });
 }

@@ -2,7 +2,6 @@
 
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
-use super::texture::is_plain;
 use crate::settings::{Receiver, Sky, Solver, VoxelGiVolume, VoxelLight};
 
 /// A cube of voxels: a volume, or a cascade of one.
@@ -30,10 +29,15 @@ pub(crate) struct PlacedVolume {
     pub texture: Handle<Image>,
     /// Whether the patch of Bevy's shader applies; else the texture is that of a plain irradiance volume.
     pub patched: bool,
-    /// Exposure of the active 3D camera that is drawn last, for emission that exposure must not affect.
+    /// Whether pixels read the placement of the levels: it is so once a texture could not be read without.
+    pub has_had_levels: bool,
+    /// Exposure for emission that exposure must not affect: that of the active 3D camera that sees the volume's render
+    /// layers, draws to a window, and does so last, in this order of importance.
     pub exposure: f32,
     /// Render layers of the cameras that receive the light.
     pub layers: RenderLayers,
+    /// Render layers of the meshes and lights that count: these, and those of the cameras.
+    pub scene_layers: RenderLayers,
     /// Transforms of the cameras from which albedo is reprojected.
     pub viewpoints: Vec<GlobalTransform>,
 }
@@ -54,11 +58,6 @@ impl PlacedVolume {
     /// Edge of a voxel of a level in metres.
     pub fn voxel_size(&self, level: &PlacedLevel) -> f32 {
         level.size / self.settings.resolution as f32
-    }
-
-    /// Whether the shader can read the texture without the placement of the levels.
-    pub fn is_plain(&self) -> bool {
-        is_plain(&self.settings, self.levels.len())
     }
 
     /// Whether pixels test the visibility of the voxels around them.
@@ -209,8 +208,10 @@ mod tests {
             levels: vec![level(Vec3::X * 3.0, 2.0), level(Vec3::ZERO, 4.0)],
             texture: default(),
             patched: true,
+            has_had_levels: true,
             exposure: 1.0,
             layers: default(),
+            scene_layers: default(),
             viewpoints: Vec::new(),
         };
         let (center, extent) = placed.bounds();

@@ -35,13 +35,13 @@ pub(crate) fn place_probe(
     };
     let light = IrradianceVolume {
         voxels: volume.texture.clone(),
-        intensity: if volume.is_plain() {
-            volume.settings.intensity / STORAGE_SCALE
-        } else {
+        intensity: if volume.has_had_levels {
             // The shader applies the intensity of each level.
             STORAGE_SCALE.recip()
+        } else {
+            volume.settings.intensity / STORAGE_SCALE
         },
-        affects_lightmapped_meshes: true,
+        affects_lightmapped_meshes: volume.settings.affects_lightmapped_meshes,
     };
     let (center, extent) = volume.bounds();
     let at = Transform::from_translation(center).with_scale(extent);
@@ -57,7 +57,10 @@ pub(crate) fn place_probe(
         ));
         return;
     };
-    if known.voxels != light.voxels || known.intensity != light.intensity {
+    let is_same = known.voxels == light.voxels
+        && known.intensity == light.intensity
+        && known.affects_lightmapped_meshes == light.affects_lightmapped_meshes;
+    if !is_same {
         *known = light;
     }
     if *transform != at {

@@ -2,12 +2,14 @@
 
 use bevy::{
     asset::{UntypedAssetId, uuid::Uuid},
+    ecs::entity::Entities,
+    platform::collections::HashSet,
     prelude::*,
 };
 
 use super::{
+    changed_rows::{KnownRows, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable, Variant},
-    voxel_material::VoxelMaterial,
 };
 use crate::settings::MeshVoxelMaterial;
 
@@ -20,40 +22,50 @@ fn unknown() -> UntypedAssetId {
 /// Assigns them table indices; runs after the systems of the known materials.
 pub(crate) fn update_unknown_materials(
     mut commands: Commands,
-    new: Query<
-        Entity,
-        (
-            With<Mesh3d>,
-            With<MeshVoxelMaterial>,
-            Without<MaterialIndex>,
-        ),
-    >,
-    known: Query<&MaterialIndex>,
-    overrides: Query<&MeshVoxelMaterial>,
-    mut without: RemovedComponents<MeshVoxelMaterial>,
+    columns: Query<(Entity, Ref<MeshVoxelMaterial>), With<Mesh3d>>,
+    all: Query<(&MeshVoxelMaterial, Option<&MaterialIndex>), With<Mesh3d>>,
+    entities: &Entities,
     mut table: ResMut<MaterialTable>,
+    (mut rows, mut session): (Local<KnownRows>, Local<u64>),
 ) {
-    for entity in &new {
-        let index = table.index_of(unknown(), Variant::Own(entity));
-        commands.entity(entity).insert(MaterialIndex {
-            index,
-            material_type: None,
-        });
+    let mut changed = Vec::new();
+    if let Ok(tables) = columns.contiguous_iter() {
+        for (entity_rows, overrides) in tables {
+            rows.update(entity_rows, entities, &mut changed);
+            for_each_changed_row(&[split(overrides).1], entity_rows.len(), |row| {
+                changed.push(entity_rows[row]);
+            });
+        }
+        rows.finish(&mut changed);
     }
-    for entity in without.read() {
-        if known
-            .get(entity)
-            .is_ok_and(|index| index.material_type.is_none())
-        {
-            commands.entity(entity).remove::<MaterialIndex>();
+    if columns.contiguous_iter().is_err() || *session != table.session {
+        changed.extend(columns.iter().map(|(entity, _)| entity));
+        *session = table.session;
+    }
+    let changed: HashSet<_> = changed.into_iter().collect();
+    for entity in changed {
+        let Ok((&override_, known)) = all.get(entity) else {
+            // The entity may be gone, or only disabled, or have got a known material.
+            if let Ok(mut entity) = commands.get_entity(entity) {
+                entity.queue_silenced(|mut entity: EntityWorldMut| {
+                    let index = entity.get::<MaterialIndex>();
+                    let is_unknown = index.is_some_and(|index| index.material_type.is_none());
+                    if is_unknown && !entity.contains::<MeshVoxelMaterial>() {
+                        entity.remove::<MaterialIndex>();
+                    }
+                });
+            }
+            continue;
+        };
+        if known.is_some_and(|known| known.material_type.is_some()) {
+            continue;
+        }
+        let index = MaterialIndex {
+            index: table.index_of(unknown(), Variant::Overridden(override_)),
+            material_type: None,
+        };
+        if known != Some(&index) {
+            commands.entity(entity).insert(index);
         }
     }
-    table.set(unknown(), VoxelMaterial::NEUTRAL, |variant, neutral| {
-        let Variant::Own(entity) = variant else {
-            return neutral;
-        };
-        overrides
-            .get(entity)
-            .map_or(neutral, |override_| neutral.overridden_by(override_))
-    });
 }

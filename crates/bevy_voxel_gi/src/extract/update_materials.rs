@@ -3,18 +3,21 @@
 use std::any::TypeId;
 
 use bevy::{
-    ecs::entity::EntityHashMap,
+    ecs::entity::Entities,
     platform::collections::{HashMap, HashSet},
     prelude::*,
 };
 
 use super::{
-    changed_rows::{for_each_changed_row, split},
+    changed_rows::{KnownRows, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable, Variant},
     mean_color::{KnownMeans, MeanColors, mean_vertex_color},
     voxel_material::{AsVoxelMaterial, VoxelMaterial},
 };
 use crate::settings::MeshVoxelMaterial;
+
+/// Most means of images that are kept: they are read only where a material changes.
+const MOST_MEANS: usize = 4096;
 
 /// State of the table's updates for one type of material.
 pub(crate) struct MaterialUpdates<M: Asset> {
@@ -25,8 +28,8 @@ pub(crate) struct MaterialUpdates<M: Asset> {
     means: KnownMeans,
     /// Mean vertex colours of those meshes that have vertex colours.
     tints: HashMap<AssetId<Mesh>, Vec3>,
-    /// The overrides of entities.
-    overrides: EntityHashMap<MeshVoxelMaterial>,
+    /// The session of the table for which this is.
+    session: u64,
 }
 
 impl<M: Asset> Default for MaterialUpdates<M> {
@@ -37,7 +40,7 @@ impl<M: Asset> Default for MaterialUpdates<M> {
             users: HashMap::default(),
             means: HashMap::default(),
             tints: HashMap::default(),
-            overrides: EntityHashMap::default(),
+            session: 0,
         }
     }
 }
@@ -58,43 +61,40 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
         Option<&MeshVoxelMaterial>,
         Option<&MaterialIndex>,
     )>,
-    (mut without, mut without_override): (
-        RemovedComponents<MeshMaterial3d<M>>,
-        RemovedComponents<MeshVoxelMaterial>,
-    ),
+    all_entities: &Entities,
     mut material_events: MessageReader<AssetEvent<M>>,
     mut image_events: MessageReader<AssetEvent<Image>>,
     mut mesh_events: MessageReader<AssetEvent<Mesh>>,
     (materials, images, meshes): (Res<Assets<M>>, Res<Assets<Image>>, Res<Assets<Mesh>>),
     mut table: ResMut<MaterialTable>,
-    mut pending: Local<MaterialUpdates<M>>,
+    (mut pending, mut known_rows): (Local<MaterialUpdates<M>>, Local<KnownRows>),
 ) {
+    let is_new_session = pending.session != table.session;
+    if is_new_session {
+        // What is only on the GPU by now cannot be read again.
+        let is_gone = |id: AssetId<Image>| images.get(id).is_some_and(|image| image.data.is_none());
+        let mut means = std::mem::take(&mut pending.means);
+        means.retain(|(id, _), _| is_gone(*id));
+        *pending = MaterialUpdates {
+            means,
+            session: table.session,
+            ..default()
+        };
+    }
     let MaterialUpdates {
         entities,
         waiting,
         users,
         means,
         tints,
-        overrides,
+        session: _,
     } = &mut *pending;
     let this = Some(TypeId::of::<M>());
-    // Skip entities that have such a material again.
-    for entity in without.read().filter(|entity| !all.contains(*entity)) {
-        if let Ok(mut entity) = commands.get_entity(entity) {
-            // The entity may have another type of material by now, whose index it must keep.
-            entity.queue(move |mut entity: EntityWorldMut| {
-                if entity
-                    .get::<MaterialIndex>()
-                    .is_some_and(|index| index.material_type == this)
-                {
-                    entity.remove::<MaterialIndex>();
-                }
-            });
-        }
-    }
+    let mut moved = Vec::new();
     let tables = columns.contiguous_iter();
-    for table in tables.expect("none of these components is in a sparse set") {
-        let (rows, handles, mesh_handles, own) = table;
+    let is_dense = tables.is_ok();
+    for (rows, handles, mesh_handles, own) in tables.into_iter().flatten() {
+        known_rows.update(rows, all_entities, &mut moved);
         let columns = [
             split(handles).1,
             split(mesh_handles).1,
@@ -104,22 +104,48 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
             entities.insert(rows[row]);
         });
     }
-    for entity in without_override.read() {
-        overrides.remove(&entity);
-        table.remove_variant(Variant::Own(entity));
-        entities.insert(entity);
+    if is_new_session || !is_dense {
+        entities.extend(all.iter().map(|(entity, ..)| entity));
     }
+    if !is_dense {
+        let rows: Vec<_> = all.iter().map(|(entity, ..)| entity).collect();
+        known_rows.update(&rows, all_entities, &mut moved);
+    }
+    known_rows.finish(&mut moved);
+    for entity in moved {
+        if all.contains(entity) {
+            entities.insert(entity);
+        } else if let Ok(mut entity) = commands.get_entity(entity) {
+            // It may be only disabled, or have another type of material by now, whose index it must keep.
+            entity.queue_silenced(move |mut entity: EntityWorldMut| {
+                let index = entity.get::<MaterialIndex>();
+                let is_this = index.is_some_and(|index| index.material_type == this);
+                if is_this && !entity.contains::<MeshMaterial3d<M>>() {
+                    entity.remove::<MaterialIndex>();
+                }
+            });
+        }
+    }
+    let mut of_other_colors = HashSet::new();
     for event in mesh_events.read() {
         match event {
-            AssetEvent::Modified { id } if tints.remove(id).is_some() => {
-                let users = all.iter().filter(|(_, _, mesh, ..)| mesh.id() == *id);
-                entities.extend(users.map(|(entity, ..)| entity));
+            AssetEvent::Modified { id } => {
+                let tint = meshes.get(*id).and_then(mean_vertex_color);
+                if tint != tints.get(id).copied() {
+                    tints.remove(id);
+                    of_other_colors.insert(*id);
+                }
             }
-            AssetEvent::Removed { id } if tints.remove(id).is_some() => {
-                table.remove_variant(Variant::Colors(*id));
+            AssetEvent::Removed { id } => {
+                tints.remove(id);
             }
             _ => {}
         }
+    }
+    if !of_other_colors.is_empty() {
+        let users = all.iter();
+        let users = users.filter(|(_, _, mesh, ..)| of_other_colors.contains(&mesh.id()));
+        entities.extend(users.map(|(entity, ..)| entity));
     }
     entities.retain(|&entity| {
         let Ok((_, material, mesh, override_, known)) = all.get(entity) else {
@@ -128,24 +154,24 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
         let Some(asset) = meshes.get(mesh.id()) else {
             return true;
         };
-        if !tints.contains_key(&mesh.id())
-            && let Some(tint) = mean_vertex_color(asset)
-        {
+        let tint = tints.get(&mesh.id()).copied();
+        let tint = tint.or_else(|| mean_vertex_color(asset));
+        if let Some(tint) = tint {
             tints.insert(mesh.id(), tint);
         }
-        let variant = if let Some(&override_) = override_ {
-            overrides.insert(entity, override_);
-            Variant::Own(entity)
-        } else if tints.contains_key(&mesh.id()) {
-            Variant::Colors(mesh.id())
-        } else {
-            Variant::Plain
+        let variant = match (override_, tint) {
+            (Some(&override_), _) => Variant::Overridden(override_),
+            (None, Some(tint)) => Variant::Tinted(tint),
+            (None, None) => Variant::Plain,
         };
+        let id = material.id().untyped();
+        if !table.contains(id) || is_new_session {
+            waiting.insert(material.id());
+        }
         let index = MaterialIndex {
-            index: table.index_of(material.id().untyped(), variant),
+            index: table.index_of(id, variant),
             material_type: this,
         };
-        waiting.insert(material.id());
         if known != Some(&index) {
             commands.entity(entity).insert(index);
         }
@@ -153,23 +179,42 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
     });
     for event in material_events.read() {
         match event {
-            AssetEvent::Modified { id } if table.contains(id.untyped()) => {
+            AssetEvent::Added { id } | AssetEvent::Modified { id }
+                if table.contains(id.untyped()) =>
+            {
                 waiting.insert(*id);
             }
-            AssetEvent::Removed { id } => {
-                waiting.remove(id);
-                table.remove(id.untyped());
+            AssetEvent::Removed { id } if table.contains(id.untyped()) => {
+                table.set(id.untyped(), VoxelMaterial::NEUTRAL);
+                waiting.insert(*id);
+                for materials in users.values_mut() {
+                    materials.remove(id);
+                }
             }
             _ => {}
         }
     }
     for event in image_events.read() {
-        if let AssetEvent::Modified { id } = event {
-            means.retain(|(image, _), _| image != id);
-            waiting.extend(users.get(id).into_iter().flatten());
+        match event {
+            AssetEvent::Modified { id } => {
+                means.retain(|(image, _), _| image != id);
+                waiting.extend(users.get(id).into_iter().flatten());
+            }
+            AssetEvent::Removed { id } => {
+                means.retain(|(image, _), _| image != id);
+                users.remove(id);
+            }
+            _ => {}
         }
     }
+    // The cutoff of a mask may be animated.
+    if means.len() > MOST_MEANS {
+        means.clear();
+    }
     waiting.retain(|&id| {
+        if !table.contains(id.untyped()) {
+            return false;
+        }
         let Some(material) = materials.get(id) else {
             return true;
         };
@@ -184,16 +229,7 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
             users.entry(image).or_default().insert(id);
         }
         let waits_for_images = mean.waiting;
-        table.set(id.untyped(), material, |variant, material| match variant {
-            Variant::Plain => material,
-            Variant::Colors(mesh) => VoxelMaterial {
-                albedo: material.albedo * tints.get(&mesh).copied().unwrap_or(Vec3::ONE),
-                ..material
-            },
-            Variant::Own(entity) => overrides
-                .get(&entity)
-                .map_or(material, |override_| material.overridden_by(override_)),
-        });
+        table.set(id.untyped(), material);
         waits_for_images
     });
 }

@@ -41,7 +41,11 @@ impl VoxelMaterial {
     /// Returns the material of a mesh that overrides some of it.
     pub(super) fn overridden_by(self, mesh: &MeshVoxelMaterial) -> Self {
         let coverage = mesh.coverage.filter(|coverage| coverage.is_finite());
+        let emissive = mesh
+            .emissive
+            .map(|color| finite(color.to_vec3()).max(Vec3::ZERO));
         Self {
+            emissive: emissive.unwrap_or(self.emissive),
             albedo: mesh.albedo.map_or(self.albedo, |albedo| {
                 finite(albedo).clamp(Vec3::ZERO, Vec3::ONE)
             }),
@@ -81,19 +85,22 @@ impl AsVoxelMaterial for StandardMaterial {
             None => LinearRgba::WHITE,
         };
         let metallic = self.metallic * texture(&self.metallic_roughness_texture).blue;
-        let emissive = self.emissive.to_vec3() * texture(&self.emissive_texture).to_vec3();
         let transparent = matches!(
             self.alpha_mode,
             AlphaMode::Blend | AlphaMode::Premultiplied | AlphaMode::Add | AlphaMode::Multiply
         ) || self.specular_transmission > 0.5;
-        let albedo = if self.unlit {
-            Vec3::ZERO
+        let color = base.to_vec3() * texel.to_vec3();
+        // An unlit material shows its colour whatever the exposure, as an emission of weight 0 does.
+        let (albedo, emissive, exposure_weight) = if self.unlit {
+            (Vec3::ZERO, color, 0.0)
         } else {
-            base.to_vec3() * texel.to_vec3() * (1.0 - metallic)
+            let emissive = self.emissive.to_vec3() * texture(&self.emissive_texture).to_vec3();
+            let albedo = color * (1.0 - metallic);
+            (albedo, emissive, self.emissive_exposure_weight)
         };
         VoxelMaterial {
             albedo: finite(albedo).clamp(Vec3::ZERO, Vec3::ONE),
-            emissive_exposure_weight: self.emissive_exposure_weight.clamp(0.0, 1.0),
+            emissive_exposure_weight: exposure_weight.clamp(0.0, 1.0),
             emissive: finite(emissive).max(Vec3::ZERO),
             double_sided: u32::from(self.cull_mode != Some(Face::Back)),
             transparent: u32::from(transparent),

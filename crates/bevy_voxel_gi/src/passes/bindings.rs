@@ -132,8 +132,8 @@ pub(crate) fn voxels_bind_group(
 /// Group 0 of the passes that compute light.
 #[derive(Resource)]
 pub(crate) struct VoxelBindGroups {
-    /// For the first bounce of the frame, and for the later ones.
-    pub bounces: [BindGroup; 2],
+    /// As in [`VolumeUniforms`].
+    pub bounces: [BindGroup; 3],
 }
 
 pub(super) const VOXELS_LABEL: &str = "voxel_gi_volume";
@@ -152,9 +152,7 @@ pub(crate) fn prepare_voxel_bind_groups(
     };
     let layout = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
     let group = |bounce| voxels_bind_group(&layout, bounce, &uniforms, &buffers, &groups);
-    if let (Some(first), Some(later)) = (group(0), group(1)) {
-        commands.insert_resource(VoxelBindGroups {
-            bounces: [first, later],
-        });
+    if let (Some(a), Some(b), Some(c)) = (group(0), group(1), group(2)) {
+        commands.insert_resource(VoxelBindGroups { bounces: [a, b, c] });
     }
 }

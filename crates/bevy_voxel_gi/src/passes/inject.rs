@@ -14,7 +14,7 @@ use super::{
     kernel::{Kernel, light_defs},
 };
 use crate::{
-    extract::volume::ExtractedVolume,
+    extract::{lights::ExtractedLights, volume::ExtractedVolume},
     prepare::{
         buffers::{BufferShape, VolumeBuffers},
         pipelines::RequiredPipelines,
@@ -54,13 +54,15 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
 pub(crate) fn queue(
     mut pass: ResMut<InjectPass>,
     volume: Res<ExtractedVolume>,
+    lights: Res<ExtractedLights>,
     cache: Res<PipelineCache>,
     mut required: ResMut<RequiredPipelines>,
 ) {
     let shape = volume.0.as_ref().map(BufferShape::of);
     if let Some(shape) = shape.filter(|shape| !shape.occlusion_only) {
-        pass.inject
-            .require(&light_defs(shape), &cache, &mut required);
+        let mut defs = light_defs(shape);
+        defs.extend(lights.defs());
+        pass.inject.require(&defs, &cache, &mut required);
     }
 }
 

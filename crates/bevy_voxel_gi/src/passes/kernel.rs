@@ -134,11 +134,18 @@ pub(super) fn record_pass(
     }
 }
 
-/// Dispatches this number of workgroups in two dimensions, as one is limited to 65,535.
-pub(super) fn dispatch_workgroups(pass: &mut ComputePass<'_>, count: u32) {
+/// Workgroups in two dimensions, as one is limited to 65,535: rows of equal width with this number in total, and fewer
+/// than there are rows in excess.
+fn workgroup_grid(count: u32) -> [u32; 2] {
     const MAX_WIDTH: u32 = 32768;
-    let width = count.min(MAX_WIDTH);
-    pass.dispatch_workgroups(width, count.div_ceil(width), 1);
+    let rows = count.div_ceil(MAX_WIDTH).max(1);
+    [count.div_ceil(rows), rows]
+}
+
+/// Dispatches this number of workgroups, and a few in excess, which shaders must leave out.
+pub(super) fn dispatch_workgroups(pass: &mut ComputePass<'_>, count: u32) {
+    let [width, rows] = workgroup_grid(count);
+    pass.dispatch_workgroups(width, rows, 1);
 }
 
 /// Dispatches one thread per voxel.
@@ -150,4 +157,29 @@ pub(super) fn dispatch_voxels(
     pass.set_pipeline(pipeline);
     let groups = buffers.shape.voxels.div_ceil(64);
     dispatch_workgroups(pass, u32::try_from(groups).unwrap_or(u32::MAX));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_has_hardly_more_workgroups_than_items() {
+        assert_eq!(workgroup_grid(0)[0], 0);
+        for count in [
+            1,
+            100,
+            32_767,
+            32_768,
+            32_769,
+            65_537,
+            100_003,
+            6 * 128 * 128 * 128,
+        ] {
+            let [width, rows] = workgroup_grid(count);
+            assert!(width <= 32_768 && rows <= 65_535);
+            let excess = width * rows - count;
+            assert!(excess < rows, "{excess} of {count}");
+        }
+    }
 }

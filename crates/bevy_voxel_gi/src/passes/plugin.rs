@@ -4,7 +4,7 @@ use bevy::{
     core_pipeline::{Core3d, Core3dSystems, schedule::camera_driver},
     prelude::*,
     render::{
-        Render, RenderApp, RenderStartup, RenderSystems,
+        GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
         renderer::{RenderGraph, RenderGraphSystems},
     },
     shader::load_shader_library,
@@ -40,7 +40,7 @@ impl Plugin for PassesPlugin {
             return;
         };
         render_app
-            .init_resource::<slot_demand::SlotDemandCopy>()
+            .init_gpu_resource::<slot_demand::SlotDemandCopy>()
             .add_systems(
                 RenderStartup,
                 (

@@ -9,7 +9,7 @@ use super::{
     bindings::VoxelBindGroups, gather::GatherPass, inject::InjectPass, kernel::record_pass,
     propagate::PropagatePass,
 };
-use crate::prepare::{buffers::VolumeBuffers, plan::FramePlan};
+use crate::prepare::{buffers::VolumeBuffers, plan::FramePlan, uniforms::uniform_of};
 
 pub(crate) fn solve(
     mut context: RenderContext,
@@ -39,7 +39,7 @@ pub(crate) fn solve(
         return;
     }
     for bounce in 0..work.bounces {
-        let group = usize::from(bounce > 0);
+        let group = uniform_of(bounce, work.bounces);
         record_inject(&mut context, group);
         record_pass(&mut context, "voxel_gi_gather", |pass| {
             pass.set_bind_group(0, &voxels.bounces[group], &[]);

@@ -38,12 +38,13 @@ pub(super) fn voxel_fingerprint(meshes: u64, volume: &PlacedVolume) -> u64 {
     hasher.finish()
 }
 
-/// Hash of everything that the light depends on, except the settings; `meshes` is that of the meshes.
-pub(super) fn fingerprint(
+/// Hash of everything that the light depends on, except the settings; `meshes` is that of the meshes, and `materials`
+/// are theirs.
+pub(super) fn fingerprint<'a>(
     meshes: u64,
     volume: &PlacedVolume,
     lights: &[Light],
-    materials: &[VoxelMaterial],
+    materials: impl Iterator<Item = &'a VoxelMaterial>,
 ) -> u64 {
     let mut hasher = FixedHasher.build_hasher();
     meshes.hash(&mut hasher);
@@ -61,10 +62,6 @@ pub(super) fn fingerprint(
             hash_floats(&mut hasher, &color.to_f32_array());
         }
     }
-    let emits = |material: &VoxelMaterial| material.emissive.max_element() > 0.0;
-    if materials.iter().any(emits) {
-        hash_floats(&mut hasher, &[volume.exposure]);
-    }
     for viewpoint in &volume.viewpoints {
         hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
     }
@@ -72,18 +69,27 @@ pub(super) fn fingerprint(
         hash_floats(&mut hasher, &light.position.to_array());
         hash_floats(&mut hasher, &light.color.to_array());
         hash_floats(&mut hasher, &light.direction.to_array());
+        hash_floats(&mut hasher, &light.half_width.to_array());
+        hash_floats(&mut hasher, &light.half_height.to_array());
         let others = [
             light.inverse_range_squared,
             light.spot_scale,
             light.spot_offset,
+            light.near,
         ];
         hash_floats(&mut hasher, &others);
         light.kind.hash(&mut hasher);
     }
+    let mut depends_on_exposure = false;
     for material in materials {
         hash_floats(&mut hasher, &material.albedo.to_array());
         hash_floats(&mut hasher, &material.emissive.to_array());
         hash_floats(&mut hasher, &[material.emissive_exposure_weight]);
+        depends_on_exposure |=
+            material.emissive.max_element() > 0.0 && material.emissive_exposure_weight < 1.0;
+    }
+    if depends_on_exposure {
+        hash_floats(&mut hasher, &[volume.exposure]);
     }
     hasher.finish()
 }

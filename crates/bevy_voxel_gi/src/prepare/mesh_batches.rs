@@ -33,12 +33,22 @@ pub(crate) struct MeshBatches {
     rigid_hash: u64,
     /// Centres and edges of the levels for which the rigid meshes were grouped.
     levels: Vec<(Vec3, f32)>,
+    /// Increases when the asset of a mesh that reaches into a level has changed.
+    edits: u64,
+    /// By how much the world has moved in this frame, as apps move it that keep the origin near the camera: most of the
+    /// rigid meshes have moved by it.
+    pub world_move: Vec3,
     /// Hash of everything that the voxels depend on.
     pub fingerprint: u64,
     pub triangles: u64,
 }
 
 impl MeshBatches {
+    /// Whether a mesh that reaches into a level has the material with this label.
+    pub(super) fn uses(&self, material: u32) -> bool {
+        self.rigid.uses(material) || self.deformed.uses(material)
+    }
+
     pub(crate) fn groups_mut(&mut self) -> impl Iterator<Item = &mut MeshGroup> {
         self.rigid.iter_mut().chain(self.deformed.iter_mut())
     }
@@ -98,6 +108,49 @@ impl MeshBatches {
         });
         changed.map(|(entity, _)| *entity).collect()
     }
+
+    /// Whether the asset of a mesh that reaches into a level is another one than in the last frame.
+    fn has_edits(&self, locator: &MeshLocator, assets: &ExtractedAssets<RenderMesh>) -> bool {
+        let scene = locator.scene;
+        let mut meshes = scene.rigid.values().chain(&scene.deformed);
+        !assets.added.is_empty()
+            && meshes.any(|extracted| {
+                assets.added.contains(&extracted.mesh) && locator.levels_of(extracted) != 0
+            })
+    }
+}
+
+/// The move that most meshes have in common.
+#[derive(Default)]
+struct CommonMove {
+    candidate: Vec3,
+    /// Number of meshes with this move, less those with others: above 0 for what most have, if anything.
+    lead: usize,
+}
+
+impl CommonMove {
+    /// Greatest difference of equal moves, as a share of them: positions far from the origin are rounded.
+    const ROUNDING: f32 = 1e-3;
+
+    fn add(&mut self, by: Vec3) {
+        let is_same = by.distance(self.candidate) <= Self::ROUNDING * self.candidate.length();
+        if is_same {
+            self.lead += 1;
+        } else if self.lead == 0 {
+            (self.candidate, self.lead) = (by, 1);
+        } else {
+            self.lead -= 1;
+        }
+    }
+
+    /// The move if more than half of so many meshes have it, else zero.
+    fn of_most(self, meshes: usize) -> Vec3 {
+        if self.candidate.is_finite() && 2 * self.lead > meshes {
+            self.candidate
+        } else {
+            Vec3::ZERO
+        }
+    }
 }
 
 /// Collects the meshes that are on the GPU already; the others are added in later frames.
@@ -125,26 +178,37 @@ pub(crate) fn collect_mesh_batches(
         most_bytes: device.limits().max_storage_buffer_binding_size,
     };
     let buffers_moved = allocator.meshes_displaced_by_slab_growth().next().is_some();
-    let changed = scene.changed.as_ref().filter(|_| !buffers_moved);
     let levels = volume.levels.iter().map(|level| (level.center, level.size));
+    let is_new = batches.levels.is_empty();
     let has_other_levels = !levels.clone().eq(batches.levels.iter().copied());
     if has_other_levels {
         batches.levels = levels.collect();
     }
-    match changed {
-        None => batches.group_rigid_meshes(&locator),
-        Some(changed) => {
-            let mut changed = changed.clone();
+    batches.edits += u64::from(batches.has_edits(&locator, &assets));
+    if buffers_moved || is_new {
+        batches.group_rigid_meshes(&locator);
+    } else {
+        let mut changed = scene.changed.clone();
+        if has_other_levels {
+            changed.extend(batches.in_other_levels(&locator));
+        }
+        if meshes.is_changed() {
+            changed.extend(batches.with_other_assets(&locator, &assets));
+        }
+        let mut moves = CommonMove::default();
+        for entity in changed {
+            let before = batches.placed.get(&entity).map(|placed| placed.position);
+            batches.update_rigid_mesh(entity, &locator);
             if has_other_levels {
-                changed.extend(batches.in_other_levels(&locator));
-            }
-            if meshes.is_changed() {
-                changed.extend(batches.with_other_assets(&locator, &assets));
-            }
-            for entity in changed {
-                batches.update_rigid_mesh(entity, &locator);
+                let after = batches.placed.get(&entity).map(|placed| placed.position);
+                moves.add(
+                    before
+                        .zip(after)
+                        .map_or(Vec3::NAN, |(before, after)| after - before),
+                );
             }
         }
+        batches.world_move = moves.of_most(batches.placed.len());
     }
     let mut hasher = FixedHasher.build_hasher();
     batches.deformed = MeshGroups::default();
@@ -159,7 +223,28 @@ pub(crate) fn collect_mesh_batches(
     for joint in &scene.joints {
         hash_floats(&mut hasher, &joint.to_cols_array());
     }
-    (batches.rigid_hash, scene.mesh_edits).hash(&mut hasher);
+    (batches.rigid_hash, batches.edits).hash(&mut hasher);
     batches.fingerprint = hasher.finish();
     batches.triangles = batches.rigid.triangles + batches.deformed.triangles;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_world_moves_if_most_meshes_do() {
+        let most = |moves: &[Vec3], meshes| {
+            let mut common = CommonMove::default();
+            moves.iter().for_each(|by| common.add(*by));
+            common.of_most(meshes)
+        };
+        let by = Vec3::new(1000.0, 0.0, -300.0);
+        let others = [by, by + 0.1, Vec3::X, by, by, Vec3::NAN, by, by];
+        assert_eq!(most(&others, 6), by);
+        assert_eq!(most(&others, 100), Vec3::ZERO, "most others stay");
+        assert_eq!(most(&[Vec3::X, Vec3::Y, by], 3), Vec3::ZERO);
+        assert_eq!(most(&[], 0), Vec3::ZERO);
+        assert_eq!(most(&[Vec3::NAN; 3], 3), Vec3::ZERO);
+    }
 }

@@ -1,6 +1,7 @@
 //! All groups of meshes, found by the slabs of the meshes' buffers.
 
 use bevy::{
+    math::Vec3,
     platform::collections::HashMap,
     render::{mesh::allocator::MeshSlabId, render_resource::Buffer},
 };
@@ -25,9 +26,15 @@ pub(super) struct LocatedMesh {
 pub(super) struct PlacedMesh {
     slabs: Slabs,
     pub levels: LevelMask,
+    /// Of its origin in the world.
+    pub position: Vec3,
     group: usize,
     instance: usize,
     pub hash: u64,
+}
+
+fn position(instance: &MeshInstance) -> Vec3 {
+    instance.world_from_local.w_axis.truncate()
 }
 
 /// Groups by their slabs.
@@ -38,6 +45,8 @@ pub(super) struct MeshGroups {
     by_slabs: HashMap<Slabs, usize>,
     /// Number of triangles of all meshes.
     pub triangles: u64,
+    /// Number of meshes with each material.
+    materials: HashMap<u32, usize>,
 }
 
 impl MeshGroups {
@@ -45,8 +54,30 @@ impl MeshGroups {
         self.groups.iter_mut().filter(|group| !group.is_empty())
     }
 
+    /// Whether a mesh has this material.
+    pub(super) fn uses(&self, material: u32) -> bool {
+        self.materials.contains_key(&material)
+    }
+
+    /// Counts a mesh that is in the groups now.
+    fn count(&mut self, mesh: &MeshInstance) {
+        self.triangles += u64::from(mesh.triangle_count);
+        *self.materials.entry(mesh.material).or_default() += 1;
+    }
+
+    /// Counts a mesh that is not in the groups any more.
+    fn uncount(&mut self, mesh: &MeshInstance) {
+        self.triangles -= u64::from(mesh.triangle_count);
+        if let Some(users) = self.materials.get_mut(&mesh.material) {
+            *users -= 1;
+            if *users == 0 {
+                self.materials.remove(&mesh.material);
+            }
+        }
+    }
+
     pub(super) fn add(&mut self, mesh: LocatedMesh) -> PlacedMesh {
-        self.triangles += u64::from(mesh.instance.triangle_count);
+        self.count(&mesh.instance);
         let group = *self.by_slabs.entry(mesh.slabs).or_insert_with(|| {
             let new = MeshGroup::new(mesh.buffers);
             let empty = self.groups.iter().position(MeshGroup::is_empty);
@@ -59,6 +90,7 @@ impl MeshGroups {
         PlacedMesh {
             slabs: mesh.slabs,
             levels: mesh.levels,
+            position: position(&mesh.instance),
             group,
             instance: self.groups[group].add(mesh.instance, mesh.levels),
             hash: mesh.hash,
@@ -67,22 +99,28 @@ impl MeshGroups {
 
     /// Changes a mesh in place if its triangles stay in the same batches, and returns whether they do.
     pub(super) fn replace(&mut self, placed: &mut PlacedMesh, mesh: &LocatedMesh) -> bool {
-        let is_same = (mesh.slabs, mesh.levels) == (placed.slabs, placed.levels)
-            && self.groups[placed.group].replace(placed.instance, mesh.instance);
-        if is_same {
-            placed.hash = mesh.hash;
+        if (mesh.slabs, mesh.levels) != (placed.slabs, placed.levels) {
+            return false;
         }
-        is_same
+        let group = &mut self.groups[placed.group];
+        let Some(former) = group.replace(placed.instance, mesh.instance) else {
+            return false;
+        };
+        self.uncount(&former);
+        self.count(&mesh.instance);
+        placed.hash = mesh.hash;
+        placed.position = position(&mesh.instance);
+        true
     }
 
     pub(super) fn remove(&mut self, placed: &PlacedMesh) {
         let group = &mut self.groups[placed.group];
-        let removed = group.remove(placed.instance, placed.levels);
-        self.triangles -= u64::from(removed.triangle_count);
+        let removed = group.remove(placed.instance);
         if group.is_empty() {
             // It would keep the slabs' buffers alive.
             *group = MeshGroup::new([const { None }; 3]);
             self.by_slabs.remove(&placed.slabs);
         }
+        self.uncount(&removed);
     }
 }

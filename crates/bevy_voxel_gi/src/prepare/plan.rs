@@ -76,9 +76,9 @@ impl FramePlan {
                 .any(|(old, new)| old.center != new.center)
     }
 
-    /// By how many of its voxels each level has moved since the last frame, if any has moved by whole
-    /// voxels and the levels are the same.
-    fn moves(&mut self, volume: &PlacedVolume) -> Option<[IVec4; MAX_LEVELS]> {
+    /// By how many of its voxels each level has moved in the world since the last frame, if any has and the levels are
+    /// the same. The world has moved, too.
+    fn moves(&mut self, volume: &PlacedVolume, world_move: Vec3) -> Option<[IVec4; MAX_LEVELS]> {
         let before = std::mem::replace(&mut self.placement, volume.levels.clone());
         let same = |(old, new): (&PlacedLevel, &PlacedLevel)| {
             (old.owner, old.size) == (new.owner, new.size)
@@ -88,15 +88,21 @@ impl FramePlan {
         }
         let mut moves = [IVec4::ZERO; MAX_LEVELS];
         for ((by, old), new) in moves.iter_mut().zip(&before).zip(&volume.levels) {
-            let voxels = (new.center - old.center) / volume.voxel_size(new);
-            let whole = (voxels - voxels.round()).abs().max_element() < 1e-3;
-            let near = voxels.abs().max_element() < 1e6;
-            if whole && near {
-                *by = voxels.round().as_ivec3().extend(0);
-            }
+            *by = voxels_between(old.center + world_move, new.center, volume.voxel_size(new))
+                .extend(0);
         }
         (moves != [IVec4::ZERO; MAX_LEVELS]).then_some(moves)
     }
+}
+
+/// The number of voxels from one position to another: whole ones but for rounding where the volume follows an entity.
+fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> IVec3 {
+    // So many are outside of any level.
+    const FAR: f32 = 1e6;
+    ((new - old) / voxel_size)
+        .round()
+        .clamp(Vec3::splat(-FAR), Vec3::splat(FAR))
+        .as_ivec3()
 }
 
 /// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
@@ -146,7 +152,7 @@ pub(crate) fn plan_frame(
         Res<ExtractedLights>,
         Res<MeshBatches>,
     ),
-    buffers: Option<Res<VolumeBuffers>>,
+    (buffers, scene_buffers): (Option<Res<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
     mut uniforms: ResMut<VolumeUniforms>,
     mut required: ResMut<RequiredPipelines>,
     images: Res<RenderAssets<GpuImage>>,
@@ -185,7 +191,10 @@ pub(crate) fn plan_frame(
         };
     }
     let pace = pace(&volume.settings);
-    let fingerprint = fingerprint(batches.fingerprint, volume, &lights.0, &scene.materials);
+    let used = (0..).zip(&scene.materials);
+    let used = used.filter(|(label, _)| batches.uses(*label));
+    let materials = used.map(|(_, material)| material);
+    let fingerprint = fingerprint(batches.fingerprint, volume, &lights.0, materials);
     if is_fresh || fingerprint != plan.fingerprint || volume.own_settings != plan.settings {
         plan.fingerprint = fingerprint;
         plan.settings.clone_from(&volume.own_settings);
@@ -210,12 +219,14 @@ pub(crate) fn plan_frame(
     if pauses {
         return;
     }
-    let moves = plan.moves(volume);
+    let moves = plan.moves(volume, batches.world_move);
     let voxels = voxel_fingerprint(batches.fingerprint, volume);
     let has_changed = plan.voxelized.replace(voxels) != Some(voxels);
+    let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
     let frame = UniformFrame {
         volume,
         light_count: u32::try_from(lights.0.len()).unwrap_or(u32::MAX),
+        bounces,
         frame: plan.clock.frame(),
         blend: plan.clock.blend(pace),
         is_changing: plan.clock.is_changing(pace),
@@ -223,7 +234,6 @@ pub(crate) fn plan_frame(
     };
     uniforms.write(frame, &device, &queue);
     plan.clock.advance();
-    let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
     plan.work = Some(FrameWork {
         bounces,
         iterations,
@@ -231,12 +241,13 @@ pub(crate) fn plan_frame(
         has_changed,
         moves,
     });
-    commands.insert_resource(SceneBuffers::new(
-        &scene.materials,
-        &lights.0,
-        &device,
-        &queue,
-    ));
+    if let Some(mut known) = scene_buffers {
+        known.write(&scene.materials, &lights.0, &device, &queue);
+    } else {
+        let mut new = SceneBuffers::default();
+        new.write(&scene.materials, &lights.0, &device, &queue);
+        commands.insert_resource(new);
+    }
     if let Some(made) = made {
         commands.insert_resource(made);
     }
@@ -245,4 +256,25 @@ pub(crate) fn plan_frame(
 fn texture_bytes(texture: &GpuImage) -> u64 {
     let size = texture.texture_descriptor.size;
     8 * u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_volume_moves_by_voxels_far_from_the_origin_too() {
+        let voxel_size = 0.3;
+        let at = |cell: f32| Vec3::new(cell * voxel_size, 0.0, -cell * voxel_size);
+        for start in [0.0_f32, 1e3, 33_333.0, 1e5] {
+            let moved = voxels_between(at(start), at(start + 3.0), voxel_size);
+            assert_eq!(moved, IVec3::new(3, 0, -3), "from {start}");
+        }
+        let far = voxels_between(Vec3::ZERO, Vec3::splat(1e30), voxel_size);
+        assert_eq!(far, IVec3::splat(1_000_000));
+        assert_eq!(
+            voxels_between(Vec3::ZERO, Vec3::NAN, voxel_size),
+            IVec3::ZERO
+        );
+    }
 }

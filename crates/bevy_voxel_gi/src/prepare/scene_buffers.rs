@@ -11,38 +11,44 @@ use bevy::{
 use crate::{extract::voxel_material::VoxelMaterial, gpu_types::Light};
 
 /// The lights and materials of the scene.
-#[derive(Resource)]
+#[derive(Resource, Default)]
 pub(crate) struct SceneBuffers {
     pub materials: StorageBuffer<Vec<VoxelMaterial>>,
     pub lights: StorageBuffer<Vec<Light>>,
 }
 
 impl SceneBuffers {
-    pub(super) fn new(
+    pub(super) fn write(
+        &mut self,
         materials: &[VoxelMaterial],
         lights: &[Light],
         device: &RenderDevice,
         queue: &RenderQueue,
-    ) -> Self {
-        Self {
-            materials: buffer(materials, VoxelMaterial::NEUTRAL, device, queue),
-            lights: buffer(lights, Light::default(), device, queue),
-        }
+    ) {
+        write(
+            &mut self.materials,
+            materials,
+            VoxelMaterial::NEUTRAL,
+            device,
+            queue,
+        );
+        write(&mut self.lights, lights, Light::default(), device, queue);
     }
 }
 
-/// A buffer of these items, or of `otherwise` alone, as buffers cannot be empty.
-fn buffer<T: ShaderType + ShaderSize + WriteInto + Clone>(
+/// Writes these items, or `otherwise` alone, as buffers cannot be empty.
+fn write<T: ShaderType + ShaderSize + WriteInto + Clone>(
+    buffer: &mut StorageBuffer<Vec<T>>,
     items: &[T],
     otherwise: T,
     device: &RenderDevice,
     queue: &RenderQueue,
-) -> StorageBuffer<Vec<T>> {
-    let mut buffer = StorageBuffer::from(if items.is_empty() {
-        vec![otherwise]
-    } else {
-        items.to_vec()
-    });
+) {
+    let all = buffer.get_mut();
+    all.clear();
+    all.extend_from_slice(items);
+    if items.is_empty() {
+        all.push(otherwise);
+    }
     buffer.write_buffer(device, queue);
-    buffer
 }

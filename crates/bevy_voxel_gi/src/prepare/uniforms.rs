@@ -13,7 +13,9 @@ use crate::{
         placement::{PlacedLevel, PlacedVolume},
         texture::STORAGE_SCALE,
     },
-    gpu_types::{FLAG_CHANGING, FLAG_FEEDBACK, FLAG_WEIGHTED, Level, MAX_LEVELS, Volume},
+    gpu_types::{
+        FLAG_CHANGING, FLAG_FEEDBACK, FLAG_MEAN, FLAG_WEIGHTED, Level, MAX_LEVELS, Volume,
+    },
     settings::{Bounces, Solver, VoxelLight, Voxelizer},
 };
 
@@ -27,8 +29,17 @@ const OCCLUSION_EMPTY_INTERVAL: u32 = 16;
 /// The uniforms of the volume.
 #[derive(Resource, Default)]
 pub(crate) struct VolumeUniforms {
-    /// For the first bounce of a frame, and for the later ones.
-    pub bounces: [UniformBuffer<Volume>; 2],
+    /// For the first bounce of a frame, for the last of several, and for those between them.
+    pub bounces: [UniformBuffer<Volume>; 3],
+}
+
+/// The one of the uniforms for a bounce of so many in a frame.
+pub(crate) fn uniform_of(bounce: u32, bounces: u32) -> usize {
+    match bounce {
+        0 => 0,
+        last if last + 1 == bounces => 1,
+        _ => 2,
+    }
 }
 
 impl VolumeUniforms {
@@ -40,11 +51,16 @@ impl VolumeUniforms {
     ) {
         let first = frame.uniform();
         // All bounces of a frame but the first reflect the light of the one before.
-        let later = Volume {
+        let between = Volume {
             flags: first.flags | FLAG_FEEDBACK,
             ..first
         };
-        for (buffer, volume) in self.bounces.iter_mut().zip([first, later]) {
+        let last = Volume {
+            flags: between.flags | FLAG_MEAN,
+            ..first
+        };
+        let all = [first, last, between];
+        for (buffer, volume) in self.bounces.iter_mut().zip(all) {
             buffer.set(volume);
             buffer.write_buffer(device, queue);
         }
@@ -56,6 +72,8 @@ impl VolumeUniforms {
 pub(super) struct UniformFrame<'a> {
     pub volume: &'a PlacedVolume,
     pub light_count: u32,
+    /// Number of bounces in the frame.
+    pub bounces: u32,
     /// Number of the frame; see [`SettlingClock`](super::settling::SettlingClock).
     pub frame: u32,
     /// Blend factor of this frame in the mean that pixels read.
@@ -69,6 +87,7 @@ pub(super) struct UniformFrame<'a> {
 impl UniformFrame<'_> {
     fn uniform(&self) -> Volume {
         let settings = &self.volume.settings;
+        let frame_bounces = self.bounces;
         let interval = settings.update_interval;
         let (rays, max_distance, feedback) = match settings.light {
             VoxelLight::GlobalIllumination { solver, bounces } => {
@@ -93,6 +112,7 @@ impl UniformFrame<'_> {
         };
         let flags = [
             (feedback, FLAG_FEEDBACK),
+            (frame_bounces == 1, FLAG_MEAN),
             (self.volume.patched, FLAG_WEIGHTED),
             (self.is_changing, FLAG_CHANGING),
         ];

@@ -2,9 +2,19 @@
 //!
 //! The features are constants of a shader module that is written anew when they change, so Bevy compiles all
 //! shaders again that read irradiance volumes. They are known in the first frame of a volume, in general before
-//! any material is compiled.
+//! any material is compiled. Where they change later, [`await_pipelines`] has the frame wait for these shaders: else all
+//! that is lit would vanish until they are compiled.
 
-use bevy::{light::IrradianceVolume, prelude::*, shader::Shader};
+use bevy::{
+    light::IrradianceVolume,
+    platform::collections::HashSet,
+    prelude::*,
+    render::{
+        Extract,
+        render_resource::{CachedPipelineState, PipelineCache},
+    },
+    shader::Shader,
+};
 
 use crate::extract::{place_volume::ActiveVolume, probe::VoxelGiProbe};
 
@@ -15,11 +25,12 @@ pub(crate) struct ReceiverFeatures {
     voxel_gi: bool,
     /// Whether there was an irradiance volume of another origin. It stays too.
     other_volumes: bool,
-    /// Whether the texture has the placement of its levels; see
-    /// [`is_plain`](crate::extract::texture::is_plain).
+    /// Whether pixels read the placement of the levels. It stays, so that second volumes that come and go compile once.
     levels: bool,
     /// Whether pixels test the visibility of the voxels around them.
     visibility: bool,
+    /// Whether lightmapped meshes receive the light of irradiance volumes.
+    lightmapped: bool,
 }
 
 impl ReceiverFeatures {
@@ -29,12 +40,14 @@ impl ReceiverFeatures {
             other_volumes,
             levels,
             visibility,
+            lightmapped,
         } = self;
         let source = format!(
             "const VOXEL_GI: bool = {voxel_gi};\n\
              const OTHER_VOLUMES: bool = {other_volumes};\n\
              const LEVELS: bool = {levels};\n\
-             const VISIBILITY: bool = {visibility};\n"
+             const VISIBILITY: bool = {visibility};\n\
+             const LIGHTMAPPED: bool = {lightmapped};\n"
         );
         Shader::from_wesl(source, "embedded://bevy_voxel_gi/receive/features.wesl")
     }
@@ -42,7 +55,11 @@ impl ReceiverFeatures {
 
 /// The module with the features, as it is now.
 #[derive(Resource, Default)]
-pub(crate) struct ReceiverShader(Option<(ReceiverFeatures, Handle<Shader>)>);
+pub(crate) struct ReceiverShader {
+    module: Option<(ReceiverFeatures, Handle<Shader>)>,
+    /// How often it was written anew.
+    changes: u32,
+}
 
 /// Writes the module where there is none, and anew where the volumes of the app need other features.
 pub(crate) fn update_features(
@@ -52,20 +69,25 @@ pub(crate) fn update_features(
     mut shaders: ResMut<Assets<Shader>>,
 ) {
     let mut features = receiver
-        .0
+        .module
         .as_ref()
         .map_or(ReceiverFeatures::default(), |(features, _)| *features);
     features.other_volumes |= !others.is_empty();
     if let Some(volume) = &active.volume {
         features.voxel_gi = true;
-        features.levels = !volume.is_plain();
+        features.levels = volume.has_had_levels;
         features.visibility = volume.is_per_pixel();
+        features.lightmapped = volume.settings.affects_lightmapped_meshes;
     }
-    let module = match &receiver.0 {
+    let module = match &receiver.module {
         Some((former, _)) if *former == features => return,
         // The same asset: Bevy warns of another one with the same path.
         Some((_, module)) => match shaders.insert(module, features.shader()) {
-            Ok(()) => module.clone(),
+            Ok(()) => {
+                let module = module.clone();
+                receiver.changes += 1;
+                module
+            }
             Err(error) => {
                 error_once!("voxel GI: the receiver keeps its former features: {error}");
                 return;
@@ -73,7 +95,50 @@ pub(crate) fn update_features(
         },
         None => shaders.add(features.shader()),
     };
-    receiver.0 = Some((features, module));
+    receiver.module = Some((features, module));
+}
+
+/// Whether the frame waits for pipelines.
+#[derive(Resource, Default)]
+pub(crate) struct AwaitedReceiver {
+    changes: u32,
+    is_new: bool,
+}
+
+/// Notices that the features have changed.
+pub(crate) fn extract_changes(
+    mut awaited: ResMut<AwaitedReceiver>,
+    receiver: Extract<Res<ReceiverShader>>,
+) {
+    awaited.is_new = awaited.changes != receiver.changes;
+    awaited.changes = receiver.changes;
+}
+
+/// Has the frame wait until the pipelines are compiled, where the features have changed in it. Where threads cannot
+/// wait, Bevy compiles them at once anyway.
+pub(crate) fn await_pipelines(awaited: Res<AwaitedReceiver>, mut cache: ResMut<PipelineCache>) {
+    if !awaited.is_new || cfg!(target_arch = "wasm32") {
+        return;
+    }
+    // Bevy tries those again whose shaders are not loaded yet.
+    let mut failed = HashSet::new();
+    loop {
+        cache.process_queue();
+        let mut is_ready = true;
+        for (id, pipeline) in cache.pipelines().enumerate() {
+            match pipeline.state {
+                CachedPipelineState::Err(_) => {
+                    failed.insert(id);
+                }
+                CachedPipelineState::Ok(_) => {}
+                _ => is_ready &= failed.contains(&id),
+            }
+        }
+        if is_ready {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
 }
 
 #[cfg(test)]
@@ -102,8 +167,10 @@ mod tests {
             levels: vec![level; levels],
             texture: default(),
             patched: true,
+            has_had_levels: levels > 1 || receiver == Receiver::PerPixel,
             exposure: 1.0,
             layers: default(),
+            scene_layers: default(),
             viewpoints: Vec::new(),
         }
     }

@@ -4,4 +4,4 @@
 pub(crate) mod features;
 mod patch;
 
-pub(crate) use patch::{RECEIVER_PATCH, patch};
+pub(crate) use patch::{LIGHTMAP_PATCH, RECEIVER_PATCH, lightmap_patch, receiver_patch};

@@ -1,11 +1,11 @@
-//! The patch of Bevy's irradiance volume shader, which reads a volume in its own layout.
+//! The patches of Bevy's shaders: one reads a volume in its own layout, the other lets it light lightmapped meshes.
 
 use bevy_frugal_hooks::{Insertion, ShaderPatch};
 
 /// Name of the patch of Bevy's irradiance volume shader.
 pub(crate) const RECEIVER_PATCH: &str = "bevy_voxel_gi/receive";
 
-pub(crate) fn patch() -> ShaderPatch {
+pub(crate) fn receiver_patch() -> ShaderPatch {
     ShaderPatch {
         imports: vec![
             "bevy_voxel_gi::receive::receive::is_voxel_gi",
@@ -22,5 +22,20 @@ pub(crate) fn patch() -> ShaderPatch {
              continue;\n        }",
         )],
         ..ShaderPatch::new(RECEIVER_PATCH, "bevy_pbr::light_probe::irradiance_volume")
+    }
+}
+
+/// Name of the patch of Bevy's lighting.
+pub(crate) const LIGHTMAP_PATCH: &str = "bevy_voxel_gi/lightmaps";
+
+/// Bevy 0.20 reads no irradiance volume where there is a lightmap, whatever the volume says.
+pub(crate) fn lightmap_patch() -> ShaderPatch {
+    ShaderPatch {
+        imports: vec!["bevy_voxel_gi::receive::features::LIGHTMAPPED"],
+        insertions: vec![Insertion::before(
+            "    @if(IRRADIANCE_VOLUME)\n    // Irradiance volume light (indirect)",
+            "    @if(LIGHTMAP)\n    found_diffuse_indirect = !LIGHTMAPPED;",
+        )],
+        ..ShaderPatch::new(LIGHTMAP_PATCH, "bevy_pbr::render::pbr_functions")
     }
 }

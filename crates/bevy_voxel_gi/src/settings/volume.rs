@@ -8,7 +8,12 @@ use super::{light::VoxelLight, range::clamped_or, sky::Sky};
 ///
 /// Every entity with a `Mesh3d` in the cube is voxelised each frame, whether it is in a camera's view or
 /// not, and every material in the cube that uses Bevy's lighting receives the indirect light without a
-/// change. The cube is centred on the entity's position; the entity's rotation and scale are ignored.
+/// change. The cube is centred on the entity's position; the entity's rotation and scale are ignored. A volume
+/// that is hidden (`Visibility`) is as one that is not there.
+///
+/// Cameras receive the light if they share a layer with the volume (`RenderLayers`; by default all are in layer 0).
+/// Meshes and lights count if they share a layer with the volume or with such a camera. Of the levels of detail of a mesh (`VisibilityRange`), the one that is seen
+/// at a distance of 0 counts, wherever cameras are.
 ///
 /// There may be several volumes, side by side or nested: a pixel is lit by the smallest one that
 /// contains it, and a ray that leaves a volume continues in a larger one that contains or adjoins it;
@@ -19,7 +24,7 @@ use super::{light::VoxelLight, range::clamped_or, sky::Sky};
 /// out with a warning.
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Clone)]
-#[require(Transform)]
+#[require(Transform, Visibility)]
 pub struct VoxelGiVolume {
     /// Edge of the cube in metres, above 0. Default 16. With [`cascades`](Self::cascades), this is the
     /// edge of the smallest cube.
@@ -42,8 +47,8 @@ pub struct VoxelGiVolume {
     /// Lower values cost less and make the edges of shadows coarser.
     pub shadow_samples: u32,
     /// Number of concentric cubes, each twice as large as the one before, all of the same resolution:
-    /// 1 to 4. Default 1. Each further cube takes as much memory as the first. With a second level, a cascade
-    /// or another volume, the shaders of all materials are compiled again.
+    /// 1 to 4. Default 1. Each further cube takes as much memory as the first. When an app first has a second
+    /// level, a cascade or another volume, a frame waits until the shaders of all materials are compiled again.
     pub cascades: u32,
     /// The entity that the volume follows, such as the camera, in steps of whole voxels of the largest
     /// cascade. Default `None`: the volume stays at its own position.
@@ -55,6 +60,9 @@ pub struct VoxelGiVolume {
     /// Whether the computation stops once nothing has moved or changed for as long as the light needs
     /// to settle. Default `true`.
     pub pause_when_settled: bool,
+    /// Whether meshes with a `Lightmap` receive the light, too. Default `false`: it is in their lightmaps already.
+    /// With `true` they receive all of it, which is right where lightmaps have direct light only.
+    pub affects_lightmapped_meshes: bool,
     /// Factor of the light that reaches the image, at least 0. Default 1, which is physically correct.
     pub intensity: f32,
 }
@@ -74,6 +82,7 @@ impl Default for VoxelGiVolume {
             follow: None,
             update_interval: 1,
             pause_when_settled: true,
+            affects_lightmapped_meshes: false,
             intensity: 1.0,
         }
     }
@@ -95,6 +104,7 @@ impl VoxelGiVolume {
             follow: self.follow,
             update_interval: self.update_interval.clamp(1, 16),
             pause_when_settled: self.pause_when_settled,
+            affects_lightmapped_meshes: self.affects_lightmapped_meshes,
             intensity: clamped_or(self.intensity, 0.0, 1e4, 1.0),
         }
     }
@@ -111,8 +121,8 @@ pub enum Voxelizer {
     /// Fills every voxel that a triangle overlaps, without holes.
     #[default]
     Conservative,
-    /// Fragment clipping (thesis section 6.4.2): triangles are rasterised for each slice that they
-    /// span, and fragments outside of the slice are discarded. Sampled, not conservative.
+    /// Fragment clipping (thesis section 6.4.2): triangles are rasterised whole, and each fragment is in the
+    /// slice of its depth. Sampled, not conservative.
     FragmentClipping,
     /// Geometry clipping (thesis section 6.4.2): triangles are clipped to slices first, then
     /// rasterised. It gives the same voxels at another cost.
@@ -169,6 +179,6 @@ pub enum Receiver {
     /// through the sub-voxels: such leaks fall from half of the light to a few percent. Right beside
     /// small things that stand on a surface, its light has patches with hard edges. It takes 16 more
     /// bytes per voxel, up to 24 unfiltered reads, and about 50 reads of sub-voxels. When the first volume
-    /// begins or ceases to use it, the shaders of all materials are compiled again.
+    /// begins or ceases to use it, a frame waits until the shaders of all materials are compiled again.
     PerPixel,
 }

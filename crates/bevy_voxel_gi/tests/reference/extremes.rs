@@ -31,6 +31,7 @@ fn bright_light_many_bounces() {
             position: Vec3::new(1.3 + distance, 5.0, 5.0),
             intensity: Vec3::splat(1e6 / (4.0 * std::f32::consts::PI)),
             cone: None,
+            near: 0.0,
         };
         check(&scene, 0.95, &[light], Vec3::ZERO);
     }
@@ -110,6 +111,7 @@ proptest! {
             position: Vec3::from_array(light),
             intensity: Vec3::splat(100.0),
             cone: None,
+            near: 0.0,
         };
         let fields = both(unit_grid(12), &triangles, &gray(albedo, 1.0), &[light], Vec3::ONE, 4);
         prop_assert!(fields.iter().all(is_sound));

@@ -69,10 +69,12 @@ fn walls_are_smooth_while_a_light_moves() {
                 position,
                 intensity,
                 cone,
+                near,
             } => Light::Point {
                 position: position + offset,
                 intensity,
                 cone,
+                near,
             },
             sun => sun,
         };

@@ -49,6 +49,7 @@ fn point_light(position: Vec3) -> [Light; 1] {
         position,
         intensity: Vec3::new(10.0, 20.0, 50.0),
         cone: None,
+        near: 0.0,
     }]
 }
 

@@ -17,5 +17,6 @@ pub fn point_light(position: Vec3, candela: f32) -> Light {
         position,
         intensity: Vec3::splat(candela),
         cone: None,
+        near: 0.0,
     }
 }

@@ -158,6 +158,7 @@ fn load(name: &str) -> Truth {
             position: vec3(&light["position"]),
             intensity: vec3(&light["intensity_cd"]),
             cone: None,
+            near: 0.0,
         });
     }
     for light in list(&json["directional_lights"]) {

@@ -1,0 +1,371 @@
+//! What a game means by its components.
+
+use std::f32::consts::PI;
+
+use bevy::{
+    camera::{
+        Exposure,
+        visibility::{RenderLayers, VisibilityRange},
+    },
+    light::RectLight,
+    pbr::{
+        Lightmap,
+        wireframe::{Wireframe, WireframeColor, WireframePlugin},
+    },
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiVolume};
+
+use super::{
+    scene::{app, app_with, at, block, block_of, floor, hidden, matt, small_volume, under_sky},
+    support::{picture, settle},
+};
+use crate::support::gpu;
+
+fn settled(app: &mut HeadlessApp) -> Vec<Vec3> {
+    app.run_until_ready(200).expect("not ready");
+    settle(app);
+    picture(app)
+}
+
+fn near(found: f32, expected: f32, tolerance: f32) {
+    let wrong = (found / expected - 1.0).abs();
+    assert!(wrong < tolerance, "{found} instead of {expected}");
+}
+
+/// The picture of a white floor under a uniform sky, with more in it.
+fn under_the_sky(more: impl FnOnce(&mut World)) -> Vec<Vec3> {
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    more(world);
+    world.spawn(under_sky(1.0));
+    settled(&mut app)
+}
+
+/// A roof over the floor, which the camera does not see.
+fn roof(world: &mut World, edge: f32) -> Entity {
+    let roof = block(world, Vec3::Y * 0.7, Vec3::new(edge, 0.2, edge));
+    world.entity_mut(roof).insert(hidden());
+    roof
+}
+
+#[test]
+fn meshes_of_other_layers_are_not_there() {
+    let _gpu = gpu();
+    let open = under_the_sky(|_| ());
+    let elsewhere = under_the_sky(|world| {
+        let roof = roof(world, 1.5);
+        world.entity_mut(roof).insert(RenderLayers::layer(7));
+    });
+    assert!(elsewhere == open);
+    // Layers that change count at once.
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let roof = roof(world, 1.5);
+    let volume = world.spawn(under_sky(1.0)).id();
+    let shaded = settled(&mut app);
+    assert!(at(&shaded, 0.0, 0.0).x < 0.8 * at(&open, 0.0, 0.0).x);
+    let mut change = |entity: Entity, layers: RenderLayers| {
+        app.world_mut().entity_mut(entity).insert(layers);
+        app.render_frames(3).expect("a frame");
+        settle(&mut app);
+        picture(&mut app)
+    };
+    assert!(change(roof, RenderLayers::layer(7)) == open);
+    assert!(change(volume, RenderLayers::from_layers(&[0, 7])) == shaded);
+    assert!(change(volume, RenderLayers::default()) == open);
+}
+
+/// What the walls of a room throw back to its floor, with more in it: the mean of four places.
+fn bounce(more: impl Fn(&mut World)) -> f32 {
+    let [without, with] = [false, true].map(|with_volume| {
+        let mut app = app();
+        let world = app.world_mut();
+        floor(world);
+        for (center, size) in [
+            (Vec3::X * 1.8, Vec3::new(0.2, 1.8, 3.6)),
+            (Vec3::NEG_X * 1.8, Vec3::new(0.2, 1.8, 3.6)),
+            (Vec3::Z * 1.8, Vec3::new(3.6, 1.8, 0.2)),
+            (Vec3::NEG_Z * 1.8, Vec3::new(3.6, 1.8, 0.2)),
+        ] {
+            block_of(world, 0.7, center.with_y(0.9), size);
+        }
+        more(world);
+        if with_volume {
+            world.spawn(small_volume());
+            return settled(&mut app);
+        }
+        app.run_until_ready(200).expect("not ready");
+        picture(&mut app)
+    });
+    let places = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+    let light = places.map(|(x, z)| at(&with, x, z).x - at(&without, x, z).x);
+    light.iter().sum::<f32>() / 4.0
+}
+
+fn lamp(world: &mut World) -> Entity {
+    world
+        .spawn((
+            PointLight {
+                intensity: 400.0 * PI,
+                range: 100.0,
+                shadow_map_near_z: 0.4,
+                ..default()
+            },
+            Transform::from_xyz(0.0, 1.0, 0.0),
+        ))
+        .id()
+}
+
+#[test]
+fn lights_of_other_layers_are_not_there() {
+    let _gpu = gpu();
+    let bright = bounce(|world| {
+        lamp(world);
+    });
+    let dark = bounce(|world| {
+        let lamp = lamp(world);
+        world.entity_mut(lamp).insert(RenderLayers::layer(7));
+    });
+    assert!(bright > 1.0 && dark == 0.0, "{bright} {dark}");
+}
+
+#[test]
+fn a_bulb_does_not_catch_its_own_light() {
+    let _gpu = gpu();
+    let without = bounce(|world| {
+        lamp(world);
+    });
+    let with = bounce(|world| {
+        lamp(world);
+        let bulb = block(world, Vec3::Y, Vec3::splat(0.3));
+        world.entity_mut(bulb).insert(hidden());
+    });
+    // It shades what the walls throw back.
+    near(with, without, 0.1);
+}
+
+#[test]
+fn of_the_levels_of_detail_one_counts() {
+    let _gpu = gpu();
+    let nearest = under_the_sky(|world| {
+        roof(world, 1.0);
+    });
+    let both = under_the_sky(|world| {
+        let near = roof(world, 1.0);
+        let far = roof(world, 2.5);
+        for (entity, range) in [(near, 0.0..2.0), (far, 2.0..100.0)] {
+            let range = VisibilityRange::abrupt(range.start, range.end);
+            world.entity_mut(entity).insert(range);
+        }
+    });
+    assert!(both == nearest);
+}
+
+#[test]
+fn a_hidden_volume_is_none() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let house = world.spawn((Transform::default(), Visibility::Hidden)).id();
+    world.spawn((under_sky(1.0), ChildOf(house)));
+    app.run_until_ready(200).expect("not ready");
+    assert!(picture(&mut app).iter().all(|p| *p == Vec3::ZERO));
+    app.world_mut()
+        .entity_mut(house)
+        .insert(Visibility::Inherited);
+    app.render_frames(3).expect("a frame");
+    settle(&mut app);
+    near(at(&picture(&mut app), 0.0, 0.0).x, 1.0, 0.02);
+}
+
+/// The light under a white ceiling, which is lit by a square of 1 m with this radiance that looks up, beside the
+/// square.
+fn under_ceiling(radiance: f32, is_light: bool) -> [f32; 2] {
+    // Whole sub-voxels of the volume.
+    let edge = 0.999;
+    let [without, with] = [false, true].map(|with_volume| {
+        let mut app = app();
+        let world = app.world_mut();
+        floor(world);
+        let ceiling = block_of(world, 0.8, Vec3::Y * 1.7, Vec3::new(3.6, 0.2, 3.6));
+        world.entity_mut(ceiling).insert(hidden());
+        let emissive = if is_light { 0.0 } else { radiance };
+        let material = world
+            .resource_mut::<Assets<StandardMaterial>>()
+            .add(StandardMaterial {
+                base_color: Color::BLACK,
+                emissive: LinearRgba::rgb(emissive, emissive, emissive),
+                ..default()
+            });
+        let mesh = world
+            .resource_mut::<Assets<Mesh>>()
+            .add(Plane3d::default().mesh().size(edge, edge));
+        world.spawn((
+            Mesh3d(mesh),
+            MeshMaterial3d(material),
+            hidden(),
+            Transform::from_xyz(0.0, 0.52, 0.0),
+        ));
+        if is_light {
+            world.spawn((
+                RectLight {
+                    intensity: radiance * edge * edge * PI,
+                    width: edge,
+                    height: edge,
+                    range: 1e4,
+                    ..default()
+                },
+                Transform::from_xyz(0.0, 0.56, 0.0).looking_to(Vec3::Y, Vec3::Z),
+            ));
+        }
+        if with_volume {
+            world.spawn(VoxelGiVolume {
+                resolution: 32,
+                ..small_volume()
+            });
+            return settled(&mut app);
+        }
+        app.run_until_ready(200).expect("not ready");
+        picture(&mut app)
+    });
+    [1.1, -1.4].map(|x| (at(&with, x, 0.0) - at(&without, x, 0.0)).x)
+}
+
+#[test]
+fn a_rectangular_light_bounces_like_a_bright_square() {
+    let _gpu = gpu();
+    let square = under_ceiling(1000.0, false);
+    let light = under_ceiling(1000.0, true);
+    println!("square {square:?}, light {light:?}");
+    for (light, square) in light.into_iter().zip(square) {
+        assert!(square > 1.0);
+        near(light, square, 0.05);
+    }
+}
+
+/// The light of a ceiling over the whole floor, with a camera of this exposure.
+fn below(exposure: f32, material: StandardMaterial, own: Option<MeshVoxelMaterial>) -> Vec3 {
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(material);
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Cuboid::new(3.9, 0.2, 3.9));
+    let at_ceiling = Transform::from_xyz(0.0, 0.5, 0.0);
+    let ceiling = world
+        .spawn((Mesh3d(mesh), MeshMaterial3d(material), hidden(), at_ceiling))
+        .id();
+    if let Some(own) = own {
+        world.entity_mut(ceiling).insert(own);
+    }
+    for mut known in world.query::<&mut Exposure>().iter_mut(world) {
+        known.ev100 = -(1.2 * exposure).log2();
+    }
+    world.spawn(small_volume());
+    at(&settled(&mut app), 0.0, 0.0)
+}
+
+#[test]
+fn unlit_materials_shine_as_they_look() {
+    let _gpu = gpu();
+    for exposure in [1.0, 0.125] {
+        let found = below(
+            exposure,
+            StandardMaterial {
+                base_color: LinearRgba::rgb(0.5, 0.25, 0.0).into(),
+                emissive: LinearRgba::BLUE,
+                unlit: true,
+                ..default()
+            },
+            None,
+        );
+        // The floor is white, and sees hardly anything else.
+        assert!((0.42..=0.51).contains(&found.x), "{found}");
+        near(found.y, 0.5 * found.x, 0.02);
+        assert_eq!(found.z, 0.0);
+    }
+}
+
+#[test]
+fn a_mesh_can_say_what_it_emits() {
+    let _gpu = gpu();
+    let emissive = Some(LinearRgba::rgb(2.0, 0.0, 0.0));
+    let own = MeshVoxelMaterial {
+        emissive,
+        ..default()
+    };
+    let dark = StandardMaterial {
+        base_color: Color::BLACK,
+        emissive: LinearRgba::GREEN,
+        ..default()
+    };
+    let found = below(1.0, dark, Some(own));
+    assert!((1.7..=2.02).contains(&found.x), "{found}");
+    assert_eq!((found.y, found.z), (0.0, 0.0));
+}
+
+#[test]
+fn lightmapped_meshes_receive_where_the_volume_says_so() {
+    let _gpu = gpu();
+    let light = |affects: bool| {
+        let mut app = app();
+        let world = app.world_mut();
+        let black = Image::new_fill(
+            Extent3d::default(),
+            TextureDimension::D2,
+            &[0, 0, 0, 255],
+            TextureFormat::Rgba8Unorm,
+            default(),
+        );
+        let image = world.resource_mut::<Assets<Image>>().add(black);
+        let mesh = Plane3d::default().mesh().size(3.6, 3.6).build();
+        let uv = mesh.attribute(Mesh::ATTRIBUTE_UV_0).cloned().expect("UV");
+        let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_UV_1, uv);
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        let material = matt(world, 1.0);
+        let lightmap = Lightmap { image, ..default() };
+        world.spawn((Mesh3d(mesh), MeshMaterial3d(material), lightmap));
+        world.spawn(VoxelGiVolume {
+            affects_lightmapped_meshes: affects,
+            ..under_sky(1.0)
+        });
+        at(&settled(&mut app), 0.0, 0.0).x
+    };
+    assert_eq!(light(false), 0.0);
+    near(light(true), 1.0, 0.05);
+}
+
+#[test]
+fn wireframes_that_are_there_before_the_volume() {
+    let _gpu = gpu();
+    let mut app = app_with(|app| {
+        app.add_plugins(WireframePlugin::default());
+    });
+    let floor = floor(app.world_mut());
+    let color = Color::linear_rgb(0.0, 8.0, 0.0);
+    let wireframe = (Wireframe, WireframeColor { color });
+    app.world_mut().entity_mut(floor).insert(wireframe);
+    app.run_until_ready(200).expect("not ready");
+    let is_green = |p: &&Vec3| p.y > 2.0 && p.x < 1.5;
+    let count = |picture: &[Vec3]| picture.iter().filter(is_green).count();
+    let lines = count(&picture(&mut app));
+    assert!(lines > 20, "{lines}");
+    let volume = app.world_mut().spawn(under_sky(1.0)).id();
+    app.render_frames(3).expect("a frame");
+    settle(&mut app);
+    let found = picture(&mut app);
+    assert_eq!(count(&found), lines);
+    near(at(&found, 1.0, 0.5).x, 1.0, 0.02);
+    app.world_mut().despawn(volume);
+    app.render_frames(3).expect("a frame");
+    assert_eq!(count(&picture(&mut app)), lines);
+}

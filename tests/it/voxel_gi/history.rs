@@ -1,0 +1,505 @@
+//! The light is a function of the scene: after whatever has happened, it is that of a new app with the same scene.
+
+use std::f32::consts::PI;
+
+use bevy::{
+    ecs::entity_disabling::Disabled,
+    mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    prelude::*,
+};
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::{MeshVoxelMaterial, NotVoxelized, VoxelGiVolume};
+
+use super::{
+    materials::skinned_cuboid,
+    scene::{app, app_with, block_of, floor, matt, small_volume, under_sky},
+    support::{has_settled, light_texture_bytes, read_texels, settle},
+};
+use crate::support::gpu;
+
+/// What the light depends on, copied into another world.
+fn copy(from: &mut World, to: &mut World) {
+    let mut meshes = from.query::<(
+        &Transform,
+        &Mesh3d,
+        &MeshMaterial3d<StandardMaterial>,
+        Option<&Visibility>,
+        Has<NotVoxelized>,
+        Option<&MeshVoxelMaterial>,
+    )>();
+    for (transform, mesh, material, visibility, excluded, override_) in meshes.iter(from) {
+        let mesh = from.resource::<Assets<Mesh>>().get(mesh).expect("a mesh");
+        let materials = from.resource::<Assets<StandardMaterial>>();
+        let material = materials.get(material).expect("a material").clone();
+        let mesh = to.resource_mut::<Assets<Mesh>>().add(mesh.clone());
+        let mut materials = to.resource_mut::<Assets<StandardMaterial>>();
+        let material = MeshMaterial3d(materials.add(material));
+        let mut entity = to.spawn((*transform, Mesh3d(mesh), material));
+        entity.insert(visibility.copied().unwrap_or_default());
+        if excluded {
+            entity.insert(NotVoxelized);
+        }
+        if let Some(&override_) = override_ {
+            entity.insert(override_);
+        }
+    }
+    let mut lights = from.query::<(&Transform, &PointLight, &Visibility)>();
+    for (transform, light, visibility) in lights.iter(from) {
+        to.spawn((*transform, light.clone(), *visibility));
+    }
+    let mut volumes = from.query::<(&Transform, &VoxelGiVolume)>();
+    for (transform, volume) in volumes.iter(from) {
+        to.spawn((*transform, volume.clone()));
+    }
+}
+
+/// The settled light, computed from nothing: the buffers are made anew, what is known of the scene is not.
+fn light(app: &mut HeadlessApp) -> Vec<u8> {
+    let set_resolution = |app: &mut HeadlessApp, resolution| {
+        let world = app.world_mut();
+        let mut volumes = world.query::<&mut VoxelGiVolume>();
+        for mut volume in volumes.iter_mut(world) {
+            volume.resolution = resolution;
+        }
+    };
+    app.run_until_ready(200).expect("ready");
+    set_resolution(app, 8);
+    app.render_frames(2).expect("frames");
+    set_resolution(app, 16);
+    settle(app);
+    light_texture_bytes(app)
+}
+
+/// Asserts that the light is that of a new app.
+fn assert_as_new(app: &mut HeadlessApp, what: &str) {
+    let found = light(app);
+    let mut new = app_with(|_| ());
+    copy(app.world_mut(), new.world_mut());
+    let expected = light(&mut new);
+    assert_eq!(found.len(), expected.len(), "{what}");
+    let wrong = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
+    assert_eq!(wrong, 0, "{what}: {wrong} of {} bytes differ", found.len());
+    assert!(
+        found.iter().any(|byte| *byte != 0),
+        "{what}: there is light"
+    );
+}
+
+/// Pseudo-random numbers.
+struct Draw(u64);
+
+impl Draw {
+    fn below(&mut self, count: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % count
+    }
+
+    /// From -1 to 1.
+    fn signed(&mut self) -> f32 {
+        self.below(2001) as f32 / 1000.0 - 1.0
+    }
+
+    fn place(&mut self) -> Vec3 {
+        Vec3::new(
+            1.6 * self.signed(),
+            0.7 + 0.6 * self.signed(),
+            1.6 * self.signed(),
+        )
+    }
+}
+
+/// A scene that changes.
+struct Changes {
+    draw: Draw,
+    blocks: Vec<Entity>,
+    lights: Vec<Entity>,
+    volumes: Vec<Entity>,
+    meshes: Vec<Handle<Mesh>>,
+    materials: Vec<Handle<StandardMaterial>>,
+}
+
+impl Changes {
+    fn new(world: &mut World, seed: u64) -> Self {
+        floor(world);
+        let mut meshes = world.resource_mut::<Assets<Mesh>>();
+        let colors = |mesh: Mesh| {
+            let count = mesh.count_vertices();
+            mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, vec![[0.9, 0.4, 0.1, 1.0]; count])
+        };
+        let meshes = vec![
+            meshes.add(Cuboid::from_length(0.6)),
+            meshes.add(Sphere::new(0.4)),
+            meshes.add(colors(Cuboid::new(0.4, 0.9, 0.3).into())),
+        ];
+        let materials = vec![matt(world, 0.5), matt(world, 0.8), matt(world, 0.2)];
+        let mut changes = Self {
+            draw: Draw(seed),
+            blocks: Vec::new(),
+            lights: Vec::new(),
+            volumes: vec![world.spawn(under_sky(1.0)).id()],
+            meshes,
+            materials,
+        };
+        (0..4).for_each(|_| changes.spawn(world));
+        changes
+    }
+
+    fn spawn(&mut self, world: &mut World) {
+        let block = world.spawn((
+            Mesh3d(self.meshes[self.draw.below(3)].clone()),
+            MeshMaterial3d(self.materials[self.draw.below(3)].clone()),
+            Transform::from_translation(self.draw.place()),
+        ));
+        self.blocks.push(block.id());
+    }
+
+    /// Makes a change, and returns its name.
+    fn step(&mut self, world: &mut World) -> &'static str {
+        let draw = &mut self.draw;
+        let block = self.blocks[draw.below(self.blocks.len())];
+        let toggle = |entity: &mut EntityWorldMut| {
+            if entity.contains::<Disabled>() {
+                entity.remove::<Disabled>();
+            } else {
+                entity.insert(Disabled);
+            }
+        };
+        // Bevy itself misses what moves or hides while it is disabled.
+        let is_there = !world.entity(block).contains::<Disabled>();
+        match draw.below(16) {
+            0 => {
+                self.spawn(world);
+                "a mesh comes"
+            }
+            1 if self.blocks.len() > 2 => {
+                let gone = self.blocks.swap_remove(draw.below(self.blocks.len()));
+                world.despawn(gone);
+                "a mesh goes"
+            }
+            2 | 3 => {
+                toggle(&mut world.entity_mut(block));
+                "a mesh is disabled or enabled"
+            }
+            4 if is_there => {
+                let visibility = [Visibility::Hidden, Visibility::Visible][draw.below(2)];
+                world.entity_mut(block).insert(visibility);
+                "a mesh is hidden or shown"
+            }
+            5 if is_there => {
+                let place = Transform::from_translation(draw.place());
+                world.entity_mut(block).insert(place);
+                "a mesh moves"
+            }
+            6 => {
+                let mesh = self.meshes[draw.below(3)].clone();
+                world.entity_mut(block).insert(Mesh3d(mesh));
+                "an entity gets another mesh"
+            }
+            7 => {
+                let material = self.materials[draw.below(3)].clone();
+                world.entity_mut(block).insert(MeshMaterial3d(material));
+                "an entity gets another material"
+            }
+            8 => {
+                let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+                let material = &self.materials[draw.below(3)];
+                let mut material = materials.get_mut(material).expect("it");
+                match draw.below(3) {
+                    0 => material.emissive = LinearRgba::rgb(draw.signed().abs(), 0.1, 0.0),
+                    1 => material.cull_mode = None,
+                    _ => {
+                        material.base_color = LinearRgba::rgb(draw.signed().abs(), 0.3, 0.6).into()
+                    }
+                }
+                "a material changes"
+            }
+            9 => {
+                let mut meshes = world.resource_mut::<Assets<Mesh>>();
+                let mut mesh = meshes.get_mut(&self.meshes[draw.below(3)]).expect("it");
+                mesh.scale_by(Vec3::new(1.1, 0.9, 1.05));
+                "a mesh asset changes"
+            }
+            10 => {
+                let mut block = world.entity_mut(block);
+                if block.contains::<NotVoxelized>() {
+                    block.remove::<NotVoxelized>();
+                } else {
+                    block.insert(NotVoxelized);
+                }
+                "a mesh is excluded or included"
+            }
+            11 => {
+                let mut block = world.entity_mut(block);
+                if block.contains::<MeshVoxelMaterial>() {
+                    block.remove::<MeshVoxelMaterial>();
+                } else {
+                    block.insert(MeshVoxelMaterial {
+                        albedo: Some(Vec3::new(0.1, 0.9, draw.signed().abs())),
+                        ..default()
+                    });
+                }
+                "a mesh gets an override, or loses it"
+            }
+            12 | 13 if self.lights.len() < 3 => {
+                let light = PointLight {
+                    intensity: 40.0 * PI,
+                    range: 20.0,
+                    color: Color::linear_rgb(1.0, draw.signed().abs(), 0.3),
+                    ..default()
+                };
+                let place = Transform::from_translation(draw.place());
+                self.lights.push(world.spawn((light, place)).id());
+                "a light comes"
+            }
+            12 | 13 => {
+                toggle(&mut world.entity_mut(self.lights[draw.below(3)]));
+                "a light is disabled or enabled"
+            }
+            14 if self.volumes.len() == 1 => {
+                let inner = VoxelGiVolume {
+                    size: 2.0,
+                    ..under_sky(1.0)
+                };
+                self.volumes.push(world.spawn(inner).id());
+                "a second volume comes"
+            }
+            4 | 5 => "nothing",
+            _ => {
+                if let Some(volume) = self.volumes.pop() {
+                    world.despawn(volume);
+                    "a volume goes"
+                } else {
+                    self.volumes.push(world.spawn(under_sky(1.0)).id());
+                    "a volume comes"
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn after_any_sequence_of_changes_the_light_is_that_of_a_new_app() {
+    let _gpu = gpu();
+    for seed in [3, 11] {
+        let mut app = app();
+        let mut changes = Changes::new(app.world_mut(), seed);
+        app.run_until_ready(200).expect("ready");
+        let mut names = Vec::new();
+        for step in 0..40 {
+            names.push(changes.step(app.world_mut()));
+            // Several changes in a frame, in following frames, and after pauses.
+            let frames = [0, 1, 1, 3, 12][changes.draw.below(5)];
+            app.render_frames(frames).expect("frames");
+            if step % 20 == 19 {
+                if changes.volumes.is_empty() {
+                    changes
+                        .volumes
+                        .push(app.world_mut().spawn(under_sky(1.0)).id());
+                }
+                assert_as_new(&mut app, &format!("{seed}: {names:?}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn what_happens_without_a_volume_counts() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let gone = block_of(world, 0.5, Vec3::new(-0.8, 0.5, 0.0), Vec3::ONE);
+    let edited = block_of(world, 0.8, Vec3::new(0.9, 0.5, 0.0), Vec3::ONE);
+    let loses_material = block_of(world, 0.9, Vec3::new(0.0, 0.4, 1.2), Vec3::splat(0.8));
+    let volume = world.spawn(under_sky(1.0)).id();
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    app.world_mut().despawn(volume);
+    app.render_frames(5).expect("frames");
+    let world = app.world_mut();
+    world.despawn(gone);
+    let material = world
+        .get::<MeshMaterial3d<StandardMaterial>>(edited)
+        .expect("it")
+        .clone();
+    let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+    materials.get_mut(&material).expect("it").base_color = LinearRgba::rgb(0.9, 0.1, 0.1).into();
+    let mesh = world.get::<Mesh3d>(edited).expect("it").clone();
+    let mut meshes = world.resource_mut::<Assets<Mesh>>();
+    meshes
+        .get_mut(&mesh)
+        .expect("it")
+        .scale_by(Vec3::new(1.0, 1.5, 0.5));
+    let grown = Transform::from_xyz(0.0, 0.6, 1.2);
+    world.entity_mut(loses_material).insert((
+        grown,
+        MeshVoxelMaterial {
+            albedo: Some(Vec3::new(0.1, 0.2, 0.9)),
+            ..default()
+        },
+    ));
+    app.render_frames(5).expect("frames");
+    app.world_mut().spawn(under_sky(1.0));
+    assert_as_new(&mut app, "after a while without a volume");
+}
+
+/// Components that disable entities may be those of an app, in a sparse set.
+#[test]
+fn disabled_meshes_are_not_there() {
+    #[derive(Component)]
+    #[component(storage = "SparseSet")]
+    struct Pooled;
+
+    let _gpu = gpu();
+    let mut app = app_with(|app| {
+        app.world_mut().register_disabling_component::<Pooled>();
+    });
+    let world = app.world_mut();
+    floor(world);
+    let blocks =
+        [-1.0, 0.0, 1.0].map(|x| block_of(world, 0.5, Vec3::new(x, 0.4, 0.0), Vec3::splat(0.6)));
+    world.spawn(under_sky(1.0));
+    app.run_until_ready(200).expect("ready");
+    app.world_mut().entity_mut(blocks[2]).insert(Pooled);
+    settle(&mut app);
+    let world = app.world_mut();
+    world.entity_mut(blocks[0]).insert(Disabled);
+    world.entity_mut(blocks[1]).insert(Pooled);
+    world.entity_mut(blocks[2]).remove::<Pooled>();
+    let moved = Transform::from_xyz(1.0, 0.4, -0.8);
+    world.entity_mut(blocks[2]).insert(moved);
+    assert_as_new(&mut app, "disabled");
+    app.world_mut().entity_mut(blocks[0]).remove::<Disabled>();
+    app.render_frames(2).expect("frames");
+    assert_as_new(&mut app, "enabled again");
+}
+
+/// Things of any kind far away change in each frame.
+#[test]
+fn what_does_not_reach_a_volume_neither_prevents_settling_nor_ends_it() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let here = block_of(world, 0.5, Vec3::new(0.5, 0.5, 0.0), Vec3::ONE);
+    world.spawn(small_volume());
+    let near = PointLight {
+        intensity: 400.0 * PI,
+        range: 10.0,
+        ..default()
+    };
+    let near = world.spawn((near, Transform::from_xyz(0.0, 1.7, 0.0))).id();
+    let far = Vec3::splat(50.0);
+    let block = block_of(world, 0.5, far, Vec3::ONE);
+    let material = world
+        .get::<MeshMaterial3d<StandardMaterial>>(block)
+        .expect("it")
+        .clone();
+    let mesh = world.get::<Mesh3d>(block).expect("it").clone();
+    let lamp = PointLight {
+        range: 10.0,
+        ..default()
+    };
+    let lamp = world.spawn((lamp, Transform::from_translation(far))).id();
+    let joint = world.spawn(Transform::from_translation(far)).id();
+    let poses = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY; 2]);
+    let inverse_bindposes = world.resource_mut::<Assets<_>>().add(poses);
+    let skinned = world.resource_mut::<Assets<Mesh>>().add(skinned_cuboid());
+    world.spawn((
+        Mesh3d(skinned),
+        material.clone(),
+        SkinnedMesh {
+            inverse_bindposes,
+            joints: vec![joint; 2],
+        },
+    ));
+    app.run_until_ready(200).expect("ready");
+    let mut step = 0.0;
+    let mut change = |app: &mut HeadlessApp| {
+        step += 1.0;
+        let world = app.world_mut();
+        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+        let mut material = materials.get_mut(&material).expect("it");
+        material.emissive = LinearRgba::rgb(1.0 + f32::sin(step), 0.3, 0.1);
+        drop(material);
+        let mut meshes = world.resource_mut::<Assets<Mesh>>();
+        meshes
+            .get_mut(&mesh)
+            .expect("it")
+            .scale_by(Vec3::splat(1.001));
+        let mut lamp = world.get_mut::<PointLight>(lamp).expect("it");
+        lamp.intensity = 1e5 * (1.5 + f32::sin(step));
+        let mut joint = world.get_mut::<Transform>(joint).expect("it");
+        joint.translation.x += 0.01;
+    };
+    let settles = |app: &mut HeadlessApp, change: &mut dyn FnMut(&mut HeadlessApp)| {
+        // Reports are a frame old.
+        app.render_frames(2).expect("frames");
+        (1..200).find(|_| {
+            change(app);
+            app.render_frames(1).expect("a frame");
+            has_settled(app)
+        })
+    };
+    assert!(settles(&mut app, &mut change).is_some(), "it settles");
+    for _ in 0..10 {
+        assert_eq!(settles(&mut app, &mut change), Some(1), "it stays settled");
+    }
+    // The same kinds of changes here end it.
+    let material = app
+        .world()
+        .get::<MeshMaterial3d<StandardMaterial>>(here)
+        .expect("it")
+        .clone();
+    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+    materials.get_mut(&material).expect("it").emissive = LinearRgba::WHITE;
+    assert!(settles(&mut app, &mut change) > Some(8));
+    app.world_mut()
+        .get_mut::<PointLight>(near)
+        .expect("it")
+        .intensity *= 2.0;
+    assert!(settles(&mut app, &mut change) > Some(8));
+    let mesh = app.world().get::<Mesh3d>(here).expect("it").clone();
+    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+    meshes
+        .get_mut(&mesh)
+        .expect("it")
+        .scale_by(Vec3::splat(0.9));
+    assert!(settles(&mut app, &mut change) > Some(8));
+}
+
+/// Apps that move everything to keep the origin near the camera.
+#[test]
+fn a_world_that_moves_keeps_its_light() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    block_of(world, 0.5, Vec3::new(0.6, 0.5, 0.1), Vec3::ONE);
+    world.spawn(under_sky(1.0));
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    let before = read_texels(&mut app);
+    // Whole voxels; the light of the frames since the last change is a mean of many.
+    let by = Vec3::new(1000.0, 0.0, -500.0);
+    let world = app.world_mut();
+    let mut transforms = world.query::<&mut Transform>();
+    for mut transform in transforms.iter_mut(world) {
+        transform.translation += by;
+    }
+    app.render_frames(2).expect("frames");
+    let after = read_texels(&mut app);
+    let (mut difference, mut sum) = (0.0, 0.0);
+    for (before, after) in before.iter().flatten().zip(after.iter().flatten()) {
+        // Surfaces.
+        if before.w > 0.003 {
+            difference += (*before - *after).truncate().abs().element_sum();
+            sum += before.truncate().element_sum();
+        }
+    }
+    println!("{} of the light", difference / sum);
+    assert!(difference < 0.02 * sum, "{difference} of {sum}");
+}
