@@ -45,7 +45,7 @@ fn copy(from: &mut World, to: &mut World) {
     }
     let mut lights = from.query::<(&Transform, &PointLight, &Visibility)>();
     for (transform, light, visibility) in lights.iter(from) {
-        to.spawn((*transform, light.clone(), *visibility));
+        to.spawn((*transform, *light, *visibility));
     }
     let mut volumes = from.query::<(&Transform, &VoxelGiVolume)>();
     for (transform, volume) in volumes.iter(from) {
@@ -211,7 +211,7 @@ impl Changes {
                     0 => material.emissive = LinearRgba::rgb(draw.signed().abs(), 0.1, 0.0),
                     1 => material.cull_mode = None,
                     _ => {
-                        material.base_color = LinearRgba::rgb(draw.signed().abs(), 0.3, 0.6).into()
+                        material.base_color = LinearRgba::rgb(draw.signed().abs(), 0.3, 0.6).into();
                     }
                 }
                 "a material changes"
