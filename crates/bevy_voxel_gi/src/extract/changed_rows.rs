@@ -194,7 +194,7 @@ mod tests {
             known.update(rows, all, found);
         }
         known.finish(found);
-        found.sort();
+        found.sort_unstable_by_key(|entity| entity.index());
         found.dedup();
     }
 

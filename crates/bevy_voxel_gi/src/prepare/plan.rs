@@ -99,10 +99,11 @@ impl FramePlan {
 fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> IVec3 {
     // So many are outside of any level.
     const FAR: f32 = 1e6;
-    ((new - old) / voxel_size)
-        .round()
-        .clamp(Vec3::splat(-FAR), Vec3::splat(FAR))
-        .as_ivec3()
+    let voxels = ((new - old) / voxel_size).round();
+    if voxels.is_nan() {
+        return IVec3::ZERO;
+    }
+    voxels.clamp(Vec3::splat(-FAR), Vec3::splat(FAR)).as_ivec3()
 }
 
 /// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
