@@ -34,6 +34,7 @@ impl HeadlessApp {
             let wanted = TargetFormat::Srgb8;
             return Err(HeadlessError::Format { actual, wanted });
         }
+        self.wait_for_pipelines();
         let bytes = self.read_target(4)?;
         let mut rgb = bytes.chunks_exact(4).flat_map(|texel| &texel[..3]);
         Ok(RgbImage::from_fn(
@@ -45,6 +46,7 @@ impl HeadlessApp {
 
     /// The last rendered frame as linear floats.
     pub fn capture_f32(&mut self) -> Result<Rgba32FImage, HeadlessError> {
+        self.wait_for_pipelines();
         let actual = self.settings.format;
         let pixels = match actual {
             TargetFormat::Float32 => texels(&self.read_target(16)?, f32::from_le_bytes),

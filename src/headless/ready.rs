@@ -33,6 +33,16 @@ impl HeadlessApp {
         result
     }
 
+    /// Renders until no pipeline waits, as one does for a shader that a busy machine loads late: nothing that it draws
+    /// would be in the picture. Not in apps whose pipelines compile in the background.
+    pub(super) fn wait_for_pipelines(&mut self) {
+        const MAX_FRAMES: u32 = 500;
+        if !self.settings.compiles_in_background && self.waiting_pipelines().next().is_some() {
+            // What is never ready is not in the picture of a game, either.
+            let _ = self.run_until_ready(MAX_FRAMES);
+        }
+    }
+
     /// Stops or restarts the scene's time; whether it stood still before.
     fn set_paused(&mut self, pause: bool) -> bool {
         let mut time = self.app.world_mut().resource_mut::<Time<Virtual>>();
