@@ -30,7 +30,7 @@ pub enum CameraState {
     /// No frame has been drawn yet, or Bevy's shaders are still loading.
     #[default]
     Pending,
-    /// The camera has Bevy's format, as it should have.
+    /// The camera has Bevy's format, as it should have, or draws no colours (`RenderTarget::None`).
     Exact,
     /// The camera draws packed colours in this format.
     Packed(PackedFormat),

@@ -1,7 +1,10 @@
 //! The cameras, and what decides whether they can use a format.
 
 use bevy::{
-    camera::{CameraMainTextureUsages, ClearColorConfig, MainPassResolutionOverride},
+    camera::{
+        CameraMainTextureUsages, ClearColorConfig, MainPassResolutionOverride,
+        NormalizedRenderTarget,
+    },
     core_pipeline::{
         Core2d, Core3d, oit::OrderIndependentTransparencySettings, prepass::DeferredPrepass,
     },
@@ -67,6 +70,11 @@ pub(super) fn extract_qualities(
             _ => {}
         }
     }
+}
+
+/// Whether the camera draws colours, and not only depth.
+pub(super) fn draws_colors(camera: &ExtractedCamera) -> bool {
+    !matches!(camera.target, Some(NormalizedRenderTarget::None { .. }))
 }
 
 /// A camera, with or without a quality.

@@ -13,7 +13,7 @@ use bevy::{
 };
 
 use super::{
-    candidate::{Candidate, CandidateItem, MainWorldState},
+    candidate::{Candidate, CandidateItem, MainWorldState, draws_colors},
     capabilities::FormatSupport,
     main_pass_systems::MainPassSystems,
     packed::{PackedView, packed_reason, packed_stack_reason},
@@ -118,7 +118,11 @@ pub(super) fn select_views(
             let quality = candidate.quality.copied().unwrap_or_default();
             let mut choice = Choice {
                 candidate,
-                left: quality.formats(candidate.camera.hdr),
+                left: if draws_colors(candidate.camera) {
+                    quality.formats(candidate.camera.hdr)
+                } else {
+                    Vec::new()
+                },
                 refused: Vec::new(),
             };
             choice.refuse_impossible(&conditions, &refusals);

@@ -18,7 +18,7 @@ use bevy::{
     },
 };
 
-use super::{eligibility::Decisions, packed::PackedView};
+use super::{candidate::draws_colors, eligibility::Decisions, packed::PackedView};
 use crate::report::{ColorMemory, FrameBufferReport, RenderedReports};
 
 /// Format of the HDR background of transmissive objects.
@@ -174,7 +174,12 @@ fn extent(size: UVec2) -> Extent3d {
 
 /// Publishes the reports on all cameras with a quality, with the memory of their colour textures as allocated.
 pub(super) fn publish_reports(
-    views: Query<(&MainEntity, &ViewTarget, Option<&PackedTextures>), With<ExtractedCamera>>,
+    views: Query<(
+        &MainEntity,
+        &ExtractedCamera,
+        Option<&ViewTarget>,
+        Option<&PackedTextures>,
+    )>,
     mut decisions: ResMut<Decisions>,
     reports: Res<RenderedReports>,
     adapter: Res<RenderAdapterInfo>,
@@ -193,13 +198,21 @@ pub(super) fn publish_reports(
             _ => 0,
         };
     let mut rendered = EntityHashMap::default();
-    for (main_entity, target, packed) in &views {
+    for (main_entity, camera, target, packed) in &views {
+        // The window is not there yet.
+        if target.is_none() && draws_colors(camera) {
+            continue;
+        }
         if let Some((state, refused)) = decisions.0.remove(&main_entity.id()) {
             let memory = ColorMemory {
                 packed: packed_bytes(packed.and_then(|p| p.single_sampled.as_ref())),
                 packed_multisampled: packed_bytes(packed.and_then(|p| p.multisampled.as_ref())),
-                main: bytes(target.main_texture()) + bytes(target.main_texture_other()),
-                main_multisampled: target.sampled_main_texture().map_or(0, bytes),
+                main: target.map_or(0, |t| {
+                    bytes(t.main_texture()) + bytes(t.main_texture_other())
+                }),
+                main_multisampled: target
+                    .and_then(ViewTarget::sampled_main_texture)
+                    .map_or(0, bytes),
             };
             let report = FrameBufferReport {
                 state,
