@@ -9,11 +9,11 @@ use bevy::{
 };
 
 use crate::{
-    fallback::FallbackReason,
     material::{
         detect::PackingShaders,
         pipeline::{has_format, pack, packs},
     },
+    report::FallbackReason,
     settings::{FrameBufferFormat, PackedFormat},
 };
 

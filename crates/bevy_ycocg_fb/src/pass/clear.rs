@@ -21,7 +21,7 @@ use bevy::{
     },
 };
 
-use crate::{settings::PackedFormat, view::packed::PackedView};
+use crate::{settings::PackedFormat, view::formatted::PackedView};
 
 #[derive(Resource)]
 pub(crate) struct ClearPipeline {

@@ -1,5 +1,10 @@
 //! The main pass of a packed camera. It draws the phases of Bevy's main passes, in their order, into the
 //! packed texture, and then resolves that into the view's main texture.
+//!
+//! A pass of Bevy is a system that queries the components of the current view and is skipped where there are none.
+//! So the current view is a placeholder from the end of the packed main pass to the end of Bevy's main passes.
+
+use std::ops::Range;
 
 use bevy::{
     core_pipeline::{
@@ -15,10 +20,10 @@ use bevy::{
             DrawError, TrackedRenderPass, ViewBinnedRenderPhases, ViewSortedRenderPhases,
         },
         render_resource::{
-            CachedRenderPipelineId, LoadOp, Operations, PipelineCache, RenderPassColorAttachment,
-            RenderPassDescriptor, StoreOp,
+            CachedPipelineState, CachedRenderPipelineId, LoadOp, Operations, PipelineCache,
+            PipelineDescriptor, RenderPassColorAttachment, RenderPassDescriptor, StoreOp,
         },
-        renderer::{RenderContext, ViewQuery},
+        renderer::{CurrentView, RenderContext, ViewQuery},
         view::{ExtractedView, ViewDepthStencilTexture, ViewTarget, ViewUniformOffset},
     },
 };
@@ -27,9 +32,8 @@ use super::{
     clear::PackedClear,
     phase_pipelines::PhasePipelines,
     resolve::{PackedResolve, ResolveBindGroup},
-    transmission::transmission_ranges,
 };
-use crate::view::{packed::PackedView, textures::PackedTextures};
+use crate::view::{eligibility::SwitchedViews, formatted::PackedView, textures::PackedTextures};
 
 /// The components of the view that the pass uses.
 struct MainPassView<'a> {
@@ -274,5 +278,88 @@ fn draw_resolve(
 fn log_draw_error(drawn: Result<(), DrawError>, phase: &str) {
     if let Err(error) = drawn {
         error!("the {phase} phase was not drawn: {error:?}");
+    }
+}
+
+/// Splits `len` transmissive objects, sorted from back to front, into `steps` ranges, each of which
+/// samples the result of the ranges before it; 0 steps give one range.
+fn transmission_ranges(len: usize, steps: usize) -> Vec<Range<usize>> {
+    let count = steps.clamp(1, len.max(1));
+    (0..count)
+        .map(|i| len * i / count..len * (i + 1) / count)
+        .collect()
+}
+
+/// The packed view that Bevy's main passes skip.
+#[derive(Resource, Default)]
+pub(super) struct SkippedView(Option<Entity>);
+
+pub(super) fn skip_main_passes(
+    current: Option<ResMut<CurrentView>>,
+    mut skipped: ResMut<SkippedView>,
+    packed: Query<(), With<PackedView>>,
+) {
+    if let Some(mut current) = current
+        && packed.contains(current.0)
+    {
+        skipped.0 = Some(current.0);
+        current.0 = Entity::PLACEHOLDER;
+    }
+}
+
+pub(super) fn restore_current_view(
+    current: Option<ResMut<CurrentView>>,
+    mut skipped: ResMut<SkippedView>,
+) {
+    if let Some(mut current) = current
+        && let Some(entity) = skipped.0.take()
+    {
+        current.0 = entity;
+    }
+}
+
+/// Waits for all pipelines in a frame in which a view has switched formats, so that no mesh is missing in it: what is
+/// on the screen stays there until then.
+pub(super) fn wait_for_pipelines(switched: Res<SwitchedViews>, mut cache: ResMut<PipelineCache>) {
+    if switched.views.is_empty() {
+        return;
+    }
+    cache.process_queue();
+    let pipelines = cache.pipelines().enumerate();
+    let creating: Vec<_> = pipelines
+        .filter(|(_, pipeline)| {
+            matches!(pipeline.state, CachedPipelineState::Creating(_))
+                && matches!(
+                    pipeline.descriptor,
+                    PipelineDescriptor::RenderPipelineDescriptor(_)
+                )
+        })
+        .map(|(id, _)| CachedRenderPipelineId::new(id))
+        .collect();
+    for id in creating {
+        cache.block_on_render_pipeline(id);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::transmission_ranges;
+
+    #[test]
+    fn ranges_cover_all_and_differ_by_one_at_most() {
+        for len in 1..20 {
+            for steps in 0..25 {
+                let ranges = transmission_ranges(len, steps);
+                assert_eq!(ranges.len(), steps.clamp(1, len));
+                assert_eq!(ranges[0].start, 0);
+                assert_eq!(ranges[ranges.len() - 1].end, len);
+                assert!(ranges.windows(2).all(|w| w[0].end == w[1].start));
+                assert!(
+                    ranges
+                        .iter()
+                        .all(|r| r.len().abs_diff(len / ranges.len()) <= 1)
+                );
+            }
+        }
     }
 }

@@ -32,7 +32,10 @@ use super::classify::{Pipeline, classify};
 use crate::{
     material::detect::PackingShaders,
     settings::FrameBufferFormat,
-    view::{eligibility::Formatted, packed::PackedView, refusals::Refusals},
+    view::{
+        formatted::{Formatted, PackedView},
+        refusals::Refusals,
+    },
 };
 
 /// The pipelines classified so far, and what this frame does not draw.

@@ -31,7 +31,7 @@ use bevy::{
     },
 };
 
-use crate::{packed_format::RG11B10UFLOAT, view::rg11b10ufloat::Rg11b10UfloatView};
+use crate::{material::pipeline::RG11B10UFLOAT, view::formatted::Rg11b10UfloatView};
 
 /// Bevy's shader.
 const SHADER: &str = "embedded://bevy_anti_alias/taa/taa.wesl";

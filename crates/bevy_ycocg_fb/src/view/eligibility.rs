@@ -7,29 +7,25 @@ use bevy::{
     },
     prelude::*,
     render::{
+        render_resource::TextureUsages,
         renderer::{RenderAdapter, RenderDevice},
         view::ExtractedView,
     },
 };
 
 use super::{
-    candidate::{Candidate, CandidateItem, MainWorldState, draws_colors},
-    capabilities::FormatSupport,
-    main_pass_systems::MainPassSystems,
-    packed::{PackedView, packed_reason, packed_stack_reason},
+    conditions::{
+        Candidate, CandidateItem, FormatSupport, MainPassSystems, MainWorldState, draws_colors,
+    },
+    formatted::{Formatted, PackedView, Rg11b10UfloatView},
     refusals::Refusals,
-    rg11b10ufloat::{Rg11b10UfloatView, rg11b10ufloat_reason},
-    stack::{Layer, is_continued},
+    stack::{Layer, is_continued, packed_stack_reason},
 };
 use crate::{
-    fallback::FallbackReason,
     material::detect::PackingShaders,
-    report::{CameraState, RefusedFormat},
-    settings::{FrameBufferFormat, FrameBufferQuality},
+    report::{CameraState, FallbackReason, RefusedFormat},
+    settings::{FrameBufferFormat, FrameBufferQuality, PackedFormat},
 };
-
-/// Filter of the views with another format.
-pub(crate) type Formatted = Or<(With<PackedView>, With<Rg11b10UfloatView>)>;
 
 /// What was chosen in this frame, by camera in the main world.
 #[derive(Resource, Debug, Default)]
@@ -252,6 +248,59 @@ impl Conditions<'_, '_> {
             &self.adapter,
             &self.device,
         )
+    }
+}
+
+/// Returns the first reason for which the camera alone cannot pack.
+fn packed_reason(
+    candidate: &CandidateItem,
+    format: PackedFormat,
+    state: &MainWorldState,
+    main_pass_system: Option<&str>,
+) -> Option<FallbackReason> {
+    // The cause precedes its consequences: screen-space reflections require the deferred prepass.
+    let reasons = [
+        state.refused.clone().map(FallbackReason::PatchRefused),
+        candidate
+            .reflections
+            .then_some(FallbackReason::ScreenSpaceReflections),
+        candidate
+            .deferred
+            .then_some(FallbackReason::DeferredPrepass),
+        candidate
+            .transparency
+            .then_some(FallbackReason::OrderIndependentTransparency),
+        state.wireframes.then_some(FallbackReason::Wireframes),
+        candidate
+            .resolution_override
+            .then_some(FallbackReason::ResolutionOverride),
+        candidate.has_no_clear().then_some(FallbackReason::NoClear),
+        (format == PackedFormat::Unorm8 && candidate.camera.hdr)
+            .then_some(FallbackReason::Unorm8WithHdr),
+        main_pass_system.map(|name| FallbackReason::MainPassSystem(name.into())),
+    ];
+    reasons.into_iter().flatten().next()
+}
+
+/// The last of the subviews of a camera that take their format from its own: that of Bevy's user interface.
+const LAST_SUBVIEW: u32 = 1;
+
+/// Returns the first reason for which the camera alone cannot be drawn in `Rg11b10Ufloat`.
+fn rg11b10ufloat_reason(
+    candidate: &CandidateItem,
+    views: &Query<&ExtractedView>,
+) -> Option<FallbackReason> {
+    let drawn_over = views.iter().any(|view| {
+        view.retained_view_entity.main_entity == *candidate.main_entity
+            && view.retained_view_entity.subview_index > LAST_SUBVIEW
+    });
+    let has_storage = candidate.usages.0.contains(TextureUsages::STORAGE_BINDING);
+    if drawn_over {
+        Some(FallbackReason::DrawnOver)
+    } else if has_storage {
+        Some(FallbackReason::StorageUsage)
+    } else {
+        None
     }
 }
 

@@ -18,7 +18,7 @@ use bevy::{
     },
 };
 
-use super::{candidate::draws_colors, eligibility::Decisions, packed::PackedView};
+use super::{conditions::draws_colors, eligibility::Decisions, formatted::PackedView};
 use crate::report::{ColorMemory, FrameBufferReport, RenderedReports};
 
 /// Format of the HDR background of transmissive objects.
