@@ -172,6 +172,45 @@ fn a_larger_budget_never_has_a_larger_error() {
 }
 
 #[test]
+fn a_smaller_error_never_costs_less_and_is_kept() {
+    for sampler_anisotropy in [1, 16] {
+        let base = EwaSettings {
+            sampler_anisotropy,
+            ..EwaSettings::default()
+        };
+        let mut last = 0.0;
+        for bound in [
+            1e6,
+            100.0,
+            98.0,
+            30.0,
+            10.0,
+            5.0,
+            1.0,
+            0.15,
+            0.0,
+            -1.0,
+            f32::NAN,
+        ] {
+            let settings = EwaErrorBound {
+                mean_squared_error: bound,
+            }
+            .fit(base);
+            let is_chosen = |c: &&Candidate| c.settings(base) == settings;
+            let candidate = CANDIDATES.iter().find(is_chosen).expect("a candidate");
+            assert!(candidate.error(sampler_anisotropy) <= bound.max(0.0));
+            let fetches = candidate.mean_fetches(sampler_anisotropy);
+            assert!(fetches >= last, "{bound}: {settings:?}");
+            last = fetches;
+        }
+    }
+    let exact = EwaErrorBound {
+        mean_squared_error: 0.0,
+    };
+    assert_eq!(exact.fit(EwaSettings::default()).method, EwaMethod::Linear);
+}
+
+#[test]
 fn an_invalid_budget_counts_as_one_fetch() {
     for fetches in [f32::NAN, f32::NEG_INFINITY, -3.0, 0.0, 1.0] {
         let budget = EwaBudget { fetches };
@@ -223,7 +262,7 @@ proptest! {
             dy: mixed(-rotation.sin(), rotation.cos()),
         };
         let found = sample(&texture, [u, v], derivatives, &settings, 0);
-        let most = worst_case::worst_case_fetches(&settings);
+        let most = worst_case_fetches(&settings);
         prop_assert!(most <= budget.max(1.0));
         // The texture unit's own filter counts as one fetch; the reference computes it with more.
         if settings.method != EwaMethod::Anisotropic {

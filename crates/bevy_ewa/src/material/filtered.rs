@@ -1,4 +1,5 @@
-//! Finds the materials that are filtered, and what they need: tags of their pipelines, and textures.
+//! Finds the materials that are filtered, and what they need: tags of their pipelines, mip levels and samplers of their
+//! textures.
 //!
 //! Only what has changed is looked at, and what it concerns: materials are found from their images.
 
@@ -6,25 +7,28 @@ use std::collections::{HashMap, HashSet};
 
 use bevy::{
     asset::{AssetEventSystems, UntypedAssetId},
+    image::ImageSamplerDescriptor,
     pbr::Material,
     prelude::*,
-    render::renderer::{RenderAdapter, RenderDevice},
+    render::{
+        Extract, ExtractSchedule, RenderApp,
+        render_resource::TextureFormat,
+        renderer::{RenderAdapter, RenderDevice},
+    },
 };
-use bevy_frugal_hooks::ShaderPatches;
+use bevy_frugal_hooks::{MaterialTags, ShaderPatches};
 
 use super::{
     adapter,
-    all_materials::AllMaterials,
-    images::{Images, support},
-    layout::MapLayout,
-    maps::{Shown, maps},
-    overrides::EwaOverrides,
+    images::{ImageShape, Images, support},
+    layout::{MapLayout, Shown, maps},
     patches::Refused,
-    pipeline::{EwaKey, tag_of},
-    wanted::WantedTexture,
+    pipeline::{EwaKey, TAG, tag_of},
+    settings::{AllMaterials, EwaOverrides},
 };
 use crate::{
-    mips::MipContent,
+    mips::{MipContent, NoMips},
+    report::{EwaReport, MipReport, TextureReport},
     settings::{EwaMethod, EwaSettings},
 };
 
@@ -44,6 +48,8 @@ impl Plugin for FilteredMaterialsPlugin {
     fn build(&self, app: &mut App) {
         use FindSystems::{Images, MarkMaterials, Materials, Textures};
         app.register_type::<(AllMaterials, EwaOverrides)>()
+            .register_type::<EwaReport>()
+            .init_resource::<EwaReport>()
             .init_resource::<AllMaterials>()
             .init_resource::<EwaOverrides>()
             .init_resource::<FilteredMaterials>()
@@ -53,7 +59,13 @@ impl Plugin for FilteredMaterialsPlugin {
                     .chain()
                     .after(AssetEventSystems),
             )
-            .add_systems(PostUpdate, find_images.in_set(Images));
+            .add_systems(
+                PostUpdate,
+                (find_images.in_set(Images), find_textures.in_set(Textures)),
+            );
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.add_systems(ExtractSchedule, tag_materials);
+        }
     }
 
     fn finish(&self, app: &mut App) {
@@ -110,6 +122,18 @@ pub(super) struct FilteredTexture {
     /// The `anisotropy_clamp` of its sampler.
     pub anisotropy: u16,
     pub is_elliptical: bool,
+}
+
+/// What the renderer has to do for a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct WantedTexture {
+    /// Levels to generate, the finest included; 1 for none.
+    pub levels: u32,
+    pub format: TextureFormat,
+    pub content: MipContent,
+    /// The sampler in place of the image's.
+    pub sampler: Option<ImageSamplerDescriptor>,
+    pub after_draws: bool,
 }
 
 impl Filtered {
@@ -246,5 +270,106 @@ impl FilteredMaterials {
         let textures = self.materials.get(&id).map(|material| &material.textures);
         let mut textures = textures.into_iter().flatten();
         textures.any(|texture| self.changes.images.get(&texture.image) == Some(&true))
+    }
+}
+
+impl FilteredMaterials {
+    /// What the materials that show an image want of its texture, and what it got.
+    fn texture(
+        &self,
+        id: AssetId<Image>,
+        image: &ImageShape,
+    ) -> Option<(WantedTexture, TextureReport)> {
+        let users = self.users.get(&id)?;
+        let users = users.iter().filter_map(|user| self.materials.get(user));
+        let uses = users.flat_map(|user| user.textures.iter().filter(|used| used.image == id));
+        let used = uses.copied().reduce(|a, b| FilteredTexture {
+            image: id,
+            content: stricter(a.content, b.content),
+            anisotropy: a.anisotropy.max(b.anisotropy),
+            is_elliptical: a.is_elliptical || b.is_elliptical,
+        })?;
+        let sampler = image.with_anisotropy(used.anisotropy);
+        let report = TextureReport {
+            mips: image.mips,
+            anisotropy: sampler.as_ref().unwrap_or(&image.sampler).anisotropy_clamp,
+            is_elliptical: used.is_elliptical,
+        };
+        let texture = WantedTexture {
+            levels: match image.mips {
+                MipReport::Generated(levels) => levels,
+                MipReport::Own(_) | MipReport::Without(_) => 1,
+            },
+            format: image.mip_format,
+            content: used.content,
+            sampler,
+            after_draws: image.after_draws,
+        };
+        Some((texture, report))
+    }
+}
+
+/// Finds what the textures need whose images or users have changed.
+fn find_textures(mut filtered: ResMut<FilteredMaterials>, mut report: ResMut<EwaReport>) {
+    let filtered = &mut *filtered;
+    let mut used = std::mem::take(&mut filtered.changes.used);
+    used.extend(filtered.changes.images.keys());
+    for id in &used {
+        let image = filtered.images.get(*id);
+        let found = image.and_then(|image| filtered.texture(*id, image));
+        let (texture, reported) = found.unzip();
+        let reported = reported.or_else(|| {
+            // Materials wait for it.
+            let is_awaited = filtered
+                .users
+                .get(id)
+                .is_some_and(|users| !users.is_empty());
+            is_awaited.then_some(TextureReport {
+                mips: MipReport::Without(NoMips::NotLoaded),
+                anisotropy: 1,
+                is_elliptical: false,
+            })
+        });
+        if report.textures.get(id) != reported.as_ref() {
+            match reported {
+                Some(reported) => report.textures.insert(*id, reported),
+                None => report.textures.remove(id),
+            };
+        }
+        if filtered.users.get(id).is_some_and(HashSet::is_empty) {
+            filtered.users.remove(id);
+        }
+        let former = match texture.clone() {
+            Some(texture) => filtered.textures.insert(*id, texture),
+            None => filtered.textures.remove(id),
+        };
+        // A material keeps the views and samplers with which it was prepared. Bevy replaces the texture of an image
+        // with another shape, and does not prepare the materials again that show it.
+        let is_new = filtered.changes.images.get(id).copied();
+        if is_new != Some(true) && (former != texture || is_new.is_some()) {
+            let users = filtered.users.get(id).into_iter().flatten();
+            filtered.changes.stale.extend(users);
+        }
+        if former != texture {
+            filtered.changes.textures.push((*id, texture));
+        }
+    }
+}
+
+/// What a texture is taken for that materials show as different contents.
+fn stricter(a: MipContent, b: MipContent) -> MipContent {
+    let rank = |content| match content {
+        MipContent::Values => 0.0,
+        MipContent::Transparent => 1.0,
+        MipContent::Mask { cutoff } => 2.0 + cutoff,
+        MipContent::Normals => f32::INFINITY,
+    };
+    if rank(a) < rank(b) { b } else { a }
+}
+
+/// Writes the tags of the filtered materials, which their pipelines have in their keys.
+fn tag_materials(filtered: Extract<Res<FilteredMaterials>>, mut tags: ResMut<MaterialTags>) {
+    for (id, tag) in &filtered.changes.tags {
+        tags.set_for_material(*id, TAG, *tag);
     }
 }

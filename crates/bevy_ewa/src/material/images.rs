@@ -11,12 +11,9 @@ use bevy::{
     },
 };
 
-use super::overrides::{EwaImage, EwaOverrides};
+use super::settings::{EwaImage, EwaOverrides};
 use crate::{
-    mips::{
-        NoMips,
-        plan::{MipSupport, is_written_on_gpu},
-    },
+    mips::generator::{MipSupport, NoMips, is_written_on_gpu},
     report::MipReport,
 };
 

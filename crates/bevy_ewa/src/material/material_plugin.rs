@@ -10,9 +10,8 @@ use bevy::{
 };
 
 use super::{
-    all_materials::AllMaterials,
     filtered::{FilteredMaterials, FindSystems},
-    overrides::EwaOverrides,
+    settings::{AllMaterials, EwaOverrides},
 };
 
 /// The order of the systems that prepare textures and Bevy's, which prepare materials.

@@ -28,8 +28,11 @@ use bevy::{
     },
 };
 
-use super::{filtered::FilteredMaterials, material_plugin::PrepareSystems, wanted::WantedTexture};
-use crate::mips::{generator::MipGenerator, levels::Levels};
+use super::{
+    filtered::{FilteredMaterials, WantedTexture},
+    material_plugin::PrepareSystems,
+};
+use crate::mips::{downsample::Levels, generator::MipGenerator};
 
 /// Prepares textures before the materials that show them.
 pub(super) struct PreparedTexturesPlugin;
