@@ -20,14 +20,14 @@ use bevy_frugal_hooks::{MaterialTags, ShaderPatches};
 
 use super::{
     adapter,
-    images::{ImageShape, Images, support},
-    layout::{MapLayout, Shown, maps},
+    images::{ImageShape, Images},
+    layout::{MapLayout, MaterialTextures, maps},
     patches::Refused,
     pipeline::{EwaKey, TAG, tag_of},
     settings::{AllMaterials, EwaOverrides},
 };
 use crate::{
-    mips::{MipContent, NoMips},
+    mips::{MipContent, NoMips, generator::MipSupport},
     report::{EwaReport, MipReport, TextureReport},
     settings::{EwaMethod, EwaSettings},
 };
@@ -84,7 +84,7 @@ pub(super) struct FilteredMaterials {
     pub(super) images: Images,
     pub(super) materials: HashMap<UntypedAssetId, Filtered>,
     pub(super) users: HashMap<AssetId<Image>, HashSet<UntypedAssetId>>,
-    pub(super) textures: HashMap<AssetId<Image>, WantedTexture>,
+    pub(super) textures: HashMap<AssetId<Image>, TextureRequest>,
     config: Option<(AllMaterials, Refused)>,
     /// What has changed in this frame.
     pub(super) changes: Changes,
@@ -105,7 +105,7 @@ pub(super) struct Changes {
     /// Materials with another tag.
     pub(super) tags: Vec<(UntypedAssetId, Option<u64>)>,
     /// Images with other needs; `None` for those that are Bevy's own again.
-    pub(super) textures: Vec<(AssetId<Image>, Option<WantedTexture>)>,
+    pub(super) textures: Vec<(AssetId<Image>, Option<TextureRequest>)>,
 }
 
 /// How a material is filtered.
@@ -126,7 +126,7 @@ pub(super) struct FilteredTexture {
 
 /// What the renderer has to do for a texture.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct WantedTexture {
+pub(super) struct TextureRequest {
     /// Levels to generate, the finest included; 1 for none.
     pub levels: u32,
     pub format: TextureFormat,
@@ -138,17 +138,17 @@ pub(super) struct WantedTexture {
 
 impl Filtered {
     fn new(
-        shown: &Shown,
+        material: &MaterialTextures,
         all: Option<EwaSettings>,
         override_: Option<Option<EwaSettings>>,
         refused: Refused,
         images: &Images,
     ) -> Option<Self> {
-        let own = shown.extension.map(|extension| extension.settings);
+        let own = material.extension.map(|extension| extension.settings);
         let settings = adapter::supported(override_.unwrap_or(own.or(all))?);
         let anisotropy = settings.texture_unit_anisotropy();
         let mut filtered = Self::default();
-        if let Some(standard) = shown.standard {
+        if let Some(standard) = material.standard {
             let chosen = refused.filterable(settings.maps, standard);
             let layout = MapLayout::of(standard, chosen, images);
             let key = EwaKey::new(&settings, adapter::is_llvmpipe()).filter(|_| !layout.is_empty());
@@ -171,7 +171,7 @@ impl Filtered {
         };
         filtered
             .textures
-            .extend(shown.others.iter().map(|image| FilteredTexture {
+            .extend(material.others.iter().map(|image| FilteredTexture {
                 image: *image,
                 content: MipContent::Values,
                 anisotropy,
@@ -197,7 +197,8 @@ fn find_images(
     let refused = patches.map_or_else(default, |patches| Refused::new(&patches));
     let config = Some((*all, refused));
     changes.are_all_materials_stale = std::mem::replace(&mut filtered.config, config) != config;
-    let support = support(device.as_deref(), adapter.as_deref());
+    let renderer = device.as_deref().zip(adapter.as_deref());
+    let support = renderer.map(|(device, adapter)| MipSupport { device, adapter });
     let mut update = |id, overrides: &EwaOverrides| {
         let is_new = filtered.images.get(id).is_none();
         if filtered
@@ -236,30 +237,36 @@ impl FilteredMaterials {
         let refused = self.config.map(|(_, refused)| refused).unwrap_or_default();
         let material = materials.get(id);
         let id = id.into();
-        let found = material.and_then(|material| {
-            let shown = Shown::by(material.as_partial_reflect());
-            Filtered::new(&shown, all.0, overrides.material(id), refused, &self.images)
+        let filtered = material.and_then(|material| {
+            let material = MaterialTextures::of(material.as_partial_reflect());
+            Filtered::new(
+                &material,
+                all.0,
+                overrides.material(id),
+                refused,
+                &self.images,
+            )
         });
-        let former = self.materials.get(&id);
-        if former == found.as_ref() {
+        let previous = self.materials.get(&id);
+        if previous == filtered.as_ref() {
             return false;
         }
-        let tag = found.as_ref().and_then(|filtered| filtered.tag);
-        if former.and_then(|former| former.tag) != tag {
+        let tag = filtered.as_ref().and_then(|filtered| filtered.tag);
+        if previous.and_then(|previous| previous.tag) != tag {
             self.changes.tags.push((id, tag));
         }
-        for texture in former.into_iter().flat_map(|former| &former.textures) {
+        for texture in previous.into_iter().flat_map(|previous| &previous.textures) {
             self.changes.used.insert(texture.image);
             if let Some(users) = self.users.get_mut(&texture.image) {
                 users.remove(&id);
             }
         }
-        for texture in found.iter().flat_map(|found| &found.textures) {
+        for texture in filtered.iter().flat_map(|filtered| &filtered.textures) {
             self.changes.used.insert(texture.image);
             self.users.entry(texture.image).or_default().insert(id);
         }
-        match found {
-            Some(found) => self.materials.insert(id, found),
+        match filtered {
+            Some(filtered) => self.materials.insert(id, filtered),
             None => self.materials.remove(&id),
         };
         true
@@ -279,7 +286,7 @@ impl FilteredMaterials {
         &self,
         id: AssetId<Image>,
         image: &ImageShape,
-    ) -> Option<(WantedTexture, TextureReport)> {
+    ) -> Option<(TextureRequest, TextureReport)> {
         let users = self.users.get(&id)?;
         let users = users.iter().filter_map(|user| self.materials.get(user));
         let uses = users.flat_map(|user| user.textures.iter().filter(|used| used.image == id));
@@ -295,7 +302,7 @@ impl FilteredMaterials {
             anisotropy: sampler.as_ref().unwrap_or(&image.sampler).anisotropy_clamp,
             is_elliptical: used.is_elliptical,
         };
-        let texture = WantedTexture {
+        let texture = TextureRequest {
             levels: match image.mips {
                 MipReport::Generated(levels) => levels,
                 MipReport::Own(_) | MipReport::Without(_) => 1,
@@ -316,8 +323,8 @@ fn find_textures(mut filtered: ResMut<FilteredMaterials>, mut report: ResMut<Ewa
     used.extend(filtered.changes.images.keys());
     for id in &used {
         let image = filtered.images.get(*id);
-        let found = image.and_then(|image| filtered.texture(*id, image));
-        let (texture, reported) = found.unzip();
+        let requested = image.and_then(|image| filtered.texture(*id, image));
+        let (texture, reported) = requested.unzip();
         let reported = reported.or_else(|| {
             // Materials wait for it.
             let is_awaited = filtered
@@ -339,18 +346,18 @@ fn find_textures(mut filtered: ResMut<FilteredMaterials>, mut report: ResMut<Ewa
         if filtered.users.get(id).is_some_and(HashSet::is_empty) {
             filtered.users.remove(id);
         }
-        let former = match texture.clone() {
+        let previous = match texture.clone() {
             Some(texture) => filtered.textures.insert(*id, texture),
             None => filtered.textures.remove(id),
         };
         // A material keeps the views and samplers with which it was prepared. Bevy replaces the texture of an image
         // with another shape, and does not prepare the materials again that show it.
         let is_new = filtered.changes.images.get(id).copied();
-        if is_new != Some(true) && (former != texture || is_new.is_some()) {
+        if is_new != Some(true) && (previous != texture || is_new.is_some()) {
             let users = filtered.users.get(id).into_iter().flatten();
             filtered.changes.stale.extend(users);
         }
-        if former != texture {
+        if previous != texture {
             filtered.changes.textures.push((*id, texture));
         }
     }

@@ -70,9 +70,9 @@ impl Map<'_> {
     }
 }
 
-/// What a material of any type shows.
+/// The textures of a material of any type.
 #[derive(Default)]
-pub(super) struct Shown<'a> {
+pub(super) struct MaterialTextures<'a> {
     /// Bevy's own material, which is the material itself or the base of an extended one.
     pub standard: Option<&'a StandardMaterial>,
     /// The settings of the material itself.
@@ -81,12 +81,12 @@ pub(super) struct Shown<'a> {
     pub others: Vec<AssetId<Image>>,
 }
 
-impl<'a> Shown<'a> {
-    /// Finds what a material shows, by reflection.
-    pub(super) fn by(material: &'a dyn PartialReflect) -> Self {
-        let mut shown = Self::default();
-        shown.visit(material);
-        shown
+impl<'a> MaterialTextures<'a> {
+    /// Finds the textures of a material, by reflection.
+    pub(super) fn of(material: &'a dyn PartialReflect) -> Self {
+        let mut textures = Self::default();
+        textures.visit(material);
+        textures
     }
 
     fn visit(&mut self, value: &'a dyn PartialReflect) {
@@ -228,17 +228,17 @@ impl MapLayout {
     /// The layout in a prepass or a shadow map, which sample each map on its own, and no others than those of the
     /// base colour's alpha and of normals.
     pub(super) fn in_prepass(self, has_alpha: bool, has_normals: bool) -> Self {
-        let mut sampled = 0;
+        let mut mask = 0;
         if has_alpha {
-            sampled |= 1 << BASE_COLOR;
+            mask |= 1 << BASE_COLOR;
         }
         if has_normals {
-            sampled |= 1 << NORMAL_MAP;
+            mask |= 1 << NORMAL_MAP;
         }
         Self {
             shared: 0,
             has_parallax: false,
-            own: (self.shared | self.own) & sampled,
+            own: (self.shared | self.own) & mask,
             ..self
         }
     }
@@ -353,13 +353,13 @@ mod tests {
             depth_map: Some(handle(4)),
             ..default()
         };
-        let mut found: Vec<_> = maps(&material)
+        let mut actual: Vec<_> = maps(&material)
             .map(|map| {
                 let has_normals = map.content(&material) == MipContent::Normals;
                 (map.name(), map.texture.id(), map.is_uv_b, has_normals)
             })
             .collect();
-        found.sort_by_key(|(name, ..)| *name);
+        actual.sort_by_key(|(name, ..)| *name);
         let expected = [
             ("base_color", 1, false, false),
             ("emissive", 2, true, false),
@@ -367,7 +367,7 @@ mod tests {
         ];
         let id = |n| AssetId::from(Uuid::from_u128(n));
         assert_eq!(
-            found,
+            actual,
             expected.map(|(name, n, is_uv_b, normals)| (name, id(n), is_uv_b, normals))
         );
         material.base_color_texture = None;
@@ -410,8 +410,8 @@ mod tests {
             layers: vec![(handle(2), 1.0), (handle(3), 0.5)],
             none: None,
         };
-        let shown = Shown::by(&material);
-        assert!(shown.standard.is_some() && shown.extension.is_none());
-        assert_eq!(shown.others, [1, 2, 3].map(|n| handle::<Image>(n).id()));
+        let textures = MaterialTextures::of(&material);
+        assert!(textures.standard.is_some() && textures.extension.is_none());
+        assert_eq!(textures.others, [1, 2, 3].map(|n| handle::<Image>(n).id()));
     }
 }

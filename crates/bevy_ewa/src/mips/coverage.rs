@@ -148,7 +148,7 @@ impl CoveragePipelines {
             contents: &contents,
             usage: BufferUsages::STORAGE,
         });
-        let sampled = |level: u32| {
+        let samples_of = |level: u32| {
             let size = mask.levels.size(level);
             let positions = match size[0].max(size[1]) {
                 512.. => 2,
@@ -159,12 +159,12 @@ impl CoveragePipelines {
             (size, positions, size[0] * size[1] * positions * positions)
         };
         let step = |level, is_last| {
-            let (_, positions, samples) = sampled(level);
+            let (_, positions, samples) = samples_of(level);
             Step {
                 level,
                 positions,
                 samples,
-                finest_samples: sampled(0).2,
+                finest_samples: samples_of(0).2,
                 cutoff: mask.cutoff,
                 is_last: u32::from(is_last),
             }

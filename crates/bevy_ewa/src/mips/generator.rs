@@ -56,15 +56,11 @@ fn unknown_format() -> TextureFormat {
 
 /// What the device can generate levels of.
 pub(crate) struct MipSupport<'a> {
-    device: &'a RenderDevice,
-    adapter: &'a RenderAdapter,
+    pub device: &'a RenderDevice,
+    pub adapter: &'a RenderAdapter,
 }
 
-impl<'a> MipSupport<'a> {
-    pub(crate) fn new(device: &'a RenderDevice, adapter: &'a RenderAdapter) -> Self {
-        Self { device, adapter }
-    }
-
+impl MipSupport<'_> {
     fn can_draw_to(&self, format: TextureFormat) -> bool {
         let features = self.device.features();
         let adapters_own = WgpuFeatures::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;

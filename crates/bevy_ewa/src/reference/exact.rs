@@ -32,15 +32,15 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// Creates the ellipse of a footprint with its radii scaled by `radius`, in a level of a texture.
+    /// Creates the ellipse of a footprint with its radii scaled by `radius`, in a level of a texture of this size.
     pub fn new(
         footprint: &Footprint,
         radius: f64,
         uv: [f64; 2],
-        level: u32,
-        level_size: [u32; 2],
         size: [u32; 2],
+        level: u32,
     ) -> Self {
+        let level_size = size.map(|side| (side >> level).max(1));
         // A side of one texel is not halved any further. Without the minimum, the ellipse would get
         // wider along that side, where all texels are the same.
         let halved = (-f64::from(level)).exp2();
@@ -140,12 +140,11 @@ pub fn exact(
         0.0
     };
     let (mut sum, mut total) = ([0.0; 4], 0.0);
-    for (level, share) in [(fine, 1.0 - fraction), (fine + 1.0, fraction)] {
-        if share > 0.0 {
-            let (level_sum, weight) =
-                filter_level(texture, &scaled, radius, uv, level as u32, settings);
-            sum = add_weighted(sum, level_sum, share);
-            total += share * weight;
+    for (level, level_weight) in [(fine, 1.0 - fraction), (fine + 1.0, fraction)] {
+        if level_weight > 0.0 {
+            let (level_sum, weight) = filter_level(texture, &scaled, uv, level as u32, settings);
+            sum = add_weighted(sum, level_sum, level_weight);
+            total += level_weight * weight;
         }
     }
     if total < MIN_WEIGHT {
@@ -163,13 +162,12 @@ pub fn exact(
 fn filter_level(
     texture: &Texture,
     footprint: &Footprint,
-    radius: f64,
     uv: [f64; 2],
     level: u32,
     settings: &EwaSettings,
 ) -> (Color, f64) {
-    let size = texture.levels[level as usize].size;
-    let ellipse = Ellipse::new(footprint, radius, uv, level, size, texture.size());
+    let radius = f64::from(settings.kernel.radius_pixels());
+    let ellipse = Ellipse::new(footprint, radius, uv, texture.size(), level);
     if !(ellipse.xx < MAX_RADIUS_TEXELS && ellipse.yy < MAX_RADIUS_TEXELS) {
         return ([0.0; 4], 0.0);
     }

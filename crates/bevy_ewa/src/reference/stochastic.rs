@@ -65,7 +65,7 @@ pub fn stochastic(
     texture.trilinear(at, level)
 }
 
-/// Returns the distance from the centre, relative to the radius, below which the kernel has the share `u` of its
+/// Returns the distance from the centre, relative to the radius, below which the kernel has the fraction `u` of its
 /// weight.
 fn kernel_distance(kernel: EwaKernel, u: f64) -> f64 {
     match kernel {

@@ -11,6 +11,7 @@ use bevy::{
         core_3d::{AlphaMask3d, Opaque3d, Transparent3d},
         skybox::SkyboxBindGroup,
     },
+    ecs::query::QueryData,
     pbr::{ScreenSpaceTransmission, Transmissive3d, ViewTransmissionTexture},
     prelude::*,
     render::{
@@ -36,33 +37,28 @@ use super::{
 use crate::view::{eligibility::SwitchedViews, formatted::PackedView, textures::PackedTextures};
 
 /// The components of the view that the pass uses.
-struct MainPassView<'a> {
-    camera: &'a ExtractedCamera,
-    target: &'a ViewTarget,
-    depth: &'a ViewDepthStencilTexture,
-    uniform_offset: &'a ViewUniformOffset,
-    textures: &'a PackedTextures,
-    clear: &'a PackedClear,
-    resolve: &'a PackedResolve,
-    resolve_bind_group: &'a ResolveBindGroup,
-    skybox: Option<&'a SkyboxBindGroup>,
-    transmission: Option<(&'a ScreenSpaceTransmission, &'a ViewTransmissionTexture)>,
+#[derive(QueryData)]
+pub(super) struct MainPassView {
+    entity: Entity,
+    view: &'static ExtractedView,
+    camera: &'static ExtractedCamera,
+    target: &'static ViewTarget,
+    depth: &'static ViewDepthStencilTexture,
+    uniform_offset: &'static ViewUniformOffset,
+    textures: &'static PackedTextures,
+    clear: &'static PackedClear,
+    resolve: &'static PackedResolve,
+    resolve_bind_group: &'static ResolveBindGroup,
+    skybox: Option<&'static SkyboxBindGroup>,
+    transmission: Option<(
+        &'static ScreenSpaceTransmission,
+        &'static ViewTransmissionTexture,
+    )>,
 }
 
 pub(super) fn packed_main_pass(
     world: &World,
-    view: ViewQuery<
-        (
-            &ExtractedView,
-            (&ExtractedCamera, &ViewTarget, &ViewDepthStencilTexture),
-            &ViewUniformOffset,
-            (&PackedTextures, &PackedClear),
-            (&PackedResolve, &ResolveBindGroup),
-            Option<&SkyboxBindGroup>,
-            Option<(&ScreenSpaceTransmission, &ViewTransmissionTexture)>,
-        ),
-        With<PackedView>,
-    >,
+    view: ViewQuery<MainPassView, With<PackedView>>,
     opaque: Res<ViewBinnedRenderPhases<Opaque3d>>,
     alpha_mask: Res<ViewBinnedRenderPhases<AlphaMask3d>>,
     transmissive: Res<ViewSortedRenderPhases<Transmissive3d>>,
@@ -71,29 +67,9 @@ pub(super) fn packed_main_pass(
     cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let entity = view.entity();
-    let (
-        extracted_view,
-        (camera, target, depth),
-        uniform_offset,
-        (textures, clear),
-        (resolve, resolve_bind_group),
-        skybox,
-        transmission,
-    ) = view.into_inner();
-    let view = MainPassView {
-        camera,
-        target,
-        depth,
-        uniform_offset,
-        textures,
-        clear,
-        resolve,
-        resolve_bind_group,
-        skybox,
-        transmission,
-    };
-    let id = extracted_view.retained_view_entity;
+    let view = view.into_inner();
+    let entity = view.entity;
+    let id = view.view.retained_view_entity;
     let transmissive = transmissive
         .get(&id)
         .filter(|phase| !phase.items.is_empty());
@@ -152,12 +128,14 @@ pub(super) fn packed_main_pass(
         }
         span.end(&mut pass);
     }
-    resolve_to_view(&view, &cache, &mut ctx);
+    // While the pipeline is not ready, the view is only cleared.
+    let target = view.target.get_color_attachment();
+    draw_resolve(&view, view.resolve.to_view, target, &cache, &mut ctx);
 }
 
 /// Returns the attachment of the packed texture, which the first pass clears and the later ones load.
 fn attachment<'a>(
-    view: &MainPassView<'a>,
+    view: &MainPassViewItem<'a, '_>,
     first: bool,
     last: bool,
 ) -> Option<RenderPassColorAttachment<'a>> {
@@ -208,8 +186,8 @@ fn draw_clear<'w>(
     }
 }
 
-fn draw_skybox<'w>(
-    view: &MainPassView<'w>,
+fn draw_skybox<'v: 'w, 'w>(
+    view: &MainPassViewItem<'v, '_>,
     pipeline: Option<CachedRenderPipelineId>,
     cache: &'w PipelineCache,
     pass: &mut TrackedRenderPass<'w>,
@@ -223,13 +201,11 @@ fn draw_skybox<'w>(
     }
 }
 
-/// Resolves into the view's main texture. While the pipeline is not ready, the view is only cleared.
-fn resolve_to_view(view: &MainPassView, cache: &PipelineCache, ctx: &mut RenderContext) {
-    let target = view.target.get_color_attachment();
-    draw_resolve(view, view.resolve.to_view, target, cache, ctx);
-}
-
-fn resolve_to_transmission(view: &MainPassView, cache: &PipelineCache, ctx: &mut RenderContext) {
+fn resolve_to_transmission(
+    view: &MainPassViewItem,
+    cache: &PipelineCache,
+    ctx: &mut RenderContext,
+) {
     if let Some((_, transmission)) = view.transmission
         && let Some(pipeline) = view.resolve.to_transmission
     {
@@ -247,7 +223,7 @@ fn resolve_to_transmission(view: &MainPassView, cache: &PipelineCache, ctx: &mut
 }
 
 fn draw_resolve(
-    view: &MainPassView,
+    view: &MainPassViewItem,
     pipeline: CachedRenderPipelineId,
     target: RenderPassColorAttachment,
     cache: &PipelineCache,

@@ -28,7 +28,7 @@ use bevy::{
     },
 };
 
-use super::classify::{Pipeline, classify};
+use super::classify::{Classifier, Pipeline};
 use crate::{
     material::detect::PackingShaders,
     settings::FrameBufferFormat,
@@ -95,9 +95,7 @@ impl<I: BinnedPhaseItem> Default for HiddenBins<I> {
 struct Inspector<'a> {
     pipelines: &'a mut PhasePipelines,
     refusals: &'a mut Refusals,
-    shaders: &'a PackingShaders,
-    cache: &'a mut PipelineCache,
-    is_web: bool,
+    classifier: Classifier<'a>,
     camera: Entity,
     format: FrameBufferFormat,
 }
@@ -114,19 +112,13 @@ impl Inspector<'_> {
     fn inspect(&mut self, id: CachedRenderPipelineId, replaceable: bool) -> Drawn {
         let key = (id, self.format);
         if !self.pipelines.known.contains_key(&key) {
-            if self.cache.pipelines().nth(id.id()).is_none() {
+            let cache = &mut *self.classifier.cache;
+            if cache.pipelines().nth(id.id()).is_none() {
                 // It was queued in this frame.
-                self.cache.process_queue();
+                cache.process_queue();
             }
-            let found = classify(
-                id,
-                self.format,
-                replaceable,
-                self.is_web,
-                self.shaders,
-                self.cache,
-            );
-            self.pipelines.known.insert(key, found);
+            let pipeline = self.classifier.classify(id, self.format, replaceable);
+            self.pipelines.known.insert(key, pipeline);
         }
         match &self.pipelines.known[&key] {
             Pipeline::Fits => Drawn::With(id),
@@ -177,9 +169,11 @@ pub(super) fn inspect_phases(
         let mut inspector = Inspector {
             pipelines: &mut pipelines,
             refusals: &mut refusals,
-            shaders: &shaders,
-            cache: &mut cache,
-            is_web: Backends::from(adapter.backend) == Backends::BROWSER_WEBGPU,
+            classifier: Classifier {
+                shaders: &shaders,
+                cache: &mut cache,
+                is_web: Backends::from(adapter.backend) == Backends::BROWSER_WEBGPU,
+            },
             camera: main_entity.id(),
             format: packed.map_or(FrameBufferFormat::Rg11b10Ufloat, |packed| {
                 packed.format.into()
@@ -352,9 +346,11 @@ pub(super) fn inspect_skyboxes(
         let mut inspector = Inspector {
             pipelines: &mut pipelines,
             refusals: &mut refusals,
-            shaders: &shaders,
-            cache: &mut cache,
-            is_web: false,
+            classifier: Classifier {
+                shaders: &shaders,
+                cache: &mut cache,
+                is_web: false,
+            },
             camera: main_entity.id(),
             format: packed.format.into(),
         };

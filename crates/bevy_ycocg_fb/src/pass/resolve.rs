@@ -287,13 +287,13 @@ pub(super) fn prepare_pipelines(
         Option<&Tonemapping>,
         Option<&DebandDither>,
     )>,
-    former: Query<Entity, (With<PackedResolve>, Without<PackedView>)>,
+    stale: Query<Entity, (With<PackedResolve>, Without<PackedView>)>,
     transmissive_phases: Res<ViewSortedRenderPhases<Transmissive3d>>,
     pipeline: Res<ResolvePipeline>,
     mut pipelines: ResMut<SpecializedRenderPipelines<ResolvePipeline>>,
     cache: Res<PipelineCache>,
 ) {
-    for entity in &former {
+    for entity in &stale {
         commands
             .entity(entity)
             .remove::<(PackedResolve, ResolveBindGroup)>();

@@ -158,7 +158,7 @@ impl SpecializedRenderPipeline for TaaPipeline {
 fn take_over(
     mut commands: Commands,
     views: Query<(Entity, &TemporalAntiAliasing, &Msaa), With<Rg11b10UfloatView>>,
-    former: Query<
+    stale: Query<
         Entity,
         (
             With<TakenOver>,
@@ -166,7 +166,7 @@ fn take_over(
         ),
     >,
 ) {
-    for entity in &former {
+    for entity in &stale {
         commands.entity(entity).remove::<(TakenOver, TaaHistory)>();
     }
     for (entity, settings, msaa) in &views {

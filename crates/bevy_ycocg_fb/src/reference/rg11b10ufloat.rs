@@ -71,8 +71,8 @@ mod tests {
                 let bits = MANTISSA_BITS[channel];
                 assert!(is_stored(stored, bits), "{value} gives {stored}");
                 let step = (value.min(largest(bits)) / (1 << bits) as f32).max(2f32.powi(-19));
-                let wanted = value.min(largest(bits));
-                assert!((stored - wanted).abs() <= step, "{value} gives {stored}");
+                let expected = value.min(largest(bits));
+                assert!((stored - expected).abs() <= step, "{value} gives {stored}");
                 assert_eq!(rounded(stored, u32::MAX, bits), stored, "{value}");
             }
         }

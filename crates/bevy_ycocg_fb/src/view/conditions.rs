@@ -73,12 +73,12 @@ pub(super) fn extract_qualities(
     for (entity, own, is_3d) in &cameras {
         let default = default.as_ref().filter(|_| is_3d).map(|default| default.0);
         let quality = own.copied().or(default);
-        let former = extracted.get(entity).ok().copied();
+        let previous = extracted.get(entity).ok().copied();
         match quality {
-            Some(quality) if former != Some(quality) => {
+            Some(quality) if previous != Some(quality) => {
                 commands.entity(entity).insert(quality);
             }
-            None if former.is_some() => {
+            None if previous.is_some() => {
                 commands.entity(entity).remove::<FrameBufferQuality>();
             }
             _ => {}
@@ -152,7 +152,7 @@ impl MainPassSystems {
 }
 
 /// The systems that are replaced, or that do not draw for a packed camera, as sets.
-fn known() -> [InternedSystemSet; 7] {
+fn known_systems() -> [InternedSystemSet; 7] {
     [
         main_opaque_pass_3d.into_system_set().intern(),
         main_transmissive_pass_3d.into_system_set().intern(),
@@ -168,13 +168,13 @@ fn known() -> [InternedSystemSet; 7] {
 /// Inspects the schedule after it was built, and whenever systems were added.
 pub(super) fn find_main_pass_systems(
     schedules: Res<Schedules>,
-    mut found: ResMut<MainPassSystems>,
+    mut main_pass_systems: ResMut<MainPassSystems>,
 ) {
     let Some(schedule) = schedules.get(Core3d) else {
         return;
     };
     let count = schedule.systems_len();
-    if count == found.inspected {
+    if count == main_pass_systems.inspected {
         return;
     }
     let keys_of = |set| schedule.graph().systems_in_set(set);
@@ -184,8 +184,8 @@ pub(super) fn find_main_pass_systems(
     ) else {
         return;
     };
-    found.inspected = count;
-    let known: Vec<_> = known()
+    main_pass_systems.inspected = count;
+    let known: Vec<_> = known_systems()
         .into_iter()
         .filter_map(|set| keys_of(set).ok())
         .collect();
@@ -196,7 +196,7 @@ pub(super) fn find_main_pass_systems(
             true => format!("`{name}`"),
             false => "a system (Bevy's feature `debug` shows its name)".into(),
         });
-    found.foreign = foreign.next();
+    main_pass_systems.foreign = foreign.next();
 }
 
 /// The adapter's support of multisampled textures of a format.
@@ -256,47 +256,49 @@ mod tests {
     use super::*;
     use crate::settings::PackedFormat;
 
-    /// Returns the support of an adapter with only the features that WebGPU guarantees, and these.
-    fn with_features(
-        format: FrameBufferFormat,
-        samples: u32,
-        features: WgpuFeatures,
-    ) -> Result<FormatSupport, FallbackReason> {
-        let features = format.texture_format().guaranteed_format_features(features);
-        FormatSupport::from_features(format, samples, features)
-    }
-
-    fn guaranteed(
-        format: FrameBufferFormat,
-        samples: u32,
-    ) -> Result<FormatSupport, FallbackReason> {
-        with_features(format, samples, WgpuFeatures::empty())
-    }
-
     #[test]
     fn what_every_adapter_can_do() {
-        let resolved = FormatSupport {
+        let no_features = WgpuFeatures::empty();
+        let resolved = Ok(FormatSupport {
             hardware_resolve: true,
-        };
-        for format in [PackedFormat::Float16, PackedFormat::Unorm8].map(FrameBufferFormat::from) {
-            assert_eq!(guaranteed(format, 1), Ok(resolved));
-            assert_eq!(guaranteed(format, 4), Ok(resolved));
-            for samples in [2, 8] {
-                let missing = FallbackReason::SampleCount { format, samples };
-                assert_eq!(guaranteed(format, samples), Err(missing));
-            }
-        }
-        let float32 = PackedFormat::Float32.into();
-        assert_eq!(
-            guaranteed(float32, 1),
-            Err(FallbackReason::NotBlendable(float32))
-        );
+        });
+        let [float16, unorm8, float32] = [
+            PackedFormat::Float16,
+            PackedFormat::Unorm8,
+            PackedFormat::Float32,
+        ]
+        .map(FrameBufferFormat::from);
         let small_floats = FrameBufferFormat::Rg11b10Ufloat;
-        assert_eq!(
-            guaranteed(small_floats, 1),
-            Err(FallbackReason::NotRenderable(small_floats))
-        );
         let renderable = WgpuFeatures::RG11B10UFLOAT_RENDERABLE;
-        assert_eq!(with_features(small_floats, 4, renderable), Ok(resolved));
+        let mut cases = vec![
+            (
+                float32,
+                1,
+                no_features,
+                Err(FallbackReason::NotBlendable(float32)),
+            ),
+            (
+                small_floats,
+                1,
+                no_features,
+                Err(FallbackReason::NotRenderable(small_floats)),
+            ),
+            (small_floats, 4, renderable, resolved.clone()),
+        ];
+        for format in [float16, unorm8] {
+            let too_few = |samples| Err(FallbackReason::SampleCount { format, samples });
+            cases.extend([
+                (format, 1, no_features, resolved.clone()),
+                (format, 4, no_features, resolved.clone()),
+                (format, 2, no_features, too_few(2)),
+                (format, 8, no_features, too_few(8)),
+            ]);
+        }
+        for (format, samples, device_features, expected) in cases {
+            let texture_format = format.texture_format();
+            let features = texture_format.guaranteed_format_features(device_features);
+            let actual = FormatSupport::from_features(format, samples, features);
+            assert_eq!(actual, expected, "{format:?} with {samples} samples");
+        }
     }
 }

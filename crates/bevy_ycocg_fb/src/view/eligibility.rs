@@ -35,7 +35,7 @@ pub(super) struct Decisions(pub EntityHashMap<(CameraState, Vec<RefusedFormat>)>
 #[derive(Resource, Debug, Default)]
 pub(crate) struct SwitchedViews {
     pub views: EntityHashSet,
-    former: EntityHashMap<Option<FrameBufferFormat>>,
+    previous: EntityHashMap<Option<FrameBufferFormat>>,
 }
 
 /// What decides whether a camera can use a format.
@@ -49,28 +49,28 @@ pub(super) struct Conditions<'w, 's> {
     device: Res<'w, RenderDevice>,
 }
 
-/// A camera with the formats that are left for it to try.
+/// A camera with the formats that remain for it to try.
 struct Choice<'a, 'w, 's> {
     candidate: &'a CandidateItem<'w, 's>,
-    left: Vec<FrameBufferFormat>,
+    remaining: Vec<FrameBufferFormat>,
     refused: Vec<RefusedFormat>,
 }
 
 impl Choice<'_, '_, '_> {
-    fn wish(&self) -> Option<FrameBufferFormat> {
-        self.left.first().copied()
+    fn preferred(&self) -> Option<FrameBufferFormat> {
+        self.remaining.first().copied()
     }
 
     fn refuse(&mut self, reason: FallbackReason) {
-        if !self.left.is_empty() {
-            let format = self.left.remove(0);
+        if !self.remaining.is_empty() {
+            let format = self.remaining.remove(0);
             self.refused.push(RefusedFormat { format, reason });
         }
     }
 
     /// Refuses the formats that the camera cannot use by itself.
     fn refuse_impossible(&mut self, conditions: &Conditions, refusals: &Refusals) {
-        while let Some(format) = self.wish()
+        while let Some(format) = self.preferred()
             && let Some(reason) = conditions.reason(self.candidate, format, refusals)
         {
             self.refuse(reason);
@@ -83,7 +83,7 @@ impl Choice<'_, '_, '_> {
 pub(super) fn select_views(
     mut commands: Commands,
     candidates: Query<Candidate>,
-    former: Query<Entity, Formatted>,
+    formatted: Query<Entity, Formatted>,
     conditions: Conditions,
     mut refusals: ResMut<Refusals>,
     mut decisions: ResMut<Decisions>,
@@ -92,11 +92,11 @@ pub(super) fn select_views(
 ) {
     decisions.0.clear();
     switched.views.clear();
-    if former.is_empty() && candidates.iter().all(|c| c.quality.is_none()) {
+    if formatted.is_empty() && candidates.iter().all(|c| c.quality.is_none()) {
         // A camera whose first quality comes later switches from Bevy's format.
-        switched.former.clear();
+        switched.previous.clear();
         let cameras = candidates.iter().map(|candidate| (candidate.entity, None));
-        switched.former.extend(cameras);
+        switched.previous.extend(cameras);
         return;
     }
     refusals.keep_current(&candidates, &shaders);
@@ -114,7 +114,7 @@ pub(super) fn select_views(
             let quality = candidate.quality.copied().unwrap_or_default();
             let mut choice = Choice {
                 candidate,
-                left: if draws_colors(candidate.camera) {
+                remaining: if draws_colors(candidate.camera) {
                     quality.formats(candidate.camera.hdr)
                 } else {
                     Vec::new()
@@ -142,14 +142,14 @@ pub(super) fn select_views(
         }
     }
 
-    let mut views = former.iter().collect::<EntityHashSet>();
+    let mut views = formatted.iter().collect::<EntityHashSet>();
     let mut formats = EntityHashMap::default();
     for (i, choice) in choices.iter().enumerate() {
         let candidate = choice.candidate;
         let format = if is_loading {
             None
         } else if candidate.quality.is_some() {
-            choice.wish()
+            choice.preferred()
         } else {
             joins(i, &choices, &layers).then_some(FrameBufferFormat::Rg11b10Ufloat)
         };
@@ -162,7 +162,7 @@ pub(super) fn select_views(
                     .copied()
                     .unwrap_or_default()
                     .packed_settings();
-                // The support was found above.
+                // Formats without support were refused above.
                 if let Ok(support) = conditions.support(candidate, settings.format.into()) {
                     let view = PackedView::new(candidate, settings, support);
                     entity.remove::<Rg11b10UfloatView>().insert(view);
@@ -203,10 +203,10 @@ pub(super) fn select_views(
     }
     switched.views = formats
         .iter()
-        .filter(|&(view, format)| switched.former.get(view).is_some_and(|f| f != format))
+        .filter(|&(view, format)| switched.previous.get(view).is_some_and(|f| f != format))
         .map(|(&view, _)| view)
         .collect();
-    switched.former = formats;
+    switched.previous = formats;
 }
 
 impl Conditions<'_, '_> {
@@ -304,7 +304,7 @@ fn rg11b10ufloat_reason(
     }
 }
 
-/// Returns the reason for which a camera cannot use the format that it wishes beside the other cameras.
+/// Returns the reason for which a camera cannot use the format that it prefers beside the other cameras.
 fn stack_reason(
     index: usize,
     choices: &[Choice],
@@ -313,13 +313,13 @@ fn stack_reason(
     refusals: &Refusals,
 ) -> Option<FallbackReason> {
     let layer = &layers[index];
-    match choices[index].wish()? {
+    match choices[index].preferred()? {
         FrameBufferFormat::Packed(_) => packed_stack_reason(layer, layers),
         format @ FrameBufferFormat::Rg11b10Ufloat => {
             if is_continued(layers.iter().filter(|other| other.shares(layer))) {
                 for (choice, other) in choices.iter().zip(layers) {
                     if other.shares(layer)
-                        && choice.wish() != Some(format)
+                        && choice.preferred() != Some(format)
                         && let Some(why) = cannot_join(choice, conditions, refusals)
                     {
                         return Some(FallbackReason::ContinuedInAnotherFormat(why));
@@ -328,7 +328,7 @@ fn stack_reason(
             }
             // Cameras with and without `Hdr`, which Bevy keeps apart, would share their textures.
             let mut of_the_format = choices.iter().zip(layers).filter(|(choice, other)| {
-                other.could_share(layer) && choice.wish() == Some(format)
+                other.could_share(layer) && choice.preferred() == Some(format)
             });
             let would_share = of_the_format.clone().map(|(_, other)| other);
             (of_the_format.any(|(_, other)| other.format != layer.format)
@@ -341,11 +341,11 @@ fn stack_reason(
     }
 }
 
-/// Returns why a camera that does not wish for `Rg11b10Ufloat` cannot take it from one that does.
+/// Returns why a camera that does not prefer `Rg11b10Ufloat` cannot take it from one that does.
 fn cannot_join(choice: &Choice, conditions: &Conditions, refusals: &Refusals) -> Option<String> {
     match (
         choice.candidate.quality,
-        choice.wish(),
+        choice.preferred(),
         choice.refused.last(),
     ) {
         (None, ..) => conditions
@@ -362,7 +362,8 @@ fn cannot_join(choice: &Choice, conditions: &Conditions, refusals: &Refusals) ->
 fn joins(index: usize, choices: &[Choice], layers: &[Layer]) -> bool {
     let layer = &layers[index];
     let sharing = layers.iter().filter(|other| other.shares(layer));
-    let mut wishes = choices.iter().zip(layers).filter(|(_, o)| o.shares(layer));
-    wishes.any(|(choice, _)| choice.wish() == Some(FrameBufferFormat::Rg11b10Ufloat))
+    let mut choices_of_picture = choices.iter().zip(layers).filter(|(_, o)| o.shares(layer));
+    choices_of_picture
+        .any(|(choice, _)| choice.preferred() == Some(FrameBufferFormat::Rg11b10Ufloat))
         && is_continued(sharing)
 }

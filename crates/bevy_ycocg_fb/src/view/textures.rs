@@ -2,6 +2,7 @@
 
 use bevy::{
     ecs::entity::EntityHashMap,
+    image::ToExtents,
     pbr::{Transmissive3d, ViewTransmissionTexture},
     platform::collections::HashMap,
     prelude::*,
@@ -9,7 +10,7 @@ use bevy::{
         camera::ExtractedCamera,
         render_phase::ViewSortedRenderPhases,
         render_resource::{
-            Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+            Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice},
         sync_world::MainEntity,
@@ -50,10 +51,10 @@ pub(super) fn prepare_textures(
     mut cache: ResMut<TextureCache>,
     device: Res<RenderDevice>,
     views: Query<(Entity, &PackedView, &ExtractedCamera, &ExtractedView)>,
-    former: Query<Entity, (With<PackedTextures>, Without<PackedView>)>,
+    stale: Query<Entity, (With<PackedTextures>, Without<PackedView>)>,
     transmissive_phases: Res<ViewSortedRenderPhases<Transmissive3d>>,
 ) {
-    for entity in &former {
+    for entity in &stale {
         commands.entity(entity).remove::<PackedTextures>();
     }
     let mut shared: HashMap<_, PackedTextures> = HashMap::default();
@@ -89,7 +90,7 @@ fn create(
     let mut texture = |label, sample_count, usage| {
         let descriptor = TextureDescriptor {
             label: Some(label),
-            size: extent(size),
+            size: size.to_extents(),
             mip_level_count: 1,
             sample_count,
             dimension: TextureDimension::D2,
@@ -149,7 +150,7 @@ pub(super) fn replace_transmission_textures(
         let texture = shared.entry(camera.target.clone()).or_insert_with(|| {
             let descriptor = TextureDescriptor {
                 label: Some("packed_ycocg_transmission"),
-                size: extent(size),
+                size: size.to_extents(),
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: TextureDimension::D2,
@@ -161,14 +162,6 @@ pub(super) fn replace_transmission_textures(
         });
         transmission.texture = texture.texture.clone();
         transmission.view = texture.default_view.clone();
-    }
-}
-
-fn extent(size: UVec2) -> Extent3d {
-    Extent3d {
-        width: size.x,
-        height: size.y,
-        depth_or_array_layers: 1,
     }
 }
 

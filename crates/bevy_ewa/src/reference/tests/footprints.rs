@@ -81,10 +81,14 @@ fn every_level_has_the_mean_of_the_texture() {
             });
             sum.map(|c| c / level.texels.len() as f64)
         };
-        let wanted = mean(&texture.levels[0]);
+        let expected = mean(&texture.levels[0]);
         for level in &texture.levels {
-            for (found, wanted) in mean(level).iter().zip(wanted) {
-                assert!((found - wanted).abs() < 1e-12, "{size:?} {:?}", level.size);
+            for (actual, expected) in mean(level).iter().zip(expected) {
+                assert!(
+                    (actual - expected).abs() < 1e-12,
+                    "{size:?} {:?}",
+                    level.size
+                );
             }
         }
         let last = texture.levels.last().expect("a level");
@@ -110,7 +114,7 @@ proptest! {
         // The texture is so large that the padding of one texel is negligible.
         let size = [1 << 20; 2];
         let footprint = Footprint::new(derivatives, size, 1e9);
-        let ellipse = Ellipse::new(&footprint, 1.0, [0.0; 2], 0, size, size);
+        let ellipse = Ellipse::new(&footprint, 1.0, [0.0; 2], size, 0);
         let (sin, cos) = phase.sin_cos();
         let at = [a * cos + b * sin, c * cos + d * sin].map(|t| t * f64::from(1 << 20));
         let distance = ellipse.distance_squared(at.map(|t| t as i64));
@@ -165,7 +169,7 @@ proptest! {
         u in 0.0..1.0f64, v in 0.0..1.0f64,
     ) {
         let footprint = Footprint::new(ellipse(major, major / ratio, angle), [1, 1], 1e9);
-        let ellipse = Ellipse::new(&footprint, 1.0, [u, v], 0, [1, 1], [1, 1]);
+        let ellipse = Ellipse::new(&footprint, 1.0, [u, v], [1, 1], 0);
         let inside = (-70..=70i64)
             .flat_map(|y| (-70..=70i64).map(move |x| [x, y]))
             .filter(|texel| ellipse.distance_squared(*texel) <= 1.0)

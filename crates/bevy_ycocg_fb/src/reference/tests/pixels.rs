@@ -127,8 +127,8 @@ fn samples_of_8_bits_are_averaged_in_linear_light() {
     let mean = mean_in_linear_light(&samples, color.cg / color.y, true);
     for (channel, mean) in mean.into_iter().enumerate() {
         let linear = encoded.map(|color| linear_from_srgb(color[channel]));
-        let wanted = (linear[0] + linear[1]) / 2.0;
-        assert!((mean - wanted).abs() < 1e-5);
+        let expected = (linear[0] + linear[1]) / 2.0;
+        assert!((mean - expected).abs() < 1e-5);
         let too_dark = (encoded[0][channel] + encoded[1][channel]) / 2.0;
         assert!(srgb_from_linear(mean) > too_dark);
     }
@@ -143,16 +143,16 @@ fn each_sample_counts_once() {
             let samples: Vec<_> = (0..count)
                 .map(|i| pack([f32::from(i < white); 3], 0, 0))
                 .collect();
-            let share = white as f32 / count as f32;
-            assert_eq!(resolved(&samples, MsaaResolve::Box).luminance, share);
+            let fraction = white as f32 / count as f32;
+            assert_eq!(resolved(&samples, MsaaResolve::Box).luminance, fraction);
             for mean in mean_in_linear_light(&samples, 0.0, true) {
-                assert!((mean - share).abs() < 1e-6, "{white} of {count}: {mean}");
+                assert!((mean - fraction).abs() < 1e-6, "{white} of {count}: {mean}");
             }
             // White has the weight of a half, black that of one.
             let weighted = resolved(&samples, MsaaResolve::ToneMapWeighted).luminance;
-            let wanted = 0.5 * white as f32 / (count as f32 - 0.5 * white as f32);
+            let expected = 0.5 * white as f32 / (count as f32 - 0.5 * white as f32);
             assert!(
-                (weighted - wanted).abs() < 1e-6,
+                (weighted - expected).abs() < 1e-6,
                 "{white} of {count}: {weighted}"
             );
         }
