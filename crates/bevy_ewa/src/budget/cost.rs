@@ -55,89 +55,52 @@ fn index(sampler_anisotropy: u16) -> usize {
     usize::from(sampler_anisotropy > 1)
 }
 
-const fn exact_candidate(
+const fn candidate(
     method: EwaMethod,
     max_fetches: u32,
-    error: f32,
-    fetches: f32,
+    errors: [f32; 2],
+    fetches: [f32; 2],
 ) -> Candidate {
     Candidate {
         method,
         max_anisotropy: 32.0,
         max_fetches,
-        errors: [error; 2],
-        fetches: [fetches; 2],
-    }
-}
-
-const fn probe_candidate(method: EwaMethod, errors: [f32; 2], fetches: [f32; 2]) -> Candidate {
-    Candidate {
-        method,
-        max_anisotropy: 32.0,
-        max_fetches: 2048,
         errors,
         fetches,
     }
 }
 
 /// The candidates: exact methods, down to coarse mip levels, and probes.
-pub const CANDIDATES: [Candidate; 19] = [
-    exact_candidate(EwaMethod::Linear, 2048, 0.0, 199.3),
-    exact_candidate(EwaMethod::Linear, 1024, 0.2, 104.6),
-    exact_candidate(EwaMethod::Linear, 512, 2.1, 51.3),
-    exact_candidate(EwaMethod::Linear, 256, 12.7, 25.1),
-    exact_candidate(EwaMethod::Linear, 128, 58.5, 12.2),
-    exact_candidate(EwaMethod::Linear, 64, 225.9, 5.5),
-    exact_candidate(EwaMethod::Bilinear, 2048, 0.1, 127.9),
-    exact_candidate(EwaMethod::Bilinear, 1024, 1.0, 63.1),
-    exact_candidate(EwaMethod::Bilinear, 512, 3.8, 32.5),
-    exact_candidate(EwaMethod::Bilinear, 256, 12.8, 16.3),
-    exact_candidate(EwaMethod::Bilinear, 128, 68.2, 8.0),
-    probe_candidate(
-        EwaMethod::Approximate {
-            probes: EwaProbes::Seven,
-        },
-        [4.4; 2],
-        [56.0, 7.0],
-    ),
-    probe_candidate(
-        EwaMethod::Approximate {
-            probes: EwaProbes::Five,
-        },
-        [7.8; 2],
-        [50.0, 5.0],
-    ),
-    probe_candidate(
-        EwaMethod::Approximate {
-            probes: EwaProbes::Three,
-        },
-        [25.3; 2],
-        [45.0, 3.0],
-    ),
-    probe_candidate(
-        EwaMethod::Approximate {
-            probes: EwaProbes::ByAspect,
-        },
-        [9.3; 2],
-        [54.0, 9.0],
-    ),
-    probe_candidate(
-        EwaMethod::Spatial {
-            probes: EwaProbes::Five,
-        },
-        [32.7; 2],
-        [50.0, 5.0],
-    ),
-    probe_candidate(
-        EwaMethod::Spatial {
-            probes: EwaProbes::Three,
-        },
-        [37.5; 2],
-        [45.0, 3.0],
-    ),
-    probe_candidate(EwaMethod::SoftwareAnisotropic, [98.1; 2], [16.0; 2]),
-    probe_candidate(EwaMethod::Anisotropic, [98.1; 2], [1.0; 2]),
-];
+pub const CANDIDATES: [Candidate; 19] = {
+    use EwaMethod::{Anisotropic, Approximate, Bilinear, Linear, SoftwareAnisotropic, Spatial};
+    use EwaProbes::{ByAspect, Five, Seven, Three};
+    [
+        candidate(Linear, 2048, [0.0; 2], [199.3; 2]),
+        candidate(Linear, 1024, [0.2; 2], [104.6; 2]),
+        candidate(Linear, 512, [2.1; 2], [51.3; 2]),
+        candidate(Linear, 256, [12.7; 2], [25.1; 2]),
+        candidate(Linear, 128, [58.5; 2], [12.2; 2]),
+        candidate(Linear, 64, [225.9; 2], [5.5; 2]),
+        candidate(Bilinear, 2048, [0.1; 2], [127.9; 2]),
+        candidate(Bilinear, 1024, [1.0; 2], [63.1; 2]),
+        candidate(Bilinear, 512, [3.8; 2], [32.5; 2]),
+        candidate(Bilinear, 256, [12.8; 2], [16.3; 2]),
+        candidate(Bilinear, 128, [68.2; 2], [8.0; 2]),
+        candidate(Approximate { probes: Seven }, 2048, [4.4; 2], [56.0, 7.0]),
+        candidate(Approximate { probes: Five }, 2048, [7.8; 2], [50.0, 5.0]),
+        candidate(Approximate { probes: Three }, 2048, [25.3; 2], [45.0, 3.0]),
+        candidate(
+            Approximate { probes: ByAspect },
+            2048,
+            [9.3; 2],
+            [54.0, 9.0],
+        ),
+        candidate(Spatial { probes: Five }, 2048, [32.7; 2], [50.0, 5.0]),
+        candidate(Spatial { probes: Three }, 2048, [37.5; 2], [45.0, 3.0]),
+        candidate(SoftwareAnisotropic, 2048, [98.1; 2], [16.0; 2]),
+        candidate(Anisotropic, 2048, [98.1; 2], [1.0; 2]),
+    ]
+};
 
 /// Returns the number of texture fetches that no lookup with these settings exceeds, for any derivatives.
 pub fn worst_case_fetches(settings: &EwaSettings) -> f32 {

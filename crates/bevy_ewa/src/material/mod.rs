@@ -5,8 +5,7 @@
 //! | [`settings`] | the settings of all materials, of single materials and images |
 //! | `images` | sizes, samplers and possible mip levels of images |
 //! | [`layout`] | the maps of a material, and which of them are filtered together |
-//! | `filtered` | the materials that are filtered, and what their textures need |
-//! | [`material_plugin`] | the plugin of a type of material |
+//! | `filtered` | the plugin of a type of material, which materials are filtered, and what their textures need |
 //! | [`patches`] | statements in Bevy's shaders that are compiled only with the shader defs of the filter |
 //! | [`pipeline`] | the settings and the layout as shader defs of a pipeline |
 //! | [`prepared`] | mip levels and samplers of textures in the renderer |
@@ -18,7 +17,6 @@ mod adapter;
 mod filtered;
 mod images;
 pub mod layout;
-pub mod material_plugin;
 pub mod patches;
 pub mod pipeline;
 pub mod prepared;
@@ -30,7 +28,7 @@ use bevy::{
 };
 use bevy_frugal_hooks::{MaterialHookPlugin, shader_patch::PatchShadersExt};
 
-pub use material_plugin::EwaMaterialPlugin;
+pub use filtered::EwaMaterialPlugin;
 pub use prepared::EwaMipSystems;
 pub use settings::{AllMaterials, EwaExtension, EwaImage, EwaOverrides, EwaStandardMaterial};
 

@@ -28,10 +28,7 @@ use bevy::{
     },
 };
 
-use super::{
-    filtered::{FilteredMaterials, TextureRequest},
-    material_plugin::PrepareSystems,
-};
+use super::filtered::{FilteredMaterials, PrepareSystems, TextureRequest};
 use crate::mips::{downsample::Levels, generator::MipGenerator};
 
 /// Prepares textures before the materials that show them.

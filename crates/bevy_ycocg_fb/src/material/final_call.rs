@@ -179,23 +179,15 @@ impl<'a> Flow<'a> {
                     .collect();
                 self.branch(&bodies, true)
             }
-            Statement::Loop(statement) => {
-                self.branch(&[&statement.body], false);
-                false
-            }
-            Statement::For(statement) => {
-                self.branch(&[&statement.body], false);
-                false
-            }
-            Statement::While(statement) => {
-                self.branch(&[&statement.body], false);
-                false
-            }
+            Statement::Loop(statement) => self.branch(&[&statement.body], false),
+            Statement::For(statement) => self.branch(&[&statement.body], false),
+            Statement::While(statement) => self.branch(&[&statement.body], false),
             _ => false,
         }
     }
 
-    /// What is packed after all bodies that go on is packed.
+    /// What is packed after all bodies that go on is packed. Returns whether all of them end the function, and one of them
+    /// is always taken.
     fn branch(&mut self, bodies: &[&CompoundStatement], is_complete: bool) -> bool {
         let mut packed_after = (!is_complete).then(|| self.packed.clone());
         for body in bodies {

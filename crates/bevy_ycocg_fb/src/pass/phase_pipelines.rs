@@ -10,7 +10,10 @@ use bevy::{
         core_3d::{AlphaMask3d, Opaque3d, Transparent3d},
         skybox::SkyboxPipelineId,
     },
-    ecs::entity::{EntityHashMap, EntityHashSet},
+    ecs::{
+        entity::{EntityHashMap, EntityHashSet},
+        system::SystemParam,
+    },
     pbr::Transmissive3d,
     platform::collections::HashMap,
     prelude::*,
@@ -91,6 +94,19 @@ impl<I: BinnedPhaseItem> Default for HiddenBins<I> {
     }
 }
 
+/// Bevy's phases of the main pass, and what is replaced in them.
+#[derive(SystemParam)]
+pub(super) struct Phases<'w> {
+    opaque: ResMut<'w, ViewBinnedRenderPhases<Opaque3d>>,
+    alpha_mask: ResMut<'w, ViewBinnedRenderPhases<AlphaMask3d>>,
+    transmissive: ResMut<'w, ViewSortedRenderPhases<Transmissive3d>>,
+    transparent: ResMut<'w, ViewSortedRenderPhases<Transparent3d>>,
+    hidden_opaque: ResMut<'w, HiddenBins<Opaque3d>>,
+    hidden_alpha_mask: ResMut<'w, HiddenBins<AlphaMask3d>>,
+    replaced_transmissive: ResMut<'w, ReplacedItems<Transmissive3d>>,
+    replaced_transparent: ResMut<'w, ReplacedItems<Transparent3d>>,
+}
+
 /// Classifies pipelines, and notes what those of a view cannot do.
 struct Inspector<'a> {
     pipelines: &'a mut PhasePipelines,
@@ -141,18 +157,7 @@ impl Inspector<'_> {
 /// Inspects the phases of all views with another format, before they are batched.
 pub(super) fn inspect_phases(
     views: Query<(Entity, &ExtractedView, &MainEntity, Option<&PackedView>), Formatted>,
-    mut opaque: ResMut<ViewBinnedRenderPhases<Opaque3d>>,
-    mut alpha_mask: ResMut<ViewBinnedRenderPhases<AlphaMask3d>>,
-    mut transmissive: ResMut<ViewSortedRenderPhases<Transmissive3d>>,
-    mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-    mut hidden: (
-        ResMut<HiddenBins<Opaque3d>>,
-        ResMut<HiddenBins<AlphaMask3d>>,
-    ),
-    mut replaced: (
-        ResMut<ReplacedItems<Transmissive3d>>,
-        ResMut<ReplacedItems<Transparent3d>>,
-    ),
+    mut phases: Phases,
     mut pipelines: ResMut<PhasePipelines>,
     mut refusals: ResMut<Refusals>,
     shaders: Res<PackingShaders>,
@@ -180,29 +185,41 @@ pub(super) fn inspect_phases(
             }),
         };
         let mut drawable = true;
-        if let Some(phase) = opaque.get_mut(&id) {
+        if let Some(phase) = phases.opaque.get_mut(&id) {
             let pipeline = |key: &<Opaque3d as BinnedPhaseItem>::BatchSetKey| key.pipeline;
-            drawable &= inspect_bins(id, phase, pipeline, &mut hidden.0, &mut inspector);
-        }
-        if let Some(phase) = alpha_mask.get_mut(&id) {
-            let pipeline = |key: &<AlphaMask3d as BinnedPhaseItem>::BatchSetKey| key.pipeline;
-            drawable &= inspect_bins(id, phase, pipeline, &mut hidden.1, &mut inspector);
-        }
-        if let Some(phase) = transmissive.get_mut(&id) {
-            inspect_items(
+            drawable &= inspect_bins(
                 id,
                 phase,
-                |item| &mut item.pipeline,
-                &mut replaced.0,
+                pipeline,
+                &mut phases.hidden_opaque,
                 &mut inspector,
             );
         }
-        if let Some(phase) = transparent.get_mut(&id) {
+        if let Some(phase) = phases.alpha_mask.get_mut(&id) {
+            let pipeline = |key: &<AlphaMask3d as BinnedPhaseItem>::BatchSetKey| key.pipeline;
+            drawable &= inspect_bins(
+                id,
+                phase,
+                pipeline,
+                &mut phases.hidden_alpha_mask,
+                &mut inspector,
+            );
+        }
+        if let Some(phase) = phases.transmissive.get_mut(&id) {
             inspect_items(
                 id,
                 phase,
                 |item| &mut item.pipeline,
-                &mut replaced.1,
+                &mut phases.replaced_transmissive,
+                &mut inspector,
+            );
+        }
+        if let Some(phase) = phases.transparent.get_mut(&id) {
+            inspect_items(
+                id,
+                phase,
+                |item| &mut item.pipeline,
+                &mut phases.replaced_transparent,
                 &mut inspector,
             );
         }
@@ -275,28 +292,19 @@ fn inspect_items<I: SortedPhaseItem + CachedRenderPipelinePhaseItem>(
 }
 
 /// Puts back what [`inspect_phases`] replaced.
-pub(super) fn restore_phases(
-    mut opaque: ResMut<ViewBinnedRenderPhases<Opaque3d>>,
-    mut alpha_mask: ResMut<ViewBinnedRenderPhases<AlphaMask3d>>,
-    mut transmissive: ResMut<ViewSortedRenderPhases<Transmissive3d>>,
-    mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-    mut hidden: (
-        ResMut<HiddenBins<Opaque3d>>,
-        ResMut<HiddenBins<AlphaMask3d>>,
-    ),
-    mut replaced: (
-        ResMut<ReplacedItems<Transmissive3d>>,
-        ResMut<ReplacedItems<Transparent3d>>,
-    ),
-) {
-    restore_bins(&mut opaque, &mut hidden.0);
-    restore_bins(&mut alpha_mask, &mut hidden.1);
+pub(super) fn restore_phases(mut phases: Phases) {
+    restore_bins(&mut phases.opaque, &mut phases.hidden_opaque);
+    restore_bins(&mut phases.alpha_mask, &mut phases.hidden_alpha_mask);
     restore_items(
-        &mut transmissive,
+        &mut phases.transmissive,
         |item| &mut item.pipeline,
-        &mut replaced.0,
+        &mut phases.replaced_transmissive,
     );
-    restore_items(&mut transparent, |item| &mut item.pipeline, &mut replaced.1);
+    restore_items(
+        &mut phases.transparent,
+        |item| &mut item.pipeline,
+        &mut phases.replaced_transparent,
+    );
 }
 
 fn restore_bins<I: BinnedPhaseItem>(
