@@ -51,7 +51,6 @@ impl EwaPlugin {
 impl Plugin for EwaPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "shaders/types.wesl");
-        load_shader_library!(app, "shaders/kernel.wesl");
         load_shader_library!(app, "shaders/footprint.wesl");
         load_shader_library!(app, "shaders/exact.wesl");
         load_shader_library!(app, "shaders/probes.wesl");

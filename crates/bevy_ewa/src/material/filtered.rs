@@ -285,7 +285,7 @@ fn find_images(
 }
 
 impl FilteredMaterials {
-    /// Finds how a material is filtered, and returns whether that is another way than before.
+    /// Finds how a material is filtered, and returns whether that has changed.
     pub(super) fn update<M: Material + Reflect>(
         &mut self,
         id: AssetId<M>,

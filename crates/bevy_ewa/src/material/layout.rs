@@ -10,7 +10,7 @@ use super::{images::Images, settings::EwaExtension};
 use crate::{mips::MipContent, settings::EwaMaps};
 
 /// The maps that are filtered: the names of the fields `*_texture` of `StandardMaterial` and, in capitals, of the shader
-/// defs. The depth map is not among them, since parallax mapping marches through it.
+/// defs. The depth map is not among them, which parallax mapping reads at many points.
 pub(super) const MAPS: [&str; 14] = [
     "base_color",
     "emissive",

@@ -256,7 +256,7 @@ fn view(image: &GpuImage, texture: &Texture, levels: u32) -> TextureView {
     })
 }
 
-/// A texture with levels that materials show in the place of one without.
+/// A texture with levels that materials show instead of the original, which has none.
 struct MippedCopy {
     texture: Texture,
     view: TextureView,
@@ -300,7 +300,7 @@ impl MippedCopy {
     }
 }
 
-/// A sampler in the place of another one.
+/// A sampler that replaces the image's.
 struct ReplacedSampler {
     original: Sampler,
     id: SamplerId,

@@ -2,8 +2,8 @@
 //!
 //! The pipelines of materials do since they were specialized. Others, of gizmos and of other plugins, get a variant
 //! with the format, and with the shader def if their shader packs. The variant replaces the original in the phases
-//! that are sorted. What cannot be drawn is left out of this frame and noted, and from the next frame on its camera
-//! has another format.
+//! that are sorted. What cannot be drawn is left out of this frame and refused: from the next frame on its camera has
+//! another format.
 
 use bevy::{
     core_pipeline::{
@@ -107,7 +107,7 @@ pub(super) struct Phases<'w> {
     replaced_transparent: ResMut<'w, ReplacedItems<Transparent3d>>,
 }
 
-/// Classifies pipelines, and notes what those of a view cannot do.
+/// Classifies pipelines, and refuses the format of a view for those that cannot write it.
 struct Inspector<'a> {
     pipelines: &'a mut PhasePipelines,
     refusals: &'a mut Refusals,

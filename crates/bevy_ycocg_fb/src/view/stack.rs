@@ -13,7 +13,7 @@ use bevy::{
 use super::conditions::CandidateItem;
 use crate::report::FallbackReason;
 
-/// What decides about the place of a camera among those of its target.
+/// What decides with which cameras of its target a camera shares its picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layer {
     pub entity: Entity,
@@ -83,7 +83,7 @@ pub(super) fn packed_stack_reason(layer: &Layer, layers: &[Layer]) -> Option<Fal
         return Some(FallbackReason::MsaaWriteback);
     }
     let is_multisampled = layer.samples > 1;
-    // A single-sampled camera that does not clear would find the picture of this one in place of its own.
+    // A single-sampled camera that does not clear would find the picture of this one instead of its own.
     let would_be_continued = layers.iter().any(|other| {
         let single_sampled = Layer {
             samples: other.samples,
