@@ -108,39 +108,7 @@ pub(super) fn select_views(
     let layers: Vec<_> = cameras.iter().map(Layer::of).collect();
     // While Bevy's shaders are loading, as in the first frames, they are not patched yet.
     let is_loading = !conditions.state.patched && conditions.state.refused.is_none();
-    let mut choices: Vec<_> = cameras
-        .iter()
-        .map(|candidate| {
-            let quality = candidate.quality.copied().unwrap_or_default();
-            let mut choice = Choice {
-                candidate,
-                remaining: if draws_colors(candidate.camera) {
-                    quality.formats(candidate.camera.hdr)
-                } else {
-                    Vec::new()
-                },
-                refused: Vec::new(),
-            };
-            choice.refuse_impossible(&conditions, &refusals);
-            choice
-        })
-        .collect();
-    // What one camera cannot use may leave another without company, until all of them agree.
-    loop {
-        let failing: Vec<_> = (0..choices.len())
-            .filter_map(|i| {
-                let reason = stack_reason(i, &choices, &layers, &conditions, &refusals)?;
-                Some((i, reason))
-            })
-            .collect();
-        if failing.is_empty() {
-            break;
-        }
-        for (i, reason) in failing {
-            choices[i].refuse(reason);
-            choices[i].refuse_impossible(&conditions, &refusals);
-        }
-    }
+    let choices = choose_formats(&cameras, &layers, &conditions, &refusals);
 
     let mut views = formatted.iter().collect::<EntityHashSet>();
     let mut formats = EntityHashMap::default();
@@ -207,6 +175,49 @@ pub(super) fn select_views(
         .map(|(&view, _)| view)
         .collect();
     switched.previous = formats;
+}
+
+/// Returns the formats that the cameras can use, by themselves and beside each other.
+fn choose_formats<'a, 'w, 's>(
+    cameras: &'a [CandidateItem<'w, 's>],
+    layers: &[Layer],
+    conditions: &Conditions,
+    refusals: &Refusals,
+) -> Vec<Choice<'a, 'w, 's>> {
+    let mut choices: Vec<_> = cameras
+        .iter()
+        .map(|candidate| {
+            let quality = candidate.quality.copied().unwrap_or_default();
+            let mut choice = Choice {
+                candidate,
+                remaining: if draws_colors(candidate.camera) {
+                    quality.formats(candidate.camera.hdr)
+                } else {
+                    Vec::new()
+                },
+                refused: Vec::new(),
+            };
+            choice.refuse_impossible(conditions, refusals);
+            choice
+        })
+        .collect();
+    // What one camera cannot use may leave another without company, until all of them agree.
+    loop {
+        let failing: Vec<_> = (0..choices.len())
+            .filter_map(|i| {
+                let reason = stack_reason(i, &choices, layers, conditions, refusals)?;
+                Some((i, reason))
+            })
+            .collect();
+        if failing.is_empty() {
+            break;
+        }
+        for (i, reason) in failing {
+            choices[i].refuse(reason);
+            choices[i].refuse_impossible(conditions, refusals);
+        }
+    }
+    choices
 }
 
 impl Conditions<'_, '_> {
