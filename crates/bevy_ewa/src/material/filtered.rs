@@ -97,7 +97,7 @@ impl Plugin for FilteredMaterialsPlugin {
 /// - An `ExtendedMaterial` with a `StandardMaterial` as its base is filtered as that is, where the extension calls
 ///   Bevy's functions for the base's maps. Textures of the extension are as those of other materials:
 /// - Textures of other materials get mip levels and anisotropy, whatever the method, as the plugin cannot change their
-///   shaders. Their texels are averaged as [`MipContent::Values`](crate::mips::MipContent::Values).
+///   shaders. Their texels are averaged as [`MipContent::Values`].
 ///
 /// [`EwaPlugin`](crate::EwaPlugin) adds those of `StandardMaterial` and of
 /// [`EwaStandardMaterial`](crate::EwaStandardMaterial). The settings are those of

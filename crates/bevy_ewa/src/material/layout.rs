@@ -130,7 +130,7 @@ pub(super) fn maps(material: &StandardMaterial) -> impl Iterator<Item = Map<'_>>
     })
 }
 
-/// How the maps of a material are filtered. Bit n of a mask is map n of [`MAPS`].
+/// How the maps of a material are filtered. Bit n of a mask is map n of `MAPS`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct MapLayout {
     /// Mask of the maps of the same size, mip levels and UV set, which one loop filters.

@@ -81,7 +81,7 @@ impl EwaOverrides {
     }
 
     /// Filters one material, of any type whose plugin is added, by these settings in place of
-    /// [`AllMaterials`](crate::AllMaterials); `None` leaves it to Bevy.
+    /// [`AllMaterials`]; `None` leaves it to Bevy.
     pub fn set_material(&mut self, id: impl Into<UntypedAssetId>, settings: Option<EwaSettings>) {
         let id = id.into();
         self.materials.insert(id, settings);
