@@ -31,9 +31,7 @@ pub(super) const MAPS: [&str; 14] = [
 /// The number of maps, from the first on, that can share a loop: those that Bevy binds with any features.
 pub(super) const SHARABLE: usize = 5;
 
-/// Index of the map of the base colour.
 pub(super) const BASE_COLOR: usize = 0;
-/// Index of the map of normals.
 pub(super) const NORMAL_MAP: usize = 2;
 
 /// A map of a material.
@@ -41,7 +39,6 @@ pub(super) const NORMAL_MAP: usize = 2;
 pub(super) struct Map<'a> {
     /// Index in [`MAPS`].
     pub index: usize,
-    /// The texture.
     pub texture: &'a Handle<Image>,
     /// Whether it has the second UV set.
     pub is_uv_b: bool,
@@ -220,7 +217,6 @@ impl MapLayout {
         (self.shared | self.own) & (1 << index) != 0
     }
 
-    /// Whether no map is filtered.
     pub(super) fn is_empty(self) -> bool {
         self.shared | self.own == 0
     }

@@ -199,11 +199,15 @@ mod tests {
     };
     const SRGB: TexelFormat = TexelFormat { srgb: true, ..RGBA };
 
+    fn chain(size: [u32; 2], format: TexelFormat, data: Vec<u8>, content: MipContent) -> MipChain {
+        generate_mip_chain(size, format, data, content).expect("a chain")
+    }
+
     #[test]
     fn srgb_stripes_become_the_gray_of_their_light() {
         // Thesis figure 5.13: the mean of black and white is 188 and not 128; alpha is linear.
         let data = [[0, 0, 0, 0], [255; 4]].concat().repeat(8);
-        let chain = generate_mip_chain([4, 4], SRGB, data, MipContent::Values).expect("a chain");
+        let chain = chain([4, 4], SRGB, data, MipContent::Values);
         assert_eq!(chain.levels, 3);
         assert_eq!(&chain.data[64..], [188, 188, 188, 128].repeat(5));
     }
@@ -215,7 +219,7 @@ mod tests {
             channels: 1,
             ..RGBA
         };
-        let chain = generate_mip_chain([5, 3], format, data, MipContent::Values).expect("a chain");
+        let chain = chain([5, 3], format, data, MipContent::Values);
         // The levels are 5 x 3, 2 x 1 and 1 x 1. A texel of the second covers 2.5 columns, and the right
         // one of them contains the white column.
         assert_eq!(chain.data[15..], [0, 102, 51]);
@@ -226,7 +230,7 @@ mod tests {
         let up_left = [37, 128, 218, 255];
         let up_right = [218, 128, 218, 255];
         let data = [up_left, up_right].concat();
-        let chain = generate_mip_chain([2, 1], RGBA, data, MipContent::Normals).expect("a chain");
+        let chain = chain([2, 1], RGBA, data, MipContent::Normals);
         assert_eq!(chain.data[8..], [128, 128, 255, 255]);
     }
 
@@ -235,7 +239,7 @@ mod tests {
         let leaf = [40, 110, 30, 255];
         let data = [leaf, [0; 4], [0; 4], [0; 4]].concat();
         let level = |content| {
-            let chain = generate_mip_chain([2, 2], SRGB, data.clone(), content).expect("a chain");
+            let chain = chain([2, 2], SRGB, data.clone(), content);
             chain.data[16..].to_vec()
         };
         assert_eq!(level(MipContent::Transparent), [40, 110, 30, 64]);
@@ -243,8 +247,8 @@ mod tests {
         assert!(level(MipContent::Values)[1] < 60, "a quarter of the light");
         // Nothing is visible: the colour is the plain mean.
         let clear = [[188, 188, 188, 0], [188, 188, 188, 0]].concat();
-        let chain = generate_mip_chain([2, 1], SRGB, clear, MipContent::Transparent);
-        assert_eq!(chain.expect("a chain").data[8..], [188, 188, 188, 0]);
+        let chain = chain([2, 1], SRGB, clear, MipContent::Transparent);
+        assert_eq!(chain.data[8..], [188, 188, 188, 0]);
     }
 
     #[test]
@@ -260,8 +264,7 @@ mod tests {
                 .map(f32::to_le_bytes)
                 .as_flattened()
                 .repeat(texels);
-            let chain =
-                generate_mip_chain(size, format, data, MipContent::Values).expect("a chain");
+            let chain = chain(size, format, data, MipContent::Values);
             for value in format.decode(&chain.data).chunks_exact(2) {
                 assert!((value[0] - 2.5).abs() < 1e-6 && (value[1] + 1.0).abs() < 1e-6);
             }
@@ -285,8 +288,7 @@ mod tests {
                 storage,
                 srgb: false,
             };
-            let chain = generate_mip_chain([2, 1], format, data(pair), MipContent::Values)
-                .expect("a chain");
+            let chain = chain([2, 1], format, data(pair), MipContent::Values);
             assert_eq!(chain.levels, 2);
             assert_eq!(
                 chain.data[4..],
@@ -318,7 +320,7 @@ mod tests {
             [60, 120, 40, if is_blade { 255 } else { 0 }]
         };
         let data: Vec<u8> = (0..GRASS_SIZE * GRASS_SIZE).flat_map(texel).collect();
-        let chain = generate_mip_chain([GRASS_SIZE; 2], SRGB, data, content).expect("a chain");
+        let chain = chain([GRASS_SIZE; 2], SRGB, data, content);
         let mut start = 0;
         let coverages = (0..chain.levels - 2).map(|level| {
             let side = GRASS_SIZE >> level;

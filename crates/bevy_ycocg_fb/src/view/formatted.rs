@@ -36,7 +36,6 @@ pub(crate) type Formatted = Or<(With<PackedView>, With<Rg11b10UfloatView>)>;
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PackedView {
     pub settings: YCoCgFrameBuffer,
-    /// The format of the settings.
     pub format: PackedFormat,
     /// Number of samples per pixel.
     pub samples: u32,
