@@ -1,11 +1,10 @@
 //! The plugin, which registers what the other modules define.
 
-use bevy::prelude::*;
+use bevy::{prelude::*, shader::load_shader_library};
 
 use crate::{
     material::{AllMaterials, MaterialsPlugin},
     settings::{EwaMethod, EwaSettings},
-    shaders::EwaShadersPlugin,
 };
 
 /// Gives the textures of materials mip levels and 16x anisotropy, or filters them by ellipses.
@@ -51,7 +50,13 @@ impl EwaPlugin {
 
 impl Plugin for EwaPlugin {
     fn build(&self, app: &mut App) {
+        load_shader_library!(app, "shaders/types.wesl");
+        load_shader_library!(app, "shaders/footprint.wesl");
+        load_shader_library!(app, "shaders/exact.wesl");
+        load_shader_library!(app, "shaders/probes.wesl");
+        load_shader_library!(app, "shaders/stochastic.wesl");
+        load_shader_library!(app, "shaders/ewa.wesl");
         app.insert_resource(AllMaterials(self.all_materials))
-            .add_plugins((EwaShadersPlugin, MaterialsPlugin));
+            .add_plugins(MaterialsPlugin);
     }
 }

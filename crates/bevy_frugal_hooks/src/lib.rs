@@ -7,8 +7,7 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`shader_patch`] | verified insertions into Bevy's shaders at start-up, each at most once |
-//! | [`material_hook`] | hooks at the end of the specialization of every material's pipeline |
-//! | [`material_tags`] | tags, by which a hook recognizes the materials that it changes |
+//! | [`material_hook`] | hooks at the end of the specialization of every material's pipeline, and tags of materials |
 //! | [`wireframes`] | wireframes that follow their views |
 //!
 //! All depend on Bevy's internals and may fail with another version of Bevy. A plugin checks
@@ -16,11 +15,9 @@
 //! was refused.
 
 pub mod material_hook;
-pub mod material_tags;
 pub mod shader_patch;
 pub mod wireframes;
 
-pub use material_hook::{MaterialHook, MaterialHookPlugin, SpecializedMaterial};
-pub use material_tags::MaterialTags;
+pub use material_hook::{MaterialHook, MaterialHookPlugin, MaterialTags, SpecializedMaterial};
 pub use shader_patch::{Insertion, PatchState, ShaderPatch, ShaderPatches};
 pub use wireframes::ViewWireframesPlugin;

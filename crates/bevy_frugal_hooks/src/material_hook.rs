@@ -1,4 +1,5 @@
-//! Hooks at the end of the specialization of every material's pipeline.
+//! Hooks at the end of the specialization of every material's pipeline, and the tags by which a hook recognizes
+//! the materials that it changes.
 //!
 //! Bevy calls `MaterialProperties::user_specialize` as the last step of a material's pipeline
 //! specialization (`Material::specialize` runs there). [`MaterialHookPlugin`] replaces it by one
@@ -12,12 +13,13 @@
 
 use std::{
     any::{Any, TypeId},
-    collections::HashMap,
+    collections::{BTreeMap, HashMap},
     ptr::fn_addr_eq,
     sync::{Arc, PoisonError, RwLock},
 };
 
 use bevy::{
+    asset::UntypedAssetId,
     material::{
         key::{ErasedMaterialKey, ErasedMaterialPipelineKey},
         specialize::{SpecializedMeshPipelineError, UserSpecializeFn},
@@ -30,8 +32,6 @@ use bevy::{
         render_resource::RenderPipelineDescriptor,
     },
 };
-
-use crate::material_tags::MaterialTags;
 
 /// The material whose pipeline a hook may change.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +48,55 @@ impl SpecializedMaterial<'_> {
     pub fn tag(&self, name: &str) -> Option<u64> {
         let mut tags = self.tags.iter();
         tags.find_map(|(tag, value)| (*tag == name).then_some(*value))
+    }
+}
+
+/// Tags of all materials of a type, or of single materials: names with a number that a hook interprets.
+/// It is a resource of the render world.
+///
+/// A material gets the tags that exist when Bevy prepares it, and keeps them until its asset changes.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct MaterialTags {
+    types: HashMap<TypeId, BTreeMap<&'static str, u64>>,
+    materials: HashMap<UntypedAssetId, BTreeMap<&'static str, u64>>,
+}
+
+impl MaterialTags {
+    /// Sets a tag of all materials of a type, or removes it if `value` is `None`.
+    pub fn set_for_type(&mut self, material_type: TypeId, name: &'static str, value: Option<u64>) {
+        let tags = self.types.entry(material_type).or_default();
+        match value {
+            Some(value) => tags.insert(name, value),
+            None => tags.remove(name),
+        };
+    }
+
+    /// Sets a tag of one material, which overrides its type's tag of the same name, or removes it if
+    /// `value` is `None`.
+    pub fn set_for_material(
+        &mut self,
+        material: UntypedAssetId,
+        name: &'static str,
+        value: Option<u64>,
+    ) {
+        if let Some(value) = value {
+            let tags = self.materials.entry(material).or_default();
+            tags.insert(name, value);
+        } else if let Some(tags) = self.materials.get_mut(&material) {
+            tags.remove(name);
+            if tags.is_empty() {
+                self.materials.remove(&material);
+            }
+        }
+    }
+
+    pub(crate) fn of(&self, material: UntypedAssetId) -> Vec<(&'static str, u64)> {
+        let of_type = self.types.get(&material.type_id()).into_iter().flatten();
+        let single = self.materials.get(&material).into_iter().flatten();
+        let tags: BTreeMap<_, _> = of_type.chain(single).collect();
+        tags.into_iter()
+            .map(|(name, value)| (*name, *value))
+            .collect()
     }
 }
 
@@ -206,4 +255,30 @@ fn specialize_with(
         hook(material, descriptor);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_material_has_its_own_tags_and_those_of_its_type() {
+        let id = |n| {
+            UntypedAssetId::from(AssetId::<Image>::Uuid {
+                uuid: bevy::asset::uuid::Uuid::from_u128(n),
+            })
+        };
+        let of_type = TypeId::of::<Image>();
+        let mut tags = MaterialTags::default();
+        tags.set_for_type(of_type, "a", Some(1));
+        tags.set_for_material(id(1), "b", Some(2));
+        tags.set_for_material(id(1), "a", Some(3));
+        assert_eq!(tags.of(id(1)), [("a", 3), ("b", 2)]);
+        assert_eq!(tags.of(id(2)), [("a", 1)]);
+        tags.set_for_material(id(1), "a", None);
+        tags.set_for_material(id(1), "b", None);
+        assert_eq!(tags.of(id(1)), [("a", 1)]);
+        tags.set_for_type(of_type, "a", None);
+        assert_eq!(tags.of(id(1)), []);
+    }
 }

@@ -9,12 +9,10 @@
 //! | --- | --- |
 //! | [`settings`] | the settings of a camera |
 //! | [`mod@reference`] | packing and reconstruction in plain Rust |
-//! | `packed_format` | the texture formats and shader defs of the formats |
 //! | `material` | packing in the shaders of materials |
 //! | `view` | the choice of the cameras that use their format, and the preparation of their views |
 //! | `pass` | the main pass of a packed camera, and the resolve |
-//! | [`report`] | the state of each camera, and its memory |
-//! | `fallback` | the reasons for which a camera is drawn as without its component |
+//! | [`report`] | the state of each camera, the reasons for it, and its memory |
 //! | [`plugin`] | the plugin that an app adds |
 //!
 //! Without the feature `bevy` only the first two are compiled.
@@ -22,11 +20,7 @@
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
-mod fallback;
-#[cfg(feature = "bevy")]
 mod material;
-#[cfg(feature = "bevy")]
-mod packed_format;
 #[cfg(feature = "bevy")]
 mod pass;
 #[cfg(feature = "bevy")]
@@ -39,11 +33,11 @@ pub mod settings;
 mod view;
 
 #[cfg(feature = "bevy")]
-pub use fallback::FallbackReason;
-#[cfg(feature = "bevy")]
 pub use plugin::YCoCgFrameBufferPlugin;
 #[cfg(feature = "bevy")]
-pub use report::{CameraState, ColorMemory, FrameBufferChanged, FrameBufferReport, RefusedFormat};
+pub use report::{
+    CameraState, ColorMemory, FallbackReason, FrameBufferChanged, FrameBufferReport, RefusedFormat,
+};
 #[cfg(feature = "bevy")]
 pub use settings::DefaultFrameBufferQuality;
 pub use settings::{

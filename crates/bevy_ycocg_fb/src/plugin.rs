@@ -24,7 +24,6 @@ impl Plugin for YCoCgFrameBufferPlugin {
         }
         load_shader_library!(app, "shaders/pack.wesl");
         load_shader_library!(app, "shaders/reconstruct.wesl");
-        load_shader_library!(app, "shaders/dither.wesl");
         load_shader_library!(app, "shaders/rg11b10ufloat.wesl");
         load_shader_library!(app, "shaders/unorm8.wesl");
         app.register_type::<FrameBufferQuality>()

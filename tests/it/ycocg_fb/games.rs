@@ -3,11 +3,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bevy::{
-    camera::{CameraMainTextureUsages, Hdr},
+    camera::{CameraMainTextureUsages, Hdr, RenderTarget},
     core_pipeline::{
         Core3d, Core3dSystems, FullscreenShader,
         core_3d::CORE_3D_DEPTH_FORMAT,
         core_3d::{Opaque3d, Opaque3dBatchSetKey, Opaque3dBinKey},
+        prepass::DepthPrepass,
         tonemapping::tonemapping,
     },
     light::atmosphere::{Atmosphere, ScatteringMedium},
@@ -32,7 +33,9 @@ use bevy::{
     },
 };
 use bevy_frugal_lab::headless::HeadlessError;
-use bevy_ycocg_fb::{CameraState, FallbackReason as Reason, FrameBufferQuality as Quality};
+use bevy_ycocg_fb::{
+    CameraState, FallbackReason as Reason, FrameBufferQuality as Quality, FrameBufferReport,
+};
 
 use super::scene::{Studio, TestCamera, lit_scene, packing};
 use crate::support::{gpu, gpu_alone, logs, skipped};
@@ -84,6 +87,30 @@ fn storage_in_the_main_texture() {
         *reason == Reason::StorageUsage
     });
     studio.packed(packing());
+}
+
+#[test]
+fn a_camera_of_depth_alone_has_what_it_should_have() {
+    let _gpu = gpu();
+    let mut studio = Studio::lit();
+    studio.app.world_mut().spawn((
+        Name::new("depth"),
+        Camera3d::default(),
+        DepthPrepass,
+        Msaa::Off,
+        RenderTarget::None {
+            size: UVec2::splat(32),
+        },
+        Quality::Compact,
+    ));
+    studio.rg11b10ufloat();
+    let world = studio.app.world_mut();
+    let report = world
+        .query_filtered::<&FrameBufferReport, With<DepthPrepass>>()
+        .single(world)
+        .unwrap();
+    assert_eq!(report.state, CameraState::Exact);
+    assert_eq!(report.memory.total(), 0);
 }
 
 #[derive(Resource)]

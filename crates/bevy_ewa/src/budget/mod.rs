@@ -5,13 +5,9 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`error_bound`] | settings by their error |
-//! | [`candidates`] | the candidate settings, with measured errors and costs |
-//! | [`worst_case`] | an upper bound of the cost of a lookup |
+//! | [`cost`] | the candidate settings with measured errors and costs, and an upper bound of the cost of a lookup |
 
-pub mod candidates;
-pub mod error_bound;
-pub mod worst_case;
+pub mod cost;
 
 #[cfg(test)]
 mod tests;
@@ -20,8 +16,7 @@ mod tests;
 use bevy::prelude::*;
 
 use crate::settings::EwaSettings;
-use candidates::{CANDIDATES, Candidate};
-pub use error_bound::EwaErrorBound;
+use cost::{CANDIDATES, Candidate, worst_case_fetches};
 
 /// A number of texture fetches per lookup, from which the most accurate settings within it follow.
 ///
@@ -75,7 +70,7 @@ impl EwaBudget {
     ///
     /// `base` is used as in [`EwaBudget::fit_mean`], but the bound holds for any kernel and minor radius.
     pub fn fit_worst_case(self, base: EwaSettings) -> EwaSettings {
-        self.choose(base, |_, settings| worst_case::worst_case_fetches(settings))
+        self.choose(base, |_, settings| worst_case_fetches(settings))
     }
 
     fn choose(
@@ -93,5 +88,55 @@ impl EwaBudget {
         let best = fitting.min_by(|(a, _), (b, _)| error(a).total_cmp(&error(b)));
         // The texture unit's own filter is one fetch and always fits.
         best.map_or(base, |(_, settings)| settings)
+    }
+}
+
+/// A limit of the error, from which the cheapest settings within it follow.
+///
+/// ```
+/// use bevy_ewa::{EwaErrorBound, EwaMethod, EwaSettings};
+///
+/// let bound = EwaErrorBound { mean_squared_error: 1.0 };
+/// assert_eq!(bound.fit(EwaSettings::default()).method, EwaMethod::Bilinear);
+/// let coarse = EwaErrorBound { mean_squared_error: 200.0 };
+/// assert_eq!(coarse.fit(EwaSettings::default()).method, EwaMethod::Anisotropic);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "bevy",
+    derive(Reflect),
+    reflect(Default, Debug, Clone, PartialEq)
+)]
+pub struct EwaErrorBound {
+    /// Mean squared error against exact EWA in 8-bit sRGB units, averaged over the study's scenes. NaN and numbers
+    /// below 0 count as 0. Default 10.
+    pub mean_squared_error: f32,
+}
+
+impl Default for EwaErrorBound {
+    fn default() -> Self {
+        Self {
+            mean_squared_error: 10.0,
+        }
+    }
+}
+
+impl EwaErrorBound {
+    /// Returns the settings with the fewest fetches in the mean of a picture among those within the error. All
+    /// settings other than `method`, `max_anisotropy` and `max_fetches` are taken from `base`.
+    pub fn fit(self, base: EwaSettings) -> EwaSettings {
+        let bound = self.mean_squared_error.max(0.0);
+        let anisotropy = base.sampler_anisotropy;
+        let within = CANDIDATES
+            .iter()
+            .filter(|candidate| candidate.error(anisotropy) <= bound);
+        let cheapest = within.min_by(|a, b| {
+            let fetches = a
+                .mean_fetches(anisotropy)
+                .total_cmp(&b.mean_fetches(anisotropy));
+            fetches.then(a.error(anisotropy).total_cmp(&b.error(anisotropy)))
+        });
+        // The exact method has the error 0 and is always within it.
+        cheapest.map_or(base, |candidate| candidate.settings(base))
     }
 }

@@ -48,10 +48,10 @@ fn checks() -> Texture {
 /// Returns the picture in 8-bit sRGB and the mean fetches per pixel.
 fn picture(surface: &Surface, texture: &Texture, settings: &EwaSettings) -> (Vec<f64>, f64) {
     let (mut values, mut fetches) = (Vec::new(), 0);
-    // `SoftwareAnisotropic` stands for the texture unit, which the CPU reference lacks.
-    let unit = settings.method == EwaMethod::Anisotropic;
+    // `SoftwareAnisotropic` stands for the texture is_texture_unit, which the CPU reference lacks.
+    let is_texture_unit = settings.method == EwaMethod::Anisotropic;
     let settings = EwaSettings {
-        method: if unit {
+        method: if is_texture_unit {
             EwaMethod::SoftwareAnisotropic
         } else {
             settings.method
@@ -60,10 +60,10 @@ fn picture(surface: &Surface, texture: &Texture, settings: &EwaSettings) -> (Vec
     };
     for i in 0..SIZE * SIZE {
         let (uv, derivatives) = surface.pixel(SIZE, [i % SIZE, i / SIZE]);
-        let found = sample(texture, uv, derivatives, &settings, 0);
-        let value = srgb_from_linear(found.color[0].clamp(0.0, 1.0) as f32);
+        let sampled = sample(texture, uv, derivatives, &settings, 0);
+        let value = srgb_from_linear(sampled.color[0].clamp(0.0, 1.0) as f32);
         values.push(f64::from((value * 255.0).round()));
-        fetches += if unit { 1 } else { found.fetches };
+        fetches += if is_texture_unit { 1 } else { sampled.fetches };
     }
     (values, f64::from(fetches) / f64::from(SIZE * SIZE))
 }
@@ -72,7 +72,7 @@ fn picture(surface: &Surface, texture: &Texture, settings: &EwaSettings) -> (Vec
 fn the_table_has_the_measured_errors_and_costs() {
     let (surfaces, texture) = (surfaces(), checks());
     let exact = EwaSettings::with_method(EwaMethod::Reference);
-    let wanted: Vec<_> = surfaces
+    let expected: Vec<_> = surfaces
         .iter()
         .map(|surface| picture(surface, &texture, &exact).0)
         .collect();
@@ -84,9 +84,9 @@ fn the_table_has_the_measured_errors_and_costs() {
                 ..EwaSettings::default()
             });
             let (mut error, mut most) = (0.0, 0.0f64);
-            for (surface, wanted) in surfaces.iter().zip(&wanted) {
+            for (surface, expected) in surfaces.iter().zip(&expected) {
                 let (values, fetches) = picture(surface, &texture, &settings);
-                let squares = values.iter().zip(wanted).map(|(a, b)| (a - b).powi(2));
+                let squares = values.iter().zip(expected).map(|(a, b)| (a - b).powi(2));
                 error += squares.sum::<f64>() / values.len() as f64 / surfaces.len() as f64;
                 most = most.max(fetches);
             }
@@ -133,19 +133,22 @@ fn pictures_keep_within_their_budget() {
             1.0, 2.0, 4.9, 6.0, 15.0, 24.0, 49.0, 55.0, 80.0, 150.0, 300.0,
         ] {
             let settings = EwaBudget { fetches }.fit_mean(base);
-            let found = mean_fetches_of_the_costliest_scene(&settings);
+            let fetches_per_pixel = mean_fetches_of_the_costliest_scene(&settings);
             let allowed = f64::from(fetches) + 0.05;
-            assert!(found <= allowed, "{found} of {fetches}: {settings:?}");
+            assert!(
+                fetches_per_pixel <= allowed,
+                "{fetches_per_pixel} of {fetches}: {settings:?}"
+            );
         }
     }
 }
 
 /// Returns the error of the chosen settings from the table.
 fn error(settings: &EwaSettings) -> f32 {
-    let found = CANDIDATES
+    let candidate = CANDIDATES
         .iter()
         .find(|candidate| candidate.settings(*settings) == *settings);
-    found
+    candidate
         .expect("a candidate")
         .error(settings.sampler_anisotropy)
 }
@@ -169,6 +172,45 @@ fn a_larger_budget_never_has_a_larger_error() {
         // The largest budgets choose an exact method.
         assert!(mean < 0.1 && worst < 0.1, "{mean} {worst}");
     }
+}
+
+#[test]
+fn a_smaller_error_never_costs_less_and_is_kept() {
+    for sampler_anisotropy in [1, 16] {
+        let base = EwaSettings {
+            sampler_anisotropy,
+            ..EwaSettings::default()
+        };
+        let mut last = 0.0;
+        for bound in [
+            1e6,
+            100.0,
+            98.0,
+            30.0,
+            10.0,
+            5.0,
+            1.0,
+            0.15,
+            0.0,
+            -1.0,
+            f32::NAN,
+        ] {
+            let settings = EwaErrorBound {
+                mean_squared_error: bound,
+            }
+            .fit(base);
+            let is_chosen = |c: &&Candidate| c.settings(base) == settings;
+            let candidate = CANDIDATES.iter().find(is_chosen).expect("a candidate");
+            assert!(candidate.error(sampler_anisotropy) <= bound.max(0.0));
+            let fetches = candidate.mean_fetches(sampler_anisotropy);
+            assert!(fetches >= last, "{bound}: {settings:?}");
+            last = fetches;
+        }
+    }
+    let exact = EwaErrorBound {
+        mean_squared_error: 0.0,
+    };
+    assert_eq!(exact.fit(EwaSettings::default()).method, EwaMethod::Linear);
 }
 
 #[test]
@@ -222,12 +264,12 @@ proptest! {
             dx: mixed(rotation.cos(), rotation.sin()),
             dy: mixed(-rotation.sin(), rotation.cos()),
         };
-        let found = sample(&texture, [u, v], derivatives, &settings, 0);
-        let most = worst_case::worst_case_fetches(&settings);
+        let sampled = sample(&texture, [u, v], derivatives, &settings, 0);
+        let most = worst_case_fetches(&settings);
         prop_assert!(most <= budget.max(1.0));
-        // The texture unit's own filter counts as one fetch; the reference computes it with more.
+        // The texture is_texture_unit's own filter counts as one fetch; the reference computes it with more.
         if settings.method != EwaMethod::Anisotropic {
-            prop_assert!(found.fetches as f32 <= most, "{found:?} of {most}: {settings:?}");
+            prop_assert!(sampled.fetches as f32 <= most, "{sampled:?} of {most}: {settings:?}");
         }
     }
 }

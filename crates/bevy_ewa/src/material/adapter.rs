@@ -17,7 +17,6 @@ static LACKS_LEVEL_QUERIES: AtomicBool = AtomicBool::new(false);
 /// The first version of Mesa whose llvmpipe is known to compile the filter in a motion-vector prepass.
 const GOOD_MESA: u32 = 25;
 
-/// Whether the adapter is llvmpipe.
 pub(super) fn is_llvmpipe() -> bool {
     IS_LLVMPIPE.load(Ordering::Relaxed)
 }

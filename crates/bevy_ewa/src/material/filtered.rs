@@ -1,30 +1,40 @@
-//! Finds the materials that are filtered, and what they need: tags of their pipelines, and textures.
+//! Finds the materials that are filtered, and what they need: tags of their pipelines, mip levels and samplers of their
+//! textures.
 //!
 //! Only what has changed is looked at, and what it concerns: materials are found from their images.
 
-use std::collections::{HashMap, HashSet};
+use std::{
+    any::TypeId,
+    collections::{HashMap, HashSet},
+    hash::Hash,
+    marker::PhantomData,
+};
 
 use bevy::{
     asset::{AssetEventSystems, UntypedAssetId},
-    pbr::Material,
+    image::ImageSamplerDescriptor,
+    pbr::{Material, MeshMaterial3d},
     prelude::*,
-    render::renderer::{RenderAdapter, RenderDevice},
+    render::{
+        Extract, ExtractSchedule, Render, RenderApp,
+        erased_render_asset::prepare_erased_assets,
+        render_resource::TextureFormat,
+        renderer::{RenderAdapter, RenderDevice},
+    },
 };
-use bevy_frugal_hooks::ShaderPatches;
+use bevy_frugal_hooks::{MaterialTags, ShaderPatches};
 
 use super::{
     adapter,
-    all_materials::AllMaterials,
-    images::{Images, support},
-    layout::MapLayout,
-    maps::{Shown, maps},
-    overrides::EwaOverrides,
+    images::{ImageShape, Images},
+    layout::{MapLayout, MaterialTextures, maps},
     patches::Refused,
-    pipeline::{EwaKey, tag_of},
-    wanted::WantedTexture,
+    pipeline::{EwaKey, TAG, tag_of},
+    settings::{AllMaterials, EwaOverrides},
 };
 use crate::{
-    mips::MipContent,
+    mips::{MipContent, NoMips, generator::MipSupport},
+    report::{EwaReport, MipReport, TextureReport},
     settings::{EwaMethod, EwaSettings},
 };
 
@@ -37,6 +47,13 @@ pub(super) enum FindSystems {
     MarkMaterials,
 }
 
+/// The order of the systems that prepare textures and Bevy's, which prepare materials.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum PrepareSystems {
+    BeforeMaterials,
+    AfterMaterials,
+}
+
 /// Follows the images, whatever materials there are.
 pub(super) struct FilteredMaterialsPlugin;
 
@@ -44,6 +61,8 @@ impl Plugin for FilteredMaterialsPlugin {
     fn build(&self, app: &mut App) {
         use FindSystems::{Images, MarkMaterials, Materials, Textures};
         app.register_type::<(AllMaterials, EwaOverrides)>()
+            .register_type::<EwaReport>()
+            .init_resource::<EwaReport>()
             .init_resource::<AllMaterials>()
             .init_resource::<EwaOverrides>()
             .init_resource::<FilteredMaterials>()
@@ -53,7 +72,13 @@ impl Plugin for FilteredMaterialsPlugin {
                     .chain()
                     .after(AssetEventSystems),
             )
-            .add_systems(PostUpdate, find_images.in_set(Images));
+            .add_systems(
+                PostUpdate,
+                (find_images.in_set(Images), find_textures.in_set(Textures)),
+            );
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            render_app.add_systems(ExtractSchedule, tag_materials);
+        }
     }
 
     fn finish(&self, app: &mut App) {
@@ -66,13 +91,59 @@ impl Plugin for FilteredMaterialsPlugin {
     }
 }
 
+/// Filters the textures of another type of material, which derives `Reflect`: one line for each type of the game,
+/// beside its own `MaterialPlugin`.
+///
+/// - An `ExtendedMaterial` with a `StandardMaterial` as its base is filtered as that is, where the extension calls
+///   Bevy's functions for the base's maps. Textures of the extension are as those of other materials:
+/// - Textures of other materials get mip levels and anisotropy, whatever the method, as the plugin cannot change their
+///   shaders. Their texels are averaged as [`MipContent::Values`].
+///
+/// [`EwaPlugin`](crate::EwaPlugin) adds those of `StandardMaterial` and of
+/// [`EwaStandardMaterial`](crate::EwaStandardMaterial). The settings are those of
+/// [`AllMaterials`].
+pub struct EwaMaterialPlugin<M>(PhantomData<fn() -> M>);
+
+impl<M> Default for EwaMaterialPlugin<M> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<M> Plugin for EwaMaterialPlugin<M>
+where
+    M: Material + Reflect,
+    M::Data: PartialEq + Eq + Hash + Clone,
+{
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            PostUpdate,
+            (
+                find_materials::<M>.in_set(FindSystems::Materials),
+                mark_materials::<M>.in_set(FindSystems::MarkMaterials),
+            )
+                .run_if(resource_exists::<Assets<M>>),
+        );
+        if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
+            let prepare = prepare_erased_assets::<MeshMaterial3d<M>>;
+            render_app.configure_sets(
+                Render,
+                (
+                    PrepareSystems::BeforeMaterials.before(prepare),
+                    PrepareSystems::AfterMaterials.after(prepare),
+                ),
+            );
+        }
+    }
+}
+
 /// The materials that are not left to Bevy, and their textures.
 #[derive(Resource, Default)]
 pub(super) struct FilteredMaterials {
     pub(super) images: Images,
     pub(super) materials: HashMap<UntypedAssetId, Filtered>,
     pub(super) users: HashMap<AssetId<Image>, HashSet<UntypedAssetId>>,
-    pub(super) textures: HashMap<AssetId<Image>, WantedTexture>,
+    pub(super) textures: HashMap<AssetId<Image>, TextureRequest>,
     config: Option<(AllMaterials, Refused)>,
     /// What has changed in this frame.
     pub(super) changes: Changes,
@@ -93,7 +164,7 @@ pub(super) struct Changes {
     /// Materials with another tag.
     pub(super) tags: Vec<(UntypedAssetId, Option<u64>)>,
     /// Images with other needs; `None` for those that are Bevy's own again.
-    pub(super) textures: Vec<(AssetId<Image>, Option<WantedTexture>)>,
+    pub(super) textures: Vec<(AssetId<Image>, Option<TextureRequest>)>,
 }
 
 /// How a material is filtered.
@@ -112,19 +183,31 @@ pub(super) struct FilteredTexture {
     pub is_elliptical: bool,
 }
 
+/// What the renderer has to do for a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct TextureRequest {
+    /// Levels to generate, the finest included; 1 for none.
+    pub levels: u32,
+    pub format: TextureFormat,
+    pub content: MipContent,
+    /// The sampler in place of the image's.
+    pub sampler: Option<ImageSamplerDescriptor>,
+    pub after_draws: bool,
+}
+
 impl Filtered {
     fn new(
-        shown: &Shown,
+        material: &MaterialTextures,
         all: Option<EwaSettings>,
         override_: Option<Option<EwaSettings>>,
         refused: Refused,
         images: &Images,
     ) -> Option<Self> {
-        let own = shown.extension.map(|extension| extension.settings);
+        let own = material.extension.map(|extension| extension.settings);
         let settings = adapter::supported(override_.unwrap_or(own.or(all))?);
         let anisotropy = settings.texture_unit_anisotropy();
         let mut filtered = Self::default();
-        if let Some(standard) = shown.standard {
+        if let Some(standard) = material.standard {
             let chosen = refused.filterable(settings.maps, standard);
             let layout = MapLayout::of(standard, chosen, images);
             let key = EwaKey::new(&settings, adapter::is_llvmpipe()).filter(|_| !layout.is_empty());
@@ -147,7 +230,7 @@ impl Filtered {
         };
         filtered
             .textures
-            .extend(shown.others.iter().map(|image| FilteredTexture {
+            .extend(material.others.iter().map(|image| FilteredTexture {
                 image: *image,
                 content: MipContent::Values,
                 anisotropy,
@@ -173,7 +256,8 @@ fn find_images(
     let refused = patches.map_or_else(default, |patches| Refused::new(&patches));
     let config = Some((*all, refused));
     changes.are_all_materials_stale = std::mem::replace(&mut filtered.config, config) != config;
-    let support = support(device.as_deref(), adapter.as_deref());
+    let renderer = device.as_deref().zip(adapter.as_deref());
+    let support = renderer.map(|(device, adapter)| MipSupport { device, adapter });
     let mut update = |id, overrides: &EwaOverrides| {
         let is_new = filtered.images.get(id).is_none();
         if filtered
@@ -201,7 +285,7 @@ fn find_images(
 }
 
 impl FilteredMaterials {
-    /// Finds how a material is filtered, and returns whether that is another way than before.
+    /// Finds how a material is filtered, and returns whether that has changed.
     pub(super) fn update<M: Material + Reflect>(
         &mut self,
         id: AssetId<M>,
@@ -212,30 +296,36 @@ impl FilteredMaterials {
         let refused = self.config.map(|(_, refused)| refused).unwrap_or_default();
         let material = materials.get(id);
         let id = id.into();
-        let found = material.and_then(|material| {
-            let shown = Shown::by(material.as_partial_reflect());
-            Filtered::new(&shown, all.0, overrides.material(id), refused, &self.images)
+        let filtered = material.and_then(|material| {
+            let material = MaterialTextures::of(material.as_partial_reflect());
+            Filtered::new(
+                &material,
+                all.0,
+                overrides.material(id),
+                refused,
+                &self.images,
+            )
         });
-        let former = self.materials.get(&id);
-        if former == found.as_ref() {
+        let previous = self.materials.get(&id);
+        if previous == filtered.as_ref() {
             return false;
         }
-        let tag = found.as_ref().and_then(|filtered| filtered.tag);
-        if former.and_then(|former| former.tag) != tag {
+        let tag = filtered.as_ref().and_then(|filtered| filtered.tag);
+        if previous.and_then(|previous| previous.tag) != tag {
             self.changes.tags.push((id, tag));
         }
-        for texture in former.into_iter().flat_map(|former| &former.textures) {
+        for texture in previous.into_iter().flat_map(|previous| &previous.textures) {
             self.changes.used.insert(texture.image);
             if let Some(users) = self.users.get_mut(&texture.image) {
                 users.remove(&id);
             }
         }
-        for texture in found.iter().flat_map(|found| &found.textures) {
+        for texture in filtered.iter().flat_map(|filtered| &filtered.textures) {
             self.changes.used.insert(texture.image);
             self.users.entry(texture.image).or_default().insert(id);
         }
-        match found {
-            Some(found) => self.materials.insert(id, found),
+        match filtered {
+            Some(filtered) => self.materials.insert(id, filtered),
             None => self.materials.remove(&id),
         };
         true
@@ -246,5 +336,158 @@ impl FilteredMaterials {
         let textures = self.materials.get(&id).map(|material| &material.textures);
         let mut textures = textures.into_iter().flatten();
         textures.any(|texture| self.changes.images.get(&texture.image) == Some(&true))
+    }
+}
+
+/// Looks at the materials that have changed, or whose images or settings have.
+fn find_materials<M: Material + Reflect>(
+    mut filtered: ResMut<FilteredMaterials>,
+    all: Res<AllMaterials>,
+    overrides: Res<EwaOverrides>,
+    materials: Res<Assets<M>>,
+    mut events: MessageReader<AssetEvent<M>>,
+) {
+    let filtered = &mut *filtered;
+    for event in events.read() {
+        match event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => {
+                filtered.changes.prepared.insert((*id).into());
+                filtered.update(*id, &materials, &all, &overrides);
+            }
+            AssetEvent::Removed { id } => {
+                filtered.update(*id, &materials, &all, &overrides);
+            }
+            AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => {}
+        }
+    }
+    let stale: Vec<AssetId<M>> = if filtered.changes.are_all_materials_stale {
+        materials.ids().collect()
+    } else {
+        let users = filtered.changes.images.keys();
+        let users = users.flat_map(|image| filtered.users.get(image).into_iter().flatten());
+        let stale = users.chain(&filtered.changes.overridden);
+        let of_this_type = stale.filter(|id| id.type_id() == TypeId::of::<M>());
+        of_this_type.map(|id| id.typed_unchecked()).collect()
+    };
+    for id in stale {
+        let is_changed = filtered.update(id, &materials, &all, &overrides);
+        let id = UntypedAssetId::from(id);
+        if is_changed && !filtered.is_awaiting(id) {
+            filtered.changes.stale.insert(id);
+        }
+    }
+}
+
+/// Marks materials as modified, so that the renderer prepares them again.
+fn mark_materials<M: Material>(filtered: Res<FilteredMaterials>, mut materials: ResMut<Assets<M>>) {
+    let changes = &filtered.changes;
+    for id in changes.stale.difference(&changes.prepared) {
+        if id.type_id() == TypeId::of::<M>()
+            && let Some(mut material) = materials.get_mut(id.typed_unchecked::<M>())
+        {
+            // Only a mutable reference marks the asset as modified.
+            let _: &mut M = &mut material;
+        }
+    }
+}
+
+impl FilteredMaterials {
+    /// What the materials that show an image want of its texture, and what it got.
+    fn texture(
+        &self,
+        id: AssetId<Image>,
+        image: &ImageShape,
+    ) -> Option<(TextureRequest, TextureReport)> {
+        let users = self.users.get(&id)?;
+        let users = users.iter().filter_map(|user| self.materials.get(user));
+        let uses = users.flat_map(|user| user.textures.iter().filter(|used| used.image == id));
+        let used = uses.copied().reduce(|a, b| FilteredTexture {
+            image: id,
+            content: stricter(a.content, b.content),
+            anisotropy: a.anisotropy.max(b.anisotropy),
+            is_elliptical: a.is_elliptical || b.is_elliptical,
+        })?;
+        let sampler = image.with_anisotropy(used.anisotropy);
+        let report = TextureReport {
+            mips: image.mips,
+            anisotropy: sampler.as_ref().unwrap_or(&image.sampler).anisotropy_clamp,
+            is_elliptical: used.is_elliptical,
+        };
+        let texture = TextureRequest {
+            levels: match image.mips {
+                MipReport::Generated(levels) => levels,
+                MipReport::Own(_) | MipReport::Without(_) => 1,
+            },
+            format: image.mip_format,
+            content: used.content,
+            sampler,
+            after_draws: image.after_draws,
+        };
+        Some((texture, report))
+    }
+}
+
+/// Finds what the textures need whose images or users have changed.
+fn find_textures(mut filtered: ResMut<FilteredMaterials>, mut report: ResMut<EwaReport>) {
+    let filtered = &mut *filtered;
+    let mut used = std::mem::take(&mut filtered.changes.used);
+    used.extend(filtered.changes.images.keys());
+    for id in &used {
+        let image = filtered.images.get(*id);
+        let requested = image.and_then(|image| filtered.texture(*id, image));
+        let (texture, reported) = requested.unzip();
+        let reported = reported.or_else(|| {
+            // Materials wait for it.
+            let is_awaited = filtered
+                .users
+                .get(id)
+                .is_some_and(|users| !users.is_empty());
+            is_awaited.then_some(TextureReport {
+                mips: MipReport::Without(NoMips::NotLoaded),
+                anisotropy: 1,
+                is_elliptical: false,
+            })
+        });
+        if report.textures.get(id) != reported.as_ref() {
+            match reported {
+                Some(reported) => report.textures.insert(*id, reported),
+                None => report.textures.remove(id),
+            };
+        }
+        if filtered.users.get(id).is_some_and(HashSet::is_empty) {
+            filtered.users.remove(id);
+        }
+        let previous = match texture.clone() {
+            Some(texture) => filtered.textures.insert(*id, texture),
+            None => filtered.textures.remove(id),
+        };
+        // A material keeps the views and samplers with which it was prepared. Bevy replaces the texture of an image
+        // with another shape, and does not prepare the materials again that show it.
+        let is_new = filtered.changes.images.get(id).copied();
+        if is_new != Some(true) && (previous != texture || is_new.is_some()) {
+            let users = filtered.users.get(id).into_iter().flatten();
+            filtered.changes.stale.extend(users);
+        }
+        if previous != texture {
+            filtered.changes.textures.push((*id, texture));
+        }
+    }
+}
+
+/// What a texture is taken for that materials show as different contents.
+fn stricter(a: MipContent, b: MipContent) -> MipContent {
+    let rank = |content| match content {
+        MipContent::Values => 0.0,
+        MipContent::Transparent => 1.0,
+        MipContent::Mask { cutoff } => 2.0 + cutoff,
+        MipContent::Normals => f32::INFINITY,
+    };
+    if rank(a) < rank(b) { b } else { a }
+}
+
+/// Writes the tags of the filtered materials, which their pipelines have in their keys.
+fn tag_materials(filtered: Extract<Res<FilteredMaterials>>, mut tags: ResMut<MaterialTags>) {
+    for (id, tag) in &filtered.changes.tags {
+        tags.set_for_material(*id, TAG, *tag);
     }
 }

@@ -5,18 +5,12 @@ use std::collections::HashMap;
 use bevy::{
     image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
     prelude::*,
-    render::{
-        render_resource::{TextureDescriptor, TextureFormat},
-        renderer::{RenderAdapter, RenderDevice},
-    },
+    render::render_resource::{TextureDescriptor, TextureFormat},
 };
 
-use super::overrides::{EwaImage, EwaOverrides};
+use super::settings::{EwaImage, EwaOverrides};
 use crate::{
-    mips::{
-        NoMips,
-        plan::{MipSupport, is_written_on_gpu},
-    },
+    mips::generator::{MipSupport, NoMips, is_written_on_gpu},
     report::MipReport,
 };
 
@@ -150,20 +144,12 @@ impl Images {
         let shape = images.get(id).map(|image| {
             ImageShape::new(image, overrides.image(id), &self.default_sampler, support)
         });
-        let former = match shape {
+        let previous = match shape {
             Some(shape) => self.shapes.insert(id, shape),
             None => self.shapes.remove(&id),
         };
-        former.as_ref() != self.shapes.get(&id)
+        previous.as_ref() != self.shapes.get(&id)
     }
-}
-
-/// What the device can generate levels of, where there is one.
-pub(super) fn support<'a>(
-    device: Option<&'a RenderDevice>,
-    adapter: Option<&'a RenderAdapter>,
-) -> Option<MipSupport<'a>> {
-    Some(MipSupport::new(device?, adapter?))
 }
 
 #[cfg(test)]
@@ -181,18 +167,18 @@ pub(super) mod tests {
 
     #[test]
     fn only_linear_samplers_get_anisotropy_and_never_less_than_they_have() {
-        let found = |sampler, clamp| {
-            let raised = shape(4, sampler).with_anisotropy(clamp);
-            raised.map(|sampler| sampler.anisotropy_clamp)
+        let raised = |sampler, clamp| {
+            let sampler = shape(4, sampler).with_anisotropy(clamp);
+            sampler.map(|sampler| sampler.anisotropy_clamp)
         };
-        assert_eq!(found(ImageSamplerDescriptor::linear(), 16), Some(16));
-        assert_eq!(found(ImageSamplerDescriptor::linear(), 1), None);
-        assert_eq!(found(ImageSamplerDescriptor::nearest(), 16), None);
+        assert_eq!(raised(ImageSamplerDescriptor::linear(), 16), Some(16));
+        assert_eq!(raised(ImageSamplerDescriptor::linear(), 1), None);
+        assert_eq!(raised(ImageSamplerDescriptor::nearest(), 16), None);
         let has_more = ImageSamplerDescriptor {
             anisotropy_clamp: 8,
             ..ImageSamplerDescriptor::linear()
         };
-        assert_eq!(found(has_more, 4), None);
+        assert_eq!(raised(has_more, 4), None);
     }
 
     #[test]

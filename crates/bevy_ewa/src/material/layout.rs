@@ -1,12 +1,131 @@
-//! Which maps of a material are filtered together: a part of the key of its pipelines.
+//! The texture maps of a material, and which of them are filtered together: a part of the key of its pipelines.
 
-use bevy::pbr::StandardMaterial;
-
-use super::{
-    images::Images,
-    maps::{BASE_COLOR, NORMAL_MAP, SHARABLE, maps},
+use bevy::{
+    mesh::UvChannel,
+    prelude::*,
+    reflect::{ReflectRef, structs::Struct},
 };
-use crate::settings::EwaMaps;
+
+use super::{images::Images, settings::EwaExtension};
+use crate::{mips::MipContent, settings::EwaMaps};
+
+/// The maps that are filtered: the names of the fields `*_texture` of `StandardMaterial` and, in capitals, of the shader
+/// defs. The depth map is not among them, which parallax mapping reads at many points.
+pub(super) const MAPS: [&str; 14] = [
+    "base_color",
+    "emissive",
+    "normal_map",
+    "metallic_roughness",
+    "occlusion",
+    "specular",
+    "specular_tint",
+    "clearcoat",
+    "clearcoat_roughness",
+    "clearcoat_normal",
+    "specular_transmission",
+    "thickness",
+    "diffuse_transmission",
+    "anisotropy",
+];
+
+/// The number of maps, from the first on, that can share a loop: those that Bevy binds with any features.
+pub(super) const SHARABLE: usize = 5;
+
+pub(super) const BASE_COLOR: usize = 0;
+pub(super) const NORMAL_MAP: usize = 2;
+
+/// A map of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Map<'a> {
+    /// Index in [`MAPS`].
+    pub index: usize,
+    pub texture: &'a Handle<Image>,
+    /// Whether it has the second UV set.
+    pub is_uv_b: bool,
+}
+
+impl Map<'_> {
+    /// Its name in [`MAPS`].
+    pub(super) fn name(&self) -> &'static str {
+        MAPS[self.index]
+    }
+
+    /// What its texels mean in this material.
+    pub(super) fn content(&self, material: &StandardMaterial) -> MipContent {
+        if self.name().contains("normal") {
+            return MipContent::Normals;
+        }
+        match material.alpha_mode {
+            _ if self.index != BASE_COLOR => MipContent::Values,
+            AlphaMode::Opaque | AlphaMode::Premultiplied => MipContent::Values,
+            // The texture's alpha is multiplied by that of the colour.
+            AlphaMode::Mask(cutoff) if material.base_color.alpha() > 0.0 => MipContent::Mask {
+                cutoff: cutoff / material.base_color.alpha(),
+            },
+            _ => MipContent::Transparent,
+        }
+    }
+}
+
+/// The textures of a material of any type.
+#[derive(Default)]
+pub(super) struct MaterialTextures<'a> {
+    /// Bevy's own material, which is the material itself or the base of an extended one.
+    pub standard: Option<&'a StandardMaterial>,
+    /// The settings of the material itself.
+    pub extension: Option<&'a EwaExtension>,
+    /// Textures that are not maps of `standard`.
+    pub others: Vec<AssetId<Image>>,
+}
+
+impl<'a> MaterialTextures<'a> {
+    /// Finds the textures of a material, by reflection.
+    pub(super) fn of(material: &'a dyn PartialReflect) -> Self {
+        let mut textures = Self::default();
+        textures.visit(material);
+        textures
+    }
+
+    fn visit(&mut self, value: &'a dyn PartialReflect) {
+        if let Some(standard) = value.try_downcast_ref() {
+            self.standard = Some(standard);
+        } else if let Some(extension) = value.try_downcast_ref() {
+            self.extension = Some(extension);
+        } else if let Some(image) = value.try_downcast_ref::<Handle<Image>>() {
+            self.others.push(image.id());
+        } else {
+            match value.reflect_ref() {
+                ReflectRef::Struct(value) => value.iter_fields().for_each(|(_, v)| self.visit(v)),
+                ReflectRef::TupleStruct(value) => value.iter_fields().for_each(|v| self.visit(v)),
+                ReflectRef::Tuple(value) => value.iter_fields().for_each(|v| self.visit(v)),
+                ReflectRef::Enum(value) => value.iter_fields().for_each(|v| self.visit(v.value())),
+                ReflectRef::List(value) => value.iter().for_each(|v| self.visit(v)),
+                ReflectRef::Array(value) => value.iter().for_each(|v| self.visit(v)),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Returns the maps that a material has.
+///
+/// The fields are found by reflection: which of them `StandardMaterial` has depends on Bevy's features
+/// `pbr_*_textures`, which a game may or may not enable and a dependency cannot query.
+pub(super) fn maps(material: &StandardMaterial) -> impl Iterator<Item = Map<'_>> {
+    material.iter_fields().filter_map(|(field, value)| {
+        let texture = value.try_downcast_ref::<Option<Handle<Image>>>()?;
+        let texture = texture.as_ref()?;
+        let name = field.strip_suffix("_texture")?;
+        let index = MAPS.iter().position(|map| *map == name)?;
+        let channel = material.field(&format!("{name}_channel"))?;
+        let is_uv_b = *channel.try_downcast_ref::<UvChannel>()? != UvChannel::Uv0;
+        Some(Map {
+            index,
+            texture,
+            is_uv_b,
+        })
+    })
+}
 
 /// How the maps of a material are filtered. Bit n of a mask is map n of `MAPS`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -93,12 +212,11 @@ impl MapLayout {
         }
     }
 
-    /// Whether the map of this index in `MAPS` is filtered.
+    /// Whether the map of this index in [`MAPS`] is filtered.
     pub(super) fn contains(self, index: usize) -> bool {
         (self.shared | self.own) & (1 << index) != 0
     }
 
-    /// Whether no map is filtered.
     pub(super) fn is_empty(self) -> bool {
         self.shared | self.own == 0
     }
@@ -106,17 +224,17 @@ impl MapLayout {
     /// The layout in a prepass or a shadow map, which sample each map on its own, and no others than those of the
     /// base colour's alpha and of normals.
     pub(super) fn in_prepass(self, has_alpha: bool, has_normals: bool) -> Self {
-        let mut sampled = 0;
+        let mut mask = 0;
         if has_alpha {
-            sampled |= 1 << BASE_COLOR;
+            mask |= 1 << BASE_COLOR;
         }
         if has_normals {
-            sampled |= 1 << NORMAL_MAP;
+            mask |= 1 << NORMAL_MAP;
         }
         Self {
             shared: 0,
             has_parallax: false,
-            own: (self.shared | self.own) & sampled,
+            own: (self.shared | self.own) & mask,
             ..self
         }
     }
@@ -125,15 +243,14 @@ impl MapLayout {
 #[cfg(test)]
 mod tests {
     use bevy::{
-        asset::{AssetId, Handle, uuid::Uuid},
-        image::ImageSamplerDescriptor,
-        mesh::UvChannel,
+        asset::uuid::Uuid,
+        image::{ImageAddressMode, ImageSamplerDescriptor},
     };
 
     use super::*;
     use crate::material::images::tests::shape;
 
-    fn handle<A: bevy::asset::Asset>(n: u128) -> Handle<A> {
+    fn handle<A: Asset>(n: u128) -> Handle<A> {
         Handle::from(Uuid::from_u128(n))
     }
 
@@ -143,7 +260,7 @@ mod tests {
         for n in 1..20 {
             let side = if n < 10 { 64 } else { 32 };
             let mut sampler = ImageSamplerDescriptor::linear();
-            sampler.set_address_mode(bevy::image::ImageAddressMode::Repeat);
+            sampler.set_address_mode(ImageAddressMode::Repeat);
             images.insert(AssetId::from(Uuid::from_u128(n)), shape(side, sampler));
         }
         images
@@ -220,5 +337,77 @@ mod tests {
         assert_eq!(masks(true, true), 0b101);
         assert_eq!(masks(false, true), 0b100);
         assert!(layout.in_prepass(false, false).is_empty());
+    }
+
+    #[test]
+    fn all_maps_but_parallax_are_found_with_their_coordinates() {
+        let mut material = StandardMaterial {
+            base_color_texture: Some(handle(1)),
+            emissive_texture: Some(handle(2)),
+            emissive_channel: UvChannel::Uv1,
+            normal_map_texture: Some(handle(3)),
+            depth_map: Some(handle(4)),
+            ..default()
+        };
+        let mut actual: Vec<_> = maps(&material)
+            .map(|map| {
+                let has_normals = map.content(&material) == MipContent::Normals;
+                (map.name(), map.texture.id(), map.is_uv_b, has_normals)
+            })
+            .collect();
+        actual.sort_by_key(|(name, ..)| *name);
+        let expected = [
+            ("base_color", 1, false, false),
+            ("emissive", 2, true, false),
+            ("normal_map", 3, false, true),
+        ];
+        let id = |n| AssetId::from(Uuid::from_u128(n));
+        assert_eq!(
+            actual,
+            expected.map(|(name, n, is_uv_b, normals)| (name, id(n), is_uv_b, normals))
+        );
+        material.base_color_texture = None;
+        assert_eq!(maps(&material).count(), 2);
+    }
+
+    #[test]
+    fn the_alpha_mode_decides_what_a_base_colour_is() {
+        let content = |alpha_mode, alpha| {
+            let material = StandardMaterial {
+                base_color: Color::WHITE.with_alpha(alpha),
+                base_color_texture: Some(handle(1)),
+                alpha_mode,
+                ..default()
+            };
+            let map = maps(&material).next().expect("a map");
+            map.content(&material)
+        };
+        assert_eq!(content(AlphaMode::Opaque, 1.0), MipContent::Values);
+        assert_eq!(content(AlphaMode::Premultiplied, 1.0), MipContent::Values);
+        assert_eq!(content(AlphaMode::Blend, 1.0), MipContent::Transparent);
+        let mask = |cutoff| MipContent::Mask { cutoff };
+        assert_eq!(content(AlphaMode::Mask(0.25), 1.0), mask(0.25));
+        assert_eq!(content(AlphaMode::Mask(0.25), 0.5), mask(0.5));
+        assert_eq!(content(AlphaMode::Mask(0.25), 0.0), MipContent::Transparent);
+    }
+
+    #[test]
+    fn textures_of_any_material_are_found() {
+        #[derive(Reflect)]
+        struct Game {
+            base: StandardMaterial,
+            detail: Option<Handle<Image>>,
+            layers: Vec<(Handle<Image>, f32)>,
+            none: Option<Handle<Image>>,
+        }
+        let material = Game {
+            base: default(),
+            detail: Some(handle(1)),
+            layers: vec![(handle(2), 1.0), (handle(3), 0.5)],
+            none: None,
+        };
+        let textures = MaterialTextures::of(&material);
+        assert!(textures.standard.is_some() && textures.extension.is_none());
+        assert_eq!(textures.others, [1, 2, 3].map(|n| handle::<Image>(n).id()));
     }
 }

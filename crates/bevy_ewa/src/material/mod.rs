@@ -2,50 +2,35 @@
 //!
 //! | module | contents |
 //! | --- | --- |
+//! | [`settings`] | the settings of all materials, of single materials and images |
+//! | `images` | sizes, samplers and possible mip levels of images |
+//! | [`layout`] | the maps of a material, and which of them are filtered together |
+//! | `filtered` | the plugin of a type of material, which materials are filtered, and what their textures need |
 //! | [`patches`] | statements in Bevy's shaders that are compiled only with the shader defs of the filter |
 //! | [`pipeline`] | the settings and the layout as shader defs of a pipeline |
-//! | [`layout`] | the maps of a material that are filtered together |
-//! | [`extension`] | filtering of single materials |
-//! | [`all_materials`] | filtering of all `StandardMaterial`s |
-//! | [`overrides`] | what the app decides for single images and materials |
-//! | `filtered` | the materials that are filtered |
-//! | [`material_plugin`] | the plugin of a type of material |
-//! | `textures`, `wanted` | what the textures of filtered materials need |
-//! | `tags` | the filtered materials, as tags in the keys of their pipelines |
 //! | [`prepared`] | mip levels and samplers of textures in the renderer |
-//! | `maps` | the textures of a material |
-//! | `images` | sizes, samplers and possible mip levels of images |
 //! | `adapter` | detection of drivers that need workarounds |
 //!
 //! The shaders `sample_map.wesl` and `shared_maps.wesl` are what the statements in Bevy's shaders call.
 
 mod adapter;
-pub mod all_materials;
-pub mod extension;
 mod filtered;
 mod images;
 pub mod layout;
-pub(crate) mod maps;
-pub mod material_plugin;
-pub mod overrides;
 pub mod patches;
 pub mod pipeline;
 pub mod prepared;
-mod tags;
-mod textures;
-mod wanted;
+pub mod settings;
 
 use bevy::{
     pbr::MaterialPlugin, prelude::*, render::renderer::RenderAdapterInfo,
     shader::load_shader_library,
 };
-use bevy_frugal_hooks::shader_patch::PatchShadersExt;
+use bevy_frugal_hooks::{MaterialHookPlugin, shader_patch::PatchShadersExt};
 
-pub use all_materials::AllMaterials;
-pub use extension::{EwaExtension, EwaStandardMaterial};
-pub use material_plugin::EwaMaterialPlugin;
-pub use overrides::{EwaImage, EwaOverrides};
+pub use filtered::EwaMaterialPlugin;
 pub use prepared::EwaMipSystems;
+pub use settings::{AllMaterials, EwaExtension, EwaImage, EwaOverrides, EwaStandardMaterial};
 
 /// Patches Bevy's shaders and registers both kinds of filtered materials.
 pub(crate) struct MaterialsPlugin;
@@ -60,10 +45,9 @@ impl Plugin for MaterialsPlugin {
         app.add_plugins((
             MaterialPlugin::<EwaStandardMaterial>::default(),
             filtered::FilteredMaterialsPlugin,
-            textures::TexturesPlugin,
             EwaMaterialPlugin::<StandardMaterial>::default(),
             EwaMaterialPlugin::<EwaStandardMaterial>::default(),
-            tags::TagsPlugin,
+            MaterialHookPlugin(pipeline::apply_filter),
             prepared::PreparedTexturesPlugin,
         ))
         .register_type::<EwaExtension>()

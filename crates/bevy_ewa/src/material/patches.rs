@@ -57,8 +57,8 @@ impl Refused {
 }
 
 const SAMPLING: &str = "textureSampleBias(";
-/// What is sampled at the maps that can share a loop.
-const SAMPLED: &str = "textureSampleBias(texture, sampler_, coords, bias.mip_bias)";
+/// The call at the maps that can share a loop.
+const SHARABLE_SAMPLING: &str = "textureSampleBias(texture, sampler_, coords, bias.mip_bias)";
 const SAMPLE_MAP: &str = "bevy_ewa::material::sample_map::sample_map";
 const SHARED_MAPS: &str = "bevy_ewa::material::shared_maps::shared_maps";
 
@@ -89,7 +89,7 @@ macro_rules! map {
             let own = |gradient: &str| $statement.replace(SAMPLING, &format!("sample_map(in.position.xy, {gradient}, "));
             let mut text = String::new();
             if !$field.is_empty() {
-                let shared = $statement.replace(SAMPLED, concat!("ewa_maps.", $field));
+                let shared = $statement.replace(SHARABLE_SAMPLING, concat!("ewa_maps.", $field));
                 text = format!("@elif(EWA_SHARED_{})\n{shared}\n", $map);
             }
             format!(

@@ -1,4 +1,7 @@
-//! The settings and the layout of maps as shader defs of a pipeline.
+//! The settings and the layout of a material's maps, as a tag in the key of its pipelines and as their shader defs.
+//!
+//! A pipeline is compiled for the maps that its material has: Bevy asks whether there is a map at run time, which costs
+//! the filter's code for all maps.
 
 use std::sync::{PoisonError, RwLock};
 
@@ -7,15 +10,21 @@ use bevy::{
     render::render_resource::{FragmentState, RenderPipelineDescriptor},
     shader::ShaderDefVal,
 };
+use bevy_frugal_hooks::SpecializedMaterial;
 
-use super::{adapter::is_old_llvmpipe, layout::MapLayout, maps::MAPS};
+use super::{
+    adapter::is_old_llvmpipe,
+    layout::{MAPS, MapLayout},
+};
 use crate::{
     settings::{EwaMethod, EwaSettings},
     shaders::EwaUniform,
 };
 
+/// Name of the tag of filtered materials.
+pub(super) const TAG: &str = "bevy_ewa";
 /// Feature of the statements in Bevy's shaders that maps of any layout need.
-pub(crate) const EWA: &str = "BEVY_EWA";
+const EWA: &str = "BEVY_EWA";
 
 /// What pipelines are compiled with; a tag is an index. It grows with the distinct settings and layouts, not with the
 /// materials. Hooks have no access to a world.
@@ -32,7 +41,7 @@ pub(super) fn tag_of(key: (EwaKey, MapLayout)) -> u64 {
 }
 
 /// What a tag stands for.
-pub(super) fn key_of(tag: u64) -> Option<(EwaKey, MapLayout)> {
+fn key_of(tag: u64) -> Option<(EwaKey, MapLayout)> {
     let keys = KEYS.read().unwrap_or_else(PoisonError::into_inner);
     keys.get(tag as usize).copied()
 }
@@ -119,7 +128,7 @@ impl EwaKey {
     }
 
     /// Adds the shader defs of the filter to a pipeline, unless its pass samples none of the maps.
-    pub(super) fn apply(
+    fn apply(
         &self,
         layout: MapLayout,
         key: MeshPipelineKey,
@@ -150,4 +159,14 @@ impl EwaKey {
 
 fn has(fragment: &FragmentState, def: &'static str) -> bool {
     fragment.shader_defs.contains(&def.into())
+}
+
+/// The material hook, by which pipelines of tagged materials filter.
+pub(super) fn apply_filter(
+    material: SpecializedMaterial,
+    descriptor: &mut RenderPipelineDescriptor,
+) {
+    if let Some((key, layout)) = material.tag(TAG).and_then(key_of) {
+        key.apply(layout, material.mesh_key, descriptor);
+    }
 }

@@ -28,8 +28,8 @@ use bevy::{
     },
 };
 
-use super::{filtered::FilteredMaterials, material_plugin::PrepareSystems, wanted::WantedTexture};
-use crate::mips::{generator::MipGenerator, levels::Levels};
+use super::filtered::{FilteredMaterials, PrepareSystems, TextureRequest};
+use crate::mips::{downsample::Levels, generator::MipGenerator};
 
 /// Prepares textures before the materials that show them.
 pub(super) struct PreparedTexturesPlugin;
@@ -85,13 +85,13 @@ impl Plugin for PreparedTexturesPlugin {
 
 #[derive(Resource, Default)]
 struct PreparedTextures {
-    wanted: HashMap<AssetId<Image>, WantedTexture>,
+    requests: HashMap<AssetId<Image>, TextureRequest>,
     /// Textures to look at in this frame, or once they are on the GPU.
     changed: HashSet<AssetId<Image>>,
     /// The levels of textures that Bevy created with room for them.
-    rooms: HashMap<AssetId<Image>, u32>,
-    copies: HashMap<AssetId<Image>, Copy>,
-    samplers: HashMap<AssetId<Image>, Replaced>,
+    allocated_levels: HashMap<AssetId<Image>, u32>,
+    copies: HashMap<AssetId<Image>, MippedCopy>,
+    samplers: HashMap<AssetId<Image>, ReplacedSampler>,
     /// Whether levels follow the draws of cameras.
     follows_cameras: bool,
 }
@@ -112,59 +112,64 @@ fn extract_textures(
             commands.queue(follow_cameras);
         }
         match texture {
-            Some(texture) => prepared.wanted.insert(*id, texture.clone()),
-            None => prepared.wanted.remove(id),
+            Some(texture) => prepared.requests.insert(*id, texture.clone()),
+            None => prepared.requests.remove(id),
         };
     }
     for (id, image) in &mut extracted.extracted {
-        let wanted = prepared.wanted.get(id);
-        if wanted.is_some() {
+        let request = prepared.requests.get(id);
+        if request.is_some() {
             prepared.changed.insert(*id);
         }
-        let wanted = wanted.filter(|wanted| !wanted.after_draws);
-        let room = prepared.rooms.remove(id);
-        if let Some(room) = make_room(image, images.get(*id), room, wanted.map(|w| w.levels)) {
-            prepared.rooms.insert(*id, room);
+        let request = request.filter(|request| !request.after_draws);
+        let allocated = prepared.allocated_levels.remove(id);
+        if let Some(allocated) = allocate_levels(
+            image,
+            images.get(*id),
+            allocated,
+            request.map(|request| request.levels),
+        ) {
+            prepared.allocated_levels.insert(*id, allocated);
         }
     }
 }
 
 /// Has Bevy create the texture of an image with room for levels, unless there is a texture that Bevy is about to edit.
-/// Returns the levels of a texture with room.
-fn make_room(
+/// Returns the number of levels of a texture with room for them.
+fn allocate_levels(
     image: &mut Image,
-    former: Option<&GpuImage>,
-    room: Option<u32>,
-    wanted: Option<u32>,
+    previous: Option<&GpuImage>,
+    allocated: Option<u32>,
+    requested: Option<u32>,
 ) -> Option<u32> {
     let own = &image.texture_descriptor;
-    let with_room = |levels| TextureDescriptor {
+    let with_levels = |levels| TextureDescriptor {
         mip_level_count: levels,
         usage: own.usage | TextureUsages::RENDER_ATTACHMENT,
         ..own.clone()
     };
     let is_writable = image.data.is_none() || own.usage.contains(TextureUsages::COPY_DST);
     let is_edit = |descriptor: &TextureDescriptor<'static>| {
-        is_writable && former.is_some_and(|former| former.texture_descriptor == *descriptor)
+        is_writable && previous.is_some_and(|previous| previous.texture_descriptor == *descriptor)
     };
-    let levels = match room.filter(|room| is_edit(&with_room(*room))) {
-        Some(room) => room,
+    let levels = match allocated.filter(|allocated| is_edit(&with_levels(*allocated))) {
+        Some(allocated) => allocated,
         None if is_edit(own) => return None,
-        None => wanted.filter(|levels| *levels > 1)?,
+        None => requested.filter(|levels| *levels > 1)?,
     };
     let size = own.size;
     let texel = own.format.block_copy_size(None)? as usize;
-    let bytes_of = |level: u32| {
+    let level_bytes = |level: u32| {
         let [width, height] = [size.width, size.height].map(|side| (side >> level).max(1) as usize);
         width * height * size.depth_or_array_layers as usize * texel
     };
-    let descriptor = with_room(levels);
+    let descriptor = with_levels(levels);
     if let Some(data) = &mut image.data {
-        if data.len() != bytes_of(0) {
+        if data.len() != level_bytes(0) {
             return None;
         }
         // What is uploaded to these levels is drawn over.
-        data.resize((0..levels).map(bytes_of).sum(), 0);
+        data.resize((0..levels).map(level_bytes).sum(), 0);
         image.data_order = TextureDataOrder::MipMajor;
     }
     image.texture_descriptor = descriptor;
@@ -189,42 +194,42 @@ fn prepare_textures(
     });
     let prepared = &mut *prepared;
     for id in std::mem::take(&mut prepared.changed) {
-        let wanted = prepared.wanted.get(&id);
+        let request = prepared.requests.get(&id);
         let Some(image) = images.get_mut(id) else {
             prepared.copies.remove(&id);
             prepared.samplers.remove(&id);
-            if wanted.is_some() {
+            if request.is_some() {
                 // Bevy prepares it in a later frame.
                 prepared.changed.insert(id);
             }
             continue;
         };
-        let sampler = wanted.and_then(|wanted| wanted.sampler.as_ref());
+        let sampler = request.and_then(|request| request.sampler.as_ref());
         replace_sampler(&mut prepared.samplers, id, image, sampler, &device);
         let copy = prepared.copies.remove(&id);
-        let room = prepared.rooms.get(&id).copied();
-        let Some(wanted) = wanted.filter(|wanted| wanted.levels > 1) else {
-            if copy.is_some() || room.is_some() {
+        let allocated = prepared.allocated_levels.get(&id).copied();
+        let Some(request) = request.filter(|request| request.levels > 1) else {
+            if copy.is_some() || allocated.is_some() {
                 image.texture_view = view(image, &image.texture, 1);
             }
             continue;
         };
-        if room.is_some_and(|room| room >= wanted.levels) {
-            let levels = wanted.levels_of(&image.texture);
-            generator.generate(&device, &mut encoder, &levels, wanted.content);
-            image.texture_view = view(image, &image.texture, wanted.levels);
+        if allocated.is_some_and(|allocated| allocated >= request.levels) {
+            let levels = request.levels_of(&image.texture);
+            generator.generate(&device, &mut encoder, &levels, request.content);
+            image.texture_view = view(image, &image.texture, request.levels);
             continue;
         }
-        let copy = copy.filter(|copy| copy.fits(image, wanted));
-        let copy = copy.unwrap_or_else(|| Copy::new(image, wanted, &device));
+        let copy = copy.filter(|copy| copy.fits(image, request));
+        let copy = copy.unwrap_or_else(|| MippedCopy::new(image, request, &device));
         copy.update(
             &image.texture,
-            wanted,
+            request,
             &mut generator,
             &device,
             &mut encoder,
         );
-        if !wanted.after_draws {
+        if !request.after_draws {
             image.texture_view = copy.view.clone();
         }
         prepared.copies.insert(id, copy);
@@ -232,7 +237,7 @@ fn prepare_textures(
     queue.submit([encoder.finish()]);
 }
 
-impl WantedTexture {
+impl TextureRequest {
     fn levels_of<'a>(&self, texture: &'a Texture) -> Levels<'a> {
         Levels {
             texture,
@@ -251,31 +256,31 @@ fn view(image: &GpuImage, texture: &Texture, levels: u32) -> TextureView {
     })
 }
 
-/// A texture with levels that materials show in the place of one without.
-struct Copy {
+/// A texture with levels that materials show instead of the original, which has none.
+struct MippedCopy {
     texture: Texture,
     view: TextureView,
 }
 
-impl Copy {
-    fn new(image: &GpuImage, wanted: &WantedTexture, device: &RenderDevice) -> Self {
+impl MippedCopy {
+    fn new(image: &GpuImage, request: &TextureRequest, device: &RenderDevice) -> Self {
         let descriptor = &image.texture_descriptor;
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("bevy_ewa_mips_copy"),
-            mip_level_count: wanted.levels,
+            mip_level_count: request.levels,
             usage: TextureUsages::TEXTURE_BINDING
                 | TextureUsages::COPY_DST
                 | TextureUsages::RENDER_ATTACHMENT,
             ..descriptor.clone()
         });
         Self {
-            view: view(image, &texture, wanted.levels),
+            view: view(image, &texture, request.levels),
             texture,
         }
     }
 
-    fn fits(&self, image: &GpuImage, wanted: &WantedTexture) -> bool {
-        self.texture.mip_level_count() == wanted.levels
+    fn fits(&self, image: &GpuImage, request: &TextureRequest) -> bool {
+        self.texture.mip_level_count() == request.levels
             && self.texture.size() == image.texture.size()
             && self.texture.format() == image.texture.format()
     }
@@ -284,44 +289,44 @@ impl Copy {
     fn update(
         &self,
         original: &Texture,
-        wanted: &WantedTexture,
+        request: &TextureRequest,
         generator: &mut MipGenerator,
         device: &RenderDevice,
         encoder: &mut CommandEncoder,
     ) {
-        let levels = wanted.levels_of(&self.texture);
-        generator.copy(device, encoder, &wanted.levels_of(original), &levels);
-        generator.generate(device, encoder, &levels, wanted.content);
+        let levels = request.levels_of(&self.texture);
+        generator.copy(device, encoder, &request.levels_of(original), &levels);
+        generator.generate(device, encoder, &levels, request.content);
     }
 }
 
-/// A sampler in the place of another one.
-struct Replaced {
+/// A sampler that replaces the image's.
+struct ReplacedSampler {
     original: Sampler,
     id: SamplerId,
     descriptor: ImageSamplerDescriptor,
 }
 
 fn replace_sampler(
-    samplers: &mut HashMap<AssetId<Image>, Replaced>,
+    samplers: &mut HashMap<AssetId<Image>, ReplacedSampler>,
     id: AssetId<Image>,
     image: &mut GpuImage,
-    wanted: Option<&ImageSamplerDescriptor>,
+    requested: Option<&ImageSamplerDescriptor>,
     device: &RenderDevice,
 ) {
     if let Some(replaced) = samplers.remove(&id)
         // An image that was prepared again has its own sampler again.
         && image.sampler.id() == replaced.id
     {
-        if wanted == Some(&replaced.descriptor) {
+        if requested == Some(&replaced.descriptor) {
             samplers.insert(id, replaced);
             return;
         }
         image.sampler = replaced.original;
     }
-    if let Some(descriptor) = wanted {
+    if let Some(descriptor) = requested {
         let sampler = device.create_sampler(&descriptor.as_wgpu());
-        let replaced = Replaced {
+        let replaced = ReplacedSampler {
             id: sampler.id(),
             original: std::mem::replace(&mut image.sampler, sampler),
             descriptor: descriptor.clone(),
@@ -338,9 +343,9 @@ fn show_levels(
 ) {
     for (id, copy) in &prepared.copies {
         if prepared
-            .wanted
+            .requests
             .get(id)
-            .is_some_and(|wanted| wanted.after_draws)
+            .is_some_and(|request| request.after_draws)
             && let Some(image) = images.get_mut(*id)
         {
             let original = std::mem::replace(&mut image.texture_view, copy.view.clone());
@@ -414,10 +419,10 @@ impl PreparedTextures {
         encoder: impl FnOnce() -> &'a mut CommandEncoder,
     ) {
         if let Some(copy) = self.copies.get(&id)
-            && let Some(wanted) = self.wanted.get(&id).filter(|wanted| wanted.after_draws)
+            && let Some(request) = self.requests.get(&id).filter(|request| request.after_draws)
             && let Some(image) = images.get(id)
         {
-            copy.update(&image.texture, wanted, generator, device, encoder());
+            copy.update(&image.texture, request, generator, device, encoder());
         }
     }
 }

@@ -1,7 +1,18 @@
 //! Generation of mip levels in linear light.
+//!
+//! Means of alpha are flatter than a mask, so fewer of them reach the material's cutoff from level to level, and
+//! leaves vanish with distance. Each level's alpha is therefore scaled until its coverage is that of the finest level:
+//! the part of the area that a material shows, as its texture is filtered bilinearly (I. Castaño, *Computing Alpha
+//! Mipmaps*, 2010).
 
-use super::{coverage, texel::TexelFormat};
+use super::texel::TexelFormat;
 use crate::reference::texture::area_weights;
+
+/// Number of positions along each axis of a texel at which the mask is sampled.
+const POSITIONS: u32 = 8;
+
+/// Scales beyond these powers of two are not tried. Thin masks need large ones.
+pub(super) const LOG_SCALES: [f32; 2] = [-3.0, 8.0];
 
 /// What the texels of a texture mean, which decides how they are averaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,7 +67,7 @@ pub fn generate_mip_chain(
     let mut size = size;
     let mut values = format.decode(&data);
     let visible = match content {
-        MipContent::Mask { cutoff } => coverage::coverage(&values, size, cutoff, 1.0),
+        MipContent::Mask { cutoff } => coverage(&values, size, cutoff, 1.0),
         _ => 0.0,
     };
     let mut data = data;
@@ -71,7 +82,7 @@ pub fn generate_mip_chain(
             MipContent::Values | MipContent::Transparent => format.encode(&values, &mut data),
             MipContent::Normals => format.encode(&normalized(&values, format.channels), &mut data),
             MipContent::Mask { cutoff } => {
-                let scale = coverage::scale(&values, size, cutoff, visible);
+                let scale = coverage_scale(&values, size, cutoff, visible);
                 let mut scaled = values.clone();
                 let alphas = scaled.iter_mut().skip(3).step_by(4);
                 alphas.for_each(|alpha| *alpha = (*alpha * scale).min(1.0));
@@ -135,6 +146,47 @@ fn normalized(values: &[f32], channels: usize) -> Vec<f32> {
     result
 }
 
+/// Returns the part of the area, 0 to 1, where the scaled alpha of an RGBA level is at least `cutoff`.
+fn coverage(values: &[f32], size: [u32; 2], cutoff: f32, scale: f32) -> f64 {
+    let alpha = |x: i64, y: i64| {
+        let x = x.clamp(0, i64::from(size[0]) - 1) as usize;
+        let y = y.clamp(0, i64::from(size[1]) - 1) as usize;
+        (values[(y * size[0] as usize + x) * 4 + 3] * scale).min(1.0)
+    };
+    let along = |n: u32| {
+        (0..n * POSITIONS).map(|i| {
+            let position = (f64::from(i) + 0.5) / f64::from(POSITIONS) - 0.5;
+            (position.floor() as i64, position.rem_euclid(1.0) as f32)
+        })
+    };
+    let mut visible = 0_u64;
+    for (y, fy) in along(size[1]) {
+        for (x, fx) in along(size[0]) {
+            let row = |y| alpha(x, y) * (1.0 - fx) + alpha(x + 1, y) * fx;
+            visible += u64::from(row(y) * (1.0 - fy) + row(y + 1) * fy >= cutoff);
+        }
+    }
+    visible as f64 / (f64::from(size[0] * POSITIONS) * f64::from(size[1] * POSITIONS))
+}
+
+/// Returns the factor of a level's alpha that brings its coverage next to `visible`.
+fn coverage_scale(values: &[f32], size: [u32; 2], cutoff: f32, visible: f64) -> f32 {
+    if visible <= 0.0 || visible >= 1.0 {
+        return 1.0;
+    }
+    let [mut low, mut high] = LOG_SCALES;
+    for _ in 0..16 {
+        let middle = 0.5 * (low + high);
+        if coverage(values, size, cutoff, middle.exp2()) < visible {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let error = |log: f32| (coverage(values, size, cutoff, log.exp2()) - visible).abs();
+    (if error(low) < error(high) { low } else { high }).exp2()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,11 +199,15 @@ mod tests {
     };
     const SRGB: TexelFormat = TexelFormat { srgb: true, ..RGBA };
 
+    fn chain(size: [u32; 2], format: TexelFormat, data: Vec<u8>, content: MipContent) -> MipChain {
+        generate_mip_chain(size, format, data, content).expect("a chain")
+    }
+
     #[test]
     fn srgb_stripes_become_the_gray_of_their_light() {
         // Thesis figure 5.13: the mean of black and white is 188 and not 128; alpha is linear.
         let data = [[0, 0, 0, 0], [255; 4]].concat().repeat(8);
-        let chain = generate_mip_chain([4, 4], SRGB, data, MipContent::Values).expect("a chain");
+        let chain = chain([4, 4], SRGB, data, MipContent::Values);
         assert_eq!(chain.levels, 3);
         assert_eq!(&chain.data[64..], [188, 188, 188, 128].repeat(5));
     }
@@ -163,7 +219,7 @@ mod tests {
             channels: 1,
             ..RGBA
         };
-        let chain = generate_mip_chain([5, 3], format, data, MipContent::Values).expect("a chain");
+        let chain = chain([5, 3], format, data, MipContent::Values);
         // The levels are 5 x 3, 2 x 1 and 1 x 1. A texel of the second covers 2.5 columns, and the right
         // one of them contains the white column.
         assert_eq!(chain.data[15..], [0, 102, 51]);
@@ -174,7 +230,7 @@ mod tests {
         let up_left = [37, 128, 218, 255];
         let up_right = [218, 128, 218, 255];
         let data = [up_left, up_right].concat();
-        let chain = generate_mip_chain([2, 1], RGBA, data, MipContent::Normals).expect("a chain");
+        let chain = chain([2, 1], RGBA, data, MipContent::Normals);
         assert_eq!(chain.data[8..], [128, 128, 255, 255]);
     }
 
@@ -183,7 +239,7 @@ mod tests {
         let leaf = [40, 110, 30, 255];
         let data = [leaf, [0; 4], [0; 4], [0; 4]].concat();
         let level = |content| {
-            let chain = generate_mip_chain([2, 2], SRGB, data.clone(), content).expect("a chain");
+            let chain = chain([2, 2], SRGB, data.clone(), content);
             chain.data[16..].to_vec()
         };
         assert_eq!(level(MipContent::Transparent), [40, 110, 30, 64]);
@@ -191,8 +247,8 @@ mod tests {
         assert!(level(MipContent::Values)[1] < 60, "a quarter of the light");
         // Nothing is visible: the colour is the plain mean.
         let clear = [[188, 188, 188, 0], [188, 188, 188, 0]].concat();
-        let chain = generate_mip_chain([2, 1], SRGB, clear, MipContent::Transparent);
-        assert_eq!(chain.expect("a chain").data[8..], [188, 188, 188, 0]);
+        let chain = chain([2, 1], SRGB, clear, MipContent::Transparent);
+        assert_eq!(chain.data[8..], [188, 188, 188, 0]);
     }
 
     #[test]
@@ -208,8 +264,7 @@ mod tests {
                 .map(f32::to_le_bytes)
                 .as_flattened()
                 .repeat(texels);
-            let chain =
-                generate_mip_chain(size, format, data, MipContent::Values).expect("a chain");
+            let chain = chain(size, format, data, MipContent::Values);
             for value in format.decode(&chain.data).chunks_exact(2) {
                 assert!((value[0] - 2.5).abs() < 1e-6 && (value[1] + 1.0).abs() < 1e-6);
             }
@@ -233,8 +288,7 @@ mod tests {
                 storage,
                 srgb: false,
             };
-            let chain = generate_mip_chain([2, 1], format, data(pair), MipContent::Values)
-                .expect("a chain");
+            let chain = chain([2, 1], format, data(pair), MipContent::Values);
             assert_eq!(chain.levels, 2);
             assert_eq!(
                 chain.data[4..],
@@ -254,5 +308,41 @@ mod tests {
             generate_mip_chain([0, 2], RGBA, Vec::new(), MipContent::Values),
             None
         );
+    }
+
+    const GRASS_SIZE: u32 = 64;
+
+    /// The coverage of all levels but the last two, which are hardly more than one value.
+    fn coverages(content: MipContent, cutoff: f32) -> Vec<f64> {
+        // Blades of grass: slanted lines of 2 texels, 19% of the area.
+        let texel = |i: u32| {
+            let is_blade = (i % GRASS_SIZE + i / GRASS_SIZE / 3) % 11 < 2;
+            [60, 120, 40, if is_blade { 255 } else { 0 }]
+        };
+        let data: Vec<u8> = (0..GRASS_SIZE * GRASS_SIZE).flat_map(texel).collect();
+        let chain = chain([GRASS_SIZE; 2], SRGB, data, content);
+        let mut start = 0;
+        let coverages = (0..chain.levels - 2).map(|level| {
+            let side = GRASS_SIZE >> level;
+            let end = start + (side * side * 4) as usize;
+            let values = SRGB.decode(&chain.data[start..end]);
+            start = end;
+            coverage(&values, [side; 2], cutoff, 1.0)
+        });
+        coverages.collect()
+    }
+
+    #[test]
+    fn masks_keep_their_coverage() {
+        for cutoff in [0.25, 0.5, 0.75] {
+            let kept = coverages(MipContent::Mask { cutoff }, cutoff);
+            for (level, coverage) in kept.iter().enumerate() {
+                let difference = coverage - kept[0];
+                assert!(difference.abs() < 0.01, "{cutoff}, level {level}: {kept:?}");
+            }
+        }
+        // The mean alpha alone loses all blades.
+        let lost = coverages(MipContent::Transparent, 0.5);
+        assert!(lost[0] > 0.15 && lost[3] == 0.0, "{lost:?}");
     }
 }

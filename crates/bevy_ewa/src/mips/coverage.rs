@@ -1,101 +1,205 @@
-//! Coverage of alpha masks: the part of the area that a material shows of them, as its texture is filtered bilinearly.
-//!
-//! Means of alpha are flatter than the mask, so fewer of them reach the material's cutoff from level to level, and
-//! leaves vanish with distance. Each level's alpha is therefore scaled until its coverage is that of the finest level
-//! (I. Castaño, *Computing Alpha Mipmaps*, 2010).
+//! The passes of `coverage.wesl`, which find by how much the alpha of a mask's levels is scaled.
 
-/// Number of positions along each axis of a texel at which the mask is sampled.
-const POSITIONS: u32 = 8;
+use bevy::render::{
+    render_resource::{
+        BindGroup, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntries, BindingResource,
+        Buffer, BufferInitDescriptor, BufferUsages, CommandEncoder, ComputePassDescriptor,
+        ComputePipeline, PipelineCompilationOptions, PipelineLayout, RawComputePipelineDescriptor,
+        RenderPipeline, ShaderModule, ShaderStages, ShaderType, TextureView,
+        binding_types::{storage_buffer_sized, uniform_buffer_sized},
+        encase::UniformBuffer,
+    },
+    renderer::RenderDevice,
+};
 
-/// Scales beyond these powers of two are not tried. Thin masks need large ones.
-pub(crate) const LOG_SCALES: [f32; 2] = [-3.0, 8.0];
+use super::{
+    chain::LOG_SCALES,
+    downsample::{Levels, draw_level, pipeline_layout, shader, source},
+};
 
-/// Returns the part of the area, 0 to 1, where the scaled alpha of an RGBA level is at least `cutoff`.
-pub(super) fn coverage(values: &[f32], size: [u32; 2], cutoff: f32, scale: f32) -> f64 {
-    let alpha = |x: i64, y: i64| {
-        let x = x.clamp(0, i64::from(size[0]) - 1) as usize;
-        let y = y.clamp(0, i64::from(size[1]) - 1) as usize;
-        (values[(y * size[0] as usize + x) * 4 + 3] * scale).min(1.0)
-    };
-    let along = |n: u32| {
-        (0..n * POSITIONS).map(|i| {
-            let position = (f64::from(i) + 0.5) / f64::from(POSITIONS) - 0.5;
-            (position.floor() as i64, position.rem_euclid(1.0) as f32)
-        })
-    };
-    let mut visible = 0_u64;
-    for (y, fy) in along(size[1]) {
-        for (x, fx) in along(size[0]) {
-            let row = |y| alpha(x, y) * (1.0 - fx) + alpha(x + 1, y) * fx;
-            visible += u64::from(row(y) * (1.0 - fy) + row(y + 1) * fy >= cutoff);
-        }
-    }
-    visible as f64 / (f64::from(size[0] * POSITIONS) * f64::from(size[1] * POSITIONS))
+/// Rounds in which the range of a mask's scales is narrowed, each to a 31st.
+const ROUNDS: u32 = 3;
+/// Size of `Coverage` in `coverage.wesl`, in bytes.
+const COVERAGE_BYTES: usize = 4 * (4 + 32);
+const COVERAGE_WORKGROUP: u32 = 8;
+
+/// The pipelines of `coverage.wesl`.
+pub(super) struct CoveragePipelines {
+    pub shader: ShaderModule,
+    layout: BindGroupLayout,
+    pub pipeline_layout: PipelineLayout,
+    count: ComputePipeline,
+    choose: ComputePipeline,
 }
 
-/// Returns the factor of a level's alpha that brings its coverage next to `visible`.
-pub(super) fn scale(values: &[f32], size: [u32; 2], cutoff: f32, visible: f64) -> f32 {
-    if visible <= 0.0 || visible >= 1.0 {
-        return 1.0;
-    }
-    let [mut low, mut high] = LOG_SCALES;
-    for _ in 0..16 {
-        let middle = 0.5 * (low + high);
-        if coverage(values, size, cutoff, middle.exp2()) < visible {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let error = |log: f32| (coverage(values, size, cutoff, log.exp2()) - visible).abs();
-    (if error(low) < error(high) { low } else { high }).exp2()
+/// The levels of a mask whose means are there.
+pub(super) struct MaskLevels<'a> {
+    pub levels: &'a Levels<'a>,
+    pub layer: u32,
+    /// The least alpha that is visible.
+    pub cutoff: f32,
+    /// View of the finest level.
+    pub finest: &'a TextureView,
+    /// Views of the means in the others.
+    pub means: &'a [TextureView],
 }
 
-#[cfg(test)]
-mod tests {
-    use crate::mips::{
-        MipContent, generate_mip_chain,
-        texel::{Storage, TexelFormat},
-    };
+/// A step of finding the scale of a level: `Step` in `coverage.wesl`.
+#[derive(Clone, Copy, Default, ShaderType)]
+struct Step {
+    level: u32,
+    positions: u32,
+    samples: u32,
+    finest_samples: u32,
+    cutoff: f32,
+    is_last: u32,
+}
 
-    const SIZE: u32 = 64;
-    const RGBA: TexelFormat = TexelFormat {
-        channels: 4,
-        storage: Storage::Unorm8,
-        srgb: true,
-    };
-
-    /// The coverage of all levels but the last two, which are hardly more than one value.
-    fn coverages(content: MipContent, cutoff: f32) -> Vec<f64> {
-        // Blades of grass: slanted lines of 2 texels, 19% of the area.
-        let texel = |i: u32| {
-            let is_blade = (i % SIZE + i / SIZE / 3) % 11 < 2;
-            [60, 120, 40, if is_blade { 255 } else { 0 }]
+impl CoveragePipelines {
+    /// `None` where the device has no compute shaders: masks are averaged as other transparent colours there.
+    pub(super) fn new(device: &RenderDevice) -> Option<Self> {
+        let limits = device.limits();
+        let has_compute = limits.max_storage_buffers_per_shader_stage > 0
+            && limits.max_compute_invocations_per_workgroup >= COVERAGE_WORKGROUP.pow(2);
+        if !has_compute {
+            return None;
+        }
+        let shader = shader(device, "bevy_ewa/coverage", include_str!("coverage.wesl"));
+        let layout = device.create_bind_group_layout(
+            "bevy_ewa_mips_coverage",
+            &BindGroupLayoutEntries::sequential(
+                ShaderStages::FRAGMENT | ShaderStages::COMPUTE,
+                (
+                    source(),
+                    storage_buffer_sized(false, None),
+                    uniform_buffer_sized(false, None),
+                ),
+            ),
+        );
+        let pipeline_layout = pipeline_layout(device, &layout);
+        let compute = |entry_point| {
+            device.create_compute_pipeline(&RawComputePipelineDescriptor {
+                label: Some(entry_point),
+                layout: Some(&pipeline_layout),
+                module: &shader,
+                entry_point: Some(entry_point),
+                compilation_options: PipelineCompilationOptions::default(),
+                cache: None,
+            })
         };
-        let data: Vec<u8> = (0..SIZE * SIZE).flat_map(texel).collect();
-        let chain = generate_mip_chain([SIZE; 2], RGBA, data, content).expect("a chain");
-        let mut start = 0;
-        let coverages = (0..chain.levels - 2).map(|level| {
-            let side = SIZE >> level;
-            let end = start + (side * side * 4) as usize;
-            let values = RGBA.decode(&chain.data[start..end]);
-            start = end;
-            super::coverage(&values, [side; 2], cutoff, 1.0)
-        });
-        coverages.collect()
+        Some(Self {
+            count: compute("count"),
+            choose: compute("choose"),
+            layout,
+            pipeline_layout,
+            shader,
+        })
     }
 
-    #[test]
-    fn masks_keep_their_coverage() {
-        for cutoff in [0.25, 0.5, 0.75] {
-            let kept = coverages(MipContent::Mask { cutoff }, cutoff);
-            for (level, coverage) in kept.iter().enumerate() {
-                let difference = coverage - kept[0];
-                assert!(difference.abs() < 0.01, "{cutoff}, level {level}: {kept:?}");
-            }
+    fn bind_group(
+        &self,
+        device: &RenderDevice,
+        source: &TextureView,
+        coverages: &Buffer,
+        step: Step,
+    ) -> BindGroup {
+        let mut bytes = UniformBuffer::new(Vec::new());
+        bytes.write(&step).expect("a vector takes all bytes");
+        let step = device.create_buffer_with_data(&BufferInitDescriptor {
+            label: Some("bevy_ewa_mips_step"),
+            contents: &bytes.into_inner(),
+            usage: BufferUsages::UNIFORM,
+        });
+        device.create_bind_group(
+            "bevy_ewa_mips_coverage",
+            &self.layout,
+            &[
+                BindGroupEntry {
+                    binding: 0,
+                    resource: BindingResource::TextureView(source),
+                },
+                BindGroupEntry {
+                    binding: 1,
+                    resource: coverages.as_entire_binding(),
+                },
+                BindGroupEntry {
+                    binding: 2,
+                    resource: step.as_entire_binding(),
+                },
+            ],
+        )
+    }
+
+    /// Scales the alpha of all levels but the finest one, by the pipeline that draws the scaled levels.
+    pub(super) fn scale_alpha(
+        &self,
+        device: &RenderDevice,
+        encoder: &mut CommandEncoder,
+        mask: &MaskLevels,
+        pipeline: &RenderPipeline,
+    ) {
+        let mut contents = vec![0_u8; COVERAGE_BYTES * mask.levels.count as usize];
+        for level in contents.chunks_exact_mut(COVERAGE_BYTES).skip(1) {
+            level[..4].copy_from_slice(&LOG_SCALES[0].to_le_bytes());
+            level[4..8].copy_from_slice(&LOG_SCALES[1].to_le_bytes());
         }
-        // The mean alpha alone loses all blades.
-        let lost = coverages(MipContent::Transparent, 0.5);
-        assert!(lost[0] > 0.15 && lost[3] == 0.0, "{lost:?}");
+        let coverages = device.create_buffer_with_data(&BufferInitDescriptor {
+            label: Some("bevy_ewa_mips_coverages"),
+            contents: &contents,
+            usage: BufferUsages::STORAGE,
+        });
+        let samples_of = |level: u32| {
+            let size = mask.levels.size(level);
+            let positions = match size[0].max(size[1]) {
+                512.. => 2,
+                128.. => 4,
+                32.. => 8,
+                _ => 16,
+            };
+            (size, positions, size[0] * size[1] * positions * positions)
+        };
+        let step = |level, is_last| {
+            let (_, positions, samples) = samples_of(level);
+            Step {
+                level,
+                positions,
+                samples,
+                finest_samples: samples_of(0).2,
+                cutoff: mask.cutoff,
+                is_last: u32::from(is_last),
+            }
+        };
+        let count =
+            |encoder: &mut CommandEncoder, bind_group: &BindGroup, size: [u32; 2], chooses| {
+                let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+                    label: Some("bevy_ewa_mips_coverage"),
+                    timestamp_writes: None,
+                });
+                pass.set_bind_group(0, &**bind_group, &[]);
+                pass.set_pipeline(&self.count);
+                let [x, y] = size.map(|side| side.div_ceil(COVERAGE_WORKGROUP));
+                pass.dispatch_workgroups(x, y, 1);
+                if chooses {
+                    pass.set_pipeline(&self.choose);
+                    pass.dispatch_workgroups(1, 1, 1);
+                }
+            };
+        let of_finest = self.bind_group(device, mask.finest, &coverages, step(0, false));
+        count(encoder, &of_finest, mask.levels.size(0), false);
+        for level in 1..mask.levels.count {
+            let means = &mask.means[level as usize - 1];
+            let narrowing = self.bind_group(device, means, &coverages, step(level, false));
+            let last = self.bind_group(device, means, &coverages, step(level, true));
+            for round in 1..=ROUNDS {
+                let bind_group = if round == ROUNDS { &last } else { &narrowing };
+                count(encoder, bind_group, mask.levels.size(level), true);
+            }
+            draw_level(
+                encoder,
+                pipeline,
+                &last,
+                &[&mask.levels.view(level, mask.layer)],
+            );
+        }
     }
 }

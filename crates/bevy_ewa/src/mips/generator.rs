@@ -1,4 +1,4 @@
-//! The mip levels of a texture on the GPU, from its finest level.
+//! Which images get mip levels and why others do not, and the levels of a texture on the GPU, from its finest one.
 //!
 //! Each level is drawn from the means of the finer one, which are kept in floats until all levels are there, so that
 //! rounding does not add up. The pipelines are created when the first texture needs them, and at once: a texture is
@@ -9,18 +9,94 @@ use bevy::{
     render::{
         render_resource::{
             CommandEncoder, Extent3d, TextureDescriptor, TextureDimension, TextureFormat,
-            TextureUsages, TextureView,
+            TextureSampleType, TextureUsages, TextureView, WgpuFeatures,
         },
-        renderer::RenderDevice,
+        renderer::{RenderAdapter, RenderDevice},
     },
 };
 
 use super::{
-    MipContent,
-    drawing::{Draw, DrawPipelines, draw_level},
-    levels::{Levels, view},
-    masks::{CoveragePipelines, MaskLevels},
+    chain::MipContent,
+    coverage::{CoveragePipelines, MaskLevels},
+    downsample::{Draw, DrawPipelines, Levels, draw_level, view},
 };
+
+/// Why a texture has no generated mip levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
+#[reflect(Debug, PartialEq, Hash)]
+#[non_exhaustive]
+pub enum NoMips {
+    /// The image is not loaded yet, or was removed.
+    NotLoaded,
+    /// The app excluded the image, or limited its levels to one.
+    Excluded,
+    /// The image has a single texel.
+    OneTexel,
+    /// The sampler chooses the nearest texel, as for pixel art. [`EwaImage::use_nearest`] changes this.
+    ///
+    /// [`EwaImage::use_nearest`]: crate::EwaImage::use_nearest
+    NearestSampler,
+    /// Cameras draw to the image or shaders write it, and the app did not ask for levels after each draw.
+    /// [`EwaImage::after_draws`] does so.
+    ///
+    /// [`EwaImage::after_draws`]: crate::EwaImage::after_draws
+    WrittenOnGpu,
+    /// The image has one or three dimensions, or several samples a texel.
+    Dimension,
+    /// The device cannot draw to the format: compressed formats, signed normalized formats and RGB9E5, on some devices
+    /// 16-bit normalized formats. Such images need levels of their own, which tools of these formats write.
+    Format(#[reflect(ignore, default = "unknown_format")] TextureFormat),
+    /// Nothing renders.
+    NoRenderer,
+}
+
+fn unknown_format() -> TextureFormat {
+    TextureFormat::Rgba8Unorm
+}
+
+/// What the device can generate levels of.
+pub(crate) struct MipSupport<'a> {
+    pub device: &'a RenderDevice,
+    pub adapter: &'a RenderAdapter,
+}
+
+impl MipSupport<'_> {
+    fn can_draw_to(&self, format: TextureFormat) -> bool {
+        let features = self.device.features();
+        let adapters_own = WgpuFeatures::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
+        let format_features = if features.contains(adapters_own) {
+            self.adapter.get_texture_format_features(format)
+        } else {
+            format.guaranteed_format_features(features)
+        };
+        let usages = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+        let is_float = matches!(
+            format.sample_type(None, Some(features)),
+            Some(TextureSampleType::Float { .. })
+        );
+        is_float && format_features.allowed_usages.contains(usages)
+    }
+
+    /// The number of levels that a texture without levels of its own could have.
+    pub(crate) fn levels(&self, descriptor: &TextureDescriptor) -> Result<u32, NoMips> {
+        if descriptor.dimension != TextureDimension::D2 || descriptor.sample_count != 1 {
+            return Err(NoMips::Dimension);
+        }
+        if !self.can_draw_to(descriptor.format) {
+            return Err(NoMips::Format(descriptor.format));
+        }
+        match descriptor.size.max_mips(descriptor.dimension) {
+            1 => Err(NoMips::OneTexel),
+            levels => Ok(levels),
+        }
+    }
+}
+
+/// Whether cameras draw to a texture, or shaders write it.
+pub(crate) fn is_written_on_gpu(descriptor: &TextureDescriptor) -> bool {
+    let written = TextureUsages::RENDER_ATTACHMENT | TextureUsages::STORAGE_BINDING;
+    descriptor.usage.intersects(written)
+}
 
 /// The pipelines that generate mip levels, which are created when a texture needs them first.
 #[derive(Resource, Default)]

@@ -10,29 +10,22 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`chain`] | the mip levels of a texture on the CPU |
-//! | `coverage` | the coverage of alpha masks |
+//! | [`chain`] | the mip levels of a texture on the CPU, with the coverage of alpha masks |
 //! | [`texel`] | conversion of texel formats to linear light and back |
-//! | `plan` | which images get mip levels, and why others do not |
-//! | `generator` | the mip levels of a texture on the GPU |
-//! | `levels`, `drawing` | a texture with levels, and the pipelines that draw them |
-//! | `masks` | the passes that keep the coverage of alpha masks |
+//! | `generator` | which images get mip levels, and their generation on the GPU |
+//! | `downsample` | the pipelines that draw a level |
+//! | `coverage` | the passes that keep the coverage of alpha masks |
 
 pub mod chain;
-pub(crate) mod coverage;
 #[cfg(feature = "bevy")]
-mod drawing;
+mod coverage;
+#[cfg(feature = "bevy")]
+pub(crate) mod downsample;
 #[cfg(feature = "bevy")]
 pub(crate) mod generator;
-#[cfg(feature = "bevy")]
-pub(crate) mod levels;
-#[cfg(feature = "bevy")]
-mod masks;
-#[cfg(feature = "bevy")]
-pub mod plan;
 pub mod texel;
 
 pub use chain::{MipChain, MipContent, generate_mip_chain};
 #[cfg(feature = "bevy")]
-pub use plan::NoMips;
+pub use generator::NoMips;
 pub use texel::TexelFormat;

@@ -1,8 +1,9 @@
 //! The exact EWA: the weighted average of the texels in an ellipse (thesis 5.3 and 5.4).
 
+use std::f64::consts::PI;
+
 use super::{
     footprint::{Footprint, MAX_RADIUS_TEXELS},
-    kernel::weight,
     texture::{Color, Texture, add_weighted, mix},
 };
 use crate::settings::{EwaKernel, EwaMethod, EwaSettings};
@@ -11,6 +12,9 @@ use crate::settings::{EwaKernel, EwaMethod, EwaSettings};
 /// stands for the reconstruction of the texture between its texels. Measured against the ground truth,
 /// 0.5 and 0.25 have larger errors on most scenes.
 const TEXEL_RADIUS_SQUARED: f64 = 1.0;
+
+/// Value of a Gaussian at twice its standard deviation.
+const GAUSSIAN_EDGE: f64 = 0.135_335_283_236_612_7;
 
 /// Sum of weights below which an ellipse counts as empty and is replaced by a bilinear fetch. In an ellipse of
 /// many texels their sum is 0.9 with a Gaussian.
@@ -32,15 +36,15 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// Creates the ellipse of a footprint with its radii scaled by `radius`, in a level of a texture.
+    /// Creates the ellipse of a footprint with its radii scaled by `radius`, in a level of a texture of this size.
     pub fn new(
         footprint: &Footprint,
         radius: f64,
         uv: [f64; 2],
-        level: u32,
-        level_size: [u32; 2],
         size: [u32; 2],
+        level: u32,
     ) -> Self {
+        let level_size = size.map(|side| (side >> level).max(1));
         // A side of one texel is not halved any further. Without the minimum, the ellipse would get
         // wider along that side, where all texels are the same.
         let halved = (-f64::from(level)).exp2();
@@ -140,12 +144,11 @@ pub fn exact(
         0.0
     };
     let (mut sum, mut total) = ([0.0; 4], 0.0);
-    for (level, share) in [(fine, 1.0 - fraction), (fine + 1.0, fraction)] {
-        if share > 0.0 {
-            let (level_sum, weight) =
-                filter_level(texture, &scaled, radius, uv, level as u32, settings);
-            sum = add_weighted(sum, level_sum, share);
-            total += share * weight;
+    for (level, level_weight) in [(fine, 1.0 - fraction), (fine + 1.0, fraction)] {
+        if level_weight > 0.0 {
+            let (level_sum, weight) = filter_level(texture, &scaled, uv, level as u32, settings);
+            sum = add_weighted(sum, level_sum, level_weight);
+            total += level_weight * weight;
         }
     }
     if total < MIN_WEIGHT {
@@ -163,13 +166,12 @@ pub fn exact(
 fn filter_level(
     texture: &Texture,
     footprint: &Footprint,
-    radius: f64,
     uv: [f64; 2],
     level: u32,
     settings: &EwaSettings,
 ) -> (Color, f64) {
-    let size = texture.levels[level as usize].size;
-    let ellipse = Ellipse::new(footprint, radius, uv, level, size, texture.size());
+    let radius = f64::from(settings.kernel.radius_pixels());
+    let ellipse = Ellipse::new(footprint, radius, uv, texture.size(), level);
     if !(ellipse.xx < MAX_RADIUS_TEXELS && ellipse.yy < MAX_RADIUS_TEXELS) {
         return ([0.0; 4], 0.0);
     }
@@ -297,5 +299,38 @@ impl Scan<'_> {
             }
         }
         (sum, total)
+    }
+}
+
+/// Returns the weight at a squared distance from the centre, relative to the kernel's squared radius. It
+/// is 0 outside of 0 to 1.
+pub fn weight(kernel: EwaKernel, distance_squared: f64) -> f64 {
+    if !(0.0..1.0).contains(&distance_squared) {
+        return 0.0;
+    }
+    let distance = distance_squared.sqrt();
+    match kernel {
+        EwaKernel::Box => 1.0,
+        EwaKernel::Tent => 1.0 - distance,
+        EwaKernel::Gaussian { .. } => (-2.0 * distance_squared).exp() - GAUSSIAN_EDGE,
+        EwaKernel::MitchellNetravali => mitchell_netravali(2.0 * distance),
+        EwaKernel::Lanczos => sinc(2.0 * distance) * sinc(distance),
+    }
+}
+
+/// The cubic with B = C = 1/3, for `x` from 0 to 2.
+fn mitchell_netravali(x: f64) -> f64 {
+    if x < 1.0 {
+        (7.0 * x * x * x - 12.0 * x * x + 16.0 / 3.0) / 6.0
+    } else {
+        (-7.0 / 3.0 * x * x * x + 12.0 * x * x - 20.0 * x + 32.0 / 3.0) / 6.0
+    }
+}
+
+fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-6 {
+        1.0
+    } else {
+        (PI * x).sin() / (PI * x)
     }
 }

@@ -1,7 +1,7 @@
 //! Ground truth of a picture by supersampling.
 
 use super::{
-    kernel::weight,
+    exact::weight,
     scenes::Surface,
     texture::{Color, Texture, add_weighted},
 };

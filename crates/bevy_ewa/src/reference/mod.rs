@@ -4,8 +4,7 @@
 //! | --- | --- |
 //! | [`texture`] | a texture with its mip chain, and a texture unit's lookups |
 //! | [`footprint`] | the ellipse of a pixel, its mip level and its fetch budget |
-//! | [`kernel`] | the weight of a texel |
-//! | [`exact`] | the weighted average of the texels in an ellipse |
+//! | [`exact`] | the weighted average of the texels in an ellipse, and the kernels |
 //! | [`probes`] | the approximation of an ellipse by a few anisotropic fetches |
 //! | [`mod@stochastic`] | one fetch at a random point of the ellipse |
 //! | [`mod@sample`] | a lookup by any method |
@@ -15,7 +14,6 @@
 pub mod exact;
 pub mod footprint;
 pub mod ground_truth;
-pub mod kernel;
 pub mod probes;
 pub mod sample;
 pub mod scenes;

@@ -74,11 +74,11 @@ pub fn approximate(
         total += 2.0 * weight;
     }
     // Each of two frames has half of the total weight, so that their mean is the picture of all probes.
-    let share = match subset {
+    let frame_weight = match subset {
         ProbeSubset::All => PROFILE_INTEGRAL,
         ProbeSubset::Even | ProbeSubset::Odd => PROFILE_INTEGRAL / 2.0,
     };
-    let center = (share - total).max(0.0);
+    let center = (frame_weight - total).max(0.0);
     if center > 0.0 {
         sum = add_weighted(sum, probe.fetch(texture, uv, 0.0), center);
     }
@@ -144,7 +144,7 @@ pub fn software_anisotropic(texture: &Texture, derivatives: [[f64; 2]; 2], uv: [
 
 /// Averages trilinear fetches (taps) along a line. Their number and their level of detail, which does
 /// not depend on the rounding of the number, follow the Vulkan specification. Each tap covers an equal
-/// share of the line, while the example in the specification omits the ends (and has twice the error).
+/// part of the line, while the example in the specification omits the ends (and has twice the error).
 fn taps(
     texture: &Texture,
     uv: [f64; 2],
@@ -242,7 +242,7 @@ impl<'a> Probe<'a> {
     }
 
     /// Returns the weight of a probe by its index from the centre: the integral of the profile over its
-    /// share of the line.
+    /// part of the line.
     fn weight(&self, index: u32) -> f64 {
         let index = f64::from(index);
         let integral = |t: f64| t - 2.0 / 3.0 * t.powi(3) + t.powi(5) / 5.0;

@@ -46,7 +46,7 @@ pub fn stochastic(
     }
     // Beyond the coarsest level the ellipse is not widened any further.
     let excess = (-(unclamped - last).max(0.0)).exp2();
-    // Weights below 0 have no probability: a Gaussian is in the place of kernels that have them.
+    // Weights below 0 have no probability: a Gaussian replaces kernels that have them.
     let radius = match settings.kernel {
         EwaKernel::MitchellNetravali | EwaKernel::Lanczos => settings.kernel.probe_radius_pixels(),
         kernel => kernel.radius_pixels(),
@@ -65,7 +65,7 @@ pub fn stochastic(
     texture.trilinear(at, level)
 }
 
-/// Returns the distance from the centre, relative to the radius, below which the kernel has the share `u` of its
+/// Returns the distance from the centre, relative to the radius, below which the kernel has the fraction `u` of its
 /// weight.
 fn kernel_distance(kernel: EwaKernel, u: f64) -> f64 {
     match kernel {

@@ -170,9 +170,9 @@ impl Texture {
 
     /// Calls `fetch` and counts all its fetches as one.
     pub fn count_as_one(&self, fetch: impl FnOnce() -> Color) -> Color {
-        let before = self.fetches.load(Relaxed);
+        let previous_fetches = self.fetches.load(Relaxed);
         let color = fetch();
-        self.count(before + 1);
+        self.count(previous_fetches + 1);
         color
     }
 

@@ -1,6 +1,9 @@
-//! The description of a patch.
+//! A patch, and its insertion into a shader's source text.
+
+use std::{error::Error, fmt, ops::Range};
 
 use bevy::shader::{Shader, ShaderImport};
+use wesl::syntax::TranslationUnit;
 
 /// A set of insertions into one shader.
 #[derive(Clone, Debug)]
@@ -78,5 +81,220 @@ impl Insertion {
             function: Some(function),
             ..self
         }
+    }
+}
+
+/// The reason for which a patch does not fit a shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PatchError {
+    /// A text occurs more or less often than the patch expects.
+    Count {
+        /// The text that was searched.
+        text: String,
+        /// Expected number of occurrences.
+        expected: usize,
+        /// Actual number of occurrences.
+        found: usize,
+    },
+    /// The shader is not WESL.
+    NotWesl,
+    /// The patched shader does not parse.
+    Syntax(String),
+    /// The shader asset could not be replaced.
+    Asset(String),
+}
+
+impl fmt::Display for PatchError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count {
+                text,
+                expected,
+                found,
+            } => write!(
+                f,
+                "`{text}` should occur {expected} times but occurs {found} times; \
+                 is this version of Bevy the one that the plugin was made for?"
+            ),
+            Self::NotWesl => f.write_str("the shader is not WESL"),
+            Self::Syntax(error) => write!(f, "the patched shader does not parse: {error}"),
+            Self::Asset(error) => f.write_str(error),
+        }
+    }
+}
+
+impl Error for PatchError {}
+
+/// Returns the patched source, or `None` if the source already contains the patch.
+///
+/// # Errors
+/// Returns any error but [`PatchError::Asset`] and [`PatchError::NotWesl`] if the patch does not fit;
+/// a patch is never applied in part.
+pub fn patched(source: &str, patch: &ShaderPatch) -> Result<Option<String>, PatchError> {
+    let marker = format!("// patch: {}\n", patch.name);
+    if source.contains(&marker) {
+        return Ok(None);
+    }
+    for &(text, expected) in &patch.expected_counts {
+        expect_count(source, text, expected)?;
+    }
+    let mut result = source.to_owned();
+    for insertion in &patch.insertions {
+        let offset = insertion_offset(&result, insertion)?;
+        result.insert_str(offset, &format!("\n{marker}{}\n", insertion.text));
+    }
+    let imports = patch.imports.iter().map(|path| format!("import {path};\n"));
+    result.insert_str(0, &format!("{marker}{}", imports.collect::<String>()));
+    match result.parse::<TranslationUnit>() {
+        Ok(_) => Ok(Some(result)),
+        Err(error) => Err(PatchError::Syntax(error.to_string())),
+    }
+}
+
+/// Returns the byte offset at which to insert.
+fn insertion_offset(source: &str, insertion: &Insertion) -> Result<usize, PatchError> {
+    let Range { start, end } = match insertion.function {
+        None => 0..source.len(),
+        Some(function) => {
+            let start = unique_offset(source, function)?;
+            let body = start + function.len();
+            let end = source[body..].find("\nfn ");
+            start..end.map_or(source.len(), |end| body + end)
+        }
+    };
+    let anchor = [insertion.before, insertion.after].concat();
+    let offset = unique_offset(&source[start..end], &anchor)?;
+    Ok(start + offset + insertion.before.len())
+}
+
+/// Returns the byte offset of a text that must occur exactly once.
+fn unique_offset(source: &str, text: &str) -> Result<usize, PatchError> {
+    expect_count(source, text, 1)?;
+    Ok(source.find(text).unwrap_or_default())
+}
+
+/// Fails unless the text occurs as often as expected.
+fn expect_count(source: &str, text: &str, expected: usize) -> Result<(), PatchError> {
+    let found = source.matches(text).count();
+    if found == expected {
+        return Ok(());
+    }
+    Err(PatchError::Count {
+        text: text.to_owned(),
+        expected,
+        found,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOURCE: &str = "fn a() -> f32 {\n    return x;\n}\n\nfn b() -> f32 {\n    return x;\n}\n";
+
+    fn patch(name: &'static str, insertion: Insertion) -> ShaderPatch {
+        ShaderPatch {
+            insertions: vec![insertion],
+            ..ShaderPatch::new(name, "a::b")
+        }
+    }
+
+    fn in_b(name: &'static str) -> ShaderPatch {
+        let text = format!("    x += {name};");
+        patch(
+            name,
+            Insertion::before("    return x;\n}", text).in_function("fn b("),
+        )
+    }
+
+    fn count_error(text: &str, found: usize) -> Result<Option<String>, PatchError> {
+        Err(PatchError::Count {
+            text: text.into(),
+            expected: 1,
+            found,
+        })
+    }
+
+    #[test]
+    fn inserts_in_the_named_function_only() {
+        let result = patched(SOURCE, &in_b("one")).unwrap().unwrap();
+        let (a, b) = result.split_once("fn b").unwrap();
+        assert!(!a.contains("x += one"));
+        assert!(b.find("x += one").unwrap() < b.find("return x").unwrap());
+    }
+
+    #[test]
+    fn imports_come_first() {
+        let mut patch = in_b("one");
+        patch.imports.push("game::shade::shade");
+        let result = patched(SOURCE, &patch).unwrap().unwrap();
+        assert!(result.find("import game::shade::shade;").unwrap() < result.find("fn a").unwrap());
+    }
+
+    #[test]
+    fn a_patch_is_never_inserted_twice() {
+        let once = patched(SOURCE, &in_b("one")).unwrap().unwrap();
+        assert_eq!(patched(&once, &in_b("one")), Ok(None));
+    }
+
+    #[test]
+    fn the_order_of_patches_does_not_matter() {
+        for order in [["one", "two"], ["two", "one"]] {
+            let source = order.iter().fold(SOURCE.to_owned(), |source, &name| {
+                patched(&source, &in_b(name)).unwrap().unwrap()
+            });
+            assert_eq!(source.matches("x += one").count(), 1);
+            assert_eq!(source.matches("x += two").count(), 1);
+            let position = |name: &str| source.find(&format!("x += {name}")).unwrap();
+            assert!(position(order[0]) < position(order[1]));
+        }
+    }
+
+    #[test]
+    fn an_anchor_that_is_missing_or_ambiguous_is_refused() {
+        let anchored = |anchor| patched(SOURCE, &patch("p", Insertion::after(anchor, "")));
+        assert_eq!(anchored("return y"), count_error("return y", 0));
+        assert_eq!(anchored("return x"), count_error("return x", 2));
+        let scoped = Insertion::after("return x", "").in_function("fn c(");
+        assert_eq!(
+            patched(SOURCE, &patch("p", scoped)),
+            count_error("fn c(", 0)
+        );
+    }
+
+    #[test]
+    fn both_sides_of_a_position_are_verified() {
+        let between = |before, after| {
+            let insertion = Insertion::between(before, after, "").in_function("fn a(");
+            patched(SOURCE, &patch("p", insertion))
+        };
+        assert!(between("{\n", "    return x").is_ok());
+        assert_eq!(
+            between("{", "    return x"),
+            count_error("{    return x", 0)
+        );
+    }
+
+    #[test]
+    fn another_occurrence_of_a_counted_text_is_refused() {
+        let mut counted = in_b("one");
+        counted.expected_counts.push(("return x", 2));
+        assert!(patched(SOURCE, &counted).is_ok());
+        counted.expected_counts.push(("fn ", 1));
+        assert_eq!(patched(SOURCE, &counted), count_error("fn ", 2));
+    }
+
+    #[test]
+    fn a_patched_source_that_does_not_parse_is_refused() {
+        let broken = Insertion::after("fn b() -> f32 {", "let y = ;");
+        let result = patched(SOURCE, &patch("p", broken));
+        assert!(matches!(result, Err(PatchError::Syntax(_))), "{result:?}");
+    }
+
+    #[test]
+    fn a_patch_is_never_applied_in_part() {
+        let mut both = in_b("one");
+        both.insertions.push(Insertion::after("nowhere", ""));
+        assert!(patched(SOURCE, &both).is_err());
     }
 }

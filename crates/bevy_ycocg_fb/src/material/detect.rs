@@ -47,14 +47,14 @@ pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<Pa
     }
     let all: Vec<_> = shaders.iter().collect();
     let packs = shaders_that_pack(&all.iter().map(|(_, shader)| *shader).collect::<Vec<_>>());
-    let found: HashSet<_> = all
+    let shaders: HashSet<_> = all
         .iter()
         .zip(packs)
         .filter_map(|((id, _), packs)| packs.then_some(*id))
         .collect();
-    if packing.read().shaders != found {
+    if packing.read().shaders != shaders {
         let mut packing = packing.0.write().unwrap_or_else(PoisonError::into_inner);
-        packing.shaders = found;
+        packing.shaders = shaders;
         packing.generation += 1;
     }
 }
@@ -64,7 +64,7 @@ pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<Pa
 fn shaders_that_pack(shaders: &[&Shader]) -> Vec<bool> {
     let mut functions: HashMap<&ShaderImport, HashSet<String>> = HashMap::default();
     loop {
-        let found: Vec<_> = shaders
+        let packings: Vec<_> = shaders
             .iter()
             .map(|shader| {
                 let imported = shader.imports.iter().filter_map(|path| functions.get(path));
@@ -85,8 +85,8 @@ fn shaders_that_pack(shaders: &[&Shader]) -> Vec<bool> {
             })
             .collect();
         let mut grown = false;
-        let fragments = found.iter().map(|packing| packing.fragment).collect();
-        for (shader, packing) in shaders.iter().zip(found) {
+        let fragments = packings.iter().map(|packing| packing.fragment).collect();
+        for (shader, packing) in shaders.iter().zip(packings) {
             let known = functions.entry(&shader.import_path).or_default();
             for function in packing.functions {
                 grown |= known.insert(function);
@@ -102,7 +102,7 @@ fn shaders_that_pack(shaders: &[&Shader]) -> Vec<bool> {
 mod tests {
     use super::*;
 
-    fn found(sources: &[(&str, &str)]) -> Vec<bool> {
+    fn packs(sources: &[(&str, &str)]) -> Vec<bool> {
         let shaders: Vec<_> = sources
             .iter()
             .map(|(path, source)| Shader::from_wesl((*source).to_owned(), *path))
@@ -130,7 +130,7 @@ mod tests {
         let raw = "import bevy_pbr::render::pbr_functions::alpha_discard;\n\
             @fragment fn f() -> O { return c; }";
         assert_eq!(
-            found(&[
+            packs(&[
                 ("embedded://bevy_pbr/render/pbr_functions.wesl", library),
                 ("lit.wesl", lit),
                 ("own.wesl", own),

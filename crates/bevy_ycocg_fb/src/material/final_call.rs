@@ -32,15 +32,15 @@ pub(super) fn packing(source: &str, names: &HashSet<&str>) -> Packing {
         renamed(&import.content, &mut known);
     }
     known.retain(|name| !own.contains(name));
-    let mut found = HashSet::new();
+    let mut packing = HashSet::new();
     loop {
-        let callees: HashSet<_> = known.union(&found).cloned().collect();
-        let packing: HashSet<_> = functions
+        let callees: HashSet<_> = known.union(&packing).cloned().collect();
+        let next: HashSet<_> = functions
             .iter()
             .filter(|function| Flow::of(function, &callees).packs())
             .map(|function| function.ident.to_string())
             .collect();
-        if packing == found {
+        if next == packing {
             let mut fragments = functions.iter().filter(|function| is_fragment(function));
             let flows: Vec<_> = fragments
                 .by_ref()
@@ -49,11 +49,11 @@ pub(super) fn packing(source: &str, names: &HashSet<&str>) -> Packing {
             let fragment = flows.iter().any(Flow::packs)
                 && flows.iter().all(|flow| flow.packs() || !flow.calls);
             return Packing {
-                functions: found,
+                functions: packing,
                 fragment,
             };
         }
-        found = packing;
+        packing = next;
     }
 }
 
@@ -179,37 +179,29 @@ impl<'a> Flow<'a> {
                     .collect();
                 self.branch(&bodies, true)
             }
-            Statement::Loop(statement) => {
-                self.branch(&[&statement.body], false);
-                false
-            }
-            Statement::For(statement) => {
-                self.branch(&[&statement.body], false);
-                false
-            }
-            Statement::While(statement) => {
-                self.branch(&[&statement.body], false);
-                false
-            }
+            Statement::Loop(statement) => self.branch(&[&statement.body], false),
+            Statement::For(statement) => self.branch(&[&statement.body], false),
+            Statement::While(statement) => self.branch(&[&statement.body], false),
             _ => false,
         }
     }
 
-    /// What is packed after all bodies that go on is packed.
+    /// What is packed after all bodies that go on is packed. Returns whether all of them end the function, and one of them
+    /// is always taken.
     fn branch(&mut self, bodies: &[&CompoundStatement], is_complete: bool) -> bool {
-        let mut after = (!is_complete).then(|| self.packed.clone());
+        let mut packed_after = (!is_complete).then(|| self.packed.clone());
         for body in bodies {
-            let before = self.packed.clone();
+            let packed_before = self.packed.clone();
             let ends = self.block(body);
-            let packed = std::mem::replace(&mut self.packed, before);
+            let packed = std::mem::replace(&mut self.packed, packed_before);
             if !ends {
-                after = Some(match after {
+                packed_after = Some(match packed_after {
                     Some(others) => others.intersection(&packed).cloned().collect(),
                     None => packed,
                 });
             }
         }
-        match after {
+        match packed_after {
             Some(packed) => {
                 self.packed = packed;
                 false

@@ -9,11 +9,11 @@ use bevy::{
 };
 
 use crate::{
-    fallback::FallbackReason,
     material::{
         detect::PackingShaders,
         pipeline::{has_format, pack, packs},
     },
+    report::FallbackReason,
     settings::{FrameBufferFormat, PackedFormat},
 };
 
@@ -39,53 +39,63 @@ pub(super) enum Pipeline {
     },
 }
 
-pub(super) fn classify(
-    id: CachedRenderPipelineId,
-    format: FrameBufferFormat,
-    replaceable: bool,
-    is_web: bool,
-    shaders: &PackingShaders,
-    cache: &PipelineCache,
-) -> Pipeline {
-    let descriptor = cache.get_render_pipeline_descriptor(id);
-    let shader = descriptor.fragment.as_ref().map(|f| &f.shader);
-    let refused = |reason: fn(String) -> FallbackReason, by_shader: bool| Pipeline::Refused {
-        reason: reason(name(descriptor)),
-        shader: shader.map(Handle::id).filter(|_| by_shader),
-        has_format: has_format(descriptor, format),
-    };
-    // Neither format has an alpha channel. WebGPU refuses such pipelines, other backends do not.
-    let multisample = &descriptor.multisample;
-    if is_web && multisample.alpha_to_coverage_enabled && multisample.count > 1 {
-        return refused(FallbackReason::AlphaToCoverage, false);
-    }
-    let FrameBufferFormat::Packed(packed) = format else {
-        return if has_format(descriptor, format) {
+/// What decides whether a pipeline writes a format.
+pub(super) struct Classifier<'a> {
+    pub shaders: &'a PackingShaders,
+    pub cache: &'a mut PipelineCache,
+    /// Whether the backend is WebGPU in a browser.
+    pub is_web: bool,
+}
+
+impl Classifier<'_> {
+    /// Classifies a pipeline; one that is `replaceable` may be drawn by a variant.
+    pub(super) fn classify(
+        &self,
+        id: CachedRenderPipelineId,
+        format: FrameBufferFormat,
+        replaceable: bool,
+    ) -> Pipeline {
+        let cache = &*self.cache;
+        let descriptor = cache.get_render_pipeline_descriptor(id);
+        let shader = descriptor.fragment.as_ref().map(|f| &f.shader);
+        let refused = |reason: fn(String) -> FallbackReason, by_shader: bool| Pipeline::Refused {
+            reason: reason(name(descriptor)),
+            shader: shader.map(Handle::id).filter(|_| by_shader),
+            has_format: has_format(descriptor, format),
+        };
+        // Neither format has an alpha channel. WebGPU refuses such pipelines, other backends do not.
+        let multisample = &descriptor.multisample;
+        if self.is_web && multisample.alpha_to_coverage_enabled && multisample.count > 1 {
+            return refused(FallbackReason::AlphaToCoverage, false);
+        }
+        let FrameBufferFormat::Packed(packed) = format else {
+            return if has_format(descriptor, format) {
+                Pipeline::Fits
+            } else if replaceable {
+                let mut variant = descriptor.clone();
+                if let Some(target) = first_target(&mut variant) {
+                    target.format = format.texture_format();
+                }
+                Pipeline::Variant(cache.queue_render_pipeline(variant))
+            } else {
+                refused(FallbackReason::FixedFormat, false)
+            };
+        };
+        if shader.is_some_and(|shader| !self.shaders.contains(shader.id())) {
+            return refused(FallbackReason::UnpackedPipeline, true);
+        }
+        if !can_blend(descriptor, packed) {
+            return refused(FallbackReason::UnpackableBlending, false);
+        }
+        if packs(descriptor, packed) {
             Pipeline::Fits
         } else if replaceable {
             let mut variant = descriptor.clone();
-            if let Some(target) = first_target(&mut variant) {
-                target.format = format.texture_format();
-            }
+            pack(&mut variant, packed);
             Pipeline::Variant(cache.queue_render_pipeline(variant))
         } else {
-            refused(FallbackReason::FixedFormat, false)
-        };
-    };
-    if shader.is_some_and(|shader| !shaders.contains(shader.id())) {
-        return refused(FallbackReason::UnpackedPipeline, true);
-    }
-    if !can_blend(descriptor, packed) {
-        return refused(FallbackReason::UnpackableBlending, false);
-    }
-    if packs(descriptor, packed) {
-        Pipeline::Fits
-    } else if replaceable {
-        let mut variant = descriptor.clone();
-        pack(&mut variant, packed);
-        Pipeline::Variant(cache.queue_render_pipeline(variant))
-    } else {
-        refused(FallbackReason::UnpackedPipeline, true)
+            refused(FallbackReason::UnpackedPipeline, true)
+        }
     }
 }
 
@@ -222,8 +232,8 @@ mod tests {
                 blend: None,
                 write_mask,
             };
-            let found = can_blend(&with_target(target, &[]), PackedFormat::Float16);
-            assert_eq!(found, expected, "{write_mask:?}");
+            let actual = can_blend(&with_target(target, &[]), PackedFormat::Float16);
+            assert_eq!(actual, expected, "{write_mask:?}");
         }
     }
 }

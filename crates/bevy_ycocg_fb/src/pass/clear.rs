@@ -21,7 +21,7 @@ use bevy::{
     },
 };
 
-use crate::{settings::PackedFormat, view::packed::PackedView};
+use crate::{settings::PackedFormat, view::formatted::PackedView};
 
 #[derive(Resource)]
 pub(crate) struct ClearPipeline {
@@ -101,7 +101,7 @@ pub(crate) enum PackedClear {
 pub(super) fn prepare(
     mut commands: Commands,
     views: Query<(Entity, &MainEntity, &PackedView, &ExtractedCamera)>,
-    former: Query<Entity, (With<PackedClear>, Without<PackedView>)>,
+    stale: Query<Entity, (With<PackedClear>, Without<PackedView>)>,
     global: Res<ClearColor>,
     mut uniforms: ResMut<ClearUniforms>,
     pipeline: Res<ClearPipeline>,
@@ -110,7 +110,7 @@ pub(super) fn prepare(
     device: Res<RenderDevice>,
     queue: Res<RenderQueue>,
 ) {
-    for entity in &former {
+    for entity in &stale {
         commands.entity(entity).remove::<PackedClear>();
     }
     uniforms
@@ -129,12 +129,12 @@ pub(super) fn prepare(
             commands.entity(entity).insert(PackedClear::Gray(luminance));
             continue;
         }
-        let (former_color, buffer) = uniforms
+        let (previous_color, buffer) = uniforms
             .0
             .entry(main_entity.id())
             .or_insert_with(|| (LinearRgba::NONE, UniformBuffer::from(Vec4::ZERO)));
-        if *former_color != color {
-            *former_color = color;
+        if *previous_color != color {
+            *previous_color = color;
             buffer.set(color.to_vec4());
             buffer.write_buffer(&device, &queue);
         }

@@ -1,11 +1,17 @@
 //! The main pass of a packed camera. It draws the phases of Bevy's main passes, in their order, into the
 //! packed texture, and then resolves that into the view's main texture.
+//!
+//! A pass of Bevy is a system that queries the components of the current view and is skipped where there are none.
+//! So the current view is a placeholder from the end of the packed main pass to the end of Bevy's main passes.
+
+use std::ops::Range;
 
 use bevy::{
     core_pipeline::{
         core_3d::{AlphaMask3d, Opaque3d, Transparent3d},
         skybox::SkyboxBindGroup,
     },
+    ecs::query::QueryData,
     pbr::{ScreenSpaceTransmission, Transmissive3d, ViewTransmissionTexture},
     prelude::*,
     render::{
@@ -15,10 +21,10 @@ use bevy::{
             DrawError, TrackedRenderPass, ViewBinnedRenderPhases, ViewSortedRenderPhases,
         },
         render_resource::{
-            CachedRenderPipelineId, LoadOp, Operations, PipelineCache, RenderPassColorAttachment,
-            RenderPassDescriptor, StoreOp,
+            CachedPipelineState, CachedRenderPipelineId, LoadOp, Operations, PipelineCache,
+            PipelineDescriptor, RenderPassColorAttachment, RenderPassDescriptor, StoreOp,
         },
-        renderer::{RenderContext, ViewQuery},
+        renderer::{CurrentView, RenderContext, ViewQuery},
         view::{ExtractedView, ViewDepthStencilTexture, ViewTarget, ViewUniformOffset},
     },
 };
@@ -27,38 +33,32 @@ use super::{
     clear::PackedClear,
     phase_pipelines::PhasePipelines,
     resolve::{PackedResolve, ResolveBindGroup},
-    transmission::transmission_ranges,
 };
-use crate::view::{packed::PackedView, textures::PackedTextures};
+use crate::view::{eligibility::SwitchedViews, formatted::PackedView, textures::PackedTextures};
 
 /// The components of the view that the pass uses.
-struct MainPassView<'a> {
-    camera: &'a ExtractedCamera,
-    target: &'a ViewTarget,
-    depth: &'a ViewDepthStencilTexture,
-    uniform_offset: &'a ViewUniformOffset,
-    textures: &'a PackedTextures,
-    clear: &'a PackedClear,
-    resolve: &'a PackedResolve,
-    resolve_bind_group: &'a ResolveBindGroup,
-    skybox: Option<&'a SkyboxBindGroup>,
-    transmission: Option<(&'a ScreenSpaceTransmission, &'a ViewTransmissionTexture)>,
+#[derive(QueryData)]
+pub(super) struct MainPassView {
+    entity: Entity,
+    view: &'static ExtractedView,
+    camera: &'static ExtractedCamera,
+    target: &'static ViewTarget,
+    depth: &'static ViewDepthStencilTexture,
+    uniform_offset: &'static ViewUniformOffset,
+    textures: &'static PackedTextures,
+    clear: &'static PackedClear,
+    resolve: &'static PackedResolve,
+    resolve_bind_group: &'static ResolveBindGroup,
+    skybox: Option<&'static SkyboxBindGroup>,
+    transmission: Option<(
+        &'static ScreenSpaceTransmission,
+        &'static ViewTransmissionTexture,
+    )>,
 }
 
 pub(super) fn packed_main_pass(
     world: &World,
-    view: ViewQuery<
-        (
-            &ExtractedView,
-            (&ExtractedCamera, &ViewTarget, &ViewDepthStencilTexture),
-            &ViewUniformOffset,
-            (&PackedTextures, &PackedClear),
-            (&PackedResolve, &ResolveBindGroup),
-            Option<&SkyboxBindGroup>,
-            Option<(&ScreenSpaceTransmission, &ViewTransmissionTexture)>,
-        ),
-        With<PackedView>,
-    >,
+    view: ViewQuery<MainPassView, With<PackedView>>,
     opaque: Res<ViewBinnedRenderPhases<Opaque3d>>,
     alpha_mask: Res<ViewBinnedRenderPhases<AlphaMask3d>>,
     transmissive: Res<ViewSortedRenderPhases<Transmissive3d>>,
@@ -67,29 +67,9 @@ pub(super) fn packed_main_pass(
     cache: Res<PipelineCache>,
     mut ctx: RenderContext,
 ) {
-    let entity = view.entity();
-    let (
-        extracted_view,
-        (camera, target, depth),
-        uniform_offset,
-        (textures, clear),
-        (resolve, resolve_bind_group),
-        skybox,
-        transmission,
-    ) = view.into_inner();
-    let view = MainPassView {
-        camera,
-        target,
-        depth,
-        uniform_offset,
-        textures,
-        clear,
-        resolve,
-        resolve_bind_group,
-        skybox,
-        transmission,
-    };
-    let id = extracted_view.retained_view_entity;
+    let view = view.into_inner();
+    let entity = view.entity;
+    let id = view.view.retained_view_entity;
     let transmissive = transmissive
         .get(&id)
         .filter(|phase| !phase.items.is_empty());
@@ -148,12 +128,14 @@ pub(super) fn packed_main_pass(
         }
         span.end(&mut pass);
     }
-    resolve_to_view(&view, &cache, &mut ctx);
+    // While the pipeline is not ready, the view is only cleared.
+    let target = view.target.get_color_attachment();
+    draw_resolve(&view, view.resolve.to_view, target, &cache, &mut ctx);
 }
 
 /// Returns the attachment of the packed texture, which the first pass clears and the later ones load.
 fn attachment<'a>(
-    view: &MainPassView<'a>,
+    view: &MainPassViewItem<'a, '_>,
     first: bool,
     last: bool,
 ) -> Option<RenderPassColorAttachment<'a>> {
@@ -204,8 +186,8 @@ fn draw_clear<'w>(
     }
 }
 
-fn draw_skybox<'w>(
-    view: &MainPassView<'w>,
+fn draw_skybox<'v: 'w, 'w>(
+    view: &MainPassViewItem<'v, '_>,
     pipeline: Option<CachedRenderPipelineId>,
     cache: &'w PipelineCache,
     pass: &mut TrackedRenderPass<'w>,
@@ -219,13 +201,11 @@ fn draw_skybox<'w>(
     }
 }
 
-/// Resolves into the view's main texture. While the pipeline is not ready, the view is only cleared.
-fn resolve_to_view(view: &MainPassView, cache: &PipelineCache, ctx: &mut RenderContext) {
-    let target = view.target.get_color_attachment();
-    draw_resolve(view, view.resolve.to_view, target, cache, ctx);
-}
-
-fn resolve_to_transmission(view: &MainPassView, cache: &PipelineCache, ctx: &mut RenderContext) {
+fn resolve_to_transmission(
+    view: &MainPassViewItem,
+    cache: &PipelineCache,
+    ctx: &mut RenderContext,
+) {
     if let Some((_, transmission)) = view.transmission
         && let Some(pipeline) = view.resolve.to_transmission
     {
@@ -243,7 +223,7 @@ fn resolve_to_transmission(view: &MainPassView, cache: &PipelineCache, ctx: &mut
 }
 
 fn draw_resolve(
-    view: &MainPassView,
+    view: &MainPassViewItem,
     pipeline: CachedRenderPipelineId,
     target: RenderPassColorAttachment,
     cache: &PipelineCache,
@@ -274,5 +254,88 @@ fn draw_resolve(
 fn log_draw_error(drawn: Result<(), DrawError>, phase: &str) {
     if let Err(error) = drawn {
         error!("the {phase} phase was not drawn: {error:?}");
+    }
+}
+
+/// Splits `len` transmissive objects, sorted from back to front, into `steps` ranges, each of which
+/// samples the result of the ranges before it; 0 steps give one range.
+fn transmission_ranges(len: usize, steps: usize) -> Vec<Range<usize>> {
+    let count = steps.clamp(1, len.max(1));
+    (0..count)
+        .map(|i| len * i / count..len * (i + 1) / count)
+        .collect()
+}
+
+/// The packed view that Bevy's main passes skip.
+#[derive(Resource, Default)]
+pub(super) struct SkippedView(Option<Entity>);
+
+pub(super) fn skip_main_passes(
+    current: Option<ResMut<CurrentView>>,
+    mut skipped: ResMut<SkippedView>,
+    packed: Query<(), With<PackedView>>,
+) {
+    if let Some(mut current) = current
+        && packed.contains(current.0)
+    {
+        skipped.0 = Some(current.0);
+        current.0 = Entity::PLACEHOLDER;
+    }
+}
+
+pub(super) fn restore_current_view(
+    current: Option<ResMut<CurrentView>>,
+    mut skipped: ResMut<SkippedView>,
+) {
+    if let Some(mut current) = current
+        && let Some(entity) = skipped.0.take()
+    {
+        current.0 = entity;
+    }
+}
+
+/// Waits for all pipelines in a frame in which a view has switched formats, so that no mesh is missing in it: what is
+/// on the screen stays there until then.
+pub(super) fn wait_for_pipelines(switched: Res<SwitchedViews>, mut cache: ResMut<PipelineCache>) {
+    if switched.views.is_empty() {
+        return;
+    }
+    cache.process_queue();
+    let pipelines = cache.pipelines().enumerate();
+    let creating: Vec<_> = pipelines
+        .filter(|(_, pipeline)| {
+            matches!(pipeline.state, CachedPipelineState::Creating(_))
+                && matches!(
+                    pipeline.descriptor,
+                    PipelineDescriptor::RenderPipelineDescriptor(_)
+                )
+        })
+        .map(|(id, _)| CachedRenderPipelineId::new(id))
+        .collect();
+    for id in creating {
+        cache.block_on_render_pipeline(id);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::transmission_ranges;
+
+    #[test]
+    fn ranges_cover_all_and_differ_by_one_at_most() {
+        for len in 1..20 {
+            for steps in 0..25 {
+                let ranges = transmission_ranges(len, steps);
+                assert_eq!(ranges.len(), steps.clamp(1, len));
+                assert_eq!(ranges[0].start, 0);
+                assert_eq!(ranges[ranges.len() - 1].end, len);
+                assert!(ranges.windows(2).all(|w| w[0].end == w[1].start));
+                assert!(
+                    ranges
+                        .iter()
+                        .all(|r| r.len().abs_diff(len / ranges.len()) <= 1)
+                );
+            }
+        }
     }
 }

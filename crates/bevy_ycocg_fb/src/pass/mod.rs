@@ -5,24 +5,16 @@
 //! | [`main_pass`] | opaque, masked, sky, transmissive and transparent phases, in Bevy's order |
 //! | [`phase_pipelines`] | whether the pipelines in the phases write the format, and variants of those that can |
 //! | [`classify`] | whether a pipeline writes a format |
-//! | [`switch`] | the wait for pipelines when a view has switched formats |
 //! | [`taa`] | temporal anti-aliasing in `Rg11b10Ufloat` |
-//! | [`transmission`] | the steps in which transmissive objects are drawn |
 //! | [`clear`] | the clear colour |
 //! | [`resolve`] | reconstruction of colours from packed texels |
-//! | [`tone_map`] | tone mapping in the resolve |
-//! | [`skip_main_passes`] | skipping of Bevy's own main passes for packed cameras |
 
 mod classify;
 mod clear;
 mod main_pass;
 mod phase_pipelines;
 mod resolve;
-mod skip_main_passes;
-mod switch;
 pub(crate) mod taa;
-mod tone_map;
-mod transmission;
 
 use bevy::{
     asset::embedded_asset,
@@ -40,7 +32,7 @@ use bevy::{
     },
 };
 
-use crate::view::main_pass_systems::OwnMainPass;
+use crate::view::conditions::OwnMainPass;
 
 /// Adds the main pass and the resolve of packed cameras.
 pub(crate) struct PackedPassPlugin;
@@ -62,7 +54,7 @@ impl Plugin for PackedPassPlugin {
             .init_resource::<phase_pipelines::HiddenBins<AlphaMask3d>>()
             .init_resource::<phase_pipelines::ReplacedItems<Transmissive3d>>()
             .init_resource::<phase_pipelines::ReplacedItems<Transparent3d>>()
-            .init_resource::<skip_main_passes::SkippedView>()
+            .init_resource::<main_pass::SkippedView>()
             .add_systems(
                 RenderStartup,
                 (resolve::init_pipeline, clear::init_pipeline),
@@ -78,7 +70,7 @@ impl Plugin for PackedPassPlugin {
                         .before(RenderSystems::Prepare),
                     (
                         phase_pipelines::inspect_skyboxes,
-                        switch::wait_for_pipelines,
+                        main_pass::wait_for_pipelines,
                     )
                         .chain()
                         .after(RenderSystems::Prepare)
@@ -88,10 +80,7 @@ impl Plugin for PackedPassPlugin {
             )
             .add_systems(
                 Core3d,
-                (
-                    main_pass::packed_main_pass,
-                    skip_main_passes::skip_main_passes,
-                )
+                (main_pass::packed_main_pass, main_pass::skip_main_passes)
                     .chain()
                     .before(main_opaque_pass_3d)
                     .in_set(OwnMainPass)
@@ -99,7 +88,7 @@ impl Plugin for PackedPassPlugin {
             )
             .add_systems(
                 Core3d,
-                skip_main_passes::restore_current_view
+                main_pass::restore_current_view
                     .after(main_transparent_pass_3d)
                     .in_set(OwnMainPass)
                     .in_set(Core3dSystems::MainPass),

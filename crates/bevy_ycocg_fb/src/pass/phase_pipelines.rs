@@ -2,15 +2,18 @@
 //!
 //! The pipelines of materials do since they were specialized. Others, of gizmos and of other plugins, get a variant
 //! with the format, and with the shader def if their shader packs. The variant replaces the original in the phases
-//! that are sorted. What cannot be drawn is left out of this frame and noted, and from the next frame on its camera
-//! has another format.
+//! that are sorted. What cannot be drawn is left out of this frame and refused: from the next frame on its camera has
+//! another format.
 
 use bevy::{
     core_pipeline::{
         core_3d::{AlphaMask3d, Opaque3d, Transparent3d},
         skybox::SkyboxPipelineId,
     },
-    ecs::entity::{EntityHashMap, EntityHashSet},
+    ecs::{
+        entity::{EntityHashMap, EntityHashSet},
+        system::SystemParam,
+    },
     pbr::Transmissive3d,
     platform::collections::HashMap,
     prelude::*,
@@ -28,11 +31,14 @@ use bevy::{
     },
 };
 
-use super::classify::{Pipeline, classify};
+use super::classify::{Classifier, Pipeline};
 use crate::{
     material::detect::PackingShaders,
     settings::FrameBufferFormat,
-    view::{eligibility::Formatted, packed::PackedView, refusals::Refusals},
+    view::{
+        formatted::{Formatted, PackedView},
+        refusals::Refusals,
+    },
 };
 
 /// The pipelines classified so far, and what this frame does not draw.
@@ -88,13 +94,24 @@ impl<I: BinnedPhaseItem> Default for HiddenBins<I> {
     }
 }
 
-/// Classifies pipelines, and notes what those of a view cannot do.
+/// Bevy's phases of the main pass, and what is replaced in them.
+#[derive(SystemParam)]
+pub(super) struct Phases<'w> {
+    opaque: ResMut<'w, ViewBinnedRenderPhases<Opaque3d>>,
+    alpha_mask: ResMut<'w, ViewBinnedRenderPhases<AlphaMask3d>>,
+    transmissive: ResMut<'w, ViewSortedRenderPhases<Transmissive3d>>,
+    transparent: ResMut<'w, ViewSortedRenderPhases<Transparent3d>>,
+    hidden_opaque: ResMut<'w, HiddenBins<Opaque3d>>,
+    hidden_alpha_mask: ResMut<'w, HiddenBins<AlphaMask3d>>,
+    replaced_transmissive: ResMut<'w, ReplacedItems<Transmissive3d>>,
+    replaced_transparent: ResMut<'w, ReplacedItems<Transparent3d>>,
+}
+
+/// Classifies pipelines, and refuses the format of a view for those that cannot write it.
 struct Inspector<'a> {
     pipelines: &'a mut PhasePipelines,
     refusals: &'a mut Refusals,
-    shaders: &'a PackingShaders,
-    cache: &'a mut PipelineCache,
-    is_web: bool,
+    classifier: Classifier<'a>,
     camera: Entity,
     format: FrameBufferFormat,
 }
@@ -111,19 +128,13 @@ impl Inspector<'_> {
     fn inspect(&mut self, id: CachedRenderPipelineId, replaceable: bool) -> Drawn {
         let key = (id, self.format);
         if !self.pipelines.known.contains_key(&key) {
-            if self.cache.pipelines().nth(id.id()).is_none() {
+            let cache = &mut *self.classifier.cache;
+            if cache.pipelines().nth(id.id()).is_none() {
                 // It was queued in this frame.
-                self.cache.process_queue();
+                cache.process_queue();
             }
-            let found = classify(
-                id,
-                self.format,
-                replaceable,
-                self.is_web,
-                self.shaders,
-                self.cache,
-            );
-            self.pipelines.known.insert(key, found);
+            let pipeline = self.classifier.classify(id, self.format, replaceable);
+            self.pipelines.known.insert(key, pipeline);
         }
         match &self.pipelines.known[&key] {
             Pipeline::Fits => Drawn::With(id),
@@ -146,18 +157,7 @@ impl Inspector<'_> {
 /// Inspects the phases of all views with another format, before they are batched.
 pub(super) fn inspect_phases(
     views: Query<(Entity, &ExtractedView, &MainEntity, Option<&PackedView>), Formatted>,
-    mut opaque: ResMut<ViewBinnedRenderPhases<Opaque3d>>,
-    mut alpha_mask: ResMut<ViewBinnedRenderPhases<AlphaMask3d>>,
-    mut transmissive: ResMut<ViewSortedRenderPhases<Transmissive3d>>,
-    mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-    mut hidden: (
-        ResMut<HiddenBins<Opaque3d>>,
-        ResMut<HiddenBins<AlphaMask3d>>,
-    ),
-    mut replaced: (
-        ResMut<ReplacedItems<Transmissive3d>>,
-        ResMut<ReplacedItems<Transparent3d>>,
-    ),
+    mut phases: Phases,
     mut pipelines: ResMut<PhasePipelines>,
     mut refusals: ResMut<Refusals>,
     shaders: Res<PackingShaders>,
@@ -174,38 +174,52 @@ pub(super) fn inspect_phases(
         let mut inspector = Inspector {
             pipelines: &mut pipelines,
             refusals: &mut refusals,
-            shaders: &shaders,
-            cache: &mut cache,
-            is_web: Backends::from(adapter.backend) == Backends::BROWSER_WEBGPU,
+            classifier: Classifier {
+                shaders: &shaders,
+                cache: &mut cache,
+                is_web: Backends::from(adapter.backend) == Backends::BROWSER_WEBGPU,
+            },
             camera: main_entity.id(),
             format: packed.map_or(FrameBufferFormat::Rg11b10Ufloat, |packed| {
                 packed.format.into()
             }),
         };
         let mut drawable = true;
-        if let Some(phase) = opaque.get_mut(&id) {
+        if let Some(phase) = phases.opaque.get_mut(&id) {
             let pipeline = |key: &<Opaque3d as BinnedPhaseItem>::BatchSetKey| key.pipeline;
-            drawable &= inspect_bins(id, phase, pipeline, &mut hidden.0, &mut inspector);
-        }
-        if let Some(phase) = alpha_mask.get_mut(&id) {
-            let pipeline = |key: &<AlphaMask3d as BinnedPhaseItem>::BatchSetKey| key.pipeline;
-            drawable &= inspect_bins(id, phase, pipeline, &mut hidden.1, &mut inspector);
-        }
-        if let Some(phase) = transmissive.get_mut(&id) {
-            inspect_items(
+            drawable &= inspect_bins(
                 id,
                 phase,
-                |item| &mut item.pipeline,
-                &mut replaced.0,
+                pipeline,
+                &mut phases.hidden_opaque,
                 &mut inspector,
             );
         }
-        if let Some(phase) = transparent.get_mut(&id) {
+        if let Some(phase) = phases.alpha_mask.get_mut(&id) {
+            let pipeline = |key: &<AlphaMask3d as BinnedPhaseItem>::BatchSetKey| key.pipeline;
+            drawable &= inspect_bins(
+                id,
+                phase,
+                pipeline,
+                &mut phases.hidden_alpha_mask,
+                &mut inspector,
+            );
+        }
+        if let Some(phase) = phases.transmissive.get_mut(&id) {
             inspect_items(
                 id,
                 phase,
                 |item| &mut item.pipeline,
-                &mut replaced.1,
+                &mut phases.replaced_transmissive,
+                &mut inspector,
+            );
+        }
+        if let Some(phase) = phases.transparent.get_mut(&id) {
+            inspect_items(
+                id,
+                phase,
+                |item| &mut item.pipeline,
+                &mut phases.replaced_transparent,
                 &mut inspector,
             );
         }
@@ -278,28 +292,19 @@ fn inspect_items<I: SortedPhaseItem + CachedRenderPipelinePhaseItem>(
 }
 
 /// Puts back what [`inspect_phases`] replaced.
-pub(super) fn restore_phases(
-    mut opaque: ResMut<ViewBinnedRenderPhases<Opaque3d>>,
-    mut alpha_mask: ResMut<ViewBinnedRenderPhases<AlphaMask3d>>,
-    mut transmissive: ResMut<ViewSortedRenderPhases<Transmissive3d>>,
-    mut transparent: ResMut<ViewSortedRenderPhases<Transparent3d>>,
-    mut hidden: (
-        ResMut<HiddenBins<Opaque3d>>,
-        ResMut<HiddenBins<AlphaMask3d>>,
-    ),
-    mut replaced: (
-        ResMut<ReplacedItems<Transmissive3d>>,
-        ResMut<ReplacedItems<Transparent3d>>,
-    ),
-) {
-    restore_bins(&mut opaque, &mut hidden.0);
-    restore_bins(&mut alpha_mask, &mut hidden.1);
+pub(super) fn restore_phases(mut phases: Phases) {
+    restore_bins(&mut phases.opaque, &mut phases.hidden_opaque);
+    restore_bins(&mut phases.alpha_mask, &mut phases.hidden_alpha_mask);
     restore_items(
-        &mut transmissive,
+        &mut phases.transmissive,
         |item| &mut item.pipeline,
-        &mut replaced.0,
+        &mut phases.replaced_transmissive,
     );
-    restore_items(&mut transparent, |item| &mut item.pipeline, &mut replaced.1);
+    restore_items(
+        &mut phases.transparent,
+        |item| &mut item.pipeline,
+        &mut phases.replaced_transparent,
+    );
 }
 
 fn restore_bins<I: BinnedPhaseItem>(
@@ -349,9 +354,11 @@ pub(super) fn inspect_skyboxes(
         let mut inspector = Inspector {
             pipelines: &mut pipelines,
             refusals: &mut refusals,
-            shaders: &shaders,
-            cache: &mut cache,
-            is_web: false,
+            classifier: Classifier {
+                shaders: &shaders,
+                cache: &mut cache,
+                is_web: false,
+            },
             camera: main_entity.id(),
             format: packed.format.into(),
         };

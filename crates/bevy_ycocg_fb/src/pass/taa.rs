@@ -31,7 +31,7 @@ use bevy::{
     },
 };
 
-use crate::{packed_format::RG11B10UFLOAT, view::rg11b10ufloat::Rg11b10UfloatView};
+use crate::{material::pipeline::RG11B10UFLOAT, view::formatted::Rg11b10UfloatView};
 
 /// Bevy's shader.
 const SHADER: &str = "embedded://bevy_anti_alias/taa/taa.wesl";
@@ -158,7 +158,7 @@ impl SpecializedRenderPipeline for TaaPipeline {
 fn take_over(
     mut commands: Commands,
     views: Query<(Entity, &TemporalAntiAliasing, &Msaa), With<Rg11b10UfloatView>>,
-    former: Query<
+    stale: Query<
         Entity,
         (
             With<TakenOver>,
@@ -166,7 +166,7 @@ fn take_over(
         ),
     >,
 ) {
-    for entity in &former {
+    for entity in &stale {
         commands.entity(entity).remove::<(TakenOver, TaaHistory)>();
     }
     for (entity, settings, msaa) in &views {

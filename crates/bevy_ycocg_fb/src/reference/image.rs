@@ -2,8 +2,7 @@
 
 use super::{
     pack::{F16_MAX, PackedPixel, pack, stores_co},
-    storage::stored,
-    unorm8,
+    storage::{stored, unorm8},
 };
 use crate::settings::PackedFormat;
 

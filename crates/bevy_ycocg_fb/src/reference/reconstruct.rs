@@ -27,13 +27,19 @@
 //!
 //! The result is clamped to the range in which no channel of the colour is negative ([`decode`]);
 //! the stored chrominance is not changed.
+//!
+//! # Samples
+//! All samples of a pixel store the same kind of chrominance (thesis 4.7.1), so they can be averaged
+//! before the reconstruction ([`resolved`]). Those of the 8-bit format are gamma-encoded: their mean is that of an edge
+//! that is too dark, so it serves the reconstruction only, and the colours of the samples are averaged in linear light
+//! ([`mean_in_linear_light`]).
 
 use super::{
     color::{YCoCg, linear_from_srgb, rgb_from_ycocg},
     image::PackedImage,
     pack::{F16_MAX, PackedPixel},
 };
-use crate::settings::{PackedFormat, Reconstruction};
+use crate::settings::{MsaaResolve, PackedFormat, Reconstruction};
 
 /// Luminance difference from which the thesis's filter detects an edge (thesis 4.5).
 pub const EDGE_THRESHOLD: f32 = 30.0 / 255.0;
@@ -253,4 +259,39 @@ impl Cross {
             .flatten()
             .flatten()
     }
+}
+
+/// Resolves the samples of a pixel; without samples, the result is black.
+pub fn resolved(samples: &[PackedPixel], resolve: MsaaResolve) -> PackedPixel {
+    let mut sum = PackedPixel::default();
+    let mut weights = 0.0;
+    for sample in samples {
+        let weight = match resolve {
+            MsaaResolve::Box => 1.0,
+            MsaaResolve::ToneMapWeighted => 1.0 / (1.0 + sample.luminance.max(0.0)),
+        };
+        sum.luminance += weight * sample.luminance;
+        sum.chrominance += weight * sample.chrominance;
+        weights += weight;
+    }
+    if weights == 0.0 {
+        return PackedPixel::default();
+    }
+    PackedPixel {
+        luminance: sum.luminance / weights,
+        chrominance: sum.chrominance / weights,
+    }
+}
+
+/// Returns the display-linear mean of the samples of a pixel in the 8-bit format. `missing_ratio` is the missing
+/// chrominance of the pixel, relative to its luminance; `is_co` tells whether the pixel stores Co.
+pub fn mean_in_linear_light(samples: &[PackedPixel], missing_ratio: f32, is_co: bool) -> [f32; 3] {
+    let mut sum = [0.0; 3];
+    for sample in samples {
+        let encoded = decode(*sample, missing_ratio * sample.luminance, is_co);
+        for (sum, channel) in sum.iter_mut().zip(encoded) {
+            *sum += linear_from_srgb(channel.clamp(0.0, 1.0)) / samples.len() as f32;
+        }
+    }
+    sum
 }

@@ -4,7 +4,7 @@
 //! a target to round to either neighbour, so the shader rounds by itself: up where the part below the last bit is
 //! at least a threshold, which depends on the pixel. The mean over pixels is the colour itself.
 
-use super::{dither::threshold, pack::sanitized};
+use super::pack::sanitized;
 
 /// Bits of the mantissa of red, green and blue.
 const MANTISSA_BITS: [u32; 3] = [6, 6, 5];
@@ -14,6 +14,14 @@ const CHANNEL_OFFSETS: [u32; 3] = [0, 0x5555_5555, 0xaaaa_aaaa];
 
 /// Exponent of the smallest normal number.
 const MIN_EXPONENT: i32 = -14;
+
+/// Returns the threshold of a pixel, in units of 2^-32: the additive sequence of the plastic number, whose values
+/// in any neighbourhood are spread evenly (M. Roberts, *The Unreasonable Effectiveness of Quasirandom Sequences*,
+/// 2018).
+pub fn threshold(x: u32, y: u32) -> u32 {
+    x.wrapping_mul(0xc13f_a9a9)
+        .wrapping_add(y.wrapping_mul(0x91e1_0da5))
+}
 
 /// Returns the largest value of a channel with this number of mantissa bits.
 fn largest(mantissa_bits: u32) -> f32 {
@@ -63,8 +71,8 @@ mod tests {
                 let bits = MANTISSA_BITS[channel];
                 assert!(is_stored(stored, bits), "{value} gives {stored}");
                 let step = (value.min(largest(bits)) / (1 << bits) as f32).max(2f32.powi(-19));
-                let wanted = value.min(largest(bits));
-                assert!((stored - wanted).abs() <= step, "{value} gives {stored}");
+                let expected = value.min(largest(bits));
+                assert!((stored - expected).abs() <= step, "{value} gives {stored}");
                 assert_eq!(rounded(stored, u32::MAX, bits), stored, "{value}");
             }
         }
@@ -98,5 +106,19 @@ mod tests {
         assert_eq!(most, [65024.0, 65024.0, 64512.0]);
         assert_eq!(stored(f32::INFINITY), most);
         assert_eq!(stored(65100.0), most);
+    }
+
+    /// The sixteenths of the range have nearly as many thresholds each, in any block of 16 x 16 pixels.
+    #[test]
+    fn thresholds_are_spread_evenly() {
+        for corner in [[0, 0], [1918, 1079], [7, 40_000]] {
+            let mut counts = [0_i32; 16];
+            for i in 0..256 {
+                counts[threshold(corner[0] + i % 16, corner[1] + i / 16) as usize >> 28] += 1;
+            }
+            // That of random thresholds would be 240 on average.
+            let variation: i32 = counts.iter().map(|count| (count - 16).pow(2)).sum();
+            assert!(variation < 120, "{variation}: {counts:?}");
+        }
     }
 }

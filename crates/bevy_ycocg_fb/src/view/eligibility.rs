@@ -7,29 +7,25 @@ use bevy::{
     },
     prelude::*,
     render::{
+        render_resource::TextureUsages,
         renderer::{RenderAdapter, RenderDevice},
         view::ExtractedView,
     },
 };
 
 use super::{
-    candidate::{Candidate, CandidateItem, MainWorldState},
-    capabilities::FormatSupport,
-    main_pass_systems::MainPassSystems,
-    packed::{PackedView, packed_reason, packed_stack_reason},
+    conditions::{
+        Candidate, CandidateItem, FormatSupport, MainPassSystems, MainWorldState, draws_colors,
+    },
+    formatted::{Formatted, PackedView, Rg11b10UfloatView},
     refusals::Refusals,
-    rg11b10ufloat::{Rg11b10UfloatView, rg11b10ufloat_reason},
-    stack::{Layer, is_continued},
+    stack::{Layer, is_continued, packed_stack_reason},
 };
 use crate::{
-    fallback::FallbackReason,
     material::detect::PackingShaders,
-    report::{CameraState, RefusedFormat},
-    settings::{FrameBufferFormat, FrameBufferQuality},
+    report::{CameraState, FallbackReason, RefusedFormat},
+    settings::{FrameBufferFormat, FrameBufferQuality, PackedFormat},
 };
-
-/// Filter of the views with another format.
-pub(crate) type Formatted = Or<(With<PackedView>, With<Rg11b10UfloatView>)>;
 
 /// What was chosen in this frame, by camera in the main world.
 #[derive(Resource, Debug, Default)]
@@ -39,7 +35,7 @@ pub(super) struct Decisions(pub EntityHashMap<(CameraState, Vec<RefusedFormat>)>
 #[derive(Resource, Debug, Default)]
 pub(crate) struct SwitchedViews {
     pub views: EntityHashSet,
-    former: EntityHashMap<Option<FrameBufferFormat>>,
+    previous: EntityHashMap<Option<FrameBufferFormat>>,
 }
 
 /// What decides whether a camera can use a format.
@@ -53,28 +49,28 @@ pub(super) struct Conditions<'w, 's> {
     device: Res<'w, RenderDevice>,
 }
 
-/// A camera with the formats that are left for it to try.
+/// A camera with the formats that remain for it to try.
 struct Choice<'a, 'w, 's> {
     candidate: &'a CandidateItem<'w, 's>,
-    left: Vec<FrameBufferFormat>,
+    remaining: Vec<FrameBufferFormat>,
     refused: Vec<RefusedFormat>,
 }
 
 impl Choice<'_, '_, '_> {
-    fn wish(&self) -> Option<FrameBufferFormat> {
-        self.left.first().copied()
+    fn preferred(&self) -> Option<FrameBufferFormat> {
+        self.remaining.first().copied()
     }
 
     fn refuse(&mut self, reason: FallbackReason) {
-        if !self.left.is_empty() {
-            let format = self.left.remove(0);
+        if !self.remaining.is_empty() {
+            let format = self.remaining.remove(0);
             self.refused.push(RefusedFormat { format, reason });
         }
     }
 
     /// Refuses the formats that the camera cannot use by itself.
     fn refuse_impossible(&mut self, conditions: &Conditions, refusals: &Refusals) {
-        while let Some(format) = self.wish()
+        while let Some(format) = self.preferred()
             && let Some(reason) = conditions.reason(self.candidate, format, refusals)
         {
             self.refuse(reason);
@@ -87,7 +83,7 @@ impl Choice<'_, '_, '_> {
 pub(super) fn select_views(
     mut commands: Commands,
     candidates: Query<Candidate>,
-    former: Query<Entity, Formatted>,
+    formatted: Query<Entity, Formatted>,
     conditions: Conditions,
     mut refusals: ResMut<Refusals>,
     mut decisions: ResMut<Decisions>,
@@ -96,11 +92,11 @@ pub(super) fn select_views(
 ) {
     decisions.0.clear();
     switched.views.clear();
-    if former.is_empty() && candidates.iter().all(|c| c.quality.is_none()) {
+    if formatted.is_empty() && candidates.iter().all(|c| c.quality.is_none()) {
         // A camera whose first quality comes later switches from Bevy's format.
-        switched.former.clear();
+        switched.previous.clear();
         let cameras = candidates.iter().map(|candidate| (candidate.entity, None));
-        switched.former.extend(cameras);
+        switched.previous.extend(cameras);
         return;
     }
     refusals.keep_current(&candidates, &shaders);
@@ -112,44 +108,16 @@ pub(super) fn select_views(
     let layers: Vec<_> = cameras.iter().map(Layer::of).collect();
     // While Bevy's shaders are loading, as in the first frames, they are not patched yet.
     let is_loading = !conditions.state.patched && conditions.state.refused.is_none();
-    let mut choices: Vec<_> = cameras
-        .iter()
-        .map(|candidate| {
-            let quality = candidate.quality.copied().unwrap_or_default();
-            let mut choice = Choice {
-                candidate,
-                left: quality.formats(candidate.camera.hdr),
-                refused: Vec::new(),
-            };
-            choice.refuse_impossible(&conditions, &refusals);
-            choice
-        })
-        .collect();
-    // What one camera cannot use may leave another without company, until all of them agree.
-    loop {
-        let failing: Vec<_> = (0..choices.len())
-            .filter_map(|i| {
-                let reason = stack_reason(i, &choices, &layers, &conditions, &refusals)?;
-                Some((i, reason))
-            })
-            .collect();
-        if failing.is_empty() {
-            break;
-        }
-        for (i, reason) in failing {
-            choices[i].refuse(reason);
-            choices[i].refuse_impossible(&conditions, &refusals);
-        }
-    }
+    let choices = choose_formats(&cameras, &layers, &conditions, &refusals);
 
-    let mut views = former.iter().collect::<EntityHashSet>();
+    let mut views = formatted.iter().collect::<EntityHashSet>();
     let mut formats = EntityHashMap::default();
     for (i, choice) in choices.iter().enumerate() {
         let candidate = choice.candidate;
         let format = if is_loading {
             None
         } else if candidate.quality.is_some() {
-            choice.wish()
+            choice.preferred()
         } else {
             joins(i, &choices, &layers).then_some(FrameBufferFormat::Rg11b10Ufloat)
         };
@@ -162,7 +130,7 @@ pub(super) fn select_views(
                     .copied()
                     .unwrap_or_default()
                     .packed_settings();
-                // The support was found above.
+                // Formats without support were refused above.
                 if let Ok(support) = conditions.support(candidate, settings.format.into()) {
                     let view = PackedView::new(candidate, settings, support);
                     entity.remove::<Rg11b10UfloatView>().insert(view);
@@ -203,10 +171,53 @@ pub(super) fn select_views(
     }
     switched.views = formats
         .iter()
-        .filter(|&(view, format)| switched.former.get(view).is_some_and(|f| f != format))
+        .filter(|&(view, format)| switched.previous.get(view).is_some_and(|f| f != format))
         .map(|(&view, _)| view)
         .collect();
-    switched.former = formats;
+    switched.previous = formats;
+}
+
+/// Returns the formats that the cameras can use, by themselves and beside each other.
+fn choose_formats<'a, 'w, 's>(
+    cameras: &'a [CandidateItem<'w, 's>],
+    layers: &[Layer],
+    conditions: &Conditions,
+    refusals: &Refusals,
+) -> Vec<Choice<'a, 'w, 's>> {
+    let mut choices: Vec<_> = cameras
+        .iter()
+        .map(|candidate| {
+            let quality = candidate.quality.copied().unwrap_or_default();
+            let mut choice = Choice {
+                candidate,
+                remaining: if draws_colors(candidate.camera) {
+                    quality.formats(candidate.camera.hdr)
+                } else {
+                    Vec::new()
+                },
+                refused: Vec::new(),
+            };
+            choice.refuse_impossible(conditions, refusals);
+            choice
+        })
+        .collect();
+    // What one camera cannot use may leave another without company, until all of them agree.
+    loop {
+        let failing: Vec<_> = (0..choices.len())
+            .filter_map(|i| {
+                let reason = stack_reason(i, &choices, layers, conditions, refusals)?;
+                Some((i, reason))
+            })
+            .collect();
+        if failing.is_empty() {
+            break;
+        }
+        for (i, reason) in failing {
+            choices[i].refuse(reason);
+            choices[i].refuse_impossible(conditions, refusals);
+        }
+    }
+    choices
 }
 
 impl Conditions<'_, '_> {
@@ -251,7 +262,60 @@ impl Conditions<'_, '_> {
     }
 }
 
-/// Returns the reason for which a camera cannot use the format that it wishes beside the other cameras.
+/// Returns the first reason for which the camera alone cannot pack.
+fn packed_reason(
+    candidate: &CandidateItem,
+    format: PackedFormat,
+    state: &MainWorldState,
+    main_pass_system: Option<&str>,
+) -> Option<FallbackReason> {
+    // The cause precedes its consequences: screen-space reflections require the deferred prepass.
+    let reasons = [
+        state.refused.clone().map(FallbackReason::PatchRefused),
+        candidate
+            .reflections
+            .then_some(FallbackReason::ScreenSpaceReflections),
+        candidate
+            .deferred
+            .then_some(FallbackReason::DeferredPrepass),
+        candidate
+            .transparency
+            .then_some(FallbackReason::OrderIndependentTransparency),
+        state.wireframes.then_some(FallbackReason::Wireframes),
+        candidate
+            .resolution_override
+            .then_some(FallbackReason::ResolutionOverride),
+        candidate.has_no_clear().then_some(FallbackReason::NoClear),
+        (format == PackedFormat::Unorm8 && candidate.camera.hdr)
+            .then_some(FallbackReason::Unorm8WithHdr),
+        main_pass_system.map(|name| FallbackReason::MainPassSystem(name.into())),
+    ];
+    reasons.into_iter().flatten().next()
+}
+
+/// The last of the subviews of a camera that take their format from its own: that of Bevy's user interface.
+const LAST_SUBVIEW: u32 = 1;
+
+/// Returns the first reason for which the camera alone cannot be drawn in `Rg11b10Ufloat`.
+fn rg11b10ufloat_reason(
+    candidate: &CandidateItem,
+    views: &Query<&ExtractedView>,
+) -> Option<FallbackReason> {
+    let drawn_over = views.iter().any(|view| {
+        view.retained_view_entity.main_entity == *candidate.main_entity
+            && view.retained_view_entity.subview_index > LAST_SUBVIEW
+    });
+    let has_storage = candidate.usages.0.contains(TextureUsages::STORAGE_BINDING);
+    if drawn_over {
+        Some(FallbackReason::DrawnOver)
+    } else if has_storage {
+        Some(FallbackReason::StorageUsage)
+    } else {
+        None
+    }
+}
+
+/// Returns the reason for which a camera cannot use the format that it prefers beside the other cameras.
 fn stack_reason(
     index: usize,
     choices: &[Choice],
@@ -260,13 +324,13 @@ fn stack_reason(
     refusals: &Refusals,
 ) -> Option<FallbackReason> {
     let layer = &layers[index];
-    match choices[index].wish()? {
+    match choices[index].preferred()? {
         FrameBufferFormat::Packed(_) => packed_stack_reason(layer, layers),
         format @ FrameBufferFormat::Rg11b10Ufloat => {
             if is_continued(layers.iter().filter(|other| other.shares(layer))) {
                 for (choice, other) in choices.iter().zip(layers) {
                     if other.shares(layer)
-                        && choice.wish() != Some(format)
+                        && choice.preferred() != Some(format)
                         && let Some(why) = cannot_join(choice, conditions, refusals)
                     {
                         return Some(FallbackReason::ContinuedInAnotherFormat(why));
@@ -275,7 +339,7 @@ fn stack_reason(
             }
             // Cameras with and without `Hdr`, which Bevy keeps apart, would share their textures.
             let mut of_the_format = choices.iter().zip(layers).filter(|(choice, other)| {
-                other.could_share(layer) && choice.wish() == Some(format)
+                other.could_share(layer) && choice.preferred() == Some(format)
             });
             let would_share = of_the_format.clone().map(|(_, other)| other);
             (of_the_format.any(|(_, other)| other.format != layer.format)
@@ -288,11 +352,11 @@ fn stack_reason(
     }
 }
 
-/// Returns why a camera that does not wish for `Rg11b10Ufloat` cannot take it from one that does.
+/// Returns why a camera that does not prefer `Rg11b10Ufloat` cannot take it from one that does.
 fn cannot_join(choice: &Choice, conditions: &Conditions, refusals: &Refusals) -> Option<String> {
     match (
         choice.candidate.quality,
-        choice.wish(),
+        choice.preferred(),
         choice.refused.last(),
     ) {
         (None, ..) => conditions
@@ -309,7 +373,8 @@ fn cannot_join(choice: &Choice, conditions: &Conditions, refusals: &Refusals) ->
 fn joins(index: usize, choices: &[Choice], layers: &[Layer]) -> bool {
     let layer = &layers[index];
     let sharing = layers.iter().filter(|other| other.shares(layer));
-    let mut wishes = choices.iter().zip(layers).filter(|(_, o)| o.shares(layer));
-    wishes.any(|(choice, _)| choice.wish() == Some(FrameBufferFormat::Rg11b10Ufloat))
+    let mut choices_of_picture = choices.iter().zip(layers).filter(|(_, o)| o.shares(layer));
+    choices_of_picture
+        .any(|(choice, _)| choice.preferred() == Some(FrameBufferFormat::Rg11b10Ufloat))
         && is_continued(sharing)
 }

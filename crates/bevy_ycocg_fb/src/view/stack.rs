@@ -10,9 +10,10 @@ use bevy::{
     render::render_resource::{TextureFormat, TextureUsages},
 };
 
-use super::candidate::CandidateItem;
+use super::conditions::CandidateItem;
+use crate::report::FallbackReason;
 
-/// What decides about the place of a camera among those of its target.
+/// What decides with which cameras of its target a camera shares its picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layer {
     pub entity: Entity,
@@ -71,6 +72,27 @@ pub(super) fn is_continued<'a>(members: impl Iterator<Item = &'a Layer> + Clone)
     members
         .clone()
         .any(|member| member.continues(members.clone()))
+}
+
+/// Returns the reason for which the camera cannot pack beside the other cameras of its target.
+///
+/// A packed camera writes a single-sampled `ViewTarget`, in which no later camera finds samples.
+pub(super) fn packed_stack_reason(layer: &Layer, layers: &[Layer]) -> Option<FallbackReason> {
+    let sharing = layers.iter().filter(|other| other.shares(layer));
+    if layer.continues(sharing.clone()) {
+        return Some(FallbackReason::MsaaWriteback);
+    }
+    let is_multisampled = layer.samples > 1;
+    // A single-sampled camera that does not clear would find the picture of this one instead of its own.
+    let would_be_continued = layers.iter().any(|other| {
+        let single_sampled = Layer {
+            samples: other.samples,
+            ..layer.clone()
+        };
+        other.samples == 1 && other.has_no_clear && other.shares(&single_sampled)
+    });
+    (is_multisampled && (is_continued(sharing) || would_be_continued))
+        .then_some(FallbackReason::ContinuedByMultisampled)
 }
 
 #[cfg(test)]

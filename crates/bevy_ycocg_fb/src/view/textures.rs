@@ -2,6 +2,7 @@
 
 use bevy::{
     ecs::entity::EntityHashMap,
+    image::ToExtents,
     pbr::{Transmissive3d, ViewTransmissionTexture},
     platform::collections::HashMap,
     prelude::*,
@@ -9,7 +10,7 @@ use bevy::{
         camera::ExtractedCamera,
         render_phase::ViewSortedRenderPhases,
         render_resource::{
-            Extent3d, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+            Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
         },
         renderer::{RenderAdapterInfo, RenderDevice},
         sync_world::MainEntity,
@@ -18,7 +19,7 @@ use bevy::{
     },
 };
 
-use super::{eligibility::Decisions, packed::PackedView};
+use super::{conditions::draws_colors, eligibility::Decisions, formatted::PackedView};
 use crate::report::{ColorMemory, FrameBufferReport, RenderedReports};
 
 /// Format of the HDR background of transmissive objects.
@@ -50,10 +51,10 @@ pub(super) fn prepare_textures(
     mut cache: ResMut<TextureCache>,
     device: Res<RenderDevice>,
     views: Query<(Entity, &PackedView, &ExtractedCamera, &ExtractedView)>,
-    former: Query<Entity, (With<PackedTextures>, Without<PackedView>)>,
+    stale: Query<Entity, (With<PackedTextures>, Without<PackedView>)>,
     transmissive_phases: Res<ViewSortedRenderPhases<Transmissive3d>>,
 ) {
-    for entity in &former {
+    for entity in &stale {
         commands.entity(entity).remove::<PackedTextures>();
     }
     let mut shared: HashMap<_, PackedTextures> = HashMap::default();
@@ -89,7 +90,7 @@ fn create(
     let mut texture = |label, sample_count, usage| {
         let descriptor = TextureDescriptor {
             label: Some(label),
-            size: extent(size),
+            size: size.to_extents(),
             mip_level_count: 1,
             sample_count,
             dimension: TextureDimension::D2,
@@ -149,7 +150,7 @@ pub(super) fn replace_transmission_textures(
         let texture = shared.entry(camera.target.clone()).or_insert_with(|| {
             let descriptor = TextureDescriptor {
                 label: Some("packed_ycocg_transmission"),
-                size: extent(size),
+                size: size.to_extents(),
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: TextureDimension::D2,
@@ -164,17 +165,14 @@ pub(super) fn replace_transmission_textures(
     }
 }
 
-fn extent(size: UVec2) -> Extent3d {
-    Extent3d {
-        width: size.x,
-        height: size.y,
-        depth_or_array_layers: 1,
-    }
-}
-
 /// Publishes the reports on all cameras with a quality, with the memory of their colour textures as allocated.
 pub(super) fn publish_reports(
-    views: Query<(&MainEntity, &ViewTarget, Option<&PackedTextures>), With<ExtractedCamera>>,
+    views: Query<(
+        &MainEntity,
+        &ExtractedCamera,
+        Option<&ViewTarget>,
+        Option<&PackedTextures>,
+    )>,
     mut decisions: ResMut<Decisions>,
     reports: Res<RenderedReports>,
     adapter: Res<RenderAdapterInfo>,
@@ -193,13 +191,21 @@ pub(super) fn publish_reports(
             _ => 0,
         };
     let mut rendered = EntityHashMap::default();
-    for (main_entity, target, packed) in &views {
+    for (main_entity, camera, target, packed) in &views {
+        // The window is not there yet.
+        if target.is_none() && draws_colors(camera) {
+            continue;
+        }
         if let Some((state, refused)) = decisions.0.remove(&main_entity.id()) {
             let memory = ColorMemory {
                 packed: packed_bytes(packed.and_then(|p| p.single_sampled.as_ref())),
                 packed_multisampled: packed_bytes(packed.and_then(|p| p.multisampled.as_ref())),
-                main: bytes(target.main_texture()) + bytes(target.main_texture_other()),
-                main_multisampled: target.sampled_main_texture().map_or(0, bytes),
+                main: target.map_or(0, |t| {
+                    bytes(t.main_texture()) + bytes(t.main_texture_other())
+                }),
+                main_multisampled: target
+                    .and_then(ViewTarget::sampled_main_texture)
+                    .map_or(0, bytes),
             };
             let report = FrameBufferReport {
                 state,

@@ -70,8 +70,8 @@ fn a_footprint_of_the_whole_texture_gives_its_mean() {
             let derivatives = ellipse(derivative, derivative, 0.0);
             let settings = EwaSettings::with_method(method);
             let sampled = sample(&texture, [0.4, 0.7], derivatives, &settings, 0);
-            for (found, wanted) in sampled.color.iter().zip(mean) {
-                assert!((found - wanted).abs() < 1e-6, "{method:?} {derivative}");
+            for (actual, expected) in sampled.color.iter().zip(mean) {
+                assert!((actual - expected).abs() < 1e-6, "{method:?} {derivative}");
             }
         }
     }
@@ -111,9 +111,9 @@ fn large_coordinates_repeat_the_first_period() {
             let near = sample(&texture, [0.375, 0.25], derivatives, &settings, 0);
             for far in [1e4, -1e4, 9998.0] {
                 let uv = [0.375 + far, 0.25 - far];
-                let found = sample(&texture, uv, derivatives, &settings, 0);
+                let actual = sample(&texture, uv, derivatives, &settings, 0);
                 assert!(
-                    difference(found, near) < 1e-6,
+                    difference(actual, near) < 1e-6,
                     "{method:?} {address:?} {far}"
                 );
             }
@@ -148,11 +148,11 @@ fn every_size_down_to_one_texel() {
                 assert!(is_color(sampled), "{method:?} {size:?}: {sampled:?}");
                 if size == [1, 1] {
                     let texel = texture.levels[0].texels[0];
-                    let wanted = Sampled {
+                    let expected = Sampled {
                         color: texel,
                         fetches: 0,
                     };
-                    assert!(difference(sampled, wanted) < 1e-9);
+                    assert!(difference(sampled, expected) < 1e-9);
                 }
             }
         }

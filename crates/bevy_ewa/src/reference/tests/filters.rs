@@ -22,8 +22,8 @@ proptest! {
         };
         let derivatives = ellipse(major, major / log_ratio.exp2(), angle);
         let sampled = sample(&texture, [u, v], derivatives, &settings, frame);
-        for (found, wanted) in sampled.color.iter().zip(color) {
-            prop_assert!((found - wanted).abs() < 1e-9, "{sampled:?}");
+        for (actual, expected) in sampled.color.iter().zip(color) {
+            prop_assert!((actual - expected).abs() < 1e-9, "{sampled:?}");
         }
     }
 
@@ -91,11 +91,11 @@ fn a_magnified_texture_is_its_bilinear_reconstruction() {
             let settings = EwaSettings::with_method(method);
             let derivatives = ellipse(0.02, 0.003, 0.4);
             let sampled = sample(&texture, uv, derivatives, &settings, 0);
-            let wanted = texture.bilinear(0, [uv[0] * 16.0, uv[1] * 8.0]);
+            let expected = texture.bilinear(0, [uv[0] * 16.0, uv[1] * 8.0]);
             let difference = difference(
                 sampled,
                 Sampled {
-                    color: wanted,
+                    color: expected,
                     fetches: 0,
                 },
             );
@@ -126,10 +126,13 @@ fn the_mean_of_two_temporal_frames_is_approximate() {
             assert!(even.fetches <= both.fetches && odd.fetches <= both.fetches);
             for channel in 0..4 {
                 let mean = (even.color[channel] + odd.color[channel]) / 2.0;
-                let wanted = both.color[channel];
+                let expected = both.color[channel];
                 // With five probes, those of odd index have a fiftieth more than half of the total
                 // weight.
-                assert!((mean - wanted).abs() < 0.02, "{probes:?}: {mean} {wanted}");
+                assert!(
+                    (mean - expected).abs() < 0.02,
+                    "{probes:?}: {mean} {expected}"
+                );
             }
         }
     }
@@ -157,8 +160,8 @@ fn spatial_is_one_probe_below_the_threshold_and_approximate_above() {
         assert_eq!(at(spatial, anisotropy), one(anisotropy), "{anisotropy}");
     }
     for anisotropy in [16.1, 40.0] {
-        let wanted = at(approximate, anisotropy);
-        assert_eq!(at(spatial, anisotropy), wanted, "{anisotropy}");
+        let expected = at(approximate, anisotropy);
+        assert_eq!(at(spatial, anisotropy), expected, "{anisotropy}");
     }
     let [low, between, high] = [one(15.5), at(spatial, 15.5), at(approximate, 15.5)];
     for channel in 0..4 {
@@ -174,7 +177,7 @@ fn the_single_probe_depends_only_on_the_ellipse() {
     let texture = noise([256, 256]);
     let spatial = EwaSettings::with_method(EwaMethod::Spatial { probes: FIVE });
     let axes = ellipse(0.1, 0.02, 0.7);
-    let wanted = sample(&texture, [0.3, 0.6], axes, &spatial, 0);
+    let expected = sample(&texture, [0.3, 0.6], axes, &spatial, 0);
     for rotation in [0.3f64, 0.785, 2.0] {
         let (sin, cos) = rotation.sin_cos();
         let mixed = |a: f64, b: f64| [0, 1].map(|i| a * axes.dx[i] + b * axes.dy[i]);
@@ -182,8 +185,8 @@ fn the_single_probe_depends_only_on_the_ellipse() {
             dx: mixed(cos, sin),
             dy: mixed(-sin, cos),
         };
-        let found = sample(&texture, [0.3, 0.6], rotated, &spatial, 0);
-        assert!(difference(found, wanted) < 1e-9, "{rotation}");
+        let actual = sample(&texture, [0.3, 0.6], rotated, &spatial, 0);
+        assert!(difference(actual, expected) < 1e-9, "{rotation}");
     }
 }
 
@@ -203,9 +206,9 @@ fn every_method_preserves_a_linear_ramp() {
             let sampled = sample(&texture, [0.5, 0.5], derivatives, &settings, 0);
             for channel in 0..2 {
                 let value = sampled.color[channel];
-                let wanted = 0.5 - 0.5 / 256.0;
+                let expected = 0.5 - 0.5 / 256.0;
                 assert!(
-                    (value - wanted).abs() < 0.004,
+                    (value - expected).abs() < 0.004,
                     "{method:?} {angle}: {value}"
                 );
             }

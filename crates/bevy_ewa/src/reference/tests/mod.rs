@@ -1,12 +1,9 @@
 //! Properties that hold for every texture, footprint and method.
 
-mod budget;
 mod extremes;
 mod filters;
 mod footprints;
-mod mips;
 mod pictures;
-mod stochastic;
 
 use super::*;
 use crate::settings::*;

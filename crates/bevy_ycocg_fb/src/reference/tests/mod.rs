@@ -1,10 +1,8 @@
 //! Properties that hold for every colour, position and filter.
 
-mod borders;
 mod extremes;
 mod filters;
-mod packing;
-mod resolve;
+mod pixels;
 
 use super::*;
 use crate::settings::{PackedFormat, Reconstruction};

@@ -1,10 +1,48 @@
-//! What the app decides for single images and materials.
+//! The settings of all materials, of single ones, and what the app decides for single images.
 
 use std::collections::{HashMap, HashSet};
 
-use bevy::{asset::UntypedAssetId, prelude::*};
+use bevy::{
+    asset::UntypedAssetId,
+    pbr::{ExtendedMaterial, MaterialExtension, StandardMaterial},
+    prelude::*,
+    render::render_resource::AsBindGroup,
+};
 
-use crate::settings::EwaSettings;
+use crate::settings::{EwaMethod, EwaSettings};
+
+/// Settings of the filter for all `StandardMaterial`s of the app, and for the materials of an
+/// [`EwaMaterialPlugin`](crate::EwaMaterialPlugin); `None` leaves them to Bevy.
+///
+/// A change takes effect in the next frame and builds new pipelines; the assets stay unchanged.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Reflect)]
+#[reflect(Resource, Debug, PartialEq)]
+pub struct AllMaterials(pub Option<EwaSettings>);
+
+impl Default for AllMaterials {
+    fn default() -> Self {
+        Self(Some(EwaSettings::with_method(EwaMethod::Anisotropic)))
+    }
+}
+
+/// A `StandardMaterial` whose maps are filtered by the settings of its extension.
+pub type EwaStandardMaterial = ExtendedMaterial<StandardMaterial, EwaExtension>;
+
+/// The extension that holds the settings for one material's maps.
+#[derive(Asset, AsBindGroup, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
+pub struct EwaExtension {
+    /// Settings of the filter. Changing them builds a new pipeline.
+    pub settings: EwaSettings,
+}
+
+impl From<EwaSettings> for EwaExtension {
+    fn from(settings: EwaSettings) -> Self {
+        Self { settings }
+    }
+}
+
+impl MaterialExtension for EwaExtension {}
 
 /// Decisions for single images and materials, which go before the settings of all materials.
 ///
@@ -43,7 +81,7 @@ impl EwaOverrides {
     }
 
     /// Filters one material, of any type whose plugin is added, by these settings in place of
-    /// [`AllMaterials`](crate::AllMaterials); `None` leaves it to Bevy.
+    /// [`AllMaterials`]; `None` leaves it to Bevy.
     pub fn set_material(&mut self, id: impl Into<UntypedAssetId>, settings: Option<EwaSettings>) {
         let id = id.into();
         self.materials.insert(id, settings);
