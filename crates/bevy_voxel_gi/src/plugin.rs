@@ -21,7 +21,7 @@ use crate::{
     debug::DebugViewPlugin,
     extract::{
         deformed_meshes::extract_deformed_meshes,
-        device_limits::is_supported,
+        device_limits::{is_supported, keep_readable},
         lights::{ExtractedLights, extract_lights},
         material_table::{MaterialTable, begin_session, remove_unused},
         meshes::{ExtractedScene, extract_scene},
@@ -126,14 +126,15 @@ impl Plugin for VoxelGiPlugin {
             return;
         };
         let device = render_app.world().get_resource::<RenderDevice>();
-        let is_supported = device.is_some_and(|device| is_supported(&device.limits()));
+        let limits = device.map(|device| device.limits());
         // The voxelisers read mesh vertices as storage buffers.
-        if is_supported
+        if let Some(limits) = limits.filter(is_supported)
             && let Some(mut settings) = render_app
                 .world_mut()
                 .get_resource_mut::<MeshAllocatorSettings>()
         {
             settings.extra_buffer_usages |= BufferUsages::STORAGE;
+            keep_readable(&mut settings, &limits);
         }
         render_app
             .insert_resource(report)

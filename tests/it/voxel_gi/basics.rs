@@ -53,11 +53,25 @@ fn without_light_there_is_none() {
     floor(app.world_mut());
     block(app.world_mut(), Vec3::new(0.5, 0.5, 0.0), Vec3::ONE);
     app.world_mut().spawn(small_volume());
+    let light = PointLight {
+        intensity: 400.0 * PI,
+        range: 100.0,
+        ..default()
+    };
+    let place = Transform::from_xyz(-0.5, 1.0, 0.3);
+    let light = app.world_mut().spawn((light, place)).id();
     ready(&mut app);
     settle(&mut app);
-    let found = picture(&mut app);
-    let brightest = found.iter().copied().fold(Vec3::ZERO, Vec3::max);
-    assert!(brightest == Vec3::ZERO, "{brightest}");
+    let brightest = |app: &mut HeadlessApp| {
+        let found = picture(app);
+        found.into_iter().fold(Vec3::ZERO, Vec3::max).x
+    };
+    let lit = brightest(&mut app);
+    app.world_mut().entity_mut(light).insert(Visibility::Hidden);
+    app.render_frames(3).expect("a frame");
+    settle(&mut app);
+    let dark = brightest(&mut app);
+    assert!(lit > 1.0 && dark < 1e-4 * lit, "{lit} {dark}");
 }
 
 #[test]

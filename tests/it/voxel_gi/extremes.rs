@@ -9,7 +9,7 @@ use bevy::{
 };
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{
-    Bounces, Sky, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiVolume, VoxelLight,
+    Bounces, Sky, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
 };
 
 use super::{
@@ -57,10 +57,18 @@ fn a_bright_sun_and_pale_walls() {
             Transform::default().looking_to(Vec3::new(0.5, -1.0, 0.1), Vec3::Z),
         ));
         settings(world).light = light;
-        world.spawn(small_volume());
         ready(&mut app);
+        let direct = at(&finite(&mut app), 1.0, 0.0).x;
+        app.world_mut().spawn(small_volume());
+        app.run_until_ready(200).expect("not ready");
         app.render_frames(12).expect("a frame");
-        assert!(at(&finite(&mut app), 0.0, 0.0).x > 1e4);
+        let bounced = at(&finite(&mut app), 1.0, 0.0).x - direct;
+        println!("{light:?}: {bounced} beside {direct} of direct light");
+        // The wall beside the place reflects a fifth of the sun.
+        assert!(
+            (1000.0..0.5 * direct).contains(&bounced),
+            "{bounced} {direct}"
+        );
     }
 }
 
@@ -278,4 +286,50 @@ fn volumes_that_come_and_go() {
         app.world_mut().despawn(volume);
         app.render_frames(2).expect("a frame");
     }
+}
+
+/// Steps as many as its area has, and not as its bounding box.
+#[test]
+fn a_large_sloped_triangle_is_clipped_in_a_moment() {
+    let _gpu = gpu();
+    let times = [Voxelizer::Conservative, Voxelizer::FragmentClipping].map(|voxelizer| {
+        let mut app = app();
+        let world = app.world_mut();
+        let mesh = Mesh::new(
+            PrimitiveTopology::TriangleList,
+            RenderAssetUsages::default(),
+        )
+        .with_inserted_attribute(
+            Mesh::ATTRIBUTE_POSITION,
+            vec![[-1.9, -1.9, -1.9], [1.9, -1.8, 1.9], [-1.8, 1.9, 1.8]],
+        );
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        let material = matt(world, 0.5);
+        let triangle = world
+            .spawn((
+                Mesh3d(mesh),
+                MeshMaterial3d(material),
+                hidden(),
+                Transform::default(),
+            ))
+            .id();
+        let mut settings = settings(world);
+        (settings.voxelizer, settings.resolution) = (voxelizer, 128);
+        // Hardly anything but voxelisation.
+        settings.light = VoxelLight::AmbientOcclusion {
+            radius: 0.0,
+            rays: 4,
+        };
+        world.spawn(small_volume());
+        ready(&mut app);
+        let times = (0..3).map(|frame| {
+            let mut transform = app.world_mut().get_mut::<Transform>(triangle);
+            transform.as_mut().expect("it").translation.x = 1e-3 * frame as f32;
+            let (_, spans) = app.measure_spans(2).expect("frames");
+            spans.get("voxel_gi_voxelize").copied().unwrap_or_default()
+        });
+        times.fold(0.0, f64::max)
+    });
+    println!("conservative {} ms, clipped {} ms", times[0], times[1]);
+    assert!(times[0] > 0.0 && times[1] < 4.0 * times[0], "{times:?}");
 }

@@ -4,6 +4,7 @@ use std::f32::consts::PI;
 
 use bevy::{
     ecs::entity_disabling::Disabled,
+    light::NotShadowCaster,
     mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     prelude::*,
 };
@@ -18,7 +19,7 @@ use super::{
 use crate::support::gpu;
 
 /// What the light depends on, copied into another world.
-fn copy(from: &mut World, to: &mut World) {
+pub fn copy(from: &mut World, to: &mut World) {
     let mut meshes = from.query::<(
         &Transform,
         &Mesh3d,
@@ -26,8 +27,11 @@ fn copy(from: &mut World, to: &mut World) {
         Option<&Visibility>,
         Has<NotVoxelized>,
         Option<&MeshVoxelMaterial>,
+        Has<NotShadowCaster>,
     )>();
-    for (transform, mesh, material, visibility, excluded, override_) in meshes.iter(from) {
+    for (transform, mesh, material, visibility, excluded, override_, casts_none) in
+        meshes.iter(from)
+    {
         let mesh = from.resource::<Assets<Mesh>>().get(mesh).expect("a mesh");
         let materials = from.resource::<Assets<StandardMaterial>>();
         let material = materials.get(material).expect("a material").clone();
@@ -41,6 +45,9 @@ fn copy(from: &mut World, to: &mut World) {
         }
         if let Some(&override_) = override_ {
             entity.insert(override_);
+        }
+        if casts_none {
+            entity.insert(NotShadowCaster);
         }
     }
     let mut lights = from.query::<(&Transform, &PointLight, &Visibility)>();
@@ -163,7 +170,7 @@ impl Changes {
         };
         // Bevy itself misses what moves or hides while it is disabled.
         let is_there = !world.entity(block).contains::<Disabled>();
-        match draw.below(16) {
+        match draw.below(17) {
             0 => {
                 self.spawn(world);
                 "a mesh comes"
@@ -261,6 +268,15 @@ impl Changes {
                 "a second volume comes"
             }
             4 | 5 => "nothing",
+            16 => {
+                let mut block = world.entity_mut(block);
+                if block.contains::<NotShadowCaster>() {
+                    block.remove::<NotShadowCaster>();
+                } else {
+                    block.insert(NotShadowCaster);
+                }
+                "a mesh casts no shadow, or does again"
+            }
             _ => {
                 if let Some(volume) = self.volumes.pop() {
                     world.despawn(volume);

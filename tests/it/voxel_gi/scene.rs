@@ -31,6 +31,21 @@ pub fn app_with(more: impl FnOnce(&mut App)) -> HeadlessApp {
     app
 }
 
+/// The same on a device with these limits.
+pub fn app_within(limits: wgpu::Limits) -> HeadlessApp {
+    let settings = HeadlessSettings {
+        constrained_limits: Some(limits),
+        ..picture_settings()
+    };
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(VoxelGiPlugin)
+            .add_observer(see_what_is_hidden);
+    })
+    .expect("no adapter");
+    begin(app.world_mut());
+    app
+}
+
 /// The same, where frames do not wait for pipelines.
 pub fn asynchronous_app() -> HeadlessApp {
     let settings = HeadlessSettings {

@@ -17,6 +17,7 @@ use super::{
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
     settling::{Pace, SettlingClock},
+    shadow_masks::ShadowMasks,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
 };
 use crate::{
@@ -153,7 +154,8 @@ pub(crate) fn plan_frame(
         Res<ExtractedLights>,
         Res<MeshBatches>,
     ),
-    (buffers, scene_buffers): (Option<Res<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
+    (mut buffers, scene_buffers): (Option<ResMut<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
+    shadow_masks: ShadowMasks,
     mut uniforms: ResMut<VolumeUniforms>,
     mut required: ResMut<RequiredPipelines>,
     images: Res<RenderAssets<GpuImage>>,
@@ -202,7 +204,13 @@ pub(crate) fn plan_frame(
         let has_moved = plan.has_moved(volume);
         plan.clock.change(pace, has_moved);
     }
-    let made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
+    let mut made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
+    if shadow_masks.are_needed(shape)
+        && let Some(buffers) = made.as_mut().or(buffers.as_deref_mut())
+        && buffers.add_shadow_masks(&device)
+    {
+        plan.voxelized = None;
+    }
     let Some(buffers) = made.as_ref().or(buffers.as_deref()) else {
         return;
     };
