@@ -1,7 +1,5 @@
 //! Devices that can do less, and devices that are lost.
 
-use std::{thread, time::Duration};
-
 use bevy::{
     prelude::*,
     render::{
@@ -86,8 +84,13 @@ fn devices_that_bind_eight_storage_buffers_have_all_but_reprojected_albedo() {
     assert!(counts.iter().all(|count| *count <= STORAGE_BUFFERS));
 }
 
+/// The loss of a device has been handled.
+#[derive(Resource)]
+struct IsHandled;
+
 fn recover(app: &mut App) {
-    app.insert_resource(RenderErrorHandler(|_, _, _| {
+    app.insert_resource(RenderErrorHandler(|_, world, _| {
+        world.insert_resource(IsHandled);
         RenderErrorPolicy::Recover(WgpuSettings::default().into())
     }));
 }
@@ -95,19 +98,16 @@ fn recover(app: &mut App) {
 /// Loses the device, and renders until there is another one. The loss is known before the next frame: Bevy itself
 /// ends where a frame finds it out, as buffers with contents cannot be made then.
 fn lose_device(app: &mut HeadlessApp) {
-    let lost = app.world().resource::<RenderDevice>().clone();
-    lost.wgpu_device().destroy();
-    let _ = lost.poll(wgpu::PollType::Poll);
-    for _ in 0..200 {
-        app.app_mut().update();
-        if app.world().resource::<RenderDevice>().wgpu_device() != lost.wgpu_device() {
-            // That it is lost is an error, and so is what was done with it.
-            renderer_errors();
-            return;
-        }
-        thread::sleep(Duration::from_millis(20));
-    }
-    panic!("no new device");
+    let device = app.world().resource::<RenderDevice>();
+    device.wgpu_device().destroy();
+    let _ = device.poll(wgpu::PollType::Poll);
+    app.app_mut().update();
+    let handled = app.world_mut().remove_resource::<IsHandled>();
+    assert!(handled.is_some(), "Bevy noticed the loss");
+    // It takes the new device, and then starts with it.
+    (0..3).for_each(|_| app.app_mut().update());
+    // That the device is lost is an error, and so is what was done with it.
+    renderer_errors();
 }
 
 /// Bevy alone: what the plugin is measured by.
