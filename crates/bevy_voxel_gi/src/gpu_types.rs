@@ -91,6 +91,7 @@ pub(crate) const MESH_SKINNED: u32 = 1;
 pub(crate) const MESH_DOUBLE_SIDED: u32 = 2;
 pub(crate) const MESH_MIRRORED: u32 = 4;
 pub(crate) const MESH_STRIP: u32 = 8;
+pub(crate) const MESH_NOT_SHADOW_CASTER: u32 = 16;
 
 /// Up to 64 triangles of a mesh in one level, for one workgroup.
 #[derive(ShaderType, Clone, Copy, Debug)]

@@ -21,7 +21,7 @@ use crate::{
     debug::DebugViewPlugin,
     extract::{
         deformed_meshes::extract_deformed_meshes,
-        device_limits::is_supported,
+        device_limits::{is_supported, keep_readable},
         lights::{ExtractedLights, extract_lights},
         material_table::{MaterialTable, begin_session, remove_unused},
         meshes::{ExtractedScene, extract_scene},
@@ -48,10 +48,10 @@ use crate::{
         },
     },
     report::{SharedReport, VoxelGiReport, receive_report},
-    settings::{MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiVolume},
+    settings::{MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiSettings, VoxelGiVolume},
 };
 
-/// Adds global illumination to the scene inside of each [`VoxelGiVolume`].
+/// Adds global illumination to the scene inside of each [`VoxelGiVolume`], with the resource [`VoxelGiSettings`].
 ///
 /// An app without such a volume has no additional pass, texture or buffer.
 #[derive(Clone, Copy, Debug, Default)]
@@ -78,7 +78,9 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "receive/visibility.wesl");
         app.patch_shader(receive::receiver_patch())
             .patch_shader(receive::lightmap_patch())
+            .register_type::<VoxelGiSettings>()
             .register_type::<VoxelGiVolume>()
+            .init_resource::<VoxelGiSettings>()
             .register_type::<NotVoxelized>()
             .register_type::<MeshVoxelMaterial>()
             .init_resource::<ActiveVolume>()
@@ -124,14 +126,15 @@ impl Plugin for VoxelGiPlugin {
             return;
         };
         let device = render_app.world().get_resource::<RenderDevice>();
-        let is_supported = device.is_some_and(|device| is_supported(&device.limits()));
+        let limits = device.map(|device| device.limits());
         // The voxelisers read mesh vertices as storage buffers.
-        if is_supported
+        if let Some(limits) = limits.filter(is_supported)
             && let Some(mut settings) = render_app
                 .world_mut()
                 .get_resource_mut::<MeshAllocatorSettings>()
         {
             settings.extra_buffer_usages |= BufferUsages::STORAGE;
+            keep_readable(&mut settings, &limits);
         }
         render_app
             .insert_resource(report)

@@ -1,11 +1,12 @@
-//! Meshes are extracted when they change: after any change the light is that of a volume that begins with it.
+//! Meshes are extracted when they change: after any change the light is that of an app that begins with it.
 
 use bevy::{camera::Exposure, prelude::*};
 use bevy_frugal_lab::headless::{HeadlessApp, LabTarget};
 use bevy_voxel_gi::NotVoxelized;
 
 use super::{
-    scene::{app, block, floor, matt, small_volume, under_sky},
+    history::copy,
+    scene::{app, app_with, block, floor, matt, small_volume, under_sky},
     support::{read_texels, settle},
 };
 use crate::support::gpu;
@@ -167,22 +168,22 @@ fn settled(app: &mut HeadlessApp) -> Vec<Vec4> {
 }
 
 #[test]
-fn after_any_change_the_light_is_that_of_a_new_volume() {
+fn after_any_change_the_light_is_that_of_a_new_app() {
     let _gpu = gpu();
     let mut app = app();
     let world = app.world_mut();
     floor(world);
     let block = block(world, BEGIN, Vec3::ONE);
-    let mut volume = world.spawn(under_sky(1.0)).id();
+    world.spawn(under_sky(1.0));
     app.run_until_ready(200).expect("ready");
     let mut before = settled(&mut app);
     for (name, change, matters) in CHANGES {
         change(app.world_mut(), block);
         let found = settled(&mut app);
-        app.world_mut().despawn(volume);
-        app.render_frames(3).expect("frames");
-        volume = app.world_mut().spawn(under_sky(1.0)).id();
-        let anew = settled(&mut app);
+        let mut new = app_with(|_| ());
+        copy(app.world_mut(), new.world_mut());
+        new.run_until_ready(200).expect("ready");
+        let anew = settled(&mut new);
         let (wrong, effect) = (difference(&anew, &found), difference(&before, &anew));
         println!("{name}: {wrong:.5} of an effect of {effect:.5}");
         assert!(wrong < 0.001, "{name}: {wrong}");

@@ -8,10 +8,12 @@ use bevy::{
     prelude::*,
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{Bounces, Sky, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
+use bevy_voxel_gi::{
+    Bounces, Sky, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
+};
 
 use super::{
-    scene::{app, at, block, floor, hidden, matt, small_volume, under_sky},
+    scene::{app, at, block, floor, hidden, matt, settings, small_volume, under_sky},
     support::picture,
 };
 use crate::support::gpu;
@@ -54,13 +56,19 @@ fn a_bright_sun_and_pale_walls() {
             },
             Transform::default().looking_to(Vec3::new(0.5, -1.0, 0.1), Vec3::Z),
         ));
-        world.spawn(VoxelGiVolume {
-            light,
-            ..small_volume()
-        });
+        settings(world).light = light;
         ready(&mut app);
+        let direct = at(&finite(&mut app), 1.0, 0.0).x;
+        app.world_mut().spawn(small_volume());
+        app.run_until_ready(200).expect("not ready");
         app.render_frames(12).expect("a frame");
-        assert!(at(&finite(&mut app), 0.0, 0.0).x > 1e4);
+        let bounced = at(&finite(&mut app), 1.0, 0.0).x - direct;
+        println!("{light:?}: {bounced} beside {direct} of direct light");
+        // The wall beside the place reflects a fifth of the sun.
+        assert!(
+            (1000.0..0.5 * direct).contains(&bounced),
+            "{bounced} {direct}"
+        );
     }
 }
 
@@ -80,10 +88,8 @@ fn a_light_of_a_million_lumens_close_to_a_wall() {
             },
             Transform::from_xyz(1.25, 1.0, 0.0),
         ));
-        world.spawn(VoxelGiVolume {
-            light,
-            ..small_volume()
-        });
+        settings(world).light = light;
+        world.spawn(small_volume());
         ready(&mut app);
         app.render_frames(12).expect("a frame");
         finite(&mut app);
@@ -98,6 +104,7 @@ fn settings_that_are_none() {
     let volume = app.world_mut().spawn(small_volume()).id();
     ready(&mut app);
     let nan = f32::NAN;
+    let coarse = settings(app.world_mut()).clone();
     for broken in [
         VoxelGiVolume {
             size: nan,
@@ -108,12 +115,6 @@ fn settings_that_are_none() {
             ..small_volume()
         },
         VoxelGiVolume {
-            resolution: 0,
-            ..small_volume()
-        },
-        VoxelGiVolume {
-            shadow_samples: 0,
-            update_interval: 0,
             cascades: 0,
             ..small_volume()
         },
@@ -126,13 +127,6 @@ fn settings_that_are_none() {
             ..small_volume()
         },
         VoxelGiVolume {
-            light: VoxelLight::AmbientOcclusion {
-                radius: nan,
-                rays: 0,
-            },
-            ..small_volume()
-        },
-        VoxelGiVolume {
             follow: Some(Entity::PLACEHOLDER),
             ..small_volume()
         },
@@ -141,6 +135,29 @@ fn settings_that_are_none() {
         app.render_frames(2).expect("a frame");
         finite(&mut app);
     }
+    for broken in [
+        VoxelGiSettings {
+            resolution: 0,
+            ..coarse.clone()
+        },
+        VoxelGiSettings {
+            shadow_samples: 0,
+            update_interval: 0,
+            ..coarse.clone()
+        },
+        VoxelGiSettings {
+            light: VoxelLight::AmbientOcclusion {
+                radius: nan,
+                rays: 0,
+            },
+            ..coarse.clone()
+        },
+    ] {
+        app.world_mut().insert_resource(broken);
+        app.render_frames(2).expect("a frame");
+        finite(&mut app);
+    }
+    app.world_mut().insert_resource(coarse);
     app.world_mut()
         .entity_mut(volume)
         .insert((small_volume(), Transform::from_xyz(nan, 0.0, f32::INFINITY)));
@@ -261,17 +278,58 @@ fn volumes_that_come_and_go() {
     ready(&mut app);
     for round in 0..6 {
         let resolution = [8, 16, 32][round % 3];
-        let volume = app
-            .world_mut()
-            .spawn(VoxelGiVolume {
-                resolution,
-                ..under_sky(1.0)
-            })
-            .id();
+        settings(app.world_mut()).resolution = resolution;
+        let volume = app.world_mut().spawn(under_sky(1.0)).id();
         app.render_frames(6).expect("a frame");
         let shade = at(&finite(&mut app), 0.0, 0.0).x;
         assert!((shade - 1.0).abs() < 0.05, "{shade} at {resolution}");
         app.world_mut().despawn(volume);
         app.render_frames(2).expect("a frame");
     }
+}
+
+/// Steps as many as its area has, and not as its bounding box.
+#[test]
+fn a_large_sloped_triangle_is_clipped_in_a_moment() {
+    let _gpu = gpu();
+    let times = [Voxelizer::Conservative, Voxelizer::FragmentClipping].map(|voxelizer| {
+        let mut app = app();
+        let world = app.world_mut();
+        let mesh = Mesh::new(
+            PrimitiveTopology::TriangleList,
+            RenderAssetUsages::default(),
+        )
+        .with_inserted_attribute(
+            Mesh::ATTRIBUTE_POSITION,
+            vec![[-1.9, -1.9, -1.9], [1.9, -1.8, 1.9], [-1.8, 1.9, 1.8]],
+        );
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        let material = matt(world, 0.5);
+        let triangle = world
+            .spawn((
+                Mesh3d(mesh),
+                MeshMaterial3d(material),
+                hidden(),
+                Transform::default(),
+            ))
+            .id();
+        let mut settings = settings(world);
+        (settings.voxelizer, settings.resolution) = (voxelizer, 128);
+        // Hardly anything but voxelisation.
+        settings.light = VoxelLight::AmbientOcclusion {
+            radius: 0.0,
+            rays: 4,
+        };
+        world.spawn(small_volume());
+        ready(&mut app);
+        let times = (0..3).map(|frame| {
+            let mut transform = app.world_mut().get_mut::<Transform>(triangle);
+            transform.as_mut().expect("it").translation.x = 1e-3 * frame as f32;
+            let (_, spans) = app.measure_spans(2).expect("frames");
+            spans.get("voxel_gi_voxelize").copied().unwrap_or_default()
+        });
+        times.fold(0.0, f64::max)
+    });
+    println!("conservative {} ms, clipped {} ms", times[0], times[1]);
+    assert!(times[0] > 0.0 && times[1] < 4.0 * times[0], "{times:?}");
 }

@@ -7,7 +7,7 @@ use bevy::{
         Exposure,
         visibility::{RenderLayers, VisibilityRange},
     },
-    light::RectLight,
+    light::{NotShadowCaster, RectLight},
     pbr::{
         Lightmap,
         wireframe::{Wireframe, WireframeColor, WireframePlugin},
@@ -16,10 +16,12 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiVolume};
+use bevy_voxel_gi::MeshVoxelMaterial;
 
 use super::{
-    scene::{app, app_with, at, block, block_of, floor, hidden, matt, small_volume, under_sky},
+    scene::{
+        app, app_with, at, block, block_of, floor, hidden, matt, settings, small_volume, under_sky,
+    },
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -149,6 +151,63 @@ fn a_bulb_does_not_catch_its_own_light() {
     near(with, without, 0.1);
 }
 
+/// What the walls throw back with a box about a lamp: without `NotShadowCaster`, with it, and where nothing nearer to
+/// the lamp than the floor shadows it.
+fn around_a_lamp(albedo: f32, center: Vec3, size: Vec3) -> [f32; 3] {
+    [(false, 0.4), (true, 0.4), (false, 1.0)].map(|(casts_none, near)| {
+        bounce(|world| {
+            let lamp = lamp(world);
+            let mut light = world.get_mut::<PointLight>(lamp).expect("a lamp");
+            light.shadow_map_near_z = near;
+            let block = block_of(world, albedo, center, size);
+            world.entity_mut(block).insert(hidden());
+            if casts_none {
+                world.entity_mut(block).insert(NotShadowCaster);
+            }
+        })
+    })
+}
+
+#[test]
+fn what_casts_no_shadow_lets_direct_light_through() {
+    let _gpu = gpu();
+    let plate = around_a_lamp(0.0, Vec3::Y * 0.45, Vec3::new(0.9, 0.1, 0.9));
+    let shade = around_a_lamp(0.9, Vec3::Y, Vec3::splat(1.1));
+    println!("plate {plate:?}, shade {shade:?}");
+    for [shadowed, with, expected] in [plate, shade] {
+        assert!(shadowed < 0.9 * expected, "{shadowed} {expected}");
+        near(with, expected, 0.02);
+    }
+    assert_eq!(shade[0], 0.0);
+}
+
+/// The sun over a roof, on which a sheet lies that casts no shadow and fills the same voxels.
+#[test]
+fn what_casts_no_shadow_opens_nothing_that_it_lies_on() {
+    let _gpu = gpu();
+    let light = |has_roof: bool| {
+        bounce(|world| {
+            world.spawn((
+                DirectionalLight {
+                    illuminance: 1000.0,
+                    ..default()
+                },
+                Transform::default().looking_to(Vec3::NEG_Y, Vec3::X),
+            ));
+            if has_roof {
+                let roof = block(world, Vec3::Y * 1.5, Vec3::new(3.9, 0.2, 3.9));
+                world.entity_mut(roof).insert(hidden());
+            }
+            let sheet = block_of(world, 0.9, Vec3::Y * 1.61, Vec3::new(3.2, 0.02, 3.2));
+            let own = (hidden(), NotShadowCaster);
+            world.entity_mut(sheet).insert(own);
+        })
+    };
+    let (open, closed) = (light(false), light(true));
+    println!("{closed} of {open}");
+    assert!(open > 10.0 && closed.abs() < 1e-3 * open, "{closed} {open}");
+}
+
 #[test]
 fn of_the_levels_of_detail_one_counts() {
     let _gpu = gpu();
@@ -225,10 +284,8 @@ fn under_ceiling(radiance: f32, is_light: bool) -> [f32; 2] {
             ));
         }
         if with_volume {
-            world.spawn(VoxelGiVolume {
-                resolution: 32,
-                ..small_volume()
-            });
+            settings(world).resolution = 32;
+            world.spawn(small_volume());
             return settled(&mut app);
         }
         app.run_until_ready(200).expect("not ready");
@@ -334,10 +391,8 @@ fn lightmapped_meshes_receive_where_the_volume_says_so() {
         let material = matt(world, 1.0);
         let lightmap = Lightmap { image, ..default() };
         world.spawn((Mesh3d(mesh), MeshMaterial3d(material), lightmap));
-        world.spawn(VoxelGiVolume {
-            affects_lightmapped_meshes: affects,
-            ..under_sky(1.0)
-        });
+        settings(world).affects_lightmapped_meshes = affects;
+        world.spawn(under_sky(1.0));
         at(&settled(&mut app), 0.0, 0.0).x
     };
     assert_eq!(light(false), 0.0);

@@ -4,21 +4,22 @@ use std::f32::consts::PI;
 
 use bevy::{
     ecs::entity_disabling::Disabled,
+    light::NotShadowCaster,
     mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     prelude::*,
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{MeshVoxelMaterial, NotVoxelized, VoxelGiVolume};
+use bevy_voxel_gi::{MeshVoxelMaterial, NotVoxelized, VoxelGiSettings, VoxelGiVolume};
 
 use super::{
     materials::skinned_cuboid,
-    scene::{app, app_with, block_of, floor, matt, small_volume, under_sky},
+    scene::{RESOLUTION, app, app_with, block_of, floor, matt, settings, small_volume, under_sky},
     support::{has_settled, light_texture_bytes, read_texels, settle},
 };
 use crate::support::gpu;
 
 /// What the light depends on, copied into another world.
-fn copy(from: &mut World, to: &mut World) {
+pub fn copy(from: &mut World, to: &mut World) {
     let mut meshes = from.query::<(
         &Transform,
         &Mesh3d,
@@ -26,8 +27,11 @@ fn copy(from: &mut World, to: &mut World) {
         Option<&Visibility>,
         Has<NotVoxelized>,
         Option<&MeshVoxelMaterial>,
+        Has<NotShadowCaster>,
     )>();
-    for (transform, mesh, material, visibility, excluded, override_) in meshes.iter(from) {
+    for (transform, mesh, material, visibility, excluded, override_, casts_none) in
+        meshes.iter(from)
+    {
         let mesh = from.resource::<Assets<Mesh>>().get(mesh).expect("a mesh");
         let materials = from.resource::<Assets<StandardMaterial>>();
         let material = materials.get(material).expect("a material").clone();
@@ -42,11 +46,15 @@ fn copy(from: &mut World, to: &mut World) {
         if let Some(&override_) = override_ {
             entity.insert(override_);
         }
+        if casts_none {
+            entity.insert(NotShadowCaster);
+        }
     }
     let mut lights = from.query::<(&Transform, &PointLight, &Visibility)>();
     for (transform, light, visibility) in lights.iter(from) {
         to.spawn((*transform, *light, *visibility));
     }
+    to.insert_resource(from.resource::<VoxelGiSettings>().clone());
     let mut volumes = from.query::<(&Transform, &VoxelGiVolume)>();
     for (transform, volume) in volumes.iter(from) {
         to.spawn((*transform, volume.clone()));
@@ -55,17 +63,10 @@ fn copy(from: &mut World, to: &mut World) {
 
 /// The settled light, computed from nothing: the buffers are made anew, what is known of the scene is not.
 fn light(app: &mut HeadlessApp) -> Vec<u8> {
-    let set_resolution = |app: &mut HeadlessApp, resolution| {
-        let world = app.world_mut();
-        let mut volumes = world.query::<&mut VoxelGiVolume>();
-        for mut volume in volumes.iter_mut(world) {
-            volume.resolution = resolution;
-        }
-    };
     app.run_until_ready(200).expect("ready");
-    set_resolution(app, 8);
+    settings(app.world_mut()).resolution = 8;
     app.render_frames(2).expect("frames");
-    set_resolution(app, 16);
+    settings(app.world_mut()).resolution = RESOLUTION;
     settle(app);
     light_texture_bytes(app)
 }
@@ -169,7 +170,7 @@ impl Changes {
         };
         // Bevy itself misses what moves or hides while it is disabled.
         let is_there = !world.entity(block).contains::<Disabled>();
-        match draw.below(16) {
+        match draw.below(17) {
             0 => {
                 self.spawn(world);
                 "a mesh comes"
@@ -267,6 +268,15 @@ impl Changes {
                 "a second volume comes"
             }
             4 | 5 => "nothing",
+            16 => {
+                let mut block = world.entity_mut(block);
+                if block.contains::<NotShadowCaster>() {
+                    block.remove::<NotShadowCaster>();
+                } else {
+                    block.insert(NotShadowCaster);
+                }
+                "a mesh casts no shadow, or does again"
+            }
             _ => {
                 if let Some(volume) = self.volumes.pop() {
                     world.despawn(volume);

@@ -6,6 +6,7 @@ mod bounces;
 mod budget;
 mod changes;
 mod contacts;
+mod devices;
 mod extremes;
 mod games;
 mod history;

@@ -91,7 +91,8 @@ impl Plugin for DebugViewPlugin {
 
 #[derive(Resource)]
 struct DebugPipeline {
-    voxels_layout: BindGroupLayoutDescriptor,
+    /// Without reprojected albedo, and with it.
+    voxels_layouts: [BindGroupLayoutDescriptor; 2],
     light_layout: BindGroupLayoutDescriptor,
     view_layout: BindGroupLayoutDescriptor,
     fullscreen: FullscreenShader,
@@ -105,7 +106,9 @@ fn init_pipeline(
 ) {
     let fragment = ShaderStages::FRAGMENT;
     commands.insert_resource(DebugPipeline {
-        voxels_layout: voxels_layout("voxel_gi_debug_volume", fragment),
+        voxels_layouts: [false, true].map(|reprojects_albedo| {
+            voxels_layout("voxel_gi_debug_volume", fragment, reprojects_albedo)
+        }),
         light_layout: BindGroupLayoutDescriptor::new(
             "voxel_gi_debug_light",
             &BindGroupLayoutEntries::with_indices(
@@ -147,7 +150,7 @@ impl SpecializedRenderPipeline for DebugPipeline {
         RenderPipelineDescriptor {
             label: Some("voxel_gi_debug".into()),
             layout: vec![
-                self.voxels_layout.clone(),
+                self.voxels_layouts[usize::from(key.reprojects_albedo)].clone(),
                 self.light_layout.clone(),
                 self.view_layout.clone(),
             ],
@@ -224,7 +227,7 @@ fn show(
     let (Some(buffers), Some(scene), Some(volume)) = (buffers, scene, &volume.0) else {
         return;
     };
-    let layout = &pipeline.voxels_layout;
+    let layout = &pipeline.voxels_layouts[usize::from(buffers.shape.reprojects_albedo)];
     let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(materials), Some(voxels)) = (
         groups.cache.get_render_pipeline(id.0),
         images.get(&volume.texture),

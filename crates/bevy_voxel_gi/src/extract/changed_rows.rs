@@ -68,6 +68,15 @@ pub(super) fn for_each_changed_row(
     }
 }
 
+/// Whether rows are the same, in blocks without an early exit as above.
+fn are_same(a: &[Entity], b: &[Entity]) -> bool {
+    let pairs = |(a, b): (&[Entity], &[Entity])| {
+        let pairs = a.iter().zip(b);
+        pairs.fold(true, |all, (a, b)| all & (a.to_bits() == b.to_bits()))
+    };
+    a.len() == b.len() && a.chunks(BLOCK).zip(b.chunks(BLOCK)).all(pairs)
+}
+
 /// The entities in the rows of a query's tables, to find those that have come or gone.
 #[derive(Default)]
 pub(crate) struct KnownRows {
@@ -88,7 +97,7 @@ impl KnownRows {
         }
         let (known, is_there) = &mut self.tables[table];
         *is_there = true;
-        if known == rows {
+        if are_same(known, rows) {
             return;
         }
         for (before, now) in known.iter().zip(rows).filter(|(before, now)| before != now) {

@@ -1,14 +1,20 @@
 //! Limits of the device: the resolution that fits its buffers and textures, and whether it runs the passes.
 
-use bevy::{prelude::*, render::settings::WgpuLimits};
+use bevy::{
+    prelude::*,
+    render::{settings::WgpuLimits, slab_allocator::SlabAllocatorSettings},
+};
 
 use super::texture::texture_size;
-use crate::{prepare::buffers::largest_buffer, settings::VoxelGiVolume};
+use crate::{
+    prepare::buffers::largest_buffer,
+    settings::{VoxelAlbedo, VoxelGiSettings},
+};
 
 /// The resolution of the settings, or the highest one below it whose buffers the device can bind and whose texture it
 /// can hold.
 pub(super) fn allocatable_resolution(
-    settings: &VoxelGiVolume,
+    settings: &VoxelGiSettings,
     levels: u64,
     patched: bool,
     limits: &WgpuLimits,
@@ -19,7 +25,7 @@ pub(super) fn allocatable_resolution(
     let most_texels = limits.max_texture_dimension_3d;
     let bytes = |resolution| largest_buffer(settings, resolution, levels);
     let depth = |resolution| {
-        let settings = VoxelGiVolume {
+        let settings = VoxelGiSettings {
             resolution,
             ..settings.clone()
         };
@@ -43,8 +49,34 @@ pub(super) fn allocatable_resolution(
     resolution
 }
 
-/// Storage buffers that the pass with the most of them binds.
-const STORAGE_BUFFERS: u32 = 10;
+/// Keeps Bevy's mesh buffers as small as shaders of this device can read: they grow to 512 MiB by default. Only a mesh
+/// that is larger itself cannot be read then.
+pub(crate) fn keep_readable(slabs: &mut SlabAllocatorSettings, limits: &WgpuLimits) {
+    // By less than this a slab may exceed its largest size, as it has whole vertices.
+    const VERTEX: u64 = 1 << 16;
+    let most = limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size);
+    slabs.max_slab_size = slabs.max_slab_size.min(most.saturating_sub(VERTEX));
+    slabs.large_threshold = slabs.large_threshold.min(slabs.max_slab_size);
+}
+
+/// Storage buffers that the pass with the most of them binds: as many as every WebGPU device has.
+const STORAGE_BUFFERS: u32 = 8;
+
+/// The albedo of the settings, or that of materials where the device cannot bind the reprojected one, too.
+pub(super) fn bindable_albedo(albedo: VoxelAlbedo, limits: &WgpuLimits) -> VoxelAlbedo {
+    let available = limits.max_storage_buffers_per_shader_stage;
+    if albedo == VoxelAlbedo::Reprojected && available <= STORAGE_BUFFERS {
+        warn_once!(
+            "voxel GI: `VoxelAlbedo::Reprojected` takes {} storage buffers in a shader, and this device has \
+             {available}, so `VoxelAlbedo::Mean` is used",
+            STORAGE_BUFFERS + 1
+        );
+        return VoxelAlbedo::Mean;
+    }
+    albedo
+}
 
 /// Whether the device can run the passes, and Bevy reads their light.
 pub(crate) fn is_supported(limits: &WgpuLimits) -> bool {
@@ -82,11 +114,11 @@ mod tests {
 
     #[test]
     fn buffers_and_the_texture_stay_within_the_limits_of_the_device() {
-        let traced = VoxelGiVolume {
+        let traced = VoxelGiSettings {
             resolution: 128,
             ..default()
         };
-        let propagated = VoxelGiVolume {
+        let propagated = VoxelGiSettings {
             light: VoxelLight::GlobalIllumination {
                 solver: Solver::Propagate { iterations: 8 },
                 bounces: default(),
@@ -119,6 +151,36 @@ mod tests {
                 "{mebibytes} MiB, {texels} texels, {levels} levels"
             );
         }
+    }
+
+    #[test]
+    fn buffers_of_meshes_are_as_large_as_shaders_can_read() {
+        let kept = |mebibytes: u64| {
+            let mut slabs = SlabAllocatorSettings::default();
+            let limits = WgpuLimits {
+                max_storage_buffer_binding_size: mebibytes << 20,
+                max_buffer_size: 1 << 40,
+                ..default()
+            };
+            keep_readable(&mut slabs, &limits);
+            (slabs.max_slab_size, slabs.large_threshold)
+        };
+        assert_eq!(kept(4096), (512 << 20, 256 << 20));
+        let (largest, alone) = kept(128);
+        assert!(largest < 128 << 20 && largest > 127 << 20 && alone <= largest);
+    }
+
+    #[test]
+    fn reprojected_albedo_needs_one_more_buffer() {
+        let with = |buffers| WgpuLimits {
+            max_storage_buffers_per_shader_stage: buffers,
+            ..default()
+        };
+        let reprojected = VoxelAlbedo::Reprojected;
+        assert_eq!(bindable_albedo(reprojected, &with(9)), reprojected);
+        assert_eq!(bindable_albedo(reprojected, &with(8)), VoxelAlbedo::Mean);
+        let neutral = VoxelAlbedo::Neutral;
+        assert_eq!(bindable_albedo(neutral, &with(8)), neutral);
     }
 
     #[test]

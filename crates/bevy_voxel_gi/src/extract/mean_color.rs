@@ -20,6 +20,9 @@ pub struct MeanColors<'a> {
     pub(super) waiting: bool,
 }
 
+/// Most means that are kept: they are read only where a material changes.
+const MOST_MEANS: usize = 4096;
+
 /// A cutoff below every alpha.
 const ALL: f32 = -1.0;
 
@@ -44,6 +47,10 @@ impl MeanColors<'_> {
             return UNKNOWN;
         };
         let mean = mean_color(image, cutoff).unwrap_or(UNKNOWN);
+        // The cutoff of a mask may be animated.
+        if self.known.len() >= MOST_MEANS {
+            self.known.clear();
+        }
         self.known.insert((id, cutoff.to_bits()), mean);
         mean
     }
@@ -137,6 +144,24 @@ mod tests {
         assert!(wrong.abs().max_element() < 0.01, "{mean:?}");
         assert_eq!(mean_color(&image, 0.1).expect("readable").1, 1.0);
         assert_eq!(mean_color(&image, 2.0).expect("readable").1, 0.0);
+    }
+
+    #[test]
+    fn an_animated_cutoff_does_not_fill_the_cache() {
+        let mut images = Assets::default();
+        let image = images.add(Image::default());
+        let mut known = KnownMeans::default();
+        let mut mean = MeanColors {
+            images: &images,
+            known: &mut known,
+            used: HashSet::default(),
+            waiting: false,
+        };
+        for frame in 0..3 * MOST_MEANS {
+            let opaque = mean.masked(&image, frame as f32 * 1e-5);
+            assert_eq!(opaque, (LinearRgba::WHITE, 1.0));
+        }
+        assert!(known.len() <= MOST_MEANS, "{}", known.len());
     }
 
     #[test]

@@ -7,6 +7,7 @@ use bevy::{
         visibility::{RenderLayers, VisibilityRange},
     },
     ecs::entity::{Entities, EntityHashMap},
+    light::NotShadowCaster,
     math::{Affine3A, Vec3A},
     mesh::{morph::MeshMorphWeights, skinning::SkinnedMesh},
     prelude::*,
@@ -36,6 +37,8 @@ pub(crate) struct ExtractedMesh {
     pub first_joint: Option<u32>,
     /// Index of the matrix at which its morph weights start, 16 in each, and the number of weights.
     pub weights: Option<(u32, u32)>,
+    /// Whether it shadows direct light.
+    pub casts_shadow: bool,
     /// Centre and half extents of its bounds in world space; `None` if they are not known.
     pub bounds: Option<(Vec3A, Vec3A)>,
 }
@@ -91,6 +94,7 @@ pub(super) type MeshParts = (
     Option<&'static MaterialIndex>,
     Option<&'static RenderLayers>,
     Option<&'static VisibilityRange>,
+    Has<NotShadowCaster>,
 );
 
 /// [`MeshParts`] of an entity.
@@ -102,6 +106,7 @@ pub(super) type MeshItem<'a> = (
     Option<&'a MaterialIndex>,
     Option<&'a RenderLayers>,
     Option<&'a VisibilityRange>,
+    bool,
 );
 
 type IsRigid = (
@@ -120,6 +125,7 @@ type MeshColumns = (
     Option<Ref<'static, MaterialIndex>>,
     Option<Ref<'static, RenderLayers>>,
     Option<Ref<'static, VisibilityRange>>,
+    Has<NotShadowCaster>,
 );
 
 /// What a change of the materials means for the rigid meshes.
@@ -175,7 +181,7 @@ impl ExtractedScene {
     /// The mesh as it is voxelised; `None` if it is not.
     pub(super) fn rigid_mesh(
         &self,
-        (mesh, transform, visible, aabb, index, layers, range): MeshItem<'_>,
+        (mesh, transform, visible, aabb, index, layers, range, casts_none): MeshItem<'_>,
     ) -> Option<ExtractedMesh> {
         // Of the levels of detail, the one that is seen from nearby: it is the same wherever cameras are.
         let is_nearest = range.is_none_or(|range| range.is_visible_at_all(0.0));
@@ -197,6 +203,7 @@ impl ExtractedScene {
             material: entry.label,
             first_joint: None,
             weights: None,
+            casts_shadow: !casts_none,
             bounds,
         })
     }
@@ -239,7 +246,18 @@ pub(crate) fn extract_scene(
     let mut rows = std::mem::take(&mut scene.rows);
     let mut moved = Vec::new();
     if let Ok(tables) = columns.contiguous_iter() {
-        for (entity_rows, meshes, transforms, visible, aabbs, indices, layers, ranges) in tables {
+        for (
+            entity_rows,
+            meshes,
+            transforms,
+            visible,
+            aabbs,
+            indices,
+            layers,
+            ranges,
+            casts_none,
+        ) in tables
+        {
             rows.update(entity_rows, &entities, &mut moved);
             let (meshes, of_meshes) = split(meshes);
             let (transforms, of_transforms) = split(transforms);
@@ -266,6 +284,7 @@ pub(crate) fn extract_scene(
                     indices.map(|indices| &indices[row]),
                     layers.map(|layers| &layers[row]),
                     ranges.map(|ranges| &ranges[row]),
+                    casts_none,
                 ));
                 scene.set_rigid(entity_rows[row], mesh);
             });

@@ -12,15 +12,15 @@ use bevy::{
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::{
-    device_limits::{allocatable_resolution, is_supported, warn_of_unsupported},
-    placement::{PlacedLevel, PlacedVolume, has_shared_settings, snapped, supported},
+    device_limits::{allocatable_resolution, bindable_albedo, is_supported, warn_of_unsupported},
+    placement::{PlacedLevel, PlacedVolume, cascades, snapped, supported},
     texture::{is_plain, light_texture, texture_size},
 };
 use crate::{
     budget::BudgetChoice,
     gpu_types::MAX_LEVELS,
     receive::{LIGHTMAP_PATCH, RECEIVER_PATCH},
-    settings::{VoxelAlbedo, VoxelGiVolume},
+    settings::{VoxelAlbedo, VoxelGiSettings, VoxelGiVolume},
 };
 
 /// The active volumes, if there are any.
@@ -60,6 +60,7 @@ pub(crate) fn place_volume(
         (With<DepthPrepass>, With<DeferredPrepass>),
     >,
     patches: Res<ShaderPatches>,
+    settings: Res<VoxelGiSettings>,
     mut images: ResMut<Assets<Image>>,
     budget: Option<Res<BudgetChoice>>,
     device: Option<Res<RenderDevice>>,
@@ -77,7 +78,7 @@ pub(crate) fn place_volume(
     let mut all: Vec<_> = volumes.iter().filter(|parts| is_shown(&parts.4)).collect();
     let age = |added: Tick| now.this_run().get().wrapping_sub(added.get());
     all.sort_by_key(|(entity, volume, ..)| (Reverse(age(volume.added())), entity.index()));
-    let Some((_, settings, _, layers, _)) = all.first() else {
+    let Some((_, _, _, layers, _)) = all.first() else {
         active.volume = None;
         return;
     };
@@ -88,7 +89,10 @@ pub(crate) fn place_volume(
         active.volume = None;
         return;
     }
-    let settings = supported(settings.clamped(), patched);
+    let mut settings = supported(settings.clamped(), patched);
+    if let Some(device) = &device {
+        settings.albedo = bindable_albedo(settings.albedo, &device.limits());
+    }
     let lightmaps = patches.state(LIGHTMAP_PATCH);
     if settings.affects_lightmapped_meshes && matches!(lightmaps, Some(PatchState::Refused(_))) {
         warn_once!(
@@ -104,23 +108,25 @@ pub(crate) fn place_volume(
         );
         all.truncate(1);
     }
+    let clamped = |own: &VoxelGiVolume| {
+        let own = own.clamped();
+        let cascades = cascades(&own, settings.light, patched);
+        VoxelGiVolume { cascades, ..own }
+    };
     let level_count = all
         .iter()
-        .map(|(_, own, ..)| u64::from(own.clamped().cascades));
+        .map(|(_, own, ..)| u64::from(clamped(own).cascades));
     let level_count = level_count.sum::<u64>().min(MAX_LEVELS as u64);
     let resolution = device.map_or(settings.resolution, |device| {
         allocatable_resolution(&settings, level_count, patched, &device.limits())
     });
     let mut levels = Vec::new();
     for (owner, own, transform, own_layers, _) in all {
-        let own = supported(own.clamped(), patched);
-        if !has_shared_settings(&own, &settings)
-            || own_layers.cloned().unwrap_or_default() != layers
-        {
+        let own = clamped(&own);
+        if *own_layers.unwrap_or_default() != layers {
             warn_once!(
-                "voxel GI: all VoxelGiVolumes share their render layers and settings, except \
-                 `size`, `cascades`, `follow`, `sky` and `intensity`; those of the one spawned \
-                 first are used. Give all of them the same values"
+                "voxel GI: all VoxelGiVolumes share their render layers; those of the one spawned \
+                 first are used. Give all of them the same `RenderLayers`"
             );
         }
         if levels.len() + own.cascades as usize > MAX_LEVELS {
@@ -146,7 +152,7 @@ pub(crate) fn place_volume(
         }));
     }
     levels.sort_by(|a, b| a.size.total_cmp(&b.size));
-    let own_settings = VoxelGiVolume {
+    let own_settings = VoxelGiSettings {
         resolution,
         ..settings
     };
@@ -154,19 +160,7 @@ pub(crate) fn place_volume(
         Some(chosen) => chosen.applied(&own_settings),
         None => own_settings.clone(),
     };
-    // Pictures in images are previews, portraits or maps, if there is a camera that draws to a window, too. The order
-    // of a query changes with components that have nothing to do with light.
-    let exposure = cameras
-        .iter()
-        .filter(|(_, camera, ..)| camera.is_active)
-        .max_by_key(|(entity, camera, _, own_layers, target)| {
-            let sees = own_layers.unwrap_or_default().intersects(&layers);
-            let to_window = target.is_none_or(|target| matches!(target, RenderTarget::Window(_)));
-            (sees, to_window, camera.order, *entity)
-        })
-        .and_then(|(_, _, exposure, ..)| exposure.copied())
-        .unwrap_or_default()
-        .exposure();
+    let exposure = scene_exposure(&cameras, &layers);
     let layers_of_cameras = cameras
         .iter()
         .map(|(.., own_layers, _)| own_layers.unwrap_or_default())
@@ -210,4 +204,58 @@ pub(crate) fn place_volume(
         scene_layers,
         viewpoints,
     });
+}
+
+/// The exposure of the camera that shows the volumes with these layers.
+fn scene_exposure(cameras: &Query<CameraParts, With<Camera3d>>, layers: &RenderLayers) -> f32 {
+    // Pictures in images are previews, portraits or maps, if there is a camera that draws to a window, too. The order
+    // of a query changes with components that have nothing to do with light.
+    cameras
+        .iter()
+        .filter(|(_, camera, ..)| camera.is_active)
+        .max_by_key(|(entity, camera, _, own_layers, target)| {
+            let sees = own_layers.unwrap_or_default().intersects(layers);
+            let to_window = target.is_none_or(|target| matches!(target, RenderTarget::Window(_)));
+            (sees, to_window, camera.order, *entity)
+        })
+        .and_then(|(_, _, exposure, ..)| exposure.copied())
+        .unwrap_or_default()
+        .exposure()
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy::ecs::system::RunSystemOnce;
+
+    use super::*;
+
+    #[test]
+    fn the_exposure_is_that_of_the_camera_to_the_window_whatever_previews_there_are() {
+        let mut world = World::new();
+        let camera = |world: &mut World, order: isize, ev100: f32| {
+            let camera = Camera { order, ..default() };
+            let exposure = Exposure { ev100 };
+            world.spawn((Camera3d::default(), camera, exposure)).id()
+        };
+        let found = |world: &mut World| {
+            let exposure = |cameras: Query<CameraParts, With<Camera3d>>| {
+                scene_exposure(&cameras, &RenderLayers::default())
+            };
+            world.run_system_once(exposure).expect("a query")
+        };
+        camera(&mut world, 0, 9.0);
+        let expected = Exposure { ev100: 9.0 }.exposure();
+        assert_eq!(found(&mut world), expected);
+        // Later ones: a preview into an image, the hands of a player in other layers, and one that is off.
+        let preview = camera(&mut world, 5, 2.0);
+        let image = RenderTarget::Image(Handle::default().into());
+        world.entity_mut(preview).insert(image);
+        let hands = camera(&mut world, 6, 3.0);
+        world.entity_mut(hands).insert(RenderLayers::layer(1));
+        let inactive = camera(&mut world, 7, 4.0);
+        world.get_mut::<Camera>(inactive).expect("it").is_active = false;
+        assert_eq!(found(&mut world), expected);
+        camera(&mut world, 1, 5.0);
+        assert_eq!(found(&mut world), Exposure { ev100: 5.0 }.exposure());
+    }
 }

@@ -16,9 +16,6 @@ use super::{
 };
 use crate::settings::MeshVoxelMaterial;
 
-/// Most means of images that are kept: they are read only where a material changes.
-const MOST_MEANS: usize = 4096;
-
 /// State of the table's updates for one type of material.
 pub(crate) struct MaterialUpdates<M: Asset> {
     /// Entities whose table index is not known yet.
@@ -206,10 +203,6 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
             }
             _ => {}
         }
-    }
-    // The cutoff of a mask may be animated.
-    if means.len() > MOST_MEANS {
-        means.clear();
     }
     waiting.retain(|&id| {
         if !table.contains(id.untyped()) {

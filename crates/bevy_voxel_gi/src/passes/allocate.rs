@@ -14,7 +14,7 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, COUNTERS, FACE_SLOTS, IRRADIANCE, VOLUME, group_layout, read_only, read_write,
+        BindGroups, FACE_SLOTS, IRRADIANCE, VOLUME, WORK, group_layout, read_only, read_write,
         volume_uniform,
     },
     kernel::{Kernel, dispatch_voxels},
@@ -39,6 +39,8 @@ pub(crate) struct AllocatePass {
     voxels_layout: BindGroupLayoutDescriptor,
     layout: BindGroupLayoutDescriptor,
     allocate: Kernel,
+    /// By how many of its voxels each level has moved. It is kept as the joints of the voxelisers are.
+    moves: UniformBuffer<[IVec4; MAX_LEVELS]>,
     /// In frames that voxelise.
     bind_groups: Option<[BindGroup; 2]>,
 }
@@ -51,7 +53,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let layout = group_layout(
         "voxel_gi_allocate",
         (
-            (COUNTERS, read_write()),
+            (WORK, read_write()),
             (IRRADIANCE, read_write()),
             (MOVES, uniform_buffer::<[IVec4; MAX_LEVELS]>(false)),
             (IRRADIANCE_BEFORE, read_only()),
@@ -68,6 +70,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         ),
         voxels_layout,
         layout,
+        moves: UniformBuffer::default(),
         bind_groups: None,
     });
 }
@@ -99,9 +102,9 @@ pub(crate) fn prepare(
     if !work.voxelizes {
         return;
     }
-    let mut moves = UniformBuffer::from(work.moves.unwrap_or_default());
-    moves.write_buffer(&groups.device, &queue);
-    pass.bind_groups = moves.binding().map(|moves| {
+    pass.moves.set(work.moves.unwrap_or_default());
+    pass.moves.write_buffer(&groups.device, &queue);
+    pass.bind_groups = pass.moves.binding().map(|moves| {
         [
             groups.create(
                 &pass.voxels_layout,
@@ -113,7 +116,7 @@ pub(crate) fn prepare(
             groups.create(
                 &pass.layout,
                 (
-                    (COUNTERS, buffers.counters.as_entire_binding()),
+                    (WORK, buffers.work.as_entire_binding()),
                     (IRRADIANCE, buffers.irradiance.as_entire_binding()),
                     (MOVES, moves),
                     (

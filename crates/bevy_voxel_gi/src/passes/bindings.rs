@@ -5,10 +5,10 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            BindGroupLayoutEntryBuilder, IntoIndexedBindGroupLayoutEntryBuilderArray,
-            IntoIndexedBindingArray, PipelineCache, ShaderStages, StorageTextureAccess,
-            TextureFormat,
+            BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor,
+            BindGroupLayoutEntries, BindGroupLayoutEntryBuilder,
+            IntoIndexedBindGroupLayoutEntryBuilderArray, IntoIndexedBindingArray, PipelineCache,
+            ShaderStages, StorageTextureAccess, TextureFormat,
             binding_types::{
                 storage_buffer_read_only_sized, storage_buffer_sized, texture_storage_3d,
                 uniform_buffer,
@@ -30,8 +30,7 @@ pub(crate) const PACKED_SURFACES: u32 = 2;
 pub(crate) const FACE_SLOTS: u32 = 3;
 pub(crate) const REPROJECTED_ALBEDO: u32 = 4;
 // Group 1.
-pub(crate) const WORK_ITEMS: u32 = 0;
-pub(crate) const COUNTERS: u32 = 1;
+pub(crate) const WORK: u32 = 0;
 pub(crate) const RADIANCE: u32 = 2;
 pub(crate) const IRRADIANCE: u32 = 3;
 pub(crate) const MATERIALS: u32 = 4;
@@ -86,24 +85,23 @@ impl BindGroups<'_> {
     }
 }
 
-/// Layout of group 0 in passes that read the voxels.
+/// Layout of group 0 in passes that read the voxels, with reprojected albedo or without.
 pub(crate) fn voxels_layout(
     label: &'static str,
     stages: ShaderStages,
+    reprojects_albedo: bool,
 ) -> BindGroupLayoutDescriptor {
-    BindGroupLayoutDescriptor::new(
-        label,
-        &BindGroupLayoutEntries::with_indices(
-            stages,
-            (
-                (VOLUME, volume_uniform()),
-                (MASKS, read_only()),
-                (PACKED_SURFACES, read_only()),
-                (FACE_SLOTS, read_only()),
-                (REPROJECTED_ALBEDO, read_only()),
-            ),
-        ),
-    )
+    let voxels = (
+        (VOLUME, volume_uniform()),
+        (MASKS, read_only()),
+        (PACKED_SURFACES, read_only()),
+        (FACE_SLOTS, read_only()),
+    );
+    let mut entries = BindGroupLayoutEntries::with_indices(stages, voxels).to_vec();
+    if reprojects_albedo {
+        entries.push(read_only().build(REPROJECTED_ALBEDO, stages));
+    }
+    BindGroupLayoutDescriptor::new(label, &entries)
 }
 
 /// Creates group 0 for one of the bounces.
@@ -114,18 +112,22 @@ pub(crate) fn voxels_bind_group(
     buffers: &VolumeBuffers,
     groups: &BindGroups,
 ) -> Option<BindGroup> {
-    Some(groups.create(
-        layout,
-        (
-            (VOLUME, uniforms.bounces[bounce].binding()?),
-            (MASKS, buffers.masks.as_entire_binding()),
-            (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
-            (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
-            (
-                REPROJECTED_ALBEDO,
-                buffers.reprojected_albedo.as_entire_binding(),
-            ),
-        ),
+    let mut entries = vec![
+        (VOLUME, uniforms.bounces[bounce].binding()?),
+        (MASKS, buffers.masks.as_entire_binding()),
+        (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+        (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
+    ];
+    if buffers.shape.reprojects_albedo {
+        let albedo = buffers.reprojected_albedo.as_entire_binding();
+        entries.push((REPROJECTED_ALBEDO, albedo));
+    }
+    let entry = |(binding, resource)| BindGroupEntry { binding, resource };
+    let entries: Vec<_> = entries.into_iter().map(entry).collect();
+    Some(groups.device.create_bind_group(
+        layout.label.as_ref(),
+        &groups.cache.get_bind_group_layout(layout),
+        &entries,
     ))
 }
 
@@ -136,7 +138,10 @@ pub(crate) struct VoxelBindGroups {
     pub bounces: [BindGroup; 3],
 }
 
-pub(super) const VOXELS_LABEL: &str = "voxel_gi_volume";
+/// Layout of group 0 of the passes that compute light.
+pub(super) fn light_voxels_layout(reprojects_albedo: bool) -> BindGroupLayoutDescriptor {
+    voxels_layout("voxel_gi_volume", ShaderStages::COMPUTE, reprojects_albedo)
+}
 
 /// Creates group 0 of the passes that compute light.
 pub(crate) fn prepare_voxel_bind_groups(
@@ -150,7 +155,7 @@ pub(crate) fn prepare_voxel_bind_groups(
         commands.remove_resource::<VoxelBindGroups>();
         return;
     };
-    let layout = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
+    let layout = light_voxels_layout(buffers.shape.reprojects_albedo);
     let group = |bounce| voxels_bind_group(&layout, bounce, &uniforms, &buffers, &groups);
     if let (Some(a), Some(b), Some(c)) = (group(0), group(1), group(2)) {
         commands.insert_resource(VoxelBindGroups { bounces: [a, b, c] });

@@ -13,8 +13,8 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, COUNTERS, IRRADIANCE, LIGHT_TEXTURE, VoxelBindGroups, WORK_ITEMS, group_layout,
-        light_texture, read_write,
+        BindGroups, IRRADIANCE, LIGHT_TEXTURE, VoxelBindGroups, WORK, group_layout, light_texture,
+        read_write,
     },
     kernel::{Kernel, dispatch_voxels, light_defs, record_pass},
 };
@@ -39,8 +39,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let layout = group_layout(
         "voxel_gi_compact",
         (
-            (WORK_ITEMS, read_write()),
-            (COUNTERS, read_write()),
+            (WORK, read_write()),
             (IRRADIANCE, read_write()),
             (LIGHT_TEXTURE, light_texture()),
         ),
@@ -86,8 +85,7 @@ pub(crate) fn prepare(
         groups.create(
             &pass.layout,
             (
-                (WORK_ITEMS, buffers.work_items.as_entire_binding()),
-                (COUNTERS, buffers.counters.as_entire_binding()),
+                (WORK, buffers.work.as_entire_binding()),
                 (IRRADIANCE, buffers.irradiance.as_entire_binding()),
                 (LIGHT_TEXTURE, &texture.texture_view),
             ),
@@ -113,7 +111,7 @@ pub(crate) fn compact(
     };
     context
         .command_encoder()
-        .clear_buffer(&buffers.counters, 0, None);
+        .clear_buffer(&buffers.work, 0, Some(VolumeBuffers::COUNTERS_SIZE));
     record_pass(&mut context, "voxel_gi_compact", |pass| {
         pass.set_bind_group(0, &voxels.bounces[0], &[]);
         pass.set_bind_group(1, group, &[]);
@@ -123,7 +121,7 @@ pub(crate) fn compact(
     });
     // A buffer cannot be both writable storage and indirect arguments in one pass.
     context.command_encoder().copy_buffer_to_buffer(
-        &buffers.counters,
+        &buffers.work,
         VolumeBuffers::ARGS_OFFSET,
         &buffers.indirect_args,
         0,

@@ -13,8 +13,8 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, COUNTERS, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, WORK_ITEMS, group_layout,
-        light_texture, read_only, read_write,
+        BindGroups, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, WORK, group_layout, light_texture,
+        read_only, read_write,
     },
     kernel::{Kernel, light_defs},
 };
@@ -41,8 +41,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let layout = group_layout(
         "voxel_gi_gather",
         (
-            (WORK_ITEMS, read_only()),
-            (COUNTERS, read_only()),
+            (WORK, read_only()),
             (RADIANCE, read_only()),
             (IRRADIANCE, read_write()),
             (LIGHT_TEXTURE, light_texture()),
@@ -97,8 +96,7 @@ pub(crate) fn prepare(
     pass.bind_group = Some(groups.create(
         &pass.layout,
         (
-            (WORK_ITEMS, buffers.work_items.as_entire_binding()),
-            (COUNTERS, buffers.counters.as_entire_binding()),
+            (WORK, buffers.work.as_entire_binding()),
             (RADIANCE, buffers.radiance.as_entire_binding()),
             (IRRADIANCE, buffers.irradiance.as_entire_binding()),
             (LIGHT_TEXTURE, &texture.texture_view),

@@ -8,8 +8,8 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, COUNTERS, IRRADIANCE, LIGHTS, MATERIALS, RADIANCE, WORK_ITEMS, group_layout,
-        read_only, read_write,
+        BindGroups, IRRADIANCE, LIGHTS, MATERIALS, RADIANCE, WORK, group_layout, read_only,
+        read_write,
     },
     kernel::{Kernel, light_defs},
 };
@@ -20,6 +20,7 @@ use crate::{
         pipelines::RequiredPipelines,
         plan::FramePlan,
         scene_buffers::SceneBuffers,
+        shadow_masks::ShadowMasks,
     },
 };
 
@@ -35,8 +36,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let layout = group_layout(
         "voxel_gi_inject",
         (
-            (WORK_ITEMS, read_only()),
-            (COUNTERS, read_only()),
+            (WORK, read_only()),
             (RADIANCE, read_write()),
             (IRRADIANCE, read_only()),
             (MATERIALS, read_only()),
@@ -54,7 +54,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
 pub(crate) fn queue(
     mut pass: ResMut<InjectPass>,
     volume: Res<ExtractedVolume>,
-    lights: Res<ExtractedLights>,
+    (lights, shadow_masks): (Res<ExtractedLights>, ShadowMasks),
     cache: Res<PipelineCache>,
     mut required: ResMut<RequiredPipelines>,
 ) {
@@ -62,6 +62,7 @@ pub(crate) fn queue(
     if let Some(shape) = shape.filter(|shape| !shape.occlusion_only) {
         let mut defs = light_defs(shape);
         defs.extend(lights.defs());
+        defs.extend(shadow_masks.defs(shape));
         pass.inject.require(&defs, &cache, &mut required);
     }
 }
@@ -87,8 +88,7 @@ pub(crate) fn prepare(
     pass.bind_group = Some(groups.create(
         &pass.layout,
         (
-            (WORK_ITEMS, buffers.work_items.as_entire_binding()),
-            (COUNTERS, buffers.counters.as_entire_binding()),
+            (WORK, buffers.work.as_entire_binding()),
             (RADIANCE, buffers.radiance.as_entire_binding()),
             (IRRADIANCE, buffers.irradiance.as_entire_binding()),
             (MATERIALS, materials),

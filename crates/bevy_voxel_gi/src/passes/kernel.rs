@@ -6,13 +6,13 @@ use bevy::{
         diagnostic::RecordDiagnostics,
         render_resource::{
             BindGroupLayoutDescriptor, CachedComputePipelineId, ComputePass, ComputePassDescriptor,
-            ComputePipeline, ComputePipelineDescriptor, PipelineCache, ShaderStages,
+            ComputePipeline, ComputePipelineDescriptor, PipelineCache,
         },
         renderer::RenderContext,
     },
 };
 
-use super::bindings::{VOXELS_LABEL, voxels_layout};
+use super::bindings::light_voxels_layout;
 use crate::prepare::{
     buffers::{BufferShape, VolumeBuffers},
     pipelines::RequiredPipelines,
@@ -53,7 +53,7 @@ impl Kernel {
         shader: &Handle<Shader>,
         own: &BindGroupLayoutDescriptor,
     ) -> Self {
-        let voxels = voxels_layout(VOXELS_LABEL, ShaderStages::COMPUTE);
+        let voxels = light_voxels_layout(false);
         Self::new(label, entry_point, shader, vec![voxels, own.clone()])
             .with_zeroed_workgroup_memory()
     }
@@ -83,10 +83,12 @@ impl Kernel {
         let known = self.variants.iter().find(|(known, _)| known == defs);
         let id = known.map_or_else(
             || {
-                cache.queue_compute_pipeline(ComputePipelineDescriptor {
-                    shader_defs: defs.iter().map(|&def| def.into()).collect(),
-                    ..self.descriptor.clone()
-                })
+                let mut descriptor = self.descriptor.clone();
+                descriptor.shader_defs = defs.iter().map(|&def| def.into()).collect();
+                if defs.contains(&REPROJECTED_ALBEDO) {
+                    descriptor.layout[0] = light_voxels_layout(true);
+                }
+                cache.queue_compute_pipeline(descriptor)
             },
             |(_, id)| *id,
         );
@@ -103,11 +105,14 @@ impl Kernel {
     }
 }
 
+/// The shader def of the kernels that compute light from reprojected albedo, which is in group 0 then.
+const REPROJECTED_ALBEDO: &str = "REPROJECTED_ALBEDO";
+
 /// The shader defs of the kernels that compute light.
 pub(super) fn light_defs(shape: BufferShape) -> Vec<&'static str> {
     [
         (shape.occlusion_only, "OCCLUSION_ONLY"),
-        (shape.reprojects_albedo, "REPROJECTED_ALBEDO"),
+        (shape.reprojects_albedo, REPROJECTED_ALBEDO),
         (shape.per_pixel, "PER_PIXEL"),
     ]
     .into_iter()

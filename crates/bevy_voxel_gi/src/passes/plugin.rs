@@ -14,7 +14,7 @@ use super::{
     allocate, bindings::prepare_voxel_bind_groups, compact, gather, inject, mark_visible,
     propagate, reproject, slot_demand, solve::solve, voxelize,
 };
-use crate::prepare::plan::plan_frame;
+use crate::prepare::{mesh_batches::collect_mesh_batches, plan::plan_frame};
 
 /// Registers the passes.
 pub(crate) struct PassesPlugin;
@@ -67,6 +67,7 @@ impl Plugin for PassesPlugin {
                     mark_visible::queue,
                 )
                     .in_set(RenderSystems::PrepareResources)
+                    .after(collect_mesh_batches)
                     .before(plan_frame),
             )
             .add_systems(

@@ -17,8 +17,8 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, COUNTERS, FACE_SLOTS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME,
-        WORK_ITEMS, group_layout, read_only, read_write, volume_uniform,
+        BindGroups, FACE_SLOTS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME, WORK,
+        group_layout, read_only, read_write, volume_uniform,
     },
     g_buffer::{g_buffer, g_buffer_layout},
     kernel::{Kernel, record_pass},
@@ -47,10 +47,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             (REPROJECTED_ALBEDO, read_write()),
         ),
     );
-    let work_layout = group_layout(
-        "voxel_gi_reproject_work",
-        ((WORK_ITEMS, read_only()), (COUNTERS, read_only())),
-    );
+    let work_layout = group_layout("voxel_gi_reproject_work", ((WORK, read_only()),));
     let shader = load_embedded_asset!(assets.as_ref(), "reproject.wesl");
     let layout = [&voxels_layout, &work_layout, &g_buffer_layout()];
     commands.insert_resource(ReprojectPass {
@@ -117,10 +114,7 @@ pub(crate) fn reproject(
     );
     let work = groups.create(
         &pass.work_layout,
-        (
-            (WORK_ITEMS, buffers.work_items.as_entire_binding()),
-            (COUNTERS, buffers.counters.as_entire_binding()),
-        ),
+        ((WORK, buffers.work.as_entire_binding()),),
     );
     record_pass(&mut context, "voxel_gi_reproject", |pass| {
         pass.set_pipeline(pipeline);

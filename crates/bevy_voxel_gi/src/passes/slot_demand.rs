@@ -28,13 +28,7 @@ impl SlotDemandCopy {
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        encoder.copy_buffer_to_buffer(
-            &buffers.counters,
-            VolumeBuffers::SLOT_COUNT_OFFSET,
-            &copy,
-            0,
-            4,
-        );
+        encoder.copy_buffer_to_buffer(&buffers.work, VolumeBuffers::SLOT_COUNT_OFFSET, &copy, 0, 4);
         self.0 = Some(copy);
     }
 }

@@ -15,7 +15,7 @@ use bevy::{
 
 use crate::{
     extract::placement::PlacedVolume,
-    settings::{Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer},
+    settings::{Solver, VoxelAlbedo, VoxelGiSettings, VoxelLight, Voxelizer},
 };
 
 /// The settings that the sizes of the buffers depend on.
@@ -60,6 +60,11 @@ impl BufferShape {
         }
     }
 
+    /// Size of the occupancy masks in bytes, with those of the meshes that cast shadows or without.
+    pub(super) fn mask_bytes(self, with_shadow_masks: bool) -> u64 {
+        8 * self.voxels * (1 + u64::from(with_shadow_masks))
+    }
+
     /// Whether neighbouring surfaces share their light. Occlusion changes within its radius, which may be a few voxels:
     /// sharing would blur it.
     pub(crate) fn shares_light(self) -> bool {
@@ -96,7 +101,7 @@ impl SlotDemand {
 }
 
 /// Size in bytes of the largest buffer that settings need at first.
-pub(crate) fn largest_buffer(settings: &VoxelGiVolume, resolution: u32, levels: u64) -> u64 {
+pub(crate) fn largest_buffer(settings: &VoxelGiSettings, resolution: u32, levels: u64) -> u64 {
     let resolution = u64::from(resolution);
     let voxels = resolution.pow(3) * levels;
     let slots = first_slots(resolution, levels);
@@ -115,18 +120,37 @@ pub(crate) fn largest_buffer(settings: &VoxelGiVolume, resolution: u32, levels: 
             };
             // The occupancy, the work, and the irradiance of the slots.
             (8 * voxels)
-                .max(4 * (slots + voxels))
+                .max(VolumeBuffers::COUNTERS_SIZE + 4 * (slots + voxels))
                 .max(16 * slots)
                 .max(of_cameras)
         }
     }
 }
 
+const STORAGE: BufferUsages = BufferUsages::STORAGE
+    .union(BufferUsages::COPY_DST)
+    .union(BufferUsages::COPY_SRC);
+
+fn buffer(device: &RenderDevice, label: &'static str, size: u64, usage: BufferUsages) -> Buffer {
+    device.create_buffer(&BufferDescriptor {
+        label: Some(label),
+        size: size.max(16),
+        usage,
+        mapped_at_creation: false,
+    })
+}
+
+fn masks(device: &RenderDevice, shape: BufferShape, with_shadow_masks: bool) -> Buffer {
+    let size = shape.mask_bytes(with_shadow_masks);
+    buffer(device, "voxel_gi_masks", size, STORAGE)
+}
+
 /// The buffers of the volume.
 #[derive(Resource)]
 pub(crate) struct VolumeBuffers {
     pub shape: BufferShape,
-    /// 64 bits per voxel: the occupancy of its sub-voxels.
+    /// 64 bits per voxel: the occupancy of its sub-voxels. Once a mesh casts no shadow, the occupancy by all that do
+    /// follows; see [`shadow_masks`](super::shadow_masks).
     pub masks: Buffer,
     /// A word per voxel: which of its faces have a surface, and their slots in the buffers below.
     pub face_slots: Buffer,
@@ -151,20 +175,19 @@ pub(crate) struct VolumeBuffers {
     /// Eight words per voxel: the surfaces that cameras see there; see `mark_visible.wesl`. Its size is minimal where
     /// these are not voxelised.
     pub visible: Buffer,
-    /// The compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
-    pub work_items: Buffer,
-    /// The number of surfaces, of empty voxels and of slots, then the indirect dispatch arguments over the first two.
-    pub counters: Buffer,
+    /// The number of surfaces, of empty voxels and of slots, then the indirect dispatch arguments over the first two;
+    /// then the compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
+    pub work: Buffer,
     /// The copy of these arguments that indirect dispatches read.
     pub indirect_args: Buffer,
 }
 
 impl VolumeBuffers {
-    /// Size of `counters` in bytes.
-    const COUNTERS_SIZE: u64 = Self::ARGS_OFFSET + Self::ARGS_SIZE;
-    /// Byte offset of the number of slots in `counters`.
+    /// Size of the counters in `work` in bytes.
+    pub(crate) const COUNTERS_SIZE: u64 = Self::ARGS_OFFSET + Self::ARGS_SIZE;
+    /// Byte offset of the number of slots in `work`.
     pub(crate) const SLOT_COUNT_OFFSET: u64 = 8;
-    /// Byte offset of the indirect dispatch arguments in `counters`.
+    /// Byte offset of the indirect dispatch arguments in `work`.
     pub(crate) const ARGS_OFFSET: u64 = 16;
     /// Size of the indirect dispatch arguments in bytes.
     pub(crate) const ARGS_SIZE: u64 = 48;
@@ -176,22 +199,15 @@ impl VolumeBuffers {
 
     /// `slots` is the number of slots for faces with a surface.
     pub(crate) fn new(device: &RenderDevice, shape: BufferShape, slots: u64) -> Self {
-        let buffer = |label: &'static str, size: u64, usage: BufferUsages| {
-            device.create_buffer(&BufferDescriptor {
-                label: Some(label),
-                size: size.max(16),
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        let storage = BufferUsages::STORAGE | BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
+        let buffer = |label, size, usage| buffer(device, label, size, usage);
+        let storage = STORAGE;
         let per_voxel = |bytes: u64| bytes * shape.voxels;
         let per_slot = |bytes: u64| bytes * slots;
         let when = |is_used: bool, bytes: u64| if is_used { bytes } else { 0 };
         let propagated = |bytes: u64| when(shape.propagates, per_voxel(bytes));
         Self {
             shape,
-            masks: buffer("voxel_gi_masks", per_voxel(8), storage),
+            masks: masks(device, shape, false),
             face_slots: buffer("voxel_gi_face_slots", per_voxel(4), storage),
             face_slots_before: buffer("voxel_gi_face_slots_before", per_voxel(4), storage),
             packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
@@ -216,14 +232,27 @@ impl VolumeBuffers {
                 when(shape.marks_visible, per_voxel(32)),
                 storage,
             ),
-            work_items: buffer("voxel_gi_work_items", per_slot(4) + per_voxel(4), storage),
-            counters: buffer("voxel_gi_counters", Self::COUNTERS_SIZE, storage),
+            work: buffer(
+                "voxel_gi_work",
+                Self::COUNTERS_SIZE + per_slot(4) + per_voxel(4),
+                storage,
+            ),
             indirect_args: buffer(
                 "voxel_gi_indirect_args",
                 Self::ARGS_SIZE,
                 BufferUsages::INDIRECT | BufferUsages::COPY_DST,
             ),
         }
+    }
+
+    /// Makes room for the masks of meshes that cast shadows, and returns whether there was none: the scene has to be
+    /// voxelised.
+    pub(crate) fn add_shadow_masks(&mut self, device: &RenderDevice) -> bool {
+        let is_new = self.masks.size() < self.shape.mask_bytes(true);
+        if is_new {
+            self.masks = masks(device, self.shape, true);
+        }
+        is_new
     }
 
     /// Number of slots that the buffers have.
@@ -270,8 +299,7 @@ impl VolumeBuffers {
             &self.intensity[1],
             &self.reprojected_albedo,
             &self.visible,
-            &self.work_items,
-            &self.counters,
+            &self.work,
             &self.indirect_args,
         ]
         .map(|buffer| buffer.size())

@@ -49,6 +49,11 @@ impl MeshBatches {
         self.rigid.uses(material) || self.deformed.uses(material)
     }
 
+    /// Whether a mesh that reaches into a level does not shadow direct light.
+    pub(super) fn have_mesh_without_shadow(&self) -> bool {
+        self.rigid.has_mesh_without_shadow() || self.deformed.has_mesh_without_shadow()
+    }
+
     pub(crate) fn groups_mut(&mut self) -> impl Iterator<Item = &mut MeshGroup> {
         self.rigid.iter_mut().chain(self.deformed.iter_mut())
     }

@@ -7,7 +7,7 @@ use bevy::{
 };
 
 use super::mesh_group::{LevelMask, MeshGroup};
-use crate::gpu_types::MeshInstance;
+use crate::gpu_types::{MESH_NOT_SHADOW_CASTER, MeshInstance};
 
 /// The slabs of vertices, indices and morph targets.
 pub(super) type Slabs = [Option<MeshSlabId>; 3];
@@ -47,6 +47,8 @@ pub(super) struct MeshGroups {
     pub triangles: u64,
     /// Number of meshes with each material.
     materials: HashMap<u32, usize>,
+    /// Number of meshes that do not shadow direct light.
+    without_shadow: usize,
 }
 
 impl MeshGroups {
@@ -59,15 +61,22 @@ impl MeshGroups {
         self.materials.contains_key(&material)
     }
 
+    /// Whether a mesh does not shadow direct light.
+    pub(super) fn has_mesh_without_shadow(&self) -> bool {
+        self.without_shadow > 0
+    }
+
     /// Counts a mesh that is in the groups now.
     fn count(&mut self, mesh: &MeshInstance) {
         self.triangles += u64::from(mesh.triangle_count);
+        self.without_shadow += usize::from(mesh.flags & MESH_NOT_SHADOW_CASTER != 0);
         *self.materials.entry(mesh.material).or_default() += 1;
     }
 
     /// Counts a mesh that is not in the groups any more.
     fn uncount(&mut self, mesh: &MeshInstance) {
         self.triangles -= u64::from(mesh.triangle_count);
+        self.without_shadow -= usize::from(mesh.flags & MESH_NOT_SHADOW_CASTER != 0);
         if let Some(users) = self.materials.get_mut(&mesh.material) {
             *users -= 1;
             if *users == 0 {

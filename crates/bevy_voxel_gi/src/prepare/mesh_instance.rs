@@ -11,7 +11,10 @@ use bevy::{
 
 use crate::{
     extract::{meshes::ExtractedMesh, voxel_material::VoxelMaterial},
-    gpu_types::{MESH_DOUBLE_SIDED, MESH_MIRRORED, MESH_SKINNED, MESH_STRIP, MeshInstance},
+    gpu_types::{
+        MESH_DOUBLE_SIDED, MESH_MIRRORED, MESH_NOT_SHADOW_CASTER, MESH_SKINNED, MESH_STRIP,
+        MeshInstance,
+    },
 };
 
 /// The instance without the base offsets of its buffers; `None` if it has no triangles that can be read.
@@ -83,6 +86,9 @@ pub(super) fn mesh_instance(
     }
     if material.is_some_and(|material| material.double_sided == 1) {
         flags |= MESH_DOUBLE_SIDED;
+    }
+    if !extracted.casts_shadow {
+        flags |= MESH_NOT_SHADOW_CASTER;
     }
     let (first_weights, weight_count) = extracted.weights.unwrap_or_default();
     let (first_joint, joint_index_offset, joint_weight_offset) = skin.unwrap_or_default();

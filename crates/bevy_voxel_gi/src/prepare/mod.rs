@@ -12,6 +12,7 @@
 //! | [`plan`] | what this frame computes |
 //! | [`uniforms`] | the uniforms of the volume |
 //! | [`buffers`] | the buffers of the volume |
+//! | [`shadow_masks`] | whether some meshes cast no shadow, which takes more of them |
 //! | [`scene_buffers`] | lights and materials on the GPU |
 
 pub(crate) mod buffers;
@@ -25,4 +26,5 @@ pub(crate) mod pipelines;
 pub(crate) mod plan;
 pub(crate) mod scene_buffers;
 mod settling;
+pub(crate) mod shadow_masks;
 pub(crate) mod uniforms;

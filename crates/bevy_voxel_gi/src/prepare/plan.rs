@@ -17,6 +17,7 @@ use super::{
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
     settling::{Pace, SettlingClock},
+    shadow_masks::ShadowMasks,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
 };
 use crate::{
@@ -28,7 +29,7 @@ use crate::{
     },
     gpu_types::MAX_LEVELS,
     report::{SharedReport, VoxelGiReport, VoxelGiState},
-    settings::{Bounces, Solver, VoxelGiVolume, VoxelLight},
+    settings::{Bounces, Solver, VoxelGiSettings, VoxelLight},
 };
 
 /// What is computed in this frame, and what decides it.
@@ -41,9 +42,9 @@ pub(crate) struct FramePlan {
     fingerprint: u64,
     /// Hash of what the voxels depend on, when they were voxelised.
     voxelized: Option<u64>,
-    /// The volume's own settings. Those that a budget chooses are left out: they change the accuracy of
+    /// The app's own settings. Those that a budget chooses are left out: they change the accuracy of
     /// the light, not the light.
-    settings: VoxelGiVolume,
+    settings: VoxelGiSettings,
     /// Placement of the levels in the last frame.
     placement: Vec<PlacedLevel>,
     /// The texture that holds the light.
@@ -110,7 +111,7 @@ fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> IVec3 {
 /// (7/8)⁴⁰ = 0.5%.
 const SETTLE_MEAN: u32 = 40;
 
-fn pace(settings: &VoxelGiVolume) -> Pace {
+fn pace(settings: &VoxelGiSettings) -> Pace {
     let rounds = match settings.light {
         // Propagation starts over in each frame.
         VoxelLight::GlobalIllumination {
@@ -153,7 +154,8 @@ pub(crate) fn plan_frame(
         Res<ExtractedLights>,
         Res<MeshBatches>,
     ),
-    (buffers, scene_buffers): (Option<Res<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
+    (mut buffers, scene_buffers): (Option<ResMut<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
+    shadow_masks: ShadowMasks,
     mut uniforms: ResMut<VolumeUniforms>,
     mut required: ResMut<RequiredPipelines>,
     images: Res<RenderAssets<GpuImage>>,
@@ -202,7 +204,13 @@ pub(crate) fn plan_frame(
         let has_moved = plan.has_moved(volume);
         plan.clock.change(pace, has_moved);
     }
-    let made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
+    let mut made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
+    if shadow_masks.are_needed(shape)
+        && let Some(buffers) = made.as_mut().or(buffers.as_deref_mut())
+        && buffers.add_shadow_masks(&device)
+    {
+        plan.voxelized = None;
+    }
     let Some(buffers) = made.as_ref().or(buffers.as_deref()) else {
         return;
     };

@@ -17,32 +17,36 @@ pub(super) struct Kernels {
 }
 
 impl Kernels {
-    /// `labels` are of the two passes.
+    /// `labels` and `voxels` are of the two passes, `source` is the layout of what both read.
     pub(super) fn new(
         labels: [&'static str; 2],
         shader: &Handle<Shader>,
-        layout: &[&BindGroupLayoutDescriptor],
+        voxels: &[BindGroupLayoutDescriptor; 2],
+        source: &BindGroupLayoutDescriptor,
     ) -> Self {
-        let kernel = |label| {
-            let layout = layout.iter().copied().cloned().collect();
-            Kernel::new(label, "voxelize", shader, layout)
+        let kernel = |pass: usize| {
+            let layout = vec![voxels[pass].clone(), source.clone()];
+            Kernel::new(labels[pass], "voxelize", shader, layout)
         };
         Self {
-            occupancy: kernel(labels[0]),
-            surfaces: kernel(labels[1]),
+            occupancy: kernel(0),
+            surfaces: kernel(1),
         }
     }
 
-    /// Chooses the variants with these shader defs for this frame, which waits until they are ready.
+    /// Chooses the variants with these shader defs, and another one of occupancy, for this frame, which waits until they
+    /// are ready.
     pub(super) fn require(
         &mut self,
-        mut defs: Vec<&'static str>,
+        defs: &[&'static str],
+        of_occupancy: Option<&'static str>,
         cache: &PipelineCache,
         required: &mut RequiredPipelines,
     ) {
-        self.occupancy.require(&defs, cache, required);
-        defs.push("SURFACES");
-        self.surfaces.require(&defs, cache, required);
+        let with = |own| defs.iter().copied().chain(own).collect::<Vec<_>>();
+        self.occupancy.require(&with(of_occupancy), cache, required);
+        self.surfaces
+            .require(&with(Some("SURFACES")), cache, required);
     }
 
     /// The pipelines of both passes, if they are ready.

@@ -9,7 +9,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
             BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, PipelineCache,
             ShaderStages, StorageBuffer,
         },
@@ -34,6 +34,7 @@ use crate::{
         mesh_group::MeshGroup,
         pipelines::RequiredPipelines,
         plan::FramePlan,
+        shadow_masks::ShadowMasks,
         uniforms::VolumeUniforms,
     },
     settings::Voxelizer,
@@ -43,34 +44,40 @@ use visible::VisibleVoxels;
 
 #[derive(Resource)]
 pub(crate) struct VoxelizePass {
-    /// Layout of the volume's buffers, which the voxelisers write.
-    voxels_layout: BindGroupLayoutDescriptor,
+    /// Layouts of the volume's buffers, which the voxelisers write in their two passes.
+    voxels_layouts: [BindGroupLayoutDescriptor; 2],
     /// Layout of the buffers of a group of meshes, which the voxelisers read.
     meshes_layout: BindGroupLayoutDescriptor,
     conservative: Kernels,
     slices: Kernels,
     points: Kernels,
     visible: VisibleVoxels,
+    /// Matrices of joints and weights of morph targets. It is kept: where a device is lost, a new buffer with contents
+    /// would end the app.
+    joints: StorageBuffer<Vec<Mat4>>,
     work: Option<VoxelizeWork>,
 }
 
 /// The bind groups and dispatch sizes of a frame that voxelises.
 struct VoxelizeWork {
-    voxels: BindGroup,
+    voxels: [BindGroup; 2],
     groups: Vec<(BindGroup, u32)>,
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let assets = assets.as_ref();
-    let voxels_layout = group_layout(
-        "voxel_gi_voxelize_volume",
-        (
+    let voxels_layout = |label, own| {
+        let entries = (
             (VOLUME, volume_uniform()),
-            (MASKS, read_write()),
-            (PACKED_SURFACES, read_write()),
+            (own, read_write()),
             (FACE_SLOTS, read_write()),
-        ),
-    );
+        );
+        group_layout(label, entries)
+    };
+    let voxels_layouts = [
+        voxels_layout("voxel_gi_voxelize_volume", MASKS),
+        voxels_layout("voxel_gi_surfaces_volume", PACKED_SURFACES),
+    ];
     let meshes_layout = BindGroupLayoutDescriptor::new(
         "voxel_gi_voxelize_meshes",
         &BindGroupLayoutEntries::sequential(
@@ -87,15 +94,16 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     );
     let kernels = |shader: Handle<Shader>| {
         let labels = ["voxel_gi_voxelize", "voxel_gi_surfaces"];
-        Kernels::new(labels, &shader, &[&voxels_layout, &meshes_layout])
+        Kernels::new(labels, &shader, &voxels_layouts, &meshes_layout)
     };
     commands.insert_resource(VoxelizePass {
         conservative: kernels(load_embedded_asset!(assets, "conservative.wesl")),
         slices: kernels(load_embedded_asset!(assets, "slices.wesl")),
         points: kernels(load_embedded_asset!(assets, "points.wesl")),
-        visible: VisibleVoxels::new(&voxels_layout, assets),
-        voxels_layout,
+        visible: VisibleVoxels::new(&voxels_layouts, assets),
+        voxels_layouts,
         meshes_layout,
+        joints: StorageBuffer::default(),
         work: None,
     });
 }
@@ -121,6 +129,7 @@ impl VoxelizePass {
 pub(crate) fn queue(
     mut pass: ResMut<VoxelizePass>,
     volume: Res<ExtractedVolume>,
+    shadow_masks: ShadowMasks,
     cache: Res<PipelineCache>,
     mut required: ResMut<RequiredPipelines>,
 ) {
@@ -132,10 +141,12 @@ pub(crate) fn queue(
     if voxelizer == Voxelizer::GeometryClipping {
         defs.push("GEOMETRY_CLIPPING");
     }
+    let shape = BufferShape::of(volume);
+    let shadow_masks = shadow_masks.defs(shape);
     let kernels = pass.kernels_mut(voxelizer);
-    kernels.require(defs, &cache, &mut required);
-    if BufferShape::of(volume).marks_visible {
-        pass.visible.queue(&cache, &mut required);
+    kernels.require(&defs, shadow_masks, &cache, &mut required);
+    if shape.marks_visible {
+        pass.visible.queue(shadow_masks, &cache, &mut required);
     }
 }
 
@@ -155,15 +166,19 @@ pub(crate) fn prepare(
     ) else {
         return;
     };
-    let voxels = groups.create(
-        &pass.voxels_layout,
-        (
-            (VOLUME, volume),
-            (MASKS, buffers.masks.as_entire_binding()),
-            (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+    let [occupancy_layout, surfaces_layout] = &pass.voxels_layouts;
+    let voxels = |layout, own, buffer: &Buffer| {
+        let entries = (
+            (VOLUME, volume.clone()),
+            (own, buffer.as_entire_binding()),
             (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
-        ),
-    );
+        );
+        groups.create(layout, entries)
+    };
+    let voxels = [
+        voxels(occupancy_layout, MASKS, &buffers.masks),
+        voxels(surfaces_layout, PACKED_SURFACES, &buffers.packed_surfaces),
+    ];
     pass.visible.prepare(&buffers, &groups);
     let device = &*groups.device;
     let stub = device.create_buffer(&BufferDescriptor {
@@ -172,12 +187,12 @@ pub(crate) fn prepare(
         usage: BufferUsages::STORAGE,
         mapped_at_creation: false,
     });
-    let mut joints = StorageBuffer::from(if scene.joints.is_empty() {
-        vec![Mat4::IDENTITY]
-    } else {
-        scene.joints.clone()
-    });
-    joints.write_buffer(device, &queue);
+    let joints = pass.joints.get_mut();
+    joints.clone_from(&scene.joints);
+    if joints.is_empty() {
+        joints.push(Mat4::IDENTITY);
+    }
+    pass.joints.write_buffer(device, &queue);
     let layout = groups.cache.get_bind_group_layout(&pass.meshes_layout);
     let bind = |group: &mut MeshGroup| {
         let buffers = group.buffers.each_ref();
@@ -192,23 +207,21 @@ pub(crate) fn prepare(
                 indices.as_entire_binding(),
                 instances,
                 batches,
-                joints.binding()?,
+                pass.joints.binding()?,
                 morph_targets.as_entire_binding(),
             )),
         );
         Some((bind_group, batch_count))
     };
-    pass.work = Some(VoxelizeWork {
-        voxels,
-        groups: batches.groups_mut().filter_map(bind).collect(),
-    });
+    let groups = batches.groups_mut().filter_map(bind).collect();
+    pass.work = Some(VoxelizeWork { voxels, groups });
 }
 
 impl VoxelizeWork {
     /// Records one of the two passes over all meshes.
-    fn record(&self, pass: &mut ComputePass<'_>, pipeline: &ComputePipeline) {
+    fn record(&self, pass: &mut ComputePass<'_>, pipeline: &ComputePipeline, voxels: &BindGroup) {
         pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &self.voxels, &[]);
+        pass.set_bind_group(0, voxels, &[]);
         for (bind_group, batches) in &self.groups {
             pass.set_bind_group(1, bind_group, &[]);
             dispatch_workgroups(pass, *batches);
@@ -242,26 +255,26 @@ pub(crate) fn voxelize(
         &buffers.face_slots,
         &buffers.packed_surfaces,
         &buffers.radiance,
-        &buffers.counters,
     ] {
         encoder.clear_buffer(buffer, 0, None);
     }
+    encoder.clear_buffer(&buffers.work, 0, Some(VolumeBuffers::COUNTERS_SIZE));
     if frame.moves.is_some() {
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
         encoder.clear_buffer(&buffers.visible, 0, None);
     }
     let visible = pass.visible.pipelines(&cache);
     record_pass(&mut context, "voxel_gi_voxelize", |compute| {
-        work.record(compute, occupancy);
+        let [masks, packed_surfaces] = &work.voxels;
+        work.record(compute, occupancy, masks);
         if let Some([occupancy, _]) = visible {
-            pass.visible
-                .record(compute, occupancy, &work.voxels, &buffers);
+            pass.visible.record(compute, occupancy, masks, &buffers);
         }
         allocate.record(compute, &buffers, &cache);
-        work.record(compute, surfaces);
+        work.record(compute, surfaces, packed_surfaces);
         if let Some([_, surfaces]) = visible {
             pass.visible
-                .record(compute, surfaces, &work.voxels, &buffers);
+                .record(compute, surfaces, packed_surfaces, &buffers);
         }
     });
     if frame.has_changed {

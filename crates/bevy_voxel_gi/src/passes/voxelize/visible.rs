@@ -26,22 +26,31 @@ pub(super) struct VisibleVoxels {
 }
 
 impl VisibleVoxels {
-    pub(super) fn new(voxels_layout: &BindGroupLayoutDescriptor, assets: &AssetServer) -> Self {
+    pub(super) fn new(
+        voxels_layouts: &[BindGroupLayoutDescriptor; 2],
+        assets: &AssetServer,
+    ) -> Self {
         let layout = group_layout("voxel_gi_visible", ((VISIBLE, read_only()),));
         let shader = load_embedded_asset!(assets, "visible.wesl");
         Self {
             kernels: Kernels::new(
                 ["voxel_gi_visible", "voxel_gi_visible_surfaces"],
                 &shader,
-                &[voxels_layout, &layout],
+                voxels_layouts,
+                &layout,
             ),
             layout,
             bind_group: None,
         }
     }
 
-    pub(super) fn queue(&mut self, cache: &PipelineCache, required: &mut RequiredPipelines) {
-        self.kernels.require(Vec::new(), cache, required);
+    pub(super) fn queue(
+        &mut self,
+        shadow_masks: Option<&'static str>,
+        cache: &PipelineCache,
+        required: &mut RequiredPipelines,
+    ) {
+        self.kernels.require(&[], shadow_masks, cache, required);
     }
 
     pub(super) fn prepare(&mut self, buffers: &VolumeBuffers, groups: &BindGroups) {
