@@ -25,10 +25,8 @@
 //! | [`pipelines`] | every pipeline of an app, compiled between marks |
 //! | [`statistics`] | what the driver printed, as rows |
 //! | [`mod@record`] | rows with those of Bevy beside them, in files |
-//! | [`mod@compile_times`] | the time until all pipelines of a scene are compiled |
-//! | [`cpu`] | the CPU's time for a frame, where the GPU takes none |
+//! | [`cpu`] | the CPU's time for the plugins' systems, where the GPU takes none |
 //! | [`fetches`] | texture fetches of a pixel, counted on an adapter that draws |
-//! | [`traffic`] | bytes of colour between the GPU and its memory, from a model |
 //! | [`tables`] | tables for the plugins' pages |
 //! | [`charts`] | accuracy against compiled cost |
 //! | [`mod@budget`] | rows that may not grow unnoticed |
@@ -36,7 +34,6 @@
 pub mod app;
 pub mod budget;
 pub mod charts;
-pub mod compile_times;
 pub mod configurations;
 pub mod cpu;
 pub mod error;
@@ -48,7 +45,6 @@ pub mod shim;
 pub mod skin;
 pub mod statistics;
 pub mod tables;
-pub mod traffic;
 
 use std::{ffi::OsString, path::PathBuf, process::ExitCode};
 
@@ -73,17 +69,11 @@ struct Options {
     /// Folder of the figures, made where it is missing.
     #[arg(long, value_name = "DIR", default_value = "target/tradeoff/cost")]
     out: PathBuf,
-    /// Measures the CPU's time of frames on the first GPU instead of compiling.
-    #[arg(long)]
-    cpu: bool,
-    /// Measures the time until all pipelines of a scene are compiled on the first GPU instead.
-    #[arg(long, conflicts_with = "cpu")]
-    compile_times: bool,
-    /// Samples the CPU with Linux's `perf` instead, and names the plugins' systems.
+    /// Samples the CPU's time of frames on the first GPU with Linux's `perf` instead, and names the plugins' systems.
     #[arg(long)]
     systems: bool,
     /// Counts texture fetches on the adapter that is there instead of compiling.
-    #[arg(long, conflicts_with = "cpu")]
+    #[arg(long, conflicts_with = "systems")]
     fetches: bool,
     /// Renews charts, the tables in the plugins' pages and the budget, from the figures in the folder.
     #[arg(long)]
@@ -107,14 +97,8 @@ fn measure(options: &Options) -> Result<(), CostError> {
         return Budget::read()?.renewed(&rows).write();
     }
     let plugin = options.plugin.as_deref();
-    if options.cpu {
-        return cpu::measure(options.inside, &options.gpu[0], plugin, &options.out);
-    }
-    if options.compile_times {
-        return compile_times::measure(options.inside, &options.gpu[0], &options.out);
-    }
     if options.systems {
-        return cpu::systems::measure(&options.gpu[0], &options.out);
+        return cpu::measure(options.inside, &options.gpu[0], &options.out);
     }
     if options.fetches {
         return fetches::measure(plugin, &options.out);

@@ -10,12 +10,8 @@ use super::{
     pipelines::{COPY, TONE_MAPPING},
     record::{self, CostRow},
     scene::Scene,
-    traffic,
 };
-use crate::{
-    record::Report,
-    tradeoff::{markdown::renewed, ycocg_fb::compression},
-};
+use crate::tradeoff::markdown::renewed;
 
 /// The GPU of the pages' tables and charts.
 pub const GPU: &str = "navi31";
@@ -158,8 +154,8 @@ fn passes(all: &[&CostRow], own: &[&CostRow]) -> String {
     header.to_string() + &text
 }
 
-/// Renews what stands between `<!-- tradeoff NAME -->` and `<!-- end -->` in the pages: compiled cost, fetches and
-/// traffic in the plugins', the CPU's time in the repository's.
+/// Renews what stands between `<!-- tradeoff NAME -->` and `<!-- end -->` in the pages: compiled cost and fetches
+/// in the plugins', the CPU's time in the repository's.
 ///
 /// # Errors
 /// [`CostError::File`] where figures or a page cannot be read, or a page not written.
@@ -194,31 +190,19 @@ pub fn pages(
     folder: &Path,
 ) -> Result<Vec<(String, Vec<(String, String)>)>, CostError> {
     let counted = fetches::record::read()?;
-    let times: Vec<cpu::record::CpuRow> = record::read_json(&folder.join(cpu::record::FILE))?;
-    let systems: Vec<cpu::systems::SystemRow> =
-        record::read_json(&folder.join(cpu::systems::FILE))?;
+    let systems: Vec<cpu::SystemRow> = record::read_json(&folder.join(cpu::FILE))?;
     let mut pages = vec![(
         "README.md".to_string(),
-        vec![
-            ("cpu".to_string(), cpu::tables::table(&times)),
-            ("cpu systems".to_string(), cpu::tables::systems(&systems)),
-        ],
+        vec![("cpu systems".to_string(), cpu::table(&systems))],
     )];
     for (plugin, _) in PLUGINS {
-        let mut tables = vec![
+        let tables = vec![
             (format!("{plugin} cost"), page(rows, GPU, plugin)),
             (
                 format!("{plugin} fetches"),
                 fetches::tables::page(&counted, plugin),
             ),
         ];
-        if plugin == "ycocg_fb" {
-            tables.push((format!("{plugin} traffic"), traffic::table()));
-            tables.push((format!("{plugin} table 4.1"), traffic::thesis_table()));
-            let study = Report::read(root().join(fetches::record::FOLDER).join("ycocg_fb.json"));
-            let study = study.map_err(|error| CostError::Failed(error.to_string()))?;
-            tables.push((format!("{plugin} compression"), compression::table(&study)));
-        }
         pages.push((format!("crates/bevy_{plugin}/README.md"), tables));
     }
     Ok(pages)

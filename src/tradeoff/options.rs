@@ -19,8 +19,7 @@ const ALL: &str = "all";
     name = "tradeoff",
     after_help = "What the shaders cost when they are compiled for a GPU: tradeoff cost --help\n\
                   Times on the GPU that is there: tradeoff gpu --help\n\
-                  Times of the demos' pictures: tradeoff demo --help\n\
-                  Given images and models: tradeoff wavelet_tex rivals|sizes|materials --help"
+                  Times of the demos' pictures: tradeoff demo --help"
 )]
 pub struct Options {
     /// Plugin to measure.
@@ -70,7 +69,6 @@ impl Options {
         if !self.scene.is_empty() {
             plan.gi.retain_scenes(&self.scene);
         }
-        plan.pictures = Some(self.out.clone());
         plan
     }
 }

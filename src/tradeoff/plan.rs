@@ -16,15 +16,6 @@ pub struct Plan {
     pub kodak: Vec<u32>,
     /// Whether they are encoded with every effort, and in gray, too.
     pub kodak_in_full: bool,
-    /// Numbers of those that become frames.
-    pub photographs: Vec<u32>,
-    /// Whether the formats and the transforms that the rates are compared with are measured, too.
-    pub baselines: bool,
-    /// Pictures whose names end in `Normal.png` in this folder are measured as normal maps; a
-    /// missing folder is skipped with a note.
-    pub normal_maps: PathBuf,
-    /// Folder for pictures that a study renders; without it they are not rendered.
-    pub pictures: Option<PathBuf>,
     /// How often a time on the CPU is taken, for its median; at least 1.
     pub repetitions: usize,
     /// Width and height of the rendered picture, in pixels; none renders nothing.
@@ -145,21 +136,17 @@ impl GiPlan {
 impl Plan {
     /// All that there is to measure, or the part that takes a minute or two.
     pub fn new(quick: bool) -> Self {
-        let (photographs, repetitions, picture, rounds, frames) = if quick {
-            (vec![5, 13, 23], 1, [256, 170], 5, 9)
+        let (repetitions, picture, rounds, frames) = if quick {
+            (1, [256, 170], 5, 9)
         } else {
-            ((1..=24).collect(), 3, [768, 512], 9, 15)
+            (3, [768, 512], 9, 15)
         };
         Self {
             photo: [768, 512],
             tile: [512; 2],
-            kodak_folder: shared_data("kodak"),
+            kodak_folder: Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/kodak"),
             kodak: (1..=24).collect(),
             kodak_in_full: !quick,
-            baselines: !quick,
-            normal_maps: shared_data("game"),
-            pictures: None,
-            photographs,
             repetitions,
             picture: Some(picture),
             frame: Some(if quick { [640, 360] } else { [1280, 720] }),
@@ -169,10 +156,4 @@ impl Plan {
             gi: GiPlan::new(quick),
         }
     }
-}
-
-/// A folder of data that is not in the repository.
-fn shared_data(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    folder.join(name)
 }

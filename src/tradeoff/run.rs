@@ -9,7 +9,6 @@ use super::{
     chart, demo, gpu, markdown,
     options::Options,
     study::{Study, TradeoffError},
-    wavelet_tex::given,
 };
 use crate::{cost, record::Report};
 
@@ -18,15 +17,12 @@ use crate::{cost, record::Report};
 /// Exit code 0 for success, 1 for a failure and 2 for a wrong command line; the reason is on the
 /// standard error output. A study that fails does not keep the others from being measured.
 pub fn run() -> ExitCode {
-    let words: Vec<_> = std::env::args_os().skip(1).take(2).collect();
+    let words: Vec<_> = std::env::args_os().skip(1).take(1).collect();
     let arguments = std::env::args_os().skip(2);
     match words.as_slice() {
         [first, ..] if first == "cost" => return cost::run(arguments),
         [first, ..] if first == "gpu" => return gpu::run(arguments),
         [first, ..] if first == "demo" => return demo::run(arguments),
-        [first, second] if first == "wavelet_tex" && given::is_word(second) => {
-            return given::run(arguments);
-        }
         _ => {}
     }
     let options = Options::parse();

@@ -10,7 +10,6 @@ mod extremes;
 mod figures;
 mod headless;
 mod hooks;
-mod import_cycles;
 mod pages;
 mod runner;
 mod scene_settings;

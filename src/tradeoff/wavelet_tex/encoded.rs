@@ -3,27 +3,26 @@
 use std::time::Instant;
 
 use bevy_wavelet_tex::codec::{
+    blocks::{BlockFormat, BlockQuality, decode_blocks, encode_bc1},
     decoder::decode,
     encoder::{EncodeError, encode_rgb8},
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
     packing::Packing,
-    quality::psnr_db,
     quantizer::PlaneCoding,
     rate::Rate,
     settings::{Effort, EncodeSettings, Formats},
-    source::{Pixels, Source},
 };
-use image::{Rgb, RgbImage};
+use image::{Rgb, Rgb32FImage, RgbImage, RgbaImage, buffer::ConvertBuffer};
 
 use super::inputs::Input;
 use crate::{
-    headless::median, metrics::compare, record::Measurement, tradeoff::study::TradeoffError,
+    headless::median,
+    metrics::{SizeMismatch, compare},
+    record::Measurement,
+    tradeoff::study::TradeoffError,
 };
 
 pub(super) const ORIGINAL: &str = "original in 8 bits";
-
-/// What follows the rate in the settings of [`gray_row`].
-pub(super) const FROM_COLOR: &str = " from colour";
 
 /// The image itself: no error and one fetch, in the smallest uncompressed format that hardware has
 /// for the content.
@@ -78,28 +77,27 @@ pub(super) fn encoded_row(
     })
 }
 
-/// The row of a colour image that is encoded at a gray rate, as the tool does: its luma is not rounded
-/// to 8 bits before. It is compared with the luma that is.
-pub(super) fn gray_row(
-    scene: &str,
-    image: &RgbImage,
-    rate: Rate,
-) -> Result<Measurement, EncodeError> {
+/// BC1 of a colour image.
+pub(super) fn bc1_row(input: &Input) -> Result<Measurement, SizeMismatch> {
+    let size = <[u32; 2]>::from(input.image.dimensions());
+    let rgba: RgbaImage = input.image.convert();
+    let texels: Vec<_> = rgba.pixels().map(|p| p.0).collect();
     let start = Instant::now();
-    let encoded = encoded(image, rate, Effort::Default, false)?;
-    let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
-    let pixels: Vec<[u8; 3]> = image.pixels().map(|p| p.0).collect();
-    let source = Source::new(image.dimensions().into(), Pixels::Rgb8(&pixels));
-    let psnr = psnr_db(&source, &encoded);
+    let blocks = encode_bc1(&texels, size, BlockQuality::High);
+    let encode_ms = start.elapsed().as_secs_f64() * 1e3;
+    let texels = decode_blocks(BlockFormat::Bc1, &blocks, size);
+    let decoded = Rgb32FImage::from_fn(size[0], size[1], |x, y| {
+        let [r, g, b, _] = texels[(y * size[0] + x) as usize];
+        Rgb([r, g, b])
+    });
     Ok(Measurement {
-        scene: format!("{scene} gray"),
-        setting: format!("{}{FROM_COLOR}", rate.name()),
+        scene: input.scene.clone(),
+        setting: BlockFormat::Bc1.name().into(),
         reference: ORIGINAL.into(),
-        psnr_db: Some(psnr).filter(|psnr| psnr.is_finite()),
-        cpu_ms: Some(cpu_ms),
-        bytes: Some(encoded.gpu_bytes() as u64),
-        fetches: Some(fetches(&encoded, 1.0)),
-        ..Measurement::default()
+        cpu_ms: Some(encode_ms),
+        bytes: Some(blocks.len() as u64),
+        fetches: Some(1.0),
+        ..Measurement::from(&compare(&input.image, &decoded.convert())?)
     })
 }
 

@@ -1,10 +1,5 @@
 //! The images that are encoded.
 
-use std::{
-    io,
-    path::{Path, PathBuf},
-};
-
 use bevy_wavelet_tex::codec::{
     color::ycocg_from_rgb, image::Content, rate::Rate, settings::Effort,
 };
@@ -83,19 +78,6 @@ pub(super) fn inputs(
         efforts: &EFFORTS,
     });
     Ok(inputs)
-}
-
-/// The files of a folder with one of these extensions, by name.
-pub(super) fn files(folder: &Path, extensions: &[&str]) -> Result<Vec<PathBuf>, TradeoffError> {
-    let entries = folder.read_dir().map_err(TradeoffError::file(folder))?;
-    let paths: Result<Vec<_>, io::Error> = entries.map(|entry| Ok(entry?.path())).collect();
-    let mut paths = paths.map_err(TradeoffError::file(folder))?;
-    paths.retain(|path| {
-        let extension = path.extension().unwrap_or_default();
-        extensions.iter().any(|wanted| extension == *wanted)
-    });
-    paths.sort();
-    Ok(paths)
 }
 
 /// The luma of an image, in all three channels.

@@ -6,38 +6,26 @@
 //! original itself. The rows of the [`tunnel`] have times of frames.
 //!
 //! Normal maps are compared as X, Y and Z mapped to 0 to 255, so their FLIP is that of the map seen
-//! as a picture; rows with `angle_degrees` have the angles to the original normals instead.
+//! as a picture.
 //!
 //! | module | contents |
 //! | --- | --- |
 //! | `inputs` | the images, and what each is encoded as |
 //! | `encoded` | the rows of encoded images |
-//! | `baselines`, `two_levels` | other formats on the same images |
-//! | [`given`] | the studies of images and models that are given |
-//! | `thesis` | the thesis's Tables 3.1 and 3.3, rebuilt |
-//! | `normals` | angular errors of normal maps |
 //! | [`tunnel`] | frame times and pictures of the filters |
-//! | `published` | figures of the thesis and of other formats |
-//! | [`mod@summary`], [`mod@tables`] | what a user chooses between, and tables of all else |
+//! | `published` | figures of the thesis |
+//! | [`mod@summary`] | what a user chooses between |
 
-mod baselines;
 mod encoded;
-pub mod given;
 mod inputs;
-mod normals;
 mod published;
 pub mod summary;
-pub mod tables;
-mod thesis;
 pub mod tunnel;
-mod two_levels;
-
-use std::path::Path;
 
 use bevy_wavelet_tex::codec::image::Content;
 use indicatif::ProgressBar;
 
-use self::inputs::{DEFAULT_EFFORT, Input, SEED, inputs, wavelet_rates};
+use self::inputs::{DEFAULT_EFFORT, Input, SEED, inputs};
 use super::{
     plan::Plan,
     study::{Study, TradeoffError},
@@ -51,7 +39,7 @@ pub const STUDY: Study = Study {
     name: "wavelet_tex",
     measure,
     summary: summary::summary,
-    tables: tables::tables,
+    tables: |_| String::new(),
 };
 
 fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError> {
@@ -71,14 +59,6 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
             .measurements
             .extend(image_rows(input, plan, progress)?);
     }
-    if plan.baselines {
-        progress.set_message("normal maps");
-        let rows = normals::rows(&plan.normal_maps, progress)?;
-        report.measurements.extend(rows);
-        if let Some(folder) = &plan.pictures {
-            write_highlight(&folder.join("wavelet_tex_normals.png"))?;
-        }
-    }
     if let Some(picture) = plan.picture {
         let tile = content::bricks(plan.tile[0], plan.tile[1], SEED).color;
         let (adapter, rows) = tunnel::rows(&tile, &tunnel::FILTERS, picture, plan, progress)?;
@@ -88,7 +68,7 @@ fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report, TradeoffError>
     Ok(report)
 }
 
-/// The rows of an image: the image itself, every rate, and the baselines.
+/// The rows of an image: the image itself, every rate, and BC1 of colour.
 fn image_rows(
     input: &Input,
     plan: &Plan,
@@ -99,7 +79,7 @@ fn image_rows(
         ..encoded::original(&input.image, input.content)
     }];
     if input.content == Content::Color {
-        rows.push(baselines::bc1_row(&input.scene, &input.image)?);
+        rows.push(encoded::bc1_row(input)?);
     }
     for (i, &rate) in input.rates.iter().enumerate() {
         let efforts = if i == 0 {
@@ -119,18 +99,5 @@ fn image_rows(
             progress.inc(1);
         }
     }
-    if plan.baselines && input.content == Content::Color {
-        progress.set_message(format!("{}, baselines", input.scene));
-        for rate in wavelet_rates(Content::Gray) {
-            rows.push(encoded::gray_row(&input.scene, &input.image, rate)?);
-        }
-        rows.extend(baselines::rows(&input.scene, &input.image)?);
-        rows.extend(thesis::rows(&input.scene, &input.image));
-    }
     Ok(rows)
-}
-
-fn write_highlight(path: &Path) -> Result<(), TradeoffError> {
-    let picture = normals::highlight()?;
-    picture.save(path).map_err(TradeoffError::file(path))
 }

@@ -1,6 +1,5 @@
 //! A picture of floats without alpha.
 
-use bevy_ycocg_fb::reference::image::mirrored;
 use image::{Rgb, RgbImage};
 
 use crate::headless::Rgba32FImage;
@@ -29,17 +28,6 @@ impl Frame {
         self.pixels[(y * self.size[0] + x) as usize]
     }
 
-    /// The colour of a pixel; beyond the border, of the nearest one.
-    pub fn clamped(&self, x: i64, y: i64) -> [f32; 3] {
-        let clamp = |i: i64, side: u32| i.clamp(0, i64::from(side) - 1) as u32;
-        self.at(clamp(x, self.size[0]), clamp(y, self.size[1]))
-    }
-
-    /// The colour of a pixel; beyond the border, of its mirror image at the outermost pixels.
-    pub fn mirrored(&self, x: i64, y: i64) -> [f32; 3] {
-        self.at(mirrored(x, self.size[0]), mirrored(y, self.size[1]))
-    }
-
     /// The same picture with every channel changed.
     pub fn map(&self, channel: impl Fn(f32) -> f32) -> Self {
         Self {
@@ -48,13 +36,6 @@ impl Frame {
         }
     }
 
-    /// The same picture at another exposure.
-    pub fn scaled(&self, factor: f32) -> Self {
-        self.map(|channel| channel * factor)
-    }
-}
-
-impl Frame {
     /// An encoded picture, rounded to 8 bits.
     pub fn to_rgb8(&self) -> RgbImage {
         let byte = |channel: f32| (channel.clamp(0.0, 1.0) * 255.0).round() as u8;

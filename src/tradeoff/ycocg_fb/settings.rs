@@ -3,20 +3,10 @@
 use bevy::prelude::*;
 use bevy_ycocg_fb::{
     FrameBufferQuality, PackedFormat, Reconstruction, YCoCgFrameBuffer,
-    reference::{
-        PackedImage, color::linear_from_srgb, color::srgb_from_linear, rg11b10ufloat::dithered,
-    },
+    reference::{PackedImage, color::linear_from_srgb, color::srgb_from_linear},
 };
 
-use super::{
-    ablation,
-    alternatives::{
-        bayer::bayer, fewer_pixels, rgb_checkerboard::rgb_checkerboard, rgb565::rgb565,
-        y8co4cg4::y8co4cg4,
-    },
-    frame::Frame,
-    layouts::Layout,
-};
+use super::frame::Frame;
 
 /// A representation of a frame in memory.
 #[derive(Clone, Copy)]
@@ -32,153 +22,111 @@ pub struct Setting {
 
 #[derive(Clone, Copy)]
 pub enum Picture {
-    /// On the CPU, from the scene-linear frame of Bevy's camera to another.
-    SceneLinear(fn(&Frame) -> Frame),
     /// On the CPU, from what a display shows, sRGB-encoded but not rounded, to another.
     Display(fn(&Frame) -> Frame),
-    /// By a camera of the plugin, and where there is no scene on the CPU.
-    Camera {
-        quality: FrameBufferQuality,
-        /// From a scene-linear frame to another.
-        store: fn(&Frame) -> Frame,
-    },
+    /// By a camera of the plugin.
+    Camera(FrameBufferQuality),
 }
 
 /// The frame as it is: what all others are compared with.
 pub const REFERENCE: &str = "rgba16float";
 
-/// The settings in the order of the report; the steps of the ablation follow them.
+/// The settings in the order of the report.
 pub fn settings() -> Vec<Setting> {
-    let display = |name, bytes_per_pixel, fetches, picture| Setting {
+    let display = |name, fetches, picture| Setting {
         name,
-        bytes_per_pixel,
+        bytes_per_pixel: 2.0,
         fetches,
         picture: Picture::Display(picture),
     };
-    let camera = |name, fetches, reconstruction, store| Setting {
+    let camera = |name, bytes_per_pixel, fetches, quality| Setting {
         name,
-        bytes_per_pixel: 4.0,
+        bytes_per_pixel,
         fetches,
-        picture: Picture::Camera {
-            quality: FrameBufferQuality::Packed(YCoCgFrameBuffer {
-                reconstruction,
-                ..default()
-            }),
-            store,
-        },
+        picture: Picture::Camera(quality),
     };
-    let mut settings = vec![
-        camera("nearest", 2.0, Reconstruction::Nearest, |f| {
-            float16(f, Reconstruction::Nearest)
-        }),
-        camera("bilinear", 3.0, Reconstruction::Bilinear, |f| {
-            float16(f, Reconstruction::Bilinear)
-        }),
-        camera("edge_directed", 3.0, Reconstruction::EdgeDirected, |f| {
-            float16(f, Reconstruction::EdgeDirected)
-        }),
-        camera("guided", 3.0, Reconstruction::Guided, |f| {
-            float16(f, Reconstruction::Guided)
-        }),
-        camera("default", 4.0, Reconstruction::default(), |f| {
-            float16(f, Reconstruction::default())
-        }),
-        camera("quad", 1.0, Reconstruction::Quad, |f| {
-            float16(f, Reconstruction::Quad)
-        }),
-        Setting {
-            name: "float32_default",
-            bytes_per_pixel: 8.0,
-            fetches: 4.0,
-            picture: Picture::Camera {
-                quality: YCoCgFrameBuffer::with_format(PackedFormat::Float32).into(),
-                store: |f| stored(f, PackedFormat::Float32, Reconstruction::default()),
-            },
-        },
-        Setting {
-            name: "rg11b10ufloat",
-            bytes_per_pixel: 4.0,
-            fetches: 1.0,
-            picture: Picture::Camera {
-                quality: FrameBufferQuality::Compact,
-                store: |f| Frame::from_fn(f.size, |x, y| dithered(f.at(x, y), x, y)),
-            },
-        },
-        display("unorm8_edge_directed", 2.0, 3.0, |f| {
+    let float16 = |name, fetches, reconstruction| {
+        let packed = YCoCgFrameBuffer {
+            reconstruction,
+            ..default()
+        };
+        camera(name, 4.0, fetches, packed.into())
+    };
+    let float32 = YCoCgFrameBuffer::with_format(PackedFormat::Float32);
+    vec![
+        float16("nearest", 2.0, Reconstruction::Nearest),
+        float16("bilinear", 3.0, Reconstruction::Bilinear),
+        float16("edge_directed", 3.0, Reconstruction::EdgeDirected),
+        float16("guided", 3.0, Reconstruction::Guided),
+        float16("default", 4.0, Reconstruction::default()),
+        float16("quad", 1.0, Reconstruction::Quad),
+        camera("float32_default", 8.0, 4.0, float32.into()),
+        camera("rg11b10ufloat", 4.0, 1.0, FrameBufferQuality::Compact),
+        display("unorm8_edge_directed", 3.0, |f| {
             unorm8(f, Reconstruction::EdgeDirected)
         }),
-        display("unorm8_default", 2.0, 4.0, |f| {
+        display("unorm8_default", 4.0, |f| {
             unorm8(f, Reconstruction::default())
         }),
-        display("two_thirds_bilinear", 2.0, 1.0, fewer_pixels::bilinear),
-        display("two_thirds_bicubic", 2.0, 16.0, fewer_pixels::bicubic),
-        display("rgb565", 2.0, 1.0, rgb565),
-        display("y8co4cg4", 2.0, 1.0, y8co4cg4),
-        display("bayer", 1.0, 13.0, bayer),
-        display("rgb_checkerboard", 2.0, 5.0, rgb_checkerboard),
-    ];
-    settings.extend(steps());
-    settings.extend(layouts());
-    settings
-}
-
-fn steps() -> impl Iterator<Item = Setting> {
-    const PICTURES: [fn(&Frame) -> Frame; ablation::STEPS.len()] = [
-        |f| step(f, 0),
-        |f| step(f, 1),
-        |f| step(f, 2),
-        |f| step(f, 3),
-        |f| step(f, 4),
-    ];
-    let named = ablation::STEPS.iter().zip(PICTURES);
-    named.map(|(&(name, _), picture)| Setting {
-        name,
-        bytes_per_pixel: 4.0,
-        fetches: 3.0,
-        picture: Picture::SceneLinear(picture),
-    })
-}
-
-/// Every pixel within two columns and rows is fetched.
-fn layouts() -> impl Iterator<Item = Setting> {
-    let picture: [(_, fn(&Frame) -> Frame); 3] = [
-        ("layout_checkerboard", |f| {
-            Layout::Checkerboard.reconstructed(f)
-        }),
-        ("layout_rows", |f| Layout::Rows.reconstructed(f)),
-        ("layout_blocks", |f| Layout::Blocks.reconstructed(f)),
-    ];
-    picture.into_iter().map(|(name, picture)| Setting {
-        name,
-        bytes_per_pixel: 4.0,
-        fetches: 25.0,
-        picture: Picture::SceneLinear(picture),
-    })
-}
-
-fn step(frame: &Frame, index: usize) -> Frame {
-    let packed = PackedImage::pack(&frame.pixels, frame.size, [0; 2], PackedFormat::Float16);
-    Frame {
-        size: frame.size,
-        pixels: ablation::unpack(&packed, ablation::STEPS[index].1),
-    }
-}
-
-fn float16(frame: &Frame, filter: Reconstruction) -> Frame {
-    stored(frame, PackedFormat::Float16, filter)
-}
-
-/// Packs and unpacks in the units of the format.
-fn stored(frame: &Frame, format: PackedFormat, filter: Reconstruction) -> Frame {
-    let packed = PackedImage::pack(&frame.pixels, frame.size, [0; 2], format);
-    Frame {
-        size: frame.size,
-        pixels: packed.unpack(filter),
-    }
+        display("rgb565", 1.0, rgb565),
+    ]
 }
 
 /// The 8-bit format takes display-linear values.
 fn unorm8(encoded: &Frame, filter: Reconstruction) -> Frame {
     let linear = encoded.map(linear_from_srgb);
-    stored(&linear, PackedFormat::Unorm8, filter).map(srgb_from_linear)
+    let packed = PackedImage::pack(&linear.pixels, linear.size, [0; 2], PackedFormat::Unorm8);
+    let unpacked = Frame {
+        size: linear.size,
+        pixels: packed.unpack(filter),
+    };
+    unpacked.map(srgb_from_linear)
+}
+
+/// 5 bits of red, 6 of green and 5 of blue, with an ordered dither.
+fn rgb565(picture: &Frame) -> Frame {
+    Frame::from_fn(picture.size, |x, y| {
+        let [r, g, b] = picture.at(x, y);
+        [(r, 31.0), (g, 63.0), (b, 31.0)].map(|(value, levels)| {
+            (value * levels + threshold(x, y))
+                .round()
+                .clamp(0.0, levels)
+                / levels
+        })
+    })
+}
+
+/// An 8 x 8 threshold matrix (B. E. Bayer, 1973) at a pixel: -0.5 to 0.5, with a mean of 0.
+fn threshold(x: u32, y: u32) -> f32 {
+    // Bits of x ^ y and y, the lowest first, interleaved to the highest.
+    let rank = (0..3).fold(0, |rank, bit| {
+        let (a, b) = ((x ^ y) >> bit & 1, y >> bit & 1);
+        rank << 2 | a << 1 | b
+    });
+    (rank as f32 + 0.5) / 64.0 - 0.5
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_threshold_of_the_matrix_occurs_once() {
+        let mut ranks: Vec<i32> = (0..64)
+            .map(|i| ((threshold(i % 8, i / 8) + 0.5) * 64.0) as i32)
+            .collect();
+        ranks.sort_unstable();
+        assert!(ranks.into_iter().eq(0..64));
+    }
+
+    #[test]
+    fn rgb565_keeps_the_mean_of_a_flat_colour() {
+        let color = [0.8, 0.35, 0.1];
+        let stored = rgb565(&Frame::from_fn([64, 48], |_, _| color));
+        let count = stored.pixels.len() as f32;
+        for c in 0..3 {
+            let mean = stored.pixels.iter().map(|p| p[c]).sum::<f32>() / count;
+            assert!((mean - color[c]).abs() < 3e-3, "{mean}");
+        }
+    }
 }
