@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use bevy::image::Image;
-use bevy_frugal_lab::record::Measurement;
+use bevy_frugal_studies::record::Measurement;
 
 /// The cost of a baked texture.
 #[derive(Clone, Copy, Debug)]

@@ -34,10 +34,8 @@ mod texture;
 
 use std::{error::Error, path::PathBuf};
 
-use bevy_frugal_lab::{
-    boxes::TracedScene,
-    record::{Measurement, Report},
-};
+use bevy_frugal_lab::boxes::TracedScene;
+use bevy_frugal_studies::record::{Measurement, Report};
 use clap::Parser;
 
 use method::Method;

@@ -6,8 +6,8 @@ use bevy::{math::Vec3, render::renderer::RenderDevice};
 use bevy_frugal_lab::{
     boxes::{TracedScene, agreement, spawn_box_scene},
     headless::{HeadlessApp, HeadlessSettings, TargetFormat, median},
-    record::{Measurement, ReportAdapter},
 };
+use bevy_frugal_studies::record::{Measurement, ReportAdapter};
 use bevy_solari::SolariPlugins;
 
 use crate::{

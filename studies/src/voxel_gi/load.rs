@@ -1,0 +1,126 @@
+//! The same setting with more and more triangles: spheres in a volume, and a light.
+
+use bevy::prelude::*;
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
+use indicatif::ProgressBar;
+
+use super::{render, settings::SPANS};
+use crate::{
+    interleaved::{Candidate, benchmark_apps},
+    plan::GiPlan,
+    record::Measurement,
+};
+use bevy_frugal_lab::{
+    headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
+    scenes::tone::UNGRADED,
+};
+
+/// Frames before which every pipeline must have been compiled.
+const MAX_FRAMES: u32 = 200;
+/// Spheres along each edge of the volume.
+const SPHERES: u32 = 3;
+/// Edge of the volume in metres.
+const SIZE: f32 = 6.0;
+/// Edge of the picture in pixels: small, as the volume is what is measured.
+const PICTURE: u32 = 64;
+
+/// The rows, one a number of triangles.
+///
+/// # Errors
+/// [`HeadlessError`] when a frame cannot be rendered.
+pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<Measurement>, HeadlessError> {
+    let mut candidates = Vec::new();
+    let resolution = plan.resolutions[0];
+    for &triangles in &plan.triangles {
+        progress.set_message(format!("{triangles} triangles"));
+        let volume = VoxelGiVolume {
+            resolution,
+            ..default()
+        };
+        let (app, row) = app(triangles, Some(volume), [PICTURE; 2])?;
+        candidates.push(candidate(app, row));
+        progress.inc(1);
+    }
+    benchmark_apps(candidates, plan.rounds, plan.frames)
+}
+
+/// An app with its row, whose passes are measured one by one.
+pub fn candidate(app: HeadlessApp, row: Measurement) -> Candidate<HeadlessApp> {
+    Candidate::new(app, row).with_stages(SPANS)
+}
+
+/// An app with spheres of so many triangles, with a volume around them where there is one, that is renewed in each
+/// frame; and its row, without times.
+///
+/// # Errors
+/// [`HeadlessError`] when a frame cannot be rendered.
+pub fn app(
+    triangles: u32,
+    volume: Option<VoxelGiVolume>,
+    picture: [u32; 2],
+) -> Result<(HeadlessApp, Measurement), HeadlessError> {
+    let settings = HeadlessSettings::with_size(picture[0], picture[1]);
+    let mut app = HeadlessApp::new(settings, |app| {
+        app.add_plugins(VoxelGiPlugin)
+            .add_systems(Update, render::stir);
+    })?;
+    let world = app.world_mut();
+    spawn_spheres(world, triangles);
+    let target = world.resource::<LabTarget>().0.clone();
+    world.spawn((
+        Camera3d::default(),
+        target,
+        Msaa::Off,
+        UNGRADED,
+        Transform::from_xyz(0.0, 0.0, SIZE).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    let resolution = volume.as_ref().map_or(0, |volume| volume.resolution);
+    let volume = volume.map(|volume| {
+        let volume = VoxelGiVolume {
+            size: SIZE,
+            ..volume
+        };
+        world.spawn(volume).id()
+    });
+    app.run_until_ready(MAX_FRAMES)?;
+    if let Some(volume) = volume {
+        render::never_pause(&mut app, volume)?;
+    }
+    let report = *app.world().resource::<VoxelGiReport>();
+    let row = Measurement {
+        scene: format!("triangles_{}", report.triangles),
+        setting: format!("trace {resolution}^3"),
+        bytes: Some(report.memory),
+        ..Measurement::default()
+    };
+    Ok((app, row))
+}
+
+fn spawn_spheres(world: &mut World, triangles: u32) {
+    // A sphere of 2 n sectors and n stacks has 4 n (n - 1) triangles.
+    let each = triangles as f32 / SPHERES.pow(3) as f32;
+    let stacks = ((each / 4.0).sqrt() + 0.5).round().max(2.0) as u32;
+    let step = SIZE / SPHERES as f32;
+    let mesh = Sphere::new(0.35 * step).mesh().uv(2 * stacks, stacks);
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    let material = world
+        .resource_mut::<Assets<StandardMaterial>>()
+        .add(StandardMaterial::from(Color::srgb(0.8, 0.6, 0.4)));
+    for index in 0..SPHERES.pow(3) {
+        let cell = UVec3::new(
+            index % SPHERES,
+            index / SPHERES % SPHERES,
+            index / SPHERES.pow(2),
+        );
+        let at = (cell.as_vec3() + 0.5) * step - 0.5 * SIZE;
+        world.spawn((
+            Mesh3d(mesh.clone()),
+            MeshMaterial3d(material.clone()),
+            Transform::from_translation(at),
+        ));
+    }
+    world.spawn((
+        DirectionalLight::default(),
+        Transform::from_xyz(1.0, 2.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+}
