@@ -3,29 +3,22 @@
 use std::ops::Range;
 
 use plotters::{
-    coord::{
-        cartesian::Cartesian2d,
-        ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter},
-    },
+    coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter},
+    element::DynElement,
     prelude::*,
 };
 
-use super::summary::{Choice, Quantity, Source, Summary};
+use crate::summary::{Better, Quantity, Source, Summary};
 
 const SIZE: (u32, u32) = (960, 600);
 /// Height of a label's letters in pixels.
 const LETTERS: i32 = 12;
-/// Width of a letter in pixels, about.
-const LETTER_WIDTH: f32 = 6.4;
-/// Width and height of the legend with all its entries and the margin around it.
-const LEGEND: (i32, i32) = (240, 100);
 
 const OURS: RGBColor = RGBColor(27, 111, 181);
 const BASELINE: RGBColor = RGBColor(196, 85, 27);
 const PUBLISHED: RGBColor = RGBColor(110, 110, 110);
 
 type Failure = DrawingAreaErrorKind<std::io::Error>;
-type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
 
 /// An SVG of 960 x 600 pixels; `machine` says where the figures were measured.
 ///
@@ -71,22 +64,36 @@ fn draw(summary: &Summary, machine: &str, svg: &mut String) -> Result<(), Failur
         (Source::Baseline, "baselines, measured too"),
         (Source::Published, "published, on other hardware"),
     ] {
-        if !summary.choices.iter().any(|c| c.source == source) {
+        let choices: Vec<_> = { summary.choices.iter() }
+            .filter(|choice| choice.source == source)
+            .collect();
+        if choices.is_empty() {
             continue;
         }
-        let none = std::iter::empty::<Circle<(f64, f64), i32>>();
+        let style = ("sans-serif", LETTERS).into_font().color(&color(source));
+        let named = choices.into_iter().map(|choice| {
+            // The table has the names of the others, for which there would be no room.
+            let is_named = source != Source::Ours || front.contains(&choice);
+            let name = choice.name.clone();
+            let name = if is_named { name } else { String::new() };
+            EmptyElement::at((choice.cost, choice.error))
+                + mark((0, 0), source)
+                + Text::new(name, (8, -LETTERS / 2), style.clone())
+        });
         chart
-            .draw_series(none)?
+            .draw_series(named)?
             .label(name)
             .legend(move |(x, y)| mark((x + 8, y), source));
     }
-    let corner = draw_choices(&chart, &summary.choices)?;
     chart
         .configure_series_labels()
+        .position(match summary.error.better {
+            Better::Less => SeriesLabelPosition::UpperRight,
+            Better::More => SeriesLabelPosition::LowerRight,
+        })
         .label_font(("sans-serif", LETTERS))
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(200, 200, 200))
-        .position(corner)
         .draw()?;
     area.present()
 }
@@ -107,82 +114,6 @@ fn mark<'b>(at: (i32, i32), source: Source) -> DynElement<'static, SVGBackend<'b
         Source::Baseline => TriangleMarker::new(at, 6, filled).into_dyn(),
         Source::Published => Cross::new(at, 5, color(source).stroke_width(2)).into_dyn(),
     }
-}
-
-/// Left, top, right and bottom in pixels.
-type Rect = [i32; 4];
-
-fn overlap(a: Rect, b: Rect) -> bool {
-    a[0] < b[2] && a[2] > b[0] && a[1] < b[3] && a[3] > b[1]
-}
-
-/// The corner of the plot where the legend hides the fewest marks, and its place there.
-fn legend_corner(size: (i32, i32), marks: &[Rect]) -> (SeriesLabelPosition, Rect) {
-    let (w, h) = (size.0 - LEGEND.0, size.1 - LEGEND.1);
-    [
-        (SeriesLabelPosition::UpperRight, w, 0),
-        (SeriesLabelPosition::LowerRight, w, h),
-        (SeriesLabelPosition::UpperLeft, 0, 0),
-        (SeriesLabelPosition::LowerLeft, 0, h),
-    ]
-    .map(|(corner, x, y)| (corner, [x, y, x + LEGEND.0, y + LEGEND.1]))
-    .into_iter()
-    .min_by_key(|(_, place)| marks.iter().filter(|mark| overlap(**mark, *place)).count())
-    .unwrap_or((SeriesLabelPosition::UpperRight, [0; 4]))
-}
-
-/// Draws the choices and writes their names beside them, where they do not hide each other nor the
-/// legend, whose corner it returns.
-fn draw_choices(chart: &Chart, choices: &[Choice]) -> Result<SeriesLabelPosition, Failure> {
-    let area = chart.plotting_area().strip_coord_spec();
-    let (left, top) = area.get_base_pixel();
-    let places: Vec<_> = choices
-        .iter()
-        .map(|c| {
-            let (x, y) = chart.backend_coord(&(c.cost, c.error));
-            (x - left, y - top)
-        })
-        .collect();
-    for (choice, place) in choices.iter().zip(&places) {
-        area.draw(&mark(*place, choice.source))?;
-    }
-    let (width, height) = area.dim_in_pixel();
-    let (width, height) = (width as i32, height as i32);
-    let mut taken: Vec<Rect> = places
-        .iter()
-        .map(|(x, y)| [x - 4, y - 4, x + 4, y + 4])
-        .collect();
-    let (corner, legend) = legend_corner((width, height), &taken);
-    taken.push(legend);
-    for (choice, &(x, y)) in choices.iter().zip(&places) {
-        let length = (choice.name.chars().count() as f32 * LETTER_WIDTH) as i32;
-        let beside = [
-            (x + 8, y - LETTERS / 2),
-            (x - 8 - length, y - LETTERS / 2),
-            (x - length / 2, y - 8 - LETTERS),
-            (x - length / 2, y + 8),
-            (x + 6, y - 4 - LETTERS),
-            (x + 6, y + 4),
-            (x - 6 - length, y - 4 - LETTERS),
-            (x - 6 - length, y + 4),
-        ];
-        let boxed = |(x, y): (i32, i32)| [x, y, x + length, y + LETTERS];
-        let is_free = |place: &(i32, i32)| {
-            let text = boxed(*place);
-            let [x0, y0, x1, y1] = text;
-            let inside = x0 >= 0 && x1 <= width && y0 >= 0 && y1 <= height;
-            inside && !taken.iter().any(|other| overlap(*other, text))
-        };
-        // The table has the names that find no room.
-        if let Some(place) = beside.into_iter().find(is_free) {
-            taken.push(boxed(place));
-            let style = ("sans-serif", LETTERS)
-                .into_font()
-                .color(&color(choice.source));
-            area.draw(&Text::new(choice.name.clone(), place, style))?;
-        }
-    }
-    Ok(corner)
 }
 
 /// An axis that is linear in its value or in its logarithm.
@@ -301,22 +232,6 @@ mod tests {
     fn nothing_measured_is_an_empty_chart() {
         let svg = svg(&summary(&[], Better::Less), "");
         assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
-    }
-
-    #[test]
-    fn the_legend_is_where_nothing_is() {
-        let at = |x, y| [x, y, x + 8, y + 8];
-        let corner = |marks: &[Rect]| legend_corner((800, 500), marks).0;
-        let upper_right = at(790, 10);
-        assert!(matches!(corner(&[]), SeriesLabelPosition::UpperRight));
-        assert!(matches!(
-            corner(&[upper_right]),
-            SeriesLabelPosition::LowerRight
-        ));
-        assert!(matches!(
-            corner(&[upper_right, at(700, 490)]),
-            SeriesLabelPosition::UpperLeft
-        ));
     }
 
     #[test]

@@ -2,25 +2,8 @@
 //!
 //! What is measured is what a visitor of the examples sees. Each setting is an app, and their frames are interleaved.
 
-use std::{
-    ffi::OsString,
-    fmt::Write,
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::path::PathBuf;
 
-use clap::Parser;
-
-use super::{
-    gpu::options::Size,
-    interleaved::{Candidate, benchmark_apps},
-    markdown::{machine, plugin_page, renew_file},
-    study::TradeoffError,
-};
-use crate::{
-    record::{Measurement, Report, ReportAdapter},
-    subcommand::subcommand,
-};
 use bevy_frugal_lab::{
     runner::{
         self, Scene, Side,
@@ -28,14 +11,22 @@ use bevy_frugal_lab::{
     },
     scenes::{ewa::Ewa, wavelet_tex::WaveletTex},
 };
+use clap::Parser;
+
+use crate::{
+    benchmark::benchmark_apps,
+    gpu::Size,
+    page::{self, machine, number, plugin_page, renew_file},
+    record::{PluginTimes, Report, ReportAdapter, TimeRow},
+    run::TradeoffError,
+};
 
 /// Name of the file in its folder.
 pub const FILE: &str = "demo.json";
 
 /// The command line.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "tradeoff demo")]
-struct Options {
+pub struct Options {
     /// Only this plugin.
     #[arg(long, value_name = "PLUGIN")]
     plugin: Option<String>,
@@ -102,32 +93,32 @@ static DEMOS: [Demo; 2] = [
     },
 ];
 
-/// The `main` of `tradeoff demo`, with the arguments after the word.
-pub fn run(arguments: impl Iterator<Item = OsString>) -> ExitCode {
-    subcommand("tradeoff demo", arguments, |options: &Options| {
-        if options.advise {
-            renew(&options.out.join(FILE))
-        } else {
-            measure(options)
+/// Measures, or renews the pages.
+///
+/// # Errors
+/// [`TradeoffError`] where a frame cannot be rendered, or a file not read or written.
+pub fn run(options: &Options) -> Result<(), TradeoffError> {
+    if options.advise {
+        let report = Report::read(options.out.join(FILE))?;
+        for (page, name, table) in pages(&report) {
+            renew_file(&page, &name, &table)?;
         }
-    })
-}
-
-fn measure(options: &Options) -> Result<(), TradeoffError> {
-    let mut report = Report::of_today();
+        return Ok(());
+    }
+    let mut report = Report::<PluginTimes>::default().of_today();
+    report.rows.size = options.size.to_string();
     let wanted = |demo: &&Demo| options.plugin.as_deref().is_none_or(|p| p == demo.plugin);
     for demo in DEMOS.iter().filter(wanted) {
         let (adapter, rows) = demo.rows(options)?;
         report.adapter = adapter;
-        report.measurements.extend(rows);
+        report.rows.plugins.insert(demo.plugin.into(), rows);
         println!("{}", table(&report, demo.plugin));
     }
-    std::fs::create_dir_all(&options.out).map_err(TradeoffError::file(&options.out))?;
     Ok(report.write(options.out.join(FILE))?)
 }
 
 impl Demo {
-    fn rows(&self, options: &Options) -> Result<(ReportAdapter, Vec<Measurement>), TradeoffError> {
+    fn rows(&self, options: &Options) -> Result<(ReportAdapter, Vec<TimeRow>), TradeoffError> {
         let mut adapter = ReportAdapter::default();
         let mut candidates = Vec::new();
         for (name, side, setting) in self.candidates {
@@ -137,54 +128,45 @@ impl Demo {
             let mut app = headless_app(self.scene, &picture)?;
             show(&mut app, *side)?;
             adapter = app.adapter().into();
-            let row = Measurement {
-                plugin: self.plugin.into(),
+            let row = TimeRow {
                 scene: self.scene.name().into(),
                 setting: (*name).into(),
-                reference: options.size.to_string(),
-                ..Measurement::default()
+                ..TimeRow::default()
             };
-            candidates.push(Candidate::new(app, row));
+            candidates.push((app, row));
         }
-        let rows = benchmark_apps(candidates, options.rounds, options.frames)?;
+        let (rounds, frames) = (options.rounds, options.frames);
+        let rows = benchmark_apps(candidates, rounds, frames, None, TimeRow::with_times)?;
         Ok((adapter, rows))
     }
 }
 
 /// The table of a plugin's page: milliseconds of a frame on the GPU, and its ratio to the first row's.
-pub fn table(report: &Report, plugin: &str) -> String {
-    let rows = report
-        .measurements
-        .iter()
-        .filter(|row| row.plugin == plugin);
-    let rows: Vec<_> = rows.filter_map(|row| Some((row, row.gpu_ms?))).collect();
-    let Some(&(first, baseline)) = rows.first() else {
+fn table(report: &Report<PluginTimes>, plugin: &str) -> String {
+    let rows = report.rows.plugins.get(plugin).into_iter().flatten();
+    let rows: Vec<_> = rows
+        .filter_map(|row| Some((row, row.times.gpu_ms?)))
+        .collect();
+    let Some(&(_, baseline)) = rows.first() else {
         return String::new();
     };
-    let mut text = format!(
-        "Measured on {}, {}.\n\n| filter | frame, ms | of Bevy's |\n| --- | --- | --- |\n",
+    let rows = rows.iter().map(|(row, ms)| {
+        let factor = number(Some(ms / baseline), 2);
+        vec![row.setting.clone(), number(Some(*ms), 1), factor]
+    });
+    let table = page::table(&["filter", "frame, ms", "of Bevy's"], rows);
+    format!(
+        "Measured on {}, {}.\n\n{table}",
         machine(report),
-        first.reference
-    );
-    for (row, ms) in &rows {
-        let _ = writeln!(text, "| {} | {ms:.1} | {:.2} |", row.setting, ms / baseline);
-    }
-    text
+        report.rows.size
+    )
 }
 
 /// The pages with their tables, by the names of the marks around them.
-pub fn pages(report: &Report) -> impl Iterator<Item = (PathBuf, String, String)> {
+pub fn pages(report: &Report<PluginTimes>) -> impl Iterator<Item = (PathBuf, String, String)> {
     DEMOS.iter().map(|demo| {
         let plugin = demo.plugin;
         let name = format!("{plugin} demo");
         (plugin_page(plugin), name, table(report, plugin))
     })
-}
-
-fn renew(file: &Path) -> Result<(), TradeoffError> {
-    let report = Report::read(file)?;
-    for (page, name, table) in pages(&report) {
-        renew_file(&page, &name, &table)?;
-    }
-    Ok(())
 }

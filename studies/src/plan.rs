@@ -1,9 +1,8 @@
 //! How much a study measures.
 
-use bevy_frugal_lab::ROOT;
 use std::path::{Path, PathBuf};
 
-use bevy_frugal_lab::{boxes::TracedScene, meshes::arcade::ArcadeSettings};
+use bevy_frugal_lab::{ROOT, boxes::TracedScene, meshes::arcade::ArcadeSettings};
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {

@@ -3,8 +3,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::record::Measurement;
-
 /// The settings of a plugin, by error and cost.
 #[derive(Clone, Debug)]
 pub struct Summary {
@@ -184,20 +182,17 @@ impl Summary {
     }
 }
 
-/// Means of a figure over the rows of each setting. Settings that lack some of the scenes that
+/// Means of the figures of each setting, which come with its name. Settings that lack some of the scenes that
 /// others have are left out: their means would be of something else.
 pub fn means<'a>(
-    rows: impl IntoIterator<Item = &'a Measurement>,
-    figure: impl Fn(&Measurement) -> Option<f64>,
-) -> BTreeMap<String, f64> {
-    let mut figures: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-    for row in rows {
-        if let Some(value) = figure(row) {
-            figures.entry(row.setting.clone()).or_default().push(value);
-        }
+    figures: impl IntoIterator<Item = (&'a String, Option<f64>)>,
+) -> BTreeMap<&'a str, f64> {
+    let mut by_setting: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for (setting, figure) in figures {
+        by_setting.entry(setting).or_default().extend(figure);
     }
-    let most = figures.values().map(Vec::len).max().unwrap_or(0);
-    figures
+    let most = by_setting.values().map(Vec::len).max().unwrap_or(0).max(1);
+    by_setting
         .into_iter()
         .filter(|(_, values)| values.len() == most)
         .map(|(name, values)| (name, values.iter().sum::<f64>() / most as f64))
@@ -272,18 +267,13 @@ pub(super) mod tests {
 
     #[test]
     fn means_are_of_settings_with_all_scenes() {
-        let row = |setting: &str, mse| Measurement {
-            setting: setting.into(),
-            mse,
-            ..Measurement::default()
-        };
-        let rows = [
-            row("a", Some(1.0)),
-            row("a", Some(3.0)),
-            row("b", Some(1.0)),
-            row("b", None),
-        ];
-        let found = means(&rows, |row| row.mse);
-        assert_eq!(found.into_iter().collect::<Vec<_>>(), [("a".into(), 2.0)]);
+        let [a, b] = ["a", "b"].map(String::from);
+        let found = means([
+            (&a, Some(1.0)),
+            (&a, Some(3.0)),
+            (&b, Some(1.0)),
+            (&b, None),
+        ]);
+        assert_eq!(found.into_iter().collect::<Vec<_>>(), [("a", 2.0)]);
     }
 }

@@ -5,26 +5,25 @@
 
 use std::{
     collections::BTreeMap,
-    fmt::Write,
     fs,
     path::Path,
     process::{Command, Stdio},
 };
 
 use bevy::prelude::*;
+use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
 use serde::{Deserialize, Serialize};
 
-use super::{
-    app::{add_plugin, spawn_camera},
-    configurations::{Kind, PLUGINS, configurations},
-    error::CostError,
-    pipelines::settle,
-    record,
-    scene::Scene,
-    shim,
-    skin::{SMALL_TEXTURE, Skin},
+use crate::{
+    cost::{
+        CostError,
+        app::{SMALL_TEXTURE, Skin, add_plugin, spawn_camera},
+        configurations::{Kind, PLUGINS, Scene, configurations},
+        pipelines::{PART, part, script, settle, this_program},
+    },
+    page::{self, number},
+    record::write_json,
 };
-use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
 
 /// Name of the file in its folder.
 pub const FILE: &str = "cpu_systems.json";
@@ -88,7 +87,7 @@ pub struct SystemRow {
 /// [`CostError::Failed`] where there is no `perf`, or the program fails under it.
 pub fn measure(inside: bool, gpu: &str, folder: &Path) -> Result<(), CostError> {
     if inside {
-        return draw(&shim::part());
+        return draw(&part());
     }
     let mut rows = Vec::new();
     for (index, field) in FIELDS.into_iter().enumerate() {
@@ -104,7 +103,7 @@ pub fn measure(inside: bool, gpu: &str, folder: &Path) -> Result<(), CostError> 
             }
         }
     }
-    record::write_json(&rows, &folder.join(FILE))
+    Ok(write_json(&rows, &folder.join(FILE))?)
 }
 
 /// Draws the frames of a part of the work: the name of a plugin, which is at its defaults, and the index of a field.
@@ -211,11 +210,9 @@ fn sampled(gpu: &str, plugin: &str, name: &str) -> Result<Vec<(String, f64)>, Co
         "dwarf,16384",
         "-o",
     ]);
-    perf.arg(&file).arg("--").arg(shim::script().get_program());
-    perf.args(["run", gpu])
-        .arg(shim::this_program().get_program());
-    perf.args(["cost", "--systems", "--inside"])
-        .env(shim::PART, name);
+    perf.arg(&file).arg("--").arg(script().get_program());
+    perf.args(["run", gpu]).arg(this_program().get_program());
+    perf.args(["cost", "--systems", "--inside"]).env(PART, name);
     let output = perf.stderr(Stdio::null()).output();
     let output = output.map_err(|error| failed(&format!("`perf` is needed for this: {error}")))?;
     let marks = marks(&String::from_utf8_lossy(&output.stdout));
@@ -291,24 +288,23 @@ pub fn table(rows: &[SystemRow]) -> String {
             (moving, 0) => format!("{moving} move"),
             (_, replaced) => format!("{replaced} are replaced"),
         };
-        format!(" {}: {change} |", field.meshes)
+        format!("{}: {change}", field.meshes)
     });
-    let mut text = format!(
-        "| system, ms |{}\n| --- |{}\n",
-        heads.collect::<String>(),
-        " --- |".repeat(fields.len())
-    );
+    let heads: Vec<_> = ["system, ms".to_string()]
+        .into_iter()
+        .chain(heads)
+        .collect();
     let mut names: Vec<_> = rows.iter().map(|row| &row.system).collect();
     names.sort_unstable();
     names.dedup();
-    for name in names {
-        let cells = fields.iter().map(|of_row| {
-            let row = { rows.iter() }.find(|row| row.system == *name && row.field == *of_row);
-            row.map_or(" |".into(), |row| format!(" {:.2} |", row.process_ms))
+    let lines = names.into_iter().map(|name| {
+        let cells = fields.iter().map(|field| {
+            let row = { rows.iter() }.find(|row| row.system == *name && row.field == *field);
+            number(row.map(|row| row.process_ms), 2)
         });
-        let _ = writeln!(text, "| `{name}` |{}", cells.collect::<String>());
-    }
-    text
+        [format!("`{name}`")].into_iter().chain(cells).collect()
+    });
+    page::table(&heads, lines)
 }
 
 #[cfg(test)]

@@ -9,57 +9,33 @@
 //! created with `VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR`, which wgpu-hal does not set; it would take Vulkan
 //! pipelines of our own beside wgpu's, so they are left out.
 //!
-//! A program starts itself again under that driver ([`shim`]). There it builds, for each
+//! A program starts itself again under that driver ([`pipelines`]). There it builds, for each
 //! [`Configuration`](configurations::Configuration) of a plugin and for Bevy alone, small scenes with one material each ([`mod@app`]),
 //! and compiles every pipeline of interest a second time, one at a time ([`pipelines`]): what the driver
-//! prints between two marks belongs to the pipeline whose name is in the marks ([`statistics`]). So no
+//! prints between two marks belongs to the pipeline whose name is in the marks ([`pipelines`]). So no
 //! order of compiling is assumed.
-//!
-//! | module | gives |
-//! | --- | --- |
-//! | [`shim`] | starting a program under the driver |
-//! | [`mod@configurations`] | what is compiled, by name |
-//! | [`scene`] | what is drawn |
-//! | [`skin`] | the materials |
-//! | [`mod@app`] | a configuration in an app |
-//! | [`pipelines`] | every pipeline of an app, compiled between marks |
-//! | [`statistics`] | what the driver printed, as rows |
-//! | [`mod@record`] | rows with those of Bevy beside them, in files |
-//! | [`cpu`] | the CPU's time for the plugins' systems, where the GPU takes none |
-//! | [`fetches`] | texture fetches of a pixel, counted on an adapter that draws |
-//! | [`tables`] | tables for the plugins' pages |
-//! | [`charts`] | accuracy against compiled cost |
-//! | [`mod@budget`] | rows that may not grow unnoticed |
+
+use std::path::PathBuf;
+
+use bevy_frugal_lab::headless::HeadlessError;
+use clap::Parser;
+use thiserror::Error;
+
+use self::{configurations::configurations, record::Budget};
+use crate::record::FileError;
 
 pub mod app;
-pub mod budget;
-pub mod charts;
 pub mod configurations;
+pub mod counting;
 pub mod cpu;
-pub mod error;
 pub mod fetches;
 pub mod pipelines;
 pub mod record;
-pub mod scene;
-pub mod shim;
-pub mod skin;
-pub mod statistics;
 pub mod tables;
-
-use std::{ffi::OsString, path::PathBuf, process::ExitCode};
-
-use clap::Parser;
-
-use budget::Budget;
-use configurations::configurations;
-use error::CostError;
-
-use crate::subcommand::subcommand;
 
 /// The command line of `tradeoff cost`.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "tradeoff cost")]
-struct Options {
+pub struct Options {
     /// GPUs to compile for, as Mesa names them: navi31 (RDNA 3), navi21 (RDNA 2), vega10 (GCN 5).
     #[arg(long, value_name = "GPU,..", value_delimiter = ',', default_values = ["navi31", "navi21", "vega10"])]
     gpu: Vec<String>,
@@ -83,18 +59,16 @@ struct Options {
     inside: bool,
 }
 
-/// The `main` of `tradeoff cost`, with the arguments after the word.
-pub fn run(arguments: impl Iterator<Item = OsString>) -> ExitCode {
-    subcommand("tradeoff cost", arguments, measure)
-}
-
-fn measure(options: &Options) -> Result<(), CostError> {
+/// Does what the command line asks for.
+///
+/// # Errors
+/// [`CostError`].
+pub fn measure(options: &Options) -> Result<(), CostError> {
     if options.advise {
         let rows = record::read(&options.out)?;
-        record::write(&rows, &options.out)?;
         tables::renew(&rows, &options.out)?;
-        charts::write(&rows, &options.out)?;
-        return Budget::read()?.renewed(&rows).write();
+        tables::draw(&rows, &options.out)?;
+        return Ok(Budget::read()?.renewed(&rows).write()?);
     }
     let plugin = options.plugin.as_deref();
     if options.systems {
@@ -108,7 +82,7 @@ fn measure(options: &Options) -> Result<(), CostError> {
         return pipelines::print(&wanted);
     }
     wanted.retain(|c| c.plugin == "bevy" || plugin.is_none_or(|p| p == c.plugin));
-    let mut program = shim::this_program();
+    let mut program = pipelines::this_program();
     program.args(["cost", "--inside"]);
     let mut rows = Vec::new();
     for gpu in &options.gpu {
@@ -119,7 +93,7 @@ fn measure(options: &Options) -> Result<(), CostError> {
     }
     let rows = record::renewed(&options.out, rows)?;
     record::write(&rows, &options.out)?;
-    charts::write(&rows, &options.out)?;
+    tables::draw(&rows, &options.out)?;
     for gpu in &options.gpu {
         for (plugin, _) in configurations::PLUGINS {
             let table = tables::page(&rows, gpu, plugin);
@@ -128,4 +102,21 @@ fn measure(options: &Options) -> Result<(), CostError> {
     }
     println!("written to {}", options.out.display());
     Ok(())
+}
+
+/// Why there is no figure.
+#[derive(Debug, Error)]
+pub enum CostError {
+    /// The driver is not there, or too old; what to do about it.
+    #[error("{0}")]
+    NoDriver(String),
+    /// What was to be compiled or measured failed; why.
+    #[error("on the GPU that is not there: {0}")]
+    Failed(String),
+    /// The app could not be built, or a pipeline failed.
+    #[error(transparent)]
+    App(#[from] HeadlessError),
+    /// A file could not be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
 }

@@ -1,11 +1,14 @@
 //! Rows with those of Bevy beside them, in files.
 
-use std::{fmt::Write, path::Path};
+use std::path::{Path, PathBuf};
 
+use bevy_frugal_lab::ROOT;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
-use super::error::CostError;
+use crate::{
+    cost::configurations::{Configuration, configurations},
+    record::{FileError, read_json, write_json},
+};
 
 /// What a shader of a pipeline takes. The baseline is the shader that Bevy alone has for the same material,
 /// pass and GPU; a plugin's own pass has none.
@@ -52,29 +55,6 @@ pub struct CostRow {
     pub baseline_waves: Option<u64>,
 }
 
-/// Columns of the CSV, which are the fields of a row.
-const COLUMNS: [&str; 19] = [
-    "plugin",
-    "setting",
-    "gpu",
-    "driver",
-    "material",
-    "pass",
-    "stage",
-    "instructions",
-    "valu",
-    "vmem",
-    "vgprs",
-    "waves",
-    "lds",
-    "scratch",
-    "code_bytes",
-    "compile_ms",
-    "baseline_instructions",
-    "baseline_vgprs",
-    "baseline_waves",
-];
-
 impl CostRow {
     /// Whether it is Bevy's without a plugin.
     pub fn is_baseline(&self) -> bool {
@@ -112,8 +92,8 @@ const FILE: &str = "cost.json";
 /// Reads `cost.json` of a folder.
 ///
 /// # Errors
-/// [`CostError::File`], naming the path.
-pub fn read(folder: &Path) -> Result<Vec<CostRow>, CostError> {
+/// [`FileError`], naming the path.
+pub fn read(folder: &Path) -> Result<Vec<CostRow>, FileError> {
     read_json(&folder.join(FILE))
 }
 
@@ -121,8 +101,8 @@ pub fn read(folder: &Path) -> Result<Vec<CostRow>, CostError> {
 /// of plugins and GPUs.
 ///
 /// # Errors
-/// [`CostError::File`], naming the path.
-pub fn renewed(folder: &Path, new: Vec<CostRow>) -> Result<Vec<CostRow>, CostError> {
+/// [`FileError`], naming the path.
+pub fn renewed(folder: &Path, new: Vec<CostRow>) -> Result<Vec<CostRow>, FileError> {
     let mut rows = match folder.join(FILE).exists() {
         true => read(folder)?,
         false => Vec::new(),
@@ -138,52 +118,126 @@ pub fn renewed(folder: &Path, new: Vec<CostRow>) -> Result<Vec<CostRow>, CostErr
     Ok(rows)
 }
 
-/// Writes `cost.json` and `cost.csv` into a folder, which is made where it is missing.
+/// Writes `cost.json` into a folder.
 ///
 /// # Errors
-/// [`CostError::File`], naming the path.
-pub fn write(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
-    write_json(&rows, &folder.join(FILE))?;
-    write_text(&csv(rows), &folder.join("cost.csv"))
+/// [`FileError`], naming the path.
+pub fn write(rows: &[CostRow], folder: &Path) -> Result<(), FileError> {
+    write_json(&rows, &folder.join(FILE))
 }
 
-fn csv(rows: &[CostRow]) -> String {
-    let mut text = COLUMNS.join(",") + "\n";
-    for row in rows {
-        let row = serde_json::json!(row);
-        let cells = COLUMNS.map(|column| match &row[column] {
-            Value::Null => String::new(),
-            value => value.to_string(),
-        });
-        let _ = writeln!(text, "{}", cells.join(","));
+/// The share by which a figure may grow.
+const TOLERANCE: f64 = 0.03;
+
+/// The file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Budget {
+    /// The version of Mesa: another one compiles to other code.
+    pub mesa: String,
+    /// The GPU, as Mesa names it.
+    pub gpu: String,
+    /// The rows.
+    pub rows: Vec<BudgetRow>,
+}
+
+/// The most that a shader may take; the fields are those of [`CostRow`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BudgetRow {
+    pub plugin: String,
+    pub setting: String,
+    pub material: String,
+    pub pass: String,
+    pub instructions: u64,
+    pub vgprs: u64,
+}
+
+impl Budget {
+    /// Reads the committed file.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn read() -> Result<Self, FileError> {
+        read_json(&path())
     }
-    text
+
+    /// Writes the committed file.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn write(&self) -> Result<(), FileError> {
+        write_json(self, &path())
+    }
+
+    /// The configurations that have its rows, with no other scenes.
+    pub fn configurations(&self) -> Vec<Configuration> {
+        let mut all = configurations();
+        for c in &mut all {
+            let rows = self
+                .rows
+                .iter()
+                .filter(|r| r.plugin == c.plugin && r.setting == c.setting);
+            let materials: Vec<_> = rows.map(|row| &row.material).collect();
+            c.scenes
+                .retain(|scene| materials.iter().any(|name| *name == scene.material()));
+        }
+        all.retain(|c| !c.scenes.is_empty());
+        all
+    }
+
+    /// The same rows with the figures of others; those that are not among them are gone.
+    pub fn renewed(&self, rows: &[CostRow]) -> Self {
+        let renewed = self.rows.iter().filter_map(|row| {
+            let found = rows
+                .iter()
+                .find(|found| found.gpu == self.gpu && row.is_of(found))?;
+            Some(BudgetRow {
+                instructions: found.instructions,
+                vgprs: found.vgprs,
+                ..row.clone()
+            })
+        });
+        Self {
+            rows: renewed.collect(),
+            ..self.clone()
+        }
+    }
+
+    /// What is above it or was not compiled, a line each.
+    pub fn exceeded_by(&self, rows: &[CostRow]) -> Vec<String> {
+        self.rows
+            .iter()
+            .filter_map(|row| row.exceeded_by(rows))
+            .collect()
+    }
 }
 
-pub(super) fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, CostError> {
-    let json = std::fs::read(path).and_then(|json| Ok(serde_json::from_slice(&json)?));
-    json.map_err(|source| CostError::File {
-        path: path.into(),
-        source,
-    })
+impl BudgetRow {
+    fn is_of(&self, row: &CostRow) -> bool {
+        let own = [&self.plugin, &self.setting, &self.material, &self.pass];
+        own == [&row.plugin, &row.setting, &row.material, &row.pass]
+    }
+
+    fn exceeded_by(&self, rows: &[CostRow]) -> Option<String> {
+        let name = [&*self.plugin, &self.setting, &self.material, &self.pass].join(", ");
+        let Some(found) = rows.iter().find(|row| self.is_of(row)) else {
+            return Some(format!("{name}: not compiled"));
+        };
+        let figures = [
+            ("instructions", found.instructions, self.instructions),
+            ("VGPRs", found.vgprs, self.vgprs),
+        ];
+        let above = figures
+            .into_iter()
+            .filter(|(_, now, most)| *now as f64 > *most as f64 * (1.0 + TOLERANCE));
+        let above: Vec<_> = above
+            .map(|(what, now, most)| format!("{now} {what}, budget {most}"))
+            .collect();
+        (!above.is_empty()).then(|| format!("{name}: {}", above.join("; ")))
+    }
 }
 
-pub(super) fn write_json<T: Serialize>(value: &T, path: &Path) -> Result<(), CostError> {
-    let json = serde_json::to_string_pretty(value);
-    let json = json.map_err(|error| CostError::File {
-        path: path.into(),
-        source: error.into(),
-    })?;
-    write_text(&(json + "\n"), path)
-}
-
-pub(super) fn write_text(text: &str, path: &Path) -> Result<(), CostError> {
-    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-    let written = made.and_then(|()| std::fs::write(path, text));
-    written.map_err(|source| CostError::File {
-        path: path.into(),
-        source,
-    })
+fn path() -> PathBuf {
+    Path::new(ROOT).join(FOLDER).join("budget.json")
 }
 
 #[cfg(test)]
@@ -207,13 +261,6 @@ mod tests {
         let found = beside_bevy(rows);
         let baselines: Vec<_> = found.iter().map(|row| row.baseline_instructions).collect();
         assert_eq!(baselines, [Some(3), None, None]);
-        let text = csv(&found);
-        let lines: Vec<_> = text.lines().collect();
-        assert_eq!(lines.len(), 4);
-        assert_eq!(
-            lines[1],
-            r#""ewa","default","","","","forward","",9,0,0,0,0,0,0,0,0.0,3,0,0"#
-        );
     }
 
     #[test]
@@ -239,17 +286,52 @@ mod tests {
         // In the order of plugins, then of GPUs.
         assert_eq!(instructions, [3, 4, 1]);
     }
+}
+
+#[cfg(test)]
+mod budget_tests {
+    use super::*;
 
     #[test]
-    fn every_field_is_a_column() {
-        let row = serde_json::json!(CostRow::default());
-        let fields: Vec<_> = row
-            .as_object()
-            .expect("an object")
-            .keys()
-            .map(String::as_str)
-            .collect();
-        assert_eq!(fields.len(), COLUMNS.len());
-        assert!(fields.iter().all(|field| COLUMNS.contains(field)));
+    fn growth_of_more_than_the_tolerance_is_named() {
+        let row = |instructions, vgprs| CostRow {
+            plugin: "ewa".into(),
+            gpu: "navi31".into(),
+            instructions,
+            vgprs,
+            ..CostRow::default()
+        };
+        let budget = Budget {
+            mesa: String::new(),
+            gpu: "navi31".into(),
+            rows: vec![BudgetRow {
+                plugin: "ewa".into(),
+                setting: String::new(),
+                material: String::new(),
+                pass: String::new(),
+                instructions: 1000,
+                vgprs: 96,
+            }],
+        };
+        assert!(budget.exceeded_by(&[row(1030, 96)]).is_empty());
+        assert_eq!(budget.exceeded_by(&[row(1031, 96)]).len(), 1);
+        assert!(budget.exceeded_by(&[row(900, 108)])[0].ends_with("108 VGPRs, budget 96"));
+        assert!(budget.exceeded_by(&[])[0].contains("not compiled"));
+        assert_eq!(budget.renewed(&[row(900, 84)]).rows[0].vgprs, 84);
+    }
+
+    #[test]
+    fn every_row_of_the_file_is_compiled() {
+        let budget = Budget::read().expect("the committed budget");
+        let configurations = budget.configurations();
+        for row in &budget.rows {
+            let found = configurations.iter().any(|c| {
+                let materials: Vec<_> = c.scenes.iter().map(|scene| scene.material()).collect();
+                c.plugin == row.plugin
+                    && c.setting == row.setting
+                    && materials.contains(&&*row.material)
+            });
+            assert!(found, "{row:?}");
+        }
     }
 }

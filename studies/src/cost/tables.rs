@@ -1,18 +1,27 @@
 //! Tables of the rows, for the plugins' pages.
 
-use bevy_frugal_lab::ROOT;
-use std::{collections::BTreeSet, fmt::Write, path::Path};
-
-use super::{
-    configurations::PLUGINS,
-    cpu,
-    error::CostError,
-    fetches,
-    pipelines::{COPY, TONE_MAPPING},
-    record::{self, CostRow},
-    scene::Scene,
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
 };
-use crate::markdown::renewed;
+
+use bevy_frugal_lab::ROOT;
+
+use crate::{
+    chart,
+    cost::{
+        CostError,
+        configurations::{PLUGINS, Scene},
+        cpu, fetches,
+        pipelines::{COPY, TONE_MAPPING},
+        record::CostRow,
+    },
+    page::{plugin_page, renew_file, table},
+    record::{FileError, read_json, write_text},
+    run::{AnyStudy, STUDIES, Study, read},
+    summary::{Choice, Quantity, Source, Summary},
+    wavelet_tex::{WaveletTex, tunnel::TunnelRow},
+};
 
 /// The GPU of the pages' tables and charts.
 pub const GPU: &str = "navi31";
@@ -79,21 +88,16 @@ fn materials(all: &[&CostRow], own: &[&CostRow], plugin: &str) -> String {
                 .any(|row| is_at(row, *scene, pass) && differs(row))
         })
         .collect();
-    let mut text = "| setting |".to_string();
-    for (_, _, name) in &places {
-        let _ = write!(text, " {name} |");
-    }
-    let _ = writeln!(text, "\n| --- |{}", " --- |".repeat(places.len()));
-    for (name, rows) in lines {
-        let cells: Vec<_> = places
+    let heads: Vec<_> = { places.iter() }.map(|(_, _, name)| *name).collect();
+    let lines = lines.into_iter().filter_map(|(name, rows)| {
+        let cells = places
             .iter()
-            .map(|(scene, pass, _)| cell(&rows, *scene, pass))
-            .collect();
-        if cells.iter().any(|cell| !cell.is_empty()) {
-            let _ = writeln!(text, "| {name} | {} |", cells.join(" | "));
-        }
-    }
-    text
+            .map(|(scene, pass, _)| cell(&rows, *scene, pass));
+        let cells: Vec<_> = cells.collect();
+        let is_any = cells.iter().any(|cell| !cell.is_empty());
+        is_any.then(|| [vec![name], cells].concat())
+    });
+    table(&[vec!["setting"], heads].concat(), lines)
 }
 
 fn find_all<'a>(rows: &[&'a CostRow], plugin: &str, setting: &str) -> Vec<&'a CostRow> {
@@ -128,31 +132,42 @@ fn passes(all: &[&CostRow], own: &[&CostRow]) -> String {
             |row: &&CostRow| row.is_baseline() && [TONE_MAPPING, COPY].contains(&row.pass.as_str());
         rows.extend(all.iter().copied().filter(is_bevys));
     }
-    let mut text = String::new();
-    for row in rows {
-        if seen.insert((&row.pass, row.instructions, row.vgprs)) {
-            let setting = if row.is_baseline() {
-                "Bevy alone".into()
-            } else {
-                let material = match &*row.material {
-                    material if material == Scene::BaseColor.material() => String::new(),
-                    material => format!(" ({material})"),
-                };
-                format!("`{}`{material}", row.setting)
+    rows.retain(|row| seen.insert((&row.pass, row.instructions, row.vgprs)));
+    if rows.is_empty() {
+        return String::new();
+    }
+    let rows = rows.into_iter().map(|row| {
+        let setting = if row.is_baseline() {
+            "Bevy alone".into()
+        } else {
+            let material = match &*row.material {
+                material if material == Scene::BaseColor.material() => String::new(),
+                material => format!(" ({material})"),
             };
-            let _ = writeln!(
-                text,
-                "| `{}` | {setting} | {} | {} | {} | {} | {} | {} |",
-                row.pass, row.instructions, row.valu, row.vmem, row.vgprs, row.waves, row.lds
-            );
-        }
-    }
-    if text.is_empty() {
-        return text;
-    }
-    let header = "\n| pass | setting | instructions | VALU | VMEM | VGPRs | waves | LDS bytes |\n\
-                  | --- | --- | --- | --- | --- | --- | --- | --- |\n";
-    header.to_string() + &text
+            format!("`{}`{material}", row.setting)
+        };
+        let figures = [
+            row.instructions,
+            row.valu,
+            row.vmem,
+            row.vgprs,
+            row.waves,
+            row.lds,
+        ];
+        let figures = figures.map(|figure| figure.to_string());
+        [vec![format!("`{}`", row.pass), setting], figures.into()].concat()
+    });
+    let heads = [
+        "pass",
+        "setting",
+        "instructions",
+        "VALU",
+        "VMEM",
+        "VGPRs",
+        "waves",
+        "LDS bytes",
+    ];
+    format!("\n{}", table(&heads, rows))
 }
 
 /// Renews what stands between `<!-- tradeoff NAME -->` and `<!-- end -->` in the pages: compiled cost and fetches
@@ -161,50 +176,120 @@ fn passes(all: &[&CostRow], own: &[&CostRow]) -> String {
 /// # Errors
 /// [`CostError::File`] where figures or a page cannot be read, or a page not written.
 pub fn renew(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
-    for (page, tables) in pages(rows, folder)? {
-        let path = root().join(page);
-        let document = std::fs::read_to_string(&path);
-        let mut document = document.map_err(|source| CostError::File {
-            path: path.clone(),
-            source,
-        })?;
-        for (name, table) in tables {
-            if let Some(text) = renewed(&document, &name, &table) {
-                document = text;
-            }
-        }
-        record::write_text(&document, &path)?;
+    for (page, name, table) in pages(rows, folder)? {
+        renew_file(&page, &name, &table)?;
     }
     Ok(())
-}
-
-fn root() -> &'static Path {
-    Path::new(ROOT)
 }
 
 /// The path of each page, and its tables by name.
 ///
 /// # Errors
 /// [`CostError::File`] where figures cannot be read.
-pub fn pages(
-    rows: &[CostRow],
-    folder: &Path,
-) -> Result<Vec<(String, Vec<(String, String)>)>, CostError> {
-    let counted = fetches::record::read()?;
-    let systems: Vec<cpu::SystemRow> = record::read_json(&folder.join(cpu::FILE))?;
-    let mut pages = vec![(
-        "README.md".to_string(),
-        vec![("cpu systems".to_string(), cpu::table(&systems))],
-    )];
+pub fn pages(rows: &[CostRow], folder: &Path) -> Result<Vec<(PathBuf, String, String)>, CostError> {
+    let counted = fetches::read()?;
+    let systems: Vec<cpu::SystemRow> = read_json(&folder.join(cpu::FILE))?;
+    let readme = Path::new(ROOT).join("README.md");
+    let mut pages = vec![(readme, "cpu systems".into(), cpu::table(&systems))];
     for (plugin, _) in PLUGINS {
-        let tables = vec![
-            (format!("{plugin} cost"), page(rows, GPU, plugin)),
+        let fetches = fetches::page(&counted, plugin);
+        pages.extend([
             (
-                format!("{plugin} fetches"),
-                fetches::tables::page(&counted, plugin),
+                plugin_page(plugin),
+                format!("{plugin} cost"),
+                page(rows, GPU, plugin),
             ),
-        ];
-        pages.push((format!("crates/bevy_{plugin}/README.md"), tables));
+            (plugin_page(plugin), format!("{plugin} fetches"), fetches),
+        ]);
     }
     Ok(pages)
+}
+
+/// Where accuracy comes from, relative to the repository.
+const ACCURACY: &str = "docs/measurements/llvmpipe";
+
+/// Writes one chart a plugin, named as the plugin.
+///
+/// # Errors
+/// [`FileError`], naming the path.
+pub fn draw(rows: &[CostRow], folder: &Path) -> Result<(), FileError> {
+    let rows: Vec<_> = rows.iter().filter(|row| row.gpu == GPU).collect();
+    for study in &STUDIES {
+        let Some(summary) = summary(study, &rows)? else {
+            continue;
+        };
+        let machine =
+            { rows.first() }.map_or(String::new(), |row| format!("{GPU}, {}", row.driver));
+        let svg = chart::svg(&summary, &machine);
+        write_text(&svg, &folder.join(study.name).with_extension("svg"))?;
+    }
+    Ok(())
+}
+
+/// The settings that have both, or none where there are none.
+fn summary(study: &AnyStudy, rows: &[&CostRow]) -> Result<Option<Summary>, FileError> {
+    let plugin = study.name;
+    let accuracy = Path::new(ROOT).join(ACCURACY);
+    let mut summary = (study.summary)(&accuracy)?;
+    if plugin == WaveletTex::NAME {
+        // What its study summarises is rates, whose code is the same.
+        summary.choices = filters(&read::<WaveletTex>(&accuracy)?.rows.tunnel);
+        summary.error = Quantity::more("PSNR in the tunnel", "dB", 1);
+    }
+    let costs = costs(plugin, rows);
+    summary
+        .choices
+        .retain_mut(|choice| match costs.get(choice.name.as_str()) {
+            Some(cost) => {
+                choice.cost = *cost;
+                choice.source != Source::Published
+            }
+            None => false,
+        });
+    summary.title = format!("bevy_{plugin}: accuracy against compiled cost");
+    summary.cost = Quantity::less(
+        "instructions of all its shaders, one map",
+        "of Bevy's own",
+        2,
+    );
+    Ok((!summary.choices.is_empty()).then_some(summary))
+}
+
+/// PSNR of the filters, and of the hardware's trilinear one over BC7.
+fn filters(rows: &[TunnelRow]) -> Vec<Choice> {
+    let choices = rows.iter().filter_map(|row| {
+        let (name, source) = match row.setting.strip_prefix("color3 ") {
+            Some(filter) => (filter, Source::Ours),
+            None if row.setting == BEVYS[0] => (BEVYS[0], Source::Baseline),
+            None => return None,
+        };
+        Some(Choice {
+            name: name.into(),
+            error: row.error?.psnr_db?,
+            cost: 0.0,
+            source,
+        })
+    });
+    choices.collect()
+}
+
+/// What the studies call that which Bevy does alone.
+const BEVYS: [&str; 2] = ["bc7 trilinear", "rgba16float"];
+
+/// Instructions of a setting's shaders in the scene with one map, over those of Bevy's material.
+fn costs<'a>(plugin: &str, rows: &[&'a CostRow]) -> BTreeMap<&'a str, f64> {
+    let mut costs = BTreeMap::from(BEVYS.map(|name| (name, 1.0)));
+    let is_one =
+        |row: &&&CostRow| row.plugin == plugin && row.material == Scene::BaseColor.material();
+    let Some(bevy) = rows
+        .iter()
+        .filter(is_one)
+        .find_map(|row| row.baseline_instructions)
+    else {
+        return costs;
+    };
+    for row in rows.iter().filter(is_one) {
+        *costs.entry(row.setting.as_str()).or_default() += row.instructions as f64 / bevy as f64;
+    }
+    costs
 }

@@ -1,15 +1,13 @@
 //! The arcade: curved meshes with textures, holes and emission, a light that moves and a door that opens.
 
-use crate::{
-    plan::ArcadePlan,
-    record::Measurement,
-    voxel_gi::{arcade::ArcadeApp, settings::Setting},
-};
 use bevy::prelude::*;
-use bevy_frugal_lab::meshes::arcade::ArcadeSettings;
+use bevy_frugal_lab::{meshes::arcade::ArcadeSettings, testing::gpu};
 use bevy_voxel_gi::VoxelGiVolume;
 
-use bevy_frugal_lab::testing::gpu;
+use crate::{
+    plan::ArcadePlan,
+    voxel_gi::{LightRow, arcade::ArcadeApp, settings::Setting},
+};
 
 fn arcade() -> ArcadeApp {
     ArcadeApp::new(&ArcadePlan {
@@ -23,7 +21,7 @@ fn arcade() -> ArcadeApp {
 }
 
 /// The rows of a volume of 16^3 voxels.
-fn rows(app: &mut ArcadeApp) -> Vec<Measurement> {
+fn rows(app: &mut ArcadeApp) -> Vec<LightRow> {
     let setting = Setting {
         name: "trace".into(),
         volume: VoxelGiVolume {
@@ -41,7 +39,7 @@ fn rows(app: &mut ArcadeApp) -> Vec<Measurement> {
     rows
 }
 
-fn error(rows: &[Measurement], scene: &str, setting: &str) -> f64 {
+fn error(rows: &[LightRow], scene: &str, setting: &str) -> f64 {
     let row = rows
         .iter()
         .find(|row| row.scene == scene && row.setting == setting);

@@ -1,23 +1,20 @@
 //! What the plugins' shaders cost when they are compiled for a GPU.
 
+use bevy_frugal_lab::testing::{gpu, skipped};
+
 use crate::{
     cost::{
-        budget::Budget,
-        configurations::{Configuration, NO_MAP, configurations},
+        configurations::{Configuration, NO_MAP, Scene, configurations},
         fetches, pipelines,
-        record::CostRow,
-        scene::Scene,
-        shim,
+        record::{Budget, CostRow},
     },
-    ycocg_fb::settings::settings,
+    ycocg_fb::settings,
 };
-
-use bevy_frugal_lab::testing::{gpu, skipped};
 
 #[test]
 fn no_shader_has_grown_unnoticed() {
     let budget = Budget::read().expect("the committed budget");
-    match shim::check() {
+    match pipelines::check() {
         Ok(mesa) if mesa == budget.mesa => {}
         Ok(mesa) => {
             return skipped(&format!(
@@ -28,7 +25,7 @@ fn no_shader_has_grown_unnoticed() {
         Err(error) => return skipped(&format!("the budget of shaders: {error}")),
     }
     let _gpu = gpu();
-    let mut program = shim::this_program();
+    let mut program = pipelines::this_program();
     program.args([
         "--exact",
         "tests::cost::compiles_what_is_in_the_budget",

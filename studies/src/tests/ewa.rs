@@ -1,12 +1,13 @@
 //! The study of elliptical filtering, at its smallest.
 
-use crate::{
-    ewa::{STUDY, settings::SETTINGS},
-    plan::Plan,
-};
+use bevy_frugal_lab::{lookups::scenes::SCENES, testing::gpu};
 use indicatif::ProgressBar;
 
-use bevy_frugal_lab::{lookups::scenes::SCENES, testing::gpu};
+use crate::{
+    ewa::{Ewa, SETTINGS},
+    plan::Plan,
+    run::Study,
+};
 
 const SCENE_NAMES: [&str; 7] = [
     "tunnel",
@@ -40,10 +41,11 @@ fn every_scene_has_every_setting_against_both_references() {
     plan.picture = Some([150, 100]);
     plan.rounds = 1;
     plan.frames = 2;
-    let report = (STUDY.measure)(&plan, &ProgressBar::hidden()).expect("a report");
+    let report = Ewa::measure(&plan, &ProgressBar::hidden()).expect("a report");
     let software = report.adapter.name.contains("llvmpipe");
+    let rows = &report.rows;
     let find = |scene: &str, setting: &str, reference: &str| {
-        let mut rows = report.measurements.iter();
+        let mut rows = rows.pictures.iter();
         rows.find(|row| row.scene == scene && row.setting == setting && row.reference == reference)
     };
     let row = |scene: &str, setting: &str, reference: &str| {
@@ -58,19 +60,20 @@ fn every_scene_has_every_setting_against_both_references() {
         for scene in SCENE_NAMES {
             for reference in ["truth", "ewa"] {
                 let row = row(scene, setting, reference);
-                let figures = [row.mse, row.flip, row.max_error, row.fetches];
-                let finite =
-                    |figure: Option<f64>| figure.is_some_and(|f| f >= 0.0 && f.is_finite());
+                let error = row.error;
+                let figures = [error.mse, error.flip, error.max_error, row.fetches];
+                let finite = |f: f64| f >= 0.0 && f.is_finite();
                 assert!(figures.into_iter().all(finite), "{row:?}");
-                assert!(row.psnr_db.is_none_or(|psnr| psnr > 10.0), "{row:?}");
+                assert!(error.psnr_db.is_none_or(|psnr| psnr > 10.0), "{row:?}");
             }
         }
-        let time = row("tunnel", setting, "time");
-        assert!(time.cpu_ms.is_some_and(|ms| ms > 0.0), "{time:?}");
+        let mut times = rows.times.iter().filter(|row| row.scene == "tunnel");
+        let time = times.find(|row| row.setting == setting).expect("a time");
+        assert!(time.times.cpu_ms.is_some_and(|ms| ms > 0.0), "{time:?}");
     }
     let figure = |scene: &str, setting: &str| {
         let row = row(scene, setting, "ewa");
-        (row.mse.expect("an error"), row.fetches.expect("a count"))
+        (row.error.mse, row.fetches)
     };
     // The thesis's errors against EWA (table 5.1), on every scene.
     for scene in SCENE_NAMES {
@@ -96,16 +99,16 @@ fn every_scene_has_every_setting_against_both_references() {
         assert!(lower.1 > high.1 && lower.0 < high.0, "{lower:?} {high:?}");
     }
     // Split over two frames, the picture of a still camera changes; with TAA it settles.
-    let flicker = |setting: &str, kind: &str| {
-        let row = row("tunnel", setting, &format!("flicker, {kind}"));
-        row.mse.expect("an error")
+    let flicker_in = |scene: &str, setting: &str, camera: &str| {
+        let mut rows = rows.flicker.iter().filter(|row| row.scene == scene);
+        let row = rows.find(|row| row.setting == setting && row.camera == camera);
+        row.unwrap_or_else(|| panic!("no row {scene}, {setting}, {camera}"))
+            .mse
     };
+    let flicker = |setting, camera| flicker_in("tunnel", setting, camera);
+    let rasterised = |setting, camera| flicker_in("rasterised floor", setting, camera);
     assert_eq!(flicker("linear", "still"), 0.0);
     assert!(flicker("temporal", "still") > 4.0 * flicker("temporal", "still, TAA"));
-    let rasterised = |setting: &str, kind: &str| {
-        let row = row("rasterised floor", setting, &format!("flicker, {kind}"));
-        row.mse.expect("an error")
-    };
     assert_eq!(rasterised("approximate", "still"), 0.0);
     let [without, with] = ["still", "still, Bevy's TAA"].map(|kind| rasterised("temporal", kind));
     println!("temporal, still: {without:.2}, with Bevy's TAA {with:.2}");

@@ -1,35 +1,49 @@
 //! Figures on the pages are those of the committed measurements: each row is made anew from them, and must be
 //! on its page word for word.
 
-use bevy_frugal_lab::ROOT;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use bevy_frugal_lab::{ROOT, lookups::scenes::SCENES};
 
 use crate::{
     cost, demo,
-    markdown::renewed,
-    record::{Measurement, Report},
-    voxel_gi::arcade_table,
+    ewa::Ewa,
+    page::renewed,
+    record::{PictureRow, Report},
+    run::{Study, read},
+    voxel_gi::{self, LightRow, VoxelGi, arcade},
+    wavelet_tex::WaveletTex,
+    ycocg_fb::YCoCgFb,
 };
-use bevy_frugal_lab::lookups::scenes::SCENES;
+
+fn folder() -> PathBuf {
+    Path::new(ROOT).join("docs/measurements/llvmpipe")
+}
 
 /// The measurements of a plugin.
-struct Data(Vec<Measurement>);
+fn rows<S: Study>() -> S::Rows {
+    read::<S>(&folder()).expect("committed measurements").rows
+}
 
-impl Data {
-    fn read(plugin: &str) -> Self {
-        let folder = Path::new(ROOT).join("docs/measurements/llvmpipe");
-        let report = Report::read(folder.join(plugin).with_extension("json"));
-        Self(report.expect("committed measurements").measurements)
-    }
+/// The row of a setting in a scene; `reference` is what it begins with.
+fn picture<'a>(
+    rows: &'a [PictureRow],
+    scene: &str,
+    setting: &str,
+    reference: &str,
+) -> &'a PictureRow {
+    let mut rows = rows.iter().filter(|row| {
+        row.scene == scene && row.setting == setting && row.reference.starts_with(reference)
+    });
+    rows.next()
+        .unwrap_or_else(|| panic!("nothing of {setting} in {scene} against {reference}"))
+}
 
-    /// The row of a setting in a scene; `reference` is what it begins with.
-    fn row(&self, scene: &str, setting: &str, reference: &str) -> &Measurement {
-        let mut rows = self.0.iter().filter(|row| {
-            row.scene == scene && row.setting == setting && row.reference.starts_with(reference)
-        });
-        rows.next()
-            .unwrap_or_else(|| panic!("nothing of {setting} in {scene} against {reference}"))
-    }
+/// The row of a setting in a scene.
+fn light<'a>(rows: &'a [LightRow], scene: &str, setting: &str) -> &'a LightRow {
+    let mut rows = rows.iter();
+    rows.find(|row| row.scene == scene && row.setting == setting)
+        .unwrap_or_else(|| panic!("nothing of {setting} in {scene}"))
 }
 
 /// Fails with all rows that the page lacks, as it should have them.
@@ -48,8 +62,8 @@ fn assert_rows(page: &str, rows: impl IntoIterator<Item = (String, Vec<String>)>
 
 #[test]
 fn quality_of_the_frame_buffer() {
-    let data = Data::read("ycocg_fb");
-    let rows = [
+    let pictures = rows::<YCoCgFb>().pictures;
+    let scenes = [
         ("lit", "lit"),
         ("edges of equal luminance", "equal_luminance_edges"),
         ("thin lines", "thin_lines"),
@@ -59,10 +73,11 @@ fn quality_of_the_frame_buffer() {
     ];
     assert_rows(
         include_str!("../../../crates/bevy_ycocg_fb/README.md"),
-        rows.map(|(name, scene)| {
+        scenes.map(|(name, scene)| {
             let cell = |setting: &str| {
-                let row = data.row(scene, setting, "rgba16float");
-                row.psnr_db
+                let row = picture(&pictures, scene, setting, "rgba16float");
+                row.error
+                    .psnr_db
                     .map_or("equal".into(), |psnr| format!("{psnr:.1}"))
             };
             let settings = [
@@ -82,13 +97,13 @@ fn quality_of_the_frame_buffer() {
 
 #[test]
 fn quality_of_wavelet_textures() {
-    let data = Data::read("wavelet_tex");
+    let pictures = rows::<WaveletTex>().images;
     let rates = ["color2.25", "color3", "color3.25", "color5"];
     let cells = rates.map(|rate| {
         let images = (1..=24).map(|i| {
             let setting = format!("{rate} default");
-            let row = data.row(&format!("kodim{i:02}"), &setting, "original");
-            row.psnr_db.expect("a PSNR")
+            let row = picture(&pictures, &format!("kodim{i:02}"), &setting, "original");
+            row.error.psnr_db.expect("a PSNR")
         });
         format!("{:.2}", images.sum::<f64>() / 24.0)
     });
@@ -100,7 +115,7 @@ fn quality_of_wavelet_textures() {
 
 #[test]
 fn price_of_sampling_wavelet_textures() {
-    let data = Data::read("wavelet_tex");
+    let tunnel = rows::<WaveletTex>().tunnel;
     let filters = [
         "nearest",
         "nearest mip linear",
@@ -112,12 +127,13 @@ fn price_of_sampling_wavelet_textures() {
     assert_rows(
         include_str!("../../../crates/bevy_wavelet_tex/README.md"),
         filters.map(|filter| {
-            let row = data.row("tunnel", &format!("color3 {filter}"), "rgba8");
-            let number = |value: Option<f64>| value.expect("a number").to_string();
+            let setting = format!("color3 {filter}");
+            let row = tunnel.iter().find(|row| row.setting == setting);
+            let row = row.expect("a row");
             let time = |of: &str| format!("{:.1}", row.relative_time[of]);
             let cells = vec![
-                number(row.fetches),
-                number(row.fetched_bytes),
+                row.fetches.to_string(),
+                row.fetched_bytes.to_string(),
                 time("bc7 frame"),
                 time("bc7 sampling"),
                 time("bc1 frame"),
@@ -133,9 +149,8 @@ fn error(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-fn error_and_fetches(row: &Measurement) -> String {
-    let fetches = row.fetches.expect("fetches");
-    format!("{}, {fetches:.0}", error(row.mse.expect("an error")))
+fn error_and_fetches(row: &PictureRow) -> String {
+    format!("{}, {:.0}", error(row.error.mse), row.fetches)
 }
 
 #[test]
@@ -166,7 +181,7 @@ fn prices_of_the_plugins() {
 
 #[test]
 fn error_of_elliptical_filtering() {
-    let data = Data::read("ewa");
+    let pictures = rows::<Ewa>().pictures;
     let methods = [
         ("`Reference`", "reference"),
         ("`Linear` (default)", "linear"),
@@ -182,7 +197,7 @@ fn error_of_elliptical_filtering() {
     assert_rows(
         include_str!("../../../crates/bevy_ewa/README.md"),
         methods.map(|(name, setting)| {
-            let cell = |scene| error_and_fetches(data.row(scene, setting, "truth"));
+            let cell = |scene| error_and_fetches(picture(&pictures, scene, setting, "truth"));
             (name.into(), SCENES.map(|scene| cell(scene.name)).to_vec())
         }),
     );
@@ -190,17 +205,17 @@ fn error_of_elliptical_filtering() {
 
 #[test]
 fn price_of_the_spatial_threshold() {
-    let data = Data::read("ewa");
+    let pictures = rows::<Ewa>().pictures;
     let scenes = ["tunnel", "checker_5deg", "checker_5deg_45", "floor"];
     assert_rows(
         include_str!("../../../crates/bevy_ewa/README.md"),
         [2, 4, 8, 12, 16, 24, 32].map(|threshold| {
             let setting = format!("spatial, threshold {threshold}");
             let cell = |scene| {
-                let sampler = data.row(scene, &format!("{setting}, 16x sampler"), "ewa");
-                let fetches = sampler.fetches.expect("fetches");
-                let computed = error_and_fetches(data.row(scene, &setting, "ewa"));
-                format!("{computed} / {fetches:.1}")
+                let sampler = format!("{setting}, 16x sampler");
+                let sampler = picture(&pictures, scene, &sampler, "ewa").fetches;
+                let computed = error_and_fetches(picture(&pictures, scene, &setting, "ewa"));
+                format!("{computed} / {sampler:.1}")
             };
             let name = match threshold {
                 16 => "16 (default)".into(),
@@ -213,7 +228,7 @@ fn price_of_the_spatial_threshold() {
 
 #[test]
 fn flicker_of_elliptical_filtering() {
-    let data = Data::read("ewa");
+    let flicker = rows::<Ewa>().flicker;
     let methods = [
         ("`Reference`", "reference"),
         ("`Approximate`", "approximate"),
@@ -227,10 +242,9 @@ fn flicker_of_elliptical_filtering() {
         include_str!("../../../crates/bevy_ewa/README.md"),
         methods.map(|(name, setting)| {
             let cell = |kind| {
-                let reference = format!("flicker, {kind}");
-                let rows = data.0.iter().filter(|row| row.scene == "rasterised floor");
-                let row = { rows }.find(|row| row.setting == setting && row.reference == reference);
-                error(row.expect("a row").mse.expect("an error"))
+                let mut rows = flicker.iter().filter(|row| row.scene == "rasterised floor");
+                let row = rows.find(|row| row.setting == setting && row.camera == kind);
+                error(row.expect("a row").mse)
             };
             (name.into(), kinds.map(cell).to_vec())
         }),
@@ -239,9 +253,15 @@ fn flicker_of_elliptical_filtering() {
 
 const GI_SCENES: [&str; 3] = ["cornell_point", "colonnade", "sunlit_room"];
 
+fn error_and_bias(row: &LightRow) -> String {
+    let percent = |value: Option<f64>| 100.0 * value.expect("a number");
+    let (error, bias) = (percent(row.relative_error), percent(row.bias));
+    format!("{error:.1}% / {bias:+.1}%")
+}
+
 #[test]
 fn error_of_global_illumination() {
-    let data = Data::read("voxel_gi");
+    let boxes = rows::<VoxelGi>().boxes;
     let scenes = [
         ("Cornell box, point light", "15%"),
         ("colonnade, sun and sky", "20%"),
@@ -251,12 +271,7 @@ fn error_of_global_illumination() {
     assert_rows(
         include_str!("../../../crates/bevy_voxel_gi/README.md"),
         rows.map(|((name, goal), scene)| {
-            let cell = |setting| {
-                let row = data.row(scene, setting, "path traced");
-                let percent = |value: Option<f64>| 100.0 * value.expect("a number");
-                let (error, bias) = (percent(row.relative_error), percent(row.bias));
-                format!("{error:.1}% / {bias:+.1}%")
-            };
+            let cell = |setting| error_and_bias(light(&boxes, scene, setting));
             (
                 name.into(),
                 vec![
@@ -272,11 +287,8 @@ fn error_of_global_illumination() {
 
 #[test]
 fn error_of_global_illumination_in_the_arcade() {
-    let data = Data::read("arcade");
-    let tables = arcade_table::tables(&Report {
-        measurements: data.0,
-        ..Report::default()
-    });
+    let report = Report::<voxel_gi::Rows>::read(folder().join("arcade.json"));
+    let tables = arcade::tables(&report.expect("committed measurements").rows.arcade);
     let page = include_str!("../../../crates/bevy_voxel_gi/README.md");
     assert!(
         !tables.is_empty() && page.contains(&tables),
@@ -286,7 +298,7 @@ fn error_of_global_illumination_in_the_arcade() {
 
 #[test]
 fn price_of_global_illumination() {
-    let data = Data::read("voxel_gi");
+    let boxes = rows::<VoxelGi>().boxes;
     let settings = [
         ("64³, trace, 32 rays", "trace 64^3"),
         ("64³, trace, 8 rays", "trace 8 rays 64^3"),
@@ -307,8 +319,8 @@ fn price_of_global_illumination() {
         include_str!("../../../crates/bevy_voxel_gi/README.md"),
         settings.map(|(name, setting)| {
             let cell = |scene| {
-                let row = data.row(scene, setting, "path traced");
-                let ms: f64 = row.stage_ms.values().sum();
+                let row = light(&boxes, scene, setting);
+                let ms: f64 = row.times.stage_ms.values().sum();
                 let error = row
                     .relative_error
                     .map_or("the same".into(), |error| format!("{:.1}%", 100.0 * error));
@@ -321,7 +333,8 @@ fn price_of_global_illumination() {
 
 #[test]
 fn global_illumination_side_by_side() {
-    let data = Data::read("solari");
+    let report = Report::<voxel_gi::Rows>::read(folder().join("solari.json"));
+    let boxes = report.expect("committed measurements").rows.boxes;
     let still = [
         "no GI",
         "constant ambient light",
@@ -341,17 +354,15 @@ fn global_illumination_side_by_side() {
         .iter()
         .flat_map(|name| [1, 8, 64].map(|frame| format!("{name}, frame {frame}")));
     let settings: Vec<_> = still.map(String::from).into_iter().chain(frames).collect();
-    let percent = |value: Option<f64>| 100.0 * value.expect("a number");
     assert_rows(
         include_str!("../../../docs/choosing-gi.md"),
         settings.into_iter().map(|setting| {
             let cell = |scene| {
-                let row = data.row(scene, &setting, "path traced");
-                let (error, bias) = (percent(row.relative_error), percent(row.bias));
+                let row = light(&boxes, scene, &setting);
                 let flicker = row.flicker.filter(|_| setting.ends_with("64"));
                 let flicker =
                     flicker.map_or(String::new(), |f| format!(", flicker {:.1}%", 100.0 * f));
-                format!("{error:.1}% / {bias:+.1}%{flicker}")
+                error_and_bias(row) + &flicker
             };
             let cells = GI_SCENES.map(cell).to_vec();
             (setting, cells)
@@ -362,9 +373,9 @@ fn global_illumination_side_by_side() {
         include_str!("../../../docs/choosing-gi.md"),
         bakes.map(|setting| {
             let cell = |scene| {
-                let row = data.row(scene, setting, "");
+                let row = light(&boxes, scene, setting);
                 let bytes = row.bytes.expect("bytes") as f64;
-                let ms = row.cpu_ms.expect("a time");
+                let ms = row.times.cpu_ms.expect("a time");
                 format!("{:.1} MiB in {:.0} s", bytes / 1024.0 / 1024.0, ms / 1e3)
             };
             (setting.into(), GI_SCENES.map(cell).to_vec())
@@ -372,12 +383,9 @@ fn global_illumination_side_by_side() {
     );
 }
 
-#[test]
-fn times_of_the_demos() {
-    let root = Path::new(ROOT);
-    let file = root.join("docs/measurements/llvmpipe").join(demo::FILE);
-    let report = Report::read(file).expect("committed figures");
-    for (page, name, table) in demo::pages(&report) {
+/// Fails with all tables that pages do not have between their marks.
+fn assert_tables(tables: impl IntoIterator<Item = (PathBuf, String, String)>) {
+    for (page, name, table) in tables {
         let text = std::fs::read_to_string(&page).expect("a page");
         let renewed = renewed(&text, &name, &table);
         assert!(
@@ -389,18 +397,14 @@ fn times_of_the_demos() {
 }
 
 #[test]
-fn compiled_cost_fetches_traffic_and_time_of_the_cpu() {
-    let root = Path::new(ROOT);
-    let folder = root.join(cost::record::FOLDER);
+fn times_of_the_demos() {
+    let report = Report::read(folder().join(demo::FILE)).expect("committed figures");
+    assert_tables(demo::pages(&report));
+}
+
+#[test]
+fn compiled_cost_fetches_and_time_of_the_cpu() {
+    let folder = Path::new(ROOT).join(cost::record::FOLDER);
     let rows = cost::record::read(&folder).expect("committed figures");
-    for (page, tables) in cost::tables::pages(&rows, &folder).expect("committed figures") {
-        let text = std::fs::read_to_string(root.join(&page)).expect("a page");
-        for (name, table) in tables {
-            let renewed = renewed(&text, &name, &table);
-            assert!(
-                renewed.as_deref() == Some(text.as_str()),
-                "{page} should have, as {name},\n{table}"
-            );
-        }
-    }
+    assert_tables(cost::tables::pages(&rows, &folder).expect("committed figures"));
 }

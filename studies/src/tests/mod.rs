@@ -1,5 +1,18 @@
 //! The studies at their smallest, what the pages say of them, and the command line.
 
+use std::path::Path;
+
+use bevy_frugal_lab::ROOT;
+use clap::Parser;
+use indicatif::ProgressBar;
+
+use crate::{
+    page,
+    plan::Plan,
+    run::{Options, STUDIES, Study},
+    wavelet_tex::WaveletTex,
+};
+
 mod arcade;
 mod cost;
 mod ewa;
@@ -7,15 +20,6 @@ mod figures;
 mod voxel_gi;
 mod wavelet_tex;
 mod ycocg_fb;
-
-use bevy_frugal_lab::ROOT;
-use std::path::Path;
-
-use clap::Parser;
-use indicatif::ProgressBar;
-
-use super::{STUDIES, markdown, options::Options, plan::Plan};
-use crate::record::Report;
 
 fn tiny_plan() -> Plan {
     Plan {
@@ -31,10 +35,8 @@ fn tiny_plan() -> Plan {
 #[test]
 fn a_tiny_report_has_every_row_with_finite_figures() {
     let plan = tiny_plan();
-    let report = crate::wavelet_tex::STUDY
-        .report(&plan, &ProgressBar::hidden())
-        .expect("a report");
-    let rows = &report.measurements;
+    let report = WaveletTex::measure(&plan, &ProgressBar::hidden()).expect("a report");
+    let rows = &report.rows.images;
     // Three images in colour and in gray, and a normal map: the original, BC1, three efforts of
     // the first rate, and the others.
     assert_eq!(rows.len(), 3 * (1 + 1 + 3 + 4) + 3 * (1 + 3 + 1) + (1 + 3));
@@ -60,13 +62,13 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
     assert_eq!(bytes("color3 default"), Some(3 * 2 * 16 + 3 * 2 * 8));
     assert_eq!(bytes("color2.25 best"), Some(3 * 2 * 16 + 2 * 8));
     // Four gathers of the low band of luma, its details, and chroma.
-    let fetches = photo("color3 default").and_then(|row| row.fetches);
+    let fetches = photo("color3 default").map(|row| row.fetches);
     assert_eq!(fetches, Some(4.0 + 1.0 + 1.0));
 
     let json = serde_json::to_value(&report).expect("serialises");
-    let records = json["measurements"].as_array().expect("an array");
+    let records = json["images"].as_array().expect("an array");
     for record in records.iter().filter(|r| r["reference"] != "itself") {
-        for name in ["plugin", "scene", "setting", "reference"] {
+        for name in ["scene", "setting", "reference"] {
             let text = record[name].as_str();
             assert!(
                 text.is_some_and(|text| !text.is_empty()),
@@ -88,7 +90,7 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
         }
     }
     // The chart has the baselines, too.
-    let summary = (crate::wavelet_tex::STUDY.summary)(&report);
+    let summary = WaveletTex::summary(&report.rows);
     let names: Vec<_> = { summary.choices.iter() }
         .map(|choice| choice.name.as_str())
         .collect();
@@ -110,11 +112,11 @@ fn a_tiny_report_has_every_row_with_finite_figures() {
 fn the_readme_advises_what_the_measurements_say() {
     let root = Path::new(ROOT);
     let readme = std::fs::read_to_string(root.join("README.md")).expect("a README");
-    for study in STUDIES {
-        let path = root.join("docs/measurements/llvmpipe").join(study.name);
-        let report = Report::read(path.with_extension("json")).expect("its measurements");
-        let advice = markdown::advice(&(study.summary)(&report));
-        let renewed = markdown::renewed(&readme, study.name, &advice);
+    for study in &STUDIES {
+        let folder = root.join("docs/measurements/llvmpipe");
+        let summary = (study.summary)(&folder).expect("its measurements");
+        let advice = page::advice(&summary);
+        let renewed = page::renewed(&readme, study.name, &advice);
         assert!(
             renewed.as_ref() == Some(&readme),
             "the table of {} is another one: `tradeoff all --from docs/measurements/llvmpipe \

@@ -5,18 +5,6 @@
 //! state some frames after the change and once the light has settled again.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
-use indicatif::ProgressBar;
-
-use super::{
-    picture::{difference, halved, picture},
-    render::{MAX_FRAMES, settle},
-    settings::Setting,
-};
-use crate::{
-    plan::ArcadePlan,
-    record::{Measurement, ReportAdapter},
-};
 use bevy_frugal_lab::{
     boxes::{Agreement, agreement, block_means},
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat},
@@ -27,9 +15,20 @@ use bevy_frugal_lab::{
     },
     path_tracer::TraceSettings,
 };
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
+use indicatif::ProgressBar;
 
-/// What the rows of the arcade are compared with, as records name it.
-pub const REFERENCE: &str = "traced by the lab";
+use crate::{
+    page::table,
+    plan::ArcadePlan,
+    record::ReportAdapter,
+    voxel_gi::{
+        LightRow,
+        render::{MAX_FRAMES, difference, halved, picture, settle},
+        settings::Setting,
+    },
+};
+
 /// Frames after a change at which a picture is compared.
 pub const FRAMES: [u32; 3] = [1, 8, 30];
 
@@ -50,7 +49,7 @@ pub fn rows(
     plan: &ArcadePlan,
     settings: &[Setting],
     progress: &ProgressBar,
-) -> Result<(Vec<Measurement>, ReportAdapter), HeadlessError> {
+) -> Result<(Vec<LightRow>, ReportAdapter), HeadlessError> {
     progress.set_message("arcade: path tracing");
     let mut stage = ArcadeApp::new(plan)?;
     let mut rows = Vec::new();
@@ -140,7 +139,7 @@ impl ArcadeApp {
     ///
     /// # Errors
     /// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
-    pub fn rows(&mut self, setting: &Setting) -> Result<Vec<Measurement>, HeadlessError> {
+    pub fn rows(&mut self, setting: &Setting) -> Result<Vec<LightRow>, HeadlessError> {
         let scene = &self.states[0].scene;
         move_to(self.app.world_mut(), &self.spawned, scene);
         let volume = self
@@ -175,21 +174,20 @@ impl ArcadeApp {
 }
 
 impl StateTruth {
-    fn row(&self, app: &mut HeadlessApp, setting: String) -> Result<Measurement, HeadlessError> {
+    fn row(&self, app: &mut HeadlessApp, setting: String) -> Result<LightRow, HeadlessError> {
         let added = difference(&picture(app)?, &self.without);
         let width = self.scene.stage.camera.width;
         let Agreement {
             relative_error,
             bias,
         } = agreement(&halved(&added, 2 * width), width, &self.truth);
-        Ok(Measurement {
+        Ok(LightRow {
             scene: self.state.name().into(),
             setting,
-            reference: REFERENCE.into(),
             bytes: Some(app.world().resource::<VoxelGiReport>().memory),
             relative_error: Some(relative_error),
             bias: Some(bias),
-            ..Measurement::default()
+            ..LightRow::default()
         })
     }
 }
@@ -203,4 +201,73 @@ fn placed(scene: &MeshScene, settings: VoxelGiVolume) -> (VoxelGiVolume, Transfo
         ..settings
     };
     (volume, Transform::from_translation(center))
+}
+
+/// A table of the settings in each state, and one of the frames after a change; empty where nothing was measured.
+pub fn tables(rows: &[LightRow]) -> String {
+    let usual = ArcadeState::Usual.name();
+    let settings: Vec<_> = rows.iter().filter(|row| row.scene == usual).collect();
+    if settings.is_empty() {
+        return String::new();
+    }
+    let cell = |scene: &str, setting: &str| {
+        let mut rows = rows.iter();
+        let row = rows.find(|row| row.scene == scene && row.setting == setting);
+        row.map_or(String::new(), error_and_bias)
+    };
+    let names = ArcadeState::ALL.map(ArcadeState::name);
+    let usual = settings.iter().map(|row| {
+        let cells = names.map(|scene| cell(scene, &row.setting));
+        [vec![row.setting.clone()], cells.into()].concat()
+    });
+    let heads = [&["setting"], &names[..]].concat();
+    let usual = table(&heads, usual);
+    let changes = settings
+        .iter()
+        .flat_map(|row| names[1..].iter().map(move |scene| (row, scene)));
+    let changes = changes.map(|(row, scene)| {
+        let frames = FRAMES.map(|frame| cell(scene, &format!("{}, frame {frame}", row.setting)));
+        let name = format!("{scene}, {}", row.setting);
+        [vec![name], frames.into(), vec![cell(scene, &row.setting)]].concat()
+    });
+    let [a, b, c] = FRAMES.map(|frame| format!("frame {frame}"));
+    let changes = table(&["after the change", &a, &b, &c, "settled"], changes);
+    format!("\n{usual}\n{changes}")
+}
+
+fn error_and_bias(row: &LightRow) -> String {
+    let percent = |value: Option<f64>| 100.0 * value.unwrap_or(f64::NAN);
+    format!(
+        "{:.1}% / {:+.1}%",
+        percent(row.relative_error),
+        percent(row.bias)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_have_a_line_of_states_and_changes_one_of_frames() {
+        let row = |scene: ArcadeState, setting: &str, error| LightRow {
+            scene: scene.name().into(),
+            setting: setting.into(),
+            relative_error: Some(error),
+            bias: Some(-error),
+            ..LightRow::default()
+        };
+        assert_eq!(tables(&[]), "");
+        let mut rows = vec![row(ArcadeState::DoorOpen, "trace, frame 8", 0.5)];
+        for (i, state) in ArcadeState::ALL.into_iter().enumerate() {
+            rows.push(row(state, "trace", 0.1 * i as f64));
+        }
+        let text = tables(&rows);
+        for line in [
+            "| trace | 0.0% / -0.0% | 10.0% / -10.0% | 20.0% / -20.0% |",
+            "| arcade, door open, trace |  | 50.0% / -50.0% |  | 20.0% / -20.0% |",
+        ] {
+            assert!(text.lines().any(|found| found == line), "{text}");
+        }
+    }
 }

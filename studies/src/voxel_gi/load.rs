@@ -1,18 +1,18 @@
 //! The same setting with more and more triangles: spheres in a volume, and a light.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
-use indicatif::ProgressBar;
-
-use super::{render, settings::SPANS};
-use crate::{
-    interleaved::{Candidate, benchmark_apps},
-    plan::GiPlan,
-    record::Measurement,
-};
 use bevy_frugal_lab::{
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
     scenes::tone::UNGRADED,
+};
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
+use indicatif::ProgressBar;
+
+use crate::{
+    benchmark::benchmark_apps,
+    plan::GiPlan,
+    record::TimeRow,
+    voxel_gi::{render, settings::SPANS},
 };
 
 /// Frames before which every pipeline must have been compiled.
@@ -28,7 +28,7 @@ const PICTURE: u32 = 64;
 ///
 /// # Errors
 /// [`HeadlessError`] when a frame cannot be rendered.
-pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<Measurement>, HeadlessError> {
+pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<TimeRow>, HeadlessError> {
     let mut candidates = Vec::new();
     let resolution = plan.resolutions[0];
     for &triangles in &plan.triangles {
@@ -37,16 +37,16 @@ pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<Measurement>, H
             resolution,
             ..default()
         };
-        let (app, row) = app(triangles, Some(volume), [PICTURE; 2])?;
-        candidates.push(candidate(app, row));
+        candidates.push(app(triangles, Some(volume), [PICTURE; 2])?);
         progress.inc(1);
     }
-    benchmark_apps(candidates, plan.rounds, plan.frames)
-}
-
-/// An app with its row, whose passes are measured one by one.
-pub fn candidate(app: HeadlessApp, row: Measurement) -> Candidate<HeadlessApp> {
-    Candidate::new(app, row).with_stages(SPANS)
+    benchmark_apps(
+        candidates,
+        plan.rounds,
+        plan.frames,
+        Some(SPANS),
+        TimeRow::with_times,
+    )
 }
 
 /// An app with spheres of so many triangles, with a volume around them where there is one, that is renewed in each
@@ -58,7 +58,7 @@ pub fn app(
     triangles: u32,
     volume: Option<VoxelGiVolume>,
     picture: [u32; 2],
-) -> Result<(HeadlessApp, Measurement), HeadlessError> {
+) -> Result<(HeadlessApp, TimeRow), HeadlessError> {
     let settings = HeadlessSettings::with_size(picture[0], picture[1]);
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(VoxelGiPlugin)
@@ -87,11 +87,11 @@ pub fn app(
         render::never_pause(&mut app, volume)?;
     }
     let report = *app.world().resource::<VoxelGiReport>();
-    let row = Measurement {
+    let row = TimeRow {
         scene: format!("triangles_{}", report.triangles),
         setting: format!("trace {resolution}^3"),
         bytes: Some(report.memory),
-        ..Measurement::default()
+        ..TimeRow::default()
     };
     Ok((app, row))
 }

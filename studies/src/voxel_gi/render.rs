@@ -1,37 +1,27 @@
 //! A setting in a scene.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
-
-use super::{
-    noise,
-    picture::{difference, picture},
-    settings::{SPANS, Setting},
-};
-use crate::{
-    interleaved::Candidate,
-    record::{Measurement, ReportAdapter},
-};
 use bevy_frugal_lab::{
     boxes::{BoxScene, TracedScene, agreement, picture_noise, spawn_box_scene},
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat},
 };
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
 
-/// What the rows are compared with, as records name it.
-pub(super) const REFERENCE: &str = "path traced";
+use crate::voxel_gi::{LightRow, settings::Setting};
+
 /// Frames before which every pipeline must have been compiled.
 pub(super) const MAX_FRAMES: u32 = 200;
 /// Frames before which the light must have settled.
 const MAX_SETTLE: u32 = 400;
 
-/// The app of a setting, ready to be timed, and its row with error and memory; the adapter.
+/// The app of a setting, ready to be timed, and its row with error and memory.
 ///
 /// # Errors
 /// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
 pub fn candidate(
     truth: &TracedScene,
     setting: &Setting,
-) -> Result<(Candidate<HeadlessApp>, ReportAdapter), HeadlessError> {
+) -> Result<(HeadlessApp, LightRow), HeadlessError> {
     let scene = &truth.scene;
     let mut app = app(scene)?;
     let without = picture(&mut app)?;
@@ -44,10 +34,9 @@ pub fn candidate(
     let found = agreement(&bounced, scene.camera.width, &truth.indirect);
     let report = *app.world().resource::<VoxelGiReport>();
     let is_compared = setting.is_compared();
-    let mut row = Measurement {
+    let mut row = LightRow {
         scene: scene.name.clone(),
         setting: setting.name.clone(),
-        reference: REFERENCE.into(),
         bytes: Some(report.memory),
         relative_error: is_compared.then_some(found.relative_error),
         bias: is_compared.then_some(found.bias),
@@ -56,14 +45,13 @@ pub fn candidate(
         } else {
             None
         },
-        ..Measurement::default()
+        ..LightRow::default()
     };
     if is_compared && !scene.point_lights.is_empty() {
-        row.noise_in_motion = noise::in_motion(&mut app, scene, volume)?;
+        row.noise_in_motion = in_motion(&mut app, scene, volume)?;
     }
     never_pause(&mut app, volume)?;
-    let adapter = app.adapter().into();
-    Ok((Candidate::new(app, row).with_stages(SPANS), adapter))
+    Ok((app, row))
 }
 
 /// The scene without a volume, ready.
@@ -132,4 +120,85 @@ pub(super) fn never_pause(app: &mut HeadlessApp, volume: Entity) -> Result<(), H
     }
     // Times come back a few frames late, and the first frames renew what others do in turn.
     app.render_frames(8)
+}
+
+/// Frames in which the lights move, at 60 a second.
+const MOTION_FRAMES: u16 = 60;
+/// Speed of the lights in metres a second.
+const SPEED: f32 = 1.0;
+
+/// The noise of the light of a settled volume after the point lights have moved for a second, along X and
+/// through their places in the middle of it. They are back at the end.
+///
+/// # Errors
+/// [`HeadlessError`] when a frame cannot be rendered.
+pub fn in_motion(
+    app: &mut HeadlessApp,
+    scene: &BoxScene,
+    volume: Entity,
+) -> Result<Option<f64>, HeadlessError> {
+    let step = SPEED / 60.0;
+    let half = 0.5 * step * f32::from(MOTION_FRAMES);
+    move_lights(app.world_mut(), -half);
+    for _ in 0..MOTION_FRAMES {
+        move_lights(app.world_mut(), step);
+        app.render_frames(1)?;
+    }
+    let with = picture(app)?;
+    let world = app.world_mut();
+    let parts = world.entity_mut(volume).take::<VoxelGiVolume>();
+    // The frame in which the volume ends may still show it.
+    app.render_frames(2)?;
+    let without = picture(app)?;
+    let world = app.world_mut();
+    let resolution = parts.as_ref().map_or(1, |volume| volume.resolution);
+    world.entity_mut(volume).insert(parts.unwrap_or_default());
+    move_lights(world, -half);
+    Ok(picture_noise(
+        &difference(&with, &without),
+        scene,
+        resolution,
+    ))
+}
+
+fn move_lights(world: &mut World, by: f32) {
+    let mut lights = world.query_filtered::<&mut Transform, With<PointLight>>();
+    for mut pose in lights.iter_mut(world) {
+        pose.translation.x += by;
+    }
+}
+
+/// The picture of the last frame.
+pub(super) fn picture(app: &mut HeadlessApp) -> Result<Vec<Vec3>, HeadlessError> {
+    let image = app.capture_f32()?;
+    let rgb = |p: &[f32; 4]| Vec3::new(p[0], p[1], p[2]);
+    Ok(image.pixels.iter().map(rgb).collect())
+}
+
+/// One picture less another.
+pub(super) fn difference(with: &[Vec3], without: &[Vec3]) -> Vec<Vec3> {
+    with.iter().zip(without).map(|(a, b)| a - b).collect()
+}
+
+/// Means of 2 x 2 pixels of a picture of this width.
+pub(super) fn halved(picture: &[Vec3], width: u32) -> Vec<Vec3> {
+    let width = width as usize;
+    let rows = picture.chunks_exact(2 * width);
+    rows.flat_map(|rows| {
+        let pixel = move |x: usize| rows[x] + rows[x + 1] + rows[x + width] + rows[x + width + 1];
+        (0..width / 2).map(move |x| 0.25 * pixel(2 * x))
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_of_a_halved_picture_are_means() {
+        let picture: Vec<_> = (0..16).map(|i| Vec3::splat(i as f32)).collect();
+        let halved = halved(&picture, 4);
+        assert_eq!(halved, [2.5, 4.5, 10.5, 12.5].map(Vec3::splat));
+    }
 }

@@ -3,10 +3,10 @@
 
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
 
-use crate::{plan::GiPlan, study::TradeoffError};
+use crate::{plan::GiPlan, run::TradeoffError};
 
 /// Prefix of the names of the plugin's spans.
-pub(super) const SPANS: &str = "voxel_gi_";
+pub const SPANS: &str = "voxel_gi_";
 
 /// A setting and its name in the records.
 #[derive(Clone, Debug)]

@@ -9,19 +9,24 @@ use bevy::{
     camera::{Hdr, ImageRenderTarget, RenderTarget},
     core_pipeline::tonemapping::Tonemapping,
     prelude::*,
-};
-use bevy_ycocg_fb::{CameraState, FrameBufferQuality, FrameBufferReport, YCoCgFrameBufferPlugin};
-use indicatif::ProgressBar;
-
-use super::cameras::{Camera, cameras, filters};
-use crate::{
-    interleaved::{Candidate, benchmark_apps},
-    plan::Plan,
-    record::{Measurement, ReportAdapter},
-    study::TradeoffError,
+    render::render_resource::TextureFormat,
+    utils::default,
 };
 use bevy_frugal_lab::headless::{
     HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, pixel_camera,
+};
+use bevy_ycocg_fb::{
+    CameraState, FrameBufferQuality, FrameBufferReport, PackedFormat, Reconstruction,
+    YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+};
+use indicatif::ProgressBar;
+
+use crate::{
+    benchmark::benchmark_apps,
+    plan::Plan,
+    record::{ReportAdapter, TimeRow},
+    run::TradeoffError,
+    ycocg_fb::REFERENCE,
 };
 
 /// Frames before which every pipeline must have been compiled.
@@ -67,7 +72,7 @@ pub fn loads(layers: usize) -> [Load; STEPS] {
 }
 
 /// The rows of the study's cameras under all loads.
-pub fn rows(plan: &Plan, progress: &ProgressBar) -> Result<Vec<Measurement>, TradeoffError> {
+pub fn rows(plan: &Plan, progress: &ProgressBar) -> Result<Vec<TimeRow>, TradeoffError> {
     let Some(size) = plan.picture else {
         return Ok(Vec::new());
     };
@@ -86,7 +91,7 @@ pub fn load_rows(
     cameras: &[Camera],
     size: [u32; 2],
     plan: &Plan,
-) -> Result<(ReportAdapter, Vec<Measurement>), TradeoffError> {
+) -> Result<(ReportAdapter, Vec<TimeRow>), TradeoffError> {
     let mut candidates = Vec::new();
     let mut adapter = ReportAdapter::default();
     let filters = filters().filter(|_| load.layers == 0 && load.msaa == Msaa::Off);
@@ -95,19 +100,22 @@ pub fn load_rows(
             continue;
         };
         adapter = app.adapter().into();
-        let row = Measurement {
+        let row = TimeRow {
             scene: load.name(),
             setting: camera.name.into(),
-            reference: super::settings::REFERENCE.into(),
             bytes: Some(bytes),
-            ..Measurement::default()
+            ..TimeRow::default()
         };
-        candidates.push(Candidate::new(app, row));
+        candidates.push((app, row));
     }
-    Ok((
-        adapter,
-        benchmark_apps(candidates, plan.rounds, plan.frames)?,
-    ))
+    let rows = benchmark_apps(
+        candidates,
+        plan.rounds,
+        plan.frames,
+        None,
+        TimeRow::with_times,
+    )?;
+    Ok((adapter, rows))
 }
 
 /// The scene of the first load: nothing saved, and the resolve paid.
@@ -187,4 +195,98 @@ fn spawn_camera(world: &mut World, camera: Camera, msaa: Msaa, size: [u32; 2]) -
     };
     spawned.insert(camera.quality);
     entity
+}
+
+/// A camera by what its colours are drawn to.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    /// Its name in the records.
+    pub name: &'static str,
+    /// Bytes of a sample of colour.
+    pub bytes: u32,
+    pub hdr: bool,
+    /// A target of this format in place of the picture.
+    pub target: Option<TextureFormat>,
+    pub quality: FrameBufferQuality,
+}
+
+impl Camera {
+    fn packed(name: &'static str, bytes: u32, hdr: bool, packed: YCoCgFrameBuffer) -> Self {
+        Self::with_quality(name, bytes, hdr, packed.into())
+    }
+
+    fn with_quality(
+        name: &'static str,
+        bytes: u32,
+        hdr: bool,
+        quality: FrameBufferQuality,
+    ) -> Self {
+        Self {
+            name,
+            bytes,
+            hdr,
+            target: None,
+            quality,
+        }
+    }
+
+    fn target(name: &'static str, bytes: u32, target: TextureFormat) -> Self {
+        Self {
+            name,
+            bytes,
+            hdr: false,
+            target: Some(target),
+            quality: FrameBufferQuality::Exact,
+        }
+    }
+}
+
+/// Bevy's own, what a user would pick today, and the plugin's: resolved to Bevy's HDR texture, or tone-mapped.
+pub fn cameras() -> Vec<Camera> {
+    vec![
+        Camera::with_quality(REFERENCE, 8, true, FrameBufferQuality::Exact),
+        Camera::with_quality("rg11b10ufloat", 4, true, FrameBufferQuality::Compact),
+        Camera::packed("packed_hdr", 4, true, default()),
+        Camera::packed("packed_fused", 4, false, default()),
+    ]
+}
+
+/// The other filters: their time is in the resolve alone, so they are measured without layers.
+pub fn filters() -> impl Iterator<Item = Camera> {
+    let filters = [
+        ("packed_hdr nearest", Reconstruction::Nearest),
+        ("packed_hdr bilinear", Reconstruction::Bilinear),
+        ("packed_hdr edge_directed", Reconstruction::EdgeDirected),
+        ("packed_hdr guided", Reconstruction::Guided),
+        ("packed_hdr quad", Reconstruction::Quad),
+    ];
+    filters.into_iter().map(|(name, reconstruction)| {
+        let packed = YCoCgFrameBuffer {
+            reconstruction,
+            ..default()
+        };
+        Camera::packed(name, 4, true, packed)
+    })
+}
+
+/// Those, and the cameras with 8 and 32 bits a channel.
+pub fn all_cameras() -> Vec<Camera> {
+    let mut all = cameras();
+    all.extend([
+        Camera::target("rgba8", 4, TextureFormat::Rgba8UnormSrgb),
+        Camera::packed(
+            "packed_unorm8",
+            2,
+            false,
+            YCoCgFrameBuffer::with_format(PackedFormat::Unorm8),
+        ),
+        Camera::target("rgba32float", 16, TextureFormat::Rgba32Float),
+        Camera::packed(
+            "packed_float32",
+            8,
+            true,
+            YCoCgFrameBuffer::with_format(PackedFormat::Float32),
+        ),
+    ]);
+    all
 }

@@ -1,13 +1,8 @@
 //! What a pixel fetches, counted by its own shader: the pixel shader of an app is composed as Bevy does, made
-//! to count ([`mod@counting`]), and put in the place of the original, and the picture is read back. Loops and
+//! to count ([`super::counting`]), and put in the place of the original, and the picture is read back. Loops and
 //! branches count as often as they run, on a floor that is seen from near and far.
 
-pub mod counting;
-mod floor;
-pub mod record;
-pub mod tables;
-
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 use bevy::{
     prelude::*,
@@ -19,21 +14,23 @@ use bevy::{
     },
     shader::{Shader, ShaderDefVal},
 };
-
-use self::{
-    counting::{KINDS, counting},
-    record::{FILE, FetchRow},
-};
-use super::{
-    configurations::{Configuration, configurations},
-    error::CostError,
-    pipelines::pass,
-    record::{read_json, write_json},
-    scene::Scene,
-};
 use bevy_frugal_lab::{
+    ROOT,
     compose::{Composer, device_defs},
     headless::HeadlessApp,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    cost::{
+        CostError,
+        app::floor_app,
+        configurations::{Configuration, Scene, configurations},
+        counting::{KINDS, counting},
+        pipelines::pass,
+    },
+    page::table,
+    record::{FileError, read_json, write_json},
 };
 
 /// Frames before which every pipeline must have been compiled.
@@ -74,7 +71,7 @@ pub fn measure(plugin: Option<&str>, folder: &Path) -> Result<(), CostError> {
             }
         }
     }
-    write_json(&beside_bevy(rows), &path)
+    Ok(write_json(&beside_bevy(rows), &path)?)
 }
 
 fn beside_bevy(mut rows: Vec<FetchRow>) -> Vec<FetchRow> {
@@ -94,7 +91,7 @@ fn beside_bevy(mut rows: Vec<FetchRow>) -> Vec<FetchRow> {
 /// # Errors
 /// [`CostError`].
 pub fn counted(configuration: &Configuration, scene: Scene) -> Result<FetchRow, CostError> {
-    let mut app = floor::app(&configuration.kind, scene)?;
+    let mut app = floor_app(&configuration.kind, scene)?;
     app.run_until_ready(MAX_FRAMES)?;
     let pass = if configuration.plugin == "ycocg_fb" {
         RESOLVE
@@ -167,4 +164,93 @@ fn shader(app: &mut HeadlessApp, wanted: &str) -> Option<(AssetId<Shader>, Vec<S
     };
     let fragment = descriptor.fragment.as_ref()?;
     Some((fragment.shader.id(), fragment.shader_defs.clone()))
+}
+
+/// Where the committed figures are, relative to the repository.
+pub const FOLDER: &str = "docs/measurements/llvmpipe";
+/// Name of the file in its folder.
+pub const FILE: &str = "fetches.json";
+
+/// The mean number of fetches of a pixel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FetchRow {
+    /// Name of the plugin, or `bevy`.
+    pub plugin: String,
+    /// Name of the setting.
+    pub setting: String,
+    /// Name of the material.
+    pub material: String,
+    /// Name of the pass.
+    pub pass: String,
+    /// Fetches through a filter.
+    pub samples: f64,
+    /// Fetches of one texel.
+    pub loads: f64,
+    /// Fetches of one component of four texels.
+    pub gathers: f64,
+    /// Comparisons with the depth in a shadow map.
+    pub comparisons: f64,
+    /// Fetches of all kinds by Bevy alone, where it has the pass.
+    pub baseline_fetches: Option<f64>,
+}
+
+impl FetchRow {
+    /// Fetches of all kinds.
+    pub fn fetches(&self) -> f64 {
+        self.samples + self.loads + self.gathers + self.comparisons
+    }
+}
+
+/// Reads the committed figures.
+///
+/// # Errors
+/// [`FileError`].
+pub fn read() -> Result<Vec<FetchRow>, FileError> {
+    let root = Path::new(ROOT);
+    read_json(&root.join(FOLDER).join(FILE))
+}
+
+/// The table of a plugin's page: fetches of a pixel by setting.
+pub fn page(rows: &[FetchRow], plugin: &str) -> String {
+    let mut settings = BTreeSet::new();
+    let own: Vec<_> = rows.iter().filter(|row| row.plugin == plugin).collect();
+    let scenes: Vec<_> = [Scene::BaseColor, Scene::FiveMaps]
+        .into_iter()
+        .filter(|scene| own.iter().any(|row| row.material == scene.material()))
+        .collect();
+    let names: Vec<_> = scenes.iter().map(|scene| scene.material()).collect();
+    let mut lines = Vec::new();
+    let mut line = |name: &str, plugin: &str, setting: &str| {
+        let cells: Vec<_> = { names.iter() }
+            .map(|material| {
+                let is_it = |row: &&FetchRow| {
+                    row.plugin == plugin && row.setting == setting && row.material == *material
+                };
+                rows.iter().find(is_it).map_or(String::new(), cell)
+            })
+            .collect();
+        if cells.iter().any(|cell| !cell.is_empty()) {
+            lines.push([vec![name.into()], cells].concat());
+        }
+    };
+    if own.iter().any(|row| row.baseline_fetches.is_some()) {
+        line("Bevy alone", "bevy", "default");
+    }
+    if plugin == "voxel_gi" {
+        line("Bevy's own irradiance volume", "bevy", "irradiance_volume");
+    }
+    for row in own.iter().filter(|row| settings.insert(&row.setting)) {
+        line(&format!("`{}`", row.setting), plugin, &row.setting);
+    }
+    table(&[&["setting"], &names[..]].concat(), lines)
+}
+
+/// All fetches, and over Bevy's; then by kind.
+fn cell(row: &FetchRow) -> String {
+    let fetches = row.fetches();
+    let factor = { row.baseline_fetches.filter(|_| row.plugin != "bevy") }
+        .map_or(String::new(), |bevy| format!(" ({:.1})", fetches / bevy));
+    let kinds = [row.samples, row.loads, row.gathers, row.comparisons];
+    let kinds = kinds.map(|count| format!("{count:.1}"));
+    format!("{fetches:.1}{factor}: {}", kinds.join(" + "))
 }

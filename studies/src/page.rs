@@ -1,78 +1,97 @@
 //! Summaries in Markdown: the report, and the tables of advice in other documents.
 
-use bevy_frugal_lab::ROOT;
 use std::{
     fmt::Write,
     path::{Path, PathBuf},
 };
 
-use super::{
-    study::TradeoffError,
+use bevy_frugal_lab::ROOT;
+
+use crate::{
+    record::{FileError, Report},
     summary::{Source, Summary},
 };
-use crate::record::Report;
 
-/// What to choose for which need.
-pub fn advice(summary: &Summary) -> String {
+/// A table in Markdown.
+pub fn table<H: AsRef<str>>(heads: &[H], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let heads: Vec<_> = heads.iter().map(AsRef::as_ref).collect();
     let mut text = format!(
-        "| if you need | choose | {} | {} |\n| --- | --- | --- | --- |\n",
-        summary.error.name, summary.cost.name
+        "| {} |\n|{}\n",
+        heads.join(" | "),
+        " --- |".repeat(heads.len())
     );
-    for &need in &summary.needs {
-        let need_text = summary.need_text(need);
-        let _ = match summary.choice_for(need) {
-            Some(choice) => writeln!(
-                text,
-                "| {need_text} | `{}` | {} | {} |",
-                choice.name,
-                summary.error.text(choice.error),
-                summary.cost.text(choice.cost)
-            ),
-            None => writeln!(text, "| {need_text} | nothing measured meets it | | |"),
-        };
+    for cells in rows {
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
     text
 }
 
+/// A number, or nothing where there is none.
+pub fn number(value: Option<f64>, decimals: usize) -> String {
+    value.map_or(String::new(), |value| format!("{value:.decimals$}"))
+}
+
+/// What to choose for which need.
+pub fn advice(summary: &Summary) -> String {
+    let heads = [
+        "if you need",
+        "choose",
+        summary.error.name,
+        summary.cost.name,
+    ];
+    let rows = summary.needs.iter().map(|&need| {
+        let cells = match summary.choice_for(need) {
+            Some(choice) => [
+                format!("`{}`", choice.name),
+                summary.error.text(choice.error),
+                summary.cost.text(choice.cost),
+            ],
+            None => [
+                "nothing measured meets it".into(),
+                String::new(),
+                String::new(),
+            ],
+        };
+        [vec![summary.need_text(need)], cells.into()].concat()
+    });
+    table(&heads, rows)
+}
+
 /// A chapter of the report: the chart, the advice, and every choice.
-pub fn chapter(name: &str, summary: &Summary, report: &Report) -> String {
-    let mut text = format!("## {}\n\n", summary.title);
-    let _ = writeln!(text, "Measured on {}.\n", machine(report));
-    let _ = writeln!(text, "![{}]({name}.svg)\n", summary.title);
-    text += &advice(summary);
-    let _ = writeln!(
-        text,
-        "\nAll that was measured, and what others published; those that nothing of the plugin beats \
-         are bold. Every figure is in `{name}.json`.\n\n| choice | {} | {} | |\n\
-         | --- | --- | --- | --- |",
-        summary.error.label(),
-        summary.cost.label()
-    );
+pub fn chapter(name: &str, summary: &Summary, machine: &str) -> String {
+    let Summary {
+        title, error, cost, ..
+    } = summary;
     let front = summary.pareto_front();
     let mut choices: Vec<_> = summary.choices.iter().collect();
     choices.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    for choice in choices {
-        let name = if front.contains(&choice) {
-            format!("**{}**", choice.name)
-        } else {
-            choice.name.clone()
-        };
+    let rows = choices.into_iter().map(|choice| {
         let source = match choice.source {
             Source::Ours => "",
             Source::Baseline => "baseline",
             Source::Published => "published",
         };
-        let _ = writeln!(
-            text,
-            "| {name} | {:.*} | {:.*} | {source} |",
-            summary.error.decimals, choice.error, summary.cost.decimals, choice.cost
-        );
-    }
-    text
+        vec![
+            match front.contains(&choice) {
+                true => format!("**{}**", choice.name),
+                false => choice.name.clone(),
+            },
+            number(Some(choice.error), error.decimals),
+            number(Some(choice.cost), cost.decimals),
+            source.into(),
+        ]
+    });
+    let all = table(&["choice", &error.label(), &cost.label(), ""], rows);
+    format!(
+        "## {title}\n\nMeasured on {machine}.\n\n![{title}]({name}.svg)\n\n{}\n\
+         All that was measured, and what others published; those that nothing of the plugin beats \
+         are bold. Every figure is in `{name}.json`.\n\n{all}",
+        advice(summary)
+    )
 }
 
 /// Where and when a report was made.
-pub fn machine(report: &Report) -> String {
+pub fn machine<Rows>(report: &Report<Rows>) -> String {
     let mut text = match report.adapter.name.as_str() {
         "" => "this machine's processor".to_string(),
         name => name.to_string(),
@@ -104,11 +123,11 @@ pub fn plugin_page(plugin: &str) -> PathBuf {
 /// Does the same as [`renewed`] in a file, which stays as it is where it has no such marks.
 ///
 /// # Errors
-/// [`TradeoffError::File`] where the file cannot be read or written.
-pub fn renew_file(path: &Path, name: &str, text: &str) -> Result<(), TradeoffError> {
-    let document = std::fs::read_to_string(path).map_err(TradeoffError::file(path))?;
+/// [`FileError`] where the file cannot be read or written.
+pub fn renew_file(path: &Path, name: &str, text: &str) -> Result<(), FileError> {
+    let document = std::fs::read_to_string(path).map_err(|error| FileError::new(path, error))?;
     match renewed(&document, name, text) {
-        Some(text) => std::fs::write(path, text).map_err(TradeoffError::file(path)),
+        Some(text) => std::fs::write(path, text).map_err(|error| FileError::new(path, error)),
         None => Ok(()),
     }
 }
@@ -127,7 +146,7 @@ mod tests {
             lines,
             [
                 "| the most accurate | `exact` | 1.0 | 3.0 |",
-                "| at most 2.5 of cost | nothing measured meets it | | |",
+                "| at most 2.5 of cost | nothing measured meets it |  |  |",
                 "| at most 100.0 of error | `exact` | 1.0 | 3.0 |",
             ]
         );
