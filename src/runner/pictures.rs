@@ -23,7 +23,6 @@ use super::{
 use crate::{
     headless::{AdapterInfo, FrameTimes, HeadlessApp, HeadlessError, HeadlessSettings},
     metrics::{self, DEFAULT_PIXELS_PER_DEGREE, SizeMismatch, flip, heat_map},
-    record::Measurement,
 };
 
 /// Frames after which a scene must be ready; most are within ten.
@@ -108,27 +107,6 @@ impl Outcome {
     pub fn json_line(&self) -> String {
         // Plain structures with text keys always serialise.
         serde_json::to_string(self).unwrap_or_else(|error| format!("{{\"error\":\"{error}\"}}"))
-    }
-
-    /// The record of "after" against "before".
-    pub fn measurement(&self) -> Measurement {
-        let settings = self.settings.iter();
-        Measurement {
-            plugin: self.plugin.into(),
-            scene: self.scene.into(),
-            setting: settings
-                .map(|(name, value)| format!("{name}={value}"))
-                .collect::<Vec<_>>()
-                .join(" "),
-            reference: "before".into(),
-            mse: Some(self.mse),
-            psnr_db: self.psnr_db,
-            flip: Some(self.flip),
-            max_error: Some(self.max_error.into()),
-            gpu_ms: self.after.gpu_ms,
-            cpu_ms: self.after.cpu_ms,
-            ..Measurement::default()
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use bevy::image::Image;
-use bevy_frugal_lab::record::Measurement;
+use bevy_frugal_studies::{record::Times, voxel_gi::LightRow};
 
 /// The cost of a baked texture.
 #[derive(Clone, Copy, Debug)]
@@ -27,13 +27,16 @@ impl Baked {
     }
 
     /// The row of a method's bake.
-    pub fn row(self, scene: &str, method: &str) -> Measurement {
-        Measurement {
+    pub fn row(self, scene: &str, method: &str) -> LightRow {
+        LightRow {
             scene: scene.into(),
             setting: format!("{method}, bake"),
-            cpu_ms: Some(1e3 * self.time.as_secs_f64()),
             bytes: Some(self.bytes),
-            ..Measurement::default()
+            times: Times {
+                cpu_ms: Some(1e3 * self.time.as_secs_f64()),
+                ..Times::default()
+            },
+            ..LightRow::default()
         }
     }
 }

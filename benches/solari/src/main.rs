@@ -34,9 +34,10 @@ mod texture;
 
 use std::{error::Error, path::PathBuf};
 
-use bevy_frugal_lab::{
-    boxes::TracedScene,
-    record::{Measurement, Report},
+use bevy_frugal_lab::boxes::TracedScene;
+use bevy_frugal_studies::{
+    record::Report,
+    voxel_gi::{LightRow, Rows},
 };
 use clap::Parser;
 
@@ -61,7 +62,7 @@ struct Arguments {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
-    let mut report = Report::of_today();
+    let mut report = Report::<Rows>::default().of_today();
     println!("| scene | setting | error | bias | flicker | ms a frame |");
     println!("| --- | --- | --- | --- | --- | --- |");
     for name in &arguments.scenes {
@@ -74,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for method in methods.filter(|method| method.draws(&scene.scene)) {
             let (rows, adapter) = measure::rows(&scene, method, arguments.pictures.as_deref())?;
             rows.iter().for_each(print);
-            report.measurements.extend(rows);
+            report.rows.boxes.extend(rows);
             report.adapter = adapter;
         }
     }
@@ -84,7 +85,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn print(row: &Measurement) {
+fn print(row: &LightRow) {
     let percent =
         |value: Option<f64>| value.map_or(String::new(), |v| format!("{:.1}%", 100.0 * v));
     println!(
@@ -94,6 +95,6 @@ fn print(row: &Measurement) {
         percent(row.relative_error),
         percent(row.bias),
         percent(row.flicker),
-        row.cpu_ms.unwrap_or_default(),
+        row.times.cpu_ms.unwrap_or_default(),
     );
 }

@@ -6,7 +6,10 @@ use bevy::{math::Vec3, render::renderer::RenderDevice};
 use bevy_frugal_lab::{
     boxes::{TracedScene, agreement, spawn_box_scene},
     headless::{HeadlessApp, HeadlessSettings, TargetFormat, median},
-    record::{Measurement, ReportAdapter},
+};
+use bevy_frugal_studies::{
+    record::{ReportAdapter, Times},
+    voxel_gi::LightRow,
 };
 use bevy_solari::SolariPlugins;
 
@@ -33,7 +36,7 @@ pub fn rows(
     truth: &TracedScene,
     method: Method,
     pictures: Option<&Path>,
-) -> Result<(Vec<Measurement>, ReportAdapter), Box<dyn Error>> {
+) -> Result<(Vec<LightRow>, ReportAdapter), Box<dyn Error>> {
     let scene = &truth.scene;
     let (mut app, baked) = app(truth, method)?;
     let direct = picture(&mut app)?;
@@ -44,13 +47,12 @@ pub fn rows(
     let total = total(truth);
     let row = |setting: String, picture: &[Vec3], truth: &[Vec3]| {
         let found = agreement(picture, scene.camera.width, truth);
-        Measurement {
+        LightRow {
             scene: scene.name.clone(),
             setting,
-            reference: "path traced".into(),
             relative_error: Some(found.relative_error),
             bias: Some(found.bias),
-            ..Measurement::default()
+            ..LightRow::default()
         }
     };
     let frames = if method.converges() {
@@ -82,9 +84,12 @@ pub fn rows(
             } else {
                 method.name().into()
             };
-            rows.push(Measurement {
+            rows.push(LightRow {
                 flicker: (frame > 1).then(|| flicker(&before, &now)),
-                cpu_ms: median(&times),
+                times: Times {
+                    cpu_ms: median(&times),
+                    ..Times::default()
+                },
                 ..row(setting, &now, &total)
             });
             times.clear();

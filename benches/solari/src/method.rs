@@ -7,7 +7,8 @@ use bevy::{
     prelude::*,
     render::render_resource::TextureUsages,
 };
-use bevy_frugal_lab::{boxes::BoxScene, stage::StageCamera, tradeoff::voxel_gi::render::placed};
+use bevy_frugal_lab::{boxes::BoxScene, stage::StageCamera};
+use bevy_frugal_studies::voxel_gi::render::placed;
 use bevy_solari::{
     SolariPlugins,
     pathtracer::{Pathtracer, PathtracingPlugin},

@@ -4,11 +4,13 @@
 //! | file | contents |
 //! | --- | --- |
 //! | `cameras` | what the settings make of the cameras |
+//! | [`scenes`] | the scenes |
 //! | `stage` | the chosen scene, and its slow motion |
 //! | `memory` | the reports of the plugin as figures and notes |
 
 mod cameras;
 mod memory;
+pub mod scenes;
 mod stage;
 
 use bevy::{core_pipeline::tonemapping::DebandDither, prelude::*};
@@ -17,8 +19,9 @@ use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 use crate::{
     runner::{Scene, SceneSetting, Side},
     scenes::error_view::{self, ErrorViewPlugin, ErrorViewSystems, Films},
-    tradeoff::ycocg_fb::scenes::SCENES,
 };
+
+use self::scenes::SCENES;
 
 /// The example of `bevy_ycocg_fb`.
 pub struct YCoCgFb;

@@ -4,10 +4,10 @@ use std::f32::consts::TAU;
 
 use bevy::{camera_controller::free_camera::FreeCameraState, prelude::*};
 
+use super::scenes::{SCENES, TestScene};
 use crate::{
     runner::{PictureArea, SceneSettings},
     scenes::error_view::Films,
-    tradeoff::ycocg_fb::scenes::{SCENES, TestScene},
 };
 
 /// Seconds of a movement there and back.

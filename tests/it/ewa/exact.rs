@@ -5,13 +5,12 @@ use bevy_ewa::{
     reference::{AddressMode, Derivatives, Texture, sample},
 };
 use bevy_frugal_lab::{
-    metrics::error::max_error,
-    tradeoff::ewa::{
-        linear_error,
-        lookup::{Lookups, TexelFormat},
+    lookups::{
+        Lookups, TexelFormat, linear_error,
         picture::{Pixels, computed_picture, display},
         scenes::SCENES,
     },
+    metrics::error::max_error,
 };
 
 use crate::support::{gpu, skipped};

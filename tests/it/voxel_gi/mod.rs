@@ -1,6 +1,5 @@
 //! The voxel GI in pictures.
 
-mod arcade;
 mod basics;
 mod bounces;
 mod budget;
