@@ -57,7 +57,8 @@ pub(super) fn spawn_light(world: &mut World, place: Vec3) {
 /// The volume of light of a kind, if it has one.
 pub(super) fn spawn_volume(world: &mut World, kind: &Kind) {
     match kind {
-        Kind::Gi(volume) => {
+        Kind::Gi(settings, volume) => {
+            world.insert_resource(settings.clone());
             world.spawn(volume.clone());
         }
         Kind::IrradianceVolume => {
@@ -83,7 +84,7 @@ pub(super) fn add_plugin(app: &mut App, kind: &Kind) {
         }),
         Kind::Wavelet(..) => app.add_plugins(WaveletTexPlugin),
         Kind::FrameBuffer(_) => app.add_plugins(YCoCgFrameBufferPlugin),
-        Kind::Gi(_) => app.add_plugins(VoxelGiPlugin),
+        Kind::Gi(..) => app.add_plugins(VoxelGiPlugin),
     };
 }
 

@@ -2,7 +2,9 @@
 
 use bevy::utils::default;
 use bevy_ewa::{EwaKernel, EwaProbes, EwaSettings};
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer};
+use bevy_voxel_gi::{
+    Bounces, Receiver, Solver, VoxelAlbedo, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
+};
 use bevy_wavelet_tex::{WaveletFilter, codec::rate::Rate};
 use bevy_ycocg_fb::{
     FrameBufferQuality, MsaaResolve, PackedFormat, Reconstruction, YCoCgFrameBuffer,
@@ -46,7 +48,7 @@ pub enum Kind {
     /// `bevy_ycocg_fb`.
     FrameBuffer(FrameBufferQuality),
     /// `bevy_voxel_gi`.
-    Gi(VoxelGiVolume),
+    Gi(VoxelGiSettings, VoxelGiVolume),
 }
 
 fn configuration(
@@ -67,11 +69,10 @@ impl Configuration {
     /// Whether its pixels may fetch other texels than those of the plugin's other settings.
     pub fn changes_pixels(&self) -> bool {
         match &self.kind {
-            Kind::Gi(volume) => {
-                let default = VoxelGiVolume::default();
-                *volume == default
-                    || volume.receiver != default.receiver
-                    || volume.cascades != default.cascades
+            Kind::Gi(settings, volume) => {
+                let default = VoxelGiSettings::default();
+                let has_cascades = volume.cascades > 1;
+                *settings == default || settings.receiver != default.receiver || has_cascades
             }
             // Nothing is resolved.
             Kind::FrameBuffer(quality) => *quality != FrameBufferQuality::Compact,
@@ -212,11 +213,12 @@ fn ewa() -> impl Iterator<Item = Configuration> {
 }
 
 fn voxel_gi() -> impl Iterator<Item = Configuration> {
-    let gi = |name: &str, volume, scenes: &[Scene]| {
-        configuration("voxel_gi", name, Kind::Gi(volume), scenes)
+    let gi_in = |volume, name: &str, settings, scenes: &[Scene]| {
+        configuration("voxel_gi", name, Kind::Gi(settings, volume), scenes)
     };
+    let gi = |name: &str, settings, scenes: &[Scene]| gi_in(default(), name, settings, scenes);
     let base = &[Scene::BaseColor];
-    let light = |light| VoxelGiVolume { light, ..default() };
+    let light = |light| VoxelGiSettings { light, ..default() };
     let trace = |bounces| {
         light(VoxelLight::GlobalIllumination {
             solver: Solver::default(),
@@ -231,11 +233,15 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         radius: 1.0,
         rays: 16,
     };
-    let voxelizer = |voxelizer| VoxelGiVolume {
+    let voxelizer = |voxelizer| VoxelGiSettings {
         voxelizer,
         ..default()
     };
-    let per_pixel = VoxelGiVolume {
+    let cascaded = VoxelGiVolume {
+        cascades: 4,
+        ..default()
+    };
+    let per_pixel = VoxelGiSettings {
         receiver: Receiver::PerPixel,
         ..default()
     };
@@ -243,14 +249,7 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         gi("trace", default(), &Scene::MATERIALS),
         gi("trace 4 bounces", trace(Bounces::Count(4)), base),
         gi("trace per pixel", per_pixel, &Scene::MATERIALS),
-        gi(
-            "trace 4 cascades",
-            VoxelGiVolume {
-                cascades: 4,
-                ..default()
-            },
-            base,
-        ),
+        gi_in(cascaded, "trace 4 cascades", default(), base),
         gi(
             "trace fragment_clipping",
             voxelizer(Voxelizer::FragmentClipping),
@@ -268,7 +267,7 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         ),
         gi(
             "trace reprojected albedo",
-            VoxelGiVolume {
+            VoxelGiSettings {
                 albedo: VoxelAlbedo::Reprojected,
                 ..default()
             },
@@ -276,7 +275,7 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         ),
         gi(
             "trace stochastic reprojected albedo",
-            VoxelGiVolume {
+            VoxelGiSettings {
                 albedo: VoxelAlbedo::Reprojected,
                 ..voxelizer(Voxelizer::Stochastic { points: 16 })
             },

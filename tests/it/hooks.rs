@@ -11,7 +11,7 @@ use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_hooks::ShaderPatches;
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
 use bevy_frugal_lab::metrics::error::mse;
-use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 use bevy_ycocg_fb::{
     CameraState, FallbackReason, FrameBufferQuality, FrameBufferReport, YCoCgFrameBuffer,
     YCoCgFrameBufferPlugin,
@@ -226,14 +226,12 @@ fn without_its_anchor_a_volume_is_read_as_bevys_own() {
     };
     let volume = |app: &mut App| {
         app.add_plugins(VoxelGiPlugin)
+            .insert_resource(VoxelGiSettings {
+                resolution: 16,
+                ..default()
+            })
             .add_systems(Startup, |mut commands: Commands| {
-                commands.spawn((
-                    VoxelGiVolume {
-                        resolution: 16,
-                        ..default()
-                    },
-                    Transform::default(),
-                ));
+                commands.spawn((VoxelGiVolume::default(), Transform::default()));
             });
         scene(app);
     };

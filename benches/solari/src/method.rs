@@ -13,7 +13,7 @@ use bevy_solari::{
     pathtracer::{Pathtracer, PathtracingPlugin},
     realtime::SolariLighting,
 };
-use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 
 use crate::{bake::Baked, convert, irradiance_volume, lightmap};
 
@@ -138,7 +138,7 @@ impl Method {
             Self::Lightmaps => lightmap::switch(world, true),
             Self::IrradianceVolume => irradiance_volume::switch(world, true),
             Self::VoxelGi => {
-                world.spawn(placed(scene, VoxelGiVolume::default()));
+                world.spawn(placed(scene, VoxelGiSettings::default().resolution));
             }
             Self::Solari | Self::SolariRestir => {
                 world.entity_mut(camera).insert(SolariLighting {

@@ -58,5 +58,5 @@ pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
 pub use settings::{
     Bounces, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo, VoxelGiBudget,
-    VoxelGiVolume, VoxelLight, Voxelizer,
+    VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
 };

@@ -48,10 +48,10 @@ use crate::{
         },
     },
     report::{SharedReport, VoxelGiReport, receive_report},
-    settings::{MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiVolume},
+    settings::{MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiSettings, VoxelGiVolume},
 };
 
-/// Adds global illumination to the scene inside of each [`VoxelGiVolume`].
+/// Adds global illumination to the scene inside of each [`VoxelGiVolume`], with the resource [`VoxelGiSettings`].
 ///
 /// An app without such a volume has no additional pass, texture or buffer.
 #[derive(Clone, Copy, Debug, Default)]
@@ -78,7 +78,9 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "receive/visibility.wesl");
         app.patch_shader(receive::receiver_patch())
             .patch_shader(receive::lightmap_patch())
+            .register_type::<VoxelGiSettings>()
             .register_type::<VoxelGiVolume>()
+            .init_resource::<VoxelGiSettings>()
             .register_type::<NotVoxelized>()
             .register_type::<MeshVoxelMaterial>()
             .init_resource::<ActiveVolume>()

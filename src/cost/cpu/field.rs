@@ -128,9 +128,10 @@ pub fn app(field: Field, kind: &Kind) -> Result<HeadlessApp, CostError> {
         }
         skins[i % skins.len()].put_on(entity);
     }
-    if let Kind::Gi(volume) = kind {
+    if let Kind::Gi(settings, volume) = kind {
         let mut volume = volume.clone();
         volume.size = FIELD;
+        world.insert_resource(settings.clone());
         world.spawn(volume);
     }
     Ok(app)

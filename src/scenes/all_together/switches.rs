@@ -1,7 +1,7 @@
 //! What the switches make of the volume and the cameras.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::VoxelGiVolume;
+use bevy_voxel_gi::{VoxelGiSettings, VoxelGiVolume};
 use bevy_ycocg_fb::{FrameBufferQuality, YCoCgFrameBuffer};
 
 use super::hall;
@@ -14,12 +14,13 @@ use crate::{
 pub fn place_volume(
     mut commands: Commands,
     settings: Res<SceneSettings>,
+    mut light: ResMut<VoxelGiSettings>,
     volumes: Query<(Entity, &VoxelGiVolume)>,
 ) {
     let (center, size) = hall::volume();
+    light.resolution = settings.choice("resolution").parse().unwrap_or(32);
     let wanted = settings.toggle("voxel_gi").then(|| VoxelGiVolume {
         size,
-        resolution: settings.choice("resolution").parse().unwrap_or(32),
         sky: hall::sky(),
         ..default()
     });

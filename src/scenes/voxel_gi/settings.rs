@@ -2,7 +2,8 @@
 
 use bevy::prelude::*;
 use bevy_voxel_gi::{
-    Bounces, DebugField, Receiver, Sky, Solver, VoxelGiDebug, VoxelGiVolume, VoxelLight, Voxelizer,
+    Bounces, DebugField, Receiver, Sky, Solver, VoxelGiDebug, VoxelGiSettings, VoxelGiVolume,
+    VoxelLight, Voxelizer,
 };
 
 use super::stage::Stage;
@@ -26,6 +27,7 @@ pub fn apply(
     let Some((center, size, sky)) = stage.volume(resolution(&settings)) else {
         return;
     };
+    commands.insert_resource(light_settings(&settings, size));
     let volume = (
         volume(&settings, size, sky),
         Transform::from_translation(center),
@@ -75,6 +77,16 @@ fn resolution(settings: &SceneSettings) -> u32 {
 
 fn volume(settings: &SceneSettings, size: f32, sky: Sky) -> VoxelGiVolume {
     let cascades = settings.integer("cascades");
+    VoxelGiVolume {
+        // The first of several cascades is about the middle of the scene.
+        size: if cascades > 1 { 0.5 * size } else { size },
+        sky,
+        cascades,
+        ..default()
+    }
+}
+
+fn light_settings(settings: &SceneSettings, size: f32) -> VoxelGiSettings {
     let rays = settings.integer("rays");
     let light = match settings.choice("light") {
         "ambient_occlusion" => VoxelLight::AmbientOcclusion {
@@ -94,9 +106,7 @@ fn volume(settings: &SceneSettings, size: f32, sky: Sky) -> VoxelGiVolume {
             },
         },
     };
-    VoxelGiVolume {
-        // The first of several cascades is about the middle of the scene.
-        size: if cascades > 1 { 0.5 * size } else { size },
+    VoxelGiSettings {
         resolution: resolution(settings),
         light,
         voxelizer: match settings.choice("voxelizer") {
@@ -109,9 +119,7 @@ fn volume(settings: &SceneSettings, size: f32, sky: Sky) -> VoxelGiVolume {
             "per_pixel" => Receiver::PerPixel,
             _ => Receiver::Interpolated,
         },
-        sky,
         shadow_samples: settings.integer("shadow_samples"),
-        cascades,
         ..default()
     }
 }

@@ -1,7 +1,7 @@
 //! The passes of global illumination in a volume that is renewed in each frame, and what pixels pay to read it.
 
 use bevy::utils::default;
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight};
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings, VoxelLight};
 
 use crate::{
     record::{Measurement, ReportAdapter},
@@ -29,8 +29,8 @@ pub fn rows(
 ) -> Result<(ReportAdapter, Vec<Measurement>), TradeoffError> {
     let mut candidates: Vec<Candidate<_>> = Vec::new();
     let mut adapter = ReportAdapter::default();
-    for (name, volume) in settings(resolution) {
-        let (app, row) = load::app(TRIANGLES, volume, size)?;
+    for (name, light) in settings(resolution) {
+        let (app, row) = load::app(TRIANGLES, light, size)?;
         adapter = app.adapter().into();
         let row = Measurement {
             scene: format!("{resolution}^3"),
@@ -45,9 +45,9 @@ pub fn rows(
     ))
 }
 
-fn settings(resolution: u32) -> [(&'static str, Option<VoxelGiVolume>); 5] {
-    let volume = |light, receiver| {
-        Some(VoxelGiVolume {
+fn settings(resolution: u32) -> [(&'static str, Option<VoxelGiSettings>); 5] {
+    let with = |light, receiver| {
+        Some(VoxelGiSettings {
             resolution,
             light,
             receiver,
@@ -65,9 +65,9 @@ fn settings(resolution: u32) -> [(&'static str, Option<VoxelGiVolume>); 5] {
     let propagate = bounced(Solver::Propagate { iterations: 96 });
     [
         (WITHOUT, None),
-        ("trace", volume(default(), default())),
-        ("trace per pixel", volume(default(), Receiver::PerPixel)),
-        ("propagate", volume(propagate, default())),
-        ("ambient_occlusion", volume(occlusion, default())),
+        ("trace", with(default(), default())),
+        ("trace per pixel", with(default(), Receiver::PerPixel)),
+        ("propagate", with(propagate, default())),
+        ("ambient_occlusion", with(occlusion, default())),
     ]
 }

@@ -141,11 +141,9 @@ impl ArcadeApp {
     pub fn rows(&mut self, setting: &Setting) -> Result<Vec<Measurement>, HeadlessError> {
         let scene = &self.states[0].scene;
         move_to(self.app.world_mut(), &self.spawned, scene);
-        let volume = self
-            .app
-            .world_mut()
-            .spawn(placed(scene, setting.volume.clone()))
-            .id();
+        let world = self.app.world_mut();
+        world.insert_resource(setting.settings.clone());
+        let volume = world.spawn(placed(scene, setting.settings.resolution)).id();
         settle(&mut self.app)?;
         let mut rows = Vec::new();
         for (index, state) in self.states.iter().enumerate() {
@@ -193,12 +191,12 @@ impl StateTruth {
 }
 
 /// A volume that fits the scene, with its sky.
-fn placed(scene: &MeshScene, settings: VoxelGiVolume) -> (VoxelGiVolume, Transform) {
-    let (center, size) = scene.volume(settings.resolution);
+fn placed(scene: &MeshScene, resolution: u32) -> (VoxelGiVolume, Transform) {
+    let (center, size) = scene.volume(resolution);
     let volume = VoxelGiVolume {
         size,
         sky: Sky::uniform(LinearRgba::from_vec3(scene.stage.sky_radiance)),
-        ..settings
+        ..default()
     };
     (volume, Transform::from_translation(center))
 }

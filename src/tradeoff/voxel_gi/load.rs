@@ -1,7 +1,7 @@
 //! The same setting with more and more triangles: spheres in a volume, and a light.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiVolume};
+use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiVolume};
 use indicatif::ProgressBar;
 
 use super::{render, settings::SPANS};
@@ -33,11 +33,11 @@ pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<Measurement>, H
     let resolution = plan.resolutions[0];
     for &triangles in &plan.triangles {
         progress.set_message(format!("{triangles} triangles"));
-        let volume = VoxelGiVolume {
+        let settings = VoxelGiSettings {
             resolution,
             ..default()
         };
-        let (app, row) = app(triangles, Some(volume), [PICTURE; 2])?;
+        let (app, row) = app(triangles, Some(settings), [PICTURE; 2])?;
         candidates.push(candidate(app, row));
         progress.inc(1);
     }
@@ -49,14 +49,14 @@ pub fn candidate(app: HeadlessApp, row: Measurement) -> Candidate<HeadlessApp> {
     Candidate::new(app, row).with_stages(SPANS)
 }
 
-/// An app with spheres of so many triangles, with a volume around them where there is one, that is renewed in each
-/// frame; and its row, without times.
+/// An app with spheres of so many triangles, with a volume around them where there are settings, that is renewed in
+/// each frame; and its row, without times.
 ///
 /// # Errors
 /// [`HeadlessError`] when a frame cannot be rendered.
 pub fn app(
     triangles: u32,
-    volume: Option<VoxelGiVolume>,
+    light: Option<VoxelGiSettings>,
     picture: [u32; 2],
 ) -> Result<(HeadlessApp, Measurement), HeadlessError> {
     let settings = HeadlessSettings::with_size(picture[0], picture[1]);
@@ -74,17 +74,18 @@ pub fn app(
         UNGRADED,
         Transform::from_xyz(0.0, 0.0, SIZE).looking_at(Vec3::ZERO, Vec3::Y),
     ));
-    let resolution = volume.as_ref().map_or(0, |volume| volume.resolution);
-    let volume = volume.map(|volume| {
-        let volume = VoxelGiVolume {
+    let resolution = light.as_ref().map_or(0, |light| light.resolution);
+    let has_volume = light.is_some();
+    if let Some(light) = light {
+        world.insert_resource(light);
+        world.spawn(VoxelGiVolume {
             size: SIZE,
-            ..volume
-        };
-        world.spawn(volume).id()
-    });
+            ..default()
+        });
+    }
     app.run_until_ready(MAX_FRAMES)?;
-    if let Some(volume) = volume {
-        render::never_pause(&mut app, volume)?;
+    if has_volume {
+        render::never_pause(&mut app)?;
     }
     let report = *app.world().resource::<VoxelGiReport>();
     let row = Measurement {

@@ -1,7 +1,7 @@
 //! Noise on flat walls while a light moves.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::VoxelGiVolume;
+use bevy_voxel_gi::{VoxelGiSettings, VoxelGiVolume};
 
 use super::picture::{difference, picture};
 use crate::{
@@ -38,7 +38,7 @@ pub fn in_motion(
     app.render_frames(2)?;
     let without = picture(app)?;
     let world = app.world_mut();
-    let resolution = parts.as_ref().map_or(1, |volume| volume.resolution);
+    let resolution = world.resource::<VoxelGiSettings>().resolution;
     world.entity_mut(volume).insert(parts.unwrap_or_default());
     move_lights(world, -half);
     Ok(picture_noise(

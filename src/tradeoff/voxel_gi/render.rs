@@ -1,7 +1,9 @@
 //! A setting in a scene.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
+use bevy_voxel_gi::{
+    Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelGiVolume,
+};
 
 use super::{
     noise,
@@ -33,10 +35,10 @@ pub fn candidate(
     let scene = &truth.scene;
     let mut app = app(scene)?;
     let without = picture(&mut app)?;
-    let volume = app
-        .world_mut()
-        .spawn(placed(scene, setting.volume.clone()))
-        .id();
+    let resolution = setting.settings.resolution;
+    let world = app.world_mut();
+    world.insert_resource(setting.settings.clone());
+    let volume = world.spawn(placed(scene, resolution)).id();
     settle(&mut app)?;
     let bounced = difference(&picture(&mut app)?, &without);
     let found = agreement(&bounced, scene.camera.width, &truth.indirect);
@@ -50,7 +52,7 @@ pub fn candidate(
         relative_error: is_compared.then_some(found.relative_error),
         bias: is_compared.then_some(found.bias),
         noise: if is_compared {
-            picture_noise(&bounced, scene, setting.volume.resolution)
+            picture_noise(&bounced, scene, resolution)
         } else {
             None
         },
@@ -59,7 +61,7 @@ pub fn candidate(
     if is_compared && !scene.point_lights.is_empty() {
         row.noise_in_motion = noise::in_motion(&mut app, scene, volume)?;
     }
-    never_pause(&mut app, volume)?;
+    never_pause(&mut app)?;
     let adapter = app.adapter().into();
     Ok((Candidate::new(app, row).with_stages(SPANS), adapter))
 }
@@ -78,13 +80,13 @@ fn app(scene: &BoxScene) -> Result<HeadlessApp, HeadlessError> {
     Ok(app)
 }
 
-/// A volume that fits the scene, with its sky.
-pub fn placed(scene: &BoxScene, settings: VoxelGiVolume) -> (VoxelGiVolume, Transform) {
-    let (center, size) = scene.volume(settings.resolution);
+/// A volume of so many voxels along an edge that fits the scene, with its sky.
+pub fn placed(scene: &BoxScene, resolution: u32) -> (VoxelGiVolume, Transform) {
+    let (center, size) = scene.volume(resolution);
     let volume = VoxelGiVolume {
         size,
         sky: Sky::uniform(LinearRgba::from_vec3(scene.sky_radiance)),
-        ..settings
+        ..default()
     };
     (volume, Transform::from_translation(center))
 }
@@ -122,12 +124,11 @@ pub(super) fn stir(
     }
 }
 
-/// Lets all of the volume be renewed in each frame, as where something moves.
-pub(super) fn never_pause(app: &mut HeadlessApp, volume: Entity) -> Result<(), HeadlessError> {
-    app.world_mut().insert_resource(IsStirred);
-    if let Some(mut volume) = app.world_mut().get_mut::<VoxelGiVolume>(volume) {
-        volume.pause_when_settled = false;
-    }
+/// Lets all of the volumes be renewed in each frame, as where something moves.
+pub(super) fn never_pause(app: &mut HeadlessApp) -> Result<(), HeadlessError> {
+    let world = app.world_mut();
+    world.insert_resource(IsStirred);
+    world.resource_mut::<VoxelGiSettings>().pause_when_settled = false;
     // Times come back a few frames late, and the first frames renew what others do in turn.
     app.render_frames(8)
 }

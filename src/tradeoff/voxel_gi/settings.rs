@@ -1,7 +1,7 @@
 //! What is measured, by name: two settings that users have by default, one thing changed at a time,
 //! and the whole grid of resolution, rays and iterations.
 
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight, Voxelizer};
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings, VoxelLight, Voxelizer};
 
 use crate::tradeoff::{plan::GiPlan, study::TradeoffError};
 
@@ -13,8 +13,8 @@ pub(super) const SPANS: &str = "voxel_gi_";
 pub struct Setting {
     /// `trace` or `propagate`, and what differs from the default.
     pub name: String,
-    /// The settings; size and sky are the scene's.
-    pub volume: VoxelGiVolume,
+    /// The settings; the volume is the scene's.
+    pub settings: VoxelGiSettings,
 }
 
 /// Rays and iterations of the default settings.
@@ -34,10 +34,10 @@ impl Setting {
         }
         Self {
             name,
-            volume: VoxelGiVolume {
+            settings: VoxelGiSettings {
                 resolution,
                 light,
-                ..VoxelGiVolume::default()
+                ..VoxelGiSettings::default()
             },
         }
     }
@@ -68,18 +68,18 @@ impl Setting {
     }
 
     /// The default solver with something else changed.
-    fn variant(text: &str, resolution: u32, change: impl FnOnce(&mut VoxelGiVolume)) -> Self {
+    fn variant(text: &str, resolution: u32, change: impl FnOnce(&mut VoxelGiSettings)) -> Self {
         let mut setting = Self::trace(RAYS, Bounces::Endless, resolution);
         setting.name += &format!(" {text}");
-        change(&mut setting.volume);
+        change(&mut setting.settings);
         setting
     }
 
     /// Whether its picture is to be compared with path-traced light. Round-robin updates come to the same
     /// light, later.
     pub fn is_compared(&self) -> bool {
-        matches!(self.volume.light, VoxelLight::GlobalIllumination { .. })
-            && self.volume.update_interval == 1
+        matches!(self.settings.light, VoxelLight::GlobalIllumination { .. })
+            && self.settings.update_interval == 1
     }
 }
 
@@ -114,8 +114,8 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
     if plan.variants {
         for samples in [1, 4] {
             let text = format!("{samples} shadow samples");
-            settings.push(Setting::variant(&text, base, |volume| {
-                volume.shadow_samples = samples;
+            settings.push(Setting::variant(&text, base, |settings| {
+                settings.shadow_samples = samples;
             }));
         }
         settings.push(Setting::variant("round_robin 4", base, |volume| {
@@ -129,8 +129,8 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
             ("geometry_clipping", Voxelizer::GeometryClipping),
             ("stochastic", Voxelizer::Stochastic { points: 1024 }),
         ] {
-            settings.push(Setting::variant(text, base, |volume| {
-                volume.voxelizer = voxelizer;
+            settings.push(Setting::variant(text, base, |settings| {
+                settings.voxelizer = voxelizer;
             }));
         }
         let occlusion = VoxelLight::AmbientOcclusion {
@@ -178,10 +178,15 @@ mod tests {
             let settings = settings(&Plan::new(quick).gi);
             assert!(settings.len() > 3);
             for setting in &settings {
-                assert_eq!(setting.volume, setting.volume.clamped(), "{}", setting.name);
-                let same = settings
-                    .iter()
-                    .filter(|other| other.name == setting.name || other.volume == setting.volume);
+                assert_eq!(
+                    setting.settings,
+                    setting.settings.clamped(),
+                    "{}",
+                    setting.name
+                );
+                let same = settings.iter().filter(|other| {
+                    other.name == setting.name || other.settings == setting.settings
+                });
                 assert_eq!(same.count(), 1, "{}", setting.name);
             }
         }

@@ -8,7 +8,7 @@ use bevy::{
     render::renderer::RenderDevice,
     world_serialization::WorldAssetRoot,
 };
-use bevy_voxel_gi::VoxelGiVolume;
+use bevy_voxel_gi::{VoxelGiSettings, VoxelGiVolume};
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletStandardMaterial, WaveletTexture,
     codec::{encoder::encode_rgb8, settings::EncodeSettings},
@@ -43,11 +43,12 @@ pub fn spawn(
         },
         Transform::from_xyz(-2.0, 4.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
     ));
+    commands.insert_resource(VoxelGiSettings {
+        resolution: 16,
+        ..default()
+    });
     commands.spawn((
-        VoxelGiVolume {
-            resolution: 16,
-            ..default()
-        },
+        VoxelGiVolume::default(),
         Transform::default(),
     ));
     commands.spawn((

@@ -9,7 +9,7 @@ use bevy_frugal_lab::{
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
     scenes::tone::UNGRADED,
 };
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexPlugin,
     WaveletTexture,
@@ -182,9 +182,9 @@ pub fn switch(world: &mut World, [wavelet, packed, ewa, light]: [bool; 4]) {
     }
     let volumes = all::<With<VoxelGiVolume>>(world);
     if light && volumes.is_empty() {
+        world.resource_mut::<VoxelGiSettings>().resolution = 8;
         world.spawn(VoxelGiVolume {
             size: 8.0,
-            resolution: 8,
             sky: Sky::uniform(LinearRgba::rgb(300.0, 400.0, 500.0)),
             ..default()
         });

@@ -9,7 +9,7 @@ use bevy_frugal_lab::{
         voxel_gi::{arcade::ArcadeApp, settings::Setting},
     },
 };
-use bevy_voxel_gi::VoxelGiVolume;
+use bevy_voxel_gi::VoxelGiSettings;
 
 use crate::support::gpu;
 
@@ -28,9 +28,9 @@ fn arcade() -> ArcadeApp {
 fn rows(app: &mut ArcadeApp) -> Vec<Measurement> {
     let setting = Setting {
         name: "trace".into(),
-        volume: VoxelGiVolume {
+        settings: VoxelGiSettings {
             resolution: 16,
-            ..VoxelGiVolume::default()
+            ..VoxelGiSettings::default()
         },
     };
     let rows = app.rows(&setting).expect("rows");

@@ -11,12 +11,12 @@ use bevy::{
 };
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{
-    NotVoxelized, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
+    NotVoxelized, Receiver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
 };
 
 use super::{
     memory::{WITH_LIGHT, assert_memory},
-    scene::{app, at, block, block_of, floor, hidden, matt, small_volume, under_sky},
+    scene::{app, at, block, block_of, floor, hidden, matt, settings, small_volume, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -121,13 +121,11 @@ fn ambient_occlusion_knows_edges() {
         Vec3::new(1.2, 1.0, 0.0),
         Vec3::new(1.4, 2.0, 3.8),
     );
-    app.world_mut().spawn(VoxelGiVolume {
-        light: VoxelLight::AmbientOcclusion {
-            radius: 0.75,
-            rays: 256,
-        },
-        ..under_sky(1.0)
-    });
+    settings(app.world_mut()).light = VoxelLight::AmbientOcclusion {
+        radius: 0.75,
+        rays: 256,
+    };
+    app.world_mut().spawn(under_sky(1.0));
     ready(&mut app);
     settle(&mut app);
     let found = picture(&mut app);
@@ -144,9 +142,10 @@ fn ambient_occlusion_knows_edges() {
 
 /// A room that a wall divides, from and to a place along x, and a light on one side. The floor's light on
 /// that side, and at places on the other.
-pub fn leak(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> (f32, Vec<f32>) {
+pub fn leak(receiver: Receiver, intensity: f32, wall: [f32; 2], places: &[f32]) -> (f32, Vec<f32>) {
     let mut app = app();
     let world = app.world_mut();
+    settings(world).receiver = receiver;
     floor(world);
     // Up to the ceiling, so that no light goes over it.
     block_of(
@@ -176,7 +175,10 @@ pub fn leak(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> (f32, Ve
         },
         Transform::from_xyz(-1.0, 1.0, 0.0),
     ));
-    world.spawn(settings);
+    world.spawn(VoxelGiVolume {
+        intensity,
+        ..small_volume()
+    });
     ready(&mut app);
     settle(&mut app);
     let found = picture(&mut app);
@@ -185,14 +187,10 @@ pub fn leak(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> (f32, Ve
 }
 
 /// What bounces to places behind the wall, in parts of what bounces on the lit side: the largest.
-pub fn leaked(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> f32 {
-    let (lit, unlit) = leak(settings.clone(), wall, places);
+pub fn leaked(receiver: Receiver, wall: [f32; 2], places: &[f32]) -> f32 {
+    let (lit, unlit) = leak(receiver, 1.0, wall, places);
     // Direct light passes the wall in the picture, which has no shadow maps.
-    let without = VoxelGiVolume {
-        intensity: 0.0,
-        ..settings
-    };
-    let (direct_lit, direct_unlit) = leak(without, wall, places);
+    let (direct_lit, direct_unlit) = leak(receiver, 0.0, wall, places);
     let bounced = lit - direct_lit;
     assert!(bounced > 0.05, "{bounced}");
     unlit
@@ -205,7 +203,8 @@ pub fn leaked(settings: VoxelGiVolume, wall: [f32; 2], places: &[f32]) -> f32 {
 #[test]
 fn a_wall_one_voxel_thick_is_dark_behind() {
     let _gpu = gpu();
-    let leaked = leaked(small_volume(), [-0.125, 0.125], &[0.6, 0.8, 1.0, 1.2, 1.4]);
+    let places = [0.6, 0.8, 1.0, 1.2, 1.4];
+    let leaked = leaked(Receiver::Interpolated, [-0.125, 0.125], &places);
     assert!(leaked < 0.01, "{leaked}");
 }
 
@@ -367,10 +366,8 @@ fn all_voxelisers_see_the_same_scene() {
         let mut app = app();
         floor(app.world_mut());
         block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
-        app.world_mut().spawn(VoxelGiVolume {
-            voxelizer,
-            ..under_sky(1.0)
-        });
+        settings(app.world_mut()).voxelizer = voxelizer;
+        app.world_mut().spawn(under_sky(1.0));
         ready(&mut app);
         settle(&mut app);
         let found = picture(&mut app);

@@ -1,10 +1,10 @@
 //! The number of bounces.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::{Bounces, Solver, VoxelGiVolume, VoxelLight};
+use bevy_voxel_gi::{Bounces, Solver, VoxelLight};
 
 use super::{
-    scene::{app, block, small_volume},
+    scene::{app, block, settings, small_volume},
     support::{read_texels, settle},
 };
 use crate::support::gpu;
@@ -38,15 +38,11 @@ fn each_bounce_adds_its_light() {
     }
     app.run_until_ready(200).expect("not ready");
     let mut light_of = |bounces: Bounces| {
-        let light = VoxelLight::GlobalIllumination {
+        settings(app.world_mut()).light = VoxelLight::GlobalIllumination {
             solver: Solver::default(),
             bounces,
         };
-        let volume = app.world_mut().spawn(VoxelGiVolume {
-            light,
-            ..small_volume()
-        });
-        let volume = volume.id();
+        let volume = app.world_mut().spawn(small_volume()).id();
         settle(&mut app);
         // The top of the floor, in the middle of the room.
         let texel = read_texels(&mut app)[(8 * 16 + 7) * 16 + 8][2];

@@ -2,10 +2,10 @@
 
 use bevy::{camera::ScalingMode, prelude::*};
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{Receiver, VoxelGiVolume};
+use bevy_voxel_gi::Receiver;
 
 use super::{
-    scene::{SIZE, app, block_of, floor, matt, under_sky},
+    scene::{SIZE, app, block_of, floor, matt, settings, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -39,13 +39,6 @@ fn seen(app: &mut HeadlessApp, middle: Vec3, offset: Vec3) -> Vec<(Vec3, f32)> {
     places.zip(light).collect()
 }
 
-fn with(receiver: Receiver) -> VoxelGiVolume {
-    VoxelGiVolume {
-        receiver,
-        ..under_sky(1.0)
-    }
-}
-
 /// Most rays of the voxels at its foot start inside the ball, and see its black back.
 #[test]
 fn the_foot_of_a_ball_is_in_shadow_and_not_black() {
@@ -63,7 +56,8 @@ fn the_foot_of_a_ball_is_in_shadow_and_not_black() {
             let place = Transform::from_translation(center);
             world.spawn((Mesh3d(mesh), MeshMaterial3d(material), place));
             // The floor is inside of a layer of voxels and not between two.
-            world.spawn((with(receiver), Transform::from_xyz(0.0, 0.18, 0.0)));
+            settings(world).receiver = receiver;
+            world.spawn((under_sky(1.0), Transform::from_xyz(0.0, 0.18, 0.0)));
             let offset = Vec3::new(0.0, 0.9, 2.0);
             let errors = seen(&mut app, Vec3::new(x, 0.0, 0.5), offset)
                 .into_iter()
@@ -109,7 +103,8 @@ fn leak_beside_a_door(thickness: f32, recess: f32, shift: f32) -> f32 {
     let front = BACK - recess;
     span([-0.2, 0.0, front - thickness], [0.6, 1.3, front]);
     let place = Transform::from_translation(Vec3::splat(shift));
-    world.spawn((with(Receiver::PerPixel), place));
+    settings(world).receiver = Receiver::PerPixel;
+    world.spawn((under_sky(1.0), place));
     let light = seen(
         &mut app,
         Vec3::new(-0.2, 0.5, BACK),

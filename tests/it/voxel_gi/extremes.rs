@@ -8,10 +8,12 @@ use bevy::{
     prelude::*,
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{Bounces, Sky, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
+use bevy_voxel_gi::{
+    Bounces, Sky, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiVolume, VoxelLight,
+};
 
 use super::{
-    scene::{app, at, block, floor, hidden, matt, small_volume, under_sky},
+    scene::{app, at, block, floor, hidden, matt, settings, small_volume, under_sky},
     support::picture,
 };
 use crate::support::gpu;
@@ -54,10 +56,8 @@ fn a_bright_sun_and_pale_walls() {
             },
             Transform::default().looking_to(Vec3::new(0.5, -1.0, 0.1), Vec3::Z),
         ));
-        world.spawn(VoxelGiVolume {
-            light,
-            ..small_volume()
-        });
+        settings(world).light = light;
+        world.spawn(small_volume());
         ready(&mut app);
         app.render_frames(12).expect("a frame");
         assert!(at(&finite(&mut app), 0.0, 0.0).x > 1e4);
@@ -80,10 +80,8 @@ fn a_light_of_a_million_lumens_close_to_a_wall() {
             },
             Transform::from_xyz(1.25, 1.0, 0.0),
         ));
-        world.spawn(VoxelGiVolume {
-            light,
-            ..small_volume()
-        });
+        settings(world).light = light;
+        world.spawn(small_volume());
         ready(&mut app);
         app.render_frames(12).expect("a frame");
         finite(&mut app);
@@ -98,6 +96,7 @@ fn settings_that_are_none() {
     let volume = app.world_mut().spawn(small_volume()).id();
     ready(&mut app);
     let nan = f32::NAN;
+    let coarse = settings(app.world_mut()).clone();
     for broken in [
         VoxelGiVolume {
             size: nan,
@@ -108,12 +107,6 @@ fn settings_that_are_none() {
             ..small_volume()
         },
         VoxelGiVolume {
-            resolution: 0,
-            ..small_volume()
-        },
-        VoxelGiVolume {
-            shadow_samples: 0,
-            update_interval: 0,
             cascades: 0,
             ..small_volume()
         },
@@ -126,13 +119,6 @@ fn settings_that_are_none() {
             ..small_volume()
         },
         VoxelGiVolume {
-            light: VoxelLight::AmbientOcclusion {
-                radius: nan,
-                rays: 0,
-            },
-            ..small_volume()
-        },
-        VoxelGiVolume {
             follow: Some(Entity::PLACEHOLDER),
             ..small_volume()
         },
@@ -141,6 +127,29 @@ fn settings_that_are_none() {
         app.render_frames(2).expect("a frame");
         finite(&mut app);
     }
+    for broken in [
+        VoxelGiSettings {
+            resolution: 0,
+            ..coarse.clone()
+        },
+        VoxelGiSettings {
+            shadow_samples: 0,
+            update_interval: 0,
+            ..coarse.clone()
+        },
+        VoxelGiSettings {
+            light: VoxelLight::AmbientOcclusion {
+                radius: nan,
+                rays: 0,
+            },
+            ..coarse.clone()
+        },
+    ] {
+        app.world_mut().insert_resource(broken);
+        app.render_frames(2).expect("a frame");
+        finite(&mut app);
+    }
+    app.world_mut().insert_resource(coarse);
     app.world_mut()
         .entity_mut(volume)
         .insert((small_volume(), Transform::from_xyz(nan, 0.0, f32::INFINITY)));
@@ -261,13 +270,8 @@ fn volumes_that_come_and_go() {
     ready(&mut app);
     for round in 0..6 {
         let resolution = [8, 16, 32][round % 3];
-        let volume = app
-            .world_mut()
-            .spawn(VoxelGiVolume {
-                resolution,
-                ..under_sky(1.0)
-            })
-            .id();
+        settings(app.world_mut()).resolution = resolution;
+        let volume = app.world_mut().spawn(under_sky(1.0)).id();
         app.render_frames(6).expect("a frame");
         let shade = at(&finite(&mut app), 0.0, 0.0).x;
         assert!((shade - 1.0).abs() < 0.05, "{shade} at {resolution}");

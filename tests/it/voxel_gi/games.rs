@@ -16,10 +16,12 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiVolume};
+use bevy_voxel_gi::MeshVoxelMaterial;
 
 use super::{
-    scene::{app, app_with, at, block, block_of, floor, hidden, matt, small_volume, under_sky},
+    scene::{
+        app, app_with, at, block, block_of, floor, hidden, matt, settings, small_volume, under_sky,
+    },
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -225,10 +227,8 @@ fn under_ceiling(radiance: f32, is_light: bool) -> [f32; 2] {
             ));
         }
         if with_volume {
-            world.spawn(VoxelGiVolume {
-                resolution: 32,
-                ..small_volume()
-            });
+            settings(world).resolution = 32;
+            world.spawn(small_volume());
             return settled(&mut app);
         }
         app.run_until_ready(200).expect("not ready");
@@ -334,10 +334,8 @@ fn lightmapped_meshes_receive_where_the_volume_says_so() {
         let material = matt(world, 1.0);
         let lightmap = Lightmap { image, ..default() };
         world.spawn((Mesh3d(mesh), MeshMaterial3d(material), lightmap));
-        world.spawn(VoxelGiVolume {
-            affects_lightmapped_meshes: affects,
-            ..under_sky(1.0)
-        });
+        settings(world).affects_lightmapped_meshes = affects;
+        world.spawn(under_sky(1.0));
         at(&settled(&mut app), 0.0, 0.0).x
     };
     assert_eq!(light(false), 0.0);

@@ -8,11 +8,11 @@ use bevy::{
     prelude::*,
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{MeshVoxelMaterial, NotVoxelized, VoxelGiVolume};
+use bevy_voxel_gi::{MeshVoxelMaterial, NotVoxelized, VoxelGiSettings, VoxelGiVolume};
 
 use super::{
     materials::skinned_cuboid,
-    scene::{app, app_with, block_of, floor, matt, small_volume, under_sky},
+    scene::{RESOLUTION, app, app_with, block_of, floor, matt, settings, small_volume, under_sky},
     support::{has_settled, light_texture_bytes, read_texels, settle},
 };
 use crate::support::gpu;
@@ -47,6 +47,7 @@ fn copy(from: &mut World, to: &mut World) {
     for (transform, light, visibility) in lights.iter(from) {
         to.spawn((*transform, *light, *visibility));
     }
+    to.insert_resource(from.resource::<VoxelGiSettings>().clone());
     let mut volumes = from.query::<(&Transform, &VoxelGiVolume)>();
     for (transform, volume) in volumes.iter(from) {
         to.spawn((*transform, volume.clone()));
@@ -55,17 +56,10 @@ fn copy(from: &mut World, to: &mut World) {
 
 /// The settled light, computed from nothing: the buffers are made anew, what is known of the scene is not.
 fn light(app: &mut HeadlessApp) -> Vec<u8> {
-    let set_resolution = |app: &mut HeadlessApp, resolution| {
-        let world = app.world_mut();
-        let mut volumes = world.query::<&mut VoxelGiVolume>();
-        for mut volume in volumes.iter_mut(world) {
-            volume.resolution = resolution;
-        }
-    };
     app.run_until_ready(200).expect("ready");
-    set_resolution(app, 8);
+    settings(app.world_mut()).resolution = 8;
     app.render_frames(2).expect("frames");
-    set_resolution(app, 16);
+    settings(app.world_mut()).resolution = RESOLUTION;
     settle(app);
     light_texture_bytes(app)
 }

@@ -15,7 +15,7 @@ use bevy::{
 };
 use bevy_ewa::{EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiVolume, VoxelMaterialPlugin};
+use bevy_voxel_gi::{MeshVoxelMaterial, VoxelMaterialPlugin};
 
 use super::{
     scene::{app, app_with, at, block, block_of, floor, hidden, matt, small_volume, under_sky},
@@ -452,10 +452,7 @@ fn skinned_meshes_occlude_where_their_joints_put_them() {
             joints: joints.to_vec(),
         },
     ));
-    world.spawn(VoxelGiVolume {
-        resolution: 16,
-        ..under_sky(1.0)
-    });
+    world.spawn(under_sky(1.0));
     let found = settled(&mut app);
     let (under, beside) = (at(&found, -1.0, 0.0).x, at(&found, 1.0, 0.0).x);
     assert!(under < 0.7 * beside, "{under} {beside}");

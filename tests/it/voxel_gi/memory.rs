@@ -5,7 +5,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, floor, matt, under_sky},
+    scene::{app, floor, matt, settings, under_sky},
     support::{read_texels, settle},
 };
 use crate::support::gpu;
@@ -47,8 +47,8 @@ fn each_solver_has_the_memory_that_it_needs() {
         // No radiance.
         (occlusion, 1, WITH_LIGHT - 3 * 8 / 2),
     ] {
+        settings(app.world_mut()).light = light;
         let volume = VoxelGiVolume {
-            light,
             cascades,
             ..under_sky(1.0)
         };

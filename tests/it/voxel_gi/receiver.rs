@@ -1,29 +1,22 @@
 //! Pixels that look for the voxels around them.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::{Receiver, VoxelGiReport, VoxelGiVolume};
+use bevy_voxel_gi::{Receiver, VoxelGiReport};
 
 use super::{
     basics::leaked,
-    scene::{app, at, block, floor, small_volume, under_sky},
+    scene::{app, at, block, floor, settings, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
-
-fn per_pixel(settings: VoxelGiVolume) -> VoxelGiVolume {
-    VoxelGiVolume {
-        receiver: Receiver::PerPixel,
-        ..settings
-    }
-}
 
 #[test]
 fn the_foot_of_a_thin_wall_is_dark() {
     let _gpu = gpu();
     // A tenth of a voxel thick, and in the middle of one: the next pixels are beside it.
     let (wall, places) = ([0.0875, 0.1125], [0.3125, 0.6]);
-    let plain = leaked(small_volume(), wall, &places);
-    let per_pixel_light = leaked(per_pixel(small_volume()), wall, &places);
+    let plain = leaked(Receiver::Interpolated, wall, &places);
+    let per_pixel_light = leaked(Receiver::PerPixel, wall, &places);
     println!(
         "share of the lit side's light at the foot: interpolated {plain}, per pixel {per_pixel_light}"
     );
@@ -34,11 +27,12 @@ fn the_foot_of_a_thin_wall_is_dark() {
 #[test]
 fn where_nothing_is_hidden_both_see_the_same() {
     let _gpu = gpu();
-    let pictures = [under_sky(1.0), per_pixel(under_sky(1.0))].map(|settings| {
+    let pictures = [Receiver::Interpolated, Receiver::PerPixel].map(|receiver| {
         let mut app = app();
+        settings(app.world_mut()).receiver = receiver;
         floor(app.world_mut());
         block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
-        app.world_mut().spawn(settings);
+        app.world_mut().spawn(under_sky(1.0));
         app.run_until_ready(200).expect("not ready");
         settle(&mut app);
         (

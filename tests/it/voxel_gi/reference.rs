@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use bevy::{math::Vec3A, prelude::*};
 use bevy_frugal_lab::boxes::{BoxScene, TracedScene};
 use bevy_voxel_gi::{
-    Bounces, Solver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight,
+    Bounces, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelLight,
     reference::{
         IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
         RayTracingSettings, Triangle, VolumeGrid, Voxels, ambient_occlusion,
@@ -71,7 +71,7 @@ fn lights(scene: &BoxScene) -> Vec<Light> {
 const FRAMES: u32 = 24;
 
 /// The field of the reference after all frames.
-fn expected(scene: &BoxScene, settings: &VoxelGiVolume) -> IrradianceField {
+fn expected(scene: &BoxScene, settings: &VoxelGiSettings) -> IrradianceField {
     let resolution = settings.resolution;
     let (center, size) = scene.volume(resolution);
     let grid = VolumeGrid {
@@ -124,7 +124,7 @@ fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&
         let sums = a.albedo.element_sum().total_cmp(&b.albedo.element_sum());
         sums.then(a.albedo.x.total_cmp(&b.albedo.x))
     });
-    let settings = VoxelGiVolume {
+    let settings = VoxelGiSettings {
         resolution: 16,
         light,
         ..default()
@@ -132,7 +132,8 @@ fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&
     let expected = expected(&scene, &settings);
     let _gpu = gpu();
     let mut app = box_app(&scene);
-    app.world_mut().spawn(volume(&scene, settings));
+    let volume = volume(&mut app, &scene, settings);
+    app.world_mut().spawn(volume);
     let mut frames = 0;
     // The report is that of the frame before.
     while frames + 1 < FRAMES {

@@ -1,10 +1,9 @@
 //! Round-robin updates of the volume.
 
 use bevy::prelude::*;
-use bevy_voxel_gi::VoxelGiVolume;
 
 use super::{
-    scene::{app, block, floor, under_sky},
+    scene::{app, block, floor, settings, under_sky},
     support::{read_texels, settle},
 };
 use crate::support::gpu;
@@ -19,10 +18,8 @@ fn round_robin_updates_converge_to_the_same_light() {
         let mut app = app();
         floor(app.world_mut());
         block(app.world_mut(), Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
-        app.world_mut().spawn(VoxelGiVolume {
-            update_interval,
-            ..under_sky(1.0)
-        });
+        settings(app.world_mut()).update_interval = update_interval;
+        app.world_mut().spawn(under_sky(1.0));
         app.run_until_ready(200).expect("not ready");
         settle(&mut app);
         read_texels(&mut app)

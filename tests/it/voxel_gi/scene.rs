@@ -6,12 +6,15 @@ use bevy::{
     prelude::*,
 };
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat};
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 
 use crate::support::pool::{Borrowed, Pool};
 
 /// Edge of the picture in pixels.
 pub const SIZE: u32 = 32;
+
+/// Voxels along an edge of a volume, unless a test says otherwise.
+pub const RESOLUTION: u32 = 16;
 
 static APPS: Pool = Pool::new(|| build(|_| ()), begin);
 
@@ -32,7 +35,7 @@ pub fn app_with(more: impl FnOnce(&mut App)) -> HeadlessApp {
 pub fn asynchronous_app() -> HeadlessApp {
     let settings = HeadlessSettings {
         compiles_in_background: true,
-        ..settings()
+        ..picture_settings()
     };
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(VoxelGiPlugin);
@@ -42,7 +45,7 @@ pub fn asynchronous_app() -> HeadlessApp {
     app
 }
 
-fn settings() -> HeadlessSettings {
+fn picture_settings() -> HeadlessSettings {
     HeadlessSettings {
         format: TargetFormat::Float32,
         ..HeadlessSettings::with_size(SIZE, SIZE)
@@ -50,7 +53,7 @@ fn settings() -> HeadlessSettings {
 }
 
 fn build(more: impl FnOnce(&mut App)) -> HeadlessApp {
-    HeadlessApp::new(settings(), |app| {
+    HeadlessApp::new(picture_settings(), |app| {
         app.add_plugins(VoxelGiPlugin)
             .add_observer(see_what_is_hidden);
         more(app);
@@ -78,6 +81,10 @@ fn see_what_is_hidden(
 fn begin(world: &mut World) {
     world.insert_resource(GlobalAmbientLight::NONE);
     world.insert_resource(ClearColor(Color::BLACK));
+    world.insert_resource(VoxelGiSettings {
+        resolution: RESOLUTION,
+        ..default()
+    });
     let target = world.resource::<LabTarget>().0.clone();
     world.spawn((
         Camera3d::default(),
@@ -100,11 +107,15 @@ fn begin(world: &mut World) {
     ));
 }
 
+/// The settings of all volumes.
+pub fn settings(world: &mut World) -> Mut<'_, VoxelGiSettings> {
+    world.resource_mut()
+}
+
 /// A small volume of 4 m around the origin.
 pub fn small_volume() -> VoxelGiVolume {
     VoxelGiVolume {
         size: 4.0,
-        resolution: 16,
         ..default()
     }
 }

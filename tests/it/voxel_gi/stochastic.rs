@@ -6,12 +6,12 @@ use bevy::{
     prelude::*,
 };
 use bevy_voxel_gi::{
-    DebugField, VoxelAlbedo, VoxelGiDebug, VoxelGiVolume, Voxelizer,
+    DebugField, VoxelAlbedo, VoxelGiDebug, Voxelizer,
     reference::{RayTracing, RayTracingSettings, Triangle, VolumeGrid, Voxels},
 };
 
 use super::{
-    scene::{app, app_with, at, floor, matt, small_volume, under_sky},
+    scene::{app, app_with, at, floor, matt, settings, small_volume, under_sky},
     support::{picture, read_texels, settle, settle_in_view},
 };
 use crate::support::gpu;
@@ -42,15 +42,13 @@ fn points_are_those_of_the_reference() {
     let material = matt(world, 0.5);
     let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
-    world.spawn(VoxelGiVolume {
-        voxelizer: Voxelizer::Stochastic { points: POINTS },
-        ..under_sky(1.0)
-    });
+    settings(world).voxelizer = Voxelizer::Stochastic { points: POINTS };
+    world.spawn(under_sky(1.0));
     settle(&mut app);
-    let settings = small_volume();
+    let (volume, settings) = (small_volume(), settings(app.world_mut()));
     let grid = VolumeGrid {
-        min: Vec3::splat(-0.5 * settings.size),
-        voxel_size: settings.voxel_size(),
+        min: Vec3::splat(-0.5 * volume.size),
+        voxel_size: volume.voxel_size(&settings),
         resolution: settings.resolution,
     };
     let voxels = Voxels::from_points(grid, &triangles, POINTS);
@@ -86,11 +84,9 @@ fn seen_floor(voxelizer: Voxelizer, albedo: VoxelAlbedo) -> (usize, Vec<Vec3>, V
         .entity_mut(camera)
         .insert((DepthPrepass, DeferredPrepass));
     floor(world);
-    world.spawn(VoxelGiVolume {
-        voxelizer,
-        albedo,
-        ..under_sky(1.0)
-    });
+    let mut settings = settings(world);
+    (settings.voxelizer, settings.albedo) = (voxelizer, albedo);
+    world.spawn(under_sky(1.0));
     app.run_until_ready(200).expect("not ready");
     settle_in_view(&mut app);
     let light = picture(&mut app);

@@ -7,7 +7,9 @@ use bevy_frugal_lab::{
     boxes::{BoxScene, spawn_box_scene},
     headless::{HeadlessApp, HeadlessSettings, TargetFormat},
 };
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiState, VoxelGiVolume};
+use bevy_voxel_gi::{
+    Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelGiVolume,
+};
 
 /// Frames in which everything is loaded and compiled.
 const MAX_FRAMES: u32 = 200;
@@ -28,14 +30,19 @@ pub fn box_app(scene: &BoxScene) -> HeadlessApp {
     app
 }
 
-/// A volume around a scene.
-pub fn volume(scene: &BoxScene, settings: VoxelGiVolume) -> (VoxelGiVolume, Transform) {
+/// Sets the settings; a volume around a scene.
+pub fn volume(
+    app: &mut HeadlessApp,
+    scene: &BoxScene,
+    settings: VoxelGiSettings,
+) -> (VoxelGiVolume, Transform) {
     let (center, size) = scene.volume(settings.resolution);
+    app.world_mut().insert_resource(settings);
     let sky = LinearRgba::from_vec3(scene.sky_radiance);
     let volume = VoxelGiVolume {
         size,
         sky: Sky::uniform(sky),
-        ..settings
+        ..default()
     };
     (volume, Transform::from_translation(center))
 }

@@ -12,10 +12,10 @@ use bevy::{
     render::render_resource::{Extent3d, Face, TextureDimension, TextureFormat},
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{DebugField, VoxelAlbedo, VoxelGiDebug, VoxelGiVolume};
+use bevy_voxel_gi::{DebugField, VoxelAlbedo, VoxelGiDebug};
 
 use super::{
-    scene::{app, app_with, at, floor, hidden, matt, under_sky},
+    scene::{app, app_with, at, floor, hidden, matt, settings, under_sky},
     support::{picture, settle, settle_in_view},
 };
 use crate::support::gpu;
@@ -225,21 +225,14 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_visible: bool) -> Ve
     if !is_visible {
         world.entity_mut(floor).insert(hidden());
     }
-    let volume = world
-        .spawn(VoxelGiVolume {
-            albedo,
-            ..under_sky(1.0)
-        })
-        .id();
+    settings(world).albedo = albedo;
+    let volume = world.spawn(under_sky(1.0)).id();
     app.run_until_ready(200).expect("not ready");
     settle_in_view(&mut app);
     // What is no longer seen is remembered.
     let world = app.world_mut();
     world.entity_mut(floor).insert(hidden());
-    world.entity_mut(volume).insert(VoxelGiVolume {
-        albedo,
-        ..under_sky(2.0)
-    });
+    world.entity_mut(volume).insert(under_sky(2.0));
     app.render_frames(8).expect("a frame");
     let world = app.world_mut();
     world.entity_mut(camera).insert(VoxelGiDebug {

@@ -2,36 +2,37 @@
 //! that is held to the truth with more voxels, in the tests of the crate.
 
 use bevy_frugal_lab::boxes::{Agreement, TracedScene, agreement};
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiVolume, VoxelLight};
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings, VoxelLight};
 
 use super::support::{box_app, indirect, volume};
 use crate::support::gpu;
 
-/// How close each volume comes to the truth.
-fn measured(name: &str, volumes: &[VoxelGiVolume]) -> Vec<Agreement> {
+/// How close each of these settings comes to the truth.
+fn measured(name: &str, settings: &[VoxelGiSettings]) -> Vec<Agreement> {
     let truth = TracedScene::read(name).expect("a scene");
     let _gpu = gpu();
     let mut app = box_app(&truth.scene);
-    let measure = |settings: &VoxelGiVolume| {
-        let found = indirect(&mut app, volume(&truth.scene, settings.clone()));
+    let measure = |settings: &VoxelGiSettings| {
+        let volume = volume(&mut app, &truth.scene, settings.clone());
+        let found = indirect(&mut app, volume);
         let found = agreement(&found, truth.scene.camera.width, &truth.indirect);
         println!("{name}: {found:?}");
         found
     };
-    volumes.iter().map(measure).collect()
+    settings.iter().map(measure).collect()
 }
 
 /// With 16^3 voxels: traced, read per pixel, and propagated. Errors are at most these.
 fn assert_near(name: &str, most_error: [f64; 3], most_bias: [f64; 3]) {
-    let traced = VoxelGiVolume {
+    let traced = VoxelGiSettings {
         resolution: 16,
-        ..VoxelGiVolume::default()
+        ..VoxelGiSettings::default()
     };
-    let per_pixel = VoxelGiVolume {
+    let per_pixel = VoxelGiSettings {
         receiver: Receiver::PerPixel,
         ..traced.clone()
     };
-    let propagated = VoxelGiVolume {
+    let propagated = VoxelGiSettings {
         light: VoxelLight::GlobalIllumination {
             solver: Solver::Propagate { iterations: 96 },
             bounces: Bounces::Endless,
@@ -62,7 +63,7 @@ fn room_with_a_sunlit_window() {
 
 #[test]
 fn the_default_in_the_cornell_box() {
-    let found = measured("cornell_point", &[VoxelGiVolume::default()])[0];
+    let found = measured("cornell_point", &[VoxelGiSettings::default()])[0];
     assert!(found.relative_error < 0.031, "{found:?}");
     assert!(found.bias.abs() < 0.011, "{found:?}");
 }

@@ -5,7 +5,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, asynchronous_app, at, block, floor, under_sky},
+    scene::{app, asynchronous_app, at, block, floor, settings, small_volume, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -16,10 +16,9 @@ fn near(found: Vec3, expected: f32, tolerance: f32) {
 }
 
 /// A volume of 1.8 m about a place, under a sky of its own.
-fn beside(x: f32, radiance: f32, light: VoxelLight) -> (VoxelGiVolume, Transform) {
+fn beside(x: f32, radiance: f32) -> (VoxelGiVolume, Transform) {
     let volume = VoxelGiVolume {
         size: 1.8,
-        light,
         ..under_sky(radiance)
     };
     (volume, Transform::from_xyz(x, 0.0, 0.0))
@@ -40,8 +39,9 @@ fn volumes_side_by_side_light_what_is_in_each() {
     for light in [VoxelLight::default(), propagate] {
         let mut app = app();
         floor(app.world_mut());
-        let left = app.world_mut().spawn(beside(-1.0, 1.0, light)).id();
-        app.world_mut().spawn(beside(1.0, 7.0, light));
+        settings(app.world_mut()).light = light;
+        let left = app.world_mut().spawn(beside(-1.0, 1.0)).id();
+        app.world_mut().spawn(beside(1.0, 7.0));
         ready(&mut app);
         let found = picture(&mut app);
         // Propagated light is no exact uniform sky.
@@ -71,17 +71,14 @@ fn pixels_read_the_smallest_of_nested_volumes_and_rays_continue_in_the_larger() 
     for receiver in [Receiver::Interpolated, Receiver::PerPixel] {
         let mut app = app();
         floor(app.world_mut());
-        let settings = VoxelGiVolume {
-            receiver,
-            ..under_sky(1.0)
-        };
-        app.world_mut().spawn(settings.clone());
+        settings(app.world_mut()).receiver = receiver;
+        app.world_mut().spawn(under_sky(1.0));
         // Its own sky is dark, but rays go on in the volume around it, and see that one's.
         app.world_mut().spawn(VoxelGiVolume {
             size: 2.0,
             intensity: 3.0,
             sky: default(),
-            ..settings
+            ..small_volume()
         });
         // Outside of the inner volume.
         block(
@@ -105,8 +102,8 @@ fn more_cubes_than_eight_are_left_out() {
     let _gpu = gpu();
     let mut app = app();
     floor(app.world_mut());
+    settings(app.world_mut()).resolution = 8;
     let cascades = VoxelGiVolume {
-        resolution: 8,
         cascades: 4,
         size: 0.5,
         ..under_sky(1.0)
@@ -125,6 +122,43 @@ fn more_cubes_than_eight_are_left_out() {
     // Eight levels of 8^3 voxels at 68 bytes, and of 3 slots per voxel at 48.
     let memory = app.world().resource::<VoxelGiReport>().memory;
     assert!((8 * 512 * 212..8 * 512 * 230).contains(&memory), "{memory}");
+}
+
+#[test]
+fn a_change_of_the_settings_counts_for_all_volumes_at_once() {
+    let _gpu = gpu();
+    let mut app = app();
+    floor(app.world_mut());
+    for x in [-1.0, 1.0] {
+        app.world_mut().spawn(beside(x, 1.0));
+        block(
+            app.world_mut(),
+            Vec3::new(x, 0.4, -0.3),
+            Vec3::new(0.6, 0.8, 0.4),
+        );
+    }
+    ready(&mut app);
+    let mut with = |light: VoxelLight, resolution: u32| {
+        let mut settings = settings(app.world_mut());
+        (settings.light, settings.resolution) = (light, resolution);
+        app.render_frames(3).expect("frames");
+        settle(&mut app);
+        let memory = app.world().resource::<VoxelGiReport>().memory;
+        let found = picture(&mut app);
+        ([-1.0, 1.0].map(|x| at(&found, x, 0.1).x), memory)
+    };
+    let (shaded, coarse) = with(default(), 16);
+    assert!(shaded.iter().all(|light| *light < 0.9), "{shaded:?}");
+    // Nothing is so near that it hides the sky.
+    let nearby = VoxelLight::AmbientOcclusion {
+        radius: 0.02,
+        rays: 32,
+    };
+    let (open, _) = with(nearby, 16);
+    assert!(open.iter().all(|light| *light > 0.95), "{open:?}");
+    let (_, fine) = with(default(), 32);
+    assert!(fine > 5 * coarse, "{fine} {coarse}");
+    assert_eq!(with(default(), 16).0, shaded);
 }
 
 /// In an app whose frames do not wait for pipelines, as games are.

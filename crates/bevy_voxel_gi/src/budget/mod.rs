@@ -14,9 +14,9 @@ use self::{
     controller::Controller,
     quality_levels::{QualitySettings, quality_levels},
 };
-use crate::settings::{VoxelGiBudget, VoxelGiVolume, VoxelLight};
+use crate::settings::{VoxelGiBudget, VoxelGiSettings, VoxelLight};
 
-/// The settings that the budget has chosen for the first volume.
+/// The settings that the budget has chosen.
 #[derive(Resource, Default)]
 pub struct BudgetChoice {
     chosen: Option<QualitySettings>,
@@ -39,7 +39,7 @@ impl BudgetChoice {
             .map(|_| (self.controller.level(), self.controller.len()))
     }
 
-    /// The chosen light and [`update_interval`](VoxelGiVolume::update_interval) (every n-th slice is
+    /// The chosen light and [`update_interval`](VoxelGiSettings::update_interval) (every n-th slice is
     /// updated in a frame); `None` without a budget.
     pub fn settings(&self) -> Option<(VoxelLight, u32)> {
         self.chosen
@@ -49,11 +49,12 @@ impl BudgetChoice {
 
 pub(crate) fn choose_quality(
     mut choice: ResMut<BudgetChoice>,
-    volumes: Query<(&VoxelGiVolume, &VoxelGiBudget)>,
+    settings: Res<VoxelGiSettings>,
+    budget: Option<Res<VoxelGiBudget>>,
     store: Option<Res<DiagnosticsStore>>,
     device: Option<Res<RenderDevice>>,
 ) {
-    let Some((volume, budget)) = volumes.iter().next() else {
+    let Some(budget) = budget else {
         if choice.chosen.is_some() {
             *choice = BudgetChoice::default();
         }
@@ -64,18 +65,19 @@ pub(crate) fn choose_quality(
     let Some(store) = store.filter(|_| has_timestamps) else {
         warn_once!(
             "voxel GI: a `VoxelGiBudget` needs Bevy's `DiagnosticsPlugin` and an adapter with \
-             timestamp queries (`TIMESTAMP_QUERY`); the volume's own settings are used"
+             timestamp queries (`TIMESTAMP_QUERY`); the settings are used as they are"
         );
         return;
     };
     let choice = &mut *choice;
-    let levels = quality_levels(volume.clamped().light);
+    let settings = settings.clamped();
+    let levels = quality_levels(settings.light);
     let kind = levels.first().map(|chosen| chosen.light);
     if choice.kind != kind {
-        // Start at the level nearest to the volume's own settings.
+        // Start at the level nearest to the app's own settings.
         let own = QualitySettings {
-            light: volume.clamped().light,
-            update_interval: volume.clamped().update_interval,
+            light: settings.light,
+            update_interval: settings.update_interval,
         };
         let start = levels.partition_point(|level| level.cost() < own.cost());
         choice.controller = Controller::new(levels.iter().map(QualitySettings::cost), start);

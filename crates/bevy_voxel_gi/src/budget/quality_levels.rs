@@ -1,13 +1,13 @@
 //! The quality levels among which a budget chooses, the cheapest first.
 
-use crate::settings::{Solver, VoxelGiVolume, VoxelLight};
+use crate::settings::{Solver, VoxelGiSettings, VoxelLight};
 
-/// The settings of a volume that a budget changes.
+/// The settings that a budget changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct QualitySettings {
     /// The light, with another number of rays or iterations.
     pub light: VoxelLight,
-    /// See [`VoxelGiVolume::update_interval`].
+    /// See [`VoxelGiSettings::update_interval`].
     pub update_interval: u32,
 }
 
@@ -24,9 +24,9 @@ impl QualitySettings {
         f64::from(work) / f64::from(self.update_interval)
     }
 
-    /// Returns the volume with these settings applied.
-    pub(crate) fn applied(self, settings: &VoxelGiVolume) -> VoxelGiVolume {
-        VoxelGiVolume {
+    /// Returns the settings with these applied.
+    pub(crate) fn applied(self, settings: &VoxelGiSettings) -> VoxelGiSettings {
+        VoxelGiSettings {
             light: self.light,
             update_interval: self.update_interval,
             ..settings.clone()
@@ -102,8 +102,8 @@ mod tests {
                 "{quality_levels:?}"
             );
             for chosen in quality_levels {
-                let volume = chosen.applied(&VoxelGiVolume::default());
-                assert_eq!(volume, volume.clamped());
+                let settings = chosen.applied(&VoxelGiSettings::default());
+                assert_eq!(settings, settings.clamped());
             }
         }
     }

@@ -3,12 +3,12 @@
 use bevy::{prelude::*, render::settings::WgpuLimits};
 
 use super::texture::texture_size;
-use crate::{prepare::buffers::largest_buffer, settings::VoxelGiVolume};
+use crate::{prepare::buffers::largest_buffer, settings::VoxelGiSettings};
 
 /// The resolution of the settings, or the highest one below it whose buffers the device can bind and whose texture it
 /// can hold.
 pub(super) fn allocatable_resolution(
-    settings: &VoxelGiVolume,
+    settings: &VoxelGiSettings,
     levels: u64,
     patched: bool,
     limits: &WgpuLimits,
@@ -19,7 +19,7 @@ pub(super) fn allocatable_resolution(
     let most_texels = limits.max_texture_dimension_3d;
     let bytes = |resolution| largest_buffer(settings, resolution, levels);
     let depth = |resolution| {
-        let settings = VoxelGiVolume {
+        let settings = VoxelGiSettings {
             resolution,
             ..settings.clone()
         };
@@ -82,11 +82,11 @@ mod tests {
 
     #[test]
     fn buffers_and_the_texture_stay_within_the_limits_of_the_device() {
-        let traced = VoxelGiVolume {
+        let traced = VoxelGiSettings {
             resolution: 128,
             ..default()
         };
-        let propagated = VoxelGiVolume {
+        let propagated = VoxelGiSettings {
             light: VoxelLight::GlobalIllumination {
                 solver: Solver::Propagate { iterations: 8 },
                 bounces: default(),

@@ -13,14 +13,14 @@ use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::{
     device_limits::{allocatable_resolution, is_supported, warn_of_unsupported},
-    placement::{PlacedLevel, PlacedVolume, has_shared_settings, snapped, supported},
+    placement::{PlacedLevel, PlacedVolume, cascades, snapped, supported},
     texture::{is_plain, light_texture, texture_size},
 };
 use crate::{
     budget::BudgetChoice,
     gpu_types::MAX_LEVELS,
     receive::{LIGHTMAP_PATCH, RECEIVER_PATCH},
-    settings::{VoxelAlbedo, VoxelGiVolume},
+    settings::{VoxelAlbedo, VoxelGiSettings, VoxelGiVolume},
 };
 
 /// The active volumes, if there are any.
@@ -60,6 +60,7 @@ pub(crate) fn place_volume(
         (With<DepthPrepass>, With<DeferredPrepass>),
     >,
     patches: Res<ShaderPatches>,
+    settings: Res<VoxelGiSettings>,
     mut images: ResMut<Assets<Image>>,
     budget: Option<Res<BudgetChoice>>,
     device: Option<Res<RenderDevice>>,
@@ -77,7 +78,7 @@ pub(crate) fn place_volume(
     let mut all: Vec<_> = volumes.iter().filter(|parts| is_shown(&parts.4)).collect();
     let age = |added: Tick| now.this_run().get().wrapping_sub(added.get());
     all.sort_by_key(|(entity, volume, ..)| (Reverse(age(volume.added())), entity.index()));
-    let Some((_, settings, _, layers, _)) = all.first() else {
+    let Some((_, _, _, layers, _)) = all.first() else {
         active.volume = None;
         return;
     };
@@ -104,23 +105,25 @@ pub(crate) fn place_volume(
         );
         all.truncate(1);
     }
+    let clamped = |own: &VoxelGiVolume| {
+        let own = own.clamped();
+        let cascades = cascades(&own, settings.light, patched);
+        VoxelGiVolume { cascades, ..own }
+    };
     let level_count = all
         .iter()
-        .map(|(_, own, ..)| u64::from(own.clamped().cascades));
+        .map(|(_, own, ..)| u64::from(clamped(own).cascades));
     let level_count = level_count.sum::<u64>().min(MAX_LEVELS as u64);
     let resolution = device.map_or(settings.resolution, |device| {
         allocatable_resolution(&settings, level_count, patched, &device.limits())
     });
     let mut levels = Vec::new();
     for (owner, own, transform, own_layers, _) in all {
-        let own = supported(own.clamped(), patched);
-        if !has_shared_settings(&own, &settings)
-            || own_layers.cloned().unwrap_or_default() != layers
-        {
+        let own = clamped(&own);
+        if *own_layers.unwrap_or_default() != layers {
             warn_once!(
-                "voxel GI: all VoxelGiVolumes share their render layers and settings, except \
-                 `size`, `cascades`, `follow`, `sky` and `intensity`; those of the one spawned \
-                 first are used. Give all of them the same values"
+                "voxel GI: all VoxelGiVolumes share their render layers; those of the one spawned \
+                 first are used. Give all of them the same `RenderLayers`"
             );
         }
         if levels.len() + own.cascades as usize > MAX_LEVELS {
@@ -146,7 +149,7 @@ pub(crate) fn place_volume(
         }));
     }
     levels.sort_by(|a, b| a.size.total_cmp(&b.size));
-    let own_settings = VoxelGiVolume {
+    let own_settings = VoxelGiSettings {
         resolution,
         ..settings
     };

@@ -2,7 +2,7 @@
 
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
-use crate::settings::{Receiver, Sky, Solver, VoxelGiVolume, VoxelLight};
+use crate::settings::{Receiver, Sky, Solver, VoxelGiSettings, VoxelGiVolume, VoxelLight};
 
 /// A cube of voxels: a volume, or a cascade of one.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,10 +19,10 @@ pub(crate) struct PlacedLevel {
 /// The active volumes and their current placement.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlacedVolume {
-    /// Settings of the first volume, with every field in range and the budget's choice applied.
-    pub settings: VoxelGiVolume,
+    /// The settings, with every field in range and the budget's choice applied.
+    pub settings: VoxelGiSettings,
     /// The same without the budget's choice.
-    pub own_settings: VoxelGiVolume,
+    pub own_settings: VoxelGiSettings,
     /// All volumes and cascades, the smallest first; never empty.
     pub levels: Vec<PlacedLevel>,
     /// The texture that Bevy samples; see [`texture_size`](super::texture::texture_size).
@@ -66,34 +66,8 @@ impl PlacedVolume {
     }
 }
 
-/// Whether a volume's settings equal the first one's in all fields that volumes share.
-pub(super) fn has_shared_settings(own: &VoxelGiVolume, first: &VoxelGiVolume) -> bool {
-    let common = VoxelGiVolume {
-        size: first.size,
-        cascades: first.cascades,
-        follow: first.follow,
-        sky: first.sky,
-        intensity: first.intensity,
-        ..own.clone()
-    };
-    common == *first
-}
-
-/// Removes settings that cannot be combined, or that need the receiver's patch.
-pub(super) fn supported(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVolume {
-    let propagates = matches!(
-        settings.light,
-        VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { .. },
-            ..
-        }
-    );
-    if settings.cascades > 1 && !patched {
-        warn_once!(
-            "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
-             so each volume has one cascade only"
-        );
-    }
+/// The settings as far as the receiver's patch is applied.
+pub(super) fn supported(mut settings: VoxelGiSettings, patched: bool) -> VoxelGiSettings {
     if settings.receiver == Receiver::PerPixel && !patched {
         warn_once!(
             "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
@@ -101,30 +75,49 @@ pub(super) fn supported(mut settings: VoxelGiVolume, patched: bool) -> VoxelGiVo
         );
         settings.receiver = Receiver::Interpolated;
     }
-    if settings.cascades > 1 && propagates {
+    settings
+}
+
+/// The number of cascades of a volume: several need the receiver's patch, and rays.
+pub(super) fn cascades(volume: &VoxelGiVolume, light: VoxelLight, patched: bool) -> u32 {
+    let propagates = matches!(
+        light,
+        VoxelLight::GlobalIllumination {
+            solver: Solver::Propagate { .. },
+            ..
+        }
+    );
+    if volume.cascades > 1 && !patched {
+        warn_once!(
+            "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
+             so each volume has one cascade only"
+        );
+    }
+    if volume.cascades > 1 && propagates {
         warn_once!(
             "voxel GI: light is propagated in one cascade only; use `Solver::Trace`, or \
              several volumes side by side"
         );
     }
-    if !patched || propagates {
-        settings.cascades = 1;
+    if patched && !propagates {
+        volume.cascades
+    } else {
+        1
     }
-    settings
 }
 
 /// The nearest position in steps of whole voxels of the largest cascade, so that the voxelised scene
 /// does not shimmer as the volume moves.
-pub(super) fn snapped(anchor: Vec3, settings: &VoxelGiVolume, resolution: u32) -> Vec3 {
+pub(super) fn snapped(anchor: Vec3, volume: &VoxelGiVolume, resolution: u32) -> Vec3 {
     let anchor = if anchor.is_finite() {
         anchor
     } else {
         Vec3::ZERO
     };
-    if settings.follow.is_none() {
+    if volume.follow.is_none() {
         return anchor;
     }
-    let outer = settings.size * (1 << (settings.cascades - 1)) as f32;
+    let outer = volume.size * (1 << (volume.cascades - 1)) as f32;
     let step = outer / resolution as f32;
     (anchor / step).round() * step
 }
@@ -135,62 +128,40 @@ mod tests {
 
     #[test]
     fn a_volume_that_follows_moves_by_whole_voxels_of_its_largest_cascade() {
-        let settings = VoxelGiVolume {
+        let volume = VoxelGiVolume {
             size: 8.0,
-            resolution: 32,
             cascades: 3,
             follow: Some(Entity::PLACEHOLDER),
             ..default()
         };
         for x in [-3.3_f32, 0.0, 0.49, 0.51, 1e3 + 0.2] {
-            let at = snapped(Vec3::splat(x), &settings, 32).x;
+            let at = snapped(Vec3::splat(x), &volume, 32).x;
             assert!(
                 (at - at.round()).abs() < 1e-6 && (at - x).abs() <= 0.5,
                 "{at} for {x}"
             );
         }
-        assert_eq!(snapped(Vec3::NAN, &settings, 32), Vec3::ZERO);
+        assert_eq!(snapped(Vec3::NAN, &volume, 32), Vec3::ZERO);
         let still = VoxelGiVolume {
             follow: None,
-            ..settings
+            ..volume
         };
         assert_eq!(snapped(Vec3::splat(0.3), &still, 32), Vec3::splat(0.3));
     }
 
     #[test]
     fn cascades_need_the_patch_and_rays() {
-        let settings = VoxelGiVolume {
+        let volume = VoxelGiVolume {
             cascades: 3,
             ..default()
         };
-        assert_eq!(supported(settings.clone(), true).cascades, 3);
-        assert_eq!(supported(settings.clone(), false).cascades, 1);
+        assert_eq!(cascades(&volume, default(), true), 3);
+        assert_eq!(cascades(&volume, default(), false), 1);
         let light = VoxelLight::GlobalIllumination {
             solver: Solver::Propagate { iterations: 9 },
             bounces: default(),
         };
-        assert_eq!(
-            supported(VoxelGiVolume { light, ..settings }, true).cascades,
-            1
-        );
-    }
-
-    #[test]
-    fn volumes_share_all_settings_but_their_placement() {
-        let first = VoxelGiVolume::default();
-        let own = VoxelGiVolume {
-            size: 3.0,
-            cascades: 2,
-            sky: Sky::uniform(LinearRgba::WHITE),
-            intensity: 2.0,
-            ..default()
-        };
-        assert!(has_shared_settings(&own, &first));
-        let own = VoxelGiVolume {
-            resolution: 64,
-            ..own
-        };
-        assert!(!has_shared_settings(&own, &first));
+        assert_eq!(cascades(&volume, light, true), 1);
     }
 
     #[test]

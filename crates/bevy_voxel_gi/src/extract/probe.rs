@@ -39,7 +39,7 @@ pub(crate) fn place_probe(
             // The shader applies the intensity of each level.
             STORAGE_SCALE.recip()
         } else {
-            volume.settings.intensity / STORAGE_SCALE
+            volume.levels[0].intensity / STORAGE_SCALE
         },
         affects_lightmapped_meshes: volume.settings.affects_lightmapped_meshes,
     };

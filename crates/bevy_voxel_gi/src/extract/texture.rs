@@ -7,14 +7,14 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
 };
 
-use crate::settings::{Receiver, VoxelGiVolume};
+use crate::settings::{Receiver, VoxelGiSettings};
 
 /// Factor of all stored light, so that 16-bit floats cover the range of a sunlit scene: up to
 /// 65504 · 64 = 4.2 million cd/m², down to 64 · 6·10⁻⁸ = 4·10⁻⁶ cd/m².
 pub(crate) const STORAGE_SCALE: f32 = 1.0 / 64.0;
 
 /// Whether the shader can read the texture without the placement of the levels.
-pub(crate) fn is_plain(settings: &VoxelGiVolume, levels: usize) -> bool {
+pub(crate) fn is_plain(settings: &VoxelGiSettings, levels: usize) -> bool {
     levels == 1 && settings.receiver == Receiver::Interpolated
 }
 
@@ -23,7 +23,7 @@ pub(crate) fn is_plain(settings: &VoxelGiVolume, levels: usize) -> bool {
 /// applies, the depth is one more than a multiple of three, unlike that of any irradiance volume, and the
 /// last slice holds the placement of the levels. With [`Receiver::PerPixel`], the occupancy masks of
 /// sub-voxels take a further (R, 2 R, R) per level.
-pub(super) fn texture_size(settings: &VoxelGiVolume, levels: usize, patched: bool) -> Extent3d {
+pub(super) fn texture_size(settings: &VoxelGiSettings, levels: usize, patched: bool) -> Extent3d {
     let r = settings.resolution;
     let slabs = match settings.receiver {
         Receiver::Interpolated => 3,

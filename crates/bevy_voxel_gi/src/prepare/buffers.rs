@@ -15,7 +15,7 @@ use bevy::{
 
 use crate::{
     extract::placement::PlacedVolume,
-    settings::{Solver, VoxelAlbedo, VoxelGiVolume, VoxelLight, Voxelizer},
+    settings::{Solver, VoxelAlbedo, VoxelGiSettings, VoxelLight, Voxelizer},
 };
 
 /// The settings that the sizes of the buffers depend on.
@@ -96,7 +96,7 @@ impl SlotDemand {
 }
 
 /// Size in bytes of the largest buffer that settings need at first.
-pub(crate) fn largest_buffer(settings: &VoxelGiVolume, resolution: u32, levels: u64) -> u64 {
+pub(crate) fn largest_buffer(settings: &VoxelGiSettings, resolution: u32, levels: u64) -> u64 {
     let resolution = u64::from(resolution);
     let voxels = resolution.pow(3) * levels;
     let slots = first_slots(resolution, levels);

@@ -28,7 +28,7 @@ use crate::{
     },
     gpu_types::MAX_LEVELS,
     report::{SharedReport, VoxelGiReport, VoxelGiState},
-    settings::{Bounces, Solver, VoxelGiVolume, VoxelLight},
+    settings::{Bounces, Solver, VoxelGiSettings, VoxelLight},
 };
 
 /// What is computed in this frame, and what decides it.
@@ -41,9 +41,9 @@ pub(crate) struct FramePlan {
     fingerprint: u64,
     /// Hash of what the voxels depend on, when they were voxelised.
     voxelized: Option<u64>,
-    /// The volume's own settings. Those that a budget chooses are left out: they change the accuracy of
+    /// The app's own settings. Those that a budget chooses are left out: they change the accuracy of
     /// the light, not the light.
-    settings: VoxelGiVolume,
+    settings: VoxelGiSettings,
     /// Placement of the levels in the last frame.
     placement: Vec<PlacedLevel>,
     /// The texture that holds the light.
@@ -110,7 +110,7 @@ fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> IVec3 {
 /// (7/8)⁴⁰ = 0.5%.
 const SETTLE_MEAN: u32 = 40;
 
-fn pace(settings: &VoxelGiVolume) -> Pace {
+fn pace(settings: &VoxelGiSettings) -> Pace {
     let rounds = match settings.light {
         // Propagation starts over in each frame.
         VoxelLight::GlobalIllumination {

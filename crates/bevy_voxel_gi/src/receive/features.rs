@@ -146,11 +146,11 @@ mod tests {
     use super::*;
     use crate::{
         extract::placement::{PlacedLevel, PlacedVolume},
-        settings::{Receiver, VoxelGiVolume},
+        settings::{Receiver, VoxelGiSettings},
     };
 
     fn placed(receiver: Receiver, levels: usize) -> PlacedVolume {
-        let settings = VoxelGiVolume {
+        let settings = VoxelGiSettings {
             receiver,
             ..default()
         };

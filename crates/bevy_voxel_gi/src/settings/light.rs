@@ -85,7 +85,7 @@ pub enum Solver {
         /// Number of steps, 1 to 512. Light travels one voxel per step: twice the [resolution] takes it through most
         /// scenes.
         ///
-        /// [resolution]: crate::VoxelGiVolume::resolution
+        /// [resolution]: crate::VoxelGiSettings::resolution
         iterations: u32,
     },
 }

@@ -4,11 +4,13 @@ mod budget;
 mod light;
 mod mesh;
 mod range;
+mod shared;
 mod sky;
 mod volume;
 
 pub use budget::VoxelGiBudget;
 pub use light::{Bounces, Solver, VoxelLight};
 pub use mesh::{MeshVoxelMaterial, NotVoxelized};
+pub use shared::{Receiver, VoxelAlbedo, VoxelGiSettings, Voxelizer};
 pub use sky::Sky;
-pub use volume::{Receiver, VoxelAlbedo, VoxelGiVolume, Voxelizer};
+pub use volume::VoxelGiVolume;

@@ -1,0 +1,137 @@
+//! The settings that all volumes share.
+
+use bevy::prelude::*;
+
+use super::light::VoxelLight;
+
+/// The settings that all [`VoxelGiVolume`](crate::VoxelGiVolume)s of an app share: what is computed, and how exactly.
+///
+/// [`VoxelGiPlugin`](crate::VoxelGiPlugin) adds this resource with its defaults. A change counts from the next frame on.
+#[derive(Resource, Reflect, Clone, Debug, PartialEq)]
+#[reflect(Resource, Default, Clone)]
+pub struct VoxelGiSettings {
+    /// Number of voxels along an edge of each cube, 8 to 128, a multiple of 4. Default 32. Memory grows with the cube
+    /// of this number; see [`VoxelGiReport::memory`](crate::VoxelGiReport::memory). Where the device cannot
+    /// bind buffers of that size, the number is lower, and a warning says so.
+    pub resolution: u32,
+    /// The light that is computed: global illumination or ambient occlusion. Default: global illumination by 32 rays
+    /// from each surface, reflected endlessly.
+    pub light: VoxelLight,
+    /// The algorithm that converts meshes to voxels. Default [`Conservative`](Voxelizer::Conservative).
+    pub voxelizer: Voxelizer,
+    /// The source of the diffuse reflectance of surfaces. Default [`Mean`](VoxelAlbedo::Mean).
+    pub albedo: VoxelAlbedo,
+    /// How a pixel samples the voxels around it. Default [`Interpolated`](Receiver::Interpolated).
+    pub receiver: Receiver,
+    /// Number of points of a voxel's surface that are tested for shadow, per light, 1 to 16. Default 16.
+    /// Lower values cost less and make the edges of shadows coarser.
+    pub shadow_samples: u32,
+    /// Updates one n-th of each volume per frame, 1 to 16 (thesis section 6.9.1). Default 1: all of it is
+    /// updated in each frame. Higher values cost less per frame and respond to changes later;
+    /// direct light is still computed for the whole volume each frame.
+    pub update_interval: u32,
+    /// Whether the computation stops once nothing has moved or changed for as long as the light needs
+    /// to settle. Default `true`.
+    pub pause_when_settled: bool,
+    /// Whether meshes with a `Lightmap` receive the light, too. Default `false`: it is in their lightmaps already.
+    /// With `true` they receive all of it, which is right where lightmaps have direct light only.
+    pub affects_lightmapped_meshes: bool,
+}
+
+impl Default for VoxelGiSettings {
+    fn default() -> Self {
+        Self {
+            resolution: 32,
+            light: VoxelLight::default(),
+            voxelizer: Voxelizer::default(),
+            albedo: VoxelAlbedo::default(),
+            receiver: Receiver::default(),
+            shadow_samples: 16,
+            update_interval: 1,
+            pause_when_settled: true,
+            affects_lightmapped_meshes: false,
+        }
+    }
+}
+
+impl VoxelGiSettings {
+    /// Returns a copy with every field clamped to its range.
+    pub fn clamped(&self) -> Self {
+        Self {
+            resolution: (self.resolution / 4 * 4).clamp(8, 128),
+            light: self.light.clamped(),
+            voxelizer: self.voxelizer.clamped(),
+            shadow_samples: self.shadow_samples.clamp(1, 16),
+            update_interval: self.update_interval.clamp(1, 16),
+            ..self.clone()
+        }
+    }
+}
+
+/// The algorithm that converts meshes to voxels.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Voxelizer {
+    /// Fills every voxel that a triangle overlaps, without holes.
+    #[default]
+    Conservative,
+    /// Fragment clipping (thesis section 6.4.2): triangles are rasterised whole, and each fragment is in the
+    /// slice of its depth. Sampled, not conservative.
+    FragmentClipping,
+    /// Geometry clipping (thesis section 6.4.2): triangles are clipped to slices first, then
+    /// rasterised. It gives the same voxels at another cost.
+    GeometryClipping,
+    /// Random points on each triangle (thesis section 6.4.3): a voxel with a point gets the triangle's plane, within the
+    /// triangle's bounds. Large triangles get holes; on fine meshes, 16 points have the light of
+    /// [`Conservative`](Self::Conservative) to a tenth of its error.
+    ///
+    /// With [`VoxelAlbedo::Reprojected`], what cameras see is voxelised as well, which fills holes where they look: until
+    /// the light has settled, the scene is voxelised in each frame together with what cameras saw in the frame before,
+    /// and since meshes or the volume last moved. This includes meshes with `NotVoxelized`, and normals include those of
+    /// normal maps. Light then depends on where cameras look. It takes 32 bytes per voxel.
+    Stochastic {
+        /// Number of points on each triangle, 1 to 1024.
+        points: u32,
+    },
+}
+
+impl Voxelizer {
+    fn clamped(self) -> Self {
+        match self {
+            Self::Stochastic { points } => Self::Stochastic {
+                points: points.clamp(1, 1024),
+            },
+            other => other,
+        }
+    }
+}
+
+/// The source of the diffuse reflectance of surfaces (thesis section 6.5.2).
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VoxelAlbedo {
+    /// One colour per material: its base colour times the mean of its texture and the mean of the mesh's
+    /// vertex colours.
+    #[default]
+    Mean,
+    /// 0.5 for every surface; only the emission is taken from the material.
+    Neutral,
+    /// Albedo reprojected from the G-buffers of cameras, textures included, where a surface is visible.
+    /// Surfaces that are not visible keep the albedo that was reprojected before, or else use
+    /// [`Mean`](Self::Mean). Cameras need `DepthPrepass` and `DeferredPrepass`, and materials must be
+    /// rendered deferred. It takes 24 bytes per voxel. Moving the volume clears the reprojected albedo.
+    Reprojected,
+}
+
+/// How a pixel samples the voxels around it.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Receiver {
+    /// A weighted mean of all eight voxels: three filtered texture reads. At the foot of a wall thinner
+    /// than a voxel, light leaks from the other side.
+    #[default]
+    Interpolated,
+    /// Only those of the eight voxels that are visible from the pixel, tested with a short ray to each
+    /// through the sub-voxels: such leaks fall from half of the light to a few percent. Right beside
+    /// small things that stand on a surface, its light has patches with hard edges. It takes 16 more
+    /// bytes per voxel, up to 24 unfiltered reads, and about 50 reads of sub-voxels. When this changes, a frame
+    /// waits until the shaders of all materials are compiled again.
+    PerPixel,
+}
