@@ -93,16 +93,30 @@ fn spawn(
         },
     });
     // A passage that is open to the sun at the right. Materials of both kinds may be in one scene.
-    let mut block = |at: [f32; 3], size: [f32; 3]| {
-        commands.spawn((
+    let wall = |at: [f32; 3], size: [f32; 3], meshes: &mut Assets<Mesh>| {
+        (
             Mesh3d(meshes.add(Cuboid::from_size(size.into()))),
             Transform::from_translation(at.into()),
-        ))
+        )
     };
-    block([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0]).insert(MeshMaterial3d(wavelet_bricks.clone()));
-    block([0.0, 2.0, -10.8], [6.0, 4.0, 0.4]).insert(MeshMaterial3d(wavelet_bricks));
-    block([0.0, -0.2, -2.0], [6.0, 0.4, 18.0]).insert(MeshMaterial3d(plain_bricks.clone()));
-    block([0.0, 4.2, -2.0], [6.0, 0.4, 18.0]).insert(MeshMaterial3d(plain_bricks));
+    for (at, size) in [
+        ([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0]),
+        ([0.0, 2.0, -10.8], [6.0, 4.0, 0.4]),
+    ] {
+        commands.spawn((
+            wall(at, size, &mut meshes),
+            MeshMaterial3d(wavelet_bricks.clone()),
+        ));
+    }
+    for (at, size) in [
+        ([0.0, -0.2, -2.0], [6.0, 0.4, 18.0]),
+        ([0.0, 4.2, -2.0], [6.0, 0.4, 18.0]),
+    ] {
+        commands.spawn((
+            wall(at, size, &mut meshes),
+            MeshMaterial3d(plain_bricks.clone()),
+        ));
+    }
     let white = plain.add(Color::srgb(0.8, 0.8, 0.78));
     for i in 0..6 {
         commands.spawn((

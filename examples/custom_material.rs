@@ -134,7 +134,7 @@ fn spawn(
 
 fn switch(keys: Res<ButtonInput<KeyCode>>, mut rings: ResMut<Assets<Rings>>) {
     if keys.just_pressed(KeyCode::Space) {
-        for (_, mut material) in rings.iter_mut() {
+        for (_, material) in rings.iter_mut() {
             let is_on = material.glow != LinearRgba::BLACK;
             material.glow = if is_on { LinearRgba::BLACK } else { GLOW };
         }

@@ -102,7 +102,7 @@ fn switch(keys: Res<ButtonInput<KeyCode>>, mut materials: ResMut<Assets<WaveletS
         (KeyCode::Digit4, WaveletFilter::Anisotropic),
     ] {
         if keys.just_pressed(key) {
-            for (_, mut material) in materials.iter_mut() {
+            for (_, material) in materials.iter_mut() {
                 material.extension.filter = filter;
             }
         }

@@ -135,12 +135,7 @@ fn draw_to_image(
     }
 }
 
-fn save(
-    mut commands: Commands,
-    mut picture: ResMut<Picture>,
-    assets: Res<AssetServer>,
-    images: Res<Assets<Image>>,
-) {
+fn save(mut commands: Commands, mut picture: ResMut<Picture>, images: Res<Assets<Image>>) {
     // What is loading is waited for.
     let is_loading = images.is_changed();
     picture.frame = if is_loading && picture.frame < FRAMES {
