@@ -18,8 +18,8 @@ use bevy::{
 };
 
 /// Frames of a picture, in which light and assets arrive.
-const FRAMES: u32 = 120;
-const SIZE: UVec2 = UVec2::new(640, 360);
+const FRAMES: u32 = 60;
+const SIZE: UVec2 = UVec2::new(480, 270);
 
 /// The text at the top left.
 #[derive(Component)]

@@ -6,6 +6,7 @@ mod deferred_accumulation;
 mod ewa;
 mod ewa_scene;
 mod ewa_study;
+mod examples;
 mod extremes;
 mod figures;
 mod headless;
