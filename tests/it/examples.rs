@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::Path, process::Command};
 
-use bevy_frugal_lab::metrics::flip::flip_map;
+use bevy_frugal_lab::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, flip_map};
 
 use crate::support::{gpu, skipped};
 
@@ -43,7 +43,9 @@ fn examples_draw_their_pictures() {
                 image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
             image.into_rgb8()
         });
-        let difference = flip_map(&expected, &actual).expect("the same size").mean();
+        let difference = flip_map(&expected, &actual, DEFAULT_PIXELS_PER_DEGREE)
+            .expect("the same size")
+            .mean();
         println!("{name}: {difference:.4}");
         assert!(
             difference < MOST,
