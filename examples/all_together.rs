@@ -1,12 +1,180 @@
-//! A hall with all four plugins, each with a switch, beside Bevy alone.
+//! All four plugins in one scene: a wall of wavelet textures and a floor of plain ones, which get mip levels and
+//! anisotropy, in light that bounces, drawn into a compact frame buffer.
 //!
-//! `cargo run --release --example all_together` opens a window;
-//! `-- --headless out --set ewa=false` writes pictures instead.
+//! 1: mip levels and anisotropy. 2: light that bounces. 3: the frame buffer.
 
-use std::process::ExitCode;
+mod common;
 
-use bevy_frugal_lab::{runner, scenes::all_together::AllTogether};
+use bevy::{
+    camera::{Exposure, Hdr},
+    camera_controller::free_camera::FreeCamera,
+    image::{ImageAddressMode, ImageLoaderSettings, ImageSampler, ImageSamplerDescriptor},
+    math::Affine2,
+    post_process::bloom::Bloom,
+    prelude::*,
+};
+use bevy_ewa::{AllMaterials, EwaPlugin};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
+use bevy_wavelet_tex::{WaveletExtension, WaveletStandardMaterial, WaveletTexPlugin};
+use bevy_ycocg_fb::{FrameBufferQuality, FrameBufferReport, YCoCgFrameBufferPlugin};
 
-fn main() -> ExitCode {
-    runner::run(&AllTogether)
+fn main() -> AppExit {
+    App::new()
+        .add_plugins((
+            common::plugins("All together"),
+            WaveletTexPlugin,
+            EwaPlugin::default(),
+            VoxelGiPlugin,
+            YCoCgFrameBufferPlugin,
+        ))
+        .insert_resource(GlobalAmbientLight::NONE)
+        .add_systems(Startup, spawn)
+        .add_systems(Update, (switch, describe))
+        .run()
+}
+
+fn spawn(
+    mut commands: Commands,
+    assets: Res<AssetServer>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut plain: ResMut<Assets<StandardMaterial>>,
+    mut wavelet: ResMut<Assets<WaveletStandardMaterial>>,
+) {
+    commands.spawn((
+        Camera3d::default(),
+        FreeCamera::default(),
+        Hdr,
+        Bloom::NATURAL,
+        Exposure { ev100: 11.5 },
+        FrameBufferQuality::Compact,
+        Transform::from_xyz(1.2, 1.6, 6.5).looking_at(Vec3::new(-0.4, 1.5, -4.0), Vec3::Y),
+    ));
+    commands.spawn((
+        VoxelGiVolume {
+            size: 20.0,
+            sky: Sky::uniform(LinearRgba::rgb(2500.0, 3200.0, 4500.0)),
+            ..default()
+        },
+        Transform::from_xyz(0.0, 2.0, -2.0),
+    ));
+    commands.spawn((
+        DirectionalLight {
+            illuminance: 70_000.0,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::from_xyz(7.0, 7.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+
+    let base = StandardMaterial {
+        perceptual_roughness: 0.9,
+        uv_transform: Affine2::from_scale(Vec2::new(6.0, 2.0)),
+        ..default()
+    };
+    let bricks = assets
+        .load_builder()
+        .with_settings(|settings: &mut ImageLoaderSettings| {
+            settings.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
+                address_mode_u: ImageAddressMode::Repeat,
+                address_mode_v: ImageAddressMode::Repeat,
+                ..ImageSamplerDescriptor::linear()
+            });
+        })
+        .load("bricks.jpg");
+    let plain_bricks = plain.add(StandardMaterial {
+        base_color_texture: Some(bricks),
+        ..base.clone()
+    });
+    let wavelet_bricks = wavelet.add(WaveletStandardMaterial {
+        base,
+        extension: WaveletExtension {
+            base_color: Some(assets.load("bricks.wtex")),
+            ..default()
+        },
+    });
+    // A passage that is open to the sun at the right. Materials of both kinds may be in one scene.
+    let wall = |at: [f32; 3], size: [f32; 3], meshes: &mut Assets<Mesh>| {
+        (
+            Mesh3d(meshes.add(Cuboid::from_size(size.into()))),
+            Transform::from_translation(at.into()),
+        )
+    };
+    for (at, size) in [
+        ([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0]),
+        ([0.0, 2.0, -10.8], [6.0, 4.0, 0.4]),
+    ] {
+        commands.spawn((
+            wall(at, size, &mut meshes),
+            MeshMaterial3d(wavelet_bricks.clone()),
+        ));
+    }
+    for (at, size) in [
+        ([0.0, -0.2, -2.0], [6.0, 0.4, 18.0]),
+        ([0.0, 4.2, -2.0], [6.0, 0.4, 18.0]),
+    ] {
+        commands.spawn((
+            wall(at, size, &mut meshes),
+            MeshMaterial3d(plain_bricks.clone()),
+        ));
+    }
+    let white = plain.add(Color::srgb(0.8, 0.8, 0.78));
+    for i in 0..6 {
+        commands.spawn((
+            Mesh3d(meshes.add(Cuboid::new(0.5, 4.0, 0.5))),
+            MeshMaterial3d(white.clone()),
+            Transform::from_xyz(2.6, 2.0, 5.0 - 3.0 * i as f32),
+        ));
+    }
+    let [red, blue] = [Color::srgb(0.8, 0.1, 0.05), Color::srgb(0.1, 0.2, 0.8)].map(|color| {
+        plain.add(StandardMaterial {
+            perceptual_roughness: 0.7,
+            ..color.into()
+        })
+    });
+    let sphere = meshes.add(Sphere::new(0.6));
+    for (z, material) in [(0.0, red), (-4.0, blue)] {
+        commands.spawn((
+            Mesh3d(sphere.clone()),
+            MeshMaterial3d(material),
+            Transform::from_xyz(-1.4, 0.6, z),
+        ));
+    }
+}
+
+fn switch(
+    keys: Res<ButtonInput<KeyCode>>,
+    mut all: ResMut<AllMaterials>,
+    mut volume: Single<&mut Visibility, With<VoxelGiVolume>>,
+    mut quality: Single<&mut FrameBufferQuality>,
+) {
+    if keys.just_pressed(KeyCode::Digit1) {
+        all.0 = match all.0 {
+            Some(_) => None,
+            None => AllMaterials::default().0,
+        };
+    }
+    if keys.just_pressed(KeyCode::Digit2) {
+        volume.toggle_visible_hidden();
+    }
+    if keys.just_pressed(KeyCode::Digit3) {
+        **quality = match **quality {
+            FrameBufferQuality::Exact => FrameBufferQuality::Compact,
+            _ => FrameBufferQuality::Exact,
+        };
+    }
+}
+
+fn describe(
+    mut caption: Single<&mut Text, With<common::Caption>>,
+    all: Res<AllMaterials>,
+    volume: Single<&Visibility, With<VoxelGiVolume>>,
+    camera: Single<&FrameBufferReport>,
+) {
+    let on = |is_on| if is_on { "on" } else { "off" };
+    caption.0 = format!(
+        "mip levels and anisotropy: {} (1)\nlight that bounces: {} (2)\nframe buffer: {:?} (3)",
+        on(all.0.is_some()),
+        on(**volume != Visibility::Hidden),
+        camera.state,
+    );
 }

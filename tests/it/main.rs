@@ -4,6 +4,7 @@ mod all_together;
 mod deferred_accumulation;
 mod ewa;
 mod ewa_scene;
+mod examples;
 mod extremes;
 mod headless;
 mod hooks;
