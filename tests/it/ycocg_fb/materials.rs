@@ -1,6 +1,8 @@
 //! Every kind of material, seen by a packed camera.
 
 use bevy::{
+    asset::uuid_handle,
+    light::NotShadowCaster,
     pbr::{ExtendedMaterial, Material, MaterialExtension, MaterialPlugin, ScreenSpaceTransmission},
     prelude::*,
     reflect::TypePath,
@@ -215,6 +217,60 @@ fn a_custom_material_packs_by_the_importable_function() {
         app.add_plugins(MaterialPlugin::<Packing>::default());
         with_quad(app, Packing::default);
     });
+}
+
+/// A material whose shader comes late, as a file from a slow disk does.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Default)]
+struct Late {}
+
+const LATE: Handle<Shader> = uuid_handle!("6f4e1c52-9a10-4c3b-8a77-0d3f5b6f2a91");
+
+impl Material for Late {
+    fn fragment_shader() -> ShaderRef {
+        ShaderRef::Handle(LATE)
+    }
+}
+
+#[test]
+fn a_shader_that_is_loading_is_no_reason_to_fall_back() {
+    let _gpu = gpu();
+    let mut studio = Studio::lit();
+    let before = studio.mode(true, Msaa::Off).packed(packing());
+    let mut late = Studio::new(|app| {
+        app.add_plugins(MaterialPlugin::<Late>::default());
+        lit_scene(app);
+    });
+    late.mode(true, Msaa::Off).packed(packing());
+    let world = late.app.world_mut();
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Rectangle::new(1.6, 0.9));
+    let material = world.resource_mut::<Assets<Late>>().add(Late::default());
+    world.spawn((
+        Mesh3d(mesh),
+        MeshMaterial3d(material),
+        Transform::from_xyz(0.2, 0.7, 1.1),
+        NotShadowCaster,
+    ));
+    for _ in 0..5 {
+        late.app.render_frames(1).expect("a frame");
+        assert!(
+            matches!(late.state(), Some(CameraState::Packed(_))),
+            "{:?}",
+            late.state()
+        );
+    }
+    let source = include_str!("shaders/packing.wesl");
+    let shader = Shader::from_wesl(source, "shaders/late.wesl");
+    let mut shaders = late.app.world_mut().resource_mut::<Assets<Shader>>();
+    shaders.insert(&LATE, shader).expect("a new shader");
+    let with_mesh = late.picture();
+    assert!(
+        matches!(late.state(), Some(CameraState::Packed(_))),
+        "{:?}",
+        late.state()
+    );
+    assert!(psnr(&before, &with_mesh) < 30.0);
 }
 
 /// A material that knows nothing of packing nor of Bevy's lighting.

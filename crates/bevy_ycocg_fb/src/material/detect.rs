@@ -21,6 +21,8 @@ pub(crate) struct PackingShaders(Arc<RwLock<Detected>>);
 #[derive(Debug, Default)]
 struct Detected {
     shaders: HashSet<AssetId<Shader>>,
+    /// All shaders that are loaded.
+    inspected: HashSet<AssetId<Shader>>,
     /// Incremented with every change of `shaders`.
     generation: u64,
 }
@@ -28,6 +30,11 @@ struct Detected {
 impl PackingShaders {
     pub(crate) fn contains(&self, shader: AssetId<Shader>) -> bool {
         self.read().shaders.contains(&shader)
+    }
+
+    /// Whether the shader is loaded; pipelines of others are not ready.
+    pub(crate) fn is_inspected(&self, shader: AssetId<Shader>) -> bool {
+        self.read().inspected.contains(&shader)
     }
 
     /// Returns a number that changes whenever the result of `contains` may change.
@@ -47,15 +54,17 @@ pub(crate) fn find_packing_shaders(shaders: Res<Assets<Shader>>, packing: Res<Pa
     }
     let all: Vec<_> = shaders.iter().collect();
     let packs = shaders_that_pack(&all.iter().map(|(_, shader)| *shader).collect::<Vec<_>>());
+    let inspected = all.iter().map(|(id, _)| *id).collect();
     let shaders: HashSet<_> = all
         .iter()
         .zip(packs)
         .filter_map(|((id, _), packs)| packs.then_some(*id))
         .collect();
-    if packing.read().shaders != shaders {
-        let mut packing = packing.0.write().unwrap_or_else(PoisonError::into_inner);
-        packing.shaders = shaders;
-        packing.generation += 1;
+    let mut detected = packing.0.write().unwrap_or_else(PoisonError::into_inner);
+    detected.inspected = inspected;
+    if detected.shaders != shaders {
+        detected.shaders = shaders;
+        detected.generation += 1;
     }
 }
 

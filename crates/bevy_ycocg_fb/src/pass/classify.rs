@@ -48,6 +48,14 @@ pub(super) struct Classifier<'a> {
 }
 
 impl Classifier<'_> {
+    /// Whether the shader of a pipeline is still loading, so that nobody knows whether it packs, and nothing is drawn by
+    /// it.
+    pub(super) fn is_loading(&self, id: CachedRenderPipelineId) -> bool {
+        let fragment = &self.cache.get_render_pipeline_descriptor(id).fragment;
+        let shader = fragment.as_ref().map(|fragment| fragment.shader.id());
+        shader.is_some_and(|shader| !self.shaders.is_inspected(shader))
+    }
+
     /// Classifies a pipeline; one that is `replaceable` may be drawn by a variant.
     pub(super) fn classify(
         &self,

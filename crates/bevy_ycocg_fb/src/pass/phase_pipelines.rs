@@ -120,7 +120,7 @@ struct Inspector<'a> {
 enum Drawn {
     /// The item with this pipeline.
     With(CachedRenderPipelineId),
-    /// Nothing in this frame. The flag is whether its target has the format, so that drawing it is no error.
+    /// Nothing in this frame. The flag is whether drawing it would be no error, as where its target has the format.
     Not { has_format: bool },
 }
 
@@ -132,6 +132,9 @@ impl Inspector<'_> {
             if cache.pipelines().nth(id.id()).is_none() {
                 // It was queued in this frame.
                 cache.process_queue();
+            }
+            if self.classifier.is_loading(id) {
+                return Drawn::Not { has_format: true };
             }
             let pipeline = self.classifier.classify(id, self.format, replaceable);
             self.pipelines.known.insert(key, pipeline);
