@@ -135,14 +135,19 @@ fn draw_to_image(
     }
 }
 
-fn save(mut commands: Commands, mut picture: ResMut<Picture>, images: Res<Assets<Image>>) {
-    // What is loading is waited for.
-    let is_loading = images.is_changed();
-    picture.frame = if is_loading && picture.frame < FRAMES {
-        0
-    } else {
-        picture.frame + 1
-    };
+fn save(
+    mut commands: Commands,
+    mut picture: ResMut<Picture>,
+    mut images: MessageReader<AssetEvent<Image>>,
+) {
+    let has_loaded = images
+        .read()
+        .any(|event| matches!(event, AssetEvent::LoadedWithDependencies { .. }));
+    picture.frame += 1;
+    // An image that arrives begins the count anew.
+    if has_loaded && picture.frame < FRAMES {
+        picture.frame = 0;
+    }
     if picture.frame == FRAMES {
         commands
             .spawn(Screenshot::image(picture.image.clone()))
