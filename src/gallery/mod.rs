@@ -14,13 +14,13 @@ use std::{
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::runner::{
-    Options, RunError, Scene, ScenePicker, SceneSettings, launch::exit_code, pictures::STEPS,
-    render_headless, window,
+    Options, RunError, Scene, ScenePicker, SceneSettings, pictures::STEPS, render_headless, window,
 };
 
 /// The `main` of the gallery of `scenes`, of which the first is the default.
 ///
-/// Exit codes as those of [`run`](crate::runner::run).
+/// Exit code 0 for success, 1 for a failure and 2 for a wrong command line; the reason is on the standard error
+/// output.
 pub fn run(scenes: &[&'static dyn Scene]) -> ExitCode {
     let names: Vec<_> = scenes.iter().map(|scene| scene.name()).collect();
     let settings = |scene: &&dyn Scene| {
@@ -49,6 +49,20 @@ pub fn run(scenes: &[&'static dyn Scene]) -> ExitCode {
         &options,
         matches.get_one("scene").map(String::as_str),
     ))
+}
+
+/// Exit code for a command line that cannot be followed, as clap's.
+const USAGE: u8 = 2;
+
+fn exit_code(result: Result<(), RunError>) -> ExitCode {
+    let Err(error) = result else {
+        return ExitCode::SUCCESS;
+    };
+    eprintln!("error: {error}");
+    match error {
+        RunError::Setting(_) | RunError::NoScene { .. } => ExitCode::from(USAGE),
+        _ => ExitCode::FAILURE,
+    }
 }
 
 fn dispatch(

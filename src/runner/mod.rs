@@ -1,6 +1,6 @@
-//! One runner for all examples.
+//! One runner for all scenes.
 //!
-//! An example is a type that implements [`Scene`]: its name, its [`SceneSetting`]s, and a function that
+//! A scene is a type that implements [`Scene`]: its name, its [`SceneSetting`]s, and a function that
 //! adds plugins and entities to an app. The runner does the rest, in a window (a panel with every
 //! setting and the live figures, a split line to drag between before and after) or headless (three
 //! pictures and a line of JSON). So what a test or a benchmark measures is what a visitor sees.
@@ -19,9 +19,7 @@
 //! | [`options`] | the command line |
 //! | [`pictures`] | the headless run |
 //! | [`window`] | the window |
-//! | [`launch`] | from the command line to an exit code |
 
-pub mod launch;
 mod memory_table;
 pub mod options;
 mod panel;
@@ -32,7 +30,6 @@ pub mod settings;
 pub mod split;
 pub mod window;
 
-pub use launch::run;
 pub use options::{Options, Size};
 pub use panel::ScenePicker;
 pub use pictures::{Outcome, RunError, render_headless};

@@ -1,4 +1,4 @@
-//! The command line of an example.
+//! The command line of the gallery.
 
 use std::{path::PathBuf, str::FromStr};
 
@@ -68,14 +68,6 @@ impl Options {
             image: None,
             adapter: None,
         }
-    }
-
-    /// The clap command of the example `scene`; its help lists the settings.
-    pub fn command(scene: &dyn Scene) -> Command {
-        let settings = SceneSettings::new(scene.settings()).list();
-        Self::added_to(Command::new(scene.name()))
-            .about(scene.description())
-            .after_help(format!("Settings (name=value):\n{settings}"))
     }
 
     /// The command with these options; pictures that the CPU draws are small unless asked otherwise.
