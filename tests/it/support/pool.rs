@@ -6,7 +6,10 @@ use std::{
     thread,
 };
 
-use bevy::prelude::*;
+use bevy::{
+    ecs::{entity_disabling::Disabled, query::Allow},
+    prelude::*,
+};
 use bevy_frugal_lab::headless::HeadlessApp;
 
 /// Apps of one configuration.
@@ -86,7 +89,9 @@ impl Drop for Borrowed {
             return;
         };
         let world = app.world_mut();
-        let mut scene = world.query_filtered::<Entity, (With<Transform>, Without<ChildOf>)>();
+        // Bevy goes on drawing with lights that are disabled.
+        type OfScene = (With<Transform>, Without<ChildOf>, Allow<Disabled>);
+        let mut scene = world.query_filtered::<Entity, OfScene>();
         for entity in scene.iter(world).collect::<Vec<_>>() {
             world.despawn(entity);
         }
