@@ -1,12 +1,10 @@
-//! The choice between wavelets and plain textures for an image, by the error of its first level.
+//! The choice between wavelets and plain textures for an image, by the error of its levels.
 
 use super::{
     axes::{ColorAxes, detail_covariance},
-    image::{ColorSpace, Content, WaveletImage},
+    image::WaveletImage,
     job::Job,
-    layout,
-    plain::{self, PlainTexture},
-    plane::union,
+    plain,
     planes::LevelPlanes,
     quality,
     rate::Rate,
@@ -21,14 +19,14 @@ const CHROMA_PART: f64 = 0.5;
 /// tried.
 const AXES_PART: f64 = 0.05;
 
-/// The first level of an image as it was chosen, and the settings for its other levels.
+/// An image as it was chosen, and the settings of its levels.
 pub(super) struct Choice<'a> {
     pub(super) job: Job<'a>,
     pub(super) image: WaveletImage,
 }
 
-/// Encodes the first level in all ways that a rate and the settings allow, and keeps the one with the
-/// least error. `levels` of the image is the number of levels that it will have.
+/// Encodes all levels of a source in all ways that a rate and the settings allow, and keeps those with the least error
+/// over all levels.
 pub(super) fn choose<'a>(
     source: &Source<'_>,
     settings: &'a EncodeSettings,
@@ -69,16 +67,12 @@ pub(super) fn choose<'a>(
             (choice, least, _) = other;
         }
     } else if formats == Formats::Any {
-        least = quality::mse(source, &choice.image);
+        least = quality::chain_mse(source, &choice.image);
     }
-    if formats != Formats::Wavelet {
-        choice.image.plain = plain::better(source, &choice.image, least, settings, bytes);
-    }
-    if let Some(plain) = &choice.image.plain {
-        choice.image.groups.clear();
-        choice.image.axes = ycocg;
-        let most = PlainTexture::max_level_count(plain.size, source.size);
-        choice.image.levels = levels(source, settings, most);
+    if formats != Formats::Wavelet
+        && let Some(plain) = plain::better(source, &choice.image, least, settings, bytes)
+    {
+        choice.image = plain;
     }
     choice
 }
@@ -106,7 +100,6 @@ impl<'a> Choice<'a> {
         rate: Rate,
         axes: ColorAxes,
     ) -> Self {
-        let content = rate.content(settings.alpha);
         Self {
             job: Job {
                 settings,
@@ -115,14 +108,11 @@ impl<'a> Choice<'a> {
                 axes,
             },
             image: WaveletImage {
-                content,
-                color_space: match content {
-                    Content::Normal => ColorSpace::Linear,
-                    _ => settings.color_space,
-                },
+                content: rate.content(settings.alpha),
+                color_space: settings.stored_color_space(),
                 axes,
                 size: source.size,
-                levels: 1,
+                levels: source.levels.len() as u32,
                 groups: Vec::new(),
                 plain: None,
             },
@@ -136,42 +126,8 @@ impl<'a> Choice<'a> {
         axes: ColorAxes,
     ) -> Self {
         let mut choice = Self::empty(source, settings, rate, axes);
-        let content = choice.image.content;
-        let levels = levels(source, settings, layout::level_count(source.size));
-        let planes = LevelPlanes::given(&source.levels[0], source.size, content, axes);
-        let bounds = given_bounds(source, content, axes, levels as usize);
-        choice.image.groups = choice.job.first_level(planes, &bounds);
-        choice.image.levels = levels;
+        let levels = LevelPlanes::of(source, choice.image.content, axes);
+        choice.image.groups = choice.job.groups(&levels);
         choice
     }
-}
-
-/// Number of levels that are encoded where there can be at most `most`.
-fn levels(source: &Source<'_>, settings: &EncodeSettings, most: u32) -> u32 {
-    match source.levels.len() as u32 {
-        1 if settings.mips => most,
-        given => given.min(most),
-    }
-}
-
-/// Bounds of the luma and chroma planes over the given mips. Mips that are not filtered from the
-/// first level can exceed its bounds.
-fn given_bounds(
-    source: &Source<'_>,
-    content: Content,
-    axes: ColorAxes,
-    levels: usize,
-) -> [Vec<[f32; 2]>; 2] {
-    let mut all: [Vec<[f32; 2]>; 2] = [Vec::new(), Vec::new()];
-    for (level, pixels) in source.levels.iter().enumerate().take(levels).skip(1) {
-        let size = layout::mip_size(source.size, level as u32);
-        let planes = LevelPlanes::given(pixels, size, content, axes);
-        for (all, planes) in all.iter_mut().zip([&planes.luma, &planes.chroma]) {
-            all.resize(planes.len(), [f32::INFINITY, f32::NEG_INFINITY]);
-            for (all, plane) in all.iter_mut().zip(planes) {
-                *all = union(*all, plane.bounds());
-            }
-        }
-    }
-    all
 }

@@ -17,11 +17,20 @@ pub struct Channel {
 impl Channel {
     /// Makes the table. `decode` converts a stored value in `[0, 1]`.
     pub fn new(levels: usize, decode: impl Fn(f32) -> f32) -> Self {
+        Self::of(levels, |a, b| {
+            [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|t| decode(a + (b - a) * t))
+        })
+    }
+
+    /// Makes the table of the mode of BC1 that has three colours on the line, and black in place of the fourth.
+    pub fn with_black(levels: usize) -> Self {
+        Self::of(levels, |a, b| [a, (a + b) / 2.0, b, 0.0])
+    }
+
+    fn of(levels: usize, values: impl Fn(f32, f32) -> [f32; 4]) -> Self {
         let unit = |level: usize| level as f32 / (levels - 1) as f32;
         let pairs = (0..levels).flat_map(|a| (0..levels).map(move |b| (a, b)));
-        let table = pairs.map(|(a, b)| {
-            [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|t| decode(unit(a) + (unit(b) - unit(a)) * t))
-        });
+        let table = pairs.map(|(a, b)| values(unit(a), unit(b)));
         Self {
             levels,
             table: table.collect(),
@@ -59,6 +68,8 @@ pub enum Starts {
     Two,
     /// Four starts: the same two on each of the first two principal axes.
     Four,
+    /// The second of two starts alone, for a block that was fitted from the first one.
+    Second,
 }
 
 /// Steps of a channel's two endpoints.
@@ -82,10 +93,10 @@ const MAX_ROUNDS: usize = 16;
 
 /// Fits the endpoints of a block.
 pub fn fit<const C: usize>(channels: &[Channel; C], target: &Target<C>, starts: Starts) -> Fit<C> {
-    let lengths: &[f32] = if starts == Starts::One {
-        &[1.0]
-    } else {
-        &[1.0, 0.7]
+    let lengths: &[f32] = match starts {
+        Starts::One => &[1.0],
+        Starts::Second => &[0.7],
+        Starts::Two | Starts::Four => &[1.0, 0.7],
     };
     let axes = principal_axes(target);
     let axes = &axes[..if starts == Starts::Four { 2 } else { 1 }];

@@ -1,23 +1,27 @@
-//! The blocks of colour, by two encoders.
+//! The blocks of colour.
 
 use rayon::prelude::*;
 
 use crate::codec::{
-    blocks::{BlockFormat, BlockQuality, ColorEncoder, Starts, decode_blocks, encode_bc1},
+    blocks::{ColorEncoder, Starts},
     plane::Plane,
     settings::Effort,
 };
 
 type Block = [[f32; 3]; 16];
 
-/// By default, this many blocks are encoded by both encoders, or a quarter of them where that is more.
+/// By default, this many blocks are encoded twice, or a quarter of them where that is more.
 const TWICE: usize = 256;
 
-/// BC1 blocks of texels, a plane for each channel. Blocks with the largest errors are encoded again by
-/// the library, which is slower and also has the mode of three colours and black.
+/// BC1 blocks of texels, a plane for each channel. Blocks with the largest errors are encoded again with more effort, and
+/// in the mode of three colours and black.
 pub(super) fn bc1(texels: &[Plane], effort: Effort) -> Vec<u8> {
     let colors = blocks_of(texels);
-    let mut found = fitted(&colors, effort);
+    let encoder = ColorEncoder::new(Starts::One);
+    let mut found: Vec<([u8; 8], f32)> = colors
+        .par_iter()
+        .map(|block| encoder.block(block))
+        .collect();
     let again = match effort {
         Effort::Fast => 0,
         Effort::Default => found.len().div_ceil(4).max(TWICE),
@@ -26,17 +30,23 @@ pub(super) fn bc1(texels: &[Plane], effort: Effort) -> Vec<u8> {
     let mut order: Vec<usize> = (0..found.len()).collect();
     order.sort_by(|a, b| found[*b].1.total_cmp(&found[*a].1));
     order.truncate(again);
-    let others = from_library(&order, &colors);
-    let texels = decode_blocks(
-        BlockFormat::Bc1,
-        others.as_flattened(),
-        [4, 4 * others.len() as u32],
-    );
-    let (texels, _) = texels.as_chunks::<16>();
-    for ((&i, other), texels) in order.iter().zip(others).zip(texels) {
-        let error = error(texels, &colors[i]);
-        if error < found[i].1 {
-            found[i] = (other, error);
+    let encoder = ColorEncoder::new(match effort {
+        Effort::Best => Starts::Four,
+        Effort::Fast | Effort::Default => Starts::Second,
+    });
+    let others: Vec<_> = order
+        .par_iter()
+        .map(|i| {
+            let of_line = encoder.block(&colors[*i]);
+            match encoder.block_with_black(&colors[*i]) {
+                Some(with_black) if with_black.1 < of_line.1 => with_black,
+                _ => of_line,
+            }
+        })
+        .collect();
+    for (i, other) in order.into_iter().zip(others) {
+        if other.1 < found[i].1 {
+            found[i] = other;
         }
     }
     found.into_iter().flat_map(|(block, _)| block).collect()
@@ -55,41 +65,17 @@ fn blocks_of(texels: &[Plane]) -> Vec<Block> {
     (0..columns * rows).into_par_iter().map(block).collect()
 }
 
-fn fitted(colors: &[Block], effort: Effort) -> Vec<([u8; 8], f32)> {
-    let starts = match effort {
-        Effort::Fast | Effort::Default => Starts::One,
-        Effort::Best => Starts::Four,
-    };
-    let encoder = ColorEncoder::new(starts);
-    colors
-        .par_iter()
-        .map(|block| encoder.block(block))
-        .collect()
-}
-
-/// Some of the blocks, encoded by the library in one column.
-fn from_library(order: &[usize], colors: &[Block]) -> Vec<[u8; 8]> {
-    let byte = |v: f32| (v * 255.0).round() as u8;
-    let texel = |[r, g, b]: [f32; 3]| [byte(r), byte(g), byte(b), 255];
-    let column: Vec<_> = order.iter().flat_map(|i| colors[*i].map(texel)).collect();
-    if column.is_empty() {
-        return Vec::new();
-    }
-    let size = [4, 4 * order.len() as u32];
-    let blocks = encode_bc1(&column, size, BlockQuality::High);
-    blocks.as_chunks::<8>().0.to_vec()
-}
-
-fn error(texels: &[[f32; 4]; 16], wanted: &Block) -> f32 {
-    let of = |(texel, wanted): (&[f32; 4], &[f32; 3])| -> f32 {
-        (0..3).map(|c| (texel[c] - wanted[c]).powi(2)).sum()
-    };
-    texels.iter().zip(wanted).map(of).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::codec::blocks::{BlockFormat, decode_blocks};
+
+    fn error(texels: &[[f32; 4]; 16], wanted: &Block) -> f32 {
+        let of = |(texel, wanted): (&[f32; 4], &[f32; 3])| -> f32 {
+            (0..3).map(|c| (texel[c] - wanted[c]).powi(2)).sum()
+        };
+        texels.iter().zip(wanted).map(of).sum()
+    }
 
     #[test]
     fn more_effort_has_less_error() {

@@ -8,60 +8,75 @@ use crate::codec::{
     color::ycocg_from_rgb,
     image::Content,
     interpolation::fitted,
-    layout,
     plane::Plane,
     planes::unit,
     settings::Effort,
+    source::Pixels,
 };
 
 /// Weight of the differences between neighbouring texels when a smaller texture is fitted. Less lets
 /// texels oscillate where a smaller texture is nearly as large as the image, more blurs.
 const SMOOTHNESS: f32 = 0.01;
 
-/// The channels of a content as textures hold them, each in `[0, 1]`.
-pub(super) fn channels(
+/// The channels of a level as textures hold them, each in `[0, 1]`.
+#[derive(Clone, Copy)]
+pub(in crate::codec) struct Channels<'a> {
+    pub(super) size: [u32; 2],
+    pixels: Pixels<'a>,
     content: Content,
-    size: [u32; 2],
-    pixel: impl Fn(usize) -> [f32; 4] + Sync,
-) -> Vec<Plane> {
-    let plane = |value: &(dyn Fn([f32; 4]) -> f32 + Sync)| Plane {
-        size,
-        values: (0..size[0] as usize * size[1] as usize)
-            .into_par_iter()
-            .map(|i| value(pixel(i)))
-            .collect(),
-    };
-    let channel = |c: usize| plane(&move |p| p[c]);
-    let normal = |c: usize| plane(&move |p| 0.5 + 0.5 * unit(p)[c]);
-    match content {
-        Content::Gray => vec![plane(&|[r, g, b, _]| ycocg_from_rgb([r, g, b]).y)],
-        Content::Color => (0..3).map(channel).collect(),
-        Content::ColorAlpha => (0..4).map(channel).collect(),
-        Content::Normal => (0..2).map(normal).collect(),
+}
+
+impl<'a> Channels<'a> {
+    pub(in crate::codec) fn new(pixels: Pixels<'a>, size: [u32; 2], content: Content) -> Self {
+        Self {
+            size,
+            pixels,
+            content,
+        }
+    }
+
+    /// Number of channels.
+    pub(super) fn count(&self) -> usize {
+        match self.content {
+            Content::Gray => 1,
+            Content::Normal => 2,
+            Content::Color => 3,
+            Content::ColorAlpha => 4,
+        }
+    }
+
+    /// All channels of a pixel; those beyond their number have no meaning.
+    pub(super) fn pixel(&self, i: usize) -> [f32; 4] {
+        let pixel = self.pixels.get(i);
+        match self.content {
+            Content::Gray => [ycocg_from_rgb([pixel[0], pixel[1], pixel[2]]).y; 4],
+            Content::Color | Content::ColorAlpha => pixel,
+            Content::Normal => {
+                let [x, y, z] = unit(pixel).map(|v| 0.5 + 0.5 * v);
+                [x, y, z, 1.0]
+            }
+        }
     }
 }
 
 /// The texels of a level of `size` whose interpolation comes closest to the channels: these themselves where
 /// it is not scaled, which are repeated beyond their edges.
-pub(super) fn texels(channels: &[Plane], size: [u32; 2], is_scaled: bool) -> Vec<Plane> {
-    let pixels = channels[0].size;
-    if pixels == size {
-        return channels.to_vec();
-    }
-    if !is_scaled {
-        let padded = |channel: &Plane| Plane::from_fn(size, |x, y| channel.clamped(x, y));
-        return channels.iter().map(padded).collect();
-    }
-    let axes = PlainTexture::axes(pixels, size, is_scaled);
-    let fit = |channel: &Plane| {
-        let mut texels = fitted(channel, axes, SMOOTHNESS);
-        texels
-            .values
-            .iter_mut()
-            .for_each(|v| *v = v.clamp(0.0, 1.0));
+pub(super) fn texels(channels: &Channels<'_>, size: [u32; 2], is_scaled: bool) -> Vec<Plane> {
+    let [width, height] = channels.size;
+    let of_channel = |c: usize| {
+        if !is_scaled || channels.size == size {
+            return Plane::from_fn(size, |x, y| {
+                let (x, y) = (x.min(width - 1), y.min(height - 1));
+                channels.pixel(y as usize * width as usize + x as usize)[c]
+            });
+        }
+        let axes = PlainTexture::axes(channels.size, size, is_scaled);
+        let mut texels = fitted(axes, SMOOTHNESS, |i| channels.pixel(i)[c]);
+        let values = texels.values.par_iter_mut();
+        values.for_each(|v| *v = v.clamp(0.0, 1.0));
         texels
     };
-    channels.par_iter().map(fit).collect()
+    (0..channels.count()).map(of_channel).collect()
 }
 
 /// The blocks of texels, a plane for each channel.
@@ -87,17 +102,15 @@ pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> V
     }
 }
 
-/// Appends the next level of an image of `image_size`, whose pixels `pixel` returns.
+/// Appends the next level of an image of `image_size`.
 pub(in crate::codec) fn add_level(
     plain: &mut PlainTexture,
     level: u32,
     image_size: [u32; 2],
-    pixel: impl Fn(usize) -> [f32; 4] + Sync,
-    content: Content,
+    channels: &Channels<'_>,
     effort: Effort,
 ) {
-    let channels = channels(content, layout::mip_size(image_size, level), pixel);
     let is_scaled = plain.is_scaled(image_size);
-    let texels = texels(&channels, plain.level_size(level), is_scaled);
+    let texels = texels(channels, plain.level_size(level), is_scaled);
     plain.blocks.extend(blocks(plain.format, &texels, effort));
 }

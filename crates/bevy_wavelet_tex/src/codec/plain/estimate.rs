@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{
-    encode::{blocks, texels},
+    encode::{Channels, blocks, texels},
     read::mix,
     texture::PlainTexture,
 };
@@ -21,39 +21,34 @@ const EVERY: u32 = 6;
 /// Blocks of a texture of 192 x 192 texels.
 pub(super) const LEAST_BLOCKS: u32 = 2304;
 
-/// The first level of a texture that is not encoded yet.
-pub(super) struct Candidate<'a> {
+/// A level of a texture that is not encoded yet.
+pub(super) struct LevelTexels<'a> {
     format: BlockFormat,
     size: [u32; 2],
     is_scaled: bool,
     /// A plane for each channel.
     texels: Vec<Plane>,
     /// The channels of the image.
-    channels: &'a [Plane],
+    channels: &'a Channels<'a>,
     /// The two texels between which each pixel of a row, and of a column, lies.
     taps: [Vec<Tap>; 2],
 }
 
-impl<'a> Candidate<'a> {
-    /// Fits the texels of a texture to the channels of an image.
-    pub(super) fn new(channels: &'a [Plane], format: BlockFormat, size: [u32; 2]) -> Self {
-        let pixels = channels[0].size;
-        let is_scaled = size != PlainTexture::full_size(pixels);
+impl<'a> LevelTexels<'a> {
+    /// Fits the texels of a level to the channels of an image.
+    pub(super) fn new(
+        channels: &'a Channels<'a>,
+        format: BlockFormat,
+        size: [u32; 2],
+        is_scaled: bool,
+    ) -> Self {
         Self {
             format,
             size,
             is_scaled,
             texels: texels(channels, size, is_scaled),
             channels,
-            taps: PlainTexture::axes(pixels, size, is_scaled).map(|axis| axis.all_taps()),
-        }
-    }
-
-    pub(super) fn encoded(&self, effort: Effort) -> PlainTexture {
-        PlainTexture {
-            format: self.format,
-            size: self.size,
-            blocks: blocks(self.format, &self.texels, effort),
+            taps: PlainTexture::axes(channels.size, size, is_scaled).map(|axis| axis.all_taps()),
         }
     }
 
@@ -62,7 +57,7 @@ impl<'a> Candidate<'a> {
         if !self.is_scaled {
             return 0.0;
         }
-        let (sum, count) = self.error([0, 0], self.size, &interleaved(&self.texels));
+        let (sum, count) = self.error([0, 0], self.size, |i| texel(&self.texels, i));
         sum / count as f64
     }
 
@@ -80,17 +75,20 @@ impl<'a> Candidate<'a> {
         };
         let parts: Vec<Plane> = self.texels.iter().map(part).collect();
         let blocks = blocks(self.format, &parts, Effort::Default);
-        let mean_error = |texels: Vec<[f32; 4]>| {
-            let windows = texels.par_chunks_exact((width * height) as usize);
+        let mean_error = |texel: &(dyn Fn(usize) -> [f32; 4] + Sync)| {
+            let windows = corners.par_iter().enumerate();
             let errors: Vec<(f64, usize)> = windows
-                .zip(&corners)
-                .map(|(texels, corner)| self.error(*corner, [width, height], texels))
+                .map(|(window, corner)| {
+                    let first = window * (width * height) as usize;
+                    self.error(*corner, [width, height], |i| texel(first + i))
+                })
                 .collect();
             let (sums, counts): (Vec<f64>, Vec<usize>) = errors.into_iter().unzip();
             sums.iter().sum::<f64>() / counts.iter().sum::<usize>() as f64
         };
-        let added = mean_error(decode_blocks(self.format, &blocks, size));
-        error_of_size + added - mean_error(interleaved(&parts))
+        let decoded = decode_blocks(self.format, &blocks, size);
+        let added = mean_error(&|i| decoded[i]);
+        error_of_size + added - mean_error(&|i| texel(&parts, i))
     }
 
     /// The first texels of the windows that are encoded, and the size of all of them: a part of each row
@@ -107,7 +105,12 @@ impl<'a> Candidate<'a> {
     }
 
     /// Sum of the squared errors, and their number, over the pixels between the texels of a window.
-    fn error(&self, corner: [u32; 2], size: [u32; 2], texels: &[[f32; 4]]) -> (f64, usize) {
+    fn error(
+        &self,
+        corner: [u32; 2],
+        size: [u32; 2],
+        texel: impl Fn(usize) -> [f32; 4] + Sync,
+    ) -> (f64, usize) {
         let inside = |axis: usize| -> Range<usize> {
             let taps = &self.taps[axis];
             let end = corner[axis] + size[axis];
@@ -115,19 +118,22 @@ impl<'a> Candidate<'a> {
                 ..taps.partition_point(|tap| tap.1 < end)
         };
         let [columns, rows] = [inside(0), inside(1)];
-        let count = columns.len() * rows.len() * self.channels.len();
+        let count = columns.len() * rows.len() * self.channels.count();
         let row = |y: usize| {
             let (above, below, v) = self.taps[1][y];
-            let line = |y: u32| &texels[((y - corner[1]) * size[0]) as usize..][..size[0] as usize];
-            let pairs = line(above).iter().zip(line(below));
-            let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(*a, *b, v)).collect();
-            let start = y * self.channels[0].size[0] as usize;
+            let line = |y: u32| {
+                let first = ((y - corner[1]) * size[0]) as usize;
+                (first..first + size[0] as usize).map(&texel)
+            };
+            let pairs = line(above).zip(line(below));
+            let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(a, b, v)).collect();
+            let start = y * self.channels.size[0] as usize;
             let pixel = |x: usize| {
                 let (left, right, u) = self.taps[0][x];
                 let [a, b] = [left, right].map(|x| blended[(x - corner[0]) as usize]);
-                let pairs = self.channels.iter().zip(mix(a, b, u));
-                let error = |(plane, read): (&Plane, f32)| (plane.values[start + x] - read).powi(2);
-                f64::from(pairs.map(error).sum::<f32>())
+                let (read, wanted) = (mix(a, b, u), self.channels.pixel(start + x));
+                let error = |c: usize| (wanted[c] - read[c]).powi(2);
+                f64::from((0..self.channels.count()).map(error).sum::<f32>())
             };
             columns.clone().map(pixel).sum::<f64>()
         };
@@ -136,11 +142,7 @@ impl<'a> Candidate<'a> {
     }
 }
 
-/// Texels of all channels. Those that are missing are 1.
-fn interleaved(planes: &[Plane]) -> Vec<[f32; 4]> {
-    let channel = |i: usize, c: usize| planes.get(c).map_or(1.0, |plane| plane.values[i]);
-    (0..planes[0].values.len())
-        .into_par_iter()
-        .map(|i| std::array::from_fn(|c| channel(i, c)))
-        .collect()
+/// All channels of a texel. Those that are missing are 1.
+fn texel(planes: &[Plane], i: usize) -> [f32; 4] {
+    std::array::from_fn(|c| planes.get(c).map_or(1.0, |plane| plane.values[i]))
 }
