@@ -1,17 +1,16 @@
-//! The choice between wavelets and plain textures for an image, by the error of its first level.
+//! The choice between wavelets and plain textures for an image, by the error of its levels.
 
 use super::{
     axes::{ColorAxes, detail_covariance},
-    image::{ColorSpace, Content, WaveletImage},
+    image::WaveletImage,
     job::Job,
-    layout,
-    plain::{self, PlainTexture},
-    plane::union,
+    plain,
     planes::LevelPlanes,
-    quality,
+    quality::Errors,
     rate::Rate,
     settings::{Effort, EncodeSettings, Formats, Method},
     source::Source,
+    windows::Window,
 };
 
 /// The least part of the squared error that chroma must have for a wavelet with more chroma to be tried.
@@ -21,14 +20,14 @@ const CHROMA_PART: f64 = 0.5;
 /// tried.
 const AXES_PART: f64 = 0.05;
 
-/// The first level of an image as it was chosen, and the settings for its other levels.
+/// An image as it was chosen, and the settings of its levels.
 pub(super) struct Choice<'a> {
     pub(super) job: Job<'a>,
     pub(super) image: WaveletImage,
 }
 
-/// Encodes the first level in all ways that a rate and the settings allow, and keeps the one with the
-/// least error. `levels` of the image is the number of levels that it will have.
+/// Encodes all levels of a source in all ways that a rate and the settings allow, and keeps those with the least error
+/// over all levels.
 pub(super) fn choose<'a>(
     source: &Source<'_>,
     settings: &'a EncodeSettings,
@@ -48,55 +47,53 @@ pub(super) fn choose<'a>(
         && formats != Formats::Plain
         && settings.method != Method::Thesis
         && settings.effort != Effort::Fast;
-    let mut least = f64::INFINITY;
+    let windows = Window::of_levels(source.size, source.levels.len());
+    let measured = |choice: &Choice<'_>| Errors::of(source, &choice.image, &windows);
+    let mut least = None;
     if other_colors {
-        let mut luma_mse;
-        (least, luma_mse) = quality::mse_with_luma(source, &choice.image);
-        let better = |rate, axes, least: f64| {
+        let mut errors = measured(&choice);
+        let better = |rate, axes, than: f64| {
             let other = Choice::wavelet(source, settings, rate, axes);
-            let (mse, luma_mse) = quality::mse_with_luma(source, &other.image);
-            (mse < least).then_some((other, mse, luma_mse))
+            let errors = measured(&other);
+            (errors.all < than).then_some((other, errors))
         };
         if let Some(rate) = rate.with_more_chroma()
-            && luma_mse < (1.0 - CHROMA_PART) * least
-            && let Some(other) = better(rate, ycocg, least)
+            && errors.luma < (1.0 - CHROMA_PART) * errors.all
+            && let Some(other) = better(rate, ycocg, errors.all)
         {
-            (choice, least, luma_mse) = other;
+            (choice, errors) = other;
         }
-        if let Some(axes) = fitted_axes(source, choice.job.rate, least, luma_mse)
-            && let Some(other) = better(choice.job.rate, axes, least)
+        if let Some(axes) = fitted_axes(source, choice.job.rate, errors)
+            && let Some(other) = better(choice.job.rate, axes, errors.all)
         {
-            (choice, least, _) = other;
+            (choice, errors) = other;
         }
+        least = Some(errors);
     } else if formats == Formats::Any {
-        least = quality::mse(source, &choice.image);
+        least = Some(measured(&choice));
     }
-    if formats != Formats::Wavelet {
-        choice.image.plain = plain::better(source, &choice.image, least, settings, bytes);
-    }
-    if let Some(plain) = &choice.image.plain {
-        choice.image.groups.clear();
-        choice.image.axes = ycocg;
-        let most = PlainTexture::max_level_count(plain.size, source.size);
-        choice.image.levels = levels(source, settings, most);
+    if formats != Formats::Wavelet
+        && let Some(plain) = plain::better(source, &choice.image, least, &windows, settings, bytes)
+    {
+        choice.image = plain;
     }
     choice
 }
 
-/// The axes of colour that fit an image, where they may have less error than YCoCg, whose mean squared
-/// error is `mse`, of which `luma_mse` is that of luma: chroma has less where less of it is lost by its
-/// smaller size.
-fn fitted_axes(source: &Source<'_>, rate: Rate, mse: f64, luma_mse: f64) -> Option<ColorAxes> {
+/// The axes of colour that fit an image, where they may have less error than YCoCg: chroma has less where less of it is
+/// lost by its smaller size.
+fn fitted_axes(source: &Source<'_>, rate: Rate, errors: Errors) -> Option<ColorAxes> {
+    let Errors { all, luma, .. } = errors;
     let subsampling = rate.chroma_subsampling()?;
-    if luma_mse > (1.0 - AXES_PART) * mse {
+    if luma > (1.0 - AXES_PART) * all {
         return None;
     }
     // The energy that is lost is nearly all of the error of chroma.
     let lost = detail_covariance(&source.levels[0], source.size, subsampling);
     let fitted = ColorAxes::fitted(&lost)?;
     let part = fitted.chroma_energy(&lost) / ColorAxes::YCOCG.chroma_energy(&lost);
-    let expected = luma_mse + part * (mse - luma_mse);
-    (expected < (1.0 - AXES_PART) * mse).then_some(fitted)
+    let expected = luma + part * (all - luma);
+    (expected < (1.0 - AXES_PART) * all).then_some(fitted)
 }
 
 impl<'a> Choice<'a> {
@@ -106,7 +103,6 @@ impl<'a> Choice<'a> {
         rate: Rate,
         axes: ColorAxes,
     ) -> Self {
-        let content = rate.content(settings.alpha);
         Self {
             job: Job {
                 settings,
@@ -115,14 +111,11 @@ impl<'a> Choice<'a> {
                 axes,
             },
             image: WaveletImage {
-                content,
-                color_space: match content {
-                    Content::Normal => ColorSpace::Linear,
-                    _ => settings.color_space,
-                },
+                content: rate.content(settings.alpha),
+                color_space: settings.stored_color_space(),
                 axes,
                 size: source.size,
-                levels: 1,
+                levels: source.levels.len() as u32,
                 groups: Vec::new(),
                 plain: None,
             },
@@ -136,42 +129,8 @@ impl<'a> Choice<'a> {
         axes: ColorAxes,
     ) -> Self {
         let mut choice = Self::empty(source, settings, rate, axes);
-        let content = choice.image.content;
-        let levels = levels(source, settings, layout::level_count(source.size));
-        let planes = LevelPlanes::given(&source.levels[0], source.size, content, axes);
-        let bounds = given_bounds(source, content, axes, levels as usize);
-        choice.image.groups = choice.job.first_level(planes, &bounds);
-        choice.image.levels = levels;
+        let levels = LevelPlanes::of(source, choice.image.content, axes);
+        choice.image.groups = choice.job.groups(&levels);
         choice
     }
-}
-
-/// Number of levels that are encoded where there can be at most `most`.
-fn levels(source: &Source<'_>, settings: &EncodeSettings, most: u32) -> u32 {
-    match source.levels.len() as u32 {
-        1 if settings.mips => most,
-        given => given.min(most),
-    }
-}
-
-/// Bounds of the luma and chroma planes over the given mips. Mips that are not filtered from the
-/// first level can exceed its bounds.
-fn given_bounds(
-    source: &Source<'_>,
-    content: Content,
-    axes: ColorAxes,
-    levels: usize,
-) -> [Vec<[f32; 2]>; 2] {
-    let mut all: [Vec<[f32; 2]>; 2] = [Vec::new(), Vec::new()];
-    for (level, pixels) in source.levels.iter().enumerate().take(levels).skip(1) {
-        let size = layout::mip_size(source.size, level as u32);
-        let planes = LevelPlanes::given(pixels, size, content, axes);
-        for (all, planes) in all.iter_mut().zip([&planes.luma, &planes.chroma]) {
-            all.resize(planes.len(), [f32::INFINITY, f32::NEG_INFINITY]);
-            for (all, plane) in all.iter_mut().zip(planes) {
-                *all = union(*all, plane.bounds());
-            }
-        }
-    }
-    all
 }

@@ -12,13 +12,21 @@ use super::{
 /// Interpolates a plane that was halved `subsampling` times at the pixels of a level of `size`: bilinearly
 /// between the centres of its pixels, with the outermost values beyond them.
 pub fn interpolated(plane: &Plane, subsampling: u32, size: [u32; 2]) -> Plane {
-    let axes = size.map(|pixels| Axis::halved(pixels, subsampling));
-    interpolation::interpolated(plane, axes)
+    interpolation::interpolated(plane, axes(size, subsampling))
 }
 
-/// Downsamples a plane such that its interpolation has the least squared error.
+/// Downsamples a plane of `size` such that its interpolation has the least squared error. `value` returns the value of
+/// a pixel.
 #[cfg(feature = "encode")]
-pub fn reduced(plane: &Plane, subsampling: u32) -> Plane {
-    let axes = plane.size.map(|pixels| Axis::halved(pixels, subsampling));
-    interpolation::fitted(plane, axes, 0.0)
+pub(super) fn reduced(
+    size: [u32; 2],
+    subsampling: u32,
+    value: impl Fn(usize) -> f32 + Sync,
+) -> Plane {
+    interpolation::fitted(axes(size, subsampling), 0.0, value)
+}
+
+/// Where the pixels of a level of `size` lie among those of chroma.
+pub(super) fn axes(size: [u32; 2], subsampling: u32) -> [Axis; 2] {
+    size.map(|pixels| Axis::halved(pixels, subsampling))
 }

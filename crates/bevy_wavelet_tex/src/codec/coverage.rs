@@ -9,7 +9,7 @@ use super::{
     decoder::DecodedImage,
     image::{ColorSpace, Content},
     settings::EncodeSettings,
-    source::{LinearLevel, Source},
+    source::Source,
 };
 
 /// What is cut out of an image.
@@ -44,23 +44,44 @@ impl CutOut {
         })
     }
 
-    /// The channels that are cut, and their values, multiplied so that as much is there as is wanted.
-    pub(super) fn scaled(&self, level: &LinearLevel) -> (std::ops::Range<usize>, Vec<f32>) {
-        let (values, channels) = match self.content {
-            Content::ColorAlpha => (level.alpha(), 3..4),
-            _ => (level.red(), 0..3),
-        };
-        let factor = coverage_scale(values, self.wanted, self.cutoff);
-        let scaled = values.iter().map(|v| (v * factor).min(1.0));
-        (channels, scaled.collect())
+    /// Multiplies what is cut in the pixels of a mip so that as much is there as is wanted.
+    pub(super) fn scale(&self, pixels: &mut [[u16; 4]]) {
+        let values: Vec<f32> = pixels.iter().map(|p| self.value(p)).collect();
+        let factor = coverage_scale(&values, self.wanted, self.cutoff);
+        for (pixel, value) in pixels.iter_mut().zip(values) {
+            self.set(pixel, value * factor);
+        }
     }
 
-    /// The value at a distance from the cutoff, on the same side of it.
-    pub(super) fn apart(&self, value: f32, distance: f32) -> f32 {
-        if value >= self.cutoff {
-            value.max(self.cutoff + distance).min(1.0)
+    /// The pixels of a mip with all values at least this far from the cutoff, on the same side of it.
+    pub(super) fn apart(&self, pixels: &[[u16; 4]], distance: f32) -> Vec<[u16; 4]> {
+        let apart = |pixel: &[u16; 4]| {
+            let (mut pixel, value) = (*pixel, self.value(pixel));
+            let moved = if value >= self.cutoff {
+                value.max(self.cutoff + distance)
+            } else {
+                value.min(self.cutoff - distance)
+            };
+            self.set(&mut pixel, moved);
+            pixel
+        };
+        pixels.iter().map(apart).collect()
+    }
+
+    fn value(&self, pixel: &[u16; 4]) -> f32 {
+        let channel = if self.content == Content::ColorAlpha {
+            3
         } else {
-            value.min(self.cutoff - distance).max(0.0)
+            0
+        };
+        f32::from(pixel[channel]) / 65535.0
+    }
+
+    fn set(&self, pixel: &mut [u16; 4], value: f32) {
+        let word = (value.clamp(0.0, 1.0) * 65535.0).round() as u16;
+        match self.content {
+            Content::ColorAlpha => pixel[3] = word,
+            _ => pixel[..3].fill(word),
         }
     }
 

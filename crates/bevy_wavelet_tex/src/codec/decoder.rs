@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::{
     blocks::{BlockFormat, Texel, decode_blocks},
-    chroma::interpolated,
+    chroma,
     color::{YCoCg, rgb_from_ycocg},
-    image::{Content, PlaneGroup, WaveletImage},
+    image::{Content, WaveletImage},
+    interpolation::Interpolation,
     layout,
     packing::Packing,
     plain::read,
@@ -69,72 +70,150 @@ pub fn decode_with(
     level: u32,
     decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
 ) -> DecodedImage {
-    if let Some(plain) = &image.plain {
-        return from_channels(
-            image,
-            level,
-            read::pixels(plain, image.size, level, decode_blocks),
-        );
-    }
-    let size = layout::mip_size(image.size, level);
-    let groups: Vec<Vec<Plane>> = (0..image.groups.len())
-        .map(|group| decode_group(image, group, level, &decode_blocks))
-        .collect();
-    let luma = &groups[0];
-    let chroma: Vec<Plane> = image.groups[1..]
-        .iter()
-        .zip(&groups[1..])
-        .flat_map(|(group, planes)| planes.iter().map(|plane| at_pixels(group, plane, size)))
-        .collect();
-    let unit = |v: f32| v.clamp(0.0, 1.0);
-    let pixel = |i: usize| match image.content {
-        Content::Gray => [unit(luma[0].values[i]); 3],
-        Content::Color | Content::ColorAlpha => {
-            let [y, co, cg] = [&luma[0], &chroma[0], &chroma[1]].map(|p| p.values[i]);
-            let rgb = if image.axes.are_ycocg() {
-                rgb_from_ycocg(YCoCg { y, co, cg })
-            } else {
-                image.axes.rgb_of([y, co, cg])
-            };
-            rgb.map(unit)
+    let rows = LevelRows::new(image, level, decode_blocks);
+    let size = rows.size;
+    let width = size[0] as usize;
+    let has_alpha = image.content == Content::ColorAlpha;
+    let mut pixels = vec![[0.0; 3]; width * size[1] as usize];
+    let mut alpha = vec![0.0; if has_alpha { pixels.len() } else { 0 }];
+    let fill = |row: &mut Vec<[f32; 4]>, y: usize, pixels: &mut [[f32; 3]]| {
+        rows.fill(y as u32, row);
+        for (pixel, [r, g, b, _]) in pixels.iter_mut().zip(row) {
+            *pixel = [*r, *g, *b];
         }
-        Content::Normal => normal_from_xy([0, 1].map(|plane: usize| luma[plane].values[i])),
     };
+    let row = || vec![[0.0; 4]; width];
+    let lines = pixels.par_chunks_mut(width).enumerate();
+    if has_alpha {
+        let lines = lines.zip(alpha.par_chunks_mut(width));
+        lines.for_each_init(row, |row, ((y, pixels), alpha)| {
+            fill(row, y, pixels);
+            for (alpha, [.., a]) in alpha.iter_mut().zip(row) {
+                *alpha = *a;
+            }
+        });
+    } else {
+        lines.for_each_init(row, |row, (y, pixels)| fill(row, y, pixels));
+    }
     DecodedImage {
         size,
-        pixels: (0..luma[0].values.len())
-            .into_par_iter()
-            .map(pixel)
-            .collect(),
-        alpha: (image.content == Content::ColorAlpha)
-            .then(|| luma[1].values.iter().copied().map(unit).collect()),
+        pixels,
+        alpha: has_alpha.then_some(alpha),
     }
 }
 
-/// A plane of chroma at the pixels of a level of `size`.
-fn at_pixels(group: &PlaneGroup, plane: &Plane, size: [u32; 2]) -> Plane {
-    let subsampling = group.subsampling;
-    if group.packing == Packing::Bc1 {
-        interpolated(plane, subsampling, size)
-    } else {
-        Plane::from_fn(size, |x, y| {
-            plane.clamped(x >> subsampling, y >> subsampling)
-        })
-    }
+/// A level whose pixels are put together row by row, since all of them would take several times the memory of its
+/// planes.
+pub(super) struct LevelRows<'a> {
+    image: &'a WaveletImage,
+    pub(super) size: [u32; 2],
+    planes: Planes,
 }
 
-/// The image of the channels of a plain texture.
-fn from_channels(image: &WaveletImage, level: u32, channels: Vec<[f32; 4]>) -> DecodedImage {
-    let pixel = |[r, g, b, _]: &[f32; 4]| match image.content {
-        Content::Gray => [*r; 3],
-        Content::Color | Content::ColorAlpha => [*r, *g, *b],
-        Content::Normal => normal_from_xy([2.0 * r - 1.0, 2.0 * g - 1.0]),
-    };
-    DecodedImage {
-        size: layout::mip_size(image.size, level),
-        pixels: channels.iter().map(pixel).collect(),
-        alpha: (image.content == Content::ColorAlpha)
-            .then(|| channels.iter().map(|v| v[3]).collect()),
+enum Planes {
+    Plain(read::PlainRows),
+    Wavelet {
+        luma: Vec<Plane>,
+        /// Chroma at its own size.
+        chroma: Vec<Plane>,
+        interpolation: Interpolation,
+    },
+}
+
+impl<'a> LevelRows<'a> {
+    pub(super) fn new(
+        image: &'a WaveletImage,
+        level: u32,
+        decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
+    ) -> Self {
+        let size = layout::mip_size(image.size, level);
+        let planes = match &image.plain {
+            Some(plain) => Planes::Plain(read::PlainRows::new(
+                plain,
+                image.size,
+                level,
+                decode_blocks,
+            )),
+            None => {
+                let mut groups = (0..image.groups.len())
+                    .map(|group| decode_group(image, group, level, &decode_blocks));
+                let luma = groups.next().expect("every image has a luma group");
+                let subsampling = image.groups.get(1).map_or(0, |group| group.subsampling);
+                Planes::Wavelet {
+                    luma,
+                    chroma: groups.flatten().collect(),
+                    interpolation: Interpolation::new(chroma::axes(size, subsampling)),
+                }
+            }
+        };
+        Self {
+            image,
+            size,
+            planes,
+        }
+    }
+
+    /// RGBA of a row of pixels. Alpha is 1 where there is none.
+    pub(super) fn fill(&self, y: u32, row: &mut [[f32; 4]]) {
+        match &self.planes {
+            Planes::Plain(rows) => {
+                rows.fill(y, row);
+                for pixel in row {
+                    *pixel = self.image.content.of_channels(*pixel);
+                }
+            }
+            Planes::Wavelet {
+                luma,
+                chroma,
+                interpolation,
+            } => {
+                let width = self.size[0] as usize;
+                let line =
+                    |plane: &Plane| y as usize * width..y as usize * width + plane.size[0] as usize;
+                let luma: Vec<&[f32]> = luma.iter().map(|p| &p.values[line(p)]).collect();
+                let chroma = chroma.iter().map(|plane| {
+                    let mut values = vec![0.0; width];
+                    let group = &self.image.groups[1];
+                    if group.packing == Packing::Bc1 {
+                        interpolation.fill(plane, y, &mut values);
+                    } else {
+                        for (x, value) in values.iter_mut().enumerate() {
+                            let [x, y] = [x as u32, y].map(|p| p >> group.subsampling);
+                            *value = plane.clamped(x, y);
+                        }
+                    }
+                    values
+                });
+                let chroma: Vec<Vec<f32>> = chroma.collect();
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    *pixel = self.of_planes(x, &luma, &chroma);
+                }
+            }
+        }
+    }
+
+    /// A pixel of the planes of a wavelet.
+    fn of_planes(&self, x: usize, luma: &[&[f32]], chroma: &[Vec<f32>]) -> [f32; 4] {
+        let unit = |v: f32| v.clamp(0.0, 1.0);
+        let [r, g, b] = match self.image.content {
+            Content::Gray => [unit(luma[0][x]); 3],
+            Content::Color | Content::ColorAlpha => {
+                let [y, co, cg] = [luma[0][x], chroma[0][x], chroma[1][x]];
+                let axes = &self.image.axes;
+                let rgb = if axes.are_ycocg() {
+                    rgb_from_ycocg(YCoCg { y, co, cg })
+                } else {
+                    axes.rgb_of([y, co, cg])
+                };
+                rgb.map(unit)
+            }
+            Content::Normal => normal_from_xy([luma[0][x], luma[1][x]]),
+        };
+        let alpha = match self.image.content {
+            Content::ColorAlpha => unit(luma[1][x]),
+            _ => 1.0,
+        };
+        [r, g, b, alpha]
     }
 }
 

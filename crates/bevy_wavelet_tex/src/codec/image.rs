@@ -84,6 +84,27 @@ impl WaveletImage {
         textures.for_each(|(blocks, length)| blocks.truncate(*length));
     }
 
+    /// Removes all levels from `level` on, to append others.
+    #[cfg(feature = "encode")]
+    pub(super) fn truncate_levels(&mut self, level: u32) {
+        let size = self.size;
+        for group in &mut self.groups {
+            let formats = group.packing.formats().iter();
+            let bytes = |format: &super::blocks::BlockFormat| {
+                let of_level = |level| format.level_bytes(group.texture_level_size(size, level));
+                group.layers() * (0..level).map(of_level).sum::<usize>()
+            };
+            let lengths: Vec<usize> = formats.map(bytes).collect();
+            for (blocks, length) in group.textures.iter_mut().zip(lengths) {
+                blocks.truncate(length);
+            }
+        }
+        if let Some(plain) = &mut self.plain {
+            let bytes = |level| plain.format.level_bytes(plain.level_size(level));
+            plain.blocks.truncate((0..level).map(bytes).sum());
+        }
+    }
+
     #[cfg(feature = "encode")]
     fn textures_mut(&mut self) -> impl Iterator<Item = &mut Vec<u8>> {
         let groups = self.groups.iter_mut().flat_map(|group| &mut group.textures);

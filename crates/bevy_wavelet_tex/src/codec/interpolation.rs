@@ -58,19 +58,39 @@ impl Axis {
 pub type Tap = (u32, u32, f32);
 
 /// Interpolates a plane of texels at all pixels.
-pub fn interpolated(plane: &Plane, [along_x, along_y]: [Axis; 2]) -> Plane {
-    let width = plane.size[0] as usize;
-    let across = along_x.all_taps();
-    Plane::from_rows([along_x.pixels, along_y.pixels], |y, row| {
-        let (above, below, v) = along_y.taps(y);
+pub fn interpolated(plane: &Plane, axes: [Axis; 2]) -> Plane {
+    let rows = Interpolation::new(axes);
+    Plane::from_rows(axes.map(|axis| axis.pixels), |y, row| {
+        rows.fill(plane, y, row);
+    })
+}
+
+/// The interpolation of planes of texels, row by row.
+pub(super) struct Interpolation {
+    across: Vec<Tap>,
+    along_y: Axis,
+}
+
+impl Interpolation {
+    pub(super) fn new([along_x, along_y]: [Axis; 2]) -> Self {
+        Self {
+            across: along_x.all_taps(),
+            along_y,
+        }
+    }
+
+    /// Interpolates a row of pixels.
+    pub(super) fn fill(&self, plane: &Plane, y: u32, row: &mut [f32]) {
+        let (above, below, v) = self.along_y.taps(y);
+        let width = plane.size[0] as usize;
         let texels = |y: u32| &plane.values[y as usize * width..][..width];
         let pairs = texels(above).iter().zip(texels(below));
         let blended: Vec<f32> = pairs.map(|(a, b)| a + (b - a) * v).collect();
-        for (pixel, &(left, right, u)) in row.iter_mut().zip(&across) {
+        for (pixel, &(left, right, u)) in row.iter_mut().zip(&self.across) {
             let [a, b] = [left, right].map(|x| blended[x as usize]);
             *pixel = a + (b - a) * u;
         }
-    })
+    }
 }
 
 /// The texels whose interpolation has the least squared error.
@@ -78,13 +98,29 @@ pub fn interpolated(plane: &Plane, [along_x, along_y]: [Axis; 2]) -> Plane {
 /// Interpolation is separable, and along one axis its normal equations are tridiagonal. They are
 /// solved exactly, first for the rows and then for the columns. `smoothness` is the weight of the
 /// squared differences of neighbouring texels: where pixels are hardly smaller than texels, some
-/// lie midway between two, and equations without it ask for texels that oscillate.
+/// lie midway between two, and equations without it ask for texels that oscillate. `value` returns
+/// the value of a pixel.
 #[cfg(feature = "encode")]
-pub fn fitted(plane: &Plane, axes: [Axis; 2], smoothness: f32) -> Plane {
-    debug_assert_eq!(plane.size, axes.map(|axis| axis.pixels));
-    let [along_x, along_y] = axes.map(|axis| NormalEquations::new(axis, smoothness));
+pub fn fitted(axes: [Axis; 2], smoothness: f32, value: impl Fn(usize) -> f32 + Sync) -> Plane {
+    let taps = axes.map(|axis| axis.all_taps());
+    fitted_by(taps, axes.map(|axis| axis.texels), smoothness, value)
+}
+
+/// The same with the two texels between which each pixel of a row, and of a column, lies.
+#[cfg(feature = "encode")]
+pub(super) fn fitted_by(
+    taps: [Vec<Tap>; 2],
+    texels: [u32; 2],
+    smoothness: f32,
+    value: impl Fn(usize) -> f32 + Sync,
+) -> Plane {
+    let pixels = taps.each_ref().map(|taps| taps.len() as u32);
+    let [across, down] = taps;
+    let along_x = NormalEquations::new(across, texels[0], smoothness);
+    let along_y = NormalEquations::new(down, texels[1], smoothness);
     // Transposed twice, so that each axis has its lines side by side.
-    along_y.solved(&along_x.solved(plane))
+    let half = along_x.solved(pixels, value);
+    along_y.solved(half.size, |i| half.values[i])
 }
 
 /// Lines that are solved together, as many as a cache line has values.
@@ -103,10 +139,9 @@ struct NormalEquations {
 
 #[cfg(feature = "encode")]
 impl NormalEquations {
-    fn new(axis: Axis, smoothness: f32) -> Self {
-        let taps = axis.all_taps();
-        let mut diagonal = vec![0.0; axis.texels as usize];
-        let mut beside = vec![0.0; axis.texels as usize];
+    fn new(taps: Vec<Tap>, texels: u32, smoothness: f32) -> Self {
+        let mut diagonal = vec![0.0; texels as usize];
+        let mut beside = vec![0.0; texels as usize];
         for &(a, b, u) in &taps {
             let (a, b) = (a as usize, b as usize);
             if a == b {
@@ -134,23 +169,35 @@ impl NormalEquations {
     }
 
     /// The texels along the rows of a plane, as columns: the result is transposed.
-    fn solved(&self, plane: &Plane) -> Plane {
-        let size = [plane.size[1], self.pivots.len() as u32];
-        let width = plane.size[0] as usize;
-        let strips: Vec<Vec<[f32; LINES]>> = plane
-            .values
-            .par_chunks(width * LINES)
-            .map(|lines| {
-                self.solved_lines(|i| {
-                    std::array::from_fn(|line| lines.get(line * width + i).copied().unwrap_or(0.0))
+    fn solved(&self, [width, height]: [u32; 2], value: impl Fn(usize) -> f32 + Sync) -> Plane {
+        let (width, height) = (width as usize, height as usize);
+        let mut solved = Plane {
+            size: [height as u32, self.pivots.len() as u32],
+            values: vec![0.0; height * self.pivots.len()],
+        };
+        // Strips of lines are solved in parallel, as many as have a fraction of the memory of the plane.
+        let at_once = LINES * (height / LINES / 8).max(64);
+        for first in (0..height).step_by(at_once) {
+            let last = height.min(first + at_once);
+            let strips: Vec<Vec<[f32; LINES]>> = (first..last)
+                .into_par_iter()
+                .step_by(LINES)
+                .map(|top| {
+                    let lines = LINES.min(last - top);
+                    self.solved_lines(|i| {
+                        let at = |line: usize| value((top + line.min(lines - 1)) * width + i);
+                        std::array::from_fn(at)
+                    })
                 })
-            })
-            .collect();
-        Plane::from_rows(size, |texel, row| {
-            for (pixels, strip) in row.chunks_mut(LINES).zip(&strips) {
-                pixels.copy_from_slice(&strip[texel as usize][..pixels.len()]);
-            }
-        })
+                .collect();
+            let rows = solved.values.par_chunks_mut(height).enumerate();
+            rows.for_each(|(texel, row)| {
+                for (pixels, strip) in row[first..last].chunks_mut(LINES).zip(&strips) {
+                    pixels.copy_from_slice(&strip[texel][..pixels.len()]);
+                }
+            });
+        }
+        solved
     }
 
     /// The texels of several lines, whose pixels `value` returns.
@@ -210,7 +257,7 @@ mod tests {
     fn no_small_change_of_any_texel_comes_closer() {
         for axes in cases() {
             let plane = picture(axes.map(|axis| axis.pixels));
-            let small = fitted(&plane, axes, 0.0);
+            let small = fitted(axes, 0.0, |i| plane.values[i]);
             assert_eq!(small.size, axes.map(|axis| axis.texels));
             let best = error(&plane, &small, axes);
             for i in 0..small.values.len() {
@@ -229,7 +276,7 @@ mod tests {
         for axes in cases().into_iter().chain([[Axis::halved(1, 2); 2]]) {
             let plane = Plane::from_fn(axes.map(|axis| axis.pixels), |_, _| -0.25);
             for smoothness in [0.0, 0.1] {
-                let small = fitted(&plane, axes, smoothness);
+                let small = fitted(axes, smoothness, |i| plane.values[i]);
                 assert!(error(&plane, &small, axes) < 1e-9, "{axes:?}");
             }
         }
@@ -241,8 +288,9 @@ mod tests {
         let axes = [Axis::stretched(1000, 999), Axis::stretched(1, 1)];
         let noise = Plane::from_fn([1000, 1], |x, _| (x * 7919 % 101) as f32 / 101.0);
         let largest = |plane: &Plane| plane.values.iter().fold(0.0, |a: f32, v| a.max(v.abs()));
-        let smooth = largest(&fitted(&noise, axes, 0.05));
+        let with = |smoothness| largest(&fitted(axes, smoothness, |i| noise.values[i]));
+        let smooth = with(0.05);
         assert!(smooth < 2.0, "{smooth}");
-        assert!(largest(&fitted(&noise, axes, 0.0)) > 2.0 * smooth);
+        assert!(with(0.0) > 2.0 * smooth);
     }
 }

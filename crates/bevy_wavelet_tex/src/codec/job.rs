@@ -1,4 +1,4 @@
-//! Encoding of the levels of an image: the parameters are chosen for the first one.
+//! Encoding of the levels of an image, which share their parameters.
 
 use rayon::prelude::*;
 
@@ -8,19 +8,23 @@ use super::{
     chroma,
     decoder::stored_chroma,
     image::{PlaneGroup, WaveletImage},
+    interpolation::Interpolation,
     layout,
-    pack::{PackSettings, encode_plane},
+    pack::{PackSettings, PlaneValues, encode_plane, error_of},
     packing::Packing,
     plain,
     plane::{Plane, union},
     planes::LevelPlanes,
-    quality,
+    quality::level_weight,
     quantizer::PlaneCoding,
     rate::Rate,
     search::{choose_coding, choose_thesis_coding},
     settings::{Effort, EncodeSettings, Method},
-    wavelet::{CoefficientPlane, decode_plane},
+    source::Pixels,
 };
+
+/// A packing is encoded where the estimate of its squared error is at most this factor of the least.
+const DOUBT: f64 = 1.06;
 
 /// The settings that all levels of an image share.
 #[derive(Clone, Copy)]
@@ -51,90 +55,133 @@ impl Job<'_> {
         }
     }
 
-    /// Makes the groups and their first level, for which all parameters are chosen. `given` are the
-    /// bounds of the given mips.
-    pub(super) fn first_level(
-        &self,
-        mut planes: LevelPlanes,
-        given: &[Vec<[f32; 2]>; 2],
-    ) -> Vec<PlaneGroup> {
-        let choose = |all: &[Plane], group: usize, packing: Packing| {
-            let planes = all.iter().enumerate();
-            planes
-                .map(|(i, plane)| {
-                    let bounds = plane.bounds();
-                    let bounds = given[group].get(i).map_or(bounds, |b| union(bounds, *b));
-                    self.choose(plane, bounds, packing)
-                })
-                .collect()
+    /// Makes the groups with all levels.
+    pub(super) fn groups(&self, levels: &[LevelPlanes<'_>]) -> Vec<PlaneGroup> {
+        let (chroma, first) = match self.rate.chroma_subsampling() {
+            Some(subsampling) => {
+                let (group, luma) = self.chroma_group(levels, subsampling);
+                (Some(group), luma)
+            }
+            None => (None, levels.iter().map(|level| level.luma(0)).collect()),
         };
-        let chroma = self.rate.chroma_subsampling().map(|subsampling| {
-            let small = self.reduced(&planes.chroma, subsampling);
-            let packing = self.chroma_packing();
-            let codings = choose(&small, 1, packing);
-            let mut group = PlaneGroup {
-                subsampling,
-                packing,
-                codings,
-                textures: vec![Vec::new()],
-            };
-            self.add_chroma(&mut group, &mut planes, &small, 0);
-            group
-        });
-        drop(std::mem::take(&mut planes.chroma));
+        let planes = levels[0].content.luma_planes();
+        let others = (1..planes).map(|plane| levels.iter().map(|l| l.luma(plane)).collect());
+        let luma = self.luma_group(std::iter::once(first).chain(others));
+        std::iter::once(luma).chain(chroma).collect()
+    }
+
+    /// Encodes chroma, and returns it with luma that is corrected for its error.
+    fn chroma_group(
+        &self,
+        levels: &[LevelPlanes<'_>],
+        subsampling: u32,
+    ) -> (PlaneGroup, Vec<Plane>) {
+        let packing = self.chroma_packing();
+        let small: Vec<[Plane; 2]> = levels
+            .iter()
+            .map(|level| self.reduced(level, subsampling))
+            .collect();
+        let coding = |plane: usize| {
+            let planes = small.iter().map(|level| &level[plane]);
+            let bounds = bounds(planes.clone());
+            let values = planes.map(|plane| PlaneValues::new(packing, plane.clone()));
+            self.choose(&values.collect::<Vec<_>>(), bounds, packing).0
+        };
+        let mut group = PlaneGroup {
+            subsampling,
+            packing,
+            codings: vec![coding(0), coding(1)],
+            textures: vec![Vec::new()],
+        };
+        let pairs = levels.iter().zip(&small).enumerate();
+        let luma = pairs
+            .map(|(i, (level, small))| self.add_chroma(&mut group, level, small, i as u32))
+            .collect();
+        (group, luma)
+    }
+
+    /// Encodes planes of luma, all of whose levels are given, in the packing that has the least error.
+    fn luma_group(&self, planes: impl Iterator<Item = Vec<Plane>>) -> PlaneGroup {
+        struct Trial {
+            packing: Packing,
+            codings: Vec<PlaneCoding>,
+            estimate: f64,
+        }
+        let candidates = self.luma_candidates();
+        let mut trials = Vec::from_iter(candidates.iter().map(|&packing| Trial {
+            packing,
+            codings: Vec::new(),
+            estimate: 0.0,
+        }));
+        let values: Vec<Vec<PlaneValues>> = planes
+            .map(|levels| {
+                let bounds = bounds(levels.iter());
+                let values = levels.into_iter();
+                let values = values.map(|plane| PlaneValues::new(candidates[0], plane));
+                let values: Vec<PlaneValues> = values.collect();
+                for trial in &mut trials {
+                    let (coding, estimate) = self.choose(&values, bounds, trial.packing);
+                    trial.codings.push(coding);
+                    trial.estimate += estimate;
+                }
+                values
+            })
+            .collect();
+        let least = trials
+            .iter()
+            .map(|t| t.estimate)
+            .fold(f64::INFINITY, f64::min);
+        trials.retain(|trial| trial.estimate <= DOUBT * least);
+        let is_measured = trials.len() > 1;
         let mut best: Option<(f64, PlaneGroup)> = None;
-        for &packing in self.luma_candidates() {
+        for Trial {
+            packing, codings, ..
+        } in trials
+        {
             let mut group = PlaneGroup {
                 subsampling: 0,
                 packing,
-                codings: choose(&planes.luma, 0, packing),
+                codings,
                 textures: vec![Vec::new(); packing.formats().len()],
             };
-            let error = self.add_luma(&mut group, &planes.luma, 0);
+            let mut error = 0.0;
+            for level in 0..values[0].len() {
+                let planes: Vec<&PlaneValues> = values.iter().map(|plane| &plane[level]).collect();
+                error += self.add_luma(&mut group, &planes, level as u32, is_measured);
+            }
             if best.as_ref().is_none_or(|(least, _)| error < *least) {
                 best = Some((error, group));
             }
         }
-        let (_, luma) = best.expect("a rate has a packing");
-        std::iter::once(luma).chain(chroma).collect()
+        best.expect("a rate has a packing").1
     }
 
-    /// Appends the next level of an image, whose pixels `pixel` returns.
-    pub(super) fn add_level(
-        &self,
-        image: &mut WaveletImage,
-        level: u32,
-        pixel: impl Fn(usize) -> [f32; 4] + Sync,
-    ) {
+    /// Appends the next level of an image.
+    pub(super) fn add_level(&self, image: &mut WaveletImage, level: u32, pixels: Pixels<'_>) {
+        let size = layout::mip_size(self.size, level);
         let content = image.content;
-        match &mut image.plain {
-            Some(plain) => {
-                plain::add_level(
-                    plain,
-                    level,
-                    self.size,
-                    pixel,
-                    content,
-                    self.settings.effort,
-                );
-            }
-            None => {
-                let size = layout::mip_size(self.size, level);
-                let planes = LevelPlanes::new(size, content, self.axes, pixel);
-                self.next_level(planes, level, &mut image.groups);
-            }
+        if let Some(plain) = &mut image.plain {
+            let channels = plain::Channels::new(pixels, size, content);
+            plain::add_level(plain, level, self.size, &channels, self.settings.effort);
+            return;
         }
-    }
-
-    fn next_level(&self, mut planes: LevelPlanes, level: u32, groups: &mut [PlaneGroup]) {
-        let [luma, chroma @ ..] = groups else {
+        let [luma, chroma @ ..] = &mut image.groups[..] else {
             unreachable!("every image has a luma group")
         };
-        if let [group] = chroma {
-            let small = self.reduced(&planes.chroma, group.subsampling);
-            self.add_chroma(group, &mut planes, &small, level);
-        }
-        self.add_luma(luma, &planes.luma, level);
+        let planes = LevelPlanes::new(pixels, size, content, self.axes);
+        let first = match chroma {
+            [group, ..] => {
+                let small = self.reduced(&planes, group.subsampling);
+                self.add_chroma(group, &planes, &small, level)
+            }
+            [] => planes.luma(0),
+        };
+        let others = (1..content.luma_planes()).map(|plane| planes.luma(plane));
+        let all = std::iter::once(first).chain(others);
+        let all: Vec<_> = all
+            .map(|plane| PlaneValues::new(luma.packing, plane))
+            .collect();
+        self.add_luma(luma, &all.iter().collect::<Vec<_>>(), level, false);
     }
 
     fn luma_candidates(&self) -> &'static [Packing] {
@@ -145,76 +192,98 @@ impl Job<'_> {
         }
     }
 
-    fn choose(&self, plane: &Plane, [min, max]: [f32; 2], packing: Packing) -> PlaneCoding {
+    /// The parameters of a plane, all of whose levels are given, and an estimate of their error, which is 0 where there
+    /// is none.
+    fn choose(
+        &self,
+        levels: &[PlaneValues],
+        [min, max]: [f32; 2],
+        packing: Packing,
+    ) -> (PlaneCoding, f64) {
         // The interval is at least one 8-bit step wide, so that 0 and 1 stand for two values.
         let low_bounds = [min, max.max(min + 1.0 / 255.0)];
-        if !packing.is_wavelet() {
-            return PlaneCoding::linear(low_bounds);
-        }
-        let coefficients = CoefficientPlane::new(plane);
+        let levels: Option<Vec<_>> = levels.iter().map(PlaneValues::coefficients).collect();
+        let Some(levels) = levels else {
+            return (PlaneCoding::linear(low_bounds), 0.0);
+        };
         let effort = self.settings.effort;
         match self.settings.method {
-            Method::Thesis => choose_thesis_coding(&coefficients, low_bounds, packing, effort),
-            Method::Best => choose_coding(&coefficients, low_bounds, packing, effort, true),
-            Method::OneFetch => choose_coding(&coefficients, low_bounds, packing, effort, false),
+            Method::Thesis => {
+                let coding = choose_thesis_coding(&levels, low_bounds, packing, effort);
+                (coding, 0.0)
+            }
+            Method::Best => choose_coding(&levels, low_bounds, packing, effort, true),
+            Method::OneFetch => choose_coding(&levels, low_bounds, packing, effort, false),
         }
     }
 
     /// Downsamples chroma.
-    fn reduced(&self, chroma: &[Plane], subsampling: u32) -> Vec<Plane> {
-        let reduce = |plane: &Plane| {
+    fn reduced(&self, level: &LevelPlanes<'_>, subsampling: u32) -> [Plane; 2] {
+        [0, 1].map(|plane| {
             if self.thesis() {
                 // The decoder repeats the value over its pixels, for which the mean is best.
-                (0..subsampling).fold(plane.clone(), |p, _| p.halved())
+                let width = level.size[0];
+                let all = Plane::from_fn(level.size, |x, y| {
+                    level.chroma(plane, (y * width + x) as usize)
+                });
+                (0..subsampling).fold(all, |p, _| p.halved())
             } else {
-                chroma::reduced(plane, subsampling)
+                chroma::reduced(level.size, subsampling, |i| level.chroma(plane, i))
             }
-        };
-        chroma.iter().map(reduce).collect()
+        })
     }
 
-    /// Appends a level of chroma, and corrects luma for its error.
+    /// Appends a level of chroma, and returns luma, corrected for its error.
     fn add_chroma(
         &self,
         group: &mut PlaneGroup,
-        planes: &mut LevelPlanes,
-        small: &[Plane],
+        planes: &LevelPlanes<'_>,
+        small: &[Plane; 2],
         level: u32,
-    ) {
+    ) -> Plane {
+        let mut luma = planes.luma(0);
         let texture = group.texture_level_size(self.size, level);
         if group.packing != Packing::Bc1 {
             for (coding, plane) in group.codings.iter().zip(small) {
                 let settings = self.pack_settings();
-                let blocks = encode_plane(group.packing, coding, plane, texture, settings);
+                let values = PlaneValues::new(group.packing, plane.clone());
+                let blocks = encode_plane(group.packing, coding, &values, texture, settings);
                 group.textures[0].extend(&blocks[0]);
             }
-            return;
+            return luma;
         }
         let blocks = self.chroma_blocks(&group.codings, small, texture);
-        let texels = decode_blocks(BlockFormat::Bc1, &blocks, texture);
-        group.textures[0].extend(&blocks);
-        for (c, small) in small.iter().enumerate() {
-            let correction = self.axes.luma_correction(c);
-            // Only Cg of YCoCg is not orthogonal to luma.
-            if correction.abs() < 1e-6 {
-                continue;
-            }
-            let decoded = Plane::from_fn(small.size, |x, y| {
-                let texel = texels[(y * texture[0] + x) as usize];
-                group.codings[c].load_low(stored_chroma(c, texel))
-            });
-            let got = chroma::interpolated(&decoded, group.subsampling, planes.luma[0].size);
-            let pairs = got.values.iter().zip(&planes.chroma[c].values);
-            for (luma, (got, wanted)) in planes.luma[0].values.iter_mut().zip(pairs) {
-                *luma += correction * (got - wanted);
+        let corrections = [0, 1].map(|c: usize| self.axes.luma_correction(c));
+        if corrections.iter().any(|c| is_correction(*c)) {
+            let texels = decode_blocks(BlockFormat::Bc1, &blocks, texture);
+            let interpolation = Interpolation::new(chroma::axes(luma.size, group.subsampling));
+            for (c, correction) in corrections.into_iter().enumerate() {
+                if !is_correction(correction) {
+                    continue;
+                }
+                let decoded = Plane::from_fn(small[c].size, |x, y| {
+                    let texel = texels[(y * texture[0] + x) as usize];
+                    group.codings[c].load_low(stored_chroma(c, texel))
+                });
+                let width = luma.size[0] as usize;
+                let rows = luma.values.par_chunks_mut(width).enumerate();
+                rows.for_each(|(y, row)| {
+                    let mut got = vec![0.0; width];
+                    interpolation.fill(&decoded, y as u32, &mut got);
+                    for (x, (luma, got)) in row.iter_mut().zip(got).enumerate() {
+                        *luma += correction * (got - planes.chroma(c, y * width + x));
+                    }
+                });
             }
         }
+        group.textures[0].extend(&blocks);
+        luma
     }
 
     fn chroma_blocks(
         &self,
         codings: &[PlaneCoding],
-        small: &[Plane],
+        small: &[Plane; 2],
         texture: [u32; 2],
     ) -> Vec<u8> {
         let codings = [codings[0], codings[1]];
@@ -238,20 +307,23 @@ impl Job<'_> {
         blocks.into_flattened()
     }
 
-    /// Appends a level of luma. Returns its squared error where the encoder chooses between
-    /// packings by it, otherwise 0.
-    fn add_luma(&self, group: &mut PlaneGroup, planes: &[Plane], level: u32) -> f64 {
+    /// Appends a level of the luma group. Returns its mean squared error in a pixel, by how much the level is used,
+    /// where that is measured.
+    fn add_luma(
+        &self,
+        group: &mut PlaneGroup,
+        planes: &[&PlaneValues],
+        level: u32,
+        is_measured: bool,
+    ) -> f64 {
         let texture = group.texture_level_size(self.size, level);
         let mut error = 0.0;
-        for (coding, plane) in group.codings.iter().zip(planes) {
+        for (coding, values) in group.codings.iter().zip(planes) {
             let settings = self.pack_settings();
-            let blocks = encode_plane(group.packing, coding, plane, texture, settings);
-            if level == 0 && self.luma_candidates().len() > 1 {
-                let slices: Vec<&[u8]> = blocks.iter().map(Vec::as_slice).collect();
-                let size = plane.size;
-                let decode = decode_blocks;
-                let back = decode_plane(group.packing, coding, &slices, texture, size, decode);
-                error += quality::squared_error(&plane.values, &back.values);
+            let blocks = encode_plane(group.packing, coding, values, texture, settings);
+            if let (true, Some(coefficients)) = (is_measured, values.coefficients()) {
+                let weight = level_weight(level as usize) / coefficients.details.len() as f64;
+                error += weight * error_of(group.packing, coding, coefficients, &blocks, texture);
             }
             for (texture, blocks) in group.textures.iter_mut().zip(blocks) {
                 texture.extend(blocks);
@@ -259,4 +331,16 @@ impl Job<'_> {
         }
         error
     }
+}
+
+/// Returns whether luma is corrected at all. Of YCoCg, Cg alone is not orthogonal to luma.
+fn is_correction(correction: f32) -> bool {
+    correction.abs() >= 1e-6
+}
+
+/// The bounds of all levels of a plane.
+fn bounds<'a>(levels: impl Iterator<Item = &'a Plane>) -> [f32; 2] {
+    levels.fold([f32::INFINITY, f32::NEG_INFINITY], |bounds, plane| {
+        union(bounds, plane.bounds())
+    })
 }

@@ -24,12 +24,39 @@ pub struct PackSettings {
     pub thesis: bool,
 }
 
+/// What a packing stores of a plane at one level.
+pub enum PlaneValues {
+    /// The pixels.
+    Pixels(Plane),
+    /// The coefficients of a wavelet.
+    Coefficients(CoefficientPlane),
+}
+
+impl PlaneValues {
+    /// What a packing stores of a plane.
+    pub fn new(packing: Packing, plane: Plane) -> Self {
+        if packing.is_wavelet() {
+            Self::Coefficients(CoefficientPlane::new(&plane))
+        } else {
+            Self::Pixels(plane)
+        }
+    }
+
+    /// The coefficients, where there are any.
+    pub fn coefficients(&self) -> Option<&CoefficientPlane> {
+        match self {
+            Self::Pixels(_) => None,
+            Self::Coefficients(coefficients) => Some(coefficients),
+        }
+    }
+}
+
 /// Encodes a plane at one level and returns the blocks of each texture of the packing. `texture` is
 /// the size of the textures in texels.
 pub fn encode_plane(
     packing: Packing,
     coding: &PlaneCoding,
-    plane: &Plane,
+    values: &PlaneValues,
     texture: [u32; 2],
     settings: PackSettings,
 ) -> Vec<Vec<u8>> {
@@ -41,17 +68,15 @@ pub fn encode_plane(
         let stored = Plane::from_fn(texture, |x, y| coding.store_low(plane.clamped(x, y)));
         encode_bc4(&stored.values, texture, quality)
     };
+    let coefficients = match values {
+        PlaneValues::Pixels(plane) => return vec![singles(plane)],
+        PlaneValues::Coefficients(coefficients) => coefficients,
+    };
     match packing {
         Packing::Bc3 if settings.thesis => {
-            vec![encode_mixed(
-                coding,
-                &CoefficientPlane::new(plane),
-                texture,
-                quality,
-            )]
+            vec![encode_mixed(coding, coefficients, texture, quality)]
         }
         Packing::Bc3 => {
-            let coefficients = CoefficientPlane::new(plane);
             let alpha = singles(&coefficients.low_band);
             let low_band = decoded_low_band(coding, &alpha, texture, coefficients.low_band.size);
             let starts = match settings.effort {
@@ -74,12 +99,8 @@ pub fn encode_plane(
                 .collect();
             vec![with_alpha_blocks(&alpha, &color)]
         }
-        Packing::Bc7 => {
-            let coefficients = CoefficientPlane::new(plane);
-            vec![encode_joint(coding, &coefficients, texture, settings)]
-        }
+        Packing::Bc7 => vec![encode_joint(coding, coefficients, texture, settings)],
         Packing::Split => {
-            let coefficients = CoefficientPlane::new(plane);
             let alpha = singles(&coefficients.low_band);
             let low_band = decoded_low_band(coding, &alpha, texture, coefficients.low_band.size);
             let details = encode_bc7(texture, [1; 3], |x, y| {
@@ -87,9 +108,53 @@ pub fn encode_plane(
             });
             vec![alpha, details]
         }
-        Packing::Bc4 => vec![singles(plane)],
-        Packing::Bc1 => unreachable!("`encoder` packs the two planes of a BC1 texture"),
+        Packing::Bc4 | Packing::Bc1 => unreachable!("these packings store pixels"),
     }
+}
+
+/// The squared error of the coefficients in the blocks of each texture, which is that of the pixels.
+pub fn error_of(
+    packing: Packing,
+    coding: &PlaneCoding,
+    coefficients: &CoefficientPlane,
+    blocks: &[Vec<u8>],
+    texture: [u32; 2],
+) -> f64 {
+    let formats = packing.formats().iter().zip(blocks);
+    let texels: Vec<Vec<[f32; 4]>> = formats
+        .map(|(format, blocks)| decode_blocks(*format, blocks, texture))
+        .collect();
+    let at = |slice: usize, x: u32, y: u32| texels[slice][(y * texture[0] + x) as usize];
+    let last = texels.len() - 1;
+    let low_band = Plane::from_fn(coefficients.low_band.size, |x, y| {
+        coding.load_low(stored_low(packing, at(0, x, y)))
+    });
+    error_of_texels(packing, coding, coefficients, &low_band, |x, y| {
+        at(last, x, y)
+    })
+}
+
+/// The same, where the low band is decoded already. `texel` returns the decoded texels of the details.
+fn error_of_texels(
+    packing: Packing,
+    coding: &PlaneCoding,
+    coefficients: &CoefficientPlane,
+    low_band: &Plane,
+    texel: impl Fn(u32, u32) -> [f32; 4] + Sync,
+) -> f64 {
+    let [width, height] = low_band.size;
+    let of_row = |y: u32| {
+        let row = (0..width).map(|x| {
+            let got = coding.load_details(stored_details(packing, coding, texel(x, y)));
+            let wanted = coefficients.residual(low_band, coding, x, y);
+            let low = low_band.clamped(x, y) - coefficients.low_band.clamped(x, y);
+            let details: f32 = (0..3).map(|c| (got[c] - wanted[c]).powi(2)).sum();
+            f64::from(details + 4.0 * low * low)
+        });
+        row.sum::<f64>()
+    };
+    let rows: Vec<f64> = (0..height).into_par_iter().map(of_row).collect();
+    rows.into_iter().sum()
 }
 
 /// The low band as the decoder reconstructs it.
@@ -133,13 +198,10 @@ fn encode_joint(
         Effort::Default => 2,
         Effort::Best => 8,
     };
-    // An error of the low band changes all four pixels, and the predictions made from it. The
-    // thesis weights it 0.6 to 0.2.
     let low_weight = if settings.thesis {
         3
     } else {
-        let extent = (coding.low_max - coding.low_min) / coding.range;
-        (2.0 * extent * extent).clamp(1.0, 256.0) as u32
+        low_weight(coding)
     };
     let mut low_band = coefficients.low_band.clone();
     let mut best: Option<(f64, Vec<u8>)> = None;
@@ -150,30 +212,25 @@ fn encode_joint(
             let low = coding.store_low(coefficients.low_band.clamped(x, y));
             [r, g, low]
         });
+        if rounds == 1 {
+            return blocks;
+        }
         let texels = decode_blocks(BlockFormat::Bc7, &blocks, texture);
         let texel = |x: u32, y: u32| texels[(y * texture[0] + x) as usize];
         low_band = Plane::from_fn(size, |x, y| {
             coding.load_low(stored_low(Packing::Bc7, texel(x, y)))
         });
-        let error: f64 = (0..size[1])
-            .into_par_iter()
-            .map(|y| {
-                let row = (0..size[0]).map(|x| {
-                    let stored = stored_details(Packing::Bc7, coding, texel(x, y));
-                    let got = coding.load_details(stored);
-                    let wanted = coefficients.residual(&low_band, coding, x, y);
-                    let low = low_band.clamped(x, y) - coefficients.low_band.clamped(x, y);
-                    let details: f32 = (0..3).map(|c| (got[c] - wanted[c]).powi(2)).sum();
-                    f64::from(details + 4.0 * low * low)
-                });
-                row.sum::<f64>()
-            })
-            .collect::<Vec<_>>()
-            .into_iter()
-            .sum();
+        let error = error_of_texels(Packing::Bc7, coding, coefficients, &low_band, texel);
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, blocks));
         }
     }
     best.expect("encoded at least once").1
+}
+
+/// The weight of the squared error of the low band in BC7 blocks that hold it with details. An error of it changes all
+/// four pixels, and the predictions made from it. The thesis weights it 0.6 to 0.2.
+pub fn low_weight(coding: &PlaneCoding) -> u32 {
+    let extent = (coding.low_max - coding.low_min) / coding.range;
+    (2.0 * extent * extent).clamp(1.0, 256.0) as u32
 }

@@ -80,34 +80,38 @@ impl Plane {
 
     /// The next mip of a plane of the given size. `value` returns the value at an index into the
     /// plane.
-    pub fn next_mip_of([width, height]: [u32; 2], value: impl Fn(usize) -> f32) -> Self {
-        let [w, h] = [width, height].map(|s| (s / 2).max(1));
-        let row = |y: u32| -> Vec<f32> {
-            let start = y as usize * width as usize;
-            (0..w)
-                .map(|x| box_mean(x, width, w, |i| value(start + i as usize)))
-                .collect()
-        };
-        // A cell covers at most three rows, and its last row can be the first of the next cell.
-        let mut rows: [(u32, Vec<f32>); 3] = [0, 1, 2].map(|_| (u32::MAX, Vec::new()));
-        let mut values = Vec::with_capacity(w as usize * h as usize);
-        for y in 0..h {
-            let (first, end) = cell(y, height, h);
-            for needed in first..end {
-                let slot = &mut rows[needed as usize % 3];
-                if slot.0 != needed {
-                    *slot = (needed, row(needed));
-                }
-            }
-            for x in 0..w as usize {
-                values.push(box_mean(y, height, h, |i| rows[i as usize % 3].1[x]));
-            }
-        }
+    pub fn next_mip_of(size: [u32; 2], value: impl Fn(usize) -> f32 + Sync) -> Self {
+        let (size, values) = next_mip_of(size, |i| [value(i)]);
         Self {
-            size: [w, h],
-            values,
+            size,
+            values: values.into_flattened(),
         }
     }
+}
+
+/// The next mip of a level of several channels, and its size. `value` returns the channels at an index into
+/// the level.
+pub(super) fn next_mip_of<const CHANNELS: usize>(
+    [width, height]: [u32; 2],
+    value: impl Fn(usize) -> [f32; CHANNELS] + Sync,
+) -> ([u32; 2], Vec<[f32; CHANNELS]>) {
+    let [w, h] = [width, height].map(|s| (s / 2).max(1));
+    let across: Vec<Cell> = (0..w).map(|x| Cell::new(x, width, w)).collect();
+    let mut values = vec![[0.0; CHANNELS]; w as usize * h as usize];
+    let rows = values.par_chunks_mut(w as usize).enumerate();
+    rows.for_each(|(y, row)| {
+        let cell = Cell::new(y as u32, height, h);
+        let line = |y: usize| -> Vec<[f32; CHANNELS]> {
+            let start = y * width as usize;
+            let means = across.iter().map(|cell| cell.mean(|i| value(start + i)));
+            means.collect()
+        };
+        let lines: Vec<_> = (cell.first..cell.first + cell.count).map(line).collect();
+        for (x, mean) in row.iter_mut().enumerate() {
+            *mean = cell.mean(|y| lines[y - cell.first][x]);
+        }
+    });
+    ([w, h], values)
 }
 
 /// The smallest interval that contains two intervals.
@@ -116,25 +120,54 @@ pub(super) fn union([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
     [a.min(c), b.max(d)]
 }
 
-/// Range of the samples that cell `i` of `to` equal cells over `from` samples overlaps: the first
-/// one, and the one after the last.
-fn cell(i: u32, from: u32, to: u32) -> (u32, u32) {
-    let (i, from, to) = (u64::from(i), u64::from(from), u64::from(to));
-    ((i * from / to) as u32, ((i + 1) * from).div_ceil(to) as u32)
+/// One of equal cells over samples.
+struct Cell {
+    /// The first sample that the cell overlaps.
+    first: usize,
+    /// Number of samples that it overlaps, at most three.
+    count: usize,
+    /// How much of each it overlaps.
+    weights: [f64; 3],
+    /// The sum of the weights.
+    total: f64,
 }
 
-/// Mean of `value` over cell `i` of `to` equal cells over `from` samples.
-fn box_mean(i: u32, from: u32, to: u32, value: impl Fn(u32) -> f32) -> f32 {
-    let (from, to) = (u64::from(from), u64::from(to));
-    // The units are 1 / to of a sample, so that all positions are integers.
-    let (start, end) = (u64::from(i) * from, (u64::from(i) + 1) * from);
-    let sum: f64 = (start / to..end.div_ceil(to))
-        .map(|sample| {
-            let overlap = end.min((sample + 1) * to) - start.max(sample * to);
-            f64::from(value(sample as u32)) * overlap as f64
-        })
-        .sum();
-    (sum / from as f64) as f32
+impl Cell {
+    /// Cell `i` of `to` cells over `from` samples, which are at most three for each cell.
+    fn new(i: u32, from: u32, to: u32) -> Self {
+        let (i, from, to) = (u64::from(i), u64::from(from), u64::from(to));
+        // The units are 1 / to of a sample, so that all positions are integers.
+        let (start, end) = (i * from, (i + 1) * from);
+        let (first, last) = (start / to, end.div_ceil(to));
+        let weight = |at: u64| {
+            let sample = first + at;
+            let overlap = end
+                .min((sample + 1) * to)
+                .saturating_sub(start.max(sample * to));
+            overlap as f64
+        };
+        Self {
+            first: first as usize,
+            count: (last - first) as usize,
+            weights: [0, 1, 2].map(weight),
+            total: from as f64,
+        }
+    }
+
+    /// The mean of what `value` returns of the samples.
+    fn mean<const CHANNELS: usize>(
+        &self,
+        value: impl Fn(usize) -> [f32; CHANNELS],
+    ) -> [f32; CHANNELS] {
+        let mut sum = [0.0; CHANNELS];
+        for (at, weight) in self.weights.iter().enumerate().take(self.count) {
+            let values = value(self.first + at);
+            for (sum, value) in sum.iter_mut().zip(values) {
+                *sum += f64::from(value) * weight;
+            }
+        }
+        sum.map(|sum| (sum / self.total) as f32)
+    }
 }
 
 #[cfg(test)]

@@ -2,57 +2,70 @@
 
 use rayon::prelude::*;
 
-use super::{axes::ColorAxes, image::Content, plane::Plane, source::Pixels};
+use super::{
+    axes::ColorAxes, image::Content, layout, plane::Plane, source::Pixels, source::Source,
+};
 
-/// The planes of one mip level, all at its size.
-pub(super) struct LevelPlanes {
-    /// Luma (then alpha), gray, or X and Y of normals.
-    pub(super) luma: Vec<Plane>,
-    /// The two planes of chroma; empty where the content has no chroma.
-    pub(super) chroma: Vec<Plane>,
+/// The pixels of one mip level, from which its planes are made where they are needed: all planes together would
+/// take several times the memory of the pixels.
+#[derive(Clone, Copy)]
+pub(super) struct LevelPlanes<'a> {
+    pub(super) size: [u32; 2],
+    pixels: Pixels<'a>,
+    pub(super) content: Content,
+    /// The weights of R, G and B in luma and in each plane of chroma.
+    weights: [[f32; 3]; 3],
 }
 
-impl LevelPlanes {
-    /// Converts given pixels.
-    pub(super) fn given(
-        pixels: &Pixels<'_>,
+impl<'a> LevelPlanes<'a> {
+    pub(super) fn new(
+        pixels: Pixels<'a>,
         size: [u32; 2],
         content: Content,
         axes: ColorAxes,
     ) -> Self {
-        Self::new(size, content, axes, |i| pixels.get(i))
+        Self {
+            size,
+            pixels,
+            content,
+            weights: axes.weights(),
+        }
     }
 
-    /// Converts the pixels that a function returns.
-    pub(super) fn new(
-        size: [u32; 2],
-        content: Content,
-        axes: ColorAxes,
-        pixel: impl Fn(usize) -> [f32; 4] + Sync,
-    ) -> Self {
-        let plane = |value: &(dyn Fn([f32; 4]) -> f32 + Sync)| Plane {
-            size,
-            values: (0..size[0] as usize * size[1] as usize)
-                .into_par_iter()
-                .map(|i| value(pixel(i)))
-                .collect(),
+    /// The levels of a source.
+    pub(super) fn of(source: &Source<'a>, content: Content, axes: ColorAxes) -> Vec<Self> {
+        let level = |(level, pixels): (usize, &Pixels<'a>)| {
+            let size = layout::mip_size(source.size, level as u32);
+            Self::new(*pixels, size, content, axes)
         };
-        let weights = axes.weights();
-        let along = |axis: usize| {
-            let [r, g, b] = weights[axis];
-            plane(&move |p| r * p[0] + g * p[1] + b * p[2])
-        };
-        let luma = match content {
-            Content::Gray | Content::Color => vec![along(0)],
-            Content::ColorAlpha => vec![along(0), plane(&|p| p[3])],
-            Content::Normal => vec![plane(&|p| unit(p)[0]), plane(&|p| unit(p)[1])],
-        };
-        let chroma = if content.has_chroma() {
-            vec![along(1), along(2)]
-        } else {
-            Vec::new()
-        };
-        Self { luma, chroma }
+        source.levels.iter().enumerate().map(level).collect()
+    }
+
+    /// A plane of the luma group: luma (then alpha), gray, or X and Y of normals.
+    pub(super) fn luma(&self, plane: usize) -> Plane {
+        let values = 0..self.pixels.len();
+        let values = values.into_par_iter().map(|i| {
+            let pixel = self.pixels.get(i);
+            match (self.content, plane) {
+                (Content::Normal, plane) => unit(pixel)[plane],
+                (Content::ColorAlpha, 1) => pixel[3],
+                _ => self.along(0, pixel),
+            }
+        });
+        Plane {
+            size: self.size,
+            values: values.collect(),
+        }
+    }
+
+    /// A pixel of a plane of chroma.
+    pub(super) fn chroma(&self, plane: usize, i: usize) -> f32 {
+        self.along(1 + plane, self.pixels.get(i))
+    }
+
+    fn along(&self, axis: usize, pixel: [f32; 4]) -> f32 {
+        let [r, g, b] = self.weights[axis];
+        r * pixel[0] + g * pixel[1] + b * pixel[2]
     }
 }
 

@@ -40,6 +40,11 @@ pub fn predicted(low_band: &Plane, x: u32, y: u32, predictor: f32) -> Details {
 
 /// The predictor that leaves the residual of the least energy, by least squares over HL and LH.
 pub fn best_predictor(slopes_and_details: impl Iterator<Item = (Details, Details)>) -> f32 {
+    predictor_of(products(slopes_and_details))
+}
+
+/// The sums of the products of slopes and details, and of the squares of slopes, over HL and LH.
+pub(super) fn products(slopes_and_details: impl Iterator<Item = (Details, Details)>) -> [f64; 2] {
     let (mut both, mut square) = (0.0f64, 0.0f64);
     for (slopes, details) in slopes_and_details {
         for c in 0..2 {
@@ -47,6 +52,11 @@ pub fn best_predictor(slopes_and_details: impl Iterator<Item = (Details, Details
             square += f64::from(slopes[c]) * f64::from(slopes[c]);
         }
     }
+    [both, square]
+}
+
+/// The best predictor by these sums.
+pub(super) fn predictor_of([both, square]: [f64; 2]) -> f32 {
     if square > 0.0 {
         (both / square).clamp(-0.5, 0.5) as f32
     } else {

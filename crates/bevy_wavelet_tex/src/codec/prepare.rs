@@ -1,13 +1,15 @@
-//! What is done to pixels before anything is encoded: one channel of them becomes gray, and pixels
-//! that nobody sees get a colour that costs next to nothing.
+//! What is done to pixels before anything is encoded: one channel of them becomes gray, pixels that nobody sees get a
+//! colour that costs next to nothing, and mips are made where none are given.
 
 use rayon::prelude::*;
 
 use super::{
+    coverage::CutOut,
     image::Content,
+    layout::{level_count, mip_size},
     plane::Plane,
     settings::{EncodeSettings, GrayChannel},
-    source::{Pixels, Source},
+    source::{LinearLevel, Pixels, Source},
 };
 
 /// The pixels of one level that are not those that were given.
@@ -19,10 +21,12 @@ enum Own {
     Rgba16(Vec<[u16; 4]>),
 }
 
-/// A source whose levels are replaced where they have to be.
+/// A source with all levels that are encoded, some of which may replace those that were given.
 pub(super) struct Prepared<'a> {
     source: &'a Source<'a>,
+    /// Levels beyond those of the source are mips that were made.
     own: Vec<Own>,
+    cut_out: Option<CutOut>,
 }
 
 impl<'a> Prepared<'a> {
@@ -31,34 +35,78 @@ impl<'a> Prepared<'a> {
         let level = |(level, pixels): (usize, &Pixels<'_>)| match (content, settings.gray) {
             (Content::Gray, GrayChannel::Red) => one_channel(pixels, 0),
             (Content::Gray, GrayChannel::Alpha) => one_channel(pixels, 3),
-            (Content::ColorAlpha, _) => {
-                filled(pixels, super::layout::mip_size(source.size, level as u32))
-            }
+            (Content::ColorAlpha, _) => filled(pixels, mip_size(source.size, level as u32)),
             _ => Own::Given,
         };
         let own = source.levels.iter().enumerate().map(level).collect();
-        Self { source, own }
+        let mut prepared = Self {
+            source,
+            own,
+            cut_out: None,
+        };
+        if settings.mips && source.levels.len() == 1 {
+            prepared.make_mips(settings, content);
+        }
+        prepared
     }
 
-    pub(super) fn source(&self) -> Source<'_> {
-        fn level<'b>((given, own): (&Pixels<'b>, &'b Own)) -> Pixels<'b> {
-            match own {
-                Own::Given => *given,
-                Own::Gray8(pixels) => Pixels::Gray8(pixels),
-                Own::Gray16(pixels) => Pixels::Gray16(pixels),
-                Own::Rgba8(pixels) => Pixels::Rgba8(pixels),
-                Own::Rgba16(pixels) => Pixels::Rgba16(pixels),
+    fn make_mips(&mut self, settings: &EncodeSettings, content: Content) {
+        let first = self.source();
+        let (space, has_alpha) = (
+            settings.stored_color_space(),
+            content == Content::ColorAlpha,
+        );
+        let cut_out = CutOut::of(&first, settings, content);
+        let mut mips = Vec::new();
+        let mut size = first.size;
+        let mut linear: Option<LinearLevel> = None;
+        while size != [1, 1] {
+            let level = match &linear {
+                Some(level) => level.next(),
+                None => LinearLevel::below(&first.levels[0], size, space, has_alpha),
+            };
+            let mut pixels = level.encoded(space, has_alpha);
+            if let Some(cut_out) = &cut_out {
+                cut_out.scale(&mut pixels);
             }
+            mips.push(Own::Rgba16(pixels));
+            size = level.size;
+            linear = Some(level);
         }
+        self.own.extend(mips);
+        self.cut_out = cut_out;
+    }
+
+    /// All levels.
+    pub(super) fn source(&self) -> Source<'_> {
+        let most = level_count(self.source.size) as usize;
+        let levels = self.own.iter().take(most).enumerate();
         Source {
             size: self.source.size,
-            levels: self
-                .source
-                .levels
-                .iter()
-                .zip(&self.own)
-                .map(level)
-                .collect(),
+            levels: levels.map(|(i, own)| self.level(i, own)).collect(),
+        }
+    }
+
+    fn level<'b>(&'b self, i: usize, own: &'b Own) -> Pixels<'b> {
+        match own {
+            Own::Given => self.source.levels[i],
+            Own::Gray8(pixels) => Pixels::Gray8(pixels),
+            Own::Gray16(pixels) => Pixels::Gray16(pixels),
+            Own::Rgba8(pixels) => Pixels::Rgba8(pixels),
+            Own::Rgba16(pixels) => Pixels::Rgba16(pixels),
+        }
+    }
+
+    /// What is cut out of the image, where its mips were made so that they cover as much.
+    pub(super) fn cut_out(&self) -> Option<&CutOut> {
+        self.cut_out.as_ref()
+    }
+
+    /// The pixels of a mip that was made.
+    pub(super) fn made(&self, level: u32) -> Option<&[[u16; 4]]> {
+        match self.own.get(level as usize) {
+            Some(Own::Rgba16(pixels)) if level as usize >= self.source.levels.len() => Some(pixels),
+            _ => None,
         }
     }
 }

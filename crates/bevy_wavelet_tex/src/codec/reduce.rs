@@ -12,7 +12,7 @@ use super::{
 /// light and weighted by their alpha. `pixel` returns RGBA in `[0, 1]`.
 pub fn reduced_rgba8(
     size: [u32; 2],
-    pixel: impl Fn(usize) -> [f32; 4],
+    pixel: impl Fn(usize) -> [f32; 4] + Sync,
     most: u32,
     color_space: ColorSpace,
 ) -> ([u32; 2], Vec<[u8; 4]>) {

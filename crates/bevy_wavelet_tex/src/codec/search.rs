@@ -2,18 +2,22 @@
 //!
 //! The transform is orthonormal, so the squared error of the details is that of the pixels, and the
 //! low band, which is coded independently, does not matter here. The predictor has a closed form;
-//! range and power curve are found by coordinate descent over a sample of the blocks.
+//! range and power curve are found by coordinate descent over a sample of the blocks. All levels share
+//! the parameters, so the sample is of all levels.
 
 use rayon::prelude::*;
 
 use super::{
     blocks::{
-        BlockFormat, BlockQuality, DetailEncoder, Starts, decode_blocks, encode_bc3, encode_bc7,
+        BlockFormat, BlockQuality, DetailEncoder, Starts, decode_blocks, encode_bc3, encode_bc4,
+        encode_bc7,
     },
     haar::{Details, Transform},
+    pack::low_weight,
     packing::Packing,
     plane::Plane,
-    predict::{best_predictor, predicted, slopes},
+    predict::{predicted, predictor_of, products, slopes},
+    quality::level_weight,
     quantizer::PlaneCoding,
     settings::Effort,
     wavelet::CoefficientPlane,
@@ -32,15 +36,15 @@ const MIXES: [Transform; 6] = [
 /// Largest stored detail of a plane whose values span 1, to which most images converge.
 const USUAL_RANGE: f32 = 0.5;
 
-/// Chooses how to store a plane in the wavelet packing `packing`. `low_bounds` is the interval of the
-/// low band.
+/// Chooses how to store the levels of a plane in the wavelet packing `packing`, and returns an estimate of the mean
+/// squared error in a pixel. `low_bounds` is the interval of the low band.
 pub(super) fn choose_coding(
-    coefficients: &CoefficientPlane,
+    levels: &[&CoefficientPlane],
     low_bounds: [f32; 2],
     packing: Packing,
     effort: Effort,
     predict: bool,
-) -> PlaneCoding {
+) -> (PlaneCoding, f64) {
     let mut coding = PlaneCoding::linear(low_bounds);
     let (gamma, zero_point) = match packing {
         Packing::Bc3 => (0.6, PlaneCoding::ZERO_POINT_565),
@@ -48,22 +52,18 @@ pub(super) fn choose_coding(
     };
     coding.gamma = gamma;
     coding.zero_point = zero_point;
-    coding.predictor = if predict {
-        predictor(coefficients)
-    } else {
-        0.0
-    };
-    let largest = largest(coefficients.details.iter().copied());
+    coding.predictor = if predict { predictor(levels) } else { 0.0 };
+    let largest = largest_of(levels, |details| details);
     coding.range = (USUAL_RANGE * (low_bounds[1] - low_bounds[0])).min(largest);
     // This range clamps nothing. It is larger than the largest detail because the zero point is
     // above the middle of the codes, which leaves a little less room for positive details.
     let all = 1.07 * largest;
     let (count, rounds) = match effort {
-        Effort::Fast => return coding,
+        Effort::Fast => return (coding, 0.0),
         Effort::Default => (512, 1),
         Effort::Best => (4096, 2),
     };
-    let sample = sample(coefficients, coding.predictor, count);
+    let sample = sample(levels, coding.predictor, count);
     let error = |candidate: &PlaneCoding| match packing {
         Packing::Bc3 => details_error(&sample, candidate),
         _ => bc7_error(&sample, candidate, packing),
@@ -101,13 +101,17 @@ pub(super) fn choose_coding(
         let whole = (round == 0).then_some(all);
         coding = best_of(coding, scaled.chain(whole).map(with_range).collect());
     }
-    coding
+    let estimate = match packing {
+        Packing::Bc7 => joint_error(&sample, &coding),
+        _ => known + low_error(&sample, &coding),
+    };
+    (coding, estimate / 4.0)
 }
 
 /// The same as the thesis does it: searches the transform, the clamping and the power curve,
 /// without prediction.
 pub(super) fn choose_thesis_coding(
-    coefficients: &CoefficientPlane,
+    levels: &[&CoefficientPlane],
     low_bounds: [f32; 2],
     packing: Packing,
     effort: Effort,
@@ -115,22 +119,22 @@ pub(super) fn choose_thesis_coding(
     let coding = PlaneCoding::linear(low_bounds);
     if packing == Packing::Bc7 {
         let transform = Transform::PartiallyInvertedHaar { w: 0.0 };
-        let mixed = coefficients.details.iter().map(|d| transform.mix(*d));
+        let stored = |details| {
+            let [a, b, _] = transform.mix(details);
+            [a, b, 0.0]
+        };
         return PlaneCoding {
             transform,
-            range: 0.74 * largest(mixed.map(|[a, b, _]| [a, b, 0.0])),
+            range: 0.74 * largest_of(levels, stored),
             gamma: 0.86,
             ..coding
         };
     }
-    let candidate = |(transform, fraction, gamma): (Transform, f32, f32)| {
-        let mixed = coefficients.details.iter().map(|d| transform.mix(*d));
-        PlaneCoding {
-            transform,
-            range: fraction * largest(mixed),
-            gamma,
-            ..coding
-        }
+    let candidate = |(transform, fraction, gamma): (Transform, f32, f32)| PlaneCoding {
+        transform,
+        range: fraction * largest_of(levels, |details| transform.mix(details)),
+        gamma,
+        ..coding
     };
     let mut best = (Transform::Haar, 0.55, 0.86);
     let (count, rounds) = match effort {
@@ -138,7 +142,7 @@ pub(super) fn choose_thesis_coding(
         Effort::Default => (2048, 1),
         Effort::Best => (16384, 2),
     };
-    let sample = sample(coefficients, 0.0, count);
+    let sample = sample(levels, 0.0, count);
     let best_of = |choices: Vec<(Transform, f32, f32)>| {
         let errors: Vec<f64> = choices
             .par_iter()
@@ -174,40 +178,80 @@ fn least(errors: &[f64]) -> usize {
         .expect("there are candidates")
 }
 
-fn predictor(coefficients: &CoefficientPlane) -> f32 {
-    let [width, height] = coefficients.low_band.size;
-    let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    best_predictor(positions.map(|(x, y)| {
-        (
-            slopes(&coefficients.low_band, x, y),
-            coefficients.details(x, y),
-        )
-    }))
+fn predictor(levels: &[&CoefficientPlane]) -> f32 {
+    let mut sums = [0.0; 2];
+    for (level, coefficients) in levels.iter().enumerate() {
+        let [width, height] = coefficients.low_band.size;
+        let of_row = |y: u32| {
+            products((0..width).map(|x| {
+                let slopes = slopes(&coefficients.low_band, x, y);
+                (slopes, coefficients.details(x, y))
+            }))
+        };
+        let rows: Vec<[f64; 2]> = (0..height).into_par_iter().map(of_row).collect();
+        let weight = level_weight(level) / coefficients.details.len() as f64;
+        for row in rows {
+            sums = [0, 1].map(|i| sums[i] + weight * row[i]);
+        }
+    }
+    predictor_of(sums)
 }
 
-/// The details of one 4 x 4 block.
-type Block = [Details; 16];
+/// One 4 x 4 block of coefficients.
+struct Block {
+    /// The details, without what is predicted.
+    residual: [Details; 16],
+    low: [f32; 16],
+    /// The part of the pixels of all levels, as they are used, for which the block stands, over 16.
+    weight: f64,
+}
 
-/// At most `count` 4 x 4 blocks of the residual, evenly spaced among the blocks in the order of
-/// their energy, because a few strong edges decide where clamping pays.
-fn sample(coefficients: &CoefficientPlane, predictor: f32, count: usize) -> Vec<Block> {
-    let [columns, rows] = coefficients.low_band.size.map(|s| s.div_ceil(4));
-    let total = columns as usize * rows as usize;
-    let block = |block: usize| -> Block {
-        let block = block as u32;
+/// Blocks of all levels, more of those that are used more.
+fn sample(levels: &[&CoefficientPlane], predictor: f32, count: usize) -> Vec<Block> {
+    let total: f64 = (0..levels.len()).map(level_weight).sum();
+    let of_level = |(level, coefficients): (usize, &&CoefficientPlane)| {
+        let part = level_weight(level) / total;
+        let count = (part * count as f64).round().max(1.0) as usize;
+        let mut blocks = sample_of_level(coefficients, predictor, count);
+        let weight = part / (16 * blocks.len()) as f64;
+        blocks.iter_mut().for_each(|block| block.weight = weight);
+        blocks
+    };
+    levels.iter().enumerate().flat_map(of_level).collect()
+}
+
+/// At most `count` blocks, evenly spaced among the blocks in the order of the energy of the residual, because a few
+/// strong edges decide where clamping pays.
+fn sample_of_level(coefficients: &CoefficientPlane, predictor: f32, count: usize) -> Vec<Block> {
+    let [width, height] = coefficients.low_band.size;
+    let columns = width.div_ceil(4);
+    let total = columns as usize * height.div_ceil(4) as usize;
+    let at = |block: usize, i: usize| {
+        let (block, i) = (block as u32, i as u32);
+        let x = (block % columns * 4 + i % 4).min(width - 1);
+        let y = (block / columns * 4 + i / 4).min(height - 1);
+        (x, y)
+    };
+    let residual = |block: usize| -> [Details; 16] {
         std::array::from_fn(|i| {
-            let [width, height] = coefficients.low_band.size;
-            let x = (block % columns * 4 + i as u32 % 4).min(width - 1);
-            let y = (block / columns * 4 + i as u32 / 4).min(height - 1);
+            let (x, y) = at(block, i);
             let prediction = predicted(&coefficients.low_band, x, y, predictor);
             let details = coefficients.details(x, y);
             std::array::from_fn(|c| details[c] - prediction[c])
         })
     };
+    let block = |block: usize| Block {
+        residual: residual(block),
+        low: std::array::from_fn(|i| {
+            let (x, y) = at(block, i);
+            coefficients.low_band.clamped(x, y)
+        }),
+        weight: 0.0,
+    };
     if total <= count {
         return (0..total).map(block).collect();
     }
-    let energy = |b: usize| block(b).iter().flatten().map(|d| d * d).sum::<f32>();
+    let energy = |b: usize| residual(b).iter().flatten().map(|d| d * d).sum::<f32>();
     let mut by_energy: Vec<(f32, usize)> =
         (0..total).into_par_iter().map(|b| (energy(b), b)).collect();
     by_energy.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -217,57 +261,103 @@ fn sample(coefficients: &CoefficientPlane, predictor: f32, count: usize) -> Vec<
 
 fn details_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
     let encoder = DetailEncoder::new(coding, Starts::One);
-    sample
-        .iter()
-        .map(|block| f64::from(encoder.block(block).1))
-        .sum()
+    let error = |block: &Block| block.weight * f64::from(encoder.block(&block.residual).1);
+    sample.iter().map(error).sum()
+}
+
+/// The size of a texture with the blocks of a sample side by side.
+fn texture(sample: &[Block]) -> [u32; 2] {
+    [4 * sample.len() as u32, 4]
+}
+
+/// The block of a texel, and the texel's place in it.
+fn at(sample: &[Block], x: u32, y: u32) -> (&Block, usize) {
+    (&sample[(x / 4) as usize], (y * 4 + x % 4) as usize)
 }
 
 fn bc7_error(sample: &[Block], coding: &PlaneCoding, packing: Packing) -> f64 {
-    let size = [4 * sample.len() as u32, 4];
     let dropped = packing == Packing::Bc7;
-    let at = |x: u32, y: u32| sample[(x / 4) as usize][(y * 4 + x % 4) as usize];
-    let blocks = encode_bc7(size, [1; 3], |x, y| {
-        let [r, g, b] = coding.store_details(at(x, y));
+    let blocks = encode_bc7(texture(sample), [1; 3], |x, y| {
+        let (block, i) = at(sample, x, y);
+        let [r, g, b] = coding.store_details(block.residual[i]);
         [r, g, if dropped { coding.zero_point[2] } else { b }]
     });
-    let texels = decode_blocks(BlockFormat::Bc7, &blocks, size);
-    sum_of_errors(size, &texels, coding, at)
+    let texels = decode_blocks(BlockFormat::Bc7, &blocks, texture(sample));
+    error_of_details(sample, &texels, coding)
+}
+
+/// The error of details and low band together in BC7.
+fn joint_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
+    let blocks = encode_bc7(texture(sample), [1, 1, low_weight(coding)], |x, y| {
+        let (block, i) = at(sample, x, y);
+        let [r, g, _] = coding.store_details(block.residual[i]);
+        [r, g, coding.store_low(block.low[i])]
+    });
+    let texels = decode_blocks(BlockFormat::Bc7, &blocks, texture(sample));
+    let low = error_of_low(sample, coding, |texel| texels[texel][2]);
+    let details: Vec<[f32; 4]> = texels
+        .iter()
+        .map(|[r, g, ..]| [*r, *g, coding.zero_point[2], 1.0])
+        .collect();
+    low + error_of_details(sample, &details, coding)
+}
+
+/// The error of the low band in BC4.
+fn low_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
+    let stored = Plane::from_fn(texture(sample), |x, y| {
+        let (block, i) = at(sample, x, y);
+        coding.store_low(block.low[i])
+    });
+    let blocks = encode_bc4(&stored.values, stored.size, BlockQuality::High);
+    let texels = decode_blocks(BlockFormat::Bc4, &blocks, stored.size);
+    error_of_low(sample, coding, |texel| texels[texel][0])
+}
+
+fn error_of_low(sample: &[Block], coding: &PlaneCoding, stored: impl Fn(usize) -> f32) -> f64 {
+    let errors = Plane::positions(texture(sample))
+        .enumerate()
+        .map(|(texel, (x, y))| {
+            let (block, i) = at(sample, x, y);
+            // An error of the low band changes all four pixels.
+            let error = f64::from(coding.load_low(stored(texel)) - block.low[i]);
+            4.0 * block.weight * error * error
+        });
+    errors.sum()
 }
 
 fn mixed_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
-    let size = [4 * sample.len() as u32, 4];
-    let at = |x: u32, y: u32| sample[(x / 4) as usize][(y * 4 + x % 4) as usize];
+    let size = texture(sample);
     let texels = Plane::positions(size).map(|(x, y)| {
+        let (block, i) = at(sample, x, y);
         let [r, g, b] = coding
-            .store_details(at(x, y))
+            .store_details(block.residual[i])
             .map(|v| (v * 255.0).round() as u8);
         [r, g, b, 255]
     });
     let blocks = encode_bc3(&texels.collect::<Vec<_>>(), size, BlockQuality::Normal);
     let texels = decode_blocks(BlockFormat::Bc3, &blocks, size);
-    sum_of_errors(size, &texels, coding, at)
+    error_of_details(sample, &texels, coding)
 }
 
-fn sum_of_errors(
-    size: [u32; 2],
-    texels: &[[f32; 4]],
-    coding: &PlaneCoding,
-    wanted: impl Fn(u32, u32) -> Details,
-) -> f64 {
-    let errors = Plane::positions(size).zip(texels).map(|((x, y), t)| {
-        let (got, wanted) = (coding.load_details([t[0], t[1], t[2]]), wanted(x, y));
-        (0..3)
-            .map(|c| f64::from(got[c] - wanted[c]).powi(2))
-            .sum::<f64>()
-    });
+fn error_of_details(sample: &[Block], texels: &[[f32; 4]], coding: &PlaneCoding) -> f64 {
+    let errors = Plane::positions(texture(sample))
+        .zip(texels)
+        .map(|((x, y), t)| {
+            let (block, i) = at(sample, x, y);
+            let (got, wanted) = (coding.load_details([t[0], t[1], t[2]]), block.residual[i]);
+            let error = (0..3).map(|c| f64::from(got[c] - wanted[c]).powi(2));
+            block.weight * error.sum::<f64>()
+        });
     errors.sum()
 }
 
-/// Largest magnitude over all channels. It has a lower limit because a flat image has no details,
-/// and any positive range stores them exactly.
-fn largest(details: impl Iterator<Item = Details>) -> f32 {
-    details
-        .flatten()
-        .fold(1.0 / 255.0, |largest, d| largest.max(d.abs()))
+/// Largest magnitude over all channels and levels of what is stored of details. It has a lower limit because a flat
+/// image has no details, and any positive range stores them exactly.
+fn largest_of(levels: &[&CoefficientPlane], stored: impl Fn(Details) -> Details + Sync) -> f32 {
+    let of_level = |coefficients: &&CoefficientPlane| {
+        let details = coefficients.details.par_iter();
+        let largest = details.map(|d| stored(*d).iter().fold(0.0, |a: f32, v| a.max(v.abs())));
+        largest.reduce(|| 0.0, f32::max)
+    };
+    levels.iter().map(of_level).fold(1.0 / 255.0, f32::max)
 }

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{image::ColorSpace, rate::Rate};
+use super::{
+    image::{ColorSpace, Content},
+    rate::Rate,
+};
 
 /// Settings of [`encode`](super::encoder::encode).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +84,16 @@ pub enum Method {
     /// It has the partially inverted Haar transform with a search for w, clamping and power curve, and chroma in wavelet
     /// planes that are repeated instead of interpolated.
     Thesis,
+}
+
+impl EncodeSettings {
+    /// The transfer function of what is stored.
+    pub(super) fn stored_color_space(&self) -> ColorSpace {
+        match self.rate.content(self.alpha) {
+            Content::Normal => ColorSpace::Linear,
+            _ => self.color_space,
+        }
+    }
 }
 
 impl Default for EncodeSettings {

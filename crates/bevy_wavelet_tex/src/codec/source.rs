@@ -1,6 +1,13 @@
 //! The input of the encoder.
 
-use super::{color::linear_from_srgb, image::ColorSpace, layout, plane::Plane};
+use rayon::prelude::*;
+
+use super::{
+    color::{linear_from_srgb, srgb_from_linear},
+    image::ColorSpace,
+    layout,
+    plane::next_mip_of,
+};
 
 /// Pixels of one mip level, row by row from the top.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +41,13 @@ impl Pixels<'_> {
         self.len() == 0
     }
 
+    /// Returns whether a channel has 16 bits.
+    fn is_wide(&self) -> bool {
+        matches!(self, Self::Gray16(_) | Self::Rgba16(_))
+    }
+
     /// RGBA of the pixel at index `i`, each channel in `[0, 1]`.
+    #[inline]
     pub fn get(&self, i: usize) -> [f32; 4] {
         let byte = |v: u8| f32::from(v) / 255.0;
         let word = |v: u16| f32::from(v) / 65535.0;
@@ -53,6 +66,17 @@ impl Pixels<'_> {
             }
             Self::Rgba8(pixels) => pixels[i].map(byte),
             Self::Rgba16(pixels) => pixels[i].map(word),
+        }
+    }
+
+    /// A channel of the pixel at index `i`, in `[0, 1]`.
+    #[inline]
+    pub(super) fn channel(&self, i: usize, c: usize) -> f32 {
+        match self {
+            Self::Rgb8(pixels) if c < 3 => f32::from(pixels[i][c]) / 255.0,
+            Self::Rgba8(pixels) => f32::from(pixels[i][c]) / 255.0,
+            Self::Rgba16(pixels) => f32::from(pixels[i][c]) / 65535.0,
+            _ => self.get(i)[c],
         }
     }
 }
@@ -81,67 +105,59 @@ impl<'a> Source<'a> {
 /// colour.
 pub(super) const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 
-/// The four channels at one mip level, filtered from those of the level before, in linear light and
-/// weighted by alpha, so that the colour of transparent pixels does not bleed.
+/// RGBA of one mip level in linear light, filtered from the level before and weighted by alpha, so that the
+/// colour of transparent pixels does not bleed.
 pub(super) struct LinearLevel {
-    channels: [Plane; 4],
+    pub(super) size: [u32; 2],
+    pixels: Vec<[f32; 4]>,
 }
 
 impl LinearLevel {
-    /// The first mip below a level. It does not convert the whole level at once, which would take a
-    /// copy.
+    /// The first mip below a level, which is converted as it is filtered.
     pub(super) fn below(
         pixels: &Pixels<'_>,
         size: [u32; 2],
         color_space: ColorSpace,
         alpha: bool,
     ) -> Self {
-        let channel = |c: usize| {
-            let value = |i: usize| {
-                let pixel = pixels.get(i);
-                let a = if alpha { pixel[3] + LEAST_WEIGHT } else { 1.0 };
-                match c {
-                    3 => pixel[3],
-                    _ if color_space == ColorSpace::Srgb => a * linear_from_srgb(pixel[c]),
-                    _ => a * pixel[c],
-                }
-            };
-            Plane::next_mip_of(size, value)
+        // Of 8 bits, all values are known.
+        let bytes: Vec<f32> = (0..256)
+            .map(|v| linear_from_srgb(v as f32 / 255.0))
+            .collect();
+        let is_wide = pixels.is_wide();
+        let linear = |v: f32| match color_space {
+            ColorSpace::Linear => v,
+            ColorSpace::Srgb if is_wide => linear_from_srgb(v),
+            ColorSpace::Srgb => bytes[(v * 255.0 + 0.5) as usize],
         };
-        Self {
-            channels: [channel(0), channel(1), channel(2), channel(3)],
-        }
+        let value = |i: usize| {
+            let [r, g, b, a] = pixels.get(i);
+            let weight = if alpha { a + LEAST_WEIGHT } else { 1.0 };
+            let [r, g, b] = [r, g, b].map(|v| weight * linear(v));
+            [r, g, b, a]
+        };
+        let (size, pixels) = next_mip_of(size, value);
+        Self { size, pixels }
     }
 
     /// The next mip.
     pub(super) fn next(&self) -> Self {
-        Self {
-            channels: [0, 1, 2, 3].map(|c: usize| self.channels[c].next_mip()),
-        }
+        let (size, pixels) = next_mip_of(self.size, |i| self.pixels[i]);
+        Self { size, pixels }
     }
 
-    /// The alpha of all pixels.
-    pub(super) fn alpha(&self) -> &[f32] {
-        &self.channels[3].values
-    }
-
-    /// The red of all pixels, in linear light.
-    pub(super) fn red(&self) -> &[f32] {
-        &self.channels[0].values
-    }
-
-    /// RGBA of a pixel, encoded in its colour space again, with straight alpha.
-    pub(super) fn get(&self, i: usize, color_space: ColorSpace, alpha: bool) -> [f32; 4] {
-        let a = self.channels[3].values[i];
-        let scale = if alpha { 1.0 / (a + LEAST_WEIGHT) } else { 1.0 };
-        let color = |c: usize| {
-            let linear = self.channels[c].values[i] * scale;
-            match color_space {
-                ColorSpace::Srgb => super::color::srgb_from_linear(linear.min(1.0)),
-                ColorSpace::Linear => linear,
-            }
+    /// RGBA of all pixels in 16 bits, encoded in a colour space again, with straight alpha.
+    pub(super) fn encoded(&self, color_space: ColorSpace, alpha: bool) -> Vec<[u16; 4]> {
+        let word = |v: f32| (v.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16;
+        let encoded = |&[r, g, b, a]: &[f32; 4]| {
+            let scale = if alpha { 1.0 / (a + LEAST_WEIGHT) } else { 1.0 };
+            let color = |linear: f32| match color_space {
+                ColorSpace::Srgb => word(srgb_from_linear((linear * scale).min(1.0))),
+                ColorSpace::Linear => word(linear * scale),
+            };
+            [color(r), color(g), color(b), word(a)]
         };
-        [color(0), color(1), color(2), a]
+        self.pixels.par_iter().map(encoded).collect()
     }
 }
 

@@ -25,17 +25,18 @@ impl CoefficientPlane {
     /// Transforms a plane.
     pub fn new(plane: &Plane) -> Self {
         let size = layout::coefficient_size(plane.size);
-        let coefficients: Vec<Coefficients> = (0..size[0] as usize * size[1] as usize)
-            .into_par_iter()
-            .map(|i| haar(plane.quad(i as u32 % size[0], i as u32 / size[0])))
-            .collect();
-        Self {
-            low_band: Plane {
-                size,
-                values: coefficients.iter().map(|c| c.ll / 2.0).collect(),
-            },
-            details: coefficients.into_iter().map(|c| c.details).collect(),
-        }
+        let mut low_band = Plane::from_fn(size, |_, _| 0.0);
+        let mut details = vec![[0.0; 3]; low_band.values.len()];
+        let width = size[0] as usize;
+        let rows = low_band.values.par_chunks_mut(width);
+        let rows = rows.zip(details.par_chunks_mut(width)).enumerate();
+        rows.for_each(|(y, (low_band, details))| {
+            for (x, (low, of)) in low_band.iter_mut().zip(details).enumerate() {
+                let coefficients = haar(plane.quad(x as u32, y as u32));
+                (*low, *of) = (coefficients.ll / 2.0, coefficients.details);
+            }
+        });
+        Self { low_band, details }
     }
 
     /// The details at a position. Outside of the plane they are those of the nearest position

@@ -27,7 +27,7 @@ impl<'a> DetailEncoder<'a> {
             std::array::from_fn(|c| std::array::from_fn(|i| details[i][c]));
         let stored = std::array::from_fn(|c| wanted[c].map(|v| self.coding.store_detail(c, v)));
         let target = Target { wanted, stored };
-        let found = fit(&self.channels, &target, self.starts);
+        let found = fit(&self.channels, &target, self.starts, f32::INFINITY);
         let positions = positions(&self.channels, &target, &found.ends);
         let [r, g, b] = found.ends;
         let ends = [0, 1].map(|e| pack565(r[e], g[e], b[e]));
@@ -35,33 +35,61 @@ impl<'a> DetailEncoder<'a> {
     }
 }
 
-/// Encodes BC1 blocks from colours, as four colours on a line.
+/// Encodes BC1 blocks from colours.
 pub struct ColorEncoder {
     channels: [Channel; 3],
+    with_black: [Channel; 3],
     starts: Starts,
 }
+
+/// Texels with no channel above this may be black, and are left out where the line of the others is sought.
+const DARK: f32 = 0.15;
 
 impl ColorEncoder {
     /// Makes an encoder.
     pub fn new(starts: Starts) -> Self {
+        const LEVELS: [usize; 3] = [32, 64, 32];
         Self {
-            channels: [32, 64, 32].map(|levels| Channel::new(levels, |v| v)),
+            channels: LEVELS.map(|levels| Channel::new(levels, |v| v)),
+            with_black: LEVELS.map(Channel::with_black),
             starts,
         }
     }
 
-    /// Encodes 4 x 4 colours in `[0, 1]`, and returns the block and its squared error.
+    /// Encodes 4 x 4 colours in `[0, 1]` as four colours on a line, and returns the block and its squared error.
     pub fn block(&self, colors: &[[f32; 3]; 16]) -> ([u8; 8], f32) {
         let wanted: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
         let target = Target {
             wanted,
             stored: wanted,
         };
-        let found = fit(&self.channels, &target, self.starts);
+        let found = fit(&self.channels, &target, self.starts, f32::INFINITY);
         let positions = positions(&self.channels, &target, &found.ends);
         let [r, g, b] = found.ends;
         let ends = [0, 1].map(|e| pack565(r[e], g[e], b[e]));
         (bc1_block(ends, positions), found.error)
+    }
+
+    /// The same as three colours on a line and black, of which an error that is more than `most` is of no use.
+    pub fn block_with_black(&self, colors: &[[f32; 3]; 16], most: f32) -> ([u8; 8], f32) {
+        let wanted: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
+        let mut is_dark = colors.map(|color| color.iter().all(|v| *v <= DARK));
+        let others = is_dark.iter().filter(|dark| !**dark).count();
+        if others == 0 {
+            is_dark = [false; 16];
+        }
+        let stored = wanted.map(|values| {
+            let pairs = values.iter().zip(is_dark);
+            let sum: f32 = pairs.map(|(v, dark)| if dark { 0.0 } else { *v }).sum();
+            let mean = sum / others.max(1) as f32;
+            std::array::from_fn(|i| if is_dark[i] { mean } else { values[i] })
+        });
+        let target = Target { wanted, stored };
+        let found = fit(&self.with_black, &target, self.starts, most);
+        let positions = positions(&self.with_black, &target, &found.ends);
+        let [r, g, b] = found.ends;
+        let ends = [0, 1].map(|e| pack565(r[e], g[e], b[e]));
+        (bc1_block_with_black(ends, positions), found.error)
     }
 }
 
@@ -98,7 +126,7 @@ impl<'a> ChromaEncoder<'a> {
             wanted: [0, 1].map(|c| of(c).map(|v| self.weights[c] * v)),
             stored: [0, 1].map(|c| of(c).map(|v| self.codings[c].store_low(v))),
         };
-        let found = fit(&self.channels, &target, self.starts);
+        let found = fit(&self.channels, &target, self.starts, f32::INFINITY);
         let positions = positions(&self.channels, &target, &found.ends);
         let [pair, g] = found.ends;
         let ends = [0, 1].map(|e| pack565(pair[e].div_ceil(2), g[e], pair[e] / 2));
@@ -122,8 +150,21 @@ fn bc1_block([mut first, mut second]: [u16; 2], mut positions: [u8; 16]) -> [u8;
         positions = [0; 16];
     }
     // Index 1 is the second colour; 2 and 3 are interpolated.
-    let index = |position: u8| [0u32, 2, 3, 1][position as usize];
-    let indices = (0..16).fold(0, |bits, i| bits | index(positions[i]) << (2 * i));
+    packed_block([first, second], positions.map(|p| [0, 2, 3, 1][p as usize]))
+}
+
+/// The same of three colours on the line, 0 to 2, and black, 3. The larger colour comes second.
+fn bc1_block_with_black([mut first, mut second]: [u16; 2], mut positions: [u8; 16]) -> [u8; 8] {
+    if first > second {
+        (first, second) = (second, first);
+        positions = positions.map(|position| [2, 1, 0, 3][position as usize]);
+    }
+    // Index 2 is the middle.
+    packed_block([first, second], positions.map(|p| [0, 2, 1, 3][p as usize]))
+}
+
+fn packed_block([first, second]: [u16; 2], indices: [u32; 16]) -> [u8; 8] {
+    let indices = (0..16).fold(0, |bits, i| bits | indices[i] << (2 * i));
     let mut block = [0; 8];
     block[..2].copy_from_slice(&first.to_le_bytes());
     block[2..4].copy_from_slice(&second.to_le_bytes());
@@ -178,8 +219,36 @@ mod tests {
                 prop_assert!((error - promised).abs() <= 1e-5 + 1e-3 * promised, "{error} {promised}");
                 errors.push(promised);
             }
-            prop_assert!(errors[1] <= errors[0] && errors[2] <= errors[1]);
+            prop_assert!(errors[2] <= errors[0].min(errors[1]));
         }
+    }
+
+    #[test]
+    fn black_beside_a_line_of_colours_has_no_error_of_its_own() {
+        let colors: [[f32; 3]; 16] = std::array::from_fn(|i| match i % 4 {
+            3 => [0.0; 3],
+            t => [1.0, t as f32 / 2.0, 0.0],
+        });
+        let encoder = ColorEncoder::new(Starts::Four);
+        let (block, promised) = encoder.block_with_black(&colors, f32::INFINITY);
+        let texels = decode_blocks(BlockFormat::Bc1, &block, [4, 4]);
+        let pairs = texels.iter().zip(&colors);
+        let error = pairs.map(|(t, c)| (0..3).map(|i| (t[i] - c[i]).powi(2)).sum::<f32>());
+        let error: f32 = error.sum();
+        assert!(
+            error < 1e-3 && (error - promised).abs() < 1e-5,
+            "{error} {promised}"
+        );
+        assert!(encoder.block(&colors).1 > 0.1);
+    }
+
+    /// Of two colours that no endpoint has, a position between the endpoints comes nearer.
+    #[test]
+    fn two_colours_lie_wherever_they_are_nearest() {
+        let [first, second] = [[5.0, 119.0, 0.0], [4.0, 182.0, 0.0]].map(|c| c.map(|v| v / 255.0));
+        let colors = std::array::from_fn(|i| if i < 4 { second } else { first });
+        let error = ColorEncoder::new(Starts::Two).block(&colors).1;
+        assert!(error < 1.3e-3, "{error}");
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Encoding of the levels of a plain texture.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::{color_blocks, texture::PlainTexture};
@@ -7,65 +9,114 @@ use crate::codec::{
     blocks::{self, BlockFormat, BlockQuality},
     color::ycocg_from_rgb,
     image::Content,
-    interpolation::fitted,
-    layout,
+    interpolation::{Tap, fitted_by},
     plane::Plane,
     planes::unit,
     settings::Effort,
+    source::Pixels,
 };
 
 /// Weight of the differences between neighbouring texels when a smaller texture is fitted. Less lets
 /// texels oscillate where a smaller texture is nearly as large as the image, more blurs.
 const SMOOTHNESS: f32 = 0.01;
 
-/// The channels of a content as textures hold them, each in `[0, 1]`.
-pub(super) fn channels(
-    content: Content,
-    size: [u32; 2],
-    pixel: impl Fn(usize) -> [f32; 4] + Sync,
+/// The channels of a level as textures hold them, each in `[0, 1]`.
+#[derive(Clone, Copy)]
+pub(in crate::codec) struct Channels<'a> {
+    pub(super) size: [u32; 2],
+    pub(super) pixels: Pixels<'a>,
+    pub(super) content: Content,
+}
+
+impl<'a> Channels<'a> {
+    pub(in crate::codec) fn new(pixels: Pixels<'a>, size: [u32; 2], content: Content) -> Self {
+        Self {
+            size,
+            pixels,
+            content,
+        }
+    }
+
+    /// Number of channels.
+    pub(super) fn count(&self) -> usize {
+        match self.content {
+            Content::Gray => 1,
+            Content::Normal => 2,
+            Content::Color => 3,
+            Content::ColorAlpha => 4,
+        }
+    }
+
+    /// The value of a channel of a pixel.
+    fn value(&self, i: usize, c: usize) -> f32 {
+        match self.content {
+            Content::Color | Content::ColorAlpha => self.pixels.channel(i, c),
+            Content::Gray => {
+                let [r, g, b, _] = self.pixels.get(i);
+                ycocg_from_rgb([r, g, b]).y
+            }
+            Content::Normal => 0.5 + 0.5 * unit(self.pixels.get(i))[c],
+        }
+    }
+}
+
+/// The texels of a level of `size` whose interpolation comes closest to the channels.
+fn texels(channels: &Channels<'_>, size: [u32; 2], is_scaled: bool) -> Vec<Plane> {
+    let taps = PlainTexture::axes(channels.size, size, is_scaled).map(|axis| axis.all_taps());
+    fitted_texels(channels, &taps, &size.map(|s| 0..s), is_scaled)
+}
+
+/// The texels of a part of a level whose interpolation comes closest to the channels between them: these themselves where
+/// the level is not scaled, which are repeated beyond their edges. `taps` are those of all pixels of a row, and of a
+/// column.
+pub(super) fn fitted_texels(
+    channels: &Channels<'_>,
+    taps: &[Vec<Tap>; 2],
+    part: &[Range<u32>; 2],
+    is_scaled: bool,
 ) -> Vec<Plane> {
-    let plane = |value: &(dyn Fn([f32; 4]) -> f32 + Sync)| Plane {
-        size,
-        values: (0..size[0] as usize * size[1] as usize)
-            .into_par_iter()
-            .map(|i| value(pixel(i)))
-            .collect(),
-    };
-    let channel = |c: usize| plane(&move |p| p[c]);
-    let normal = |c: usize| plane(&move |p| 0.5 + 0.5 * unit(p)[c]);
-    match content {
-        Content::Gray => vec![plane(&|[r, g, b, _]| ycocg_from_rgb([r, g, b]).y)],
-        Content::Color => (0..3).map(channel).collect(),
-        Content::ColorAlpha => (0..4).map(channel).collect(),
-        Content::Normal => (0..2).map(normal).collect(),
-    }
-}
-
-/// The texels of a level of `size` whose interpolation comes closest to the channels: these themselves where
-/// it is not scaled, which are repeated beyond their edges.
-pub(super) fn texels(channels: &[Plane], size: [u32; 2], is_scaled: bool) -> Vec<Plane> {
-    let pixels = channels[0].size;
-    if pixels == size {
-        return channels.to_vec();
-    }
+    let [width, height] = channels.size;
+    let [left, top] = part.each_ref().map(|range| range.start);
+    let size = part.each_ref().map(|range| range.end - range.start);
     if !is_scaled {
-        let padded = |channel: &Plane| Plane::from_fn(size, |x, y| channel.clamped(x, y));
-        return channels.iter().map(padded).collect();
+        let of_channel = |c: usize| {
+            Plane::from_fn(size, |x, y| {
+                let (x, y) = ((left + x).min(width - 1), (top + y).min(height - 1));
+                channels.value(y as usize * width as usize + x as usize, c)
+            })
+        };
+        return (0..channels.count()).map(of_channel).collect();
     }
-    let axes = PlainTexture::axes(pixels, size, is_scaled);
-    let fit = |channel: &Plane| {
-        let mut texels = fitted(channel, axes, SMOOTHNESS);
-        texels
-            .values
-            .iter_mut()
-            .for_each(|v| *v = v.clamp(0.0, 1.0));
+    // The pixels that lie between these texels.
+    let inside = [0, 1].map(|axis: usize| {
+        let (taps, part) = (&taps[axis], &part[axis]);
+        taps.partition_point(|tap| tap.0 < part.start)..taps.partition_point(|tap| tap.1 < part.end)
+    });
+    let columns = inside[0].len();
+    let first = inside[1].start * width as usize + inside[0].start;
+    let of_channel = |c: usize| {
+        let taps = [0, 1].map(|axis: usize| {
+            let start = part[axis].start;
+            let taps = taps[axis][inside[axis].clone()].iter();
+            taps.map(|(a, b, u)| (a - start, b - start, *u)).collect()
+        });
+        let mut texels = fitted_by(taps, size, SMOOTHNESS, |i| {
+            channels.value(first + i / columns * width as usize + i % columns, c)
+        });
+        let values = texels.values.par_iter_mut();
+        values.for_each(|v| *v = v.clamp(0.0, 1.0));
         texels
     };
-    channels.par_iter().map(fit).collect()
+    (0..channels.count()).map(of_channel).collect()
 }
 
-/// The blocks of texels, a plane for each channel.
-pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> Vec<u8> {
+/// The blocks of texels, a plane for each channel. Those beyond `visible` are padding.
+pub(super) fn blocks(
+    format: BlockFormat,
+    texels: &[Plane],
+    visible: [u32; 2],
+    effort: Effort,
+) -> Vec<u8> {
     let size = texels[0].size;
     let quality = match effort {
         Effort::Fast => BlockQuality::Normal,
@@ -73,7 +124,7 @@ pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> V
     };
     let single = |c: usize| blocks::encode_bc4(&texels[c].values, size, quality);
     match format {
-        BlockFormat::Bc1 => color_blocks::bc1(texels, effort),
+        BlockFormat::Bc1 => color_blocks::bc1(texels, visible, effort),
         BlockFormat::Bc3 => unreachable!("no content has plain textures in BC3"),
         BlockFormat::Bc4 => single(0),
         BlockFormat::Bc5 => {
@@ -87,17 +138,18 @@ pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> V
     }
 }
 
-/// Appends the next level of an image of `image_size`, whose pixels `pixel` returns.
+/// Appends the next level of an image of `image_size`.
 pub(in crate::codec) fn add_level(
     plain: &mut PlainTexture,
     level: u32,
     image_size: [u32; 2],
-    pixel: impl Fn(usize) -> [f32; 4] + Sync,
-    content: Content,
+    channels: &Channels<'_>,
     effort: Effort,
 ) {
-    let channels = channels(content, layout::mip_size(image_size, level), pixel);
     let is_scaled = plain.is_scaled(image_size);
-    let texels = texels(&channels, plain.level_size(level), is_scaled);
-    plain.blocks.extend(blocks(plain.format, &texels, effort));
+    let size = plain.level_size(level);
+    let texels = texels(channels, size, is_scaled);
+    let visible = if is_scaled { size } else { channels.size };
+    let blocks = blocks(plain.format, &texels, visible, effort);
+    plain.blocks.extend(blocks);
 }

@@ -29,5 +29,5 @@ pub(super) mod texture;
 #[cfg(feature = "encode")]
 pub(super) use choose::better;
 #[cfg(feature = "encode")]
-pub(super) use encode::add_level;
+pub(super) use encode::{Channels, add_level};
 pub use texture::PlainTexture;

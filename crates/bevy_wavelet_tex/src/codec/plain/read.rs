@@ -1,34 +1,47 @@
 //! What a texture unit reads from a plain texture.
 
-use rayon::prelude::*;
-
 use super::texture::PlainTexture;
-use crate::codec::{blocks::BlockFormat, layout};
+use crate::codec::{
+    blocks::BlockFormat,
+    interpolation::{Axis, Tap},
+    layout,
+};
 
-/// The four channels of an image of `image_size` at a mip level: the texture at the centres of the
-/// level's pixels.
-pub(in crate::codec) fn pixels(
-    plain: &PlainTexture,
-    image_size: [u32; 2],
-    level: u32,
-    decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
-) -> Vec<[f32; 4]> {
-    let size = layout::mip_size(image_size, level);
-    let texture = plain.level_size(level);
-    let texels = decode_blocks(plain.format, plain.level_blocks(level), texture);
-    let axes = PlainTexture::axes(size, texture, plain.is_scaled(image_size));
-    let [across, down] = axes.map(|axis| axis.all_taps());
-    let mut pixels = vec![[0.0; 4]; size[0] as usize * size[1] as usize];
-    let rows = pixels.par_chunks_mut(size[0] as usize).zip(down);
-    rows.for_each(|(row, (above, below, v))| {
-        let line = |y: u32| texels[(y * texture[0]) as usize..].iter();
-        let pairs = line(above).zip(line(below)).take(texture[0] as usize);
+/// The four channels of an image at a mip level, row by row: the texture at the centres of the level's pixels.
+pub(in crate::codec) struct PlainRows {
+    texels: Vec<[f32; 4]>,
+    width: usize,
+    across: Vec<Tap>,
+    down: Axis,
+}
+
+impl PlainRows {
+    pub(in crate::codec) fn new(
+        plain: &PlainTexture,
+        image_size: [u32; 2],
+        level: u32,
+        decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
+    ) -> Self {
+        let size = layout::mip_size(image_size, level);
+        let texture = plain.level_size(level);
+        let [across, down] = PlainTexture::axes(size, texture, plain.is_scaled(image_size));
+        Self {
+            texels: decode_blocks(plain.format, plain.level_blocks(level), texture),
+            width: texture[0] as usize,
+            across: across.all_taps(),
+            down,
+        }
+    }
+
+    pub(in crate::codec) fn fill(&self, y: u32, row: &mut [[f32; 4]]) {
+        let (above, below, v) = self.down.taps(y);
+        let line = |y: u32| &self.texels[y as usize * self.width..][..self.width];
+        let pairs = line(above).iter().zip(line(below));
         let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(*a, *b, v)).collect();
-        for (pixel, &(left, right, u)) in row.iter_mut().zip(&across) {
+        for (pixel, &(left, right, u)) in row.iter_mut().zip(&self.across) {
             *pixel = mix(blended[left as usize], blended[right as usize], u);
         }
-    });
-    pixels
+    }
 }
 
 /// Interpolates the four channels of two texels.
