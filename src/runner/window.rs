@@ -1,6 +1,6 @@
 //! A scene in a window, with its panel.
 
-use std::time::Duration;
+use std::{process::ExitCode, time::Duration};
 
 use bevy::{
     camera::{CameraOutputMode, visibility::RenderLayers},
@@ -9,13 +9,16 @@ use bevy::{
     render::{RenderPlugin, diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
 };
 use bevy_egui::{EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
+use indicatif::ProgressBar;
 
-use super::{
-    MemoryFigures, Notes, Options, RunError, Scene, SceneImage, Side,
-    panel::{self, LiveTimes, ScenePicker, SceneTitle},
-    split,
+use crate::{
+    headless::{AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, adapter},
+    runner::{
+        MemoryFigures, Notes, Options, RunError, Scene, SceneImage, Side,
+        panel::{self, LiveTimes, ScenePicker, SceneTitle},
+        render_headless, split,
+    },
 };
-use crate::headless::{AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, adapter};
 
 /// Frames over which the figures of the panel are the median.
 const FRAMES: usize = 60;
@@ -123,4 +126,39 @@ fn record_times(world: &mut World) {
         times.0.record(frame, world);
         times.0.keep_last(FRAMES);
     });
+}
+
+/// Exit code for a command line that cannot be followed, as clap's.
+const USAGE: u8 = 2;
+
+/// The `main` of an example: parses the command line and runs `scene`.
+///
+/// Exit code 0 for success, 1 for a failure and 2 for a wrong command line; the reason is on the
+/// standard error output.
+pub fn run(scene: &'static dyn Scene) -> ExitCode {
+    let matches = Options::command(scene).get_matches();
+    let options = match Options::from_matches(&matches) {
+        Ok(options) => options,
+        Err(error) => error.exit(),
+    };
+    let result = match &options.headless {
+        Some(folder) => {
+            let progress = ProgressBar::hidden();
+            render_headless(scene, &options, folder, &progress)
+                .map(|outcome| println!("{}", outcome.json_line()))
+        }
+        None => open(scene, &options, None),
+    };
+    exit_code(result)
+}
+
+pub fn exit_code(result: Result<(), RunError>) -> ExitCode {
+    let Err(error) = result else {
+        return ExitCode::SUCCESS;
+    };
+    eprintln!("error: {error}");
+    match error {
+        RunError::Setting(_) | RunError::NoScene { .. } => ExitCode::from(USAGE),
+        _ => ExitCode::FAILURE,
+    }
 }
