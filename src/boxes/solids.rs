@@ -1,9 +1,15 @@
 //! Boxes for the path tracer.
 
-use bevy::math::{Mat3, Vec2, Vec3};
+use bevy::{
+    math::{Mat3, Vec2, Vec3},
+    prelude::*,
+};
 
-use super::{BoxScene, SceneBox};
-use crate::path_tracer::{self, Hit, Ray, Receiver, Surfaces, TraceSettings, TracedPicture};
+use crate::{
+    boxes::{BoxScene, SceneBox},
+    path_tracer::{self, Hit, Ray, Receiver, Surfaces, TraceSettings, TracedPicture, View},
+    stage::{spawn_camera, spawn_lights},
+};
 
 /// The scene as its camera sees it, traced on all cores.
 pub fn trace(scene: &BoxScene, settings: &TraceSettings) -> TracedPicture {
@@ -110,4 +116,83 @@ impl Surfaces for Vec<Solid> {
             span.is_some_and(|(near, far, ..)| if near > 0.0 { near } else { far } < distance)
         })
     }
+}
+
+/// The point of a wall in the middle of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct WallPoint {
+    /// The same number for all points of a wall.
+    pub wall: u32,
+    /// The point of the wall that the pixel shows, in metres.
+    pub position: Vec3,
+    /// The wall's normal, a unit vector.
+    pub normal: Vec3,
+    /// The wall's albedo.
+    pub albedo: Vec3,
+}
+
+/// The walls in the middle of all pixels, row after row; `None` where there is only the sky.
+pub fn visible_walls(scene: &BoxScene) -> Vec<Option<WallPoint>> {
+    let (solids, camera) = (solids(scene), scene.camera);
+    let view = View::new(&camera);
+    let pixels = (0..camera.width * camera.height).map(|i| (i % camera.width, i / camera.width));
+    pixels
+        .map(|(x, y)| wall(&solids, view.ray(Vec2::new(x as f32, y as f32) + 0.5)))
+        .collect()
+}
+
+fn wall(solids: &[Solid], ray: Ray) -> Option<WallPoint> {
+    let hits = (0..).zip(solids).filter_map(|(number, solid)| {
+        let hit = solid.hit(ray)?;
+        let local = solid.axes.transpose() * hit.normal;
+        let axis = local.abs().max_position() as u32;
+        let side = u32::from(local[axis as usize] < 0.0);
+        Some((hit, 6 * number + 2 * axis + side))
+    });
+    let (hit, wall) = hits.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))?;
+    Some(WallPoint {
+        wall,
+        position: hit.position,
+        normal: hit.normal,
+        albedo: hit.albedo,
+    })
+}
+
+/// Spawns boxes and lights in the scene's units, boxes first; the sky is left out.
+pub fn spawn_boxes_and_lights(world: &mut World, scene: &BoxScene) -> Vec<Entity> {
+    let mut spawned = Vec::new();
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Cuboid::from_size(Vec3::splat(2.0)));
+    for part in &scene.boxes {
+        let material = world
+            .resource_mut::<Assets<StandardMaterial>>()
+            .add(StandardMaterial {
+                base_color: LinearRgba::from_vec3(part.albedo).into(),
+                perceptual_roughness: 1.0,
+                reflectance: 0.0,
+                ..default()
+            });
+        let entity = world.spawn((
+            Mesh3d(mesh.clone()),
+            MeshMaterial3d(material),
+            Transform::from_translation(part.center)
+                .with_rotation(part.rotation())
+                .with_scale(part.half),
+        ));
+        spawned.push(entity.id());
+    }
+    spawned.extend(spawn_lights(
+        world,
+        &scene.point_lights,
+        &scene.directional_lights,
+    ));
+    spawned
+}
+
+/// Spawns boxes, lights and camera; the sky is left out. Boxes and lights are returned, boxes first.
+pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) -> Vec<Entity> {
+    let spawned = spawn_boxes_and_lights(world, scene);
+    spawn_camera(world, &scene.camera);
+    spawned
 }

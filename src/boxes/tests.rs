@@ -1,7 +1,9 @@
 use std::f32::consts::PI;
 
-use super::*;
-use crate::path_tracer::{Receiver, TraceSettings};
+use crate::{
+    boxes::*,
+    path_tracer::{Receiver, TraceSettings},
+};
 
 /// A floor, and a block on it that is turned.
 fn block_on_floor(albedo: f32) -> BoxScene {
@@ -130,7 +132,7 @@ fn receivers_have_the_light_of_another_path_tracer() {
     let most_errors = [0.05, 0.03, 0.06];
     for (name, most) in TracedScene::NAMES.into_iter().zip(most_errors) {
         let truth = TracedScene::read(name).expect("a scene");
-        let walls = walls::visible_walls(&truth.scene);
+        let walls = solids::visible_walls(&truth.scene);
         let settings = TraceSettings {
             samples: 256,
             ..TraceSettings::default()
@@ -142,7 +144,7 @@ fn receivers_have_the_light_of_another_path_tracer() {
                 normal: wall.normal,
             })
         });
-        let radiance = |(wall, light): (&Option<walls::WallPoint>, &Option<Vec3>)| {
+        let radiance = |(wall, light): (&Option<solids::WallPoint>, &Option<Vec3>)| {
             wall.zip(*light)
                 .map_or(Vec3::ZERO, |(wall, light)| wall.albedo * light)
         };

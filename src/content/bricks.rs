@@ -1,8 +1,10 @@
 //! A weathered brick wall.
 
-use super::color::{Color, hex, mix, ramp, shade};
-use super::lattice::{Noise, smoothstep};
-use super::material::{Border, Material, Sample, render, units};
+use crate::content::{
+    lattice::{Noise, smoothstep},
+    material::{Border, Material, Sample, render, units},
+    texture::{Color, hex, mix, ramp, shade},
+};
 
 /// Bricks per unit, along and up the wall. Rows are even in number, as the running bond repeats
 /// with every second one.

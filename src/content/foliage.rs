@@ -1,8 +1,10 @@
 //! A thicket of leaves with gaps.
 
-use super::color::{Color, hex, mix, ramp, shade};
-use super::lattice::{Noise, neighbours, smoothstep};
-use super::material::{Border, Material, Sample, render, units};
+use crate::content::{
+    lattice::{Noise, neighbours, smoothstep},
+    material::{Border, Material, Sample, render, units},
+    texture::{Color, hex, mix, ramp, shade},
+};
 
 /// Leaves per unit of each layer, the deepest first: many small ones in the shade below few large.
 const LAYERS: [i32; 4] = [9, 7, 6, 5];

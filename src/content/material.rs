@@ -3,7 +3,7 @@
 use image::{GrayImage, RgbImage};
 use rayon::prelude::*;
 
-use super::color::Color;
+use crate::content::texture::Color;
 
 /// A set of textures of one surface, all of the same size.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -23,33 +23,26 @@
 //!
 //! [`mipped_texture`] makes a texture of an image, [`label`] one of a line of text.
 
+pub use crate::content::{
+    bricks::bricks,
+    foliage::foliage,
+    material::Material,
+    patterns::{decals, gradients, noise},
+    photo::photo_like,
+    text::text,
+    texture::{label, mipped_texture, packed_maps},
+    wood::wood,
+};
+
 mod bricks;
-mod color;
-mod decals;
 mod foliage;
-mod fractal;
-mod gradients;
-mod label;
 mod lattice;
 mod material;
-mod packed_maps;
+mod patterns;
 mod photo;
 mod text;
 mod texture;
 mod wood;
-
-pub use bricks::bricks;
-pub use decals::decals;
-pub use foliage::foliage;
-pub use fractal::noise;
-pub use gradients::gradients;
-pub use label::label;
-pub use material::Material;
-pub use packed_maps::packed_maps;
-pub use photo::photo_like;
-pub use text::text;
-pub use texture::mipped_texture;
-pub use wood::wood;
 
 #[cfg(test)]
 mod tests;

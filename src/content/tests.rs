@@ -1,6 +1,9 @@
-use super::material::{Border, Sample, assemble};
-use super::*;
 use image::{Rgb, RgbImage};
+
+use crate::content::{
+    material::{Border, Sample, assemble},
+    *,
+};
 
 type Make = fn(u32, u32, u64) -> Material;
 

@@ -2,10 +2,11 @@
 
 use ab_glyph::{Font, FontRef, InvalidFont};
 
-use super::color::{Color, hex, mix};
-use super::label::{for_each_glyph, line_width};
-use super::lattice::Noise;
-use super::material::{Border, Material, Sample, assemble, units};
+use crate::content::{
+    lattice::Noise,
+    material::{Border, Material, Sample, assemble, units},
+    texture::{Color, for_each_glyph, hex, line_width, mix},
+};
 
 const PAPER: Color = hex(0xF4EFE4);
 const INK: Color = hex(0x1C1B1E);

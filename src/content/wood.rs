@@ -1,8 +1,10 @@
 //! A floor of sawn planks.
 
-use super::color::{Color, hex, mix, ramp, shade};
-use super::lattice::{Noise, smoothstep};
-use super::material::{Border, Material, Sample, render, units};
+use crate::content::{
+    lattice::{Noise, smoothstep},
+    material::{Border, Material, Sample, render, units},
+    texture::{Color, hex, mix, ramp, shade},
+};
 
 /// Planks across a unit, and planks end to end along one.
 const PLANKS_PER_UNIT: [i32; 2] = [1, 5];

@@ -1,13 +1,16 @@
 //! Building a headless app and running its frames.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     time::{Duration, Instant},
 };
 
 use bevy::{
     app::{PluginGroup, TerminalCtrlCHandlerPlugin},
-    camera::{ImageRenderTarget, RenderTarget},
+    asset::UntypedHandle,
+    camera::{ImageRenderTarget, RenderTarget, ScalingMode},
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    ecs::resource::Resource,
     light::{DirectionalLightShadowMap, PointLightShadowMap},
     log::LogPlugin,
     prelude::*,
@@ -16,17 +19,16 @@ use bevy::{
         diagnostic::RenderDiagnosticsPlugin,
         error_handler::{RenderErrorHandler, RenderErrorPolicy},
         pipelined_rendering::PipelinedRenderingPlugin,
-        render_resource::TextureUsages,
+        render_resource::{TextureFormat, TextureUsages},
         renderer::{RenderAdapterInfo, RenderDevice},
     },
     time::TimeUpdateStrategy,
-    window::ExitCondition,
+    window::{ExitCondition, WindowRef},
     winit::WinitPlugin,
 };
 
-use super::{
-    AdapterInfo, AwaitedAssets, AwaitedWork, FrameTimes, HeadlessError, HeadlessSettings,
-    LabTarget, adapter::wgpu_settings, threads, timing::FrameClock,
+use crate::headless::{
+    AdapterInfo, FrameTimes, HeadlessError, adapter::wgpu_settings, frames::FrameClock, threads,
 };
 
 /// The error with which the renderer stopped.
@@ -214,3 +216,128 @@ fn add_target(app: &mut App, settings: &HeadlessSettings) -> Handle<Image> {
     image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
     app.world_mut().resource_mut::<Assets<Image>>().add(image)
 }
+
+/// Pixel format of the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TargetFormat {
+    /// Eight bits a channel, sRGB encoded: what a display would show.
+    #[default]
+    Srgb8,
+    /// 32-bit floats, linear. The scene decides on tone mapping.
+    Float32,
+    /// 16-bit floats, linear. The scene decides on tone mapping.
+    Float16,
+}
+
+impl TargetFormat {
+    pub fn texture_format(self) -> TextureFormat {
+        match self {
+            Self::Srgb8 => TextureFormat::Rgba8UnormSrgb,
+            Self::Float32 => TextureFormat::Rgba32Float,
+            Self::Float16 => TextureFormat::Rgba16Float,
+        }
+    }
+}
+
+/// Settings of a [`HeadlessApp`](super::HeadlessApp).
+#[derive(Clone, Debug)]
+pub struct HeadlessSettings {
+    /// Width of the picture in pixels, 1 to the adapter's limit. Default 640.
+    pub width: u32,
+    /// Height of the picture in pixels, 1 to the adapter's limit. Default 360.
+    pub height: u32,
+    /// Pixel format of the picture. Default [`TargetFormat::Srgb8`].
+    pub format: TargetFormat,
+    /// Part of the adapter's name, in any case. Default none: the fastest adapter. The
+    /// environment variable `WGPU_ADAPTER_NAME` has precedence, as in Bevy.
+    pub adapter_name: Option<String>,
+    /// Features that the device must not have even if the adapter does, to test fall-backs.
+    /// Default none.
+    pub disabled_features: wgpu::Features,
+    /// Limits that the device must not exceed even if the adapter does. Default none.
+    pub constrained_limits: Option<wgpu::Limits>,
+    /// Time between two frames as the scene sees it. Default 1/60 s.
+    pub time_step: Duration,
+    /// Longest wait for the GPU to finish a frame. Default 60 s.
+    pub gpu_timeout: Duration,
+    /// Whether pipelines compile in the background while frames go on, as in a game. Default `false`: a frame waits
+    /// for what it needs.
+    pub compiles_in_background: bool,
+    /// Folder of the assets, absolute or relative to the package. Default `assets`.
+    pub asset_folder: String,
+}
+
+impl Default for HeadlessSettings {
+    fn default() -> Self {
+        Self {
+            width: 640,
+            height: 360,
+            format: TargetFormat::default(),
+            adapter_name: None,
+            disabled_features: wgpu::Features::empty(),
+            constrained_limits: None,
+            time_step: Duration::from_nanos(1_000_000_000 / 60),
+            gpu_timeout: Duration::from_secs(60),
+            compiles_in_background: false,
+            asset_folder: "assets".into(),
+        }
+    }
+}
+
+impl HeadlessSettings {
+    /// Default settings with a picture of `width` by `height` pixels.
+    pub fn with_size(width: u32, height: u32) -> Self {
+        Self {
+            width,
+            height,
+            ..Self::default()
+        }
+    }
+}
+
+/// The render target for the cameras of a scene, so that one scene serves a window and headless.
+///
+/// A camera is spawned with `target.0.clone()` as one of its components.
+#[derive(Resource, Clone, Debug)]
+pub struct LabTarget(pub RenderTarget);
+
+impl LabTarget {
+    pub fn window() -> Self {
+        Self(RenderTarget::Window(WindowRef::Primary))
+    }
+}
+
+/// A camera that sees a rectangle of `size` units around the origin, from +Z, pixel by pixel:
+/// orthographic, without multisampling, tone mapping and dithering.
+pub fn pixel_camera(target: &LabTarget, [width, height]: [u32; 2]) -> impl Bundle {
+    let scaling_mode = ScalingMode::Fixed {
+        width: width as f32,
+        height: height as f32,
+    };
+    (
+        Camera3d::default(),
+        target.0.clone(),
+        Msaa::Off,
+        Tonemapping::None,
+        DebandDither::Disabled,
+        Projection::from(OrthographicProjection {
+            scaling_mode,
+            ..OrthographicProjection::default_3d()
+        }),
+        Transform::from_xyz(0.0, 0.0, 10.0),
+    )
+}
+
+/// The assets that a scene needs before its picture is meaningful.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct AwaitedAssets(pub Vec<UntypedHandle>);
+
+/// What a scene is still computing before its picture is meaningful, by name; the scene adds and
+/// removes it. None of it may depend on what the cameras draw; see [`Unwatched`].
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct AwaitedWork(pub BTreeSet<&'static str>);
+
+/// Present while a headless app waits until its scene is ready. Cameras may draw one pixel then as long as there
+/// is [`AwaitedWork`]: on a software driver a frame's time is that of its pixels.
+#[derive(Resource, Clone, Copy, Debug, Default)]
+pub struct Unwatched;

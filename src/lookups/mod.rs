@@ -1,9 +1,6 @@
 //! Lookups by the shaders of `bevy_ewa`, one a pixel, at given coordinates: what they compute without what a
 //! rasteriser makes of derivatives.
 
-pub mod picture;
-pub mod scenes;
-
 use bevy::{
     asset::{RenderAssetUsages, embedded_asset, embedded_path},
     image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
@@ -22,13 +19,18 @@ use bevy_ewa::{
     reference::{AddressMode, Derivatives, Texture},
 };
 
-use self::{
-    picture::{computed_picture, linear_mse},
-    scenes::EwaScene,
+use crate::{
+    headless::{
+        HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, TargetFormat, pixel_camera,
+    },
+    lookups::{
+        picture::{computed_picture, linear_mse},
+        scenes::EwaScene,
+    },
 };
-use crate::headless::{
-    HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, TargetFormat, pixel_camera,
-};
+
+pub mod picture;
+pub mod scenes;
 
 /// A quad that filters one texture at given coordinates.
 pub struct Lookups {

@@ -1,11 +1,19 @@
 //! A scene of meshes.
 
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
-use bevy::math::{Affine3A, Quat, Vec2, Vec3};
+use bevy::{
+    asset::RenderAssetUsages,
+    math::{Affine3A, Quat, Vec2, Vec3, Vec4},
+    mesh::{Indices, PrimitiveTopology},
+    prelude::*,
+};
+use image::RgbaImage;
 
-use super::texture::SceneTexture;
-use crate::stage::{Stage, volume_around};
+use crate::{
+    content::mipped_texture,
+    stage::{Stage, spawn_camera, spawn_lights, volume_around},
+};
 
 /// A scene of meshes.
 #[derive(Clone, Debug)]
@@ -104,5 +112,158 @@ impl MeshScene {
     pub fn triangle_count(&self) -> usize {
         let indices = self.parts.iter().map(|part| part.mesh.indices.len());
         indices.sum::<usize>() / 3
+    }
+}
+
+/// A colour image that repeats in both directions.
+#[derive(Clone, Debug)]
+pub struct SceneTexture {
+    /// Encoded in sRGB; alpha is linear.
+    pub pixels: RgbaImage,
+    /// The same, linear.
+    texels: Vec<Vec4>,
+}
+
+impl SceneTexture {
+    pub fn new(pixels: RgbaImage) -> Self {
+        let texels = pixels.pixels().map(|pixel| {
+            let [r, g, b, a] = pixel.0.map(|byte| f32::from(byte) / 255.0);
+            let [r, g, b] = [r, g, b].map(linear);
+            Vec4::new(r, g, b, a)
+        });
+        Self {
+            texels: texels.collect(),
+            pixels,
+        }
+    }
+
+    /// The bilinearly interpolated texel, linear.
+    pub fn sample(&self, uv: Vec2) -> Vec4 {
+        let size = [self.pixels.width() as i32, self.pixels.height() as i32];
+        let at = uv * Vec2::new(size[0] as f32, size[1] as f32) - 0.5;
+        let (corner, part) = (at.floor(), at - at.floor());
+        let texel = |dx: i32, dy: i32| {
+            let x = (corner.x as i32 + dx).rem_euclid(size[0]);
+            let y = (corner.y as i32 + dy).rem_euclid(size[1]);
+            self.texels[(y * size[0] + x) as usize]
+        };
+        let row = |dy| texel(0, dy).lerp(texel(1, dy), part.x);
+        row(0).lerp(row(1), part.y)
+    }
+}
+
+/// The sRGB transfer function, from encoded to linear.
+fn linear(encoded: f32) -> f32 {
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// The entities of a scene.
+pub struct SpawnedScene {
+    /// The parts, in the order of the scene.
+    pub parts: Vec<Entity>,
+    /// The lights, point lights first.
+    pub lights: Vec<Entity>,
+}
+
+/// Spawns parts, lights and camera; the sky is left out.
+pub fn spawn_mesh_scene(world: &mut World, scene: &MeshScene) -> SpawnedScene {
+    let mut materials = SpawnedMaterials::default();
+    let mut parts = Vec::new();
+    for part in &scene.parts {
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh(&part.mesh));
+        let material = materials.spawned(world, &part.material);
+        let entity = world.spawn((Mesh3d(mesh), MeshMaterial3d(material), pose(part)));
+        parts.push(entity.id());
+    }
+    let stage = &scene.stage;
+    let lights = spawn_lights(world, &stage.point_lights, &stage.directional_lights);
+    spawn_camera(world, &stage.camera);
+    SpawnedScene { parts, lights }
+}
+
+/// Moves the parts and the point lights of a spawned scene to where they are in another one of the same parts.
+pub fn move_to(world: &mut World, spawned: &SpawnedScene, scene: &MeshScene) {
+    let lights = scene.stage.point_lights.iter();
+    let lights = lights.map(|light| Transform::from_translation(light.position));
+    let moved = spawned.lights.iter().zip(lights);
+    let parts = spawned.parts.iter().zip(scene.parts.iter().map(pose));
+    for (entity, wanted) in moved.chain(parts) {
+        if let Some(mut pose) = world.get_mut::<Transform>(*entity) {
+            pose.set_if_neq(wanted);
+        }
+    }
+}
+
+fn pose(part: &ScenePart) -> Transform {
+    Transform::from_translation(part.translation).with_rotation(part.rotation)
+}
+
+fn mesh(mesh: &SceneMesh) -> Mesh {
+    let usage = RenderAssetUsages::default();
+    Mesh::new(PrimitiveTopology::TriangleList, usage)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, mesh.positions.clone())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, mesh.normals.clone())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, mesh.uvs.clone())
+        .with_inserted_indices(Indices::U32(mesh.indices.clone()))
+}
+
+/// The assets of materials and textures, by their addresses.
+#[derive(Default)]
+struct SpawnedMaterials {
+    materials: HashMap<*const SceneMaterial, Handle<StandardMaterial>>,
+    images: HashMap<*const SceneTexture, Handle<Image>>,
+}
+
+impl SpawnedMaterials {
+    fn spawned(
+        &mut self,
+        world: &mut World,
+        material: &Arc<SceneMaterial>,
+    ) -> Handle<StandardMaterial> {
+        let address = Arc::as_ptr(material);
+        if let Some(known) = self.materials.get(&address) {
+            return known.clone();
+        }
+        let emission = LinearRgba::from_vec3(material.emission);
+        let material = StandardMaterial {
+            base_color: LinearRgba::from_vec3(material.albedo).into(),
+            base_color_texture: self.image(world, material.texture.as_ref()),
+            alpha_mode: material
+                .alpha_cutoff
+                .map_or(AlphaMode::Opaque, AlphaMode::Mask),
+            double_sided: material.is_double_sided,
+            cull_mode: (!material.is_double_sided)
+                .then_some(bevy::render::render_resource::Face::Back),
+            emissive: emission,
+            emissive_texture: self.image(world, material.emissive_texture.as_ref()),
+            perceptual_roughness: 1.0,
+            reflectance: 0.0,
+            ..default()
+        };
+        let handle = world
+            .resource_mut::<Assets<StandardMaterial>>()
+            .add(material);
+        self.materials.insert(address, handle.clone());
+        handle
+    }
+
+    fn image(
+        &mut self,
+        world: &mut World,
+        texture: Option<&Arc<SceneTexture>>,
+    ) -> Option<Handle<Image>> {
+        let texture = texture?;
+        let known = self.images.entry(Arc::as_ptr(texture));
+        let handle = known.or_insert_with(|| {
+            let mut image = mipped_texture(&texture.pixels, true);
+            // Its mean colour is read on the CPU.
+            image.asset_usage = RenderAssetUsages::default();
+            world.resource_mut::<Assets<Image>>().add(image)
+        });
+        Some(handle.clone())
     }
 }

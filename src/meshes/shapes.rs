@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use bevy::math::{Quat, Vec2, Vec3};
 
-use super::scene::SceneMesh;
+use crate::meshes::scene::SceneMesh;
 
 impl SceneMesh {
     /// Adds a flat polygon, convex and counter-clockwise seen from its front.

@@ -3,14 +3,14 @@ use std::{f32::consts::PI, sync::Arc};
 use bevy::math::{Quat, Vec2, Vec3};
 use image::{Rgba, RgbaImage};
 
-use super::{
-    MeshScene, SceneMaterial, SceneMesh, ScenePart, SceneTexture,
-    arcade::{Arcade, ArcadeSettings, ArcadeState},
-    bvh::TriangleBvh,
-    trace,
-};
 use crate::{
     boxes::{self, cornell_box},
+    meshes::{
+        MeshScene, SceneMaterial, SceneMesh, ScenePart, SceneTexture,
+        arcade::{Arcade, ArcadeSettings, ArcadeState},
+        trace,
+        triangles::TriangleBvh,
+    },
     path_tracer::{Ray, TraceSettings},
     stage::{SceneCamera, SceneDirectionalLight, Stage},
 };

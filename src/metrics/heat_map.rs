@@ -3,8 +3,10 @@
 
 use image::{Rgb, RgbImage};
 
-use super::error::{SizeMismatch, check_sizes};
-use super::flip::FlipMap;
+use crate::metrics::{
+    error::{SizeMismatch, check_sizes},
+    flip::FlipMap,
+};
 
 /// Paints a FLIP map: black is 0, pale yellow 1. No gain, so that maps compare with one another
 /// and with those in the literature.

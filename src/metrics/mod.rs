@@ -12,14 +12,13 @@
 //! | [`flip`] | the FLIP error of every pixel and its mean |
 //! | [`heat_map`] | error maps as images to look at |
 
+use image::RgbImage;
+
+pub use crate::metrics::{error::SizeMismatch, flip::DEFAULT_PIXELS_PER_DEGREE};
+
 pub mod error;
 pub mod flip;
 pub mod heat_map;
-
-use image::RgbImage;
-
-pub use error::SizeMismatch;
-pub use flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// The figures that [`compare`] reports for a pair of images.
 #[derive(Clone, Copy, Debug, PartialEq)]

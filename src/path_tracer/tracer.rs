@@ -1,14 +1,11 @@
 //! Paths of light.
 
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
-use bevy::math::{Vec2, Vec3};
+use bevy::math::{Mat3, Vec2, Vec3};
+use rayon::prelude::*;
 
-use super::{
-    random::{Random, cosine_direction},
-    surfaces::{Hit, OFFSET, Surfaces},
-};
-use crate::stage::Stage;
+use crate::stage::{SceneCamera, Stage};
 
 /// How well light is traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,5 +158,285 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
     fn emitter_density(&self, hit: &Hit, direction: Vec3) -> f32 {
         let emitted = -hit.face_normal.dot(direction);
         hit.distance * hit.distance / (emitted.max(1e-6) * self.emissive_area)
+    }
+}
+
+/// How far a ray starts above the surface that it leaves, in metres.
+pub(super) const OFFSET: f32 = 1e-4;
+
+/// The surfaces of a scene.
+pub trait Surfaces: Sync {
+    /// The first surface that a ray hits.
+    fn closest(&self, ray: Ray) -> Option<Hit>;
+
+    /// Whether a ray hits a surface within this distance.
+    fn blocked(&self, ray: Ray, distance: f32) -> bool;
+
+    /// Area of all emissive surfaces in square metres.
+    fn emissive_area(&self) -> f32 {
+        0.0
+    }
+
+    /// A point of the emissive surfaces, all of which are as likely, from three numbers between 0 and 1.
+    fn emitter(&self, _at: [f32; 3]) -> Option<EmitterPoint> {
+        None
+    }
+}
+
+/// A half line.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Origin in metres.
+    pub origin: Vec3,
+    /// A unit vector.
+    pub direction: Vec3,
+}
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Its distance from the origin of the ray, in metres.
+    pub distance: f32,
+    /// The point, in metres.
+    pub position: Vec3,
+    /// The normal of the geometry on the side of the ray, a unit vector.
+    pub face_normal: Vec3,
+    /// The normal that light is reflected about, a unit vector.
+    pub normal: Vec3,
+    /// Diffuse albedo per channel, 0 to 1.
+    pub albedo: Vec3,
+    /// Radiance that the surface emits, in cd/m².
+    pub emission: Vec3,
+}
+
+impl Hit {
+    /// A ray that leaves the surface.
+    pub(super) fn ray(&self, direction: Vec3) -> Ray {
+        Ray {
+            origin: self.position + OFFSET * self.face_normal,
+            direction,
+        }
+    }
+}
+
+/// A point of an emissive surface.
+#[derive(Clone, Copy, Debug)]
+pub struct EmitterPoint {
+    /// The point, in metres.
+    pub position: Vec3,
+    /// The normal of its side that emits, a unit vector.
+    pub normal: Vec3,
+    /// Radiance that it emits, in cd/m².
+    pub emission: Vec3,
+}
+
+/// Numbers that look random: the same for the same path of the same pixel (PCG).
+pub(super) struct Random(u32);
+
+impl Random {
+    pub(super) fn new(pixel: u32, sample: u32, seed: u32) -> Self {
+        let mut state = Self(seed);
+        for part in [pixel, sample] {
+            state.0 = state.bits() ^ part;
+        }
+        state.bits();
+        state
+    }
+
+    pub(super) fn bits(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let word = ((self.0 >> ((self.0 >> 28) + 4)) ^ self.0).wrapping_mul(277_803_737);
+        (word >> 22) ^ word
+    }
+
+    /// From 0 to below 1.
+    pub(super) fn unit(&mut self) -> f32 {
+        unit(self.bits())
+    }
+
+    /// A point of the unit square.
+    pub(super) fn point(&mut self) -> Vec2 {
+        Vec2::new(self.unit(), self.unit())
+    }
+}
+
+/// Points of the unit square that the samples of a pixel or receiver spread over evenly (the R2 sequence).
+pub(super) struct Spread([u32; 2]);
+
+impl Spread {
+    pub(super) fn new(index: u32, seed: u32) -> Self {
+        let mut start = Random::new(index, u32::MAX, seed);
+        Self([start.bits(), start.bits()])
+    }
+
+    pub(super) fn point(&self, sample: u32) -> Vec2 {
+        let [a, b] = [3_242_174_889_u32, 2_447_445_414].map(|step| step.wrapping_mul(sample));
+        Vec2::new(
+            unit(a.wrapping_add(self.0[0])),
+            unit(b.wrapping_add(self.0[1])),
+        )
+    }
+}
+
+fn unit(bits: u32) -> f32 {
+    (bits >> 8) as f32 / (1 << 24) as f32
+}
+
+/// A direction around a normal, as likely as its cosine is large, from a point of the unit square.
+pub(super) fn cosine_direction(normal: Vec3, at: Vec2) -> Vec3 {
+    let (sin, cos) = (TAU * at.x).sin_cos();
+    let radius = at.y.sqrt();
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    radius * (cos * tangent + sin * bitangent) + (1.0 - at.y).max(0.0).sqrt() * normal
+}
+
+/// A point that receives light on one side.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// The point, in metres.
+    pub position: Vec3,
+    /// The direction of the side, a unit vector.
+    pub normal: Vec3,
+}
+
+/// The indirect light of a number of receivers, traced on all cores: irradiance over pi, which is the radiance that a
+/// white surface reflects, of all light but that of point and directional lights without detours.
+///
+/// `receiver` gives the position of one of them for a point of the unit square, so that it may have an area; `None`
+/// where it receives nothing there, and the mean is that of its other points. A receiver without any has no light.
+pub fn trace_receivers(
+    surfaces: &impl Surfaces,
+    stage: &Stage,
+    settings: &TraceSettings,
+    count: u32,
+    receiver: impl Fn(u32, Vec2) -> Option<Receiver> + Sync,
+) -> Vec<Option<Vec3>> {
+    let tracer = Tracer::new(surfaces, stage, settings);
+    let settings = tracer.settings;
+    let light = |index: u32| {
+        let spread = Spread::new(index, settings.seed);
+        let (mut sum, mut points) = (Vec3::ZERO, 0);
+        for sample in 0..settings.samples {
+            let mut random = Random::new(index, sample, settings.seed);
+            let Some(Receiver { position, normal }) = receiver(index, random.point()) else {
+                continue;
+            };
+            let hit = Hit {
+                distance: 0.0,
+                position,
+                face_normal: normal,
+                normal,
+                albedo: Vec3::ONE,
+                emission: Vec3::ZERO,
+            };
+            sum += tracer.indirect(hit, spread.point(sample), &mut random);
+            points += 1;
+        }
+        (points > 0).then(|| sum / points as f32)
+    };
+    (0..count).into_par_iter().map(light).collect()
+}
+
+/// Radiance of each pixel, row after row from the top left.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TracedPicture {
+    /// Width in pixels.
+    pub width: u32,
+    /// All light.
+    pub total: Vec<Vec3>,
+    /// What visible surfaces reflect of point and directional lights, without detours.
+    pub direct: Vec<Vec3>,
+    /// All else that visible surfaces reflect: light of other surfaces, those that emit included, and of the
+    /// sky. What visible surfaces emit themselves is only in `total`; 0 where no surface is seen.
+    pub indirect: Vec<Vec3>,
+}
+
+/// The scene as its camera sees it, traced on all cores.
+pub fn trace(surfaces: &impl Surfaces, stage: &Stage, settings: &TraceSettings) -> TracedPicture {
+    let tracer = Tracer::new(surfaces, stage, settings);
+    let view = View::new(&stage.camera);
+    let (width, height) = (stage.camera.width, stage.camera.height);
+    let pixels: Vec<Pixel> = (0..width * height)
+        .into_par_iter()
+        .map(|index| pixel(&tracer, &view, index))
+        .collect();
+    TracedPicture {
+        width,
+        total: pixels.iter().map(|p| p.total).collect(),
+        direct: pixels.iter().map(|p| p.direct).collect(),
+        indirect: pixels.iter().map(|p| p.indirect).collect(),
+    }
+}
+
+#[derive(Clone, Copy, Default)]
+struct Pixel {
+    total: Vec3,
+    direct: Vec3,
+    indirect: Vec3,
+}
+
+fn pixel<S: Surfaces>(tracer: &Tracer<S>, view: &View, index: u32) -> Pixel {
+    let (stage, settings) = (tracer.stage, &tracer.settings);
+    let corner = Vec2::new(
+        (index % stage.camera.width) as f32,
+        (index / stage.camera.width) as f32,
+    );
+    let spread = Spread::new(index, settings.seed);
+    let mut sum = Pixel::default();
+    for sample in 0..settings.samples {
+        let mut random = Random::new(index, sample, settings.seed);
+        let at = corner + random.point();
+        let Some(hit) = tracer.surfaces.closest(view.ray(at)) else {
+            sum.total += stage.sky_radiance;
+            continue;
+        };
+        let direct = tracer.direct(&hit);
+        let indirect = tracer.indirect(hit, spread.point(sample), &mut random);
+        sum.direct += direct;
+        sum.indirect += indirect;
+        sum.total += hit.emission + direct + indirect;
+    }
+    let scale = 1.0 / settings.samples as f32;
+    Pixel {
+        total: scale * sum.total,
+        direct: scale * sum.direct,
+        indirect: scale * sum.indirect,
+    }
+}
+
+/// The rays of a camera.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    eye: Vec3,
+    size: Vec2,
+    /// The camera's right, up and forward, the first two half as long as the picture at distance 1.
+    axes: Mat3,
+}
+
+impl View {
+    pub fn new(camera: &SceneCamera) -> Self {
+        let forward = (camera.target - camera.eye).normalize();
+        let right = forward.cross(camera.up).normalize();
+        let half_height = (0.5 * camera.fov_y_deg.to_radians()).tan();
+        let half_width = half_height * camera.width as f32 / camera.height as f32;
+        Self {
+            eye: camera.eye,
+            size: Vec2::new(camera.width as f32, camera.height as f32),
+            axes: Mat3::from_cols(
+                right * half_width,
+                right.cross(forward) * half_height,
+                forward,
+            ),
+        }
+    }
+
+    /// The ray through a point of the picture, in pixels from the top left.
+    pub fn ray(&self, pixel: Vec2) -> Ray {
+        let at = pixel / self.size;
+        let at = Vec2::new(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y);
+        Ray {
+            origin: self.eye,
+            direction: (self.axes * at.extend(1.0)).normalize(),
+        }
     }
 }

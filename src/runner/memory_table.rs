@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bevy_egui::egui;
 
-use super::MemoryFigures;
+use crate::runner::MemoryFigures;
 
 /// Draws a row a name, with the figures of before and after beside each other.
 pub(super) fn draw(ui: &mut egui::Ui, figures: &MemoryFigures) {

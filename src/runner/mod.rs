@@ -9,31 +9,21 @@
 //! its own, [`BEFORE_LAYER`] or [`AFTER_LAYER`], and renders its side of the split line. Where a
 //! plugin changes how a camera renders rather than what it sees, [`Scene::configure_camera`] adds its
 //! component to one of them.
-//!
-//! | module | gives |
-//! | --- | --- |
-//! | [`scene`] | the trait, and what the runner and a scene tell each other |
-//! | [`mod@setting`] | a named value with a range |
-//! | [`mod@settings`] | the settings of a scene with their values |
-//! | [`split`] | the two cameras and the line between them |
-//! | [`options`] | the command line |
-//! | [`pictures`] | the headless run |
-//! | [`window`] | the window |
+
+pub use crate::runner::{
+    panel::ScenePicker,
+    pictures::{Outcome, RunError, render_headless},
+    scene::{
+        AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Notes, Options, Scene, SceneImage, Side, Size,
+    },
+    settings::{SceneSetting, SceneSettings, SettingError, SettingKind, SettingValue},
+    split::{PictureArea, Split, SplitLine},
+};
 
 mod memory_table;
-pub mod options;
 mod panel;
 pub mod pictures;
 pub mod scene;
-pub mod setting;
 pub mod settings;
 pub mod split;
 pub mod window;
-
-pub use options::{Options, Size};
-pub use panel::ScenePicker;
-pub use pictures::{Outcome, RunError, render_headless};
-pub use scene::{AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Notes, Scene, SceneImage, Side};
-pub use setting::{SceneSetting, SettingKind, SettingValue};
-pub use settings::{SceneSettings, SettingError};
-pub use split::{PictureArea, Split, SplitLine};

@@ -8,11 +8,13 @@ use bevy_egui::{
     egui::{self, Align2, Color32, CursorIcon, FontId, LayerId, Sense, Stroke, UiBuilder},
 };
 
-use super::{
-    MemoryFigures, Notes, PictureArea, SceneSettings, SettingKind, SettingValue, Split, SplitLine,
-    memory_table,
+use crate::{
+    headless::frames::FrameClock,
+    runner::{
+        MemoryFigures, Notes, PictureArea, SceneSettings, SettingKind, SettingValue, Split,
+        SplitLine, memory_table,
+    },
 };
-use crate::headless::timing::FrameClock;
 
 /// Lets the panel offer other scenes; the chosen one is there when the window has closed.
 #[derive(Resource, Clone, Debug)]

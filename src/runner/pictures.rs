@@ -16,13 +16,13 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::{
-    MemoryFigures, Notes, Options, PictureArea, Scene, SceneImage, SettingError, SettingValue,
-    Side, Size, Split, split,
-};
 use crate::{
     headless::{AdapterInfo, FrameTimes, HeadlessApp, HeadlessError, HeadlessSettings},
     metrics::{self, DEFAULT_PIXELS_PER_DEGREE, SizeMismatch, flip, heat_map},
+    runner::{
+        MemoryFigures, Notes, Options, PictureArea, Scene, SceneImage, SettingError, SettingValue,
+        Side, Size, Split, split,
+    },
 };
 
 /// Frames after which a scene must be ready; most are within ten.

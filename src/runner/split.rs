@@ -14,8 +14,10 @@ use bevy::{
     transform::TransformSystems,
 };
 
-use super::{AFTER_LAYER, BEFORE_LAYER, Scene, Side};
-use crate::headless::{AwaitedWork, LabTarget, Unwatched};
+use crate::{
+    headless::{AwaitedWork, LabTarget, Unwatched},
+    runner::{AFTER_LAYER, BEFORE_LAYER, Scene, Side},
+};
 
 /// Where the line between before and after is.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]

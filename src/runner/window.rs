@@ -10,12 +10,14 @@ use bevy::{
 };
 use bevy_egui::{EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
 
-use super::{
-    MemoryFigures, Notes, Options, RunError, Scene, SceneImage, Side,
-    panel::{self, LiveTimes, ScenePicker, SceneTitle},
-    split,
+use crate::{
+    headless::{AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, adapter},
+    runner::{
+        MemoryFigures, Notes, Options, RunError, Scene, SceneImage, Side,
+        panel::{self, LiveTimes, ScenePicker, SceneTitle},
+        split,
+    },
 };
-use crate::headless::{AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, adapter};
 
 /// Frames over which the figures of the panel are the median.
 const FRAMES: usize = 60;

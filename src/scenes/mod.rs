@@ -1,16 +1,15 @@
 //! The example scenes. A new one is a module and a line in [`ALL`].
 
+use crate::runner::Scene;
+
 pub mod all_together;
 pub mod deferred_accumulation;
 mod error_view;
 pub mod ewa;
-mod quad_camera;
 pub mod tone;
 pub mod voxel_gi;
 pub mod wavelet_tex;
 pub mod ycocg_fb;
-
-use crate::runner::Scene;
 
 /// Every scene, in the order of the gallery; the first is the one that opens by default.
 pub static ALL: &[&dyn Scene] = &[

@@ -9,9 +9,9 @@ use std::{
 };
 
 use bevy::log::{
-    Level, tracing,
+    Level,
     tracing::{
-        Event, Subscriber,
+        self, Event, Subscriber,
         field::{Field, Visit},
     },
     tracing_subscriber::{

@@ -1,7 +1,5 @@
 //! What tests of pictures share: the right to run apps, and what they log.
 
-pub mod logs;
-
 use std::{
     fs::OpenOptions,
     io::Write,
@@ -10,6 +8,8 @@ use std::{
 };
 
 use crate::headless::threads;
+
+pub mod logs;
 
 static QUEUE: Mutex<Queue> = Mutex::new(Queue {
     running: 0,

@@ -94,9 +94,6 @@ static DEMOS: [Demo; 2] = [
 ];
 
 /// Measures, or renews the pages.
-///
-/// # Errors
-/// [`TradeoffError`] where a frame cannot be rendered, or a file not read or written.
 pub fn run(options: &Options) -> Result<(), TradeoffError> {
     if options.advise {
         let report = Report::read(options.out.join(FILE))?;

@@ -33,9 +33,6 @@ use crate::{
 const FILE: &str = "gpu.json";
 
 /// Measures, or renews the pages.
-///
-/// # Errors
-/// [`TradeoffError`] where a frame cannot be rendered, or a file not read or written.
 pub fn run(options: &Options) -> Result<(), TradeoffError> {
     match &options.advise {
         Some(file) => renew(file),
@@ -228,9 +225,6 @@ impl Part {
     }
 
     /// The rows of a step.
-    ///
-    /// # Errors
-    /// [`TradeoffError`] where nothing can be rendered.
     pub fn rows(&self, options: &Options, step: u32, progress: &ProgressBar) -> Rows {
         let plan = Plan {
             rounds: options.rounds,
@@ -248,9 +242,6 @@ pub const WITHOUT: &str = "no volume";
 const TRIANGLES: u32 = 100_000;
 
 /// The rows of a resolution, interleaved.
-///
-/// # Errors
-/// [`TradeoffError`] where a frame cannot be rendered.
 fn light_rows(resolution: u32, size: [u32; 2], plan: &Plan) -> Rows {
     let mut candidates = Vec::new();
     let mut adapter = ReportAdapter::default();
@@ -350,9 +341,6 @@ fn all(rows: &PluginTimes) -> String {
 }
 
 /// Renews the tables between `<!-- tradeoff PLUGIN gpu -->` and `<!-- end -->` in the plugins' pages.
-///
-/// # Errors
-/// [`TradeoffError`] where a file cannot be read or written.
 fn renew(file: &Path) -> Result<(), TradeoffError> {
     let report = Report::<PluginTimes>::read(file)?;
     for (plugin, table) in TABLES {

@@ -121,9 +121,6 @@ pub fn plugin_page(plugin: &str) -> PathBuf {
 }
 
 /// Does the same as [`renewed`] in a file, which stays as it is where it has no such marks.
-///
-/// # Errors
-/// [`FileError`] where the file cannot be read or written.
 pub fn renew_file(path: &Path, name: &str, text: &str) -> Result<(), FileError> {
     let document = std::fs::read_to_string(path).map_err(|error| FileError::new(path, error))?;
     match renewed(&document, name, text) {

@@ -149,18 +149,12 @@ impl FileError {
 }
 
 /// Reads what [`write_json`] wrote.
-///
-/// # Errors
-/// [`FileError`], naming the path.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, FileError> {
     let json = std::fs::read(path).and_then(|json| Ok(serde_json::from_slice(&json)?));
     json.map_err(|source| FileError::new(path, source))
 }
 
 /// Writes indented JSON, with a newline at its end, into a folder that is made where it is missing.
-///
-/// # Errors
-/// [`FileError`], naming the path.
 pub fn write_json<T: Serialize>(value: &T, path: &Path) -> Result<(), FileError> {
     let text = serde_json::to_string_pretty(value);
     write_text(
@@ -170,9 +164,6 @@ pub fn write_json<T: Serialize>(value: &T, path: &Path) -> Result<(), FileError>
 }
 
 /// The same of text.
-///
-/// # Errors
-/// [`FileError`], naming the path.
 pub fn write_text(text: &str, path: &Path) -> Result<(), FileError> {
     let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
     let written = made.and_then(|()| std::fs::write(path, text));
@@ -190,17 +181,11 @@ impl<Rows: Serialize + DeserializeOwned> Report<Rows> {
     }
 
     /// Reads what [`write`](Self::write) wrote.
-    ///
-    /// # Errors
-    /// [`FileError`], naming the path.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, FileError> {
         read_json(path.as_ref())
     }
 
     /// Writes the report as indented JSON.
-    ///
-    /// # Errors
-    /// [`FileError`], naming the path.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), FileError> {
         write_json(self, path.as_ref())
     }

@@ -71,9 +71,6 @@ const fn any<S: Study>() -> AnyStudy {
 }
 
 /// The report of a study in a folder.
-///
-/// # Errors
-/// [`FileError`] where it cannot be read.
 pub fn read<S: Study>(folder: &Path) -> Result<Report<S::Rows>, FileError> {
     Report::read(folder.join(S::NAME).with_extension("json"))
 }

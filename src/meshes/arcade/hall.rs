@@ -4,11 +4,10 @@ use std::f32::consts::FRAC_PI_2;
 
 use bevy::math::{Quat, Vec2, Vec3};
 
-use super::{
-    materials::Materials,
-    placed::{part, repeated},
+use crate::meshes::{
+    arcade::{materials::Materials, part, repeated},
+    scene::{SceneMesh, ScenePart},
 };
-use crate::meshes::scene::{SceneMesh, ScenePart};
 
 /// Half of the hall's width and length.
 const HALF: f32 = 4.0;

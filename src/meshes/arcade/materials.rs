@@ -7,7 +7,7 @@ use image::{DynamicImage, RgbImage, RgbaImage};
 
 use crate::{
     content,
-    meshes::{scene::SceneMaterial, texture::SceneTexture},
+    meshes::scene::{SceneMaterial, SceneTexture},
 };
 
 /// Side of the textures in pixels.

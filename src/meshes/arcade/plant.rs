@@ -4,11 +4,10 @@ use std::f32::consts::TAU;
 
 use bevy::math::{EulerRot, Quat, Vec2, Vec3};
 
-use super::{
-    materials::Materials,
-    placed::{part, repeated},
+use crate::meshes::{
+    arcade::{materials::Materials, part, repeated},
+    scene::{SceneMesh, ScenePart},
 };
-use crate::meshes::scene::{SceneMesh, ScenePart};
 
 /// The middle of the pot's foot.
 const POSITION: Vec3 = Vec3::new(0.75, 0.0, 1.1);

@@ -4,8 +4,10 @@ use std::f32::consts::TAU;
 
 use bevy::math::{Vec2, Vec3};
 
-use super::{materials::Materials, placed::part};
-use crate::meshes::scene::{SceneMesh, ScenePart};
+use crate::meshes::{
+    arcade::{materials::Materials, part},
+    scene::{SceneMesh, ScenePart},
+};
 
 /// The middle of the pedestal's foot.
 const POSITION: Vec3 = Vec3::new(-0.9, 0.0, -1.2);

@@ -1,5 +1,6 @@
-use super::*;
 use image::Rgb;
+
+use crate::metrics::flip::*;
 
 /// Colour bands of several widths under a diagonal ramp.
 fn pattern(width: u32, height: u32) -> RgbImage {

@@ -1,36 +1,38 @@
 //! All four plugins in one game: a hall with wavelet textures, EWA on its floor, light that bounces,
 //! drawn into a packed frame buffer. Before is Bevy alone; each plugin of after has a switch.
-//!
-//! | file | contents |
-//! | --- | --- |
-//! | `hall` | the hall in numbers |
-//! | `textures` | its textures, as they are and encoded |
-//! | `stage` | its meshes and the sun |
-//! | `materials` | the materials that the switches select |
-//! | `switches` | what they make of the volume and the cameras |
-//! | `figures` | what each plugin reports |
 
-mod figures;
-mod hall;
-mod materials;
-mod stage;
-mod switches;
-mod textures;
+use std::f32::consts::TAU;
 
 use bevy::{
-    camera::{Exposure, Hdr},
+    camera::{Exposure, Hdr, visibility::RenderLayers},
     core_pipeline::tonemapping::DebandDither,
+    light::CascadeShadowConfigBuilder,
+    mesh::VertexAttributeValues,
     prelude::*,
 };
 use bevy_ewa::{EwaPlugin, EwaStandardMaterial};
-use bevy_voxel_gi::{VoxelGiPlugin, VoxelMaterialPlugin};
+use bevy_voxel_gi::{
+    NotVoxelized, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelGiVolume,
+    VoxelMaterialPlugin,
+};
 use bevy_wavelet_tex::{WaveletStandardMaterial, WaveletTexPlugin};
-use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
+use bevy_ycocg_fb::{
+    CameraState, FrameBufferQuality, FrameBufferReport, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+};
 
 use crate::{
     headless::AwaitedWork,
-    runner::{Scene, SceneSetting, Side},
+    runner::{
+        AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Notes, Scene, SceneSetting, SceneSettings, Side,
+    },
+    scenes::{
+        all_together::hall::{Cloth, HallPart, Matter},
+        tone::{TONE_MAPPED, UNGRADED},
+    },
 };
+
+mod hall;
+mod textures;
 
 pub struct AllTogether;
 
@@ -102,7 +104,7 @@ impl Scene for AllTogether {
         app.world_mut()
             .resource_mut::<AwaitedWork>()
             .0
-            .insert(figures::LIGHT);
+            .insert(LIGHT);
         app.add_plugins((
             WaveletTexPlugin,
             YCoCgFrameBufferPlugin,
@@ -115,22 +117,22 @@ impl Scene for AllTogether {
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(ClearColor(hall::background()))
         .init_resource::<textures::Textures>()
-        .init_resource::<materials::PlainMaterials>()
-        .init_resource::<figures::TextureBytes>()
-        .add_systems(Startup, stage::spawn)
+        .init_resource::<textures::PlainMaterials>()
+        .init_resource::<TextureBytes>()
+        .add_systems(Startup, spawn)
         .add_systems(
             Update,
             (
                 (
-                    materials::before,
-                    materials::after,
-                    switches::place_volume,
-                    switches::configure_cameras,
+                    textures::before,
+                    textures::after,
+                    place_volume,
+                    configure_cameras,
                 )
                     .chain()
                     .run_if(resource_changed::<crate::runner::SceneSettings>),
-                stage::move_sun,
-                figures::show,
+                move_sun,
+                show,
             )
                 .chain(),
         );
@@ -138,5 +140,249 @@ impl Scene for AllTogether {
 
     fn configure_camera(&self, camera: &mut EntityCommands, _: Side) {
         camera.insert((Hdr, DebandDither::Disabled, Exposure { ev100: hall::EV100 }));
+    }
+}
+
+/// Spawns, changes or despawns the volume. Only the camera of after sees its light.
+pub fn place_volume(
+    mut commands: Commands,
+    settings: Res<SceneSettings>,
+    mut light: ResMut<VoxelGiSettings>,
+    volumes: Query<(Entity, &VoxelGiVolume)>,
+) {
+    let (center, size) = hall::volume();
+    light.resolution = settings.choice("resolution").parse().unwrap_or(32);
+    let wanted = settings.toggle("voxel_gi").then(|| VoxelGiVolume {
+        size,
+        sky: hall::sky(),
+        ..default()
+    });
+    match (volumes.iter().next(), wanted) {
+        (Some((_, volume)), Some(wanted)) if *volume == wanted => {}
+        (Some((entity, _)), Some(wanted)) => {
+            commands.entity(entity).insert(wanted);
+        }
+        (Some((entity, _)), None) => commands.entity(entity).despawn(),
+        (None, Some(wanted)) => {
+            let pose = Transform::from_translation(center);
+            commands.spawn((wanted, pose, Side::After.layers()));
+        }
+        (None, None) => {}
+    }
+}
+
+/// Gives the cameras their frame buffer, their ambient light and their tone mapping.
+pub fn configure_cameras(
+    mut commands: Commands,
+    settings: Res<SceneSettings>,
+    cameras: Query<(Entity, &Side), With<Camera>>,
+) {
+    for (camera, side) in &cameras {
+        let on = |switch| *side == Side::After && settings.toggle(switch);
+        let mut camera = commands.entity(camera);
+        camera.insert(if on("ycocg_fb") {
+            FrameBufferQuality::from(YCoCgFrameBuffer::default())
+        } else {
+            FrameBufferQuality::Exact
+        });
+        camera.insert(AmbientLight {
+            color: Color::linear_rgb(1.0, 0.97, 0.92),
+            brightness: if on("voxel_gi") { 0.0 } else { hall::AMBIENT },
+            ..default()
+        });
+        camera.insert(match settings.choice("tone_mapping") {
+            "none" => UNGRADED,
+            _ => TONE_MAPPED,
+        });
+    }
+}
+
+/// What a picture waits for, as it is called in messages: the light has settled.
+pub const LIGHT: &str = "the light";
+
+/// Bytes of the textures of each side, on the GPU.
+#[derive(Resource, Clone, Copy, Debug, Default)]
+pub struct TextureBytes {
+    pub before: u64,
+    pub after: u64,
+}
+
+/// Fills in what the plugins report.
+pub fn show(
+    settings: Res<SceneSettings>,
+    textures: Res<TextureBytes>,
+    light: Res<VoxelGiReport>,
+    cameras: Query<(&FrameBufferReport, &Side), With<Camera>>,
+    mut memory: ResMut<MemoryFigures>,
+    mut notes: ResMut<Notes>,
+    mut work: ResMut<AwaitedWork>,
+) {
+    let mut figures = memory.clone();
+    let mut texts = notes.clone();
+    let mut figure = |name: &str, bytes| figures.0.insert(name.into(), bytes);
+    figure("textures before", textures.before);
+    figure("textures after", textures.after);
+    figure("volume before", 0);
+    figure("volume after", light.memory);
+    for (report, side) in &cameras {
+        if report.state == CameraState::Pending {
+            continue;
+        }
+        let taken = report.memory.total();
+        match side {
+            Side::Before => figure("frame buffer before", taken),
+            Side::After => figure("frame buffer after", taken),
+        };
+        if *side == Side::After {
+            let text = match &report.state {
+                CameraState::Rg11b10Ufloat => "three small floats".into(),
+                CameraState::Packed(_) => "packed".into(),
+                CameraState::Fallback(reason) => format!("as Bevy draws it: {reason}"),
+                _ => "Bevy's".into(),
+            };
+            texts.0.insert("frame buffer:".into(), text);
+        }
+    }
+    let on = settings.toggle("voxel_gi");
+    let state = match light.state {
+        _ if !on => "off",
+        VoxelGiState::Absent => "getting ready",
+        VoxelGiState::Running => "computed each frame",
+        VoxelGiState::Settled => "settled: nothing is computed until something changes",
+    };
+    texts.0.insert("light that bounces:".into(), state.into());
+    memory.set_if_neq(figures);
+    notes.set_if_neq(texts);
+
+    if on && light.state != VoxelGiState::Settled {
+        work.0.insert(LIGHT);
+    } else {
+        work.0.remove(LIGHT);
+    }
+}
+
+/// Seconds in which the sun wanders there and back.
+const SUN_PERIOD: f32 = 40.0;
+/// How far it wanders to each side, in radians.
+const SUN: f32 = 0.25;
+
+#[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HasMatter(pub Matter);
+
+#[derive(Component)]
+pub struct Sun;
+
+/// Spawns everything. Parts with textures are there twice, one for each side; light meets those of
+/// after.
+pub fn spawn(
+    mut commands: Commands,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) -> Result {
+    for part in hall::parts() {
+        let mesh = Mesh3d(meshes.add(mesh(&part)?));
+        let pose = Transform::from_translation(part.center)
+            .with_rotation(Quat::from_rotation_y(part.turned));
+        if let Some(color) = plain_color(part.matter) {
+            let material = materials.add(StandardMaterial {
+                base_color: color,
+                perceptual_roughness: 1.0,
+                reflectance: 0.1,
+                ..default()
+            });
+            commands.spawn((mesh, pose, MeshMaterial3d(material)));
+            continue;
+        }
+        for side in Side::BOTH {
+            let mut entity = commands.spawn((
+                HasMatter(part.matter),
+                side,
+                side.layers(),
+                mesh.clone(),
+                pose,
+            ));
+            if side == Side::Before {
+                entity.insert(NotVoxelized);
+            }
+        }
+    }
+    commands.spawn((
+        Sun,
+        RenderLayers::from_layers(&[0, BEFORE_LAYER, AFTER_LAYER]),
+        DirectionalLight {
+            color: Color::linear_rgb(1.0, 0.94, 0.84),
+            illuminance: hall::SUN_LUX,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        CascadeShadowConfigBuilder {
+            num_cascades: 2,
+            first_cascade_far_bound: 7.0,
+            maximum_distance: 26.0,
+            ..default()
+        }
+        .build(),
+        Transform::default().looking_to(hall::SUN, Vec3::Y),
+    ));
+    Ok(())
+}
+
+fn plain_color(matter: Matter) -> Option<Color> {
+    match matter {
+        Matter::Cloth(Cloth::Red) => Some(Color::linear_rgb(0.62, 0.04, 0.03)),
+        Matter::Cloth(Cloth::Blue) => Some(Color::linear_rgb(0.03, 0.12, 0.5)),
+        Matter::Ground => Some(Color::linear_rgb(0.36, 0.34, 0.24)),
+        _ => None,
+    }
+}
+
+/// A box with coordinates in metres times the repetitions, or a card.
+fn mesh(part: &HallPart) -> Result<Mesh> {
+    let mut mesh = if part.size.z == 0.0 {
+        Rectangle::from_size(part.size.truncate()).into()
+    } else {
+        Mesh::from(Cuboid::from_size(part.size))
+    };
+    if let Some(repeats) = part.repeats() {
+        let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION);
+        let normals = mesh.attribute(Mesh::ATTRIBUTE_NORMAL);
+        if let (
+            Some(VertexAttributeValues::Float32x3(positions)),
+            Some(VertexAttributeValues::Float32x3(normals)),
+        ) = (positions, normals)
+        {
+            let uvs: Vec<[f32; 2]> = positions
+                .iter()
+                .zip(normals)
+                .map(|(p, n)| {
+                    let at = Vec3::from(*p) + part.center;
+                    let uv = match Vec3::from(*n).abs().max_position() {
+                        0 => Vec2::new(at.z, -at.y),
+                        1 => Vec2::new(at.x, at.z),
+                        _ => Vec2::new(at.x, -at.y),
+                    };
+                    (uv * repeats).to_array()
+                })
+                .collect();
+            mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, uvs);
+        }
+    }
+    Ok(mesh.with_generated_tangents()?)
+}
+
+/// Turns the sun about the vertical. At time 0 it is where it belongs.
+pub fn move_sun(
+    settings: Res<SceneSettings>,
+    time: Res<Time>,
+    mut suns: Query<&mut Transform, With<Sun>>,
+) {
+    let phase = if settings.toggle("sun_motion") {
+        (time.elapsed_secs() * TAU / SUN_PERIOD).sin()
+    } else {
+        0.0
+    };
+    let direction = Quat::from_rotation_y(phase * SUN) * hall::SUN;
+    for mut pose in &mut suns {
+        pose.set_if_neq(Transform::default().looking_to(direction, Vec3::Y));
     }
 }

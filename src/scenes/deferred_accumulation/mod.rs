@@ -5,29 +5,27 @@
 //! diffuse and specular light in a target each. After: both in one, packed in two channels each; or
 //! the usual shortcut, which keeps the luminance of specular light only: diffuse light is yellow
 //! where both lights shine, so both highlights turn yellow.
-//!
-//! | file | contents |
-//! | --- | --- |
-//! | [`settings`] | the settings of a camera and its lights |
-//! | [`plugin`] | the passes in Bevy's renderer |
-//! | `sources`, `pipeline`, `pass` | buffers, pipelines, targets and draws |
-//! | [`mod@reference`] | the same on the CPU |
-//! | `light.wesl`, `combine.wesl` | the two passes |
-//! | `surface.wesl`, `packing.wesl` | what they share |
 
-mod pass;
-mod pipeline;
-pub mod plugin;
-pub mod reference;
-pub mod settings;
-mod sources;
-
-use bevy::prelude::*;
+use bevy::{
+    asset::embedded_asset,
+    camera::Hdr,
+    core_pipeline::schedule::{Core3d, Core3dSystems},
+    prelude::*,
+    render::{
+        Render, RenderApp, RenderStartup, RenderSystems,
+        extract_component::{ExtractComponent, ExtractComponentPlugin},
+        extract_resource::{ExtractResource, ExtractResourcePlugin},
+        render_resource::{ShaderType, UniformBuffer},
+        renderer::{RenderDevice, RenderQueue},
+    },
+    shader::load_shader_library,
+};
+use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
 use crate::runner::{MemoryFigures, PictureArea, Scene, SceneSetting, SceneSettings, Side};
 
-pub use plugin::LightAccumulationPlugin;
-pub use settings::{LightAccumulation, LightSource, LightSources};
+mod pass;
+pub mod reference;
 
 pub struct DeferredAccumulation;
 
@@ -133,4 +131,118 @@ fn count_memory(
             memory.0.insert(name.into(), bytes);
         }
     }
+}
+
+/// Largest number of lights; those beyond it are ignored.
+pub const MAX_SOURCES: usize = 8;
+
+/// How a camera accumulates the light of the lights before it lights the surface with it.
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ExtractComponent)]
+#[extract_app(RenderApp)]
+#[require(Hdr)]
+pub enum LightAccumulation {
+    /// Diffuse and specular light in a target each: 16 bytes a pixel.
+    Exact,
+    /// Both in one target, each as luminance and one chrominance in a checkerboard: 8 bytes a pixel.
+    #[default]
+    Packed,
+    /// Diffuse light and the luminance of specular light in one target: 8 bytes a pixel, and
+    /// highlights in the colour of the diffuse light (the shortcut of thesis figure 4.12).
+    SpecularLuminance,
+}
+
+impl LightAccumulation {
+    pub const ALL: [Self; 3] = [Self::Exact, Self::Packed, Self::SpecularLuminance];
+
+    /// Number of four-channel targets.
+    pub fn targets(self) -> usize {
+        match self {
+            Self::Exact => 2,
+            Self::Packed | Self::SpecularLuminance => 1,
+        }
+    }
+
+    /// Bytes of all its targets, a pixel.
+    pub fn bytes_per_pixel(self) -> u64 {
+        8 * self.targets() as u64
+    }
+}
+
+/// A light without extent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ShaderType)]
+pub struct LightSource {
+    /// Position in metres.
+    pub position: Vec3,
+    /// Scene-linear light at a distance of one metre.
+    pub intensity: Vec3,
+}
+
+/// The lights, [`MAX_SOURCES`] at most. Default: none.
+#[derive(Resource, Clone, Debug, Default, PartialEq, ExtractResource)]
+#[extract_app(RenderApp)]
+pub struct LightSources(pub Vec<LightSource>);
+
+/// Lights the ball for cameras with a [`LightAccumulation`], with the [`LightSources`].
+pub struct LightAccumulationPlugin;
+
+impl Plugin for LightAccumulationPlugin {
+    fn build(&self, app: &mut App) {
+        // For its shader library.
+        if !app.is_plugin_added::<YCoCgFrameBufferPlugin>() {
+            app.add_plugins(YCoCgFrameBufferPlugin);
+        }
+        load_shader_library!(app, "surface.wesl");
+        load_shader_library!(app, "packing.wesl");
+        embedded_asset!(app, "light.wesl");
+        embedded_asset!(app, "combine.wesl");
+        app.init_resource::<LightSources>().add_plugins((
+            ExtractComponentPlugin::<LightAccumulation>::default(),
+            ExtractResourcePlugin::<LightSources>::default(),
+        ));
+        let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+            return;
+        };
+        render_app
+            .init_resource::<SourcesBuffer>()
+            .add_systems(RenderStartup, pass::init)
+            .add_systems(
+                Render,
+                (prepare, pass::prepare_targets).in_set(RenderSystems::PrepareResources),
+            )
+            .add_systems(
+                Core3d,
+                pass::accumulate
+                    .after(Core3dSystems::MainPass)
+                    .before(Core3dSystems::EarlyPostProcess),
+            );
+    }
+}
+
+/// The uniform buffer of lights in `light.wesl`.
+#[derive(Clone, Default, ShaderType)]
+pub struct SourcesUniform {
+    sources: [LightSource; MAX_SOURCES],
+}
+
+/// The lights' buffer and their number.
+#[derive(Resource, Default)]
+pub struct SourcesBuffer {
+    /// All of them; unused ones are dark.
+    pub buffer: UniformBuffer<SourcesUniform>,
+    /// How many to draw.
+    pub count: u32,
+}
+
+pub fn prepare(
+    sources: Res<LightSources>,
+    mut buffer: ResMut<SourcesBuffer>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let shown = &sources.0[..sources.0.len().min(MAX_SOURCES)];
+    let mut uniform = SourcesUniform::default();
+    uniform.sources[..shown.len()].copy_from_slice(shown);
+    buffer.count = shown.len() as u32;
+    buffer.buffer.set(uniform);
+    buffer.buffer.write_buffer(&device, &queue);
 }

@@ -10,7 +10,7 @@ use bevy_ycocg_fb::{
     },
 };
 
-use super::settings::{LightAccumulation, LightSource};
+use crate::scenes::deferred_accumulation::{LightAccumulation, LightSource};
 
 // Those of surface.wesl and light.wesl.
 const BALL_CENTER: Vec3 = Vec3::new(0.0, 0.6, 0.0);

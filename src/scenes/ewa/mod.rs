@@ -1,19 +1,22 @@
 //! A tunnel without end and a game's floor, filtered by one method on each side of the line.
-//!
-//! | file | contents |
-//! | --- | --- |
-//! | `stage` | the tunnel and the floor |
-//! | `settings` | the settings of the plugin |
-//! | `view`, `view.wesl` | ellipses, and the regions that are too anisotropic for texture units |
 
-mod settings;
+use bevy::{
+    asset::{AssetPath, embedded_asset, embedded_path},
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{Material, MaterialPipeline, MaterialPipelineKey, MaterialPlugin},
+    prelude::*,
+    render::render_resource::{
+        AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError,
+    },
+    shader::ShaderRef,
+};
+use bevy_ewa::{
+    EwaKernel, EwaLevelOfDetail, EwaMaps, EwaMethod, EwaPlugin, EwaProbes, EwaSettings, EwaUniform,
+};
+
+use crate::runner::{Scene, SceneSetting, SceneSettings, Side};
+
 mod stage;
-mod view;
-
-use bevy::{pbr::MaterialPlugin, prelude::*};
-use bevy_ewa::EwaPlugin;
-
-use crate::runner::{Scene, SceneSetting};
 
 /// The example of `bevy_ewa`.
 pub struct Ewa;
@@ -44,15 +47,10 @@ impl Scene for Ewa {
             SceneSetting::choice(
                 "before",
                 "method left of the line; hardware is the sampler as it is, anisotropic with 16x",
-                settings::HARDWARE,
-                &settings::METHODS,
+                HARDWARE,
+                &METHODS,
             ),
-            SceneSetting::choice(
-                "after",
-                "method right of the line",
-                settings::LINEAR,
-                &settings::METHODS,
-            ),
+            SceneSetting::choice("after", "method right of the line", LINEAR, &METHODS),
             SceneSetting::choice(
                 "probes",
                 "of the approximate, spatial and temporal methods",
@@ -129,21 +127,133 @@ impl Scene for Ewa {
     }
 
     fn build(&self, app: &mut App) {
-        view::embed(app);
-        app.add_plugins((
-            EwaPlugin::OPT_IN,
-            MaterialPlugin::<view::ViewMaterial>::default(),
-        ))
-        .init_resource::<stage::Textures>()
-        .add_systems(Startup, stage::spawn)
-        .add_systems(
-            Update,
-            (
-                stage::show_place,
-                stage::configure.run_if(resource_changed::<crate::runner::SceneSettings>),
-                stage::drift,
-            )
-                .chain(),
-        );
+        embed(app);
+        app.add_plugins((EwaPlugin::OPT_IN, MaterialPlugin::<ViewMaterial>::default()))
+            .init_resource::<stage::Textures>()
+            .add_systems(Startup, stage::spawn)
+            .add_systems(
+                Update,
+                (
+                    stage::show_place,
+                    stage::configure.run_if(resource_changed::<crate::runner::SceneSettings>),
+                    stage::drift,
+                )
+                    .chain(),
+            );
     }
+}
+
+/// The methods in the panel.
+pub const METHODS: [&str; 11] = [
+    "reference",
+    "linear",
+    "bilinear",
+    "approximate",
+    "spatial",
+    "temporal",
+    "spatial_temporal",
+    "stochastic",
+    "software_af16",
+    "anisotropic",
+    "hardware",
+];
+/// Index of Bevy's own.
+pub const HARDWARE: usize = 10;
+/// Index of the default.
+pub const LINEAR: usize = 1;
+
+pub fn ewa_settings(settings: &SceneSettings, side: Side) -> EwaSettings {
+    let probes = match settings.choice("probes") {
+        "3" => EwaProbes::Three,
+        "7" => EwaProbes::Seven,
+        "by_aspect" => EwaProbes::ByAspect,
+        _ => EwaProbes::Five,
+    };
+    let method = settings.choice(match side {
+        Side::Before => "before",
+        Side::After => "after",
+    });
+    let method = match method {
+        "reference" => EwaMethod::Reference,
+        "linear" => EwaMethod::Linear,
+        "bilinear" => EwaMethod::Bilinear,
+        "approximate" => EwaMethod::Approximate { probes },
+        "spatial" => EwaMethod::Spatial { probes },
+        "temporal" => EwaMethod::Temporal { probes },
+        "spatial_temporal" => EwaMethod::SpatialTemporal { probes },
+        "stochastic" => EwaMethod::Stochastic,
+        "software_af16" => EwaMethod::SoftwareAnisotropic,
+        "anisotropic" => EwaMethod::Anisotropic,
+        _ => EwaMethod::Hardware,
+    };
+    let kernel = match settings.choice("kernel") {
+        "box" => EwaKernel::Box,
+        "tent" => EwaKernel::Tent,
+        "mitchell_netravali" => EwaKernel::MitchellNetravali,
+        "lanczos" => EwaKernel::Lanczos,
+        _ => EwaKernel::Gaussian {
+            sigma_pixels: settings.float("sigma"),
+        },
+    };
+    let level_of_detail = match settings.choice("level_of_detail") {
+        "hardware" => EwaLevelOfDetail::Hardware,
+        _ => EwaLevelOfDetail::MinorRadius,
+    };
+    EwaSettings {
+        method,
+        maps: EwaMaps::default(),
+        kernel,
+        max_anisotropy: settings.float("max_anisotropy"),
+        minor_radius_texels: settings.float("minor_radius"),
+        level_of_detail,
+        level_blend: settings.float("level_blend"),
+        max_fetches: settings.integer("max_fetches"),
+        spatial_threshold: settings.float("spatial_threshold"),
+        sampler_anisotropy: settings.integer("sampler_anisotropy") as u16,
+        periodic: true,
+    }
+}
+
+#[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
+pub struct ViewMaterial {
+    #[uniform(0)]
+    settings: EwaUniform,
+    /// 0 for ellipses, 1 for regions.
+    #[uniform(1)]
+    view: Vec4,
+    #[texture(2)]
+    #[sampler(3)]
+    texture: Handle<Image>,
+}
+
+impl ViewMaterial {
+    pub fn new(view: &str, settings: &EwaSettings, texture: Handle<Image>) -> Self {
+        let view = if view == "regions" { 1.0 } else { 0.0 };
+        Self {
+            settings: EwaUniform::new(settings),
+            view: Vec4::splat(view),
+            texture,
+        }
+    }
+}
+
+impl Material for ViewMaterial {
+    fn fragment_shader() -> ShaderRef {
+        ShaderRef::Path(AssetPath::from(embedded_path!("view.wesl")).with_source("embedded"))
+    }
+
+    fn specialize(
+        _: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _: &MeshVertexBufferLayoutRef,
+        _: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        descriptor.primitive.cull_mode = None;
+        Ok(())
+    }
+}
+
+/// Puts the shader into the binary.
+pub fn embed(app: &mut App) {
+    embedded_asset!(app, "view.wesl");
 }

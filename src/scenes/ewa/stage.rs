@@ -12,10 +12,10 @@ use bevy::{
 use bevy_ewa::EwaStandardMaterial;
 use image::{Rgba, RgbaImage, buffer::ConvertBuffer};
 
-use super::{settings::ewa_settings, view::ViewMaterial};
 use crate::{
     content,
     runner::{SceneSettings, Side},
+    scenes::ewa::{ViewMaterial, ewa_settings},
 };
 
 /// Textures by which the surface drifts in a second.

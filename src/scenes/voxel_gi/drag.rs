@@ -2,8 +2,10 @@
 
 use bevy::{prelude::*, window::PrimaryWindow};
 
-use super::room;
-use crate::runner::{PictureArea, Side, Split};
+use crate::{
+    runner::{PictureArea, Side, Split},
+    scenes::voxel_gi::room,
+};
 
 /// Distance from the split line in logical pixels at which the mouse is the line's.
 const LINE: f32 = 10.0;

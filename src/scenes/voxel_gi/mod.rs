@@ -1,33 +1,22 @@
 //! Light that bounces: a sunlit room in which everything may move, and the Cornell box beside its
 //! path-traced picture. Before is what Bevy shows of the same lights.
-//!
-//! | file | contents |
-//! | --- | --- |
-//! | `settings` | the settings of the volume |
-//! | `cornell` | the Cornell box before the cameras |
-//! | `room` | the room in numbers |
-//! | `stage` | the chosen scene, and the cameras before it |
-//! | `motion` | the sun and the door |
-//! | `drag` | objects that follow the mouse |
-//! | `truth` | the path-traced picture, and how far the live one is from it |
-//! | `figures` | the plugin's report as figures and notes |
-
-mod cornell;
-mod drag;
-mod figures;
-mod motion;
-pub mod room;
-mod settings;
-mod stage;
-mod truth;
 
 use bevy::{camera::Hdr, core_pipeline::tonemapping::DebandDither, prelude::*};
-use bevy_voxel_gi::VoxelGiPlugin;
+use bevy_voxel_gi::{
+    Bounces, DebugField, Receiver, Sky, Solver, VoxelGiDebug, VoxelGiPlugin, VoxelGiReport,
+    VoxelGiSettings, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
+};
 
 use crate::{
     headless::AwaitedWork,
-    runner::{Scene, SceneSetting, Side},
+    runner::{MemoryFigures, Notes, Scene, SceneSetting, SceneSettings, Side},
+    scenes::voxel_gi::{stage::Stage, truth::Truth},
 };
+
+mod drag;
+pub mod room;
+mod stage;
+mod truth;
 
 /// The example of `bevy_voxel_gi`.
 pub struct VoxelGi;
@@ -150,7 +139,7 @@ impl Scene for VoxelGi {
         app.world_mut()
             .resource_mut::<AwaitedWork>()
             .0
-            .insert(figures::LIGHT);
+            .insert(LIGHT);
         app.add_plugins(VoxelGiPlugin)
             .insert_resource(GlobalAmbientLight::NONE)
             .init_resource::<stage::Stage>()
@@ -159,15 +148,15 @@ impl Scene for VoxelGi {
                 Update,
                 (
                     stage::change,
-                    settings::apply,
-                    settings::apply_debug,
-                    motion::move_sun,
-                    motion::swing_door,
+                    apply,
+                    apply_debug,
+                    stage::move_sun,
+                    stage::swing_door,
                     drag::drag,
                     truth::receive,
                     truth::place_picture,
                     truth::compare,
-                    figures::show,
+                    show,
                 )
                     .chain(),
             );
@@ -175,5 +164,173 @@ impl Scene for VoxelGi {
 
     fn configure_camera(&self, camera: &mut EntityCommands, _: Side) {
         camera.insert((Hdr, DebandDither::Disabled));
+    }
+}
+
+/// Points on each triangle of the stochastic voxeliser.
+const POINTS: u32 = 1024;
+/// What is further away than this does not occlude, in parts of the scene's size.
+const OCCLUSION_RADIUS: f32 = 0.2;
+
+/// Renews the volume when a setting or the scene changes; only the camera of "after" sees its light.
+pub fn apply(
+    mut commands: Commands,
+    settings: Res<SceneSettings>,
+    stage: Res<Stage>,
+    volumes: Query<Entity, With<VoxelGiVolume>>,
+) {
+    if !settings.is_changed() && !stage.is_changed() {
+        return;
+    }
+    let Some((center, size, sky)) = stage.volume(resolution(&settings)) else {
+        return;
+    };
+    commands.insert_resource(light_settings(&settings, size));
+    let volume = (
+        volume(&settings, size, sky),
+        Transform::from_translation(center),
+    );
+    match volumes.iter().next() {
+        Some(entity) => {
+            commands.entity(entity).insert(volume);
+        }
+        None => {
+            commands.spawn((volume, Side::After.layers()));
+        }
+    }
+}
+
+/// Shows the chosen field to the camera of "after".
+pub fn apply_debug(
+    mut commands: Commands,
+    settings: Res<SceneSettings>,
+    cameras: Query<(Entity, &Side, Has<VoxelGiDebug>), With<Camera>>,
+) {
+    let field = match settings.choice("debug") {
+        "occupancy" => Some(DebugField::Occupancy),
+        "albedo" => Some(DebugField::Albedo),
+        "normal" => Some(DebugField::Normal),
+        "radiance" => Some(DebugField::Radiance),
+        "irradiance" => Some(DebugField::Irradiance),
+        _ => None,
+    };
+    for (camera, side, has_field) in &cameras {
+        let mut camera = commands.entity(camera);
+        match field.filter(|_| *side == Side::After) {
+            Some(field) if !has_field || settings.is_changed() => {
+                camera.insert(VoxelGiDebug { field });
+            }
+            None if has_field => {
+                camera.remove::<VoxelGiDebug>();
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Voxels along an edge of the volume.
+fn resolution(settings: &SceneSettings) -> u32 {
+    settings.choice("resolution").parse().unwrap_or(32)
+}
+
+fn volume(settings: &SceneSettings, size: f32, sky: Sky) -> VoxelGiVolume {
+    let cascades = settings.integer("cascades");
+    VoxelGiVolume {
+        // The first of several cascades is about the middle of the scene.
+        size: if cascades > 1 { 0.5 * size } else { size },
+        sky,
+        cascades,
+        ..default()
+    }
+}
+
+fn light_settings(settings: &SceneSettings, size: f32) -> VoxelGiSettings {
+    let rays = settings.integer("rays");
+    let light = match settings.choice("light") {
+        "ambient_occlusion" => VoxelLight::AmbientOcclusion {
+            radius: OCCLUSION_RADIUS * size,
+            rays,
+        },
+        _ => VoxelLight::GlobalIllumination {
+            solver: match settings.choice("solver") {
+                "propagate" => Solver::Propagate {
+                    iterations: settings.integer("iterations"),
+                },
+                _ => Solver::Trace { rays },
+            },
+            bounces: match settings.choice("bounces").parse() {
+                Ok(count) => Bounces::Count(count),
+                Err(_) => Bounces::Endless,
+            },
+        },
+    };
+    VoxelGiSettings {
+        resolution: resolution(settings),
+        light,
+        voxelizer: match settings.choice("voxelizer") {
+            "fragment_clipping" => Voxelizer::FragmentClipping,
+            "geometry_clipping" => Voxelizer::GeometryClipping,
+            "stochastic" => Voxelizer::Stochastic { points: POINTS },
+            _ => Voxelizer::Conservative,
+        },
+        receiver: match settings.choice("receiver") {
+            "per_pixel" => Receiver::PerPixel,
+            _ => Receiver::Interpolated,
+        },
+        shadow_samples: settings.integer("shadow_samples"),
+        ..default()
+    }
+}
+
+/// What a picture waits for, as it is called in messages: the light has settled.
+pub const LIGHT: &str = "the light";
+/// The same of the path-traced picture and of the comparison with it.
+const TRUTH: &str = "the path-traced picture";
+
+/// Fills in what the plugin reports.
+pub fn show(
+    report: Res<VoxelGiReport>,
+    truth: Res<Truth>,
+    mut memory: ResMut<MemoryFigures>,
+    mut notes: ResMut<Notes>,
+    mut work: ResMut<AwaitedWork>,
+) {
+    let mut figures = MemoryFigures::default();
+    figures.0.insert("volume before".into(), 0);
+    figures.0.insert("volume after".into(), report.memory);
+    memory.set_if_neq(figures);
+
+    let state = match report.state {
+        VoxelGiState::Absent => "getting ready",
+        VoxelGiState::Running => "computed each frame",
+        VoxelGiState::Settled => "settled: nothing is computed until something changes",
+    };
+    let receiver = if report.receiver_patched {
+        "by the plugin's shader"
+    } else {
+        "as a plain irradiance volume of Bevy"
+    };
+    let mut texts = Notes::default();
+    for (name, text) in [
+        ("volume:", state.into()),
+        ("triangles in it:", report.triangles.to_string()),
+        ("read:", receiver.into()),
+    ] {
+        texts.0.insert(name.into(), text);
+    }
+    if let Some(text) = truth.note() {
+        texts.0.insert("path tracing:".into(), text);
+    }
+    notes.set_if_neq(texts);
+
+    for (name, is_waiting) in [
+        (LIGHT, report.state != VoxelGiState::Settled),
+        (TRUTH, truth.is_waiting()),
+    ] {
+        if is_waiting {
+            work.0.insert(name);
+        } else {
+            work.0.remove(name);
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! The chosen scene, and the cameras before it.
 
+use std::f32::consts::{FRAC_PI_2, TAU};
+
 use bevy::{
     camera::Exposure,
     camera_controller::free_camera::FreeCameraState,
@@ -8,11 +10,14 @@ use bevy::{
 };
 use bevy_voxel_gi::Sky;
 
-use super::{cornell, drag::Draggable, motion, room};
 use crate::{
     boxes::{BoxScene, cornell_box, spawn_boxes_and_lights},
     runner::{PictureArea, SceneSettings, Side, Split},
-    scenes::tone::{TONE_MAPPED, UNGRADED},
+    scenes::{
+        tone::{TONE_MAPPED, UNGRADED},
+        voxel_gi::{drag::Draggable, room},
+    },
+    stage::SceneCamera,
 };
 
 /// What is on stage.
@@ -76,7 +81,7 @@ pub fn change(world: &mut World) {
     let aspect = area.x as f32 / area.y as f32;
     let (pose, ev100, tone_map) = match name {
         // Not tone-mapped, as its truth.
-        "cornell" => (cornell::view(aspect), cornell::EV100, UNGRADED),
+        "cornell" => (view(aspect), EV100, UNGRADED),
         _ => (room::view(), room::EV100, TONE_MAPPED),
     };
     let mut cameras = world.query_filtered::<Entity, (With<Side>, With<Camera>)>();
@@ -122,12 +127,10 @@ fn spawn_room(world: &mut World) -> BoxScene {
         }
         .into();
         let direction = scene.directional_lights[0].direction;
-        world
-            .entity_mut(sun)
-            .insert((motion::Sun(direction), shadows));
+        world.entity_mut(sun).insert((Sun(direction), shadows));
     }
     if let Some(door) = door {
-        world.entity_mut(door).insert(motion::Door);
+        world.entity_mut(door).insert(Door);
     }
     let (box_center, half) = room::RED_BOX;
     let (ball_center, radius) = room::BALL;
@@ -170,4 +173,149 @@ fn spawn_room(world: &mut World) -> BoxScene {
     let background = room::BACKGROUND * exposure;
     world.insert_resource(ClearColor(LinearRgba::from_vec3(background).into()));
     scene
+}
+
+/// Exposure of the cameras before the box: 1 cd/m² is a quarter of white.
+pub const EV100: f32 = EV100_OF_ONE + 2.0;
+/// An exposure of exactly 1.
+pub const EV100_OF_ONE: f32 = -0.263_034_4;
+/// Vertical field of view of all cameras before the box, in degrees.
+pub const FOV: f32 = 45.0;
+/// Width of what a camera sees at the box's opening, in metres: its left half holds the box.
+const WIDTH: f32 = 4.93;
+/// The opening, in metres along Z.
+const FRONT: f32 = 1.1;
+/// Size of the traced picture in pixels.
+pub const SIZE: UVec2 = UVec2::new(224, 128);
+
+/// Where a camera with a picture of this aspect sees the box in the left half.
+pub fn view(aspect: f32) -> Transform {
+    // As far away as for the widest picture in which floor and ceiling are seen.
+    let height = WIDTH / aspect.min(SIZE.x as f32 / SIZE.y as f32);
+    let distance = 0.5 * height / (0.5 * FOV.to_radians()).tan();
+    let aside = 0.25 * height * aspect;
+    Transform::from_xyz(aside, 1.0, FRONT + distance)
+}
+
+/// The scene as the traced picture shows it.
+pub fn scene() -> BoxScene {
+    let pose = view(SIZE.x as f32 / SIZE.y as f32);
+    BoxScene {
+        camera: SceneCamera {
+            eye: pose.translation,
+            target: pose.translation - Vec3::Z,
+            up: Vec3::Y,
+            fov_y_deg: FOV,
+            width: SIZE.x,
+            height: SIZE.y,
+        },
+        ..cornell_box()
+    }
+}
+
+/// Seconds in which the sun wanders there and back.
+const SUN_PERIOD: f32 = 40.0;
+/// How far it wanders to each side, in radians.
+const SUN: f32 = 0.35;
+/// Seconds in which the door opens and closes.
+const DOOR_PERIOD: f32 = 16.0;
+/// Angle of the open door in radians.
+const OPEN: f32 = 1.1 * FRAC_PI_2;
+
+/// The room's sun, and the way that its light goes at time 0.
+#[derive(Component)]
+pub struct Sun(pub Vec3);
+
+/// The room's door.
+#[derive(Component)]
+pub struct Door;
+
+/// Turns the sun about the vertical.
+pub fn move_sun(
+    settings: Res<SceneSettings>,
+    time: Res<Time>,
+    mut suns: Query<(&Sun, &mut Transform)>,
+) {
+    let phase = if settings.toggle("sun_motion") {
+        (time.elapsed_secs() * TAU / SUN_PERIOD).sin()
+    } else {
+        0.0
+    };
+    for (Sun(direction), mut pose) in &mut suns {
+        let direction = Quat::from_rotation_y(phase * SUN) * *direction;
+        pose.set_if_neq(Transform::default().looking_to(direction, Vec3::Y));
+    }
+}
+
+/// Turns the door about its hinge, into the room.
+pub fn swing_door(
+    settings: Res<SceneSettings>,
+    time: Res<Time>,
+    mut doors: Query<&mut Transform, With<Door>>,
+) {
+    let angle = match settings.choice("door") {
+        "closed" => 0.0,
+        "open" => OPEN,
+        _ => OPEN * 0.5 * (1.0 - (time.elapsed_secs() * TAU / DOOR_PERIOD).cos()),
+    };
+    for mut pose in &mut doors {
+        pose.set_if_neq(door_pose(angle, pose.scale));
+    }
+}
+
+fn door_pose(angle: f32, scale: Vec3) -> Transform {
+    let mut pose = Transform::from_translation(room::door().center).with_scale(scale);
+    pose.rotate_around(room::HINGE, Quat::from_rotation_y(-angle));
+    pose
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy::camera::Exposure;
+
+    use super::*;
+
+    #[test]
+    fn exposures_are_as_said() {
+        for (ev100, expected) in [(EV100_OF_ONE, 1.0), (EV100, 0.25)] {
+            let exposure = Exposure { ev100 }.exposure();
+            assert!((exposure - expected).abs() < 1e-5, "{exposure}");
+        }
+    }
+
+    #[test]
+    fn the_box_is_in_the_left_half_of_pictures_of_any_aspect() {
+        for aspect in [1.0, 1.36, 16.0 / 9.0, 2.4] {
+            let pose = view(aspect);
+            let distance = pose.translation.z - FRONT;
+            let half_height = distance * (0.5 * FOV.to_radians()).tan();
+            let x = |x: f32| (x - pose.translation.x) / (half_height * aspect);
+            // From -1 at the left edge to 1 at the right one.
+            assert!(
+                x(-1.1) > -1.0 && x(1.1) < 0.0,
+                "{aspect}: {} {}",
+                x(-1.1),
+                x(1.1)
+            );
+            assert!((2.1 - pose.translation.y) / half_height < 1.0, "{aspect}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod motion_tests {
+    use super::*;
+
+    #[test]
+    fn the_door_turns_about_its_hinge_into_the_room() {
+        let closed = door_pose(0.0, Vec3::ONE).translation;
+        let open = door_pose(FRAC_PI_2, Vec3::ONE).translation;
+        assert_eq!(closed, room::door().center);
+        let from_hinge = |at: Vec3| (at - room::HINGE).with_y(0.0);
+        assert!((from_hinge(open).length() - from_hinge(closed).length()).abs() < 1e-5);
+        assert!(
+            from_hinge(open).z > 0.4 && from_hinge(open).x.abs() < 1e-5,
+            "{open}"
+        );
+    }
 }

@@ -17,16 +17,15 @@ use bevy::{
 };
 use bevy_voxel_gi::{VoxelGiReport, VoxelGiState};
 
-use super::{
-    cornell::{self, EV100, EV100_OF_ONE, FOV, SIZE},
-    stage::{Part, Stage},
-};
 use crate::{
     boxes::{Agreement, agreement, block_means, trace},
     headless::LabTarget,
     path_tracer::{TraceSettings, TracedPicture},
     runner::{PictureArea, SceneSettings, Side},
-    scenes::quad_camera::{LAYER, quad_camera},
+    scenes::{
+        tone::{LAYER, quad_camera},
+        voxel_gi::stage::{self, EV100, EV100_OF_ONE, FOV, Part, SIZE, Stage},
+    },
 };
 
 /// The traced picture, as far as it is.
@@ -92,7 +91,7 @@ pub fn receive(
                 samples,
                 ..default()
             };
-            trace(&cornell::scene(), &settings)
+            trace(&stage::scene(), &settings)
         })
     });
     if let Some(picture) = check_ready(task) {
@@ -228,7 +227,7 @@ pub fn compare(
 }
 
 fn spawn_cameras(commands: &mut Commands, images: &mut Assets<Image>) {
-    let scene = cornell::scene();
+    let scene = stage::scene();
     for side in Side::BOTH {
         let mut image = Image::new_target_texture(SIZE.x, SIZE.y, TextureFormat::Rgba32Float, None);
         image.texture_descriptor.usage |= TextureUsages::COPY_SRC;

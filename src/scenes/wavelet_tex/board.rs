@@ -18,13 +18,13 @@ use bevy_wavelet_tex::{
     },
 };
 
-use super::{
-    settings,
-    textures::{Sources, gray},
-};
 use crate::{
     content,
     runner::{MemoryFigures, Notes, PictureArea, SceneSettings, Side},
+    scenes::wavelet_tex::{
+        self,
+        textures::{Sources, gray},
+    },
 };
 
 /// Panels in a row.
@@ -137,11 +137,13 @@ pub fn place(
         return;
     }
     let (transform, visibility) = &mut *board;
-    visibility.set_if_neq(if settings::place(&settings) == settings::Place::Rates {
-        Visibility::Visible
-    } else {
-        Visibility::Hidden
-    });
+    visibility.set_if_neq(
+        if wavelet_tex::place(&settings) == wavelet_tex::Place::Rates {
+            Visibility::Visible
+        } else {
+            Visibility::Hidden
+        },
+    );
     let picture = area.0.size().as_vec2().max(Vec2::ONE);
     let rows = PANELS.len().div_ceil(COLUMNS) as f32;
     let whole = CELL * Vec2::new(COLUMNS as f32, rows);
@@ -169,13 +171,13 @@ pub fn configure(
     labels: Query<(Entity, &Label)>,
     device: Res<RenderDevice>,
 ) {
-    if settings::place(&settings) != settings::Place::Rates {
+    if wavelet_tex::place(&settings) != wavelet_tex::Place::Rates {
         return;
     }
-    let filter = settings::filter(&settings);
+    let filter = wavelet_tex::filter(&settings);
     let [color, luma] = own.originals(&sources, &mut images);
-    let storage = settings::storage(&settings, &device);
-    let relabel = own.encode(&sources, settings::effort(&settings), storage);
+    let storage = wavelet_tex::storage(&settings, &device);
+    let relabel = own.encode(&sources, wavelet_tex::effort(&settings), storage);
     let base = StandardMaterial {
         unlit: true,
         uv_transform: zoom(&settings),

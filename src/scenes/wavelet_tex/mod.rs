@@ -1,17 +1,5 @@
 //! A lit room with a picture, a brick wall, a wooden floor and a plant, or the picture at every rate
 //! side by side: RGBA8 textures with mips before, wavelet textures after, or the error between them.
-//!
-//! | file | contents |
-//! | --- | --- |
-//! | `settings` | the settings of the scene |
-//! | `room` | geometry and lights of the room |
-//! | `board` | the picture at every rate |
-//! | `textures` | the textures of the room, as they are and encoded |
-
-mod board;
-mod room;
-mod settings;
-mod textures;
 
 use bevy::{
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
@@ -19,16 +7,26 @@ use bevy::{
     render::renderer::RenderDevice,
 };
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletStandardMaterial, WaveletTexPlugin, WaveletTexture,
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
+    WaveletTexPlugin, WaveletTexture,
+    codec::{rate::Rate, settings::Effort},
+    material::storage_on,
 };
 
 use crate::{
     runner::{MemoryFigures, Notes, Scene, SceneImage, SceneSetting, SceneSettings, Side},
-    scenes::error_view::{ErrorViewPlugin, ErrorViewSystems, Films},
+    scenes::{
+        error_view::{self, ErrorViewPlugin, ErrorViewSystems, Films},
+        wavelet_tex::{
+            room::Part,
+            textures::{SourceMap, Sources},
+        },
+    },
 };
-use room::Part;
-use settings::Place;
-use textures::{SourceMap, Sources};
+
+mod board;
+mod room;
+mod textures;
 
 /// The example of `bevy_wavelet_tex`.
 pub struct WaveletTex;
@@ -48,7 +46,7 @@ impl Scene for WaveletTex {
     }
 
     fn settings(&self) -> Vec<SceneSetting> {
-        settings::all()
+        all()
     }
 
     fn view(&self) -> Transform {
@@ -97,12 +95,10 @@ fn map_tones(
         return;
     }
     for camera in &cameras {
-        commands
-            .entity(camera)
-            .insert(match settings::place(&settings) {
-                Place::Room => Tonemapping::default(),
-                Place::Rates => Tonemapping::None,
-            });
+        commands.entity(camera).insert(match place(&settings) {
+            Place::Room => Tonemapping::default(),
+            Place::Rates => Tonemapping::None,
+        });
     }
 }
 
@@ -157,12 +153,12 @@ fn configure_after(
     parts: Query<(Entity, &Side, &Part)>,
     device: Res<RenderDevice>,
 ) {
-    if settings::place(&settings) != Place::Room {
+    if place(&settings) != Place::Room {
         return;
     }
-    let filter = settings::filter(&settings);
-    let storage = settings::storage(&settings, &device);
-    sources.encode(settings::effort(&settings), settings::color_rate(&settings));
+    let filter = filter(&settings);
+    let storage = storage(&settings, &device);
+    sources.encode(effort(&settings), color_rate(&settings));
     let mut bytes = 0;
     for (entity, side, part) in &parts {
         if *side == Side::Before {
@@ -195,4 +191,122 @@ fn configure_after(
     figures.0.insert("textures after".into(), bytes);
     memory.set_if_neq(figures);
     notes.set_if_neq(Notes::default());
+}
+
+/// What there is to see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    Room,
+    Rates,
+}
+
+pub fn all() -> Vec<SceneSetting> {
+    vec![
+        SceneSetting::choice(
+            "place",
+            "the lit room, or the picture at all rates side by side",
+            0,
+            &["room", "rates"],
+        ),
+        error_view::view_setting(),
+        error_view::gain_setting(),
+        SceneSetting::float(
+            "zoom",
+            "of rates: the part of the picture that is shown, magnified so often",
+            1.0,
+            1.0..=32.0,
+            "",
+        ),
+        SceneSetting::float(
+            "focus_x",
+            "of rates: the middle of that part, from the left edge to the right one",
+            0.5,
+            0.0..=1.0,
+            "",
+        ),
+        SceneSetting::float(
+            "focus_y",
+            "the same from the upper edge to the lower one",
+            0.5,
+            0.0..=1.0,
+            "",
+        ),
+        SceneSetting::choice(
+            "filter",
+            "how decoded pixels are filtered",
+            5,
+            &[
+                "nearest",
+                "nearest_mip_linear",
+                "stochastic",
+                "stochastic_quad",
+                "bilinear",
+                "trilinear",
+                "anisotropic",
+            ],
+        ),
+        SceneSetting::choice(
+            "color_rate",
+            "of the room: bits per pixel of colours",
+            1,
+            &["color2.25", "color3", "color3.25", "color5"],
+        ),
+        SceneSetting::choice(
+            "effort",
+            "how hard the encoder searches",
+            1,
+            &["fast", "default", "best"],
+        ),
+        SceneSetting::choice(
+            "storage",
+            "as BC blocks, or decoded on load as without BC",
+            0,
+            &["blocks", "decoded"],
+        ),
+        SceneSetting::float(
+            "light_angle",
+            "of the room: direction of the light",
+            25.0,
+            -80.0..=80.0,
+            "degrees",
+        ),
+    ]
+}
+
+pub fn place(settings: &SceneSettings) -> Place {
+    match settings.choice("place") {
+        "rates" => Place::Rates,
+        _ => Place::Room,
+    }
+}
+
+pub fn filter(settings: &SceneSettings) -> WaveletFilter {
+    match settings.choice("filter") {
+        "nearest" => WaveletFilter::Nearest,
+        "nearest_mip_linear" => WaveletFilter::NearestMipLinear,
+        "stochastic" => WaveletFilter::Stochastic,
+        "stochastic_quad" => WaveletFilter::StochasticQuad,
+        "anisotropic" => WaveletFilter::Anisotropic,
+        "bilinear" => WaveletFilter::Bilinear,
+        _ => WaveletFilter::Trilinear,
+    }
+}
+
+pub fn effort(settings: &SceneSettings) -> Effort {
+    match settings.choice("effort") {
+        "fast" => Effort::Fast,
+        "best" => Effort::Best,
+        _ => Effort::Default,
+    }
+}
+
+pub fn storage(settings: &SceneSettings, device: &RenderDevice) -> WaveletStorage {
+    match settings.choice("storage") {
+        "decoded" => WaveletStorage::Decoded,
+        _ => storage_on(device),
+    }
+}
+
+pub fn color_rate(settings: &SceneSettings) -> Rate {
+    Rate::from_name(settings.choice("color_rate")).unwrap_or(Rate::Color3)
 }

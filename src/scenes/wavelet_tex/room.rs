@@ -4,8 +4,10 @@ use std::f32::consts::FRAC_PI_2;
 
 use bevy::{light::CascadeShadowConfigBuilder, math::Affine2, prelude::*};
 
-use super::settings::{self, Place};
-use crate::runner::{SceneSettings, Side};
+use crate::{
+    runner::{SceneSettings, Side},
+    scenes::wavelet_tex::{self, Place},
+};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
@@ -147,7 +149,7 @@ pub fn aim_lights(
 /// Shows the room, or hides it.
 pub fn show(settings: Res<SceneSettings>, mut parts: Query<&mut Visibility, With<Part>>) {
     for mut visibility in &mut parts {
-        visibility.set_if_neq(match settings::place(&settings) {
+        visibility.set_if_neq(match wavelet_tex::place(&settings) {
             Place::Room => Visibility::Inherited,
             Place::Rates => Visibility::Hidden,
         });

@@ -16,8 +16,7 @@ use bevy_wavelet_tex::codec::{
 };
 use image::{DynamicImage, Rgba, RgbaImage};
 
-use super::room::Surface;
-use crate::content;
+use crate::{content, scenes::wavelet_tex::room::Surface};
 
 /// Side of the generated materials in pixels.
 const MATERIAL_SIZE: u32 = 512;

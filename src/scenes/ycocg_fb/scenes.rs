@@ -9,6 +9,8 @@
 //! | `hdr_edge` | filters that compare absolute values: 10,000 beside 0 |
 //! | `dark` | filters that compare absolute values, and formats: 0.01 on average |
 
+pub use crate::scenes::ycocg_fb::scenes::{scene::TestScene, shapes::add};
+
 mod dark;
 mod equal_luminance;
 mod foliage;
@@ -17,9 +19,6 @@ mod lit;
 mod scene;
 mod shapes;
 mod thin_lines;
-
-pub use scene::TestScene;
-pub use shapes::add;
 
 pub const SCENES: [TestScene; 6] = [
     lit::SCENE,

@@ -39,9 +39,6 @@ use crate::cost::{
 };
 
 /// The app of a configuration, before its first frame.
-///
-/// # Errors
-/// [`CostError::App`] where there is no adapter.
 pub fn app(configuration: &Configuration, scene: Scene) -> Result<HeadlessApp, CostError> {
     let kind = &configuration.kind;
     let mut app = HeadlessApp::new(HeadlessSettings::with_size(64, 64), |app| {
@@ -315,9 +312,6 @@ const HEIGHT: f32 = 1.6;
 const PITCH: f32 = 27.0;
 
 /// The app, before its first frame. Its picture is what the pixels return.
-///
-/// # Errors
-/// [`CostError::App`] where there is no adapter.
 pub fn floor_app(kind: &Kind, scene: Scene) -> Result<HeadlessApp, CostError> {
     let settings = HeadlessSettings {
         format: TargetFormat::Float32,

@@ -26,9 +26,6 @@ fn counted_3_Float() -> f32 { fetch_counts.w += 1.0; return 0.0; }
 
 /// The shader with a pixel shader of the same name and parameters that returns the counts, in the order of
 /// [`KINDS`]. `source` is plain WGSL with one pixel shader.
-///
-/// # Errors
-/// What is wrong with the source, or cannot be counted.
 pub fn counting(source: &str) -> Result<String, String> {
     let mut text = source.to_owned();
     let mut insertions = Vec::new();

@@ -82,9 +82,6 @@ pub struct SystemRow {
 
 /// Writes the systems of each plugin into a folder, and what all of a plugin's systems take together, by the name of
 /// its crate; or, under the driver, draws the frames of one process.
-///
-/// # Errors
-/// [`CostError::Failed`] where there is no `perf`, or the program fails under it.
 pub fn measure(inside: bool, gpu: &str, folder: &Path) -> Result<(), CostError> {
     if inside {
         return draw(&part());

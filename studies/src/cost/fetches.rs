@@ -41,9 +41,6 @@ const FRAMES: u32 = 2;
 const RESOLVE: &str = "packed_ycocg_resolve";
 
 /// Counts the fetches of a plugin, or of all, and writes them into a folder beside those of the others.
-///
-/// # Errors
-/// [`CostError`].
 pub fn measure(plugin: Option<&str>, folder: &Path) -> Result<(), CostError> {
     let is_wanted = |name: &str| name == "bevy" || plugin.is_none_or(|wanted| wanted == name);
     let path = folder.join(FILE);
@@ -87,9 +84,6 @@ fn beside_bevy(mut rows: Vec<FetchRow>) -> Vec<FetchRow> {
 }
 
 /// The fetches of a configuration in a scene.
-///
-/// # Errors
-/// [`CostError`].
 pub fn counted(configuration: &Configuration, scene: Scene) -> Result<FetchRow, CostError> {
     let mut app = floor_app(&configuration.kind, scene)?;
     app.run_until_ready(MAX_FRAMES)?;
@@ -202,9 +196,6 @@ impl FetchRow {
 }
 
 /// Reads the committed figures.
-///
-/// # Errors
-/// [`FileError`].
 pub fn read() -> Result<Vec<FetchRow>, FileError> {
     let root = Path::new(ROOT);
     read_json(&root.join(FOLDER).join(FILE))

@@ -60,9 +60,6 @@ pub struct Options {
 }
 
 /// Does what the command line asks for.
-///
-/// # Errors
-/// [`CostError`].
 pub fn measure(options: &Options) -> Result<(), CostError> {
     if options.advise {
         let rows = record::read(&options.out)?;

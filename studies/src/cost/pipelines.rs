@@ -43,9 +43,6 @@ pub const TONE_MAPPING: &str = "tone mapping";
 pub const COPY: &str = "copy";
 
 /// Compiles what `program` compiles with [`print()`] when it is started under the driver.
-///
-/// # Errors
-/// As of [`run_parts`].
 pub fn compile(
     gpu: &str,
     program: &Command,
@@ -60,10 +57,6 @@ pub fn compile(
 }
 
 /// Compiles the configuration that this process is to compile, and prints marks.
-///
-/// # Errors
-/// [`CostError::App`] where an app cannot be built, [`CostError::Failed`] where it has no pipeline of
-/// interest.
 pub fn print(configurations: &[Configuration]) -> Result<(), CostError> {
     let part = part();
     for configuration in configurations.iter().filter(|c| c.name() == part) {
@@ -209,9 +202,6 @@ pub fn this_program() -> Command {
 }
 
 /// The version of Mesa that would be used, such as `Mesa 25.0.7`.
-///
-/// # Errors
-/// [`CostError::NoDriver`] with what to do where it is not there, or too old.
 pub fn check() -> Result<String, CostError> {
     let output = output(script().arg("check"))?;
     let text = String::from_utf8_lossy(&output.stdout);
@@ -220,9 +210,6 @@ pub fn check() -> Result<String, CostError> {
 
 /// Runs a program on a GPU for each of the names, one after the other, with `PART` set to it, so that nothing of one
 /// is left in the next. Returns what each wrote.
-///
-/// # Errors
-/// [`CostError::NoDriver`] as of [`check`]; [`CostError::Failed`] where the program fails.
 fn run_parts<'a>(
     gpu: &'a str,
     program: &'a Command,

@@ -90,18 +90,12 @@ pub const FOLDER: &str = "docs/measurements/radv";
 const FILE: &str = "cost.json";
 
 /// Reads `cost.json` of a folder.
-///
-/// # Errors
-/// [`FileError`], naming the path.
 pub fn read(folder: &Path) -> Result<Vec<CostRow>, FileError> {
     read_json(&folder.join(FILE))
 }
 
 /// The rows in a folder, if there are any, with new ones in the place of those of the same GPU and plugin, in the order
 /// of plugins and GPUs.
-///
-/// # Errors
-/// [`FileError`], naming the path.
 pub fn renewed(folder: &Path, new: Vec<CostRow>) -> Result<Vec<CostRow>, FileError> {
     let mut rows = match folder.join(FILE).exists() {
         true => read(folder)?,
@@ -119,9 +113,6 @@ pub fn renewed(folder: &Path, new: Vec<CostRow>) -> Result<Vec<CostRow>, FileErr
 }
 
 /// Writes `cost.json` into a folder.
-///
-/// # Errors
-/// [`FileError`], naming the path.
 pub fn write(rows: &[CostRow], folder: &Path) -> Result<(), FileError> {
     write_json(&rows, &folder.join(FILE))
 }
@@ -153,17 +144,11 @@ pub struct BudgetRow {
 
 impl Budget {
     /// Reads the committed file.
-    ///
-    /// # Errors
-    /// [`FileError`].
     pub fn read() -> Result<Self, FileError> {
         read_json(&path())
     }
 
     /// Writes the committed file.
-    ///
-    /// # Errors
-    /// [`FileError`].
     pub fn write(&self) -> Result<(), FileError> {
         write_json(self, &path())
     }

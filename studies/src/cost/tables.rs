@@ -172,9 +172,6 @@ fn passes(all: &[&CostRow], own: &[&CostRow]) -> String {
 
 /// Renews what stands between `<!-- tradeoff NAME -->` and `<!-- end -->` in the pages: compiled cost and fetches
 /// in the plugins', the CPU's time in the repository's.
-///
-/// # Errors
-/// [`CostError::File`] where figures or a page cannot be read, or a page not written.
 pub fn renew(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
     for (page, name, table) in pages(rows, folder)? {
         renew_file(&page, &name, &table)?;
@@ -183,9 +180,6 @@ pub fn renew(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
 }
 
 /// The path of each page, and its tables by name.
-///
-/// # Errors
-/// [`CostError::File`] where figures cannot be read.
 pub fn pages(rows: &[CostRow], folder: &Path) -> Result<Vec<(PathBuf, String, String)>, CostError> {
     let counted = fetches::read()?;
     let systems: Vec<cpu::SystemRow> = read_json(&folder.join(cpu::FILE))?;
@@ -209,9 +203,6 @@ pub fn pages(rows: &[CostRow], folder: &Path) -> Result<Vec<(PathBuf, String, St
 const ACCURACY: &str = "docs/measurements/llvmpipe";
 
 /// Writes one chart a plugin, named as the plugin.
-///
-/// # Errors
-/// [`FileError`], naming the path.
 pub fn draw(rows: &[CostRow], folder: &Path) -> Result<(), FileError> {
     let rows: Vec<_> = rows.iter().filter(|row| row.gpu == GPU).collect();
     for study in &STUDIES {

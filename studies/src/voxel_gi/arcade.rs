@@ -42,9 +42,6 @@ const SETTINGS: [&str; 5] = [
 ];
 
 /// The rows of those settings that are measured in the arcade, and the adapter.
-///
-/// # Errors
-/// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
 pub fn rows(
     plan: &ArcadePlan,
     settings: &[Setting],
@@ -81,9 +78,6 @@ struct StateTruth {
 
 impl ArcadeApp {
     /// Traces the truth of all states, and renders them without a volume.
-    ///
-    /// # Errors
-    /// [`HeadlessError`] when a frame cannot be rendered.
     pub fn new(plan: &ArcadePlan) -> Result<Self, HeadlessError> {
         let arcade = Arcade::new(plan.scene);
         let settings = TraceSettings {
@@ -136,9 +130,6 @@ impl ArcadeApp {
     }
 
     /// The error of a setting in each state.
-    ///
-    /// # Errors
-    /// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
     pub fn rows(&mut self, setting: &Setting) -> Result<Vec<LightRow>, HeadlessError> {
         let scene = &self.states[0].scene;
         move_to(self.app.world_mut(), &self.spawned, scene);

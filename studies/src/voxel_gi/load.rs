@@ -25,9 +25,6 @@ const SIZE: f32 = 6.0;
 const PICTURE: u32 = 64;
 
 /// The rows, one a number of triangles.
-///
-/// # Errors
-/// [`HeadlessError`] when a frame cannot be rendered.
 pub fn rows(plan: &GiPlan, progress: &ProgressBar) -> Result<Vec<TimeRow>, HeadlessError> {
     let mut candidates = Vec::new();
     let resolution = plan.resolutions[0];

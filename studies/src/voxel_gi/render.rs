@@ -17,9 +17,6 @@ pub(super) const MAX_FRAMES: u32 = 200;
 const MAX_SETTLE: u32 = 400;
 
 /// The app of a setting, ready to be timed, and its row with error and memory.
-///
-/// # Errors
-/// [`HeadlessError`] when a frame cannot be rendered or the light does not settle.
 pub fn candidate(
     truth: &TracedScene,
     setting: &Setting,
@@ -130,9 +127,6 @@ const SPEED: f32 = 1.0;
 
 /// The noise of the light of a settled volume after the point lights have moved for a second, along X and
 /// through their places in the middle of it. They are back at the end.
-///
-/// # Errors
-/// [`HeadlessError`] when a frame cannot be rendered.
 pub fn in_motion(
     app: &mut HeadlessApp,
     scene: &BoxScene,

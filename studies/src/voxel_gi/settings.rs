@@ -150,9 +150,6 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
 }
 
 /// The settings that the plan names, in the order of [`settings`]; all where it names none.
-///
-/// # Errors
-/// [`TradeoffError::UnknownSetting`] where a name is no setting's.
 pub fn wanted(plan: &GiPlan) -> Result<Vec<Setting>, TradeoffError> {
     let mut settings = settings(plan);
     let is_unknown = |name: &&String| !settings.iter().any(|setting| setting.name == **name);

@@ -2,7 +2,7 @@
 
 use bevy::{light::GlobalAmbientLight, prelude::*};
 
-use super::{lit, scene::TestScene};
+use crate::scenes::ycocg_fb::scenes::{lit, scene::TestScene};
 
 pub(super) const SCENE: TestScene = TestScene {
     name: "dark",

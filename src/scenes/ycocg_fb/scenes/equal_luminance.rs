@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use bevy::prelude::*;
 
-use super::{
+use crate::scenes::ycocg_fb::scenes::{
     scene::{TestScene, View},
     shapes::{Random, add, flat, line, triangles},
 };

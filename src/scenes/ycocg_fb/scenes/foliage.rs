@@ -1,15 +1,19 @@
 //! A thicket: leaves a few pixels large, before a sky that shows through.
 
 use bevy::{
-    light::CascadeShadowConfigBuilder, light::GlobalAmbientLight, math::Affine2, prelude::*,
+    light::{CascadeShadowConfigBuilder, GlobalAmbientLight},
+    math::Affine2,
+    prelude::*,
 };
 use image::Rgba;
 
-use super::{
-    scene::{TestScene, View},
-    shapes::{Random, SEED, add},
+use crate::{
+    content::{self, mipped_texture},
+    scenes::ycocg_fb::scenes::{
+        scene::{TestScene, View},
+        shapes::{Random, SEED, add},
+    },
 };
-use crate::content::{self, mipped_texture};
 
 pub(super) const SCENE: TestScene = TestScene {
     name: "foliage",

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use super::{
+use crate::scenes::ycocg_fb::scenes::{
     scene::{TestScene, View},
     shapes::{Random, add, flat, line, triangles},
 };

@@ -8,11 +8,13 @@ use bevy::{
     prelude::*,
 };
 
-use super::{
-    scene::{TestScene, View},
-    shapes::{SEED, add, textured},
+use crate::{
+    content,
+    scenes::ycocg_fb::scenes::{
+        scene::{TestScene, View},
+        shapes::{SEED, add, textured},
+    },
 };
-use crate::content;
 
 pub(super) const SCENE: TestScene = TestScene {
     name: "lit",

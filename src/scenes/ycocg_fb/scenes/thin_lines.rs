@@ -2,7 +2,7 @@
 
 use bevy::{color::Hsva, prelude::*};
 
-use super::{
+use crate::scenes::ycocg_fb::scenes::{
     scene::{TestScene, View},
     shapes::{Random, add, flat, line, triangles},
 };
