@@ -6,10 +6,7 @@ use std::{
     thread,
 };
 
-use bevy::{
-    ecs::{entity_disabling::Disabled, query::Allow},
-    prelude::*,
-};
+use bevy::prelude::*;
 use bevy_frugal_lab::headless::HeadlessApp;
 
 /// Apps of one configuration.
@@ -89,9 +86,7 @@ impl Drop for Borrowed {
             return;
         };
         let world = app.world_mut();
-        // Bevy goes on drawing with lights that are disabled.
-        type OfScene = (With<Transform>, Without<ChildOf>, Allow<Disabled>);
-        let mut scene = world.query_filtered::<Entity, OfScene>();
+        let mut scene = world.query_filtered::<Entity, (With<Transform>, Without<ChildOf>)>();
         for entity in scene.iter(world).collect::<Vec<_>>() {
             world.despawn(entity);
         }
