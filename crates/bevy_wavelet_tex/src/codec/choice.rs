@@ -6,10 +6,11 @@ use super::{
     job::Job,
     plain,
     planes::LevelPlanes,
-    quality,
+    quality::Errors,
     rate::Rate,
     settings::{Effort, EncodeSettings, Formats, Method},
     source::Source,
+    windows::Window,
 };
 
 /// The least part of the squared error that chroma must have for a wavelet with more chroma to be tried.
@@ -46,51 +47,53 @@ pub(super) fn choose<'a>(
         && formats != Formats::Plain
         && settings.method != Method::Thesis
         && settings.effort != Effort::Fast;
-    let mut least = f64::INFINITY;
+    let windows = Window::of_levels(source.size, source.levels.len());
+    let measured = |choice: &Choice<'_>| Errors::of(source, &choice.image, &windows);
+    let mut least = None;
     if other_colors {
-        let mut luma_mse;
-        (least, luma_mse) = quality::mse_with_luma(source, &choice.image);
-        let better = |rate, axes, least: f64| {
+        let mut errors = measured(&choice);
+        let better = |rate, axes, than: f64| {
             let other = Choice::wavelet(source, settings, rate, axes);
-            let (mse, luma_mse) = quality::mse_with_luma(source, &other.image);
-            (mse < least).then_some((other, mse, luma_mse))
+            let errors = measured(&other);
+            (errors.all < than).then_some((other, errors))
         };
         if let Some(rate) = rate.with_more_chroma()
-            && luma_mse < (1.0 - CHROMA_PART) * least
-            && let Some(other) = better(rate, ycocg, least)
+            && errors.luma < (1.0 - CHROMA_PART) * errors.all
+            && let Some(other) = better(rate, ycocg, errors.all)
         {
-            (choice, least, luma_mse) = other;
+            (choice, errors) = other;
         }
-        if let Some(axes) = fitted_axes(source, choice.job.rate, least, luma_mse)
-            && let Some(other) = better(choice.job.rate, axes, least)
+        if let Some(axes) = fitted_axes(source, choice.job.rate, errors)
+            && let Some(other) = better(choice.job.rate, axes, errors.all)
         {
-            (choice, least, _) = other;
+            (choice, errors) = other;
         }
+        least = Some(errors);
     } else if formats == Formats::Any {
-        least = quality::chain_mse(source, &choice.image);
+        least = Some(measured(&choice));
     }
     if formats != Formats::Wavelet
-        && let Some(plain) = plain::better(source, &choice.image, least, settings, bytes)
+        && let Some(plain) = plain::better(source, &choice.image, least, &windows, settings, bytes)
     {
         choice.image = plain;
     }
     choice
 }
 
-/// The axes of colour that fit an image, where they may have less error than YCoCg, whose mean squared
-/// error is `mse`, of which `luma_mse` is that of luma: chroma has less where less of it is lost by its
-/// smaller size.
-fn fitted_axes(source: &Source<'_>, rate: Rate, mse: f64, luma_mse: f64) -> Option<ColorAxes> {
+/// The axes of colour that fit an image, where they may have less error than YCoCg: chroma has less where less of it is
+/// lost by its smaller size.
+fn fitted_axes(source: &Source<'_>, rate: Rate, errors: Errors) -> Option<ColorAxes> {
+    let Errors { all, luma, .. } = errors;
     let subsampling = rate.chroma_subsampling()?;
-    if luma_mse > (1.0 - AXES_PART) * mse {
+    if luma > (1.0 - AXES_PART) * all {
         return None;
     }
     // The energy that is lost is nearly all of the error of chroma.
     let lost = detail_covariance(&source.levels[0], source.size, subsampling);
     let fitted = ColorAxes::fitted(&lost)?;
     let part = fitted.chroma_energy(&lost) / ColorAxes::YCOCG.chroma_energy(&lost);
-    let expected = luma_mse + part * (mse - luma_mse);
-    (expected < (1.0 - AXES_PART) * mse).then_some(fitted)
+    let expected = luma + part * (all - luma);
+    (expected < (1.0 - AXES_PART) * all).then_some(fitted)
 }
 
 impl<'a> Choice<'a> {

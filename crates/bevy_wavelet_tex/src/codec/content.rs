@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::decoder::normal_from_xy;
+
 /// The kind of data in an image, which decides its planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Content {
@@ -31,6 +33,29 @@ impl Content {
             Self::Color => "color",
             Self::ColorAlpha => "color_alpha",
             Self::Normal => "normal",
+        }
+    }
+
+    /// Number of channels over which errors are measured.
+    #[cfg(feature = "encode")]
+    pub(super) fn error_channels(self) -> usize {
+        match self {
+            Self::Gray => 1,
+            Self::Color | Self::Normal => 3,
+            Self::ColorAlpha => 4,
+        }
+    }
+
+    /// A pixel of the channels of a plain texture: RGBA, or X, Y and Z.
+    pub(super) fn of_channels(self, [r, g, b, a]: [f32; 4]) -> [f32; 4] {
+        match self {
+            Self::Gray => [r, r, r, 1.0],
+            Self::Color => [r, g, b, 1.0],
+            Self::ColorAlpha => [r, g, b, a],
+            Self::Normal => {
+                let [x, y, z] = normal_from_xy([2.0 * r - 1.0, 2.0 * g - 1.0]);
+                [x, y, z, 1.0]
+            }
         }
     }
 

@@ -159,7 +159,7 @@ impl<'a> LevelRows<'a> {
             Planes::Plain(rows) => {
                 rows.fill(y, row);
                 for pixel in row {
-                    *pixel = self.of_channels(*pixel);
+                    *pixel = self.image.content.of_channels(*pixel);
                 }
             }
             Planes::Wavelet {
@@ -214,19 +214,6 @@ impl<'a> LevelRows<'a> {
             _ => 1.0,
         };
         [r, g, b, alpha]
-    }
-
-    /// A pixel of the channels of a plain texture.
-    fn of_channels(&self, [r, g, b, a]: [f32; 4]) -> [f32; 4] {
-        match self.image.content {
-            Content::Gray => [r, r, r, 1.0],
-            Content::Color => [r, g, b, 1.0],
-            Content::ColorAlpha => [r, g, b, a],
-            Content::Normal => {
-                let [x, y, z] = normal_from_xy([2.0 * r - 1.0, 2.0 * g - 1.0]);
-                [x, y, z, 1.0]
-            }
-        }
     }
 }
 

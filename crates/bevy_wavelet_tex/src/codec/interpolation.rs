@@ -61,7 +61,7 @@ pub type Tap = (u32, u32, f32);
 pub fn interpolated(plane: &Plane, axes: [Axis; 2]) -> Plane {
     let rows = Interpolation::new(axes);
     Plane::from_rows(axes.map(|axis| axis.pixels), |y, row| {
-        rows.fill(plane, y, row)
+        rows.fill(plane, y, row);
     })
 }
 
@@ -102,9 +102,24 @@ impl Interpolation {
 /// the value of a pixel.
 #[cfg(feature = "encode")]
 pub fn fitted(axes: [Axis; 2], smoothness: f32, value: impl Fn(usize) -> f32 + Sync) -> Plane {
-    let [along_x, along_y] = axes.map(|axis| NormalEquations::new(axis, smoothness));
+    let taps = axes.map(|axis| axis.all_taps());
+    fitted_by(taps, axes.map(|axis| axis.texels), smoothness, value)
+}
+
+/// The same with the two texels between which each pixel of a row, and of a column, lies.
+#[cfg(feature = "encode")]
+pub(super) fn fitted_by(
+    taps: [Vec<Tap>; 2],
+    texels: [u32; 2],
+    smoothness: f32,
+    value: impl Fn(usize) -> f32 + Sync,
+) -> Plane {
+    let pixels = taps.each_ref().map(|taps| taps.len() as u32);
+    let [across, down] = taps;
+    let along_x = NormalEquations::new(across, texels[0], smoothness);
+    let along_y = NormalEquations::new(down, texels[1], smoothness);
     // Transposed twice, so that each axis has its lines side by side.
-    let half = along_x.solved(axes.map(|axis| axis.pixels), value);
+    let half = along_x.solved(pixels, value);
     along_y.solved(half.size, |i| half.values[i])
 }
 
@@ -124,10 +139,9 @@ struct NormalEquations {
 
 #[cfg(feature = "encode")]
 impl NormalEquations {
-    fn new(axis: Axis, smoothness: f32) -> Self {
-        let taps = axis.all_taps();
-        let mut diagonal = vec![0.0; axis.texels as usize];
-        let mut beside = vec![0.0; axis.texels as usize];
+    fn new(taps: Vec<Tap>, texels: u32, smoothness: f32) -> Self {
+        let mut diagonal = vec![0.0; texels as usize];
+        let mut beside = vec![0.0; texels as usize];
         for &(a, b, u) in &taps {
             let (a, b) = (a as usize, b as usize);
             if a == b {

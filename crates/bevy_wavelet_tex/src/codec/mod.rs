@@ -27,7 +27,7 @@
 //! | [`wavelet`], `pack` | conversion of one plane to coefficients, to blocks and back | 3.5.3 |
 //! | [`layout`] | sizes of planes, their textures and mip chains | |
 //! | [`encoder`], `choice`, `job`, `check` | the whole encoder: of an image, which kind of texture it becomes, of its levels, and what it accepts | 3.5.2 |
-//! | [`settings`], `search` | its settings, and the search for its parameters | 3.5.2 |
+//! | [`settings`], `search`, `windows` | its settings, the search for its parameters, and the parts of an image that decide it | 3.5.2 |
 //! | [`decoder`] | the whole decoder | 3.5.3 |
 //! | [`quality`], [`angle`] | the error of an encoded image, and of normals | 3.6.1 |
 
@@ -76,3 +76,5 @@ pub mod settings;
 #[cfg(feature = "encode")]
 pub mod source;
 pub mod wavelet;
+#[cfg(feature = "encode")]
+mod windows;

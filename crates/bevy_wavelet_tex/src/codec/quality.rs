@@ -8,6 +8,7 @@ use super::{
     decoder::LevelRows,
     image::{Content, WaveletImage},
     source::Source,
+    windows::Window,
 };
 
 /// PSNR of the largest level in dB, with both images rounded to 8 bits: over R, G and B (and alpha
@@ -19,7 +20,7 @@ pub fn psnr_db(source: &Source<'_>, image: &WaveletImage) -> f64 {
 
 /// Mean squared error of the same, in 8-bit units squared.
 pub fn mse(source: &Source<'_>, image: &WaveletImage) -> f64 {
-    level_mse(source, image, 0)[0]
+    level_mse(source, image, 0, &[])[0]
 }
 
 /// How much a mip level is used, against the largest one: each half as much as the one before.
@@ -30,67 +31,97 @@ pub(super) fn level_weight(level: usize) -> f64 {
     0.5f64.powi(level as i32)
 }
 
-/// The mean of the errors of all levels, by how much they are used.
-pub(super) fn chain_mse(source: &Source<'_>, image: &WaveletImage) -> f64 {
-    mse_with_luma(source, image).0
+/// Mean squared errors of all levels, by how much they are used, in 8-bit units squared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Errors {
+    /// That of all channels.
+    pub(super) all: f64,
+    /// The part of it that is that of luma: how large the error of colour would be if chroma had none.
+    pub(super) luma: f64,
+    /// That of all channels in the windows of each level.
+    pub(super) sampled: f64,
 }
 
-/// The same, and the part of it that is that of luma: how large the error of colour would be if chroma
-/// had none.
-pub(super) fn mse_with_luma(source: &Source<'_>, image: &WaveletImage) -> (f64, f64) {
-    let (mut sums, mut weights) = ([0.0; 2], 0.0);
-    for level in 0..image.levels {
-        let weight = level_weight(level as usize);
-        let errors = level_mse(source, image, level);
-        sums = [0, 1].map(|i| sums[i] + weight * errors[i]);
-        weights += weight;
+impl Errors {
+    /// Measures an image. `windows` are those of at least its levels.
+    pub(super) fn of(source: &Source<'_>, image: &WaveletImage, windows: &[Vec<Window>]) -> Self {
+        let (mut sums, mut weights) = ([0.0; 3], 0.0);
+        for (level, windows) in (0..image.levels).zip(windows) {
+            let weight = level_weight(level as usize);
+            let errors = level_mse(source, image, level, windows);
+            sums = [0, 1, 2].map(|i| sums[i] + weight * errors[i]);
+            weights += weight;
+        }
+        let [all, luma, sampled] = sums.map(|sum| sum / weights);
+        Self { all, luma, sampled }
     }
-    let [all, luma] = sums.map(|sum| sum / weights);
-    (all, luma)
 }
 
-/// The mean squared error of all channels of a level with both images rounded to 8 bits, and that of luma.
-fn level_mse(source: &Source<'_>, image: &WaveletImage, level: u32) -> [f64; 2] {
+/// The mean squared error of all channels of a level with both images rounded to 8 bits, that of luma, and that of all
+/// channels in windows.
+fn level_mse(
+    source: &Source<'_>,
+    image: &WaveletImage,
+    level: u32,
+    windows: &[Window],
+) -> [f64; 3] {
     let rows = LevelRows::new(image, level, decode_blocks);
     let pixels = &source.levels[level as usize];
     let content = image.content;
-    let channels = match content {
-        Content::Gray => 1,
-        Content::Color | Content::Normal => 3,
-        Content::ColorAlpha => 4,
-    };
     let axis = image.axes.weights()[0];
     let luma = |pixel: [f32; 4]| (0..3).map(|c| 255.0 * axis[c] * pixel[c]).sum::<f32>();
-    // `f32::round` would be a call of a library.
-    let byte = |v: f32| (v * 255.0 + 0.5) as u8;
     let [width, height] = rows.size;
-    let of_row = |row: &mut Vec<[f32; 4]>, y: u32| {
+    let of_row = |(row, errors): &mut (Vec<[f32; 4]>, Vec<u32>), y: u32| {
         rows.fill(y, row);
-        let mut sums = [0.0; 2];
-        for (x, decoded) in row.iter().enumerate() {
-            let mut wanted = pixels.get(y as usize * width as usize + x);
-            if content == Content::Gray {
-                wanted[0] = ycocg_from_rgb([wanted[0], wanted[1], wanted[2]]).y;
-            }
-            let of_channel = |c: usize| {
-                let decoded = match content {
-                    Content::Normal => 0.5 + 0.5 * decoded[c],
-                    _ => decoded[c],
-                };
-                let difference = i32::from(byte(wanted[c])) - i32::from(byte(decoded));
-                difference * difference
-            };
-            sums[0] += f64::from((0..channels).map(of_channel).sum::<i32>());
-            sums[1] += f64::from(luma(wanted) - luma(*decoded)).powi(2);
+        let mut of_luma = 0.0;
+        for (x, (decoded, error)) in row.iter().zip(errors.iter_mut()).enumerate() {
+            let wanted = pixels.get(y as usize * width as usize + x);
+            *error = pixel_error(content, wanted, *decoded);
+            of_luma += f64::from(luma(wanted) - luma(*decoded)).powi(2);
         }
-        sums
+        let in_window = |window: &Window| {
+            let [left, top] = window.corner;
+            let errors = &errors[left as usize..][..window.size[0] as usize];
+            match (top..top + window.size[1]).contains(&y) {
+                true => errors.iter().map(|error| u64::from(*error)).sum(),
+                false => 0,
+            }
+        };
+        let all: u64 = errors.iter().map(|error| u64::from(*error)).sum();
+        let sampled: u64 = windows.iter().map(in_window).sum();
+        [all as f64, of_luma, sampled as f64]
     };
     // Row by row, so that the sum does not depend on the number of threads.
-    let row = || vec![[0.0; 4]; width as usize];
-    let sums: Vec<[f64; 2]> = (0..height).into_par_iter().map_init(row, of_row).collect();
+    let row = || (vec![[0.0; 4]; width as usize], vec![0; width as usize]);
+    let sums: Vec<[f64; 3]> = (0..height).into_par_iter().map_init(row, of_row).collect();
+    let sum = |i: usize| sums.iter().map(|sums| sums[i]).sum::<f64>();
+    let channels = content.error_channels() as f64;
     let count = f64::from(width) * f64::from(height);
-    let sum = |i: usize| sums.iter().map(|sums| sums[i]).sum::<f64>() / count;
-    [sum(0) / channels as f64, sum(1)]
+    let in_windows: usize = windows.iter().map(Window::pixels).sum();
+    [
+        sum(0) / (count * channels),
+        sum(1) / count,
+        sum(2) / (in_windows as f64 * channels),
+    ]
+}
+
+/// The sum of the squared errors of the channels of a pixel that was decoded to `[0, 1]`, or to a unit vector, with both
+/// rounded to 8 bits.
+#[inline]
+pub(super) fn pixel_error(content: Content, mut wanted: [f32; 4], decoded: [f32; 4]) -> u32 {
+    if content == Content::Gray {
+        wanted[0] = ycocg_from_rgb([wanted[0], wanted[1], wanted[2]]).y;
+    }
+    // `f32::round` would be a call of a library.
+    let byte = |v: f32| (v * 255.0 + 0.5) as u8;
+    let of_channel = |c: usize| {
+        let decoded = match content {
+            Content::Normal => 0.5 + 0.5 * decoded[c],
+            _ => decoded[c],
+        };
+        u32::from(byte(wanted[c]).abs_diff(byte(decoded))).pow(2)
+    };
+    (0..content.error_channels()).map(of_channel).sum()
 }
 
 /// Converts a mean squared error, in 8-bit units squared, to a PSNR in dB.

@@ -68,6 +68,17 @@ impl Pixels<'_> {
             Self::Rgba16(pixels) => pixels[i].map(word),
         }
     }
+
+    /// A channel of the pixel at index `i`, in `[0, 1]`.
+    #[inline]
+    pub(super) fn channel(&self, i: usize, c: usize) -> f32 {
+        match self {
+            Self::Rgb8(pixels) if c < 3 => f32::from(pixels[i][c]) / 255.0,
+            Self::Rgba8(pixels) => f32::from(pixels[i][c]) / 255.0,
+            Self::Rgba16(pixels) => f32::from(pixels[i][c]) / 65535.0,
+            _ => self.get(i)[c],
+        }
+    }
 }
 
 /// An image to encode.

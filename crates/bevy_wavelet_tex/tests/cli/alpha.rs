@@ -95,9 +95,9 @@ fn a_cut_out_keeps_its_area_in_every_mip() {
         }
     }
     f.ok(&["encode", "leaves.png", "a.wtex", "--cutoff", "none"]);
-    let wanted = covered(&image, 128, 3);
-    let found = covered(&f.level("a.wtex", "5"), 128, 3);
-    assert!(found < 0.8 * wanted, "{found} for {wanted}");
+    // Filtered alpha has none of what is thinner than a pixel.
+    let found = covered(&f.level("a.wtex", "6"), 128, 3);
+    assert_eq!(found, 0.0);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use image::ImageFormat;
 
-use crate::support::{Folder, color_image, gray_image, normal_image};
+use crate::support::{Folder, color_image, gray_image, normal_image, stderr};
 
 #[test]
 fn images_inside_gltf_files_are_encoded_by_their_role() {
@@ -64,4 +64,22 @@ fn images_inside_gltf_files_are_encoded_by_their_role() {
         br#"{"materials": [{"normalTexture": {"index": 7}}]}"#,
     );
     f.fails(1, &["encode", "bad.gltf"], &["bad.gltf", "texture 7"]);
+}
+
+#[test]
+fn a_file_without_maps_is_named_and_stops_no_other() {
+    let f = Folder::new("no-maps");
+    f.save("a.png", color_image());
+    f.write(
+        "plain.gltf",
+        br#"{"asset": {"version": "2.0"}, "materials": [{"name": "gray"}]}"#,
+    );
+    f.fails(1, &["encode", "plain.gltf"], &["no material has a map"]);
+    let output = f.run(&["encode", "plain.gltf", "a.png"]);
+    assert!(output.status.success() && f.0.join("a.wtex").exists());
+    let warnings = stderr(&output);
+    assert!(
+        warnings.contains("plain.gltf: no material has a map"),
+        "{warnings}"
+    );
 }

@@ -33,6 +33,7 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
         let others = plan
             .left
             .iter()
+            .filter(|(_, others)| !others.is_empty())
             .map(|(_, others)| format!(", but for {others}"));
         return Err(Error::file(
             &named[0],
@@ -56,8 +57,10 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
         },
     );
     for (path, others) in &plan.left {
-        let problem = format!("the maps of {others} keep their own images");
-        batch::warn(path, &problem);
+        match others.as_str() {
+            "" => batch::warn(path, "no material has a map"),
+            _ => batch::warn(path, &format!("the maps of {others} keep their own images")),
+        }
     }
     let text = if args.json {
         serde_json::to_string_pretty(&rows).expect("plain data")

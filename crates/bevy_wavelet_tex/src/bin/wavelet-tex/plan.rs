@@ -58,7 +58,7 @@ struct Image {
 pub struct Plan {
     pub tasks: Vec<Task>,
     pub errors: Vec<Error>,
-    /// Files whose maps stay as they are, and what these belong to.
+    /// glTF files with maps that stay as they are, and what these belong to, or without maps.
     pub left: Vec<(PathBuf, String)>,
     images: Vec<Image>,
     by_output: HashMap<PathBuf, usize>,
@@ -157,9 +157,9 @@ impl Plan {
     /// Adds all images that the materials of a glTF file use.
     fn add_gltf(&mut self, input: &Input, destination: &Destination) -> Result<(), Error> {
         let gltf = Gltf::read(&input.path)?;
-        let others = gltf.others();
-        if !others.is_empty() {
-            self.left.push((input.path.clone(), others.join(", ")));
+        let others = gltf.others().join(", ");
+        if !others.is_empty() || gltf.textures().is_empty() {
+            self.left.push((input.path.clone(), others));
         }
         let mut failed = Vec::new();
         for texture in gltf.textures() {

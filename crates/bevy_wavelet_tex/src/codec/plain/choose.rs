@@ -2,21 +2,28 @@
 
 use super::{
     encode::{Channels, add_level},
-    estimate::{LEAST_BLOCKS, LevelTexels},
+    estimate::LevelEstimate,
     texture::PlainTexture,
 };
 use crate::codec::{
     axes::ColorAxes,
     blocks::BlockFormat,
-    image::{Content, WaveletImage},
+    image::WaveletImage,
     layout,
-    quality::{chain_mse, level_weight},
+    quality::{Errors, level_weight},
     settings::{Effort, EncodeSettings},
     source::Source,
+    windows::Window,
 };
 
-/// An estimate may be wrong by this factor of the error: 0.25 dB.
-const DOUBT: f64 = 1.06;
+/// A texture is encoded where its error in the windows is at most this factor of that of the wavelet.
+const DOUBT: f64 = 1.04;
+
+/// Textures of no more blocks are encoded without an estimate: those of 192 x 192 texels.
+const LEAST_BLOCKS: u32 = 2304;
+
+/// Textures of no more blocks, those of sprites, are worth the best effort.
+const FEW_BLOCKS: u32 = 256;
 
 /// The format and the size of the largest level of a plain texture.
 #[derive(Clone, Copy)]
@@ -26,11 +33,13 @@ struct Candidate {
 }
 
 /// The plain texture that has the least error over all levels, of all formats and sizes, where its mean squared error in
-/// 8-bit units is less than `least`. `image` says what it is of, `bytes` are the most that its first level may take.
+/// 8-bit units is less than that of the errors `least`, if there are any. `image` says what it is of, `windows` are those
+/// of each level, and `bytes` are the most that its first level may take.
 pub(in crate::codec) fn better(
     source: &Source<'_>,
     image: &WaveletImage,
-    mut least: f64,
+    least: Option<Errors>,
+    windows: &[Vec<Window>],
     settings: &EncodeSettings,
     bytes: usize,
 ) -> Option<WaveletImage> {
@@ -47,17 +56,17 @@ pub(in crate::codec) fn better(
             )
         })
         .collect();
+    let full = PlainTexture::full_size(source.size);
+    let blocks = full[0] / 4 * (full[1] / 4);
+    let effort = match settings.effort {
+        Effort::Default if blocks <= FEW_BLOCKS => Effort::Best,
+        effort => effort,
+    };
     let encoded = |candidate: Candidate| {
         let mut plain = candidate.empty();
         let count = candidate.levels(source);
         for (level, channels) in levels.iter().enumerate().take(count) {
-            add_level(
-                &mut plain,
-                level as u32,
-                source.size,
-                channels,
-                settings.effort,
-            );
+            add_level(&mut plain, level as u32, source.size, channels, effort);
         }
         let image = WaveletImage {
             levels: count as u32,
@@ -66,27 +75,23 @@ pub(in crate::codec) fn better(
             plain: Some(plain),
             ..*image
         };
-        (chain_mse(source, &image), image)
+        (Errors::of(source, &image, windows).all, image)
     };
-    // Errors of normals are those of X, Y and Z, of which the channels are two.
-    let mut most = match content {
-        Content::Normal => f64::INFINITY,
-        _ => least * DOUBT / (255.0 * 255.0),
-    };
-    // The estimate of a small texture has all of its blocks, and measures no less.
-    let full = PlainTexture::full_size(source.size);
-    let is_small = full[0] / 4 * (full[1] / 4) <= LEAST_BLOCKS;
+    let mut most = least.map_or(f64::INFINITY, |errors| DOUBT * errors.sampled);
+    let mut least = least.map_or(f64::INFINITY, |errors| errors.all);
     let mut best = None;
     let mut promising = None;
     for &format in PlainTexture::formats(content) {
         for size in PlainTexture::sizes_within(source.size, format, bytes) {
             let candidate = Candidate { format, size };
-            if is_small || settings.effort == Effort::Best {
+            if blocks <= LEAST_BLOCKS || settings.effort == Effort::Best {
                 let (mse, image) = encoded(candidate);
                 if mse < least {
                     (least, best) = (mse, Some(image));
                 }
-            } else if let Some(error) = candidate.estimated_error(source, &levels, most) {
+            } else if let Some(error) =
+                candidate.estimated_error(source, &levels, windows, most, settings.effort)
+            {
                 (most, promising) = (error, Some(candidate));
             }
         }
@@ -115,26 +120,28 @@ impl Candidate {
         source.levels.len().min(most as usize)
     }
 
-    /// An estimate of the mean squared error of all levels, by how much they are used, where it is less than `most`.
+    /// The mean squared error of the windows of all levels, by how much these are used, where it is less than `most`.
     fn estimated_error(
         self,
         source: &Source<'_>,
         levels: &[Channels<'_>],
+        windows: &[Vec<Window>],
         most: f64,
+        effort: Effort,
     ) -> Option<f64> {
-        let levels = &levels[..self.levels(source)];
+        let count = self.levels(source);
         let is_scaled = self.empty().is_scaled(source.size);
-        let total: f64 = (0..levels.len()).map(level_weight).sum();
+        let total: f64 = (0..count).map(level_weight).sum();
         let mut sum = 0.0;
-        for (level, channels) in levels.iter().enumerate() {
+        let levels = levels.iter().zip(windows).take(count);
+        for (level, (channels, windows)) in levels.enumerate() {
             let part = level_weight(level) / total;
             let size = layout::mip_size(self.size, level as u32);
-            let texels = LevelTexels::new(channels, self.format, size, is_scaled);
-            let error = texels.error_of_size();
-            if sum + part * error >= most {
+            let estimate = LevelEstimate::new(channels, self.format, size, is_scaled, windows);
+            if is_scaled && sum + part * estimate.error_of_size() >= most {
                 return None;
             }
-            sum += part * texels.estimated_error(error);
+            sum += part * estimate.error(effort);
             if sum >= most {
                 return None;
             }

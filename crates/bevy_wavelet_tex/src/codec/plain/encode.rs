@@ -1,5 +1,7 @@
 //! Encoding of the levels of a plain texture.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::{color_blocks, texture::PlainTexture};
@@ -7,7 +9,7 @@ use crate::codec::{
     blocks::{self, BlockFormat, BlockQuality},
     color::ycocg_from_rgb,
     image::Content,
-    interpolation::fitted,
+    interpolation::{Tap, fitted_by},
     plane::Plane,
     planes::unit,
     settings::Effort,
@@ -22,8 +24,8 @@ const SMOOTHNESS: f32 = 0.01;
 #[derive(Clone, Copy)]
 pub(in crate::codec) struct Channels<'a> {
     pub(super) size: [u32; 2],
-    pixels: Pixels<'a>,
-    content: Content,
+    pub(super) pixels: Pixels<'a>,
+    pub(super) content: Content,
 }
 
 impl<'a> Channels<'a> {
@@ -45,33 +47,62 @@ impl<'a> Channels<'a> {
         }
     }
 
-    /// All channels of a pixel; those beyond their number have no meaning.
-    pub(super) fn pixel(&self, i: usize) -> [f32; 4] {
-        let pixel = self.pixels.get(i);
+    /// The value of a channel of a pixel.
+    fn value(&self, i: usize, c: usize) -> f32 {
         match self.content {
-            Content::Gray => [ycocg_from_rgb([pixel[0], pixel[1], pixel[2]]).y; 4],
-            Content::Color | Content::ColorAlpha => pixel,
-            Content::Normal => {
-                let [x, y, z] = unit(pixel).map(|v| 0.5 + 0.5 * v);
-                [x, y, z, 1.0]
+            Content::Color | Content::ColorAlpha => self.pixels.channel(i, c),
+            Content::Gray => {
+                let [r, g, b, _] = self.pixels.get(i);
+                ycocg_from_rgb([r, g, b]).y
             }
+            Content::Normal => 0.5 + 0.5 * unit(self.pixels.get(i))[c],
         }
     }
 }
 
-/// The texels of a level of `size` whose interpolation comes closest to the channels: these themselves where
-/// it is not scaled, which are repeated beyond their edges.
-pub(super) fn texels(channels: &Channels<'_>, size: [u32; 2], is_scaled: bool) -> Vec<Plane> {
+/// The texels of a level of `size` whose interpolation comes closest to the channels.
+fn texels(channels: &Channels<'_>, size: [u32; 2], is_scaled: bool) -> Vec<Plane> {
+    let taps = PlainTexture::axes(channels.size, size, is_scaled).map(|axis| axis.all_taps());
+    fitted_texels(channels, &taps, &size.map(|s| 0..s), is_scaled)
+}
+
+/// The texels of a part of a level whose interpolation comes closest to the channels between them: these themselves where
+/// the level is not scaled, which are repeated beyond their edges. `taps` are those of all pixels of a row, and of a
+/// column.
+pub(super) fn fitted_texels(
+    channels: &Channels<'_>,
+    taps: &[Vec<Tap>; 2],
+    part: &[Range<u32>; 2],
+    is_scaled: bool,
+) -> Vec<Plane> {
     let [width, height] = channels.size;
+    let [left, top] = part.each_ref().map(|range| range.start);
+    let size = part.each_ref().map(|range| range.end - range.start);
+    if !is_scaled {
+        let of_channel = |c: usize| {
+            Plane::from_fn(size, |x, y| {
+                let (x, y) = ((left + x).min(width - 1), (top + y).min(height - 1));
+                channels.value(y as usize * width as usize + x as usize, c)
+            })
+        };
+        return (0..channels.count()).map(of_channel).collect();
+    }
+    // The pixels that lie between these texels.
+    let inside = [0, 1].map(|axis: usize| {
+        let (taps, part) = (&taps[axis], &part[axis]);
+        taps.partition_point(|tap| tap.0 < part.start)..taps.partition_point(|tap| tap.1 < part.end)
+    });
+    let columns = inside[0].len();
+    let first = inside[1].start * width as usize + inside[0].start;
     let of_channel = |c: usize| {
-        if !is_scaled || channels.size == size {
-            return Plane::from_fn(size, |x, y| {
-                let (x, y) = (x.min(width - 1), y.min(height - 1));
-                channels.pixel(y as usize * width as usize + x as usize)[c]
-            });
-        }
-        let axes = PlainTexture::axes(channels.size, size, is_scaled);
-        let mut texels = fitted(axes, SMOOTHNESS, |i| channels.pixel(i)[c]);
+        let taps = [0, 1].map(|axis: usize| {
+            let start = part[axis].start;
+            let taps = taps[axis][inside[axis].clone()].iter();
+            taps.map(|(a, b, u)| (a - start, b - start, *u)).collect()
+        });
+        let mut texels = fitted_by(taps, size, SMOOTHNESS, |i| {
+            channels.value(first + i / columns * width as usize + i % columns, c)
+        });
         let values = texels.values.par_iter_mut();
         values.for_each(|v| *v = v.clamp(0.0, 1.0));
         texels
@@ -79,8 +110,13 @@ pub(super) fn texels(channels: &Channels<'_>, size: [u32; 2], is_scaled: bool) -
     (0..channels.count()).map(of_channel).collect()
 }
 
-/// The blocks of texels, a plane for each channel.
-pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> Vec<u8> {
+/// The blocks of texels, a plane for each channel. Those beyond `visible` are padding.
+pub(super) fn blocks(
+    format: BlockFormat,
+    texels: &[Plane],
+    visible: [u32; 2],
+    effort: Effort,
+) -> Vec<u8> {
     let size = texels[0].size;
     let quality = match effort {
         Effort::Fast => BlockQuality::Normal,
@@ -88,7 +124,7 @@ pub(super) fn blocks(format: BlockFormat, texels: &[Plane], effort: Effort) -> V
     };
     let single = |c: usize| blocks::encode_bc4(&texels[c].values, size, quality);
     match format {
-        BlockFormat::Bc1 => color_blocks::bc1(texels, effort),
+        BlockFormat::Bc1 => color_blocks::bc1(texels, visible, effort),
         BlockFormat::Bc3 => unreachable!("no content has plain textures in BC3"),
         BlockFormat::Bc4 => single(0),
         BlockFormat::Bc5 => {
@@ -111,6 +147,9 @@ pub(in crate::codec) fn add_level(
     effort: Effort,
 ) {
     let is_scaled = plain.is_scaled(image_size);
-    let texels = texels(channels, plain.level_size(level), is_scaled);
-    plain.blocks.extend(blocks(plain.format, &texels, effort));
+    let size = plain.level_size(level);
+    let texels = texels(channels, size, is_scaled);
+    let visible = if is_scaled { size } else { channels.size };
+    let blocks = blocks(plain.format, &texels, visible, effort);
+    plain.blocks.extend(blocks);
 }

@@ -1,11 +1,11 @@
-//! A plain texture that is not encoded yet, and its error from a part of its blocks.
+//! The error of a plain texture that is not encoded yet, from a part of its pixels.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::{
-    encode::{Channels, blocks, texels},
+    encode::{Channels, blocks, fitted_texels},
     read::mix,
     texture::PlainTexture,
 };
@@ -13,132 +13,126 @@ use crate::codec::{
     blocks::{BlockFormat, decode_blocks},
     interpolation::Tap,
     plane::Plane,
+    quality::pixel_error,
     settings::Effort,
+    windows::Window,
 };
 
-/// One block of so many is encoded, or all where there are fewer than [`LEAST_BLOCKS`].
-const EVERY: u32 = 6;
-/// Blocks of a texture of 192 x 192 texels.
-pub(super) const LEAST_BLOCKS: u32 = 2304;
+/// Texels around a window whose pixels decide with its own which texels fit best: each has a third of the influence of
+/// the one before.
+const MARGIN: u32 = 6;
 
-/// A level of a texture that is not encoded yet.
-pub(super) struct LevelTexels<'a> {
-    format: BlockFormat,
-    size: [u32; 2],
-    is_scaled: bool,
+/// The texels between which the pixels of a window lie, in whole blocks.
+struct Part<'a> {
+    window: &'a Window,
+    /// The first texel.
+    corner: [u32; 2],
     /// A plane for each channel.
     texels: Vec<Plane>,
+}
+
+/// A level of a texture that is not encoded yet.
+pub(super) struct LevelEstimate<'a> {
+    format: BlockFormat,
     /// The channels of the image.
     channels: &'a Channels<'a>,
     /// The two texels between which each pixel of a row, and of a column, lies.
     taps: [Vec<Tap>; 2],
+    parts: Vec<Part<'a>>,
 }
 
-impl<'a> LevelTexels<'a> {
-    /// Fits the texels of a level to the channels of an image.
+impl<'a> LevelEstimate<'a> {
+    /// Fits the texels of the windows of a level to the channels of an image.
     pub(super) fn new(
         channels: &'a Channels<'a>,
         format: BlockFormat,
         size: [u32; 2],
         is_scaled: bool,
+        windows: &'a [Window],
     ) -> Self {
+        let taps = PlainTexture::axes(channels.size, size, is_scaled).map(|axis| axis.all_taps());
+        let part = |window: &'a Window| {
+            let range = |axis: usize| {
+                let taps =
+                    &taps[axis][window.corner[axis] as usize..][..window.size[axis] as usize];
+                let (first, last) = (taps[0].0, taps[taps.len() - 1].1);
+                first / 4 * 4..(last + 1).next_multiple_of(4).min(size[axis])
+            };
+            let inner = [range(0), range(1)];
+            let outer = [0, 1].map(|axis: usize| match is_scaled {
+                true => {
+                    let Range { start, end } = inner[axis];
+                    start.saturating_sub(MARGIN)..(end + MARGIN).min(size[axis])
+                }
+                false => inner[axis].clone(),
+            });
+            let fitted = fitted_texels(channels, &taps, &outer, is_scaled);
+            let [columns, rows] = inner.each_ref().map(|range| range.end - range.start);
+            let [left, top] = [0, 1].map(|axis: usize| inner[axis].start - outer[axis].start);
+            let cut = |plane: Plane| {
+                let at = |x, y| plane.clamped(left + x, top + y);
+                Plane::from_fn([columns, rows], at)
+            };
+            Part {
+                window,
+                corner: inner.map(|range| range.start),
+                texels: fitted.into_iter().map(cut).collect(),
+            }
+        };
+        let parts = windows.par_iter().map(part).collect();
         Self {
             format,
-            size,
-            is_scaled,
-            texels: texels(channels, size, is_scaled),
             channels,
-            taps: PlainTexture::axes(channels.size, size, is_scaled).map(|axis| axis.all_taps()),
+            taps,
+            parts,
         }
     }
 
-    /// Mean squared error of the channels where the texels are read without being encoded.
+    /// Mean squared error of the pixels in 8-bit units, where the texels are read without being encoded.
     pub(super) fn error_of_size(&self) -> f64 {
-        if !self.is_scaled {
-            return 0.0;
-        }
-        let (sum, count) = self.error([0, 0], self.size, |i| texel(&self.texels, i));
-        sum / count as f64
+        self.mean_error(|part| {
+            let texels = 0..part.texels[0].values.len();
+            texels.map(|i| texel(&part.texels, i)).collect()
+        })
     }
 
-    /// Mean squared error of the channels with encoded texels: that of the size, of all texels, and what
-    /// encoding adds to it in a part of them.
-    pub(super) fn estimated_error(&self, error_of_size: f64) -> f64 {
-        let (corners, [width, height]) = self.windows();
-        // The windows are encoded together, one below the other.
-        let size = [width, height * corners.len() as u32];
-        let part = |plane: &Plane| {
-            Plane::from_fn(size, |x, y| {
-                let [left, top] = corners[(y / height) as usize];
-                plane.clamped(left + x, top + y % height)
-            })
-        };
-        let parts: Vec<Plane> = self.texels.iter().map(part).collect();
-        let blocks = blocks(self.format, &parts, Effort::Default);
-        let mean_error = |texel: &(dyn Fn(usize) -> [f32; 4] + Sync)| {
-            let windows = corners.par_iter().enumerate();
-            let errors: Vec<(f64, usize)> = windows
-                .map(|(window, corner)| {
-                    let first = window * (width * height) as usize;
-                    self.error(*corner, [width, height], |i| texel(first + i))
-                })
-                .collect();
-            let (sums, counts): (Vec<f64>, Vec<usize>) = errors.into_iter().unzip();
-            sums.iter().sum::<f64>() / counts.iter().sum::<usize>() as f64
-        };
-        let decoded = decode_blocks(self.format, &blocks, size);
-        let added = mean_error(&|i| decoded[i]);
-        error_of_size + added - mean_error(&|i| texel(&parts, i))
+    /// The same with encoded texels.
+    pub(super) fn error(&self, effort: Effort) -> f64 {
+        self.mean_error(|part| {
+            let size = part.texels[0].size;
+            let blocks = blocks(self.format, &part.texels, size, effort);
+            decode_blocks(self.format, &blocks, size)
+        })
     }
 
-    /// The first texels of the windows that are encoded, and the size of all of them: a part of each row
-    /// of blocks, another one in each row, or the whole of a small texture.
-    fn windows(&self) -> (Vec<[u32; 2]>, [u32; 2]) {
-        let [columns, rows] = self.size.map(|s| s / 4);
-        if columns < 2 * EVERY || columns * rows < LEAST_BLOCKS {
-            return (vec![[0, 0]], self.size);
-        }
-        // 5 has no divisor in common with the number of parts, so the rows go through all of them.
-        let part = |row: u32| row * 5 % EVERY * columns / EVERY;
-        let corners = (0..rows).map(|row| [4 * part(row), 4 * row]).collect();
-        (corners, [columns / EVERY * 4, 4])
+    fn mean_error(&self, read: impl Fn(&Part<'_>) -> Vec<[f32; 4]> + Sync) -> f64 {
+        let of_part = |part: &Part<'_>| self.sum_of_errors(part, &read(part));
+        let sums: Vec<u64> = self.parts.par_iter().map(of_part).collect();
+        let pixels: usize = self.parts.iter().map(|part| part.window.pixels()).sum();
+        sums.iter().sum::<u64>() as f64 / (pixels * self.channels.content.error_channels()) as f64
     }
 
-    /// Sum of the squared errors, and their number, over the pixels between the texels of a window.
-    fn error(
-        &self,
-        corner: [u32; 2],
-        size: [u32; 2],
-        texel: impl Fn(usize) -> [f32; 4] + Sync,
-    ) -> (f64, usize) {
-        let inside = |axis: usize| -> Range<usize> {
-            let taps = &self.taps[axis];
-            let end = corner[axis] + size[axis];
-            taps.partition_point(|tap| tap.0 < corner[axis])
-                ..taps.partition_point(|tap| tap.1 < end)
-        };
-        let [columns, rows] = [inside(0), inside(1)];
-        let count = columns.len() * rows.len() * self.channels.count();
-        let row = |y: usize| {
-            let (above, below, v) = self.taps[1][y];
-            let line = |y: u32| {
-                let first = ((y - corner[1]) * size[0]) as usize;
-                (first..first + size[0] as usize).map(&texel)
-            };
+    fn sum_of_errors(&self, part: &Part<'_>, texels: &[[f32; 4]]) -> u64 {
+        let [left, top] = part.window.corner;
+        let [columns, rows] = part.window.size;
+        let width = part.texels[0].size[0] as usize;
+        let content = self.channels.content;
+        let row = |y: u32| -> u64 {
+            let (above, below, v) = self.taps[1][y as usize];
+            let line = |y: u32| texels[(y - part.corner[1]) as usize * width..][..width].iter();
             let pairs = line(above).zip(line(below));
-            let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(a, b, v)).collect();
-            let start = y * self.channels.size[0] as usize;
-            let pixel = |x: usize| {
-                let (left, right, u) = self.taps[0][x];
-                let [a, b] = [left, right].map(|x| blended[(x - corner[0]) as usize]);
-                let (read, wanted) = (mix(a, b, u), self.channels.pixel(start + x));
-                let error = |c: usize| (wanted[c] - read[c]).powi(2);
-                f64::from((0..self.channels.count()).map(error).sum::<f32>())
+            let blended: Vec<[f32; 4]> = pairs.map(|(a, b)| mix(*a, *b, v)).collect();
+            let start = y as usize * self.channels.size[0] as usize;
+            let pixel = |x: u32| {
+                let (first, second, u) = self.taps[0][x as usize];
+                let [a, b] = [first, second].map(|x| blended[(x - part.corner[0]) as usize]);
+                let wanted = self.channels.pixels.get(start + x as usize);
+                let read = content.of_channels(mix(a, b, u));
+                u64::from(pixel_error(content, wanted, read))
             };
-            columns.clone().map(pixel).sum::<f64>()
+            (left..left + columns).map(pixel).sum()
         };
-        let sums: Vec<f64> = rows.into_par_iter().map(row).collect();
-        (sums.into_iter().sum(), count)
+        (top..top + rows).map(row).sum()
     }
 }
 
