@@ -7,6 +7,7 @@ use super::{
         BlockFormat, BlockQuality, DetailEncoder, Starts, Texel, decode_blocks, encode_bc3,
         encode_bc4, encode_bc7, with_alpha_blocks,
     },
+    haar::Details,
     packing::Packing,
     plane::Plane,
     quantizer::PlaneCoding,
@@ -77,27 +78,33 @@ pub fn encode_plane(
             vec![encode_mixed(coding, coefficients, texture, quality)]
         }
         Packing::Bc3 => {
-            let alpha = singles(&coefficients.low_band);
-            let low_band = decoded_low_band(coding, &alpha, texture, coefficients.low_band.size);
             let starts = match settings.effort {
                 Effort::Fast => Starts::One,
                 Effort::Default => Starts::Two,
                 Effort::Best => Starts::Four,
             };
             let encoder = DetailEncoder::new(coding, starts);
-            let columns = texture[0].div_ceil(4);
-            let color: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
-                .into_par_iter()
-                .map(|block| {
-                    let details = std::array::from_fn(|i| {
-                        let x = block % columns * 4 + i as u32 % 4;
-                        let y = block / columns * 4 + i as u32 / 4;
-                        coefficients.residual(&low_band, coding, x, y)
-                    });
-                    encoder.block(&details).0
-                })
-                .collect();
-            vec![with_alpha_blocks(&alpha, &color)]
+            let encoded = |wanted: &Plane| {
+                let alpha = singles(wanted);
+                let low_band = decoded_low_band(coding, &alpha, texture, wanted.size);
+                encode_details(&encoder, coding, coefficients, alpha, &low_band, texture)
+            };
+            let mut best = encoded(&coefficients.low_band);
+            let rounds = match settings.effort {
+                _ if coding.predictor == 0.0 => 0,
+                Effort::Fast => 0,
+                Effort::Default => 1,
+                Effort::Best => 3,
+            };
+            for _ in 0..rounds {
+                let wanted = predicting_low_band(coding, coefficients, &best.color, texture);
+                let found = encoded(&wanted);
+                if found.error >= best.error {
+                    break;
+                }
+                best = found;
+            }
+            vec![with_alpha_blocks(&best.alpha, &best.color)]
         }
         Packing::Bc7 => vec![encode_joint(coding, coefficients, texture, settings)],
         Packing::Split => {
@@ -110,6 +117,93 @@ pub fn encode_plane(
         }
         Packing::Bc4 | Packing::Bc1 => unreachable!("these packings store pixels"),
     }
+}
+
+/// Both halves of the blocks of BC3, and the squared error of their coefficients.
+struct Halves {
+    alpha: Vec<u8>,
+    color: Vec<[u8; 8]>,
+    error: f64,
+}
+
+/// Encodes what the prediction from a decoded low band leaves of the details.
+fn encode_details(
+    encoder: &DetailEncoder<'_>,
+    coding: &PlaneCoding,
+    coefficients: &CoefficientPlane,
+    alpha: Vec<u8>,
+    low_band: &Plane,
+    texture: [u32; 2],
+) -> Halves {
+    let columns = texture[0].div_ceil(4);
+    let block = |block: u32| {
+        let at = |i: usize| {
+            let x = block % columns * 4 + i as u32 % 4;
+            let y = block / columns * 4 + i as u32 / 4;
+            (x, y)
+        };
+        let details = std::array::from_fn(|i| {
+            let (x, y) = at(i);
+            coefficients.residual(low_band, coding, x, y)
+        });
+        let (block, error) = encoder.block(&details);
+        let of_low = (0..16).map(|i| {
+            let (x, y) = at(i);
+            let error = low_band.clamped(x, y) - coefficients.low_band.clamped(x, y);
+            4.0 * error * error
+        });
+        (block, error + of_low.sum::<f32>())
+    };
+    let blocks = 0..columns * texture[1].div_ceil(4);
+    let blocks: Vec<([u8; 8], f32)> = blocks.into_par_iter().map(block).collect();
+    Halves {
+        alpha,
+        error: blocks.iter().map(|(_, error)| f64::from(*error)).sum(),
+        color: blocks.into_iter().map(|(block, _)| block).collect(),
+    }
+}
+
+/// The low band that has the least error together with what is predicted from it, where details are stored already: a step
+/// of the Jacobi method from the true one.
+fn predicting_low_band(
+    coding: &PlaneCoding,
+    coefficients: &CoefficientPlane,
+    color: &[[u8; 8]],
+    texture: [u32; 2],
+) -> Plane {
+    let truth = &coefficients.low_band;
+    let [width, height] = truth.size;
+    let stored = decode_blocks(BlockFormat::Bc1, color.as_flattened(), texture);
+    let row = |y: u32| -> Vec<Details> {
+        let missing = |x: u32| {
+            let stored = stored[(y * texture[0] + x) as usize];
+            let got = coding.load_details(stored_details(Packing::Bc3, coding, stored));
+            let wanted = coefficients.residual(truth, coding, x, y);
+            std::array::from_fn(|c| wanted[c] - got[c])
+        };
+        (0..width).map(missing).collect()
+    };
+    let missing: Vec<Vec<Details>> = (0..height).into_par_iter().map(row).collect();
+    let at = |x: i64, y: i64| -> Details {
+        let inside = (0..i64::from(width)).contains(&x) && (0..i64::from(height)).contains(&y);
+        if inside {
+            missing[y as usize][x as usize]
+        } else {
+            [0.0; 3]
+        }
+    };
+    // What a value of the low band adds to the predictions around it.
+    let side = 2.0 * coding.predictor;
+    let corner = 2.0 * coding.predictor * coding.predictor;
+    let weight = 4.0 + 4.0 * side * side + 4.0 * corner * corner;
+    Plane::from_fn(truth.size, |px, py| {
+        let (x, y) = (i64::from(px), i64::from(py));
+        let across = at(x + 1, y)[0] - at(x - 1, y)[0];
+        let down = at(x, y + 1)[1] - at(x, y - 1)[1];
+        let diagonal =
+            at(x + 1, y + 1)[2] - at(x - 1, y + 1)[2] - at(x + 1, y - 1)[2] + at(x - 1, y - 1)[2];
+        truth.clamped(px, py) + (side * (across + down) + corner * diagonal) / weight
+    })
 }
 
 /// The squared error of the coefficients in the blocks of each texture, which is that of the pixels.

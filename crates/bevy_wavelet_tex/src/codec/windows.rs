@@ -6,7 +6,7 @@ use super::layout::mip_size;
 const SIDE: u32 = 64;
 
 /// Number of windows of the largest level; each further one has half as many as the one before.
-const COUNT: u32 = 24;
+const COUNT: u32 = 32;
 
 /// Pixels of a level.
 pub(super) struct Window {

@@ -45,6 +45,11 @@ pub struct ColorEncoder {
 /// Texels with no channel above this may be black, and are left out where the line of the others is sought.
 const DARK: f32 = 0.15;
 
+/// Returns whether a texel may be black.
+pub fn is_dark(color: &[f32; 3]) -> bool {
+    color.iter().all(|v| *v <= DARK)
+}
+
 impl ColorEncoder {
     /// Makes an encoder.
     pub fn new(starts: Starts) -> Self {
@@ -73,7 +78,7 @@ impl ColorEncoder {
     /// The same as three colours on a line and black, of which an error that is more than `most` is of no use.
     pub fn block_with_black(&self, colors: &[[f32; 3]; 16], most: f32) -> ([u8; 8], f32) {
         let wanted: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
-        let mut is_dark = colors.map(|color| color.iter().all(|v| *v <= DARK));
+        let mut is_dark = colors.each_ref().map(is_dark);
         let others = is_dark.iter().filter(|dark| !**dark).count();
         if others == 0 {
             is_dark = [false; 16];

@@ -19,6 +19,8 @@ mod fit;
 mod libraries;
 
 #[cfg(feature = "encode")]
+pub(super) use color::is_dark;
+#[cfg(feature = "encode")]
 pub use color::{ChromaEncoder, ColorEncoder, DetailEncoder, with_alpha_blocks};
 pub use decode::{decode_bc3, decode_blocks};
 #[cfg(feature = "encode")]

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::codec::{
-    blocks::{BlockFormat, BlockQuality, ColorEncoder, Starts, decode_blocks, encode_bc1},
+    blocks::{BlockFormat, BlockQuality, ColorEncoder, Starts, decode_blocks, encode_bc1, is_dark},
     plane::Plane,
     settings::Effort,
 };
@@ -24,6 +24,9 @@ pub(super) fn bc1(texels: &[Plane], visible: [u32; 2], effort: Effort) -> Vec<u8
     let encoded = |(i, colors): (usize, &Block)| {
         let on_line = encoder.block(colors);
         if effort == Effort::Fast {
+            return on_line.0;
+        }
+        if effort == Effort::Default && !colors.iter().any(is_dark) {
             return on_line.0;
         }
         let with_black = encoder.block_with_black(colors, on_line.1);
