@@ -1,4 +1,4 @@
-//! Building a headless app and running its frames.
+//! Building a headless app by its settings, and running its frames.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
