@@ -1,4 +1,4 @@
-//! Boxes for the path tracer.
+//! Boxes for the path tracer and for Bevy, and the walls that a camera sees.
 
 use bevy::{
     math::{Mat3, Vec2, Vec3},

@@ -1,4 +1,4 @@
-//! Smooth ramps, in which banding and quantisation show first.
+//! Smooth ramps, in which banding and quantisation show first, painted signs, and fractal rock.
 
 use crate::content::{
     lattice::{Noise, lerp, smoothstep},

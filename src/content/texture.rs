@@ -1,4 +1,4 @@
-//! An image as a texture of Bevy, with mips.
+//! Colours of content, images as textures of Bevy with mips, maps packed in one image, and labels.
 
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 use bevy::{

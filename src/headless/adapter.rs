@@ -1,4 +1,4 @@
-//! Which GPU a headless app uses.
+//! Which GPU a headless app uses, and what may be wrong.
 //!
 //! Bevy panics when there is no adapter and silently takes another one when none has the wanted
 //! name. So the adapters are listed first, in the way Bevy does it.

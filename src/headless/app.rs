@@ -1,4 +1,4 @@
-//! Building a headless app and running its frames.
+//! Building a headless app by its settings, and running its frames.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -239,7 +239,7 @@ impl TargetFormat {
     }
 }
 
-/// Settings of a [`HeadlessApp`](super::HeadlessApp).
+/// Settings of a [`HeadlessApp`].
 #[derive(Clone, Debug)]
 pub struct HeadlessSettings {
     /// Width of the picture in pixels, 1 to the adapter's limit. Default 640.

@@ -1,4 +1,4 @@
-//! Frame times.
+//! Frames once all is ready: their times, and their pictures as bytes or floats.
 //!
 //! The CPU time is that of one update: scene systems, extraction and recording of the commands.
 //! The GPU time is the sum of the top-level spans that Bevy's passes record; work outside a span

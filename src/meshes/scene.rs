@@ -1,4 +1,4 @@
-//! A scene of meshes.
+//! A scene of meshes: its textures, and how Bevy gets it.
 
 use std::{collections::HashMap, sync::Arc};
 

@@ -1,4 +1,4 @@
-//! A scene of meshes for the path tracer.
+//! A scene of meshes for the path tracer, in a bounding volume hierarchy.
 
 use std::{sync::Arc, time::Duration};
 

@@ -1,4 +1,4 @@
-//! Paths of light.
+//! Paths of light: from a camera or from points that receive, through surfaces, whatever they are.
 
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 

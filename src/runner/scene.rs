@@ -1,4 +1,4 @@
-//! What an example is.
+//! What an example is, and its command line.
 
 use std::{collections::BTreeMap, path::PathBuf, str::FromStr};
 

@@ -1,4 +1,4 @@
-//! How the colours of a camera are mapped to the display.
+//! How the colours of a camera are mapped to the display, and a camera that shows one quad.
 
 use bevy::{
     camera::{CameraOutputMode, ScalingMode, Viewport, visibility::RenderLayers},

@@ -2,7 +2,7 @@
 //!
 //! It is what the thesis measured: the share of a texture unit's speed (its figure 3.25 and table 5.1), fill rate and
 //! resolve (table 4.1), and the passes of global illumination (tables 6.1 and 6.2). Accuracy depends on no GPU, and is
-//! in the studies. Each part is written as soon as it is measured;
+//! in the studies. Each part is written as soon as it is measured.
 
 use std::{
     collections::BTreeMap,

@@ -1,4 +1,4 @@
-//! The textures of the hall, as they are and encoded.
+//! The textures of the hall, as they are and encoded, and the materials that the switches select.
 
 use std::collections::{HashMap, hash_map::Entry};
 

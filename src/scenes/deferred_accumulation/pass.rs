@@ -1,4 +1,4 @@
-//! The targets of a camera, and what is drawn to them.
+//! The targets of a camera, their pipelines, and what is drawn to them.
 
 use bevy::{
     asset::load_embedded_asset,

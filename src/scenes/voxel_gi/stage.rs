@@ -1,4 +1,4 @@
-//! The chosen scene, and the cameras before it.
+//! The chosen scene, the Cornell box among them, the cameras before it, and the motion of sun and door.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 

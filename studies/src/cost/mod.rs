@@ -9,10 +9,10 @@
 //! created with `VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR`, which wgpu-hal does not set; it would take Vulkan
 //! pipelines of our own beside wgpu's, so they are left out.
 //!
-//! A program starts itself again under that driver ([`pipelines`]). There it builds, for each
+//! A program starts itself again under that driver. There it builds, for each
 //! [`Configuration`](configurations::Configuration) of a plugin and for Bevy alone, small scenes with one material each ([`mod@app`]),
 //! and compiles every pipeline of interest a second time, one at a time ([`pipelines`]): what the driver
-//! prints between two marks belongs to the pipeline whose name is in the marks ([`pipelines`]). So no
+//! prints between two marks belongs to the pipeline whose name is in the marks. So no
 //! order of compiling is assumed.
 
 use std::path::PathBuf;

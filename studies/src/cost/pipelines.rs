@@ -1,4 +1,4 @@
-//! Every pipeline of an app, compiled between marks.
+//! Every pipeline of an app, compiled between marks on a GPU that is not there, and what the driver printed, as rows.
 //!
 //! The driver prints the cost of a shader when it compiles it, without a name. An app compiles its
 //! pipelines as it needs them, in any order; once it needs no more, those of interest are queued again

@@ -1,4 +1,4 @@
-//! A setting in a scene.
+//! A setting in a scene of boxes: its picture, its noise, settled and while a light moves, and its app.
 
 use bevy::prelude::*;
 use bevy_frugal_lab::{

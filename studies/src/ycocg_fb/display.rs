@@ -1,4 +1,5 @@
-//! Bevy's tone mapping on the CPU, for frames that no camera has drawn.
+//! The frames of a camera, scene-linear and as a display shows them, and Bevy's tone mapping on the CPU, for frames that
+//! no camera has drawn.
 //!
 //! The curve is not written a second time: a camera shows every combination of channels on a grid,
 //! and what comes out is the table. Grid and interpolation are those of Tony McMapface, Bevy's
