@@ -47,10 +47,7 @@ pub fn spawn(
         resolution: 16,
         ..default()
     });
-    commands.spawn((
-        VoxelGiVolume::default(),
-        Transform::default(),
-    ));
+    commands.spawn((VoxelGiVolume::default(), Transform::default()));
     commands.spawn((
         WorldAssetRoot(assets.load(GltfAssetLabel::Scene(0).from_asset("crate.gltf"))),
         Transform::from_xyz(0.0, 0.5, 0.0),

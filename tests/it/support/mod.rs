@@ -22,7 +22,7 @@ use bevy_frugal_lab::{
 pub fn composer(app: &mut HeadlessApp) -> Composer {
     let mut known = 0;
     let mut since = Instant::now();
-    while since.elapsed() < Duration::from_millis(200) {
+    while since.elapsed() < Duration::from_millis(1000) {
         app.render_frames(1).expect("a frame");
         let count = app.world().resource::<Assets<Shader>>().len();
         if count != known {
