@@ -28,6 +28,7 @@ fn main() -> AppExit {
             YCoCgFrameBufferPlugin,
         ))
         .insert_resource(GlobalAmbientLight::NONE)
+        .insert_resource(ClearColor(Color::srgb(0.6, 0.75, 0.9)))
         .add_systems(Startup, spawn)
         .add_systems(Update, (switch, describe))
         .run()
@@ -68,7 +69,7 @@ fn spawn(
 
     let base = StandardMaterial {
         perceptual_roughness: 0.9,
-        uv_transform: Affine2::from_scale(Vec2::new(6.0, 2.0)),
+        uv_transform: Affine2::from_scale(Vec2::new(2.0, 9.0)),
         ..default()
     };
     let bricks = assets
@@ -99,15 +100,10 @@ fn spawn(
             Transform::from_translation(at.into()),
         )
     };
-    for (at, size) in [
-        ([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0]),
-        ([0.0, 2.0, -10.8], [6.0, 4.0, 0.4]),
-    ] {
-        commands.spawn((
-            wall(at, size, &mut meshes),
-            MeshMaterial3d(wavelet_bricks.clone()),
-        ));
-    }
+    commands.spawn((
+        wall([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0], &mut meshes),
+        MeshMaterial3d(wavelet_bricks),
+    ));
     for (at, size) in [
         ([0.0, -0.2, -2.0], [6.0, 0.4, 18.0]),
         ([0.0, 4.2, -2.0], [6.0, 0.4, 18.0]),
@@ -118,6 +114,10 @@ fn spawn(
         ));
     }
     let white = plain.add(Color::srgb(0.8, 0.8, 0.78));
+    commands.spawn((
+        wall([0.0, 2.0, -10.8], [6.0, 4.0, 0.4], &mut meshes),
+        MeshMaterial3d(white.clone()),
+    ));
     for i in 0..6 {
         commands.spawn((
             Mesh3d(meshes.add(Cuboid::new(0.5, 4.0, 0.5))),

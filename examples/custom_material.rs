@@ -81,7 +81,7 @@ fn main() -> AppExit {
         .insert_resource(DefaultFrameBufferQuality(FrameBufferQuality::Compact))
         .insert_resource(GlobalAmbientLight::NONE)
         .add_systems(Startup, spawn)
-        .add_systems(Update, switch)
+        .add_systems(Update, (switch, describe))
         .run()
 }
 
@@ -90,12 +90,10 @@ const GLOW: LinearRgba = LinearRgba::rgb(4000.0, 1200.0, 200.0);
 fn spawn(
     mut commands: Commands,
     assets: Res<AssetServer>,
-    mut caption: Single<&mut Text, With<common::Caption>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut rings: ResMut<Assets<Rings>>,
     mut dusty: ResMut<Assets<DustyMaterial>>,
 ) {
-    caption.0 = "the glow (Space)".into();
     commands.spawn((VoxelGiVolume::default(), Transform::from_xyz(0.0, 2.0, 0.0)));
     commands.spawn((
         Camera3d::default(),
@@ -139,4 +137,11 @@ fn switch(keys: Res<ButtonInput<KeyCode>>, mut rings: ResMut<Assets<Rings>>) {
             material.glow = if is_on { LinearRgba::BLACK } else { GLOW };
         }
     }
+}
+
+fn describe(mut caption: Single<&mut Text, With<common::Caption>>, rings: Res<Assets<Rings>>) {
+    let is_on = rings
+        .iter()
+        .any(|(_, rings)| rings.glow != LinearRgba::BLACK);
+    caption.0 = format!("the glow: {} (Space)", if is_on { "on" } else { "off" });
 }

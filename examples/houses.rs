@@ -13,6 +13,7 @@ fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins("Several volumes"), VoxelGiPlugin))
         .insert_resource(GlobalAmbientLight::NONE)
+        .insert_resource(ClearColor(Color::srgb(0.6, 0.75, 0.9)))
         .add_systems(Startup, spawn)
         .add_systems(Update, (switch, describe))
         .run()
@@ -48,7 +49,7 @@ fn spawn(
     commands.spawn((
         Camera3d::default(),
         FreeCamera::default(),
-        Exposure { ev100: 12.0 },
+        Exposure { ev100: 11.3 },
         Transform::from_xyz(0.0, 5.0, 16.0).looking_at(Vec3::new(0.0, 1.0, 0.0), Vec3::Y),
     ));
     commands.spawn((

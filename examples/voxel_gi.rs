@@ -16,6 +16,7 @@ fn main() -> AppExit {
         .add_plugins((common::plugins("Voxel GI"), VoxelGiPlugin))
         // Bevy's ambient light stands for the light that is computed here.
         .insert_resource(GlobalAmbientLight::NONE)
+        .insert_resource(ClearColor(Color::srgb(0.6, 0.75, 0.9)))
         .add_systems(Startup, spawn)
         .add_systems(Update, (move_lift, switch, describe))
         .run()
