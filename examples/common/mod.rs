@@ -17,8 +17,10 @@ use bevy::{
     winit::WinitPlugin,
 };
 
-/// Frames of a picture, in which light and assets arrive.
-const FRAMES: u32 = 60;
+/// Frames after the last image has arrived, of which the first ones stand still, so that pictures are the same whatever
+/// time a disk takes.
+const FRAMES: u32 = 90;
+const STILL_FRAMES: u32 = 30;
 const SIZE: UVec2 = UVec2::new(480, 270);
 
 /// The text at the top left.
@@ -101,6 +103,7 @@ impl Plugin for PicturePlugin {
             Image::new_target_texture(SIZE.x, SIZE.y, TextureFormat::Rgba8UnormSrgb, None);
         image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
         let image = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+        app.world_mut().resource_mut::<Time<Virtual>>().pause();
         app.insert_resource(Picture {
             file: self.0.clone(),
             image,
@@ -139,14 +142,17 @@ fn save(
     mut commands: Commands,
     mut picture: ResMut<Picture>,
     mut images: MessageReader<AssetEvent<Image>>,
+    mut time: ResMut<Time<Virtual>>,
 ) {
     let has_loaded = images
         .read()
         .any(|event| matches!(event, AssetEvent::LoadedWithDependencies { .. }));
     picture.frame += 1;
-    // An image that arrives begins the count anew.
-    if has_loaded && picture.frame < FRAMES {
+    if has_loaded && picture.frame < STILL_FRAMES {
         picture.frame = 0;
+    }
+    if picture.frame == STILL_FRAMES {
+        time.unpause();
     }
     if picture.frame == FRAMES {
         commands
