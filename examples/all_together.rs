@@ -5,6 +5,8 @@
 
 mod common;
 
+use std::f32::consts::FRAC_PI_2;
+
 use bevy::{
     camera::{Exposure, Hdr},
     camera_controller::free_camera::FreeCamera,
@@ -86,8 +88,13 @@ fn spawn(
         base_color_texture: Some(bricks),
         ..base.clone()
     });
+    // The sides of a cuboid have their first coordinate upright.
+    let turned = Affine2::from_scale(Vec2::new(9.0, 2.0)) * Affine2::from_angle(FRAC_PI_2);
     let wavelet_bricks = wavelet.add(WaveletStandardMaterial {
-        base,
+        base: StandardMaterial {
+            uv_transform: turned,
+            ..base
+        },
         extension: WaveletExtension {
             base_color: Some(assets.load("bricks.wtex")),
             ..default()
