@@ -10,7 +10,6 @@ use std::f32::consts::FRAC_PI_2;
 use bevy::{
     camera::{Exposure, Hdr},
     camera_controller::free_camera::FreeCamera,
-    image::{ImageAddressMode, ImageLoaderSettings, ImageSampler, ImageSamplerDescriptor},
     math::Affine2,
     post_process::bloom::Bloom,
     prelude::*,
@@ -23,7 +22,7 @@ use bevy_ycocg_fb::{FrameBufferQuality, FrameBufferReport, YCoCgFrameBufferPlugi
 fn main() -> AppExit {
     App::new()
         .add_plugins((
-            common::plugins("All together"),
+            common::plugins(),
             WaveletTexPlugin,
             EwaPlugin::default(),
             VoxelGiPlugin,
@@ -74,18 +73,8 @@ fn spawn(
         uv_transform: Affine2::from_scale(Vec2::new(2.0, 9.0)),
         ..default()
     };
-    let bricks = assets
-        .load_builder()
-        .with_settings(|settings: &mut ImageLoaderSettings| {
-            settings.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-                address_mode_u: ImageAddressMode::Repeat,
-                address_mode_v: ImageAddressMode::Repeat,
-                ..ImageSamplerDescriptor::linear()
-            });
-        })
-        .load("bricks.jpg");
     let plain_bricks = plain.add(StandardMaterial {
-        base_color_texture: Some(bricks),
+        base_color_texture: Some(assets.load("bricks.jpg")),
         ..base.clone()
     });
     // The sides of a cuboid have their first coordinate upright.
@@ -101,49 +90,29 @@ fn spawn(
         },
     });
     // A passage that is open to the sun at the right. Materials of both kinds may be in one scene.
-    let wall = |at: [f32; 3], size: [f32; 3], meshes: &mut Assets<Mesh>| {
+    let block = |at: [f32; 3], size: [f32; 3], meshes: &mut Assets<Mesh>| {
         (
             Mesh3d(meshes.add(Cuboid::from_size(size.into()))),
             Transform::from_translation(at.into()),
         )
     };
     commands.spawn((
-        wall([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0], &mut meshes),
+        block([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0], &mut meshes),
         MeshMaterial3d(wavelet_bricks),
     ));
-    for (at, size) in [
-        ([0.0, -0.2, -2.0], [6.0, 0.4, 18.0]),
-        ([0.0, 4.2, -2.0], [6.0, 0.4, 18.0]),
-    ] {
-        commands.spawn((
-            wall(at, size, &mut meshes),
-            MeshMaterial3d(plain_bricks.clone()),
-        ));
-    }
     let white = plain.add(Color::srgb(0.8, 0.8, 0.78));
-    commands.spawn((
-        wall([0.0, 2.0, -10.8], [6.0, 4.0, 0.4], &mut meshes),
-        MeshMaterial3d(white.clone()),
-    ));
-    for i in 0..6 {
+    let red = plain.add(Color::srgb(0.8, 0.1, 0.05));
+    let mut parts = vec![
+        ([0.0, -0.2, -2.0], [6.0, 0.4, 18.0], &plain_bricks),
+        ([0.0, 4.2, -2.0], [6.0, 0.4, 18.0], &plain_bricks),
+        ([0.0, 2.0, -10.8], [6.0, 4.0, 0.4], &white),
+        ([-1.4, 0.6, 0.0], [1.2, 1.2, 1.2], &red),
+    ];
+    parts.extend((0..6).map(|i| ([2.6, 2.0, 5.0 - 3.0 * i as f32], [0.5, 4.0, 0.5], &white)));
+    for (at, size, material) in parts {
         commands.spawn((
-            Mesh3d(meshes.add(Cuboid::new(0.5, 4.0, 0.5))),
-            MeshMaterial3d(white.clone()),
-            Transform::from_xyz(2.6, 2.0, 5.0 - 3.0 * i as f32),
-        ));
-    }
-    let [red, blue] = [Color::srgb(0.8, 0.1, 0.05), Color::srgb(0.1, 0.2, 0.8)].map(|color| {
-        plain.add(StandardMaterial {
-            perceptual_roughness: 0.7,
-            ..color.into()
-        })
-    });
-    let sphere = meshes.add(Sphere::new(0.6));
-    for (z, material) in [(0.0, red), (-4.0, blue)] {
-        commands.spawn((
-            Mesh3d(sphere.clone()),
-            MeshMaterial3d(material),
-            Transform::from_xyz(-1.4, 0.6, z),
+            block(at, size, &mut meshes),
+            MeshMaterial3d(material.clone()),
         ));
     }
 }

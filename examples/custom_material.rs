@@ -64,7 +64,7 @@ type DustyMaterial = ExtendedMaterial<StandardMaterial, Dusty>;
 fn main() -> AppExit {
     App::new()
         .add_plugins((
-            common::plugins("Custom materials"),
+            common::plugins(),
             EwaPlugin::default(),
             VoxelGiPlugin,
             YCoCgFrameBufferPlugin,

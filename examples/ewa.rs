@@ -7,7 +7,6 @@ mod common;
 use bevy::{
     asset::RenderAssetUsages,
     camera_controller::free_camera::FreeCamera,
-    image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
@@ -16,10 +15,7 @@ use bevy_ewa::{AllMaterials, EwaMethod, EwaPlugin, EwaProbes, EwaSettings};
 fn main() -> AppExit {
     App::new()
         // `EwaPlugin::default()` is what most games want: mip levels and 16x anisotropy on everything.
-        .add_plugins((
-            common::plugins("EWA texture filtering"),
-            EwaPlugin::elliptical(),
-        ))
+        .add_plugins((common::plugins(), EwaPlugin::elliptical()))
         .add_systems(Startup, spawn)
         .add_systems(Update, (switch, travel, describe))
         .run()
@@ -74,7 +70,7 @@ fn tiles() -> Image {
     let data = (0..SIZE * SIZE)
         .flat_map(|i| texel(i % SIZE, i / SIZE))
         .collect();
-    let mut image = Image::new(
+    Image::new(
         Extent3d {
             width: SIZE,
             height: SIZE,
@@ -84,13 +80,7 @@ fn tiles() -> Image {
         data,
         TextureFormat::Rgba8UnormSrgb,
         RenderAssetUsages::RENDER_WORLD,
-    );
-    image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-        address_mode_u: ImageAddressMode::Repeat,
-        address_mode_v: ImageAddressMode::Repeat,
-        ..ImageSamplerDescriptor::linear()
-    });
-    image
+    )
 }
 
 fn switch(keys: Res<ButtonInput<KeyCode>>, mut all: ResMut<AllMaterials>) {

@@ -11,7 +11,7 @@ const HOUSES: [Vec3; 2] = [Vec3::new(-6.0, 0.0, 0.0), Vec3::new(6.0, 0.0, 0.0)];
 
 fn main() -> AppExit {
     App::new()
-        .add_plugins((common::plugins("Several volumes"), VoxelGiPlugin))
+        .add_plugins((common::plugins(), VoxelGiPlugin))
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(ClearColor(Color::srgb(0.6, 0.75, 0.9)))
         .add_systems(Startup, spawn)

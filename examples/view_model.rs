@@ -16,7 +16,7 @@ const ARM: RenderLayers = RenderLayers::layer(1);
 
 fn main() -> AppExit {
     App::new()
-        .add_plugins((common::plugins("View model"), YCoCgFrameBufferPlugin))
+        .add_plugins((common::plugins(), YCoCgFrameBufferPlugin))
         .add_systems(Startup, spawn)
         .add_systems(Update, (sway, switch, describe))
         .run()

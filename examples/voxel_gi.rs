@@ -13,7 +13,7 @@ use bevy_voxel_gi::{
 
 fn main() -> AppExit {
     App::new()
-        .add_plugins((common::plugins("Voxel GI"), VoxelGiPlugin))
+        .add_plugins((common::plugins(), VoxelGiPlugin))
         // Bevy's ambient light stands for the light that is computed here.
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(ClearColor(Color::srgb(0.6, 0.75, 0.9)))
@@ -59,13 +59,7 @@ fn spawn(
         Color::srgb(0.8, 0.12, 0.08),
         Color::srgb(0.15, 0.6, 0.12),
     ]
-    .map(|color| {
-        materials.add(StandardMaterial {
-            base_color: color,
-            perceptual_roughness: 1.0,
-            ..default()
-        })
-    });
+    .map(|color| materials.add(color));
     // Floor, ceiling, the walls at the left, at the back and in front, and the right one with a window.
     let mut block = |center: [f32; 3], size: [f32; 3], material: &Handle<StandardMaterial>| {
         commands

@@ -9,18 +9,14 @@
 
 mod common;
 
-use bevy::{
-    camera_controller::free_camera::FreeCamera,
-    image::{ImageAddressMode, ImageLoaderSettings, ImageSampler, ImageSamplerDescriptor},
-    prelude::*,
-};
+use bevy::{camera_controller::free_camera::FreeCamera, image::ImageLoaderSettings, prelude::*};
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexPlugin, WaveletTexture,
 };
 
 fn main() -> AppExit {
     App::new()
-        .add_plugins((common::plugins("Wavelet textures"), WaveletTexPlugin))
+        .add_plugins((common::plugins(), WaveletTexPlugin))
         .add_systems(Startup, spawn)
         .add_systems(Update, (move_light, switch, describe))
         .run()
@@ -40,27 +36,22 @@ fn spawn(
         perceptual_roughness: 0.8,
         ..default()
     };
-    // Textures that tile; the wavelet material repeats by default.
-    let image = |path: &'static str, is_srgb: bool| {
-        assets
-            .load_builder()
-            .with_settings(move |settings: &mut ImageLoaderSettings| {
-                settings.is_srgb = is_srgb;
-                settings.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
-                    address_mode_u: ImageAddressMode::Repeat,
-                    address_mode_v: ImageAddressMode::Repeat,
-                    ..ImageSamplerDescriptor::linear()
-                });
-            })
-            .load(path)
-    };
     commands.spawn((
         Mesh3d(wall.clone()),
-        MeshMaterial3d(plain.add(StandardMaterial {
-            base_color_texture: Some(image("bricks.jpg", true)),
-            normal_map_texture: Some(image("bricks_normal.png", false)),
-            ..base.clone()
-        })),
+        MeshMaterial3d(
+            plain.add(StandardMaterial {
+                base_color_texture: Some(assets.load("bricks.jpg")),
+                normal_map_texture: Some(
+                    assets
+                        .load_builder()
+                        .with_settings(|settings: &mut ImageLoaderSettings| {
+                            settings.is_srgb = false
+                        })
+                        .load("bricks_normal.png"),
+                ),
+                ..base.clone()
+            }),
+        ),
         Transform::from_xyz(-1.6, 0.0, 0.0),
     ));
     commands.spawn((

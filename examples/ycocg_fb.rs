@@ -13,10 +13,7 @@ use bevy_ycocg_fb::{
 
 fn main() -> AppExit {
     App::new()
-        .add_plugins((
-            common::plugins("Compact frame buffer"),
-            YCoCgFrameBufferPlugin,
-        ))
+        .add_plugins((common::plugins(), YCoCgFrameBufferPlugin))
         .add_systems(Startup, spawn)
         .add_systems(Update, (switch, turn, describe))
         .run()

@@ -6,6 +6,7 @@ use bevy::{
     app::{PluginGroupBuilder, ScheduleRunnerPlugin},
     camera::RenderTarget,
     camera_controller::free_camera::FreeCameraPlugin,
+    image::{ImageAddressMode, ImageSamplerDescriptor},
     prelude::*,
     render::{
         RenderPlugin,
@@ -30,19 +31,18 @@ pub struct Caption;
 /// Bevy's plugins, with those of a camera that flies (W, A, S, D, E, Q and the mouse) and of [`Caption`].
 ///
 /// `--headless FILE` on the command line draws without a window: the example writes its picture to the file and ends.
-pub fn plugins(title: &str) -> PluginGroupBuilder {
-    let plugins = DefaultPlugins.set(AssetPlugin {
-        file_path: concat!(env!("CARGO_MANIFEST_DIR"), "/examples/assets").into(),
-        ..default()
-    });
-    let plugins = match headless_file() {
-        None => plugins.set(WindowPlugin {
-            primary_window: Some(Window {
-                title: title.into(),
-                ..default()
-            }),
+pub fn plugins() -> PluginGroupBuilder {
+    // Textures repeat, as those of glTF files do.
+    let mut default_sampler = ImageSamplerDescriptor::linear();
+    default_sampler.set_address_mode(ImageAddressMode::Repeat);
+    let plugins = DefaultPlugins
+        .set(AssetPlugin {
+            file_path: concat!(env!("CARGO_MANIFEST_DIR"), "/examples/assets").into(),
             ..default()
-        }),
+        })
+        .set(ImagePlugin { default_sampler });
+    let plugins = match headless_file() {
+        None => plugins,
         Some(file) => plugins
             .set(WindowPlugin {
                 primary_window: None,
@@ -55,9 +55,9 @@ pub fn plugins(title: &str) -> PluginGroupBuilder {
             })
             .disable::<WinitPlugin>()
             .add(ScheduleRunnerPlugin::run_loop(Duration::ZERO))
-            .add(PicturePlugin(file)),
+            .add(move |app: &mut App| draw_picture(app, file.clone())),
     };
-    plugins.add(FreeCameraPlugin).add(CaptionPlugin)
+    plugins.add(FreeCameraPlugin).add(add_caption)
 }
 
 /// The value of `--headless`.
@@ -66,29 +66,22 @@ fn headless_file() -> Option<PathBuf> {
     arguments.nth(1).map(PathBuf::from)
 }
 
-struct CaptionPlugin;
-
-impl Plugin for CaptionPlugin {
-    fn build(&self, app: &mut App) {
-        app.add_systems(Startup, |mut commands: Commands| {
-            commands.spawn((
-                Caption,
-                Text::default(),
-                TextFont::from_font_size(15.0),
-                TextShadow::default(),
-                Node {
-                    position_type: PositionType::Absolute,
-                    top: px(10),
-                    left: px(12),
-                    ..default()
-                },
-            ));
-        });
-    }
+fn add_caption(app: &mut App) {
+    app.add_systems(Startup, |mut commands: Commands| {
+        commands.spawn((
+            Caption,
+            Text::default(),
+            TextFont::from_font_size(15.0),
+            TextShadow::default(),
+            Node {
+                position_type: PositionType::Absolute,
+                top: px(10),
+                left: px(12),
+                ..default()
+            },
+        ));
+    });
 }
-
-/// Draws to an image, and writes it to a file after [`FRAMES`].
-struct PicturePlugin(PathBuf);
 
 #[derive(Resource)]
 struct Picture {
@@ -97,24 +90,21 @@ struct Picture {
     frame: u32,
 }
 
-impl Plugin for PicturePlugin {
-    fn build(&self, app: &mut App) {
-        let mut image =
-            Image::new_target_texture(SIZE.x, SIZE.y, TextureFormat::Rgba8UnormSrgb, None);
-        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
-        let image = app.world_mut().resource_mut::<Assets<Image>>().add(image);
-        app.world_mut().resource_mut::<Time<Virtual>>().pause();
-        app.insert_resource(Picture {
-            file: self.0.clone(),
-            image,
-            frame: 0,
-        })
-        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f32(
-            1.0 / 60.0,
-        )))
-        .add_systems(PostStartup, draw_to_image)
-        .add_systems(Last, save);
-    }
+/// Draws to an image, and writes it to the file after [`FRAMES`].
+fn draw_picture(app: &mut App, file: PathBuf) {
+    let mut image = Image::new_target_texture(SIZE.x, SIZE.y, TextureFormat::Rgba8UnormSrgb, None);
+    image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+    let image = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+    app.world_mut().resource_mut::<Time<Virtual>>().pause();
+    let step = Duration::from_secs_f32(1.0 / 60.0);
+    app.insert_resource(Picture {
+        file,
+        image,
+        frame: 0,
+    })
+    .insert_resource(TimeUpdateStrategy::ManualDuration(step))
+    .add_systems(PostStartup, draw_to_image)
+    .add_systems(Last, save);
 }
 
 /// Cameras of the window draw to the image. The last of them shows the text, as in a window.
@@ -123,17 +113,18 @@ fn draw_to_image(
     picture: Res<Picture>,
     cameras: Query<(Entity, &Camera, &RenderTarget)>,
 ) {
-    let of_window = |target: &RenderTarget| matches!(target, RenderTarget::Window(_));
-    let cameras = cameras.iter().filter(|(.., target)| of_window(target));
-    let mut cameras: Vec<_> = cameras
-        .map(|(entity, camera, _)| (camera.order, entity))
-        .collect();
-    cameras.sort_unstable_by_key(|&(order, _)| order);
-    for &(_, camera) in &cameras {
-        let target = RenderTarget::Image(picture.image.clone().into());
-        commands.entity(camera).insert(target);
+    let mut last = None;
+    for (camera, _, target) in cameras
+        .iter()
+        .sort_by_key::<&Camera, _>(|camera| camera.order)
+    {
+        if let RenderTarget::Window(_) = target {
+            let image = RenderTarget::Image(picture.image.clone().into());
+            commands.entity(camera).insert(image);
+            last = Some(camera);
+        }
     }
-    if let Some(&(_, last)) = cameras.last() {
+    if let Some(last) = last {
         commands.entity(last).insert(IsDefaultUiCamera);
     }
 }

@@ -113,7 +113,7 @@ const WOOD: [Color; 4] = [hex(0x15291A), hex(0x254427), hex(0x3F6432), hex(0x758
 const GRASS: [Color; 4] = [hex(0x23380F), hex(0x456321), hex(0x7A9138), hex(0xB9B865)];
 const PETALS: [Color; 4] = [hex(0xD8172B), hex(0xF6C913), hex(0xF5F0F2), hex(0x7E3BB8)];
 
-/// What rises above the horizon.
+/// The mountains and hills above the horizon.
 pub(super) struct Landscape {
     pub noise: Noise,
 }

@@ -1,4 +1,4 @@
-//! What an example is, and its command line.
+//! The trait of a scene, and the command line that runs one.
 
 use std::{collections::BTreeMap, path::PathBuf, str::FromStr};
 

@@ -58,11 +58,11 @@ fn roof(world: &mut World, edge: f32) -> Entity {
 fn meshes_of_other_layers_are_not_there() {
     let _gpu = gpu();
     let open = under_the_sky(|_| ());
-    let elsewhere = under_the_sky(|world| {
+    let on_another_layer = under_the_sky(|world| {
         let roof = roof(world, 1.5);
         world.entity_mut(roof).insert(RenderLayers::layer(7));
     });
-    assert!(elsewhere == open);
+    assert!(on_another_layer == open);
     // Layers that change count at once.
     let mut app = app();
     let world = app.world_mut();
@@ -109,7 +109,7 @@ fn bounce(more: impl Fn(&mut World)) -> f32 {
     light.iter().sum::<f32>() / 4.0
 }
 
-fn lamp(world: &mut World) -> Entity {
+fn point_light(world: &mut World) -> Entity {
     world
         .spawn((
             PointLight {
@@ -127,11 +127,11 @@ fn lamp(world: &mut World) -> Entity {
 fn lights_of_other_layers_are_not_there() {
     let _gpu = gpu();
     let bright = bounce(|world| {
-        lamp(world);
+        point_light(world);
     });
     let dark = bounce(|world| {
-        let lamp = lamp(world);
-        world.entity_mut(lamp).insert(RenderLayers::layer(7));
+        let light = point_light(world);
+        world.entity_mut(light).insert(RenderLayers::layer(7));
     });
     assert!(bright > 1.0 && dark == 0.0, "{bright} {dark}");
 }
@@ -140,10 +140,10 @@ fn lights_of_other_layers_are_not_there() {
 fn a_bulb_does_not_catch_its_own_light() {
     let _gpu = gpu();
     let without = bounce(|world| {
-        lamp(world);
+        point_light(world);
     });
     let with = bounce(|world| {
-        lamp(world);
+        point_light(world);
         let bulb = block(world, Vec3::Y, Vec3::splat(0.3));
         world.entity_mut(bulb).insert(hidden());
     });
@@ -151,13 +151,13 @@ fn a_bulb_does_not_catch_its_own_light() {
     near(with, without, 0.1);
 }
 
-/// What the walls throw back with a box about a lamp: without `NotShadowCaster`, with it, and where nothing nearer to
-/// the lamp than the floor shadows it.
-fn around_a_lamp(albedo: f32, center: Vec3, size: Vec3) -> [f32; 3] {
+/// The light that walls reflect with a box at a point light: without `NotShadowCaster`, with it, and where nothing
+/// nearer to the light than the floor shadows it.
+fn with_a_box_at_the_light(albedo: f32, center: Vec3, size: Vec3) -> [f32; 3] {
     [(false, 0.4), (true, 0.4), (false, 1.0)].map(|(casts_none, near)| {
         bounce(|world| {
-            let lamp = lamp(world);
-            let mut light = world.get_mut::<PointLight>(lamp).expect("a lamp");
+            let light = point_light(world);
+            let mut light = world.get_mut::<PointLight>(light).expect("it");
             light.shadow_map_near_z = near;
             let block = block_of(world, albedo, center, size);
             world.entity_mut(block).insert(hidden());
@@ -171,8 +171,8 @@ fn around_a_lamp(albedo: f32, center: Vec3, size: Vec3) -> [f32; 3] {
 #[test]
 fn what_casts_no_shadow_lets_direct_light_through() {
     let _gpu = gpu();
-    let plate = around_a_lamp(0.0, Vec3::Y * 0.45, Vec3::new(0.9, 0.1, 0.9));
-    let shade = around_a_lamp(0.9, Vec3::Y, Vec3::splat(1.1));
+    let plate = with_a_box_at_the_light(0.0, Vec3::Y * 0.45, Vec3::new(0.9, 0.1, 0.9));
+    let shade = with_a_box_at_the_light(0.9, Vec3::Y, Vec3::splat(1.1));
     println!("plate {plate:?}, shade {shade:?}");
     for [shadowed, with, expected] in [plate, shade] {
         assert!(shadowed < 0.9 * expected, "{shadowed} {expected}");

@@ -410,11 +410,11 @@ fn what_does_not_reach_a_volume_neither_prevents_settling_nor_ends_it() {
         .expect("it")
         .clone();
     let mesh = world.get::<Mesh3d>(block).expect("it").clone();
-    let lamp = PointLight {
+    let light = PointLight {
         range: 10.0,
         ..default()
     };
-    let lamp = world.spawn((lamp, Transform::from_translation(far))).id();
+    let light = world.spawn((light, Transform::from_translation(far))).id();
     let joint = world.spawn(Transform::from_translation(far)).id();
     let poses = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY; 2]);
     let inverse_bindposes = world.resource_mut::<Assets<_>>().add(poses);
@@ -441,8 +441,8 @@ fn what_does_not_reach_a_volume_neither_prevents_settling_nor_ends_it() {
             .get_mut(&mesh)
             .expect("it")
             .scale_by(Vec3::splat(1.001));
-        let mut lamp = world.get_mut::<PointLight>(lamp).expect("it");
-        lamp.intensity = 1e5 * (1.5 + f32::sin(step));
+        let mut light = world.get_mut::<PointLight>(light).expect("it");
+        light.intensity = 1e5 * (1.5 + f32::sin(step));
         let mut joint = world.get_mut::<Transform>(joint).expect("it");
         joint.translation.x += 0.01;
     };

@@ -183,7 +183,7 @@ pub(super) struct FilteredTexture {
     pub is_elliptical: bool,
 }
 
-/// What the renderer has to do for a texture.
+/// The levels and the sampler that the renderer gives a texture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TextureRequest {
     /// Levels to generate, the finest included; 1 for none.

@@ -50,7 +50,7 @@ impl Map<'_> {
         MAPS[self.index]
     }
 
-    /// What its texels mean in this material.
+    /// Returns what the map's texels mean in this material.
     pub(super) fn content(&self, material: &StandardMaterial) -> MipContent {
         if self.name().contains("normal") {
             return MipContent::Normals;

@@ -54,7 +54,7 @@ fn unknown_format() -> TextureFormat {
     TextureFormat::Rgba8Unorm
 }
 
-/// What the device can generate levels of.
+/// The device that decides for which formats levels can be generated.
 pub(crate) struct MipSupport<'a> {
     pub device: &'a RenderDevice,
     pub adapter: &'a RenderAdapter,

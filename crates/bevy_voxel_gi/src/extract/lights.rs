@@ -28,7 +28,7 @@ impl ExtractedLights {
     }
 }
 
-/// What lights of all types have.
+/// The components that lights of all types have.
 #[derive(QueryData)]
 pub(crate) struct LightParts<L: Component> {
     light: &'static L,

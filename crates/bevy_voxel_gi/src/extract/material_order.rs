@@ -14,7 +14,7 @@ use super::voxel_material::VoxelMaterial;
 /// The packed surface of a voxel's face has 12 bits for the label.
 const MOST_LABELS: usize = 4096;
 
-/// What meshes use of an entry of the table.
+/// The part of a table entry that meshes use.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Entry {
     pub label: u32,

@@ -134,7 +134,7 @@ pub(crate) fn voxels_bind_group(
 /// Group 0 of the passes that compute light.
 #[derive(Resource)]
 pub(crate) struct VoxelBindGroups {
-    /// As in [`VolumeUniforms`].
+    /// One for each of [`VolumeUniforms::bounces`].
     pub bounces: [BindGroup; 3],
 }
 

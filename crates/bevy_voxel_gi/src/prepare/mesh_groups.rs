@@ -26,7 +26,7 @@ pub(super) struct LocatedMesh {
 pub(super) struct PlacedMesh {
     slabs: Slabs,
     pub levels: LevelMask,
-    /// Of its origin in the world.
+    /// World position of the mesh's origin.
     pub position: Vec3,
     group: usize,
     instance: usize,

@@ -25,7 +25,7 @@ pub struct PackSettings {
     pub thesis: bool,
 }
 
-/// What a packing stores of a plane at one level.
+/// The values of a plane at one level, as a packing stores them.
 pub enum PlaneValues {
     /// The pixels.
     Pixels(Plane),
@@ -34,7 +34,7 @@ pub enum PlaneValues {
 }
 
 impl PlaneValues {
-    /// What a packing stores of a plane.
+    /// Returns the values that a packing stores of a plane.
     pub fn new(packing: Packing, plane: Plane) -> Self {
         if packing.is_wavelet() {
             Self::Coefficients(CoefficientPlane::new(&plane))

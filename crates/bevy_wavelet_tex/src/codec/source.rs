@@ -120,7 +120,7 @@ impl LinearLevel {
         color_space: ColorSpace,
         alpha: bool,
     ) -> Self {
-        // Of 8 bits, all values are known.
+        // 8 bits have few values, so all are computed once.
         let bytes: Vec<f32> = (0..256)
             .map(|v| linear_from_srgb(v as f32 / 255.0))
             .collect();

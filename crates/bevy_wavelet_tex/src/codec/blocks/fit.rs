@@ -549,3 +549,36 @@ fn principal_axes<const C: usize>(target: &Target<C>) -> [[f32; C]; 2] {
     }
     axes
 }
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Of as many values as a block of a photograph has, and of few.
+        #[test]
+        fn the_result_does_not_depend_on_the_processor(
+            texels in prop::array::uniform16(prop::array::uniform3(0_u8..=255)),
+            shift in 0_u32..8,
+        ) {
+            if !is_x86_feature_detected!("avx2") {
+                return Ok(());
+            }
+            let channels: [Channel; 3] = [32, 64, 32].map(|levels| Channel::new(levels, |v| v * v));
+            let stored: [[f32; 16]; 3] = std::array::from_fn(|c| {
+                texels.map(|texel| f32::from(texel[c] >> shift << shift) / 255.0)
+            });
+            let wanted = stored.map(|channel| channel.map(|v| v * v));
+            let target = Target { wanted, stored };
+            for starts in [Starts::One, Starts::Two, Starts::Four] {
+                let expected = fit_with_any(&channels, &target, starts, f32::INFINITY);
+                // SAFETY: the processor has AVX2.
+                let actual = unsafe { fit_with_avx2(&channels, &target, starts, f32::INFINITY) };
+                prop_assert_eq!(actual.ends, expected.ends);
+                prop_assert_eq!(actual.error.to_bits(), expected.error.to_bits());
+            }
+        }
+    }
+}
