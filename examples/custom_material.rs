@@ -98,7 +98,7 @@ fn spawn(
     commands.spawn((
         Camera3d::default(),
         FreeCamera::default(),
-        Exposure { ev100: 9.5 },
+        Exposure { ev100: 11.0 },
         Transform::from_xyz(0.0, 2.5, 7.0).looking_at(Vec3::new(0.0, 1.2, 0.0), Vec3::Y),
     ));
     let plaster = dusty.add(DustyMaterial {
