@@ -45,7 +45,7 @@ fn spawn(
                     assets
                         .load_builder()
                         .with_settings(|settings: &mut ImageLoaderSettings| {
-                            settings.is_srgb = false
+                            settings.is_srgb = false;
                         })
                         .load("bricks_normal.png"),
                 ),
