@@ -8,6 +8,7 @@ mod common;
 use bevy::{
     camera::Exposure,
     camera_controller::free_camera::FreeCamera,
+    mesh::UvChannel,
     pbr::{ExtendedMaterial, MaterialExtension},
     prelude::*,
     render::render_resource::AsBindGroup,
@@ -15,7 +16,7 @@ use bevy::{
 };
 use bevy_ewa::{EwaMaterialPlugin, EwaPlugin};
 use bevy_voxel_gi::{
-    AsVoxelMaterial, MeanColors, VoxelGiPlugin, VoxelGiVolume, VoxelMaterial, VoxelMaterialPlugin,
+    AsVoxelMaterial, VoxelGiPlugin, VoxelGiVolume, VoxelMaterial, VoxelMaterialPlugin, VoxelTexture,
 };
 use bevy_ycocg_fb::{DefaultFrameBufferQuality, FrameBufferQuality, YCoCgFrameBufferPlugin};
 
@@ -39,16 +40,14 @@ impl Material for Rings {
 
 /// What voxels know of the material. Without this, it would be a gray obstacle.
 impl AsVoxelMaterial for Rings {
-    fn as_voxel_material(&self, mean: &mut MeanColors) -> VoxelMaterial {
-        let pattern = self
-            .pattern
-            .as_ref()
-            .map_or(LinearRgba::WHITE, |image| mean.of(image));
+    fn as_voxel_material(&self) -> VoxelMaterial {
+        let pattern = self.pattern.as_ref();
         VoxelMaterial {
-            albedo: Vec3::splat(0.1),
+            base_color: LinearRgba::rgb(0.1, 0.1, 0.1),
             // Half of a period of the rings glows.
-            emissive: 0.5 * self.glow.to_vec3() * pattern.to_vec3(),
-            ..VoxelMaterial::NEUTRAL
+            emissive: 0.5 * self.glow.to_vec3(),
+            emissive_texture: pattern.map(|image| VoxelTexture::new(image, &UvChannel::Uv0)),
+            ..default()
         }
     }
 }

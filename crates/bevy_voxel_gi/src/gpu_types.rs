@@ -1,5 +1,5 @@
 //! The types that Rust and the shaders share. Keep in sync with `shaders/gpu_types.wesl`, which has the same fields
-//! and documents them. [`VoxelMaterial`](crate::VoxelMaterial) is a further one.
+//! and documents them.
 
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
@@ -38,6 +38,7 @@ pub(crate) struct Volume {
     pub points_per_triangle: u32,
     pub empty_interval: u32,
     pub blend: f32,
+    pub emission_scale: f32,
 }
 
 pub(crate) const FLAG_FEEDBACK: u32 = 1;
@@ -69,18 +70,23 @@ pub(crate) const LIGHT_RECT: u32 = 3;
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 pub(crate) struct MeshInstance {
     pub world_from_local: Mat4,
+    pub uv_range_0: Vec4,
+    pub uv_range_1: Vec4,
+    pub position_center: Vec3,
+    pub flags: u32,
+    pub position_half_size: Vec3,
+    pub material: u32,
     pub vertex_base: u32,
     pub vertex_stride: u32,
     pub position_offset: u32,
+    pub color_offset: u32,
+    pub uv_offsets: UVec2,
     pub joint_index_offset: u32,
     pub joint_weight_offset: u32,
     pub first_joint: u32,
     pub index_base: u32,
     pub index_size: u32,
     pub triangle_count: u32,
-    pub material: u32,
-    pub flags: u32,
-    pub coverage: f32,
     pub morph_base: u32,
     pub vertex_count: u32,
     pub first_weights: u32,
@@ -88,10 +94,18 @@ pub(crate) struct MeshInstance {
 }
 
 pub(crate) const MESH_SKINNED: u32 = 1;
-pub(crate) const MESH_DOUBLE_SIDED: u32 = 2;
-pub(crate) const MESH_MIRRORED: u32 = 4;
-pub(crate) const MESH_STRIP: u32 = 8;
-pub(crate) const MESH_NOT_SHADOW_CASTER: u32 = 16;
+pub(crate) const MESH_MIRRORED: u32 = 2;
+pub(crate) const MESH_STRIP: u32 = 4;
+pub(crate) const MESH_NOT_SHADOW_CASTER: u32 = 8;
+pub(crate) const MESH_PACKED_POSITIONS: u32 = 16;
+pub(crate) const MESH_PACKED_JOINT_WEIGHTS: u32 = 32;
+pub(crate) const MESH_UVS: u32 = 64;
+pub(crate) const MESH_PACKED_UVS: u32 = 256;
+pub(crate) const MESH_COLORS: u32 = 1024;
+pub(crate) const COLORS_FLOAT32: u32 = 0;
+pub(crate) const COLORS_UNORM8: u32 = 2048;
+pub(crate) const COLORS_FLOAT16: u32 = 4096;
+pub(crate) const COLORS_UNORM16: u32 = 6144;
 
 /// Up to 64 triangles of a mesh in one level, for one workgroup.
 #[derive(ShaderType, Clone, Copy, Debug)]

@@ -47,10 +47,7 @@ pub mod settings;
 #[cfg(feature = "bevy")]
 pub use debug::{DebugField, VoxelGiDebug};
 #[cfg(feature = "bevy")]
-pub use extract::{
-    mean_color::MeanColors,
-    voxel_material::{AsVoxelMaterial, VoxelMaterial},
-};
+pub use extract::voxel_material::{AsVoxelMaterial, VoxelAlpha, VoxelMaterial, VoxelTexture};
 #[cfg(feature = "bevy")]
 pub use plugin::{VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelMaterialPlugin};
 #[cfg(feature = "bevy")]

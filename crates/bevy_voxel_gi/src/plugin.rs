@@ -34,11 +34,14 @@ use crate::{
     },
     passes::PassesPlugin,
     prepare::{
+        asset_notes::{AssetNotes, note_assets},
         buffers::VolumeBuffers,
+        materials::{MaterialRecords, prepare_materials},
         mesh_batches::{MeshBatches, collect_mesh_batches},
         pipelines::RequiredPipelines,
         plan::{FramePlan, plan_frame},
         scene_buffers::SceneBuffers,
+        tiles::Tiles,
         uniforms::VolumeUniforms,
     },
     receive::{
@@ -63,6 +66,7 @@ impl Plugin for VoxelGiPlugin {
             app.add_plugins(ViewWireframesPlugin);
         }
         load_shader_library!(app, "shaders/albedo.wesl");
+        load_shader_library!(app, "shaders/emission.wesl");
         load_shader_library!(app, "shaders/face_slots.wesl");
         load_shader_library!(app, "shaders/faces.wesl");
         load_shader_library!(app, "shaders/gpu_types.wesl");
@@ -139,11 +143,14 @@ impl Plugin for VoxelGiPlugin {
         render_app
             .insert_resource(report)
             .init_resource::<AwaitedReceiver>()
+            .init_resource::<AssetNotes>()
             .init_resource::<ExtractedVolume>()
             .init_resource::<ExtractedScene>()
             .init_resource::<ExtractedLights>()
             // What is on the device is made anew with a new device.
             .init_gpu_resource::<MeshBatches>()
+            .init_gpu_resource::<MaterialRecords>()
+            .init_gpu_resource::<Tiles>()
             .init_gpu_resource::<RequiredPipelines>()
             .init_gpu_resource::<FramePlan>()
             .init_gpu_resource::<VolumeUniforms>()
@@ -162,7 +169,8 @@ impl Plugin for VoxelGiPlugin {
             .add_systems(
                 Render,
                 (
-                    (collect_mesh_batches, plan_frame)
+                    note_assets.in_set(RenderSystems::ExtractCommands),
+                    (collect_mesh_batches, prepare_materials, plan_frame)
                         .chain()
                         .in_set(RenderSystems::PrepareResources),
                     await_pipelines

@@ -40,7 +40,7 @@ fn devices_that_bind_eight_storage_buffers_have_all_but_reprojected_albedo() {
     });
     floor(app.world_mut());
     app.world_mut().spawn(under_sky(1.0));
-    for albedo in [VoxelAlbedo::Mean, VoxelAlbedo::Reprojected] {
+    for albedo in [VoxelAlbedo::Material, VoxelAlbedo::Reprojected] {
         settings(app.world_mut()).albedo = albedo;
         app.run_until_ready(200).expect("not ready");
         settle(&mut app);

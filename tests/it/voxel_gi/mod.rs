@@ -4,6 +4,7 @@ mod basics;
 mod bounces;
 mod budget;
 mod changes;
+mod colors;
 mod contacts;
 mod devices;
 mod extremes;

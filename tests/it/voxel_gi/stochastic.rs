@@ -106,8 +106,8 @@ fn seen_floor(voxelizer: Voxelizer, albedo: VoxelAlbedo) -> (usize, Vec<Vec3>, V
 fn what_cameras_see_is_occupied() {
     let _gpu = gpu();
     let points = Voxelizer::Stochastic { points: 1 };
-    let (whole, ..) = seen_floor(Voxelizer::Conservative, VoxelAlbedo::Mean);
-    let (sparse, ..) = seen_floor(points, VoxelAlbedo::Mean);
+    let (whole, ..) = seen_floor(Voxelizer::Conservative, VoxelAlbedo::Material);
+    let (sparse, ..) = seen_floor(points, VoxelAlbedo::Material);
     let (seen, light, albedo) = seen_floor(points, VoxelAlbedo::Reprojected);
     println!("{seen} of {whole} faces, {sparse} by points alone");
     assert!(100 * seen > 95 * whole && 10 * sparse < whole);

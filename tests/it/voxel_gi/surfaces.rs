@@ -12,7 +12,7 @@ use bevy::{
     render::render_resource::{Extent3d, Face, TextureDimension, TextureFormat},
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{DebugField, VoxelAlbedo, VoxelGiDebug};
+use bevy_voxel_gi::{DebugField, MeshVoxelMaterial, VoxelAlbedo, VoxelGiDebug};
 
 use super::{
     scene::{app, app_with, at, floor, hidden, matt, settings, under_sky},
@@ -182,8 +182,13 @@ fn morphed_meshes_occlude_where_their_targets_put_them() {
 }
 
 /// The albedo in the voxels of a floor whose left half is green and right half red by its texture, as the
-/// debug view shows it.
-fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_visible: bool) -> Vec<Vec3> {
+/// debug view shows it; or of one of which voxels know only `own`.
+fn shown_albedo(
+    albedo: VoxelAlbedo,
+    own: Option<Vec3>,
+    with_prepass: bool,
+    is_visible: bool,
+) -> Vec<Vec3> {
     let mut app = app_with(|app| {
         if with_prepass {
             app.insert_resource(DefaultOpaqueRendererMethod::deferred());
@@ -220,6 +225,10 @@ fn shown_albedo(albedo: VoxelAlbedo, with_prepass: bool, is_visible: bool) -> Ve
             Mesh3d(mesh),
             MeshMaterial3d(material),
             Transform::from_xyz(0.0, 0.05, 0.0),
+            MeshVoxelMaterial {
+                albedo: own,
+                ..default()
+            },
         ))
         .id();
     if !is_visible {
@@ -248,22 +257,28 @@ fn is_about(found: Vec3, expected: Vec3) {
 }
 
 #[test]
-fn what_cameras_see_is_the_albedo_and_else_the_mean() {
+fn what_cameras_see_is_the_albedo_and_else_that_of_materials() {
     let _gpu = gpu();
-    let (green, red, mean) = (Vec3::Y, Vec3::X, Vec3::new(0.5, 0.5, 0.0));
-    let visible = shown_albedo(VoxelAlbedo::Reprojected, true, true);
-    is_about(at(&visible, -1.0, 0.0), green);
-    is_about(at(&visible, 1.0, 0.0), red);
-    for (albedo, with_prepass, is_visible, expected) in [
-        (VoxelAlbedo::Mean, true, true, mean),
-        (VoxelAlbedo::Neutral, true, true, Vec3::splat(0.5)),
+    let (green, red, gray) = (Vec3::Y, Vec3::X, Vec3::splat(0.5));
+    let own = Vec3::new(0.1, 0.2, 0.8);
+    for (albedo, own, with_prepass, is_visible, [left, right]) in [
+        (VoxelAlbedo::Material, None, false, true, [green, red]),
+        (VoxelAlbedo::Material, Some(own), true, true, [own; 2]),
+        (VoxelAlbedo::Neutral, None, true, true, [gray; 2]),
+        (
+            VoxelAlbedo::Reprojected,
+            Some(own),
+            true,
+            true,
+            [green, red],
+        ),
         // Without a G-buffer nothing is seen, nor what no camera draws.
-        (VoxelAlbedo::Reprojected, false, true, mean),
-        (VoxelAlbedo::Reprojected, true, false, mean),
+        (VoxelAlbedo::Reprojected, Some(own), false, true, [own; 2]),
+        (VoxelAlbedo::Reprojected, Some(own), true, false, [own; 2]),
     ] {
-        let found = shown_albedo(albedo, with_prepass, is_visible);
-        is_about(at(&found, -1.0, 0.0), expected);
-        is_about(at(&found, 1.0, 0.0), expected);
+        let found = shown_albedo(albedo, own, with_prepass, is_visible);
+        is_about(at(&found, -1.0, 0.0), left);
+        is_about(at(&found, 1.0, 0.0), right);
     }
 }
 

@@ -24,10 +24,8 @@ use bevy::{
 
 use crate::{
     extract::volume::ExtractedVolume,
-    passes::bindings::{
-        BindGroups, MATERIALS, RADIANCE, read_only, voxels_bind_group, voxels_layout,
-    },
-    prepare::{buffers::VolumeBuffers, scene_buffers::SceneBuffers, uniforms::VolumeUniforms},
+    passes::bindings::{BindGroups, COLORS, RADIANCE, read_only, voxels_bind_group, voxels_layout},
+    prepare::{buffers::VolumeBuffers, uniforms::VolumeUniforms},
 };
 
 /// Add to a camera to show the voxels instead of the scene.
@@ -113,7 +111,7 @@ fn init_pipeline(
             "voxel_gi_debug_light",
             &BindGroupLayoutEntries::with_indices(
                 fragment,
-                ((RADIANCE, read_only()), (MATERIALS, read_only())),
+                ((RADIANCE, read_only()), (COLORS, read_only())),
             ),
         ),
         view_layout: BindGroupLayoutDescriptor::new(
@@ -215,34 +213,29 @@ fn show(
     mut context: RenderContext,
     pipeline: Res<DebugPipeline>,
     groups: BindGroups,
-    (uniforms, buffers, scene, volume): (
+    (uniforms, buffers, volume): (
         Res<VolumeUniforms>,
         Option<Res<VolumeBuffers>>,
-        Option<Res<SceneBuffers>>,
         Res<ExtractedVolume>,
     ),
     (images, views): (Res<RenderAssets<GpuImage>>, Res<ViewUniforms>),
 ) {
     let (target, offset, id, _) = view.into_inner();
-    let (Some(buffers), Some(scene), Some(volume)) = (buffers, scene, &volume.0) else {
+    let (Some(buffers), Some(volume)) = (buffers, &volume.0) else {
         return;
     };
     let layout = &pipeline.voxels_layouts[usize::from(buffers.shape.reprojects_albedo)];
-    let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(materials), Some(voxels)) = (
+    let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(voxels)) = (
         groups.cache.get_render_pipeline(id.0),
         images.get(&volume.texture),
         views.uniforms.binding(),
-        scene.materials.binding(),
         voxels_bind_group(layout, 0, &uniforms, &buffers, &groups),
     ) else {
         return;
     };
     let light = groups.create(
         &pipeline.light_layout,
-        (
-            (RADIANCE, buffers.radiance.as_entire_binding()),
-            (MATERIALS, materials),
-        ),
+        ((RADIANCE, buffers.radiance()), (COLORS, buffers.colors())),
     );
     let view = groups.device.create_bind_group(
         "voxel_gi_debug_view",

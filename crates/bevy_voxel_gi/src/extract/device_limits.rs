@@ -70,10 +70,10 @@ pub(super) fn bindable_albedo(albedo: VoxelAlbedo, limits: &WgpuLimits) -> Voxel
     if albedo == VoxelAlbedo::Reprojected && available <= STORAGE_BUFFERS {
         warn_once!(
             "voxel GI: `VoxelAlbedo::Reprojected` takes {} storage buffers in a shader, and this device has \
-             {available}, so `VoxelAlbedo::Mean` is used",
+             {available}, so `VoxelAlbedo::Material` is used",
             STORAGE_BUFFERS + 1
         );
-        return VoxelAlbedo::Mean;
+        return VoxelAlbedo::Material;
     }
     albedo
 }
@@ -178,7 +178,10 @@ mod tests {
         };
         let reprojected = VoxelAlbedo::Reprojected;
         assert_eq!(bindable_albedo(reprojected, &with(9)), reprojected);
-        assert_eq!(bindable_albedo(reprojected, &with(8)), VoxelAlbedo::Mean);
+        assert_eq!(
+            bindable_albedo(reprojected, &with(8)),
+            VoxelAlbedo::Material
+        );
         let neutral = VoxelAlbedo::Neutral;
         assert_eq!(bindable_albedo(neutral, &with(8)), neutral);
     }

@@ -19,8 +19,6 @@ use crate::settings::MeshVoxelMaterial;
 pub(super) enum Variant {
     /// The material's own.
     Plain,
-    /// Times this mean vertex colour of the mesh.
-    Tinted(Vec3),
     /// With this override of the mesh.
     Overridden(MeshVoxelMaterial),
 }
@@ -30,10 +28,6 @@ impl Variant {
     fn applied(self, material: VoxelMaterial) -> VoxelMaterial {
         match self {
             Self::Plain => material,
-            Self::Tinted(tint) => VoxelMaterial {
-                albedo: material.albedo * tint,
-                ..material
-            },
             Self::Overridden(mesh) => material.overridden_by(&mesh),
         }
     }
@@ -43,7 +37,6 @@ impl Variant {
         let of_color = |color: Vec3| color.to_array().map(f32::to_bits);
         match self {
             Self::Plain => (0, None, None, None),
-            Self::Tinted(tint) => (1, Some(of_color(tint)), None, None),
             Self::Overridden(MeshVoxelMaterial {
                 albedo,
                 coverage,
@@ -51,7 +44,7 @@ impl Variant {
             }) => {
                 let emissive = emissive.map(|color| of_color(color.to_vec3()));
                 let coverage = coverage.map(f32::to_bits);
-                (2, albedo.map(of_color), coverage, emissive)
+                (1, albedo.map(of_color), coverage, emissive)
             }
         }
     }
@@ -221,14 +214,13 @@ mod tests {
             assert_eq!(table.index_of(id, overridden(0.3)), index);
         }
         assert_eq!(table.materials().len(), 2);
-        let tinted = table.index_of(id, Variant::Tinted(Vec3::X));
         let white = VoxelMaterial {
-            albedo: Vec3::ONE,
+            base_color: LinearRgba::WHITE,
             ..VoxelMaterial::NEUTRAL
         };
         table.set(id, white);
-        assert_eq!(table.materials()[tinted as usize].albedo, Vec3::X);
-        assert_eq!(table.materials()[index as usize].albedo, Vec3::splat(0.3));
+        let gray = LinearRgba::rgb(0.3, 0.3, 0.3);
+        assert_eq!(table.materials()[index as usize].base_color, gray);
         // A variant that comes later has the material, too.
         let plain = table.index_of(id, Variant::Plain);
         assert_eq!(table.materials()[plain as usize], white);

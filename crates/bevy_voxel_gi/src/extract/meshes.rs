@@ -16,22 +16,19 @@ use bevy::{
 
 use super::{
     changed_rows::{KnownRows, for_each_changed_row, split},
-    material_order::{Entry, MaterialOrder},
     material_table::{MaterialIndex, MaterialTable},
     place_volume::ActiveVolume,
-    placement::{PlacedLevel, PlacedVolume},
+    placement::PlacedLevel,
     voxel_material::VoxelMaterial,
 };
-use crate::settings::{NotVoxelized, VoxelAlbedo};
+use crate::settings::NotVoxelized;
 
 /// A mesh of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ExtractedMesh {
     pub mesh: AssetId<Mesh>,
     pub world_from_local: Affine3A,
-    /// Index of its material in the unsorted table.
-    entry: u32,
-    /// Label of its material; see [`material_order`](super::material_order).
+    /// Index of its material in the table.
     pub material: u32,
     /// Index of the first of its joint matrices, if it is skinned.
     pub first_joint: Option<u32>,
@@ -75,11 +72,10 @@ pub(crate) struct ExtractedScene {
     pub deformed: Vec<ExtractedMesh>,
     /// Matrices from bind pose to world, of all skins; then weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
-    /// The materials by their labels; see [`material_order`](super::material_order).
+    /// The table of materials.
     pub materials: Vec<VoxelMaterial>,
-    order: MaterialOrder,
-    /// Version of the unsorted table, and whether all albedo is neutral; `None` if no mesh is extracted.
-    version: Option<(u64, bool)>,
+    /// Version of the table; `None` if no mesh is extracted.
+    pub materials_version: Option<u64>,
     rows: KnownRows,
     /// The layers of the meshes that count.
     layers: RenderLayers,
@@ -128,54 +124,15 @@ type MeshColumns = (
     Has<NotShadowCaster>,
 );
 
-/// What a change of the materials means for the rigid meshes.
-enum MaterialChange {
-    /// Other values only, if any.
-    Values,
-    /// Meshes of entries that are not as these were have changed.
-    Entries(Vec<Entry>),
-    /// Any mesh may have come or gone.
-    Transparency,
-}
-
 impl ExtractedScene {
-    /// Takes over the materials.
-    fn update_materials(&mut self, table: &MaterialTable, volume: &PlacedVolume) -> MaterialChange {
-        let neutral = volume.settings.albedo == VoxelAlbedo::Neutral;
-        let version = Some((table.version, neutral));
-        if self.version == version {
-            return MaterialChange::Values;
+    /// Takes over the materials, and returns whether any mesh may have come or gone by that.
+    fn update_materials(&mut self, table: &MaterialTable) -> bool {
+        if self.materials_version.replace(table.version) == Some(table.version) {
+            return false;
         }
-        self.version = version;
-        let mut materials = table.materials().to_vec();
-        if neutral {
-            for material in &mut materials {
-                material.albedo = VoxelMaterial::NEUTRAL.albedo;
-            }
-        }
-        let before = std::mem::take(&mut self.order.entries);
-        self.materials = self.order.update(materials);
-        let now = &self.order.entries;
-        let mut pairs = before.iter().zip(now);
-        if pairs.any(|(before, now)| before.transparent != now.transparent) {
-            MaterialChange::Transparency
-        } else if now.starts_with(&before) {
-            MaterialChange::Values
-        } else {
-            MaterialChange::Entries(before)
-        }
-    }
-
-    /// Updates the rigid meshes of the entries that were another one before.
-    fn update_entries(&mut self, before: &[Entry]) {
-        let now = &self.order.entries;
-        for (&entity, mesh) in &mut self.rigid {
-            let entry = mesh.entry as usize;
-            if before.get(entry) != now.get(entry) {
-                mesh.material = now.get(entry).map_or(0, |entry| entry.label);
-                self.changed.push(entity);
-            }
-        }
+        let before = std::mem::replace(&mut self.materials, table.materials().to_vec());
+        let mut pairs = before.iter().zip(&self.materials);
+        pairs.any(|(before, now)| before.transparent != now.transparent)
     }
 
     /// The mesh as it is voxelised; `None` if it is not.
@@ -189,18 +146,17 @@ impl ExtractedScene {
             return None;
         }
         let index = index.copied().unwrap_or_default().index;
-        let entry = self.order.entries.get(index as usize).copied();
-        let entry = entry.unwrap_or_default();
+        let material = self.materials.get(index as usize);
+        let is_transparent = material.is_some_and(|material| material.transparent);
         let world_from_local = transform.affine();
-        if !visible.get() || entry.transparent || !world_from_local.is_finite() {
+        if !visible.get() || is_transparent || !world_from_local.is_finite() {
             return None;
         }
         let bounds = aabb.map(|aabb| world_bounds(aabb, &world_from_local));
         Some(ExtractedMesh {
             mesh: mesh.id(),
             world_from_local,
-            entry: index,
-            material: entry.label,
+            material: index,
             first_joint: None,
             weights: None,
             casts_shadow: !casts_none,
@@ -238,11 +194,7 @@ pub(crate) fn extract_scene(
     if extracts_all {
         scene.layers = volume.scene_layers.clone();
     }
-    match scene.update_materials(&table, volume) {
-        MaterialChange::Values => {}
-        MaterialChange::Entries(before) => scene.update_entries(&before),
-        MaterialChange::Transparency => extracts_all = true,
-    }
+    extracts_all |= scene.update_materials(&table);
     let mut rows = std::mem::take(&mut scene.rows);
     let mut moved = Vec::new();
     if let Ok(tables) = columns.contiguous_iter() {

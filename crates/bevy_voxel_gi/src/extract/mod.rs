@@ -9,17 +9,15 @@
 //! | [`meshes`], [`deformed_meshes`] | extraction of rigid meshes, and of those with a skin or morph targets |
 //! | [`changed_rows`] | the meshes of which a component has changed, or that have come or gone |
 //! | [`lights`] | extraction of lights |
-//! | [`voxel_material`], [`mean_color`] | what voxels use of a material |
-//! | [`material_table`], [`material_order`] | the table of the materials in use, and their order |
+//! | [`voxel_material`] | what voxels use of a material |
+//! | [`material_table`] | the table of the materials in use |
 //! | [`update_materials`], [`unknown_materials`] | what keeps the table in sync |
 
 mod changed_rows;
 pub(crate) mod deformed_meshes;
 pub(crate) mod device_limits;
 pub(crate) mod lights;
-mod material_order;
 pub(crate) mod material_table;
-pub(crate) mod mean_color;
 pub(crate) mod meshes;
 pub(crate) mod place_volume;
 pub(crate) mod placement;

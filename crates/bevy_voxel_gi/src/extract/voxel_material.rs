@@ -1,124 +1,178 @@
 //! The material properties that voxels use.
 
 use bevy::{
+    math::Affine2,
+    mesh::UvChannel,
     pbr::{ExtendedMaterial, MaterialExtension},
     prelude::*,
-    render::render_resource::{Face, ShaderType},
+    render::render_resource::Face,
 };
 
-use super::mean_color::MeanColors;
 use crate::settings::MeshVoxelMaterial;
 
-/// The properties of a mesh's material that voxels use. Keep in sync with `shaders/gpu_types.wesl`.
-#[derive(ShaderType, Clone, Copy, Debug, PartialEq)]
+/// A texture of a [`VoxelMaterial`]: any two-dimensional image that the GPU samples, of any format, whether its data is
+/// on the CPU or not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct VoxelTexture {
+    /// The image.
+    pub image: AssetId<Image>,
+    /// Whether it uses the second texture coordinates, `Mesh::ATTRIBUTE_UV_1`.
+    pub uses_uv_1: bool,
+}
+
+impl VoxelTexture {
+    /// Returns the texture of an image that uses these coordinates.
+    pub fn new(image: &Handle<Image>, channel: &UvChannel) -> Self {
+        Self {
+            image: image.id(),
+            uses_uv_1: *channel == UvChannel::Uv1,
+        }
+    }
+}
+
+/// How a [`VoxelMaterial`] is cut out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum VoxelAlpha {
+    /// It is not.
+    #[default]
+    Opaque,
+    /// Where alpha is below this cutoff, 0 to 1, there are holes. Alpha is the product of that of the material, its base
+    /// colour texture and the vertices.
+    Mask(f32),
+    /// Alpha is the opaque fraction.
+    Coverage,
+    /// This fraction is opaque, 0 to 1, whatever alpha is.
+    Constant(f32),
+}
+
+/// The properties of a mesh's material that voxels use.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoxelMaterial {
-    /// Diffuse reflectance per channel, 0 to 1.
-    pub albedo: Vec3,
+    /// Base colour and alpha, linear. The diffuse reflectance is this, times the base colour texture and the colour of the
+    /// vertices, times one minus `metallic`.
+    pub base_color: LinearRgba,
+    /// Multiplied with the base colour.
+    pub base_color_texture: Option<VoxelTexture>,
+    /// Whether only the alpha of the base colour texture counts, and the vertices' colours do not.
+    pub ignores_colors: bool,
+    /// Fraction that does not reflect diffusely, 0 to 1.
+    pub metallic: f32,
+    /// Its blue channel is multiplied with `metallic`.
+    pub metallic_texture: Option<VoxelTexture>,
+    /// Emission per channel, in the units of `StandardMaterial::emissive`.
+    pub emissive: Vec3,
+    /// Multiplied with the emission.
+    pub emissive_texture: Option<VoxelTexture>,
     /// Weight of the camera's exposure in the emission, 0 to 1; see
     /// `StandardMaterial::emissive_exposure_weight`.
     pub emissive_exposure_weight: f32,
-    /// Emission per channel, in the units of `StandardMaterial::emissive`.
-    pub emissive: Vec3,
-    /// 1 if both sides are drawn, else 0.
-    pub double_sided: u32,
-    /// 1 if it is transparent and therefore not voxelised, else 0.
-    pub transparent: u32,
-    /// Opaque fraction of its area, 0 to 1: below 1 where an alpha mask cuts holes.
-    pub coverage: f32,
+    /// Whether it shows its base colour whatever the light: it emits the base colour, and reflects nothing.
+    pub unlit: bool,
+    /// Transform of the texture coordinates.
+    pub uv_transform: Affine2,
+    /// How it is cut out.
+    pub alpha: VoxelAlpha,
+    /// Whether both sides are drawn.
+    pub double_sided: bool,
+    /// Whether it is transparent and therefore not voxelised.
+    pub transparent: bool,
+}
+
+impl Default for VoxelMaterial {
+    fn default() -> Self {
+        Self::NEUTRAL
+    }
 }
 
 impl VoxelMaterial {
     /// An unknown material: neutral gray (thesis section 6.5.2).
     pub const NEUTRAL: Self = Self {
-        albedo: Vec3::splat(0.5),
-        emissive_exposure_weight: 0.0,
+        base_color: LinearRgba::rgb(0.5, 0.5, 0.5),
+        base_color_texture: None,
+        ignores_colors: false,
+        metallic: 0.0,
+        metallic_texture: None,
         emissive: Vec3::ZERO,
-        double_sided: 0,
-        transparent: 0,
-        coverage: 1.0,
+        emissive_texture: None,
+        emissive_exposure_weight: 0.0,
+        unlit: false,
+        uv_transform: Affine2::IDENTITY,
+        alpha: VoxelAlpha::Opaque,
+        double_sided: false,
+        transparent: false,
     };
 
     /// Returns the material of a mesh that overrides some of it.
-    pub(super) fn overridden_by(self, mesh: &MeshVoxelMaterial) -> Self {
-        let coverage = mesh.coverage.filter(|coverage| coverage.is_finite());
-        let emissive = mesh
-            .emissive
-            .map(|color| finite(color.to_vec3()).max(Vec3::ZERO));
-        Self {
-            emissive: emissive.unwrap_or(self.emissive),
-            albedo: mesh.albedo.map_or(self.albedo, |albedo| {
-                finite(albedo).clamp(Vec3::ZERO, Vec3::ONE)
-            }),
-            coverage: coverage.map_or(self.coverage, |coverage| coverage.clamp(0.0, 1.0)),
-            ..self
+    pub(super) fn overridden_by(mut self, mesh: &MeshVoxelMaterial) -> Self {
+        if let Some(albedo) = mesh.albedo {
+            let alpha = self.base_color.alpha;
+            self.base_color = LinearRgba::from_vec3(albedo).with_alpha(alpha);
+            self.metallic = 0.0;
+            self.metallic_texture = None;
+            self.ignores_colors = true;
         }
+        if let Some(emissive) = mesh.emissive {
+            self.emissive = emissive.to_vec3();
+            self.emissive_texture = None;
+            self.unlit = false;
+        }
+        if let Some(coverage) = mesh.coverage {
+            self.alpha = VoxelAlpha::Constant(coverage);
+        }
+        self
     }
 }
 
 /// A material that defines the [`VoxelMaterial`] of its meshes.
 ///
-/// It is implemented for `StandardMaterial` and its extensions. For other materials, implement this
-/// trait and add [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin); without it, their meshes are
+/// It is implemented for `StandardMaterial`, and for extensions of materials that implement it. For other materials,
+/// implement this trait and add [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin); without it, their meshes are
 /// neutral gray.
 pub trait AsVoxelMaterial: Material {
-    /// Returns the material for voxels. `mean` gives the mean colour of an image, mid gray while it is not
-    /// loaded.
-    fn as_voxel_material(&self, mean: &mut MeanColors) -> VoxelMaterial;
+    /// Returns the material for voxels. It is asked for again when the material changes, and textures are read again
+    /// when their images change.
+    fn as_voxel_material(&self) -> VoxelMaterial;
 }
 
 impl AsVoxelMaterial for StandardMaterial {
-    fn as_voxel_material(&self, mean: &mut MeanColors) -> VoxelMaterial {
-        let base = self.base_color.to_linear();
-        let (texel, coverage) = match (&self.base_color_texture, self.alpha_mode) {
-            (Some(image), AlphaMode::Mask(cutoff)) => mean.masked(image, cutoff / base.alpha),
-            (Some(image), AlphaMode::AlphaToCoverage) => {
-                let texel = mean.of(image);
-                (texel, texel.alpha * base.alpha)
-            }
-            (Some(image), _) => (mean.of(image), 1.0),
-            (None, AlphaMode::Mask(cutoff)) => (LinearRgba::WHITE, f32::from(base.alpha >= cutoff)),
-            (None, AlphaMode::AlphaToCoverage) => (LinearRgba::WHITE, base.alpha),
-            (None, _) => (LinearRgba::WHITE, 1.0),
+    fn as_voxel_material(&self) -> VoxelMaterial {
+        let texture = |image: &Option<Handle<Image>>, channel: &UvChannel| {
+            image
+                .as_ref()
+                .map(|image| VoxelTexture::new(image, channel))
         };
-        let mut texture = |image: &Option<Handle<Image>>| match image {
-            Some(image) => mean.of(image),
-            None => LinearRgba::WHITE,
+        let alpha = match self.alpha_mode {
+            AlphaMode::Mask(cutoff) => VoxelAlpha::Mask(cutoff),
+            AlphaMode::AlphaToCoverage => VoxelAlpha::Coverage,
+            _ => VoxelAlpha::Opaque,
         };
-        let metallic = self.metallic * texture(&self.metallic_roughness_texture).blue;
         let transparent = matches!(
             self.alpha_mode,
             AlphaMode::Blend | AlphaMode::Premultiplied | AlphaMode::Add | AlphaMode::Multiply
         ) || self.specular_transmission > 0.5;
-        let color = base.to_vec3() * texel.to_vec3();
-        // An unlit material shows its colour whatever the exposure, as an emission of weight 0 does.
-        let (albedo, emissive, exposure_weight) = if self.unlit {
-            (Vec3::ZERO, color, 0.0)
-        } else {
-            let emissive = self.emissive.to_vec3() * texture(&self.emissive_texture).to_vec3();
-            let albedo = color * (1.0 - metallic);
-            (albedo, emissive, self.emissive_exposure_weight)
-        };
         VoxelMaterial {
-            albedo: finite(albedo).clamp(Vec3::ZERO, Vec3::ONE),
-            emissive_exposure_weight: exposure_weight.clamp(0.0, 1.0),
-            emissive: finite(emissive).max(Vec3::ZERO),
-            double_sided: u32::from(self.cull_mode != Some(Face::Back)),
-            transparent: u32::from(transparent),
-            coverage: if coverage.is_finite() {
-                coverage.clamp(0.0, 1.0)
-            } else {
-                1.0
-            },
+            base_color: self.base_color.to_linear(),
+            base_color_texture: texture(&self.base_color_texture, &self.base_color_channel),
+            ignores_colors: false,
+            metallic: self.metallic,
+            metallic_texture: texture(
+                &self.metallic_roughness_texture,
+                &self.metallic_roughness_channel,
+            ),
+            emissive: self.emissive.to_vec3(),
+            emissive_texture: texture(&self.emissive_texture, &self.emissive_channel),
+            emissive_exposure_weight: self.emissive_exposure_weight,
+            unlit: self.unlit,
+            uv_transform: self.uv_transform,
+            alpha,
+            double_sided: self.cull_mode != Some(Face::Back),
+            transparent,
         }
     }
 }
 
-impl<E: MaterialExtension> AsVoxelMaterial for ExtendedMaterial<StandardMaterial, E> {
-    fn as_voxel_material(&self, mean: &mut MeanColors) -> VoxelMaterial {
-        self.base.as_voxel_material(mean)
+impl<B: AsVoxelMaterial, E: MaterialExtension> AsVoxelMaterial for ExtendedMaterial<B, E> {
+    fn as_voxel_material(&self) -> VoxelMaterial {
+        self.base.as_voxel_material()
     }
-}
-
-fn finite(v: Vec3) -> Vec3 {
-    if v.is_finite() { v } else { Vec3::ZERO }
 }

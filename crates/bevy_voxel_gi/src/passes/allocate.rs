@@ -119,10 +119,7 @@ pub(crate) fn prepare(
                     (WORK, buffers.work.as_entire_binding()),
                     (IRRADIANCE, buffers.irradiance.as_entire_binding()),
                     (MOVES, moves),
-                    (
-                        IRRADIANCE_BEFORE,
-                        buffers.irradiance_before.as_entire_binding(),
-                    ),
+                    (IRRADIANCE_BEFORE, buffers.irradiance_before()),
                     (
                         FACE_SLOTS_BEFORE,
                         buffers.face_slots_before.as_entire_binding(),
@@ -136,10 +133,10 @@ pub(crate) fn prepare(
 /// Keeps the slots and their light as they are now, for `allocate.wesl`.
 pub(super) fn keep_slots(encoder: &mut CommandEncoder, buffers: &VolumeBuffers) {
     for (from, to) in [
-        (&buffers.irradiance, &buffers.irradiance_before),
+        (&buffers.irradiance, &buffers.sums),
         (&buffers.face_slots, &buffers.face_slots_before),
     ] {
-        encoder.copy_buffer_to_buffer(from, 0, to, 0, to.size());
+        encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
     }
 }
 

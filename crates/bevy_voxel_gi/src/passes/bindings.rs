@@ -29,11 +29,12 @@ pub(crate) const MASKS: u32 = 1;
 pub(crate) const PACKED_SURFACES: u32 = 2;
 pub(crate) const FACE_SLOTS: u32 = 3;
 pub(crate) const REPROJECTED_ALBEDO: u32 = 4;
+pub(crate) const SUMS: u32 = 5;
 // Group 1.
 pub(crate) const WORK: u32 = 0;
 pub(crate) const RADIANCE: u32 = 2;
 pub(crate) const IRRADIANCE: u32 = 3;
-pub(crate) const MATERIALS: u32 = 4;
+pub(crate) const COLORS: u32 = 4;
 pub(crate) const LIGHTS: u32 = 5;
 pub(crate) const LIGHT_TEXTURE: u32 = 6;
 pub(crate) const VISIBLE: u32 = 10;

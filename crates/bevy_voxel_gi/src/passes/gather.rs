@@ -97,7 +97,7 @@ pub(crate) fn prepare(
         &pass.layout,
         (
             (WORK, buffers.work.as_entire_binding()),
-            (RADIANCE, buffers.radiance.as_entire_binding()),
+            (RADIANCE, buffers.radiance()),
             (IRRADIANCE, buffers.irradiance.as_entire_binding()),
             (LIGHT_TEXTURE, &texture.texture_view),
         ),

@@ -8,8 +8,7 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, IRRADIANCE, LIGHTS, MATERIALS, RADIANCE, WORK, group_layout, read_only,
-        read_write,
+        BindGroups, COLORS, IRRADIANCE, LIGHTS, RADIANCE, WORK, group_layout, read_only, read_write,
     },
     kernel::{Kernel, light_defs},
 };
@@ -39,7 +38,8 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             (WORK, read_only()),
             (RADIANCE, read_write()),
             (IRRADIANCE, read_only()),
-            (MATERIALS, read_only()),
+            // It is in the same buffer as the radiance, which cannot be bound both for reading and for writing.
+            (COLORS, read_write()),
             (LIGHTS, read_only()),
         ),
     );
@@ -78,20 +78,16 @@ pub(crate) fn prepare(
     let (Some(_), Some(buffers), Some(scene)) = (plan.work, buffers, scene) else {
         return;
     };
-    let (Some(materials), Some(lights), false) = (
-        scene.materials.binding(),
-        scene.lights.binding(),
-        buffers.shape.occlusion_only,
-    ) else {
+    let (Some(lights), false) = (scene.lights.binding(), buffers.shape.occlusion_only) else {
         return;
     };
     pass.bind_group = Some(groups.create(
         &pass.layout,
         (
             (WORK, buffers.work.as_entire_binding()),
-            (RADIANCE, buffers.radiance.as_entire_binding()),
+            (RADIANCE, buffers.radiance()),
             (IRRADIANCE, buffers.irradiance.as_entire_binding()),
-            (MATERIALS, materials),
+            (COLORS, buffers.colors()),
             (LIGHTS, lights),
         ),
     ));

@@ -15,6 +15,7 @@
 mod allocate;
 pub(crate) mod bindings;
 mod compact;
+mod draw_tiles;
 mod g_buffer;
 mod gather;
 mod inject;

@@ -11,10 +11,10 @@ use bevy::{
 };
 
 use super::{
-    allocate, bindings::prepare_voxel_bind_groups, compact, gather, inject, mark_visible,
-    propagate, reproject, slot_demand, solve::solve, voxelize,
+    allocate, bindings::prepare_voxel_bind_groups, compact, draw_tiles, gather, inject,
+    mark_visible, propagate, reproject, slot_demand, solve::solve, voxelize,
 };
-use crate::prepare::{mesh_batches::collect_mesh_batches, plan::plan_frame};
+use crate::prepare::{materials::prepare_materials, plan::plan_frame};
 
 /// Registers the passes.
 pub(crate) struct PassesPlugin;
@@ -23,8 +23,12 @@ impl Plugin for PassesPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "bindings.wesl");
         load_shader_library!(app, "g_buffer.wesl");
+        load_shader_library!(app, "voxelize/materials.wesl");
         load_shader_library!(app, "voxelize/plane.wesl");
+        load_shader_library!(app, "voxelize/polygon.wesl");
+        load_shader_library!(app, "voxelize/sums.wesl");
         load_shader_library!(app, "voxelize/triangles.wesl");
+        draw_tiles::embed(app);
         voxelize::embed(app);
         allocate::embed(app);
         compact::embed(app);
@@ -44,6 +48,7 @@ impl Plugin for PassesPlugin {
             .add_systems(
                 RenderStartup,
                 (
+                    draw_tiles::init,
                     voxelize::init,
                     allocate::init,
                     compact::init,
@@ -57,6 +62,7 @@ impl Plugin for PassesPlugin {
             .add_systems(
                 Render,
                 (
+                    draw_tiles::queue,
                     voxelize::queue,
                     allocate::queue,
                     compact::queue,
@@ -67,7 +73,7 @@ impl Plugin for PassesPlugin {
                     mark_visible::queue,
                 )
                     .in_set(RenderSystems::PrepareResources)
-                    .after(collect_mesh_batches)
+                    .after(prepare_materials)
                     .before(plan_frame),
             )
             .add_systems(
@@ -96,7 +102,12 @@ impl Plugin for PassesPlugin {
             )
             .add_systems(
                 RenderGraph,
-                (voxelize::voxelize, compact::compact, solve)
+                (
+                    draw_tiles::draw_tiles,
+                    voxelize::voxelize,
+                    compact::compact,
+                    solve,
+                )
                     .chain()
                     .in_set(RenderGraphSystems::Render)
                     .before(camera_driver),

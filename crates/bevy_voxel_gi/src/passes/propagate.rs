@@ -12,7 +12,7 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, LIGHT_TEXTURE, MATERIALS, RADIANCE, group_layout, light_texture, read_only,
+        BindGroups, COLORS, LIGHT_TEXTURE, RADIANCE, group_layout, light_texture, read_only,
         read_write,
     },
     kernel::{Kernel, dispatch_voxels, light_defs},
@@ -23,7 +23,6 @@ use crate::{
         buffers::{BufferShape, VolumeBuffers},
         pipelines::RequiredPipelines,
         plan::FramePlan,
-        scene_buffers::SceneBuffers,
     },
 };
 
@@ -47,7 +46,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         "voxel_gi_propagate",
         (
             (RADIANCE, read_only()),
-            (MATERIALS, read_only()),
+            (COLORS, read_only()),
             (LIGHT_TEXTURE, light_texture()),
             (BEFORE, read_only()),
             (AFTER, read_write()),
@@ -84,29 +83,23 @@ pub(crate) fn prepare(
     mut pass: ResMut<PropagatePass>,
     plan: Res<FramePlan>,
     volume: Res<ExtractedVolume>,
-    (buffers, scene): (Option<Res<VolumeBuffers>>, Option<Res<SceneBuffers>>),
+    buffers: Option<Res<VolumeBuffers>>,
     images: Res<RenderAssets<GpuImage>>,
     groups: BindGroups,
 ) {
     pass.bind_groups = None;
-    let (Some(_), Some(volume), Some(buffers), Some(scene)) =
-        (plan.work, &volume.0, buffers, scene)
-    else {
+    let (Some(_), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
         return;
     };
-    let (Some(texture), Some(materials), true) = (
-        images.get(&volume.texture),
-        scene.materials.binding(),
-        buffers.shape.propagates,
-    ) else {
+    let (Some(texture), true) = (images.get(&volume.texture), buffers.shape.propagates) else {
         return;
     };
     let bind_groups = [0, 1].map(|from| {
         groups.create(
             &pass.layout,
             (
-                (RADIANCE, buffers.radiance.as_entire_binding()),
-                (MATERIALS, materials.clone()),
+                (RADIANCE, buffers.radiance()),
+                (COLORS, buffers.colors()),
                 (LIGHT_TEXTURE, &texture.texture_view),
                 (BEFORE, buffers.intensity[from].as_entire_binding()),
                 (AFTER, buffers.intensity[1 - from].as_entire_binding()),

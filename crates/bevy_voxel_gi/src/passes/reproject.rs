@@ -17,7 +17,7 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, FACE_SLOTS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME, WORK,
+        BindGroups, COLORS, FACE_SLOTS, MASKS, PACKED_SURFACES, REPROJECTED_ALBEDO, VOLUME, WORK,
         group_layout, read_only, read_write, volume_uniform,
     },
     g_buffer::{g_buffer, g_buffer_layout},
@@ -47,7 +47,10 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             (REPROJECTED_ALBEDO, read_write()),
         ),
     );
-    let work_layout = group_layout("voxel_gi_reproject_work", ((WORK, read_only()),));
+    let work_layout = group_layout(
+        "voxel_gi_reproject_work",
+        ((WORK, read_only()), (COLORS, read_only())),
+    );
     let shader = load_embedded_asset!(assets.as_ref(), "reproject.wesl");
     let layout = [&voxels_layout, &work_layout, &g_buffer_layout()];
     commands.insert_resource(ReprojectPass {
@@ -114,7 +117,10 @@ pub(crate) fn reproject(
     );
     let work = groups.create(
         &pass.work_layout,
-        ((WORK, buffers.work.as_entire_binding()),),
+        (
+            (WORK, buffers.work.as_entire_binding()),
+            (COLORS, buffers.colors()),
+        ),
     );
     record_pass(&mut context, "voxel_gi_reproject", |pass| {
         pass.set_pipeline(pipeline);

@@ -1,14 +1,17 @@
 //! The GPU buffers of the volume.
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicU32, Ordering},
+use std::{
+    num::NonZeroU64,
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering},
+    },
 };
 
 use bevy::{
     prelude::*,
     render::{
-        render_resource::{Buffer, BufferDescriptor, BufferUsages},
+        render_resource::{BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages},
         renderer::RenderDevice,
     },
 };
@@ -118,10 +121,10 @@ pub(crate) fn largest_buffer(settings: &VoxelGiSettings, resolution: u32, levels
                 (_, VoxelAlbedo::Reprojected, _) => 24 * voxels,
                 _ => 0,
             };
-            // The occupancy, the work, and the irradiance of the slots.
+            // The occupancy, the work, and the sums of the slots.
             (8 * voxels)
                 .max(VolumeBuffers::COUNTERS_SIZE + 4 * (slots + voxels))
-                .max(16 * slots)
+                .max(32 * slots.next_multiple_of(32))
                 .max(of_cameras)
         }
     }
@@ -157,12 +160,12 @@ pub(crate) struct VolumeBuffers {
     pub face_slots_before: Buffer,
     /// A word per slot: the packed surface.
     pub packed_surfaces: Buffer,
-    /// Two words per slot: radiance that leaves the surface, as 16-bit floats. A stub for ambient occlusion.
-    pub radiance: Buffer,
     /// Four words per slot: irradiance in this round, with the distance of the surface from the voxel's centre,
     /// and the mean over rounds with its weight, as 16-bit floats.
     pub irradiance: Buffer,
-    pub irradiance_before: Buffer,
+    /// Eight words per slot: four of the irradiance as it was, two of the radiance that leaves the surface, as 16-bit
+    /// floats, and two of its albedo and emission. While the scene is voxelised, the sums of `sums.wesl` are there.
+    pub sums: Buffer,
     /// How many slots the surfaces need.
     pub slot_demand: SlotDemand,
     /// Six times four words per voxel: the propagated light that has arrived through each face, as 32-bit floats. A
@@ -199,6 +202,8 @@ impl VolumeBuffers {
 
     /// `slots` is the number of slots for faces with a surface.
     pub(crate) fn new(device: &RenderDevice, shape: BufferShape, slots: u64) -> Self {
+        // The parts of `sums` can be bound if they start at multiples of 256 bytes.
+        let slots = slots.next_multiple_of(32);
         let buffer = |label, size, usage| buffer(device, label, size, usage);
         let storage = STORAGE;
         let per_voxel = |bytes: u64| bytes * shape.voxels;
@@ -211,13 +216,8 @@ impl VolumeBuffers {
             face_slots: buffer("voxel_gi_face_slots", per_voxel(4), storage),
             face_slots_before: buffer("voxel_gi_face_slots_before", per_voxel(4), storage),
             packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
-            radiance: buffer(
-                "voxel_gi_radiance",
-                when(!shape.occlusion_only, per_slot(8)),
-                storage,
-            ),
             irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
-            irradiance_before: buffer("voxel_gi_irradiance_before", per_slot(16), storage),
+            sums: buffer("voxel_gi_sums", per_slot(32), storage),
             slot_demand: SlotDemand::default(),
             intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"]
                 .map(|label| buffer(label, propagated(64).max(64), storage)),
@@ -255,6 +255,31 @@ impl VolumeBuffers {
         is_new
     }
 
+    /// So many words of each slot in `sums`, after these.
+    fn part_of_sums(&self, before: u64, words: u64) -> BindingResource<'_> {
+        let words_of = |words: u64| 4 * words * self.slots();
+        BindingResource::Buffer(BufferBinding {
+            buffer: &self.sums,
+            offset: words_of(before),
+            size: NonZeroU64::new(words_of(words)),
+        })
+    }
+
+    /// Irradiance as it was before the scene was voxelised.
+    pub(crate) fn irradiance_before(&self) -> BindingResource<'_> {
+        self.part_of_sums(0, 4)
+    }
+
+    /// Radiance that leaves the surface of each slot.
+    pub(crate) fn radiance(&self) -> BindingResource<'_> {
+        self.part_of_sums(4, 2)
+    }
+
+    /// Albedo and emission of each slot.
+    pub(crate) fn colors(&self) -> BindingResource<'_> {
+        self.part_of_sums(6, 2)
+    }
+
     /// Number of slots that the buffers have.
     fn slots(&self) -> u64 {
         self.irradiance.size() / 16
@@ -271,13 +296,13 @@ impl VolumeBuffers {
         let limit = limits
             .max_storage_buffer_binding_size
             .min(limits.max_buffer_size);
-        let most = most_slots(self.shape.voxels).min(limit / 16);
+        let most = most_slots(self.shape.voxels).min(limit / 32 / 32 * 32);
         let slots = (demand + demand / 2).min(most);
         if slots < demand {
             warn_once!(
                 "voxel GI: the surfaces need {} MiB in a storage buffer, and this device binds {} MiB at most, so \
                  some have no light. Lower `resolution` or `cascades`",
-                (16 * demand) >> 20,
+                (32 * demand) >> 20,
                 limit >> 20,
             );
         }
@@ -291,9 +316,8 @@ impl VolumeBuffers {
             &self.face_slots,
             &self.face_slots_before,
             &self.packed_surfaces,
-            &self.radiance,
             &self.irradiance,
-            &self.irradiance_before,
+            &self.sums,
             &self.arrived,
             &self.intensity[0],
             &self.intensity[1],

@@ -5,11 +5,9 @@ use std::hash::{BuildHasher, Hash, Hasher};
 use bevy::{color::ColorToComponents, platform::hash::FixedHasher};
 
 use crate::{
-    extract::{
-        placement::{PlacedLevel, PlacedVolume},
-        voxel_material::VoxelMaterial,
-    },
+    extract::placement::{PlacedLevel, PlacedVolume},
     gpu_types::Light,
+    prepare::materials::MaterialRecords,
     settings::Voxelizer,
 };
 
@@ -38,16 +36,15 @@ pub(super) fn voxel_fingerprint(meshes: u64, volume: &PlacedVolume) -> u64 {
     hasher.finish()
 }
 
-/// Hash of everything that the light depends on, except the settings; `meshes` is that of the meshes, and `materials`
-/// are theirs.
-pub(super) fn fingerprint<'a>(
+/// Hash of everything that the light depends on, except the settings; `meshes` is that of the meshes.
+pub(super) fn fingerprint(
     meshes: u64,
     volume: &PlacedVolume,
     lights: &[Light],
-    materials: impl Iterator<Item = &'a VoxelMaterial>,
+    materials: &MaterialRecords,
 ) -> u64 {
     let mut hasher = FixedHasher.build_hasher();
-    meshes.hash(&mut hasher);
+    (meshes, materials.version).hash(&mut hasher);
     for level in &volume.levels {
         let PlacedLevel {
             owner: _,
@@ -80,15 +77,7 @@ pub(super) fn fingerprint<'a>(
         hash_floats(&mut hasher, &others);
         light.kind.hash(&mut hasher);
     }
-    let mut depends_on_exposure = false;
-    for material in materials {
-        hash_floats(&mut hasher, &material.albedo.to_array());
-        hash_floats(&mut hasher, &material.emissive.to_array());
-        hash_floats(&mut hasher, &[material.emissive_exposure_weight]);
-        depends_on_exposure |=
-            material.emissive.max_element() > 0.0 && material.emissive_exposure_weight < 1.0;
-    }
-    if depends_on_exposure {
+    if materials.depends_on_exposure {
         hash_floats(&mut hasher, &[volume.exposure]);
     }
     hasher.finish()

@@ -15,6 +15,7 @@ use bevy::{
 };
 
 use super::{
+    asset_notes::AssetNotes,
     fingerprint::hash_floats,
     mesh_group::MeshGroup,
     mesh_groups::{MeshGroups, PlacedMesh},
@@ -44,7 +45,7 @@ pub(crate) struct MeshBatches {
 }
 
 impl MeshBatches {
-    /// Whether a mesh that reaches into a level has the material with this label.
+    /// Whether a mesh that reaches into a level has this material.
     pub(super) fn uses(&self, material: u32) -> bool {
         self.rigid.uses(material) || self.deformed.uses(material)
     }
@@ -164,9 +165,10 @@ pub(crate) fn collect_mesh_batches(
     volume: Res<ExtractedVolume>,
     scene: Res<ExtractedScene>,
     allocator: Res<MeshAllocator>,
-    (meshes, assets): (
+    (meshes, assets, notes): (
         Res<RenderAssets<RenderMesh>>,
         Res<ExtractedAssets<RenderMesh>>,
+        Res<AssetNotes>,
     ),
     device: Res<RenderDevice>,
 ) {
@@ -180,6 +182,7 @@ pub(crate) fn collect_mesh_batches(
         levels: &volume.levels,
         allocator: &allocator,
         meshes: &meshes,
+        notes: &notes,
         most_bytes: device.limits().max_storage_buffer_binding_size,
     };
     let buffers_moved = allocator.meshes_displaced_by_slab_growth().next().is_some();

@@ -9,11 +9,13 @@ use bevy::{
     },
 };
 
+use super::asset_notes::PackedRanges;
 use crate::{
-    extract::{meshes::ExtractedMesh, voxel_material::VoxelMaterial},
+    extract::meshes::ExtractedMesh,
     gpu_types::{
-        MESH_DOUBLE_SIDED, MESH_MIRRORED, MESH_NOT_SHADOW_CASTER, MESH_SKINNED, MESH_STRIP,
-        MeshInstance,
+        COLORS_FLOAT16, COLORS_FLOAT32, COLORS_UNORM8, COLORS_UNORM16, MESH_COLORS, MESH_MIRRORED,
+        MESH_NOT_SHADOW_CASTER, MESH_PACKED_JOINT_WEIGHTS, MESH_PACKED_POSITIONS, MESH_PACKED_UVS,
+        MESH_SKINNED, MESH_STRIP, MESH_UVS, MeshInstance,
     },
 };
 
@@ -21,7 +23,7 @@ use crate::{
 pub(super) fn mesh_instance(
     extracted: &ExtractedMesh,
     mesh: &RenderMesh,
-    materials: &[VoxelMaterial],
+    ranges: PackedRanges,
 ) -> Option<MeshInstance> {
     let (corners, index_size) = match &mesh.buffer_info {
         RenderMeshBufferInfo::Indexed {
@@ -42,50 +44,92 @@ pub(super) fn mesh_instance(
         _ => return None,
     };
     let layout = mesh.layout.0.layout();
-    // Offset of an attribute in words, if it has this format.
-    let offset = |attribute: MeshVertexAttribute| {
-        let index = mesh
-            .layout
-            .0
-            .attribute_ids()
-            .iter()
-            .position(|id| *id == attribute.id)?;
-        let attribute_layout = layout.attributes.get(index)?;
-        (attribute_layout.format == attribute.format)
-            .then_some((attribute_layout.offset / 4) as u32)
+    // Offset of an attribute in words, and its format.
+    let attribute = |attribute: MeshVertexAttribute| {
+        let ids = mesh.layout.0.attribute_ids();
+        let index = ids.iter().position(|id| *id == attribute.id)?;
+        let attribute = layout.attributes.get(index)?;
+        Some(((attribute.offset / 4) as u32, attribute.format))
     };
-    let Some(position_offset) = offset(Mesh::ATTRIBUTE_POSITION) else {
-        warn_once!(
-            "voxel GI: a mesh's positions are not {:?}; it is not voxelised. Do not compress its \
-             positions (`MeshAttributeCompressionFlags::COMPRESS_POSITION`)",
-            VertexFormat::Float32x3
-        );
-        return None;
+    let mut flags = strip;
+    let position_offset = match attribute(Mesh::ATTRIBUTE_POSITION) {
+        Some((offset, VertexFormat::Float32x3)) => offset,
+        Some((offset, VertexFormat::Snorm16x4)) => {
+            flags |= MESH_PACKED_POSITIONS;
+            offset
+        }
+        other => {
+            warn_once!(
+                "voxel GI: the positions of a mesh have the format {:?}, so it is not voxelised. Use {:?}, or Bevy's \
+                 compressed positions",
+                other.map(|(_, format)| format),
+                VertexFormat::Float32x3
+            );
+            return None;
+        }
     };
+    let mut uv_offsets = UVec2::ZERO;
+    let uvs = [Mesh::ATTRIBUTE_UV_0, Mesh::ATTRIBUTE_UV_1];
+    for (channel, uv) in uvs.into_iter().enumerate() {
+        let packed = match attribute(uv) {
+            Some((offset, format @ (VertexFormat::Float32x2 | VertexFormat::Unorm16x2))) => {
+                uv_offsets[channel] = offset;
+                format == VertexFormat::Unorm16x2
+            }
+            _ => continue,
+        };
+        flags |= MESH_UVS << channel;
+        if packed {
+            flags |= MESH_PACKED_UVS << channel;
+        }
+    }
+    let mut color_offset = 0;
+    if let Some((offset, format)) = attribute(Mesh::ATTRIBUTE_COLOR) {
+        let format = match format {
+            VertexFormat::Float32x4 => Some(COLORS_FLOAT32),
+            VertexFormat::Unorm8x4 => Some(COLORS_UNORM8),
+            VertexFormat::Float16x4 => Some(COLORS_FLOAT16),
+            VertexFormat::Unorm16x4 => Some(COLORS_UNORM16),
+            other => {
+                warn_once!(
+                    "voxel GI: vertex colours of the format {other:?} count as white. Use `Float32x4`, `Float16x4`, \
+                     `Unorm8x4` or `Unorm16x4`"
+                );
+                None
+            }
+        };
+        if let Some(format) = format {
+            color_offset = offset;
+            flags |= MESH_COLORS | format;
+        }
+    }
     let skin = extracted.first_joint.and_then(|first| {
-        Some((
-            first,
-            offset(Mesh::ATTRIBUTE_JOINT_INDEX)?,
-            offset(Mesh::ATTRIBUTE_JOINT_WEIGHT)?,
-        ))
+        let (joints, VertexFormat::Uint16x4) = attribute(Mesh::ATTRIBUTE_JOINT_INDEX)? else {
+            return None;
+        };
+        let weights = match attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT)? {
+            (offset, VertexFormat::Float32x4) => offset,
+            (offset, VertexFormat::Unorm16x4) => {
+                flags |= MESH_PACKED_JOINT_WEIGHTS;
+                offset
+            }
+            _ => return None,
+        };
+        Some((first, joints, weights))
     });
     if extracted.first_joint.is_some() && skin.is_none() {
         warn_once!(
-            "voxel GI: a skinned mesh's joints and weights are not {:?} and {:?}; it is voxelised \
-             without skinning. Do not quantise its weights (`MeshCompressionArgs`)",
+            "voxel GI: a skinned mesh's joints are not {:?}, or its weights not {:?} or {:?}; it is voxelised \
+             without skinning",
             VertexFormat::Uint16x4,
-            VertexFormat::Float32x4
+            VertexFormat::Float32x4,
+            VertexFormat::Unorm16x4
         );
     }
-    let material = materials.get(extracted.material as usize);
-    let mut flags = strip;
     if skin.is_some() {
         flags |= MESH_SKINNED;
     } else if extracted.world_from_local.matrix3.determinant() < 0.0 {
         flags |= MESH_MIRRORED;
-    }
-    if material.is_some_and(|material| material.double_sided == 1) {
-        flags |= MESH_DOUBLE_SIDED;
     }
     if !extracted.casts_shadow {
         flags |= MESH_NOT_SHADOW_CASTER;
@@ -94,6 +138,12 @@ pub(super) fn mesh_instance(
     let (first_joint, joint_index_offset, joint_weight_offset) = skin.unwrap_or_default();
     Some(MeshInstance {
         world_from_local: extracted.world_from_local.into(),
+        uv_range_0: ranges.uvs[0],
+        uv_range_1: ranges.uvs[1],
+        position_center: ranges.position_center,
+        position_half_size: ranges.position_half_size,
+        uv_offsets,
+        color_offset,
         vertex_base: 0,
         vertex_stride: (layout.array_stride / 4) as u32,
         position_offset,
@@ -105,21 +155,9 @@ pub(super) fn mesh_instance(
         triangle_count,
         material: extracted.material,
         flags,
-        coverage: material.map_or(1.0, |material| marked_fraction(material.coverage)),
         morph_base: 0,
         vertex_count: mesh.vertex_count,
         first_weights,
         weight_count,
     })
-}
-
-/// Effective number of sub-voxels that can stop a ray in one layer of them, as they are as thick as they
-/// are wide: the mean over directions, measured such that masks with a coverage of a half and a quarter
-/// transmit half and three quarters of the light.
-const CELLS_IN_LAYER: f32 = 1.85;
-
-/// Fraction of sub-voxels to mark so that a surface transmits as much light, averaged over directions,
-/// as its coverage says.
-fn marked_fraction(coverage: f32) -> f32 {
-    1.0 - (1.0 - coverage.clamp(0.0, 1.0)).powf(CELLS_IN_LAYER.recip())
 }

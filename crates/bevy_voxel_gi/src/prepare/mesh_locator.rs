@@ -13,8 +13,8 @@ use bevy::{
 };
 
 use super::{
-    fingerprint::hash_floats, mesh_group::LevelMask, mesh_groups::LocatedMesh,
-    mesh_instance::mesh_instance,
+    asset_notes::AssetNotes, fingerprint::hash_floats, mesh_group::LevelMask,
+    mesh_groups::LocatedMesh, mesh_instance::mesh_instance,
 };
 use crate::{
     extract::{
@@ -32,6 +32,7 @@ pub(super) struct MeshLocator<'a> {
     pub levels: &'a [PlacedLevel],
     pub allocator: &'a MeshAllocator,
     pub meshes: &'a RenderAssets<RenderMesh>,
+    pub notes: &'a AssetNotes,
     /// Size of the largest buffer that a shader can read.
     pub most_bytes: u64,
 }
@@ -52,7 +53,8 @@ impl MeshLocator<'_> {
         }
         let mesh = self.meshes.get(extracted.mesh)?;
         let slabs = self.allocator.mesh_slabs(&extracted.mesh)?;
-        let mut instance = mesh_instance(extracted, mesh, &self.scene.materials)?;
+        let mut instance =
+            mesh_instance(extracted, mesh, self.notes.packed_ranges(extracted.mesh))?;
         let vertices = self.allocator.mesh_vertex_slice(&extracted.mesh)?;
         let indices = self.allocator.mesh_index_slice(&extracted.mesh);
         instance.vertex_base = vertices.range.start * instance.vertex_stride;
@@ -103,6 +105,5 @@ fn mesh_hash(extracted: &ExtractedMesh, instance: &MeshInstance) -> u64 {
     hash_floats(&mut hasher, &instance.world_from_local.to_cols_array());
     (instance.material, instance.flags, instance.triangle_count).hash(&mut hasher);
     (instance.first_weights, instance.weight_count).hash(&mut hasher);
-    hash_floats(&mut hasher, &[instance.coverage]);
     hasher.finish()
 }

@@ -3,6 +3,8 @@
 //! | module | what it contains |
 //! | --- | --- |
 //! | [`pipelines`] | whether all pipelines of a frame are ready |
+//! | [`asset_notes`] | what Bevy's assets on the GPU do not keep |
+//! | [`materials`], [`tiles`] | materials as the voxelisers read them, and small copies of their textures |
 //! | [`mesh_instance`] | what the voxelisers read of a mesh |
 //! | [`mesh_locator`] | where a mesh is in the GPU's buffers, and in which levels |
 //! | [`mesh_group`], [`mesh_groups`] | meshes that share their buffers |
@@ -13,10 +15,12 @@
 //! | [`uniforms`] | the uniforms of the volume |
 //! | [`buffers`] | the buffers of the volume |
 //! | [`shadow_masks`] | whether some meshes cast no shadow, which takes more of them |
-//! | [`scene_buffers`] | lights and materials on the GPU |
+//! | [`scene_buffers`] | lights on the GPU |
 
+pub(crate) mod asset_notes;
 pub(crate) mod buffers;
 mod fingerprint;
+pub(crate) mod materials;
 pub(crate) mod mesh_batches;
 pub(crate) mod mesh_group;
 mod mesh_groups;
@@ -27,4 +31,5 @@ pub(crate) mod plan;
 pub(crate) mod scene_buffers;
 mod settling;
 pub(crate) mod shadow_masks;
+pub(crate) mod tiles;
 pub(crate) mod uniforms;

@@ -13,17 +13,18 @@ use bevy::{
 use super::{
     buffers::{BufferShape, VolumeBuffers},
     fingerprint::{fingerprint, voxel_fingerprint},
+    materials::MaterialRecords,
     mesh_batches::MeshBatches,
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
     settling::{Pace, SettlingClock},
     shadow_masks::ShadowMasks,
+    tiles::Tiles,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
 };
 use crate::{
     extract::{
         lights::ExtractedLights,
-        meshes::ExtractedScene,
         placement::{PlacedLevel, PlacedVolume},
         volume::ExtractedVolume,
     },
@@ -40,8 +41,8 @@ pub(crate) struct FramePlan {
     clock: SettlingClock,
     /// Hash of everything that the light depends on, except the settings.
     fingerprint: u64,
-    /// Hash of what the voxels depend on, when they were voxelised.
-    voxelized: Option<u64>,
+    /// Hash of what the voxels depend on except colours, and the version of the materials, when they were voxelised.
+    voxelized: Option<(u64, u64)>,
     /// The app's own settings. Those that a budget chooses are left out: they change the accuracy of
     /// the light, not the light.
     settings: VoxelGiSettings,
@@ -148,11 +149,12 @@ fn bounces_and_iterations(light: VoxelLight) -> (u32, u32) {
 pub(crate) fn plan_frame(
     mut commands: Commands,
     mut plan: ResMut<FramePlan>,
-    (volume, scene, lights, batches): (
+    (volume, lights, batches, materials, tiles): (
         Res<ExtractedVolume>,
-        Res<ExtractedScene>,
         Res<ExtractedLights>,
         Res<MeshBatches>,
+        Res<MaterialRecords>,
+        Res<Tiles>,
     ),
     (mut buffers, scene_buffers): (Option<ResMut<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
     shadow_masks: ShadowMasks,
@@ -194,10 +196,7 @@ pub(crate) fn plan_frame(
         };
     }
     let pace = pace(&volume.settings);
-    let used = (0..).zip(&scene.materials);
-    let used = used.filter(|(label, _)| batches.uses(*label));
-    let materials = used.map(|(_, material)| material);
-    let fingerprint = fingerprint(batches.fingerprint, volume, &lights.0, materials);
+    let fingerprint = fingerprint(batches.fingerprint, volume, &lights.0, &materials);
     if is_fresh || fingerprint != plan.fingerprint || volume.own_settings != plan.settings {
         plan.fingerprint = fingerprint;
         plan.settings.clone_from(&volume.own_settings);
@@ -221,7 +220,7 @@ pub(crate) fn plan_frame(
         } else {
             VoxelGiState::Running
         },
-        memory: buffers.bytes() + texture_bytes(texture),
+        memory: buffers.bytes() + texture_bytes(texture) + materials.bytes() + tiles.bytes(),
         triangles: batches.triangles,
         receiver_patched: volume.patched,
     });
@@ -230,7 +229,9 @@ pub(crate) fn plan_frame(
     }
     let moves = plan.moves(volume, batches.world_move);
     let voxels = voxel_fingerprint(batches.fingerprint, volume);
-    let has_changed = plan.voxelized.replace(voxels) != Some(voxels);
+    let before = plan.voxelized.replace((voxels, materials.version));
+    let has_changed = before.is_none_or(|(before, _)| before != voxels);
+    let has_colors = before.is_some_and(|(_, version)| version == materials.version);
     let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
     let frame = UniformFrame {
         volume,
@@ -239,6 +240,7 @@ pub(crate) fn plan_frame(
         frame: plan.clock.frame(),
         blend: plan.clock.blend(pace),
         is_changing: plan.clock.is_changing(pace),
+        emission_unit: materials.emission_unit,
         has_moved: moves.is_some(),
     };
     uniforms.write(frame, &device, &queue);
@@ -246,15 +248,15 @@ pub(crate) fn plan_frame(
     plan.work = Some(FrameWork {
         bounces,
         iterations,
-        voxelizes: has_changed || shape.marks_visible,
+        voxelizes: has_changed || !has_colors || shape.marks_visible,
         has_changed,
         moves,
     });
     if let Some(mut known) = scene_buffers {
-        known.write(&scene.materials, &lights.0, &device, &queue);
+        known.write(&lights.0, &device, &queue);
     } else {
         let mut new = SceneBuffers::default();
-        new.write(&scene.materials, &lights.0, &device, &queue);
+        new.write(&lights.0, &device, &queue);
         commands.insert_resource(new);
     }
     if let Some(made) = made {

@@ -80,6 +80,8 @@ pub(super) struct UniformFrame<'a> {
     pub blend: f32,
     /// Whether something has changed lately.
     pub is_changing: bool,
+    /// Unit of the emission of surfaces, in exposed units.
+    pub emission_unit: f32,
     /// Whether levels have moved: then all voxels are updated.
     pub has_moved: bool,
 }
@@ -146,6 +148,7 @@ impl UniformFrame<'_> {
             },
             empty_interval,
             blend: self.blend,
+            emission_scale: STORAGE_SCALE * self.emission_unit / self.volume.exposure,
         }
     }
 }

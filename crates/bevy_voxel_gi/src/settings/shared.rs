@@ -19,7 +19,7 @@ pub struct VoxelGiSettings {
     pub light: VoxelLight,
     /// The algorithm that converts meshes to voxels. Default [`Conservative`](Voxelizer::Conservative).
     pub voxelizer: Voxelizer,
-    /// The source of the diffuse reflectance of surfaces. Default [`Mean`](VoxelAlbedo::Mean).
+    /// The source of the diffuse reflectance of surfaces. Default [`Material`](VoxelAlbedo::Material).
     pub albedo: VoxelAlbedo,
     /// How a pixel samples the voxels around it. Default [`Interpolated`](Receiver::Interpolated).
     pub receiver: Receiver,
@@ -108,15 +108,15 @@ impl Voxelizer {
 /// The source of the diffuse reflectance of surfaces (thesis section 6.5.2).
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VoxelAlbedo {
-    /// One colour per material: its base colour times the mean of its texture and the mean of the mesh's
-    /// vertex colours.
+    /// That of the materials in each face of a voxel, by their area there: base colour times texture and vertex
+    /// colours, less what is metallic.
     #[default]
-    Mean,
+    Material,
     /// 0.5 for every surface; only the emission is taken from the material.
     Neutral,
     /// Albedo reprojected from the G-buffers of cameras, textures included, where a surface is visible.
     /// Surfaces that are not visible keep the albedo that was reprojected before, or else use
-    /// [`Mean`](Self::Mean). Cameras need `DepthPrepass` and `DeferredPrepass`, and materials must be
+    /// [`Material`](Self::Material). Cameras need `DepthPrepass` and `DeferredPrepass`, and materials must be
     /// rendered deferred. It takes 24 bytes per voxel. Moving the volume clears the reprojected albedo.
     Reprojected,
 }

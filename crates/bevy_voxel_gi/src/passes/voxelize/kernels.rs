@@ -34,19 +34,16 @@ impl Kernels {
         }
     }
 
-    /// Chooses the variants with these shader defs, and another one of occupancy, for this frame, which waits until they
-    /// are ready.
+    /// Chooses the variants of the two passes with these shader defs for this frame, which waits until they are ready.
     pub(super) fn require(
         &mut self,
-        defs: &[&'static str],
-        of_occupancy: Option<&'static str>,
+        [of_occupancy, of_surfaces]: [&[&'static str]; 2],
         cache: &PipelineCache,
         required: &mut RequiredPipelines,
     ) {
-        let with = |own| defs.iter().copied().chain(own).collect::<Vec<_>>();
-        self.occupancy.require(&with(of_occupancy), cache, required);
-        self.surfaces
-            .require(&with(Some("SURFACES")), cache, required);
+        self.occupancy.require(of_occupancy, cache, required);
+        let of_surfaces = [of_surfaces, &["SURFACES"]].concat();
+        self.surfaces.require(&of_surfaces, cache, required);
     }
 
     /// The pipelines of both passes, if they are ready.

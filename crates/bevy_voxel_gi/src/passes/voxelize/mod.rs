@@ -1,5 +1,5 @@
 //! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5), in two passes over the triangles: occupancy and the
-//! faces that have a surface, then the surfaces.
+//! faces that have a surface, then the areas and colours of the surfaces, whose sums are resolved last.
 
 mod kernels;
 mod visible;
@@ -11,7 +11,7 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
             BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, PipelineCache,
-            ShaderStages, StorageBuffer,
+            ShaderStages, StorageBuffer, TextureSampleType, binding_types::texture_2d,
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
     },
@@ -20,21 +20,23 @@ use bevy::{
 use super::{
     allocate::{AllocatePass, keep_slots},
     bindings::{
-        BindGroups, FACE_SLOTS, MASKS, PACKED_SURFACES, VOLUME, group_layout, read_only,
+        BindGroups, FACE_SLOTS, MASKS, PACKED_SURFACES, SUMS, VOLUME, group_layout, read_only,
         read_write, volume_uniform,
     },
-    kernel::{dispatch_workgroups, record_pass},
+    kernel::{Kernel, dispatch_voxels, dispatch_workgroups, record_pass},
     slot_demand::SlotDemandCopy,
 };
 use crate::{
     extract::{meshes::ExtractedScene, volume::ExtractedVolume},
     prepare::{
         buffers::{BufferShape, VolumeBuffers},
+        materials::{EMISSION, MaterialRecords},
         mesh_batches::MeshBatches,
         mesh_group::MeshGroup,
         pipelines::RequiredPipelines,
         plan::FramePlan,
         shadow_masks::ShadowMasks,
+        tiles::Tiles,
         uniforms::VolumeUniforms,
     },
     settings::Voxelizer,
@@ -52,6 +54,8 @@ pub(crate) struct VoxelizePass {
     slices: Kernels,
     points: Kernels,
     visible: VisibleVoxels,
+    resolve_layout: BindGroupLayoutDescriptor,
+    resolve: Kernel,
     /// Matrices of joints and weights of morph targets. It is kept: where a device is lost, a new buffer with contents
     /// would end the app.
     joints: StorageBuffer<Vec<Mat4>>,
@@ -61,6 +65,7 @@ pub(crate) struct VoxelizePass {
 /// The bind groups and dispatch sizes of a frame that voxelises.
 struct VoxelizeWork {
     voxels: [BindGroup; 2],
+    resolve: BindGroup,
     groups: Vec<(BindGroup, u32)>,
 }
 
@@ -76,8 +81,19 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     };
     let voxels_layouts = [
         voxels_layout("voxel_gi_voxelize_volume", MASKS),
-        voxels_layout("voxel_gi_surfaces_volume", PACKED_SURFACES),
+        voxels_layout("voxel_gi_surfaces_volume", SUMS),
     ];
+    let resolve_layout = group_layout(
+        "voxel_gi_resolve",
+        (
+            (VOLUME, volume_uniform()),
+            (MASKS, read_only()),
+            (PACKED_SURFACES, read_write()),
+            (FACE_SLOTS, read_only()),
+            (SUMS, read_write()),
+        ),
+    );
+    let integers = || texture_2d(TextureSampleType::Uint);
     let meshes_layout = BindGroupLayoutDescriptor::new(
         "voxel_gi_voxelize_meshes",
         &BindGroupLayoutEntries::sequential(
@@ -89,6 +105,8 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
                 read_only(),
                 read_only(),
                 read_only(),
+                integers(),
+                integers(),
             ),
         ),
     );
@@ -101,6 +119,13 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         slices: kernels(load_embedded_asset!(assets, "slices.wesl")),
         points: kernels(load_embedded_asset!(assets, "points.wesl")),
         visible: VisibleVoxels::new(&voxels_layouts, assets),
+        resolve: Kernel::new(
+            "voxel_gi_resolve",
+            "resolve",
+            &load_embedded_asset!(assets, "resolve.wesl"),
+            vec![resolve_layout.clone()],
+        ),
+        resolve_layout,
         voxels_layouts,
         meshes_layout,
         joints: StorageBuffer::default(),
@@ -128,7 +153,7 @@ impl VoxelizePass {
 
 pub(crate) fn queue(
     mut pass: ResMut<VoxelizePass>,
-    volume: Res<ExtractedVolume>,
+    (volume, materials): (Res<ExtractedVolume>, Res<MaterialRecords>),
     shadow_masks: ShadowMasks,
     cache: Res<PipelineCache>,
     mut required: ResMut<RequiredPipelines>,
@@ -136,15 +161,21 @@ pub(crate) fn queue(
     let Some(volume) = &volume.0 else {
         return;
     };
-    let mut defs = Vec::new();
+    let mut defs = materials.defs();
     let voxelizer = volume.settings.voxelizer;
     if voxelizer == Voxelizer::GeometryClipping {
-        defs.push("GEOMETRY_CLIPPING");
+        for defs in &mut defs {
+            defs.push("GEOMETRY_CLIPPING");
+        }
     }
     let shape = BufferShape::of(volume);
     let shadow_masks = shadow_masks.defs(shape);
+    defs[0].extend(shadow_masks);
     let kernels = pass.kernels_mut(voxelizer);
-    kernels.require(&defs, shadow_masks, &cache, &mut required);
+    kernels.require(defs.each_ref().map(Vec::as_slice), &cache, &mut required);
+    let emission = (materials.emission_unit > 0.0).then_some(EMISSION);
+    pass.resolve
+        .require(emission.as_slice(), &cache, &mut required);
     if shape.marks_visible {
         pass.visible.queue(shadow_masks, &cache, &mut required);
     }
@@ -154,15 +185,17 @@ pub(crate) fn prepare(
     mut pass: ResMut<VoxelizePass>,
     plan: Res<FramePlan>,
     (mut batches, scene): (ResMut<MeshBatches>, Res<ExtractedScene>),
+    (materials, tiles): (Res<MaterialRecords>, Res<Tiles>),
     buffers: Option<Res<VolumeBuffers>>,
     uniforms: Res<VolumeUniforms>,
     (groups, queue): (BindGroups, Res<RenderQueue>),
 ) {
     pass.work = None;
-    let (Some(true), Some(buffers), Some(volume)) = (
+    let (Some(true), Some(buffers), Some(volume), Some(records)) = (
         plan.work.map(|work| work.voxelizes),
         buffers,
         uniforms.bounces[0].binding(),
+        materials.view(),
     ) else {
         return;
     };
@@ -177,8 +210,20 @@ pub(crate) fn prepare(
     };
     let voxels = [
         voxels(occupancy_layout, MASKS, &buffers.masks),
-        voxels(surfaces_layout, PACKED_SURFACES, &buffers.packed_surfaces),
+        voxels(surfaces_layout, SUMS, &buffers.sums),
     ];
+    let resolve = groups.create(
+        &pass.resolve_layout,
+        (
+            (VOLUME, volume.clone()),
+            (MASKS, buffers.masks.as_entire_binding()),
+            (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+            (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
+            (SUMS, buffers.sums.as_entire_binding()),
+        ),
+    );
+    // Without textures, no shader reads the tiles.
+    let tiles = tiles.view().unwrap_or(records);
     pass.visible.prepare(&buffers, &groups);
     let device = &*groups.device;
     let stub = device.create_buffer(&BufferDescriptor {
@@ -209,12 +254,18 @@ pub(crate) fn prepare(
                 batches,
                 pass.joints.binding()?,
                 morph_targets.as_entire_binding(),
+                records,
+                tiles,
             )),
         );
         Some((bind_group, batch_count))
     };
     let groups = batches.groups_mut().filter_map(bind).collect();
-    pass.work = Some(VoxelizeWork { voxels, groups });
+    pass.work = Some(VoxelizeWork {
+        voxels,
+        resolve,
+        groups,
+    });
 }
 
 impl VoxelizeWork {
@@ -245,17 +296,14 @@ pub(crate) fn voxelize(
         return;
     };
     let kernels = pass.kernels(volume.settings.voxelizer);
-    let Some([occupancy, surfaces]) = kernels.pipelines(&cache) else {
+    let (Some([occupancy, surfaces]), Some(resolve)) =
+        (kernels.pipelines(&cache), pass.resolve.pipeline(&cache))
+    else {
         return;
     };
     let encoder = context.command_encoder();
     keep_slots(encoder, &buffers);
-    for buffer in [
-        &buffers.masks,
-        &buffers.face_slots,
-        &buffers.packed_surfaces,
-        &buffers.radiance,
-    ] {
+    for buffer in [&buffers.masks, &buffers.face_slots] {
         encoder.clear_buffer(buffer, 0, None);
     }
     encoder.clear_buffer(&buffers.work, 0, Some(VolumeBuffers::COUNTERS_SIZE));
@@ -264,18 +312,24 @@ pub(crate) fn voxelize(
         encoder.clear_buffer(&buffers.visible, 0, None);
     }
     let visible = pass.visible.pipelines(&cache);
+    let [masks, sums] = &work.voxels;
     record_pass(&mut context, "voxel_gi_voxelize", |compute| {
-        let [masks, packed_surfaces] = &work.voxels;
         work.record(compute, occupancy, masks);
         if let Some([occupancy, _]) = visible {
             pass.visible.record(compute, occupancy, masks, &buffers);
         }
         allocate.record(compute, &buffers, &cache);
-        work.record(compute, surfaces, packed_surfaces);
+    });
+    context
+        .command_encoder()
+        .clear_buffer(&buffers.sums, 0, None);
+    record_pass(&mut context, "voxel_gi_surfaces", |compute| {
+        work.record(compute, surfaces, sums);
         if let Some([_, surfaces]) = visible {
-            pass.visible
-                .record(compute, surfaces, packed_surfaces, &buffers);
+            pass.visible.record(compute, surfaces, sums, &buffers);
         }
+        compute.set_bind_group(0, &work.resolve, &[]);
+        dispatch_voxels(compute, resolve, &buffers);
     });
     if frame.has_changed {
         pass.visible.clear(context.command_encoder(), &buffers);
@@ -287,5 +341,6 @@ pub(crate) fn embed(app: &mut App) {
     embedded_asset!(app, "conservative.wesl");
     embedded_asset!(app, "slices.wesl");
     embedded_asset!(app, "points.wesl");
+    embedded_asset!(app, "resolve.wesl");
     visible::embed(app);
 }

@@ -50,7 +50,8 @@ impl VisibleVoxels {
         cache: &PipelineCache,
         required: &mut RequiredPipelines,
     ) {
-        self.kernels.require(&[], shadow_masks, cache, required);
+        self.kernels
+            .require([shadow_masks.as_slice(), &[]], cache, required);
     }
 
     pub(super) fn prepare(&mut self, buffers: &VolumeBuffers, groups: &BindGroups) {

@@ -1,0 +1,380 @@
+//! Small copies of the textures of materials, which the voxelisers sample: any format that the GPU samples becomes one,
+//! and one texture holds all. Each has a chain of mip levels, and about 2,000 texels in the first.
+
+use bevy::{
+    platform::collections::HashMap,
+    prelude::*,
+    render::{
+        render_asset::RenderAssets,
+        render_resource::{
+            Extent3d, ShaderType, Texture, TextureDescriptor, TextureDimension, TextureFormat,
+            TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor,
+            TextureViewDimension, TextureViewId,
+        },
+        renderer::RenderDevice,
+        texture::GpuImage,
+    },
+};
+
+use super::asset_notes::AssetNotes;
+
+/// What a tile has of its texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum TileContent {
+    /// The colour, whatever its alpha.
+    Color,
+    /// Alpha, and the colour weighted by it.
+    Covered,
+    /// The fraction of texels whose alpha is at least this, in 255ths; and the colour of these.
+    Masked(u16),
+    /// The colour, of any brightness.
+    Emission,
+}
+
+impl TileContent {
+    /// Keep in sync with `draw_tile.wesl`.
+    fn code(self) -> (u32, f32) {
+        match self {
+            Self::Color => (0, 0.0),
+            Self::Covered => (1, 0.0),
+            // Halfway to the value below: texels of 8 bits are exact.
+            Self::Masked(cutoff) => (2, (f32::from(cutoff) - 0.5) / 255.0),
+            Self::Emission => (3, 0.0),
+        }
+    }
+}
+
+type TileKey = (AssetId<Image>, TileContent);
+
+/// Where a tile is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TilePlace {
+    /// Index of its first texel.
+    pub first: u32,
+    pub size: UVec2,
+}
+
+struct Tile {
+    place: TilePlace,
+    /// Texels of all its levels.
+    texels: u32,
+    /// The view of the texture that is drawn into it.
+    view: TextureViewId,
+    is_drawn: bool,
+    /// Level of the texture that is drawn.
+    level: u32,
+    /// Cameras may render to its texture.
+    is_target: bool,
+    is_used: bool,
+}
+
+/// What is drawn into a tile.
+#[derive(ShaderType, Clone, Copy, Debug)]
+pub(crate) struct TileJob {
+    pub size: UVec2,
+    pub first: u32,
+    pub level: u32,
+    pub content: u32,
+    pub cutoff: f32,
+}
+
+/// All tiles of materials whose meshes reach into a level.
+#[derive(Resource, Default)]
+pub(crate) struct Tiles {
+    tiles: HashMap<TileKey, Tile>,
+    texture: Option<(Texture, TextureView)>,
+    /// First texels and lengths of what is free, in order.
+    free: Vec<(u32, u32)>,
+    /// Increases when a tile has another content.
+    pub(super) version: u64,
+    /// Whether a tile is to be drawn anew, as its image was not on the GPU when it was asked for.
+    pub(super) is_waiting: bool,
+}
+
+/// Texels in a row of the texture; `TILE_ROW` in `materials.wesl`.
+const ROW: u32 = 1024;
+/// Most texels of a tile's first level: with the others it has at most 11 KiB.
+const MOST_TEXELS: u32 = 2048;
+/// Most texels of the source that one texel of a tile is the mean of, along an axis.
+const MOST_SOURCE: u32 = 8;
+
+/// Size of the first level of a texture of this size that has few enough texels.
+fn tile_size(size: UVec2) -> UVec2 {
+    let mut tile = size.max(UVec2::ONE);
+    while u64::from(tile.x) * u64::from(tile.y) > u64::from(MOST_TEXELS) {
+        if tile.x > tile.y {
+            tile.x /= 2;
+        } else {
+            tile.y /= 2;
+        }
+    }
+    tile
+}
+
+/// Number of texels of all levels.
+fn texels_of(mut size: UVec2) -> u32 {
+    let mut texels = size.x * size.y;
+    while size != UVec2::ONE {
+        size = (size / 2).max(UVec2::ONE);
+        texels += size.x * size.y;
+    }
+    texels
+}
+
+/// The level of a texture in which a texel of the tile covers few texels.
+fn source_level(size: UVec2, levels: u32, tile: UVec2) -> u32 {
+    let level = |level: u32| (size >> level).max(UVec2::ONE);
+    (0..levels.saturating_sub(1))
+        .take_while(|&l| (level(l) / tile).max_element() > MOST_SOURCE)
+        .count() as u32
+}
+
+/// Whether compute shaders can read a texture.
+fn is_readable(image: &GpuImage, device: &RenderDevice) -> bool {
+    let descriptor = &image.texture_descriptor;
+    let view = image.texture_view_descriptor.as_ref();
+    let dimension = view.and_then(|view| view.dimension);
+    let format = view
+        .and_then(|view| view.format)
+        .unwrap_or(descriptor.format);
+    let is_flat = match dimension {
+        Some(dimension) => dimension == TextureViewDimension::D2,
+        None => descriptor.size.depth_or_array_layers == 1,
+    };
+    let sample_type = format.sample_type(None, Some(device.features()));
+    is_flat
+        && descriptor.dimension == TextureDimension::D2
+        && descriptor.sample_count == 1
+        && descriptor.usage.contains(TextureUsages::TEXTURE_BINDING)
+        && matches!(sample_type, Some(TextureSampleType::Float { .. }))
+}
+
+impl Tiles {
+    /// Begins to ask for the tiles of all materials in use.
+    pub(super) fn begin(&mut self) {
+        self.is_waiting = false;
+        for tile in self.tiles.values_mut() {
+            tile.is_used = false;
+        }
+    }
+
+    /// The tile of a texture; `None` while the image is not on the GPU, or if it cannot be read.
+    pub(super) fn of(
+        &mut self,
+        key: TileKey,
+        (images, notes, device): (&RenderAssets<GpuImage>, &AssetNotes, &RenderDevice),
+    ) -> Option<TilePlace> {
+        let Some(image) = images.get(key.0) else {
+            self.is_waiting = true;
+            return None;
+        };
+        if !is_readable(image, device) {
+            warn_once!(
+                "voxel GI: a texture of the format {:?} and dimension {:?} cannot be read by the voxelisers, so \
+                 its material has no texture for them. Use two-dimensional colour images",
+                image.texture_descriptor.format,
+                image.texture_descriptor.dimension
+            );
+            return None;
+        }
+        let source = image.texture_descriptor.size;
+        let source = UVec2::new(source.width, source.height);
+        let size = tile_size(source);
+        let view = image.texture_view.id();
+        if let Some(tile) = self.tiles.get_mut(&key)
+            && tile.place.size == size
+        {
+            tile.is_used = true;
+            if tile.view != view || notes.uploaded.contains(&key.0) {
+                (tile.view, tile.is_drawn) = (view, false);
+                self.version += 1;
+            }
+            return Some(tile.place);
+        }
+        if let Some(other) = self.tiles.remove(&key) {
+            self.release(other.place.first, other.texels);
+        }
+        let texels = texels_of(size);
+        let first = self.allocate(texels, device)?;
+        let place = TilePlace { first, size };
+        let descriptor = &image.texture_descriptor;
+        let is_target = descriptor.usage.contains(TextureUsages::RENDER_ATTACHMENT);
+        self.tiles.insert(
+            key,
+            Tile {
+                place,
+                texels,
+                view,
+                is_drawn: false,
+                level: source_level(source, descriptor.mip_level_count, size),
+                is_target,
+                is_used: true,
+            },
+        );
+        self.version += 1;
+        Some(place)
+    }
+
+    /// Releases the tiles that were not asked for since [`begin`](Self::begin).
+    pub(super) fn end(&mut self) {
+        let unused: Vec<_> = self
+            .tiles
+            .iter()
+            .filter(|(_, tile)| !tile.is_used)
+            .map(|(key, tile)| (*key, tile.place.first, tile.texels))
+            .collect();
+        for (key, first, texels) in unused {
+            self.tiles.remove(&key);
+            self.release(first, texels);
+        }
+        if self.tiles.is_empty() {
+            self.texture = None;
+            self.free.clear();
+        }
+    }
+
+    /// A place for so many texels; a larger texture takes the place of one that has none.
+    fn allocate(&mut self, texels: u32, device: &RenderDevice) -> Option<u32> {
+        if let Some(range) = self.free.iter().position(|(_, length)| *length >= texels) {
+            let (first, length) = self.free[range];
+            if length == texels {
+                self.free.remove(range);
+            } else {
+                self.free[range] = (first + texels, length - texels);
+            }
+            return Some(first);
+        }
+        let rows = self.rows();
+        // Half as many again, so that it grows seldom.
+        let more = texels.div_ceil(ROW).max(rows / 2);
+        let most = device.limits().max_texture_dimension_2d;
+        if rows + more > most || device.limits().max_texture_dimension_2d < ROW {
+            warn_once!(
+                "voxel GI: the textures of materials take more than the {} MiB that this device has for them, so some \
+                 materials have none for the voxelisers. Use fewer textures",
+                (u64::from(ROW) * 4 * u64::from(most)) >> 20
+            );
+            return None;
+        }
+        let texture = device.create_texture(&TextureDescriptor {
+            label: Some("voxel_gi_tiles"),
+            size: Extent3d {
+                width: ROW,
+                height: rows + more,
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D2,
+            format: TextureFormat::R32Uint,
+            usage: TextureUsages::TEXTURE_BINDING
+                | TextureUsages::STORAGE_BINDING
+                | TextureUsages::COPY_SRC
+                | TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&TextureViewDescriptor::default());
+        for tile in self.tiles.values_mut() {
+            tile.is_drawn = false;
+        }
+        self.texture = Some((texture, view));
+        self.release(rows * ROW, more * ROW);
+        self.allocate(texels, device)
+    }
+
+    fn release(&mut self, first: u32, length: u32) {
+        let place = self.free.partition_point(|(start, _)| *start < first);
+        self.free.insert(place, (first, length));
+        // Neighbours become one.
+        self.free.dedup_by(|next, range| {
+            let adjoins = range.0 + range.1 == next.0;
+            if adjoins {
+                range.1 += next.1;
+            }
+            adjoins
+        });
+    }
+
+    fn rows(&self) -> u32 {
+        self.texture
+            .as_ref()
+            .map_or(0, |(texture, _)| texture.height())
+    }
+
+    /// What is to be drawn before the scene is voxelised: what is new, and what cameras may have rendered to.
+    pub(crate) fn take_jobs(
+        &mut self,
+        images: &RenderAssets<GpuImage>,
+    ) -> Vec<(TextureView, TileJob)> {
+        let tiles = self.tiles.iter_mut();
+        let tiles = tiles.filter(|(_, tile)| !tile.is_drawn || tile.is_target);
+        let jobs = tiles.filter_map(|((image, content), tile)| {
+            let view = images.get(*image)?.texture_view.clone();
+            tile.is_drawn = true;
+            let (content, cutoff) = content.code();
+            let job = TileJob {
+                size: tile.place.size,
+                first: tile.place.first,
+                level: tile.level,
+                content,
+                cutoff,
+            };
+            Some((view, job))
+        });
+        jobs.collect()
+    }
+
+    /// The texture with all tiles, if there are any.
+    pub(crate) fn view(&self) -> Option<&TextureView> {
+        self.texture.as_ref().map(|(_, view)| view)
+    }
+
+    /// Size of the texture in bytes.
+    pub(super) fn bytes(&self) -> u64 {
+        4 * u64::from(ROW) * u64::from(self.rows())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn palettes_are_exact_and_large_textures_small() {
+        for (size, expected) in [
+            ([256, 1], [256, 1]),
+            ([1, 1], [1, 1]),
+            ([40, 50], [40, 50]),
+            ([64, 64], [64, 32]),
+            ([4096, 4096], [64, 32]),
+            ([16384, 1], [2048, 1]),
+        ] {
+            assert_eq!(tile_size(size.into()), UVec2::from(expected), "{size:?}");
+        }
+        for size in 1..300 {
+            let tile = tile_size(UVec2::new(size, 7 * size));
+            assert!(4 * texels_of(tile) <= 11 << 10, "{tile}");
+        }
+    }
+
+    #[test]
+    fn sources_are_read_at_a_level_with_few_texels() {
+        let tile = UVec2::new(64, 32);
+        assert_eq!(
+            source_level(UVec2::splat(4096), 1, tile),
+            0,
+            "no other level"
+        );
+        assert_eq!(source_level(UVec2::splat(4096), 13, tile), 4);
+        assert_eq!(source_level(UVec2::splat(64), 7, tile), 0);
+    }
+
+    #[test]
+    fn what_is_released_is_free_again() {
+        let mut tiles = Tiles::default();
+        for first in [300, 0, 100, 200] {
+            tiles.release(first, 100);
+        }
+        assert_eq!(tiles.free, [(0, 400)]);
+    }
+}

@@ -1,0 +1,610 @@
+//! Light has the colour of the surface: palettes, maps, masks and vertex colours in a closed room, each against the same
+//! room with a material for each colour.
+
+use std::{f32::consts::PI, sync::OnceLock};
+
+use bevy::{
+    asset::RenderAssetUsages,
+    image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
+    mesh::{Indices, MeshCompressionArgs, PrimitiveTopology, UvChannel, VertexAttributeValues},
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_voxel_gi::VoxelGiVolume;
+
+use super::{
+    scene::{app, at, floor, hidden, matt, settings, under_sky},
+    support::{indirect, picture, settle},
+};
+use crate::support::gpu;
+
+/// Four colours, sRGB; even numbers, which blocks of BC7 store as they are.
+const PALETTE: [[u8; 3]; 4] = [[230, 230, 230], [220, 30, 30], [30, 200, 30], [20, 20, 20]];
+
+/// A quad: corners, normal, and number of its colour.
+type Quad = ([Vec3; 4], Vec3, usize);
+
+/// The inner sides of a closed room of 3.6 m; cameras outside look through them.
+fn room() -> Vec<Quad> {
+    const HALF: f32 = 1.8;
+    let sides = [
+        (Vec3::X, 1),
+        (Vec3::NEG_X, 2),
+        (Vec3::Y, 0),
+        (Vec3::NEG_Y, 0),
+        (Vec3::Z, 0),
+        (Vec3::NEG_Z, 0),
+    ];
+    sides
+        .map(|(normal, color)| (square(-HALF * normal, normal, HALF), normal, color))
+        .to_vec()
+}
+
+/// The corners of a square around a centre.
+fn square(center: Vec3, normal: Vec3, half: f32) -> [Vec3; 4] {
+    let (u, v) = normal.any_orthonormal_pair();
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[x, y]| center + half * (x * u + y * v))
+}
+
+fn mesh(quads: &[Quad], uvs: impl Fn(&Quad) -> [Vec2; 4]) -> Mesh {
+    let (mut positions, mut normals, mut coordinates) = (vec![], vec![], vec![]);
+    let (mut colors, mut indices) = (vec![], vec![]);
+    for quad in quads {
+        let first = positions.len() as u32;
+        let (corners, normal, color) = quad;
+        let is_front = (corners[1] - corners[0])
+            .cross(corners[2] - corners[0])
+            .dot(*normal)
+            > 0.0;
+        for (corner, uv) in corners.iter().zip(uvs(quad)) {
+            positions.push(corner.to_array());
+            normals.push(normal.to_array());
+            coordinates.push(uv.to_array());
+            colors.push(linear(*color).to_f32_array());
+        }
+        let order = if is_front {
+            [0, 1, 2, 0, 2, 3]
+        } else {
+            [0, 2, 1, 0, 3, 2]
+        };
+        indices.extend(order.map(|i| first + i));
+    }
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::all())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, coordinates)
+        .with_inserted_attribute(
+            Mesh::ATTRIBUTE_COLOR,
+            VertexAttributeValues::Float32x4(colors),
+        )
+        .with_inserted_indices(Indices::U32(indices))
+}
+
+fn without_colors(mut mesh: Mesh) -> Mesh {
+    mesh.remove_attribute(Mesh::ATTRIBUTE_COLOR);
+    mesh
+}
+
+fn linear(color: usize) -> LinearRgba {
+    let [r, g, b] = PALETTE[color];
+    Color::srgb_u8(r, g, b).to_linear()
+}
+
+/// Coordinates of the middle of a colour's strip in the palette.
+fn in_palette((_, _, color): &Quad) -> [Vec2; 4] {
+    [Vec2::new((*color as f32 + 0.5) / 4.0, 0.5); 4]
+}
+
+fn matt_with(material: StandardMaterial) -> StandardMaterial {
+    StandardMaterial {
+        perceptual_roughness: 1.0,
+        reflectance: 0.0,
+        ..material
+    }
+}
+
+fn image(size: UVec2, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
+    let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| (x, y)));
+    let texels = texels.flat_map(|(x, y)| texel(x, y)).collect();
+    let size = Extent3d {
+        width: size.x,
+        height: size.y,
+        depth_or_array_layers: 1,
+    };
+    let format = TextureFormat::Rgba8UnormSrgb;
+    Image::new(
+        size,
+        TextureDimension::D2,
+        texels,
+        format,
+        RenderAssetUsages::all(),
+    )
+}
+
+/// Four strips of the palette.
+fn palette() -> Image {
+    image(UVec2::splat(64), |x, _| {
+        let [r, g, b] = PALETTE[x as usize / 16];
+        [r, g, b, 255]
+    })
+}
+
+/// The same with a block of BC7 for each: mode 6, with equal ends.
+fn compressed_palette() -> Image {
+    let block = |[r, g, b]: [u8; 3]| {
+        let ends = [r, g, b, 254].map(|channel| u128::from(channel >> 1));
+        let channels = ends.iter().enumerate();
+        let word = channels.fold(1 << 6, |word: u128, (i, end)| {
+            word | end << (7 + 14 * i) | end << (14 + 14 * i)
+        });
+        word.to_le_bytes()
+    };
+    let size = Extent3d {
+        width: 16,
+        height: 4,
+        depth_or_array_layers: 1,
+    };
+    let blocks = PALETTE.iter().flat_map(|color| block(*color)).collect();
+    let format = TextureFormat::Bc7RgbaUnormSrgb;
+    Image::new(
+        size,
+        TextureDimension::D2,
+        blocks,
+        format,
+        RenderAssetUsages::RENDER_WORLD,
+    )
+}
+
+fn add<A: Asset>(world: &mut World, asset: A) -> Handle<A> {
+    world.resource_mut::<Assets<A>>().add(asset)
+}
+
+fn spawn(world: &mut World, mesh: Mesh, material: StandardMaterial) -> Entity {
+    let bundle = (
+        Mesh3d(add(world, mesh)),
+        MeshMaterial3d(add(world, matt_with(material))),
+    );
+    world.spawn(bundle).id()
+}
+
+fn lamp(world: &mut World) {
+    world.spawn((
+        PointLight {
+            intensity: 400.0 * PI,
+            range: 20.0,
+            shadow_maps_enabled: false,
+            ..default()
+        },
+        Transform::from_xyz(0.0, 1.0, 0.0),
+    ));
+}
+
+fn around_room() -> VoxelGiVolume {
+    VoxelGiVolume {
+        size: 5.0,
+        ..default()
+    }
+}
+
+/// The indirect light on the floor, left and right, of a room.
+fn on_floor(build: impl FnOnce(&mut World)) -> [Vec3; 3] {
+    let mut app = app();
+    build(app.world_mut());
+    lamp(app.world_mut());
+    app.run_until_ready(200).expect("not ready");
+    places(&indirect(&mut app, around_room()))
+}
+
+fn places(light: &[Vec3]) -> [Vec3; 3] {
+    [
+        at(light, -1.2, 0.0),
+        at(light, 0.0, 1.0),
+        at(light, 1.2, -0.4),
+    ]
+}
+
+fn assert_close(what: &str, found: [Vec3; 3], expected: [Vec3; 3], tolerance: f32) {
+    for (found, expected) in found.into_iter().zip(expected) {
+        let wrong = (found / expected - 1.0).abs().max_element();
+        assert!(wrong < tolerance, "{what}: {found} for {expected}, {wrong}");
+    }
+}
+
+/// The light of a room with a material for each colour.
+fn of_six_materials() -> [Vec3; 3] {
+    static LIGHT: OnceLock<[Vec3; 3]> = OnceLock::new();
+    *LIGHT.get_or_init(|| {
+        on_floor(|world| {
+            for quad in room() {
+                let base_color = linear(quad.2).into();
+                let quads = without_colors(mesh(&[quad], in_palette));
+                spawn(
+                    world,
+                    quads,
+                    StandardMaterial {
+                        base_color,
+                        ..default()
+                    },
+                );
+            }
+        })
+    })
+}
+
+#[test]
+fn a_palette_gives_the_light_of_a_material_for_each_colour() {
+    let _gpu = gpu();
+    let expected = of_six_materials();
+    assert!(
+        expected[0].x > 1.2 * expected[0].y,
+        "the left is red: {expected:?}"
+    );
+    assert!(
+        expected[2].y > 1.1 * expected[2].x,
+        "the right is green: {expected:?}"
+    );
+    let gpu_only = || Image {
+        asset_usage: RenderAssetUsages::RENDER_WORLD,
+        ..palette()
+    };
+    for (what, image, is_one_mesh) in [
+        ("RGBA8", palette(), false),
+        ("one mesh", palette(), true),
+        ("only on the GPU", gpu_only(), true),
+        ("BC7", compressed_palette(), true),
+    ] {
+        let found = on_floor(|world| {
+            let material = StandardMaterial {
+                base_color_texture: Some(add(world, image)),
+                ..default()
+            };
+            let meshes: Vec<_> = if is_one_mesh {
+                vec![mesh(&room(), in_palette)]
+            } else {
+                room()
+                    .iter()
+                    .map(|quad| mesh(&[*quad], in_palette))
+                    .collect()
+            };
+            for mesh in meshes {
+                spawn(world, without_colors(mesh), material.clone());
+            }
+        });
+        assert_close(what, found, expected, 0.02);
+    }
+}
+
+#[test]
+fn vertex_colors_of_every_format_count_where_they_are() {
+    let _gpu = gpu();
+    let expected = of_six_materials();
+    let quantized = |quantization| {
+        let mut mesh = mesh(&room(), in_palette);
+        mesh.quantize_colors(quantization).expect("colours");
+        mesh
+    };
+    use bevy::mesh::AttributeQuantization::{Float16, Unorm8, Unorm16};
+    for (what, mesh) in [
+        ("Float32", mesh(&room(), in_palette)),
+        ("Float16", quantized(Float16)),
+        ("Unorm16", quantized(Unorm16)),
+        ("Unorm8", quantized(Unorm8)),
+    ] {
+        let found = on_floor(|world| {
+            spawn(world, mesh, StandardMaterial::default());
+        });
+        assert_close(what, found, expected, 0.02);
+    }
+}
+
+#[test]
+fn compressed_vertices_are_voxelized_with_their_textures() {
+    let _gpu = gpu();
+    let expected = of_six_materials();
+    for (what, colored) in [("texture", false), ("colours", true)] {
+        let found = on_floor(|world| {
+            let mut mesh = mesh(&room(), in_palette);
+            if !colored {
+                mesh = without_colors(mesh);
+            }
+            mesh.compress_mesh(&MeshCompressionArgs::regular())
+                .expect("vertices");
+            let image = (!colored).then(|| add(world, palette()));
+            spawn(
+                world,
+                mesh,
+                StandardMaterial {
+                    base_color_texture: image,
+                    ..default()
+                },
+            );
+        });
+        assert_close(what, found, expected, 0.02);
+    }
+}
+
+/// Coordinates beyond the texture, in another set, and moved by a transform of the material.
+#[test]
+fn coordinates_repeat_mirror_and_move_as_in_the_picture() {
+    let _gpu = gpu();
+    let expected = of_six_materials();
+    let with_address = |mode| Image {
+        sampler: ImageSampler::Descriptor(ImageSamplerDescriptor {
+            address_mode_u: mode,
+            address_mode_v: mode,
+            ..default()
+        }),
+        ..palette()
+    };
+    let moved =
+        |by: Vec2, scale: Vec2| move |quad: &Quad| in_palette(quad).map(|uv| by + scale * uv);
+    let repeated = mesh(&room(), moved(Vec2::new(-5.0, 7.0), Vec2::ONE));
+    let mirrored = mesh(&room(), moved(Vec2::new(4.0, 2.0), Vec2::new(-1.0, 1.0)));
+    let mut second = mesh(&room(), in_palette);
+    let uvs = second
+        .remove_attribute(Mesh::ATTRIBUTE_UV_0)
+        .expect("coordinates");
+    let elsewhere = vec![[0.9, 0.9]; uvs.len()];
+    second.insert_attribute(Mesh::ATTRIBUTE_UV_0, elsewhere);
+    second.insert_attribute(Mesh::ATTRIBUTE_UV_1, uvs);
+    let transformed = mesh(&room(), moved(Vec2::new(0.25, 0.0), Vec2::new(0.5, 1.0)));
+    let transform = bevy::math::Affine2::from_scale_angle_translation(
+        Vec2::new(2.0, 1.0),
+        0.0,
+        Vec2::new(-0.5, 0.0),
+    );
+    for (what, mesh, mode, channel, uv_transform) in [
+        (
+            "repeat",
+            repeated,
+            ImageAddressMode::Repeat,
+            UvChannel::Uv0,
+            default(),
+        ),
+        (
+            "mirror",
+            mirrored,
+            ImageAddressMode::MirrorRepeat,
+            UvChannel::Uv0,
+            default(),
+        ),
+        (
+            "second set",
+            second,
+            ImageAddressMode::ClampToEdge,
+            UvChannel::Uv1,
+            default(),
+        ),
+        (
+            "transform",
+            transformed,
+            ImageAddressMode::ClampToEdge,
+            UvChannel::Uv0,
+            transform,
+        ),
+    ] {
+        let found = on_floor(|world| {
+            let material = StandardMaterial {
+                base_color_texture: Some(add(world, with_address(mode))),
+                base_color_channel: channel,
+                uv_transform,
+                ..default()
+            };
+            spawn(world, without_colors(mesh), material);
+        });
+        assert_close(what, found, expected, 0.02);
+    }
+}
+
+fn whole(_: &Quad) -> [Vec2; 4] {
+    [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]
+}
+
+/// The floor's light in a gray room whose left wall glows, all of it emission.
+fn lit_by_wall(glow: impl FnOnce(&mut World, Quad) -> StandardMaterial) -> [Vec3; 3] {
+    let mut app = app();
+    let world = app.world_mut();
+    let gray = StandardMaterial {
+        base_color: LinearRgba::rgb(0.5, 0.5, 0.5).into(),
+        ..default()
+    };
+    let quads = room();
+    for quad in &quads[1..] {
+        spawn(world, without_colors(mesh(&[*quad], whole)), gray.clone());
+    }
+    let material = glow(world, quads[0]);
+    let material = StandardMaterial {
+        base_color: gray.base_color,
+        ..material
+    };
+    spawn(world, without_colors(mesh(&quads[..1], whole)), material);
+    app.run_until_ready(200).expect("not ready");
+    places(&indirect(&mut app, around_room()))
+}
+
+#[test]
+fn an_emissive_map_shines_from_where_it_glows() {
+    let _gpu = gpu();
+    let glow = LinearRgba::rgb(300.0, 200.0, 100.0);
+    let expected = lit_by_wall(|world, (corners, normal, _)| {
+        let center = corners.iter().sum::<Vec3>() / 4.0 + 0.01 * normal;
+        let quad = (square(center, normal, 0.45), normal, 0);
+        let material = StandardMaterial {
+            base_color: LinearRgba::rgb(0.5, 0.5, 0.5).into(),
+            emissive: glow,
+            ..default()
+        };
+        spawn(world, without_colors(mesh(&[quad], whole)), material);
+        StandardMaterial::default()
+    });
+    assert!(expected[0].x > 1.4 * expected[2].x, "{expected:?}");
+    let found = lit_by_wall(|world, _| {
+        let map = image(UVec2::splat(64), |x, y| {
+            let is_lit = (24..40).contains(&x) && (24..40).contains(&y);
+            [[0, 0, 0, 255], [255; 4]][usize::from(is_lit)]
+        });
+        StandardMaterial {
+            emissive: glow,
+            emissive_texture: Some(add(world, map)),
+            ..default()
+        }
+    });
+    assert_close("emissive map", found, expected, 0.05);
+}
+
+#[test]
+fn a_texture_of_two_halves_lights_both_sides_by_its_halves() {
+    let _gpu = gpu();
+    let half = |left: bool| {
+        let edge = if left { -1.8 } else { 0.0 };
+        let corners = [[0.0, -1.8], [1.8, -1.8], [1.8, 1.8], [0.0, 1.8]];
+        let corners = corners.map(|[x, y]| Vec3::new(edge + x, y, -1.75));
+        (corners, Vec3::Z, if left { 1 } else { 2 })
+    };
+    let wall = (square(Vec3::new(0.0, 0.0, -1.75), Vec3::Z, 1.8), Vec3::Z, 0);
+    let lit = |build: &dyn Fn(&mut World)| {
+        on_floor(|world| {
+            for quad in room() {
+                let gray = matt(world, 0.5);
+                let bundle = (
+                    Mesh3d(add(world, without_colors(mesh(&[quad], whole)))),
+                    MeshMaterial3d(gray),
+                );
+                if quad.1 != Vec3::Z {
+                    world.spawn(bundle);
+                }
+            }
+            build(world);
+        })
+    };
+    let expected = lit(&|world| {
+        for quad in [half(true), half(false)] {
+            let base_color = linear(quad.2).into();
+            let quads = without_colors(mesh(&[quad], whole));
+            spawn(
+                world,
+                quads,
+                StandardMaterial {
+                    base_color,
+                    ..default()
+                },
+            );
+        }
+    });
+    let found = lit(&|world| {
+        let halves = image(UVec2::new(128, 16), |x, _| {
+            let [r, g, b] = PALETTE[1 + x as usize / 64];
+            [r, g, b, 255]
+        });
+        let material = StandardMaterial {
+            base_color_texture: Some(add(world, halves)),
+            ..default()
+        };
+        let coordinates = |quad: &Quad| quad.0.map(|corner| Vec2::new((corner.x + 1.8) / 3.6, 0.5));
+        spawn(world, without_colors(mesh(&[wall], coordinates)), material);
+    });
+    assert_close("two halves", found, expected, 0.02);
+}
+
+/// Light through a roof with holes, under a sky of 1, before any light of Bevy's.
+fn under_fence(build: impl FnOnce(&mut World)) -> (f32, f32) {
+    let mut app = app();
+    let world = app.world_mut();
+    settings(world).resolution = 32;
+    floor(world);
+    build(world);
+    world.spawn(under_sky(1.0));
+    app.run_until_ready(200).expect("not ready");
+    settle(&mut app);
+    let light = picture(&mut app);
+    (at(&light, -0.5, 0.0).x, at(&light, 0.5, 0.0).x)
+}
+
+/// Bars of 1 m just above the floor: holes are where texels are cut out.
+#[test]
+fn a_mask_has_holes_where_its_texels_are_cut_out() {
+    let _gpu = gpu();
+    let roof = |low: f32, high: f32| {
+        let corners = [[low, -1.8], [high, -1.8], [high, 1.8], [low, 1.8]];
+        (corners.map(|[x, z]| Vec3::new(x, 0.3, z)), Vec3::Y, 0)
+    };
+    let spawn_hidden = |world: &mut World, mesh: Mesh, material: StandardMaterial| {
+        let material = StandardMaterial {
+            base_color: LinearRgba::rgb(0.2, 0.2, 0.2).into(),
+            cull_mode: None,
+            ..material
+        };
+        let roof = spawn(world, without_colors(mesh), material);
+        world.entity_mut(roof).insert(hidden());
+    };
+    let (dark, bright) = under_fence(|world| {
+        for low in [-1.0, 1.0] {
+            spawn_hidden(world, mesh(&[roof(low, low + 1.0)], whole), default());
+        }
+    });
+    let (masked_dark, masked_bright) = under_fence(|world| {
+        // Opaque from -1 to 0 and from 1 to 2: every other metre. What is cut out is red and does not count.
+        let bars = Image {
+            sampler: ImageSampler::Descriptor(ImageSamplerDescriptor {
+                address_mode_u: ImageAddressMode::Repeat,
+                ..default()
+            }),
+            ..image(UVec2::new(64, 4), |x, _| {
+                if x < 32 { [255; 4] } else { [255, 0, 0, 0] }
+            })
+        };
+        let coordinates = |quad: &Quad| quad.0.map(|corner| Vec2::new((corner.x + 1.0) / 2.0, 0.5));
+        let material = StandardMaterial {
+            base_color_texture: Some(add(world, bars)),
+            alpha_mode: AlphaMode::Mask(0.5),
+            ..default()
+        };
+        spawn_hidden(world, mesh(&[roof(-1.0, 2.0)], coordinates), material);
+    });
+    assert!(bright > 2.0 * dark, "bars of light: {bright} beside {dark}");
+    assert!(
+        (masked_dark / dark - 1.0).abs() < 0.05,
+        "{masked_dark} for {dark}"
+    );
+    assert!(
+        (masked_bright / bright - 1.0).abs() < 0.05,
+        "{masked_bright} for {bright}"
+    );
+}
+
+/// An image that is painted on gives another light; the light of one that is at rest settles.
+#[test]
+fn an_image_that_changes_is_read_again() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    let texture = add(world, image(UVec2::splat(8), |_, _| [255, 0, 0, 255]));
+    let material = StandardMaterial {
+        base_color: LinearRgba::rgb(0.5, 0.5, 0.5).into(),
+        emissive: LinearRgba::rgb(100.0, 100.0, 100.0),
+        emissive_texture: Some(texture.clone()),
+        ..default()
+    };
+    for quad in room() {
+        spawn(
+            world,
+            without_colors(mesh(&[quad], whole)),
+            material.clone(),
+        );
+    }
+    world.spawn(around_room());
+    app.run_until_ready(200).expect("not ready");
+    settle(&mut app);
+    let red = at(&picture(&mut app), 0.0, 0.0);
+    assert!(red.x > 1.0 && red.z < 1e-3 * red.x, "{red}");
+    let mut images = app.world_mut().resource_mut::<Assets<Image>>();
+    let mut painted = images.get_mut(&texture).expect("the image");
+    painted.data = image(UVec2::splat(8), |_, _| [0, 0, 255, 255]).data;
+    drop(painted);
+    app.render_frames(2).expect("a frame failed");
+    settle(&mut app);
+    let blue = at(&picture(&mut app), 0.0, 0.0);
+    assert!((blue.z / red.x - 1.0).abs() < 0.01, "{blue} for {red}");
+    assert!(blue.x < 1e-3 * blue.z, "{blue}");
+}
