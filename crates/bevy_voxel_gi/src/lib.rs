@@ -55,5 +55,5 @@ pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
 pub use settings::{
     Bounces, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo, VoxelGiBudget,
-    VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
+    VoxelGiLight, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
 };

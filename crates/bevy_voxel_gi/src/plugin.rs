@@ -51,7 +51,10 @@ use crate::{
         },
     },
     report::{SharedReport, VoxelGiReport, receive_report},
-    settings::{MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiSettings, VoxelGiVolume},
+    settings::{
+        MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiLight, VoxelGiSettings,
+        VoxelGiVolume,
+    },
 };
 
 /// Adds global illumination to the scene inside of each [`VoxelGiVolume`], with the resource [`VoxelGiSettings`].
@@ -87,6 +90,7 @@ impl Plugin for VoxelGiPlugin {
             .init_resource::<VoxelGiSettings>()
             .register_type::<NotVoxelized>()
             .register_type::<MeshVoxelMaterial>()
+            .register_type::<VoxelGiLight>()
             .init_resource::<ActiveVolume>()
             .init_resource::<MaterialTable>()
             .init_resource::<VoxelGiReport>()

@@ -6,7 +6,10 @@ use bevy::{
 };
 
 use super::{place_volume::ActiveVolume, placement::PlacedLevel};
-use crate::gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_RECT, LIGHT_SPOT, Light};
+use crate::{
+    gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_RECT, LIGHT_SPOT, Light},
+    settings::VoxelGiLight,
+};
 
 /// The lights of this frame.
 #[derive(Resource, Default)]
@@ -35,6 +38,7 @@ pub(crate) struct LightParts<L: Component> {
     transform: &'static GlobalTransform,
     visible: &'static InheritedVisibility,
     layers: Option<&'static RenderLayers>,
+    factor: Option<&'static VoxelGiLight>,
 }
 
 /// Extracts the lights that are on and in the layers of the volumes.
@@ -52,10 +56,10 @@ pub(crate) fn extract_lights(
         return;
     };
     let layers = &volume.scene_layers;
-    lights.extend(lit(&directional, layers).map(|(light, at)| directional_light(light, at)));
-    lights.extend(lit(&points, layers).map(|(light, at)| point_light(light, at)));
-    lights.extend(lit(&spots, layers).map(|(light, at)| spot_light(light, at)));
-    lights.extend(lit(&rects, layers).map(|(light, at)| rect_light(light, at)));
+    lights.extend(lit(&directional, layers, directional_light));
+    lights.extend(lit(&points, layers, point_light));
+    lights.extend(lit(&spots, layers, spot_light));
+    lights.extend(lit(&rects, layers, rect_light));
     lights.retain(|light| {
         let vectors = [light.position, light.color, light.direction];
         let finite = vectors.iter().all(|v| v.is_finite())
@@ -116,17 +120,21 @@ fn forward(transform: &GlobalTransform) -> Vec3 {
         .into()
 }
 
-/// The lights of a type that shine into the volumes.
+/// The lights of a type that shine into the volumes, as much as each gives to them.
 fn lit<'a, L: Component>(
     all: &'a Query<LightParts<L>>,
     layers: &'a RenderLayers,
-) -> impl Iterator<Item = (&'a L, &'a GlobalTransform)> {
-    all.iter()
-        .filter(|light| {
-            let own = light.layers.unwrap_or_default();
-            light.visible.get() && own.intersects(layers)
-        })
-        .map(|light| (light.light, light.transform))
+    as_light: fn(&L, &GlobalTransform) -> Light,
+) -> impl Iterator<Item = Light> {
+    let shining = all.iter().filter(|light| {
+        let own = light.layers.unwrap_or_default();
+        light.visible.get() && own.intersects(layers)
+    });
+    shining.map(move |parts| {
+        let mut light = as_light(parts.light, parts.transform);
+        light.color *= parts.factor.map_or(1.0, |own| own.factor);
+        light
+    })
 }
 
 /// A light of no kind, size and range.

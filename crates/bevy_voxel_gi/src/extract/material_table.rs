@@ -32,21 +32,19 @@ impl Variant {
         }
     }
 
-    /// What it is, and its floats by their bits, so that NaN equals itself.
-    fn bits(self) -> (u32, Option<[u32; 3]>, Option<u32>, Option<[u32; 3]>) {
-        let of_color = |color: Vec3| color.to_array().map(f32::to_bits);
-        match self {
-            Self::Plain => (0, None, None, None),
-            Self::Overridden(MeshVoxelMaterial {
-                albedo,
-                coverage,
-                emissive,
-            }) => {
-                let emissive = emissive.map(|color| of_color(color.to_vec3()));
-                let coverage = coverage.map(f32::to_bits);
-                (1, albedo.map(of_color), coverage, emissive)
-            }
-        }
+    /// The override's floats by their bits, so that NaN equals itself.
+    fn bits(self) -> Option<[Option<[u32; 3]>; 4]> {
+        let Self::Overridden(mesh) = self else {
+            return None;
+        };
+        let of_vector = |vector: Vec3| vector.to_array().map(f32::to_bits);
+        let of_float = |float| of_vector(Vec3::splat(float));
+        Some([
+            mesh.albedo.map(of_vector),
+            mesh.coverage.map(of_float),
+            mesh.emissive.map(|color| of_vector(color.to_vec3())),
+            mesh.emission_factor.map(of_float),
+        ])
     }
 }
 

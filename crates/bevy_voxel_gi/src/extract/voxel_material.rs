@@ -63,6 +63,8 @@ pub struct VoxelMaterial {
     pub emissive: Vec3,
     /// Multiplied with the emission.
     pub emissive_texture: Option<VoxelTexture>,
+    /// Factor of all that it emits into the volume, at least 0.
+    pub emission_factor: f32,
     /// Weight of the camera's exposure in the emission, 0 to 1; see
     /// `StandardMaterial::emissive_exposure_weight`.
     pub emissive_exposure_weight: f32,
@@ -94,6 +96,7 @@ impl VoxelMaterial {
         metallic_texture: None,
         emissive: Vec3::ZERO,
         emissive_texture: None,
+        emission_factor: 1.0,
         emissive_exposure_weight: 0.0,
         unlit: false,
         uv_transform: Affine2::IDENTITY,
@@ -115,6 +118,9 @@ impl VoxelMaterial {
             self.emissive = emissive.to_vec3();
             self.emissive_texture = None;
             self.unlit = false;
+        }
+        if let Some(factor) = mesh.emission_factor {
+            self.emission_factor *= factor;
         }
         if let Some(coverage) = mesh.coverage {
             self.alpha = VoxelAlpha::Constant(coverage);
@@ -161,6 +167,7 @@ impl AsVoxelMaterial for StandardMaterial {
             ),
             emissive: self.emissive.to_vec3(),
             emissive_texture: texture(&self.emissive_texture, &self.emissive_channel),
+            emission_factor: 1.0,
             emissive_exposure_weight: self.emissive_exposure_weight,
             unlit: self.unlit,
             uv_transform: self.uv_transform,

@@ -249,7 +249,7 @@ fn emission(material: &VoxelMaterial) -> Vec3 {
     } else {
         material.emissive
     };
-    finite(emission).max(Vec3::ZERO)
+    finite(emission * material.emission_factor).max(Vec3::ZERO)
 }
 
 /// Emission times the exposure, as far as the exposure counts.

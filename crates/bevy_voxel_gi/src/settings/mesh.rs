@@ -1,4 +1,4 @@
-//! Components for meshes.
+//! Components for meshes and lights.
 
 use bevy::prelude::*;
 
@@ -23,4 +23,22 @@ pub struct MeshVoxelMaterial {
     /// Emission of all of the mesh, in the units of `StandardMaterial::emissive` and with the material's
     /// `emissive_exposure_weight`. Default `None`: the material's.
     pub emissive: Option<LinearRgba>,
+    /// Factor of what the mesh emits into volumes, at least 0; its own picture is as before. Default `None`: 1.
+    pub emission_factor: Option<f32>,
+}
+
+/// How much a light gives to volumes: on a `PointLight`, `SpotLight`, `DirectionalLight` or `RectLight`. What it lights
+/// directly is as before.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone)]
+pub struct VoxelGiLight {
+    /// Factor of its light in volumes, at least 0. Default 1, which is physically correct; with 0, it has no bounce and
+    /// costs nothing.
+    pub factor: f32,
+}
+
+impl Default for VoxelGiLight {
+    fn default() -> Self {
+        Self { factor: 1.0 }
+    }
 }

@@ -10,7 +10,7 @@ mod volume;
 
 pub use budget::VoxelGiBudget;
 pub use light::{Bounces, Solver, VoxelLight};
-pub use mesh::{MeshVoxelMaterial, NotVoxelized};
+pub use mesh::{MeshVoxelMaterial, NotVoxelized, VoxelGiLight};
 pub use shared::{Receiver, VoxelAlbedo, VoxelGiSettings, Voxelizer};
 pub use sky::Sky;
 pub use volume::VoxelGiVolume;
