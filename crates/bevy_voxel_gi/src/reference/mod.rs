@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`grid`] | placement and indexing of the voxels |
 //! | [`overlap`] | whether a triangle overlaps a cube |
+//! | [`clip`] | the area of a triangle in a voxel |
 //! | [`packed_surface`] | the packed surface of a face, in 32 bits |
 //! | [`voxels`] | voxelisation of triangles |
 //! | [`points`] | voxelisation by random points on triangles |
@@ -31,6 +32,7 @@
 //! | [`Propagation`], 128 steps | 39%, 19%, 34% | +31%, +10%, +30% |
 //! | the thesis's ray marching and reconstruction, 256 rays | 11.0%, 8.0%, 9.7% | -1.7%, -5.7%, -1.1% |
 
+pub mod clip;
 pub mod gather;
 pub mod grid;
 pub mod harmonics;

@@ -18,6 +18,8 @@ pub const SINK: f32 = 1.0 / 1024.0;
 pub struct TriangleOverlap {
     /// Unit normal; the counter-clockwise side is the front.
     pub normal: Vec3,
+    /// Its corners, moved against the normal by [`SINK`].
+    pub corners: [Vec3; 3],
     /// Lowest corner of the triangle's bounds, shrunk slightly ([`SINK`]).
     pub min: Vec3,
     /// Highest corner of the triangle's bounds, likewise.
@@ -62,6 +64,7 @@ impl TriangleOverlap {
         let less = (0.25 * (max - min)).min(Vec3::splat(SINK));
         Some(Self {
             normal,
+            corners,
             min: min + less,
             max: max - less,
             plane: -normal.dot(corners[0]),

@@ -2,40 +2,37 @@
 //!
 //! | bits | content |
 //! | --- | --- |
-//! | 24..32 | weight, how much of the voxel it fills, 1 to 255 |
-//! | 12..24 | normal, octahedral, 6 + 6 bits |
-//! | 0..12 | material |
+//! | 12..32 | weight, by the area of the surface in the voxel, 1 to 2^20 - 1 |
+//! | 0..12 | normal, octahedral, 6 + 6 bits |
 //!
-//! 0 means that the face has no surface.
+//! 0 means that the face has no surface. Faces of a voxel with the same normal have one surface.
 
 use glam::{Vec2, Vec3};
 
-/// Number of distinct materials in a volume.
-pub const MATERIALS: u32 = 1 << 12;
+/// The weight of a packed surface is its area, in units of a voxel's face, times the squared cosine, times this.
+pub const WEIGHT_SCALE: f32 = 256.0;
 
-/// The weight of a packed surface is the number of sub-voxels times the squared cosine, times this.
-pub const WEIGHT_SCALE: f32 = 8.0;
+/// Largest weight of a packed surface.
+pub const MAX_WEIGHT: u32 = (1 << 20) - 1;
 
 /// Least cosine between a surface's normal and a face that it can represent.
 pub const MIN_FACE_COSINE: f32 = 0.125;
 
 const NORMAL_STEPS: f32 = 62.0; // even: axes are exact
 
-/// Packs a surface that fills `sub_voxels` of a voxel, at a cosine to the face.
-pub fn pack_surface(sub_voxels: u32, cosine: f32, normal: Vec3, material: u32) -> u32 {
-    let weight = (sub_voxels as f32 * cosine * cosine * WEIGHT_SCALE).ceil();
-    (weight.clamp(1.0, 255.0) as u32) << 24
-        | pack_normal(normal) << 12
-        | material.min(MATERIALS - 1)
+/// Packs a surface of which an area is in a voxel, in units of a voxel's face, at a cosine to the face.
+pub fn pack_surface(area: f32, cosine: f32, normal: Vec3) -> u32 {
+    let weight = (area * cosine * cosine * WEIGHT_SCALE).round();
+    (weight as u32).clamp(1, MAX_WEIGHT) << 12 | pack_normal(normal)
 }
 
 /// Returns the normal of a packed surface.
 pub fn packed_normal(packed: u32) -> Vec3 {
-    unpack_normal(packed >> 12 & 0xfff)
+    unpack_normal(packed_normal_bits(packed))
 }
 
-/// Returns the material of a packed surface.
-pub fn packed_material(packed: u32) -> u32 {
+/// Returns the bits of a packed surface's normal, which are the same in all faces that a surface represents.
+pub fn packed_normal_bits(packed: u32) -> u32 {
     packed & 0xfff
 }
 

@@ -8,7 +8,7 @@
 use super::{
     grid::{FACES, VolumeGrid},
     overlap::{SINK, TriangleOverlap},
-    packed_surface::{MIN_FACE_COSINE, pack_surface},
+    packed_surface::MIN_FACE_COSINE,
     voxels::{SUB_VOXELS, Triangle, Voxels},
 };
 use glam::{IVec3, UVec3, Vec2, Vec3};
@@ -16,6 +16,9 @@ use glam::{IVec3, UVec3, Vec2, Vec3};
 /// The sub-voxels that a pixel marks are at most this many away from its own along each axis: farther ones would
 /// thicken edges, and without them surfaces under grazing angles would have holes.
 const REACH: i32 = 1;
+
+/// The area of what a pixel marks, in units of a voxel's face: it decides where there is no triangle only.
+const VISIBLE_AREA: f32 = 1e-12;
 
 /// Two random numbers from 0 to below 1 (M. Jarzynski and M. Olano, *Hash Functions for GPU Rendering*, 2020: pcg3d).
 fn random(key: UVec3) -> Vec2 {
@@ -31,8 +34,8 @@ fn random(key: UVec3) -> Vec2 {
 }
 
 impl Voxels {
-    /// Voxelises triangles by this number of random points on each; those without an area or that are not finite are
-    /// skipped.
+    /// Voxelises triangles by this number of random points on each, of which each stands for an equal part of the area;
+    /// those without an area or that are not finite are skipped.
     pub fn from_points(grid: VolumeGrid, triangles: &[Triangle], points: u32) -> Self {
         let mut voxels = Self::empty(grid);
         for (number, triangle) in (0..).zip(triangles) {
@@ -40,13 +43,14 @@ impl Voxels {
             let Some(overlap) = TriangleOverlap::new([a, b, c]) else {
                 continue;
             };
+            let area = 0.5 * (b - a).cross(c - a).length() / points as f32;
             for i in 0..points {
                 let r = random(UVec3::new(0, number, i));
                 let root = r.x.sqrt();
                 let point = a * (1.0 - root) + b * ((1.0 - r.y) * root) + c * (r.y * root);
                 let voxel = (point - overlap.normal * SINK).floor().as_ivec3();
                 let crosses = |min, size| overlap.crosses_plane(min, size);
-                voxels.add_to(voxel, &overlap, triangle, crosses);
+                voxels.add_to(voxel, &overlap, triangle, area, crosses);
             }
         }
         voxels
@@ -73,10 +77,7 @@ impl Voxels {
         for (face, direction) in FACES.into_iter().enumerate() {
             let cosine = normal.dot(direction);
             if cosine > MIN_FACE_COSINE {
-                // The least weight: surfaces of triangles count more.
-                let packed = pack_surface(0, cosine, normal, material);
-                let before = &mut self.packed_surfaces[index][face];
-                *before = packed.max(*before);
+                self.add_face(index, face, VISIBLE_AREA, cosine, normal, material);
             }
         }
     }

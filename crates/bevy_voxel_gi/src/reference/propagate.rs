@@ -19,9 +19,9 @@ use super::{
     grid::{FACE_STEPS, FACES},
     harmonics::{basis, cosine_lobe, flux},
     irradiance_field::IrradianceField,
-    packed_surface::{packed_material, packed_normal},
+    packed_surface::packed_normal,
     parallel::each,
-    ray_tracing::{RayTracing, material},
+    ray_tracing::{RayTracing, face_materials},
     voxels::{Material, Voxels},
 };
 use glam::{Vec3, Vec4};
@@ -60,7 +60,8 @@ pub type Intensity = [Vec4; 3];
 /// The propagation solver and its state.
 pub struct Propagation<'a> {
     voxels: &'a Voxels,
-    materials: &'a [Material],
+    /// Per voxel: the material of each face.
+    materials: Vec<[Material; 6]>,
     settings: PropagationSettings,
     /// Per voxel: intensity of the light that has just arrived, in lux times the area of a voxel's face.
     pub intensity: Vec<Intensity>,
@@ -73,7 +74,7 @@ impl<'a> Propagation<'a> {
     pub fn new(
         ray_tracing: &RayTracing<'a>,
         voxels: &'a Voxels,
-        materials: &'a [Material],
+        materials: &[Material],
         sky: Vec3,
         settings: PropagationSettings,
     ) -> Self {
@@ -81,7 +82,7 @@ impl<'a> Propagation<'a> {
         let arrived = vec![[Vec3::ZERO; 6]; grid.len()];
         let mut all = Self {
             voxels,
-            materials,
+            materials: face_materials(voxels, materials),
             settings,
             intensity: vec![[Vec4::ZERO; 3]; grid.len()],
             arrived,
@@ -177,14 +178,11 @@ impl<'a> Propagation<'a> {
     /// one, and the face's own normal.
     fn reflection(&self, voxel: usize, face: usize) -> (Vec3, Vec3) {
         let packed_surfaces = self.voxels.packed_surfaces[voxel];
-        let albedo = |packed| material(self.materials, packed_material(packed)).albedo;
+        let albedo = |face: usize| self.materials[voxel][face].albedo;
         if packed_surfaces[face] != 0 {
-            return (
-                albedo(packed_surfaces[face]),
-                packed_normal(packed_surfaces[face]),
-            );
+            return (albedo(face), packed_normal(packed_surfaces[face]));
         }
-        let all = packed_surfaces.into_iter().filter(|packed| *packed != 0);
+        let all = (0..6).filter(|face| packed_surfaces[*face] != 0);
         let count = all.clone().count().max(1) as f32;
         (all.map(albedo).sum::<Vec3>() / count, FACES[face])
     }

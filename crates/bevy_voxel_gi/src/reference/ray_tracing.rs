@@ -69,7 +69,8 @@ impl Default for RayTracingSettings {
 /// The ray tracing solver and its state.
 pub struct RayTracing<'a> {
     voxels: &'a Voxels,
-    materials: &'a [Material],
+    /// Per voxel: the material of each face.
+    materials: Vec<[Material; 6]>,
     sky: Vec3,
     settings: RayTracingSettings,
     /// The surfaces of the voxels.
@@ -94,7 +95,7 @@ impl<'a> RayTracing<'a> {
     /// cd/m^2.
     pub fn new(
         voxels: &'a Voxels,
-        materials: &'a [Material],
+        materials: &[Material],
         lights: &[Light],
         sky: Vec3,
         settings: RayTracingSettings,
@@ -102,7 +103,7 @@ impl<'a> RayTracing<'a> {
         let surfaces = surfaces(voxels);
         let mut ray_tracing = Self {
             voxels,
-            materials,
+            materials: face_materials(voxels, materials),
             sky,
             settings,
             direct: each(surfaces.len(), |i| {
@@ -136,11 +137,11 @@ impl<'a> RayTracing<'a> {
     /// Updates the radiance of every surface from its irradiance.
     fn reflect(&mut self) {
         for (i, surface) in self.surfaces.iter().enumerate() {
-            let material = material(self.materials, surface.material);
             let irradiance = self.direct[i] + self.indirect[i];
-            let radiance = material.emission + material.albedo * irradiance / PI;
             for face in surface.faces() {
-                self.radiance[surface.voxel][face] = radiance;
+                let material = self.materials[surface.voxel][face];
+                self.radiance[surface.voxel][face] =
+                    material.emission + material.albedo * irradiance / PI;
             }
         }
     }
@@ -239,7 +240,9 @@ fn surround(
     IrradianceField { grid, texels }
 }
 
-/// Returns a material, or the default one if there is no such index.
-pub(super) fn material(materials: &[Material], index: u32) -> Material {
-    materials.get(index as usize).copied().unwrap_or_default()
+/// Returns the material of each face of each voxel.
+pub(super) fn face_materials(voxels: &Voxels, materials: &[Material]) -> Vec<[Material; 6]> {
+    each(voxels.grid.len(), |index| {
+        [0, 1, 2, 3, 4, 5].map(|face| voxels.face_material(index, face, materials))
+    })
 }

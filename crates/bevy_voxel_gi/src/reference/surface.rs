@@ -2,7 +2,7 @@
 
 use super::{
     grid::FACE_STEPS,
-    packed_surface::{packed_material, packed_normal},
+    packed_surface::{packed_normal, packed_normal_bits},
     parallel::each,
     trace::first_occupied,
     voxels::{SUB_VOXELS, Voxels},
@@ -21,8 +21,6 @@ pub struct Surface {
     pub faces: u8,
     /// Unit normal.
     pub normal: Vec3,
-    /// Index of its material.
-    pub material: u32,
     /// Points on it, one per sub-voxel that is exposed in front, in grid coordinates.
     pub points: Vec<Vec3>,
     /// Indices of the points that are visible from the middle one: one side, if a wall divides the
@@ -72,18 +70,12 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
     let packed_surfaces = voxels.packed_surfaces[index];
     let mut found = Vec::new();
     for face in 0..6 {
-        let surface = packed_surfaces[face] & 0xff_ffff;
-        if packed_surfaces[face] == 0
-            || packed_surfaces[..face]
-                .iter()
-                .any(|k| *k != 0 && k & 0xff_ffff == surface)
-        {
+        let own = packed_normal_bits(packed_surfaces[face]);
+        let is_own = |packed: u32| packed != 0 && packed_normal_bits(packed) == own;
+        if !is_own(packed_surfaces[face]) || packed_surfaces[..face].iter().any(|p| is_own(*p)) {
             continue;
         }
-        let faces = (0..6).fold(0, |all, f| {
-            all | u8::from(packed_surfaces[f] != 0 && packed_surfaces[f] & 0xff_ffff == surface)
-                << f
-        });
+        let faces = (0..6).fold(0, |all, f| all | u8::from(is_own(packed_surfaces[f])) << f);
         let normal = packed_normal(packed_surfaces[face]);
         let (points, ray_offset) = points_of(voxels, index, normal);
         if !points.is_empty() {
@@ -92,7 +84,6 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
                 voxel: index,
                 faces,
                 normal,
-                material: packed_material(packed_surfaces[face]),
                 points,
                 one_side,
                 ray_offset,

@@ -1,11 +1,12 @@
 //! Voxelisation of triangles (thesis 6.4 and 6.5).
 //!
 //! A voxel stores which of its 4 x 4 x 4 sub-voxels triangles overlap, and for each of its six faces the
-//! surface that represents everything facing that side (6.5.2, 6.5.3: a single average would mix the two
-//! sides of a wall).
+//! normal of the largest surface that faces that side, and the areas of all materials there (6.5.2, 6.5.3: a single
+//! average would mix the two sides of a wall).
 
 use super::{
-    grid::{FACES, VolumeGrid},
+    clip::area_in_voxel,
+    grid::{FACE_STEPS, FACES, VolumeGrid},
     overlap::TriangleOverlap,
     packed_surface::{MIN_FACE_COSINE, pack_surface},
 };
@@ -13,6 +14,9 @@ use glam::{IVec3, Vec3};
 
 /// Number of sub-voxels along an edge of a voxel.
 pub const SUB_VOXELS: i32 = 4;
+
+/// Least area of a triangle in a voxel that it overlaps, in units of a voxel's face: it may only touch it.
+pub const MIN_AREA: f32 = 1.0 / 65_536.0;
 
 /// Reflectance and emission of a surface, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,6 +38,15 @@ pub struct Triangle {
     pub double_sided: bool,
 }
 
+/// A material and its area, as seen from one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialArea {
+    /// Index of the material.
+    pub material: u32,
+    /// Sum of the areas of its surfaces, each projected onto the face, in units of a voxel's face.
+    pub area: f32,
+}
+
 /// The voxelised scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Voxels {
@@ -43,6 +56,8 @@ pub struct Voxels {
     pub masks: Vec<u64>,
     /// Per voxel and face: the packed surface, 0 without one.
     pub packed_surfaces: Vec<[u32; 6]>,
+    /// Per voxel and face: the materials that face that side, each with the sum of its areas.
+    pub material_areas: Vec<[Vec<MaterialArea>; 6]>,
 }
 
 /// Returns the bit of a sub-voxel in a mask.
@@ -57,6 +72,7 @@ impl Voxels {
             grid,
             masks: vec![0; grid.len()],
             packed_surfaces: vec![[0; 6]; grid.len()],
+            material_areas: vec![Default::default(); grid.len()],
         }
     }
 
@@ -89,19 +105,22 @@ impl Voxels {
                     let voxel = IVec3::new(x, y, z);
                     if overlap.overlaps(voxel.as_vec3(), 1.0) {
                         let overlaps = |min, size| overlap.overlaps(min, size);
-                        self.add_to(voxel, &overlap, triangle, overlaps);
+                        let area = area_in_voxel(overlap.corners, voxel.as_vec3());
+                        self.add_to(voxel, &overlap, triangle, area.max(MIN_AREA), overlaps);
                     }
                 }
             }
         }
     }
 
-    /// Adds a triangle to a voxel, in those of its sub-voxels, by lowest corner and edge, that `is_in` accepts.
+    /// Adds an area of a triangle to a voxel, in those of its sub-voxels, by lowest corner and edge, that `is_in`
+    /// accepts.
     pub(super) fn add_to(
         &mut self,
         voxel: IVec3,
         overlap: &TriangleOverlap,
         triangle: &Triangle,
+        area: f32,
         is_in: impl Fn(Vec3, f32) -> bool,
     ) {
         let size = 1.0 / SUB_VOXELS as f32;
@@ -119,15 +138,64 @@ impl Voxels {
         for (face, direction) in FACES.into_iter().enumerate() {
             let cosine = overlap.normal.dot(direction);
             if cosine > MIN_FACE_COSINE || (triangle.double_sided && -cosine > MIN_FACE_COSINE) {
-                let packed = pack_surface(
-                    mask.count_ones(),
-                    cosine,
-                    overlap.normal * cosine.signum(),
-                    triangle.material,
-                );
-                self.packed_surfaces[index][face] = self.packed_surfaces[index][face].max(packed);
+                let normal = overlap.normal * cosine.signum();
+                self.add_face(index, face, area, cosine, normal, triangle.material);
             }
         }
+    }
+
+    /// Adds an area of a surface to a face of a voxel.
+    pub(super) fn add_face(
+        &mut self,
+        index: usize,
+        face: usize,
+        area: f32,
+        cosine: f32,
+        normal: Vec3,
+        material: u32,
+    ) {
+        let packed = &mut self.packed_surfaces[index][face];
+        *packed = pack_surface(area, cosine, normal).max(*packed);
+        let all = &mut self.material_areas[index][face];
+        let area = area * cosine.abs();
+        match all.iter_mut().find(|one| one.material == material) {
+            Some(one) => one.area += area,
+            None => all.push(MaterialArea { material, area }),
+        }
+    }
+
+    /// Returns what a voxel looks like from the side of a face.
+    ///
+    /// The albedo is the mean over the area. Rays see whole sub-voxels: so that the power of what fills only a part of
+    /// them is right, the emission is that of the whole area, divided by the area of the sub-voxels that are exposed.
+    /// Of the area, half may be hidden, as is a wall behind a picture.
+    pub fn face_material(&self, index: usize, face: usize, materials: &[Material]) -> Material {
+        let mut area = 0.0;
+        let mut sum = Material::default();
+        for part in &self.material_areas[index][face] {
+            let material = materials.get(part.material as usize).copied();
+            let material = material.unwrap_or_default();
+            area += part.area;
+            sum.albedo += part.area * material.albedo;
+            sum.emission += part.area * material.emission;
+        }
+        if area == 0.0 {
+            return Material::default();
+        }
+        let exposed = self.exposed_columns(index, face) as f32 / (SUB_VOXELS * SUB_VOXELS) as f32;
+        Material {
+            albedo: sum.albedo / area,
+            emission: sum.emission / exposed.max(0.5 * area),
+        }
+    }
+
+    /// Number of the columns of sub-voxels towards a face whose outermost sub-voxel is exposed.
+    fn exposed_columns(&self, index: usize, face: usize) -> usize {
+        let base = self.grid.voxel(index) * SUB_VOXELS;
+        (0..64)
+            .map(|bit| base + IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
+            .filter(|sub| self.is_occupied(*sub) && self.is_outermost(*sub, FACE_STEPS[face]))
+            .count()
     }
 
     /// Returns whether a sub-voxel is occupied, counted from the volume's lowest corner; none is outside.

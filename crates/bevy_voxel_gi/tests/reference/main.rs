@@ -1,6 +1,8 @@
 //! Tests of the CPU reference against analytic results and against path tracing.
 
+mod area;
 mod curved;
+mod emitters;
 mod extremes;
 mod noise;
 mod propagate;

@@ -54,10 +54,12 @@ fn gray_where_unseen(voxels: &Voxels, truth: &Truth) -> (Voxels, Vec<Material>) 
         emission: Vec3::ZERO,
     });
     let mut voxels = voxels.clone();
-    let faces = voxels.packed_surfaces.iter_mut().flatten();
-    for (packed, seen) in faces.zip(seen.packed_surfaces.iter().flatten()) {
-        if *packed != 0 && *seen == 0 {
-            *packed = *packed & !0xfff | gray;
+    let faces = voxels.material_areas.iter_mut().flatten();
+    for (areas, seen) in faces.zip(seen.packed_surfaces.iter().flatten()) {
+        if *seen == 0 {
+            for one in areas {
+                one.material = gray;
+            }
         }
     }
     (voxels, materials)

@@ -66,7 +66,7 @@ proptest! {
         prop_assume!(n.length() > 0.1);
         let n = n.normalize();
         prop_assert!(unpack_normal(pack_normal(n)).angle_between(n) < 3.95f32.to_radians());
-        prop_assert_eq!(packed_normal(pack_surface(16, 1.0, n, 5)), unpack_normal(pack_normal(n)));
+        prop_assert_eq!(packed_normal(pack_surface(0.3, 1.0, n)), unpack_normal(pack_normal(n)));
     }
 
     /// No ray passes through a surface, and none ends before there is one.

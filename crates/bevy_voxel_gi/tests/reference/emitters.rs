@@ -1,0 +1,151 @@
+//! Tests of the light of emitters that are smaller than voxels.
+
+use crate::support::shapes::{gray, solid};
+use bevy_voxel_gi::reference::{
+    Light, RayTracing, RayTracingSettings, Triangle, VolumeGrid, Voxels,
+    ray_sample::RaySample,
+    rays::{cosine_ray, hash_unit},
+};
+use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
+
+/// Radiance of emitters, in cd/m^2.
+const RADIANCE: f32 = 1000.0;
+
+/// Runs a function on a scene, of which material 0 is black and 1 emits.
+fn with_light<T>(
+    grid: VolumeGrid,
+    triangles: &[Triangle],
+    run: impl Fn(&dyn Fn(Vec3, Vec3) -> f32) -> T,
+) -> T {
+    let voxels = Voxels::new(grid, triangles);
+    let materials = [gray(0.0, 0.0)[0], gray(0.0, RADIANCE)[0]];
+    let lights: [Light; 0] = [];
+    let settings = RayTracingSettings::default();
+    let light = RayTracing::new(&voxels, &materials, &lights, Vec3::ZERO, settings);
+    run(
+        &|origin, direction| match light.arriving(grid.to_grid(origin), direction) {
+            RaySample::Light(radiance) => radiance.x,
+            RaySample::BackFace(_) | RaySample::Invalid => 0.0,
+        },
+    )
+}
+
+fn emitting(triangles: Vec<Triangle>) -> impl Iterator<Item = Triangle> {
+    triangles.into_iter().map(|t| Triangle { material: 1, ..t })
+}
+
+/// Irradiance of a place in the air that faces upwards, in lux.
+fn irradiance(radiance: &dyn Fn(Vec3, Vec3) -> f32, place: Vec3) -> f32 {
+    const RAYS: u32 = 200_000;
+    let rays = (0..RAYS).map(|i| cosine_ray(i, RAYS, 0.3, Vec3::Y));
+    rays.map(|ray| radiance(place, ray)).sum::<f32>() * PI / RAYS as f32
+}
+
+const ROD_WIDTH: f32 = 0.02;
+const ROD_LENGTH: f32 = 1.0;
+
+/// Irradiance a metre below the middle of a rod, which sees its lower side only: the integral of L cos^2 dA / r^2 over
+/// a line, as the rod is narrow.
+fn below_rod() -> f32 {
+    let half = 0.5 * ROD_LENGTH;
+    RADIANCE * ROD_WIDTH * (half / (1.0 + half * half) + half.atan())
+}
+
+/// A rod along x, with its lower side at a height of 3 m and its middle at this x and z, and the ceiling.
+fn rod(middle: Vec2, ceiling: bool) -> Vec<Triangle> {
+    let half = 0.5 * Vec2::new(ROD_LENGTH, ROD_WIDTH);
+    let low = middle - half;
+    let high = middle + half;
+    let rod = solid(
+        Vec3::new(low.x, HEIGHT, low.y),
+        Vec3::new(high.x, TOP, high.y),
+    );
+    let mut all: Vec<_> = emitting(rod).collect();
+    if ceiling {
+        all.extend(solid(Vec3::new(-1.0, TOP, -1.0), Vec3::new(5.0, 5.0, 5.0)));
+    }
+    all
+}
+
+const HEIGHT: f32 = 2.9;
+const TOP: f32 = HEIGHT + ROD_WIDTH;
+
+#[test]
+fn a_thin_rod_gives_the_right_light() {
+    let wanted = below_rod();
+    for ceiling in [false, true] {
+        for voxel_size in [0.5, 0.25, 0.125] {
+            let grid = |rise: f32| VolumeGrid {
+                min: Vec3::Y * rise * voxel_size,
+                voxel_size,
+                resolution: (4.0 / voxel_size) as u32,
+            };
+            let mut mean = 0.0;
+            let mut worst = 0.0f32;
+            const OFFSETS: u32 = 12;
+            for i in 0..OFFSETS {
+                let offset = [0, 1, 2].map(|k| hash_unit(3 * i + k));
+                let middle = Vec2::splat(2.0) + voxel_size * Vec2::new(offset[0], offset[1]);
+                let place = Vec3::new(middle.x, HEIGHT - 1.0, middle.y);
+                let found = with_light(grid(offset[2] - 0.5), &rod(middle, ceiling), |radiance| {
+                    irradiance(radiance, place)
+                });
+                let ratio = found / wanted;
+                println!(
+                    "ceiling {ceiling} voxels of {voxel_size} at {offset:.2?}: {found:.1} lx, {ratio:.2}"
+                );
+                mean += ratio / OFFSETS as f32;
+                worst = worst.max((ratio - 1.0).abs());
+            }
+            println!(
+                "ceiling {ceiling} voxels of {voxel_size}: mean {mean:.3} worst {worst:.3} of {wanted:.2} lx"
+            );
+        }
+    }
+}
+
+/// Intensity towards a direction: the radiance that leaves through a wide square, in cd.
+fn intensity(radiance: &dyn Fn(Vec3, Vec3) -> f32, to: Vec3) -> f32 {
+    const EDGE: u32 = 800;
+    const SPAN: f32 = 1.6;
+    let (u, v) = to.any_orthonormal_pair();
+    let cell = SPAN / EDGE as f32;
+    let sum: f32 = (0..EDGE * EDGE)
+        .map(|i| {
+            let [x, y] = [i % EDGE, i / EDGE].map(|k| (k as f32 + 0.5) * cell - 0.5 * SPAN);
+            radiance(Vec3::splat(2.0) + 1.6 * to + x * u + y * v, -to)
+        })
+        .sum();
+    sum * cell * cell
+}
+
+/// A strip of 7 x 90 cm, whatever the voxels.
+#[test]
+fn an_emissive_strip_keeps_its_power() {
+    let at = |x: f32, z: f32| Vec3::new(1.53 + x, 1.97, 2.01 + z);
+    let [a, b, c, d] = [at(0.0, 0.0), at(0.0, 0.07), at(0.9, 0.07), at(0.9, 0.0)];
+    let strip = [[a, b, c], [a, c, d]].map(|corners| Triangle {
+        corners,
+        material: 1,
+        double_sided: false,
+    });
+    for to in [
+        Vec3::Y,
+        Vec3::new(0.3, 0.9, 0.2).normalize(),
+        Vec3::new(0.2, 0.7, -0.7).normalize(),
+    ] {
+        let wanted = RADIANCE * 0.07 * 0.9 * to.y;
+        for resolution in [16, 32, 64] {
+            let grid = VolumeGrid {
+                min: Vec3::ZERO,
+                voxel_size: 4.0 / resolution as f32,
+                resolution,
+            };
+            let found = with_light(grid, &strip, |radiance| intensity(radiance, to));
+            println!("strip at {resolution}^3 to {to:.1}: {found:.2} of {wanted:.2} cd");
+            let error = (found / wanted - 1.0).abs();
+            assert!(error < 0.05, "{resolution} {to}: {found} of {wanted}");
+        }
+    }
+}
