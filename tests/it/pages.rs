@@ -59,7 +59,7 @@ fn shaders_on_the_pages_validate() {
 }
 
 #[test]
-fn snippets_are_the_minimal_examples() {
+fn snippets_are_the_examples() {
     for plugin in PLUGINS {
         let page = text(format!("crates/{plugin}/README.md"));
         let example = text(format!("crates/{plugin}/examples/minimal.rs"));
@@ -67,6 +67,8 @@ fn snippets_are_the_minimal_examples() {
         let code: String = lines.skip(1).flat_map(|line| [line, "\n"]).collect();
         assert_eq!(blocks(&page, "rust,no_run"), [code], "{plugin}");
     }
+    let meta = text("examples/source_assets/bricks.jpg.meta");
+    assert_eq!(blocks(&text("docs/encoding.md"), "ron"), [meta]);
 }
 
 /// On docs.rs links of a crate's page lead to the repository: they are defined once more in `lib.rs`.
