@@ -18,11 +18,9 @@ use bevy::{
     winit::WinitPlugin,
 };
 
-/// Frames after the last image has arrived, of which the first ones stand still, so that pictures are the same whatever
-/// time a disk takes.
+/// Frames after all is there. The first ones stand still, so that pictures are the same whatever time a disk takes.
 const FRAMES: u32 = 90;
 const STILL_FRAMES: u32 = 30;
-const SIZE: UVec2 = UVec2::new(480, 270);
 
 /// The text at the top left.
 #[derive(Component)]
@@ -41,7 +39,8 @@ pub fn plugins() -> PluginGroupBuilder {
             ..default()
         })
         .set(ImagePlugin { default_sampler });
-    let plugins = match headless_file() {
+    let file = std::env::args().skip_while(|it| it != "--headless").nth(1);
+    let plugins = match file {
         None => plugins,
         Some(file) => plugins
             .set(WindowPlugin {
@@ -55,15 +54,9 @@ pub fn plugins() -> PluginGroupBuilder {
             })
             .disable::<WinitPlugin>()
             .add(ScheduleRunnerPlugin::run_loop(Duration::ZERO))
-            .add(move |app: &mut App| draw_picture(app, file.clone())),
+            .add(move |app: &mut App| draw_picture(app, file.clone().into())),
     };
     plugins.add(FreeCameraPlugin).add(add_caption)
-}
-
-/// The value of `--headless`.
-fn headless_file() -> Option<PathBuf> {
-    let mut arguments = std::env::args().skip_while(|argument| argument != "--headless");
-    arguments.nth(1).map(PathBuf::from)
 }
 
 fn add_caption(app: &mut App) {
@@ -87,24 +80,19 @@ fn add_caption(app: &mut App) {
 struct Picture {
     file: PathBuf,
     image: Handle<Image>,
-    frame: u32,
 }
 
 /// Draws to an image, and writes it to the file after [`FRAMES`].
 fn draw_picture(app: &mut App, file: PathBuf) {
-    let mut image = Image::new_target_texture(SIZE.x, SIZE.y, TextureFormat::Rgba8UnormSrgb, None);
+    let mut image = Image::new_target_texture(480, 270, TextureFormat::Rgba8UnormSrgb, None);
     image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
     let image = app.world_mut().resource_mut::<Assets<Image>>().add(image);
     app.world_mut().resource_mut::<Time<Virtual>>().pause();
     let step = Duration::from_secs_f32(1.0 / 60.0);
-    app.insert_resource(Picture {
-        file,
-        image,
-        frame: 0,
-    })
-    .insert_resource(TimeUpdateStrategy::ManualDuration(step))
-    .add_systems(PostStartup, draw_to_image)
-    .add_systems(Last, save);
+    app.insert_resource(Picture { file, image })
+        .insert_resource(TimeUpdateStrategy::ManualDuration(step))
+        .add_systems(PostStartup, draw_to_image)
+        .add_systems(Last, save);
 }
 
 /// Cameras of the window draw to the image. The last of them shows the text, as in a window.
@@ -113,11 +101,11 @@ fn draw_to_image(
     picture: Res<Picture>,
     cameras: Query<(Entity, &Camera, &RenderTarget)>,
 ) {
-    let mut last = None;
-    for (camera, _, target) in cameras
+    let in_order = cameras
         .iter()
-        .sort_by_key::<&Camera, _>(|camera| camera.order)
-    {
+        .sort_by_key::<&Camera, _>(|camera| camera.order);
+    let mut last = None;
+    for (camera, _, target) in in_order {
         if let RenderTarget::Window(_) = target {
             let image = RenderTarget::Image(picture.image.clone().into());
             commands.entity(camera).insert(image);
@@ -131,28 +119,30 @@ fn draw_to_image(
 
 fn save(
     mut commands: Commands,
-    mut picture: ResMut<Picture>,
+    mut frame: Local<u32>,
+    picture: Res<Picture>,
     mut images: MessageReader<AssetEvent<Image>>,
+    caption: Single<&Text, With<Caption>>,
     mut time: ResMut<Time<Virtual>>,
 ) {
     let has_loaded = images
         .read()
         .any(|event| matches!(event, AssetEvent::LoadedWithDependencies { .. }));
-    picture.frame += 1;
-    if has_loaded && picture.frame < STILL_FRAMES {
-        picture.frame = 0;
+    *frame += 1;
+    // Without a caption, an example waits for more than images.
+    if (has_loaded || caption.is_empty()) && *frame < STILL_FRAMES {
+        *frame = 0;
     }
-    if picture.frame == STILL_FRAMES {
+    if *frame == STILL_FRAMES {
         time.unpause();
     }
-    if picture.frame == FRAMES {
+    if *frame == FRAMES {
+        let end = |_: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
+            exit.write(AppExit::Success);
+        };
         commands
             .spawn(Screenshot::image(picture.image.clone()))
             .observe(save_to_disk(picture.file.clone()))
-            .observe(
-                |_: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
-                    exit.write(AppExit::Success);
-                },
-            );
+            .observe(end);
     }
 }

@@ -115,9 +115,9 @@ pub fn renewed(document: &str, name: &str, text: &str) -> Option<String> {
     Some(format!("{before}{mark}{text}{}", &rest[end..]))
 }
 
-/// The page of a plugin, by the plugin's name without `bevy_`.
+/// The page with a plugin's figures, by the plugin's name without `bevy_`.
 pub fn plugin_page(plugin: &str) -> PathBuf {
-    Path::new(ROOT).join(format!("crates/bevy_{plugin}/README.md"))
+    Path::new(ROOT).join(format!("docs/{plugin}.md"))
 }
 
 /// Does the same as [`renewed`] in a file, which stays as it is where it has no such marks.

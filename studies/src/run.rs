@@ -108,10 +108,10 @@ pub struct Options {
     /// Measures nothing: reads the reports of an earlier run from this folder.
     #[arg(long, value_name = "DIR")]
     from: Option<PathBuf>,
-    /// Document in which to renew the tables of advice, between `<!-- tradeoff PLUGIN -->` and
+    /// Renews the tables of advice on the pages with the plugins' figures, between `<!-- tradeoff PLUGIN -->` and
     /// `<!-- end -->`.
-    #[arg(long, value_name = "FILE")]
-    advise: Option<PathBuf>,
+    #[arg(long)]
+    advise: bool,
     #[command(subcommand)]
     other: Option<Other>,
 }
@@ -207,8 +207,12 @@ fn write_report<S: Study>(options: &Options) -> Result<String, TradeoffError> {
     let summary = S::summary(&report.rows);
     let machine = page::machine(&report);
     write(&path.with_extension("svg"), &chart::svg(&summary, &machine))?;
-    if let Some(document) = &options.advise {
-        page::renew_file(document, S::NAME, &page::advice(&summary))?;
+    if options.advise {
+        page::renew_file(
+            &page::plugin_page(S::NAME),
+            S::NAME,
+            &page::advice(&summary),
+        )?;
     }
     let chapter = page::chapter(S::NAME, &summary, &machine) + &S::tables(&report.rows);
     println!("{chapter}");

@@ -9,6 +9,7 @@ mod extremes;
 mod headless;
 mod hooks;
 mod pages;
+mod reflection;
 mod runner;
 mod scene_settings;
 mod support;

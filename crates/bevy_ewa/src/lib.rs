@@ -1,24 +1,13 @@
-//! Elliptical texture filtering.
+//! Mip levels, anisotropy and elliptical texture filtering.
 //!
-//! The reconstruction filter of a pixel is a disc on the screen, which projects to an ellipse in a
-//! texture. The Elliptical Weighted Average (EWA) is the weighted mean of the texels in that ellipse.
-//! This crate implements it with methods from reference quality to nearly the speed of the texture unit
-//! (P. Mavridis, *Efficient Texture Representation and Sampling Algorithms for Real-time Rendering*,
-//! 2013, chapter 5).
-//!
-//! | module | contents |
-//! | --- | --- |
-//! | [`settings`] | the settings of the filter |
-//! | [`budget`] | settings by their cost in texture fetches |
-//! | [`mips`] | mip levels for textures that lack them |
-//! | [`mod@reference`] | the filters in plain Rust, with test scenes and their ground truth |
-//! | `shaders` | the filters as WESL modules, and the settings as their uniform buffer |
-//! | `material` | the integration into Bevy's materials |
-//! | `plugin` | the plugin that an app adds |
-//! | `report` | what each texture got |
-//!
-//! Without the feature `bevy` only the first four are compiled, [`mips`] without its systems.
+//! Without the feature `bevy` only [`settings`], [`budget`], [`mod@reference`] and [`mips`], without its systems, are
+//! compiled.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
+// The first definition of a link counts: on docs.rs the README's lead to the repository.
+#![cfg_attr(feature = "bevy", doc = concat!("[figures]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/ewa.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[migration]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/migration.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[picture]: ", env!("CARGO_PKG_REPOSITORY"), "/raw/main/docs/images/ewa.jpg"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[shaders]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/custom-shaders.md"))]
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 pub mod budget;
@@ -47,3 +36,12 @@ pub use report::{EwaReport, MipReport, TextureReport};
 pub use settings::{EwaKernel, EwaLevelOfDetail, EwaMaps, EwaMethod, EwaProbes, EwaSettings};
 #[cfg(feature = "bevy")]
 pub use shaders::EwaUniform;
+
+/// What most apps use: `use bevy_ewa::prelude::*`.
+#[cfg(feature = "bevy")]
+pub mod prelude {
+    pub use crate::{
+        AllMaterials, EwaExtension, EwaImage, EwaMaterialPlugin, EwaMethod, EwaOverrides,
+        EwaPlugin, EwaReport, EwaSettings, EwaStandardMaterial,
+    };
+}

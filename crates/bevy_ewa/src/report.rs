@@ -8,7 +8,7 @@ use crate::mips::NoMips;
 
 /// What the textures of the filtered materials got, and why not. It changes only when they do.
 #[derive(Resource, Clone, Debug, Default, Reflect)]
-#[reflect(Resource, Debug, Default)]
+#[reflect(Resource, Default, Debug, Clone)]
 pub struct EwaReport {
     /// The textures, by their images.
     pub textures: HashMap<AssetId<Image>, TextureReport>,
@@ -30,6 +30,7 @@ pub struct TextureReport {
 /// The mip levels of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Reflect)]
 #[reflect(Debug, PartialEq)]
+#[non_exhaustive]
 pub enum MipReport {
     /// The image came with this many levels.
     Own(u32),

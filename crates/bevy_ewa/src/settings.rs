@@ -139,6 +139,7 @@ impl EwaSettings {
     derive(Reflect),
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
+#[non_exhaustive]
 pub enum EwaMethod {
     /// Reads every texel of the ellipse, one per fetch (thesis 5.4).
     Reference,
@@ -281,6 +282,7 @@ impl EwaMaps {
     derive(Reflect),
     reflect(Default, Debug, Clone, PartialEq)
 )]
+#[non_exhaustive]
 pub enum EwaKernel {
     /// A constant weight up to half a pixel from the centre.
     Box,
@@ -336,6 +338,7 @@ impl EwaKernel {
     derive(Reflect),
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
+#[non_exhaustive]
 pub enum EwaLevelOfDetail {
     /// Follows the minor radius of the ellipse (thesis equation 5.3).
     #[default]

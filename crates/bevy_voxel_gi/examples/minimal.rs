@@ -1,6 +1,6 @@
 //! A red wall and a box in light that bounces.
 
-use bevy::prelude::*;
+use bevy::{color::palettes::css, prelude::*};
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
 
 fn main() {
@@ -31,11 +31,7 @@ fn spawn(
     ));
     for (center, size, color) in [
         ([0.0, -0.25, 0.0], [8.0, 0.5, 8.0], Color::WHITE),
-        (
-            [-2.0, 1.5, 0.0],
-            [0.5, 3.0, 8.0],
-            Color::srgb(0.8, 0.1, 0.05),
-        ),
+        ([-2.0, 1.5, 0.0], [0.5, 3.0, 8.0], css::RED.into()),
         ([0.0, 0.5, 0.0], [1.0, 1.0, 1.0], Color::WHITE),
     ] {
         commands.spawn((

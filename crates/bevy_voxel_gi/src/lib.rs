@@ -1,25 +1,13 @@
 //! Dynamic diffuse global illumination from a voxelised scene.
 //!
-//! The scene is voxelised each frame, light sources illuminate the voxels, light bounces between the
-//! surfaces in them, and every material that uses Bevy's lighting receives the result (P. Mavridis,
-//! *Efficient Texture Representation and Sampling Algorithms for Real-time Rendering*, 2013, chapter 6).
-//!
-//! | module | what it contains |
-//! | --- | --- |
-//! | [`settings`] | all that a user sets |
-//! | [`plugin`] | the plugins that an app adds |
-//! | [`report`] | state and memory of the volume |
-//! | [`mod@reference`] | voxelisation, ray tracing and light transport in plain Rust |
-//! | [`budget`] | quality control by a time budget |
-//! | `extract` | placement of the volumes; meshes, materials and lights, inside a view or not |
-//! | `prepare` | the work of a frame, and the buffers for it |
-//! | `passes` | the compute passes: voxelisation and light transport |
-//! | `receive` | reading the volume in pixel shaders |
-//! | [`debug`] | a debug view of the voxels |
-//! | `gpu_types` | the types that Rust and the shaders share |
-//!
-//! Without the feature `bevy` only `reference` is compiled.
+//! Without the feature `bevy` only [`mod@reference`] is compiled.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
+// The first definition of a link counts: on docs.rs the README's lead to the repository.
+#![cfg_attr(feature = "bevy", doc = concat!("[architecture]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/ARCHITECTURE.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[choosing]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/choosing-gi.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[figures]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/voxel_gi.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[migration]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/migration.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[picture]: ", env!("CARGO_PKG_REPOSITORY"), "/raw/main/docs/images/voxel_gi.jpg"))]
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
@@ -57,3 +45,13 @@ pub use settings::{
     Bounces, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo, VoxelGiBudget,
     VoxelGiLight, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
 };
+
+/// What most apps use: `use bevy_voxel_gi::prelude::*`.
+#[cfg(feature = "bevy")]
+pub mod prelude {
+    pub use crate::{
+        AsVoxelMaterial, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelGiBudget,
+        VoxelGiBudgetPlugin, VoxelGiDebug, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings,
+        VoxelGiVolume, VoxelLight, VoxelMaterial, VoxelMaterialPlugin,
+    };
+}

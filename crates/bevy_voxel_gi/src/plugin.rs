@@ -93,6 +93,7 @@ impl Plugin for VoxelGiPlugin {
             .register_type::<VoxelGiLight>()
             .init_resource::<ActiveVolume>()
             .init_resource::<MaterialTable>()
+            .register_type::<VoxelGiReport>()
             .init_resource::<VoxelGiReport>()
             .init_resource::<SharedReport>()
             .init_resource::<ReceiverShader>()
@@ -235,6 +236,7 @@ impl Plugin for VoxelGiBudgetPlugin {
             app.add_plugins(RenderDiagnosticsPlugin);
         }
         app.register_type::<VoxelGiBudget>()
+            .register_type::<BudgetChoice>()
             .init_resource::<BudgetChoice>()
             .add_systems(PostUpdate, choose_quality.before(place_volume));
     }

@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use bevy::prelude::*;
 
 /// The state of the volumes and their cost; updated each frame.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct VoxelGiReport {
     /// Whether the light is being computed.
     pub state: VoxelGiState,
@@ -18,7 +19,8 @@ pub struct VoxelGiReport {
 }
 
 /// Whether the light of the volume is being computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Default, Debug, Clone, PartialEq)]
 pub enum VoxelGiState {
     /// There is no volume, or its pipelines are not ready.
     #[default]

@@ -1,22 +1,13 @@
 //! Textures at 2 to 5 bits per pixel on any GPU that samples BC textures.
 //!
-//! A wavelet transform splits the image into coefficients, which are stored in BC blocks; the
-//! shader reconstructs the pixels when it samples (P. Mavridis, *Efficient Texture Representation
-//! and Sampling Algorithms for Real-time Rendering*, 2013, chapter 3).
-//!
-//! | module | contents |
-//! | --- | --- |
-//! | [`codec`] | the encoder and the reference decoder, in plain Rust |
-//! | [`mod@file`] | the `.wtex` file format |
-//! | [`asset`] | the Bevy asset, its loader and its saver |
-//! | [`gltf`] | replaces the textures of a glTF file by wavelet textures |
-//! | [`material`] | the extension of `StandardMaterial` and its shaders |
-//! | [`plugin`] | the plugin that an app adds |
-//! | [`settings`] | what an app chooses: filters, address modes, how textures are loaded and saved |
-//!
-//! Without the feature `bevy` only [`codec`] and [`mod@file`] are compiled; the encoder needs the
-//! feature `encode`.
+//! Without the feature `bevy` only [`codec`] and [`mod@file`] are compiled; the encoder needs the feature `encode`.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
+// The first definition of a link counts: on docs.rs the README's lead to the repository.
+#![cfg_attr(feature = "bevy", doc = concat!("[encoding]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/encoding.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[figures]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/wavelet_tex.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[migration]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/migration.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[picture]: ", env!("CARGO_PKG_REPOSITORY"), "/raw/main/docs/images/wavelet_tex.jpg"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[shaders]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/custom-shaders.md"))]
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
@@ -46,3 +37,12 @@ pub use plugin::WaveletTexPlugin;
 pub use settings::{WaveletAddressMode, WaveletFilter, WaveletLoaderSettings, WaveletStorage};
 #[cfg(all(feature = "bevy", feature = "encode"))]
 pub use settings::{WaveletQuality, WaveletRole, WaveletSaverSettings};
+
+/// What most apps use: `use bevy_wavelet_tex::prelude::*`.
+#[cfg(feature = "bevy")]
+pub mod prelude {
+    pub use crate::{
+        WaveletExtension, WaveletFilter, WaveletGltf, WaveletLoaderSettings,
+        WaveletStandardMaterial, WaveletTexPlugin, WaveletTexture,
+    };
+}

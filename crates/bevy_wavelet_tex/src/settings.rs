@@ -15,6 +15,7 @@ pub use saver::{WaveletQuality, WaveletRole, WaveletSaverSettings};
 /// was encoded with `Method::OneFetch` or in BC4), and one sample of chroma. Four neighbouring pixels
 /// take four gathers and four loads together, and four samples of chroma.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Reflect)]
+#[non_exhaustive]
 pub enum WaveletFilter {
     /// The nearest pixel of the nearest mip: one decoded pixel.
     Nearest,

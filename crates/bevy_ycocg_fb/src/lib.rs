@@ -1,22 +1,12 @@
-//! An HDR frame buffer in half of the bytes or fewer.
+//! A frame buffer in half of the bytes or fewer.
 //!
-//! In a packed format the fragment shader packs every colour to its luminance and one of its two chrominances, which
-//! alternate in a checkerboard; a filter reconstructs the missing chrominance afterwards (P. Mavridis,
-//! *Efficient Texture Representation and Sampling Algorithms for Real-time Rendering*, 2013,
-//! chapter 4). In `Rg11b10Ufloat` Bevy's own passes draw, with dither.
-//!
-//! | module | contents |
-//! | --- | --- |
-//! | [`settings`] | the settings of a camera |
-//! | [`mod@reference`] | packing and reconstruction in plain Rust |
-//! | `material` | packing in the shaders of materials |
-//! | `view` | the choice of the cameras that use their format, and the preparation of their views |
-//! | `pass` | the main pass of a packed camera, and the resolve |
-//! | [`report`] | the state of each camera, the reasons for it, and its memory |
-//! | [`plugin`] | the plugin that an app adds |
-//!
-//! Without the feature `bevy` only the first two are compiled.
+//! Without the feature `bevy` only [`settings`] and [`mod@reference`] are compiled.
 #![cfg_attr(feature = "bevy", doc = "\n---\n")]
+// The first definition of a link counts: on docs.rs the README's lead to the repository.
+#![cfg_attr(feature = "bevy", doc = concat!("[figures]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/ycocg_fb.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[migration]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/migration.md"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[picture]: ", env!("CARGO_PKG_REPOSITORY"), "/raw/main/docs/images/ycocg_fb.jpg"))]
+#![cfg_attr(feature = "bevy", doc = concat!("[shaders]: ", env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/custom-shaders.md"))]
 #![cfg_attr(feature = "bevy", doc = include_str!("../README.md"))]
 
 #[cfg(feature = "bevy")]
@@ -44,3 +34,12 @@ pub use settings::{
     FrameBufferFormat, FrameBufferQuality, MsaaResolve, PackedFormat, Reconstruction,
     YCoCgFrameBuffer,
 };
+
+/// What most apps use: `use bevy_ycocg_fb::prelude::*`.
+#[cfg(feature = "bevy")]
+pub mod prelude {
+    pub use crate::{
+        CameraState, DefaultFrameBufferQuality, FrameBufferChanged, FrameBufferQuality,
+        FrameBufferReport, YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
+    };
+}

@@ -75,7 +75,8 @@ impl ColorMemory {
 }
 
 /// Message that the state of a camera's [`FrameBufferReport`] has changed.
-#[derive(Message, Clone, Debug, PartialEq, Eq)]
+#[derive(Message, Reflect, Clone, Debug, PartialEq, Eq)]
+#[reflect(Message, Debug, Clone, PartialEq)]
 pub struct FrameBufferChanged {
     /// The camera.
     pub camera: Entity,
@@ -277,6 +278,7 @@ impl Plugin for ReportPlugin {
     fn build(&self, app: &mut App) {
         app.register_required_components::<FrameBufferQuality, FrameBufferReport>()
             .register_type::<FrameBufferReport>()
+            .register_type::<FrameBufferChanged>()
             .add_message::<FrameBufferChanged>()
             .init_resource::<RenderedReports>()
             .add_systems(First, (require_reports, update_reports).chain());

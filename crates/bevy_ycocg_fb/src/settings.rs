@@ -16,6 +16,7 @@ use bevy::prelude::*;
     derive(Component, Reflect),
     reflect(Component, Default, Debug, Clone, PartialEq, Hash)
 )]
+#[non_exhaustive]
 pub enum FrameBufferQuality {
     /// Bevy's own target, 8 bytes per sample with `Hdr`.
     #[default]
@@ -99,6 +100,7 @@ impl YCoCgFrameBuffer {
     derive(Reflect),
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
+#[non_exhaustive]
 pub enum FrameBufferFormat {
     /// Luminance and one of two chrominances, which a pass of this crate resolves.
     Packed(PackedFormat),
@@ -127,6 +129,7 @@ impl From<PackedFormat> for FrameBufferFormat {
     derive(Reflect),
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
+#[non_exhaustive]
 pub enum PackedFormat {
     /// Two 16-bit floats, 4 bytes per sample: scene-linear HDR. Every adapter can render to it.
     #[default]
@@ -153,6 +156,7 @@ pub enum PackedFormat {
     derive(Reflect),
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
+#[non_exhaustive]
 pub enum Reconstruction {
     /// Takes the chrominance of the neighbour to the right, with 2 fetches per pixel.
     Nearest,
@@ -182,6 +186,7 @@ pub enum Reconstruction {
     derive(Reflect),
     reflect(Default, Debug, Clone, PartialEq, Hash)
 )]
+#[non_exhaustive]
 pub enum MsaaResolve {
     /// Equal weights, resolved by the hardware where it supports the format.
     #[default]

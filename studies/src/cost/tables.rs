@@ -171,7 +171,7 @@ fn passes(all: &[&CostRow], own: &[&CostRow]) -> String {
 }
 
 /// Renews what stands between `<!-- tradeoff NAME -->` and `<!-- end -->` in the pages: compiled cost and fetches
-/// in the plugins', the CPU's time in the repository's.
+/// in the plugins', the CPU's time in the one about measuring.
 pub fn renew(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
     for (page, name, table) in pages(rows, folder)? {
         renew_file(&page, &name, &table)?;
@@ -183,8 +183,8 @@ pub fn renew(rows: &[CostRow], folder: &Path) -> Result<(), CostError> {
 pub fn pages(rows: &[CostRow], folder: &Path) -> Result<Vec<(PathBuf, String, String)>, CostError> {
     let counted = fetches::read()?;
     let systems: Vec<cpu::SystemRow> = read_json(&folder.join(cpu::FILE))?;
-    let readme = Path::new(ROOT).join("README.md");
-    let mut pages = vec![(readme, "cpu systems".into(), cpu::table(&systems))];
+    let measuring = Path::new(ROOT).join("docs/measuring.md");
+    let mut pages = vec![(measuring, "cpu systems".into(), cpu::table(&systems))];
     for (plugin, _) in PLUGINS {
         let fetches = fetches::page(&counted, plugin);
         pages.extend([

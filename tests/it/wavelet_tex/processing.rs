@@ -30,17 +30,12 @@ fn file_of(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-const META: &str = r#"(
-    meta_format_version: "1.0",
-    asset: Process(
-        processor: "LoadTransformAndSave<ImageLoader, IdentityAssetTransformer<Image>, WaveletSaver>",
-        settings: (
-            loader_settings: (format: FromExtension, is_srgb: true, sampler: Default, asset_usage: ("MAIN_WORLD | RENDER_WORLD"), texture_format: None, array_layout: None),
-            transformer_settings: (),
-            saver_settings: (role: Normal, max_size: Some(32)),
-        ),
-    ),
-)"#;
+/// The file of the example and of the page about encoding, for a smaller normal map.
+fn meta() -> String {
+    let meta = include_str!("../../../examples/source_assets/bricks.jpg.meta");
+    meta.replace("role: Color", "role: Normal")
+        .replace("Some(1024)", "Some(32)")
+}
 
 #[test]
 fn a_meta_file_makes_an_image_a_wavelet_texture() {
@@ -55,7 +50,7 @@ fn processed(name: &str, bytes: &[u8]) {
     let assets = folder.0.join("assets");
     std::fs::create_dir_all(&assets).expect("a folder");
     std::fs::write(assets.join(name), bytes).expect("a file");
-    std::fs::write(assets.join(format!("{name}.meta")), META).expect("a file");
+    std::fs::write(assets.join(format!("{name}.meta")), meta()).expect("a file");
 
     let mut app = App::new();
     app.add_plugins((

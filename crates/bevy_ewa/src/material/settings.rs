@@ -16,7 +16,7 @@ use crate::settings::{EwaMethod, EwaSettings};
 ///
 /// A change takes effect in the next frame and builds new pipelines; the assets stay unchanged.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Reflect)]
-#[reflect(Resource, Debug, PartialEq)]
+#[reflect(Resource, Default, Debug, Clone, PartialEq)]
 pub struct AllMaterials(pub Option<EwaSettings>);
 
 impl Default for AllMaterials {
@@ -48,7 +48,7 @@ impl MaterialExtension for EwaExtension {}
 ///
 /// An override stays until it is cleared, also when its asset is removed and loaded again.
 #[derive(Resource, Clone, Debug, Default, Reflect)]
-#[reflect(Resource, Debug, Default)]
+#[reflect(Resource, Default, Debug, Clone)]
 pub struct EwaOverrides {
     images: HashMap<AssetId<Image>, EwaImage>,
     #[reflect(ignore)]

@@ -17,6 +17,7 @@ pub(super) const LOG_SCALES: [f32; 2] = [-3.0, 8.0];
 /// What the texels of a texture mean, which decides how they are averaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "bevy", derive(bevy::prelude::Reflect))]
+#[non_exhaustive]
 pub enum MipContent {
     /// Values that are averaged channel by channel, such as opaque colours, premultiplied colours and roughness.
     #[default]

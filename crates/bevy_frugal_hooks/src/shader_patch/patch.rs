@@ -86,6 +86,7 @@ impl Insertion {
 
 /// The reason for which a patch does not fit a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PatchError {
     /// A text occurs more or less often than the patch expects.
     Count {

@@ -17,13 +17,17 @@ use self::{
 use crate::settings::{VoxelGiBudget, VoxelGiSettings, VoxelLight};
 
 /// The settings that the budget has chosen.
-#[derive(Resource, Default)]
+#[derive(Resource, Reflect, Default)]
+#[reflect(Resource, Default)]
 pub struct BudgetChoice {
     chosen: Option<QualitySettings>,
+    #[reflect(ignore)]
     controller: Controller,
     /// The cheapest light for which the quality levels were built; a different one means a new solver.
+    #[reflect(ignore)]
     kind: Option<VoxelLight>,
     /// Time of the newest measurement that has been read.
+    #[reflect(ignore)]
     newest: Option<Instant>,
 }
 

@@ -1,9 +1,11 @@
 //! The quality levels among which a budget chooses, the cheapest first.
 
+use bevy::reflect::Reflect;
+
 use crate::settings::{Solver, VoxelGiSettings, VoxelLight};
 
 /// The settings that a budget changes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 pub(crate) struct QualitySettings {
     /// The light, with another number of rays or iterations.
     pub light: VoxelLight,

@@ -78,7 +78,7 @@ pub enum Solver {
     },
     /// Propagation from voxel to voxel in second-order spherical harmonics (thesis section 6.6.2), for comparison with
     /// the thesis. It has neither noise nor latency, as all light of a frame is computed in it, but light spreads as
-    /// it travels: on the scenes of the README, its error is three to five times that of [`Solver::Trace`] with 8 rays
+    /// it travels: on the scenes of its study, its error is three to five times that of [`Solver::Trace`] with 8 rays
     /// and 16³ voxels, which takes less time. Bounces are part of the steps, so [`Bounces`] is ignored. It supports one
     /// cascade only.
     Propagate {

@@ -13,7 +13,7 @@ pub struct NotVoxelized;
 /// material; a material without a
 /// [`VoxelMaterialPlugin`](crate::VoxelMaterialPlugin) is opaque and emits nothing unless it is said here.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
-#[reflect(Component)]
+#[reflect(Component, Default, Clone)]
 pub struct MeshVoxelMaterial {
     /// Diffuse reflectance of all of the mesh, linear, 0 to 1. Default `None`: the material's.
     pub albedo: Option<Vec3>,

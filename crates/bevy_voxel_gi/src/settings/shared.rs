@@ -70,6 +70,7 @@ impl VoxelGiSettings {
 
 /// The algorithm that converts meshes to voxels.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Voxelizer {
     /// Fills every voxel that a triangle overlaps, without holes.
     #[default]
@@ -107,6 +108,7 @@ impl Voxelizer {
 
 /// The source of the diffuse reflectance of surfaces (thesis section 6.5.2).
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum VoxelAlbedo {
     /// That of the materials in each face of a voxel, by their area there: base colour times texture and vertex
     /// colours, less what is metallic.

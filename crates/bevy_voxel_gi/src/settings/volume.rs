@@ -36,6 +36,7 @@ pub struct VoxelGiVolume {
     pub cascades: u32,
     /// The entity that the volume follows, such as the camera, in steps of whole voxels of the largest
     /// cascade. Default `None`: the volume stays at its own position.
+    #[entities]
     pub follow: Option<Entity>,
     /// Factor of the light that reaches the image, at least 0. Default 1, which is physically correct.
     pub intensity: f32,

@@ -48,6 +48,7 @@ pub enum BlockLack {
 
 /// The reason why a texture was not loaded.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum WaveletLoadError {
     /// The file could not be read.
     #[error("cannot read wavelet texture '{path}': {source}")]

@@ -40,6 +40,7 @@ pub struct WaveletSaver;
 
 /// The reason why an image was not saved.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum WaveletSaveError {
     /// The pixels are in a format that the encoder does not read.
     #[error("cannot encode '{path}': its format {format:?} is neither 8 nor 16 bits a channel")]

@@ -9,6 +9,7 @@ use super::{
 
 /// The reason why an image cannot be encoded.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum EncodeError {
     /// A side of the image is 0 or larger than [`layout::MAX_SIZE`].
     #[error("an image of {} x {} pixels cannot be encoded: both sides must be 1 to {}", .0[0], .0[1], layout::MAX_SIZE)]

@@ -8,6 +8,7 @@ use crate::codec::layout::MAX_SIZE;
 /// The reason why bytes are not a wavelet texture. A caller that knows the name of the file puts it
 /// in front of the message.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// The file begins with the bytes of another format.
     #[error(

@@ -58,6 +58,7 @@ impl Default for WaveletSaverSettings {
 
 /// The quality of a texture, by its rate or by its error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum WaveletQuality {
     /// The default rate of the role: 2 bits per pixel for gray, 3 for colour, 4 for normals.
     #[default]
@@ -65,8 +66,8 @@ pub enum WaveletQuality {
     /// The given rate, which must be one of the role's.
     Rate(Rate),
     /// The smallest rate of the role that reaches this PSNR in dB, measured on the encoded image
-    /// itself, or the largest rate where none does. The README lists the PSNR of each rate on
-    /// photographs.
+    /// itself, or the largest rate where none does. `docs/wavelet_tex.md` of the repository lists the
+    /// PSNR of each rate on photographs.
     MinPsnr(f64),
 }
 
@@ -83,6 +84,7 @@ impl WaveletQuality {
 
 /// The kind of data in an image, which decides its content and its transfer function.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum WaveletRole {
     /// Base colour or emissive colour, in sRGB.
     #[default]

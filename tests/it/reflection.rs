@@ -1,0 +1,140 @@
+//! What a user sets or reads can be inspected: it is registered by its plugin, where Bevy does not register it by itself.
+
+use std::{
+    any::TypeId,
+    path::{Path, PathBuf},
+};
+
+use bevy::{
+    ecs::{
+        entity::EntityMapper,
+        reflect::{ReflectComponent, ReflectMessage, ReflectResource},
+    },
+    prelude::*,
+    reflect::TypeRegistry,
+};
+use bevy_ewa::EwaPlugin;
+use bevy_frugal_lab::{
+    ROOT,
+    headless::{HeadlessApp, HeadlessSettings},
+};
+use bevy_voxel_gi::{VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelGiVolume};
+use bevy_wavelet_tex::WaveletTexPlugin;
+use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
+
+use crate::support::gpu;
+
+/// Resources of the render world, which nobody sets or reads.
+const INTERNAL: [&str; 1] = ["WaveletSamplers"];
+
+fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        match path.is_dir() {
+            true => rust_files(&path, files),
+            false if path.extension().is_some_and(|end| end == "rs") => files.push(path),
+            false => {}
+        }
+    }
+}
+
+/// The public types of a source that derive `trait_name`.
+fn deriving(source: &str, trait_name: &str) -> Vec<String> {
+    let items = source.split("\n\n").flat_map(|text| text.split("\n}\n"));
+    let types = items.filter_map(|item| {
+        let (attributes, item) =
+            { item.split_once("\npub struct ") }.or_else(|| item.split_once("\npub enum "))?;
+        let code = attributes.lines().filter(|line| !line.starts_with("//"));
+        let code: String = code.flat_map(|line| [line, "\n"]).collect();
+        let derives = code.split("derive(").skip(1);
+        let derived: Vec<_> = derives
+            .filter_map(|list| list.split(')').next())
+            .flat_map(|list| list.split(',').map(str::trim))
+            .collect();
+        let name = item.split(|c: char| !c.is_alphanumeric()).next()?;
+        derived.contains(&trait_name).then(|| name.to_string())
+    });
+    types
+        .filter(|name| !INTERNAL.contains(&name.as_str()))
+        .collect()
+}
+
+fn has(registry: &TypeRegistry, name: &str, kind: &str) -> bool {
+    let Some(registration) = registry.get_with_short_type_path(name) else {
+        return false;
+    };
+    let is_default = registration.contains::<ReflectDefault>();
+    match kind {
+        "Component" => is_default && registration.contains::<ReflectComponent>(),
+        "Resource" => is_default && registration.contains::<ReflectResource>(),
+        "Message" => registration.contains::<ReflectMessage>(),
+        _ => true,
+    }
+}
+
+#[test]
+fn what_a_user_sets_or_reads_is_registered() {
+    let _gpu = gpu();
+    let add = |app: &mut App| {
+        // Bevy's own has all types of the process, with the feature `reflect_auto_register`.
+        app.insert_resource(AppTypeRegistry::default());
+        app.add_plugins((
+            EwaPlugin::default(),
+            VoxelGiPlugin,
+            VoxelGiBudgetPlugin,
+            WaveletTexPlugin,
+            YCoCgFrameBufferPlugin,
+        ));
+        let registry = app.world().resource::<AppTypeRegistry>().read();
+        let mut found = 0;
+        let mut missing = vec![];
+        for plugin in [
+            "bevy_ewa",
+            "bevy_voxel_gi",
+            "bevy_wavelet_tex",
+            "bevy_ycocg_fb",
+        ] {
+            let mut files = vec![];
+            let folder = Path::new(ROOT).join("crates").join(plugin).join("src");
+            rust_files(&folder, &mut files);
+            for file in files {
+                let source = std::fs::read_to_string(&file).expect("a source");
+                for kind in ["Component", "Resource", "Asset", "Message"] {
+                    for name in deriving(&source, kind) {
+                        found += 1;
+                        if !has(&registry, &name, kind) {
+                            missing.push(format!("{plugin}: {name} as {kind}"));
+                        }
+                    }
+                }
+            }
+        }
+        assert!(found > 15, "{found}");
+        assert!(missing.is_empty(), "{missing:#?}");
+    };
+    HeadlessApp::new(HeadlessSettings::with_size(1, 1), add).expect("an app");
+}
+
+/// As when a scene is spawned: entities in fields are those of the new world.
+#[test]
+fn a_volume_follows_the_entity_that_was_spawned_with_it() {
+    struct Next;
+    impl EntityMapper for Next {
+        fn get_mapped(&mut self, source: Entity) -> Entity {
+            Entity::from_raw_u32(source.index_u32() + 1).expect("an entity")
+        }
+        fn set_mapped(&mut self, _: Entity, _: Entity) {}
+    }
+    let entity = |index| Entity::from_raw_u32(index).expect("an entity");
+    let mut volume = VoxelGiVolume {
+        follow: Some(entity(3)),
+        ..default()
+    };
+    let mut registry = TypeRegistry::new();
+    registry.register::<VoxelGiVolume>();
+    let reflected = registry.get_type_data::<ReflectComponent>(TypeId::of::<VoxelGiVolume>());
+    reflected
+        .expect("registered")
+        .map_entities(&mut volume, &mut Next);
+    assert_eq!(volume.follow, Some(entity(4)));
+}
