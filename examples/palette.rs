@@ -34,7 +34,12 @@ const CELLS: [([u8; 3], [u8; 3]); 6] = [
     ([255, 170, 70], [255, 150, 50]),
     ([90, 170, 255], [60, 150, 255]),
 ];
-const [STONE, RED, GREEN, ASPHALT, LAMP, SIGN]: [usize; 6] = [0, 1, 2, 3, 4, 5];
+const STONE: usize = 0;
+const RED: usize = 1;
+const GREEN: usize = 2;
+const ASPHALT: usize = 3;
+const LAMP: usize = 4;
+const SIGN: usize = 5;
 
 /// A row of cells of 4 x 4 pixels. An image may be compressed, or only on the GPU: light is the same.
 fn row(color: impl Fn(usize) -> [u8; 3]) -> Image {

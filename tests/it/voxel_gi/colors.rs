@@ -10,7 +10,7 @@ use bevy::{
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_voxel_gi::VoxelGiVolume;
+use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiLight, VoxelGiVolume};
 
 use super::{
     scene::{app, at, floor, hidden, matt, settings, under_sky},
@@ -607,4 +607,42 @@ fn an_image_that_changes_is_read_again() {
     let blue = at(&picture(&mut app), 0.0, 0.0);
     assert!((blue.z / red.x - 1.0).abs() < 0.01, "{blue} for {red}");
     assert!(blue.x < 1e-3 * blue.z, "{blue}");
+}
+
+/// A game may let a lamp or what glows give half of its light to volumes.
+#[test]
+fn a_game_chooses_how_much_things_give() {
+    let _gpu = gpu();
+    let of_room = |factor: Option<f32>| {
+        let mut app = app();
+        let world = app.world_mut();
+        let material = StandardMaterial {
+            base_color: LinearRgba::rgb(0.5, 0.5, 0.5).into(),
+            emissive: LinearRgba::rgb(10.0, 20.0, 30.0),
+            ..default()
+        };
+        let glowing = spawn(world, without_colors(mesh(&room(), whole)), material);
+        lamp(world);
+        if let Some(factor) = factor {
+            world.entity_mut(glowing).insert(MeshVoxelMaterial {
+                emission_factor: Some(factor),
+                ..default()
+            });
+            let lamp = world
+                .query_filtered::<Entity, With<PointLight>>()
+                .single(world)
+                .expect("a lamp");
+            world.entity_mut(lamp).insert(VoxelGiLight { factor });
+        }
+        app.run_until_ready(200).expect("not ready");
+        places(&indirect(&mut app, around_room()))
+    };
+    let whole_light = of_room(None);
+    let half = of_room(Some(0.5));
+    assert_close("half", half, whole_light.map(|light| 0.5 * light), 0.005);
+    let none = of_room(Some(0.0));
+    assert!(
+        none.iter().all(|light| light.max_element() < 1e-4),
+        "{none:?}"
+    );
 }
