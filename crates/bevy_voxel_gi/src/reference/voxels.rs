@@ -166,9 +166,11 @@ impl Voxels {
 
     /// Returns what a voxel looks like from the side of a face.
     ///
-    /// The albedo is the mean over the area. Rays see whole sub-voxels: so that the power of what fills only a part of
-    /// them is right, the emission is that of the whole area, divided by the area of the sub-voxels that are exposed.
-    /// Of the area, half may be hidden, as is a wall behind a picture.
+    /// The albedo is the mean over the area. The emission is the power of all of the area, divided by the area that
+    /// rays see. That is the area of the exposed sub-voxels, as rays see whole ones: what fills only a part of them is
+    /// dimmer by its share. It is at least all of the area, up to that of the face: what covers the face shines with its
+    /// own radiance even where other walls hide its sub-voxels. Of more layers half are taken to be hidden, as is a wall
+    /// behind a picture.
     pub fn face_material(&self, index: usize, face: usize, materials: &[Material]) -> Material {
         let mut area = 0.0;
         let mut sum = Material::default();
@@ -185,7 +187,7 @@ impl Voxels {
         let exposed = self.exposed_columns(index, face) as f32 / (SUB_VOXELS * SUB_VOXELS) as f32;
         Material {
             albedo: sum.albedo / area,
-            emission: sum.emission / exposed.max(0.5 * area),
+            emission: sum.emission / exposed.max(area.min(1.0)).max(0.5 * area),
         }
     }
 
