@@ -18,6 +18,9 @@ pub const SUB_VOXELS: i32 = 4;
 /// Least area of a triangle in a voxel that it overlaps, in units of a voxel's face: it may only touch it.
 pub const MIN_AREA: f32 = 1.0 / 65_536.0;
 
+/// Number of voxels in front of a face and behind in which a tilted surface is taken to go on.
+const CONTINUATION: i32 = 2;
+
 /// Reflectance and emission of a surface, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Material {
@@ -164,12 +167,18 @@ impl Voxels {
         }
     }
 
-    /// Returns what a voxel looks like from the side of a face.
-    ///
-    /// The albedo is the mean over the area. Rays see whole sub-voxels: so that the power of what fills only a part of
-    /// them is right, the emission is that of the whole area, divided by the area of the sub-voxels that are exposed.
-    /// Of the area, half may be hidden, as is a wall behind a picture.
+    /// Returns what a voxel looks like from the side of a face: the mean over the area, with the emission scaled by the
+    /// share of the sub-voxels that emits it.
     pub fn face_material(&self, index: usize, face: usize, materials: &[Material]) -> Material {
+        let (area, mut mean) = self.mean_material(index, face, materials);
+        if mean.emission != Vec3::ZERO {
+            mean.emission *= self.emitting_share(index, face, area, mean.emission, materials);
+        }
+        mean
+    }
+
+    /// Sum of the areas that face a side, in units of a voxel's face, and the mean material.
+    fn mean_material(&self, index: usize, face: usize, materials: &[Material]) -> (f32, Material) {
         let mut area = 0.0;
         let mut sum = Material::default();
         for part in &self.material_areas[index][face] {
@@ -179,14 +188,43 @@ impl Voxels {
             sum.albedo += part.area * material.albedo;
             sum.emission += part.area * material.emission;
         }
-        if area == 0.0 {
-            return Material::default();
+        if area > 0.0 {
+            sum.albedo /= area;
+            sum.emission /= area;
         }
-        let exposed = self.exposed_columns(index, face) as f32 / (SUB_VOXELS * SUB_VOXELS) as f32;
-        Material {
-            albedo: sum.albedo / area,
-            emission: sum.emission / exposed.max(0.5 * area),
+        (area, sum)
+    }
+
+    /// The area of a face's surfaces over that of the exposed sub-voxels: rays see whole sub-voxels, and the power of
+    /// what fills only a part of them is to be right.
+    ///
+    /// A tilted surface goes on in the voxels in front and behind, and its parts hide each other's sub-voxels. So the
+    /// sums include these voxels, as far as they emit alike. The share is at most 1: where another wall hides its
+    /// sub-voxels, a surface shines with its own radiance. Where the area exceeds that of the face there are layers, such
+    /// as a picture on a wall: up to half of them are taken to be hidden, so that the share is at most 2.
+    fn emitting_share(
+        &self,
+        index: usize,
+        face: usize,
+        area: f32,
+        emission: Vec3,
+        materials: &[Material],
+    ) -> f32 {
+        let voxel = self.grid.voxel(index);
+        let own = emission.element_sum();
+        let (mut areas, mut columns) = (0.0, 0.0);
+        for distance in -CONTINUATION..=CONTINUATION {
+            let Some(other) = self.grid.index(voxel + distance * FACE_STEPS[face]) else {
+                continue;
+            };
+            let (area, mean) = self.mean_material(other, face, materials);
+            let emission = mean.emission.element_sum();
+            let alike = emission.min(own) / emission.max(own);
+            areas += alike * area;
+            columns += alike * self.exposed_columns(other, face) as f32;
         }
+        let exposed = columns / (SUB_VOXELS * SUB_VOXELS) as f32;
+        (areas / exposed).min(area.clamp(1.0, 2.0))
     }
 
     /// Number of the columns of sub-voxels towards a face whose outermost sub-voxel is exposed.
