@@ -214,8 +214,10 @@ fn noise_is_no_change() {
 #[test]
 fn bright_walls_are_as_in_the_reference() {
     compare("cornell_point", VoxelLight::default(), 0.0006, |scene| {
+        // 0.9, as near as voxels store it: light of many bounces multiplies what differs.
+        let albedo = Vec3::new(1842.0 / 2047.0, 1842.0 / 2047.0, 921.0 / 1023.0);
         for part in &mut scene.boxes {
-            part.albedo = Vec3::splat(0.9);
+            part.albedo = albedo;
         }
     });
 }

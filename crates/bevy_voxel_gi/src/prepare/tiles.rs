@@ -1,5 +1,5 @@
 //! Small copies of the textures of materials, which the voxelisers sample: any format that the GPU samples becomes one,
-//! and one texture holds all. Each has a chain of mip levels, and about 2,000 texels in the first.
+//! and one texture holds all. Each has a chain of mip levels, and up to 2,048 texels in the first.
 
 use bevy::{
     platform::collections::HashMap,
@@ -102,11 +102,9 @@ const MOST_SOURCE: u32 = 8;
 fn tile_size(size: UVec2) -> UVec2 {
     let mut tile = size.max(UVec2::ONE);
     while u64::from(tile.x) * u64::from(tile.y) > u64::from(MOST_TEXELS) {
-        if tile.x > tile.y {
-            tile.x /= 2;
-        } else {
-            tile.y /= 2;
-        }
+        // Squares stay squares: the voxelisers choose a level for both axes.
+        let larger = tile.max_element();
+        tile = UVec2::select(tile.cmpeq(UVec2::splat(larger)), tile / 2, tile);
     }
     tile
 }
@@ -345,8 +343,9 @@ mod tests {
             ([256, 1], [256, 1]),
             ([1, 1], [1, 1]),
             ([40, 50], [40, 50]),
-            ([64, 64], [64, 32]),
-            ([4096, 4096], [64, 32]),
+            ([64, 64], [32, 32]),
+            ([4096, 4096], [32, 32]),
+            ([4096, 2048], [64, 32]),
             ([16384, 1], [2048, 1]),
         ] {
             assert_eq!(tile_size(size.into()), UVec2::from(expected), "{size:?}");
