@@ -71,20 +71,21 @@ fn rod(middle: Vec2, ceiling: bool) -> Vec<Triangle> {
 const HEIGHT: f32 = 2.9;
 const TOP: f32 = HEIGHT + ROD_WIDTH;
 
-/// The mean light of rods anywhere within a voxel, free or flush on a ceiling. A single free rod is up to 41% too dark
-/// in voxels of 50 cm (26 and 12% in smaller ones), since rays that meet the nearer half of a sub-voxel between its
-/// two sides are taken to pass it; flush on the ceiling, up to 20% (8 and 7%).
+/// The light of rods anywhere within a voxel, free or flush on a ceiling.
+///
+/// Free rods are too dark: by 17% on average in voxels of 50 cm, 10 and 5% in smaller ones, and a single one by up to
+/// 41, 27 and 13%, since rays that meet the nearer half of a sub-voxel between its two sides are taken to pass it.
 #[test]
 fn a_thin_rod_gives_the_right_light() {
     const OFFSETS: u32 = 12;
     let wanted = below_rod();
-    for (ceiling, voxel_size, allowed) in [
-        (false, 0.5, 0.17),
-        (false, 0.25, 0.15),
-        (false, 0.125, 0.15),
-        (true, 0.5, 0.15),
-        (true, 0.25, 0.15),
-        (true, 0.125, 0.15),
+    for (ceiling, voxel_size, mean_error, largest_error) in [
+        (false, 0.5, 0.17, 0.41),
+        (false, 0.25, 0.1, 0.27),
+        (false, 0.125, 0.05, 0.13),
+        (true, 0.5, 0.08, 0.2),
+        (true, 0.25, 0.05, 0.09),
+        (true, 0.125, 0.02, 0.08),
     ] {
         let ratios = (0..OFFSETS).map(|i| {
             let offset = Vec3::from_array([0, 2, 1].map(|k| hash_unit(3 * i + k)));
@@ -100,32 +101,35 @@ fn a_thin_rod_gives_the_right_light() {
         });
         let ratios: Vec<f32> = ratios.collect();
         let mean = ratios.iter().sum::<f32>() / OFFSETS as f32;
-        println!("ceiling {ceiling}, voxels of {voxel_size} m: mean {mean:.3}, {ratios:.2?}");
+        let largest = ratios.iter().fold(0.0f32, |a, r| a.max((r - 1.0).abs()));
+        println!("ceiling {ceiling}, voxels of {voxel_size} m: mean {mean:.3}, error {largest:.3}");
         assert!(
-            (mean - 1.0).abs() < allowed,
-            "{ceiling} {voxel_size}: {mean}"
+            (mean - 1.0).abs() < mean_error && largest < largest_error,
+            "{ceiling} {voxel_size}: {mean} {ratios:?}"
         );
     }
 }
 
-/// Intensity towards a direction: the radiance that leaves through a wide square, in cd.
-fn intensity(radiance: &dyn Fn(Vec3, Vec3) -> f32, to: Vec3) -> f32 {
-    const EDGE: u32 = 800;
+/// Intensity towards a direction: the radiance that leaves through a wide square of so many rays, in cd.
+fn intensity(radiance: &dyn Fn(Vec3, Vec3) -> f32, to: Vec3, edge: u32) -> f32 {
     const SPAN: f32 = 1.6;
     let (u, v) = to.any_orthonormal_pair();
-    let cell = SPAN / EDGE as f32;
-    let sum: f32 = (0..EDGE * EDGE)
+    let cell = SPAN / edge as f32;
+    let sum: f32 = (0..edge * edge)
         .map(|i| {
-            let [x, y] = [i % EDGE, i / EDGE].map(|k| (k as f32 + 0.5) * cell - 0.5 * SPAN);
+            let [x, y] = [i % edge, i / edge].map(|k| (k as f32 + 0.5) * cell - 0.5 * SPAN);
             radiance(Vec3::splat(2.0) + 1.6 * to + x * u + y * v, -to)
         })
         .sum();
     sum * cell * cell
 }
 
-/// A strip of 7 x 90 cm, towards its normal, whatever the voxels. To the side rays see the sides of its sub-voxels, too.
+/// A strip of 7 x 90 cm keeps its intensity towards its normal, whatever the voxels.
+///
+/// Its power is 27, 18 and 9% too high, since from the side rays see the sides of its sub-voxels, too.
 #[test]
-fn an_emissive_strip_keeps_its_power() {
+fn an_emissive_strip_keeps_its_intensity() {
+    const DIRECTIONS: u32 = 48;
     let at = |x: f32, z: f32| Vec3::new(1.53 + x, 1.97, 2.01 + z);
     let [a, b, c, d] = [at(0.0, 0.0), at(0.0, 0.07), at(0.9, 0.07), at(0.9, 0.0)];
     let strip = [[a, b, c], [a, c, d]].map(|corners| Triangle {
@@ -134,17 +138,23 @@ fn an_emissive_strip_keeps_its_power() {
         double_sided: false,
     });
     let wanted = RADIANCE * 0.07 * 0.9;
-    for resolution in [16, 32, 64] {
+    for (resolution, power_error) in [(16, 0.28), (32, 0.19), (64, 0.1)] {
         let grid = VolumeGrid {
             min: Vec3::ZERO,
             voxel_size: 4.0 / resolution as f32,
             resolution,
         };
-        let found = with_light(grid, &strip, |radiance| intensity(radiance, Vec3::Y));
-        println!("strip at {resolution}^3: {found:.2} of {wanted:.2} cd");
+        let ahead = with_light(grid, &strip, |radiance| intensity(radiance, Vec3::Y, 800)) / wanted;
+        let around = with_light(grid, &strip, |radiance| {
+            let rays = (0..DIRECTIONS).map(|i| cosine_ray(i, DIRECTIONS, 0.3, Vec3::Y));
+            rays.map(|ray| intensity(radiance, ray, 240) / ray.y)
+                .sum::<f32>()
+        });
+        let power = around / DIRECTIONS as f32 / wanted;
+        println!("strip at {resolution}^3: intensity {ahead:.3}, power {power:.3}");
         assert!(
-            (found / wanted - 1.0).abs() < 0.025,
-            "{resolution}: {found} of {wanted}"
+            (ahead - 1.0).abs() < 0.01 && (power - 1.0).abs() < power_error,
+            "{resolution}: {ahead} {power}"
         );
     }
 }
