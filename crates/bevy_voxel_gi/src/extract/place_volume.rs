@@ -54,6 +54,7 @@ pub(crate) fn place_volume(
     mut active: ResMut<ActiveVolume>,
     volumes: Query<VolumeParts>,
     transforms: Query<&GlobalTransform>,
+    names: Query<NameOrEntity>,
     cameras: Query<CameraParts, With<Camera3d>>,
     prepass_cameras: Query<
         (Entity, &Camera, &GlobalTransform),
@@ -120,20 +121,23 @@ pub(crate) fn place_volume(
     let resolution = device.map_or(settings.resolution, |device| {
         allocatable_resolution(&settings, level_count, patched, &device.limits())
     });
+    let name = |volume| names.get(volume).map(|it| it.to_string());
     let mut levels = Vec::new();
     for (owner, own, transform, own_layers, _) in all {
         let own = clamped(&own);
         if *own_layers.unwrap_or_default() != layers {
             warn_once!(
                 "voxel GI: all VoxelGiVolumes share their render layers; those of the one spawned \
-                 first are used. Give all of them the same `RenderLayers`"
+                 first are used, which {} does not have. Give all of them the same `RenderLayers`",
+                name(owner).unwrap_or_default()
             );
         }
         if levels.len() + own.cascades as usize > MAX_LEVELS {
             warn_once!(
                 "voxel GI: there are more than {MAX_LEVELS} cubes in total (volumes times their \
-                 `cascades`); the volumes spawned last are left out. Use fewer cascades, or \
-                 despawn volumes that are far away"
+                 `cascades`); the volumes spawned last are left out, from {} on. Use fewer cascades, or \
+                 despawn volumes that are far away",
+                name(owner).unwrap_or_default()
             );
             break;
         }

@@ -109,7 +109,7 @@ fn handle<'a>(
     main_world: &'a mut World,
     render_world: &'a mut World,
 ) -> RenderErrorPolicy {
-    if error.ty == ErrorType::Validation && refuse(&error.description, render_world) {
+    if error.ty == ErrorType::Validation && refuse(&error.description, main_world, render_world) {
         return RenderErrorPolicy::Ignore;
     }
     match main_world.get_resource::<AppHandler>() {
@@ -119,7 +119,7 @@ fn handle<'a>(
 }
 
 /// Refuses the formats that the error is about. Returns whether a camera has any of them.
-fn refuse(error: &str, render_world: &mut World) -> bool {
+fn refuse(error: &str, main_world: &World, render_world: &mut World) -> bool {
     let mut views =
         render_world.query::<(&MainEntity, Option<&PackedView>, Has<Rg11b10UfloatView>)>();
     let refused: Vec<_> = views
@@ -136,8 +136,10 @@ fn refuse(error: &str, render_world: &mut World) -> bool {
         .collect();
     let mut refusals = render_world.resource_mut::<Refusals>();
     for &(camera, format) in &refused {
+        let name = main_world.get::<Name>(camera);
+        let name = name.map_or_else(|| camera.to_string(), |name| format!("`{name}`"));
         error!(
-            "camera {camera} is drawn in Bevy's format from now on: the renderer refused {format:?}. {error}"
+            "camera {name} is drawn in Bevy's format from now on: the renderer refused {format:?}. {error}"
         );
         let reason = FallbackReason::RefusedByRenderer(error.to_owned());
         refusals.add(camera, format, reason, None);
