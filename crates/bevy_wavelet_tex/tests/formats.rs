@@ -91,9 +91,9 @@ fn check(size: [u32; 2], rates: &[Rate], effort: Effort, doubt_db: f64) {
                     rate.name()
                 );
                 assert!(any >= wavelet.max(plain) - doubt_db, "{name} {rate:?}");
-                assert!(plain_image.plain.is_some());
+                assert!(plain_image.plain().is_some());
                 assert!(plain_image.gpu_bytes() <= rate.most_bytes(size, alpha));
-                kinds[usize::from(image.plain.is_some())] += 1;
+                kinds[usize::from(image.plain().is_some())] += 1;
             }
         }
     }
@@ -122,7 +122,7 @@ fn painted_signs_are_best_in_bc1_and_a_wanted_quality_finds_it() {
         ..EncodeSettings::default()
     };
     let (image, psnr) = encoded(painted, [128, 128], &settings);
-    let plain = image.plain.expect("plain");
+    let plain = image.plain().expect("plain");
     assert!(psnr >= 35.0, "{psnr}");
     assert_eq!(image.levels, 8);
     println!("{:?} {:?} {psnr:.2} dB", plain.format, plain.size);
@@ -132,7 +132,7 @@ fn painted_signs_are_best_in_bc1_and_a_wanted_quality_finds_it() {
     };
     let (image, _) = encoded(painted, [128, 128], &all);
     assert_eq!(
-        image.plain.map(|plain| plain.format),
+        image.plain().map(|plain| plain.format),
         Some(BlockFormat::Bc7)
     );
 }
@@ -145,7 +145,7 @@ fn the_thesis_stays_a_wavelet() {
             method: Method::Thesis,
             ..EncodeSettings::default()
         };
-        assert!(encoded(painted, [64, 64], &settings).0.plain.is_none());
+        assert!(encoded(painted, [64, 64], &settings).0.plain().is_none());
     }
 }
 
@@ -167,7 +167,7 @@ fn pixels_of_any_size_are_texels_of_a_padded_texture() {
                 ..EncodeSettings::default()
             };
             let (image, _) = encoded(packed, size, &settings);
-            let plain = image.plain.as_ref().expect("plain");
+            let plain = image.plain().expect("plain");
             assert!(plain.is_padded(size) && !plain.is_scaled(size));
             assert_eq!(image.levels, 32 - size[0].max(size[1]).leading_zeros());
             for level in 0..image.levels {

@@ -7,7 +7,7 @@ use bevy_wavelet_tex::{
         decoder::decode,
         encoder::{EncodeError, encode, encode_rgb8},
         haar::Transform,
-        image::{ColorSpace, Content, WaveletImage},
+        image::{ColorSpace, Content, Payload, WaveletImage},
         layout,
         quality::psnr_db,
         rate::Rate,
@@ -186,7 +186,10 @@ fn a_pixel_alone_and_small_w_come_back() {
     };
     for w in [0.01, 1.0] {
         let mut image = encode(&source, &thesis, &|_, _| {}).expect("a good image");
-        image.groups[0].codings[0].transform = Transform::PartiallyInvertedHaar { w };
+        let Payload::Wavelet(planes) = &mut image.payload else {
+            panic!("not a wavelet")
+        };
+        planes.luma.codings[0].transform = Transform::PartiallyInvertedHaar { w };
         let back = file::read(&file::write(&image)).expect("a good file");
         let decoded = decode(&back, 0);
         assert!(

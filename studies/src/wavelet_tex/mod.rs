@@ -339,7 +339,7 @@ pub(super) fn fetches(image: &WaveletImage, pixels: f64) -> f64 {
         };
         group.codings.iter().map(of_plane).sum()
     };
-    image.groups.iter().map(of_group).sum()
+    image.groups().map(of_group).sum()
 }
 
 /// Bytes that these fetches take in their blocks, without a cache: of gathers, and of chroma, which is
@@ -360,7 +360,7 @@ pub(super) fn fetched_bytes(image: &WaveletImage, pixels: f64) -> f64 {
         };
         group.codings.iter().map(of_plane).sum()
     };
-    image.groups.iter().map(of_group).sum()
+    image.groups().map(of_group).sum()
 }
 
 /// How many images the Kodak set has. Other figures are comparable with means of all of them only.

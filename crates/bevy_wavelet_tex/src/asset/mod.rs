@@ -2,11 +2,8 @@
 
 mod atlas;
 mod loader;
-mod reflect;
 #[cfg(feature = "encode")]
 mod saver;
-#[cfg(feature = "encode")]
-mod texels;
 mod texture;
 
 pub(crate) use atlas::MipAtlas;

@@ -3,7 +3,7 @@
 use bevy::{
     asset::{Asset, Assets, Handle, RenderAssetUsages, UntypedAssetId, VisitAssetDependencies},
     image::{Image, ImageSampler},
-    reflect::Reflect,
+    reflect::{Reflect, impl_reflect_opaque},
     render::render_resource::{
         Extent3d, TextureDataOrder, TextureDescriptor, TextureDimension, TextureFormat,
         TextureUsages, TextureViewDescriptor, TextureViewDimension,
@@ -16,7 +16,7 @@ use crate::{
         axes::ColorAxes,
         blocks::BlockFormat,
         decoder::decode,
-        image::{ColorSpace, Content, WaveletImage},
+        image::{ColorSpace, Content, Payload, PlaneGroup, WaveletImage, WaveletPlanes},
         layout,
         packing::Packing,
         plain::PlainTexture,
@@ -164,19 +164,19 @@ impl WaveletTexture {
             add_image(label, image)
         };
         let images = match storage {
-            WaveletStorage::Blocks => match &image.plain {
-                Some(plain) => Parts {
+            WaveletStorage::Blocks => match &image.payload {
+                Payload::Plain(plain) => Parts {
                     luma: Some(add("plain", plain_image(image, plain))),
                     ..Parts::default()
                 },
-                None => block_images(image, add),
+                Payload::Wavelet(planes) => block_images(image, planes, add),
             },
             WaveletStorage::Decoded => Parts {
                 luma: Some(add("decoded", decoded_image(image, first_level))),
                 ..Parts::default()
             },
         };
-        let groups = image.groups.iter().map(|group| TextureGroup {
+        let groups = image.groups().map(|group| TextureGroup {
             subsampling: group.subsampling,
             packing: group.packing,
             codings: group.codings.clone(),
@@ -184,12 +184,12 @@ impl WaveletTexture {
         Self {
             content: image.content,
             color_space: image.color_space,
-            axes: image.axes,
+            axes: image.axes(),
             size: layout::mip_size(image.size, first_level),
             levels: image.levels - first_level,
             storage,
             groups: groups.collect(),
-            plain: image.plain.as_ref().map(|plain| PlainParameters {
+            plain: image.plain().map(|plain| PlainParameters {
                 format: plain.format,
                 is_scaled: plain.is_scaled(image.size),
                 is_padded: plain.is_padded(image.size),
@@ -211,30 +211,29 @@ impl WaveletTexture {
 /// Makes the array textures of all groups.
 fn block_images(
     image: &WaveletImage,
+    planes: &WaveletPlanes,
     mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
 ) -> Parts<Handle<Image>> {
-    let mut add = |index: usize, texture: usize, label| {
-        image
-            .groups
-            .get(index)
-            .filter(|group| texture < group.textures.len())
-            .map(|_| add_image(label, block_image(image, index, texture)))
+    let mut add = |group: &PlaneGroup, texture: usize, label| {
+        (texture < group.textures.len())
+            .then(|| add_image(label, block_image(image, group, texture)))
     };
     Parts {
-        luma: add(0, 0, "luma"),
-        detail: add(0, 1, "detail"),
-        chroma: add(1, 0, "chroma"),
+        luma: add(&planes.luma, 0, "luma"),
+        detail: add(&planes.luma, 1, "detail"),
+        chroma: planes
+            .chroma
+            .as_ref()
+            .and_then(|group| add(group, 0, "chroma")),
     }
 }
 
 /// Makes the array texture of a group's blocks.
-fn block_image(image: &WaveletImage, index: usize, texture: usize) -> Image {
-    let group = &image.groups[index];
-    let block_format = group.packing.formats()[texture];
-    let atlas = MipAtlas::of(image, index);
-    let blocks = atlas.arranged(image, index, texture, block_format);
+fn block_image(image: &WaveletImage, group: &PlaneGroup, texture: usize) -> Image {
+    let atlas = MipAtlas::of(image, group);
+    let blocks = atlas.arranged(image, group, texture);
     // These are coefficients, not colours, so the format is never sRGB.
-    let format = texture_format(block_format, false);
+    let format = texture_format(group.packing.formats()[texture], false);
     array_image(atlas.size, group.layers() as u32, 1, format, blocks)
 }
 
@@ -306,3 +305,11 @@ fn array_image(
         copy_on_resize: false,
     }
 }
+
+// The codec does without Bevy, so its types are reflected here, as values without fields.
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::axes) ColorAxes(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::blocks) BlockFormat(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::image) ColorSpace(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::image) Content(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::packing) Packing(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::quantizer) PlaneCoding(Clone, Debug, PartialEq));

@@ -6,8 +6,7 @@ use rayon::prelude::*;
 
 use super::{
     encode::{Channels, blocks, fitted_texels},
-    read::mix,
-    texture::PlainTexture,
+    texture::{PlainTexture, mix},
 };
 use crate::codec::{
     blocks::{BlockFormat, decode_blocks},
