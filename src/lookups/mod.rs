@@ -80,10 +80,8 @@ impl Lookups {
             coordinates: images.add(float_image(size, uvs.collect())),
             software,
         };
-        let material = world.resource_mut::<Assets<LookupMaterial>>().add(material);
-        let mesh = world
-            .resource_mut::<Assets<Mesh>>()
-            .add(Rectangle::new(size as f32, size as f32));
+        let material = world.add_asset::<LookupMaterial>(material);
+        let mesh = world.add_asset(Rectangle::new(size as f32, size as f32));
         world.spawn((Mesh3d(mesh), MeshMaterial3d(material.clone())));
         let camera = pixel_camera(world.resource::<LabTarget>(), [size, size]);
         world.spawn(camera);

@@ -111,7 +111,7 @@ fn a_broken_pipeline_is_named() {
     let mut app = HeadlessApp::new(HeadlessSettings::with_size(4, 4), |app| {
         let source = "@compute @workgroup_size(1) fn main() { undefined_name(); }";
         let shader = Shader::from_wgsl(source, "broken.wgsl");
-        let shader = app.world_mut().resource_mut::<Assets<Shader>>().add(shader);
+        let shader = app.world_mut().add_asset::<Shader>(shader);
         let queue = move |cache: Res<PipelineCache>| {
             cache.queue_compute_pipeline(ComputePipelineDescriptor {
                 label: Some("broken_pipeline".into()),

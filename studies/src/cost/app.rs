@@ -50,7 +50,7 @@ pub fn app(configuration: &Configuration, scene: Scene) -> Result<HeadlessApp, C
     spawn_light(world, Vec3::new(1.0, 1.0, 2.0));
     let mesh = Mesh::from(Rectangle::default()).with_generated_tangents();
     let mesh = mesh.map_err(|error| CostError::Failed(error.to_string()))?;
-    let mesh = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(mesh));
+    let mesh = Mesh3d(world.add_asset(mesh));
     let skin = Skin::new(world, kind, scene, SMALL_TEXTURE);
     skin.put_on(world.spawn(mesh));
     spawn_volume(world, kind);
@@ -138,7 +138,7 @@ fn irradiance(world: &mut World) -> Handle<Image> {
     let format = TextureFormat::Rgba16Float;
     let usages = RenderAssetUsages::RENDER_WORLD;
     let image = Image::new_fill(size, TextureDimension::D3, &[0; 8], format, usages);
-    world.resource_mut::<Assets<Image>>().add(image)
+    world.add_asset(image)
 }
 
 /// Side of the textures in pixels where it matters only that there are some: it is in no shader.
@@ -161,11 +161,7 @@ impl Skin {
             return Self::Wavelet(wavelet_material(world, scene, filter, rate, size));
         }
         let material = material(world, scene, Some(size));
-        Self::Standard(
-            world
-                .resource_mut::<Assets<StandardMaterial>>()
-                .add(material),
-        )
+        Self::Standard(world.add_asset::<StandardMaterial>(material))
     }
 
     pub fn put_on(&self, mut mesh: EntityWorldMut) {
@@ -331,7 +327,7 @@ pub fn floor_app(kind: &Kind, scene: Scene) -> Result<HeadlessApp, CostError> {
     }
     spawn_light(world, Vec3::new(0.0, 3.0, -4.0));
     spawn_volume(world, kind);
-    let mesh = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(floor()?));
+    let mesh = Mesh3d(world.add_asset(floor()?));
     let skin = Skin::new(world, kind, scene, TEXTURE);
     skin.put_on(world.spawn(mesh));
     Ok(app)

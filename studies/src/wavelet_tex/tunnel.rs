@@ -107,7 +107,7 @@ pub fn rows(
         );
         return Ok((adapter, Vec::new()));
     }
-    let tunnel = app.world_mut().resource_mut::<Assets<Mesh>>().add(tunnel());
+    let tunnel = app.world_mut().add_asset(tunnel());
     let mut settings = spawn_hardware(app.world_mut(), &tunnel, picture, filters);
     let texture = encoded(picture, Rate::Color3, Effort::Default, true)?;
     settings.extend(
@@ -321,7 +321,7 @@ fn spawn_hardware(
             }
             let mut image = image.clone();
             image.sampler = sampler(filter);
-            let image = world.resource_mut::<Assets<Image>>().add(image);
+            let image = world.add_asset(image);
             let row = TunnelRow {
                 setting: format!("{format_name} {filter}"),
                 reference: format!("rgba8 {filter}"),
@@ -358,13 +358,10 @@ fn spawn_ours(
         filter: filter.filter,
         ..default()
     };
-    let material =
-        world
-            .resource_mut::<Assets<WaveletStandardMaterial>>()
-            .add(WaveletStandardMaterial {
-                base: base(),
-                extension,
-            });
+    let material = world.add_asset::<WaveletStandardMaterial>(WaveletStandardMaterial {
+        base: base(),
+        extension,
+    });
     let row = TunnelRow {
         setting: format!("color3 {}", filter.name),
         reference: format!("rgba8 {}", filter.hardware),
@@ -389,12 +386,10 @@ fn spawn_standard(
     tunnel: &Handle<Mesh>,
     image: Option<Handle<Image>>,
 ) -> Entity {
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(StandardMaterial {
-            base_color_texture: image.clone(),
-            ..base()
-        });
+    let material = world.add_asset::<StandardMaterial>(StandardMaterial {
+        base_color_texture: image.clone(),
+        ..base()
+    });
     if let Some(image) = image {
         world
             .resource_mut::<AwaitedAssets>()

@@ -128,16 +128,31 @@ fn differences(
         .collect()
 }
 
-/// The largest difference.
-fn worst(
+/// An app that looks up the coordinates of a picture of `size` x `size` pixels.
+fn lookups(texture: &Texture, coordinates: &[([f64; 2], Derivatives)], size: u32) -> Lookups {
+    let lookups = Lookups::new(size, texture, TexelFormat::Float32, 1, coordinates);
+    lookups.expect("an app")
+}
+
+/// Demands that the largest difference is at most two levels, for each of the settings.
+fn check(
+    name: &str,
     texture: &Texture,
     lookups: &mut Lookups,
     coordinates: &[([f64; 2], Derivatives)],
-    settings: &EwaSettings,
-) -> (f64, String) {
-    let all = differences(texture, lookups, coordinates, settings);
-    let worst = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-    worst.expect("lookups")
+    settings: impl IntoIterator<Item = EwaSettings>,
+) {
+    for settings in settings {
+        let all = differences(texture, lookups, coordinates, &settings);
+        let worst = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let (error, place) = worst.expect("lookups");
+        println!("{name}, {settings:?}: {error:.3}");
+        assert!(error <= 2.0, "{name}, {settings:?}: {error} at {place}");
+    }
+}
+
+fn all_methods() -> impl Iterator<Item = EwaSettings> {
+    METHODS.into_iter().map(EwaSettings::with_method)
 }
 
 #[test]
@@ -152,17 +167,9 @@ fn every_method_with_every_ellipse() {
     ] {
         let texture = noise(size).with_address([address; 2]);
         let coordinates = random_lookups(SIZE * SIZE, 2.0);
-        let mut lookups =
-            Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
-        for method in METHODS {
-            let settings = EwaSettings::with_method(method);
-            let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-            println!("{size:?} {address:?} {method:?}: {error:.3}");
-            assert!(
-                error <= 2.0,
-                "{size:?} {address:?} {method:?}: {error} at {place}"
-            );
-        }
+        let mut lookups = lookups(&texture, &coordinates, SIZE);
+        let name = format!("{size:?} {address:?}");
+        check(&name, &texture, &mut lookups, &coordinates, all_methods());
     }
 }
 
@@ -172,38 +179,40 @@ fn every_kernel_and_level_of_detail() {
     const SIZE: u32 = 32;
     let texture = noise([64, 64]);
     let coordinates = random_lookups(SIZE * SIZE, 2.0);
-    let mut lookups =
-        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
-    let mut check = |settings: EwaSettings| {
-        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-        println!("{settings:?}: {error:.3}");
-        assert!(error <= 2.0, "{settings:?}: {error} at {place}");
-    };
+    let mut lookups = lookups(&texture, &coordinates, SIZE);
     let base = EwaSettings::with_method(EwaMethod::Linear);
+    let mut settings = vec![
+        EwaSettings {
+            minor_radius_texels: 3.0,
+            max_anisotropy: 64.0,
+            ..base
+        },
+        EwaSettings {
+            max_fetches: 64,
+            ..base
+        },
+        EwaSettings {
+            level_blend: 1.0,
+            ..base
+        },
+        // Where the formula of the hardware steps from one count to the next, 32 bits may take either.
+        EwaSettings {
+            level_of_detail: EwaLevelOfDetail::Hardware,
+            ..base
+        },
+    ];
     for kernel in [
         EwaKernel::Tent,
         EwaKernel::Gaussian { sigma_pixels: 0.8 },
         EwaKernel::MitchellNetravali,
         EwaKernel::Lanczos,
     ] {
-        check(EwaSettings { kernel, ..base });
+        settings.push(EwaSettings { kernel, ..base });
     }
-    check(EwaSettings {
-        minor_radius_texels: 3.0,
-        max_anisotropy: 64.0,
-        ..base
-    });
-    check(EwaSettings {
-        max_fetches: 64,
-        ..base
-    });
-    check(EwaSettings {
-        level_blend: 1.0,
-        ..base
-    });
     for probes in [EwaProbes::Three, EwaProbes::Seven, EwaProbes::ByAspect] {
-        check(EwaSettings::with_method(EwaMethod::Approximate { probes }));
+        settings.push(EwaSettings::with_method(EwaMethod::Approximate { probes }));
     }
+    check("noise", &texture, &mut lookups, &coordinates, settings);
     // A box has an edge, where 32 bits may find a texel on the other side.
     let cut = EwaSettings {
         kernel: EwaKernel::Box,
@@ -213,13 +222,6 @@ fn every_kernel_and_level_of_detail() {
     let off = all.iter().filter(|(error, _)| *error > 2.0).count();
     println!("box: {off} of {} lookups", all.len());
     assert!(off * 100 < all.len(), "box: {off} of {}", all.len());
-    // Where the formula of the hardware steps from one count to the next, 32 bits may take either.
-    let hardware = EwaSettings {
-        level_of_detail: EwaLevelOfDetail::Hardware,
-        ..base
-    };
-    let (error, place) = worst(&texture, &mut lookups, &coordinates, &hardware);
-    assert!(error <= 2.0, "hardware level: {error} at {place}");
 }
 
 #[test]
@@ -259,8 +261,7 @@ fn nothing_breaks_the_shaders() {
         })
         .collect();
     let texture = noise([32, 16]);
-    let mut lookups =
-        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+    let mut lookups = lookups(&texture, &coordinates, SIZE);
     for method in METHODS {
         let settings = EwaSettings::with_method(method);
         let picture = lookups.picture(&settings, 0).expect("a picture");
@@ -285,14 +286,8 @@ fn far_coordinates_keep_their_texels() {
             dy: [0.0, 0.05],
         };
     }
-    let mut lookups =
-        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
-    for method in METHODS {
-        let settings = EwaSettings::with_method(method);
-        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-        println!("{method:?}: {error:.3}");
-        assert!(error <= 2.0, "{method:?}: {error} at {place}");
-    }
+    let mut lookups = lookups(&texture, &coordinates, SIZE);
+    check("far", &texture, &mut lookups, &coordinates, all_methods());
 }
 
 #[test]
@@ -303,19 +298,16 @@ fn textures_as_large_as_they_come() {
         let texture = noise(size);
         // From a texel to the whole texture.
         let coordinates = random_lookups(SIZE * SIZE, 1.0);
-        let mut lookups =
-            Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
-        for method in [
+        let mut lookups = lookups(&texture, &coordinates, SIZE);
+        let methods = [
             EwaMethod::Linear,
             EwaMethod::Bilinear,
             EwaMethod::Approximate { probes: FIVE },
             EwaMethod::Spatial { probes: FIVE },
-        ] {
-            let settings = EwaSettings::with_method(method);
-            let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-            println!("{size:?} {method:?}: {error:.3}");
-            assert!(error <= 2.0, "{size:?} {method:?}: {error} at {place}");
-        }
+        ];
+        let settings = methods.map(EwaSettings::with_method);
+        let name = format!("{size:?}");
+        check(&name, &texture, &mut lookups, &coordinates, settings);
     }
 }
 
@@ -326,20 +318,15 @@ fn beyond_the_border_is_what_the_border_is() {
     let border = AddressMode::ClampToBorder;
     let texture = noise([40, 24]).with_address([border; 2]);
     let coordinates = random_lookups(SIZE * SIZE, 1.5);
-    let mut lookups =
-        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+    let mut lookups = lookups(&texture, &coordinates, SIZE);
     let feature = wgpu::Features::ADDRESS_MODE_CLAMP_TO_BORDER;
     if !lookups.app().features().contains(feature) {
         skipped("EWA at borders: the adapter has no border addressing");
         return;
     }
-    for method in METHODS {
-        let settings = EwaSettings {
-            periodic: false,
-            ..EwaSettings::with_method(method)
-        };
-        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-        println!("{method:?}: {error:.3}");
-        assert!(error <= 2.0, "{method:?}: {error} at {place}");
-    }
+    let settings = all_methods().map(|settings| EwaSettings {
+        periodic: false,
+        ..settings
+    });
+    check("border", &texture, &mut lookups, &coordinates, settings);
 }

@@ -14,8 +14,8 @@ use bevy_ewa::{
     mips::{self, MipContent, NoMips, TexelFormat, texel::Storage},
 };
 
-use super::scene::{self, Floor, checkered, psnr, texture};
-use crate::support::gpu;
+use super::scene::{self, Floor, checkered, texture};
+use crate::support::{gpu, psnr};
 
 const UNORM8: TexelFormat = TexelFormat {
     channels: 4,
@@ -52,11 +52,7 @@ fn image(size: [u32; 2], layers: u32, format: TextureFormat, data: Vec<u8>) -> I
 fn generated(floor: &mut Floor, image: Image, material: StandardMaterial) -> Vec<Vec<u8>> {
     let bytes = image.texture_descriptor.format.block_copy_size(None);
     let bytes = bytes.expect("an uncompressed format");
-    let image = floor
-        .app
-        .world_mut()
-        .resource_mut::<Assets<Image>>()
-        .add(image);
+    let image = floor.app.world_mut().add_asset(image);
     let is_normal_map = material.normal_map_texture.is_some();
     let texture = Some(image.clone());
     floor.lay(|_| match is_normal_map {
@@ -376,7 +372,7 @@ fn the_report_says_what_each_texture_got_and_why_not() {
     for (image, choice, expected) in cases {
         let format = image.texture_descriptor.format;
         let world = floor.app.world_mut();
-        let image = world.resource_mut::<Assets<Image>>().add(image);
+        let image = world.add_asset(image);
         let mut overrides = world.resource_mut::<EwaOverrides>();
         overrides.set_image(&image, choice);
         let texture = Some(image.clone());

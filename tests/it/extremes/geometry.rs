@@ -72,7 +72,7 @@ fn meshes_that_are_hardly_any() {
     for (name, mesh) in meshes {
         println!("{name}");
         let world = app.world_mut();
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        let mesh = world.add_asset(mesh);
         let props = world.resource::<super::stage::Props>();
         let (wavelet, ewa) = (props.wavelet.clone(), props.ewa.clone());
         let things = [
@@ -106,7 +106,7 @@ fn a_scene_that_is_emptied_and_filled_again() {
     let first = empty[0];
     assert!(empty.iter().all(|p| (p - first).abs().max_element() < 1e-3));
     let world = app.world_mut();
-    let cube = world.resource_mut::<Assets<Mesh>>().add(Cuboid::default());
+    let cube = world.add_asset(Cuboid::default());
     let material = world.resource::<super::stage::Props>().wavelet.clone();
     world.spawn((Middle, Mesh3d(cube), MeshMaterial3d(material)));
     let filled = picture(&mut app, 8);

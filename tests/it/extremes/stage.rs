@@ -92,9 +92,7 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
         let mut images = world.resource_mut::<Assets<Image>>();
         WaveletTexture::add(&encoded, storage, &mut textures, &mut images)
     });
-    let image = world
-        .resource_mut::<Assets<Image>>()
-        .add(mipped_texture(&pixels, true));
+    let image = world.add_asset(mipped_texture(&pixels, true));
     let plain = StandardMaterial {
         base_color_texture: Some(image),
         perceptual_roughness: 1.0,
@@ -122,10 +120,8 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
     };
     let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
     let (plain, floor) = (materials.add(plain), materials.add(floor));
-    let wavelet = world
-        .resource_mut::<Assets<WaveletStandardMaterial>>()
-        .add(wavelet);
-    let ewa = world.resource_mut::<Assets<EwaStandardMaterial>>().add(ewa);
+    let wavelet = world.add_asset::<WaveletStandardMaterial>(wavelet);
+    let ewa = world.add_asset::<EwaStandardMaterial>(ewa);
     let mut meshes = world.resource_mut::<Assets<Mesh>>();
     let cube = meshes.add(Cuboid::default());
     let ground = meshes.add(Plane3d::default().mesh().size(8.0, 8.0));

@@ -11,8 +11,6 @@ use bevy::{
         prepass::DepthPrepass,
         tonemapping::tonemapping,
     },
-    light::atmosphere::{Atmosphere, ScatteringMedium},
-    pbr::AtmosphereSettings,
     prelude::*,
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
@@ -38,7 +36,7 @@ use bevy_ycocg_fb::{
 };
 
 use super::scene::{Studio, TestCamera, lit_scene, packing};
-use crate::support::{gpu, gpu_alone, logs, skipped};
+use crate::support::{gpu, gpu_alone, logs};
 
 /// The camera draws as Bevy does in both formats, for reasons that `expected` knows.
 fn is_bevys(studio: &mut Studio, qualities: &[Quality], expected: impl Fn(&Reason) -> bool) {
@@ -57,25 +55,6 @@ fn is_bevys(studio: &mut Studio, qualities: &[Quality], expected: impl Fn(&Reaso
 }
 
 #[test]
-fn an_atmosphere() {
-    let _gpu = gpu();
-    let mut studio = Studio::lit();
-    if studio.app.adapter().driver.contains("Mesa 22.") {
-        skipped("frame buffer and Bevy's atmosphere: this software driver ends the process");
-        return;
-    }
-    let world = studio.app.world_mut();
-    let medium = ScatteringMedium::default();
-    let medium = world.resource_mut::<Assets<ScatteringMedium>>().add(medium);
-    world.spawn(Atmosphere::earth(medium));
-    studio.mode(true, Msaa::Off).camera(|camera| {
-        camera.insert(AtmosphereSettings::default());
-    });
-    let is_atmosphere = |reason: &Reason| *reason == Reason::Atmosphere;
-    is_bevys(&mut studio, &[Quality::Compact, packing()], is_atmosphere);
-}
-
-#[test]
 fn storage_in_the_main_texture() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
@@ -83,9 +62,7 @@ fn storage_in_the_main_texture() {
         let usages = CameraMainTextureUsages::default();
         camera.insert(usages.with(TextureUsages::STORAGE_BINDING));
     });
-    is_bevys(&mut studio, &[Quality::Compact], |reason| {
-        *reason == Reason::StorageUsage
-    });
+    studio.check_fallback(Quality::Compact, Reason::StorageUsage);
     studio.packed(packing());
 }
 
