@@ -140,13 +140,13 @@ pub fn linear_error(
     let texture = (scene.texture)();
     let coordinates = scene.coordinates(size);
     let mut lookups = Lookups::new(size, &texture, format, 1, &coordinates)?;
-    let [found, wanted] = settings;
-    let picture = lookups.picture(found, 0)?;
+    let [actual, expected] = settings;
+    let picture = lookups.picture(actual, 0)?;
     let picture = picture
         .iter()
         .map(|p| [p[0], p[1], p[2]].map(f64::from))
         .collect();
-    let reference = computed_picture(&texture, &coordinates, size, wanted, 0).0;
+    let reference = computed_picture(&texture, &coordinates, size, expected, 0).0;
     Ok(linear_mse(&reference, &picture))
 }
 

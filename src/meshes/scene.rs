@@ -191,9 +191,9 @@ pub fn move_to(world: &mut World, spawned: &SpawnedScene, scene: &MeshScene) {
     let lights = lights.map(|light| Transform::from_translation(light.position));
     let moved = spawned.lights.iter().zip(lights);
     let parts = spawned.parts.iter().zip(scene.parts.iter().map(pose));
-    for (entity, wanted) in moved.chain(parts) {
+    for (entity, target) in moved.chain(parts) {
         if let Some(mut pose) = world.get_mut::<Transform>(*entity) {
-            pose.set_if_neq(wanted);
+            pose.set_if_neq(target);
         }
     }
 }

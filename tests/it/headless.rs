@@ -43,7 +43,7 @@ fn two_apps_render_the_same_bytes() {
 }
 
 #[test]
-fn any_size_and_format() {
+fn pictures_of_any_size_and_format_can_be_captured() {
     let _gpu = gpu();
     for (width, height) in [(1, 1), (37, 53)] {
         let mut app = cube(HeadlessSettings::with_size(width, height));

@@ -180,12 +180,12 @@ fn pixels_of_any_size_are_texels_of_a_padded_texture() {
                 for i in 0..across * down {
                     let texel = texels[(i / across * width + i % across) as usize];
                     let pixel = decoded.pixels[i as usize];
-                    let wanted = match rate {
+                    let expected = match rate {
                         Rate::Gray4 => [texel[0]; 3],
                         Rate::Normal8 => normal_from_xy([0, 1].map(|c| 2.0 * texel[c] - 1.0)),
                         _ => [texel[0], texel[1], texel[2]],
                     };
-                    assert_eq!(pixel, wanted, "{rate:?} {size:?} {level}");
+                    assert_eq!(pixel, expected, "{rate:?} {size:?} {level}");
                     if let Some(alpha) = &decoded.alpha {
                         assert_eq!(alpha[i as usize], texel[3]);
                     }
@@ -248,7 +248,7 @@ fn exact_db(
         let [r, g, b, _] = picture(x, y).map(f64::from);
         let pairs = [r, g, b].into_iter().zip(shown);
         pairs
-            .map(|(wanted, shown)| (wanted - 255.0 * f64::from(shown.clamp(0.0, 1.0))).powi(2))
+            .map(|(expected, shown)| (expected - 255.0 * f64::from(shown.clamp(0.0, 1.0))).powi(2))
             .sum()
     };
     let sum: f64 = positions.zip(shown).map(error).sum();

@@ -245,9 +245,9 @@ fn given_mips_are_kept_as_they_are() {
     for rate in [Rate::Gray2, Rate::Color3, Rate::Color5] {
         let image = round_trip(&source, &settings(rate, Effort::Default));
         assert_eq!(image.levels, 3);
-        for (level, wanted) in [(0, 120), (1, 10), (2, 240u8)] {
+        for (level, expected) in [(0, 120), (1, 10), (2, 240u8)] {
             let decoded = decode(&image, level).to_rgba8(image.content);
-            let near = |p: &[u8; 4]| p[..3].iter().all(|v| v.abs_diff(wanted) <= 2);
+            let near = |p: &[u8; 4]| p[..3].iter().all(|v| v.abs_diff(expected) <= 2);
             assert!(decoded.iter().all(near), "{} level {level}", rate.name());
         }
     }
@@ -280,15 +280,15 @@ fn the_prediction_pays_and_a_wanted_quality_is_reached() {
     println!("prediction: {gain:.2} dB");
     assert!(gain > 0.3, "{gain} dB");
     let mut last = 0.0;
-    for wanted in [20.0, 30.0, 35.0] {
+    for min_psnr in [20.0, 30.0, 35.0] {
         let auto = EncodeSettings {
-            min_psnr_db: Some(wanted),
+            min_psnr_db: Some(min_psnr),
             ..settings(Rate::Color3, Effort::Default)
         };
         let (psnr, bits) = quality(auto);
         assert!(
-            psnr >= wanted && bits >= last,
-            "{wanted}: {psnr} dB at {bits}"
+            psnr >= min_psnr && bits >= last,
+            "{min_psnr}: {psnr} dB at {bits}"
         );
         last = bits;
     }

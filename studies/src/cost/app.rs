@@ -20,13 +20,13 @@ use bevy_ewa::EwaPlugin;
 use bevy_frugal_lab::{
     content::{bricks, photo_like},
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
+    wavelets::{add_texture, encoded, wavelets},
 };
 use bevy_voxel_gi::VoxelGiPlugin;
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
     WaveletTexture,
     codec::{
-        encoder::encode_rgb8,
         image::{ColorSpace, Content},
         rate::Rate,
         settings::{EncodeSettings, Formats},
@@ -175,8 +175,8 @@ impl Skin {
 /// A material with textures where they have a size, and with the factors that they need.
 fn material(world: &mut World, scene: Scene, size: Option<u32>) -> StandardMaterial {
     let mut images = world.resource_mut::<Assets<Image>>();
-    let mut map = |wanted: bool, format| {
-        let size = size.filter(|_| wanted)?;
+    let mut map = |is_used: bool, format| {
+        let size = size.filter(|_| is_used)?;
         Some(images.add(texture(size, format)))
     };
     let (color, data) = (TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba8Unorm);
@@ -233,8 +233,8 @@ fn wavelet_material(
     size: u32,
 ) -> Handle<WaveletStandardMaterial> {
     let base = material(world, scene, None);
-    let mut map = |wanted: bool, content, rate, color_space| {
-        wanted.then(|| wavelet_texture(world, size, content, rate, color_space))
+    let mut map = |is_used: bool, content, rate, color_space| {
+        is_used.then(|| wavelet_texture(world, size, content, rate, color_space))
     };
     let all = scene.has_five_maps();
     let gray = Rate::usual(Content::Gray);
@@ -276,23 +276,17 @@ fn wavelet_texture(
         Content::Normal => bricks(size, size, 3).normal,
         _ => photo_like(size, size, 7),
     };
-    let pixels: Vec<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
     let settings = EncodeSettings {
-        rate,
-        color_space,
         // At 8 bits per pixel the encoder would choose BC7 for most textures; the row is about BC7.
         formats: if rate == Rate::Color8 {
             Formats::Plain
         } else {
             Formats::Wavelet
         },
-        ..default()
+        ..wavelets(rate, color_space)
     };
-    let image = encode_rgb8(&pixels, [size; 2], &settings).expect("a valid image");
-    world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
-        let mut images = world.resource_mut::<Assets<Image>>();
-        WaveletTexture::add(&image, WaveletStorage::Blocks, &mut textures, &mut images)
-    })
+    let image = encoded(&picture, &settings).expect("a valid image");
+    add_texture(world, &image, WaveletStorage::Blocks)
 }
 
 /// Size of the picture in pixels.

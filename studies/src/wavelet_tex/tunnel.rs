@@ -26,15 +26,15 @@ use bevy_frugal_lab::{
     content,
     headless::{AwaitedAssets, HeadlessApp, HeadlessSettings, LabTarget},
     metrics::compare,
+    wavelets::{add_texture, encoded, wavelets},
 };
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
     WaveletTexture,
     codec::{
         blocks::{BlockQuality, Texel, encode_bc1, encode_bc7},
-        image::WaveletImage,
+        image::{ColorSpace, WaveletImage},
         rate::Rate,
-        settings::Effort,
     },
     material::storage_on,
 };
@@ -47,7 +47,7 @@ use crate::{
     plan::Plan,
     record::{PictureError, ReportAdapter, Times},
     run::{TradeoffError, note},
-    wavelet_tex::{encoded, fetched_bytes, fetches},
+    wavelet_tex::{fetched_bytes, fetches},
 };
 
 /// A filter in the tunnel.
@@ -109,7 +109,7 @@ pub fn rows(
     }
     let tunnel = app.world_mut().add_asset(tunnel());
     let mut settings = spawn_hardware(app.world_mut(), &tunnel, picture, filters);
-    let texture = encoded(picture, Rate::Color3, Effort::Default, true)?;
+    let texture = encoded(picture, &wavelets(Rate::Color3, ColorSpace::Srgb))?;
     settings.extend(
         filters
             .iter()
@@ -345,10 +345,7 @@ fn spawn_ours(
     texture: &WaveletImage,
     filter: Filter,
 ) -> Setting {
-    let handle = world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
-        let mut images = world.resource_mut::<Assets<Image>>();
-        WaveletTexture::add(texture, WaveletStorage::Blocks, &mut textures, &mut images)
-    });
+    let handle = add_texture(world, texture, WaveletStorage::Blocks);
     let textures = world.resource::<Assets<WaveletTexture>>();
     let images = textures
         .get(&handle)

@@ -45,12 +45,12 @@ fn the_reference_is_within_two_levels_of_its_double_everywhere_on_every_scene() 
         let lookups = Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates);
         let picture = lookups.expect("an app").picture(&settings, 0);
         let picture = rgb(&picture.expect("a picture"));
-        let wanted = computed_picture(&texture, &coordinates, SIZE, &settings, 0).0;
-        let found = max_error(&display(&wanted, SIZE), &display(&picture, SIZE));
-        println!("{}: {found:?} levels", scene.name);
+        let expected = computed_picture(&texture, &coordinates, SIZE, &settings, 0).0;
+        let actual = max_error(&display(&expected, SIZE), &display(&picture, SIZE));
+        println!("{}: {actual:?} levels", scene.name);
         assert!(
-            found.expect("equal sizes") <= 2,
-            "{}: {found:?}",
+            actual.expect("equal sizes") <= 2,
+            "{}: {actual:?}",
             scene.name
         );
     }
@@ -62,11 +62,11 @@ fn pairs_of_texels_are_as_good_as_single_ones() {
     let [linear, reference] =
         [EwaMethod::Linear, EwaMethod::Reference].map(EwaSettings::with_method);
     for scene in &SCENES {
-        let found = linear_error(scene, 48, [&linear, &reference], TexelFormat::Float32);
-        let found = found.expect("a picture");
-        println!("{}: {found:.6}", scene.name);
+        let actual = linear_error(scene, 48, [&linear, &reference], TexelFormat::Float32);
+        let actual = actual.expect("a picture");
+        println!("{}: {actual:.6}", scene.name);
         // The budget counts texels, so that it is the same for both.
-        assert!(found < 0.01, "{}: {found}", scene.name);
+        assert!(actual < 0.01, "{}: {actual}", scene.name);
     }
 }
 
@@ -116,13 +116,14 @@ fn differences(
     let picture = lookups.picture(settings, 1).expect("a picture");
     let pairs = coordinates.iter().zip(&picture);
     pairs
-        .map(|((uv, derivatives), found)| {
-            let wanted = sample(texture, *uv, *derivatives, settings, 1).color;
-            let channels = found.iter().zip(wanted);
-            let errors = channels.map(|(found, wanted)| (f64::from(*found) - wanted).abs() * 255.0);
+        .map(|((uv, derivatives), actual)| {
+            let expected = sample(texture, *uv, *derivatives, settings, 1).color;
+            let channels = actual.iter().zip(expected);
+            let errors =
+                channels.map(|(actual, expected)| (f64::from(*actual) - expected).abs() * 255.0);
             // A NaN is worse than everything.
             let worst = errors.map(|e| if e.is_nan() { f64::INFINITY } else { e });
-            let place = format!("{uv:?} {derivatives:?}: {found:?} for {wanted:?}");
+            let place = format!("{uv:?} {derivatives:?}: {actual:?} for {expected:?}");
             (worst.fold(0.0, f64::max), place)
         })
         .collect()
@@ -156,7 +157,7 @@ fn all_methods() -> impl Iterator<Item = EwaSettings> {
 }
 
 #[test]
-fn every_method_with_every_ellipse() {
+fn every_method_is_within_two_levels_of_the_reference_for_every_ellipse() {
     let _gpu = gpu();
     const SIZE: u32 = 48;
     for (size, address) in [
@@ -174,7 +175,7 @@ fn every_method_with_every_ellipse() {
 }
 
 #[test]
-fn every_kernel_and_level_of_detail() {
+fn every_kernel_and_level_of_detail_is_within_two_levels_of_the_reference() {
     let _gpu = gpu();
     const SIZE: u32 = 32;
     let texture = noise([64, 64]);
@@ -291,7 +292,7 @@ fn far_coordinates_keep_their_texels() {
 }
 
 #[test]
-fn textures_as_large_as_they_come() {
+fn textures_as_large_as_they_come_are_within_two_levels_of_the_reference() {
     let _gpu = gpu();
     const SIZE: u32 = 32;
     for size in [[8192, 8], [2048, 256]] {

@@ -126,9 +126,9 @@ fn a_resized_texture_has_the_levels_of_its_size() {
         edit(&mut floor, &image, resize);
         let seen = floor.picture();
         assert_levels(&floor, &image, 8);
-        let mut wanted = picture(RED);
-        resize(&mut wanted);
-        assert!(seen == fresh(plugin, wanted));
+        let mut expected = picture(RED);
+        resize(&mut expected);
+        assert!(seen == fresh(plugin, expected));
     }
 }
 
@@ -136,11 +136,11 @@ fn a_resized_texture_has_the_levels_of_its_size() {
 fn images_that_are_only_on_the_gpu_and_those_loaded_long_before_their_material_get_levels() {
     let _gpu = gpu();
     let plugin = EwaPlugin::elliptical();
-    let wanted = fresh(plugin, picture(RED));
+    let expected = fresh(plugin, picture(RED));
     let mut gpu_only = picture(RED);
     gpu_only.asset_usage = RenderAssetUsages::RENDER_WORLD;
     let (mut floor, image) = floor_of(Some(plugin), gpu_only.clone());
-    assert!(floor.picture() == wanted);
+    assert!(floor.picture() == expected);
     assert_levels(&floor, &image, 7);
 
     for image in [gpu_only, picture(RED)] {
@@ -149,7 +149,7 @@ fn images_that_are_only_on_the_gpu_and_those_loaded_long_before_their_material_g
         floor.app.render_frames(310).expect("frames");
         floor.lay(|_| unlit(image.clone()));
         let seen = floor.picture();
-        assert!(seen == wanted, "{} dB", psnr(&seen, &wanted));
+        assert!(seen == expected, "{} dB", psnr(&seen, &expected));
         let is_editable = {
             let images = floor.app.world().resource::<Assets<Image>>();
             images.get(&image).is_some_and(|image| image.data.is_some())
@@ -233,8 +233,8 @@ fn a_mirror_is_shown_and_has_levels_where_the_game_asks() {
         keep("mirror", &seen);
         keep("mirror_levels", &leveled);
         // With levels it is nearly the picture that was drawn to the target, on the floor.
-        let wanted = fresh(plugin, picture(RED));
-        let (without, with) = (psnr(&seen, &wanted), psnr(&leveled, &wanted));
+        let expected = fresh(plugin, picture(RED));
+        let (without, with) = (psnr(&seen, &expected), psnr(&leveled, &expected));
         println!("{without} dB without levels, {with} dB with them");
         assert!(with > 40.0 && with > without + 10.0);
     }
@@ -352,7 +352,7 @@ fn materials_of_the_games_own_are_filtered_by_one_line() {
     world.insert_resource(AllMaterials::default());
     let seen = floor.picture();
     keep("plain", &seen);
-    let wanted = fresh(EwaPlugin::default(), picture(RED));
-    assert!(psnr(&seen, &wanted) > 45.0, "{}", psnr(&seen, &wanted));
+    let expected = fresh(EwaPlugin::default(), picture(RED));
+    assert!(psnr(&seen, &expected) > 45.0, "{}", psnr(&seen, &expected));
     assert_levels(&floor, &plain, 7);
 }

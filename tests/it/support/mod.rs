@@ -2,6 +2,7 @@
 
 pub mod compute;
 pub mod pool;
+pub mod scenes;
 
 use std::{
     io::Cursor,

@@ -440,7 +440,8 @@ fn leaf(_: &mut World) -> StandardMaterial {
         alpha_mode: AlphaMode::Mask(0.5),
         perceptual_roughness: 0.9,
         metallic: 0.8,
-        emissive: LinearRgba::rgb(0.3, 0.3, 0.3),
+        // A few percent of what the sun's light makes of the screen.
+        emissive: LinearRgba::rgb(30.0, 30.0, 30.0),
         ..default()
     }
 }

@@ -112,11 +112,11 @@ fn the_saver_keeps_given_mips_and_reads_every_plain_format() {
     let bytes = settings.encode(&image, "a.png").expect("encoded");
     let texture = file::read(&bytes).expect("a texture");
     assert_eq!(texture.levels, 2);
-    for (level, wanted) in [(0, 200), (1, 40)] {
+    for (level, expected) in [(0, 200), (1, 40)] {
         let decoded = decode(&texture, level);
         for pixel in decoded.to_rgba8(texture.content) {
             assert!(
-                pixel[..3].iter().all(|v| v.abs_diff(wanted) <= 1),
+                pixel[..3].iter().all(|v| v.abs_diff(expected) <= 1),
                 "{pixel:?}"
             );
         }
@@ -191,13 +191,13 @@ fn a_wanted_quality_takes_the_smallest_rate_that_reaches_it() {
         .collect();
     let best = rates.iter().map(|rate| rate.1).fold(0.0, f64::max);
     let all = rates.iter().map(|rate| rate.1 - 0.01);
-    for wanted in all.chain([0.0, best + 10.0]) {
-        let expected = rates.iter().find(|rate| rate.1 >= wanted);
+    for min_psnr in all.chain([0.0, best + 10.0]) {
+        let expected = rates.iter().find(|rate| rate.1 >= min_psnr);
         let expected = expected.or(rates.last()).expect("a rate");
         assert_eq!(
-            saved(WaveletQuality::MinPsnr(wanted)),
+            saved(WaveletQuality::MinPsnr(min_psnr)),
             *expected,
-            "{wanted}"
+            "{min_psnr}"
         );
     }
 }

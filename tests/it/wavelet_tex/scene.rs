@@ -8,11 +8,13 @@ use bevy::{
     prelude::*,
     render::renderer::{RenderDevice, RenderQueue},
 };
+pub use bevy_frugal_lab::wavelets::{add_texture, wavelets};
 use bevy_frugal_lab::{
     content,
     headless::{
         HeadlessApp, HeadlessSettings, LabTarget, Rgba32FImage, TargetFormat, pixel_camera,
     },
+    wavelets,
 };
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
@@ -21,11 +23,10 @@ use bevy_wavelet_tex::{
         blocks::BlockFormat,
         color::linear_from_srgb,
         decoder::{DecodedImage, decode_with},
-        encoder::encode_rgb8,
         image::{ColorSpace, Content, WaveletImage},
         packing::Packing,
         rate::Rate,
-        settings::{EncodeSettings, Formats},
+        settings::EncodeSettings,
     },
     material::storage_on,
 };
@@ -48,23 +49,12 @@ pub fn picture() -> RgbImage {
     content::photo_like(93, 61, 7)
 }
 
-/// By wavelets, even where a plain texture has less error.
-pub fn wavelets(rate: Rate, color_space: ColorSpace) -> EncodeSettings {
-    EncodeSettings {
-        rate,
-        color_space,
-        formats: Formats::Wavelet,
-        ..EncodeSettings::default()
-    }
-}
-
 pub fn encoded(picture: &RgbImage, content: Content, color_space: ColorSpace) -> WaveletImage {
     encoded_with(picture, &wavelets(Rate::usual(content), color_space))
 }
 
 pub fn encoded_with(picture: &RgbImage, settings: &EncodeSettings) -> WaveletImage {
-    let pixels: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
-    encode_rgb8(&pixels, picture.dimensions().into(), settings).expect("a good image")
+    wavelets::encoded(picture, settings).expect("a good image")
 }
 
 /// Pixels in linear units, as they would be filtered.
@@ -111,18 +101,6 @@ pub fn app(settings: HeadlessSettings) -> HeadlessApp {
         app.add_plugins(WaveletTexPlugin);
     })
     .expect("an adapter")
-}
-
-/// Adds an image to a world.
-pub fn add_texture(
-    world: &mut World,
-    image: &WaveletImage,
-    storage: WaveletStorage,
-) -> Handle<WaveletTexture> {
-    world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
-        let mut images = world.resource_mut::<Assets<Image>>();
-        WaveletTexture::add(image, storage, &mut textures, &mut images)
-    })
 }
 
 /// All of a texture, once.

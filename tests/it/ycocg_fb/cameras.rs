@@ -13,7 +13,7 @@ use super::scene::{Studio, assert_like, lit_scene, packing};
 use crate::support::{gpu, keep, psnr};
 
 #[test]
-fn odd_sizes_down_to_one_pixel() {
+fn pictures_of_odd_sizes_are_near_bevys() {
     let _gpu = gpu();
     // By samples, then by reconstruction. So few pixels have hardly a neighbour to take a chrominance from.
     for (width, height, least) in [
@@ -68,7 +68,7 @@ fn rectangle(x: u32, y: u32, width: u32, height: u32) -> Viewport {
 }
 
 #[test]
-fn split_screen_at_odd_offsets_any_of_them_packed() {
+fn viewports_at_odd_offsets_are_near_bevys_whichever_are_packed() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.camera(|camera| {
@@ -194,7 +194,7 @@ impl Mirror {
 }
 
 #[test]
-fn a_packed_camera_draws_to_a_texture_that_another_shows() {
+fn a_texture_of_a_packed_camera_that_another_shows_is_near_bevys() {
     let _gpu = gpu();
     let mut mirror = Mirror::new();
     let reference = mirror.picture(false);
@@ -204,7 +204,7 @@ fn a_packed_camera_draws_to_a_texture_that_another_shows() {
 
 /// A window in miniature: a target that is resized between frames, and what it shows after each.
 #[test]
-fn a_target_that_changes_its_size() {
+fn a_target_that_changes_its_size_is_near_bevys() {
     let _gpu = gpu();
     let mut mirror = Mirror::new();
     for (width, height, least) in [(40, 30, 40.5), (97, 49, 42.0), (1, 1, 29.5), (64, 48, 42.0)] {

@@ -82,7 +82,7 @@ fn check_each(effects: &[Effect]) {
 const BOTH_SAMPLES: &[Msaa] = &[Msaa::Off, Msaa::Sample4];
 
 #[test]
-fn no_effect_in_small_floats() {
+fn small_floats_are_near_bevys_picture() {
     check_each(&[Effect {
         msaa: BOTH_SAMPLES,
         small_floats: [Some(51.5), Some(54.5)],
@@ -91,7 +91,7 @@ fn no_effect_in_small_floats() {
 }
 
 #[test]
-fn effects_that_need_hdr() {
+fn effects_on_hdr_are_near_bevys() {
     check_each(&[
         Effect {
             name: "bloom",
@@ -117,7 +117,7 @@ fn effects_that_need_hdr() {
 }
 
 #[test]
-fn passes_of_bevy_that_packed_cameras_lack() {
+fn passes_that_packed_cameras_lack_are_near_bevys_in_small_floats() {
     let small_floats = [Some(51.5), None];
     check_each(&[
         Effect {
@@ -143,7 +143,7 @@ fn passes_of_bevy_that_packed_cameras_lack() {
 
 /// In apps of their own, which have drawn the same number of frames: the jitter depends on it.
 #[test]
-fn temporal_anti_aliasing() {
+fn temporal_anti_aliasing_is_near_bevys() {
     let _gpu = gpu();
     let frame_buffers = [None, Some(packing()), Some(FrameBufferQuality::Compact)];
     let [reference, packed, small_floats] = frame_buffers.map(|frame_buffer| {
@@ -171,7 +171,7 @@ fn mean_level(picture: &RgbImage) -> f64 {
 }
 
 #[test]
-fn effects_after_tone_mapping() {
+fn effects_after_tone_mapping_are_near_bevys() {
     check_each(&[
         Effect {
             name: "fxaa",
@@ -191,7 +191,7 @@ fn effects_after_tone_mapping() {
 }
 
 #[test]
-fn a_user_interface_over_the_picture() {
+fn a_user_interface_over_the_picture_keeps_its_colours() {
     let scene = |app: &mut App| {
         lit_scene(app);
         app.add_systems(Startup, |mut commands: Commands| {
@@ -225,7 +225,7 @@ fn a_user_interface_over_the_picture() {
 }
 
 #[test]
-fn every_tone_mapping_and_color_grading() {
+fn every_tone_mapping_and_color_grading_is_near_bevys() {
     use Tonemapping as T;
     let _gpu = gpu();
     let mut studio = Studio::lit();
@@ -279,7 +279,7 @@ fn every_tone_mapping_and_color_grading() {
 }
 
 #[test]
-fn fog() {
+fn fog_is_near_bevys() {
     check_each(&[Effect {
         name: "fog",
         msaa: &[Msaa::Sample4],
@@ -320,7 +320,7 @@ fn fog() {
 }
 
 #[test]
-fn prepasses_and_occlusion_culling() {
+fn prepasses_and_occlusion_culling_are_near_bevys() {
     check_each(&[
         Effect {
             name: "prepasses",
@@ -348,7 +348,7 @@ const BACKGROUND: Effect = Effect {
 };
 
 #[test]
-fn a_clear_color_of_any_chroma() {
+fn a_clear_color_of_any_chroma_is_near_bevys() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     for color in [
@@ -365,7 +365,7 @@ fn a_clear_color_of_any_chroma() {
 }
 
 #[test]
-fn a_skybox() {
+fn a_skybox_is_near_bevys() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     let image = Some(studio.app.world_mut().add_asset(sky()));
@@ -448,7 +448,7 @@ fn gizmos_are_drawn_in_their_colors() {
 }
 
 #[test]
-fn transparency_transmission_and_a_background() {
+fn transparency_and_transmission_in_small_floats_are_near_bevys() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     let world = studio.app.world_mut();

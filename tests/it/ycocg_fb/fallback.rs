@@ -32,7 +32,7 @@ use crate::support::{gpu, skipped};
 type Change = fn(&mut EntityCommands);
 
 #[test]
-fn each_obstacle_is_named() {
+fn each_obstacle_is_named_and_without_it_the_camera_packs() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Off);
@@ -78,7 +78,7 @@ fn a_compositing_space_is_linear_for_3d_cameras() {
 }
 
 #[test]
-fn wireframes() {
+fn a_camera_that_sees_wireframes_is_bevys_own() {
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
         app.add_plugins(WireframePlugin::default());
@@ -111,13 +111,13 @@ fn check_component<C: Component + Default>(studio: &mut Studio, reason: Reason) 
 }
 
 #[test]
-fn screen_space_reflections() {
+fn a_camera_with_screen_space_reflections_is_bevys_own() {
     let _gpu = gpu();
     check_component::<ScreenSpaceReflections>(&mut Studio::lit(), Reason::ScreenSpaceReflections);
 }
 
 #[test]
-fn order_independent_transparency() {
+fn a_camera_with_order_independent_transparency_is_bevys_own() {
     let _gpu = gpu();
     let reason = Reason::OrderIndependentTransparency;
     check_component::<OrderIndependentTransparencySettings>(&mut Studio::lit(), reason);
@@ -125,7 +125,7 @@ fn order_independent_transparency() {
 
 /// In both formats.
 #[test]
-fn an_atmosphere() {
+fn a_camera_with_an_atmosphere_is_bevys_own_in_both_formats() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     if studio.app.adapter().driver.contains("Mesa 22.") {
@@ -143,7 +143,7 @@ fn an_atmosphere() {
 }
 
 #[test]
-fn a_main_pass_smaller_than_its_target() {
+fn a_camera_with_a_smaller_main_pass_is_bevys_own() {
     static SMALLER: AtomicBool = AtomicBool::new(false);
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
@@ -170,7 +170,7 @@ fn a_main_pass_smaller_than_its_target() {
 }
 
 #[test]
-fn a_picture_that_another_camera_continues() {
+fn a_camera_whose_picture_another_continues_is_bevys_own() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Sample4);
@@ -196,7 +196,7 @@ fn a_picture_that_another_camera_continues() {
 }
 
 #[test]
-fn a_camera_of_two_dimensions() {
+fn a_camera_of_two_dimensions_stays_bevys_own() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     let (flat, _) = studio.spawn_to_image([16, 16], (Camera2d, packing()));

@@ -117,14 +117,14 @@ impl Flat {
     }
 
     /// What the first camera makes of its colours, all of them in this state.
-    pub fn colors(&mut self, quality: FrameBufferQuality, wanted: CameraState) -> Vec<[f32; 3]> {
+    pub fn colors(&mut self, quality: FrameBufferQuality, expected: CameraState) -> Vec<[f32; 3]> {
         for &camera in &self.cameras {
             self.app.world_mut().entity_mut(camera).insert(quality);
         }
         self.app.render_frames(3).expect("three frames");
         for &camera in &self.cameras {
             let report = self.app.world().get::<FrameBufferReport>(camera);
-            assert_eq!(report.map(|report| &report.state), Some(&wanted));
+            assert_eq!(report.map(|report| &report.state), Some(&expected));
         }
         let picture = self.app.capture_f32().expect("a picture");
         let [width, height] = self.size;

@@ -19,7 +19,7 @@ fn with(format: PackedFormat) -> YCoCgFrameBuffer {
 }
 
 #[test]
-fn a_lit_scene_with_and_without_hdr() {
+fn every_reconstruction_is_near_bevys_picture_with_and_without_hdr() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     for msaa in [Msaa::Off, Msaa::Sample4] {

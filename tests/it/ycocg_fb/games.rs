@@ -55,7 +55,7 @@ fn is_bevys(studio: &mut Studio, qualities: &[Quality], expected: impl Fn(&Reaso
 }
 
 #[test]
-fn storage_in_the_main_texture() {
+fn storage_in_the_main_texture_keeps_bevys_format() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Off).camera(|camera| {
@@ -171,7 +171,7 @@ fn with_post_processing(app: &mut App) {
 }
 
 #[test]
-fn post_processing_of_a_fixed_format() {
+fn post_processing_of_a_fixed_format_keeps_bevys_format_and_is_named() {
     // What it logs would fail a test beside it.
     let _gpu = gpu_alone();
     let mut studio = Studio::new(with_post_processing);
@@ -233,7 +233,7 @@ fn an_error_that_is_not_of_the_format_reaches_the_app() {
 fn own_pass(_: ViewQuery<&ViewTarget>) {}
 
 #[test]
-fn a_system_in_the_main_pass() {
+fn a_system_in_the_main_pass_is_named_and_keeps_the_camera_from_packing() {
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
         lit_scene(app);
@@ -320,7 +320,7 @@ fn queue_item(
 }
 
 #[test]
-fn an_item_of_a_fixed_format() {
+fn an_item_of_a_fixed_format_keeps_bevys_format_and_is_named() {
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
         hdr_scene(app);

@@ -133,7 +133,7 @@ fn what_cannot_be_drawn_so_is_named() {
 
 /// As `bevy_egui` does, whose pipelines take their format from `Hdr` alone.
 #[test]
-fn a_plugin_that_draws_over_the_picture() {
+fn a_plugin_that_draws_over_the_picture_keeps_bevys_format() {
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
         app.sub_app_mut(RenderApp).add_systems(
