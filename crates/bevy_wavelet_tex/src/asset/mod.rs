@@ -13,4 +13,4 @@ pub use loader::{
 #[cfg(feature = "encode")]
 pub use saver::{WaveletProcessor, WaveletSaveError, WaveletSaver};
 pub(crate) use texture::Part;
-pub use texture::{Parts, PlainParameters, TextureGroup, WaveletTexture};
+pub use texture::{Parts, PlainParameters, TextureGroup, TextureParameters, WaveletTexture};

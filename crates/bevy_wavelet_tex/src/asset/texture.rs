@@ -33,24 +33,68 @@ pub struct WaveletTexture {
     pub content: Content,
     /// Transfer function of the values.
     pub color_space: ColorSpace,
-    /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
-    pub axes: ColorAxes,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Number of mip levels, at least 1.
     pub levels: u32,
     /// Representation on the GPU.
     pub storage: WaveletStorage,
-    /// Parameters of the groups of planes: luma (with alpha), gray or normals, then chroma. Empty where
-    /// the texture is a plain one.
-    pub groups: Vec<TextureGroup>,
-    /// Parameters of a texture without a wavelet.
-    pub plain: Option<PlainParameters>,
+    /// What a shader needs to know of the texels.
+    pub parameters: TextureParameters,
     /// The array textures of the planes.
     #[dependency]
     pub images: Parts<Handle<Image>>,
     /// Bytes that the images take on the GPU.
     pub gpu_bytes: usize,
+}
+
+/// The parameters of a texture that a shader needs.
+#[derive(Clone, Debug, PartialEq, Reflect)]
+pub enum TextureParameters {
+    /// Those of planes, as in [`WaveletPlanes`].
+    Wavelet {
+        /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
+        axes: ColorAxes,
+        /// Luma (with alpha), gray, or X and Y of normals.
+        luma: TextureGroup,
+        /// Chroma, of textures in colour.
+        chroma: Option<TextureGroup>,
+    },
+    /// Those of a texture without a wavelet.
+    Plain(PlainParameters),
+}
+
+impl TextureParameters {
+    fn new(image: &WaveletImage) -> Self {
+        match &image.payload {
+            Payload::Wavelet(planes) => Self::Wavelet {
+                axes: planes.axes,
+                luma: TextureGroup::new(&planes.luma),
+                chroma: planes.chroma.as_ref().map(TextureGroup::new),
+            },
+            Payload::Plain(plain) => Self::Plain(PlainParameters {
+                format: plain.format,
+                is_scaled: plain.is_scaled(image.size),
+                is_padded: plain.is_padded(image.size),
+            }),
+        }
+    }
+
+    /// The groups of planes: luma, then chroma if there is any; `None` where the texture is a plain one.
+    pub(crate) fn groups(&self) -> [Option<&TextureGroup>; 2] {
+        match self {
+            Self::Wavelet { luma, chroma, .. } => [Some(luma), chroma.as_ref()],
+            Self::Plain(_) => [None; 2],
+        }
+    }
+
+    /// The axes of colour: those of YCoCg where nothing is stored along others.
+    pub(crate) fn axes(&self) -> ColorAxes {
+        match self {
+            Self::Wavelet { axes, .. } => *axes,
+            Self::Plain(_) => ColorAxes::YCOCG,
+        }
+    }
 }
 
 /// The parameters of a group of planes that a shader needs.
@@ -62,6 +106,16 @@ pub struct TextureGroup {
     pub packing: Packing,
     /// How the values of each plane are stored.
     pub codings: Vec<PlaneCoding>,
+}
+
+impl TextureGroup {
+    fn new(group: &PlaneGroup) -> Self {
+        Self {
+            subsampling: group.subsampling,
+            packing: group.packing,
+            codings: group.codings.clone(),
+        }
+    }
 }
 
 /// The parameters of a plain texture that a shader needs.
@@ -176,35 +230,23 @@ impl WaveletTexture {
                 ..Parts::default()
             },
         };
-        let groups = image.groups().map(|group| TextureGroup {
-            subsampling: group.subsampling,
-            packing: group.packing,
-            codings: group.codings.clone(),
-        });
         Self {
             content: image.content,
             color_space: image.color_space,
-            axes: image.axes(),
             size: layout::mip_size(image.size, first_level),
             levels: image.levels - first_level,
             storage,
-            groups: groups.collect(),
-            plain: image.plain().map(|plain| PlainParameters {
-                format: plain.format,
-                is_scaled: plain.is_scaled(image.size),
-                is_padded: plain.is_padded(image.size),
-            }),
+            parameters: TextureParameters::new(image),
             images,
             gpu_bytes,
         }
     }
 
-    /// Where the mip levels of a group's planes lie in its textures, or `None` where it has none.
-    pub(crate) fn atlas(&self, group: usize) -> Option<MipAtlas> {
-        let group = self.groups.get(group)?;
-        Some(MipAtlas::new(self.levels, |level| {
+    /// Where the mip levels of a group's planes lie in its textures.
+    pub(crate) fn atlas(&self, group: &TextureGroup) -> MipAtlas {
+        MipAtlas::new(self.levels, |level| {
             layout::texture_level_size(group.packing, self.size, group.subsampling, level)
-        }))
+        })
     }
 }
 
