@@ -14,6 +14,7 @@
 //! | [`scenes`] | the example scenes |
 //! | [`gallery`] | all scenes in one window or on one page |
 //! | [`stage`] | lights, sky and camera of a scene |
+//! | [`mod@wavelets`] | pictures as wavelet textures |
 //! | [`testing`] | what tests of pictures share: the right to run apps, and their log |
 
 pub mod boxes;
@@ -29,6 +30,7 @@ pub mod runner;
 pub mod scenes;
 pub mod stage;
 pub mod testing;
+pub mod wavelets;
 
 /// The root of the repository.
 pub const ROOT: &str = env!("CARGO_MANIFEST_DIR");

@@ -294,8 +294,8 @@ mod array_tests {
             bytes.extend(floats.iter().flat_map(|f| f.to_le_bytes()));
             let back = parse_npy(&bytes).expect("a good file");
             let back: Vec<u32> = back.iter().flat_map(|v| v.to_array()).map(f32::to_bits).collect();
-            let wanted: Vec<u32> = floats.iter().map(|f| f.to_bits()).collect();
-            prop_assert_eq!(&back, &wanted[..floats.len() / 3 * 3]);
+            let expected: Vec<u32> = floats.iter().map(|f| f.to_bits()).collect();
+            prop_assert_eq!(&back, &expected[..floats.len() / 3 * 3]);
             for (at, value) in damage {
                 let at = at.index(bytes.len());
                 bytes[at] = value;

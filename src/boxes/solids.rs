@@ -161,18 +161,14 @@ fn wall(solids: &[Solid], ray: Ray) -> Option<WallPoint> {
 /// Spawns boxes and lights in the scene's units, boxes first; the sky is left out.
 pub fn spawn_boxes_and_lights(world: &mut World, scene: &BoxScene) -> Vec<Entity> {
     let mut spawned = Vec::new();
-    let mesh = world
-        .resource_mut::<Assets<Mesh>>()
-        .add(Cuboid::from_size(Vec3::splat(2.0)));
+    let mesh = world.add_asset(Cuboid::from_size(Vec3::splat(2.0)));
     for part in &scene.boxes {
-        let material = world
-            .resource_mut::<Assets<StandardMaterial>>()
-            .add(StandardMaterial {
-                base_color: LinearRgba::from_vec3(part.albedo).into(),
-                perceptual_roughness: 1.0,
-                reflectance: 0.0,
-                ..default()
-            });
+        let material = world.add_asset::<StandardMaterial>(StandardMaterial {
+            base_color: LinearRgba::from_vec3(part.albedo).into(),
+            perceptual_roughness: 1.0,
+            reflectance: 0.0,
+            ..default()
+        });
         let entity = world.spawn((
             Mesh3d(mesh.clone()),
             MeshMaterial3d(material),

@@ -1,6 +1,6 @@
 //! Rendering of surface descriptions to images.
 
-use image::{GrayImage, RgbImage};
+use image::{GrayImage, RgbImage, RgbaImage};
 use rayon::prelude::*;
 
 use crate::content::texture::Color;
@@ -16,6 +16,16 @@ pub struct Material {
     /// Coverage, 0 to 255: the opacity of foliage, the ink of text; elsewhere what separates the
     /// surface from its gaps and so can serve as a height or occlusion map.
     pub mask: GrayImage,
+}
+
+impl Material {
+    /// The colour with the mask as its alpha.
+    pub fn masked_color(&self) -> RgbaImage {
+        RgbaImage::from_fn(self.color.width(), self.color.height(), |x, y| {
+            let [r, g, b] = self.color.get_pixel(x, y).0;
+            image::Rgba([r, g, b, self.mask.get_pixel(x, y).0[0]])
+        })
+    }
 }
 
 /// A point of a surface.

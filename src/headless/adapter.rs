@@ -43,14 +43,17 @@ pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings,
         ..WgpuSettings::default()
     };
     let all = adapters(result.backends);
-    let wanted = wanted(settings.adapter_name.as_deref());
-    let fitting = all.iter().filter(|adapter| fits(adapter, &wanted));
+    let requested = requested(settings.adapter_name.as_deref());
+    let fitting = all.iter().filter(|adapter| fits(adapter, &requested));
     let limit = fitting
         .map(|adapter| adapter.limits().max_texture_dimension_2d)
         .max();
     let Some(limit) = limit else {
         let available = all.iter().map(describe).collect();
-        return Err(HeadlessError::NoAdapter { wanted, available });
+        return Err(HeadlessError::NoAdapter {
+            requested,
+            available,
+        });
     };
     let sides = 1..=limit;
     if !sides.contains(&settings.width) || !sides.contains(&settings.height) {
@@ -65,9 +68,9 @@ pub(crate) fn wgpu_settings(settings: &HeadlessSettings) -> Result<WgpuSettings,
 
 /// Whether every adapter with `name` in its name, or every adapter at all, draws on the CPU.
 pub fn is_software(name: Option<&str>) -> bool {
-    let wanted = wanted(name);
+    let requested = requested(name);
     let all = adapters(WgpuSettings::default().backends);
-    let mut fitting = all.iter().filter(|adapter| fits(adapter, &wanted));
+    let mut fitting = all.iter().filter(|adapter| fits(adapter, &requested));
     fitting.all(|adapter| adapter.get_info().device_type == wgpu::DeviceType::Cpu)
 }
 
@@ -79,16 +82,16 @@ fn adapters(backends: Option<wgpu::Backends>) -> Vec<wgpu::Adapter> {
 }
 
 /// Part of the name of the adapter to use, which the environment may override.
-fn wanted(name: Option<&str>) -> Option<String> {
+fn requested(name: Option<&str>) -> Option<String> {
     let overridden = std::env::var("WGPU_ADAPTER_NAME").ok();
     overridden.or_else(|| name.map(Into::into))
 }
 
-fn fits(adapter: &wgpu::Adapter, wanted: &Option<String>) -> bool {
+fn fits(adapter: &wgpu::Adapter, requested: &Option<String>) -> bool {
     let name = adapter.get_info().name.to_lowercase();
-    wanted
+    requested
         .as_ref()
-        .is_none_or(|wanted| name.contains(&wanted.to_lowercase()))
+        .is_none_or(|requested| name.contains(&requested.to_lowercase()))
 }
 
 fn describe(adapter: &wgpu::Adapter) -> String {
@@ -113,11 +116,11 @@ pub enum HeadlessError {
     #[error(
         "no graphics adapter{}; available: {}. Install a Vulkan driver (on Linux without a GPU: \
          the Mesa software driver, package mesa-vulkan-drivers), or correct WGPU_BACKEND and \
-         WGPU_ADAPTER_NAME", wanted_text(.wanted), available_text(.available)
+         WGPU_ADAPTER_NAME", requested_text(.requested), available_text(.available)
     )]
     NoAdapter {
         /// The part of the name that was asked for, if any.
-        wanted: Option<String>,
+        requested: Option<String>,
         /// The adapters that exist: name and backend.
         available: Vec<String>,
     },
@@ -156,16 +159,16 @@ pub enum HeadlessError {
     #[error("the target image is not on the GPU: render at least one frame before capturing")]
     NoTarget,
     /// The picture was asked for in another format than that of the target.
-    #[error("the target is {actual:?}: choose {wanted:?} in the settings to capture this way")]
+    #[error("the target is {actual:?}: choose {requested:?} in the settings to capture this way")]
     Format {
         actual: TargetFormat,
         /// Format that the capture needs.
-        wanted: TargetFormat,
+        requested: TargetFormat,
     },
 }
 
-fn wanted_text(wanted: &Option<String>) -> String {
-    match wanted {
+fn requested_text(requested: &Option<String>) -> String {
+    match requested {
         Some(name) => format!(" with a name that contains `{name}`"),
         None => String::new(),
     }

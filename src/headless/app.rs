@@ -132,6 +132,19 @@ impl HeadlessApp {
         self.app.world_mut()
     }
 
+    /// Loads an asset, for which [`run_until_ready`](Self::run_until_ready) waits.
+    pub fn load<A: Asset>(&mut self, path: &str) -> Handle<A> {
+        let handle = self.app.world().load_asset(path.to_owned());
+        self.await_asset(&handle);
+        handle
+    }
+
+    /// Has [`run_until_ready`](Self::run_until_ready) wait for an asset that is loading.
+    pub fn await_asset<A: Asset>(&mut self, handle: &Handle<A>) {
+        let mut awaited = self.app.world_mut().resource_mut::<AwaitedAssets>();
+        awaited.0.push(handle.clone().untyped());
+    }
+
     /// The app itself, for its sub-apps.
     pub fn app_mut(&mut self) -> &mut App {
         &mut self.app
@@ -214,7 +227,7 @@ fn add_target(app: &mut App, settings: &HeadlessSettings) -> Handle<Image> {
         None,
     );
     image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
-    app.world_mut().resource_mut::<Assets<Image>>().add(image)
+    app.world_mut().add_asset(image)
 }
 
 /// Pixel format of the picture.

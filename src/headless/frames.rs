@@ -310,8 +310,8 @@ impl HeadlessApp {
     pub fn capture_rgb8(&mut self) -> Result<RgbImage, HeadlessError> {
         let actual = self.settings.format;
         if actual != TargetFormat::Srgb8 {
-            let wanted = TargetFormat::Srgb8;
-            return Err(HeadlessError::Format { actual, wanted });
+            let requested = TargetFormat::Srgb8;
+            return Err(HeadlessError::Format { actual, requested });
         }
         self.wait_for_pipelines();
         let bytes = self.read_target(4)?;
@@ -333,8 +333,8 @@ impl HeadlessApp {
                 half::f16::from_le_bytes(bytes).to_f32()
             }),
             TargetFormat::Srgb8 => {
-                let wanted = TargetFormat::Float32;
-                return Err(HeadlessError::Format { actual, wanted });
+                let requested = TargetFormat::Float32;
+                return Err(HeadlessError::Format { actual, requested });
             }
         };
         Ok(Rgba32FImage {

@@ -80,10 +80,8 @@ impl Lookups {
             coordinates: images.add(float_image(size, uvs.collect())),
             software,
         };
-        let material = world.resource_mut::<Assets<LookupMaterial>>().add(material);
-        let mesh = world
-            .resource_mut::<Assets<Mesh>>()
-            .add(Rectangle::new(size as f32, size as f32));
+        let material = world.add_asset::<LookupMaterial>(material);
+        let mesh = world.add_asset(Rectangle::new(size as f32, size as f32));
         world.spawn((Mesh3d(mesh), MeshMaterial3d(material.clone())));
         let camera = pixel_camera(world.resource::<LabTarget>(), [size, size]);
         world.spawn(camera);
@@ -142,13 +140,13 @@ pub fn linear_error(
     let texture = (scene.texture)();
     let coordinates = scene.coordinates(size);
     let mut lookups = Lookups::new(size, &texture, format, 1, &coordinates)?;
-    let [found, wanted] = settings;
-    let picture = lookups.picture(found, 0)?;
+    let [actual, expected] = settings;
+    let picture = lookups.picture(actual, 0)?;
     let picture = picture
         .iter()
         .map(|p| [p[0], p[1], p[2]].map(f64::from))
         .collect();
-    let reference = computed_picture(&texture, &coordinates, size, wanted, 0).0;
+    let reference = computed_picture(&texture, &coordinates, size, expected, 0).0;
     Ok(linear_mse(&reference, &picture))
 }
 

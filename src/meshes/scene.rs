@@ -174,7 +174,7 @@ pub fn spawn_mesh_scene(world: &mut World, scene: &MeshScene) -> SpawnedScene {
     let mut materials = SpawnedMaterials::default();
     let mut parts = Vec::new();
     for part in &scene.parts {
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh(&part.mesh));
+        let mesh = world.add_asset(mesh(&part.mesh));
         let material = materials.spawned(world, &part.material);
         let entity = world.spawn((Mesh3d(mesh), MeshMaterial3d(material), pose(part)));
         parts.push(entity.id());
@@ -191,9 +191,9 @@ pub fn move_to(world: &mut World, spawned: &SpawnedScene, scene: &MeshScene) {
     let lights = lights.map(|light| Transform::from_translation(light.position));
     let moved = spawned.lights.iter().zip(lights);
     let parts = spawned.parts.iter().zip(scene.parts.iter().map(pose));
-    for (entity, wanted) in moved.chain(parts) {
+    for (entity, target) in moved.chain(parts) {
         if let Some(mut pose) = world.get_mut::<Transform>(*entity) {
-            pose.set_if_neq(wanted);
+            pose.set_if_neq(target);
         }
     }
 }
@@ -244,9 +244,7 @@ impl SpawnedMaterials {
             reflectance: 0.0,
             ..default()
         };
-        let handle = world
-            .resource_mut::<Assets<StandardMaterial>>()
-            .add(material);
+        let handle = world.add_asset::<StandardMaterial>(material);
         self.materials.insert(address, handle.clone());
         handle
     }
@@ -262,7 +260,7 @@ impl SpawnedMaterials {
             let mut image = mipped_texture(&texture.pixels, true);
             // Its mean colour is read on the CPU.
             image.asset_usage = RenderAssetUsages::default();
-            world.resource_mut::<Assets<Image>>().add(image)
+            world.add_asset(image)
         });
         Some(handle.clone())
     }

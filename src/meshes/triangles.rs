@@ -13,7 +13,7 @@ use obvhs::{
 
 use crate::{
     meshes::scene::{MeshScene, SceneMaterial},
-    path_tracer::{self, EmitterPoint, Hit, Ray, Surfaces, TraceSettings, TracedPicture},
+    path_tracer::{self, Hit, LightSample, Ray, Surfaces, TraceSettings, TracedPicture},
 };
 
 /// The scene as its camera sees it, traced on all cores.
@@ -164,7 +164,7 @@ impl Surfaces for Triangles {
         self.emitters.last().map_or(0.0, |(_, area)| *area)
     }
 
-    fn emitter(&self, [which, a, b]: [f32; 3]) -> Option<EmitterPoint> {
+    fn sample_light(&self, [which, a, b]: [f32; 3]) -> Option<LightSample> {
         let area = which * self.emissive_area();
         let index = self.emitters.partition_point(|(_, end)| *end <= area);
         let (triangle, _) = self.emitters.get(index).or(self.emitters.last())?;
@@ -176,7 +176,7 @@ impl Surfaces for Triangles {
             Vec2::new(a, b)
         };
         let [p, q, r] = self.corners(triangle).map(|vertex| vertex.position);
-        Some(EmitterPoint {
+        Some(LightSample {
             position: p + weights.x * (q - p) + weights.y * (r - p),
             normal: self.doubled_area(triangle).normalize_or_zero(),
             emission: self.emission(triangle, weights),

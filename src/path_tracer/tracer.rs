@@ -28,8 +28,11 @@ impl Default for TraceSettings {
     }
 }
 
-/// Segments of a path before it may end at random.
-const SURE_DEPTH: u32 = 4;
+/// Segments of a path before Russian roulette may end it.
+const ROULETTE_DEPTH: u32 = 4;
+
+/// The greatest probability with which Russian roulette lets a path go on.
+const MAX_SURVIVAL: f32 = 0.95;
 
 /// Traces paths through a scene.
 pub(super) struct Tracer<'a, S> {
@@ -55,26 +58,24 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
 
     /// Radiance that a surface reflects of point and directional lights, without detours.
     pub fn direct(&self, hit: &Hit) -> Vec3 {
-        hit.albedo / PI * self.lit(hit)
+        hit.albedo / PI * self.delta_lights(hit)
     }
 
     /// Radiance that a surface reflects of all else, by one path whose first direction is a point of the unit
     /// square.
     pub fn indirect(&self, hit: Hit, first: Vec2, random: &mut Random) -> Vec3 {
-        let emitted = hit.albedo / PI * self.lit_by_surfaces(&hit, random);
-        emitted + self.bounced(hit, first, random)
+        let emitted = hit.albedo / PI * self.area_lights(&hit, random);
+        emitted + self.path(hit, first, random)
     }
 
-    /// Radiance that a surface has from other surfaces and the sky, by one path, without what sampling the
-    /// emissive surfaces brings to its first point.
-    fn bounced(&self, mut hit: Hit, first: Vec2, random: &mut Random) -> Vec3 {
+    /// Radiance that a surface has from other surfaces and the sky, by one path, without next-event estimation at its
+    /// first point.
+    fn path(&self, mut hit: Hit, first: Vec2, random: &mut Random) -> Vec3 {
         let mut sum = Vec3::ZERO;
         let mut throughput = hit.albedo;
         let mut first = Some(first);
         for depth in 2..=self.settings.depth {
-            let at = first
-                .take()
-                .unwrap_or_else(|| Vec2::new(random.unit(), random.unit()));
+            let at = first.take().unwrap_or_else(|| random.point());
             let direction = cosine_direction(hit.normal, at);
             let cosine = hit.normal.dot(direction);
             match self.surfaces.closest(hit.ray(direction)) {
@@ -82,31 +83,31 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
                 Some(next) => hit = next,
             }
             if hit.emission != Vec3::ZERO {
-                let sampled = self.emitter_density(&hit, direction);
-                let found = cosine * FRAC_1_PI;
-                sum += throughput * hit.emission * found / (found + sampled);
+                let bsdf_pdf = cosine * FRAC_1_PI;
+                let light_pdf = self.light_pdf(&hit, direction);
+                sum += throughput * hit.emission * bsdf_pdf / (bsdf_pdf + light_pdf);
             }
             if depth < self.settings.depth {
-                let light = self.lit(&hit) + self.lit_by_surfaces(&hit, random);
+                let light = self.delta_lights(&hit) + self.area_lights(&hit, random);
                 sum += throughput * hit.albedo / PI * light;
             }
             throughput *= hit.albedo;
-            let likely = throughput.max_element().min(0.95);
-            if likely <= 0.0 {
+            let survival = throughput.max_element().min(MAX_SURVIVAL);
+            if survival <= 0.0 {
                 break;
             }
-            if depth >= SURE_DEPTH {
-                if random.unit() >= likely {
+            if depth >= ROULETTE_DEPTH {
+                if random.unit() >= survival {
                     break;
                 }
-                throughput /= likely;
+                throughput /= survival;
             }
         }
         sum
     }
 
     /// Illuminance by point and directional lights in lux.
-    fn lit(&self, hit: &Hit) -> Vec3 {
+    fn delta_lights(&self, hit: &Hit) -> Vec3 {
         let mut sum = Vec3::ZERO;
         for light in &self.stage.point_lights {
             let to_light = light.position - hit.position;
@@ -127,20 +128,21 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
         sum
     }
 
-    /// Illuminance in lux by a sampled point of the emissive surfaces, weighted against finding it by chance.
-    fn lit_by_surfaces(&self, hit: &Hit, random: &mut Random) -> Vec3 {
+    /// Next-event estimation of the emissive surfaces: illuminance in lux by a sampled point of them, weighted by
+    /// multiple importance sampling.
+    fn area_lights(&self, hit: &Hit, random: &mut Random) -> Vec3 {
         if self.emissive_area <= 0.0 || hit.albedo == Vec3::ZERO {
             return Vec3::ZERO;
         }
         let at = [random.unit(), random.unit(), random.unit()];
-        let Some(point) = self.surfaces.emitter(at) else {
+        let Some(light) = self.surfaces.sample_light(at) else {
             return Vec3::ZERO;
         };
-        let to_point = point.position - hit.position;
-        let distance = to_point.length();
-        let direction = to_point / distance;
-        let (cosine, emitted) = (hit.normal.dot(direction), -point.normal.dot(direction));
-        if cosine <= 0.0 || emitted <= 0.0 || distance <= 2.0 * OFFSET {
+        let to_light = light.position - hit.position;
+        let distance = to_light.length();
+        let direction = to_light / distance;
+        let (cosine, light_cosine) = (hit.normal.dot(direction), -light.normal.dot(direction));
+        if cosine <= 0.0 || light_cosine <= 0.0 || distance <= 2.0 * OFFSET {
             return Vec3::ZERO;
         }
         if self
@@ -149,15 +151,16 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
         {
             return Vec3::ZERO;
         }
-        let sampled = distance * distance / (emitted * self.emissive_area);
-        let found = cosine * FRAC_1_PI;
-        point.emission * cosine / (sampled + found)
+        let light_pdf = distance * distance / (light_cosine * self.emissive_area);
+        let bsdf_pdf = cosine * FRAC_1_PI;
+        // The weight of the balance heuristic over the sample's density.
+        light.emission * cosine / (light_pdf + bsdf_pdf)
     }
 
-    /// The density of directions, per steradian, with which a hit is sampled as a point that emits.
-    fn emitter_density(&self, hit: &Hit, direction: Vec3) -> f32 {
-        let emitted = -hit.face_normal.dot(direction);
-        hit.distance * hit.distance / (emitted.max(1e-6) * self.emissive_area)
+    /// The density of directions, per steradian, with which next-event estimation samples a hit.
+    fn light_pdf(&self, hit: &Hit, direction: Vec3) -> f32 {
+        let light_cosine = -hit.face_normal.dot(direction);
+        hit.distance * hit.distance / (light_cosine.max(1e-6) * self.emissive_area)
     }
 }
 
@@ -177,8 +180,8 @@ pub trait Surfaces: Sync {
         0.0
     }
 
-    /// A point of the emissive surfaces, all of which are as likely, from three numbers between 0 and 1.
-    fn emitter(&self, _at: [f32; 3]) -> Option<EmitterPoint> {
+    /// A point of the emissive surfaces, uniform over their area, from three numbers between 0 and 1.
+    fn sample_light(&self, _at: [f32; 3]) -> Option<LightSample> {
         None
     }
 }
@@ -221,7 +224,7 @@ impl Hit {
 
 /// A point of an emissive surface.
 #[derive(Clone, Copy, Debug)]
-pub struct EmitterPoint {
+pub struct LightSample {
     /// The point, in metres.
     pub position: Vec3,
     /// The normal of its side that emits, a unit vector.
@@ -230,7 +233,7 @@ pub struct EmitterPoint {
     pub emission: Vec3,
 }
 
-/// Numbers that look random: the same for the same path of the same pixel (PCG).
+/// Random numbers by PCG, the same for the same path of the same pixel.
 pub(super) struct Random(u32);
 
 impl Random {
@@ -260,10 +263,10 @@ impl Random {
     }
 }
 
-/// Points of the unit square that the samples of a pixel or receiver spread over evenly (the R2 sequence).
-pub(super) struct Spread([u32; 2]);
+/// The R2 sequence of points of the unit square with a random start: those of a pixel or receiver.
+pub(super) struct R2Sequence([u32; 2]);
 
-impl Spread {
+impl R2Sequence {
     pub(super) fn new(index: u32, seed: u32) -> Self {
         let mut start = Random::new(index, u32::MAX, seed);
         Self([start.bits(), start.bits()])
@@ -282,7 +285,7 @@ fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 / (1 << 24) as f32
 }
 
-/// A direction around a normal, as likely as its cosine is large, from a point of the unit square.
+/// A direction around a normal, with a density in proportion to its cosine, from a point of the unit square.
 pub(super) fn cosine_direction(normal: Vec3, at: Vec2) -> Vec3 {
     let (sin, cos) = (TAU * at.x).sin_cos();
     let radius = at.y.sqrt();
@@ -314,7 +317,7 @@ pub fn trace_receivers(
     let tracer = Tracer::new(surfaces, stage, settings);
     let settings = tracer.settings;
     let light = |index: u32| {
-        let spread = Spread::new(index, settings.seed);
+        let sequence = R2Sequence::new(index, settings.seed);
         let (mut sum, mut points) = (Vec3::ZERO, 0);
         for sample in 0..settings.samples {
             let mut random = Random::new(index, sample, settings.seed);
@@ -329,7 +332,7 @@ pub fn trace_receivers(
                 albedo: Vec3::ONE,
                 emission: Vec3::ZERO,
             };
-            sum += tracer.indirect(hit, spread.point(sample), &mut random);
+            sum += tracer.indirect(hit, sequence.point(sample), &mut random);
             points += 1;
         }
         (points > 0).then(|| sum / points as f32)
@@ -381,7 +384,7 @@ fn pixel<S: Surfaces>(tracer: &Tracer<S>, view: &View, index: u32) -> Pixel {
         (index % stage.camera.width) as f32,
         (index / stage.camera.width) as f32,
     );
-    let spread = Spread::new(index, settings.seed);
+    let sequence = R2Sequence::new(index, settings.seed);
     let mut sum = Pixel::default();
     for sample in 0..settings.samples {
         let mut random = Random::new(index, sample, settings.seed);
@@ -391,7 +394,7 @@ fn pixel<S: Surfaces>(tracer: &Tracer<S>, view: &View, index: u32) -> Pixel {
             continue;
         };
         let direct = tracer.direct(&hit);
-        let indirect = tracer.indirect(hit, spread.point(sample), &mut random);
+        let indirect = tracer.indirect(hit, sequence.point(sample), &mut random);
         sum.direct += direct;
         sum.indirect += indirect;
         sum.total += hit.emission + direct + indirect;

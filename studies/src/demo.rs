@@ -104,8 +104,8 @@ pub fn run(options: &Options) -> Result<(), TradeoffError> {
     }
     let mut report = Report::<PluginTimes>::default().of_today();
     report.rows.size = options.size.to_string();
-    let wanted = |demo: &&Demo| options.plugin.as_deref().is_none_or(|p| p == demo.plugin);
-    for demo in DEMOS.iter().filter(wanted) {
+    let is_selected = |demo: &&Demo| options.plugin.as_deref().is_none_or(|p| p == demo.plugin);
+    for demo in DEMOS.iter().filter(is_selected) {
         let (adapter, rows) = demo.rows(options)?;
         report.adapter = adapter;
         report.rows.plugins.insert(demo.plugin.into(), rows);

@@ -130,10 +130,10 @@ enum Other {
 impl Options {
     /// The studies that were asked for.
     pub fn studies(&self) -> impl Iterator<Item = &'static AnyStudy> {
-        let wanted = self.plugin.as_deref().unwrap_or_default();
+        let plugin = self.plugin.as_deref().unwrap_or_default();
         const { &STUDIES }
             .iter()
-            .filter(move |study| wanted == ALL || wanted == study.name)
+            .filter(move |study| plugin == ALL || plugin == study.name)
     }
 
     /// How much the studies measure.

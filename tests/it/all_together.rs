@@ -9,12 +9,12 @@ use bevy::{
 };
 use bevy_frugal_lab::{
     headless::HeadlessApp,
-    runner::{MemoryFigures, Notes, Options, SceneSettings, Side, Split, pictures::headless_app},
+    runner::{MemoryFigures, Notes, Side, Split},
     scenes::all_together::{AllTogether, SWITCHES},
 };
 use image::RgbImage;
 
-use crate::wavelet_tex::gpu_with_all_planes;
+use crate::{support::scenes, wavelet_tex::gpu_with_all_planes};
 
 const WIDTH: u32 = 112;
 const HEIGHT: u32 = 64;
@@ -25,8 +25,7 @@ const BLOCK: u32 = 8;
 /// The scene, without tone mapping and exposed so that nothing is clipped.
 fn app() -> HeadlessApp {
     let set = ["tone_mapping=none", "sun_motion=false", "resolution=16"];
-    let options = Options::picture(WIDTH, HEIGHT, &set);
-    let mut app = headless_app(&AllTogether, &options).expect("an app");
+    let mut app = scenes::app(&AllTogether, [WIDTH, HEIGHT], &set);
     app.world_mut().insert_resource(Split { position: 0.0 });
     app.run_until_ready(1000).expect("ready");
     app.world_mut().resource_mut::<Time<Virtual>>().pause();
@@ -42,10 +41,8 @@ fn app() -> HeadlessApp {
 
 /// The picture with those plugins whose bits are set, once the light has settled.
 fn picture(app: &mut HeadlessApp, bits: usize) -> RgbImage {
-    let mut settings = app.world_mut().resource_mut::<SceneSettings>();
     for (i, switch) in SWITCHES.iter().enumerate() {
-        let on = bits >> i & 1 == 1;
-        settings.set(&format!("{switch}={on}")).expect("a switch");
+        scenes::set(app, &format!("{switch}={}", bits >> i & 1 == 1));
     }
     // A change that no frame has seen yet would find the light settled.
     app.render_frames(2).expect("frames");

@@ -8,7 +8,7 @@ use bevy::{
 use bevy_frugal_lab::{
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
     metrics::compare,
-    runner::{MemoryFigures, Options, Scene, Split, pictures::headless_app},
+    runner::{MemoryFigures, Scene},
     scenes::deferred_accumulation::{
         DeferredAccumulation, LIGHT_DISTANCE, LightAccumulation, LightAccumulationPlugin,
         reference::{Eye, render},
@@ -16,9 +16,7 @@ use bevy_frugal_lab::{
     },
 };
 
-use image::RgbImage;
-
-use crate::support::gpu;
+use crate::support::{gpu, scenes};
 
 const SIZE: [u32; 2] = [161, 119];
 const MAX_FRAMES: u32 = 100;
@@ -158,17 +156,11 @@ fn a_viewport_at_an_odd_offset_is_unpacked_with_its_own_parity() {
 #[test]
 fn the_sides_of_the_split_line_are_accumulated_their_own_way() {
     let _gpu = gpu();
-    let options = Options::picture(SIZE[0], SIZE[1], &["method=specular_luminance"]);
-    let mut app = headless_app(&DeferredAccumulation, &options).expect("an app");
-    let [before, after, both] = [1.0, 0.0, 0.5].map(|position| {
-        app.world_mut().insert_resource(Split { position });
-        app.run_until_ready(MAX_FRAMES).expect("ready");
-        app.capture_rgb8().expect("a picture")
-    });
-    let line = SIZE[0].div_ceil(2);
-    let expected = RgbImage::from_fn(SIZE[0], SIZE[1], |x, y| {
-        *(if x < line { &before } else { &after }).get_pixel(x, y)
-    });
+    let set = ["method=specular_luminance"];
+    let mut app = scenes::app(&DeferredAccumulation, SIZE, &set);
+    let [before, after] = scenes::sides(&mut app);
+    let both = scenes::picture(&mut app, 0.5);
+    let expected = scenes::joined([&before, &after], SIZE[0].div_ceil(2));
     let error = compare(&expected, &both).expect("one size");
     // The outline of the ball can round differently in a part of the picture.
     assert!(error.mse < 1.0, "{error:?}");

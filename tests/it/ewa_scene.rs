@@ -1,39 +1,23 @@
 //! The example scene of elliptical filtering.
 
-use bevy::{
-    prelude::*,
-    time::{Time, Virtual},
-};
+use bevy::time::{Time, Virtual};
 use bevy_frugal_lab::{
     headless::HeadlessApp,
     metrics::error::mse,
-    runner::{Options, Scene, SceneSettings, SettingKind, Split, pictures::headless_app},
+    runner::{Scene, SceneSettings, SettingKind},
     scenes::ewa::Ewa,
 };
 use image::RgbImage;
 
-use crate::support::gpu;
+use crate::support::{
+    gpu,
+    scenes::{self, joined, picture, set, sides},
+};
 
-fn app(set: &[&str]) -> HeadlessApp {
-    app_of([128, 80], set)
-}
+const SIZE: [u32; 2] = [128, 80];
 
-fn app_of([width, height]: [u32; 2], set: &[&str]) -> HeadlessApp {
-    let options = Options::picture(width, height, set);
-    headless_app(&Ewa, &options).expect("an app")
-}
-
-fn set(app: &mut HeadlessApp, text: &str) {
-    let mut settings = app.world_mut().resource_mut::<SceneSettings>();
-    settings.set(text).expect("a setting with this value");
-}
-
-/// The picture with the line at `position`, while time stands still.
-fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
-    app.world_mut().insert_resource(Split { position });
-    app.world_mut().resource_mut::<Time<Virtual>>().pause();
-    app.run_until_ready(500).expect("ready");
-    app.capture_rgb8().expect("a picture")
+fn app(size: [u32; 2], set: &[&str]) -> HeadlessApp {
+    scenes::app(&Ewa, size, set)
 }
 
 fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
@@ -44,11 +28,10 @@ fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
 #[test]
 fn tunnel_and_floor_have_a_method_on_each_side() {
     let _gpu = gpu();
-    let mut app = app(&["motion=false"]);
+    let mut app = app(SIZE, &["motion=false"]);
     for place in ["tunnel", "floor"] {
         set(&mut app, &format!("place={place}"));
-        let before = picture(&mut app, 1.0);
-        let after = picture(&mut app, 0.0);
+        let [before, after] = sides(&mut app);
         let changed = difference(&before, &after);
         println!("{place}: {changed:.1}");
         assert!(changed > 3.0, "{place}: {changed}");
@@ -59,9 +42,7 @@ fn tunnel_and_floor_have_a_method_on_each_side() {
             assert!(lightest > Some(&120) && darkest < Some(&60), "{place}");
         }
         let both = picture(&mut app, 0.5);
-        let expected = RgbImage::from_fn(128, 80, |x, y| {
-            *(if x < 64 { &before } else { &after }).get_pixel(x, y)
-        });
+        let expected = joined([&before, &after], 64);
         assert!(difference(&both, &expected) < 1.0, "{place}");
         // The same method on both sides is the same picture.
         set(&mut app, "before=linear");
@@ -73,7 +54,7 @@ fn tunnel_and_floor_have_a_method_on_each_side() {
 #[test]
 fn every_value_of_every_setting_changes_the_picture() {
     let _gpu = gpu();
-    let mut app = app_of([64, 40], &["motion=false"]);
+    let mut app = app([64, 40], &["motion=false"]);
     // Methods that a setting is for.
     let needs = |name: &str| -> &[&str] {
         match name {
@@ -131,7 +112,7 @@ fn every_value_of_every_setting_changes_the_picture() {
 fn the_texture_drifts_when_it_should() {
     let _gpu = gpu();
     for (motion, moves) in [("motion=true", true), ("motion=false", false)] {
-        let mut app = app(&[motion]);
+        let mut app = app(SIZE, &[motion]);
         let first = picture(&mut app, 0.0);
         app.world_mut().resource_mut::<Time<Virtual>>().unpause();
         app.render_frames(30).expect("frames");

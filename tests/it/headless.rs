@@ -43,7 +43,7 @@ fn two_apps_render_the_same_bytes() {
 }
 
 #[test]
-fn any_size_and_format() {
+fn pictures_of_any_size_and_format_can_be_captured() {
     let _gpu = gpu();
     for (width, height) in [(1, 1), (37, 53)] {
         let mut app = cube(HeadlessSettings::with_size(width, height));
@@ -111,7 +111,7 @@ fn a_broken_pipeline_is_named() {
     let mut app = HeadlessApp::new(HeadlessSettings::with_size(4, 4), |app| {
         let source = "@compute @workgroup_size(1) fn main() { undefined_name(); }";
         let shader = Shader::from_wgsl(source, "broken.wgsl");
-        let shader = app.world_mut().resource_mut::<Assets<Shader>>().add(shader);
+        let shader = app.world_mut().add_asset::<Shader>(shader);
         let queue = move |cache: Res<PipelineCache>| {
             cache.queue_compute_pipeline(ComputePipelineDescriptor {
                 label: Some("broken_pipeline".into()),

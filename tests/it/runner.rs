@@ -2,18 +2,17 @@
 
 use bevy::prelude::*;
 use bevy_frugal_lab::{
-    gallery,
-    headless::HeadlessApp,
-    metrics,
+    gallery, metrics,
     runner::{
-        Options, Scene, SceneSetting, SceneSettings, Side, Split, pictures::headless_app,
-        render_headless,
+        Options, Scene, SceneSetting, SceneSettings, Side, pictures::headless_app, render_headless,
     },
 };
-use image::RgbImage;
 use indicatif::ProgressBar;
 
-use crate::support::gpu;
+use crate::support::{
+    gpu,
+    scenes::{joined, picture, sides},
+};
 
 /// A cube that is red before and green after, turning if asked to.
 struct TwoCubes;
@@ -83,24 +82,14 @@ fn options(set: &[&str]) -> Options {
     }
 }
 
-fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
-    app.world_mut().insert_resource(Split { position });
-    app.run_until_ready(200).expect("ready");
-    app.world_mut().resource_mut::<Time<Virtual>>().pause();
-    app.capture_rgb8().expect("a picture")
-}
-
 #[test]
 fn the_picture_continues_across_the_split_line() {
     let _gpu = gpu();
     let mut app = headless_app(&TwoCubes, &options(&[])).expect("an app");
-    let before = picture(&mut app, 1.0);
-    let after = picture(&mut app, 0.0);
+    let [before, after] = sides(&mut app);
     for (position, line) in [(0.5, 49), (0.01, 1), (0.99, 96)] {
         let both = picture(&mut app, position);
-        let expected = RgbImage::from_fn(97, 64, |x, y| {
-            *(if x < line { &before } else { &after }).get_pixel(x, y)
-        });
+        let expected = joined([&before, &after], line);
         // Projections of a part and of the whole round differently at the edges of the cube.
         let error = metrics::compare(&expected, &both).expect("equal sizes");
         assert!(error.mse < 20.0, "split at {position}: {error:?}");

@@ -76,7 +76,7 @@ fn what_does_not_fit_changes_nothing_and_lists_the_settings() {
 }
 
 #[test]
-fn sizes() {
+fn sizes_are_two_positive_numbers() {
     let parse = |text: &str| text.parse::<Size>();
     let size = parse("640x1").expect("a size");
     assert_eq!((size.width, size.height), (640, 1));

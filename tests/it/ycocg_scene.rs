@@ -1,51 +1,35 @@
 //! The example scene of the packed frame buffer.
 
-use bevy::time::{Time, Virtual};
 use bevy_frugal_lab::{
     headless::HeadlessApp,
     metrics::{
-        error::{max_error, mse, psnr_db},
+        error::max_error,
         heat_map::{absolute_error_heat_map, magma},
     },
-    runner::{
-        MemoryFigures, Notes, Options, Scene, SceneSettings, SettingKind, Size, Split, SplitLine,
-        pictures::headless_app,
-    },
+    runner::{MemoryFigures, Notes, Scene, SceneSettings, SettingKind, SplitLine},
     scenes::ycocg_fb::YCoCgFb,
 };
 use image::RgbImage;
 
-use crate::support::gpu;
-
-const SIZE: Size = Size {
-    width: 160,
-    height: 120,
+use crate::support::{
+    gpu, psnr,
+    scenes::{self, picture, set, sides},
 };
 
-fn app(size: Size, set: &[&str]) -> HeadlessApp {
-    let options = Options::picture(size.width, size.height, set);
-    headless_app(&YCoCgFb, &options).expect("an app")
-}
+const SIZE: [u32; 2] = [160, 120];
 
-fn set(app: &mut HeadlessApp, text: &str) {
-    let mut settings = app.world_mut().resource_mut::<SceneSettings>();
-    settings.set(text).expect("a setting with this value");
-}
-
-/// The picture with the line at `position`.
-fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
-    app.world_mut().insert_resource(Split { position });
-    app.run_until_ready(500).expect("ready");
-    app.world_mut().resource_mut::<Time<Virtual>>().pause();
-    app.capture_rgb8().expect("a picture")
-}
-
-fn sides(app: &mut HeadlessApp) -> [RgbImage; 2] {
-    [1.0, 0.0].map(|position| picture(app, position))
+fn app(size: [u32; 2], set: &[&str]) -> HeadlessApp {
+    scenes::app(&YCoCgFb, size, set)
 }
 
 fn state(app: &HeadlessApp) -> &str {
     &app.world().resource::<Notes>().0["after:"]
+}
+
+/// Demands this PSNR in dB, of pictures that are not equal.
+fn assert_like(before: &RgbImage, after: &RgbImage, least_db: f64) {
+    let psnr_db = psnr(before, after);
+    assert!((least_db..100.0).contains(&psnr_db), "{psnr_db} dB");
 }
 
 #[test]
@@ -54,25 +38,19 @@ fn after_looks_like_before() {
     let mut app = app(SIZE, &[]);
     let [before, after] = sides(&mut app);
     assert_eq!(state(&app), "packed");
-    let found = psnr_db(mse(&before, &after).expect("equal sizes"));
-    assert!((40.0..100.0).contains(&found), "{found} dB");
+    assert_like(&before, &after, 40.0);
     // A packed camera without `Hdr` is to look like one with it.
     set(&mut app, "hdr=false");
     let [fused_before, fused] = sides(&mut app);
     assert_eq!(fused_before, before);
     assert_eq!(state(&app), "packed");
-    let found = psnr_db(mse(&before, &fused).expect("equal sizes"));
-    assert!((39.0..100.0).contains(&found), "{found} dB");
+    assert_like(&before, &fused, 39.0);
 }
 
 #[test]
 fn every_value_of_every_setting_renders() {
     let _gpu = gpu();
-    let size = Size {
-        width: 64,
-        height: 48,
-    };
-    let mut app = app(size, &[]);
+    let mut app = app([64, 48], &[]);
     let first = picture(&mut app, 0.5);
     let mut pictures = vec![first.clone()];
     for setting in YCoCgFb.settings() {
@@ -90,11 +68,11 @@ fn every_value_of_every_setting_renders() {
         for value in values {
             set(&mut app, &format!("{}={value}", setting.name));
             let picture = picture(&mut app, 0.5);
-            let wanted = match value.as_str() {
+            let expected = match value.as_str() {
                 "rg11b10ufloat" => "drawn by Bevy in Rg11b10Ufloat",
                 _ => "packed",
             };
-            assert_eq!(state(&app), wanted, "{value}");
+            assert_eq!(state(&app), expected, "{value}");
             pictures.push(picture);
         }
         set(&mut app, &format!("{}={default}", setting.name));
@@ -116,20 +94,13 @@ fn unorm8_needs_a_camera_without_hdr() {
     set(&mut app, "hdr=false");
     let [before, after] = sides(&mut app);
     assert_eq!(state(&app), "packed");
-    let found = psnr_db(mse(&before, &after).expect("equal sizes"));
-    assert!((39.0..100.0).contains(&found), "{found} dB");
+    assert_like(&before, &after, 39.0);
 }
 
 #[test]
 fn memory_is_as_documented() {
     let _gpu = gpu();
-    let mut app = app(
-        Size {
-            width: 64,
-            height: 32,
-        },
-        &[],
-    );
+    let mut app = app([64, 32], &[]);
     // Bytes a pixel: Bevy's own camera with `Hdr`, and the packed one.
     for (hdr, msaa, plain, packed) in [
         (true, "off", 16, 20),

@@ -196,7 +196,7 @@ fn exchanged(
             MapState::Loaded(_, None) => "its sampler differs in U and V, or has a border",
             MapState::Loaded(..) => "its sampler is not that of the maps before it",
             MapState::Failed(error) => error,
-            MapState::Loading(_) => unreachable!("all maps are over"),
+            MapState::Loading(_) => "its wavelet texture is still loading",
         };
         kept.push(format!("{}: {reason}", map.map.name()));
     }

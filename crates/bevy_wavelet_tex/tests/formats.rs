@@ -91,9 +91,9 @@ fn check(size: [u32; 2], rates: &[Rate], effort: Effort, doubt_db: f64) {
                     rate.name()
                 );
                 assert!(any >= wavelet.max(plain) - doubt_db, "{name} {rate:?}");
-                assert!(plain_image.plain.is_some());
+                assert!(plain_image.plain().is_some());
                 assert!(plain_image.gpu_bytes() <= rate.most_bytes(size, alpha));
-                kinds[usize::from(image.plain.is_some())] += 1;
+                kinds[usize::from(image.plain().is_some())] += 1;
             }
         }
     }
@@ -122,7 +122,7 @@ fn painted_signs_are_best_in_bc1_and_a_wanted_quality_finds_it() {
         ..EncodeSettings::default()
     };
     let (image, psnr) = encoded(painted, [128, 128], &settings);
-    let plain = image.plain.expect("plain");
+    let plain = image.plain().expect("plain");
     assert!(psnr >= 35.0, "{psnr}");
     assert_eq!(image.levels, 8);
     println!("{:?} {:?} {psnr:.2} dB", plain.format, plain.size);
@@ -132,7 +132,7 @@ fn painted_signs_are_best_in_bc1_and_a_wanted_quality_finds_it() {
     };
     let (image, _) = encoded(painted, [128, 128], &all);
     assert_eq!(
-        image.plain.map(|plain| plain.format),
+        image.plain().map(|plain| plain.format),
         Some(BlockFormat::Bc7)
     );
 }
@@ -145,7 +145,7 @@ fn the_thesis_stays_a_wavelet() {
             method: Method::Thesis,
             ..EncodeSettings::default()
         };
-        assert!(encoded(painted, [64, 64], &settings).0.plain.is_none());
+        assert!(encoded(painted, [64, 64], &settings).0.plain().is_none());
     }
 }
 
@@ -167,7 +167,7 @@ fn pixels_of_any_size_are_texels_of_a_padded_texture() {
                 ..EncodeSettings::default()
             };
             let (image, _) = encoded(packed, size, &settings);
-            let plain = image.plain.as_ref().expect("plain");
+            let plain = image.plain().expect("plain");
             assert!(plain.is_padded(size) && !plain.is_scaled(size));
             assert_eq!(image.levels, 32 - size[0].max(size[1]).leading_zeros());
             for level in 0..image.levels {
@@ -180,12 +180,12 @@ fn pixels_of_any_size_are_texels_of_a_padded_texture() {
                 for i in 0..across * down {
                     let texel = texels[(i / across * width + i % across) as usize];
                     let pixel = decoded.pixels[i as usize];
-                    let wanted = match rate {
+                    let expected = match rate {
                         Rate::Gray4 => [texel[0]; 3],
                         Rate::Normal8 => normal_from_xy([0, 1].map(|c| 2.0 * texel[c] - 1.0)),
                         _ => [texel[0], texel[1], texel[2]],
                     };
-                    assert_eq!(pixel, wanted, "{rate:?} {size:?} {level}");
+                    assert_eq!(pixel, expected, "{rate:?} {size:?} {level}");
                     if let Some(alpha) = &decoded.alpha {
                         assert_eq!(alpha[i as usize], texel[3]);
                     }
@@ -248,7 +248,7 @@ fn exact_db(
         let [r, g, b, _] = picture(x, y).map(f64::from);
         let pairs = [r, g, b].into_iter().zip(shown);
         pairs
-            .map(|(wanted, shown)| (wanted - 255.0 * f64::from(shown.clamp(0.0, 1.0))).powi(2))
+            .map(|(expected, shown)| (expected - 255.0 * f64::from(shown.clamp(0.0, 1.0))).powi(2))
             .sum()
     };
     let sum: f64 = positions.zip(shown).map(error).sum();

@@ -72,24 +72,24 @@ fn pixels_of(picture: Picture, size: [u32; 2]) -> Vec<[u8; 3]> {
 }
 
 /// PSNR of a level in dB.
-fn level_db(image: &WaveletImage, level: u32, wanted: &[[f64; 3]]) -> f64 {
+fn level_db(image: &WaveletImage, level: u32, expected: &[[f64; 3]]) -> f64 {
     let decoded = decode(image, level).pixels;
-    let of_pixel = |(got, wanted): (&[f32; 3], &[f64; 3])| -> f64 {
-        let channels = got.iter().zip(wanted);
+    let of_pixel = |(actual, expected): (&[f32; 3], &[f64; 3])| -> f64 {
+        let channels = actual.iter().zip(expected);
         channels
             .map(|(g, w)| (255.0 * f64::from(*g) - w).powi(2))
             .sum()
     };
-    let sum: f64 = decoded.iter().zip(wanted).map(of_pixel).sum();
-    psnr_of(sum / (3 * wanted.len()) as f64)
+    let sum: f64 = decoded.iter().zip(expected).map(of_pixel).sum();
+    psnr_of(sum / (3 * expected.len()) as f64)
 }
 
 /// The error of all levels, each of which has half the weight of the one before.
-fn chain_error(image: &WaveletImage, wanted: &[Vec<[f64; 3]>]) -> f64 {
+fn chain_error(image: &WaveletImage, expected: &[Vec<[f64; 3]>]) -> f64 {
     let weight = |level: u32| 0.5f64.powi(level as i32);
     let levels = 0..image.levels;
     let error = |level: u32| {
-        let db = level_db(image, level, &wanted[level as usize]);
+        let db = level_db(image, level, &expected[level as usize]);
         weight(level) * 10f64.powf(-db / 10.0)
     };
     levels.clone().map(error).sum::<f64>() / levels.map(weight).sum::<f64>()
@@ -103,7 +103,7 @@ fn all_levels_decide_and_none_is_neglected() {
         for size in [[1000, 1000], [1920, 1080], [1, 6]] {
             let pixels = pixels_of(picture, size);
             let source = Source::new(size, Pixels::Rgb8(&pixels));
-            let wanted: Vec<_> = (0..level_count(size))
+            let expected: Vec<_> = (0..level_count(size))
                 .map(|level| reduced(picture, size, mip_size(size, level)))
                 .collect();
             let encoded = |formats| {
@@ -114,13 +114,13 @@ fn all_levels_decide_and_none_is_neglected() {
                 let image = encode(&source, &settings, &|_, _| {}).expect("a good image");
                 let last = image.levels - 1;
                 // A smaller texture can end a level before its image.
-                let texels = image.plain.as_ref().map(|plain| plain.level_size(last));
+                let texels = image.plain().map(|plain| plain.level_size(last));
                 assert!(mip_size(size, last) == [1, 1] || texels == Some([1, 1]));
                 image
             };
             let wavelet = encoded(Formats::Wavelet);
-            for (level, wanted) in (0..).zip(&wanted) {
-                let rounded = wanted.iter().map(|pixel| pixel.map(|v| v.round() as u8));
+            for (level, expected) in (0..).zip(&expected) {
+                let rounded = expected.iter().map(|pixel| pixel.map(|v| v.round() as u8));
                 let rounded: Vec<[u8; 3]> = rounded.collect();
                 let settings = EncodeSettings {
                     mips: false,
@@ -129,18 +129,21 @@ fn all_levels_decide_and_none_is_neglected() {
                 };
                 let own = Source::new(mip_size(size, level), Pixels::Rgb8(&rounded));
                 let own = encode(&own, &settings, &|_, _| {}).expect("a good image");
-                let (own, found) = (level_db(&own, 0, wanted), level_db(&wavelet, level, wanted));
+                let (own, found) = (
+                    level_db(&own, 0, expected),
+                    level_db(&wavelet, level, expected),
+                );
                 println!("{name} {size:?} {level}: {found:.2} dB, {own:.2} dB on its own");
-                let (most, less) = if wanted.len() < 1024 {
+                let (most, less) = if expected.len() < 1024 {
                     (30.0, 3.0)
                 } else {
                     (36.0, 2.0)
                 };
                 assert!(found >= own.min(most) - less, "{found} {own}");
             }
-            let of_wavelet = chain_error(&wavelet, &wanted);
+            let of_wavelet = chain_error(&wavelet, &expected);
             let [any, of_plain] = [Formats::Any, Formats::Plain]
-                .map(|formats| chain_error(&encoded(formats), &wanted));
+                .map(|formats| chain_error(&encoded(formats), &expected));
             println!("{name} {size:?}: {any:.2e} of {of_wavelet:.2e}, {of_plain:.2e}");
             assert!(any <= 1.01 * of_wavelet.min(of_plain));
         }

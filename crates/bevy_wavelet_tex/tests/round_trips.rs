@@ -7,7 +7,7 @@ use bevy_wavelet_tex::{
         decoder::decode,
         encoder::{EncodeError, encode, encode_rgb8},
         haar::Transform,
-        image::{ColorSpace, Content, WaveletImage},
+        image::{ColorSpace, Content, Payload, WaveletImage},
         layout,
         quality::psnr_db,
         rate::Rate,
@@ -186,7 +186,10 @@ fn a_pixel_alone_and_small_w_come_back() {
     };
     for w in [0.01, 1.0] {
         let mut image = encode(&source, &thesis, &|_, _| {}).expect("a good image");
-        image.groups[0].codings[0].transform = Transform::PartiallyInvertedHaar { w };
+        let Payload::Wavelet(planes) = &mut image.payload else {
+            panic!("not a wavelet")
+        };
+        planes.luma.codings[0].transform = Transform::PartiallyInvertedHaar { w };
         let back = file::read(&file::write(&image)).expect("a good file");
         let decoded = decode(&back, 0);
         assert!(
@@ -242,9 +245,9 @@ fn given_mips_are_kept_as_they_are() {
     for rate in [Rate::Gray2, Rate::Color3, Rate::Color5] {
         let image = round_trip(&source, &settings(rate, Effort::Default));
         assert_eq!(image.levels, 3);
-        for (level, wanted) in [(0, 120), (1, 10), (2, 240u8)] {
+        for (level, expected) in [(0, 120), (1, 10), (2, 240u8)] {
             let decoded = decode(&image, level).to_rgba8(image.content);
-            let near = |p: &[u8; 4]| p[..3].iter().all(|v| v.abs_diff(wanted) <= 2);
+            let near = |p: &[u8; 4]| p[..3].iter().all(|v| v.abs_diff(expected) <= 2);
             assert!(decoded.iter().all(near), "{} level {level}", rate.name());
         }
     }
@@ -277,15 +280,15 @@ fn the_prediction_pays_and_a_wanted_quality_is_reached() {
     println!("prediction: {gain:.2} dB");
     assert!(gain > 0.3, "{gain} dB");
     let mut last = 0.0;
-    for wanted in [20.0, 30.0, 35.0] {
+    for min_psnr in [20.0, 30.0, 35.0] {
         let auto = EncodeSettings {
-            min_psnr_db: Some(wanted),
+            min_psnr_db: Some(min_psnr),
             ..settings(Rate::Color3, Effort::Default)
         };
         let (psnr, bits) = quality(auto);
         assert!(
-            psnr >= wanted && bits >= last,
-            "{wanted}: {psnr} dB at {bits}"
+            psnr >= min_psnr && bits >= last,
+            "{min_psnr}: {psnr} dB at {bits}"
         );
         last = bits;
     }

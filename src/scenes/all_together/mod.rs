@@ -152,20 +152,20 @@ pub fn place_volume(
 ) {
     let (center, size) = hall::volume();
     light.resolution = settings.choice("resolution").parse().unwrap_or(32);
-    let wanted = settings.toggle("voxel_gi").then(|| VoxelGiVolume {
+    let requested = settings.toggle("voxel_gi").then(|| VoxelGiVolume {
         size,
         sky: hall::sky(),
         ..default()
     });
-    match (volumes.iter().next(), wanted) {
-        (Some((_, volume)), Some(wanted)) if *volume == wanted => {}
-        (Some((entity, _)), Some(wanted)) => {
-            commands.entity(entity).insert(wanted);
+    match (volumes.iter().next(), requested) {
+        (Some((_, volume)), Some(requested)) if *volume == requested => {}
+        (Some((entity, _)), Some(requested)) => {
+            commands.entity(entity).insert(requested);
         }
         (Some((entity, _)), None) => commands.entity(entity).despawn(),
-        (None, Some(wanted)) => {
+        (None, Some(requested)) => {
             let pose = Transform::from_translation(center);
-            commands.spawn((wanted, pose, Side::After.layers()));
+            commands.spawn((requested, pose, Side::After.layers()));
         }
         (None, None) => {}
     }

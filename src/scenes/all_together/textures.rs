@@ -8,10 +8,8 @@ use bevy_voxel_gi::MeshVoxelMaterial;
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexture,
     codec::{
-        encoder::encode_rgb8,
         image::{ColorSpace, Content, WaveletImage},
         rate::Rate,
-        settings::{EncodeSettings, Formats},
     },
     material::storage_on,
 };
@@ -21,6 +19,7 @@ use crate::{
     content,
     runner::{SceneSettings, Side},
     scenes::all_together::{HasMatter, TextureBytes, hall::Matter},
+    wavelets::{encoded, wavelets},
 };
 
 /// Side of the generated materials in pixels.
@@ -57,17 +56,12 @@ impl Default for Textures {
             (Matter::Leaves, content::foliage),
         ] {
             let material = generate(SIZE, SIZE, SEED);
-            let color = rgba(material.color);
             if matter == Matter::Leaves {
-                let mut both = color.clone();
-                for (pixel, mask) in both.pixels_mut().zip(material.mask.pixels()) {
-                    pixel.0[3] = mask.0[0];
-                }
-                masked.insert(matter, both);
+                masked.insert(matter, material.masked_color());
                 let mask = DynamicImage::from(material.mask).into_rgba8();
                 maps.insert((matter, Role::Mask), mask);
             }
-            maps.insert((matter, Role::Color), color);
+            maps.insert((matter, Role::Color), rgba(material.color));
             maps.insert((matter, Role::Normal), rgba(material.normal));
         }
         let picture = content::photo_like(768, 512, SEED);
@@ -126,20 +120,9 @@ impl Textures {
         match self.encoded.entry((matter, role, rate)) {
             Entry::Occupied(known) => Some(known.into_mut()),
             Entry::Vacant(vacant) => {
-                let settings = EncodeSettings {
-                    rate,
-                    color_space,
-                    formats: Formats::Wavelet,
-                    ..EncodeSettings::default()
-                };
-                let rgb: Vec<_> = pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
-                match encode_rgb8(&rgb, pixels.dimensions().into(), &settings) {
-                    Ok(image) => Some(vacant.insert(image)),
-                    Err(error) => {
-                        error!("{error}");
-                        None
-                    }
-                }
+                let encoded = encoded(pixels, &wavelets(rate, color_space));
+                let encoded = encoded.inspect_err(|error| error!("{error}"));
+                Some(vacant.insert(encoded.ok()?))
             }
         }
     }

@@ -113,9 +113,9 @@ pub fn open_or_close(
     split: Query<(&Side, &Projection, &Transform), With<Camera>>,
     parts: Query<Entity, With<OfView>>,
 ) {
-    let wanted = (settings.choice("view") == "error" && !area.0.is_empty()).then_some(area.0);
+    let requested = (settings.choice("view") == "error" && !area.0.is_empty()).then_some(area.0);
     let gain = settings.integer("error_gain") as f32;
-    if view.0 == wanted {
+    if view.0 == requested {
         if settings.is_changed() {
             for (_, material) in materials.iter_mut() {
                 material.gain = gain;
@@ -123,12 +123,12 @@ pub fn open_or_close(
         }
         return;
     }
-    view.0 = wanted;
+    view.0 = requested;
     for part in &parts {
         commands.entity(part).despawn();
     }
     let before = split.iter().find(|(side, ..)| **side == Side::Before);
-    let (Some(area), Some((_, projection, pose))) = (wanted, before) else {
+    let (Some(area), Some((_, projection, pose))) = (requested, before) else {
         return;
     };
     let size = area.size();

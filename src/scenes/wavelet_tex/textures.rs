@@ -8,15 +8,18 @@ use bevy::{
 };
 use bevy_wavelet_tex::codec::{
     color::ycocg_from_rgb,
-    encoder::encode_rgb8,
     image::{ColorSpace, Content, WaveletImage},
     rate::Rate,
-    settings::{Effort, EncodeSettings, Formats},
+    settings::{Effort, EncodeSettings},
     source::{Pixels, Source},
 };
 use image::{DynamicImage, Rgba, RgbaImage};
 
-use crate::{content, scenes::wavelet_tex::room::Surface};
+use crate::{
+    content,
+    scenes::wavelet_tex::room::Surface,
+    wavelets::{encoded, wavelets},
+};
 
 /// Side of the generated materials in pixels.
 const MATERIAL_SIZE: u32 = 512;
@@ -58,10 +61,7 @@ impl Sources {
             |image: DynamicImage| SourceMap::new(image, Content::Normal, ColorSpace::Linear);
         let [bricks, wood, leaves] = [content::bricks, content::wood, content::foliage]
             .map(|generate| generate(MATERIAL_SIZE, MATERIAL_SIZE, 1));
-        let mut masked = DynamicImage::from(leaves.color.clone()).into_rgba8();
-        for (pixel, mask) in masked.pixels_mut().zip(leaves.mask.pixels()) {
-            pixel.0[3] = mask.0[0];
-        }
+        let masked = leaves.masked_color();
         Self {
             picture: color(picture),
             bricks: [color(bricks.color.into()), normal(bricks.normal.into())],
@@ -145,18 +145,15 @@ impl SourceMap {
     }
 
     fn encode(&mut self, effort: Effort, color: Rate) {
-        let pixels: Vec<[u8; 3]> = self.pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
-        let settings = EncodeSettings {
-            rate: match self.content {
-                Content::Color => color,
-                other => Rate::usual(other),
-            },
-            color_space: self.color_space,
-            effort,
-            formats: Formats::Wavelet,
-            ..EncodeSettings::default()
+        let rate = match self.content {
+            Content::Color => color,
+            other => Rate::usual(other),
         };
-        match encode_rgb8(&pixels, self.pixels.dimensions().into(), &settings) {
+        let settings = EncodeSettings {
+            effort,
+            ..wavelets(rate, self.color_space)
+        };
+        match encoded(&self.pixels, &settings) {
             Ok(image) => self.encoded = Some(image),
             // A picture of the user's can be too large; what was shown stays.
             Err(error) => eprintln!("{error}"),

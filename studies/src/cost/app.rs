@@ -20,13 +20,13 @@ use bevy_ewa::EwaPlugin;
 use bevy_frugal_lab::{
     content::{bricks, photo_like},
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
+    wavelets::{add_texture, encoded, wavelets},
 };
 use bevy_voxel_gi::VoxelGiPlugin;
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
     WaveletTexture,
     codec::{
-        encoder::encode_rgb8,
         image::{ColorSpace, Content},
         rate::Rate,
         settings::{EncodeSettings, Formats},
@@ -50,7 +50,7 @@ pub fn app(configuration: &Configuration, scene: Scene) -> Result<HeadlessApp, C
     spawn_light(world, Vec3::new(1.0, 1.0, 2.0));
     let mesh = Mesh::from(Rectangle::default()).with_generated_tangents();
     let mesh = mesh.map_err(|error| CostError::Failed(error.to_string()))?;
-    let mesh = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(mesh));
+    let mesh = Mesh3d(world.add_asset(mesh));
     let skin = Skin::new(world, kind, scene, SMALL_TEXTURE);
     skin.put_on(world.spawn(mesh));
     spawn_volume(world, kind);
@@ -138,7 +138,7 @@ fn irradiance(world: &mut World) -> Handle<Image> {
     let format = TextureFormat::Rgba16Float;
     let usages = RenderAssetUsages::RENDER_WORLD;
     let image = Image::new_fill(size, TextureDimension::D3, &[0; 8], format, usages);
-    world.resource_mut::<Assets<Image>>().add(image)
+    world.add_asset(image)
 }
 
 /// Side of the textures in pixels where it matters only that there are some: it is in no shader.
@@ -161,11 +161,7 @@ impl Skin {
             return Self::Wavelet(wavelet_material(world, scene, filter, rate, size));
         }
         let material = material(world, scene, Some(size));
-        Self::Standard(
-            world
-                .resource_mut::<Assets<StandardMaterial>>()
-                .add(material),
-        )
+        Self::Standard(world.add_asset::<StandardMaterial>(material))
     }
 
     pub fn put_on(&self, mut mesh: EntityWorldMut) {
@@ -179,8 +175,8 @@ impl Skin {
 /// A material with textures where they have a size, and with the factors that they need.
 fn material(world: &mut World, scene: Scene, size: Option<u32>) -> StandardMaterial {
     let mut images = world.resource_mut::<Assets<Image>>();
-    let mut map = |wanted: bool, format| {
-        let size = size.filter(|_| wanted)?;
+    let mut map = |is_used: bool, format| {
+        let size = size.filter(|_| is_used)?;
         Some(images.add(texture(size, format)))
     };
     let (color, data) = (TextureFormat::Rgba8UnormSrgb, TextureFormat::Rgba8Unorm);
@@ -237,8 +233,8 @@ fn wavelet_material(
     size: u32,
 ) -> Handle<WaveletStandardMaterial> {
     let base = material(world, scene, None);
-    let mut map = |wanted: bool, content, rate, color_space| {
-        wanted.then(|| wavelet_texture(world, size, content, rate, color_space))
+    let mut map = |is_used: bool, content, rate, color_space| {
+        is_used.then(|| wavelet_texture(world, size, content, rate, color_space))
     };
     let all = scene.has_five_maps();
     let gray = Rate::usual(Content::Gray);
@@ -280,23 +276,17 @@ fn wavelet_texture(
         Content::Normal => bricks(size, size, 3).normal,
         _ => photo_like(size, size, 7),
     };
-    let pixels: Vec<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
     let settings = EncodeSettings {
-        rate,
-        color_space,
         // At 8 bits per pixel the encoder would choose BC7 for most textures; the row is about BC7.
         formats: if rate == Rate::Color8 {
             Formats::Plain
         } else {
             Formats::Wavelet
         },
-        ..default()
+        ..wavelets(rate, color_space)
     };
-    let image = encode_rgb8(&pixels, [size; 2], &settings).expect("a valid image");
-    world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
-        let mut images = world.resource_mut::<Assets<Image>>();
-        WaveletTexture::add(&image, WaveletStorage::Blocks, &mut textures, &mut images)
-    })
+    let image = encoded(&picture, &settings).expect("a valid image");
+    add_texture(world, &image, WaveletStorage::Blocks)
 }
 
 /// Size of the picture in pixels.
@@ -331,7 +321,7 @@ pub fn floor_app(kind: &Kind, scene: Scene) -> Result<HeadlessApp, CostError> {
     }
     spawn_light(world, Vec3::new(0.0, 3.0, -4.0));
     spawn_volume(world, kind);
-    let mesh = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(floor()?));
+    let mesh = Mesh3d(world.add_asset(floor()?));
     let skin = Skin::new(world, kind, scene, TEXTURE);
     skin.put_on(world.spawn(mesh));
     Ok(app)

@@ -147,7 +147,7 @@ fn app(field: Field, kind: &Kind) -> Result<HeadlessApp, CostError> {
     let side = (field.meshes as f32).sqrt().ceil() as usize;
     let step = EDGE / side as f32;
     let mesh = Mesh::from(Cuboid::from_length(0.5 * step));
-    let mesh = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(mesh));
+    let mesh = Mesh3d(world.add_asset(mesh));
     let skin = Skin::new(world, kind, Scene::BaseColor, SMALL_TEXTURE);
     for i in 0..field.meshes {
         let at = Vec3::new((i % side) as f32, 0.0, (i / side) as f32) * step;

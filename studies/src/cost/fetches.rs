@@ -42,15 +42,15 @@ const RESOLVE: &str = "packed_ycocg_resolve";
 
 /// Counts the fetches of a plugin, or of all, and writes them into a folder beside those of the others.
 pub fn measure(plugin: Option<&str>, folder: &Path) -> Result<(), CostError> {
-    let is_wanted = |name: &str| name == "bevy" || plugin.is_none_or(|wanted| wanted == name);
+    let is_selected = |name: &str| name == "bevy" || plugin.is_none_or(|plugin| plugin == name);
     let path = folder.join(FILE);
     let mut rows: Vec<FetchRow> = match path.exists() {
         true => read_json(&path)?,
         false => Vec::new(),
     };
-    rows.retain(|row| !is_wanted(&row.plugin));
+    rows.retain(|row| !is_selected(&row.plugin));
     for configuration in configurations() {
-        if !is_wanted(configuration.plugin) || !configuration.changes_pixels() {
+        if !is_selected(configuration.plugin) || !configuration.changes_pixels() {
             continue;
         }
         for scene in [Scene::BaseColor, Scene::FiveMaps] {
@@ -141,7 +141,7 @@ pub fn counted(configuration: &Configuration, scene: Scene) -> Result<FetchRow, 
 }
 
 /// The pixel shader that a pass is drawn with.
-fn shader(app: &mut HeadlessApp, wanted: &str) -> Option<(AssetId<Shader>, Vec<ShaderDefVal>)> {
+fn shader(app: &mut HeadlessApp, name: &str) -> Option<(AssetId<Shader>, Vec<ShaderDefVal>)> {
     let cache = app
         .app_mut()
         .sub_app(RenderApp)
@@ -151,7 +151,7 @@ fn shader(app: &mut HeadlessApp, wanted: &str) -> Option<(AssetId<Shader>, Vec<S
     // The last one is what the pass is drawn with, as `pipelines` says.
     let found = pipelines.into_iter().rev().find(|pipeline| {
         matches!(pipeline.state, CachedPipelineState::Ok(_))
-            && pass(&pipeline.descriptor).is_some_and(|pass| pass == wanted)
+            && pass(&pipeline.descriptor).is_some_and(|pass| pass == name)
     })?;
     let PipelineDescriptor::RenderPipelineDescriptor(descriptor) = &found.descriptor else {
         return None;

@@ -74,18 +74,18 @@ pub fn measure(options: &Options) -> Result<(), CostError> {
     if options.fetches {
         return fetches::measure(plugin, &options.out);
     }
-    let mut wanted = configurations();
+    let mut selected = configurations();
     if options.inside {
-        return pipelines::print(&wanted);
+        return pipelines::print(&selected);
     }
-    wanted.retain(|c| c.plugin == "bevy" || plugin.is_none_or(|p| p == c.plugin));
+    selected.retain(|c| c.plugin == "bevy" || plugin.is_none_or(|p| p == c.plugin));
     let mut program = pipelines::this_program();
     program.args(["cost", "--inside"]);
     let mut rows = Vec::new();
     for gpu in &options.gpu {
-        eprintln!("{gpu}: compiling {} configurations", wanted.len());
+        eprintln!("{gpu}: compiling {} configurations", selected.len());
         rows.extend(record::beside_bevy(pipelines::compile(
-            gpu, &program, &wanted,
+            gpu, &program, &selected,
         )?));
     }
     let rows = record::renewed(&options.out, rows)?;

@@ -109,7 +109,7 @@ impl Stage {
             })
         });
         let checks = content::mipped_texture(&checks, true);
-        let checks = world.resource_mut::<Assets<Image>>().add(checks);
+        let checks = world.add_asset(checks);
         let material = EwaStandardMaterial {
             base: StandardMaterial {
                 base_color_texture: Some(checks),
@@ -118,13 +118,11 @@ impl Stage {
             },
             extension: EwaSettings::default().into(),
         };
-        let material = world
-            .resource_mut::<Assets<EwaStandardMaterial>>()
-            .add(material);
+        let material = world.add_asset::<EwaStandardMaterial>(material);
         let floor = Plane3d::new(Vec3::Y, Vec2::splat(200.0)).mesh().build();
         let uvs: Vec<_> = [[0.0, 200.0], [200.0, 200.0], [0.0, 0.0], [200.0, 0.0]].into();
         let floor = floor.with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs);
-        let floor = world.resource_mut::<Assets<Mesh>>().add(floor);
+        let floor = world.add_asset(floor);
         world.spawn((Mesh3d(floor), MeshMaterial3d(material.clone())));
         let target = world.resource::<LabTarget>().0.clone();
         let mut camera = world.spawn((

@@ -91,11 +91,11 @@ fn a_pixel_counts_its_own_fetches() {
     assert!(linear.samples > 4.0 && linear.comparisons == trilinear.comparisons);
     let documented = settings();
     for name in ["default", "guided", "quad"] {
-        let wanted = documented.iter().find(|setting| setting.name == name);
+        let expected = documented.iter().find(|setting| setting.name == name);
         let found = counted("ycocg_fb", name, Scene::BaseColor);
         assert_eq!(
             found.fetches(),
-            wanted.expect("a setting").fetches,
+            expected.expect("a setting").fetches,
             "{name}"
         );
     }

@@ -14,17 +14,17 @@ use bevy_frugal_lab::{
     content,
     headless::median,
     metrics::{SizeMismatch, compare},
+    wavelets::{encoded, wavelets},
 };
 use bevy_wavelet_tex::codec::{
     blocks::{BlockFormat, BlockQuality, decode_blocks, encode_bc1},
     color::ycocg_from_rgb,
     decoder::decode,
-    encoder::{EncodeError, encode_rgb8},
     image::{ColorSpace, Content, PlaneGroup, WaveletImage},
     packing::Packing,
     quantizer::PlaneCoding,
     rate::Rate,
-    settings::{Effort, EncodeSettings, Formats},
+    settings::{Effort, EncodeSettings},
 };
 use image::{Rgb, Rgb32FImage, RgbImage, RgbaImage, buffer::ConvertBuffer};
 use indicatif::ProgressBar;
@@ -251,10 +251,15 @@ fn encoded_row(
     name: &str,
     repetitions: usize,
 ) -> Result<PictureRow, TradeoffError> {
+    let settings = EncodeSettings {
+        mips: false,
+        effort,
+        ..wavelets(rate, ColorSpace::Srgb)
+    };
     let mut times = Vec::new();
     let encoded = loop {
         let start = Instant::now();
-        let encoded = encoded(&input.image, rate, effort, false)?;
+        let encoded = encoded(&input.image, &settings)?;
         times.push(start.elapsed().as_secs_f64() * 1e3);
         if times.len() >= repetitions {
             break encoded;
@@ -301,24 +306,6 @@ fn bc1_row(input: &Input) -> Result<PictureRow, SizeMismatch> {
     })
 }
 
-pub(super) fn encoded(
-    image: &RgbImage,
-    rate: Rate,
-    effort: Effort,
-    mips: bool,
-) -> Result<WaveletImage, EncodeError> {
-    let pixels: Vec<[u8; 3]> = image.pixels().map(|p| p.0).collect();
-    let settings = EncodeSettings {
-        rate,
-        color_space: ColorSpace::Srgb,
-        mips,
-        effort,
-        formats: Formats::Wavelet,
-        ..EncodeSettings::default()
-    };
-    encode_rgb8(&pixels, image.dimensions().into(), &settings)
-}
-
 /// Gathers that read the low band around up to 2 x 2 neighbouring pixels, from which their details are
 /// predicted.
 const GATHERS: f64 = 4.0;
@@ -339,7 +326,7 @@ pub(super) fn fetches(image: &WaveletImage, pixels: f64) -> f64 {
         };
         group.codings.iter().map(of_plane).sum()
     };
-    image.groups.iter().map(of_group).sum()
+    image.groups().map(of_group).sum()
 }
 
 /// Bytes that these fetches take in their blocks, without a cache: of gathers, and of chroma, which is
@@ -360,7 +347,7 @@ pub(super) fn fetched_bytes(image: &WaveletImage, pixels: f64) -> f64 {
         };
         group.codings.iter().map(of_plane).sum()
     };
-    image.groups.iter().map(of_group).sum()
+    image.groups().map(of_group).sum()
 }
 
 /// How many images the Kodak set has. Other figures are comparable with means of all of them only.

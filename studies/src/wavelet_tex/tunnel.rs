@@ -26,15 +26,15 @@ use bevy_frugal_lab::{
     content,
     headless::{AwaitedAssets, HeadlessApp, HeadlessSettings, LabTarget},
     metrics::compare,
+    wavelets::{add_texture, encoded, wavelets},
 };
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
     WaveletTexture,
     codec::{
         blocks::{BlockQuality, Texel, encode_bc1, encode_bc7},
-        image::WaveletImage,
+        image::{ColorSpace, WaveletImage},
         rate::Rate,
-        settings::Effort,
     },
     material::storage_on,
 };
@@ -47,7 +47,7 @@ use crate::{
     plan::Plan,
     record::{PictureError, ReportAdapter, Times},
     run::{TradeoffError, note},
-    wavelet_tex::{encoded, fetched_bytes, fetches},
+    wavelet_tex::{fetched_bytes, fetches},
 };
 
 /// A filter in the tunnel.
@@ -107,9 +107,9 @@ pub fn rows(
         );
         return Ok((adapter, Vec::new()));
     }
-    let tunnel = app.world_mut().resource_mut::<Assets<Mesh>>().add(tunnel());
+    let tunnel = app.world_mut().add_asset(tunnel());
     let mut settings = spawn_hardware(app.world_mut(), &tunnel, picture, filters);
-    let texture = encoded(picture, Rate::Color3, Effort::Default, true)?;
+    let texture = encoded(picture, &wavelets(Rate::Color3, ColorSpace::Srgb))?;
     settings.extend(
         filters
             .iter()
@@ -321,7 +321,7 @@ fn spawn_hardware(
             }
             let mut image = image.clone();
             image.sampler = sampler(filter);
-            let image = world.resource_mut::<Assets<Image>>().add(image);
+            let image = world.add_asset(image);
             let row = TunnelRow {
                 setting: format!("{format_name} {filter}"),
                 reference: format!("rgba8 {filter}"),
@@ -345,10 +345,7 @@ fn spawn_ours(
     texture: &WaveletImage,
     filter: Filter,
 ) -> Setting {
-    let handle = world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
-        let mut images = world.resource_mut::<Assets<Image>>();
-        WaveletTexture::add(texture, WaveletStorage::Blocks, &mut textures, &mut images)
-    });
+    let handle = add_texture(world, texture, WaveletStorage::Blocks);
     let textures = world.resource::<Assets<WaveletTexture>>();
     let images = textures
         .get(&handle)
@@ -358,13 +355,10 @@ fn spawn_ours(
         filter: filter.filter,
         ..default()
     };
-    let material =
-        world
-            .resource_mut::<Assets<WaveletStandardMaterial>>()
-            .add(WaveletStandardMaterial {
-                base: base(),
-                extension,
-            });
+    let material = world.add_asset::<WaveletStandardMaterial>(WaveletStandardMaterial {
+        base: base(),
+        extension,
+    });
     let row = TunnelRow {
         setting: format!("color3 {}", filter.name),
         reference: format!("rgba8 {}", filter.hardware),
@@ -389,12 +383,10 @@ fn spawn_standard(
     tunnel: &Handle<Mesh>,
     image: Option<Handle<Image>>,
 ) -> Entity {
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(StandardMaterial {
-            base_color_texture: image.clone(),
-            ..base()
-        });
+    let material = world.add_asset::<StandardMaterial>(StandardMaterial {
+        base_color_texture: image.clone(),
+        ..base()
+    });
     if let Some(image) = image {
         world
             .resource_mut::<AwaitedAssets>()

@@ -157,7 +157,7 @@ fn app(
 
 fn spawn_layers(world: &mut World, load: Load, size: [u32; 2]) {
     let mesh: Mesh = Rectangle::new(size[0] as f32, size[1] as f32).into();
-    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    let mesh = world.add_asset(mesh);
     let material = StandardMaterial {
         base_color: Color::srgba(0.9, 0.4, 0.2, 0.5),
         alpha_mode: if load.blend {
@@ -168,9 +168,7 @@ fn spawn_layers(world: &mut World, load: Load, size: [u32; 2]) {
         unlit: true,
         ..default()
     };
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(material);
+    let material = world.add_asset::<StandardMaterial>(material);
     for _ in 0..load.layers {
         world.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(material.clone())));
     }
@@ -181,7 +179,7 @@ fn spawn_camera(world: &mut World, camera: Camera, msaa: Msaa, size: [u32; 2]) -
     let entity = world.spawn(view).insert(msaa).id();
     let target = camera.target.map(|format| {
         let image = Image::new_target_texture(size[0], size[1], format, None);
-        let image = world.resource_mut::<Assets<Image>>().add(image);
+        let image = world.add_asset(image);
         RenderTarget::Image(ImageRenderTarget::from(image))
     });
     let mut spawned = world.entity_mut(entity);

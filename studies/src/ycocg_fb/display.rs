@@ -122,7 +122,7 @@ fn spawn_grid(world: &mut World) {
         RenderAssetUsages::RENDER_WORLD,
     );
     image.sampler = ImageSampler::nearest();
-    let image = world.resource_mut::<Assets<Image>>().add(image);
+    let image = world.add_asset(image);
     let material = StandardMaterial {
         unlit: true,
         ..StandardMaterial::from(image)

@@ -12,8 +12,8 @@ use bevy::{
 use bevy_ewa::{EwaMaps, EwaMethod, EwaPlugin, EwaProbes, EwaSettings};
 use bevy_frugal_lab::{headless::HeadlessSettings, metrics::error::mse};
 
-use super::scene::{Floor, checkered, checks, keep, psnr, texture};
-use crate::support::gpu;
+use super::scene::{Floor, all, checkered, checks, texture};
+use crate::support::{gpu, keep, psnr};
 
 fn anisotropic() -> EwaSettings {
     EwaSettings::with_method(EwaMethod::Anisotropic)
@@ -42,12 +42,6 @@ fn by_hand(plugin: Option<EwaPlugin>, anisotropy_clamp: u16) -> Floor {
     floor
 }
 
-fn all(settings: EwaSettings) -> Option<EwaPlugin> {
-    Some(EwaPlugin {
-        all_materials: Some(settings),
-    })
-}
-
 /// The number of pipelines, and of those with a shader def of the filter.
 fn pipelines(floor: &mut Floor) -> (usize, usize) {
     let is_ours = |def: &ShaderDefVal| match def {
@@ -73,12 +67,12 @@ fn samplers_get_anisotropy_and_pipelines_stay_bevys_own() {
     let _gpu = gpu();
     let mut stock = by_hand(None, 1);
     let trilinear = stock.picture();
-    let wanted = by_hand(None, 16).picture();
+    let expected = by_hand(None, 16).picture();
     let mut floor = by_hand(all(anisotropic()), 1);
-    let found = floor.picture();
-    keep("anisotropic_16", &found);
+    let ours = floor.picture();
+    keep("anisotropic_16", &ours);
     keep("anisotropic_1", &trilinear);
-    assert!(found == wanted, "{} dB", psnr(&found, &wanted));
+    assert!(ours == expected, "{} dB", psnr(&ours, &expected));
     assert_eq!(pipelines(&mut floor), (pipelines(&mut stock).0, 0));
     // The driver here heeds anisotropy, and it is worth something.
     let exact = floor.all(Some(EwaSettings::with_method(EwaMethod::Reference)));
@@ -86,10 +80,10 @@ fn samplers_get_anisotropy_and_pipelines_stay_bevys_own() {
     let error = |picture| mse(picture, &exact).expect("equal sizes");
     println!(
         "MSE against exact EWA: 16x {:.1}, trilinear {:.1}",
-        error(&found),
+        error(&ours),
         error(&trilinear)
     );
-    assert!(error(&found) < error(&trilinear) && psnr(&found, &trilinear) < 30.0);
+    assert!(error(&ours) < error(&trilinear) && psnr(&ours, &trilinear) < 30.0);
     // And back.
     assert!(floor.all(None) == trilinear);
     let four = EwaSettings {
@@ -97,7 +91,7 @@ fn samplers_get_anisotropy_and_pipelines_stay_bevys_own() {
         ..anisotropic()
     };
     assert!(floor.all(Some(four)) == by_hand(None, 4).picture());
-    assert!(floor.all(Some(anisotropic())) == wanted);
+    assert!(floor.all(Some(anisotropic())) == expected);
 }
 
 #[test]
@@ -139,8 +133,8 @@ fn maps_that_are_not_chosen_are_the_texture_units() {
     let mut floor = by_hand(all(settings(EwaMaps::NONE, 1)), 1);
     assert!(floor.picture() == by_hand(None, 1).picture());
     assert_eq!(pipelines(&mut floor).1, 0);
-    let found = floor.all(Some(settings(EwaMaps::NONE, 16)));
-    assert!(found == by_hand(None, 16).picture());
+    let raised = floor.all(Some(settings(EwaMaps::NONE, 16)));
+    assert!(raised == by_hand(None, 16).picture());
     // A texture that an exact method filters keeps its sampler.
     let exact = floor.all(Some(settings(EwaMaps::default(), 1)));
     assert!(floor.all(Some(settings(EwaMaps::default(), 16))) == exact);
@@ -157,6 +151,6 @@ fn probes_raise_the_samplers_themselves() {
             probes: EwaProbes::Five,
         })
     };
-    let found = by_hand(all(probes), 1).picture();
-    assert!(found == by_hand(all(probes), 16).picture());
+    let raised = by_hand(all(probes), 1).picture();
+    assert!(raised == by_hand(all(probes), 16).picture());
 }

@@ -45,12 +45,12 @@ fn the_reference_is_within_two_levels_of_its_double_everywhere_on_every_scene() 
         let lookups = Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates);
         let picture = lookups.expect("an app").picture(&settings, 0);
         let picture = rgb(&picture.expect("a picture"));
-        let wanted = computed_picture(&texture, &coordinates, SIZE, &settings, 0).0;
-        let found = max_error(&display(&wanted, SIZE), &display(&picture, SIZE));
-        println!("{}: {found:?} levels", scene.name);
+        let expected = computed_picture(&texture, &coordinates, SIZE, &settings, 0).0;
+        let actual = max_error(&display(&expected, SIZE), &display(&picture, SIZE));
+        println!("{}: {actual:?} levels", scene.name);
         assert!(
-            found.expect("equal sizes") <= 2,
-            "{}: {found:?}",
+            actual.expect("equal sizes") <= 2,
+            "{}: {actual:?}",
             scene.name
         );
     }
@@ -62,11 +62,11 @@ fn pairs_of_texels_are_as_good_as_single_ones() {
     let [linear, reference] =
         [EwaMethod::Linear, EwaMethod::Reference].map(EwaSettings::with_method);
     for scene in &SCENES {
-        let found = linear_error(scene, 48, [&linear, &reference], TexelFormat::Float32);
-        let found = found.expect("a picture");
-        println!("{}: {found:.6}", scene.name);
+        let actual = linear_error(scene, 48, [&linear, &reference], TexelFormat::Float32);
+        let actual = actual.expect("a picture");
+        println!("{}: {actual:.6}", scene.name);
         // The budget counts texels, so that it is the same for both.
-        assert!(found < 0.01, "{}: {found}", scene.name);
+        assert!(actual < 0.01, "{}: {actual}", scene.name);
     }
 }
 
@@ -116,32 +116,48 @@ fn differences(
     let picture = lookups.picture(settings, 1).expect("a picture");
     let pairs = coordinates.iter().zip(&picture);
     pairs
-        .map(|((uv, derivatives), found)| {
-            let wanted = sample(texture, *uv, *derivatives, settings, 1).color;
-            let channels = found.iter().zip(wanted);
-            let errors = channels.map(|(found, wanted)| (f64::from(*found) - wanted).abs() * 255.0);
+        .map(|((uv, derivatives), actual)| {
+            let expected = sample(texture, *uv, *derivatives, settings, 1).color;
+            let channels = actual.iter().zip(expected);
+            let errors =
+                channels.map(|(actual, expected)| (f64::from(*actual) - expected).abs() * 255.0);
             // A NaN is worse than everything.
             let worst = errors.map(|e| if e.is_nan() { f64::INFINITY } else { e });
-            let place = format!("{uv:?} {derivatives:?}: {found:?} for {wanted:?}");
+            let place = format!("{uv:?} {derivatives:?}: {actual:?} for {expected:?}");
             (worst.fold(0.0, f64::max), place)
         })
         .collect()
 }
 
-/// The largest difference.
-fn worst(
+/// An app that looks up the coordinates of a picture of `size` x `size` pixels.
+fn lookups(texture: &Texture, coordinates: &[([f64; 2], Derivatives)], size: u32) -> Lookups {
+    let lookups = Lookups::new(size, texture, TexelFormat::Float32, 1, coordinates);
+    lookups.expect("an app")
+}
+
+/// Demands that the largest difference is at most two levels, for each of the settings.
+fn check(
+    name: &str,
     texture: &Texture,
     lookups: &mut Lookups,
     coordinates: &[([f64; 2], Derivatives)],
-    settings: &EwaSettings,
-) -> (f64, String) {
-    let all = differences(texture, lookups, coordinates, settings);
-    let worst = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-    worst.expect("lookups")
+    settings: impl IntoIterator<Item = EwaSettings>,
+) {
+    for settings in settings {
+        let all = differences(texture, lookups, coordinates, &settings);
+        let worst = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let (error, place) = worst.expect("lookups");
+        println!("{name}, {settings:?}: {error:.3}");
+        assert!(error <= 2.0, "{name}, {settings:?}: {error} at {place}");
+    }
+}
+
+fn all_methods() -> impl Iterator<Item = EwaSettings> {
+    METHODS.into_iter().map(EwaSettings::with_method)
 }
 
 #[test]
-fn every_method_with_every_ellipse() {
+fn every_method_is_within_two_levels_of_the_reference_for_every_ellipse() {
     let _gpu = gpu();
     const SIZE: u32 = 48;
     for (size, address) in [
@@ -152,58 +168,52 @@ fn every_method_with_every_ellipse() {
     ] {
         let texture = noise(size).with_address([address; 2]);
         let coordinates = random_lookups(SIZE * SIZE, 2.0);
-        let mut lookups =
-            Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
-        for method in METHODS {
-            let settings = EwaSettings::with_method(method);
-            let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-            println!("{size:?} {address:?} {method:?}: {error:.3}");
-            assert!(
-                error <= 2.0,
-                "{size:?} {address:?} {method:?}: {error} at {place}"
-            );
-        }
+        let mut lookups = lookups(&texture, &coordinates, SIZE);
+        let name = format!("{size:?} {address:?}");
+        check(&name, &texture, &mut lookups, &coordinates, all_methods());
     }
 }
 
 #[test]
-fn every_kernel_and_level_of_detail() {
+fn every_kernel_and_level_of_detail_is_within_two_levels_of_the_reference() {
     let _gpu = gpu();
     const SIZE: u32 = 32;
     let texture = noise([64, 64]);
     let coordinates = random_lookups(SIZE * SIZE, 2.0);
-    let mut lookups =
-        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
-    let mut check = |settings: EwaSettings| {
-        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-        println!("{settings:?}: {error:.3}");
-        assert!(error <= 2.0, "{settings:?}: {error} at {place}");
-    };
+    let mut lookups = lookups(&texture, &coordinates, SIZE);
     let base = EwaSettings::with_method(EwaMethod::Linear);
+    let mut settings = vec![
+        EwaSettings {
+            minor_radius_texels: 3.0,
+            max_anisotropy: 64.0,
+            ..base
+        },
+        EwaSettings {
+            max_fetches: 64,
+            ..base
+        },
+        EwaSettings {
+            level_blend: 1.0,
+            ..base
+        },
+        // Where the formula of the hardware steps from one count to the next, 32 bits may take either.
+        EwaSettings {
+            level_of_detail: EwaLevelOfDetail::Hardware,
+            ..base
+        },
+    ];
     for kernel in [
         EwaKernel::Tent,
         EwaKernel::Gaussian { sigma_pixels: 0.8 },
         EwaKernel::MitchellNetravali,
         EwaKernel::Lanczos,
     ] {
-        check(EwaSettings { kernel, ..base });
+        settings.push(EwaSettings { kernel, ..base });
     }
-    check(EwaSettings {
-        minor_radius_texels: 3.0,
-        max_anisotropy: 64.0,
-        ..base
-    });
-    check(EwaSettings {
-        max_fetches: 64,
-        ..base
-    });
-    check(EwaSettings {
-        level_blend: 1.0,
-        ..base
-    });
     for probes in [EwaProbes::Three, EwaProbes::Seven, EwaProbes::ByAspect] {
-        check(EwaSettings::with_method(EwaMethod::Approximate { probes }));
+        settings.push(EwaSettings::with_method(EwaMethod::Approximate { probes }));
     }
+    check("noise", &texture, &mut lookups, &coordinates, settings);
     // A box has an edge, where 32 bits may find a texel on the other side.
     let cut = EwaSettings {
         kernel: EwaKernel::Box,
@@ -213,13 +223,6 @@ fn every_kernel_and_level_of_detail() {
     let off = all.iter().filter(|(error, _)| *error > 2.0).count();
     println!("box: {off} of {} lookups", all.len());
     assert!(off * 100 < all.len(), "box: {off} of {}", all.len());
-    // Where the formula of the hardware steps from one count to the next, 32 bits may take either.
-    let hardware = EwaSettings {
-        level_of_detail: EwaLevelOfDetail::Hardware,
-        ..base
-    };
-    let (error, place) = worst(&texture, &mut lookups, &coordinates, &hardware);
-    assert!(error <= 2.0, "hardware level: {error} at {place}");
 }
 
 #[test]
@@ -259,8 +262,7 @@ fn nothing_breaks_the_shaders() {
         })
         .collect();
     let texture = noise([32, 16]);
-    let mut lookups =
-        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+    let mut lookups = lookups(&texture, &coordinates, SIZE);
     for method in METHODS {
         let settings = EwaSettings::with_method(method);
         let picture = lookups.picture(&settings, 0).expect("a picture");
@@ -285,37 +287,28 @@ fn far_coordinates_keep_their_texels() {
             dy: [0.0, 0.05],
         };
     }
-    let mut lookups =
-        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
-    for method in METHODS {
-        let settings = EwaSettings::with_method(method);
-        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-        println!("{method:?}: {error:.3}");
-        assert!(error <= 2.0, "{method:?}: {error} at {place}");
-    }
+    let mut lookups = lookups(&texture, &coordinates, SIZE);
+    check("far", &texture, &mut lookups, &coordinates, all_methods());
 }
 
 #[test]
-fn textures_as_large_as_they_come() {
+fn textures_as_large_as_they_come_are_within_two_levels_of_the_reference() {
     let _gpu = gpu();
     const SIZE: u32 = 32;
     for size in [[8192, 8], [2048, 256]] {
         let texture = noise(size);
         // From a texel to the whole texture.
         let coordinates = random_lookups(SIZE * SIZE, 1.0);
-        let mut lookups =
-            Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
-        for method in [
+        let mut lookups = lookups(&texture, &coordinates, SIZE);
+        let methods = [
             EwaMethod::Linear,
             EwaMethod::Bilinear,
             EwaMethod::Approximate { probes: FIVE },
             EwaMethod::Spatial { probes: FIVE },
-        ] {
-            let settings = EwaSettings::with_method(method);
-            let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-            println!("{size:?} {method:?}: {error:.3}");
-            assert!(error <= 2.0, "{size:?} {method:?}: {error} at {place}");
-        }
+        ];
+        let settings = methods.map(EwaSettings::with_method);
+        let name = format!("{size:?}");
+        check(&name, &texture, &mut lookups, &coordinates, settings);
     }
 }
 
@@ -326,20 +319,15 @@ fn beyond_the_border_is_what_the_border_is() {
     let border = AddressMode::ClampToBorder;
     let texture = noise([40, 24]).with_address([border; 2]);
     let coordinates = random_lookups(SIZE * SIZE, 1.5);
-    let mut lookups =
-        Lookups::new(SIZE, &texture, TexelFormat::Float32, 1, &coordinates).expect("an app");
+    let mut lookups = lookups(&texture, &coordinates, SIZE);
     let feature = wgpu::Features::ADDRESS_MODE_CLAMP_TO_BORDER;
     if !lookups.app().features().contains(feature) {
         skipped("EWA at borders: the adapter has no border addressing");
         return;
     }
-    for method in METHODS {
-        let settings = EwaSettings {
-            periodic: false,
-            ..EwaSettings::with_method(method)
-        };
-        let (error, place) = worst(&texture, &mut lookups, &coordinates, &settings);
-        println!("{method:?}: {error:.3}");
-        assert!(error <= 2.0, "{method:?}: {error} at {place}");
-    }
+    let settings = all_methods().map(|settings| EwaSettings {
+        periodic: false,
+        ..settings
+    });
+    check("border", &texture, &mut lookups, &coordinates, settings);
 }

@@ -12,11 +12,10 @@ use bevy::{
 use bevy_ewa::{
     AllMaterials, EwaImage, EwaMaterialPlugin, EwaOverrides, EwaPlugin, MipReport, mips::NoMips,
 };
-use bevy_frugal_lab::headless::HeadlessSettings;
 use image::RgbImage;
 
-use super::scene::{Floor, checks, keep, mips, psnr, texture};
-use crate::support::gpu;
+use super::scene::{Floor, checks, mips, texture};
+use crate::support::{Folder, gpu, keep, psnr};
 
 const RED: [u8; 4] = [240, 30, 20, 255];
 const BLUE: [u8; 4] = [20, 40, 250, 255];
@@ -56,6 +55,11 @@ fn floor_of(plugin: Option<EwaPlugin>, image: Image) -> (Floor, Handle<Image>) {
 fn edit(floor: &mut Floor, image: &Handle<Image>, edit: impl FnOnce(&mut Image)) {
     let mut images = floor.app.world_mut().resource_mut::<Assets<Image>>();
     edit(&mut images.get_mut(image).expect("the image"));
+}
+
+fn assert_levels(floor: &Floor, image: &Handle<Image>, levels: u32) {
+    let report = mips(floor.app.world(), image);
+    assert_eq!(report, Some(MipReport::Generated(levels)));
 }
 
 /// The picture of a floor that shows an image from the beginning.
@@ -121,13 +125,10 @@ fn a_resized_texture_has_the_levels_of_its_size() {
         };
         edit(&mut floor, &image, resize);
         let seen = floor.picture();
-        assert_eq!(
-            mips(floor.app.world(), &image),
-            Some(MipReport::Generated(8))
-        );
-        let mut wanted = picture(RED);
-        resize(&mut wanted);
-        assert!(seen == fresh(plugin, wanted));
+        assert_levels(&floor, &image, 8);
+        let mut expected = picture(RED);
+        resize(&mut expected);
+        assert!(seen == fresh(plugin, expected));
     }
 }
 
@@ -135,15 +136,12 @@ fn a_resized_texture_has_the_levels_of_its_size() {
 fn images_that_are_only_on_the_gpu_and_those_loaded_long_before_their_material_get_levels() {
     let _gpu = gpu();
     let plugin = EwaPlugin::elliptical();
-    let wanted = fresh(plugin, picture(RED));
+    let expected = fresh(plugin, picture(RED));
     let mut gpu_only = picture(RED);
     gpu_only.asset_usage = RenderAssetUsages::RENDER_WORLD;
     let (mut floor, image) = floor_of(Some(plugin), gpu_only.clone());
-    assert!(floor.picture() == wanted);
-    assert_eq!(
-        mips(floor.app.world(), &image),
-        Some(MipReport::Generated(7))
-    );
+    assert!(floor.picture() == expected);
+    assert_levels(&floor, &image, 7);
 
     for image in [gpu_only, picture(RED)] {
         let (mut floor, _) = floor_of(Some(plugin), picture(BLUE));
@@ -151,7 +149,7 @@ fn images_that_are_only_on_the_gpu_and_those_loaded_long_before_their_material_g
         floor.app.render_frames(310).expect("frames");
         floor.lay(|_| unlit(image.clone()));
         let seen = floor.picture();
-        assert!(seen == wanted, "{} dB", psnr(&seen, &wanted));
+        assert!(seen == expected, "{} dB", psnr(&seen, &expected));
         let is_editable = {
             let images = floor.app.world().resource::<Assets<Image>>();
             images.get(&image).is_some_and(|image| image.data.is_some())
@@ -194,9 +192,7 @@ fn mirror(plugin: EwaPlugin, after_draws: bool) -> (RgbImage, Option<MipReport>)
     let shown = images.add(picture(RED));
     let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
     let shown = materials.add(unlit(shown));
-    let quad = world
-        .resource_mut::<Assets<Mesh>>()
-        .add(Rectangle::new(2.0, 2.0));
+    let quad = world.add_asset(Rectangle::new(2.0, 2.0));
     world.spawn((
         Mesh3d(quad),
         MeshMaterial3d(shown),
@@ -237,8 +233,8 @@ fn a_mirror_is_shown_and_has_levels_where_the_game_asks() {
         keep("mirror", &seen);
         keep("mirror_levels", &leveled);
         // With levels it is nearly the picture that was drawn to the target, on the floor.
-        let wanted = fresh(plugin, picture(RED));
-        let (without, with) = (psnr(&seen, &wanted), psnr(&leveled, &wanted));
+        let expected = fresh(plugin, picture(RED));
+        let (without, with) = (psnr(&seen, &expected), psnr(&leveled, &expected));
         println!("{without} dB without levels, {with} dB with them");
         assert!(with > 40.0 && with > without + 10.0);
     }
@@ -313,15 +309,9 @@ fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
 #[test]
 fn materials_of_the_games_own_are_filtered_by_one_line() {
     let _gpu = gpu();
-    let folder = std::env::temp_dir().join(format!("ewa-plain-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a temporary folder");
-    std::fs::write(folder.join("plain.wesl"), PLAIN).expect("a shader");
+    let folder = Folder::new("plain").with("plain.wesl", PLAIN.as_bytes());
     type Extended = ExtendedMaterial<StandardMaterial, Detail>;
-    let settings = HeadlessSettings {
-        asset_folder: folder.to_string_lossy().into_owned(),
-        ..HeadlessSettings::with_size(96, 64)
-    };
-    let mut floor = Floor::with_plugins(settings, |app| {
+    let mut floor = Floor::with_plugins(folder.settings(96, 64), |app| {
         app.add_plugins((
             EwaPlugin::default(),
             MaterialPlugin::<Extended>::default(),
@@ -335,7 +325,7 @@ fn materials_of_the_games_own_are_filtered_by_one_line() {
     let world = floor.app.world_mut();
     let mut images = world.resource_mut::<Assets<Image>>();
     let [base, detail, plain] = [(); 3].map(|()| images.add(picture(RED)));
-    let extended = world.resource_mut::<Assets<Extended>>().add(Extended {
+    let extended = world.add_asset::<Extended>(Extended {
         base: unlit(base.clone()),
         extension: Detail {
             texture: Some(detail.clone()),
@@ -348,14 +338,11 @@ fn materials_of_the_games_own_are_filtered_by_one_line() {
     let seen = floor.all(elliptical);
     assert!(seen == fresh(EwaPlugin::elliptical(), picture(RED)));
     for image in [&base, &detail] {
-        assert_eq!(
-            mips(floor.app.world(), image),
-            Some(MipReport::Generated(7))
-        );
+        assert_levels(&floor, image, 7);
     }
 
     let world = floor.app.world_mut();
-    let material = world.resource_mut::<Assets<Plain>>().add(Plain {
+    let material = world.add_asset::<Plain>(Plain {
         texture: plain.clone(),
     });
     world
@@ -365,11 +352,7 @@ fn materials_of_the_games_own_are_filtered_by_one_line() {
     world.insert_resource(AllMaterials::default());
     let seen = floor.picture();
     keep("plain", &seen);
-    let wanted = fresh(EwaPlugin::default(), picture(RED));
-    assert!(psnr(&seen, &wanted) > 45.0, "{}", psnr(&seen, &wanted));
-    assert_eq!(
-        mips(floor.app.world(), &plain),
-        Some(MipReport::Generated(7))
-    );
-    std::fs::remove_dir_all(folder).ok();
+    let expected = fresh(EwaPlugin::default(), picture(RED));
+    assert!(psnr(&seen, &expected) > 45.0, "{}", psnr(&seen, &expected));
+    assert_levels(&floor, &plain, 7);
 }

@@ -12,8 +12,8 @@ use bevy_ewa::{
 };
 use bevy_frugal_hooks::ShaderPatches;
 
-use super::scene::{Floor, checkered, checks, keep, psnr, texture};
-use crate::support::{gpu, skipped};
+use super::scene::{Floor, all, checkered, checks, texture};
+use crate::support::{gpu, keep, psnr, skipped};
 
 const REFERENCE: EwaSettings = EwaSettings {
     method: EwaMethod::Reference,
@@ -68,29 +68,23 @@ fn all_materials_and_chosen_ones_are_filtered_alike() {
         floor.clear();
         let chosen = floor.chosen(settings);
         keep("chosen", &chosen);
-        let mut floor = Floor::new(
-            Some(EwaPlugin {
-                all_materials: Some(settings),
-            }),
-            checkered(true),
-        );
+        let mut floor = Floor::new(all(settings), checkered(true));
         floor.clear();
-        let all = floor.picture();
-        keep("all", &all);
-        assert!(psnr(&stock, &all) < 40.0, "{method:?} changed little");
-        assert!(all == chosen, "{method:?}: {} dB", psnr(&all, &chosen));
+        let filtered = floor.picture();
+        keep("all", &filtered);
+        assert!(psnr(&stock, &filtered) < 40.0, "{method:?} changed little");
+        assert!(
+            filtered == chosen,
+            "{method:?}: {} dB",
+            psnr(&filtered, &chosen)
+        );
     }
 }
 
 #[test]
 fn handles_and_later_edits_stay() {
     let _gpu = gpu();
-    let mut floor = Floor::new(
-        Some(EwaPlugin {
-            all_materials: Some(REFERENCE),
-        }),
-        checkered(true),
-    );
+    let mut floor = Floor::new(all(REFERENCE), checkered(true));
     let before = floor.picture();
     let handle = floor.material.clone();
     let mut edit = |color: Color| {
@@ -238,9 +232,9 @@ fn every_map_is_filtered_with_its_own_coordinates() {
         }));
         keep(&format!("{name}_stock"), &stock);
         keep(&format!("{name}_ewa"), &filtered);
-        let found = psnr(&stock, &filtered);
-        println!("{name} {uv:?}: {found:.1} dB from Bevy's own");
-        assert!(found < most, "{name}: {found} dB");
+        let changed = psnr(&stock, &filtered);
+        println!("{name} {uv:?}: {changed:.1} dB from Bevy's own");
+        assert!(changed < most, "{name}: {changed} dB");
     }
 }
 
@@ -254,12 +248,7 @@ fn every_pass_filters_alike() {
             ..checkered(true)(images)
         }
     };
-    let mut floor = Floor::new(
-        Some(EwaPlugin {
-            all_materials: Some(REFERENCE),
-        }),
-        material,
-    );
+    let mut floor = Floor::new(all(REFERENCE), material);
     let is_mesa_22 = floor.app.adapter().driver.contains("Mesa 22.");
     let forward = floor.picture();
     let camera = floor.camera;
@@ -290,16 +279,11 @@ fn every_pass_filters_alike() {
             "a motion-vector prepass cuts other holes"
         );
     }
-    let mut floor = Floor::new(
-        Some(EwaPlugin {
-            all_materials: Some(REFERENCE),
-        }),
-        |images| {
-            let mut material = material(images);
-            material.opaque_render_method = OpaqueRendererMethod::Deferred;
-            material
-        },
-    );
+    let mut floor = Floor::new(all(REFERENCE), |images| {
+        let mut material = material(images);
+        material.opaque_render_method = OpaqueRendererMethod::Deferred;
+        material
+    });
     let camera = floor.camera;
     let mut camera = floor.app.world_mut().entity_mut(camera);
     camera.insert((DepthPrepass, DeferredPrepass));

@@ -14,8 +14,8 @@ use bevy_ewa::{
     mips::{self, MipContent, NoMips, TexelFormat, texel::Storage},
 };
 
-use super::scene::{self, Floor, checkered, psnr, texture};
-use crate::support::gpu;
+use super::scene::{self, Floor, checkered, texture};
+use crate::support::{gpu, psnr};
 
 const UNORM8: TexelFormat = TexelFormat {
     channels: 4,
@@ -52,11 +52,7 @@ fn image(size: [u32; 2], layers: u32, format: TextureFormat, data: Vec<u8>) -> I
 fn generated(floor: &mut Floor, image: Image, material: StandardMaterial) -> Vec<Vec<u8>> {
     let bytes = image.texture_descriptor.format.block_copy_size(None);
     let bytes = bytes.expect("an uncompressed format");
-    let image = floor
-        .app
-        .world_mut()
-        .resource_mut::<Assets<Image>>()
-        .add(image);
+    let image = floor.app.world_mut().add_asset(image);
     let is_normal_map = material.normal_map_texture.is_some();
     let texture = Some(image.clone());
     floor.lay(|_| match is_normal_map {
@@ -127,11 +123,11 @@ fn levels_are_those_of_the_reference_for_all_contents_and_sizes() {
             }
             for (material, content) in materials {
                 let image = image(size, 1, format, data.clone());
-                let found = generated(&mut floor, image, material);
+                let actual = generated(&mut floor, image, material);
                 let expected = expected(size, reference, &data, content);
-                assert_eq!(found.len(), expected.len());
-                for (found, expected) in found.iter().zip(&expected) {
-                    let difference = difference(found, expected);
+                assert_eq!(actual.len(), expected.len());
+                for (actual, expected) in actual.iter().zip(&expected) {
+                    let difference = difference(actual, expected);
                     assert!(
                         difference <= 1,
                         "{size:?} {format:?} {content:?}: {difference}"
@@ -149,9 +145,9 @@ fn levels_are_those_of_the_reference_for_all_contents_and_sizes() {
             TextureFormat::R8Unorm,
             data[..texels as usize].to_vec(),
         );
-        let found = generated(&mut floor, red, default());
+        let actual = generated(&mut floor, red, default());
         let expected = expected(size, one, &data[..texels as usize], MipContent::Values);
-        let pairs = found.iter().zip(&expected);
+        let pairs = actual.iter().zip(&expected);
         assert!(pairs.clone().count() > 2 && pairs.into_iter().all(|(a, b)| difference(a, b) <= 1));
     }
 }
@@ -173,9 +169,9 @@ fn floats_are_exact_to_a_thousandth() {
     format.encode(&values, &mut data);
     let expected = expected(size, format, &data, MipContent::Values);
     let image = image(size, 1, TextureFormat::Rgba32Float, data);
-    let found = generated(&mut floor, image, default());
-    for (found, expected) in found.iter().zip(&expected) {
-        for (a, b) in format.decode(found).iter().zip(format.decode(expected)) {
+    let actual = generated(&mut floor, image, default());
+    for (actual, expected) in actual.iter().zip(&expected) {
+        for (a, b) in format.decode(actual).iter().zip(format.decode(expected)) {
             assert!((a - b).abs() <= 1e-3 * b.abs().max(1.0), "{a} {b}");
         }
     }
@@ -193,11 +189,11 @@ fn srgb_texels_are_averaged_in_linear_light_whatever_the_view_is() {
         format: Some(TextureFormat::Rgba8UnormSrgb),
         ..default()
     });
-    let found = generated(&mut floor, image, default());
+    let actual = generated(&mut floor, image, default());
     // The mean of the codes is 128.
     assert!(
-        difference(&found[2], &[188, 188, 188, 255]) <= 1,
-        "{found:?}"
+        difference(&actual[2], &[188, 188, 188, 255]) <= 1,
+        "{actual:?}"
     );
 }
 
@@ -218,10 +214,10 @@ fn alpha_masks_keep_their_coverage() {
             alpha_mode: AlphaMode::Mask(cutoff),
             ..default()
         };
-        let found = generated(&mut floor, image, mask);
+        let actual = generated(&mut floor, image, mask);
         let whole = visible(&data, SIZE, cutoff);
         // The means of these blades are one value in levels of 4 x 4 and less.
-        for (level, texels) in found.iter().enumerate().take(4) {
+        for (level, texels) in actual.iter().enumerate().take(4) {
             let side = SIZE >> (level + 1);
             let part = visible(texels, side, cutoff);
             let difference = part - whole;
@@ -276,13 +272,13 @@ fn layers_of_an_array_have_levels_of_their_own() {
         dimension: Some(TextureViewDimension::D2),
         ..default()
     });
-    let found = generated(&mut floor, array, default());
+    let actual = generated(&mut floor, array, default());
     let last = [10_u8, 200, 90].map(|n| [n, (255 - n).div_ceil(2), n, 255]);
-    assert_eq!(found.len(), 3);
+    assert_eq!(actual.len(), 3);
     assert!(
-        difference(&found[2], last.as_flattened()) <= 1,
+        difference(&actual[2], last.as_flattened()) <= 1,
         "{:?}",
-        found[2]
+        actual[2]
     );
 }
 
@@ -376,7 +372,7 @@ fn the_report_says_what_each_texture_got_and_why_not() {
     for (image, choice, expected) in cases {
         let format = image.texture_descriptor.format;
         let world = floor.app.world_mut();
-        let image = world.resource_mut::<Assets<Image>>().add(image);
+        let image = world.add_asset(image);
         let mut overrides = world.resource_mut::<EwaOverrides>();
         overrides.set_image(&image, choice);
         let texture = Some(image.clone());
@@ -385,7 +381,7 @@ fn the_report_says_what_each_texture_got_and_why_not() {
             ..default()
         });
         floor.all(EwaPlugin::default().all_materials);
-        let found = scene::mips(floor.app.world(), &image);
-        assert_eq!(found, Some(expected), "{format:?} {choice:?}");
+        let actual = scene::mips(floor.app.world(), &image);
+        assert_eq!(actual, Some(expected), "{format:?} {choice:?}");
     }
 }

@@ -45,13 +45,9 @@ fn new_pipelines(plugin: Option<EwaPlugin>) -> (Vec<usize>, Option<MipReport>) {
         normal_map_texture: Some(normals),
         ..default()
     };
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(material);
+    let material = world.add_asset::<StandardMaterial>(material);
     let cube = Mesh::from(Cuboid::from_length(0.4)).with_generated_tangents();
-    let cube = world
-        .resource_mut::<Assets<Mesh>>()
-        .add(cube.expect("tangents"));
+    let cube = world.add_asset(cube.expect("tangents"));
     world.spawn((
         Mesh3d(cube),
         MeshMaterial3d(material),

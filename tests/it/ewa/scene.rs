@@ -10,13 +10,11 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_ewa::{
-    AllMaterials, EwaOverrides, EwaPlugin, EwaReport, EwaSettings, EwaStandardMaterial, MipReport,
+    AllMaterials, EwaMethod, EwaOverrides, EwaPlugin, EwaReport, EwaSettings, EwaStandardMaterial,
+    MipReport,
     mips::{self, texel::Storage},
 };
-use bevy_frugal_lab::{
-    headless::{HeadlessApp, HeadlessSettings, LabTarget},
-    metrics::error::{mse, psnr_db},
-};
+use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
 use image::RgbImage;
 
 use crate::support::pool::{Borrowed, Pool};
@@ -50,6 +48,14 @@ impl Floor {
             }
         };
         Self::in_app(app, material)
+    }
+
+    /// The scene with all materials filtered by a method.
+    pub fn filtered(
+        method: EwaMethod,
+        material: impl FnOnce(&mut Assets<Image>) -> StandardMaterial,
+    ) -> Self {
+        Self::new(all(EwaSettings::with_method(method)), material)
     }
 
     /// The scene in an app of its own.
@@ -138,13 +144,10 @@ impl Floor {
         let world = self.app.world_mut();
         let base = world.resource::<Assets<StandardMaterial>>();
         let base = base.get(&self.material).expect("the material").clone();
-        let material =
-            world
-                .resource_mut::<Assets<EwaStandardMaterial>>()
-                .add(EwaStandardMaterial {
-                    base,
-                    extension: settings.into(),
-                });
+        let material = world.add_asset::<EwaStandardMaterial>(EwaStandardMaterial {
+            base,
+            extension: settings.into(),
+        });
         world
             .entity_mut(self.floor)
             .remove::<MeshMaterial3d<StandardMaterial>>()
@@ -175,6 +178,13 @@ impl Floor {
     }
 }
 
+/// The plugin, with all materials filtered like this.
+pub fn all(settings: EwaSettings) -> Option<EwaPlugin> {
+    Some(EwaPlugin {
+        all_materials: Some(settings),
+    })
+}
+
 fn small() -> HeadlessSettings {
     HeadlessSettings::with_size(96, 64)
 }
@@ -201,10 +211,6 @@ fn begin(world: &mut World) {
 pub fn mips(world: &World, image: &Handle<Image>) -> Option<MipReport> {
     let report = world.resource::<EwaReport>();
     Some(report.textures.get(&image.id())?.mips)
-}
-
-pub fn psnr(a: &RgbImage, b: &RgbImage) -> f64 {
-    psnr_db(mse(a, b).expect("equal sizes"))
 }
 
 /// 64 x 64 texels, repeating, with mips or without.
@@ -263,16 +269,6 @@ pub fn checkered(mipped: bool) -> impl FnOnce(&mut Assets<Image>) -> StandardMat
             checks([250, 250, 240, 255], [20, 30, 60, 255]),
         ))),
         ..default()
-    }
-}
-
-/// Writes a picture for a human to look at, where `EWA_PICTURES` names a folder.
-pub fn keep(name: &str, picture: &RgbImage) {
-    if let Some(folder) = std::env::var_os("EWA_PICTURES") {
-        let path = std::path::Path::new(&folder)
-            .join(name)
-            .with_extension("png");
-        picture.save(path).expect("a writable folder");
     }
 }
 

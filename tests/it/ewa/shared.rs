@@ -1,10 +1,10 @@
 //! Maps of one size and UV set, which share a loop, look like maps with loops of their own.
 
 use bevy::{image::Image, prelude::*, render::render_resource::TextureFormat};
-use bevy_ewa::{EwaMethod, EwaPlugin, EwaProbes, EwaSettings};
+use bevy_ewa::{EwaMethod, EwaProbes};
 
-use super::scene::{Floor, checks, keep, psnr, texture};
-use crate::support::gpu;
+use super::scene::{Floor, checks, texture};
+use crate::support::{gpu, keep, psnr};
 
 /// A texture without its coarsest mip levels, so that it differs in shape but hardly in the picture.
 fn without_levels(mut image: Image, count: u32) -> Image {
@@ -57,10 +57,7 @@ fn shared_maps_look_like_maps_with_loops_of_their_own() {
             probes: EwaProbes::Five,
         },
     ] {
-        let plugin = Some(EwaPlugin {
-            all_materials: Some(EwaSettings::with_method(method)),
-        });
-        let mut floor = Floor::new(plugin, |images| material(images, [0; 3]));
+        let mut floor = Floor::filtered(method, |images| material(images, [0; 3]));
         floor.clear();
         let shared = floor.picture();
         let mut with = |change: &dyn Fn(&mut Assets<Image>) -> StandardMaterial| {

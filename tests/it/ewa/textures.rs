@@ -8,40 +8,28 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings, MipReport};
-use bevy_frugal_lab::{
-    headless::{AwaitedAssets, HeadlessSettings},
-    metrics::error::max_error,
-};
-use image::{DynamicImage, ImageFormat, RgbaImage};
+use bevy_frugal_lab::metrics::error::max_error;
+use image::{ImageFormat, RgbImage, RgbaImage};
 
-use super::scene::{Floor, checkered, checks, keep, mips, psnr, texture};
-use crate::support::{gpu, skipped};
+use super::scene::{Floor, all, checkered, checks, mips, texture};
+use crate::support::{Folder, gpu, image_file, keep, psnr, skipped, wait_for};
 
 fn filtering() -> Option<EwaPlugin> {
-    Some(EwaPlugin {
-        all_materials: Some(EwaSettings::with_method(EwaMethod::Linear)),
+    all(EwaSettings::with_method(EwaMethod::Linear))
+}
+
+/// Waits for the mip levels of the floor's texture.
+fn wait_for_mips(floor: &mut Floor) -> u32 {
+    let material = &floor.material;
+    wait_for(&mut floor.app, |app| {
+        let materials = app.world().resource::<Assets<StandardMaterial>>();
+        let texture = materials.get(material)?.base_color_texture.as_ref()?;
+        match mips(app.world(), texture)? {
+            MipReport::Generated(levels) => Some(levels),
+            _ => None,
+        }
     })
 }
-
-/// Waits for the levels of the floor's texture.
-fn wait_for_mips(floor: &mut Floor) -> Option<u32> {
-    for _ in 0..200 {
-        floor.app.render_frames(1).expect("a frame");
-        let world = floor.app.world();
-        let materials = world.resource::<Assets<StandardMaterial>>();
-        let material = materials.get(&floor.material)?;
-        if let Some(MipReport::Generated(levels)) =
-            mips(world, material.base_color_texture.as_ref()?)
-        {
-            return Some(levels);
-        }
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    None
-}
-
-/// A folder with `checks.png`, and `checks.gltf` with a material of it.
-struct Folder(std::path::PathBuf);
 
 const GLTF: &str = r#"{
     "asset": { "version": "2.0" },
@@ -53,44 +41,36 @@ const GLTF: &str = r#"{
     } }]
 }"#;
 
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("ewa-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a temporary folder");
-        let texel = checks([250, 250, 240, 255], [20, 30, 60, 255]);
-        let picture = RgbaImage::from_fn(64, 64, |x, y| image::Rgba(texel(x, y)));
-        let mut png = std::io::Cursor::new(Vec::new());
-        DynamicImage::from(picture)
-            .write_to(&mut png, ImageFormat::Png)
-            .expect("a PNG");
-        std::fs::write(folder.join("checks.png"), png.into_inner()).expect("a file");
-        std::fs::write(folder.join("checks.gltf"), GLTF).expect("a file");
-        Self(folder)
-    }
-
-    fn floor(&self) -> Floor {
-        let settings = HeadlessSettings {
-            asset_folder: self.0.to_string_lossy().into_owned(),
-            ..HeadlessSettings::with_size(96, 64)
-        };
-        Floor::with_settings(settings, filtering(), |_| StandardMaterial::default())
-    }
+/// A folder with `checks.png`, and `checks.gltf` with a material of it.
+fn folder(name: &str) -> Folder {
+    let texel = checks([250, 250, 240, 255], [20, 30, 60, 255]);
+    let picture = RgbaImage::from_fn(64, 64, |x, y| image::Rgba(texel(x, y)));
+    Folder::new(name)
+        .with("checks.png", &image_file(picture, ImageFormat::Png))
+        .with("checks.gltf", GLTF.as_bytes())
 }
 
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+fn floor_in(folder: &Folder) -> Floor {
+    let settings = folder.settings(96, 64);
+    Floor::with_settings(settings, filtering(), |_| StandardMaterial::default())
+}
+
+/// Demands this PSNR in dB.
+fn assert_like(name: &str, picture: &RgbImage, expected: &RgbImage, least_db: f64) {
+    keep(name, picture);
+    let psnr_db = psnr(picture, expected);
+    println!("{name}: {psnr_db:.1} dB");
+    assert!(psnr_db > least_db, "{name}: {psnr_db} dB");
 }
 
 /// A file without mips looks like the same texture made with them.
 #[test]
 fn a_png_file_is_filtered_as_a_texture_with_mips_is() {
     let _gpu = gpu();
-    let folder = Folder::new("png");
-    let mut floor = folder.floor();
-    let server = floor.app.world().resource::<AssetServer>();
-    let loaded = server
+    let folder = folder("png");
+    let mut floor = floor_in(&folder);
+    let world = floor.app.world();
+    let loaded = world
         .load_builder()
         .with_settings(|settings: &mut ImageLoaderSettings| {
             settings.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
@@ -104,47 +84,34 @@ fn a_png_file_is_filtered_as_a_texture_with_mips_is() {
         base_color_texture: Some(loaded),
         ..default()
     });
-    assert_eq!(wait_for_mips(&mut floor), Some(7));
-    let found = floor.picture();
-    let wanted = Floor::new(filtering(), checkered(true)).picture();
-    keep("png", &found);
-    let found = psnr(&found, &wanted);
-    println!("{found:.1} dB");
-    assert!(found > 50.0, "{found} dB");
+    assert_eq!(wait_for_mips(&mut floor), 7);
+    let expected = Floor::new(filtering(), checkered(true)).picture();
+    assert_like("png", &floor.picture(), &expected, 50.0);
 }
 
 #[test]
 fn a_gltf_material_is_filtered_as_one_made_here_is() {
     let _gpu = gpu();
-    let folder = Folder::new("gltf");
-    let mut floor = folder.floor();
-    let world = floor.app.world_mut();
-    let loaded: Handle<StandardMaterial> = world
-        .resource::<AssetServer>()
-        .load("checks.gltf#Material0/std");
-    world
+    let folder = folder("gltf");
+    let mut floor = floor_in(&folder);
+    let loaded: Handle<StandardMaterial> = floor.app.load("checks.gltf#Material0/std");
+    floor
+        .app
+        .world_mut()
         .entity_mut(floor.floor)
         .insert(MeshMaterial3d(loaded.clone()));
-    world
-        .resource_mut::<AwaitedAssets>()
-        .0
-        .push(loaded.clone().untyped());
     floor.material = loaded;
     floor.app.run_until_ready(500).expect("loaded");
-    assert_eq!(wait_for_mips(&mut floor), Some(7));
-    let found = floor.picture();
-    keep("gltf", &found);
-
+    assert_eq!(wait_for_mips(&mut floor), 7);
+    let picture = floor.picture();
     let materials = floor.app.world().resource::<Assets<StandardMaterial>>();
     let material = materials.get(&floor.material).expect("loaded").clone();
-    let wanted = |images: &mut Assets<Image>| StandardMaterial {
+    let made_here = |images: &mut Assets<Image>| StandardMaterial {
         base_color_texture: checkered(true)(images).base_color_texture,
         ..material
     };
-    let wanted = Floor::new(filtering(), wanted).picture();
-    let found = psnr(&found, &wanted);
-    println!("{found:.1} dB");
-    assert!(found > 50.0, "{found} dB");
+    let expected = Floor::new(filtering(), made_here).picture();
+    assert_like("gltf", &picture, &expected, 50.0);
 }
 
 /// Checks as [`checkered`] has them, in linear light.
@@ -180,7 +147,7 @@ fn textures_of_16_bits_get_mips_too() {
     };
     let black_and_white = checks([255; 4], [0, 0, 0, 255]);
     let eight = texture(true, TextureFormat::Rgba8UnormSrgb, black_and_white);
-    let wanted = Floor::new(filtering(), unlit(eight)).picture();
+    let expected = Floor::new(filtering(), unlit(eight)).picture();
     let half = |value: f32| -> u16 { if value > 0.5 { 0x3c00 } else { 0 } };
     let unorm = |value: f32| (value * 65535.0) as u16;
     let norm = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
@@ -201,10 +168,8 @@ fn textures_of_16_bits_get_mips_too() {
         }
         let image = wide(format, texel);
         floor.lay(unlit(image));
-        assert_eq!(wait_for_mips(&mut floor), Some(7), "{format:?}");
-        let found = psnr(&floor.picture(), &wanted);
-        println!("{format:?}: {found:.1} dB");
-        assert!(found > 45.0, "{format:?}: {found} dB");
+        assert_eq!(wait_for_mips(&mut floor), 7, "{format:?}");
+        assert_like(&format!("{format:?}"), &floor.picture(), &expected, 45.0);
     }
 }
 
@@ -245,7 +210,7 @@ fn seams_of_texture_coordinates_do_not_show() {
         let mut floor = Floor::new(filtering(), checkered(true));
         floor.clear();
         let world = floor.app.world_mut();
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(strips(anew));
+        let mesh = world.add_asset(strips(anew));
         world.entity_mut(floor.floor).insert(Mesh3d(mesh));
         floor.picture()
     });
@@ -289,7 +254,7 @@ fn clamped_textures_are_not_repeated_at_large_coordinates() {
         ];
         mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, uvs.repeat(8));
         let world = floor.app.world_mut();
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+        let mesh = world.add_asset(mesh);
         world.entity_mut(floor.floor).insert(Mesh3d(mesh));
     };
     for settings in [None, Some(EwaSettings::with_method(EwaMethod::Linear))] {
@@ -316,7 +281,7 @@ fn clamped_textures_are_not_repeated_at_large_coordinates() {
 }
 
 /// The largest step from a pixel to its neighbour, where there is nothing but floor.
-fn steps(picture: &image::RgbImage) -> u8 {
+fn steps(picture: &RgbImage) -> u8 {
     let pixels = (40..64).flat_map(|y| (30..66).map(move |x| (x, y)));
     let step = |(x, y)| {
         let [a, b] = [x, x + 1].map(|x| picture.get_pixel(x, y).0[0]);

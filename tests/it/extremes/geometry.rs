@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
 };
 
-use super::stage::{ALL, Middle, app, difference, picture, switch};
+use super::stage::{Middle, Props, difference, full_app, picture};
 use crate::support::gpu;
 
 /// A mesh of positions alone, or with all that materials read.
@@ -30,9 +30,7 @@ fn mesh(positions: Vec<[f32; 3]>, indices: Option<Vec<u32>>, is_full: bool) -> M
 #[test]
 fn meshes_that_are_hardly_any() {
     let _gpu = gpu();
-    let mut app = app([40, 24], [32, 32]);
-    switch(app.world_mut(), ALL);
-    app.run_until_ready(300).expect("ready");
+    let mut app = full_app();
     let before = picture(&mut app, 60);
     let corner = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let meshes = [
@@ -72,8 +70,8 @@ fn meshes_that_are_hardly_any() {
     for (name, mesh) in meshes {
         println!("{name}");
         let world = app.world_mut();
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let props = world.resource::<super::stage::Props>();
+        let mesh = world.add_asset(mesh);
+        let props = world.resource::<Props>();
         let (wavelet, ewa) = (props.wavelet.clone(), props.ewa.clone());
         let things = [
             world
@@ -86,16 +84,14 @@ fn meshes_that_are_hardly_any() {
             app.world_mut().despawn(thing);
         }
     }
-    let found = difference(&before, &picture(&mut app, 60));
-    assert!(found < 0.02, "something is left behind: {found}");
+    let left = difference(&before, &picture(&mut app, 60));
+    assert!(left < 0.02, "something is left behind: {left}");
 }
 
 #[test]
 fn a_scene_that_is_emptied_and_filled_again() {
     let _gpu = gpu();
-    let mut app = app([40, 24], [32, 32]);
-    switch(app.world_mut(), ALL);
-    app.run_until_ready(300).expect("ready");
+    let mut app = full_app();
     picture(&mut app, 2);
     let world = app.world_mut();
     let mut meshes = world.query_filtered::<Entity, With<Mesh3d>>();
@@ -106,8 +102,8 @@ fn a_scene_that_is_emptied_and_filled_again() {
     let first = empty[0];
     assert!(empty.iter().all(|p| (p - first).abs().max_element() < 1e-3));
     let world = app.world_mut();
-    let cube = world.resource_mut::<Assets<Mesh>>().add(Cuboid::default());
-    let material = world.resource::<super::stage::Props>().wavelet.clone();
+    let cube = world.add_asset(Cuboid::default());
+    let material = world.resource::<Props>().wavelet.clone();
     world.spawn((Middle, Mesh3d(cube), MeshMaterial3d(material)));
     let filled = picture(&mut app, 8);
     assert!(

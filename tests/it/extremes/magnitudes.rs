@@ -1,11 +1,9 @@
 //! Values far out, and such as are no numbers.
 
 use bevy::{math::Affine2, prelude::*};
-use bevy_ewa::EwaStandardMaterial;
 use bevy_voxel_gi::VoxelGiVolume;
-use bevy_wavelet_tex::WaveletStandardMaterial;
 
-use super::stage::{ALL, Eye, Middle, app, difference, picture, switch};
+use super::stage::{Eye, Middle, change_filtered, change_materials, difference, full_app, picture};
 use crate::support::gpu;
 
 const MAGNITUDES: [f32; 8] = [
@@ -22,9 +20,7 @@ const MAGNITUDES: [f32; 8] = [
 /// Asserts that every magnitude leaves the picture finite, and that it heals once it is gone.
 fn endures(what: &str, set: impl Fn(&mut World, f32), usual: f32) {
     let _gpu = gpu();
-    let mut app = app([40, 24], [32, 32]);
-    switch(app.world_mut(), ALL);
-    app.run_until_ready(300).expect("ready");
+    let mut app = full_app();
     set(app.world_mut(), usual);
     let before = picture(&mut app, 60);
     for value in MAGNITUDES {
@@ -33,23 +29,16 @@ fn endures(what: &str, set: impl Fn(&mut World, f32), usual: f32) {
         picture(&mut app, 3);
     }
     set(app.world_mut(), usual);
-    let found = difference(&before, &picture(&mut app, 60));
-    println!("{what}: {found} once it is gone");
-    assert!(found < 0.02, "{what} leaves something behind: {found}");
+    let left = difference(&before, &picture(&mut app, 60));
+    println!("{what}: {left} once it is gone");
+    assert!(left < 0.02, "{what} leaves something behind: {left}");
 }
 
 #[test]
 fn emission_of_any_magnitude() {
     let set = |world: &mut World, value: f32| {
         let emissive = LinearRgba::rgb(value, 0.5 * value, 0.0);
-        let mut materials = world.resource_mut::<Assets<WaveletStandardMaterial>>();
-        for (_, material) in materials.iter_mut() {
-            material.base.emissive = emissive;
-        }
-        let mut materials = world.resource_mut::<Assets<EwaStandardMaterial>>();
-        for (_, material) in materials.iter_mut() {
-            material.base.emissive = emissive;
-        }
+        change_materials(world, |base| base.emissive = emissive);
     };
     endures("emission", set, 0.0);
 }
@@ -69,14 +58,7 @@ fn lights_of_any_strength() {
 fn texture_coordinates_of_any_scale() {
     let set = |world: &mut World, value: f32| {
         let scale = Affine2::from_scale(Vec2::splat(value));
-        let mut materials = world.resource_mut::<Assets<WaveletStandardMaterial>>();
-        for (_, material) in materials.iter_mut() {
-            material.base.uv_transform = scale;
-        }
-        let mut materials = world.resource_mut::<Assets<EwaStandardMaterial>>();
-        for (_, material) in materials.iter_mut() {
-            material.base.uv_transform = scale;
-        }
+        change_materials(world, |base| base.uv_transform = scale);
     };
     endures("texture coordinates", set, 4.0);
 }
@@ -85,10 +67,7 @@ fn texture_coordinates_of_any_scale() {
 fn colours_of_any_magnitude() {
     let set = |world: &mut World, value: f32| {
         let color = Color::linear_rgb(value, 1.0, 0.5);
-        let mut materials = world.resource_mut::<Assets<EwaStandardMaterial>>();
-        for (_, material) in materials.iter_mut() {
-            material.base.base_color = color;
-        }
+        change_filtered(world, |base| base.base_color = color);
     };
     endures("base colour", set, 0.8);
 }

@@ -22,9 +22,9 @@ fn pictures_of_any_size_are_bevys_own_but_for_a_little() {
         switch(app.world_mut(), [true, true, true, false]);
         app.run_until_ready(200).expect("ready");
         let ours = picture(&mut app, 1);
-        let found = difference(&bevy, &ours);
-        println!("{size:?}: {found}");
-        assert!(found < most, "{size:?}: {found}");
+        let actual = difference(&bevy, &ours);
+        println!("{size:?}: {actual}");
+        assert!(actual < most, "{size:?}: {actual}");
         switch(app.world_mut(), ALL);
         app.run_until_ready(200).expect("ready");
         picture(&mut app, 3);
@@ -49,9 +49,9 @@ fn textures_of_any_size_are_bevys_own_but_for_a_little() {
         // Without EWA: of textures so long and thin, Bevy's own filter leaves a blur.
         switch(app.world_mut(), [true, true, false, false]);
         app.run_until_ready(200).expect("ready");
-        let found = difference(&bevy, &picture(&mut app, 1));
-        println!("{texture:?}: {found}");
-        assert!(found < most, "{texture:?}: {found}");
+        let actual = difference(&bevy, &picture(&mut app, 1));
+        println!("{texture:?}: {actual}");
+        assert!(actual < most, "{texture:?}: {actual}");
         switch(app.world_mut(), ALL);
         app.run_until_ready(200).expect("ready");
         picture(&mut app, 3);

@@ -8,14 +8,15 @@ use bevy_frugal_lab::{
     content::mipped_texture,
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
     scenes::tone::UNGRADED,
+    wavelets::{add_texture, encoded, wavelets},
 };
 use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexPlugin,
-    WaveletTexture,
     codec::{
-        encoder::encode_rgb8,
-        settings::{Effort, EncodeSettings, Formats},
+        image::ColorSpace,
+        rate::Rate,
+        settings::{Effort, EncodeSettings},
     },
     material::storage_on,
 };
@@ -69,6 +70,31 @@ pub fn app(size: [u32; 2], texture: [u32; 2]) -> HeadlessApp {
     app
 }
 
+/// An app of 40 x 24 pixels with everything on, ready.
+pub fn full_app() -> HeadlessApp {
+    let mut app = app([40, 24], [32, 32]);
+    switch(app.world_mut(), ALL);
+    app.run_until_ready(300).expect("ready");
+    app
+}
+
+/// Changes all materials of the plugins.
+pub fn change_materials(world: &mut World, change: impl Fn(&mut StandardMaterial)) {
+    let mut materials = world.resource_mut::<Assets<WaveletStandardMaterial>>();
+    for (_, material) in materials.iter_mut() {
+        change(&mut material.base);
+    }
+    change_filtered(world, change);
+}
+
+/// Changes the materials that EWA filters.
+pub fn change_filtered(world: &mut World, change: impl Fn(&mut StandardMaterial)) {
+    let mut materials = world.resource_mut::<Assets<EwaStandardMaterial>>();
+    for (_, material) in materials.iter_mut() {
+        change(&mut material.base);
+    }
+}
+
 fn spawn(world: &mut World, texture: [u32; 2]) {
     world.insert_resource(GlobalAmbientLight {
         brightness: 1000.0,
@@ -80,21 +106,14 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
         let check = 60 + 150 * u8::from((x / 4 + y / 4) % 2 == 0);
         image::Rgba([check, 30 + check / 2, 90, 255])
     });
-    let rgb: Vec<_> = pixels.pixels().map(|p| [p[0], p[1], p[2]]).collect();
     let settings = EncodeSettings {
         effort: Effort::Fast,
-        formats: Formats::Wavelet,
-        ..EncodeSettings::default()
+        ..wavelets(Rate::Color3, ColorSpace::Srgb)
     };
-    let encoded = encode_rgb8(&rgb, texture, &settings).expect("a texture");
+    let encoded = encoded(&pixels, &settings).expect("a texture");
     let storage = storage_on(world.resource::<RenderDevice>());
-    let base_color = world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
-        let mut images = world.resource_mut::<Assets<Image>>();
-        WaveletTexture::add(&encoded, storage, &mut textures, &mut images)
-    });
-    let image = world
-        .resource_mut::<Assets<Image>>()
-        .add(mipped_texture(&pixels, true));
+    let base_color = add_texture(world, &encoded, storage);
+    let image = world.add_asset(mipped_texture(&pixels, true));
     let plain = StandardMaterial {
         base_color_texture: Some(image),
         perceptual_roughness: 1.0,
@@ -122,10 +141,8 @@ fn spawn(world: &mut World, texture: [u32; 2]) {
     };
     let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
     let (plain, floor) = (materials.add(plain), materials.add(floor));
-    let wavelet = world
-        .resource_mut::<Assets<WaveletStandardMaterial>>()
-        .add(wavelet);
-    let ewa = world.resource_mut::<Assets<EwaStandardMaterial>>().add(ewa);
+    let wavelet = world.add_asset::<WaveletStandardMaterial>(wavelet);
+    let ewa = world.add_asset::<EwaStandardMaterial>(ewa);
     let mut meshes = world.resource_mut::<Assets<Mesh>>();
     let cube = meshes.add(Cuboid::default());
     let ground = meshes.add(Plane3d::default().mesh().size(8.0, 8.0));

@@ -10,10 +10,11 @@ static DEVICE: OnceLock<(wgpu::Device, wgpu::Queue)> = OnceLock::new();
 /// A shader that takes longer than this does not end.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// A buffer of group 0; the bindings are numbered in order.
+/// A resource of group 0; the bindings are numbered in order.
 pub enum Binding<'a> {
     Uniform(&'a [u8]),
     Storage(&'a [u8]),
+    Texture(&'a wgpu::TextureView),
 }
 
 fn open_device() -> (wgpu::Device, wgpu::Queue) {
@@ -37,6 +38,26 @@ pub fn dispatch(
     workgroups: u32,
 ) -> Vec<u8> {
     let (device, queue) = DEVICE.get_or_init(open_device);
+    let input = Binding::Storage(input);
+    dispatch_on(
+        device,
+        queue,
+        source,
+        [group, &[input]],
+        output_bytes,
+        [workgroups, 1],
+    )
+}
+
+/// As [`dispatch`], on a device of the caller's; `inputs` are group 0, and group 1 from its binding 1 on.
+pub fn dispatch_on(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    source: &str,
+    inputs: [&[Binding]; 2],
+    output_bytes: u64,
+    workgroups: [u32; 2],
+) -> Vec<u8> {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("test"),
         source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -49,13 +70,6 @@ pub fn dispatch(
         compilation_options: wgpu::PipelineCompilationOptions::default(),
         cache: None,
     });
-    let filled = |contents: &[u8], usage| {
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("test_input"),
-            contents,
-            usage,
-        })
-    };
     let empty = |usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("test_output"),
@@ -64,28 +78,22 @@ pub fn dispatch(
             mapped_at_creation: false,
         })
     };
-    let inputs: Vec<_> = group
-        .iter()
-        .map(|binding| match binding {
-            Binding::Uniform(bytes) => filled(bytes, wgpu::BufferUsages::UNIFORM),
-            Binding::Storage(bytes) => filled(bytes, wgpu::BufferUsages::STORAGE),
-        })
-        .collect();
     let written = empty(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
     let read = empty(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
-    let items = filled(input, wgpu::BufferUsages::STORAGE);
+    let [first, second] = inputs.map(|bindings| resources(device, bindings));
+    let mut outputs = vec![Resource::Buffer(written.clone())];
+    outputs.extend(second);
 
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&pipeline);
-        let buffers: [Vec<&wgpu::Buffer>; 2] = [inputs.iter().collect(), vec![&written, &items]];
-        for (index, buffers) in (0..).zip(buffers) {
+        for (index, resources) in (0..).zip([first, outputs]) {
             let entries: Vec<_> = (0..)
-                .zip(buffers)
-                .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                .zip(&resources)
+                .map(|(binding, resource)| wgpu::BindGroupEntry {
                     binding,
-                    resource: buffer.as_entire_binding(),
+                    resource: resource.binding(),
                 })
                 .collect();
             let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -95,7 +103,7 @@ pub fn dispatch(
             });
             pass.set_bind_group(index, &bind_group, &[]);
         }
-        pass.dispatch_workgroups(workgroups, 1, 1);
+        pass.dispatch_workgroups(workgroups[0], workgroups[1], 1);
     }
     encoder.copy_buffer_to_buffer(&written, 0, &read, 0, None);
     queue.submit([encoder.finish()]);
@@ -108,4 +116,37 @@ pub fn dispatch(
         .expect("the shader ends");
     let mapped = read.slice(..).get_mapped_range();
     mapped.expect("mapped").to_vec()
+}
+
+enum Resource<'a> {
+    Buffer(wgpu::Buffer),
+    Texture(&'a wgpu::TextureView),
+}
+
+impl Resource<'_> {
+    fn binding(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Self::Buffer(buffer) => buffer.as_entire_binding(),
+            Self::Texture(view) => wgpu::BindingResource::TextureView(view),
+        }
+    }
+}
+
+fn resources<'a>(device: &wgpu::Device, bindings: &[Binding<'a>]) -> Vec<Resource<'a>> {
+    let filled = |contents: &[u8], usage| {
+        let label = Some("test_input");
+        Resource::Buffer(
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label,
+                contents,
+                usage,
+            }),
+        )
+    };
+    let resource = |binding: &Binding<'a>| match binding {
+        Binding::Uniform(bytes) => filled(bytes, wgpu::BufferUsages::UNIFORM),
+        Binding::Storage(bytes) => filled(bytes, wgpu::BufferUsages::STORAGE),
+        Binding::Texture(view) => Resource::Texture(view),
+    };
+    bindings.iter().map(resource).collect()
 }

@@ -2,8 +2,11 @@
 
 pub mod compute;
 pub mod pool;
+pub mod scenes;
 
 use std::{
+    io::Cursor,
+    path::{Path, PathBuf},
     thread,
     time::{Duration, Instant},
 };
@@ -15,8 +18,10 @@ pub use bevy_frugal_lab::{
 };
 use bevy_frugal_lab::{
     compose::Composer,
-    headless::{HeadlessApp, LabTarget},
+    headless::{HeadlessApp, HeadlessSettings, LabTarget},
+    metrics::error::{mse, psnr_db},
 };
+use image::{DynamicImage, ImageFormat, RgbImage};
 
 /// A composer with the shaders of an app once they are loaded, which other threads do: when none has come for a while.
 pub fn composer(app: &mut HeadlessApp) -> Composer {
@@ -32,6 +37,75 @@ pub fn composer(app: &mut HeadlessApp) -> Composer {
         thread::sleep(Duration::from_millis(5));
     }
     Composer::new(app.world())
+}
+
+/// Renders frames until there is what `find` looks for, while other threads load what it depends on.
+#[track_caller]
+pub fn wait_for<T>(
+    app: &mut HeadlessApp,
+    mut find: impl FnMut(&mut HeadlessApp) -> Option<T>,
+) -> T {
+    for _ in 0..500 {
+        app.render_frames(1).expect("a frame");
+        if let Some(found) = find(app) {
+            return found;
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    panic!("500 frames have not brought it");
+}
+
+/// PSNR in dB.
+pub fn psnr(reference: &RgbImage, test: &RgbImage) -> f64 {
+    psnr_db(mse(reference, test).expect("equal sizes"))
+}
+
+/// Saves a picture where `TEST_PICTURES` names a folder, to look at.
+pub fn keep(name: &str, picture: &RgbImage) {
+    if let Some(folder) = std::env::var_os("TEST_PICTURES") {
+        let path = Path::new(&folder).join(format!("{name}.png"));
+        picture.save(path).expect("a writable folder");
+    }
+}
+
+/// The bytes of an image's file.
+pub fn image_file(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image
+        .into()
+        .write_to(&mut bytes, format)
+        .expect("an image file");
+    bytes.into_inner()
+}
+
+/// A folder of assets that goes with the test.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("frugal-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        Self(folder)
+    }
+
+    pub fn with(self, name: &str, bytes: &[u8]) -> Self {
+        std::fs::write(self.0.join(name), bytes).expect("a file");
+        self
+    }
+
+    /// The settings of an app that loads its assets from here.
+    pub fn settings(&self, width: u32, height: u32) -> HeadlessSettings {
+        HeadlessSettings {
+            asset_folder: self.0.to_string_lossy().into_owned(),
+            ..HeadlessSettings::with_size(width, height)
+        }
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }
 
 /// A cube, lit from the front left, that turns a radian a second.

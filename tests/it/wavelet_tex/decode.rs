@@ -1,24 +1,36 @@
-//! The shader decodes as the reference does, then filters.
+//! The shader decodes as the reference does, then filters: textures of every content, rate, method and format.
 
-use bevy_frugal_lab::headless::{HeadlessSettings, Rgba32FImage};
+use std::collections::BTreeSet;
+
+use bevy::math::Vec2;
+use bevy_frugal_lab::{
+    content,
+    headless::{HeadlessSettings, Rgba32FImage},
+};
 use bevy_wavelet_tex::{
-    WaveletFilter, WaveletStorage,
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStorage,
     codec::{
         color::srgb_from_linear,
         decoder::{DecodedImage, decode},
+        encoder::encode,
         image::{ColorSpace, Content, WaveletImage},
+        packing::Packing,
+        rate::Rate,
+        settings::{EncodeSettings, Formats, Method},
+        source::{Pixels, Source},
     },
 };
+use image::{Rgb, RgbImage};
 
 use super::{
-    driver::Driver,
-    exact::exact_images,
-    modes::chroma_rounding,
+    blocks::exact_images,
+    reference::{Level, levels},
     scene::{
-        Difference, STEP, add_texture, decoded_by, difference, encoded, gpu_with_all_planes,
-        linear, picture, render_quad,
+        Difference, STEP, Viewer, WHOLE, chroma_rounding, difference, encoded, encoded_with,
+        linear, picture,
     },
 };
+use crate::support::gpu;
 
 fn contents() -> [WaveletImage; 3] {
     [
@@ -26,13 +38,6 @@ fn contents() -> [WaveletImage; 3] {
         encoded(&picture(), Content::Gray, ColorSpace::Srgb),
         encoded(&picture(), Content::Color, ColorSpace::Srgb),
     ]
-}
-
-fn shown_nearest(image: &WaveletImage, storage: WaveletStorage) -> Rgba32FImage {
-    let settings = HeadlessSettings::default();
-    render_quad(image.size, 1.0, WaveletFilter::Nearest, settings, |world| {
-        add_texture(world, image, storage)
-    })
 }
 
 /// In steps of the 8-bit picture that a display shows.
@@ -50,124 +55,400 @@ fn encoded_difference(
     })
 }
 
-fn report(name: &str, image: &WaveletImage, found: &Difference) {
+fn report(name: &str, image: &WaveletImage, difference: &Difference) {
     println!(
         "{:?} {:?}, {name}: {:.3} steps at {:?}, {:.2} % of pixels beyond 1",
         image.content,
         image.color_space,
-        found.largest / STEP,
-        found.at,
-        found.percent_beyond_a_step,
+        difference.steps(),
+        difference.at,
+        difference.percent_beyond_a_step,
     );
+}
+
+/// Reports a difference, and demands that it is at most this.
+fn check(name: &str, image: &WaveletImage, difference: &Difference, most: f32) {
+    report(name, image, difference);
+    assert!(difference.largest <= most, "{name}: {:?}", difference.at);
 }
 
 #[test]
 fn nearest_equals_the_reference_decoder_within_one_step_at_every_pixel() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let Some(mut viewer) = Viewer::new([93, 61]) else {
         return;
     };
-    let driver = Driver::new();
     for image in contents() {
-        let blocks = shown_nearest(&image, WaveletStorage::Blocks);
+        let blocks = viewer.show_blocks(&image, WaveletFilter::Nearest, WHOLE);
         let exact = decode(&image, 0);
-        let found = encoded_difference(&image, blocks.clone(), &exact);
-        report("blocks, against exact texels", &image, &found);
-
-        let found = encoded_difference(&image, blocks, &decoded_by(&driver, &image, 0));
-        report("blocks, against the driver's texels", &image, &found);
+        let to_exact = encoded_difference(&image, blocks.clone(), &exact);
+        report("blocks, against exact texels", &image, &to_exact);
+        let to_drivers = encoded_difference(&image, blocks, &viewer.decoded(&image, 0));
         let most = STEP + chroma_rounding(&image);
-        assert!(found.largest <= most, "{:?}", found.at);
+        check("blocks, the driver's texels", &image, &to_drivers, most);
 
-        let decoded = shown_nearest(&image, WaveletStorage::Decoded);
-        let found = encoded_difference(&image, decoded, &exact);
-        report("decoded", &image, &found);
-        assert!(found.largest <= STEP, "{:?}", found.at);
+        let nearest = WaveletExtension {
+            filter: WaveletFilter::Nearest,
+            ..Default::default()
+        };
+        let decoded = viewer.show(&image, WaveletStorage::Decoded, nearest, WHOLE);
+        let decoded = encoded_difference(&image, decoded, &exact);
+        check("decoded", &image, &decoded, STEP);
     }
 }
 
 #[test]
 fn blocks_that_no_driver_rounds_are_within_one_step_of_the_reference_at_every_pixel() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let images = exact_images();
+    let Some(mut viewer) = Viewer::new(images[0].size) else {
         return;
     };
-    for image in exact_images() {
-        let shown = shown_nearest(&image, WaveletStorage::Blocks);
-        let found = encoded_difference(&image, shown, &decode(&image, 0));
-        report("blocks without rounding", &image, &found);
-        assert!(found.largest <= STEP, "{:?}", found.at);
+    for image in images {
+        let shown = viewer.show_blocks(&image, WaveletFilter::Nearest, WHOLE);
+        let difference = encoded_difference(&image, shown, &decode(&image, 0));
+        check("blocks without rounding", &image, &difference, STEP);
     }
 }
 
 #[test]
 fn bilinear_equals_filtering_the_decoded_image_in_linear_light() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    // Magnified by 1.7, with a part of the next repetition in view.
+    let uv_max = 1.3;
+    let target = [93.0, 61.0].map(|s| (s * uv_max * 1.7) as u32);
+    let Some(mut viewer) = Viewer::new(target) else {
         return;
     };
-    let driver = Driver::new();
     for image in contents() {
-        // Magnified by 1.7, with a part of the next repetition in view.
-        let (uv_max, target) = (1.3, image.size.map(|s| (s as f32 * 1.3 * 1.7) as u32));
-        let shown = render_quad(
-            target,
-            uv_max,
-            WaveletFilter::Bilinear,
-            HeadlessSettings::default(),
-            |world| add_texture(world, &image, WaveletStorage::Blocks),
-        );
-        let filtered_difference = |decoded| {
-            let (size, pixels) = linear(&image, decoded);
+        let view = [Vec2::ZERO, Vec2::splat(uv_max)];
+        let shown = viewer.show_blocks(&image, WaveletFilter::Bilinear, view);
+        let to_filtered = |decoded: DecodedImage| {
+            let level = Level::new(&image, decoded);
             difference(&shown, |x, y| {
                 let uv = [(x, target[0]), (y, target[1])]
                     .map(|(pixel, pixels)| (pixel as f32 + 0.5) / pixels as f32 * uv_max);
-                bilinear_repeated(size, &pixels, uv)
+                let filtered = level.bilinear(uv.into(), WaveletAddressMode::Repeat);
+                filtered.map(|v| v as f32)
             })
         };
-        let found = filtered_difference(decode(&image, 0));
-        report("bilinear, against exact texels", &image, &found);
-        let found = filtered_difference(decoded_by(&driver, &image, 0));
-        report("bilinear, against the driver's texels", &image, &found);
-        assert!(found.largest <= 2.0 * STEP, "{:?}", found.at);
+        let to_exact = to_filtered(decode(&image, 0));
+        report("bilinear, against exact texels", &image, &to_exact);
+        let to_drivers = to_filtered(viewer.decoded(&image, 0));
+        let name = "bilinear, the driver's texels";
+        check(name, &image, &to_drivers, 2.0 * STEP);
     }
 }
 
 #[test]
 fn minification_reads_the_mip_that_the_encoder_stored() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    // Half the width in x, 46 pixels for 93 texels: level 1 is 46 pixels wide.
+    let Some(mut viewer) = Viewer::new([46, 30]) else {
         return;
     };
     let image = encoded(&picture(), Content::Color, ColorSpace::Srgb);
-    let decoded = decoded_by(&Driver::new(), &image, 1);
-    for filter in [WaveletFilter::Bilinear, WaveletFilter::Trilinear] {
-        // Half the width in x, 46 pixels for 93 texels: level 1 is 46 pixels wide.
-        let (size, pixels) = linear(&image, decoded.clone());
-        let shown = render_quad(size, 1.0, filter, HeadlessSettings::default(), |world| {
-            add_texture(world, &image, WaveletStorage::Blocks)
-        });
-        // 93 / 46 is a little more than 2: trilinear mixes some of level 2 in.
+    let (size, pixels) = linear(&image, viewer.decoded(&image, 1));
+    assert_eq!(size, [46, 30]);
+    // 93 / 46 is a little more than 2: trilinear mixes some of level 2 in.
+    for (filter, most) in [
+        (WaveletFilter::Bilinear, 2.0 * STEP),
+        (WaveletFilter::Trilinear, 8.0 * STEP),
+    ] {
+        let shown = viewer.show_blocks(&image, filter, WHOLE);
         let expected = |x, y| pixels[(y * size[0] + x) as usize];
-        let found = difference(&shown, expected);
-        report(&format!("{filter:?} minified"), &image, &found);
-        let bound = if filter == WaveletFilter::Bilinear {
-            2.0
-        } else {
-            8.0
-        };
-        assert!(found.largest <= bound * STEP, "{filter:?}: {:?}", found.at);
+        let difference = difference(&shown, expected);
+        check(&format!("{filter:?} minified"), &image, &difference, most);
     }
 }
 
-/// Bilinear filtering of a repeated image, in f64.
-fn bilinear_repeated(size: [u32; 2], pixels: &[[f32; 3]], uv: [f32; 2]) -> [f32; 3] {
-    let place = |axis: usize| {
-        let centered = f64::from(uv[axis]) * f64::from(size[axis]) - 0.5;
-        let first = centered.floor();
-        let wrap = |i: f64| i.rem_euclid(f64::from(size[axis])) as usize;
-        ([wrap(first), wrap(first + 1.0)], centered - first)
+/// Textures of all these rates and methods, with names.
+fn textures(
+    size: [u32; 2],
+    rates: impl Iterator<Item = Rate>,
+    methods: &[Method],
+    formats: Formats,
+) -> Vec<(String, WaveletImage)> {
+    let picture = content::photo_like(size[0], size[1], 7);
+    let normals = content::bricks(size[0], size[1], 3).normal;
+    let mut textures = Vec::new();
+    for rate in rates {
+        for (&method, alpha) in methods.iter().flat_map(|m| [(m, false), (m, true)]) {
+            let content = rate.content(alpha);
+            if alpha && content != Content::ColorAlpha {
+                continue;
+            }
+            let settings = EncodeSettings {
+                rate,
+                alpha,
+                method,
+                mips: false,
+                formats,
+                ..EncodeSettings::default()
+            };
+            let source = match content {
+                Content::Normal => &normals,
+                _ => &picture,
+            };
+            let image = encoded_with_alpha(source, &settings);
+            let storage = image.storage_name();
+            let name = format!("{} {method:?}, alpha {alpha}, {storage}", rate.name());
+            textures.push((name, image));
+        }
+    }
+    textures
+}
+
+/// With an alpha channel that has edges and slopes.
+fn encoded_with_alpha(picture: &RgbImage, settings: &EncodeSettings) -> WaveletImage {
+    let pixels: Vec<[u8; 4]> = picture
+        .enumerate_pixels()
+        .map(|(x, y, p)| {
+            let alpha = if (x / 16 + y / 16) % 2 == 0 {
+                255
+            } else {
+                (x * 2 + y) % 256
+            };
+            [p[0], p[1], p[2], alpha as u8]
+        })
+        .collect();
+    let source = Source::new(picture.dimensions().into(), Pixels::Rgba8(&pixels));
+    encode(&source, settings, &|_, _| {}).expect("a good image")
+}
+
+/// Wavelets of 93 x 61 pixels in every way to store them.
+pub fn wavelet_textures() -> Vec<(String, WaveletImage)> {
+    let rates = Rate::ALL.into_iter().filter(|rate| rate.wavelet() == *rate);
+    let methods = [Method::Best, Method::OneFetch, Method::Thesis];
+    textures([93, 61], rates, &methods, Formats::Wavelet)
+}
+
+/// The largest difference in steps of an 8-bit picture from the driver's texels, decoded.
+fn worst_steps(image: &WaveletImage, shown: &Rgba32FImage, viewer: &Viewer) -> f32 {
+    let decoded = viewer.decoded(image, 0);
+    let mut worst = 0.0f32;
+    for (i, shown) in shown.pixels.iter().enumerate() {
+        // The target holds colour times alpha.
+        let alpha = decoded.alpha.as_ref().map_or(1.0, |a| a[i]);
+        for (shown, expected) in shown.iter().zip(decoded.pixels[i]) {
+            let value = match image.content {
+                Content::Normal => *shown,
+                _ if alpha < 0.25 => continue,
+                _ => srgb_from_linear((shown / alpha).max(0.0)),
+            };
+            // Nothing shows a negative colour.
+            let expected = if image.content == Content::Normal {
+                expected.max(0.0)
+            } else {
+                expected
+            };
+            worst = worst.max((value.max(0.0) - expected).abs());
+        }
+    }
+    worst / STEP
+}
+
+/// Demands that nearest pixels are at most so many steps off, and that they are seen.
+fn check_nearest(
+    viewer: &mut Viewer,
+    name: &str,
+    image: &WaveletImage,
+    storage: WaveletStorage,
+    most: f32,
+) {
+    let nearest = WaveletExtension {
+        filter: WaveletFilter::Nearest,
+        ..Default::default()
     };
-    let ((xs, wx), (ys, wy)) = (place(0), place(1));
-    std::array::from_fn(|channel| {
-        let at = |x: usize, y: usize| f64::from(pixels[y * size[0] as usize + x][channel]);
-        let row = |y: usize| at(xs[0], y) * (1.0 - wx) + at(xs[1], y) * wx;
-        (row(ys[0]) * (1.0 - wy) + row(ys[1]) * wy) as f32
-    })
+    let shown = viewer.show(image, storage, nearest, WHOLE);
+    let steps = worst_steps(image, &shown, viewer);
+    println!("{name}, {storage:?}: {steps:.3} steps of {most:.2}");
+    assert!(steps <= most, "{name}, {storage:?}: {steps} steps");
+    let mean = shown.pixels.iter().map(|p| p[0] + p[1] + p[2]).sum::<f32>();
+    assert!(mean > 0.1, "{name}: nothing is shown");
+}
+
+#[test]
+fn nearest_is_the_decoded_pixel_in_every_mode() {
+    let Some(mut viewer) = Viewer::new([93, 61]) else {
+        return;
+    };
+    let mut packings = BTreeSet::new();
+    for (name, image) in wavelet_textures() {
+        packings.extend(image.groups().map(|g| g.packing.name()));
+        let most = 1.0 + chroma_rounding(&image) / STEP;
+        check_nearest(&mut viewer, &name, &image, WaveletStorage::Blocks, most);
+        // The driver's texels are up to 1.7 levels off, of which a pixel adds several.
+        check_nearest(&mut viewer, &name, &image, WaveletStorage::Decoded, 2.7);
+    }
+    let all: Vec<_> = Packing::ALL.iter().map(|p| p.name()).collect();
+    assert!(
+        all.iter().all(|name| packings.contains(name)),
+        "{packings:?}"
+    );
+}
+
+#[test]
+fn nearest_is_the_decoded_pixel_in_every_plain_format() {
+    let mut formats = BTreeSet::new();
+    let (mut scaled, mut padded) = (0, 0);
+    for size in [[96, 64], [93, 61]] {
+        let mut viewer = Viewer::with_settings(gpu(), size, HeadlessSettings::default());
+        let images = textures(size, Rate::ALL.into_iter(), &[Method::Best], Formats::Plain);
+        for (name, image) in images {
+            let plain = image.plain().expect("plain");
+            formats.insert(plain.format.name());
+            let is_scaled = plain.is_scaled(size);
+            scaled += u32::from(is_scaled);
+            padded += u32::from(plain.is_padded(size));
+            // lavapipe's texture unit interpolates with 8 bits, which adds a level of what is stored:
+            // two steps of a normal, which is stored as 0.5 + 0.5 n.
+            let level = if image.content == Content::Normal {
+                2.0
+            } else {
+                1.0
+            };
+            let most = if is_scaled { 1.0 + level } else { 1.0 };
+            check_nearest(&mut viewer, &name, &image, WaveletStorage::Blocks, most);
+        }
+    }
+    assert!(formats.into_iter().eq(["bc1", "bc4", "bc5", "bc7"]));
+    assert!(scaled > 10 && padded > 3, "{scaled} {padded}");
+}
+
+#[test]
+fn every_filter_and_address_mode_shows_one_colour_as_it_is() {
+    let color = [200u8, 90, 31];
+    let flat = RgbImage::from_pixel(64, 64, Rgb(color));
+    let mut viewer = Viewer::with_settings(gpu(), [24, 16], HeadlessSettings::default());
+    for rate in [Rate::Color2_25, Rate::Color8] {
+        let settings = EncodeSettings {
+            rate,
+            formats: Formats::Plain,
+            ..EncodeSettings::default()
+        };
+        let image = encoded_with(&flat, &settings);
+        assert!(image.plain().is_some() && image.levels > 4);
+        for filter in [
+            WaveletFilter::Nearest,
+            WaveletFilter::NearestMipLinear,
+            WaveletFilter::Bilinear,
+            WaveletFilter::Trilinear,
+            WaveletFilter::Anisotropic,
+            WaveletFilter::Stochastic,
+            WaveletFilter::StochasticQuad,
+        ] {
+            for address_mode in [WaveletAddressMode::Repeat, WaveletAddressMode::ClampToEdge] {
+                let extension = WaveletExtension {
+                    filter,
+                    address_mode,
+                    ..Default::default()
+                };
+                let view = [Vec2::splat(-0.4), Vec2::splat(3.0)];
+                let shown = viewer.show(&image, WaveletStorage::Blocks, extension, view);
+                for pixel in &shown.pixels {
+                    for (shown, expected) in pixel.iter().zip(color) {
+                        let off = (srgb_from_linear(*shown) - f32::from(expected) * STEP).abs();
+                        // BC1 has 5 bits for red and blue.
+                        assert!(off <= 4.5 * STEP, "{rate:?} {filter:?}: {pixel:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+const TARGET: [u32; 2] = [64, 48];
+
+const ADDRESS_MODES: [WaveletAddressMode; 3] = [
+    WaveletAddressMode::Repeat,
+    WaveletAddressMode::ClampToEdge,
+    WaveletAddressMode::MirrorRepeat,
+];
+
+/// Demands that the bilinear filter is that of the reference in a view that is `extent` uv wide and high: four
+/// neighbouring pixels are decoded together, inside of a texture, at its edges and across them.
+fn check_bilinear(
+    viewer: &mut Viewer,
+    name: &str,
+    image: &WaveletImage,
+    address_mode: WaveletAddressMode,
+    [origin, extent]: [Vec2; 2],
+) {
+    let extension = WaveletExtension {
+        filter: WaveletFilter::Bilinear,
+        address_mode,
+        ..Default::default()
+    };
+    let mut shown = viewer.show(image, WaveletStorage::Blocks, extension, [origin, extent]);
+    // A target of colours shows no negative ones.
+    for value in shown.pixels.iter_mut().flatten() {
+        *value = value.max(0.0);
+    }
+    let levels = levels(image, |level| viewer.decoded(image, level));
+    let difference = difference(&shown, |x, y| {
+        let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
+        let uv = origin + (Vec2::new(x as f32, y as f32) + 0.5) / target * extent;
+        levels[0]
+            .bilinear(uv, address_mode)
+            .map(|v| v.max(0.0) as f32)
+    });
+    let steps = difference.steps();
+    println!("{name}, {address_mode:?}: {steps:.3} steps");
+    let most = 2.0 + chroma_rounding(image) / STEP;
+    assert!(steps <= most, "{name}, {address_mode:?}: {steps} steps");
+}
+
+#[test]
+fn every_form_of_a_texture_is_bilinear_across_its_edges() {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
+        return;
+    };
+    let views = [
+        [Vec2::new(-0.17, -0.11), Vec2::new(0.35, 0.3)],
+        [Vec2::new(0.87, 0.81), Vec2::new(0.33, 0.36)],
+        [Vec2::new(0.31, 0.77), Vec2::new(0.4, 0.5)],
+    ];
+    // What is blended with the background is in the test of modes.
+    let opaque = |(_, image): &(_, WaveletImage)| image.content != Content::ColorAlpha;
+    let textures = wavelet_textures().into_iter().filter(opaque);
+    for (i, (name, image)) in textures.enumerate() {
+        let view = views[i / 3 % 3];
+        check_bilinear(&mut viewer, &name, &image, ADDRESS_MODES[i % 3], view);
+    }
+}
+
+#[test]
+fn every_small_and_odd_size_is_bilinear_across_its_edges() {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
+        return;
+    };
+    let sizes = [[1, 1], [2, 1], [1, 3], [3, 5], [4, 6], [7, 8]];
+    let formats = [
+        (Method::Best, Rate::Gray2, Formats::Wavelet),
+        (Method::Best, Rate::Color2_25, Formats::Wavelet),
+        (Method::OneFetch, Rate::Gray3, Formats::Wavelet),
+        (Method::Best, Rate::Color8, Formats::Plain),
+        (Method::Best, Rate::Gray4, Formats::Plain),
+        (Method::Best, Rate::Normal8, Formats::Plain),
+    ];
+    for (i, size) in sizes.into_iter().enumerate() {
+        for (j, (method, rate, formats)) in formats.into_iter().enumerate() {
+            let settings = EncodeSettings {
+                rate,
+                method,
+                color_space: match rate {
+                    Rate::Gray2 | Rate::Gray3 => ColorSpace::Linear,
+                    _ => ColorSpace::Srgb,
+                },
+                mips: false,
+                formats,
+                ..EncodeSettings::default()
+            };
+            let image = encoded_with(&content::photo_like(size[0], size[1], 7), &settings);
+            let is_padded = image.plain().is_some_and(|p| p.is_padded(size));
+            assert_eq!(formats == Formats::Plain, is_padded);
+            // Each size in each address mode, and each format as well.
+            let address = ADDRESS_MODES[(i + j) % 3];
+            let view = [Vec2::new(-0.4, -0.3), Vec2::new(1.9, 1.7)];
+            let name = format!("{size:?} {}", rate.name());
+            check_bilinear(&mut viewer, &name, &image, address, view);
+        }
+    }
 }

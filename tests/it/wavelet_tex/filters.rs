@@ -14,24 +14,17 @@ use bevy_wavelet_tex::{
 use image::RgbImage;
 
 use super::{
-    driver::Driver,
-    modes::chroma_rounding,
     reference::{Level, anisotropic, exact_mips, levels, mix, supersampled, trilinear},
-    scene::{STEP, decoded_by, difference, encoded_with, gpu_with_all_planes, picture},
-    viewer::Viewer,
+    scene::{
+        STEP, Viewer, chroma_rounding, colors, difference, encoded_with, picture,
+        psnr_of_units as psnr, wavelets,
+    },
 };
 
 const TARGET: [u32; 2] = [64, 48];
 
-/// The picture by wavelets, even where a plain texture has less error.
 fn coded(picture: &RgbImage, rate: Rate, color_space: ColorSpace) -> WaveletImage {
-    let settings = EncodeSettings {
-        rate,
-        color_space,
-        formats: Formats::Wavelet,
-        ..EncodeSettings::default()
-    };
-    encoded_with(picture, &settings)
+    encoded_with(picture, &wavelets(rate, color_space))
 }
 
 /// What a filter has at the pixels of the target, row by row.
@@ -80,23 +73,17 @@ fn expected(
 
 #[test]
 fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
-    let driver = Driver::new();
-    let mut viewer = Viewer::new(TARGET);
     let settings = EncodeSettings {
         rate: Rate::Color8,
         formats: Formats::Plain,
         ..EncodeSettings::default()
     };
     let padded = encoded_with(&picture(), &settings);
-    assert!(
-        padded
-            .plain
-            .as_ref()
-            .is_some_and(|p| p.is_padded(padded.size))
-    );
+    let plain = padded.plain();
+    assert!(plain.is_some_and(|p| p.is_padded(padded.size)));
     let images = [
         ("gray2", coded(&picture(), Rate::Gray2, ColorSpace::Linear)),
         ("gray3", coded(&picture(), Rate::Gray3, ColorSpace::Srgb)),
@@ -110,7 +97,7 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
         [Vec2::new(-0.3, -0.2), Vec2::new(1.9, 2.1)],
     ];
     for (name, image) in &images {
-        let levels = levels(image, |level| decoded_by(&driver, image, level));
+        let levels = levels(image, |level| viewer.decoded(image, level));
         for (mode, filter, view) in [
             (WaveletAddressMode::Repeat, WaveletFilter::Nearest, 0),
             (WaveletAddressMode::MirrorRepeat, WaveletFilter::Bilinear, 0),
@@ -136,35 +123,32 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
                 WaveletFilter::Nearest | WaveletFilter::NearestMipLinear
             );
             let borderline = std::cell::Cell::new(0);
-            let found = difference(&shown, |x, y| {
+            let difference = difference(&shown, |x, y| {
                 let uv = uv_at(x, y, view);
-                let wanted = expected(filter, &levels, uv, lod, mode).map(|v| v as f32);
+                let value = |uv| expected(filter, &levels, uv, lod, mode).map(|v| v as f32);
+                let expected = value(uv);
                 // Between two pixels either may be the nearest.
                 let beside = [-1.0, 1.0].map(|d| uv + Vec2::splat(d * 2e-5));
-                let ambiguous = nearest
-                    && beside.iter().any(|uv| {
-                        let other = expected(filter, &levels, *uv, lod, mode);
-                        other.map(|v| v as f32) != wanted
-                    });
+                let ambiguous = nearest && beside.iter().any(|uv| value(*uv) != expected);
                 if ambiguous {
                     borderline.set(borderline.get() + 1);
                     let shown = shown.pixels[(y * TARGET[0] + x) as usize];
                     return [shown[0], shown[1], shown[2]];
                 }
-                wanted
+                expected
             });
             let borderline = borderline.get();
             println!(
                 "{name} {filter:?} {mode:?} lod {lod:.2}: {:.3} steps, {borderline} borderline",
-                found.largest / STEP
+                difference.steps()
             );
             assert!(borderline < 200, "{name} {filter:?}: {borderline} of 3072");
             let most = 2.0 * STEP + chroma_rounding(image);
             assert!(
-                found.largest <= most,
+                difference.largest <= most,
                 "{name} {filter:?} {mode:?}: {} steps at {:?}",
-                found.largest / STEP,
-                found.at
+                difference.steps(),
+                difference.at
             );
         }
     }
@@ -180,11 +164,9 @@ fn view([x, y]: [f32; 2]) -> [Vec2; 2] {
 
 #[test]
 fn anisotropic_minification_is_that_of_the_reference() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
-    let driver = Driver::new();
-    let mut viewer = Viewer::new(TARGET);
     let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
     let picture = content::photo_like(256, 256, 5);
     for (rate, color_space) in [
@@ -192,34 +174,33 @@ fn anisotropic_minification_is_that_of_the_reference() {
         (Rate::Color3, ColorSpace::Srgb),
     ] {
         let image = coded(&picture, rate, color_space);
-        let levels = levels(&image, |level| decoded_by(&driver, &image, level));
+        let levels = levels(&image, |level| viewer.decoded(&image, level));
         // The last is longer than the most samples reach.
         for pixels in FOOTPRINTS.into_iter().chain([[2.0, 60.0]]) {
             let view = view(pixels);
-            let extension = WaveletExtension {
-                filter: WaveletFilter::Anisotropic,
-                ..Default::default()
-            };
-            let shown = viewer.show(&image, WaveletStorage::Blocks, extension, view);
-            let found = difference(&shown, |x, y| {
+            let shown = viewer.show_blocks(&image, WaveletFilter::Anisotropic, view);
+            let difference = difference(&shown, |x, y| {
                 let mode = WaveletAddressMode::Repeat;
-                let wanted = anisotropic(&levels, uv_at(x, y, view), view[1] / target, mode);
-                wanted.map(|value| value as f32)
+                let expected = anisotropic(&levels, uv_at(x, y, view), view[1] / target, mode);
+                expected.map(|value| value as f32)
             });
-            let steps = found.largest / STEP;
+            let steps = difference.steps();
             println!("{} {pixels:?}: {steps:.3} steps", rate.name());
             let most = 2.0 * STEP + chroma_rounding(&image);
-            assert!(found.largest <= most, "{steps} steps at {:?}", found.at);
+            assert!(
+                difference.largest <= most,
+                "{steps} steps at {:?}",
+                difference.at
+            );
         }
     }
 }
 
 #[test]
 fn coordinates_that_jump_have_finite_values() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
-    let mut viewer = Viewer::new(TARGET);
     let image = coded(&picture(), Rate::Color3, ColorSpace::Srgb);
     for filter in [
         WaveletFilter::Trilinear,
@@ -227,13 +208,9 @@ fn coordinates_that_jump_have_finite_values() {
         WaveletFilter::Stochastic,
         WaveletFilter::StochasticQuad,
     ] {
-        let extension = WaveletExtension {
-            filter,
-            ..Default::default()
-        };
         // The squares of these derivatives are infinite.
         let view = [Vec2::ZERO, Vec2::splat(1e30)];
-        let shown = viewer.show(&image, WaveletStorage::Blocks, extension, view);
+        let shown = viewer.show_blocks(&image, filter, view);
         let values = shown.pixels.iter().flatten();
         let right = values.filter(|value| (0.0..=1.0).contains(*value)).count();
         assert_eq!(right, 4 * shown.pixels.len(), "{filter:?}");
@@ -262,25 +239,23 @@ fn the_anisotropic_filter_of_mips_without_coding_errors_is_right() {
             let extent = view[1] / target;
             let tent = filtered(view, |uv| supersampled(&exact[0], uv, extent, 40, true));
             let mode = WaveletAddressMode::Repeat;
-            let found = filtered(view, |uv| anisotropic(&exact, uv, extent, mode));
-            let found = psnr(&found, &tent);
+            let ours = filtered(view, |uv| anisotropic(&exact, uv, extent, mode));
+            let ours = psnr(&ours, &tent);
             let mip = psnr_of_levels(&coarser[0], &exact[1]);
             println!(
-                "{} {pixels:?}: {found:.1} dB; mip 1 itself {mip:.1} dB",
+                "{} {pixels:?}: {ours:.1} dB; mip 1 itself {mip:.1} dB",
                 rate.name()
             );
-            assert!(found > 40.0, "{} {pixels:?}: {found} dB", rate.name());
+            assert!(ours > 40.0, "{} {pixels:?}: {ours} dB", rate.name());
         }
     }
 }
 
 #[test]
 fn anisotropic_minification_is_near_a_supersampled_picture() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
-    let driver = Driver::new();
-    let mut viewer = Viewer::new(TARGET);
     let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
     let picture = content::photo_like(256, 256, 5);
     let mut missed = Vec::new();
@@ -293,7 +268,7 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
         (Rate::Color3, ColorSpace::Srgb),
     ] {
         let image = coded(&picture, rate, color_space);
-        let levels = levels(&image, |level| decoded_by(&driver, &image, level));
+        let levels = levels(&image, |level| viewer.decoded(&image, level));
         for pixels in FOOTPRINTS {
             let view = view(pixels);
             let mut show = |filter, storage| {
@@ -301,12 +276,7 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
                     filter,
                     ..Default::default()
                 };
-                let shown = viewer.show(&image, storage, extension, view);
-                let pixels = shown
-                    .pixels
-                    .iter()
-                    .map(|p| [p[0], p[1], p[2]].map(f64::from));
-                pixels.collect::<Vec<_>>()
+                colors(&viewer.show(&image, storage, extension, view))
             };
             let extent = view[1] / target;
             let [boxed, tent] = [false, true]
@@ -352,34 +322,22 @@ fn psnr_of_levels(a: &Level, b: &Level) -> f64 {
     psnr(&pixels(a), &pixels(b))
 }
 
-fn psnr(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let pairs = a.iter().flatten().zip(b.iter().flatten());
-    let mean = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>() / (3 * a.len()) as f64;
-    -10.0 * mean.log10()
-}
-
 #[test]
 fn anisotropic_magnification_is_bilinear() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
-    let driver = Driver::new();
-    let mut viewer = Viewer::new(TARGET);
     let picture = content::photo_like(64, 64, 5);
     let image = coded(&picture, Rate::Color3, ColorSpace::Srgb);
-    let levels = levels(&image, |level| decoded_by(&driver, &image, level));
+    let levels = levels(&image, |level| viewer.decoded(&image, level));
     let view = [Vec2::new(0.2, 0.1), Vec2::new(0.5, 0.4)];
-    let extension = WaveletExtension {
-        filter: WaveletFilter::Anisotropic,
-        ..Default::default()
-    };
-    let shown = viewer.show(&image, WaveletStorage::Blocks, extension, view);
-    let found = difference(&shown, |x, y| {
+    let shown = viewer.show_blocks(&image, WaveletFilter::Anisotropic, view);
+    let difference = difference(&shown, |x, y| {
         let uv = uv_at(x, y, view);
         levels[0]
             .bilinear(uv, WaveletAddressMode::Repeat)
             .map(|v| v as f32)
     });
     let most = 2.0 * STEP + chroma_rounding(&image);
-    assert!(found.largest <= most, "{} steps", found.largest / STEP);
+    assert!(difference.largest <= most, "{} steps", difference.steps());
 }

@@ -1,11 +1,8 @@
 //! Files, good and bad, and adapters without BC.
 
-use std::{
-    path::PathBuf,
-    sync::{
-        Arc,
-        atomic::{AtomicU32, Ordering},
-    },
+use std::sync::{
+    Arc,
+    atomic::{AtomicU32, Ordering},
 };
 
 use bevy::{
@@ -17,57 +14,29 @@ use bevy::{
 };
 use bevy_frugal_lab::{
     content,
-    headless::{AwaitedAssets, HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
-    metrics::compare,
+    headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, Rgba32FImage},
 };
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletLoaderSettings, WaveletStandardMaterial,
-    WaveletStorage, WaveletTexPlugin, WaveletTexture,
+    WaveletStorage, WaveletTexture,
     asset::WaveletTextureLoader,
     codec::{
         color::srgb_from_linear,
         decoder::decode,
-        image::{ColorSpace, Content},
+        image::{ColorSpace, Content, WaveletImage},
     },
     file,
 };
 use image::RgbImage;
 
 use super::{
-    driver::Driver,
-    modes::chroma_rounding,
-    scene::{MAX_FRAMES, STEP, decoded_by, encoded, gpu_with_all_planes, picture, render_quad},
+    scene::{
+        MAX_FRAMES, STEP, Viewer, app, chroma_rounding, difference, driver_linear_from_srgb,
+        encoded, gpu_with_all_planes, linear, picture,
+    },
+    twin::rectangle,
 };
-use crate::support::{gpu, logs::warned_of};
-
-/// A folder of assets that goes with the test.
-pub struct Folder(pub PathBuf);
-
-impl Folder {
-    pub fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("wtex-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a temporary folder");
-        Self(folder)
-    }
-
-    pub fn with(self, name: &str, bytes: &[u8]) -> Self {
-        std::fs::write(self.0.join(name), bytes).expect("a file");
-        self
-    }
-
-    pub fn settings(&self) -> HeadlessSettings {
-        HeadlessSettings {
-            asset_folder: self.0.to_string_lossy().into_owned(),
-            ..HeadlessSettings::with_size(16, 16)
-        }
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+use crate::support::{Folder, gpu, logs::warned_of, psnr, wait_for};
 
 fn file_bytes() -> Vec<u8> {
     file::write(&encoded(&picture(), Content::Color, ColorSpace::Srgb))
@@ -82,20 +51,12 @@ fn load(
     Handle<WaveletTexture>,
     Result<u32, HeadlessError>,
 ) {
-    let mut app = HeadlessApp::new(settings, |app| {
-        app.add_plugins(WaveletTexPlugin);
-    })
-    .expect("adapter");
-    let texture: Handle<WaveletTexture> = app
-        .world()
-        .resource::<AssetServer>()
-        .load_builder()
+    let mut app = app(settings);
+    let builder = app.world().load_builder();
+    let texture = builder
         .with_settings(move |s: &mut WaveletLoaderSettings| s.decode_on_load = decode_on_load)
         .load("a.wtex");
-    app.world_mut()
-        .resource_mut::<AwaitedAssets>()
-        .0
-        .push(texture.clone().untyped());
+    app.await_asset(&texture);
     let ready = app.run_until_ready(MAX_FRAMES);
     (app, texture, ready)
 }
@@ -112,7 +73,7 @@ fn a_file_is_kept_as_blocks_decoded_on_demand_and_decoded_without_bc() {
     };
     let folder = Folder::new("storage").with("a.wtex", &file_bytes());
 
-    let (app, texture, ready) = load(folder.settings(), false);
+    let (app, texture, ready) = load(folder.settings(16, 16), false);
     ready.expect("ready");
     assert_eq!(storage(&app, &texture), WaveletStorage::Blocks);
     let server = app.world().resource::<AssetServer>();
@@ -120,14 +81,14 @@ fn a_file_is_kept_as_blocks_decoded_on_demand_and_decoded_without_bc() {
     assert!(server.get_handle::<Image>("a.wtex#chroma").is_some());
     drop(app);
 
-    let (app, texture, ready) = load(folder.settings(), true);
+    let (app, texture, ready) = load(folder.settings(16, 16), true);
     ready.expect("ready");
     assert_eq!(storage(&app, &texture), WaveletStorage::Decoded);
     drop(app);
 
     let without_bc = HeadlessSettings {
         disabled_features: wgpu::Features::TEXTURE_COMPRESSION_BC,
-        ..folder.settings()
+        ..folder.settings(16, 16)
     };
     let (app, texture, ready) = load(without_bc, false);
     ready.expect("ready");
@@ -141,12 +102,11 @@ fn a_file_is_kept_as_blocks_decoded_on_demand_and_decoded_without_bc() {
 
 #[test]
 fn a_setting_of_the_largest_side_changes_textures_that_are_shown() {
-    let _gpu = gpu();
+    let Some(_gpu) = gpu_with_all_planes() else {
+        return;
+    };
     let folder = Folder::new("max-size").with("a.wtex", &file_bytes());
-    let mut app = HeadlessApp::new(folder.settings(), |app| {
-        app.add_plugins(WaveletTexPlugin);
-    })
-    .expect("adapter");
+    let mut app = app(folder.settings(16, 16));
     let chosen = Arc::new(AtomicU32::new(u32::MAX));
     let read = chosen.clone();
     let server = app.world().resource::<AssetServer>().clone();
@@ -165,21 +125,13 @@ fn a_setting_of_the_largest_side_changes_textures_that_are_shown() {
     ] {
         chosen.store(most, Ordering::Relaxed);
         server.reload("a.wtex");
-        let mut found = [0; 2];
-        for _ in 0..500 {
-            app.render_frames(1).expect("frames");
+        let (storage, bytes) = wait_for(&mut app, |app| {
             let textures = app.world().resource::<Assets<WaveletTexture>>();
-            if let Some(texture) = textures.get(&texture) {
-                found = texture.size;
-                if found == size {
-                    assert_eq!(texture.storage, WaveletStorage::Blocks);
-                    gpu_bytes.push(texture.gpu_bytes);
-                    break;
-                }
-            }
-            std::thread::sleep(std::time::Duration::from_millis(5));
-        }
-        assert_eq!(found, size, "at most {most}");
+            let texture = textures.get(&texture).filter(|t| t.size == size)?;
+            Some((texture.storage, texture.gpu_bytes))
+        });
+        assert_eq!(storage, WaveletStorage::Blocks);
+        gpu_bytes.push(bytes);
     }
     println!("bytes on the GPU: {gpu_bytes:?}");
     assert!(gpu_bytes[1] * 3 < gpu_bytes[0] && gpu_bytes[2] < gpu_bytes[1]);
@@ -189,10 +141,7 @@ fn a_setting_of_the_largest_side_changes_textures_that_are_shown() {
 #[test]
 fn textures_and_materials_can_be_inspected() {
     let _gpu = gpu();
-    let app = HeadlessApp::new(HeadlessSettings::with_size(1, 1), |app| {
-        app.add_plugins(WaveletTexPlugin);
-    })
-    .expect("adapter");
+    let app = app(HeadlessSettings::with_size(1, 1));
     let registry = app.world().resource::<AppTypeRegistry>().read();
     for id in [
         std::any::TypeId::of::<WaveletTexture>(),
@@ -222,15 +171,10 @@ fn a_texture_beyond_the_limits_of_the_device_is_decoded_and_smaller() {
     let _gpu = gpu();
     let folder = Folder::new("limits").with("a.wtex", &file_bytes());
     let load = |limit| {
-        let mut app = HeadlessApp::new(folder.settings(), |app| {
-            app.add_plugins(WaveletTexPlugin);
-        })
-        .expect("adapter");
+        let mut app = app(folder.settings(16, 16));
         let server = app.world().resource::<AssetServer>();
         server.register_loader(WaveletTextureLoader::new(None, limit));
-        let texture: Handle<WaveletTexture> = server.load("a.wtex");
-        let mut awaited = app.world_mut().resource_mut::<AwaitedAssets>();
-        awaited.0.push(texture.clone().untyped());
+        let texture: Handle<WaveletTexture> = app.load("a.wtex");
         app.run_until_ready(MAX_FRAMES).expect("ready");
         let textures = app.world().resource::<Assets<WaveletTexture>>();
         let texture = textures.get(&texture).expect("loaded");
@@ -256,12 +200,10 @@ fn a_material_beyond_the_limit_of_bound_textures_is_decoded_and_shown() {
     let show = |limits| {
         let settings = HeadlessSettings {
             constrained_limits: limits,
-            ..folder.settings()
+            ..folder.settings(16, 16)
         };
-        let mut app = HeadlessApp::new(settings, |app| {
-            app.add_plugins(WaveletTexPlugin);
-        })
-        .expect("adapter");
+        let mut app = app(settings);
+        let [color, normal] = ["a.wtex", "normals.wtex"].map(|name| app.load(name));
         let world = app.world_mut();
         let target = world.resource::<LabTarget>().0.clone();
         world.spawn((
@@ -270,25 +212,16 @@ fn a_material_beyond_the_limit_of_bound_textures_is_decoded_and_shown() {
             Transform::from_xyz(0.0, 0.0, 1.0),
         ));
         world.spawn((DirectionalLight::default(), Transform::default()));
-        let server = world.resource::<AssetServer>();
-        let [color, normal] = ["a.wtex", "normals.wtex"].map(|name| server.load(name));
-        let mut awaited = world.resource_mut::<AwaitedAssets>();
-        awaited
-            .0
-            .extend([&color, &normal].map(|t| t.clone().untyped()));
         let extension = WaveletExtension {
             base_color: Some(color.clone()),
             normal: Some(normal.clone()),
             ..default()
         };
         let base = StandardMaterial::default();
-        let mut materials = world.resource_mut::<Assets<WaveletStandardMaterial>>();
-        let material = materials.add(WaveletStandardMaterial { base, extension });
-        let quad = Mesh::from(Rectangle::new(2.0, 2.0)).with_generated_tangents();
-        let quad = world
-            .resource_mut::<Assets<Mesh>>()
-            .add(quad.expect("tangents"));
-        world.spawn((Mesh3d(quad), MeshMaterial3d(material)));
+        let material =
+            world.add_asset::<WaveletStandardMaterial>(WaveletStandardMaterial { base, extension });
+        let quad = rectangle(world, 2.0);
+        world.entity_mut(quad).insert(MeshMaterial3d(material));
         app.run_until_ready(MAX_FRAMES).expect("ready");
         app.render_frames(2).expect("frames");
         let picture = app.capture_rgb8().expect("a picture");
@@ -296,7 +229,7 @@ fn a_material_beyond_the_limit_of_bound_textures_is_decoded_and_shown() {
         let limits = app.world().resource::<RenderDevice>().limits();
         (picture, storages, limits)
     };
-    let (wanted, storages, limits) = show(None);
+    let (expected, storages, limits) = show(None);
     assert_eq!(storages, [WaveletStorage::Blocks; 2]);
     // Enough for those of Bevy with all features that have textures, but not for 16 more.
     let (picture, storages, _) = show(Some(wgpu::Limits {
@@ -306,42 +239,32 @@ fn a_material_beyond_the_limit_of_bound_textures_is_decoded_and_shown() {
     // Normals have one texture.
     assert_eq!(storages, [WaveletStorage::Decoded, WaveletStorage::Blocks]);
     assert!(warned_of("the device binds at most 32 textures in a stage"));
-    let error = compare(&wanted, &picture).expect("equal sizes");
-    let contrast = compare(&wanted, &RgbImage::new(16, 16)).expect("equal sizes");
+    let found = psnr(&expected, &picture);
+    let to_black = psnr(&expected, &RgbImage::new(16, 16));
     assert!(
-        error.psnr_db > 40.0 && contrast.psnr_db < 20.0,
-        "{} dB, {} dB to black",
-        error.psnr_db,
-        contrast.psnr_db
+        found > 40.0 && to_black < 20.0,
+        "{found} dB, {to_black} dB to black"
     );
 }
 
 #[test]
 fn without_bc_the_picture_is_the_same() {
-    let _gpu = gpu();
     let folder = Folder::new("without-bc").with("a.wtex", &file_bytes());
-    let show = |settings: HeadlessSettings| {
-        // One pixel each: with weights that round, the bound below would be none.
-        render_quad([93, 61], 1.0, WaveletFilter::Nearest, settings, |world| {
-            let texture = world
-                .resource::<AssetServer>()
-                .load::<WaveletTexture>("a.wtex");
-            world
-                .resource_mut::<AwaitedAssets>()
-                .0
-                .push(texture.clone().untyped());
-            texture
-        })
+    let viewer = |settings| Viewer::with_settings(gpu(), [93, 61], settings);
+    // One pixel each: with weights that round, the bound below would be none.
+    let show = |viewer: &mut Viewer| {
+        let texture = viewer.app.load("a.wtex");
+        viewer.show_texture(texture)
     };
-    let with = show(folder.settings());
-    let without = show(HeadlessSettings {
+    let without = show(&mut viewer(HeadlessSettings {
         disabled_features: wgpu::Features::TEXTURE_COMPRESSION_BC,
-        ..folder.settings()
-    });
+        ..folder.settings(16, 16)
+    }));
+    let mut viewer = viewer(folder.settings(16, 16));
+    let with = show(&mut viewer);
     let image = encoded(&picture(), Content::Color, ColorSpace::Srgb);
-    let driver = Driver::new();
-    let by_driver = decoded_by(&driver, &image, 0);
-    let linear = driver.linear_from_srgb();
+    let by_driver = viewer.decoded(&image, 0);
+    let linear = driver_linear_from_srgb(&viewer.app);
     let exact = decode(&image, 0);
     // Half floats on the way to the target: relative 2^-11 each, for sRGB at 1 times 1.055 / 2.4.
     let halves = 2.0 * 1.055 / 2.4 / 2048.0;
@@ -379,7 +302,7 @@ fn a_bad_file_is_named_and_the_app_goes_on() {
     ];
     for (name, bytes, reason) in cases {
         let folder = Folder::new(name).with("a.wtex", &bytes);
-        let (mut app, texture, ready) = load(folder.settings(), false);
+        let (mut app, texture, ready) = load(folder.settings(16, 16), false);
         let error = ready.expect_err(name).to_string();
         assert!(
             error.contains("a.wtex") && error.contains(reason),
@@ -388,5 +311,44 @@ fn a_bad_file_is_named_and_the_app_goes_on() {
         let server = app.world().resource::<AssetServer>();
         assert!(matches!(server.load_state(&texture), LoadState::Failed(_)));
         app.render_frames(2).expect("the app goes on");
+    }
+}
+
+#[test]
+fn a_texture_that_is_loaded_anew_is_shown() {
+    let Some(gpu) = gpu_with_all_planes() else {
+        return;
+    };
+    let [first, second] = [3, 9].map(|seed| content::photo_like(64, 48, seed));
+    let first_image = encoded(&first, Content::Color, ColorSpace::Srgb);
+    let folder = Folder::new("reload").with("a.wtex", &file::write(&first_image));
+    let mut viewer = Viewer::with_settings(gpu, [64, 48], folder.settings(16, 16));
+    let is = |viewer: &Viewer, shown: &Rgba32FImage, image: &WaveletImage| {
+        let (_, pixels) = linear(image, viewer.decoded(image, 0));
+        let difference = difference(shown, |x, y| pixels[(y * 64 + x) as usize]);
+        difference.largest <= 2.0 * STEP + chroma_rounding(image)
+    };
+    let texture = viewer.app.load("a.wtex");
+    let shown = viewer.show_texture(texture);
+    assert!(is(&viewer, &shown, &first_image));
+    for next in [
+        encoded(&second, Content::Color, ColorSpace::Srgb),
+        // Of another content: other images in other slots.
+        encoded(&first, Content::Gray, ColorSpace::Srgb),
+    ] {
+        std::fs::write(folder.0.join("a.wtex"), file::write(&next)).expect("written");
+        let server = viewer.app.world().resource::<AssetServer>();
+        server.reload("a.wtex");
+        let mut is_shown = false;
+        for _ in 0..100 {
+            viewer.app.render_frames(1).expect("frames");
+            let shown = viewer.app.capture_f32().expect("a picture");
+            if is(&viewer, &shown, &next) {
+                is_shown = true;
+                break;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert!(is_shown, "{:?} is not shown", next.content);
     }
 }

@@ -2,7 +2,7 @@
 
 use bevy::{
     core_pipeline::oit::OrderIndependentTransparencySettings,
-    light::{ClusteredDecal, GlobalAmbientLight},
+    light::{ClusteredDecal, DirectionalLightShadowMap, GlobalAmbientLight},
     mesh::UvChannel,
     pbr::{ParallaxMappingMethod, ScreenSpaceAmbientOcclusion},
     prelude::*,
@@ -10,13 +10,13 @@ use bevy::{
 };
 use bevy_frugal_lab::content;
 use bevy_wavelet_tex::codec::image::{ColorSpace, Content, WaveletImage};
-use image::{Rgb, RgbImage};
+use image::{DynamicImage, Rgb, RgbImage};
 
 use super::{
     scene::gpu_with_all_planes,
-    twin::{Maps, Path, Twin, add_image, differences, square, without_mips},
+    twin::{Maps, Path, Twin, add_image, differences, rectangle, square, without_mips},
 };
-use crate::support::{logs::warned_of, skipped};
+use crate::support::{logs::warned_of, psnr, skipped};
 
 const TEXELS: u32 = 64;
 
@@ -28,11 +28,6 @@ fn orm() -> WaveletImage {
         Rgb([r, g / 2 + 120, b])
     });
     without_mips(&picture, Content::Color, ColorSpace::Linear)
-}
-
-fn colors(seed: u64) -> WaveletImage {
-    let picture = content::photo_like(TEXELS, TEXELS, seed);
-    without_mips(&picture, Content::Color, ColorSpace::Srgb)
 }
 
 /// As bright as a white wall of 0.5 on the screen.
@@ -53,6 +48,32 @@ fn lit(world: &mut World, _: Entity) -> Vec<Entity> {
         Transform::from_xyz(1.5, 1.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
     ));
     vec![square(world)]
+}
+
+fn rough(_: &mut World) -> StandardMaterial {
+    StandardMaterial {
+        perceptual_roughness: 1.0,
+        ..default()
+    }
+}
+
+/// A rough square in the light, with these maps.
+fn lit_twin(path: Path, maps: Maps) -> Twin<'static> {
+    Twin {
+        path,
+        maps,
+        base: &rough,
+        setup: &ambient,
+        scene: &lit,
+    }
+}
+
+fn colored() -> Maps {
+    let picture = content::photo_like(TEXELS, TEXELS, 3);
+    Maps {
+        base_color: Some(without_mips(&picture, Content::Color, ColorSpace::Srgb)),
+        ..default()
+    }
 }
 
 /// Compares the pictures of a twin, of which the wavelet one has to differ from that without maps.
@@ -101,11 +122,8 @@ fn occlusion_roughness_and_metallic_of_colour_are_its_channels() {
     for (name, maps) in cases {
         for path in [Path::Forward, Path::Prepass, Path::Deferred] {
             let twin = Twin {
-                path,
-                maps: maps.clone(),
                 base: &base,
-                setup: &ambient,
-                scene: &lit,
+                ..lit_twin(path, maps.clone())
             };
             assert_alike(&format!("{name}, {path:?}"), &twin, 3);
         }
@@ -122,15 +140,13 @@ fn a_mask_of_colour_is_its_red_channel() {
         perceptual_roughness: 1.0,
         ..default()
     };
+    let mask = Maps {
+        mask: Some(orm()),
+        ..default()
+    };
     let twin = Twin {
-        path: Path::Forward,
-        maps: Maps {
-            mask: Some(orm()),
-            ..default()
-        },
         base: &base,
-        setup: &ambient,
-        scene: &lit,
+        ..lit_twin(Path::Forward, mask)
     };
     assert_alike("mask", &twin, 3);
 }
@@ -158,17 +174,15 @@ fn maps_on_the_second_uv_set_take_it() {
         ..default()
     };
     for path in [Path::Forward, Path::Deferred] {
+        let maps = Maps {
+            metallic_roughness: Some(orm()),
+            is_shared: true,
+            ..colored()
+        };
         let twin = Twin {
-            path,
-            maps: Maps {
-                base_color: Some(colors(3)),
-                metallic_roughness: Some(orm()),
-                is_shared: true,
-                ..default()
-            },
             base: &base,
-            setup: &ambient,
             scene: &scene,
+            ..lit_twin(path, maps)
         };
         assert_alike(&format!("second set, {path:?}"), &twin, 3);
     }
@@ -209,15 +223,14 @@ fn screen_space_occlusion_is_that_of_the_colour_with_its_maps_in_every_path() {
         ..default()
     };
     let pictures = [Path::Forward, Path::Deferred].map(|path| {
+        let dark = Maps {
+            base_color: Some(dark.clone()),
+            ..default()
+        };
         let twin = Twin {
-            path,
-            maps: Maps {
-                base_color: Some(dark.clone()),
-                ..default()
-            },
             base: &base,
-            setup: &ambient,
             scene: &corner,
+            ..lit_twin(path, dark)
         };
         assert_alike(&format!("occlusion, {path:?}"), &twin, 1);
         twin.wavelet()
@@ -253,14 +266,9 @@ fn transparent_materials_are_sorted_by_pixel_where_the_camera_does() {
             ..default()
         };
         let twin = Twin {
-            path: Path::Forward,
-            maps: Maps {
-                base_color: Some(colors(3)),
-                ..default()
-            },
             base: &base,
-            setup: &ambient,
             scene: &scene,
+            ..lit_twin(Path::Forward, colored())
         };
         assert_alike(&format!("{alpha_mode:?}"), &twin, 4);
     }
@@ -283,15 +291,14 @@ fn alpha_to_coverage_is_as_sharp_as_bevys() {
         perceptual_roughness: 1.0,
         ..default()
     };
+    let mask = Maps {
+        mask: Some(without_mips(&picture, Content::Gray, ColorSpace::Linear)),
+        ..default()
+    };
     let twin = Twin {
-        path: Path::Forward,
-        maps: Maps {
-            mask: Some(without_mips(&picture, Content::Gray, ColorSpace::Linear)),
-            ..default()
-        },
         base: &base,
-        setup: &ambient,
         scene: &scene,
+        ..lit_twin(Path::Forward, mask)
     };
     let [wavelet, decoded] = twin.pictures();
     // Where the alphas of both are a rounding apart, a pixel can have a sample more.
@@ -324,10 +331,6 @@ fn a_depth_map_moves_wavelet_maps() {
         world.entity_mut(camera).insert(eye);
         lit(world, camera)
     };
-    let flat = |_: &mut World| StandardMaterial {
-        perceptual_roughness: 1.0,
-        ..default()
-    };
     for (name, parallax_mapping_method) in [
         ("occlusion", ParallaxMappingMethod::Occlusion),
         ("relief", ParallaxMappingMethod::Relief { max_steps: 5 }),
@@ -340,23 +343,18 @@ fn a_depth_map_moves_wavelet_maps() {
                 depth_map: Some(add_image(world, [16; 2], texels, TextureFormat::Rgba8Unorm)),
                 parallax_depth_scale: 0.15,
                 parallax_mapping_method,
-                ..flat(world)
+                ..rough(world)
             }
         };
         for path in [Path::Forward, Path::Deferred] {
             let twin = Twin {
-                path,
-                maps: Maps {
-                    base_color: Some(colors(3)),
-                    ..default()
-                },
                 base: &base,
-                setup: &ambient,
                 scene: &scene,
+                ..lit_twin(path, colored())
             };
             assert_alike(&format!("{name}, {path:?}"), &twin, 4);
             let without = Twin {
-                base: &flat,
+                base: &rough,
                 ..twin.clone()
             };
             let (_, moved) = differences(&twin.wavelet(), &without.wavelet());
@@ -385,20 +383,10 @@ fn clustered_decals_lie_on_wavelet_materials() {
         ));
         lit(world, camera)
     };
-    let base = |_: &mut World| StandardMaterial {
-        perceptual_roughness: 1.0,
-        ..default()
-    };
     for path in [Path::Forward, Path::Deferred] {
         let twin = Twin {
-            path,
-            maps: Maps {
-                base_color: Some(colors(3)),
-                ..default()
-            },
-            base: &base,
-            setup: &ambient,
             scene: &scene,
+            ..lit_twin(path, colored())
         };
         assert_alike(&format!("decal, {path:?}"), &twin, 3);
         let without = Twin {
@@ -416,29 +404,167 @@ fn a_texture_of_another_kind_is_left_out_and_named() {
     let Some(_gpu) = gpu_with_all_planes() else {
         return;
     };
-    let base = |_: &mut World| StandardMaterial {
-        perceptual_roughness: 1.0,
-        ..default()
-    };
     let normals = content::bricks(TEXELS, TEXELS, 3).normal;
-    let colors = Maps {
-        base_color: Some(colors(3)),
-        ..default()
+    let maps = Maps {
+        occlusion: Some(without_mips(&normals, Content::Normal, ColorSpace::Linear)),
+        ..colored()
     };
-    let twin = Twin {
-        path: Path::Forward,
-        maps: Maps {
-            occlusion: Some(without_mips(&normals, Content::Normal, ColorSpace::Linear)),
-            ..colors.clone()
-        },
-        base: &base,
-        setup: &ambient,
-        scene: &lit,
-    };
-    let without = Twin {
-        maps: colors,
-        ..twin.clone()
-    };
+    let twin = lit_twin(Path::Forward, maps);
+    let without = lit_twin(Path::Forward, colored());
     assert_eq!(differences(&twin.wavelet(), &without.wavelet()).0, 0);
     assert!(warned_of("a material goes without its map of occlusion"));
+}
+
+/// A lit, masked square that throws its shadow on a wall.
+fn before_a_wall(world: &mut World, _: Entity) -> Vec<Entity> {
+    world.spawn((
+        DirectionalLight {
+            // So that nothing is clipped, with the light that the material emits.
+            illuminance: 1500.0,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::from_xyz(1.5, 1.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    let wall = world.add_asset(Rectangle::new(6.0, 6.0));
+    let gray = world.add_asset::<StandardMaterial>(Color::srgb(0.6, 0.6, 0.6));
+    world.spawn((
+        Mesh3d(wall),
+        MeshMaterial3d(gray),
+        Transform::from_xyz(0.0, 0.0, -0.4),
+    ));
+    vec![rectangle(world, 1.6)]
+}
+
+fn leaf(_: &mut World) -> StandardMaterial {
+    StandardMaterial {
+        alpha_mode: AlphaMode::Mask(0.5),
+        perceptual_roughness: 0.9,
+        metallic: 0.8,
+        emissive: LinearRgba::rgb(0.3, 0.3, 0.3),
+        ..default()
+    }
+}
+
+/// Texels on the other side of the mask's cutoff cast shadows no larger than a pixel.
+fn fine_shadows(app: &mut App) {
+    app.insert_resource(DirectionalLightShadowMap::default());
+}
+
+fn leaf_twin(path: Path, maps: Maps) -> Twin<'static> {
+    Twin {
+        path,
+        maps,
+        base: &leaf,
+        setup: &fine_shadows,
+        scene: &before_a_wall,
+    }
+}
+
+fn all_maps() -> Maps {
+    let foliage = content::foliage(TEXELS, TEXELS, 3);
+    let mask = DynamicImage::ImageLuma8(foliage.mask).to_rgb8();
+    let photo = |seed, content, color_space| {
+        let picture = content::photo_like(TEXELS, TEXELS, seed);
+        Some(without_mips(&picture, content, color_space))
+    };
+    let map = |picture, content, color_space| Some(without_mips(picture, content, color_space));
+    Maps {
+        base_color: map(&foliage.color, Content::Color, ColorSpace::Srgb),
+        normal: map(&foliage.normal, Content::Normal, ColorSpace::Linear),
+        mask: map(&mask, Content::Gray, ColorSpace::Linear),
+        emissive: photo(4, Content::Color, ColorSpace::Srgb),
+        metallic_roughness: photo(5, Content::Color, ColorSpace::Linear),
+        occlusion: photo(6, Content::Gray, ColorSpace::Linear),
+        is_shared: false,
+    }
+}
+
+/// Each map alone is a pipeline of its own, is seen, and looks as its decoded image does.
+#[test]
+fn every_map_alone_is_seen() {
+    let Some(_gpu) = gpu_with_all_planes() else {
+        return;
+    };
+    let all = all_maps();
+    let none = Maps::default();
+    let (base_color, emissive, normal) = (all.base_color, all.emissive, all.normal);
+    let (metallic_roughness, occlusion) = (all.metallic_roughness, all.occlusion);
+    let bare = leaf_twin(Path::Forward, none.clone()).wavelet();
+    for (name, maps) in [
+        (
+            "base color",
+            Maps {
+                base_color,
+                ..none.clone()
+            },
+        ),
+        (
+            "emissive",
+            Maps {
+                emissive,
+                ..none.clone()
+            },
+        ),
+        (
+            "normal",
+            Maps {
+                normal,
+                ..none.clone()
+            },
+        ),
+        (
+            "metallic-roughness",
+            Maps {
+                metallic_roughness,
+                ..none.clone()
+            },
+        ),
+        (
+            "occlusion",
+            Maps {
+                occlusion,
+                ..none.clone()
+            },
+        ),
+    ] {
+        let [wavelet, decoded] = leaf_twin(Path::Forward, maps).pictures();
+        let (seen, right) = (psnr(&bare, &wavelet), psnr(&decoded, &wavelet));
+        println!("{name}: {right:.1} dB, {seen:.1} dB from no map");
+        assert!(seen < right - 6.0, "{name} is not seen");
+    }
+}
+
+#[test]
+fn all_maps_look_as_their_decoded_images_in_every_path() {
+    let Some(_gpu) = gpu_with_all_planes() else {
+        return;
+    };
+    let maps = all_maps();
+    for path in [Path::Forward, Path::Prepass, Path::Deferred] {
+        let [wavelet, decoded] = leaf_twin(path, maps.clone()).pictures();
+        let bare = leaf_twin(path, Maps::default()).decoded();
+        let effect = psnr(&bare, &wavelet);
+        let (flips, psnr_db) = apart_from_flips(&decoded, &wavelet);
+        println!("{path:?}: {psnr_db:.1} dB, {flips} flips, {effect:.1} dB against no maps");
+        assert!(flips <= 12, "{path:?}: {flips} pixels");
+        assert!(psnr_db > 50.0, "{path:?}: {psnr_db} dB");
+        assert!(effect < 25.0, "{path:?}: the maps are not seen");
+    }
+}
+
+/// Pixels at the edges of the mask that fall to the other side of the cutoff, and the PSNR in dB of
+/// all others.
+fn apart_from_flips(a: &RgbImage, b: &RgbImage) -> (u32, f64) {
+    let (mut flips, mut sum, mut count) = (0, 0.0, 0.0);
+    for (a, b) in a.pixels().zip(b.pixels()) {
+        let differences = [0, 1, 2].map(|c: usize| f64::from(a[c].abs_diff(b[c])));
+        if differences.iter().any(|d| *d > 24.0) {
+            flips += 1;
+        } else {
+            sum += differences.map(|d| d * d).iter().sum::<f64>();
+            count += 3.0;
+        }
+    }
+    (flips, 10.0 * (255.0 * 255.0 * count / sum).log10())
 }

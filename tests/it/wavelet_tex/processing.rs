@@ -1,6 +1,6 @@
-//! Images that become wavelet textures when assets are processed, without a GPU.
+//! Images that become wavelet textures when assets are processed, without a GPU, and the crate beside Bevy's own saver.
 
-use std::{io::Cursor, time::Duration};
+use std::{path::Path, process::Command, time::Duration};
 
 use bevy::{
     app::TaskPoolPlugin,
@@ -9,12 +9,13 @@ use bevy::{
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_frugal_lab::{content, metrics::compare};
+use bevy_frugal_lab::content;
 use bevy_wavelet_tex::{
     WaveletProcessor, WaveletQuality, WaveletRole, WaveletSaver, WaveletSaverSettings,
     WaveletTexture,
     asset::WaveletTextureLoader,
     codec::{
+        decoder::decode,
         image::{ColorSpace, Content},
         rate::Rate,
     },
@@ -22,13 +23,7 @@ use bevy_wavelet_tex::{
 };
 use image::{DynamicImage, ImageFormat, RgbImage};
 
-use super::loading::Folder;
-
-fn file_of(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
-    let mut bytes = Cursor::new(Vec::new());
-    image.write_to(&mut bytes, format).expect("an image");
-    bytes.into_inner()
-}
+use crate::support::{Folder, image_file, psnr, skipped};
 
 /// The file of the example and of the page about encoding, for a smaller normal map.
 fn meta() -> String {
@@ -39,9 +34,9 @@ fn meta() -> String {
 
 #[test]
 fn a_meta_file_makes_an_image_a_wavelet_texture() {
-    let normals = content::bricks(64, 48, 3).normal.into();
-    processed("wall.png", &file_of(&normals, ImageFormat::Png));
-    processed("wall.jpg", &file_of(&normals, ImageFormat::Jpeg));
+    let normals = content::bricks(64, 48, 3).normal;
+    processed("wall.png", &image_file(normals.clone(), ImageFormat::Png));
+    processed("wall.jpg", &image_file(normals.clone(), ImageFormat::Jpeg));
 }
 
 /// Processes and loads a normal map of 64 x 48 pixels.
@@ -112,11 +107,11 @@ fn the_saver_keeps_given_mips_and_reads_every_plain_format() {
     let bytes = settings.encode(&image, "a.png").expect("encoded");
     let texture = file::read(&bytes).expect("a texture");
     assert_eq!(texture.levels, 2);
-    for (level, wanted) in [(0, 200), (1, 40)] {
-        let decoded = bevy_wavelet_tex::codec::decoder::decode(&texture, level);
+    for (level, expected) in [(0, 200), (1, 40)] {
+        let decoded = decode(&texture, level);
         for pixel in decoded.to_rgba8(texture.content) {
             assert!(
-                pixel[..3].iter().all(|v| v.abs_diff(wanted) <= 1),
+                pixel[..3].iter().all(|v| v.abs_diff(expected) <= 1),
                 "{pixel:?}"
             );
         }
@@ -157,7 +152,7 @@ fn two_channels_are_unit_normals() {
     };
     let bytes = settings.encode(&image, "n.ktx2").expect("encoded");
     let texture = file::read(&bytes).expect("a texture");
-    let decoded = bevy_wavelet_tex::codec::decoder::decode(&texture, 0);
+    let decoded = decode(&texture, 0);
     let pairs = image.data.as_deref().expect("pixels").as_chunks::<2>().0;
     for ([x, y, z, _], [r, g]) in decoded.to_rgba8(texture.content).into_iter().zip(pairs) {
         assert!(
@@ -180,25 +175,24 @@ fn a_wanted_quality_takes_the_smallest_rate_that_reaches_it() {
         };
         let bytes = settings.encode(&image, "a.png").expect("encoded");
         let texture = file::read(&bytes).expect("a texture");
-        let decoded = bevy_wavelet_tex::codec::decoder::decode(&texture, 0);
+        let decoded = decode(&texture, 0);
         let decoded = decoded.to_rgba8(texture.content);
         let rgb = decoded.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]);
         let picture = RgbImage::from_raw(96, 64, rgb.collect()).expect("as many pixels");
-        let error = compare(&photo, &picture).expect("of one size");
-        (texture.gpu_bytes(), error.psnr_db)
+        (texture.gpu_bytes(), psnr(&photo, &picture))
     };
     let rates: Vec<_> = Rate::of(Content::Color)
         .map(|rate| saved(WaveletQuality::Rate(rate)))
         .collect();
     let best = rates.iter().map(|rate| rate.1).fold(0.0, f64::max);
     let all = rates.iter().map(|rate| rate.1 - 0.01);
-    for wanted in all.chain([0.0, best + 10.0]) {
-        let expected = rates.iter().find(|rate| rate.1 >= wanted);
+    for min_psnr in all.chain([0.0, best + 10.0]) {
+        let expected = rates.iter().find(|rate| rate.1 >= min_psnr);
         let expected = expected.or(rates.last()).expect("a rate");
         assert_eq!(
-            saved(WaveletQuality::MinPsnr(wanted)),
+            saved(WaveletQuality::MinPsnr(min_psnr)),
             *expected,
-            "{wanted}"
+            "{min_psnr}"
         );
     }
 }
@@ -235,4 +229,51 @@ fn what_cannot_be_saved_is_named() {
             "{error}"
         );
     }
+}
+
+/// Features of Bevy can bring the same native libraries, and cargo refuses two crates that link one: what it says when
+/// it resolves a game with a feature of Bevy and the crate with these features.
+fn resolve(feature: &str, features: &str) -> Result<(), String> {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let name = format!("resolve-{feature}-{features}");
+    let folder = Folder::new(&name).with("lib.rs", b"");
+    let manifest = format!(
+        "[package]\n\
+         name = 'probe'\n\
+         edition = '2024'\n\
+         [lib]\n\
+         path = 'lib.rs'\n\
+         [workspace]\n\
+         [dependencies]\n\
+         bevy = {{ version = '0.20.1', default-features = false, features = ['{feature}'] }}\n\
+         bevy_wavelet_tex = {{ path = '{}', features = [{features}] }}\n",
+        workspace.join("crates/bevy_wavelet_tex").display()
+    );
+    let lock = std::fs::read(workspace.join("Cargo.lock")).expect("a lock file");
+    let folder = folder
+        .with("Cargo.toml", manifest.as_bytes())
+        .with("Cargo.lock", &lock);
+    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
+    let mut update = Command::new(cargo);
+    // This downloads nothing but the registry's entries of what is new.
+    update
+        .args(["update", "--workspace"])
+        .current_dir(&folder.0);
+    let output = update.output().expect("cargo runs");
+    if output.status.success() {
+        return Ok(());
+    }
+    Err(String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn a_game_can_have_bevys_compressed_image_saver() {
+    match resolve("compressed_image_saver", "") {
+        Ok(()) => {}
+        Err(error) if error.contains("links to the native library") => panic!("{error}"),
+        Err(error) => return skipped(&format!("bevy_wavelet_tex beside Bevy: {error}")),
+    }
+    // The test would see a conflict, which only the encoder has.
+    let error = resolve("compressed_image_saver", "'encode'").expect_err("two BC7 encoders");
+    assert!(error.contains("`bc7e`"), "{error}");
 }

@@ -18,14 +18,16 @@ pub struct Level {
 
 /// The levels of an image, as `decode` decodes them.
 pub fn levels(image: &WaveletImage, decode: impl Fn(u32) -> DecodedImage) -> Vec<Level> {
-    let level = |level| {
-        let (size, pixels) = linear(image, decode(level));
-        Level { size, pixels }
-    };
+    let level = |level| Level::new(image, decode(level));
     (0..image.levels).map(level).collect()
 }
 
 impl Level {
+    pub fn new(image: &WaveletImage, decoded: DecodedImage) -> Self {
+        let (size, pixels) = linear(image, decoded);
+        Self { size, pixels }
+    }
+
     fn at(&self, position: [i64; 2], mode: WaveletAddressMode) -> [f64; 3] {
         let inside = |axis: usize| {
             let n = i64::from(self.size[axis]);

@@ -1,33 +1,43 @@
-//! A textured quad seen straight on, and the codec's view of it.
+//! A quad that shows one wavelet texture after the other, pixel by pixel, and the codec's view of it.
 
 use std::{sync::OnceLock, thread};
 
 use bevy::{
-    camera::Hdr, image::Image, pbr::StandardMaterial, prelude::*, render::renderer::RenderDevice,
+    camera::Hdr,
+    math::Affine2,
+    prelude::*,
+    render::renderer::{RenderDevice, RenderQueue},
 };
+pub use bevy_frugal_lab::wavelets::{add_texture, wavelets};
 use bevy_frugal_lab::{
     content,
     headless::{
         HeadlessApp, HeadlessSettings, LabTarget, Rgba32FImage, TargetFormat, pixel_camera,
     },
+    wavelets,
 };
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
     WaveletTexture,
     codec::{
+        blocks::BlockFormat,
         color::linear_from_srgb,
         decoder::{DecodedImage, decode_with},
-        encoder::encode_rgb8,
         image::{ColorSpace, Content, WaveletImage},
+        packing::Packing,
         rate::Rate,
-        settings::{EncodeSettings, Formats},
+        settings::EncodeSettings,
     },
     material::storage_on,
 };
 use image::RgbImage;
+use wgpu::util::DeviceExt;
 
-use super::driver::Driver;
-use crate::support::{Gpu, gpu, skipped};
+use crate::support::{
+    Gpu,
+    compute::{Binding, dispatch_on},
+    gpu, skipped,
+};
 
 pub const MAX_FRAMES: u32 = 200;
 
@@ -40,26 +50,11 @@ pub fn picture() -> RgbImage {
 }
 
 pub fn encoded(picture: &RgbImage, content: Content, color_space: ColorSpace) -> WaveletImage {
-    let settings = EncodeSettings {
-        rate: Rate::usual(content),
-        color_space,
-        formats: Formats::Wavelet,
-        ..EncodeSettings::default()
-    };
-    encoded_with(picture, &settings)
+    encoded_with(picture, &wavelets(Rate::usual(content), color_space))
 }
 
 pub fn encoded_with(picture: &RgbImage, settings: &EncodeSettings) -> WaveletImage {
-    let pixels: Vec<[u8; 3]> = picture.pixels().map(|p| p.0).collect();
-    encode_rgb8(&pixels, picture.dimensions().into(), settings).expect("a good image")
-}
-
-/// The reference decoder's pixels of a level, from the texels that the driver hands a shader:
-/// how those are rounded is up to the driver, and four of them add up in one pixel.
-pub fn decoded_by(driver: &Driver, image: &WaveletImage, level: u32) -> DecodedImage {
-    decode_with(image, level, |format, blocks, size| {
-        driver.decode(format, blocks, size)
-    })
+    wavelets::encoded(picture, settings).expect("a good image")
 }
 
 /// Pixels in linear units, as they would be filtered.
@@ -70,6 +65,14 @@ pub fn linear(image: &WaveletImage, decoded: DecodedImage) -> ([u32; 2], Vec<[f3
         decoded.size,
         decoded.pixels.into_iter().map(linear).collect(),
     )
+}
+
+/// What a texture unit that filters with 8 bits, as lavapipe's does, may add: one level of what is
+/// stored, in Co and Cg, of which R and B take half each.
+pub fn chroma_rounding(image: &WaveletImage) -> f32 {
+    let chroma = image.groups().nth(1).filter(|g| g.packing == Packing::Bc1);
+    let extents = chroma.iter().flat_map(|g| &g.codings);
+    0.5 * STEP * extents.map(|c| c.low_max - c.low_min).sum::<f32>()
 }
 
 /// Waits until an app may run; `None`, with a note, where wavelet textures cannot all be blocks.
@@ -92,65 +95,205 @@ pub fn gpu_with_all_planes() -> Option<Gpu> {
     Some(gpu)
 }
 
-/// Adds an image to a world.
-pub fn add_texture(
-    world: &mut World,
-    image: &WaveletImage,
-    storage: WaveletStorage,
-) -> Handle<WaveletTexture> {
-    world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
-        let mut images = world.resource_mut::<Assets<Image>>();
-        WaveletTexture::add(image, storage, &mut textures, &mut images)
+/// An app with wavelet textures.
+pub fn app(settings: HeadlessSettings) -> HeadlessApp {
+    HeadlessApp::new(settings, |app| {
+        app.add_plugins(WaveletTexPlugin);
     })
+    .expect("an adapter")
 }
 
-/// Renders a quad that fills a float target of `target` pixels, unlit, `uv` from 0 to `uv_max`.
-pub fn render_quad(
-    target: [u32; 2],
-    uv_max: f32,
-    filter: WaveletFilter,
-    settings: HeadlessSettings,
-    texture: impl FnOnce(&mut World) -> Handle<WaveletTexture>,
-) -> Rgba32FImage {
-    let settings = HeadlessSettings {
-        width: target[0],
-        height: target[1],
-        format: TargetFormat::Float32,
-        ..settings
-    };
-    let mut app = HeadlessApp::new(settings, |app| {
-        app.add_plugins(WaveletTexPlugin);
-        let camera = pixel_camera(app.world().resource::<LabTarget>(), target);
-        app.world_mut().spawn((camera, Hdr));
-    })
-    .expect("an adapter");
-    let texture = texture(app.world_mut());
-    spawn_quad(
-        app.world_mut(),
-        target,
-        uv_max,
-        WaveletExtension {
-            base_color: Some(texture),
+/// All of a texture, once.
+pub const WHOLE: [Vec2; 2] = [Vec2::ZERO, Vec2::ONE];
+
+/// An app whose camera sees nothing but a quad, in floats.
+pub struct Viewer {
+    pub app: HeadlessApp,
+    quad: Entity,
+    _gpu: Gpu,
+}
+
+impl Viewer {
+    /// A target of `size` pixels, where the adapter takes textures of all planes.
+    pub fn new(size: [u32; 2]) -> Option<Self> {
+        let gpu = gpu_with_all_planes()?;
+        Some(Self::with_settings(gpu, size, HeadlessSettings::default()))
+    }
+
+    pub fn with_settings(gpu: Gpu, size: [u32; 2], settings: HeadlessSettings) -> Self {
+        let mut app = app(HeadlessSettings {
+            width: size[0],
+            height: size[1],
+            format: TargetFormat::Float32,
+            ..settings
+        });
+        let world = app.world_mut();
+        world.insert_resource(ClearColor(Color::BLACK));
+        let camera = pixel_camera(world.resource::<LabTarget>(), size);
+        world.spawn((camera, Hdr));
+        let mesh = world.add_asset(Rectangle::new(size[0] as f32, size[1] as f32));
+        let quad = world.spawn(Mesh3d(mesh)).id();
+        Self {
+            app,
+            quad,
+            _gpu: gpu,
+        }
+    }
+
+    /// The quad with a texture as base colour, unlit; uv runs from `origin` to `origin + extent`.
+    pub fn show(
+        &mut self,
+        image: &WaveletImage,
+        storage: WaveletStorage,
+        extension: WaveletExtension,
+        [origin, extent]: [Vec2; 2],
+    ) -> Rgba32FImage {
+        let texture = add_texture(self.app.world_mut(), image, storage);
+        self.show_material(WaveletStandardMaterial {
+            base: StandardMaterial {
+                unlit: true,
+                uv_transform: Affine2::from_scale_angle_translation(extent, 0.0, origin),
+                alpha_mode: match image.content {
+                    Content::ColorAlpha => AlphaMode::Blend,
+                    _ => AlphaMode::Opaque,
+                },
+                ..default()
+            },
+            extension: WaveletExtension {
+                base_color: Some(texture),
+                ..extension
+            },
+        })
+    }
+
+    /// As [`Self::show`] with the blocks of an image and Bevy's default way to address it.
+    pub fn show_blocks(
+        &mut self,
+        image: &WaveletImage,
+        filter: WaveletFilter,
+        view: [Vec2; 2],
+    ) -> Rgba32FImage {
+        let extension = WaveletExtension {
             filter,
             ..default()
-        },
-    );
-    app.run_until_ready(MAX_FRAMES).expect("ready");
-    app.capture_f32().expect("a picture")
+        };
+        self.show(image, WaveletStorage::Blocks, extension, view)
+    }
+
+    /// The quad with a texture that may still be loading, unlit, without a filter.
+    pub fn show_texture(&mut self, texture: Handle<WaveletTexture>) -> Rgba32FImage {
+        self.show_material(WaveletStandardMaterial {
+            base: StandardMaterial {
+                unlit: true,
+                ..default()
+            },
+            extension: WaveletExtension {
+                base_color: Some(texture),
+                filter: WaveletFilter::Nearest,
+                ..default()
+            },
+        })
+    }
+
+    /// The quad with a material.
+    pub fn show_material(&mut self, material: WaveletStandardMaterial) -> Rgba32FImage {
+        let world = self.app.world_mut();
+        let material = MeshMaterial3d(world.add_asset::<WaveletStandardMaterial>(material));
+        world.entity_mut(self.quad).insert(material);
+        self.app.run_until_ready(MAX_FRAMES).expect("ready");
+        self.app.capture_f32().expect("a picture")
+    }
+
+    /// The reference decoder's pixels of a level, from the texels that the driver hands a shader:
+    /// how those are rounded is up to the driver, and four of them add up in one pixel.
+    pub fn decoded(&self, image: &WaveletImage, level: u32) -> DecodedImage {
+        decode_with(image, level, |format, blocks, size| {
+            driver_texels(&self.app, format, blocks, size)
+        })
+    }
 }
 
-fn spawn_quad(world: &mut World, size: [u32; 2], uv_max: f32, extension: WaveletExtension) {
-    let mesh: Mesh = Rectangle::new(size[0] as f32, size[1] as f32).into();
-    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-    let base = StandardMaterial {
-        unlit: true,
-        uv_transform: bevy::math::Affine2::from_scale(Vec2::splat(uv_max)),
-        ..default()
+/// The texels that the driver decodes from blocks, as `decode_blocks` does.
+pub fn driver_texels(
+    app: &HeadlessApp,
+    format: BlockFormat,
+    blocks: &[u8],
+    size: [u32; 2],
+) -> Vec<[f32; 4]> {
+    let padded = size.map(|s| s.next_multiple_of(4));
+    let format = match format {
+        BlockFormat::Bc1 => wgpu::TextureFormat::Bc1RgbaUnorm,
+        BlockFormat::Bc3 => wgpu::TextureFormat::Bc3RgbaUnorm,
+        BlockFormat::Bc4 => wgpu::TextureFormat::Bc4RUnorm,
+        BlockFormat::Bc5 => wgpu::TextureFormat::Bc5RgUnorm,
+        BlockFormat::Bc7 => wgpu::TextureFormat::Bc7RgbaUnorm,
     };
-    let material = world
-        .resource_mut::<Assets<WaveletStandardMaterial>>()
-        .add(WaveletStandardMaterial { base, extension });
-    world.spawn((Mesh3d(mesh), MeshMaterial3d(material)));
+    let texels = texels(app, format, blocks, padded);
+    let rows = texels.chunks_exact(padded[0] as usize);
+    rows.take(size[1] as usize)
+        .flat_map(|row| &row[..size[0] as usize])
+        .copied()
+        .collect()
+}
+
+/// The linear values that the driver has for the 256 values of sRGB, which lavapipe approximates.
+pub fn driver_linear_from_srgb(app: &HeadlessApp) -> Vec<f32> {
+    let bytes: Vec<u8> = (0..=255).flat_map(|v| [v; 4]).collect();
+    let texels = texels(app, wgpu::TextureFormat::Rgba8UnormSrgb, &bytes, [16, 16]);
+    texels.into_iter().map(|texel| texel[0]).collect()
+}
+
+/// Reads texels without filtering or arithmetic, and apart from the shaders under test.
+const TEXELS: &str = "
+@group(0) @binding(0) var blocks: texture_2d_array<f32>;
+@group(1) @binding(0) var<storage, read_write> texels: array<vec4<f32>>;
+
+@compute @workgroup_size(4, 4)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let width = textureDimensions(blocks).x;
+    texels[id.y * width + id.x] = textureLoad(blocks, id.xy, 0u, 0u);
+}
+";
+
+fn texels(
+    app: &HeadlessApp,
+    format: wgpu::TextureFormat,
+    bytes: &[u8],
+    [width, height]: [u32; 2],
+) -> Vec<[f32; 4]> {
+    let device = app.world().resource::<RenderDevice>().wgpu_device();
+    let queue = app.world().resource::<RenderQueue>();
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some("raw_blocks"),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    };
+    let order = wgpu::util::TextureDataOrder::LayerMajor;
+    let texture = device.create_texture_with_data(queue, &descriptor, order, bytes);
+    let view = texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..default()
+    });
+    let inputs: [&[Binding]; 2] = [&[Binding::Texture(&view)], &[]];
+    let bytes = u64::from(width * height) * 16;
+    let texels = dispatch_on(
+        device,
+        queue,
+        TEXELS,
+        inputs,
+        bytes,
+        [width / 4, height / 4],
+    );
+    bytemuck::pod_collect_to_vec(&texels)
 }
 
 /// How far a picture is from what is expected of it.
@@ -163,8 +306,15 @@ pub struct Difference {
     pub percent_beyond_a_step: f32,
 }
 
+impl Difference {
+    /// The largest, in 8-bit steps.
+    pub fn steps(&self) -> f32 {
+        self.largest / STEP
+    }
+}
+
 pub fn difference(picture: &Rgba32FImage, expected: impl Fn(u32, u32) -> [f32; 3]) -> Difference {
-    let mut found = Difference {
+    let mut difference = Difference {
         largest: 0.0,
         at: [0; 2],
         percent_beyond_a_step: 0.0,
@@ -179,12 +329,25 @@ pub fn difference(picture: &Rgba32FImage, expected: impl Fn(u32, u32) -> [f32; 3
                 here = here.max((a - e).abs());
             }
             if here > STEP {
-                found.percent_beyond_a_step += percent;
+                difference.percent_beyond_a_step += percent;
             }
-            if here > found.largest {
-                (found.largest, found.at) = (here, [x, y]);
+            if here > difference.largest {
+                (difference.largest, difference.at) = (here, [x, y]);
             }
         }
     }
-    found
+    difference
+}
+
+/// PSNR in dB of values in `[0, 1]`.
+pub fn psnr_of_units(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let pairs = a.iter().flatten().zip(b.iter().flatten());
+    let mean = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>() / (3 * a.len()) as f64;
+    -10.0 * mean.log10()
+}
+
+/// Red, green and blue of a picture's pixels.
+pub fn colors(picture: &Rgba32FImage) -> Vec<[f64; 3]> {
+    let pixels = picture.pixels.iter();
+    pixels.map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
 }

@@ -1,9 +1,9 @@
 //! The shader library composes and validates in a shader of a user's own, for every filter.
 
 use bevy::shader::ShaderDefVal;
-use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
-use bevy_wavelet_tex::WaveletTexPlugin;
+use bevy_frugal_lab::headless::HeadlessSettings;
 
+use super::scene::app;
 use crate::support::{composer, gpu};
 
 const USER: &str = "
@@ -26,10 +26,7 @@ fn fragment(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {
 #[test]
 fn the_library_validates_in_a_shader_of_ones_own() {
     let _gpu = gpu();
-    let mut app = HeadlessApp::new(HeadlessSettings::with_size(1, 1), |app| {
-        app.add_plugins(WaveletTexPlugin);
-    })
-    .expect("an app");
+    let mut app = app(HeadlessSettings::with_size(1, 1));
     let mut composer = composer(&mut app);
     for filter in [
         None,

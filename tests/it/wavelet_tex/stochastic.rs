@@ -4,18 +4,14 @@
 use bevy::{anti_alias::taa::TemporalAntiAliasing, math::Vec2, prelude::*};
 use bevy_frugal_lab::content;
 use bevy_wavelet_tex::{
-    WaveletExtension, WaveletFilter, WaveletStorage,
+    WaveletFilter,
     codec::{
         image::{ColorSpace, WaveletImage},
         rate::Rate,
-        settings::{EncodeSettings, Formats},
     },
 };
 
-use super::{
-    scene::{encoded_with, gpu_with_all_planes},
-    viewer::Viewer,
-};
+use super::scene::{Viewer, colors, encoded_with, psnr_of_units as psnr, wavelets};
 
 const TARGET: [u32; 2] = [64, 48];
 
@@ -23,20 +19,13 @@ const TARGET: [u32; 2] = [64, 48];
 const FRAMES: usize = 64;
 
 fn image() -> WaveletImage {
-    let settings = EncodeSettings {
-        rate: Rate::Color3,
-        color_space: ColorSpace::Srgb,
-        formats: Formats::Wavelet,
-        ..EncodeSettings::default()
-    };
+    let settings = wavelets(Rate::Color3, ColorSpace::Srgb);
     encoded_with(&content::photo_like(256, 256, 5), &settings)
 }
 
 /// A picture of the viewer's as it is next, in one frame.
 fn next(viewer: &mut Viewer) -> Vec<[f64; 3]> {
-    let shown = viewer.app.capture_f32().expect("a picture");
-    let pixels = shown.pixels.iter();
-    pixels.map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
+    colors(&viewer.app.capture_f32().expect("a picture"))
 }
 
 /// The texture with so many of its pixels for one of the target.
@@ -46,18 +35,17 @@ fn show(
     filter: WaveletFilter,
     pixels: [f32; 2],
 ) -> Vec<[f64; 3]> {
-    let extension = WaveletExtension {
-        filter,
-        ..Default::default()
-    };
-    viewer.show(image, WaveletStorage::Blocks, extension, view(pixels));
+    viewer.show_blocks(image, filter, view(pixels));
     next(viewer)
 }
 
-fn psnr(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
-    let pairs = a.iter().flatten().zip(b.iter().flatten());
-    let mean = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>() / (3 * a.len()) as f64;
-    -10.0 * mean.log10()
+/// The pictures of the next frames.
+fn frames(viewer: &mut Viewer, count: usize) -> Vec<Vec<[f64; 3]>> {
+    let picture = |_| {
+        viewer.app.render_frames(1).expect("a frame");
+        next(viewer)
+    };
+    (0..count).map(picture).collect()
 }
 
 fn mean(pictures: &[Vec<[f64; 3]>]) -> Vec<[f64; 3]> {
@@ -85,21 +73,15 @@ fn view(pixels: [f32; 2]) -> [Vec2; 2] {
 
 #[test]
 fn the_mean_of_many_frames_is_the_exact_filter() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
     let image = image();
-    let mut viewer = Viewer::new(TARGET);
     for (name, pixels) in VIEWS {
         let exact = show(&mut viewer, &image, WaveletFilter::Anisotropic, pixels);
         for filter in [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad] {
             show(&mut viewer, &image, filter, pixels);
-            let frames: Vec<_> = (0..FRAMES)
-                .map(|_| {
-                    viewer.app.render_frames(1).expect("a frame");
-                    next(&mut viewer)
-                })
-                .collect();
+            let frames = frames(&mut viewer, FRAMES);
             let one = psnr(&frames[0], &exact);
             let many = psnr(&mean(&frames), &exact);
             println!(
@@ -128,12 +110,7 @@ fn noise(
 ) -> f64 {
     show(viewer, image, filter, pixels);
     viewer.app.render_frames(WARM_UP).expect("frames");
-    let frames: Vec<_> = (0..16)
-        .map(|_| {
-            viewer.app.render_frames(1).expect("a frame");
-            next(viewer)
-        })
-        .collect();
+    let frames = frames(viewer, 16);
     let mean = mean(&frames);
     let all: Vec<_> = frames.iter().flatten().copied().collect();
     psnr(&all, &mean.repeat(frames.len()))
@@ -141,23 +118,27 @@ fn noise(
 
 #[test]
 fn temporal_anti_aliasing_averages_the_noise() {
-    let Some(_gpu) = gpu_with_all_planes() else {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
     let image = image();
-    let mut plain = Viewer::new(TARGET);
-    let mut smoothed = Viewer::new(TARGET);
-    let world = smoothed.app.world_mut();
+    let filters = [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad];
+    let views = [VIEWS[0], VIEWS[1], VIEWS[2]];
+    let noises = |viewer: &mut Viewer, filter| {
+        views.map(|(_, pixels)| noise(viewer, &image, filter, pixels))
+    };
+    let without = filters.map(|filter| noises(&mut viewer, filter));
+    let world = viewer.app.world_mut();
     let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
     let camera = cameras.single(world).expect("a camera");
     world
         .entity_mut(camera)
         .insert(TemporalAntiAliasing::default());
-    for (name, pixels) in [VIEWS[0], VIEWS[1], VIEWS[2]] {
-        let trilinear = noise(&mut smoothed, &image, WaveletFilter::Trilinear, pixels);
-        for filter in [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad] {
-            let [without, with] =
-                [&mut plain, &mut smoothed].map(|viewer| noise(viewer, &image, filter, pixels));
+    let trilinear = noises(&mut viewer, WaveletFilter::Trilinear);
+    for (filter, without) in filters.into_iter().zip(without) {
+        let with = noises(&mut viewer, filter);
+        for (i, (name, _)) in views.into_iter().enumerate() {
+            let (without, with, trilinear) = (without[i], with[i], trilinear[i]);
             println!(
                 "{name}, {filter:?}: noise {without:.1} dB below white, with temporal \
                  anti-aliasing {with:.1} dB (trilinear {trilinear:.1} dB)"

@@ -18,12 +18,12 @@ use bevy_wavelet_tex::{
         decoder::decode,
         image::{ColorSpace, Content, WaveletImage},
         rate::Rate,
-        settings::{EncodeSettings, Formats},
+        settings::EncodeSettings,
     },
 };
 use image::RgbImage;
 
-use super::scene::{MAX_FRAMES, add_texture, encoded_with};
+use super::scene::{MAX_FRAMES, add_texture, encoded_with, wavelets};
 
 /// How the camera draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +38,8 @@ pub enum Path {
 pub struct Maps {
     pub base_color: Option<WaveletImage>,
     pub mask: Option<WaveletImage>,
+    pub emissive: Option<WaveletImage>,
+    pub normal: Option<WaveletImage>,
     pub metallic_roughness: Option<WaveletImage>,
     pub occlusion: Option<WaveletImage>,
     /// Whether occlusion is the very texture of metallic and roughness.
@@ -47,11 +49,8 @@ pub struct Maps {
 /// Without mips, so that Bevy's textures, which have none here, are filtered alike.
 pub fn without_mips(picture: &RgbImage, content: Content, color_space: ColorSpace) -> WaveletImage {
     let settings = EncodeSettings {
-        rate: Rate::usual(content),
-        color_space,
         mips: false,
-        formats: Formats::Wavelet,
-        ..EncodeSettings::default()
+        ..wavelets(Rate::usual(content), color_space)
     };
     encoded_with(picture, &settings)
 }
@@ -68,7 +67,7 @@ pub struct Twin<'a> {
     pub scene: &'a dyn Fn(&mut World, Entity) -> Vec<Entity>,
 }
 
-pub const SIZE: [u32; 2] = [96, 96];
+const SIZE: [u32; 2] = [96, 96];
 
 impl Twin<'_> {
     /// The picture of the wavelet material, and that of the decoded images.
@@ -77,31 +76,17 @@ impl Twin<'_> {
     }
 
     pub fn wavelet(&self) -> RgbImage {
-        self.render(&|world, entities| {
-            let material = WaveletStandardMaterial {
-                base: (self.base)(world),
-                extension: self.extension(world),
-            };
-            let mut materials = world.resource_mut::<Assets<WaveletStandardMaterial>>();
-            let material = MeshMaterial3d(materials.add(material));
-            for entity in entities {
-                world.entity_mut(*entity).insert(material.clone());
-            }
+        self.render(|world| WaveletStandardMaterial {
+            base: (self.base)(world),
+            extension: self.extension(world),
         })
     }
 
     pub fn decoded(&self) -> RgbImage {
-        self.render(&|world, entities| {
-            let material = self.standard(world);
-            let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
-            let material = MeshMaterial3d(materials.add(material));
-            for entity in entities {
-                world.entity_mut(*entity).insert(material.clone());
-            }
-        })
+        self.render(|world| self.standard(world))
     }
 
-    fn render(&self, give: &dyn Fn(&mut World, &[Entity])) -> RgbImage {
+    fn render<M: Material>(&self, material: impl FnOnce(&mut World) -> M) -> RgbImage {
         let settings = HeadlessSettings::with_size(SIZE[0], SIZE[1]);
         let mut app = HeadlessApp::new(settings, |app| {
             app.add_plugins(WaveletTexPlugin);
@@ -132,7 +117,11 @@ impl Twin<'_> {
         }
         let camera = camera.id();
         let entities = (self.scene)(world, camera);
-        give(world, &entities);
+        let material = material(world);
+        let material = MeshMaterial3d(world.add_asset::<M>(material));
+        for entity in entities {
+            world.entity_mut(entity).insert(material.clone());
+        }
         app.run_until_ready(MAX_FRAMES).expect("ready");
         app.render_frames(2).expect("frames");
         app.capture_rgb8().expect("a picture")
@@ -152,6 +141,8 @@ impl Twin<'_> {
         WaveletExtension {
             base_color: add(&self.maps.base_color),
             mask: add(&self.maps.mask),
+            emissive: add(&self.maps.emissive),
+            normal: add(&self.maps.normal),
             metallic_roughness,
             occlusion,
             filter: WaveletFilter::Bilinear,
@@ -189,12 +180,15 @@ impl Twin<'_> {
         };
         let base = (self.base)(world);
         let (orm, occlusion) = (data(&maps.metallic_roughness), data(shared));
+        let (emissive, normal) = (data(&maps.emissive), data(&maps.normal));
         let mut add = |texels: Option<([u32; 2], Vec<[u8; 4]>)>, format| {
             let (size, texels) = texels?;
             Some(add_image(world, size, texels, format))
         };
         StandardMaterial {
             base_color_texture: add(color, TextureFormat::Rgba8UnormSrgb),
+            emissive_texture: add(emissive, TextureFormat::Rgba8UnormSrgb),
+            normal_map_texture: add(normal, TextureFormat::Rgba8Unorm),
             metallic_roughness_texture: add(orm, TextureFormat::Rgba8Unorm),
             occlusion_texture: add(occlusion, TextureFormat::Rgba8Unorm),
             ..base
@@ -215,15 +209,18 @@ pub fn add_image(
     };
     let data = texels.into_flattened();
     let usage = RenderAssetUsages::all();
-    let image = Image::new(size, TextureDimension::D2, data, format, usage);
-    world.resource_mut::<Assets<Image>>().add(image)
+    world.add_asset(Image::new(size, TextureDimension::D2, data, format, usage))
 }
 
 /// A square around the origin that fills the picture, with tangents.
 pub fn square(world: &mut World) -> Entity {
-    let mesh = Mesh::from(Rectangle::new(2.2, 2.2));
-    let mesh = mesh.with_generated_tangents().expect("tangents");
-    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    rectangle(world, 2.2)
+}
+
+/// A square of this size around the origin, with tangents.
+pub fn rectangle(world: &mut World, size: f32) -> Entity {
+    let mesh = Mesh::from(Rectangle::new(size, size));
+    let mesh = world.add_asset(mesh.with_generated_tangents().expect("tangents"));
     world.spawn(Mesh3d(mesh)).id()
 }
 

@@ -1,25 +1,22 @@
 //! Targets, viewports and several cameras.
 
 use bevy::{
-    camera::{Hdr, ImageRenderTarget, RenderTarget, Viewport},
+    camera::{Hdr, Viewport},
     prelude::*,
-    render::{
-        render_resource::{Extent3d, TextureFormat},
-        view::Msaa,
-    },
+    render::{render_resource::Extent3d, view::Msaa},
 };
 use bevy_frugal_lab::headless::LabTarget;
 use bevy_ycocg_fb::{FrameBufferQuality, Reconstruction, YCoCgFrameBuffer};
 use image::RgbImage;
 
-use super::scene::{Studio, keep, lit_scene, packing, psnr};
-use crate::support::gpu;
+use super::scene::{Studio, assert_like, lit_scene, packing};
+use crate::support::{gpu, keep, psnr};
 
 #[test]
-fn odd_sizes_down_to_one_pixel() {
+fn pictures_of_odd_sizes_are_near_bevys() {
     let _gpu = gpu();
     // By samples, then by reconstruction. So few pixels have hardly a neighbour to take a chrominance from.
-    for (width, height, wanted) in [
+    for (width, height, least) in [
         (1, 1, [[13.0, 13.0], [23.0, 23.0]]),
         (1, 9, [[27.0, 27.0], [24.0, 35.0]]),
         (9, 1, [[26.0, 26.0], [42.0, 28.0]]),
@@ -28,17 +25,17 @@ fn odd_sizes_down_to_one_pixel() {
         (127, 95, [[42.5, 36.5], [41.5, 35.5]]),
     ] {
         let mut studio = Studio::with_size(width, height, lit_scene);
-        for (msaa, wanted) in [Msaa::Off, Msaa::Sample4].into_iter().zip(wanted) {
+        for (msaa, least) in [Msaa::Off, Msaa::Sample4].into_iter().zip(least) {
             let reference = studio.mode(true, msaa).plain();
             let reconstructions = [Reconstruction::Guided, Reconstruction::Quad];
-            for (reconstruction, wanted) in reconstructions.into_iter().zip(wanted) {
-                let packed = studio.mode(false, msaa).packed(YCoCgFrameBuffer {
+            for (reconstruction, least) in reconstructions.into_iter().zip(least) {
+                let settings = YCoCgFrameBuffer {
                     reconstruction,
                     ..default()
-                });
-                let found = psnr(&reference, &packed);
-                println!("{width} x {height} {msaa:?} {reconstruction:?}: {found:.2} dB");
-                assert!(found >= wanted, "{width} x {height} {msaa:?}: {found} dB");
+                };
+                let name = format!("{width} x {height}, {msaa:?}, {reconstruction:?}");
+                studio.mode(false, msaa);
+                studio.check(&name, &reference, settings, least);
             }
         }
     }
@@ -71,7 +68,7 @@ fn rectangle(x: u32, y: u32, width: u32, height: u32) -> Viewport {
 }
 
 #[test]
-fn split_screen_at_odd_offsets_any_of_them_packed() {
+fn viewports_at_odd_offsets_are_near_bevys_whichever_are_packed() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.camera(|camera| {
@@ -103,9 +100,9 @@ fn split_screen_at_odd_offsets_any_of_them_packed() {
             keep("split_plain", &reference);
             let packed = set(true, true, hdr);
             keep("split_packed", &packed);
-            let found = psnr(&reference, &packed);
-            println!("split {msaa:?} hdr {hdr}: {found:.2} dB");
-            assert!(found >= 41.0);
+            let both = psnr(&reference, &packed);
+            println!("split {msaa:?} hdr {hdr}: {both:.2} dB");
+            assert!(both >= 41.0);
             if hdr && msaa == Msaa::Off {
                 // One of each kind in one target.
                 for (first, second) in [(true, false), (false, true)] {
@@ -124,15 +121,7 @@ fn a_camera_without_the_component_is_untouched_by_one_with_it() {
     let mut studio = Studio::lit();
     let reference = studio.mode(true, Msaa::Sample4).plain();
     // The other draws to a texture of its own.
-    let world = studio.app.world_mut();
-    let image = Image::new_target_texture(64, 48, TextureFormat::Rgba8UnormSrgb, None);
-    let image = world.resource_mut::<Assets<Image>>().add(image);
-    world.spawn((
-        Camera3d::default(),
-        RenderTarget::Image(ImageRenderTarget::from(image)),
-        packing(),
-        Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
-    ));
+    studio.spawn_to_image([64, 48], (Camera3d::default(), packing()));
     assert!(studio.picture() == reference, "the picture changed");
 }
 
@@ -147,30 +136,18 @@ struct Mirror {
 impl Mirror {
     fn new() -> Self {
         let mut studio = Studio::lit();
+        let before = Camera {
+            order: -1,
+            ..default()
+        };
+        let (camera, image) = studio.spawn_to_image([64, 48], (Camera3d::default(), before, Hdr));
         let world = studio.app.world_mut();
-        let image = Image::new_target_texture(64, 48, TextureFormat::Rgba8UnormSrgb, None);
-        let image = world.resource_mut::<Assets<Image>>().add(image);
-        let camera = world
-            .spawn((
-                Camera3d::default(),
-                Camera {
-                    order: -1,
-                    ..default()
-                },
-                Hdr,
-                RenderTarget::Image(ImageRenderTarget::from(image.clone())),
-                Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
-            ))
-            .id();
-        let mesh = Rectangle::new(1.6, 1.2);
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let material = StandardMaterial {
+        let mesh = world.add_asset(Rectangle::new(1.6, 1.2));
+        let material = world.add_asset::<StandardMaterial>(StandardMaterial {
             base_color_texture: Some(image.clone()),
             unlit: true,
             ..default()
-        };
-        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
-        let material = materials.add(material);
+        });
         world.spawn((
             Mesh3d(mesh),
             MeshMaterial3d(material.clone()),
@@ -217,33 +194,25 @@ impl Mirror {
 }
 
 #[test]
-fn a_packed_camera_draws_to_a_texture_that_another_shows() {
+fn a_texture_of_a_packed_camera_that_another_shows_is_near_bevys() {
     let _gpu = gpu();
     let mut mirror = Mirror::new();
     let reference = mirror.picture(false);
     let packed = mirror.picture(true);
-    keep("mirror_plain", &reference);
-    keep("mirror_packed", &packed);
-    let found = psnr(&reference, &packed);
-    println!("render to texture: {found:.2} dB");
-    assert!(found >= 42.0);
+    assert_like("render to texture", &reference, &packed, 42.0);
 }
 
 /// A window in miniature: a target that is resized between frames, and what it shows after each.
 #[test]
-fn a_target_that_changes_its_size() {
+fn a_target_that_changes_its_size_is_near_bevys() {
     let _gpu = gpu();
     let mut mirror = Mirror::new();
-    for (width, height, wanted) in [(40, 30, 40.5), (97, 49, 42.0), (1, 1, 29.5), (64, 48, 42.0)] {
+    for (width, height, least) in [(40, 30, 40.5), (97, 49, 42.0), (1, 1, 29.5), (64, 48, 42.0)] {
         // Resized while packed, so that the textures of another size are there.
         mirror.resize(width, height);
         let packed = mirror.picture(true);
         let reference = mirror.picture(false);
-        keep(&format!("resized_{width}_plain"), &reference);
-        keep(&format!("resized_{width}_packed"), &packed);
-        let found = psnr(&reference, &packed);
-        println!("{width} x {height}: {found:.2} dB");
-        assert!(found >= wanted, "{width} x {height}: {found:.2} dB");
+        assert_like(&format!("{width} x {height}"), &reference, &packed, least);
         mirror.picture(true);
     }
 }

@@ -22,17 +22,17 @@ const ALL: [Reconstruction; 6] = [
 pub const STEP: f32 = 1.1 / 1024.0;
 
 /// The largest difference relative to the larger of the value and `floor`.
-pub fn largest_difference(found: &[[f32; 3]], wanted: &[[f32; 3]], floor: f32) -> f32 {
-    assert_eq!(found.len(), wanted.len());
-    let pairs = found.iter().flatten().zip(wanted.iter().flatten());
-    pairs.fold(0.0, |largest, (found, wanted)| {
-        assert!(found.is_finite(), "{found} instead of {wanted}");
-        largest.max((found - wanted).abs() / wanted.abs().max(floor))
+pub fn largest_difference(actual: &[[f32; 3]], expected: &[[f32; 3]], floor: f32) -> f32 {
+    assert_eq!(actual.len(), expected.len());
+    let pairs = actual.iter().flatten().zip(expected.iter().flatten());
+    pairs.fold(0.0, |largest, (actual, expected)| {
+        assert!(actual.is_finite(), "{actual} instead of {expected}");
+        largest.max((actual - expected).abs() / expected.abs().max(floor))
     })
 }
 
 #[test]
-fn every_filter_at_every_size_and_offset() {
+fn every_filter_at_every_size_and_offset_is_that_of_the_reference() {
     let _gpu = gpu();
     for (size, offset) in [
         ([37, 23], [0, 0]),
@@ -52,12 +52,12 @@ fn every_filter_at_every_size_and_offset() {
         for format in [PackedFormat::Float16, PackedFormat::Float32] {
             let image = PackedImage::pack(&colors, size, offset, format);
             for reconstruction in ALL {
-                let found = flat.packed(YCoCgFrameBuffer {
+                let actual = flat.packed(YCoCgFrameBuffer {
                     reconstruction,
                     ..YCoCgFrameBuffer::with_format(format)
                 });
-                let wanted = image.unpack(reconstruction);
-                let difference = largest_difference(&found, &wanted, 0.05);
+                let expected = image.unpack(reconstruction);
+                let difference = largest_difference(&actual, &expected, 0.05);
                 assert!(
                     difference < STEP,
                     "{size:?} at {offset:?} {format:?} {reconstruction:?}: {difference}"
@@ -68,7 +68,7 @@ fn every_filter_at_every_size_and_offset() {
 }
 
 #[test]
-fn the_viewport_is_the_whole_of_a_picture() {
+fn a_neighbouring_viewport_changes_nothing() {
     // A neighbour in the next viewport is none: beside another picture the result is the same.
     let _gpu = gpu();
     let size = [20, 16];

@@ -42,14 +42,14 @@ fn one_bad_pixel_is_one_bad_pixel() {
                 Reconstruction::Wide,
                 Reconstruction::EdgeDirected,
             ] {
-                let found = flat.packed(YCoCgFrameBuffer {
+                let actual = flat.packed(YCoCgFrameBuffer {
                     format,
                     reconstruction,
                     ..default()
                 });
                 let image = PackedImage::pack(&colors, size, [0, 0], format);
-                let wanted = image.unpack(reconstruction);
-                let difference = largest_difference_of_pixels(&found, &wanted);
+                let expected = image.unpack(reconstruction);
+                let difference = largest_difference_of_pixels(&actual, &expected);
                 // 1e-7 is two steps of a 16-bit float, and which of them is up to the driver.
                 let subnormal = bad[0] == 1e-7 && format == PackedFormat::Float16;
                 let allowed = if subnormal { 0.02 } else { STEP };
@@ -57,18 +57,18 @@ fn one_bad_pixel_is_one_bad_pixel() {
                     difference < allowed,
                     "{i} {format:?} {reconstruction:?}: {difference}"
                 );
-                assert!(found.iter().flatten().all(|c| (0.0..=65504.0).contains(c)));
+                assert!(actual.iter().flatten().all(|c| (0.0..=65504.0).contains(c)));
                 // Two pixels away nothing has changed.
                 let clean = PackedImage::pack(&random_colors(size, 3), size, [0, 0], format)
                     .unpack(reconstruction);
-                for (index, (found, clean)) in found.iter().zip(&clean).enumerate() {
+                for (index, (actual, clean)) in actual.iter().zip(&clean).enumerate() {
                     let (x, y) = (index as i32 % 24, index as i32 / 24);
                     let distance = [(7, 6), (15, 13)]
                         .map(|(bx, by)| (x - bx).abs().max((y - by).abs()))
                         .into_iter()
                         .min();
                     if distance > Some(1) {
-                        assert!(largest_difference(&[*found], &[*clean], 0.05) < STEP);
+                        assert!(largest_difference(&[*actual], &[*clean], 0.05) < STEP);
                     }
                 }
             }
@@ -87,12 +87,12 @@ fn stacking_light_until_it_overflows_is_as_bright_as_can_be() {
         flat.set_msaa(msaa);
         for format in [PackedFormat::Float16, PackedFormat::Float32] {
             for msaa_resolve in [MsaaResolve::Box, MsaaResolve::ToneMapWeighted] {
-                let found = flat.packed(YCoCgFrameBuffer {
+                let actual = flat.packed(YCoCgFrameBuffer {
                     format,
                     msaa_resolve,
                     ..default()
                 });
-                for pixel in found {
+                for pixel in actual {
                     assert!(
                         pixel.iter().all(|c| c.is_finite() && *c >= 0.0),
                         "{pixel:?}"
@@ -106,10 +106,10 @@ fn stacking_light_until_it_overflows_is_as_bright_as_can_be() {
 
 /// Relative to the brightest channel of each pixel: what is stored is rounded before channels of
 /// very different size are told apart again.
-fn largest_difference_of_pixels(found: &[[f32; 3]], wanted: &[[f32; 3]]) -> f32 {
-    let pairs = found.iter().zip(wanted);
-    pairs.fold(0.0, |largest: f32, (found, wanted)| {
-        let brightest = wanted.iter().copied().fold(0.05, f32::max);
-        largest.max(largest_difference(&[*found], &[*wanted], brightest))
+fn largest_difference_of_pixels(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f32 {
+    let pairs = actual.iter().zip(expected);
+    pairs.fold(0.0, |largest: f32, (actual, expected)| {
+        let brightest = expected.iter().copied().fold(0.05, f32::max);
+        largest.max(largest_difference(&[*actual], &[*expected], brightest))
     })
 }

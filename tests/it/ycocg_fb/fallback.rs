@@ -3,10 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bevy::{
-    camera::{
-        ClearColorConfig, CompositingSpace, Hdr, ImageRenderTarget, MainPassResolutionOverride,
-        RenderTarget,
-    },
+    camera::{ClearColorConfig, CompositingSpace, Hdr, MainPassResolutionOverride},
     core_pipeline::{
         oit::OrderIndependentTransparencySettings,
         prepass::{DeferredPrepass, DepthPrepass},
@@ -20,7 +17,6 @@ use bevy::{
     prelude::*,
     render::{
         ExtractSchedule, RenderApp,
-        render_resource::TextureFormat,
         view::{ExtractedView, Msaa},
     },
 };
@@ -30,78 +26,43 @@ use bevy_ycocg_fb::{
     YCoCgFrameBuffer,
 };
 
-use super::scene::{Studio, clear_to, lit_scene, packing};
+use super::scene::{Studio, clear_to, lit_scene, packing, with, without};
 use crate::support::{gpu, skipped};
 
-/// The configured camera draws the same with and without the component, for this reason.
-fn check(
-    studio: &mut Studio,
-    quality: FrameBufferQuality,
-    reason: Reason,
-    configure: impl FnOnce(&mut EntityCommands),
-    undress: impl FnOnce(&mut EntityCommands),
-) {
-    studio.camera(configure);
-    let reference = studio.plain();
-    studio.camera(|camera| {
-        camera.insert(quality);
-    });
-    let picture = studio.picture();
-    // Without a clear colour each frame is drawn over the last.
-    if reason != Reason::NoClear {
-        assert!(picture == reference, "the picture changed: {reason}");
-    }
-    assert_eq!(studio.state(), Some(CameraState::Fallback(reason)));
-    // The obstacle gone, it packs.
-    studio.camera(undress);
-    studio.packed(packing());
-}
+type Change = fn(&mut EntityCommands);
 
 #[test]
-fn each_obstacle_is_named() {
+fn each_obstacle_is_named_and_without_it_the_camera_packs() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Off);
-    check(
-        &mut studio,
-        packing(),
-        Reason::DeferredPrepass,
-        |camera| {
-            camera.insert((DepthPrepass, DeferredPrepass));
-        },
-        |camera| {
-            camera.remove::<(DepthPrepass, DeferredPrepass)>();
-        },
-    );
-    check(
-        &mut studio,
-        packing(),
-        Reason::NoClear,
-        |camera| {
-            clear_to(camera, ClearColorConfig::None);
-        },
-        |camera| {
-            clear_to(camera, ClearColorConfig::Default);
-        },
-    );
-    check(
-        &mut studio,
-        packing(),
-        Reason::TransparentBackground,
-        |camera| {
-            clear_to(camera, Color::NONE.into());
-        },
-        |camera| {
-            clear_to(camera, ClearColorConfig::Default);
-        },
-    );
-    check(
-        &mut studio,
-        YCoCgFrameBuffer::with_format(PackedFormat::Unorm8).into(),
-        Reason::Unorm8WithHdr,
-        |_| {},
-        |_| {},
-    );
+    let unorm8 = YCoCgFrameBuffer::with_format(PackedFormat::Unorm8).into();
+    let cases: [(FrameBufferQuality, Reason, Change, Change); 4] = [
+        (
+            packing(),
+            Reason::DeferredPrepass,
+            with::<(DepthPrepass, DeferredPrepass)>,
+            without::<(DepthPrepass, DeferredPrepass)>,
+        ),
+        (
+            packing(),
+            Reason::NoClear,
+            |camera| clear_to(camera, ClearColorConfig::None),
+            |camera| clear_to(camera, ClearColorConfig::Default),
+        ),
+        (
+            packing(),
+            Reason::TransparentBackground,
+            |camera| clear_to(camera, Color::NONE.into()),
+            |camera| clear_to(camera, ClearColorConfig::Default),
+        ),
+        (unorm8, Reason::Unorm8WithHdr, |_| {}, |_| {}),
+    ];
+    for (quality, reason, configure, undress) in cases {
+        studio.camera(configure).check_fallback(quality, reason);
+        // The obstacle gone, it packs.
+        studio.camera(undress).packed(packing());
+    }
 }
 
 #[test]
@@ -117,7 +78,7 @@ fn a_compositing_space_is_linear_for_3d_cameras() {
 }
 
 #[test]
-fn wireframes() {
+fn a_camera_that_sees_wireframes_is_bevys_own() {
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
         app.add_plugins(WireframePlugin::default());
@@ -131,15 +92,7 @@ fn wireframes() {
         .next()
         .expect("a mesh");
     world.entity_mut(mesh).insert(Wireframe);
-    let reference = studio.plain();
-    studio.camera(|camera| {
-        camera.insert(packing());
-    });
-    assert!(studio.picture() == reference, "the picture changed");
-    assert_eq!(
-        studio.state(),
-        Some(CameraState::Fallback(Reason::Wireframes))
-    );
+    studio.check_fallback(packing(), Reason::Wireframes);
     studio
         .app
         .world_mut()
@@ -150,37 +103,29 @@ fn wireframes() {
 
 /// Checks a component of Bevy that uses the main pass; prepasses that it requires go with it.
 fn check_component<C: Component + Default>(studio: &mut Studio, reason: Reason) {
-    studio.mode(true, Msaa::Off);
-    check(
-        studio,
-        packing(),
-        reason,
-        |camera| {
-            camera.insert(C::default());
-        },
-        |camera| {
-            camera.remove::<(C, DepthPrepass, DeferredPrepass)>();
-        },
-    );
+    studio.mode(true, Msaa::Off).camera(with::<C>);
+    studio.check_fallback(packing(), reason);
+    studio
+        .camera(without::<(C, DepthPrepass, DeferredPrepass)>)
+        .packed(packing());
 }
 
 #[test]
-fn screen_space_reflections() {
+fn a_camera_with_screen_space_reflections_is_bevys_own() {
     let _gpu = gpu();
-    let mut studio = Studio::lit();
-    check_component::<ScreenSpaceReflections>(&mut studio, Reason::ScreenSpaceReflections);
+    check_component::<ScreenSpaceReflections>(&mut Studio::lit(), Reason::ScreenSpaceReflections);
 }
 
 #[test]
-fn order_independent_transparency() {
+fn a_camera_with_order_independent_transparency_is_bevys_own() {
     let _gpu = gpu();
-    let mut studio = Studio::lit();
     let reason = Reason::OrderIndependentTransparency;
-    check_component::<OrderIndependentTransparencySettings>(&mut studio, reason);
+    check_component::<OrderIndependentTransparencySettings>(&mut Studio::lit(), reason);
 }
 
+/// In both formats.
 #[test]
-fn an_atmosphere() {
+fn a_camera_with_an_atmosphere_is_bevys_own_in_both_formats() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     if studio.app.adapter().driver.contains("Mesa 22.") {
@@ -188,14 +133,17 @@ fn an_atmosphere() {
         return;
     }
     let world = studio.app.world_mut();
-    let medium = ScatteringMedium::default();
-    let medium = world.resource_mut::<Assets<ScatteringMedium>>().add(medium);
+    let medium = world.add_asset(ScatteringMedium::default());
     world.spawn(Atmosphere::earth(medium));
+    studio.mode(true, Msaa::Off).camera(|camera| {
+        camera.insert(AtmosphereSettings::default());
+    });
+    studio.check_fallback(FrameBufferQuality::Compact, Reason::Atmosphere);
     check_component::<AtmosphereSettings>(&mut studio, Reason::Atmosphere);
 }
 
 #[test]
-fn a_main_pass_smaller_than_its_target() {
+fn a_camera_with_a_smaller_main_pass_is_bevys_own() {
     static SMALLER: AtomicBool = AtomicBool::new(false);
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
@@ -215,17 +163,14 @@ fn a_main_pass_smaller_than_its_target() {
         lit_scene(app);
     });
     studio.mode(true, Msaa::Off);
-    check(
-        &mut studio,
-        packing(),
-        Reason::ResolutionOverride,
-        |_| SMALLER.store(true, Ordering::Relaxed),
-        |_| SMALLER.store(false, Ordering::Relaxed),
-    );
+    SMALLER.store(true, Ordering::Relaxed);
+    studio.check_fallback(packing(), Reason::ResolutionOverride);
+    SMALLER.store(false, Ordering::Relaxed);
+    studio.packed(packing());
 }
 
 #[test]
-fn a_picture_that_another_camera_continues() {
+fn a_camera_whose_picture_another_continues_is_bevys_own() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Sample4);
@@ -245,33 +190,16 @@ fn a_picture_that_another_camera_continues() {
             Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
         ))
         .id();
-    let reference = studio.plain();
-    studio.camera(|camera| {
-        camera.insert(packing());
-    });
-    assert!(studio.picture() == reference, "the picture changed");
-    assert_eq!(
-        studio.state(),
-        Some(CameraState::Fallback(Reason::ContinuedByMultisampled))
-    );
+    studio.check_fallback(packing(), Reason::ContinuedByMultisampled);
     studio.app.world_mut().despawn(second);
     studio.packed(packing());
 }
 
 #[test]
-fn a_camera_of_two_dimensions() {
+fn a_camera_of_two_dimensions_stays_bevys_own() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
-    let world = studio.app.world_mut();
-    let image = Image::new_target_texture(16, 16, TextureFormat::Rgba8UnormSrgb, None);
-    let image = world.resource_mut::<Assets<Image>>().add(image);
-    let flat = world
-        .spawn((
-            Camera2d,
-            RenderTarget::Image(ImageRenderTarget::from(image)),
-            packing(),
-        ))
-        .id();
+    let (flat, _) = studio.spawn_to_image([16, 16], (Camera2d, packing()));
     studio.picture();
     let report = studio.app.world().get::<FrameBufferReport>(flat);
     let state = report.map(|report| report.state.clone());

@@ -12,8 +12,8 @@ use bevy_frugal_lab::headless::HeadlessSettings;
 use bevy_ycocg_fb::FrameBufferQuality;
 use image::RgbImage;
 
-use super::scene::{Studio, keep, lit_scene, packing, psnr};
-use crate::support::gpu;
+use super::scene::{Studio, lit_scene, packing};
+use crate::support::{gpu, keep, psnr};
 
 /// The least PSNR of a picture and the one that it is meant to be; without a mesh it is half of it.
 const SAME: f64 = 38.0;
@@ -78,12 +78,8 @@ fn change(
 /// A mesh in front of the scene of a material that was not there before.
 fn spawn_in_front(studio: &mut Studio, material: StandardMaterial) {
     let world = studio.app.world_mut();
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(material);
-    let mesh = world
-        .resource_mut::<Assets<Mesh>>()
-        .add(Rectangle::new(0.6, 0.6));
+    let material = world.add_asset::<StandardMaterial>(material);
+    let mesh = world.add_asset(Rectangle::new(0.6, 0.6));
     let place = Transform::from_xyz(0.0, 0.9, 1.0);
     // Its shadow would come before it, as the pipelines of shadows are ready.
     world.spawn((

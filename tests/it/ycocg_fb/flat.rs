@@ -53,19 +53,13 @@ impl Flat {
     /// Adds a camera beside the others; [`packed`](Self::packed) gives the picture of the first.
     pub fn add_camera(&mut self, size: [u32; 2], offset: [u32; 2], colors: &[[f32; 3]]) {
         let world = self.app.world_mut();
-        let image = world
-            .resource_mut::<Assets<Image>>()
-            .add(float_image(size, colors));
-        let mesh = world
-            .resource_mut::<Assets<Mesh>>()
-            .add(Rectangle::new(size[0] as f32, size[1] as f32));
-        let material = world
-            .resource_mut::<Assets<StandardMaterial>>()
-            .add(StandardMaterial {
-                base_color_texture: Some(image),
-                unlit: true,
-                ..default()
-            });
+        let image = world.add_asset(float_image(size, colors));
+        let mesh = world.add_asset(Rectangle::new(size[0] as f32, size[1] as f32));
+        let material = world.add_asset::<StandardMaterial>(StandardMaterial {
+            base_color_texture: Some(image),
+            unlit: true,
+            ..default()
+        });
         let layer = RenderLayers::layer(self.cameras.len() + 1);
         world.spawn((
             Mesh3d(mesh),
@@ -99,9 +93,7 @@ impl Flat {
             ..materials.get(&self.material).expect("the material").clone()
         };
         let material = materials.add(material);
-        let mesh = world
-            .resource_mut::<Assets<Mesh>>()
-            .add(Rectangle::new(width as f32, height as f32));
+        let mesh = world.add_asset(Rectangle::new(width as f32, height as f32));
         for i in 0..count {
             world.spawn((
                 Mesh3d(mesh.clone()),
@@ -125,14 +117,14 @@ impl Flat {
     }
 
     /// What the first camera makes of its colours, all of them in this state.
-    pub fn colors(&mut self, quality: FrameBufferQuality, wanted: CameraState) -> Vec<[f32; 3]> {
+    pub fn colors(&mut self, quality: FrameBufferQuality, expected: CameraState) -> Vec<[f32; 3]> {
         for &camera in &self.cameras {
             self.app.world_mut().entity_mut(camera).insert(quality);
         }
         self.app.render_frames(3).expect("three frames");
         for &camera in &self.cameras {
             let report = self.app.world().get::<FrameBufferReport>(camera);
-            assert_eq!(report.map(|report| &report.state), Some(&wanted));
+            assert_eq!(report.map(|report| &report.state), Some(&expected));
         }
         let picture = self.app.capture_f32().expect("a picture");
         let [width, height] = self.size;

@@ -11,8 +11,6 @@ use bevy::{
         prepass::DepthPrepass,
         tonemapping::tonemapping,
     },
-    light::atmosphere::{Atmosphere, ScatteringMedium},
-    pbr::AtmosphereSettings,
     prelude::*,
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
@@ -38,7 +36,7 @@ use bevy_ycocg_fb::{
 };
 
 use super::scene::{Studio, TestCamera, lit_scene, packing};
-use crate::support::{gpu, gpu_alone, logs, skipped};
+use crate::support::{gpu, gpu_alone, logs};
 
 /// The camera draws as Bevy does in both formats, for reasons that `expected` knows.
 fn is_bevys(studio: &mut Studio, qualities: &[Quality], expected: impl Fn(&Reason) -> bool) {
@@ -57,35 +55,14 @@ fn is_bevys(studio: &mut Studio, qualities: &[Quality], expected: impl Fn(&Reaso
 }
 
 #[test]
-fn an_atmosphere() {
-    let _gpu = gpu();
-    let mut studio = Studio::lit();
-    if studio.app.adapter().driver.contains("Mesa 22.") {
-        skipped("frame buffer and Bevy's atmosphere: this software driver ends the process");
-        return;
-    }
-    let world = studio.app.world_mut();
-    let medium = ScatteringMedium::default();
-    let medium = world.resource_mut::<Assets<ScatteringMedium>>().add(medium);
-    world.spawn(Atmosphere::earth(medium));
-    studio.mode(true, Msaa::Off).camera(|camera| {
-        camera.insert(AtmosphereSettings::default());
-    });
-    let is_atmosphere = |reason: &Reason| *reason == Reason::Atmosphere;
-    is_bevys(&mut studio, &[Quality::Compact, packing()], is_atmosphere);
-}
-
-#[test]
-fn storage_in_the_main_texture() {
+fn storage_in_the_main_texture_keeps_bevys_format() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Off).camera(|camera| {
         let usages = CameraMainTextureUsages::default();
         camera.insert(usages.with(TextureUsages::STORAGE_BINDING));
     });
-    is_bevys(&mut studio, &[Quality::Compact], |reason| {
-        *reason == Reason::StorageUsage
-    });
+    studio.check_fallback(Quality::Compact, Reason::StorageUsage);
     studio.packed(packing());
 }
 
@@ -194,7 +171,7 @@ fn with_post_processing(app: &mut App) {
 }
 
 #[test]
-fn post_processing_of_a_fixed_format() {
+fn post_processing_of_a_fixed_format_keeps_bevys_format_and_is_named() {
     // What it logs would fail a test beside it.
     let _gpu = gpu_alone();
     let mut studio = Studio::new(with_post_processing);
@@ -256,7 +233,7 @@ fn an_error_that_is_not_of_the_format_reaches_the_app() {
 fn own_pass(_: ViewQuery<&ViewTarget>) {}
 
 #[test]
-fn a_system_in_the_main_pass() {
+fn a_system_in_the_main_pass_is_named_and_keeps_the_camera_from_packing() {
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
         lit_scene(app);
@@ -343,7 +320,7 @@ fn queue_item(
 }
 
 #[test]
-fn an_item_of_a_fixed_format() {
+fn an_item_of_a_fixed_format_keeps_bevys_format_and_is_named() {
     let _gpu = gpu();
     let mut studio = Studio::new(|app| {
         hdr_scene(app);

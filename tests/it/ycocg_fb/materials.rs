@@ -12,8 +12,8 @@ use bevy::{
 use bevy_ycocg_fb::{CameraState, FallbackReason};
 use image::RgbImage;
 
-use super::scene::{Studio, keep, lit_scene, packing, psnr};
-use crate::support::gpu;
+use super::scene::{Studio, lit_scene, packing};
+use crate::support::{gpu, keep, psnr};
 
 /// The front of all: a tilted quad of some material before the lit scene.
 fn with_quad<M: Material>(app: &mut App, material: impl Fn() -> M + Send + Sync + 'static) {
@@ -42,31 +42,25 @@ fn standard(alpha_mode: AlphaMode, unlit: bool) -> StandardMaterial {
 }
 
 /// Renders with `Hdr`, without samples and with four, and demands a PSNR.
-fn check(name: &str, wanted_db: [f64; 2], scene: impl FnOnce(&mut App)) {
+fn check(name: &str, least_db: [f64; 2], scene: impl FnOnce(&mut App)) {
     let _gpu = gpu();
     let mut studio = Studio::new(scene);
-    for (msaa, wanted) in [Msaa::Off, Msaa::Sample4].into_iter().zip(wanted_db) {
+    for (msaa, least) in [Msaa::Off, Msaa::Sample4].into_iter().zip(least_db) {
         let reference = studio.mode(true, msaa).plain();
-        let packed = studio.packed(packing());
-        let found = psnr(&reference, &packed);
-        println!("{name} {msaa:?}: {found:.2} dB");
-        keep(&format!("{name}_{msaa:?}_plain"), &reference);
-        keep(&format!("{name}_{msaa:?}_packed"), &packed);
-        assert!(found >= wanted, "{name} {msaa:?}: {found:.2} dB");
+        studio.check(&format!("{name}, {msaa:?}"), &reference, packing(), least);
     }
 }
 
 #[test]
 fn every_alpha_mode_lit() {
-    let modes = [
-        ("opaque", AlphaMode::Opaque, [42.0, 38.0]),
-        ("mask", AlphaMode::Mask(0.5), [42.0, 38.0]),
-        ("blend", AlphaMode::Blend, [42.0, 38.0]),
-        ("premultiplied", AlphaMode::Premultiplied, [42.0, 38.0]),
-        ("add", AlphaMode::Add, [42.0, 38.0]),
-    ];
-    for (name, mode, wanted) in modes {
-        check(name, wanted, |app| {
+    for mode in [
+        AlphaMode::Opaque,
+        AlphaMode::Mask(0.5),
+        AlphaMode::Blend,
+        AlphaMode::Premultiplied,
+        AlphaMode::Add,
+    ] {
+        check(&format!("{mode:?}"), [42.0, 38.0], |app| {
             with_quad(app, move || standard(mode, false));
         });
     }
@@ -138,11 +132,8 @@ fn alpha_to_coverage_is_blending_in_the_mean() {
 
 #[test]
 fn unlit_materials_are_packed_too() {
-    for (name, mode) in [
-        ("unlit", AlphaMode::Opaque),
-        ("unlit_blend", AlphaMode::Blend),
-    ] {
-        check(name, [42.0, 38.0], |app| {
+    for mode in [AlphaMode::Opaque, AlphaMode::Blend] {
+        check(&format!("unlit, {mode:?}"), [42.0, 38.0], |app| {
             with_quad(app, move || standard(mode, true));
         });
     }
@@ -242,34 +233,25 @@ fn a_shader_that_is_loading_is_no_reason_to_fall_back() {
     });
     late.mode(true, Msaa::Off).packed(packing());
     let world = late.app.world_mut();
-    let mesh = world
-        .resource_mut::<Assets<Mesh>>()
-        .add(Rectangle::new(1.6, 0.9));
-    let material = world.resource_mut::<Assets<Late>>().add(Late::default());
-    world.spawn((
-        Mesh3d(mesh),
-        MeshMaterial3d(material),
-        Transform::from_xyz(0.2, 0.7, 1.1),
-        NotShadowCaster,
-    ));
+    let mesh = world.add_asset(Rectangle::new(1.6, 0.9));
+    let material = world.add_asset::<Late>(Late::default());
+    let place = Transform::from_xyz(0.2, 0.7, 1.1);
+    let quad = (Mesh3d(mesh), MeshMaterial3d(material));
+    world.spawn((quad, place, NotShadowCaster));
+    let is_packed = |late: &Studio| {
+        let state = late.state();
+        assert!(matches!(state, Some(CameraState::Packed(_))), "{state:?}");
+    };
     for _ in 0..5 {
         late.app.render_frames(1).expect("a frame");
-        assert!(
-            matches!(late.state(), Some(CameraState::Packed(_))),
-            "{:?}",
-            late.state()
-        );
+        is_packed(&late);
     }
     let source = include_str!("shaders/packing.wesl");
     let shader = Shader::from_wesl(source, "shaders/late.wesl");
     let mut shaders = late.app.world_mut().resource_mut::<Assets<Shader>>();
     shaders.insert(&LATE, shader).expect("a new shader");
     let with_mesh = late.picture();
-    assert!(
-        matches!(late.state(), Some(CameraState::Packed(_))),
-        "{:?}",
-        late.state()
-    );
+    is_packed(&late);
     assert!(psnr(&before, &with_mesh) < 30.0);
 }
 
@@ -291,10 +273,7 @@ fn a_material_that_does_not_pack_is_named_and_the_camera_draws_as_bevy_does() {
         with_quad(app, Raw::default);
     });
     let reference = studio.mode(true, Msaa::Off).plain();
-    studio.camera(|camera| {
-        camera.insert(packing());
-    });
-    let picture = studio.picture();
+    let picture = studio.quality(packing());
     let Some(CameraState::Fallback(FallbackReason::UnpackedPipeline(name))) = studio.state() else {
         panic!("{:?}", studio.state());
     };

@@ -1,6 +1,5 @@
 //! Packed frame buffers: pictures against those of Bevy's own.
 
-mod basics;
 mod cameras;
 mod effects;
 mod exact;

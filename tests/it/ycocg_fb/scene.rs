@@ -2,7 +2,7 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    camera::Hdr,
+    camera::{Hdr, ImageRenderTarget, RenderTarget},
     ecs::system::EntityCommands,
     prelude::*,
     render::{RenderApp, render_resource::TextureFormat, renderer::RenderAdapter, view::Msaa},
@@ -10,16 +10,19 @@ use bevy::{
 use bevy_frugal_lab::{
     content,
     headless::{HeadlessApp, HeadlessSettings, LabTarget},
-    metrics::error::{mse, psnr_db},
 };
 use bevy_ycocg_fb::{
-    CameraState, FrameBufferQuality, FrameBufferReport, PackedFormat, YCoCgFrameBuffer,
-    YCoCgFrameBufferPlugin,
+    CameraState, FallbackReason, FrameBufferQuality, FrameBufferReport, PackedFormat,
+    YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
     reference::color::{linear_from_srgb, srgb_from_linear},
 };
 use image::RgbImage;
 
-use crate::support::pool::{Borrowed, Pool};
+use crate::support::{
+    keep,
+    pool::{Borrowed, Pool},
+    psnr,
+};
 
 /// The camera of the scene.
 #[derive(Component)]
@@ -118,6 +121,52 @@ impl Studio {
         picture
     }
 
+    /// Demands that a camera of a quality, which it gets, draws the reference with this PSNR in dB.
+    pub fn check(
+        &mut self,
+        name: &str,
+        reference: &RgbImage,
+        quality: impl Into<FrameBufferQuality>,
+        least_db: f64,
+    ) {
+        let picture = match quality.into() {
+            FrameBufferQuality::Compact => self.rg11b10ufloat(),
+            quality => self.packed(quality),
+        };
+        assert_like(name, reference, &picture, least_db);
+    }
+
+    /// Demands that a camera of a quality is Bevy's own for this reason.
+    pub fn check_fallback(
+        &mut self,
+        quality: impl Into<FrameBufferQuality>,
+        reason: FallbackReason,
+    ) {
+        let reference = self.plain();
+        // More frames than the reason needs.
+        self.quality(quality.into());
+        let picture = self.picture();
+        // Without a clear colour each frame is drawn over the last.
+        if reason != FallbackReason::NoClear {
+            assert!(picture == reference, "the picture changed: {reason}");
+        }
+        assert_eq!(self.state(), Some(CameraState::Fallback(reason)));
+    }
+
+    /// A second camera, which draws to an image of this size from another side.
+    pub fn spawn_to_image(
+        &mut self,
+        size: [u32; 2],
+        camera: impl Bundle,
+    ) -> (Entity, Handle<Image>) {
+        let world = self.app.world_mut();
+        let format = TextureFormat::Rgba8UnormSrgb;
+        let image = world.add_asset(Image::new_target_texture(size[0], size[1], format, None));
+        let target = RenderTarget::Image(ImageRenderTarget::from(image.clone()));
+        let from_aside = Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y);
+        (world.spawn((target, from_aside, camera)).id(), image)
+    }
+
     /// The picture as things are.
     pub fn picture(&mut self) -> RgbImage {
         self.app.render_frames(3).expect("three frames");
@@ -187,6 +236,15 @@ fn spawn_camera(mut commands: Commands, target: Res<LabTarget>) {
     ));
 }
 
+/// Gives a camera components as they are by default.
+pub fn with<B: Bundle + Default>(camera: &mut EntityCommands) {
+    camera.insert(B::default());
+}
+
+pub fn without<B: Bundle>(camera: &mut EntityCommands) {
+    camera.remove::<B>();
+}
+
 /// Changes what the camera is cleared to.
 pub fn clear_to(camera: &mut EntityCommands, color: ClearColorConfig) {
     // Changed in place: a new `Camera` would not know the size of its target.
@@ -195,17 +253,13 @@ pub fn clear_to(camera: &mut EntityCommands, color: ClearColorConfig) {
         .and_modify(move |mut camera| camera.clear_color = color);
 }
 
-/// PSNR in dB.
-pub fn psnr(reference: &RgbImage, test: &RgbImage) -> f64 {
-    psnr_db(mse(reference, test).expect("equal sizes"))
-}
-
-/// Saves pictures where `YCOCG_FB_PICTURES` names a folder, to look at.
-pub fn keep(name: &str, picture: &RgbImage) {
-    if let Some(folder) = std::env::var_os("YCOCG_FB_PICTURES") {
-        let path = std::path::Path::new(&folder).join(format!("{name}.png"));
-        picture.save(path).expect("the picture is saved");
-    }
+/// Demands this PSNR in dB.
+pub fn assert_like(name: &str, reference: &RgbImage, picture: &RgbImage, least_db: f64) {
+    keep(&format!("{name}, bevy"), reference);
+    keep(name, picture);
+    let psnr_db = psnr(reference, picture);
+    println!("{name}: {psnr_db:.2} dB");
+    assert!(psnr_db >= least_db, "{name}: {psnr_db:.2} dB");
 }
 
 /// What Bevy's camera sees in a picture of 128 x 96 pixels, each of them the mean of `scale` x

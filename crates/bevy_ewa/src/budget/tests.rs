@@ -48,7 +48,7 @@ fn checks() -> Texture {
 /// Returns the picture in 8-bit sRGB and the mean fetches per pixel.
 fn picture(surface: &Surface, texture: &Texture, settings: &EwaSettings) -> (Vec<f64>, f64) {
     let (mut values, mut fetches) = (Vec::new(), 0);
-    // `SoftwareAnisotropic` stands for the texture is_texture_unit, which the CPU reference lacks.
+    // `SoftwareAnisotropic` stands for the filter of the texture unit, which the CPU reference lacks.
     let is_texture_unit = settings.method == EwaMethod::Anisotropic;
     let settings = EwaSettings {
         method: if is_texture_unit {
@@ -267,7 +267,7 @@ proptest! {
         let sampled = sample(&texture, [u, v], derivatives, &settings, 0);
         let most = worst_case_fetches(&settings);
         prop_assert!(most <= budget.max(1.0));
-        // The texture is_texture_unit's own filter counts as one fetch; the reference computes it with more.
+        // The texture unit's own filter counts as one fetch; the reference computes it with more.
         if settings.method != EwaMethod::Anisotropic {
             prop_assert!(sampled.fetches as f32 <= most, "{sampled:?} of {most}: {settings:?}");
         }

@@ -221,7 +221,7 @@ impl<'a> Probe<'a> {
     /// Distributes the probes along the major axis. The line of probes is shorter than the axis by the
     /// width of a probe, so that its variance is that of the ellipse even if the ellipse is nearly
     /// round: all probes of a disc are at its centre. It is shortened again by the variance that the
-    /// length and the small number of the probes add_weighted.
+    /// length and the small number of the probes add.
     fn new(footprint: &Footprint, settings: &'a EwaSettings, count: u32) -> Self {
         let radius = f64::from(settings.kernel.probe_radius_pixels());
         let count = f64::from(count);

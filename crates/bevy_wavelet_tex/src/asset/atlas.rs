@@ -10,10 +10,7 @@
 //! axis, level n begins after `stack - (2 stack >> n)` of them, which for powers of two is exactly the
 //! sum of those before it.
 
-use crate::codec::{
-    blocks::BlockFormat,
-    image::{PlaneGroup, WaveletImage},
-};
+use crate::codec::image::{PlaneGroup, WaveletImage};
 
 /// Where the levels of a group of planes lie in its textures. All lengths are in texels, apart from
 /// `stack`.
@@ -45,10 +42,9 @@ impl MipAtlas {
     }
 
     /// That of a group of planes.
-    pub(crate) fn of(image: &WaveletImage, group: usize) -> Self {
-        let planes = &image.groups[group];
+    pub(crate) fn of(image: &WaveletImage, group: &PlaneGroup) -> Self {
         Self::new(image.levels, |level| {
-            planes.texture_level_size(image.size, level)
+            group.texture_level_size(image.size, level)
         })
     }
 
@@ -103,21 +99,19 @@ impl MipAtlas {
     pub(super) fn arranged(
         &self,
         image: &WaveletImage,
-        group: usize,
+        group: &PlaneGroup,
         texture: usize,
-        format: BlockFormat,
     ) -> Vec<u8> {
-        let planes: &PlaneGroup = &image.groups[group];
-        let bytes = format.block_bytes();
+        let bytes = group.packing.formats()[texture].block_bytes();
         let row = self.size[0] as usize / 4 * bytes;
         let layer_bytes = row * self.size[1] as usize / 4;
-        let mut arranged = vec![0; layer_bytes * planes.layers()];
+        let mut arranged = vec![0; layer_bytes * group.layers()];
         for (layer, out) in arranged.chunks_exact_mut(layer_bytes).enumerate() {
             for level in 0..image.levels {
                 let origin = self.origin(level).map(|texel| texel as usize / 4);
-                let size = planes.texture_level_size(image.size, level);
+                let size = group.texture_level_size(image.size, level);
                 let width = size[0].div_ceil(4) as usize * bytes;
-                let rows = image.level_blocks(group, texture, level, layer);
+                let rows = group.level_blocks(image.size, texture, level, layer);
                 for (y, blocks) in rows.chunks_exact(width).enumerate() {
                     let start = (origin[1] + y) * row + origin[0] * bytes;
                     out[start..start + width].copy_from_slice(blocks);

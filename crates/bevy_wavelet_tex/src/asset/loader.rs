@@ -119,8 +119,8 @@ impl WaveletTextureLoader {
         path: &str,
     ) -> Result<(WaveletStorage, u32), WaveletLoadError> {
         let storage = self.storage(image, settings);
-        let atlases = (0..image.groups.len()).map(|group| MipAtlas::of(image, group));
-        let plain = image.plain.as_ref().map(|plain| plain.size);
+        let atlases = image.groups().map(|group| MipAtlas::of(image, group));
+        let plain = image.plain().map(|plain| plain.size);
         let mut sizes = atlases.map(|atlas| atlas.size).chain(plain);
         let too_large = sizes.find(|size| !self.fits(*size));
         let most = settings.max_size.map_or(u32::MAX, |most| most.max(1));
@@ -169,7 +169,7 @@ impl WaveletTextureLoader {
         let lack = self.lack.filter(|lack| match lack {
             BlockLack::Bc => true,
             BlockLack::Textures { .. } => {
-                let textures = image.groups.iter().map(|group| group.textures.len());
+                let textures = image.groups().map(|group| group.textures.len());
                 textures.sum::<usize>() > 1
             }
         });
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
     use crate::codec::{
         axes::ColorAxes,
-        image::{ColorSpace, Content, PlaneGroup},
+        image::{ColorSpace, Content, Payload, PlaneGroup, WaveletPlanes},
         layout::level_count,
         packing::Packing,
     };
@@ -231,16 +231,18 @@ mod tests {
         WaveletImage {
             content: Content::Gray,
             color_space: ColorSpace::Linear,
-            axes: ColorAxes::YCOCG,
             size: [size; 2],
             levels,
-            groups: vec![PlaneGroup {
-                subsampling: 0,
-                packing: Packing::Bc3,
-                codings: Vec::new(),
-                textures: vec![Vec::new()],
-            }],
-            plain: None,
+            payload: Payload::Wavelet(WaveletPlanes {
+                axes: ColorAxes::YCOCG,
+                luma: PlaneGroup {
+                    subsampling: 0,
+                    packing: Packing::Bc3,
+                    codings: Vec::new(),
+                    textures: vec![Vec::new()],
+                },
+                chroma: None,
+            }),
         }
     }
 

@@ -2,11 +2,8 @@
 
 mod atlas;
 mod loader;
-mod reflect;
 #[cfg(feature = "encode")]
 mod saver;
-#[cfg(feature = "encode")]
-mod texels;
 mod texture;
 
 pub(crate) use atlas::MipAtlas;
@@ -16,4 +13,4 @@ pub use loader::{
 #[cfg(feature = "encode")]
 pub use saver::{WaveletProcessor, WaveletSaveError, WaveletSaver};
 pub(crate) use texture::Part;
-pub use texture::{Parts, PlainParameters, TextureGroup, WaveletTexture};
+pub use texture::{Parts, PlainParameters, TextureGroup, TextureParameters, WaveletTexture};

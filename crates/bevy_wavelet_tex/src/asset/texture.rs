@@ -3,7 +3,7 @@
 use bevy::{
     asset::{Asset, Assets, Handle, RenderAssetUsages, UntypedAssetId, VisitAssetDependencies},
     image::{Image, ImageSampler},
-    reflect::Reflect,
+    reflect::{Reflect, impl_reflect_opaque},
     render::render_resource::{
         Extent3d, TextureDataOrder, TextureDescriptor, TextureDimension, TextureFormat,
         TextureUsages, TextureViewDescriptor, TextureViewDimension,
@@ -16,7 +16,7 @@ use crate::{
         axes::ColorAxes,
         blocks::BlockFormat,
         decoder::decode,
-        image::{ColorSpace, Content, WaveletImage},
+        image::{ColorSpace, Content, Payload, PlaneGroup, WaveletImage, WaveletPlanes},
         layout,
         packing::Packing,
         plain::PlainTexture,
@@ -33,24 +33,68 @@ pub struct WaveletTexture {
     pub content: Content,
     /// Transfer function of the values.
     pub color_space: ColorSpace,
-    /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
-    pub axes: ColorAxes,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Number of mip levels, at least 1.
     pub levels: u32,
     /// Representation on the GPU.
     pub storage: WaveletStorage,
-    /// Parameters of the groups of planes: luma (with alpha), gray or normals, then chroma. Empty where
-    /// the texture is a plain one.
-    pub groups: Vec<TextureGroup>,
-    /// Parameters of a texture without a wavelet.
-    pub plain: Option<PlainParameters>,
+    /// What a shader needs to know of the texels.
+    pub parameters: TextureParameters,
     /// The array textures of the planes.
     #[dependency]
     pub images: Parts<Handle<Image>>,
     /// Bytes that the images take on the GPU.
     pub gpu_bytes: usize,
+}
+
+/// The parameters of a texture that a shader needs.
+#[derive(Clone, Debug, PartialEq, Reflect)]
+pub enum TextureParameters {
+    /// Those of planes, as in [`WaveletPlanes`].
+    Wavelet {
+        /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
+        axes: ColorAxes,
+        /// Luma (with alpha), gray, or X and Y of normals.
+        luma: TextureGroup,
+        /// Chroma, of textures in colour.
+        chroma: Option<TextureGroup>,
+    },
+    /// Those of a texture without a wavelet.
+    Plain(PlainParameters),
+}
+
+impl TextureParameters {
+    fn new(image: &WaveletImage) -> Self {
+        match &image.payload {
+            Payload::Wavelet(planes) => Self::Wavelet {
+                axes: planes.axes,
+                luma: TextureGroup::new(&planes.luma),
+                chroma: planes.chroma.as_ref().map(TextureGroup::new),
+            },
+            Payload::Plain(plain) => Self::Plain(PlainParameters {
+                format: plain.format,
+                is_scaled: plain.is_scaled(image.size),
+                is_padded: plain.is_padded(image.size),
+            }),
+        }
+    }
+
+    /// The groups of planes: luma, then chroma if there is any; `None` where the texture is a plain one.
+    pub(crate) fn groups(&self) -> [Option<&TextureGroup>; 2] {
+        match self {
+            Self::Wavelet { luma, chroma, .. } => [Some(luma), chroma.as_ref()],
+            Self::Plain(_) => [None; 2],
+        }
+    }
+
+    /// The axes of colour: those of YCoCg where nothing is stored along others.
+    pub(crate) fn axes(&self) -> ColorAxes {
+        match self {
+            Self::Wavelet { axes, .. } => *axes,
+            Self::Plain(_) => ColorAxes::YCOCG,
+        }
+    }
 }
 
 /// The parameters of a group of planes that a shader needs.
@@ -62,6 +106,16 @@ pub struct TextureGroup {
     pub packing: Packing,
     /// How the values of each plane are stored.
     pub codings: Vec<PlaneCoding>,
+}
+
+impl TextureGroup {
+    fn new(group: &PlaneGroup) -> Self {
+        Self {
+            subsampling: group.subsampling,
+            packing: group.packing,
+            codings: group.codings.clone(),
+        }
+    }
 }
 
 /// The parameters of a plain texture that a shader needs.
@@ -164,77 +218,64 @@ impl WaveletTexture {
             add_image(label, image)
         };
         let images = match storage {
-            WaveletStorage::Blocks => match &image.plain {
-                Some(plain) => Parts {
+            WaveletStorage::Blocks => match &image.payload {
+                Payload::Plain(plain) => Parts {
                     luma: Some(add("plain", plain_image(image, plain))),
                     ..Parts::default()
                 },
-                None => block_images(image, add),
+                Payload::Wavelet(planes) => block_images(image, planes, add),
             },
             WaveletStorage::Decoded => Parts {
                 luma: Some(add("decoded", decoded_image(image, first_level))),
                 ..Parts::default()
             },
         };
-        let groups = image.groups.iter().map(|group| TextureGroup {
-            subsampling: group.subsampling,
-            packing: group.packing,
-            codings: group.codings.clone(),
-        });
         Self {
             content: image.content,
             color_space: image.color_space,
-            axes: image.axes,
             size: layout::mip_size(image.size, first_level),
             levels: image.levels - first_level,
             storage,
-            groups: groups.collect(),
-            plain: image.plain.as_ref().map(|plain| PlainParameters {
-                format: plain.format,
-                is_scaled: plain.is_scaled(image.size),
-                is_padded: plain.is_padded(image.size),
-            }),
+            parameters: TextureParameters::new(image),
             images,
             gpu_bytes,
         }
     }
 
-    /// Where the mip levels of a group's planes lie in its textures, or `None` where it has none.
-    pub(crate) fn atlas(&self, group: usize) -> Option<MipAtlas> {
-        let group = self.groups.get(group)?;
-        Some(MipAtlas::new(self.levels, |level| {
+    /// Where the mip levels of a group's planes lie in its textures.
+    pub(crate) fn atlas(&self, group: &TextureGroup) -> MipAtlas {
+        MipAtlas::new(self.levels, |level| {
             layout::texture_level_size(group.packing, self.size, group.subsampling, level)
-        }))
+        })
     }
 }
 
 /// Makes the array textures of all groups.
 fn block_images(
     image: &WaveletImage,
+    planes: &WaveletPlanes,
     mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
 ) -> Parts<Handle<Image>> {
-    let mut add = |index: usize, texture: usize, label| {
-        image
-            .groups
-            .get(index)
-            .filter(|group| texture < group.textures.len())
-            .map(|_| add_image(label, block_image(image, index, texture)))
+    let mut add = |group: &PlaneGroup, texture: usize, label| {
+        (texture < group.textures.len())
+            .then(|| add_image(label, block_image(image, group, texture)))
     };
     Parts {
-        luma: add(0, 0, "luma"),
-        detail: add(0, 1, "detail"),
-        chroma: add(1, 0, "chroma"),
+        luma: add(&planes.luma, 0, "luma"),
+        detail: add(&planes.luma, 1, "detail"),
+        chroma: planes
+            .chroma
+            .as_ref()
+            .and_then(|group| add(group, 0, "chroma")),
     }
 }
 
 /// Makes the array texture of a group's blocks.
-fn block_image(image: &WaveletImage, index: usize, texture: usize) -> Image {
-    let group = &image.groups[index];
-    let block_format = group.packing.formats()[texture];
-    let atlas = MipAtlas::of(image, index);
-    let blocks = atlas.arranged(image, index, texture, block_format);
+fn block_image(image: &WaveletImage, group: &PlaneGroup, texture: usize) -> Image {
+    let atlas = MipAtlas::of(image, group);
+    let blocks = atlas.arranged(image, group, texture);
     // These are coefficients, not colours, so the format is never sRGB.
-    let format = texture_format(block_format, false);
+    let format = texture_format(group.packing.formats()[texture], false);
     array_image(atlas.size, group.layers() as u32, 1, format, blocks)
 }
 
@@ -306,3 +347,11 @@ fn array_image(
         copy_on_resize: false,
     }
 }
+
+// The codec does without Bevy, so its types are reflected here, as values without fields.
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::axes) ColorAxes(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::blocks) BlockFormat(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::image) ColorSpace(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::image) Content(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::packing) Packing(Clone, Debug, PartialEq));
+impl_reflect_opaque!((in bevy_wavelet_tex::codec::quantizer) PlaneCoding(Clone, Debug, PartialEq));

@@ -2,7 +2,7 @@
 
 use super::{
     axes::{ColorAxes, detail_covariance},
-    image::WaveletImage,
+    image::{Payload, WaveletImage},
     job::Job,
     plain,
     planes::LevelPlanes,
@@ -37,47 +37,67 @@ pub(super) fn choose<'a>(
         Method::Thesis => Formats::Wavelet,
         _ => settings.formats,
     };
-    let bytes = rate.most_bytes(source.size, settings.alpha);
-    let ycocg = ColorAxes::YCOCG;
-    let mut choice = match formats {
-        Formats::Plain => Choice::empty(source, settings, rate.wavelet(), ycocg),
-        Formats::Any | Formats::Wavelet => Choice::wavelet(source, settings, rate.wavelet(), ycocg),
+    let content = rate.content(settings.alpha);
+    let windows = Window::of_levels(source.size, source.levels.len());
+    let (wavelet, least) = match formats {
+        Formats::Plain => (None, None),
+        Formats::Any | Formats::Wavelet => {
+            let is_measured = formats == Formats::Any;
+            let (choice, errors) = best_wavelet(source, settings, rate, &windows, is_measured);
+            (Some(choice), errors)
+        }
     };
-    let other_colors = choice.image.content.has_chroma()
-        && formats != Formats::Plain
+    let bytes = rate.most_bytes(source.size, settings.alpha);
+    let plain = match formats {
+        Formats::Wavelet => None,
+        Formats::Any | Formats::Plain => {
+            plain::better(source, content, least, &windows, settings, bytes)
+        }
+    };
+    let plain = plain.map(|image| Choice {
+        job: Job::new(source, settings, rate, ColorAxes::YCOCG),
+        image,
+    });
+    plain.or(wavelet).expect("every rate has room for a block")
+}
+
+/// The wavelet with the least error over all levels, and its errors where they decided or where `is_measured` asks for
+/// them.
+fn best_wavelet<'a>(
+    source: &Source<'_>,
+    settings: &'a EncodeSettings,
+    rate: Rate,
+    windows: &[Vec<Window>],
+    is_measured: bool,
+) -> (Choice<'a>, Option<Errors>) {
+    let ycocg = ColorAxes::YCOCG;
+    let mut choice = Choice::wavelet(source, settings, rate.wavelet(), ycocg);
+    let measured = |choice: &Choice<'_>| Errors::of(source, &choice.image, windows);
+    let has_variants = choice.image.content.has_chroma()
         && settings.method != Method::Thesis
         && settings.effort != Effort::Fast;
-    let windows = Window::of_levels(source.size, source.levels.len());
-    let measured = |choice: &Choice<'_>| Errors::of(source, &choice.image, &windows);
-    let mut least = None;
-    if other_colors {
-        let mut errors = measured(&choice);
-        let better = |rate, axes, than: f64| {
-            let other = Choice::wavelet(source, settings, rate, axes);
-            let errors = measured(&other);
-            (errors.all < than).then_some((other, errors))
-        };
-        if let Some(rate) = rate.with_more_chroma()
-            && errors.luma < (1.0 - CHROMA_PART) * errors.all
-            && let Some(other) = better(rate, ycocg, errors.all)
-        {
-            (choice, errors) = other;
-        }
-        if let Some(axes) = fitted_axes(source, choice.job.rate, errors)
-            && let Some(other) = better(choice.job.rate, axes, errors.all)
-        {
-            (choice, errors) = other;
-        }
-        least = Some(errors);
-    } else if formats == Formats::Any {
-        least = Some(measured(&choice));
+    if !has_variants {
+        let errors = is_measured.then(|| measured(&choice));
+        return (choice, errors);
     }
-    if formats != Formats::Wavelet
-        && let Some(plain) = plain::better(source, &choice.image, least, &windows, settings, bytes)
+    let mut errors = measured(&choice);
+    let better = |rate, axes, than: f64| {
+        let other = Choice::wavelet(source, settings, rate, axes);
+        let errors = measured(&other);
+        (errors.all < than).then_some((other, errors))
+    };
+    if let Some(rate) = rate.with_more_chroma()
+        && errors.luma < (1.0 - CHROMA_PART) * errors.all
+        && let Some(other) = better(rate, ycocg, errors.all)
     {
-        choice.image = plain;
+        (choice, errors) = other;
     }
-    choice
+    if let Some(axes) = fitted_axes(source, choice.job.rate, errors)
+        && let Some(other) = better(choice.job.rate, axes, errors.all)
+    {
+        (choice, errors) = other;
+    }
+    (choice, Some(errors))
 }
 
 /// The axes of colour that fit an image, where they may have less error than YCoCg: chroma has less where less of it is
@@ -97,40 +117,21 @@ fn fitted_axes(source: &Source<'_>, rate: Rate, errors: Errors) -> Option<ColorA
 }
 
 impl<'a> Choice<'a> {
-    fn empty(
-        source: &Source<'_>,
-        settings: &'a EncodeSettings,
-        rate: Rate,
-        axes: ColorAxes,
-    ) -> Self {
-        Self {
-            job: Job {
-                settings,
-                rate,
-                size: source.size,
-                axes,
-            },
-            image: WaveletImage {
-                content: rate.content(settings.alpha),
-                color_space: settings.stored_color_space(),
-                axes,
-                size: source.size,
-                levels: source.levels.len() as u32,
-                groups: Vec::new(),
-                plain: None,
-            },
-        }
-    }
-
     fn wavelet(
         source: &Source<'_>,
         settings: &'a EncodeSettings,
         rate: Rate,
         axes: ColorAxes,
     ) -> Self {
-        let mut choice = Self::empty(source, settings, rate, axes);
-        let levels = LevelPlanes::of(source, choice.image.content, axes);
-        choice.image.groups = choice.job.groups(&levels);
-        choice
+        let job = Job::new(source, settings, rate, axes);
+        let content = rate.content(settings.alpha);
+        let image = WaveletImage {
+            content,
+            color_space: settings.stored_color_space(),
+            size: source.size,
+            levels: source.levels.len() as u32,
+            payload: Payload::Wavelet(job.planes(&LevelPlanes::of(source, content, axes))),
+        };
+        Self { job, image }
     }
 }

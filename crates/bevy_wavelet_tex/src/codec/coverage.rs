@@ -19,7 +19,7 @@ pub(super) struct CutOut {
     /// The value from which on a pixel is there.
     cutoff: f32,
     /// The part of the pixels that are there.
-    wanted: f64,
+    coverage: f64,
 }
 
 impl CutOut {
@@ -36,18 +36,18 @@ impl CutOut {
         };
         let first = &source.levels[0];
         let there = (0..first.len()).filter(|i| first.get(*i)[channel] >= cutoff);
-        let wanted = there.count() as f64 / first.len() as f64;
+        let coverage = there.count() as f64 / first.len() as f64;
         Some(Self {
             content,
             cutoff,
-            wanted,
+            coverage,
         })
     }
 
     /// Multiplies what is cut in the pixels of a mip so that as much is there as is wanted.
     pub(super) fn scale(&self, pixels: &mut [[u16; 4]]) {
         let values: Vec<f32> = pixels.iter().map(|p| self.value(p)).collect();
-        let factor = coverage_scale(&values, self.wanted, self.cutoff);
+        let factor = coverage_scale(&values, self.coverage, self.cutoff);
         for (pixel, value) in pixels.iter_mut().zip(values) {
             self.set(pixel, value * factor);
         }
@@ -95,7 +95,7 @@ impl CutOut {
             None => decoded.pixels.iter().filter(|p| is_there(p[0])).count(),
         };
         let pixels = decoded.pixels.len() as f64;
-        let excess = (there as f64 / pixels - self.wanted).abs();
+        let excess = (there as f64 / pixels - self.coverage).abs();
         if excess <= (0.5 / pixels).max(0.01) {
             0.0
         } else {
@@ -106,10 +106,10 @@ impl CutOut {
 
 /// The factor by which alpha is multiplied so that `wanted` of all pixels are at least at the cutoff, as nearly
 /// as the pixels allow.
-fn coverage_scale(alpha: &[f32], wanted: f64, cutoff: f32) -> f32 {
+fn coverage_scale(alpha: &[f32], coverage: f64, cutoff: f32) -> f32 {
     let mut sorted = alpha.to_vec();
     sorted.par_sort_unstable_by(|a, b| b.total_cmp(a));
-    let count = wanted * sorted.len() as f64;
+    let count = coverage * sorted.len() as f64;
     // Pixels of the same alpha are covered together or not at all: the boundary is before or after them.
     let at = (count.round() as usize).min(sorted.len());
     let is_boundary = |i: &usize| *i == 0 || *i == sorted.len() || sorted[i - 1] > sorted[*i];
@@ -143,11 +143,11 @@ mod tests {
         let alpha: Vec<f32> = (0..1000)
             .map(|i| (i * 7919 % 1000) as f32 / 2000.0)
             .collect();
-        for wanted in [0.0, 0.01, 0.19, 0.5, 0.93, 1.0] {
-            let scale = coverage_scale(&alpha, wanted, 0.5);
+        for coverage in [0.0, 0.01, 0.19, 0.5, 0.93, 1.0] {
+            let scale = coverage_scale(&alpha, coverage, 0.5);
             let there = alpha.iter().filter(|a| **a * scale >= 0.5).count();
             let found = there as f64 / alpha.len() as f64;
-            assert!((found - wanted).abs() < 0.0011, "{wanted}: {found}");
+            assert!((found - coverage).abs() < 0.0011, "{coverage}: {found}");
         }
         // Of equal values all are covered, or none.
         assert!(coverage_scale(&[0.3; 8], 0.7, 0.5) * 0.3 >= 0.5);

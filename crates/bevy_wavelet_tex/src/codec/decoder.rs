@@ -3,14 +3,15 @@
 use rayon::prelude::*;
 
 use super::{
+    axes::ColorAxes,
     blocks::{BlockFormat, Texel, decode_blocks},
     chroma,
     color::{YCoCg, rgb_from_ycocg},
-    image::{Content, WaveletImage},
+    image::{Content, Payload, PlaneGroup, WaveletImage},
     interpolation::Interpolation,
     layout,
     packing::Packing,
-    plain::read,
+    plain::PlainRows,
     plane::Plane,
     wavelet::decode_plane,
 };
@@ -104,50 +105,53 @@ pub fn decode_with(
 
 /// A level whose pixels are put together row by row, since all of them would take several times the memory of its
 /// planes.
-pub(super) struct LevelRows<'a> {
-    image: &'a WaveletImage,
+pub(super) struct LevelRows {
+    content: Content,
     pub(super) size: [u32; 2],
     planes: Planes,
 }
 
 enum Planes {
-    Plain(read::PlainRows),
+    Plain(PlainRows),
     Wavelet {
+        axes: ColorAxes,
         luma: Vec<Plane>,
         /// Chroma at its own size.
         chroma: Vec<Plane>,
-        interpolation: Interpolation,
+        subsampling: u32,
+        /// That of chroma, whose values are repeated where there is none.
+        interpolation: Option<Interpolation>,
     },
 }
 
-impl<'a> LevelRows<'a> {
+impl LevelRows {
     pub(super) fn new(
-        image: &'a WaveletImage,
+        image: &WaveletImage,
         level: u32,
         decode_blocks: impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
     ) -> Self {
         let size = layout::mip_size(image.size, level);
-        let planes = match &image.plain {
-            Some(plain) => Planes::Plain(read::PlainRows::new(
-                plain,
-                image.size,
-                level,
-                decode_blocks,
-            )),
-            None => {
-                let mut groups = (0..image.groups.len())
-                    .map(|group| decode_group(image, group, level, &decode_blocks));
-                let luma = groups.next().expect("every image has a luma group");
-                let subsampling = image.groups.get(1).map_or(0, |group| group.subsampling);
+        let planes = match &image.payload {
+            Payload::Plain(plain) => {
+                Planes::Plain(PlainRows::new(plain, image.size, level, decode_blocks))
+            }
+            Payload::Wavelet(planes) => {
+                let decoded = |group| decode_group(group, image.size, level, &decode_blocks);
+                let chroma = planes.chroma.as_ref();
+                let subsampling = chroma.map_or(0, |group| group.subsampling);
+                let is_interpolated = chroma.is_some_and(|group| group.packing == Packing::Bc1);
                 Planes::Wavelet {
-                    luma,
-                    chroma: groups.flatten().collect(),
-                    interpolation: Interpolation::new(chroma::axes(size, subsampling)),
+                    axes: planes.axes,
+                    luma: decoded(&planes.luma),
+                    chroma: chroma.map(decoded).unwrap_or_default(),
+                    subsampling,
+                    interpolation: is_interpolated
+                        .then(|| Interpolation::new(chroma::axes(size, subsampling))),
                 }
             }
         };
         Self {
-            image,
+            content: image.content,
             size,
             planes,
         }
@@ -159,12 +163,14 @@ impl<'a> LevelRows<'a> {
             Planes::Plain(rows) => {
                 rows.fill(y, row);
                 for pixel in row {
-                    *pixel = self.image.content.of_channels(*pixel);
+                    *pixel = self.content.of_channels(*pixel);
                 }
             }
             Planes::Wavelet {
+                axes,
                 luma,
                 chroma,
+                subsampling,
                 interpolation,
             } => {
                 let width = self.size[0] as usize;
@@ -173,12 +179,11 @@ impl<'a> LevelRows<'a> {
                 let luma: Vec<&[f32]> = luma.iter().map(|p| &p.values[line(p)]).collect();
                 let chroma = chroma.iter().map(|plane| {
                     let mut values = vec![0.0; width];
-                    let group = &self.image.groups[1];
-                    if group.packing == Packing::Bc1 {
+                    if let Some(interpolation) = interpolation {
                         interpolation.fill(plane, y, &mut values);
                     } else {
                         for (x, value) in values.iter_mut().enumerate() {
-                            let [x, y] = [x as u32, y].map(|p| p >> group.subsampling);
+                            let [x, y] = [x as u32, y].map(|p| p >> subsampling);
                             *value = plane.clamped(x, y);
                         }
                     }
@@ -186,20 +191,25 @@ impl<'a> LevelRows<'a> {
                 });
                 let chroma: Vec<Vec<f32>> = chroma.collect();
                 for (x, pixel) in row.iter_mut().enumerate() {
-                    *pixel = self.of_planes(x, &luma, &chroma);
+                    *pixel = self.of_planes(axes, x, &luma, &chroma);
                 }
             }
         }
     }
 
     /// A pixel of the planes of a wavelet.
-    fn of_planes(&self, x: usize, luma: &[&[f32]], chroma: &[Vec<f32>]) -> [f32; 4] {
+    fn of_planes(
+        &self,
+        axes: &ColorAxes,
+        x: usize,
+        luma: &[&[f32]],
+        chroma: &[Vec<f32>],
+    ) -> [f32; 4] {
         let unit = |v: f32| v.clamp(0.0, 1.0);
-        let [r, g, b] = match self.image.content {
+        let [r, g, b] = match self.content {
             Content::Gray => [unit(luma[0][x]); 3],
             Content::Color | Content::ColorAlpha => {
                 let [y, co, cg] = [luma[0][x], chroma[0][x], chroma[1][x]];
-                let axes = &self.image.axes;
                 let rgb = if axes.are_ycocg() {
                     rgb_from_ycocg(YCoCg { y, co, cg })
                 } else {
@@ -209,7 +219,7 @@ impl<'a> LevelRows<'a> {
             }
             Content::Normal => normal_from_xy([luma[0][x], luma[1][x]]),
         };
-        let alpha = match self.image.content {
+        let alpha = match self.content {
             Content::ColorAlpha => unit(luma[1][x]),
             _ => 1.0,
         };
@@ -230,16 +240,15 @@ pub(super) fn stored_chroma(plane: usize, [r, g, b, _]: [f32; 4]) -> f32 {
 }
 
 fn decode_group(
-    image: &WaveletImage,
-    index: usize,
+    group: &PlaneGroup,
+    image_size: [u32; 2],
     level: u32,
     decode: &impl Fn(BlockFormat, &[u8], [u32; 2]) -> Vec<[f32; 4]>,
 ) -> Vec<Plane> {
-    let group = &image.groups[index];
-    let size = group.plane_size(image.size, level);
-    let texture = group.texture_level_size(image.size, level);
+    let size = group.plane_size(image_size, level);
+    let texture = group.texture_level_size(image_size, level);
     if group.packing == Packing::Bc1 {
-        let blocks = image.level_blocks(index, 0, level, 0);
+        let blocks = group.level_blocks(image_size, 0, level, 0);
         let texels = decode(BlockFormat::Bc1, blocks, texture);
         let planes = group.codings.iter().enumerate();
         return planes
@@ -255,7 +264,7 @@ fn decode_group(
     layers
         .map(|(layer, coding)| {
             let blocks: Vec<&[u8]> = (0..group.textures.len())
-                .map(|texture| image.level_blocks(index, texture, level, layer))
+                .map(|texture| group.level_blocks(image_size, texture, level, layer))
                 .collect();
             decode_plane(group.packing, coding, &blocks, texture, size, decode)
         })

@@ -1,16 +1,17 @@
 //! The encoder: from pixels to a [`WaveletImage`].
 
-pub use super::check::EncodeError;
+use thiserror::Error;
+
 use super::{
-    check::check,
     choice::{Choice, choose},
     decoder::decode,
     image::WaveletImage,
+    layout,
     prepare::Prepared,
     quality,
     rate::Rate,
     settings::EncodeSettings,
-    source::{Pixels, Source},
+    source::{Pixels, Source, level_pixels},
 };
 
 /// Encodes an image.
@@ -33,9 +34,10 @@ pub fn encode(
     let content = settings.rate.content(settings.alpha);
     let choice = match settings.min_psnr_db {
         None => choose(source, settings, settings.rate),
-        Some(wanted) => {
+        Some(min_psnr_db) => {
             // The PSNR of the largest level decides.
-            let is_enough = |choice: &Choice<'_>| quality::psnr_db(source, &choice.image) >= wanted;
+            let is_enough =
+                |choice: &Choice<'_>| quality::psnr_db(source, &choice.image) >= min_psnr_db;
             let mut choices = Rate::of(content).map(|rate| choose(source, settings, rate));
             let mut choice = choices.next().expect("every content has a rate");
             while !is_enough(&choice)
@@ -67,6 +69,56 @@ pub fn encode_rgb8(
     )
 }
 
+/// The reason why an image cannot be encoded.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum EncodeError {
+    /// A side of the image is 0 or larger than [`layout::MAX_SIZE`].
+    #[error("an image of {} x {} pixels cannot be encoded: both sides must be 1 to {}", .0[0], .0[1], layout::MAX_SIZE)]
+    Size([u32; 2]),
+    /// A level does not have as many pixels as the size requires.
+    #[error(
+        "mip level {level} of an image of {} x {} pixels should have {expected} pixels, it has \
+         {pixels}",
+        .size[0], .size[1]
+    )]
+    PixelCount {
+        /// Width and height of the image in pixels.
+        size: [u32; 2],
+        /// The mip level; 0 is the image itself.
+        level: usize,
+        /// Number of pixels that the level should have.
+        expected: u64,
+        /// Number of pixels that were given.
+        pixels: usize,
+    },
+    /// The image has no mip level.
+    #[error("an image without a mip level cannot be encoded")]
+    NoLevel,
+}
+
+fn check(source: &Source<'_>) -> Result<(), EncodeError> {
+    let size = source.size;
+    if size.iter().any(|s| !(1..=layout::MAX_SIZE).contains(s)) {
+        return Err(EncodeError::Size(size));
+    }
+    if source.levels.is_empty() {
+        return Err(EncodeError::NoLevel);
+    }
+    for (level, pixels) in source.levels.iter().enumerate() {
+        let expected = level_pixels(size, level);
+        if pixels.len() as u64 != expected {
+            return Err(EncodeError::PixelCount {
+                size,
+                level,
+                expected,
+                pixels: pixels.len(),
+            });
+        }
+    }
+    Ok(())
+}
+
 /// How far from the cutoff the alpha of all pixels of a level is kept, one after the other until its encoding moves
 /// few enough over the cutoff.
 const MARGINS: [f32; 5] = [0.02, 0.04, 0.08, 0.16, 0.3];
@@ -83,12 +135,11 @@ fn with_coverage(choice: Choice<'_>, prepared: &Prepared<'_>) -> WaveletImage {
     let Some(first) = (1..image.levels).find(|level| excess[*level as usize] > 0.0) else {
         return image;
     };
-    image.truncate_levels(first);
+    image.truncate(first);
     for level in first..image.levels {
         let pixels = prepared
             .made(level)
             .expect("mips are made for what is cut out");
-        let before = image.lengths();
         let mut best = (excess[level as usize], 0.0);
         let margins = MARGINS
             .into_iter()
@@ -100,7 +151,7 @@ fn with_coverage(choice: Choice<'_>, prepared: &Prepared<'_>) -> WaveletImage {
             if excess < best.0 {
                 best = (excess, margin);
             }
-            image.truncate(&before);
+            image.truncate(level);
             if excess == 0.0 {
                 break;
             }

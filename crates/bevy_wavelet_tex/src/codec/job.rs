@@ -7,7 +7,7 @@ use super::{
     blocks::{BlockFormat, ChromaEncoder, Starts, decode_blocks},
     chroma,
     decoder::stored_chroma,
-    image::{PlaneGroup, WaveletImage},
+    image::{Payload, PlaneGroup, WaveletImage, WaveletPlanes},
     interpolation::Interpolation,
     layout,
     pack::{PackSettings, PlaneValues, encode_plane, error_of},
@@ -20,7 +20,7 @@ use super::{
     rate::Rate,
     search::{choose_coding, choose_thesis_coding},
     settings::{Effort, EncodeSettings, Method},
-    source::Pixels,
+    source::{Pixels, Source},
 };
 
 /// A packing is encoded where the estimate of its squared error is at most this factor of the least.
@@ -35,7 +35,21 @@ pub(super) struct Job<'a> {
     pub(super) axes: ColorAxes,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    pub(super) fn new(
+        source: &Source<'_>,
+        settings: &'a EncodeSettings,
+        rate: Rate,
+        axes: ColorAxes,
+    ) -> Self {
+        Self {
+            settings,
+            rate,
+            size: source.size,
+            axes,
+        }
+    }
+
     fn thesis(&self) -> bool {
         self.settings.method == Method::Thesis
     }
@@ -55,8 +69,8 @@ impl Job<'_> {
         }
     }
 
-    /// Makes the groups with all levels.
-    pub(super) fn groups(&self, levels: &[LevelPlanes<'_>]) -> Vec<PlaneGroup> {
+    /// Encodes all levels by a wavelet.
+    pub(super) fn planes(&self, levels: &[LevelPlanes<'_>]) -> WaveletPlanes {
         let (chroma, first) = match self.rate.chroma_subsampling() {
             Some(subsampling) => {
                 let (group, luma) = self.chroma_group(levels, subsampling);
@@ -66,8 +80,11 @@ impl Job<'_> {
         };
         let planes = levels[0].content.luma_planes();
         let others = (1..planes).map(|plane| levels.iter().map(|l| l.luma(plane)).collect());
-        let luma = self.luma_group(std::iter::once(first).chain(others));
-        std::iter::once(luma).chain(chroma).collect()
+        WaveletPlanes {
+            axes: self.axes,
+            luma: self.luma_group(std::iter::once(first).chain(others)),
+            chroma,
+        }
     }
 
     /// Encodes chroma, and returns it with luma that is corrected for its error.
@@ -160,21 +177,21 @@ impl Job<'_> {
     pub(super) fn add_level(&self, image: &mut WaveletImage, level: u32, pixels: Pixels<'_>) {
         let size = layout::mip_size(self.size, level);
         let content = image.content;
-        if let Some(plain) = &mut image.plain {
-            let channels = plain::Channels::new(pixels, size, content);
-            plain::add_level(plain, level, self.size, &channels, self.settings.effort);
-            return;
-        }
-        let [luma, chroma @ ..] = &mut image.groups[..] else {
-            unreachable!("every image has a luma group")
+        let WaveletPlanes { luma, chroma, .. } = match &mut image.payload {
+            Payload::Wavelet(planes) => planes,
+            Payload::Plain(plain) => {
+                let channels = plain::Channels::new(pixels, size, content);
+                plain::add_level(plain, level, self.size, &channels, self.settings.effort);
+                return;
+            }
         };
         let planes = LevelPlanes::new(pixels, size, content, self.axes);
         let first = match chroma {
-            [group, ..] => {
+            Some(group) => {
                 let small = self.reduced(&planes, group.subsampling);
                 self.add_chroma(group, &planes, &small, level)
             }
-            [] => planes.luma(0),
+            None => planes.luma(0),
         };
         let others = (1..content.luma_planes()).map(|plane| planes.luma(plane));
         let all = std::iter::once(first).chain(others);

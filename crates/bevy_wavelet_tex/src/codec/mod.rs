@@ -14,7 +14,7 @@
 //!
 //! | module | stage | thesis |
 //! | --- | --- | --- |
-//! | [`rate`], `content`, [`mod@image`] | the rates to choose from, the kind of data, and the encoded image | 3.5.5 |
+//! | [`rate`], [`mod@image`] | the rates to choose from, the kind of data, and the encoded image | 3.5.5 |
 //! | [`packing`] | how planes are packed into textures | 3.5.3 |
 //! | [`source`], `prepare`, `coverage`, [`reduce`] | input pixels, their mips, colour of clear pixels, what masks cover, and downsampling to a size limit | |
 //! | [`color`], [`axes`] | conversion between RGB and luma / chroma, of YCoCg or fitted | 3.3.1 |
@@ -26,7 +26,7 @@
 //! | [`blocks`] | BC blocks | 3.4.2 |
 //! | [`wavelet`], `pack` | conversion of one plane to coefficients, to blocks and back | 3.5.3 |
 //! | [`layout`] | sizes of planes, their textures and mip chains | |
-//! | [`encoder`], `choice`, `job`, `check` | the whole encoder: of an image, which kind of texture it becomes, of its levels, and what it accepts | 3.5.2 |
+//! | [`encoder`], `choice`, `job` | the whole encoder: of an image, which kind of texture it becomes, and of its levels | 3.5.2 |
 //! | [`settings`], `search`, `windows` | its settings, the search for its parameters, and the parts of an image that decide it | 3.5.2 |
 //! | [`decoder`] | the whole decoder | 3.5.3 |
 //! | [`quality`], [`angle`] | the error of an encoded image, and of normals | 3.6.1 |
@@ -36,12 +36,9 @@ pub mod angle;
 pub mod axes;
 pub mod blocks;
 #[cfg(feature = "encode")]
-mod check;
-#[cfg(feature = "encode")]
 mod choice;
 pub mod chroma;
 pub mod color;
-mod content;
 #[cfg(feature = "encode")]
 mod coverage;
 pub mod decoder;

@@ -84,9 +84,9 @@ pub fn encode_plane(
                 Effort::Best => Starts::Four,
             };
             let encoder = DetailEncoder::new(coding, starts);
-            let encoded = |wanted: &Plane| {
-                let alpha = singles(wanted);
-                let low_band = decoded_low_band(coding, &alpha, texture, wanted.size);
+            let encoded = |target: &Plane| {
+                let alpha = singles(target);
+                let low_band = decoded_low_band(coding, &alpha, texture, target.size);
                 encode_details(&encoder, coding, coefficients, alpha, &low_band, texture)
             };
             let mut best = encoded(&coefficients.low_band);
@@ -97,12 +97,12 @@ pub fn encode_plane(
                 Effort::Best => 3,
             };
             for _ in 0..rounds {
-                let wanted = predicting_low_band(coding, coefficients, &best.color, texture);
-                let found = encoded(&wanted);
-                if found.error >= best.error {
+                let target = predicting_low_band(coding, coefficients, &best.color, texture);
+                let next = encoded(&target);
+                if next.error >= best.error {
                     break;
                 }
-                best = found;
+                best = next;
             }
             vec![with_alpha_blocks(&best.alpha, &best.color)]
         }
@@ -178,8 +178,8 @@ fn predicting_low_band(
         let missing = |x: u32| {
             let stored = stored[(y * texture[0] + x) as usize];
             let got = coding.load_details(stored_details(Packing::Bc3, coding, stored));
-            let wanted = coefficients.residual(truth, coding, x, y);
-            std::array::from_fn(|c| wanted[c] - got[c])
+            let expected = coefficients.residual(truth, coding, x, y);
+            std::array::from_fn(|c| expected[c] - got[c])
         };
         (0..width).map(missing).collect()
     };
@@ -240,9 +240,9 @@ fn error_of_texels(
     let of_row = |y: u32| {
         let row = (0..width).map(|x| {
             let got = coding.load_details(stored_details(packing, coding, texel(x, y)));
-            let wanted = coefficients.residual(low_band, coding, x, y);
+            let expected = coefficients.residual(low_band, coding, x, y);
             let low = low_band.clamped(x, y) - coefficients.low_band.clamped(x, y);
-            let details: f32 = (0..3).map(|c| (got[c] - wanted[c]).powi(2)).sum();
+            let details: f32 = (0..3).map(|c| (got[c] - expected[c]).powi(2)).sum();
             f64::from(details + 4.0 * low * low)
         });
         row.sum::<f64>()

@@ -89,10 +89,13 @@ mod tests {
         });
         for y in 1..5 {
             for x in 1..5 {
-                let wanted = details[(y * 6 + x) as usize];
-                let found = predicted(&low_band, x, y, 0.125);
+                let expected = details[(y * 6 + x) as usize];
+                let actual = predicted(&low_band, x, y, 0.125);
                 for c in 0..3 {
-                    assert!((found[c] - wanted[c]).abs() < 1e-4, "{found:?} {wanted:?}");
+                    assert!(
+                        (actual[c] - expected[c]).abs() < 1e-4,
+                        "{actual:?} {expected:?}"
+                    );
                 }
             }
         }

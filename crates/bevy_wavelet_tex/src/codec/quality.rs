@@ -39,7 +39,7 @@ pub(super) struct Errors {
     /// The part of it that is that of luma: how large the error of colour would be if chroma had none.
     pub(super) luma: f64,
     /// That of all channels in the windows of each level.
-    pub(super) sampled: f64,
+    pub(super) in_windows: f64,
 }
 
 impl Errors {
@@ -52,8 +52,12 @@ impl Errors {
             sums = [0, 1, 2].map(|i| sums[i] + weight * errors[i]);
             weights += weight;
         }
-        let [all, luma, sampled] = sums.map(|sum| sum / weights);
-        Self { all, luma, sampled }
+        let [all, luma, in_windows] = sums.map(|sum| sum / weights);
+        Self {
+            all,
+            luma,
+            in_windows,
+        }
     }
 }
 
@@ -68,16 +72,16 @@ fn level_mse(
     let rows = LevelRows::new(image, level, decode_blocks);
     let pixels = &source.levels[level as usize];
     let content = image.content;
-    let axis = image.axes.weights()[0];
+    let axis = image.axes().weights()[0];
     let luma = |pixel: [f32; 4]| (0..3).map(|c| 255.0 * axis[c] * pixel[c]).sum::<f32>();
     let [width, height] = rows.size;
     let of_row = |(row, errors): &mut (Vec<[f32; 4]>, Vec<u32>), y: u32| {
         rows.fill(y, row);
         let mut of_luma = 0.0;
         for (x, (decoded, error)) in row.iter().zip(errors.iter_mut()).enumerate() {
-            let wanted = pixels.get(y as usize * width as usize + x);
-            *error = pixel_error(content, wanted, *decoded);
-            of_luma += f64::from(luma(wanted) - luma(*decoded)).powi(2);
+            let expected = pixels.get(y as usize * width as usize + x);
+            *error = pixel_error(content, expected, *decoded);
+            of_luma += f64::from(luma(expected) - luma(*decoded)).powi(2);
         }
         let in_window = |window: &Window| {
             let [left, top] = window.corner;
@@ -88,8 +92,8 @@ fn level_mse(
             }
         };
         let all: u64 = errors.iter().map(|error| u64::from(*error)).sum();
-        let sampled: u64 = windows.iter().map(in_window).sum();
-        [all as f64, of_luma, sampled as f64]
+        let of_windows: u64 = windows.iter().map(in_window).sum();
+        [all as f64, of_luma, of_windows as f64]
     };
     // Row by row, so that the sum does not depend on the number of threads.
     let row = || (vec![[0.0; 4]; width as usize], vec![0; width as usize]);
@@ -97,20 +101,20 @@ fn level_mse(
     let sum = |i: usize| sums.iter().map(|sums| sums[i]).sum::<f64>();
     let channels = content.error_channels() as f64;
     let count = f64::from(width) * f64::from(height);
-    let in_windows: usize = windows.iter().map(Window::pixels).sum();
+    let window_pixels: usize = windows.iter().map(Window::pixels).sum();
     [
         sum(0) / (count * channels),
         sum(1) / count,
-        sum(2) / (in_windows as f64 * channels),
+        sum(2) / (window_pixels as f64 * channels),
     ]
 }
 
 /// The sum of the squared errors of the channels of a pixel that was decoded to `[0, 1]`, or to a unit vector, with both
 /// rounded to 8 bits.
 #[inline]
-pub(super) fn pixel_error(content: Content, mut wanted: [f32; 4], decoded: [f32; 4]) -> u32 {
+pub(super) fn pixel_error(content: Content, mut expected: [f32; 4], decoded: [f32; 4]) -> u32 {
     if content == Content::Gray {
-        wanted[0] = ycocg_from_rgb([wanted[0], wanted[1], wanted[2]]).y;
+        expected[0] = ycocg_from_rgb([expected[0], expected[1], expected[2]]).y;
     }
     // `f32::round` would be a call of a library.
     let byte = |v: f32| (v * 255.0 + 0.5) as u8;
@@ -119,7 +123,7 @@ pub(super) fn pixel_error(content: Content, mut wanted: [f32; 4], decoded: [f32;
             Content::Normal => 0.5 + 0.5 * decoded[c],
             _ => decoded[c],
         };
-        u32::from(byte(wanted[c]).abs_diff(byte(decoded))).pow(2)
+        u32::from(byte(expected[c]).abs_diff(byte(decoded))).pow(2)
     };
     (0..content.error_channels()).map(of_channel).sum()
 }

@@ -80,15 +80,15 @@ mod tests {
     #[test]
     fn sides_are_halved_until_they_fit() {
         let flat = |_| [0.2, 0.4, 0.6, 0.8];
-        for (size, most, wanted) in [
+        for (size, most, expected) in [
             ([64, 48], 20, [16, 12]),
             ([7, 100], 30, [1, 25]),
             ([5, 5], 5, [5, 5]),
             ([3, 1], 1, [1, 1]),
         ] {
             for space in [ColorSpace::Srgb, ColorSpace::Linear] {
-                let (found, pixels) = reduced_rgba8(size, flat, most, space);
-                assert_eq!(found, wanted);
+                let (actual, pixels) = reduced_rgba8(size, flat, most, space);
+                assert_eq!(actual, expected);
                 assert!(pixels.iter().all(|p| *p == [51, 102, 153, 204]));
             }
         }

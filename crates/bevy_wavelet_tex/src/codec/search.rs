@@ -344,8 +344,8 @@ fn error_of_details(sample: &[Block], texels: &[[f32; 4]], coding: &PlaneCoding)
         .zip(texels)
         .map(|((x, y), t)| {
             let (block, i) = at(sample, x, y);
-            let (got, wanted) = (coding.load_details([t[0], t[1], t[2]]), block.residual[i]);
-            let error = (0..3).map(|c| f64::from(got[c] - wanted[c]).powi(2));
+            let (actual, expected) = (coding.load_details([t[0], t[1], t[2]]), block.residual[i]);
+            let error = (0..3).map(|c| f64::from(actual[c] - expected[c]).powi(2));
             block.weight * error.sum::<f64>()
         });
     errors.sum()

@@ -28,9 +28,6 @@
 //! [`Packing::ALL`]: crate::codec::packing::Packing::ALL
 //! [`BlockFormat::ALL`]: crate::codec::blocks::BlockFormat::ALL
 
-mod codings;
-mod error;
-mod fingerprint;
 mod ktx2_blob;
 mod levels;
 mod plain;
@@ -38,12 +35,10 @@ mod read;
 mod write;
 pub mod zstd;
 
-pub use error::ReadError;
-pub use fingerprint::{fingerprint, with_fingerprint};
-pub use read::{is_texture, read, read_at_most};
+pub use read::{ReadError, is_texture, read, read_at_most};
 #[cfg(feature = "zstd_encode")]
 pub use write::write_zstd;
-pub use write::{version, write};
+pub use write::{fingerprint, version, with_fingerprint, write};
 
 /// Extension of the file name.
 pub const EXTENSION: &str = "wtex";
@@ -82,8 +77,6 @@ const GROUP_BYTES: usize = 12;
 /// Bytes of the header for a plain texture.
 const PLAIN_BYTES: usize = 16;
 
-#[cfg(all(test, feature = "encode"))]
-mod levels_tests;
 #[cfg(all(test, feature = "encode"))]
 mod tests;
 #[cfg(all(test, feature = "encode", feature = "zstd_encode"))]

@@ -2,9 +2,9 @@
 
 use super::{
     FIXED_HEADER_BYTES, PLAIN_BYTES,
-    error::ReadError,
     ktx2_blob::{self, Compress, Shape},
     levels,
+    read::ReadError,
 };
 use crate::codec::{
     blocks::BlockFormat,

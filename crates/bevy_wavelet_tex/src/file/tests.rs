@@ -2,15 +2,22 @@
 
 use proptest::prelude::*;
 
-use super::{FIXED_HEADER_BYTES, GROUP_BYTES, ReadError, read, write};
+use super::{FIXED_HEADER_BYTES, GROUP_BYTES, ReadError, read, read_at_most, write};
 use crate::codec::{
     blocks::BlockFormat,
+    decoder::decode,
     encoder::encode,
     image::{ColorSpace, WaveletImage},
+    layout::mip_size,
     rate::Rate,
     settings::{Effort, EncodeSettings, Formats, Method},
     source::{Pixels, Source},
 };
+
+fn encoded(size: [u32; 2], pixels: &[[u8; 4]], settings: EncodeSettings) -> WaveletImage {
+    let source = Source::new(size, Pixels::Rgba8(pixels));
+    encode(&source, &settings, &|_, _| {}).expect("a good image")
+}
 
 fn image(size: [u32; 2], settings: EncodeSettings) -> WaveletImage {
     let pixels: Vec<[u8; 4]> = (0..size[0] * size[1])
@@ -20,12 +27,16 @@ fn image(size: [u32; 2], settings: EncodeSettings) -> WaveletImage {
         color_space: ColorSpace::Linear,
         ..settings
     };
-    encode(
-        &Source::new(size, Pixels::Rgba8(&pixels)),
-        &settings,
-        &|_, _| {},
-    )
-    .expect("a good image")
+    encoded(size, &pixels, settings)
+}
+
+fn slopes_and_edges(size: [u32; 2]) -> Vec<[u8; 4]> {
+    let pixel = |i: u32| {
+        let [x, y] = [i % size[0], i / size[0]];
+        let edge = 90 * ((x / 7 + y / 5) % 2);
+        [x * 2 + edge, y * 3, x + y, 255 - x].map(|v| v.min(255) as u8)
+    };
+    (0..size[0] * size[1]).map(pixel).collect()
 }
 
 fn fast(rate: Rate) -> EncodeSettings {
@@ -58,7 +69,7 @@ fn axes_sample() -> Vec<u8> {
     };
     let source = Source::new([32, 24], Pixels::Rgb8(&pixels));
     let image = encode(&source, &settings, &|_, _| {}).expect("a good image");
-    assert!(!image.axes.are_ycocg());
+    assert!(!image.axes().are_ycocg());
     write(&image)
 }
 
@@ -82,7 +93,7 @@ fn plain_sample() -> Vec<u8> {
         ..fast(Rate::Gray4)
     };
     let image = image([20, 13], settings);
-    let plain = image.plain.as_ref().expect("plain");
+    let plain = image.plain().expect("plain");
     assert_eq!((plain.format, plain.size), (BlockFormat::Bc4, [20, 16]));
     write(&image)
 }
@@ -292,4 +303,45 @@ proptest! {
         let bytes = [&super::MAGIC[..], &tail].concat();
         prop_assert!(read(&bytes).is_err());
     }
+}
+
+/// Files without their largest levels decode to the levels that are left.
+#[test]
+fn the_levels_that_are_left_are_the_same() {
+    let mut whole = 0;
+    for size in [[64, 64], [93, 61], [100, 36], [37, 130], [5, 3]] {
+        for rate in Rate::ALL {
+            for formats in [Formats::Wavelet, Formats::Plain] {
+                let settings = EncodeSettings {
+                    formats,
+                    alpha: true,
+                    color_space: ColorSpace::Srgb,
+                    ..fast(rate)
+                };
+                let image = encoded(size, &slopes_and_edges(size), settings);
+                let file = write(&image);
+                for most in [u32::MAX, 64, 32, 20, 9, 1, 0] {
+                    let smaller = read_at_most(&file, Some(most)).expect("a good file");
+                    let first = image.levels - smaller.levels;
+                    let name = format!("{size:?} {} {formats:?}, at most {most}", rate.name());
+                    assert_eq!(smaller.size, mip_size(size, first), "{name}");
+                    // What is made of it is a file again.
+                    assert_eq!(read(&write(&smaller)).expect("a file"), smaller, "{name}");
+                    for level in 0..smaller.levels {
+                        let (a, b) = (decode(&smaller, level), decode(&image, first + level));
+                        assert_eq!(a.size, b.size, "{name}: {level}");
+                        let errors = a.pixels.as_flattened().iter().zip(b.pixels.as_flattened());
+                        let worst = errors.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                        assert!(worst < 1e-5, "{name}: {level}: {worst}");
+                        assert_eq!(a.alpha.is_some(), b.alpha.is_some(), "{name}");
+                    }
+                    let fits = smaller.size.iter().all(|side| *side <= most.max(1));
+                    let is_scaled = image.plain().is_some_and(|p| p.is_scaled(size));
+                    assert!(fits || is_scaled, "{name}: {:?}", smaller.size);
+                    whole += u32::from(fits);
+                }
+            }
+        }
+    }
+    assert!(whole > 400, "{whole}");
 }

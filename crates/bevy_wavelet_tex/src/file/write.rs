@@ -1,25 +1,25 @@
-//! Writing a `.wtex` file.
+//! Writing a `.wtex` file, and the fingerprint of what it was made of.
 
 #[cfg(feature = "zstd_encode")]
 use super::zstd;
 use super::{
-    MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION, ZSTD_FLAG,
+    FINGERPRINT_FLAG, FLAGS_AT, MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION, ZSTD_FLAG,
     ktx2_blob::{self, Compress},
     plain,
 };
 use crate::codec::{
-    image::{ColorSpace, Content, WaveletImage},
+    image::{ColorSpace, Content, Payload, WaveletImage},
     packing::Packing,
 };
 
+const FINGERPRINT_BYTES: usize = size_of::<u64>();
+
 /// The version of the file that [`write()`] makes of an image.
 pub fn version(image: &WaveletImage) -> u16 {
-    if image.plain.is_some() {
-        PLAIN_VERSION
-    } else if image.content.has_chroma() && !image.axes.are_ycocg() {
-        VERSION
-    } else {
-        PLANES_VERSION
+    match &image.payload {
+        Payload::Plain(_) => PLAIN_VERSION,
+        Payload::Wavelet(planes) if planes.chroma.is_some() && !planes.axes.are_ycocg() => VERSION,
+        Payload::Wavelet(_) => PLANES_VERSION,
     }
 }
 
@@ -50,17 +50,20 @@ fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
     let flags = if compress.is_some() { ZSTD_FLAG } else { 0 };
     bytes.extend([version(image) as u8, flags, content, color_space]);
     bytes.extend(image.size.iter().flat_map(|s| s.to_le_bytes()));
-    bytes.extend((image.groups.len() as u32).to_le_bytes());
-    if let Some(texture) = &image.plain {
-        bytes.extend(plain::write(image, texture, compress));
-        return bytes;
-    }
+    bytes.extend((image.groups().count() as u32).to_le_bytes());
+    let planes = match &image.payload {
+        Payload::Wavelet(planes) => planes,
+        Payload::Plain(texture) => {
+            bytes.extend(plain::write(image, texture, compress));
+            return bytes;
+        }
+    };
     if version(image) == VERSION {
-        let entries = image.axes.rgb.as_flattened();
+        let entries = planes.axes.rgb.as_flattened();
         bytes.extend(entries.iter().flat_map(|v| v.to_le_bytes()));
     }
     let mut blobs = Vec::new();
-    for group in &image.groups {
+    for group in planes.groups() {
         let packing = Packing::ALL.iter().position(|p| *p == group.packing);
         let packing = packing.expect("ALL has all") as u8;
         bytes.extend([group.subsampling as u8, packing, 0, 0]);
@@ -82,4 +85,35 @@ fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
     }
     bytes.extend(blobs);
     bytes
+}
+
+/// Adds a fingerprint to the bytes of a file, or replaces the one that is there.
+pub fn with_fingerprint(mut bytes: Vec<u8>, value: u64) -> Vec<u8> {
+    bytes.truncate(without_fingerprint(&bytes).len());
+    bytes[FLAGS_AT] |= FINGERPRINT_FLAG;
+    bytes.extend(value.to_le_bytes());
+    bytes
+}
+
+/// The fingerprint of a file that has one.
+pub fn fingerprint(bytes: &[u8]) -> Option<u64> {
+    let end = without_fingerprint(bytes).len();
+    bytes[end..]
+        .first_chunk()
+        .map(|value| u64::from_le_bytes(*value))
+}
+
+/// The file without its fingerprint.
+pub(super) fn without_fingerprint(bytes: &[u8]) -> &[u8] {
+    let has_one = bytes.starts_with(&MAGIC)
+        && bytes
+            .get(FLAGS_AT)
+            .is_some_and(|flags| flags & FINGERPRINT_FLAG != 0)
+        && bytes.len() >= MAGIC.len() + FINGERPRINT_BYTES;
+    let end = if has_one {
+        bytes.len() - FINGERPRINT_BYTES
+    } else {
+        bytes.len()
+    };
+    &bytes[..end]
 }

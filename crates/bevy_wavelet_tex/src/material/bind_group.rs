@@ -5,12 +5,14 @@ use bevy::{
     ecs::system::{SystemParamItem, lifetimeless::SRes},
     image::Image,
     log::error_once,
+    pbr::StandardMaterial,
     render::{
         render_asset::{PrepareAssetError, RenderAsset, RenderAssets},
         render_resource::{
             AsBindGroup, AsBindGroupError, BindGroupBuilder, BindGroupLayout, BindGroupLayoutEntry,
-            BufferInitDescriptor, BufferUsages, Sampler, SamplerBindingType, ShaderStages,
-            ShaderType, TextureSampleType, TextureViewDimension, UnpreparedBindingResource,
+            BindingType, BufferInitDescriptor, BufferUsages, Sampler, SamplerBindingType,
+            ShaderStages, ShaderType, TextureSampleType, TextureViewDimension,
+            UnpreparedBindingResource,
             binding_types::{self, texture_2d_array, uniform_buffer},
             encase::UniformBuffer,
         },
@@ -24,7 +26,6 @@ use super::{
     extension::{Map, WaveletExtension, WaveletKey},
     form::TextureForm,
     samplers::WaveletSamplers,
-    texture_limit,
     uniform::{MaterialUniform, TextureUniform},
 };
 use crate::{
@@ -83,9 +84,24 @@ const TEXTURES: [(Map, Part); 16] = [
     (Map::Mask, Part::Chroma),
 ];
 
+/// Textures that a view of Bevy 0.20 has at most in a fragment shader (`mesh_view_bindings.rs`), and a lightmap.
+const BEVYS_TEXTURES: u32 = 17 + 1;
+
 /// The limit of a device that is too low for [`TEXTURES`], and the number of textures that it would have to allow.
+///
+/// The layout of a bind group is the same for all materials of a type, so it has the textures of all planes that a map
+/// may have. Where a device has a lower limit, it has one texture for each map, and the loader decodes those textures
+/// that have more.
 pub(crate) fn missing_textures(device: &RenderDevice) -> Option<[u32; 2]> {
-    texture_limit::missing_textures(device, TEXTURES.len() as u32)
+    let limit = device.limits().max_sampled_textures_per_shader_stage;
+    let is_texture = |entry: &&BindGroupLayoutEntry| {
+        matches!(entry.ty, BindingType::Texture { .. })
+            && entry.visibility.contains(ShaderStages::FRAGMENT)
+    };
+    let base = StandardMaterial::bind_group_layout_entries(device, true);
+    let base = base.iter().filter(is_texture).count();
+    let needed = BEVYS_TEXTURES + (base + TEXTURES.len()) as u32;
+    (needed > limit).then_some([limit, needed])
 }
 
 /// How a device can store wavelet textures that an app makes at run time with

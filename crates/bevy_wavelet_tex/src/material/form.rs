@@ -1,7 +1,7 @@
 //! What decides which code decodes a texture, as a number that is a constant in shaders.
 
 use crate::{
-    asset::{PlainParameters, TextureGroup, WaveletTexture},
+    asset::{PlainParameters, TextureGroup, TextureParameters, WaveletTexture},
     codec::{
         haar::Transform,
         image::{ColorSpace, Content},
@@ -43,8 +43,10 @@ impl TextureForm {
     pub(super) const UNBOUND: Self = Self(1 << 30);
 
     pub(super) fn new(texture: &WaveletTexture) -> Self {
-        if let (WaveletStorage::Blocks, Some(plain)) = (texture.storage, texture.plain) {
-            return Self::plain(texture, plain);
+        if let (WaveletStorage::Blocks, TextureParameters::Plain(plain)) =
+            (texture.storage, &texture.parameters)
+        {
+            return Self::plain(texture, *plain);
         }
         let kind = match (texture.storage, texture.content) {
             (WaveletStorage::Blocks, Content::Gray) => 0,
@@ -56,12 +58,15 @@ impl TextureForm {
             }
             (WaveletStorage::Decoded, _) => return Self(PRESENT | KIND_DECODED << KIND_SHIFT),
         };
-        let coding = |group: usize| texture.groups.get(group).map_or(0, coding);
+        let [luma, chroma] = texture
+            .parameters
+            .groups()
+            .map(|group| group.map_or(0, coding));
         let srgb = texture.color_space == ColorSpace::Srgb && texture.content != Content::Normal;
-        let mut form = PRESENT | coding(0) | coding(1) << CODING_BITS | kind << KIND_SHIFT;
+        let mut form = PRESENT | luma | chroma << CODING_BITS | kind << KIND_SHIFT;
         form |= if srgb { SRGB } else { 0 };
         form |= if texture.levels > 1 { MIPS } else { 0 };
-        let has_axes = texture.content.has_chroma() && !texture.axes.are_ycocg();
+        let has_axes = texture.content.has_chroma() && !texture.parameters.axes().are_ycocg();
         form |= if has_axes { AXES } else { 0 };
         Self(form)
     }

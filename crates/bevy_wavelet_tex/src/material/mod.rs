@@ -17,7 +17,6 @@ mod extension;
 mod form;
 pub(crate) mod reload;
 mod samplers;
-mod texture_limit;
 mod uniform;
 
 pub(crate) use bind_group::missing_textures;

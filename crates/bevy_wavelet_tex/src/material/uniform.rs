@@ -60,24 +60,28 @@ struct PlaneUniform {
 impl TextureUniform {
     pub(super) fn new(texture: &WaveletTexture) -> Self {
         let mut planes = [PlaneUniform::default(); 4];
-        for (group, first) in texture.groups.iter().zip([0, 2]) {
+        let groups = texture.parameters.groups();
+        for (group, first) in groups.into_iter().zip([0, 2]) {
+            let Some(group) = group else {
+                continue;
+            };
             for (plane, coding) in planes[first..].iter_mut().zip(&group.codings) {
                 *plane = PlaneUniform::new(coding);
             }
         }
-        let atlas = |group| {
-            let atlas = texture.atlas(group);
+        let [luma_atlas, chroma_atlas] = groups.map(|group| {
+            let atlas = group.map(|group| texture.atlas(group));
             atlas.map_or_else(AtlasUniform::default, AtlasUniform::new)
-        };
+        });
         Self {
             size: texture.size.into(),
             levels: texture.levels,
             form: 0,
-            subsampling: texture.groups.get(1).map_or(0, |group| group.subsampling),
-            luma_atlas: atlas(0),
-            chroma_atlas: atlas(1),
+            subsampling: groups[1].map_or(0, |group| group.subsampling),
+            luma_atlas,
+            chroma_atlas,
             planes,
-            axes: Mat3::from_cols_array_2d(&texture.axes.rgb),
+            axes: Mat3::from_cols_array_2d(&texture.parameters.axes().rgb),
         }
     }
 

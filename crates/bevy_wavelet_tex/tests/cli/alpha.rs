@@ -80,24 +80,24 @@ fn a_cut_out_keeps_its_area_in_every_mip() {
         let levels = row[0]["levels"].as_u64().expect("a number");
         let cutoff = (cutoff * 255.0_f64).ceil() as u8;
         let original = image::open(f.0.join(&png)).expect("a PNG").into_rgba8();
-        let wanted = covered(&original, cutoff, channel);
-        assert!((0.1..0.4).contains(&wanted), "{wanted}");
+        let expected = covered(&original, cutoff, channel);
+        assert!((0.1..0.4).contains(&expected), "{expected}");
         for level in 0..levels {
             let decoded = f.level("a.wtex", &level.to_string());
-            let found = covered(&decoded, cutoff, channel);
+            let actual = covered(&decoded, cutoff, channel);
             // No more than one pixel in a hundred, or what whole pixels allow.
             let pixels = f64::from(decoded.width() * decoded.height());
             let most = (0.5 / pixels).max(0.01) + 1e-9;
             assert!(
-                (found - wanted).abs() <= most,
-                "{name} {options:?}, level {level}: {found} for {wanted}"
+                (actual - expected).abs() <= most,
+                "{name} {options:?}, level {level}: {actual} for {expected}"
             );
         }
     }
     f.ok(&["encode", "leaves.png", "a.wtex", "--cutoff", "none"]);
     // Filtered alpha has none of what is thinner than a pixel.
-    let found = covered(&f.level("a.wtex", "6"), 128, 3);
-    assert_eq!(found, 0.0);
+    let actual = covered(&f.level("a.wtex", "6"), 128, 3);
+    assert_eq!(actual, 0.0);
 }
 
 #[test]

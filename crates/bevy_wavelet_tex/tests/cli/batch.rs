@@ -76,11 +76,11 @@ fn the_rate_follows_the_wanted_quality() {
     let f = Folder::new("auto");
     f.save("in.png", color_image());
     let mut last = 0.0;
-    for wanted in ["20", "37", "40"] {
-        let rows = f.json(&["encode", "in.png", "--min-psnr", wanted, "--json"]);
+    for min_psnr in ["20", "37", "40"] {
+        let rows = f.json(&["encode", "in.png", "--min-psnr", min_psnr, "--json"]);
         let (bpp, psnr) = (rows[0]["bpp"].as_f64(), rows[0]["psnr_db"].as_f64());
-        assert!(psnr >= wanted.parse().ok(), "{wanted}: {rows}");
-        assert!(bpp >= Some(last), "{wanted}: {rows}");
+        assert!(psnr >= min_psnr.parse().ok(), "{min_psnr}: {rows}");
+        assert!(bpp >= Some(last), "{min_psnr}: {rows}");
         last = bpp.expect("a number");
     }
     assert!(last > 3.5, "{last}");

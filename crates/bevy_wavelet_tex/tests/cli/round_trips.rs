@@ -151,8 +151,8 @@ fn mips_end_at_one_pixel_for_every_size() {
             ];
             let rows = f.json(&[&start[..], options].concat());
             let levels = rows[0]["levels"].as_u64().expect("a number") as u32;
-            let wanted = u32::BITS - width.max(height).leading_zeros();
-            assert_eq!(levels, wanted, "{rows}");
+            let expected = u32::BITS - width.max(height).leading_zeros();
+            assert_eq!(levels, expected, "{rows}");
             for level in 1..levels {
                 let size = [width, height].map(|s: u32| (s >> level).max(1));
                 let decoded = f.level("in.wtex", &level.to_string());

@@ -1,4 +1,4 @@
-//! A courtyard with coloured things in it, as a game might show.
+//! Lit scenes, as a game might show them.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -8,25 +8,24 @@ use bevy::{
     prelude::*,
 };
 
-use crate::{
-    content,
-    scenes::ycocg_fb::scenes::{
-        scene::{TestScene, View},
-        shapes::{SEED, add, textured},
-    },
+use super::{
+    TestScene, View,
+    shapes::{Random, SEED, add, textured},
 };
+use crate::content::{self, mipped_texture};
 
-pub(super) const SCENE: TestScene = TestScene {
+/// A courtyard with coloured things in it.
+pub(super) const LIT: TestScene = TestScene {
     name: "lit",
     description: "brick wall, wooden floor and coloured bodies in the sun, with shadows",
     view: View::Perspective {
         eye: Vec3::new(0.6, 1.7, 4.2),
         target: Vec3::new(0.0, 0.75, 0.0),
     },
-    spawn,
+    spawn: spawn_lit,
 };
 
-fn spawn(world: &mut World, _: UVec2) {
+fn spawn_lit(world: &mut World, _: UVec2) {
     surroundings(world);
     bodies(world);
     lights(world);
@@ -101,24 +100,109 @@ fn bodies(world: &mut World) {
 }
 
 fn lights(world: &mut World) {
-    let shadows = CascadeShadowConfigBuilder {
-        num_cascades: 1,
-        maximum_distance: 12.0,
-        ..default()
-    };
-    world.spawn((
-        DirectionalLight {
-            color: Color::srgb(1.0, 0.95, 0.85),
-            illuminance: 9000.0,
-            shadow_maps_enabled: true,
-            ..default()
-        },
-        shadows.build(),
-        Transform::from_xyz(-2.0, 3.0, 2.5).looking_at(Vec3::ZERO, Vec3::Y),
-    ));
+    spawn_sun(world, 9000.0, Vec3::new(-2.0, 3.0, 2.5), 12.0);
     world.insert_resource(GlobalAmbientLight {
         color: Color::srgb(0.75, 0.85, 1.0),
         brightness: 400.0,
         ..default()
     });
+}
+
+/// A sun of this illuminance in lux that shines from a place towards the origin, with shadows up to a distance.
+fn spawn_sun(world: &mut World, illuminance: f32, from: Vec3, maximum_distance: f32) {
+    let shadows = CascadeShadowConfigBuilder {
+        num_cascades: 1,
+        maximum_distance,
+        ..default()
+    };
+    world.spawn((
+        DirectionalLight {
+            color: Color::srgb(1.0, 0.95, 0.85),
+            illuminance,
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        shadows.build(),
+        Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+}
+
+/// The courtyard by moonlight.
+pub(super) const DARK: TestScene = TestScene {
+    name: "dark",
+    description: "the lit scene by moonlight, a fiftieth as bright",
+    spawn: spawn_dark,
+    ..LIT
+};
+
+const MOONLIGHT: f32 = 1.0 / 50.0;
+
+fn spawn_dark(world: &mut World, size: UVec2) {
+    spawn_lit(world, size);
+    let mut lights = world.query::<&mut DirectionalLight>();
+    for mut light in lights.iter_mut(world) {
+        light.illuminance *= MOONLIGHT;
+        light.color = Color::srgb(0.7, 0.85, 1.0);
+    }
+    world.resource_mut::<GlobalAmbientLight>().brightness *= MOONLIGHT;
+    world.insert_resource(ClearColor(Color::BLACK));
+}
+
+/// A thicket: leaves a few pixels large, before a sky that shows through.
+pub(super) const FOLIAGE: TestScene = TestScene {
+    name: "foliage",
+    description: "cards of leaves with masks, in layers, lit, before the sky",
+    view: View::Perspective {
+        eye: Vec3::new(0.0, 0.2, 4.0),
+        target: Vec3::ZERO,
+    },
+    spawn: spawn_foliage,
+};
+
+fn spawn_foliage(world: &mut World, _: UVec2) {
+    let leaves = content::foliage(256, 256, SEED);
+    let masked = leaves.masked_color();
+    let normal = image::DynamicImage::from(leaves.normal).into_rgba8();
+    let mut images = world.resource_mut::<Assets<Image>>();
+    let leaf = StandardMaterial {
+        base_color_texture: Some(images.add(mipped_texture(&masked, true))),
+        normal_map_texture: Some(images.add(mipped_texture(&normal, false))),
+        alpha_mode: AlphaMode::Mask(0.5),
+        double_sided: true,
+        cull_mode: None,
+        perceptual_roughness: 0.7,
+        ..default()
+    };
+    let mut random = Random::new(5);
+    for i in 0..18 {
+        let card = Mesh::from(Rectangle::new(2.0, 2.0));
+        let card = card.with_generated_tangents().expect("positions and UVs");
+        let material = StandardMaterial {
+            uv_transform: Affine2::from_scale_angle_translation(
+                Vec2::splat(random.between(1.5, 3.0)),
+                0.0,
+                Vec2::new(random.next(), random.next()),
+            ),
+            ..leaf.clone()
+        };
+        let pose = Transform::from_xyz(
+            random.between(-1.8, 1.8),
+            random.between(-1.6, 1.6),
+            i as f32 * 0.1 - 1.2,
+        )
+        .with_rotation(Quat::from_euler(
+            EulerRot::YXZ,
+            random.between(-0.9, 0.9),
+            random.between(-0.7, 0.7),
+            random.between(-3.0, 3.0),
+        ));
+        add(world, card, material, pose);
+    }
+    world.insert_resource(ClearColor(Color::srgb(0.55, 0.7, 0.9)));
+    world.insert_resource(GlobalAmbientLight {
+        color: Color::srgb(0.8, 0.9, 1.0),
+        brightness: 500.0,
+        ..default()
+    });
+    spawn_sun(world, 10_000.0, Vec3::new(-1.0, 2.0, 2.5), 10.0);
 }

@@ -8,23 +8,19 @@ use crate::content::{self, mipped_texture};
 pub(super) const SEED: u64 = 7;
 
 pub fn add(world: &mut World, mesh: impl Into<Mesh>, material: StandardMaterial, pose: Transform) {
-    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(material);
+    let mesh = world.add_asset(mesh);
+    let material = world.add_asset::<StandardMaterial>(material);
     world.spawn((Mesh3d(mesh), MeshMaterial3d(material), pose));
 }
 
-pub(super) fn color_texture(world: &mut World, image: RgbImage) -> Handle<Image> {
-    let texture = mipped_texture(&DynamicImage::from(image).into_rgba8(), true);
-    world.resource_mut::<Assets<Image>>().add(texture)
-}
-
 pub(super) fn textured(world: &mut World, source: content::Material) -> StandardMaterial {
-    let normal = mipped_texture(&DynamicImage::from(source.normal).into_rgba8(), false);
+    let mut add = |image: RgbImage, is_srgb| {
+        let image = DynamicImage::from(image).into_rgba8();
+        Some(world.add_asset(mipped_texture(&image, is_srgb)))
+    };
     StandardMaterial {
-        base_color_texture: Some(color_texture(world, source.color)),
-        normal_map_texture: Some(world.resource_mut::<Assets<Image>>().add(normal)),
+        base_color_texture: add(source.color, true),
+        normal_map_texture: add(source.normal, false),
         ..default()
     }
 }

@@ -27,8 +27,8 @@ pub fn read_texture(path: &Path) -> Result<WaveletImage, Error> {
 }
 
 pub fn has_extension(path: &Path, extensions: &[&str]) -> bool {
-    let is_wanted = |e: &std::ffi::OsStr| extensions.iter().any(|w| e.eq_ignore_ascii_case(w));
-    path.extension().is_some_and(is_wanted)
+    let is_one = |e: &std::ffi::OsStr| extensions.iter().any(|w| e.eq_ignore_ascii_case(w));
+    path.extension().is_some_and(is_one)
 }
 
 /// The outputs of a run: which inputs they are of, and which files they may not be.

@@ -5,7 +5,7 @@ use std::{io::Cursor, path::Path};
 use bevy_wavelet_tex::{codec::layout::MAX_SIZE, file};
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
-use crate::{error::Error, files, jpeg, ktx2_file, picture::Picture};
+use crate::{error::Error, files, ktx2, picture::Picture};
 
 /// Extensions of the image files that are encoded from folders.
 pub const EXTENSIONS: &[&str] = &["png", "jpg", "jpeg", "webp", "tga", "ktx2"];
@@ -32,9 +32,9 @@ pub fn read_any(path: &Path) -> Result<Picture, Error> {
 /// bytes.
 pub fn decode(path: &Path, bytes: &[u8]) -> Result<Picture, Error> {
     let fail = |problem: String| Error::file(path, problem);
-    check_size(ktx2_file::size(bytes).or_else(|| png_size(bytes))).map_err(fail)?;
-    if bytes.starts_with(&ktx2_file::SIGNATURE) {
-        return ktx2_file::decode(bytes)
+    check_size(ktx2::size(bytes).or_else(|| png_size(bytes))).map_err(fail)?;
+    if bytes.starts_with(&ktx2::SIGNATURE) {
+        return ktx2::decode(bytes)
             .map_err(|problem| fail(format!("the KTX2 cannot be decoded: {problem}")));
     }
     let format = match image::guess_format(bytes) {
@@ -49,7 +49,7 @@ pub fn decode(path: &Path, bytes: &[u8]) -> Result<Picture, Error> {
         _ => "PNG",
     };
     let damaged = |e: ImageError| fail(format!("the {name} cannot be decoded: {e}"));
-    if format == ImageFormat::Jpeg && !jpeg::is_complete(bytes) {
+    if format == ImageFormat::Jpeg && !is_complete_jpeg(bytes) {
         return Err(fail(
             "the JPEG cannot be decoded: it is cut short, so copy or export it again".into(),
         ));
@@ -110,4 +110,49 @@ fn png_size(bytes: &[u8]) -> Option<[u32; 2]> {
     };
     let size = [fields[1], fields[2]].map(u32::from_be_bytes);
     (&fields[0] == b"IHDR").then_some(size)
+}
+
+const START_OF_SCAN: u8 = 0xda;
+const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
+
+/// Returns whether a JPEG is not cut short, whose missing rows the decoder would fill with gray: the end of the image
+/// follows its first scan. The segments before it are skipped,
+/// because a thumbnail in one of them has an end of its own; within scans the two bytes do not occur.
+fn is_complete_jpeg(bytes: &[u8]) -> bool {
+    jpeg_scan(bytes).is_some_and(|scan| scan.windows(2).any(|pair| pair == END_OF_IMAGE))
+}
+
+/// The bytes of a JPEG from the first scan on.
+fn jpeg_scan(bytes: &[u8]) -> Option<&[u8]> {
+    let mut rest = bytes.get(2..)?;
+    loop {
+        // Any number of 0xff can precede the code of a marker.
+        let code = rest
+            .iter()
+            .position(|byte| *byte != 0xff)
+            .filter(|p| *p > 0)?;
+        let segment = &rest[code + 1..];
+        if rest[code] == START_OF_SCAN {
+            return Some(segment);
+        }
+        let length = u16::from_be_bytes(*segment.first_chunk()?);
+        rest = segment.get(usize::from(length.max(2))..)?;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_end_inside_a_segment_is_no_end() {
+        let head = [0xff, 0xd8, 0xff, 0xe1, 0, 6, 0xff, 0xd9, 1, 2];
+        let scan = [0xff, 0xff, 0xda, 0, 2, 7, 0xff, 0, 8];
+        let cut = [&head[..], &scan].concat();
+        assert!(!is_complete_jpeg(&cut));
+        assert!(is_complete_jpeg(&[&cut[..], &END_OF_IMAGE].concat()));
+        for length in 0..cut.len() {
+            assert!(!is_complete_jpeg(&cut[..length]), "{length}");
+        }
+    }
 }

@@ -106,13 +106,14 @@ impl Info {
             Content::ColorAlpha => &["Y", "A", "Co", "Cg"],
             Content::Normal => &["X", "Y"],
         };
-        let planes = texture.groups.iter().flat_map(|group| {
+        let planes = texture.groups().flat_map(|group| {
             let size = group.plane_size(texture.size, 0);
             group
                 .codings
                 .iter()
                 .map(move |coding| (group, size, coding))
         });
+        let axes = texture.axes();
         Self {
             file,
             version: file::version(texture),
@@ -125,7 +126,7 @@ impl Info {
             levels: texture.levels,
             bits_per_pixel: texture.bits_per_pixel(),
             gpu_bytes: texture.gpu_bytes(),
-            axes: (!texture.axes.are_ycocg()).then_some(texture.axes.rgb),
+            axes: (!axes.are_ycocg()).then_some(axes.rgb),
             planes: names
                 .iter()
                 .zip(planes)
@@ -137,7 +138,7 @@ impl Info {
                     details: DetailInfo::new(group.packing, coding),
                 })
                 .collect(),
-            plain: texture.plain.as_ref().map(|plain| PlainInfo {
+            plain: texture.plain().map(|plain| PlainInfo {
                 format: plain.format.name(),
                 size: plain.size,
             }),

@@ -54,40 +54,42 @@ pub fn split_output<'a>(
 /// Expands the arguments to files, each once and in order; from folders those with one of the
 /// extensions. What cannot be expanded does not stop the rest.
 pub fn expand(named: &[PathBuf], extensions: &[&str]) -> (Vec<Input>, Vec<Error>) {
-    let mut found = Found {
+    let mut expansion = Expansion {
         extensions,
         inputs: Vec::new(),
         errors: Vec::new(),
     };
     for path in named {
-        let before = (found.inputs.len(), found.errors.len());
+        let before = (expansion.inputs.len(), expansion.errors.len());
         let nothing = if path.is_dir() {
-            found.folder(path, path);
-            let wanted = extensions.join(" or .");
-            format!("the folder has no .{wanted} file in it")
+            expansion.folder(path, path);
+            let all = extensions.join(" or .");
+            format!("the folder has no .{all} file in it")
         } else if is_pattern(path) {
-            found.glob(path);
+            expansion.glob(path);
             "no file fits".into()
         } else {
-            found.inputs.push(Input::single(path));
+            expansion.inputs.push(Input::single(path));
             continue;
         };
-        if (found.inputs.len(), found.errors.len()) == before {
-            found.errors.push(Error::file(path, nothing));
+        if (expansion.inputs.len(), expansion.errors.len()) == before {
+            expansion.errors.push(Error::file(path, nothing));
         }
     }
     let mut seen = BTreeSet::new();
-    found.inputs.retain(|input| seen.insert(input.path.clone()));
-    (found.inputs, found.errors)
+    expansion
+        .inputs
+        .retain(|input| seen.insert(input.path.clone()));
+    (expansion.inputs, expansion.errors)
 }
 
-struct Found<'a> {
+struct Expansion<'a> {
     extensions: &'a [&'a str],
     inputs: Vec<Input>,
     errors: Vec<Error>,
 }
 
-impl Found<'_> {
+impl Expansion<'_> {
     /// Collects the files below a folder, with their paths below `root`. Links to folders are not followed,
     /// since they can form cycles.
     fn folder(&mut self, folder: &Path, root: &Path) {
@@ -138,15 +140,12 @@ impl Found<'_> {
                 return;
             }
         };
-        for found in paths {
-            match found {
-                Ok(found) if found.is_dir() => self.folder(&found, &root),
-                Ok(found) => {
-                    let relative = found.strip_prefix(&root).unwrap_or(&found).to_path_buf();
-                    self.inputs.push(Input {
-                        path: found,
-                        relative,
-                    });
+        for matched in paths {
+            match matched {
+                Ok(path) if path.is_dir() => self.folder(&path, &root),
+                Ok(path) => {
+                    let relative = path.strip_prefix(&root).unwrap_or(&path).to_path_buf();
+                    self.inputs.push(Input { path, relative });
                 }
                 Err(error) => self.errors.push(Error::file(
                     error.path(),

@@ -4,24 +4,20 @@
 mod args;
 mod batch;
 mod bench;
-mod choices;
 mod compare;
 mod decode;
 mod encode;
-mod encode_one;
 mod error;
 mod files;
 mod gltf;
-mod gltf_bytes;
 mod image_file;
 mod info;
 mod inputs;
-mod jpeg;
-mod ktx2_file;
-mod names;
+mod ktx2;
 mod picture;
 mod plan;
-mod request;
+mod roles;
+mod settings;
 
 use std::{
     io::{self, Write},

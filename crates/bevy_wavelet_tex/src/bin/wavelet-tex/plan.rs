@@ -9,12 +9,12 @@ use std::{
 use bevy_wavelet_tex::file::EXTENSION;
 
 use crate::{
-    choices::{AlphaArg, Role},
+    args::{AlphaArg, Role},
     error::Error,
     files::{self, Outputs},
     gltf::{self, Gltf, Use},
     inputs::{Destination, Input},
-    names::Patterns,
+    roles::Patterns,
 };
 
 /// Where the bytes of an image are.
@@ -26,7 +26,7 @@ pub enum Origin {
 
 /// Why an image has its role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Because {
+pub enum RoleSource {
     Argument,
     Gltf,
     Name,
@@ -39,7 +39,7 @@ pub struct Task {
     /// The name of the image for people.
     pub label: PathBuf,
     pub output: PathBuf,
-    pub role: Option<(Role, Because)>,
+    pub role: Option<(Role, RoleSource)>,
     pub alpha: AlphaArg,
     pub cutoff: Option<f32>,
 }
@@ -224,9 +224,11 @@ impl Image {
             let by_name = || {
                 patterns
                     .role(&self.relative)
-                    .map(|role| (role, Because::Name))
+                    .map(|role| (role, RoleSource::Name))
             };
-            let role = role.map(|role| (role, Because::Argument)).or_else(by_name);
+            let role = role
+                .map(|role| (role, RoleSource::Argument))
+                .or_else(by_name);
             return vec![task(role, self.output.clone(), &[])];
         }
         let mut roles: Vec<Role> = self.uses.iter().map(|u| u.role).collect();
@@ -244,7 +246,7 @@ impl Image {
                     .output
                     .with_extension(format!("{}.{EXTENSION}", role.name())),
             };
-            task(Some((role, Because::Gltf)), output, &uses)
+            task(Some((role, RoleSource::Gltf)), output, &uses)
         };
         roles.iter().enumerate().map(of_role).collect()
     }

@@ -23,10 +23,10 @@ impl<'a> DetailEncoder<'a> {
 
     /// Encodes 4 x 4 details, and returns the block and its squared error.
     pub fn block(&self, details: &[Details; 16]) -> ([u8; 8], f32) {
-        let wanted: [[f32; 16]; 3] =
+        let expected: [[f32; 16]; 3] =
             std::array::from_fn(|c| std::array::from_fn(|i| details[i][c]));
-        let stored = std::array::from_fn(|c| wanted[c].map(|v| self.coding.store_detail(c, v)));
-        let target = Target { wanted, stored };
+        let stored = std::array::from_fn(|c| expected[c].map(|v| self.coding.store_detail(c, v)));
+        let target = Target { expected, stored };
         let found = fit(&self.channels, &target, self.starts, f32::INFINITY);
         let positions = positions(&self.channels, &target, &found.ends);
         let [r, g, b] = found.ends;
@@ -63,10 +63,10 @@ impl ColorEncoder {
 
     /// Encodes 4 x 4 colours in `[0, 1]` as four colours on a line, and returns the block and its squared error.
     pub fn block(&self, colors: &[[f32; 3]; 16]) -> ([u8; 8], f32) {
-        let wanted: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
+        let expected: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
         let target = Target {
-            wanted,
-            stored: wanted,
+            expected,
+            stored: expected,
         };
         let found = fit(&self.channels, &target, self.starts, f32::INFINITY);
         let positions = positions(&self.channels, &target, &found.ends);
@@ -77,19 +77,19 @@ impl ColorEncoder {
 
     /// The same as three colours on a line and black, of which an error that is more than `most` is of no use.
     pub fn block_with_black(&self, colors: &[[f32; 3]; 16], most: f32) -> ([u8; 8], f32) {
-        let wanted: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
+        let expected: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
         let mut is_dark = colors.each_ref().map(is_dark);
         let others = is_dark.iter().filter(|dark| !**dark).count();
         if others == 0 {
             is_dark = [false; 16];
         }
-        let stored = wanted.map(|values| {
+        let stored = expected.map(|values| {
             let pairs = values.iter().zip(is_dark);
             let sum: f32 = pairs.map(|(v, dark)| if dark { 0.0 } else { *v }).sum();
             let mean = sum / others.max(1) as f32;
             std::array::from_fn(|i| if is_dark[i] { mean } else { values[i] })
         });
-        let target = Target { wanted, stored };
+        let target = Target { expected, stored };
         let found = fit(&self.with_black, &target, self.starts, most);
         let positions = positions(&self.with_black, &target, &found.ends);
         let [r, g, b] = found.ends;
@@ -128,7 +128,7 @@ impl<'a> ChromaEncoder<'a> {
     pub fn block(&self, values: &[[f32; 2]; 16]) -> [u8; 8] {
         let of = |c: usize| values.map(|v| v[c]);
         let target = Target {
-            wanted: [0, 1].map(|c| of(c).map(|v| self.weights[c] * v)),
+            expected: [0, 1].map(|c| of(c).map(|v| self.weights[c] * v)),
             stored: [0, 1].map(|c| of(c).map(|v| self.codings[c].store_low(v))),
         };
         let found = fit(&self.channels, &target, self.starts, f32::INFINITY);

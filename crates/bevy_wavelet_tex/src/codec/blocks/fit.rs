@@ -46,7 +46,7 @@ impl Channel {
 /// The values of a block that a fit approximates.
 pub struct Target<const C: usize> {
     /// The values that the decoder should return, in the units of the error.
-    pub wanted: [[f32; 16]; C],
+    pub expected: [[f32; 16]; C],
     /// The same values as they would be stored, in `[0, 1]`. The principal axis is that of these.
     pub stored: [[f32; 16]; C],
 }
@@ -173,7 +173,7 @@ pub fn positions<const C: usize>(
     ends: &[[u8; 2]; C],
 ) -> [u8; 16] {
     let sums = sum::<C>(&std::array::from_fn(|c| {
-        distances(&channels[c], &target.wanted[c], ends[c])
+        distances(&channels[c], &target.expected[c], ends[c])
     }));
     nearest(&sums).1
 }
@@ -182,10 +182,10 @@ pub fn positions<const C: usize>(
 type Distances = [[f32; 16]; 4];
 
 #[inline(always)]
-fn distances(channel: &Channel, wanted: &[f32; 16], ends: [u8; 2]) -> Distances {
+fn distances(channel: &Channel, expected: &[f32; 16], ends: [u8; 2]) -> Distances {
     channel
         .palette(ends)
-        .map(|value| wanted.map(|wanted| (value - wanted) * (value - wanted)))
+        .map(|value| expected.map(|expected| (value - expected) * (value - expected)))
 }
 
 #[inline(always)]
@@ -230,11 +230,11 @@ fn total(values: &[f32; 16]) -> f32 {
 /// Error of a channel with these endpoints, added to that of the `others`, with the best position
 /// for each texel.
 #[inline(always)]
-fn error(others: &Distances, channel: &Channel, wanted: &[f32; 16], ends: [u8; 2]) -> f32 {
+fn error(others: &Distances, channel: &Channel, expected: &[f32; 16], ends: [u8; 2]) -> f32 {
     let mut least = [f32::INFINITY; 16];
     for (value, others) in channel.palette(ends).iter().zip(others) {
         for i in 0..16 {
-            let difference = value - wanted[i];
+            let difference = value - expected[i];
             let error = others[i] + difference * difference;
             // A comparison is one instruction for all texels of a vector, where `f32::min` is several: it has a
             // rule for NaN, of which there are none.
@@ -259,7 +259,7 @@ fn cluster<const C: usize>(
     let mut tried = ends;
     for _ in 0..MAX_ROUNDS {
         let sums = sum::<C>(&std::array::from_fn(|c| {
-            distances(&channels[c], &target.wanted[c], tried[c])
+            distances(&channels[c], &target.expected[c], tried[c])
         }));
         let (least, positions) = nearest(&sums);
         let error = total(&least);
@@ -272,10 +272,10 @@ fn cluster<const C: usize>(
         });
         let counts = there.each_ref().map(total);
         for c in 0..C {
-            let wanted = &target.wanted[c];
+            let expected = &target.expected[c];
             let sums = there
                 .each_ref()
-                .map(|there| total(&std::array::from_fn(|i| there[i] * wanted[i])));
+                .map(|there| total(&std::array::from_fn(|i| there[i] * expected[i])));
             tried[c] = Clusters { counts, sums }.best_ends(&channels[c], tried[c]);
         }
         if tried == best.ends {
@@ -365,7 +365,7 @@ impl<const C: usize> Few<C> {
         let mut places = [0.0; 4];
         let mut count = 0;
         for i in 0..16 {
-            let color: [f32; C] = std::array::from_fn(|c| target.wanted[c][i]);
+            let color: [f32; C] = std::array::from_fn(|c| target.expected[c][i]);
             if let Some(known) = colors[..count].iter_mut().find(|known| known.1 == color) {
                 known.0 += 1.0;
                 continue;
@@ -436,12 +436,12 @@ fn refine<const C: usize>(
     }: Fit<C>,
 ) -> Fit<C> {
     let mut all: [Distances; C] =
-        std::array::from_fn(|c| distances(&channels[c], &target.wanted[c], ends[c]));
+        std::array::from_fn(|c| distances(&channels[c], &target.expected[c], ends[c]));
     // Channels in a row, with that of the last better step, since which no step was better.
     let mut settled = 1;
     for _ in 0..MAX_ROUNDS {
         for c in 0..C {
-            let (channel, wanted) = (&channels[c], &target.wanted[c]);
+            let (channel, expected) = (&channels[c], &target.expected[c]);
             let own = std::mem::replace(&mut all[c], [[0.0; 16]; 4]);
             let others = sum(&all);
             all[c] = own;
@@ -452,7 +452,7 @@ fn refine<const C: usize>(
                     continue;
                 }
                 let tried = tried.map(|e| e as u8);
-                let error = error(&others, channel, wanted, tried);
+                let error = error(&others, channel, expected, tried);
                 // A difference in the last bits is no improvement, and steps by it could cycle
                 // forever.
                 if error < best * (1.0 - 1e-6) {
@@ -466,7 +466,7 @@ fn refine<const C: usize>(
                 return Fit { ends, error: best };
             }
             if ends[c] != before {
-                all[c] = distances(channel, wanted, ends[c]);
+                all[c] = distances(channel, expected, ends[c]);
             }
         }
     }
@@ -570,8 +570,8 @@ mod tests {
             let stored: [[f32; 16]; 3] = std::array::from_fn(|c| {
                 texels.map(|texel| f32::from(texel[c] >> shift << shift) / 255.0)
             });
-            let wanted = stored.map(|channel| channel.map(|v| v * v));
-            let target = Target { wanted, stored };
+            let expected = stored.map(|channel| channel.map(|v| v * v));
+            let target = Target { expected, stored };
             for starts in [Starts::One, Starts::Two, Starts::Four] {
                 let expected = fit_with_any(&channels, &target, starts, f32::INFINITY);
                 // SAFETY: the processor has AVX2.

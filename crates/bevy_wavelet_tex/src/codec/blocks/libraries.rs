@@ -163,9 +163,12 @@ mod tests {
             let blocks = encode_bc7(size, [1, 1, 1], value);
             let texels = decode_blocks(BlockFormat::Bc7, &blocks, size);
             for (i, texel) in texels.iter().enumerate() {
-                let wanted = value(i as u32 % size[0], i as u32 / size[0]);
+                let expected = value(i as u32 % size[0], i as u32 / size[0]);
                 for c in 0..3 {
-                    assert!((texel[c] - wanted[c]).abs() <= 2.0 / 255.0, "{size:?} {i}");
+                    assert!(
+                        (texel[c] - expected[c]).abs() <= 2.0 / 255.0,
+                        "{size:?} {i}"
+                    );
                 }
             }
         }

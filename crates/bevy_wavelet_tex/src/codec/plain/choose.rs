@@ -6,9 +6,8 @@ use super::{
     texture::PlainTexture,
 };
 use crate::codec::{
-    axes::ColorAxes,
     blocks::BlockFormat,
-    image::WaveletImage,
+    image::{Content, Payload, WaveletImage},
     layout,
     quality::{Errors, level_weight},
     settings::{Effort, EncodeSettings},
@@ -33,17 +32,16 @@ struct Candidate {
 }
 
 /// The plain texture that has the least error over all levels, of all formats and sizes, where its mean squared error in
-/// 8-bit units is less than that of the errors `least`, if there are any. `image` says what it is of, `windows` are those
-/// of each level, and `bytes` are the most that its first level may take.
+/// 8-bit units is less than that of the errors `least`, if there are any. `windows` are those of each level, and `bytes`
+/// are the most that its first level may take.
 pub(in crate::codec) fn better(
     source: &Source<'_>,
-    image: &WaveletImage,
+    content: Content,
     least: Option<Errors>,
     windows: &[Vec<Window>],
     settings: &EncodeSettings,
     bytes: usize,
 ) -> Option<WaveletImage> {
-    let content = image.content;
     let levels: Vec<Channels<'_>> = source
         .levels
         .iter()
@@ -69,15 +67,15 @@ pub(in crate::codec) fn better(
             add_level(&mut plain, level as u32, source.size, channels, effort);
         }
         let image = WaveletImage {
+            content,
+            color_space: settings.stored_color_space(),
+            size: source.size,
             levels: count as u32,
-            groups: Vec::new(),
-            axes: ColorAxes::YCOCG,
-            plain: Some(plain),
-            ..*image
+            payload: Payload::Plain(plain),
         };
         (Errors::of(source, &image, windows).all, image)
     };
-    let mut most = least.map_or(f64::INFINITY, |errors| DOUBT * errors.sampled);
+    let mut most = least.map_or(f64::INFINITY, |errors| DOUBT * errors.in_windows);
     let mut least = least.map_or(f64::INFINITY, |errors| errors.all);
     let mut best = None;
     let mut promising = None;

@@ -55,9 +55,13 @@ fn by_library(colors: &Block) -> [u8; 8] {
 }
 
 /// The squared error of the visible texels of a block.
-fn error(block: &[u8; 8], wanted: &Block, [columns, rows]: [u32; 2]) -> f32 {
+fn error(block: &[u8; 8], expected: &Block, [columns, rows]: [u32; 2]) -> f32 {
     let texels = decode_blocks(BlockFormat::Bc1, block, [4, 4]);
-    let of = |i: usize| -> f32 { (0..3).map(|c| (texels[i][c] - wanted[i][c]).powi(2)).sum() };
+    let of = |i: usize| -> f32 {
+        (0..3)
+            .map(|c| (texels[i][c] - expected[i][c]).powi(2))
+            .sum()
+    };
     let is_visible = |i: &usize| ((*i % 4) as u32) < columns && ((*i / 4) as u32) < rows;
     (0..16).filter(is_visible).map(of).sum()
 }
@@ -95,7 +99,7 @@ mod tests {
             let colors = blocks_of(&texels);
             let errors = blocks.iter().zip(&colors);
             errors
-                .map(|(block, wanted)| error(block, wanted, [4, 4]))
+                .map(|(block, expected)| error(block, expected, [4, 4]))
                 .sum::<f32>()
         };
         let errors = [Effort::Fast, Effort::Default, Effort::Best].map(total);

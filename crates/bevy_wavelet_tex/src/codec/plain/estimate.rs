@@ -6,8 +6,7 @@ use rayon::prelude::*;
 
 use super::{
     encode::{Channels, blocks, fitted_texels},
-    read::mix,
-    texture::PlainTexture,
+    texture::{PlainTexture, mix},
 };
 use crate::codec::{
     blocks::{BlockFormat, decode_blocks},
@@ -126,9 +125,9 @@ impl<'a> LevelEstimate<'a> {
             let pixel = |x: u32| {
                 let (first, second, u) = self.taps[0][x as usize];
                 let [a, b] = [first, second].map(|x| blended[(x - part.corner[0]) as usize]);
-                let wanted = self.channels.pixels.get(start + x as usize);
+                let expected = self.channels.pixels.get(start + x as usize);
                 let read = content.of_channels(mix(a, b, u));
-                u64::from(pixel_error(content, wanted, read))
+                u64::from(pixel_error(content, expected, read))
             };
             (left..left + columns).map(pixel).sum()
         };

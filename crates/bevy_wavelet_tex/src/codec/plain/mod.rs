@@ -23,11 +23,11 @@ mod color_blocks;
 mod encode;
 #[cfg(feature = "encode")]
 mod estimate;
-pub(super) mod read;
-pub(super) mod texture;
+mod texture;
 
 #[cfg(feature = "encode")]
 pub(super) use choose::better;
 #[cfg(feature = "encode")]
 pub(super) use encode::{Channels, add_level};
+pub(super) use texture::PlainRows;
 pub use texture::PlainTexture;

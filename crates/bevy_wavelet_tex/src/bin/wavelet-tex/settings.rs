@@ -1,4 +1,4 @@
-//! The settings of the encoder that the command line asks for.
+//! The settings of the encoder for an image: what the command line asks for, and what the image is.
 
 use bevy_wavelet_tex::codec::{
     image::{ColorSpace, Content},
@@ -7,27 +7,26 @@ use bevy_wavelet_tex::codec::{
 };
 
 use crate::{
-    args::EncodeArgs,
-    choices::{AlphaArg, CutoffArg, RateArg, Role},
+    args::{AlphaArg, CutoffArg, EncodeArgs, RateArg, Role},
     error::Error,
     picture::Picture,
-    plan::{Because, Task},
+    plan::{RoleSource, Task},
 };
 
 /// How an image is encoded.
-pub struct Chosen {
+pub struct ImageSettings {
     pub settings: EncodeSettings,
-    pub role: Option<(Role, Because)>,
+    pub role: Option<(Role, RoleSource)>,
     /// What that does to the image.
     pub warnings: Vec<String>,
 }
 
 impl EncodeArgs {
     /// Chooses how an image is encoded.
-    pub fn chosen(&self, picture: &Picture, task: &Task) -> Result<Chosen, Error> {
+    pub fn image_settings(&self, picture: &Picture, task: &Task) -> Result<ImageSettings, Error> {
         let mut warnings = picture.warnings.clone();
         let mut given = task.role;
-        if given == Some((Role::Normal, Because::Name)) && !picture.has_normals() {
+        if given == Some((Role::Normal, RoleSource::Name)) && !picture.has_normals() {
             given = None;
             warnings.push(
                 "its name is that of a normal map, but its pixels are no normals: it is encoded as a picture \
@@ -77,7 +76,7 @@ impl EncodeArgs {
         });
         let with_bits =
             |bits: f64| Rate::of(content).find(|rate| rate.nominal_bits_per_pixel(false) == bits);
-        let is_own_choice = matches!(given, Some((_, Because::Argument)));
+        let is_own_choice = matches!(given, Some((_, RoleSource::Argument)));
         let rate = match (named(content), bits, &self.rate[..]) {
             (Some(rate), _, _) => rate,
             (None, Some(bits), _) => {
@@ -89,7 +88,7 @@ impl EncodeArgs {
             (None, None, _) => Rate::usual(content),
         };
         let is_stated = picture.color_space == Some(ColorSpace::Linear)
-            && !matches!(given, Some((_, Because::Gltf)));
+            && !matches!(given, Some((_, RoleSource::Gltf)));
         let is_linear = self.linear
             || content == Content::Normal
             || role.is_some_and(Role::is_linear)
@@ -109,7 +108,7 @@ impl EncodeArgs {
                 (None, Some(Role::Mask)) => Some(0.5),
                 (None, _) if !alpha => None,
                 (None, _) => match given {
-                    Some((_, Because::Gltf)) => task.cutoff,
+                    Some((_, RoleSource::Gltf)) => task.cutoff,
                     _ => picture.is_cut_out().then_some(0.5),
                 },
             }
@@ -122,7 +121,7 @@ impl EncodeArgs {
             mips: !self.no_mips,
             ..self.encoder.settings()
         };
-        Ok(Chosen {
+        Ok(ImageSettings {
             settings,
             role: given,
             warnings,

@@ -1,8 +1,8 @@
 //! KTX2 images of 8 bits a channel.
 
+use ::ktx2::{Format, Header, LevelIndex, SupercompressionScheme};
 use bevy_wavelet_tex::{codec::image::ColorSpace, file::zstd};
 use image::{DynamicImage, GrayImage, RgbImage, RgbaImage};
-use ktx2::{Format, Header, LevelIndex, SupercompressionScheme};
 
 use crate::picture::Picture;
 

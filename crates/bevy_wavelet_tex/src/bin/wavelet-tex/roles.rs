@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::ValueEnum;
 use glob::Pattern;
 
-use crate::{choices::Role, error::Error, files};
+use crate::{args::Role, error::Error, files};
 
 /// Ends of file names, and the roles that they stand for.
 const ENDS: [(Role, &[&str]); 5] = [
