@@ -93,7 +93,7 @@ fn spawn(
     ));
     let material = materials.add(StandardMaterial {
         base_color_texture: Some(images.add(row(|cell| CELLS[cell].0))),
-        emissive: LinearRgba::rgb(900.0, 900.0, 900.0),
+        emissive: LinearRgba::rgb(350.0, 350.0, 350.0),
         emissive_texture: Some(images.add(row(|cell| CELLS[cell].1))),
         perceptual_roughness: 0.9,
         ..default()
