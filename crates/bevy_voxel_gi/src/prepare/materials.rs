@@ -54,8 +54,9 @@ pub(crate) struct MaterialRecords {
     pub(super) version: u64,
     /// Whether a material in use has a texture.
     pub has_textures: bool,
-    /// Whether the alpha of a texture cuts one out.
-    pub has_textured_holes: bool,
+    /// Whether one has holes, and whether the alpha of a texture cuts them out.
+    has_holes: bool,
+    has_textured_holes: bool,
     /// The unit of the emission of surfaces, in exposed units; 0 if nothing emits.
     pub emission_unit: f32,
     /// Whether the light depends on the camera's exposure.
@@ -93,7 +94,10 @@ impl MaterialRecords {
             defs.map(|(_, def)| *def).collect()
         };
         [
-            chosen(&[(self.has_textured_holes, "TEXTURES")]),
+            chosen(&[
+                (self.has_holes, "HOLES"),
+                (self.has_textured_holes, "TEXTURES"),
+            ]),
             chosen(&[
                 (self.has_textures, "TEXTURES"),
                 (self.emission_unit > 0.0, EMISSION),
@@ -190,6 +194,7 @@ pub(crate) fn prepare_materials(
     };
     let before = (
         records.has_textures,
+        records.has_holes,
         records.has_textured_holes,
         records.emission_unit,
     );
@@ -215,12 +220,14 @@ pub(crate) fn prepare_materials(
             .any(|record| record[3] & mask != 0)
     };
     records.has_textures = flags(BASE_COLOR | BASE_ALPHA | EMISSIVE_MAP | METALLIC_MAP);
+    records.has_holes = flags(HOLES);
     records.has_textured_holes = flags(BASE_ALPHA);
     records.emission_unit = unit;
     records.depends_on_exposure = unit > 0.0 && of_used().any(|material| weight(material) < 1.0);
     records.source = Some(source);
     let now = (
         records.has_textures,
+        records.has_holes,
         records.has_textured_holes,
         records.emission_unit,
     );
