@@ -182,8 +182,8 @@ pub(crate) fn place_volume(
     if settings.albedo == VoxelAlbedo::Reprojected && viewpoints.is_empty() {
         warn_once!(
             "voxel GI: `VoxelAlbedo::Reprojected` takes albedo from cameras with `DepthPrepass` and \
-             `DeferredPrepass`, and no active camera has both; the mean colours of materials are \
-             used. Add both to a camera"
+             `DeferredPrepass`, and no active camera has both; the colours of materials are used. \
+             Add both to a camera"
         );
     }
     let size = texture_size(&settings, levels.len(), patched);
