@@ -222,13 +222,9 @@ pub fn after(
             continue;
         };
         let mut entity = commands.entity(entity);
-        // The mean of compressed blocks cannot be read back, so it is set by the code that encoded them.
-        match material {
-            SelectedMaterial::Wavelet(_) => entity.insert(wavelet.sources.surface(*matter)),
-            SelectedMaterial::Plain(_) | SelectedMaterial::Ewa(_) => {
-                entity.remove::<MeshVoxelMaterial>()
-            }
-        };
+        // A sampler cannot read the coefficients of wavelet textures, so voxels have their mean; and with images the same,
+        // so that the light is.
+        entity.insert(wavelet.sources.surface(*matter));
         entity.remove::<(
             MeshMaterial3d<StandardMaterial>,
             MeshMaterial3d<WaveletStandardMaterial>,
