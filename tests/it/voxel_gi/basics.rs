@@ -16,7 +16,9 @@ use bevy_voxel_gi::{
 
 use super::{
     memory::{WITH_LIGHT, assert_memory},
-    scene::{app, at, block, block_of, floor, hidden, matt, settings, small_volume, under_sky},
+    scene::{
+        app, app_with, at, block, block_of, floor, hidden, matt, settings, small_volume, under_sky,
+    },
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -87,7 +89,7 @@ fn without_geometry_nothing_breaks() {
 #[test]
 fn an_app_without_a_volume_has_nothing_of_it() {
     let _gpu = gpu();
-    let mut app = app();
+    let mut app = app_with(|_| ());
     floor(app.world_mut());
     ready(&mut app);
     let before = picture(&mut app);

@@ -5,7 +5,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, floor, matt, settings, under_sky},
+    scene::{app_with, floor, matt, settings, under_sky},
     support::{read_texels, settle},
 };
 use crate::support::gpu;
@@ -29,7 +29,7 @@ pub fn assert_memory(app: &HeadlessApp, bytes_per_voxel: u64) {
 #[test]
 fn each_solver_has_the_memory_that_it_needs() {
     let _gpu = gpu();
-    let mut app = app();
+    let mut app = app_with(|_| ());
     floor(app.world_mut());
     let light = |solver| VoxelLight::GlobalIllumination {
         solver,
@@ -70,7 +70,7 @@ fn slots_grow_with_the_surfaces() {
     /// Less is the weight of voxels without surfaces.
     const SURFACE: f32 = 0.003;
     let _gpu = gpu();
-    let mut app = app();
+    let mut app = app_with(|_| ());
     let material = matt(app.world_mut(), 0.5);
     let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
     let mesh = meshes.add(Cuboid::from_size(Vec3::splat(0.1)));

@@ -5,7 +5,7 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app, asynchronous_app, at, block, floor, settings, small_volume, under_sky},
+    scene::{app, app_with, asynchronous_app, at, block, floor, settings, small_volume, under_sky},
     support::{picture, settle},
 };
 use crate::support::gpu;
@@ -100,7 +100,7 @@ fn pixels_read_the_smallest_of_nested_volumes_and_rays_continue_in_the_larger() 
 #[test]
 fn more_cubes_than_eight_are_left_out() {
     let _gpu = gpu();
-    let mut app = app();
+    let mut app = app_with(|_| ());
     floor(app.world_mut());
     settings(app.world_mut()).resolution = 8;
     let cascades = VoxelGiVolume {
