@@ -102,8 +102,9 @@ const MOST_SOURCE: u32 = 8;
 fn tile_size(size: UVec2) -> UVec2 {
     let mut tile = size.max(UVec2::ONE);
     while u64::from(tile.x) * u64::from(tile.y) > u64::from(MOST_TEXELS) {
-        // It keeps its shape: the voxelisers choose a level for both axes.
-        tile = (tile / 2).max(UVec2::ONE);
+        // Squares stay squares: the voxelisers choose a level for both axes.
+        let larger = tile.max_element();
+        tile = UVec2::select(tile.cmpeq(UVec2::splat(larger)), tile / 2, tile);
     }
     tile
 }
