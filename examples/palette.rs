@@ -1,4 +1,4 @@
-//! A street whose meshes all have one material: their colours, and what glows, are cells of one palette texture, as in
+//! A street whose meshes all have one material: their colours and their emission are cells of one palette texture, as in
 //! most low-poly games. Light takes each surface's own colour.
 //!
 //! Space: light on and off. C: the colours of surfaces, or gray for all.
@@ -25,7 +25,7 @@ fn main() -> AppExit {
         .run()
 }
 
-/// Cells of the palette: colour, and what glows.
+/// Cells of the palette: base colour and emission.
 const CELLS: [([u8; 3], [u8; 3]); 6] = [
     ([200, 196, 188], [0, 0, 0]),
     ([190, 44, 30], [0, 0, 0]),
@@ -38,7 +38,7 @@ const STONE: usize = 0;
 const RED: usize = 1;
 const GREEN: usize = 2;
 const ASPHALT: usize = 3;
-const LAMP: usize = 4;
+const LIGHT: usize = 4;
 const SIGN: usize = 5;
 
 /// A row of cells of 4 x 4 pixels. An image may be compressed, or only on the GPU: light is the same.
@@ -105,9 +105,9 @@ fn spawn(
         ([0.0, 3.0, -7.0], [9.0, 6.0, 0.5], STONE),
         ([-0.6, 0.4, -3.5], [1.2, 0.8, 1.2], STONE),
         ([1.2, 0.7, -1.6], [0.7, 1.4, 0.7], STONE),
-        // What glows: lamps on both walls, and a sign at the end of the street.
-        ([-2.4, 2.2, 1.0], [0.2, 0.3, 1.6], LAMP),
-        ([2.4, 2.2, -3.0], [0.2, 0.3, 1.6], LAMP),
+        // Emissive surfaces: lights on both walls, and a sign at the end of the street.
+        ([-2.4, 2.2, 1.0], [0.2, 0.3, 1.6], LIGHT),
+        ([2.4, 2.2, -3.0], [0.2, 0.3, 1.6], LIGHT),
         ([0.0, 3.6, -6.6], [2.4, 0.7, 0.2], SIGN),
     ] {
         commands.spawn((
@@ -141,7 +141,7 @@ fn describe(
 ) {
     let is_off = **visibility == Visibility::Hidden;
     caption.0 = format!(
-        "light of the lamps that bounces: {} (Space)\ncolours: {:?} (C)",
+        "indirect light: {} (Space)\ncolours: {:?} (C)",
         if is_off { "off" } else { "on" },
         settings.albedo,
     );

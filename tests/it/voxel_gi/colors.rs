@@ -168,7 +168,25 @@ fn spawn(world: &mut World, mesh: Mesh, material: StandardMaterial) -> Entity {
     world.spawn(bundle).id()
 }
 
-fn lamp(world: &mut World) {
+/// Spawns a quad whose material has the quad's colour.
+fn spawn_colored(world: &mut World, quad: Quad) {
+    let base_color = linear(quad.2).into();
+    let material = StandardMaterial {
+        base_color,
+        ..default()
+    };
+    spawn(world, without_colors(mesh(&[quad], whole)), material);
+}
+
+/// A material with only a base colour texture.
+fn textured(world: &mut World, image: Image) -> StandardMaterial {
+    StandardMaterial {
+        base_color_texture: Some(add(world, image)),
+        ..default()
+    }
+}
+
+fn ceiling_light(world: &mut World) {
     world.spawn((
         PointLight {
             intensity: 400.0 * PI,
@@ -191,7 +209,7 @@ fn around_room() -> VoxelGiVolume {
 fn on_floor(build: impl FnOnce(&mut World)) -> [Vec3; 3] {
     let mut app = app();
     build(app.world_mut());
-    lamp(app.world_mut());
+    ceiling_light(app.world_mut());
     app.run_until_ready(200).expect("not ready");
     places(&indirect(&mut app, around_room()))
 }
@@ -204,10 +222,13 @@ fn places(light: &[Vec3]) -> [Vec3; 3] {
     ]
 }
 
-fn assert_close(what: &str, found: [Vec3; 3], expected: [Vec3; 3], tolerance: f32) {
-    for (found, expected) in found.into_iter().zip(expected) {
-        let wrong = (found / expected - 1.0).abs().max_element();
-        assert!(wrong < tolerance, "{what}: {found} for {expected}, {wrong}");
+fn assert_close(what: &str, actual: [Vec3; 3], expected: [Vec3; 3], tolerance: f32) {
+    for (actual, expected) in actual.into_iter().zip(expected) {
+        let wrong = (actual / expected - 1.0).abs().max_element();
+        assert!(
+            wrong < tolerance,
+            "{what}: {actual} for {expected}, {wrong}"
+        );
     }
 }
 
@@ -217,16 +238,7 @@ fn of_six_materials() -> [Vec3; 3] {
     *LIGHT.get_or_init(|| {
         on_floor(|world| {
             for quad in room() {
-                let base_color = linear(quad.2).into();
-                let quads = without_colors(mesh(&[quad], in_palette));
-                spawn(
-                    world,
-                    quads,
-                    StandardMaterial {
-                        base_color,
-                        ..default()
-                    },
-                );
+                spawn_colored(world, quad);
             }
         })
     })
@@ -254,11 +266,8 @@ fn a_palette_gives_the_light_of_a_material_for_each_colour() {
         ("only on the GPU", gpu_only(), true),
         ("BC7", compressed_palette(), true),
     ] {
-        let found = on_floor(|world| {
-            let material = StandardMaterial {
-                base_color_texture: Some(add(world, image)),
-                ..default()
-            };
+        let actual = on_floor(|world| {
+            let material = textured(world, image);
             let meshes: Vec<_> = if is_one_mesh {
                 vec![mesh(&room(), in_palette)]
             } else {
@@ -271,7 +280,7 @@ fn a_palette_gives_the_light_of_a_material_for_each_colour() {
                 spawn(world, without_colors(mesh), material.clone());
             }
         });
-        assert_close(what, found, expected, 0.02);
+        assert_close(what, actual, expected, 0.02);
     }
 }
 
@@ -291,10 +300,10 @@ fn vertex_colors_of_every_format_count_where_they_are() {
         ("Unorm16", quantized(Unorm16)),
         ("Unorm8", quantized(Unorm8)),
     ] {
-        let found = on_floor(|world| {
+        let actual = on_floor(|world| {
             spawn(world, mesh, StandardMaterial::default());
         });
-        assert_close(what, found, expected, 0.02);
+        assert_close(what, actual, expected, 0.02);
     }
 }
 
@@ -302,25 +311,19 @@ fn vertex_colors_of_every_format_count_where_they_are() {
 fn compressed_vertices_are_voxelized_with_their_textures() {
     let _gpu = gpu();
     let expected = of_six_materials();
-    for (what, colored) in [("texture", false), ("colours", true)] {
-        let found = on_floor(|world| {
-            let mut mesh = mesh(&room(), in_palette);
-            if !colored {
-                mesh = without_colors(mesh);
-            }
+    for (what, has_colors) in [("texture", false), ("colours", true)] {
+        let actual = on_floor(|world| {
+            let (mut mesh, material) = if has_colors {
+                (mesh(&room(), in_palette), StandardMaterial::default())
+            } else {
+                let mesh = without_colors(mesh(&room(), in_palette));
+                (mesh, textured(world, palette()))
+            };
             mesh.compress_mesh(&MeshCompressionArgs::regular())
                 .expect("vertices");
-            let image = (!colored).then(|| add(world, palette()));
-            spawn(
-                world,
-                mesh,
-                StandardMaterial {
-                    base_color_texture: image,
-                    ..default()
-                },
-            );
+            spawn(world, mesh, material);
         });
-        assert_close(what, found, expected, 0.02);
+        assert_close(what, actual, expected, 0.02);
     }
 }
 
@@ -345,8 +348,8 @@ fn coordinates_repeat_mirror_and_move_as_in_the_picture() {
     let uvs = second
         .remove_attribute(Mesh::ATTRIBUTE_UV_0)
         .expect("coordinates");
-    let elsewhere = vec![[0.9, 0.9]; uvs.len()];
-    second.insert_attribute(Mesh::ATTRIBUTE_UV_0, elsewhere);
+    let unused = vec![[0.9, 0.9]; uvs.len()];
+    second.insert_attribute(Mesh::ATTRIBUTE_UV_0, unused);
     second.insert_attribute(Mesh::ATTRIBUTE_UV_1, uvs);
     let transformed = mesh(&room(), moved(Vec2::new(0.25, 0.0), Vec2::new(0.5, 1.0)));
     let transform = bevy::math::Affine2::from_scale_angle_translation(
@@ -384,16 +387,15 @@ fn coordinates_repeat_mirror_and_move_as_in_the_picture() {
             transform,
         ),
     ] {
-        let found = on_floor(|world| {
+        let actual = on_floor(|world| {
             let material = StandardMaterial {
-                base_color_texture: Some(add(world, with_address(mode))),
                 base_color_channel: channel,
                 uv_transform,
-                ..default()
+                ..textured(world, with_address(mode))
             };
             spawn(world, without_colors(mesh), material);
         });
-        assert_close(what, found, expected, 0.02);
+        assert_close(what, actual, expected, 0.02);
     }
 }
 
@@ -439,7 +441,7 @@ fn an_emissive_map_shines_from_where_it_glows() {
         StandardMaterial::default()
     });
     assert!(expected[0].x > 1.4 * expected[2].x, "{expected:?}");
-    let found = lit_by_wall(|world, _| {
+    let actual = lit_by_wall(|world, _| {
         let map = image(UVec2::splat(64), |x, y| {
             let is_lit = (24..40).contains(&x) && (24..40).contains(&y);
             [[0, 0, 0, 255], [255; 4]][usize::from(is_lit)]
@@ -450,7 +452,7 @@ fn an_emissive_map_shines_from_where_it_glows() {
             ..default()
         }
     });
-    assert_close("emissive map", found, expected, 0.05);
+    assert_close("emissive map", actual, expected, 0.05);
 }
 
 #[test]
@@ -480,31 +482,19 @@ fn a_texture_of_two_halves_lights_both_sides_by_its_halves() {
     };
     let expected = lit(&|world| {
         for quad in [half(true), half(false)] {
-            let base_color = linear(quad.2).into();
-            let quads = without_colors(mesh(&[quad], whole));
-            spawn(
-                world,
-                quads,
-                StandardMaterial {
-                    base_color,
-                    ..default()
-                },
-            );
+            spawn_colored(world, quad);
         }
     });
-    let found = lit(&|world| {
+    let actual = lit(&|world| {
         let halves = image(UVec2::new(128, 16), |x, _| {
             let [r, g, b] = PALETTE[1 + x as usize / 64];
             [r, g, b, 255]
         });
-        let material = StandardMaterial {
-            base_color_texture: Some(add(world, halves)),
-            ..default()
-        };
+        let material = textured(world, halves);
         let coordinates = |quad: &Quad| quad.0.map(|corner| Vec2::new((corner.x + 1.8) / 3.6, 0.5));
         spawn(world, without_colors(mesh(&[wall], coordinates)), material);
     });
-    assert_close("two halves", found, expected, 0.02);
+    assert_close("two halves", actual, expected, 0.02);
 }
 
 /// Light through a roof with holes, under a sky of 1, before any light of Bevy's.
@@ -556,9 +546,8 @@ fn a_mask_has_holes_where_its_texels_are_cut_out() {
         };
         let coordinates = |quad: &Quad| quad.0.map(|corner| Vec2::new((corner.x + 1.0) / 2.0, 0.5));
         let material = StandardMaterial {
-            base_color_texture: Some(add(world, bars)),
             alpha_mode: AlphaMode::Mask(0.5),
-            ..default()
+            ..textured(world, bars)
         };
         spawn_hidden(world, mesh(&[roof(-1.0, 2.0)], coordinates), material);
     });
@@ -609,7 +598,7 @@ fn an_image_that_changes_is_read_again() {
     assert!(blue.x < 1e-3 * blue.z, "{blue}");
 }
 
-/// A game may let a lamp or what glows give half of its light to volumes.
+/// A game may let a light or an emissive mesh give half of its light to volumes.
 #[test]
 fn a_game_chooses_how_much_things_give() {
     let _gpu = gpu();
@@ -622,17 +611,17 @@ fn a_game_chooses_how_much_things_give() {
             ..default()
         };
         let glowing = spawn(world, without_colors(mesh(&room(), whole)), material);
-        lamp(world);
+        ceiling_light(world);
         if let Some(factor) = factor {
             world.entity_mut(glowing).insert(MeshVoxelMaterial {
                 emission_factor: Some(factor),
                 ..default()
             });
-            let lamp = world
+            let light = world
                 .query_filtered::<Entity, With<PointLight>>()
                 .single(world)
-                .expect("a lamp");
-            world.entity_mut(lamp).insert(VoxelGiLight { factor });
+                .expect("a light");
+            world.entity_mut(light).insert(VoxelGiLight { factor });
         }
         app.run_until_ready(200).expect("not ready");
         places(&indirect(&mut app, around_room()))

@@ -46,7 +46,7 @@ type Record = [u32; 4 * TEXELS];
 /// The records, and what the passes have to know of them.
 #[derive(Resource, Default)]
 pub(crate) struct MaterialRecords {
-    /// What they were made of.
+    /// The state from which they were made.
     source: Option<Source>,
     words: Vec<u32>,
     texture: Option<(Texture, TextureView)>,
@@ -63,7 +63,7 @@ pub(crate) struct MaterialRecords {
     pub(super) depends_on_exposure: bool,
 }
 
-/// What the records are made of, except images.
+/// The state from which records are made, except images.
 #[derive(PartialEq)]
 struct Source {
     materials: Option<u64>,

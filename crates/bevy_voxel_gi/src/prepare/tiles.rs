@@ -18,7 +18,7 @@ use bevy::{
 
 use super::asset_notes::AssetNotes;
 
-/// What a tile has of its texture.
+/// The part of a texture that a tile holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum TileContent {
     /// The colour, whatever its alpha.
@@ -46,7 +46,7 @@ impl TileContent {
 
 type TileKey = (AssetId<Image>, TileContent);
 
-/// Where a tile is.
+/// The place of a tile in the texture of all tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TilePlace {
     /// Index of its first texel.
@@ -68,7 +68,7 @@ struct Tile {
     is_used: bool,
 }
 
-/// What is drawn into a tile.
+/// The uniform of the shader that draws a tile.
 #[derive(ShaderType, Clone, Copy, Debug)]
 pub(crate) struct TileJob {
     pub size: UVec2,

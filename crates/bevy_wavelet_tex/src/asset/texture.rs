@@ -39,7 +39,7 @@ pub struct WaveletTexture {
     pub levels: u32,
     /// Representation on the GPU.
     pub storage: WaveletStorage,
-    /// What a shader needs to know of the texels.
+    /// The parameters with which a shader decodes the texels.
     pub parameters: TextureParameters,
     /// The array textures of the planes.
     #[dependency]
@@ -51,7 +51,7 @@ pub struct WaveletTexture {
 /// The parameters of a texture that a shader needs.
 #[derive(Clone, Debug, PartialEq, Reflect)]
 pub enum TextureParameters {
-    /// Those of planes, as in [`WaveletPlanes`].
+    /// The parameters of wavelet planes, as in [`WaveletPlanes`].
     Wavelet {
         /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
         axes: ColorAxes,
