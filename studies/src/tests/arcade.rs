@@ -53,11 +53,11 @@ fn it_is_near_its_truth_in_each_state_and_soon_after_a_change() {
     let mut app = arcade();
     let lit = rows(&mut app);
     for (scene, setting, most) in [
-        ("arcade", "trace", 0.046),
-        ("arcade, light moved", "trace", 0.056),
-        ("arcade, light moved", "trace, frame 30", 0.058),
-        ("arcade, door open", "trace", 0.066),
-        ("arcade, door open", "trace, frame 30", 0.067),
+        ("arcade", "trace", 0.041),
+        ("arcade, light moved", "trace", 0.051),
+        ("arcade, light moved", "trace, frame 30", 0.052),
+        ("arcade, door open", "trace", 0.052),
+        ("arcade, door open", "trace, frame 30", 0.052),
     ] {
         let found = error(&lit, scene, setting);
         assert!(found < most, "{scene}, {setting}: {found}");

@@ -1,236 +1,26 @@
 //! Light has the colour of the surface: palettes, maps, masks and vertex colours in a closed room, each against the same
 //! room with a material for each colour.
 
-use std::{f32::consts::PI, sync::OnceLock};
+use std::sync::OnceLock;
 
 use bevy::{
     asset::RenderAssetUsages,
     image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
-    mesh::{Indices, MeshCompressionArgs, PrimitiveTopology, UvChannel, VertexAttributeValues},
+    mesh::{MeshCompressionArgs, UvChannel},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiLight, VoxelGiVolume};
+use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiLight};
 
 use super::{
+    room::{
+        PALETTE, Quad, add, around_room, assert_close, ceiling_light, compressed_palette, image,
+        in_palette, mesh, on_floor, palette, places, room, spawn, spawn_colored, square, textured,
+        whole, without_colors,
+    },
     scene::{app, at, floor, hidden, matt, settings, under_sky},
     support::{indirect, picture, settle},
 };
 use crate::support::gpu;
-
-/// Four colours, sRGB; even numbers, which blocks of BC7 store as they are.
-const PALETTE: [[u8; 3]; 4] = [[230, 230, 230], [220, 30, 30], [30, 200, 30], [20, 20, 20]];
-
-/// A quad: corners, normal, and number of its colour.
-type Quad = ([Vec3; 4], Vec3, usize);
-
-/// The inner sides of a closed room of 3.6 m; cameras outside look through them.
-fn room() -> Vec<Quad> {
-    const HALF: f32 = 1.8;
-    let sides = [
-        (Vec3::X, 1),
-        (Vec3::NEG_X, 2),
-        (Vec3::Y, 0),
-        (Vec3::NEG_Y, 0),
-        (Vec3::Z, 0),
-        (Vec3::NEG_Z, 0),
-    ];
-    sides
-        .map(|(normal, color)| (square(-HALF * normal, normal, HALF), normal, color))
-        .to_vec()
-}
-
-/// The corners of a square around a centre.
-fn square(center: Vec3, normal: Vec3, half: f32) -> [Vec3; 4] {
-    let (u, v) = normal.any_orthonormal_pair();
-    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-        .map(|[x, y]| center + half * (x * u + y * v))
-}
-
-fn mesh(quads: &[Quad], uvs: impl Fn(&Quad) -> [Vec2; 4]) -> Mesh {
-    let (mut positions, mut normals, mut coordinates) = (vec![], vec![], vec![]);
-    let (mut colors, mut indices) = (vec![], vec![]);
-    for quad in quads {
-        let first = positions.len() as u32;
-        let (corners, normal, color) = quad;
-        let is_front = (corners[1] - corners[0])
-            .cross(corners[2] - corners[0])
-            .dot(*normal)
-            > 0.0;
-        for (corner, uv) in corners.iter().zip(uvs(quad)) {
-            positions.push(corner.to_array());
-            normals.push(normal.to_array());
-            coordinates.push(uv.to_array());
-            colors.push(linear(*color).to_f32_array());
-        }
-        let order = if is_front {
-            [0, 1, 2, 0, 2, 3]
-        } else {
-            [0, 2, 1, 0, 3, 2]
-        };
-        indices.extend(order.map(|i| first + i));
-    }
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::all())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, coordinates)
-        .with_inserted_attribute(
-            Mesh::ATTRIBUTE_COLOR,
-            VertexAttributeValues::Float32x4(colors),
-        )
-        .with_inserted_indices(Indices::U32(indices))
-}
-
-fn without_colors(mut mesh: Mesh) -> Mesh {
-    mesh.remove_attribute(Mesh::ATTRIBUTE_COLOR);
-    mesh
-}
-
-fn linear(color: usize) -> LinearRgba {
-    let [r, g, b] = PALETTE[color];
-    Color::srgb_u8(r, g, b).to_linear()
-}
-
-/// Coordinates of the middle of a colour's strip in the palette.
-fn in_palette((_, _, color): &Quad) -> [Vec2; 4] {
-    [Vec2::new((*color as f32 + 0.5) / 4.0, 0.5); 4]
-}
-
-fn matt_with(material: StandardMaterial) -> StandardMaterial {
-    StandardMaterial {
-        perceptual_roughness: 1.0,
-        reflectance: 0.0,
-        ..material
-    }
-}
-
-fn image(size: UVec2, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
-    let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| (x, y)));
-    let texels = texels.flat_map(|(x, y)| texel(x, y)).collect();
-    let size = Extent3d {
-        width: size.x,
-        height: size.y,
-        depth_or_array_layers: 1,
-    };
-    let format = TextureFormat::Rgba8UnormSrgb;
-    Image::new(
-        size,
-        TextureDimension::D2,
-        texels,
-        format,
-        RenderAssetUsages::all(),
-    )
-}
-
-/// Four strips of the palette.
-fn palette() -> Image {
-    image(UVec2::splat(64), |x, _| {
-        let [r, g, b] = PALETTE[x as usize / 16];
-        [r, g, b, 255]
-    })
-}
-
-/// The same with a block of BC7 for each: mode 6, with equal ends.
-fn compressed_palette() -> Image {
-    let block = |[r, g, b]: [u8; 3]| {
-        let ends = [r, g, b, 254].map(|channel| u128::from(channel >> 1));
-        let channels = ends.iter().enumerate();
-        let word = channels.fold(1 << 6, |word: u128, (i, end)| {
-            word | end << (7 + 14 * i) | end << (14 + 14 * i)
-        });
-        word.to_le_bytes()
-    };
-    let size = Extent3d {
-        width: 16,
-        height: 4,
-        depth_or_array_layers: 1,
-    };
-    let blocks = PALETTE.iter().flat_map(|color| block(*color)).collect();
-    let format = TextureFormat::Bc7RgbaUnormSrgb;
-    Image::new(
-        size,
-        TextureDimension::D2,
-        blocks,
-        format,
-        RenderAssetUsages::RENDER_WORLD,
-    )
-}
-
-fn add<A: Asset>(world: &mut World, asset: A) -> Handle<A> {
-    world.resource_mut::<Assets<A>>().add(asset)
-}
-
-fn spawn(world: &mut World, mesh: Mesh, material: StandardMaterial) -> Entity {
-    let bundle = (
-        Mesh3d(add(world, mesh)),
-        MeshMaterial3d(add(world, matt_with(material))),
-    );
-    world.spawn(bundle).id()
-}
-
-/// Spawns a quad whose material has the quad's colour.
-fn spawn_colored(world: &mut World, quad: Quad) {
-    let base_color = linear(quad.2).into();
-    let material = StandardMaterial {
-        base_color,
-        ..default()
-    };
-    spawn(world, without_colors(mesh(&[quad], whole)), material);
-}
-
-/// A material with only a base colour texture.
-fn textured(world: &mut World, image: Image) -> StandardMaterial {
-    StandardMaterial {
-        base_color_texture: Some(add(world, image)),
-        ..default()
-    }
-}
-
-fn ceiling_light(world: &mut World) {
-    world.spawn((
-        PointLight {
-            intensity: 400.0 * PI,
-            range: 20.0,
-            shadow_maps_enabled: false,
-            ..default()
-        },
-        Transform::from_xyz(0.0, 1.0, 0.0),
-    ));
-}
-
-fn around_room() -> VoxelGiVolume {
-    VoxelGiVolume {
-        size: 5.0,
-        ..default()
-    }
-}
-
-/// The indirect light on the floor, left and right, of a room.
-fn on_floor(build: impl FnOnce(&mut World)) -> [Vec3; 3] {
-    let mut app = app();
-    build(app.world_mut());
-    ceiling_light(app.world_mut());
-    app.run_until_ready(200).expect("not ready");
-    places(&indirect(&mut app, around_room()))
-}
-
-fn places(light: &[Vec3]) -> [Vec3; 3] {
-    [
-        at(light, -1.2, 0.0),
-        at(light, 0.0, 1.0),
-        at(light, 1.2, -0.4),
-    ]
-}
-
-fn assert_close(what: &str, actual: [Vec3; 3], expected: [Vec3; 3], tolerance: f32) {
-    for (actual, expected) in actual.into_iter().zip(expected) {
-        let wrong = (actual / expected - 1.0).abs().max_element();
-        assert!(
-            wrong < tolerance,
-            "{what}: {actual} for {expected}, {wrong}"
-        );
-    }
-}
 
 /// The light of a room with a material for each colour.
 fn of_six_materials() -> [Vec3; 3] {
@@ -397,10 +187,6 @@ fn coordinates_repeat_mirror_and_move_as_in_the_picture() {
         });
         assert_close(what, actual, expected, 0.02);
     }
-}
-
-fn whole(_: &Quad) -> [Vec2; 4] {
-    [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]
 }
 
 /// The floor's light in a gray room whose left wall glows, all of it emission.

@@ -15,6 +15,7 @@ mod memory;
 mod rays;
 mod receiver;
 mod reference;
+mod room;
 mod round_robin;
 mod scene;
 mod stochastic;
