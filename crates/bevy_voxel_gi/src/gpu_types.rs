@@ -3,8 +3,10 @@
 
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
+/// Greatest number of levels that light pixels.
+pub(crate) const MAX_LIT_LEVELS: usize = 8;
 /// Greatest number of levels.
-pub(crate) const MAX_LEVELS: usize = 8;
+pub(crate) const MAX_LEVELS: usize = MAX_LIT_LEVELS + 3;
 
 /// A cube of voxels: a volume, or a cascade of one.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
@@ -25,6 +27,7 @@ pub(crate) struct Volume {
     pub resolution: u32,
     pub center: Vec3,
     pub level_count: u32,
+    pub lit_level_count: u32,
     pub light_count: u32,
     pub storage_scale: f32,
     pub exposure: f32,

@@ -25,6 +25,7 @@ use crate::{
         lights::{ExtractedLights, extract_lights},
         material_table::{MaterialTable, begin_session, remove_unused},
         meshes::{ExtractedScene, extract_scene},
+        outer_levels::place_outer_levels,
         place_volume::{ActiveVolume, place_volume},
         probe::place_probe,
         unknown_materials::update_unknown_materials,
@@ -81,10 +82,11 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "shaders/trace.wesl");
         load_shader_library!(app, "shaders/traverse.wesl");
         load_shader_library!(app, "shaders/voxel.wesl");
+        load_shader_library!(app, "receive/coverage.wesl");
         load_shader_library!(app, "receive/receive.wesl");
         load_shader_library!(app, "receive/visibility.wesl");
         app.patch_shader(receive::receiver_patch())
-            .patch_shader(receive::lightmap_patch())
+            .patch_shader(receive::lighting_patch())
             .register_type::<VoxelGiSettings>()
             .register_type::<VoxelGiVolume>()
             .init_resource::<VoxelGiSettings>()
@@ -165,7 +167,12 @@ impl Plugin for VoxelGiPlugin {
                 (
                     extract_changes,
                     extract_volume,
-                    (extract_scene, extract_deformed_meshes, extract_lights)
+                    (
+                        extract_scene,
+                        extract_deformed_meshes,
+                        place_outer_levels,
+                        extract_lights,
+                    )
                         .chain()
                         .run_if(a_volume_is_extracted),
                 )

@@ -23,3 +23,4 @@ mod support;
 mod surfaces;
 mod truth;
 mod volumes;
+mod world;

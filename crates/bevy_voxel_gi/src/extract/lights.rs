@@ -5,7 +5,7 @@ use bevy::{
     render::Extract,
 };
 
-use super::{place_volume::ActiveVolume, placement::PlacedLevel};
+use super::{placement::PlacedLevel, volume::ExtractedVolume};
 use crate::{
     gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_RECT, LIGHT_SPOT, Light},
     settings::VoxelGiLight,
@@ -44,7 +44,7 @@ pub(crate) struct LightParts<L: Component> {
 /// Extracts the lights that are on and in the layers of the volumes.
 pub(crate) fn extract_lights(
     mut lights: ResMut<ExtractedLights>,
-    active: Extract<Res<ActiveVolume>>,
+    volume: Res<ExtractedVolume>,
     directional: Extract<Query<LightParts<DirectionalLight>>>,
     points: Extract<Query<LightParts<PointLight>>>,
     spots: Extract<Query<LightParts<SpotLight>>>,
@@ -52,7 +52,7 @@ pub(crate) fn extract_lights(
 ) {
     let lights = &mut lights.0;
     lights.clear();
-    let Some(volume) = &active.volume else {
+    let Some(volume) = &volume.0 else {
         return;
     };
     let layers = &volume.scene_layers;
@@ -263,6 +263,7 @@ mod tests {
             size: 4.0,
             sky: default(),
             intensity: 1.0,
+            is_outer: false,
         };
         let at = |x: f32, y: f32| {
             let light = PointLight {

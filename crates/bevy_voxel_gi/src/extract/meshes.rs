@@ -50,6 +50,13 @@ impl ExtractedMesh {
         let distance = (center - Vec3A::from(level.center)).abs() - half_size;
         distance.cmple(half).all()
     }
+
+    /// Whether it counts from afar, where what is shorter than this in metres is not resolved: characters never do.
+    pub(crate) fn is_landscape(&self, resolved: f32) -> bool {
+        let is_deformed = self.first_joint.is_some() || self.weights.is_some();
+        let is_large = |(_, half_size): (Vec3A, Vec3A)| 2.0 * half_size.max_element() >= resolved;
+        !is_deformed && self.bounds.is_none_or(is_large)
+    }
 }
 
 /// Centre and half extents in world space of bounds in local space.

@@ -7,6 +7,7 @@
 //! | [`texture`], [`probe`] | the texture and the light probe through which Bevy reads the volumes |
 //! | [`volume`] | extraction of the volumes |
 //! | [`meshes`], [`deformed_meshes`] | extraction of rigid meshes, and of those with a skin or morph targets |
+//! | [`outer_levels`] | the levels around the volumes, in which rays see the world outside |
 //! | [`changed_rows`] | the meshes of which a component has changed, or that have come or gone |
 //! | [`lights`] | extraction of lights |
 //! | [`voxel_material`] | what voxels use of a material |
@@ -19,6 +20,7 @@ pub(crate) mod device_limits;
 pub(crate) mod lights;
 pub(crate) mod material_table;
 pub(crate) mod meshes;
+pub(crate) mod outer_levels;
 pub(crate) mod place_volume;
 pub(crate) mod placement;
 pub(crate) mod probe;

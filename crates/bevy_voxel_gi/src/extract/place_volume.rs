@@ -14,20 +14,21 @@ use bevy_frugal_hooks::{PatchState, ShaderPatches};
 use super::{
     device_limits::{allocatable_resolution, bindable_albedo, is_supported, warn_of_unsupported},
     placement::{PlacedLevel, PlacedVolume, cascades, snapped, supported},
-    texture::{is_plain, light_texture, texture_size},
+    texture::{light_texture, texture_size},
 };
 use crate::{
     budget::BudgetChoice,
-    gpu_types::MAX_LEVELS,
-    receive::{LIGHTMAP_PATCH, RECEIVER_PATCH},
-    settings::{VoxelAlbedo, VoxelGiSettings, VoxelGiVolume},
+    gpu_types::MAX_LIT_LEVELS,
+    receive::{LIGHTING_PATCH, RECEIVER_PATCH},
+    settings::{Receiver, VoxelAlbedo, VoxelGiSettings, VoxelGiVolume},
 };
 
 /// The active volumes, if there are any.
 #[derive(Resource, Default)]
 pub(crate) struct ActiveVolume {
     pub volume: Option<PlacedVolume>,
-    /// See [`PlacedVolume::has_had_levels`].
+    /// See [`PlacedVolume`].
+    has_had_cascades: bool,
     has_had_levels: bool,
 }
 
@@ -94,7 +95,7 @@ pub(crate) fn place_volume(
     if let Some(device) = &device {
         settings.albedo = bindable_albedo(settings.albedo, &device.limits());
     }
-    let lightmaps = patches.state(LIGHTMAP_PATCH);
+    let lightmaps = patches.state(LIGHTING_PATCH);
     if settings.affects_lightmapped_meshes && matches!(lightmaps, Some(PatchState::Refused(_))) {
         warn_once!(
             "voxel GI: Bevy's lighting is not the one this plugin was made for, so \
@@ -117,11 +118,12 @@ pub(crate) fn place_volume(
     let level_count = all
         .iter()
         .map(|(_, own, ..)| u64::from(clamped(own).cascades));
-    let level_count = level_count.sum::<u64>().min(MAX_LEVELS as u64);
+    let level_count = level_count.sum::<u64>().min(MAX_LIT_LEVELS as u64);
     let resolution = device.map_or(settings.resolution, |device| {
         allocatable_resolution(&settings, level_count, patched, &device.limits())
     });
     let name = |volume| names.get(volume).map(|it| it.to_string());
+    let volumes = all.len();
     let mut levels = Vec::new();
     for (owner, own, transform, own_layers, _) in all {
         let own = clamped(&own);
@@ -132,9 +134,9 @@ pub(crate) fn place_volume(
                 name(owner).unwrap_or_default()
             );
         }
-        if levels.len() + own.cascades as usize > MAX_LEVELS {
+        if levels.len() + own.cascades as usize > MAX_LIT_LEVELS {
             warn_once!(
-                "voxel GI: there are more than {MAX_LEVELS} cubes in total (volumes times their \
+                "voxel GI: there are more than {MAX_LIT_LEVELS} cubes in total (volumes times their \
                  `cascades`); the volumes spawned last are left out, from {} on. Use fewer cascades, or \
                  despawn volumes that are far away",
                 name(owner).unwrap_or_default()
@@ -153,6 +155,7 @@ pub(crate) fn place_volume(
             size: own.size * (1 << cascade) as f32,
             sky: own.sky,
             intensity: own.intensity,
+            is_outer: false,
         }));
     }
     levels.sort_by(|a, b| a.size.total_cmp(&b.size));
@@ -195,8 +198,10 @@ pub(crate) fn place_volume(
         Some(old) => old.texture.clone(),
         None => images.add(light_texture(size)),
     };
-    active.has_had_levels |= patched && !is_plain(&settings, levels.len());
+    active.has_had_cascades |= levels.len() > 1;
+    active.has_had_levels |= volumes > 1 || settings.receiver == Receiver::PerPixel;
     active.volume = Some(PlacedVolume {
+        has_had_cascades: active.has_had_cascades,
         has_had_levels: active.has_had_levels,
         levels,
         settings,

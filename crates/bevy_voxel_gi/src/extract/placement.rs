@@ -14,7 +14,12 @@ pub(crate) struct PlacedLevel {
     pub size: f32,
     pub sky: Sky,
     pub intensity: f32,
+    /// Whether only rays see it, and no pixel; see [`outer_levels`](super::outer_levels).
+    pub is_outer: bool,
 }
+
+/// Width of the margin around a level in which its light fades, in voxels. Keep in sync with `receive.wesl`.
+const MARGIN: f32 = 2.0;
 
 /// The active volumes and their current placement.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,12 +28,14 @@ pub(crate) struct PlacedVolume {
     pub settings: VoxelGiSettings,
     /// The same without the budget's choice.
     pub own_settings: VoxelGiSettings,
-    /// All volumes and cascades, the smallest first; never empty.
+    /// All volumes and cascades, the smallest first, never empty; then the levels around them.
     pub levels: Vec<PlacedLevel>,
     /// The texture that Bevy samples; see [`texture_size`](super::texture::texture_size).
     pub texture: Handle<Image>,
     /// Whether the patch of Bevy's shader applies; else the texture is that of a plain irradiance volume.
     pub patched: bool,
+    /// Whether there were levels around one centre: pixels find theirs by its distance.
+    pub has_had_cascades: bool,
     /// Whether pixels read the placement of the levels: it is so once a texture could not be read without.
     pub has_had_levels: bool,
     /// Exposure for emission that exposure must not affect: that of the active 3D camera that sees the volume's render
@@ -43,11 +50,19 @@ pub(crate) struct PlacedVolume {
 }
 
 impl PlacedVolume {
-    /// Centre and edges of the box around all levels, in metres.
+    /// The levels that light pixels.
+    pub fn lit(&self) -> &[PlacedLevel] {
+        let count = self.levels.iter().take_while(|level| !level.is_outer);
+        &self.levels[..count.count()]
+    }
+
+    /// Centre and edges of the box around them and their margins, in metres.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let half = |level: &PlacedLevel| Vec3::splat(0.5 * level.size);
+        let margin = if self.patched { MARGIN } else { 0.0 };
+        let half =
+            |level: &PlacedLevel| Vec3::splat(0.5 * level.size + margin * self.voxel_size(level));
         let (low, high) = self
-            .levels
+            .lit()
             .iter()
             .map(|level| (level.center - half(level), level.center + half(level)))
             .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
@@ -172,6 +187,7 @@ mod tests {
             size,
             sky: default(),
             intensity: 1.0,
+            is_outer: false,
         };
         let placed = PlacedVolume {
             settings: default(),
@@ -179,6 +195,7 @@ mod tests {
             levels: vec![level(Vec3::X * 3.0, 2.0), level(Vec3::ZERO, 4.0)],
             texture: default(),
             patched: true,
+            has_had_cascades: false,
             has_had_levels: true,
             exposure: 1.0,
             layers: default(),
@@ -186,7 +203,8 @@ mod tests {
             viewpoints: Vec::new(),
         };
         let (center, extent) = placed.bounds();
-        assert_eq!(center, Vec3::new(1.0, 0.0, 0.0));
-        assert_eq!(extent, Vec3::new(6.0, 4.0, 4.0));
+        // The larger one has a margin of a quarter of a metre, the smaller one of an eighth.
+        assert_eq!(center, Vec3::new(0.9375, 0.0, 0.0));
+        assert_eq!(extent, Vec3::new(6.375, 4.5, 4.5));
     }
 }

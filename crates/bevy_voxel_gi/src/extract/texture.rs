@@ -13,11 +13,6 @@ use crate::settings::{Receiver, VoxelGiSettings};
 /// 65504 · 64 = 4.2 million cd/m², down to 64 · 6·10⁻⁸ = 4·10⁻⁶ cd/m².
 pub(crate) const STORAGE_SCALE: f32 = 1.0 / 64.0;
 
-/// Whether the shader can read the texture without the placement of the levels.
-pub(crate) fn is_plain(settings: &VoxelGiSettings, levels: usize) -> bool {
-    levels == 1 && settings.receiver == Receiver::Interpolated
-}
-
 /// Size of the texture in texels. Per level there are the six faces of an ambient cube in the layout of
 /// Bevy's irradiance volumes, (R, 2 R, 3 R), levels one behind the other. If the patch of Bevy's shader
 /// applies, the depth is one more than a multiple of three, unlike that of any irradiance volume, and the
@@ -31,7 +26,6 @@ pub(super) fn texture_size(settings: &VoxelGiSettings, levels: usize, patched: b
     };
     let depth = match patched {
         false => 3 * r,
-        true if is_plain(settings, levels) => 3 * r + 1,
         true => (slabs * r * levels as u32).next_multiple_of(3) + 1,
     };
     Extent3d {

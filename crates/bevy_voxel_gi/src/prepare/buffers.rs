@@ -24,6 +24,9 @@ use crate::{
 /// The settings that the sizes of the buffers depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BufferShape {
+    /// Number of levels that light pixels, and of those around them for which there is room.
+    pub lit_levels: usize,
+    pub outer_levels: usize,
     pub voxels: u64,
     /// Slots for faces with a surface at first.
     pub first_slots: u64,
@@ -41,13 +44,30 @@ pub(crate) struct BufferShape {
 
 impl BufferShape {
     pub(crate) fn of(volume: &PlacedVolume) -> Self {
+        Self::with_levels(volume, volume.levels.len() - volume.lit().len())
+    }
+
+    /// The same with as much room around the volumes as there was: levels come and go there as cameras move.
+    pub(super) fn beside(volume: &PlacedVolume, known: Option<&VolumeBuffers>) -> Self {
+        let new = Self::of(volume);
+        let known = known.map(|buffers| buffers.shape);
+        let known = known.filter(|known| known.lit_levels == new.lit_levels);
+        let room = known.map_or(0, |known| known.outer_levels);
+        Self::with_levels(volume, new.outer_levels.max(room))
+    }
+
+    fn with_levels(volume: &PlacedVolume, outer_levels: usize) -> Self {
         let r = u64::from(volume.settings.resolution);
+        let lit_levels = volume.lit().len();
+        let levels = (lit_levels + outer_levels) as u64;
         let occlusion_only = matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. });
         let reprojects_albedo =
             volume.settings.albedo == VoxelAlbedo::Reprojected && !occlusion_only;
         Self {
-            voxels: r * r * r * volume.levels.len() as u64,
-            first_slots: first_slots(r, volume.levels.len() as u64),
+            lit_levels,
+            outer_levels,
+            voxels: r * r * r * levels,
+            first_slots: first_slots(r, levels),
             propagates: matches!(
                 volume.settings.light,
                 VoxelLight::GlobalIllumination {

@@ -52,6 +52,7 @@ pub(super) fn fingerprint(
             size,
             sky,
             intensity,
+            is_outer: _,
         } = level;
         hash_floats(&mut hasher, &center.to_array());
         hash_floats(&mut hasher, &[*size, *intensity]);

@@ -180,6 +180,7 @@ pub(crate) fn collect_mesh_batches(
     let locator = MeshLocator {
         scene: &scene,
         levels: &volume.levels,
+        resolution: volume.settings.resolution,
         allocator: &allocator,
         meshes: &meshes,
         notes: &notes,

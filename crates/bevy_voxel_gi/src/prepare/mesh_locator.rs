@@ -30,6 +30,7 @@ const _: () = assert!(MAX_LEVELS <= LevelMask::BITS as usize);
 pub(super) struct MeshLocator<'a> {
     pub scene: &'a ExtractedScene,
     pub levels: &'a [PlacedLevel],
+    pub resolution: u32,
     pub allocator: &'a MeshAllocator,
     pub meshes: &'a RenderAssets<RenderMesh>,
     pub notes: &'a AssetNotes,
@@ -40,7 +41,11 @@ pub(super) struct MeshLocator<'a> {
 impl MeshLocator<'_> {
     /// The levels that a mesh may reach into.
     pub(super) fn levels_of(&self, extracted: &ExtractedMesh) -> LevelMask {
-        let reached = self.levels.iter().map(|level| extracted.reaches(level));
+        let reaches = |level: &PlacedLevel| {
+            let sub_voxel = level.size / (4.0 * self.resolution as f32);
+            extracted.reaches(level) && (!level.is_outer || extracted.is_landscape(sub_voxel))
+        };
+        let reached = self.levels.iter().map(reaches);
         let reached = (0..).zip(reached).filter(|(_, reached)| *reached);
         reached.fold(0, |mask, (level, _): (u32, _)| mask | 1 << level)
     }

@@ -78,34 +78,42 @@ impl FramePlan {
                 .any(|(old, new)| old.center != new.center)
     }
 
-    /// By how many of its voxels each level has moved in the world since the last frame, if any has and the levels are
-    /// the same. The world has moved, too.
+    /// By how many of its voxels each level has moved in the world since the last frame, if any has and the levels that
+    /// light pixels are the same. The world has moved, too.
     fn moves(&mut self, volume: &PlacedVolume, world_move: Vec3) -> Option<[IVec4; MAX_LEVELS]> {
         let before = std::mem::replace(&mut self.placement, volume.levels.clone());
-        let same = |(old, new): (&PlacedLevel, &PlacedLevel)| {
-            (old.owner, old.size) == (new.owner, new.size)
+        let is_same = |old: &PlacedLevel, new: &PlacedLevel| {
+            (old.owner, old.size, old.is_outer) == (new.owner, new.size, new.is_outer)
         };
-        if before.len() != volume.levels.len() || !before.iter().zip(&volume.levels).all(same) {
+        let count = before.iter().take_while(|level| !level.is_outer).count();
+        let are_same = count == volume.lit().len() && { before.iter().zip(volume.lit()) }
+            .all(|(old, new)| is_same(old, new));
+        if !are_same {
             return None;
         }
         let mut moves = [IVec4::ZERO; MAX_LEVELS];
-        for ((by, old), new) in moves.iter_mut().zip(&before).zip(&volume.levels) {
-            *by = voxels_between(old.center + world_move, new.center, volume.voxel_size(new))
-                .extend(0);
+        for (i, (by, new)) in moves.iter_mut().zip(&volume.levels).enumerate() {
+            let old = before.get(i).filter(|old| is_same(old, new));
+            let moved = old.map_or(IVec3::splat(FAR), |old| {
+                voxels_between(old.center + world_move, new.center, volume.voxel_size(new))
+            });
+            *by = moved.extend(0);
         }
         (moves != [IVec4::ZERO; MAX_LEVELS]).then_some(moves)
     }
 }
 
+/// So many voxels are outside of any level.
+const FAR: i32 = 1_000_000;
+
 /// The number of voxels from one position to another: whole ones but for rounding where the volume follows an entity.
 fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> IVec3 {
-    // So many are outside of any level.
-    const FAR: f32 = 1e6;
     let voxels = ((new - old) / voxel_size).round();
     if voxels.is_nan() {
         return IVec3::ZERO;
     }
-    voxels.clamp(Vec3::splat(-FAR), Vec3::splat(FAR)).as_ivec3()
+    let far = Vec3::splat(FAR as f32);
+    voxels.clamp(-far, far).as_ivec3()
 }
 
 /// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
@@ -179,7 +187,7 @@ pub(crate) fn plan_frame(
     let Some(texture) = images.get(&volume.texture).filter(|_| pipelines_are_ready) else {
         return;
     };
-    let shape = BufferShape::of(volume);
+    let shape = BufferShape::beside(volume, buffers.as_deref());
     let is_same = buffers
         .as_ref()
         .is_some_and(|buffers| buffers.shape == shape)

@@ -129,6 +129,7 @@ impl UniformFrame<'_> {
             resolution: settings.resolution,
             center,
             level_count: self.volume.levels.len() as u32,
+            lit_level_count: self.volume.lit().len() as u32,
             light_count: self.light_count,
             storage_scale: STORAGE_SCALE,
             exposure: self.volume.exposure,

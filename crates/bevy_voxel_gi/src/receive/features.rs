@@ -25,6 +25,8 @@ pub(crate) struct ReceiverFeatures {
     voxel_gi: bool,
     /// Whether there was an irradiance volume of another origin. It stays too.
     other_volumes: bool,
+    /// Whether there were cascades. It stays too.
+    cascades: bool,
     /// Whether pixels read the placement of the levels. It stays, so that second volumes that come and go compile once.
     levels: bool,
     /// Whether pixels test the visibility of the voxels around them.
@@ -38,6 +40,7 @@ impl ReceiverFeatures {
         let Self {
             voxel_gi,
             other_volumes,
+            cascades,
             levels,
             visibility,
             lightmapped,
@@ -45,6 +48,7 @@ impl ReceiverFeatures {
         let source = format!(
             "const VOXEL_GI: bool = {voxel_gi};\n\
              const OTHER_VOLUMES: bool = {other_volumes};\n\
+             const CASCADES: bool = {cascades};\n\
              const LEVELS: bool = {levels};\n\
              const VISIBILITY: bool = {visibility};\n\
              const LIGHTMAPPED: bool = {lightmapped};\n"
@@ -75,6 +79,7 @@ pub(crate) fn update_features(
     features.other_volumes |= !others.is_empty();
     if let Some(volume) = &active.volume {
         features.voxel_gi = true;
+        features.cascades = volume.has_had_cascades;
         features.levels = volume.has_had_levels;
         features.visibility = volume.is_per_pixel();
         features.lightmapped = volume.settings.affects_lightmapped_meshes;
@@ -160,6 +165,7 @@ mod tests {
             size: 1.0,
             sky: default(),
             intensity: 1.0,
+            is_outer: false,
         };
         PlacedVolume {
             own_settings: settings.clone(),
@@ -167,7 +173,8 @@ mod tests {
             levels: vec![level; levels],
             texture: default(),
             patched: true,
-            has_had_levels: levels > 1 || receiver == Receiver::PerPixel,
+            has_had_cascades: levels > 1,
+            has_had_levels: receiver == Receiver::PerPixel,
             exposure: 1.0,
             layers: default(),
             scene_layers: default(),
@@ -202,7 +209,7 @@ mod tests {
         };
         check(None, &[]);
         check(Some((Receiver::Interpolated, 1)), &["VOXEL_GI"]);
-        check(Some((Receiver::Interpolated, 2)), &["VOXEL_GI", "LEVELS"]);
+        check(Some((Receiver::Interpolated, 2)), &["VOXEL_GI", "CASCADES"]);
         let all = ["VOXEL_GI", "LEVELS", "VISIBILITY"];
         check(Some((Receiver::PerPixel, 1)), &all);
         check(Some((Receiver::Interpolated, 1)), &["VOXEL_GI"]);

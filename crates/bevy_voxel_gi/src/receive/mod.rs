@@ -4,4 +4,4 @@
 pub(crate) mod features;
 mod patch;
 
-pub(crate) use patch::{LIGHTMAP_PATCH, RECEIVER_PATCH, lightmap_patch, receiver_patch};
+pub(crate) use patch::{LIGHTING_PATCH, RECEIVER_PATCH, lighting_patch, receiver_patch};

@@ -1,0 +1,275 @@
+//! The levels around the volumes: rays that leave the volumes see the world outside in them, out to its bounds. They are
+//! coarser, and no pixel reads their light.
+
+use bevy::{math::Vec3A, prelude::*, render::renderer::RenderDevice};
+
+use super::{
+    meshes::{ExtractedMesh, ExtractedScene},
+    placement::PlacedLevel,
+    volume::ExtractedVolume,
+};
+use crate::{
+    gpu_types::{MAX_LEVELS, MAX_LIT_LEVELS},
+    prepare::buffers::largest_buffer,
+    settings::{Solver, VoxelLight},
+};
+
+/// Most levels around the volumes.
+const MOST: usize = MAX_LEVELS - MAX_LIT_LEVELS;
+
+/// How much larger each is than the one before: positions in a level are exact to an eighth of its voxel, which is seen
+/// from the middle under less than one and a half degrees where the level before ends.
+const STEP: f32 = 4.0;
+
+/// A level moves by this part of its size, so that it stays where the bounds of the world hardly change.
+const GRID: f32 = 1.0 / 16.0;
+
+/// Appends them to the levels of the volumes.
+pub(crate) fn place_outer_levels(
+    mut volume: ResMut<ExtractedVolume>,
+    scene: Res<ExtractedScene>,
+    mut world: Local<WorldBounds>,
+    device: Res<RenderDevice>,
+) {
+    let Some(volume) = &mut volume.0 else {
+        *world = default();
+        return;
+    };
+    let sees_far = matches!(
+        volume.settings.light,
+        VoxelLight::GlobalIllumination {
+            solver: Solver::Trace { .. },
+            ..
+        }
+    );
+    let Some(largest) = volume.levels.last().filter(|_| sees_far) else {
+        return;
+    };
+    let resolution = volume.settings.resolution;
+    world.update(&scene, largest.center, resolution);
+    let Some(bounds) = world.bounds() else {
+        return;
+    };
+    let mut outer = outer_levels(largest, bounds, resolution);
+    let limits = device.limits();
+    let most_bytes = limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size);
+    let lit = volume.levels.len();
+    while !outer.is_empty()
+        && largest_buffer(&volume.settings, resolution, (lit + outer.len()) as u64) > most_bytes
+    {
+        outer.pop();
+    }
+    volume.levels.extend(outer);
+}
+
+/// The levels around the largest level of the volumes, from small to large, for a world with these corners.
+fn outer_levels(
+    largest: &PlacedLevel,
+    (low, high): (Vec3, Vec3),
+    resolution: u32,
+) -> Vec<PlacedLevel> {
+    let mut levels: Vec<PlacedLevel> = Vec::new();
+    let contains = |level: &PlacedLevel| {
+        let half = Vec3::splat(0.5 * level.size);
+        low.cmpge(level.center - half).all() && high.cmple(level.center + half).all()
+    };
+    let level = |center: Vec3, size: f32, step: f32| PlacedLevel {
+        center: (center / step).round() * step,
+        size,
+        is_outer: true,
+        ..largest.clone()
+    };
+    // The smallest cube in half steps of powers of two that contains the world, wherever it is on its grid.
+    let length = (high - low).max_element() / (1.0 - GRID);
+    let steps = (2.0 * (length / largest.size).log2()).ceil().max(0.0);
+    let size = largest.size * (0.5 * steps).exp2();
+    let whole = level(0.5 * (low + high), size, GRID * size);
+    while levels.len() < MOST && !contains(levels.last().unwrap_or(largest)) {
+        let next = STEP * levels.last().unwrap_or(largest).size;
+        if whole.size <= next {
+            levels.push(whole);
+            break;
+        }
+        levels.push(level(largest.center, next, next / resolution as f32));
+    }
+    levels
+}
+
+/// The bounds of the world as far as rays from the volumes can tell, kept from frame to frame.
+#[derive(Default)]
+pub(crate) struct WorldBounds {
+    extremes: Option<Extremes>,
+    center: Vec3,
+    resolution: u32,
+}
+
+/// The corners, and the meshes that are there: as long as these stay, other meshes can only widen the bounds.
+struct Extremes {
+    low: Vec3A,
+    high: Vec3A,
+    at_low: [Entity; 3],
+    at_high: [Entity; 3],
+}
+
+impl WorldBounds {
+    fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let extremes = self.extremes.as_ref()?;
+        Some((extremes.low.into(), extremes.high.into()))
+    }
+
+    fn update(&mut self, scene: &ExtractedScene, center: Vec3, resolution: u32) {
+        let is_same = (self.center, self.resolution) == (center, resolution);
+        let may_shrink = self.extremes.as_ref().is_some_and(|extremes| {
+            let mut at = extremes.at_low.iter().chain(&extremes.at_high);
+            at.any(|entity| scene.changed.contains(entity))
+        });
+        (self.center, self.resolution) = (center, resolution);
+        if is_same && !may_shrink {
+            for entity in &scene.changed {
+                if let Some(mesh) = scene.rigid.get(entity) {
+                    self.add(*entity, mesh);
+                }
+            }
+            return;
+        }
+        self.extremes = None;
+        for (entity, mesh) in &scene.rigid {
+            self.add(*entity, mesh);
+        }
+    }
+
+    fn add(&mut self, entity: Entity, mesh: &ExtractedMesh) {
+        let Some((center, half_size)) = mesh.bounds else {
+            return;
+        };
+        // It would be smaller than a sub-voxel of a level that reaches as far.
+        let distance = (center - Vec3A::from(self.center)).abs().max_element();
+        if !distance.is_finite()
+            || half_size.max_element() * 4.0 * (self.resolution as f32) < distance
+        {
+            return;
+        }
+        let (low, high) = (center - half_size, center + half_size);
+        let extremes = self.extremes.get_or_insert(Extremes {
+            low,
+            high,
+            at_low: [entity; 3],
+            at_high: [entity; 3],
+        });
+        for axis in 0..3 {
+            if low[axis] < extremes.low[axis] {
+                extremes.low[axis] = low[axis];
+                extremes.at_low[axis] = entity;
+            }
+            if high[axis] > extremes.high[axis] {
+                extremes.high[axis] = high[axis];
+                extremes.at_high[axis] = entity;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(center: Vec3, size: f32) -> PlacedLevel {
+        PlacedLevel {
+            owner: Entity::PLACEHOLDER,
+            center,
+            size,
+            sky: default(),
+            intensity: 1.0,
+            is_outer: false,
+        }
+    }
+
+    fn sizes(levels: &[PlacedLevel]) -> Vec<f32> {
+        levels.iter().map(|level| level.size).collect()
+    }
+
+    #[test]
+    fn the_world_is_in_as_many_levels_as_it_takes_and_in_none_where_the_volume_has_it() {
+        let volume = level(Vec3::new(1.0, 2.0, 3.0), 16.0);
+        let cube = |half: f32| (Vec3::splat(-half), Vec3::splat(half));
+        assert!(outer_levels(&volume, cube(4.9), 32).is_empty());
+        // 60 metres need 64.
+        assert_eq!(sizes(&outer_levels(&volume, cube(30.0), 32)), [64.0]);
+        assert_eq!(
+            sizes(&outer_levels(&volume, cube(100.0), 32)),
+            [64.0, 256.0]
+        );
+        let far = outer_levels(&volume, cube(1e4), 32);
+        assert_eq!(sizes(&far), [64.0, 256.0, 1024.0]);
+        for level in &far {
+            let voxel = level.size / 32.0;
+            assert!((level.center / voxel).fract().abs().max_element() < 1e-5);
+            assert!(level.center.distance(volume.center) < voxel);
+        }
+    }
+
+    #[test]
+    fn the_last_level_contains_the_world_and_stays_as_long_as_its_bounds_hardly_change() {
+        let volume = level(Vec3::ZERO, 16.0);
+        let whole = |low: Vec3, high: Vec3| outer_levels(&volume, (low, high), 32).remove(0);
+        for shift in 0..20 {
+            let low = Vec3::new(-20.0 + 0.7 * shift as f32, -3.0, 2.0);
+            let high = low + Vec3::new(39.0, 5.0, 12.0);
+            let found = whole(low, high);
+            assert_eq!(found.size, 45.254833);
+            let half = Vec3::splat(0.5 * found.size);
+            assert!(low.cmpge(found.center - half).all());
+            assert!(high.cmple(found.center + half).all());
+        }
+        let (low, high) = (Vec3::splat(-20.0), Vec3::splat(20.0));
+        assert_eq!(whole(low, high), whole(low - 0.1, high));
+    }
+
+    fn mesh(center: Vec3, half_size: f32) -> ExtractedMesh {
+        ExtractedMesh {
+            bounds: Some((center.into(), Vec3A::splat(half_size))),
+            mesh: AssetId::invalid(),
+            world_from_local: default(),
+            material: 0,
+            first_joint: None,
+            weights: None,
+            casts_shadow: true,
+        }
+    }
+
+    #[test]
+    fn bounds_follow_what_comes_moves_and_goes_as_if_they_were_found_anew() {
+        let mut scene = ExtractedScene::default();
+        let mut kept = WorldBounds::default();
+        let entity = |index: u32| Entity::from_raw_u32(index).expect("an index");
+        // A step: the position of a mesh, or its end.
+        let steps: [(u32, Option<f32>); 8] = [
+            (0, Some(0.0)),
+            (1, Some(10.0)),
+            (2, Some(-7.0)),
+            (1, Some(3.0)),
+            (3, Some(5.0)),
+            (2, None),
+            (3, Some(50.0)),
+            (3, None),
+        ];
+        for (index, at) in steps {
+            match at {
+                Some(x) => scene.rigid.insert(entity(index), mesh(Vec3::X * x, 1.0)),
+                None => scene.rigid.remove(&entity(index)),
+            };
+            scene.changed = vec![entity(index)];
+            kept.update(&scene, Vec3::ZERO, 32);
+            let mut anew = WorldBounds::default();
+            anew.update(&scene, Vec3::ZERO, 32);
+            assert_eq!(kept.bounds(), anew.bounds(), "{index} {at:?}");
+        }
+        // From 200 metres a metre is less than a sub-voxel.
+        scene.rigid.insert(entity(4), mesh(Vec3::X * 200.0, 1.0));
+        scene.changed = vec![entity(4)];
+        kept.update(&scene, Vec3::ZERO, 32);
+        assert_eq!(kept.bounds().expect("bounds").1.x, 4.0);
+    }
+}
