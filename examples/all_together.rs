@@ -53,9 +53,8 @@ fn spawn(
     ));
     commands.spawn((
         VoxelGiVolume {
-            size: 20.0,
-            sky: Sky::uniform(LinearRgba::rgb(2500.0, 3200.0, 4500.0)),
-            ..default()
+            sky: Some(Sky::uniform(LinearRgba::rgb(2500.0, 3200.0, 4500.0))),
+            ..VoxelGiVolume::fixed(20.0)
         },
         Transform::from_xyz(0.0, 2.0, -2.0),
     ));

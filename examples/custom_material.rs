@@ -93,7 +93,10 @@ fn spawn(
     mut rings: ResMut<Assets<Rings>>,
     mut dusty: ResMut<Assets<DustyMaterial>>,
 ) {
-    commands.spawn((VoxelGiVolume::default(), Transform::from_xyz(0.0, 2.0, 0.0)));
+    commands.spawn((
+        VoxelGiVolume::fixed(16.0),
+        Transform::from_xyz(0.0, 2.0, 0.0),
+    ));
     commands.spawn((
         Camera3d::default(),
         FreeCamera::default(),

@@ -26,9 +26,8 @@ struct House(usize);
 /// A pixel is lit by the smallest volume around it, and rays that leave one go on in a larger one.
 fn volume(size: f32) -> VoxelGiVolume {
     VoxelGiVolume {
-        size,
-        sky: Sky::uniform(LinearRgba::rgb(2500.0, 3200.0, 4500.0)),
-        ..default()
+        sky: Some(Sky::uniform(LinearRgba::rgb(2500.0, 3200.0, 4500.0))),
+        ..VoxelGiVolume::fixed(size)
     }
 }
 

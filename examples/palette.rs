@@ -75,9 +75,8 @@ fn spawn(
 ) {
     commands.spawn((
         VoxelGiVolume {
-            size: 16.0,
-            sky: Sky::uniform(LinearRgba::rgb(1.0, 1.5, 3.0)),
-            ..default()
+            sky: Some(Sky::uniform(LinearRgba::rgb(1.0, 1.5, 3.0))),
+            ..VoxelGiVolume::fixed(16.0)
         },
         Transform::from_xyz(0.0, 3.0, 0.0),
     ));

@@ -33,9 +33,8 @@ fn spawn(
     // A cube of 12 m in which light bounces, and the light that comes in from outside of it, in cd/m².
     commands.spawn((
         VoxelGiVolume {
-            size: 12.0,
-            sky: Sky::uniform(LinearRgba::rgb(1500.0, 2200.0, 3500.0)),
-            ..default()
+            sky: Some(Sky::uniform(LinearRgba::rgb(1500.0, 2200.0, 3500.0))),
+            ..VoxelGiVolume::fixed(12.0)
         },
         Transform::from_xyz(0.0, 2.0, 0.0),
     ));

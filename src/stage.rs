@@ -21,8 +21,18 @@ pub struct Stage {
     pub directional_lights: Vec<SceneDirectionalLight>,
     /// Radiance of the sky, in candela per square metre.
     pub sky_radiance: Vec3,
+    /// What the quarter of the sky at +X and +Z has beyond that.
+    pub sky_quarter: Vec3,
     /// The camera of the picture.
     pub camera: SceneCamera,
+}
+
+impl Stage {
+    /// Radiance of the sky in a direction.
+    pub fn sky(&self, direction: Vec3) -> Vec3 {
+        let is_bright = direction.x > 0.0 && direction.z > 0.0;
+        self.sky_radiance + self.sky_quarter * f32::from(u8::from(is_bright))
+    }
 }
 
 /// Centre and edge of the smallest cube of this many voxels along an edge that leaves one free on each side of

@@ -73,6 +73,9 @@ pub struct BoxScene {
     /// Radiance of the sky, in candela per square metre.
     #[serde(default)]
     pub sky_radiance: Vec3,
+    /// What the quarter of the sky at +X and +Z has beyond that.
+    #[serde(default)]
+    pub sky_quarter: Vec3,
     /// The camera of the truth.
     pub camera: SceneCamera,
 }
@@ -114,6 +117,7 @@ impl BoxScene {
             point_lights: self.point_lights.clone(),
             directional_lights: self.directional_lights.clone(),
             sky_radiance: self.sky_radiance,
+            sky_quarter: self.sky_quarter,
             camera: self.camera,
         }
     }

@@ -23,6 +23,7 @@ fn scene(parts: Vec<ScenePart>, eye: Vec3, target: Vec3) -> MeshScene {
             point_lights: Vec::new(),
             directional_lights: Vec::new(),
             sky_radiance: Vec3::ZERO,
+            sky_quarter: Vec3::ZERO,
             camera: SceneCamera {
                 eye,
                 target,

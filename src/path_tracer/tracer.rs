@@ -79,7 +79,7 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
             let direction = cosine_direction(hit.normal, at);
             let cosine = hit.normal.dot(direction);
             match self.surfaces.closest(hit.ray(direction)) {
-                None => return sum + throughput * self.stage.sky_radiance,
+                None => return sum + throughput * self.stage.sky(direction),
                 Some(next) => hit = next,
             }
             if hit.emission != Vec3::ZERO {
@@ -389,8 +389,9 @@ fn pixel<S: Surfaces>(tracer: &Tracer<S>, view: &View, index: u32) -> Pixel {
     for sample in 0..settings.samples {
         let mut random = Random::new(index, sample, settings.seed);
         let at = corner + random.point();
-        let Some(hit) = tracer.surfaces.closest(view.ray(at)) else {
-            sum.total += stage.sky_radiance;
+        let ray = view.ray(at);
+        let Some(hit) = tracer.surfaces.closest(ray) else {
+            sum.total += stage.sky(ray.direction);
             continue;
         };
         let direct = tracer.direct(&hit);

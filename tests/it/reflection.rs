@@ -18,7 +18,7 @@ use bevy_frugal_lab::{
     ROOT,
     headless::{HeadlessApp, HeadlessSettings},
 };
-use bevy_voxel_gi::{VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelGiVolume};
+use bevy_voxel_gi::{Follow, VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelGiVolume};
 use bevy_wavelet_tex::WaveletTexPlugin;
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
@@ -127,7 +127,7 @@ fn a_volume_follows_the_entity_that_was_spawned_with_it() {
     }
     let entity = |index| Entity::from_raw_u32(index).expect("an entity");
     let mut volume = VoxelGiVolume {
-        follow: Some(entity(3)),
+        follow: Follow::Entity(entity(3)),
         ..default()
     };
     let mut registry = TypeRegistry::new();
@@ -136,5 +136,5 @@ fn a_volume_follows_the_entity_that_was_spawned_with_it() {
     reflected
         .expect("registered")
         .map_entities(&mut volume, &mut Next);
-    assert_eq!(volume.follow, Some(entity(4)));
+    assert_eq!(volume.follow, Follow::Entity(entity(4)));
 }

@@ -16,6 +16,7 @@ pub(crate) struct Level {
     pub sky_zenith: Vec3,
     pub intensity: f32,
     pub sky_horizon: Vec3,
+    pub sky_map_share: f32,
     pub sky_ground: Vec3,
 }
 

@@ -42,16 +42,16 @@ pub use plugin::{VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelMaterialPlugin};
 pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
 pub use settings::{
-    Bounces, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo, VoxelGiBudget,
-    VoxelGiLight, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
+    Bounces, Follow, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo,
+    VoxelGiBudget, VoxelGiLight, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
 };
 
 /// What most apps use: `use bevy_voxel_gi::prelude::*`.
 #[cfg(feature = "bevy")]
 pub mod prelude {
     pub use crate::{
-        AsVoxelMaterial, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelGiBudget,
-        VoxelGiBudgetPlugin, VoxelGiDebug, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings,
-        VoxelGiVolume, VoxelLight, VoxelMaterial, VoxelMaterialPlugin,
+        AsVoxelMaterial, Follow, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver,
+        VoxelGiBudget, VoxelGiBudgetPlugin, VoxelGiDebug, VoxelGiPlugin, VoxelGiReport,
+        VoxelGiSettings, VoxelGiVolume, VoxelLight, VoxelMaterial, VoxelMaterialPlugin,
     };
 }

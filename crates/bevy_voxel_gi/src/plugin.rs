@@ -53,7 +53,7 @@ use crate::{
     },
     report::{SharedReport, VoxelGiReport, receive_report},
     settings::{
-        MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiLight, VoxelGiSettings,
+        Follow, MeshVoxelMaterial, NotVoxelized, VoxelGiBudget, VoxelGiLight, VoxelGiSettings,
         VoxelGiVolume,
     },
 };
@@ -77,6 +77,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "shaders/harmonics.wesl");
         load_shader_library!(app, "shaders/light_texture.wesl");
         load_shader_library!(app, "shaders/rays.wesl");
+        load_shader_library!(app, "shaders/sky.wesl");
         load_shader_library!(app, "shaders/surface.wesl");
         load_shader_library!(app, "shaders/surface_item.wesl");
         load_shader_library!(app, "shaders/trace.wesl");
@@ -89,6 +90,7 @@ impl Plugin for VoxelGiPlugin {
             .patch_shader(receive::lighting_patch())
             .register_type::<VoxelGiSettings>()
             .register_type::<VoxelGiVolume>()
+            .register_type::<Follow>()
             .init_resource::<VoxelGiSettings>()
             .register_type::<NotVoxelized>()
             .register_type::<MeshVoxelMaterial>()

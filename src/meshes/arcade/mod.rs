@@ -123,6 +123,7 @@ impl Arcade {
                     illuminance_lux: Vec3::new(400.0, 380.0, 330.0),
                 }],
                 sky_radiance: Vec3::new(40.0, 55.0, 80.0),
+                sky_quarter: Vec3::ZERO,
                 camera: self.camera,
             },
         }

@@ -153,9 +153,8 @@ pub fn place_volume(
     let (center, size) = hall::volume();
     light.resolution = settings.choice("resolution").parse().unwrap_or(32);
     let requested = settings.toggle("voxel_gi").then(|| VoxelGiVolume {
-        size,
-        sky: hall::sky(),
-        ..default()
+        sky: Some(hall::sky()),
+        ..VoxelGiVolume::fixed(size)
     });
     match (volumes.iter().next(), requested) {
         (Some((_, volume)), Some(requested)) if *volume == requested => {}

@@ -238,9 +238,9 @@ fn volume(settings: &SceneSettings, size: f32, sky: Sky) -> VoxelGiVolume {
     VoxelGiVolume {
         // The first of several cascades is about the middle of the scene.
         size: if cascades > 1 { 0.5 * size } else { size },
-        sky,
+        sky: Some(sky),
         cascades,
-        ..default()
+        ..VoxelGiVolume::fixed(size)
     }
 }
 

@@ -127,6 +127,7 @@ pub fn room() -> BoxScene {
             illuminance_lux: Vec3::new(100_000.0, 94_000.0, 84_000.0),
         }],
         sky_radiance: Vec3::ZERO,
+        sky_quarter: Vec3::ZERO,
         camera: SceneCamera {
             eye: view().translation,
             target: TARGET,

@@ -215,7 +215,8 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
     let gi_in = |volume, name: &str, settings, scenes: &[Scene]| {
         configuration("voxel_gi", name, Kind::Gi(settings, volume), scenes)
     };
-    let gi = |name: &str, settings, scenes: &[Scene]| gi_in(default(), name, settings, scenes);
+    let fixed = || VoxelGiVolume::fixed(16.0);
+    let gi = |name: &str, settings, scenes: &[Scene]| gi_in(fixed(), name, settings, scenes);
     let base = &[Scene::BaseColor];
     let light = |light| VoxelGiSettings { light, ..default() };
     let trace = |bounces| {
@@ -236,10 +237,6 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         voxelizer,
         ..default()
     };
-    let cascaded = VoxelGiVolume {
-        cascades: 4,
-        ..default()
-    };
     let per_pixel = VoxelGiSettings {
         receiver: Receiver::PerPixel,
         ..default()
@@ -248,7 +245,7 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         gi("trace", default(), &Scene::MATERIALS),
         gi("trace 4 bounces", trace(Bounces::Count(4)), base),
         gi("trace per pixel", per_pixel, &Scene::MATERIALS),
-        gi_in(cascaded, "trace 4 cascades", default(), base),
+        gi_in(default(), "trace cascades", default(), base),
         gi(
             "trace fragment_clipping",
             voxelizer(Voxelizer::FragmentClipping),

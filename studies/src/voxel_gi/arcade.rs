@@ -185,9 +185,10 @@ impl StateTruth {
 fn placed(scene: &MeshScene, resolution: u32) -> (VoxelGiVolume, Transform) {
     let (center, size) = scene.volume(resolution);
     let volume = VoxelGiVolume {
-        size,
-        sky: Sky::uniform(LinearRgba::from_vec3(scene.stage.sky_radiance)),
-        ..default()
+        sky: Some(Sky::uniform(LinearRgba::from_vec3(
+            scene.stage.sky_radiance,
+        ))),
+        ..VoxelGiVolume::fixed(size)
     };
     (volume, Transform::from_translation(center))
 }

@@ -75,10 +75,7 @@ pub fn app(
     let has_volume = light.is_some();
     if let Some(light) = light {
         world.insert_resource(light);
-        world.spawn(VoxelGiVolume {
-            size: SIZE,
-            ..default()
-        });
+        world.spawn(VoxelGiVolume::fixed(SIZE));
     }
     app.run_until_ready(MAX_FRAMES)?;
     if has_volume {

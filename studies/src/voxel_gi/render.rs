@@ -71,9 +71,8 @@ fn app(scene: &BoxScene) -> Result<HeadlessApp, HeadlessError> {
 pub fn placed(scene: &BoxScene, resolution: u32) -> (VoxelGiVolume, Transform) {
     let (center, size) = scene.volume(resolution);
     let volume = VoxelGiVolume {
-        size,
-        sky: Sky::uniform(LinearRgba::from_vec3(scene.sky_radiance)),
-        ..default()
+        sky: Some(Sky::uniform(LinearRgba::from_vec3(scene.sky_radiance))),
+        ..VoxelGiVolume::fixed(size)
     };
     (volume, Transform::from_translation(center))
 }

@@ -201,9 +201,8 @@ pub fn switch(world: &mut World, [wavelet, packed, ewa, light]: [bool; 4]) {
     if light && volumes.is_empty() {
         world.resource_mut::<VoxelGiSettings>().resolution = 8;
         world.spawn(VoxelGiVolume {
-            size: 8.0,
-            sky: Sky::uniform(LinearRgba::rgb(300.0, 400.0, 500.0)),
-            ..default()
+            sky: Some(Sky::uniform(LinearRgba::rgb(300.0, 400.0, 500.0))),
+            ..VoxelGiVolume::fixed(8.0)
         });
     }
     for volume in volumes.into_iter().filter(|_| !light) {

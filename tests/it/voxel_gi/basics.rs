@@ -11,7 +11,8 @@ use bevy::{
 };
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{
-    NotVoxelized, Receiver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
+    Follow, NotVoxelized, Receiver, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight,
+    Voxelizer,
 };
 
 use super::{
@@ -445,7 +446,7 @@ fn cascades_and_a_volume_that_follows() {
     app.world_mut().spawn(VoxelGiVolume {
         size: 2.0,
         cascades: 2,
-        follow: Some(leader),
+        follow: Follow::Entity(leader),
         ..under_sky(1.0)
     });
     ready(&mut app);

@@ -9,7 +9,8 @@ use bevy::{
 };
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{
-    Bounces, Sky, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
+    Bounces, Follow, Sky, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiVolume, VoxelLight,
+    Voxelizer,
 };
 
 use super::{
@@ -123,11 +124,11 @@ fn settings_that_are_none() {
             ..small_volume()
         },
         VoxelGiVolume {
-            sky: Sky::uniform(LinearRgba::rgb(nan, f32::INFINITY, -1.0)),
+            sky: Some(Sky::uniform(LinearRgba::rgb(nan, f32::INFINITY, -1.0))),
             ..small_volume()
         },
         VoxelGiVolume {
-            follow: Some(Entity::PLACEHOLDER),
+            follow: Follow::Entity(Entity::PLACEHOLDER),
             ..small_volume()
         },
     ] {

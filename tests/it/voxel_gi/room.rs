@@ -201,10 +201,7 @@ pub fn ceiling_light(world: &mut World) {
 }
 
 pub fn around_room() -> VoxelGiVolume {
-    VoxelGiVolume {
-        size: 5.0,
-        ..default()
-    }
+    VoxelGiVolume::fixed(5.0)
 }
 
 /// The indirect light on the floor, left and right, of a room.

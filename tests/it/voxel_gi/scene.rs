@@ -129,16 +129,13 @@ pub fn settings(world: &mut World) -> Mut<'_, VoxelGiSettings> {
 
 /// A small volume of 4 m around the origin.
 pub fn small_volume() -> VoxelGiVolume {
-    VoxelGiVolume {
-        size: 4.0,
-        ..default()
-    }
+    VoxelGiVolume::fixed(4.0)
 }
 
 /// The same under a uniform sky.
 pub fn under_sky(radiance: f32) -> VoxelGiVolume {
     VoxelGiVolume {
-        sky: Sky::uniform(LinearRgba::rgb(radiance, radiance, radiance)),
+        sky: Some(Sky::uniform(LinearRgba::rgb(radiance, radiance, radiance))),
         ..small_volume()
     }
 }

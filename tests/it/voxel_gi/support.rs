@@ -40,9 +40,8 @@ pub fn volume(
     app.world_mut().insert_resource(settings);
     let sky = LinearRgba::from_vec3(scene.sky_radiance);
     let volume = VoxelGiVolume {
-        size,
-        sky: Sky::uniform(sky),
-        ..default()
+        sky: Some(Sky::uniform(sky)),
+        ..VoxelGiVolume::fixed(size)
     };
     (volume, Transform::from_translation(center))
 }

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
+use bevy_voxel_gi::{Bounces, Receiver, Sky, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
     scene::{app, app_with, asynchronous_app, at, block, floor, settings, small_volume, under_sky},
@@ -77,7 +77,7 @@ fn pixels_read_the_smallest_of_nested_volumes_and_rays_continue_in_the_larger() 
         app.world_mut().spawn(VoxelGiVolume {
             size: 2.0,
             intensity: 3.0,
-            sky: default(),
+            sky: Some(Sky::default()),
             ..small_volume()
         });
         // Outside of the inner volume.

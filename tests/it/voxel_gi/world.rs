@@ -1,10 +1,24 @@
 //! The world outside of volumes: rays see it, and pixels do not end at an edge.
 
-use bevy::prelude::*;
+use bevy::{
+    asset::RenderAssetUsages,
+    camera::ScalingMode,
+    light::Skybox,
+    prelude::*,
+    render::render_resource::{
+        Extent3d, TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
+    },
+};
+use bevy_frugal_lab::{
+    boxes::{BoxScene, SceneBox, agreement, block_means, cornell_box, trace},
+    headless::HeadlessApp,
+    path_tracer::TraceSettings,
+};
+use bevy_voxel_gi::{Sky, VoxelGiVolume};
 
 use super::{
     scene::{app, at, block_of, under_sky},
-    support::indirect,
+    support::{box_app, indirect, picture, settle},
 };
 use crate::support::gpu;
 
@@ -49,4 +63,244 @@ fn a_sealed_hall_around_a_volume_is_dark_and_an_open_one_is_not() {
     assert!(dark.iter().all(|light| light.abs() < 0.01), "{dark:?}");
     let open = added(false);
     assert!(open.iter().all(|light| *light > 0.3), "{open:?}");
+}
+
+/// A cube map with this radiance in each direction of the world.
+fn cube_map(world: &mut World, radiance: impl Fn(Vec3) -> f32) -> Handle<Image> {
+    const SIZE: u32 = 32;
+    let texel = |face: u32, x: u32, y: u32| {
+        let [u, v] = [x, y].map(|at| (2.0 * at as f32 + 1.0) / SIZE as f32 - 1.0);
+        let cube = match face {
+            0 => Vec3::new(1.0, -v, -u),
+            1 => Vec3::new(-1.0, -v, u),
+            2 => Vec3::new(u, 1.0, v),
+            3 => Vec3::new(u, -1.0, -v),
+            4 => Vec3::new(u, -v, 1.0),
+            _ => Vec3::new(-u, -v, -1.0),
+        };
+        // Cube maps are left-handed.
+        radiance(cube * Vec3::new(1.0, 1.0, -1.0))
+    };
+    let faces = (0..6).flat_map(|face| (0..SIZE * SIZE).map(move |i| (face, i % SIZE, i / SIZE)));
+    let texels = faces.flat_map(|(face, x, y)| {
+        let gray = half::f16::from_f32(texel(face, x, y));
+        [gray, gray, gray, half::f16::ONE].map(half::f16::to_le_bytes)
+    });
+    let mut image = Image::new(
+        Extent3d {
+            width: SIZE,
+            height: SIZE,
+            depth_or_array_layers: 6,
+        },
+        TextureDimension::D2,
+        texels.flatten().collect(),
+        TextureFormat::Rgba16Float,
+        RenderAssetUsages::default(),
+    );
+    image.texture_view_descriptor = Some(TextureViewDescriptor {
+        dimension: Some(TextureViewDimension::Cube),
+        ..default()
+    });
+    world.resource_mut::<Assets<Image>>().add(image)
+}
+
+fn camera(world: &mut World) -> EntityWorldMut<'_> {
+    let camera = world
+        .query_filtered::<Entity, With<Camera3d>>()
+        .single(world);
+    world.entity_mut(camera.expect("a camera"))
+}
+
+/// A floor of 20 m, of which the camera sees `width` metres.
+fn wide_floor(app: &mut HeadlessApp, width: f32) {
+    let world = app.world_mut();
+    block_of(
+        world,
+        0.5,
+        Vec3::new(0.0, -0.1, 0.0),
+        Vec3::new(20.0, 0.2, 20.0),
+    );
+    let mut camera = camera(world);
+    let scaling_mode = ScalingMode::Fixed {
+        width,
+        height: width,
+    };
+    camera.insert(Projection::from(OrthographicProjection {
+        scaling_mode,
+        ..OrthographicProjection::default_3d()
+    }));
+}
+
+/// All of a floor is as bright as Bevy alone has it, in a volume, at its edge, outside, and in several volumes.
+fn a_floor_without_an_edge(light: impl Fn(&mut World)) {
+    let _gpu = gpu();
+    let mut app = app();
+    wide_floor(&mut app, 12.0);
+    light(app.world_mut());
+    app.run_until_ready(200).expect("ready");
+    let alone = picture(&mut app);
+    let expected = at(&alone, 0.0, 0.0).x;
+    assert!(expected > 0.2, "{expected}");
+    let nested = VoxelGiVolume::fixed(3.0);
+    let beside = (
+        VoxelGiVolume::fixed(2.0),
+        Transform::from_xyz(4.0, 0.0, 0.0),
+    );
+    let follows = VoxelGiVolume {
+        size: 2.0,
+        ..default()
+    };
+    let check = |what: &str, volumes: Vec<Entity>, app: &mut HeadlessApp| {
+        settle(app);
+        for (pixel, (found, alone)) in picture(app).iter().zip(&alone).enumerate() {
+            let wrong = (*found / *alone - 1.0).abs().max_element();
+            assert!(wrong < 0.012, "{found} for {alone} at {pixel} with {what}");
+        }
+        for volume in volumes {
+            app.world_mut().despawn(volume);
+        }
+        app.render_frames(3).expect("frames");
+    };
+    let spawned = vec![app.world_mut().spawn(VoxelGiVolume::fixed(4.0)).id()];
+    check("a volume", spawned, &mut app);
+    let spawned = vec![app.world_mut().spawn(follows).id()];
+    check("cascades around the camera", spawned, &mut app);
+    let world = app.world_mut();
+    let spawned = vec![
+        world.spawn(VoxelGiVolume::fixed(4.0)).id(),
+        world.spawn(nested).id(),
+        world.spawn(beside).id(),
+    ];
+    check("three volumes", spawned, &mut app);
+    // Out of the camera's view.
+    let away = Transform::from_xyz(8.0, 0.0, 0.0);
+    let spawned = vec![
+        app.world_mut()
+            .spawn((VoxelGiVolume::fixed(2.0), away))
+            .id(),
+    ];
+    check("a volume out of view", spawned, &mut app);
+}
+
+#[test]
+fn a_floor_under_an_environment_map_has_no_edge() {
+    a_floor_without_an_edge(|world| {
+        let map = cube_map(world, |_| 1.0);
+        camera(world).insert(EnvironmentMapLight {
+            diffuse_map: map.clone(),
+            specular_map: map,
+            intensity: 1.0,
+            ..default()
+        });
+    });
+}
+
+#[test]
+fn a_floor_in_ambient_light_has_no_edge() {
+    a_floor_without_an_edge(|world| {
+        world.insert_resource(GlobalAmbientLight {
+            brightness: 1.0,
+            ..default()
+        });
+    });
+}
+
+/// Boxes on a floor in a corner of walls, under a sky whose quarter at +X and +Z is bright.
+fn under_a_bright_quarter() -> BoxScene {
+    let part = |center: [f32; 3], half: [f32; 3], albedo: f32, rotate_y_deg: f32| SceneBox {
+        center: center.into(),
+        half: half.into(),
+        albedo: Vec3::splat(albedo),
+        rotate_y_deg,
+    };
+    let mut scene = cornell_box();
+    scene.boxes = vec![
+        part([0.0, -0.2, 0.0], [4.0, 0.2, 4.0], 0.6, 0.0),
+        part([-3.8, 1.5, 0.0], [0.2, 1.5, 4.0], 0.7, 0.0),
+        part([0.0, 1.5, -3.8], [4.0, 1.5, 0.2], 0.3, 0.0),
+        part([0.5, 0.8, 0.7], [0.8, 0.8, 0.8], 0.5, 30.0),
+        part([-1.6, 0.4, 1.9], [0.5, 0.4, 0.7], 0.8, 0.0),
+    ];
+    (scene.point_lights, scene.directional_lights) = (vec![], vec![]);
+    scene.sky_radiance = Vec3::splat(1.0);
+    scene.sky_quarter = Vec3::splat(9.0);
+    scene.camera.eye = Vec3::new(5.0, 6.0, 5.5);
+    scene.camera.target = Vec3::new(-0.4, 0.3, -0.4);
+    (scene.camera.width, scene.camera.height) = (64, 64);
+    scene
+}
+
+#[test]
+fn rays_see_the_games_own_sky_as_it_is_turned() {
+    let scene = under_a_bright_quarter();
+    let truth = trace(
+        &scene,
+        &TraceSettings {
+            samples: 512,
+            ..default()
+        },
+    );
+    let truth = block_means(&truth.indirect, scene.camera.width);
+    let _gpu = gpu();
+    let mut app = box_app(&scene);
+    let (center, size) = scene.volume(32);
+    for (what, turn) in [("as it is", 0.0), ("turned", 2.0)] {
+        let rotation = Quat::from_rotation_y(turn);
+        let world = app.world_mut();
+        let map = cube_map(world, |direction| {
+            0.5 * scene.stage().sky(rotation * direction).x
+        });
+        camera(world).insert(Skybox {
+            image: Some(map),
+            brightness: 2.0,
+            rotation,
+        });
+        let volume = VoxelGiVolume::fixed(size);
+        let found = indirect(&mut app, (volume, Transform::from_translation(center)));
+        let found = agreement(&found, scene.camera.width, &truth);
+        println!("{what}: {found:?}");
+        assert!(found.relative_error < 0.05, "{what}: {found:?}");
+    }
+}
+
+#[test]
+fn a_sky_that_changes_is_seen_anew() {
+    let _gpu = gpu();
+    let mut app = app();
+    wide_floor(&mut app, 4.0);
+    let world = app.world_mut();
+    let map = cube_map(world, |_| 1.0);
+    let skybox = |image: &Handle<Image>, brightness| Skybox {
+        image: Some(image.clone()),
+        brightness,
+        rotation: Quat::IDENTITY,
+    };
+    camera(world).insert(skybox(&map, 1.0));
+    world.spawn(VoxelGiVolume::fixed(4.0));
+    let check = |app: &mut HeadlessApp, expected: f32, what: &str| {
+        app.run_until_ready(200).expect("ready");
+        settle(app);
+        let found = at(&picture(app), 0.5, 0.5).x;
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} {what}");
+    };
+    check(&mut app, 0.5, "at first");
+    camera(app.world_mut()).insert(skybox(&map, 3.0));
+    check(&mut app, 1.5, "when it is brighter");
+    let brighter = cube_map(app.world_mut(), |_| 4.0);
+    let mut images = app.world_mut().resource_mut::<Assets<Image>>();
+    let image = images.get(&brighter).expect("an image").clone();
+    images.insert(&map, image).expect("its place");
+    check(&mut app, 6.0, "when its image is another one");
+    camera(app.world_mut()).remove::<Skybox>();
+    app.world_mut().insert_resource(GlobalAmbientLight {
+        brightness: 2.0,
+        ..default()
+    });
+    check(&mut app, 0.4524, "when there is ambient light alone");
+    // Another one by hand.
+    let world = app.world_mut();
+    let mut volumes = world.query::<&mut VoxelGiVolume>();
+    volumes.single_mut(world).expect("one").sky =
+        Some(Sky::uniform(LinearRgba::rgb(5.0, 5.0, 5.0)));
+    check(&mut app, 2.5, "by hand");
 }

@@ -263,6 +263,7 @@ mod tests {
             size: 4.0,
             sky: default(),
             intensity: 1.0,
+            sees_map: false,
             is_outer: false,
         };
         let at = |x: f32, y: f32| {

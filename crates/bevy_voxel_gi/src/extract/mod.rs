@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`placement`], [`place_volume`] | where the volumes are, and their settings |
 //! | [`device_limits`] | the resolution that a device can hold, and whether it runs the passes |
+//! | [`game_sky`] | the sky that a camera shows |
 //! | [`texture`], [`probe`] | the texture and the light probe through which Bevy reads the volumes |
 //! | [`volume`] | extraction of the volumes |
 //! | [`meshes`], [`deformed_meshes`] | extraction of rigid meshes, and of those with a skin or morph targets |
@@ -17,6 +18,7 @@
 mod changed_rows;
 pub(crate) mod deformed_meshes;
 pub(crate) mod device_limits;
+pub(crate) mod game_sky;
 pub(crate) mod lights;
 pub(crate) mod material_table;
 pub(crate) mod meshes;

@@ -182,6 +182,7 @@ mod tests {
             size,
             sky: default(),
             intensity: 1.0,
+            sees_map: false,
             is_outer: false,
         }
     }
@@ -230,7 +231,7 @@ mod tests {
     fn mesh(center: Vec3, half_size: f32) -> ExtractedMesh {
         ExtractedMesh {
             bounds: Some((center.into(), Vec3A::splat(half_size))),
-            mesh: AssetId::invalid(),
+            mesh: AssetId::default(),
             world_from_local: default(),
             material: 0,
             first_joint: None,

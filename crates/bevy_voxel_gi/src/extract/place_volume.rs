@@ -6,6 +6,7 @@ use bevy::{
     camera::{Exposure, RenderTarget, visibility::RenderLayers},
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass},
     ecs::{change_detection::Tick, system::SystemChangeTick},
+    light::Atmosphere,
     prelude::*,
     render::renderer::RenderDevice,
 };
@@ -13,6 +14,7 @@ use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::{
     device_limits::{allocatable_resolution, bindable_albedo, is_supported, warn_of_unsupported},
+    game_sky::{CameraSky, ambient_sky},
     placement::{PlacedLevel, PlacedVolume, cascades, snapped, supported},
     texture::{light_texture, texture_size},
 };
@@ -20,7 +22,7 @@ use crate::{
     budget::BudgetChoice,
     gpu_types::MAX_LIT_LEVELS,
     receive::{LIGHTING_PATCH, RECEIVER_PATCH},
-    settings::{Receiver, VoxelAlbedo, VoxelGiSettings, VoxelGiVolume},
+    settings::{Follow, Receiver, VoxelAlbedo, VoxelGiSettings, VoxelGiVolume},
 };
 
 /// The active volumes, if there are any.
@@ -30,6 +32,8 @@ pub(crate) struct ActiveVolume {
     /// See [`PlacedVolume`].
     has_had_cascades: bool,
     has_had_levels: bool,
+    /// Number of frames in which an atmosphere has changed.
+    sky_revision: u64,
 }
 
 /// The components of a volume.
@@ -57,6 +61,11 @@ pub(crate) fn place_volume(
     transforms: Query<&GlobalTransform>,
     names: Query<NameOrEntity>,
     cameras: Query<CameraParts, With<Camera3d>>,
+    (skies, global_ambient, new_atmospheres): (
+        Query<CameraSky>,
+        Option<Res<GlobalAmbientLight>>,
+        Query<(), Changed<Atmosphere>>,
+    ),
     prepass_cameras: Query<
         (Entity, &Camera, &GlobalTransform),
         (With<DepthPrepass>, With<DeferredPrepass>),
@@ -122,6 +131,9 @@ pub(crate) fn place_volume(
     let resolution = device.map_or(settings.resolution, |device| {
         allocatable_resolution(&settings, level_count, patched, &device.limits())
     });
+    let main_camera = main_camera(&cameras, &layers);
+    let camera_sky = main_camera.and_then(|camera| skies.get(camera).ok());
+    let own_sky = ambient_sky(camera_sky.as_ref(), global_ambient.as_deref());
     let name = |volume| names.get(volume).map(|it| it.to_string());
     let volumes = all.len();
     let mut levels = Vec::new();
@@ -143,8 +155,12 @@ pub(crate) fn place_volume(
             );
             break;
         }
-        let anchor = own
-            .follow
+        let followed = match own.follow {
+            Follow::Nothing => None,
+            Follow::Camera => main_camera,
+            Follow::Entity(entity) => Some(entity),
+        };
+        let anchor = followed
             .and_then(|entity| transforms.get(entity).ok())
             .unwrap_or(transform)
             .translation();
@@ -153,7 +169,8 @@ pub(crate) fn place_volume(
             owner,
             center,
             size: own.size * (1 << cascade) as f32,
-            sky: own.sky,
+            sky: own.sky.unwrap_or(own_sky),
+            sees_map: own.sky.is_none(),
             intensity: own.intensity,
             is_outer: false,
         }));
@@ -167,7 +184,12 @@ pub(crate) fn place_volume(
         Some(chosen) => chosen.applied(&own_settings),
         None => own_settings.clone(),
     };
-    let exposure = scene_exposure(&cameras, &layers);
+    let exposure = main_camera.and_then(|camera| cameras.get(camera).ok());
+    let exposure = exposure.and_then(|(_, _, exposure, ..)| exposure.copied());
+    let exposure = exposure.unwrap_or_default().exposure();
+    let sees_map = levels.iter().any(|level| level.sees_map);
+    let sky_map = camera_sky.and_then(|sky| sky.map().filter(|_| sees_map));
+    active.sky_revision += u64::from(!new_atmospheres.is_empty());
     let layers_of_cameras = cameras
         .iter()
         .map(|(.., own_layers, _)| own_layers.unwrap_or_default())
@@ -208,6 +230,8 @@ pub(crate) fn place_volume(
         own_settings,
         texture,
         patched,
+        sky_map,
+        sky_revision: active.sky_revision,
         exposure,
         layers,
         scene_layers,
@@ -215,8 +239,11 @@ pub(crate) fn place_volume(
     });
 }
 
-/// The exposure of the camera that shows the volumes with these layers.
-fn scene_exposure(cameras: &Query<CameraParts, With<Camera3d>>, layers: &RenderLayers) -> f32 {
+/// The camera that shows the volumes with these layers.
+fn main_camera(
+    cameras: &Query<CameraParts, With<Camera3d>>,
+    layers: &RenderLayers,
+) -> Option<Entity> {
     // Pictures in images are previews, portraits or maps, if there is a camera that draws to a window, too. The order
     // of a query changes with components that have nothing to do with light.
     cameras
@@ -227,9 +254,7 @@ fn scene_exposure(cameras: &Query<CameraParts, With<Camera3d>>, layers: &RenderL
             let to_window = target.is_none_or(|target| matches!(target, RenderTarget::Window(_)));
             (sees, to_window, camera.order, *entity)
         })
-        .and_then(|(_, _, exposure, ..)| exposure.copied())
-        .unwrap_or_default()
-        .exposure()
+        .map(|(entity, ..)| entity)
 }
 
 #[cfg(test)]
@@ -239,32 +264,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_exposure_is_that_of_the_camera_to_the_window_whatever_previews_there_are() {
+    fn the_main_camera_is_that_to_the_window_whatever_previews_there_are() {
         let mut world = World::new();
-        let camera = |world: &mut World, order: isize, ev100: f32| {
+        let camera = |world: &mut World, order: isize| {
             let camera = Camera { order, ..default() };
-            let exposure = Exposure { ev100 };
-            world.spawn((Camera3d::default(), camera, exposure)).id()
+            world.spawn((Camera3d::default(), camera)).id()
         };
         let found = |world: &mut World| {
-            let exposure = |cameras: Query<CameraParts, With<Camera3d>>| {
-                scene_exposure(&cameras, &RenderLayers::default())
+            let main = |cameras: Query<CameraParts, With<Camera3d>>| {
+                main_camera(&cameras, &RenderLayers::default())
             };
-            world.run_system_once(exposure).expect("a query")
+            world.run_system_once(main).expect("a query")
         };
-        camera(&mut world, 0, 9.0);
-        let expected = Exposure { ev100: 9.0 }.exposure();
-        assert_eq!(found(&mut world), expected);
+        let expected = camera(&mut world, 0);
+        assert_eq!(found(&mut world), Some(expected));
         // Later ones: a preview into an image, the hands of a player in other layers, and one that is off.
-        let preview = camera(&mut world, 5, 2.0);
+        let preview = camera(&mut world, 5);
         let image = RenderTarget::Image(Handle::default().into());
         world.entity_mut(preview).insert(image);
-        let hands = camera(&mut world, 6, 3.0);
+        let hands = camera(&mut world, 6);
         world.entity_mut(hands).insert(RenderLayers::layer(1));
-        let inactive = camera(&mut world, 7, 4.0);
+        let inactive = camera(&mut world, 7);
         world.get_mut::<Camera>(inactive).expect("it").is_active = false;
-        assert_eq!(found(&mut world), expected);
-        camera(&mut world, 1, 5.0);
-        assert_eq!(found(&mut world), Exposure { ev100: 5.0 }.exposure());
+        assert_eq!(found(&mut world), Some(expected));
+        let later = camera(&mut world, 1);
+        assert_eq!(found(&mut world), Some(later));
     }
 }

@@ -2,7 +2,8 @@
 
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
-use crate::settings::{Receiver, Sky, Solver, VoxelGiSettings, VoxelGiVolume, VoxelLight};
+use super::game_sky::SkyMap;
+use crate::settings::{Follow, Receiver, Sky, Solver, VoxelGiSettings, VoxelGiVolume, VoxelLight};
 
 /// A cube of voxels: a volume, or a cascade of one.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +14,8 @@ pub(crate) struct PlacedLevel {
     /// Edge in metres.
     pub size: f32,
     pub sky: Sky,
+    /// Whether rays see the game's own sky, too.
+    pub sees_map: bool,
     pub intensity: f32,
     /// Whether only rays see it, and no pixel; see [`outer_levels`](super::outer_levels).
     pub is_outer: bool,
@@ -38,6 +41,9 @@ pub(crate) struct PlacedVolume {
     pub has_had_cascades: bool,
     /// Whether pixels read the placement of the levels: it is so once a texture could not be read without.
     pub has_had_levels: bool,
+    /// The game's own sky, if a level sees it, and a number that changes with it where the GPU draws it.
+    pub sky_map: Option<SkyMap>,
+    pub sky_revision: u64,
     /// Exposure for emission that exposure must not affect: that of the active 3D camera that sees the volume's render
     /// layers, draws to a window, and does so last, in this order of importance.
     pub exposure: f32,
@@ -108,12 +114,6 @@ pub(super) fn cascades(volume: &VoxelGiVolume, light: VoxelLight, patched: bool)
              so each volume has one cascade only"
         );
     }
-    if volume.cascades > 1 && propagates {
-        warn_once!(
-            "voxel GI: light is propagated in one cascade only; use `Solver::Trace`, or \
-             several volumes side by side"
-        );
-    }
     if patched && !propagates {
         volume.cascades
     } else {
@@ -129,7 +129,7 @@ pub(super) fn snapped(anchor: Vec3, volume: &VoxelGiVolume, resolution: u32) -> 
     } else {
         Vec3::ZERO
     };
-    if volume.follow.is_none() {
+    if volume.follow == Follow::Nothing {
         return anchor;
     }
     let outer = volume.size * (1 << (volume.cascades - 1)) as f32;
@@ -146,7 +146,7 @@ mod tests {
         let volume = VoxelGiVolume {
             size: 8.0,
             cascades: 3,
-            follow: Some(Entity::PLACEHOLDER),
+            follow: Follow::Entity(Entity::PLACEHOLDER),
             ..default()
         };
         for x in [-3.3_f32, 0.0, 0.49, 0.51, 1e3 + 0.2] {
@@ -158,7 +158,7 @@ mod tests {
         }
         assert_eq!(snapped(Vec3::NAN, &volume, 32), Vec3::ZERO);
         let still = VoxelGiVolume {
-            follow: None,
+            follow: Follow::Nothing,
             ..volume
         };
         assert_eq!(snapped(Vec3::splat(0.3), &still, 32), Vec3::splat(0.3));
@@ -187,6 +187,7 @@ mod tests {
             size,
             sky: default(),
             intensity: 1.0,
+            sees_map: false,
             is_outer: false,
         };
         let placed = PlacedVolume {
@@ -197,6 +198,8 @@ mod tests {
             patched: true,
             has_had_cascades: false,
             has_had_levels: true,
+            sky_map: None,
+            sky_revision: 0,
             exposure: 1.0,
             layers: default(),
             scene_layers: default(),

@@ -8,10 +8,11 @@ use bevy::{
             BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor,
             BindGroupLayoutEntries, BindGroupLayoutEntryBuilder,
             IntoIndexedBindGroupLayoutEntryBuilderArray, IntoIndexedBindingArray, PipelineCache,
-            ShaderStages, StorageTextureAccess, TextureFormat,
+            SamplerBindingType, ShaderStages, StorageTextureAccess, TextureFormat,
+            TextureSampleType,
             binding_types::{
-                storage_buffer_read_only_sized, storage_buffer_sized, texture_storage_3d,
-                uniform_buffer,
+                sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_cube,
+                texture_storage_3d, uniform_buffer,
             },
         },
         renderer::RenderDevice,
@@ -38,6 +39,8 @@ pub(crate) const COLORS: u32 = 4;
 pub(crate) const LIGHTS: u32 = 5;
 pub(crate) const LIGHT_TEXTURE: u32 = 6;
 pub(crate) const VISIBLE: u32 = 10;
+pub(crate) const SKY_MAP: u32 = 11;
+pub(crate) const SKY_SAMPLER: u32 = 12;
 
 pub(crate) fn read_only() -> BindGroupLayoutEntryBuilder {
     storage_buffer_read_only_sized(false, None)
@@ -53,6 +56,14 @@ pub(super) fn light_texture() -> BindGroupLayoutEntryBuilder {
 
 pub(crate) fn volume_uniform() -> BindGroupLayoutEntryBuilder {
     uniform_buffer::<Volume>(false)
+}
+
+pub(super) fn sky_map() -> BindGroupLayoutEntryBuilder {
+    texture_cube(TextureSampleType::Float { filterable: true })
+}
+
+pub(super) fn sky_sampler() -> BindGroupLayoutEntryBuilder {
+    sampler(SamplerBindingType::Filtering)
 }
 
 /// Layout of a bind group of compute shaders, each entry with its number.

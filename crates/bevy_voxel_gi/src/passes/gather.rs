@@ -13,9 +13,10 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, WORK, group_layout, light_texture,
-        read_only, read_write,
+        BindGroups, IRRADIANCE, LIGHT_TEXTURE, RADIANCE, SKY_MAP, SKY_SAMPLER, WORK, group_layout,
+        light_texture, read_only, read_write, sky_map, sky_sampler,
     },
+    draw_sky::{SKY_MAP_DEF, SkyCube},
     kernel::{Kernel, light_defs},
 };
 use crate::{
@@ -45,6 +46,8 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             (RADIANCE, read_only()),
             (IRRADIANCE, read_write()),
             (LIGHT_TEXTURE, light_texture()),
+            (SKY_MAP, sky_map()),
+            (SKY_SAMPLER, sky_sampler()),
         ),
     );
     let kernel = |label, entry_point, shader: &Handle<Shader>| {
@@ -64,12 +67,14 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
 pub(crate) fn queue(
     mut pass: ResMut<GatherPass>,
     volume: Res<ExtractedVolume>,
+    sky: Res<SkyCube>,
     cache: Res<PipelineCache>,
     mut required: ResMut<RequiredPipelines>,
 ) {
     let shape = volume.0.as_ref().map(BufferShape::of);
     if let Some(shape) = shape.filter(|shape| !shape.propagates) {
-        let defs = light_defs(shape);
+        let mut defs = light_defs(shape);
+        defs.extend(sky.is_seen().then_some(SKY_MAP_DEF));
         pass.gather.require(&defs, &cache, &mut required);
         pass.gather_empty.require(&defs, &cache, &mut required);
         if shape.shares_light() {
@@ -84,7 +89,7 @@ pub(crate) fn prepare(
     volume: Res<ExtractedVolume>,
     buffers: Option<Res<VolumeBuffers>>,
     images: Res<RenderAssets<GpuImage>>,
-    groups: BindGroups,
+    (sky, groups): (Res<SkyCube>, BindGroups),
 ) {
     pass.bind_group = None;
     let (Some(_), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
@@ -100,6 +105,8 @@ pub(crate) fn prepare(
             (RADIANCE, buffers.radiance()),
             (IRRADIANCE, buffers.irradiance.as_entire_binding()),
             (LIGHT_TEXTURE, &texture.texture_view),
+            (SKY_MAP, &sky.view),
+            (SKY_SAMPLER, &sky.sampler),
         ),
     ));
 }

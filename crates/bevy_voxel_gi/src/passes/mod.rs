@@ -2,6 +2,7 @@
 //!
 //! | pass | what it does |
 //! | --- | --- |
+//! | [`mod@draw_sky`] | the game's sky to a small map that rays see |
 //! | [`voxelize`] | meshes to voxels: occupancy, then surfaces |
 //! | [`allocate`] | slots for the faces that have a surface, between the two; their light moves along |
 //! | [`compact`] | lists the surfaces and the empty voxels |
@@ -15,6 +16,7 @@
 mod allocate;
 pub(crate) mod bindings;
 mod compact;
+pub(crate) mod draw_sky;
 mod draw_tiles;
 mod g_buffer;
 mod gather;

@@ -11,7 +11,7 @@ use bevy::{
 };
 
 use super::{
-    allocate, bindings::prepare_voxel_bind_groups, compact, draw_tiles, gather, inject,
+    allocate, bindings::prepare_voxel_bind_groups, compact, draw_sky, draw_tiles, gather, inject,
     mark_visible, propagate, reproject, slot_demand, solve::solve, voxelize,
 };
 use crate::prepare::{materials::prepare_materials, plan::plan_frame};
@@ -28,6 +28,7 @@ impl Plugin for PassesPlugin {
         load_shader_library!(app, "voxelize/polygon.wesl");
         load_shader_library!(app, "voxelize/sums.wesl");
         load_shader_library!(app, "voxelize/triangles.wesl");
+        draw_sky::embed(app);
         draw_tiles::embed(app);
         voxelize::embed(app);
         allocate::embed(app);
@@ -45,9 +46,11 @@ impl Plugin for PassesPlugin {
         };
         render_app
             .init_gpu_resource::<slot_demand::SlotDemandCopy>()
+            .init_gpu_resource::<draw_sky::SkyCube>()
             .add_systems(
                 RenderStartup,
                 (
+                    draw_sky::init,
                     draw_tiles::init,
                     voxelize::init,
                     allocate::init,
@@ -62,13 +65,15 @@ impl Plugin for PassesPlugin {
             .add_systems(
                 Render,
                 (
+                    draw_sky::note_sky,
+                    draw_sky::queue.after(draw_sky::note_sky),
                     draw_tiles::queue,
                     voxelize::queue,
                     allocate::queue,
                     compact::queue,
                     inject::queue,
-                    gather::queue,
-                    propagate::queue,
+                    gather::queue.after(draw_sky::note_sky),
+                    propagate::queue.after(draw_sky::note_sky),
                     reproject::queue,
                     mark_visible::queue,
                 )
@@ -103,6 +108,7 @@ impl Plugin for PassesPlugin {
             .add_systems(
                 RenderGraph,
                 (
+                    draw_sky::draw_sky,
                     draw_tiles::draw_tiles,
                     voxelize::voxelize,
                     compact::compact,

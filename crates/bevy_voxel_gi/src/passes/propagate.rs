@@ -12,9 +12,10 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, COLORS, LIGHT_TEXTURE, RADIANCE, group_layout, light_texture, read_only,
-        read_write,
+        BindGroups, COLORS, LIGHT_TEXTURE, RADIANCE, SKY_MAP, SKY_SAMPLER, group_layout,
+        light_texture, read_only, read_write, sky_map, sky_sampler,
     },
+    draw_sky::{SKY_MAP_DEF, SkyCube},
     kernel::{Kernel, dispatch_voxels, light_defs},
 };
 use crate::{
@@ -48,6 +49,8 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             (RADIANCE, read_only()),
             (COLORS, read_only()),
             (LIGHT_TEXTURE, light_texture()),
+            (SKY_MAP, sky_map()),
+            (SKY_SAMPLER, sky_sampler()),
             (BEFORE, read_only()),
             (AFTER, read_write()),
             (ARRIVED, read_write()),
@@ -67,12 +70,14 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
 pub(crate) fn queue(
     mut pass: ResMut<PropagatePass>,
     volume: Res<ExtractedVolume>,
+    sky: Res<SkyCube>,
     cache: Res<PipelineCache>,
     mut required: ResMut<RequiredPipelines>,
 ) {
     let shape = volume.0.as_ref().map(BufferShape::of);
     if let Some(shape) = shape.filter(|shape| shape.propagates) {
-        let defs = light_defs(shape);
+        let mut defs = light_defs(shape);
+        defs.extend(sky.is_seen().then_some(SKY_MAP_DEF));
         pass.seed.require(&defs, &cache, &mut required);
         pass.propagate.require(&defs, &cache, &mut required);
         pass.deposit.require(&defs, &cache, &mut required);
@@ -85,7 +90,7 @@ pub(crate) fn prepare(
     volume: Res<ExtractedVolume>,
     buffers: Option<Res<VolumeBuffers>>,
     images: Res<RenderAssets<GpuImage>>,
-    groups: BindGroups,
+    (sky, groups): (Res<SkyCube>, BindGroups),
 ) {
     pass.bind_groups = None;
     let (Some(_), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
@@ -101,6 +106,8 @@ pub(crate) fn prepare(
                 (RADIANCE, buffers.radiance()),
                 (COLORS, buffers.colors()),
                 (LIGHT_TEXTURE, &texture.texture_view),
+                (SKY_MAP, &sky.view),
+                (SKY_SAMPLER, &sky.sampler),
                 (BEFORE, buffers.intensity[from].as_entire_binding()),
                 (AFTER, buffers.intensity[1 - from].as_entire_binding()),
                 (ARRIVED, buffers.arrived.as_entire_binding()),

@@ -42,9 +42,10 @@ pub(super) fn fingerprint(
     volume: &PlacedVolume,
     lights: &[Light],
     materials: &MaterialRecords,
+    sky_version: u64,
 ) -> u64 {
     let mut hasher = FixedHasher.build_hasher();
-    (meshes, materials.version).hash(&mut hasher);
+    (meshes, materials.version, sky_version, volume.sky_revision).hash(&mut hasher);
     for level in &volume.levels {
         let PlacedLevel {
             owner: _,
@@ -52,10 +53,12 @@ pub(super) fn fingerprint(
             size,
             sky,
             intensity,
+            sees_map,
             is_outer: _,
         } = level;
         hash_floats(&mut hasher, &center.to_array());
         hash_floats(&mut hasher, &[*size, *intensity]);
+        sees_map.hash(&mut hasher);
         for color in [sky.zenith, sky.horizon, sky.ground] {
             hash_floats(&mut hasher, &color.to_f32_array());
         }

@@ -29,6 +29,7 @@ use crate::{
         volume::ExtractedVolume,
     },
     gpu_types::MAX_LEVELS,
+    passes::draw_sky::SkyCube,
     report::{SharedReport, VoxelGiReport, VoxelGiState},
     settings::{Bounces, Solver, VoxelGiSettings, VoxelLight},
 };
@@ -157,12 +158,13 @@ fn bounces_and_iterations(light: VoxelLight) -> (u32, u32) {
 pub(crate) fn plan_frame(
     mut commands: Commands,
     mut plan: ResMut<FramePlan>,
-    (volume, lights, batches, materials, tiles): (
+    (volume, lights, batches, materials, tiles, sky): (
         Res<ExtractedVolume>,
         Res<ExtractedLights>,
         Res<MeshBatches>,
         Res<MaterialRecords>,
         Res<Tiles>,
+        Res<SkyCube>,
     ),
     (mut buffers, scene_buffers): (Option<ResMut<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
     shadow_masks: ShadowMasks,
@@ -204,7 +206,13 @@ pub(crate) fn plan_frame(
         };
     }
     let pace = pace(&volume.settings);
-    let fingerprint = fingerprint(batches.fingerprint, volume, &lights.0, &materials);
+    let fingerprint = fingerprint(
+        batches.fingerprint,
+        volume,
+        &lights.0,
+        &materials,
+        sky.version,
+    );
     if is_fresh || fingerprint != plan.fingerprint || volume.own_settings != plan.settings {
         plan.fingerprint = fingerprint;
         plan.settings.clone_from(&volume.own_settings);
@@ -228,7 +236,11 @@ pub(crate) fn plan_frame(
         } else {
             VoxelGiState::Running
         },
-        memory: buffers.bytes() + texture_bytes(texture) + materials.bytes() + tiles.bytes(),
+        memory: buffers.bytes()
+            + texture_bytes(texture)
+            + materials.bytes()
+            + tiles.bytes()
+            + sky.bytes(),
         triangles: batches.triangles,
         receiver_patched: volume.patched,
     });

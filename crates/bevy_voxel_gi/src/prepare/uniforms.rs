@@ -162,6 +162,7 @@ fn level_uniform(level: &PlacedLevel, volume: &PlacedVolume) -> Level {
         sky_zenith: scaled(level.sky.zenith),
         intensity: level.intensity,
         sky_horizon: scaled(level.sky.horizon),
+        sky_map_share: f32::from(u8::from(level.sees_map)),
         sky_ground: scaled(level.sky.ground),
     }
 }

@@ -165,6 +165,7 @@ mod tests {
             size: 1.0,
             sky: default(),
             intensity: 1.0,
+            sees_map: false,
             is_outer: false,
         };
         PlacedVolume {
@@ -175,6 +176,8 @@ mod tests {
             patched: true,
             has_had_cascades: levels > 1,
             has_had_levels: receiver == Receiver::PerPixel,
+            sky_map: None,
+            sky_revision: 0,
             exposure: 1.0,
             layers: default(),
             scene_layers: default(),

@@ -33,7 +33,7 @@ impl Sky {
         }
     }
 
-    pub(super) fn clamped(self) -> Self {
+    pub(crate) fn clamped(self) -> Self {
         let clamped = |color: LinearRgba| {
             let channel = |value: f32| clamped_or(value, 0.0, f32::MAX, 0.0);
             LinearRgba::rgb(
