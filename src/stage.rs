@@ -77,6 +77,13 @@ pub struct SceneCamera {
     pub height: u32,
 }
 
+impl SceneCamera {
+    /// Where it is and where it looks.
+    pub fn pose(&self) -> Transform {
+        Transform::from_translation(self.eye).looking_at(self.target, self.up)
+    }
+}
+
 /// The camera of the picture.
 #[derive(Component)]
 pub struct StageCamera;
@@ -120,11 +127,11 @@ pub fn spawn_lights(
 }
 
 /// Spawns the camera, without any ambient light around it.
-pub fn spawn_camera(world: &mut World, view: &SceneCamera) {
+pub fn spawn_camera(world: &mut World, view: &SceneCamera) -> Entity {
     let target = world.resource::<LabTarget>().0.clone();
     world.insert_resource(GlobalAmbientLight::NONE);
     world.insert_resource(ClearColor(Color::BLACK));
-    world.spawn((
+    let camera = world.spawn((
         StageCamera,
         Camera3d::default(),
         Hdr,
@@ -141,8 +148,9 @@ pub fn spawn_camera(world: &mut World, view: &SceneCamera) {
             aspect_ratio: view.width as f32 / view.height as f32,
             ..default()
         }),
-        Transform::from_translation(view.eye).looking_at(view.target, view.up),
+        view.pose(),
     ));
+    camera.id()
 }
 
 /// A colour whose largest channel is 1, and the factor to it.

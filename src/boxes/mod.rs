@@ -228,6 +228,11 @@ pub struct Agreement {
     pub relative_error: f64,
     /// Mean difference over mean truth.
     pub bias: f64,
+    /// The 95th percentile of the relative error of blocks: of the absolute difference over the block's truth, or over
+    /// a tenth of the mean truth where that is more.
+    pub percentile_95: f64,
+    /// The share of black blocks: of those below 1% of the mean truth whose truth is above it.
+    pub black: f64,
 }
 
 /// Compares the picture with the block means of the truth, where those are not zero.
@@ -237,19 +242,30 @@ pub struct Agreement {
 pub fn agreement(picture: &[Vec3], width: u32, truth: &[Vec3]) -> Agreement {
     let blocks: Vec<_> = blocks(width, picture.len()).collect();
     assert_eq!(blocks.len(), truth.len(), "pictures of two sizes");
-    let (mut difference, mut absolute, mut reference) = (0.0, 0.0, 0.0);
-    for (block, truth) in blocks.iter().zip(truth) {
-        if *truth == Vec3::ZERO {
-            continue;
-        }
-        let change = (mean(picture, block) - truth).as_dvec3();
-        difference += change.element_sum();
-        absolute += change.abs().element_sum();
-        reference += truth.as_dvec3().element_sum();
-    }
+    let compared = blocks.iter().zip(truth);
+    let compared = compared.filter(|(_, truth)| **truth != Vec3::ZERO);
+    let compared: Vec<_> = compared
+        .map(|(block, truth)| (mean(picture, block).as_dvec3(), truth.as_dvec3()))
+        .collect();
+    let count = compared.len() as f64;
+    let mean_of = |value: &dyn Fn(&(DVec3, DVec3)) -> f64| {
+        compared.iter().map(value).sum::<f64>() / count.max(1.0)
+    };
+    let reference = mean_of(&|(_, truth)| truth.element_sum());
+    let absolute = |(found, truth): &(DVec3, DVec3)| (found - truth).abs().element_sum();
+    let relative =
+        |block: &(DVec3, DVec3)| absolute(block) / block.1.element_sum().max(0.1 * reference);
+    let mut errors: Vec<_> = compared.iter().map(relative).collect();
+    errors.sort_by(f64::total_cmp);
+    let is_black = |(found, truth): &(DVec3, DVec3)| {
+        let least = 0.01 * reference;
+        f64::from(found.element_sum() < least && truth.element_sum() > least)
+    };
     Agreement {
-        relative_error: absolute / reference,
-        bias: difference / reference,
+        relative_error: mean_of(&absolute) / reference,
+        bias: mean_of(&|(found, truth)| (found - truth).element_sum()) / reference,
+        percentile_95: errors.get(errors.len() * 19 / 20).copied().unwrap_or(0.0),
+        black: mean_of(&is_black),
     }
 }
 
@@ -315,6 +331,25 @@ mod array_tests {
         let found = agreement(&picture, 8, &block_means(&truth, 8));
         assert!((found.relative_error - 0.1).abs() < 1e-6);
         assert!((found.bias - 0.1).abs() < 1e-6);
+        assert!((found.percentile_95 - 0.1).abs() < 1e-6);
+        assert_eq!(found.black, 0.0);
+    }
+
+    #[test]
+    fn a_quarter_that_is_black() {
+        let truth = vec![Vec3::ONE; 64];
+        let mut picture = truth.clone();
+        for row in picture.chunks_exact_mut(8).take(4) {
+            row[..4].fill(Vec3::ZERO);
+        }
+        let found = agreement(&picture, 8, &block_means(&truth, 8));
+        let expected = Agreement {
+            relative_error: 0.25,
+            bias: -0.25,
+            percentile_95: 1.0,
+            black: 0.25,
+        };
+        assert_eq!(found, expected);
     }
 
     #[test]

@@ -9,8 +9,10 @@ pub use crate::meshes::{
 };
 
 pub mod arcade;
+mod materials;
 mod scene;
 mod shapes;
 #[cfg(test)]
 mod tests;
+pub mod town;
 mod triangles;

@@ -38,6 +38,16 @@ pub struct ScenePart {
 }
 
 impl ScenePart {
+    /// A part that is not rotated.
+    pub fn new(mesh: SceneMesh, material: &Arc<SceneMaterial>, translation: Vec3) -> Self {
+        Self {
+            mesh: Arc::new(mesh),
+            material: material.clone(),
+            translation,
+            rotation: Quat::IDENTITY,
+        }
+    }
+
     /// From the mesh to the world.
     pub fn world_from_mesh(&self) -> Affine3A {
         Affine3A::from_rotation_translation(self.rotation, self.translation)
@@ -167,6 +177,8 @@ pub struct SpawnedScene {
     pub parts: Vec<Entity>,
     /// The lights, point lights first.
     pub lights: Vec<Entity>,
+    /// The camera.
+    pub camera: Entity,
 }
 
 /// Spawns parts, lights and camera; the sky is left out.
@@ -181,17 +193,23 @@ pub fn spawn_mesh_scene(world: &mut World, scene: &MeshScene) -> SpawnedScene {
     }
     let stage = &scene.stage;
     let lights = spawn_lights(world, &stage.point_lights, &stage.directional_lights);
-    spawn_camera(world, &stage.camera);
-    SpawnedScene { parts, lights }
+    let camera = spawn_camera(world, &stage.camera);
+    SpawnedScene {
+        parts,
+        lights,
+        camera,
+    }
 }
 
-/// Moves the parts and the point lights of a spawned scene to where they are in another one of the same parts.
+/// Moves the parts, the point lights and the camera of a spawned scene to where they are in another one of the same
+/// parts.
 pub fn move_to(world: &mut World, spawned: &SpawnedScene, scene: &MeshScene) {
     let lights = scene.stage.point_lights.iter();
     let lights = lights.map(|light| Transform::from_translation(light.position));
     let moved = spawned.lights.iter().zip(lights);
     let parts = spawned.parts.iter().zip(scene.parts.iter().map(pose));
-    for (entity, target) in moved.chain(parts) {
+    let camera = (&spawned.camera, scene.stage.camera.pose());
+    for (entity, target) in moved.chain(parts).chain([camera]) {
         if let Some(mut pose) = world.get_mut::<Transform>(*entity) {
             pose.set_if_neq(target);
         }

@@ -1,8 +1,8 @@
 //! Meshes made in code. Their texture coordinates are in metres, but for grids.
 
-use std::f32::consts::PI;
+use std::f32::consts::{PI, TAU};
 
-use bevy::math::{Quat, Vec2, Vec3};
+use bevy::math::{Quat, Rect, Vec2, Vec3};
 
 use crate::meshes::scene::SceneMesh;
 
@@ -58,6 +58,72 @@ impl SceneMesh {
         let mut mesh = Self::default();
         mesh.add_box(low, high);
         mesh
+    }
+
+    /// Adds boxes that fill an outline but for its holes, which do not overlap. They extend over `range` along an
+    /// axis; rectangles are in Z and Y for the axis X, in X and Z for Y, and in X and Y for Z.
+    pub fn add_plate(&mut self, axis: usize, range: [f32; 2], outline: Rect, holes: &[Rect]) {
+        let corner = |along: f32, at: Vec2| match axis {
+            0 => Vec3::new(along, at.y, at.x),
+            1 => Vec3::new(at.x, along, at.y),
+            _ => at.extend(along),
+        };
+        let mut add = |low, high| self.add_box(corner(range[0], low), corner(range[1], high));
+        let ends = holes.iter().chain([&outline]);
+        let mut cuts: Vec<_> = ends.flat_map(|rect| [rect.min.x, rect.max.x]).collect();
+        cuts.sort_by(f32::total_cmp);
+        cuts.dedup();
+        for strip in cuts.windows(2) {
+            let is_cut = |hole: &&Rect| hole.min.x <= strip[0] && strip[1] <= hole.max.x;
+            let mut across: Vec<_> = holes.iter().filter(is_cut).collect();
+            across.sort_by(|a, b| a.min.y.total_cmp(&b.min.y));
+            let mut from = outline.min.y;
+            for hole in across {
+                if from < hole.min.y {
+                    add(Vec2::new(strip[0], from), Vec2::new(strip[1], hole.min.y));
+                }
+                from = hole.max.y;
+            }
+            if from < outline.max.y {
+                add(
+                    Vec2::new(strip[0], from),
+                    Vec2::new(strip[1], outline.max.y),
+                );
+            }
+        }
+    }
+
+    /// A cylinder around Y that stands on the origin, with a flat top, open below.
+    pub fn cylinder(radius: f32, height: f32, sides: u32) -> Self {
+        let point = |i: u32, y: f32| {
+            let (sin, cos) = (TAU * i as f32 / sides as f32).sin_cos();
+            Vec3::new(radius * cos, y, -radius * sin)
+        };
+        let mut mesh = Self::default();
+        for i in 0..sides {
+            let corners = [
+                point(i, 0.0),
+                point(i + 1, 0.0),
+                point(i + 1, height),
+                point(i, height),
+            ];
+            let first = mesh.normals.len();
+            mesh.add_polygon(&corners);
+            for (normal, corner) in mesh.normals[first..].iter_mut().zip(corners) {
+                *normal = corner.with_y(0.0).normalize_or_zero();
+            }
+        }
+        let lid: Vec<_> = (0..sides).map(|i| point(i, height)).collect();
+        mesh.add_polygon(&lid);
+        mesh
+    }
+
+    /// Texture coordinates in repetitions of a texture that is this long in metres.
+    pub fn repeated(mut self, metres: f32) -> Self {
+        for uv in &mut self.uvs {
+            *uv /= metres;
+        }
+        self
     }
 
     /// Adds another mesh, moved.

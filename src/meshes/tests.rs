@@ -1,6 +1,6 @@
 use std::{f32::consts::PI, sync::Arc};
 
-use bevy::math::{Quat, Vec2, Vec3};
+use bevy::math::{Quat, Vec2, Vec3, Vec3Swizzles};
 use image::{Rgba, RgbaImage};
 
 use crate::{
@@ -8,10 +8,11 @@ use crate::{
     meshes::{
         MeshScene, SceneMaterial, SceneMesh, ScenePart, SceneTexture,
         arcade::{Arcade, ArcadeSettings, ArcadeState},
+        town::{Town, TownCamera, TownState},
         trace,
         triangles::TriangleBvh,
     },
-    path_tracer::{Ray, TraceSettings},
+    path_tracer::{Ray, TraceSettings, View},
     stage::{SceneCamera, SceneDirectionalLight, Stage},
 };
 
@@ -220,15 +221,8 @@ fn distance(ray: Ray, [a, b, c]: [Vec3; 3]) -> f32 {
     }
 }
 
-#[test]
-fn the_arcade_is_made_of_what_it_says() {
-    let arcade = Arcade::new(ArcadeSettings {
-        statue_triangles: 20_000,
-        ..ArcadeSettings::default()
-    });
-    let scene = arcade.scene(ArcadeState::Usual);
-    let count = scene.triangle_count();
-    assert!((20_000..23_000).contains(&count), "{count}");
+/// All normals are of unit length and on the front side of their triangles.
+fn assert_normals_of_fronts(scene: &MeshScene) {
     for (number, part) in scene.parts.iter().enumerate() {
         let mesh = &part.mesh;
         assert_eq!(mesh.positions.len(), mesh.normals.len());
@@ -246,6 +240,18 @@ fn the_arcade_is_made_of_what_it_says() {
             }
         }
     }
+}
+
+#[test]
+fn the_arcade_is_made_of_what_it_says() {
+    let arcade = Arcade::new(ArcadeSettings {
+        statue_triangles: 20_000,
+        ..ArcadeSettings::default()
+    });
+    let scene = arcade.scene(ArcadeState::Usual);
+    let count = scene.triangle_count();
+    assert!((20_000..23_000).contains(&count), "{count}");
+    assert_normals_of_fronts(&scene);
     let door = |state| arcade.scene(state).parts[Arcade::DOOR].clone();
     let corner = |part: ScenePart| {
         let world_from_mesh = part.world_from_mesh();
@@ -293,6 +299,75 @@ fn the_same_picture_twice() {
     };
     let scene = arcade.scene(ArcadeState::DoorOpen);
     assert!(trace(&scene, &settings) == trace(&scene, &settings));
+}
+
+#[test]
+fn the_town_is_as_large_as_it_says() {
+    let scene = Town::new(16).scene(TownState::Usual, TownCamera::Yard);
+    let count = scene.triangle_count();
+    assert!((20_000..35_000).contains(&count), "{count}");
+    let (low, high) = scene.bounds();
+    assert!((high - low).xz().abs_diff_eq(Vec2::splat(80.0), 1e-3));
+    assert_normals_of_fronts(&scene);
+}
+
+#[test]
+fn no_surfaces_of_the_town_are_in_the_same_place() {
+    let town = Town::new(160);
+    for camera in TownCamera::ALL {
+        let scene = town.scene(TownState::Usual, camera);
+        let (mut triangles, mut looks) = (Vec::new(), Vec::new());
+        for part in &scene.parts {
+            let world_from_mesh = part.world_from_mesh();
+            for corners in part.mesh.indices.chunks_exact(3) {
+                let corners = [0, 1, 2].map(|k| corners[k] as usize);
+                triangles.push(
+                    corners.map(|k| world_from_mesh.transform_point3(part.mesh.positions[k])),
+                );
+                let middle = corners.map(|k| part.mesh.uvs[k]).iter().sum::<Vec2>();
+                looks.push((Arc::as_ptr(&part.material), middle));
+            }
+        }
+        let bvh = TriangleBvh::new(triangles.iter().copied());
+        let view = View::new(&scene.stage.camera);
+        for i in 0..160 * 160 {
+            let ray = view.ray(Vec2::new((i % 160) as f32 + 0.4, (i / 160) as f32 + 0.7));
+            let Some(first) = bvh.closest(ray, |_, _| true) else {
+                continue;
+            };
+            let normal = |triangle: u32| {
+                let [a, b, c] = triangles[triangle as usize];
+                (b - a).cross(c - a).normalize_or_zero()
+            };
+            let looks_else = |triangle: u32| {
+                normal(triangle).dot(normal(first.triangle)) > 0.99
+                    && looks[triangle as usize] != looks[first.triangle as usize]
+            };
+            let next = bvh.closest(ray, |triangle, _| looks_else(triangle));
+            let next = next.map_or(f32::INFINITY, |next| next.distance);
+            let at = ray.origin + first.distance * ray.direction;
+            assert!(next - first.distance > 5e-4, "{camera:?}: {at}");
+        }
+    }
+}
+
+#[test]
+fn the_corridor_of_the_town_is_sealed_from_the_sky() {
+    let town = Town::new(24);
+    let light = |state| {
+        let mut scene = town.scene(state, TownCamera::Corridor);
+        scene.stage.point_lights.clear();
+        for part in &mut scene.parts {
+            Arc::make_mut(&mut part.material).emission = Vec3::ZERO;
+        }
+        let settings = TraceSettings {
+            samples: 16,
+            ..TraceSettings::default()
+        };
+        mean(&trace(&scene, &settings).total)
+    };
+    assert_eq!(light(TownState::Usual), Vec3::ZERO);
+    assert!(light(TownState::DoorOpen).min_element() > 0.05);
 }
 
 #[test]

@@ -2,7 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use bevy_frugal_lab::{ROOT, boxes::TracedScene, meshes::arcade::ArcadeSettings};
+use bevy_frugal_lab::{
+    ROOT,
+    boxes::TracedScene,
+    meshes::{arcade::ArcadeSettings, town::TownCamera},
+};
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
@@ -48,6 +52,8 @@ pub struct GiPlan {
     pub variants: bool,
     /// The arcade; none leaves it out.
     pub arcade: Option<ArcadePlan>,
+    /// The town; none leaves it out.
+    pub town: Option<TownPlan>,
     /// Numbers of triangles, about.
     pub triangles: Vec<u32>,
     /// Rounds of the interleaved benchmark.
@@ -65,12 +71,35 @@ pub struct ArcadePlan {
     pub samples: u32,
 }
 
+/// How the town is measured.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TownPlan {
+    pub cameras: Vec<TownCamera>,
+    /// Voxels along an edge of a volume.
+    pub resolution: u32,
+    /// Width and height of the picture in pixels.
+    pub picture: u32,
+    /// Paths from each pixel of its truth.
+    pub samples: u32,
+}
+
 /// The name of the arcade on the command line.
 const ARCADE: &str = "arcade";
-/// The scenes of global illumination.
-pub const GI_SCENES: [&str; 4] = {
+/// The scenes of global illumination; the town is one from each camera.
+pub const GI_SCENES: [&str; 9] = {
     let [a, b, c] = TracedScene::NAMES;
-    [a, b, c, ARCADE]
+    let [d, e, f, g, h] = TownCamera::ALL;
+    [
+        a,
+        b,
+        c,
+        ARCADE,
+        d.name(),
+        e.name(),
+        f.name(),
+        g.name(),
+        h.name(),
+    ]
 };
 
 impl GiPlan {
@@ -81,6 +110,10 @@ impl GiPlan {
         if !is_named(ARCADE) {
             self.arcade = None;
         }
+        if let Some(town) = &mut self.town {
+            town.cameras.retain(|camera| is_named(camera.name()));
+        }
+        self.town.take_if(|town| town.cameras.is_empty());
         self.triangles.clear();
     }
 
@@ -108,6 +141,12 @@ impl GiPlan {
                     },
                     samples: 256,
                 }),
+                town: Some(TownPlan {
+                    cameras: TownCamera::ALL.into(),
+                    resolution: 32,
+                    picture: 64,
+                    samples: 256,
+                }),
                 triangles: vec![1_000, 10_000],
                 rounds: 3,
                 frames: 2,
@@ -123,6 +162,12 @@ impl GiPlan {
                 variants: true,
                 arcade: Some(ArcadePlan {
                     scene: ArcadeSettings::default(),
+                    samples: 1024,
+                }),
+                town: Some(TownPlan {
+                    cameras: TownCamera::ALL.into(),
+                    resolution: 32,
+                    picture: 128,
                     samples: 1024,
                 }),
                 triangles: vec![1_000, 10_000, 100_000, 1_000_000],

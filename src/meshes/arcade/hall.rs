@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_PI_2;
 use bevy::math::{Quat, Vec2, Vec3};
 
 use crate::meshes::{
-    arcade::{materials::Materials, part, repeated},
+    arcade::materials::Materials,
     scene::{SceneMesh, ScenePart},
 };
 
@@ -64,7 +64,9 @@ pub(super) fn parts(materials: &Materials) -> Vec<ScenePart> {
         (back_and_front, 1.0, &materials.plaster),
         (stairs(), 1.0, &materials.planks),
     ];
-    let place = |(mesh, metres, material)| part(repeated(mesh, metres), material, Vec3::ZERO);
+    let place = |(mesh, metres, material): (SceneMesh, f32, _)| {
+        ScenePart::new(mesh.repeated(metres), material, Vec3::ZERO)
+    };
     let mut parts: Vec<_> = meshes.into_iter().map(place).collect();
     parts.push(arcade(materials));
     parts
@@ -82,7 +84,7 @@ fn arcade(materials: &Materials) -> ScenePart {
     }
     ScenePart {
         rotation: Quat::from_rotation_y(FRAC_PI_2),
-        ..part(repeated(mesh, 1.2), &materials.stone, Vec3::X * ARCADE_X)
+        ..ScenePart::new(mesh.repeated(1.2), &materials.stone, Vec3::X * ARCADE_X)
     }
 }
 
@@ -102,7 +104,7 @@ pub(super) fn door(materials: &Materials) -> ScenePart {
     let width = DOORWAY[1] - DOORWAY[0];
     let mesh = SceneMesh::cuboid(Vec3::ZERO, Vec3::new(DOOR_THICKNESS, DOOR_HEIGHT, width));
     let hinge = Vec3::new(HALF, 0.0, DOORWAY[0]);
-    part(repeated(mesh, 1.0), &materials.planks, hinge)
+    ScenePart::new(mesh.repeated(1.0), &materials.planks, hinge)
 }
 
 /// The sign on the left wall: letters that emit light, on a box.
@@ -112,11 +114,11 @@ pub(super) fn sign(materials: &Materials) -> [ScenePart; 2] {
     let body = SceneMesh::cuboid(-half, half);
     let letters = ScenePart {
         rotation: Quat::from_rotation_y(FRAC_PI_2),
-        ..part(
+        ..ScenePart::new(
             SceneMesh::card(size),
             &materials.sign,
             center + 0.125 * Vec3::X,
         )
     };
-    [part(body, &materials.plaster, center), letters]
+    [ScenePart::new(body, &materials.plaster, center), letters]
 }

@@ -3,14 +3,12 @@
 //! It is 8 m wide and long and 4.8 m high. An arcade along Z divides it into a nave, with a lantern (a point
 //! light) and the sign, and an aisle, whose door lets the sun and the sky in when it is open.
 
-use std::sync::Arc;
-
-use bevy::math::{Quat, Vec2, Vec3};
+use bevy::math::{Quat, Vec3};
 
 use crate::{
     meshes::{
         arcade::materials::Materials,
-        scene::{MeshScene, SceneMaterial, SceneMesh, ScenePart},
+        scene::{MeshScene, ScenePart},
     },
     stage::{SceneCamera, SceneDirectionalLight, ScenePointLight, Stage},
 };
@@ -131,21 +129,4 @@ impl Arcade {
 
     /// Index of the door among the parts of its scenes.
     pub const DOOR: usize = 0;
-}
-
-/// A part that is not rotated.
-pub(super) fn part(mesh: SceneMesh, material: &Arc<SceneMaterial>, translation: Vec3) -> ScenePart {
-    ScenePart {
-        mesh: Arc::new(mesh),
-        material: material.clone(),
-        translation,
-        rotation: Quat::IDENTITY,
-    }
-}
-
-/// Texture coordinates in repetitions of a texture that is this long in metres.
-pub(super) fn repeated(mut mesh: SceneMesh, metres: f32) -> SceneMesh {
-    let scale = |uv: &Vec2| *uv / metres;
-    mesh.uvs = mesh.uvs.iter().map(scale).collect();
-    mesh
 }

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use bevy::math::{EulerRot, Quat, Vec2, Vec3};
 
 use crate::meshes::{
-    arcade::{materials::Materials, part, repeated},
+    arcade::materials::Materials,
     scene::{SceneMesh, ScenePart},
 };
 
@@ -29,35 +29,9 @@ pub(super) fn parts(materials: &Materials) -> [ScenePart; 2] {
         let rotation = Quat::from_euler(EulerRot::YXZ, TAU / 4.0 - angle, tilt, angle);
         leaves.append_rotated(SceneMesh::card(Vec2::splat(CARD)), rotation, center);
     }
+    let pot = SceneMesh::cylinder(POT[0], POT[1], 24);
     [
-        part(repeated(pot(), 1.0), &materials.red, POSITION),
-        part(leaves, &materials.leaves, POSITION + POT[1] * Vec3::Y),
+        ScenePart::new(pot, &materials.red, POSITION),
+        ScenePart::new(leaves, &materials.leaves, POSITION + POT[1] * Vec3::Y),
     ]
-}
-
-/// A cylinder of 24 sides with a lid of earth.
-fn pot() -> SceneMesh {
-    const SIDES: u32 = 24;
-    let [radius, height] = POT;
-    let point = |i: u32, y: f32| {
-        let (sin, cos) = (TAU * i as f32 / SIDES as f32).sin_cos();
-        Vec3::new(radius * cos, y, -radius * sin)
-    };
-    let mut mesh = SceneMesh::default();
-    for i in 0..SIDES {
-        let corners = [
-            point(i, 0.0),
-            point(i + 1, 0.0),
-            point(i + 1, height),
-            point(i, height),
-        ];
-        let first = mesh.normals.len();
-        mesh.add_polygon(&corners);
-        for (normal, corner) in mesh.normals[first..].iter_mut().zip(corners) {
-            *normal = corner.with_y(0.0).normalize_or_zero();
-        }
-    }
-    let lid: Vec<_> = (0..SIDES).map(|i| point(i, height)).collect();
-    mesh.add_polygon(&lid);
-    mesh
 }

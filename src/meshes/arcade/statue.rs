@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use bevy::math::{Vec2, Vec3};
 
 use crate::meshes::{
-    arcade::{materials::Materials, part},
+    arcade::materials::Materials,
     scene::{SceneMesh, ScenePart},
 };
 
@@ -26,8 +26,8 @@ pub(super) fn parts(materials: &Materials, triangles: u32) -> [ScenePart; 2] {
     let rows = (triangles as f32 / 16.0).sqrt().round().max(3.0) as u32;
     let knot = SceneMesh::grid(8 * rows, rows, surface);
     [
-        part(pedestal, &materials.stone, POSITION),
-        part(
+        ScenePart::new(pedestal, &materials.stone, POSITION),
+        ScenePart::new(
             knot,
             &materials.marble,
             POSITION + (height + KNOT_HEIGHT) * Vec3::Y,

@@ -6,11 +6,16 @@ use bevy_voxel_gi::VoxelGiSettings;
 
 use crate::{
     plan::ArcadePlan,
-    voxel_gi::{LightRow, arcade::ArcadeApp, settings::Setting},
+    voxel_gi::{
+        LightRow,
+        arcade::{app, setting_rows},
+        meshes::MeshApp,
+        settings::Setting,
+    },
 };
 
-fn arcade() -> ArcadeApp {
-    ArcadeApp::new(&ArcadePlan {
+fn arcade() -> MeshApp {
+    app(&ArcadePlan {
         scene: ArcadeSettings {
             statue_triangles: 50_000,
             picture: 64,
@@ -21,7 +26,7 @@ fn arcade() -> ArcadeApp {
 }
 
 /// The rows of a volume of 16^3 voxels.
-fn rows(app: &mut ArcadeApp) -> Vec<LightRow> {
+fn rows(app: &mut MeshApp) -> Vec<LightRow> {
     let setting = Setting {
         name: "trace".into(),
         settings: VoxelGiSettings {
@@ -29,7 +34,7 @@ fn rows(app: &mut ArcadeApp) -> Vec<LightRow> {
             ..VoxelGiSettings::default()
         },
     };
-    let rows = app.rows(&setting).expect("rows");
+    let rows = setting_rows(app, &setting).expect("rows");
     for row in &rows {
         println!(
             "{}, {}: {:?} {:?}",
@@ -67,7 +72,10 @@ fn it_is_near_its_truth_in_each_state_and_soon_after_a_change() {
         assert!(error(&lit, scene, "trace, frame 1") > error(&lit, scene, "trace, frame 30"));
     }
 
-    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+    let mut materials = app
+        .app
+        .world_mut()
+        .resource_mut::<Assets<StandardMaterial>>();
     for (_, material) in materials.iter_mut() {
         material.emissive = LinearRgba::BLACK;
     }

@@ -17,6 +17,7 @@ mod arcade;
 mod cost;
 mod ewa;
 mod figures;
+mod town;
 mod voxel_gi;
 mod wavelet_tex;
 mod ycocg_fb;

@@ -21,8 +21,10 @@ use crate::{
 
 pub mod arcade;
 pub mod load;
+pub mod meshes;
 pub mod render;
 pub mod settings;
+pub mod town;
 
 /// The study.
 pub struct VoxelGi;
@@ -41,6 +43,12 @@ pub struct LightRow {
     /// Mean difference over mean reference, of radiance: above 0 where it is too bright.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias: Option<f64>,
+    /// The 95th percentile of the relative error of blocks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub percentile_95: Option<f64>,
+    /// The share of blocks that are black and should not be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub black: Option<f64>,
     /// Deviation of pixels on flat walls from their smooth neighbourhood over the mean, once all has settled.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise: Option<f64>,
@@ -61,6 +69,8 @@ pub struct Rows {
     pub boxes: Vec<LightRow>,
     /// The arcade, whose truth is traced.
     pub arcade: Vec<LightRow>,
+    /// The town, whose truth is traced.
+    pub town: Vec<LightRow>,
     /// More and more triangles.
     pub triangles: Vec<TimeRow>,
 }
@@ -100,6 +110,9 @@ impl Study for VoxelGi {
         if let Some(plan) = &plan.arcade {
             (report.rows.arcade, report.adapter) = arcade::rows(plan, &settings, progress)?;
         }
+        if let Some(town) = &plan.town {
+            (report.rows.town, report.adapter) = town::rows(town, &plan.settings, progress)?;
+        }
         report.rows.triangles = load::rows(plan, progress)?;
         Ok(report)
     }
@@ -109,7 +122,7 @@ impl Study for VoxelGi {
     }
 
     fn tables(rows: &Rows) -> String {
-        arcade::tables(&rows.arcade)
+        arcade::tables(&rows.arcade) + &town::tables(&rows.town)
     }
 }
 

@@ -3,7 +3,7 @@
 
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings, VoxelLight, Voxelizer};
 
-use crate::{plan::GiPlan, run::TradeoffError};
+use crate::{plan::GiPlan, run::TradeoffError, voxel_gi::town::VOLUMES};
 
 /// Prefix of the names of the plugin's spans.
 pub const SPANS: &str = "voxel_gi_";
@@ -149,14 +149,19 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
     settings
 }
 
-/// The settings that the plan names, in the order of [`settings`]; all where it names none.
+/// The settings that the plan names, in the order of [`settings`]; all where it names none. It may name volumes of the
+/// town, too.
 pub fn wanted(plan: &GiPlan) -> Result<Vec<Setting>, TradeoffError> {
     let mut settings = settings(plan);
-    let is_unknown = |name: &&String| !settings.iter().any(|setting| setting.name == **name);
+    let is_unknown = |name: &&String| {
+        !settings.iter().any(|setting| setting.name == **name) && !VOLUMES.contains(&name.as_str())
+    };
     if let Some(name) = plan.settings.iter().find(is_unknown) {
         return Err(TradeoffError::UnknownSetting {
             name: name.clone(),
-            known: settings.into_iter().map(|setting| setting.name).collect(),
+            known: { settings.into_iter().map(|setting| setting.name) }
+                .chain(VOLUMES.map(String::from))
+                .collect(),
         });
     }
     let is_named = |setting: &Setting| plan.settings.contains(&setting.name);

@@ -1,0 +1,202 @@
+//! Scenes of meshes with textures, in which something moves.
+//!
+//! Their truth is traced when the study runs. Each volume is compared once the light has settled in the usual state;
+//! then something changes, and the picture is compared with the truth of the new state some frames after the change and
+//! once the light has settled again.
+
+use bevy::prelude::*;
+use bevy_frugal_lab::{
+    boxes::{agreement, block_means},
+    headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat},
+    meshes::{MeshScene, SpawnedScene, move_to, spawn_mesh_scene, trace},
+    path_tracer::TraceSettings,
+};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiVolume};
+
+use crate::{
+    page::table,
+    voxel_gi::{
+        LightRow,
+        render::{MAX_FRAMES, difference, halved, picture, settle},
+    },
+};
+
+/// Frames after a change at which a picture is compared.
+pub const FRAMES: [u32; 3] = [1, 8, 30];
+
+/// A scene from one camera: the usual state, and others that each follow it; with names.
+pub struct View {
+    pub usual: (&'static str, MeshScene),
+    pub changes: Vec<(&'static str, MeshScene)>,
+}
+
+/// Views of a scene in Bevy, and their truth.
+pub struct MeshApp {
+    pub app: HeadlessApp,
+    spawned: SpawnedScene,
+    views: Vec<(StateTruth, Vec<StateTruth>)>,
+}
+
+/// A state from a camera.
+struct StateTruth {
+    name: &'static str,
+    scene: MeshScene,
+    /// The picture without a volume.
+    without: Vec<Vec3>,
+    /// Block means of the path-traced light that a volume is to add.
+    truth: Vec<Vec3>,
+}
+
+impl MeshApp {
+    /// Traces the truth of views of the same parts with this number of samples, and renders them without a volume.
+    pub fn new(views: Vec<View>, samples: u32) -> Result<Self, HeadlessError> {
+        let settings = TraceSettings {
+            samples,
+            ..default()
+        };
+        let first = &views[0].usual.1;
+        let camera = &first.stage.camera;
+        // Twice as wide as the truth, since a pixel of Bevy's has one sample of the geometry.
+        let mut app = HeadlessApp::new(
+            HeadlessSettings {
+                format: TargetFormat::Float32,
+                ..HeadlessSettings::with_size(2 * camera.width, 2 * camera.height)
+            },
+            |app| {
+                app.add_plugins(VoxelGiPlugin);
+            },
+        )?;
+        let world = app.world_mut();
+        let spawned = spawn_mesh_scene(world, first);
+        // What a volume adds does not depend on shadow maps, which take most of the time of a software driver.
+        for mut light in world.query::<&mut PointLight>().iter_mut(world) {
+            light.shadow_maps_enabled = false;
+        }
+        for mut light in world.query::<&mut DirectionalLight>().iter_mut(world) {
+            light.shadow_maps_enabled = false;
+        }
+        app.run_until_ready(MAX_FRAMES)?;
+        let mut truth = |(name, scene)| {
+            move_to(app.world_mut(), &spawned, &scene);
+            app.render_frames(2)?;
+            let traced = trace(&scene, &settings);
+            Ok(StateTruth {
+                name,
+                without: picture(&mut app)?,
+                truth: block_means(&traced.indirect, traced.width),
+                scene,
+            })
+        };
+        let mut traced = Vec::new();
+        for View { usual, changes } in views {
+            let usual = truth(usual)?;
+            let changes = changes.into_iter().map(&mut truth);
+            traced.push((usual, changes.collect::<Result<_, HeadlessError>>()?));
+        }
+        Ok(Self {
+            app,
+            spawned,
+            views: traced,
+        })
+    }
+
+    /// The errors of a volume in each state; `place` gives it for a scene.
+    pub fn rows(
+        &mut self,
+        name: &str,
+        settings: &VoxelGiSettings,
+        place: impl Fn(&MeshScene) -> (VoxelGiVolume, Transform),
+    ) -> Result<Vec<LightRow>, HeadlessError> {
+        let (app, spawned) = (&mut self.app, &self.spawned);
+        app.world_mut().insert_resource(settings.clone());
+        let mut rows = Vec::new();
+        for (usual, changes) in &self.views {
+            let scene = &usual.scene;
+            move_to(app.world_mut(), spawned, scene);
+            let (volume, pose) = place(scene);
+            let sky = Some(Sky::uniform(LinearRgba::from_vec3(
+                scene.stage.sky_radiance,
+            )));
+            let volume = app
+                .world_mut()
+                .spawn((VoxelGiVolume { sky, ..volume }, pose));
+            let volume = volume.id();
+            settle(app)?;
+            rows.push(usual.row(app, name.into())?);
+            for (index, state) in changes.iter().enumerate() {
+                if index > 0 {
+                    // Every change begins with the usual state.
+                    move_to(app.world_mut(), spawned, scene);
+                    settle(app)?;
+                }
+                move_to(app.world_mut(), spawned, &state.scene);
+                let mut rendered = 0;
+                for frame in FRAMES {
+                    app.render_frames(frame - rendered)?;
+                    rendered = frame;
+                    rows.push(state.row(app, format!("{name}, frame {frame}"))?);
+                }
+                settle(app)?;
+                rows.push(state.row(app, name.into())?);
+            }
+            app.world_mut().despawn(volume);
+            // The frame in which a volume ends may still show it.
+            app.render_frames(2)?;
+        }
+        Ok(rows)
+    }
+}
+
+impl StateTruth {
+    fn row(&self, app: &mut HeadlessApp, setting: String) -> Result<LightRow, HeadlessError> {
+        let added = difference(&picture(app)?, &self.without);
+        let width = self.scene.stage.camera.width;
+        let found = agreement(&halved(&added, 2 * width), width, &self.truth);
+        Ok(LightRow {
+            scene: self.name.into(),
+            setting,
+            bytes: Some(app.world().resource::<VoxelGiReport>().memory),
+            relative_error: Some(found.relative_error),
+            bias: Some(found.bias),
+            percentile_95: Some(found.percentile_95),
+            black: Some(found.black),
+            ..LightRow::default()
+        })
+    }
+}
+
+/// The rows of a scene and a setting that are in a cell; empty where there are none.
+pub(super) fn cell(
+    rows: &[LightRow],
+    scene: &str,
+    setting: &str,
+    text: impl Fn(&LightRow) -> String,
+) -> String {
+    let mut rows = rows.iter();
+    let row = rows.find(|row| row.scene == scene && row.setting == setting);
+    row.map_or(String::new(), text)
+}
+
+/// A table of errors some frames after the changes of these names, a line for each change and setting.
+pub(super) fn changes_table(rows: &[LightRow], settings: &[&str], changes: &[&str]) -> String {
+    let lines = settings
+        .iter()
+        .flat_map(|setting| changes.iter().map(move |scene| (setting, scene)));
+    let lines = lines.map(|(setting, scene)| {
+        let cell = |setting: &str| cell(rows, scene, setting, error_and_bias);
+        let frames = FRAMES.map(|frame| cell(&format!("{setting}, frame {frame}")));
+        let name = format!("{scene}, {setting}");
+        [vec![name], frames.into(), vec![cell(setting)]].concat()
+    });
+    let [a, b, c] = FRAMES.map(|frame| format!("frame {frame}"));
+    table(&["after the change", &a, &b, &c, "settled"], lines)
+}
+
+pub(super) fn error_and_bias(row: &LightRow) -> String {
+    let [error, bias] = [row.relative_error, row.bias].map(percent);
+    format!("{error:.1}% / {bias:+.1}%")
+}
+
+pub(super) fn percent(value: Option<f64>) -> f64 {
+    100.0 * value.unwrap_or(f64::NAN)
+}

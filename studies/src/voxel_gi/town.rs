@@ -1,0 +1,134 @@
+//! The town: a level that is larger than the default volume, from several cameras.
+
+use bevy::prelude::*;
+use bevy_frugal_lab::{
+    headless::HeadlessError,
+    meshes::{
+        MeshScene,
+        town::{Town, TownCamera, TownState},
+    },
+};
+use bevy_voxel_gi::{VoxelGiSettings, VoxelGiVolume};
+use indicatif::ProgressBar;
+
+use crate::{
+    page::table,
+    plan::TownPlan,
+    record::ReportAdapter,
+    voxel_gi::{
+        LightRow,
+        meshes::{MeshApp, View, cell, changes_table, error_and_bias, percent},
+    },
+};
+
+/// The volumes that the town is measured with, by their names.
+pub const VOLUMES: [&str; 3] = ["one level", "cascades from 24 m", "default"];
+
+/// The volume of this name.
+fn placed(name: &str, resolution: u32, scene: &MeshScene) -> (VoxelGiVolume, Transform) {
+    match name {
+        "one level" => {
+            let (center, size) = scene.volume(resolution);
+            (
+                VoxelGiVolume::fixed(size),
+                Transform::from_translation(center),
+            )
+        }
+        "cascades from 24 m" => (
+            VoxelGiVolume {
+                size: 24.0,
+                ..default()
+            },
+            default(),
+        ),
+        _ => default(),
+    }
+}
+
+/// The rows of the volumes of these names, of all where there are none, and the adapter.
+pub fn rows(
+    plan: &TownPlan,
+    names: &[String],
+    progress: &ProgressBar,
+) -> Result<(Vec<LightRow>, ReportAdapter), HeadlessError> {
+    progress.set_message("town: path tracing");
+    let mut app = app(plan)?;
+    let mut rows = Vec::new();
+    let is_named = |volume: &str| names.is_empty() || names.iter().any(|name| name == volume);
+    for volume in VOLUMES.into_iter().filter(|volume| is_named(volume)) {
+        progress.set_message(format!("town: {volume}"));
+        rows.extend(volume_rows(&mut app, volume, plan.resolution)?);
+    }
+    Ok((rows, app.app.adapter().into()))
+}
+
+/// The town from the plan's cameras.
+pub fn app(plan: &TownPlan) -> Result<MeshApp, HeadlessError> {
+    let town = Town::new(plan.picture);
+    let views = plan.cameras.iter().map(|camera| {
+        let change = camera.change().into_iter();
+        View {
+            usual: (camera.name(), town.scene(TownState::Usual, *camera)),
+            changes: change
+                .map(|(state, name)| (name, town.scene(state, *camera)))
+                .collect(),
+        }
+    });
+    MeshApp::new(views.collect(), plan.samples)
+}
+
+/// The rows of a volume of [`VOLUMES`] with so many voxels along an edge.
+pub fn volume_rows(
+    app: &mut MeshApp,
+    name: &str,
+    resolution: u32,
+) -> Result<Vec<LightRow>, HeadlessError> {
+    let settings = VoxelGiSettings {
+        resolution,
+        ..default()
+    };
+    app.rows(name, &settings, |scene| placed(name, resolution, scene))
+}
+
+/// A table of the volumes from each camera, and one of the frames after a change; empty where nothing was measured.
+pub fn tables(rows: &[LightRow]) -> String {
+    let volumes = VOLUMES.into_iter();
+    let volumes = volumes.filter(|volume| rows.iter().any(|row| row.setting == *volume));
+    let volumes: Vec<_> = volumes.collect();
+    if volumes.is_empty() {
+        return String::new();
+    }
+    let memory = |volume: &str| {
+        let row = rows.iter().find(|row| row.setting == volume);
+        let bytes = row.and_then(|row| row.bytes).unwrap_or_default();
+        format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+    };
+    let lines = TownCamera::ALL.iter().flat_map(|camera| {
+        let changed = camera.change().map(|(_, name)| name);
+        [Some(camera.name()), changed].into_iter().flatten()
+    });
+    let is_measured = |scene: &&str| rows.iter().any(|row| row.scene == *scene);
+    let lines = lines.filter(is_measured).map(|scene| {
+        let cells = volumes.iter().map(|volume| {
+            cell(rows, scene, volume, |row| {
+                let [blocks, black] = [row.percentile_95, row.black].map(percent);
+                format!("{}, {blocks:.0}%, {black:.0}%", error_and_bias(row))
+            })
+        });
+        [scene.to_string()].into_iter().chain(cells).collect()
+    });
+    let heads: Vec<_> = volumes
+        .iter()
+        .map(|volume| format!("{volume} ({})", memory(volume)))
+        .collect();
+    let heads: Vec<_> = ["from"]
+        .into_iter()
+        .chain(heads.iter().map(String::as_str))
+        .collect();
+    let usual = table(&heads, lines);
+    let changes = TownCamera::ALL.iter().filter_map(|camera| camera.change());
+    let changes = changes.map(|(_, name)| name).filter(is_measured);
+    let changes: Vec<_> = changes.collect();
+    let changes = changes_table(rows, &volumes, &changes);
+    format!("\n{usual}\n{changes}")
+}
