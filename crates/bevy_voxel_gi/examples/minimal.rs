@@ -6,7 +6,6 @@ use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
 fn main() {
     App::new()
         .add_plugins((DefaultPlugins, VoxelGiPlugin))
-        .insert_resource(GlobalAmbientLight::NONE)
         .add_systems(Startup, spawn)
         .run();
 }
@@ -16,8 +15,8 @@ fn spawn(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    // A cube of 16 m around the origin in which light bounces.
-    commands.spawn((VoxelGiVolume::default(), Transform::default()));
+    // Light bounces within 32 m of the camera.
+    commands.spawn(VoxelGiVolume::default());
     commands.spawn((
         Camera3d::default(),
         Transform::from_xyz(2.0, 2.5, 6.0).looking_at(Vec3::Y, Vec3::Y),

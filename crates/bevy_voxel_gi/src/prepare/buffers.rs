@@ -12,7 +12,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages},
-        renderer::RenderDevice,
+        renderer::{RenderDevice, RenderQueue},
     },
 };
 
@@ -83,6 +83,24 @@ impl BufferShape {
         }
     }
 
+    /// Whether buffers of this shape have the same voxels as those of another one, with more or less room around the
+    /// volumes.
+    pub(super) fn continues(self, former: Self) -> bool {
+        let Self {
+            outer_levels,
+            voxels,
+            first_slots,
+            ..
+        } = self;
+        let same = Self {
+            outer_levels,
+            voxels,
+            first_slots,
+            ..former
+        };
+        self == same
+    }
+
     /// Size of the occupancy masks in bytes, with those of the meshes that cast shadows or without.
     pub(super) fn mask_bytes(self, with_shadow_masks: bool) -> u64 {
         8 * self.voxels * (1 + u64::from(with_shadow_masks))
@@ -95,12 +113,15 @@ impl BufferShape {
     }
 }
 
-/// Number of slots for faces with a surface at first, a face of the volume's cube being 1 for each of its voxels.
+/// Number of slots for faces with a surface at first, a face of a level's cube being 1 for each of its voxels.
 /// Surfaces are a shell: a closed room whose walls have two sides takes 12, one that is rotated up to 36.
 const FIRST_SLOTS: u64 = 24;
+/// The same in each further level.
+const FURTHER_SLOTS: u64 = 12;
 
 fn first_slots(resolution: u64, levels: u64) -> u64 {
-    most_slots(resolution.pow(3) * levels).min(FIRST_SLOTS * resolution.pow(2) * levels)
+    let faces = FIRST_SLOTS + FURTHER_SLOTS * levels.saturating_sub(1);
+    most_slots(resolution.pow(3) * levels).min(faces * resolution.pow(2))
 }
 
 /// Slots for all faces, and the one that all faces without a surface read.
@@ -265,6 +286,18 @@ impl VolumeBuffers {
         }
     }
 
+    /// Takes over the light of other buffers of the same voxels, from which the passes continue.
+    pub(super) fn copy_light(&self, former: &Self, device: &RenderDevice, queue: &RenderQueue) {
+        let mut encoder = device.create_command_encoder(&default());
+        for (from, to) in [
+            (&former.face_slots, &self.face_slots),
+            (&former.irradiance, &self.irradiance),
+        ] {
+            encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size().min(to.size()));
+        }
+        queue.submit([encoder.finish()]);
+    }
+
     /// Makes room for the masks of meshes that cast shadows, and returns whether there was none: the scene has to be
     /// voxelised.
     pub(crate) fn add_shadow_masks(&mut self, device: &RenderDevice) -> bool {
@@ -301,7 +334,7 @@ impl VolumeBuffers {
     }
 
     /// Number of slots that the buffers have.
-    fn slots(&self) -> u64 {
+    pub(super) fn slots(&self) -> u64 {
         self.irradiance.size() / 16
     }
 

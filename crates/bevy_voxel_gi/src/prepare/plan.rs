@@ -190,15 +190,15 @@ pub(crate) fn plan_frame(
         return;
     };
     let shape = BufferShape::beside(volume, buffers.as_deref());
-    let is_same = buffers
-        .as_ref()
-        .is_some_and(|buffers| buffers.shape == shape)
-        && plan.texture == Some(volume.texture.id());
-    let needed_slots = match &buffers {
-        Some(buffers) if is_same => buffers.needed_slots(&device),
-        _ => Some(shape.first_slots),
+    let former = buffers.as_ref().filter(|former| {
+        shape.continues(former.shape) && plan.texture == Some(volume.texture.id())
+    });
+    let needed_slots = match former {
+        Some(former) if former.shape == shape => former.needed_slots(&device),
+        Some(former) => Some(former.slots().max(shape.first_slots)),
+        None => Some(shape.first_slots),
     };
-    let is_fresh = needed_slots.is_some();
+    let is_fresh = former.is_none();
     if is_fresh {
         *plan = FramePlan {
             texture: Some(volume.texture.id()),
@@ -220,6 +220,11 @@ pub(crate) fn plan_frame(
         plan.clock.change(pace, has_moved);
     }
     let mut made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
+    if let (Some(made), Some(former)) = (&made, former) {
+        made.copy_light(former, &device, &queue);
+        plan.voxelized = None;
+        plan.clock.change(pace, false);
+    }
     if shadow_masks.are_needed(shape)
         && let Some(buffers) = made.as_mut().or(buffers.as_deref_mut())
         && buffers.add_shadow_masks(&device)
