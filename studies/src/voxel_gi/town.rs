@@ -146,6 +146,9 @@ pub fn tables(rows: &[LightRow]) -> String {
     let changes = TownCamera::ALL.iter().filter_map(|camera| camera.change());
     let changes = changes.map(|(_, name)| name).filter(is_measured);
     let changes: Vec<_> = changes.collect();
+    if changes.is_empty() {
+        return format!("\n{usual}");
+    }
     let changes = changes_table(rows, &volumes, &changes);
     format!("\n{usual}\n{changes}")
 }
