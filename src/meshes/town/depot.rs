@@ -107,7 +107,7 @@ fn outer_walls() -> SceneMesh {
     let mut low = [10.0, 15.0, 20.0, 24.5, 30.0]
         .map(|x| window(x, x + 1.6))
         .to_vec();
-    low.push(Rect::new(17.0 - 0.2, 0.0, 17.8, DOOR_HEIGHT));
+    low.push(Rect::new(16.8, 0.0, 17.8, DOOR_HEIGHT));
     walls.add_plate(2, [max.y - WALL, max.y], along_x, &low);
     walls
 }
@@ -132,26 +132,11 @@ fn inside() -> Painted {
         inside.add_plate(Paint::White, 1, [LOW, LOW + 0.2], room, &[]);
     }
     for x in [13.2, 18.1, 23.0, STORE.min.x - THIN] {
-        let is_last = x > 25.0;
-        let outline = Rect::new(OFFICES.min.y, FLOOR, OFFICES.max.y, LOW);
-        let door = Rect::new(27.6, FLOOR, 28.7, DOOR_HEIGHT);
-        let low = if is_last {
-            Rect {
-                min: Vec2::new(outline.min.x, 0.0),
-                ..outline
-            }
-        } else {
-            outline
-        };
-        let door = if is_last {
-            Rect {
-                min: Vec2::new(door.min.x, 0.0),
-                ..door
-            }
-        } else {
-            door
-        };
-        inside.add_plate(Paint::Cream, 0, [x, x + THIN], low, &[door]);
+        // The last one stands where the planks end.
+        let floor = if x < 25.0 { FLOOR } else { 0.0 };
+        let outline = Rect::new(OFFICES.min.y, floor, OFFICES.max.y, LOW);
+        let door = Rect::new(27.6, floor, 28.7, DOOR_HEIGHT);
+        inside.add_plate(Paint::Cream, 0, [x, x + THIN], outline, &[door]);
     }
     let store = Rect::new(STORE.min.x, 0.0, STORE.max.x, LOW);
     inside.add_plate(Paint::Sky, 2, [STORE.max.y, STORE.max.y + THIN], store, &[]);

@@ -84,7 +84,7 @@ impl House {
         house.add_plate(Paint::White, 1, ceiling, inside, &[]);
         match self.roof {
             Roof::Gable(paint) => {
-                house.add(paint, gable(self.footprint.inflate(0.45), height, 2.4))
+                house.add(paint, gable(self.footprint.inflate(0.45), height, 2.4));
             }
             Roof::Flat => {
                 let top = [height, height + 0.25];

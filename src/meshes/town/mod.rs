@@ -291,7 +291,7 @@ impl Town {
     }
 
     /// Index of the door among the parts of its scenes.
-    pub const DOOR: usize = 0;
+    const DOOR: usize = 0;
     /// Indices of the lift and its panel.
-    pub const LIFT: [usize; 2] = [1, 2];
+    const LIFT: [usize; 2] = [1, 2];
 }

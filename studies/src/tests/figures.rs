@@ -11,7 +11,7 @@ use crate::{
     page::renewed,
     record::{PictureRow, Report},
     run::{Study, read},
-    voxel_gi::{self, LightRow, VoxelGi, arcade},
+    voxel_gi::{self, LightRow, VoxelGi, arcade, town},
     wavelet_tex::WaveletTex,
     ycocg_fb::YCoCgFb,
 };
@@ -279,14 +279,21 @@ fn error_of_global_illumination() {
 }
 
 #[test]
-fn error_of_global_illumination_in_the_arcade() {
-    let report = Report::<voxel_gi::Rows>::read(folder().join("arcade.json"));
-    let tables = arcade::tables(&report.expect("committed measurements").rows.arcade);
+fn error_of_global_illumination_in_scenes_of_meshes() {
+    let rows = |name| {
+        let report = Report::<voxel_gi::Rows>::read(folder().join(name));
+        report.expect("committed measurements").rows
+    };
     let page = include_str!("../../../docs/voxel_gi.md");
-    assert!(
-        !tables.is_empty() && page.contains(&tables),
-        "not on the page:\n{tables}"
-    );
+    for tables in [
+        arcade::tables(&rows("arcade.json").arcade),
+        town::tables(&rows("town.json").town),
+    ] {
+        assert!(
+            !tables.is_empty() && page.contains(&tables),
+            "not on the page:\n{tables}"
+        );
+    }
 }
 
 #[test]

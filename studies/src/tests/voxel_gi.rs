@@ -20,7 +20,6 @@ fn the_cornell_box_is_measured() {
         iterations: Vec::new(),
         bounces: vec![1],
         arcade: None,
-        town: None,
         triangles: vec![300, 3_000],
         rounds: 1,
         frames: 2,

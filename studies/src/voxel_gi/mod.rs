@@ -110,8 +110,9 @@ impl Study for VoxelGi {
         if let Some(plan) = &plan.arcade {
             (report.rows.arcade, report.adapter) = arcade::rows(plan, &settings, progress)?;
         }
-        if let Some(town) = &plan.town {
-            (report.rows.town, report.adapter) = town::rows(town, &plan.settings, progress)?;
+        let volumes = town::wanted(&plan.settings);
+        if !volumes.is_empty() && !plan.town.cameras.is_empty() {
+            (report.rows.town, report.adapter) = town::rows(&plan.town, &volumes, progress)?;
         }
         report.rows.triangles = load::rows(plan, progress)?;
         Ok(report)

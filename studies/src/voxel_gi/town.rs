@@ -45,17 +45,22 @@ fn placed(name: &str, resolution: u32, scene: &MeshScene) -> (VoxelGiVolume, Tra
     }
 }
 
-/// The rows of the volumes of these names, of all where there are none, and the adapter.
+/// The volumes of these names; all where there are none.
+pub fn wanted(names: &[String]) -> Vec<&'static str> {
+    let is_named = |volume: &&str| names.is_empty() || names.iter().any(|name| name == volume);
+    VOLUMES.into_iter().filter(is_named).collect()
+}
+
+/// The rows of these volumes, and the adapter.
 pub fn rows(
     plan: &TownPlan,
-    names: &[String],
+    volumes: &[&str],
     progress: &ProgressBar,
 ) -> Result<(Vec<LightRow>, ReportAdapter), HeadlessError> {
     progress.set_message("town: path tracing");
     let mut app = app(plan)?;
     let mut rows = Vec::new();
-    let is_named = |volume: &str| names.is_empty() || names.iter().any(|name| name == volume);
-    for volume in VOLUMES.into_iter().filter(|volume| is_named(volume)) {
+    for volume in volumes {
         progress.set_message(format!("town: {volume}"));
         rows.extend(volume_rows(&mut app, volume, plan.resolution)?);
     }
@@ -129,6 +134,9 @@ pub fn tables(rows: &[LightRow]) -> String {
     let changes = TownCamera::ALL.iter().filter_map(|camera| camera.change());
     let changes = changes.map(|(_, name)| name).filter(is_measured);
     let changes: Vec<_> = changes.collect();
+    if changes.is_empty() {
+        return format!("\n{usual}");
+    }
     let changes = changes_table(rows, &volumes, &changes);
     format!("\n{usual}\n{changes}")
 }
