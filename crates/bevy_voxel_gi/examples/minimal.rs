@@ -15,7 +15,7 @@ fn spawn(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    // Light bounces within 32 m of the camera.
+    // Light bounces within 64 m of the camera.
     commands.spawn(VoxelGiVolume::default());
     commands.spawn((
         Camera3d::default(),

@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// The volumes that the town is measured with, by their names.
-pub const VOLUMES: [&str; 3] = ["one level", "cascades from 24 m", "default"];
+pub const VOLUMES: [&str; 2] = ["one level", "default"];
 
 /// The volume of this name.
 fn placed(name: &str, resolution: u32, scene: &MeshScene) -> (VoxelGiVolume, Transform) {
@@ -34,13 +34,6 @@ fn placed(name: &str, resolution: u32, scene: &MeshScene) -> (VoxelGiVolume, Tra
                 Transform::from_translation(center),
             )
         }
-        "cascades from 24 m" => (
-            VoxelGiVolume {
-                size: 24.0,
-                ..default()
-            },
-            default(),
-        ),
         _ => default(),
     }
 }

@@ -46,7 +46,12 @@ fn each_solver_has_the_memory_that_it_needs() {
             1,
             WITH_LIGHT + 128 + 96,
         ),
-        (light(Solver::Trace { rays: 8 }), 2, 2 * WITH_LIGHT),
+        // The second cascade has a quarter of the slots.
+        (
+            light(Solver::Trace { rays: 8 }),
+            2,
+            2 * WITH_LIGHT - 3 * 3 * 56 / 8,
+        ),
         (occlusion, 1, WITH_LIGHT),
     ] {
         settings(app.world_mut()).light = light;

@@ -117,7 +117,7 @@ impl BufferShape {
 /// Surfaces are a shell: a closed room whose walls have two sides takes 12, one that is rotated up to 36.
 const FIRST_SLOTS: u64 = 24;
 /// The same in each further level.
-const FURTHER_SLOTS: u64 = 12;
+const FURTHER_SLOTS: u64 = 6;
 
 fn first_slots(resolution: u64, levels: u64) -> u64 {
     let faces = FIRST_SLOTS + FURTHER_SLOTS * levels.saturating_sub(1);

@@ -9,7 +9,7 @@ use super::{range::clamped_or, shared::VoxelGiSettings, sky::Sky};
 
 /// A part of the world in which light bounces.
 ///
-/// By default it is around the camera, and reaches 32 m in each direction: three cubes of voxels, each twice as large as
+/// By default it is around the camera, and reaches 64 m in each direction: four cubes of voxels, each twice as large as
 /// the one before. [`fixed`](Self::fixed) is a single cube around the entity's position.
 ///
 /// Every material in the cubes that uses Bevy's lighting receives indirect light without a change, whether it is in a
@@ -44,7 +44,7 @@ pub struct VoxelGiVolume {
     /// `Atmosphere` or `Skybox`, and ambient light (`AmbientLight`, or else `GlobalAmbientLight`).
     pub sky: Option<Sky>,
     /// Number of concentric cubes, each twice as large as the one before, all of the same resolution:
-    /// 1 to 4. Default 3. With [`Solver::Propagate`](crate::Solver::Propagate) it is 1. Each further cube takes as much memory as the first. When an app first has a second
+    /// 1 to 4. Default 4. With [`Solver::Propagate`](crate::Solver::Propagate) it is 1. Each further cube takes as much memory as the first. When an app first has a second
     /// level, a cascade or another volume, a frame waits until the shaders of all materials are compiled again.
     pub cascades: u32,
     /// What the volume follows, in steps of whole voxels of the largest cascade. Default: the camera.
@@ -59,7 +59,7 @@ impl Default for VoxelGiVolume {
         Self {
             size: 16.0,
             sky: None,
-            cascades: 3,
+            cascades: 4,
             follow: Follow::default(),
             intensity: 1.0,
         }
