@@ -164,10 +164,9 @@ pub(crate) fn place_volume(
             .and_then(|entity| transforms.get(entity).ok())
             .unwrap_or(transform)
             .translation();
-        let center = snapped(anchor, &own, resolution);
         levels.extend((0..own.cascades).map(|cascade| PlacedLevel {
             owner,
-            center,
+            center: snapped(anchor, &own, cascade, resolution),
             size: own.size * (1 << cascade) as f32,
             sky: own.sky.unwrap_or(own_sky),
             sees_map: own.sky.is_none(),

@@ -121,9 +121,9 @@ pub(super) fn cascades(volume: &VoxelGiVolume, light: VoxelLight, patched: bool)
     }
 }
 
-/// The nearest position in steps of whole voxels of the largest cascade, so that the voxelised scene
-/// does not shimmer as the volume moves.
-pub(super) fn snapped(anchor: Vec3, volume: &VoxelGiVolume, resolution: u32) -> Vec3 {
+/// The nearest position in steps of two voxels of a cascade, of one of the largest, so that the voxelised scene does not
+/// shimmer as the volume moves.
+pub(super) fn snapped(anchor: Vec3, volume: &VoxelGiVolume, cascade: u32, resolution: u32) -> Vec3 {
     let anchor = if anchor.is_finite() {
         anchor
     } else {
@@ -132,8 +132,8 @@ pub(super) fn snapped(anchor: Vec3, volume: &VoxelGiVolume, resolution: u32) -> 
     if volume.follow == Follow::Nothing {
         return anchor;
     }
-    let outer = volume.size * (1 << (volume.cascades - 1)) as f32;
-    let step = outer / resolution as f32;
+    let next = (cascade + 1).min(volume.cascades - 1);
+    let step = volume.size * (1 << next) as f32 / resolution as f32;
     (anchor / step).round() * step
 }
 
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_volume_that_follows_moves_by_whole_voxels_of_its_largest_cascade() {
+    fn cascades_follow_by_whole_voxels_of_their_own_and_fixed_volumes_stay() {
         let volume = VoxelGiVolume {
             size: 8.0,
             cascades: 3,
@@ -150,18 +150,21 @@ mod tests {
             ..default()
         };
         for x in [-3.3_f32, 0.0, 0.49, 0.51, 1e3 + 0.2] {
-            let at = snapped(Vec3::splat(x), &volume, 32).x;
-            assert!(
-                (at - at.round()).abs() < 1e-6 && (at - x).abs() <= 0.5,
-                "{at} for {x}"
-            );
+            for (cascade, step) in [(0, 0.5), (1, 1.0), (2, 1.0)] {
+                let at = snapped(Vec3::splat(x), &volume, cascade, 32).x;
+                let steps = at / step;
+                assert!(
+                    (steps - steps.round()).abs() < 1e-6 && (at - x).abs() <= 0.5 * step,
+                    "{at} for {x}"
+                );
+            }
         }
-        assert_eq!(snapped(Vec3::NAN, &volume, 32), Vec3::ZERO);
+        assert_eq!(snapped(Vec3::NAN, &volume, 0, 32), Vec3::ZERO);
         let still = VoxelGiVolume {
             follow: Follow::Nothing,
             ..volume
         };
-        assert_eq!(snapped(Vec3::splat(0.3), &still, 32), Vec3::splat(0.3));
+        assert_eq!(snapped(Vec3::splat(0.3), &still, 0, 32), Vec3::splat(0.3));
     }
 
     #[test]

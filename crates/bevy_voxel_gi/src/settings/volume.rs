@@ -47,7 +47,7 @@ pub struct VoxelGiVolume {
     /// 1 to 4. Default 4. With [`Solver::Propagate`](crate::Solver::Propagate) it is 1. Each further cube takes as much memory as the first. When an app first has a second
     /// level, a cascade or another volume, a frame waits until the shaders of all materials are compiled again.
     pub cascades: u32,
-    /// What the volume follows, in steps of whole voxels of the largest cascade. Default: the camera.
+    /// What the volume follows, each cascade in steps of its own voxels. Default: the camera.
     #[entities]
     pub follow: Follow,
     /// Factor of the light that reaches the image, at least 0. Default 1, which is physically correct.
