@@ -22,6 +22,7 @@ use crate::{
     extract::{
         deformed_meshes::extract_deformed_meshes,
         device_limits::{is_supported, keep_readable},
+        game_sky::keep_atmosphere_map,
         lights::{ExtractedLights, extract_lights},
         material_table::{MaterialTable, begin_session, remove_unused},
         meshes::{ExtractedScene, extract_scene},
@@ -120,7 +121,7 @@ impl Plugin for VoxelGiPlugin {
             .add_systems(
                 PostUpdate,
                 (
-                    (place_volume, place_probe)
+                    (place_volume, place_probe, keep_atmosphere_map)
                         .chain()
                         .after(VisibilitySystems::VisibilityPropagate)
                         .before(SimulationLightSystems::AssignLightsToClusters),

@@ -3,7 +3,8 @@
 use bevy::{
     asset::RenderAssetUsages,
     camera::ScalingMode,
-    light::Skybox,
+    light::{Atmosphere, AtmosphereEnvironmentMapLight, Skybox, atmosphere::ScatteringMedium},
+    pbr::AtmosphereSettings,
     prelude::*,
     render::render_resource::{
         Extent3d, TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
@@ -17,7 +18,7 @@ use bevy_frugal_lab::{
 use bevy_voxel_gi::{Sky, VoxelGiVolume};
 
 use super::{
-    scene::{app, at, block_of, under_sky},
+    scene::{app, app_with, at, block_of, under_sky},
     support::{box_app, indirect, picture, settle},
 };
 use crate::support::gpu;
@@ -303,4 +304,43 @@ fn a_sky_that_changes_is_seen_anew() {
     volumes.single_mut(world).expect("one").sky =
         Some(Sky::uniform(LinearRgba::rgb(5.0, 5.0, 5.0)));
     check(&mut app, 2.5, "by hand");
+}
+
+/// A floor in the light of an atmosphere alone is about as bright as Bevy has it, also where the camera only shows it.
+#[test]
+fn rays_see_the_atmosphere() {
+    let _gpu = gpu();
+    let mut app = app_with(|_| ());
+    wide_floor(&mut app, 4.0);
+    let world = app.world_mut();
+    let mut media = world.resource_mut::<Assets<ScatteringMedium>>();
+    let medium = media.add(ScatteringMedium::earth(64, 64));
+    world.spawn(Atmosphere::earth(medium));
+    let sun = DirectionalLight {
+        illuminance: 1000.0,
+        ..default()
+    };
+    let low = Transform::default().looking_to(Vec3::new(-1.0, -0.4, -0.3), Vec3::Y);
+    world.spawn((sun, low));
+    camera(world).insert(AtmosphereSettings::default());
+    let light_of = |app: &mut HeadlessApp| {
+        app.render_frames(30).expect("frames");
+        at(&picture(app), 0.0, 0.0)
+    };
+    let sun_alone = light_of(&mut app);
+    camera(app.world_mut()).insert(AtmosphereEnvironmentMapLight::default());
+    app.run_until_ready(200).expect("ready");
+    let by_bevy = light_of(&mut app) - sun_alone;
+    app.world_mut().spawn(VoxelGiVolume::fixed(4.0));
+    settle(&mut app);
+    let lit = light_of(&mut app) - sun_alone;
+    camera(app.world_mut()).remove::<AtmosphereEnvironmentMapLight>();
+    app.render_frames(5).expect("frames");
+    settle(&mut app);
+    let shown = light_of(&mut app) - sun_alone;
+    println!("{by_bevy} by Bevy, {lit} by the volume, {shown} where it is only shown");
+    for found in [lit, shown] {
+        let wrong = (found / by_bevy - 1.0).abs().max_element();
+        assert!(wrong < 0.1, "{found} for {by_bevy}");
+    }
 }

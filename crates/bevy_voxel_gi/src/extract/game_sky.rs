@@ -6,9 +6,11 @@ use bevy::{
         AmbientLight, AtmosphereEnvironmentMapLight, EnvironmentMapLight,
         GeneratedEnvironmentMapLight, GlobalAmbientLight, Skybox,
     },
+    pbr::AtmosphereSettings,
     prelude::*,
 };
 
+use super::place_volume::ActiveVolume;
 use crate::settings::Sky;
 
 /// A cube map that rays see where they leave all levels.
@@ -28,13 +30,15 @@ pub(crate) struct CameraSky {
     generated: Option<&'static GeneratedEnvironmentMapLight>,
     environment: Option<&'static EnvironmentMapLight>,
     has_atmosphere: Has<AtmosphereEnvironmentMapLight>,
+    shows_atmosphere: Has<AtmosphereSettings>,
     skybox: Option<&'static Skybox>,
     ambient: Option<&'static AmbientLight>,
 }
 
 impl CameraSkyItem<'_, '_> {
-    /// The map by which Bevy lights what the camera sees, before it is filtered; else what the camera shows.
-    pub fn map(&self) -> Option<SkyMap> {
+    /// The map by which Bevy lights what the camera sees, before it is filtered; else what the camera shows, which may be
+    /// an atmosphere in this image.
+    pub fn map(&self, atmosphere: Option<AssetId<Image>>) -> Option<SkyMap> {
         let of_light = |image: &Handle<Image>, intensity: f32, rotation: Quat| SkyMap {
             image: image.id(),
             intensity,
@@ -47,11 +51,19 @@ impl CameraSkyItem<'_, '_> {
         let environment = self
             .environment
             .map(|map| of_light(&map.specular_map, map.intensity, map.rotation));
+        let atmosphere = atmosphere
+            .filter(|_| self.shows_atmosphere)
+            .map(|image| SkyMap {
+                image,
+                intensity: 1.0,
+                rotation: Quat::IDENTITY,
+                is_live: true,
+            });
         let skybox = self.skybox.and_then(|skybox| {
             let image = skybox.image.as_ref()?;
             Some(of_light(image, skybox.brightness, skybox.rotation))
         });
-        let found = generated.or(environment).or(skybox)?;
+        let found = generated.or(environment).or(atmosphere).or(skybox)?;
         let is_usable = found.intensity.is_finite() && found.rotation.is_finite();
         (is_usable && found.intensity > 0.0).then_some(found)
     }
@@ -71,4 +83,57 @@ pub(super) fn ambient_sky(
     let of_all = global.map(|light| (light.color, light.brightness));
     let (color, brightness) = of_camera.or(of_all).unwrap_or((Color::BLACK, 0.0));
     Sky::uniform(color.to_linear() * (AMBIENT * brightness)).clamped()
+}
+
+/// The atmosphere as Bevy draws it for an environment map that lights nothing.
+#[derive(Component, Default)]
+pub(crate) struct AtmosphereMap(Option<Handle<Image>>);
+
+impl AtmosphereMap {
+    pub fn image(&self) -> Option<AssetId<Image>> {
+        self.0.as_ref().map(Handle::id)
+    }
+}
+
+/// Keeps one while a volume sees the game's own sky and a camera shows an atmosphere by which it is not lit.
+pub(crate) fn keep_atmosphere_map(
+    mut commands: Commands,
+    active: Res<ActiveVolume>,
+    unlit: Query<
+        (),
+        (
+            With<AtmosphereSettings>,
+            Without<AtmosphereEnvironmentMapLight>,
+        ),
+    >,
+    mut maps: Query<(
+        Entity,
+        &mut AtmosphereMap,
+        Option<&GeneratedEnvironmentMapLight>,
+    )>,
+) {
+    let volume = active.volume.as_ref();
+    let sees_sky = volume.is_some_and(|volume| volume.levels.iter().any(|level| level.sees_map));
+    let is_needed = sees_sky && !unlit.is_empty();
+    if is_needed && maps.is_empty() {
+        commands.spawn((
+            Name::new("voxel GI atmosphere"),
+            AtmosphereMap::default(),
+            AtmosphereEnvironmentMapLight {
+                size: UVec2::splat(32),
+                ..default()
+            },
+        ));
+    }
+    for (entity, mut map, generated) in &mut maps {
+        if !is_needed {
+            commands.entity(entity).despawn();
+        } else if let Some(generated) = generated {
+            map.0 = Some(generated.environment_map.clone());
+            // Bevy would filter it in each frame.
+            commands
+                .entity(entity)
+                .remove::<(GeneratedEnvironmentMapLight, EnvironmentMapLight)>();
+        }
+    }
 }

@@ -14,7 +14,7 @@ use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::{
     device_limits::{allocatable_resolution, bindable_albedo, is_supported, warn_of_unsupported},
-    game_sky::{CameraSky, ambient_sky},
+    game_sky::{AtmosphereMap, CameraSky, ambient_sky},
     placement::{PlacedLevel, PlacedVolume, cascades, snapped, supported},
     texture::{light_texture, texture_size},
 };
@@ -61,10 +61,11 @@ pub(crate) fn place_volume(
     transforms: Query<&GlobalTransform>,
     names: Query<NameOrEntity>,
     cameras: Query<CameraParts, With<Camera3d>>,
-    (skies, global_ambient, new_atmospheres): (
+    (skies, global_ambient, new_atmospheres, atmosphere_maps): (
         Query<CameraSky>,
         Option<Res<GlobalAmbientLight>>,
         Query<(), Changed<Atmosphere>>,
+        Query<&AtmosphereMap>,
     ),
     prepass_cameras: Query<
         (Entity, &Camera, &GlobalTransform),
@@ -186,8 +187,9 @@ pub(crate) fn place_volume(
     let exposure = main_camera.and_then(|camera| cameras.get(camera).ok());
     let exposure = exposure.and_then(|(_, _, exposure, ..)| exposure.copied());
     let exposure = exposure.unwrap_or_default().exposure();
+    let atmosphere = atmosphere_maps.iter().find_map(AtmosphereMap::image);
     let sees_map = levels.iter().any(|level| level.sees_map);
-    let sky_map = camera_sky.and_then(|sky| sky.map().filter(|_| sees_map));
+    let sky_map = camera_sky.and_then(|sky| sky.map(atmosphere).filter(|_| sees_map));
     active.sky_revision += u64::from(!new_atmospheres.is_empty());
     let layers_of_cameras = cameras
         .iter()

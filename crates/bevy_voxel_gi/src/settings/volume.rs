@@ -41,7 +41,7 @@ pub struct VoxelGiVolume {
     /// The light that comes from outside of the scene. Default `None`: the game's own sky, which is that of the active 3D
     /// camera that shows the volume in a window. It has the light of the camera's environment map
     /// (`GeneratedEnvironmentMapLight`, `EnvironmentMapLight`, `AtmosphereEnvironmentMapLight`), or else of its
-    /// `Atmosphere` or `Skybox`, and ambient light (`AmbientLight`, or else `GlobalAmbientLight`).
+    /// atmosphere (`AtmosphereSettings`) or `Skybox`, and ambient light (`AmbientLight`, or else `GlobalAmbientLight`).
     pub sky: Option<Sky>,
     /// Number of concentric cubes, each twice as large as the one before, all of the same resolution:
     /// 1 to 4. Default 4. With [`Solver::Propagate`](crate::Solver::Propagate) it is 1. Each further cube takes as much memory as the first. When an app first has a second
