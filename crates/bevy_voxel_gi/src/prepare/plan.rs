@@ -69,14 +69,11 @@ pub(crate) struct FrameWork {
 }
 
 impl FramePlan {
-    /// Whether any level has moved since the last frame.
+    /// Whether any level that lights pixels has moved since the last frame.
     fn has_moved(&self, volume: &PlacedVolume) -> bool {
-        self.placement.len() != volume.levels.len()
-            || self
-                .placement
-                .iter()
-                .zip(&volume.levels)
-                .any(|(old, new)| old.center != new.center)
+        let before = self.placement.iter().filter(|level| !level.is_outer);
+        let centers = volume.lit().iter().map(|level| level.center);
+        !before.map(|level| level.center).eq(centers)
     }
 
     /// By how many of its voxels each level has moved in the world since the last frame, if any has and the levels that
