@@ -17,6 +17,7 @@ use bevy::{
 use super::{
     changed_rows::{KnownRows, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable},
+    outer_levels::WorldBounds,
     place_volume::ActiveVolume,
     placement::PlacedLevel,
     voxel_material::VoxelMaterial,
@@ -83,6 +84,8 @@ pub(crate) struct ExtractedScene {
     pub materials: Vec<VoxelMaterial>,
     /// Version of the table; `None` if no mesh is extracted.
     pub materials_version: Option<u64>,
+    /// The bounds of the rigid meshes.
+    pub world: WorldBounds,
     rows: KnownRows,
     /// The layers of the meshes that count.
     layers: RenderLayers,

@@ -27,12 +27,10 @@ const GRID: f32 = 1.0 / 16.0;
 /// Appends them to the levels of the volumes.
 pub(crate) fn place_outer_levels(
     mut volume: ResMut<ExtractedVolume>,
-    scene: Res<ExtractedScene>,
-    mut world: Local<WorldBounds>,
+    mut scene: ResMut<ExtractedScene>,
     device: Res<RenderDevice>,
 ) {
     let Some(volume) = &mut volume.0 else {
-        *world = default();
         return;
     };
     let sees_far = matches!(
@@ -46,8 +44,11 @@ pub(crate) fn place_outer_levels(
         return;
     };
     let resolution = volume.settings.resolution;
+    let mut world = std::mem::take(&mut scene.world);
     world.update(&scene, largest.center, resolution);
-    let Some(bounds) = world.bounds() else {
+    let bounds = world.bounds();
+    scene.world = world;
+    let Some(bounds) = bounds else {
         return;
     };
     let mut outer = outer_levels(largest, bounds, resolution);
