@@ -33,12 +33,11 @@ const MOST_SAMPLES: u32 = 128;
 /// The shader def of kernels whose rays see it.
 pub(super) const SKY_MAP_DEF: &str = "SKY_MAP";
 
-/// The cube map of the game's sky.
-#[derive(Resource)]
+/// The game's sky.
+#[derive(Resource, Default)]
 pub(crate) struct SkyCube {
-    texture: Texture,
-    pub view: TextureView,
-    pub sampler: Sampler,
+    /// `None` where there is no volume.
+    pub cube: Option<Cube>,
     /// What is in it, or will be.
     source: Option<(SkyMap, TextureViewId)>,
     is_drawn: bool,
@@ -46,13 +45,14 @@ pub(crate) struct SkyCube {
     pub version: u64,
 }
 
-impl FromWorld for SkyCube {
-    fn from_world(world: &mut World) -> Self {
-        Self::new(world.resource::<RenderDevice>(), 1)
-    }
+/// A cube map, of one texel where rays see none.
+pub(crate) struct Cube {
+    texture: Texture,
+    pub view: TextureView,
+    pub sampler: Sampler,
 }
 
-impl SkyCube {
+impl Cube {
     fn new(device: &RenderDevice, size: u32) -> Self {
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("voxel_gi_sky"),
@@ -78,12 +78,11 @@ impl SkyCube {
                 min_filter: FilterMode::Linear,
                 ..default()
             }),
-            source: None,
-            is_drawn: false,
-            version: 0,
         }
     }
+}
 
+impl SkyCube {
     /// Whether rays see it.
     pub fn is_seen(&self) -> bool {
         self.source.is_some()
@@ -91,8 +90,8 @@ impl SkyCube {
 
     /// Size in bytes.
     pub fn bytes(&self) -> u64 {
-        let width = u64::from(self.texture.width());
-        6 * 8 * width * width
+        let texels = |cube: &Cube| 6 * u64::from(cube.texture.width()).pow(2);
+        8 * self.cube.as_ref().map_or(0, texels)
     }
 }
 
@@ -138,16 +137,16 @@ pub(crate) fn note_sky(
         Some((map, image.texture_view.id()))
     });
     let is_changed = map.is_some_and(|map| notes.uploaded.contains(&map.image));
-    if source == sky.source && !is_changed {
+    let size = volume.0.as_ref().map_or(0, |_| match source {
+        Some(_) => SIZE,
+        None => 1,
+    });
+    let known = sky.cube.as_ref().map_or(0, |cube| cube.texture.width());
+    if source == sky.source && !is_changed && size == known {
         return;
     }
-    let size = if source.is_some() { SIZE } else { 1 };
-    if sky.texture.width() != size {
-        let version = sky.version;
-        *sky = SkyCube {
-            version,
-            ..SkyCube::new(&device, size)
-        };
+    if size != known {
+        sky.cube = (size > 0).then(|| Cube::new(&device, size));
     }
     sky.source = source;
     sky.is_drawn = false;
@@ -221,14 +220,14 @@ pub(crate) fn draw_sky(
         return;
     };
     let pass = &mut *pass;
-    let (Some(_), Some(image), Some(pipeline)) = (
+    let (Some(_), Some(image), Some(pipeline), Some(cube)) = (
         plan.work,
         images.get(map.image),
         pass.draw_sky.pipeline(&cache),
+        &sky.cube,
     ) else {
         return;
     };
-    sky.is_drawn = true;
     // A filtered sample has two texels in each direction.
     let samples = image.texture_descriptor.size.width.div_ceil(2 * SIZE);
     pass.job.set(SkyJob {
@@ -240,17 +239,18 @@ pub(crate) fn draw_sky(
     let Some(job) = pass.job.binding() else {
         return;
     };
-    let target = view(&sky.texture, TextureViewDimension::D2Array);
+    let target = view(&cube.texture, TextureViewDimension::D2Array);
     let group = device.create_bind_group(
         "voxel_gi_draw_sky",
         &cache.get_bind_group_layout(&pass.layout),
-        &BindGroupEntries::sequential((job, &image.texture_view, &sky.sampler, &target)),
+        &BindGroupEntries::sequential((job, &image.texture_view, &cube.sampler, &target)),
     );
     record_pass(&mut context, "voxel_gi_draw_sky", |compute| {
         compute.set_pipeline(pipeline);
         compute.set_bind_group(0, &group, &[]);
         compute.dispatch_workgroups(SIZE, SIZE, 6);
     });
+    sky.is_drawn = true;
 }
 
 pub(crate) fn embed(app: &mut App) {

@@ -95,6 +95,9 @@ pub(crate) fn prepare(
     let (Some(_), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
         return;
     };
+    let Some(sky) = &sky.cube else {
+        return;
+    };
     let (Some(texture), false) = (images.get(&volume.texture), buffers.shape.propagates) else {
         return;
     };

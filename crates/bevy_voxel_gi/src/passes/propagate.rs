@@ -96,6 +96,9 @@ pub(crate) fn prepare(
     let (Some(_), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
         return;
     };
+    let Some(sky) = &sky.cube else {
+        return;
+    };
     let (Some(texture), true) = (images.get(&volume.texture), buffers.shape.propagates) else {
         return;
     };
