@@ -78,7 +78,7 @@ pub struct SceneCamera {
 }
 
 impl SceneCamera {
-    /// Where it is and where it looks.
+    /// Its position and rotation.
     pub fn pose(&self) -> Transform {
         Transform::from_translation(self.eye).looking_at(self.target, self.up)
     }

@@ -323,7 +323,7 @@ fn corridor_things() -> Painted {
         0.0,
         Vec3::new(18.0, FLOOR, wall + 0.3),
     );
-    // The body of the lamp under the ceiling.
+    // The body of the light under the ceiling.
     things.add_box(Paint::White, [15.8, LOW - 0.1, 18.6], [16.8, LOW, 18.9]);
     things
 }

@@ -1,6 +1,6 @@
 //! The town: a level of 80 m with houses, a depot with a cellar, a yard and a tower.
 //!
-//! It is lit by the sun and an even sky, by lamps where there are no windows, and by signs. Most colours are cells of
+//! It is lit by the sun and an even sky, by point lights where there are no windows, and by signs. Most colours are cells of
 //! one palette. The depot's corridor is sealed from the sky while its door is closed, and its lift closes a shaft
 //! under a skylight while it is up.
 
@@ -28,7 +28,7 @@ mod props;
 mod tower;
 mod yard;
 
-/// What moves in the town.
+/// The state of what moves in the town.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TownState {
     /// The corridor's door closed, the lift up.
@@ -39,7 +39,7 @@ pub enum TownState {
     LiftMoved,
 }
 
-/// Where the town is seen from.
+/// The cameras of the town.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TownCamera {
     /// In the yard.
@@ -259,7 +259,7 @@ impl Town {
             parts[part].translation += depot::lift_shift(state);
         }
         let [eye, target] = camera.eye_and_target();
-        let lamp = |position, strength| ScenePointLight {
+        let light = |position, strength| ScenePointLight {
             position,
             intensity_cd: strength * Vec3::new(1.0, 0.88, 0.68),
         };
@@ -267,10 +267,10 @@ impl Town {
             parts,
             stage: Stage {
                 point_lights: vec![
-                    lamp(Vec3::new(16.3, 2.2, 18.75), 25.0),
-                    lamp(Vec3::new(31.5, 2.2, 22.5), 15.0),
-                    lamp(Vec3::new(31.0, -1.1, 15.0), 30.0),
-                    lamp(Vec3::new(-32.0, 3.2, 12.0), 30.0),
+                    light(Vec3::new(16.3, 2.2, 18.75), 25.0),
+                    light(Vec3::new(31.5, 2.2, 22.5), 15.0),
+                    light(Vec3::new(31.0, -1.1, 15.0), 30.0),
+                    light(Vec3::new(-32.0, 3.2, 12.0), 30.0),
                 ],
                 directional_lights: vec![SceneDirectionalLight {
                     direction: Vec3::new(-0.5, -0.8, -0.35),

@@ -25,7 +25,7 @@ const WALL: f32 = 0.3;
 const HEIGHT: f32 = 2.4;
 /// The yard's gate along X.
 const GATE: [f32; 2] = [-4.0, -0.5];
-/// Where trees stand.
+/// The positions of trees.
 const TREES: [Vec3; 4] = [
     Vec3::new(-13.0, 0.0, 13.5),
     Vec3::new(0.5, 0.0, 27.0),
@@ -238,7 +238,7 @@ fn street() -> Painted {
             street.add_box(Paint::White, [x + 0.04, y, to], [x + 0.08, y + 0.08, from]);
         }
     }
-    // Lamp posts.
+    // Street lights, which are off.
     for x in [-30.0, -16.0, -2.0, 12.0, 26.0] {
         street.add_cylinder(Paint::Coal, 0.08, 4.2, Vec3::new(x, 0.0, 4.6));
         street.add_box(Paint::Coal, [x - 0.2, 4.2, 4.4], [x + 0.2, 4.6, 4.8]);

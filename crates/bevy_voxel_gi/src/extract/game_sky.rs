@@ -24,7 +24,7 @@ pub(crate) struct SkyMap {
     pub is_live: bool,
 }
 
-/// What a camera shows where there is nothing.
+/// The components of a camera that show a sky or light by it.
 #[derive(QueryData)]
 pub(crate) struct CameraSky {
     generated: Option<&'static GeneratedEnvironmentMapLight>,
@@ -95,7 +95,7 @@ impl AtmosphereMap {
     }
 }
 
-/// Keeps one while a volume sees the game's own sky and a camera shows an atmosphere by which it is not lit.
+/// Keeps an [`AtmosphereMap`] while a volume sees the game's own sky and a camera shows an atmosphere by which it is not lit.
 pub(crate) fn keep_atmosphere_map(
     mut commands: Commands,
     active: Res<ActiveVolume>,

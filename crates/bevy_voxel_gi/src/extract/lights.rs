@@ -257,15 +257,7 @@ mod tests {
 
     #[test]
     fn lights_reach_as_far_as_their_range() {
-        let level = PlacedLevel {
-            owner: Entity::PLACEHOLDER,
-            center: Vec3::X,
-            size: 4.0,
-            sky: default(),
-            intensity: 1.0,
-            sees_map: false,
-            is_outer: false,
-        };
+        let level = PlacedLevel::of(Vec3::X, 4.0);
         let at = |x: f32, y: f32| {
             let light = PointLight {
                 range: 5.0,

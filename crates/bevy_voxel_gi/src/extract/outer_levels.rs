@@ -41,6 +41,8 @@ pub(crate) fn place_outer_levels(
         }
     );
     let Some(largest) = volume.levels.last().filter(|_| sees_far) else {
+        // Changes are not followed meanwhile.
+        scene.world = WorldBounds::default();
         return;
     };
     let resolution = volume.settings.resolution;
@@ -147,9 +149,8 @@ impl WorldBounds {
         };
         // It would be smaller than a sub-voxel of a level that reaches as far.
         let distance = (center - Vec3A::from(self.center)).abs().max_element();
-        if !distance.is_finite()
-            || half_size.max_element() * 4.0 * (self.resolution as f32) < distance
-        {
+        let resolved = half_size.max_element() * 4.0 * self.resolution as f32;
+        if !(center.is_finite() && half_size.is_finite() && resolved >= distance) {
             return;
         }
         let (low, high) = (center - half_size, center + half_size);
@@ -176,25 +177,13 @@ impl WorldBounds {
 mod tests {
     use super::*;
 
-    fn level(center: Vec3, size: f32) -> PlacedLevel {
-        PlacedLevel {
-            owner: Entity::PLACEHOLDER,
-            center,
-            size,
-            sky: default(),
-            intensity: 1.0,
-            sees_map: false,
-            is_outer: false,
-        }
-    }
-
     fn sizes(levels: &[PlacedLevel]) -> Vec<f32> {
         levels.iter().map(|level| level.size).collect()
     }
 
     #[test]
     fn the_world_is_in_as_many_levels_as_it_takes_and_in_none_where_the_volume_has_it() {
-        let volume = level(Vec3::new(1.0, 2.0, 3.0), 16.0);
+        let volume = PlacedLevel::of(Vec3::new(1.0, 2.0, 3.0), 16.0);
         let cube = |half: f32| (Vec3::splat(-half), Vec3::splat(half));
         assert!(outer_levels(&volume, cube(4.9), 32).is_empty());
         // 60 metres need 64.
@@ -214,7 +203,7 @@ mod tests {
 
     #[test]
     fn the_last_level_contains_the_world_and_stays_as_long_as_its_bounds_hardly_change() {
-        let volume = level(Vec3::ZERO, 16.0);
+        let volume = PlacedLevel::of(Vec3::ZERO, 16.0);
         let whole = |low: Vec3, high: Vec3| outer_levels(&volume, (low, high), 32).remove(0);
         for shift in 0..20 {
             let low = Vec3::new(-20.0 + 0.7 * shift as f32, -3.0, 2.0);
@@ -270,7 +259,10 @@ mod tests {
         }
         // From 200 metres a metre is less than a sub-voxel.
         scene.rigid.insert(entity(4), mesh(Vec3::X * 200.0, 1.0));
-        scene.changed = vec![entity(4)];
+        let endless = mesh(Vec3::X, f32::INFINITY);
+        scene.rigid.insert(entity(5), endless);
+        scene.rigid.insert(entity(6), mesh(Vec3::NAN, 1.0));
+        scene.changed = [4, 5, 6].map(entity).to_vec();
         kept.update(&scene, Vec3::ZERO, 32);
         assert_eq!(kept.bounds().expect("bounds").1.x, 4.0);
     }

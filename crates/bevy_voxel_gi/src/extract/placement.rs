@@ -138,6 +138,44 @@ pub(super) fn snapped(anchor: Vec3, volume: &VoxelGiVolume, cascade: u32, resolu
 }
 
 #[cfg(test)]
+impl PlacedLevel {
+    /// A level under a black sky.
+    pub fn of(center: Vec3, size: f32) -> Self {
+        Self {
+            owner: Entity::PLACEHOLDER,
+            center,
+            size,
+            sky: default(),
+            sees_map: false,
+            intensity: 1.0,
+            is_outer: false,
+        }
+    }
+}
+
+#[cfg(test)]
+impl PlacedVolume {
+    /// These levels with default settings.
+    pub fn of(levels: Vec<PlacedLevel>) -> Self {
+        Self {
+            settings: default(),
+            own_settings: default(),
+            levels,
+            texture: default(),
+            patched: true,
+            has_had_cascades: false,
+            has_had_levels: false,
+            sky_map: None,
+            sky_revision: 0,
+            exposure: 1.0,
+            layers: default(),
+            scene_layers: default(),
+            viewpoints: Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -184,30 +222,10 @@ mod tests {
 
     #[test]
     fn the_box_is_around_all_levels() {
-        let level = |center: Vec3, size: f32| PlacedLevel {
-            owner: Entity::PLACEHOLDER,
-            center,
-            size,
-            sky: default(),
-            intensity: 1.0,
-            sees_map: false,
-            is_outer: false,
-        };
-        let placed = PlacedVolume {
-            settings: default(),
-            own_settings: default(),
-            levels: vec![level(Vec3::X * 3.0, 2.0), level(Vec3::ZERO, 4.0)],
-            texture: default(),
-            patched: true,
-            has_had_cascades: false,
-            has_had_levels: true,
-            sky_map: None,
-            sky_revision: 0,
-            exposure: 1.0,
-            layers: default(),
-            scene_layers: default(),
-            viewpoints: Vec::new(),
-        };
+        let placed = PlacedVolume::of(vec![
+            PlacedLevel::of(Vec3::X * 3.0, 2.0),
+            PlacedLevel::of(Vec3::ZERO, 4.0),
+        ]);
         let (center, extent) = placed.bounds();
         // The larger one has a margin of a quarter of a metre, the smaller one of an eighth.
         assert_eq!(center, Vec3::new(0.9375, 0.0, 0.0));

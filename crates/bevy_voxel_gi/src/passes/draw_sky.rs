@@ -38,7 +38,7 @@ pub(super) const SKY_MAP_DEF: &str = "SKY_MAP";
 pub(crate) struct SkyCube {
     /// `None` where there is no volume.
     pub cube: Option<Cube>,
-    /// What is in it, or will be.
+    /// The map that the cube has or will have, and its view.
     source: Option<(SkyMap, TextureViewId)>,
     is_drawn: bool,
     /// Increases when there is another sky.

@@ -159,29 +159,12 @@ mod tests {
             receiver,
             ..default()
         };
-        let level = PlacedLevel {
-            owner: Entity::PLACEHOLDER,
-            center: Vec3::ZERO,
-            size: 1.0,
-            sky: default(),
-            intensity: 1.0,
-            sees_map: false,
-            is_outer: false,
-        };
         PlacedVolume {
             own_settings: settings.clone(),
             settings,
-            levels: vec![level; levels],
-            texture: default(),
-            patched: true,
             has_had_cascades: levels > 1,
             has_had_levels: receiver == Receiver::PerPixel,
-            sky_map: None,
-            sky_revision: 0,
-            exposure: 1.0,
-            layers: default(),
-            scene_layers: default(),
-            viewpoints: Vec::new(),
+            ..PlacedVolume::of(vec![PlacedLevel::of(Vec3::ZERO, 1.0); levels])
         }
     }
 

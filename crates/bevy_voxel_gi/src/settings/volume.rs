@@ -47,7 +47,7 @@ pub struct VoxelGiVolume {
     /// 1 to 4. Default 4. With [`Solver::Propagate`](crate::Solver::Propagate) it is 1. Each further cube takes as much memory as the first. When an app first has a second
     /// level, a cascade or another volume, a frame waits until the shaders of all materials are compiled again.
     pub cascades: u32,
-    /// What the volume follows, each cascade in steps of its own voxels. Default: the camera.
+    /// The target that the volume follows, each cascade in steps of its own voxels. Default: the camera.
     #[entities]
     pub follow: Follow,
     /// Factor of the light that reaches the image, at least 0. Default 1, which is physically correct.
@@ -94,7 +94,7 @@ impl VoxelGiVolume {
     }
 }
 
-/// What a [`VoxelGiVolume`] follows.
+/// The target that a [`VoxelGiVolume`] follows.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Follow {
     /// The active 3D camera that shows the volume in a window: of several, the one that draws last. Where there is none,
