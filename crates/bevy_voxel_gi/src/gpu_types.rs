@@ -43,6 +43,7 @@ pub(crate) struct Volume {
     pub empty_interval: u32,
     pub blend: f32,
     pub emission_scale: f32,
+    pub voxel_capacity: u32,
 }
 
 pub(crate) const FLAG_FEEDBACK: u32 = 1;

@@ -53,7 +53,7 @@ fn volume() -> Vec<u8> {
     words.extend([extent, extent, extent, RESOLUTION]);
     let center = (0.5 * RESOLUTION as f32).to_bits();
     words.extend([center, center, center, 1, 1]);
-    words.resize(words.len() + 15, 0);
+    words.resize(words.len() + 19, 0);
     bytemuck::cast_slice(&words).to_vec()
 }
 

@@ -108,10 +108,7 @@ pub(crate) fn prepare(
         [
             groups.create(
                 &pass.voxels_layout,
-                (
-                    (VOLUME, volume),
-                    (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
-                ),
+                ((VOLUME, volume), (FACE_SLOTS, buffers.face_slots())),
             ),
             groups.create(
                 &pass.layout,
@@ -132,11 +129,19 @@ pub(crate) fn prepare(
 
 /// Keeps the slots and their light as they are now, for `allocate.wesl`.
 pub(super) fn keep_slots(encoder: &mut CommandEncoder, buffers: &VolumeBuffers) {
-    for (from, to) in [
-        (&buffers.irradiance, &buffers.sums),
-        (&buffers.face_slots, &buffers.face_slots_before),
+    for (from, to, bytes) in [
+        (
+            &buffers.irradiance,
+            &buffers.sums,
+            buffers.irradiance.size(),
+        ),
+        (
+            &buffers.voxels,
+            &buffers.face_slots_before,
+            buffers.face_slots_before.size(),
+        ),
     ] {
-        encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
+        encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);
     }
 }
 

@@ -126,9 +126,9 @@ pub(crate) fn voxels_bind_group(
 ) -> Option<BindGroup> {
     let mut entries = vec![
         (VOLUME, uniforms.bounces[bounce].binding()?),
-        (MASKS, buffers.masks.as_entire_binding()),
+        (MASKS, buffers.masks()),
         (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
-        (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
+        (FACE_SLOTS, buffers.face_slots()),
     ];
     if buffers.shape.reprojects_albedo {
         let albedo = buffers.reprojected_albedo.as_entire_binding();

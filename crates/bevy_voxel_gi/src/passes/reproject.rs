@@ -106,9 +106,9 @@ pub(crate) fn reproject(
         &pass.voxels_layout,
         (
             (VOLUME, volume),
-            (MASKS, buffers.masks.as_entire_binding()),
+            (MASKS, buffers.masks()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
-            (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
+            (FACE_SLOTS, buffers.face_slots()),
             (
                 REPROJECTED_ALBEDO,
                 buffers.reprojected_albedo.as_entire_binding(),

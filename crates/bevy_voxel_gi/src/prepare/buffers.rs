@@ -101,6 +101,11 @@ impl BufferShape {
         self == same
     }
 
+    /// Size in bytes of the words that have the slots of voxels.
+    fn slot_word_bytes(self) -> u64 {
+        4 * self.voxels
+    }
+
     /// Size of the occupancy masks in bytes, with those of the meshes that cast shadows or without.
     pub(super) fn mask_bytes(self, with_shadow_masks: bool) -> u64 {
         8 * self.voxels * (1 + u64::from(with_shadow_masks))
@@ -184,20 +189,19 @@ fn buffer(device: &RenderDevice, label: &'static str, size: u64, usage: BufferUs
     })
 }
 
-fn masks(device: &RenderDevice, shape: BufferShape, with_shadow_masks: bool) -> Buffer {
-    let size = shape.mask_bytes(with_shadow_masks);
-    buffer(device, "voxel_gi_masks", size, STORAGE)
+fn voxels(device: &RenderDevice, shape: BufferShape, with_shadow_masks: bool) -> Buffer {
+    let size = shape.slot_word_bytes() + shape.mask_bytes(with_shadow_masks);
+    buffer(device, "voxel_gi_voxels", size, STORAGE)
 }
 
 /// The buffers of the volume.
 #[derive(Resource)]
 pub(crate) struct VolumeBuffers {
     pub shape: BufferShape,
-    /// 64 bits per voxel: the occupancy of its sub-voxels. Once a mesh casts no shadow, the occupancy by all that do
-    /// follows; see [`shadow_masks`](super::shadow_masks).
-    pub masks: Buffer,
-    /// A word per voxel: which of its faces have a surface, and their slots in the buffers below.
-    pub face_slots: Buffer,
+    /// A word per voxel: which of its faces have a surface, and their slots in the buffers below. Then 64 bits per
+    /// voxel: the occupancy of its sub-voxels. Once a mesh casts no shadow, the occupancy by all that do follows; see
+    /// [`shadow_masks`](super::shadow_masks).
+    pub voxels: Buffer,
     pub face_slots_before: Buffer,
     /// A word per slot: the packed surface.
     pub packed_surfaces: Buffer,
@@ -253,8 +257,7 @@ impl VolumeBuffers {
         let propagated = |bytes: u64| when(shape.propagates, per_voxel(bytes));
         Self {
             shape,
-            masks: masks(device, shape, false),
-            face_slots: buffer("voxel_gi_face_slots", per_voxel(4), storage),
+            voxels: voxels(device, shape, false),
             face_slots_before: buffer("voxel_gi_face_slots_before", per_voxel(4), storage),
             packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
             irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
@@ -289,23 +292,49 @@ impl VolumeBuffers {
     /// Takes over the light of other buffers of the same voxels, from which the passes continue.
     pub(super) fn copy_light(&self, former: &Self, device: &RenderDevice, queue: &RenderQueue) {
         let mut encoder = device.create_command_encoder(&default());
-        for (from, to) in [
-            (&former.face_slots, &self.face_slots),
-            (&former.irradiance, &self.irradiance),
-        ] {
-            encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size().min(to.size()));
-        }
+        let bytes = |buffers: &Self| {
+            let slots = buffers.shape.slot_word_bytes();
+            [slots, buffers.irradiance.size()]
+        };
+        let [slots, light] = bytes(former);
+        let [most_slots, most_light] = bytes(self);
+        let slots = slots.min(most_slots);
+        encoder.copy_buffer_to_buffer(&former.voxels, 0, &self.voxels, 0, slots);
+        let light = light.min(most_light);
+        encoder.copy_buffer_to_buffer(&former.irradiance, 0, &self.irradiance, 0, light);
         queue.submit([encoder.finish()]);
     }
 
     /// Makes room for the masks of meshes that cast shadows, and returns whether there was none: the scene has to be
     /// voxelised.
-    pub(crate) fn add_shadow_masks(&mut self, device: &RenderDevice) -> bool {
-        let is_new = self.masks.size() < self.shape.mask_bytes(true);
+    pub(crate) fn add_shadow_masks(&mut self, device: &RenderDevice, queue: &RenderQueue) -> bool {
+        let slots = self.shape.slot_word_bytes();
+        let is_new = self.voxels.size() < slots + self.shape.mask_bytes(true);
         if is_new {
-            self.masks = masks(device, self.shape, true);
+            let former = std::mem::replace(&mut self.voxels, voxels(device, self.shape, true));
+            let mut encoder = device.create_command_encoder(&default());
+            encoder.copy_buffer_to_buffer(&former, 0, &self.voxels, 0, slots);
+            queue.submit([encoder.finish()]);
         }
         is_new
+    }
+
+    /// The slots of voxels.
+    pub(crate) fn face_slots(&self) -> BindingResource<'_> {
+        BindingResource::Buffer(BufferBinding {
+            buffer: &self.voxels,
+            offset: 0,
+            size: NonZeroU64::new(self.shape.slot_word_bytes()),
+        })
+    }
+
+    /// The occupancy masks.
+    pub(crate) fn masks(&self) -> BindingResource<'_> {
+        BindingResource::Buffer(BufferBinding {
+            buffer: &self.voxels,
+            offset: self.shape.slot_word_bytes(),
+            size: None,
+        })
     }
 
     /// So many words of each slot in `sums`, after these.
@@ -365,8 +394,7 @@ impl VolumeBuffers {
     /// Total size of the buffers in bytes, as allocated.
     pub(crate) fn bytes(&self) -> u64 {
         [
-            &self.masks,
-            &self.face_slots,
+            &self.voxels,
             &self.face_slots_before,
             &self.packed_surfaces,
             &self.irradiance,

@@ -224,7 +224,7 @@ pub(crate) fn plan_frame(
     }
     if shadow_masks.are_needed(shape)
         && let Some(buffers) = made.as_mut().or(buffers.as_deref_mut())
-        && buffers.add_shadow_masks(&device)
+        && buffers.add_shadow_masks(&device, &queue)
     {
         plan.voxelized = None;
     }
@@ -264,6 +264,7 @@ pub(crate) fn plan_frame(
         is_changing: plan.clock.is_changing(pace),
         emission_unit: materials.emission_unit,
         has_moved: moves.is_some(),
+        voxel_capacity: shape.voxels as u32,
     };
     uniforms.write(frame, &device, &queue);
     plan.clock.advance();

@@ -84,6 +84,8 @@ pub(super) struct UniformFrame<'a> {
     pub emission_unit: f32,
     /// Whether levels have moved: then all voxels are updated.
     pub has_moved: bool,
+    /// Number of voxels for which there is room.
+    pub voxel_capacity: u32,
 }
 
 impl UniformFrame<'_> {
@@ -149,6 +151,7 @@ impl UniformFrame<'_> {
             },
             empty_interval,
             blend: self.blend,
+            voxel_capacity: self.voxel_capacity,
             emission_scale: STORAGE_SCALE * self.emission_unit / self.volume.exposure,
         }
     }

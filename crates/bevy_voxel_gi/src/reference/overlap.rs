@@ -72,6 +72,18 @@ impl TriangleOverlap {
         })
     }
 
+    /// Returns the axis of the largest component of the normal; of equal ones the first.
+    pub fn main_axis(&self) -> usize {
+        let Vec3 { x, y, z } = self.normal.abs();
+        if x >= y && x >= z {
+            0
+        } else if y >= z {
+            1
+        } else {
+            2
+        }
+    }
+
     /// Returns whether the triangle overlaps the cube of edge `size` whose lowest corner is `min`.
     ///
     /// Contact at a bound alone does not count; a triangle in a grid plane is in the upper cell.

@@ -6,10 +6,11 @@
 //! through. What a camera sees can be added, pixel by pixel.
 
 use super::{
+    clip::Part,
     grid::{FACES, VolumeGrid},
     overlap::{SINK, TriangleOverlap},
     packed_surface::MIN_FACE_COSINE,
-    voxels::{SUB_VOXELS, Triangle, Voxels},
+    voxels::{SUB_VOXELS, SurfacePart, Triangle, Voxels},
 };
 use glam::{IVec3, UVec3, Vec2, Vec3};
 
@@ -38,6 +39,7 @@ impl Voxels {
     /// those without an area or that are not finite are skipped.
     pub fn from_points(grid: VolumeGrid, triangles: &[Triangle], points: u32) -> Self {
         let mut voxels = Self::empty(grid);
+        let mut parts = Vec::new();
         for (number, triangle) in (0..).zip(triangles) {
             let [a, b, c] = triangle.corners.map(|corner| grid.to_grid(corner));
             let Some(overlap) = TriangleOverlap::new([a, b, c]) else {
@@ -49,9 +51,23 @@ impl Voxels {
                 let root = r.x.sqrt();
                 let point = a * (1.0 - root) + b * ((1.0 - r.y) * root) + c * (r.y * root);
                 let voxel = (point - overlap.normal * SINK).floor().as_ivec3();
-                let crosses = |min, size| overlap.crosses_plane(min, size);
-                voxels.add_to(voxel, &overlap, triangle, area, crosses);
+                if voxels.mark_in(voxel, |min, size| overlap.crosses_plane(min, size)) {
+                    let axis = overlap.main_axis();
+                    let from_corner = point - overlap.normal * SINK - voxel.as_vec3();
+                    let part = Part {
+                        area,
+                        centroid: Vec2::new(
+                            from_corner[(axis + 1) % 3],
+                            from_corner[(axis + 2) % 3],
+                        ),
+                        size: Vec2::splat((area * overlap.normal[axis].abs()).sqrt()),
+                    };
+                    parts.push(SurfacePart::new(voxel, &overlap, triangle, part));
+                }
             }
+        }
+        for part in &parts {
+            voxels.add_part(part);
         }
         voxels
     }
@@ -77,7 +93,7 @@ impl Voxels {
         for (face, direction) in FACES.into_iter().enumerate() {
             let cosine = normal.dot(direction);
             if cosine > MIN_FACE_COSINE {
-                self.add_face(index, face, VISIBLE_AREA, cosine, normal, material);
+                self.add_face(index, face, [VISIBLE_AREA, 1.0], cosine, normal, material);
             }
         }
     }

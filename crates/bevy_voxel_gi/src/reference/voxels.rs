@@ -5,18 +5,24 @@
 //! average would mix the two sides of a wall).
 
 use super::{
-    clip::area_in_voxel,
+    clip::{Part, part_in_voxel},
     grid::{FACE_STEPS, FACES, VolumeGrid},
     overlap::TriangleOverlap,
     packed_surface::{MIN_FACE_COSINE, pack_surface},
 };
-use glam::{IVec3, Vec3};
+use glam::{IVec3, Vec2, Vec3};
 
 /// Number of sub-voxels along an edge of a voxel.
 pub const SUB_VOXELS: i32 = 4;
 
 /// Least area of a triangle in a voxel that it overlaps, in units of a voxel's face: it may only touch it.
 pub const MIN_AREA: f32 = 1.0 / 65_536.0;
+
+/// Least share of what others in its voxel hide: it counts where there is nothing else.
+const LEAST_SHARE: f32 = 1.0 / 64.0;
+
+/// Bounds that end at the border of a column do not reach into the next one, whatever the rounding.
+const INWARDS: f32 = 0.0625;
 
 /// Number of voxels in front of a face and behind in which a tilted surface is taken to go on.
 const CONTINUATION: i32 = 2;
@@ -48,6 +54,35 @@ pub struct MaterialArea {
     pub material: u32,
     /// Sum of the areas of its surfaces, each projected onto the face, in units of a voxel's face.
     pub area: f32,
+    /// The same as far as nothing in the voxel hides them.
+    pub visible: f32,
+}
+
+/// The part of a triangle in a voxel.
+pub(super) struct SurfacePart {
+    voxel: IVec3,
+    part: Part,
+    /// A corner of the triangle, in grid coordinates.
+    corner: Vec3,
+    normal: Vec3,
+    /// The axis along which `part` is projected.
+    axis: usize,
+    material: u32,
+    double_sided: bool,
+}
+
+impl SurfacePart {
+    pub fn new(voxel: IVec3, overlap: &TriangleOverlap, triangle: &Triangle, part: Part) -> Self {
+        Self {
+            voxel,
+            part,
+            corner: overlap.corners[0],
+            normal: overlap.normal,
+            axis: overlap.main_axis(),
+            material: triangle.material,
+            double_sided: triangle.double_sided,
+        }
+    }
 }
 
 /// The voxelised scene.
@@ -83,13 +118,18 @@ impl Voxels {
     /// not finite are skipped.
     pub fn new(grid: VolumeGrid, triangles: &[Triangle]) -> Self {
         let mut voxels = Self::empty(grid);
+        let mut parts = Vec::new();
         for triangle in triangles {
-            voxels.add(triangle);
+            voxels.mark(triangle, &mut parts);
+        }
+        for part in &parts {
+            voxels.add_part(part);
         }
         voxels
     }
 
-    fn add(&mut self, triangle: &Triangle) {
+    /// Marks the sub-voxels of a triangle, and collects its parts.
+    fn mark(&mut self, triangle: &Triangle, parts: &mut Vec<SurfacePart>) {
         let corners = triangle.corners.map(|v| self.grid.to_grid(v));
         let Some(overlap) = TriangleOverlap::new(corners) else {
             return;
@@ -106,26 +146,22 @@ impl Voxels {
             for y in low.y..=high.y {
                 for x in low.x..=high.x {
                     let voxel = IVec3::new(x, y, z);
-                    if overlap.overlaps(voxel.as_vec3(), 1.0) {
-                        let overlaps = |min, size| overlap.overlaps(min, size);
-                        let area = area_in_voxel(overlap.corners, voxel.as_vec3());
-                        self.add_to(voxel, &overlap, triangle, area.max(MIN_AREA), overlaps);
+                    let min = voxel.as_vec3();
+                    if overlap.overlaps(min, 1.0)
+                        && self.mark_in(voxel, |min, size| overlap.overlaps(min, size))
+                    {
+                        let mut part = part_in_voxel(overlap.corners, min, overlap.main_axis());
+                        part.area = part.area.max(MIN_AREA);
+                        parts.push(SurfacePart::new(voxel, &overlap, triangle, part));
                     }
                 }
             }
         }
     }
 
-    /// Adds an area of a triangle to a voxel, in those of its sub-voxels, by lowest corner and edge, that `is_in`
-    /// accepts.
-    pub(super) fn add_to(
-        &mut self,
-        voxel: IVec3,
-        overlap: &TriangleOverlap,
-        triangle: &Triangle,
-        area: f32,
-        is_in: impl Fn(Vec3, f32) -> bool,
-    ) {
+    /// Marks those sub-voxels of a voxel, by lowest corner and edge, that `is_in` accepts, and returns whether there are
+    /// any.
+    pub(super) fn mark_in(&mut self, voxel: IVec3, is_in: impl Fn(Vec3, f32) -> bool) -> bool {
         let size = 1.0 / SUB_VOXELS as f32;
         let mut mask = 0;
         for bit in 0..64 {
@@ -134,36 +170,96 @@ impl Voxels {
                 mask |= 1 << bit;
             }
         }
-        let Some(index) = self.grid.index(voxel).filter(|_| mask != 0) else {
+        let index = self.grid.index(voxel).filter(|_| mask != 0);
+        if let Some(index) = index {
+            self.masks[index] |= mask;
+        }
+        index.is_some()
+    }
+
+    /// Adds a part of a triangle to the faces of its voxel, once all sub-voxels are marked.
+    pub(super) fn add_part(&mut self, part: &SurfacePart) {
+        let Some(index) = self.grid.index(part.voxel) else {
             return;
         };
-        self.masks[index] |= mask;
+        let shares = [false, true].map(|is_back| self.visible_share(index, part, is_back));
         for (face, direction) in FACES.into_iter().enumerate() {
-            let cosine = overlap.normal.dot(direction);
-            if cosine > MIN_FACE_COSINE || (triangle.double_sided && -cosine > MIN_FACE_COSINE) {
-                let normal = overlap.normal * cosine.signum();
-                self.add_face(index, face, area, cosine, normal, triangle.material);
+            let cosine = part.normal.dot(direction);
+            if cosine > MIN_FACE_COSINE || (part.double_sided && -cosine > MIN_FACE_COSINE) {
+                let normal = part.normal * cosine.signum();
+                let share = shares[usize::from(cosine < 0.0)];
+                let area = part.part.area;
+                self.add_face(index, face, [area, share], cosine, normal, part.material);
             }
         }
     }
 
-    /// Adds an area of a surface to a face of a voxel.
+    /// The share of the columns of a part in which no sub-voxel of its voxel is in front of the surface: ground under a
+    /// floor has no colour that shows.
+    fn visible_share(&self, index: usize, part: &SurfacePart, is_back: bool) -> f32 {
+        let axis = part.axis;
+        let [u_axis, v_axis] = [(axis + 1) % 3, (axis + 2) % 3];
+        let edge = SUB_VOXELS as f32;
+        let point = edge * (part.corner - part.voxel.as_vec3());
+        let middle = edge * part.part.centroid;
+        let half = 0.5 * edge * part.part.size;
+        let most = Vec2::splat(edge - 1.0);
+        let low = (middle - half + INWARDS).floor().clamp(Vec2::ZERO, most);
+        let high = ((middle + half - INWARDS).ceil() - 1.0).clamp(low, most);
+        let normal = part.normal;
+        let slope = Vec2::new(normal[u_axis], normal[v_axis]) / normal[axis];
+        let reach = 0.5 * slope.abs().element_sum();
+        let is_forward = (normal[axis] > 0.0) != is_back;
+        let mut visible = 0;
+        let (low, high) = (low.as_ivec2(), high.as_ivec2());
+        for v in low.y..=high.y {
+            for u in low.x..=high.x {
+                let at = Vec2::new(u as f32, v as f32) + 0.5;
+                let depth = point[axis] - slope.dot(at - Vec2::new(point[u_axis], point[v_axis]));
+                let is_ahead = |d: i32| {
+                    if is_forward {
+                        d as f32 > (depth + reach).floor()
+                    } else {
+                        (d as f32) < (depth - reach).floor()
+                    }
+                };
+                let is_occupied = |d: i32| {
+                    let mut sub = IVec3::ZERO;
+                    (sub[u_axis], sub[v_axis], sub[axis]) = (u, v, d);
+                    self.masks[index] & sub_voxel_bit(sub) != 0
+                };
+                let is_hidden = (0..SUB_VOXELS).any(|d| is_ahead(d) && is_occupied(d));
+                visible += u32::from(!is_hidden);
+            }
+        }
+        let columns = (high - low + 1).element_product();
+        (visible as f32 / columns as f32).max(LEAST_SHARE)
+    }
+
+    /// Adds an area of a surface to a face of a voxel, and its share that shows.
     pub(super) fn add_face(
         &mut self,
         index: usize,
         face: usize,
-        area: f32,
+        [area, share]: [f32; 2],
         cosine: f32,
         normal: Vec3,
         material: u32,
     ) {
         let packed = &mut self.packed_surfaces[index][face];
-        *packed = pack_surface(area, cosine, normal).max(*packed);
+        *packed = pack_surface(area * share, cosine, normal).max(*packed);
         let all = &mut self.material_areas[index][face];
         let area = area * cosine.abs();
         match all.iter_mut().find(|one| one.material == material) {
-            Some(one) => one.area += area,
-            None => all.push(MaterialArea { material, area }),
+            Some(one) => {
+                one.area += area;
+                one.visible += area * share;
+            }
+            None => all.push(MaterialArea {
+                material,
+                area,
+                visible: area * share,
+            }),
         }
     }
 
@@ -184,9 +280,15 @@ impl Voxels {
         for part in &self.material_areas[index][face] {
             let material = materials.get(part.material as usize).copied();
             let material = material.unwrap_or_default();
-            area += part.area;
-            sum.albedo += part.area * material.albedo;
-            sum.emission += part.area * material.emission;
+            // The power of what emits is that of all its area.
+            let part = if material.emission == Vec3::ZERO {
+                part.visible
+            } else {
+                part.area
+            };
+            area += part;
+            sum.albedo += part * material.albedo;
+            sum.emission += part * material.emission;
         }
         if area > 0.0 {
             sum.albedo /= area;

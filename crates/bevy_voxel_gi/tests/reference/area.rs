@@ -3,7 +3,7 @@
 use crate::support::shapes::unit_grid;
 use bevy_voxel_gi::reference::{
     FACES, Material, Triangle, Voxels,
-    clip::area_in_voxel,
+    clip::part_in_voxel,
     overlap::{SINK, TriangleOverlap},
     rays::hash_unit,
     voxels::MIN_AREA,
@@ -38,7 +38,7 @@ proptest! {
     #[test]
     fn the_parts_sum_up_to_the_triangle(a in vector(), b in vector(), c in vector()) {
         let corners = [a, b, c];
-        let parts: Vec<_> = voxels().map(|voxel| area_in_voxel(corners, voxel)).collect();
+        let parts: Vec<_> = voxels().map(|voxel| part_in_voxel(corners, voxel, 0).area).collect();
         prop_assert!(parts.iter().all(|part| (0.0..=SQRT_2 + 1e-6).contains(part)));
         let (sum, whole) = (parts.iter().sum::<f32>(), area(corners));
         prop_assert!((sum - whole).abs() <= 1e-3 * whole, "{sum} of {whole}");
@@ -85,7 +85,7 @@ fn areas_are_what_random_points_say() {
             point.floor().as_ivec3() == IVec3::ZERO
         });
         let wanted = inside.count() as f32 / POINTS as f32;
-        let found = area_in_voxel(corners, Vec3::ZERO) / area(corners);
+        let found = part_in_voxel(corners, Vec3::ZERO, 0).area / area(corners);
         // Five standard deviations.
         let allowed = 5.0 * (wanted * (1.0 - wanted) / POINTS as f32).sqrt() + 1e-4;
         assert!(

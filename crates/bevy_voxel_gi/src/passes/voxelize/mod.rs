@@ -9,7 +9,7 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer,
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
             BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, PipelineCache,
             ShaderStages, StorageBuffer, TextureSampleType, binding_types::texture_2d,
         },
@@ -200,25 +200,28 @@ pub(crate) fn prepare(
         return;
     };
     let [occupancy_layout, surfaces_layout] = &pass.voxels_layouts;
-    let voxels = |layout, own, buffer: &Buffer| {
-        let entries = (
-            (VOLUME, volume.clone()),
-            (own, buffer.as_entire_binding()),
-            (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
-        );
+    let voxels = |layout, own, buffer, slots| {
+        let entries = ((VOLUME, volume.clone()), (own, buffer), (FACE_SLOTS, slots));
         groups.create(layout, entries)
     };
+    let [sums, all] = [&buffers.sums, &buffers.voxels].map(|buffer| buffer.as_entire_binding());
     let voxels = [
-        voxels(occupancy_layout, MASKS, &buffers.masks),
-        voxels(surfaces_layout, SUMS, &buffers.sums),
+        voxels(
+            occupancy_layout,
+            MASKS,
+            buffers.masks(),
+            buffers.face_slots(),
+        ),
+        // The masks follow behind the slots.
+        voxels(surfaces_layout, SUMS, sums, all),
     ];
     let resolve = groups.create(
         &pass.resolve_layout,
         (
             (VOLUME, volume.clone()),
-            (MASKS, buffers.masks.as_entire_binding()),
+            (MASKS, buffers.masks()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
-            (FACE_SLOTS, buffers.face_slots.as_entire_binding()),
+            (FACE_SLOTS, buffers.face_slots()),
             (SUMS, buffers.sums.as_entire_binding()),
         ),
     );
@@ -303,9 +306,7 @@ pub(crate) fn voxelize(
     };
     let encoder = context.command_encoder();
     keep_slots(encoder, &buffers);
-    for buffer in [&buffers.masks, &buffers.face_slots] {
-        encoder.clear_buffer(buffer, 0, None);
-    }
+    encoder.clear_buffer(&buffers.voxels, 0, None);
     encoder.clear_buffer(&buffers.work, 0, Some(VolumeBuffers::COUNTERS_SIZE));
     if frame.moves.is_some() {
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
