@@ -74,6 +74,25 @@ fn a_palette_gives_the_light_of_a_material_for_each_colour() {
     }
 }
 
+/// As under the floors of most levels.
+#[test]
+fn ground_under_a_floor_does_not_darken_it() {
+    let _gpu = gpu();
+    let floor_over = |ground: Option<Quad>| {
+        on_floor(|world| {
+            // Voxels of a quarter of a metre: the ground is in those of the floor.
+            settings(world).resolution = 20;
+            for quad in room().into_iter().chain(ground) {
+                spawn_colored(world, quad);
+            }
+        })
+    };
+    let dark = (square(Vec3::Y * -1.9, Vec3::Y, 1.8), Vec3::Y, 3);
+    let (actual, expected) = (floor_over(Some(dark)), floor_over(None));
+    println!("{actual:?} for {expected:?}");
+    assert_close("dark ground", actual, expected, 0.02);
+}
+
 #[test]
 fn vertex_colors_of_every_format_count_where_they_are() {
     let _gpu = gpu();

@@ -247,7 +247,7 @@ impl Voxels {
         material: u32,
     ) {
         let packed = &mut self.packed_surfaces[index][face];
-        *packed = pack_surface(area * share, cosine, normal).max(*packed);
+        *packed = pack_surface(area, cosine, normal).max(*packed);
         let all = &mut self.material_areas[index][face];
         let area = area * cosine.abs();
         match all.iter_mut().find(|one| one.material == material) {
