@@ -22,12 +22,14 @@ pub(crate) struct PassesPlugin;
 impl Plugin for PassesPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "bindings.wesl");
+        load_shader_library!(app, "dirty.wesl");
         load_shader_library!(app, "g_buffer.wesl");
         load_shader_library!(app, "voxelize/materials.wesl");
         load_shader_library!(app, "voxelize/plane.wesl");
         load_shader_library!(app, "voxelize/polygon.wesl");
         load_shader_library!(app, "voxelize/sums.wesl");
         load_shader_library!(app, "voxelize/triangles.wesl");
+        load_shader_library!(app, "voxelize/vertices.wesl");
         draw_sky::embed(app);
         draw_tiles::embed(app);
         voxelize::embed(app);

@@ -129,23 +129,51 @@ fn first_slots(resolution: u64, levels: u64) -> u64 {
     most_slots(resolution.pow(3) * levels).min(faces * resolution.pow(2))
 }
 
-/// Slots for all faces, and the one that all faces without a surface read.
+/// Slots for all faces, and the one that all faces without a surface read. Their numbers have 25 bits.
 fn most_slots(voxels: u64) -> u64 {
-    6 * voxels + 1
+    (6 * voxels + 1).min(1 << 25)
+}
+
+/// Size of the largest storage buffer that a device binds.
+pub(crate) fn most_bytes(device: &RenderDevice) -> u64 {
+    let limits = device.limits();
+    limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size)
 }
 
 /// The number of slots that faces need, as far as it has been read back.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SlotDemand(Arc<AtomicU32>);
+pub(crate) struct SlotDemand(Arc<Demand>);
+
+#[derive(Debug, Default)]
+struct Demand {
+    /// Where everything was voxelised.
+    of_whole: AtomicU32,
+    /// Where parts were since then: slots that have become free are not used in rows of other lengths.
+    of_parts: AtomicU32,
+}
 
 impl SlotDemand {
-    pub(crate) fn raise(&self, faces: u32) {
+    pub(crate) fn raise(&self, faces: u32, is_whole: bool) {
+        let Demand { of_whole, of_parts } = &*self.0;
         // One more is what faces without a surface read.
-        self.0.fetch_max(faces.saturating_add(1), Ordering::Relaxed);
+        let demand = if is_whole { of_whole } else { of_parts };
+        demand.fetch_max(faces.saturating_add(1), Ordering::Relaxed);
     }
 
-    fn slots(&self) -> u64 {
-        self.0.load(Ordering::Relaxed).into()
+    fn of_whole(&self) -> u64 {
+        self.0.of_whole.load(Ordering::Relaxed).into()
+    }
+
+    /// Whether so many slots are hardly enough for the parts that were voxelised. Everything is to be voxelised then,
+    /// which uses as few as possible.
+    pub(super) fn take_lack(&self, slots: u64) -> bool {
+        let lacks = u64::from(self.0.of_parts.load(Ordering::Relaxed)) > slots - slots / 8;
+        if lacks {
+            self.0.of_parts.store(0, Ordering::Relaxed);
+        }
+        lacks
     }
 }
 
@@ -211,6 +239,10 @@ pub(crate) struct VolumeBuffers {
     /// Eight words per slot: four of the irradiance as it was, two of the radiance that leaves the surface, as 16-bit
     /// floats, and two of its albedo and emission. While the scene is voxelised, the sums of `sums.wesl` are there.
     pub sums: Buffer,
+    /// A bit per voxel: whether it is voxelised in this frame.
+    pub dirty: Buffer,
+    /// The number of slots that were ever used, and the first free slots; see `dirty.wesl`.
+    pub slot_lists: Buffer,
     /// How many slots the surfaces need.
     pub slot_demand: SlotDemand,
     /// Six times four words per voxel: the propagated light that has arrived through each face, as 32-bit floats. A
@@ -223,7 +255,7 @@ pub(crate) struct VolumeBuffers {
     /// Eight words per voxel: the surfaces that cameras see there; see `mark_visible.wesl`. Its size is minimal where
     /// these are not voxelised.
     pub visible: Buffer,
-    /// The number of surfaces, of empty voxels and of slots, then the indirect dispatch arguments over the first two;
+    /// The number of surfaces and of empty voxels, then the indirect dispatch arguments over the first two;
     /// then the compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
     pub work: Buffer,
     /// The copy of these arguments that indirect dispatches read.
@@ -233,8 +265,6 @@ pub(crate) struct VolumeBuffers {
 impl VolumeBuffers {
     /// Size of the counters in `work` in bytes.
     pub(crate) const COUNTERS_SIZE: u64 = Self::ARGS_OFFSET + Self::ARGS_SIZE;
-    /// Byte offset of the number of slots in `work`.
-    pub(crate) const SLOT_COUNT_OFFSET: u64 = 8;
     /// Byte offset of the indirect dispatch arguments in `work`.
     pub(crate) const ARGS_OFFSET: u64 = 16;
     /// Size of the indirect dispatch arguments in bytes.
@@ -262,6 +292,8 @@ impl VolumeBuffers {
             packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
             irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
             sums: buffer("voxel_gi_sums", per_slot(32), storage),
+            dirty: buffer("voxel_gi_dirty", 4 * shape.voxels.div_ceil(32), storage),
+            slot_lists: buffer("voxel_gi_slot_lists", 28, storage),
             slot_demand: SlotDemand::default(),
             intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"]
                 .map(|label| buffer(label, propagated(64).max(64), storage)),
@@ -309,7 +341,7 @@ impl VolumeBuffers {
     /// voxelised.
     pub(crate) fn add_shadow_masks(&mut self, device: &RenderDevice, queue: &RenderQueue) -> bool {
         let slots = self.shape.slot_word_bytes();
-        let is_new = self.voxels.size() < slots + self.shape.mask_bytes(true);
+        let is_new = !self.has_shadow_masks();
         if is_new {
             let former = std::mem::replace(&mut self.voxels, voxels(device, self.shape, true));
             let mut encoder = device.create_command_encoder(&default());
@@ -317,6 +349,10 @@ impl VolumeBuffers {
             queue.submit([encoder.finish()]);
         }
         is_new
+    }
+
+    pub(crate) fn has_shadow_masks(&self) -> bool {
+        self.voxels.size() >= self.shape.slot_word_bytes() + self.shape.mask_bytes(true)
     }
 
     /// The slots of voxels.
@@ -347,11 +383,6 @@ impl VolumeBuffers {
         })
     }
 
-    /// Irradiance as it was before the scene was voxelised.
-    pub(crate) fn irradiance_before(&self) -> BindingResource<'_> {
-        self.part_of_sums(0, 4)
-    }
-
     /// Radiance that leaves the surface of each slot.
     pub(crate) fn radiance(&self) -> BindingResource<'_> {
         self.part_of_sums(4, 2)
@@ -370,14 +401,11 @@ impl VolumeBuffers {
     /// The number of slots that new buffers need if these have too few for the surfaces: half as many again, as far
     /// as the device binds buffers of that size.
     pub(crate) fn needed_slots(&self, device: &RenderDevice) -> Option<u64> {
-        let demand = self.slot_demand.slots();
+        let demand = self.slot_demand.of_whole();
         if demand <= self.slots() {
             return None;
         }
-        let limits = device.limits();
-        let limit = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
+        let limit = most_bytes(device);
         let most = most_slots(self.shape.voxels).min(limit / 32 / 32 * 32);
         let slots = (demand + demand / 2).min(most);
         if slots < demand {
@@ -399,6 +427,8 @@ impl VolumeBuffers {
             &self.packed_surfaces,
             &self.irradiance,
             &self.sums,
+            &self.dirty,
+            &self.slot_lists,
             &self.arrived,
             &self.intensity[0],
             &self.intensity[1],

@@ -12,13 +12,14 @@ use bevy::{
 
 use super::{
     buffers::{BufferShape, VolumeBuffers},
+    dirty_voxels::DirtyVoxels,
     fingerprint::{fingerprint, voxel_fingerprint},
     materials::MaterialRecords,
     mesh_batches::MeshBatches,
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
     settling::{Pace, SettlingClock},
-    shadow_masks::ShadowMasks,
+    shadow_masks,
     tiles::Tiles,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
 };
@@ -28,10 +29,10 @@ use crate::{
         placement::{PlacedLevel, PlacedVolume},
         volume::ExtractedVolume,
     },
-    gpu_types::MAX_LEVELS,
+    gpu_types::{Changes, MAX_LEVELS},
     passes::draw_sky::SkyCube,
     report::{SharedReport, VoxelGiReport, VoxelGiState},
-    settings::{Bounces, Solver, VoxelGiSettings, VoxelLight},
+    settings::{Bounces, Solver, VoxelGiSettings, VoxelLight, Voxelizer},
 };
 
 /// What is computed in this frame, and what decides it.
@@ -42,8 +43,8 @@ pub(crate) struct FramePlan {
     clock: SettlingClock,
     /// Hash of everything that the light depends on, except the settings.
     fingerprint: u64,
-    /// Hash of what the voxels depend on except colours, and the version of the materials, when they were voxelised.
-    voxelized: Option<(u64, u64)>,
+    /// What the voxels were made of.
+    voxelized: Option<Voxelized>,
     /// The app's own settings. Those that a budget chooses are left out: they change the accuracy of
     /// the light, not the light.
     settings: VoxelGiSettings,
@@ -53,6 +54,17 @@ pub(crate) struct FramePlan {
     texture: Option<AssetId<Image>>,
 }
 
+/// What the voxels depend on.
+#[derive(Clone, Copy, PartialEq)]
+struct Voxelized {
+    /// Hash of everything except colours.
+    fingerprint: u64,
+    /// Version of the materials.
+    materials: u64,
+    voxelizer: Voxelizer,
+    has_shadow_masks: bool,
+}
+
 /// The work of the passes in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameWork {
@@ -60,12 +72,22 @@ pub(crate) struct FrameWork {
     pub bounces: u32,
     /// Number of propagation steps.
     pub iterations: u32,
-    /// Whether the scene is voxelised: if not, the voxels are those of the frame before.
-    pub voxelizes: bool,
+    /// What is voxelised; all other voxels are those of the frame before.
+    pub voxelizes: Option<Voxelization>,
     /// Whether meshes or levels have moved: what cameras saw before is out of date.
     pub has_changed: bool,
-    /// By how many of its voxels each level has moved, if any has: reprojected albedo is cleared then.
-    pub moves: Option<[IVec4; MAX_LEVELS]>,
+    /// Whether levels have moved: reprojected albedo is cleared then.
+    pub has_moved: bool,
+}
+
+/// What is voxelised in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Voxelization {
+    Whole,
+    /// The voxels that are dirty. Others of these axes have moved in levels that have moved.
+    Part {
+        moved: BVec3,
+    },
 }
 
 impl FramePlan {
@@ -76,8 +98,8 @@ impl FramePlan {
         !before.map(|level| level.center).eq(centers)
     }
 
-    /// By how many of its voxels each level has moved in the world since the last frame, if any has and the levels that
-    /// light pixels are the same. The world has moved, too.
+    /// By how many of its voxels each level has moved in the world since the last frame; `None` if other levels light
+    /// pixels than did. The world has moved, too.
     fn moves(&mut self, volume: &PlacedVolume, world_move: Vec3) -> Option<[IVec4; MAX_LEVELS]> {
         let before = std::mem::replace(&mut self.placement, volume.levels.clone());
         let is_same = |old: &PlacedLevel, new: &PlacedLevel| {
@@ -97,7 +119,7 @@ impl FramePlan {
             });
             *by = moved.extend(0);
         }
-        (moves != [IVec4::ZERO; MAX_LEVELS]).then_some(moves)
+        Some(moves)
     }
 }
 
@@ -155,16 +177,15 @@ fn bounces_and_iterations(light: VoxelLight) -> (u32, u32) {
 pub(crate) fn plan_frame(
     mut commands: Commands,
     mut plan: ResMut<FramePlan>,
-    (volume, lights, batches, materials, tiles, sky): (
+    (volume, lights, mut batches, materials, tiles, sky): (
         Res<ExtractedVolume>,
         Res<ExtractedLights>,
-        Res<MeshBatches>,
+        ResMut<MeshBatches>,
         Res<MaterialRecords>,
         Res<Tiles>,
         Res<SkyCube>,
     ),
     (mut buffers, scene_buffers): (Option<ResMut<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
-    shadow_masks: ShadowMasks,
     mut uniforms: ResMut<VolumeUniforms>,
     mut required: ResMut<RequiredPipelines>,
     images: Res<RenderAssets<GpuImage>>,
@@ -222,7 +243,8 @@ pub(crate) fn plan_frame(
         plan.voxelized = None;
         plan.clock.change(pace, false);
     }
-    if shadow_masks.are_needed(shape)
+    let has_shadow_masks = shadow_masks::are_needed(shape, &batches, &device);
+    if has_shadow_masks
         && let Some(buffers) = made.as_mut().or(buffers.as_deref_mut())
         && buffers.add_shadow_masks(&device, &queue)
     {
@@ -250,10 +272,55 @@ pub(crate) fn plan_frame(
         return;
     }
     let moves = plan.moves(volume, batches.world_move);
-    let voxels = voxel_fingerprint(batches.fingerprint, volume);
-    let before = plan.voxelized.replace((voxels, materials.version));
-    let has_changed = before.is_none_or(|(before, _)| before != voxels);
-    let has_colors = before.is_some_and(|(_, version)| version == materials.version);
+    let voxelized = Voxelized {
+        fingerprint: voxel_fingerprint(batches.fingerprint, volume),
+        materials: materials.version,
+        voxelizer: volume.settings.voxelizer,
+        has_shadow_masks,
+    };
+    let before = plan.voxelized.replace(voxelized);
+    let has_changed = before.is_none_or(|before| before.fingerprint != voxelized.fingerprint);
+    let lacks_slots = buffers.slot_demand.take_lack(buffers.slots());
+    let keeps_others = !lacks_slots && !shape.marks_visible && moves.is_some() && {
+        let is_same = |before: Voxelized| {
+            let fingerprint = voxelized.fingerprint;
+            Voxelized {
+                fingerprint,
+                ..before
+            } == voxelized
+        };
+        before.is_some_and(is_same)
+    };
+    let moves = moves.unwrap_or_default();
+    let voxelizes = (has_changed || !keeps_others).then(|| {
+        let regions = std::mem::take(&mut batches.changed);
+        let (resolution, levels) = (volume.settings.resolution, &volume.levels);
+        let is_whole = !keeps_others || regions.everything;
+        let dirty = if is_whole {
+            DirtyVoxels::all(resolution, levels.len())
+        } else {
+            let mut dirty = DirtyVoxels::none(resolution, levels.len());
+            dirty.mark_regions(&regions, levels);
+            for (level, by) in (0..).zip(&moves).take(levels.len()) {
+                dirty.mark_entered(level, by.truncate());
+            }
+            dirty
+        };
+        dirty.write(&buffers.dirty, &queue);
+        uniforms.changes.set(Changes {
+            moves,
+            is_whole: u32::from(is_whole),
+        });
+        uniforms.changes.write_buffer(&device, &queue);
+        if is_whole {
+            return Voxelization::Whole;
+        }
+        let moves = moves.iter().map(|by| by.truncate().cmpne(IVec3::ZERO));
+        Voxelization::Part {
+            moved: moves.fold(BVec3::FALSE, |a, b| a | b),
+        }
+    });
+    let has_moved = moves != [IVec4::ZERO; MAX_LEVELS];
     let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
     let frame = UniformFrame {
         volume,
@@ -263,7 +330,7 @@ pub(crate) fn plan_frame(
         blend: plan.clock.blend(pace),
         is_changing: plan.clock.is_changing(pace),
         emission_unit: materials.emission_unit,
-        has_moved: moves.is_some(),
+        has_moved,
         voxel_capacity: shape.voxels as u32,
     };
     uniforms.write(frame, &device, &queue);
@@ -271,9 +338,9 @@ pub(crate) fn plan_frame(
     plan.work = Some(FrameWork {
         bounces,
         iterations,
-        voxelizes: has_changed || !has_colors || shape.marks_visible,
+        voxelizes,
         has_changed,
-        moves,
+        has_moved,
     });
     if let Some(mut known) = scene_buffers {
         known.write(&lights.0, &device, &queue);
