@@ -12,6 +12,7 @@ mod games;
 mod history;
 mod materials;
 mod memory;
+mod moving;
 mod rays;
 mod receiver;
 mod reference;

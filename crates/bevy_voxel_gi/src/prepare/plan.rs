@@ -100,7 +100,7 @@ impl FramePlan {
 
     /// By how many of its voxels each level has moved in the world since the last frame; `None` if other levels light
     /// pixels than did. The world has moved, too.
-    fn moves(&mut self, volume: &PlacedVolume, world_move: Vec3) -> Option<[IVec4; MAX_LEVELS]> {
+    fn moves(&mut self, volume: &PlacedVolume, world_move: Vec3) -> Option<Moves> {
         let before = std::mem::replace(&mut self.placement, volume.levels.clone());
         let is_same = |old: &PlacedLevel, new: &PlacedLevel| {
             (old.owner, old.size, old.is_outer) == (new.owner, new.size, new.is_outer)
@@ -111,29 +111,47 @@ impl FramePlan {
         if !are_same {
             return None;
         }
-        let mut moves = [IVec4::ZERO; MAX_LEVELS];
-        for (i, (by, new)) in moves.iter_mut().zip(&volume.levels).enumerate() {
-            let old = before.get(i).filter(|old| is_same(old, new));
-            let moved = old.map_or(IVec3::splat(FAR), |old| {
-                voxels_between(old.center + world_move, new.center, volume.voxel_size(new))
-            });
+        let mut moves = Moves {
+            by: default(),
+            are_whole: true,
+        };
+        for (i, (by, new)) in moves.by.iter_mut().zip(&volume.levels).enumerate() {
+            let Some(old) = before.get(i).filter(|old| is_same(old, new)) else {
+                *by = IVec3::splat(FAR).extend(0);
+                continue;
+            };
+            let (moved, is_whole) =
+                voxels_between(old.center + world_move, new.center, volume.voxel_size(new));
             *by = moved.extend(0);
+            moves.are_whole &= is_whole;
         }
         Some(moves)
     }
 }
 
+/// By how many of its voxels each level has moved.
+struct Moves {
+    by: [IVec4; MAX_LEVELS],
+    /// Whether these are whole ones.
+    are_whole: bool,
+}
+
 /// So many voxels are outside of any level.
 const FAR: i32 = 1_000_000;
 
-/// The number of voxels from one position to another: whole ones but for rounding where the volume follows an entity.
-fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> IVec3 {
-    let voxels = ((new - old) / voxel_size).round();
+/// Parts of a voxel that are rounding.
+const ROUNDING: f32 = 1e-3;
+
+/// The number of voxels from one position to another, and whether it is a whole one but for rounding.
+fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> (IVec3, bool) {
+    let exact = (new - old) / voxel_size;
+    let voxels = exact.round();
     if voxels.is_nan() {
-        return IVec3::ZERO;
+        return (IVec3::ZERO, false);
     }
     let far = Vec3::splat(FAR as f32);
-    voxels.clamp(-far, far).as_ivec3()
+    let is_whole = (exact - voxels).abs().max_element() <= ROUNDING;
+    (voxels.clamp(-far, far).as_ivec3(), is_whole)
 }
 
 /// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
@@ -281,7 +299,8 @@ pub(crate) fn plan_frame(
     let before = plan.voxelized.replace(voxelized);
     let has_changed = before.is_none_or(|before| before.fingerprint != voxelized.fingerprint);
     let lacks_slots = buffers.slot_demand.take_lack(buffers.slots());
-    let keeps_others = !lacks_slots && !shape.marks_visible && moves.is_some() && {
+    let are_whole = moves.as_ref().is_some_and(|moves| moves.are_whole);
+    let keeps_others = !lacks_slots && !shape.marks_visible && are_whole && {
         let is_same = |before: Voxelized| {
             let fingerprint = voxelized.fingerprint;
             Voxelized {
@@ -291,7 +310,7 @@ pub(crate) fn plan_frame(
         };
         before.is_some_and(is_same)
     };
-    let moves = moves.unwrap_or_default();
+    let moves = moves.map(|moves| moves.by).unwrap_or_default();
     let voxelizes = (has_changed || !keeps_others).then(|| {
         let regions = std::mem::take(&mut batches.changed);
         let (resolution, levels) = (volume.settings.resolution, &volume.levels);
@@ -368,14 +387,15 @@ mod tests {
         let voxel_size = 0.3;
         let at = |cell: f32| Vec3::new(cell * voxel_size, 0.0, -cell * voxel_size);
         for start in [0.0_f32, 1e3, 33_333.0, 1e5] {
-            let moved = voxels_between(at(start), at(start + 3.0), voxel_size);
+            let (moved, is_whole) = voxels_between(at(start), at(start + 3.0), voxel_size);
             assert_eq!(moved, IVec3::new(3, 0, -3), "from {start}");
+            assert_eq!(is_whole, start < 1e4, "from {start}");
         }
-        let far = voxels_between(Vec3::ZERO, Vec3::splat(1e30), voxel_size);
+        let (part, is_whole) = voxels_between(Vec3::ZERO, Vec3::splat(0.31), voxel_size);
+        assert_eq!((part, is_whole), (IVec3::ONE, false));
+        let (far, _) = voxels_between(Vec3::ZERO, Vec3::splat(1e30), voxel_size);
         assert_eq!(far, IVec3::splat(1_000_000));
-        assert_eq!(
-            voxels_between(Vec3::ZERO, Vec3::NAN, voxel_size),
-            IVec3::ZERO
-        );
+        let nowhere = voxels_between(Vec3::ZERO, Vec3::NAN, voxel_size);
+        assert_eq!(nowhere, (IVec3::ZERO, false));
     }
 }
