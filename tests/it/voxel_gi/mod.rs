@@ -25,3 +25,4 @@ mod surfaces;
 mod truth;
 mod volumes;
 mod world;
+mod zz_speed;

@@ -239,8 +239,6 @@ pub(crate) struct VolumeBuffers {
     /// Eight words per slot: four of the irradiance as it was, two of the radiance that leaves the surface, as 16-bit
     /// floats, and two of its albedo and emission. While the scene is voxelised, the sums of `sums.wesl` are there.
     pub sums: Buffer,
-    /// A bit per voxel: whether it is voxelised in this frame.
-    pub dirty: Buffer,
     /// The number of slots that were ever used, and the first free slots; see `dirty.wesl`.
     pub slot_lists: Buffer,
     /// How many slots the surfaces need.
@@ -256,7 +254,8 @@ pub(crate) struct VolumeBuffers {
     /// these are not voxelised.
     pub visible: Buffer,
     /// The number of surfaces and of empty voxels, then the indirect dispatch arguments over the first two;
-    /// then the compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
+    /// then the compacted work, surfaces first, then empty voxels: voxel index times 8 plus face. While the scene is
+    /// voxelised, it has a bit per voxel instead: whether it is voxelised anew.
     pub work: Buffer,
     /// The copy of these arguments that indirect dispatches read.
     pub indirect_args: Buffer,
@@ -292,7 +291,6 @@ impl VolumeBuffers {
             packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
             irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
             sums: buffer("voxel_gi_sums", per_slot(32), storage),
-            dirty: buffer("voxel_gi_dirty", 4 * shape.voxels.div_ceil(32), storage),
             slot_lists: buffer("voxel_gi_slot_lists", 28, storage),
             slot_demand: SlotDemand::default(),
             intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"]
@@ -427,7 +425,6 @@ impl VolumeBuffers {
             &self.packed_surfaces,
             &self.irradiance,
             &self.sums,
-            &self.dirty,
             &self.slot_lists,
             &self.arrived,
             &self.intensity[0],

@@ -60,13 +60,13 @@ impl DirtyVoxels {
         all
     }
 
-    pub(super) fn write(&self, buffer: &Buffer, queue: &RenderQueue) {
+    pub(super) fn write(&self, buffer: &Buffer, offset: u64, queue: &RenderQueue) {
         let bytes: Vec<u8> = self
             .bits
             .iter()
             .flat_map(|bits| bits.to_le_bytes())
             .collect();
-        queue.write_buffer(buffer, 0, &bytes);
+        queue.write_buffer(buffer, offset, &bytes);
     }
 
     /// Marks the voxels of the levels in which meshes have changed.

@@ -5,7 +5,10 @@ use std::hash::{BuildHasher, Hash, Hasher};
 
 use bevy::{
     ecs::entity::EntityHashMap,
-    platform::{collections::HashMap, hash::FixedHasher},
+    platform::{
+        collections::{HashMap, HashSet},
+        hash::FixedHasher,
+    },
     prelude::*,
     render::{
         mesh::{RenderMesh, allocator::MeshAllocator},
@@ -32,9 +35,8 @@ use crate::extract::{
 pub(crate) struct MeshBatches {
     rigid: MeshGroups,
     deformed: MeshGroups,
-    /// The deformed meshes of the last frame, by their hash with that of what deforms them: how many there are, and
-    /// where.
-    deformed_before: HashMap<u64, (usize, Option<Bounds>, LevelMask)>,
+    /// The deformed meshes of the last frame, by their hash with that of what deforms them.
+    deformed_before: HashMap<u64, DeformedMeshes>,
     /// The rigid meshes in `rigid`.
     placed: EntityHashMap<PlacedMesh>,
     /// Sum of the hashes of the rigid meshes, which does not depend on their order.
@@ -47,7 +49,7 @@ pub(crate) struct MeshBatches {
     /// rigid meshes have moved by it.
     pub world_move: Vec3,
     /// Where meshes have changed since the scene was voxelised last.
-    pub(super) changed: ChangedRegions,
+    changed: ChangedRegions,
     /// Hash of everything that the voxels depend on.
     pub fingerprint: u64,
     pub triangles: u64,
@@ -66,6 +68,24 @@ impl MeshBatches {
 
     pub(crate) fn groups_mut(&mut self) -> impl Iterator<Item = &mut MeshGroup> {
         self.rigid.iter_mut().chain(self.deformed.iter_mut())
+    }
+
+    /// Where meshes have changed since this was asked last, or have one of these materials.
+    pub(super) fn take_changed(&mut self, materials: &HashSet<u32>) -> ChangedRegions {
+        let mut changed = std::mem::take(&mut self.changed);
+        if !materials.is_empty() {
+            let rigid = self.placed.values();
+            let rigid = rigid.map(|mesh| (mesh.material, mesh.bounds, mesh.levels));
+            let deformed = self.deformed_before.values();
+            let deformed = deformed.map(|mesh| (mesh.material, mesh.bounds, mesh.levels));
+            for (_, bounds, levels) in rigid
+                .chain(deformed)
+                .filter(|(material, ..)| materials.contains(material))
+            {
+                changed.add(bounds, levels);
+            }
+        }
+        changed
     }
 
     /// Groups all rigid meshes anew.
@@ -103,10 +123,13 @@ impl MeshBatches {
             }
             let hash = own.finish();
             hash.hash(&mut hasher);
-            let (count, ..) = found
-                .entry(hash)
-                .or_insert((0, mesh.bounds, mesh.instance.levels));
-            *count += 1;
+            let alike = found.entry(hash).or_insert(DeformedMeshes {
+                count: 0,
+                bounds: mesh.bounds,
+                levels: mesh.instance.levels,
+                material: mesh.instance.material,
+            });
+            alike.count += 1;
             if assets.added.contains(&mesh.mesh) {
                 self.changed.add(mesh.bounds, mesh.instance.levels);
             }
@@ -115,9 +138,10 @@ impl MeshBatches {
         let before = std::mem::replace(&mut self.deformed_before, found);
         let now = &self.deformed_before;
         for (one, other) in [(&before, now), (now, &before)] {
-            for (hash, (count, bounds, levels)) in one {
-                if other.get(hash).is_none_or(|(others, ..)| others != count) {
-                    self.changed.add(*bounds, *levels);
+            for (hash, meshes) in one {
+                let others = other.get(hash);
+                if others.is_none_or(|others| others.count != meshes.count) {
+                    self.changed.add(meshes.bounds, meshes.levels);
                 }
             }
         }
@@ -192,6 +216,15 @@ impl MeshBatches {
                 assets.added.contains(&extracted.mesh) && locator.levels_of(extracted) != 0
             })
     }
+}
+
+/// Meshes that are deformed alike in one place.
+#[derive(Clone, Copy, PartialEq)]
+struct DeformedMeshes {
+    count: usize,
+    bounds: Option<Bounds>,
+    levels: LevelMask,
+    material: u32,
 }
 
 /// The move that most meshes have in common.

@@ -33,6 +33,7 @@ pub(super) struct LocatedMesh {
 pub(super) struct PlacedMesh {
     slabs: Slabs,
     mesh: AssetId<Mesh>,
+    pub material: u32,
     pub levels: LevelMask,
     pub bounds: Option<Bounds>,
     /// World position of the mesh's origin.
@@ -111,6 +112,7 @@ impl MeshGroups {
         PlacedMesh {
             slabs: mesh.slabs,
             mesh: mesh.mesh,
+            material: mesh.instance.material,
             levels: mesh.instance.levels,
             bounds: mesh.bounds,
             position: position(&mesh.instance),
@@ -141,6 +143,7 @@ impl MeshGroups {
         *placed = PlacedMesh {
             slabs: placed.slabs,
             mesh: mesh.mesh,
+            material: mesh.instance.material,
             levels: mesh.instance.levels,
             bounds: mesh.bounds,
             position: position(&mesh.instance),

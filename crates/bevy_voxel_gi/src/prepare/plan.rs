@@ -59,8 +59,9 @@ pub(crate) struct FramePlan {
 struct Voxelized {
     /// Hash of everything except colours.
     fingerprint: u64,
-    /// Version of the materials.
+    /// Versions of the materials, and of what all have in common.
     materials: u64,
+    all_materials: u64,
     voxelizer: Voxelizer,
     has_shadow_masks: bool,
 }
@@ -195,11 +196,11 @@ fn bounces_and_iterations(light: VoxelLight) -> (u32, u32) {
 pub(crate) fn plan_frame(
     mut commands: Commands,
     mut plan: ResMut<FramePlan>,
-    (volume, lights, mut batches, materials, tiles, sky): (
+    (volume, lights, mut batches, mut materials, tiles, sky): (
         Res<ExtractedVolume>,
         Res<ExtractedLights>,
         ResMut<MeshBatches>,
-        Res<MaterialRecords>,
+        ResMut<MaterialRecords>,
         Res<Tiles>,
         Res<SkyCube>,
     ),
@@ -293,6 +294,7 @@ pub(crate) fn plan_frame(
     let voxelized = Voxelized {
         fingerprint: voxel_fingerprint(batches.fingerprint, volume),
         materials: materials.version,
+        all_materials: materials.version_of_all,
         voxelizer: volume.settings.voxelizer,
         has_shadow_masks,
     };
@@ -302,17 +304,22 @@ pub(crate) fn plan_frame(
     let are_whole = moves.as_ref().is_some_and(|moves| moves.are_whole);
     let keeps_others = !lacks_slots && !shape.marks_visible && are_whole && {
         let is_same = |before: Voxelized| {
-            let fingerprint = voxelized.fingerprint;
+            let Voxelized {
+                fingerprint,
+                materials,
+                ..
+            } = voxelized;
             Voxelized {
                 fingerprint,
+                materials,
                 ..before
             } == voxelized
         };
         before.is_some_and(is_same)
     };
     let moves = moves.map(|moves| moves.by).unwrap_or_default();
-    let voxelizes = (has_changed || !keeps_others).then(|| {
-        let regions = std::mem::take(&mut batches.changed);
+    let voxelizes = (before != Some(voxelized) || !keeps_others).then(|| {
+        let regions = batches.take_changed(&std::mem::take(&mut materials.changed));
         let (resolution, levels) = (volume.settings.resolution, &volume.levels);
         let is_whole = !keeps_others || regions.everything;
         let dirty = if is_whole {
@@ -325,7 +332,7 @@ pub(crate) fn plan_frame(
             }
             dirty
         };
-        dirty.write(&buffers.dirty, &queue);
+        dirty.write(&buffers.work, VolumeBuffers::COUNTERS_SIZE, &queue);
         uniforms.changes.set(Changes {
             moves,
             is_whole: u32::from(is_whole),

@@ -52,7 +52,6 @@ impl SettlingClock {
     /// volume has moved: then it keeps its light.
     pub(crate) fn change(&mut self, pace: Pace, has_moved: bool) {
         if self.since_change > HISTORY * pace.interval && !has_moved {
-            self.since_restart = 0;
             self.frame = 0;
         }
         self.since_change = 0;

@@ -100,7 +100,7 @@ impl ClearPass {
                 &self.layout,
                 (
                     (CHANGES, uniforms.changes.binding()?),
-                    (DIRTY, buffers.dirty.as_entire_binding()),
+                    (DIRTY, buffers.work.as_entire_binding()),
                     (
                         FACE_SLOTS_BEFORE,
                         buffers.face_slots_before.as_entire_binding(),

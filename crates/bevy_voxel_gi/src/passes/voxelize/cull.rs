@@ -107,7 +107,7 @@ impl CullPass {
                 (INDICES, indices.as_entire_binding()),
                 (INSTANCES, group.instances.clone()),
                 (ITEMS, group.items.as_entire_binding()),
-                (DIRTY, buffers.dirty.as_entire_binding()),
+                (DIRTY, buffers.work.as_entire_binding()),
                 (BATCHES, group.batches.clone()),
             ),
         );
