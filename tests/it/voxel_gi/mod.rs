@@ -25,4 +25,3 @@ mod surfaces;
 mod truth;
 mod volumes;
 mod world;
-mod zz_speed;

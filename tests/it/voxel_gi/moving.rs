@@ -1,12 +1,17 @@
 //! Only what has changed is voxelised: after any motion the light is that of a new app.
 
-use bevy::{light::NotShadowCaster, prelude::*};
+use bevy::{
+    asset::RenderAssetUsages,
+    light::NotShadowCaster,
+    mesh::{Indices, PrimitiveTopology},
+    prelude::*,
+};
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{Follow, VoxelGiVolume};
+use bevy_voxel_gi::{Follow, VoxelGiReport, VoxelGiVolume};
 
 use super::{
     history::copy,
-    scene::{app_with, at, block, block_of, floor, under_sky},
+    scene::{app_with, at, block, block_of, floor, matt, settings, under_sky},
     support::{light_texture_bytes, picture, settle},
 };
 use crate::support::gpu;
@@ -203,4 +208,128 @@ fn light_stays_where_it_is_while_things_far_away_move() {
     }
     println!("{most:.4} of the light");
     assert!(most < 0.01, "{most}");
+}
+
+/// Hills of 2 n² triangles on a square of this edge in metres.
+fn hills(n: u32, edge: f32) -> Mesh {
+    let mut positions = Vec::new();
+    let mut indices = Vec::new();
+    for z in 0..=n {
+        for x in 0..=n {
+            let p = (Vec2::new(x as f32, z as f32) / n as f32 - 0.5) * edge;
+            positions.push([p.x, 0.4 * (1.3 * p.x).sin() * (0.9 * p.y).cos(), p.y]);
+            let (a, b) = (z * (n + 1) + x, (z + 1) * (n + 1) + x);
+            if x < n && z < n {
+                indices.extend([a, b, a + 1, a + 1, b, b + 1]);
+            }
+        }
+    }
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    .with_inserted_indices(Indices::U32(indices))
+    .with_computed_normals()
+}
+
+/// Half a million triangles in one mesh, in a volume of 16 m and 32^3 voxels.
+fn large_level() -> (HeadlessApp, Handle<StandardMaterial>) {
+    let mut app = app_with(|_| ());
+    let world = app.world_mut();
+    let material = matt(world, 0.5);
+    let mesh = hills(512, 14.0);
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material.clone())));
+    settings(world).resolution = 32;
+    world.spawn(VoxelGiVolume {
+        size: 16.0,
+        ..under_sky(1.0)
+    });
+    (app, material)
+}
+
+/// Changes something in some frames; the median milliseconds of the passes of voxelisation, which are known in later
+/// frames, and the number of triangles that were voxelised.
+fn voxelized(app: &mut HeadlessApp, mut change: impl FnMut(&mut World)) -> (f64, u64) {
+    let mut times = Vec::new();
+    for _ in 0..6 {
+        change(app.world_mut());
+        let (_, spans) = app.measure_spans(1).expect("frames");
+        let passes = ["clear", "voxelize", "surfaces"].map(|pass| format!("voxel_gi_{pass}"));
+        times.push(
+            passes
+                .iter()
+                .filter_map(|pass| spans.get(pass))
+                .sum::<f64>(),
+        );
+    }
+    times.sort_by(f64::total_cmp);
+    app.render_frames(4).expect("frames");
+    let report = app.world().resource::<VoxelGiReport>();
+    (times[times.len() / 2], report.voxelized_triangles)
+}
+
+#[test]
+fn a_small_thing_that_moves_in_a_large_level_has_little_voxelised() {
+    const LEVEL: u64 = 2 * 512 * 512;
+    let _gpu = gpu();
+    let (mut app, material) = large_level();
+    let mover = block(app.world_mut(), Vec3::new(0.0, 0.5, 0.0), Vec3::ONE);
+    app.run_until_ready(200).expect("ready");
+    let mut step = 0.0;
+    let (some, triangles) = voxelized(&mut app, |world| {
+        step += 0.3;
+        let mut transform = world.get_mut::<Transform>(mover).expect("it");
+        transform.translation.x = step;
+    });
+    let (all, whole) = voxelized(&mut app, |world| {
+        step += 0.1;
+        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+        let color = Color::linear_rgb(step % 1.0, 0.5, 0.5);
+        materials.get_mut(&material).expect("it").base_color = color;
+    });
+    println!("{triangles} triangles in {some:.2} ms, {whole} in {all:.2} ms");
+    assert_eq!(whole, LEVEL + 64);
+    assert!((64..LEVEL / 20).contains(&triangles), "{triangles}");
+}
+
+#[test]
+fn crowds_have_their_own_triangles_voxelised_and_what_is_near_them() {
+    const BODIES: u64 = 1000;
+    let _gpu = gpu();
+    let (mut app, _) = large_level();
+    let world = app.world_mut();
+    let mut random = Random(3);
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Cuboid::from_length(0.1));
+    let material = matt(world, 0.8);
+    let bodies: Vec<_> = (0..2 * BODIES)
+        .map(|i| {
+            // Above the hills, and as many outside of the volume.
+            let outside = if i % 2 == 0 { 0.0 } else { 30.0 };
+            let at = Vec3::new(6.5, 1.0, 6.5) * random.vector() + Vec3::Y * (3.0 + outside);
+            let place = Transform::from_translation(at);
+            world
+                .spawn((
+                    Mesh3d(mesh.clone()),
+                    MeshMaterial3d(material.clone()),
+                    place,
+                ))
+                .id()
+        })
+        .collect();
+    app.run_until_ready(200).expect("ready");
+    let (time, triangles) = voxelized(&mut app, |world| {
+        for &body in &bodies {
+            world
+                .get_mut::<Transform>(body)
+                .expect("a body")
+                .translation
+                .y += 0.05;
+        }
+    });
+    println!("{triangles} triangles, {time:.2} ms");
+    assert_eq!(triangles, 64 * BODIES);
 }

@@ -12,7 +12,7 @@ use bevy::{
 
 use super::{
     allocate, bindings::prepare_voxel_bind_groups, compact, draw_sky, draw_tiles, gather, inject,
-    mark_visible, propagate, reproject, slot_demand, solve::solve, voxelize,
+    mark_visible, propagate, read_back, reproject, solve::solve, voxelize,
 };
 use crate::prepare::{materials::prepare_materials, plan::plan_frame};
 
@@ -47,7 +47,7 @@ impl Plugin for PassesPlugin {
             return;
         };
         render_app
-            .init_gpu_resource::<slot_demand::SlotDemandCopy>()
+            .init_gpu_resource::<read_back::CountsCopy>()
             .init_gpu_resource::<draw_sky::SkyCube>()
             .add_systems(
                 RenderStartup,
@@ -97,10 +97,7 @@ impl Plugin for PassesPlugin {
                     .in_set(RenderSystems::PrepareBindGroups)
                     .after(plan_frame),
             )
-            .add_systems(
-                Render,
-                slot_demand::read_back.in_set(RenderSystems::Cleanup),
-            )
+            .add_systems(Render, read_back::read_back.in_set(RenderSystems::Cleanup))
             .add_systems(
                 Core3d,
                 (reproject::reproject, mark_visible::mark_visible)

@@ -142,36 +142,49 @@ pub(crate) fn most_bytes(device: &RenderDevice) -> u64 {
         .min(limits.max_buffer_size)
 }
 
-/// The number of slots that faces need, as far as it has been read back.
+/// What was counted on the GPU, as far as it has been read back.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SlotDemand(Arc<Demand>);
+pub(crate) struct Counts(Arc<CountsInner>);
 
 #[derive(Debug, Default)]
-struct Demand {
-    /// Where everything was voxelised.
-    of_whole: AtomicU32,
-    /// Where parts were since then: slots that have become free are not used in rows of other lengths.
-    of_parts: AtomicU32,
+struct CountsInner {
+    /// The most slots that faces needed where everything was voxelised.
+    slots_of_whole: AtomicU32,
+    /// The same where parts were since then: slots that have become free are not used in rows of other lengths.
+    slots_of_parts: AtomicU32,
+    /// Number of batches of triangles that were voxelised last.
+    batches: AtomicU32,
 }
 
-impl SlotDemand {
-    pub(crate) fn raise(&self, faces: u32, is_whole: bool) {
-        let Demand { of_whole, of_parts } = &*self.0;
+impl Counts {
+    pub(crate) fn raise_slots(&self, faces: u32, is_whole: bool) {
+        let slots = if is_whole {
+            &self.0.slots_of_whole
+        } else {
+            &self.0.slots_of_parts
+        };
         // One more is what faces without a surface read.
-        let demand = if is_whole { of_whole } else { of_parts };
-        demand.fetch_max(faces.saturating_add(1), Ordering::Relaxed);
+        slots.fetch_max(faces.saturating_add(1), Ordering::Relaxed);
     }
 
-    fn of_whole(&self) -> u64 {
-        self.0.of_whole.load(Ordering::Relaxed).into()
+    pub(crate) fn set_batches(&self, batches: u32) {
+        self.0.batches.store(batches, Ordering::Relaxed);
+    }
+
+    pub(super) fn batches(&self) -> u64 {
+        self.0.batches.load(Ordering::Relaxed).into()
+    }
+
+    fn slots_of_whole(&self) -> u64 {
+        self.0.slots_of_whole.load(Ordering::Relaxed).into()
     }
 
     /// Whether so many slots are hardly enough for the parts that were voxelised. Everything is to be voxelised then,
     /// which uses as few as possible.
-    pub(super) fn take_lack(&self, slots: u64) -> bool {
-        let lacks = u64::from(self.0.of_parts.load(Ordering::Relaxed)) > slots - slots / 8;
+    pub(super) fn take_lack_of(&self, slots: u64) -> bool {
+        let lacks = u64::from(self.0.slots_of_parts.load(Ordering::Relaxed)) > slots - slots / 8;
         if lacks {
-            self.0.of_parts.store(0, Ordering::Relaxed);
+            self.0.slots_of_parts.store(0, Ordering::Relaxed);
         }
         lacks
     }
@@ -241,8 +254,7 @@ pub(crate) struct VolumeBuffers {
     pub sums: Buffer,
     /// The number of slots that were ever used, and the first free slots; see `dirty.wesl`.
     pub slot_lists: Buffer,
-    /// How many slots the surfaces need.
-    pub slot_demand: SlotDemand,
+    pub counts: Counts,
     /// Six times four words per voxel: the propagated light that has arrived through each face, as 32-bit floats. A
     /// stub without propagation.
     pub arrived: Buffer,
@@ -292,7 +304,7 @@ impl VolumeBuffers {
             irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
             sums: buffer("voxel_gi_sums", per_slot(32), storage),
             slot_lists: buffer("voxel_gi_slot_lists", 28, storage),
-            slot_demand: SlotDemand::default(),
+            counts: Counts::default(),
             intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"]
                 .map(|label| buffer(label, propagated(64).max(64), storage)),
             arrived: buffer("voxel_gi_arrived", propagated(96), storage),
@@ -399,7 +411,7 @@ impl VolumeBuffers {
     /// The number of slots that new buffers need if these have too few for the surfaces: half as many again, as far
     /// as the device binds buffers of that size.
     pub(crate) fn needed_slots(&self, device: &RenderDevice) -> Option<u64> {
-        let demand = self.slot_demand.of_whole();
+        let demand = self.counts.slots_of_whole();
         if demand <= self.slots() {
             return None;
         }

@@ -19,7 +19,7 @@ use super::dirty_voxels::Bounds;
 use crate::gpu_types::{MeshBatch, MeshInstance};
 
 /// Number of triangles in a batch.
-const BATCH_TRIANGLES: u32 = 64;
+pub(super) const BATCH_TRIANGLES: u32 = 64;
 
 /// A bit for each level that a mesh may reach into.
 pub(super) type LevelMask = u32;

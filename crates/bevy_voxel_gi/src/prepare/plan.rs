@@ -16,9 +16,10 @@ use super::{
     fingerprint::{fingerprint, voxel_fingerprint},
     materials::MaterialRecords,
     mesh_batches::MeshBatches,
+    mesh_group::BATCH_TRIANGLES,
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
-    settling::{Pace, SettlingClock},
+    settling::{Change, Pace, SettlingClock},
     shadow_masks,
     tiles::Tiles,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
@@ -250,19 +251,32 @@ pub(crate) fn plan_frame(
         &materials,
         sky.version,
     );
+    let has_shadow_masks = shadow_masks::are_needed(shape, &batches, &device);
+    let voxelized = Voxelized {
+        fingerprint: voxel_fingerprint(batches.fingerprint, volume),
+        materials: materials.version,
+        all_materials: materials.version_of_all,
+        voxelizer: volume.settings.voxelizer,
+        has_shadow_masks,
+    };
     if is_fresh || fingerprint != plan.fingerprint || volume.own_settings != plan.settings {
         plan.fingerprint = fingerprint;
         plan.settings.clone_from(&volume.own_settings);
-        let has_moved = plan.has_moved(volume);
-        plan.clock.change(pace, has_moved);
+        let change = if plan.has_moved(volume) {
+            Change::Placement
+        } else if plan.voxelized == Some(voxelized) {
+            Change::Light
+        } else {
+            Change::Scene
+        };
+        plan.clock.change(pace, change);
     }
     let mut made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
     if let (Some(made), Some(former)) = (&made, former) {
         made.copy_light(former, &device, &queue);
         plan.voxelized = None;
-        plan.clock.change(pace, false);
+        plan.clock.change(pace, Change::Scene);
     }
-    let has_shadow_masks = shadow_masks::are_needed(shape, &batches, &device);
     if has_shadow_masks
         && let Some(buffers) = made.as_mut().or(buffers.as_deref_mut())
         && buffers.add_shadow_masks(&device, &queue)
@@ -285,22 +299,16 @@ pub(crate) fn plan_frame(
             + tiles.bytes()
             + sky.bytes(),
         triangles: batches.triangles,
+        voxelized_triangles: u64::from(BATCH_TRIANGLES) * buffers.counts.batches(),
         receiver_patched: volume.patched,
     });
     if pauses {
         return;
     }
     let moves = plan.moves(volume, batches.world_move);
-    let voxelized = Voxelized {
-        fingerprint: voxel_fingerprint(batches.fingerprint, volume),
-        materials: materials.version,
-        all_materials: materials.version_of_all,
-        voxelizer: volume.settings.voxelizer,
-        has_shadow_masks,
-    };
     let before = plan.voxelized.replace(voxelized);
     let has_changed = before.is_none_or(|before| before.fingerprint != voxelized.fingerprint);
-    let lacks_slots = buffers.slot_demand.take_lack(buffers.slots());
+    let lacks_slots = buffers.counts.take_lack_of(buffers.slots());
     let are_whole = moves.as_ref().is_some_and(|moves| moves.are_whole);
     let keeps_others = !lacks_slots && !shape.marks_visible && are_whole && {
         let is_same = |before: Voxelized| {

@@ -22,6 +22,7 @@ impl ShadowMasks<'_> {
     pub(crate) fn are_needed(&self, shape: BufferShape) -> bool {
         are_needed(shape, &self.batches, &self.device)
     }
+
     /// The shader def, where they are.
     pub(crate) fn defs(&self, shape: BufferShape) -> Option<&'static str> {
         self.are_needed(shape).then_some(SHADOW_MASKS)

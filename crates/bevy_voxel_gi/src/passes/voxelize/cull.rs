@@ -164,6 +164,12 @@ impl CullPass {
         }
     }
 
+    /// The numbers of batches that are voxelised, in their buffers.
+    pub(super) fn counts(&self) -> impl ExactSizeIterator<Item = (&Buffer, u64)> {
+        let groups = self.groups.iter();
+        groups.map(|group| (&group.items, ARGS_SIZE))
+    }
+
     /// Dispatches a workgroup for each batch of a group that is voxelised.
     pub(super) fn dispatch(&self, pass: &mut ComputePass<'_>, group: usize) {
         if let Some(args) = &self.args {

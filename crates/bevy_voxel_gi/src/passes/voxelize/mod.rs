@@ -27,7 +27,7 @@ use super::{
         read_write, volume_uniform,
     },
     kernel::{Kernel, dispatch_voxels, record_pass},
-    slot_demand::SlotDemandCopy,
+    read_back::CountsCopy,
 };
 use crate::{
     extract::{meshes::ExtractedScene, volume::ExtractedVolume},
@@ -348,7 +348,7 @@ impl VoxelizeWork {
 pub(crate) fn voxelize(
     mut context: RenderContext,
     (pass, allocate): (Res<VoxelizePass>, Res<AllocatePass>),
-    mut demand: ResMut<SlotDemandCopy>,
+    mut counts: ResMut<CountsCopy>,
     plan: Res<FramePlan>,
     volume: Res<ExtractedVolume>,
     buffers: Option<Res<VolumeBuffers>>,
@@ -412,7 +412,8 @@ pub(crate) fn voxelize(
         pass.visible.clear(context.command_encoder(), &buffers);
     }
     let is_whole = voxelizes == Voxelization::Whole;
-    demand.record(context.command_encoder(), &buffers, is_whole, &device);
+    let encoder = context.command_encoder();
+    counts.record(encoder, &buffers, pass.cull.counts(), is_whole, &device);
 }
 
 pub(crate) fn embed(app: &mut App) {
