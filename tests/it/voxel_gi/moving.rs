@@ -210,6 +210,50 @@ fn light_stays_where_it_is_while_things_far_away_move() {
     assert!(most < 0.01, "{most}");
 }
 
+/// Cascades that fly past leave light where it is, but for the other size of their voxels.
+#[test]
+fn light_changes_slowly_where_cascades_fly_past() {
+    let _gpu = gpu();
+    let mut app = app_with(|_| ());
+    let world = app.world_mut();
+    room(world);
+    let leader = world.spawn(Transform::from_xyz(-1.5, 0.5, 0.3)).id();
+    world.spawn(VoxelGiVolume {
+        size: 2.0,
+        cascades: 3,
+        follow: Follow::Entity(leader),
+        ..under_sky(0.5)
+    });
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    let points: Vec<_> = (0..49)
+        .map(|i| Vec2::new((i % 7 - 3) as f32, (i / 7 - 3) as f32) * 0.45)
+        .collect();
+    let light = |app: &mut HeadlessApp| {
+        let picture = picture(app);
+        let of_points = points.iter().map(|p| at(&picture, p.x, p.y).element_sum());
+        of_points.collect::<Vec<_>>()
+    };
+    let mut before = light(&mut app);
+    let (mut most, mut squares) = (0.0_f32, 0.0);
+    const FRAMES: u32 = 60;
+    for _ in 0..FRAMES {
+        let mut transform = app.world_mut().get_mut::<Transform>(leader).expect("it");
+        transform.translation.x += 3.0 / FRAMES as f32;
+        app.render_frames(1).expect("a frame");
+        let now = light(&mut app);
+        for (a, b) in before.iter().zip(&now) {
+            let change = (b - a).abs() / a;
+            most = most.max(change);
+            squares += change * change;
+        }
+        before = now;
+    }
+    let mean = (squares / (FRAMES as usize * points.len()) as f32).sqrt();
+    println!("change from frame to frame: {mean:.4}, {most:.4} at most");
+    assert!(mean < 0.01 && most < 0.1, "{mean} {most}");
+}
+
 /// Hills of 2 n² triangles on a square of this edge in metres.
 fn hills(n: u32, edge: f32) -> Mesh {
     let mut positions = Vec::new();
