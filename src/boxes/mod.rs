@@ -80,7 +80,7 @@ pub struct BoxScene {
     pub camera: SceneCamera,
 }
 
-/// A Lambertian box.
+/// A box, Lambertian unless it has gloss.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct SceneBox {
     /// The centre of the box in metres.
@@ -92,6 +92,20 @@ pub struct SceneBox {
     /// The rotation about Y in degrees, counter-clockwise seen from above. Default 0.
     #[serde(default)]
     pub rotate_y_deg: f32,
+    /// Its gloss. Default none.
+    #[serde(default)]
+    pub gloss: Option<BoxGloss>,
+}
+
+/// The gloss of a box, in the terms of `StandardMaterial`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct BoxGloss {
+    /// The perceptual roughness, 0.089 to 1.
+    pub roughness: f32,
+    /// The specular reflectance of what is no metal, 0.36 to 1.
+    pub reflectance: f32,
+    /// Whether it is a metal, which reflects its albedo without diffuse light.
+    pub is_metal: bool,
 }
 
 impl SceneBox {
