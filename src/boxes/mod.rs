@@ -13,11 +13,13 @@ use bevy_voxel_gi::reference::noise::{WallSample, wall_noise};
 use serde::Deserialize;
 
 use crate::{
-    boxes::solids::visible_walls,
+    path_tracer::Gloss,
     stage::{SceneCamera, SceneDirectionalLight, ScenePointLight, Stage, volume_around},
 };
 
-pub use crate::boxes::solids::{spawn_box_scene, spawn_boxes_and_lights, trace, trace_receivers};
+pub use crate::boxes::solids::{
+    spawn_box_scene, spawn_boxes_and_lights, trace, trace_receivers, visible_walls,
+};
 
 mod solids;
 #[cfg(test)]
@@ -112,6 +114,20 @@ impl SceneBox {
     /// The rotation about Y.
     pub fn rotation(&self) -> Quat {
         Quat::from_rotation_y(self.rotate_y_deg.to_radians())
+    }
+}
+
+impl BoxGloss {
+    /// The specular lobe of a box of this albedo.
+    pub fn lobe(&self, albedo: Vec3) -> Gloss {
+        Gloss {
+            roughness: self.roughness,
+            f0: if self.is_metal {
+                albedo
+            } else {
+                Vec3::splat(0.16 * self.reflectance.powi(2))
+            },
+        }
     }
 }
 

@@ -58,14 +58,7 @@ impl Solid {
             center: part.center,
             half: part.half,
             albedo: if is_metal { Vec3::ZERO } else { part.albedo },
-            gloss: part.gloss.map(|gloss| Gloss {
-                roughness: gloss.roughness,
-                f0: if is_metal {
-                    part.albedo
-                } else {
-                    Vec3::splat(0.16 * gloss.reflectance.powi(2))
-                },
-            }),
+            gloss: part.gloss.map(|gloss| gloss.lobe(part.albedo)),
             axes: Mat3::from_quat(part.rotation()),
         }
     }

@@ -4,6 +4,8 @@ use std::f32::consts::{PI, TAU};
 
 use bevy::math::{Vec2, Vec3};
 
+use crate::path_tracer::tracer::R2Sequence;
+
 /// A specular lobe on top of a surface's diffuse one, from which it takes no light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gloss {
@@ -58,6 +60,19 @@ impl Gloss {
         self.distribution(normal.dot(half)) / (2.0 * visible)
     }
 
+    /// The share of an even light from everywhere that is reflected to a viewer at this cosine to the normal.
+    pub fn albedo(&self, cosine: f32) -> Vec3 {
+        const SAMPLES: u32 = 4096;
+        let to_viewer = Vec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
+        let sequence = R2Sequence::new(0, 0);
+        let light = |sample| {
+            let direction = self.sample(Vec3::Z, to_viewer, sequence.point(sample))?;
+            let density = self.pdf(Vec3::Z, to_viewer, direction);
+            Some(self.brdf(Vec3::Z, to_viewer, direction) * direction.z / density)
+        };
+        (0..SAMPLES).filter_map(light).sum::<Vec3>() / SAMPLES as f32
+    }
+
     /// The density of microfacets whose normals have this cosine to the surface's.
     fn distribution(&self, cosine: f32) -> f32 {
         let alpha2 = self.alpha().powi(2);
@@ -80,20 +95,15 @@ mod tests {
         Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine)
     }
 
-    /// The share of an even sky that is reflected: by samples of the lobe, and by those of the cosine.
-    fn reflected(gloss: Gloss, cosine: f32) -> [f32; 2] {
+    /// The share of an even sky that is reflected, by samples of the cosine.
+    fn reflected(gloss: Gloss, cosine: f32) -> f32 {
         let to_viewer = to_viewer(cosine);
         let mut random = Random::new(1, 2, 3);
-        let (mut by_lobe, mut by_cosine) = (0.0, 0.0);
-        for _ in 0..COUNT {
-            if let Some(direction) = gloss.sample(Vec3::Z, to_viewer, random.point()) {
-                let pdf = gloss.pdf(Vec3::Z, to_viewer, direction);
-                by_lobe += gloss.brdf(Vec3::Z, to_viewer, direction).x * direction.z / pdf;
-            }
+        let light = |_| {
             let direction = cosine_direction(Vec3::Z, random.point());
-            by_cosine += gloss.brdf(Vec3::Z, to_viewer, direction).x * PI;
-        }
-        [by_lobe, by_cosine].map(|sum| sum / COUNT as f32)
+            gloss.brdf(Vec3::Z, to_viewer, direction).x * PI
+        };
+        (0..COUNT).map(light).sum::<f32>() / COUNT as f32
     }
 
     #[test]
@@ -105,7 +115,7 @@ mod tests {
                         roughness,
                         f0: Vec3::splat(f0),
                     };
-                    let [a, b] = reflected(gloss, cosine);
+                    let (a, b) = (gloss.albedo(cosine).x, reflected(gloss, cosine));
                     let what = format!("{roughness} {cosine} {f0}: {a} {b}");
                     assert!((a / b - 1.0).abs() < 0.02, "{what}");
                     assert!(a < 1.001, "{what}");
@@ -149,7 +159,7 @@ mod tests {
                 assert!(found.is_some_and(|found| found.dot(mirrored) > 0.97));
             }
             let expected = 0.04 + 0.96 * (1.0 - cosine).powi(5);
-            let [found, _] = reflected(gloss, cosine);
+            let found = gloss.albedo(cosine).x;
             assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
         }
     }

@@ -18,6 +18,7 @@ mod reference;
 mod room;
 mod round_robin;
 mod scene;
+mod specular;
 mod stochastic;
 mod support;
 mod surfaces;
