@@ -4,8 +4,6 @@ use std::f32::consts::{PI, TAU};
 
 use bevy::math::{Vec2, Vec3};
 
-use crate::path_tracer::tracer::R2Sequence;
-
 /// A specular lobe on top of a surface's diffuse one, from which it takes no light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gloss {
@@ -60,19 +58,6 @@ impl Gloss {
         self.distribution(normal.dot(half)) / (2.0 * visible)
     }
 
-    /// The share of an even light from everywhere that is reflected to a viewer at this cosine to the normal.
-    pub fn albedo(&self, cosine: f32) -> Vec3 {
-        const SAMPLES: u32 = 4096;
-        let to_viewer = Vec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
-        let sequence = R2Sequence::new(0, 0);
-        let light = |sample| {
-            let direction = self.sample(Vec3::Z, to_viewer, sequence.point(sample))?;
-            let density = self.pdf(Vec3::Z, to_viewer, direction);
-            Some(self.brdf(Vec3::Z, to_viewer, direction) * direction.z / density)
-        };
-        (0..SAMPLES).filter_map(light).sum::<Vec3>() / SAMPLES as f32
-    }
-
     /// The density of microfacets whose normals have this cosine to the surface's.
     fn distribution(&self, cosine: f32) -> f32 {
         let alpha2 = self.alpha().powi(2);
@@ -95,19 +80,34 @@ mod tests {
         Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine)
     }
 
-    /// The share of an even sky that is reflected, by samples of the cosine.
-    fn reflected(gloss: Gloss, cosine: f32) -> f32 {
+    /// The share of an even sky that is reflected, by samples of the lobe.
+    fn sampled(gloss: Gloss, cosine: f32) -> f32 {
         let to_viewer = to_viewer(cosine);
         let mut random = Random::new(1, 2, 3);
         let light = |_| {
-            let direction = cosine_direction(Vec3::Z, random.point());
-            gloss.brdf(Vec3::Z, to_viewer, direction).x * PI
+            let direction = gloss.sample(Vec3::Z, to_viewer, random.point())?;
+            let density = gloss.pdf(Vec3::Z, to_viewer, direction);
+            Some(gloss.brdf(Vec3::Z, to_viewer, direction).x * direction.z / density)
         };
-        (0..COUNT).map(light).sum::<f32>() / COUNT as f32
+        (0..COUNT).filter_map(light).sum::<f32>() / COUNT as f32
+    }
+
+    /// The same by a sum over a grid of directions.
+    fn integrated(gloss: Gloss, cosine: f32) -> f32 {
+        const SIDE: u32 = 600;
+        let to_viewer = to_viewer(cosine);
+        let at = |index: u32| (index as f32 + 0.5) / SIDE as f32;
+        let light = |index: u32| {
+            let (z, (sin, cos)) = (at(index / SIDE), (TAU * at(index % SIDE)).sin_cos());
+            let radius = (1.0 - z * z).sqrt();
+            let direction = Vec3::new(radius * cos, radius * sin, z);
+            gloss.brdf(Vec3::Z, to_viewer, direction).x * z * TAU
+        };
+        (0..SIDE * SIDE).map(light).sum::<f32>() / (SIDE * SIDE) as f32
     }
 
     #[test]
-    fn both_ways_to_sample_it_reflect_the_same_and_never_more_than_all() {
+    fn samples_reflect_what_the_integral_does_and_never_more_than_all() {
         for roughness in [0.4, 0.5, 0.7, 1.0] {
             for cosine in [0.15, 0.5, 0.9, 1.0] {
                 for f0 in [0.04, 1.0] {
@@ -115,7 +115,7 @@ mod tests {
                         roughness,
                         f0: Vec3::splat(f0),
                     };
-                    let (a, b) = (gloss.albedo(cosine).x, reflected(gloss, cosine));
+                    let (a, b) = (sampled(gloss, cosine), integrated(gloss, cosine));
                     let what = format!("{roughness} {cosine} {f0}: {a} {b}");
                     assert!((a / b - 1.0).abs() < 0.02, "{what}");
                     assert!(a < 1.001, "{what}");
@@ -159,7 +159,7 @@ mod tests {
                 assert!(found.is_some_and(|found| found.dot(mirrored) > 0.97));
             }
             let expected = 0.04 + 0.96 * (1.0 - cosine).powi(5);
-            let found = gloss.albedo(cosine).x;
+            let found = sampled(gloss, cosine);
             assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
         }
     }
