@@ -19,6 +19,7 @@ mod reference;
 mod room;
 mod round_robin;
 mod scene;
+mod specular;
 mod stochastic;
 mod support;
 mod surfaces;
