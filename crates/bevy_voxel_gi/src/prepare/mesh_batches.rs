@@ -327,9 +327,7 @@ pub(crate) fn collect_mesh_batches(
     // Where most meshes move, everything does.
     batches.changed.everything |= batches.world_move != Vec3::ZERO;
     let deformed_hash = batches.group_deformed_meshes(&locator, &assets);
-    let mut hasher = FixedHasher.build_hasher();
-    (batches.rigid_hash, batches.edits, deformed_hash).hash(&mut hasher);
-    batches.fingerprint = hasher.finish();
+    batches.fingerprint = FixedHasher.hash_one((batches.rigid_hash, batches.edits, deformed_hash));
     batches.triangles = batches.rigid.triangles + batches.deformed.triangles;
 }
 
