@@ -12,7 +12,6 @@ use bevy::{
 
 use super::{
     buffers::{BufferShape, VolumeBuffers},
-    dirty_voxels::DirtyVoxels,
     fingerprint::{fingerprint, voxel_fingerprint},
     materials::MaterialRecords,
     mesh_batches::MeshBatches,
@@ -23,6 +22,7 @@ use super::{
     shadow_masks,
     tiles::Tiles,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
+    voxelization::{Moves, Voxelization, Voxelized, changes},
 };
 use crate::{
     extract::{
@@ -30,10 +30,9 @@ use crate::{
         placement::{PlacedLevel, PlacedVolume},
         volume::ExtractedVolume,
     },
-    gpu_types::{Changes, MAX_LEVELS},
     passes::draw_sky::SkyCube,
     report::{SharedReport, VoxelGiReport, VoxelGiState},
-    settings::{Bounces, Solver, VoxelGiSettings, VoxelLight, Voxelizer},
+    settings::{Bounces, Solver, VoxelGiSettings, VoxelLight},
 };
 
 /// What is computed in this frame, and what decides it.
@@ -55,18 +54,6 @@ pub(crate) struct FramePlan {
     texture: Option<AssetId<Image>>,
 }
 
-/// What the voxels depend on.
-#[derive(Clone, Copy, PartialEq)]
-struct Voxelized {
-    /// Hash of everything except colours.
-    fingerprint: u64,
-    /// Versions of the materials, and of what all have in common.
-    materials: u64,
-    all_materials: u64,
-    voxelizer: Voxelizer,
-    has_shadow_masks: bool,
-}
-
 /// The work of the passes in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameWork {
@@ -82,16 +69,6 @@ pub(crate) struct FrameWork {
     pub has_moved: bool,
 }
 
-/// What is voxelised in a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Voxelization {
-    Whole,
-    /// The voxels that are dirty. Others of these axes have moved in levels that have moved.
-    Part {
-        moved: BVec3,
-    },
-}
-
 impl FramePlan {
     /// Whether any level that lights pixels has moved since the last frame.
     fn has_moved(&self, volume: &PlacedVolume) -> bool {
@@ -99,61 +76,6 @@ impl FramePlan {
         let centers = volume.lit().iter().map(|level| level.center);
         !before.map(|level| level.center).eq(centers)
     }
-
-    /// By how many of its voxels each level has moved in the world since the last frame; `None` if other levels light
-    /// pixels than did. The world has moved, too.
-    fn moves(&mut self, volume: &PlacedVolume, world_move: Vec3) -> Option<Moves> {
-        let before = std::mem::replace(&mut self.placement, volume.levels.clone());
-        let is_same = |old: &PlacedLevel, new: &PlacedLevel| {
-            (old.owner, old.size, old.is_outer) == (new.owner, new.size, new.is_outer)
-        };
-        let count = before.iter().take_while(|level| !level.is_outer).count();
-        let are_same = count == volume.lit().len() && { before.iter().zip(volume.lit()) }
-            .all(|(old, new)| is_same(old, new));
-        if !are_same {
-            return None;
-        }
-        let mut moves = Moves {
-            by: default(),
-            are_whole: true,
-        };
-        for (i, (by, new)) in moves.by.iter_mut().zip(&volume.levels).enumerate() {
-            let Some(old) = before.get(i).filter(|old| is_same(old, new)) else {
-                *by = IVec3::splat(FAR).extend(0);
-                continue;
-            };
-            let (moved, is_whole) =
-                voxels_between(old.center + world_move, new.center, volume.voxel_size(new));
-            *by = moved.extend(0);
-            moves.are_whole &= is_whole;
-        }
-        Some(moves)
-    }
-}
-
-/// By how many of its voxels each level has moved.
-struct Moves {
-    by: [IVec4; MAX_LEVELS],
-    /// Whether these are whole ones.
-    are_whole: bool,
-}
-
-/// So many voxels are outside of any level.
-const FAR: i32 = 1_000_000;
-
-/// Parts of a voxel that are rounding.
-const ROUNDING: f32 = 1e-3;
-
-/// The number of voxels from one position to another, and whether it is a whole one but for rounding.
-fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> (IVec3, bool) {
-    let exact = (new - old) / voxel_size;
-    let voxels = exact.round();
-    if voxels.is_nan() {
-        return (IVec3::ZERO, false);
-    }
-    let far = Vec3::splat(FAR as f32);
-    let is_whole = (exact - voxels).abs().max_element() <= ROUNDING;
-    (voxels.clamp(-far, far).as_ivec3(), is_whole)
 }
 
 /// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
@@ -305,56 +227,24 @@ pub(crate) fn plan_frame(
     if pauses {
         return;
     }
-    let moves = plan.moves(volume, batches.world_move);
+    let placement = std::mem::replace(&mut plan.placement, volume.levels.clone());
+    let moves = Moves::since(&placement, volume, batches.world_move);
     let before = plan.voxelized.replace(voxelized);
     let has_changed = before.is_none_or(|before| before.fingerprint != voxelized.fingerprint);
     let lacks_slots = buffers.counts.take_lack_of(buffers.slots());
-    let are_whole = moves.as_ref().is_some_and(|moves| moves.are_whole);
-    let keeps_others = !lacks_slots && !shape.marks_visible && are_whole && {
-        let is_same = |before: Voxelized| {
-            let Voxelized {
-                fingerprint,
-                materials,
-                ..
-            } = voxelized;
-            Voxelized {
-                fingerprint,
-                materials,
-                ..before
-            } == voxelized
-        };
-        before.is_some_and(is_same)
-    };
-    let moves = moves.map(|moves| moves.by).unwrap_or_default();
+    let keeps_others = !lacks_slots
+        && !shape.marks_visible
+        && moves.as_ref().is_some_and(|moves| moves.are_whole)
+        && before.is_some_and(|before| voxelized.continues(before));
+    let has_moved = moves.as_ref().is_some_and(Moves::are_some);
     let voxelizes = (before != Some(voxelized) || !keeps_others).then(|| {
         let regions = batches.take_changed(&std::mem::take(&mut materials.changed));
-        let (resolution, levels) = (volume.settings.resolution, &volume.levels);
-        let is_whole = !keeps_others || regions.everything;
-        let dirty = if is_whole {
-            DirtyVoxels::all(resolution, levels.len())
-        } else {
-            let mut dirty = DirtyVoxels::none(resolution, levels.len());
-            dirty.mark_regions(&regions, levels);
-            for (level, by) in (0..).zip(&moves).take(levels.len()) {
-                dirty.mark_entered(level, by.truncate());
-            }
-            dirty
-        };
+        let (dirty, changes) = changes(volume, moves, keeps_others.then_some(regions));
         dirty.write(&buffers.work, VolumeBuffers::COUNTERS_SIZE, &queue);
-        uniforms.changes.set(Changes {
-            moves,
-            is_whole: u32::from(is_whole),
-        });
+        uniforms.changes.set(changes);
         uniforms.changes.write_buffer(&device, &queue);
-        if is_whole {
-            return Voxelization::Whole;
-        }
-        let moves = moves.iter().map(|by| by.truncate().cmpne(IVec3::ZERO));
-        Voxelization::Part {
-            moved: moves.fold(BVec3::FALSE, |a, b| a | b),
-        }
+        Voxelization::of(&changes)
     });
-    let has_moved = moves != [IVec4::ZERO; MAX_LEVELS];
     let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
     let frame = UniformFrame {
         volume,
@@ -391,26 +281,4 @@ pub(crate) fn plan_frame(
 fn texture_bytes(texture: &GpuImage) -> u64 {
     let size = texture.texture_descriptor.size;
     8 * u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_volume_moves_by_voxels_far_from_the_origin_too() {
-        let voxel_size = 0.3;
-        let at = |cell: f32| Vec3::new(cell * voxel_size, 0.0, -cell * voxel_size);
-        for start in [0.0_f32, 1e3, 33_333.0, 1e5] {
-            let (moved, is_whole) = voxels_between(at(start), at(start + 3.0), voxel_size);
-            assert_eq!(moved, IVec3::new(3, 0, -3), "from {start}");
-            assert_eq!(is_whole, start < 1e4, "from {start}");
-        }
-        let (part, is_whole) = voxels_between(Vec3::ZERO, Vec3::splat(0.31), voxel_size);
-        assert_eq!((part, is_whole), (IVec3::ONE, false));
-        let (far, _) = voxels_between(Vec3::ZERO, Vec3::splat(1e30), voxel_size);
-        assert_eq!(far, IVec3::splat(1_000_000));
-        let nowhere = voxels_between(Vec3::ZERO, Vec3::NAN, voxel_size);
-        assert_eq!(nowhere, (IVec3::ZERO, false));
-    }
 }

@@ -14,8 +14,8 @@ use super::super::{
     kernel::{Kernel, dispatch_voxels},
 };
 use crate::prepare::{
-    buffers::VolumeBuffers, pipelines::RequiredPipelines, plan::Voxelization,
-    uniforms::VolumeUniforms,
+    buffers::VolumeBuffers, pipelines::RequiredPipelines, uniforms::VolumeUniforms,
+    voxelization::Voxelization,
 };
 
 pub(super) struct ClearPass {

@@ -37,10 +37,11 @@ use crate::{
         mesh_batches::MeshBatches,
         mesh_group::MeshGroup,
         pipelines::RequiredPipelines,
-        plan::{FramePlan, Voxelization},
+        plan::FramePlan,
         shadow_masks::ShadowMasks,
         tiles::Tiles,
         uniforms::VolumeUniforms,
+        voxelization::Voxelization,
     },
     settings::Voxelizer,
 };
