@@ -133,7 +133,7 @@ impl MeshBatches {
             if assets.added.contains(&mesh.mesh) {
                 self.changed.add(mesh.bounds, mesh.instance.levels);
             }
-            self.deformed.add(mesh, true);
+            self.deformed.add(mesh);
         }
         let before = std::mem::replace(&mut self.deformed_before, found);
         let now = &self.deformed_before;
@@ -177,7 +177,7 @@ impl MeshBatches {
         }
         if let Some(mesh) = mesh {
             self.rigid_hash = self.rigid_hash.wrapping_add(mesh.hash);
-            self.placed.insert(entity, self.rigid.add(mesh, false));
+            self.placed.insert(entity, self.rigid.add(mesh));
         }
     }
 

@@ -12,7 +12,7 @@ use super::{
     dirty_voxels::Bounds,
     mesh_group::{LevelMask, MeshGroup},
 };
-use crate::gpu_types::{MESH_NOT_SHADOW_CASTER, MeshInstance};
+use crate::gpu_types::{MESH_NOT_SHADOW_CASTER, MESH_SKINNED, MeshInstance};
 
 /// The slabs of vertices, indices and morph targets.
 pub(super) type Slabs = [Option<MeshSlabId>; 3];
@@ -95,8 +95,8 @@ impl MeshGroups {
         }
     }
 
-    /// Adds a mesh; the bounds in the world of one that `is_deformed` are those of its triangles, too.
-    pub(super) fn add(&mut self, mesh: LocatedMesh, is_deformed: bool) -> PlacedMesh {
+    /// Adds a mesh; the bounds in the world of one that is deformed are those of its triangles, too.
+    pub(super) fn add(&mut self, mesh: LocatedMesh) -> PlacedMesh {
         self.count(&mesh.instance);
         let group = *self.by_slabs.entry(mesh.slabs).or_insert_with(|| {
             let new = MeshGroup::new(mesh.buffers);
@@ -107,6 +107,7 @@ impl MeshGroups {
             }
             empty.unwrap_or(self.groups.len() - 1)
         });
+        let is_deformed = mesh.instance.flags & MESH_SKINNED != 0 || mesh.instance.weight_count > 0;
         let everywhere = (Vec3A::ZERO, Vec3A::INFINITY);
         let bounds = is_deformed.then(|| mesh.bounds.unwrap_or(everywhere));
         PlacedMesh {
