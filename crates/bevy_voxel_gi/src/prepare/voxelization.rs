@@ -198,10 +198,8 @@ mod tests {
         let mut expected = DirtyVoxels::none(16, 1);
         expected.mark_entered(0, IVec3::new(-2, 0, 0));
         assert_eq!(dirty, expected);
-        let everything = ChangedRegions {
-            everything: true,
-            ..default()
-        };
+        let mut everything = ChangedRegions::default();
+        everything.add(None, 1);
         for regions in [None, Some(everything)] {
             let (dirty, found) = changes(&volume, Some(since(0.5, &volume)), regions);
             assert_eq!(dirty, DirtyVoxels::all(16, 1));
