@@ -155,8 +155,7 @@ fn move_about(volume: VoxelGiVolume, camera_moves: bool) {
         let (wrong, effect) = (difference(&found, &anew), difference(&before, &anew));
         println!("round {round}: {wrong:.6} of an effect of {effect:.5}");
         assert!(effect > 0.01, "round {round}: {effect}");
-        // The precision of 16-bit floats.
-        assert!(wrong < 5e-4, "round {round}: {wrong}");
+        assert!(wrong < 1e-4, "round {round}: {wrong}");
         before = found;
     }
 }
@@ -182,32 +181,6 @@ fn after_a_flight_of_cascades_the_light_is_that_of_a_new_app() {
         ..under_sky(0.5)
     };
     move_about(volume, true);
-}
-
-/// What begins to move after a rest does not make the light of all other things flicker.
-#[test]
-fn light_stays_where_it_is_while_things_far_away_move() {
-    let _gpu = gpu();
-    let mut app = app_with(|_| ());
-    room(app.world_mut());
-    let small = block(app.world_mut(), Vec3::new(1.6, 0.1, 1.5), Vec3::splat(0.1));
-    app.world_mut().spawn(under_sky(0.5));
-    app.run_until_ready(200).expect("ready");
-    settle(&mut app);
-    let rest = picture(&mut app);
-    let mut most = 0.0_f32;
-    for step in 0..20 {
-        let mut transform = app.world_mut().get_mut::<Transform>(small);
-        transform.as_mut().expect("it").translation.z = 1.5 - 0.02 * step as f32;
-        app.render_frames(1).expect("a frame");
-        let now = picture(&mut app);
-        for (x, z) in [(0.0, 0.0), (-1.0, -1.0), (-1.2, 0.4), (0.6, -1.2)] {
-            let (before, after) = (at(&rest, x, z), at(&now, x, z));
-            most = most.max((after - before).abs().max_element() / before.max_element());
-        }
-    }
-    println!("{most:.4} of the light");
-    assert!(most < 0.01, "{most}");
 }
 
 /// Cascades that fly past leave light where it is, but for the other size of their voxels.

@@ -18,7 +18,7 @@ use super::{
     mesh_group::BATCH_TRIANGLES,
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
-    settling::{Change, Pace, SettlingClock},
+    settling::{Pace, SettlingClock},
     shadow_masks,
     tiles::Tiles,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
@@ -184,20 +184,14 @@ pub(crate) fn plan_frame(
     if is_fresh || fingerprint != plan.fingerprint || volume.own_settings != plan.settings {
         plan.fingerprint = fingerprint;
         plan.settings.clone_from(&volume.own_settings);
-        let change = if plan.has_moved(volume) {
-            Change::Placement
-        } else if plan.voxelized == Some(voxelized) {
-            Change::Light
-        } else {
-            Change::Scene
-        };
-        plan.clock.change(pace, change);
+        let has_moved = plan.has_moved(volume);
+        plan.clock.change(pace, has_moved);
     }
     let mut made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
     if let (Some(made), Some(former)) = (&made, former) {
         made.copy_light(former, &device, &queue);
         plan.voxelized = None;
-        plan.clock.change(pace, Change::Scene);
+        plan.clock.change(pace, false);
     }
     if has_shadow_masks
         && let Some(buffers) = made.as_mut().or(buffers.as_deref_mut())

@@ -1,7 +1,7 @@
 //! The settling clock: counts the frames in which light is computed, and says when it has settled.
 //!
-//! Light settles after a restart, which begins with the first ray set and a new mean, and after a change, which continues
-//! with both; after a pause it begins with the first ray set, so that the same change settles to the same light. Time is counted in rounds, in each of which every voxel is updated once.
+//! Light settles after a restart, which begins with the first ray set and a new mean, and after a change,
+//! which continues with both. Time is counted in rounds, in each of which every voxel is updated once.
 
 /// Rounds over which the light that pixels read is averaged, as an exponential mean, while things change.
 const HISTORY: u32 = 8;
@@ -21,10 +21,6 @@ const CHANGING: u32 = 16;
 /// took a few frames to arrive settle to the same light as those that arrived at once.
 const SETTLE_STEP: u32 = 16;
 
-/// Number of rounds as which the mean counts when something moves after a pause: light that stays as it is must not
-/// flicker, and what changes is to be there soon.
-const KEPT: u32 = 2;
-
 /// Rounds after a restart in which bounces propagate before averaging starts.
 const WARM_UP: u32 = 4;
 
@@ -37,21 +33,10 @@ pub(crate) struct Pace {
     pub rounds: u32,
 }
 
-/// What has changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
-    /// Light sources or settings: nearly all light is another one.
-    Light,
-    /// Meshes or materials: most light stays as it is.
-    Scene,
-    /// The volume has moved: light stays as it is.
-    Placement,
-}
-
 /// See the module documentation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SettlingClock {
-    /// Frames since a change after a pause. It determines the directions of rays, so the same
+    /// Frames since a restart by a change after a pause. It determines the directions of rays, so the same
     /// change always settles to the same light.
     frame: u32,
     /// Frames since the light was last restarted.
@@ -63,15 +48,12 @@ pub(crate) struct SettlingClock {
 }
 
 impl SettlingClock {
-    /// Something that the light depends on has changed.
-    pub(crate) fn change(&mut self, pace: Pace, change: Change) {
-        if self.since_change > HISTORY * pace.interval && change != Change::Placement {
+    /// Something that the light depends on has changed. After a pause the light is restarted, unless the
+    /// volume has moved: then it keeps its light.
+    pub(crate) fn change(&mut self, pace: Pace, has_moved: bool) {
+        if self.since_change > HISTORY * pace.interval && !has_moved {
+            self.since_restart = 0;
             self.frame = 0;
-            let kept = match change {
-                Change::Light => 0,
-                _ => WARM_UP + KEPT,
-            };
-            self.since_restart = self.since_restart.min(kept * pace.interval);
         }
         self.since_change = 0;
         self.unsettled = pace.rounds * pace.interval;
@@ -132,7 +114,7 @@ mod tests {
         for interval in [1, 2, 3, 16] {
             let pace = Pace { interval, ..PACE };
             let mut clock = SettlingClock::default();
-            clock.change(pace, Change::Light);
+            clock.change(pace, false);
             assert_eq!(settle(&mut clock, pace), 48 * interval);
         }
     }
@@ -140,32 +122,19 @@ mod tests {
     #[test]
     fn a_change_after_a_pause_restarts_the_light() {
         let mut clock = SettlingClock::default();
-        clock.change(PACE, Change::Light);
+        clock.change(PACE, false);
         let fresh = clock.clone();
         settle(&mut clock, PACE);
-        clock.change(PACE, Change::Light);
+        clock.change(PACE, false);
         assert_eq!(clock, fresh);
-    }
-
-    #[test]
-    fn a_thing_that_moves_after_a_pause_keeps_a_part_of_the_mean() {
-        let mut clock = SettlingClock::default();
-        clock.change(PACE, Change::Light);
-        settle(&mut clock, PACE);
-        clock.change(PACE, Change::Scene);
-        assert_eq!((clock.frame(), clock.blend(PACE)), (0, 1.0 / 3.0));
-        clock.advance();
-        clock.change(PACE, Change::Scene);
-        assert_eq!((clock.frame(), clock.blend(PACE)), (1, 1.0 / 4.0));
-        assert_eq!(settle(&mut clock, PACE), 47);
     }
 
     #[test]
     fn a_volume_that_moves_keeps_its_mean() {
         let mut clock = SettlingClock::default();
-        clock.change(PACE, Change::Light);
+        clock.change(PACE, false);
         settle(&mut clock, PACE);
-        clock.change(PACE, Change::Placement);
+        clock.change(PACE, true);
         assert_eq!((clock.frame(), clock.blend(PACE)), (48, 1.0 / 8.0));
         assert!(clock.is_changing(PACE) && !clock.has_settled(PACE));
     }
@@ -174,7 +143,7 @@ mod tests {
     fn continuous_changes_do_not_restart_the_light() {
         let mut clock = SettlingClock::default();
         for frame in 0..100 {
-            clock.change(PACE, Change::Light);
+            clock.change(PACE, false);
             assert_eq!(clock.frame(), frame);
             clock.advance();
         }
@@ -186,7 +155,7 @@ mod tests {
     #[test]
     fn the_mean_grows_long_after_a_change() {
         let mut clock = SettlingClock::default();
-        clock.change(PACE, Change::Light);
+        clock.change(PACE, false);
         let mut blends = (0..100).map(|_| {
             let blend = clock.blend(PACE);
             clock.advance();
@@ -200,7 +169,7 @@ mod tests {
     #[test]
     fn the_mean_starts_after_the_bounces() {
         let mut clock = SettlingClock::default();
-        clock.change(PACE, Change::Light);
+        clock.change(PACE, false);
         let blends: Vec<_> = (0..16)
             .map(|_| {
                 let blend = clock.blend(PACE);
