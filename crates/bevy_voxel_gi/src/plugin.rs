@@ -188,7 +188,6 @@ impl Plugin for VoxelGiPlugin {
                 Render,
                 (
                     note_assets.in_set(RenderSystems::ExtractCommands),
-                    receive::write_anchor.in_set(RenderSystems::PrepareResources),
                     (collect_mesh_batches, prepare_materials, plan_frame)
                         .chain()
                         .in_set(RenderSystems::PrepareResources),

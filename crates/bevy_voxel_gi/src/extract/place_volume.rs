@@ -146,7 +146,6 @@ pub(crate) fn place_volume(
     let name = |volume| names.get(volume).map(|it| it.to_string());
     let volumes = all.len();
     let mut levels = Vec::new();
-    let mut first_anchor = None;
     for (owner, own, transform, own_layers, _) in all {
         let own = clamped(&own);
         if *own_layers.unwrap_or_default() != layers {
@@ -174,7 +173,6 @@ pub(crate) fn place_volume(
             .and_then(|entity| transforms.get(entity).ok())
             .unwrap_or(transform)
             .translation();
-        first_anchor.get_or_insert(anchor);
         levels.extend((0..own.cascades).map(|cascade| PlacedLevel {
             owner,
             center: snapped(anchor, &own, cascade, resolution),
@@ -237,7 +235,6 @@ pub(crate) fn place_volume(
         has_had_cascades: active.has_had_cascades,
         has_had_levels: active.has_had_levels,
         levels,
-        anchor: first_anchor.unwrap_or_default(),
         settings,
         own_settings,
         texture,

@@ -33,8 +33,6 @@ pub(crate) struct PlacedVolume {
     pub own_settings: VoxelGiSettings,
     /// All volumes and cascades, the smallest first, never empty; then the levels around them.
     pub levels: Vec<PlacedLevel>,
-    /// What the cascades of the first volume are around, which they follow by whole voxels.
-    pub anchor: Vec3,
     /// The texture that Bevy samples; see [`texture_size`](super::texture::texture_size).
     pub texture: Handle<Image>,
     /// Whether the patch of Bevy's shader applies; else the texture is that of a plain irradiance volume.
@@ -168,7 +166,6 @@ impl PlacedVolume {
             settings: default(),
             own_settings: default(),
             levels,
-            anchor: Vec3::ZERO,
             texture: default(),
             patched: true,
             has_had_cascades: false,

@@ -1,11 +1,9 @@
 //! The receiver: what Bevy's irradiance volumes call where the texture is that of a
 //! [`VoxelGiVolume`](crate::VoxelGiVolume).
 
-mod anchor;
 pub(crate) mod features;
 mod patch;
 
-pub(crate) use anchor::write_anchor;
 pub(crate) use patch::{
     ENVIRONMENT_PATCH, LIGHTING_PATCH, RECEIVER_PATCH, environment_patch, lighting_patch,
     receiver_patch,
