@@ -13,11 +13,13 @@ use bevy_voxel_gi::reference::noise::{WallSample, wall_noise};
 use serde::Deserialize;
 
 use crate::{
-    boxes::solids::visible_walls,
+    path_tracer::Gloss,
     stage::{SceneCamera, SceneDirectionalLight, ScenePointLight, Stage, volume_around},
 };
 
-pub use crate::boxes::solids::{spawn_box_scene, spawn_boxes_and_lights, trace, trace_receivers};
+pub use crate::boxes::solids::{
+    spawn_box_scene, spawn_boxes_and_lights, trace, trace_receivers, visible_walls,
+};
 
 mod solids;
 #[cfg(test)]
@@ -80,7 +82,7 @@ pub struct BoxScene {
     pub camera: SceneCamera,
 }
 
-/// A Lambertian box.
+/// A box, Lambertian unless it has gloss.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct SceneBox {
     /// The centre of the box in metres.
@@ -92,12 +94,40 @@ pub struct SceneBox {
     /// The rotation about Y in degrees, counter-clockwise seen from above. Default 0.
     #[serde(default)]
     pub rotate_y_deg: f32,
+    /// Its gloss. Default none.
+    #[serde(default)]
+    pub gloss: Option<BoxGloss>,
+}
+
+/// The gloss of a box, in the terms of `StandardMaterial`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct BoxGloss {
+    /// The perceptual roughness, 0.089 to 1.
+    pub roughness: f32,
+    /// The specular reflectance of what is no metal, 0.36 to 1.
+    pub reflectance: f32,
+    /// Whether it is a metal, which reflects its albedo without diffuse light.
+    pub is_metal: bool,
 }
 
 impl SceneBox {
     /// The rotation about Y.
     pub fn rotation(&self) -> Quat {
         Quat::from_rotation_y(self.rotate_y_deg.to_radians())
+    }
+}
+
+impl BoxGloss {
+    /// The specular lobe of a box of this albedo.
+    pub fn lobe(&self, albedo: Vec3) -> Gloss {
+        Gloss {
+            roughness: self.roughness,
+            f0: if self.is_metal {
+                albedo
+            } else {
+                Vec3::splat(0.16 * self.reflectance.powi(2))
+            },
+        }
     }
 }
 

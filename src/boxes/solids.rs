@@ -6,8 +6,8 @@ use bevy::{
 };
 
 use crate::{
-    boxes::{BoxScene, SceneBox},
-    path_tracer::{self, Hit, Ray, Receiver, Surfaces, TraceSettings, TracedPicture, View},
+    boxes::{BoxGloss, BoxScene, SceneBox},
+    path_tracer::{self, Gloss, Hit, Ray, Receiver, Surfaces, TraceSettings, TracedPicture, View},
     stage::{spawn_camera, spawn_lights},
 };
 
@@ -46,16 +46,19 @@ pub(super) struct Solid {
     center: Vec3,
     half: Vec3,
     albedo: Vec3,
+    gloss: Option<Gloss>,
     /// From its axes to those of the world.
     pub axes: Mat3,
 }
 
 impl Solid {
     fn new(part: &SceneBox) -> Self {
+        let is_metal = part.gloss.is_some_and(|gloss| gloss.is_metal);
         Self {
             center: part.center,
             half: part.half,
-            albedo: part.albedo,
+            albedo: if is_metal { Vec3::ZERO } else { part.albedo },
+            gloss: part.gloss.map(|gloss| gloss.lobe(part.albedo)),
             axes: Mat3::from_quat(part.rotation()),
         }
     }
@@ -99,6 +102,7 @@ impl Solid {
             face_normal: normal,
             normal,
             albedo: if is_outside { self.albedo } else { Vec3::ZERO },
+            gloss: self.gloss.filter(|_| is_outside),
             emission: Vec3::ZERO,
         })
     }
@@ -158,15 +162,24 @@ fn wall(solids: &[Solid], ray: Ray) -> Option<WallPoint> {
     })
 }
 
+/// No gloss.
+const MATT: BoxGloss = BoxGloss {
+    roughness: 1.0,
+    reflectance: 0.0,
+    is_metal: false,
+};
+
 /// Spawns boxes and lights in the scene's units, boxes first; the sky is left out.
 pub fn spawn_boxes_and_lights(world: &mut World, scene: &BoxScene) -> Vec<Entity> {
     let mut spawned = Vec::new();
     let mesh = world.add_asset(Cuboid::from_size(Vec3::splat(2.0)));
     for part in &scene.boxes {
+        let gloss = part.gloss.unwrap_or(MATT);
         let material = world.add_asset::<StandardMaterial>(StandardMaterial {
             base_color: LinearRgba::from_vec3(part.albedo).into(),
-            perceptual_roughness: 1.0,
-            reflectance: 0.0,
+            perceptual_roughness: gloss.roughness,
+            reflectance: gloss.reflectance,
+            metallic: f32::from(u8::from(gloss.is_metal)),
             ..default()
         });
         let entity = world.spawn((

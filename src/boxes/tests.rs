@@ -21,6 +21,7 @@ fn block_on_floor(albedo: f32) -> BoxScene {
         half,
         albedo: Vec3::splat(albedo),
         rotate_y_deg,
+        gloss: None,
     })
     .into();
     scene
@@ -120,6 +121,7 @@ fn lights_light_and_shade_as_the_law_has_it() {
         half: Vec3::new(60.0, 0.1, 60.0),
         albedo: Vec3::ONE,
         rotate_y_deg: 0.0,
+        gloss: None,
     });
     scene.camera.eye = Vec3::new(0.0, 0.6, 2.0);
     let dark = trace(&scene, &settings);
@@ -246,4 +248,78 @@ fn it_agrees_with_another_path_tracer() {
             assert!(found.bias.abs() < 0.01, "{name} {part}: {found:?}");
         }
     }
+}
+
+/// A glossy floor alone: [`block_on_floor`] without blocks, under an even sky of radiance 1.
+fn glossy_floor(albedo: f32, gloss: BoxGloss) -> BoxScene {
+    let mut scene = block_on_floor(albedo);
+    scene.boxes.truncate(1);
+    scene.boxes[0].gloss = Some(gloss);
+    scene.sky_radiance = Vec3::ONE;
+    scene.camera.eye = Vec3::new(0.0, 8.0, 0.0);
+    scene.camera.target = Vec3::ZERO;
+    scene.camera.up = Vec3::NEG_Z;
+    scene
+}
+
+#[test]
+fn gloss_reflects_an_even_sky_on_top_of_diffuse_light() {
+    // Seen along the normal, where reflectance is that of F0 less what microfacets shadow.
+    let gloss = BoxGloss {
+        roughness: 0.3,
+        reflectance: 1.0,
+        is_metal: false,
+    };
+    let picture = trace(&glossy_floor(0.5, gloss), &TraceSettings::default());
+    let (light, specular) = (mean(&picture.indirect).x, mean(&picture.specular).x);
+    assert!((specular / 0.16 - 1.0).abs() < 0.03, "{specular}");
+    assert!((light - 0.5 - specular).abs() < 5e-3, "{light}");
+    let metal = BoxGloss {
+        is_metal: true,
+        ..gloss
+    };
+    let picture = trace(&glossy_floor(0.5, metal), &TraceSettings::default());
+    assert_eq!(picture.indirect, picture.specular);
+    let specular = mean(&picture.specular).x;
+    assert!((specular / 0.5 - 1.0).abs() < 0.02, "{specular}");
+}
+
+#[test]
+fn a_smooth_floor_mirrors_what_stands_on_it() {
+    // A white metal before a black wall, above which there is the sky.
+    let gloss = BoxGloss {
+        roughness: 0.0,
+        reflectance: 0.5,
+        is_metal: true,
+    };
+    let mut scene = glossy_floor(1.0, gloss);
+    scene.boxes.push(SceneBox {
+        center: Vec3::new(0.0, 5.0, -10.1),
+        half: Vec3::new(40.0, 5.0, 0.1),
+        albedo: Vec3::ZERO,
+        rotate_y_deg: 0.0,
+        gloss: None,
+    });
+    scene.camera.eye = Vec3::new(0.0, 8.0, 0.0);
+    scene.camera.target = Vec3::new(0.0, 0.0, -4.0);
+    scene.camera.up = Vec3::Y;
+    let picture = trace(&scene, &TraceSettings::default());
+    let view = crate::path_tracer::View::new(&scene.camera);
+    let mut checked = 0;
+    for (index, specular) in picture.specular.iter().enumerate() {
+        let pixel = bevy::math::Vec2::new((index % 32) as f32, (index / 32) as f32) + 0.5;
+        let ray = view.ray(pixel);
+        let on_floor = ray.origin - ray.direction * (ray.origin.y / ray.direction.y);
+        if on_floor.z < -9.0 {
+            continue;
+        }
+        let height = (on_floor.z + 10.0) / -ray.direction.z * -ray.direction.y;
+        if (height - 10.0).abs() < 1.0 || ray.direction.z >= 0.0 {
+            continue;
+        }
+        let expected = if height < 10.0 { 0.0 } else { 1.0 };
+        assert!((specular.x - expected).abs() < 0.1, "{on_floor} {specular}");
+        checked += 1;
+    }
+    assert!(checked > 300, "{checked}");
 }

@@ -147,6 +147,7 @@ impl Surfaces for Triangles {
             face_normal: side * front,
             normal: side * normal.normalize_or(front),
             albedo,
+            gloss: None,
             emission: if is_front {
                 self.emission(triangle, found.weights)
             } else {

@@ -5,7 +5,10 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use bevy::math::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::stage::{SceneCamera, Stage};
+use crate::{
+    path_tracer::gloss::Gloss,
+    stage::{SceneCamera, Stage},
+};
 
 /// How well light is traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,42 +60,72 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
     }
 
     /// Radiance that a surface reflects of point and directional lights, without detours.
-    pub fn direct(&self, hit: &Hit) -> Vec3 {
-        hit.albedo / PI * self.delta_lights(hit)
+    pub fn direct(&self, hit: &Hit, to_viewer: Vec3) -> Vec3 {
+        self.delta_lights(hit, to_viewer).total()
     }
 
     /// Radiance that a surface reflects of all else, by one path whose first direction is a point of the unit
     /// square.
-    pub fn indirect(&self, hit: Hit, first: Vec2, random: &mut Random) -> Vec3 {
-        let emitted = hit.albedo / PI * self.area_lights(&hit, random);
-        emitted + self.path(hit, first, random)
+    pub fn indirect(
+        &self,
+        hit: Hit,
+        to_viewer: Vec3,
+        first: Vec2,
+        random: &mut Random,
+    ) -> Reflected {
+        let emitted = self.area_lights(&hit, to_viewer, random);
+        let path = self.path(hit, to_viewer, first, random);
+        Reflected {
+            diffuse: emitted.diffuse + path.diffuse,
+            specular: emitted.specular + path.specular,
+        }
     }
 
     /// Radiance that a surface has from other surfaces and the sky, by one path, without next-event estimation at its
     /// first point.
-    fn path(&self, mut hit: Hit, first: Vec2, random: &mut Random) -> Vec3 {
+    fn path(
+        &self,
+        mut hit: Hit,
+        mut to_viewer: Vec3,
+        first: Vec2,
+        random: &mut Random,
+    ) -> Reflected {
         let mut sum = Vec3::ZERO;
-        let mut throughput = hit.albedo;
+        let mut throughput = Vec3::ONE;
+        let mut lobes = None;
         let mut first = Some(first);
         for depth in 2..=self.settings.depth {
             let at = first.take().unwrap_or_else(|| random.point());
-            let direction = cosine_direction(hit.normal, at);
-            let cosine = hit.normal.dot(direction);
+            let Some(scattered) = hit.scatter(to_viewer, at, random) else {
+                break;
+            };
+            let Scattered { direction, pdf, .. } = scattered;
+            // What is reflected first is all in the two lobes, so that they can be told apart.
+            match lobes {
+                None => lobes = Some(scattered.reflected),
+                Some(_) => throughput *= scattered.reflected.total(),
+            }
+            let of_first = lobes.unwrap_or_default();
             match self.surfaces.closest(hit.ray(direction)) {
-                None => return sum + throughput * self.stage.sky(direction),
+                None => {
+                    sum += throughput * self.stage.sky(direction);
+                    break;
+                }
                 Some(next) => hit = next,
             }
+            to_viewer = -direction;
             if hit.emission != Vec3::ZERO {
-                let bsdf_pdf = cosine * FRAC_1_PI;
                 let light_pdf = self.light_pdf(&hit, direction);
-                sum += throughput * hit.emission * bsdf_pdf / (bsdf_pdf + light_pdf);
+                sum += throughput * hit.emission * pdf / (pdf + light_pdf);
             }
             if depth < self.settings.depth {
-                let light = self.delta_lights(&hit) + self.area_lights(&hit, random);
-                sum += throughput * hit.albedo / PI * light;
+                let light = self.delta_lights(&hit, to_viewer).total()
+                    + self.area_lights(&hit, to_viewer, random).total();
+                sum += throughput * light;
             }
-            throughput *= hit.albedo;
-            let survival = throughput.max_element().min(MAX_SURVIVAL);
+            let survival = (throughput * of_first.total() * hit.albedo_of_all(to_viewer))
+                .max_element()
+                .min(MAX_SURVIVAL);
             if survival <= 0.0 {
                 break;
             }
@@ -103,58 +136,65 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
                 throughput /= survival;
             }
         }
-        sum
+        let of_first = lobes.unwrap_or_default();
+        Reflected {
+            diffuse: of_first.diffuse * sum,
+            specular: of_first.specular * sum,
+        }
     }
 
-    /// Illuminance by point and directional lights in lux.
-    fn delta_lights(&self, hit: &Hit) -> Vec3 {
-        let mut sum = Vec3::ZERO;
+    /// Radiance that a surface reflects of point and directional lights.
+    fn delta_lights(&self, hit: &Hit, to_viewer: Vec3) -> Reflected {
+        let mut sum = Reflected::default();
         for light in &self.stage.point_lights {
             let to_light = light.position - hit.position;
             let distance = to_light.length();
             let direction = to_light / distance;
             let cosine = hit.normal.dot(direction);
             if cosine > 0.0 && !self.surfaces.blocked(hit.ray(direction), distance) {
-                sum += light.intensity_cd * cosine / (distance * distance);
+                let illuminance = light.intensity_cd * cosine / (distance * distance);
+                sum.add(hit.brdf(to_viewer, direction), illuminance);
             }
         }
         for sun in &self.stage.directional_lights {
             let direction = -sun.direction.normalize();
             let cosine = hit.normal.dot(direction);
             if cosine > 0.0 && !self.surfaces.blocked(hit.ray(direction), f32::INFINITY) {
-                sum += sun.illuminance_lux * cosine;
+                sum.add(hit.brdf(to_viewer, direction), sun.illuminance_lux * cosine);
             }
         }
         sum
     }
 
-    /// Next-event estimation of the emissive surfaces: illuminance in lux by a sampled point of them, weighted by
-    /// multiple importance sampling.
-    fn area_lights(&self, hit: &Hit, random: &mut Random) -> Vec3 {
-        if self.emissive_area <= 0.0 || hit.albedo == Vec3::ZERO {
-            return Vec3::ZERO;
+    /// Next-event estimation of the emissive surfaces: radiance that a surface reflects of a sampled point of them,
+    /// weighted by multiple importance sampling.
+    fn area_lights(&self, hit: &Hit, to_viewer: Vec3, random: &mut Random) -> Reflected {
+        let mut sum = Reflected::default();
+        if self.emissive_area <= 0.0 || hit.albedo == Vec3::ZERO && hit.gloss.is_none() {
+            return sum;
         }
         let at = [random.unit(), random.unit(), random.unit()];
         let Some(light) = self.surfaces.sample_light(at) else {
-            return Vec3::ZERO;
+            return sum;
         };
         let to_light = light.position - hit.position;
         let distance = to_light.length();
         let direction = to_light / distance;
         let (cosine, light_cosine) = (hit.normal.dot(direction), -light.normal.dot(direction));
         if cosine <= 0.0 || light_cosine <= 0.0 || distance <= 2.0 * OFFSET {
-            return Vec3::ZERO;
+            return sum;
         }
         if self
             .surfaces
             .blocked(hit.ray(direction), distance - 2.0 * OFFSET)
         {
-            return Vec3::ZERO;
+            return sum;
         }
         let light_pdf = distance * distance / (light_cosine * self.emissive_area);
-        let bsdf_pdf = cosine * FRAC_1_PI;
         // The weight of the balance heuristic over the sample's density.
-        light.emission * cosine / (light_pdf + bsdf_pdf)
+        let weighted = light.emission * cosine / (light_pdf + hit.pdf(to_viewer, direction));
+        sum.add(hit.brdf(to_viewer, direction), weighted);
+        sum
     }
 
     /// The density of directions, per steradian, with which next-event estimation samples a hit.
@@ -208,6 +248,8 @@ pub struct Hit {
     pub normal: Vec3,
     /// Diffuse albedo per channel, 0 to 1.
     pub albedo: Vec3,
+    /// The specular lobe, if there is one.
+    pub gloss: Option<Gloss>,
     /// Radiance that the surface emits, in cd/m².
     pub emission: Vec3,
 }
@@ -220,6 +262,102 @@ impl Hit {
             direction,
         }
     }
+
+    /// Radiance that each lobe reflects to the viewer per illuminance from a direction.
+    fn brdf(&self, to_viewer: Vec3, direction: Vec3) -> Reflected {
+        Reflected {
+            diffuse: self.albedo / PI,
+            specular: self.gloss.map_or(Vec3::ZERO, |gloss| {
+                gloss.brdf(self.normal, to_viewer, direction)
+            }),
+        }
+    }
+
+    /// The probability with which directions are sampled from the specular lobe.
+    fn specular_share(&self) -> f32 {
+        match self.gloss {
+            None => 0.0,
+            Some(_) if self.albedo == Vec3::ZERO => 1.0,
+            Some(_) => 0.5,
+        }
+    }
+
+    /// The density of sampled directions, per steradian.
+    fn pdf(&self, to_viewer: Vec3, direction: Vec3) -> f32 {
+        let diffuse = self.normal.dot(direction) * FRAC_1_PI;
+        match self.gloss {
+            None => diffuse,
+            Some(gloss) => {
+                let specular = gloss.pdf(self.normal, to_viewer, direction);
+                diffuse + self.specular_share() * (specular - diffuse)
+            }
+        }
+    }
+
+    /// Samples a direction, from the diffuse lobe by a point of the unit square; `None` if it does not leave the surface.
+    fn scatter(&self, to_viewer: Vec3, at: Vec2, random: &mut Random) -> Option<Scattered> {
+        let Some(gloss) = self.gloss else {
+            let direction = cosine_direction(self.normal, at);
+            return Some(Scattered {
+                direction,
+                pdf: self.normal.dot(direction) * FRAC_1_PI,
+                reflected: Reflected {
+                    diffuse: self.albedo,
+                    specular: Vec3::ZERO,
+                },
+            });
+        };
+        let direction = if random.unit() < self.specular_share() {
+            gloss.sample(self.normal, to_viewer, at)?
+        } else {
+            cosine_direction(self.normal, at)
+        };
+        let pdf = self.pdf(to_viewer, direction);
+        let mut reflected = Reflected::default();
+        let weight = Vec3::splat(self.normal.dot(direction) / pdf.max(1e-6));
+        reflected.add(self.brdf(to_viewer, direction), weight);
+        Some(Scattered {
+            direction,
+            pdf,
+            reflected,
+        })
+    }
+
+    /// About the share of light that it reflects, for Russian roulette.
+    fn albedo_of_all(&self, to_viewer: Vec3) -> Vec3 {
+        let Some(gloss) = self.gloss else {
+            return self.albedo;
+        };
+        let grazing = (1.0 - self.normal.dot(to_viewer).clamp(0.0, 1.0)).powi(5);
+        self.albedo + gloss.f0 + (1.0 - gloss.f0) * grazing
+    }
+}
+
+/// What the lobes of a surface reflect: radiance, or a share of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reflected {
+    pub diffuse: Vec3,
+    pub specular: Vec3,
+}
+
+impl Reflected {
+    pub fn total(self) -> Vec3 {
+        self.diffuse + self.specular
+    }
+
+    fn add(&mut self, brdf: Self, illuminance: Vec3) {
+        self.diffuse += brdf.diffuse * illuminance;
+        self.specular += brdf.specular * illuminance;
+    }
+}
+
+/// A sampled direction in which a path goes on.
+struct Scattered {
+    direction: Vec3,
+    /// Its density per steradian.
+    pdf: f32,
+    /// The shares of the light from there that are reflected, over its density.
+    reflected: Reflected,
 }
 
 /// A point of an emissive surface.
@@ -330,9 +468,11 @@ pub fn trace_receivers(
                 face_normal: normal,
                 normal,
                 albedo: Vec3::ONE,
+                gloss: None,
                 emission: Vec3::ZERO,
             };
-            sum += tracer.indirect(hit, sequence.point(sample), &mut random);
+            let light = tracer.indirect(hit, normal, sequence.point(sample), &mut random);
+            sum += light.total();
             points += 1;
         }
         (points > 0).then(|| sum / points as f32)
@@ -352,6 +492,8 @@ pub struct TracedPicture {
     /// All else that visible surfaces reflect: light of other surfaces, those that emit included, and of the
     /// sky. What visible surfaces emit themselves is only in `total`; 0 where no surface is seen.
     pub indirect: Vec<Vec3>,
+    /// What of `indirect` their specular lobes reflect.
+    pub specular: Vec<Vec3>,
 }
 
 /// The scene as its camera sees it, traced on all cores.
@@ -368,6 +510,7 @@ pub fn trace(surfaces: &impl Surfaces, stage: &Stage, settings: &TraceSettings) 
         total: pixels.iter().map(|p| p.total).collect(),
         direct: pixels.iter().map(|p| p.direct).collect(),
         indirect: pixels.iter().map(|p| p.indirect).collect(),
+        specular: pixels.iter().map(|p| p.specular).collect(),
     }
 }
 
@@ -376,6 +519,7 @@ struct Pixel {
     total: Vec3,
     direct: Vec3,
     indirect: Vec3,
+    specular: Vec3,
 }
 
 fn pixel<S: Surfaces>(tracer: &Tracer<S>, view: &View, index: u32) -> Pixel {
@@ -394,17 +538,20 @@ fn pixel<S: Surfaces>(tracer: &Tracer<S>, view: &View, index: u32) -> Pixel {
             sum.total += stage.sky(ray.direction);
             continue;
         };
-        let direct = tracer.direct(&hit);
-        let indirect = tracer.indirect(hit, sequence.point(sample), &mut random);
+        let to_viewer = -ray.direction;
+        let direct = tracer.direct(&hit, to_viewer);
+        let indirect = tracer.indirect(hit, to_viewer, sequence.point(sample), &mut random);
         sum.direct += direct;
-        sum.indirect += indirect;
-        sum.total += hit.emission + direct + indirect;
+        sum.indirect += indirect.total();
+        sum.specular += indirect.specular;
+        sum.total += hit.emission + direct + indirect.total();
     }
     let scale = 1.0 / settings.samples as f32;
     Pixel {
         total: scale * sum.total,
         direct: scale * sum.direct,
         indirect: scale * sum.indirect,
+        specular: scale * sum.specular,
     }
 }
 

@@ -96,6 +96,7 @@ pub(crate) struct MeshInstance {
     pub vertex_count: u32,
     pub first_weights: u32,
     pub weight_count: u32,
+    pub levels: u32,
 }
 
 pub(crate) const MESH_SKINNED: u32 = 1;
@@ -112,11 +113,18 @@ pub(crate) const COLORS_UNORM8: u32 = 2048;
 pub(crate) const COLORS_FLOAT16: u32 = 4096;
 pub(crate) const COLORS_UNORM16: u32 = 6144;
 
-/// Up to 64 triangles of a mesh in one level, for one workgroup.
+/// Up to 64 triangles of a mesh.
 #[derive(ShaderType, Clone, Copy, Debug)]
-pub(crate) struct TriangleBatch {
+pub(crate) struct MeshBatch {
+    pub low: Vec3,
     pub instance: u32,
+    pub high: Vec3,
     pub first_triangle: u32,
-    pub level: u32,
-    pub pad: u32,
+}
+
+/// What has changed since the scene was voxelised last.
+#[derive(ShaderType, Clone, Copy, Debug, Default)]
+pub(crate) struct Changes {
+    pub moves: [IVec4; MAX_LEVELS],
+    pub is_whole: u32,
 }

@@ -85,10 +85,13 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "shaders/traverse.wesl");
         load_shader_library!(app, "shaders/voxel.wesl");
         load_shader_library!(app, "receive/coverage.wesl");
+        load_shader_library!(app, "receive/plane.wesl");
         load_shader_library!(app, "receive/receive.wesl");
+        load_shader_library!(app, "receive/specular.wesl");
         load_shader_library!(app, "receive/visibility.wesl");
         app.patch_shader(receive::receiver_patch())
             .patch_shader(receive::lighting_patch())
+            .patch_shader(receive::environment_patch())
             .register_type::<VoxelGiSettings>()
             .register_type::<VoxelGiVolume>()
             .register_type::<Follow>()

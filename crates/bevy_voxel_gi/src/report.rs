@@ -14,6 +14,9 @@ pub struct VoxelGiReport {
     pub memory: u64,
     /// Number of triangles in the volume.
     pub triangles: u64,
+    /// Number of triangles that were voxelised when something last changed, in all levels: those near what has changed.
+    /// It counts whole batches of 64, and is some frames late.
+    pub voxelized_triangles: u64,
     /// Whether the patch of Bevy's shader applies; else the volume is read as a plain irradiance volume.
     pub receiver_patched: bool,
 }

@@ -53,6 +53,7 @@ fn span(low: [f32; 3], high: [f32; 3], albedo: Vec3) -> SceneBox {
         half: 0.5 * (high - low),
         albedo,
         rotate_y_deg: 0.0,
+        gloss: None,
     }
 }
 

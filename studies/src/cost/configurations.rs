@@ -71,7 +71,10 @@ impl Configuration {
             Kind::Gi(settings, volume) => {
                 let default = VoxelGiSettings::default();
                 let has_cascades = volume.cascades > 1;
-                *settings == default || settings.receiver != default.receiver || has_cascades
+                *settings == default
+                    || settings.receiver != default.receiver
+                    || settings.specular_light
+                    || has_cascades
             }
             // Nothing is resolved.
             Kind::FrameBuffer(quality) => *quality != FrameBufferQuality::Compact,
@@ -241,10 +244,16 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         receiver: Receiver::PerPixel,
         ..default()
     };
+    let specular = VoxelGiSettings {
+        specular_light: true,
+        ..default()
+    };
     [
         gi("trace", default(), &Scene::MATERIALS),
         gi("trace 4 bounces", trace(Bounces::Count(4)), base),
         gi("trace per pixel", per_pixel, &Scene::MATERIALS),
+        gi("trace specular", specular.clone(), &Scene::MATERIALS),
+        gi_in(default(), "trace specular cascades", specular, base),
         gi_in(default(), "trace cascades", default(), base),
         gi(
             "trace fragment_clipping",

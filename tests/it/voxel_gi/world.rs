@@ -213,6 +213,7 @@ fn under_a_bright_quarter() -> BoxScene {
         half: half.into(),
         albedo: Vec3::splat(albedo),
         rotate_y_deg,
+        gloss: None,
     };
     let mut scene = cornell_box();
     scene.boxes = vec![

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     gpu_types::{MAX_LEVELS, MAX_LIT_LEVELS},
-    prepare::buffers::largest_buffer,
+    prepare::buffers::{largest_buffer, most_bytes},
     settings::{Solver, VoxelLight},
 };
 
@@ -54,10 +54,7 @@ pub(crate) fn place_outer_levels(
         return;
     };
     let mut outer = outer_levels(largest, bounds, resolution);
-    let limits = device.limits();
-    let most_bytes = limits
-        .max_storage_buffer_binding_size
-        .min(limits.max_buffer_size);
+    let most_bytes = most_bytes(&device);
     let lit = volume.levels.len();
     while !outer.is_empty()
         && largest_buffer(&volume.settings, resolution, (lit + outer.len()) as u64) > most_bytes

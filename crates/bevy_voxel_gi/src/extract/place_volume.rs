@@ -21,7 +21,7 @@ use super::{
 use crate::{
     budget::BudgetChoice,
     gpu_types::MAX_LIT_LEVELS,
-    receive::{LIGHTING_PATCH, RECEIVER_PATCH},
+    receive::{ENVIRONMENT_PATCH, LIGHTING_PATCH, RECEIVER_PATCH},
     settings::{Follow, Receiver, VoxelAlbedo, VoxelGiSettings, VoxelGiVolume},
 };
 
@@ -111,6 +111,14 @@ pub(crate) fn place_volume(
             "voxel GI: Bevy's lighting is not the one this plugin was made for, so \
              `affects_lightmapped_meshes` has no effect"
         );
+    }
+    let specular = patches.refused(&[RECEIVER_PATCH, LIGHTING_PATCH, ENVIRONMENT_PATCH]);
+    if settings.specular_light && specular.is_some() {
+        warn_once!(
+            "voxel GI: Bevy's lighting is not the one this plugin was made for, so `specular_light` has no \
+             effect; use reflection probes"
+        );
+        settings.specular_light = false;
     }
     let layers = layers.cloned().unwrap_or_default();
     if !patched && all.len() > 1 {

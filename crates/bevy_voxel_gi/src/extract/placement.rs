@@ -85,6 +85,11 @@ impl PlacedVolume {
     pub fn is_per_pixel(&self) -> bool {
         self.patched && self.settings.receiver == Receiver::PerPixel
     }
+
+    /// Whether rough surfaces have specular light of the volume.
+    pub fn is_specular(&self) -> bool {
+        self.patched && self.settings.specular_light
+    }
 }
 
 /// The settings as far as the receiver's patch is applied.

@@ -3,44 +3,32 @@
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     prelude::*,
-    render::{
-        render_resource::{
-            BindGroup, BindGroupLayoutDescriptor, CommandEncoder, ComputePass, PipelineCache,
-            UniformBuffer, binding_types::uniform_buffer,
-        },
-        renderer::RenderQueue,
+    render::render_resource::{
+        BindGroup, BindGroupLayoutDescriptor, CommandEncoder, ComputePass, PipelineCache,
     },
 };
 
 use super::{
     bindings::{
-        BindGroups, FACE_SLOTS, IRRADIANCE, VOLUME, WORK, group_layout, read_only, read_write,
+        BindGroups, CHANGES, FACE_SLOTS, FACE_SLOTS_BEFORE, IRRADIANCE, PACKED_SURFACES,
+        SLOT_LISTS, SUMS, VOLUME, changes_uniform, group_layout, read_only, read_write,
         volume_uniform,
     },
     kernel::{Kernel, dispatch_voxels},
 };
 use crate::{
     extract::volume::ExtractedVolume,
-    gpu_types::MAX_LEVELS,
     prepare::{
         buffers::VolumeBuffers, pipelines::RequiredPipelines, plan::FramePlan,
         uniforms::VolumeUniforms,
     },
 };
 
-/// By how many of its voxels each level has moved, and copies of irradiance and slots as they were.
-const MOVES: u32 = 7;
-const IRRADIANCE_BEFORE: u32 = 8;
-const FACE_SLOTS_BEFORE: u32 = 9;
-
 #[derive(Resource)]
 pub(crate) struct AllocatePass {
-    /// Group 0, where the slots are writable.
     voxels_layout: BindGroupLayoutDescriptor,
     layout: BindGroupLayoutDescriptor,
     allocate: Kernel,
-    /// By how many of its voxels each level has moved. It is kept as the joints of the voxelisers are.
-    moves: UniformBuffer<[IVec4; MAX_LEVELS]>,
     /// In frames that voxelise.
     bind_groups: Option<[BindGroup; 2]>,
 }
@@ -48,16 +36,20 @@ pub(crate) struct AllocatePass {
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let voxels_layout = group_layout(
         "voxel_gi_allocate_volume",
-        ((VOLUME, volume_uniform()), (FACE_SLOTS, read_write())),
+        (
+            (VOLUME, volume_uniform()),
+            (PACKED_SURFACES, read_write()),
+            (FACE_SLOTS, read_write()),
+            (SUMS, read_write()),
+        ),
     );
     let layout = group_layout(
         "voxel_gi_allocate",
         (
-            (WORK, read_write()),
             (IRRADIANCE, read_write()),
-            (MOVES, uniform_buffer::<[IVec4; MAX_LEVELS]>(false)),
-            (IRRADIANCE_BEFORE, read_only()),
+            (CHANGES, changes_uniform()),
             (FACE_SLOTS_BEFORE, read_only()),
+            (SLOT_LISTS, read_write()),
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "allocate.wesl");
@@ -70,7 +62,6 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         ),
         voxels_layout,
         layout,
-        moves: UniformBuffer::default(),
         bind_groups: None,
     });
 }
@@ -91,40 +82,40 @@ pub(crate) fn prepare(
     plan: Res<FramePlan>,
     buffers: Option<Res<VolumeBuffers>>,
     uniforms: Res<VolumeUniforms>,
-    (groups, queue): (BindGroups, Res<RenderQueue>),
+    groups: BindGroups,
 ) {
     pass.bind_groups = None;
-    let (Some(work), Some(buffers), Some(volume)) =
-        (plan.work, buffers, uniforms.bounces[0].binding())
-    else {
+    let (Some(_), Some(buffers), Some(volume), Some(changes)) = (
+        plan.work.and_then(|work| work.voxelizes),
+        buffers,
+        uniforms.bounces[0].binding(),
+        uniforms.changes.binding(),
+    ) else {
         return;
     };
-    if !work.voxelizes {
-        return;
-    }
-    pass.moves.set(work.moves.unwrap_or_default());
-    pass.moves.write_buffer(&groups.device, &queue);
-    pass.bind_groups = pass.moves.binding().map(|moves| {
-        [
-            groups.create(
-                &pass.voxels_layout,
-                ((VOLUME, volume), (FACE_SLOTS, buffers.face_slots())),
+    pass.bind_groups = Some([
+        groups.create(
+            &pass.voxels_layout,
+            (
+                (VOLUME, volume),
+                (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+                (FACE_SLOTS, buffers.face_slots()),
+                (SUMS, buffers.sums.as_entire_binding()),
             ),
-            groups.create(
-                &pass.layout,
+        ),
+        groups.create(
+            &pass.layout,
+            (
+                (IRRADIANCE, buffers.irradiance.as_entire_binding()),
+                (CHANGES, changes),
                 (
-                    (WORK, buffers.work.as_entire_binding()),
-                    (IRRADIANCE, buffers.irradiance.as_entire_binding()),
-                    (MOVES, moves),
-                    (IRRADIANCE_BEFORE, buffers.irradiance_before()),
-                    (
-                        FACE_SLOTS_BEFORE,
-                        buffers.face_slots_before.as_entire_binding(),
-                    ),
+                    FACE_SLOTS_BEFORE,
+                    buffers.face_slots_before.as_entire_binding(),
                 ),
+                (SLOT_LISTS, buffers.slot_lists.as_entire_binding()),
             ),
-        ]
-    });
+        ),
+    ]);
 }
 
 /// Keeps the slots and their light as they are now, for `allocate.wesl`.

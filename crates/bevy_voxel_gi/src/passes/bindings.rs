@@ -20,7 +20,7 @@ use bevy::{
 };
 
 use crate::{
-    gpu_types::Volume,
+    gpu_types::{Changes, Volume},
     prepare::{buffers::VolumeBuffers, plan::FramePlan, uniforms::VolumeUniforms},
 };
 
@@ -38,9 +38,13 @@ pub(crate) const IRRADIANCE: u32 = 3;
 pub(crate) const COLORS: u32 = 4;
 pub(crate) const LIGHTS: u32 = 5;
 pub(crate) const LIGHT_TEXTURE: u32 = 6;
+pub(crate) const CHANGES: u32 = 7;
+pub(crate) const DIRTY: u32 = 8;
+pub(crate) const FACE_SLOTS_BEFORE: u32 = 9;
 pub(crate) const VISIBLE: u32 = 10;
 pub(crate) const SKY_MAP: u32 = 11;
 pub(crate) const SKY_SAMPLER: u32 = 12;
+pub(crate) const SLOT_LISTS: u32 = 13;
 
 pub(crate) fn read_only() -> BindGroupLayoutEntryBuilder {
     storage_buffer_read_only_sized(false, None)
@@ -56,6 +60,10 @@ pub(super) fn light_texture() -> BindGroupLayoutEntryBuilder {
 
 pub(crate) fn volume_uniform() -> BindGroupLayoutEntryBuilder {
     uniform_buffer::<Volume>(false)
+}
+
+pub(super) fn changes_uniform() -> BindGroupLayoutEntryBuilder {
+    uniform_buffer::<Changes>(false)
 }
 
 pub(super) fn sky_map() -> BindGroupLayoutEntryBuilder {

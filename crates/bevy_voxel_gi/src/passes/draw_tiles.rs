@@ -74,7 +74,7 @@ pub(crate) fn draw_tiles(
     images: Res<RenderAssets<GpuImage>>,
     (cache, device, queue): (Res<PipelineCache>, Res<RenderDevice>, Res<RenderQueue>),
 ) {
-    let voxelizes = plan.work.is_some_and(|work| work.voxelizes);
+    let voxelizes = plan.work.is_some_and(|work| work.voxelizes.is_some());
     let (true, Some(pipeline), Some(target)) = (
         voxelizes,
         pass.draw_tile.pipeline(&cache),

@@ -3,10 +3,11 @@
 //! | pass | what it does |
 //! | --- | --- |
 //! | [`mod@draw_sky`] | the game's sky to a small map that rays see |
-//! | [`voxelize`] | meshes to voxels: occupancy, then surfaces |
+//! | [`voxelize`] | meshes to voxels, where something has changed: occupancy, then surfaces |
 //! | [`allocate`] | slots for the faces that have a surface, between the two; their light moves along |
 //! | [`compact`] | lists the surfaces and the empty voxels |
 //! | [`mod@solve`] | direct light ([`inject`]), then ray tracing and sharing ([`gather`]) or propagation ([`propagate`]) |
+//! | [`mod@read_back`] | counts for later frames |
 //! | [`reproject`] | albedo from cameras' G-buffers to voxels |
 //! | [`mod@mark_visible`] | what cameras see to voxels, for the next frame |
 //!
@@ -25,8 +26,8 @@ mod kernel;
 mod mark_visible;
 mod plugin;
 mod propagate;
+mod read_back;
 mod reproject;
-mod slot_demand;
 mod solve;
 mod voxelize;
 

@@ -12,7 +12,7 @@ use bevy::{
 
 use super::{
     allocate, bindings::prepare_voxel_bind_groups, compact, draw_sky, draw_tiles, gather, inject,
-    mark_visible, propagate, reproject, slot_demand, solve::solve, voxelize,
+    mark_visible, propagate, read_back, reproject, solve::solve, voxelize,
 };
 use crate::prepare::{materials::prepare_materials, plan::plan_frame};
 
@@ -22,12 +22,14 @@ pub(crate) struct PassesPlugin;
 impl Plugin for PassesPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "bindings.wesl");
+        load_shader_library!(app, "dirty.wesl");
         load_shader_library!(app, "g_buffer.wesl");
         load_shader_library!(app, "voxelize/materials.wesl");
         load_shader_library!(app, "voxelize/plane.wesl");
         load_shader_library!(app, "voxelize/polygon.wesl");
         load_shader_library!(app, "voxelize/sums.wesl");
         load_shader_library!(app, "voxelize/triangles.wesl");
+        load_shader_library!(app, "voxelize/vertices.wesl");
         draw_sky::embed(app);
         draw_tiles::embed(app);
         voxelize::embed(app);
@@ -45,7 +47,7 @@ impl Plugin for PassesPlugin {
             return;
         };
         render_app
-            .init_gpu_resource::<slot_demand::SlotDemandCopy>()
+            .init_gpu_resource::<read_back::CountsCopy>()
             .init_gpu_resource::<draw_sky::SkyCube>()
             .add_systems(
                 RenderStartup,
@@ -95,10 +97,7 @@ impl Plugin for PassesPlugin {
                     .in_set(RenderSystems::PrepareBindGroups)
                     .after(plan_frame),
             )
-            .add_systems(
-                Render,
-                slot_demand::read_back.in_set(RenderSystems::Cleanup),
-            )
+            .add_systems(Render, read_back::read_back.in_set(RenderSystems::Cleanup))
             .add_systems(
                 Core3d,
                 (reproject::reproject, mark_visible::mark_visible)

@@ -129,23 +129,64 @@ fn first_slots(resolution: u64, levels: u64) -> u64 {
     most_slots(resolution.pow(3) * levels).min(faces * resolution.pow(2))
 }
 
-/// Slots for all faces, and the one that all faces without a surface read.
+/// Slots for all faces, and the one that all faces without a surface read. Their numbers have 25 bits.
 fn most_slots(voxels: u64) -> u64 {
-    6 * voxels + 1
+    (6 * voxels + 1).min(1 << 25)
 }
 
-/// The number of slots that faces need, as far as it has been read back.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SlotDemand(Arc<AtomicU32>);
+/// Size of the largest storage buffer that a device binds.
+pub(crate) fn most_bytes(device: &RenderDevice) -> u64 {
+    let limits = device.limits();
+    limits
+        .max_storage_buffer_binding_size
+        .min(limits.max_buffer_size)
+}
 
-impl SlotDemand {
-    pub(crate) fn raise(&self, faces: u32) {
+/// What was counted on the GPU, as far as it has been read back.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Counts(Arc<CountsInner>);
+
+#[derive(Debug, Default)]
+struct CountsInner {
+    /// The most slots that faces needed where everything was voxelised.
+    slots_of_whole: AtomicU32,
+    /// The same where parts were since then: slots that have become free are not used in rows of other lengths.
+    slots_of_parts: AtomicU32,
+    /// Number of batches of triangles that were voxelised last.
+    batches: AtomicU32,
+}
+
+impl Counts {
+    pub(crate) fn raise_slots(&self, faces: u32, is_whole: bool) {
+        let slots = if is_whole {
+            &self.0.slots_of_whole
+        } else {
+            &self.0.slots_of_parts
+        };
         // One more is what faces without a surface read.
-        self.0.fetch_max(faces.saturating_add(1), Ordering::Relaxed);
+        slots.fetch_max(faces.saturating_add(1), Ordering::Relaxed);
     }
 
-    fn slots(&self) -> u64 {
-        self.0.load(Ordering::Relaxed).into()
+    pub(crate) fn set_batches(&self, batches: u32) {
+        self.0.batches.store(batches, Ordering::Relaxed);
+    }
+
+    pub(super) fn batches(&self) -> u64 {
+        self.0.batches.load(Ordering::Relaxed).into()
+    }
+
+    fn slots_of_whole(&self) -> u64 {
+        self.0.slots_of_whole.load(Ordering::Relaxed).into()
+    }
+
+    /// Whether so many slots are hardly enough for the parts that were voxelised. Everything is to be voxelised then,
+    /// which uses as few as possible.
+    pub(super) fn take_lack_of(&self, slots: u64) -> bool {
+        let lacks = u64::from(self.0.slots_of_parts.load(Ordering::Relaxed)) > slots - slots / 8;
+        if lacks {
+            self.0.slots_of_parts.store(0, Ordering::Relaxed);
+        }
+        lacks
     }
 }
 
@@ -211,8 +252,9 @@ pub(crate) struct VolumeBuffers {
     /// Eight words per slot: four of the irradiance as it was, two of the radiance that leaves the surface, as 16-bit
     /// floats, and two of its albedo and emission. While the scene is voxelised, the sums of `sums.wesl` are there.
     pub sums: Buffer,
-    /// How many slots the surfaces need.
-    pub slot_demand: SlotDemand,
+    /// The number of slots that were ever used, and the first free slots; see `dirty.wesl`.
+    pub slot_lists: Buffer,
+    pub counts: Counts,
     /// Six times four words per voxel: the propagated light that has arrived through each face, as 32-bit floats. A
     /// stub without propagation.
     pub arrived: Buffer,
@@ -223,8 +265,9 @@ pub(crate) struct VolumeBuffers {
     /// Eight words per voxel: the surfaces that cameras see there; see `mark_visible.wesl`. Its size is minimal where
     /// these are not voxelised.
     pub visible: Buffer,
-    /// The number of surfaces, of empty voxels and of slots, then the indirect dispatch arguments over the first two;
-    /// then the compacted work, surfaces first, then empty voxels: voxel index times 8 plus face.
+    /// The number of surfaces and of empty voxels, then the indirect dispatch arguments over the first two;
+    /// then the compacted work, surfaces first, then empty voxels: voxel index times 8 plus face. While the scene is
+    /// voxelised, it has a bit per voxel instead: whether it is voxelised anew.
     pub work: Buffer,
     /// The copy of these arguments that indirect dispatches read.
     pub indirect_args: Buffer,
@@ -233,8 +276,6 @@ pub(crate) struct VolumeBuffers {
 impl VolumeBuffers {
     /// Size of the counters in `work` in bytes.
     pub(crate) const COUNTERS_SIZE: u64 = Self::ARGS_OFFSET + Self::ARGS_SIZE;
-    /// Byte offset of the number of slots in `work`.
-    pub(crate) const SLOT_COUNT_OFFSET: u64 = 8;
     /// Byte offset of the indirect dispatch arguments in `work`.
     pub(crate) const ARGS_OFFSET: u64 = 16;
     /// Size of the indirect dispatch arguments in bytes.
@@ -262,7 +303,8 @@ impl VolumeBuffers {
             packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
             irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
             sums: buffer("voxel_gi_sums", per_slot(32), storage),
-            slot_demand: SlotDemand::default(),
+            slot_lists: buffer("voxel_gi_slot_lists", 28, storage),
+            counts: Counts::default(),
             intensity: ["voxel_gi_intensity_a", "voxel_gi_intensity_b"]
                 .map(|label| buffer(label, propagated(64).max(64), storage)),
             arrived: buffer("voxel_gi_arrived", propagated(96), storage),
@@ -309,7 +351,7 @@ impl VolumeBuffers {
     /// voxelised.
     pub(crate) fn add_shadow_masks(&mut self, device: &RenderDevice, queue: &RenderQueue) -> bool {
         let slots = self.shape.slot_word_bytes();
-        let is_new = self.voxels.size() < slots + self.shape.mask_bytes(true);
+        let is_new = !self.has_shadow_masks();
         if is_new {
             let former = std::mem::replace(&mut self.voxels, voxels(device, self.shape, true));
             let mut encoder = device.create_command_encoder(&default());
@@ -317,6 +359,10 @@ impl VolumeBuffers {
             queue.submit([encoder.finish()]);
         }
         is_new
+    }
+
+    pub(crate) fn has_shadow_masks(&self) -> bool {
+        self.voxels.size() >= self.shape.slot_word_bytes() + self.shape.mask_bytes(true)
     }
 
     /// The slots of voxels.
@@ -347,11 +393,6 @@ impl VolumeBuffers {
         })
     }
 
-    /// Irradiance as it was before the scene was voxelised.
-    pub(crate) fn irradiance_before(&self) -> BindingResource<'_> {
-        self.part_of_sums(0, 4)
-    }
-
     /// Radiance that leaves the surface of each slot.
     pub(crate) fn radiance(&self) -> BindingResource<'_> {
         self.part_of_sums(4, 2)
@@ -370,14 +411,11 @@ impl VolumeBuffers {
     /// The number of slots that new buffers need if these have too few for the surfaces: half as many again, as far
     /// as the device binds buffers of that size.
     pub(crate) fn needed_slots(&self, device: &RenderDevice) -> Option<u64> {
-        let demand = self.slot_demand.slots();
+        let demand = self.counts.slots_of_whole();
         if demand <= self.slots() {
             return None;
         }
-        let limits = device.limits();
-        let limit = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
+        let limit = most_bytes(device);
         let most = most_slots(self.shape.voxels).min(limit / 32 / 32 * 32);
         let slots = (demand + demand / 2).min(most);
         if slots < demand {
@@ -399,6 +437,7 @@ impl VolumeBuffers {
             &self.packed_surfaces,
             &self.irradiance,
             &self.sums,
+            &self.slot_lists,
             &self.arrived,
             &self.intensity[0],
             &self.intensity[1],

@@ -2,6 +2,7 @@
 
 use bevy::{
     image::ImageAddressMode,
+    platform::collections::HashSet,
     prelude::*,
     render::{
         render_asset::RenderAssets,
@@ -52,6 +53,10 @@ pub(crate) struct MaterialRecords {
     texture: Option<(Texture, TextureView)>,
     /// Increases when a surface may have another colour.
     pub(super) version: u64,
+    /// The same for all surfaces.
+    pub(super) version_of_all: u64,
+    /// The materials that have changed since the scene was voxelised last.
+    pub(super) changed: HashSet<u32>,
     /// Whether a material in use has a texture.
     pub has_textures: bool,
     /// Whether one has holes, and whether the alpha of a texture cuts them out.
@@ -192,12 +197,7 @@ pub(crate) fn prepare_materials(
     } else {
         0.0
     };
-    let before = (
-        records.has_textures,
-        records.has_holes,
-        records.has_textured_holes,
-        records.emission_unit,
-    );
+    let unit_before = records.emission_unit;
     let tiles_before = tiles.version;
     let mut words = vec![0; 4 * TEXELS * scene.materials.len()];
     tiles.begin();
@@ -225,19 +225,29 @@ pub(crate) fn prepare_materials(
     records.emission_unit = unit;
     records.depends_on_exposure = unit > 0.0 && of_used().any(|material| weight(material) < 1.0);
     records.source = Some(source);
-    let now = (
-        records.has_textures,
-        records.has_holes,
-        records.has_textured_holes,
-        records.emission_unit,
-    );
-    let former = records.words.get(..words.len());
-    if former != Some(&words) || records.texture.is_none() {
+    let is_new = records.texture.is_none();
+    let former = &records.words;
+    let is_same = |i: usize| {
+        let record = &words[i..i + 4 * TEXELS];
+        // Room at the end is 0, as the records of materials that are not in use.
+        former
+            .get(i..i + 4 * TEXELS)
+            .map_or(record.iter().all(|word| *word == 0), |former| {
+                former == record
+            })
+    };
+    let of_records = (0..words.len()).step_by(4 * TEXELS);
+    let changed: Vec<_> = of_records.filter(|i| !is_same(*i)).collect();
+    let changed = changed.iter().map(|i| (i / (4 * TEXELS)) as u32);
+    if is_new || changed.len() > 0 {
+        records.changed.extend(changed);
         records.words = words;
         records.upload(&device, &queue);
         records.version += 1;
-    } else if now != before || tiles.version != tiles_before {
+    }
+    if is_new || unit != unit_before || tiles.version != tiles_before {
         records.version += 1;
+        records.version_of_all += 1;
     }
 }
 

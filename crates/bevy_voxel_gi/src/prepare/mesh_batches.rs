@@ -5,7 +5,10 @@ use std::hash::{BuildHasher, Hash, Hasher};
 
 use bevy::{
     ecs::entity::EntityHashMap,
-    platform::hash::FixedHasher,
+    platform::{
+        collections::{HashMap, HashSet},
+        hash::FixedHasher,
+    },
     prelude::*,
     render::{
         mesh::{RenderMesh, allocator::MeshAllocator},
@@ -16,18 +19,24 @@ use bevy::{
 
 use super::{
     asset_notes::AssetNotes,
+    dirty_voxels::{Bounds, ChangedRegions},
     fingerprint::hash_floats,
-    mesh_group::MeshGroup,
+    mesh_group::{LevelMask, MeshGroup},
     mesh_groups::{MeshGroups, PlacedMesh},
     mesh_locator::MeshLocator,
 };
-use crate::extract::{meshes::ExtractedScene, volume::ExtractedVolume};
+use crate::extract::{
+    meshes::{ExtractedMesh, ExtractedScene},
+    volume::ExtractedVolume,
+};
 
 /// The meshes as the voxeliser dispatches them.
 #[derive(Resource, Default)]
 pub(crate) struct MeshBatches {
     rigid: MeshGroups,
     deformed: MeshGroups,
+    /// The deformed meshes of the last frame, by their hash with that of what deforms them.
+    deformed_before: HashMap<u64, DeformedMeshes>,
     /// The rigid meshes in `rigid`.
     placed: EntityHashMap<PlacedMesh>,
     /// Sum of the hashes of the rigid meshes, which does not depend on their order.
@@ -39,6 +48,8 @@ pub(crate) struct MeshBatches {
     /// By how much the world has moved in this frame, as apps move it that keep the origin near the camera: most of the
     /// rigid meshes have moved by it.
     pub world_move: Vec3,
+    /// Where meshes have changed since the scene was voxelised last.
+    changed: ChangedRegions,
     /// Hash of everything that the voxels depend on.
     pub fingerprint: u64,
     pub triangles: u64,
@@ -59,24 +70,105 @@ impl MeshBatches {
         self.rigid.iter_mut().chain(self.deformed.iter_mut())
     }
 
+    /// Where meshes have changed since this was asked last, or have one of these materials.
+    pub(super) fn take_changed(&mut self, materials: &HashSet<u32>) -> ChangedRegions {
+        let mut changed = std::mem::take(&mut self.changed);
+        if !materials.is_empty() {
+            let rigid = self.placed.values();
+            let rigid = rigid.map(|mesh| (mesh.material, mesh.bounds, mesh.levels));
+            let deformed = self.deformed_before.values();
+            let deformed = deformed.map(|mesh| (mesh.material, mesh.bounds, mesh.levels));
+            for (_, bounds, levels) in rigid
+                .chain(deformed)
+                .filter(|(material, ..)| materials.contains(material))
+            {
+                changed.add(bounds, levels);
+            }
+        }
+        changed
+    }
+
     /// Groups all rigid meshes anew.
     fn group_rigid_meshes(&mut self, locator: &MeshLocator) {
         self.rigid = MeshGroups::default();
         self.placed.clear();
         self.rigid_hash = 0;
         for &entity in locator.scene.rigid.keys() {
-            self.update_rigid_mesh(entity, locator);
+            self.update_rigid_mesh(entity, false, locator);
         }
     }
 
-    /// Adds, changes or removes a rigid mesh.
-    fn update_rigid_mesh(&mut self, entity: Entity, locator: &MeshLocator) {
+    /// Groups all meshes with a skin or morph targets, and returns their hash.
+    fn group_deformed_meshes(
+        &mut self,
+        locator: &MeshLocator,
+        assets: &ExtractedAssets<RenderMesh>,
+    ) -> u64 {
+        let scene = locator.scene;
+        let mut hasher = FixedHasher.build_hasher();
+        let mut found = HashMap::default();
+        self.deformed = MeshGroups::default();
+        let first_matrix = |mesh: &ExtractedMesh| mesh.first_joint.or(Some(mesh.weights?.0));
+        for (i, extracted) in scene.deformed.iter().enumerate() {
+            let Some(mesh) = locator.locate(extracted) else {
+                continue;
+            };
+            let mut own = FixedHasher.build_hasher();
+            mesh.hash.hash(&mut own);
+            let first = first_matrix(extracted).unwrap_or_default() as usize;
+            let end = scene.deformed.get(i + 1).and_then(first_matrix);
+            let end = end.map_or(scene.joints.len(), |end| end as usize);
+            for joint in &scene.joints[first..end.max(first)] {
+                hash_floats(&mut own, &joint.to_cols_array());
+            }
+            let hash = own.finish();
+            hash.hash(&mut hasher);
+            let alike = found.entry(hash).or_insert(DeformedMeshes {
+                count: 0,
+                bounds: mesh.bounds,
+                levels: mesh.instance.levels,
+                material: mesh.instance.material,
+            });
+            alike.count += 1;
+            if assets.added.contains(&mesh.mesh) {
+                self.changed.add(mesh.bounds, mesh.instance.levels);
+            }
+            self.deformed.add(mesh);
+        }
+        let before = std::mem::replace(&mut self.deformed_before, found);
+        let now = &self.deformed_before;
+        for (one, other) in [(&before, now), (now, &before)] {
+            for (hash, meshes) in one {
+                let others = other.get(hash);
+                if others.is_none_or(|others| others.count != meshes.count) {
+                    self.changed.add(meshes.bounds, meshes.levels);
+                }
+            }
+        }
+        hasher.finish()
+    }
+
+    /// Adds, changes or removes a rigid mesh. `is_edited` says whether its asset may be another one.
+    fn update_rigid_mesh(&mut self, entity: Entity, is_edited: bool, locator: &MeshLocator) {
         let extracted = locator.scene.rigid.get(&entity);
         let mesh = extracted.and_then(|extracted| locator.locate(extracted));
+        let hash_before = self.placed.get(&entity).map(|placed| placed.hash);
+        let hash = mesh.as_ref().map(|mesh| mesh.hash);
+        // One that only reaches into other levels was not there, or is not any more.
+        let has_changed = is_edited || hash_before.zip(hash).is_some_and(|(a, b)| a != b);
+        let has_come_or_gone = hash_before.is_some() != hash.is_some();
+        if let Some(placed) = self.placed.get(&entity)
+            && (has_changed || has_come_or_gone)
+        {
+            self.changed.add(placed.bounds, placed.levels);
+        }
+        if let Some(mesh) = mesh.as_ref().filter(|_| has_changed || has_come_or_gone) {
+            self.changed.add(mesh.bounds, mesh.instance.levels);
+        }
         if let Some(placed) = self.placed.get_mut(&entity) {
             self.rigid_hash = self.rigid_hash.wrapping_sub(placed.hash);
             let mesh = mesh.as_ref();
-            if mesh.is_some_and(|mesh| self.rigid.replace(placed, mesh)) {
+            if mesh.is_some_and(|mesh| self.rigid.replace(placed, mesh, is_edited)) {
                 self.rigid_hash = self.rigid_hash.wrapping_add(placed.hash);
                 return;
             }
@@ -124,6 +216,15 @@ impl MeshBatches {
                 assets.added.contains(&extracted.mesh) && locator.levels_of(extracted) != 0
             })
     }
+}
+
+/// Meshes that are deformed alike in one place.
+#[derive(Clone, Copy, PartialEq)]
+struct DeformedMeshes {
+    count: usize,
+    bounds: Option<Bounds>,
+    levels: LevelMask,
+    material: u32,
 }
 
 /// The move that most meshes have in common.
@@ -196,18 +297,22 @@ pub(crate) fn collect_mesh_batches(
     batches.edits += u64::from(batches.has_edits(&locator, &assets));
     if buffers_moved || is_new {
         batches.group_rigid_meshes(&locator);
+        batches.changed.everything = true;
     } else {
-        let mut changed = scene.changed.clone();
+        let of_now = scene.changed.iter().map(|entity| (*entity, false));
+        let mut changed: Vec<_> = of_now.collect();
         if has_other_levels {
-            changed.extend(batches.in_other_levels(&locator));
+            let others = batches.in_other_levels(&locator).into_iter();
+            changed.extend(others.map(|entity| (entity, false)));
         }
         if meshes.is_changed() {
-            changed.extend(batches.with_other_assets(&locator, &assets));
+            let others = batches.with_other_assets(&locator, &assets).into_iter();
+            changed.extend(others.map(|entity| (entity, true)));
         }
         let mut moves = CommonMove::default();
-        for entity in changed {
+        for (entity, is_edited) in changed {
             let before = batches.placed.get(&entity).map(|placed| placed.position);
-            batches.update_rigid_mesh(entity, &locator);
+            batches.update_rigid_mesh(entity, is_edited, &locator);
             if has_other_levels {
                 let after = batches.placed.get(&entity).map(|placed| placed.position);
                 moves.add(
@@ -219,21 +324,10 @@ pub(crate) fn collect_mesh_batches(
         }
         batches.world_move = moves.of_most(batches.placed.len());
     }
-    let mut hasher = FixedHasher.build_hasher();
-    batches.deformed = MeshGroups::default();
-    for mesh in scene
-        .deformed
-        .iter()
-        .filter_map(|mesh| locator.locate(mesh))
-    {
-        mesh.hash.hash(&mut hasher);
-        batches.deformed.add(mesh);
-    }
-    for joint in &scene.joints {
-        hash_floats(&mut hasher, &joint.to_cols_array());
-    }
-    (batches.rigid_hash, batches.edits).hash(&mut hasher);
-    batches.fingerprint = hasher.finish();
+    // Where most meshes move, everything does.
+    batches.changed.everything |= batches.world_move != Vec3::ZERO;
+    let deformed_hash = batches.group_deformed_meshes(&locator, &assets);
+    batches.fingerprint = FixedHasher.hash_one((batches.rigid_hash, batches.edits, deformed_hash));
     batches.triangles = batches.rigid.triangles + batches.deformed.triangles;
 }
 

@@ -3,6 +3,7 @@
 use std::{num::NonZeroU64, ops::Range};
 
 use bevy::{
+    math::{Vec3, Vec3A},
     platform::collections::HashMap,
     render::{
         render_resource::{
@@ -14,10 +15,11 @@ use bevy::{
     },
 };
 
-use crate::gpu_types::{MeshInstance, TriangleBatch};
+use super::dirty_voxels::Bounds;
+use crate::gpu_types::{MeshBatch, MeshInstance};
 
 /// Number of triangles in a batch.
-const BATCH_TRIANGLES: u32 = 64;
+pub(super) const BATCH_TRIANGLES: u32 = 64;
 
 /// A bit for each level that a mesh may reach into.
 pub(super) type LevelMask = u32;
@@ -27,38 +29,59 @@ pub(crate) struct MeshGroup {
     /// Vertices, indices and morph targets, if the meshes have them.
     pub buffers: [Option<Buffer>; 3],
     instances: List<MeshInstance>,
-    batches: List<TriangleBatch>,
-    /// The levels of each instance, none of those without a mesh.
-    levels: Vec<LevelMask>,
-    /// Places without a mesh, whose batches are those of a mesh with so many triangles in these levels.
-    free: HashMap<(u32, LevelMask), Vec<usize>>,
+    batches: List<MeshBatch>,
+    /// The first batch of each instance.
+    first_batches: Vec<usize>,
+    /// Places without a mesh, with so many batches.
+    free: HashMap<usize, Vec<usize>>,
     /// Number of their batches.
     idle_batches: usize,
     /// Places without a mesh and without batches.
     vacant: Vec<usize>,
     /// Number of meshes.
     count: usize,
+    /// Number of batches of meshes, in all levels that these may reach into.
+    item_count: usize,
+    /// What is voxelised in a frame; see `TriangleItems` in `gpu_types.wesl`.
+    items: Option<Buffer>,
+}
+
+/// The lists of a group on the GPU.
+pub(crate) struct UploadedGroup<'a> {
+    pub instances: BindingResource<'a>,
+    pub batches: BindingResource<'a>,
+    pub batch_count: u32,
+    pub items: Buffer,
 }
 
 /// Number of batches of a mesh.
-fn batch_count(triangles: u32, levels: LevelMask) -> usize {
-    (levels.count_ones() * triangles.div_ceil(BATCH_TRIANGLES)) as usize
+fn batch_count(triangles: u32) -> usize {
+    triangles.div_ceil(BATCH_TRIANGLES) as usize
+}
+
+/// Number of batches of a mesh in all levels that it may reach into.
+fn item_count(instance: &MeshInstance) -> usize {
+    batch_count(instance.triangle_count) * instance.levels.count_ones() as usize
 }
 
 impl MeshGroup {
     /// So few batches without a mesh are left alone.
     const FEW_BATCHES: usize = 64;
+    /// Bytes before the items in their buffer: indirect dispatch arguments, and the number of items.
+    pub(crate) const ITEMS_HEADER: u64 = 16;
 
     pub(super) fn new(buffers: [Option<Buffer>; 3]) -> Self {
         Self {
             buffers,
             instances: List::new("voxel_gi_mesh_instances"),
-            batches: List::new("voxel_gi_triangle_batches"),
-            levels: Vec::new(),
+            batches: List::new("voxel_gi_mesh_batches"),
+            first_batches: Vec::new(),
             free: HashMap::default(),
             idle_batches: 0,
             vacant: Vec::new(),
             count: 0,
+            item_count: 0,
+            items: None,
         }
     }
 
@@ -66,66 +89,77 @@ impl MeshGroup {
         self.count == 0
     }
 
-    /// Adds a mesh to the levels that have a bit in the mask, and returns the place of its instance.
-    pub(super) fn add(&mut self, instance: MeshInstance, levels: LevelMask) -> usize {
+    /// Adds a mesh, and returns the place of its instance. `bounds` are those in the world of a mesh that is deformed;
+    /// those of others are found on the GPU.
+    pub(super) fn add(&mut self, instance: MeshInstance, bounds: Option<Bounds>) -> usize {
         self.count += 1;
-        let triangles = instance.triangle_count;
-        let free = self.free.get_mut(&(triangles, levels));
-        let place = if let Some(place) = free.and_then(Vec::pop) {
-            self.idle_batches -= batch_count(triangles, levels);
-            place
-        } else {
-            let place = self.vacant.pop().unwrap_or(self.levels.len());
-            self.push_batches(place, triangles, levels);
-            place
-        };
-        if place == self.levels.len() {
-            self.levels.push(levels);
+        self.item_count += item_count(&instance);
+        let batches = batch_count(instance.triangle_count);
+        let free = self.free.get_mut(&batches);
+        if let Some(place) = free.and_then(Vec::pop) {
+            self.idle_batches -= batches;
+            self.instances.set(place, instance);
+            self.set_bounds(place, bounds);
+            return place;
+        }
+        let place = self.vacant.pop().unwrap_or(self.first_batches.len());
+        if place == self.first_batches.len() {
+            self.first_batches.push(0);
             self.instances.push(instance);
         } else {
-            self.levels[place] = levels;
             self.instances.set(place, instance);
+        }
+        self.first_batches[place] = self.batches.items.len();
+        for first_triangle in (0..instance.triangle_count).step_by(BATCH_TRIANGLES as usize) {
+            self.batches.push(batch(place, first_triangle, bounds));
         }
         place
     }
 
-    fn push_batches(&mut self, place: usize, triangles: u32, levels: LevelMask) {
-        let instance = u32::try_from(place).unwrap_or(u32::MAX);
-        for level in (0..LevelMask::BITS).filter(|level| levels >> level & 1 == 1) {
-            for first_triangle in (0..triangles).step_by(BATCH_TRIANGLES as usize) {
-                self.batches.push(TriangleBatch {
-                    instance,
-                    first_triangle,
-                    level,
-                    pad: 0,
-                });
-            }
+    /// Gives all batches of a mesh these bounds.
+    fn set_bounds(&mut self, place: usize, bounds: Option<Bounds>) {
+        let first = self.first_batches[place];
+        let triangles = self.instances.items[place].triangle_count;
+        let first_triangles = (0..triangles).step_by(BATCH_TRIANGLES as usize);
+        for (at, first_triangle) in (first..).zip(first_triangles) {
+            self.batches.set(at, batch(place, first_triangle, bounds));
         }
     }
 
-    /// Replaces an instance if it has as many triangles, and returns the former one.
-    pub(super) fn replace(&mut self, place: usize, instance: MeshInstance) -> Option<MeshInstance> {
+    /// Replaces an instance if it has as many triangles, and returns the former one. `is_same_mesh` says whether these
+    /// are where they were in the mesh's own space.
+    pub(super) fn replace(
+        &mut self,
+        place: usize,
+        instance: MeshInstance,
+        is_same_mesh: bool,
+    ) -> Option<MeshInstance> {
         let former = self.instances.items[place];
-        let is_same = former.triangle_count == instance.triangle_count;
-        is_same.then(|| {
-            self.instances.set(place, instance);
-            former
-        })
+        if former.triangle_count != instance.triangle_count {
+            return None;
+        }
+        self.item_count += item_count(&instance);
+        self.item_count -= item_count(&former);
+        self.instances.set(place, instance);
+        if !is_same_mesh {
+            self.set_bounds(place, None);
+        }
+        Some(former)
     }
 
     /// Removes a mesh: its batches have no triangles until another one takes its place, or until they are more than
     /// those of meshes.
     pub(super) fn remove(&mut self, place: usize) -> MeshInstance {
         let removed = self.instances.items[place];
-        let levels = std::mem::take(&mut self.levels[place]);
         let without_triangles = MeshInstance {
             triangle_count: 0,
             ..removed
         };
         self.instances.set(place, without_triangles);
-        let free = self.free.entry((removed.triangle_count, levels));
-        free.or_default().push(place);
-        self.idle_batches += batch_count(removed.triangle_count, levels);
+        let batches = batch_count(removed.triangle_count);
+        self.free.entry(batches).or_default().push(place);
+        self.idle_batches += batches;
+        self.item_count -= item_count(&removed);
         self.count -= 1;
         let used = self.batches.items.len() - self.idle_batches;
         if self.idle_batches > used + Self::FEW_BATCHES {
@@ -136,26 +170,63 @@ impl MeshGroup {
 
     /// Removes the batches without a mesh.
     fn compact(&mut self) {
+        let former = std::mem::take(&mut self.batches.items);
         self.batches.clear();
-        for place in 0..self.levels.len() {
-            let triangles = self.instances.items[place].triangle_count;
-            self.push_batches(place, triangles, self.levels[place]);
+        let has_mesh = |batch: &MeshBatch| {
+            let instance = self.instances.items[batch.instance as usize];
+            batch.first_triangle < instance.triangle_count
+        };
+        for batch in former.into_iter().filter(has_mesh) {
+            if batch.first_triangle == 0 {
+                self.first_batches[batch.instance as usize] = self.batches.items.len();
+            }
+            self.batches.push(batch);
         }
         self.vacant
             .extend(self.free.drain().flat_map(|(_, places)| places));
         self.idle_batches = 0;
     }
 
-    /// Writes what has changed, and returns instances, batches and the number of batches; `None` if there are none.
+    /// Writes what has changed; `None` if there is nothing to voxelise.
     pub(crate) fn upload(
         &mut self,
         device: &RenderDevice,
         queue: &RenderQueue,
-    ) -> Option<(BindingResource<'_>, BindingResource<'_>, u32)> {
+    ) -> Option<UploadedGroup<'_>> {
         let batch_count = u32::try_from(self.batches.items.len()).unwrap_or(u32::MAX);
-        let instances = self.instances.upload(device, queue)?;
-        let batches = self.batches.upload(device, queue)?;
-        Some((instances, batches, batch_count))
+        let needed = Self::ITEMS_HEADER + 8 * self.item_count.max(1) as u64;
+        let items = self.items.take().filter(|items| items.size() >= needed);
+        let items = items.unwrap_or_else(|| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some("voxel_gi_triangle_items"),
+                size: needed,
+                usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        });
+        self.items = Some(items.clone());
+        Some(UploadedGroup {
+            instances: self.instances.upload(device, queue)?,
+            batches: self.batches.upload(device, queue)?,
+            batch_count,
+            items,
+        })
+    }
+}
+
+/// A batch whose bounds are found on the GPU, if they are not given.
+fn batch(place: usize, first_triangle: u32, bounds: Option<Bounds>) -> MeshBatch {
+    let unknown = (Vec3::splat(f32::MAX), Vec3::splat(f32::MIN));
+    let (low, high) = bounds.map_or(unknown, |(center, half_size)| {
+        let most = Vec3A::splat(f32::MAX);
+        let within = |corner: Vec3A| Vec3::from(corner.clamp(-most, most));
+        (within(center - half_size), within(center + half_size))
+    });
+    MeshBatch {
+        low,
+        instance: u32::try_from(place).unwrap_or(u32::MAX),
+        high,
+        first_triangle,
     }
 }
 
@@ -271,62 +342,95 @@ mod tests {
     fn mesh(triangle_count: u32) -> MeshInstance {
         MeshInstance {
             triangle_count,
+            levels: 0b101,
             ..MeshInstance::default()
+        }
+    }
+
+    impl MeshGroup {
+        /// The batches of each mesh are there once, where its instance says.
+        fn check(&self, places: &[usize]) {
+            for &place in places {
+                let triangles = self.instances.items[place].triangle_count;
+                let own = { self.batches.items.iter() }.filter(|batch| {
+                    batch.instance as usize == place && batch.first_triangle < triangles
+                });
+                assert_eq!(own.count(), batch_count(triangles), "mesh {place}");
+                for number in 0..batch_count(triangles) {
+                    let batch = &self.batches.items[self.first_batches[place] + number];
+                    let expected = (place as u32, 64 * number as u32);
+                    assert_eq!((batch.instance, batch.first_triangle), expected);
+                }
+            }
+            let used: usize = places
+                .iter()
+                .map(|&place| item_count(&self.instances.items[place]))
+                .sum();
+            assert_eq!(self.item_count, used);
         }
     }
 
     #[test]
     fn meshes_that_come_and_go_take_the_places_of_their_like() {
         let mut group = MeshGroup::new([const { None }; 3]);
-        let places: Vec<_> = (0..10).map(|_| group.add(mesh(100), 0b101)).collect();
-        assert_eq!(group.batches.items.len(), 10 * 2 * 2);
+        let places: Vec<_> = (0..10).map(|_| group.add(mesh(100), None)).collect();
+        assert_eq!(group.batches.items.len(), 10 * 2);
         for _ in 0..50 {
             assert_eq!(group.remove(places[3]).triangle_count, 100);
             assert_eq!(group.instances.items[places[3]].triangle_count, 0);
-            assert_eq!(group.add(mesh(100), 0b101), places[3]);
+            assert_eq!(group.add(mesh(100), None), places[3]);
         }
-        assert_eq!(group.batches.items.len(), 10 * 2 * 2);
+        assert_eq!(group.batches.items.len(), 10 * 2);
+        group.check(&places);
         group.remove(places[0]);
-        assert_eq!(group.add(mesh(100), 0b001), 10, "other levels");
-        assert_eq!(group.add(mesh(64), 0b101), 11, "other triangles");
-        assert!(group.replace(1, mesh(64)).is_none() && group.replace(1, mesh(100)).is_some());
+        assert_eq!(group.add(mesh(64), None), 10, "other triangles");
+        assert!(group.replace(1, mesh(64), true).is_none());
+        assert!(group.replace(1, mesh(100), true).is_some());
         for place in 1..10 {
             group.remove(place);
         }
         assert!(!group.is_empty());
         group.remove(10);
-        group.remove(11);
         assert!(group.is_empty());
+        assert_eq!(group.item_count, 0);
+    }
+
+    #[test]
+    fn bounds_are_kept_as_long_as_the_mesh_is_the_same() {
+        let mut group = MeshGroup::new([const { None }; 3]);
+        let given = (Vec3A::ONE, Vec3A::splat(0.5));
+        let place = group.add(mesh(100), Some(given));
+        let low = |group: &MeshGroup| [0, 1].map(|i| group.batches.items[i].low.x);
+        assert_eq!(low(&group), [0.5; 2]);
+        group.replace(place, mesh(100), true);
+        assert_eq!(low(&group), [0.5; 2]);
+        group.replace(place, mesh(100), false);
+        assert_eq!(low(&group), [f32::MAX; 2]);
+        group.remove(place);
+        group.add(mesh(120), Some((Vec3A::ZERO, Vec3A::INFINITY)));
+        assert_eq!(low(&group), [f32::MIN; 2]);
     }
 
     /// Chunks of a landscape whose meshes are generated anew have another number of triangles each time.
     #[test]
     fn meshes_of_other_sizes_leave_no_batches_behind() {
         let mut group = MeshGroup::new([const { None }; 3]);
-        let mut places: Vec<_> = (0..20).map(|i| group.add(mesh(1000 + i), 0b11)).collect();
+        let mut places: Vec<_> = (0..20).map(|i| group.add(mesh(1000 + i), None)).collect();
         for step in 0..1000 {
             let triangles = 500 + (step * 7919) % 1000;
             let place = &mut places[step as usize % 20];
             group.remove(*place);
-            *place = group.add(mesh(triangles), 0b11);
+            *place = group.add(mesh(triangles), None);
             let used = places
                 .iter()
                 .map(|&place| group.instances.items[place].triangle_count);
-            let used: usize = used.map(|triangles| batch_count(triangles, 0b11)).sum();
+            let used: usize = used.map(batch_count).sum();
             let most = 2 * used + MeshGroup::FEW_BATCHES + 100;
             assert!(group.batches.items.len() <= most);
             assert_eq!(group.batches.items.len() - group.idle_batches, used);
         }
-        // The batches of each mesh are there once.
+        group.check(&places);
         group.compact();
-        for (i, place) in places.iter().enumerate() {
-            let own = group
-                .batches
-                .items
-                .iter()
-                .filter(|batch| batch.instance as usize == *place);
-            let triangles = group.instances.items[*place].triangle_count;
-            assert_eq!(own.count(), batch_count(triangles, 0b11), "mesh {i}");
-        }
+        group.check(&places);
     }
 }

@@ -1,13 +1,18 @@
 //! All groups of meshes, found by the slabs of the meshes' buffers.
 
 use bevy::{
-    math::Vec3,
+    asset::AssetId,
+    math::{Vec3, Vec3A},
+    mesh::Mesh,
     platform::collections::HashMap,
     render::{mesh::allocator::MeshSlabId, render_resource::Buffer},
 };
 
-use super::mesh_group::{LevelMask, MeshGroup};
-use crate::gpu_types::{MESH_NOT_SHADOW_CASTER, MeshInstance};
+use super::{
+    dirty_voxels::Bounds,
+    mesh_group::{LevelMask, MeshGroup},
+};
+use crate::gpu_types::{MESH_NOT_SHADOW_CASTER, MESH_SKINNED, MeshInstance};
 
 /// The slabs of vertices, indices and morph targets.
 pub(super) type Slabs = [Option<MeshSlabId>; 3];
@@ -18,14 +23,19 @@ pub(super) struct LocatedMesh {
     /// The buffers of the slabs.
     pub buffers: [Option<Buffer>; 3],
     pub instance: MeshInstance,
-    pub levels: LevelMask,
+    pub mesh: AssetId<Mesh>,
+    /// Bounds in the world, if they are known.
+    pub bounds: Option<Bounds>,
     pub hash: u64,
 }
 
 /// The place of a mesh in the groups.
 pub(super) struct PlacedMesh {
     slabs: Slabs,
+    mesh: AssetId<Mesh>,
+    pub material: u32,
     pub levels: LevelMask,
+    pub bounds: Option<Bounds>,
     /// World position of the mesh's origin.
     pub position: Vec3,
     group: usize,
@@ -85,6 +95,7 @@ impl MeshGroups {
         }
     }
 
+    /// Adds a mesh; the bounds in the world of one that is deformed are those of its triangles, too.
     pub(super) fn add(&mut self, mesh: LocatedMesh) -> PlacedMesh {
         self.count(&mesh.instance);
         let group = *self.by_slabs.entry(mesh.slabs).or_insert_with(|| {
@@ -96,29 +107,51 @@ impl MeshGroups {
             }
             empty.unwrap_or(self.groups.len() - 1)
         });
+        let is_deformed = mesh.instance.flags & MESH_SKINNED != 0 || mesh.instance.weight_count > 0;
+        let everywhere = (Vec3A::ZERO, Vec3A::INFINITY);
+        let bounds = is_deformed.then(|| mesh.bounds.unwrap_or(everywhere));
         PlacedMesh {
             slabs: mesh.slabs,
-            levels: mesh.levels,
+            mesh: mesh.mesh,
+            material: mesh.instance.material,
+            levels: mesh.instance.levels,
+            bounds: mesh.bounds,
             position: position(&mesh.instance),
             group,
-            instance: self.groups[group].add(mesh.instance, mesh.levels),
+            instance: self.groups[group].add(mesh.instance, bounds),
             hash: mesh.hash,
         }
     }
 
-    /// Changes a mesh in place if its triangles stay in the same batches, and returns whether they do.
-    pub(super) fn replace(&mut self, placed: &mut PlacedMesh, mesh: &LocatedMesh) -> bool {
-        if (mesh.slabs, mesh.levels) != (placed.slabs, placed.levels) {
+    /// Changes a rigid mesh in place if its triangles stay in the same batches, and returns whether they do. `is_edited`
+    /// says whether these are others in the same asset.
+    pub(super) fn replace(
+        &mut self,
+        placed: &mut PlacedMesh,
+        mesh: &LocatedMesh,
+        is_edited: bool,
+    ) -> bool {
+        if mesh.slabs != placed.slabs {
             return false;
         }
+        let is_same_mesh = mesh.mesh == placed.mesh && !is_edited;
         let group = &mut self.groups[placed.group];
-        let Some(former) = group.replace(placed.instance, mesh.instance) else {
+        let Some(former) = group.replace(placed.instance, mesh.instance, is_same_mesh) else {
             return false;
         };
         self.uncount(&former);
         self.count(&mesh.instance);
-        placed.hash = mesh.hash;
-        placed.position = position(&mesh.instance);
+        *placed = PlacedMesh {
+            slabs: placed.slabs,
+            mesh: mesh.mesh,
+            material: mesh.instance.material,
+            levels: mesh.instance.levels,
+            bounds: mesh.bounds,
+            position: position(&mesh.instance),
+            group: placed.group,
+            instance: placed.instance,
+            hash: mesh.hash,
+        };
         true
     }
 

@@ -159,5 +159,6 @@ pub(super) fn mesh_instance(
         vertex_count: mesh.vertex_count,
         first_weights,
         weight_count,
+        levels: 0,
     })
 }

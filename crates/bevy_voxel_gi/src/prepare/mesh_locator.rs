@@ -62,6 +62,7 @@ impl MeshLocator<'_> {
             mesh_instance(extracted, mesh, self.notes.packed_ranges(extracted.mesh))?;
         let vertices = self.allocator.mesh_vertex_slice(&extracted.mesh)?;
         let indices = self.allocator.mesh_index_slice(&extracted.mesh);
+        instance.levels = levels;
         instance.vertex_base = vertices.range.start * instance.vertex_stride;
         instance.index_base = indices.as_ref().map_or(0, |slice| slice.range.start);
         // Words per vertex of a target: displacements of position, normal and tangent, 16 bytes each.
@@ -97,9 +98,10 @@ impl MeshLocator<'_> {
                 targets.map(|(_, slab)| slab),
             ],
             buffers: buffers.map(|buffer| buffer.cloned()),
+            mesh: extracted.mesh,
+            bounds: extracted.bounds,
             hash: mesh_hash(extracted, &instance),
             instance,
-            levels,
         })
     }
 }
@@ -109,6 +111,14 @@ fn mesh_hash(extracted: &ExtractedMesh, instance: &MeshInstance) -> u64 {
     extracted.mesh.hash(&mut hasher);
     hash_floats(&mut hasher, &instance.world_from_local.to_cols_array());
     (instance.material, instance.flags, instance.triangle_count).hash(&mut hasher);
-    (instance.first_weights, instance.weight_count).hash(&mut hasher);
+    instance.weight_count.hash(&mut hasher);
+    // Those of an edited mesh may come later than its triangles.
+    for corner in extracted
+        .bounds
+        .iter()
+        .flat_map(|bounds| [bounds.0, bounds.1])
+    {
+        hash_floats(&mut hasher, &corner.to_array());
+    }
     hasher.finish()
 }

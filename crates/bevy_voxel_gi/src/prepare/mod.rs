@@ -9,6 +9,7 @@
 //! | [`mesh_locator`] | where a mesh is in the GPU's buffers, and in which levels |
 //! | [`mesh_group`], [`mesh_groups`] | meshes that share their buffers |
 //! | [`mesh_batches`] | the meshes, grouped for dispatch |
+//! | [`dirty_voxels`], [`voxelization`] | the voxels that are voxelised anew, and whether these are all |
 //! | [`fingerprint`] | whether anything has changed that the light depends on |
 //! | [`settling`] | the clock that says when the light has settled |
 //! | [`plan`] | what this frame computes |
@@ -19,6 +20,7 @@
 
 pub(crate) mod asset_notes;
 pub(crate) mod buffers;
+mod dirty_voxels;
 mod fingerprint;
 pub(crate) mod materials;
 pub(crate) mod mesh_batches;
@@ -33,3 +35,4 @@ mod settling;
 pub(crate) mod shadow_masks;
 pub(crate) mod tiles;
 pub(crate) mod uniforms;
+pub(crate) mod voxelization;

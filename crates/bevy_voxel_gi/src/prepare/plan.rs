@@ -15,12 +15,14 @@ use super::{
     fingerprint::{fingerprint, voxel_fingerprint},
     materials::MaterialRecords,
     mesh_batches::MeshBatches,
+    mesh_group::BATCH_TRIANGLES,
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
     settling::{Pace, SettlingClock},
-    shadow_masks::ShadowMasks,
+    shadow_masks,
     tiles::Tiles,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
+    voxelization::{Moves, Voxelization, Voxelized, changes},
 };
 use crate::{
     extract::{
@@ -28,7 +30,6 @@ use crate::{
         placement::{PlacedLevel, PlacedVolume},
         volume::ExtractedVolume,
     },
-    gpu_types::MAX_LEVELS,
     passes::draw_sky::SkyCube,
     report::{SharedReport, VoxelGiReport, VoxelGiState},
     settings::{Bounces, Solver, VoxelGiSettings, VoxelLight},
@@ -42,8 +43,8 @@ pub(crate) struct FramePlan {
     clock: SettlingClock,
     /// Hash of everything that the light depends on, except the settings.
     fingerprint: u64,
-    /// Hash of what the voxels depend on except colours, and the version of the materials, when they were voxelised.
-    voxelized: Option<(u64, u64)>,
+    /// What the voxels were made of.
+    voxelized: Option<Voxelized>,
     /// The app's own settings. Those that a budget chooses are left out: they change the accuracy of
     /// the light, not the light.
     settings: VoxelGiSettings,
@@ -60,12 +61,12 @@ pub(crate) struct FrameWork {
     pub bounces: u32,
     /// Number of propagation steps.
     pub iterations: u32,
-    /// Whether the scene is voxelised: if not, the voxels are those of the frame before.
-    pub voxelizes: bool,
+    /// What is voxelised; all other voxels are those of the frame before.
+    pub voxelizes: Option<Voxelization>,
     /// Whether meshes or levels have moved: what cameras saw before is out of date.
     pub has_changed: bool,
-    /// By how many of its voxels each level has moved, if any has: reprojected albedo is cleared then.
-    pub moves: Option<[IVec4; MAX_LEVELS]>,
+    /// Whether levels have moved: reprojected albedo is cleared then.
+    pub has_moved: bool,
 }
 
 impl FramePlan {
@@ -75,43 +76,6 @@ impl FramePlan {
         let centers = volume.lit().iter().map(|level| level.center);
         !before.map(|level| level.center).eq(centers)
     }
-
-    /// By how many of its voxels each level has moved in the world since the last frame, if any has and the levels that
-    /// light pixels are the same. The world has moved, too.
-    fn moves(&mut self, volume: &PlacedVolume, world_move: Vec3) -> Option<[IVec4; MAX_LEVELS]> {
-        let before = std::mem::replace(&mut self.placement, volume.levels.clone());
-        let is_same = |old: &PlacedLevel, new: &PlacedLevel| {
-            (old.owner, old.size, old.is_outer) == (new.owner, new.size, new.is_outer)
-        };
-        let count = before.iter().take_while(|level| !level.is_outer).count();
-        let are_same = count == volume.lit().len() && { before.iter().zip(volume.lit()) }
-            .all(|(old, new)| is_same(old, new));
-        if !are_same {
-            return None;
-        }
-        let mut moves = [IVec4::ZERO; MAX_LEVELS];
-        for (i, (by, new)) in moves.iter_mut().zip(&volume.levels).enumerate() {
-            let old = before.get(i).filter(|old| is_same(old, new));
-            let moved = old.map_or(IVec3::splat(FAR), |old| {
-                voxels_between(old.center + world_move, new.center, volume.voxel_size(new))
-            });
-            *by = moved.extend(0);
-        }
-        (moves != [IVec4::ZERO; MAX_LEVELS]).then_some(moves)
-    }
-}
-
-/// So many voxels are outside of any level.
-const FAR: i32 = 1_000_000;
-
-/// The number of voxels from one position to another: whole ones but for rounding where the volume follows an entity.
-fn voxels_between(old: Vec3, new: Vec3, voxel_size: f32) -> IVec3 {
-    let voxels = ((new - old) / voxel_size).round();
-    if voxels.is_nan() {
-        return IVec3::ZERO;
-    }
-    let far = Vec3::splat(FAR as f32);
-    voxels.clamp(-far, far).as_ivec3()
 }
 
 /// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
@@ -155,16 +119,15 @@ fn bounces_and_iterations(light: VoxelLight) -> (u32, u32) {
 pub(crate) fn plan_frame(
     mut commands: Commands,
     mut plan: ResMut<FramePlan>,
-    (volume, lights, batches, materials, tiles, sky): (
+    (volume, lights, mut batches, mut materials, tiles, sky): (
         Res<ExtractedVolume>,
         Res<ExtractedLights>,
-        Res<MeshBatches>,
-        Res<MaterialRecords>,
+        ResMut<MeshBatches>,
+        ResMut<MaterialRecords>,
         Res<Tiles>,
         Res<SkyCube>,
     ),
     (mut buffers, scene_buffers): (Option<ResMut<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
-    shadow_masks: ShadowMasks,
     mut uniforms: ResMut<VolumeUniforms>,
     mut required: ResMut<RequiredPipelines>,
     images: Res<RenderAssets<GpuImage>>,
@@ -210,6 +173,14 @@ pub(crate) fn plan_frame(
         &materials,
         sky.version,
     );
+    let has_shadow_masks = shadow_masks::are_needed(shape, &batches, &device);
+    let voxelized = Voxelized {
+        fingerprint: voxel_fingerprint(batches.fingerprint, volume),
+        materials: materials.version,
+        all_materials: materials.version_of_all,
+        voxelizer: volume.settings.voxelizer,
+        has_shadow_masks,
+    };
     if is_fresh || fingerprint != plan.fingerprint || volume.own_settings != plan.settings {
         plan.fingerprint = fingerprint;
         plan.settings.clone_from(&volume.own_settings);
@@ -222,7 +193,7 @@ pub(crate) fn plan_frame(
         plan.voxelized = None;
         plan.clock.change(pace, false);
     }
-    if shadow_masks.are_needed(shape)
+    if has_shadow_masks
         && let Some(buffers) = made.as_mut().or(buffers.as_deref_mut())
         && buffers.add_shadow_masks(&device, &queue)
     {
@@ -244,16 +215,30 @@ pub(crate) fn plan_frame(
             + tiles.bytes()
             + sky.bytes(),
         triangles: batches.triangles,
+        voxelized_triangles: u64::from(BATCH_TRIANGLES) * buffers.counts.batches(),
         receiver_patched: volume.patched,
     });
     if pauses {
         return;
     }
-    let moves = plan.moves(volume, batches.world_move);
-    let voxels = voxel_fingerprint(batches.fingerprint, volume);
-    let before = plan.voxelized.replace((voxels, materials.version));
-    let has_changed = before.is_none_or(|(before, _)| before != voxels);
-    let has_colors = before.is_some_and(|(_, version)| version == materials.version);
+    let placement = std::mem::replace(&mut plan.placement, volume.levels.clone());
+    let moves = Moves::since(&placement, volume, batches.world_move);
+    let before = plan.voxelized.replace(voxelized);
+    let has_changed = before.is_none_or(|before| before.fingerprint != voxelized.fingerprint);
+    let lacks_slots = buffers.counts.take_lack_of(buffers.slots());
+    let keeps_others = !lacks_slots
+        && !shape.marks_visible
+        && moves.as_ref().is_some_and(|moves| moves.are_whole)
+        && before.is_some_and(|before| voxelized.continues(before));
+    let has_moved = moves.as_ref().is_some_and(Moves::are_some);
+    let voxelizes = (before != Some(voxelized) || !keeps_others).then(|| {
+        let regions = batches.take_changed(&std::mem::take(&mut materials.changed));
+        let (dirty, changes) = changes(volume, moves, keeps_others.then_some(regions));
+        dirty.write(&buffers.work, VolumeBuffers::COUNTERS_SIZE, &queue);
+        uniforms.changes.set(changes);
+        uniforms.changes.write_buffer(&device, &queue);
+        Voxelization::of(&changes)
+    });
     let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
     let frame = UniformFrame {
         volume,
@@ -263,7 +248,7 @@ pub(crate) fn plan_frame(
         blend: plan.clock.blend(pace),
         is_changing: plan.clock.is_changing(pace),
         emission_unit: materials.emission_unit,
-        has_moved: moves.is_some(),
+        has_moved,
         voxel_capacity: shape.voxels as u32,
     };
     uniforms.write(frame, &device, &queue);
@@ -271,9 +256,9 @@ pub(crate) fn plan_frame(
     plan.work = Some(FrameWork {
         bounces,
         iterations,
-        voxelizes: has_changed || !has_colors || shape.marks_visible,
+        voxelizes,
         has_changed,
-        moves,
+        has_moved,
     });
     if let Some(mut known) = scene_buffers {
         known.write(&lights.0, &device, &queue);
@@ -290,25 +275,4 @@ pub(crate) fn plan_frame(
 fn texture_bytes(texture: &GpuImage) -> u64 {
     let size = texture.texture_descriptor.size;
     8 * u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_volume_moves_by_voxels_far_from_the_origin_too() {
-        let voxel_size = 0.3;
-        let at = |cell: f32| Vec3::new(cell * voxel_size, 0.0, -cell * voxel_size);
-        for start in [0.0_f32, 1e3, 33_333.0, 1e5] {
-            let moved = voxels_between(at(start), at(start + 3.0), voxel_size);
-            assert_eq!(moved, IVec3::new(3, 0, -3), "from {start}");
-        }
-        let far = voxels_between(Vec3::ZERO, Vec3::splat(1e30), voxel_size);
-        assert_eq!(far, IVec3::splat(1_000_000));
-        assert_eq!(
-            voxels_between(Vec3::ZERO, Vec3::NAN, voxel_size),
-            IVec3::ZERO
-        );
-    }
 }

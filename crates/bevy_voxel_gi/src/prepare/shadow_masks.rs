@@ -2,7 +2,10 @@
 
 use bevy::{ecs::system::SystemParam, prelude::*, render::renderer::RenderDevice};
 
-use super::{buffers::BufferShape, mesh_batches::MeshBatches};
+use super::{
+    buffers::{BufferShape, most_bytes},
+    mesh_batches::MeshBatches,
+};
 
 /// Decides it for a frame.
 #[derive(SystemParam)]
@@ -15,29 +18,31 @@ pub(crate) struct ShadowMasks<'w> {
 pub(crate) const SHADOW_MASKS: &str = "SHADOW_MASKS";
 
 impl ShadowMasks<'_> {
-    /// Whether the masks of meshes that cast shadows are behind those of all meshes.
+    /// See [`are_needed`].
     pub(crate) fn are_needed(&self, shape: BufferShape) -> bool {
-        if shape.occlusion_only || !self.batches.have_mesh_without_shadow() {
-            return false;
-        }
-        let limits = self.device.limits();
-        let most = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
-        let fits = shape.mask_bytes(true) <= most;
-        if !fits {
-            warn_once!(
-                "voxel GI: `NotShadowCaster` takes a storage buffer of {} MiB, and this device binds {} MiB at most, so \
-                 such meshes cast shadows. Lower `resolution` or `cascades`",
-                shape.mask_bytes(true) >> 20,
-                most >> 20,
-            );
-        }
-        fits
+        are_needed(shape, &self.batches, &self.device)
     }
 
     /// The shader def, where they are.
     pub(crate) fn defs(&self, shape: BufferShape) -> Option<&'static str> {
         self.are_needed(shape).then_some(SHADOW_MASKS)
     }
+}
+
+/// Whether the masks of meshes that cast shadows are behind those of all meshes.
+pub(crate) fn are_needed(shape: BufferShape, batches: &MeshBatches, device: &RenderDevice) -> bool {
+    if shape.occlusion_only || !batches.have_mesh_without_shadow() {
+        return false;
+    }
+    let most = most_bytes(device);
+    let fits = shape.mask_bytes(true) <= most;
+    if !fits {
+        warn_once!(
+            "voxel GI: `NotShadowCaster` takes a storage buffer of {} MiB, and this device binds {} MiB at most, so \
+             such meshes cast shadows. Lower `resolution` or `cascades`",
+            shape.mask_bytes(true) >> 20,
+            most >> 20,
+        );
+    }
+    fits
 }

@@ -14,7 +14,7 @@ use crate::{
         texture::STORAGE_SCALE,
     },
     gpu_types::{
-        FLAG_CHANGING, FLAG_FEEDBACK, FLAG_MEAN, FLAG_WEIGHTED, Level, MAX_LEVELS, Volume,
+        Changes, FLAG_CHANGING, FLAG_FEEDBACK, FLAG_MEAN, FLAG_WEIGHTED, Level, MAX_LEVELS, Volume,
     },
     settings::{Bounces, Solver, VoxelLight, Voxelizer},
 };
@@ -31,6 +31,8 @@ const OCCLUSION_EMPTY_INTERVAL: u32 = 16;
 pub(crate) struct VolumeUniforms {
     /// For the first bounce of a frame, for the last of several, and for those between them.
     pub bounces: [UniformBuffer<Volume>; 3],
+    /// What has changed since the scene was voxelised last.
+    pub changes: UniformBuffer<Changes>,
 }
 
 /// The one of the uniforms for a bounce of so many in a frame.

@@ -31,6 +31,8 @@ pub(crate) struct ReceiverFeatures {
     levels: bool,
     /// Whether pixels test the visibility of the voxels around them.
     visibility: bool,
+    /// Whether rough surfaces have specular light of the volume.
+    specular: bool,
     /// Whether lightmapped meshes receive the light of irradiance volumes.
     lightmapped: bool,
 }
@@ -43,6 +45,7 @@ impl ReceiverFeatures {
             cascades,
             levels,
             visibility,
+            specular,
             lightmapped,
         } = self;
         let source = format!(
@@ -51,6 +54,7 @@ impl ReceiverFeatures {
              const CASCADES: bool = {cascades};\n\
              const LEVELS: bool = {levels};\n\
              const VISIBILITY: bool = {visibility};\n\
+             const SPECULAR: bool = {specular};\n\
              const LIGHTMAPPED: bool = {lightmapped};\n"
         );
         Shader::from_wesl(source, "embedded://bevy_voxel_gi/receive/features.wesl")
@@ -82,6 +86,7 @@ pub(crate) fn update_features(
         features.cascades = volume.has_had_cascades;
         features.levels = volume.has_had_levels;
         features.visibility = volume.is_per_pixel();
+        features.specular = volume.is_specular();
         features.lightmapped = volume.settings.affects_lightmapped_meshes;
     }
     let module = match &receiver.module {
@@ -200,6 +205,12 @@ mod tests {
         check(Some((Receiver::PerPixel, 1)), &all);
         check(Some((Receiver::Interpolated, 1)), &["VOXEL_GI"]);
         check(None, &["VOXEL_GI"]);
+        let mut specular = placed(Receiver::Interpolated, 1);
+        specular.settings.specular_light = true;
+        let all = ["VOXEL_GI", "SPECULAR"];
+        assert_eq!(features_with(&mut app, Some(specular)), all);
+        let plain = placed(Receiver::Interpolated, 1);
+        assert_eq!(features_with(&mut app, Some(plain)), ["VOXEL_GI"]);
         app.world_mut().spawn(IrradianceVolume::default());
         assert_eq!(features_with(&mut app, None), ["VOXEL_GI", "OTHER_VOLUMES"]);
     }

@@ -4,4 +4,7 @@
 pub(crate) mod features;
 mod patch;
 
-pub(crate) use patch::{LIGHTING_PATCH, RECEIVER_PATCH, lighting_patch, receiver_patch};
+pub(crate) use patch::{
+    ENVIRONMENT_PATCH, LIGHTING_PATCH, RECEIVER_PATCH, environment_patch, lighting_patch,
+    receiver_patch,
+};

@@ -21,6 +21,7 @@
 //! | [`propagate`] | light propagation from voxel to voxel |
 //! | [`irradiance_field`] | the light that receivers sample |
 //! | [`visibility`] | the same from visible voxels only |
+//! | [`specular`] | the specular light of rough surfaces |
 //! | [`noise`] | the noise of light on flat walls |
 //!
 //! Comparison with path tracing, at 32^3, 24 frames, for the scenes `cornell_point`, `colonnade` and
@@ -49,6 +50,7 @@ pub mod ray_sample;
 pub mod ray_tracing;
 pub mod rays;
 pub mod share;
+pub mod specular;
 pub mod surface;
 pub mod trace;
 pub mod visibility;

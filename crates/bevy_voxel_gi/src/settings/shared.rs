@@ -23,6 +23,15 @@ pub struct VoxelGiSettings {
     pub albedo: VoxelAlbedo,
     /// How a pixel samples the voxels around it. Default [`Interpolated`](Receiver::Interpolated).
     pub receiver: Receiver,
+    /// Whether rough surfaces have specular light of the volume, too. Those of a perceptual roughness of 0.4 and more
+    /// reflect what the voxels see in the mirror's direction, in place of environment maps, whose light shines through
+    /// walls, and of reflection probes. From 0.4 down to 0.3 it fades into theirs. Default `false`: diffuse light only.
+    ///
+    /// It takes nine more filtered reads of a pixel, and no memory. Reflections are blurred over several voxels, bounces stay
+    /// diffuse, and beside walls thinner than two or three voxels there are spots of what is behind them. Pixels of
+    /// `ScreenSpaceReflections` keep the environment map. When this changes, a frame waits until the shaders of all
+    /// materials are compiled again.
+    pub specular_light: bool,
     /// Number of points of a voxel's surface that are tested for shadow, per light, 1 to 16. Default 16.
     /// Lower values cost less and make the edges of shadows coarser.
     pub shadow_samples: u32,
@@ -46,6 +55,7 @@ impl Default for VoxelGiSettings {
             voxelizer: Voxelizer::default(),
             albedo: VoxelAlbedo::default(),
             receiver: Receiver::default(),
+            specular_light: false,
             shadow_samples: 16,
             update_interval: 1,
             pause_when_settled: true,

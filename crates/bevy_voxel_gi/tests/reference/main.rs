@@ -7,6 +7,7 @@ mod extremes;
 mod noise;
 mod propagate;
 mod ray_tracing;
+mod specular;
 mod stochastic;
 mod support;
 mod truth;

@@ -1,6 +1,9 @@
-//! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5), in two passes over the triangles: occupancy and the
-//! faces that have a surface, then the areas and colours of the surfaces, whose sums are resolved last.
+//! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5), where something has changed: voxels are cleared, and
+//! triangles that reach into them are found. Then come two passes over these: occupancy and the faces that have a
+//! surface, then the areas and colours of the surfaces, whose sums are resolved last.
 
+mod clear;
+mod cull;
 mod kernels;
 mod visible;
 
@@ -23,8 +26,8 @@ use super::{
         BindGroups, FACE_SLOTS, MASKS, PACKED_SURFACES, SUMS, VOLUME, group_layout, read_only,
         read_write, volume_uniform,
     },
-    kernel::{Kernel, dispatch_voxels, dispatch_workgroups, record_pass},
-    slot_demand::SlotDemandCopy,
+    kernel::{Kernel, dispatch_voxels, record_pass},
+    read_back::CountsCopy,
 };
 use crate::{
     extract::{meshes::ExtractedScene, volume::ExtractedVolume},
@@ -38,9 +41,12 @@ use crate::{
         shadow_masks::ShadowMasks,
         tiles::Tiles,
         uniforms::VolumeUniforms,
+        voxelization::Voxelization,
     },
     settings::Voxelizer,
 };
+use clear::ClearPass;
+use cull::CullPass;
 use kernels::Kernels;
 use visible::VisibleVoxels;
 
@@ -50,23 +56,30 @@ pub(crate) struct VoxelizePass {
     voxels_layouts: [BindGroupLayoutDescriptor; 2],
     /// Layout of the buffers of a group of meshes, which the voxelisers read.
     meshes_layout: BindGroupLayoutDescriptor,
+    clear: ClearPass,
+    cull: CullPass,
     conservative: Kernels,
     slices: Kernels,
     points: Kernels,
     visible: VisibleVoxels,
     resolve_layout: BindGroupLayoutDescriptor,
     resolve: Kernel,
+    share_layout: BindGroupLayoutDescriptor,
+    /// Where something emits.
+    share_emission: Kernel,
+    emits: bool,
     /// Matrices of joints and weights of morph targets. It is kept: where a device is lost, a new buffer with contents
     /// would end the app.
     joints: StorageBuffer<Vec<Mat4>>,
     work: Option<VoxelizeWork>,
 }
 
-/// The bind groups and dispatch sizes of a frame that voxelises.
+/// The bind groups of a frame that voxelises.
 struct VoxelizeWork {
     voxels: [BindGroup; 2],
     resolve: BindGroup,
-    groups: Vec<(BindGroup, u32)>,
+    share_emission: BindGroup,
+    groups: Vec<BindGroup>,
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
@@ -85,6 +98,15 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     ];
     let resolve_layout = group_layout(
         "voxel_gi_resolve",
+        (
+            (VOLUME, volume_uniform()),
+            (PACKED_SURFACES, read_write()),
+            (FACE_SLOTS, read_write()),
+            (SUMS, read_write()),
+        ),
+    );
+    let share_layout = group_layout(
+        "voxel_gi_share_emission",
         (
             (VOLUME, volume_uniform()),
             (MASKS, read_only()),
@@ -114,18 +136,22 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         let labels = ["voxel_gi_voxelize", "voxel_gi_surfaces"];
         Kernels::new(labels, &shader, &voxels_layouts, &meshes_layout)
     };
+    let resolve = |label, entry_point, layout: &BindGroupLayoutDescriptor| {
+        let shader = load_embedded_asset!(assets, "resolve.wesl");
+        Kernel::new(label, entry_point, &shader, vec![layout.clone()])
+    };
     commands.insert_resource(VoxelizePass {
+        clear: ClearPass::new(assets),
+        cull: CullPass::new(assets),
         conservative: kernels(load_embedded_asset!(assets, "conservative.wesl")),
         slices: kernels(load_embedded_asset!(assets, "slices.wesl")),
         points: kernels(load_embedded_asset!(assets, "points.wesl")),
         visible: VisibleVoxels::new(&voxels_layouts, assets),
-        resolve: Kernel::new(
-            "voxel_gi_resolve",
-            "resolve",
-            &load_embedded_asset!(assets, "resolve.wesl"),
-            vec![resolve_layout.clone()],
-        ),
+        resolve: resolve("voxel_gi_resolve", "resolve", &resolve_layout),
+        share_emission: resolve("voxel_gi_share_emission", "share_emission", &share_layout),
+        emits: false,
         resolve_layout,
+        share_layout,
         voxels_layouts,
         meshes_layout,
         joints: StorageBuffer::default(),
@@ -176,6 +202,12 @@ pub(crate) fn queue(
     let emission = (materials.emission_unit > 0.0).then_some(EMISSION);
     pass.resolve
         .require(emission.as_slice(), &cache, &mut required);
+    pass.emits = emission.is_some();
+    if pass.emits {
+        pass.share_emission.require(&[], &cache, &mut required);
+    }
+    pass.clear.queue(shadow_masks, &cache, &mut required);
+    pass.cull.queue(&cache, &mut required);
     if shape.marks_visible {
         pass.visible.queue(shadow_masks, &cache, &mut required);
     }
@@ -187,18 +219,29 @@ pub(crate) fn prepare(
     (mut batches, scene): (ResMut<MeshBatches>, Res<ExtractedScene>),
     (materials, tiles): (Res<MaterialRecords>, Res<Tiles>),
     buffers: Option<Res<VolumeBuffers>>,
-    uniforms: Res<VolumeUniforms>,
+    (uniforms, volume): (Res<VolumeUniforms>, Res<ExtractedVolume>),
     (groups, queue): (BindGroups, Res<RenderQueue>),
 ) {
+    let pass = &mut *pass;
     pass.work = None;
-    let (Some(true), Some(buffers), Some(volume), Some(records)) = (
-        plan.work.map(|work| work.voxelizes),
+    let Some(placed) = &volume.0 else {
+        return;
+    };
+    let (Some(_), Some(buffers), Some(volume), Some(records)) = (
+        plan.work.and_then(|work| work.voxelizes),
         buffers,
         uniforms.bounces[0].binding(),
         materials.view(),
     ) else {
         return;
     };
+    let levels = placed.levels.len() as u32;
+    let levels = levels * (1 + u32::from(buffers.has_shadow_masks()));
+    let rows = [placed.settings.resolution, levels];
+    let clear = pass.clear.prepare(rows, &buffers, &uniforms, &groups);
+    if clear.and(pass.cull.begin(&uniforms, &groups)).is_none() {
+        return;
+    }
     let [occupancy_layout, surfaces_layout] = &pass.voxels_layouts;
     let voxels = |layout, own, buffer, slots| {
         let entries = ((VOLUME, volume.clone()), (own, buffer), (FACE_SLOTS, slots));
@@ -219,6 +262,15 @@ pub(crate) fn prepare(
         &pass.resolve_layout,
         (
             (VOLUME, volume.clone()),
+            (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
+            (FACE_SLOTS, buffers.face_slots()),
+            (SUMS, buffers.sums.as_entire_binding()),
+        ),
+    );
+    let share_emission = groups.create(
+        &pass.share_layout,
+        (
+            (VOLUME, volume.clone()),
             (MASKS, buffers.masks()),
             (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
             (FACE_SLOTS, buffers.face_slots()),
@@ -228,7 +280,7 @@ pub(crate) fn prepare(
     // Without textures, no shader reads the tiles.
     let tiles = tiles.view().unwrap_or(records);
     pass.visible.prepare(&buffers, &groups);
-    let device = &*groups.device;
+    let device = &groups.device;
     let stub = device.create_buffer(&BufferDescriptor {
         label: Some("voxel_gi_none"),
         size: 16,
@@ -242,52 +294,62 @@ pub(crate) fn prepare(
     }
     pass.joints.write_buffer(device, &queue);
     let layout = groups.cache.get_bind_group_layout(&pass.meshes_layout);
+    let volume_buffers = &*buffers;
     let bind = |group: &mut MeshGroup| {
         let buffers = group.buffers.each_ref();
         let buffers = buffers.map(|buffer| buffer.clone().unwrap_or_else(|| stub.clone()));
         let [vertices, indices, morph_targets] = &buffers;
-        let (instances, batches, batch_count) = group.upload(device, &queue)?;
+        let uploaded = group.upload(device, &queue)?;
+        pass.cull.add(&buffers, &uploaded, volume_buffers, &groups);
         let bind_group = device.create_bind_group(
             "voxel_gi_voxelize_meshes",
             &layout,
             &BindGroupEntries::sequential((
                 vertices.as_entire_binding(),
                 indices.as_entire_binding(),
-                instances,
-                batches,
+                uploaded.instances,
+                uploaded.items.as_entire_binding(),
                 pass.joints.binding()?,
                 morph_targets.as_entire_binding(),
                 records,
                 tiles,
             )),
         );
-        Some((bind_group, batch_count))
+        Some(bind_group)
     };
-    let groups = batches.groups_mut().filter_map(bind).collect();
+    let bind_groups = batches.groups_mut().filter_map(bind).collect();
+    pass.cull.finish(device);
     pass.work = Some(VoxelizeWork {
         voxels,
         resolve,
-        groups,
+        share_emission,
+        groups: bind_groups,
     });
 }
 
 impl VoxelizeWork {
     /// Records one of the two passes over all meshes.
-    fn record(&self, pass: &mut ComputePass<'_>, pipeline: &ComputePipeline, voxels: &BindGroup) {
+    fn record(
+        &self,
+        pass: &mut ComputePass<'_>,
+        pipeline: &ComputePipeline,
+        voxels: &BindGroup,
+        cull: &CullPass,
+    ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, voxels, &[]);
-        for (bind_group, batches) in &self.groups {
+        for (i, bind_group) in self.groups.iter().enumerate() {
             pass.set_bind_group(1, bind_group, &[]);
-            dispatch_workgroups(pass, *batches);
+            cull.dispatch(pass, i);
         }
     }
 }
 
-/// Clears the volume and voxelises the scene.
+/// Voxelises the scene where it has changed.
 pub(crate) fn voxelize(
     mut context: RenderContext,
     (pass, allocate): (Res<VoxelizePass>, Res<AllocatePass>),
-    mut demand: ResMut<SlotDemandCopy>,
+    mut counts: ResMut<CountsCopy>,
     plan: Res<FramePlan>,
     volume: Res<ExtractedVolume>,
     buffers: Option<Res<VolumeBuffers>>,
@@ -304,41 +366,60 @@ pub(crate) fn voxelize(
     else {
         return;
     };
+    let Some(voxelizes) = frame.voxelizes else {
+        return;
+    };
     let encoder = context.command_encoder();
     keep_slots(encoder, &buffers);
-    encoder.clear_buffer(&buffers.voxels, 0, None);
-    encoder.clear_buffer(&buffers.work, 0, Some(VolumeBuffers::COUNTERS_SIZE));
-    if frame.moves.is_some() {
+    if voxelizes == Voxelization::Whole {
+        encoder.clear_buffer(&buffers.slot_lists, 0, None);
+    }
+    pass.cull.clear_counts(encoder);
+    if frame.has_moved {
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
         encoder.clear_buffer(&buffers.visible, 0, None);
     }
     let visible = pass.visible.pipelines(&cache);
     let [masks, sums] = &work.voxels;
+    record_pass(&mut context, "voxel_gi_clear", |compute| {
+        pass.clear.record(compute, voxelizes, &buffers, &cache);
+        pass.cull.record(compute, &cache);
+    });
+    pass.cull.copy_args(context.command_encoder());
     record_pass(&mut context, "voxel_gi_voxelize", |compute| {
-        work.record(compute, occupancy, masks);
+        work.record(compute, occupancy, masks, &pass.cull);
         if let Some([occupancy, _]) = visible {
             pass.visible.record(compute, occupancy, masks, &buffers);
         }
         allocate.record(compute, &buffers, &cache);
     });
-    context
-        .command_encoder()
-        .clear_buffer(&buffers.sums, 0, None);
+    // The sums of areas and emission; those of albedo are cleared where slots are allocated.
+    let bytes = buffers.irradiance.size();
+    let encoder = context.command_encoder();
+    encoder.clear_buffer(&buffers.sums, 0, Some(bytes));
     record_pass(&mut context, "voxel_gi_surfaces", |compute| {
-        work.record(compute, surfaces, sums);
+        work.record(compute, surfaces, sums, &pass.cull);
         if let Some([_, surfaces]) = visible {
             pass.visible.record(compute, surfaces, sums, &buffers);
         }
         compute.set_bind_group(0, &work.resolve, &[]);
         dispatch_voxels(compute, resolve, &buffers);
+        if let Some(share_emission) = pass.share_emission.pipeline(&cache).filter(|_| pass.emits) {
+            compute.set_bind_group(0, &work.share_emission, &[]);
+            dispatch_voxels(compute, share_emission, &buffers);
+        }
     });
     if frame.has_changed {
         pass.visible.clear(context.command_encoder(), &buffers);
     }
-    demand.record(context.command_encoder(), &buffers, &device);
+    let is_whole = voxelizes == Voxelization::Whole;
+    let encoder = context.command_encoder();
+    counts.record(encoder, &buffers, pass.cull.counts(), is_whole, &device);
 }
 
 pub(crate) fn embed(app: &mut App) {
+    clear::embed(app);
+    cull::embed(app);
     embedded_asset!(app, "conservative.wesl");
     embedded_asset!(app, "slices.wesl");
     embedded_asset!(app, "points.wesl");

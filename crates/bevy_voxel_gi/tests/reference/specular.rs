@@ -1,0 +1,74 @@
+//! Specular light of rough surfaces.
+
+use bevy_voxel_gi::reference::{IrradianceField, VolumeGrid};
+use glam::{Vec3, Vec4};
+use std::f32::consts::PI;
+
+const RESOLUTION: u32 = 16;
+/// Weight of a voxel without a surface.
+const EMPTY: f32 = 1.0 / 512.0;
+
+/// Voxels of 1 m without surfaces: irradiance of each face.
+fn field(irradiance: impl Fn(Vec3, usize) -> f32) -> IrradianceField {
+    let grid = VolumeGrid {
+        min: Vec3::ZERO,
+        voxel_size: 1.0,
+        resolution: RESOLUTION,
+    };
+    let texels = (0..grid.len()).map(|index| {
+        let center = grid.voxel(index).as_vec3() + 0.5;
+        std::array::from_fn(|face| Vec3::splat(irradiance(center, face) * EMPTY).extend(EMPTY))
+    });
+    IrradianceField {
+        grid,
+        texels: texels.collect(),
+    }
+}
+
+const MIDDLE: Vec3 = Vec3::splat(8.0);
+/// Seen at 45 degrees: the mirror's direction is between +X and +Y.
+const TO_VIEWER: Vec3 = Vec3::new(
+    -std::f32::consts::FRAC_1_SQRT_2,
+    std::f32::consts::FRAC_1_SQRT_2,
+    0.0,
+);
+
+#[test]
+fn even_light_is_seen_as_it_is() {
+    let field = field(|_, _| 3.0 * PI);
+    for roughness in [0.4, 0.7, 1.0] {
+        let seen = field.specular_radiance(MIDDLE, Vec3::Y, TO_VIEWER, roughness);
+        assert!((seen.x - 3.0).abs() < 1e-4, "{roughness}: {seen}");
+    }
+}
+
+#[test]
+fn smoother_surfaces_see_more_of_what_they_mirror() {
+    // Light from +X only, which a floor does not receive by its normal.
+    let field = field(|_, face| if face == 0 { PI } else { 0.0 });
+    let seen = |roughness| {
+        field
+            .specular_radiance(MIDDLE, Vec3::Y, TO_VIEWER, roughness)
+            .x
+    };
+    assert_eq!(seen(1.0), 0.0);
+    assert!(seen(0.7) > 0.1 && seen(0.4) > seen(0.7) && seen(0.4) < 0.5);
+}
+
+#[test]
+fn light_behind_a_wall_is_not_seen() {
+    // It is bright behind a wall at x = 9.5, dark before it; its far side is a surface, with a weight of 1.
+    let mut field = field(|center, _| if center.x > 9.0 { PI } else { 0.0 });
+    let open = field.specular_radiance(MIDDLE, Vec3::Y, TO_VIEWER, 0.4).x;
+    assert!(open > 0.6, "{open}");
+    let grid = field.grid;
+    for (index, texel) in field.texels.iter_mut().enumerate() {
+        match grid.voxel(index).x {
+            9 => *texel = [Vec4::ZERO; 6],
+            10 => *texel = [Vec3::splat(PI).extend(1.0); 6],
+            _ => {}
+        }
+    }
+    let seen = field.specular_radiance(MIDDLE, Vec3::Y, TO_VIEWER, 0.4).x;
+    assert!(seen < 0.02, "{seen}");
+}

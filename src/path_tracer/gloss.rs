@@ -1,0 +1,166 @@
+//! The specular lobe of a surface: GGX microfacets without multiple scattering, as Bevy shades them.
+
+use std::f32::consts::{PI, TAU};
+
+use bevy::math::{Vec2, Vec3};
+
+/// A specular lobe on top of a surface's diffuse one, from which it takes no light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gloss {
+    /// Perceptual roughness, 0.089 to 1, whose square is the width of GGX (as Bevy has it).
+    pub roughness: f32,
+    /// Reflectance per channel at normal incidence, 0 to 1; at least 0.02 where there is any.
+    pub f0: Vec3,
+}
+
+impl Gloss {
+    fn alpha(&self) -> f32 {
+        self.roughness.clamp(0.089, 1.0).powi(2)
+    }
+
+    /// Radiance that is reflected to the viewer per illuminance from a direction; both directions leave the surface.
+    pub fn brdf(&self, normal: Vec3, to_viewer: Vec3, direction: Vec3) -> Vec3 {
+        let half = (to_viewer + direction).normalize_or(normal);
+        let (n_v, n_l) = (cosine(normal, to_viewer), cosine(normal, direction));
+        let alpha2 = self.alpha().powi(2);
+        let masked = |a: f32, b: f32| a * (b * b * (1.0 - alpha2) + alpha2).sqrt();
+        // Height-correlated Smith shadowing over 4 n_v n_l.
+        let shadowing = 0.5 / (masked(n_l, n_v) + masked(n_v, n_l));
+        let fresnel = self.f0 + (1.0 - self.f0) * (1.0 - cosine(to_viewer, half)).powi(5);
+        self.distribution(normal.dot(half)) * shadowing * fresnel
+    }
+
+    /// A direction from a point of the unit square, by the microfacets that the viewer sees; `None` if it does not leave
+    /// the surface (J. Dupuy and A. Benyoub, *Sampling Visible GGX Normals with Spherical Caps*, 2023).
+    pub fn sample(&self, normal: Vec3, to_viewer: Vec3, at: Vec2) -> Option<Vec3> {
+        let alpha = self.alpha();
+        let (tangent, bitangent) = normal.any_orthonormal_pair();
+        let local = |v: Vec3| Vec3::new(v.dot(tangent), v.dot(bitangent), v.dot(normal));
+        let stretch = Vec3::new(alpha, alpha, 1.0);
+        let seen = (local(to_viewer).max(Vec3::new(-1.0, -1.0, 1e-4)) * stretch).normalize();
+        let z = (1.0 - at.y) * (1.0 + seen.z) - seen.z;
+        let (sin, cos) = (TAU * at.x).sin_cos();
+        let radius = (1.0 - z * z).max(0.0).sqrt();
+        let half = (Vec3::new(radius * cos, radius * sin, z) + seen) * stretch;
+        let half = half.normalize_or(Vec3::Z);
+        let half = half.x * tangent + half.y * bitangent + half.z * normal;
+        let direction = (2.0 * to_viewer.dot(half) * half - to_viewer).normalize();
+        (normal.dot(direction) > 0.0).then_some(direction)
+    }
+
+    /// The density of these directions per steradian.
+    pub fn pdf(&self, normal: Vec3, to_viewer: Vec3, direction: Vec3) -> f32 {
+        let half = (to_viewer + direction).normalize_or(normal);
+        let n_v = cosine(normal, to_viewer);
+        let alpha2 = self.alpha().powi(2);
+        // Of Smith's visible share, 2 n_v cancels against the Jacobian.
+        let visible = n_v + (alpha2 + (1.0 - alpha2) * n_v * n_v).sqrt();
+        self.distribution(normal.dot(half)) / (2.0 * visible)
+    }
+
+    /// The density of microfacets whose normals have this cosine to the surface's.
+    fn distribution(&self, cosine: f32) -> f32 {
+        let alpha2 = self.alpha().powi(2);
+        alpha2 / (PI * (cosine * cosine * (alpha2 - 1.0) + 1.0).powi(2))
+    }
+}
+
+fn cosine(a: Vec3, b: Vec3) -> f32 {
+    a.dot(b).clamp(1e-4, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::path_tracer::tracer::{Random, cosine_direction};
+
+    const COUNT: u32 = 200_000;
+
+    fn to_viewer(cosine: f32) -> Vec3 {
+        Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine)
+    }
+
+    /// The share of an even sky that is reflected, by samples of the lobe.
+    fn sampled(gloss: Gloss, cosine: f32) -> f32 {
+        let to_viewer = to_viewer(cosine);
+        let mut random = Random::new(1, 2, 3);
+        let light = |_| {
+            let direction = gloss.sample(Vec3::Z, to_viewer, random.point())?;
+            let density = gloss.pdf(Vec3::Z, to_viewer, direction);
+            Some(gloss.brdf(Vec3::Z, to_viewer, direction).x * direction.z / density)
+        };
+        (0..COUNT).filter_map(light).sum::<f32>() / COUNT as f32
+    }
+
+    /// The same by a sum over a grid of directions.
+    fn integrated(gloss: Gloss, cosine: f32) -> f32 {
+        const SIDE: u32 = 600;
+        let to_viewer = to_viewer(cosine);
+        let at = |index: u32| (index as f32 + 0.5) / SIDE as f32;
+        let light = |index: u32| {
+            let (z, (sin, cos)) = (at(index / SIDE), (TAU * at(index % SIDE)).sin_cos());
+            let radius = (1.0 - z * z).sqrt();
+            let direction = Vec3::new(radius * cos, radius * sin, z);
+            gloss.brdf(Vec3::Z, to_viewer, direction).x * z * TAU
+        };
+        (0..SIDE * SIDE).map(light).sum::<f32>() / (SIDE * SIDE) as f32
+    }
+
+    #[test]
+    fn samples_reflect_what_the_integral_does_and_never_more_than_all() {
+        for roughness in [0.4, 0.5, 0.7, 1.0] {
+            for cosine in [0.15, 0.5, 0.9, 1.0] {
+                for f0 in [0.04, 1.0] {
+                    let gloss = Gloss {
+                        roughness,
+                        f0: Vec3::splat(f0),
+                    };
+                    let (a, b) = (sampled(gloss, cosine), integrated(gloss, cosine));
+                    let what = format!("{roughness} {cosine} {f0}: {a} {b}");
+                    assert!((a / b - 1.0).abs() < 0.02, "{what}");
+                    assert!(a < 1.001, "{what}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_densities_of_all_directions_add_up_to_one() {
+        // All but those that the sampler drops.
+        let gloss = Gloss {
+            roughness: 0.6,
+            f0: Vec3::ONE,
+        };
+        let to_viewer = to_viewer(0.6);
+        let mut random = Random::new(4, 5, 6);
+        let (mut kept, mut density) = (0.0, 0.0);
+        for _ in 0..COUNT {
+            let found = gloss.sample(Vec3::Z, to_viewer, random.point());
+            kept += f32::from(u8::from(found.is_some()));
+            let direction = cosine_direction(Vec3::Z, random.point());
+            density += gloss.pdf(Vec3::Z, to_viewer, direction) * PI / direction.z.max(1e-6);
+        }
+        assert!((kept / density - 1.0).abs() < 0.02, "{kept} {density}");
+        assert!(kept < COUNT as f32);
+    }
+
+    #[test]
+    fn a_smooth_one_is_a_mirror_with_the_reflectance_of_fresnel() {
+        let gloss = Gloss {
+            roughness: 0.0,
+            f0: Vec3::splat(0.04),
+        };
+        for cosine in [1.0_f32, 0.5] {
+            let to_viewer = to_viewer(cosine);
+            let mirrored = Vec3::new(-to_viewer.x, 0.0, to_viewer.z);
+            let mut random = Random::new(7, 8, 9);
+            for _ in 0..100 {
+                let found = gloss.sample(Vec3::Z, to_viewer, random.point());
+                assert!(found.is_some_and(|found| found.dot(mirrored) > 0.97));
+            }
+            let expected = 0.04 + 0.96 * (1.0 - cosine).powi(5);
+            let found = sampled(gloss, cosine);
+            assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! Only what has changed is voxelised: after any motion the light is that of a new app.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    light::NotShadowCaster,
+    mesh::{Indices, PrimitiveTopology},
+    prelude::*,
+};
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::{Follow, VoxelGiReport, VoxelGiVolume};
+
+use super::{
+    history::copy,
+    scene::{app_with, at, block, block_of, floor, matt, settings, under_sky},
+    support::{light_texture_bytes, picture, settle},
+};
+use crate::support::gpu;
+
+/// Pseudo-random numbers from -1 to 1.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) as f32 / 8_388_608.0 - 1.0
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.next(), self.next(), self.next())
+    }
+}
+
+fn emissive(world: &mut World, center: Vec3, size: Vec3, color: LinearRgba) -> Entity {
+    let entity = block(world, center, size);
+    let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+    let material = materials.add(StandardMaterial {
+        base_color: Color::BLACK,
+        emissive: color,
+        ..default()
+    });
+    world.entity_mut(entity).insert(MeshMaterial3d(material));
+    entity
+}
+
+/// A room without a ceiling with things in it, some of which move: their entities.
+fn room(world: &mut World) -> Vec<Entity> {
+    floor(world);
+    let red = LinearRgba::rgb(20.0, 2.0, 1.0);
+    for side in [-1.0, 1.0] {
+        block_of(
+            world,
+            0.7,
+            Vec3::new(1.8 * side, 0.9, 0.0),
+            Vec3::new(0.1, 1.8, 3.6),
+        );
+        block_of(
+            world,
+            0.7,
+            Vec3::new(0.0, 0.4, 1.75 * side),
+            Vec3::new(3.6, 0.8, 0.15),
+        );
+        // Strips that fill a part of voxels, beside and behind what moves.
+        emissive(
+            world,
+            Vec3::new(0.4 * side, 0.9, 0.3),
+            Vec3::new(0.05, 0.05, 2.0),
+            red,
+        );
+    }
+    let green = LinearRgba::rgb(0.5, 9.0, 2.0);
+    let caster = block(world, Vec3::new(0.5, 0.3, -0.5), Vec3::new(0.5, 0.6, 0.3));
+    let no_caster = block_of(world, 0.9, Vec3::new(-0.7, 0.5, 0.6), Vec3::splat(0.4));
+    world.entity_mut(no_caster).insert(NotShadowCaster);
+    let lamp = emissive(world, Vec3::new(0.0, 0.7, 0.0), Vec3::splat(0.15), green);
+    world.spawn((
+        PointLight {
+            intensity: 3000.0,
+            range: 8.0,
+            ..default()
+        },
+        Transform::from_xyz(0.2, 1.6, 0.1),
+        Visibility::Visible,
+    ));
+    vec![caster, no_caster, lamp]
+}
+
+/// The light of all levels.
+fn settled(app: &mut HeadlessApp) -> Vec<f32> {
+    app.render_frames(2).expect("frames");
+    settle(app);
+    let bytes = light_texture_bytes(app);
+    let halves = bytes.as_chunks::<2>().0.iter();
+    halves
+        .map(|bytes| half::f16::from_le_bytes(*bytes).to_f32())
+        .collect()
+}
+
+/// Mean difference as a share of the mean.
+fn difference(a: &[f32], b: &[f32]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let of = |values: &mut dyn Iterator<Item = f32>| values.map(f32::abs).sum::<f32>();
+    of(&mut a.iter().zip(b).map(|(a, b)| a - b)) / of(&mut b.iter().copied())
+}
+
+/// Moves things and the camera about, and compares the light with that of a new app now and then.
+fn move_about(volume: VoxelGiVolume, camera_moves: bool) {
+    let mut app = app_with(|_| ());
+    let movers = room(app.world_mut());
+    app.world_mut().spawn(volume);
+    app.run_until_ready(200).expect("ready");
+    let mut before = settled(&mut app);
+    let mut random = Random(7);
+    for round in 0..3 {
+        for _ in 0..4 {
+            let world = app.world_mut();
+            for &entity in &movers {
+                let by = 0.3 * random.vector();
+                let mut transform = world.get_mut::<Transform>(entity).expect("it");
+                transform.translation = (transform.translation + by)
+                    .clamp(Vec3::new(-1.2, 0.2, -1.2), Vec3::new(1.2, 1.2, 1.2));
+                transform.rotate_y(0.5 * random.next());
+            }
+            // A lamp that pulses has itself voxelised anew, and nothing else.
+            let lamp = movers[2];
+            let material = world.get::<MeshMaterial3d<StandardMaterial>>(lamp);
+            let material = material.expect("a material").0.clone();
+            let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+            let green = 9.0 + 5.0 * random.next();
+            materials
+                .get_mut(&material)
+                .expect("a material")
+                .emissive
+                .green = green;
+            if camera_moves {
+                let by = Vec3::new(1.0, 0.2, 1.0) * random.vector();
+                let mut camera = camera(world);
+                camera.translation = (camera.translation + by)
+                    .clamp(Vec3::new(-2.0, 3.0, -2.0), Vec3::new(2.0, 4.0, 2.0));
+            }
+            app.render_frames(1).expect("a frame");
+        }
+        // Light that moves with a volume keeps its mean; another lamp begins anew, in both apps.
+        let moved = settled(&mut app);
+        let world = app.world_mut();
+        let mut lamps = world.query::<&mut PointLight>();
+        lamps.single_mut(world).expect("a lamp").intensity += 500.0;
+        let found = settled(&mut app);
+        println!("light that has moved: {:.6}", difference(&moved, &found));
+        let mut new = app_with(|_| ());
+        copy(app.world_mut(), new.world_mut());
+        let place = *camera(app.world_mut());
+        *camera(new.world_mut()) = place;
+        new.run_until_ready(200).expect("ready");
+        let anew = settled(&mut new);
+        let (wrong, effect) = (difference(&found, &anew), difference(&before, &anew));
+        println!("round {round}: {wrong:.6} of an effect of {effect:.5}");
+        assert!(effect > 0.01, "round {round}: {effect}");
+        assert!(wrong < 1e-4, "round {round}: {wrong}");
+        before = found;
+    }
+}
+
+fn camera(world: &mut World) -> Mut<'_, Transform> {
+    let mut cameras = world.query_filtered::<&mut Transform, With<Camera3d>>();
+    cameras.single_mut(world).expect("a camera")
+}
+
+#[test]
+fn after_things_have_moved_the_light_is_that_of_a_new_app() {
+    let _gpu = gpu();
+    move_about(under_sky(0.5), false);
+}
+
+#[test]
+fn after_a_flight_of_cascades_the_light_is_that_of_a_new_app() {
+    let _gpu = gpu();
+    let volume = VoxelGiVolume {
+        size: 1.5,
+        cascades: 3,
+        follow: Follow::Camera,
+        ..under_sky(0.5)
+    };
+    move_about(volume, true);
+}
+
+/// Cascades that fly past leave light where it is, but for the other size of their voxels.
+#[test]
+fn light_changes_slowly_where_cascades_fly_past() {
+    let _gpu = gpu();
+    let mut app = app_with(|_| ());
+    let world = app.world_mut();
+    room(world);
+    let leader = world.spawn(Transform::from_xyz(-1.5, 0.5, 0.3)).id();
+    world.spawn(VoxelGiVolume {
+        size: 2.0,
+        cascades: 3,
+        follow: Follow::Entity(leader),
+        ..under_sky(0.5)
+    });
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    let points: Vec<_> = (0..49)
+        .map(|i| Vec2::new((i % 7 - 3) as f32, (i / 7 - 3) as f32) * 0.45)
+        .collect();
+    let light = |app: &mut HeadlessApp| {
+        let picture = picture(app);
+        let of_points = points.iter().map(|p| at(&picture, p.x, p.y).element_sum());
+        of_points.collect::<Vec<_>>()
+    };
+    let mut before = light(&mut app);
+    let (mut most, mut squares) = (0.0_f32, 0.0);
+    const FRAMES: u32 = 60;
+    for _ in 0..FRAMES {
+        let mut transform = app.world_mut().get_mut::<Transform>(leader).expect("it");
+        transform.translation.x += 3.0 / FRAMES as f32;
+        app.render_frames(1).expect("a frame");
+        let now = light(&mut app);
+        for (a, b) in before.iter().zip(&now) {
+            let change = (b - a).abs() / a;
+            most = most.max(change);
+            squares += change * change;
+        }
+        before = now;
+    }
+    let mean = (squares / (FRAMES as usize * points.len()) as f32).sqrt();
+    println!("change from frame to frame: {mean:.4}, {most:.4} at most");
+    assert!(mean < 0.01 && most < 0.1, "{mean} {most}");
+}
+
+/// Hills of 2 n² triangles on a square of this edge in metres.
+fn hills(n: u32, edge: f32) -> Mesh {
+    let mut positions = Vec::new();
+    let mut indices = Vec::new();
+    for z in 0..=n {
+        for x in 0..=n {
+            let p = (Vec2::new(x as f32, z as f32) / n as f32 - 0.5) * edge;
+            positions.push([p.x, 0.4 * (1.3 * p.x).sin() * (0.9 * p.y).cos(), p.y]);
+            let (a, b) = (z * (n + 1) + x, (z + 1) * (n + 1) + x);
+            if x < n && z < n {
+                indices.extend([a, b, a + 1, a + 1, b, b + 1]);
+            }
+        }
+    }
+    Mesh::new(
+        PrimitiveTopology::TriangleList,
+        RenderAssetUsages::default(),
+    )
+    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    .with_inserted_indices(Indices::U32(indices))
+    .with_computed_normals()
+}
+
+/// Half a million triangles in one mesh, in a volume of 16 m and 32^3 voxels.
+fn large_level() -> (HeadlessApp, Handle<StandardMaterial>) {
+    let mut app = app_with(|_| ());
+    let world = app.world_mut();
+    let material = matt(world, 0.5);
+    let mesh = hills(512, 14.0);
+    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
+    world.spawn((Mesh3d(mesh), MeshMaterial3d(material.clone())));
+    settings(world).resolution = 32;
+    world.spawn(VoxelGiVolume {
+        size: 16.0,
+        ..under_sky(1.0)
+    });
+    (app, material)
+}
+
+/// Changes something in some frames; the median milliseconds of the passes of voxelisation, which are known in later
+/// frames, and the number of triangles that were voxelised.
+fn voxelized(app: &mut HeadlessApp, mut change: impl FnMut(&mut World)) -> (f64, u64) {
+    let mut times = Vec::new();
+    for _ in 0..6 {
+        change(app.world_mut());
+        let (_, spans) = app.measure_spans(1).expect("frames");
+        let passes = ["clear", "voxelize", "surfaces"].map(|pass| format!("voxel_gi_{pass}"));
+        times.push(
+            passes
+                .iter()
+                .filter_map(|pass| spans.get(pass))
+                .sum::<f64>(),
+        );
+    }
+    times.sort_by(f64::total_cmp);
+    app.render_frames(4).expect("frames");
+    let report = app.world().resource::<VoxelGiReport>();
+    (times[times.len() / 2], report.voxelized_triangles)
+}
+
+#[test]
+fn a_small_thing_that_moves_in_a_large_level_has_little_voxelised() {
+    const LEVEL: u64 = 2 * 512 * 512;
+    let _gpu = gpu();
+    let (mut app, material) = large_level();
+    let mover = block(app.world_mut(), Vec3::new(0.0, 0.5, 0.0), Vec3::ONE);
+    app.run_until_ready(200).expect("ready");
+    let mut step = 0.0;
+    let (some, triangles) = voxelized(&mut app, |world| {
+        step += 0.3;
+        let mut transform = world.get_mut::<Transform>(mover).expect("it");
+        transform.translation.x = step;
+    });
+    let (all, whole) = voxelized(&mut app, |world| {
+        step += 0.1;
+        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+        let color = Color::linear_rgb(step % 1.0, 0.5, 0.5);
+        materials.get_mut(&material).expect("it").base_color = color;
+    });
+    println!("{triangles} triangles in {some:.2} ms, {whole} in {all:.2} ms");
+    assert_eq!(whole, LEVEL + 64);
+    assert!((64..LEVEL / 20).contains(&triangles), "{triangles}");
+}
+
+#[test]
+fn crowds_have_their_own_triangles_voxelised_and_what_is_near_them() {
+    const BODIES: u64 = 1000;
+    let _gpu = gpu();
+    let (mut app, _) = large_level();
+    let world = app.world_mut();
+    let mut random = Random(3);
+    let mesh = world
+        .resource_mut::<Assets<Mesh>>()
+        .add(Cuboid::from_length(0.1));
+    let material = matt(world, 0.8);
+    let bodies: Vec<_> = (0..2 * BODIES)
+        .map(|i| {
+            // Above the hills, and as many outside of the volume.
+            let outside = if i % 2 == 0 { 0.0 } else { 30.0 };
+            let at = Vec3::new(6.5, 1.0, 6.5) * random.vector() + Vec3::Y * (3.0 + outside);
+            let place = Transform::from_translation(at);
+            world
+                .spawn((
+                    Mesh3d(mesh.clone()),
+                    MeshMaterial3d(material.clone()),
+                    place,
+                ))
+                .id()
+        })
+        .collect();
+    app.run_until_ready(200).expect("ready");
+    let (time, triangles) = voxelized(&mut app, |world| {
+        for &body in &bodies {
+            world
+                .get_mut::<Transform>(body)
+                .expect("a body")
+                .translation
+                .y += 0.05;
+        }
+    });
+    println!("{triangles} triangles, {time:.2} ms");
+    assert_eq!(triangles, 64 * BODIES);
+}
