@@ -1,6 +1,6 @@
 //! A village under its own sky: light bounces around the camera, wherever it is, without a setting.
 //!
-//! 1, 2, 3: in the street, in a house, over the roofs. Space: light on and off.
+//! 1, 2, 3: in the street, in a house, over the roofs. 4: a flight through all of them. Space: light on and off.
 
 mod common;
 
@@ -16,11 +16,36 @@ const VIEWS: [[Vec3; 2]; 3] = [
     [Vec3::new(24.0, 19.0, 40.0), Vec3::new(0.0, 0.0, 0.0)],
 ];
 
+/// The flight: down the street, in at a door, out at a window, and back over the roofs.
+const FLIGHT: [Vec3; 11] = [
+    Vec3::new(0.5, 1.7, 24.0),
+    Vec3::new(0.0, 1.7, 10.0),
+    Vec3::new(-3.0, 1.6, 5.3),
+    Vec3::new(-5.0, 1.5, 5.1),
+    Vec3::new(-7.6, 1.6, 5.6),
+    Vec3::new(-7.2, 1.6, 7.6),
+    Vec3::new(-5.0, 1.55, 8.15),
+    Vec3::new(-1.0, 2.5, 7.0),
+    Vec3::new(5.0, 9.0, -6.0),
+    Vec3::new(-9.0, 12.0, -22.0),
+    Vec3::new(-9.0, 9.0, 20.0),
+];
+
+/// In metres per second.
+const SPEED: f32 = 4.0;
+
+/// Where the camera is on its flight.
+#[derive(Component)]
+struct Flight {
+    curve: CubicCurve<Vec3>,
+    time: f32,
+}
+
 fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins(), VoxelGiPlugin))
         .add_systems(Startup, spawn)
-        .add_systems(Update, (switch, describe))
+        .add_systems(Update, (switch, fly, describe))
         .run()
 }
 
@@ -110,19 +135,41 @@ fn spawn(
 
 fn switch(
     keys: Res<ButtonInput<KeyCode>>,
-    mut camera: Single<&mut Transform, With<FreeCamera>>,
+    mut commands: Commands,
+    mut camera: Single<(Entity, &mut Transform), With<FreeCamera>>,
     mut volume: Single<&mut Visibility, With<VoxelGiVolume>>,
-) {
+) -> Result {
+    let (entity, transform) = &mut *camera;
     for (key, place) in [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3]
         .into_iter()
         .zip(VIEWS)
     {
         if keys.just_pressed(key) {
-            **camera = view(place);
+            **transform = view(place);
+            commands.entity(*entity).remove::<Flight>();
         }
+    }
+    if keys.just_pressed(KeyCode::Digit4) {
+        let curve = CubicCardinalSpline::new_catmull_rom(FLIGHT).to_curve_cyclic()?;
+        commands.entity(*entity).insert(Flight { curve, time: 0.0 });
     }
     if keys.just_pressed(KeyCode::Space) {
         volume.toggle_visible_hidden();
+    }
+    Ok(())
+}
+
+/// Moves the camera along its flight, as fast everywhere.
+fn fly(time: Res<Time>, mut flights: Query<(&mut Flight, &mut Transform)>) {
+    for (mut flight, mut transform) in &mut flights {
+        let speed = flight.curve.velocity(flight.time).length();
+        flight.time += SPEED / speed * time.delta_secs();
+        flight.time %= FLIGHT.len() as f32;
+        transform.translation = flight.curve.position(flight.time);
+        let ahead = flight
+            .curve
+            .position((flight.time + 0.2) % FLIGHT.len() as f32);
+        transform.look_at(ahead, Vec3::Y);
     }
 }
 
@@ -135,5 +182,5 @@ fn describe(
     } else {
         "light that bounces"
     };
-    caption.0 = format!("{light} (Space); places: 1, 2, 3");
+    caption.0 = format!("{light} (Space); places: 1, 2, 3; a flight: 4");
 }

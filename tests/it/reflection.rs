@@ -2,6 +2,8 @@
 
 use std::{
     any::TypeId,
+    fmt::Debug,
+    ops::RangeInclusive,
     path::{Path, PathBuf},
 };
 
@@ -11,14 +13,14 @@ use bevy::{
         reflect::{ReflectComponent, ReflectMessage, ReflectResource},
     },
     prelude::*,
-    reflect::TypeRegistry,
+    reflect::{TypeRegistry, Typed, structs::Struct},
 };
-use bevy_ewa::EwaPlugin;
+use bevy_ewa::{EwaPlugin, EwaSettings};
 use bevy_frugal_lab::{
     ROOT,
     headless::{HeadlessApp, HeadlessSettings},
 };
-use bevy_voxel_gi::{Follow, VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelGiVolume};
+use bevy_voxel_gi::{Follow, VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 use bevy_wavelet_tex::WaveletTexPlugin;
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
@@ -137,4 +139,43 @@ fn a_volume_follows_the_entity_that_was_spawned_with_it() {
         .expect("registered")
         .map_entities(&mut volume, &mut Next);
     assert_eq!(volume.follow, Follow::Entity(entity(4)));
+}
+
+/// Checks the fields whose range is an attribute of this type, and returns their number.
+fn check_ranges<T, N>(value: &T, clamped: impl Fn(&T) -> T, beyond: [N; 2]) -> usize
+where
+    T: Struct + Typed + Clone,
+    N: Reflect + TypePath + PartialEq + Debug,
+{
+    let info = T::type_info().as_struct().expect("a struct");
+    let mut ranges = 0;
+    for field in info.iter() {
+        let Some(range) = field.get_attribute::<RangeInclusive<N>>() else {
+            continue;
+        };
+        ranges += 1;
+        for (beyond, end) in beyond.iter().zip([range.start(), range.end()]) {
+            let mut changed = value.clone();
+            changed.field_mut(field.name()).expect("it").apply(beyond);
+            let clamped = clamped(&changed);
+            let found = clamped.field(field.name()).expect("it");
+            let found = found.try_downcast_ref::<N>();
+            assert_eq!(found, Some(end), "{}", field.name());
+        }
+    }
+    ranges
+}
+
+#[test]
+fn ranges_that_an_inspector_reads_are_those_that_hold() {
+    let whole = [0, u32::MAX];
+    let settings = VoxelGiSettings::default();
+    assert_eq!(check_ranges(&settings, VoxelGiSettings::clamped, whole), 3);
+    let volume = VoxelGiVolume::default();
+    assert_eq!(check_ranges(&volume, VoxelGiVolume::clamped, whole), 1);
+    let ewa = EwaSettings::default();
+    let clamped = |settings: &EwaSettings| settings.clamped();
+    assert_eq!(check_ranges(&ewa, clamped, whole), 1);
+    assert_eq!(check_ranges(&ewa, clamped, [0, u16::MAX]), 1);
+    assert_eq!(check_ranges(&ewa, clamped, [f32::MIN, f32::MAX]), 4);
 }

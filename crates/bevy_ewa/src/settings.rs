@@ -25,10 +25,12 @@ pub struct EwaSettings {
     /// Upper limit of the ratio of the ellipse's axes. Ellipses below the limit are unchanged; longer
     /// ones get a wider minor axis. Higher values are sharper and cost more. 1 to 1024, default 32
     /// (thesis table 5.1).
+    #[cfg_attr(feature = "bevy", reflect(@1.0..=1024.0_f32))]
     pub max_anisotropy: f32,
     /// Minimum length of the ellipse's minor radius, in texels of the chosen mip level: T_pp in thesis
     /// equation 5.3. The actual length is less than twice the minimum. Higher values are sharper and
     /// cost more. 0.5 to 4, default 1.5.
+    #[cfg_attr(feature = "bevy", reflect(@0.5..=4.0_f32))]
     pub minor_radius_texels: f32,
     /// The formula that chooses the mip level. Default: [`EwaLevelOfDetail::MinorRadius`].
     pub level_of_detail: EwaLevelOfDetail,
@@ -36,19 +38,23 @@ pub struct EwaSettings {
     /// single level everywhere, as in the thesis, with a visible step where the level changes; 1 blends
     /// everywhere and costs most. 0 to 1, default 0.25. It affects the exact methods only; probes are
     /// trilinear.
+    #[cfg_attr(feature = "bevy", reflect(@0.0..=1.0_f32))]
     pub level_blend: f32,
     /// Upper limit of the texture fetches of one lookup by an exact method. Where the ellipse needs
     /// more, a coarser mip level is read; the ellipse is never cut. 16 to 4096, default 2048.
+    #[cfg_attr(feature = "bevy", reflect(@16..=4096_u32))]
     pub max_fetches: u32,
     /// Anisotropy above which [`EwaMethod::Spatial`] replaces its single probe by several, alpha_0 in
     /// thesis 5.5.1. Lower values take several probes, and so more fetches, for more pixels. 2 to 1024,
     /// default 16, where the texture unit reaches its limit.
+    #[cfg_attr(feature = "bevy", reflect(@2.0..=1024.0_f32))]
     pub spatial_threshold: f32,
     /// The `anisotropy_clamp` of the samplers of those textures that the texture unit filters. Above 1, the plugin
     /// raises it for the textures of Bevy's materials, and each probe is one fetch by the texture unit; at 1, the
     /// samplers stay as they are, and the shader computes the probes as a texture unit with 16x anisotropy would.
     /// Exact methods apply it to the maps that [`EwaSettings::maps`] leaves out. 1 to 16, default 1, which
     /// [`EwaMethod::Anisotropic`] takes for 16. Samplers that filter otherwise than linearly stay as they are.
+    #[cfg_attr(feature = "bevy", reflect(@1..=16_u16))]
     pub sampler_anisotropy: u16,
     /// Whether the textures repeat or mirror, so that texture coordinates beyond 16 can be reduced
     /// by whole periods and stay precise. For Bevy's materials it is switched off automatically where
@@ -293,6 +299,7 @@ pub enum EwaKernel {
     Gaussian {
         /// Standard deviation in pixels. Smaller values are sharper and alias more. 0.05 to 2, default
         /// 0.5.
+        #[cfg_attr(feature = "bevy", reflect(@0.05..=2.0_f32))]
         sigma_pixels: f32,
     },
     /// The cubic filter of Mitchell and Netravali with B = C = 1/3 and a radius of two pixels.

@@ -50,6 +50,7 @@ pub(crate) const FLAG_FEEDBACK: u32 = 1;
 pub(crate) const FLAG_WEIGHTED: u32 = 2;
 pub(crate) const FLAG_CHANGING: u32 = 4;
 pub(crate) const FLAG_MEAN: u32 = 8;
+pub(crate) const FLAG_HELD: u32 = 16;
 
 /// A light source.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]

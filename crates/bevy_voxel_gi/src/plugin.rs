@@ -27,6 +27,7 @@ use crate::{
         material_table::{MaterialTable, begin_session, remove_unused},
         meshes::{ExtractedScene, extract_scene},
         outer_levels::place_outer_levels,
+        own_bounds::find_own_bounds,
         place_volume::{ActiveVolume, place_volume},
         probe::place_probe,
         unknown_materials::update_unknown_materials,
@@ -115,9 +116,12 @@ impl Plugin for VoxelGiPlugin {
                 Last,
                 (
                     begin_session.before(UpdateMaterials),
-                    (update_unknown_materials, remove_unused)
-                        .chain()
-                        .after(UpdateMaterials)
+                    (
+                        (update_unknown_materials, remove_unused)
+                            .chain()
+                            .after(UpdateMaterials),
+                        find_own_bounds,
+                    )
                         .run_if(there_is_a_volume),
                 ),
             )

@@ -2,6 +2,7 @@
 
 use bevy::{
     asset::RenderAssetUsages,
+    camera::{primitives::Aabb, visibility::NoFrustumCulling},
     light::NotShadowCaster,
     mesh::{Indices, PrimitiveTopology},
     prelude::*,
@@ -12,7 +13,7 @@ use bevy_voxel_gi::{Follow, VoxelGiReport, VoxelGiVolume};
 use super::{
     history::copy,
     scene::{app_with, at, block, block_of, floor, matt, settings, under_sky},
-    support::{light_texture_bytes, picture, settle},
+    support::{has_settled, light_texture_bytes, picture, settle},
 };
 use crate::support::gpu;
 
@@ -227,6 +228,50 @@ fn light_changes_slowly_where_cascades_fly_past() {
     assert!(mean < 0.01 && most < 0.1, "{mean} {most}");
 }
 
+/// Where nothing moves, light keeps still when a small thing elsewhere begins to move, moves and stops, and until the
+/// light has settled again.
+#[test]
+fn light_does_not_flicker_when_something_begins_to_move_or_stops() {
+    let _gpu = gpu();
+    let mut app = app_with(|_| ());
+    let world = app.world_mut();
+    room(world);
+    let mover = block(world, Vec3::new(1.6, 0.1, 1.5), Vec3::splat(0.12));
+    world.spawn(under_sky(0.5));
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    let points: Vec<_> = (0..36)
+        .map(|i| Vec2::new((i % 6) as f32, (i / 6) as f32) * 0.45 - Vec2::splat(1.6))
+        .collect();
+    let light = |app: &mut HeadlessApp| {
+        let picture = picture(app);
+        let of_points = points.iter().map(|p| at(&picture, p.x, p.y).element_sum());
+        of_points.collect::<Vec<_>>()
+    };
+    let mut before = light(&mut app);
+    let (mut most, mut squares) = (0.0_f32, 0.0);
+    const MOVING: u32 = 20;
+    const FRAMES: u32 = 90;
+    for frame in 0..FRAMES {
+        if frame < MOVING {
+            let mut transform = app.world_mut().get_mut::<Transform>(mover).expect("it");
+            transform.translation.y += 0.01;
+        }
+        app.render_frames(1).expect("a frame");
+        let now = light(&mut app);
+        for (a, b) in before.iter().zip(&now) {
+            let change = (b - a).abs() / a;
+            most = most.max(change);
+            squares += change * change;
+        }
+        before = now;
+    }
+    let mean = (squares / (FRAMES as usize * points.len()) as f32).sqrt();
+    println!("change from frame to frame: {mean:.4}, {most:.4} at most");
+    assert!(mean < 0.005 && most < 0.03, "{mean} {most}");
+    assert!(has_settled(&app));
+}
+
 /// Hills of 2 n² triangles on a square of this edge in metres.
 fn hills(n: u32, edge: f32) -> Mesh {
     let mut positions = Vec::new();
@@ -308,6 +353,19 @@ fn a_small_thing_that_moves_in_a_large_level_has_little_voxelised() {
     });
     println!("{triangles} triangles in {some:.2} ms, {whole} in {all:.2} ms");
     assert_eq!(whole, LEVEL + 64);
+    assert!((64..LEVEL / 20).contains(&triangles), "{triangles}");
+    // What is never culled has no `Aabb`, as view models have none.
+    app.world_mut()
+        .entity_mut(mover)
+        .insert(NoFrustumCulling)
+        .remove::<Aabb>();
+    app.render_frames(4).expect("frames");
+    let (_, triangles) = voxelized(&mut app, |world| {
+        step -= 0.2;
+        let mut transform = world.get_mut::<Transform>(mover).expect("it");
+        transform.translation.x = step;
+    });
+    println!("{triangles} triangles of what is never culled");
     assert!((64..LEVEL / 20).contains(&triangles), "{triangles}");
 }
 

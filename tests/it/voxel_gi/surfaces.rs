@@ -181,6 +181,39 @@ fn morphed_meshes_occlude_where_their_targets_put_them() {
     assert!(right < 0.7 * left, "{left} {right}");
 }
 
+/// A target that displaces by many times the mesh's own size.
+#[test]
+fn a_morphed_mesh_leaves_nothing_where_it_was() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    let mut mesh = Mesh::from(Cuboid::new(0.6, 0.2, 0.6));
+    let far = MorphAttributes {
+        position: Vec3::X * 3.0,
+        ..default()
+    };
+    mesh.set_morph_targets(vec![far; mesh.count_vertices()]);
+    let material = matt(world, 0.0);
+    let entity = plate(world, mesh, material);
+    let with_weight = |weight: f32| MeshMorphWeights::Value {
+        weights: vec![weight],
+    };
+    world.entity_mut(entity).insert(with_weight(0.0));
+    world.spawn(under_sky(1.0));
+    let expected = settled(&mut app);
+    for weight in [0.45, 0.0] {
+        let world = app.world_mut();
+        world.entity_mut(entity).insert(with_weight(weight));
+        app.render_frames(3).expect("a frame");
+        settle(&mut app);
+    }
+    let found = picture(&mut app);
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found.x - expected.x).abs() < 1e-3, "{found} {expected}");
+    }
+}
+
 /// The albedo in the voxels of a floor whose left half is green and right half red by its texture, as the
 /// debug view shows it; or of one of which voxels know only `own`.
 fn shown_albedo(

@@ -15,7 +15,10 @@ use super::{
     meshes::{ExtractedScene, MeshParts, world_bounds},
     place_volume::ActiveVolume,
 };
-use crate::settings::NotVoxelized;
+use crate::{
+    prepare::asset_notes::{AssetNotes, Displacement},
+    settings::NotVoxelized,
+};
 
 type IsDeformed = (
     Without<NotVoxelized>,
@@ -37,6 +40,7 @@ pub(crate) fn extract_deformed_meshes(
     joints: Extract<Query<&GlobalTransform>>,
     morphs: Extract<Query<&MorphWeights>>,
     bind_poses: Extract<Res<Assets<SkinnedMeshInverseBindposes>>>,
+    notes: Res<AssetNotes>,
 ) {
     let scene = &mut *scene;
     scene.deformed.clear();
@@ -48,7 +52,23 @@ pub(crate) fn extract_deformed_meshes(
         let Some(mut mesh) = scene.rigid_mesh(parts) else {
             continue;
         };
-        let aabb = parts.3;
+        let weights = match morph {
+            None => None,
+            Some(MeshMorphWeights::Value { weights }) => Some(&weights[..]),
+            Some(MeshMorphWeights::Reference(entity)) => {
+                morphs.get(*entity).ok().map(MorphWeights::weights)
+            }
+        };
+        let shape = parts.3.or(parts.4.map(|own| &own.0)).map(|shape| {
+            let displacements = notes.displacements(mesh.mesh);
+            let morphed = morphed(shape, weights.unwrap_or_default(), displacements);
+            if has_dynamic_bounds {
+                turned(shape, &morphed)
+            } else {
+                morphed
+            }
+        });
+        mesh.bounds = shape.map(|shape| world_bounds(&shape, &mesh.world_from_local));
         let first_matrix = scene.joints.len();
         if let Some(skin) = skin {
             let Some(poses) = bind_poses.get(&skin.inverse_bindposes) else {
@@ -63,25 +83,9 @@ pub(crate) fn extract_deformed_meshes(
             mesh.first_joint = Some(u32::try_from(first_matrix).unwrap_or(u32::MAX));
             if !has_dynamic_bounds {
                 let matrices = &scene.joints[first_matrix..];
-                mesh.bounds = aabb.and_then(|aabb| skinned_bounds(aabb, matrices));
+                mesh.bounds = shape.and_then(|shape| skinned_bounds(&shape, matrices));
             }
         }
-        let weights = match morph {
-            None => None,
-            Some(MeshMorphWeights::Value { weights }) => Some(&weights[..]),
-            Some(MeshMorphWeights::Reference(entity)) => {
-                morphs.get(*entity).ok().map(MorphWeights::weights)
-            }
-        };
-        mesh.bounds = mesh.bounds.map(|(center, half_size)| {
-            let sum: f32 = weights
-                .iter()
-                .copied()
-                .flatten()
-                .map(|weight| weight.abs())
-                .sum();
-            (center, half_size * (1.0 + MORPH_REACH * sum))
-        });
         if !volume.levels.iter().any(|level| mesh.reaches(level)) {
             scene.joints.truncate(first_matrix);
             continue;
@@ -91,9 +95,41 @@ pub(crate) fn extract_deformed_meshes(
     }
 }
 
-/// How far a morph target is assumed to displace vertices at most, as a multiple of the size of the base shape: its
-/// displacements may be only on the GPU.
+/// How far a morph target is assumed to displace vertices at most, as a multiple of the size of the base shape, until
+/// its displacements are known.
 const MORPH_REACH: f32 = 2.0;
+
+/// The bounds of a shape with its morph targets, in its own space.
+fn morphed(shape: &Aabb, weights: &[f32], displacements: Option<&[Displacement]>) -> Aabb {
+    let (mut least, mut greatest) = (shape.min(), shape.max());
+    for (target, weight) in weights.iter().enumerate() {
+        let weight = finite(*weight);
+        let [a, b] = match displacements {
+            Some(all) => all.get(target).map_or([Vec3A::ZERO; 2], |displacement| {
+                [displacement.least, displacement.greatest].map(|d| weight * Vec3A::from(d))
+            }),
+            None => [-1.0, 1.0].map(|side| side * weight * MORPH_REACH * shape.half_extents),
+        };
+        least += a.min(b);
+        greatest += a.max(b);
+    }
+    Aabb::from_min_max(least.into(), greatest.into())
+}
+
+/// The bounds of a shape where joints turn by what it is morphed.
+fn turned(shape: &Aabb, morphed: &Aabb) -> Aabb {
+    let reach = (morphed.min() - shape.min())
+        .abs()
+        .max((morphed.max() - shape.max()).abs());
+    Aabb {
+        half_extents: shape.half_extents + reach.length(),
+        ..*shape
+    }
+}
+
+fn finite(weight: f32) -> f32 {
+    if weight.is_finite() { weight } else { 0.0 }
+}
 
 /// Centre and half extents of a skin whose bounds in bind pose are known: each vertex is a mean of where single joints
 /// move it. `None` if it has no joints.
@@ -115,7 +151,7 @@ fn append_weights(matrices: &mut Vec<Mat4>, weights: &[f32]) -> (u32, u32) {
     matrices.extend(weights.chunks(16).map(|chunk| {
         let mut all = [0.0; 16];
         for (to, from) in all.iter_mut().zip(chunk) {
-            *to = if from.is_finite() { *from } else { 0.0 };
+            *to = finite(*from);
         }
         Mat4::from_cols_array(&all)
     }));
@@ -125,6 +161,29 @@ fn append_weights(matrices: &mut Vec<Mat4>, weights: &[f32]) -> (u32, u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bounds_of_a_morphed_shape_contain_it_and_no_more() {
+        let shape = Aabb::from_min_max(Vec3::ZERO, Vec3::ONE);
+        let displacements = [
+            Displacement {
+                least: Vec3::new(-1.0, 0.0, 0.0),
+                greatest: Vec3::new(3.0, 0.0, 0.5),
+            },
+            Displacement {
+                least: Vec3::ZERO,
+                greatest: Vec3::Y,
+            },
+        ];
+        let found = morphed(&shape, &[2.0, -0.5, f32::NAN], Some(&displacements));
+        let expected = Aabb::from_min_max(Vec3::new(-2.0, -0.5, 0.0), Vec3::new(7.0, 1.0, 2.0));
+        assert_eq!(found, expected);
+        let unknown = morphed(&shape, &[-0.5], None);
+        assert_eq!(
+            unknown,
+            Aabb::from_min_max(Vec3::splat(-0.5), Vec3::splat(1.5))
+        );
+    }
 
     #[test]
     fn bounds_of_a_skin_contain_what_its_joints_move() {

@@ -18,6 +18,7 @@ use super::{
     changed_rows::{KnownRows, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable},
     outer_levels::WorldBounds,
+    own_bounds::OwnBounds,
     place_volume::ActiveVolume,
     placement::PlacedLevel,
     voxel_material::VoxelMaterial,
@@ -39,6 +40,8 @@ pub(crate) struct ExtractedMesh {
     pub casts_shadow: bool,
     /// Centre and half extents of its bounds in world space; `None` if they are not known.
     pub bounds: Option<(Vec3A, Vec3A)>,
+    /// Whether Bevy keeps its bounds, too: what is never culled may be a sky.
+    pub is_culled: bool,
 }
 
 impl ExtractedMesh {
@@ -97,6 +100,7 @@ pub(super) type MeshParts = (
     &'static GlobalTransform,
     &'static InheritedVisibility,
     Option<&'static Aabb>,
+    Option<&'static OwnBounds>,
     Option<&'static MaterialIndex>,
     Option<&'static RenderLayers>,
     Option<&'static VisibilityRange>,
@@ -109,6 +113,7 @@ pub(super) type MeshItem<'a> = (
     &'a GlobalTransform,
     &'a InheritedVisibility,
     Option<&'a Aabb>,
+    Option<&'a OwnBounds>,
     Option<&'a MaterialIndex>,
     Option<&'a RenderLayers>,
     Option<&'a VisibilityRange>,
@@ -128,6 +133,7 @@ type MeshColumns = (
     Ref<'static, GlobalTransform>,
     Ref<'static, InheritedVisibility>,
     Option<Ref<'static, Aabb>>,
+    Option<Ref<'static, OwnBounds>>,
     Option<Ref<'static, MaterialIndex>>,
     Option<Ref<'static, RenderLayers>>,
     Option<Ref<'static, VisibilityRange>>,
@@ -148,7 +154,7 @@ impl ExtractedScene {
     /// The mesh as it is voxelised; `None` if it is not.
     pub(super) fn rigid_mesh(
         &self,
-        (mesh, transform, visible, aabb, index, layers, range, casts_none): MeshItem<'_>,
+        (mesh, transform, visible, aabb, own, index, layers, range, casts_none): MeshItem<'_>,
     ) -> Option<ExtractedMesh> {
         // Of the levels of detail, the one that is seen from nearby: it is the same wherever cameras are.
         let is_nearest = range.is_none_or(|range| range.is_visible_at_all(0.0));
@@ -162,7 +168,8 @@ impl ExtractedScene {
         if !visible.get() || is_transparent || !world_from_local.is_finite() {
             return None;
         }
-        let bounds = aabb.map(|aabb| world_bounds(aabb, &world_from_local));
+        let bounds = aabb.or(own.map(|own| &own.0));
+        let bounds = bounds.map(|bounds| world_bounds(bounds, &world_from_local));
         Some(ExtractedMesh {
             mesh: mesh.id(),
             world_from_local,
@@ -171,6 +178,7 @@ impl ExtractedScene {
             weights: None,
             casts_shadow: !casts_none,
             bounds,
+            is_culled: aabb.is_some(),
         })
     }
 
@@ -214,6 +222,7 @@ pub(crate) fn extract_scene(
             transforms,
             visible,
             aabbs,
+            own,
             indices,
             layers,
             ranges,
@@ -225,6 +234,7 @@ pub(crate) fn extract_scene(
             let (transforms, of_transforms) = split(transforms);
             let (visible, of_visible) = split(visible);
             let (aabbs, of_aabbs) = aabbs.map(split).unzip();
+            let (own, of_own) = own.map(split).unzip();
             let (indices, of_indices) = indices.map(split).unzip();
             let (layers, of_layers) = layers.map(split).unzip();
             let (ranges, of_ranges) = ranges.map(split).unzip();
@@ -233,6 +243,7 @@ pub(crate) fn extract_scene(
                 of_transforms,
                 of_visible,
                 of_aabbs.flatten(),
+                of_own.flatten(),
                 of_indices.flatten(),
                 of_layers.flatten(),
                 of_ranges.flatten(),
@@ -243,6 +254,7 @@ pub(crate) fn extract_scene(
                     &transforms[row],
                     &visible[row],
                     aabbs.map(|aabbs| &aabbs[row]),
+                    own.map(|own| &own[row]),
                     indices.map(|indices| &indices[row]),
                     layers.map(|layers| &layers[row]),
                     ranges.map(|ranges| &ranges[row]),

@@ -141,7 +141,7 @@ impl WorldBounds {
     }
 
     fn add(&mut self, entity: Entity, mesh: &ExtractedMesh) {
-        let Some((center, half_size)) = mesh.bounds else {
+        let Some((center, half_size)) = mesh.bounds.filter(|_| mesh.is_culled) else {
             return;
         };
         // It would be smaller than a sub-voxel of a level that reaches as far.
@@ -218,6 +218,7 @@ mod tests {
     fn mesh(center: Vec3, half_size: f32) -> ExtractedMesh {
         ExtractedMesh {
             bounds: Some((center.into(), Vec3A::splat(half_size))),
+            is_culled: true,
             mesh: AssetId::default(),
             world_from_local: default(),
             material: 0,

@@ -46,7 +46,7 @@ pub(crate) fn solve(
             gather.record_gather(pass, bounce + 1 == work.bounces, &buffers, &cache);
         });
     }
-    if buffers.shape.shares_light() {
+    if buffers.shape.shares_light() && !work.is_held {
         record_pass(&mut context, "voxel_gi_share", |pass| {
             pass.set_bind_group(0, &voxels.bounces[0], &[]);
             gather.record_share(pass, &buffers, &cache);

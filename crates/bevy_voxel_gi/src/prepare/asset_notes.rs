@@ -2,6 +2,7 @@
 
 use bevy::{
     image::{ImageAddressMode, ImageSampler},
+    mesh::morph::MorphAttributes,
     platform::collections::{HashMap, HashSet},
     prelude::*,
     render::{
@@ -20,6 +21,26 @@ pub(super) struct PackedRanges {
     pub uvs: [Vec4; 2],
 }
 
+/// Least and greatest displacement of a vertex by a morph target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Displacement {
+    pub least: Vec3,
+    pub greatest: Vec3,
+}
+
+impl Displacement {
+    fn of(target: &[MorphAttributes]) -> Self {
+        let zero = Self {
+            least: Vec3::ZERO,
+            greatest: Vec3::ZERO,
+        };
+        target.iter().fold(zero, |all, vertex| Self {
+            least: all.least.min(vertex.position),
+            greatest: all.greatest.max(vertex.position),
+        })
+    }
+}
+
 /// Notes of the assets as they come.
 #[derive(Resource, Default)]
 pub(crate) struct AssetNotes {
@@ -30,6 +51,8 @@ pub(crate) struct AssetNotes {
     pub uploaded: HashSet<AssetId<Image>>,
     /// The meshes with packed vertices.
     packed: HashMap<AssetId<Mesh>, PackedRanges>,
+    /// Of the meshes with morph targets, those of each target.
+    displacements: HashMap<AssetId<Mesh>, Vec<Displacement>>,
 }
 
 impl AssetNotes {
@@ -43,6 +66,11 @@ impl AssetNotes {
 
     pub(super) fn packed_ranges(&self, mesh: AssetId<Mesh>) -> PackedRanges {
         self.packed.get(&mesh).copied().unwrap_or_default()
+    }
+
+    /// How far each morph target displaces vertices; `None` before the mesh is on the GPU.
+    pub(crate) fn displacements(&self, mesh: AssetId<Mesh>) -> Option<&[Displacement]> {
+        self.displacements.get(&mesh).map(Vec::as_slice)
     }
 }
 
@@ -72,8 +100,17 @@ pub(crate) fn note_assets(
     }
     for id in &meshes.removed {
         notes.packed.remove(id);
+        notes.displacements.remove(id);
     }
     for (id, mesh) in &meshes.extracted {
+        match mesh.get_morph_targets() {
+            Some(targets) => {
+                let targets = targets.chunks(mesh.count_vertices().max(1));
+                let displacements = targets.map(Displacement::of).collect();
+                notes.displacements.insert(*id, displacements);
+            }
+            None => _ = notes.displacements.remove(id),
+        }
         let bounds = mesh.final_aabb;
         let ranges = PackedRanges {
             position_center: bounds.map_or(Vec3::ZERO, |bounds| bounds.center().into()),

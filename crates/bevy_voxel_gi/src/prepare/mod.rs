@@ -5,9 +5,8 @@
 //! | [`pipelines`] | whether all pipelines of a frame are ready |
 //! | [`asset_notes`] | what Bevy's assets on the GPU do not keep |
 //! | [`materials`], [`tiles`] | materials as the voxelisers read them, and small copies of their textures |
-//! | [`mesh_instance`] | what the voxelisers read of a mesh |
-//! | [`mesh_locator`] | where a mesh is in the GPU's buffers, and in which levels |
-//! | [`mesh_group`], [`mesh_groups`] | meshes that share their buffers |
+//! | [`mesh_instance`] | a mesh in the levels and in the GPU's buffers, as the voxelisers read it |
+//! | [`mesh_group`] | meshes that share their buffers |
 //! | [`mesh_batches`] | the meshes, grouped for dispatch |
 //! | [`dirty_voxels`], [`voxelization`] | the voxels that are voxelised anew, and whether these are all |
 //! | [`fingerprint`] | whether anything has changed that the light depends on |
@@ -25,9 +24,7 @@ mod fingerprint;
 pub(crate) mod materials;
 pub(crate) mod mesh_batches;
 pub(crate) mod mesh_group;
-mod mesh_groups;
 mod mesh_instance;
-mod mesh_locator;
 pub(crate) mod pipelines;
 pub(crate) mod plan;
 pub(crate) mod scene_buffers;

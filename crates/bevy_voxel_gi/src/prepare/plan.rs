@@ -18,7 +18,7 @@ use super::{
     mesh_group::BATCH_TRIANGLES,
     pipelines::RequiredPipelines,
     scene_buffers::SceneBuffers,
-    settling::{Pace, SettlingClock},
+    settling::{Pace, SETTLE, SettlingClock},
     shadow_masks,
     tiles::Tiles,
     uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
@@ -67,6 +67,8 @@ pub(crate) struct FrameWork {
     pub has_changed: bool,
     /// Whether levels have moved: reprojected albedo is cleared then.
     pub has_moved: bool,
+    /// Whether pixels keep the light that they have.
+    pub is_held: bool,
 }
 
 impl FramePlan {
@@ -78,10 +80,6 @@ impl FramePlan {
     }
 }
 
-/// Rounds in which endlessly reflected light settles, and the mean loses its share from before:
-/// (7/8)⁴⁰ = 0.5%.
-const SETTLE_MEAN: u32 = 40;
-
 fn pace(settings: &VoxelGiSettings) -> Pace {
     let rounds = match settings.light {
         // Propagation starts over in each frame.
@@ -89,7 +87,7 @@ fn pace(settings: &VoxelGiSettings) -> Pace {
             solver: Solver::Propagate { .. },
             ..
         } => EMPTY_INTERVAL,
-        _ => SETTLE_MEAN,
+        _ => SETTLE,
     };
     Pace {
         interval: settings.update_interval,
@@ -247,19 +245,21 @@ pub(crate) fn plan_frame(
         frame: plan.clock.frame(),
         blend: plan.clock.blend(pace),
         is_changing: plan.clock.is_changing(pace),
+        is_held: plan.clock.is_held(pace),
         emission_unit: materials.emission_unit,
         has_moved,
         voxel_capacity: shape.voxels as u32,
     };
     uniforms.write(frame, &device, &queue);
-    plan.clock.advance();
     plan.work = Some(FrameWork {
         bounces,
         iterations,
         voxelizes,
         has_changed,
         has_moved,
+        is_held: plan.clock.is_held(pace),
     });
+    plan.clock.advance(pace);
     if let Some(mut known) = scene_buffers {
         known.write(&lights.0, &device, &queue);
     } else {

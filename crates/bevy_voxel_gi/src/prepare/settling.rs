@@ -1,67 +1,73 @@
 //! The settling clock: counts the frames in which light is computed, and says when it has settled.
 //!
-//! Light settles after a restart, which begins with the first ray set and a new mean, and after a change,
-//! which continues with both. Time is counted in rounds, in each of which every voxel is updated once.
+//! Time is counted in rounds, in each of which every voxel is updated once. While things change, and for the
+//! [`REST`] rounds after, light is averaged over a few rounds, so that it follows. Then the same begins whatever has
+//! been before, so that the same scene always settles to the same light: rays begin with their first set, and once
+//! the bounces of what has been before have faded, a new mean of [`SETTLED_MEAN`] rounds. Nothing of that shows: a
+//! change keeps the mean, and pixels keep the former one until the new has as many rounds.
 
-/// Rounds over which the light that pixels read is averaged, as an exponential mean, while things change.
+/// Rounds in the mean that pixels read while things change; later ones weigh more.
 const HISTORY: u32 = 8;
 
-/// Rounds after a change from which on the mean grows: by then, what was before the change has a share of
-/// (7/8)³² = 1.4%, which falls further as the mean grows, and the bounces have settled.
-const STEADY: u32 = 32;
+/// Rounds for which the mean of a scene at rest counts once something changes. The more, the later change arrives;
+/// with none, the noise of a single round shows everywhere.
+const KEPT: u32 = 1;
 
-/// Greatest number of rounds in the mean.
-const STEADY_HISTORY: u32 = 64;
+/// Rounds after a change in which light that differs much from its mean counts as changed, and not as noise. Later
+/// than that it would bias the mean, as rare bright rays are missing from most rounds.
+const CHANGING: u32 = REST + BOUNCES;
 
-/// Rounds after a change in which light that differs much from its mean counts as changed, and not as
-/// noise. Later than that it would bias the mean, as rare bright rays are missing from most rounds.
-const CHANGING: u32 = 16;
+/// Rounds without a change after which a scene is at rest: rays begin with their first set.
+const REST: u32 = 8;
 
-/// Light settles after a multiple of this number of rounds: all ray sets have been traced, and changes that
-/// took a few frames to arrive settle to the same light as those that arrived at once.
-const SETTLE_STEP: u32 = 16;
+/// Rounds from then until the new mean begins, in which the light that bounces becomes that of the new rays.
+const BOUNCES: u32 = 8;
 
-/// Rounds after a restart in which bounces propagate before averaging starts.
+/// Rounds in the settled mean: four rotations of all ray sets.
+const SETTLED_MEAN: u32 = 32;
+
+/// Greatest number of rounds in the mean, where light is computed on after it has settled.
+const LONGEST_MEAN: u32 = 64;
+
+/// Rounds after the start in which bounces propagate before averaging starts.
 const WARM_UP: u32 = 4;
+
+/// Rounds after the last change in which traced light settles.
+pub(crate) const SETTLE: u32 = REST + BOUNCES + SETTLED_MEAN;
 
 /// How fast the light of a volume settles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Pace {
     /// Number of frames in a round.
     pub interval: u32,
-    /// Number of rounds that the light needs to settle.
+    /// Number of rounds after the last change in which the light settles.
     pub rounds: u32,
 }
 
 /// See the module documentation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SettlingClock {
-    /// Frames since a restart by a change after a pause. It determines the directions of rays, so the same
-    /// change always settles to the same light.
+    /// The number of the frame, which determines the directions of rays.
     frame: u32,
-    /// Frames since the light was last restarted.
-    since_restart: u32,
     /// Frames since something changed.
     since_change: u32,
-    /// Frames still to compute until the light has settled.
-    unsettled: u32,
+    /// Frames in the mean, those of the warm-up included.
+    mean: u32,
 }
 
 impl SettlingClock {
-    /// Something that the light depends on has changed. After a pause the light is restarted, unless the
-    /// volume has moved: then it keeps its light.
+    /// Something that the light depends on has changed. `has_moved` tells whether the volume has: its light
+    /// remains then.
     pub(crate) fn change(&mut self, pace: Pace, has_moved: bool) {
-        if self.since_change > HISTORY * pace.interval && !has_moved {
-            self.since_restart = 0;
-            self.frame = 0;
+        if self.since_change >= REST * pace.interval && !has_moved {
+            self.mean = self.mean.min((WARM_UP + KEPT) * pace.interval);
         }
         self.since_change = 0;
-        self.unsettled = pace.rounds * pace.interval;
     }
 
     /// Whether the light has settled.
     pub(crate) fn has_settled(&self, pace: Pace) -> bool {
-        self.unsettled == 0 && self.frame.is_multiple_of(SETTLE_STEP * pace.interval)
+        self.since_change >= pace.rounds * pace.interval
     }
 
     /// The number of this frame.
@@ -69,11 +75,19 @@ impl SettlingClock {
         self.frame
     }
 
+    /// Rounds since the new mean began.
+    fn rounds_of_new_mean(&self, pace: Pace) -> Option<u32> {
+        (self.since_change / pace.interval).checked_sub(REST + BOUNCES)
+    }
+
     /// Blend factor of this frame in the mean that pixels read.
     pub(crate) fn blend(&self, pace: Pace) -> f32 {
-        let since_restart = (self.since_restart / pace.interval + 1).saturating_sub(WARM_UP);
-        let steady = (self.since_change / pace.interval).saturating_sub(STEADY);
-        1.0 / since_restart.clamp(1, (HISTORY + steady).min(STEADY_HISTORY)) as f32
+        let rounds = (self.mean / pace.interval + 1).saturating_sub(WARM_UP);
+        let most = match self.rounds_of_new_mean(pace) {
+            Some(_) => LONGEST_MEAN,
+            None => HISTORY,
+        };
+        1.0 / rounds.clamp(1, most) as f32
     }
 
     /// Whether something has changed lately.
@@ -81,12 +95,23 @@ impl SettlingClock {
         self.since_change < CHANGING * pace.interval
     }
 
+    /// Whether pixels keep the light that they have, as the new mean has too few rounds yet.
+    pub(crate) fn is_held(&self, pace: Pace) -> bool {
+        self.rounds_of_new_mean(pace)
+            .is_some_and(|rounds| rounds + 1 < HISTORY)
+    }
+
     /// The light of this frame is computed.
-    pub(crate) fn advance(&mut self) {
+    pub(crate) fn advance(&mut self, pace: Pace) {
         self.frame = self.frame.wrapping_add(1);
-        self.since_restart = self.since_restart.saturating_add(1);
         self.since_change = self.since_change.saturating_add(1);
-        self.unsettled = self.unsettled.saturating_sub(1);
+        self.mean = self.mean.saturating_add(1);
+        if self.since_change == REST * pace.interval {
+            self.frame = 0;
+        }
+        if self.since_change == (REST + BOUNCES) * pace.interval {
+            self.mean = WARM_UP * pace.interval;
+        }
     }
 }
 
@@ -96,17 +121,27 @@ mod tests {
 
     const PACE: Pace = Pace {
         interval: 1,
-        rounds: 40,
+        rounds: SETTLE,
     };
 
     /// Computes frames until the light has settled, and returns their number.
     fn settle(clock: &mut SettlingClock, pace: Pace) -> u32 {
         let mut frames = 0;
         while !clock.has_settled(pace) {
-            clock.advance();
+            clock.advance(pace);
             frames += 1;
         }
         frames
+    }
+
+    /// The numbers of rounds in the mean, in the next frames.
+    fn means(clock: &mut SettlingClock, frames: u32) -> Vec<u32> {
+        let mut mean = || {
+            let blend = clock.blend(PACE);
+            clock.advance(PACE);
+            blend.recip().round() as u32
+        };
+        (0..frames).map(|_| mean()).collect()
     }
 
     #[test]
@@ -115,68 +150,80 @@ mod tests {
             let pace = Pace { interval, ..PACE };
             let mut clock = SettlingClock::default();
             clock.change(pace, false);
-            assert_eq!(settle(&mut clock, pace), 48 * interval);
+            assert_eq!(settle(&mut clock, pace), SETTLE * interval);
+            assert_eq!(clock.frame(), (SETTLE - REST) * interval);
+        }
+        let propagated = Pace { rounds: 16, ..PACE };
+        assert_eq!(settle(&mut SettlingClock::default(), propagated), 16);
+    }
+
+    #[test]
+    fn light_settles_in_the_same_way_whatever_has_been_before() {
+        let mut fresh = SettlingClock::default();
+        fresh.change(PACE, false);
+        let mut changed = fresh.clone();
+        settle(&mut changed, PACE);
+        for frame in 0..100 {
+            changed.change(PACE, frame % 2 == 0);
+            changed.advance(PACE);
+        }
+        changed.change(PACE, false);
+        let state = |clock: &mut SettlingClock| {
+            let state = (clock.frame(), clock.blend(PACE), clock.is_held(PACE));
+            clock.advance(PACE);
+            state
+        };
+        for frame in 0..2 * SETTLE {
+            let states = (state(&mut fresh), state(&mut changed));
+            assert!(states.0 == states.1 || frame < REST + BOUNCES, "{frame}");
         }
     }
 
     #[test]
-    fn a_change_after_a_pause_restarts_the_light() {
+    fn the_mean_starts_after_the_first_bounces_and_anew_after_a_rest() {
         let mut clock = SettlingClock::default();
         clock.change(PACE, false);
-        let fresh = clock.clone();
-        settle(&mut clock, PACE);
-        clock.change(PACE, false);
-        assert_eq!(clock, fresh);
+        let growing = [1, 1, 1, 1, 1, 2, 3, 4, 5, 6, 7, 8, 8, 8, 8, 8];
+        assert_eq!(means(&mut clock, 16), growing);
+        let settled: Vec<_> = (1..=64).chain([64]).collect();
+        assert_eq!(means(&mut clock, 65), settled);
     }
 
     #[test]
-    fn a_volume_that_moves_keeps_its_mean() {
+    fn a_change_after_a_rest_keeps_some_of_the_mean() {
         let mut clock = SettlingClock::default();
         clock.change(PACE, false);
         settle(&mut clock, PACE);
-        clock.change(PACE, true);
-        assert_eq!((clock.frame(), clock.blend(PACE)), (48, 1.0 / 8.0));
-        assert!(clock.is_changing(PACE) && !clock.has_settled(PACE));
+        let mut moved = clock.clone();
+        clock.change(PACE, false);
+        assert_eq!(means(&mut clock, 9), [2, 3, 4, 5, 6, 7, 8, 8, 8]);
+        moved.change(PACE, true);
+        assert_eq!(means(&mut moved, 2), [8, 8]);
     }
 
     #[test]
-    fn continuous_changes_do_not_restart_the_light() {
+    fn continuous_changes_leave_the_mean_and_the_rays() {
         let mut clock = SettlingClock::default();
         for frame in 0..100 {
             clock.change(PACE, false);
             assert_eq!(clock.frame(), frame);
-            clock.advance();
+            clock.advance(PACE);
         }
         assert_eq!(clock.blend(PACE), 1.0 / 8.0);
-        // 40 rounds from the last change on, then up to a multiple of 16.
-        assert_eq!(100 + settle(&mut clock, PACE), 144);
     }
 
     #[test]
-    fn the_mean_grows_long_after_a_change() {
+    fn pixels_keep_the_former_mean_while_the_new_one_is_short() {
         let mut clock = SettlingClock::default();
         clock.change(PACE, false);
-        let mut blends = (0..100).map(|_| {
-            let blend = clock.blend(PACE);
-            clock.advance();
-            blend.recip().round() as u32
+        let mut held = (0..SETTLE).filter(|_| {
+            let is_held = clock.is_held(PACE);
+            clock.advance(PACE);
+            is_held
         });
-        assert_eq!(blends.nth(32), Some(8));
-        assert_eq!(blends.next(), Some(9));
-        assert_eq!(blends.last(), Some(STEADY_HISTORY));
-    }
-
-    #[test]
-    fn the_mean_starts_after_the_bounces() {
-        let mut clock = SettlingClock::default();
-        clock.change(PACE, false);
-        let blends: Vec<_> = (0..16)
-            .map(|_| {
-                let blend = clock.blend(PACE);
-                clock.advance();
-                blend.recip().round() as u32
-            })
-            .collect();
-        assert_eq!(blends, [1, 1, 1, 1, 1, 2, 3, 4, 5, 6, 7, 8, 8, 8, 8, 8]);
+        assert!(
+            held.by_ref()
+                .eq(REST + BOUNCES..REST + BOUNCES + HISTORY - 1)
+        );
     }
 }

@@ -14,7 +14,8 @@ use crate::{
         texture::STORAGE_SCALE,
     },
     gpu_types::{
-        Changes, FLAG_CHANGING, FLAG_FEEDBACK, FLAG_MEAN, FLAG_WEIGHTED, Level, MAX_LEVELS, Volume,
+        Changes, FLAG_CHANGING, FLAG_FEEDBACK, FLAG_HELD, FLAG_MEAN, FLAG_WEIGHTED, Level,
+        MAX_LEVELS, Volume,
     },
     settings::{Bounces, Solver, VoxelLight, Voxelizer},
 };
@@ -82,6 +83,8 @@ pub(super) struct UniformFrame<'a> {
     pub blend: f32,
     /// Whether something has changed lately.
     pub is_changing: bool,
+    /// Whether pixels keep the light that they have.
+    pub is_held: bool,
     /// Unit of the emission of surfaces, in exposed units.
     pub emission_unit: f32,
     /// Whether levels have moved: then all voxels are updated.
@@ -121,6 +124,7 @@ impl UniformFrame<'_> {
             (frame_bounces == 1, FLAG_MEAN),
             (self.volume.patched, FLAG_WEIGHTED),
             (self.is_changing, FLAG_CHANGING),
+            (self.is_held, FLAG_HELD),
         ];
         let mut levels = [Level::default(); MAX_LEVELS];
         for (level, placed) in levels.iter_mut().zip(&self.volume.levels) {

@@ -60,5 +60,5 @@ pub use grid::{FACES, VolumeGrid};
 pub use irradiance_field::IrradianceField;
 pub use light::Light;
 pub use propagate::{Propagation, PropagationSettings};
-pub use ray_tracing::{RayTracing, RayTracingSettings, ambient_occlusion};
+pub use ray_tracing::{RayTracing, RayTracingSettings, SETTLE, ambient_occlusion};
 pub use voxels::{Material, Triangle, Voxels};

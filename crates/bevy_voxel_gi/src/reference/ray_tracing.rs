@@ -22,11 +22,17 @@ use std::f32::consts::PI;
 /// Number of frames after a start in which bounces propagate before averaging starts.
 pub const WARM_UP: u32 = 4;
 
-/// Number of frames after a change from which on the mean grows.
-pub const STEADY: u32 = 32;
+/// Number of frames after a change in which the rays begin with their first set.
+pub const REST: u32 = 8;
+
+/// Number of frames from then until a new mean begins, in which the light that bounces becomes that of the new rays.
+pub const BOUNCES: u32 = 8;
+
+/// Number of frames after a change in which the light settles.
+pub const SETTLE: u32 = REST + BOUNCES + 32;
 
 /// Greatest number of frames in the mean.
-pub const STEADY_HISTORY: u32 = 64;
+pub const LONGEST_MEAN: u32 = 64;
 
 /// Settings of the ray tracing solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,8 +47,8 @@ pub struct RayTracingSettings {
     pub empty_weight: f32,
     /// Longest ray, in voxels; beyond it is the sky.
     pub reach: f32,
-    /// Number of frames over which receivers read the mean, at least 1; more once nothing has changed for
-    /// [`STEADY`] frames.
+    /// Number of frames over which receivers read the mean, at least 1, until the new mean begins, [`REST`] and
+    /// [`BOUNCES`] after the last change: that grows to [`LONGEST_MEAN`].
     pub history: u32,
     /// If a wall divides a surface, gathers only on the side of the voxel's centre.
     /// This is for receivers that test which voxels are visible ([`IrradianceField::visible_irradiance`]).
@@ -84,10 +90,12 @@ pub struct RayTracing<'a> {
     pub mean: Vec<Vec4>,
     /// Per voxel and face: radiance of its surface, in cd/m^2.
     pub radiance: Vec<[Vec3; 6]>,
-    /// Number of frames so far, with one bounce each.
+    /// Number of the frame, which determines the directions of rays. Each frame has one bounce.
     pub frame: u32,
     /// Number of frames since the lights were changed.
     since_change: u32,
+    /// Number of frames in the mean, those of the warm-up included.
+    mean_frames: u32,
 }
 
 impl<'a> RayTracing<'a> {
@@ -115,6 +123,7 @@ impl<'a> RayTracing<'a> {
             surfaces,
             frame: 0,
             since_change: 0,
+            mean_frames: 0,
         };
         ray_tracing.reflect();
         ray_tracing
@@ -156,12 +165,14 @@ impl<'a> RayTracing<'a> {
             let arriving = |o, d| self.arriving(o, d);
             hemisphere(&self.surfaces[i], rays, one_side, self.frame, arriving)
         });
-        let steady = self.since_change.saturating_sub(STEADY);
-        self.frame += 1;
-        self.since_change += 1;
-        let frames = self.frame.saturating_sub(WARM_UP).max(1);
-        let most = (self.settings.history.max(1) + steady).min(STEADY_HISTORY);
-        let keep = 1.0 - 1.0 / frames.min(most) as f32;
+        let most = if self.since_change < REST + BOUNCES {
+            self.settings.history
+        } else {
+            LONGEST_MEAN
+        };
+        let frames = (self.mean_frames + 1).saturating_sub(WARM_UP);
+        let keep = 1.0 - 1.0 / frames.clamp(1, most.max(1)) as f32;
+        self.advance();
         for (i, new) in new.into_iter().enumerate() {
             // Without a valid sample the old value is kept.
             if new.w > 0.0 {
@@ -171,6 +182,20 @@ impl<'a> RayTracing<'a> {
             self.mean[i] = new.lerp(self.mean[i], keep);
         }
         self.reflect();
+    }
+
+    /// Begins with the first rays once nothing has changed for a while, and with a new mean once the bounces of
+    /// the former rays have faded: so the same scene always settles to the same light.
+    fn advance(&mut self) {
+        self.frame += 1;
+        self.since_change += 1;
+        self.mean_frames += 1;
+        if self.since_change == REST {
+            self.frame = 0;
+        }
+        if self.since_change == REST + BOUNCES {
+            self.mean_frames = WARM_UP;
+        }
     }
 
     /// Returns the radiance that arrives along a ray.

@@ -22,6 +22,7 @@ pub enum VoxelLight {
         /// Number of rays from each side of a voxel that has a surface, 4 to 256, a multiple of 4, as of
         /// [`Solver::Trace`]. Pixels read a mean over frames as there, so 16 are enough: the light differs from that of
         /// many rays by 0.3 to 0.6% once it has settled, and by 0.8 to 1.8% while things move.
+        #[reflect(@4..=256_u32)]
         rays: u32,
     },
 }
@@ -74,6 +75,7 @@ pub enum Solver {
         /// Default 32. More rays cost more time and give less noise. Each frame uses different rays, and
         /// pixels read a mean over frames: eight while things change, all of them since the change
         /// afterwards.
+        #[reflect(@4..=256_u32)]
         rays: u32,
     },
     /// Propagation from voxel to voxel in second-order spherical harmonics (thesis section 6.6.2), for comparison with
@@ -86,6 +88,7 @@ pub enum Solver {
         /// scenes.
         ///
         /// [resolution]: crate::VoxelGiSettings::resolution
+        #[reflect(@1..=512_u32)]
         iterations: u32,
     },
 }
@@ -100,7 +103,7 @@ impl Default for Solver {
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bounces {
     /// This many reflections, 1 to 8, all computed in each frame: no latency, at a multiple of the cost.
-    Count(u32),
+    Count(#[reflect(@1..=8_u32)] u32),
     /// One reflection per frame of the light that the previous frame left: over several frames, the
     /// light of infinitely many bounces.
     #[default]

@@ -13,6 +13,7 @@ pub struct VoxelGiSettings {
     /// Number of voxels along an edge of each cube, 8 to 128, a multiple of 4. Default 32. Memory grows with the cube
     /// of this number; see [`VoxelGiReport::memory`](crate::VoxelGiReport::memory). Where the device cannot
     /// bind buffers of that size, the number is lower, and a warning says so.
+    #[reflect(@8..=128_u32)]
     pub resolution: u32,
     /// The light that is computed: global illumination or ambient occlusion. Default: global illumination by 32 rays
     /// from each surface, reflected endlessly.
@@ -34,10 +35,12 @@ pub struct VoxelGiSettings {
     pub specular_light: bool,
     /// Number of points of a voxel's surface that are tested for shadow, per light, 1 to 16. Default 16.
     /// Lower values cost less and make the edges of shadows coarser.
+    #[reflect(@1..=16_u32)]
     pub shadow_samples: u32,
     /// Updates one n-th of each volume per frame, 1 to 16 (thesis section 6.9.1). Default 1: all of it is
     /// updated in each frame. Higher values cost less per frame and respond to changes later;
     /// direct light is still computed for the whole volume each frame.
+    #[reflect(@1..=16_u32)]
     pub update_interval: u32,
     /// Whether the computation stops once nothing has moved or changed for as long as the light needs
     /// to settle. Default `true`.
@@ -101,6 +104,7 @@ pub enum Voxelizer {
     /// normal maps. Light then depends on where cameras look. It takes 32 bytes per voxel.
     Stochastic {
         /// Number of points on each triangle, 1 to 1024.
+        #[reflect(@1..=1024_u32)]
         points: u32,
     },
 }

@@ -46,6 +46,7 @@ pub struct VoxelGiVolume {
     /// Number of concentric cubes, each twice as large as the one before, all of the same resolution:
     /// 1 to 4. Default 4. With [`Solver::Propagate`](crate::Solver::Propagate) it is 1. Each further cube takes as much memory as the first. When an app first has a second
     /// level, a cascade or another volume, a frame waits until the shaders of all materials are compiled again.
+    #[reflect(@1..=4_u32)]
     pub cascades: u32,
     /// The target that the volume follows, each cascade in steps of its own voxels. Default: the camera.
     #[entities]

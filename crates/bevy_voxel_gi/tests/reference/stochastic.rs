@@ -1,15 +1,15 @@
 //! Stochastic voxelisation, with and without what the camera sees, against path tracing (thesis 6.4.3 and 6.5.2).
 
 use crate::support::{self, Truth};
-use bevy_voxel_gi::reference::{Material, RayTracing, RayTracingSettings, Triangle, Voxels};
+use bevy_voxel_gi::reference::{
+    Material, RayTracing, RayTracingSettings, SETTLE, Triangle, Voxels,
+};
 use glam::{UVec2, Vec3};
 
 /// Quads along an edge of a box's face, as meshes of games are.
 const QUADS: u32 = 16;
 /// Pixels along an edge of the camera's picture.
 const PIXELS: u32 = 256;
-/// Frames in which light settles: 4 of bounces alone, 8 of the mean.
-const FRAMES: u32 = 12;
 
 /// The triangles of a scene's boxes, finer.
 fn tessellated(truth: &Truth) -> Vec<Triangle> {
@@ -68,7 +68,7 @@ fn gray_where_unseen(voxels: &Voxels, truth: &Truth) -> (Voxels, Vec<Material>) 
 fn error(truth: &Truth, what: &str, voxels: &Voxels, materials: &[Material]) -> f32 {
     let settings = RayTracingSettings::default();
     let mut light = RayTracing::new(voxels, materials, &truth.lights, truth.sky, settings);
-    for _ in 0..FRAMES {
+    for _ in 0..SETTLE {
         light.step();
     }
     let field = light.field();

@@ -3,7 +3,7 @@
 use crate::support::{self, Truth};
 use bevy_voxel_gi::reference::{
     FACES, IrradianceField, Propagation, PropagationSettings, RayTracing, RayTracingSettings,
-    VolumeGrid, Voxels,
+    SETTLE, VolumeGrid, Voxels,
     harmonics::{basis, cosine_lobe},
     ray_sample::RaySample,
     rays::{hash_unit, sphere_ray},
@@ -11,12 +11,9 @@ use bevy_voxel_gi::reference::{
 use glam::{IVec3, Vec3, Vec4};
 use std::f32::consts::PI;
 
-/// Number of frames: 4 of bounces alone, 8 of the mean, and as many again.
-const FRAMES: u32 = 24;
-
 fn ray_tracing(truth: &Truth, voxels: &Voxels, settings: RayTracingSettings) -> IrradianceField {
     let mut ray_tracing = truth.ray_tracing(voxels, settings);
-    for _ in 0..FRAMES {
+    for _ in 0..SETTLE {
         ray_tracing.step();
     }
     ray_tracing.field()

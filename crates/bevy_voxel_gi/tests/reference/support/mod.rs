@@ -53,15 +53,12 @@ static VOXELS: LazyLock<[Voxels; 3]> = LazyLock::new(|| SCENES.each_ref().map(|t
 static LIGHT: LazyLock<[RayTracing<'static>; 3]> = LazyLock::new(|| {
     [0, 1, 2].map(|i| {
         let mut light = SCENES[i].ray_tracing(&VOXELS[i], RayTracingSettings::default());
-        for _ in 0..SETTLED {
+        for _ in 0..SETTLE {
             light.step();
         }
         light
     })
 });
-
-/// Number of frames in which light settles: until the mean grows, and half as many.
-const SETTLED: u32 = 48;
 
 /// All scenes.
 pub fn all() -> &'static [Truth; 3] {
