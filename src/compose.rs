@@ -74,9 +74,14 @@ impl Composer {
             naga::valid::ValidationFlags::all(),
             naga::valid::Capabilities::all(),
         );
-        match validator.validate(&module) {
-            Ok(_) => Ok(source),
-            Err(error) => Err(error.emit_to_string(&source)),
+        validator
+            .validate(&module)
+            .map_err(|error| error.emit_to_string(&source))?;
+        match function_with_element_as_argument(&module) {
+            Some(function) => Err(format!(
+                "`{function}` is called with an element of a binding array, of which naga makes invalid SPIR-V"
+            )),
+            None => Ok(source),
         }
     }
 
@@ -93,6 +98,56 @@ impl Composer {
         self.0.set_shader(id, shader);
         self.compose(id, defs)
     }
+}
+
+/// A function that is called with an element of a binding array: naga's SPIR-V passes the element where the function
+/// takes a pointer, and NVIDIA's driver crashes at that.
+fn function_with_element_as_argument(module: &naga::Module) -> Option<String> {
+    let functions = module.functions.iter().map(|(_, function)| function);
+    let entry_points = module.entry_points.iter().map(|entry| &entry.function);
+    functions.chain(entry_points).find_map(|function| {
+        let is_element = |argument: &naga::Handle<naga::Expression>| {
+            let (naga::Expression::Access { base, .. }
+            | naga::Expression::AccessIndex { base, .. }) = function.expressions[*argument]
+            else {
+                return false;
+            };
+            let naga::Expression::GlobalVariable(variable) = function.expressions[base] else {
+                return false;
+            };
+            let of_variable = &module.types[module.global_variables[variable].ty].inner;
+            matches!(of_variable, naga::TypeInner::BindingArray { .. })
+        };
+        let called = call(&function.body, &|arguments| {
+            arguments.iter().any(is_element)
+        })?;
+        Some(module.functions[called].name.clone().unwrap_or_default())
+    })
+}
+
+/// The first call in a block whose arguments are so.
+fn call(
+    block: &naga::Block,
+    is_so: &impl Fn(&[naga::Handle<naga::Expression>]) -> bool,
+) -> Option<naga::Handle<naga::Function>> {
+    block.iter().find_map(|statement| match statement {
+        naga::Statement::Call {
+            function,
+            arguments,
+            ..
+        } => is_so(arguments).then_some(*function),
+        naga::Statement::Block(block) => call(block, is_so),
+        naga::Statement::If { accept, reject, .. } => {
+            call(accept, is_so).or_else(|| call(reject, is_so))
+        }
+        naga::Statement::Switch { cases, .. } => {
+            cases.iter().find_map(|case| call(&case.body, is_so))
+        }
+        naga::Statement::Loop {
+            body, continuing, ..
+        } => call(body, is_so).or_else(|| call(continuing, is_so)),
+        _ => None,
+    })
 }
 
 /// The shader of the app whose path ends so.
@@ -135,4 +190,31 @@ pub fn mesh_numbers() -> Vec<ShaderDefVal> {
     ]
     .map(|(name, value)| ShaderDefVal::UInt(name.into(), value))
     .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_of_binding_arrays_are_no_arguments() {
+        let with_call = |call: &str| {
+            let source = format!(
+                "@group(0) @binding(0) var textures: binding_array<texture_2d<f32>>;
+                @group(0) @binding(1) var single: texture_2d<f32>;
+                fn width(texture: texture_2d<f32>) -> u32 {{ return textureDimensions(texture).x; }}
+                @fragment fn main(@location(0) @interpolate(flat) i: u32) -> @location(0) vec4<u32> {{
+                    if (i > 1u) {{ return vec4({call}); }}
+                    return vec4(0u);
+                }}"
+            );
+            Composer::empty().compose_source(&source, &[])
+        };
+        for element in ["textures[i]", "textures[0]"] {
+            let error = with_call(&format!("width({element})")).expect_err("it is refused");
+            assert!(error.contains("`width`"), "{error}");
+        }
+        with_call("width(single)").expect("a texture is an argument");
+        with_call("textureDimensions(textures[i]).x").expect("no function of the shader");
+    }
 }

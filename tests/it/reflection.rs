@@ -145,7 +145,7 @@ fn a_volume_follows_the_entity_that_was_spawned_with_it() {
 fn check_ranges<T, N>(value: &T, clamped: impl Fn(&T) -> T, beyond: [N; 2]) -> usize
 where
     T: Struct + Typed + Clone,
-    N: Reflect + TypePath + PartialEq + Debug,
+    N: Reflect + TypePath + Clone + PartialEq + Debug,
 {
     let info = T::type_info().as_struct().expect("a struct");
     let mut ranges = 0;

@@ -50,6 +50,7 @@ impl EwaPlugin {
 
 impl Plugin for EwaPlugin {
     fn build(&self, app: &mut App) {
+        load_shader_library!(app, "shaders/texture.wesl");
         load_shader_library!(app, "shaders/types.wesl");
         load_shader_library!(app, "shaders/footprint.wesl");
         load_shader_library!(app, "shaders/exact.wesl");

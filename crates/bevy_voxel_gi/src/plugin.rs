@@ -90,6 +90,7 @@ impl Plugin for VoxelGiPlugin {
         load_shader_library!(app, "receive/receive.wesl");
         load_shader_library!(app, "receive/specular.wesl");
         load_shader_library!(app, "receive/visibility.wesl");
+        load_shader_library!(app, "receive/volume.wesl");
         app.patch_shader(receive::receiver_patch())
             .patch_shader(receive::lighting_patch())
             .patch_shader(receive::environment_patch())

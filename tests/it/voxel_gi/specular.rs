@@ -239,11 +239,12 @@ fn all_of_bevys_lighting_composes() {
         fn fragment() -> @location(0) vec4<f32> {
             return apply_pbr_lighting(pbr_input_new());
         }";
-    const OPTIONAL: [&str; 4] = [
+    const OPTIONAL: [&str; 5] = [
         "ENVIRONMENT_MAP",
         "SCREEN_SPACE_REFLECTIONS",
         "STANDARD_MATERIAL_CLEARCOAT",
         "STANDARD_MATERIAL_ANISOTROPY",
+        "MULTIPLE_LIGHT_PROBES_IN_ARRAY",
     ];
     let _gpu = gpu();
     let mut app = HeadlessApp::new(HeadlessSettings::with_size(1, 1), |app| {

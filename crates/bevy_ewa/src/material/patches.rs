@@ -86,20 +86,40 @@ fn patch(
 macro_rules! map {
     ($map:literal, $field:literal, $statement:literal) => {
         Insertion::before(concat!("@else\n", $statement), {
-            let own = |gradient: &str| $statement.replace(SAMPLING, &format!("sample_map(in.position.xy, {gradient}, "));
             let mut text = String::new();
             if !$field.is_empty() {
                 let shared = $statement.replace(SHARABLE_SAMPLING, concat!("ewa_maps.", $field));
                 text = format!("@elif(EWA_SHARED_{})\n{shared}\n", $map);
             }
-            format!(
-                "{text}@elif(EWA_OWN_{map} && STANDARD_MATERIAL_{map}_UV_B)\n{}\n@elif(EWA_OWN_{map})\n{}",
-                own("ewa_gradient_b"),
-                own("ewa_gradient"),
-                map = $map,
-            )
+            text + &own_branches($map, $statement)
         })
     };
+}
+
+/// The branches of a map with a loop of its own. Bindless textures and samplers are given as numbers.
+fn own_branches(map: &str, statement: &str) -> String {
+    let bound = if statement.contains("clearcoat_texture") {
+        "clearcoat_texture, clearcoat_sampler"
+    } else {
+        "texture, sampler_"
+    };
+    let second_uv = format!(" && STANDARD_MATERIAL_{map}_UV_B");
+    let branch = |uv: &str, gradient: &str, bindless: &str, texture: &str| {
+        let sampling = format!("sample_map(in.position.xy, {gradient}, {texture}");
+        let statement = statement.replace(&format!("{SAMPLING}{bound}"), &sampling);
+        format!("@elif(EWA_OWN_{map}{uv}{bindless})\n{statement}\n")
+    };
+    let numbers = numbers(&map.to_lowercase());
+    let coordinates = [(second_uv.as_str(), "ewa_gradient_b"), ("", "ewa_gradient")];
+    let branches = coordinates.map(|(uv, gradient)| {
+        branch(uv, gradient, " && BINDLESS", &numbers) + &branch(uv, gradient, "", bound)
+    });
+    branches.concat().trim_end().into()
+}
+
+/// The numbers of a map's texture and sampler in Bevy's arrays.
+fn numbers(map: &str) -> String {
+    format!("material_indices[slot].{map}_texture, material_indices[slot].{map}_sampler")
 }
 
 #[rustfmt::skip] // One line per map.
@@ -156,6 +176,11 @@ fn fragment() -> ShaderPatch {
 
 fn prepass() -> ShaderPatch {
     let statement = "\n        let Nt =\n            textureSampleBias(";
+    let normal = |texture: &str| {
+        format!(
+            "let Nt = sample_map(in.position.xy, vec4(dpdx(uv), dpdy(uv)), {texture}, uv, bias.mip_bias).rgb;"
+        )
+    };
     patch(
         PREPASS,
         "bevy_pbr::render::pbr_prepass",
@@ -164,9 +189,11 @@ fn prepass() -> ShaderPatch {
             Insertion::between(
                 "@if(!MESHLET_MESH_MATERIAL_PASS)",
                 statement,
-                "{ @if(EWA_OWN_NORMAL_MAP)\n\
-                 let Nt = sample_map(in.position.xy, vec4(dpdx(uv), dpdy(uv)), texture, sampler_, uv, \
-                 bias.mip_bias).rgb;\n@else",
+                format!(
+                    "{{ @if(EWA_OWN_NORMAL_MAP && BINDLESS)\n{}\n@elif(EWA_OWN_NORMAL_MAP)\n{}\n@else",
+                    normal(&numbers("normal_map")),
+                    normal("texture, sampler_")
+                ),
             ),
             Insertion::between(
                 "                bias.mip_bias,\n            ).rgb;",
@@ -178,7 +205,11 @@ fn prepass() -> ShaderPatch {
 }
 
 fn alpha() -> ShaderPatch {
-    let call = "sample_map(in.position.xy, vec4(dpdx(uv), dpdy(uv)), texture, sampler_, uv, view.mip_bias)";
+    let filtered = |texture: &str| {
+        format!(
+            "output_color *= sample_map(in.position.xy, vec4(dpdx(uv), dpdy(uv)), {texture}, uv, view.mip_bias);"
+        )
+    };
     patch(
         ALPHA,
         "bevy_pbr::render::pbr_prepass_functions",
@@ -186,7 +217,11 @@ fn alpha() -> ShaderPatch {
         vec![Insertion::before(
             "        output_color = output_color * textureSampleBias(\n            texture,\n            \
              sampler_,\n            uv,\n            view.mip_bias\n        );",
-            format!("@if(EWA_OWN_BASE_COLOR)\n        output_color *= {call};\n@else"),
+            format!(
+                "@if(EWA_OWN_BASE_COLOR && BINDLESS)\n{}\n@elif(EWA_OWN_BASE_COLOR)\n{}\n@else",
+                filtered(&numbers("base_color")),
+                filtered("texture, sampler_")
+            ),
         )],
     )
 }

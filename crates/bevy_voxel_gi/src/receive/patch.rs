@@ -16,11 +16,11 @@ pub(crate) fn receiver_patch() -> ShaderPatch {
         ],
         insertions: vec![
             Insertion::before(
-                "        let atlas_resolution = vec3<f32>(",
-                "        if (is_voxel_gi(irradiance_volume_texture)) {\n            \
+                "        @if(MULTIPLE_LIGHT_PROBES_IN_ARRAY)\n        \
+                 let irradiance_volume_texture = ",
+                "        if (is_voxel_gi(query_result.texture_index)) {\n            \
                  let place = (query_result.light_from_world * vec4(world_position, 1.0)).xyz;\n            \
-                 let found = voxel_gi_light(irradiance_volume_texture, \
-                 irradiance_volume_sampler, place, N, world_position);\n            \
+                 let found = voxel_gi_light(place, N, world_position);\n            \
                  let found_weight = query_result.weight * found.a;\n            \
                  set_reflected(found.rgb, query_result.intensity, found_weight);\n            \
                  total_irradiance += found.rgb * query_result.intensity * found_weight;\n            \
