@@ -5,6 +5,7 @@
 //! | [`pipelines`] | whether all pipelines of a frame are ready |
 //! | [`asset_notes`] | what Bevy's assets on the GPU do not keep |
 //! | [`materials`], [`tiles`] | materials as the voxelisers read them, and small copies of their textures |
+//! | [`light_tiles`] | the same of the textures of lights |
 //! | [`mesh_instance`] | what the voxelisers read of a mesh |
 //! | [`mesh_locator`] | where a mesh is in the GPU's buffers, and in which levels |
 //! | [`mesh_group`], [`mesh_groups`] | meshes that share their buffers |
@@ -22,6 +23,7 @@ pub(crate) mod asset_notes;
 pub(crate) mod buffers;
 mod dirty_voxels;
 mod fingerprint;
+pub(crate) mod light_tiles;
 pub(crate) mod materials;
 pub(crate) mod mesh_batches;
 pub(crate) mod mesh_group;
