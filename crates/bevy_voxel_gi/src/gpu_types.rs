@@ -65,6 +65,9 @@ pub(crate) struct Light {
     pub spot_offset: f32,
     pub half_height: Vec3,
     pub near: f32,
+    pub tile_first: u32,
+    pub tile_size: u32,
+    pub tile_address: u32,
 }
 
 pub(crate) const LIGHT_DIRECTIONAL: u32 = 0;

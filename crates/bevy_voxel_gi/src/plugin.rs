@@ -39,6 +39,7 @@ use crate::{
     prepare::{
         asset_notes::{AssetNotes, note_assets},
         buffers::VolumeBuffers,
+        light_tiles::{LightTiles, prepare_light_tiles, warn_of_missing_tiles},
         materials::{MaterialRecords, prepare_materials},
         mesh_batches::{MeshBatches, collect_mesh_batches},
         pipelines::RequiredPipelines,
@@ -169,6 +170,7 @@ impl Plugin for VoxelGiPlugin {
             .init_gpu_resource::<MeshBatches>()
             .init_gpu_resource::<MaterialRecords>()
             .init_gpu_resource::<Tiles>()
+            .init_gpu_resource::<LightTiles>()
             .init_gpu_resource::<RequiredPipelines>()
             .init_gpu_resource::<FramePlan>()
             .init_gpu_resource::<VolumeUniforms>()
@@ -177,6 +179,7 @@ impl Plugin for VoxelGiPlugin {
                 ExtractSchedule,
                 (
                     extract_changes,
+                    warn_of_missing_tiles,
                     extract_volume,
                     (
                         extract_scene,
@@ -193,7 +196,12 @@ impl Plugin for VoxelGiPlugin {
                 Render,
                 (
                     note_assets.in_set(RenderSystems::ExtractCommands),
-                    (collect_mesh_batches, prepare_materials, plan_frame)
+                    (
+                        collect_mesh_batches,
+                        prepare_materials,
+                        prepare_light_tiles,
+                        plan_frame,
+                    )
                         .chain()
                         .in_set(RenderSystems::PrepareResources),
                     await_pipelines

@@ -10,6 +10,7 @@ mod devices;
 mod extremes;
 mod games;
 mod history;
+mod light_textures;
 mod materials;
 mod memory;
 mod moving;

@@ -68,7 +68,7 @@ pub(crate) fn extract_deformed_meshes(
                 morphed
             }
         });
-        mesh.bounds = shape.map(|shape| world_bounds(&shape, &mesh.world_from_local));
+        mesh.bounds = shape.and_then(|shape| world_bounds(&shape, &mesh.world_from_local));
         let first_matrix = scene.joints.len();
         if let Some(skin) = skin {
             let Some(poses) = bind_poses.get(&skin.inverse_bindposes) else {
@@ -132,14 +132,14 @@ fn finite(weight: f32) -> f32 {
 }
 
 /// Centre and half extents of a skin whose bounds in bind pose are known: each vertex is a mean of where single joints
-/// move it. `None` if it has no joints.
+/// move it. `None` if it has no joints, or one that is not finite.
 fn skinned_bounds(bind_pose: &Aabb, joints: &[Mat4]) -> Option<(Vec3A, Vec3A)> {
     let of_joint = |joint: &Mat4| {
-        let (center, half_size) = world_bounds(bind_pose, &Affine3A::from_mat4(*joint));
-        (center - half_size, center + half_size)
+        let (center, half_size) = world_bounds(bind_pose, &Affine3A::from_mat4(*joint))?;
+        Some((center - half_size, center + half_size))
     };
     let all = joints.iter().map(of_joint);
-    let (low, high) = all.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    let (low, high) = all.reduce(|a, b| Some((a?.0.min(b?.0), a?.1.max(b?.1))))??;
     Some((0.5 * (low + high), 0.5 * (high - low)))
 }
 

@@ -1,11 +1,15 @@
-//! Extracts the lights, including those outside of every view.
+//! Extracts the lights with their textures, including those outside of every view.
 
 use bevy::{
     camera::visibility::RenderLayers, ecs::query::QueryData, light::RectLight, prelude::*,
     render::Extract,
 };
 
-use super::{placement::PlacedLevel, volume::ExtractedVolume};
+use super::{
+    light_textures::{LightTexture, LightTextures},
+    placement::PlacedLevel,
+    volume::ExtractedVolume,
+};
 use crate::{
     gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_RECT, LIGHT_SPOT, Light},
     settings::VoxelGiLight,
@@ -13,27 +17,42 @@ use crate::{
 
 /// The lights of this frame.
 #[derive(Resource, Default)]
-pub(crate) struct ExtractedLights(pub Vec<Light>);
+pub(crate) struct ExtractedLights {
+    pub lights: Vec<Light>,
+    /// The textures of lights, with their indices.
+    pub textures: Vec<(usize, LightTexture)>,
+}
 
 impl ExtractedLights {
     /// The number of lights up to which it costs less to evaluate all than to look for those that reach a surface.
     const FEW: usize = 16;
 
+    /// Whether the texture of any light has a tile.
+    pub(crate) fn has_textures(&self) -> bool {
+        let mut textured = self.textures.iter().map(|(index, _)| *index);
+        textured.any(|index| self.lights[index].tile_size != 0)
+    }
+
     /// The shader defs that direct light needs.
     pub(crate) fn defs(&self) -> impl Iterator<Item = &'static str> {
-        let has_rectangles = self.0.iter().any(|light| light.kind == LIGHT_RECT);
+        let has_rectangles = self.lights.iter().any(|light| light.kind == LIGHT_RECT);
         let defs = [
-            (self.0.len() > Self::FEW, "MANY_LIGHTS"),
+            (self.lights.len() > Self::FEW, "MANY_LIGHTS"),
             (has_rectangles, "RECTANGULAR_LIGHTS"),
+            (self.has_textures(), LIGHT_TEXTURES),
         ];
         defs.into_iter()
             .filter_map(|(is_on, def)| is_on.then_some(def))
     }
 }
 
+/// The shader def of what reads the tiles of the textures of lights.
+pub(crate) const LIGHT_TEXTURES: &str = "LIGHT_TEXTURES";
+
 /// The components that lights of all types have.
 #[derive(QueryData)]
 pub(crate) struct LightParts<L: Component> {
+    entity: Entity,
     light: &'static L,
     transform: &'static GlobalTransform,
     visible: &'static InheritedVisibility,
@@ -49,28 +68,44 @@ pub(crate) fn extract_lights(
     points: Extract<Query<LightParts<PointLight>>>,
     spots: Extract<Query<LightParts<SpotLight>>>,
     rects: Extract<Query<LightParts<RectLight>>>,
+    textures: LightTextures,
 ) {
-    let lights = &mut lights.0;
-    lights.clear();
+    lights.lights.clear();
+    lights.textures.clear();
     let Some(volume) = &volume.0 else {
         return;
     };
     let layers = &volume.scene_layers;
-    lights.extend(lit(&directional, layers, directional_light));
-    lights.extend(lit(&points, layers, point_light));
-    lights.extend(lit(&spots, layers, spot_light));
-    lights.extend(lit(&rects, layers, rect_light));
-    lights.retain(|light| {
-        let vectors = [light.position, light.color, light.direction];
-        let finite = vectors.iter().all(|v| v.is_finite())
-            && light.half_width.is_finite()
-            && light.half_height.is_finite()
-            && light.inverse_range_squared.is_finite();
-        finite
-            && light.color.max_element() > 0.0
-            && volume.levels.iter().any(|level| reaches(light, level))
+    let all = lit(&directional, layers, directional_light)
+        .chain(lit(&points, layers, point_light))
+        .chain(lit(&spots, layers, spot_light))
+        .chain(lit(&rects, layers, rect_light));
+    let textured = all.map(|(entity, mut light)| {
+        let texture = textures.project(entity, &mut light);
+        (light, texture)
     });
-    lights.sort_by_cached_key(order);
+    let mut found: Vec<_> = textured
+        .filter(|(light, _)| {
+            let vectors = [light.position, light.color, light.direction];
+            let finite = vectors.iter().all(|v| v.is_finite())
+                && light.half_width.is_finite()
+                && light.half_height.is_finite()
+                && light.inverse_range_squared.is_finite();
+            finite
+                && light.color.max_element() > 0.0
+                && volume.levels.iter().any(|level| reaches(light, level))
+        })
+        .collect();
+    found.sort_by_cached_key(|(light, texture)| {
+        (order(light), texture.as_ref().map(LightTexture::order))
+    });
+    let with_textures = found.iter().enumerate();
+    let with_textures =
+        with_textures.filter_map(|(index, (_, texture))| Some((index, (*texture)?)));
+    lights.textures.extend(with_textures);
+    lights
+        .lights
+        .extend(found.into_iter().map(|(light, _)| light));
 }
 
 /// Words that give lights an order which does not depend on their entities: sums of floats depend on their order.
@@ -125,7 +160,7 @@ fn lit<'a, L: Component>(
     all: &'a Query<LightParts<L>>,
     layers: &'a RenderLayers,
     as_light: fn(&L, &GlobalTransform) -> Light,
-) -> impl Iterator<Item = Light> {
+) -> impl Iterator<Item = (Entity, Light)> {
     let shining = all.iter().filter(|light| {
         let own = light.layers.unwrap_or_default();
         light.visible.get() && own.intersects(layers)
@@ -133,7 +168,7 @@ fn lit<'a, L: Component>(
     shining.map(move |parts| {
         let mut light = as_light(parts.light, parts.transform);
         light.color *= parts.factor.map_or(1.0, |own| own.factor);
-        light
+        (parts.entity, light)
     })
 }
 

@@ -63,13 +63,14 @@ impl ExtractedMesh {
     }
 }
 
-/// Centre and half extents in world space of bounds in local space.
-pub(super) fn world_bounds(local: &Aabb, world_from_local: &Affine3A) -> (Vec3A, Vec3A) {
+/// Centre and half extents in world space of bounds in local space; `None` if these are not finite.
+pub(super) fn world_bounds(local: &Aabb, world_from_local: &Affine3A) -> Option<(Vec3A, Vec3A)> {
     let m = world_from_local.matrix3;
     let half_size = m.x_axis.abs() * local.half_extents.x
         + m.y_axis.abs() * local.half_extents.y
         + m.z_axis.abs() * local.half_extents.z;
-    (world_from_local.transform_point3a(local.center), half_size)
+    let center = world_from_local.transform_point3a(local.center);
+    (center.is_finite() && half_size.is_finite()).then_some((center, half_size))
 }
 
 /// The scene to voxelise.
@@ -169,7 +170,7 @@ impl ExtractedScene {
             return None;
         }
         let bounds = aabb.or(own.map(|own| &own.0));
-        let bounds = bounds.map(|bounds| world_bounds(bounds, &world_from_local));
+        let bounds = bounds.and_then(|bounds| world_bounds(bounds, &world_from_local));
         Some(ExtractedMesh {
             mesh: mesh.id(),
             world_from_local,

@@ -11,7 +11,7 @@
 //! | [`own_bounds`] | the bounds of meshes that Bevy never culls |
 //! | [`outer_levels`] | the levels around the volumes, in which rays see the world outside |
 //! | [`changed_rows`] | the meshes of which a component has changed, or that have come or gone |
-//! | [`lights`] | extraction of lights |
+//! | [`lights`], [`light_textures`] | extraction of lights and their textures |
 //! | [`voxel_material`] | what voxels use of a material |
 //! | [`material_table`] | the table of the materials in use |
 //! | [`update_materials`], [`unknown_materials`] | what keeps the table in sync |
@@ -20,6 +20,7 @@ mod changed_rows;
 pub(crate) mod deformed_meshes;
 pub(crate) mod device_limits;
 pub(crate) mod game_sky;
+pub(crate) mod light_textures;
 pub(crate) mod lights;
 pub(crate) mod material_table;
 pub(crate) mod meshes;

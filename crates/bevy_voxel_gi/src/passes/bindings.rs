@@ -6,7 +6,7 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor,
-            BindGroupLayoutEntries, BindGroupLayoutEntryBuilder,
+            BindGroupLayoutEntries, BindGroupLayoutEntryBuilder, BindingResource,
             IntoIndexedBindGroupLayoutEntryBuilderArray, IntoIndexedBindingArray, PipelineCache,
             SamplerBindingType, ShaderStages, StorageTextureAccess, TextureFormat,
             TextureSampleType,
@@ -38,6 +38,8 @@ pub(crate) const IRRADIANCE: u32 = 3;
 pub(crate) const COLORS: u32 = 4;
 pub(crate) const LIGHTS: u32 = 5;
 pub(crate) const LIGHT_TEXTURE: u32 = 6;
+/// Where there are tiles, there are no changes.
+pub(crate) const TILES: u32 = 7;
 pub(crate) const CHANGES: u32 = 7;
 pub(crate) const DIRTY: u32 = 8;
 pub(crate) const FACE_SLOTS_BEFORE: u32 = 9;
@@ -103,6 +105,21 @@ impl BindGroups<'_> {
             &BindGroupEntries::with_indices(entries),
         )
     }
+
+    /// The same with as many entries as are given.
+    pub fn create_of(
+        &self,
+        layout: &BindGroupLayoutDescriptor,
+        entries: Vec<(u32, BindingResource)>,
+    ) -> BindGroup {
+        let entry = |(binding, resource)| BindGroupEntry { binding, resource };
+        let entries: Vec<_> = entries.into_iter().map(entry).collect();
+        self.device.create_bind_group(
+            layout.label.as_ref(),
+            &self.cache.get_bind_group_layout(layout),
+            &entries,
+        )
+    }
 }
 
 /// Layout of group 0 in passes that read the voxels, with reprojected albedo or without.
@@ -142,13 +159,7 @@ pub(crate) fn voxels_bind_group(
         let albedo = buffers.reprojected_albedo.as_entire_binding();
         entries.push((REPROJECTED_ALBEDO, albedo));
     }
-    let entry = |(binding, resource)| BindGroupEntry { binding, resource };
-    let entries: Vec<_> = entries.into_iter().map(entry).collect();
-    Some(groups.device.create_bind_group(
-        layout.label.as_ref(),
-        &groups.cache.get_bind_group_layout(layout),
-        &entries,
-    ))
+    Some(groups.create_of(layout, entries))
 }
 
 /// Group 0 of the passes that compute light.

@@ -1,7 +1,8 @@
-//! Draws the textures of materials into their tiles, before the scene is voxelised.
+//! Draws textures into their tiles: those of materials before the scene is voxelised, those of lights before direct light.
 
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
+    ecs::system::SystemParam,
     prelude::*,
     render::{
         render_asset::RenderAssets,
@@ -18,7 +19,9 @@ use bevy::{
 };
 
 use super::kernel::{Kernel, record_pass};
+use crate::extract::lights::{ExtractedLights, LIGHT_TEXTURES};
 use crate::prepare::{
+    light_tiles::LightTiles,
     materials::MaterialRecords,
     pipelines::RequiredPipelines,
     plan::FramePlan,
@@ -29,6 +32,7 @@ use crate::prepare::{
 pub(crate) struct DrawTilesPass {
     layout: BindGroupLayoutDescriptor,
     draw_tile: Kernel,
+    draw_light_tile: Kernel,
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
@@ -44,25 +48,26 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "draw_tiles.wesl");
+    let kernel = |label| Kernel::new(label, "draw_tile", &shader, vec![layout.clone()]);
     commands.insert_resource(DrawTilesPass {
-        draw_tile: Kernel::new(
-            "voxel_gi_draw_tile",
-            "draw_tile",
-            &shader,
-            vec![layout.clone()],
-        ),
+        draw_tile: kernel("voxel_gi_draw_tile"),
+        draw_light_tile: kernel("voxel_gi_draw_light_tile"),
         layout,
     });
 }
 
 pub(crate) fn queue(
     mut pass: ResMut<DrawTilesPass>,
-    materials: Res<MaterialRecords>,
+    (materials, lights): (Res<MaterialRecords>, Res<ExtractedLights>),
     cache: Res<PipelineCache>,
     mut required: ResMut<RequiredPipelines>,
 ) {
     if materials.has_textures {
         pass.draw_tile.require(&[], &cache, &mut required);
+    }
+    if lights.has_textures() {
+        let kernel = &mut pass.draw_light_tile;
+        kernel.require(&[LIGHT_TEXTURES], &cache, &mut required);
     }
 }
 
@@ -71,22 +76,75 @@ pub(crate) fn draw_tiles(
     pass: Res<DrawTilesPass>,
     plan: Res<FramePlan>,
     mut tiles: ResMut<Tiles>,
-    images: Res<RenderAssets<GpuImage>>,
-    (cache, device, queue): (Res<PipelineCache>, Res<RenderDevice>, Res<RenderQueue>),
+    resources: DrawResources,
 ) {
-    let voxelizes = plan.work.is_some_and(|work| work.voxelizes.is_some());
-    let (true, Some(pipeline), Some(target)) = (
-        voxelizes,
-        pass.draw_tile.pipeline(&cache),
-        tiles.view().cloned(),
-    ) else {
+    if plan.work.is_some_and(|work| work.voxelizes.is_some()) {
+        let tiles = tiles.bypass_change_detection();
+        let label = "voxel_gi_draw_tiles";
+        draw(
+            &mut context,
+            label,
+            &pass.layout,
+            &pass.draw_tile,
+            tiles,
+            &resources,
+        );
+    }
+}
+
+pub(crate) fn draw_light_tiles(
+    mut context: RenderContext,
+    pass: Res<DrawTilesPass>,
+    plan: Res<FramePlan>,
+    mut light_tiles: ResMut<LightTiles>,
+    resources: DrawResources,
+) {
+    if plan.work.is_some() {
+        let tiles = &mut light_tiles.tiles;
+        let label = "voxel_gi_draw_light_tiles";
+        draw(
+            &mut context,
+            label,
+            &pass.layout,
+            &pass.draw_light_tile,
+            tiles,
+            &resources,
+        );
+    }
+}
+
+/// What drawing takes of the render world.
+#[derive(SystemParam)]
+pub(crate) struct DrawResources<'w> {
+    images: Res<'w, RenderAssets<GpuImage>>,
+    cache: Res<'w, PipelineCache>,
+    device: Res<'w, RenderDevice>,
+    queue: Res<'w, RenderQueue>,
+}
+
+/// Records a pass that draws the tiles that have changed.
+fn draw(
+    context: &mut RenderContext,
+    label: &'static str,
+    layout: &BindGroupLayoutDescriptor,
+    kernel: &Kernel,
+    tiles: &mut Tiles,
+    resources: &DrawResources,
+) {
+    let DrawResources {
+        images,
+        cache,
+        device,
+        queue,
+    } = resources;
+    let (Some(pipeline), Some(target)) = (kernel.pipeline(cache), tiles.view().cloned()) else {
         return;
     };
-    let jobs = tiles.bypass_change_detection().take_jobs(&images);
+    let jobs = tiles.take_jobs(images);
     if jobs.is_empty() {
         return;
     }
-    let layout = cache.get_bind_group_layout(&pass.layout);
+    let layout = cache.get_bind_group_layout(layout);
     let groups: Vec<_> = jobs
         .into_iter()
         .filter_map(|(source, job)| {
@@ -104,7 +162,7 @@ pub(crate) fn draw_tiles(
             Some(device.create_bind_group("voxel_gi_draw_tile", &layout, &entries))
         })
         .collect();
-    record_pass(&mut context, "voxel_gi_draw_tiles", |compute| {
+    record_pass(context, label, |compute| {
         compute.set_pipeline(pipeline);
         for group in &groups {
             compute.set_bind_group(0, group, &[]);

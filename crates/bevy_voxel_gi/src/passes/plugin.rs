@@ -14,7 +14,7 @@ use super::{
     allocate, bindings::prepare_voxel_bind_groups, compact, draw_sky, draw_tiles, gather, inject,
     mark_visible, propagate, read_back, reproject, solve::solve, voxelize,
 };
-use crate::prepare::{materials::prepare_materials, plan::plan_frame};
+use crate::prepare::{light_tiles::prepare_light_tiles, plan::plan_frame};
 
 /// Registers the passes.
 pub(crate) struct PassesPlugin;
@@ -24,6 +24,8 @@ impl Plugin for PassesPlugin {
         load_shader_library!(app, "bindings.wesl");
         load_shader_library!(app, "dirty.wesl");
         load_shader_library!(app, "g_buffer.wesl");
+        load_shader_library!(app, "projection.wesl");
+        load_shader_library!(app, "tiles.wesl");
         load_shader_library!(app, "voxelize/materials.wesl");
         load_shader_library!(app, "voxelize/plane.wesl");
         load_shader_library!(app, "voxelize/polygon.wesl");
@@ -80,7 +82,7 @@ impl Plugin for PassesPlugin {
                     mark_visible::queue,
                 )
                     .in_set(RenderSystems::PrepareResources)
-                    .after(prepare_materials)
+                    .after(prepare_light_tiles)
                     .before(plan_frame),
             )
             .add_systems(
@@ -109,6 +111,7 @@ impl Plugin for PassesPlugin {
                 (
                     draw_sky::draw_sky,
                     draw_tiles::draw_tiles,
+                    draw_tiles::draw_light_tiles,
                     voxelize::voxelize,
                     compact::compact,
                     solve,

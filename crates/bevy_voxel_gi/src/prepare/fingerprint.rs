@@ -42,10 +42,12 @@ pub(super) fn fingerprint(
     volume: &PlacedVolume,
     lights: &[Light],
     materials: &MaterialRecords,
+    light_tiles_version: u64,
     sky_version: u64,
 ) -> u64 {
     let mut hasher = FixedHasher.build_hasher();
-    (meshes, materials.version, sky_version, volume.sky_revision).hash(&mut hasher);
+    (meshes, materials.version, light_tiles_version).hash(&mut hasher);
+    (sky_version, volume.sky_revision).hash(&mut hasher);
     for level in &volume.levels {
         let PlacedLevel {
             owner: _,
@@ -80,6 +82,7 @@ pub(super) fn fingerprint(
         ];
         hash_floats(&mut hasher, &others);
         light.kind.hash(&mut hasher);
+        (light.tile_first, light.tile_size, light.tile_address).hash(&mut hasher);
     }
     if materials.depends_on_exposure {
         hash_floats(&mut hasher, &[volume.exposure]);

@@ -1,7 +1,6 @@
 //! The materials as the voxelisers read them, one record each in a texture: a pass cannot bind another storage buffer.
 
 use bevy::{
-    image::ImageAddressMode,
     platform::collections::HashSet,
     prelude::*,
     render::{
@@ -18,7 +17,7 @@ use bevy::{
 use super::{
     asset_notes::AssetNotes,
     mesh_batches::MeshBatches,
-    tiles::{TileContent, TilePlace, Tiles},
+    tiles::{NoTile, TileContent, TilePlace, Tiles, address_code},
 };
 use crate::{
     extract::{
@@ -203,7 +202,10 @@ pub(crate) fn prepare_materials(
     tiles.begin();
     for &i in &used {
         let assets = (&*images, &*notes, &*device);
-        let mut tile = |texture: VoxelTexture, content| tiles.of((texture.image, content), assets);
+        let mut tile = |texture: VoxelTexture, content| {
+            let tile = tiles.of((texture.image, content), assets);
+            tile.inspect_err(warn_of_missing_tile).ok()
+        };
         let mut record = RecordWriter {
             notes: &notes,
             tile: &mut tile,
@@ -248,6 +250,21 @@ pub(crate) fn prepare_materials(
     if is_new || unit != unit_before || tiles.version != tiles_before {
         records.version += 1;
         records.version_of_all += 1;
+    }
+}
+
+fn warn_of_missing_tile(reason: &NoTile) {
+    match reason {
+        NoTile::NotLoaded => (),
+        NoTile::Unreadable(format, dimension) => warn_once!(
+            "voxel GI: a texture of the format {format:?} and dimension {dimension:?} cannot be read by the voxelisers, so \
+             its material has no texture for them. Use two-dimensional colour images"
+        ),
+        NoTile::NoRoom(bytes) => warn_once!(
+            "voxel GI: the textures of materials take more than the {} MiB that this device has for them, so some \
+             materials have none for the voxelisers. Use fewer textures",
+            bytes >> 20
+        ),
     }
 }
 
@@ -301,11 +318,7 @@ impl RecordWriter<'_> {
         };
         self.words[FIRST[map]] = place.first;
         self.words[SIZE[map]] = place.size.x | place.size.y << 16;
-        let [u, v] = self.notes.address(texture.image).map(|mode| match mode {
-            ImageAddressMode::ClampToEdge | ImageAddressMode::ClampToBorder => 0,
-            ImageAddressMode::Repeat => 1,
-            ImageAddressMode::MirrorRepeat => 2,
-        });
+        let [u, v] = self.notes.address(texture.image).map(address_code);
         let channel = u32::from(texture.uses_uv_1);
         self.words[22] |= (u | v << 2 | channel << 4) << (5 * map);
         true

@@ -5,6 +5,7 @@
 //! | [`pipelines`] | whether all pipelines of a frame are ready |
 //! | [`asset_notes`] | what Bevy's assets on the GPU do not keep |
 //! | [`materials`], [`tiles`] | materials as the voxelisers read them, and small copies of their textures |
+//! | [`light_tiles`] | the same of the textures of lights |
 //! | [`mesh_instance`] | a mesh in the levels and in the GPU's buffers, as the voxelisers read it |
 //! | [`mesh_group`] | meshes that share their buffers |
 //! | [`mesh_batches`] | the meshes, grouped for dispatch |
@@ -21,6 +22,7 @@ pub(crate) mod asset_notes;
 pub(crate) mod buffers;
 mod dirty_voxels;
 mod fingerprint;
+pub(crate) mod light_tiles;
 pub(crate) mod materials;
 pub(crate) mod mesh_batches;
 pub(crate) mod mesh_group;

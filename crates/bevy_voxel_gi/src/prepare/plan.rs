@@ -13,6 +13,7 @@ use bevy::{
 use super::{
     buffers::{BufferShape, VolumeBuffers},
     fingerprint::{fingerprint, voxel_fingerprint},
+    light_tiles::LightTiles,
     materials::MaterialRecords,
     mesh_batches::MeshBatches,
     mesh_group::BATCH_TRIANGLES,
@@ -117,12 +118,13 @@ fn bounces_and_iterations(light: VoxelLight) -> (u32, u32) {
 pub(crate) fn plan_frame(
     mut commands: Commands,
     mut plan: ResMut<FramePlan>,
-    (volume, lights, mut batches, mut materials, tiles, sky): (
+    (volume, lights, mut batches, mut materials, tiles, light_tiles, sky): (
         Res<ExtractedVolume>,
         Res<ExtractedLights>,
         ResMut<MeshBatches>,
         ResMut<MaterialRecords>,
         Res<Tiles>,
+        Res<LightTiles>,
         Res<SkyCube>,
     ),
     (mut buffers, scene_buffers): (Option<ResMut<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
@@ -167,8 +169,9 @@ pub(crate) fn plan_frame(
     let fingerprint = fingerprint(
         batches.fingerprint,
         volume,
-        &lights.0,
+        &lights.lights,
         &materials,
+        light_tiles.tiles.version,
         sky.version,
     );
     let has_shadow_masks = shadow_masks::are_needed(shape, &batches, &device);
@@ -211,6 +214,7 @@ pub(crate) fn plan_frame(
             + texture_bytes(texture)
             + materials.bytes()
             + tiles.bytes()
+            + light_tiles.tiles.bytes()
             + sky.bytes(),
         triangles: batches.triangles,
         voxelized_triangles: u64::from(BATCH_TRIANGLES) * buffers.counts.batches(),
@@ -240,7 +244,7 @@ pub(crate) fn plan_frame(
     let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
     let frame = UniformFrame {
         volume,
-        light_count: u32::try_from(lights.0.len()).unwrap_or(u32::MAX),
+        light_count: u32::try_from(lights.lights.len()).unwrap_or(u32::MAX),
         bounces,
         frame: plan.clock.frame(),
         blend: plan.clock.blend(pace),
@@ -261,10 +265,10 @@ pub(crate) fn plan_frame(
     });
     plan.clock.advance(pace);
     if let Some(mut known) = scene_buffers {
-        known.write(&lights.0, &device, &queue);
+        known.write(&lights.lights, &device, &queue);
     } else {
         let mut new = SceneBuffers::default();
-        new.write(&lights.0, &device, &queue);
+        new.write(&lights.lights, &device, &queue);
         commands.insert_resource(new);
     }
     if let Some(made) = made {

@@ -1,7 +1,8 @@
-//! Small copies of the textures of materials, which the voxelisers sample: any format that the GPU samples becomes one,
-//! and one texture holds all. Each has a chain of mip levels, and up to 2,048 texels in the first.
+//! Small copies of textures, which compute shaders sample: any format that the GPU samples becomes one, and one texture
+//! holds all. Each has a chain of mip levels, and up to 2,048 texels in the first.
 
 use bevy::{
+    image::ImageAddressMode,
     platform::collections::HashMap,
     prelude::*,
     render::{
@@ -17,6 +18,7 @@ use bevy::{
 };
 
 use super::asset_notes::AssetNotes;
+use crate::extract::light_textures::CubeCells;
 
 /// The part of a texture that a tile holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -29,10 +31,14 @@ pub(super) enum TileContent {
     Masked(u16),
     /// The colour, of any brightness.
     Emission,
+    /// The red channel, of any brightness.
+    Light,
+    /// The same of the six faces of a cube, squares one below the other.
+    LightCube(CubeCells),
 }
 
 impl TileContent {
-    /// Keep in sync with `draw_tile.wesl`.
+    /// Keep in sync with `draw_tiles.wesl`.
     fn code(self) -> (u32, f32) {
         match self {
             Self::Color => (0, 0.0),
@@ -40,7 +46,45 @@ impl TileContent {
             // Halfway to the value below: texels of 8 bits are exact.
             Self::Masked(cutoff) => (2, (f32::from(cutoff) - 0.5) / 255.0),
             Self::Emission => (3, 0.0),
+            Self::Light | Self::LightCube(_) => (4, 0.0),
         }
+    }
+
+    /// Where the faces of a cube are in the texture; any other texture is a single face.
+    fn cells(self) -> CubeCells {
+        match self {
+            Self::LightCube(cells) => cells,
+            _ => CubeCells::ONE,
+        }
+    }
+
+    /// Size of the first level of the tile of a texture of this size.
+    fn tile_size(self, size: UVec2) -> UVec2 {
+        match self {
+            Self::LightCube(cells) => cube_tile_size(size / cells.grid),
+            _ => tile_size(size),
+        }
+    }
+
+    /// The level of the texture to draw from into a tile of this size.
+    fn source_level(self, source: UVec2, levels: u32, tile: UVec2) -> u32 {
+        let CubeCells { grid, faces, .. } = self.cells();
+        source_level(source, levels, grid * tile / UVec2::new(1, faces))
+    }
+}
+
+// How coordinates outside of 0 to 1 are brought into a texture; keep in sync with `tiles.wesl`.
+pub(super) const ADDRESS_CLAMP: u32 = 0;
+pub(super) const ADDRESS_REPEAT: u32 = 1;
+const ADDRESS_MIRROR: u32 = 2;
+/// There is nothing outside; only for lights.
+pub(super) const ADDRESS_BORDER: u32 = 3;
+
+pub(super) fn address_code(mode: ImageAddressMode) -> u32 {
+    match mode {
+        ImageAddressMode::ClampToEdge | ImageAddressMode::ClampToBorder => ADDRESS_CLAMP,
+        ImageAddressMode::Repeat => ADDRESS_REPEAT,
+        ImageAddressMode::MirrorRepeat => ADDRESS_MIRROR,
     }
 }
 
@@ -76,9 +120,24 @@ pub(crate) struct TileJob {
     pub level: u32,
     pub content: u32,
     pub cutoff: f32,
+    pub grid: UVec2,
+    pub columns: u32,
+    pub rows: u32,
+    pub faces: u32,
 }
 
-/// All tiles of materials whose meshes reach into a level.
+/// Why a texture has no tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum NoTile {
+    /// It is not on the GPU yet.
+    NotLoaded,
+    /// Compute shaders cannot read it.
+    Unreadable(TextureFormat, TextureDimension),
+    /// All tiles take as many bytes as the device has for them.
+    NoRoom(u64),
+}
+
+/// All tiles of materials whose meshes reach into a level, or in [`LightTiles`](super::light_tiles::LightTiles) of lights.
 #[derive(Resource, Default)]
 pub(crate) struct Tiles {
     tiles: HashMap<TileKey, Tile>,
@@ -91,7 +150,7 @@ pub(crate) struct Tiles {
     pub(super) is_waiting: bool,
 }
 
-/// Texels in a row of the texture; `TILE_ROW` in `materials.wesl`.
+/// Texels in a row of the texture; `TILE_ROW` in `tiles.wesl`.
 const ROW: u32 = 1024;
 /// Most texels of a tile's first level: with the others it has at most 11 KiB.
 const MOST_TEXELS: u32 = 2048;
@@ -107,6 +166,14 @@ fn tile_size(size: UVec2) -> UVec2 {
         tile = UVec2::select(tile.cmpeq(UVec2::splat(larger)), tile / 2, tile);
     }
     tile
+}
+
+/// Size of the first level of a cube whose faces have this size. Its edge is a power of two, so that no texel of a
+/// smaller level has parts of two faces.
+fn cube_tile_size(face: UVec2) -> UVec2 {
+    let most = (MOST_TEXELS / 6).isqrt();
+    let edge = 1 << face.min_element().clamp(1, most).ilog2();
+    UVec2::new(edge, 6 * edge)
 }
 
 /// Number of texels of all levels.
@@ -148,7 +215,7 @@ fn is_readable(image: &GpuImage, device: &RenderDevice) -> bool {
 }
 
 impl Tiles {
-    /// Begins to ask for the tiles of all materials in use.
+    /// Begins to ask for all tiles in use.
     pub(super) fn begin(&mut self) {
         self.is_waiting = false;
         for tile in self.tiles.values_mut() {
@@ -156,38 +223,33 @@ impl Tiles {
         }
     }
 
-    /// The tile of a texture; `None` while the image is not on the GPU, or if it cannot be read.
+    /// The tile of a texture.
     pub(super) fn of(
         &mut self,
         key: TileKey,
         (images, notes, device): (&RenderAssets<GpuImage>, &AssetNotes, &RenderDevice),
-    ) -> Option<TilePlace> {
+    ) -> Result<TilePlace, NoTile> {
         let Some(image) = images.get(key.0) else {
             self.is_waiting = true;
-            return None;
+            return Err(NoTile::NotLoaded);
         };
+        let descriptor = &image.texture_descriptor;
         if !is_readable(image, device) {
-            warn_once!(
-                "voxel GI: a texture of the format {:?} and dimension {:?} cannot be read by the voxelisers, so \
-                 its material has no texture for them. Use two-dimensional colour images",
-                image.texture_descriptor.format,
-                image.texture_descriptor.dimension
-            );
-            return None;
+            return Err(NoTile::Unreadable(descriptor.format, descriptor.dimension));
         }
-        let source = image.texture_descriptor.size;
-        let source = UVec2::new(source.width, source.height);
-        let size = tile_size(source);
+        let source = UVec2::new(descriptor.size.width, descriptor.size.height);
+        let size = key.1.tile_size(source);
+        let level = (key.1).source_level(source, descriptor.mip_level_count, size);
         let view = image.texture_view.id();
         if let Some(tile) = self.tiles.get_mut(&key)
             && tile.place.size == size
         {
             tile.is_used = true;
             if tile.view != view || notes.uploaded.contains(&key.0) {
-                (tile.view, tile.is_drawn) = (view, false);
+                (tile.view, tile.level, tile.is_drawn) = (view, level, false);
                 self.version += 1;
             }
-            return Some(tile.place);
+            return Ok(tile.place);
         }
         if let Some(other) = self.tiles.remove(&key) {
             self.release(other.place.first, other.texels);
@@ -195,7 +257,6 @@ impl Tiles {
         let texels = texels_of(size);
         let first = self.allocate(texels, device)?;
         let place = TilePlace { first, size };
-        let descriptor = &image.texture_descriptor;
         let is_target = descriptor.usage.contains(TextureUsages::RENDER_ATTACHMENT);
         self.tiles.insert(
             key,
@@ -204,13 +265,13 @@ impl Tiles {
                 texels,
                 view,
                 is_drawn: false,
-                level: source_level(source, descriptor.mip_level_count, size),
+                level,
                 is_target,
                 is_used: true,
             },
         );
         self.version += 1;
-        Some(place)
+        Ok(place)
     }
 
     /// Releases the tiles that were not asked for since [`begin`](Self::begin).
@@ -232,7 +293,7 @@ impl Tiles {
     }
 
     /// A place for so many texels; a larger texture takes the place of one that has none.
-    fn allocate(&mut self, texels: u32, device: &RenderDevice) -> Option<u32> {
+    fn allocate(&mut self, texels: u32, device: &RenderDevice) -> Result<u32, NoTile> {
         if let Some(range) = self.free.iter().position(|(_, length)| *length >= texels) {
             let (first, length) = self.free[range];
             if length == texels {
@@ -240,19 +301,14 @@ impl Tiles {
             } else {
                 self.free[range] = (first + texels, length - texels);
             }
-            return Some(first);
+            return Ok(first);
         }
         let rows = self.rows();
         // Half as many again, so that it grows seldom.
         let more = texels.div_ceil(ROW).max(rows / 2);
         let most = device.limits().max_texture_dimension_2d;
         if rows + more > most || device.limits().max_texture_dimension_2d < ROW {
-            warn_once!(
-                "voxel GI: the textures of materials take more than the {} MiB that this device has for them, so some \
-                 materials have none for the voxelisers. Use fewer textures",
-                (u64::from(ROW) * 4 * u64::from(most)) >> 20
-            );
-            return None;
+            return Err(NoTile::NoRoom(4 * u64::from(ROW) * u64::from(most)));
         }
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("voxel_gi_tiles"),
@@ -309,6 +365,7 @@ impl Tiles {
         let jobs = tiles.filter_map(|((image, content), tile)| {
             let view = images.get(*image)?.texture_view.clone();
             tile.is_drawn = true;
+            let cells = content.cells();
             let (content, cutoff) = content.code();
             let job = TileJob {
                 size: tile.place.size,
@@ -316,6 +373,10 @@ impl Tiles {
                 level: tile.level,
                 content,
                 cutoff,
+                grid: cells.grid,
+                columns: cells.columns,
+                rows: cells.rows,
+                faces: cells.faces,
             };
             Some((view, job))
         });
@@ -366,6 +427,19 @@ mod tests {
         );
         assert_eq!(source_level(UVec2::splat(4096), 13, tile), 4);
         assert_eq!(source_level(UVec2::splat(64), 7, tile), 0);
+    }
+
+    #[test]
+    fn no_texel_of_a_cube_has_parts_of_two_faces() {
+        for (face, edge) in [(1, 1), (9, 8), (16, 16), (100, 16), (4096, 16)] {
+            let mut size = cube_tile_size(UVec2::splat(face));
+            assert_eq!(size, UVec2::new(edge, 6 * edge));
+            assert!(size.element_product() <= MOST_TEXELS);
+            while size.x > 1 {
+                size /= 2;
+                assert_eq!(size.y, 6 * size.x);
+            }
+        }
     }
 
     #[test]

@@ -16,8 +16,7 @@ pub(crate) fn receiver_patch() -> ShaderPatch {
         ],
         insertions: vec![
             Insertion::before(
-                "        @if(MULTIPLE_LIGHT_PROBES_IN_ARRAY)\n        \
-                 let irradiance_volume_texture = ",
+                "        let atlas_resolution = vec3<f32>(",
                 "        if (is_voxel_gi(query_result.texture_index)) {\n            \
                  let place = (query_result.light_from_world * vec4(world_position, 1.0)).xyz;\n            \
                  let found = voxel_gi_light(place, N, world_position);\n            \

@@ -1,0 +1,434 @@
+//! The textures of lights count in direct light, where Bevy's `pbr_lighting.wesl` projects them.
+
+use std::f32::consts::PI;
+
+use bevy::{
+    asset::RenderAssetUsages,
+    camera::primitives::CubemapLayout,
+    light::{DirectionalLightTexture, PointLightTexture, SpotLightTexture},
+    prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+};
+use bevy_frugal_lab::headless::HeadlessApp;
+use bevy_voxel_gi::{Bounces, Solver, VoxelGiReport, VoxelLight};
+
+use super::{
+    room::{add, around_room, mesh, room, spawn, whole, without_colors},
+    scene::{RESOLUTION, app, app_with, block, floor, settings, small_volume},
+    support::{read_texels, settle},
+};
+use crate::support::gpu;
+
+/// The faces of a cube, in the order of Bevy's sequences.
+const FACES: [Vec3; 6] = [
+    Vec3::X,
+    Vec3::NEG_X,
+    Vec3::Y,
+    Vec3::NEG_Y,
+    Vec3::NEG_Z,
+    Vec3::Z,
+];
+
+/// The layouts of cubes with their faces by row and column. Of crosses, Bevy's shader takes -Z for +Z and the other way
+/// round, unlike the documentation of `CubemapLayout`.
+const LAYOUTS: [(CubemapLayout, &[&[Option<usize>]]); 4] = [
+    (
+        CubemapLayout::CrossVertical,
+        &[
+            &[None, Some(2), None],
+            &[Some(1), Some(5), Some(0)],
+            &[None, Some(3), None],
+            &[None, Some(4), None],
+        ],
+    ),
+    (
+        CubemapLayout::CrossHorizontal,
+        &[
+            &[None, Some(2), None, None],
+            &[Some(1), Some(5), Some(0), Some(4)],
+            &[None, Some(3), None, None],
+        ],
+    ),
+    (
+        CubemapLayout::SequenceVertical,
+        &[
+            &[Some(0)],
+            &[Some(1)],
+            &[Some(2)],
+            &[Some(3)],
+            &[Some(4)],
+            &[Some(5)],
+        ],
+    ),
+    (
+        CubemapLayout::SequenceHorizontal,
+        &[&[Some(0), Some(1), Some(2), Some(3), Some(4), Some(5)]],
+    ),
+];
+
+/// An image of one channel, from the value at coordinates.
+fn image(size: UVec2, value: impl Fn(Vec2) -> f32) -> Image {
+    let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
+    let texels = texels.map(|at| (at.as_vec2() + 0.5) / size.as_vec2());
+    let size = Extent3d {
+        width: size.x,
+        height: size.y,
+        depth_or_array_layers: 1,
+    };
+    Image::new(
+        size,
+        TextureDimension::D2,
+        texels.map(|uv| (255.0 * value(uv)).round() as u8).collect(),
+        TextureFormat::R8Unorm,
+        RenderAssetUsages::all(),
+    )
+}
+
+/// A cube in a layout, from the value of each face at coordinates of the face.
+fn cube_image(layout: CubemapLayout, value: impl Fn(usize, Vec2) -> f32) -> Image {
+    const EDGE: u32 = 16;
+    let (_, cells) = LAYOUTS[layout as usize];
+    let grid = UVec2::new(cells[0].len() as u32, cells.len() as u32);
+    image(EDGE * grid, |uv| {
+        let at = uv * grid.as_vec2();
+        let cell = at.as_uvec2();
+        cells[cell.y as usize][cell.x as usize].map_or(0.0, |face| value(face, at.fract()))
+    })
+}
+
+/// The types of lights that have textures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Directional,
+    Tiled,
+    Spot,
+    Point,
+}
+
+const KINDS: [Kind; 4] = [Kind::Directional, Kind::Tiled, Kind::Spot, Kind::Point];
+
+const OUTER_ANGLE: f32 = 0.9;
+
+/// Above the floor; all but the point light shine down, and their up is between the axes.
+fn place(kind: Kind) -> Transform {
+    let above = Transform::from_xyz(0.0, 1.6, 0.0);
+    match kind {
+        Kind::Point => above,
+        // A texture covers two units of the light's space.
+        Kind::Directional => above
+            .looking_to(Vec3::NEG_Y, Vec3::Z)
+            .with_scale(Vec3::splat(2.0)),
+        _ => above.looking_to(Vec3::NEG_Y, Vec3::Z),
+    }
+}
+
+fn spawn_light(world: &mut World, kind: Kind) -> Entity {
+    let entity = world.spawn(place(kind)).id();
+    let mut light = world.entity_mut(entity);
+    match kind {
+        Kind::Directional | Kind::Tiled => light.insert(DirectionalLight {
+            illuminance: 20.0,
+            ..default()
+        }),
+        Kind::Spot => light.insert(SpotLight {
+            intensity: 200.0 * PI,
+            inner_angle: OUTER_ANGLE,
+            outer_angle: OUTER_ANGLE,
+            ..default()
+        }),
+        Kind::Point => light.insert(PointLight {
+            intensity: 200.0 * PI,
+            ..default()
+        }),
+    };
+    entity
+}
+
+/// Gives a light a texture from the value at its coordinates, those of the face for a point light.
+fn project(world: &mut World, light: Entity, kind: Kind, value: impl Fn(Vec2) -> f32) {
+    let image = match kind {
+        Kind::Point => cube_image(CubemapLayout::CrossHorizontal, |_, uv| value(uv)),
+        _ => image(UVec2::splat(64), value),
+    };
+    let image = add(world, image);
+    let mut light = world.entity_mut(light);
+    match kind {
+        Kind::Directional | Kind::Tiled => light.insert(DirectionalLightTexture {
+            image,
+            tiled: kind == Kind::Tiled,
+        }),
+        Kind::Spot => light.insert(SpotLightTexture { image }),
+        Kind::Point => light.insert(PointLightTexture {
+            image,
+            cubemap_layout: CubemapLayout::CrossHorizontal,
+        }),
+    };
+}
+
+/// Where Bevy samples the texture of a light for a point of the floor.
+fn coordinates(kind: Kind, point: Vec3) -> Vec2 {
+    let local = place(kind).to_matrix().inverse().transform_point3(point);
+    match kind {
+        Kind::Directional => local.truncate() * Vec2::new(-0.5, 0.5) + 0.5,
+        Kind::Tiled => (local.truncate() * Vec2::new(-0.5, 0.5) + 0.5).fract_gl(),
+        Kind::Spot => local.truncate() / (local.z * OUTER_ANGLE.tan()) * Vec2::new(-0.5, 0.5) + 0.5,
+        // The floor's middle is in the face -Y.
+        Kind::Point => Vec2::new(local.x, local.z) / -local.y * 0.5 + 0.5,
+    }
+}
+
+/// The settled light of all voxels.
+fn settled(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
+    app.run_until_ready(200).expect("ready");
+    app.render_frames(2).expect("frames");
+    settle(app);
+    read_texels(app)
+}
+
+fn total<'a>(light: impl IntoIterator<Item = &'a [Vec4; 6]>) -> Vec3 {
+    let light = light.into_iter().flatten();
+    light.map(|light| light.truncate()).sum()
+}
+
+#[test]
+fn a_gray_texture_dims_each_type_of_light() {
+    let _gpu = gpu();
+    // Above 16, lights are culled.
+    for count in [1, 20] {
+        for kind in KINDS {
+            let mut app = app();
+            let world = app.world_mut();
+            floor(world);
+            let lights: Vec<_> = (0..count).map(|_| spawn_light(world, kind)).collect();
+            world.spawn(small_volume());
+            let without = total(&settled(&mut app)).x;
+            for light in lights {
+                project(app.world_mut(), light, kind, |_| 0.6);
+            }
+            let dimmed = total(&settled(&mut app)).x / without;
+            println!("{count} x {kind:?}: {dimmed:.4}");
+            assert!((dimmed - 0.6).abs() < 0.006, "{count} x {kind:?}: {dimmed}");
+        }
+    }
+}
+
+/// The light just above the floor within a metre of its middle: all, and in the halves towards +X and +Z.
+fn above_floor(light: &[[Vec4; 6]]) -> [f32; 3] {
+    let resolution = RESOLUTION as usize;
+    let voxel = 4.0 / RESOLUTION as f32;
+    let mut sums = [0.0; 3];
+    for z in 0..resolution {
+        for x in 0..resolution {
+            let at = (Vec2::new(x as f32, z as f32) + 0.5) * voxel - 2.0;
+            if at.abs().max_element() < 1.0 {
+                let index = (z * resolution + resolution / 2) * resolution + x;
+                let light = total([&light[index]]).x;
+                sums[0] += light;
+                sums[1] += if at.x > 0.0 { light } else { 0.0 };
+                sums[2] += if at.y > 0.0 { light } else { 0.0 };
+            }
+        }
+    }
+    sums
+}
+
+#[test]
+fn half_a_texture_lights_its_own_side() {
+    type Half = (&'static str, fn(Vec2) -> bool);
+    const HALVES: [[Half; 2]; 2] = [
+        [("left", |uv| uv.x < 0.5), ("right", |uv| uv.x >= 0.5)],
+        [("top", |uv| uv.y < 0.5), ("bottom", |uv| uv.y >= 0.5)],
+    ];
+    let _gpu = gpu();
+    for kind in KINDS {
+        let mut app = app();
+        let world = app.world_mut();
+        floor(world);
+        let light = spawn_light(world, kind);
+        world.spawn(small_volume());
+        project(world, light, kind, |_| 1.0);
+        let [whole, ..] = above_floor(&settled(&mut app));
+        for halves in HALVES {
+            let mut sum = 0.0;
+            for (name, is_lit) in halves {
+                let value = |uv| if is_lit(uv) { 1.0 } else { 0.0 };
+                project(app.world_mut(), light, kind, value);
+                let [all, to_x, to_z] = above_floor(&settled(&mut app));
+                sum += all;
+                // Half a metre from the middle, tiles of two metres do not repeat.
+                let lit_at = |point| is_lit(coordinates(kind, point));
+                let sides = [(to_x, 0.5 * Vec3::X), (to_z, 0.5 * Vec3::Z)];
+                let shares = sides.map(|(light, _)| light / all);
+                println!("{kind:?}, {name}: {shares:.3?}");
+                for ((_, side), share) in sides.into_iter().zip(shares) {
+                    match (lit_at(side), lit_at(-side)) {
+                        (true, false) => assert!(share > 0.75, "{kind:?}, {name}: {share}"),
+                        (false, true) => assert!(share < 0.25, "{kind:?}, {name}: {share}"),
+                        _ => assert!((share - 0.5).abs() < 0.05, "{kind:?}, {name}: {share}"),
+                    }
+                }
+            }
+            let wrong = (sum / whole - 1.0).abs();
+            println!("{kind:?}: {sum} for {whole}");
+            assert!(wrong < 0.01, "{kind:?}: {sum} for {whole}");
+        }
+    }
+}
+
+/// In the middle of a room whose walls each reflect other colours, once.
+#[test]
+fn each_face_of_a_cube_lights_its_wall() {
+    let _gpu = gpu();
+    let colors = [
+        Vec3::X,
+        Vec3::Y,
+        Vec3::Z,
+        Vec3::new(1.0, 1.0, 0.0),
+        Vec3::new(0.0, 1.0, 1.0),
+        Vec3::new(1.0, 0.0, 1.0),
+    ];
+    let mut app = app();
+    let world = app.world_mut();
+    settings(world).light = VoxelLight::GlobalIllumination {
+        solver: Solver::default(),
+        bounces: Bounces::Count(1),
+    };
+    for quad in room() {
+        let face = FACES.iter().position(|face| *face == -quad.1);
+        let color = colors[face.expect("a face")];
+        let material = StandardMaterial {
+            base_color: LinearRgba::from_vec3(color).into(),
+            ..default()
+        };
+        spawn(world, without_colors(mesh(&[quad], whole)), material);
+    }
+    let light = PointLight {
+        intensity: 400.0 * PI,
+        ..default()
+    };
+    let light = world.spawn((light, Transform::IDENTITY)).id();
+    world.spawn(around_room());
+    // Three walls reflect each colour.
+    let of_wall = total(&settled(&mut app)) / 3.0;
+    for (layout, _) in LAYOUTS {
+        for (face, color) in colors.into_iter().enumerate() {
+            let lit = |other, _| if other == face { 1.0 } else { 0.0 };
+            let image = add(app.world_mut(), cube_image(layout, lit));
+            let texture = PointLightTexture {
+                image,
+                cubemap_layout: layout,
+            };
+            app.world_mut().entity_mut(light).insert(texture);
+            let found = total(&settled(&mut app)) / of_wall;
+            let wrong = (found - color).abs().max_element();
+            println!("{layout:?}, {}: {found:.4}, {wrong:.4}", FACES[face]);
+            assert!(wrong < 0.01, "{layout:?}, {}: {found}", FACES[face]);
+        }
+    }
+}
+
+/// A black image of three dimensions.
+fn solid() -> Image {
+    let size = Extent3d {
+        width: 4,
+        height: 4,
+        depth_or_array_layers: 4,
+    };
+    Image::new_fill(
+        size,
+        TextureDimension::D3,
+        &[0],
+        TextureFormat::R8Unorm,
+        RenderAssetUsages::all(),
+    )
+}
+
+#[test]
+fn after_any_change_of_a_texture_the_light_is_that_of_a_new_app() {
+    type Value = fn(Vec2) -> f32;
+    let left: Value = |uv| if uv.x < 0.5 { 1.0 } else { 0.0 };
+    let right: Value = |uv| if uv.x < 0.5 { 0.0 } else { 0.8 };
+    let small = |value: Value| image(UVec2::splat(32), value);
+    let scene = |world: &mut World| {
+        floor(world);
+        block(world, Vec3::new(0.7, 0.5, 0.0), Vec3::ONE);
+        world.spawn(small_volume());
+        spawn_light(world, Kind::Spot)
+    };
+    let _gpu = gpu();
+    let as_new = |image: Option<Image>| {
+        let mut app = app_with(|_| ());
+        let light = scene(app.world_mut());
+        if let Some(image) = image {
+            let image = add(app.world_mut(), image);
+            let texture = SpotLightTexture { image };
+            app.world_mut().entity_mut(light).insert(texture);
+        }
+        settled(&mut app)
+    };
+    let difference = |a: &[[Vec4; 6]], b: &[[Vec4; 6]]| {
+        let pairs = a.iter().flatten().zip(b.iter().flatten());
+        let wrong: f32 = pairs.map(|(a, b)| (a.x - b.x).abs()).sum();
+        wrong / total(a).x
+    };
+    let mut app = app_with(|_| ());
+    let light = scene(app.world_mut());
+    let mut before = settled(&mut app);
+    let memory = |app: &HeadlessApp| app.world().resource::<VoxelGiReport>().memory;
+    let without = memory(&app);
+    let first = add(app.world_mut(), small(left));
+    let later = app.world().resource::<Assets<Image>>().reserve_handle();
+    let insert = |world: &mut World, image: &Handle<Image>| {
+        let image = image.clone();
+        world.entity_mut(light).insert(SpotLightTexture { image });
+    };
+    type Change<'a> = (&'static str, Option<Image>, &'a dyn Fn(&mut World));
+    let changes: [Change; 8] = [
+        ("added", Some(small(left)), &|world| insert(world, &first)),
+        ("edited", Some(small(right)), &|world| {
+            let mut images = world.resource_mut::<Assets<Image>>();
+            images.get_mut(&first).expect("an image").data = small(right).data;
+        }),
+        ("not loaded", None, &|world| insert(world, &later)),
+        ("loaded", Some(small(left)), &|world| {
+            let mut images = world.resource_mut::<Assets<Image>>();
+            images.insert(&later, small(left)).expect("a handle");
+        }),
+        ("swapped", Some(small(right)), &|world| {
+            insert(world, &first);
+        }),
+        ("that cannot be read", None, &|world| {
+            let black = add(world, solid());
+            insert(world, &black);
+        }),
+        (
+            "of another size",
+            Some(image(UVec2::new(8, 4), left)),
+            &|world| {
+                let mut images = world.resource_mut::<Assets<Image>>();
+                let new = image(UVec2::new(8, 4), left);
+                images.insert(&first, new).expect("a handle");
+                insert(world, &first);
+            },
+        ),
+        ("removed", None, &|world| {
+            world.entity_mut(light).remove::<SpotLightTexture>();
+        }),
+    ];
+    for (name, texture, change) in changes {
+        change(app.world_mut());
+        let found = settled(&mut app);
+        let has_tile = texture.is_some();
+        let anew = as_new(texture);
+        let (wrong, effect) = (difference(&anew, &found), difference(&anew, &before));
+        println!("{name}: {wrong:.5} of an effect of {effect:.5}");
+        assert!(
+            wrong < 0.001 && effect > 0.05,
+            "{name}: {wrong} of {effect}"
+        );
+        assert_eq!(memory(&app) > without, has_tile, "{name}: {}", memory(&app));
+        assert_eq!(settle(&mut app), 1, "{name}: it rests");
+        before = found;
+    }
+    assert_eq!(memory(&app), without);
+}
