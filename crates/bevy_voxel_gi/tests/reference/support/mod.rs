@@ -4,7 +4,7 @@ pub mod lights;
 pub mod shapes;
 
 use bevy_voxel_gi::reference::{
-    Light, Material, RayTracing, RayTracingSettings, Triangle, VolumeGrid, Voxels,
+    Light, Material, RayTracing, RayTracingSettings, SETTLE, Triangle, VolumeGrid, Voxels,
 };
 use glam::{Mat3, UVec2, Vec2, Vec3};
 use serde_json::Value;
