@@ -182,5 +182,5 @@ fn describe(
     } else {
         "light that bounces"
     };
-    caption.0 = format!("{light} (Space); places: 1, 2, 3; a flight: 4");
+    caption.0 = format!("{light} (Space)\nplaces: 1, 2, 3; flight: 4");
 }

@@ -200,7 +200,8 @@ mod tests {
     fn elements_of_binding_arrays_are_no_arguments() {
         let with_call = |call: &str| {
             let source = format!(
-                "@group(0) @binding(0) var textures: binding_array<texture_2d<f32>>;
+                "enable wgpu_binding_array;
+                @group(0) @binding(0) var textures: binding_array<texture_2d<f32>>;
                 @group(0) @binding(1) var single: texture_2d<f32>;
                 fn width(texture: texture_2d<f32>) -> u32 {{ return textureDimensions(texture).x; }}
                 @fragment fn main(@location(0) @interpolate(flat) i: u32) -> @location(0) vec4<u32> {{
