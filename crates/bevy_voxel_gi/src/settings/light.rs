@@ -21,7 +21,7 @@ pub enum VoxelLight {
         radius: f32,
         /// Number of rays from each side of a voxel that has a surface, 4 to 256, a multiple of 4, as of
         /// [`Solver::Trace`]. Pixels read a mean over frames as there, so 16 are enough: the light differs from that of
-        /// many rays by 0.3 to 0.6% once it has settled, and by 0.8 to 1.8% while things move.
+        /// many rays by 0.3 to 0.6% once it has settled, and by 0.5 to 0.9% while things move.
         #[reflect(@4..=256_u32)]
         rays: u32,
     },
