@@ -34,7 +34,7 @@ const FLIGHT: [Vec3; 11] = [
 /// In metres per second.
 const SPEED: f32 = 4.0;
 
-/// Where the camera is on its flight.
+/// The camera's flight, and the time since it began, in segments of the curve.
 #[derive(Component)]
 struct Flight {
     curve: CubicCurve<Vec3>,

@@ -184,6 +184,36 @@ fn after_a_flight_of_cascades_the_light_is_that_of_a_new_app() {
     move_about(volume, true);
 }
 
+/// Relative change of the light of points from frame to frame, root mean square and greatest, while something moves.
+fn change_of(
+    points: &[Vec2],
+    app: &mut HeadlessApp,
+    frames: u32,
+    mut step: impl FnMut(&mut World, u32),
+) -> (f32, f32) {
+    let light = |app: &mut HeadlessApp| {
+        let picture = picture(app);
+        let of_points = points.iter().map(|p| at(&picture, p.x, p.y).element_sum());
+        of_points.collect::<Vec<_>>()
+    };
+    let mut previous = light(app);
+    let (mut most, mut squares) = (0.0_f32, 0.0);
+    for frame in 0..frames {
+        step(app.world_mut(), frame);
+        app.render_frames(1).expect("a frame");
+        let now = light(app);
+        for (a, b) in previous.iter().zip(&now) {
+            let change = (b - a).abs() / a;
+            most = most.max(change);
+            squares += change * change;
+        }
+        previous = now;
+    }
+    let mean = (squares / (frames as usize * points.len()) as f32).sqrt();
+    println!("change from frame to frame: {mean:.4}, {most:.4} at most");
+    (mean, most)
+}
+
 /// Cascades that fly past leave light where it is, but for the other size of their voxels.
 #[test]
 fn light_changes_slowly_where_cascades_fly_past() {
@@ -203,33 +233,15 @@ fn light_changes_slowly_where_cascades_fly_past() {
     let points: Vec<_> = (0..49)
         .map(|i| Vec2::new((i % 7 - 3) as f32, (i / 7 - 3) as f32) * 0.45)
         .collect();
-    let light = |app: &mut HeadlessApp| {
-        let picture = picture(app);
-        let of_points = points.iter().map(|p| at(&picture, p.x, p.y).element_sum());
-        of_points.collect::<Vec<_>>()
-    };
-    let mut before = light(&mut app);
-    let (mut most, mut squares) = (0.0_f32, 0.0);
-    const FRAMES: u32 = 60;
-    for _ in 0..FRAMES {
-        let mut transform = app.world_mut().get_mut::<Transform>(leader).expect("it");
-        transform.translation.x += 3.0 / FRAMES as f32;
-        app.render_frames(1).expect("a frame");
-        let now = light(&mut app);
-        for (a, b) in before.iter().zip(&now) {
-            let change = (b - a).abs() / a;
-            most = most.max(change);
-            squares += change * change;
-        }
-        before = now;
-    }
-    let mean = (squares / (FRAMES as usize * points.len()) as f32).sqrt();
-    println!("change from frame to frame: {mean:.4}, {most:.4} at most");
+    let (mean, most) = change_of(&points, &mut app, 60, |world, _| {
+        let mut transform = world.get_mut::<Transform>(leader).expect("it");
+        transform.translation.x += 0.05;
+    });
     assert!(mean < 0.01 && most < 0.1, "{mean} {most}");
 }
 
-/// Where nothing moves, light keeps still when a small thing elsewhere begins to move, moves and stops, and until the
-/// light has settled again.
+/// The light of resting surfaces does not flicker while a small mesh elsewhere begins to move, moves and stops, and until
+/// it has converged again.
 #[test]
 fn light_does_not_flicker_when_something_begins_to_move_or_stops() {
     let _gpu = gpu();
@@ -243,31 +255,12 @@ fn light_does_not_flicker_when_something_begins_to_move_or_stops() {
     let points: Vec<_> = (0..36)
         .map(|i| Vec2::new((i % 6) as f32, (i / 6) as f32) * 0.45 - Vec2::splat(1.6))
         .collect();
-    let light = |app: &mut HeadlessApp| {
-        let picture = picture(app);
-        let of_points = points.iter().map(|p| at(&picture, p.x, p.y).element_sum());
-        of_points.collect::<Vec<_>>()
-    };
-    let mut before = light(&mut app);
-    let (mut most, mut squares) = (0.0_f32, 0.0);
-    const MOVING: u32 = 20;
-    const FRAMES: u32 = 90;
-    for frame in 0..FRAMES {
-        if frame < MOVING {
-            let mut transform = app.world_mut().get_mut::<Transform>(mover).expect("it");
+    let (mean, most) = change_of(&points, &mut app, 90, |world, frame| {
+        if frame < 20 {
+            let mut transform = world.get_mut::<Transform>(mover).expect("it");
             transform.translation.y += 0.01;
         }
-        app.render_frames(1).expect("a frame");
-        let now = light(&mut app);
-        for (a, b) in before.iter().zip(&now) {
-            let change = (b - a).abs() / a;
-            most = most.max(change);
-            squares += change * change;
-        }
-        before = now;
-    }
-    let mean = (squares / (FRAMES as usize * points.len()) as f32).sqrt();
-    println!("change from frame to frame: {mean:.4}, {most:.4} at most");
+    });
     assert!(mean < 0.005 && most < 0.03, "{mean} {most}");
     assert!(has_settled(&app));
 }

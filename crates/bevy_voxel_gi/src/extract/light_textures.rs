@@ -33,7 +33,7 @@ impl LightTexture {
     }
 }
 
-/// What the texture of a light covers.
+/// The part of a light's directions or space that its texture covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TextureCoverage {
     /// The square around a cone. A stretched light has a wider cone, where the image goes on as its sampler says.
@@ -46,7 +46,7 @@ pub(crate) enum TextureCoverage {
     Cube(CubeCells),
 }
 
-/// Where the faces of a cube are in an image.
+/// The places of a cube's faces in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct CubeCells {
     /// Columns and rows of cells.

@@ -38,7 +38,7 @@ pub(crate) const IRRADIANCE: u32 = 3;
 pub(crate) const COLORS: u32 = 4;
 pub(crate) const LIGHTS: u32 = 5;
 pub(crate) const LIGHT_TEXTURE: u32 = 6;
-/// Where there are tiles, there are no changes.
+/// No pass binds both tiles and changes, so they have one number.
 pub(crate) const TILES: u32 = 7;
 pub(crate) const CHANGES: u32 = 7;
 pub(crate) const DIRTY: u32 = 8;

@@ -113,7 +113,6 @@ pub(crate) fn draw_light_tiles(
     }
 }
 
-/// What drawing takes of the render world.
 #[derive(SystemParam)]
 pub(crate) struct DrawResources<'w> {
     images: Res<'w, RenderAssets<GpuImage>>,
