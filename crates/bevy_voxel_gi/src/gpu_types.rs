@@ -14,7 +14,6 @@ pub(crate) struct Level {
     pub corner: Vec3,
     pub voxel_size: f32,
     pub sky_zenith: Vec3,
-    pub intensity: f32,
     pub sky_horizon: Vec3,
     pub sky_map_share: f32,
     pub sky_ground: Vec3,
@@ -24,9 +23,7 @@ pub(crate) struct Level {
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Volume {
     pub levels: [Level; MAX_LEVELS],
-    pub extent: Vec3,
     pub resolution: u32,
-    pub center: Vec3,
     pub level_count: u32,
     pub lit_level_count: u32,
     pub light_count: u32,

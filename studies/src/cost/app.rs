@@ -10,7 +10,7 @@ use bevy::{
         tonemapping::{DebandDither, Tonemapping},
     },
     image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
-    light::IrradianceVolume,
+    light::{IrradianceVolume, SpotLightTexture},
     material::OpaqueRendererMethod,
     mesh::VertexAttributeValues,
     prelude::*,
@@ -48,6 +48,10 @@ pub fn app(configuration: &Configuration, scene: Scene) -> Result<HeadlessApp, C
     let world = app.world_mut();
     spawn_camera(world, kind, scene);
     spawn_light(world, Vec3::new(1.0, 1.0, 2.0));
+    if scene == Scene::TexturedLight {
+        let image = world.add_asset(texture(SMALL_TEXTURE, TextureFormat::Rgba8UnormSrgb));
+        world.spawn((SpotLight::default(), SpotLightTexture { image }));
+    }
     let mesh = Mesh::from(Rectangle::default()).with_generated_tangents();
     let mesh = mesh.map_err(|error| CostError::Failed(error.to_string()))?;
     let mesh = Mesh3d(world.add_asset(mesh));

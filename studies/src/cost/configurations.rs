@@ -248,8 +248,9 @@ fn voxel_gi() -> impl Iterator<Item = Configuration> {
         specular_light: true,
         ..default()
     };
+    let default_scenes = [&Scene::MATERIALS[..], &[Scene::TexturedLight]].concat();
     [
-        gi("trace", default(), &Scene::MATERIALS),
+        gi("trace", default(), &default_scenes),
         gi("trace 4 bounces", trace(Bounces::Count(4)), base),
         gi("trace per pixel", per_pixel, &Scene::MATERIALS),
         gi("trace specular", specular.clone(), &Scene::MATERIALS),
@@ -309,6 +310,8 @@ pub enum Scene {
     Multisampled,
     /// The base colour in a camera without `Hdr`.
     EightBits,
+    /// The base colour, lit by a light with a texture, too.
+    TexturedLight,
 }
 
 impl Scene {
@@ -340,6 +343,7 @@ impl Scene {
             Self::Deferred => "five maps, deferred",
             Self::Multisampled => "base color, 4 samples",
             Self::EightBits => "base color, 8 bits",
+            Self::TexturedLight => "base color, light with a texture",
         }
     }
 

@@ -1,4 +1,5 @@
 //! The CPU's time for the plugins' systems in a frame with many meshes, all of them in view, where the GPU takes none.
+//! In a crowd some of them are characters with a skin that moves.
 //!
 //! Linux's `perf` samples where the processors are, so that what other programs do hardly matters. Bevy is compiled
 //! without its spans here; the names are those of the functions in the program.
@@ -10,7 +11,13 @@ use std::{
     process::{Command, Stdio},
 };
 
-use bevy::prelude::*;
+use bevy::{
+    mesh::{
+        VertexAttributeValues,
+        skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    },
+    prelude::*,
+};
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
 use serde::{Deserialize, Serialize};
 
@@ -33,20 +40,27 @@ const RATE: u32 = 1999;
 const LEAST_MS: f64 = 0.1;
 /// What the lines begin with that say when measuring begins and ends.
 const MARK: &str = "measuring: ";
-/// Frames that are measured.
+/// What symbols have in them whose names are mangled with all their types, so that they name the systems that are inlined
+/// into them.
+const NAMED: &str = "FunctionSystem<fn(";
+/// Frames that are measured, and where nothing moves.
 const FRAMES: usize = 24;
+const STILL_FRAMES: usize = 240;
 /// Frames after which a volume of light has settled where nothing moves.
 const FIRST_FRAMES: usize = 60;
 
-/// Meshes, and how many of them move in every frame or are despawned in every frame, with as many spawned in their
-/// place.
-const FIELDS: [Field; 5] = [
-    Field::new(10_000, 0, 0),
-    Field::new(10_000, 0, 100),
-    Field::new(10_000, 100, 0),
-    Field::new(100_000, 0, 0),
-    Field::new(100_000, 1_000, 0),
+/// Meshes of 12 triangles, and how many of them move in every frame or are despawned in every frame, with as many
+/// spawned in their place; and characters beside them.
+const FIELDS: [Field; 6] = [
+    Field::new(30_000, 0, 0, 0),
+    Field::new(10_000, 0, 100, 0),
+    Field::new(10_000, 100, 0, 0),
+    Field::new(100_000, 0, 0, 0),
+    Field::new(100_000, 1_000, 0, 0),
+    Field::new(42_000, 1_000, 0, 200),
 ];
+/// Joints of a character.
+const JOINTS: usize = 60;
 /// Edge of the field in metres.
 const EDGE: f32 = 40.0;
 
@@ -55,14 +69,28 @@ pub struct Field {
     pub meshes: usize,
     pub moving: usize,
     pub replaced: usize,
+    pub characters: usize,
 }
 
 impl Field {
-    const fn new(meshes: usize, moving: usize, replaced: usize) -> Self {
+    const fn new(meshes: usize, moving: usize, replaced: usize, characters: usize) -> Self {
         Self {
             meshes,
             moving,
             replaced,
+            characters,
+        }
+    }
+
+    fn is_still(self) -> bool {
+        self.moving + self.replaced + self.characters == 0
+    }
+
+    fn frames(self) -> usize {
+        if self.is_still() {
+            STILL_FRAMES
+        } else {
+            FRAMES
         }
     }
 }
@@ -116,12 +144,12 @@ fn draw(part: &str) -> Result<(), CostError> {
     };
     let mut app = app(*field, &configuration.kind)?;
     settle(&mut app)?;
-    if field.moving + field.replaced == 0 {
+    if field.is_still() {
         (0..FIRST_FRAMES).for_each(|_| app.app_mut().update());
     }
     println!("{MARK}0 {}", seconds_since_boot());
-    (0..FRAMES).for_each(|_| app.app_mut().update());
-    println!("{MARK}{FRAMES} {}", seconds_since_boot());
+    (0..field.frames()).for_each(|_| app.app_mut().update());
+    println!("{MARK}{} {}", field.frames(), seconds_since_boot());
     Ok(())
 }
 
@@ -162,6 +190,7 @@ fn app(field: Field, kind: &Kind) -> Result<HeadlessApp, CostError> {
         }
         skin.put_on(entity);
     }
+    spawn_characters(world, field.characters, &skin);
     if let Kind::Gi(settings, volume) = kind {
         let mut volume = volume.clone();
         volume.size = EDGE;
@@ -169,6 +198,44 @@ fn app(field: Field, kind: &Kind) -> Result<HeadlessApp, CostError> {
         world.spawn(volume);
     }
     Ok(app)
+}
+
+/// Characters spread over the field, each with a skin whose joints all move.
+fn spawn_characters(world: &mut World, count: usize, skin: &Skin) {
+    if count == 0 {
+        return;
+    }
+    let mut mesh = Mesh::from(Capsule3d::new(0.3, 1.2));
+    let joint_of = |vertex: usize| [(vertex % JOINTS) as u16, 0, 0, 0];
+    let vertices = mesh.count_vertices();
+    let joints = (0..vertices).map(joint_of).collect();
+    mesh.insert_attribute(
+        Mesh::ATTRIBUTE_JOINT_INDEX,
+        VertexAttributeValues::Uint16x4(joints),
+    );
+    mesh.insert_attribute(
+        Mesh::ATTRIBUTE_JOINT_WEIGHT,
+        vec![[1.0, 0.0, 0.0, 0.0]; vertices],
+    );
+    let mesh = Mesh3d(world.add_asset(mesh));
+    let poses = vec![Mat4::IDENTITY; JOINTS];
+    let inverse_bindposes = world.add_asset(SkinnedMeshInverseBindposes::from(poses));
+    let side = (count as f32).sqrt().ceil() as usize;
+    for i in 0..count {
+        let cell = Vec3::new((i % side) as f32, 0.0, (i / side) as f32) + Vec3::new(0.5, 0.0, 0.5);
+        let place = cell * (EDGE / side as f32) - Vec3::new(0.5, 0.0, 0.5) * EDGE;
+        let spawn_joint = |_| {
+            let place = Transform::from_translation(place);
+            world.spawn((Moving, place)).id()
+        };
+        let joints = (0..JOINTS).map(spawn_joint).collect();
+        let inverse_bindposes = inverse_bindposes.clone();
+        let skinned = SkinnedMesh {
+            inverse_bindposes,
+            joints,
+        };
+        skin.put_on(world.spawn((mesh.clone(), Transform::default(), skinned)));
+    }
 }
 
 fn shake(time: Res<Time>, mut moving: Query<&mut Transform, With<Moving>>) {
@@ -221,7 +288,13 @@ fn sampled(gpu: &str, plugin: &str, name: &str) -> Result<Vec<(String, f64)>, Co
     let _ = fs::remove_file(&file);
     let script = script.map_err(|error| failed(&error.to_string()))?;
     let (frames, window) = marks.ok_or_else(|| failed("no frames"))?;
-    let counts = counts(&String::from_utf8_lossy(&script.stdout), window, plugin);
+    let script = String::from_utf8_lossy(&script.stdout);
+    if !script.contains(NAMED) {
+        return Err(failed(
+            "the program's symbols do not name its systems; docs/measuring.md says how to compile it",
+        ));
+    }
+    let counts = counts(&script, window, plugin);
     let sample_ms = 1e3 / f64::from(RATE) / frames;
     let ms = |count: u32| (f64::from(count) * sample_ms * 100.0).round() / 100.0;
     let all = (format!("bevy_{plugin}"), ms(counts.values().sum()));
@@ -281,10 +354,11 @@ pub fn table(rows: &[SystemRow]) -> String {
     fields.sort_unstable();
     fields.dedup();
     let heads = fields.iter().map(|field| {
-        let change = match (field.moving, field.replaced) {
-            (0, 0) => "nothing changes".to_string(),
-            (moving, 0) => format!("{moving} move"),
-            (_, replaced) => format!("{replaced} are replaced"),
+        let change = match (field.moving, field.replaced, field.characters) {
+            (0, 0, 0) => "nothing changes".to_string(),
+            (moving, 0, 0) => format!("{moving} move"),
+            (moving, 0, characters) => format!("{moving} and {characters} characters move"),
+            (_, replaced, _) => format!("{replaced} are replaced"),
         };
         format!("{}: {change}", field.meshes)
     });

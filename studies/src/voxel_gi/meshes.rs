@@ -11,7 +11,7 @@ use bevy_frugal_lab::{
     meshes::{MeshScene, SpawnedScene, move_to, spawn_mesh_scene, trace},
     path_tracer::TraceSettings,
 };
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiVolume};
+use bevy_voxel_gi::{Follow, Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiVolume};
 
 use crate::{
     page::table,
@@ -147,7 +147,81 @@ impl MeshApp {
     }
 }
 
+/// Frames of a flight, and metres in each: 3 m/s at 60 frames a second.
+const FLIGHT: u32 = 90;
+const FLIGHT_STEP: f32 = 0.05;
+
+impl MeshApp {
+    /// How the light of resting surfaces changes from frame to frame while the default volume flies along the camera's view.
+    pub fn flight_rows(
+        &mut self,
+        name: &str,
+        settings: &VoxelGiSettings,
+    ) -> Result<Vec<LightRow>, HeadlessError> {
+        let (app, spawned) = (&mut self.app, &self.spawned);
+        app.world_mut().insert_resource(settings.clone());
+        let mut rows = Vec::new();
+        for (usual, _) in &self.views {
+            move_to(app.world_mut(), spawned, &usual.scene);
+            let stage = &usual.scene.stage;
+            let sky = Some(Sky::uniform(LinearRgba::from_vec3(stage.sky_radiance)));
+            let pose = Transform::from_translation(stage.camera.eye)
+                .looking_at(stage.camera.target, Vec3::Y);
+            let leader = app.world_mut().spawn(pose).id();
+            let volume = VoxelGiVolume {
+                sky,
+                follow: Follow::Entity(leader),
+                ..default()
+            };
+            let volume = app.world_mut().spawn(volume).id();
+            settle(app)?;
+            let mut previous = usual.added(app)?;
+            let mut changes = Vec::new();
+            for _ in 0..FLIGHT {
+                if let Some(mut leader) = app.world_mut().get_mut::<Transform>(leader) {
+                    let forward = leader.forward();
+                    leader.translation += forward * FLIGHT_STEP;
+                }
+                app.render_frames(1)?;
+                let now = usual.added(app)?;
+                changes.extend(relative_changes(&previous, &now));
+                previous = now;
+            }
+            let squares = changes.iter().map(|change| change * change);
+            rows.push(LightRow {
+                scene: usual.name.into(),
+                setting: format!("{name}, flight"),
+                flicker: Some((squares.sum::<f64>() / changes.len() as f64).sqrt()),
+                greatest_change: changes.iter().copied().reduce(f64::max),
+                ..LightRow::default()
+            });
+            for entity in [volume, leader] {
+                app.world_mut().despawn(entity);
+            }
+            app.render_frames(2)?;
+        }
+        Ok(rows)
+    }
+}
+
+/// By how much blocks change, as a share of their light: those with less than a tenth of the mean, of that.
+fn relative_changes(before: &[Vec3], after: &[Vec3]) -> Vec<f64> {
+    let of = |block: &Vec3| f64::from(block.element_sum());
+    let mean = before.iter().map(of).sum::<f64>() / before.len().max(1) as f64;
+    let pairs = before.iter().zip(after);
+    pairs
+        .map(|(a, b)| (of(b) - of(a)).abs() / of(a).max(0.1 * mean))
+        .collect()
+}
+
 impl StateTruth {
+    /// Block means of the light that the volume adds now.
+    fn added(&self, app: &mut HeadlessApp) -> Result<Vec<Vec3>, HeadlessError> {
+        let added = difference(&picture(app)?, &self.without);
+        let width = self.scene.stage.camera.width;
+        Ok(block_means(&halved(&added, 2 * width), width))
+    }
+
     fn row(&self, app: &mut HeadlessApp, setting: String) -> Result<LightRow, HeadlessError> {
         let added = difference(&picture(app)?, &self.without);
         let width = self.scene.stage.camera.width;

@@ -55,9 +55,13 @@ pub struct LightRow {
     /// The same while a light moves at 1 m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_in_motion: Option<f64>,
-    /// Mean absolute difference of pixels between two successive frames of a still scene, over their mean.
+    /// Mean absolute difference of pixels between two successive frames of a still scene, over their mean. In a flight, the
+    /// root mean square of the relative changes of blocks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flicker: Option<f64>,
+    /// The greatest relative change of a block from frame to frame in a flight.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub greatest_change: Option<f64>,
     #[serde(flatten)]
     pub times: Times,
 }

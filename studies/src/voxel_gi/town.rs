@@ -22,7 +22,9 @@ use crate::{
 };
 
 /// The volumes that the town is measured with, by their names.
-pub const VOLUMES: [&str; 2] = ["one level", "default"];
+pub const VOLUMES: [&str; 2] = ["one level", FOLLOWING];
+/// The one whose cascades follow.
+const FOLLOWING: &str = "default";
 
 /// The volume of this name.
 fn placed(name: &str, resolution: u32, scene: &MeshScene) -> (VoxelGiVolume, Transform) {
@@ -85,7 +87,11 @@ pub fn volume_rows(
         resolution,
         ..default()
     };
-    app.rows(name, &settings, |scene| placed(name, resolution, scene))
+    let mut rows = app.rows(name, &settings, |scene| placed(name, resolution, scene))?;
+    if name == FOLLOWING {
+        rows.extend(app.flight_rows(name, &settings)?);
+    }
+    Ok(rows)
 }
 
 /// A table of the volumes from each camera, and one of the frames after a change; empty where nothing was measured.
@@ -128,8 +134,20 @@ pub fn tables(rows: &[LightRow]) -> String {
     let changes = changes.map(|(_, name)| name).filter(is_measured);
     let changes: Vec<_> = changes.collect();
     if changes.is_empty() {
-        return format!("\n{usual}");
+        return format!("\n{usual}\n{}", flight_table(rows));
     }
     let changes = changes_table(rows, &volumes, &changes);
-    format!("\n{usual}\n{changes}")
+    format!("\n{usual}\n{changes}\n{}", flight_table(rows))
+}
+
+/// A table of the changes from frame to frame in a flight.
+fn flight_table(rows: &[LightRow]) -> String {
+    let flights = rows.iter().filter(|row| row.greatest_change.is_some());
+    let lines = flights.map(|row| {
+        let changes = [row.flicker, row.greatest_change].map(percent);
+        let [mean, most] = changes.map(|change| format!("{change:.2}%"));
+        vec![row.scene.clone(), mean, most]
+    });
+    let heads = ["change from frame to frame", "root mean square", "greatest"];
+    table(&heads, lines)
 }

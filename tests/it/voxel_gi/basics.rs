@@ -20,7 +20,7 @@ use super::{
     scene::{
         app, app_with, at, block, block_of, floor, hidden, matt, settings, small_volume, under_sky,
     },
-    support::{picture, settle},
+    support::{has_settled, picture, settle},
 };
 use crate::support::gpu;
 
@@ -154,6 +154,18 @@ fn ambient_occlusion_knows_edges() {
             (found - expected).abs() < 0.025,
             "{x}: {found} for {expected}"
         );
+    }
+    // It is the same in any light.
+    let place = Transform::from_xyz(0.0, 1.5, 0.0);
+    let lamp = app
+        .world_mut()
+        .spawn((PointLight::default(), place, Visibility::Visible));
+    let lamp = lamp.id();
+    for _ in 0..4 {
+        let mut lamp = app.world_mut().get_mut::<Transform>(lamp).expect("a lamp");
+        lamp.translation.x += 0.1;
+        app.render_frames(1).expect("a frame");
+        assert!(has_settled(&app));
     }
 }
 

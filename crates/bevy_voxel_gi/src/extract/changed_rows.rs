@@ -42,9 +42,18 @@ impl Column<'_> {
     /// Whether any of these rows has changed. Without an early exit, so that the compiler uses vector instructions.
     fn has_changed(&self, rows: Range<usize>) -> bool {
         let ticks = self.changed[rows].iter();
-        ticks.fold(false, |any, tick| {
-            any | tick.is_newer_than(self.last_run, self.this_run)
-        })
+        ticks.fold(false, |any, tick| any | self.is_new(tick))
+    }
+
+    /// Sets the flags of those rows that have changed.
+    fn flag_changed(&self, rows: Range<usize>, flags: &mut [bool]) {
+        for (flag, tick) in flags.iter_mut().zip(&self.changed[rows]) {
+            *flag |= self.is_new(tick);
+        }
+    }
+
+    fn is_new(&self, tick: &Tick) -> bool {
+        tick.is_newer_than(self.last_run, self.this_run)
     }
 }
 
@@ -54,16 +63,16 @@ pub(super) fn for_each_changed_row(
     count: usize,
     mut f: impl FnMut(usize),
 ) {
-    let has_changed = |rows: Range<usize>| {
-        let mut columns = columns.iter().flatten();
-        columns.any(|column| column.has_changed(rows.clone()))
-    };
     for start in (0..count).step_by(BLOCK) {
         let block = start..count.min(start + BLOCK);
-        if has_changed(block.clone()) {
-            block
-                .filter(|&row| has_changed(row..row + 1))
-                .for_each(&mut f);
+        let mut flags = [false; BLOCK];
+        for column in columns.iter().flatten() {
+            if column.has_changed(block.clone()) {
+                column.flag_changed(block.clone(), &mut flags);
+            }
+        }
+        if flags != [false; BLOCK] {
+            block.filter(|row| flags[row - start]).for_each(&mut f);
         }
     }
 }

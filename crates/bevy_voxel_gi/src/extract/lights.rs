@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_RECT, LIGHT_SPOT, Light},
-    settings::VoxelGiLight,
+    settings::{VoxelGiLight, VoxelLight},
 };
 
 /// The lights of this frame.
@@ -75,6 +75,10 @@ pub(crate) fn extract_lights(
     let Some(volume) = &volume.0 else {
         return;
     };
+    // Occlusion is the same in any light.
+    if let VoxelLight::AmbientOcclusion { .. } = volume.settings.light {
+        return;
+    }
     let layers = &volume.scene_layers;
     let all = lit(&directional, layers, directional_light)
         .chain(lit(&points, layers, point_light))

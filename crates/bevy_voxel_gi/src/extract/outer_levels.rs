@@ -121,9 +121,14 @@ impl WorldBounds {
 
     fn update(&mut self, scene: &ExtractedScene, center: Vec3, resolution: u32) {
         let is_same = (self.center, self.resolution) == (center, resolution);
+        let corners = |entity| self.corners(scene.rigid.get(entity)?);
         let may_shrink = self.extremes.as_ref().is_some_and(|extremes| {
-            let mut at = extremes.at_low.iter().chain(&extremes.at_high);
-            at.any(|entity| scene.changed.contains(entity))
+            (0..3).any(|axis| {
+                let low = corners(&extremes.at_low[axis]);
+                let high = corners(&extremes.at_high[axis]);
+                low.is_none_or(|(low, _)| low[axis] > extremes.low[axis])
+                    || high.is_none_or(|(_, high)| high[axis] < extremes.high[axis])
+            })
         });
         (self.center, self.resolution) = (center, resolution);
         if is_same && !may_shrink {
@@ -140,17 +145,20 @@ impl WorldBounds {
         }
     }
 
-    fn add(&mut self, entity: Entity, mesh: &ExtractedMesh) {
-        let Some((center, half_size)) = mesh.bounds.filter(|_| mesh.is_culled) else {
-            return;
-        };
-        // It would be smaller than a sub-voxel of a level that reaches as far.
+    /// The corners of a mesh that counts.
+    fn corners(&self, mesh: &ExtractedMesh) -> Option<(Vec3A, Vec3A)> {
+        let (center, half_size) = mesh.bounds.filter(|_| mesh.is_culled)?;
+        // Else it would be smaller than a sub-voxel of a level that reaches as far.
         let distance = (center - Vec3A::from(self.center)).abs().max_element();
         let resolved = half_size.max_element() * 4.0 * self.resolution as f32;
-        if !(center.is_finite() && half_size.is_finite() && resolved >= distance) {
+        let counts = center.is_finite() && half_size.is_finite() && resolved >= distance;
+        counts.then(|| (center - half_size, center + half_size))
+    }
+
+    fn add(&mut self, entity: Entity, mesh: &ExtractedMesh) {
+        let Some((low, high)) = self.corners(mesh) else {
             return;
-        }
-        let (low, high) = (center - half_size, center + half_size);
+        };
         let extremes = self.extremes.get_or_insert(Extremes {
             low,
             high,

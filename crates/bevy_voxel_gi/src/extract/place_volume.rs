@@ -15,7 +15,7 @@ use bevy_frugal_hooks::{PatchState, ShaderPatches};
 use super::{
     device_limits::{allocatable_resolution, bindable_albedo, is_supported, warn_of_unsupported},
     game_sky::{AtmosphereMap, CameraSky, ambient_sky},
-    placement::{PlacedLevel, PlacedVolume, cascades, snapped, supported},
+    placement::{PlacedLevel, PlacedVolume, cascades, snapped, step, supported},
     texture::{light_texture, texture_size},
 };
 use crate::{
@@ -173,14 +173,24 @@ pub(crate) fn place_volume(
             .and_then(|entity| transforms.get(entity).ok())
             .unwrap_or(transform)
             .translation();
-        levels.extend((0..own.cascades).map(|cascade| PlacedLevel {
-            owner,
-            center: snapped(anchor, &own, cascade, resolution),
-            size: own.size * (1 << cascade) as f32,
-            sky: own.sky.unwrap_or(own_sky),
-            sees_map: own.sky.is_none(),
-            intensity: own.intensity,
-            is_outer: false,
+        let focus = if anchor.is_finite() {
+            anchor
+        } else {
+            Vec3::ZERO
+        };
+        levels.extend((0..own.cascades).map(|cascade| {
+            let step = step(&own, cascade, resolution);
+            PlacedLevel {
+                owner,
+                center: snapped(focus, step),
+                focus,
+                step,
+                size: own.size * (1 << cascade) as f32,
+                sky: own.sky.unwrap_or(own_sky),
+                sees_map: own.sky.is_none(),
+                intensity: own.intensity,
+                is_outer: false,
+            }
         }));
     }
     levels.sort_by(|a, b| a.size.total_cmp(&b.size));

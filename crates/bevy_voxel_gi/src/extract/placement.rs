@@ -11,6 +11,10 @@ pub(crate) struct PlacedLevel {
     /// The entity with the [`VoxelGiVolume`].
     pub owner: Entity,
     pub center: Vec3,
+    /// What it follows, or its centre: its light blends into that of the next level around it.
+    pub focus: Vec3,
+    /// The centre follows in steps of so many metres; 0 if it follows nothing.
+    pub step: f32,
     /// Edge in metres.
     pub size: f32,
     pub sky: Sky,
@@ -81,6 +85,11 @@ impl PlacedVolume {
         level.size / self.settings.resolution as f32
     }
 
+    /// How far the focus of a level may be from its centre along an axis, in voxels.
+    pub fn reach(&self, level: &PlacedLevel) -> f32 {
+        0.5 * level.step / self.voxel_size(level)
+    }
+
     /// Whether pixels test the visibility of the voxels around them.
     pub fn is_per_pixel(&self) -> bool {
         self.patched && self.settings.receiver == Receiver::PerPixel
@@ -126,20 +135,23 @@ pub(super) fn cascades(volume: &VoxelGiVolume, light: VoxelLight, patched: bool)
     }
 }
 
-/// The nearest position in steps of two voxels of a cascade, of one of the largest, so that the voxelised scene does not
-/// shimmer as the volume moves.
-pub(super) fn snapped(anchor: Vec3, volume: &VoxelGiVolume, cascade: u32, resolution: u32) -> Vec3 {
-    let anchor = if anchor.is_finite() {
-        anchor
-    } else {
-        Vec3::ZERO
-    };
+/// The steps in which a cascade follows: two of its voxels, or one of the largest, so that the voxelised scene does not
+/// shimmer as the volume moves. 0 if it follows nothing.
+pub(super) fn step(volume: &VoxelGiVolume, cascade: u32, resolution: u32) -> f32 {
     if volume.follow == Follow::Nothing {
-        return anchor;
+        return 0.0;
     }
     let next = (cascade + 1).min(volume.cascades - 1);
-    let step = volume.size * (1 << next) as f32 / resolution as f32;
-    (anchor / step).round() * step
+    volume.size * (1 << next) as f32 / resolution as f32
+}
+
+/// The nearest position in such steps.
+pub(super) fn snapped(position: Vec3, step: f32) -> Vec3 {
+    if step > 0.0 {
+        (position / step).round() * step
+    } else {
+        position
+    }
 }
 
 #[cfg(test)]
@@ -149,6 +161,8 @@ impl PlacedLevel {
         Self {
             owner: Entity::PLACEHOLDER,
             center,
+            focus: center,
+            step: 0.0,
             size,
             sky: default(),
             sees_map: false,
@@ -194,7 +208,8 @@ mod tests {
         };
         for x in [-3.3_f32, 0.0, 0.49, 0.51, 1e3 + 0.2] {
             for (cascade, step) in [(0, 0.5), (1, 1.0), (2, 1.0)] {
-                let at = snapped(Vec3::splat(x), &volume, cascade, 32).x;
+                assert_eq!(super::step(&volume, cascade, 32), step);
+                let at = snapped(Vec3::splat(x), step).x;
                 let steps = at / step;
                 assert!(
                     (steps - steps.round()).abs() < 1e-6 && (at - x).abs() <= 0.5 * step,
@@ -202,12 +217,12 @@ mod tests {
                 );
             }
         }
-        assert_eq!(snapped(Vec3::NAN, &volume, 0, 32), Vec3::ZERO);
         let still = VoxelGiVolume {
             follow: Follow::Nothing,
             ..volume
         };
-        assert_eq!(snapped(Vec3::splat(0.3), &still, 0, 32), Vec3::splat(0.3));
+        assert_eq!(super::step(&still, 0, 32), 0.0);
+        assert_eq!(snapped(Vec3::splat(0.3), 0.0), Vec3::splat(0.3));
     }
 
     #[test]

@@ -12,10 +12,8 @@ use crate::{
 };
 
 /// Adds floats to a hash by their bits, so that NaN equals itself.
-pub(super) fn hash_floats(hasher: &mut impl Hasher, floats: &[f32]) {
-    for float in floats {
-        float.to_bits().hash(hasher);
-    }
+pub(super) fn hash_floats<const N: usize>(hasher: &mut impl Hasher, floats: &[f32; N]) {
+    u32::hash_slice(&floats.map(f32::to_bits), hasher);
 }
 
 /// Hash of what the voxels depend on; `meshes` is that of the meshes.
@@ -52,6 +50,9 @@ pub(super) fn fingerprint(
         let PlacedLevel {
             owner: _,
             center,
+            // Only pixels notice.
+            focus: _,
+            step: _,
             size,
             sky,
             intensity,

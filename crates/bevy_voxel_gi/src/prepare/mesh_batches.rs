@@ -115,7 +115,8 @@ impl MeshBatches {
         let mut hasher = FixedHasher.build_hasher();
         let mut found = HashMap::default();
         self.deformed = MeshGroups::default();
-        let first_matrix = |mesh: &ExtractedMesh| mesh.first_joint.or(Some(mesh.weights?.0));
+        let first_matrix =
+            |mesh: &ExtractedMesh| mesh.first_joint.or(mesh.weights.map(|(first, _)| first));
         for (i, extracted) in scene.deformed.iter().enumerate() {
             let Some(mesh) = locator.locate(extracted) else {
                 continue;
@@ -158,6 +159,20 @@ impl MeshBatches {
     /// Adds, changes or removes a rigid mesh. `is_edited` says whether its asset may be another one.
     fn update_rigid_mesh(&mut self, entity: Entity, is_edited: bool, locator: &MeshLocator) {
         let extracted = locator.scene.rigid.get(&entity);
+        if let Some(extracted) = extracted
+            && let Some(placed) = self.placed.get_mut(&entity)
+            && !is_edited
+            && extracted.mesh == placed.mesh
+            && let Some((instance, hash)) = locator.moved(extracted, self.rigid.instance(placed))
+        {
+            if hash != placed.hash {
+                self.changed.add(placed.bounds, placed.levels);
+                self.changed.add(extracted.bounds, instance.levels);
+            }
+            self.rigid_hash = self.rigid_hash.wrapping_sub(placed.hash).wrapping_add(hash);
+            self.rigid.set(placed, instance, extracted.bounds, hash);
+            return;
+        }
         let mesh = extracted.and_then(|extracted| locator.locate(extracted));
         let hash_before = self.placed.get(&entity).map(|placed| placed.hash);
         let hash = mesh.as_ref().map(|mesh| mesh.hash);
@@ -332,6 +347,31 @@ impl MeshGroups {
             instance: self.groups[group].add(mesh.instance, bounds),
             hash: mesh.hash,
         }
+    }
+
+    fn instance(&self, placed: &PlacedMesh) -> &MeshInstance {
+        self.groups[placed.group].instance(placed.instance)
+    }
+
+    /// Changes what does not depend on the asset of a rigid mesh.
+    fn set(
+        &mut self,
+        placed: &mut PlacedMesh,
+        instance: MeshInstance,
+        bounds: Option<Bounds>,
+        hash: u64,
+    ) {
+        let former = *self.instance(placed);
+        self.groups[placed.group].replace(placed.instance, instance, true);
+        if (former.material, former.flags) != (instance.material, instance.flags) {
+            self.uncount(&former);
+            self.count(&instance);
+        }
+        placed.material = instance.material;
+        placed.levels = instance.levels;
+        placed.bounds = bounds;
+        placed.position = position(&instance);
+        placed.hash = hash;
     }
 
     /// Changes a rigid mesh in place if its triangles stay in the same batches, and returns whether they do. `is_edited`

@@ -7,9 +7,9 @@ use bevy::{
     platform::collections::HashMap,
     render::{
         render_resource::{
-            BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, ShaderSize,
-            ShaderType,
-            encase::{self, internal::WriteInto},
+            BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages,
+            CommandEncoderDescriptor, ShaderSize, ShaderType,
+            encase::internal::{WriteInto, Writer},
         },
         renderer::{RenderDevice, RenderQueue},
     },
@@ -87,6 +87,10 @@ impl MeshGroup {
 
     pub(super) fn is_empty(&self) -> bool {
         self.count == 0
+    }
+
+    pub(super) fn instance(&self, place: usize) -> &MeshInstance {
+        &self.instances.items[place]
     }
 
     /// Adds a mesh, and returns the place of its instance. `bounds` are those in the world of a mesh that is deformed;
@@ -300,9 +304,30 @@ impl<T: ShaderType + ShaderSize + WriteInto> List<T> {
         }
         let buffer = self.buffer.as_ref()?;
         self.changed.sort_unstable();
-        for places in runs(&self.changed) {
-            let offset = places.start as u64 * size;
-            queue.write_buffer(buffer, offset, &bytes(&self.items[places]));
+        let runs: Vec<_> = runs(&self.changed).collect();
+        if runs.len() <= MOST_WRITES {
+            for places in runs {
+                let offset = places.start as u64 * size;
+                queue.write_buffer(buffer, offset, &bytes([&self.items[places]]));
+            }
+        } else {
+            let all = bytes(runs.iter().map(|places| &self.items[places.clone()]));
+            // Not with contents: where a device is lost, that would end the app.
+            let staging = device.create_buffer(&BufferDescriptor {
+                label: Some(self.label),
+                size: all.len() as u64,
+                usage: BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            queue.write_buffer(&staging, 0, &all);
+            let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+            let mut from = 0;
+            for places in runs {
+                let (offset, bytes) = (places.start as u64 * size, places.len() as u64 * size);
+                encoder.copy_buffer_to_buffer(&staging, from, buffer, offset, bytes);
+                from += bytes;
+            }
+            queue.submit([encoder.finish()]);
         }
         self.changed.clear();
         Some(BindingResource::Buffer(BufferBinding {
@@ -313,6 +338,9 @@ impl<T: ShaderType + ShaderSize + WriteInto> List<T> {
     }
 }
 
+/// More writes than these are made at once: each takes a buffer of its own until the GPU has copied it.
+const MOST_WRITES: usize = 16;
+
 /// The most unchanged items between two changed ones that are written with them: each write has a price of its own.
 const GAP: usize = 16;
 
@@ -322,10 +350,17 @@ fn runs(places: &[usize]) -> impl Iterator<Item = Range<usize>> {
     chunks.map(|chunk| chunk[0]..chunk[chunk.len() - 1] + 1)
 }
 
-fn bytes(data: &(impl ShaderType + WriteInto + ?Sized)) -> Vec<u8> {
-    let mut bytes = encase::StorageBuffer::new(Vec::new());
-    bytes.write(data).expect("a vector grows");
-    bytes.into_inner()
+/// Lists one after the other.
+fn bytes<'a, T: ShaderType + ShaderSize + WriteInto + 'a>(
+    lists: impl IntoIterator<Item = &'a [T]>,
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for list in lists {
+        let at = bytes.len();
+        let mut writer = Writer::new(list, &mut bytes, at).expect("a vector grows");
+        list.write_into(&mut writer);
+    }
+    bytes
 }
 
 #[cfg(test)]

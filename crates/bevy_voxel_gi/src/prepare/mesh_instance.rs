@@ -57,6 +57,24 @@ impl MeshLocator<'_> {
         reached.fold(0, |mask, (level, _): (u32, _)| mask | 1 << level)
     }
 
+    /// A rigid mesh that has moved or has another material, and its hash: all else is as it was. `None` if it reaches into
+    /// no level.
+    pub(super) fn moved(
+        &self,
+        extracted: &ExtractedMesh,
+        former: &MeshInstance,
+    ) -> Option<(MeshInstance, u64)> {
+        const OWN: u32 = MESH_MIRRORED | MESH_NOT_SHADOW_CASTER;
+        let instance = MeshInstance {
+            world_from_local: extracted.world_from_local.into(),
+            material: extracted.material,
+            flags: former.flags & !OWN | placement_flags(extracted),
+            levels: self.levels_of(extracted),
+            ..*former
+        };
+        (instance.levels != 0).then(|| (instance, mesh_hash(extracted, &instance)))
+    }
+
     /// Returns `None` if the mesh reaches into no level, or is not on the GPU yet.
     pub(super) fn locate(&self, extracted: &ExtractedMesh) -> Option<LocatedMesh> {
         let levels = self.levels_of(extracted);
@@ -128,6 +146,18 @@ fn mesh_hash(extracted: &ExtractedMesh, instance: &MeshInstance) -> u64 {
         hash_floats(&mut hasher, &corner.to_array());
     }
     hasher.finish()
+}
+
+/// What of the flags does not depend on the asset.
+fn placement_flags(extracted: &ExtractedMesh) -> u32 {
+    let is_mirrored = extracted.world_from_local.matrix3.determinant() < 0.0;
+    let mirrored = if is_mirrored { MESH_MIRRORED } else { 0 };
+    let not_caster = if extracted.casts_shadow {
+        0
+    } else {
+        MESH_NOT_SHADOW_CASTER
+    };
+    mirrored | not_caster
 }
 
 /// The instance without the base offsets of its buffers; `None` if it has no triangles that can be read.
@@ -237,13 +267,9 @@ fn mesh_instance(
             VertexFormat::Unorm16x4
         );
     }
+    flags |= placement_flags(extracted);
     if skin.is_some() {
-        flags |= MESH_SKINNED;
-    } else if extracted.world_from_local.matrix3.determinant() < 0.0 {
-        flags |= MESH_MIRRORED;
-    }
-    if !extracted.casts_shadow {
-        flags |= MESH_NOT_SHADOW_CASTER;
+        flags = flags & !MESH_MIRRORED | MESH_SKINNED;
     }
     let (first_weights, weight_count) = extracted.weights.unwrap_or_default();
     let (first_joint, joint_index_offset, joint_weight_offset) = skin.unwrap_or_default();

@@ -12,6 +12,7 @@
 //! | [`dirty_voxels`], [`voxelization`] | the voxels that are voxelised anew, and whether these are all |
 //! | [`fingerprint`] | whether anything has changed that the light depends on |
 //! | [`settling`] | the clock that says when the light has settled |
+//! | [`level_table`] | the placement of the levels, for pixels |
 //! | [`plan`] | what this frame computes |
 //! | [`uniforms`] | the uniforms of the volume |
 //! | [`buffers`] | the buffers of the volume |
@@ -22,6 +23,7 @@ pub(crate) mod asset_notes;
 pub(crate) mod buffers;
 mod dirty_voxels;
 mod fingerprint;
+mod level_table;
 pub(crate) mod light_tiles;
 pub(crate) mod materials;
 pub(crate) mod mesh_batches;

@@ -13,6 +13,7 @@ use bevy::{
 use super::{
     buffers::{BufferShape, VolumeBuffers},
     fingerprint::{fingerprint, voxel_fingerprint},
+    level_table::LevelTable,
     light_tiles::LightTiles,
     materials::MaterialRecords,
     mesh_batches::MeshBatches,
@@ -53,6 +54,8 @@ pub(crate) struct FramePlan {
     placement: Vec<PlacedLevel>,
     /// The texture that holds the light.
     texture: Option<AssetId<Image>>,
+    /// What pixels read of the placement.
+    table: LevelTable,
 }
 
 /// The work of the passes in a frame.
@@ -203,6 +206,9 @@ pub(crate) fn plan_frame(
     let Some(buffers) = made.as_ref().or(buffers.as_deref()) else {
         return;
     };
+    if volume.patched {
+        plan.table.write(volume, texture, &queue);
+    }
     let pauses = volume.settings.pause_when_settled && plan.clock.has_settled(pace);
     report.set(VoxelGiReport {
         state: if pauses {

@@ -130,12 +130,9 @@ impl UniformFrame<'_> {
         for (level, placed) in levels.iter_mut().zip(&self.volume.levels) {
             *level = level_uniform(placed, self.volume);
         }
-        let (center, extent) = self.volume.bounds();
         Volume {
             levels,
-            extent,
             resolution: settings.resolution,
-            center,
             level_count: self.volume.levels.len() as u32,
             lit_level_count: self.volume.lit().len() as u32,
             light_count: self.light_count,
@@ -169,7 +166,6 @@ fn level_uniform(level: &PlacedLevel, volume: &PlacedVolume) -> Level {
         corner: level.center - 0.5 * level.size,
         voxel_size: volume.voxel_size(level),
         sky_zenith: scaled(level.sky.zenith),
-        intensity: level.intensity,
         sky_horizon: scaled(level.sky.horizon),
         sky_map_share: f32::from(u8::from(level.sees_map)),
         sky_ground: scaled(level.sky.ground),

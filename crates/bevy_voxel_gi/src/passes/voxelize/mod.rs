@@ -14,7 +14,7 @@ use bevy::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
             BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, PipelineCache,
-            ShaderStages, StorageBuffer, TextureSampleType, binding_types::texture_2d,
+            RawBufferVec, ShaderStages, TextureSampleType, binding_types::texture_2d,
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
     },
@@ -68,9 +68,8 @@ pub(crate) struct VoxelizePass {
     /// Where something emits.
     share_emission: Kernel,
     emits: bool,
-    /// Matrices of joints and weights of morph targets. It is kept: where a device is lost, a new buffer with contents
-    /// would end the app.
-    joints: StorageBuffer<Vec<Mat4>>,
+    /// Matrices of joints and weights of morph targets.
+    joints: RawBufferVec<Mat4>,
     work: Option<VoxelizeWork>,
 }
 
@@ -154,7 +153,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         share_layout,
         voxels_layouts,
         meshes_layout,
-        joints: StorageBuffer::default(),
+        joints: RawBufferVec::new(BufferUsages::STORAGE),
         work: None,
     });
 }
@@ -287,10 +286,9 @@ pub(crate) fn prepare(
         usage: BufferUsages::STORAGE,
         mapped_at_creation: false,
     });
-    let joints = pass.joints.get_mut();
-    joints.clone_from(&scene.joints);
-    if joints.is_empty() {
-        joints.push(Mat4::IDENTITY);
+    pass.joints.values_mut().clone_from(&scene.joints);
+    if pass.joints.is_empty() {
+        pass.joints.push(Mat4::IDENTITY);
     }
     pass.joints.write_buffer(device, &queue);
     let layout = groups.cache.get_bind_group_layout(&pass.meshes_layout);
