@@ -13,10 +13,10 @@ use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiVolume};
 const VIEWS: [[Vec3; 2]; 3] = [
     [Vec3::new(0.5, 1.7, 24.0), Vec3::new(-1.5, 2.2, 0.0)],
     [Vec3::new(-10.2, 1.6, 9.6), Vec3::new(-6.0, 1.2, 6.5)],
-    [Vec3::new(24.0, 19.0, 40.0), Vec3::new(0.0, 0.0, 0.0)],
+    [Vec3::new(24.0, 19.0, 40.0), Vec3::ZERO],
 ];
 
-/// The flight: down the street, in at a door, out at a window, and back over the roofs.
+/// The flight, at 4 m/s: down the street, in at a door, out at a window, and back over the roofs.
 const FLIGHT: [Vec3; 11] = [
     Vec3::new(0.5, 1.7, 24.0),
     Vec3::new(0.0, 1.7, 10.0),
@@ -31,21 +31,11 @@ const FLIGHT: [Vec3; 11] = [
     Vec3::new(-9.0, 9.0, 20.0),
 ];
 
-/// In metres per second.
-const SPEED: f32 = 4.0;
-
-/// The camera's flight, and the time since it began, in segments of the curve.
-#[derive(Component)]
-struct Flight {
-    curve: CubicCurve<Vec3>,
-    time: f32,
-}
-
 fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins(), VoxelGiPlugin))
         .add_systems(Startup, spawn)
-        .add_systems(Update, (switch, fly, describe))
+        .add_systems(Update, switch)
         .run()
 }
 
@@ -68,17 +58,16 @@ fn spawn(
         Color::linear_rgb(0.3, 0.27, 0.2),
     )
     .with_intensity(5000.0);
-    let skybox = Skybox {
-        image: Some(sky.specular_map.clone()),
-        brightness: sky.intensity,
-        ..default()
-    };
     commands.spawn((
         Camera3d::default(),
         FreeCamera::default(),
         Exposure { ev100: 12.3 },
+        Skybox {
+            image: Some(sky.specular_map.clone()),
+            brightness: sky.intensity,
+            ..default()
+        },
         sky,
-        skybox,
         view(VIEWS[0]),
     ));
     commands.spawn((
@@ -99,12 +88,8 @@ fn spawn(
     };
     let ground = materials.add(Color::srgb(0.4, 0.42, 0.3));
     let roof = materials.add(Color::srgb(0.5, 0.2, 0.15));
-    let plaster = [
-        Color::srgb(0.85, 0.8, 0.7),
-        Color::srgb(0.8, 0.45, 0.3),
-        Color::srgb(0.55, 0.7, 0.8),
-    ]
-    .map(|color| materials.add(color));
+    let plaster = [[0.85, 0.8, 0.7], [0.8, 0.45, 0.3], [0.55, 0.7, 0.8]]
+        .map(|color| materials.add(Color::srgb_from_array(color)));
     spawn_box(Vec3::Y * -0.5, Vec3::new(160.0, 1.0, 160.0), &ground);
     for number in 0..16_u8 {
         let side = if number % 2 == 0 { -1.0 } else { 1.0 };
@@ -112,75 +97,54 @@ fn spawn(
         let walls = &plaster[usize::from(number) % 3];
         // Towards the street: a wall with a door and a window, which are holes between five boxes.
         let front = -side * 3.0;
-        for (at, size) in [
-            ([-front, 1.5, 0.0], [0.3, 3.0, 7.0]),
-            ([0.0, 1.5, -3.35], [5.7, 3.0, 0.3]),
-            ([0.0, 1.5, 3.35], [5.7, 3.0, 0.3]),
-            ([front, 1.5, -2.75], [0.3, 3.0, 1.5]),
-            ([front, 1.5, 0.0], [0.3, 3.0, 1.6]),
-            ([front, 1.5, 3.0], [0.3, 3.0, 1.0]),
-            ([front, 2.6, 0.0], [0.3, 0.8, 7.0]),
-            ([front, 0.45, 1.65], [0.3, 0.9, 1.7]),
+        for (at, size, material) in [
+            ([-front, 1.5, 0.0], [0.3, 3.0, 7.0], walls),
+            ([0.0, 1.5, -3.35], [5.7, 3.0, 0.3], walls),
+            ([0.0, 1.5, 3.35], [5.7, 3.0, 0.3], walls),
+            ([front, 1.5, -2.75], [0.3, 3.0, 1.5], walls),
+            ([front, 1.5, 0.0], [0.3, 3.0, 1.6], walls),
+            ([front, 1.5, 3.0], [0.3, 3.0, 1.0], walls),
+            ([front, 2.6, 0.0], [0.3, 0.8, 7.0], walls),
+            ([front, 0.45, 1.65], [0.3, 0.9, 1.7], walls),
+            ([0.0, 3.15, 0.0], [7.0, 0.3, 7.8], &roof),
+            ([-0.4 * front, 0.4, 1.5], [1.6, 0.8, 1.0], &roof),
         ] {
-            spawn_box(center + Vec3::from(at), size.into(), walls);
+            spawn_box(center + Vec3::from(at), size.into(), material);
         }
-        spawn_box(center + Vec3::Y * 3.15, Vec3::new(7.0, 0.3, 7.8), &roof);
-        spawn_box(
-            center + Vec3::new(-0.4 * front, 0.4, 1.5),
-            Vec3::new(1.6, 0.8, 1.0),
-            &roof,
-        );
     }
 }
 
 fn switch(
     keys: Res<ButtonInput<KeyCode>>,
-    mut commands: Commands,
-    mut camera: Single<(Entity, &mut Transform), With<FreeCamera>>,
+    time: Res<Time>,
+    mut flight: Local<Option<f32>>,
+    mut camera: Single<&mut Transform, With<FreeCamera>>,
     mut volume: Single<&mut Visibility, With<VoxelGiVolume>>,
+    mut caption: Single<&mut Text, With<common::Caption>>,
 ) -> Result {
-    let (entity, transform) = &mut *camera;
-    for (key, place) in [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3]
-        .into_iter()
-        .zip(VIEWS)
-    {
+    let places = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3];
+    for (key, place) in places.into_iter().zip(VIEWS) {
         if keys.just_pressed(key) {
-            **transform = view(place);
-            commands.entity(*entity).remove::<Flight>();
+            **camera = view(place);
+            *flight = None;
         }
     }
     if keys.just_pressed(KeyCode::Digit4) {
+        *flight = Some(0.0);
+    }
+    if let Some(at) = &mut *flight {
         let curve = CubicCardinalSpline::new_catmull_rom(FLIGHT).to_curve_cyclic()?;
-        commands.entity(*entity).insert(Flight { curve, time: 0.0 });
+        let end = FLIGHT.len() as f32;
+        *at = (*at + 4.0 * time.delta_secs() / curve.velocity(*at).length()) % end;
+        **camera = view([curve.position(*at), curve.position((*at + 0.2) % end)]);
     }
     if keys.just_pressed(KeyCode::Space) {
         volume.toggle_visible_hidden();
     }
-    Ok(())
-}
-
-/// Moves the camera along its flight, as fast everywhere.
-fn fly(time: Res<Time>, mut flights: Query<(&mut Flight, &mut Transform)>) {
-    for (mut flight, mut transform) in &mut flights {
-        let speed = flight.curve.velocity(flight.time).length();
-        flight.time += SPEED / speed * time.delta_secs();
-        flight.time %= FLIGHT.len() as f32;
-        transform.translation = flight.curve.position(flight.time);
-        let ahead = flight
-            .curve
-            .position((flight.time + 0.2) % FLIGHT.len() as f32);
-        transform.look_at(ahead, Vec3::Y);
-    }
-}
-
-fn describe(
-    mut caption: Single<&mut Text, With<common::Caption>>,
-    volume: Single<&Visibility, With<VoxelGiVolume>>,
-) {
-    let light = if **volume == Visibility::Hidden {
-        "environment map alone"
-    } else {
-        "light that bounces"
+    let light = match **volume {
+        Visibility::Hidden => "environment map alone",
+        _ => "light that bounces",
     };
     caption.0 = format!("{light} (Space)\nplaces: 1, 2, 3; flight: 4");
+    Ok(())
 }

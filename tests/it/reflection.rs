@@ -14,15 +14,19 @@ use bevy::{
     },
     prelude::*,
     reflect::{TypeRegistry, Typed, structs::Struct},
+    scene::ScenePlugin,
 };
 use bevy_ewa::{EwaPlugin, EwaSettings};
 use bevy_frugal_lab::{
     ROOT,
     headless::{HeadlessApp, HeadlessSettings},
 };
-use bevy_voxel_gi::{Follow, VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
-use bevy_wavelet_tex::WaveletTexPlugin;
-use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
+use bevy_voxel_gi::{
+    DebugField, Follow, FollowTemplate, MeshVoxelMaterial, NotVoxelized, VoxelGiBudgetPlugin,
+    VoxelGiDebug, VoxelGiLight, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume,
+};
+use bevy_wavelet_tex::{WaveletFilter, WaveletGltf, WaveletTexPlugin};
+use bevy_ycocg_fb::{FrameBufferQuality, FrameBufferReport, YCoCgFrameBufferPlugin};
 
 use crate::support::gpu;
 
@@ -178,4 +182,55 @@ fn ranges_that_an_inspector_reads_are_those_that_hold() {
     assert_eq!(check_ranges(&ewa, clamped, whole), 1);
     assert_eq!(check_ranges(&ewa, clamped, [0, u16::MAX]), 1);
     assert_eq!(check_ranges(&ewa, clamped, [f32::MIN, f32::MAX]), 4);
+}
+
+/// What a user spawns can be written in `bsn!`, and an entity in a field is that of the scene.
+#[test]
+fn components_are_spawned_from_scenes() -> Result {
+    let mut app = App::new();
+    app.add_plugins((
+        TaskPoolPlugin::default(),
+        AssetPlugin::default(),
+        ScenePlugin::default(),
+    ));
+    let world = app.world_mut();
+    let root = world
+        .spawn_scene(bsn! {
+            #Root
+            VoxelGiVolume { size: 4.0, follow: FollowTemplate::Entity(#Player) }
+            VoxelGiLight { factor: 0.5 }
+            VoxelGiDebug { field: DebugField::Normal }
+            MeshVoxelMaterial { coverage: {Some(0.25)} }
+            NotVoxelized
+            FrameBufferQuality::Compact
+            FrameBufferReport
+            WaveletGltf { filter: WaveletFilter::Nearest }
+            Children [#Player]
+        })?
+        .id();
+    let root = world.entity(root);
+    let player = root.get::<Children>().expect("a child")[0];
+    let volume = VoxelGiVolume {
+        size: 4.0,
+        follow: Follow::Entity(player),
+        ..default()
+    };
+    assert_eq!(root.get(), Some(&volume));
+    assert_eq!(root.get(), Some(&VoxelGiLight { factor: 0.5 }));
+    assert_eq!(
+        root.get::<VoxelGiDebug>().map(|it| it.field),
+        Some(DebugField::Normal)
+    );
+    assert_eq!(
+        root.get::<MeshVoxelMaterial>().and_then(|it| it.coverage),
+        Some(0.25)
+    );
+    assert!(root.contains::<NotVoxelized>());
+    assert_eq!(root.get(), Some(&FrameBufferQuality::Compact));
+    assert!(root.contains::<FrameBufferReport>());
+    assert_eq!(
+        root.get::<WaveletGltf>().map(|it| it.filter),
+        Some(WaveletFilter::Nearest)
+    );
+    Ok(())
 }

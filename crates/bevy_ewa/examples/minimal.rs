@@ -24,7 +24,7 @@ fn spawn(
         DirectionalLight::default(),
         Transform::from_xyz(1.0, 3.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
     ));
-    // Any image, which has no mip levels as PNG and JPEG files have none.
+    // Any image in the folder `assets`: PNG and JPEG files have no mip levels.
     commands.spawn((
         Mesh3d(meshes.add(Plane3d::default().mesh().size(40.0, 40.0))),
         MeshMaterial3d(materials.add(StandardMaterial {

@@ -42,16 +42,17 @@ pub use plugin::{VoxelGiBudgetPlugin, VoxelGiPlugin, VoxelMaterialPlugin};
 pub use report::{VoxelGiReport, VoxelGiState};
 #[cfg(feature = "bevy")]
 pub use settings::{
-    Bounces, Follow, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver, VoxelAlbedo,
-    VoxelGiBudget, VoxelGiLight, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
+    Bounces, Follow, FollowTemplate, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver,
+    VoxelAlbedo, VoxelGiBudget, VoxelGiLight, VoxelGiSettings, VoxelGiVolume,
+    VoxelGiVolumeTemplate, VoxelLight, Voxelizer,
 };
 
 /// What most apps use: `use bevy_voxel_gi::prelude::*`.
 #[cfg(feature = "bevy")]
 pub mod prelude {
     pub use crate::{
-        AsVoxelMaterial, Follow, MeshVoxelMaterial, NotVoxelized, Receiver, Sky, Solver,
-        VoxelGiBudget, VoxelGiBudgetPlugin, VoxelGiDebug, VoxelGiPlugin, VoxelGiReport,
+        AsVoxelMaterial, Follow, FollowTemplate, MeshVoxelMaterial, NotVoxelized, Receiver, Sky,
+        Solver, VoxelGiBudget, VoxelGiBudgetPlugin, VoxelGiDebug, VoxelGiPlugin, VoxelGiReport,
         VoxelGiSettings, VoxelGiVolume, VoxelLight, VoxelMaterial, VoxelMaterialPlugin,
     };
 }

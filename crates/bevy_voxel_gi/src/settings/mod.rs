@@ -13,4 +13,4 @@ pub use light::{Bounces, Solver, VoxelLight};
 pub use mesh::{MeshVoxelMaterial, NotVoxelized, VoxelGiLight};
 pub use shared::{Receiver, VoxelAlbedo, VoxelGiSettings, Voxelizer};
 pub use sky::Sky;
-pub use volume::{Follow, VoxelGiVolume};
+pub use volume::{Follow, FollowTemplate, VoxelGiVolume, VoxelGiVolumeTemplate};

@@ -1,7 +1,10 @@
 //! A volume, and what it has for itself.
 
 use bevy::{
-    ecs::entity::{EntityMapper, MapEntities},
+    ecs::{
+        entity::{EntityMapper, MapEntities},
+        template::{SpecializeFromTemplate, TemplateContext},
+    },
     prelude::*,
 };
 
@@ -95,8 +98,70 @@ impl VoxelGiVolume {
     }
 }
 
+/// A [`VoxelGiVolume`] in a scene of `bsn!`, with the same fields: the entity that it follows may have a name there,
+/// as in `follow: FollowTemplate::Entity(#Player)`.
+pub struct VoxelGiVolumeTemplate {
+    /// [`VoxelGiVolume::size`].
+    pub size: f32,
+    /// [`VoxelGiVolume::sky`].
+    pub sky: Option<Sky>,
+    /// [`VoxelGiVolume::cascades`].
+    pub cascades: u32,
+    /// [`VoxelGiVolume::follow`].
+    pub follow: FollowTemplate,
+    /// [`VoxelGiVolume::intensity`].
+    pub intensity: f32,
+}
+
+impl From<VoxelGiVolume> for VoxelGiVolumeTemplate {
+    fn from(volume: VoxelGiVolume) -> Self {
+        Self {
+            size: volume.size,
+            sky: volume.sky,
+            cascades: volume.cascades,
+            follow: volume.follow.into(),
+            intensity: volume.intensity,
+        }
+    }
+}
+
+// The derived one would begin with zeros.
+impl Default for VoxelGiVolumeTemplate {
+    fn default() -> Self {
+        VoxelGiVolume::default().into()
+    }
+}
+
+impl Template for VoxelGiVolumeTemplate {
+    type Output = VoxelGiVolume;
+
+    fn build_template(&self, context: &mut TemplateContext) -> Result<VoxelGiVolume> {
+        Ok(VoxelGiVolume {
+            size: self.size,
+            sky: self.sky,
+            cascades: self.cascades,
+            follow: self.follow.build_template(context)?,
+            intensity: self.intensity,
+        })
+    }
+
+    fn clone_template(&self) -> Self {
+        Self {
+            follow: self.follow.clone_template(),
+            ..*self
+        }
+    }
+}
+
+impl FromTemplate for VoxelGiVolume {
+    type Template = VoxelGiVolumeTemplate;
+}
+
+// As in what `FromTemplate` derives: without it, `Default` and `Clone` would be the template.
+impl Unpin for VoxelGiVolume where for<'a> [()]: SpecializeFromTemplate {}
+
 /// The target that a [`VoxelGiVolume`] follows.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(FromTemplate, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Follow {
     /// The active 3D camera that shows the volume in a window: of several, the one that draws last. Where there is none,
     /// the volume stays at its own position.
@@ -106,6 +171,16 @@ pub enum Follow {
     Nothing,
     /// An entity, such as one of several players.
     Entity(Entity),
+}
+
+impl From<Follow> for FollowTemplate {
+    fn from(follow: Follow) -> Self {
+        match follow {
+            Follow::Camera => Self::Camera,
+            Follow::Nothing => Self::Nothing,
+            Follow::Entity(entity) => Self::Entity(entity.into()),
+        }
+    }
 }
 
 impl MapEntities for Follow {
