@@ -191,7 +191,7 @@ fn components_are_spawned_from_scenes() -> Result {
     app.add_plugins((
         TaskPoolPlugin::default(),
         AssetPlugin::default(),
-        ScenePlugin::default(),
+        ScenePlugin,
     ));
     let world = app.world_mut();
     let root = world
