@@ -20,7 +20,7 @@ const CHROMA_PART: f64 = 0.5;
 
 /// The least part of the squared error that other axes of colour must save for a wavelet with them to be
 /// tried.
-const AXES_PART: f64 = 0.01;
+const AXES_PART: f64 = 0.03;
 
 /// An image as it was chosen, and the settings of its levels.
 pub(super) struct Choice<'a> {

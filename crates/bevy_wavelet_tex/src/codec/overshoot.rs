@@ -19,9 +19,6 @@ use super::{
     windows::Window,
 };
 
-/// The least part of the squared error beyond black and white, against the rest, for another round to be worth its time.
-const LEAST_PART: f64 = 0.01;
-
 /// The least part of the squared error that a round has to save for the same to be done again.
 const LEAST_GAIN: f64 = 0.005;
 
@@ -83,15 +80,16 @@ pub(super) fn improve(
     source: &Source<'_>,
     windows: &[Vec<Window>],
 ) {
+    // The least part beyond black and white for which rounds are worth their time, and how many there are.
+    let (least_part, kinds) = match choice.job.settings.effort {
+        Effort::Fast => return,
+        Effort::Default => (0.05, [(WHOLE, 3), (LUMA, 1), (LUMA_AS_IT_IS, 1)]),
+        Effort::Best => (0.01, [(WHOLE, 6), (LUMA, 4), (LUMA_AS_IT_IS, 4)]),
+    };
     let image = &choice.image;
-    if image.content == Content::Normal || part_beyond(image, source) < LEAST_PART {
+    if image.content == Content::Normal || part_beyond(image, source) < least_part {
         return;
     }
-    let kinds = match choice.job.settings.effort {
-        Effort::Fast => return,
-        Effort::Default => [(WHOLE, 3), (LUMA, 1), (LUMA_AS_IT_IS, 1)],
-        Effort::Best => [(WHOLE, 6), (LUMA, 4), (LUMA_AS_IT_IS, 4)],
-    };
     for (round, times) in kinds {
         for _ in 0..times {
             let next = again(choice, source, round);
