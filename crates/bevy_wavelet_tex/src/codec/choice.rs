@@ -159,3 +159,71 @@ impl<'a> Choice<'a> {
         Self { job, image }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::encoder::encode_rgb8;
+
+    const SIZE: [u32; 2] = [64, 64];
+
+    fn picture(color: fn(u32, u32) -> [u8; 3]) -> Vec<[u8; 3]> {
+        let positions = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+        positions.map(|(x, y)| color(x, y)).collect()
+    }
+
+    /// Black strokes of odd widths on white, with gray edges.
+    fn strokes(x: u32, y: u32) -> [u8; 3] {
+        match (x * 5 + y * 3) % 31 {
+            0..=12 => [0; 3],
+            13 | 30 => [(40 + y * 3) as u8; 3],
+            _ => [255; 3],
+        }
+    }
+
+    #[test]
+    fn what_lies_beyond_black_and_white_is_free() {
+        let pixels = picture(strokes);
+        let source = Source::new(SIZE, Pixels::Rgb8(&pixels));
+        let windows = Window::of_levels(SIZE, 1);
+        let settings = EncodeSettings::default();
+        let (mut choice, errors) = best_wavelet(&source, &settings, Rate::Gray2, &windows, true);
+        let before = errors.expect("measured");
+        let mut after = before;
+        overshoot::improve(&mut choice, &mut after, &source, &windows);
+        println!("{} {}", before.all, after.all);
+        assert!(after.all < 0.8 * before.all);
+        assert_eq!(after, Errors::of(&source, &choice.image, &windows));
+    }
+
+    #[test]
+    fn images_without_colour_have_the_bits_of_gray() {
+        let settings = |rate| EncodeSettings {
+            rate,
+            mips: false,
+            formats: Formats::Wavelet,
+            ..EncodeSettings::default()
+        };
+        let encoded = |pixels: &[[u8; 3]], rate| {
+            encode_rgb8(pixels, SIZE, &settings(rate)).expect("a good image")
+        };
+        let gray = picture(|x, y| [(x * 3 + y * y % 50 + x * y % 7) as u8; 3]);
+        let mut tinted = gray.clone();
+        tinted[77][0] ^= 1;
+        for rate in [
+            Rate::Color2_25,
+            Rate::Color3,
+            Rate::Color3_25,
+            Rate::Color4,
+            Rate::Color5,
+        ] {
+            let image = encoded(&gray, rate);
+            match rate.of_gray() {
+                Some(of_gray) => assert_eq!(image, encoded(&gray, of_gray)),
+                None => assert_eq!(image.content, Content::Color),
+            }
+            assert!(image.bits_per_pixel() <= rate.nominal_bits_per_pixel(false));
+            assert_eq!(encoded(&tinted, rate).content, Content::Color);
+        }
+    }
+}
