@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use super::{
-    axes::ColorAxes, image::Content, layout, plane::Plane, source::Pixels, source::Source,
+    axes::ColorAxes, image::Content, layout, overshoot::Wanted, plane::Plane, source::Pixels,
+    source::Source,
 };
 
 /// The pixels of one mip level, from which its planes are made where they are needed: all planes together would
@@ -11,7 +12,7 @@ use super::{
 #[derive(Clone, Copy)]
 pub(super) struct LevelPlanes<'a> {
     pub(super) size: [u32; 2],
-    pixels: Pixels<'a>,
+    pixels: Wanted<'a>,
     pub(super) content: Content,
     /// The weights of R, G and B in luma and in each plane of chroma.
     weights: [[f32; 3]; 3],
@@ -19,7 +20,7 @@ pub(super) struct LevelPlanes<'a> {
 
 impl<'a> LevelPlanes<'a> {
     pub(super) fn new(
-        pixels: Pixels<'a>,
+        pixels: Wanted<'a>,
         size: [u32; 2],
         content: Content,
         axes: ColorAxes,
@@ -36,7 +37,7 @@ impl<'a> LevelPlanes<'a> {
     pub(super) fn of(source: &Source<'a>, content: Content, axes: ColorAxes) -> Vec<Self> {
         let level = |(level, pixels): (usize, &Pixels<'a>)| {
             let size = layout::mip_size(source.size, level as u32);
-            Self::new(*pixels, size, content, axes)
+            Self::new(Wanted::Given(*pixels), size, content, axes)
         };
         source.levels.iter().enumerate().map(level).collect()
     }
