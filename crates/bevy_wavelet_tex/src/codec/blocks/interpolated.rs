@@ -85,16 +85,16 @@ impl<const C: usize> Interpolated<'_, C> {
             let [x, y] = self.position(block, i);
             let [across, down] = [self.matrices[0].row(x), self.matrices[1].row(y)];
             stencils[i] = down.map(|v| across.map(|u| u * v));
-            for c in 0..C {
-                right[c][i] = self.right_sides[c][texel];
+            for (right, all) in right.iter_mut().zip(&self.right_sides) {
+                right[i] = all[texel];
             }
             // What the texels of other blocks add is not left to this one.
             for (dx, dy) in NEIGHBOURS {
                 let weight = stencils[i][dy][dx];
                 if inside(i, dx, dy).is_none() && weight != 0.0 {
                     let beside = texel + dy * width + dx - width - 1;
-                    for c in 0..C {
-                        right[c][i] -= weight * values[c][beside];
+                    for (right, values) in right.iter_mut().zip(values) {
+                        right[i] -= weight * values[beside];
                     }
                 }
             }
