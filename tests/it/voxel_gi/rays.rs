@@ -49,11 +49,8 @@ fn trace_all(@builtin(global_invocation_id) id: vec3<u32>) {
 fn volume() -> Vec<u8> {
     let mut words = vec![0u32; 11 * 16];
     words[3] = 1f32.to_bits();
-    let extent = (RESOLUTION as f32).to_bits();
-    words.extend([extent, extent, extent, RESOLUTION]);
-    let center = (0.5 * RESOLUTION as f32).to_bits();
-    words.extend([center, center, center, 1, 1]);
-    words.resize(words.len() + 19, 0);
+    words.extend([RESOLUTION, 1, 1]);
+    words.resize(words.len() + 17, 0);
     bytemuck::cast_slice(&words).to_vec()
 }
 
