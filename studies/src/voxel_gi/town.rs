@@ -58,6 +58,14 @@ pub fn rows(
     for volume in volumes {
         progress.set_message(format!("town: {volume}"));
         rows.extend(volume_rows(&mut app, volume, plan.resolution)?);
+        if *volume == FOLLOWING {
+            progress.set_message("town: flight");
+            let settings = VoxelGiSettings {
+                resolution: plan.resolution,
+                ..default()
+            };
+            rows.extend(app.flight_rows(volume, &settings)?);
+        }
     }
     Ok((rows, app.app.adapter().into()))
 }
@@ -87,11 +95,7 @@ pub fn volume_rows(
         resolution,
         ..default()
     };
-    let mut rows = app.rows(name, &settings, |scene| placed(name, resolution, scene))?;
-    if name == FOLLOWING {
-        rows.extend(app.flight_rows(name, &settings)?);
-    }
-    Ok(rows)
+    app.rows(name, &settings, |scene| placed(name, resolution, scene))
 }
 
 /// A table of the volumes from each camera, and one of the frames after a change; empty where nothing was measured.
@@ -134,13 +138,13 @@ pub fn tables(rows: &[LightRow]) -> String {
     let changes = changes.map(|(_, name)| name).filter(is_measured);
     let changes: Vec<_> = changes.collect();
     if changes.is_empty() {
-        return format!("\n{usual}\n{}", flight_table(rows));
+        return format!("\n{usual}{}", flight_table(rows));
     }
     let changes = changes_table(rows, &volumes, &changes);
-    format!("\n{usual}\n{changes}\n{}", flight_table(rows))
+    format!("\n{usual}\n{changes}{}", flight_table(rows))
 }
 
-/// A table of the changes from frame to frame in a flight.
+/// A table of the changes from frame to frame in a flight; empty where none was measured.
 fn flight_table(rows: &[LightRow]) -> String {
     let flights = rows.iter().filter(|row| row.greatest_change.is_some());
     let lines = flights.map(|row| {
@@ -148,6 +152,10 @@ fn flight_table(rows: &[LightRow]) -> String {
         let [mean, most] = changes.map(|change| format!("{change:.2}%"));
         vec![row.scene.clone(), mean, most]
     });
+    let lines: Vec<_> = lines.collect();
+    if lines.is_empty() {
+        return String::new();
+    }
     let heads = ["change from frame to frame", "root mean square", "greatest"];
-    table(&heads, lines)
+    format!("\n{}", table(&heads, lines))
 }
