@@ -1,17 +1,15 @@
 //! The choice between wavelets and plain textures for an image, by the error of its levels.
 
-use rayon::prelude::*;
-
 use super::{
     axes::{ColorAxes, detail_covariance},
-    image::{Content, WaveletImage},
+    image::{Payload, WaveletImage},
     job::Job,
-    overshoot, plain,
+    plain,
     planes::LevelPlanes,
     quality::Errors,
     rate::Rate,
     settings::{Effort, EncodeSettings, Formats, Method},
-    source::{Pixels, Source},
+    source::Source,
     windows::Window,
 };
 
@@ -20,7 +18,7 @@ const CHROMA_PART: f64 = 0.5;
 
 /// The least part of the squared error that other axes of colour must save for a wavelet with them to be
 /// tried.
-const AXES_PART: f64 = 0.03;
+const AXES_PART: f64 = 0.05;
 
 /// An image as it was chosen, and the settings of its levels.
 pub(super) struct Choice<'a> {
@@ -39,33 +37,17 @@ pub(super) fn choose<'a>(
         Method::Thesis => Formats::Wavelet,
         _ => settings.formats,
     };
-    let bytes = rate.most_bytes(source.size, settings.alpha);
-    let gray = match settings.method {
-        Method::Thesis => None,
-        _ => rate
-            .of_gray()
-            .filter(|_| !settings.alpha && is_gray(source)),
-    };
-    let rate = gray.unwrap_or(rate);
     let content = rate.content(settings.alpha);
     let windows = Window::of_levels(source.size, source.levels.len());
     let (wavelet, least) = match formats {
         Formats::Plain => (None, None),
         Formats::Any | Formats::Wavelet => {
             let is_measured = formats == Formats::Any;
-            let (mut choice, mut errors) =
-                best_wavelet(source, settings, rate, &windows, is_measured);
-            if settings.method != Method::Thesis
-                && settings.effort != Effort::Fast
-                && content != Content::Normal
-            {
-                let errors =
-                    errors.get_or_insert_with(|| Errors::of(source, &choice.image, &windows));
-                overshoot::improve(&mut choice, errors, source, &windows);
-            }
+            let (choice, errors) = best_wavelet(source, settings, rate, &windows, is_measured);
             (Some(choice), errors)
         }
     };
+    let bytes = rate.most_bytes(source.size, settings.alpha);
     let plain = match formats {
         Formats::Wavelet => None,
         Formats::Any | Formats::Plain => {
@@ -77,17 +59,6 @@ pub(super) fn choose<'a>(
         image,
     });
     plain.or(wavelet).expect("every rate has room for a block")
-}
-
-/// Returns whether no pixel has a colour.
-fn is_gray(source: &Source<'_>) -> bool {
-    let is_gray = |pixels: &Pixels<'_>| {
-        (0..pixels.len()).into_par_iter().all(|i| {
-            let [r, g, b, _] = pixels.get(i);
-            r == g && g == b
-        })
-    };
-    source.levels.iter().all(is_gray)
 }
 
 /// The wavelet with the least error over all levels, and its errors where they decided or where `is_measured` asks for
@@ -154,76 +125,13 @@ impl<'a> Choice<'a> {
     ) -> Self {
         let job = Job::new(source, settings, rate, axes);
         let content = rate.content(settings.alpha);
-        let levels = LevelPlanes::of(source, content, axes);
-        let image = job.image(&levels, settings.stored_color_space());
+        let image = WaveletImage {
+            content,
+            color_space: settings.stored_color_space(),
+            size: source.size,
+            levels: source.levels.len() as u32,
+            payload: Payload::Wavelet(job.planes(&LevelPlanes::of(source, content, axes))),
+        };
         Self { job, image }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::codec::encoder::encode_rgb8;
-
-    const SIZE: [u32; 2] = [64, 64];
-
-    fn picture(color: fn(u32, u32) -> [u8; 3]) -> Vec<[u8; 3]> {
-        let positions = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
-        positions.map(|(x, y)| color(x, y)).collect()
-    }
-
-    /// Black strokes of odd widths on white, with gray edges.
-    fn strokes(x: u32, y: u32) -> [u8; 3] {
-        match (x * 5 + y * 3) % 31 {
-            0..=12 => [0; 3],
-            13 | 30 => [(40 + y * 3) as u8; 3],
-            _ => [255; 3],
-        }
-    }
-
-    #[test]
-    fn what_lies_beyond_black_and_white_is_free() {
-        let pixels = picture(strokes);
-        let source = Source::new(SIZE, Pixels::Rgb8(&pixels));
-        let windows = Window::of_levels(SIZE, 1);
-        let settings = EncodeSettings::default();
-        let (mut choice, errors) = best_wavelet(&source, &settings, Rate::Gray2, &windows, true);
-        let before = errors.expect("measured");
-        let mut after = before;
-        overshoot::improve(&mut choice, &mut after, &source, &windows);
-        println!("{} {}", before.all, after.all);
-        assert!(after.all < 0.8 * before.all);
-        assert_eq!(after, Errors::of(&source, &choice.image, &windows));
-    }
-
-    #[test]
-    fn images_without_colour_have_the_bits_of_gray() {
-        let settings = |rate| EncodeSettings {
-            rate,
-            mips: false,
-            formats: Formats::Wavelet,
-            ..EncodeSettings::default()
-        };
-        let encoded = |pixels: &[[u8; 3]], rate| {
-            encode_rgb8(pixels, SIZE, &settings(rate)).expect("a good image")
-        };
-        let gray = picture(|x, y| [(x * 3 + y * y % 50 + x * y % 7) as u8; 3]);
-        let mut tinted = gray.clone();
-        tinted[77][0] ^= 1;
-        for rate in [
-            Rate::Color2_25,
-            Rate::Color3,
-            Rate::Color3_25,
-            Rate::Color4,
-            Rate::Color5,
-        ] {
-            let image = encoded(&gray, rate);
-            match rate.of_gray() {
-                Some(of_gray) => assert_eq!(image, encoded(&gray, of_gray)),
-                None => assert_eq!(image.content, Content::Color),
-            }
-            assert!(image.bits_per_pixel() <= rate.nominal_bits_per_pixel(false));
-            assert_eq!(encoded(&tinted, rate).content, Content::Color);
-        }
     }
 }

@@ -159,16 +159,6 @@ impl LevelRows {
 
     /// RGBA of a row of pixels. Alpha is 1 where there is none.
     pub(super) fn fill(&self, y: u32, row: &mut [[f32; 4]]) {
-        self.fill_unclamped(y, row);
-        if self.content != Content::Normal {
-            for pixel in row {
-                *pixel = pixel.map(|v| v.clamp(0.0, 1.0));
-            }
-        }
-    }
-
-    /// The same, where colours of wavelets may lie beyond 0 and 1.
-    pub(super) fn fill_unclamped(&self, y: u32, row: &mut [[f32; 4]]) {
         match &self.planes {
             Planes::Plain(rows) => {
                 rows.fill(y, row);
@@ -215,20 +205,22 @@ impl LevelRows {
         luma: &[&[f32]],
         chroma: &[Vec<f32>],
     ) -> [f32; 4] {
+        let unit = |v: f32| v.clamp(0.0, 1.0);
         let [r, g, b] = match self.content {
-            Content::Gray => [luma[0][x]; 3],
+            Content::Gray => [unit(luma[0][x]); 3],
             Content::Color | Content::ColorAlpha => {
                 let [y, co, cg] = [luma[0][x], chroma[0][x], chroma[1][x]];
-                if axes.are_ycocg() {
+                let rgb = if axes.are_ycocg() {
                     rgb_from_ycocg(YCoCg { y, co, cg })
                 } else {
                     axes.rgb_of([y, co, cg])
-                }
+                };
+                rgb.map(unit)
             }
             Content::Normal => normal_from_xy([luma[0][x], luma[1][x]]),
         };
         let alpha = match self.content {
-            Content::ColorAlpha => luma[1][x],
+            Content::ColorAlpha => unit(luma[1][x]),
             _ => 1.0,
         };
         [r, g, b, alpha]

@@ -7,10 +7,9 @@ use super::{
     blocks::{BlockFormat, ChromaEncoder, Starts, decode_blocks},
     chroma,
     decoder::stored_chroma,
-    image::{ColorSpace, Payload, PlaneGroup, WaveletImage, WaveletPlanes},
-    interpolation::{Interpolation, NormalEquations},
+    image::{Payload, PlaneGroup, WaveletImage, WaveletPlanes},
+    interpolation::Interpolation,
     layout,
-    overshoot::Wanted,
     pack::{PackSettings, PlaneValues, encode_plane, error_of},
     packing::Packing,
     plain,
@@ -71,61 +70,7 @@ impl<'a> Job<'a> {
     }
 
     /// Encodes all levels by a wavelet.
-    pub(super) fn image(
-        &self,
-        levels: &[LevelPlanes<'_>],
-        color_space: ColorSpace,
-    ) -> WaveletImage {
-        WaveletImage {
-            content: levels[0].content,
-            color_space,
-            size: self.size,
-            levels: levels.len() as u32,
-            payload: Payload::Wavelet(self.planes(levels)),
-        }
-    }
-
-    /// An image with other planes of luma, in the parameters that it has.
-    pub(super) fn with_luma(
-        &self,
-        image: &WaveletImage,
-        levels: &[LevelPlanes<'_>],
-    ) -> WaveletImage {
-        let planes = image.planes().expect("a wavelet");
-        let mut luma = PlaneGroup {
-            textures: vec![Vec::new(); planes.luma.textures.len()],
-            ..planes.luma.clone()
-        };
-        for (level, wanted) in levels.iter().enumerate() {
-            let mut all: Vec<Plane> = (0..image.content.luma_planes())
-                .map(|plane| wanted.luma(plane))
-                .collect();
-            if let Some(chroma) = &planes.chroma {
-                self.correct_luma(&mut all[0], chroma, wanted, level as u32);
-            }
-            let all: Vec<_> = all
-                .into_iter()
-                .map(|plane| PlaneValues::new(luma.packing, plane))
-                .collect();
-            self.add_luma(
-                &mut luma,
-                &all.iter().collect::<Vec<_>>(),
-                level as u32,
-                false,
-            );
-        }
-        WaveletImage {
-            payload: Payload::Wavelet(WaveletPlanes {
-                axes: planes.axes,
-                luma,
-                chroma: planes.chroma.clone(),
-            }),
-            ..*image
-        }
-    }
-
-    /// Encodes the planes of all levels.
-    fn planes(&self, levels: &[LevelPlanes<'_>]) -> WaveletPlanes {
+    pub(super) fn planes(&self, levels: &[LevelPlanes<'_>]) -> WaveletPlanes {
         let (chroma, first) = match self.rate.chroma_subsampling() {
             Some(subsampling) => {
                 let (group, luma) = self.chroma_group(levels, subsampling);
@@ -240,7 +185,7 @@ impl<'a> Job<'a> {
                 return;
             }
         };
-        let planes = LevelPlanes::new(Wanted::Given(pixels), size, content, self.axes);
+        let planes = LevelPlanes::new(pixels, size, content, self.axes);
         let first = match chroma {
             Some(group) => {
                 let small = self.reduced(&planes, group.subsampling);
@@ -324,55 +269,39 @@ impl<'a> Job<'a> {
             }
             return luma;
         }
-        let blocks = self.chroma_blocks(&group.codings, planes, small, texture, group.subsampling);
-        group.textures[0].extend(&blocks);
-        self.correct_luma(&mut luma, group, planes, level);
-        luma
-    }
-
-    /// Corrects luma of a level for the error of its chroma, which is encoded.
-    fn correct_luma(
-        &self,
-        luma: &mut Plane,
-        group: &PlaneGroup,
-        planes: &LevelPlanes<'_>,
-        level: u32,
-    ) {
+        let blocks = self.chroma_blocks(&group.codings, small, texture);
         let corrections = [0, 1].map(|c: usize| self.axes.luma_correction(c));
-        if group.packing != Packing::Bc1 || !corrections.iter().any(|c| is_correction(*c)) {
-            return;
-        }
-        let texture = group.texture_level_size(self.size, level);
-        let blocks = group.level_blocks(self.size, 0, level, 0);
-        let texels = decode_blocks(BlockFormat::Bc1, blocks, texture);
-        let interpolation = Interpolation::new(chroma::axes(luma.size, group.subsampling));
-        for (c, correction) in corrections.into_iter().enumerate() {
-            if !is_correction(correction) {
-                continue;
-            }
-            let decoded = Plane::from_fn(group.plane_size(self.size, level), |x, y| {
-                let texel = texels[(y * texture[0] + x) as usize];
-                group.codings[c].load_low(stored_chroma(c, texel))
-            });
-            let width = luma.size[0] as usize;
-            let rows = luma.values.par_chunks_mut(width).enumerate();
-            rows.for_each(|(y, row)| {
-                let mut got = vec![0.0; width];
-                interpolation.fill(&decoded, y as u32, &mut got);
-                for (x, (luma, got)) in row.iter_mut().zip(got).enumerate() {
-                    *luma += correction * (got - planes.chroma(c, y * width + x));
+        if corrections.iter().any(|c| is_correction(*c)) {
+            let texels = decode_blocks(BlockFormat::Bc1, &blocks, texture);
+            let interpolation = Interpolation::new(chroma::axes(luma.size, group.subsampling));
+            for (c, correction) in corrections.into_iter().enumerate() {
+                if !is_correction(correction) {
+                    continue;
                 }
-            });
+                let decoded = Plane::from_fn(small[c].size, |x, y| {
+                    let texel = texels[(y * texture[0] + x) as usize];
+                    group.codings[c].load_low(stored_chroma(c, texel))
+                });
+                let width = luma.size[0] as usize;
+                let rows = luma.values.par_chunks_mut(width).enumerate();
+                rows.for_each(|(y, row)| {
+                    let mut got = vec![0.0; width];
+                    interpolation.fill(&decoded, y as u32, &mut got);
+                    for (x, (luma, got)) in row.iter_mut().zip(got).enumerate() {
+                        *luma += correction * (got - planes.chroma(c, y * width + x));
+                    }
+                });
+            }
         }
+        group.textures[0].extend(&blocks);
+        luma
     }
 
     fn chroma_blocks(
         &self,
         codings: &[PlaneCoding],
-        planes: &LevelPlanes<'_>,
         small: &[Plane; 2],
         texture: [u32; 2],
-        subsampling: u32,
     ) -> Vec<u8> {
         let codings = [codings[0], codings[1]];
         let starts = match self.settings.effort {
@@ -382,7 +311,7 @@ impl<'a> Job<'a> {
         };
         let encoder = ChromaEncoder::new(&codings, self.axes.chroma_weights(), starts);
         let columns = texture[0].div_ceil(4);
-        let mut blocks: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
+        let blocks: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
             .into_par_iter()
             .map(|block| {
                 encoder.block(&std::array::from_fn(|i| {
@@ -392,11 +321,6 @@ impl<'a> Job<'a> {
                 }))
             })
             .collect();
-        if self.settings.effort != Effort::Fast {
-            let axes = chroma::axes(planes.size, subsampling);
-            let equations = NormalEquations::new(axes, |plane, i| planes.chroma(plane, i));
-            encoder.refine(&mut blocks, equations, small[0].size, columns as usize);
-        }
         blocks.into_flattened()
     }
 

@@ -26,7 +26,7 @@
 //! | [`blocks`] | BC blocks | 3.4.2 |
 //! | [`wavelet`], `pack` | conversion of one plane to coefficients, to blocks and back | 3.5.3 |
 //! | [`layout`] | sizes of planes, their textures and mip chains | |
-//! | [`encoder`], `choice`, `job`, `overshoot` | the whole encoder: of an image, which kind of texture it becomes, and of its levels | 3.5.2 |
+//! | [`encoder`], `choice`, `job` | the whole encoder: of an image, which kind of texture it becomes, and of its levels | 3.5.2 |
 //! | [`settings`], `search`, `windows` | its settings, the search for its parameters, and the parts of an image that decide it | 3.5.2 |
 //! | [`decoder`] | the whole decoder | 3.5.3 |
 //! | [`quality`], [`angle`] | the error of an encoded image, and of normals | 3.6.1 |
@@ -50,8 +50,6 @@ pub mod interpolation;
 #[cfg(feature = "encode")]
 mod job;
 pub mod layout;
-#[cfg(feature = "encode")]
-mod overshoot;
 #[cfg(feature = "encode")]
 mod pack;
 pub mod packing;

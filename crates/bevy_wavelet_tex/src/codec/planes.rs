@@ -3,8 +3,7 @@
 use rayon::prelude::*;
 
 use super::{
-    axes::ColorAxes, image::Content, layout, overshoot::Wanted, plane::Plane, source::Pixels,
-    source::Source,
+    axes::ColorAxes, image::Content, layout, plane::Plane, source::Pixels, source::Source,
 };
 
 /// The pixels of one mip level, from which its planes are made where they are needed: all planes together would
@@ -12,7 +11,7 @@ use super::{
 #[derive(Clone, Copy)]
 pub(super) struct LevelPlanes<'a> {
     pub(super) size: [u32; 2],
-    pixels: Wanted<'a>,
+    pixels: Pixels<'a>,
     pub(super) content: Content,
     /// The weights of R, G and B in luma and in each plane of chroma.
     weights: [[f32; 3]; 3],
@@ -20,7 +19,7 @@ pub(super) struct LevelPlanes<'a> {
 
 impl<'a> LevelPlanes<'a> {
     pub(super) fn new(
-        pixels: Wanted<'a>,
+        pixels: Pixels<'a>,
         size: [u32; 2],
         content: Content,
         axes: ColorAxes,
@@ -37,7 +36,7 @@ impl<'a> LevelPlanes<'a> {
     pub(super) fn of(source: &Source<'a>, content: Content, axes: ColorAxes) -> Vec<Self> {
         let level = |(level, pixels): (usize, &Pixels<'a>)| {
             let size = layout::mip_size(source.size, level as u32);
-            Self::new(Wanted::Given(*pixels), size, content, axes)
+            Self::new(*pixels, size, content, axes)
         };
         source.levels.iter().enumerate().map(level).collect()
     }
