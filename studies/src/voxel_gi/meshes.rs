@@ -175,7 +175,8 @@ impl MeshApp {
             };
             let volume = app.world_mut().spawn(volume).id();
             settle(app)?;
-            let mut previous = usual.added(app)?;
+            let width = stage.camera.width;
+            let mut previous = block_means(&usual.added(app)?, width);
             let mut changes = Vec::new();
             for _ in 0..FLIGHT {
                 if let Some(mut leader) = app.world_mut().get_mut::<Transform>(leader) {
@@ -183,7 +184,7 @@ impl MeshApp {
                     leader.translation += forward * FLIGHT_STEP;
                 }
                 app.render_frames(1)?;
-                let now = usual.added(app)?;
+                let now = block_means(&usual.added(app)?, width);
                 changes.extend(relative_changes(&previous, &now));
                 previous = now;
             }
@@ -215,17 +216,15 @@ fn relative_changes(before: &[Vec3], after: &[Vec3]) -> Vec<f64> {
 }
 
 impl StateTruth {
-    /// Block means of the light that the volume adds now.
+    /// The light that the volume adds now, in the size of the truth.
     fn added(&self, app: &mut HeadlessApp) -> Result<Vec<Vec3>, HeadlessError> {
         let added = difference(&picture(app)?, &self.without);
-        let width = self.scene.stage.camera.width;
-        Ok(block_means(&halved(&added, 2 * width), width))
+        Ok(halved(&added, 2 * self.scene.stage.camera.width))
     }
 
     fn row(&self, app: &mut HeadlessApp, setting: String) -> Result<LightRow, HeadlessError> {
-        let added = difference(&picture(app)?, &self.without);
         let width = self.scene.stage.camera.width;
-        let found = agreement(&halved(&added, 2 * width), width, &self.truth);
+        let found = agreement(&self.added(app)?, width, &self.truth);
         Ok(LightRow {
             scene: self.name.into(),
             setting,

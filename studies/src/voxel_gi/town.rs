@@ -60,11 +60,7 @@ pub fn rows(
         rows.extend(volume_rows(&mut app, volume, plan.resolution)?);
         if *volume == FOLLOWING {
             progress.set_message("town: flight");
-            let settings = VoxelGiSettings {
-                resolution: plan.resolution,
-                ..default()
-            };
-            rows.extend(app.flight_rows(volume, &settings)?);
+            rows.extend(app.flight_rows(volume, &settings(plan.resolution))?);
         }
     }
     Ok((rows, app.app.adapter().into()))
@@ -91,11 +87,15 @@ pub fn volume_rows(
     name: &str,
     resolution: u32,
 ) -> Result<Vec<LightRow>, HeadlessError> {
-    let settings = VoxelGiSettings {
+    let settings = settings(resolution);
+    app.rows(name, &settings, |scene| placed(name, resolution, scene))
+}
+
+fn settings(resolution: u32) -> VoxelGiSettings {
+    VoxelGiSettings {
         resolution,
         ..default()
-    };
-    app.rows(name, &settings, |scene| placed(name, resolution, scene))
+    }
 }
 
 /// A table of the volumes from each camera, and one of the frames after a change; empty where nothing was measured.

@@ -157,13 +157,10 @@ fn ambient_occlusion_knows_edges() {
     }
     // It is the same in any light.
     let place = Transform::from_xyz(0.0, 1.5, 0.0);
-    let lamp = app
-        .world_mut()
-        .spawn((PointLight::default(), place, Visibility::Visible));
-    let lamp = lamp.id();
+    let light = app.world_mut().spawn((PointLight::default(), place)).id();
     for _ in 0..4 {
-        let mut lamp = app.world_mut().get_mut::<Transform>(lamp).expect("a lamp");
-        lamp.translation.x += 0.1;
+        let mut place = app.world_mut().get_mut::<Transform>(light).expect("it");
+        place.translation.x += 0.1;
         app.render_frames(1).expect("a frame");
         assert!(has_settled(&app));
     }

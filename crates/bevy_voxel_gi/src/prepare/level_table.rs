@@ -21,7 +21,7 @@ use crate::extract::placement::{PlacedLevel, PlacedVolume};
 /// The four channels of a texel.
 type Texel = [f16; 4];
 
-/// What was written last.
+/// The texels as they are in the texture.
 #[derive(Default)]
 pub(super) struct LevelTable {
     numbers: Vec<Texel>,

@@ -170,7 +170,8 @@ impl MeshBatches {
                 self.changed.add(extracted.bounds, instance.levels);
             }
             self.rigid_hash = self.rigid_hash.wrapping_sub(placed.hash).wrapping_add(hash);
-            self.rigid.set(placed, instance, extracted.bounds, hash);
+            self.rigid
+                .set(placed, instance, extracted.bounds, hash, true);
             return;
         }
         let mesh = extracted.and_then(|extracted| locator.locate(extracted));
@@ -353,16 +354,36 @@ impl MeshGroups {
         self.groups[placed.group].instance(placed.instance)
     }
 
-    /// Changes what does not depend on the asset of a rigid mesh.
+    /// Changes a rigid mesh in place if its triangles stay in the same batches, and returns whether they do. `is_edited`
+    /// says whether these are others in the same asset.
+    pub(super) fn replace(
+        &mut self,
+        placed: &mut PlacedMesh,
+        mesh: &LocatedMesh,
+        is_edited: bool,
+    ) -> bool {
+        let is_same_mesh = mesh.mesh == placed.mesh && !is_edited;
+        let stays = mesh.slabs == placed.slabs
+            && self.set(placed, mesh.instance, mesh.bounds, mesh.hash, is_same_mesh);
+        if stays {
+            placed.mesh = mesh.mesh;
+        }
+        stays
+    }
+
+    /// The same in the same slabs, where the triangles are those of before if it `is_same_mesh`.
     fn set(
         &mut self,
         placed: &mut PlacedMesh,
         instance: MeshInstance,
         bounds: Option<Bounds>,
         hash: u64,
-    ) {
-        let former = *self.instance(placed);
-        self.groups[placed.group].replace(placed.instance, instance, true);
+        is_same_mesh: bool,
+    ) -> bool {
+        let group = &mut self.groups[placed.group];
+        let Some(former) = group.replace(placed.instance, instance, is_same_mesh) else {
+            return false;
+        };
         if (former.material, former.flags) != (instance.material, instance.flags) {
             self.uncount(&former);
             self.count(&instance);
@@ -372,37 +393,6 @@ impl MeshGroups {
         placed.bounds = bounds;
         placed.position = position(&instance);
         placed.hash = hash;
-    }
-
-    /// Changes a rigid mesh in place if its triangles stay in the same batches, and returns whether they do. `is_edited`
-    /// says whether these are others in the same asset.
-    pub(super) fn replace(
-        &mut self,
-        placed: &mut PlacedMesh,
-        mesh: &LocatedMesh,
-        is_edited: bool,
-    ) -> bool {
-        if mesh.slabs != placed.slabs {
-            return false;
-        }
-        let is_same_mesh = mesh.mesh == placed.mesh && !is_edited;
-        let group = &mut self.groups[placed.group];
-        let Some(former) = group.replace(placed.instance, mesh.instance, is_same_mesh) else {
-            return false;
-        };
-        self.uncount(&former);
-        self.count(&mesh.instance);
-        *placed = PlacedMesh {
-            slabs: placed.slabs,
-            mesh: mesh.mesh,
-            material: mesh.instance.material,
-            levels: mesh.instance.levels,
-            bounds: mesh.bounds,
-            position: position(&mesh.instance),
-            group: placed.group,
-            instance: placed.instance,
-            hash: mesh.hash,
-        };
         true
     }
 

@@ -54,7 +54,7 @@ pub(crate) struct FramePlan {
     placement: Vec<PlacedLevel>,
     /// The texture that holds the light.
     texture: Option<AssetId<Image>>,
-    /// What pixels read of the placement.
+    /// The placement as it is in that texture.
     table: LevelTable,
 }
 

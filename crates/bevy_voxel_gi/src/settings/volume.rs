@@ -51,7 +51,8 @@ pub struct VoxelGiVolume {
     /// level, a cascade or another volume, a frame waits until the shaders of all materials are compiled again.
     #[reflect(@1..=4_u32)]
     pub cascades: u32,
-    /// The target that the volume follows, each cascade in steps of its own voxels. Default: the camera.
+    /// The target that the volume follows, each cascade in steps of two of its voxels. Its light blends into that of the next
+    /// cascade around the target itself. Default: the camera.
     #[entities]
     pub follow: Follow,
     /// Factor of the light that reaches the image, at least 0. Default 1, which is physically correct.
