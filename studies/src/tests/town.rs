@@ -1,6 +1,7 @@
 //! The town: a level that is larger than the default volume.
 
 use bevy_frugal_lab::{meshes::town::TownCamera, testing::gpu};
+use bevy_voxel_gi::VoxelGiSettings;
 
 use crate::{
     plan::TownPlan,
@@ -11,7 +12,7 @@ use crate::{
 #[test]
 fn its_rooms_are_near_to_their_truth_in_the_default_volume() {
     let _gpu = gpu();
-    let resolution = 16;
+    let resolution = VoxelGiSettings::default().resolution;
     let mut app = app(&TownPlan {
         cameras: vec![TownCamera::Room, TownCamera::Corridor],
         resolution,
@@ -25,9 +26,9 @@ fn its_rooms_are_near_to_their_truth_in_the_default_volume() {
     }
     // The most of the relative error, and of that of 95 of 100 blocks.
     for (scene, most) in [
-        ("town, room", [0.23, 0.45]),
-        ("town, corridor", [0.15, 0.7]),
-        ("town, corridor, door open", [0.18, 0.43]),
+        ("town, room", [0.08, 0.25]),
+        ("town, corridor", [0.08, 0.36]),
+        ("town, corridor, door open", [0.11, 0.3]),
     ] {
         let mut rows = rows.iter();
         let row = rows.find(|row| row.scene == scene && row.setting == "default");
