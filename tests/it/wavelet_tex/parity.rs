@@ -87,6 +87,7 @@ fn assert_alike(name: &str, twin: &Twin, largest: u8) {
     let (_, effect) = differences(&wavelet, &bare.wavelet());
     println!("{name}: {worst} levels at most, {mean:.3} in the mean; {effect:.1} from no maps");
     assert!(worst <= largest, "{name}: {worst} levels of 255");
+    assert!(mean < 0.6, "{name}: {mean} levels in the mean");
     assert!(effect > 2.0, "{name}: the maps are not seen");
 }
 
@@ -184,7 +185,9 @@ fn maps_on_the_second_uv_set_take_it() {
             scene: &scene,
             ..lit_twin(path, maps)
         };
-        assert_alike(&format!("second set, {path:?}"), &twin, 3);
+        // A G-buffer rounds each of three maps once more.
+        let largest = 3 + u8::from(path == Path::Deferred);
+        assert_alike(&format!("second set, {path:?}"), &twin, largest);
     }
 }
 

@@ -1,5 +1,7 @@
 //! The choice between wavelets and plain textures for an image, by the error of its levels.
 
+use rayon::prelude::*;
+
 use super::{
     axes::{ColorAxes, detail_covariance},
     image::{Payload, WaveletImage},
@@ -9,7 +11,7 @@ use super::{
     quality::Errors,
     rate::Rate,
     settings::{Effort, EncodeSettings, Formats, Method},
-    source::Source,
+    source::{Pixels, Source},
     windows::Window,
 };
 
@@ -18,7 +20,7 @@ const CHROMA_PART: f64 = 0.5;
 
 /// The least part of the squared error that other axes of colour must save for a wavelet with them to be
 /// tried.
-const AXES_PART: f64 = 0.05;
+const AXES_PART: f64 = 0.03;
 
 /// An image as it was chosen, and the settings of its levels.
 pub(super) struct Choice<'a> {
@@ -37,6 +39,14 @@ pub(super) fn choose<'a>(
         Method::Thesis => Formats::Wavelet,
         _ => settings.formats,
     };
+    let bytes = rate.most_bytes(source.size, settings.alpha);
+    let gray = match settings.method {
+        Method::Thesis => None,
+        _ => rate
+            .of_gray()
+            .filter(|_| !settings.alpha && is_gray(source)),
+    };
+    let rate = gray.unwrap_or(rate);
     let content = rate.content(settings.alpha);
     let windows = Window::of_levels(source.size, source.levels.len());
     let (wavelet, least) = match formats {
@@ -47,7 +57,6 @@ pub(super) fn choose<'a>(
             (Some(choice), errors)
         }
     };
-    let bytes = rate.most_bytes(source.size, settings.alpha);
     let plain = match formats {
         Formats::Wavelet => None,
         Formats::Any | Formats::Plain => {
@@ -59,6 +68,17 @@ pub(super) fn choose<'a>(
         image,
     });
     plain.or(wavelet).expect("every rate has room for a block")
+}
+
+/// Returns whether no pixel has a colour.
+fn is_gray(source: &Source<'_>) -> bool {
+    let is_gray = |pixels: &Pixels<'_>| {
+        (0..pixels.len()).into_par_iter().all(|i| {
+            let [r, g, b, _] = pixels.get(i);
+            r == g && g == b
+        })
+    };
+    source.levels.iter().all(is_gray)
 }
 
 /// The wavelet with the least error over all levels, and its errors where they decided or where `is_measured` asks for
@@ -133,5 +153,49 @@ impl<'a> Choice<'a> {
             payload: Payload::Wavelet(job.planes(&LevelPlanes::of(source, content, axes))),
         };
         Self { job, image }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::{encoder::encode_rgb8, image::Content};
+
+    const SIZE: [u32; 2] = [64, 64];
+
+    fn picture(color: fn(u32, u32) -> [u8; 3]) -> Vec<[u8; 3]> {
+        let positions = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+        positions.map(|(x, y)| color(x, y)).collect()
+    }
+
+    #[test]
+    fn images_without_colour_have_the_bits_of_gray() {
+        let settings = |rate| EncodeSettings {
+            rate,
+            mips: false,
+            formats: Formats::Wavelet,
+            ..EncodeSettings::default()
+        };
+        let encoded = |pixels: &[[u8; 3]], rate| {
+            encode_rgb8(pixels, SIZE, &settings(rate)).expect("a good image")
+        };
+        let gray = picture(|x, y| [(x * 3 + y * y % 50 + x * y % 7) as u8; 3]);
+        let mut tinted = gray.clone();
+        tinted[77][0] ^= 1;
+        for rate in [
+            Rate::Color2_25,
+            Rate::Color3,
+            Rate::Color3_25,
+            Rate::Color4,
+            Rate::Color5,
+        ] {
+            let image = encoded(&gray, rate);
+            match rate.of_gray() {
+                Some(of_gray) => assert_eq!(image, encoded(&gray, of_gray)),
+                None => assert_eq!(image.content, Content::Color),
+            }
+            assert!(image.bits_per_pixel() <= rate.nominal_bits_per_pixel(false));
+            assert_eq!(encoded(&tinted, rate).content, Content::Color);
+        }
     }
 }

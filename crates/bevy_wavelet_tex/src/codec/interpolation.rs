@@ -116,8 +116,8 @@ pub(super) fn fitted_by(
 ) -> Plane {
     let pixels = taps.each_ref().map(|taps| taps.len() as u32);
     let [across, down] = taps;
-    let along_x = NormalEquations::new(across, texels[0], smoothness);
-    let along_y = NormalEquations::new(down, texels[1], smoothness);
+    let along_x = FactoredMatrix::new(across, texels[0], smoothness);
+    let along_y = FactoredMatrix::new(down, texels[1], smoothness);
     // Transposed twice, so that each axis has its lines side by side.
     let half = along_x.solved(pixels, value);
     along_y.solved(half.size, |i| half.values[i])
@@ -127,22 +127,20 @@ pub(super) fn fitted_by(
 #[cfg(feature = "encode")]
 const LINES: usize = 16;
 
-/// The factored normal equations of one axis.
+/// The matrix of the normal equations of interpolation along one axis, which is symmetric and tridiagonal.
 #[cfg(feature = "encode")]
-struct NormalEquations {
-    taps: Vec<Tap>,
-    /// Off-diagonal of the symmetric matrix; entry i couples i - 1 and i.
+pub struct NormalMatrix {
+    diagonal: Vec<f32>,
+    /// Off-diagonal; entry i couples i - 1 and i.
     beside: Vec<f32>,
-    /// Diagonal of the matrix after elimination.
-    pivots: Vec<f32>,
 }
 
 #[cfg(feature = "encode")]
-impl NormalEquations {
-    fn new(taps: Vec<Tap>, texels: u32, smoothness: f32) -> Self {
+impl NormalMatrix {
+    fn new(taps: &[Tap], texels: u32) -> Self {
         let mut diagonal = vec![0.0; texels as usize];
         let mut beside = vec![0.0; texels as usize];
-        for &(a, b, u) in &taps {
+        for &(a, b, u) in taps {
             let (a, b) = (a as usize, b as usize);
             if a == b {
                 diagonal[a] += 1.0;
@@ -152,6 +150,77 @@ impl NormalEquations {
                 beside[b] += u * (1.0 - u);
             }
         }
+        Self { diagonal, beside }
+    }
+
+    /// The entries of a row for the texel before, the texel itself and the one behind.
+    pub(super) fn row(&self, i: usize) -> [f32; 3] {
+        let behind = self.beside.get(i + 1).copied().unwrap_or(0.0);
+        [self.beside[i], self.diagonal[i], behind]
+    }
+}
+
+/// The normal equations of the interpolation of `C` channels between texels.
+#[cfg(feature = "encode")]
+pub struct NormalEquations<const C: usize> {
+    /// Those of the columns and of the rows.
+    pub(super) matrices: [NormalMatrix; 2],
+    /// The values of pixels, weighted by the part that each texel has in them.
+    pub(super) right_sides: [Vec<f32>; C],
+}
+
+#[cfg(feature = "encode")]
+impl<const C: usize> NormalEquations<C> {
+    /// `value` returns a channel of a pixel.
+    pub(super) fn new(axes: [Axis; 2], value: impl Fn(usize, usize) -> f32 + Sync) -> Self {
+        let taps = axes.map(|axis| axis.all_taps());
+        let columns = axes[0].texels as usize;
+        let width = axes[0].pixels as usize;
+        let right_side = |c: usize| {
+            let mut across = vec![0.0; columns * axes[1].pixels as usize];
+            let rows = across.par_chunks_mut(columns).enumerate();
+            rows.for_each(|(y, row)| {
+                for (x, &(left, right, u)) in taps[0].iter().enumerate() {
+                    let value = value(c, y * width + x);
+                    row[left as usize] += (1.0 - u) * value;
+                    row[right as usize] += u * value;
+                }
+            });
+            let mut sums = vec![0.0; columns * axes[1].texels as usize];
+            for (row, &(above, below, v)) in across.chunks(columns).zip(&taps[1]) {
+                for (texels, weight) in [(above, 1.0 - v), (below, v)] {
+                    let sums = &mut sums[texels as usize * columns..][..columns];
+                    for (sum, value) in sums.iter_mut().zip(row) {
+                        *sum += weight * value;
+                    }
+                }
+            }
+            sums
+        };
+        Self {
+            matrices: [0, 1].map(|i: usize| NormalMatrix::new(&taps[i], axes[i].texels)),
+            right_sides: std::array::from_fn(right_side),
+        }
+    }
+}
+
+/// The factored normal equations of one axis.
+#[cfg(feature = "encode")]
+struct FactoredMatrix {
+    taps: Vec<Tap>,
+    /// Off-diagonal of the symmetric matrix; entry i couples i - 1 and i.
+    beside: Vec<f32>,
+    /// Diagonal of the matrix after elimination.
+    pivots: Vec<f32>,
+}
+
+#[cfg(feature = "encode")]
+impl FactoredMatrix {
+    fn new(taps: Vec<Tap>, texels: u32, smoothness: f32) -> Self {
+        let NormalMatrix {
+            mut diagonal,
+            mut beside,
+        } = NormalMatrix::new(&taps, texels);
         for i in 1..diagonal.len() {
             diagonal[i - 1] += smoothness;
             diagonal[i] += smoothness;

@@ -8,7 +8,7 @@ use super::{
     chroma,
     decoder::stored_chroma,
     image::{Payload, PlaneGroup, WaveletImage, WaveletPlanes},
-    interpolation::Interpolation,
+    interpolation::{Interpolation, NormalEquations},
     layout,
     pack::{PackSettings, PlaneValues, encode_plane, error_of},
     packing::Packing,
@@ -269,7 +269,7 @@ impl<'a> Job<'a> {
             }
             return luma;
         }
-        let blocks = self.chroma_blocks(&group.codings, small, texture);
+        let blocks = self.chroma_blocks(&group.codings, planes, small, texture, group.subsampling);
         let corrections = [0, 1].map(|c: usize| self.axes.luma_correction(c));
         if corrections.iter().any(|c| is_correction(*c)) {
             let texels = decode_blocks(BlockFormat::Bc1, &blocks, texture);
@@ -300,8 +300,10 @@ impl<'a> Job<'a> {
     fn chroma_blocks(
         &self,
         codings: &[PlaneCoding],
+        planes: &LevelPlanes<'_>,
         small: &[Plane; 2],
         texture: [u32; 2],
+        subsampling: u32,
     ) -> Vec<u8> {
         let codings = [codings[0], codings[1]];
         let starts = match self.settings.effort {
@@ -311,7 +313,7 @@ impl<'a> Job<'a> {
         };
         let encoder = ChromaEncoder::new(&codings, self.axes.chroma_weights(), starts);
         let columns = texture[0].div_ceil(4);
-        let blocks: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
+        let mut blocks: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
             .into_par_iter()
             .map(|block| {
                 encoder.block(&std::array::from_fn(|i| {
@@ -321,6 +323,11 @@ impl<'a> Job<'a> {
                 }))
             })
             .collect();
+        if self.settings.effort != Effort::Fast {
+            let axes = chroma::axes(planes.size, subsampling);
+            let equations = NormalEquations::new(axes, |plane, i| planes.chroma(plane, i));
+            encoder.refine(&mut blocks, equations, small[0].size, columns as usize);
+        }
         blocks.into_flattened()
     }
 

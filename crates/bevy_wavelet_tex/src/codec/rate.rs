@@ -110,6 +110,16 @@ impl Rate {
         }
     }
 
+    /// The rate of gray of at most as many bits that stores images without colour better, or in fewer bits.
+    pub(super) fn of_gray(self) -> Option<Self> {
+        match self {
+            Self::Color2_25 => Some(Self::Gray2),
+            Self::Color3 | Self::Color3_25 => Some(Self::Gray3),
+            Self::Color4 => Some(Self::Gray4),
+            _ => None,
+        }
+    }
+
     /// The rate of the wavelet that the encoder considers where most of the error is that of chroma: a
     /// smaller one with more chroma.
     pub fn with_more_chroma(self) -> Option<Self> {

@@ -111,3 +111,36 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
     }
     assert!(results.windows(2).all(|pair| pair[0] == pair[1]));
 }
+
+/// Beside the threads that encode there are the main one and that of the progress bar.
+#[test]
+#[cfg(target_os = "linux")]
+fn one_file_is_encoded_by_as_many_threads_as_asked_for() {
+    let f = Folder::new("count");
+    let color = |x: u32, y: u32| image::Rgb([(x * y % 251) as u8, (x ^ y) as u8, (x / 3) as u8]);
+    f.save("in.png", image::RgbImage::from_fn(1024, 1024, color));
+    for threads in [1, 3] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_wavelet-tex"))
+            .current_dir(&f.0)
+            .args([
+                "encode",
+                "in.png",
+                "--force",
+                "--threads",
+                &threads.to_string(),
+            ])
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .expect("the tool starts");
+        let folder = format!("/proc/{}/task", child.id());
+        let mut most = 0;
+        while child.try_wait().expect("a child").is_none() {
+            most = most.max(fs::read_dir(&folder).map_or(0, Iterator::count));
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        assert!(
+            (threads + 1..=threads + 2).contains(&most),
+            "{threads}: {most}"
+        );
+    }
+}

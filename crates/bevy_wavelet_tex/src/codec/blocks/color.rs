@@ -1,7 +1,11 @@
 //! Encoders of BC1 blocks, and of the colour half of BC3 blocks.
 
-use super::fit::{Channel, Starts, Target, fit, positions};
-use crate::codec::{haar::Details, quantizer::PlaneCoding};
+use super::{
+    BlockFormat, decode_blocks,
+    fit::{Channel, Starts, Target, fit, positions},
+    interpolated::{Interpolated, Line},
+};
+use crate::codec::{haar::Details, interpolation::NormalEquations, quantizer::PlaneCoding};
 
 /// Encodes the colour half of BC3 blocks from details.
 pub struct DetailEncoder<'a> {
@@ -75,6 +79,36 @@ impl ColorEncoder {
         (bc1_block(ends, positions), found.error)
     }
 
+    /// Refines the blocks of a level of `size` texels by the pixels between them, to which `equations` belong. Blocks
+    /// with black stay.
+    pub fn refine(&self, blocks: &mut [[u8; 8]], equations: NormalEquations<3>, size: [u32; 2]) {
+        let mut lines: Vec<Option<Line<3>>> = blocks
+            .iter()
+            .map(|block| {
+                let (ends, positions) = line_of(block)?;
+                let ends = [0, 1, 2].map(|c| ends.map(|end| end[c]));
+                Some(Line { ends, positions })
+            })
+            .collect();
+        let texels = decode_blocks(BlockFormat::Bc1, blocks.as_flattened(), size);
+        let mut values = [0, 1, 2].map(|c: usize| texels.iter().map(|t| t[c]).collect());
+        let interpolated = Interpolated {
+            channels: &self.channels,
+            matrices: equations.matrices,
+            right_sides: equations.right_sides,
+            size,
+            columns: size[0].div_ceil(4) as usize,
+        };
+        interpolated.refine(&mut lines, &mut values, SWEEPS);
+        for (block, line) in blocks.iter_mut().zip(lines) {
+            if let Some(Line { ends, positions }) = line {
+                let [r, g, b] = ends;
+                let ends = [0, 1].map(|e| pack565(r[e], g[e], b[e]));
+                *block = bc1_block(ends, positions);
+            }
+        }
+    }
+
     /// The same as three colours on a line and black, of which an error that is more than `most` is of no use.
     pub fn block_with_black(&self, colors: &[[f32; 3]; 16], most: f32) -> ([u8; 8], f32) {
         let expected: [[f32; 16]; 3] = std::array::from_fn(|c| colors.map(|color| color[c]));
@@ -133,14 +167,81 @@ impl<'a> ChromaEncoder<'a> {
         };
         let found = fit(&self.channels, &target, self.starts, f32::INFINITY);
         let positions = positions(&self.channels, &target, &found.ends);
-        let [pair, g] = found.ends;
-        let ends = [0, 1].map(|e| pack565(pair[e].div_ceil(2), g[e], pair[e] / 2));
-        bc1_block(ends, positions)
+        chroma_block(found.ends, positions)
+    }
+
+    /// Refines the blocks of a level of `size` values, in rows of `columns`, by the pixels between them, to which
+    /// `equations` belong.
+    pub fn refine(
+        &self,
+        blocks: &mut [[u8; 8]],
+        equations: NormalEquations<2>,
+        size: [u32; 2],
+        columns: usize,
+    ) {
+        let mut lines: Vec<Option<Line<2>>> = blocks
+            .iter()
+            .map(|block| {
+                let ([a, b], positions) = line_of(block)?;
+                let ends = [[a[0] + a[2], b[0] + b[2]], [a[1], b[1]]];
+                Some(Line { ends, positions })
+            })
+            .collect();
+        let [width, height] = size.map(|s| s as usize);
+        let values = |c: usize| {
+            let value = |i: usize| {
+                let (x, y) = (i % width, i / width);
+                let line = &lines[y / 4 * columns + x / 4].expect("chroma has no black");
+                let position = line.positions[y % 4 * 4 + x % 4];
+                self.channels[c].palette(line.ends[c])[position as usize]
+            };
+            (0..width * height).map(value).collect()
+        };
+        let mut values = [values(0), values(1)];
+        let mut right_sides = equations.right_sides;
+        for (values, weight) in right_sides.iter_mut().zip(self.weights) {
+            values.iter_mut().for_each(|v| *v *= weight);
+        }
+        let interpolated = Interpolated {
+            channels: &self.channels,
+            matrices: equations.matrices,
+            right_sides,
+            size,
+            columns,
+        };
+        interpolated.refine(&mut lines, &mut values, SWEEPS);
+        for (block, line) in blocks.iter_mut().zip(lines) {
+            if let Some(Line { ends, positions }) = line {
+                *block = chroma_block(ends, positions);
+            }
+        }
     }
 }
 
+fn chroma_block([pair, g]: [[u8; 2]; 2], positions: [u8; 16]) -> [u8; 8] {
+    let ends = [0, 1].map(|e| pack565(pair[e].div_ceil(2), g[e], pair[e] / 2));
+    bc1_block(ends, positions)
+}
+
+/// Number of times that all blocks are refined.
+const SWEEPS: usize = 2;
+
 fn pack565(r: u8, g: u8, b: u8) -> u16 {
     u16::from(r) << 11 | u16::from(g) << 5 | u16::from(b)
+}
+
+/// The endpoints of a block, as levels of R, G and B, and the positions of its texels on the line between them. `None`
+/// where it is in the mode of three colours and black.
+fn line_of(block: &[u8; 8]) -> Option<([[u8; 3]; 2], [u8; 16])> {
+    let [a, b, c, d, indices @ ..] = *block;
+    let ends = [[a, b], [c, d]].map(u16::from_le_bytes);
+    let indices = u32::from_le_bytes(indices);
+    if ends[0] < ends[1] || ends[0] == ends[1] && indices != 0 {
+        return None;
+    }
+    let levels = ends.map(|end| [end >> 11, end >> 5 & 63, end & 31].map(|level| level as u8));
+    let position = |i: usize| [0, 3, 1, 2][(indices >> (2 * i) & 3) as usize];
+    Some((levels, std::array::from_fn(position)))
 }
 
 /// Packs a block of two colours and the positions of its texels on the line between them, 0 to 3.

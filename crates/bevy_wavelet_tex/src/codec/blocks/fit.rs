@@ -37,8 +37,13 @@ impl Channel {
         }
     }
 
+    /// Number of values that an endpoint can have.
+    pub(super) fn levels(&self) -> usize {
+        self.levels
+    }
+
     #[inline(always)]
-    fn palette(&self, [a, b]: [u8; 2]) -> &[f32; 4] {
+    pub(super) fn palette(&self, [a, b]: [u8; 2]) -> &[f32; 4] {
         &self.table[a as usize * self.levels + b as usize]
     }
 }
@@ -75,7 +80,7 @@ pub enum Starts {
 const SPANS: [[f32; 2]; 2] = [[0.0, 1.0], [0.15, 0.85]];
 
 /// Steps of a channel's two endpoints.
-const MOVES: [[i16; 2]; 12] = [
+pub(super) const MOVES: [[i16; 2]; 12] = [
     [1, 0],
     [-1, 0],
     [0, 1],

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `decode` | decodes BC1, BC3, BC4, BC5 and BC7 blocks to texels |
 //! | `fit` | the search for endpoints by the error in pixels; `color` encodes BC1 and BC3 blocks with it |
+//! | `interpolated` | refines BC1 blocks by the error of the pixels between their texels |
 //! | `libraries` | encodes BC4 and BC3 with `dds`, and BC7 with `ctt-bc7enc-rdo` (bc7e) |
 //!
 //! BC1 and the colour half of BC3 have an encoder of their own because no library minimises the
@@ -15,6 +16,8 @@ mod color;
 mod decode;
 #[cfg(feature = "encode")]
 mod fit;
+#[cfg(feature = "encode")]
+mod interpolated;
 #[cfg(feature = "encode")]
 mod libraries;
 

@@ -15,8 +15,9 @@ use crate::codec::{
     windows::Window,
 };
 
-/// A texture is encoded where its error in the windows is at most this factor of that of the wavelet.
-const DOUBT: f64 = 1.02;
+/// A texture is encoded where its error in the windows, before it is refined by pixels, is at most this factor of that
+/// of the wavelet.
+const DOUBT: f64 = 1.08;
 
 /// Textures of no more blocks are encoded without an estimate: those of 192 x 192 texels.
 const LEAST_BLOCKS: u32 = 2304;

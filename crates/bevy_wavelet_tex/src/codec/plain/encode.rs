@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use super::{color_blocks, texture::PlainTexture};
 use crate::codec::{
-    blocks::{self, BlockFormat, BlockQuality},
+    blocks::{self, BlockFormat, BlockQuality, ColorEncoder, Starts},
     color::ycocg_from_rgb,
     image::Content,
-    interpolation::{Tap, fitted_by},
+    interpolation::{NormalEquations, Tap, fitted_by},
     plane::Plane,
     planes::unit,
     settings::Effort,
@@ -150,6 +150,12 @@ pub(in crate::codec) fn add_level(
     let size = plain.level_size(level);
     let texels = texels(channels, size, is_scaled);
     let visible = if is_scaled { size } else { channels.size };
-    let blocks = blocks(plain.format, &texels, visible, effort);
+    let mut blocks = blocks(plain.format, &texels, visible, effort);
+    if is_scaled && plain.format == BlockFormat::Bc1 && effort != Effort::Fast {
+        let axes = PlainTexture::axes(channels.size, size, is_scaled);
+        let equations = NormalEquations::new(axes, |c, i| channels.value(i, c));
+        let (blocks, _) = blocks.as_chunks_mut();
+        ColorEncoder::new(Starts::One).refine(blocks, equations, size);
+    }
     plain.blocks.extend(blocks);
 }
