@@ -34,7 +34,16 @@ pub(super) fn voxel_fingerprint(meshes: u64, volume: &PlacedVolume) -> u64 {
     hasher.finish()
 }
 
-/// Hash of everything that the light depends on, except the settings; `meshes` is that of the meshes.
+/// Hashes of what the light depends on, except the settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Fingerprint {
+    /// That of the scene.
+    pub scene: u64,
+    /// That of where levels and cameras are.
+    pub places: u64,
+}
+
+/// `meshes` is the hash of the meshes.
 pub(super) fn fingerprint(
     meshes: u64,
     volume: &PlacedVolume,
@@ -42,8 +51,9 @@ pub(super) fn fingerprint(
     materials: &MaterialRecords,
     light_tiles_version: u64,
     sky_version: u64,
-) -> u64 {
+) -> Fingerprint {
     let mut hasher = FixedHasher.build_hasher();
+    let mut places = FixedHasher.build_hasher();
     (meshes, materials.version, light_tiles_version).hash(&mut hasher);
     (sky_version, volume.sky_revision).hash(&mut hasher);
     for level in &volume.levels {
@@ -59,7 +69,7 @@ pub(super) fn fingerprint(
             sees_map,
             is_outer: _,
         } = level;
-        hash_floats(&mut hasher, &center.to_array());
+        hash_floats(&mut places, &center.to_array());
         hash_floats(&mut hasher, &[*size, *intensity]);
         sees_map.hash(&mut hasher);
         for color in [sky.zenith, sky.horizon, sky.ground] {
@@ -67,7 +77,7 @@ pub(super) fn fingerprint(
         }
     }
     for viewpoint in &volume.viewpoints {
-        hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
+        hash_floats(&mut places, &viewpoint.to_matrix().to_cols_array());
     }
     for light in lights {
         hash_floats(&mut hasher, &light.position.to_array());
@@ -88,5 +98,8 @@ pub(super) fn fingerprint(
     if materials.depends_on_exposure {
         hash_floats(&mut hasher, &[volume.exposure]);
     }
-    hasher.finish()
+    Fingerprint {
+        scene: hasher.finish(),
+        places: places.finish(),
+    }
 }

@@ -12,7 +12,7 @@ use bevy::{
 
 use super::{
     buffers::{BufferShape, VolumeBuffers},
-    fingerprint::{fingerprint, voxel_fingerprint},
+    fingerprint::{Fingerprint, fingerprint, voxel_fingerprint},
     level_table::LevelTable,
     light_tiles::LightTiles,
     materials::MaterialRecords,
@@ -43,8 +43,8 @@ pub(crate) struct FramePlan {
     /// The work of the passes; `None` if nothing is computed.
     pub work: Option<FrameWork>,
     clock: SettlingClock,
-    /// Hash of everything that the light depends on, except the settings.
-    fingerprint: u64,
+    /// Hashes of everything that the light depends on, except the settings.
+    fingerprint: Fingerprint,
     /// What the voxels were made of.
     voxelized: Option<Voxelized>,
     /// The app's own settings. Those that a budget chooses are left out: they change the accuracy of
@@ -81,6 +81,16 @@ impl FramePlan {
         let before = self.placement.iter().filter(|level| !level.is_outer);
         let centers = volume.lit().iter().map(|level| level.center);
         !before.map(|level| level.center).eq(centers)
+    }
+
+    /// The largest part of a level's voxels that were not in it in the last frame.
+    fn new_part(&self, volume: &PlacedVolume) -> f32 {
+        let levels = self.placement.iter().zip(volume.lit());
+        let part = |(old, new): (&PlacedLevel, &PlacedLevel)| {
+            let moved = (new.center - old.center).abs() / new.size;
+            1.0 - (Vec3::ONE - moved).max(Vec3::ZERO).element_product()
+        };
+        levels.map(part).fold(0.0, f32::max)
     }
 }
 
@@ -185,12 +195,18 @@ pub(crate) fn plan_frame(
         voxelizer: volume.settings.voxelizer,
         has_shadow_masks,
     };
-    if is_fresh || fingerprint != plan.fingerprint || volume.own_settings != plan.settings {
-        plan.fingerprint = fingerprint;
+    if is_fresh
+        || fingerprint.scene != plan.fingerprint.scene
+        || volume.own_settings != plan.settings
+    {
         plan.settings.clone_from(&volume.own_settings);
         let has_moved = plan.has_moved(volume);
         plan.clock.change(pace, has_moved);
+    } else if fingerprint.places != plan.fingerprint.places {
+        let part = plan.new_part(volume);
+        plan.clock.move_volume(pace, part);
     }
+    plan.fingerprint = fingerprint;
     let mut made = needed_slots.map(|slots| VolumeBuffers::new(&device, shape, slots));
     if let (Some(made), Some(former)) = (&made, former) {
         made.copy_light(former, &device, &queue);

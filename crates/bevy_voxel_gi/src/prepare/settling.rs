@@ -1,10 +1,10 @@
 //! The settling clock: counts the frames in which light is computed, and says when it has settled.
 //!
 //! Time is counted in rounds, in each of which every voxel is updated once. While things change, and for the
-//! [`REST`] rounds after, light is averaged over a few rounds, so that it follows. Then the same begins whatever has
-//! been before, so that the same scene always settles to the same light: rays begin with their first set, and once
-//! the bounces of what has been before have faded, a new mean of [`SETTLED_MEAN`] rounds. Nothing of that shows: a
-//! change keeps the mean, and pixels keep the former one until the new has as many rounds.
+//! [`REST`] rounds after, light is averaged over a few rounds, so that it follows; over more where nothing but the volume
+//! moves. Then the same begins whatever has been before, so that the same scene always settles to the same light: rays
+//! begin with their first set, and once the bounces of what has been before have faded, a new mean of [`SETTLED_MEAN`]
+//! rounds. Nothing of that shows: a change keeps the mean, and pixels keep the former one until the new has as many rounds.
 
 /// Rounds in the mean that pixels read while things change; later ones weigh more.
 const HISTORY: u32 = 8;
@@ -20,13 +20,17 @@ const CHANGING: u32 = REST + BOUNCES;
 /// Rounds without a change after which a scene is at rest: rays begin with their first set.
 const REST: u32 = 8;
 
+/// The same after the volume has moved. A new mean that is interrupted early shows its noise, so it begins only where a
+/// camera stands still, and not between the steps of a slow one.
+const REST_AFTER_MOVE: u32 = 60;
+
 /// Rounds from then until the new mean begins, in which the light that bounces becomes that of the new rays.
 const BOUNCES: u32 = 8;
 
 /// Rounds in the settled mean: four rotations of all ray sets.
 const SETTLED_MEAN: u32 = 32;
 
-/// Greatest number of rounds in the mean, where light is computed on after it has settled.
+/// Greatest number of rounds in the mean, where light is computed on after it has settled and where only the volume moves.
 const LONGEST_MEAN: u32 = 64;
 
 /// Rounds after the start in which bounces propagate before averaging starts.
@@ -49,25 +53,53 @@ pub(crate) struct Pace {
 pub(crate) struct SettlingClock {
     /// The number of the frame, which determines the directions of rays.
     frame: u32,
-    /// Frames since something changed.
+    /// Frames since something changed, and since that was not only where the volume is.
     since_change: u32,
+    since_scene_change: u32,
+    /// Rounds without a change after which the scene is at rest, where they are more than [`REST`].
+    longer_rest: u32,
     /// Frames in the mean, those of the warm-up included.
     mean: u32,
 }
 
 impl SettlingClock {
-    /// Something that the light depends on has changed. `has_moved` tells whether the volume has: its light
+    /// Something that the light depends on has changed. `has_moved` tells whether the volume has moved, too: its light
     /// remains then.
     pub(crate) fn change(&mut self, pace: Pace, has_moved: bool) {
         if self.since_change >= REST * pace.interval && !has_moved {
             self.mean = self.mean.min((WARM_UP + KEPT) * pace.interval);
         }
         self.since_change = 0;
+        self.since_scene_change = 0;
+        self.longer_rest = 0;
+    }
+
+    /// Nothing but the volume has moved, so that this part of its voxels is new: they have had no rounds, and those that
+    /// came just before few.
+    pub(crate) fn move_volume(&mut self, pace: Pace, part: f32) {
+        let kept = (1.0 - 2.0 * part).max(0.0);
+        let warm_up = WARM_UP * pace.interval;
+        let after_warm_up = self
+            .mean
+            .saturating_sub(warm_up)
+            .min(LONGEST_MEAN * pace.interval);
+        self.mean = self.mean.min(warm_up) + (kept * after_warm_up as f32) as u32;
+        if kept == 0.0 {
+            self.mean = 0;
+        }
+        self.since_change = 0;
+        self.longer_rest = REST_AFTER_MOVE - REST;
+    }
+
+    /// Frames since something changed, without those by which a rest begins later.
+    fn at_rest(&self, pace: Pace) -> u32 {
+        let later = self.longer_rest * pace.interval;
+        self.since_change.saturating_sub(later)
     }
 
     /// Whether the light has settled.
     pub(crate) fn has_settled(&self, pace: Pace) -> bool {
-        self.since_change >= pace.rounds * pace.interval
+        self.at_rest(pace) >= pace.rounds * pace.interval
     }
 
     /// The number of this frame.
@@ -77,22 +109,22 @@ impl SettlingClock {
 
     /// Rounds since the new mean began.
     fn rounds_of_new_mean(&self, pace: Pace) -> Option<u32> {
-        (self.since_change / pace.interval).checked_sub(REST + BOUNCES)
+        (self.at_rest(pace) / pace.interval).checked_sub(REST + BOUNCES)
     }
 
     /// Blend factor of this frame in the mean that pixels read.
     pub(crate) fn blend(&self, pace: Pace) -> f32 {
         let rounds = (self.mean / pace.interval + 1).saturating_sub(WARM_UP);
         let most = match self.rounds_of_new_mean(pace) {
-            Some(_) => LONGEST_MEAN,
-            None => HISTORY,
+            None if self.is_changing(pace) => HISTORY,
+            _ => LONGEST_MEAN,
         };
         1.0 / rounds.clamp(1, most) as f32
     }
 
-    /// Whether something has changed lately.
+    /// Whether something in the scene has changed lately.
     pub(crate) fn is_changing(&self, pace: Pace) -> bool {
-        self.since_change < CHANGING * pace.interval
+        self.since_scene_change < CHANGING * pace.interval
     }
 
     /// Whether pixels keep the light that they have, as the new mean has too few rounds yet.
@@ -105,11 +137,13 @@ impl SettlingClock {
     pub(crate) fn advance(&mut self, pace: Pace) {
         self.frame = self.frame.wrapping_add(1);
         self.since_change = self.since_change.saturating_add(1);
+        self.since_scene_change = self.since_scene_change.saturating_add(1);
         self.mean = self.mean.saturating_add(1);
-        if self.since_change == REST * pace.interval {
+        let at_rest = self.at_rest(pace);
+        if at_rest == REST * pace.interval {
             self.frame = 0;
         }
-        if self.since_change == (REST + BOUNCES) * pace.interval {
+        if at_rest == (REST + BOUNCES) * pace.interval {
             self.mean = WARM_UP * pace.interval;
         }
     }
@@ -199,6 +233,35 @@ mod tests {
         assert_eq!(means(&mut clock, 9), [2, 3, 4, 5, 6, 7, 8, 8, 8]);
         moved.change(PACE, true);
         assert_eq!(means(&mut moved, 2), [8, 8]);
+    }
+
+    #[test]
+    fn a_move_of_the_volume_is_no_change_of_the_scene() {
+        let mut clock = SettlingClock::default();
+        clock.change(PACE, false);
+        settle(&mut clock, PACE);
+        let frame = clock.frame();
+        for step in 0..100 {
+            clock.move_volume(PACE, 0.125);
+            assert!(!clock.is_changing(PACE) && !clock.is_held(PACE));
+            means(&mut clock, 30);
+            assert_eq!(clock.frame(), frame + 30 * (step + 1));
+        }
+        assert_eq!(means(&mut clock.clone(), 1), [64]);
+        clock.move_volume(PACE, 0.125);
+        assert_eq!(means(&mut clock.clone(), 1), [48 + 1]);
+        let frames = settle(&mut clock, PACE);
+        assert_eq!(frames, SETTLE + REST_AFTER_MOVE - REST);
+        // It has the rays of a scene that has not moved.
+        assert_eq!(clock.frame(), SETTLE - REST);
+        // As fast as new voxels are averaged.
+        for _ in 0..100 {
+            clock.move_volume(PACE, 0.0625);
+            means(&mut clock, 1);
+        }
+        assert!((4..=9).contains(&means(&mut clock.clone(), 1)[0]));
+        clock.move_volume(PACE, 1.0);
+        assert_eq!(means(&mut clock, 7), [1, 1, 1, 1, 1, 2, 3]);
     }
 
     #[test]
