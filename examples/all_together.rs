@@ -15,7 +15,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_ewa::{AllMaterials, EwaPlugin};
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume};
+use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiVolume, VoxelMaterialPlugin};
 use bevy_wavelet_tex::{WaveletExtension, WaveletStandardMaterial, WaveletTexPlugin};
 use bevy_ycocg_fb::{FrameBufferQuality, FrameBufferReport, YCoCgFrameBufferPlugin};
 
@@ -27,6 +27,8 @@ fn main() -> AppExit {
             EwaPlugin::default(),
             VoxelGiPlugin,
             YCoCgFrameBufferPlugin,
+            // Light that bounces has the colours of wavelet textures.
+            VoxelMaterialPlugin::<WaveletStandardMaterial>::default(),
         ))
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(ClearColor(Color::srgb(0.6, 0.75, 0.9)))

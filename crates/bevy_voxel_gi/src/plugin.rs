@@ -14,7 +14,7 @@ use bevy::{
     },
     shader::load_shader_library,
 };
-use bevy_frugal_hooks::{ViewWireframesPlugin, shader_patch::PatchShadersExt};
+use bevy_frugal_hooks::{MaterialImages, ViewWireframesPlugin, shader_patch::PatchShadersExt};
 
 use crate::{
     budget::{BudgetChoice, choose_quality},
@@ -240,12 +240,14 @@ impl<M> Default for VoxelMaterialPlugin<M> {
 
 impl<M: AsVoxelMaterial> Plugin for VoxelMaterialPlugin<M> {
     fn build(&self, app: &mut App) {
-        app.init_resource::<MaterialTable>().add_systems(
-            Last,
-            update_materials::<M>
-                .in_set(UpdateMaterials)
-                .run_if(there_is_a_volume),
-        );
+        app.init_resource::<MaterialTable>()
+            .init_resource::<MaterialImages>()
+            .add_systems(
+                Last,
+                update_materials::<M>
+                    .in_set(UpdateMaterials)
+                    .run_if(there_is_a_volume),
+            );
     }
 }
 

@@ -9,6 +9,7 @@ use bevy::{
     render::{RenderApp, render_asset::RenderAssetPlugin, renderer::RenderDevice},
     shader::load_shader_library,
 };
+use bevy_frugal_hooks::MaterialImages;
 
 #[cfg(feature = "encode")]
 use crate::asset::{WaveletProcessor, WaveletSaver};
@@ -89,7 +90,8 @@ impl Plugin for WaveletTexPlugin {
         } else {
             Some(BlockLack::Bc)
         };
-        app.register_asset_loader(WaveletTextureLoader::new(lack, max_size));
+        let is_read = app.world().contains_resource::<MaterialImages>();
+        app.register_asset_loader(WaveletTextureLoader::new(lack, max_size).with_previews(is_read));
         if let Some(render_app) = app.get_sub_app_mut(RenderApp) {
             render_app.init_resource::<WaveletSamplers>();
         }

@@ -8,16 +8,21 @@ use bevy::{
     image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
     mesh::{MeshCompressionArgs, UvChannel},
     prelude::*,
+    render::render_resource::TextureFormat,
 };
-use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiLight};
+use bevy_voxel_gi::{MeshVoxelMaterial, VoxelGiLight, VoxelMaterialPlugin};
+use bevy_wavelet_tex::{
+    WaveletExtension, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin, WaveletTexture,
+    codec::{encoder::encode_rgb8, image::ColorSpace, rate::Rate, settings::EncodeSettings},
+};
 
 use super::{
     room::{
         PALETTE, Quad, add, around_room, assert_close, ceiling_light, compressed_palette, image,
-        in_palette, mesh, on_floor, palette, places, room, spawn, spawn_colored, square, textured,
-        whole, without_colors,
+        in_palette, matt_with, mesh, on_floor, palette, places, room, spawn, spawn_colored, square,
+        textured, whole, without_colors,
     },
-    scene::{app, at, floor, hidden, matt, settings, under_sky},
+    scene::{app, app_with, at, floor, hidden, matt, settings, under_sky},
     support::{indirect, picture, settle},
 };
 use crate::support::gpu;
@@ -72,6 +77,78 @@ fn a_palette_gives_the_light_of_a_material_for_each_colour() {
         });
         assert_close(what, actual, expected, 0.02);
     }
+}
+
+/// What an image shows, as a wavelet texture.
+fn wavelet_texture(world: &mut World, image: &Image) -> Handle<WaveletTexture> {
+    let texels = image.data.as_ref().expect("data").as_chunks::<4>().0;
+    let pixels: Vec<_> = texels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+    let is_srgb = image.texture_descriptor.format.is_srgb();
+    let settings = EncodeSettings {
+        rate: Rate::Color5,
+        color_space: if is_srgb {
+            ColorSpace::Srgb
+        } else {
+            ColorSpace::Linear
+        },
+        ..default()
+    };
+    let size = [image.width(), image.height()];
+    let encoded = encode_rgb8(&pixels, size, &settings).expect("an image");
+    world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
+        let mut images = world.resource_mut::<Assets<Image>>();
+        WaveletTexture::add(&encoded, WaveletStorage::Blocks, &mut textures, &mut images)
+    })
+}
+
+/// Their plugin says what they look like.
+#[test]
+fn wavelet_textures_give_the_light_of_the_images() {
+    let _gpu = gpu();
+    let glow = image(UVec2::new(64, 16), |x, _| {
+        [[0, 200, 90, 255], [20, 20, 20, 255]][usize::from(x < 32)]
+    });
+    let mut half_metal = image(UVec2::splat(16), |_, _| [0, 255, 128, 255]);
+    half_metal.texture_descriptor.format = TextureFormat::Rgba8Unorm;
+    let base = matt_with(StandardMaterial {
+        emissive: LinearRgba::rgb(50.0, 40.0, 80.0),
+        metallic: 1.0,
+        ..default()
+    });
+    let lit = |is_wavelet: bool| {
+        let mut app = app_with(|app| {
+            app.add_plugins((
+                WaveletTexPlugin,
+                VoxelMaterialPlugin::<WaveletStandardMaterial>::default(),
+            ));
+        });
+        let world = app.world_mut();
+        let mesh = Mesh3d(add(world, without_colors(mesh(&room(), in_palette))));
+        if is_wavelet {
+            let extension = WaveletExtension {
+                base_color: Some(wavelet_texture(world, &palette())),
+                emissive: Some(wavelet_texture(world, &glow)),
+                metallic_roughness: Some(wavelet_texture(world, &half_metal)),
+                ..default()
+            };
+            let base = base.clone();
+            let material = add(world, WaveletStandardMaterial { base, extension });
+            world.spawn((mesh, MeshMaterial3d(material)));
+        } else {
+            let material = StandardMaterial {
+                base_color_texture: Some(add(world, palette())),
+                emissive_texture: Some(add(world, glow.clone())),
+                metallic_roughness_texture: Some(add(world, half_metal.clone())),
+                ..base.clone()
+            };
+            let material = add(world, material);
+            world.spawn((mesh, MeshMaterial3d(material)));
+        }
+        ceiling_light(world);
+        app.run_until_ready(200).expect("not ready");
+        places(&indirect(&mut app, around_room()))
+    };
+    assert_close("wavelet textures", lit(true), lit(false), 0.02);
 }
 
 /// As under the floors of most levels.

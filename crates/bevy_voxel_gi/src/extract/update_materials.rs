@@ -3,6 +3,7 @@
 use std::any::TypeId;
 
 use bevy::{ecs::entity::Entities, platform::collections::HashSet, prelude::*};
+use bevy_frugal_hooks::MaterialImages;
 
 use super::{
     changed_rows::{KnownRows, for_each_changed_row, split},
@@ -52,7 +53,7 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
     >,
     all_entities: &Entities,
     mut material_events: MessageReader<AssetEvent<M>>,
-    materials: Res<Assets<M>>,
+    (materials, images): (Res<Assets<M>>, Res<MaterialImages>),
     mut table: ResMut<MaterialTable>,
     (mut pending, mut known_rows): (Local<MaterialUpdates<M>>, Local<KnownRows>),
 ) {
@@ -139,7 +140,11 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
         let Some(material) = materials.get(id) else {
             return true;
         };
-        table.set(id.untyped(), material.as_voxel_material());
+        let voxel_material = match images.0.get(&id.untyped()) {
+            Some(images) => material.as_voxel_material().with_images(images),
+            None => material.as_voxel_material(),
+        };
+        table.set(id.untyped(), voxel_material);
         false
     });
 }

@@ -7,6 +7,7 @@ use bevy::{
     prelude::*,
     render::render_resource::Face,
 };
+use bevy_frugal_hooks::{MapImage, MapImages};
 
 use crate::settings::MeshVoxelMaterial;
 
@@ -104,6 +105,22 @@ impl VoxelMaterial {
         double_sided: false,
         transparent: false,
     };
+
+    /// Returns the material with the images of maps that it does not know.
+    pub(super) fn with_images(mut self, images: &MapImages) -> Self {
+        let texture = |map: &Option<MapImage>| {
+            map.as_ref().map(|map| VoxelTexture {
+                image: map.image,
+                uses_uv_1: map.channel == UvChannel::Uv1,
+            })
+        };
+        self.base_color_texture = self.base_color_texture.or(texture(&images.base_color));
+        self.emissive_texture = self.emissive_texture.or(texture(&images.emissive));
+        self.metallic_texture = self
+            .metallic_texture
+            .or(texture(&images.metallic_roughness));
+        self
+    }
 
     /// Returns the material of a mesh that overrides some of it.
     pub(super) fn overridden_by(mut self, mesh: &MeshVoxelMaterial) -> Self {

@@ -16,7 +16,7 @@ use crate::{
     settings::{WaveletLoaderSettings, WaveletStorage},
 };
 
-/// Loads [`WaveletTexture`]s. Their images have the labels `luma`, `detail`, `chroma` or `decoded`.
+/// Loads [`WaveletTexture`]s. Their images have the labels `luma`, `detail`, `chroma`, `plain`, `decoded` and `preview`.
 #[derive(TypePath)]
 pub struct WaveletTextureLoader {
     /// The feature or limit that the device lacks to sample blocks.
@@ -24,6 +24,7 @@ pub struct WaveletTextureLoader {
     warned: Once,
     /// Largest width and height of a texture on the device, in texels.
     max_texture_size: u32,
+    makes_previews: bool,
 }
 
 /// What a device lacks to sample the blocks of wavelet textures, which are therefore decoded to RGBA8 on load.
@@ -104,7 +105,14 @@ impl WaveletTextureLoader {
             lack,
             warned: Once::new(),
             max_texture_size,
+            makes_previews: false,
         }
+    }
+
+    /// Whether textures have a [`WaveletTexture::preview`]; without this call, they have none.
+    pub fn with_previews(mut self, makes_previews: bool) -> Self {
+        self.makes_previews = makes_previews;
+        self
     }
 
     fn fits(&self, size: [u32; 2]) -> bool {
@@ -208,7 +216,13 @@ impl AssetLoader for WaveletTextureLoader {
         };
         let (storage, first_level) = self.representation(&image, settings, &path)?;
         let add = |label: &str, image| load_context.add_labeled_asset(label.to_string(), image);
-        Ok(WaveletTexture::new(&image, storage, first_level, add))
+        Ok(WaveletTexture::new(
+            &image,
+            storage,
+            first_level,
+            self.makes_previews,
+            add,
+        ))
     }
 
     fn extensions(&self) -> &[&str] {

@@ -2,7 +2,7 @@
 
 use bevy::{
     asset::{Asset, Assets, Handle, RenderAssetUsages, UntypedAssetId, VisitAssetDependencies},
-    image::{Image, ImageSampler},
+    image::{Image, ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
     reflect::{Reflect, impl_reflect_opaque},
     render::render_resource::{
         Extent3d, TextureDataOrder, TextureDescriptor, TextureDimension, TextureFormat,
@@ -44,7 +44,12 @@ pub struct WaveletTexture {
     /// The array textures of the planes.
     #[dependency]
     pub images: Parts<Handle<Image>>,
-    /// Bytes that the images take on the GPU.
+    /// The levels of at most 64 x 64 pixels as an image, for plugins that do not run the material's shader; see
+    /// [`MaterialImages`](bevy_frugal_hooks::MaterialImages). `None` where there is no such plugin, for normals, and without
+    /// such levels.
+    #[dependency]
+    pub preview: Option<Handle<Image>>,
+    /// Bytes that the images take on the GPU, without the preview.
     pub gpu_bytes: usize,
 }
 
@@ -191,7 +196,7 @@ impl VisitAssetDependencies for Parts<Handle<Image>> {
 }
 
 impl WaveletTexture {
-    /// Adds a texture and its images to an app at run time.
+    /// Adds a texture and its images to an app at run time, with a preview.
     ///
     /// Devices may not have blocks of all kinds: [`storage_on`](crate::material::storage_on) returns a storage that the
     /// device has.
@@ -201,7 +206,9 @@ impl WaveletTexture {
         textures: &mut Assets<Self>,
         images: &mut Assets<Image>,
     ) -> Handle<Self> {
-        textures.add(Self::new(image, storage, 0, |_, image| images.add(image)))
+        textures.add(Self::new(image, storage, 0, true, |_, image| {
+            images.add(image)
+        }))
     }
 
     /// Makes the asset. `first_level` is the largest level that a decoded texture has. `add_image`
@@ -210,6 +217,7 @@ impl WaveletTexture {
         image: &WaveletImage,
         storage: WaveletStorage,
         first_level: u32,
+        has_preview: bool,
         mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
     ) -> Self {
         let mut gpu_bytes = 0;
@@ -230,6 +238,8 @@ impl WaveletTexture {
                 ..Parts::default()
             },
         };
+        let preview = has_preview.then(|| preview_image(image)).flatten();
+        let preview = preview.map(|preview| add_image("preview", preview));
         Self {
             content: image.content,
             color_space: image.color_space,
@@ -238,6 +248,7 @@ impl WaveletTexture {
             storage,
             parameters: TextureParameters::new(image),
             images,
+            preview,
             gpu_bytes,
         }
     }
@@ -312,6 +323,27 @@ fn decoded_image(image: &WaveletImage, first_level: u32) -> Image {
     };
     let size = layout::mip_size(image.size, first_level);
     array_image(size, 1, image.levels - first_level, format, pixels)
+}
+
+/// Most pixels of a preview along an axis.
+const PREVIEW_SIZE: u32 = 64;
+
+/// Decodes the levels that are small enough.
+fn preview_image(image: &WaveletImage) -> Option<Image> {
+    let is_small = |level: &u32| {
+        let size = layout::mip_size(image.size, *level);
+        size.iter().all(|side| *side <= PREVIEW_SIZE)
+    };
+    let first_level = (0..image.levels).find(is_small)?;
+    (image.content != Content::Normal).then(|| Image {
+        sampler: ImageSampler::Descriptor(ImageSamplerDescriptor {
+            address_mode_u: ImageAddressMode::Repeat,
+            address_mode_v: ImageAddressMode::Repeat,
+            ..ImageSamplerDescriptor::linear()
+        }),
+        texture_view_descriptor: None,
+        ..decoded_image(image, first_level)
+    })
 }
 
 fn array_image(

@@ -3,7 +3,7 @@
 use bevy::{
     asset::{Asset, Assets, Handle, embedded_path},
     log::warn,
-    mesh::MeshVertexBufferLayoutRef,
+    mesh::{MeshVertexBufferLayoutRef, UvChannel},
     pbr::{
         ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline,
         StandardMaterial,
@@ -12,6 +12,7 @@ use bevy::{
     render::render_resource::{RenderPipelineDescriptor, SpecializedMeshPipelineError},
     shader::{ShaderDefVal, ShaderRef},
 };
+use bevy_frugal_hooks::{MapImage, MapImages};
 
 use super::form::{self, TextureForm};
 use crate::{
@@ -207,6 +208,26 @@ impl WaveletExtension {
                 decals,
             },
         };
+    }
+
+    /// The previews of the maps that are loaded.
+    pub(super) fn previews(
+        &self,
+        base: &StandardMaterial,
+        textures: &Assets<WaveletTexture>,
+    ) -> MapImages {
+        let preview = |map: Map, channel: &UvChannel| {
+            let texture = textures.get(self.map(map)?)?;
+            texture.preview.as_ref().map(|preview| MapImage {
+                image: preview.id(),
+                channel: channel.clone(),
+            })
+        };
+        MapImages {
+            base_color: preview(Map::BaseColor, &base.base_color_channel),
+            emissive: preview(Map::Emissive, &base.emissive_channel),
+            metallic_roughness: preview(Map::MetallicRoughness, &base.metallic_roughness_channel),
+        }
     }
 
     pub(super) fn key(&self) -> WaveletKey {

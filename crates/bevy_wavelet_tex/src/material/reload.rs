@@ -11,6 +11,7 @@ use bevy::{
     },
     light::ClusteredDecal,
 };
+use bevy_frugal_hooks::MaterialImages;
 
 use super::extension::WaveletStandardMaterial;
 use crate::asset::WaveletTexture;
@@ -64,21 +65,33 @@ pub(crate) fn rebind_materials(
 }
 
 /// Writes the forms of their textures into the materials that are new or changed, after their events
-/// and before they are extracted.
+/// and before they are extracted; and their images, where a plugin reads them.
 pub(crate) fn write_forms(
     mut events: MessageReader<AssetEvent<WaveletStandardMaterial>>,
     textures: Res<Assets<WaveletTexture>>,
     decals: Res<Decals>,
     mut materials: ResMut<Assets<WaveletStandardMaterial>>,
+    mut images: Option<ResMut<MaterialImages>>,
 ) {
     for event in events.read() {
-        if let AssetEvent::Added { id } | AssetEvent::Modified { id } = event
-            && let Some(material) = materials.get_mut_untracked(*id)
-        {
-            let material = &mut *material;
-            material
-                .extension
-                .update_forms(&material.base, &textures, decals.0);
+        match event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => {
+                let Some(material) = materials.get_mut_untracked(*id) else {
+                    continue;
+                };
+                let WaveletStandardMaterial { base, extension } = &mut *material;
+                extension.update_forms(base, &textures, decals.0);
+                if let Some(images) = &mut images {
+                    let previews = extension.previews(base, &textures);
+                    images.0.insert(id.untyped(), previews);
+                }
+            }
+            AssetEvent::Removed { id } => {
+                if let Some(images) = &mut images {
+                    images.0.remove(&id.untyped());
+                }
+            }
+            _ => {}
         }
     }
 }
