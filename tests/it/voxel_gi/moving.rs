@@ -244,6 +244,44 @@ fn light_changes_slowly_where_cascades_fly_past() {
     assert!(mean < 0.005 && most < 0.03, "{mean} {most}");
 }
 
+/// All of its voxels are new, and have no light to keep.
+#[test]
+fn after_a_cut_of_the_camera_light_is_soon_what_it_is_at_rest() {
+    let _gpu = gpu();
+    let mut app = app_with(|_| ());
+    let world = app.world_mut();
+    room(world);
+    let leader = world.spawn(Transform::from_xyz(40.0, 0.5, 0.3)).id();
+    world.spawn(VoxelGiVolume {
+        size: 2.0,
+        cascades: 3,
+        follow: Follow::Entity(leader),
+        ..under_sky(0.5)
+    });
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    let mut transform = app.world_mut().get_mut::<Transform>(leader).expect("it");
+    transform.translation.x = 0.1;
+    let points: Vec<_> = (0..49)
+        .map(|i| Vec2::new((i % 7 - 3) as f32, (i / 7 - 3) as f32) * 0.45)
+        .collect();
+    let light = |app: &mut HeadlessApp, frames: u32| -> Vec<f32> {
+        app.render_frames(frames).expect("frames");
+        let picture = picture(app);
+        let of_points = points.iter().map(|p| at(&picture, p.x, p.y).element_sum());
+        of_points.collect()
+    };
+    let soon = [8, 22].map(|frames| light(&mut app, frames));
+    settle(&mut app);
+    let at_rest = light(&mut app, 1);
+    let [after_8, after_30] = soon.map(|soon| {
+        let squares = { soon.iter().zip(&at_rest) }.map(|(a, b)| (a / b - 1.0).powi(2));
+        (squares.sum::<f32>() / points.len() as f32).sqrt()
+    });
+    println!("from the light at rest: {after_8:.4} after 8 frames, {after_30:.4} after 30");
+    assert!(after_8 < 0.12 && after_30 < 0.01, "{after_8} {after_30}");
+}
+
 /// The light of resting surfaces does not flicker while a small mesh elsewhere begins to move, moves and stops, and until
 /// it has converged again.
 #[test]

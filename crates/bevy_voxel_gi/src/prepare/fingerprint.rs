@@ -37,9 +37,9 @@ pub(super) fn voxel_fingerprint(meshes: u64, volume: &PlacedVolume) -> u64 {
 /// Hashes of what the light depends on, except the settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Fingerprint {
-    /// That of the scene.
+    /// That of the scene, and of the colours that cameras see.
     pub scene: u64,
-    /// That of where levels and cameras are.
+    /// That of where the levels are.
     pub places: u64,
 }
 
@@ -77,7 +77,7 @@ pub(super) fn fingerprint(
         }
     }
     for viewpoint in &volume.viewpoints {
-        hash_floats(&mut places, &viewpoint.to_matrix().to_cols_array());
+        hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
     }
     for light in lights {
         hash_floats(&mut hasher, &light.position.to_array());
