@@ -79,7 +79,7 @@ fn a_palette_gives_the_light_of_a_material_for_each_colour() {
     }
 }
 
-/// What an image shows, as a wavelet texture.
+/// Encodes an image as a wavelet texture.
 fn wavelet_texture(world: &mut World, image: &Image) -> Handle<WaveletTexture> {
     let texels = image.data.as_ref().expect("data").as_chunks::<4>().0;
     let pixels: Vec<_> = texels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
@@ -101,7 +101,6 @@ fn wavelet_texture(world: &mut World, image: &Image) -> Handle<WaveletTexture> {
     })
 }
 
-/// Their plugin says what they look like.
 #[test]
 fn wavelet_textures_give_the_light_of_the_images() {
     let _gpu = gpu();

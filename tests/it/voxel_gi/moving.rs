@@ -218,14 +218,12 @@ fn change_of(
     (mean, most)
 }
 
-/// Cascades that fly past leave light where it is: it changes from that of one size of voxels to that of another slowly.
-#[test]
-fn light_changes_slowly_where_cascades_fly_past() {
-    let _gpu = gpu();
+/// The room with three cascades around an entity at this x, settled.
+fn room_with_cascades(x: f32) -> (HeadlessApp, Entity) {
     let mut app = app_with(|_| ());
     let world = app.world_mut();
     room(world);
-    let leader = world.spawn(Transform::from_xyz(-1.5, 0.5, 0.3)).id();
+    let leader = world.spawn(Transform::from_xyz(x, 0.5, 0.3)).id();
     world.spawn(VoxelGiVolume {
         size: 2.0,
         cascades: 3,
@@ -234,37 +232,35 @@ fn light_changes_slowly_where_cascades_fly_past() {
     });
     app.run_until_ready(200).expect("ready");
     settle(&mut app);
-    let points: Vec<_> = (0..49)
-        .map(|i| Vec2::new((i % 7 - 3) as f32, (i / 7 - 3) as f32) * 0.45)
-        .collect();
-    let (mean, most) = change_of(&points, &mut app, 60, |world, _| {
+    (app, leader)
+}
+
+/// Points on the floor around the middle of the room.
+fn floor_points() -> Vec<Vec2> {
+    let point = |i: i32| Vec2::new((i % 7 - 3) as f32, (i / 7 - 3) as f32) * 0.45;
+    (0..49).map(point).collect()
+}
+
+/// Cascades that fly past leave light where it is: it changes from that of one size of voxels to that of another slowly.
+#[test]
+fn light_changes_slowly_where_cascades_fly_past() {
+    let _gpu = gpu();
+    let (mut app, leader) = room_with_cascades(-1.5);
+    let (mean, most) = change_of(&floor_points(), &mut app, 60, |world, _| {
         let mut transform = world.get_mut::<Transform>(leader).expect("it");
         transform.translation.x += 0.05;
     });
     assert!(mean < 0.005 && most < 0.03, "{mean} {most}");
 }
 
-/// All of its voxels are new, and have no light to keep.
+/// After a cut all voxels of the cascades are new, and have no light to keep.
 #[test]
 fn after_a_cut_of_the_camera_light_is_soon_what_it_is_at_rest() {
     let _gpu = gpu();
-    let mut app = app_with(|_| ());
-    let world = app.world_mut();
-    room(world);
-    let leader = world.spawn(Transform::from_xyz(40.0, 0.5, 0.3)).id();
-    world.spawn(VoxelGiVolume {
-        size: 2.0,
-        cascades: 3,
-        follow: Follow::Entity(leader),
-        ..under_sky(0.5)
-    });
-    app.run_until_ready(200).expect("ready");
-    settle(&mut app);
+    let (mut app, leader) = room_with_cascades(40.0);
     let mut transform = app.world_mut().get_mut::<Transform>(leader).expect("it");
     transform.translation.x = 0.1;
-    let points: Vec<_> = (0..49)
-        .map(|i| Vec2::new((i % 7 - 3) as f32, (i / 7 - 3) as f32) * 0.45)
-        .collect();
+    let points = floor_points();
     let light = |app: &mut HeadlessApp, frames: u32| -> Vec<f32> {
         app.render_frames(frames).expect("frames");
         let picture = picture(app);

@@ -53,8 +53,9 @@ pub(crate) struct Pace {
 pub(crate) struct SettlingClock {
     /// The number of the frame, which determines the directions of rays.
     frame: u32,
-    /// Frames since something changed, and since that was not only where the volume is.
+    /// Frames since the scene changed or the volume moved.
     since_change: u32,
+    /// Frames since the scene changed.
     since_scene_change: u32,
     /// Rounds without a change after which the scene is at rest, where they are more than [`REST`].
     longer_rest: u32,
@@ -84,6 +85,7 @@ impl SettlingClock {
             .saturating_sub(warm_up)
             .min(LONGEST_MEAN * pace.interval);
         self.mean = self.mean.min(warm_up) + (kept * after_warm_up as f32) as u32;
+        // Where all voxels are new, light bounces first.
         if kept == 0.0 {
             self.mean = 0;
         }
@@ -254,7 +256,7 @@ mod tests {
         assert_eq!(frames, SETTLE + REST_AFTER_MOVE - REST);
         // It has the rays of a scene that has not moved.
         assert_eq!(clock.frame(), SETTLE - REST);
-        // As fast as new voxels are averaged.
+        // In a fast flight the mean is as short as the time that a voxel is in the level.
         for _ in 0..100 {
             clock.move_volume(PACE, 0.0625);
             means(&mut clock, 1);

@@ -163,7 +163,7 @@ impl NormalMatrix {
 /// The normal equations of the interpolation of `C` channels between texels.
 #[cfg(feature = "encode")]
 pub struct NormalEquations<const C: usize> {
-    /// Those of the columns and of the rows.
+    /// The matrix of the columns and that of the rows.
     pub(super) matrices: [NormalMatrix; 2],
     /// The values of pixels, weighted by the part that each texel has in them.
     pub(super) right_sides: [Vec<f32>; C],

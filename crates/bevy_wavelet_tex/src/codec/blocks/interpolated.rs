@@ -22,7 +22,7 @@ pub struct Line<const C: usize> {
 /// The texels of a level, and the pixels between them.
 pub struct Interpolated<'a, const C: usize> {
     pub channels: &'a [Channel; C],
-    /// Those of the columns and of the rows.
+    /// The matrix of the columns and that of the rows.
     pub matrices: [NormalMatrix; 2],
     /// The right side of the normal equations of each channel, in its units.
     pub right_sides: [Vec<f32>; C],
