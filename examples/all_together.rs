@@ -5,8 +5,6 @@
 
 mod common;
 
-use std::f32::consts::FRAC_PI_2;
-
 use bevy::{
     camera::{Exposure, Hdr},
     camera_controller::free_camera::FreeCamera,
@@ -79,7 +77,8 @@ fn spawn(
         ..base.clone()
     });
     // The sides of a cuboid have their first coordinate upright.
-    let turned = Affine2::from_scale(Vec2::new(9.0, 2.0)) * Affine2::from_angle(FRAC_PI_2);
+    let turned =
+        Affine2::from_scale(Vec2::new(9.0, 2.0)) * Affine2::from_angle(90_f32.to_radians());
     let wavelet_bricks = wavelet.add(WaveletStandardMaterial {
         base: StandardMaterial {
             uv_transform: turned,
@@ -97,10 +96,8 @@ fn spawn(
             Transform::from_translation(at.into()),
         )
     };
-    commands.spawn((
-        block([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0], &mut meshes),
-        MeshMaterial3d(wavelet_bricks),
-    ));
+    let wall = block([-2.8, 2.0, -2.0], [0.4, 4.0, 18.0], &mut meshes);
+    commands.spawn((wall, MeshMaterial3d(wavelet_bricks)));
     let white = plain.add(Color::srgb(0.8, 0.8, 0.78));
     let red = plain.add(Color::srgb(0.8, 0.1, 0.05));
     let mut parts = vec![
@@ -111,10 +108,8 @@ fn spawn(
     ];
     parts.extend((0..6).map(|i| ([2.6, 2.0, 5.0 - 3.0 * i as f32], [0.5, 4.0, 0.5], &white)));
     for (at, size, material) in parts {
-        commands.spawn((
-            block(at, size, &mut meshes),
-            MeshMaterial3d(material.clone()),
-        ));
+        let part = block(at, size, &mut meshes);
+        commands.spawn((part, MeshMaterial3d(material.clone())));
     }
 }
 
@@ -125,10 +120,7 @@ fn switch(
     mut quality: Single<&mut FrameBufferQuality>,
 ) {
     if keys.just_pressed(KeyCode::Digit1) {
-        all.0 = match all.0 {
-            Some(_) => None,
-            None => AllMaterials::default().0,
-        };
+        all.0 = all.0.xor(AllMaterials::default().0);
     }
     if keys.just_pressed(KeyCode::Digit2) {
         volume.toggle_visible_hidden();

@@ -289,7 +289,8 @@ fn volumes_that_come_and_go() {
     }
 }
 
-/// Steps as many as its area has, and not as its bounding box.
+/// Each of its samples is drawn once, which takes 2 to 4 times as long as to mark sub-voxels. If all were drawn for each
+/// slice that it crosses, it would take 16 times as long.
 #[test]
 fn a_large_sloped_triangle_is_clipped_in_a_moment() {
     let _gpu = gpu();
@@ -315,7 +316,7 @@ fn a_large_sloped_triangle_is_clipped_in_a_moment() {
             ))
             .id();
         let mut settings = settings(world);
-        (settings.voxelizer, settings.resolution) = (voxelizer, 64);
+        (settings.voxelizer, settings.resolution) = (voxelizer, 32);
         // Hardly anything but voxelisation.
         settings.light = VoxelLight::AmbientOcclusion {
             radius: 0.0,
@@ -328,11 +329,17 @@ fn a_large_sloped_triangle_is_clipped_in_a_moment() {
             transform.as_mut().expect("it").translation.x = 1e-3 * frame as f32;
             let (_, spans) = app.measure_spans(2).expect("frames");
             let passes = ["voxel_gi_voxelize", "voxel_gi_surfaces"];
-            passes.iter().filter_map(|pass| spans.get(*pass)).sum()
+            passes
+                .iter()
+                .filter_map(|pass| spans.get(*pass))
+                .sum::<f64>()
         });
-        times.fold(0.0, f64::max)
+        // Frames without voxelisation have none.
+        times.filter(|ms| *ms > 0.0).fold(f64::INFINITY, f64::min)
     });
     println!("conservative {} ms, clipped {} ms", times[0], times[1]);
-    // The box around it has 250 times as many sub-voxels.
-    assert!(times[0] > 0.0 && times[1] < 50.0 * times[0], "{times:?}");
+    assert!(
+        times[0].is_finite() && times[1] < 8.0 * times[0],
+        "{times:?}"
+    );
 }
