@@ -120,6 +120,7 @@ fn switch(
     mut quality: Single<&mut FrameBufferQuality>,
 ) {
     if keys.just_pressed(KeyCode::Digit1) {
+        // Off if it is on, else on.
         all.0 = all.0.xor(AllMaterials::default().0);
     }
     if keys.just_pressed(KeyCode::Digit2) {
