@@ -48,22 +48,22 @@ fn assert_near(name: &str, most_error: [f64; 3], most_bias: [f64; 3]) {
 
 #[test]
 fn cornell_box_with_a_point_light() {
-    assert_near("cornell_point", [0.046, 0.051, 0.35], [0.005, 0.016, 0.28]);
+    assert_near("cornell_point", [0.043, 0.046, 0.35], [0.015, 0.012, 0.28]);
 }
 
 #[test]
 fn colonnade_under_sun_and_sky() {
-    assert_near("colonnade", [0.044, 0.048, 0.233], [0.011, 0.017, 0.12]);
+    assert_near("colonnade", [0.045, 0.05, 0.23], [0.024, 0.031, 0.12]);
 }
 
 #[test]
 fn room_with_a_sunlit_window() {
-    assert_near("sunlit_room", [0.074, 0.107, 0.333], [0.046, 0.092, 0.2]);
+    assert_near("sunlit_room", [0.054, 0.073, 0.36], [0.019, 0.051, 0.24]);
 }
 
 #[test]
 fn the_default_in_the_cornell_box() {
     let found = measured("cornell_point", &[VoxelGiSettings::default()])[0];
-    assert!(found.relative_error < 0.031, "{found:?}");
-    assert!(found.bias.abs() < 0.011, "{found:?}");
+    assert!(found.relative_error < 0.032, "{found:?}");
+    assert!(found.bias.abs() < 0.012, "{found:?}");
 }

@@ -166,8 +166,8 @@ pub fn direct_light(voxels: &Voxels, surface: &Surface, lights: &[Light], sample
             if irradiance.max_element() <= 0.0 {
                 continue;
             }
-            let origin = surface.origin(point);
-            let reach = distance / size - surface.ray_offset;
+            let (origin, way) = surface.start_towards(voxels, point, direction);
+            let reach = distance / size - way;
             match trace(voxels, origin, direction, reach) {
                 None => sum += irradiance,
                 Some(hit) => {

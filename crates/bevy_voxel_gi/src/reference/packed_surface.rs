@@ -2,30 +2,83 @@
 //!
 //! | bits | content |
 //! | --- | --- |
-//! | 12..32 | weight, by the area of the surface in the voxel, 1 to 2^20 - 1 |
+//! | 22..32 | weight, by the area of the surface in the voxel, 1 to 2^10 - 1 |
+//! | 12..22 | height of its plane above the centre of the voxel, along the normal |
 //! | 0..12 | normal, octahedral, 6 + 6 bits |
 //!
 //! 0 means that the face has no surface. Faces of a voxel with the same normal have one surface.
 
+use super::voxels::SUB_VOXELS;
 use glam::{Vec2, Vec3};
 
 /// The weight of a packed surface is this, times powers of its area, in units of a voxel's face, and of its cosine. The
-/// steps are coarse: of surfaces that are nearly equal the normal's bits choose one, rather than the slope, which would
+/// steps are coarse: of surfaces that are nearly equal the foremost is chosen, rather than the slope, which would
 /// flatten hills. The powers have small errors on hills and in a scene of curved meshes.
 pub const WEIGHT_SCALE: f32 = 256.0;
 
 /// Largest weight of a packed surface.
-pub const MAX_WEIGHT: u32 = (1 << 20) - 1;
+pub const MAX_WEIGHT: u32 = (1 << 10) - 1;
+
+/// Steps of height in a voxel's edge. Planes that cross a voxel are at most the half of its diagonal from its centre.
+const HEIGHT_STEPS: f32 = 590.0;
+
+/// More than the errors of two packed heights, and than that of one and [`SINK`](super::overlap::SINK), in voxels.
+pub const HEIGHT_ERROR: f32 = 1.0 / 512.0;
 
 /// Least cosine between a surface's normal and a face that it can represent.
 pub const MIN_FACE_COSINE: f32 = 0.125;
 
 const NORMAL_STEPS: f32 = 62.0; // even: axes are exact
 
-/// Packs a surface of which an area is in a voxel, in units of a voxel's face, at a cosine to the face.
-pub fn pack_surface(area: f32, cosine: f32, normal: Vec3) -> u32 {
+/// Packs a surface of which an area is in a voxel, in units of a voxel's face, at a cosine to the face. `height` is that
+/// of its plane above the voxel's centre along the normal, in voxels.
+pub fn pack_surface(area: f32, cosine: f32, normal: Vec3, height: f32) -> u32 {
     let weight = (area.powf(0.7) * cosine.abs().powf(0.9) * WEIGHT_SCALE).round();
-    (weight as u32).clamp(1, MAX_WEIGHT) << 12 | pack_normal(normal)
+    let height = (height * HEIGHT_STEPS + 512.5).clamp(0.0, 1023.0);
+    (weight as u32).clamp(1, MAX_WEIGHT) << 22 | (height as u32) << 12 | pack_normal(normal)
+}
+
+/// The plane of a packed surface in its voxel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Distance from the voxel's centre along the normal, in voxels. The triangles are in front of it by
+    /// [`SINK`](super::overlap::SINK), so that the plane crosses the sub-voxels that they fill.
+    pub height: f32,
+}
+
+impl Plane {
+    /// Returns the plane of a packed surface.
+    pub fn new(packed: u32) -> Self {
+        Self {
+            normal: packed_normal(packed),
+            height: ((packed >> 12 & 1023) as f32 - 512.0) / HEIGHT_STEPS,
+        }
+    }
+
+    /// Returns the height of a position above the plane; the position is from the centre of the voxel.
+    pub fn height_of(&self, position: Vec3) -> f32 {
+        self.normal.dot(position) - self.height
+    }
+
+    /// Returns half of the height of a sub-voxel along the normal.
+    pub fn reach(&self) -> f32 {
+        0.5 / SUB_VOXELS as f32 * self.normal.abs().element_sum()
+    }
+
+    /// Returns whether the plane is that of all of its surface in the voxel: along the grid the packed normal is exact.
+    /// Other surfaces may be curved.
+    pub fn is_exact(&self) -> bool {
+        self.normal.abs().max_element() > 0.999
+    }
+
+    /// Returns whether the plane is exact and crosses a sub-voxel, by its centre from that of the voxel, or is less than
+    /// `margin` behind it.
+    pub fn crosses(&self, center: Vec3, margin: f32) -> bool {
+        let reach = self.reach();
+        self.is_exact() && (-reach..=reach + margin).contains(&self.height_of(center))
+    }
 }
 
 /// Returns the normal of a packed surface.

@@ -93,7 +93,8 @@ impl Voxels {
         for (face, direction) in FACES.into_iter().enumerate() {
             let cosine = normal.dot(direction);
             if cosine > MIN_FACE_COSINE {
-                self.add_face(index, face, [VISIBLE_AREA, 1.0], cosine, normal, material);
+                let plane = (normal, normal.dot(point - voxel - 0.5));
+                self.add_face(index, face, [VISIBLE_AREA, 1.0], cosine, plane, material);
             }
         }
     }

@@ -109,17 +109,11 @@ impl Planes<'_> {
         pairs.sum()
     }
 
-    /// Distance of a surface's plane from the centre of its voxel, in voxels.
-    fn height(&self, surface: &Surface) -> f32 {
-        let center = self.voxels.grid.voxel(surface.voxel).as_vec3() + 0.5;
-        surface.normal.dot(surface.points[0] - center)
-    }
-
     /// The light of the surface that continues the plane of surface `i` in the column at `step`, 0 if there is
     /// none.
     fn coplanar_light(&self, i: usize, step: IVec3) -> Vec4 {
         let surface = &self.surfaces[i];
-        let (normal, height) = (surface.normal, self.height(surface));
+        let (normal, height) = (surface.normal, surface.height);
         let face = main_face(normal);
         let mut offset = step;
         let rise = (height - normal.dot(step.as_vec3())) / normal[face / 2];
@@ -132,7 +126,7 @@ impl Planes<'_> {
             return Vec4::ZERO;
         };
         let other = &self.surfaces[j];
-        let its_height = normal.dot(offset.as_vec3()) + self.height(other);
+        let its_height = normal.dot(offset.as_vec3()) + other.height;
         let is_coplanar =
             normal.dot(other.normal) >= MIN_COSINE && (its_height - height).abs() <= MAX_STEP;
         if is_coplanar {
@@ -146,8 +140,9 @@ impl Planes<'_> {
     fn is_open(&self, i: usize, step: IVec3) -> bool {
         let surface = &self.surfaces[i];
         let normal = surface.normal;
-        let reach = 0.5 / SUB_VOXELS as f32 * (1.0 + normal.abs().element_sum());
-        let lift = self.height(surface) + reach + CLEARANCE;
+        // In front of all sub-voxels that the plane crosses.
+        let thickness = normal.abs().element_sum() / SUB_VOXELS as f32;
+        let lift = surface.height + thickness + CLEARANCE;
         let origin = self.voxels.grid.voxel(surface.voxel).as_vec3() + 0.5 + normal * lift;
         let beyond = 1.0 + 0.5 / step.abs().max_element() as f32;
         let step = step.as_vec3();

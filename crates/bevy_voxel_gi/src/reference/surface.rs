@@ -2,7 +2,7 @@
 
 use super::{
     grid::FACE_STEPS,
-    packed_surface::{packed_normal, packed_normal_bits},
+    packed_surface::{Plane, packed_normal_bits},
     parallel::each,
     trace::first_occupied,
     voxels::{SUB_VOXELS, Voxels},
@@ -11,6 +11,9 @@ use glam::{IVec3, Vec3};
 
 /// Distance between the sub-voxels that a surface fills and the origins of its rays, in voxels.
 pub const CLEARANCE: f32 = 1.0 / 256.0;
+
+/// Rays to lights at a smaller cosine to the normal start less far above the surface, so that they start within a voxel.
+const MIN_START_COSINE: f32 = 0.25;
 
 /// A surface that represents one or several faces of a voxel.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +24,8 @@ pub struct Surface {
     pub faces: u8,
     /// Unit normal.
     pub normal: Vec3,
+    /// Distance of its plane from the voxel's centre along the normal, in voxels.
+    pub height: f32,
     /// Points on it, one per sub-voxel that is exposed in front, in grid coordinates.
     pub points: Vec<Vec3>,
     /// Indices of the points that are visible from the middle one: one side, if a wall divides the
@@ -41,6 +46,21 @@ impl Surface {
     /// Returns the origin of rays from a point.
     pub fn origin(&self, point: usize) -> Vec3 {
         self.points[point] + self.normal * self.ray_offset
+    }
+
+    /// Returns the origin of a ray from a point to a light, and its distance from the point in voxels.
+    ///
+    /// It is on the line from the point to the light, as an origin above the point would displace shadows and patches of
+    /// sunlight; above the point, where an occluder is between the two origins.
+    pub fn start_towards(&self, voxels: &Voxels, point: usize, direction: Vec3) -> (Vec3, f32) {
+        let above = self.origin(point);
+        let along = self.ray_offset / self.normal.dot(direction).max(MIN_START_COSINE);
+        let beside = self.points[point] + direction * along;
+        if is_clear(voxels, above, beside) {
+            (beside, along)
+        } else {
+            (above, self.ray_offset)
+        }
     }
 }
 
@@ -76,14 +96,15 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
             continue;
         }
         let faces = (0..6).fold(0, |all, f| all | u8::from(is_own(packed_surfaces[f])) << f);
-        let normal = packed_normal(packed_surfaces[face]);
-        let (points, ray_offset) = points_of(voxels, index, normal);
+        let mut plane = Plane::new(packed_surfaces[face]);
+        let (points, ray_offset) = points_of(voxels, index, &mut plane);
         if !points.is_empty() {
-            let one_side = one_side(voxels, index, &points, normal * ray_offset);
+            let one_side = one_side(voxels, index, &points, plane.normal * ray_offset);
             found.push(Surface {
                 voxel: index,
                 faces,
-                normal,
+                normal: plane.normal,
+                height: plane.height,
                 points,
                 one_side,
                 ray_offset,
@@ -93,26 +114,38 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
     found
 }
 
-/// Centres of the outermost sub-voxels that are exposed in front, projected along the normal onto the
-/// plane through their centroid; and the ray offset.
-fn points_of(voxels: &Voxels, index: usize, normal: Vec3) -> (Vec<Vec3>, f32) {
-    let base = voxels.grid.voxel(index) * SUB_VOXELS;
-    let ahead = FACE_STEPS[main_face(normal)];
-    let size = 1.0 / SUB_VOXELS as f32;
-    let mut points: Vec<Vec3> = (0..64)
+/// Centres of the outermost sub-voxels that are exposed in front, projected along the normal onto the plane; and the ray
+/// offset.
+///
+/// Sub-voxels that an exact plane does not touch belong to something else in the voxel: rays from a point of the plane
+/// there would start inside of what stands on it. They do not count unless there are no others or the plane is not exact;
+/// then the plane goes through their mean.
+fn points_of(voxels: &Voxels, index: usize, plane: &mut Plane) -> (Vec<Vec3>, f32) {
+    let voxel = voxels.grid.voxel(index);
+    let base = voxel * SUB_VOXELS;
+    let middle = voxel.as_vec3() + 0.5;
+    let ahead = FACE_STEPS[main_face(plane.normal)];
+    let exposed: Vec<Vec3> = (0..64)
         .map(|bit| base + IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
         .filter(|sub| voxels.is_occupied(*sub) && voxels.is_outermost(*sub, ahead))
-        .map(|sub| (sub.as_vec3() + 0.5) * size)
+        .map(|sub| (sub.as_vec3() + 0.5) / SUB_VOXELS as f32)
         .collect();
-    let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f32;
-    let reach = 0.5 * size * normal.abs().element_sum();
-    let mut spread = 0.0f32;
-    for point in &mut points {
-        let height = normal.dot(*point - centroid);
-        spread = spread.max(height);
-        *point -= normal * height;
+    let is_own = |center: &Vec3| plane.crosses(*center - middle, CLEARANCE);
+    let mut points: Vec<Vec3> = exposed.iter().copied().filter(is_own).collect();
+    if points.is_empty() {
+        points = exposed;
+        let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f32;
+        plane.height = plane.normal.dot(centroid - middle);
     }
-    (points, reach + spread.min(reach) + CLEARANCE)
+    let heights = points.iter().map(|p| plane.height_of(*p - middle));
+    let foremost = heights.fold(f32::NEG_INFINITY, f32::max);
+    for point in &mut points {
+        *point -= plane.normal * plane.height_of(*point - middle);
+    }
+    (
+        points,
+        foremost.min(plane.reach()) + plane.reach() + CLEARANCE,
+    )
 }
 
 /// A point is nearer than another only if it is so by more than this, in voxels squared, which makes the

@@ -2,12 +2,13 @@
 //!
 //! The ray visits every sub-voxel along it (J. Amanatides and A. Woo, *A Fast Voxel Traversal Algorithm
 //! for Ray Tracing*, 1987), so nothing is missed, unlike with the thesis's steps of equal length (6.6.1).
-//! In an occupied one it hits if it crosses the surface's plane through the sub-voxel's centre.
+//! In an occupied one it hits if it crosses the surface's plane.
 
 use super::{
     grid::FACE_STEPS,
     hit::{Hit, PassedSurface},
-    packed_surface::packed_normal,
+    overlap::SINK,
+    packed_surface::{HEIGHT_ERROR, Plane},
     voxels::{SUB_VOXELS, Voxels, sub_voxel_bit},
 };
 use glam::{IVec3, Vec3};
@@ -110,11 +111,42 @@ fn traverse(
     }
 }
 
+/// A surface at a sub-voxel.
+struct PlaneAt {
+    /// Whether nothing of the surface's voxel, and nothing in the next one, is in front of the sub-voxel.
+    is_own: bool,
+    is_exact: bool,
+    /// Whether the plane is exact and crosses the sub-voxel.
+    is_here: bool,
+    /// Heights above it at which a ray enters the sub-voxel and leaves it. If the plane is not exact, or does not cross the
+    /// sub-voxel, it is taken to go through its centre, which is right on average.
+    entry: f32,
+    exit: f32,
+    /// What is that far behind the plane is so in spite of the error of its height.
+    margin: f32,
+}
+
+impl PlaneAt {
+    /// Where along its way through the sub-voxel, from 0 to 1, or before or after it, a ray crosses the plane.
+    fn crossing(&self) -> Option<f32> {
+        let fall = self.entry - self.exit;
+        (fall.abs() > 1e-6).then(|| self.entry / fall)
+    }
+}
+
+/// Whether the surfaces of a face and of that behind it are the two sides of a wall without thickness.
+fn is_card(voxels: &Voxels, hit: &Hit, face: usize) -> bool {
+    let behind = voxels.packed_surfaces[hit.voxel][face ^ 1];
+    let [front, back] = [voxels.packed_surfaces[hit.voxel][face], behind].map(Plane::new);
+    behind != 0
+        && front.normal.dot(back.normal) <= -0.5
+        && front.height + back.height + 2.0 * SINK < HEIGHT_ERROR
+}
+
 /// The surface that a ray passes in an occupied sub-voxel, which it leaves at `exit`; `None` for a hit.
 ///
-/// The surface is assumed to go through the sub-voxel's centre. Its position within the sub-voxel is
-/// unknown, but this is right on average, while taking the whole sub-voxel as solid would put surfaces
-/// too near and make windows too narrow.
+/// A ray passes where it does not cross the planes of the surfaces: to take the whole sub-voxel as solid would put
+/// surfaces too near and make windows too narrow.
 fn passed_surface(
     voxels: &Voxels,
     hit: &Hit,
@@ -122,31 +154,66 @@ fn passed_surface(
     entry: Vec3,
     exit: Vec3,
 ) -> Option<PassedSurface> {
-    let center = (hit.sub_voxel.as_vec3() + 0.5) / SUB_VOXELS as f32;
-    let height = |face: usize, at: Vec3| {
-        packed_normal(voxels.packed_surfaces[hit.voxel][face]).dot(at - center)
+    let middle = voxels.grid.voxel(hit.voxel).as_vec3() + 0.5;
+    let center = (hit.sub_voxel.as_vec3() + 0.5) / SUB_VOXELS as f32 - middle;
+    let at = |face: usize| {
+        let plane = Plane::new(voxels.packed_surfaces[hit.voxel][face]);
+        let is_here = plane.crosses(center, 0.0);
+        let shift = if is_here {
+            SINK
+        } else {
+            plane.height_of(center)
+        };
+        PlaneAt {
+            is_own: voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]),
+            is_exact: plane.is_exact(),
+            is_here,
+            entry: plane.height_of(entry - middle) - shift,
+            exit: plane.height_of(exit - middle) - shift,
+            margin: if is_here { HEIGHT_ERROR } else { 0.0 },
+        }
     };
-    let is_own = |face: usize| voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]);
-    let mut front = (0..6)
-        .filter(|&face| hit.is_front_facing(voxels, direction, face))
-        .peekable();
-    if front.peek().is_some() {
-        return front
-            .find(|&face| height(face, exit) >= 0.0 && is_own(face))
-            .map(|face| PassedSurface::Front(hit.voxel, face));
+    let faces = (0..6).filter(|&face| hit.is_front_facing(voxels, direction, face));
+    let front: Vec<(usize, PlaneAt)> = faces.map(|face| (face, at(face))).collect();
+    if !front.is_empty() {
+        let stays_in_front = |plane: &PlaneAt| plane.is_own && plane.exit >= 0.0;
+        if let Some((face, _)) = front.iter().find(|(_, plane)| stays_in_front(plane)) {
+            return Some(PassedSurface::Front(hit.voxel, *face));
+        }
+        let planes = || front.iter().map(|(_, plane)| plane);
+        // Beside an edge, a ray leaves a solid at one plane before it enters it at another, or has left it before it comes
+        // where nothing of that other plane is, as above a window's sill. The back of a wall without thickness is no edge.
+        let is_elsewhere = !planes().any(|p| p.is_own) || planes().any(|p| p.is_exact && !p.is_own);
+        let enters = planes()
+            .filter(|p| p.is_own && p.is_exact)
+            .filter_map(PlaneAt::crossing)
+            .fold(if is_elsewhere { 0.0 } else { f32::NEG_INFINITY }, f32::max);
+        let leaves = (0..6)
+            .filter(|&face| hit.is_back_facing(voxels, direction, face))
+            .filter(|&face| !is_card(voxels, hit, face))
+            .map(at)
+            .filter(|p| p.is_own && p.is_here)
+            .filter_map(|p| p.crossing())
+            .fold(f32::INFINITY, f32::min);
+        if leaves <= enters {
+            return Some(PassedSurface::Left);
+        }
+        // From the side, behind a surface that ends here.
+        let was_free = matches!(hit.passed, None | Some(PassedSurface::Left));
+        let is_beside = planes().all(|p| p.is_own && p.is_here && p.entry < -p.margin);
+        return (was_free && is_beside).then_some(PassedSurface::Left);
     }
     // Behind one of two surfaces that form an edge, a ray may be in front of the other.
-    let passes_back = |is_clear: &dyn Fn(usize) -> bool| {
-        let mut faces = (0..6)
+    let passes_back = |is_clear: &dyn Fn(PlaneAt) -> bool| {
+        let mut planes = (0..6)
             .filter(|&face| hit.is_back_facing(voxels, direction, face))
+            .map(at)
             .peekable();
-        faces.peek().is_some() && faces.all(|face| is_own(face) && is_clear(face))
+        planes.peek().is_some() && planes.all(|plane| plane.is_own && is_clear(plane))
     };
-    if passes_back(&|face| height(face, exit) <= 0.0) {
+    if passes_back(&|plane| plane.exit <= -plane.margin) {
         Some(PassedSurface::Back)
-    } else if hit.passed != Some(PassedSurface::Back)
-        && passes_back(&|face| height(face, entry) >= 0.0)
-    {
+    } else if hit.passed != Some(PassedSurface::Back) && passes_back(&|plane| plane.entry >= 0.0) {
         Some(PassedSurface::Left)
     } else {
         None

@@ -1,14 +1,14 @@
 //! Voxelisation of triangles (thesis 6.4 and 6.5).
 //!
 //! A voxel stores which of its 4 x 4 x 4 sub-voxels triangles overlap, and for each of its six faces the
-//! normal of the largest surface that faces that side, and the areas of all materials there (6.5.2, 6.5.3: a single
+//! plane of the largest surface that faces that side, and the areas of all materials there (6.5.2, 6.5.3: a single
 //! average would mix the two sides of a wall).
 
 use super::{
     clip::{Part, part_in_voxel},
     grid::{FACE_STEPS, FACES, VolumeGrid},
-    overlap::TriangleOverlap,
-    packed_surface::{MIN_FACE_COSINE, pack_surface},
+    overlap::{SINK, TriangleOverlap},
+    packed_surface::{MIN_FACE_COSINE, Plane, pack_surface},
 };
 use glam::{IVec3, Vec2, Vec3};
 
@@ -189,7 +189,15 @@ impl Voxels {
                 let normal = part.normal * cosine.signum();
                 let share = shares[usize::from(cosine < 0.0)];
                 let area = part.part.area;
-                self.add_face(index, face, [area, share], cosine, normal, part.material);
+                let height = normal.dot(part.corner - part.voxel.as_vec3() - 0.5);
+                self.add_face(
+                    index,
+                    face,
+                    [area, share],
+                    cosine,
+                    (normal, height),
+                    part.material,
+                );
             }
         }
     }
@@ -236,18 +244,19 @@ impl Voxels {
         (visible as f32 / columns as f32).max(LEAST_SHARE)
     }
 
-    /// Adds an area of a surface to a face of a voxel, and its share that shows.
+    /// Adds an area of a surface to a face of a voxel, and its share that shows. The plane is a normal, and the distance
+    /// from the voxel's centre along it.
     pub(super) fn add_face(
         &mut self,
         index: usize,
         face: usize,
         [area, share]: [f32; 2],
         cosine: f32,
-        normal: Vec3,
+        (normal, height): (Vec3, f32),
         material: u32,
     ) {
         let packed = &mut self.packed_surfaces[index][face];
-        *packed = pack_surface(area, cosine, normal).max(*packed);
+        *packed = pack_surface(area, cosine, normal, height).max(*packed);
         let all = &mut self.material_areas[index][face];
         let area = area * cosine.abs();
         match all.iter_mut().find(|one| one.material == material) {
@@ -323,19 +332,43 @@ impl Voxels {
             let emission = mean.emission.element_sum();
             let alike = emission.min(own) / emission.max(own);
             areas += alike * area;
-            columns += alike * self.exposed_columns(other, face) as f32;
+            columns += alike * self.exposed_columns(other, face);
         }
         let exposed = columns / (SUB_VOXELS * SUB_VOXELS) as f32;
-        (areas / exposed).min(area.clamp(1.0, 2.0))
+        (areas / exposed.max(1e-9)).min(area.clamp(1.0, 2.0))
     }
 
-    /// Number of the columns of sub-voxels towards a face whose outermost sub-voxel is exposed.
-    fn exposed_columns(&self, index: usize, face: usize) -> usize {
+    /// The area of the sub-voxels that are exposed towards a face, in sub-voxels, without what is in front of their sides.
+    fn exposed_columns(&self, index: usize, face: usize) -> f32 {
         let base = self.grid.voxel(index) * SUB_VOXELS;
         (0..64)
             .map(|bit| base + IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
             .filter(|sub| self.is_occupied(*sub) && self.is_outermost(*sub, FACE_STEPS[face]))
-            .count()
+            .map(|sub| {
+                self.filled(index, sub, (face / 2 + 1) % 3)
+                    * self.filled(index, sub, (face / 2 + 2) % 3)
+            })
+            .sum()
+    }
+
+    /// The share of a sub-voxel between its two sides along an axis.
+    fn filled(&self, index: usize, sub_voxel: IVec3, axis: usize) -> f32 {
+        let middle = self.grid.voxel(index).as_vec3() + 0.5;
+        let center = (sub_voxel.as_vec3() + 0.5) / SUB_VOXELS as f32 - middle;
+        let reach = 0.5 / SUB_VOXELS as f32;
+        let extent = |face: usize| {
+            let packed = self.packed_surfaces[index][face];
+            let plane = Plane::new(packed);
+            let is_side = packed != 0
+                && plane.crosses(center, 0.0)
+                && self.is_outermost(sub_voxel, FACE_STEPS[face]);
+            if is_side {
+                SINK - plane.height_of(center)
+            } else {
+                reach
+            }
+        };
+        ((extent(2 * axis) + extent(2 * axis + 1)) / (2.0 * reach)).max(0.0)
     }
 
     /// Returns whether a sub-voxel is occupied, counted from the volume's lowest corner; none is outside.

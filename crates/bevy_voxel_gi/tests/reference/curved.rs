@@ -5,7 +5,7 @@ use bevy_voxel_gi::reference::{
     IrradianceField, RayTracing, RayTracingSettings, Triangle, Voxels,
     rays::{cosine_ray, hash_unit},
 };
-use glam::{IVec3, Vec3};
+use glam::{IVec3, Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// A single-sided closed surface with its front outside: the six faces of a cube, projected to a sphere.
@@ -178,4 +178,50 @@ fn visible_irradiance_changes_gradually() {
         changes.len() > 5_000 && mean < 0.0018 && largest < 0.056,
         "{mean} {largest}"
     );
+}
+
+/// At the foot of a ball most rays start inside of it or under it: what is seen there is in shadow and not black, wherever
+/// it is in its voxels.
+#[test]
+fn the_foot_of_a_ball_is_in_shadow() {
+    let viewer = Vec3::new(0.0, 0.9, 2.0).normalize();
+    let (mut dark, mut bright, mut squares, mut count) = (0.0f32, 0.0f32, 0.0, 0);
+    for (one_side, x) in [0.0, 0.2, 0.4, 0.64, 0.84]
+        .into_iter()
+        .flat_map(|x| [(false, x), (true, x)])
+    {
+        let (center, radius) = (Vec3::new(8.0 + x, 10.08, 8.2), 2.8);
+        let mut triangles = solid(Vec3::new(0.4, 5.0, 0.4), Vec3::new(15.6, 7.28, 15.6));
+        triangles.extend(ball(center, radius));
+        let voxels = Voxels::new(unit_grid(16), &triangles);
+        let settings = RayTracingSettings {
+            one_side,
+            rays: 64,
+            ..Default::default()
+        };
+        let ray_tracing = RayTracing::new(&voxels, &[gray(0.0, 0.0)[0]], &[], Vec3::ONE, settings);
+        let field = traced_field(ray_tracing, 16);
+        for place in 0..64 * 64 {
+            let offset = Vec2::new((place % 64) as f32, (place / 64) as f32) / 64.0 - 0.5;
+            let at = Vec3::new(center.x + 4.8 * offset.x, 7.28, 10.0 + 10.4 * offset.y);
+            let to_center = center - at;
+            if to_center.reject_from(viewer).length() < radius + 0.12 || at.z > 15.2 {
+                continue;
+            }
+            let light = if one_side {
+                field.visible_irradiance(&voxels, at, Vec3::Y, viewer)
+            } else {
+                field.irradiance(at, Vec3::Y, 0.0)
+            };
+            // The sky less the form factor of the ball.
+            let error = light.x / PI - (1.0 - (radius / to_center.length()).powi(3));
+            dark = dark.min(error);
+            bright = bright.max(error);
+            squares += error * error;
+            count += 1;
+        }
+    }
+    let deviation = (squares / count as f32).sqrt();
+    println!("foot of a ball: from {dark:.3} to {bright:.3}, deviation {deviation:.4} of {count}");
+    assert!(count > 10_000 && dark > -0.36 && bright < 0.28 && deviation < 0.06);
 }

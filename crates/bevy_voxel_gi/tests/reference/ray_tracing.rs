@@ -181,7 +181,7 @@ fn back_faces_are_black() {
     };
     let materials = gray(0.0, 0.0);
     for (height, allowed, allowed_at_edge) in
-        [(6.0, 0.01, 0.01), (3.0, 0.02, 0.02), (2.0, 0.03, 0.04)]
+        [(6.0, 0.012, 0.012), (3.0, 0.022, 0.022), (2.0, 0.033, 0.04)]
     {
         for (up, down) in FRONTS {
             let voxels = under_roof(height, up, down);

@@ -105,7 +105,7 @@ fn points_on_fine_meshes_and_visible_pixels() {
         });
         assert!(many.0 < 1.1 && many.1 < 1.9, "{}: {many:?}", truth.name);
         if truth.name != "sunlit_room" {
-            assert!(few.1 < few.0 && few.1 < 1.7, "{}: {few:?}", truth.name);
+            assert!(few.1 < few.0 && few.1 < 2.1, "{}: {few:?}", truth.name);
         }
     }
 }

@@ -122,6 +122,29 @@ fn ray_tracing_is_near_the_truth() {
     }
 }
 
+/// Wherever walls, floors and their edges are in their voxels. Without the heights of planes the mean errors were 4.3, 4.2
+/// and 11.0%, the largest 5.1, 5.8 and 18.1%.
+#[test]
+fn no_resolution_is_unlucky() {
+    const RESOLUTIONS: [u32; 6] = [14, 15, 17, 18, 19, 22];
+    let bounds = [(0.036, 0.048), (0.038, 0.046), (0.052, 0.06)];
+    for (truth, (mean_error, largest_error)) in support::all().iter().zip(bounds) {
+        let errors = RESOLUTIONS.map(|resolution| {
+            let voxels = truth.voxels(resolution);
+            let field = ray_tracing(truth, &voxels, RayTracingSettings::default());
+            compare(truth, &format!("ray_tracing {resolution}^3"), &field).0
+        });
+        let mean = errors.iter().sum::<f32>() / errors.len() as f32;
+        let largest = errors.into_iter().fold(0.0, f32::max);
+        println!("{:14} mean {mean:.4}, largest {largest:.4}", truth.name);
+        assert!(
+            mean < mean_error && largest < largest_error,
+            "{}: {errors:?}",
+            truth.name
+        );
+    }
+}
+
 /// Receivers with visibility tests have the same error, without the leaks (see `ray_tracing.rs`).
 #[test]
 fn visible_voxels_are_as_near_the_truth() {

@@ -4,7 +4,7 @@ use crate::support::shapes::{solid, unit_grid};
 use bevy_voxel_gi::reference::{
     Triangle, Voxels,
     overlap::{SINK, TriangleOverlap},
-    packed_surface::{pack_normal, pack_surface, packed_normal, unpack_normal},
+    packed_surface::{Plane, pack_normal, pack_surface, unpack_normal},
     rays::hash_unit,
     surface::surfaces,
     trace::trace,
@@ -62,11 +62,13 @@ proptest! {
 
     /// The largest error over 2,000,000 directions is 3.90 degrees.
     #[test]
-    fn keys_keep_the_normal(n in vector(-1.0..1.0)) {
+    fn keys_keep_the_plane(n in vector(-1.0..1.0), height in -0.866f32..0.866) {
         prop_assume!(n.length() > 0.1);
         let n = n.normalize();
         prop_assert!(unpack_normal(pack_normal(n)).angle_between(n) < 3.95f32.to_radians());
-        prop_assert_eq!(packed_normal(pack_surface(0.3, 1.0, n)), unpack_normal(pack_normal(n)));
+        let plane = Plane::new(pack_surface(0.3, 1.0, n, height));
+        prop_assert_eq!(plane.normal, unpack_normal(pack_normal(n)));
+        prop_assert!((plane.height - height).abs() < 1.0 / 1024.0, "{}", plane.height);
     }
 
     /// No ray passes through a surface, and none ends before there is one.
