@@ -183,11 +183,19 @@ fn passed_surface(
         let planes = || front.iter().map(|(_, plane)| plane);
         // Beside an edge, a ray leaves a solid at one plane before it enters it at another, or has left it before it comes
         // where nothing of that other plane is, as above a window's sill. The back of a wall without thickness is no edge.
-        let is_elsewhere = !planes().any(|p| p.is_own) || planes().any(|p| p.is_exact && !p.is_own);
+        let one_is_absent =
+            !planes().any(|p| p.is_own) || planes().any(|p| p.is_exact && !p.is_own);
         let enters = planes()
             .filter(|p| p.is_own && p.is_exact)
             .filter_map(PlaneAt::crossing)
-            .fold(if is_elsewhere { 0.0 } else { f32::NEG_INFINITY }, f32::max);
+            .fold(
+                if one_is_absent {
+                    0.0
+                } else {
+                    f32::NEG_INFINITY
+                },
+                f32::max,
+            );
         let leaves = (0..6)
             .filter(|&face| hit.is_back_facing(voxels, direction, face))
             .filter(|&face| !is_card(voxels, hit, face))
