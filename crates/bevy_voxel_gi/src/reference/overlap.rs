@@ -7,7 +7,7 @@
 use glam::{Vec2, Vec3};
 
 /// Distance by which a triangle is moved against its normal before it is voxelised, and by which its
-/// bounds shrink, in voxels.
+/// bounds shrink in its plane, in voxels.
 ///
 /// A triangle exactly between two layers of cells is thereby in the one behind it, and one that ends
 /// there overlaps one of them, whatever the rounding.
@@ -61,7 +61,7 @@ impl TriangleOverlap {
         });
         let min = corners[0].min(corners[1]).min(corners[2]);
         let max = corners[0].max(corners[1]).max(corners[2]);
-        let less = (0.25 * (max - min)).min(Vec3::splat(SINK));
+        let less = (0.25 * (max - min)).min(SINK * (1.0 - normal.abs()));
         Some(Self {
             normal,
             corners,

@@ -30,6 +30,13 @@ pub const MIN_FACE_COSINE: f32 = 0.125;
 
 const NORMAL_STEPS: f32 = 62.0; // even: axes are exact
 
+/// Second largest component of a normal up to which its plane is along the grid. In its voxel it leaves one that is by
+/// hardly more than [`HEIGHT_ERROR`].
+const MAX_TILT: f32 = 0.002;
+
+/// The least one that is packed as a normal beside the axis.
+const NEXT_TILT: f32 = 0.02;
+
 /// Packs a surface of which an area is in a voxel, in units of a voxel's face, at a cosine to the face. `height` is that
 /// of its plane above the voxel's centre along the normal, in voxels.
 pub fn pack_surface(area: f32, cosine: f32, normal: Vec3, height: f32) -> u32 {
@@ -70,7 +77,7 @@ impl Plane {
     /// Returns whether the plane is that of all of its surface in the voxel: along the grid the packed normal is exact.
     /// Other surfaces may be curved.
     pub fn is_exact(&self) -> bool {
-        self.normal.abs().max_element() > 0.999
+        self.normal.abs().max_element() > 0.9999
     }
 
     /// Returns whether the plane is exact and crosses a sub-voxel, by its centre from that of the voxel, or is less than
@@ -91,8 +98,9 @@ pub fn packed_normal_bits(packed: u32) -> u32 {
     packed & 0xfff
 }
 
-/// Packs a unit vector into 12 bits (octahedral map).
+/// Packs a unit vector into 12 bits (octahedral map). Only what is along the grid, up to [`MAX_TILT`], is packed as an axis.
 pub fn pack_normal(normal: Vec3) -> u32 {
+    let normal = beside_axis(normal);
     let flat = normal / normal.abs().element_sum();
     let mut p = Vec2::new(flat.x, flat.y);
     if flat.z < 0.0 {
@@ -100,6 +108,21 @@ pub fn pack_normal(normal: Vec3) -> u32 {
     }
     let q = ((p * 0.5 + 0.5) * NORMAL_STEPS + 0.5).floor();
     q.x as u32 | (q.y as u32) << 6
+}
+
+/// Moves a vector that is nearly along an axis to the next packed normal beside it.
+fn beside_axis(normal: Vec3) -> Vec3 {
+    let size = normal.abs();
+    let (most, least) = (size.max_element(), size.min_element());
+    let tilt = size.element_sum() - most - least;
+    if tilt <= MAX_TILT || tilt >= NEXT_TILT {
+        return normal;
+    }
+    Vec3::select(
+        size.cmpeq(Vec3::splat(most)),
+        normal,
+        normal * (NEXT_TILT / tilt),
+    )
 }
 
 /// Unpacks a normal, the inverse of [`pack_normal`].

@@ -1,6 +1,6 @@
 //! Tests of voxelisation, packed surfaces and ray tracing.
 
-use crate::support::shapes::{solid, unit_grid};
+use crate::support::shapes::{room, solid, unit_grid};
 use bevy_voxel_gi::reference::{
     Triangle, Voxels,
     overlap::{SINK, TriangleOverlap},
@@ -10,7 +10,7 @@ use bevy_voxel_gi::reference::{
     trace::trace,
     voxels::SUB_VOXELS,
 };
-use glam::{DVec3, IVec3, Vec3};
+use glam::{DVec3, IVec3, Quat, Vec3};
 use proptest::prelude::*;
 
 fn vector(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
@@ -118,6 +118,32 @@ fn hardly_a_ray_slips_through_where_surfaces_cross() {
     }
     println!("{through} of 100,000");
     assert!(through < 10, "{through}");
+}
+
+/// Hardly a ray leaves a closed room whose walls lie on borders of sub-voxels but for a small turn.
+#[test]
+fn hardly_a_ray_leaves_a_room_that_is_turned_a_little() {
+    let random = |i: u32| Vec3::from_array([0, 1, 2].map(|c| 2.0 * hash_unit(3 * i + c) - 1.0));
+    for degrees in [0.005f32, 0.02, 0.1, 0.3, 1.0, 1.5, 2.0, 2.4] {
+        let mut left = 0;
+        for number in 0..20 {
+            let axis = random(number).normalize();
+            let turn = Quat::from_axis_angle(axis, degrees.to_radians());
+            let turned = |v: Vec3| Vec3::splat(4.0) + turn * (v - 4.0);
+            let mut walls = room(Vec3::splat(1.25), Vec3::splat(6.75));
+            for triangle in &mut walls {
+                triangle.corners = triangle.corners.map(turned);
+            }
+            let voxels = Voxels::new(unit_grid(8), &walls);
+            for ray in 0..5_000 {
+                let origin = 4.0 + 2.0 * random(1_000 + 2 * ray);
+                let direction = random(1_001 + 2 * ray).normalize();
+                left += u32::from(trace(&voxels, origin, direction, f32::INFINITY).is_none());
+            }
+        }
+        println!("{degrees} degrees: {left} of 100,000");
+        assert!(left < 10, "{left} at {degrees} degrees");
+    }
 }
 
 fn sheet(corners: [Vec3; 3]) -> Triangle {
