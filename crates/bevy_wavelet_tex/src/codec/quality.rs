@@ -7,13 +7,14 @@ use super::{
     color::ycocg_from_rgb,
     decoder::LevelRows,
     image::{Content, WaveletImage},
+    planes::unit,
     source::Source,
     windows::Window,
 };
 
 /// PSNR of the largest level in dB, with both images rounded to 8 bits: over R, G and B (and alpha
-/// where it is kept), over luma for gray, over X, Y and Z for normals. It is infinite where the
-/// images are identical.
+/// where it is kept), over luma for gray, over X, Y and Z of unit vectors for normals. It is infinite
+/// where the images are identical.
 pub fn psnr_db(source: &Source<'_>, image: &WaveletImage) -> f64 {
     psnr_of(mse(source, image))
 }
@@ -113,8 +114,16 @@ fn level_mse(
 /// rounded to 8 bits.
 #[inline]
 pub(super) fn pixel_error(content: Content, mut expected: [f32; 4], decoded: [f32; 4]) -> u32 {
-    if content == Content::Gray {
-        expected[0] = ycocg_from_rgb([expected[0], expected[1], expected[2]]).y;
+    match content {
+        Content::Gray => {
+            expected[0] = ycocg_from_rgb([expected[0], expected[1], expected[2]]).y;
+        }
+        // Only the direction counts, as in the game: maps have vectors of other lengths, too.
+        Content::Normal => {
+            let [x, y, z] = unit(expected).map(|v| 0.5 + 0.5 * v);
+            expected = [x, y, z, 1.0];
+        }
+        Content::Color | Content::ColorAlpha => {}
     }
     // `f32::round` would be a call of a library.
     let byte = |v: f32| (v * 255.0 + 0.5) as u8;

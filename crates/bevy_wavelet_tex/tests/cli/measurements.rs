@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use image::{DynamicImage, Rgb};
+
 use crate::support::{Folder, color_image, gray_image, normal_image};
 
 #[test]
@@ -60,4 +62,60 @@ fn a_normal_map_has_no_angle_to_itself() {
     f.save("map.png", normal_image());
     let angles = f.json(&["compare", "map.png", "map.png", "--normal", "--json"]);
     assert_eq!(angles["max_angle_degrees"], 0.0);
+}
+
+/// Games have maps of half length, and white between islands: what counts is the direction.
+#[test]
+fn normals_of_other_lengths_take_no_larger_rate() {
+    let f = Folder::new("lengths");
+    let unit = normal_image();
+    let mut other = unit.clone();
+    for (x, y, pixel) in other.enumerate_pixels_mut() {
+        let length = if y < 32 { 0.8 } else { 1.2 };
+        *pixel = match x {
+            0..4 => Rgb([255; 3]),
+            _ => Rgb(pixel
+                .0
+                .map(|v| ((f32::from(v) - 127.5) * length + 127.5).round() as u8)),
+        };
+    }
+    f.save("unit_normal.png", unit);
+    f.save("other_normal.png", other);
+    let of = |name: &str| {
+        let encoded = f.json(&["encode", name, "--min-psnr", "40", "--json"]);
+        let psnr = encoded[0]["psnr_db"].as_f64().expect("a number");
+        (encoded[0]["bpp"].as_f64().expect("a number"), psnr)
+    };
+    let (unit, other) = (of("unit_normal.png"), of("other_normal.png"));
+    println!("{unit:?} {other:?}");
+    assert_eq!(other.0, unit.0);
+    assert!(other.1 > 40.0);
+    let psnr = f.psnr("other_normal.png", "other_normal.wtex");
+    assert!((psnr - other.1).abs() < 0.1, "{psnr}");
+}
+
+/// Alpha that is not kept is no error of what is.
+#[test]
+fn alpha_that_is_dropped_does_not_count() {
+    let f = Folder::new("dropped");
+    let opaque = DynamicImage::from(normal_image()).into_rgba8();
+    let mut transparent = opaque.clone();
+    for (x, _, pixel) in transparent.enumerate_pixels_mut() {
+        pixel.0[3] = if x < 32 { 0 } else { 255 };
+    }
+    f.save("opaque.png", opaque);
+    f.save("transparent.png", transparent);
+    for arguments in ["--role=normal", "--alpha=drop"] {
+        let psnr = |name: &str| {
+            let encoded = f.json(&["encode", name, "--json", arguments]);
+            encoded[0]["psnr_db"].as_f64().expect("a number")
+        };
+        let (expected, found) = (psnr("opaque.png"), psnr("transparent.png"));
+        assert!(
+            (found - expected).abs() < 1e-6,
+            "{arguments}: {found} {expected}"
+        );
+    }
+    let psnr = f.psnr("transparent.png", "opaque.png");
+    assert!(psnr < 20.0, "{psnr}");
 }

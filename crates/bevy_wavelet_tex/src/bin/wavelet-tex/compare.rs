@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use bevy_wavelet_tex::codec::{
-    angle::{Angles, unit_of},
+    angle::{Angles, unit, unit_of},
     color::ycocg_from_rgb,
     image::Content,
 };
@@ -17,7 +17,8 @@ pub struct Difference {
     /// Whether luma was compared (Y of YCoCg, as in the thesis), because one of the pictures is
     /// gray.
     luma: bool,
-    /// Mean squared error of the channels, in 8-bit units squared; of colour as far as alpha shows it.
+    /// Mean squared error of the channels, in 8-bit units squared; of colour as far as alpha shows it, of normals as unit
+    /// vectors.
     pub mse: f64,
     /// PSNR in dB; infinite when the pictures are identical, which JSON writes as null.
     pub psnr_db: f64,
@@ -67,8 +68,18 @@ impl Difference {
     /// when `normal` is set.
     pub fn between(a: &Picture, b: &Picture, normal: bool) -> Self {
         let luma = a.is_gray() != b.is_gray();
+        let normal = !luma && (normal || [a, b].iter().any(|p| p.content == Content::Normal));
+        let direction = |[r, g, b, alpha]: [f64; 4]| {
+            let [x, y, z] = unit([r, g, b].map(|v| v / 127.5 - 1.0));
+            let [x, y, z] = [x, y, z].map(|v| (v * 127.5 + 127.5).round());
+            [x, y, z, alpha]
+        };
         // Without an alpha channel pixels are opaque.
-        let channels = if a.has_alpha || b.has_alpha { 4 } else { 3 };
+        let channels = if !normal && (a.has_alpha || b.has_alpha) {
+            4
+        } else {
+            3
+        };
         let (mut sum, mut max_error) = (0.0, 0.0_f64);
         let mut add = |error: f64| {
             sum += error * error;
@@ -79,6 +90,7 @@ impl Difference {
                 add(luma_of(a) - luma_of(b));
                 continue;
             }
+            let [a, b] = [a, b].map(|pixel| if normal { direction(pixel) } else { pixel });
             // A colour counts as far as it is seen.
             let seen = a[3].max(b[3]) / 255.0;
             (0..3).for_each(|i| add(seen * (a[i] - b[i])));
@@ -88,8 +100,7 @@ impl Difference {
         }
         let values = if luma { 1 } else { channels } * a.pixels.len();
         let mse = sum / values as f64;
-        let normal = normal || [a, b].iter().any(|p| p.content == Content::Normal);
-        let angles = (normal && !luma).then(|| {
+        let angles = normal.then(|| {
             let pairs = a.pixels.iter().zip(&b.pixels);
             Angles::between(pairs.map(|(a, b)| (unit_of(*a), unit_of(*b))))
         });

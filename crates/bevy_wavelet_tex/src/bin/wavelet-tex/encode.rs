@@ -219,6 +219,7 @@ impl<'a> Encoder<'a> {
         let bytes = file::with_fingerprint(bytes, fingerprint);
         files::write(&task.output, &bytes)?;
         picture.take_channel(settings.gray);
+        picture.has_alpha &= texture.content == Content::ColorAlpha;
         let difference = Difference::between(&picture, &Picture::from_texture(&texture, 0), false);
         if let Some(min_psnr_db) = settings.min_psnr_db
             && difference.psnr_db < min_psnr_db
