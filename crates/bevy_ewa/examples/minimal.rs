@@ -1,11 +1,16 @@
 //! Mip levels and 16x anisotropy for all textures of a game.
 
+use bevy::image::{ImageAddressMode, ImageSamplerDescriptor};
 use bevy::{math::Affine2, prelude::*};
 use bevy_ewa::EwaPlugin;
 
 fn main() {
+    // Tiles repeat, where Bevy's default is to clamp them.
+    let mut default_sampler = ImageSamplerDescriptor::linear();
+    default_sampler.set_address_mode(ImageAddressMode::Repeat);
+    let plugins = DefaultPlugins.set(ImagePlugin { default_sampler });
     App::new()
-        .add_plugins((DefaultPlugins, EwaPlugin::default()))
+        .add_plugins((plugins, EwaPlugin::default()))
         .add_systems(Startup, spawn)
         .run();
 }

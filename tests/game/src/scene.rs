@@ -5,15 +5,10 @@ use bevy::{
     gltf::GltfAssetLabel,
     post_process::bloom::Bloom,
     prelude::*,
-    render::renderer::RenderDevice,
     world_serialization::WorldAssetRoot,
 };
 use bevy_voxel_gi::{VoxelGiSettings, VoxelGiVolume};
-use bevy_wavelet_tex::{
-    WaveletExtension, WaveletStandardMaterial, WaveletTexture,
-    codec::{encoder::encode_rgb8, settings::EncodeSettings},
-    material::storage_on,
-};
+use bevy_wavelet_tex::{WaveletExtension, WaveletStandardMaterial};
 use bevy_ycocg_fb::{FrameBufferQuality, YCoCgFrameBuffer};
 
 use crate::headless::Target;
@@ -24,9 +19,6 @@ pub fn spawn(
     assets: Res<AssetServer>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<WaveletStandardMaterial>>,
-    mut textures: ResMut<Assets<WaveletTexture>>,
-    mut images: ResMut<Assets<Image>>,
-    device: Res<RenderDevice>,
 ) {
     commands.spawn((
         Camera3d::default(),
@@ -52,23 +44,12 @@ pub fn spawn(
         WorldAssetRoot(assets.load(GltfAssetLabel::Scene(0).from_asset("crate.gltf"))),
         Transform::from_xyz(0.0, 0.5, 0.0),
     ));
-
-    let size = [64, 64];
-    let stones: Vec<_> = (0..size[0] * size[1])
-        .map(|i| {
-            let light = 120 + 80 * u8::from((i % 64 / 8 + i / 64 / 8) % 2 == 0);
-            [light, light - 20, light - 40]
-        })
-        .collect();
-    let encoded = encode_rgb8(&stones, size, &EncodeSettings::default()).expect("a texture");
-    let storage = storage_on(&device);
-    let base_color = WaveletTexture::add(&encoded, storage, &mut textures, &mut images);
     commands.spawn((
         Mesh3d(meshes.add(Plane3d::default().mesh().size(8.0, 8.0))),
         MeshMaterial3d(materials.add(WaveletStandardMaterial {
             base: StandardMaterial::default(),
             extension: WaveletExtension {
-                base_color: Some(base_color),
+                base_color: Some(assets.load("stones.wtex")),
                 ..default()
             },
         })),

@@ -111,6 +111,7 @@ impl Rate {
     }
 
     /// The rate of gray of at most as many bits that stores images without colour better, or in fewer bits.
+    #[cfg(feature = "encode")]
     pub(super) fn of_gray(self) -> Option<Self> {
         match self {
             Self::Color2_25 => Some(Self::Gray2),
