@@ -98,7 +98,7 @@ pub fn packed_normal_bits(packed: u32) -> u32 {
     packed & 0xfff
 }
 
-/// Packs a unit vector into 12 bits (octahedral map). Only what is along the grid, up to [`MAX_TILT`], is packed as an axis.
+/// Packs a unit vector into 12 bits (octahedral map). Only what is along the grid, within 0.002, is packed as an axis.
 pub fn pack_normal(normal: Vec3) -> u32 {
     let normal = beside_axis(normal);
     let flat = normal / normal.abs().element_sum();
