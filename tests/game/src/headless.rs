@@ -84,7 +84,7 @@ pub fn build(app: &mut App) {
                 ..default()
             })
             .set(AssetPlugin {
-                file_path: concat!(env!("CARGO_MANIFEST_DIR"), "/assets").into(),
+                file_path: concat!(env!("CARGO_MANIFEST_DIR"), "/../..").into(),
                 ..default()
             })
             .disable::<WinitPlugin>(),

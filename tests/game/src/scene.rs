@@ -41,7 +41,9 @@ pub fn spawn(
     });
     commands.spawn((VoxelGiVolume::default(), Transform::default()));
     commands.spawn((
-        WorldAssetRoot(assets.load(GltfAssetLabel::Scene(0).from_asset("crate.gltf"))),
+        WorldAssetRoot(
+            assets.load(GltfAssetLabel::Scene(0).from_asset("tests/game/assets/crate.gltf")),
+        ),
         Transform::from_xyz(0.0, 0.5, 0.0),
     ));
     commands.spawn((
@@ -49,7 +51,7 @@ pub fn spawn(
         MeshMaterial3d(materials.add(WaveletStandardMaterial {
             base: StandardMaterial::default(),
             extension: WaveletExtension {
-                base_color: Some(assets.load("stones.wtex")),
+                base_color: Some(assets.load("examples/assets/bricks.wtex")),
                 ..default()
             },
         })),

@@ -4,17 +4,19 @@ use bevy::{
     asset::RenderAssetUsages,
     camera::RenderTarget,
     image::{ImageFilterMode, ImageSampler},
+    math::Affine2,
     pbr::{ExtendedMaterial, MaterialExtension},
     prelude::*,
     render::render_resource::{AsBindGroup, Extent3d, TextureFormat},
     shader::ShaderRef,
 };
 use bevy_ewa::{
-    AllMaterials, EwaImage, EwaMaterialPlugin, EwaOverrides, EwaPlugin, MipReport, mips::NoMips,
+    AllMaterials, EwaImage, EwaMaterialPlugin, EwaMethod, EwaOverrides, EwaPlugin, EwaSettings,
+    MipReport, mips::NoMips,
 };
 use image::RgbImage;
 
-use super::scene::{Floor, checks, mips, texture};
+use super::scene::{Floor, all, checks, mips, texture};
 use crate::support::{Folder, gpu, keep, psnr};
 
 const RED: [u8; 4] = [240, 30, 20, 255];
@@ -271,6 +273,27 @@ fn pixel_art_and_what_the_game_excludes_is_bevys_own() {
         floor.all(None);
         let chosen = |o: &mut EwaOverrides| o.set_material(&material, plugin.all_materials);
         assert!(overrides(&mut floor, &chosen) == filtered, "one material");
+    }
+}
+
+/// Models with a colour for each face have one texture coordinate on all of it. With [`EwaPlugin::default`] the software
+/// driver, and no GPU, draws black there.
+#[test]
+fn faces_of_one_colour_have_it() {
+    let _gpu = gpu();
+    let faces = |plugin| {
+        let mut floor = Floor::new(plugin, |images| StandardMaterial {
+            uv_transform: Affine2::from_scale_angle_translation(Vec2::ZERO, 0.0, Vec2::splat(0.3)),
+            ..unlit(images.add(picture(RED)))
+        });
+        floor.clear();
+        floor.picture()
+    };
+    let expected = faces(None);
+    let without_anisotropy = all(EwaSettings::with_method(EwaMethod::Hardware));
+    for plugin in [without_anisotropy, Some(EwaPlugin::elliptical())] {
+        let found = faces(plugin);
+        assert!(psnr(&found, &expected) > 45.0, "{plugin:?}");
     }
 }
 

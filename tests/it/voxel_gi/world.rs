@@ -18,8 +18,8 @@ use bevy_frugal_lab::{
 use bevy_voxel_gi::{Sky, VoxelGiVolume};
 
 use super::{
-    scene::{app, app_with, at, block_of, under_sky},
-    support::{box_app, indirect, picture, settle},
+    scene::{app, app_with, at, block_of, matt, under_sky},
+    support::{box_app, indirect, picture, read_texels, settle},
 };
 use crate::support::gpu;
 
@@ -64,6 +64,38 @@ fn a_sealed_hall_around_a_volume_is_dark_and_an_open_one_is_not() {
     assert!(dark.iter().all(|light| light.abs() < 0.01), "{dark:?}");
     let open = added(false);
     assert!(open.iter().all(|light| *light > 0.3), "{open:?}");
+}
+
+/// A room whose walls lie on borders of sub-voxels but for a small turn, as the reference traces it.
+#[test]
+fn a_room_that_is_turned_a_little_is_dark() {
+    let _gpu = gpu();
+    for degrees in [0.02f32, 1.0, 1.5] {
+        let mut app = app();
+        let world = app.world_mut();
+        let mut room = Mesh::from(Cuboid::from_length(2.75));
+        room.invert_winding().expect("triangles");
+        let material = matt(world, 0.5);
+        let room = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(room));
+        let axis = Vec3::new(1.0, 0.7, -0.4).normalize();
+        let turn = Quat::from_axis_angle(axis, degrees.to_radians());
+        world.spawn((
+            room,
+            MeshMaterial3d(material),
+            Transform::from_rotation(turn),
+        ));
+        world.spawn(under_sky(1.0));
+        settle(&mut app);
+        let texels = read_texels(&mut app);
+        let faces = texels.iter().flatten().filter(|face| face.w > 0.5);
+        let light: Vec<f32> = faces.map(|face| face.x).collect();
+        let mean = light.iter().sum::<f32>() / light.len() as f32;
+        println!("{degrees} degrees: {mean} in {} faces", light.len());
+        assert!(
+            light.len() > 500 && mean < 5e-4,
+            "{degrees} degrees: {mean}"
+        );
+    }
 }
 
 /// A cube map with this radiance in each direction of the world.

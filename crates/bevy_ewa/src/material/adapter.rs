@@ -30,13 +30,6 @@ pub(super) fn is_old_llvmpipe() -> bool {
 /// The settings that the adapter can filter by. Shaders of OpenGL ES and WebGL2 cannot ask how many levels a texture
 /// has, which all methods but the texture unit's need.
 pub(super) fn supported(settings: EwaSettings) -> EwaSettings {
-    if is_llvmpipe() && settings.texture_unit_anisotropy() > 1 {
-        warn_once!(
-            "bevy_ewa: Mesa's software driver returns black where an anisotropic sampler meets texture coordinates that \
-             do not change, as on models with a colour for each face. GPUs do not. For such pictures use \
-             `EwaMethod::Hardware`"
-        );
-    }
     let is_in_shader = !matches!(
         settings.method,
         EwaMethod::Anisotropic | EwaMethod::Hardware
@@ -52,6 +45,17 @@ pub(super) fn supported(settings: EwaSettings) -> EwaSettings {
         method: EwaMethod::Anisotropic,
         sampler_anisotropy: 16,
         ..settings
+    }
+}
+
+/// Says what becomes of textures whose samplers get anisotropy, where the driver is at fault.
+pub(super) fn warn_of_anisotropy() {
+    if is_llvmpipe() {
+        warn_once!(
+            "bevy_ewa: Mesa's software driver returns black where an anisotropic sampler meets texture coordinates that \
+             do not change, as on models with a colour for each face. GPUs do not. For such pictures use \
+             `EwaMethod::Hardware`"
+        );
     }
 }
 

@@ -408,6 +408,9 @@ impl FilteredMaterials {
             is_elliptical: a.is_elliptical || b.is_elliptical,
         })?;
         let sampler = image.with_anisotropy(used.anisotropy);
+        if sampler.is_some() {
+            adapter::warn_of_anisotropy();
+        }
         let report = TextureReport {
             mips: image.mips,
             anisotropy: sampler.as_ref().unwrap_or(&image.sampler).anisotropy_clamp,
