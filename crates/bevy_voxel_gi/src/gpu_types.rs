@@ -2,6 +2,7 @@
 //! and documents them.
 
 use bevy::{prelude::*, render::render_resource::ShaderType};
+use bytemuck::{Pod, Zeroable};
 
 /// Greatest number of levels that light pixels.
 pub(crate) const MAX_LIT_LEVELS: usize = 8;
@@ -73,7 +74,8 @@ pub(crate) const LIGHT_SPOT: u32 = 2;
 pub(crate) const LIGHT_RECT: u32 = 3;
 
 /// A mesh to voxelise.
-#[derive(ShaderType, Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct MeshInstance {
     pub world_from_local: Mat4,
     pub uv_range_0: Vec4,
@@ -91,7 +93,6 @@ pub(crate) struct MeshInstance {
     pub joint_weight_offset: u32,
     pub first_joint: u32,
     pub index_base: u32,
-    pub index_size: u32,
     pub triangle_count: u32,
     pub morph_base: u32,
     pub vertex_count: u32,
@@ -113,9 +114,12 @@ pub(crate) const COLORS_FLOAT32: u32 = 0;
 pub(crate) const COLORS_UNORM8: u32 = 2048;
 pub(crate) const COLORS_FLOAT16: u32 = 4096;
 pub(crate) const COLORS_UNORM16: u32 = 6144;
+pub(crate) const MESH_INDEXED: u32 = 8192;
+pub(crate) const MESH_INDICES_UINT32: u32 = 16384;
 
 /// Up to 64 triangles of a mesh.
-#[derive(ShaderType, Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct MeshBatch {
     pub low: Vec3,
     pub instance: u32,

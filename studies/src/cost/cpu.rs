@@ -44,7 +44,7 @@ const MARK: &str = "measuring: ";
 /// into them.
 const NAMED: &str = "FunctionSystem<fn(";
 /// Frames that are measured, and where nothing moves.
-const FRAMES: usize = 24;
+const FRAMES: usize = 120;
 const STILL_FRAMES: usize = 240;
 /// Frames after which a volume of light has settled where nothing moves.
 const FIRST_FRAMES: usize = 60;

@@ -16,6 +16,7 @@ use bevy_voxel_gi::{Follow, VoxelGiReport, VoxelGiVolume};
 use super::{
     history::copy,
     materials::skinned_cuboid,
+    room::image,
     scene::{app_with, at, block, block_of, floor, matt, settings, under_sky},
     support::{has_settled, light_texture_bytes, picture, settle},
 };
@@ -398,6 +399,50 @@ fn a_small_thing_that_moves_in_a_large_level_has_little_voxelised() {
     });
     println!("{triangles} triangles of what is never culled");
     assert!((64..LEVEL / 20).contains(&triangles), "{triangles}");
+}
+
+/// Textures that come with what is streamed in, and those that are painted on.
+#[test]
+fn new_textures_of_a_small_thing_in_a_large_level_have_little_voxelised() {
+    const LEVEL: u64 = 2 * 512 * 512;
+    let _gpu = gpu();
+    let (mut app, _) = large_level();
+    let world = app.world_mut();
+    let thing = block(world, Vec3::new(0.0, 0.5, 0.0), Vec3::ONE);
+    let texture = |red: u8| image(UVec2::splat(8), |_, _| [red, 90, 90, 255]);
+    let painted = world.resource_mut::<Assets<Image>>().add(texture(0));
+    let material = world.get::<MeshMaterial3d<StandardMaterial>>(thing);
+    let material = material.expect("a material").0.clone();
+    let set_texture = |world: &mut World, texture: Handle<Image>| {
+        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+        let mut material = materials.get_mut(&material).expect("it");
+        material.base_color_texture = Some(texture);
+    };
+    set_texture(world, painted.clone());
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    let before = at(&picture(&mut app), 1.0, 0.0);
+    let mut red = 0;
+    let (_, painted_on) = voxelized(&mut app, |world| {
+        red += 42;
+        let mut images = world.resource_mut::<Assets<Image>>();
+        images.get_mut(&painted).expect("it").data = texture(red).data;
+    });
+    settle(&mut app);
+    let after = at(&picture(&mut app), 1.0, 0.0);
+    let (_, other) = voxelized(&mut app, |world| {
+        red -= 42;
+        let other = world.resource_mut::<Assets<Image>>().add(texture(red));
+        set_texture(world, other);
+    });
+    println!(
+        "{painted_on} and {other} triangles, red light {} {}",
+        before.x, after.x
+    );
+    assert!(after.x > 1.02 * before.x, "{before} {after}");
+    for triangles in [painted_on, other] {
+        assert!((64..LEVEL / 20).contains(&triangles), "{triangles}");
+    }
 }
 
 #[test]

@@ -1,12 +1,16 @@
 //! Extracts the meshes with a skin or morph targets, which may change in every frame.
 
+use std::hash::{BuildHasher, Hasher};
+
 use bevy::{
     camera::{primitives::Aabb, visibility::DynamicSkinnedMeshBounds},
+    ecs::entity::EntityHashSet,
     math::{Affine3A, Vec3A},
     mesh::{
         morph::{MeshMorphWeights, MorphWeights},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
+    platform::hash::FixedHasher,
     prelude::*,
     render::Extract,
 };
@@ -16,7 +20,10 @@ use super::{
     place_volume::ActiveVolume,
 };
 use crate::{
-    prepare::asset_notes::{AssetNotes, Displacement},
+    prepare::{
+        asset_notes::{AssetNotes, Displacement},
+        fingerprint::hash_floats,
+    },
     settings::NotVoxelized,
 };
 
@@ -36,19 +43,19 @@ type Deformation = (
 pub(crate) fn extract_deformed_meshes(
     mut scene: ResMut<ExtractedScene>,
     active: Extract<Res<ActiveVolume>>,
-    meshes: Extract<Query<(MeshParts, Deformation), IsDeformed>>,
+    meshes: Extract<Query<(Entity, MeshParts, Deformation), IsDeformed>>,
     joints: Extract<Query<&GlobalTransform>>,
     morphs: Extract<Query<&MorphWeights>>,
     bind_poses: Extract<Res<Assets<SkinnedMeshInverseBindposes>>>,
     notes: Res<AssetNotes>,
 ) {
     let scene = &mut *scene;
-    scene.deformed.clear();
+    let before = std::mem::take(&mut scene.deformed);
     scene.joints.clear();
     let Some(volume) = &active.volume else {
         return;
     };
-    for (parts, (skin, morph, has_dynamic_bounds)) in &meshes {
+    for (entity, parts, (skin, morph, has_dynamic_bounds)) in &meshes {
         let Some(mut mesh) = scene.rigid_mesh(parts) else {
             continue;
         };
@@ -90,8 +97,25 @@ pub(crate) fn extract_deformed_meshes(
             scene.joints.truncate(first_matrix);
             continue;
         }
-        mesh.weights = weights.map(|weights| append_weights(&mut scene.joints, weights));
-        scene.deformed.push(mesh);
+        mesh.weights =
+            morph.map(|_| append_weights(&mut scene.joints, weights.unwrap_or_default()));
+        let mut pose = FixedHasher.build_hasher();
+        for matrix in &scene.joints[first_matrix..] {
+            hash_floats(&mut pose, &matrix.to_cols_array());
+        }
+        mesh.pose = pose.finish();
+        scene.deformed.push(entity);
+        scene.meshes.set(entity, Some(mesh));
+    }
+    if before != scene.deformed {
+        let now: EntityHashSet = scene.deformed.iter().copied().collect();
+        for entity in before.into_iter().filter(|entity| !now.contains(entity)) {
+            let mesh = scene.meshes.get(entity);
+            // It may be rigid by now.
+            if mesh.is_some_and(|mesh| mesh.is_deformed()) {
+                scene.meshes.set(entity, None);
+            }
+        }
     }
 }
 

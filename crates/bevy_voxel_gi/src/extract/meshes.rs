@@ -1,12 +1,12 @@
 //! Extracts the meshes, including those outside of every view, which Bevy's own extraction leaves out: rigid ones
-//! when they change. Those with a skin or morph targets are those of [`deformed_meshes`](super::deformed_meshes).
+//! when they change. [`deformed_meshes`](super::deformed_meshes) extracts those with a skin or morph targets.
 
 use bevy::{
     camera::{
         primitives::Aabb,
         visibility::{RenderLayers, VisibilityRange},
     },
-    ecs::entity::{Entities, EntityHashMap},
+    ecs::entity::Entities,
     light::NotShadowCaster,
     math::{Affine3A, Vec3A},
     mesh::{morph::MeshMorphWeights, skinning::SkinnedMesh},
@@ -21,6 +21,7 @@ use super::{
     own_bounds::OwnBounds,
     place_volume::ActiveVolume,
     placement::PlacedLevel,
+    scene_meshes::SceneMeshes,
     voxel_material::VoxelMaterial,
 };
 use crate::settings::NotVoxelized;
@@ -36,6 +37,8 @@ pub(crate) struct ExtractedMesh {
     pub first_joint: Option<u32>,
     /// Index of the matrix at which its morph weights start, 16 in each, and the number of weights.
     pub weights: Option<(u32, u32)>,
+    /// Hash of these matrices and weights.
+    pub pose: u64,
     /// Whether it shadows direct light.
     pub casts_shadow: bool,
     /// Centre and half extents of its bounds in world space; `None` if they are not known.
@@ -55,11 +58,15 @@ impl ExtractedMesh {
         distance.cmple(half).all()
     }
 
+    /// Whether it has a skin or morph targets.
+    pub(crate) fn is_deformed(&self) -> bool {
+        self.first_joint.is_some() || self.weights.is_some()
+    }
+
     /// Whether it counts from afar, where what is shorter than this in metres is not resolved: characters never do.
     pub(crate) fn is_landscape(&self, resolved: f32) -> bool {
-        let is_deformed = self.first_joint.is_some() || self.weights.is_some();
         let is_large = |(_, half_size): (Vec3A, Vec3A)| 2.0 * half_size.max_element() >= resolved;
-        !is_deformed && self.bounds.is_none_or(is_large)
+        !self.is_deformed() && self.bounds.is_none_or(is_large)
     }
 }
 
@@ -76,12 +83,10 @@ pub(super) fn world_bounds(local: &Aabb, world_from_local: &Affine3A) -> Option<
 /// The scene to voxelise.
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedScene {
-    /// The meshes without skin and morph targets, wherever they are.
-    pub rigid: EntityHashMap<ExtractedMesh>,
-    /// The rigid meshes that changed or went in this frame.
-    pub changed: Vec<Entity>,
-    /// The meshes with a skin or morph targets.
-    pub deformed: Vec<ExtractedMesh>,
+    /// The rigid meshes, wherever they are, and the deformed ones that reach into a level.
+    pub meshes: SceneMeshes,
+    /// The deformed ones.
+    pub deformed: Vec<Entity>,
     /// Matrices from bind pose to world, of all skins; then weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
     /// The table of materials.
@@ -152,7 +157,7 @@ impl ExtractedScene {
         pairs.any(|(before, now)| before.transparent != now.transparent)
     }
 
-    /// The mesh as it is voxelised; `None` if it is not.
+    /// The mesh as it is voxelised without a skin; `None` if it is not.
     pub(super) fn rigid_mesh(
         &self,
         (mesh, transform, visible, aabb, own, index, layers, range, casts_none): MeshItem<'_>,
@@ -177,21 +182,11 @@ impl ExtractedScene {
             material: index,
             first_joint: None,
             weights: None,
+            pose: 0,
             casts_shadow: !casts_none,
             bounds,
             is_culled: aabb.is_some(),
         })
-    }
-
-    /// Stores what a rigid mesh is now.
-    fn set_rigid(&mut self, entity: Entity, mesh: Option<ExtractedMesh>) {
-        let former = match mesh {
-            Some(mesh) => self.rigid.insert(entity, mesh),
-            None => self.rigid.remove(&entity),
-        };
-        if former != mesh {
-            self.changed.push(entity);
-        }
     }
 }
 
@@ -208,7 +203,7 @@ pub(crate) fn extract_scene(
     let Some(volume) = &active.volume else {
         return;
     };
-    scene.changed.clear();
+    scene.meshes.begin_frame();
     let mut extracts_all = scene.layers != volume.scene_layers;
     if extracts_all {
         scene.layers = volume.scene_layers.clone();
@@ -261,7 +256,7 @@ pub(crate) fn extract_scene(
                     ranges.map(|ranges| &ranges[row]),
                     casts_none,
                 ));
-                scene.set_rigid(entity_rows[row], mesh);
+                scene.meshes.set(entity_rows[row], mesh);
             });
         }
     } else {
@@ -278,12 +273,12 @@ pub(crate) fn extract_scene(
     if extracts_all {
         for (entity, parts) in &all_rigid {
             let mesh = scene.rigid_mesh(parts);
-            scene.set_rigid(entity, mesh);
+            scene.meshes.set(entity, mesh);
         }
     }
     for entity in moved {
         let mesh = all_rigid.get(entity).ok();
         let mesh = mesh.and_then(|(_, parts)| scene.rigid_mesh(parts));
-        scene.set_rigid(entity, mesh);
+        scene.meshes.set(entity, mesh);
     }
 }

@@ -8,6 +8,7 @@
 //! | [`texture`], [`probe`] | the texture and the light probe through which Bevy reads the volumes |
 //! | [`volume`] | extraction of the volumes |
 //! | [`meshes`], [`deformed_meshes`] | extraction of rigid meshes, and of those with a skin or morph targets |
+//! | [`scene_meshes`] | the meshes from frame to frame |
 //! | [`own_bounds`] | the bounds of meshes that Bevy never culls |
 //! | [`outer_levels`] | the levels around the volumes, in which rays see the world outside |
 //! | [`changed_rows`] | the meshes of which a component has changed, or that have come or gone |
@@ -29,6 +30,7 @@ pub(crate) mod own_bounds;
 pub(crate) mod place_volume;
 pub(crate) mod placement;
 pub(crate) mod probe;
+pub(crate) mod scene_meshes;
 pub(crate) mod texture;
 pub(crate) mod unknown_materials;
 pub(crate) mod update_materials;

@@ -6,6 +6,7 @@ use bevy::{math::Vec3A, prelude::*, render::renderer::RenderDevice};
 use super::{
     meshes::{ExtractedMesh, ExtractedScene},
     placement::PlacedLevel,
+    scene_meshes::SceneMeshes,
     volume::ExtractedVolume,
 };
 use crate::{
@@ -46,11 +47,8 @@ pub(crate) fn place_outer_levels(
         return;
     };
     let resolution = volume.settings.resolution;
-    let mut world = std::mem::take(&mut scene.world);
-    world.update(&scene, largest.center, resolution);
-    let bounds = world.bounds();
-    scene.world = world;
-    let Some(bounds) = bounds else {
+    let ExtractedScene { world, meshes, .. } = &mut *scene;
+    let Some(bounds) = world.update(meshes, largest.center, resolution) else {
         return;
     };
     let mut outer = outer_levels(largest, bounds, resolution);
@@ -97,85 +95,63 @@ fn outer_levels(
     levels
 }
 
-/// The bounds of the world as far as rays from the volumes can tell, kept from frame to frame.
+/// A lower and an upper corner.
+type Corners = (Vec3A, Vec3A);
+
+/// The bounds of the world as far as rays from the volumes can tell. Those of what rests are kept from frame to frame.
 #[derive(Default)]
 pub(crate) struct WorldBounds {
-    extremes: Option<Extremes>,
+    resting: Option<Corners>,
     center: Vec3,
     resolution: u32,
 }
 
-/// The corners, and the meshes that are there: as long as these stay, other meshes can only widen the bounds.
-struct Extremes {
-    low: Vec3A,
-    high: Vec3A,
-    at_low: [Entity; 3],
-    at_high: [Entity; 3],
-}
-
 impl WorldBounds {
-    fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let extremes = self.extremes.as_ref()?;
-        Some((extremes.low.into(), extremes.high.into()))
+    /// The bounds of the meshes in this frame.
+    fn update(
+        &mut self,
+        meshes: &mut SceneMeshes,
+        center: Vec3,
+        resolution: u32,
+    ) -> Option<(Vec3, Vec3)> {
+        let is_same = (self.center, self.resolution) == (center, resolution);
+        (self.center, self.resolution) = (center, resolution);
+        let left = meshes.take_left().filter(|_| is_same);
+        let [recent, resting] = meshes.recent_and_resting();
+        if left.is_none_or(|left| left.iter().any(|mesh| self.rests_at_corners(mesh))) {
+            self.resting = self.bounds(resting);
+        }
+        let both = [self.bounds(recent), self.resting].into_iter().flatten();
+        let (low, high) = both.reduce(union)?;
+        Some((low.into(), high.into()))
     }
 
-    fn update(&mut self, scene: &ExtractedScene, center: Vec3, resolution: u32) {
-        let is_same = (self.center, self.resolution) == (center, resolution);
-        let corners = |entity| self.corners(scene.rigid.get(entity)?);
-        let may_shrink = self.extremes.as_ref().is_some_and(|extremes| {
-            (0..3).any(|axis| {
-                let low = corners(&extremes.at_low[axis]);
-                let high = corners(&extremes.at_high[axis]);
-                low.is_none_or(|(low, _)| low[axis] > extremes.low[axis])
-                    || high.is_none_or(|(_, high)| high[axis] < extremes.high[axis])
-            })
-        });
-        (self.center, self.resolution) = (center, resolution);
-        if is_same && !may_shrink {
-            for entity in &scene.changed {
-                if let Some(mesh) = scene.rigid.get(entity) {
-                    self.add(*entity, mesh);
-                }
-            }
-            return;
-        }
-        self.extremes = None;
-        for (entity, mesh) in &scene.rigid {
-            self.add(*entity, mesh);
-        }
+    /// Whether the bounds of what rests may be smaller without a mesh.
+    fn rests_at_corners(&self, mesh: &ExtractedMesh) -> bool {
+        let both = self.resting.zip(self.corners(mesh));
+        both.is_some_and(|((low, high), of_mesh)| {
+            of_mesh.0.cmple(low).any() || of_mesh.1.cmpge(high).any()
+        })
+    }
+
+    fn bounds<'a>(&self, meshes: impl Iterator<Item = &'a ExtractedMesh>) -> Option<Corners> {
+        meshes.filter_map(|mesh| self.corners(mesh)).reduce(union)
     }
 
     /// The corners of a mesh that counts.
-    fn corners(&self, mesh: &ExtractedMesh) -> Option<(Vec3A, Vec3A)> {
-        let (center, half_size) = mesh.bounds.filter(|_| mesh.is_culled)?;
+    fn corners(&self, mesh: &ExtractedMesh) -> Option<Corners> {
+        let counts = mesh.is_culled && !mesh.is_deformed();
+        let (center, half_size) = mesh.bounds.filter(|_| counts)?;
         // Else it would be smaller than a sub-voxel of a level that reaches as far.
         let distance = (center - Vec3A::from(self.center)).abs().max_element();
         let resolved = half_size.max_element() * 4.0 * self.resolution as f32;
         let counts = center.is_finite() && half_size.is_finite() && resolved >= distance;
         counts.then(|| (center - half_size, center + half_size))
     }
+}
 
-    fn add(&mut self, entity: Entity, mesh: &ExtractedMesh) {
-        let Some((low, high)) = self.corners(mesh) else {
-            return;
-        };
-        let extremes = self.extremes.get_or_insert(Extremes {
-            low,
-            high,
-            at_low: [entity; 3],
-            at_high: [entity; 3],
-        });
-        for axis in 0..3 {
-            if low[axis] < extremes.low[axis] {
-                extremes.low[axis] = low[axis];
-                extremes.at_low[axis] = entity;
-            }
-            if high[axis] > extremes.high[axis] {
-                extremes.high[axis] = high[axis];
-                extremes.at_high[axis] = entity;
-            }
-        }
-    }
+fn union(a: Corners, b: Corners) -> Corners {
+    (a.0.min(b.0), a.1.max(b.1))
 }
 
 #[cfg(test)]
@@ -232,44 +208,38 @@ mod tests {
             material: 0,
             first_joint: None,
             weights: None,
+            pose: 0,
             casts_shadow: true,
         }
     }
 
     #[test]
     fn bounds_follow_what_comes_moves_and_goes_as_if_they_were_found_anew() {
-        let mut scene = ExtractedScene::default();
+        let mut meshes = SceneMeshes::default();
         let mut kept = WorldBounds::default();
         let entity = |index: u32| Entity::from_raw_u32(index).expect("an index");
-        // A step: the position of a mesh, or its end.
-        let steps: [(u32, Option<f32>); 8] = [
-            (0, Some(0.0)),
-            (1, Some(10.0)),
-            (2, Some(-7.0)),
-            (1, Some(3.0)),
-            (3, Some(5.0)),
-            (2, None),
-            (3, Some(50.0)),
-            (3, None),
-        ];
-        for (index, at) in steps {
-            match at {
-                Some(x) => scene.rigid.insert(entity(index), mesh(Vec3::X * x, 1.0)),
-                None => scene.rigid.remove(&entity(index)),
-            };
-            scene.changed = vec![entity(index)];
-            kept.update(&scene, Vec3::ZERO, 32);
-            let mut anew = WorldBounds::default();
-            anew.update(&scene, Vec3::ZERO, 32);
-            assert_eq!(kept.bounds(), anew.bounds(), "{index} {at:?}");
+        let bounds =
+            |kept: &mut WorldBounds, meshes: &mut SceneMeshes| kept.update(meshes, Vec3::ZERO, 32);
+        let mut state = 1_u32;
+        for step in 0..2000 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let (index, x) = (state >> 8 & 31, (state >> 16 & 63) as f32 - 32.0);
+            meshes.begin_frame();
+            let stays = state >> 28 != 0;
+            meshes.set(entity(index), stays.then(|| mesh(Vec3::X * x, 1.0)));
+            let found = bounds(&mut kept, &mut meshes);
+            let anew = bounds(&mut WorldBounds::default(), &mut meshes);
+            assert_eq!(found, anew, "step {step}");
+            meshes.update_changed(|_| {});
+        }
+        for index in 0..32 {
+            meshes.set(entity(index), Some(mesh(Vec3::X * 3.0, 1.0)));
         }
         // From 200 metres a metre is less than a sub-voxel.
-        scene.rigid.insert(entity(4), mesh(Vec3::X * 200.0, 1.0));
-        let endless = mesh(Vec3::X, f32::INFINITY);
-        scene.rigid.insert(entity(5), endless);
-        scene.rigid.insert(entity(6), mesh(Vec3::NAN, 1.0));
-        scene.changed = [4, 5, 6].map(entity).to_vec();
-        kept.update(&scene, Vec3::ZERO, 32);
-        assert_eq!(kept.bounds().expect("bounds").1.x, 4.0);
+        meshes.set(entity(40), Some(mesh(Vec3::X * 200.0, 1.0)));
+        meshes.set(entity(41), Some(mesh(Vec3::X, f32::INFINITY)));
+        meshes.set(entity(42), Some(mesh(Vec3::NAN, 1.0)));
+        let (low, high) = bounds(&mut kept, &mut meshes).expect("bounds");
+        assert_eq!((low.x, high.x), (2.0, 4.0));
     }
 }

@@ -11,10 +11,16 @@ use bevy::{
 };
 
 use super::{
-    allocate, bindings::prepare_voxel_bind_groups, compact, draw_sky, draw_tiles, gather, inject,
-    mark_visible, propagate, read_back, reproject, solve::solve, voxelize,
+    allocate,
+    bindings::{VoxelBindGroups, prepare_voxel_bind_groups},
+    compact, draw_sky, draw_tiles, gather, inject, mark_visible, propagate, read_back, reproject,
+    solve::solve,
+    voxelize,
 };
-use crate::prepare::{light_tiles::prepare_light_tiles, plan::plan_frame};
+use crate::prepare::{
+    light_tiles::prepare_light_tiles,
+    plan::{FramePlan, plan_frame},
+};
 
 /// Registers the passes.
 pub(crate) struct PassesPlugin;
@@ -97,7 +103,8 @@ impl Plugin for PassesPlugin {
                     propagate::prepare,
                 )
                     .in_set(RenderSystems::PrepareBindGroups)
-                    .after(plan_frame),
+                    .after(plan_frame)
+                    .run_if(light_is_computed),
             )
             .add_systems(Render, read_back::read_back.in_set(RenderSystems::Cleanup))
             .add_systems(
@@ -112,13 +119,18 @@ impl Plugin for PassesPlugin {
                     draw_sky::draw_sky,
                     draw_tiles::draw_tiles,
                     draw_tiles::draw_light_tiles,
-                    voxelize::voxelize,
-                    compact::compact,
-                    solve,
+                    (voxelize::voxelize, compact::compact, solve)
+                        .chain()
+                        .run_if(light_is_computed),
                 )
                     .chain()
                     .in_set(RenderGraphSystems::Render)
                     .before(camera_driver),
             );
     }
+}
+
+/// Whether the passes have work, or had some in the last frame, so that what they bound is to be released.
+fn light_is_computed(plan: Res<FramePlan>, bound: Option<Res<VoxelBindGroups>>) -> bool {
+    plan.work.is_some() || bound.is_some()
 }

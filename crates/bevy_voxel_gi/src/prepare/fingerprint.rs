@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// Adds floats to a hash by their bits, so that NaN equals itself.
-pub(super) fn hash_floats<const N: usize>(hasher: &mut impl Hasher, floats: &[f32; N]) {
+pub(crate) fn hash_floats<const N: usize>(hasher: &mut impl Hasher, floats: &[f32; N]) {
     u32::hash_slice(&floats.map(f32::to_bits), hasher);
 }
 

@@ -62,7 +62,7 @@ pub(crate) fn prepare_light_tiles(
         };
         let key = (texture.image, content);
         match light_tiles.tiles.of(key, (&images, &notes, &device)) {
-            Ok(place) => {
+            Ok((place, _)) => {
                 let light = &mut lights.lights[*index];
                 light.tile_first = place.first;
                 light.tile_size = place.size.x | place.size.y << 16;

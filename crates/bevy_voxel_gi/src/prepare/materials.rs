@@ -197,14 +197,18 @@ pub(crate) fn prepare_materials(
         0.0
     };
     let unit_before = records.emission_unit;
-    let tiles_before = tiles.version;
+    let mut drawn_anew = HashSet::<u32>::default();
     let mut words = vec![0; 4 * TEXELS * scene.materials.len()];
     tiles.begin();
     for &i in &used {
         let assets = (&*images, &*notes, &*device);
         let mut tile = |texture: VoxelTexture, content| {
             let tile = tiles.of((texture.image, content), assets);
-            tile.inspect_err(warn_of_missing_tile).ok()
+            let (place, is_new) = tile.inspect_err(warn_of_missing_tile).ok()?;
+            if is_new {
+                drawn_anew.insert(i);
+            }
+            Some(place)
         };
         let mut record = RecordWriter {
             notes: &notes,
@@ -239,15 +243,18 @@ pub(crate) fn prepare_materials(
             })
     };
     let of_records = (0..words.len()).step_by(4 * TEXELS);
-    let changed: Vec<_> = of_records.filter(|i| !is_same(*i)).collect();
-    let changed = changed.iter().map(|i| (i / (4 * TEXELS)) as u32);
-    if is_new || changed.len() > 0 {
-        records.changed.extend(changed);
-        records.words = words;
-        records.upload(&device, &queue);
+    let changed = of_records.filter(|i| !is_same(*i));
+    let changed: Vec<_> = changed.map(|i| (i / (4 * TEXELS)) as u32).collect();
+    if is_new || !changed.is_empty() || !drawn_anew.is_empty() {
         records.version += 1;
     }
-    if is_new || unit != unit_before || tiles.version != tiles_before {
+    if is_new || !changed.is_empty() {
+        records.words = words;
+        records.upload(&device, &queue);
+    }
+    records.changed.extend(changed);
+    records.changed.extend(drawn_anew);
+    if is_new || unit != unit_before {
         records.version += 1;
         records.version_of_all += 1;
     }

@@ -1,11 +1,9 @@
-//! Groups meshes by the GPU buffers that they share, in batches of 64 triangles. Groups of rigid meshes are kept
-//! from frame to frame, and only what has changed is located anew.
+//! Groups meshes by the GPU buffers that they share, in batches of 64 triangles. The groups are kept from frame to
+//! frame, and only what has changed is located anew.
 
-use std::hash::{BuildHasher, Hash, Hasher};
+use std::hash::BuildHasher;
 
 use bevy::{
-    ecs::entity::EntityHashMap,
-    math::Vec3A,
     platform::{
         collections::{HashMap, HashSet},
         hash::FixedHasher,
@@ -25,219 +23,174 @@ use bevy::{
 use super::{
     asset_notes::AssetNotes,
     dirty_voxels::{Bounds, ChangedRegions},
-    fingerprint::hash_floats,
     mesh_group::{LevelMask, MeshGroup},
     mesh_instance::MeshLocator,
 };
 use crate::{
-    extract::{
-        meshes::{ExtractedMesh, ExtractedScene},
-        volume::ExtractedVolume,
-    },
-    gpu_types::{MESH_NOT_SHADOW_CASTER, MESH_SKINNED, MeshInstance},
+    extract::{meshes::ExtractedScene, scene_meshes::SceneMesh, volume::ExtractedVolume},
+    gpu_types::{MESH_NOT_SHADOW_CASTER, MeshInstance},
 };
 
 /// The meshes as the voxeliser dispatches them.
 #[derive(Resource, Default)]
 pub(crate) struct MeshBatches {
-    rigid: MeshGroups,
-    deformed: MeshGroups,
-    /// The deformed meshes of the last frame, by their hash with that of what deforms them.
-    deformed_before: HashMap<u64, DeformedMeshes>,
-    /// The rigid meshes in `rigid`.
-    placed: EntityHashMap<PlacedMesh>,
-    /// Sum of the hashes of the rigid meshes, which does not depend on their order.
-    rigid_hash: u64,
-    /// Centres and edges of the levels for which the rigid meshes were grouped.
+    groups: MeshGroups,
+    /// Number of meshes in the groups.
+    count: usize,
+    /// Sum of the hashes of these meshes, which does not depend on their order.
+    hash: u64,
+    /// Centres and edges of the levels for which the meshes were grouped.
     levels: Vec<(Vec3, f32)>,
     /// Increases when the asset of a mesh that reaches into a level has changed.
     edits: u64,
     /// By how much the world has moved in this frame, as apps move it that keep the origin near the camera: most of the
-    /// rigid meshes have moved by it.
+    /// meshes have moved by it.
     pub world_move: Vec3,
     /// Where meshes have changed since the scene was voxelised last.
     changed: ChangedRegions,
     /// Hash of everything that the voxels depend on.
     pub fingerprint: u64,
-    pub triangles: u64,
 }
 
 impl MeshBatches {
+    /// Number of triangles of the meshes.
+    pub(super) fn triangles(&self) -> u64 {
+        self.groups.triangles
+    }
+
     /// Whether a mesh that reaches into a level has this material.
     pub(super) fn uses(&self, material: u32) -> bool {
-        self.rigid.uses(material) || self.deformed.uses(material)
+        self.groups.materials.contains_key(&material)
     }
 
     /// Whether a mesh that reaches into a level does not shadow direct light.
     pub(super) fn have_mesh_without_shadow(&self) -> bool {
-        self.rigid.has_mesh_without_shadow() || self.deformed.has_mesh_without_shadow()
+        self.groups.without_shadow > 0
     }
 
     pub(crate) fn groups_mut(&mut self) -> impl Iterator<Item = &mut MeshGroup> {
-        self.rigid.iter_mut().chain(self.deformed.iter_mut())
+        let groups = self.groups.groups.iter_mut();
+        groups.filter(|group| !group.is_empty())
     }
 
     /// Where meshes have changed since this was asked last, or have one of these materials.
-    pub(super) fn take_changed(&mut self, materials: &HashSet<u32>) -> ChangedRegions {
+    pub(super) fn take_changed(
+        &mut self,
+        materials: &HashSet<u32>,
+        scene: &ExtractedScene,
+    ) -> ChangedRegions {
         let mut changed = std::mem::take(&mut self.changed);
         if !materials.is_empty() {
-            let rigid = self.placed.values();
-            let rigid = rigid.map(|mesh| (mesh.material, mesh.bounds, mesh.levels));
-            let deformed = self.deformed_before.values();
-            let deformed = deformed.map(|mesh| (mesh.material, mesh.bounds, mesh.levels));
-            for (_, bounds, levels) in rigid
-                .chain(deformed)
-                .filter(|(material, ..)| materials.contains(material))
-            {
-                changed.add(bounds, levels);
+            let placed = scene.meshes.iter().filter_map(|mesh| mesh.placed.as_ref());
+            for placed in placed {
+                if materials.contains(&self.groups.instance(placed).material) {
+                    changed.add(placed.bounds, placed.levels);
+                }
             }
         }
         changed
     }
 
-    /// Groups all rigid meshes anew.
-    fn group_rigid_meshes(&mut self, locator: &MeshLocator) {
-        self.rigid = MeshGroups::default();
-        self.placed.clear();
-        self.rigid_hash = 0;
-        for &entity in locator.scene.rigid.keys() {
-            self.update_rigid_mesh(entity, false, locator);
-        }
+    /// Groups all meshes anew.
+    fn group_all(&mut self, scene: &mut ExtractedScene, locator: &MeshLocator) {
+        self.groups = MeshGroups::default();
+        (self.count, self.hash) = (0, 0);
+        self.world_move = Vec3::ZERO;
+        scene.meshes.update_all(|mesh, _| {
+            mesh.placed = None;
+            self.update(mesh, false, locator);
+        });
     }
 
-    /// Groups all meshes with a skin or morph targets, and returns their hash.
-    fn group_deformed_meshes(
-        &mut self,
-        locator: &MeshLocator,
-        assets: &ExtractedAssets<RenderMesh>,
-    ) -> u64 {
-        let scene = locator.scene;
-        let mut hasher = FixedHasher.build_hasher();
-        let mut found = HashMap::default();
-        self.deformed = MeshGroups::default();
-        let first_matrix =
-            |mesh: &ExtractedMesh| mesh.first_joint.or(mesh.weights.map(|(first, _)| first));
-        for (i, extracted) in scene.deformed.iter().enumerate() {
-            let Some(mesh) = locator.locate(extracted) else {
-                continue;
-            };
-            let mut own = FixedHasher.build_hasher();
-            mesh.hash.hash(&mut own);
-            let first = first_matrix(extracted).unwrap_or_default() as usize;
-            let end = scene.deformed.get(i + 1).and_then(first_matrix);
-            let end = end.map_or(scene.joints.len(), |end| end as usize);
-            for joint in &scene.joints[first..end.max(first)] {
-                hash_floats(&mut own, &joint.to_cols_array());
-            }
-            let hash = own.finish();
-            hash.hash(&mut hasher);
-            let alike = found.entry(hash).or_insert(DeformedMeshes {
-                count: 0,
-                bounds: mesh.bounds,
-                levels: mesh.instance.levels,
-                material: mesh.instance.material,
-            });
-            alike.count += 1;
-            if assets.added.contains(&mesh.mesh) {
-                self.changed.add(mesh.bounds, mesh.instance.levels);
-            }
-            self.deformed.add(mesh);
-        }
-        let before = std::mem::replace(&mut self.deformed_before, found);
-        let now = &self.deformed_before;
-        for (one, other) in [(&before, now), (now, &before)] {
-            for (hash, meshes) in one {
-                let others = other.get(hash);
-                if others.is_none_or(|others| others.count != meshes.count) {
-                    self.changed.add(meshes.bounds, meshes.levels);
-                }
-            }
-        }
-        hasher.finish()
-    }
-
-    /// Adds, changes or removes a rigid mesh. `is_edited` says whether its asset may be another one.
-    fn update_rigid_mesh(&mut self, entity: Entity, is_edited: bool, locator: &MeshLocator) {
-        let extracted = locator.scene.rigid.get(&entity);
-        if let Some(extracted) = extracted
-            && let Some(placed) = self.placed.get_mut(&entity)
+    /// Adds, changes or removes a mesh. `is_edited` says whether its asset may be another one.
+    fn update(&mut self, mesh: &mut SceneMesh, is_edited: bool, locator: &MeshLocator) {
+        let hash_before = mesh.placed.as_ref().map(|placed| placed.hash);
+        if let (Some(now), Some(placed)) = (&mesh.now, &mut mesh.placed)
             && !is_edited
-            && extracted.mesh == placed.mesh
-            && let Some((instance, hash)) = locator.moved(extracted, self.rigid.instance(placed))
+            && now.mesh == placed.mesh
+            && let Some((instance, hash)) = locator.moved(now, self.groups.instance(placed))
         {
-            if hash != placed.hash {
+            if Some(hash) != hash_before {
                 self.changed.add(placed.bounds, placed.levels);
-                self.changed.add(extracted.bounds, instance.levels);
+                self.changed.add(now.bounds, instance.levels);
             }
-            self.rigid_hash = self.rigid_hash.wrapping_sub(placed.hash).wrapping_add(hash);
-            self.rigid
-                .set(placed, instance, extracted.bounds, hash, true);
+            self.hash = self.hash.wrapping_sub(placed.hash).wrapping_add(hash);
+            self.groups.set(placed, instance, now.bounds, hash, true);
             return;
         }
-        let mesh = extracted.and_then(|extracted| locator.locate(extracted));
-        let hash_before = self.placed.get(&entity).map(|placed| placed.hash);
-        let hash = mesh.as_ref().map(|mesh| mesh.hash);
+        let located = mesh.now.as_ref().and_then(|now| locator.locate(now));
+        let hash = located.as_ref().map(|located| located.hash);
         // One that only reaches into other levels was not there, or is not any more.
         let has_changed = is_edited || hash_before.zip(hash).is_some_and(|(a, b)| a != b);
-        let has_come_or_gone = hash_before.is_some() != hash.is_some();
-        if let Some(placed) = self.placed.get(&entity)
-            && (has_changed || has_come_or_gone)
-        {
-            self.changed.add(placed.bounds, placed.levels);
-        }
-        if let Some(mesh) = mesh.as_ref().filter(|_| has_changed || has_come_or_gone) {
-            self.changed.add(mesh.bounds, mesh.instance.levels);
-        }
-        if let Some(placed) = self.placed.get_mut(&entity) {
-            self.rigid_hash = self.rigid_hash.wrapping_sub(placed.hash);
-            let mesh = mesh.as_ref();
-            if mesh.is_some_and(|mesh| self.rigid.replace(placed, mesh, is_edited)) {
-                self.rigid_hash = self.rigid_hash.wrapping_add(placed.hash);
-                return;
+        if has_changed || hash_before.is_some() != hash.is_some() {
+            if let Some(placed) = &mesh.placed {
+                self.changed.add(placed.bounds, placed.levels);
             }
-            self.rigid.remove(placed);
-            self.placed.remove(&entity);
+            if let Some(located) = &located {
+                self.changed.add(located.bounds, located.instance.levels);
+            }
         }
-        if let Some(mesh) = mesh {
-            self.rigid_hash = self.rigid_hash.wrapping_add(mesh.hash);
-            self.placed.insert(entity, self.rigid.add(mesh));
+        self.hash = self.hash.wrapping_sub(hash_before.unwrap_or_default());
+        self.hash = self.hash.wrapping_add(hash.unwrap_or_default());
+        if let (Some(placed), Some(located)) = (&mut mesh.placed, &located)
+            && self.groups.replace(placed, located, is_edited)
+        {
+            return;
+        }
+        if let Some(placed) = mesh.placed.take() {
+            self.groups.remove(&placed);
+            self.count -= 1;
+        }
+        if let Some(located) = located {
+            mesh.placed = Some(self.groups.add(located));
+            self.count += 1;
         }
     }
 
-    /// The rigid meshes that reach into other levels than they did.
-    fn in_other_levels(&self, locator: &MeshLocator) -> Vec<Entity> {
-        let rigid = locator.scene.rigid.iter();
-        let moved = rigid.filter(|(entity, extracted)| {
-            let former = self.placed.get(*entity).map_or(0, |placed| placed.levels);
-            locator.levels_of(extracted) != former
-        });
-        moved.map(|(entity, _)| *entity).collect()
+    /// Where a mesh in the groups is.
+    fn position(&self, mesh: &SceneMesh) -> Option<Vec3> {
+        let instance = self.groups.instance(mesh.placed.as_ref()?);
+        Some(instance.world_from_local.w_axis.truncate())
     }
 
-    /// The rigid meshes whose asset has changed, and those that are not grouped: theirs may be on the GPU now.
-    fn with_other_assets(
-        &self,
+    /// Updates what has changed: meshes, the levels that they reach into, and assets.
+    fn update_changed(
+        &mut self,
+        scene: &mut ExtractedScene,
         locator: &MeshLocator,
-        assets: &ExtractedAssets<RenderMesh>,
-    ) -> Vec<Entity> {
-        let rigid = locator.scene.rigid.iter();
-        let changed = rigid.filter(|(entity, extracted)| {
-            let mesh = extracted.mesh;
-            assets.added.contains(&mesh)
-                || locator.meshes.get(mesh).is_none()
-                || !self.placed.contains_key(*entity)
+        has_other_levels: bool,
+        assets: Option<&ExtractedAssets<RenderMesh>>,
+    ) {
+        self.world_move = Vec3::ZERO;
+        if !has_other_levels && assets.is_none() {
+            let update = |mesh: &mut SceneMesh| self.update(mesh, false, locator);
+            scene.meshes.update_changed(update);
+            return;
+        }
+        let mut moves = CommonMove::default();
+        scene.meshes.update_all(|mesh, has_changed| {
+            let Some(now) = &mesh.now else {
+                self.update(mesh, false, locator);
+                return;
+            };
+            let levels = mesh.placed.as_ref().map_or(0, |placed| placed.levels);
+            // The asset of one that is not grouped may be on the GPU now.
+            let is_edited = assets.is_some_and(|assets| {
+                assets.added.contains(&now.mesh)
+                    || locator.meshes.get(now.mesh).is_none()
+                    || mesh.placed.is_none()
+            });
+            let reaches_others = has_other_levels && locator.levels_of(now) != levels;
+            if is_edited || reaches_others || has_changed {
+                let before = self.position(mesh);
+                self.update(mesh, is_edited, locator);
+                let by = before.zip(self.position(mesh));
+                moves.add(by.map_or(Vec3::NAN, |(before, after)| after - before));
+            }
         });
-        changed.map(|(entity, _)| *entity).collect()
-    }
-
-    /// Whether the asset of a mesh that reaches into a level is another one than in the last frame.
-    fn has_edits(&self, locator: &MeshLocator, assets: &ExtractedAssets<RenderMesh>) -> bool {
-        let scene = locator.scene;
-        let mut meshes = scene.rigid.values().chain(&scene.deformed);
-        !assets.added.is_empty()
-            && meshes.any(|extracted| {
-                assets.added.contains(&extracted.mesh) && locator.levels_of(extracted) != 0
-            })
+        if has_other_levels {
+            self.world_move = moves.of_most(self.count);
+        }
     }
 }
 
@@ -257,31 +210,24 @@ pub(super) struct LocatedMesh {
 }
 
 /// The place of a mesh in the groups.
-pub(super) struct PlacedMesh {
-    slabs: Slabs,
-    mesh: AssetId<Mesh>,
-    pub material: u32,
-    pub levels: LevelMask,
-    pub bounds: Option<Bounds>,
-    /// World position of the mesh's origin.
-    pub position: Vec3,
+pub(crate) struct PlacedMesh {
     group: usize,
     instance: usize,
-    pub hash: u64,
-}
-
-fn position(instance: &MeshInstance) -> Vec3 {
-    instance.world_from_local.w_axis.truncate()
+    levels: LevelMask,
+    hash: u64,
+    bounds: Option<Bounds>,
+    mesh: AssetId<Mesh>,
+    slabs: Slabs,
 }
 
 /// Groups by their slabs.
 #[derive(Default)]
-pub(super) struct MeshGroups {
+struct MeshGroups {
     /// A group without a mesh is replaced by the next new one.
     groups: Vec<MeshGroup>,
     by_slabs: HashMap<Slabs, usize>,
     /// Number of triangles of all meshes.
-    pub triangles: u64,
+    triangles: u64,
     /// Number of meshes with each material.
     materials: HashMap<u32, usize>,
     /// Number of meshes that do not shadow direct light.
@@ -289,20 +235,6 @@ pub(super) struct MeshGroups {
 }
 
 impl MeshGroups {
-    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut MeshGroup> {
-        self.groups.iter_mut().filter(|group| !group.is_empty())
-    }
-
-    /// Whether a mesh has this material.
-    pub(super) fn uses(&self, material: u32) -> bool {
-        self.materials.contains_key(&material)
-    }
-
-    /// Whether a mesh does not shadow direct light.
-    pub(super) fn has_mesh_without_shadow(&self) -> bool {
-        self.without_shadow > 0
-    }
-
     /// Counts a mesh that is in the groups now.
     fn count(&mut self, mesh: &MeshInstance) {
         self.triangles += u64::from(mesh.triangle_count);
@@ -322,8 +254,7 @@ impl MeshGroups {
         }
     }
 
-    /// Adds a mesh; the bounds in the world of one that is deformed are those of its triangles, too.
-    pub(super) fn add(&mut self, mesh: LocatedMesh) -> PlacedMesh {
+    fn add(&mut self, mesh: LocatedMesh) -> PlacedMesh {
         self.count(&mesh.instance);
         let group = *self.by_slabs.entry(mesh.slabs).or_insert_with(|| {
             let new = MeshGroup::new(mesh.buffers);
@@ -334,19 +265,14 @@ impl MeshGroups {
             }
             empty.unwrap_or(self.groups.len() - 1)
         });
-        let is_deformed = mesh.instance.flags & MESH_SKINNED != 0 || mesh.instance.weight_count > 0;
-        let everywhere = (Vec3A::ZERO, Vec3A::INFINITY);
-        let bounds = is_deformed.then(|| mesh.bounds.unwrap_or(everywhere));
         PlacedMesh {
-            slabs: mesh.slabs,
-            mesh: mesh.mesh,
-            material: mesh.instance.material,
-            levels: mesh.instance.levels,
-            bounds: mesh.bounds,
-            position: position(&mesh.instance),
             group,
-            instance: self.groups[group].add(mesh.instance, bounds),
+            instance: self.groups[group].add(mesh.instance, mesh.bounds),
+            levels: mesh.instance.levels,
             hash: mesh.hash,
+            bounds: mesh.bounds,
+            mesh: mesh.mesh,
+            slabs: mesh.slabs,
         }
     }
 
@@ -354,14 +280,9 @@ impl MeshGroups {
         self.groups[placed.group].instance(placed.instance)
     }
 
-    /// Changes a rigid mesh in place if its triangles stay in the same batches, and returns whether they do. `is_edited`
+    /// Changes a mesh in place if its triangles stay in the same batches, and returns whether they do. `is_edited`
     /// says whether these are others in the same asset.
-    pub(super) fn replace(
-        &mut self,
-        placed: &mut PlacedMesh,
-        mesh: &LocatedMesh,
-        is_edited: bool,
-    ) -> bool {
+    fn replace(&mut self, placed: &mut PlacedMesh, mesh: &LocatedMesh, is_edited: bool) -> bool {
         let is_same_mesh = mesh.mesh == placed.mesh && !is_edited;
         let stays = mesh.slabs == placed.slabs
             && self.set(placed, mesh.instance, mesh.bounds, mesh.hash, is_same_mesh);
@@ -381,22 +302,20 @@ impl MeshGroups {
         is_same_mesh: bool,
     ) -> bool {
         let group = &mut self.groups[placed.group];
-        let Some(former) = group.replace(placed.instance, instance, is_same_mesh) else {
+        let Some(former) = group.replace(placed.instance, instance, bounds, is_same_mesh) else {
             return false;
         };
         if (former.material, former.flags) != (instance.material, instance.flags) {
             self.uncount(&former);
             self.count(&instance);
         }
-        placed.material = instance.material;
         placed.levels = instance.levels;
         placed.bounds = bounds;
-        placed.position = position(&instance);
         placed.hash = hash;
         true
     }
 
-    pub(super) fn remove(&mut self, placed: &PlacedMesh) {
+    fn remove(&mut self, placed: &PlacedMesh) {
         let group = &mut self.groups[placed.group];
         let removed = group.remove(placed.instance);
         if group.is_empty() {
@@ -406,15 +325,6 @@ impl MeshGroups {
         }
         self.uncount(&removed);
     }
-}
-
-/// Meshes that are deformed alike in one place.
-#[derive(Clone, Copy, PartialEq)]
-struct DeformedMeshes {
-    count: usize,
-    bounds: Option<Bounds>,
-    levels: LevelMask,
-    material: u32,
 }
 
 /// The move that most meshes have in common.
@@ -450,11 +360,22 @@ impl CommonMove {
     }
 }
 
+/// Whether the asset of a mesh that reaches into a level is another one than in the last frame.
+fn have_edits(
+    scene: &ExtractedScene,
+    locator: &MeshLocator,
+    assets: &ExtractedAssets<RenderMesh>,
+) -> bool {
+    let mut meshes = scene.meshes.iter().filter_map(|mesh| mesh.now.as_ref());
+    !assets.added.is_empty()
+        && meshes.any(|mesh| assets.added.contains(&mesh.mesh) && locator.levels_of(mesh) != 0)
+}
+
 /// Collects the meshes that are on the GPU already; the others are added in later frames.
 pub(crate) fn collect_mesh_batches(
     mut batches: ResMut<MeshBatches>,
     volume: Res<ExtractedVolume>,
-    scene: Res<ExtractedScene>,
+    mut scene: ResMut<ExtractedScene>,
     allocator: Res<MeshAllocator>,
     (meshes, assets, notes): (
         Res<RenderAssets<RenderMesh>>,
@@ -469,7 +390,6 @@ pub(crate) fn collect_mesh_batches(
         return;
     };
     let locator = MeshLocator {
-        scene: &scene,
         levels: &volume.levels,
         resolution: volume.settings.resolution,
         allocator: &allocator,
@@ -484,41 +404,17 @@ pub(crate) fn collect_mesh_batches(
     if has_other_levels {
         batches.levels = levels.collect();
     }
-    batches.edits += u64::from(batches.has_edits(&locator, &assets));
+    batches.edits += u64::from(have_edits(&scene, &locator, &assets));
     if buffers_moved || is_new {
-        batches.group_rigid_meshes(&locator);
+        batches.group_all(&mut scene, &locator);
         batches.changed.everything = true;
     } else {
-        let of_now = scene.changed.iter().map(|entity| (*entity, false));
-        let mut changed: Vec<_> = of_now.collect();
-        if has_other_levels {
-            let others = batches.in_other_levels(&locator).into_iter();
-            changed.extend(others.map(|entity| (entity, false)));
-        }
-        if meshes.is_changed() {
-            let others = batches.with_other_assets(&locator, &assets).into_iter();
-            changed.extend(others.map(|entity| (entity, true)));
-        }
-        let mut moves = CommonMove::default();
-        for (entity, is_edited) in changed {
-            let before = batches.placed.get(&entity).map(|placed| placed.position);
-            batches.update_rigid_mesh(entity, is_edited, &locator);
-            if has_other_levels {
-                let after = batches.placed.get(&entity).map(|placed| placed.position);
-                moves.add(
-                    before
-                        .zip(after)
-                        .map_or(Vec3::NAN, |(before, after)| after - before),
-                );
-            }
-        }
-        batches.world_move = moves.of_most(batches.placed.len());
+        let assets = meshes.is_changed().then_some(&*assets);
+        batches.update_changed(&mut scene, &locator, has_other_levels, assets);
     }
     // Where most meshes move, everything does.
     batches.changed.everything |= batches.world_move != Vec3::ZERO;
-    let deformed_hash = batches.group_deformed_meshes(&locator, &assets);
-    batches.fingerprint = FixedHasher.hash_one((batches.rigid_hash, batches.edits, deformed_hash));
-    batches.triangles = batches.rigid.triangles + batches.deformed.triangles;
+    batches.fingerprint = FixedHasher.hash_one((batches.hash, batches.edits));
 }
 
 #[cfg(test)]

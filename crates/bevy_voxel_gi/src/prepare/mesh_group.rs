@@ -1,22 +1,21 @@
 //! Meshes that share their buffers, and their lists on the GPU.
 
-use std::{num::NonZeroU64, ops::Range};
+use std::num::NonZeroU64;
 
 use bevy::{
     math::{Vec3, Vec3A},
     platform::collections::HashMap,
     render::{
         render_resource::{
-            BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages,
-            CommandEncoderDescriptor, ShaderSize, ShaderType,
-            encase::internal::{WriteInto, Writer},
+            BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, RawBufferVec,
         },
         renderer::{RenderDevice, RenderQueue},
     },
 };
+use bytemuck::Pod;
 
 use super::dirty_voxels::Bounds;
-use crate::gpu_types::{MeshBatch, MeshInstance};
+use crate::gpu_types::{MESH_SKINNED, MeshBatch, MeshInstance};
 
 /// Number of triangles in a batch.
 pub(super) const BATCH_TRIANGLES: u32 = 64;
@@ -48,8 +47,8 @@ pub(crate) struct MeshGroup {
 
 /// The lists of a group on the GPU.
 pub(crate) struct UploadedGroup<'a> {
-    pub instances: BindingResource<'a>,
-    pub batches: BindingResource<'a>,
+    pub instances: UploadedList<'a>,
+    pub batches: UploadedList<'a>,
     pub batch_count: u32,
     pub items: Buffer,
 }
@@ -93,8 +92,7 @@ impl MeshGroup {
         &self.instances.items[place]
     }
 
-    /// Adds a mesh, and returns the place of its instance. `bounds` are those in the world of a mesh that is deformed;
-    /// those of others are found on the GPU.
+    /// Adds a mesh with these bounds in the world, if they are known, and returns the place of its instance.
     pub(super) fn add(&mut self, instance: MeshInstance, bounds: Option<Bounds>) -> usize {
         self.count += 1;
         self.item_count += item_count(&instance);
@@ -114,19 +112,21 @@ impl MeshGroup {
             self.instances.set(place, instance);
         }
         self.first_batches[place] = self.batches.items.len();
+        let bounds = batch_bounds(&instance, bounds);
         for first_triangle in (0..instance.triangle_count).step_by(BATCH_TRIANGLES as usize) {
             self.batches.push(batch(place, first_triangle, bounds));
         }
         place
     }
 
-    /// Gives all batches of a mesh these bounds.
+    /// Gives all batches of a mesh its bounds.
     fn set_bounds(&mut self, place: usize, bounds: Option<Bounds>) {
         let first = self.first_batches[place];
         let triangles = self.instances.items[place].triangle_count;
         let first_triangles = (0..triangles).step_by(BATCH_TRIANGLES as usize);
+        let bounds = batch_bounds(&self.instances.items[place], bounds);
         for (at, first_triangle) in (first..).zip(first_triangles) {
-            self.batches.set(at, batch(place, first_triangle, bounds));
+            self.batches.reset(at, batch(place, first_triangle, bounds));
         }
     }
 
@@ -136,6 +136,7 @@ impl MeshGroup {
         &mut self,
         place: usize,
         instance: MeshInstance,
+        bounds: Option<Bounds>,
         is_same_mesh: bool,
     ) -> Option<MeshInstance> {
         let former = self.instances.items[place];
@@ -145,8 +146,8 @@ impl MeshGroup {
         self.item_count += item_count(&instance);
         self.item_count -= item_count(&former);
         self.instances.set(place, instance);
-        if !is_same_mesh {
-            self.set_bounds(place, None);
+        if is_deformed(&instance) || is_deformed(&former) || !is_same_mesh {
+            self.set_bounds(place, bounds);
         }
         Some(former)
     }
@@ -218,14 +219,23 @@ impl MeshGroup {
     }
 }
 
-/// A batch whose bounds are found on the GPU, if they are not given.
-fn batch(place: usize, first_triangle: u32, bounds: Option<Bounds>) -> MeshBatch {
-    let unknown = (Vec3::splat(f32::MAX), Vec3::splat(f32::MIN));
-    let (low, high) = bounds.map_or(unknown, |(center, half_size)| {
-        let most = Vec3A::splat(f32::MAX);
-        let within = |corner: Vec3A| Vec3::from(corner.clamp(-most, most));
-        (within(center - half_size), within(center + half_size))
-    });
+/// Whether a skin or morph targets deform a mesh.
+fn is_deformed(instance: &MeshInstance) -> bool {
+    instance.flags & MESH_SKINNED != 0 || instance.weight_count > 0
+}
+
+/// The corners of the batches of a mesh with these bounds in the world, if they are known: the same where it is
+/// deformed; else the GPU finds each, in the mesh's own space.
+fn batch_bounds(instance: &MeshInstance, bounds: Option<Bounds>) -> [Vec3; 2] {
+    if !is_deformed(instance) {
+        return [f32::MAX, f32::MIN].map(Vec3::splat);
+    }
+    let most = Vec3A::splat(f32::MAX);
+    let (center, half_size) = bounds.unwrap_or((Vec3A::ZERO, most));
+    [center - half_size, center + half_size].map(|corner| corner.clamp(-most, most).into())
+}
+
+fn batch(place: usize, first_triangle: u32, [low, high]: [Vec3; 2]) -> MeshBatch {
     MeshBatch {
         low,
         instance: u32::try_from(place).unwrap_or(u32::MAX),
@@ -240,139 +250,126 @@ struct List<T> {
     items: Vec<T>,
     /// The copy, which may have room for more.
     buffer: Option<Buffer>,
-    /// Places of the items that have changed since they were copied.
-    changed: Vec<usize>,
+    /// The words that have changed since they were copied, some of them more than once; `None` if all have.
+    changed: Option<Vec<u32>>,
+    /// Changed words for [`ScatterPass`](crate::passes::scatter::ScatterPass), each behind its place.
+    changes: RawBufferVec<[u32; 2]>,
 }
 
-impl<T: ShaderType + ShaderSize + WriteInto> List<T> {
+/// A list on the GPU.
+pub(crate) struct UploadedList<'a> {
+    pub items: BindingResource<'a>,
+    /// The changed words that are to be written into it.
+    pub changes: Option<BindingResource<'a>>,
+    pub change_count: u32,
+}
+
+impl<T: Pod> List<T> {
+    const WORDS: usize = size_of::<T>() / 4;
+
     fn new(label: &'static str) -> Self {
         Self {
             label,
             items: Vec::new(),
             buffer: None,
-            changed: Vec::new(),
+            changed: None,
+            changes: RawBufferVec::new(BufferUsages::STORAGE),
         }
     }
 
     fn push(&mut self, item: T) {
-        self.changed.push(self.items.len());
         self.items.push(item);
+        self.note(self.items.len() - 1, |_| true);
     }
 
     fn clear(&mut self) {
         self.items.clear();
-        self.changed.clear();
+        self.changed = None;
     }
 
+    /// Sets an item that only the CPU writes.
     fn set(&mut self, place: usize, item: T) {
+        let former = std::mem::replace(&mut self.items[place], item);
+        let former: &[u32] = bytemuck::cast_slice(std::slice::from_ref(&former));
+        let new: &[u32] = bytemuck::cast_slice(std::slice::from_ref(&item));
+        self.note(place, |word| former[word] != new[word]);
+    }
+
+    /// Sets an item that the GPU may have written to.
+    fn reset(&mut self, place: usize, item: T) {
         self.items[place] = item;
-        self.changed.push(place);
-        // Frames may pass until they are copied.
-        if self.changed.len() > 2 * self.items.len() {
-            self.changed.sort_unstable();
-            self.changed.dedup();
+        self.note(place, |_| true);
+    }
+
+    /// Notes the words of an item that have changed.
+    fn note(&mut self, place: usize, has_changed: impl Fn(usize) -> bool) {
+        let most = Self::WORDS * self.items.len() / 4;
+        let Some(changed) = &mut self.changed else {
+            return;
+        };
+        let first = Self::WORDS * place;
+        let words = (0..Self::WORDS).filter(|word| has_changed(*word));
+        changed.extend(words.map(|word| (first + word) as u32));
+        if changed.len() > most {
+            self.changed = None;
         }
     }
 
-    /// Copies what has changed, and returns the copy without its room; `None` if there are no items.
-    fn upload(
-        &mut self,
-        device: &RenderDevice,
-        queue: &RenderQueue,
-    ) -> Option<BindingResource<'_>> {
-        let size = T::SHADER_SIZE.get();
-        let needed = size * self.items.len() as u64;
+    /// Writes what has changed, and returns the copy without its room; `None` if there are no items.
+    fn upload(&mut self, device: &RenderDevice, queue: &RenderQueue) -> Option<UploadedList<'_>> {
+        let needed = size_of_val(&self.items[..]) as u64;
         let bound = NonZeroU64::new(needed)?;
-        if self
-            .buffer
-            .as_ref()
-            .is_none_or(|buffer| buffer.size() < needed)
-        {
+        let is_small = |buffer: &Buffer| buffer.size() < needed;
+        if self.buffer.as_ref().is_none_or(is_small) {
             // Room for half as many more, where this one was too small.
-            let room = if self.buffer.is_some() {
-                needed / size / 2 * size
-            } else {
-                0
+            let room = match self.buffer {
+                Some(_) => (self.items.len() / 2 * size_of::<T>()) as u64,
+                None => 0,
             };
-            self.changed = (0..self.items.len()).collect();
             self.buffer = Some(device.create_buffer(&BufferDescriptor {
                 label: Some(self.label),
                 size: needed + room,
                 usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }));
+            self.changed = None;
         }
         let buffer = self.buffer.as_ref()?;
-        self.changed.sort_unstable();
-        let runs: Vec<_> = runs(&self.changed).collect();
-        if runs.len() <= MOST_WRITES {
-            for places in runs {
-                let offset = places.start as u64 * size;
-                queue.write_buffer(buffer, offset, &bytes([&self.items[places]]));
+        self.changes.clear();
+        match self.changed.replace(Vec::new()) {
+            None => queue.write_buffer(buffer, 0, bytemuck::cast_slice(&self.items)),
+            Some(mut changed) => {
+                let words: &[u32] = bytemuck::cast_slice(&self.items);
+                let changes = changed.iter().map(|&word| [word, words[word as usize]]);
+                self.changes.extend(changes);
+                self.changes.write_buffer(device, queue);
+                changed.clear();
+                self.changed = Some(changed);
             }
-        } else {
-            let all = bytes(runs.iter().map(|places| &self.items[places.clone()]));
-            // Not with contents: where a device is lost, that would end the app.
-            let staging = device.create_buffer(&BufferDescriptor {
-                label: Some(self.label),
-                size: all.len() as u64,
-                usage: BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
-            queue.write_buffer(&staging, 0, &all);
-            let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-            let mut from = 0;
-            for places in runs {
-                let (offset, bytes) = (places.start as u64 * size, places.len() as u64 * size);
-                encoder.copy_buffer_to_buffer(&staging, from, buffer, offset, bytes);
-                from += bytes;
-            }
-            queue.submit([encoder.finish()]);
         }
-        self.changed.clear();
-        Some(BindingResource::Buffer(BufferBinding {
-            buffer,
-            offset: 0,
-            size: Some(bound),
-        }))
+        let change_count = self.changes.len() as u32;
+        Some(UploadedList {
+            items: BindingResource::Buffer(BufferBinding {
+                buffer,
+                offset: 0,
+                size: Some(bound),
+            }),
+            changes: self.changes.buffer().and_then(|buffer| {
+                let size = NonZeroU64::new(8 * u64::from(change_count))?;
+                Some(BindingResource::Buffer(BufferBinding {
+                    buffer,
+                    offset: 0,
+                    size: Some(size),
+                }))
+            }),
+            change_count,
+        })
     }
-}
-
-/// More writes than these are made at once: each takes a buffer of its own until the GPU has copied it.
-const MOST_WRITES: usize = 16;
-
-/// The most unchanged items between two changed ones that are written with them: each write has a price of its own.
-const GAP: usize = 16;
-
-/// Ranges that contain all of the sorted places.
-fn runs(places: &[usize]) -> impl Iterator<Item = Range<usize>> {
-    let chunks = places.chunk_by(|a, b| b - a <= GAP);
-    chunks.map(|chunk| chunk[0]..chunk[chunk.len() - 1] + 1)
-}
-
-/// Lists one after the other.
-fn bytes<'a, T: ShaderType + ShaderSize + WriteInto + 'a>(
-    lists: impl IntoIterator<Item = &'a [T]>,
-) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    for list in lists {
-        let at = bytes.len();
-        let mut writer = Writer::new(list, &mut bytes, at).expect("a vector grows");
-        list.write_into(&mut writer);
-    }
-    bytes
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn runs_contain_all_places_and_no_large_gaps() {
-        let found: Vec<_> = runs(&[0, 1, 5, 5 + GAP, 6 + 2 * GAP, 100]).collect();
-        assert_eq!(found, [0..6 + GAP, 6 + 2 * GAP..7 + 2 * GAP, 100..101]);
-        assert_eq!(runs(&[]).count(), 0);
-    }
 
     fn mesh(triangle_count: u32) -> MeshInstance {
         MeshInstance {
@@ -419,8 +416,8 @@ mod tests {
         group.check(&places);
         group.remove(places[0]);
         assert_eq!(group.add(mesh(64), None), 10, "other triangles");
-        assert!(group.replace(1, mesh(64), true).is_none());
-        assert!(group.replace(1, mesh(100), true).is_some());
+        assert!(group.replace(1, mesh(64), None, true).is_none());
+        assert!(group.replace(1, mesh(100), None, true).is_some());
         for place in 1..10 {
             group.remove(place);
         }
@@ -433,17 +430,78 @@ mod tests {
     #[test]
     fn bounds_are_kept_as_long_as_the_mesh_is_the_same() {
         let mut group = MeshGroup::new([const { None }; 3]);
-        let given = (Vec3A::ONE, Vec3A::splat(0.5));
-        let place = group.add(mesh(100), Some(given));
+        let given = Some((Vec3A::ONE, Vec3A::splat(0.5)));
+        let skinned = MeshInstance {
+            flags: MESH_SKINNED,
+            ..mesh(100)
+        };
+        let place = group.add(mesh(100), given);
         let low = |group: &MeshGroup| [0, 1].map(|i| group.batches.items[i].low.x);
-        assert_eq!(low(&group), [0.5; 2]);
-        group.replace(place, mesh(100), true);
-        assert_eq!(low(&group), [0.5; 2]);
-        group.replace(place, mesh(100), false);
+        assert_eq!(
+            low(&group),
+            [f32::MAX; 2],
+            "the GPU finds those of rigid meshes"
+        );
+        let found = MeshBatch {
+            low: Vec3::splat(0.25),
+            ..group.batches.items[0]
+        };
+        group.batches.items[0] = found;
+        group.replace(place, mesh(100), given, true);
+        assert_eq!(low(&group), [0.25, f32::MAX]);
+        group.replace(place, mesh(100), given, false);
         assert_eq!(low(&group), [f32::MAX; 2]);
-        group.remove(place);
-        group.add(mesh(120), Some((Vec3A::ZERO, Vec3A::INFINITY)));
-        assert_eq!(low(&group), [f32::MIN; 2]);
+        group.replace(place, skinned, given, true);
+        assert_eq!(low(&group), [0.5; 2]);
+        group.replace(place, skinned, None, true);
+        assert_eq!(low(&group), [f32::MIN; 2], "anywhere");
+        group.replace(place, mesh(100), given, true);
+        assert_eq!(low(&group), [f32::MAX; 2], "it is rigid again");
+    }
+
+    /// What the GPU has of a list after its changes.
+    fn uploaded(list: &mut List<[u32; 2]>, before: &[[u32; 2]]) -> Vec<[u32; 2]> {
+        let Some(changed) = list.changed.replace(Vec::new()) else {
+            return list.items.clone();
+        };
+        assert!(changed.len() <= list.items.len() / 2);
+        let mut words: Vec<u32> = bytemuck::cast_slice(before).to_vec();
+        words.resize(2 * list.items.len(), u32::MAX);
+        for word in changed {
+            words[word as usize] = list.items[word as usize / 2][word as usize % 2];
+        }
+        bytemuck::cast_slice(&words).to_vec()
+    }
+
+    #[test]
+    fn a_list_on_the_gpu_is_that_of_the_cpu_whatever_is_written_when() {
+        let mut list = List::new("list");
+        let mut on_gpu = Vec::new();
+        let mut state = 1_u32;
+        for step in 0..3000 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let (place, value) = ((state >> 16) as usize, state >> 30);
+            match step {
+                0..40 => list.push([value; 2]),
+                1500 => list.clear(),
+                _ if list.items.len() < 40 || step % 97 == 0 => list.push([value; 2]),
+                _ if step % 5 == 0 => list.reset(place % list.items.len(), [value, 7]),
+                _ => list.set(place % list.items.len(), [value, 7]),
+            }
+            if step % 11 == 0 {
+                on_gpu = uploaded(&mut list, &on_gpu);
+                assert_eq!(on_gpu, list.items, "step {step}");
+            }
+        }
+        let count = |list: &List<[u32; 2]>| list.changed.as_ref().map(Vec::len);
+        uploaded(&mut list, &[]);
+        let same = list.items[3];
+        list.set(3, same);
+        assert_eq!(count(&list), Some(0), "nothing has changed");
+        list.set(3, [same[0] + 1, same[1]]);
+        assert_eq!(count(&list), Some(1), "one word has");
+        list.reset(4, list.items[4]);
+        assert_eq!(count(&list), Some(3), "the GPU may have written both");
     }
 
     /// Chunks of a landscape whose meshes are generated anew have another number of triangles each time.

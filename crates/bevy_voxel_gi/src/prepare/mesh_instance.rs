@@ -20,14 +20,12 @@ use super::{
     mesh_group::LevelMask,
 };
 use crate::{
-    extract::{
-        meshes::{ExtractedMesh, ExtractedScene},
-        placement::PlacedLevel,
-    },
+    extract::{meshes::ExtractedMesh, placement::PlacedLevel},
     gpu_types::{
         COLORS_FLOAT16, COLORS_FLOAT32, COLORS_UNORM8, COLORS_UNORM16, MAX_LEVELS, MESH_COLORS,
-        MESH_MIRRORED, MESH_NOT_SHADOW_CASTER, MESH_PACKED_JOINT_WEIGHTS, MESH_PACKED_POSITIONS,
-        MESH_PACKED_UVS, MESH_SKINNED, MESH_STRIP, MESH_UVS, MeshInstance,
+        MESH_INDEXED, MESH_INDICES_UINT32, MESH_MIRRORED, MESH_NOT_SHADOW_CASTER,
+        MESH_PACKED_JOINT_WEIGHTS, MESH_PACKED_POSITIONS, MESH_PACKED_UVS, MESH_SKINNED,
+        MESH_STRIP, MESH_UVS, MeshInstance,
     },
 };
 
@@ -35,7 +33,6 @@ const _: () = assert!(MAX_LEVELS <= LevelMask::BITS as usize);
 
 /// The resources by which a mesh is located.
 pub(super) struct MeshLocator<'a> {
-    pub scene: &'a ExtractedScene,
     pub levels: &'a [PlacedLevel],
     pub resolution: u32,
     pub allocator: &'a MeshAllocator,
@@ -57,22 +54,29 @@ impl MeshLocator<'_> {
         reached.fold(0, |mask, (level, _): (u32, _)| mask | 1 << level)
     }
 
-    /// A rigid mesh that has moved or has another material, and its hash: all else is as it was. `None` if it reaches into
-    /// no level.
+    /// A mesh that has moved, has another pose or another material, and its hash: all else is as it was. `None` if it
+    /// reaches into no level, or is deformed by other means.
     pub(super) fn moved(
         &self,
         extracted: &ExtractedMesh,
         former: &MeshInstance,
     ) -> Option<(MeshInstance, u64)> {
         const OWN: u32 = MESH_MIRRORED | MESH_NOT_SHADOW_CASTER;
+        let is_skinned = former.flags & MESH_SKINNED != 0;
+        let (first_weights, weight_count) = extracted.weights.unwrap_or_default();
         let instance = MeshInstance {
             world_from_local: extracted.world_from_local.into(),
             material: extracted.material,
-            flags: former.flags & !OWN | placement_flags(extracted),
+            flags: former.flags & !OWN | placement_flags(extracted, is_skinned),
             levels: self.levels_of(extracted),
+            first_joint: extracted.first_joint.unwrap_or_default(),
+            first_weights,
             ..*former
         };
-        (instance.levels != 0).then(|| (instance, mesh_hash(extracted, &instance)))
+        let is_known = is_skinned == extracted.first_joint.is_some()
+            && weight_count == former.weight_count
+            && instance.levels != 0;
+        is_known.then(|| (instance, mesh_hash(extracted, &instance)))
     }
 
     /// Returns `None` if the mesh reaches into no level, or is not on the GPU yet.
@@ -136,7 +140,7 @@ fn mesh_hash(extracted: &ExtractedMesh, instance: &MeshInstance) -> u64 {
     extracted.mesh.hash(&mut hasher);
     hash_floats(&mut hasher, &instance.world_from_local.to_cols_array());
     (instance.material, instance.flags, instance.triangle_count).hash(&mut hasher);
-    instance.weight_count.hash(&mut hasher);
+    (instance.weight_count, extracted.pose).hash(&mut hasher);
     // Those of an edited mesh may come later than its triangles.
     for corner in extracted
         .bounds
@@ -149,8 +153,8 @@ fn mesh_hash(extracted: &ExtractedMesh, instance: &MeshInstance) -> u64 {
 }
 
 /// What of the flags does not depend on the asset.
-fn placement_flags(extracted: &ExtractedMesh) -> u32 {
-    let is_mirrored = extracted.world_from_local.matrix3.determinant() < 0.0;
+fn placement_flags(extracted: &ExtractedMesh, is_skinned: bool) -> u32 {
+    let is_mirrored = !is_skinned && extracted.world_from_local.matrix3.determinant() < 0.0;
     let mirrored = if is_mirrored { MESH_MIRRORED } else { 0 };
     let not_caster = if extracted.casts_shadow {
         0
@@ -166,15 +170,15 @@ fn mesh_instance(
     mesh: &RenderMesh,
     ranges: PackedRanges,
 ) -> Option<MeshInstance> {
-    let (corners, index_size) = match &mesh.buffer_info {
+    let (corners, index_flags) = match &mesh.buffer_info {
         RenderMeshBufferInfo::Indexed {
             count,
             index_format,
         } => (
             *count,
             match index_format {
-                IndexFormat::Uint16 => 2,
-                IndexFormat::Uint32 => 4,
+                IndexFormat::Uint16 => MESH_INDEXED,
+                IndexFormat::Uint32 => MESH_INDEXED | MESH_INDICES_UINT32,
             },
         ),
         RenderMeshBufferInfo::NonIndexed => (mesh.vertex_count, 0),
@@ -192,7 +196,7 @@ fn mesh_instance(
         let attribute = layout.attributes.get(index)?;
         Some(((attribute.offset / 4) as u32, attribute.format))
     };
-    let mut flags = strip;
+    let mut flags = strip | index_flags;
     let position_offset = match attribute(Mesh::ATTRIBUTE_POSITION) {
         Some((offset, VertexFormat::Float32x3)) => offset,
         Some((offset, VertexFormat::Snorm16x4)) => {
@@ -267,9 +271,9 @@ fn mesh_instance(
             VertexFormat::Unorm16x4
         );
     }
-    flags |= placement_flags(extracted);
+    flags |= placement_flags(extracted, skin.is_some());
     if skin.is_some() {
-        flags = flags & !MESH_MIRRORED | MESH_SKINNED;
+        flags |= MESH_SKINNED;
     }
     let (first_weights, weight_count) = extracted.weights.unwrap_or_default();
     let (first_joint, joint_index_offset, joint_weight_offset) = skin.unwrap_or_default();
@@ -288,7 +292,6 @@ fn mesh_instance(
         joint_weight_offset,
         first_joint,
         index_base: 0,
-        index_size,
         triangle_count,
         material: extracted.material,
         flags,

@@ -22,7 +22,7 @@
 pub(crate) mod asset_notes;
 pub(crate) mod buffers;
 mod dirty_voxels;
-mod fingerprint;
+pub(crate) mod fingerprint;
 mod level_table;
 pub(crate) mod light_tiles;
 pub(crate) mod materials;

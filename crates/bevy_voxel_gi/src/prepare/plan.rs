@@ -29,6 +29,7 @@ use super::{
 use crate::{
     extract::{
         lights::ExtractedLights,
+        meshes::ExtractedScene,
         placement::{PlacedLevel, PlacedVolume},
         volume::ExtractedVolume,
     },
@@ -131,8 +132,9 @@ fn bounces_and_iterations(light: VoxelLight) -> (u32, u32) {
 pub(crate) fn plan_frame(
     mut commands: Commands,
     mut plan: ResMut<FramePlan>,
-    (volume, lights, mut batches, mut materials, tiles, light_tiles, sky): (
+    (volume, scene, lights, mut batches, mut materials, tiles, light_tiles, sky): (
         Res<ExtractedVolume>,
+        Res<ExtractedScene>,
         Res<ExtractedLights>,
         ResMut<MeshBatches>,
         ResMut<MaterialRecords>,
@@ -238,7 +240,7 @@ pub(crate) fn plan_frame(
             + tiles.bytes()
             + light_tiles.tiles.bytes()
             + sky.bytes(),
-        triangles: batches.triangles,
+        triangles: batches.triangles(),
         voxelized_triangles: u64::from(BATCH_TRIANGLES) * buffers.counts.batches(),
         receiver_patched: volume.patched,
     });
@@ -256,7 +258,7 @@ pub(crate) fn plan_frame(
         && before.is_some_and(|before| voxelized.continues(before));
     let has_moved = moves.as_ref().is_some_and(Moves::are_some);
     let voxelizes = (before != Some(voxelized) || !keeps_others).then(|| {
-        let regions = batches.take_changed(&std::mem::take(&mut materials.changed));
+        let regions = batches.take_changed(&std::mem::take(&mut materials.changed), &scene);
         let (dirty, changes) = changes(volume, moves, keeps_others.then_some(regions));
         dirty.write(&buffers.work, VolumeBuffers::COUNTERS_SIZE, &queue);
         uniforms.changes.set(changes);

@@ -223,12 +223,12 @@ impl Tiles {
         }
     }
 
-    /// The tile of a texture.
+    /// The tile of a texture, and whether it has another content than when tiles were drawn last.
     pub(super) fn of(
         &mut self,
         key: TileKey,
         (images, notes, device): (&RenderAssets<GpuImage>, &AssetNotes, &RenderDevice),
-    ) -> Result<TilePlace, NoTile> {
+    ) -> Result<(TilePlace, bool), NoTile> {
         let Some(image) = images.get(key.0) else {
             self.is_waiting = true;
             return Err(NoTile::NotLoaded);
@@ -249,7 +249,7 @@ impl Tiles {
                 (tile.view, tile.level, tile.is_drawn) = (view, level, false);
                 self.version += 1;
             }
-            return Ok(tile.place);
+            return Ok((tile.place, !tile.is_drawn));
         }
         if let Some(other) = self.tiles.remove(&key) {
             self.release(other.place.first, other.texels);
@@ -271,7 +271,7 @@ impl Tiles {
             },
         );
         self.version += 1;
-        Ok(place)
+        Ok((place, true))
     }
 
     /// Releases the tiles that were not asked for since [`begin`](Self::begin).

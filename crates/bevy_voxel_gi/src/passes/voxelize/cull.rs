@@ -105,10 +105,10 @@ impl CullPass {
             (
                 (VERTICES, vertices.as_entire_binding()),
                 (INDICES, indices.as_entire_binding()),
-                (INSTANCES, group.instances.clone()),
+                (INSTANCES, group.instances.items.clone()),
                 (ITEMS, group.items.as_entire_binding()),
                 (DIRTY, buffers.work.as_entire_binding()),
-                (BATCHES, group.batches.clone()),
+                (BATCHES, group.batches.items.clone()),
             ),
         );
         self.groups.push(CulledGroup {

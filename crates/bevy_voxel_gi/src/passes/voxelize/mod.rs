@@ -5,6 +5,7 @@
 mod clear;
 mod cull;
 mod kernels;
+mod scatter;
 mod visible;
 
 use bevy::{
@@ -48,6 +49,7 @@ use crate::{
 use clear::ClearPass;
 use cull::CullPass;
 use kernels::Kernels;
+use scatter::ScatterPass;
 use visible::VisibleVoxels;
 
 #[derive(Resource)]
@@ -56,6 +58,7 @@ pub(crate) struct VoxelizePass {
     voxels_layouts: [BindGroupLayoutDescriptor; 2],
     /// Layout of the buffers of a group of meshes, which the voxelisers read.
     meshes_layout: BindGroupLayoutDescriptor,
+    scatter: ScatterPass,
     clear: ClearPass,
     cull: CullPass,
     conservative: Kernels,
@@ -140,6 +143,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         Kernel::new(label, entry_point, &shader, vec![layout.clone()])
     };
     commands.insert_resource(VoxelizePass {
+        scatter: ScatterPass::new(assets),
         clear: ClearPass::new(assets),
         cull: CullPass::new(assets),
         conservative: kernels(load_embedded_asset!(assets, "conservative.wesl")),
@@ -205,6 +209,7 @@ pub(crate) fn queue(
     if pass.emits {
         pass.share_emission.require(&[], &cache, &mut required);
     }
+    pass.scatter.queue(&cache, &mut required);
     pass.clear.queue(shadow_masks, &cache, &mut required);
     pass.cull.queue(&cache, &mut required);
     if shape.marks_visible {
@@ -215,7 +220,7 @@ pub(crate) fn queue(
 pub(crate) fn prepare(
     mut pass: ResMut<VoxelizePass>,
     plan: Res<FramePlan>,
-    (mut batches, scene): (ResMut<MeshBatches>, Res<ExtractedScene>),
+    (mut batches, mut scene): (ResMut<MeshBatches>, ResMut<ExtractedScene>),
     (materials, tiles): (Res<MaterialRecords>, Res<Tiles>),
     buffers: Option<Res<VolumeBuffers>>,
     (uniforms, volume): (Res<VolumeUniforms>, Res<ExtractedVolume>),
@@ -286,18 +291,22 @@ pub(crate) fn prepare(
         usage: BufferUsages::STORAGE,
         mapped_at_creation: false,
     });
-    pass.joints.values_mut().clone_from(&scene.joints);
+    // The next frame extracts them anew.
+    std::mem::swap(pass.joints.values_mut(), &mut scene.joints);
     if pass.joints.is_empty() {
         pass.joints.push(Mat4::IDENTITY);
     }
     pass.joints.write_buffer(device, &queue);
     let layout = groups.cache.get_bind_group_layout(&pass.meshes_layout);
     let volume_buffers = &*buffers;
+    pass.scatter.begin();
     let bind = |group: &mut MeshGroup| {
         let buffers = group.buffers.each_ref();
         let buffers = buffers.map(|buffer| buffer.clone().unwrap_or_else(|| stub.clone()));
         let [vertices, indices, morph_targets] = &buffers;
         let uploaded = group.upload(device, &queue)?;
+        pass.scatter.add(&uploaded.instances, &groups);
+        pass.scatter.add(&uploaded.batches, &groups);
         pass.cull.add(&buffers, &uploaded, volume_buffers, &groups);
         let bind_group = device.create_bind_group(
             "voxel_gi_voxelize_meshes",
@@ -305,7 +314,7 @@ pub(crate) fn prepare(
             &BindGroupEntries::sequential((
                 vertices.as_entire_binding(),
                 indices.as_entire_binding(),
-                uploaded.instances,
+                uploaded.instances.items,
                 uploaded.items.as_entire_binding(),
                 pass.joints.binding()?,
                 morph_targets.as_entire_binding(),
@@ -380,6 +389,7 @@ pub(crate) fn voxelize(
     let visible = pass.visible.pipelines(&cache);
     let [masks, sums] = &work.voxels;
     record_pass(&mut context, "voxel_gi_clear", |compute| {
+        pass.scatter.record(compute, &cache);
         pass.clear.record(compute, voxelizes, &buffers, &cache);
         pass.cull.record(compute, &cache);
     });
@@ -418,6 +428,7 @@ pub(crate) fn voxelize(
 pub(crate) fn embed(app: &mut App) {
     clear::embed(app);
     cull::embed(app);
+    scatter::embed(app);
     embedded_asset!(app, "conservative.wesl");
     embedded_asset!(app, "slices.wesl");
     embedded_asset!(app, "points.wesl");
