@@ -11,7 +11,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{Follow, VoxelGiReport, VoxelGiVolume};
+use bevy_voxel_gi::{Follow, NotVoxelized, VoxelGiReport, VoxelGiVolume};
 
 use super::{
     history::copy,
@@ -252,6 +252,28 @@ fn light_changes_slowly_where_cascades_fly_past() {
         transform.translation.x += 0.05;
     });
     assert!(mean < 0.005 && most < 0.03, "{mean} {most}");
+}
+
+/// What is in no voxel, as a view model or particles, has the light of the empty voxels around. It stays the same from
+/// frame to frame, and where the cascades follow something.
+#[test]
+fn what_is_not_voxelized_does_not_flicker_where_cascades_move() {
+    let _gpu = gpu();
+    let (mut app, leader) = room_with_cascades(0.9);
+    let middle = Vec3::new(1.1, 0.9, 1.1);
+    let plate = block(app.world_mut(), middle, Vec3::new(0.6, 0.02, 0.6));
+    app.world_mut().entity_mut(plate).insert(NotVoxelized);
+    let mut transform = app.world_mut().get_mut::<Transform>(leader).expect("it");
+    transform.translation = middle - Vec3::X * 0.2;
+    app.render_frames(2).expect("frames");
+    settle(&mut app);
+    let point = |i: i32| middle.xz() + Vec2::new((i % 5 - 2) as f32, (i / 5 - 2) as f32) * 0.1;
+    let points: Vec<_> = (0..25).map(point).collect();
+    let (mean, most) = change_of(&points, &mut app, 40, |world, frame| {
+        let mut transform = world.get_mut::<Transform>(leader).expect("it");
+        transform.translation.x += if frame < 20 { 0.02 } else { 0.0 };
+    });
+    assert!(mean < 0.001 && most < 0.01, "{mean} {most}");
 }
 
 /// After a cut all voxels of the cascades are new, and have no light to keep.

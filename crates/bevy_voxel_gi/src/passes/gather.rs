@@ -76,10 +76,7 @@ pub(crate) fn queue(
         let mut defs = light_defs(shape);
         defs.extend(sky.is_seen().then_some(SKY_MAP_DEF));
         pass.gather.require(&defs, &cache, &mut required);
-        let is_specular = volume.0.as_ref().is_some_and(|volume| volume.is_specular());
-        let specular_defs = [&defs[..], if is_specular { &["SPECULAR"] } else { &[] }].concat();
-        pass.gather_empty
-            .require(&specular_defs, &cache, &mut required);
+        pass.gather_empty.require(&defs, &cache, &mut required);
         if shape.shares_light() {
             pass.share.require(&defs, &cache, &mut required);
         }

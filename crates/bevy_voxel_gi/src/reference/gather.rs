@@ -71,15 +71,17 @@ impl Gathered {
 /// `arriving` returns the radiance along a ray from an origin in grid coordinates. The weight is the
 /// fraction of valid samples; if all points are inside geometry it is [`INSIDE_WEIGHT`], else only the points
 /// outside are used. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side`, rays start only at the
-/// points that are visible from the middle one.
+/// points that are visible from the middle one. `voxel` is that of
+/// [`VolumeGrid::index_in_world`](super::grid::VolumeGrid::index_in_world).
 pub fn hemisphere(
     surface: &Surface,
+    voxel: usize,
     rays: u32,
     one_side: bool,
     frame: u32,
     arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3>,
 ) -> Vec4 {
-    let rotation = rotation(surface.voxel, u32::from(surface.faces), frame);
+    let rotation = rotation(voxel, u32::from(surface.faces), frame);
     let (mut outside, mut inside) = (Vec4::ZERO, Vec4::ZERO);
     for k in 0..FRAME_POINTS {
         let step = frame.wrapping_mul(FRAME_POINTS).wrapping_add(k);
@@ -109,21 +111,19 @@ pub fn hemisphere(
     }
 }
 
-/// Mean radiance in the centre of an empty voxel, for its six faces. All weights are `weight`, times
-/// [`EMPTY_INSIDE_WEIGHT`] inside geometry.
+/// Mean radiance in the centre of an empty voxel, for its six faces, of the same rays in each frame. All weights are
+/// `weight`, times [`EMPTY_INSIDE_WEIGHT`] inside geometry.
 pub fn sphere(
     voxel: usize,
     center: Vec3,
     rays: u32,
-    frame: u32,
     weight: f32,
     arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3>,
 ) -> [Vec4; 6] {
-    let rotation = rotation(voxel, 0, frame);
+    let rotation = rotation(voxel, 0, 0);
     let mut found = [Gathered::default(); 6];
     for i in 0..rays {
-        let index = i * RAY_SETS + frame % RAY_SETS;
-        let direction = sphere_ray(index, rays * RAY_SETS, rotation);
+        let direction = sphere_ray(i, rays, rotation);
         let sample = arriving(center, direction);
         for (found, face) in found.iter_mut().zip(FACES) {
             // Weighted by the cosine, so that a uniform field stays uniform however few rays there are.

@@ -73,6 +73,15 @@ impl VolumeGrid {
         IVec3::new(i % r, i / r % r, i / (r * r))
     }
 
+    /// Returns the index of the voxel that is at the place of this one in the grid around the origin, or in its
+    /// repetitions: what depends on it stays in the world where a volume follows something.
+    pub fn index_in_world(&self, index: usize) -> usize {
+        let r = self.resolution as i32;
+        let corner = (self.min / self.voxel_size + 0.5).floor().as_ivec3() + r / 2;
+        let place = (self.voxel(index) + corner).rem_euclid(IVec3::splat(r));
+        self.index(place).unwrap_or(index)
+    }
+
     /// Converts world to grid coordinates.
     pub fn to_grid(&self, world: Vec3) -> Vec3 {
         (world - self.min) / self.voxel_size

@@ -163,7 +163,9 @@ impl<'a> RayTracing<'a> {
         let new = each(self.surfaces.len(), |i| {
             let RayTracingSettings { rays, one_side, .. } = self.settings;
             let arriving = |o, d| self.arriving(o, d);
-            hemisphere(&self.surfaces[i], rays, one_side, self.frame, arriving)
+            let surface = &self.surfaces[i];
+            let voxel = self.voxels.grid.index_in_world(surface.voxel);
+            hemisphere(surface, voxel, rays, one_side, self.frame, arriving)
         });
         let most = if self.since_change < REST + BOUNCES {
             self.settings.history
@@ -215,7 +217,7 @@ impl<'a> RayTracing<'a> {
             empty_weight,
             ..
         } = self.settings;
-        let mut field = surround(self.voxels, empty_rays, self.frame, empty_weight, |o, d| {
+        let mut field = surround(self.voxels, empty_rays, empty_weight, |o, d| {
             self.arriving(o, d).map(|radiance| radiance * PI)
         });
         if self.settings.shares {
@@ -250,7 +252,6 @@ pub fn ambient_occlusion(
 fn surround(
     voxels: &Voxels,
     rays: u32,
-    frame: u32,
     weight: f32,
     arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3> + Sync,
 ) -> IrradianceField {
@@ -260,7 +261,7 @@ fn surround(
             return [Vec4::ZERO; 6];
         }
         let center = grid.voxel(voxel).as_vec3() + 0.5;
-        sphere(voxel, center, rays, frame, weight, &arriving)
+        sphere(grid.index_in_world(voxel), center, rays, weight, &arriving)
     });
     IrradianceField { grid, texels }
 }
