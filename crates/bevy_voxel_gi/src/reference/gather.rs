@@ -71,17 +71,15 @@ impl Gathered {
 /// `arriving` returns the radiance along a ray from an origin in grid coordinates. The weight is the
 /// fraction of valid samples; if all points are inside geometry it is [`INSIDE_WEIGHT`], else only the points
 /// outside are used. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side`, rays start only at the
-/// points that are visible from the middle one. `voxel` is that of
-/// [`VolumeGrid::index_in_world`](super::grid::VolumeGrid::index_in_world).
+/// points that are visible from the middle one.
 pub fn hemisphere(
     surface: &Surface,
-    voxel: usize,
     rays: u32,
     one_side: bool,
     frame: u32,
     arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3>,
 ) -> Vec4 {
-    let rotation = rotation(voxel, u32::from(surface.faces), frame);
+    let rotation = rotation(surface.voxel, u32::from(surface.faces), frame);
     let (mut outside, mut inside) = (Vec4::ZERO, Vec4::ZERO);
     for k in 0..FRAME_POINTS {
         let step = frame.wrapping_mul(FRAME_POINTS).wrapping_add(k);
@@ -112,7 +110,8 @@ pub fn hemisphere(
 }
 
 /// Mean radiance in the centre of an empty voxel, for its six faces, of the same rays in each frame. All weights are
-/// `weight`, times [`EMPTY_INSIDE_WEIGHT`] inside geometry.
+/// `weight`, times [`EMPTY_INSIDE_WEIGHT`] inside geometry. `voxel` is that of
+/// [`VolumeGrid::index_in_world`](super::grid::VolumeGrid::index_in_world).
 pub fn sphere(
     voxel: usize,
     center: Vec3,

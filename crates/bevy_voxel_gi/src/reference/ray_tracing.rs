@@ -163,9 +163,7 @@ impl<'a> RayTracing<'a> {
         let new = each(self.surfaces.len(), |i| {
             let RayTracingSettings { rays, one_side, .. } = self.settings;
             let arriving = |o, d| self.arriving(o, d);
-            let surface = &self.surfaces[i];
-            let voxel = self.voxels.grid.index_in_world(surface.voxel);
-            hemisphere(surface, voxel, rays, one_side, self.frame, arriving)
+            hemisphere(&self.surfaces[i], rays, one_side, self.frame, arriving)
         });
         let most = if self.since_change < REST + BOUNCES {
             self.settings.history
