@@ -93,12 +93,19 @@ pub(crate) struct MeshInstance {
     pub joint_weight_offset: u32,
     pub first_joint: u32,
     pub index_base: u32,
+    pub index_size: u32,
     pub triangle_count: u32,
     pub morph_base: u32,
     pub vertex_count: u32,
     pub first_weights: u32,
     pub weight_count: u32,
-    pub levels: u32,
+}
+
+impl MeshInstance {
+    /// A bit for each level that it may reach into.
+    pub fn levels(&self) -> u32 {
+        self.flags >> MESH_LEVELS_SHIFT
+    }
 }
 
 pub(crate) const MESH_SKINNED: u32 = 1;
@@ -114,8 +121,7 @@ pub(crate) const COLORS_FLOAT32: u32 = 0;
 pub(crate) const COLORS_UNORM8: u32 = 2048;
 pub(crate) const COLORS_FLOAT16: u32 = 4096;
 pub(crate) const COLORS_UNORM16: u32 = 6144;
-pub(crate) const MESH_INDEXED: u32 = 8192;
-pub(crate) const MESH_INDICES_UINT32: u32 = 16384;
+pub(crate) const MESH_LEVELS_SHIFT: u32 = 16;
 
 /// Up to 64 triangles of a mesh.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -112,7 +112,7 @@ impl MeshBatches {
         {
             if Some(hash) != hash_before {
                 self.changed.add(placed.bounds, placed.levels);
-                self.changed.add(now.bounds, instance.levels);
+                self.changed.add(now.bounds, instance.levels());
             }
             self.hash = self.hash.wrapping_sub(placed.hash).wrapping_add(hash);
             self.groups.set(placed, instance, now.bounds, hash, true);
@@ -127,7 +127,7 @@ impl MeshBatches {
                 self.changed.add(placed.bounds, placed.levels);
             }
             if let Some(located) = &located {
-                self.changed.add(located.bounds, located.instance.levels);
+                self.changed.add(located.bounds, located.instance.levels());
             }
         }
         self.hash = self.hash.wrapping_sub(hash_before.unwrap_or_default());
@@ -268,7 +268,7 @@ impl MeshGroups {
         PlacedMesh {
             group,
             instance: self.groups[group].add(mesh.instance, mesh.bounds),
-            levels: mesh.instance.levels,
+            levels: mesh.instance.levels(),
             hash: mesh.hash,
             bounds: mesh.bounds,
             mesh: mesh.mesh,
@@ -309,7 +309,7 @@ impl MeshGroups {
             self.uncount(&former);
             self.count(&instance);
         }
-        placed.levels = instance.levels;
+        placed.levels = instance.levels();
         placed.bounds = bounds;
         placed.hash = hash;
         true

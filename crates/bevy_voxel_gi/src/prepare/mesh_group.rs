@@ -60,7 +60,7 @@ fn batch_count(triangles: u32) -> usize {
 
 /// Number of batches of a mesh in all levels that it may reach into.
 fn item_count(instance: &MeshInstance) -> usize {
-    batch_count(instance.triangle_count) * instance.levels.count_ones() as usize
+    batch_count(instance.triangle_count) * instance.levels().count_ones() as usize
 }
 
 impl MeshGroup {
@@ -370,11 +370,12 @@ impl<T: Pod> List<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu_types::MESH_LEVELS_SHIFT;
 
     fn mesh(triangle_count: u32) -> MeshInstance {
         MeshInstance {
             triangle_count,
-            levels: 0b101,
+            flags: 0b101 << MESH_LEVELS_SHIFT,
             ..MeshInstance::default()
         }
     }
@@ -432,7 +433,7 @@ mod tests {
         let mut group = MeshGroup::new([const { None }; 3]);
         let given = Some((Vec3A::ONE, Vec3A::splat(0.5)));
         let skinned = MeshInstance {
-            flags: MESH_SKINNED,
+            flags: MESH_SKINNED | mesh(100).flags,
             ..mesh(100)
         };
         let place = group.add(mesh(100), given);

@@ -23,13 +23,14 @@ use crate::{
     extract::{meshes::ExtractedMesh, placement::PlacedLevel},
     gpu_types::{
         COLORS_FLOAT16, COLORS_FLOAT32, COLORS_UNORM8, COLORS_UNORM16, MAX_LEVELS, MESH_COLORS,
-        MESH_INDEXED, MESH_INDICES_UINT32, MESH_MIRRORED, MESH_NOT_SHADOW_CASTER,
-        MESH_PACKED_JOINT_WEIGHTS, MESH_PACKED_POSITIONS, MESH_PACKED_UVS, MESH_SKINNED,
-        MESH_STRIP, MESH_UVS, MeshInstance,
+        MESH_LEVELS_SHIFT, MESH_MIRRORED, MESH_NOT_SHADOW_CASTER, MESH_PACKED_JOINT_WEIGHTS,
+        MESH_PACKED_POSITIONS, MESH_PACKED_UVS, MESH_SKINNED, MESH_STRIP, MESH_UVS, MeshInstance,
     },
 };
 
-const _: () = assert!(MAX_LEVELS <= LevelMask::BITS as usize);
+/// The bits of the flags that are levels.
+const LEVELS: u32 = LevelMask::MAX << MESH_LEVELS_SHIFT;
+const _: () = assert!(MAX_LEVELS <= 16);
 
 /// The resources by which a mesh is located.
 pub(super) struct MeshLocator<'a> {
@@ -61,21 +62,23 @@ impl MeshLocator<'_> {
         extracted: &ExtractedMesh,
         former: &MeshInstance,
     ) -> Option<(MeshInstance, u64)> {
-        const OWN: u32 = MESH_MIRRORED | MESH_NOT_SHADOW_CASTER;
+        const OF_ASSET: u32 = !(MESH_MIRRORED | MESH_NOT_SHADOW_CASTER | LEVELS);
+        let levels = self.levels_of(extracted);
         let is_skinned = former.flags & MESH_SKINNED != 0;
         let (first_weights, weight_count) = extracted.weights.unwrap_or_default();
         let instance = MeshInstance {
             world_from_local: extracted.world_from_local.into(),
             material: extracted.material,
-            flags: former.flags & !OWN | placement_flags(extracted, is_skinned),
-            levels: self.levels_of(extracted),
+            flags: former.flags & OF_ASSET
+                | placement_flags(extracted, is_skinned)
+                | levels << MESH_LEVELS_SHIFT,
             first_joint: extracted.first_joint.unwrap_or_default(),
             first_weights,
             ..*former
         };
         let is_known = is_skinned == extracted.first_joint.is_some()
             && weight_count == former.weight_count
-            && instance.levels != 0;
+            && levels != 0;
         is_known.then(|| (instance, mesh_hash(extracted, &instance)))
     }
 
@@ -91,7 +94,7 @@ impl MeshLocator<'_> {
             mesh_instance(extracted, mesh, self.notes.packed_ranges(extracted.mesh))?;
         let vertices = self.allocator.mesh_vertex_slice(&extracted.mesh)?;
         let indices = self.allocator.mesh_index_slice(&extracted.mesh);
-        instance.levels = levels;
+        instance.flags |= levels << MESH_LEVELS_SHIFT;
         instance.vertex_base = vertices.range.start * instance.vertex_stride;
         instance.index_base = indices.as_ref().map_or(0, |slice| slice.range.start);
         // Words per vertex of a target: displacements of position, normal and tangent, 16 bytes each.
@@ -139,7 +142,8 @@ fn mesh_hash(extracted: &ExtractedMesh, instance: &MeshInstance) -> u64 {
     let mut hasher = FixedHasher.build_hasher();
     extracted.mesh.hash(&mut hasher);
     hash_floats(&mut hasher, &instance.world_from_local.to_cols_array());
-    (instance.material, instance.flags, instance.triangle_count).hash(&mut hasher);
+    let flags = instance.flags & !LEVELS;
+    (instance.material, flags, instance.triangle_count).hash(&mut hasher);
     (instance.weight_count, extracted.pose).hash(&mut hasher);
     // Those of an edited mesh may come later than its triangles.
     for corner in extracted
@@ -170,15 +174,15 @@ fn mesh_instance(
     mesh: &RenderMesh,
     ranges: PackedRanges,
 ) -> Option<MeshInstance> {
-    let (corners, index_flags) = match &mesh.buffer_info {
+    let (corners, index_size) = match &mesh.buffer_info {
         RenderMeshBufferInfo::Indexed {
             count,
             index_format,
         } => (
             *count,
             match index_format {
-                IndexFormat::Uint16 => MESH_INDEXED,
-                IndexFormat::Uint32 => MESH_INDEXED | MESH_INDICES_UINT32,
+                IndexFormat::Uint16 => 2,
+                IndexFormat::Uint32 => 4,
             },
         ),
         RenderMeshBufferInfo::NonIndexed => (mesh.vertex_count, 0),
@@ -196,7 +200,7 @@ fn mesh_instance(
         let attribute = layout.attributes.get(index)?;
         Some(((attribute.offset / 4) as u32, attribute.format))
     };
-    let mut flags = strip | index_flags;
+    let mut flags = strip;
     let position_offset = match attribute(Mesh::ATTRIBUTE_POSITION) {
         Some((offset, VertexFormat::Float32x3)) => offset,
         Some((offset, VertexFormat::Snorm16x4)) => {
@@ -292,6 +296,7 @@ fn mesh_instance(
         joint_weight_offset,
         first_joint,
         index_base: 0,
+        index_size,
         triangle_count,
         material: extracted.material,
         flags,
@@ -299,6 +304,5 @@ fn mesh_instance(
         vertex_count: mesh.vertex_count,
         first_weights,
         weight_count,
-        levels: 0,
     })
 }

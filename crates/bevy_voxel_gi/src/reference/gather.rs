@@ -110,16 +110,16 @@ pub fn hemisphere(
 }
 
 /// Mean radiance in the centre of an empty voxel, for its six faces, of the same rays in each frame. All weights are
-/// `weight`, times [`EMPTY_INSIDE_WEIGHT`] inside geometry. `voxel` is that of
-/// [`VolumeGrid::index_in_world`](super::grid::VolumeGrid::index_in_world).
+/// `weight`, times [`EMPTY_INSIDE_WEIGHT`] inside geometry.
+/// `seed` is that of [`VolumeGrid::seed_in_world`](super::grid::VolumeGrid::seed_in_world).
 pub fn sphere(
-    voxel: usize,
+    seed: u32,
     center: Vec3,
     rays: u32,
     weight: f32,
     arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3>,
 ) -> [Vec4; 6] {
-    let rotation = rotation(voxel, 0, 0);
+    let rotation = hash_unit(seed);
     let mut found = [Gathered::default(); 6];
     for i in 0..rays {
         let direction = sphere_ray(i, rays, rotation);

@@ -73,13 +73,12 @@ impl VolumeGrid {
         IVec3::new(i % r, i / r % r, i / (r * r))
     }
 
-    /// Returns the index of the voxel that is at the place of this one in the grid around the origin, or in its
-    /// repetitions: what depends on it stays in the world where a volume follows something.
-    pub fn index_in_world(&self, index: usize) -> usize {
-        let r = self.resolution as i32;
-        let corner = (self.min / self.voxel_size + 0.5).floor().as_ivec3() + r / 2;
-        let place = (self.voxel(index) + corner).rem_euclid(IVec3::splat(r));
-        self.index(place).unwrap_or(index)
+    /// Returns a number of a voxel by its place in the world: it stays the same where a volume follows something.
+    pub fn seed_in_world(&self, voxel: IVec3) -> u32 {
+        let corner = (self.min / self.voxel_size + 0.5).floor().as_ivec3();
+        let place = (voxel + corner).as_uvec3();
+        let rows = place.y.wrapping_add(place.z.wrapping_mul(977));
+        place.x.wrapping_add(rows.wrapping_mul(977))
     }
 
     /// Converts world to grid coordinates.

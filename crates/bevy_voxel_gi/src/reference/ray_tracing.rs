@@ -258,8 +258,9 @@ fn surround(
         if voxels.masks[voxel] != 0 {
             return [Vec4::ZERO; 6];
         }
-        let center = grid.voxel(voxel).as_vec3() + 0.5;
-        sphere(grid.index_in_world(voxel), center, rays, weight, &arriving)
+        let voxel = grid.voxel(voxel);
+        let center = voxel.as_vec3() + 0.5;
+        sphere(grid.seed_in_world(voxel), center, rays, weight, &arriving)
     });
     IrradianceField { grid, texels }
 }
