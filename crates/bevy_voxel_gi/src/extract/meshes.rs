@@ -58,6 +58,21 @@ impl ExtractedMesh {
         distance.cmple(half).all()
     }
 
+    #[cfg(test)]
+    pub(super) fn with_bounds(bounds: Option<(Vec3A, Vec3A)>) -> Self {
+        Self {
+            mesh: AssetId::default(),
+            world_from_local: default(),
+            material: 0,
+            first_joint: None,
+            weights: None,
+            pose: 0,
+            casts_shadow: true,
+            bounds,
+            is_culled: true,
+        }
+    }
+
     /// Whether it has a skin or morph targets.
     pub(crate) fn is_deformed(&self) -> bool {
         self.first_joint.is_some() || self.weights.is_some()

@@ -1,7 +1,12 @@
 //! The levels around the volumes: rays that leave the volumes see the world outside in them, out to its bounds. They are
 //! coarser, and no pixel reads their light.
 
-use bevy::{math::Vec3A, prelude::*, render::renderer::RenderDevice};
+use bevy::{
+    math::Vec3A,
+    prelude::*,
+    render::renderer::RenderDevice,
+    shape::{Aabb3d, BoundingVolume},
+};
 
 use super::{
     meshes::{ExtractedMesh, ExtractedScene},
@@ -95,13 +100,10 @@ fn outer_levels(
     levels
 }
 
-/// A lower and an upper corner.
-type Corners = (Vec3A, Vec3A);
-
 /// The bounds of the world as far as rays from the volumes can tell. Those of what rests are kept from frame to frame.
 #[derive(Default)]
 pub(crate) struct WorldBounds {
-    resting: Option<Corners>,
+    resting: Option<Aabb3d>,
     center: Vec3,
     resolution: u32,
 }
@@ -122,36 +124,36 @@ impl WorldBounds {
             self.resting = self.bounds(resting);
         }
         let both = [self.bounds(recent), self.resting].into_iter().flatten();
-        let (low, high) = both.reduce(union)?;
-        Some((low.into(), high.into()))
+        let all = both.reduce(|a, b| a.merge(&b))?;
+        Some((all.min.into(), all.max.into()))
     }
 
     /// Whether the bounds of what rests may be smaller without a mesh.
     fn rests_at_corners(&self, mesh: &ExtractedMesh) -> bool {
-        let both = self.resting.zip(self.corners(mesh));
-        both.is_some_and(|((low, high), of_mesh)| {
-            of_mesh.0.cmple(low).any() || of_mesh.1.cmpge(high).any()
+        let both = self.resting.zip(self.bounds_of(mesh));
+        both.is_some_and(|(all, mesh)| {
+            mesh.min.cmple(all.min).any() || mesh.max.cmpge(all.max).any()
         })
     }
 
-    fn bounds<'a>(&self, meshes: impl Iterator<Item = &'a ExtractedMesh>) -> Option<Corners> {
-        meshes.filter_map(|mesh| self.corners(mesh)).reduce(union)
+    fn bounds<'a>(&self, meshes: impl Iterator<Item = &'a ExtractedMesh>) -> Option<Aabb3d> {
+        let all = meshes.filter_map(|mesh| self.bounds_of(mesh));
+        all.reduce(|a, b| a.merge(&b))
     }
 
-    /// The corners of a mesh that counts.
-    fn corners(&self, mesh: &ExtractedMesh) -> Option<Corners> {
+    /// The bounds of a mesh that counts.
+    fn bounds_of(&self, mesh: &ExtractedMesh) -> Option<Aabb3d> {
         let counts = mesh.is_culled && !mesh.is_deformed();
         let (center, half_size) = mesh.bounds.filter(|_| counts)?;
         // Else it would be smaller than a sub-voxel of a level that reaches as far.
         let distance = (center - Vec3A::from(self.center)).abs().max_element();
         let resolved = half_size.max_element() * 4.0 * self.resolution as f32;
         let counts = center.is_finite() && half_size.is_finite() && resolved >= distance;
-        counts.then(|| (center - half_size, center + half_size))
+        counts.then(|| Aabb3d {
+            min: center - half_size,
+            max: center + half_size,
+        })
     }
-}
-
-fn union(a: Corners, b: Corners) -> Corners {
-    (a.0.min(b.0), a.1.max(b.1))
 }
 
 #[cfg(test)]
@@ -200,17 +202,7 @@ mod tests {
     }
 
     fn mesh(center: Vec3, half_size: f32) -> ExtractedMesh {
-        ExtractedMesh {
-            bounds: Some((center.into(), Vec3A::splat(half_size))),
-            is_culled: true,
-            mesh: AssetId::default(),
-            world_from_local: default(),
-            material: 0,
-            first_joint: None,
-            weights: None,
-            pose: 0,
-            casts_shadow: true,
-        }
+        ExtractedMesh::with_bounds(Some((center.into(), Vec3A::splat(half_size))))
     }
 
     #[test]

@@ -8,9 +8,9 @@ use crate::prepare::mesh_batches::PlacedMesh;
 /// A mesh of the scene.
 #[derive(Default)]
 pub(crate) struct SceneMesh {
-    /// What it is now; `None` if it has gone.
+    /// The mesh in this frame; `None` if it has gone.
     pub now: Option<ExtractedMesh>,
-    /// What of it is voxelised.
+    /// Its place in the groups, if it is voxelised.
     pub placed: Option<PlacedMesh>,
 }
 
@@ -23,9 +23,9 @@ pub(crate) struct SceneMeshes {
     recent: usize,
     /// The indices of those that changed or went in this frame.
     changed: Vec<usize>,
-    /// What those were that rested until this frame.
+    /// The meshes that rested until this frame, as they were.
     left: Vec<ExtractedMesh>,
-    /// Whether others rest by now.
+    /// Whether the resting meshes are other ones than when their bounds were found.
     rest_is_new: bool,
 }
 
@@ -72,7 +72,6 @@ impl SceneMeshes {
         self.changed.push(index);
     }
 
-    /// What a mesh is now.
     pub(super) fn get(&self, entity: Entity) -> Option<ExtractedMesh> {
         self.all.get(&entity)?.now
     }
@@ -81,14 +80,14 @@ impl SceneMeshes {
         self.all.values()
     }
 
-    /// Those that have changed lately, and the others.
+    /// The meshes that have changed lately, and the resting ones.
     pub(super) fn recent_and_resting(&self) -> [impl Iterator<Item = &ExtractedMesh>; 2] {
         let meshes = self.all.as_slice();
         let (recent, resting) = meshes.split_at(self.recent);
         [recent, resting].map(|meshes| meshes.values().filter_map(|mesh| mesh.now.as_ref()))
     }
 
-    /// What those were that rested until this frame; `None` if others rest than when this was asked last.
+    /// The meshes that rested until this frame, as they were; `None` if the others are not those of the last call.
     pub(super) fn take_left(&mut self) -> Option<Vec<ExtractedMesh>> {
         let left = std::mem::take(&mut self.left);
         (!std::mem::take(&mut self.rest_is_new)).then_some(left)
@@ -141,15 +140,8 @@ mod tests {
 
     fn mesh(material: u32) -> ExtractedMesh {
         ExtractedMesh {
-            bounds: None,
-            is_culled: true,
-            mesh: AssetId::default(),
-            world_from_local: default(),
             material,
-            first_joint: None,
-            weights: None,
-            pose: 0,
-            casts_shadow: true,
+            ..ExtractedMesh::with_bounds(None)
         }
     }
 

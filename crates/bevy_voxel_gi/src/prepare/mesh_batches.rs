@@ -147,7 +147,7 @@ impl MeshBatches {
         }
     }
 
-    /// Where a mesh in the groups is.
+    /// World position of a mesh in the groups.
     fn position(&self, mesh: &SceneMesh) -> Option<Vec3> {
         let instance = self.groups.instance(mesh.placed.as_ref()?);
         Some(instance.world_from_local.w_axis.truncate())

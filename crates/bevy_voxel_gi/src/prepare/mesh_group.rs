@@ -460,7 +460,7 @@ mod tests {
         assert_eq!(low(&group), [f32::MAX; 2], "it is rigid again");
     }
 
-    /// What the GPU has of a list after its changes.
+    /// The GPU's copy of a list after its changes.
     fn uploaded(list: &mut List<[u32; 2]>, before: &[[u32; 2]]) -> Vec<[u32; 2]> {
         let Some(changed) = list.changed.replace(Vec::new()) else {
             return list.items.clone();

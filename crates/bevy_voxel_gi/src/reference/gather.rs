@@ -110,8 +110,7 @@ pub fn hemisphere(
 }
 
 /// Mean radiance in the centre of an empty voxel, for its six faces, of the same rays in each frame. All weights are
-/// `weight`, times [`EMPTY_INSIDE_WEIGHT`] inside geometry.
-/// `seed` is that of [`VolumeGrid::seed_in_world`](super::grid::VolumeGrid::seed_in_world).
+/// `weight`, times [`EMPTY_INSIDE_WEIGHT`] inside geometry. `seed` is that of [`VolumeGrid::seed_in_world`](super::grid::VolumeGrid::seed_in_world).
 pub fn sphere(
     seed: u32,
     center: Vec3,
