@@ -73,6 +73,7 @@ impl Plugin for VoxelGiPlugin {
             app.add_plugins(ViewWireframesPlugin);
         }
         load_shader_library!(app, "shaders/albedo.wesl");
+        load_shader_library!(app, "shaders/dividers.wesl");
         load_shader_library!(app, "shaders/emission.wesl");
         load_shader_library!(app, "shaders/face_slots.wesl");
         load_shader_library!(app, "shaders/faces.wesl");

@@ -20,7 +20,7 @@ fn the_foot_of_a_thin_wall_is_dark() {
     println!(
         "share of the lit side's light at the foot: interpolated {plain}, per pixel {per_pixel_light}"
     );
-    assert!(plain > 0.08, "{plain}");
+    assert!(plain < 0.04, "{plain}");
     assert!(per_pixel_light < 0.04, "{per_pixel_light}");
 }
 
@@ -47,11 +47,11 @@ fn where_nothing_is_hidden_both_see_the_same() {
             "{x}: {plain} {per_pixel_light}"
         );
     }
-    // Sixteen bytes a voxel more, and up to three slices.
+    // Eight bytes a voxel more, and up to three slices.
     let more = pictures[1].1 - pictures[0].1;
     let slice = 16 * 32 * 8;
     assert!(
-        (16 * 4096..=16 * 4096 + 3 * slice).contains(&more),
+        (8 * 4096 - 3 * slice..=8 * 4096 + 3 * slice).contains(&more),
         "{more}"
     );
 }

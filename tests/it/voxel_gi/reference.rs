@@ -3,16 +3,17 @@
 use std::f32::consts::PI;
 
 use bevy::{math::Vec3A, prelude::*};
-use bevy_frugal_lab::boxes::{BoxScene, TracedScene};
+use bevy_frugal_lab::boxes::{BoxScene, TracedScene, visible_walls};
 use bevy_voxel_gi::{
     Bounces, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelLight,
     reference::{
         IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
         RayTracingSettings, SETTLE, Triangle, VolumeGrid, Voxels, ambient_occlusion,
+        dividers::{NOTHING, dividers},
     },
 };
 
-use super::support::{box_app, read_texels, settle, volume};
+use super::support::{box_app, picture, read_dividers, read_texels, settle, volume};
 use crate::support::gpu;
 
 /// Light is stored as 16-bit floats times this.
@@ -70,8 +71,8 @@ fn lights(scene: &BoxScene) -> Vec<Light> {
 /// Frames after which light is compared: while the first rays are traced, and settled.
 const EARLY: u32 = 15;
 
-/// The fields of the reference, early and settled.
-fn expected(scene: &BoxScene, settings: &VoxelGiSettings) -> [IrradianceField; 2] {
+/// The fields of the reference, early and settled, and what divides its voxels.
+fn expected(scene: &BoxScene, settings: &VoxelGiSettings) -> ([IrradianceField; 2], Vec<Vec3>) {
     let resolution = settings.resolution;
     let (center, size) = scene.volume(resolution);
     let grid = VolumeGrid {
@@ -99,7 +100,7 @@ fn expected(scene: &BoxScene, settings: &VoxelGiSettings) -> [IrradianceField; 2
             let direct = traced(0);
             let mut light = Propagation::new(&direct, &voxels, &materials, sky, settings);
             light.run();
-            return [light.field(), light.field()];
+            return ([light.field(), light.field()], dividers(&voxels));
         }
         VoxelLight::GlobalIllumination {
             solver: Solver::Trace { rays },
@@ -110,12 +111,13 @@ fn expected(scene: &BoxScene, settings: &VoxelGiSettings) -> [IrradianceField; 2
             ambient_occlusion(&voxels, sky, radius / grid.voxel_size, settings)
         }
     };
-    [EARLY, SETTLE - EARLY].map(|frames| {
+    let fields = [EARLY, SETTLE - EARLY].map(|frames| {
         for _ in 0..frames {
             ray_tracing.step();
         }
         ray_tracing.field()
-    })
+    });
+    (fields, dividers(&voxels))
 }
 
 fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&mut BoxScene)) {
@@ -131,7 +133,7 @@ fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&
         light,
         ..default()
     };
-    let expected = expected(&scene, &settings);
+    let (expected, dividers) = expected(&scene, &settings);
     let _gpu = gpu();
     let mut app = box_app(&scene);
     let volume = volume(&mut app, &scene, settings);
@@ -143,11 +145,25 @@ fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&
         let state = app.world().resource::<VoxelGiReport>().state;
         frames += u32::from(state != VoxelGiState::Absent);
     }
+    compare_dividers(name, &read_dividers(&mut app), &dividers);
     // Rare bright rays count as changes at first.
     for (expected, most_error) in expected.iter().zip([2.0 * most_error, most_error]) {
         compare_texels(name, &read_texels(&mut app), expected, most_error);
         settle(&mut app);
     }
+}
+
+fn compare_dividers(name: &str, found: &[Vec3], expected: &[Vec3]) {
+    let pairs = || found.iter().zip(expected).enumerate();
+    let wrong: Vec<_> = pairs()
+        .filter(|(_, (found, expected))| !found.abs_diff_eq(**expected, 0.004))
+        .collect();
+    let dividers = pairs().filter(|(_, (_, expected))| expected.max_element() > NOTHING);
+    println!("{name}: {} voxels are divided", dividers.count());
+    for (index, (found, expected)) in &wrong {
+        println!("voxel {:?}: {found} for {expected}", expected_voxel(*index));
+    }
+    assert!(wrong.is_empty(), "{name}: {} are wrong", wrong.len());
 }
 
 fn compare_texels(name: &str, found: &[[Vec4; 6]], expected: &IrradianceField, most_error: f32) {
@@ -190,6 +206,59 @@ fn compare_texels(name: &str, found: &[[Vec4; 6]], expected: &IrradianceField, m
 fn expected_voxel(index: usize) -> UVec3 {
     let i = u32::try_from(index).unwrap_or(0);
     UVec3::new(i % 16, i / 16 % 16, i / 256)
+}
+
+/// From what the volume stores, pixels of a room of thin walls get what `divided_irradiance` computes of it.
+#[test]
+fn pixels_read_what_the_reference_does() {
+    const RESOLUTION: u32 = 16;
+    let scene = TracedScene::read("sunlit_room").expect("a scene").scene;
+    let settings = VoxelGiSettings {
+        resolution: RESOLUTION,
+        ..default()
+    };
+    let _gpu = gpu();
+    let mut app = box_app(&scene);
+    let volume = volume(&mut app, &scene, settings);
+    let found = {
+        let without = picture(&mut app);
+        app.world_mut().spawn(volume);
+        settle(&mut app);
+        let with = picture(&mut app);
+        let pairs = with.iter().zip(&without);
+        pairs.map(|(a, b)| a - b).collect::<Vec<_>>()
+    };
+    let (center, size) = scene.volume(RESOLUTION);
+    let field = IrradianceField {
+        grid: VolumeGrid {
+            min: center - 0.5 * size,
+            voxel_size: size / RESOLUTION as f32,
+            resolution: RESOLUTION,
+        },
+        texels: read_texels(&mut app),
+    };
+    let dividers = read_dividers(&mut app);
+    let (mut divided, mut plain, mut total) = (0.0, 0.0, 0.0);
+    for (wall, found) in visible_walls(&scene).iter().zip(&found) {
+        let Some(wall) = wall else {
+            continue;
+        };
+        let radiance = |irradiance: Vec3| wall.albedo * irradiance / STORAGE_SCALE;
+        let (at, normal) = (wall.position, wall.normal);
+        let expected = radiance(field.divided_irradiance(&dividers, at, normal));
+        divided += (found - expected).abs().element_sum();
+        let undivided = radiance(field.irradiance(at, normal, 0.0));
+        plain += (found - undivided).abs().element_sum();
+        total += expected.element_sum();
+    }
+    println!(
+        "pixels differ by {:.2}%, and by {:.2}% from what does not know of dividers",
+        100.0 * divided / total,
+        100.0 * plain / total
+    );
+    // Edges of walls are in other pixels.
+    assert!(divided < 0.01 * total, "{divided} of {total}");
+    assert!(plain > 2.0 * divided, "{plain} {divided}");
 }
 
 #[test]

@@ -126,25 +126,36 @@ pub fn light_texture_bytes(app: &mut HeadlessApp) -> Vec<u8> {
 
 /// Six faces a voxel of what Bevy samples of the volume: light times weight, and weight.
 pub fn read_texels(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
+    let (r, texel) = read_volume(app);
+    let faces = |[x, y, z]: [u32; 3]| {
+        std::array::from_fn(|face| {
+            let face = face as u32;
+            texel(x, y + (face & 1) * r, z + (face >> 1) * r)
+        })
+    };
+    voxels(r).map(faces).collect()
+}
+
+/// The places of what divides each voxel from its neighbours, of a volume of one level.
+pub fn read_dividers(app: &mut HeadlessApp) -> Vec<Vec3> {
+    let (r, texel) = read_volume(app);
+    let dividers = |[x, y, z]: [u32; 3]| texel(x, 2 * y + z % 2, 3 * r + z / 2).truncate();
+    voxels(r).map(dividers).collect()
+}
+
+fn voxels(r: u32) -> impl Iterator<Item = [u32; 3]> {
+    (0..r * r * r).map(move |i| [i % r, i / r % r, i / (r * r)])
+}
+
+/// The resolution of the volume, and its texels.
+fn read_volume(app: &mut HeadlessApp) -> (u32, impl Fn(u32, u32, u32) -> Vec4) {
     let (size, bytes) = read_light(app);
-    let texel = |x: u32, y: u32, z: u32| {
+    let texel = move |x: u32, y: u32, z: u32| {
         let at = (((z * size.height + y) * size.width + x) * 8) as usize;
         let channel = |c: usize| {
             half::f16::from_le_bytes([bytes[at + 2 * c], bytes[at + 2 * c + 1]]).to_f32()
         };
         Vec4::new(channel(0), channel(1), channel(2), channel(3))
     };
-    let r = size.width;
-    let mut texels = Vec::new();
-    for z in 0..r {
-        for y in 0..r {
-            for x in 0..r {
-                texels.push(std::array::from_fn(|face| {
-                    let face = face as u32;
-                    texel(x, y + (face & 1) * r, z + (face >> 1) * r)
-                }));
-            }
-        }
-    }
-    texels
+    (size.width, texel)
 }

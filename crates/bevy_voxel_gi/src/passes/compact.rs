@@ -1,4 +1,5 @@
-//! Compacts the surfaces and the empty voxels, so that later passes have one workgroup for each.
+//! Compacts the surfaces and the empty voxels, so that later passes have one workgroup for each; and writes what pixels read
+//! of new voxels beside their light.
 
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
@@ -32,6 +33,7 @@ pub(crate) struct CompactPass {
     layout: BindGroupLayoutDescriptor,
     compact: Kernel,
     write_indirect_args: Kernel,
+    write_geometry: Kernel,
     bind_group: Option<BindGroup>,
 }
 
@@ -49,6 +51,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     commands.insert_resource(CompactPass {
         compact: kernel("voxel_gi_compact", "compact"),
         write_indirect_args: kernel("voxel_gi_write_indirect_args", "write_indirect_args"),
+        write_geometry: kernel("voxel_gi_write_geometry", "write_geometry"),
         layout,
         bind_group: None,
     });
@@ -67,6 +70,9 @@ pub(crate) fn queue(
     pass.compact.require(&defs, &cache, &mut required);
     pass.write_indirect_args
         .require(&defs, &cache, &mut required);
+    if volume.patched {
+        pass.write_geometry.require(&defs, &cache, &mut required);
+    }
 }
 
 pub(crate) fn prepare(
@@ -96,6 +102,7 @@ pub(crate) fn prepare(
 pub(crate) fn compact(
     mut context: RenderContext,
     pass: Res<CompactPass>,
+    plan: Res<FramePlan>,
     voxels: Option<Res<VoxelBindGroups>>,
     buffers: Option<Res<VolumeBuffers>>,
     cache: Res<PipelineCache>,
@@ -109,6 +116,8 @@ pub(crate) fn compact(
     ) else {
         return;
     };
+    let is_new = plan.work.is_some_and(|work| work.voxelizes.is_some());
+    let write_geometry = pass.write_geometry.pipeline(&cache).filter(|_| is_new);
     context
         .command_encoder()
         .clear_buffer(&buffers.work, 0, Some(VolumeBuffers::COUNTERS_SIZE));
@@ -116,6 +125,9 @@ pub(crate) fn compact(
         pass.set_bind_group(0, &voxels.bounces[0], &[]);
         pass.set_bind_group(1, group, &[]);
         dispatch_voxels(pass, compact, &buffers);
+        if let Some(write_geometry) = write_geometry {
+            dispatch_voxels(pass, write_geometry, &buffers);
+        }
         pass.set_pipeline(write_indirect_args);
         pass.dispatch_workgroups(1, 1, 1);
     });

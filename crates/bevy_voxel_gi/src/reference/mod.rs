@@ -20,6 +20,7 @@
 //! | [`harmonics`] | spherical harmonics |
 //! | [`propagate`] | light propagation from voxel to voxel |
 //! | [`irradiance_field`] | the light that receivers sample |
+//! | [`dividers`] | the same without light from beyond thin walls |
 //! | [`visibility`] | the same from visible voxels only |
 //! | [`specular`] | the specular light of rough surfaces |
 //! | [`noise`] | the noise of light on flat walls |
@@ -34,6 +35,7 @@
 //! | the thesis's ray marching and reconstruction, 256 rays | 11.0%, 8.0%, 9.7% | -1.7%, -5.7%, -1.1% |
 
 pub mod clip;
+pub mod dividers;
 pub mod gather;
 pub mod grid;
 pub mod harmonics;

@@ -1,6 +1,7 @@
 //! The surfaces in a voxel, each with the points at which rays start.
 
 use super::{
+    dividers::is_beyond_divider,
     grid::FACE_STEPS,
     packed_surface::{Plane, packed_normal_bits},
     parallel::each,
@@ -119,7 +120,7 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
 ///
 /// Sub-voxels that an exact plane does not touch belong to something else in the voxel: rays from a point of the plane
 /// there would start inside of what stands on it. They do not count unless there are no others or the plane is not exact;
-/// then the plane goes through their mean.
+/// then the plane goes through their mean. Those beyond what divides the voxel do not count either.
 fn points_of(voxels: &Voxels, index: usize, plane: &mut Plane) -> (Vec<Vec3>, f32) {
     let voxel = voxels.grid.voxel(index);
     let base = voxel * SUB_VOXELS;
@@ -132,8 +133,17 @@ fn points_of(voxels: &Voxels, index: usize, plane: &mut Plane) -> (Vec<Vec3>, f3
         .collect();
     let is_own = |center: &Vec3| plane.crosses(*center - middle, CLEARANCE);
     let mut points: Vec<Vec3> = exposed.iter().copied().filter(is_own).collect();
-    if points.is_empty() {
+    let is_known = !points.is_empty();
+    if !is_known {
         points = exposed;
+    }
+    // Pixels beyond a divider do not read this voxel.
+    let known = *plane;
+    let is_near = |center: &Vec3| !is_beyond_divider(voxels, index, *center - middle, known);
+    if points.iter().any(is_near) {
+        points.retain(is_near);
+    }
+    if !is_known {
         let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f32;
         plane.height = plane.normal.dot(centroid - middle);
     }
