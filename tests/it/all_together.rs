@@ -67,7 +67,7 @@ fn blocks(picture: &RgbImage) -> Vec<f64> {
 
 /// How much of the picture's brightness the effect of each plugin may change by whichever others are on; the page says
 /// 0.35%. What the frame buffer does is rounding, and so is nearly all that the others change in it.
-const INTERACTION: [f64; 4] = [0.0023, 0.0021, 0.0016, 0.0035];
+const INTERACTION: [f64; 4] = [0.0025, 0.0021, 0.0016, 0.0035];
 
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len() as f64;

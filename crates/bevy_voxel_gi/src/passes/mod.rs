@@ -6,7 +6,7 @@
 //! | [`draw_tiles`] | textures of materials and lights to the tiles that `tiles.wesl` samples |
 //! | [`voxelize`] | meshes to voxels, where something has changed: occupancy, then surfaces |
 //! | [`allocate`] | slots for the faces that have a surface, between the two; their light moves along |
-//! | [`compact`] | lists the surfaces and the empty voxels |
+//! | [`compact`] | lists the surfaces and the empty voxels; writes what divides new voxels |
 //! | [`mod@solve`] | direct light ([`inject`], with textures by `projection.wesl`), then ray tracing and sharing ([`gather`]) or propagation ([`propagate`]) |
 //! | [`mod@read_back`] | counts for later frames |
 //! | [`reproject`] | albedo from cameras' G-buffers to voxels |

@@ -10,8 +10,10 @@ use glam::{IVec3, Vec3, Vec4};
 /// Stored where nothing divides a voxel from its neighbours.
 pub const NOTHING: f32 = -64.0;
 
-/// Least area of each side of a divider that nothing in its voxel hides, in voxel faces.
-const LEAST_AREA: f32 = 0.4;
+/// Least area of each side of a divider in a voxel that nothing in it hides, and with the voxels beside it, in voxel
+/// faces: small things divide nothing.
+const LEAST_AREA: f32 = 0.385;
+const LEAST_AREA_AROUND: f32 = 1.37;
 
 /// Greatest distance of its two sides, where rounding has swapped them, in voxels.
 const MAX_OVERLAP: f32 = 0.01;
@@ -69,11 +71,30 @@ fn between(voxels: &Voxels, lower: usize, upper: usize, axis: usize) -> Option<f
 
 /// The height of a face's surface above the centre of its voxel, along its normal, if it is along the grid and large.
 fn side_height(voxels: &Voxels, index: usize, face: usize) -> Option<f32> {
+    let own = side_area(voxels, index, face);
+    if own < LEAST_AREA {
+        return None;
+    }
+    let voxel = voxels.grid.voxel(index);
+    let steps = [1, 2].map(|next| IVec3::AXES[(face / 2 + next) % 3]);
+    let beside = steps
+        .into_iter()
+        .flat_map(|step| [voxel + step, voxel - step]);
+    let beside = beside.filter_map(|voxel| voxels.grid.index(voxel));
+    let beside: f32 = beside.map(|index| side_area(voxels, index, face)).sum();
+    let height = Plane::new(voxels.packed_surfaces[index][face]).height;
+    (own + beside >= LEAST_AREA_AROUND).then_some(height)
+}
+
+/// The area of a face's surface, if it is along the grid, else 0.
+fn side_area(voxels: &Voxels, index: usize, face: usize) -> f32 {
     let packed = voxels.packed_surfaces[index][face];
-    let plane = Plane::new(packed);
     let areas = voxels.material_areas[index][face].iter();
-    let area: f32 = areas.map(|material| material.visible).sum();
-    (packed != 0 && plane.is_exact() && area >= LEAST_AREA).then_some(plane.height)
+    if packed != 0 && Plane::new(packed).is_exact() {
+        areas.map(|material| material.visible).sum()
+    } else {
+        0.0
+    }
 }
 
 /// Returns whether a place in a voxel, from its centre, is beyond a divider from that centre, along another axis than that
@@ -195,14 +216,15 @@ mod tests {
     }
 
     #[test]
-    fn ground_divides_nothing() {
+    fn ground_and_small_boxes_divide_nothing() {
         let grid = VolumeGrid {
             min: Vec3::ZERO,
             voxel_size: 1.0,
             resolution: 8,
         };
         let ground = solid(Vec3::new(-1.0, -1.0, -1.0), Vec3::new(9.0, 3.2, 9.0));
-        let found = dividers(&Voxels::new(grid, &ground));
+        let small = solid(Vec3::new(3.1, 3.2, 3.1), Vec3::new(4.0, 4.1, 4.0));
+        let found = dividers(&Voxels::new(grid, &[ground, small].concat()));
         assert!(found.iter().all(|divider| *divider == Vec3::splat(NOTHING)));
     }
 }

@@ -108,7 +108,7 @@ impl<'a> RayTracing<'a> {
         sky: Vec3,
         settings: RayTracingSettings,
     ) -> Self {
-        let surfaces = surfaces(voxels);
+        let surfaces = surfaces(voxels, settings.one_side);
         let mut ray_tracing = Self {
             voxels,
             materials: face_materials(voxels, materials),

@@ -79,15 +79,18 @@ pub fn main_face(direction: Vec3) -> usize {
 }
 
 /// Returns the surfaces of all voxels, in the order of voxels and faces. A surface none of whose
-/// sub-voxels is exposed is left out.
-pub fn surfaces(voxels: &Voxels) -> Vec<Surface> {
-    each(voxels.grid.len(), |index| surfaces_of(voxels, index))
-        .into_iter()
-        .flatten()
-        .collect()
+/// sub-voxels is exposed is left out. Where something divides a voxel, they have the points on the side of its centre
+/// alone, as receivers read no other; those that test visibility do.
+pub fn surfaces(voxels: &Voxels, tests_visibility: bool) -> Vec<Surface> {
+    each(voxels.grid.len(), |index| {
+        surfaces_of(voxels, index, tests_visibility)
+    })
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
-fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
+fn surfaces_of(voxels: &Voxels, index: usize, tests_visibility: bool) -> Vec<Surface> {
     let packed_surfaces = voxels.packed_surfaces[index];
     let mut found = Vec::new();
     for face in 0..6 {
@@ -98,7 +101,7 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
         }
         let faces = (0..6).fold(0, |all, f| all | u8::from(is_own(packed_surfaces[f])) << f);
         let mut plane = Plane::new(packed_surfaces[face]);
-        let (points, ray_offset) = points_of(voxels, index, &mut plane);
+        let (points, ray_offset) = points_of(voxels, index, &mut plane, tests_visibility);
         if !points.is_empty() {
             let one_side = one_side(voxels, index, &points, plane.normal * ray_offset);
             found.push(Surface {
@@ -120,8 +123,13 @@ fn surfaces_of(voxels: &Voxels, index: usize) -> Vec<Surface> {
 ///
 /// Sub-voxels that an exact plane does not touch belong to something else in the voxel: rays from a point of the plane
 /// there would start inside of what stands on it. They do not count unless there are no others or the plane is not exact;
-/// then the plane goes through their mean. Those beyond what divides the voxel do not count either.
-fn points_of(voxels: &Voxels, index: usize, plane: &mut Plane) -> (Vec<Vec3>, f32) {
+/// then the plane goes through their mean. Nor do those beyond what divides the voxel.
+fn points_of(
+    voxels: &Voxels,
+    index: usize,
+    plane: &mut Plane,
+    tests_visibility: bool,
+) -> (Vec<Vec3>, f32) {
     let voxel = voxels.grid.voxel(index);
     let base = voxel * SUB_VOXELS;
     let middle = voxel.as_vec3() + 0.5;
@@ -137,10 +145,9 @@ fn points_of(voxels: &Voxels, index: usize, plane: &mut Plane) -> (Vec<Vec3>, f3
     if !is_known {
         points = exposed;
     }
-    // Pixels beyond a divider do not read this voxel.
     let known = *plane;
     let is_near = |center: &Vec3| !is_beyond_divider(voxels, index, *center - middle, known);
-    if points.iter().any(is_near) {
+    if !tests_visibility && points.iter().any(is_near) {
         points.retain(is_near);
     }
     if !is_known {

@@ -140,14 +140,15 @@ pub enum VoxelAlbedo {
 /// How a pixel samples the voxels around it.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Receiver {
-    /// A weighted mean of all eight voxels: three filtered texture reads. At the foot of a wall thinner
-    /// than a voxel, light leaks from the other side.
+    /// A weighted mean of those of the eight voxels that are on the pixel's side of walls and floors: three
+    /// filtered texture reads, and one of what divides the voxels. Along the axes, walls may be as thin as
+    /// they are; at the foot of a turned wall thinner than a voxel, light leaks from the other side.
     #[default]
     Interpolated,
     /// Only those of the eight voxels that are visible from the pixel, tested with a short ray to each
-    /// through the sub-voxels: such leaks fall from half of the light to a few percent. Right beside
-    /// small things that stand on a surface, its light has patches with hard edges. It takes 16 more
-    /// bytes per voxel, up to 24 unfiltered reads, and about 50 reads of sub-voxels. When this changes, a frame
-    /// waits until the shaders of all materials are compiled again.
+    /// through the sub-voxels: beside turned walls and what is small, leaks fall from half of the light to a
+    /// few percent. Right beside small things that stand on a surface, its light has patches with hard
+    /// edges. It takes 8 more bytes per voxel, up to 24 unfiltered reads, and about 50 reads of sub-voxels.
+    /// When this changes, a frame waits until the shaders of all materials are compiled again.
     PerPixel,
 }

@@ -162,7 +162,7 @@ fn floor(wall: Option<Solid>) -> Voxels {
 
 /// Light on the floor by the position of its voxels, after sharing: voxels and their light.
 fn shared(voxels: &Voxels, light: impl Fn(Vec3) -> f32) -> Vec<(Vec3, f32)> {
-    let surfaces = surfaces(voxels);
+    let surfaces = surfaces(voxels, false);
     let center = |i: usize| voxels.grid.voxel(surfaces[i].voxel).as_vec3() + 0.5;
     let before: Vec<Vec4> = (0..surfaces.len())
         .map(|i| Vec3::splat(light(center(i))).extend(1.0))

@@ -210,7 +210,7 @@ fn thin_walls_have_two_sides() {
         let low = Vec3::new(-1.0, 3.05, -1.0);
         let high = Vec3::new(9.0, 3.05 + thickness, 9.0);
         let voxels = Voxels::new(unit_grid(8), &solid(low, high));
-        let all = surfaces(&voxels);
+        let all = surfaces(&voxels, false);
         for (normal, count) in [(Vec3::Y, 64), (Vec3::NEG_Y, 64)] {
             let sides: Vec<_> = all.iter().filter(|s| s.normal == normal).collect();
             assert_eq!(sides.len(), count, "thickness {thickness}");
@@ -250,7 +250,7 @@ fn tilted_surfaces_do_not_meet_themselves() {
         };
         let voxels = Voxels::new(unit_grid(8), &[sheet]);
         let (mut rays, mut hits) = (0, 0);
-        for surface in surfaces(&voxels) {
+        for surface in surfaces(&voxels, false) {
             for point in 0..surface.points.len() {
                 rays += 1;
                 let origin = surface.origin(point);
