@@ -56,7 +56,7 @@ fn between(voxels: &Voxels, lower: usize, upper: usize, axis: usize) -> Option<f
         let of = [(lower, 0.0), (upper, 1.0)];
         of.into_iter().filter_map(move |(index, center)| {
             let height = side_height(voxels, index, face)?;
-            Some(center + if face % 2 == 0 { height } else { -height })
+            Some(center + if face == 2 * axis { height } else { -height })
         })
     };
     let pairs =
