@@ -43,9 +43,9 @@ fn no_light_comes_through_a_wall() {
     }
 }
 
-/// Where receivers mix the light of both sides of a wall, some of it leaks at its foot to the dark side, within a voxel.
+/// At the foot of a wall, what leaks to the dark side is what is reflected there.
 #[test]
-fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
+fn the_foot_of_a_wall_is_dark() {
     let wall = solid(Vec3::new(7.3, 1.2, -1.0), Vec3::new(7.6, 20.0, 20.0));
     let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
     let voxels = Voxels::new(unit_grid(16), &[wall, floor].concat());
@@ -59,14 +59,15 @@ fn the_foot_of_a_wall_leaks_within_a_voxel_only() {
         RayTracingSettings::default(),
     );
     let field = traced_field(ray_tracing, 12);
-    let at = |x: f32| field.irradiance(Vec3::new(x, 1.2, 8.0), Vec3::Y, 0.0).x / at_lit(&field);
+    let dividers = dividers(&voxels);
+    let at = |x: f32| {
+        let place = Vec3::new(x, 1.2, 8.0);
+        field.divided_irradiance(&dividers, place, Vec3::Y).x / at_lit(&field)
+    };
     let places = [7.2, 7.0, 6.7, 6.5, 6.2, 6.0, 5.0, 3.0].map(at);
     println!("share of the lit side's light, away from the wall: {places:?}");
-    assert!(places.is_sorted_by(|a, b| a >= b), "{places:?}");
-    assert!(
-        places[0] < 0.5 && places[3] < 0.02 && places[6] < 0.005,
-        "{places:?}"
-    );
+    assert!(places.is_sorted_by(|a, b| *a >= b - 1e-6), "{places:?}");
+    assert!(places[0] < 0.02 && places[6] < 0.005, "{places:?}");
 }
 
 /// Where receivers know what divides voxels, or test their visibility, the dark side is dark wherever the wall is in its
