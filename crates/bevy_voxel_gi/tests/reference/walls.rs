@@ -67,7 +67,7 @@ fn the_foot_of_a_wall_is_dark() {
     let places = [7.2, 7.0, 6.7, 6.5, 6.2, 6.0, 5.0, 3.0].map(at);
     println!("share of the lit side's light, away from the wall: {places:?}");
     assert!(places.is_sorted_by(|a, b| *a >= b - 1e-6), "{places:?}");
-    assert!(places[0] < 0.02 && places[6] < 0.005, "{places:?}");
+    assert!(places[0] < 0.03 && places[6] < 0.01, "{places:?}");
 }
 
 /// Where receivers know what divides voxels, or test their visibility, the dark side is dark wherever the wall is in its
