@@ -99,7 +99,7 @@ fn settled(app: &mut HeadlessApp) -> [Vec<f32>; 2] {
     let all: Vec<_> = halves
         .map(|bytes| half::f16::from_le_bytes(*bytes).to_f32())
         .collect();
-    // Of each level, and up to two empty slices.
+    // A level takes three and a half times its resolution in slices, and up to two more are empty.
     let resolution = 16;
     let slice = 4 * 2 * resolution * resolution;
     let levels = 2 * all.len() / (7 * resolution * slice);
