@@ -13,7 +13,7 @@ use bevy_voxel_gi::{
     },
 };
 
-use super::support::{box_app, picture, read_dividers, read_texels, settle, volume};
+use super::support::{box_app, picture, read_dividers, read_field, read_texels, settle, volume};
 use crate::support::gpu;
 
 /// Light is stored as 16-bit floats times this.
@@ -228,15 +228,7 @@ fn pixels_read_what_the_reference_does() {
         let pairs = with.iter().zip(&without);
         pairs.map(|(a, b)| a - b).collect::<Vec<_>>()
     };
-    let (center, size) = scene.volume(RESOLUTION);
-    let field = IrradianceField {
-        grid: VolumeGrid {
-            min: center - 0.5 * size,
-            voxel_size: size / RESOLUTION as f32,
-            resolution: RESOLUTION,
-        },
-        texels: read_texels(&mut app),
-    };
+    let field = read_field(&mut app, &scene, RESOLUTION);
     let dividers = read_dividers(&mut app);
     let (mut divided, mut plain, mut total) = (0.0, 0.0, 0.0);
     for (wall, found) in visible_walls(&scene).iter().zip(&found) {

@@ -12,12 +12,9 @@ use bevy_frugal_lab::{
     path_tracer::TraceSettings,
     stage::StageCamera,
 };
-use bevy_voxel_gi::{
-    Receiver, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings,
-    reference::{IrradianceField, VolumeGrid},
-};
+use bevy_voxel_gi::{Receiver, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings};
 
-use super::support::{box_app, picture, read_texels, settle, volume};
+use super::support::{box_app, picture, read_field, settle, volume};
 use crate::support::{compose::mesh_numbers, composer, gpu};
 
 /// No metal, of Bevy's default reflectance.
@@ -156,15 +153,7 @@ fn the_shader_computes_what_the_reference_does() {
         found,
         mut app,
     } = specular(&scene, RESOLUTION, Receiver::Interpolated);
-    let (center, size) = scene.volume(RESOLUTION);
-    let field = IrradianceField {
-        grid: VolumeGrid {
-            min: center - 0.5 * size,
-            voxel_size: size / RESOLUTION as f32,
-            resolution: RESOLUTION,
-        },
-        texels: read_texels(&mut app),
-    };
+    let field = read_field(&mut app, &scene, RESOLUTION);
     // Texels are irradiance over pi times this.
     let scale = PI * 64.0;
     let (mut error, mut total) = (0.0, 0.0);

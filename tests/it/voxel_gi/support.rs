@@ -9,6 +9,7 @@ use bevy_frugal_lab::{
 };
 use bevy_voxel_gi::{
     Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelGiVolume,
+    reference::{IrradianceField, VolumeGrid},
 };
 
 /// Frames in which everything is loaded and compiled.
@@ -134,6 +135,19 @@ pub fn read_texels(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
         })
     };
     voxels(r).map(faces).collect()
+}
+
+/// The same as the reference has it, of the volume that a scene takes.
+pub fn read_field(app: &mut HeadlessApp, scene: &BoxScene, resolution: u32) -> IrradianceField {
+    let (center, size) = scene.volume(resolution);
+    IrradianceField {
+        grid: VolumeGrid {
+            min: center - 0.5 * size,
+            voxel_size: size / resolution as f32,
+            resolution,
+        },
+        texels: read_texels(app),
+    }
 }
 
 /// The places of what divides each voxel from its neighbours, of a volume of one level.
