@@ -14,7 +14,7 @@ use bevy_frugal_lab::{
 };
 use bevy_voxel_gi::{Receiver, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings};
 
-use super::support::{box_app, picture, read_field, settle, volume};
+use super::support::{box_app, picture, read_dividers, read_field, settle, volume};
 use crate::support::{compose::mesh_numbers, composer, gpu};
 
 /// No metal, of Bevy's default reflectance.
@@ -154,6 +154,7 @@ fn the_shader_computes_what_the_reference_does() {
         mut app,
     } = specular(&scene, RESOLUTION, Receiver::Interpolated);
     let field = read_field(&mut app, &scene, RESOLUTION);
+    let dividers = read_dividers(&mut app);
     // Texels are irradiance over pi times this.
     let scale = PI * 64.0;
     let (mut error, mut total) = (0.0, 0.0);
@@ -163,8 +164,9 @@ fn the_shader_computes_what_the_reference_does() {
             continue;
         };
         let to_viewer = (scene.camera.eye - wall.position).normalize();
-        let expected =
-            field.specular_radiance(wall.position, wall.normal, to_viewer, roughness) * scale;
+        let radiance =
+            field.specular_radiance(&dividers, wall.position, wall.normal, to_viewer, roughness);
+        let expected = radiance * scale;
         error += (found - expected).abs().element_sum();
         total += expected.element_sum();
     }

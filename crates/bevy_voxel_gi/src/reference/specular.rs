@@ -14,10 +14,12 @@ impl IrradianceField {
     /// Returns about the mean radiance that the GGX lobe of a surface sees, in cd/m².
     ///
     /// The wider the lobe, the more it is that of the whole hemisphere; else irradiances of planes that face the mirror's
-    /// direction, at three distances along it, are mixed in up to the first surface. `position` is in metres; `normal` and `to_viewer`
-    /// are unit vectors, and `roughness` is perceptual, 0.3 to 1.
+    /// direction, at three distances along it, are mixed in up to the first surface. That of the hemisphere is without the
+    /// light from beyond [`dividers`](super::dividers::dividers). `position` is in metres; `normal` and `to_viewer` are unit
+    /// vectors, and `roughness` is perceptual, 0.3 to 1.
     pub fn specular_radiance(
         &self,
+        dividers: &[Vec3],
         position: Vec3,
         normal: Vec3,
         to_viewer: Vec3,
@@ -25,7 +27,7 @@ impl IrradianceField {
     ) -> Vec3 {
         let direction = 2.0 * normal.dot(to_viewer) * normal - to_viewer;
         let receiver = self.grid.to_grid(position);
-        let mut radiance = self.irradiance(position, normal, 0.0) / PI;
+        let mut radiance = self.divided_irradiance(dividers, position, normal) / PI;
         // The weight of what no surface hides so far.
         let mut left = 1.0 - roughness * roughness;
         for distance in DISTANCES {

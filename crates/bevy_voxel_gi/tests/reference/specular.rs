@@ -1,6 +1,6 @@
 //! Specular light of rough surfaces.
 
-use bevy_voxel_gi::reference::{IrradianceField, VolumeGrid};
+use bevy_voxel_gi::reference::{IrradianceField, VolumeGrid, dividers::NOTHING};
 use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 
@@ -25,6 +25,8 @@ fn field(irradiance: impl Fn(Vec3, usize) -> f32) -> IrradianceField {
     }
 }
 
+static UNDIVIDED: [Vec3; RESOLUTION.pow(3) as usize] =
+    [Vec3::splat(NOTHING); RESOLUTION.pow(3) as usize];
 const MIDDLE: Vec3 = Vec3::splat(8.0);
 /// Seen at 45 degrees: the mirror's direction is between +X and +Y.
 const TO_VIEWER: Vec3 = Vec3::new(
@@ -37,7 +39,7 @@ const TO_VIEWER: Vec3 = Vec3::new(
 fn even_light_is_seen_as_it_is() {
     let field = field(|_, _| 3.0 * PI);
     for roughness in [0.4, 0.7, 1.0] {
-        let seen = field.specular_radiance(MIDDLE, Vec3::Y, TO_VIEWER, roughness);
+        let seen = field.specular_radiance(&UNDIVIDED, MIDDLE, Vec3::Y, TO_VIEWER, roughness);
         assert!((seen.x - 3.0).abs() < 1e-4, "{roughness}: {seen}");
     }
 }
@@ -48,7 +50,7 @@ fn smoother_surfaces_see_more_of_what_they_mirror() {
     let field = field(|_, face| if face == 0 { PI } else { 0.0 });
     let seen = |roughness| {
         field
-            .specular_radiance(MIDDLE, Vec3::Y, TO_VIEWER, roughness)
+            .specular_radiance(&UNDIVIDED, MIDDLE, Vec3::Y, TO_VIEWER, roughness)
             .x
     };
     assert_eq!(seen(1.0), 0.0);
@@ -59,7 +61,9 @@ fn smoother_surfaces_see_more_of_what_they_mirror() {
 fn light_behind_a_wall_is_not_seen() {
     // It is bright behind a wall at x = 9.5, dark before it; its far side is a surface, with a weight of 1.
     let mut field = field(|center, _| if center.x > 9.0 { PI } else { 0.0 });
-    let open = field.specular_radiance(MIDDLE, Vec3::Y, TO_VIEWER, 0.4).x;
+    let open = field
+        .specular_radiance(&UNDIVIDED, MIDDLE, Vec3::Y, TO_VIEWER, 0.4)
+        .x;
     assert!(open > 0.6, "{open}");
     let grid = field.grid;
     for (index, texel) in field.texels.iter_mut().enumerate() {
@@ -69,6 +73,8 @@ fn light_behind_a_wall_is_not_seen() {
             _ => {}
         }
     }
-    let seen = field.specular_radiance(MIDDLE, Vec3::Y, TO_VIEWER, 0.4).x;
+    let seen = field
+        .specular_radiance(&UNDIVIDED, MIDDLE, Vec3::Y, TO_VIEWER, 0.4)
+        .x;
     assert!(seen < 0.02, "{seen}");
 }
