@@ -78,3 +78,23 @@ fn light_behind_a_wall_is_not_seen() {
         .x;
     assert!(seen < 0.02, "{seen}");
 }
+
+#[test]
+fn the_hemisphere_keeps_to_its_side_of_a_divider() {
+    // It is bright beyond x = 8, where something thin divides the voxels.
+    let field = field(|center, _| if center.x > 8.0 { PI } else { 0.0 });
+    let mut divided = UNDIVIDED;
+    for (index, divider) in divided.iter_mut().enumerate() {
+        if field.grid.voxel(index).x == 7 {
+            divider.x = 0.998;
+        }
+    }
+    let place = Vec3::new(7.9, 8.0, 8.0);
+    let seen = |dividers| {
+        field
+            .specular_radiance(dividers, place, Vec3::Y, TO_VIEWER, 1.0)
+            .x
+    };
+    assert!(seen(&UNDIVIDED) > 0.3, "{}", seen(&UNDIVIDED));
+    assert_eq!(seen(&divided), 0.0);
+}
