@@ -58,7 +58,7 @@ fn it_is_near_its_truth_in_each_state_and_soon_after_a_change() {
     let mut app = arcade();
     let lit = rows(&mut app);
     for (scene, setting, most) in [
-        ("arcade", "trace", 0.041),
+        ("arcade", "trace", 0.0415),
         ("arcade, light moved", "trace", 0.051),
         ("arcade, light moved", "trace, frame 30", 0.052),
         ("arcade, door open", "trace", 0.052),

@@ -70,12 +70,10 @@ impl Gathered {
 ///
 /// `arriving` returns the radiance along a ray from an origin in grid coordinates. The weight is the
 /// fraction of valid samples; if all points are inside geometry it is [`INSIDE_WEIGHT`], else only the points
-/// outside are used. `rays` is a multiple of [`FRAME_POINTS`]. With `one_side`, rays start only at the
-/// points that are visible from the middle one.
+/// outside are used. `rays` is a multiple of [`FRAME_POINTS`].
 pub fn hemisphere(
     surface: &Surface,
     rays: u32,
-    one_side: bool,
     frame: u32,
     arriving: impl Fn(Vec3, Vec3) -> RaySample<Vec3>,
 ) -> Vec4 {
@@ -84,12 +82,7 @@ pub fn hemisphere(
     for k in 0..FRAME_POINTS {
         let step = frame.wrapping_mul(FRAME_POINTS).wrapping_add(k);
         let number = step.wrapping_mul(POINT_STEP) as usize;
-        let point = if one_side {
-            surface.one_side[number % surface.one_side.len()]
-        } else {
-            number % surface.points.len()
-        };
-        let origin = surface.origin(point);
+        let origin = surface.origin(surface.one_side[number % surface.one_side.len()]);
         let mut found = Gathered::default();
         for i in (k..rays).step_by(FRAME_POINTS as usize) {
             let index = i * RAY_SETS + frame % RAY_SETS;

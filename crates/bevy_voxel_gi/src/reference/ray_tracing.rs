@@ -50,9 +50,8 @@ pub struct RayTracingSettings {
     /// Number of frames over which receivers read the mean, at least 1, until the new mean begins, [`REST`] and
     /// [`BOUNCES`] after the last change: that grows to [`LONGEST_MEAN`].
     pub history: u32,
-    /// If a wall divides a surface, gathers only on the side of the voxel's centre.
-    /// This is for receivers that test which voxels are visible ([`IrradianceField::visible_irradiance`]).
-    pub one_side: bool,
+    /// Whether receivers test which voxels are visible ([`IrradianceField::visible_irradiance`]).
+    pub tests_visibility: bool,
     /// Whether neighbouring surfaces of a plane share their light.
     pub shares: bool,
 }
@@ -66,7 +65,7 @@ impl Default for RayTracingSettings {
             empty_weight: 1.0 / 512.0,
             reach: f32::INFINITY,
             history: 8,
-            one_side: false,
+            tests_visibility: false,
             shares: true,
         }
     }
@@ -108,7 +107,7 @@ impl<'a> RayTracing<'a> {
         sky: Vec3,
         settings: RayTracingSettings,
     ) -> Self {
-        let surfaces = surfaces(voxels, settings.one_side);
+        let surfaces = surfaces(voxels, settings.tests_visibility);
         let mut ray_tracing = Self {
             voxels,
             materials: face_materials(voxels, materials),
@@ -161,9 +160,8 @@ impl<'a> RayTracing<'a> {
     /// would take as many frames as the mean.
     pub fn step(&mut self) {
         let new = each(self.surfaces.len(), |i| {
-            let RayTracingSettings { rays, one_side, .. } = self.settings;
             let arriving = |o, d| self.arriving(o, d);
-            hemisphere(&self.surfaces[i], rays, one_side, self.frame, arriving)
+            hemisphere(&self.surfaces[i], self.settings.rays, self.frame, arriving)
         });
         let most = if self.since_change < REST + BOUNCES {
             self.settings.history

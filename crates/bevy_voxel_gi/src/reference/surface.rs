@@ -29,8 +29,7 @@ pub struct Surface {
     pub height: f32,
     /// Points on it, one per sub-voxel that is exposed in front, in grid coordinates.
     pub points: Vec<Vec3>,
-    /// Indices of the points that are visible from the middle one: one side, if a wall divides the
-    /// surface.
+    /// Indices of the points from which light is gathered: one side, if a wall divides the surface.
     pub one_side: Vec<usize>,
     /// Ray offset along the normal (thesis: guard distance), in voxels: rays start outside of the
     /// sub-voxels that the surface itself fills.
@@ -79,8 +78,7 @@ pub fn main_face(direction: Vec3) -> usize {
 }
 
 /// Returns the surfaces of all voxels, in the order of voxels and faces. A surface none of whose
-/// sub-voxels is exposed is left out. Where something divides a voxel, they have the points on the side of its centre
-/// alone, as receivers read no other; those that test visibility do.
+/// sub-voxels is exposed is left out. Receivers may test visibility.
 pub fn surfaces(voxels: &Voxels, tests_visibility: bool) -> Vec<Surface> {
     each(voxels.grid.len(), |index| {
         surfaces_of(voxels, index, tests_visibility)
@@ -101,9 +99,13 @@ fn surfaces_of(voxels: &Voxels, index: usize, tests_visibility: bool) -> Vec<Sur
         }
         let faces = (0..6).fold(0, |all, f| all | u8::from(is_own(packed_surfaces[f])) << f);
         let mut plane = Plane::new(packed_surfaces[face]);
-        let (points, ray_offset) = points_of(voxels, index, &mut plane, tests_visibility);
+        let (points, ray_offset) = points_of(voxels, index, &mut plane);
         if !points.is_empty() {
-            let one_side = one_side(voxels, index, &points, plane.normal * ray_offset);
+            let one_side = if tests_visibility {
+                visible_points(voxels, index, &points, plane.normal * ray_offset)
+            } else {
+                near_points(voxels, index, &points, plane)
+            };
             found.push(Surface {
                 voxel: index,
                 faces,
@@ -123,13 +125,8 @@ fn surfaces_of(voxels: &Voxels, index: usize, tests_visibility: bool) -> Vec<Sur
 ///
 /// Sub-voxels that an exact plane does not touch belong to something else in the voxel: rays from a point of the plane
 /// there would start inside of what stands on it. They do not count unless there are no others or the plane is not exact;
-/// then the plane goes through their mean. Nor do those beyond what divides the voxel.
-fn points_of(
-    voxels: &Voxels,
-    index: usize,
-    plane: &mut Plane,
-    tests_visibility: bool,
-) -> (Vec<Vec3>, f32) {
+/// then the plane goes through their mean.
+fn points_of(voxels: &Voxels, index: usize, plane: &mut Plane) -> (Vec<Vec3>, f32) {
     let voxel = voxels.grid.voxel(index);
     let base = voxel * SUB_VOXELS;
     let middle = voxel.as_vec3() + 0.5;
@@ -141,16 +138,8 @@ fn points_of(
         .collect();
     let is_own = |center: &Vec3| plane.crosses(*center - middle, CLEARANCE);
     let mut points: Vec<Vec3> = exposed.iter().copied().filter(is_own).collect();
-    let is_known = !points.is_empty();
-    if !is_known {
+    if points.is_empty() {
         points = exposed;
-    }
-    let known = *plane;
-    let is_near = |center: &Vec3| !is_beyond_divider(voxels, index, *center - middle, known);
-    if !tests_visibility && points.iter().any(is_near) {
-        points.retain(is_near);
-    }
-    if !is_known {
         let centroid = points.iter().sum::<Vec3>() / points.len().max(1) as f32;
         plane.height = plane.normal.dot(centroid - middle);
     }
@@ -172,9 +161,22 @@ const NEARER: f32 = 1e-4;
 /// Added for a point from which rays start in an occupied sub-voxel: more than any point's distance.
 const BURIED: f32 = 4.0;
 
+/// Indices of the points on the side of the voxel's centre, if something divides it: receivers beyond do not read it. All
+/// if there are none.
+fn near_points(voxels: &Voxels, index: usize, points: &[Vec3], plane: Plane) -> Vec<usize> {
+    let center = voxels.grid.voxel(index).as_vec3() + 0.5;
+    let is_near = |&i: &usize| !is_beyond_divider(voxels, index, points[i] - center, plane);
+    let near: Vec<_> = (0..points.len()).filter(is_near).collect();
+    if near.is_empty() {
+        (0..points.len()).collect()
+    } else {
+        near
+    }
+}
+
 /// Indices of the points that are visible from the one nearest to the voxel's centre, with all points
 /// moved by `lift`. That one is chosen from those that are then in an empty sub-voxel, if there are any.
-fn one_side(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<usize> {
+fn visible_points(voxels: &Voxels, index: usize, points: &[Vec3], lift: Vec3) -> Vec<usize> {
     let center = voxels.grid.voxel(index).as_vec3() + 0.5;
     let normal = lift.normalize_or_zero();
     let distance = |point: Vec3| {

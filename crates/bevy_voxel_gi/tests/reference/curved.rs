@@ -155,7 +155,7 @@ fn visible_irradiance_changes_gradually() {
     let voxels = Voxels::new(unit_grid(16), &triangles);
     let materials = gray(0.3, 0.0);
     let settings = RayTracingSettings {
-        one_side: true,
+        tests_visibility: true,
         rays: 64,
         ..Default::default()
     };
@@ -186,7 +186,7 @@ fn visible_irradiance_changes_gradually() {
 fn the_foot_of_a_ball_is_in_shadow() {
     let viewer = Vec3::new(0.0, 0.9, 2.0).normalize();
     let (mut dark, mut bright, mut squares, mut count) = (0.0f32, 0.0f32, 0.0, 0);
-    for (one_side, x) in [0.0, 0.2, 0.4, 0.64, 0.84]
+    for (tests_visibility, x) in [0.0, 0.2, 0.4, 0.64, 0.84]
         .into_iter()
         .flat_map(|x| [(false, x), (true, x)])
     {
@@ -195,7 +195,7 @@ fn the_foot_of_a_ball_is_in_shadow() {
         triangles.extend(ball(center, radius));
         let voxels = Voxels::new(unit_grid(16), &triangles);
         let settings = RayTracingSettings {
-            one_side,
+            tests_visibility,
             rays: 64,
             ..Default::default()
         };
@@ -208,7 +208,7 @@ fn the_foot_of_a_ball_is_in_shadow() {
             if to_center.reject_from(viewer).length() < radius + 0.12 || at.z > 15.2 {
                 continue;
             }
-            let light = if one_side {
+            let light = if tests_visibility {
                 field.visible_irradiance(&voxels, at, Vec3::Y, viewer)
             } else {
                 field.irradiance(at, Vec3::Y, 0.0)

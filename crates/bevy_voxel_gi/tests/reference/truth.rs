@@ -149,7 +149,7 @@ fn no_resolution_is_unlucky() {
 #[test]
 fn visible_voxels_are_as_near_the_truth() {
     let settings = RayTracingSettings {
-        one_side: true,
+        tests_visibility: true,
         ..Default::default()
     };
     for truth in support::all() {

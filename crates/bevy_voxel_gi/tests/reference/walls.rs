@@ -76,7 +76,7 @@ fn the_foot_of_a_wall_is_dark() {
 fn divided_and_visible_irradiance_do_not_leak_at_the_foot_of_a_wall() {
     let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
     let settings = RayTracingSettings {
-        one_side: true,
+        tests_visibility: true,
         ..Default::default()
     };
     let mut worst = [0.0f32; 3];
@@ -144,7 +144,7 @@ fn divided_and_visible_irradiance_do_not_leak_at_the_foot_of_a_wall() {
 fn visible_irradiance_does_not_leak_at_the_foot_of_a_turned_wall() {
     let floor = solid(Vec3::new(-9.0, 0.2, -9.0), Vec3::new(25.0, 1.2, 25.0));
     let settings = RayTracingSettings {
-        one_side: true,
+        tests_visibility: true,
         ..Default::default()
     };
     let mut worst = [0.0f32; 2];
@@ -194,7 +194,7 @@ fn visible_irradiance_is_not_black_below_the_edge_of_a_box() {
     let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
     let materials = gray(0.5, 0.0);
     let settings = RayTracingSettings {
-        one_side: true,
+        tests_visibility: true,
         ..Default::default()
     };
     let viewer = Vec3::new(1.0, 0.3, 0.1).normalize();
@@ -216,12 +216,22 @@ fn visible_irradiance_is_not_black_below_the_edge_of_a_box() {
     }
 }
 
-/// The walls of a dark room go on into a bright one above: right under the ceiling they are as dark as below, wherever the
-/// ceiling is in its voxels, and the upper one's are bright right above its floor.
+/// The walls of a dark room go on into a bright one above: right under the ceiling they are dark, wherever the ceiling is in
+/// its voxels, and the upper one's are bright right above its floor. What remains comes from the ceiling, which sees voxels of
+/// the walls that are in both rooms.
 #[test]
 fn no_light_comes_around_a_ceiling() {
     let wall = solid(Vec3::new(-1.0, -1.0, -1.0), Vec3::new(2.6, 20.0, 20.0));
-    for (bottom, thickness) in [(7.0, 0.1), (7.1, 0.3), (7.45, 0.1), (7.7, 0.6), (7.9, 0.05)] {
+    for (bottom, thickness) in [
+        (7.0, 0.1),
+        (7.1, 0.3),
+        (7.2, 0.1),
+        (7.3, 0.1),
+        (7.39, 0.1),
+        (7.45, 0.1),
+        (7.7, 0.6),
+        (7.9, 0.05),
+    ] {
         let top = bottom + thickness;
         let ceiling = solid(Vec3::new(2.0, bottom, -1.0), Vec3::new(20.0, top, 20.0));
         let voxels = Voxels::new(unit_grid(16), &[wall.clone(), ceiling].concat());
@@ -239,12 +249,12 @@ fn no_light_comes_around_a_ceiling() {
             field.divided_irradiance(&dividers, place, Vec3::X).x
         };
         let (dark, bright) = (light(bottom - 1.5), light(top + 1.5));
-        assert!(bright > 30.0 * dark, "{bottom}: {bright} {dark}");
+        assert!(dark < 0.014 * bright, "{bottom}: {dark} {bright}");
         for distance in [0.02, 0.2, 0.4, 0.6, 0.9] {
             let (below, above) = (light(bottom - distance), light(top + distance));
             assert!(
-                below < 1.5 * dark,
-                "{bottom} {distance}: {below} for {dark}"
+                below < 0.018 * bright,
+                "{bottom} {distance}: {below} for {bright}"
             );
             assert!(
                 above > 0.5 * bright,
