@@ -78,7 +78,7 @@ pub fn main_face(direction: Vec3) -> usize {
 }
 
 /// Returns the surfaces of all voxels, in the order of voxels and faces. A surface none of whose
-/// sub-voxels is exposed is left out. Receivers may test visibility.
+/// sub-voxels is exposed is left out. Whether receivers test visibility decides from which points light is gathered.
 pub fn surfaces(voxels: &Voxels, tests_visibility: bool) -> Vec<Surface> {
     each(voxels.grid.len(), |index| {
         surfaces_of(voxels, index, tests_visibility)

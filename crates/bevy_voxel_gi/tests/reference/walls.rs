@@ -216,12 +216,13 @@ fn visible_irradiance_is_not_black_below_the_edge_of_a_box() {
     }
 }
 
-/// The walls of a dark room go on into a bright one above: right under the ceiling they are dark, wherever the ceiling is in
-/// its voxels, and the upper one's are bright right above its floor. What remains comes from the ceiling, which sees voxels of
-/// the walls that are in both rooms.
+/// The walls of a room without a light go on into a bright one above: right under the ceiling they are black, wherever the
+/// ceiling is in its voxels, and the upper one's are bright right above its floor. What leaks comes from the ceiling, which
+/// sees voxels of the walls that are in both rooms.
 #[test]
 fn no_light_comes_around_a_ceiling() {
     let wall = solid(Vec3::new(-1.0, -1.0, -1.0), Vec3::new(2.6, 20.0, 20.0));
+    let mut worst = 0.0f32;
     for (bottom, thickness) in [
         (7.0, 0.1),
         (7.1, 0.3),
@@ -235,10 +236,7 @@ fn no_light_comes_around_a_ceiling() {
         let top = bottom + thickness;
         let ceiling = solid(Vec3::new(2.0, bottom, -1.0), Vec3::new(20.0, top, 20.0));
         let voxels = Voxels::new(unit_grid(16), &[wall.clone(), ceiling].concat());
-        let lights = [
-            point_light(Vec3::new(6.0, 11.0, 8.0), 1e4),
-            point_light(Vec3::new(6.0, 3.0, 8.0), 1e2),
-        ];
+        let lights = [point_light(Vec3::new(6.0, 11.0, 8.0), 1e4)];
         let materials = gray(0.7, 0.0);
         let settings = RayTracingSettings::default();
         let ray_tracing = RayTracing::new(&voxels, &materials, &lights, Vec3::ZERO, settings);
@@ -248,20 +246,18 @@ fn no_light_comes_around_a_ceiling() {
             let place = Vec3::new(2.6, y, 8.0);
             field.divided_irradiance(&dividers, place, Vec3::X).x
         };
-        let (dark, bright) = (light(bottom - 1.5), light(top + 1.5));
-        assert!(dark < 0.014 * bright, "{bottom}: {dark} {bright}");
+        let bright = light(top + 1.5);
         for distance in [0.02, 0.2, 0.4, 0.6, 0.9] {
             let (below, above) = (light(bottom - distance), light(top + distance));
-            assert!(
-                below < 0.018 * bright,
-                "{bottom} {distance}: {below} for {bright}"
-            );
+            worst = worst.max(below / bright);
             assert!(
                 above > 0.5 * bright,
                 "{bottom} {distance}: {above} for {bright}"
             );
         }
     }
+    println!("largest share of the upper room's light under a ceiling: {worst:.4}");
+    assert!(worst < 0.009, "{worst}");
 }
 
 fn at_lit(field: &IrradianceField) -> f32 {
