@@ -20,6 +20,7 @@ use crate::{
     budget::{BudgetChoice, choose_quality},
     debug::DebugViewPlugin,
     extract::{
+        changed_rows::{MovedMeshes, find_moved_meshes},
         deformed_meshes::extract_deformed_meshes,
         device_limits::{is_supported, keep_readable},
         game_sky::keep_atmosphere_map,
@@ -105,6 +106,7 @@ impl Plugin for VoxelGiPlugin {
             .register_type::<VoxelGiLight>()
             .init_resource::<ActiveVolume>()
             .init_resource::<MaterialTable>()
+            .init_resource::<MovedMeshes>()
             .register_type::<VoxelGiReport>()
             .init_resource::<VoxelGiReport>()
             .init_resource::<SharedReport>()
@@ -120,6 +122,7 @@ impl Plugin for VoxelGiPlugin {
                 (
                     begin_session.before(UpdateMaterials),
                     (
+                        find_moved_meshes.before(UpdateMaterials),
                         (update_unknown_materials, remove_unused)
                             .chain()
                             .after(UpdateMaterials),
@@ -242,6 +245,7 @@ impl<M> Default for VoxelMaterialPlugin<M> {
 impl<M: AsVoxelMaterial> Plugin for VoxelMaterialPlugin<M> {
     fn build(&self, app: &mut App) {
         app.init_resource::<MaterialTable>()
+            .init_resource::<MovedMeshes>()
             .init_resource::<MaterialImages>()
             .add_systems(
                 Last,

@@ -5,7 +5,7 @@
 //! few vector instructions.
 //!
 //! No tick tells that a component was removed, or that an entity was disabled and enabled again, but then its row moves
-//! to another table. [`KnownRows`] finds such rows, whatever the component.
+//! to another table. [`MovedMeshes`] are those of such rows, whatever the component.
 
 use std::ops::Range;
 
@@ -88,14 +88,14 @@ fn are_same(a: &[Entity], b: &[Entity]) -> bool {
 
 /// The entities in the rows of a query's tables, to find those that have come or gone.
 #[derive(Default)]
-pub(crate) struct KnownRows {
+struct KnownRows {
     /// By the number of the table, the entities in it, and whether the query has it now.
     tables: Vec<(Vec<Entity>, bool)>,
 }
 
 impl KnownRows {
     /// Takes over the rows of a table, and adds to `moved` the entities that were not in it, or are not any more.
-    pub(super) fn update(&mut self, rows: &[Entity], all: &Entities, moved: &mut Vec<Entity>) {
+    fn update(&mut self, rows: &[Entity], all: &Entities, moved: &mut Vec<Entity>) {
         let location = rows.first().and_then(|first| all.get_spawned(*first).ok());
         let Some(location) = location else {
             return;
@@ -119,7 +119,7 @@ impl KnownRows {
     }
 
     /// To call after all tables: adds the entities of those that the query does not have any more.
-    pub(super) fn finish(&mut self, moved: &mut Vec<Entity>) {
+    fn finish(&mut self, moved: &mut Vec<Entity>) {
         for (known, is_there) in &mut self.tables {
             if !*is_there {
                 moved.append(known);
@@ -127,6 +127,36 @@ impl KnownRows {
             *is_there = false;
         }
     }
+}
+
+/// The meshes whose rows have moved in this frame: they have come or gone, or have got or lost a component.
+#[derive(Resource, Default)]
+pub(crate) struct MovedMeshes {
+    rows: KnownRows,
+    pub entities: Vec<Entity>,
+    /// Number of times that they were found.
+    pub frame: u64,
+}
+
+/// Finds them, once for all that depends on the components of meshes.
+pub(crate) fn find_moved_meshes(
+    mut moved: ResMut<MovedMeshes>,
+    meshes: Query<Entity, With<Mesh3d>>,
+    all: &Entities,
+) {
+    let MovedMeshes {
+        rows: known,
+        entities,
+        frame,
+    } = &mut *moved;
+    *frame += 1;
+    entities.clear();
+    if let Ok(tables) = meshes.contiguous_iter() {
+        tables.for_each(|rows| known.update(rows, all, entities));
+    } else {
+        known.update(&meshes.iter().collect::<Vec<_>>(), all, entities);
+    }
+    known.finish(entities);
 }
 
 #[cfg(test)]
@@ -198,35 +228,22 @@ mod tests {
         assert_eq!(found(&mut world), [6]);
     }
 
-    #[derive(Resource, Default)]
-    struct Moved(KnownRows, Vec<Entity>);
-
-    fn find_moved(
-        numbers: Query<(Entity, Ref<Number>), Without<Other>>,
-        all: &Entities,
-        mut moved: ResMut<Moved>,
-    ) {
-        let Moved(known, found) = &mut *moved;
-        found.clear();
-        for (rows, _) in numbers.contiguous_iter().expect("tables") {
-            known.update(rows, all, found);
-        }
-        known.finish(found);
-        found.sort_unstable_by_key(|entity| entity.index());
-        found.dedup();
-    }
-
     #[test]
     fn entities_that_come_and_go_are_found_whatever_the_cause() {
         let mut world = World::new();
-        world.init_resource::<Moved>();
+        world.init_resource::<MovedMeshes>();
         let mut schedule = Schedule::default();
-        schedule.add_systems(find_moved);
+        schedule.add_systems(find_moved_meshes);
         let mut found = |world: &mut World| {
             schedule.run(world);
-            world.resource::<Moved>().1.clone()
+            let mut found = world.resource::<MovedMeshes>().entities.clone();
+            found.sort_unstable_by_key(|entity| entity.index());
+            found.dedup();
+            found
         };
-        let all: Vec<_> = (0..100).map(|i| world.spawn(Number(i)).id()).collect();
+        let all: Vec<_> = (0..100)
+            .map(|_| world.spawn(Mesh3d::default()).id())
+            .collect();
         assert_eq!(found(&mut world), all);
         assert!(found(&mut world).is_empty());
         world.entity_mut(all[7]).insert(Disabled);

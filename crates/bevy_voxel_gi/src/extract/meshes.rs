@@ -6,7 +6,6 @@ use bevy::{
         primitives::Aabb,
         visibility::{RenderLayers, VisibilityRange},
     },
-    ecs::entity::Entities,
     light::NotShadowCaster,
     math::{Affine3A, Vec3A},
     mesh::{morph::MeshMorphWeights, skinning::SkinnedMesh},
@@ -15,7 +14,7 @@ use bevy::{
 };
 
 use super::{
-    changed_rows::{KnownRows, for_each_changed_row, split},
+    changed_rows::{MovedMeshes, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable},
     outer_levels::WorldBounds,
     own_bounds::OwnBounds,
@@ -110,7 +109,8 @@ pub(crate) struct ExtractedScene {
     pub materials_version: Option<u64>,
     /// The bounds of the rigid meshes.
     pub world: WorldBounds,
-    rows: KnownRows,
+    /// The frame of [`MovedMeshes`] in which it was extracted.
+    frame: u64,
     /// The layers of the meshes that count.
     layers: RenderLayers,
 }
@@ -212,7 +212,7 @@ pub(crate) fn extract_scene(
     table: Extract<Res<MaterialTable>>,
     all_rigid: Extract<Query<(Entity, MeshParts), IsRigid>>,
     columns: Extract<Query<MeshColumns, IsRigid>>,
-    entities: Extract<&Entities>,
+    moved: Extract<Res<MovedMeshes>>,
 ) {
     let scene = &mut *scene;
     let Some(volume) = &active.volume else {
@@ -224,8 +224,8 @@ pub(crate) fn extract_scene(
         scene.layers = volume.scene_layers.clone();
     }
     extracts_all |= scene.update_materials(&table);
-    let mut rows = std::mem::take(&mut scene.rows);
-    let mut moved = Vec::new();
+    // Where frames were left out, so were meshes that moved in them.
+    let is_next = moved.frame == std::mem::replace(&mut scene.frame, moved.frame) + 1;
     if let Ok(tables) = columns.contiguous_iter() {
         for (
             entity_rows,
@@ -240,7 +240,6 @@ pub(crate) fn extract_scene(
             casts_none,
         ) in tables
         {
-            rows.update(entity_rows, &entities, &mut moved);
             let (meshes, of_meshes) = split(meshes);
             let (transforms, of_transforms) = split(transforms);
             let (visible, of_visible) = split(visible);
@@ -279,21 +278,33 @@ pub(crate) fn extract_scene(
             "voxel GI: a component that disables entities is in a sparse set, so all meshes are extracted in each \
              frame, which takes milliseconds for 100,000 meshes. Give it `StorageType::Table`"
         );
-        let all: Vec<_> = all_rigid.iter().map(|(entity, _)| entity).collect();
-        rows.update(&all, &entities, &mut moved);
         extracts_all = true;
     }
-    rows.finish(&mut moved);
-    scene.rows = rows;
-    if extracts_all {
+    if extracts_all || !is_next {
         for (entity, parts) in &all_rigid {
             let mesh = scene.rigid_mesh(parts);
             scene.meshes.set(entity, mesh);
         }
     }
-    for entity in moved {
-        let mesh = all_rigid.get(entity).ok();
-        let mesh = mesh.and_then(|(_, parts)| scene.rigid_mesh(parts));
+    let known: Vec<_> = if is_next {
+        Vec::new()
+    } else {
+        scene.meshes.entities().collect()
+    };
+    for &entity in moved.entities.iter().chain(&known) {
+        let mesh = match all_rigid.get(entity) {
+            Ok((_, parts)) => scene.rigid_mesh(parts),
+            // Those that were deformed are extracted after these.
+            Err(_)
+                if scene
+                    .meshes
+                    .get(entity)
+                    .is_some_and(|mesh| mesh.is_deformed()) =>
+            {
+                continue;
+            }
+            Err(_) => None,
+        };
         scene.meshes.set(entity, mesh);
     }
 }

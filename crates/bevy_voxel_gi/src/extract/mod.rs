@@ -17,7 +17,7 @@
 //! | [`material_table`] | the table of the materials in use |
 //! | [`update_materials`], [`unknown_materials`] | what keeps the table in sync |
 
-mod changed_rows;
+pub(crate) mod changed_rows;
 pub(crate) mod deformed_meshes;
 pub(crate) mod device_limits;
 pub(crate) mod game_sky;

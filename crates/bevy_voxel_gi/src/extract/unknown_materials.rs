@@ -2,14 +2,14 @@
 
 use bevy::{
     asset::{UntypedAssetId, uuid::Uuid},
-    ecs::entity::Entities,
     platform::collections::HashSet,
     prelude::*,
 };
 
 use super::{
-    changed_rows::{KnownRows, for_each_changed_row, split},
+    changed_rows::{MovedMeshes, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable, Variant},
+    update_materials::forget_index,
 };
 use crate::settings::MeshVoxelMaterial;
 
@@ -24,36 +24,29 @@ pub(crate) fn update_unknown_materials(
     mut commands: Commands,
     columns: Query<(Entity, Ref<MeshVoxelMaterial>), With<Mesh3d>>,
     all: Query<(&MeshVoxelMaterial, Option<&MaterialIndex>), With<Mesh3d>>,
-    entities: &Entities,
+    moved: Res<MovedMeshes>,
+    indices: Query<&MaterialIndex>,
     mut table: ResMut<MaterialTable>,
-    (mut rows, mut session): (Local<KnownRows>, Local<u64>),
+    mut session: Local<u64>,
 ) {
-    let mut changed = Vec::new();
-    if let Ok(tables) = columns.contiguous_iter() {
-        for (entity_rows, overrides) in tables {
-            rows.update(entity_rows, entities, &mut changed);
-            for_each_changed_row(&[split(overrides).1], entity_rows.len(), |row| {
-                changed.push(entity_rows[row]);
-            });
-        }
-        rows.finish(&mut changed);
-    }
-    if columns.contiguous_iter().is_err() || *session != table.session {
+    let mut changed: HashSet<_> = moved.entities.iter().copied().collect();
+    let tables = columns.contiguous_iter();
+    if tables.is_err() || *session != table.session {
         changed.extend(columns.iter().map(|(entity, _)| entity));
         *session = table.session;
     }
-    let changed: HashSet<_> = changed.into_iter().collect();
+    for (rows, overrides) in tables.into_iter().flatten() {
+        for_each_changed_row(&[split(overrides).1], rows.len(), |row| {
+            changed.insert(rows[row]);
+        });
+    }
     for entity in changed {
         let Ok((&override_, known)) = all.get(entity) else {
-            // The entity may be gone, or only disabled, or have got a known material.
-            if let Ok(mut entity) = commands.get_entity(entity) {
-                entity.queue_silenced(|mut entity: EntityWorldMut| {
-                    let index = entity.get::<MaterialIndex>();
-                    let is_unknown = index.is_some_and(|index| index.material_type.is_none());
-                    if is_unknown && !entity.contains::<MeshVoxelMaterial>() {
-                        entity.remove::<MaterialIndex>();
-                    }
-                });
+            if indices
+                .get(entity)
+                .is_ok_and(|index| index.material_type.is_none())
+            {
+                forget_index::<MeshVoxelMaterial>(&mut commands, entity, None);
             }
             continue;
         };

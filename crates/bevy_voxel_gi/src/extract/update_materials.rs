@@ -2,11 +2,11 @@
 
 use std::any::TypeId;
 
-use bevy::{ecs::entity::Entities, platform::collections::HashSet, prelude::*};
+use bevy::{platform::collections::HashSet, prelude::*};
 use bevy_frugal_hooks::MaterialImages;
 
 use super::{
-    changed_rows::{KnownRows, for_each_changed_row, split},
+    changed_rows::{MovedMeshes, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable, Variant},
     voxel_material::{AsVoxelMaterial, VoxelMaterial},
 };
@@ -51,11 +51,11 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
         ),
         With<Mesh3d>,
     >,
-    all_entities: &Entities,
+    (moved, indices): (Res<MovedMeshes>, Query<&MaterialIndex>),
     mut material_events: MessageReader<AssetEvent<M>>,
     (materials, images): (Res<Assets<M>>, Res<MaterialImages>),
     mut table: ResMut<MaterialTable>,
-    (mut pending, mut known_rows): (Local<MaterialUpdates<M>>, Local<KnownRows>),
+    mut pending: Local<MaterialUpdates<M>>,
 ) {
     let is_new_session = pending.session != table.session;
     if is_new_session {
@@ -70,36 +70,24 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
         session: _,
     } = &mut *pending;
     let this = Some(TypeId::of::<M>());
-    let mut moved = Vec::new();
     let tables = columns.contiguous_iter();
-    let is_dense = tables.is_ok();
+    if is_new_session || tables.is_err() {
+        entities.extend(all.iter().map(|(entity, ..)| entity));
+    }
     for (rows, handles, own) in tables.into_iter().flatten() {
-        known_rows.update(rows, all_entities, &mut moved);
         let columns = [split(handles).1, own.and_then(|own| split(own).1)];
         for_each_changed_row(&columns, rows.len(), |row| {
             entities.insert(rows[row]);
         });
     }
-    if is_new_session || !is_dense {
-        entities.extend(all.iter().map(|(entity, ..)| entity));
-    }
-    if !is_dense {
-        let rows: Vec<_> = all.iter().map(|(entity, ..)| entity).collect();
-        known_rows.update(&rows, all_entities, &mut moved);
-    }
-    known_rows.finish(&mut moved);
-    for entity in moved {
+    for &entity in &moved.entities {
         if all.contains(entity) {
             entities.insert(entity);
-        } else if let Ok(mut entity) = commands.get_entity(entity) {
-            // It may be only disabled, or have another type of material by now, whose index it must keep.
-            entity.queue_silenced(move |mut entity: EntityWorldMut| {
-                let index = entity.get::<MaterialIndex>();
-                let is_this = index.is_some_and(|index| index.material_type == this);
-                if is_this && !entity.contains::<MeshMaterial3d<M>>() {
-                    entity.remove::<MaterialIndex>();
-                }
-            });
+        } else if indices
+            .get(entity)
+            .is_ok_and(|index| index.material_type == this)
+        {
+            forget_index::<MeshMaterial3d<M>>(&mut commands, entity, this);
         }
     }
     for entity in entities.drain() {
@@ -147,4 +135,22 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
         table.set(id.untyped(), voxel_material);
         false
     });
+}
+
+/// Resets the index of a mesh that has lost the component that gave it.
+pub(super) fn forget_index<C: Component>(
+    commands: &mut Commands,
+    entity: Entity,
+    material_type: Option<TypeId>,
+) {
+    commands
+        .entity(entity)
+        .queue_silenced(move |mut entity: EntityWorldMut| {
+            // By now it may have another type of material, whose index it must keep.
+            let index = entity.get::<MaterialIndex>();
+            let is_of_this = index.is_some_and(|index| index.material_type == material_type);
+            if is_of_this && !entity.contains::<C>() {
+                entity.insert(MaterialIndex::default());
+            }
+        });
 }
