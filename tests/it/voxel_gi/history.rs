@@ -319,6 +319,13 @@ fn after_any_sequence_of_changes_the_light_is_that_of_a_new_app() {
 #[test]
 fn what_happens_without_a_volume_counts() {
     let _gpu = gpu();
+    for is_hidden in [false, true] {
+        happens_without_a_volume(is_hidden);
+    }
+}
+
+/// The volume is hidden meanwhile, or despawned.
+fn happens_without_a_volume(is_hidden: bool) {
     let mut app = app();
     let world = app.world_mut();
     floor(world);
@@ -328,7 +335,13 @@ fn what_happens_without_a_volume_counts() {
     let volume = world.spawn(under_sky(1.0)).id();
     app.run_until_ready(200).expect("ready");
     settle(&mut app);
-    app.world_mut().despawn(volume);
+    if is_hidden {
+        app.world_mut()
+            .entity_mut(volume)
+            .insert(Visibility::Hidden);
+    } else {
+        app.world_mut().despawn(volume);
+    }
     app.render_frames(5).expect("frames");
     let world = app.world_mut();
     world.despawn(gone);
@@ -353,7 +366,13 @@ fn what_happens_without_a_volume_counts() {
         },
     ));
     app.render_frames(5).expect("frames");
-    app.world_mut().spawn(under_sky(1.0));
+    if is_hidden {
+        app.world_mut()
+            .entity_mut(volume)
+            .insert(Visibility::Inherited);
+    } else {
+        app.world_mut().spawn(under_sky(1.0));
+    }
     assert_as_new(&mut app, "after a while without a volume");
 }
 

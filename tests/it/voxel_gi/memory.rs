@@ -5,14 +5,14 @@ use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{Bounces, Solver, VoxelGiReport, VoxelGiVolume, VoxelLight};
 
 use super::{
-    scene::{app_with, floor, matt, settings, under_sky},
+    scene::{app_with, block, floor, matt, settings, under_sky},
     support::{read_texels, settle},
 };
 use crate::support::gpu;
 
-/// Bytes a voxel of a volume of 16^3 that traces rays: 8 of occupancy, twice 4 of slots, 4 of work and 56 of texture;
-/// then for 1.5 slots 4 of surface, 8 of radiance, 8 of colours, twice 16 of irradiance and 4 of work each.
-pub const WITH_LIGHT: u64 = 8 + 2 * 4 + 4 + 56 + 3 * (4 + 8 + 8 + 2 * 16 + 4) / 2;
+/// Bytes a voxel of a volume of 16^3 that traces rays: 8 of occupancy, 4 of slots, 4 of work and 52 of texture; then
+/// for 1.5 slots 4 of surface, 8 of radiance, 8 of colours, twice 16 of irradiance and 4 of work each.
+pub const WITH_LIGHT: u64 = 8 + 4 + 4 + 52 + 3 * (4 + 8 + 8 + 2 * 16 + 4) / 2;
 
 /// One to three slices, as the depth of the texture is one more than a multiple of three, and what is small.
 const LAST_SLICES: u64 = 3 * 16 * 32 * 8 + 1024;
@@ -112,4 +112,21 @@ fn slots_grow_with_the_surfaces() {
         (grown..grown + LAST_SLICES).contains(&memory),
         "{memory} for {grown}"
     );
+}
+
+#[test]
+fn the_default_in_a_large_level_takes_at_most_12_mib() {
+    let _gpu = gpu();
+    let mut app = app_with(|_| ());
+    *settings(app.world_mut()) = default();
+    floor(app.world_mut());
+    // It reaches out of the cascades, so there is a level around them.
+    let size = Vec3::new(300.0, 1.0, 300.0);
+    block(app.world_mut(), -2.0 * Vec3::Y, size);
+    app.world_mut().spawn(VoxelGiVolume::default());
+    app.run_until_ready(200).expect("ready");
+    app.render_frames(3).expect("frames");
+    let memory = app.world().resource::<VoxelGiReport>().memory;
+    println!("{:.2} MiB", memory as f64 / f64::from(1 << 20));
+    assert!((11 << 20..=12 << 20).contains(&memory), "{memory}");
 }

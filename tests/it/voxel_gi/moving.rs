@@ -99,10 +99,10 @@ fn settled(app: &mut HeadlessApp) -> [Vec<f32>; 2] {
     let all: Vec<_> = halves
         .map(|bytes| half::f16::from_le_bytes(*bytes).to_f32())
         .collect();
-    // A level takes three and a half times its resolution in slices, and up to two more are empty.
+    // A level takes three and a quarter times its resolution in slices, and up to two more are empty.
     let resolution = 16;
     let slice = 4 * 2 * resolution * resolution;
-    let levels = 2 * all.len() / (7 * resolution * slice);
+    let levels = 4 * all.len() / (13 * resolution * slice);
     let (light, dividers) = all.split_at(3 * levels * resolution * slice);
     [light.to_vec(), dividers.to_vec()]
 }

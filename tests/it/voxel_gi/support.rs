@@ -153,7 +153,12 @@ pub fn read_field(app: &mut HeadlessApp, scene: &BoxScene, resolution: u32) -> I
 /// The places of what divides each voxel from its neighbours, of a volume of one level.
 pub fn read_dividers(app: &mut HeadlessApp) -> Vec<Vec3> {
     let (r, texel) = read_volume(app);
-    let dividers = |[x, y, z]: [u32; 3]| texel(x, 2 * y + z % 2, 3 * r + z / 2).truncate();
+    let dividers = |[x, y, z]: [u32; 3]| {
+        let pair = texel(x, 2 * y + z / 2 % 2, 3 * r + z / 4);
+        let along_xy = if z % 2 == 0 { pair.xy() } else { pair.zw() };
+        let parts = (64.0 * along_xy).map(|place| place - place.floor());
+        along_xy.extend((128.0 * parts.x + 8.0 * parts.y - 38.5) / 59.0)
+    };
     voxels(r).map(dividers).collect()
 }
 

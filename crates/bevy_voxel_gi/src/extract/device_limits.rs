@@ -139,11 +139,11 @@ mod tests {
             (&propagated, 192, 2048, 1, 128),
             (&propagated, 128, 2048, 1, 108),
             (&traced, 0, 2048, 1, 8),
-            // Three slices and a half per voxel.
+            // Three slices and a quarter per voxel.
             (&traced, 128, 2048, 4, 128),
-            (&traced, 128, 2048, 5, 116),
-            (&traced, 128, 2048, 8, 72),
-            (&traced, 128, 256, 1, 72),
+            (&traced, 128, 2048, 5, 124),
+            (&traced, 128, 2048, 8, 76),
+            (&traced, 128, 256, 1, 76),
         ] {
             let limits = limits(mebibytes, texels);
             let found = allocatable_resolution(settings, levels, true, &limits);

@@ -15,14 +15,14 @@ pub(crate) const STORAGE_SCALE: f32 = 1.0 / 64.0;
 
 /// Size of the texture in texels. Per level there are the six faces of an ambient cube in the layout of
 /// Bevy's irradiance volumes, (R, 2 R, 3 R), levels one behind the other. If the patch of Bevy's shader
-/// applies, what divides voxels follows, (R, 2 R, R / 2) per level. With
+/// applies, what divides voxels follows, (R, 2 R, R / 4) per level. With
 /// [`Receiver::PerPixel`], it is the occupancy masks of sub-voxels instead, (R, 2 R, R) per level. Then the
 /// depth is one more than a multiple of three, unlike that of any irradiance volume, and the last slice
 /// holds the placement of the levels.
 pub(super) fn texture_size(settings: &VoxelGiSettings, levels: usize, patched: bool) -> Extent3d {
     let r = settings.resolution;
     let more = match settings.receiver {
-        Receiver::Interpolated => r / 2,
+        Receiver::Interpolated => r / 4,
         Receiver::PerPixel => r,
     };
     let depth = match patched {

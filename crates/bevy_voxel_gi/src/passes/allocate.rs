@@ -10,9 +10,8 @@ use bevy::{
 
 use super::{
     bindings::{
-        BindGroups, CHANGES, FACE_SLOTS, FACE_SLOTS_BEFORE, IRRADIANCE, PACKED_SURFACES,
-        SLOT_LISTS, SUMS, VOLUME, changes_uniform, group_layout, read_only, read_write,
-        volume_uniform,
+        BindGroups, CHANGES, DIRTY, FACE_SLOTS, IRRADIANCE, PACKED_SURFACES, SLOT_LISTS, SUMS,
+        VOLUME, changes_uniform, group_layout, read_only, read_write, volume_uniform,
     },
     kernel::{Kernel, dispatch_voxels},
 };
@@ -48,7 +47,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         (
             (IRRADIANCE, read_write()),
             (CHANGES, changes_uniform()),
-            (FACE_SLOTS_BEFORE, read_only()),
+            (DIRTY, read_only()),
             (SLOT_LISTS, read_write()),
         ),
     );
@@ -108,10 +107,7 @@ pub(crate) fn prepare(
             (
                 (IRRADIANCE, buffers.irradiance.as_entire_binding()),
                 (CHANGES, changes),
-                (
-                    FACE_SLOTS_BEFORE,
-                    buffers.face_slots_before.as_entire_binding(),
-                ),
+                (DIRTY, buffers.work.as_entire_binding()),
                 (SLOT_LISTS, buffers.slot_lists.as_entire_binding()),
             ),
         ),
@@ -120,20 +116,10 @@ pub(crate) fn prepare(
 
 /// Keeps the slots and their light as they are now, for `allocate.wesl`.
 pub(super) fn keep_slots(encoder: &mut CommandEncoder, buffers: &VolumeBuffers) {
-    for (from, to, bytes) in [
-        (
-            &buffers.irradiance,
-            &buffers.sums,
-            buffers.irradiance.size(),
-        ),
-        (
-            &buffers.voxels,
-            &buffers.face_slots_before,
-            buffers.face_slots_before.size(),
-        ),
-    ] {
-        encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);
-    }
+    let light = buffers.irradiance.size();
+    encoder.copy_buffer_to_buffer(&buffers.irradiance, 0, &buffers.sums, 0, light);
+    let (offset, words) = buffers.former_slot_words();
+    encoder.copy_buffer_to_buffer(&buffers.voxels, 0, &buffers.work, offset, words);
 }
 
 impl AllocatePass {

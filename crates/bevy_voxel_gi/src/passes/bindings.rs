@@ -42,7 +42,6 @@ pub(crate) const LIGHT_TEXTURE: u32 = 6;
 pub(crate) const TILES: u32 = 7;
 pub(crate) const CHANGES: u32 = 7;
 pub(crate) const DIRTY: u32 = 8;
-pub(crate) const FACE_SLOTS_BEFORE: u32 = 9;
 pub(crate) const VISIBLE: u32 = 10;
 pub(crate) const SKY_MAP: u32 = 11;
 pub(crate) const SKY_SAMPLER: u32 = 12;

@@ -243,7 +243,6 @@ pub(crate) struct VolumeBuffers {
     /// voxel: the occupancy of its sub-voxels. Once a mesh casts no shadow, the occupancy by all that do follows; see
     /// [`shadow_masks`](super::shadow_masks).
     pub voxels: Buffer,
-    pub face_slots_before: Buffer,
     /// A word per slot: the packed surface.
     pub packed_surfaces: Buffer,
     /// Four words per slot: irradiance in this round, with the distance of the surface from the voxel's centre,
@@ -267,7 +266,8 @@ pub(crate) struct VolumeBuffers {
     pub visible: Buffer,
     /// The number of surfaces and of empty voxels, then the indirect dispatch arguments over the first two;
     /// then the compacted work, surfaces first, then empty voxels: voxel index times 8 plus face. While the scene is
-    /// voxelised, it has a bit per voxel instead: whether it is voxelised anew.
+    /// voxelised, it has a bit per voxel in place of the former, whether it is voxelised anew, and the slots of voxels
+    /// as they were in place of the latter.
     pub work: Buffer,
     /// The copy of these arguments that indirect dispatches read.
     pub indirect_args: Buffer,
@@ -299,7 +299,6 @@ impl VolumeBuffers {
         Self {
             shape,
             voxels: voxels(device, shape, false),
-            face_slots_before: buffer("voxel_gi_face_slots_before", per_voxel(4), storage),
             packed_surfaces: buffer("voxel_gi_packed_surfaces", per_slot(4), storage),
             irradiance: buffer("voxel_gi_irradiance", per_slot(16), storage),
             sums: buffer("voxel_gi_sums", per_slot(32), storage),
@@ -403,6 +402,12 @@ impl VolumeBuffers {
         self.part_of_sums(6, 2)
     }
 
+    /// Where in `work` the slots of voxels are as they were, and the size of them in bytes.
+    pub(crate) fn former_slot_words(&self) -> (u64, u64) {
+        let offset = Self::COUNTERS_SIZE + self.packed_surfaces.size();
+        (offset, self.shape.slot_word_bytes())
+    }
+
     /// Number of slots that the buffers have.
     pub(super) fn slots(&self) -> u64 {
         self.irradiance.size() / 16
@@ -433,7 +438,6 @@ impl VolumeBuffers {
     pub(crate) fn bytes(&self) -> u64 {
         [
             &self.voxels,
-            &self.face_slots_before,
             &self.packed_surfaces,
             &self.irradiance,
             &self.sums,

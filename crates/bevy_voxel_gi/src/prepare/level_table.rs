@@ -105,16 +105,16 @@ fn offsets(volume: &PlacedVolume) -> Vec<Texel> {
     levels.map(offset).collect()
 }
 
-/// The same from the middle of the largest level. That of the level is the nearest whose coordinates are even.
+/// Half of the same from the middle of the largest level. That of the level is the nearest whose coordinates are integers.
 fn cascades(volume: &PlacedVolume) -> Vec<Texel> {
     let levels = volume.lit();
     let largest = levels.last().map_or(Vec3::ZERO, |level| level.center);
     let focus = |level: &PlacedLevel| {
         let voxel_size = volume.voxel_size(level);
-        let middle = 2.0 * ((level.center - largest) / (2.0 * voxel_size)).round();
-        let offset = (level.focus - level.center) / voxel_size;
-        // As near to the odd ones as 16-bit floats tell.
-        let most = Vec3::splat(0.98);
+        let middle = ((level.center - largest) / (2.0 * voxel_size)).round();
+        let offset = (level.focus - level.center) / (2.0 * voxel_size);
+        // As near to the next one as 16-bit floats tell.
+        let most = Vec3::splat(0.49);
         texel(middle + offset.clamp(-most, most), volume.reach(level))
     };
     levels.iter().map(focus).collect()
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_of_a_cascade_is_even_and_nearest_to_its_focus() {
+    fn the_middle_of_a_cascade_is_nearest_to_its_focus() {
         for x in [-3.3_f32, 0.0, 0.49, 0.5, 0.51, 77.7] {
             let at = Vec3::new(x, -x, 0.3);
             let levels = (0..5).map(|cascade| {
@@ -166,11 +166,11 @@ mod tests {
             volume.settings.resolution = 16;
             let levels = volume.lit();
             for (texel, level) in cascades(&volume).iter().zip(levels) {
-                let focus = Vec3::from_array([0, 1, 2].map(|axis| texel[axis].to_f32()));
+                let half = Vec3::from_array([0, 1, 2].map(|axis| texel[axis].to_f32()));
                 let voxel_size = volume.voxel_size(level);
                 let middle = (level.center - levels[4].center) / voxel_size;
-                assert_eq!(2.0 * (0.5 * focus).round(), middle, "{x}");
-                let from_focus = level.focus - levels[4].center - focus * voxel_size;
+                assert_eq!(2.0 * half.round(), middle, "{x}");
+                let from_focus = level.focus - levels[4].center - 2.0 * half * voxel_size;
                 assert!(from_focus.length() <= 0.05 * voxel_size, "{x} {from_focus}");
             }
         }

@@ -5,9 +5,9 @@ use super::{
     grid::VolumeGrid, irradiance_field::IrradianceField, packed_surface::Plane, surface::main_face,
     voxels::Voxels,
 };
-use glam::{IVec3, Vec3, Vec4};
+use glam::{IVec3, Vec2, Vec3, Vec3Swizzles, Vec4};
 
-/// Stored where nothing divides a voxel from its neighbours.
+/// Where nothing divides a voxel from its neighbours.
 pub const NOTHING: f32 = -64.0;
 
 /// Least area of each side of a divider in a voxel that nothing in it hides, and with the voxels beside it, in voxel
@@ -23,15 +23,30 @@ const MAX_OVERLAP: f32 = 0.01;
 const AHEAD: f32 = 511.0 / 1024.0;
 
 /// Returns for each voxel and axis the place of the divider between its centre and that of a neighbour, from the voxel's lower
-/// side, in voxels: -0.5 to 1.5, the one nearer to the centre if there are two; or [`NOTHING`].
+/// side, in voxels: -0.5 to 1.5, the one nearer to the centre if there are two; less if there is none.
 pub fn dividers(voxels: &Voxels) -> Vec<Vec3> {
-    let of_voxel = |index| Vec3::from_array([0, 1, 2].map(|axis| of_axis(voxels, index, axis)));
+    let of_voxel = |index| {
+        let places = [0, 1, 2].map(|axis| of_axis(voxels, index, axis));
+        stored(places.into())
+    };
     (0..voxels.grid.len()).map(of_voxel).collect()
 }
 
-/// Between two centres, and on neither, so that a stored place is rounded to the border between these voxels.
+/// Places as they are stored, rounded to 1/59 to 1/64 of a voxel, and just below -0.5 where there is nothing. Those along x
+/// and y have parts of the one along z beside their own, which are never 0, so that a place between two centres is rounded to
+/// the border between these voxels.
+fn stored(places: Vec3) -> Vec3 {
+    let along_z = (59.0 * places.z + 30.0).round().clamp(0.0, 118.0);
+    let parts = Vec2::new((along_z / 8.0).floor() + 1.0, 2.0 * (along_z % 8.0) + 1.0);
+    let along_xy = (64.0 * places.xy() + 33.1).floor();
+    let along_xy = along_xy.clamp(Vec2::ZERO, Vec2::splat(127.0));
+    let along_xy = (along_xy - 33.0) / 64.0 + parts / 1024.0;
+    along_xy.extend((along_z - 30.0) / 59.0)
+}
+
+/// Between two centres, and on neither.
 fn inside(distance: f32) -> f32 {
-    distance.clamp(0.002, 0.998)
+    distance.clamp(1.0 / 128.0, 127.0 / 128.0)
 }
 
 fn of_axis(voxels: &Voxels, index: usize, axis: usize) -> f32 {
@@ -225,6 +240,6 @@ mod tests {
         let ground = solid(Vec3::new(-1.0, -1.0, -1.0), Vec3::new(9.0, 3.2, 9.0));
         let small = solid(Vec3::new(3.1, 3.2, 3.1), Vec3::new(4.0, 4.1, 4.0));
         let found = dividers(&Voxels::new(grid, &[ground, small].concat()));
-        assert!(found.iter().all(|divider| *divider == Vec3::splat(NOTHING)));
+        assert!(found.iter().all(|divider| divider.max_element() < -0.5));
     }
 }

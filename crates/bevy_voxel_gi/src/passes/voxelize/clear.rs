@@ -8,8 +8,8 @@ use bevy::{
 
 use super::super::{
     bindings::{
-        BindGroups, CHANGES, DIRTY, FACE_SLOTS, FACE_SLOTS_BEFORE, MASKS, PACKED_SURFACES,
-        SLOT_LISTS, VOLUME, changes_uniform, group_layout, read_only, read_write, volume_uniform,
+        BindGroups, CHANGES, DIRTY, FACE_SLOTS, MASKS, PACKED_SURFACES, SLOT_LISTS, VOLUME,
+        changes_uniform, group_layout, read_only, read_write, volume_uniform,
     },
     kernel::{Kernel, dispatch_voxels},
 };
@@ -46,7 +46,6 @@ impl ClearPass {
             (
                 (CHANGES, changes_uniform()),
                 (DIRTY, read_only()),
-                (FACE_SLOTS_BEFORE, read_only()),
                 (SLOT_LISTS, read_write()),
             ),
         );
@@ -101,10 +100,6 @@ impl ClearPass {
                 (
                     (CHANGES, uniforms.changes.binding()?),
                     (DIRTY, buffers.work.as_entire_binding()),
-                    (
-                        FACE_SLOTS_BEFORE,
-                        buffers.face_slots_before.as_entire_binding(),
-                    ),
                     (SLOT_LISTS, buffers.slot_lists.as_entire_binding()),
                 ),
             ),
