@@ -134,8 +134,6 @@ impl KnownRows {
 pub(crate) struct MovedMeshes {
     rows: KnownRows,
     pub entities: Vec<Entity>,
-    /// Number of times that they were found.
-    pub frame: u64,
 }
 
 /// Finds them, once for all that depends on the components of meshes.
@@ -147,9 +145,7 @@ pub(crate) fn find_moved_meshes(
     let MovedMeshes {
         rows: known,
         entities,
-        frame,
     } = &mut *moved;
-    *frame += 1;
     entities.clear();
     if let Ok(tables) = meshes.contiguous_iter() {
         tables.for_each(|rows| known.update(rows, all, entities));

@@ -109,8 +109,6 @@ pub(crate) struct ExtractedScene {
     pub materials_version: Option<u64>,
     /// The bounds of the rigid meshes.
     pub world: WorldBounds,
-    /// The frame of [`MovedMeshes`] in which it was extracted.
-    frame: u64,
     /// The layers of the meshes that count.
     layers: RenderLayers,
 }
@@ -223,9 +221,9 @@ pub(crate) fn extract_scene(
     if extracts_all {
         scene.layers = volume.scene_layers.clone();
     }
+    // While there is no volume, nothing is known of what changes.
+    extracts_all |= scene.materials_version.is_none();
     extracts_all |= scene.update_materials(&table);
-    // Where frames were left out, so were meshes that moved in them.
-    let is_next = moved.frame == std::mem::replace(&mut scene.frame, moved.frame) + 1;
     if let Ok(tables) = columns.contiguous_iter() {
         for (
             entity_rows,
@@ -280,18 +278,13 @@ pub(crate) fn extract_scene(
         );
         extracts_all = true;
     }
-    if extracts_all || !is_next {
+    if extracts_all {
         for (entity, parts) in &all_rigid {
             let mesh = scene.rigid_mesh(parts);
             scene.meshes.set(entity, mesh);
         }
     }
-    let known: Vec<_> = if is_next {
-        Vec::new()
-    } else {
-        scene.meshes.entities().collect()
-    };
-    for &entity in moved.entities.iter().chain(&known) {
+    for &entity in &moved.entities {
         let mesh = match all_rigid.get(entity) {
             Ok((_, parts)) => scene.rigid_mesh(parts),
             // Those that were deformed are extracted after these.

@@ -76,10 +76,6 @@ impl SceneMeshes {
         self.all.get(&entity)?.now
     }
 
-    pub(super) fn entities(&self) -> impl Iterator<Item = Entity> {
-        self.all.keys().copied()
-    }
-
     pub(crate) fn iter(&self) -> impl Iterator<Item = &SceneMesh> {
         self.all.values()
     }
