@@ -474,6 +474,34 @@ fn new_textures_of_a_small_thing_in_a_large_level_have_little_voxelised() {
     }
 }
 
+/// The brightest one gives the unit of emission: the others are written anew in the new unit, but nothing else is.
+#[test]
+fn a_lamp_that_brightens_in_a_large_level_has_little_voxelised() {
+    const LEVEL: u64 = 2 * 512 * 512;
+    let _gpu = gpu();
+    let (mut app, _) = large_level();
+    let world = app.world_mut();
+    let color = LinearRgba::rgb(100.0, 0.0, 0.0);
+    emissive(world, Vec3::new(2.3, 0.5, 0.0), Vec3::splat(0.3), color);
+    let lamp = emissive(world, Vec3::new(0.0, 0.5, 0.0), Vec3::splat(0.3), color);
+    let material = world.get::<MeshMaterial3d<StandardMaterial>>(lamp);
+    let material = material.expect("a material").0.clone();
+    app.run_until_ready(200).expect("ready");
+    settle(&mut app);
+    let beside = at(&picture(&mut app), 1.7, 0.0);
+    let (_, triangles) = voxelized(&mut app, |world| {
+        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
+        materials.get_mut(&material).expect("it").emissive.green += 300.0;
+    });
+    println!("{triangles} triangles");
+    assert!((64..LEVEL / 20).contains(&triangles), "{triangles}");
+    settle(&mut app);
+    let after = at(&picture(&mut app), 1.7, 0.0);
+    println!("{beside} {after}");
+    assert!(after.y > 1.2 * beside.y, "{beside} {after}");
+    assert!((after.x / beside.x - 1.0).abs() < 2e-3, "{beside} {after}");
+}
+
 #[test]
 fn crowds_have_their_own_triangles_voxelised_and_what_is_near_them() {
     const BODIES: u64 = 1000;

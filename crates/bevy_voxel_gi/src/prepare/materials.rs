@@ -52,8 +52,6 @@ pub(crate) struct MaterialRecords {
     texture: Option<(Texture, TextureView)>,
     /// Increases when a surface may have another colour.
     pub(super) version: u64,
-    /// The same for all surfaces.
-    pub(super) version_of_all: u64,
     /// The materials that have changed since the scene was voxelised last.
     pub(super) changed: HashSet<u32>,
     /// Whether a material in use has a texture.
@@ -196,7 +194,6 @@ pub(crate) fn prepare_materials(
     } else {
         0.0
     };
-    let unit_before = records.emission_unit;
     let mut drawn_anew = HashSet::<u32>::default();
     let mut words = vec![0; 4 * TEXELS * scene.materials.len()];
     tiles.begin();
@@ -254,10 +251,6 @@ pub(crate) fn prepare_materials(
     }
     records.changed.extend(changed);
     records.changed.extend(drawn_anew);
-    if is_new || unit != unit_before {
-        records.version += 1;
-        records.version_of_all += 1;
-    }
 }
 
 fn warn_of_missing_tile(reason: &NoTile) {

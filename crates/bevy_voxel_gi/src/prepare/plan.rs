@@ -193,7 +193,6 @@ pub(crate) fn plan_frame(
     let voxelized = Voxelized {
         fingerprint: voxel_fingerprint(batches.fingerprint, volume),
         materials: materials.version,
-        all_materials: materials.version_of_all,
         voxelizer: volume.settings.voxelizer,
         has_shadow_masks,
     };

@@ -24,9 +24,8 @@ pub(crate) enum Voxelization {
 pub(super) struct Voxelized {
     /// Hash of everything except colours.
     pub fingerprint: u64,
-    /// Versions of the materials, and of what all have in common.
+    /// Version of the materials.
     pub materials: u64,
-    pub all_materials: u64,
     pub voxelizer: Voxelizer,
     pub has_shadow_masks: bool,
 }
