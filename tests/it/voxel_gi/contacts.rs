@@ -1,6 +1,6 @@
 //! Where things touch: the foot of a ball, the edge of a door. Cameras look along the surfaces there.
 
-use bevy::{camera::ScalingMode, prelude::*};
+use bevy::{camera::ScalingMode, prelude::*, render::view::Msaa};
 use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::Receiver;
 
@@ -82,6 +82,44 @@ fn the_foot_of_a_ball_is_in_shadow_and_not_black() {
     for (dark, bright, mean) in found {
         assert!(dark > -0.26 && bright < 0.22 && mean < 0.045);
     }
+}
+
+/// Where a pixel's samples are of the floor and of a box that stands on it, Bevy shades the box below the floor. The box's
+/// bottom and the floor divide the voxel there.
+#[test]
+fn the_edge_between_a_box_and_its_floor_is_not_dark() {
+    let _gpu = gpu();
+    let mut app = app();
+    let world = app.world_mut();
+    floor(world);
+    // Its side is in the farther half of a layer of voxels, and the floor inside of one.
+    block_of(
+        world,
+        0.5,
+        Vec3::new(0.8, 0.5, 0.0),
+        Vec3::new(0.8, 1.0, 3.0),
+    );
+    world.spawn((under_sky(1.0), Transform::from_xyz(0.0, 0.18, 0.0)));
+    let camera = world
+        .query_filtered::<Entity, With<Camera3d>>()
+        .single(world)
+        .expect("a camera");
+    let mut least = |msaa: Msaa| {
+        app.world_mut().entity_mut(camera).insert(msaa);
+        let middle = Vec3::new(0.4, 0.0, 0.0);
+        let light = seen(&mut app, middle, Vec3::new(-0.8, 0.3, 0.5));
+        let row = SIZE as usize;
+        let inner = (1..row - 1).flat_map(|y| (1..row - 1).map(move |x| y * row + x));
+        let over_neighbours = inner.map(|i| {
+            let around = [i - 1, i + 1, i - row, i + row].map(|i| light[i].1);
+            light[i].1 / around.into_iter().fold(f32::MAX, f32::min)
+        });
+        over_neighbours.fold(f32::MAX, f32::min)
+    };
+    let [one_sample, four] = [Msaa::Off, Msaa::Sample4].map(&mut least);
+    app.world_mut().entity_mut(camera).insert(Msaa::Off);
+    println!("least light of a pixel over that beside it: {one_sample}, {four} with four samples");
+    assert!(one_sample > 0.97 && four > 0.97, "{one_sample} {four}");
 }
 
 /// Light beside a door, at the jamb, in a dark room under a bright sky: the largest of the picture.

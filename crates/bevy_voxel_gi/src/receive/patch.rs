@@ -19,7 +19,7 @@ pub(crate) fn receiver_patch() -> ShaderPatch {
                 "        let atlas_resolution = vec3<f32>(",
                 "        if (is_voxel_gi(query_result.texture_index)) {\n            \
                  let place = (query_result.light_from_world * vec4(world_position, 1.0)).xyz;\n            \
-                 let found = voxel_gi_light(place, N, world_position);\n            \
+                 let found = voxel_gi_light(place, N);\n            \
                  let found_weight = query_result.weight * found.a;\n            \
                  set_reflected(found.rgb, query_result.intensity, found_weight);\n            \
                  total_irradiance += found.rgb * query_result.intensity * found_weight;\n            \
@@ -47,6 +47,7 @@ pub(crate) fn lighting_patch() -> ShaderPatch {
             "bevy_voxel_gi::receive::coverage::uncovered",
             "bevy_voxel_gi::receive::features::LIGHTMAPPED",
             "bevy_voxel_gi::receive::features::VOXEL_GI",
+            "bevy_voxel_gi::receive::plane::set_viewer",
             "bevy_voxel_gi::receive::specular::forget_reflected",
             "bevy_voxel_gi::receive::specular::reflected_light",
             "bevy_voxel_gi::receive::specular::set_lobe",
@@ -58,7 +59,7 @@ pub(crate) fn lighting_patch() -> ShaderPatch {
             ),
             Insertion::before(
                 "        let irradiance_volume_light = irradiance_volume::irradiance_volume_light(",
-                "        set_lobe(in.N, in.V, perceptual_roughness);",
+                "        set_viewer(in.V);\n        set_lobe(in.N, in.V, perceptual_roughness);",
             ),
             Insertion::after(
                 "        indirect_light += irradiance_volume_light * diffuse_color * diffuse_occlusion;\n        \

@@ -22,6 +22,11 @@ const MAX_OVERLAP: f32 = 0.01;
 /// that it is within the level.
 const AHEAD: f32 = 511.0 / 1024.0;
 
+/// How far towards the viewer a receiver's side of a divider is looked up, in voxels: its position may be a little beyond
+/// the edge of its surface, as below the floor at the foot of a wall. What is seen over a wall that is higher than this stays
+/// behind it.
+const TOWARDS_VIEWER: f32 = 0.5;
+
 /// Returns for each voxel and axis the place of the divider between its centre and that of a neighbour, from the voxel's lower
 /// side, in voxels: -0.5 to 1.5, the one nearer to the centre if there are two; less if there is none.
 pub fn dividers(voxels: &Voxels) -> Vec<Vec3> {
@@ -137,8 +142,14 @@ pub(super) fn is_beyond_divider(voxels: &Voxels, index: usize, place: Vec3, plan
 }
 
 /// Returns where a receiver samples the field for the faces of the other axes than the one of each component: on its side of the dividers.
-/// `position` and `normal` are in grid coordinates.
-fn on_own_side(grid: &VolumeGrid, dividers: &[Vec3], position: Vec3, normal: Vec3) -> Vec3 {
+/// `position` is in grid coordinates, `normal` and `to_viewer` are unit vectors.
+fn on_own_side(
+    grid: &VolumeGrid,
+    dividers: &[Vec3],
+    position: Vec3,
+    normal: Vec3,
+    to_viewer: Vec3,
+) -> Vec3 {
     let last = Vec3::splat(grid.resolution as f32 - 0.5);
     let local = position.clamp(Vec3::splat(0.5), last);
     let voxel = (local + normal * AHEAD).floor();
@@ -148,15 +159,22 @@ fn on_own_side(grid: &VolumeGrid, dividers: &[Vec3], position: Vec3, normal: Vec
     let divider = dividers[index];
     let border = voxel + divider.round();
     let distance = (local - border).abs().max(Vec3::splat(0.5));
-    border + Vec3::select(local.cmpgt(voxel + divider), distance, -distance)
+    let seen = local + TOWARDS_VIEWER * to_viewer;
+    border + Vec3::select(seen.cmpgt(voxel + divider), distance, -distance)
 }
 
 impl IrradianceField {
     /// Returns the irradiance of a surface in lux as [`IrradianceField::irradiance`], without the light from beyond
-    /// [`dividers`].
-    pub fn divided_irradiance(&self, dividers: &[Vec3], position: Vec3, normal: Vec3) -> Vec3 {
+    /// [`dividers`]. `to_viewer` is a unit vector from the position to the viewer.
+    pub fn divided_irradiance(
+        &self,
+        dividers: &[Vec3],
+        position: Vec3,
+        normal: Vec3,
+        to_viewer: Vec3,
+    ) -> Vec3 {
         let at = self.grid.to_grid(position);
-        let own_side = on_own_side(&self.grid, dividers, at, normal);
+        let own_side = on_own_side(&self.grid, dividers, at, normal, to_viewer);
         let mut sum = Vec4::ZERO;
         for axis in 0..3 {
             // Along its own normal a surface is no divider.
@@ -219,7 +237,11 @@ mod tests {
             place[axis] = if is_above { to + distance } else { from - distance };
             let mut normal = Vec3::ZERO;
             normal[(axis + 1) % 3] = 1.0;
-            let at = on_own_side(&grid, &dividers(&voxels), place, normal)[axis];
+            // From where the place is seen over the wall at most.
+            let mut to_viewer = normal;
+            to_viewer[axis] = if is_above { -distance } else { distance } / 8.0;
+            let dividers = dividers(&voxels);
+            let at = on_own_side(&grid, &dividers, place, normal, to_viewer.normalize())[axis];
             // The centres of the voxels that count there.
             let low = (at - 0.5).floor() + 0.5;
             let high = if at > low { low + 1.0 } else { low };
@@ -227,6 +249,31 @@ mod tests {
             prop_assert!(if is_above { low >= middle - 0.01 } else { high <= middle + 0.01 }, "{low} {high}");
             // Away from the wall all is as without it.
             prop_assert!(distance < 1.0 || (at - place[axis].clamp(0.5, 7.5)).abs() < 1e-4, "{at}");
+        }
+    }
+
+    /// The top of the floor and the bottom of the box divide the voxels there.
+    #[test]
+    fn the_foot_of_a_box_reads_above_the_floor_that_it_stands_on() {
+        let grid = VolumeGrid {
+            min: Vec3::ZERO,
+            voxel_size: 1.0,
+            resolution: 8,
+        };
+        const TOP: f32 = 3.3;
+        let floor = solid(Vec3::new(-1.0, 2.2, -1.0), Vec3::new(9.0, TOP, 9.0));
+        let on_it = solid(Vec3::new(4.58, TOP, -1.0), Vec3::new(7.6, 7.0, 9.0));
+        let dividers = dividers(&Voxels::new(grid, &[floor, on_it].concat()));
+        let to_viewer = Vec3::new(-0.9, 0.3, 0.2).normalize();
+        for below in [-0.1, 0.02, 0.1] {
+            let place = Vec3::new(4.58, TOP - below, 4.5);
+            let at = on_own_side(&grid, &dividers, place, Vec3::NEG_X, to_viewer);
+            assert!(at.y >= 3.5, "{below} below the floor: {at}");
+            let under = on_own_side(&grid, &dividers, place, Vec3::NEG_X, -to_viewer);
+            assert!(
+                under.y <= 2.5,
+                "{below} below the floor, from under it: {under}"
+            );
         }
     }
 

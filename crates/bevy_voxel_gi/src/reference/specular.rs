@@ -27,7 +27,7 @@ impl IrradianceField {
     ) -> Vec3 {
         let direction = 2.0 * normal.dot(to_viewer) * normal - to_viewer;
         let receiver = self.grid.to_grid(position);
-        let mut radiance = self.divided_irradiance(dividers, position, normal) / PI;
+        let mut radiance = self.divided_irradiance(dividers, position, normal, to_viewer) / PI;
         // The weight of what no surface hides so far.
         let mut left = 1.0 - roughness * roughness;
         for distance in DISTANCES {

@@ -62,7 +62,10 @@ fn the_foot_of_a_wall_is_dark() {
     let dividers = dividers(&voxels);
     let at = |x: f32| {
         let place = Vec3::new(x, 1.2, 8.0);
-        field.divided_irradiance(&dividers, place, Vec3::Y).x / at_lit(&field)
+        field
+            .divided_irradiance(&dividers, place, Vec3::Y, Vec3::Y)
+            .x
+            / at_lit(&field)
     };
     let places = [7.2, 7.0, 6.7, 6.5, 6.2, 6.0, 5.0, 3.0].map(at);
     println!("share of the lit side's light, away from the wall: {places:?}");
@@ -110,7 +113,10 @@ fn divided_and_visible_irradiance_do_not_leak_at_the_foot_of_a_wall() {
             let place = Vec3::new(x - distance, 1.2, 8.0);
             let viewer = Vec3::new(-0.7, 0.7, 0.1).normalize();
             let visible = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
-            let divided = plain.divided_irradiance(&dividers, place, Vec3::Y).x / lit;
+            let divided = plain
+                .divided_irradiance(&dividers, place, Vec3::Y, viewer)
+                .x
+                / lit;
             let plain = plain.irradiance(place, Vec3::Y, 0.0).x / lit;
             let found = [plain, divided, visible];
             worst = std::array::from_fn(|i| worst[i].max(found[i]));
@@ -119,7 +125,10 @@ fn divided_and_visible_irradiance_do_not_leak_at_the_foot_of_a_wall() {
             let place = Vec3::new(x + thickness + distance, 1.2, 8.0);
             let viewer = Vec3::new(0.7, 0.7, 0.1).normalize();
             let visible = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
-            let divided = plain.divided_irradiance(&dividers, place, Vec3::Y).x / lit;
+            let divided = plain
+                .divided_irradiance(&dividers, place, Vec3::Y, viewer)
+                .x
+                / lit;
             for found in [visible, divided] {
                 assert!(
                     (0.9..1.1).contains(&found),
@@ -244,7 +253,9 @@ fn no_light_comes_around_a_ceiling() {
         let dividers = dividers(&voxels);
         let light = |y: f32| {
             let place = Vec3::new(2.6, y, 8.0);
-            field.divided_irradiance(&dividers, place, Vec3::X).x
+            field
+                .divided_irradiance(&dividers, place, Vec3::X, Vec3::X)
+                .x
         };
         let bright = light(top + 1.5);
         for distance in [0.02, 0.2, 0.4, 0.6, 0.9] {
