@@ -145,7 +145,7 @@ impl GiPlan {
                     cameras: Vec::new(),
                     resolution: 32,
                     picture: 64,
-                    samples: 256,
+                    samples: 1024,
                 },
                 triangles: vec![1_000, 10_000],
                 rounds: 3,

@@ -210,7 +210,9 @@ fn relative_changes(before: &[Vec3], after: &[Vec3]) -> Vec<f64> {
     let of = |block: &Vec3| f64::from(block.element_sum());
     let mean = before.iter().map(of).sum::<f64>() / before.len().max(1) as f64;
     let pairs = before.iter().zip(after);
+    // A block in which one pixel has no light is none.
     pairs
+        .filter(|(a, b)| **a != Vec3::ZERO && **b != Vec3::ZERO)
         .map(|(a, b)| (of(b) - of(a)).abs() / of(a).max(0.1 * mean))
         .collect()
 }
