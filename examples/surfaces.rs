@@ -89,7 +89,7 @@ fn spawn(
         let plaster = Color::srgb(0.8, 0.79, 0.76).into();
         add(Cuboid::from_size(high - low).into(), plaster, x, y, z);
     }
-    // A rug of two colours under the lamp.
+    // A rug of two colours under the light.
     let rug = StandardMaterial {
         base_color_texture: Some(images.add(paint(|at| {
             [[200, 30, 20, 255], [20, 60, 200, 255]][usize::from(at.x > 0.5)]

@@ -476,15 +476,15 @@ fn new_textures_of_a_small_thing_in_a_large_level_have_little_voxelised() {
 
 /// The brightest one gives the unit of emission: the others are written anew in the new unit, but nothing else is.
 #[test]
-fn a_lamp_that_brightens_in_a_large_level_has_little_voxelised() {
+fn an_emissive_block_that_brightens_in_a_large_level_has_little_voxelised() {
     const LEVEL: u64 = 2 * 512 * 512;
     let _gpu = gpu();
     let (mut app, _) = large_level();
     let world = app.world_mut();
     let color = LinearRgba::rgb(100.0, 0.0, 0.0);
     emissive(world, Vec3::new(2.3, 0.5, 0.0), Vec3::splat(0.3), color);
-    let lamp = emissive(world, Vec3::new(0.0, 0.5, 0.0), Vec3::splat(0.3), color);
-    let material = world.get::<MeshMaterial3d<StandardMaterial>>(lamp);
+    let brighter = emissive(world, Vec3::new(0.0, 0.5, 0.0), Vec3::splat(0.3), color);
+    let material = world.get::<MeshMaterial3d<StandardMaterial>>(brighter);
     let material = material.expect("a material").0.clone();
     app.run_until_ready(200).expect("ready");
     settle(&mut app);
