@@ -10,11 +10,24 @@ pub(crate) fn receiver_patch() -> ShaderPatch {
     ShaderPatch {
         imports: vec![
             "bevy_voxel_gi::receive::coverage::covered",
+            "bevy_voxel_gi::receive::features::LIGHTMAPPED",
             "bevy_voxel_gi::receive::receive::is_voxel_gi",
+            "bevy_voxel_gi::receive::receive::only_volume_light",
             "bevy_voxel_gi::receive::receive::voxel_gi_light",
+            "bevy_voxel_gi::receive::volume::IS_ONLY_VOLUME",
             "bevy_voxel_gi::receive::specular::set_reflected",
         ],
         insertions: vec![
+            Insertion::before(
+                "    // Find all irradiance volumes that contain the fragment.",
+                "    if (IS_ONLY_VOLUME) {\n        \
+                 @if(LIGHTMAP)\n        \
+                 if (!LIGHTMAPPED) {\n            \
+                 return vec3(0.0);\n        \
+                 }\n        \
+                 return only_volume_light(world_position, N);\n    \
+                 }\n",
+            ),
             Insertion::before(
                 "        let atlas_resolution = vec3<f32>(",
                 "        if (is_voxel_gi(query_result.texture_index)) {\n            \
