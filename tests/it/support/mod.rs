@@ -11,7 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bevy::prelude::*;
+use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
 pub use bevy_frugal_lab::{
     compose,
     testing::{Gpu, gpu, gpu_alone, logs, skipped},
@@ -76,6 +76,12 @@ pub fn image_file(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8
         .write_to(&mut bytes, format)
         .expect("an image file");
     bytes.into_inner()
+}
+
+/// A mesh of positions alone.
+pub fn triangle_mesh(topology: PrimitiveTopology, positions: Vec<[f32; 3]>) -> Mesh {
+    Mesh::new(topology, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
 }
 
 /// A folder of assets that goes with the test.

@@ -5,16 +5,14 @@ use std::f32::consts::PI;
 use bevy::{math::Vec3A, prelude::*};
 use bevy_frugal_lab::boxes::{BoxScene, SceneBox, TracedScene, cornell_box, visible_walls};
 use bevy_voxel_gi::{
-    Bounces, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelLight,
+    Bounces, Solver, VoxelGiSettings, VoxelGiState, VoxelLight,
     reference::{
         IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
-        RayTracingSettings, SETTLE, Triangle, VolumeGrid, Voxels, ambient_occlusion,
-        dividers::dividers,
+        RayTracingSettings, SETTLE, Triangle, Voxels, ambient_occlusion, dividers::dividers,
     },
 };
 
-use super::support::{box_app, picture, read_dividers, read_field, read_texels, settle, volume};
-use crate::support::gpu;
+use super::fixture::*;
 
 /// Light is stored as 16-bit floats times this.
 const STORAGE_SCALE: f32 = 1.0 / 64.0;
@@ -74,12 +72,7 @@ const EARLY: u32 = 15;
 /// The fields of the reference, early and settled, and what divides its voxels.
 fn expected(scene: &BoxScene, settings: &VoxelGiSettings) -> ([IrradianceField; 2], Vec<Vec3>) {
     let resolution = settings.resolution;
-    let (center, size) = scene.volume(resolution);
-    let grid = VolumeGrid {
-        min: center - 0.5 * size,
-        voxel_size: size / resolution as f32,
-        resolution,
-    };
+    let grid = grid(scene, resolution);
     let (triangles, materials) = triangles(scene);
     let voxels = Voxels::new(grid, &triangles);
     let sky = scene.sky_radiance;
@@ -134,16 +127,14 @@ fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&
         ..default()
     };
     let (expected, dividers) = expected(&scene, &settings);
-    let _gpu = gpu();
     let mut app = box_app(&scene);
     let volume = volume(&mut app, &scene, settings);
     app.world_mut().spawn(volume);
-    let mut frames = 0;
+    let mut count = 0;
     // The report is that of the frame before.
-    while frames + 1 < EARLY {
-        app.render_frames(1).expect("a frame");
-        let state = app.world().resource::<VoxelGiReport>().state;
-        frames += u32::from(state != VoxelGiState::Absent);
+    while count + 1 < EARLY {
+        frames(&mut app, 1);
+        count += u32::from(report(&app).state != VoxelGiState::Absent);
     }
     compare_dividers(name, &read_dividers(&mut app), &dividers);
     // Rare bright rays count as changes at first.
@@ -240,16 +231,13 @@ fn pixels_read_what_the_reference_does() {
         resolution: RESOLUTION,
         ..default()
     };
-    let _gpu = gpu();
     let mut app = box_app(&scene);
     let volume = volume(&mut app, &scene, settings);
     let found = {
         let without = picture(&mut app);
         app.world_mut().spawn(volume);
         settle(&mut app);
-        let with = picture(&mut app);
-        let pairs = with.iter().zip(&without);
-        pairs.map(|(a, b)| a - b).collect::<Vec<_>>()
+        difference(&picture(&mut app), &without)
     };
     let field = read_field(&mut app, &scene, RESOLUTION);
     let dividers = read_dividers(&mut app);

@@ -10,10 +10,7 @@ use bevy::{
 };
 use bevy_voxel_gi::VoxelGiVolume;
 
-use super::{
-    scene::{app, at},
-    support::indirect,
-};
+use super::fixture::*;
 
 /// Four colours, sRGB; even numbers, which blocks of BC7 store as they are.
 pub const PALETTE: [[u8; 3]; 4] = [[230, 230, 230], [220, 30, 30], [30, 200, 30], [20, 20, 20]];
@@ -81,6 +78,11 @@ pub fn mesh(quads: &[Quad], uvs: impl Fn(&Quad) -> [Vec2; 4]) -> Mesh {
 pub fn without_colors(mut mesh: Mesh) -> Mesh {
     mesh.remove_attribute(Mesh::ATTRIBUTE_COLOR);
     mesh
+}
+
+/// A quad with coordinates of a whole texture.
+pub fn quad(quad: Quad) -> Mesh {
+    without_colors(mesh(&[quad], whole))
 }
 
 pub fn linear(color: usize) -> LinearRgba {
@@ -158,46 +160,32 @@ pub fn compressed_palette() -> Image {
     )
 }
 
-pub fn add<A: Asset>(world: &mut World, asset: A) -> Handle<A> {
-    world.resource_mut::<Assets<A>>().add(asset)
-}
-
 pub fn spawn(world: &mut World, mesh: Mesh, material: StandardMaterial) -> Entity {
-    let bundle = (
-        Mesh3d(add(world, mesh)),
-        MeshMaterial3d(add(world, matt_with(material))),
-    );
-    world.spawn(bundle).id()
+    let model = model(world, mesh, matt_with(material));
+    world.spawn(model).id()
 }
 
 /// Spawns a quad whose material has the quad's colour.
-pub fn spawn_colored(world: &mut World, quad: Quad) {
-    let base_color = linear(quad.2).into();
-    let material = StandardMaterial {
-        base_color,
-        ..default()
-    };
-    spawn(world, without_colors(mesh(&[quad], whole)), material);
+pub fn spawn_colored(world: &mut World, colored: Quad) {
+    let material = StandardMaterial::from_color(linear(colored.2));
+    spawn(world, quad(colored), material);
 }
 
 /// A material with only a base colour texture.
 pub fn textured(world: &mut World, image: Image) -> StandardMaterial {
     StandardMaterial {
-        base_color_texture: Some(add(world, image)),
+        base_color_texture: Some(world.add_asset(image)),
         ..default()
     }
 }
 
-pub fn ceiling_light(world: &mut World) {
-    world.spawn((
-        PointLight {
-            intensity: 400.0 * PI,
-            range: 20.0,
-            shadow_maps_enabled: false,
-            ..default()
-        },
-        Transform::from_xyz(0.0, 1.0, 0.0),
-    ));
+pub fn ceiling_light(world: &mut World) -> Entity {
+    let light = PointLight {
+        shadow_maps_enabled: false,
+        ..point_light(400.0 * PI, 20.0)
+    };
+    let place = Transform::from_xyz(0.0, 1.0, 0.0);
+    world.spawn((light, place)).id()
 }
 
 pub fn around_room() -> VoxelGiVolume {
@@ -206,14 +194,26 @@ pub fn around_room() -> VoxelGiVolume {
 
 /// The indirect light on the floor, left and right, of a room.
 pub fn on_floor(build: impl FnOnce(&mut World)) -> [Vec3; 3] {
-    let mut app = app();
-    build(app.world_mut());
-    ceiling_light(app.world_mut());
-    app.run_until_ready(200).expect("not ready");
-    places(&indirect(&mut app, around_room()))
+    on_floor_without_light(|world| {
+        build(world);
+        ceiling_light(world);
+    })
 }
 
-pub fn places(light: &[Vec3]) -> [Vec3; 3] {
+/// The same where only emission lights the room.
+pub fn on_floor_without_light(build: impl FnOnce(&mut World)) -> [Vec3; 3] {
+    let mut app = app();
+    build(app.world_mut());
+    in_room(&mut app)
+}
+
+/// The same in an app.
+pub fn in_room(app: &mut HeadlessApp) -> [Vec3; 3] {
+    ready(app);
+    places(&indirect(app, around_room()))
+}
+
+fn places(light: &[Vec3]) -> [Vec3; 3] {
     [
         at(light, -1.2, 0.0),
         at(light, 0.0, 1.0),

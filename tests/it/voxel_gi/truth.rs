@@ -4,13 +4,11 @@
 use bevy_frugal_lab::boxes::{Agreement, TracedScene, agreement};
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings, VoxelLight};
 
-use super::support::{box_app, indirect, volume};
-use crate::support::gpu;
+use super::fixture::*;
 
 /// How close each of these settings comes to the truth.
 fn measured(name: &str, settings: &[VoxelGiSettings]) -> Vec<Agreement> {
     let truth = TracedScene::read(name).expect("a scene");
-    let _gpu = gpu();
     let mut app = box_app(&truth.scene);
     let measure = |settings: &VoxelGiSettings| {
         let volume = volume(&mut app, &truth.scene, settings.clone());
