@@ -8,9 +8,7 @@ use bevy::{
     mesh::{Indices, PrimitiveTopology},
     prelude::*,
 };
-use bevy_voxel_gi::{
-    Follow, NotVoxelized, VoxelGiReport, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
-};
+use bevy_voxel_gi::{Follow, NotVoxelized, VoxelGiReport, VoxelGiState, VoxelGiVolume, Voxelizer};
 
 use super::{
     fixture::*,
@@ -20,8 +18,7 @@ use crate::support::triangle_mesh;
 
 #[test]
 fn an_open_floor_is_as_bright_as_the_sky() {
-    let mut app = app();
-    floor(app.world_mut());
+    let mut app = floor_app();
     app.world_mut().spawn(under_sky(3.0));
     let found = settled(&mut app);
     // A white surface under a sky of radiance L shows L.
@@ -32,9 +29,8 @@ fn an_open_floor_is_as_bright_as_the_sky() {
 
 #[test]
 fn without_light_there_is_none() {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     block(world, Vec3::new(0.5, 0.5, 0.0), Vec3::ONE);
     world.spawn(small_volume());
     let place = Transform::from_xyz(-0.5, 1.0, 0.3);
@@ -87,8 +83,7 @@ fn unoccluded(distance: f32, radius: f32) -> f32 {
 
 #[test]
 fn ambient_occlusion_knows_edges() {
-    let mut app = app();
-    floor(app.world_mut());
+    let mut app = floor_app();
     // A wall whose face is at x = 0.5, tall and long.
     block(
         app.world_mut(),
@@ -96,7 +91,7 @@ fn ambient_occlusion_knows_edges() {
         Vec3::new(1.4, 2.0, 3.8),
     );
     let (radius, rays) = (0.75, 256);
-    settings(app.world_mut()).light = VoxelLight::AmbientOcclusion { radius, rays };
+    settings(app.world_mut()).light = occlusion(radius, rays);
     app.world_mut().spawn(under_sky(1.0));
     let found = settled(&mut app);
     assert_near(at(&found, -1.4, 0.0), 1.0, 0.02);
@@ -256,8 +251,7 @@ fn what_is_not_voxelized_receives_light_but_gives_none() {
 
 #[test]
 fn cameras_without_the_layer_do_not_see_the_light() {
-    let mut app = app();
-    floor(app.world_mut());
+    let mut app = floor_app();
     app.world_mut()
         .spawn((under_sky(1.0), RenderLayers::layer(3)));
     assert!(settled(&mut app).iter().all(|p| *p == Vec3::ZERO));
@@ -265,9 +259,8 @@ fn cameras_without_the_layer_do_not_see_the_light() {
 
 #[test]
 fn cascades_and_a_volume_that_follows() {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let leader = world.spawn(Transform::from_xyz(0.3, 0.0, 0.0)).id();
     world.spawn(VoxelGiVolume {
         size: 2.0,

@@ -4,7 +4,7 @@ use bevy::{camera::Exposure, prelude::*};
 use bevy_frugal_lab::headless::LabTarget;
 use bevy_voxel_gi::NotVoxelized;
 
-use super::{fixture::*, history::copy};
+use super::{fixture::*, history::copied};
 
 /// A change of the block, and whether it changes the light.
 type Change = (&'static str, bool, fn(&mut World, Entity));
@@ -104,8 +104,7 @@ fn after_any_change_the_light_is_that_of_a_new_app() {
     for (name, matters, change) in CHANGES {
         change(app.world_mut(), block);
         let found = settled_light(&mut app);
-        let mut new = app_with(|_| ());
-        copy(app.world_mut(), new.world_mut());
+        let mut new = copied(&mut app);
         ready(&mut new);
         let anew = settled_light(&mut new);
         let (wrong, effect) = (
@@ -136,9 +135,8 @@ fn components_of_cameras_leave_settled_light_alone() {
     #[derive(Component)]
     struct Marker;
 
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let emitter = block(world, Vec3::new(0.0, 1.0, 0.0), Vec3::splat(0.5));
     edit_material(world, emitter, |material| {
         material.emissive = LinearRgba::WHITE;

@@ -23,16 +23,14 @@ fn finite(app: &mut HeadlessApp) -> Vec<Vec3> {
 
 /// Apps in which a pale floor and a wall are lit by each solver.
 fn beside_a_wall(light: impl Bundle + Clone) -> impl Iterator<Item = (VoxelLight, Borrowed)> {
-    let with = |solver, bounces| VoxelLight::GlobalIllumination { solver, bounces };
     let solvers = [
-        with(Solver::Trace { rays: 16 }, Bounces::Endless),
-        with(Solver::Trace { rays: 16 }, Bounces::Count(4)),
-        with(Solver::Propagate { iterations: 24 }, Bounces::Endless),
+        global_illumination(Solver::Trace { rays: 16 }, Bounces::Endless),
+        global_illumination(Solver::Trace { rays: 16 }, Bounces::Count(4)),
+        global_illumination(Solver::Propagate { iterations: 24 }, Bounces::Endless),
     ];
     solvers.into_iter().map(move |solver| {
-        let mut app = app();
+        let mut app = floor_app();
         let world = app.world_mut();
-        floor(world);
         block(world, Vec3::new(1.5, 1.0, 0.0), Vec3::new(0.3, 2.0, 3.8));
         world.spawn(light.clone());
         settings(world).light = solver;
@@ -71,8 +69,7 @@ fn a_light_of_a_million_lumens_close_to_a_wall() {
 
 #[test]
 fn settings_that_are_none() {
-    let mut app = app();
-    floor(app.world_mut());
+    let mut app = floor_app();
     let volume = app.world_mut().spawn(small_volume()).id();
     ready(&mut app);
     let nan = f32::NAN;
@@ -107,10 +104,7 @@ fn settings_that_are_none() {
             ..coarse.clone()
         },
         VoxelGiSettings {
-            light: VoxelLight::AmbientOcclusion {
-                radius: nan,
-                rays: 0,
-            },
+            light: occlusion(nan, 0),
             ..coarse.clone()
         },
     ] {
@@ -164,9 +158,8 @@ fn triangles_that_are_none_and_huge_ones() {
 
 #[test]
 fn lights_switched_every_frame_and_thousands_of_meshes() {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let place = Transform::from_xyz(0.0, 1.5, 0.0);
     let light = world.spawn((point_light(400.0 * PI, 100.0), place)).id();
     world.spawn(small_volume());
@@ -205,8 +198,7 @@ fn lights_switched_every_frame_and_thousands_of_meshes() {
 
 #[test]
 fn volumes_that_come_and_go() {
-    let mut app = app();
-    floor(app.world_mut());
+    let mut app = floor_app();
     ready(&mut app);
     for round in 0..6 {
         let resolution = [8, 16, 32][round % 3];
@@ -234,10 +226,7 @@ fn a_large_sloped_triangle_is_clipped_in_a_moment() {
         let mut settings = settings(world);
         (settings.voxelizer, settings.resolution) = (voxelizer, 32);
         // Hardly anything but voxelisation.
-        settings.light = VoxelLight::AmbientOcclusion {
-            radius: 0.0,
-            rays: 4,
-        };
+        settings.light = occlusion(0.0, 4);
         world.spawn(small_volume());
         ready(&mut app);
         let times = (0..3).map(|frame| {

@@ -2,30 +2,34 @@
 //! the picture and of the volume.
 
 use bevy::{
+    asset::RenderAssetUsages,
     camera::{Exposure, Viewport, visibility::RenderLayers},
     core_pipeline::{
         prepass::{DeferredPrepass, DepthPrepass},
         tonemapping::{DebandDither, Tonemapping},
     },
     ecs::entity::EntityHashMap,
+    image::ToExtents,
+    math::Affine3A,
     mesh::{
         VertexAttributeValues,
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
     pbr::DefaultOpaqueRendererMethod,
     prelude::*,
-    render::render_resource::Extent3d,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_frugal_lab::{
-    boxes::{BoxScene, spawn_box_scene},
-    headless::{HeadlessSettings, LabTarget, TargetFormat},
+    boxes::{BoxScene, SceneBox, spawn_box_scene},
+    headless::{HeadlessSettings, LabTarget},
 };
 use bevy_voxel_gi::{
-    Sky, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelGiVolume,
-    reference::{IrradianceField, VolumeGrid},
+    Bounces, Sky, Solver, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiState,
+    VoxelGiVolume, VoxelLight,
+    reference::{IrradianceField, Triangle, VolumeGrid},
 };
 
-use crate::support::pool::Pool;
+use crate::support::{float_settings, pool::Pool};
 
 pub use crate::support::pool::Borrowed;
 pub use bevy_frugal_lab::headless::HeadlessApp;
@@ -77,7 +81,7 @@ pub fn deferred_app() -> Borrowed {
 }
 
 fn build(change: impl FnOnce(&mut HeadlessSettings), more: impl FnOnce(&mut App)) -> HeadlessApp {
-    let mut settings = picture_settings(SIZE, SIZE);
+    let mut settings = float_settings(SIZE, SIZE);
     change(&mut settings);
     HeadlessApp::new(settings, |app| {
         app.add_plugins(VoxelGiPlugin)
@@ -85,13 +89,6 @@ fn build(change: impl FnOnce(&mut HeadlessSettings), more: impl FnOnce(&mut App)
         more(app);
     })
     .expect("an adapter")
-}
-
-fn picture_settings(width: u32, height: u32) -> HeadlessSettings {
-    HeadlessSettings {
-        format: TargetFormat::Float32,
-        ..HeadlessSettings::with_size(width, height)
-    }
 }
 
 /// The layers of a mesh that cameras do not see and volumes do.
@@ -140,11 +137,17 @@ fn begin(world: &mut World) {
     ));
 }
 
+/// An app with a floor.
+pub fn floor_app() -> Borrowed {
+    let mut app = app();
+    floor(app.world_mut());
+    app
+}
+
 /// An app with a floor under a uniform sky of 1, and with more; its volume, and what `more` returns.
 pub fn floor_under_sky<T>(more: impl FnOnce(&mut World) -> T) -> (Borrowed, Entity, T) {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let more = more(world);
     let volume = world.spawn(under_sky(1.0)).id();
     (app, volume, more)
@@ -158,7 +161,7 @@ pub fn lit_floor<T>(more: impl FnOnce(&mut World) -> T) -> Vec<Vec3> {
 /// A scene of boxes without a volume, ready.
 pub fn box_app(scene: &BoxScene) -> Borrowed {
     Borrowed::with_gpu(|| {
-        let settings = picture_settings(scene.camera.width, scene.camera.height);
+        let settings = float_settings(scene.camera.width, scene.camera.height);
         let mut app = HeadlessApp::new(settings, |app| {
             app.add_plugins(VoxelGiPlugin);
         })
@@ -167,6 +170,36 @@ pub fn box_app(scene: &BoxScene) -> Borrowed {
         ready(&mut app);
         app.into()
     })
+}
+
+/// A box without gloss.
+pub fn scene_box(center: [f32; 3], half: [f32; 3], albedo: Vec3) -> SceneBox {
+    SceneBox {
+        center: center.into(),
+        half: half.into(),
+        albedo,
+        rotate_y_deg: 0.0,
+        gloss: None,
+    }
+}
+
+/// Puts the camera of a scene elsewhere, with a square picture.
+pub fn look(scene: &mut BoxScene, eye: Vec3, target: Vec3, size: u32) {
+    (scene.camera.eye, scene.camera.target) = (eye, target);
+    (scene.camera.width, scene.camera.height) = (size, size);
+}
+
+/// The triangles of a mesh, as the reference voxelises them.
+pub fn triangles(mesh: &Mesh, place: Affine3A, material: u32) -> Vec<Triangle> {
+    let corners = mesh.attribute(Mesh::ATTRIBUTE_POSITION);
+    let corners = corners.and_then(|it| it.as_float3()).expect("positions");
+    let indices: Vec<_> = mesh.indices().expect("indices").iter().collect();
+    let triangle = |of: &[usize]| Triangle {
+        corners: [0, 1, 2].map(|i| place.transform_point3(Vec3::from(corners[of[i]]))),
+        material,
+        double_sided: false,
+    };
+    indices.chunks_exact(3).map(triangle).collect()
 }
 
 /// Sets the settings; a volume around a scene.
@@ -194,6 +227,14 @@ pub fn report(app: &HeadlessApp) -> VoxelGiReport {
     *app.world().resource()
 }
 
+pub fn global_illumination(solver: Solver, bounces: Bounces) -> VoxelLight {
+    VoxelLight::GlobalIllumination { solver, bounces }
+}
+
+pub fn occlusion(radius: f32, rays: u32) -> VoxelLight {
+    VoxelLight::AmbientOcclusion { radius, rays }
+}
+
 /// A small volume of 4 m around the origin.
 pub fn small_volume() -> VoxelGiVolume {
     VoxelGiVolume::fixed(4.0)
@@ -204,6 +245,14 @@ pub fn under_sky(radiance: f32) -> VoxelGiVolume {
     VoxelGiVolume {
         sky: Some(Sky::uniform(LinearRgba::rgb(radiance, radiance, radiance))),
         ..small_volume()
+    }
+}
+
+/// A volume of this size in metres, under a uniform sky.
+pub fn sky_volume(size: f32, radiance: f32) -> VoxelGiVolume {
+    VoxelGiVolume {
+        size,
+        ..under_sky(radiance)
     }
 }
 
@@ -251,6 +300,17 @@ pub fn matt_material(albedo: f32) -> StandardMaterial {
 
 pub fn matt(world: &mut World, albedo: f32) -> Handle<StandardMaterial> {
     world.add_asset(matt_material(albedo))
+}
+
+pub fn image_of(size: UVec2, format: TextureFormat, texels: Vec<u8>) -> Image {
+    let usage = RenderAssetUsages::all();
+    Image::new(
+        size.to_extents(),
+        TextureDimension::D2,
+        texels,
+        format,
+        usage,
+    )
 }
 
 /// The components of a mesh in this material.
@@ -320,11 +380,7 @@ pub fn pose(world: &mut World, entity: Entity) -> Mut<'_, Transform> {
 }
 
 /// Changes the material of an entity, and so of all with that material.
-pub fn edit_material(
-    world: &mut World,
-    entity: Entity,
-    edit: impl FnOnce(&mut StandardMaterial),
-) {
+pub fn edit_material(world: &mut World, entity: Entity, edit: impl FnOnce(&mut StandardMaterial)) {
     let material = world.get::<MeshMaterial3d<StandardMaterial>>(entity);
     let material = material.expect("a material").id();
     let mut materials = world.resource_mut::<Assets<StandardMaterial>>();

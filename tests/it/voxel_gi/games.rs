@@ -56,9 +56,8 @@ fn with_volume_and_without(
     volume: impl Fn(&mut World),
 ) -> [Vec<Vec3>; 2] {
     [true, false].map(|has_volume| {
-        let mut app = app();
+        let mut app = floor_app();
         let world = app.world_mut();
-        floor(world);
         build(world);
         if has_volume {
             volume(world);
@@ -189,9 +188,8 @@ fn of_the_levels_of_detail_one_counts() {
 
 #[test]
 fn a_hidden_volume_is_none() {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let house = world.spawn((Transform::default(), Visibility::Hidden)).id();
     world.spawn((under_sky(1.0), ChildOf(house)));
     ready(&mut app);
@@ -246,9 +244,8 @@ fn a_rectangular_light_bounces_like_a_bright_square() {
 
 /// The light of a ceiling over the whole floor, with a camera of this exposure.
 fn below(exposure: f32, material: StandardMaterial, own: Option<MeshVoxelMaterial>) -> Vec3 {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let ceiling = model(world, Cuboid::new(3.9, 0.2, 3.9), material);
     let place = Transform::from_xyz(0.0, 0.5, 0.0);
     let ceiling = world.spawn((ceiling, hidden(), place)).id();

@@ -10,8 +10,14 @@ use bevy_voxel_gi::{MeshVoxelMaterial, NotVoxelized, VoxelGiSettings, VoxelGiVol
 
 use super::fixture::*;
 
-/// What the light depends on, copied into another world.
-pub fn copy(from: &mut World, to: &mut World) {
+/// A new app with all on which the light of this one depends.
+pub fn copied(app: &mut HeadlessApp) -> Borrowed {
+    let mut new = app_with(|_| ());
+    copy(app.world_mut(), new.world_mut());
+    new
+}
+
+fn copy(from: &mut World, to: &mut World) {
     let mut meshes = from.query::<(
         &Transform,
         &Mesh3d,
@@ -64,9 +70,7 @@ fn light(app: &mut HeadlessApp) -> Vec<u8> {
 /// Asserts that the light is that of a new app.
 fn assert_as_new(app: &mut HeadlessApp, what: &str) {
     let found = light(app);
-    let mut new = app_with(|_| ());
-    copy(app.world_mut(), new.world_mut());
-    let expected = light(&mut new);
+    let expected = light(&mut copied(app));
     assert_eq!(found.len(), expected.len(), "{what}");
     let wrong = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
     assert_eq!(wrong, 0, "{what}: {wrong} of {} bytes differ", found.len());
@@ -239,10 +243,7 @@ impl Changes {
                 "a light is disabled or enabled"
             }
             14 if self.volumes.len() == 1 => {
-                let inner = VoxelGiVolume {
-                    size: 2.0,
-                    ..under_sky(1.0)
-                };
+                let inner = sky_volume(2.0, 1.0);
                 self.volumes.push(world.spawn(inner).id());
                 "a second volume comes"
             }
@@ -296,9 +297,8 @@ fn what_happens_without_a_volume_counts() {
 }
 
 fn happens_without_a_volume(is_hidden: bool) {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let gone = block_of(world, 0.5, Vec3::new(-0.8, 0.5, 0.0), Vec3::ONE);
     let edited = block_of(world, 0.8, Vec3::new(0.9, 0.5, 0.0), Vec3::ONE);
     let loses_material = block_of(world, 0.9, Vec3::new(0.0, 0.4, 1.2), Vec3::splat(0.8));
@@ -371,9 +371,8 @@ fn disabled_meshes_are_not_there() {
 /// Things of any kind far away change in each frame.
 #[test]
 fn what_does_not_reach_a_volume_neither_prevents_settling_nor_ends_it() {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let here = block_of(world, 0.5, Vec3::new(0.5, 0.5, 0.0), Vec3::ONE);
     world.spawn(small_volume());
     let place = Transform::from_xyz(0.0, 1.7, 0.0);

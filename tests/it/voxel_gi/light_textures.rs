@@ -5,11 +5,12 @@ use std::f32::consts::PI;
 use bevy::{
     asset::RenderAssetUsages,
     camera::primitives::CubemapLayout,
+    image::ToExtents,
     light::{DirectionalLightTexture, PointLightTexture, SpotLightTexture},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::render_resource::{TextureDimension, TextureFormat},
 };
-use bevy_voxel_gi::{Bounces, Solver, VoxelLight};
+use bevy_voxel_gi::{Bounces, Solver};
 
 use super::{
     fixture::*,
@@ -28,57 +29,22 @@ const FACES: [Vec3; 6] = [
 
 /// The layouts of cubes with their faces by row and column. Of crosses, Bevy's shader takes -Z for +Z and the other way
 /// round, unlike the documentation of `CubemapLayout`.
-const LAYOUTS: [(CubemapLayout, &[&[Option<usize>]]); 4] = [
-    (
-        CubemapLayout::CrossVertical,
-        &[
-            &[None, Some(2), None],
-            &[Some(1), Some(5), Some(0)],
-            &[None, Some(3), None],
-            &[None, Some(4), None],
-        ],
-    ),
-    (
-        CubemapLayout::CrossHorizontal,
-        &[
-            &[None, Some(2), None, None],
-            &[Some(1), Some(5), Some(0), Some(4)],
-            &[None, Some(3), None, None],
-        ],
-    ),
+const LAYOUTS: [(CubemapLayout, &[&str]); 4] = [
+    (CubemapLayout::CrossVertical, &[".2.", "150", ".3.", ".4."]),
+    (CubemapLayout::CrossHorizontal, &[".2..", "1504", ".3.."]),
     (
         CubemapLayout::SequenceVertical,
-        &[
-            &[Some(0)],
-            &[Some(1)],
-            &[Some(2)],
-            &[Some(3)],
-            &[Some(4)],
-            &[Some(5)],
-        ],
+        &["0", "1", "2", "3", "4", "5"],
     ),
-    (
-        CubemapLayout::SequenceHorizontal,
-        &[&[Some(0), Some(1), Some(2), Some(3), Some(4), Some(5)]],
-    ),
+    (CubemapLayout::SequenceHorizontal, &["012345"]),
 ];
 
 /// An image of one channel, from the value at coordinates.
 fn image(size: UVec2, value: impl Fn(Vec2) -> f32) -> Image {
     let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
     let texels = texels.map(|at| (at.as_vec2() + 0.5) / size.as_vec2());
-    let size = Extent3d {
-        width: size.x,
-        height: size.y,
-        depth_or_array_layers: 1,
-    };
-    Image::new(
-        size,
-        TextureDimension::D2,
-        texels.map(|uv| (255.0 * value(uv)).round() as u8).collect(),
-        TextureFormat::R8Unorm,
-        RenderAssetUsages::all(),
-    )
+    let texels = texels.map(|uv| (255.0 * value(uv)).round() as u8);
+    image_of(size, TextureFormat::R8Unorm, texels.collect())
 }
 
 /// A cube in a layout, from the value of each face at coordinates of the face.
@@ -89,7 +55,8 @@ fn cube_image(layout: CubemapLayout, value: impl Fn(usize, Vec2) -> f32) -> Imag
     image(EDGE * grid, |uv| {
         let at = uv * grid.as_vec2();
         let cell = at.as_uvec2();
-        cells[cell.y as usize][cell.x as usize].map_or(0.0, |face| value(face, at.fract()))
+        let face = char::from(cells[cell.y as usize].as_bytes()[cell.x as usize]).to_digit(10);
+        face.map_or(0.0, |face| value(face as usize, at.fract()))
     })
 }
 
@@ -133,10 +100,7 @@ fn spawn_light(world: &mut World, kind: Kind) -> Entity {
             outer_angle: OUTER_ANGLE,
             ..default()
         }),
-        Kind::Point => light.insert(PointLight {
-            intensity: 200.0 * PI,
-            ..default()
-        }),
+        Kind::Point => light.insert(point_light(200.0 * PI, 20.0)),
     };
     entity
 }
@@ -192,9 +156,8 @@ fn a_gray_texture_dims_each_type_of_light() {
     // Above 16, lights are culled.
     for count in [1, 20] {
         for kind in KINDS {
-            let mut app = app();
+            let mut app = floor_app();
             let world = app.world_mut();
-            floor(world);
             let lights: Vec<_> = (0..count).map(|_| spawn_light(world, kind)).collect();
             world.spawn(small_volume());
             let without = total(&settled_light(&mut app)).x;
@@ -213,16 +176,14 @@ fn above_floor(light: &[[Vec4; 6]]) -> [f32; 3] {
     let resolution = RESOLUTION as usize;
     let voxel = 4.0 / RESOLUTION as f32;
     let mut sums = [0.0; 3];
-    for z in 0..resolution {
-        for x in 0..resolution {
-            let at = (Vec2::new(x as f32, z as f32) + 0.5) * voxel - 2.0;
-            if at.abs().max_element() < 1.0 {
-                let index = (z * resolution + resolution / 2) * resolution + x;
-                let light = total([&light[index]]).x;
-                sums[0] += light;
-                sums[1] += if at.x > 0.0 { light } else { 0.0 };
-                sums[2] += if at.y > 0.0 { light } else { 0.0 };
-            }
+    for (i, light) in light.iter().enumerate() {
+        let [x, y, z] = [1, resolution, resolution * resolution].map(|step| i / step % resolution);
+        let at = (Vec2::new(x as f32, z as f32) + 0.5) * voxel - 2.0;
+        if y == resolution / 2 && at.abs().max_element() < 1.0 {
+            let light = total([light]).x;
+            sums[0] += light;
+            sums[1] += if at.x > 0.0 { light } else { 0.0 };
+            sums[2] += if at.y > 0.0 { light } else { 0.0 };
         }
     }
     sums
@@ -236,9 +197,8 @@ fn half_a_texture_lights_its_own_side() {
         [("top", |uv| uv.y < 0.5), ("bottom", |uv| uv.y >= 0.5)],
     ];
     for kind in KINDS {
-        let mut app = app();
+        let mut app = floor_app();
         let world = app.world_mut();
-        floor(world);
         let light = spawn_light(world, kind);
         world.spawn(small_volume());
         project(world, light, kind, |_| 1.0);
@@ -283,20 +243,14 @@ fn each_face_of_a_cube_lights_its_wall() {
     ];
     let mut app = app();
     let world = app.world_mut();
-    settings(world).light = VoxelLight::GlobalIllumination {
-        solver: Solver::default(),
-        bounces: Bounces::Count(1),
-    };
+    settings(world).light = global_illumination(Solver::default(), Bounces::Count(1));
     for side in room() {
         let face = FACES.iter().position(|face| *face == -side.1);
         let color = LinearRgba::from_vec3(colors[face.expect("a face")]);
         spawn(world, quad(side), StandardMaterial::from_color(color));
     }
-    let light = PointLight {
-        intensity: 400.0 * PI,
-        ..default()
-    };
-    let light = world.spawn((light, Transform::IDENTITY)).id();
+    let light = (point_light(400.0 * PI, 20.0), Transform::IDENTITY);
+    let light = world.spawn(light).id();
     world.spawn(around_room());
     // Three walls reflect each colour.
     let of_wall = total(&settled_light(&mut app)) / 3.0;
@@ -319,13 +273,8 @@ fn each_face_of_a_cube_lights_its_wall() {
 
 /// A black image of three dimensions.
 fn solid() -> Image {
-    let size = Extent3d {
-        width: 4,
-        height: 4,
-        depth_or_array_layers: 4,
-    };
     Image::new_fill(
-        size,
+        UVec3::splat(4).to_extents(),
         TextureDimension::D3,
         &[0],
         TextureFormat::R8Unorm,

@@ -41,8 +41,8 @@ const GREEN: LinearRgba = LinearRgba::rgb(0.1, 0.8, 0.1);
 
 #[test]
 fn forward_and_deferred_receive_the_same() {
-    let [forward, deferred] = [app as fn() -> Borrowed, deferred_app].map(|app| {
-        let mut app = app();
+    let [forward, deferred] = [app as fn() -> Borrowed, deferred_app].map(|new_app| {
+        let mut app = new_app();
         floor(app.world_mut());
         usual_block(app.world_mut());
         app.world_mut().spawn(under_sky(1.0));
@@ -198,9 +198,8 @@ fn a_mesh_that_changes_its_type_of_material_changes_its_colour() {
 
 #[test]
 fn emissive_surfaces_light_the_scene() {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     // A ceiling of 1 cd/m² over the whole volume, which the camera does not see. The exposure is 1.
     let material = emitting(0.0, LinearRgba::rgb(1.0, 2.0, 0.0));
     let ceiling = model(world, Cuboid::new(3.9, 0.2, 3.9), material);

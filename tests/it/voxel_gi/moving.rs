@@ -8,7 +8,7 @@ use bevy::{
 };
 use bevy_voxel_gi::{Follow, NotVoxelized, VoxelGiVolume};
 
-use super::{fixture::*, history::copy, room::image};
+use super::{fixture::*, history::copied, room::image};
 use crate::support::triangle_mesh;
 
 /// Pseudo-random numbers from -1 to 1.
@@ -113,8 +113,7 @@ fn move_about(volume: VoxelGiVolume, camera_moves: bool) {
             "light that has moved: {:.6}",
             relative_difference(&found, &moved)
         );
-        let mut new = app_with(|_| ());
-        copy(app.world_mut(), new.world_mut());
+        let mut new = copied(&mut app);
         let place = *camera_pose(app.world_mut());
         *camera_pose(new.world_mut()) = place;
         ready(&mut new);
@@ -305,10 +304,7 @@ fn large_level() -> (Borrowed, Entity) {
     let model = model(world, hills(512, 14.0), matt_material(0.5));
     let level = world.spawn(model).id();
     settings(world).resolution = 32;
-    world.spawn(VoxelGiVolume {
-        size: 16.0,
-        ..under_sky(1.0)
-    });
+    world.spawn(sky_volume(16.0, 1.0));
     (app, level)
 }
 

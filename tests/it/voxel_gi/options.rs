@@ -3,16 +3,12 @@
 use bevy::prelude::*;
 use bevy_voxel_gi::{
     Bounces, DebugField, Solver, VoxelAlbedo, VoxelGiBudget, VoxelGiBudgetPlugin, VoxelGiDebug,
-    VoxelGiVolume, VoxelLight, Voxelizer,
+    VoxelGiVolume, Voxelizer,
     budget::BudgetChoice,
-    reference::{RayTracing, RayTracingSettings, Triangle, VolumeGrid, Voxels},
+    reference::{RayTracing, RayTracingSettings, VolumeGrid, Voxels},
 };
 
 use super::fixture::*;
-
-fn global_illumination(solver: Solver, bounces: Bounces) -> VoxelLight {
-    VoxelLight::GlobalIllumination { solver, bounces }
-}
 
 /// A closed room whose walls all emit the same light and reflect half: each bounce adds half of the one before, and
 /// everywhere it is the same.
@@ -117,19 +113,7 @@ fn points_are_those_of_the_reference() {
     let mut app = app();
     let world = app.world_mut();
     let mesh = Sphere::new(1.3).mesh().uv(24, 12);
-    let positions = mesh
-        .attribute(Mesh::ATTRIBUTE_POSITION)
-        .and_then(|values| values.as_float3())
-        .expect("positions");
-    let indices: Vec<_> = mesh.indices().expect("indices").iter().collect();
-    let triangles: Vec<_> = indices
-        .chunks_exact(3)
-        .map(|corners| Triangle {
-            corners: [0, 1, 2].map(|i| Vec3::from(positions[corners[i]])),
-            material: 0,
-            double_sided: false,
-        })
-        .collect();
+    let triangles = triangles(&mesh, default(), 0);
     let material = MeshMaterial3d(matt(world, 0.5));
     let mesh = Mesh3d(world.add_asset(mesh));
     world.spawn((mesh, material));
@@ -227,10 +211,7 @@ fn each_solver_has_the_memory_that_it_needs() {
     let mut app = app_with(|_| ());
     floor(app.world_mut());
     let light = |solver| global_illumination(solver, Bounces::Endless);
-    let occlusion = VoxelLight::AmbientOcclusion {
-        radius: 0.5,
-        rays: 8,
-    };
+    let occlusion = occlusion(0.5, 8);
     for (light, cascades, bytes) in [
         // Two times the light on its way: 64 bytes, and that which has arrived through six faces.
         (

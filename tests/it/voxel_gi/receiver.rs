@@ -135,9 +135,8 @@ fn the_foot_of_a_ball_is_in_shadow_and_not_black() {
     for receiver in [Receiver::Interpolated, Receiver::PerPixel] {
         for x in [0.0, 0.16] {
             let center = Vec3::new(x, RADIUS, 0.05);
-            let mut app = app();
+            let mut app = floor_app();
             let world = app.world_mut();
-            floor(world);
             let mesh = Sphere::new(RADIUS).mesh().ico(16).expect("few triangles");
             let mesh = Mesh3d(world.add_asset(mesh));
             let material = MeshMaterial3d(matt(world, 0.0));
@@ -174,9 +173,8 @@ fn the_foot_of_a_ball_is_in_shadow_and_not_black() {
 /// bottom and the floor divide the voxel there.
 #[test]
 fn the_edge_between_a_box_and_its_floor_is_not_dark() {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     // Its side is in the farther half of a layer of voxels, and the floor inside of one.
     block_of(
         world,

@@ -6,11 +6,12 @@ use bevy::{
     asset::RenderAssetUsages,
     mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::render_resource::TextureFormat,
 };
 use bevy_voxel_gi::VoxelGiVolume;
 
 use super::fixture::*;
+use crate::support::triangle_mesh;
 
 /// Four colours, sRGB; even numbers, which blocks of BC7 store as they are.
 pub const PALETTE: [[u8; 3]; 4] = [[230, 230, 230], [220, 30, 30], [30, 200, 30], [20, 20, 20]];
@@ -64,8 +65,7 @@ pub fn mesh(quads: &[Quad], uvs: impl Fn(&Quad) -> [Vec2; 4]) -> Mesh {
         };
         indices.extend(order.map(|i| first + i));
     }
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::all())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    triangle_mesh(PrimitiveTopology::TriangleList, positions)
         .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
         .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, coordinates)
         .with_inserted_attribute(
@@ -111,19 +111,7 @@ pub fn matt_with(material: StandardMaterial) -> StandardMaterial {
 pub fn image(size: UVec2, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
     let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| (x, y)));
     let texels = texels.flat_map(|(x, y)| texel(x, y)).collect();
-    let size = Extent3d {
-        width: size.x,
-        height: size.y,
-        depth_or_array_layers: 1,
-    };
-    let format = TextureFormat::Rgba8UnormSrgb;
-    Image::new(
-        size,
-        TextureDimension::D2,
-        texels,
-        format,
-        RenderAssetUsages::all(),
-    )
+    image_of(size, TextureFormat::Rgba8UnormSrgb, texels)
 }
 
 /// Four strips of the palette.
@@ -144,20 +132,12 @@ pub fn compressed_palette() -> Image {
         });
         word.to_le_bytes()
     };
-    let size = Extent3d {
-        width: 16,
-        height: 4,
-        depth_or_array_layers: 1,
-    };
     let blocks = PALETTE.iter().flat_map(|color| block(*color)).collect();
     let format = TextureFormat::Bc7RgbaUnormSrgb;
-    Image::new(
-        size,
-        TextureDimension::D2,
-        blocks,
-        format,
-        RenderAssetUsages::RENDER_WORLD,
-    )
+    Image {
+        asset_usage: RenderAssetUsages::RENDER_WORLD,
+        ..image_of(UVec2::new(16, 4), format, blocks)
+    }
 }
 
 pub fn spawn(world: &mut World, mesh: Mesh, material: StandardMaterial) -> Entity {

@@ -167,19 +167,15 @@ fn sealed_room() -> BoxScene {
         center[axis] = 1.25 * sign;
         half[axis] = 0.25;
         SceneBox {
-            center,
-            half,
-            albedo: Vec3::ONE,
-            rotate_y_deg: 0.0,
             gloss: Some(metal),
+            ..scene_box(center.into(), half.into(), Vec3::ONE)
         }
     };
     scene.boxes = sides.concat().into_iter().map(wall).collect();
     scene.point_lights.clear();
     scene.sky_radiance = Vec3::splat(10.0);
-    scene.camera.eye = Vec3::new(-0.8, 0.3, 0.8);
-    scene.camera.target = Vec3::new(0.6, -0.6, -0.6);
-    (scene.camera.width, scene.camera.height) = (64, 64);
+    let (eye, target) = (Vec3::new(-0.8, 0.3, 0.8), Vec3::new(0.6, -0.6, -0.6));
+    look(&mut scene, eye, target, 64);
     scene
 }
 

@@ -2,7 +2,7 @@
 //! that is held to the truth with more voxels, in the tests of the crate.
 
 use bevy_frugal_lab::boxes::{Agreement, TracedScene, agreement};
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings, VoxelLight};
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings};
 
 use super::fixture::*;
 
@@ -31,10 +31,7 @@ fn assert_near(name: &str, most_error: [f64; 3], most_bias: [f64; 3]) {
         ..traced.clone()
     };
     let propagated = VoxelGiSettings {
-        light: VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { iterations: 96 },
-            bounces: Bounces::Endless,
-        },
+        light: global_illumination(Solver::Propagate { iterations: 96 }, Bounces::Endless),
         ..traced.clone()
     };
     let found = measured(name, &[traced, per_pixel, propagated]);

@@ -7,22 +7,15 @@ use super::fixture::*;
 
 /// A volume of 1.8 m about a place, under a sky of its own.
 fn beside(x: f32, radiance: f32) -> (VoxelGiVolume, Transform) {
-    let volume = VoxelGiVolume {
-        size: 1.8,
-        ..under_sky(radiance)
-    };
+    let volume = sky_volume(1.8, radiance);
     (volume, Transform::from_xyz(x, 0.0, 0.0))
 }
 
 #[test]
 fn volumes_side_by_side_light_what_is_in_each() {
-    let propagate = VoxelLight::GlobalIllumination {
-        solver: Solver::Propagate { iterations: 24 },
-        bounces: Bounces::Endless,
-    };
+    let propagate = global_illumination(Solver::Propagate { iterations: 24 }, Bounces::Endless);
     for light in [VoxelLight::default(), propagate] {
-        let mut app = app();
-        floor(app.world_mut());
+        let mut app = floor_app();
         settings(app.world_mut()).light = light;
         let left = app.world_mut().spawn(beside(-1.0, 1.0)).id();
         app.world_mut().spawn(beside(1.0, 7.0));
@@ -49,8 +42,7 @@ fn volumes_side_by_side_light_what_is_in_each() {
 #[test]
 fn pixels_read_the_smallest_of_nested_volumes_and_rays_continue_in_the_larger() {
     for receiver in [Receiver::Interpolated, Receiver::PerPixel] {
-        let mut app = app();
-        floor(app.world_mut());
+        let mut app = floor_app();
         settings(app.world_mut()).receiver = receiver;
         app.world_mut().spawn(under_sky(1.0));
         // Its own sky is dark, but rays go on in the volume around it, and see that one's.
@@ -88,10 +80,7 @@ fn more_cubes_than_eight_are_left_out() {
         // Later than the volumes before, whichever entities are free.
         app.render_frames(1).expect("a frame");
     }
-    app.world_mut().spawn(VoxelGiVolume {
-        size: 0.3,
-        ..under_sky(9.0)
-    });
+    app.world_mut().spawn(sky_volume(0.3, 9.0));
     assert_near(at(&settled(&mut app), 0.0, 0.0), 1.0, 0.03);
     // Eight levels of 8^3 voxels at 68 bytes, 24 and seven times 6 slots for each of 8^2 at 56, and the materials.
     let memory = report(&app).memory;
@@ -100,8 +89,7 @@ fn more_cubes_than_eight_are_left_out() {
 
 #[test]
 fn a_change_of_the_settings_counts_for_all_volumes_at_once() {
-    let mut app = app();
-    floor(app.world_mut());
+    let mut app = floor_app();
     for x in [-1.0, 1.0] {
         app.world_mut().spawn(beside(x, 1.0));
         let size = Vec3::new(0.6, 0.8, 0.4);
@@ -119,10 +107,7 @@ fn a_change_of_the_settings_counts_for_all_volumes_at_once() {
     let (shaded, coarse) = with(default(), 16);
     assert!(shaded.iter().all(|light| *light < 0.9), "{shaded:?}");
     // Nothing is so near that it hides the sky.
-    let nearby = VoxelLight::AmbientOcclusion {
-        radius: 0.02,
-        rays: 32,
-    };
+    let nearby = occlusion(0.02, 32);
     let (open, _) = with(nearby, 16);
     assert!(open.iter().all(|light| *light > 0.95), "{open:?}");
     let (_, fine) = with(default(), 32);
@@ -145,10 +130,7 @@ fn what_is_lit_stays_in_the_picture_while_volumes_come_and_go() {
     let before = at(&picture(&mut app), 0.0, 0.0).x;
     assert!(before > 100.0, "{before}");
     for round in 0..2 {
-        let volume = VoxelGiVolume {
-            size: 2.0,
-            ..under_sky(1.0)
-        };
+        let volume = sky_volume(2.0, 1.0);
         let second = app
             .world_mut()
             .spawn((volume, seen_by_cameras.clone()))

@@ -3,15 +3,16 @@
 use bevy::{
     asset::RenderAssetUsages,
     camera::ScalingMode,
+    image::ToExtents,
     light::{Atmosphere, AtmosphereEnvironmentMapLight, Skybox, atmosphere::ScatteringMedium},
     pbr::AtmosphereSettings,
     prelude::*,
     render::render_resource::{
-        Extent3d, TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
+        TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
     },
 };
 use bevy_frugal_lab::{
-    boxes::{BoxScene, SceneBox, agreement, block_means, cornell_box, trace},
+    boxes::{BoxScene, agreement, block_means, cornell_box, trace},
     headless::HeadlessApp,
     path_tracer::TraceSettings,
 };
@@ -101,11 +102,7 @@ fn cube_map(world: &mut World, radiance: impl Fn(Vec3) -> f32) -> Handle<Image> 
         [gray, gray, gray, half::f16::ONE].map(half::f16::to_le_bytes)
     });
     let mut image = Image::new(
-        Extent3d {
-            width: SIZE,
-            height: SIZE,
-            depth_or_array_layers: 6,
-        },
+        UVec3::new(SIZE, SIZE, 6).to_extents(),
         TextureDimension::D2,
         texels.flatten().collect(),
         TextureFormat::Rgba16Float,
@@ -198,40 +195,32 @@ fn a_floor_in_ambient_light_has_no_edge() {
 
 /// Boxes on a floor in a corner of walls, under a sky whose quarter at +X and +Z is bright.
 fn under_a_bright_quarter() -> BoxScene {
-    let part = |center: [f32; 3], half: [f32; 3], albedo: f32, rotate_y_deg: f32| SceneBox {
-        center: center.into(),
-        half: half.into(),
-        albedo: Vec3::splat(albedo),
-        rotate_y_deg,
-        gloss: None,
-    };
     let mut scene = cornell_box();
+    let gray = |center, half, albedo| scene_box(center, half, Vec3::splat(albedo));
     scene.boxes = vec![
-        part([0.0, -0.2, 0.0], [4.0, 0.2, 4.0], 0.6, 0.0),
-        part([-3.8, 1.5, 0.0], [0.2, 1.5, 4.0], 0.7, 0.0),
-        part([0.0, 1.5, -3.8], [4.0, 1.5, 0.2], 0.3, 0.0),
-        part([0.5, 0.8, 0.7], [0.8, 0.8, 0.8], 0.5, 30.0),
-        part([-1.6, 0.4, 1.9], [0.5, 0.4, 0.7], 0.8, 0.0),
+        gray([0.0, -0.2, 0.0], [4.0, 0.2, 4.0], 0.6),
+        gray([-3.8, 1.5, 0.0], [0.2, 1.5, 4.0], 0.7),
+        gray([0.0, 1.5, -3.8], [4.0, 1.5, 0.2], 0.3),
+        gray([0.5, 0.8, 0.7], [0.8, 0.8, 0.8], 0.5),
+        gray([-1.6, 0.4, 1.9], [0.5, 0.4, 0.7], 0.8),
     ];
+    scene.boxes[3].rotate_y_deg = 30.0;
     (scene.point_lights, scene.directional_lights) = (vec![], vec![]);
     scene.sky_radiance = Vec3::splat(1.0);
     scene.sky_quarter = Vec3::splat(9.0);
-    scene.camera.eye = Vec3::new(5.0, 6.0, 5.5);
-    scene.camera.target = Vec3::new(-0.4, 0.3, -0.4);
-    (scene.camera.width, scene.camera.height) = (64, 64);
+    let (eye, target) = (Vec3::new(5.0, 6.0, 5.5), Vec3::new(-0.4, 0.3, -0.4));
+    look(&mut scene, eye, target, 64);
     scene
 }
 
 #[test]
 fn rays_see_the_games_own_sky_as_it_is_turned() {
     let scene = under_a_bright_quarter();
-    let truth = trace(
-        &scene,
-        &TraceSettings {
-            samples: 512,
-            ..default()
-        },
-    );
+    let settings = TraceSettings {
+        samples: 512,
+        ..default()
+    };
+    let truth = trace(&scene, &settings);
     let truth = block_means(&truth.indirect, scene.camera.width);
     let mut app = box_app(&scene);
     let (center, size) = scene.volume(32);
