@@ -1,7 +1,5 @@
 //! All four plugins in one scene: the 16 combinations of their switches.
 
-use std::collections::BTreeMap;
-
 use bevy::{
     camera::Exposure,
     prelude::*,
@@ -74,39 +72,23 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     values.map(f64::abs).sum::<f64>() / count
 }
 
-/// The memory figures and the state of the frame buffer that an app shows.
-struct Saved {
-    figures: BTreeMap<String, u64>,
-    frame_buffer: String,
-}
-
-impl Saved {
-    fn in_app(app: &HeadlessApp) -> Self {
-        let notes = &app.world().resource::<Notes>().0;
-        Self {
-            figures: app.world().resource::<MemoryFigures>().0.clone(),
-            frame_buffer: notes.get("frame buffer:").cloned().unwrap_or_default(),
-        }
+/// Asserts that the memory figures and the state of the frame buffer are those of these plugins.
+fn assert_figures(app: &HeadlessApp, bits: usize) {
+    let on = |plugin: usize| bits >> plugin & 1 == 1;
+    let figures = &app.world().resource::<MemoryFigures>().0;
+    let figure = |name: &str| figures.get(name).copied().unwrap_or_default();
+    let [before, after] = ["textures before", "textures after"].map(figure);
+    if on(0) {
+        assert!(after < before / 3, "{bits:04b}: {after} of {before} bytes");
+    } else {
+        assert_eq!(before, after, "{bits:04b}");
     }
-
-    fn figure(&self, name: &str) -> u64 {
-        self.figures.get(name).copied().unwrap_or_default()
-    }
-}
-
-/// In each of the 16 combinations.
-fn figures_show_what_each_plugin_saves(saved: &[Saved]) {
-    for (bits, saved) in saved.iter().enumerate() {
-        let on = |plugin: usize| bits >> plugin & 1 == 1;
-        let [before, after] = ["textures before", "textures after"].map(|name| saved.figure(name));
-        if on(0) {
-            assert!(after < before / 3, "{bits:04b}: {after} of {before} bytes");
-        } else {
-            assert_eq!(before, after, "{bits:04b}");
-        }
-        assert_eq!(on(1), saved.frame_buffer == "packed", "{bits:04b}");
-        assert_eq!(on(3), saved.figure("volume after") > 0, "{bits:04b}");
-    }
+    let notes = &app.world().resource::<Notes>().0;
+    let is_packed = notes
+        .get("frame buffer:")
+        .is_some_and(|note| note == "packed");
+    assert_eq!(on(1), is_packed, "{bits:04b}");
+    assert_eq!(on(3), figure("volume after") > 0, "{bits:04b}");
 }
 
 #[test]
@@ -115,15 +97,13 @@ fn each_plugin_does_the_same_whichever_others_are_on() {
         return;
     };
     let mut app = app();
-    let mut saved = Vec::new();
     let pictures: Vec<_> = (0..16)
         .map(|bits| {
             let picture = picture(&mut app, bits);
-            saved.push(Saved::in_app(&app));
+            assert_figures(&app, bits);
             picture
         })
         .collect();
-    figures_show_what_each_plugin_saves(&saved);
     let means: Vec<_> = pictures.iter().map(blocks).collect();
     let brightness = mean(means[0].iter().copied());
     assert!(
@@ -135,11 +115,8 @@ fn each_plugin_does_the_same_whichever_others_are_on() {
 
     for (i, plugin) in SWITCHES.iter().enumerate() {
         let effect = |others: usize| -> Vec<f64> {
-            let with = &means[others | 1 << i];
-            with.iter()
-                .zip(&means[others])
-                .map(|(a, b)| a - b)
-                .collect()
+            let pairs = means[others | 1 << i].iter().zip(&means[others]);
+            pairs.map(|(a, b)| a - b).collect()
         };
         let alone = effect(0);
         let size = mean(alone.iter().copied()) / brightness;

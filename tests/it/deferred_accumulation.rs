@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
 };
 use bevy_frugal_lab::{
-    headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
+    headless::{HeadlessApp, LabTarget},
     metrics::compare,
     runner::{MemoryFigures, Scene},
     scenes::deferred_accumulation::{
@@ -16,7 +16,7 @@ use bevy_frugal_lab::{
     },
 };
 
-use crate::support::{gpu, scenes};
+use crate::support::{float_settings, gpu, scenes};
 
 const SIZE: [u32; 2] = [161, 119];
 const MAX_FRAMES: u32 = 100;
@@ -29,10 +29,7 @@ struct Picture {
 
 /// The picture of a camera whose viewport begins at `offset`.
 fn picture(way: LightAccumulation, offset: UVec2) -> Picture {
-    let settings = HeadlessSettings {
-        format: TargetFormat::Float32,
-        ..HeadlessSettings::with_size(SIZE[0], SIZE[1])
-    };
+    let settings = float_settings(SIZE[0], SIZE[1]);
     let size = UVec2::from(SIZE) - offset;
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(LightAccumulationPlugin)
@@ -89,11 +86,14 @@ fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> (f32, f32) {
     ((sum / (3 * a.len()) as f32).sqrt(), largest)
 }
 
+fn pictures() -> [Vec<[f32; 3]>; 3] {
+    LightAccumulation::ALL.map(|way| picture(way, UVec2::ZERO).pixels)
+}
+
 #[test]
 fn one_target_is_nearly_as_good_as_two() {
     let _gpu = gpu();
-    let [exact, packed, shortcut] =
-        LightAccumulation::ALL.map(|way| picture(way, UVec2::ZERO).pixels);
+    let [exact, packed, shortcut] = pictures();
     let brightest = exact.iter().flatten().copied().fold(0.0, f32::max);
     assert!(brightest > 1.0, "{brightest}");
     let (packed, _) = difference(&exact, &packed);
@@ -107,8 +107,7 @@ fn one_target_is_nearly_as_good_as_two() {
 #[test]
 fn packed_highlights_keep_their_colours() {
     let _gpu = gpu();
-    let [exact, packed, shortcut] =
-        LightAccumulation::ALL.map(|way| picture(way, UVec2::ZERO).pixels);
+    let [exact, packed, shortcut] = pictures();
     let peak = |channel: usize| {
         let excess = |i: &usize| exact[*i][channel] - exact[*i][1 - channel];
         let indices = 0..exact.len();

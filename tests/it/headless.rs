@@ -15,7 +15,7 @@ use bevy_frugal_lab::headless::{
     AwaitedAssets, HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat,
 };
 
-use crate::support::{gpu, gpu_alone, lit_cube, logs};
+use crate::support::{gpu, gpu_alone, headless, lit_cube, logs};
 
 const MAX_FRAMES: u32 = 200;
 
@@ -92,15 +92,12 @@ fn impossible_sizes_and_adapters_are_refused() {
 fn disabled_features_are_absent() {
     let _gpu = gpu();
     let bc = wgpu::Features::TEXTURE_COMPRESSION_BC;
-    let with = HeadlessApp::new(HeadlessSettings::with_size(1, 1), |_| ()).expect("an adapter");
-    let without = HeadlessApp::new(
-        HeadlessSettings {
-            disabled_features: bc,
-            ..HeadlessSettings::with_size(1, 1)
-        },
-        |_| (),
-    )
-    .expect("an adapter");
+    let with = headless(1, 1, |_| ());
+    let settings = HeadlessSettings {
+        disabled_features: bc,
+        ..HeadlessSettings::with_size(1, 1)
+    };
+    let without = HeadlessApp::new(settings, |_| ()).expect("an adapter");
     assert!(!without.features().intersects(bc));
     assert_eq!(without.features() | bc, with.features() | bc);
 }
@@ -108,7 +105,7 @@ fn disabled_features_are_absent() {
 #[test]
 fn a_broken_pipeline_is_named() {
     let _gpu = gpu();
-    let mut app = HeadlessApp::new(HeadlessSettings::with_size(4, 4), |app| {
+    let mut app = headless(4, 4, |app| {
         let source = "@compute @workgroup_size(1) fn main() { undefined_name(); }";
         let shader = Shader::from_wgsl(source, "broken.wgsl");
         let shader = app.world_mut().add_asset::<Shader>(shader);
@@ -121,8 +118,7 @@ fn a_broken_pipeline_is_named() {
             });
         };
         app.sub_app_mut(RenderApp).add_systems(RenderStartup, queue);
-    })
-    .expect("an adapter");
+    });
     let error = app.run_until_ready(MAX_FRAMES).expect_err("it is broken");
     let text = error.to_string();
     assert!(matches!(error, HeadlessError::Pipeline { .. }), "{text}");
@@ -135,19 +131,13 @@ fn a_broken_pipeline_is_named() {
 #[test]
 fn a_missing_asset_is_named() {
     let _gpu = gpu();
-    let mut app = HeadlessApp::new(HeadlessSettings::with_size(4, 4), |app| {
-        let image = app
-            .world()
-            .resource::<AssetServer>()
-            .load::<Image>("missing.png");
+    let mut app = headless(4, 4, |app| {
+        let image = app.world().load_asset::<Image>("missing.png");
         let mut awaited = app.world_mut().resource_mut::<AwaitedAssets>();
         awaited.0.push(image.untyped());
-    })
-    .expect("an adapter");
-    let text = app
-        .run_until_ready(MAX_FRAMES)
-        .expect_err("missing")
-        .to_string();
+    });
+    let error = app.run_until_ready(MAX_FRAMES).expect_err("missing");
+    let text = error.to_string();
     assert!(text.contains("missing.png"), "{text}");
 }
 

@@ -2,14 +2,14 @@
 //! picture is Bevy's own.
 
 use bevy::{
-    image::ImageSampler,
+    image::{ImageSampler, ToExtents},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::render_resource::{TextureDimension, TextureFormat},
     shader::{Shader, ShaderImport},
 };
 use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_hooks::ShaderPatches;
-use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
+use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_frugal_lab::metrics::error::mse;
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 use bevy_ycocg_fb::{
@@ -18,7 +18,7 @@ use bevy_ycocg_fb::{
 };
 use image::RgbImage;
 
-use crate::support::gpu;
+use crate::support::{gpu, headless, spawn_camera_and_light};
 
 /// A change of one of Bevy's shaders, as a patch release might bring it, without any effect.
 #[derive(Resource, Clone, Copy)]
@@ -56,71 +56,56 @@ fn cube(
     settings: Option<EwaSettings>,
     alpha_mode: AlphaMode,
 ) {
-    app.add_systems(
-        Startup,
-        move |mut commands: Commands,
-              target: Res<LabTarget>,
-              mut images: ResMut<Assets<Image>>,
-              mut meshes: ResMut<Assets<Mesh>>,
-              mut standard: ResMut<Assets<StandardMaterial>>,
-              ewa: Option<ResMut<Assets<EwaStandardMaterial>>>| {
-            commands.spawn((
-                Camera3d::default(),
-                target.0.clone(),
-                Transform::from_xyz(1.0, 1.5, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
-                camera.clone(),
-            ));
-            commands.spawn((
-                DirectionalLight::default(),
-                Transform::from_xyz(-1.0, 1.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
-            ));
-            let size = Extent3d {
-                width: 64,
-                height: 64,
-                depth_or_array_layers: 1,
-            };
-            let stripe = [[255, 200, 40, 255], [10, 20, 90, 255]].concat();
-            let mut image = Image::new_fill(
-                size,
-                TextureDimension::D2,
-                &stripe[..4],
-                TextureFormat::Rgba8UnormSrgb,
-                default(),
-            );
-            image.data = Some(stripe.repeat(64 * 32));
-            image.sampler = ImageSampler::linear();
-            let base = StandardMaterial {
-                base_color_texture: Some(images.add(image)),
-                alpha_mode,
-                ..default()
-            };
-            commands.spawn((
-                Mesh3d(meshes.add(Cuboid::new(4.0, 0.5, 4.0))),
-                MeshMaterial3d(standard.add(Color::WHITE)),
-                Transform::from_xyz(0.0, -0.8, 0.0),
-            ));
-            let mut cube = commands.spawn(Mesh3d(meshes.add(Cuboid::default())));
-            match ewa.zip(settings) {
-                Some((mut ewa, settings)) => {
-                    cube.insert(MeshMaterial3d(ewa.add(EwaStandardMaterial {
-                        base,
-                        extension: settings.into(),
-                    })))
-                }
-                _ => cube.insert(MeshMaterial3d(standard.add(base))),
-            };
-        },
-    );
+    let system = move |world: &mut World| {
+        let eye = Vec3::new(1.0, 1.5, 3.0);
+        spawn_camera_and_light(world, eye, camera.clone());
+        let stripe = [[255, 200, 40, 255], [10, 20, 90, 255]].concat();
+        let mut image = Image::new(
+            UVec2::splat(64).to_extents(),
+            TextureDimension::D2,
+            stripe.repeat(64 * 32),
+            TextureFormat::Rgba8UnormSrgb,
+            default(),
+        );
+        image.sampler = ImageSampler::linear();
+        let base = StandardMaterial {
+            base_color_texture: Some(world.add_asset(image)),
+            alpha_mode,
+            ..default()
+        };
+        let floor = Mesh3d(world.add_asset(Cuboid::new(4.0, 0.5, 4.0)));
+        let white = world.add_asset::<StandardMaterial>(Color::WHITE);
+        let place = Transform::from_xyz(0.0, -0.8, 0.0);
+        world.spawn((floor, MeshMaterial3d(white), place));
+        let cube = Mesh3d(world.add_asset(Cuboid::default()));
+        if let Some(settings) = settings {
+            let extension = settings.into();
+            let material = EwaStandardMaterial { base, extension };
+            let material = world.add_asset::<EwaStandardMaterial>(material);
+            world.spawn((cube, MeshMaterial3d(material)));
+        } else {
+            let material = world.add_asset::<StandardMaterial>(base);
+            world.spawn((cube, MeshMaterial3d(material)));
+        }
+    };
+    app.add_systems(Startup, system);
 }
 
 fn picture(build: impl FnOnce(&mut App)) -> (HeadlessApp, RgbImage) {
-    let settings = HeadlessSettings::with_size(96, 96);
-    let mut app = HeadlessApp::new(settings, build).expect("an app");
+    let mut app = headless(96, 96, build);
     app.run_until_ready(300).expect("pipelines");
     // Chains of mips would be done by then.
     app.render_frames(30).expect("frames");
     let picture = app.capture_rgb8().expect("a picture");
     (app, picture)
+}
+
+fn changed_picture(change: Change, build: impl FnOnce(&mut App)) -> (HeadlessApp, RgbImage) {
+    picture(|app| {
+        app.insert_resource(change)
+            .add_systems(Update, change_shader);
+        build(app);
+    })
 }
 
 fn is_like(
@@ -131,11 +116,7 @@ fn is_like(
 ) -> HeadlessApp {
     let _gpu = gpu();
     let (_, expected) = picture(expected);
-    let (app, found) = picture(|app| {
-        app.insert_resource(change)
-            .add_systems(Update, change_shader);
-        plugin(app);
-    });
+    let (app, found) = changed_picture(change, plugin);
     let patches = app.world().resource::<ShaderPatches>();
     let (name, error) = patches.refused(names).expect("a refused patch");
     assert!(names.contains(&name), "{name}: {error}");
@@ -237,18 +218,11 @@ fn without_its_anchor_a_volume_is_read_as_bevys_own() {
     };
     let (_, without) = picture(scene);
     let (_, patched) = picture(volume);
-    let (app, refused) = picture(|app| {
-        app.insert_resource(change)
-            .add_systems(Update, change_shader);
-        volume(app);
-    });
+    let (app, refused) = changed_picture(change, volume);
     let patches = app.world().resource::<ShaderPatches>();
     assert!(patches.refused(&["bevy_voxel_gi/receive"]).is_some());
     let error = |a: &RgbImage, b: &RgbImage| mse(a, b).expect("one size");
-    println!(
-        "{} {}",
-        error(&refused, &patched),
-        error(&without, &patched)
-    );
-    assert!(error(&refused, &patched) < 0.1 * error(&without, &patched));
+    let (refused, without) = (error(&refused, &patched), error(&without, &patched));
+    println!("{refused} {without}");
+    assert!(refused < 0.1 * without);
 }

@@ -11,7 +11,6 @@ mod hooks;
 mod pages;
 mod reflection;
 mod runner;
-mod scene_settings;
 mod support;
 mod unused;
 mod voxel_gi;

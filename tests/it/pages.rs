@@ -2,18 +2,11 @@
 
 use std::path::Path;
 
-use bevy_ewa::EwaPlugin;
-use bevy_frugal_lab::{
-    ROOT,
-    headless::{HeadlessApp, HeadlessSettings},
-};
-use bevy_voxel_gi::VoxelGiPlugin;
-use bevy_wavelet_tex::WaveletTexPlugin;
-use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
+use bevy_frugal_lab::ROOT;
 
-use crate::support::{compose::mesh_numbers, composer, gpu};
+use crate::support::{add_plugins, compose::mesh_numbers, composer, gpu, headless};
 
-const PLUGINS: [&str; 4] = [
+pub const PLUGINS: [&str; 4] = [
     "bevy_ewa",
     "bevy_ycocg_fb",
     "bevy_wavelet_tex",
@@ -37,15 +30,7 @@ fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
 #[test]
 fn shaders_on_the_pages_validate() {
     let _gpu = gpu();
-    let mut app = HeadlessApp::new(HeadlessSettings::with_size(1, 1), |app| {
-        app.add_plugins((
-            EwaPlugin::OPT_IN,
-            VoxelGiPlugin,
-            WaveletTexPlugin,
-            YCoCgFrameBufferPlugin,
-        ));
-    })
-    .expect("an app");
+    let mut app = headless(1, 1, add_plugins);
     let mut composer = composer(&mut app);
     let mut defs = mesh_numbers();
     defs.push("VERTEX_UVS_A".into());

@@ -17,10 +17,7 @@ use bevy::{
     scene::ScenePlugin,
 };
 use bevy_ewa::{EwaPlugin, EwaSettings};
-use bevy_frugal_lab::{
-    ROOT,
-    headless::{HeadlessApp, HeadlessSettings},
-};
+use bevy_frugal_lab::ROOT;
 use bevy_voxel_gi::{
     DebugField, Follow, FollowTemplate, MeshVoxelMaterial, NotVoxelized, VoxelGiBudgetPlugin,
     VoxelGiDebug, VoxelGiLight, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume,
@@ -28,7 +25,10 @@ use bevy_voxel_gi::{
 use bevy_wavelet_tex::{WaveletFilter, WaveletGltf, WaveletTexPlugin};
 use bevy_ycocg_fb::{FrameBufferQuality, FrameBufferReport, YCoCgFrameBufferPlugin};
 
-use crate::support::gpu;
+use crate::{
+    pages::PLUGINS,
+    support::{gpu, headless},
+};
 
 /// Resources of the render world, which nobody sets or reads.
 const INTERNAL: [&str; 1] = ["WaveletSamplers"];
@@ -94,12 +94,7 @@ fn what_a_user_sets_or_reads_is_registered() {
         let registry = app.world().resource::<AppTypeRegistry>().read();
         let mut found = 0;
         let mut missing = vec![];
-        for plugin in [
-            "bevy_ewa",
-            "bevy_voxel_gi",
-            "bevy_wavelet_tex",
-            "bevy_ycocg_fb",
-        ] {
+        for plugin in PLUGINS {
             let mut files = vec![];
             let folder = Path::new(ROOT).join("crates").join(plugin).join("src");
             rust_files(&folder, &mut files);
@@ -118,7 +113,7 @@ fn what_a_user_sets_or_reads_is_registered() {
         assert!(found > 15, "{found}");
         assert!(missing.is_empty(), "{missing:#?}");
     };
-    HeadlessApp::new(HeadlessSettings::with_size(1, 1), add).expect("an app");
+    headless(1, 1, add);
 }
 
 /// As when a scene is spawned: entities in fields are those of the new world.
@@ -217,20 +212,14 @@ fn components_are_spawned_from_scenes() -> Result {
     };
     assert_eq!(root.get(), Some(&volume));
     assert_eq!(root.get(), Some(&VoxelGiLight { factor: 0.5 }));
-    assert_eq!(
-        root.get::<VoxelGiDebug>().map(|it| it.field),
-        Some(DebugField::Normal)
-    );
-    assert_eq!(
-        root.get::<MeshVoxelMaterial>().and_then(|it| it.coverage),
-        Some(0.25)
-    );
+    let field = root.get::<VoxelGiDebug>().map(|it| it.field);
+    assert_eq!(field, Some(DebugField::Normal));
+    let coverage = root.get::<MeshVoxelMaterial>().and_then(|it| it.coverage);
+    assert_eq!(coverage, Some(0.25));
     assert!(root.contains::<NotVoxelized>());
     assert_eq!(root.get(), Some(&FrameBufferQuality::Compact));
     assert!(root.contains::<FrameBufferReport>());
-    assert_eq!(
-        root.get::<WaveletGltf>().map(|it| it.filter),
-        Some(WaveletFilter::Nearest)
-    );
+    let filter = root.get::<WaveletGltf>().map(|it| it.filter);
+    assert_eq!(filter, Some(WaveletFilter::Nearest));
     Ok(())
 }

@@ -10,14 +10,9 @@ use bevy::{
         renderer::RenderDevice,
     },
 };
-use bevy_ewa::EwaPlugin;
-use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings};
-use bevy_voxel_gi::VoxelGiPlugin;
-use bevy_wavelet_tex::WaveletTexPlugin;
-use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 use image::RgbImage;
 
-use crate::support::{gpu, lit_cube};
+use crate::support::{add_plugins, gpu, headless, lit_cube};
 
 /// What there is of a frame.
 struct Frame {
@@ -46,11 +41,10 @@ fn pipelines(cache: &PipelineCache) -> Vec<String> {
 }
 
 fn frame(build: impl FnOnce(&mut App)) -> Frame {
-    let mut app = HeadlessApp::new(HeadlessSettings::with_size(48, 32), |app| {
+    let mut app = headless(48, 32, |app| {
         build(app);
         lit_cube(app);
-    })
-    .expect("an app");
+    });
     app.run_until_ready(100).expect("ready");
     let picture = app.capture_rgb8().expect("a picture");
     let (_, spans) = app.measure_spans(2).expect("frames");
@@ -72,20 +66,13 @@ fn frame(build: impl FnOnce(&mut App)) -> Frame {
 fn plugins_that_are_added_but_not_used_cost_nothing() {
     let _gpu = gpu();
     let bevy = frame(|_| {});
-    let ours = frame(|app| {
-        app.add_plugins((
-            WaveletTexPlugin,
-            YCoCgFrameBufferPlugin,
-            EwaPlugin::OPT_IN,
-            VoxelGiPlugin,
-        ));
-    });
+    let ours = frame(add_plugins);
     assert!(bevy.picture == ours.picture, "another picture");
     assert_eq!(bevy.passes, ours.passes);
     assert_eq!(bevy.pipelines, ours.pipelines);
-    let names = |frame: &Frame| -> Vec<String> {
+    let names = |frame: &Frame| {
         let names = frame.allocations.iter().map(|(name, _)| name.clone());
-        names.collect()
+        names.collect::<Vec<_>>()
     };
     assert_eq!(names(&bevy), names(&ours));
     // An allocation may be up to its alignment larger, depending on what was before it.

@@ -8,38 +8,19 @@ use bevy::{
 };
 use bevy_frugal_lab::{
     headless::HeadlessApp,
-    runner::{
-        MemoryFigures, Notes, Options, Scene, SceneSettings, SettingKind, Split,
-        pictures::headless_app,
-    },
+    runner::{MemoryFigures, Notes, Scene, SceneSettings},
     scenes::voxel_gi::VoxelGi,
 };
 use bevy_voxel_gi::VoxelGiVolume;
 use image::RgbImage;
 
-use crate::support::gpu;
+use crate::support::{
+    gpu,
+    scenes::{self, default_value, joined, picture, set, sides, values},
+};
 
 fn app(set: &[&str]) -> HeadlessApp {
-    app_of([128, 72], set)
-}
-
-fn app_of([width, height]: [u32; 2], set: &[&str]) -> HeadlessApp {
-    let options = Options::picture(width, height, set);
-    headless_app(&VoxelGi, &options).expect("an app")
-}
-
-fn set(app: &mut HeadlessApp, text: &str) {
-    let mut settings = app.world_mut().resource_mut::<SceneSettings>();
-    settings.set(text).expect("a setting with this value");
-}
-
-/// The picture with the line at `position`, once the light has settled.
-fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
-    app.world_mut().insert_resource(Split { position });
-    // Frames are short while the processor traces paths beside them.
-    app.run_until_ready(20_000).expect("ready");
-    app.world_mut().resource_mut::<Time<Virtual>>().pause();
-    app.capture_rgb8().expect("a picture")
+    scenes::app(&VoxelGi, [128, 72], set)
 }
 
 /// The picture of "after" with this setting and a new volume: rays are others in each frame, and
@@ -59,12 +40,8 @@ fn anew(app: &mut HeadlessApp, text: &str) -> RgbImage {
 
 /// Mean absolute difference in levels of 255.
 fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
-    let sum: u64 = a
-        .as_raw()
-        .iter()
-        .zip(b.as_raw())
-        .map(|(a, b)| u64::from(a.abs_diff(*b)))
-        .sum();
+    let pairs = a.as_raw().iter().zip(b.as_raw());
+    let sum: u64 = pairs.map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
     sum as f64 / a.as_raw().len() as f64
 }
 
@@ -95,8 +72,7 @@ fn pass_time(app: &mut HeadlessApp, seconds: f32) {
 fn a_room_is_dark_before_and_lit_after() {
     let _gpu = gpu();
     let mut app = app(&["resolution=16"]);
-    let before = picture(&mut app, 1.0);
-    let after = picture(&mut app, 0.0);
+    let [before, after] = sides(&mut app);
     assert!(black(&before) > 0.5, "{}", black(&before));
     assert!(black(&after) < 0.02, "{}", black(&after));
     // Tone mapping desaturates what is bright, so channels may fall, but not all together.
@@ -120,42 +96,31 @@ fn a_room_is_dark_before_and_lit_after() {
 
     // The split line is between the same pictures.
     let both = picture(&mut app, 0.5);
-    let expected = RgbImage::from_fn(128, 72, |x, y| {
-        *(if x < 64 { &before } else { &after }).get_pixel(x, y)
-    });
+    let expected = joined([&before, &after], 64);
     assert!(difference(&both, &expected) < 1.0);
 }
 
 #[test]
 fn every_value_of_every_setting_changes_the_picture() {
     let _gpu = gpu();
-    let mut app = app_of([64, 36], &["resolution=8", "rays=8"]);
+    let mut app = scenes::app(&VoxelGi, [64, 36], &["resolution=8", "rays=8"]);
     let first = anew(&mut app, "resolution=8");
     let noise = difference(&first, &anew(&mut app, "resolution=8"));
     println!("noise: {noise}");
     assert!(noise < 0.3, "{noise}");
     for setting in VoxelGi.settings() {
-        let mut defaults = SceneSettings::new(vec![setting.clone()]);
-        let default = defaults.iter().next().expect("a setting").1.to_string();
         let default = match setting.name {
             "resolution" | "rays" => "8".into(),
-            _ => default,
+            _ => default_value(&setting),
         };
-        let values: Vec<String> = match setting.kind {
-            SettingKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
-            SettingKind::Toggle { .. } => vec!["true".into(), "false".into()],
-            SettingKind::Integer { ref range, .. } => match setting.name {
-                "rays" => vec!["4".into()],
-                "iterations" => vec!["8".into()],
-                _ => vec![range.start().to_string(), range.end().to_string()],
-            },
-            SettingKind::Float { .. } => Vec::new(),
+        let values = match setting.name {
+            "rays" => vec!["4".into()],
+            "iterations" => vec!["8".into()],
+            _ => values(&setting),
         };
-        assert!(
-            defaults
-                .set(&format!("{}={}", setting.name, values[0]))
-                .is_ok()
-        );
+        let text = format!("{}={}", setting.name, values[0]);
+        let mut alone = SceneSettings::new(vec![setting.clone()]);
+        assert!(alone.set(&text).is_ok(), "{text}");
         for value in values.iter().filter(|value| **value != default) {
             // The Cornell box has a test of its own; large volumes take long without a GPU.
             // Others show with time, or are what they are compared with.
@@ -209,8 +174,7 @@ fn the_cornell_box_is_beside_its_truth() {
         let crop = image::imageops::crop_imm(image, 64 * right, 0, 64, 72);
         crop.to_image()
     };
-    let before = picture(&mut app, 1.0);
-    let after = picture(&mut app, 0.0);
+    let [before, after] = sides(&mut app);
     let truth = half(&after, 1);
     assert!(
         difference(&truth, &half(&before, 1)) < 0.1,

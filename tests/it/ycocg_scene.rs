@@ -6,14 +6,14 @@ use bevy_frugal_lab::{
         error::max_error,
         heat_map::{absolute_error_heat_map, magma},
     },
-    runner::{MemoryFigures, Notes, Scene, SceneSettings, SettingKind, SplitLine},
+    runner::{MemoryFigures, Notes, Scene, SplitLine},
     scenes::ycocg_fb::YCoCgFb,
 };
 use image::RgbImage;
 
 use crate::support::{
     gpu, psnr,
-    scenes::{self, picture, set, sides},
+    scenes::{self, default_value, picture, set, sides, values},
 };
 
 const SIZE: [u32; 2] = [160, 120];
@@ -54,17 +54,9 @@ fn every_value_of_every_setting_renders() {
     let first = picture(&mut app, 0.5);
     let mut pictures = vec![first.clone()];
     for setting in YCoCgFb.settings() {
-        let values: Vec<String> = match setting.kind {
-            SettingKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
-            SettingKind::Toggle { .. } => vec!["true".into(), "false".into()],
-            SettingKind::Integer { ref range, .. } => {
-                vec![range.start().to_string(), range.end().to_string()]
-            }
-            SettingKind::Float { .. } => Vec::new(),
-        };
+        let values = values(&setting);
         assert!(values.len() > 1, "{}", setting.name);
-        let default = SceneSettings::new(vec![setting.clone()]);
-        let (_, default) = default.iter().next().expect("a setting");
+        let default = default_value(&setting);
         for value in values {
             set(&mut app, &format!("{}={value}", setting.name));
             let picture = picture(&mut app, 0.5);

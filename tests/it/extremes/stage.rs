@@ -3,16 +3,16 @@
 use bevy::{
     camera::Hdr, ecs::query::QueryFilter, math::Affine2, prelude::*, render::renderer::RenderDevice,
 };
-use bevy_ewa::{EwaPlugin, EwaSettings, EwaStandardMaterial};
+use bevy_ewa::{EwaSettings, EwaStandardMaterial};
 use bevy_frugal_lab::{
     content::mipped_texture,
-    headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
+    headless::{HeadlessApp, LabTarget},
     scenes::tone::UNGRADED,
     wavelets::{add_texture, encoded, wavelets},
 };
-use bevy_voxel_gi::{Sky, VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
+use bevy_voxel_gi::{Sky, VoxelGiSettings, VoxelGiVolume};
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexPlugin,
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial,
     codec::{
         image::ColorSpace,
         rate::Rate,
@@ -20,8 +20,10 @@ use bevy_wavelet_tex::{
     },
     material::storage_on,
 };
-use bevy_ycocg_fb::{FrameBufferQuality, YCoCgFrameBuffer, YCoCgFrameBufferPlugin};
+use bevy_ycocg_fb::{FrameBufferQuality, YCoCgFrameBuffer};
 use image::RgbaImage;
+
+use crate::support::{add_plugins, float_settings};
 
 /// The camera of the stage.
 #[derive(Component)]
@@ -53,19 +55,8 @@ pub const ALL: [bool; 4] = [true; 4];
 
 /// An app with all plugins and the scene, everything off; textures have these sizes.
 pub fn app(size: [u32; 2], texture: [u32; 2]) -> HeadlessApp {
-    let settings = HeadlessSettings {
-        format: TargetFormat::Float32,
-        ..HeadlessSettings::with_size(size[0], size[1])
-    };
-    let mut app = HeadlessApp::new(settings, |app| {
-        app.add_plugins((
-            WaveletTexPlugin,
-            YCoCgFrameBufferPlugin,
-            EwaPlugin::OPT_IN,
-            VoxelGiPlugin,
-        ));
-    })
-    .expect("an app");
+    let settings = float_settings(size[0], size[1]);
+    let mut app = HeadlessApp::new(settings, add_plugins).expect("an app");
     spawn(app.world_mut(), texture);
     app
 }
@@ -210,7 +201,7 @@ pub fn switch(world: &mut World, [wavelet, packed, ewa, light]: [bool; 4]) {
     }
 }
 
-fn all<F: QueryFilter>(world: &mut World) -> Vec<Entity> {
+pub fn all<F: QueryFilter>(world: &mut World) -> Vec<Entity> {
     world.query_filtered::<Entity, F>().iter(world).collect()
 }
 
@@ -234,11 +225,8 @@ fn exchange<M: Material>(
 pub fn picture(app: &mut HeadlessApp, frames: u32) -> Vec<Vec3> {
     app.render_frames(frames).expect("frames");
     let picture = app.capture_f32().expect("a picture");
-    let pixels: Vec<_> = picture
-        .pixels
-        .iter()
-        .map(|p| Vec4::from(*p).truncate())
-        .collect();
+    let pixels = picture.pixels.iter();
+    let pixels: Vec<_> = pixels.map(|p| Vec4::from(*p).truncate()).collect();
     for (i, pixel) in pixels.iter().enumerate() {
         assert!(pixel.is_finite(), "pixel {i}: {pixel}");
     }

@@ -11,16 +11,20 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bevy::prelude::*;
+use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
+use bevy_ewa::EwaPlugin;
 pub use bevy_frugal_lab::{
     compose,
     testing::{Gpu, gpu, gpu_alone, logs, skipped},
 };
 use bevy_frugal_lab::{
     compose::Composer,
-    headless::{HeadlessApp, HeadlessSettings, LabTarget},
+    headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
     metrics::error::{mse, psnr_db},
 };
+use bevy_voxel_gi::VoxelGiPlugin;
+use bevy_wavelet_tex::WaveletTexPlugin;
+use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 use image::{DynamicImage, ImageFormat, RgbImage};
 
 /// A composer with the shaders of an app once they are loaded, which other threads do: when none has come for a while.
@@ -60,6 +64,30 @@ pub fn psnr(reference: &RgbImage, test: &RgbImage) -> f64 {
     psnr_db(mse(reference, test).expect("equal sizes"))
 }
 
+/// An app of a small picture.
+#[track_caller]
+pub fn headless(width: u32, height: u32, build: impl FnOnce(&mut App)) -> HeadlessApp {
+    HeadlessApp::new(HeadlessSettings::with_size(width, height), build).expect("an app")
+}
+
+/// Settings of an app with a picture of floats.
+pub fn float_settings(width: u32, height: u32) -> HeadlessSettings {
+    HeadlessSettings {
+        format: TargetFormat::Float32,
+        ..HeadlessSettings::with_size(width, height)
+    }
+}
+
+/// Adds all four plugins, none of which does anything yet.
+pub fn add_plugins(app: &mut App) {
+    app.add_plugins((
+        WaveletTexPlugin,
+        YCoCgFrameBufferPlugin,
+        EwaPlugin::OPT_IN,
+        VoxelGiPlugin,
+    ));
+}
+
 /// Saves a picture where `TEST_PICTURES` names a folder, to look at.
 pub fn keep(name: &str, picture: &RgbImage) {
     if let Some(folder) = std::env::var_os("TEST_PICTURES") {
@@ -76,6 +104,12 @@ pub fn image_file(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8
         .write_to(&mut bytes, format)
         .expect("an image file");
     bytes.into_inner()
+}
+
+/// A mesh of positions alone.
+pub fn triangle_mesh(topology: PrimitiveTopology, positions: Vec<[f32; 3]>) -> Mesh {
+    Mesh::new(topology, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
 }
 
 /// A folder of assets that goes with the test.
@@ -117,26 +151,20 @@ pub fn lit_cube(app: &mut App) {
 #[derive(Component)]
 struct Turning;
 
-fn spawn_cube(
-    mut commands: Commands,
-    target: Res<LabTarget>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-) {
-    commands.spawn((
-        Camera3d::default(),
-        target.0.clone(),
-        Transform::from_xyz(0.0, 1.5, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
-    ));
-    commands.spawn((
-        DirectionalLight::default(),
-        Transform::from_xyz(-1.0, 1.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
-    ));
-    commands.spawn((
-        Turning,
-        Mesh3d(meshes.add(Cuboid::default())),
-        MeshMaterial3d(materials.add(Color::srgb(0.8, 0.3, 0.1))),
-    ));
+fn spawn_cube(world: &mut World) {
+    spawn_camera_and_light(world, Vec3::new(0.0, 1.5, 3.0), ());
+    let mesh = Mesh3d(world.add_asset(Cuboid::default()));
+    let material = world.add_asset::<StandardMaterial>(Color::srgb(0.8, 0.3, 0.1));
+    world.spawn((Turning, mesh, MeshMaterial3d(material)));
+}
+
+/// Spawns a camera that looks from here at the origin, and a light from the front left.
+pub fn spawn_camera_and_light(world: &mut World, eye: Vec3, own: impl Bundle) {
+    let look = |from: Vec3| Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y);
+    let target = world.resource::<LabTarget>().0.clone();
+    world.spawn((Camera3d::default(), target, look(eye), own));
+    let light = Vec3::new(-1.0, 1.0, 2.0);
+    world.spawn((DirectionalLight::default(), look(light)));
 }
 
 fn turn(time: Res<Time>, mut cubes: Query<&mut Transform, With<Turning>>) {

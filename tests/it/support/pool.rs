@@ -1,13 +1,22 @@
 //! Apps that tests hand on to each other: most of a small test's time is an app's start and its pipelines.
 
 use std::{
+    cell::RefCell,
     ops::{Deref, DerefMut},
+    rc::{Rc, Weak},
     sync::{Mutex, PoisonError},
     thread,
 };
 
 use bevy::prelude::*;
 use bevy_frugal_lab::headless::HeadlessApp;
+
+use super::{Gpu, gpu};
+
+thread_local! {
+    /// The right to run apps that those of this thread's test hold.
+    static HELD: RefCell<Weak<Gpu>> = RefCell::default();
+}
 
 /// Apps of one configuration.
 pub struct Pool {
@@ -44,6 +53,7 @@ impl Pool {
         Borrowed {
             app: Some(app),
             pool: Some(self),
+            _gpu: None,
         }
     }
 }
@@ -53,6 +63,24 @@ impl Pool {
 pub struct Borrowed {
     app: Option<HeadlessApp>,
     pool: Option<&'static Pool>,
+    /// Dropped after the app.
+    _gpu: Option<Rc<Gpu>>,
+}
+
+impl Borrowed {
+    /// An app with the right to run it, which all such apps of a thread share.
+    pub fn with_gpu(app: impl FnOnce() -> Self) -> Self {
+        let gpu = HELD.with_borrow_mut(|held| {
+            held.upgrade().unwrap_or_else(|| {
+                let gpu = Rc::new(gpu());
+                *held = Rc::downgrade(&gpu);
+                gpu
+            })
+        });
+        let mut app = app();
+        app._gpu = Some(gpu);
+        app
+    }
 }
 
 /// For a test that needs an app of its own where others share theirs.
@@ -61,6 +89,7 @@ impl From<HeadlessApp> for Borrowed {
         Self {
             app: Some(app),
             pool: None,
+            _gpu: None,
         }
     }
 }

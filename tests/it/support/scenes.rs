@@ -3,7 +3,9 @@
 use bevy::prelude::*;
 use bevy_frugal_lab::{
     headless::HeadlessApp,
-    runner::{Options, Scene, SceneSettings, Split, pictures::headless_app},
+    runner::{
+        Options, Scene, SceneSetting, SceneSettings, SettingKind, Split, pictures::headless_app,
+    },
 };
 use image::RgbImage;
 
@@ -16,10 +18,31 @@ pub fn set(app: &mut HeadlessApp, text: &str) {
     settings.set(text).expect("a setting with this value");
 }
 
+/// The value of a setting that nobody sets.
+pub fn default_value(setting: &SceneSetting) -> String {
+    let settings = SceneSettings::new(vec![setting.clone()]);
+    settings.iter().next().expect("a setting").1.to_string()
+}
+
+/// All values of a setting, or the least and the greatest.
+pub fn values(setting: &SceneSetting) -> Vec<String> {
+    match &setting.kind {
+        SettingKind::Choice { names, .. } => names.iter().map(ToString::to_string).collect(),
+        SettingKind::Toggle { .. } => vec!["true".into(), "false".into()],
+        SettingKind::Integer { range, .. } => {
+            vec![range.start().to_string(), range.end().to_string()]
+        }
+        SettingKind::Float { range, .. } => {
+            vec![range.start().to_string(), range.end().to_string()]
+        }
+    }
+}
+
 /// The picture with the line at `position`. Time stands still from then on.
 pub fn picture(app: &mut HeadlessApp, position: f32) -> RgbImage {
     app.world_mut().insert_resource(Split { position });
-    app.run_until_ready(500).expect("ready");
+    // Frames are short while the processor traces paths beside them.
+    app.run_until_ready(20_000).expect("ready");
     app.world_mut().resource_mut::<Time<Virtual>>().pause();
     app.capture_rgb8().expect("a picture")
 }

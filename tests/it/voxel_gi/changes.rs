@@ -1,145 +1,73 @@
 //! Meshes are extracted when they change: after any change the light is that of an app that begins with it.
 
 use bevy::{camera::Exposure, prelude::*};
-use bevy_frugal_lab::headless::{HeadlessApp, LabTarget};
+use bevy_frugal_lab::headless::LabTarget;
 use bevy_voxel_gi::NotVoxelized;
 
-use super::{
-    history::copy,
-    scene::{app, app_with, block, floor, matt, small_volume, under_sky},
-    support::{read_texels, settle},
-};
-use crate::support::gpu;
+use super::{fixture::*, history::copied};
 
 /// A change of the block, and whether it changes the light.
-type Change = (&'static str, fn(&mut World, Entity), bool);
+type Change = (&'static str, bool, fn(&mut World, Entity));
 
 const CHANGES: [Change; 14] = [
-    (
-        "moved",
-        |world, block| place(world, block, Vec3::new(-1.0, 0.5, 0.5)),
-        true,
-    ),
-    (
-        "moved back",
-        |world, block| place(world, block, BEGIN),
-        true,
-    ),
-    (
-        "touched",
-        |world, block| {
-            world
-                .get_mut::<Transform>(block)
-                .expect("a block")
-                .set_changed();
-        },
-        false,
-    ),
-    (
-        "hidden",
-        |world, block| {
-            world.entity_mut(block).insert(Visibility::Hidden);
-        },
-        true,
-    ),
-    (
-        "shown",
-        |world, block| {
-            world.entity_mut(block).insert(Visibility::Visible);
-        },
-        true,
-    ),
-    (
-        "excluded",
-        |world, block| {
-            world.entity_mut(block).insert(NotVoxelized);
-        },
-        true,
-    ),
-    (
-        "included",
-        |world, block| {
-            world.entity_mut(block).remove::<NotVoxelized>();
-        },
-        true,
-    ),
-    (
-        "of another material",
-        |world, block| {
-            let white = matt(world, 0.9);
-            world.entity_mut(block).insert(MeshMaterial3d(white));
-        },
-        true,
-    ),
-    (
-        "of another mesh",
-        |world, block| {
-            let ball = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(0.6));
-            world.entity_mut(block).insert(Mesh3d(ball));
-        },
-        true,
-    ),
-    (
-        "of an edited mesh",
-        |world, block| {
-            let mesh = world.get::<Mesh3d>(block).expect("a mesh").id();
-            let mut meshes = world.resource_mut::<Assets<Mesh>>();
-            let mut ball = meshes.get_mut(mesh).expect("the ball");
-            ball.scale_by(Vec3::new(1.5, 0.5, 1.0));
-        },
-        true,
-    ),
-    (
-        "of an edited material",
-        |world, block| {
-            let material = world
-                .get::<MeshMaterial3d<StandardMaterial>>(block)
-                .expect("a material")
-                .id();
-            let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
-            let mut material = materials.get_mut(material).expect("the material");
+    ("moved", true, |world, block| {
+        place(world, block, Vec3::new(-1.0, 0.5, 0.5));
+    }),
+    ("moved back", true, |world, block| {
+        place(world, block, BEGIN);
+    }),
+    ("touched", false, |world, block| {
+        pose(world, block).set_changed();
+    }),
+    ("hidden", true, |world, block| {
+        world.entity_mut(block).insert(Visibility::Hidden);
+    }),
+    ("shown", true, |world, block| {
+        world.entity_mut(block).insert(Visibility::Visible);
+    }),
+    ("excluded", true, |world, block| {
+        world.entity_mut(block).insert(NotVoxelized);
+    }),
+    ("included", true, |world, block| {
+        world.entity_mut(block).remove::<NotVoxelized>();
+    }),
+    ("of another material", true, |world, block| {
+        let white = matt(world, 0.9);
+        world.entity_mut(block).insert(MeshMaterial3d(white));
+    }),
+    ("of another mesh", true, |world, block| {
+        let ball = world.add_asset(Sphere::new(0.6));
+        world.entity_mut(block).insert(Mesh3d(ball));
+    }),
+    ("of an edited mesh", true, |world, block| {
+        scale_mesh(world, block, Vec3::new(1.5, 0.5, 1.0));
+    }),
+    ("of an edited material", true, |world, block| {
+        edit_material(world, block, |material| {
             material.base_color = LinearRgba::rgb(0.5, 0.1, 0.1).into();
-        },
-        true,
-    ),
-    (
-        "one of many",
-        |world, block| {
-            let mesh = world.get::<Mesh3d>(block).expect("a mesh").clone();
-            let material = matt(world, 0.6);
-            for i in 0..20 {
-                let at = Vec3::new((i % 5) as f32 * 0.7 - 1.4, 0.1, (i / 5) as f32 * 0.7 - 1.4);
-                let scaled = Transform::from_translation(at).with_scale(Vec3::splat(0.3));
-                let material = MeshMaterial3d(material.clone());
-                world.spawn((OneOfMany, mesh.clone(), material, scaled));
-            }
-        },
-        true,
-    ),
+        });
+    }),
+    ("one of many", true, |world, block| {
+        spawn_many(world, block, 0.3, 20, |i| {
+            Vec3::new((i % 5) as f32 * 0.7 - 1.4, 0.1, (i / 5) as f32 * 0.7 - 1.4)
+        });
+    }),
     (
         "one of fewer, of which some are new",
+        true,
         |world, block| {
-            let mesh = world.get::<Mesh3d>(block).expect("a mesh").clone();
             let mut many = world.query_filtered::<Entity, With<OneOfMany>>();
             let many: Vec<_> = many.iter(world).collect();
             many.iter().step_by(2).for_each(|other| {
                 world.despawn(*other);
             });
-            let material = matt(world, 0.6);
-            for i in 0..3 {
-                let at = Transform::from_xyz(i as f32 - 1.0, 0.8, 1.2);
-                let scaled = at.with_scale(Vec3::splat(0.4));
-                let material = MeshMaterial3d(material.clone());
-                world.spawn((OneOfMany, mesh.clone(), material, scaled));
-            }
+            let place = |i| Vec3::new(i as f32 - 1.0, 0.8, 1.2);
+            spawn_many(world, block, 0.4, 3, place);
         },
-        true,
     ),
-    (
-        "out of the volume",
-        |world, block| place(world, block, Vec3::splat(50.0)),
-        true,
-    ),
+    ("out of the volume", true, |world, block| {
+        place(world, block, Vec3::splat(50.0));
+    }),
 ];
 
 #[derive(Component)]
@@ -148,43 +76,41 @@ struct OneOfMany;
 const BEGIN: Vec3 = Vec3::new(0.7, 0.5, 0.0);
 
 fn place(world: &mut World, block: Entity, at: Vec3) {
-    world
-        .get_mut::<Transform>(block)
-        .expect("a block")
-        .translation = at;
+    pose(world, block).translation = at;
 }
 
-/// Mean difference as a share of the mean.
-fn difference(a: &[Vec4], b: &[Vec4]) -> f32 {
-    let sum =
-        |values: &mut dyn Iterator<Item = Vec4>| values.map(|v| v.abs().element_sum()).sum::<f32>();
-    sum(&mut a.iter().zip(b).map(|(a, b)| *a - *b)) / sum(&mut a.iter().copied())
+/// Spawns more of the block's mesh.
+fn spawn_many(world: &mut World, block: Entity, scale: f32, count: u32, place: fn(u32) -> Vec3) {
+    let mesh = world.get::<Mesh3d>(block).expect("a mesh").clone();
+    let material = MeshMaterial3d(matt(world, 0.6));
+    for i in 0..count {
+        let place = Transform::from_translation(place(i)).with_scale(Vec3::splat(scale));
+        world.spawn((OneOfMany, mesh.clone(), material.clone(), place));
+    }
 }
 
-fn settled(app: &mut HeadlessApp) -> Vec<Vec4> {
-    app.render_frames(2).expect("frames");
+fn settled_light(app: &mut HeadlessApp) -> Vec<f32> {
+    frames(app, 2);
     settle(app);
-    read_texels(app).into_iter().flatten().collect()
+    let texels = read_texels(app).into_iter().flatten();
+    texels.flat_map(|texel| texel.to_array()).collect()
 }
 
 #[test]
 fn after_any_change_the_light_is_that_of_a_new_app() {
-    let _gpu = gpu();
-    let mut app = app();
-    let world = app.world_mut();
-    floor(world);
-    let block = block(world, BEGIN, Vec3::ONE);
-    world.spawn(under_sky(1.0));
-    app.run_until_ready(200).expect("ready");
-    let mut before = settled(&mut app);
-    for (name, change, matters) in CHANGES {
+    let (mut app, _, block) = floor_under_sky(|world| block(world, BEGIN, Vec3::ONE));
+    ready(&mut app);
+    let mut before = settled_light(&mut app);
+    for (name, matters, change) in CHANGES {
         change(app.world_mut(), block);
-        let found = settled(&mut app);
-        let mut new = app_with(|_| ());
-        copy(app.world_mut(), new.world_mut());
-        new.run_until_ready(200).expect("ready");
-        let anew = settled(&mut new);
-        let (wrong, effect) = (difference(&anew, &found), difference(&before, &anew));
+        let found = settled_light(&mut app);
+        let mut new = copied(&mut app);
+        ready(&mut new);
+        let anew = settled_light(&mut new);
+        let (wrong, effect) = (
+            relative_difference(&anew, &found),
+            relative_difference(&before, &anew),
+        );
         println!("{name}: {wrong:.5} of an effect of {effect:.5}");
         assert!(wrong < 0.001, "{name}: {wrong}");
         assert_eq!(effect > 5e-4, matters, "{name}: {effect}");
@@ -194,13 +120,8 @@ fn after_any_change_the_light_is_that_of_a_new_app() {
 
 #[test]
 fn what_happens_elsewhere_leaves_settled_light_alone() {
-    let _gpu = gpu();
-    let mut app = app();
-    let world = app.world_mut();
-    floor(world);
-    let far = block(world, Vec3::splat(50.0), Vec3::ONE);
-    world.spawn(under_sky(1.0));
-    app.run_until_ready(200).expect("ready");
+    let (mut app, _, far) = floor_under_sky(|world| block(world, Vec3::splat(50.0), Vec3::ONE));
+    ready(&mut app);
     settle(&mut app);
     for step in 0..3 {
         place(app.world_mut(), far, Vec3::splat(51.0 + step as f32));
@@ -214,33 +135,23 @@ fn components_of_cameras_leave_settled_light_alone() {
     #[derive(Component)]
     struct Marker;
 
-    let _gpu = gpu();
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let emitter = block(world, Vec3::new(0.0, 1.0, 0.0), Vec3::splat(0.5));
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(StandardMaterial {
-            emissive: LinearRgba::WHITE,
-            ..default()
-        });
-    world.entity_mut(emitter).insert(MeshMaterial3d(material));
+    edit_material(world, emitter, |material| {
+        material.emissive = LinearRgba::WHITE;
+    });
     let target = world.resource::<LabTarget>().0.clone();
     let earlier = Camera {
         order: -1,
         ..default()
     };
+    let exposure = Exposure { ev100: 3.0 };
     let earlier = world
-        .spawn((
-            Camera3d::default(),
-            earlier,
-            target,
-            Exposure { ev100: 3.0 },
-        ))
+        .spawn((Camera3d::default(), earlier, target, exposure))
         .id();
     world.spawn(small_volume());
-    app.run_until_ready(200).expect("ready");
+    ready(&mut app);
     settle(&mut app);
     let world = app.world_mut();
     let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();

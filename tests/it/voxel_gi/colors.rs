@@ -17,15 +17,13 @@ use bevy_wavelet_tex::{
 };
 
 use super::{
+    fixture::*,
     room::{
-        PALETTE, Quad, add, around_room, assert_close, ceiling_light, compressed_palette, image,
-        in_palette, matt_with, mesh, on_floor, palette, places, room, spawn, spawn_colored, square,
-        textured, whole, without_colors,
+        PALETTE, Quad, around_room, assert_close, ceiling_light, compressed_palette, image,
+        in_palette, in_room, matt_with, mesh, on_floor, on_floor_without_light, palette, quad,
+        room, spawn, spawn_colored, square, textured, whole, without_colors,
     },
-    scene::{app, app_with, at, floor, hidden, matt, settings, under_sky},
-    support::{indirect, picture, settle},
 };
-use crate::support::gpu;
 
 /// The light of a room with a material for each colour.
 fn of_six_materials() -> [Vec3; 3] {
@@ -39,9 +37,13 @@ fn of_six_materials() -> [Vec3; 3] {
     })
 }
 
+/// Asserts that it is the light of this room, too.
+fn assert_as_six_materials(what: &str, build: impl FnOnce(&mut World)) {
+    assert_close(what, on_floor(build), of_six_materials(), 0.02);
+}
+
 #[test]
 fn a_palette_gives_the_light_of_a_material_for_each_colour() {
-    let _gpu = gpu();
     let expected = of_six_materials();
     assert!(
         expected[0].x > 1.2 * expected[0].y,
@@ -61,21 +63,15 @@ fn a_palette_gives_the_light_of_a_material_for_each_colour() {
         ("only on the GPU", gpu_only(), true),
         ("BC7", compressed_palette(), true),
     ] {
-        let actual = on_floor(|world| {
+        assert_as_six_materials(what, |world| {
             let material = textured(world, image);
-            let meshes: Vec<_> = if is_one_mesh {
-                vec![mesh(&room(), in_palette)]
-            } else {
-                room()
-                    .iter()
-                    .map(|quad| mesh(&[*quad], in_palette))
-                    .collect()
-            };
-            for mesh in meshes {
-                spawn(world, without_colors(mesh), material.clone());
+            let room = room();
+            let parts = if is_one_mesh { room.len() } else { 1 };
+            for quads in room.chunks(parts) {
+                let mesh = without_colors(mesh(quads, in_palette));
+                spawn(world, mesh, material.clone());
             }
         });
-        assert_close(what, actual, expected, 0.02);
     }
 }
 
@@ -103,7 +99,6 @@ fn wavelet_texture(world: &mut World, image: &Image) -> Handle<WaveletTexture> {
 
 #[test]
 fn wavelet_textures_give_the_light_of_the_images() {
-    let _gpu = gpu();
     let glow = image(UVec2::new(64, 16), |x, _| {
         [[0, 200, 90, 255], [20, 20, 20, 255]][usize::from(x < 32)]
     });
@@ -122,7 +117,8 @@ fn wavelet_textures_give_the_light_of_the_images() {
             ));
         });
         let world = app.world_mut();
-        let mesh = Mesh3d(add(world, without_colors(mesh(&room(), in_palette))));
+        let mesh = Mesh3d(world.add_asset(without_colors(mesh(&room(), in_palette))));
+        let base = base.clone();
         if is_wavelet {
             let extension = WaveletExtension {
                 base_color: Some(wavelet_texture(world, &palette())),
@@ -130,22 +126,21 @@ fn wavelet_textures_give_the_light_of_the_images() {
                 metallic_roughness: Some(wavelet_texture(world, &half_metal)),
                 ..default()
             };
-            let base = base.clone();
-            let material = add(world, WaveletStandardMaterial { base, extension });
+            let material = WaveletStandardMaterial { base, extension };
+            let material = world.add_asset::<WaveletStandardMaterial>(material);
             world.spawn((mesh, MeshMaterial3d(material)));
         } else {
             let material = StandardMaterial {
-                base_color_texture: Some(add(world, palette())),
-                emissive_texture: Some(add(world, glow.clone())),
-                metallic_roughness_texture: Some(add(world, half_metal.clone())),
-                ..base.clone()
+                base_color_texture: Some(world.add_asset(palette())),
+                emissive_texture: Some(world.add_asset(glow.clone())),
+                metallic_roughness_texture: Some(world.add_asset(half_metal.clone())),
+                ..base
             };
-            let material = add(world, material);
+            let material = world.add_asset::<StandardMaterial>(material);
             world.spawn((mesh, MeshMaterial3d(material)));
         }
         ceiling_light(world);
-        app.run_until_ready(200).expect("not ready");
-        places(&indirect(&mut app, around_room()))
+        in_room(&mut app)
     };
     assert_close("wavelet textures", lit(true), lit(false), 0.02);
 }
@@ -153,7 +148,6 @@ fn wavelet_textures_give_the_light_of_the_images() {
 /// As under the floors of most levels.
 #[test]
 fn ground_under_a_floor_does_not_darken_it() {
-    let _gpu = gpu();
     let floor_over = |ground: Option<Quad>| {
         on_floor(|world| {
             // Voxels of a quarter of a metre: the ground is in those of the floor.
@@ -171,8 +165,6 @@ fn ground_under_a_floor_does_not_darken_it() {
 
 #[test]
 fn vertex_colors_of_every_format_count_where_they_are() {
-    let _gpu = gpu();
-    let expected = of_six_materials();
     let quantized = |quantization| {
         let mut mesh = mesh(&room(), in_palette);
         mesh.quantize_colors(quantization).expect("colours");
@@ -185,19 +177,16 @@ fn vertex_colors_of_every_format_count_where_they_are() {
         ("Unorm16", quantized(Unorm16)),
         ("Unorm8", quantized(Unorm8)),
     ] {
-        let actual = on_floor(|world| {
+        assert_as_six_materials(what, |world| {
             spawn(world, mesh, StandardMaterial::default());
         });
-        assert_close(what, actual, expected, 0.02);
     }
 }
 
 #[test]
 fn compressed_vertices_are_voxelized_with_their_textures() {
-    let _gpu = gpu();
-    let expected = of_six_materials();
     for (what, has_colors) in [("texture", false), ("colours", true)] {
-        let actual = on_floor(|world| {
+        assert_as_six_materials(what, |world| {
             let (mut mesh, material) = if has_colors {
                 (mesh(&room(), in_palette), StandardMaterial::default())
             } else {
@@ -208,15 +197,12 @@ fn compressed_vertices_are_voxelized_with_their_textures() {
                 .expect("vertices");
             spawn(world, mesh, material);
         });
-        assert_close(what, actual, expected, 0.02);
     }
 }
 
 /// Coordinates beyond the texture, in another set, and moved by a transform of the material.
 #[test]
 fn coordinates_repeat_mirror_and_move_as_in_the_picture() {
-    let _gpu = gpu();
-    let expected = of_six_materials();
     let with_address = |mode| Image {
         sampler: ImageSampler::Descriptor(ImageSamplerDescriptor {
             address_mode_u: mode,
@@ -242,37 +228,14 @@ fn coordinates_repeat_mirror_and_move_as_in_the_picture() {
         0.0,
         Vec2::new(-0.5, 0.0),
     );
+    use {ImageAddressMode as Mode, UvChannel::*};
     for (what, mesh, mode, channel, uv_transform) in [
-        (
-            "repeat",
-            repeated,
-            ImageAddressMode::Repeat,
-            UvChannel::Uv0,
-            default(),
-        ),
-        (
-            "mirror",
-            mirrored,
-            ImageAddressMode::MirrorRepeat,
-            UvChannel::Uv0,
-            default(),
-        ),
-        (
-            "second set",
-            second,
-            ImageAddressMode::ClampToEdge,
-            UvChannel::Uv1,
-            default(),
-        ),
-        (
-            "transform",
-            transformed,
-            ImageAddressMode::ClampToEdge,
-            UvChannel::Uv0,
-            transform,
-        ),
+        ("repeat", repeated, Mode::Repeat, Uv0, default()),
+        ("mirror", mirrored, Mode::MirrorRepeat, Uv0, default()),
+        ("second set", second, Mode::ClampToEdge, Uv1, default()),
+        ("transform", transformed, Mode::ClampToEdge, Uv0, transform),
     ] {
-        let actual = on_floor(|world| {
+        assert_as_six_materials(what, |world| {
             let material = StandardMaterial {
                 base_color_channel: channel,
                 uv_transform,
@@ -280,45 +243,32 @@ fn coordinates_repeat_mirror_and_move_as_in_the_picture() {
             };
             spawn(world, without_colors(mesh), material);
         });
-        assert_close(what, actual, expected, 0.02);
     }
 }
 
 /// The floor's light in a gray room whose left wall glows, all of it emission.
 fn lit_by_wall(glow: impl FnOnce(&mut World, Quad) -> StandardMaterial) -> [Vec3; 3] {
-    let mut app = app();
-    let world = app.world_mut();
-    let gray = StandardMaterial {
-        base_color: LinearRgba::rgb(0.5, 0.5, 0.5).into(),
-        ..default()
-    };
-    let quads = room();
-    for quad in &quads[1..] {
-        spawn(world, without_colors(mesh(&[*quad], whole)), gray.clone());
-    }
-    let material = glow(world, quads[0]);
-    let material = StandardMaterial {
-        base_color: gray.base_color,
-        ..material
-    };
-    spawn(world, without_colors(mesh(&quads[..1], whole)), material);
-    app.run_until_ready(200).expect("not ready");
-    places(&indirect(&mut app, around_room()))
+    let gray = StandardMaterial::from_color(LinearRgba::gray(0.5));
+    on_floor_without_light(|world| {
+        let quads = room();
+        for other in &quads[1..] {
+            spawn(world, quad(*other), gray.clone());
+        }
+        let material = StandardMaterial {
+            base_color: gray.base_color,
+            ..glow(world, quads[0])
+        };
+        spawn(world, quad(quads[0]), material);
+    })
 }
 
 #[test]
 fn an_emissive_map_shines_from_where_it_glows() {
-    let _gpu = gpu();
     let glow = LinearRgba::rgb(300.0, 200.0, 100.0);
     let expected = lit_by_wall(|world, (corners, normal, _)| {
         let center = corners.iter().sum::<Vec3>() / 4.0 + 0.001 * normal;
-        let quad = (square(center, normal, 0.45), normal, 0);
-        let material = StandardMaterial {
-            base_color: LinearRgba::rgb(0.5, 0.5, 0.5).into(),
-            emissive: glow,
-            ..default()
-        };
-        spawn(world, without_colors(mesh(&[quad], whole)), material);
+        let glowing = (square(center, normal, 0.45), normal, 0);
+        spawn(world, quad(glowing), emitting(0.5, glow));
         StandardMaterial::default()
     });
     assert!(expected[0].x > 1.4 * expected[2].x, "{expected:?}");
@@ -329,7 +279,7 @@ fn an_emissive_map_shines_from_where_it_glows() {
         });
         StandardMaterial {
             emissive: glow,
-            emissive_texture: Some(add(world, map)),
+            emissive_texture: Some(world.add_asset(map)),
             ..default()
         }
     });
@@ -338,7 +288,6 @@ fn an_emissive_map_shines_from_where_it_glows() {
 
 #[test]
 fn a_texture_of_two_halves_lights_both_sides_by_its_halves() {
-    let _gpu = gpu();
     let half = |left: bool| {
         let edge = if left { -1.8 } else { 0.0 };
         let corners = [[0.0, -1.8], [1.8, -1.8], [1.8, 1.8], [0.0, 1.8]];
@@ -348,15 +297,9 @@ fn a_texture_of_two_halves_lights_both_sides_by_its_halves() {
     let wall = (square(Vec3::new(0.0, 0.0, -1.75), Vec3::Z, 1.8), Vec3::Z, 0);
     let lit = |build: &dyn Fn(&mut World)| {
         on_floor(|world| {
-            for quad in room() {
-                let gray = matt(world, 0.5);
-                let bundle = (
-                    Mesh3d(add(world, without_colors(mesh(&[quad], whole)))),
-                    MeshMaterial3d(gray),
-                );
-                if quad.1 != Vec3::Z {
-                    world.spawn(bundle);
-                }
+            for side in room().into_iter().filter(|side| side.1 != Vec3::Z) {
+                let model = model(world, quad(side), matt_material(0.5));
+                world.spawn(model);
             }
             build(world);
         })
@@ -380,29 +323,23 @@ fn a_texture_of_two_halves_lights_both_sides_by_its_halves() {
 
 /// Light through a roof with holes, under a sky of 1, before any light of Bevy's.
 fn under_fence(build: impl FnOnce(&mut World)) -> (f32, f32) {
-    let mut app = app();
-    let world = app.world_mut();
-    settings(world).resolution = 32;
-    floor(world);
-    build(world);
-    world.spawn(under_sky(1.0));
-    app.run_until_ready(200).expect("not ready");
-    settle(&mut app);
-    let light = picture(&mut app);
+    let light = lit_floor(|world| {
+        settings(world).resolution = 32;
+        build(world);
+    });
     (at(&light, -0.5, 0.0).x, at(&light, 0.5, 0.0).x)
 }
 
 /// Bars of 1 m just above the floor: holes are where texels are cut out.
 #[test]
 fn a_mask_has_holes_where_its_texels_are_cut_out() {
-    let _gpu = gpu();
     let roof = |low: f32, high: f32| {
         let corners = [[low, -1.8], [high, -1.8], [high, 1.8], [low, 1.8]];
         (corners.map(|[x, z]| Vec3::new(x, 0.3, z)), Vec3::Y, 0)
     };
     let spawn_hidden = |world: &mut World, mesh: Mesh, material: StandardMaterial| {
         let material = StandardMaterial {
-            base_color: LinearRgba::rgb(0.2, 0.2, 0.2).into(),
+            base_color: LinearRgba::gray(0.2).into(),
             cull_mode: None,
             ..material
         };
@@ -446,33 +383,24 @@ fn a_mask_has_holes_where_its_texels_are_cut_out() {
 /// An image that is painted on gives another light; the light of one that is at rest settles.
 #[test]
 fn an_image_that_changes_is_read_again() {
-    let _gpu = gpu();
     let mut app = app();
     let world = app.world_mut();
-    let texture = add(world, image(UVec2::splat(8), |_, _| [255, 0, 0, 255]));
+    let texture = world.add_asset(image(UVec2::splat(8), |_, _| [255, 0, 0, 255]));
     let material = StandardMaterial {
-        base_color: LinearRgba::rgb(0.5, 0.5, 0.5).into(),
-        emissive: LinearRgba::rgb(100.0, 100.0, 100.0),
         emissive_texture: Some(texture.clone()),
-        ..default()
+        ..emitting(0.5, LinearRgba::rgb(100.0, 100.0, 100.0))
     };
-    for quad in room() {
-        spawn(
-            world,
-            without_colors(mesh(&[quad], whole)),
-            material.clone(),
-        );
+    for side in room() {
+        spawn(world, quad(side), material.clone());
     }
     world.spawn(around_room());
-    app.run_until_ready(200).expect("not ready");
-    settle(&mut app);
-    let red = at(&picture(&mut app), 0.0, 0.0);
+    let red = at(&settled(&mut app), 0.0, 0.0);
     assert!(red.x > 1.0 && red.z < 1e-3 * red.x, "{red}");
     let mut images = app.world_mut().resource_mut::<Assets<Image>>();
     let mut painted = images.get_mut(&texture).expect("the image");
     painted.data = image(UVec2::splat(8), |_, _| [0, 0, 255, 255]).data;
     drop(painted);
-    app.render_frames(2).expect("a frame failed");
+    frames(&mut app, 2);
     settle(&mut app);
     let blue = at(&picture(&mut app), 0.0, 0.0);
     assert!((blue.z / red.x - 1.0).abs() < 0.01, "{blue} for {red}");
@@ -482,30 +410,19 @@ fn an_image_that_changes_is_read_again() {
 /// A game may let a light or an emissive mesh give half of its light to volumes.
 #[test]
 fn a_game_chooses_how_much_things_give() {
-    let _gpu = gpu();
     let of_room = |factor: Option<f32>| {
-        let mut app = app();
-        let world = app.world_mut();
-        let material = StandardMaterial {
-            base_color: LinearRgba::rgb(0.5, 0.5, 0.5).into(),
-            emissive: LinearRgba::rgb(10.0, 20.0, 30.0),
-            ..default()
-        };
-        let glowing = spawn(world, without_colors(mesh(&room(), whole)), material);
-        ceiling_light(world);
-        if let Some(factor) = factor {
-            world.entity_mut(glowing).insert(MeshVoxelMaterial {
-                emission_factor: Some(factor),
-                ..default()
-            });
-            let light = world
-                .query_filtered::<Entity, With<PointLight>>()
-                .single(world)
-                .expect("a light");
-            world.entity_mut(light).insert(VoxelGiLight { factor });
-        }
-        app.run_until_ready(200).expect("not ready");
-        places(&indirect(&mut app, around_room()))
+        on_floor_without_light(|world| {
+            let material = emitting(0.5, LinearRgba::rgb(10.0, 20.0, 30.0));
+            let glowing = spawn(world, without_colors(mesh(&room(), whole)), material);
+            let light = ceiling_light(world);
+            if let Some(factor) = factor {
+                world.entity_mut(glowing).insert(MeshVoxelMaterial {
+                    emission_factor: Some(factor),
+                    ..default()
+                });
+                world.entity_mut(light).insert(VoxelGiLight { factor });
+            }
+        })
     };
     let whole_light = of_room(None);
     let half = of_room(Some(0.5));

@@ -15,12 +15,9 @@ use bevy::{
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
 use bevy_voxel_gi::{VoxelAlbedo, VoxelLight};
 
-use super::{
-    scene::{app_with, app_within, at, block, floor, settings, under_sky},
-    support::{light_texture_bytes, picture, settle},
-};
+use super::fixture::*;
 use crate::support::{
-    gpu, gpu_alone,
+    gpu_alone,
     logs::{renderer_errors, warned_of},
 };
 
@@ -29,33 +26,31 @@ const STORAGE_BUFFERS: u32 = 8;
 
 #[test]
 fn devices_that_bind_eight_storage_buffers_have_all_but_reprojected_albedo() {
-    let _gpu = gpu();
     let limits = {
         let app = app_with(|_| ());
         app.world().resource::<RenderDevice>().limits()
     };
-    let mut app = app_within(wgpu::Limits {
+    let constrained = wgpu::Limits {
         max_storage_buffers_per_shader_stage: STORAGE_BUFFERS,
         ..limits
-    });
+    };
+    let mut app = app_of(
+        |settings| settings.constrained_limits = Some(constrained),
+        |_| (),
+    );
     floor(app.world_mut());
     app.world_mut().spawn(under_sky(1.0));
     for albedo in [VoxelAlbedo::Material, VoxelAlbedo::Reprojected] {
         settings(app.world_mut()).albedo = albedo;
-        app.run_until_ready(200).expect("not ready");
-        settle(&mut app);
-        let found = at(&picture(&mut app), 0.0, 0.0).x;
+        let found = at(&settled(&mut app), 0.0, 0.0).x;
         assert!((found - 1.0).abs() < 0.02, "{found}");
     }
     assert!(warned_of(
         "`VoxelAlbedo::Reprojected` takes 9 storage buffers"
     ));
     // The device refuses layouts of more; these are all that there are.
-    let cache = app
-        .app_mut()
-        .sub_app(RenderApp)
-        .world()
-        .resource::<PipelineCache>();
+    let render_world = app.app_mut().sub_app(RenderApp).world();
+    let cache = render_world.resource::<PipelineCache>();
     let mut counts = Vec::new();
     for pipeline in cache.pipelines() {
         assert!(!matches!(pipeline.state, CachedPipelineState::Err(_)));
@@ -67,16 +62,11 @@ fn devices_that_bind_eight_storage_buffers_have_all_but_reprojected_albedo() {
             continue;
         }
         let entries = descriptor.layout.iter().flat_map(|group| &group.entries);
-        let is_storage = |ty: &BindingType| {
-            matches!(
-                ty,
-                BindingType::Buffer {
-                    ty: BufferBindingType::Storage { .. },
-                    ..
-                }
-            )
-        };
-        let count = entries.filter(|entry| is_storage(&entry.ty)).count() as u32;
+        let storage = entries.filter_map(|entry| match entry.ty {
+            BindingType::Buffer { ty, .. } => Some(ty != BufferBindingType::Uniform),
+            _ => None,
+        });
+        let count = storage.filter(|is_storage| *is_storage).count() as u32;
         println!("{label}: {count}");
         counts.push(count);
     }
@@ -123,40 +113,30 @@ fn bevy_recovers_from_a_lost_device() {
         Transform::from_xyz(0.0, 0.0, 5.0),
     ));
     block(world, Vec3::ZERO, Vec3::ONE);
-    app.run_until_ready(200).expect("not ready");
+    ready(&mut app);
     lose_device(&mut app);
-    app.render_frames(5).expect("frames");
+    frames(&mut app, 5);
 }
 
 #[test]
 fn after_a_lost_device_the_light_is_as_before() {
     let _gpu = gpu_alone();
-    for light in [
-        VoxelLight::default(),
-        VoxelLight::AmbientOcclusion {
-            radius: 1.0,
-            rays: 16,
-        },
-    ] {
-        let mut app = app_with(recover);
+    for light in [VoxelLight::default(), occlusion(1.0, 16)] {
+        let mut app = unguarded_app(|_| (), recover);
         let world = app.world_mut();
         floor(world);
-        let block = block(world, Vec3::new(1.0, 0.5, 0.1), Vec3::splat(1.1));
+        let block = usual_block(world);
         settings(world).light = light;
         world.spawn(under_sky(1.0));
-        app.run_until_ready(200).expect("not ready");
+        ready(&mut app);
         settle(&mut app);
         let (before, shown) = (light_texture_bytes(&mut app), picture(&mut app));
         // It is lost while the scene is voxelised.
-        let place = |app: &mut HeadlessApp, x: f32| {
-            let mut transform = app.world_mut().get_mut::<Transform>(block);
-            transform.as_mut().expect("a block").translation.x = x;
-        };
-        place(&mut app, -1.0);
-        app.render_frames(2).expect("frames");
-        place(&mut app, 1.0);
+        pose(app.world_mut(), block).translation.x = -1.0;
+        frames(&mut app, 2);
+        pose(app.world_mut(), block).translation.x = 1.0;
         lose_device(&mut app);
-        app.render_frames(3).expect("frames");
+        frames(&mut app, 3);
         settle(&mut app);
         assert!(light_texture_bytes(&mut app) == before, "{light:?}");
         assert!(picture(&mut app) == shown, "{light:?}");

@@ -3,66 +3,49 @@
 use std::f32::consts::PI;
 
 use bevy::{
-    asset::RenderAssetUsages,
+    camera::visibility::NoFrustumCulling,
     mesh::{Indices, PrimitiveTopology},
     prelude::*,
 };
-use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{
-    Bounces, Follow, Sky, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiVolume, VoxelLight,
-    Voxelizer,
+    Bounces, Follow, Sky, Solver, VoxelGiSettings, VoxelGiVolume, VoxelLight, Voxelizer,
 };
 
-use super::{
-    scene::{app, at, block, floor, hidden, matt, settings, small_volume, under_sky},
-    support::picture,
-};
-use crate::support::gpu;
-
-fn ready(app: &mut HeadlessApp) {
-    app.run_until_ready(200).expect("not ready");
-}
+use super::fixture::*;
+use crate::support::triangle_mesh;
 
 fn finite(app: &mut HeadlessApp) -> Vec<Vec3> {
     let found = picture(app);
-    assert!(
-        found
-            .iter()
-            .all(|p| p.is_finite() && p.min_element() >= 0.0)
-    );
+    let is_light = |p: &Vec3| p.is_finite() && p.min_element() >= 0.0;
+    assert!(found.iter().all(is_light));
     found
 }
 
-fn solvers() -> [VoxelLight; 3] {
-    let with = |solver, bounces| VoxelLight::GlobalIllumination { solver, bounces };
-    [
-        with(Solver::Trace { rays: 16 }, Bounces::Endless),
-        with(Solver::Trace { rays: 16 }, Bounces::Count(4)),
-        with(Solver::Propagate { iterations: 24 }, Bounces::Endless),
-    ]
+/// Apps in which a pale floor and a wall are lit by each solver.
+fn beside_a_wall(light: impl Bundle + Clone) -> impl Iterator<Item = (VoxelLight, Borrowed)> {
+    let solvers = [
+        global_illumination(Solver::Trace { rays: 16 }, Bounces::Endless),
+        global_illumination(Solver::Trace { rays: 16 }, Bounces::Count(4)),
+        global_illumination(Solver::Propagate { iterations: 24 }, Bounces::Endless),
+    ];
+    solvers.into_iter().map(move |solver| {
+        let mut app = floor_app();
+        let world = app.world_mut();
+        block(world, Vec3::new(1.5, 1.0, 0.0), Vec3::new(0.3, 2.0, 3.8));
+        world.spawn(light.clone());
+        settings(world).light = solver;
+        (solver, app)
+    })
 }
 
 #[test]
 fn a_bright_sun_and_pale_walls() {
-    let _gpu = gpu();
-    for light in solvers() {
-        let mut app = app();
-        let world = app.world_mut();
-        floor(world);
-        block(world, Vec3::new(1.5, 1.0, 0.0), Vec3::new(0.3, 2.0, 3.8));
-        world.spawn((
-            DirectionalLight {
-                illuminance: 130_000.0,
-                ..default()
-            },
-            Transform::default().looking_to(Vec3::new(0.5, -1.0, 0.1), Vec3::Z),
-        ));
-        settings(world).light = light;
+    for (light, mut app) in beside_a_wall(sun(130_000.0, Vec3::new(0.5, -1.0, 0.1))) {
         ready(&mut app);
         let direct = at(&finite(&mut app), 1.0, 0.0).x;
         app.world_mut().spawn(small_volume());
-        app.run_until_ready(200).expect("not ready");
-        app.render_frames(12).expect("a frame");
+        ready(&mut app);
+        frames(&mut app, 12);
         let bounced = at(&finite(&mut app), 1.0, 0.0).x - direct;
         println!("{light:?}: {bounced} beside {direct} of direct light");
         // The wall beside the place reflects a fifth of the sun.
@@ -75,65 +58,39 @@ fn a_bright_sun_and_pale_walls() {
 
 #[test]
 fn a_light_of_a_million_lumens_close_to_a_wall() {
-    let _gpu = gpu();
-    for light in solvers() {
-        let mut app = app();
-        let world = app.world_mut();
-        floor(world);
-        block(world, Vec3::new(1.5, 1.0, 0.0), Vec3::new(0.3, 2.0, 3.8));
-        world.spawn((
-            PointLight {
-                intensity: 1e6,
-                range: 1e3,
-                ..default()
-            },
-            Transform::from_xyz(1.25, 1.0, 0.0),
-        ));
-        settings(world).light = light;
-        world.spawn(small_volume());
+    let place = Transform::from_xyz(1.25, 1.0, 0.0);
+    for (_, mut app) in beside_a_wall((point_light(1e6, 1e3), place)) {
+        app.world_mut().spawn(small_volume());
         ready(&mut app);
-        app.render_frames(12).expect("a frame");
+        frames(&mut app, 12);
         finite(&mut app);
     }
 }
 
 #[test]
 fn settings_that_are_none() {
-    let _gpu = gpu();
-    let mut app = app();
-    floor(app.world_mut());
+    let mut app = floor_app();
     let volume = app.world_mut().spawn(small_volume()).id();
     ready(&mut app);
     let nan = f32::NAN;
     let coarse = settings(app.world_mut()).clone();
+    let broken = |change: &dyn Fn(&mut VoxelGiVolume)| {
+        let mut volume = small_volume();
+        change(&mut volume);
+        volume
+    };
     for broken in [
-        VoxelGiVolume {
-            size: nan,
-            ..small_volume()
-        },
-        VoxelGiVolume {
-            size: -1.0,
-            ..small_volume()
-        },
-        VoxelGiVolume {
-            cascades: 0,
-            ..small_volume()
-        },
-        VoxelGiVolume {
-            intensity: nan,
-            ..small_volume()
-        },
-        VoxelGiVolume {
-            sky: Some(Sky::uniform(LinearRgba::rgb(nan, f32::INFINITY, -1.0))),
-            ..small_volume()
-        },
-        VoxelGiVolume {
-            follow: Follow::Entity(Entity::PLACEHOLDER),
-            ..small_volume()
-        },
+        broken(&|volume| volume.size = nan),
+        broken(&|volume| volume.size = -1.0),
+        broken(&|volume| volume.cascades = 0),
+        broken(&|volume| volume.intensity = nan),
+        broken(&|volume| {
+            volume.sky = Some(Sky::uniform(LinearRgba::rgb(nan, f32::INFINITY, -1.0)));
+        }),
+        broken(&|volume| volume.follow = Follow::Entity(Entity::PLACEHOLDER)),
     ] {
         app.world_mut().entity_mut(volume).insert(broken);
-        app.render_frames(2).expect("a frame");
+        frames(&mut app, 2);
         finite(&mut app);
     }
     for broken in [
@@ -147,31 +104,24 @@ fn settings_that_are_none() {
             ..coarse.clone()
         },
         VoxelGiSettings {
-            light: VoxelLight::AmbientOcclusion {
-                radius: nan,
-                rays: 0,
-            },
+            light: occlusion(nan, 0),
             ..coarse.clone()
         },
     ] {
         app.world_mut().insert_resource(broken);
-        app.render_frames(2).expect("a frame");
+        frames(&mut app, 2);
         finite(&mut app);
     }
     app.world_mut().insert_resource(coarse);
     app.world_mut()
         .entity_mut(volume)
         .insert((small_volume(), Transform::from_xyz(nan, 0.0, f32::INFINITY)));
-    app.render_frames(2).expect("a frame");
+    frames(&mut app, 2);
     finite(&mut app);
 }
 
 #[test]
 fn triangles_that_are_none_and_huge_ones() {
-    let _gpu = gpu();
-    let mut app = app();
-    let world = app.world_mut();
-    floor(world);
     let nan = f32::NAN;
     let positions = vec![
         // No area.
@@ -191,24 +141,16 @@ fn triangles_that_are_none_and_huge_ones() {
         [9.0, 0.5, 0.0],
         [9.0, 0.5, 1.0],
     ];
-    let mesh = Mesh::new(
-        PrimitiveTopology::TriangleList,
-        RenderAssetUsages::default(),
-    )
-    .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
     // Indices beyond the vertices, too.
-    .with_inserted_indices(Indices::U32((0..12).chain([40, 41, 42]).collect()));
-    let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-    let material = matt(world, 0.2);
-    world.spawn((
-        Mesh3d(mesh),
-        MeshMaterial3d(material),
-        hidden(),
-        bevy::camera::visibility::NoFrustumCulling,
-    ));
-    world.spawn(under_sky(1.0));
+    let indices = Indices::U32((0..12).chain([40, 41, 42]).collect());
+    let mesh =
+        triangle_mesh(PrimitiveTopology::TriangleList, positions).with_inserted_indices(indices);
+    let (mut app, ..) = floor_under_sky(|world| {
+        let model = model(world, mesh, matt_material(0.2));
+        world.spawn((model, hidden(), NoFrustumCulling));
+    });
     ready(&mut app);
-    app.render_frames(12).expect("a frame");
+    frames(&mut app, 12);
     let found = finite(&mut app);
     // The huge triangle shades the floor.
     assert!(at(&found, 0.0, 0.0).x < 0.9, "{}", at(&found, 0.0, 0.0));
@@ -216,56 +158,39 @@ fn triangles_that_are_none_and_huge_ones() {
 
 #[test]
 fn lights_switched_every_frame_and_thousands_of_meshes() {
-    let _gpu = gpu();
-    let mut app = app();
-    floor(app.world_mut());
-    let light = app
-        .world_mut()
-        .spawn((
-            PointLight {
-                intensity: 400.0 * PI,
-                range: 100.0,
-                ..default()
-            },
-            Transform::from_xyz(0.0, 1.5, 0.0),
-        ))
-        .id();
-    app.world_mut().spawn(small_volume());
+    let mut app = floor_app();
+    let world = app.world_mut();
+    let place = Transform::from_xyz(0.0, 1.5, 0.0);
+    let light = world.spawn((point_light(400.0 * PI, 100.0), place)).id();
+    world.spawn(small_volume());
     ready(&mut app);
-    app.render_frames(3).expect("a frame");
+    frames(&mut app, 3);
     let mut memory = Vec::new();
-    let mesh = app
-        .world_mut()
-        .resource_mut::<Assets<Mesh>>()
-        .add(Cuboid::from_size(Vec3::splat(0.02)));
-    let material = matt(app.world_mut(), 0.2);
+    let one_of_crowd = model(
+        app.world_mut(),
+        Cuboid::from_length(0.02),
+        matt_material(0.2),
+    );
     for round in 0..10 {
-        let visible = if round % 2 == 0 {
-            Visibility::Hidden
-        } else {
-            Visibility::Visible
-        };
+        let visible = [Visibility::Hidden, Visibility::Visible][round % 2];
         app.world_mut().entity_mut(light).insert(visible);
         let crowd: Vec<_> = (0..1000)
             .map(|i| {
                 let at = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
-                (
-                    Mesh3d(mesh.clone()),
-                    MeshMaterial3d(material.clone()),
-                    Transform::from_translation(at * 0.3 - 1.4),
-                )
+                let place = Transform::from_translation(at * 0.3 - 1.4);
+                (one_of_crowd.clone(), place)
             })
             .collect();
         let crowd: Vec<_> = app.world_mut().spawn_batch(crowd).collect();
-        app.render_frames(1).expect("a frame");
+        frames(&mut app, 1);
         finite(&mut app);
         for entity in crowd {
             app.world_mut().despawn(entity);
         }
-        memory.push(app.world().resource::<VoxelGiReport>().memory);
+        memory.push(report(&app).memory);
     }
-    app.render_frames(2).expect("a frame");
-    let report = *app.world().resource::<VoxelGiReport>();
+    frames(&mut app, 2);
+    let report = report(&app);
     // The buffers grow with the first crowd, and then no more.
     assert_eq!(memory[5..], [report.memory; 5]);
     assert_eq!(report.triangles, 12);
@@ -273,19 +198,17 @@ fn lights_switched_every_frame_and_thousands_of_meshes() {
 
 #[test]
 fn volumes_that_come_and_go() {
-    let _gpu = gpu();
-    let mut app = app();
-    floor(app.world_mut());
+    let mut app = floor_app();
     ready(&mut app);
     for round in 0..6 {
         let resolution = [8, 16, 32][round % 3];
         settings(app.world_mut()).resolution = resolution;
         let volume = app.world_mut().spawn(under_sky(1.0)).id();
-        app.render_frames(6).expect("a frame");
+        frames(&mut app, 6);
         let shade = at(&finite(&mut app), 0.0, 0.0).x;
         assert!((shade - 1.0).abs() < 0.05, "{shade} at {resolution}");
         app.world_mut().despawn(volume);
-        app.render_frames(2).expect("a frame");
+        frames(&mut app, 2);
     }
 }
 
@@ -293,40 +216,21 @@ fn volumes_that_come_and_go() {
 /// slice that it crosses, it would take 16 times as long.
 #[test]
 fn a_large_sloped_triangle_is_clipped_in_a_moment() {
-    let _gpu = gpu();
     let times = [Voxelizer::Conservative, Voxelizer::FragmentClipping].map(|voxelizer| {
         let mut app = app();
         let world = app.world_mut();
-        let mesh = Mesh::new(
-            PrimitiveTopology::TriangleList,
-            RenderAssetUsages::default(),
-        )
-        .with_inserted_attribute(
-            Mesh::ATTRIBUTE_POSITION,
-            vec![[-1.9, -1.9, -1.9], [1.9, -1.8, 1.9], [-1.8, 1.9, 1.8]],
-        );
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let material = matt(world, 0.5);
-        let triangle = world
-            .spawn((
-                Mesh3d(mesh),
-                MeshMaterial3d(material),
-                hidden(),
-                Transform::default(),
-            ))
-            .id();
+        let corners = vec![[-1.9, -1.9, -1.9], [1.9, -1.8, 1.9], [-1.8, 1.9, 1.8]];
+        let mesh = triangle_mesh(PrimitiveTopology::TriangleList, corners);
+        let model = model(world, mesh, matt_material(0.5));
+        let triangle = world.spawn((model, hidden(), Transform::default())).id();
         let mut settings = settings(world);
         (settings.voxelizer, settings.resolution) = (voxelizer, 32);
         // Hardly anything but voxelisation.
-        settings.light = VoxelLight::AmbientOcclusion {
-            radius: 0.0,
-            rays: 4,
-        };
+        settings.light = occlusion(0.0, 4);
         world.spawn(small_volume());
         ready(&mut app);
         let times = (0..3).map(|frame| {
-            let mut transform = app.world_mut().get_mut::<Transform>(triangle);
-            transform.as_mut().expect("it").translation.x = 1e-3 * frame as f32;
+            pose(app.world_mut(), triangle).translation.x = 1e-3 * frame as f32;
             let (_, spans) = app.measure_spans(2).expect("frames");
             let passes = ["voxel_gi_voxelize", "voxel_gi_surfaces"];
             passes

@@ -13,38 +13,13 @@ use bevy::{
         wireframe::{Wireframe, WireframeColor, WireframePlugin},
     },
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::MeshVoxelMaterial;
 
-use super::{
-    scene::{
-        app, app_with, at, block, block_of, floor, hidden, matt, settings, small_volume, under_sky,
-    },
-    support::{picture, settle},
-};
-use crate::support::gpu;
-
-fn settled(app: &mut HeadlessApp) -> Vec<Vec3> {
-    app.run_until_ready(200).expect("not ready");
-    settle(app);
-    picture(app)
-}
+use super::{fixture::*, room::image};
 
 fn near(found: f32, expected: f32, tolerance: f32) {
-    let wrong = (found / expected - 1.0).abs();
-    assert!(wrong < tolerance, "{found} instead of {expected}");
-}
-
-/// The picture of a white floor under a uniform sky, with more in it.
-fn under_the_sky(more: impl FnOnce(&mut World)) -> Vec<Vec3> {
-    let mut app = app();
-    let world = app.world_mut();
-    floor(world);
-    more(world);
-    world.spawn(under_sky(1.0));
-    settled(&mut app)
+    assert_near(Vec3::splat(found), expected, tolerance);
 }
 
 /// A roof over the floor, which the camera does not see.
@@ -56,38 +31,46 @@ fn roof(world: &mut World, edge: f32) -> Entity {
 
 #[test]
 fn meshes_of_other_layers_are_not_there() {
-    let _gpu = gpu();
-    let open = under_the_sky(|_| ());
-    let on_another_layer = under_the_sky(|world| {
+    let open = lit_floor(|_| ());
+    let on_another_layer = lit_floor(|world| {
         let roof = roof(world, 1.5);
         world.entity_mut(roof).insert(RenderLayers::layer(7));
     });
     assert!(on_another_layer == open);
     // Layers that change count at once.
-    let mut app = app();
-    let world = app.world_mut();
-    floor(world);
-    let roof = roof(world, 1.5);
-    let volume = world.spawn(under_sky(1.0)).id();
+    let (mut app, volume, roof) = floor_under_sky(|world| roof(world, 1.5));
     let shaded = settled(&mut app);
     assert!(at(&shaded, 0.0, 0.0).x < 0.8 * at(&open, 0.0, 0.0).x);
     let mut change = |entity: Entity, layers: RenderLayers| {
         app.world_mut().entity_mut(entity).insert(layers);
-        app.render_frames(3).expect("a frame");
-        settle(&mut app);
-        picture(&mut app)
+        settled_again(&mut app)
     };
     assert!(change(roof, RenderLayers::layer(7)) == open);
     assert!(change(volume, RenderLayers::from_layers(&[0, 7])) == shaded);
     assert!(change(volume, RenderLayers::default()) == open);
 }
 
+/// The light of a scene on a floor, with a volume and without.
+fn with_volume_and_without(
+    build: impl Fn(&mut World),
+    volume: impl Fn(&mut World),
+) -> [Vec<Vec3>; 2] {
+    [true, false].map(|has_volume| {
+        let mut app = floor_app();
+        let world = app.world_mut();
+        build(world);
+        if has_volume {
+            volume(world);
+            return settled(&mut app);
+        }
+        ready(&mut app);
+        picture(&mut app)
+    })
+}
+
 /// What the walls of a room throw back to its floor, with more in it: the mean of four places.
 fn bounce(more: impl Fn(&mut World)) -> f32 {
-    let [without, with] = [false, true].map(|with_volume| {
-        let mut app = app();
-        let world = app.world_mut();
-        floor(world);
+    let room = |world: &mut World| {
         for (center, size) in [
             (Vec3::X * 1.8, Vec3::new(0.2, 1.8, 3.6)),
             (Vec3::NEG_X * 1.8, Vec3::new(0.2, 1.8, 3.6)),
@@ -97,40 +80,33 @@ fn bounce(more: impl Fn(&mut World)) -> f32 {
             block_of(world, 0.7, center.with_y(0.9), size);
         }
         more(world);
-        if with_volume {
-            world.spawn(small_volume());
-            return settled(&mut app);
-        }
-        app.run_until_ready(200).expect("not ready");
-        picture(&mut app)
+    };
+    let [with, without] = with_volume_and_without(room, |world| {
+        world.spawn(small_volume());
     });
     let places = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
     let light = places.map(|(x, z)| at(&with, x, z).x - at(&without, x, z).x);
     light.iter().sum::<f32>() / 4.0
 }
 
-fn point_light(world: &mut World) -> Entity {
+/// A point light in the middle of the room that nothing nearer than this shadows.
+fn lit(world: &mut World, near: f32) -> Entity {
+    let light = PointLight {
+        shadow_map_near_z: near,
+        ..point_light(400.0 * PI, 100.0)
+    };
     world
-        .spawn((
-            PointLight {
-                intensity: 400.0 * PI,
-                range: 100.0,
-                shadow_map_near_z: 0.4,
-                ..default()
-            },
-            Transform::from_xyz(0.0, 1.0, 0.0),
-        ))
+        .spawn((light, Transform::from_xyz(0.0, 1.0, 0.0)))
         .id()
 }
 
 #[test]
 fn lights_of_other_layers_are_not_there() {
-    let _gpu = gpu();
     let bright = bounce(|world| {
-        point_light(world);
+        lit(world, 0.4);
     });
     let dark = bounce(|world| {
-        let light = point_light(world);
+        let light = lit(world, 0.4);
         world.entity_mut(light).insert(RenderLayers::layer(7));
     });
     assert!(bright > 1.0 && dark == 0.0, "{bright} {dark}");
@@ -138,12 +114,11 @@ fn lights_of_other_layers_are_not_there() {
 
 #[test]
 fn a_bulb_does_not_catch_its_own_light() {
-    let _gpu = gpu();
     let without = bounce(|world| {
-        point_light(world);
+        lit(world, 0.4);
     });
     let with = bounce(|world| {
-        point_light(world);
+        lit(world, 0.4);
         let bulb = block(world, Vec3::Y, Vec3::splat(0.3));
         world.entity_mut(bulb).insert(hidden());
     });
@@ -156,9 +131,7 @@ fn a_bulb_does_not_catch_its_own_light() {
 fn with_a_box_at_the_light(albedo: f32, center: Vec3, size: Vec3) -> [f32; 3] {
     [(false, 0.4), (true, 0.4), (false, 1.0)].map(|(casts_none, near)| {
         bounce(|world| {
-            let light = point_light(world);
-            let mut light = world.get_mut::<PointLight>(light).expect("it");
-            light.shadow_map_near_z = near;
+            lit(world, near);
             let block = block_of(world, albedo, center, size);
             world.entity_mut(block).insert(hidden());
             if casts_none {
@@ -170,7 +143,6 @@ fn with_a_box_at_the_light(albedo: f32, center: Vec3, size: Vec3) -> [f32; 3] {
 
 #[test]
 fn what_casts_no_shadow_lets_direct_light_through() {
-    let _gpu = gpu();
     let plate = with_a_box_at_the_light(0.0, Vec3::Y * 0.45, Vec3::new(0.9, 0.1, 0.9));
     let shade = with_a_box_at_the_light(0.9, Vec3::Y, Vec3::splat(1.1));
     println!("plate {plate:?}, shade {shade:?}");
@@ -184,16 +156,9 @@ fn what_casts_no_shadow_lets_direct_light_through() {
 /// The sun over a roof, on which a sheet lies that casts no shadow and fills the same voxels.
 #[test]
 fn what_casts_no_shadow_opens_nothing_that_it_lies_on() {
-    let _gpu = gpu();
     let light = |has_roof: bool| {
         bounce(|world| {
-            world.spawn((
-                DirectionalLight {
-                    illuminance: 1000.0,
-                    ..default()
-                },
-                Transform::default().looking_to(Vec3::NEG_Y, Vec3::X),
-            ));
+            world.spawn(sun(1000.0, Vec3::NEG_Y));
             if has_roof {
                 let roof = block(world, Vec3::Y * 1.5, Vec3::new(3.9, 0.2, 3.9));
                 world.entity_mut(roof).insert(hidden());
@@ -210,16 +175,12 @@ fn what_casts_no_shadow_opens_nothing_that_it_lies_on() {
 
 #[test]
 fn of_the_levels_of_detail_one_counts() {
-    let _gpu = gpu();
-    let nearest = under_the_sky(|world| {
-        roof(world, 1.0);
-    });
-    let both = under_the_sky(|world| {
-        let near = roof(world, 1.0);
-        let far = roof(world, 2.5);
-        for (entity, range) in [(near, 0.0..2.0), (far, 2.0..100.0)] {
+    let nearest = lit_floor(|world| roof(world, 1.0));
+    let both = lit_floor(|world| {
+        for (edge, range) in [(1.0, 0.0..2.0), (2.5, 2.0..100.0)] {
             let range = VisibilityRange::abrupt(range.start, range.end);
-            world.entity_mut(entity).insert(range);
+            let roof = roof(world, edge);
+            world.entity_mut(roof).insert(range);
         }
     });
     assert!(both == nearest);
@@ -227,20 +188,16 @@ fn of_the_levels_of_detail_one_counts() {
 
 #[test]
 fn a_hidden_volume_is_none() {
-    let _gpu = gpu();
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let house = world.spawn((Transform::default(), Visibility::Hidden)).id();
     world.spawn((under_sky(1.0), ChildOf(house)));
-    app.run_until_ready(200).expect("not ready");
+    ready(&mut app);
     assert!(picture(&mut app).iter().all(|p| *p == Vec3::ZERO));
     app.world_mut()
         .entity_mut(house)
         .insert(Visibility::Inherited);
-    app.render_frames(3).expect("a frame");
-    settle(&mut app);
-    near(at(&picture(&mut app), 0.0, 0.0).x, 1.0, 0.02);
+    near(at(&settled_again(&mut app), 0.0, 0.0).x, 1.0, 0.02);
 }
 
 /// The light under a white ceiling, which is lit by a square of 1 m with this radiance that looks up, beside the
@@ -248,55 +205,34 @@ fn a_hidden_volume_is_none() {
 fn under_ceiling(radiance: f32, is_light: bool) -> [f32; 2] {
     // Whole sub-voxels of the volume.
     let edge = 0.999;
-    let [without, with] = [false, true].map(|with_volume| {
-        let mut app = app();
-        let world = app.world_mut();
-        floor(world);
+    let build = |world: &mut World| {
         let ceiling = block_of(world, 0.8, Vec3::Y * 1.7, Vec3::new(3.6, 0.2, 3.6));
         world.entity_mut(ceiling).insert(hidden());
-        let emissive = if is_light { 0.0 } else { radiance };
-        let material = world
-            .resource_mut::<Assets<StandardMaterial>>()
-            .add(StandardMaterial {
-                base_color: Color::BLACK,
-                emissive: LinearRgba::rgb(emissive, emissive, emissive),
-                ..default()
-            });
-        let mesh = world
-            .resource_mut::<Assets<Mesh>>()
-            .add(Plane3d::default().mesh().size(edge, edge));
-        world.spawn((
-            Mesh3d(mesh),
-            MeshMaterial3d(material),
-            hidden(),
-            Transform::from_xyz(0.0, 0.52, 0.0),
-        ));
+        let emissive = LinearRgba::gray(if is_light { 0.0 } else { radiance });
+        let mesh = Plane3d::default().mesh().size(edge, edge);
+        let square = model(world, mesh, emitting(0.0, emissive));
+        world.spawn((square, hidden(), Transform::from_xyz(0.0, 0.52, 0.0)));
         if is_light {
-            world.spawn((
-                RectLight {
-                    intensity: radiance * edge * edge * PI,
-                    width: edge,
-                    height: edge,
-                    range: 1e4,
-                    ..default()
-                },
-                Transform::from_xyz(0.0, 0.56, 0.0).looking_to(Vec3::Y, Vec3::Z),
-            ));
+            let light = RectLight {
+                intensity: radiance * edge * edge * PI,
+                width: edge,
+                height: edge,
+                range: 1e4,
+                ..default()
+            };
+            let place = Transform::from_xyz(0.0, 0.56, 0.0).looking_to(Vec3::Y, Vec3::Z);
+            world.spawn((light, place));
         }
-        if with_volume {
-            settings(world).resolution = 32;
-            world.spawn(small_volume());
-            return settled(&mut app);
-        }
-        app.run_until_ready(200).expect("not ready");
-        picture(&mut app)
+    };
+    let [with, without] = with_volume_and_without(build, |world| {
+        settings(world).resolution = 32;
+        world.spawn(small_volume());
     });
     [1.1, -1.4].map(|x| (at(&with, x, 0.0) - at(&without, x, 0.0)).x)
 }
 
 #[test]
 fn a_rectangular_light_bounces_like_a_bright_square() {
-    let _gpu = gpu();
     let square = under_ceiling(1000.0, false);
     let light = under_ceiling(1000.0, true);
     println!("square {square:?}, light {light:?}");
@@ -308,19 +244,11 @@ fn a_rectangular_light_bounces_like_a_bright_square() {
 
 /// The light of a ceiling over the whole floor, with a camera of this exposure.
 fn below(exposure: f32, material: StandardMaterial, own: Option<MeshVoxelMaterial>) -> Vec3 {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
-    let material = world
-        .resource_mut::<Assets<StandardMaterial>>()
-        .add(material);
-    let mesh = world
-        .resource_mut::<Assets<Mesh>>()
-        .add(Cuboid::new(3.9, 0.2, 3.9));
-    let at_ceiling = Transform::from_xyz(0.0, 0.5, 0.0);
-    let ceiling = world
-        .spawn((Mesh3d(mesh), MeshMaterial3d(material), hidden(), at_ceiling))
-        .id();
+    let ceiling = model(world, Cuboid::new(3.9, 0.2, 3.9), material);
+    let place = Transform::from_xyz(0.0, 0.5, 0.0);
+    let ceiling = world.spawn((ceiling, hidden(), place)).id();
     if let Some(own) = own {
         world.entity_mut(ceiling).insert(own);
     }
@@ -333,7 +261,6 @@ fn below(exposure: f32, material: StandardMaterial, own: Option<MeshVoxelMateria
 
 #[test]
 fn unlit_materials_shine_as_they_look() {
-    let _gpu = gpu();
     for exposure in [1.0, 0.125] {
         let found = below(
             exposure,
@@ -354,7 +281,6 @@ fn unlit_materials_shine_as_they_look() {
 
 #[test]
 fn a_mesh_can_say_what_it_emits() {
-    let _gpu = gpu();
     let emissive = Some(LinearRgba::rgb(2.0, 0.0, 0.0));
     let own = MeshVoxelMaterial {
         emissive,
@@ -372,25 +298,16 @@ fn a_mesh_can_say_what_it_emits() {
 
 #[test]
 fn lightmapped_meshes_receive_where_the_volume_says_so() {
-    let _gpu = gpu();
     let light = |affects: bool| {
         let mut app = app();
         let world = app.world_mut();
-        let black = Image::new_fill(
-            Extent3d::default(),
-            TextureDimension::D2,
-            &[0, 0, 0, 255],
-            TextureFormat::Rgba8Unorm,
-            default(),
-        );
-        let image = world.resource_mut::<Assets<Image>>().add(black);
+        let image = world.add_asset(image(UVec2::ONE, |_, _| [0, 0, 0, 255]));
         let mesh = Plane3d::default().mesh().size(3.6, 3.6).build();
         let uv = mesh.attribute(Mesh::ATTRIBUTE_UV_0).cloned().expect("UV");
-        let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_UV_1, uv);
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);
-        let material = matt(world, 1.0);
+        let mesh = world.add_asset(mesh.with_inserted_attribute(Mesh::ATTRIBUTE_UV_1, uv));
+        let material = MeshMaterial3d(matt(world, 1.0));
         let lightmap = Lightmap { image, ..default() };
-        world.spawn((Mesh3d(mesh), MeshMaterial3d(material), lightmap));
+        world.spawn((Mesh3d(mesh), material, lightmap));
         settings(world).affects_lightmapped_meshes = affects;
         world.spawn(under_sky(1.0));
         at(&settled(&mut app), 0.0, 0.0).x
@@ -401,7 +318,6 @@ fn lightmapped_meshes_receive_where_the_volume_says_so() {
 
 #[test]
 fn wireframes_that_are_there_before_the_volume() {
-    let _gpu = gpu();
     let mut app = app_with(|app| {
         app.add_plugins(WireframePlugin::default());
     });
@@ -409,18 +325,16 @@ fn wireframes_that_are_there_before_the_volume() {
     let color = Color::linear_rgb(0.0, 8.0, 0.0);
     let wireframe = (Wireframe, WireframeColor { color });
     app.world_mut().entity_mut(floor).insert(wireframe);
-    app.run_until_ready(200).expect("not ready");
+    ready(&mut app);
     let is_green = |p: &&Vec3| p.y > 2.0 && p.x < 1.5;
     let count = |picture: &[Vec3]| picture.iter().filter(is_green).count();
     let lines = count(&picture(&mut app));
     assert!(lines > 20, "{lines}");
     let volume = app.world_mut().spawn(under_sky(1.0)).id();
-    app.render_frames(3).expect("a frame");
-    settle(&mut app);
-    let found = picture(&mut app);
+    let found = settled_again(&mut app);
     assert_eq!(count(&found), lines);
     near(at(&found, 1.0, 0.5).x, 1.0, 0.02);
     app.world_mut().despawn(volume);
-    app.render_frames(3).expect("a frame");
+    frames(&mut app, 3);
     assert_eq!(count(&picture(&mut app)), lines);
 }

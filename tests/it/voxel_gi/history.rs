@@ -3,24 +3,21 @@
 use std::f32::consts::PI;
 
 use bevy::{
-    camera::visibility::RenderLayers,
-    ecs::entity_disabling::Disabled,
-    light::NotShadowCaster,
-    mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
+    camera::visibility::RenderLayers, ecs::entity_disabling::Disabled, light::NotShadowCaster,
     prelude::*,
 };
-use bevy_frugal_lab::headless::HeadlessApp;
 use bevy_voxel_gi::{MeshVoxelMaterial, NotVoxelized, VoxelGiSettings, VoxelGiVolume};
 
-use super::{
-    materials::skinned_cuboid,
-    scene::{RESOLUTION, app, app_with, block_of, floor, matt, settings, small_volume, under_sky},
-    support::{has_settled, light_texture_bytes, read_texels, settle},
-};
-use crate::support::gpu;
+use super::fixture::*;
 
-/// What the light depends on, copied into another world.
-pub fn copy(from: &mut World, to: &mut World) {
+/// A new app with all on which the light of this one depends.
+pub fn copied(app: &mut HeadlessApp) -> Borrowed {
+    let mut new = app_with(|_| ());
+    copy(app.world_mut(), new.world_mut());
+    new
+}
+
+fn copy(from: &mut World, to: &mut World) {
     let mut meshes = from.query::<(
         &Transform,
         &Mesh3d,
@@ -36,10 +33,8 @@ pub fn copy(from: &mut World, to: &mut World) {
         let mesh = from.resource::<Assets<Mesh>>().get(mesh).expect("a mesh");
         let materials = from.resource::<Assets<StandardMaterial>>();
         let material = materials.get(material).expect("a material").clone();
-        let mesh = to.resource_mut::<Assets<Mesh>>().add(mesh.clone());
-        let mut materials = to.resource_mut::<Assets<StandardMaterial>>();
-        let material = MeshMaterial3d(materials.add(material));
-        let mut entity = to.spawn((*transform, Mesh3d(mesh), material));
+        let model = model(to, mesh.clone(), material);
+        let mut entity = to.spawn((*transform, model));
         entity.insert(visibility.copied().unwrap_or_default());
         if excluded {
             entity.insert(NotVoxelized);
@@ -64,9 +59,9 @@ pub fn copy(from: &mut World, to: &mut World) {
 
 /// The settled light, computed from nothing: the buffers are made anew, what is known of the scene is not.
 fn light(app: &mut HeadlessApp) -> Vec<u8> {
-    app.run_until_ready(200).expect("ready");
+    ready(app);
     settings(app.world_mut()).resolution = 8;
-    app.render_frames(2).expect("frames");
+    frames(app, 2);
     settings(app.world_mut()).resolution = RESOLUTION;
     settle(app);
     light_texture_bytes(app)
@@ -75,9 +70,7 @@ fn light(app: &mut HeadlessApp) -> Vec<u8> {
 /// Asserts that the light is that of a new app.
 fn assert_as_new(app: &mut HeadlessApp, what: &str) {
     let found = light(app);
-    let mut new = app_with(|_| ());
-    copy(app.world_mut(), new.world_mut());
-    let expected = light(&mut new);
+    let expected = light(&mut copied(app));
     assert_eq!(found.len(), expected.len(), "{what}");
     let wrong = found.iter().zip(&expected).filter(|(a, b)| a != b).count();
     assert_eq!(wrong, 0, "{what}: {wrong} of {} bytes differ", found.len());
@@ -113,6 +106,15 @@ impl Draw {
     }
 }
 
+/// Adds a component, or takes it away.
+fn toggle<C: Component>(entity: &mut EntityWorldMut, component: impl FnOnce() -> C) {
+    if entity.contains::<C>() {
+        entity.remove::<C>();
+    } else {
+        entity.insert(component());
+    }
+}
+
 /// A scene that changes.
 struct Changes {
     draw: Draw,
@@ -126,15 +128,12 @@ struct Changes {
 impl Changes {
     fn new(world: &mut World, seed: u64) -> Self {
         floor(world);
-        let mut meshes = world.resource_mut::<Assets<Mesh>>();
-        let colors = |mesh: Mesh| {
-            let count = mesh.count_vertices();
-            mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, vec![[0.9, 0.4, 0.1, 1.0]; count])
-        };
+        let box_with_colors = Mesh::from(Cuboid::new(0.4, 0.9, 0.3));
+        let colors = vec![[0.9, 0.4, 0.1, 1.0]; box_with_colors.count_vertices()];
         let meshes = vec![
-            meshes.add(Cuboid::from_length(0.6)),
-            meshes.add(Sphere::new(0.4)),
-            meshes.add(colors(Cuboid::new(0.4, 0.9, 0.3).into())),
+            world.add_asset(Cuboid::from_length(0.6)),
+            world.add_asset(Sphere::new(0.4)),
+            world.add_asset(box_with_colors.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors)),
         ];
         let materials = vec![matt(world, 0.5), matt(world, 0.8), matt(world, 0.2)];
         let mut changes = Self {
@@ -162,13 +161,6 @@ impl Changes {
     fn step(&mut self, world: &mut World) -> &'static str {
         let draw = &mut self.draw;
         let block = self.blocks[draw.below(self.blocks.len())];
-        let toggle = |entity: &mut EntityWorldMut| {
-            if entity.contains::<Disabled>() {
-                entity.remove::<Disabled>();
-            } else {
-                entity.insert(Disabled);
-            }
-        };
         // Bevy itself misses what moves or hides while it is disabled.
         let is_there = !world.entity(block).contains::<Disabled>();
         match draw.below(17) {
@@ -182,7 +174,7 @@ impl Changes {
                 "a mesh goes"
             }
             2 | 3 => {
-                toggle(&mut world.entity_mut(block));
+                toggle(&mut world.entity_mut(block), || Disabled);
                 "a mesh is disabled or enabled"
             }
             4 if is_there => {
@@ -225,57 +217,39 @@ impl Changes {
                 "a mesh asset changes"
             }
             10 => {
-                let mut block = world.entity_mut(block);
-                if block.contains::<NotVoxelized>() {
-                    block.remove::<NotVoxelized>();
-                } else {
-                    block.insert(NotVoxelized);
-                }
+                toggle(&mut world.entity_mut(block), || NotVoxelized);
                 "a mesh is excluded or included"
             }
             11 => {
-                let mut block = world.entity_mut(block);
-                if block.contains::<MeshVoxelMaterial>() {
-                    block.remove::<MeshVoxelMaterial>();
-                } else {
-                    block.insert(MeshVoxelMaterial {
-                        albedo: Some(Vec3::new(0.1, 0.9, draw.signed().abs())),
-                        ..default()
-                    });
-                }
+                toggle(&mut world.entity_mut(block), || MeshVoxelMaterial {
+                    albedo: Some(Vec3::new(0.1, 0.9, draw.signed().abs())),
+                    ..default()
+                });
                 "a mesh gets an override, or loses it"
             }
             12 | 13 if self.lights.len() < 3 => {
                 let light = PointLight {
-                    intensity: 40.0 * PI,
-                    range: 20.0,
                     color: Color::linear_rgb(1.0, draw.signed().abs(), 0.3),
-                    ..default()
+                    ..point_light(40.0 * PI, 20.0)
                 };
                 let place = Transform::from_translation(draw.place());
                 self.lights.push(world.spawn((light, place)).id());
                 "a light comes"
             }
             12 | 13 => {
-                toggle(&mut world.entity_mut(self.lights[draw.below(3)]));
+                toggle(&mut world.entity_mut(self.lights[draw.below(3)]), || {
+                    Disabled
+                });
                 "a light is disabled or enabled"
             }
             14 if self.volumes.len() == 1 => {
-                let inner = VoxelGiVolume {
-                    size: 2.0,
-                    ..under_sky(1.0)
-                };
+                let inner = sky_volume(2.0, 1.0);
                 self.volumes.push(world.spawn(inner).id());
                 "a second volume comes"
             }
             4 | 5 => "nothing",
             16 => {
-                let mut block = world.entity_mut(block);
-                if block.contains::<NotShadowCaster>() {
-                    block.remove::<NotShadowCaster>();
-                } else {
-                    block.insert(NotShadowCaster);
-                }
+                toggle(&mut world.entity_mut(block), || NotShadowCaster);
                 "a mesh casts no shadow, or does again"
             }
             _ => {
@@ -293,23 +267,20 @@ impl Changes {
 
 #[test]
 fn after_any_sequence_of_changes_the_light_is_that_of_a_new_app() {
-    let _gpu = gpu();
     for seed in [3, 11] {
         // Its own: Bevy goes on drawing with lights that go while they are disabled.
         let mut app = app_with(|_| ());
         let mut changes = Changes::new(app.world_mut(), seed);
-        app.run_until_ready(200).expect("ready");
+        ready(&mut app);
         let mut names = Vec::new();
         for step in 0..40 {
             names.push(changes.step(app.world_mut()));
             // Several changes in a frame, in following frames, and after pauses.
-            let frames = [0, 1, 1, 3, 12][changes.draw.below(5)];
-            app.render_frames(frames).expect("frames");
+            frames(&mut app, [0, 1, 1, 3, 12][changes.draw.below(5)]);
             if step % 20 == 19 {
                 if changes.volumes.is_empty() {
-                    changes
-                        .volumes
-                        .push(app.world_mut().spawn(under_sky(1.0)).id());
+                    let volume = app.world_mut().spawn(under_sky(1.0)).id();
+                    changes.volumes.push(volume);
                 }
                 assert_as_new(&mut app, &format!("{seed}: {names:?}"));
             }
@@ -317,47 +288,37 @@ fn after_any_sequence_of_changes_the_light_is_that_of_a_new_app() {
     }
 }
 
+/// The volume is hidden meanwhile, or despawned.
 #[test]
 fn what_happens_without_a_volume_counts() {
-    let _gpu = gpu();
     for is_hidden in [false, true] {
         happens_without_a_volume(is_hidden);
     }
 }
 
-/// The volume is hidden meanwhile, or despawned.
 fn happens_without_a_volume(is_hidden: bool) {
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let gone = block_of(world, 0.5, Vec3::new(-0.8, 0.5, 0.0), Vec3::ONE);
     let edited = block_of(world, 0.8, Vec3::new(0.9, 0.5, 0.0), Vec3::ONE);
     let loses_material = block_of(world, 0.9, Vec3::new(0.0, 0.4, 1.2), Vec3::splat(0.8));
     // Layers that no camera has are no reason to extract all.
     let volume = || (under_sky(1.0), RenderLayers::default());
     let known = world.spawn(volume()).id();
-    app.run_until_ready(200).expect("ready");
+    ready(&mut app);
     settle(&mut app);
     if is_hidden {
         app.world_mut().entity_mut(known).insert(Visibility::Hidden);
     } else {
         app.world_mut().despawn(known);
     }
-    app.render_frames(5).expect("frames");
+    frames(&mut app, 5);
     let world = app.world_mut();
     world.despawn(gone);
-    let material = world
-        .get::<MeshMaterial3d<StandardMaterial>>(edited)
-        .expect("it")
-        .clone();
-    let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
-    materials.get_mut(&material).expect("it").base_color = LinearRgba::rgb(0.9, 0.1, 0.1).into();
-    let mesh = world.get::<Mesh3d>(edited).expect("it").clone();
-    let mut meshes = world.resource_mut::<Assets<Mesh>>();
-    meshes
-        .get_mut(&mesh)
-        .expect("it")
-        .scale_by(Vec3::new(1.0, 1.5, 0.5));
+    edit_material(world, edited, |material| {
+        material.base_color = LinearRgba::rgb(0.9, 0.1, 0.1).into();
+    });
+    scale_mesh(world, edited, Vec3::new(1.0, 1.5, 0.5));
     let grown = Transform::from_xyz(0.0, 0.6, 1.2);
     world.entity_mut(loses_material).insert((
         grown,
@@ -366,7 +327,7 @@ fn happens_without_a_volume(is_hidden: bool) {
             ..default()
         },
     ));
-    app.render_frames(5).expect("frames");
+    frames(&mut app, 5);
     if is_hidden {
         app.world_mut()
             .entity_mut(known)
@@ -384,7 +345,6 @@ fn disabled_meshes_are_not_there() {
     #[component(storage = "SparseSet")]
     struct Pooled;
 
-    let _gpu = gpu();
     let mut app = app_with(|app| {
         app.world_mut().register_disabling_component::<Pooled>();
     });
@@ -393,7 +353,7 @@ fn disabled_meshes_are_not_there() {
     let blocks =
         [-1.0, 0.0, 1.0].map(|x| block_of(world, 0.5, Vec3::new(x, 0.4, 0.0), Vec3::splat(0.6)));
     world.spawn(under_sky(1.0));
-    app.run_until_ready(200).expect("ready");
+    ready(&mut app);
     app.world_mut().entity_mut(blocks[2]).insert(Pooled);
     settle(&mut app);
     let world = app.world_mut();
@@ -404,74 +364,50 @@ fn disabled_meshes_are_not_there() {
     world.entity_mut(blocks[2]).insert(moved);
     assert_as_new(&mut app, "disabled");
     app.world_mut().entity_mut(blocks[0]).remove::<Disabled>();
-    app.render_frames(2).expect("frames");
+    frames(&mut app, 2);
     assert_as_new(&mut app, "enabled again");
 }
 
 /// Things of any kind far away change in each frame.
 #[test]
 fn what_does_not_reach_a_volume_neither_prevents_settling_nor_ends_it() {
-    let _gpu = gpu();
-    let mut app = app();
+    let mut app = floor_app();
     let world = app.world_mut();
-    floor(world);
     let here = block_of(world, 0.5, Vec3::new(0.5, 0.5, 0.0), Vec3::ONE);
     world.spawn(small_volume());
-    let near = PointLight {
-        intensity: 400.0 * PI,
-        range: 10.0,
-        ..default()
-    };
-    let near = world.spawn((near, Transform::from_xyz(0.0, 1.7, 0.0))).id();
-    let far = Vec3::splat(50.0);
-    let block = block_of(world, 0.5, far, Vec3::ONE);
-    let material = world
-        .get::<MeshMaterial3d<StandardMaterial>>(block)
-        .expect("it")
-        .clone();
-    let mesh = world.get::<Mesh3d>(block).expect("it").clone();
+    let place = Transform::from_xyz(0.0, 1.7, 0.0);
+    let near = world.spawn((point_light(400.0 * PI, 10.0), place)).id();
+    let far = Transform::from_translation(Vec3::splat(50.0));
+    let block = block_of(world, 0.5, far.translation, Vec3::ONE);
     let light = PointLight {
         range: 10.0,
         ..default()
     };
-    let light = world.spawn((light, Transform::from_translation(far))).id();
-    let joint = world.spawn(Transform::from_translation(far)).id();
-    let poses = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY; 2]);
-    let inverse_bindposes = world.resource_mut::<Assets<_>>().add(poses);
-    let skinned = world.resource_mut::<Assets<Mesh>>().add(skinned_cuboid());
-    world.spawn((
-        Mesh3d(skinned),
-        material.clone(),
-        SkinnedMesh {
-            inverse_bindposes,
-            joints: vec![joint; 2],
-        },
-    ));
-    app.run_until_ready(200).expect("ready");
+    let light = world.spawn((light, far)).id();
+    let joint = world.spawn(far).id();
+    let material = world.get::<MeshMaterial3d<StandardMaterial>>(block);
+    let material = material.expect("a material").0.clone();
+    let skinned = skinned_cuboid(world, [joint; 2], material);
+    world.spawn(skinned);
+    ready(&mut app);
     let mut step = 0.0;
     let mut change = |app: &mut HeadlessApp| {
         step += 1.0;
         let world = app.world_mut();
-        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
-        let mut material = materials.get_mut(&material).expect("it");
-        material.emissive = LinearRgba::rgb(1.0 + f32::sin(step), 0.3, 0.1);
-        drop(material);
-        let mut meshes = world.resource_mut::<Assets<Mesh>>();
-        meshes
-            .get_mut(&mesh)
-            .expect("it")
-            .scale_by(Vec3::splat(1.001));
+        edit_material(world, block, |material| {
+            material.emissive = LinearRgba::rgb(1.0 + f32::sin(step), 0.3, 0.1);
+        });
+        scale_mesh(world, block, Vec3::splat(1.001));
         let mut light = world.get_mut::<PointLight>(light).expect("it");
         light.intensity = 1e5 * (1.5 + f32::sin(step));
-        let mut joint = world.get_mut::<Transform>(joint).expect("it");
-        joint.translation.x += 0.01;
+        pose(world, joint).translation.x += 0.01;
     };
     let settles = |app: &mut HeadlessApp, change: &mut dyn FnMut(&mut HeadlessApp)| {
         // Reports are a frame old.
-        app.render_frames(2).expect("frames");
+        frames(app, 2);
         (1..200).find(|_| {
             change(app);
-            app.render_frames(1).expect("a frame");
+            frames(app, 1);
             has_settled(app)
         })
     };
@@ -480,38 +416,27 @@ fn what_does_not_reach_a_volume_neither_prevents_settling_nor_ends_it() {
         assert_eq!(settles(&mut app, &mut change), Some(1), "it stays settled");
     }
     // The same kinds of changes here end it.
-    let material = app
-        .world()
-        .get::<MeshMaterial3d<StandardMaterial>>(here)
-        .expect("it")
-        .clone();
-    let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
-    materials.get_mut(&material).expect("it").emissive = LinearRgba::WHITE;
-    assert!(settles(&mut app, &mut change) > Some(8));
-    app.world_mut()
-        .get_mut::<PointLight>(near)
-        .expect("it")
-        .intensity *= 2.0;
-    assert!(settles(&mut app, &mut change) > Some(8));
-    let mesh = app.world().get::<Mesh3d>(here).expect("it").clone();
-    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-    meshes
-        .get_mut(&mesh)
-        .expect("it")
-        .scale_by(Vec3::splat(0.9));
-    assert!(settles(&mut app, &mut change) > Some(8));
+    let here_changes: [&dyn Fn(&mut World); 3] = [
+        &|world| {
+            edit_material(world, here, |material| {
+                material.emissive = LinearRgba::WHITE;
+            });
+        },
+        &|world| world.get_mut::<PointLight>(near).expect("it").intensity *= 2.0,
+        &|world| scale_mesh(world, here, Vec3::splat(0.9)),
+    ];
+    for here_changes in here_changes {
+        here_changes(app.world_mut());
+        assert!(settles(&mut app, &mut change) > Some(8));
+    }
 }
 
 /// Apps that move everything to keep the origin near the camera.
 #[test]
 fn a_world_that_moves_keeps_its_light() {
-    let _gpu = gpu();
-    let mut app = app();
-    let world = app.world_mut();
-    floor(world);
-    block_of(world, 0.5, Vec3::new(0.6, 0.5, 0.1), Vec3::ONE);
-    world.spawn(under_sky(1.0));
-    app.run_until_ready(200).expect("ready");
+    let (mut app, ..) =
+        floor_under_sky(|world| block_of(world, 0.5, Vec3::new(0.6, 0.5, 0.1), Vec3::ONE));
+    ready(&mut app);
     settle(&mut app);
     let before = read_texels(&mut app);
     // Whole voxels; the light of the frames since the last change is a mean of many.
@@ -521,12 +446,12 @@ fn a_world_that_moves_keeps_its_light() {
     for mut transform in transforms.iter_mut(world) {
         transform.translation += by;
     }
-    app.render_frames(2).expect("frames");
+    frames(&mut app, 2);
     let after = read_texels(&mut app);
     let (mut difference, mut sum) = (0.0, 0.0);
     for (before, after) in before.iter().flatten().zip(after.iter().flatten()) {
         // Surfaces.
-        if before.w > 0.003 {
+        if before.w > SURFACE {
             difference += (*before - *after).truncate().abs().element_sum();
             sum += before.truncate().element_sum();
         }

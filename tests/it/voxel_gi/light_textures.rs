@@ -5,19 +5,17 @@ use std::f32::consts::PI;
 use bevy::{
     asset::RenderAssetUsages,
     camera::primitives::CubemapLayout,
+    image::ToExtents,
     light::{DirectionalLightTexture, PointLightTexture, SpotLightTexture},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::render_resource::{TextureDimension, TextureFormat},
 };
-use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_voxel_gi::{Bounces, Solver, VoxelGiReport, VoxelLight};
+use bevy_voxel_gi::{Bounces, Solver};
 
 use super::{
-    room::{add, around_room, mesh, room, spawn, whole, without_colors},
-    scene::{RESOLUTION, app, app_with, block, floor, settings, small_volume},
-    support::{read_texels, settle},
+    fixture::*,
+    room::{around_room, quad, room, spawn},
 };
-use crate::support::gpu;
 
 /// The faces of a cube, in the order of Bevy's sequences.
 const FACES: [Vec3; 6] = [
@@ -31,57 +29,22 @@ const FACES: [Vec3; 6] = [
 
 /// The layouts of cubes with their faces by row and column. Of crosses, Bevy's shader takes -Z for +Z and the other way
 /// round, unlike the documentation of `CubemapLayout`.
-const LAYOUTS: [(CubemapLayout, &[&[Option<usize>]]); 4] = [
-    (
-        CubemapLayout::CrossVertical,
-        &[
-            &[None, Some(2), None],
-            &[Some(1), Some(5), Some(0)],
-            &[None, Some(3), None],
-            &[None, Some(4), None],
-        ],
-    ),
-    (
-        CubemapLayout::CrossHorizontal,
-        &[
-            &[None, Some(2), None, None],
-            &[Some(1), Some(5), Some(0), Some(4)],
-            &[None, Some(3), None, None],
-        ],
-    ),
+const LAYOUTS: [(CubemapLayout, &[&str]); 4] = [
+    (CubemapLayout::CrossVertical, &[".2.", "150", ".3.", ".4."]),
+    (CubemapLayout::CrossHorizontal, &[".2..", "1504", ".3.."]),
     (
         CubemapLayout::SequenceVertical,
-        &[
-            &[Some(0)],
-            &[Some(1)],
-            &[Some(2)],
-            &[Some(3)],
-            &[Some(4)],
-            &[Some(5)],
-        ],
+        &["0", "1", "2", "3", "4", "5"],
     ),
-    (
-        CubemapLayout::SequenceHorizontal,
-        &[&[Some(0), Some(1), Some(2), Some(3), Some(4), Some(5)]],
-    ),
+    (CubemapLayout::SequenceHorizontal, &["012345"]),
 ];
 
 /// An image of one channel, from the value at coordinates.
 fn image(size: UVec2, value: impl Fn(Vec2) -> f32) -> Image {
     let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| UVec2::new(x, y)));
     let texels = texels.map(|at| (at.as_vec2() + 0.5) / size.as_vec2());
-    let size = Extent3d {
-        width: size.x,
-        height: size.y,
-        depth_or_array_layers: 1,
-    };
-    Image::new(
-        size,
-        TextureDimension::D2,
-        texels.map(|uv| (255.0 * value(uv)).round() as u8).collect(),
-        TextureFormat::R8Unorm,
-        RenderAssetUsages::all(),
-    )
+    let texels = texels.map(|uv| (255.0 * value(uv)).round() as u8);
+    image_of(size, TextureFormat::R8Unorm, texels.collect())
 }
 
 /// A cube in a layout, from the value of each face at coordinates of the face.
@@ -92,7 +55,8 @@ fn cube_image(layout: CubemapLayout, value: impl Fn(usize, Vec2) -> f32) -> Imag
     image(EDGE * grid, |uv| {
         let at = uv * grid.as_vec2();
         let cell = at.as_uvec2();
-        cells[cell.y as usize][cell.x as usize].map_or(0.0, |face| value(face, at.fract()))
+        let face = char::from(cells[cell.y as usize].as_bytes()[cell.x as usize]).to_digit(10);
+        face.map_or(0.0, |face| value(face as usize, at.fract()))
     })
 }
 
@@ -136,10 +100,7 @@ fn spawn_light(world: &mut World, kind: Kind) -> Entity {
             outer_angle: OUTER_ANGLE,
             ..default()
         }),
-        Kind::Point => light.insert(PointLight {
-            intensity: 200.0 * PI,
-            ..default()
-        }),
+        Kind::Point => light.insert(point_light(200.0 * PI, 20.0)),
     };
     entity
 }
@@ -150,7 +111,7 @@ fn project(world: &mut World, light: Entity, kind: Kind, value: impl Fn(Vec2) ->
         Kind::Point => cube_image(CubemapLayout::CrossHorizontal, |_, uv| value(uv)),
         _ => image(UVec2::splat(64), value),
     };
-    let image = add(world, image);
+    let image = world.add_asset(image);
     let mut light = world.entity_mut(light);
     match kind {
         Kind::Directional | Kind::Tiled => light.insert(DirectionalLightTexture {
@@ -178,9 +139,9 @@ fn coordinates(kind: Kind, point: Vec3) -> Vec2 {
 }
 
 /// The settled light of all voxels.
-fn settled(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
-    app.run_until_ready(200).expect("ready");
-    app.render_frames(2).expect("frames");
+fn settled_light(app: &mut HeadlessApp) -> Vec<[Vec4; 6]> {
+    ready(app);
+    frames(app, 2);
     settle(app);
     read_texels(app)
 }
@@ -192,20 +153,18 @@ fn total<'a>(light: impl IntoIterator<Item = &'a [Vec4; 6]>) -> Vec3 {
 
 #[test]
 fn a_gray_texture_dims_each_type_of_light() {
-    let _gpu = gpu();
     // Above 16, lights are culled.
     for count in [1, 20] {
         for kind in KINDS {
-            let mut app = app();
+            let mut app = floor_app();
             let world = app.world_mut();
-            floor(world);
             let lights: Vec<_> = (0..count).map(|_| spawn_light(world, kind)).collect();
             world.spawn(small_volume());
-            let without = total(&settled(&mut app)).x;
+            let without = total(&settled_light(&mut app)).x;
             for light in lights {
                 project(app.world_mut(), light, kind, |_| 0.6);
             }
-            let dimmed = total(&settled(&mut app)).x / without;
+            let dimmed = total(&settled_light(&mut app)).x / without;
             println!("{count} x {kind:?}: {dimmed:.4}");
             assert!((dimmed - 0.6).abs() < 0.006, "{count} x {kind:?}: {dimmed}");
         }
@@ -217,16 +176,14 @@ fn above_floor(light: &[[Vec4; 6]]) -> [f32; 3] {
     let resolution = RESOLUTION as usize;
     let voxel = 4.0 / RESOLUTION as f32;
     let mut sums = [0.0; 3];
-    for z in 0..resolution {
-        for x in 0..resolution {
-            let at = (Vec2::new(x as f32, z as f32) + 0.5) * voxel - 2.0;
-            if at.abs().max_element() < 1.0 {
-                let index = (z * resolution + resolution / 2) * resolution + x;
-                let light = total([&light[index]]).x;
-                sums[0] += light;
-                sums[1] += if at.x > 0.0 { light } else { 0.0 };
-                sums[2] += if at.y > 0.0 { light } else { 0.0 };
-            }
+    for (i, light) in light.iter().enumerate() {
+        let [x, y, z] = [1, resolution, resolution * resolution].map(|step| i / step % resolution);
+        let at = (Vec2::new(x as f32, z as f32) + 0.5) * voxel - 2.0;
+        if y == resolution / 2 && at.abs().max_element() < 1.0 {
+            let light = total([light]).x;
+            sums[0] += light;
+            sums[1] += if at.x > 0.0 { light } else { 0.0 };
+            sums[2] += if at.y > 0.0 { light } else { 0.0 };
         }
     }
     sums
@@ -239,21 +196,19 @@ fn half_a_texture_lights_its_own_side() {
         [("left", |uv| uv.x < 0.5), ("right", |uv| uv.x >= 0.5)],
         [("top", |uv| uv.y < 0.5), ("bottom", |uv| uv.y >= 0.5)],
     ];
-    let _gpu = gpu();
     for kind in KINDS {
-        let mut app = app();
+        let mut app = floor_app();
         let world = app.world_mut();
-        floor(world);
         let light = spawn_light(world, kind);
         world.spawn(small_volume());
         project(world, light, kind, |_| 1.0);
-        let [whole, ..] = above_floor(&settled(&mut app));
+        let [whole, ..] = above_floor(&settled_light(&mut app));
         for halves in HALVES {
             let mut sum = 0.0;
             for (name, is_lit) in halves {
                 let value = |uv| if is_lit(uv) { 1.0 } else { 0.0 };
                 project(app.world_mut(), light, kind, value);
-                let [all, to_x, to_z] = above_floor(&settled(&mut app));
+                let [all, to_x, to_z] = above_floor(&settled_light(&mut app));
                 sum += all;
                 // Half a metre from the middle, tiles of two metres do not repeat.
                 let lit_at = |point| is_lit(coordinates(kind, point));
@@ -278,7 +233,6 @@ fn half_a_texture_lights_its_own_side() {
 /// In the middle of a room whose walls each reflect other colours, once.
 #[test]
 fn each_face_of_a_cube_lights_its_wall() {
-    let _gpu = gpu();
     let colors = [
         Vec3::X,
         Vec3::Y,
@@ -289,37 +243,27 @@ fn each_face_of_a_cube_lights_its_wall() {
     ];
     let mut app = app();
     let world = app.world_mut();
-    settings(world).light = VoxelLight::GlobalIllumination {
-        solver: Solver::default(),
-        bounces: Bounces::Count(1),
-    };
-    for quad in room() {
-        let face = FACES.iter().position(|face| *face == -quad.1);
-        let color = colors[face.expect("a face")];
-        let material = StandardMaterial {
-            base_color: LinearRgba::from_vec3(color).into(),
-            ..default()
-        };
-        spawn(world, without_colors(mesh(&[quad], whole)), material);
+    settings(world).light = global_illumination(Solver::default(), Bounces::Count(1));
+    for side in room() {
+        let face = FACES.iter().position(|face| *face == -side.1);
+        let color = LinearRgba::from_vec3(colors[face.expect("a face")]);
+        spawn(world, quad(side), StandardMaterial::from_color(color));
     }
-    let light = PointLight {
-        intensity: 400.0 * PI,
-        ..default()
-    };
-    let light = world.spawn((light, Transform::IDENTITY)).id();
+    let light = (point_light(400.0 * PI, 20.0), Transform::IDENTITY);
+    let light = world.spawn(light).id();
     world.spawn(around_room());
     // Three walls reflect each colour.
-    let of_wall = total(&settled(&mut app)) / 3.0;
+    let of_wall = total(&settled_light(&mut app)) / 3.0;
     for (layout, _) in LAYOUTS {
         for (face, color) in colors.into_iter().enumerate() {
             let lit = |other, _| if other == face { 1.0 } else { 0.0 };
-            let image = add(app.world_mut(), cube_image(layout, lit));
+            let image = app.world_mut().add_asset(cube_image(layout, lit));
             let texture = PointLightTexture {
                 image,
                 cubemap_layout: layout,
             };
             app.world_mut().entity_mut(light).insert(texture);
-            let found = total(&settled(&mut app)) / of_wall;
+            let found = total(&settled_light(&mut app)) / of_wall;
             let wrong = (found - color).abs().max_element();
             println!("{layout:?}, {}: {found:.4}, {wrong:.4}", FACES[face]);
             assert!(wrong < 0.01, "{layout:?}, {}: {found}", FACES[face]);
@@ -329,13 +273,8 @@ fn each_face_of_a_cube_lights_its_wall() {
 
 /// A black image of three dimensions.
 fn solid() -> Image {
-    let size = Extent3d {
-        width: 4,
-        height: 4,
-        depth_or_array_layers: 4,
-    };
     Image::new_fill(
-        size,
+        UVec3::splat(4).to_extents(),
         TextureDimension::D3,
         &[0],
         TextureFormat::R8Unorm,
@@ -355,16 +294,15 @@ fn after_any_change_of_a_texture_the_light_is_that_of_a_new_app() {
         world.spawn(small_volume());
         spawn_light(world, Kind::Spot)
     };
-    let _gpu = gpu();
     let as_new = |image: Option<Image>| {
         let mut app = app_with(|_| ());
         let light = scene(app.world_mut());
         if let Some(image) = image {
-            let image = add(app.world_mut(), image);
+            let image = app.world_mut().add_asset(image);
             let texture = SpotLightTexture { image };
             app.world_mut().entity_mut(light).insert(texture);
         }
-        settled(&mut app)
+        settled_light(&mut app)
     };
     let difference = |a: &[[Vec4; 6]], b: &[[Vec4; 6]]| {
         let pairs = a.iter().flatten().zip(b.iter().flatten());
@@ -373,10 +311,10 @@ fn after_any_change_of_a_texture_the_light_is_that_of_a_new_app() {
     };
     let mut app = app_with(|_| ());
     let light = scene(app.world_mut());
-    let mut before = settled(&mut app);
-    let memory = |app: &HeadlessApp| app.world().resource::<VoxelGiReport>().memory;
+    let mut before = settled_light(&mut app);
+    let memory = |app: &HeadlessApp| report(app).memory;
     let without = memory(&app);
-    let first = add(app.world_mut(), small(left));
+    let first = app.world_mut().add_asset(small(left));
     let later = app.world().resource::<Assets<Image>>().reserve_handle();
     let insert = |world: &mut World, image: &Handle<Image>| {
         let image = image.clone();
@@ -398,7 +336,7 @@ fn after_any_change_of_a_texture_the_light_is_that_of_a_new_app() {
             insert(world, &first);
         }),
         ("that cannot be read", None, &|world| {
-            let black = add(world, solid());
+            let black = world.add_asset(solid());
             insert(world, &black);
         }),
         (
@@ -417,7 +355,7 @@ fn after_any_change_of_a_texture_the_light_is_that_of_a_new_app() {
     ];
     for (name, texture, change) in changes {
         change(app.world_mut());
-        let found = settled(&mut app);
+        let found = settled_light(&mut app);
         let has_tile = texture.is_some();
         let anew = as_new(texture);
         let (wrong, effect) = (difference(&anew, &found), difference(&anew, &before));

@@ -1,28 +1,22 @@
 //! The voxel GI in pictures.
 
 mod basics;
-mod bounces;
-mod budget;
 mod changes;
 mod colors;
-mod contacts;
 mod devices;
 mod extremes;
+mod fixture;
 mod games;
 mod history;
 mod light_textures;
 mod materials;
-mod memory;
 mod moving;
+mod options;
 mod rays;
 mod receiver;
 mod reference;
 mod room;
-mod round_robin;
-mod scene;
 mod specular;
-mod stochastic;
-mod support;
 mod surfaces;
 mod truth;
 mod volumes;

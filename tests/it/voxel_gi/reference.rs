@@ -2,53 +2,35 @@
 
 use std::f32::consts::PI;
 
-use bevy::{math::Vec3A, prelude::*};
+use bevy::prelude::*;
 use bevy_frugal_lab::boxes::{BoxScene, SceneBox, TracedScene, cornell_box, visible_walls};
 use bevy_voxel_gi::{
-    Bounces, Solver, VoxelGiReport, VoxelGiSettings, VoxelGiState, VoxelLight,
+    Bounces, Solver, VoxelGiSettings, VoxelGiState, VoxelLight,
     reference::{
         IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
-        RayTracingSettings, SETTLE, Triangle, VolumeGrid, Voxels, ambient_occlusion,
-        dividers::dividers,
+        RayTracingSettings, SETTLE, Triangle, Voxels, ambient_occlusion, dividers::dividers,
     },
 };
 
-use super::support::{box_app, picture, read_dividers, read_field, read_texels, settle, volume};
-use crate::support::gpu;
+use super::fixture::*;
 
 /// Light is stored as 16-bit floats times this.
 const STORAGE_SCALE: f32 = 1.0 / 64.0;
 
-fn triangles(scene: &BoxScene) -> (Vec<Triangle>, Vec<Material>) {
+fn triangles_and_materials(scene: &BoxScene) -> (Vec<Triangle>, Vec<Material>) {
     let mesh = Mesh::from(Cuboid::from_size(Vec3::splat(2.0)));
-    let corners = mesh
-        .attribute(Mesh::ATTRIBUTE_POSITION)
-        .and_then(|a| a.as_float3())
-        .expect("positions");
-    let indices: Vec<usize> = mesh.indices().expect("indices").iter().collect();
-    let mut triangles = Vec::new();
-    let mut materials = Vec::new();
-    for part in &scene.boxes {
-        let transform = Transform::from_translation(part.center)
+    let triangles_of = |(material, part): (u32, &SceneBox)| {
+        let place = Transform::from_translation(part.center)
             .with_rotation(part.rotation())
-            .with_scale(part.half)
-            .compute_affine();
-        let material = u32::try_from(materials.len()).expect("few");
-        materials.push(Material {
-            albedo: part.albedo,
-            emission: Vec3::ZERO,
-        });
-        for corner in indices.chunks_exact(3) {
-            let at =
-                |i: usize| Vec3::from(transform.transform_point3a(Vec3A::from(corners[corner[i]])));
-            triangles.push(Triangle {
-                corners: [at(0), at(1), at(2)],
-                material,
-                double_sided: false,
-            });
-        }
-    }
-    (triangles, materials)
+            .with_scale(part.half);
+        triangles(&mesh, place.compute_affine(), material)
+    };
+    let triangles = (0..).zip(&scene.boxes).flat_map(triangles_of);
+    let materials = scene.boxes.iter().map(|part| Material {
+        albedo: part.albedo,
+        emission: Vec3::ZERO,
+    });
+    (triangles.collect(), materials.collect())
 }
 
 fn lights(scene: &BoxScene) -> Vec<Light> {
@@ -74,13 +56,8 @@ const EARLY: u32 = 15;
 /// The fields of the reference, early and settled, and what divides its voxels.
 fn expected(scene: &BoxScene, settings: &VoxelGiSettings) -> ([IrradianceField; 2], Vec<Vec3>) {
     let resolution = settings.resolution;
-    let (center, size) = scene.volume(resolution);
-    let grid = VolumeGrid {
-        min: center - 0.5 * size,
-        voxel_size: size / resolution as f32,
-        resolution,
-    };
-    let (triangles, materials) = triangles(scene);
+    let grid = grid(scene, resolution);
+    let (triangles, materials) = triangles_and_materials(scene);
     let voxels = Voxels::new(grid, &triangles);
     let sky = scene.sky_radiance;
     let lights = lights(scene);
@@ -134,16 +111,14 @@ fn compare(name: &str, light: VoxelLight, most_error: f32, change: impl FnOnce(&
         ..default()
     };
     let (expected, dividers) = expected(&scene, &settings);
-    let _gpu = gpu();
     let mut app = box_app(&scene);
     let volume = volume(&mut app, &scene, settings);
     app.world_mut().spawn(volume);
-    let mut frames = 0;
+    let mut count = 0;
     // The report is that of the frame before.
-    while frames + 1 < EARLY {
-        app.render_frames(1).expect("a frame");
-        let state = app.world().resource::<VoxelGiReport>().state;
-        frames += u32::from(state != VoxelGiState::Absent);
+    while count + 1 < EARLY {
+        frames(&mut app, 1);
+        count += u32::from(report(&app).state != VoxelGiState::Absent);
     }
     compare_dividers(name, &read_dividers(&mut app), &dividers);
     // Rare bright rays count as changes at first.
@@ -210,13 +185,7 @@ fn expected_voxel(index: usize) -> UVec3 {
 
 /// Thin walls along x and z on a floor, with the light on one side of both.
 fn thin_walls() -> BoxScene {
-    let part = |center: [f32; 3], half: [f32; 3]| SceneBox {
-        center: center.into(),
-        half: half.into(),
-        albedo: Vec3::new(0.7, 0.6, 0.5),
-        rotate_y_deg: 0.0,
-        gloss: None,
-    };
+    let part = |center, half| scene_box(center, half, Vec3::new(0.7, 0.6, 0.5));
     let mut scene = cornell_box();
     scene.boxes = vec![
         part([0.0, -0.2, 0.0], [3.0, 0.2, 3.0]),
@@ -225,9 +194,8 @@ fn thin_walls() -> BoxScene {
     ];
     scene.point_lights.truncate(1);
     scene.point_lights[0].position = Vec3::new(1.2, 1.1, 0.9);
-    scene.camera.eye = Vec3::new(1.5, 7.0, 2.5);
-    scene.camera.target = Vec3::new(0.0, 0.2, 0.0);
-    (scene.camera.width, scene.camera.height) = (128, 128);
+    let (eye, target) = (Vec3::new(1.5, 7.0, 2.5), Vec3::new(0.0, 0.2, 0.0));
+    look(&mut scene, eye, target, 128);
     scene
 }
 
@@ -240,16 +208,13 @@ fn pixels_read_what_the_reference_does() {
         resolution: RESOLUTION,
         ..default()
     };
-    let _gpu = gpu();
     let mut app = box_app(&scene);
     let volume = volume(&mut app, &scene, settings);
     let found = {
         let without = picture(&mut app);
         app.world_mut().spawn(volume);
         settle(&mut app);
-        let with = picture(&mut app);
-        let pairs = with.iter().zip(&without);
-        pairs.map(|(a, b)| a - b).collect::<Vec<_>>()
+        difference(&picture(&mut app), &without)
     };
     let field = read_field(&mut app, &scene, RESOLUTION);
     let dividers = read_dividers(&mut app);
@@ -316,10 +281,7 @@ fn bright_walls_are_as_in_the_reference() {
 
 #[test]
 fn occlusion_is_as_in_the_reference() {
-    let occlusion = VoxelLight::AmbientOcclusion {
-        radius: 0.7,
-        rays: 16,
-    };
+    let occlusion = occlusion(0.7, 16);
     for name in ["cornell_point", "sunlit_room"] {
         compare(name, occlusion, 0.0003, |scene| {
             scene.sky_radiance = Vec3::ONE;
@@ -330,10 +292,8 @@ fn occlusion_is_as_in_the_reference() {
 #[test]
 fn propagated_light_is_as_in_the_reference() {
     for name in ["cornell_point", "colonnade"] {
-        let propagated = VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { iterations: 48 },
-            bounces: Bounces::Endless,
-        };
+        let propagated =
+            global_illumination(Solver::Propagate { iterations: 48 }, Bounces::Endless);
         compare(name, propagated, 0.0006, |_| ());
     }
 }

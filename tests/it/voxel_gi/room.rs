@@ -6,14 +6,12 @@ use bevy::{
     asset::RenderAssetUsages,
     mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::render_resource::TextureFormat,
 };
 use bevy_voxel_gi::VoxelGiVolume;
 
-use super::{
-    scene::{app, at},
-    support::indirect,
-};
+use super::fixture::*;
+use crate::support::triangle_mesh;
 
 /// Four colours, sRGB; even numbers, which blocks of BC7 store as they are.
 pub const PALETTE: [[u8; 3]; 4] = [[230, 230, 230], [220, 30, 30], [30, 200, 30], [20, 20, 20]];
@@ -67,8 +65,7 @@ pub fn mesh(quads: &[Quad], uvs: impl Fn(&Quad) -> [Vec2; 4]) -> Mesh {
         };
         indices.extend(order.map(|i| first + i));
     }
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::all())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+    triangle_mesh(PrimitiveTopology::TriangleList, positions)
         .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
         .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, coordinates)
         .with_inserted_attribute(
@@ -81,6 +78,11 @@ pub fn mesh(quads: &[Quad], uvs: impl Fn(&Quad) -> [Vec2; 4]) -> Mesh {
 pub fn without_colors(mut mesh: Mesh) -> Mesh {
     mesh.remove_attribute(Mesh::ATTRIBUTE_COLOR);
     mesh
+}
+
+/// A quad with coordinates of a whole texture.
+pub fn quad(quad: Quad) -> Mesh {
+    without_colors(mesh(&[quad], whole))
 }
 
 pub fn linear(color: usize) -> LinearRgba {
@@ -109,19 +111,7 @@ pub fn matt_with(material: StandardMaterial) -> StandardMaterial {
 pub fn image(size: UVec2, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
     let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| (x, y)));
     let texels = texels.flat_map(|(x, y)| texel(x, y)).collect();
-    let size = Extent3d {
-        width: size.x,
-        height: size.y,
-        depth_or_array_layers: 1,
-    };
-    let format = TextureFormat::Rgba8UnormSrgb;
-    Image::new(
-        size,
-        TextureDimension::D2,
-        texels,
-        format,
-        RenderAssetUsages::all(),
-    )
+    image_of(size, TextureFormat::Rgba8UnormSrgb, texels)
 }
 
 /// Four strips of the palette.
@@ -142,62 +132,40 @@ pub fn compressed_palette() -> Image {
         });
         word.to_le_bytes()
     };
-    let size = Extent3d {
-        width: 16,
-        height: 4,
-        depth_or_array_layers: 1,
-    };
     let blocks = PALETTE.iter().flat_map(|color| block(*color)).collect();
     let format = TextureFormat::Bc7RgbaUnormSrgb;
-    Image::new(
-        size,
-        TextureDimension::D2,
-        blocks,
-        format,
-        RenderAssetUsages::RENDER_WORLD,
-    )
-}
-
-pub fn add<A: Asset>(world: &mut World, asset: A) -> Handle<A> {
-    world.resource_mut::<Assets<A>>().add(asset)
+    Image {
+        asset_usage: RenderAssetUsages::RENDER_WORLD,
+        ..image_of(UVec2::new(16, 4), format, blocks)
+    }
 }
 
 pub fn spawn(world: &mut World, mesh: Mesh, material: StandardMaterial) -> Entity {
-    let bundle = (
-        Mesh3d(add(world, mesh)),
-        MeshMaterial3d(add(world, matt_with(material))),
-    );
-    world.spawn(bundle).id()
+    let model = model(world, mesh, matt_with(material));
+    world.spawn(model).id()
 }
 
 /// Spawns a quad whose material has the quad's colour.
-pub fn spawn_colored(world: &mut World, quad: Quad) {
-    let base_color = linear(quad.2).into();
-    let material = StandardMaterial {
-        base_color,
-        ..default()
-    };
-    spawn(world, without_colors(mesh(&[quad], whole)), material);
+pub fn spawn_colored(world: &mut World, colored: Quad) {
+    let material = StandardMaterial::from_color(linear(colored.2));
+    spawn(world, quad(colored), material);
 }
 
 /// A material with only a base colour texture.
 pub fn textured(world: &mut World, image: Image) -> StandardMaterial {
     StandardMaterial {
-        base_color_texture: Some(add(world, image)),
+        base_color_texture: Some(world.add_asset(image)),
         ..default()
     }
 }
 
-pub fn ceiling_light(world: &mut World) {
-    world.spawn((
-        PointLight {
-            intensity: 400.0 * PI,
-            range: 20.0,
-            shadow_maps_enabled: false,
-            ..default()
-        },
-        Transform::from_xyz(0.0, 1.0, 0.0),
-    ));
+pub fn ceiling_light(world: &mut World) -> Entity {
+    let light = PointLight {
+        shadow_maps_enabled: false,
+        ..point_light(400.0 * PI, 20.0)
+    };
+    let place = Transform::from_xyz(0.0, 1.0, 0.0);
+    world.spawn((light, place)).id()
 }
 
 pub fn around_room() -> VoxelGiVolume {
@@ -206,14 +174,26 @@ pub fn around_room() -> VoxelGiVolume {
 
 /// The indirect light on the floor, left and right, of a room.
 pub fn on_floor(build: impl FnOnce(&mut World)) -> [Vec3; 3] {
-    let mut app = app();
-    build(app.world_mut());
-    ceiling_light(app.world_mut());
-    app.run_until_ready(200).expect("not ready");
-    places(&indirect(&mut app, around_room()))
+    on_floor_without_light(|world| {
+        build(world);
+        ceiling_light(world);
+    })
 }
 
-pub fn places(light: &[Vec3]) -> [Vec3; 3] {
+/// The same where only emission lights the room.
+pub fn on_floor_without_light(build: impl FnOnce(&mut World)) -> [Vec3; 3] {
+    let mut app = app();
+    build(app.world_mut());
+    in_room(&mut app)
+}
+
+/// The same in an app.
+pub fn in_room(app: &mut HeadlessApp) -> [Vec3; 3] {
+    ready(app);
+    places(&indirect(app, around_room()))
+}
+
+fn places(light: &[Vec3]) -> [Vec3; 3] {
     [
         at(light, -1.2, 0.0),
         at(light, 0.0, 1.0),

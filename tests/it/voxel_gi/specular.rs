@@ -8,13 +8,12 @@ use bevy_frugal_lab::{
         BoxGloss, BoxScene, SceneBox, TracedScene, agreement, block_means, cornell_box, trace,
         visible_walls,
     },
-    headless::{HeadlessApp, HeadlessSettings},
+    headless::HeadlessSettings,
     path_tracer::TraceSettings,
-    stage::StageCamera,
 };
-use bevy_voxel_gi::{Receiver, VoxelGiPlugin, VoxelGiReport, VoxelGiSettings};
+use bevy_voxel_gi::{Receiver, VoxelGiPlugin, VoxelGiSettings};
 
-use super::support::{box_app, picture, read_dividers, read_field, settle, volume};
+use super::fixture::*;
 use crate::support::{compose::mesh_numbers, composer, gpu};
 
 /// No metal, of Bevy's default reflectance.
@@ -39,18 +38,16 @@ fn glossy(name: &str, roughness: f32) -> BoxScene {
 /// Gives the camera an even environment map of this radiance, or none.
 fn set_map(app: &mut HeadlessApp, radiance: Vec3) {
     let world = app.world_mut();
-    let mut cameras = world.query_filtered::<Entity, With<StageCamera>>();
-    let camera = cameras.single(world).expect("one");
     let most = radiance.max_element();
     if most == 0.0 {
-        world.entity_mut(camera).remove::<EnvironmentMapLight>();
+        camera(world).remove::<EnvironmentMapLight>();
     } else {
         let color = LinearRgba::from_vec3(radiance / most);
         let mut images = world.resource_mut::<Assets<Image>>();
         let map = EnvironmentMapLight::solid_color(&mut images, color).with_intensity(most);
-        world.entity_mut(camera).insert(map);
+        camera(world).insert(map);
     }
-    app.run_until_ready(200).expect("not ready");
+    ready(app);
 }
 
 /// Specular light in Bevy, where a volume gives the diffuse one.
@@ -59,44 +56,28 @@ struct Specular {
     share: Vec<Vec3>,
     /// Specular light of the volume.
     found: Vec<Vec3>,
-    app: HeadlessApp,
+    app: Borrowed,
 }
 
 fn specular(scene: &BoxScene, resolution: u32, receiver: Receiver) -> Specular {
     let mut app = box_app(scene);
-    let settings = VoxelGiSettings {
+    let chosen = VoxelGiSettings {
         resolution,
         receiver,
         ..default()
     };
-    let volume = volume(&mut app, scene, settings.clone());
+    let volume = volume(&mut app, scene, chosen);
     app.world_mut().spawn(volume);
-    app.run_until_ready(200).expect("not ready");
-    settle(&mut app);
-    let diffuse = picture(&mut app);
-    let memory = app.world().resource::<VoxelGiReport>().memory;
+    let diffuse = settled(&mut app);
+    let memory = report(&app).memory;
     set_map(&mut app, Vec3::ONE);
     let share = difference(&picture(&mut app), &diffuse);
     set_map(&mut app, scene.sky_radiance);
-    app.world_mut().insert_resource(VoxelGiSettings {
-        specular_light: true,
-        ..settings
-    });
-    app.run_until_ready(200).expect("not ready");
-    settle(&mut app);
-    let found = difference(&picture(&mut app), &diffuse);
-    let report = app.world().resource::<VoxelGiReport>();
-    assert_eq!(report.memory, memory, "specular light takes no memory");
+    settings(app.world_mut()).specular_light = true;
+    let found = difference(&settled(&mut app), &diffuse);
+    let after = report(&app).memory;
+    assert_eq!(after, memory, "specular light takes no memory");
     Specular { share, found, app }
-}
-
-fn difference(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-fn quotient(a: &[Vec3], b: &[Vec3]) -> Vec<Vec3> {
-    let parts = a.iter().zip(b);
-    parts.map(|(a, b)| a / b.max(Vec3::splat(1e-6))).collect()
 }
 
 /// The specular light is at most half as wrong as that of an environment map, or as none.
@@ -109,7 +90,6 @@ fn assert_halved(name: &str, sky: Option<Vec3>) {
     };
     let width = scene.camera.width;
     let truth = block_means(&trace(&scene, &settings).specular, width);
-    let _gpu = gpu();
     let Specular { share, found, .. } = specular(&scene, 32, Receiver::Interpolated);
     let of_map: Vec<_> = share.iter().map(|s| s * scene.sky_radiance).collect();
     let [off, on] = [&of_map, &found].map(|light| agreement(light, width, &truth));
@@ -147,7 +127,6 @@ fn the_shader_computes_what_the_reference_does() {
     const RESOLUTION: u32 = 16;
     let roughness = 0.45;
     let scene = glossy("cornell_point", roughness);
-    let _gpu = gpu();
     let Specular {
         share,
         found,
@@ -158,8 +137,7 @@ fn the_shader_computes_what_the_reference_does() {
     // Texels are irradiance over pi times this.
     let scale = PI * 64.0;
     let (mut error, mut total) = (0.0, 0.0);
-    let found = quotient(&found, &share);
-    for (wall, found) in visible_walls(&scene).iter().zip(&found) {
+    for (wall, (found, share)) in visible_walls(&scene).iter().zip(found.iter().zip(&share)) {
         let Some(wall) = wall else {
             continue;
         };
@@ -167,6 +145,7 @@ fn the_shader_computes_what_the_reference_does() {
         let radiance =
             field.specular_radiance(&dividers, wall.position, wall.normal, to_viewer, roughness);
         let expected = radiance * scale;
+        let found = found / share.max(Vec3::splat(1e-6));
         error += (found - expected).abs().element_sum();
         total += expected.element_sum();
     }
@@ -188,26 +167,21 @@ fn sealed_room() -> BoxScene {
         center[axis] = 1.25 * sign;
         half[axis] = 0.25;
         SceneBox {
-            center,
-            half,
-            albedo: Vec3::ONE,
-            rotate_y_deg: 0.0,
             gloss: Some(metal),
+            ..scene_box(center.into(), half.into(), Vec3::ONE)
         }
     };
     scene.boxes = sides.concat().into_iter().map(wall).collect();
     scene.point_lights.clear();
     scene.sky_radiance = Vec3::splat(10.0);
-    scene.camera.eye = Vec3::new(-0.8, 0.3, 0.8);
-    scene.camera.target = Vec3::new(0.6, -0.6, -0.6);
-    (scene.camera.width, scene.camera.height) = (64, 64);
+    let (eye, target) = (Vec3::new(-0.8, 0.3, 0.8), Vec3::new(0.6, -0.6, -0.6));
+    look(&mut scene, eye, target, 64);
     scene
 }
 
 #[test]
 fn a_sealed_room_is_dark_under_a_bright_environment_map() {
     let scene = sealed_room();
-    let _gpu = gpu();
     let Specular { share, found, .. } = specular(&scene, 16, Receiver::PerPixel);
     let map = scene.sky_radiance.x;
     let mean = |light: &[Vec3]| light.iter().map(|l| l.x).sum::<f32>() / light.len() as f32;

@@ -2,15 +2,13 @@
 //! that is held to the truth with more voxels, in the tests of the crate.
 
 use bevy_frugal_lab::boxes::{Agreement, TracedScene, agreement};
-use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings, VoxelLight};
+use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings};
 
-use super::support::{box_app, indirect, volume};
-use crate::support::gpu;
+use super::fixture::*;
 
 /// How close each of these settings comes to the truth.
 fn measured(name: &str, settings: &[VoxelGiSettings]) -> Vec<Agreement> {
     let truth = TracedScene::read(name).expect("a scene");
-    let _gpu = gpu();
     let mut app = box_app(&truth.scene);
     let measure = |settings: &VoxelGiSettings| {
         let volume = volume(&mut app, &truth.scene, settings.clone());
@@ -33,10 +31,7 @@ fn assert_near(name: &str, most_error: [f64; 3], most_bias: [f64; 3]) {
         ..traced.clone()
     };
     let propagated = VoxelGiSettings {
-        light: VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { iterations: 96 },
-            bounces: Bounces::Endless,
-        },
+        light: global_illumination(Solver::Propagate { iterations: 96 }, Bounces::Endless),
         ..traced.clone()
     };
     let found = measured(name, &[traced, per_pixel, propagated]);

@@ -3,25 +3,22 @@
 use bevy::{
     asset::RenderAssetUsages,
     camera::ScalingMode,
+    image::ToExtents,
     light::{Atmosphere, AtmosphereEnvironmentMapLight, Skybox, atmosphere::ScatteringMedium},
     pbr::AtmosphereSettings,
     prelude::*,
     render::render_resource::{
-        Extent3d, TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
+        TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
     },
 };
 use bevy_frugal_lab::{
-    boxes::{BoxScene, SceneBox, agreement, block_means, cornell_box, trace},
+    boxes::{BoxScene, agreement, block_means, cornell_box, trace},
     headless::HeadlessApp,
     path_tracer::TraceSettings,
 };
 use bevy_voxel_gi::{Sky, VoxelGiVolume};
 
-use super::{
-    scene::{app, app_with, at, block_of, matt, under_sky},
-    support::{box_app, indirect, picture, read_texels, settle},
-};
-use crate::support::gpu;
+use super::fixture::*;
 
 /// A closed hall of 12 m whose floor's top is at y = 0, with or without its ceiling.
 fn hall(world: &mut World, has_ceiling: bool) {
@@ -36,27 +33,18 @@ fn hall(world: &mut World, has_ceiling: bool) {
     }
     for side in [-1.0, 1.0] {
         let at = side * (6.0 + 0.5 * WALL);
-        slab(
-            Vec3::new(at, 3.0, 0.0),
-            Vec3::new(WALL, 6.0, 12.0 + 2.0 * WALL),
-        );
+        slab(Vec3::new(at, 3.0, 0.0), Vec3::new(WALL, 6.0, flat.z));
         slab(Vec3::new(0.0, 3.0, at), Vec3::new(12.0, 6.0, WALL));
     }
 }
 
 #[test]
 fn a_sealed_hall_around_a_volume_is_dark_and_an_open_one_is_not() {
-    let _gpu = gpu();
     let added = |has_ceiling: bool| {
         let mut app = app();
         hall(app.world_mut(), has_ceiling);
-        let sun = DirectionalLight {
-            illuminance: 10.0,
-            ..default()
-        };
-        let down = Transform::default().looking_to(Vec3::new(0.3, -1.0, 0.2), Vec3::Z);
-        app.world_mut().spawn((sun, down));
-        app.run_until_ready(200).expect("ready");
+        app.world_mut().spawn(sun(10.0, Vec3::new(0.3, -1.0, 0.2)));
+        ready(&mut app);
         let found = indirect(&mut app, under_sky(1.0));
         [(0.0, 0.0), (1.5, -1.5), (-1.2, 0.8)].map(|(x, z)| at(&found, x, z).x)
     };
@@ -69,21 +57,15 @@ fn a_sealed_hall_around_a_volume_is_dark_and_an_open_one_is_not() {
 /// A room whose walls lie on borders of sub-voxels but for a small turn, as the reference traces it.
 #[test]
 fn a_room_that_is_turned_a_little_is_dark() {
-    let _gpu = gpu();
     for degrees in [0.02f32, 1.0, 1.5] {
         let mut app = app();
         let world = app.world_mut();
         let mut room = Mesh::from(Cuboid::from_length(2.75));
         room.invert_winding().expect("triangles");
-        let material = matt(world, 0.5);
-        let room = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(room));
+        let room = model(world, room, matt_material(0.5));
         let axis = Vec3::new(1.0, 0.7, -0.4).normalize();
         let turn = Quat::from_axis_angle(axis, degrees.to_radians());
-        world.spawn((
-            room,
-            MeshMaterial3d(material),
-            Transform::from_rotation(turn),
-        ));
+        world.spawn((room, Transform::from_rotation(turn)));
         world.spawn(under_sky(1.0));
         settle(&mut app);
         let texels = read_texels(&mut app);
@@ -120,11 +102,7 @@ fn cube_map(world: &mut World, radiance: impl Fn(Vec3) -> f32) -> Handle<Image> 
         [gray, gray, gray, half::f16::ONE].map(half::f16::to_le_bytes)
     });
     let mut image = Image::new(
-        Extent3d {
-            width: SIZE,
-            height: SIZE,
-            depth_or_array_layers: 6,
-        },
+        UVec3::new(SIZE, SIZE, 6).to_extents(),
         TextureDimension::D2,
         texels.flatten().collect(),
         TextureFormat::Rgba16Float,
@@ -134,25 +112,14 @@ fn cube_map(world: &mut World, radiance: impl Fn(Vec3) -> f32) -> Handle<Image> 
         dimension: Some(TextureViewDimension::Cube),
         ..default()
     });
-    world.resource_mut::<Assets<Image>>().add(image)
-}
-
-fn camera(world: &mut World) -> EntityWorldMut<'_> {
-    let camera = world
-        .query_filtered::<Entity, With<Camera3d>>()
-        .single(world);
-    world.entity_mut(camera.expect("a camera"))
+    world.add_asset(image)
 }
 
 /// A floor of 20 m, of which the camera sees `width` metres.
 fn wide_floor(app: &mut HeadlessApp, width: f32) {
     let world = app.world_mut();
-    block_of(
-        world,
-        0.5,
-        Vec3::new(0.0, -0.1, 0.0),
-        Vec3::new(20.0, 0.2, 20.0),
-    );
+    let size = Vec3::new(20.0, 0.2, 20.0);
+    block_of(world, 0.5, Vec3::new(0.0, -0.1, 0.0), size);
     let mut camera = camera(world);
     let scaling_mode = ScalingMode::Fixed {
         width,
@@ -166,53 +133,41 @@ fn wide_floor(app: &mut HeadlessApp, width: f32) {
 
 /// All of a floor is as bright as Bevy alone has it, in a volume, at its edge, outside, and in several volumes.
 fn a_floor_without_an_edge(light: impl Fn(&mut World)) {
-    let _gpu = gpu();
     let mut app = app();
     wide_floor(&mut app, 12.0);
     light(app.world_mut());
-    app.run_until_ready(200).expect("ready");
+    ready(&mut app);
     let alone = picture(&mut app);
     let expected = at(&alone, 0.0, 0.0).x;
     assert!(expected > 0.2, "{expected}");
-    let nested = VoxelGiVolume::fixed(3.0);
-    let beside = (
-        VoxelGiVolume::fixed(2.0),
-        Transform::from_xyz(4.0, 0.0, 0.0),
-    );
+    let at_x = |size: f32, x: f32| (VoxelGiVolume::fixed(size), Transform::from_xyz(x, 0.0, 0.0));
     let follows = VoxelGiVolume {
         size: 2.0,
         ..default()
     };
-    let check = |what: &str, volumes: Vec<Entity>, app: &mut HeadlessApp| {
-        settle(app);
-        for (pixel, (found, alone)) in picture(app).iter().zip(&alone).enumerate() {
+    for (what, volumes) in [
+        ("a volume", vec![at_x(4.0, 0.0)]),
+        ("cascades around the camera", vec![(follows, default())]),
+        (
+            "three volumes",
+            vec![at_x(4.0, 0.0), at_x(3.0, 0.0), at_x(2.0, 4.0)],
+        ),
+        ("a volume out of view", vec![at_x(2.0, 8.0)]),
+    ] {
+        let world = app.world_mut();
+        let volumes: Vec<_> = { volumes.into_iter() }
+            .map(|volume| world.spawn(volume).id())
+            .collect();
+        settle(&mut app);
+        for (pixel, (found, alone)) in picture(&mut app).iter().zip(&alone).enumerate() {
             let wrong = (*found / *alone - 1.0).abs().max_element();
             assert!(wrong < 0.012, "{found} for {alone} at {pixel} with {what}");
         }
         for volume in volumes {
             app.world_mut().despawn(volume);
         }
-        app.render_frames(3).expect("frames");
-    };
-    let spawned = vec![app.world_mut().spawn(VoxelGiVolume::fixed(4.0)).id()];
-    check("a volume", spawned, &mut app);
-    let spawned = vec![app.world_mut().spawn(follows).id()];
-    check("cascades around the camera", spawned, &mut app);
-    let world = app.world_mut();
-    let spawned = vec![
-        world.spawn(VoxelGiVolume::fixed(4.0)).id(),
-        world.spawn(nested).id(),
-        world.spawn(beside).id(),
-    ];
-    check("three volumes", spawned, &mut app);
-    // Out of the camera's view.
-    let away = Transform::from_xyz(8.0, 0.0, 0.0);
-    let spawned = vec![
-        app.world_mut()
-            .spawn((VoxelGiVolume::fixed(2.0), away))
-            .id(),
-    ];
-    check("a volume out of view", spawned, &mut app);
+        frames(&mut app, 3);
+    }
 }
 
 #[test]
@@ -240,42 +195,33 @@ fn a_floor_in_ambient_light_has_no_edge() {
 
 /// Boxes on a floor in a corner of walls, under a sky whose quarter at +X and +Z is bright.
 fn under_a_bright_quarter() -> BoxScene {
-    let part = |center: [f32; 3], half: [f32; 3], albedo: f32, rotate_y_deg: f32| SceneBox {
-        center: center.into(),
-        half: half.into(),
-        albedo: Vec3::splat(albedo),
-        rotate_y_deg,
-        gloss: None,
-    };
     let mut scene = cornell_box();
+    let gray = |center, half, albedo| scene_box(center, half, Vec3::splat(albedo));
     scene.boxes = vec![
-        part([0.0, -0.2, 0.0], [4.0, 0.2, 4.0], 0.6, 0.0),
-        part([-3.8, 1.5, 0.0], [0.2, 1.5, 4.0], 0.7, 0.0),
-        part([0.0, 1.5, -3.8], [4.0, 1.5, 0.2], 0.3, 0.0),
-        part([0.5, 0.8, 0.7], [0.8, 0.8, 0.8], 0.5, 30.0),
-        part([-1.6, 0.4, 1.9], [0.5, 0.4, 0.7], 0.8, 0.0),
+        gray([0.0, -0.2, 0.0], [4.0, 0.2, 4.0], 0.6),
+        gray([-3.8, 1.5, 0.0], [0.2, 1.5, 4.0], 0.7),
+        gray([0.0, 1.5, -3.8], [4.0, 1.5, 0.2], 0.3),
+        gray([0.5, 0.8, 0.7], [0.8, 0.8, 0.8], 0.5),
+        gray([-1.6, 0.4, 1.9], [0.5, 0.4, 0.7], 0.8),
     ];
+    scene.boxes[3].rotate_y_deg = 30.0;
     (scene.point_lights, scene.directional_lights) = (vec![], vec![]);
     scene.sky_radiance = Vec3::splat(1.0);
     scene.sky_quarter = Vec3::splat(9.0);
-    scene.camera.eye = Vec3::new(5.0, 6.0, 5.5);
-    scene.camera.target = Vec3::new(-0.4, 0.3, -0.4);
-    (scene.camera.width, scene.camera.height) = (64, 64);
+    let (eye, target) = (Vec3::new(5.0, 6.0, 5.5), Vec3::new(-0.4, 0.3, -0.4));
+    look(&mut scene, eye, target, 64);
     scene
 }
 
 #[test]
 fn rays_see_the_games_own_sky_as_it_is_turned() {
     let scene = under_a_bright_quarter();
-    let truth = trace(
-        &scene,
-        &TraceSettings {
-            samples: 512,
-            ..default()
-        },
-    );
+    let settings = TraceSettings {
+        samples: 512,
+        ..default()
+    };
+    let truth = trace(&scene, &settings);
     let truth = block_means(&truth.indirect, scene.camera.width);
-    let _gpu = gpu();
     let mut app = box_app(&scene);
     let (center, size) = scene.volume(32);
     for (what, turn) in [("as it is", 0.0), ("turned", 2.0)] {
@@ -299,7 +245,6 @@ fn rays_see_the_games_own_sky_as_it_is_turned() {
 
 #[test]
 fn a_sky_that_changes_is_seen_anew() {
-    let _gpu = gpu();
     let mut app = app();
     wide_floor(&mut app, 4.0);
     let world = app.world_mut();
@@ -312,9 +257,7 @@ fn a_sky_that_changes_is_seen_anew() {
     camera(world).insert(skybox(&map, 1.0));
     world.spawn(VoxelGiVolume::fixed(4.0));
     let check = |app: &mut HeadlessApp, expected: f32, what: &str| {
-        app.run_until_ready(200).expect("ready");
-        settle(app);
-        let found = at(&picture(app), 0.5, 0.5).x;
+        let found = at(&settled(app), 0.5, 0.5).x;
         assert!((found / expected - 1.0).abs() < 0.01, "{found} {what}");
     };
     check(&mut app, 0.5, "at first");
@@ -342,19 +285,13 @@ fn a_sky_that_changes_is_seen_anew() {
 /// A floor in the light of an atmosphere alone is about as bright as Bevy has it, also where the camera only shows it.
 #[test]
 fn rays_see_the_atmosphere() {
-    let _gpu = gpu();
     let mut app = app_with(|_| ());
     wide_floor(&mut app, 4.0);
     let world = app.world_mut();
     let mut media = world.resource_mut::<Assets<ScatteringMedium>>();
     let medium = media.add(ScatteringMedium::earth(64, 64));
     world.spawn(Atmosphere::earth(medium));
-    let sun = DirectionalLight {
-        illuminance: 1000.0,
-        ..default()
-    };
-    let low = Transform::default().looking_to(Vec3::new(-1.0, -0.4, -0.3), Vec3::Y);
-    world.spawn((sun, low));
+    world.spawn(sun(1000.0, Vec3::new(-1.0, -0.4, -0.3)));
     camera(world).insert(AtmosphereSettings::default());
     let light_of = |app: &mut HeadlessApp| {
         app.render_frames(30).expect("frames");
@@ -362,7 +299,7 @@ fn rays_see_the_atmosphere() {
     };
     let sun_alone = light_of(&mut app);
     camera(app.world_mut()).insert(AtmosphereEnvironmentMapLight::default());
-    app.run_until_ready(200).expect("ready");
+    ready(&mut app);
     let by_bevy = light_of(&mut app) - sun_alone;
     app.world_mut().spawn(VoxelGiVolume::fixed(4.0));
     settle(&mut app);
