@@ -19,4 +19,3 @@ pub use crate::headless::{
 pub mod adapter;
 pub mod app;
 pub mod frames;
-pub mod threads;

@@ -18,7 +18,7 @@ use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
 use crate::{
     content,
     runner::{SceneSettings, Side},
-    scenes::all_together::{HasMatter, TextureBytes, hall::Matter},
+    scenes::all_together::{HasMatter, Matter, TextureBytes},
     wavelets::{encoded, wavelets},
 };
 

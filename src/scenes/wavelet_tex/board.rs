@@ -23,7 +23,7 @@ use crate::{
     runner::{MemoryFigures, Notes, PictureArea, SceneSettings, Side},
     scenes::wavelet_tex::{
         self,
-        textures::{Sources, gray},
+        room::{Sources, gray},
     },
 };
 

@@ -17,16 +17,12 @@ use crate::{
     runner::{MemoryFigures, Notes, Scene, SceneImage, SceneSetting, SceneSettings, Side},
     scenes::{
         error_view::{self, ErrorViewPlugin, ErrorViewSystems, Films},
-        wavelet_tex::{
-            room::Part,
-            textures::{SourceMap, Sources},
-        },
+        wavelet_tex::room::{Part, SourceMap, Sources},
     },
 };
 
 mod board;
 mod room;
-mod textures;
 
 /// The example of `bevy_wavelet_tex`.
 pub struct WaveletTex;
