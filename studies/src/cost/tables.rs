@@ -8,7 +8,6 @@ use std::{
 use bevy_frugal_lab::ROOT;
 
 use crate::{
-    chart,
     cost::{
         CostError,
         configurations::{PLUGINS, Scene},
@@ -19,7 +18,7 @@ use crate::{
     page::{plugin_page, renew_file, table},
     record::{FileError, read_json, write_text},
     run::{AnyStudy, STUDIES, Study, read},
-    summary::{Choice, Quantity, Source, Summary},
+    summary::{Choice, Quantity, Source, Summary, svg},
     wavelet_tex::{WaveletTex, tunnel::TunnelRow},
 };
 
@@ -211,7 +210,7 @@ pub fn draw(rows: &[CostRow], folder: &Path) -> Result<(), FileError> {
         };
         let machine =
             { rows.first() }.map_or(String::new(), |row| format!("{GPU}, {}", row.driver));
-        let svg = chart::svg(&summary, &machine);
+        let svg = svg(&summary, &machine);
         write_text(&svg, &folder.join(study.name).with_extension("svg"))?;
     }
     Ok(())

@@ -36,8 +36,6 @@ use crate::{
 
 pub mod flicker;
 
-pub mod taa;
-
 /// The study.
 pub struct Ewa;
 
@@ -56,6 +54,17 @@ pub struct FlickerRow {
     /// How the camera moves, and what is done against flicker.
     pub camera: String,
     pub mse: f64,
+}
+
+impl FlickerRow {
+    fn new(scene: &str, setting: &str, camera: impl Into<String>, mse: f64) -> Self {
+        Self {
+            scene: scene.into(),
+            setting: setting.into(),
+            camera: camera.into(),
+            mse,
+        }
+    }
 }
 
 impl Study for Ewa {
@@ -202,39 +211,23 @@ fn row(
 
 pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<FlickerRow> {
     let truths = flicker::truths(scene, size, RATE / 4);
-    let mut rows = Vec::new();
-    for setting in SETTINGS.iter().filter(|setting| !setting.needs_hardware()) {
+    let computed = SETTINGS.iter().filter(|setting| !setting.needs_hardware());
+    let rows = computed.flat_map(|setting| {
         let settings = setting.settings(1);
         let found = flicker::flicker(scene, &truths, size, &settings, setting.frames);
-        for (kind, mse) in [
-            ("moving", found.moving),
-            ("still", found.still),
-            ("still, TAA", found.still_with_taa),
-        ] {
-            rows.push(FlickerRow {
-                scene: scene.name.into(),
-                setting: setting.name.into(),
-                camera: kind.into(),
-                mse,
-            });
-        }
-    }
-    rows
+        found.map(|(camera, mse)| FlickerRow::new(scene.name, setting.name, camera, mse))
+    });
+    rows.collect()
 }
 
 /// The rows of flicker with Bevy's temporal anti-aliasing and without it.
 fn taa_rows(size: u32) -> Result<Vec<FlickerRow>, TradeoffError> {
     let mut rows = Vec::new();
     for (with, suffix) in [(false, ""), (true, ", Bevy's TAA")] {
-        for found in taa::taa_flicker(size, with)? {
-            for (kind, mse) in [("still", found.still), ("moving", found.moving)] {
-                rows.push(FlickerRow {
-                    scene: "rasterised floor".into(),
-                    setting: found.setting.into(),
-                    camera: format!("{kind}{suffix}"),
-                    mse,
-                });
-            }
+        for (setting, changes) in flicker::taa_flicker(size, with)? {
+            rows.extend(changes.map(|(kind, mse)| {
+                FlickerRow::new("rasterised floor", setting, format!("{kind}{suffix}"), mse)
+            }));
         }
     }
     Ok(rows)
