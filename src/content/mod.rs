@@ -81,19 +81,30 @@ pub fn mipped_texture(pixels: &RgbaImage, srgb: bool) -> Image {
     } else {
         TextureFormat::Rgba8Unorm
     };
-    let size = Extent3d {
-        width,
-        height,
-        depth_or_array_layers: 1,
-    };
-    let usage = RenderAssetUsages::RENDER_WORLD;
-    let mut image = Image::new_uninit(size, TextureDimension::D2, format, usage);
-    image.data = Some(data);
-    image.texture_descriptor.mip_level_count = levels;
+    let mut image = texture([width, height], format, levels, data);
     image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
         address_mode_u: ImageAddressMode::Repeat,
         address_mode_v: ImageAddressMode::Repeat,
         ..ImageSamplerDescriptor::linear()
     });
+    image
+}
+
+/// A texture with so many levels, of which the CPU keeps no copy.
+pub fn texture(
+    [width, height]: [u32; 2],
+    format: TextureFormat,
+    levels: u32,
+    data: Vec<u8>,
+) -> Image {
+    let size = Extent3d {
+        width,
+        height,
+        depth_or_array_layers: 1,
+    };
+    let usages = RenderAssetUsages::RENDER_WORLD;
+    let mut image = Image::new_uninit(size, TextureDimension::D2, format, usages);
+    image.data = Some(data);
+    image.texture_descriptor.mip_level_count = levels;
     image
 }

@@ -310,6 +310,11 @@ impl HeadlessSettings {
             ..Self::default()
         }
     }
+
+    /// The same with a picture in this format.
+    pub fn in_format(self, format: TargetFormat) -> Self {
+        Self { format, ..self }
+    }
 }
 
 /// The render target for the cameras of a scene, so that one scene serves a window and headless.

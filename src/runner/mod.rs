@@ -13,8 +13,8 @@
 pub use crate::runner::{
     pictures::{Outcome, RunError, render_headless},
     scene::{
-        AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Notes, Options, Scene, SceneImage, SceneSetting,
-        SceneSettings, SettingError, SettingKind, SettingValue, Side, Size,
+        AFTER_LAYER, BEFORE_LAYER, Choice, MemoryFigures, Notes, Options, Scene, SceneImage,
+        SceneSetting, SceneSettings, SettingError, SettingKind, SettingValue, Side, Size,
     },
     split::{PictureArea, Split, SplitLine},
     window::ScenePicker,

@@ -24,12 +24,24 @@ impl Side {
     /// Both sides, from left to right.
     pub const BOTH: [Self; 2] = [Self::Before, Self::After];
 
-    /// The layers for an entity that only this side's camera sees.
-    pub fn layers(self) -> RenderLayers {
-        RenderLayers::layer(match self {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Before => "before",
+            Self::After => "after",
+        }
+    }
+
+    /// The layer that only this side's camera sees.
+    pub fn layer(self) -> usize {
+        match self {
             Self::Before => BEFORE_LAYER,
             Self::After => AFTER_LAYER,
-        })
+        }
+    }
+
+    /// The layers for an entity that only this side's camera sees.
+    pub fn layers(self) -> RenderLayers {
+        RenderLayers::layer(self.layer())
     }
 }
 
@@ -86,6 +98,12 @@ pub struct Size {
     pub width: u32,
     /// Height in pixels, at least 1.
     pub height: u32,
+}
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} x {} pixels", self.width, self.height)
+    }
 }
 
 impl FromStr for Size {
@@ -429,6 +447,51 @@ impl SceneSetting {
                 Some(SettingValue::Choice(name))
             }
         }
+    }
+}
+
+/// A setting for one of several values, each with its name.
+pub struct Choice<T, const N: usize> {
+    name: &'static str,
+    help: &'static str,
+    default: usize,
+    names: [&'static str; N],
+    values: [T; N],
+}
+
+impl<T: Copy, const N: usize> Choice<T, N> {
+    /// `default` is an index.
+    pub const fn new(
+        name: &'static str,
+        help: &'static str,
+        default: usize,
+        choices: [(&'static str, T); N],
+    ) -> Self {
+        let (mut names, mut values) = ([""; N], [choices[default].1; N]);
+        let mut i = 0;
+        while i < N {
+            names[i] = choices[i].0;
+            values[i] = choices[i].1;
+            i += 1;
+        }
+        Self {
+            name,
+            help,
+            default,
+            names,
+            values,
+        }
+    }
+
+    pub fn setting(&'static self) -> SceneSetting {
+        SceneSetting::choice(self.name, self.help, self.default, &self.names)
+    }
+
+    /// The chosen value.
+    pub fn of(&self, settings: &SceneSettings) -> T {
+        let chosen = settings.choice(self.name);
+        let index = self.names.iter().position(|name| *name == chosen);
+        self.values[index.unwrap_or(self.default)]
     }
 }
 

@@ -72,11 +72,7 @@ pub fn open(
     .insert_resource(LabTarget::window())
     .insert_resource(settings)
     .insert_resource(SceneImage(options.image.clone()))
-    .insert_resource(SceneTitle {
-        name: scene.name(),
-        plugin: scene.plugin(),
-        description: scene.description(),
-    })
+    .insert_resource(ShownScene(scene))
     .init_resource::<AwaitedAssets>()
     .init_resource::<AwaitedWork>()
     .init_resource::<MemoryFigures>()
@@ -145,13 +141,8 @@ pub struct ScenePicker {
     pub chosen: Arc<Mutex<Option<&'static str>>>,
 }
 
-/// Name, description and plugin of the scene, for the panel.
 #[derive(Resource, Clone, Copy)]
-struct SceneTitle {
-    pub name: &'static str,
-    pub plugin: &'static str,
-    pub description: &'static str,
-}
+struct ShownScene(&'static dyn Scene);
 
 /// The frame times of the last frames.
 #[derive(Resource, Default)]
@@ -162,7 +153,7 @@ const GRAB: f32 = 8.0;
 
 #[derive(SystemParam)]
 struct PanelData<'w> {
-    title: Res<'w, SceneTitle>,
+    scene: Res<'w, ShownScene>,
     settings: ResMut<'w, SceneSettings>,
     split: ResMut<'w, Split>,
     area: ResMut<'w, PictureArea>,
@@ -209,12 +200,13 @@ fn draw_panel(
 }
 
 fn panel(ui: &mut egui::Ui, data: &mut PanelData) {
-    ui.heading(data.title.name);
-    ui.label(data.title.description);
-    ui.weak(format!("plugin: {}", data.title.plugin));
+    let scene = data.scene.0;
+    ui.heading(scene.name());
+    ui.label(scene.description());
+    ui.weak(format!("plugin: {}", scene.plugin()));
     if let Some(picker) = &data.picker {
         ui.separator();
-        scenes(ui, picker, data.title.name, &mut data.exit);
+        scenes(ui, picker, scene.name(), &mut data.exit);
     }
     ui.separator();
     // On a copy, so that only a real change counts as one.

@@ -30,5 +30,8 @@ pub mod ycocg_fb;
 
 pub use run::run;
 
+/// Frames before which every asset must have been loaded and every pipeline compiled.
+const MAX_FRAMES: u32 = 200;
+
 #[cfg(test)]
 mod tests;

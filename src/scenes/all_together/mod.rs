@@ -1,11 +1,9 @@
 //! All four plugins in one game: a hall with wavelet textures, EWA on its floor, light that bounces,
 //! drawn into a packed frame buffer. Before is Bevy alone; each plugin of after has a switch.
 
-use std::f32::consts::TAU;
-
 use bevy::{
     camera::{Exposure, Hdr, visibility::RenderLayers},
-    core_pipeline::tonemapping::DebandDither,
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
     light::CascadeShadowConfigBuilder,
     mesh::VertexAttributeValues,
     prelude::*,
@@ -23,10 +21,11 @@ use bevy_ycocg_fb::{
 use crate::{
     headless::AwaitedWork,
     runner::{
-        AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Notes, Scene, SceneSetting, SceneSettings, Side,
+        AFTER_LAYER, BEFORE_LAYER, Choice, MemoryFigures, Notes, Scene, SceneSetting,
+        SceneSettings, Side,
     },
     scenes::{
-        clear_sky,
+        Sun, clear_sky, move_sun,
         tone::{TONE_MAPPED, UNGRADED},
     },
 };
@@ -73,24 +72,14 @@ impl Scene for AllTogether {
                 1,
                 &["color2.25", "color3", "color3.25", "color5"],
             ),
-            SceneSetting::choice(
-                "ewa_method",
-                "of the floor",
-                0,
-                &["linear", "reference", "bilinear", "approximate"],
-            ),
+            textures::EWA_METHOD.setting(),
             SceneSetting::choice(
                 "resolution",
                 "voxels along an edge of the volume",
                 1,
                 &["16", "32", "64"],
             ),
-            SceneSetting::choice(
-                "tone_mapping",
-                "of both cameras; none, and dark, for comparisons of light",
-                0,
-                &["tony_mc_mapface", "none"],
-            ),
+            TONE_MAPPING.setting(),
             SceneSetting::toggle("sun_motion", "the sun wanders", true),
         ]
     }
@@ -129,7 +118,7 @@ impl Scene for AllTogether {
                     configure_cameras,
                 )
                     .chain()
-                    .run_if(resource_changed::<crate::runner::SceneSettings>),
+                    .run_if(resource_changed::<SceneSettings>),
                 move_sun,
                 show,
             )
@@ -141,6 +130,13 @@ impl Scene for AllTogether {
         camera.insert((Hdr, DebandDither::Disabled, Exposure { ev100: EV100 }));
     }
 }
+
+static TONE_MAPPING: Choice<(Tonemapping, DebandDither), 2> = Choice::new(
+    "tone_mapping",
+    "of both cameras; none, and dark, for comparisons of light",
+    0,
+    [("tony_mc_mapface", TONE_MAPPED), ("none", UNGRADED)],
+);
 
 /// Spawns, changes or despawns the volume. Only the camera of after sees its light.
 fn place_volume(
@@ -188,10 +184,7 @@ fn configure_cameras(
             brightness: if on("voxel_gi") { 0.0 } else { AMBIENT },
             ..default()
         });
-        camera.insert(match settings.choice("tone_mapping") {
-            "none" => UNGRADED,
-            _ => TONE_MAPPED,
-        });
+        camera.insert(TONE_MAPPING.of(&settings));
     }
 }
 
@@ -227,10 +220,7 @@ fn show(
             continue;
         }
         let taken = report.memory.total();
-        match side {
-            Side::Before => figure("frame buffer before", taken),
-            Side::After => figure("frame buffer after", taken),
-        };
+        figure(&format!("frame buffer {}", side.name()), taken);
         if *side == Side::After {
             let text = match &report.state {
                 CameraState::Rg11b10Ufloat => "three small floats".into(),
@@ -259,16 +249,8 @@ fn show(
     }
 }
 
-/// Seconds in which the sun wanders there and back.
-const SUN_PERIOD: f32 = 40.0;
-/// How far it wanders to each side, in radians.
-const SUN_SWING: f32 = 0.25;
-
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HasMatter(pub Matter);
-
-#[derive(Component)]
-struct Sun;
 
 /// Spawns everything. Parts with textures are there twice, one for each side; light meets those of
 /// after.
@@ -305,7 +287,10 @@ fn spawn(
         }
     }
     commands.spawn((
-        Sun,
+        Sun {
+            direction: SUN,
+            swing: 0.25,
+        },
         RenderLayers::from_layers(&[0, BEFORE_LAYER, AFTER_LAYER]),
         DirectionalLight {
             color: Color::linear_rgb(1.0, 0.94, 0.84),
@@ -366,23 +351,6 @@ fn mesh(part: &HallPart) -> Result<Mesh> {
         }
     }
     Ok(mesh.with_generated_tangents()?)
-}
-
-/// Turns the sun about the vertical. At time 0 it is where it belongs.
-fn move_sun(
-    settings: Res<SceneSettings>,
-    time: Res<Time>,
-    mut suns: Query<&mut Transform, With<Sun>>,
-) {
-    let phase = if settings.toggle("sun_motion") {
-        (time.elapsed_secs() * TAU / SUN_PERIOD).sin()
-    } else {
-        0.0
-    };
-    let direction = Quat::from_rotation_y(phase * SUN_SWING) * SUN;
-    for mut pose in &mut suns {
-        pose.set_if_neq(Transform::default().looking_to(direction, Vec3::Y));
-    }
 }
 
 // The hall in numbers: metres, lux and cd/m², Y up. It is long and low in front of the camera, so

@@ -17,7 +17,7 @@ use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
 
 use crate::{
     content,
-    runner::{SceneSettings, Side},
+    runner::{Choice, SceneSettings, Side},
     scenes::all_together::{HasMatter, Matter, TextureBytes},
     wavelets::{encoded, wavelets},
 };
@@ -204,7 +204,7 @@ pub fn after(
     for (&matter, (material, plain_bytes)) in &plain.0 {
         let (material, selected_bytes) = if matter == Matter::Tiles && settings.toggle("ewa") {
             let base = materials.get(material).cloned().unwrap_or_default();
-            let extension = ewa_settings(&settings).into();
+            let extension = EwaSettings::with_method(EWA_METHOD.of(&settings)).into();
             let material = ewa.add(EwaStandardMaterial { base, extension });
             (SelectedMaterial::Ewa(material), *plain_bytes)
         } else if matter != Matter::Tiles && settings.toggle("wavelet_tex") {
@@ -286,16 +286,22 @@ impl WaveletMaterials<'_> {
     }
 }
 
-fn ewa_settings(settings: &SceneSettings) -> EwaSettings {
-    EwaSettings::with_method(match settings.choice("ewa_method") {
-        "reference" => EwaMethod::Reference,
-        "bilinear" => EwaMethod::Bilinear,
-        "approximate" => EwaMethod::Approximate {
-            probes: EwaProbes::Five,
-        },
-        _ => EwaMethod::Linear,
-    })
-}
+pub static EWA_METHOD: Choice<EwaMethod, 4> = Choice::new(
+    "ewa_method",
+    "of the floor",
+    0,
+    [
+        ("linear", EwaMethod::Linear),
+        ("reference", EwaMethod::Reference),
+        ("bilinear", EwaMethod::Bilinear),
+        (
+            "approximate",
+            EwaMethod::Approximate {
+                probes: EwaProbes::Five,
+            },
+        ),
+    ],
+);
 
 /// What all materials of a matter have in common.
 fn base(matter: Matter) -> StandardMaterial {

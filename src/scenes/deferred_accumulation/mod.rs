@@ -39,7 +39,7 @@ use bevy::{
 };
 use bevy_ycocg_fb::YCoCgFrameBufferPlugin;
 
-use crate::runner::{MemoryFigures, PictureArea, Scene, SceneSetting, SceneSettings, Side};
+use crate::runner::{Choice, MemoryFigures, PictureArea, Scene, SceneSetting, SceneSettings, Side};
 
 pub mod reference;
 
@@ -60,12 +60,7 @@ impl Scene for DeferredAccumulation {
 
     fn settings(&self) -> Vec<SceneSetting> {
         vec![
-            SceneSetting::choice(
-                "method",
-                "how one target holds both kinds of light",
-                0,
-                &["packed", "specular_luminance"],
-            ),
+            METHOD.setting(),
             SceneSetting::float(
                 "light_distance",
                 "half the distance between the lights",
@@ -99,6 +94,16 @@ impl Scene for DeferredAccumulation {
     }
 }
 
+static METHOD: Choice<LightAccumulation, 2> = Choice::new(
+    "method",
+    "how one target holds both kinds of light",
+    0,
+    [
+        ("packed", LightAccumulation::Packed),
+        ("specular_luminance", LightAccumulation::SpecularLuminance),
+    ],
+);
+
 /// Half the distance between the lights at the start, in metres.
 pub const LIGHT_DISTANCE: f32 = 1.5;
 
@@ -120,10 +125,7 @@ fn apply_settings(
     mut cameras: Query<(&Side, &mut LightAccumulation)>,
 ) {
     *shown = sources(settings.float("light_distance"));
-    let after = match settings.choice("method") {
-        "specular_luminance" => LightAccumulation::SpecularLuminance,
-        _ => LightAccumulation::Packed,
-    };
+    let after = METHOD.of(&settings);
     for (side, mut way) in &mut cameras {
         if *side == Side::After {
             way.set_if_neq(after);
@@ -138,13 +140,10 @@ fn count_memory(
 ) {
     let pixels = u64::from(area.0.width()) * u64::from(area.0.height());
     for (side, way) in &cameras {
-        let name = match side {
-            Side::Before => "accumulated light before",
-            Side::After => "accumulated light after",
-        };
+        let name = format!("accumulated light {}", side.name());
         let bytes = pixels * way.bytes_per_pixel();
-        if memory.0.get(name) != Some(&bytes) {
-            memory.0.insert(name.into(), bytes);
+        if memory.0.get(&name) != Some(&bytes) {
+            memory.0.insert(name, bytes);
         }
     }
 }

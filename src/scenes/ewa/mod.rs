@@ -22,7 +22,7 @@ use image::{Rgba, RgbaImage, buffer::ConvertBuffer};
 
 use crate::{
     content,
-    runner::{Scene, SceneSetting, SceneSettings, Side},
+    runner::{Choice, Scene, SceneSetting, SceneSettings, Side},
 };
 
 /// The example of `bevy_ewa`.
@@ -43,7 +43,7 @@ impl Scene for Ewa {
 
     fn settings(&self) -> Vec<SceneSetting> {
         vec![
-            SceneSetting::choice("place", "what there is to see", 0, &["tunnel", "floor"]),
+            PLACE.setting(),
             SceneSetting::choice(
                 "view",
                 "the picture; the ellipse of every 16th pixel in its texture; red where the \
@@ -58,12 +58,7 @@ impl Scene for Ewa {
                 &METHODS,
             ),
             SceneSetting::choice("after", "method right of the line", LINEAR, &METHODS),
-            SceneSetting::choice(
-                "probes",
-                "of the approximate, spatial and temporal methods",
-                1,
-                &["3", "5", "7", "by_aspect"],
-            ),
+            PROBES.setting(),
             SceneSetting::choice(
                 "kernel",
                 "of the exact methods",
@@ -91,12 +86,7 @@ impl Scene for Ewa {
                 0.5..=4.0,
                 "texels",
             ),
-            SceneSetting::choice(
-                "level_of_detail",
-                "what the mip level is chosen by",
-                0,
-                &["minor_radius", "hardware"],
-            ),
+            LEVEL_OF_DETAIL.setting(),
             SceneSetting::float(
                 "level_blend",
                 "part of the way to the next mip level in which both are blended",
@@ -169,18 +159,36 @@ const HARDWARE: usize = 10;
 /// Index of the default.
 const LINEAR: usize = 1;
 
+static PLACE: Choice<Place, 2> = Choice::new(
+    "place",
+    "what there is to see",
+    0,
+    [("tunnel", Place::Tunnel), ("floor", Place::Floor)],
+);
+static PROBES: Choice<EwaProbes, 4> = Choice::new(
+    "probes",
+    "of the approximate, spatial and temporal methods",
+    1,
+    [
+        ("3", EwaProbes::Three),
+        ("5", EwaProbes::Five),
+        ("7", EwaProbes::Seven),
+        ("by_aspect", EwaProbes::ByAspect),
+    ],
+);
+static LEVEL_OF_DETAIL: Choice<EwaLevelOfDetail, 2> = Choice::new(
+    "level_of_detail",
+    "what the mip level is chosen by",
+    0,
+    [
+        ("minor_radius", EwaLevelOfDetail::MinorRadius),
+        ("hardware", EwaLevelOfDetail::Hardware),
+    ],
+);
+
 fn ewa_settings(settings: &SceneSettings, side: Side) -> EwaSettings {
-    let probes = match settings.choice("probes") {
-        "3" => EwaProbes::Three,
-        "7" => EwaProbes::Seven,
-        "by_aspect" => EwaProbes::ByAspect,
-        _ => EwaProbes::Five,
-    };
-    let method = settings.choice(match side {
-        Side::Before => "before",
-        Side::After => "after",
-    });
-    let method = match method {
+    let probes = PROBES.of(settings);
+    let method = match settings.choice(side.name()) {
         "reference" => EwaMethod::Reference,
         "linear" => EwaMethod::Linear,
         "bilinear" => EwaMethod::Bilinear,
@@ -202,17 +210,13 @@ fn ewa_settings(settings: &SceneSettings, side: Side) -> EwaSettings {
             sigma_pixels: settings.float("sigma"),
         },
     };
-    let level_of_detail = match settings.choice("level_of_detail") {
-        "hardware" => EwaLevelOfDetail::Hardware,
-        _ => EwaLevelOfDetail::MinorRadius,
-    };
     EwaSettings {
         method,
         maps: EwaMaps::default(),
         kernel,
         max_anisotropy: settings.float("max_anisotropy"),
         minor_radius_texels: settings.float("minor_radius"),
-        level_of_detail,
+        level_of_detail: LEVEL_OF_DETAIL.of(settings),
         level_blend: settings.float("level_blend"),
         max_fetches: settings.integer("max_fetches"),
         spatial_threshold: settings.float("spatial_threshold"),
@@ -269,15 +273,6 @@ enum Place {
     Tunnel,
     /// Bricks in the sun.
     Floor,
-}
-
-impl Place {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Tunnel => "tunnel",
-            Self::Floor => "floor",
-        }
-    }
 }
 
 /// The textures, for each anisotropy of a sampler that was asked for.
@@ -394,7 +389,7 @@ fn mesh(
 /// Shows the chosen place only.
 fn show_place(settings: Res<SceneSettings>, mut places: Query<(&Place, &mut Visibility)>) {
     for (place, mut visibility) in &mut places {
-        visibility.set_if_neq(if place.name() == settings.choice("place") {
+        visibility.set_if_neq(if *place == PLACE.of(&settings) {
             Visibility::Inherited
         } else {
             Visibility::Hidden

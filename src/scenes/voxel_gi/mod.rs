@@ -11,8 +11,13 @@ use bevy_voxel_gi::{
 
 use crate::{
     headless::AwaitedWork,
-    runner::{MemoryFigures, Notes, PictureArea, Scene, SceneSetting, SceneSettings, Side, Split},
-    scenes::voxel_gi::{stage::Stage, truth::Truth},
+    runner::{
+        Choice, MemoryFigures, Notes, PictureArea, Scene, SceneSetting, SceneSettings, Side, Split,
+    },
+    scenes::{
+        move_sun,
+        voxel_gi::{stage::Stage, truth::Truth},
+    },
 };
 
 mod stage;
@@ -75,17 +80,7 @@ impl Scene for VoxelGi {
                 2,
                 &["8", "16", "32", "64", "128"],
             ),
-            SceneSetting::choice(
-                "voxelizer",
-                "how triangles become voxels",
-                0,
-                &[
-                    "conservative",
-                    "fragment_clipping",
-                    "geometry_clipping",
-                    "stochastic",
-                ],
-            ),
+            VOXELIZER.setting(),
             SceneSetting::integer(
                 "shadow_samples",
                 "points of a voxel that are tested for shadow, per light",
@@ -100,26 +95,9 @@ impl Scene for VoxelGi {
                 1..=4,
                 "",
             ),
-            SceneSetting::choice(
-                "receiver",
-                "a pixel reads all eight voxels around it, or those that it sees",
-                0,
-                &["interpolated", "per_pixel"],
-            ),
+            RECEIVER.setting(),
             SceneSetting::toggle("sun_motion", "the sun of the room wanders", true),
-            SceneSetting::choice(
-                "debug",
-                "what the voxels hold, instead of the picture of after",
-                0,
-                &[
-                    "off",
-                    "occupancy",
-                    "albedo",
-                    "normal",
-                    "radiance",
-                    "irradiance",
-                ],
-            ),
+            DEBUG.setting(),
             SceneSetting::choice("door", "of the room", 0, &["swinging", "closed", "open"]),
             SceneSetting::integer(
                 "paths",
@@ -150,7 +128,7 @@ impl Scene for VoxelGi {
                     stage::change,
                     apply,
                     apply_debug,
-                    stage::move_sun,
+                    move_sun,
                     stage::swing_door,
                     drag,
                     truth::receive,
@@ -167,8 +145,39 @@ impl Scene for VoxelGi {
     }
 }
 
-/// Points on each triangle of the stochastic voxeliser.
-const POINTS: u32 = 1024;
+static VOXELIZER: Choice<Voxelizer, 4> = Choice::new(
+    "voxelizer",
+    "how triangles become voxels",
+    0,
+    [
+        ("conservative", Voxelizer::Conservative),
+        ("fragment_clipping", Voxelizer::FragmentClipping),
+        ("geometry_clipping", Voxelizer::GeometryClipping),
+        ("stochastic", Voxelizer::Stochastic { points: 1024 }),
+    ],
+);
+static RECEIVER: Choice<Receiver, 2> = Choice::new(
+    "receiver",
+    "a pixel reads all eight voxels around it, or those that it sees",
+    0,
+    [
+        ("interpolated", Receiver::Interpolated),
+        ("per_pixel", Receiver::PerPixel),
+    ],
+);
+static DEBUG: Choice<Option<DebugField>, 6> = Choice::new(
+    "debug",
+    "what the voxels hold, instead of the picture of after",
+    0,
+    [
+        ("off", None),
+        ("occupancy", Some(DebugField::Occupancy)),
+        ("albedo", Some(DebugField::Albedo)),
+        ("normal", Some(DebugField::Normal)),
+        ("radiance", Some(DebugField::Radiance)),
+        ("irradiance", Some(DebugField::Irradiance)),
+    ],
+);
 /// What is further away than this does not occlude, in parts of the scene's size.
 const OCCLUSION_RADIUS: f32 = 0.2;
 
@@ -206,14 +215,7 @@ fn apply_debug(
     settings: Res<SceneSettings>,
     cameras: Query<(Entity, &Side, Has<VoxelGiDebug>), With<Camera>>,
 ) {
-    let field = match settings.choice("debug") {
-        "occupancy" => Some(DebugField::Occupancy),
-        "albedo" => Some(DebugField::Albedo),
-        "normal" => Some(DebugField::Normal),
-        "radiance" => Some(DebugField::Radiance),
-        "irradiance" => Some(DebugField::Irradiance),
-        _ => None,
-    };
+    let field = DEBUG.of(&settings);
     for (camera, side, has_field) in &cameras {
         let mut camera = commands.entity(camera);
         match field.filter(|_| *side == Side::After) {
@@ -267,16 +269,8 @@ fn light_settings(settings: &SceneSettings, size: f32) -> VoxelGiSettings {
     VoxelGiSettings {
         resolution: resolution(settings),
         light,
-        voxelizer: match settings.choice("voxelizer") {
-            "fragment_clipping" => Voxelizer::FragmentClipping,
-            "geometry_clipping" => Voxelizer::GeometryClipping,
-            "stochastic" => Voxelizer::Stochastic { points: POINTS },
-            _ => Voxelizer::Conservative,
-        },
-        receiver: match settings.choice("receiver") {
-            "per_pixel" => Receiver::PerPixel,
-            _ => Receiver::Interpolated,
-        },
+        voxelizer: VOXELIZER.of(settings),
+        receiver: RECEIVER.of(settings),
         shadow_samples: settings.integer("shadow_samples"),
         ..default()
     }

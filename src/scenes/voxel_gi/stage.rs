@@ -6,7 +6,6 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 
 use bevy::{
     camera::Exposure,
-    camera_controller::free_camera::FreeCameraState,
     light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
     prelude::*,
 };
@@ -16,7 +15,7 @@ use crate::{
     boxes::{BoxScene, SceneBox, cornell_box, spawn_boxes_and_lights},
     runner::{PictureArea, SceneSettings, Side, Split},
     scenes::{
-        clear_sky,
+        Sun, clear_sky, despawn_all, place_cameras,
         tone::{TONE_MAPPED, UNGRADED},
         voxel_gi::Draggable,
     },
@@ -64,10 +63,7 @@ pub fn change(world: &mut World) {
         return;
     }
     if is_new {
-        let mut parts = world.query_filtered::<Entity, With<Part>>();
-        for part in parts.iter(world).collect::<Vec<_>>() {
-            world.despawn(part);
-        }
+        despawn_all::<Part>(world);
         let (scene, sky) = match name {
             "cornell" => (spawn_cornell(world), Sky::default()),
             _ => (spawn_room(world), clear_sky()),
@@ -87,15 +83,8 @@ pub fn change(world: &mut World) {
         "cornell" => (view(aspect), EV100, UNGRADED),
         _ => (room_view(), ROOM_EV100, TONE_MAPPED),
     };
-    let mut cameras = world.query_filtered::<Entity, (With<Side>, With<Camera>)>();
-    for camera in cameras.iter(world).collect::<Vec<_>>() {
-        let mut camera = world.entity_mut(camera);
-        camera.insert((pose, Exposure { ev100 }, tone_map));
-        // It would turn back to where it looked before.
-        if camera.contains::<FreeCameraState>() {
-            camera.insert(FreeCameraState::default());
-        }
-    }
+    let components = (pose, Exposure { ev100 }, tone_map);
+    place_cameras::<(With<Side>, With<Camera>)>(world, components);
 }
 
 fn spawn_cornell(world: &mut World) -> BoxScene {
@@ -130,7 +119,10 @@ fn spawn_room(world: &mut World) -> BoxScene {
         }
         .into();
         let direction = scene.directional_lights[0].direction;
-        world.entity_mut(sun).insert((Sun(direction), shadows));
+        let swing = 0.35;
+        world
+            .entity_mut(sun)
+            .insert((Sun { direction, swing }, shadows));
     }
     if let Some(door) = door {
         world.entity_mut(door).insert(Door);
@@ -216,39 +208,14 @@ pub fn scene() -> BoxScene {
     }
 }
 
-/// Seconds in which the sun wanders there and back.
-const SUN_PERIOD: f32 = 40.0;
-/// How far it wanders to each side, in radians.
-const SUN: f32 = 0.35;
 /// Seconds in which the door opens and closes.
 const DOOR_PERIOD: f32 = 16.0;
 /// Angle of the open door in radians.
 const OPEN: f32 = 1.1 * FRAC_PI_2;
 
-/// The room's sun, and the way that its light goes at time 0.
-#[derive(Component)]
-pub struct Sun(pub Vec3);
-
 /// The room's door.
 #[derive(Component)]
 pub struct Door;
-
-/// Turns the sun about the vertical.
-pub fn move_sun(
-    settings: Res<SceneSettings>,
-    time: Res<Time>,
-    mut suns: Query<(&Sun, &mut Transform)>,
-) {
-    let phase = if settings.toggle("sun_motion") {
-        (time.elapsed_secs() * TAU / SUN_PERIOD).sin()
-    } else {
-        0.0
-    };
-    for (Sun(direction), mut pose) in &mut suns {
-        let direction = Quat::from_rotation_y(phase * SUN) * *direction;
-        pose.set_if_neq(Transform::default().looking_to(direction, Vec3::Y));
-    }
-}
 
 /// Turns the door about its hinge, into the room.
 pub fn swing_door(

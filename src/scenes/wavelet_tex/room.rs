@@ -164,7 +164,7 @@ pub fn aim_lights(
 /// Shows the room, or hides it.
 pub fn show(settings: Res<SceneSettings>, mut parts: Query<&mut Visibility, With<Part>>) {
     for mut visibility in &mut parts {
-        visibility.set_if_neq(match wavelet_tex::place(&settings) {
+        visibility.set_if_neq(match wavelet_tex::PLACE.of(&settings) {
             Place::Room => Visibility::Inherited,
             Place::Rates => Visibility::Hidden,
         });

@@ -6,11 +6,7 @@
 //! exactly when it runs: in loops, in branches, and behind `&&`. What is counted are the calls in the WGSL as
 //! Bevy composes it; a driver may still drop one whose result nobody reads.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    ops::Range,
-    path::Path,
-};
+use std::{collections::BTreeMap, ops::Range, path::Path};
 
 use bevy::{
     prelude::*,
@@ -39,13 +35,11 @@ use crate::{
         app::floor_app,
         configurations::{Configuration, Scene, configurations},
         pipelines::pass,
+        tables::settings_table,
     },
-    page::table,
     record::{FileError, read_json, write_json},
 };
 
-/// Frames before which every pipeline must have been compiled.
-const MAX_FRAMES: u32 = 200;
 /// Frames whose mean is taken: some settings fetch different texels in even and odd frames.
 const FRAMES: u32 = 2;
 /// The pass of the plugin that is no material's, and is counted too.
@@ -97,7 +91,7 @@ fn beside_bevy(mut rows: Vec<FetchRow>) -> Vec<FetchRow> {
 /// The fetches of a configuration in a scene.
 pub fn counted(configuration: &Configuration, scene: Scene) -> Result<FetchRow, CostError> {
     let mut app = floor_app(&configuration.kind, scene)?;
-    app.run_until_ready(MAX_FRAMES)?;
+    app.run_until_ready(crate::MAX_FRAMES)?;
     let pass = if configuration.plugin == "ycocg_fb" {
         RESOLVE
     } else {
@@ -214,37 +208,23 @@ pub fn read() -> Result<Vec<FetchRow>, FileError> {
 
 /// The table of a plugin's page: fetches of a pixel by setting.
 pub fn page(rows: &[FetchRow], plugin: &str) -> String {
-    let mut settings = BTreeSet::new();
     let own: Vec<_> = rows.iter().filter(|row| row.plugin == plugin).collect();
-    let scenes: Vec<_> = [Scene::BaseColor, Scene::FiveMaps]
+    let names: Vec<_> = [Scene::BaseColor, Scene::FiveMaps]
+        .map(Scene::material)
         .into_iter()
-        .filter(|scene| own.iter().any(|row| row.material == scene.material()))
+        .filter(|name| own.iter().any(|row| row.material == *name))
         .collect();
-    let names: Vec<_> = scenes.iter().map(|scene| scene.material()).collect();
-    let mut lines = Vec::new();
-    let mut line = |name: &str, plugin: &str, setting: &str| {
-        let cells: Vec<_> = { names.iter() }
-            .map(|material| {
-                let is_it = |row: &&FetchRow| {
-                    row.plugin == plugin && row.setting == setting && row.material == *material
-                };
-                rows.iter().find(is_it).map_or(String::new(), cell)
-            })
-            .collect();
-        if cells.iter().any(|cell| !cell.is_empty()) {
-            lines.push([vec![name.into()], cells].concat());
-        }
-    };
-    if own.iter().any(|row| row.baseline_fetches.is_some()) {
-        line("Bevy alone", "bevy", "default");
-    }
-    if plugin == "voxel_gi" {
-        line("Bevy's own irradiance volume", "bevy", "irradiance_volume");
-    }
-    for row in own.iter().filter(|row| settings.insert(&row.setting)) {
-        line(&format!("`{}`", row.setting), plugin, &row.setting);
-    }
-    table(&[&["setting"], &names[..]].concat(), lines)
+    let has_bevys = own.iter().any(|row| row.baseline_fetches.is_some());
+    let settings = own.iter().map(|row| row.setting.as_str());
+    settings_table(&names, plugin, has_bevys, settings, |plugin, setting| {
+        let cells = names.iter().map(|material| {
+            let is_it = |row: &&FetchRow| {
+                row.plugin == plugin && row.setting == setting && row.material == *material
+            };
+            rows.iter().find(is_it).map_or(String::new(), cell)
+        });
+        cells.collect()
+    })
 }
 
 /// All fetches, and over Bevy's; then by kind.

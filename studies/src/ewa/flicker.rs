@@ -174,10 +174,7 @@ struct Stage {
 
 impl Stage {
     fn new(size: u32, taa: bool) -> Result<Self, HeadlessError> {
-        let settings = HeadlessSettings {
-            format: TargetFormat::Float16,
-            ..HeadlessSettings::with_size(size, size)
-        };
+        let settings = HeadlessSettings::with_size(size, size).in_format(TargetFormat::Float16);
         let mut app = HeadlessApp::new(settings, |app| {
             app.add_plugins(EwaPlugin::OPT_IN);
         })?;

@@ -22,15 +22,12 @@ use bevy_ycocg_fb::{
 use indicatif::ProgressBar;
 
 use crate::{
-    benchmark::benchmark_apps,
+    benchmark::time_rows,
     plan::Plan,
     record::{ReportAdapter, TimeRow},
     run::TradeoffError,
     ycocg_fb::REFERENCE,
 };
-
-/// Frames before which every pipeline must have been compiled.
-const MAX_FRAMES: u32 = 200;
 
 /// What a frame has in it.
 #[derive(Clone, Copy, Debug)]
@@ -93,29 +90,18 @@ pub fn load_rows(
     plan: &Plan,
 ) -> Result<(ReportAdapter, Vec<TimeRow>), TradeoffError> {
     let mut candidates = Vec::new();
-    let mut adapter = ReportAdapter::default();
     let filters = filters().filter(|_| load.layers == 0 && load.msaa == Msaa::Off);
     for camera in cameras.iter().copied().chain(filters) {
         let Some((app, bytes)) = app(camera, load, size)? else {
             continue;
         };
-        adapter = app.adapter().into();
         let row = TimeRow {
-            scene: load.name(),
-            setting: camera.name.into(),
             bytes: Some(bytes),
-            ..TimeRow::default()
+            ..TimeRow::new(load.name(), camera.name)
         };
         candidates.push((app, row));
     }
-    let rows = benchmark_apps(
-        candidates,
-        plan.rounds,
-        plan.frames,
-        None,
-        TimeRow::with_times,
-    )?;
-    Ok((adapter, rows))
+    Ok(time_rows(candidates, plan.rounds, plan.frames, None)?)
 }
 
 /// The scene of the first load: nothing saved, and the resolve paid.
@@ -142,7 +128,7 @@ fn app(
     let world = app.world_mut();
     spawn_layers(world, load, size);
     let entity = spawn_camera(world, camera, load.msaa, size);
-    app.run_until_ready(MAX_FRAMES)?;
+    app.run_until_ready(crate::MAX_FRAMES)?;
     let report = app.world().get::<FrameBufferReport>(entity);
     let report = report.cloned().unwrap_or_default();
     let uses_format = matches!(
