@@ -11,6 +11,7 @@ pub mod all_together;
 pub mod deferred_accumulation;
 mod error_view;
 pub mod ewa;
+mod maps;
 pub mod tone;
 pub mod voxel_gi;
 pub mod wavelet_tex;

@@ -104,7 +104,7 @@ impl Scene for AllTogether {
         ))
         .insert_resource(GlobalAmbientLight::NONE)
         .insert_resource(ClearColor(background()))
-        .init_resource::<textures::Textures>()
+        .insert_resource(textures::maps())
         .init_resource::<textures::PlainMaterials>()
         .init_resource::<TextureBytes>()
         .add_systems(Startup, spawn)

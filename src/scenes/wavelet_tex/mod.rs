@@ -7,8 +7,7 @@ use bevy::{
     render::renderer::RenderDevice,
 };
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
-    WaveletTexPlugin, WaveletTexture,
+    WaveletFilter, WaveletStorage, WaveletTexPlugin,
     codec::{rate::Rate, settings::Effort},
     material::storage_on,
 };
@@ -17,7 +16,8 @@ use crate::{
     runner::{Choice, MemoryFigures, Notes, Scene, SceneImage, SceneSetting, SceneSettings, Side},
     scenes::{
         error_view::{self, ErrorViewPlugin, ErrorViewSystems, Films},
-        wavelet_tex::room::{Part, SourceMap, Sources},
+        maps::{Role, WaveletMaterials, Wavelets},
+        wavelet_tex::room::{Part, Sources, Surface},
     },
 };
 
@@ -166,14 +166,14 @@ fn configure_before(
             continue;
         }
         let surface = part.surface();
-        let mut add = |map: &SourceMap| {
-            let image = map.uncompressed(surface.repeats());
+        let mut add = |role| {
+            let image = sources.uncompressed(surface, role, surface.repeats())?;
             before.0 += image.data.as_ref().map_or(0, Vec::len) as u64;
-            images.add(image)
+            Some(images.add(image))
         };
         let material = StandardMaterial {
-            base_color_texture: Some(add(sources.base_color_with_mask(surface))),
-            normal_map_texture: sources.normal(surface).map(&mut add),
+            base_color_texture: add(Role::Color),
+            normal_map_texture: add(Role::Normal),
             ..room::base_material(*part)
         };
         let material = materials.add(material);
@@ -186,47 +186,30 @@ fn configure_after(
     mut commands: Commands,
     settings: Res<SceneSettings>,
     before: Res<BytesBefore>,
-    mut sources: ResMut<Sources>,
     mut memory: ResMut<MemoryFigures>,
     mut notes: ResMut<Notes>,
-    mut images: ResMut<Assets<Image>>,
-    mut textures: ResMut<Assets<WaveletTexture>>,
-    mut materials: ResMut<Assets<WaveletStandardMaterial>>,
+    mut wavelet: WaveletMaterials<Surface>,
     parts: Query<(Entity, &Side, &Part)>,
     device: Res<RenderDevice>,
 ) {
     if PLACE.of(&settings) != Place::Room {
         return;
     }
-    let filter = FILTER.of(&settings);
-    let storage = storage(&settings, &device);
-    let rate = Rate::from_name(settings.choice("color_rate")).unwrap_or(Rate::Color3);
-    sources.encode(EFFORT.of(&settings), rate);
+    let with = Wavelets {
+        color: Rate::from_name(settings.choice("color_rate")).unwrap_or(Rate::Color3),
+        effort: EFFORT.of(&settings),
+        storage: storage(&settings, &device),
+        filter: FILTER.of(&settings),
+    };
     let mut bytes = 0;
     for (entity, side, part) in &parts {
         if *side == Side::Before {
             continue;
         }
         let surface = part.surface();
-        let mut add = |map: &SourceMap| {
-            let texture = WaveletTexture::add(map.encoded(), storage, &mut textures, &mut images);
-            bytes += textures.get(&texture).map_or(0, |t| t.gpu_bytes) as u64;
-            texture
-        };
-        let extension = WaveletExtension {
-            base_color: Some(add(sources.base_color(surface))),
-            normal: sources.normal(surface).map(&mut add),
-            mask: sources.mask(surface).map(&mut add),
-            filter,
-            address_mode: if surface.repeats() {
-                WaveletAddressMode::Repeat
-            } else {
-                WaveletAddressMode::ClampToEdge
-            },
-            ..default()
-        };
         let base = room::base_material(*part);
-        let material = materials.add(WaveletStandardMaterial { base, extension });
+        let (material, own) = wavelet.make(surface, surface.repeats(), base, with);
+        bytes += own;
         commands.entity(entity).insert(MeshMaterial3d(material));
     }
     let mut figures = MemoryFigures::default();
