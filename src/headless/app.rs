@@ -31,9 +31,7 @@ use bevy::{
     winit::WinitPlugin,
 };
 
-use crate::headless::{
-    AdapterInfo, FrameTimes, HeadlessError, adapter::wgpu_settings, frames::FrameClock,
-};
+use crate::headless::{AdapterInfo, FrameTimes, HeadlessError, frames::FrameClock, wgpu_settings};
 
 /// The error with which the renderer stopped.
 #[derive(Resource)]

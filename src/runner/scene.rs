@@ -6,7 +6,7 @@ use bevy::{camera::visibility::RenderLayers, ecs::resource::Resource, prelude::*
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use thiserror::Error;
 
-use crate::headless::adapter::is_software;
+use crate::headless::is_software;
 
 /// Render layer of what only the "before" camera sees. Layer 0 is seen by both.
 pub const BEFORE_LAYER: usize = 1;

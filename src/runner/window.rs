@@ -21,7 +21,7 @@ use bevy_egui::{
 
 use crate::{
     headless::{
-        AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, adapter, frames::FrameClock,
+        AwaitedAssets, AwaitedWork, HeadlessSettings, LabTarget, frames::FrameClock, wgpu_settings,
     },
     runner::{
         MemoryFigures, Notes, Options, PictureArea, RunError, Scene, SceneImage, SceneSettings,
@@ -43,7 +43,7 @@ pub fn open(
     if cfg!(target_os = "linux") && !has("DISPLAY") && !has("WAYLAND_DISPLAY") {
         return Err(RunError::NoDisplay);
     }
-    let wgpu_settings = adapter::wgpu_settings(&HeadlessSettings {
+    let wgpu_settings = wgpu_settings(&HeadlessSettings {
         adapter_name: options.adapter.clone(),
         ..HeadlessSettings::default()
     })?;

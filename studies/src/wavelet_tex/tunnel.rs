@@ -364,13 +364,8 @@ fn spawn_ours(
         fetched_bytes: filter.lookups * bytes,
         ..TunnelRow::default()
     };
-    let entity = world.spawn((
-        Mesh3d(tunnel.clone()),
-        MeshMaterial3d(material),
-        Visibility::Hidden,
-    ));
     Setting {
-        entity: entity.id(),
+        entity: spawn(world, tunnel, MeshMaterial3d(material)),
         images: images.unwrap_or_default(),
         row,
     }
@@ -391,10 +386,12 @@ fn spawn_standard(
             .0
             .push(image.untyped());
     }
+    spawn(world, tunnel, MeshMaterial3d(material))
+}
+
+fn spawn(world: &mut World, tunnel: &Handle<Mesh>, material: impl Bundle) -> Entity {
     let tunnel = Mesh3d(tunnel.clone());
-    world
-        .spawn((tunnel, MeshMaterial3d(material), Visibility::Hidden))
-        .id()
+    world.spawn((tunnel, material, Visibility::Hidden)).id()
 }
 
 /// What all materials share: four textures around, a texture for every 1.5 metres.

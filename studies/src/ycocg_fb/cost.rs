@@ -195,32 +195,25 @@ pub struct Camera {
 }
 
 impl Camera {
-    fn packed(name: &'static str, bytes: u32, hdr: bool, packed: YCoCgFrameBuffer) -> Self {
-        Self::with_quality(name, bytes, hdr, packed.into())
-    }
-
-    fn with_quality(
+    fn new(
         name: &'static str,
         bytes: u32,
         hdr: bool,
-        quality: FrameBufferQuality,
+        quality: impl Into<FrameBufferQuality>,
     ) -> Self {
         Self {
             name,
             bytes,
             hdr,
             target: None,
-            quality,
+            quality: quality.into(),
         }
     }
 
     fn target(name: &'static str, bytes: u32, target: TextureFormat) -> Self {
         Self {
-            name,
-            bytes,
-            hdr: false,
             target: Some(target),
-            quality: FrameBufferQuality::Exact,
+            ..Self::new(name, bytes, false, FrameBufferQuality::Exact)
         }
     }
 }
@@ -228,10 +221,10 @@ impl Camera {
 /// Bevy's own, what a user would pick today, and the plugin's: resolved to Bevy's HDR texture, or tone-mapped.
 pub fn cameras() -> Vec<Camera> {
     vec![
-        Camera::with_quality(REFERENCE, 8, true, FrameBufferQuality::Exact),
-        Camera::with_quality("rg11b10ufloat", 4, true, FrameBufferQuality::Compact),
-        Camera::packed("packed_hdr", 4, true, default()),
-        Camera::packed("packed_fused", 4, false, default()),
+        Camera::new(REFERENCE, 8, true, FrameBufferQuality::Exact),
+        Camera::new("rg11b10ufloat", 4, true, FrameBufferQuality::Compact),
+        Camera::new("packed_hdr", 4, true, YCoCgFrameBuffer::default()),
+        Camera::new("packed_fused", 4, false, YCoCgFrameBuffer::default()),
     ]
 }
 
@@ -249,7 +242,7 @@ pub fn filters() -> impl Iterator<Item = Camera> {
             reconstruction,
             ..default()
         };
-        Camera::packed(name, 4, true, packed)
+        Camera::new(name, 4, true, packed)
     })
 }
 
@@ -258,14 +251,14 @@ pub fn all_cameras() -> Vec<Camera> {
     let mut all = cameras();
     all.extend([
         Camera::target("rgba8", 4, TextureFormat::Rgba8UnormSrgb),
-        Camera::packed(
+        Camera::new(
             "packed_unorm8",
             2,
             false,
             YCoCgFrameBuffer::with_format(PackedFormat::Unorm8),
         ),
         Camera::target("rgba32float", 16, TextureFormat::Rgba32Float),
-        Camera::packed(
+        Camera::new(
             "packed_float32",
             8,
             true,
