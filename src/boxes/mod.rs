@@ -3,25 +3,25 @@
 //! Metres, right-handed, Y up; light per channel.
 
 use std::{
-    error::Error,
-    fmt, fs,
+    fs,
     path::{Path, PathBuf},
 };
 
-use bevy::math::{DVec3, Quat, Vec3};
+use bevy::{
+    math::{DVec3, Mat3, Quat, Vec2, Vec3},
+    prelude::*,
+};
 use bevy_voxel_gi::reference::noise::{WallSample, wall_noise};
 use serde::Deserialize;
 
 use crate::{
-    path_tracer::Gloss,
-    stage::{SceneCamera, SceneDirectionalLight, ScenePointLight, Stage, volume_around},
+    path_tracer::{self, Gloss, Hit, Ray, Receiver, Surfaces, TraceSettings, TracedPicture, View},
+    stage::{
+        SceneCamera, SceneDirectionalLight, ScenePointLight, Stage, spawn_camera, spawn_lights,
+        volume_around,
+    },
 };
 
-pub use crate::boxes::solids::{
-    spawn_box_scene, spawn_boxes_and_lights, trace, trace_receivers, visible_walls,
-};
-
-mod solids;
 #[cfg(test)]
 mod tests;
 
@@ -137,7 +137,7 @@ impl BoxScene {
             path: path.to_owned(),
             error: error.to_string(),
         };
-        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+        let text = fs::read_to_string(path).map_err(|error| wrong(&error))?;
         serde_json::from_str(&text).map_err(|error| wrong(&error))
     }
 
@@ -177,21 +177,14 @@ impl BoxScene {
 }
 
 /// A file that is not what it should be.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {error}", .path.display())]
 pub struct TruthError {
     /// Which.
     pub path: PathBuf,
     /// Why.
     pub error: String,
 }
-
-impl fmt::Display for TruthError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.path.display(), self.error)
-    }
-}
-
-impl Error for TruthError {}
 
 /// Reads an H x W x 3 array of little-endian 32-bit floats in NumPy's format, version 1.
 pub fn read_npy(path: &Path) -> Result<Vec<Vec3>, TruthError> {
@@ -324,104 +317,197 @@ pub fn picture_noise(picture: &[Vec3], scene: &BoxScene, resolution: u32) -> Opt
     wall_noise(&samples, RADIUS * size / resolution as f32).map(f64::from)
 }
 
-#[cfg(test)]
-mod array_tests {
-    use proptest::prelude::*;
+/// The scene as its camera sees it, traced on all cores.
+pub fn trace(scene: &BoxScene, settings: &TraceSettings) -> TracedPicture {
+    path_tracer::trace(&solids(scene), &scene.stage(), settings)
+}
 
-    use super::*;
+/// How far in front of a receiver there must be no box, in metres.
+const FREE: f32 = 1e-3;
 
-    proptest! {
-        #[test]
-        fn arrays_come_back_and_damaged_ones_never_panic(
-            floats in prop::collection::vec(any::<f32>(), 0..30),
-            damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4),
-            cut in any::<prop::sample::Index>(),
-        ) {
-            let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 3), }\n";
-            let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-            bytes.extend((header.len() as u16).to_le_bytes());
-            bytes.extend(header.bytes());
-            bytes.extend(floats.iter().flat_map(|f| f.to_le_bytes()));
-            let back = parse_npy(&bytes).expect("a good file");
-            let back: Vec<u32> = back.iter().flat_map(|v| v.to_array()).map(f32::to_bits).collect();
-            let expected: Vec<u32> = floats.iter().map(|f| f.to_bits()).collect();
-            prop_assert_eq!(&back, &expected[..floats.len() / 3 * 3]);
-            for (at, value) in damage {
-                let at = at.index(bytes.len());
-                bytes[at] = value;
-            }
-            let _ = parse_npy(&bytes[..cut.index(bytes.len() + 1)]);
+/// The indirect light of receivers in the scene: see [`path_tracer::trace_receivers`]. They receive nothing where
+/// they are in a box, or a box covers them.
+pub fn trace_receivers(
+    scene: &BoxScene,
+    settings: &TraceSettings,
+    count: u32,
+    receiver: impl Fn(u32, Vec2) -> Option<Receiver> + Sync,
+) -> Vec<Option<Vec3>> {
+    let solids = solids(scene);
+    let is_free = |point: &Receiver| {
+        let front = point.position + FREE * point.normal;
+        !solids.iter().any(|solid| solid.contains(front))
+    };
+    let receiver = |index, at| receiver(index, at).filter(is_free);
+    path_tracer::trace_receivers(&solids, &scene.stage(), settings, count, receiver)
+}
+
+/// The boxes of a scene, in its order.
+fn solids(scene: &BoxScene) -> Vec<Solid> {
+    scene.boxes.iter().map(Solid::new).collect()
+}
+
+/// A box.
+struct Solid {
+    center: Vec3,
+    half: Vec3,
+    albedo: Vec3,
+    gloss: Option<Gloss>,
+    /// From its axes to those of the world.
+    pub axes: Mat3,
+}
+
+impl Solid {
+    fn new(part: &SceneBox) -> Self {
+        let is_metal = part.gloss.is_some_and(|gloss| gloss.is_metal);
+        Self {
+            center: part.center,
+            half: part.half,
+            albedo: if is_metal { Vec3::ZERO } else { part.albedo },
+            gloss: part.gloss.map(|gloss| gloss.lobe(part.albedo)),
+            axes: Mat3::from_quat(part.rotation()),
         }
     }
 
-    #[test]
-    fn a_tenth_too_bright() {
-        let truth: Vec<Vec3> = (0..64).map(|i| Vec3::splat(1.0 + i as f32)).collect();
-        let picture: Vec<Vec3> = truth.iter().map(|t| t * 1.1).collect();
-        let found = agreement(&picture, 8, &block_means(&truth, 8));
-        assert!((found.relative_error - 0.1).abs() < 1e-6);
-        assert!((found.bias - 0.1).abs() < 1e-6);
-        assert!((found.percentile_95 - 0.1).abs() < 1e-6);
-        assert_eq!(found.black, 0.0);
+    fn contains(&self, point: Vec3) -> bool {
+        let local = self.axes.transpose() * (point - self.center);
+        local.abs().cmplt(self.half).all()
     }
 
-    #[test]
-    fn a_quarter_that_is_black() {
-        let truth = vec![Vec3::ONE; 64];
-        let mut picture = truth.clone();
-        for row in picture.chunks_exact_mut(8).take(4) {
-            row[..4].fill(Vec3::ZERO);
-        }
-        let found = agreement(&picture, 8, &block_means(&truth, 8));
-        let expected = Agreement {
-            relative_error: 0.25,
-            bias: -0.25,
-            percentile_95: 1.0,
-            black: 0.25,
+    /// Distances at which the ray enters and leaves, and per axis where it enters, in its axes.
+    fn span(&self, ray: Ray) -> Option<(f32, f32, Vec3, Vec3)> {
+        let origin = self.axes.transpose() * (ray.origin - self.center);
+        let direction = self.axes.transpose() * ray.direction;
+        // No slab is parallel to the ray, so that no distance is 0 times infinity.
+        let direction = direction.map(|d| if d.abs() < 1e-12 { 1e-12 } else { d });
+        let (a, b) = (
+            (-self.half - origin) / direction,
+            (self.half - origin) / direction,
+        );
+        let enter = a.min(b);
+        let (near, far) = (enter.max_element(), a.max(b).min_element());
+        (near <= far && far > 0.0).then_some((near, far, enter, direction))
+    }
+
+    /// The point at which a ray hits it. From inside, a box is black: nobody looks at it there.
+    pub fn hit(&self, ray: Ray) -> Option<Hit> {
+        let (near, far, enter, direction) = self.span(ray)?;
+        let is_outside = near > 0.0;
+        let distance = if is_outside { near } else { far };
+        let normal = if is_outside {
+            let axis = enter.max_position();
+            let mut normal = Vec3::ZERO;
+            normal[axis] = -direction[axis].signum();
+            self.axes * normal
+        } else {
+            -ray.direction
         };
-        assert_eq!(found, expected);
-    }
-
-    #[test]
-    fn blocks_that_see_nothing_do_not_count() {
-        let mut truth = vec![Vec3::ONE; 32];
-        let mut picture = truth.clone();
-        truth[0] = Vec3::ZERO;
-        picture[1] = Vec3::splat(100.0);
-        let truth = block_means(&truth, 8);
-        assert_eq!(agreement(&picture, 8, &truth), Agreement::default());
+        Some(Hit {
+            distance,
+            position: ray.origin + distance * ray.direction,
+            face_normal: normal,
+            normal,
+            albedo: if is_outside { self.albedo } else { Vec3::ZERO },
+            gloss: self.gloss.filter(|_| is_outside),
+            emission: Vec3::ZERO,
+        })
     }
 }
 
-#[cfg(test)]
-mod noise_tests {
-    use super::*;
-
-    /// A picture of the box's albedo under light of this irradiance over pi.
-    fn lit(light: impl Fn(usize, Vec3) -> f32) -> Vec<Vec3> {
-        let points = visible_walls(&cornell_box()).into_iter().enumerate();
-        points
-            .map(|(i, point)| point.map_or(Vec3::ZERO, |p| p.albedo * light(i, p.position)))
-            .collect()
+impl Surfaces for Vec<Solid> {
+    fn closest(&self, ray: Ray) -> Option<Hit> {
+        let hits = self.iter().filter_map(|solid| solid.hit(ray));
+        hits.min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
-    #[test]
-    fn light_that_changes_evenly_has_no_noise() {
-        let picture = lit(|_, p| 3.0 + p.x + 0.5 * p.y * p.y + 0.3 * p.z * p.x);
-        let noise = picture_noise(&picture, &cornell_box(), 32).expect("walls");
-        assert!(noise < 1e-4, "{noise}");
+    fn blocked(&self, ray: Ray, distance: f32) -> bool {
+        self.iter().any(|solid| {
+            let span = solid.span(ray);
+            span.is_some_and(|(near, far, ..)| if near > 0.0 { near } else { far } < distance)
+        })
     }
+}
 
-    #[test]
-    fn a_checkerboard_has_the_noise_of_its_contrast() {
-        let picture = lit(|i, _| {
-            1.0 + if (i + i / 128).is_multiple_of(2) {
-                0.02
-            } else {
-                -0.02
-            }
+/// The point of a wall in the middle of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct WallPoint {
+    /// The same number for all points of a wall.
+    pub wall: u32,
+    /// The point of the wall that the pixel shows, in metres.
+    pub position: Vec3,
+    /// The wall's normal, a unit vector.
+    pub normal: Vec3,
+    /// The wall's albedo.
+    pub albedo: Vec3,
+}
+
+/// The walls in the middle of all pixels, row after row; `None` where there is only the sky.
+pub fn visible_walls(scene: &BoxScene) -> Vec<Option<WallPoint>> {
+    let (solids, camera) = (solids(scene), scene.camera);
+    let view = View::new(&camera);
+    let pixels = (0..camera.width * camera.height).map(|i| (i % camera.width, i / camera.width));
+    pixels
+        .map(|(x, y)| wall(&solids, view.ray(Vec2::new(x as f32, y as f32) + 0.5)))
+        .collect()
+}
+
+fn wall(solids: &[Solid], ray: Ray) -> Option<WallPoint> {
+    let hits = (0..).zip(solids).filter_map(|(number, solid)| {
+        let hit = solid.hit(ray)?;
+        let local = solid.axes.transpose() * hit.normal;
+        let axis = local.abs().max_position() as u32;
+        let side = u32::from(local[axis as usize] < 0.0);
+        Some((hit, 6 * number + 2 * axis + side))
+    });
+    let (hit, wall) = hits.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))?;
+    Some(WallPoint {
+        wall,
+        position: hit.position,
+        normal: hit.normal,
+        albedo: hit.albedo,
+    })
+}
+
+/// No gloss.
+const MATT: BoxGloss = BoxGloss {
+    roughness: 1.0,
+    reflectance: 0.0,
+    is_metal: false,
+};
+
+/// Spawns boxes and lights in the scene's units, boxes first; the sky is left out.
+pub fn spawn_boxes_and_lights(world: &mut World, scene: &BoxScene) -> Vec<Entity> {
+    let mut spawned = Vec::new();
+    let mesh = world.add_asset(Cuboid::from_size(Vec3::splat(2.0)));
+    for part in &scene.boxes {
+        let gloss = part.gloss.unwrap_or(MATT);
+        let material = world.add_asset::<StandardMaterial>(StandardMaterial {
+            base_color: LinearRgba::from_vec3(part.albedo).into(),
+            perceptual_roughness: gloss.roughness,
+            reflectance: gloss.reflectance,
+            metallic: f32::from(u8::from(gloss.is_metal)),
+            ..default()
         });
-        let noise = picture_noise(&picture, &cornell_box(), 32).expect("walls");
-        assert!((noise - 0.02).abs() < 1e-3, "{noise}");
+        let entity = world.spawn((
+            Mesh3d(mesh.clone()),
+            MeshMaterial3d(material),
+            Transform::from_translation(part.center)
+                .with_rotation(part.rotation())
+                .with_scale(part.half),
+        ));
+        spawned.push(entity.id());
     }
+    spawned.extend(spawn_lights(
+        world,
+        &scene.point_lights,
+        &scene.directional_lights,
+    ));
+    spawned
+}
+
+/// Spawns boxes, lights and camera; the sky is left out. Boxes and lights are returned, boxes first.
+pub fn spawn_box_scene(world: &mut World, scene: &BoxScene) -> Vec<Entity> {
+    let spawned = spawn_boxes_and_lights(world, scene);
+    spawn_camera(world, &scene.camera);
+    spawned
 }

@@ -1,9 +1,8 @@
 use std::f32::consts::PI;
 
-use crate::{
-    boxes::*,
-    path_tracer::{Receiver, TraceSettings},
-};
+use proptest::prelude::*;
+
+use crate::boxes::*;
 
 /// A floor, and a block on it that is turned.
 fn block_on_floor(albedo: f32) -> BoxScene {
@@ -134,7 +133,7 @@ fn receivers_have_the_light_of_another_path_tracer() {
     let most_errors = [0.05, 0.03, 0.06];
     for (name, most) in TracedScene::NAMES.into_iter().zip(most_errors) {
         let truth = TracedScene::read(name).expect("a scene");
-        let walls = solids::visible_walls(&truth.scene);
+        let walls = visible_walls(&truth.scene);
         let settings = TraceSettings {
             samples: 256,
             ..TraceSettings::default()
@@ -146,7 +145,7 @@ fn receivers_have_the_light_of_another_path_tracer() {
                 normal: wall.normal,
             })
         });
-        let radiance = |(wall, light): (&Option<solids::WallPoint>, &Option<Vec3>)| {
+        let radiance = |(wall, light): (&Option<WallPoint>, &Option<Vec3>)| {
             wall.zip(*light)
                 .map_or(Vec3::ZERO, |(wall, light)| wall.albedo * light)
         };
@@ -304,10 +303,10 @@ fn a_smooth_floor_mirrors_what_stands_on_it() {
     scene.camera.target = Vec3::new(0.0, 0.0, -4.0);
     scene.camera.up = Vec3::Y;
     let picture = trace(&scene, &TraceSettings::default());
-    let view = crate::path_tracer::View::new(&scene.camera);
+    let view = View::new(&scene.camera);
     let mut checked = 0;
     for (index, specular) in picture.specular.iter().enumerate() {
-        let pixel = bevy::math::Vec2::new((index % 32) as f32, (index / 32) as f32) + 0.5;
+        let pixel = Vec2::new((index % 32) as f32, (index / 32) as f32) + 0.5;
         let ray = view.ray(pixel);
         let on_floor = ray.origin - ray.direction * (ray.origin.y / ray.direction.y);
         if on_floor.z < -9.0 {
@@ -322,4 +321,94 @@ fn a_smooth_floor_mirrors_what_stands_on_it() {
         checked += 1;
     }
     assert!(checked > 300, "{checked}");
+}
+
+proptest! {
+    #[test]
+    fn arrays_come_back_and_damaged_ones_never_panic(
+        floats in prop::collection::vec(any::<f32>(), 0..30),
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4),
+        cut in any::<prop::sample::Index>(),
+    ) {
+        let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 3), }\n";
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.bytes());
+        bytes.extend(floats.iter().flat_map(|f| f.to_le_bytes()));
+        let back = parse_npy(&bytes).expect("a good file");
+        let back: Vec<u32> = back.iter().flat_map(|v| v.to_array()).map(f32::to_bits).collect();
+        let expected: Vec<u32> = floats.iter().map(|f| f.to_bits()).collect();
+        prop_assert_eq!(&back, &expected[..floats.len() / 3 * 3]);
+        for (at, value) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        let _ = parse_npy(&bytes[..cut.index(bytes.len() + 1)]);
+    }
+}
+
+#[test]
+fn a_tenth_too_bright() {
+    let truth: Vec<Vec3> = (0..64).map(|i| Vec3::splat(1.0 + i as f32)).collect();
+    let picture: Vec<Vec3> = truth.iter().map(|t| t * 1.1).collect();
+    let found = agreement(&picture, 8, &block_means(&truth, 8));
+    assert!((found.relative_error - 0.1).abs() < 1e-6);
+    assert!((found.bias - 0.1).abs() < 1e-6);
+    assert!((found.percentile_95 - 0.1).abs() < 1e-6);
+    assert_eq!(found.black, 0.0);
+}
+
+#[test]
+fn a_quarter_that_is_black() {
+    let truth = vec![Vec3::ONE; 64];
+    let mut picture = truth.clone();
+    for row in picture.chunks_exact_mut(8).take(4) {
+        row[..4].fill(Vec3::ZERO);
+    }
+    let found = agreement(&picture, 8, &block_means(&truth, 8));
+    let expected = Agreement {
+        relative_error: 0.25,
+        bias: -0.25,
+        percentile_95: 1.0,
+        black: 0.25,
+    };
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn blocks_that_see_nothing_do_not_count() {
+    let mut truth = vec![Vec3::ONE; 32];
+    let mut picture = truth.clone();
+    truth[0] = Vec3::ZERO;
+    picture[1] = Vec3::splat(100.0);
+    let truth = block_means(&truth, 8);
+    assert_eq!(agreement(&picture, 8, &truth), Agreement::default());
+}
+
+/// A picture of the box's albedo under light of this irradiance over pi.
+fn lit(light: impl Fn(usize, Vec3) -> f32) -> Vec<Vec3> {
+    let points = visible_walls(&cornell_box()).into_iter().enumerate();
+    points
+        .map(|(i, point)| point.map_or(Vec3::ZERO, |p| p.albedo * light(i, p.position)))
+        .collect()
+}
+
+#[test]
+fn light_that_changes_evenly_has_no_noise() {
+    let picture = lit(|_, p| 3.0 + p.x + 0.5 * p.y * p.y + 0.3 * p.z * p.x);
+    let noise = picture_noise(&picture, &cornell_box(), 32).expect("walls");
+    assert!(noise < 1e-4, "{noise}");
+}
+
+#[test]
+fn a_checkerboard_has_the_noise_of_its_contrast() {
+    let picture = lit(|i, _| {
+        1.0 + if (i + i / 128).is_multiple_of(2) {
+            0.02
+        } else {
+            -0.02
+        }
+    });
+    let noise = picture_noise(&picture, &cornell_box(), 32).expect("walls");
+    assert!((noise - 0.02).abs() < 1e-3, "{noise}");
 }

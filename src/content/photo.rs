@@ -2,10 +2,9 @@
 
 use image::RgbImage;
 
-use crate::content::{
-    lattice::{Noise, lerp, neighbours, smoothstep},
-    material::{Border, Sample, byte, render, units},
-    texture::{Color, hex, mix, ramp, shade},
+use crate::content::surface::{
+    Border, Color, Noise, Sample, byte, hex, lerp, mix, neighbours, ramp, render, shade,
+    smoothstep, units,
 };
 
 /// A landscape as a camera would take it: a smooth sky with clouds, hazy mountains, woods, a lake
@@ -62,10 +61,8 @@ impl Scene {
     fn above_horizon(&self, point: [f32; 2]) -> Color {
         balloons(self.noise.stream(4), point, self.aspect)
             .or_else(|| {
-                Landscape {
-                    noise: self.noise.stream(3),
-                }
-                .ridges(point)
+                let noise = self.noise.stream(3);
+                woods(noise, point).or_else(|| mountains(noise, point))
             })
             .unwrap_or_else(|| self.sky(point))
     }
@@ -101,11 +98,11 @@ impl Scene {
 }
 
 /// Horizon of the picture, as a fraction of its height from the top.
-pub(super) const HORIZON: f32 = 0.56;
+const HORIZON: f32 = 0.56;
 /// Near shore of the lake.
-pub(super) const SHORE: f32 = 0.70;
+const SHORE: f32 = 0.70;
 /// Colour of distant air.
-pub(super) const HAZE: Color = hex(0xC3D3E0);
+const HAZE: Color = hex(0xC3D3E0);
 
 const ROCK: [Color; 3] = [hex(0x4B5058), hex(0x7A7B7C), hex(0xA39C90)];
 const SNOW: Color = hex(0xF2F5FA);
@@ -113,64 +110,52 @@ const WOOD: [Color; 4] = [hex(0x15291A), hex(0x254427), hex(0x3F6432), hex(0x758
 const GRASS: [Color; 4] = [hex(0x23380F), hex(0x456321), hex(0x7A9138), hex(0xB9B865)];
 const PETALS: [Color; 4] = [hex(0xD8172B), hex(0xF6C913), hex(0xF5F0F2), hex(0x7E3BB8)];
 
-/// The mountains and hills above the horizon.
-pub(super) struct Landscape {
-    pub noise: Noise,
+/// The mountains above the horizon, where they cover a point.
+fn mountains(noise: Noise, [x, y]: [f32; 2]) -> Option<Color> {
+    let noise = noise.stream(1);
+    let peaks = 0.5 - noise.fractal([x, 0.5], [3, 1], 7).abs();
+    let crest =
+        HORIZON - 0.02 - 0.5 * peaks * (0.75 + 0.4 * noise.stream(1).gradient([x, 0.0], [2, 1]));
+    if y < crest {
+        return None;
+    }
+    // Folds run down the slope; the sun stands on the left.
+    let below = y - crest;
+    let fold = |x: f32| {
+        noise
+            .stream(2)
+            .fractal([x + 0.6 * below, 0.7 * y], [7, 6], 6)
+    };
+    let relief = fold(x);
+    let light = 0.5 + 6.0 * (fold(x + 0.006) - relief) + 0.3 * relief;
+    let rock = ramp(&ROCK, light);
+    let snow = smoothstep(0.04, -0.06, below - 0.05 + 0.3 * relief);
+    let color = mix(rock, shade(SNOW, 0.72 + 0.28 * light.clamp(0.0, 1.0)), snow);
+    Some(mix(color, HAZE, 0.38 + 0.35 * smoothstep(0.0, 0.25, below)))
 }
 
-impl Landscape {
-    /// The nearest ridge that covers a point, if any does.
-    pub fn ridges(&self, point: [f32; 2]) -> Option<Color> {
-        self.woods(point).or_else(|| self.mountains(point))
+/// The same of the nearer hills with their woods.
+fn woods(noise: Noise, [x, y]: [f32; 2]) -> Option<Color> {
+    let noise = noise.stream(5);
+    let hill = HORIZON - 0.05 - 0.07 * noise.gradient([x, 0.5], [2, 1]);
+    // Tree tops: spikes of individual heights on the hill line.
+    let trunk = x * 95.0;
+    let tall = noise.stream(1).uniform(trunk.floor() as i32, 0);
+    let top = 1.0 - ((trunk - trunk.floor()) - 0.5).abs() * 2.0;
+    let crest = hill - 0.018 * tall * top - 0.004 * noise.stream(2).fractal([x, y], [60, 60], 3);
+    if y < crest {
+        return None;
     }
-
-    fn mountains(&self, [x, y]: [f32; 2]) -> Option<Color> {
-        let noise = self.noise.stream(1);
-        let peaks = 0.5 - noise.fractal([x, 0.5], [3, 1], 7).abs();
-        let crest = HORIZON
-            - 0.02
-            - 0.5 * peaks * (0.75 + 0.4 * noise.stream(1).gradient([x, 0.0], [2, 1]));
-        if y < crest {
-            return None;
-        }
-        // Folds run down the slope; the sun stands on the left.
-        let below = y - crest;
-        let fold = |x: f32| {
-            noise
-                .stream(2)
-                .fractal([x + 0.6 * below, 0.7 * y], [7, 6], 6)
-        };
-        let relief = fold(x);
-        let light = 0.5 + 6.0 * (fold(x + 0.006) - relief) + 0.3 * relief;
-        let rock = ramp(&ROCK, light);
-        let snow = smoothstep(0.04, -0.06, below - 0.05 + 0.3 * relief);
-        let color = mix(rock, shade(SNOW, 0.72 + 0.28 * light.clamp(0.0, 1.0)), snow);
-        Some(mix(color, HAZE, 0.38 + 0.35 * smoothstep(0.0, 0.25, below)))
-    }
-
-    fn woods(&self, [x, y]: [f32; 2]) -> Option<Color> {
-        let noise = self.noise.stream(5);
-        let hill = HORIZON - 0.05 - 0.07 * noise.gradient([x, 0.5], [2, 1]);
-        // Tree tops: spikes of individual heights on the hill line.
-        let trunk = x * 95.0;
-        let tall = noise.stream(1).uniform(trunk.floor() as i32, 0);
-        let top = 1.0 - ((trunk - trunk.floor()) - 0.5).abs() * 2.0;
-        let crest =
-            hill - 0.018 * tall * top - 0.004 * noise.stream(2).fractal([x, y], [60, 60], 3);
-        if y < crest {
-            return None;
-        }
-        let crowns = noise.stream(3).cellular([x, y * 1.6], [48, 48]);
-        let leaves = noise.stream(4).fractal([x, y], [70, 90], 4);
-        let stand = noise.stream(6).fractal([x, y], [5, 9], 4);
-        let tone = 0.75 - 0.75 * crowns + 0.3 * leaves + 0.25 * stand;
-        let shore = smoothstep(0.02, 0.0, HORIZON - y);
-        Some(mix(shade(ramp(&WOOD, tone), 1.0 - 0.6 * shore), HAZE, 0.16))
-    }
+    let crowns = noise.stream(3).cellular([x, y * 1.6], [48, 48]);
+    let leaves = noise.stream(4).fractal([x, y], [70, 90], 4);
+    let stand = noise.stream(6).fractal([x, y], [5, 9], 4);
+    let tone = 0.75 - 0.75 * crowns + 0.3 * leaves + 0.25 * stand;
+    let shore = smoothstep(0.02, 0.0, HORIZON - y);
+    Some(mix(shade(ramp(&WOOD, tone), 1.0 - 0.6 * shore), HAZE, 0.16))
 }
 
 /// The meadow below the near shore, in perspective: blades of grass and flowers.
-pub(super) fn meadow(noise: Noise, [x, y]: [f32; 2]) -> Color {
+fn meadow(noise: Noise, [x, y]: [f32; 2]) -> Color {
     let noise = noise.stream(20);
     // Ground plane: distance from the camera falls from the shore to the lower edge.
     let distance = 0.22 / (y - SHORE + 0.10);
@@ -229,7 +214,7 @@ const PAINTS: [Color; 6] = [
 ];
 
 /// The hot-air balloon that covers a point of the sky, if one does.
-pub(super) fn balloons(noise: Noise, point: [f32; 2], aspect: f32) -> Option<Color> {
+fn balloons(noise: Noise, point: [f32; 2], aspect: f32) -> Option<Color> {
     (0..4).find_map(|i| {
         let random = |stream: u32| noise.stream(stream).uniform(i, 0);
         // Each in its own quarter of the width, the nearest first.
@@ -291,7 +276,7 @@ fn balloon([x, y]: [f32; 2], random: [f32; 2]) -> Option<Color> {
 }
 
 /// The house that covers a point, if one does; they stand on the `shore`.
-pub(super) fn houses(noise: Noise, [x, y]: [f32; 2], shore: f32) -> Option<Color> {
+fn houses(noise: Noise, [x, y]: [f32; 2], shore: f32) -> Option<Color> {
     const PITCH: f32 = 0.115;
     let cell = (x / PITCH).floor();
     let random = |stream: u32| noise.stream(stream).uniform(cell as i32, 0);

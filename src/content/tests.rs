@@ -1,7 +1,7 @@
 use image::{Rgb, RgbImage};
 
 use crate::content::{
-    material::{Border, Sample, assemble},
+    surface::{Border, Sample, assemble},
     *,
 };
 

@@ -2,15 +2,19 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    sync::atomic::{AtomicBool, Ordering},
     time::{Duration, Instant},
 };
 
 use bevy::{
-    app::{PluginGroup, TerminalCtrlCHandlerPlugin},
+    app::{App, PluginGroup, TerminalCtrlCHandlerPlugin},
     asset::UntypedHandle,
     camera::{ImageRenderTarget, RenderTarget, ScalingMode},
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
-    ecs::resource::Resource,
+    ecs::{
+        resource::Resource,
+        schedule::{Schedules, SingleThreadedExecutor},
+    },
     light::{DirectionalLightShadowMap, PointLightShadowMap},
     log::LogPlugin,
     prelude::*,
@@ -27,9 +31,7 @@ use bevy::{
     winit::WinitPlugin,
 };
 
-use crate::headless::{
-    AdapterInfo, FrameTimes, HeadlessError, adapter::wgpu_settings, frames::FrameClock, threads,
-};
+use crate::headless::{AdapterInfo, FrameTimes, HeadlessError, frames::FrameClock, wgpu_settings};
 
 /// The error with which the renderer stopped.
 #[derive(Resource)]
@@ -99,7 +101,7 @@ impl HeadlessApp {
         build(&mut app);
         app.finish();
         app.cleanup();
-        threads::apply(&mut app);
+        apply_threads(&mut app);
         let adapter = AdapterInfo::from(&**app.world().resource::<RenderAdapterInfo>());
         Ok(Self {
             app,
@@ -306,6 +308,11 @@ impl HeadlessSettings {
             ..Self::default()
         }
     }
+
+    /// The same with a picture in this format.
+    pub fn in_format(self, format: TargetFormat) -> Self {
+        Self { format, ..self }
+    }
 }
 
 /// The render target for the cameras of a scene, so that one scene serves a window and headless.
@@ -354,3 +361,27 @@ pub struct AwaitedWork(pub BTreeSet<&'static str>);
 /// is [`AwaitedWork`]: on a software driver a frame's time is that of its pixels.
 #[derive(Resource, Clone, Copy, Debug, Default)]
 pub struct Unwatched;
+
+static ONE_THREAD: AtomicBool = AtomicBool::new(false);
+
+/// Whether apps that are built from now on run their systems one after the other, each app on the thread that updates
+/// it. Bevy's own way, and the default, is one pool of threads for the whole process: where several apps share it, a
+/// frame of one waits for systems of the others.
+pub fn use_one_thread(one: bool) {
+    ONE_THREAD.store(one, Ordering::Relaxed);
+}
+
+/// Prepares the schedules of a built app.
+fn apply_threads(app: &mut App) {
+    if !ONE_THREAD.load(Ordering::Relaxed) {
+        return;
+    }
+    for sub_app in app.sub_apps_mut().iter_mut() {
+        let Some(mut schedules) = sub_app.world_mut().get_resource_mut::<Schedules>() else {
+            continue;
+        };
+        for (_, schedule) in schedules.iter_mut() {
+            schedule.set_executor(SingleThreadedExecutor::new());
+        }
+    }
+}

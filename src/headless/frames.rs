@@ -27,13 +27,14 @@ use bevy::{
     time::{Time, Virtual},
 };
 use image::RgbImage;
+use serde::Serialize;
 
 use crate::headless::{
     AwaitedAssets, AwaitedWork, HeadlessApp, HeadlessError, TargetFormat, Unwatched,
 };
 
 /// Median times of a number of frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct FrameTimes {
     /// Time of the CPU in milliseconds; none when no frame was measured.
     pub cpu_ms: Option<f64>,

@@ -2,15 +2,14 @@
 //! rasteriser makes of derivatives.
 
 use bevy::{
-    asset::{RenderAssetUsages, embedded_asset, embedded_path},
+    asset::{embedded_asset, embedded_path},
     image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{Material, MaterialPipeline, MaterialPipelineKey, MaterialPlugin},
     prelude::*,
     reflect::TypePath,
     render::render_resource::{
-        AsBindGroup, Extent3d, RenderPipelineDescriptor, SpecializedMeshPipelineError,
-        TextureDimension, TextureFormat,
+        AsBindGroup, RenderPipelineDescriptor, SpecializedMeshPipelineError, TextureFormat,
     },
     shader::{ShaderDefVal, ShaderRef},
 };
@@ -20,6 +19,7 @@ use bevy_ewa::{
 };
 
 use crate::{
+    content,
     headless::{
         HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, TargetFormat, pixel_camera,
     },
@@ -55,10 +55,7 @@ impl Lookups {
         sampler_anisotropy: u16,
         coordinates: &[([f64; 2], Derivatives)],
     ) -> Result<Self, HeadlessError> {
-        let settings = HeadlessSettings {
-            format: TargetFormat::Float32,
-            ..HeadlessSettings::with_size(size, size)
-        };
+        let settings = HeadlessSettings::with_size(size, size).in_format(TargetFormat::Float32);
         let mut app = HeadlessApp::new(settings, |app| {
             embedded_asset!(app, "lookup.wesl");
             app.add_plugins((
@@ -215,24 +212,12 @@ impl Material for LookupMaterial {
     }
 }
 
-fn extent([width, height]: [u32; 2]) -> Extent3d {
-    Extent3d {
-        width,
-        height,
-        depth_or_array_layers: 1,
-    }
-}
-
 fn float_image(size: u32, texels: Vec<[f64; 4]>) -> Image {
     let bytes = texels.into_iter().flatten();
-    let bytes = bytes.flat_map(|value| (value as f32).to_le_bytes());
-    Image::new(
-        extent([size; 2]),
-        TextureDimension::D2,
-        bytes.collect(),
-        TextureFormat::Rgba32Float,
-        RenderAssetUsages::RENDER_WORLD,
-    )
+    let bytes = bytes
+        .flat_map(|value| (value as f32).to_le_bytes())
+        .collect();
+    content::texture([size; 2], TextureFormat::Rgba32Float, 1, bytes)
 }
 
 /// The texture with all its mip levels.
@@ -253,14 +238,8 @@ fn mipped(texture: &Texture, format: TexelFormat, sampler_anisotropy: u16) -> Im
             TextureFormat::Rgba8Unorm,
         ),
     };
-    let mut image = Image::new_uninit(
-        extent(texture.size()),
-        TextureDimension::D2,
-        format,
-        RenderAssetUsages::RENDER_WORLD,
-    );
-    image.data = Some(bytes);
-    image.texture_descriptor.mip_level_count = texture.levels.len() as u32;
+    let levels = texture.levels.len() as u32;
+    let mut image = content::texture(texture.size(), format, levels, bytes);
     let address = texture.address.map(|address| match address {
         AddressMode::Repeat => ImageAddressMode::Repeat,
         AddressMode::MirrorRepeat => ImageAddressMode::MirrorRepeat,

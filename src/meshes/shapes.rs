@@ -1,10 +1,17 @@
-//! Meshes made in code. Their texture coordinates are in metres, but for grids.
+//! Meshes and materials made in code. The texture coordinates of meshes are in metres, but for grids.
 
-use std::f32::consts::{PI, TAU};
+use std::{
+    f32::consts::{PI, TAU},
+    sync::Arc,
+};
 
 use bevy::math::{Quat, Rect, Vec2, Vec3};
+use image::{RgbImage, RgbaImage, buffer::ConvertBuffer};
 
-use crate::meshes::scene::SceneMesh;
+use crate::{
+    content,
+    meshes::{SceneMaterial, SceneMesh, SceneTexture},
+};
 
 impl SceneMesh {
     /// Adds a flat polygon, convex and counter-clockwise seen from its front.
@@ -265,4 +272,63 @@ fn planar_uv(at: Vec3, normal: Vec3) -> Vec2 {
         1 => Vec2::new(at.x, at.z),
         _ => Vec2::new(at.x, -at.y),
     }
+}
+
+/// Side of the textures in pixels.
+pub(super) const SIZE: u32 = 256;
+pub(super) const SEED: u64 = 5;
+
+pub(super) fn colored(albedo: Vec3) -> Arc<SceneMaterial> {
+    Arc::new(SceneMaterial {
+        albedo,
+        ..SceneMaterial::default()
+    })
+}
+
+pub(super) fn textured(image: RgbImage) -> Arc<SceneMaterial> {
+    Arc::new(SceneMaterial {
+        texture: Some(Arc::new(SceneTexture::new(image.convert()))),
+        ..SceneMaterial::default()
+    })
+}
+
+/// Encoded levels times a factor.
+pub(super) fn brightened(mut image: RgbImage, factor: f32) -> RgbImage {
+    for pixel in image.pixels_mut() {
+        pixel.0 = pixel
+            .0
+            .map(|level| (f32::from(level) * factor).min(240.0) as u8);
+    }
+    image
+}
+
+/// Leaves with holes between them.
+pub(super) fn leaves() -> Arc<SceneMaterial> {
+    let foliage = content::foliage(SIZE, SIZE, SEED);
+    Arc::new(SceneMaterial {
+        texture: Some(Arc::new(SceneTexture::new(foliage.masked_color()))),
+        alpha_cutoff: Some(0.5),
+        is_double_sided: true,
+        ..SceneMaterial::default()
+    })
+}
+
+/// Bright letters that emit light, on a dim ground.
+pub(super) fn sign(text: &str, emission: Vec3) -> Arc<SceneMaterial> {
+    let letters = content::label(text, 64);
+    let mut image = RgbaImage::from_pixel(
+        letters.width() + 32,
+        letters.height(),
+        image::Rgba([70, 70, 70, 255]),
+    );
+    for (x, y, pixel) in letters.enumerate_pixels() {
+        let level = pixel.0[3].max(70);
+        image.put_pixel(x + 16, y, image::Rgba([level, level, level, 255]));
+    }
+    Arc::new(SceneMaterial {
+        albedo: Vec3::ZERO,
+        emission,
+        emissive_texture: Some(Arc::new(SceneTexture::new(image))),
+        ..SceneMaterial::default()
+    })
 }

@@ -12,7 +12,7 @@ use obvhs::{
 };
 
 use crate::{
-    meshes::scene::{MeshScene, SceneMaterial},
+    meshes::{MeshScene, SceneMaterial},
     path_tracer::{self, Hit, LightSample, Ray, Surfaces, TraceSettings, TracedPicture},
 };
 

@@ -122,9 +122,6 @@ impl Appearance {
     }
 }
 
-#[cfg(test)]
-mod tests;
-
 /// Exponent that compresses large colour distances, q_c in the paper.
 const DISTANCE_EXPONENT: f32 = 0.7;
 /// The distances up to this fraction of the largest, p_c, ...
@@ -161,15 +158,15 @@ const WHITE_XYZ: [f32; 3] = [0.950_428_55, 1.0, 1.088_900_4];
 
 /// An image in YCxCz, a linear opponent space: luminance, red-green and blue-yellow. Linear, so
 /// that filtering it averages light as the eye does.
-pub(super) struct YCxCz {
-    pub y: Plane,
-    pub cx: Plane,
-    pub cz: Plane,
+struct YCxCz {
+    y: Plane,
+    cx: Plane,
+    cz: Plane,
 }
 
 impl YCxCz {
     /// Decodes an sRGB image.
-    pub fn new(image: &RgbImage) -> Self {
+    fn new(image: &RgbImage) -> Self {
         let linear: [f32; 256] = std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0));
         let channel = |component: fn([f32; 3]) -> f32| Plane {
             width: image.width() as usize,
@@ -191,19 +188,19 @@ impl YCxCz {
     }
 
     /// The colour with raster index `i`.
-    pub fn at(&self, i: usize) -> [f32; 3] {
+    fn at(&self, i: usize) -> [f32; 3] {
         [self.y.values[i], self.cx.values[i], self.cz.values[i]]
     }
 }
 
 /// The remapped colour distance, with its scale.
-pub(super) struct ColorDistance {
+struct ColorDistance {
     largest: f32,
 }
 
 impl ColorDistance {
     /// The scale is set by the two most distant colours of sRGB, green and blue.
-    pub fn new() -> Self {
+    fn new() -> Self {
         let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(hunt_lab);
         Self {
             largest: hyab(green, blue).powf(DISTANCE_EXPONENT),
@@ -211,7 +208,7 @@ impl ColorDistance {
     }
 
     /// Colour error, 0 to 1, of two filtered YCxCz colours.
-    pub fn between(&self, a: [f32; 3], b: [f32; 3]) -> f32 {
+    fn between(&self, a: [f32; 3], b: [f32; 3]) -> f32 {
         let distance =
             hyab(hunt_lab(clamped_rgb(a)), hunt_lab(clamped_rgb(b))).powf(DISTANCE_EXPONENT);
         let knee = KNEE_DISTANCE * self.largest;
@@ -270,7 +267,7 @@ const BLUE_YELLOW: [(f32, f32); 2] = [(34.1, 0.04), (13.5, 0.025)];
 const FEATURE_WIDTH_DEGREES: f32 = 0.082;
 
 /// The contrast sensitivity filter: what is left of a pattern at the eye's resolution.
-pub(super) struct SpatialKernel {
+struct SpatialKernel {
     achromatic: Vec<f32>,
     red_green: Vec<f32>,
     blue_yellow: [Vec<f32>; 2],
@@ -278,7 +275,7 @@ pub(super) struct SpatialKernel {
 
 impl SpatialKernel {
     /// Kernels of three standard deviations of the widest Gaussian.
-    pub fn new(pixels_per_degree: f32) -> Self {
+    fn new(pixels_per_degree: f32) -> Self {
         let sigma_degrees = (BLUE_YELLOW[0].1 / (2.0 * PI * PI)).sqrt();
         let radius = (3.0 * sigma_degrees * pixels_per_degree).ceil() as i32;
         let gaussian = |(a, b): (f32, f32)| -> Vec<f32> {
@@ -310,7 +307,7 @@ impl SpatialKernel {
     }
 
     /// Filters every channel by its own sensitivity.
-    pub fn apply(&self, image: &YCxCz) -> YCxCz {
+    fn apply(&self, image: &YCxCz) -> YCxCz {
         let both_axes =
             |plane: &Plane, kernel: &[f32]| plane.filter_rows(kernel).filter_columns(kernel);
         YCxCz {
@@ -325,18 +322,18 @@ impl SpatialKernel {
 }
 
 /// Detectors of edges and points: a Gaussian and its first two derivatives.
-pub(super) struct FeatureKernel {
+struct FeatureKernel {
     /// Sums to 1.
-    pub gaussian: Vec<f32>,
+    gaussian: Vec<f32>,
     /// First derivative; its positive and its negative weights sum to 1 and -1.
-    pub edge: Vec<f32>,
+    edge: Vec<f32>,
     /// Second derivative; its positive and its negative weights sum to 1 and -1.
-    pub point: Vec<f32>,
+    point: Vec<f32>,
 }
 
 impl FeatureKernel {
     /// Kernels of three standard deviations.
-    pub fn new(pixels_per_degree: f32) -> Self {
+    fn new(pixels_per_degree: f32) -> Self {
         let sigma = 0.5 * FEATURE_WIDTH_DEGREES * pixels_per_degree;
         let radius = (3.0 * sigma).ceil() as i32;
         let gaussian = |x: f32| (-x * x / (2.0 * sigma * sigma)).exp();
@@ -368,30 +365,30 @@ fn balanced(mut kernel: Vec<f32>) -> Vec<f32> {
 }
 
 /// One channel, in raster order.
-pub(super) struct Plane {
-    pub width: usize,
-    pub height: usize,
-    pub values: Vec<f32>,
+struct Plane {
+    width: usize,
+    height: usize,
+    values: Vec<f32>,
 }
 
 impl Plane {
     /// Applies `f` to every value.
-    pub fn map(&self, f: impl Fn(f32) -> f32 + Sync) -> Self {
+    fn map(&self, f: impl Fn(f32) -> f32 + Sync) -> Self {
         self.with_values(self.values.par_iter().map(|&v| f(v)).collect())
     }
 
     /// Value by value sum of two planes of the same size.
-    pub fn sum(a: &Self, b: &Self) -> Self {
+    fn sum(a: &Self, b: &Self) -> Self {
         a.zip(b, |a, b| a + b)
     }
 
     /// Value by value Euclidean norm of the vector (`x`, `y`).
-    pub fn norm(x: &Self, y: &Self) -> Self {
+    fn norm(x: &Self, y: &Self) -> Self {
         x.zip(y, |x, y| (x * x + y * y).sqrt())
     }
 
     /// Correlates every row with a kernel of odd length.
-    pub fn filter_rows(&self, kernel: &[f32]) -> Self {
+    fn filter_rows(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         self.rows(|y, out| {
             let row = &self.values[y * self.width..][..self.width];
@@ -407,7 +404,7 @@ impl Plane {
     }
 
     /// Correlates every column with a kernel of odd length.
-    pub fn filter_columns(&self, kernel: &[f32]) -> Self {
+    fn filter_columns(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         self.rows(|y, out| {
             for (tap, &weight) in kernel.iter().enumerate() {
@@ -445,5 +442,138 @@ impl Plane {
 fn accumulate(out: &mut [f32], weight: f32, source: &[f32]) {
     for (out, source) in out.iter_mut().zip(source) {
         *out += weight * source;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use image::Rgb;
+
+    use super::*;
+
+    /// Colour bands of several widths under a diagonal ramp.
+    fn pattern(width: u32, height: u32) -> RgbImage {
+        RgbImage::from_fn(width, height, |x, y| {
+            let band = [40, 210, 120, 250, 0][(x / 5 + y / 7) as usize % 5];
+            Rgb([
+                band,
+                (x * 6 + y * 2) as u8,
+                (255 - band) / 2 + (y * 3) as u8,
+            ])
+        })
+    }
+
+    fn map(image: &RgbImage, change: impl Fn(u32, u32, [u8; 3]) -> [u8; 3]) -> RgbImage {
+        RgbImage::from_fn(image.width(), image.height(), |x, y| {
+            Rgb(change(x, y, image.get_pixel(x, y).0))
+        })
+    }
+
+    /// Pairs of images with the mean error that the authors' program gives for them. The values were
+    /// computed in advance with the crate `nv-flip` 0.1.2, which binds that program.
+    fn reference_pairs() -> [(&'static str, RgbImage, RgbImage, f32, f64); 7] {
+        let base = pattern(40, 24);
+        let noise = map(&base, |x, y, rgb| {
+            rgb.map(|c| c ^ ((x * 7 + y * 13) % 16) as u8)
+        });
+        let shift = map(&base, |x, y, _| base.get_pixel((x + 1).min(39), y).0);
+        let swap = map(&base, |_, _, [r, g, b]| [g, b, r]);
+        let mut dot = base.clone();
+        dot.put_pixel(20, 12, Rgb([255, 255, 255]));
+        let pixel = |rgb| RgbImage::from_pixel(1, 1, Rgb(rgb));
+        let ppd = DEFAULT_PIXELS_PER_DEGREE;
+        [
+            ("noise", base.clone(), noise.clone(), ppd, 0.073556),
+            ("shift", base.clone(), shift, ppd, 0.297927),
+            ("swap", base.clone(), swap, ppd, 0.839780),
+            ("dot", base.clone(), dot, ppd, 0.005746),
+            ("noise, near", base.clone(), noise.clone(), 20.0, 0.162517),
+            ("noise, far", base, noise, 150.0, 0.062591),
+            (
+                "pixel",
+                pixel([200, 30, 40]),
+                pixel([20, 200, 90]),
+                ppd,
+                0.968107,
+            ),
+        ]
+    }
+
+    #[test]
+    fn agrees_with_the_authors_program() {
+        for (name, reference, test, pixels_per_degree, expected) in reference_pairs() {
+            let mean = flip_map(&reference, &test, pixels_per_degree)
+                .unwrap()
+                .mean();
+            assert!(
+                (mean - expected).abs() < 2e-6,
+                "{name}: {mean} instead of {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn is_symmetric_and_within_its_range() {
+        for (name, reference, test, pixels_per_degree, _) in reference_pairs() {
+            let forth = flip_map(&reference, &test, pixels_per_degree).unwrap();
+            let back = flip_map(&test, &reference, pixels_per_degree).unwrap();
+            assert_eq!(forth, back, "{name}");
+            assert!(
+                forth.values.iter().all(|v| (0.0..=1.0).contains(v)),
+                "{name}"
+            );
+            assert_eq!(
+                flip_map(&test, &test, pixels_per_degree).unwrap().mean(),
+                0.0,
+                "{name}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_lost_edge_weighs_more_than_the_same_energy_in_fine_noise() {
+        let gray = |value| Rgb([value; 3]);
+        let flat = RgbImage::from_pixel(64, 64, gray(128));
+        let checker = RgbImage::from_fn(64, 64, |x, y| {
+            gray(if (x + y) % 2 == 0 { 118 } else { 138 })
+        });
+        let edge = RgbImage::from_fn(64, 64, |x, _| gray(if x < 32 { 118 } else { 138 }));
+        let mean = |test| {
+            flip_map(&flat, test, DEFAULT_PIXELS_PER_DEGREE)
+                .unwrap()
+                .mean()
+        };
+        assert!(
+            mean(&checker) < 0.5 * mean(&edge),
+            "{} {}",
+            mean(&checker),
+            mean(&edge)
+        );
+    }
+
+    #[test]
+    fn does_not_depend_on_the_number_of_threads() {
+        let [_, (_, reference, test, ppd, _), ..] = reference_pairs();
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| flip_map(&reference, &test, ppd).unwrap())
+        };
+        assert_eq!(on(1), on(5));
+    }
+
+    #[test]
+    fn odd_resolutions_and_empty_images_are_accepted() {
+        let (a, b) = (pattern(3, 2), RgbImage::new(3, 2));
+        for pixels_per_degree in [-1.0, 0.0, 1.0, 5000.0] {
+            let mean = flip_map(&a, &b, pixels_per_degree).unwrap().mean();
+            assert!((0.0..=1.0).contains(&mean), "{pixels_per_degree}: {mean}");
+        }
+        for (width, height) in [(0, 0), (0, 4), (4, 0)] {
+            let empty = RgbImage::new(width, height);
+            assert_eq!(flip_map(&empty, &empty, 67.0).unwrap().mean(), 0.0);
+        }
     }
 }

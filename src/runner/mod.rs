@@ -11,19 +11,16 @@
 //! component to one of them.
 
 pub use crate::runner::{
-    panel::ScenePicker,
     pictures::{Outcome, RunError, render_headless},
     scene::{
-        AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Notes, Options, Scene, SceneImage, Side, Size,
+        AFTER_LAYER, BEFORE_LAYER, Choice, MemoryFigures, Notes, Options, Scene, SceneImage,
+        SceneSetting, SceneSettings, SettingError, SettingKind, SettingValue, Side, Size,
     },
-    settings::{SceneSetting, SceneSettings, SettingError, SettingKind, SettingValue},
     split::{PictureArea, Split, SplitLine},
+    window::ScenePicker,
 };
 
-mod memory_table;
-mod panel;
 pub mod pictures;
 pub mod scene;
-pub mod settings;
 pub mod split;
 pub mod window;

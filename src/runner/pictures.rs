@@ -58,23 +58,6 @@ pub enum RunError {
     Window,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct SideTimes {
-    /// CPU, in milliseconds.
-    pub cpu_ms: Option<f64>,
-    /// GPU, in milliseconds; none without timestamps.
-    pub gpu_ms: Option<f64>,
-}
-
-impl From<FrameTimes> for SideTimes {
-    fn from(times: FrameTimes) -> Self {
-        Self {
-            cpu_ms: times.cpu_ms,
-            gpu_ms: times.gpu_ms,
-        }
-    }
-}
-
 #[derive(Clone, Debug, Serialize)]
 pub struct Outcome {
     pub scene: &'static str,
@@ -94,9 +77,9 @@ pub struct Outcome {
     /// Largest difference of a channel, in 8-bit units.
     pub max_error: u8,
     /// Frame times of "before".
-    pub before: SideTimes,
+    pub before: FrameTimes,
     /// Frame times of "after".
-    pub after: SideTimes,
+    pub after: FrameTimes,
     /// Memory on the GPU in bytes, as the scene reports it.
     pub memory: BTreeMap<String, u64>,
     /// What the scene has to say.
@@ -187,8 +170,8 @@ pub fn render_headless(
         psnr_db: error.psnr_db.is_finite().then_some(error.psnr_db),
         flip: error.flip,
         max_error: error.max_error,
-        before: before_times.into(),
-        after: after_times.into(),
+        before: before_times,
+        after: after_times,
         memory: app.world().resource::<MemoryFigures>().0.clone(),
         notes: app.world().resource::<Notes>().0.clone(),
     })

@@ -16,7 +16,7 @@ use bevy::{
 
 use crate::{
     headless::{AwaitedWork, LabTarget, Unwatched},
-    runner::{AFTER_LAYER, BEFORE_LAYER, Scene, Side},
+    runner::{Scene, Side},
 };
 
 /// Where the line between before and after is.
@@ -59,10 +59,7 @@ impl PictureArea {
 pub fn add_cameras(app: &mut App, scene: &'static dyn Scene) {
     let spawn = move |mut commands: Commands, target: Res<LabTarget>| {
         for side in Side::BOTH {
-            let layer = match side {
-                Side::Before => BEFORE_LAYER,
-                Side::After => AFTER_LAYER,
-            };
+            let layer = side.layer();
             let mut camera = commands.spawn((
                 side,
                 Camera3d::default(),

@@ -1,11 +1,17 @@
 //! The example scenes. A new one is a module and a line in [`ALL`].
 
-use crate::runner::Scene;
+use std::f32::consts::TAU;
+
+use bevy::{camera_controller::free_camera::FreeCameraState, ecs::query::QueryFilter, prelude::*};
+use bevy_voxel_gi::Sky;
+
+use crate::runner::{Scene, SceneSettings};
 
 pub mod all_together;
 pub mod deferred_accumulation;
 mod error_view;
 pub mod ewa;
+mod maps;
 pub mod tone;
 pub mod voxel_gi;
 pub mod wavelet_tex;
@@ -20,3 +26,59 @@ pub static ALL: &[&dyn Scene] = &[
     &all_together::AllTogether,
     &deferred_accumulation::DeferredAccumulation,
 ];
+
+/// Light from outside: a clear sky, and sunlit ground below it.
+fn clear_sky() -> Sky {
+    Sky {
+        zenith: LinearRgba::rgb(2200.0, 3200.0, 5000.0),
+        horizon: LinearRgba::rgb(4200.0, 4700.0, 5200.0),
+        ground: LinearRgba::rgb(6500.0, 6000.0, 5000.0),
+    }
+}
+
+/// A sun that wanders there and back.
+#[derive(Component)]
+struct Sun {
+    /// The direction of its light at time 0.
+    direction: Vec3,
+    /// How far it wanders to each side, in radians.
+    swing: f32,
+}
+
+/// Turns suns about the vertical.
+fn move_sun(
+    settings: Res<SceneSettings>,
+    time: Res<Time>,
+    mut suns: Query<(&Sun, &mut Transform)>,
+) {
+    /// Seconds there and back.
+    const PERIOD: f32 = 40.0;
+    let phase = match settings.toggle("sun_motion") {
+        true => (time.elapsed_secs() * TAU / PERIOD).sin(),
+        false => 0.0,
+    };
+    for (sun, mut pose) in &mut suns {
+        let direction = Quat::from_rotation_y(phase * sun.swing) * sun.direction;
+        pose.set_if_neq(Transform::default().looking_to(direction, Vec3::Y));
+    }
+}
+
+/// Gives cameras new components, of which one is their pose.
+fn place_cameras<F: QueryFilter>(world: &mut World, components: impl Bundle + Clone) {
+    let mut cameras = world.query_filtered::<Entity, F>();
+    for camera in cameras.iter(world).collect::<Vec<_>>() {
+        let mut camera = world.entity_mut(camera);
+        camera.insert(components.clone());
+        // It would turn back to where it looked before.
+        if camera.contains::<FreeCameraState>() {
+            camera.insert(FreeCameraState::default());
+        }
+    }
+}
+
+fn despawn_all<C: Component>(world: &mut World) {
+    let mut parts = world.query_filtered::<Entity, With<C>>();
+    for part in parts.iter(world).collect::<Vec<_>>() {
+        world.despawn(part);
+    }
+}

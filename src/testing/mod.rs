@@ -7,7 +7,7 @@ use std::{
     thread,
 };
 
-use crate::headless::threads;
+use crate::headless::app::use_one_thread;
 
 pub mod logs;
 
@@ -45,7 +45,7 @@ impl Gpu {
         queue.served += 1;
         queue.running += apps;
         // A test that is alone has Bevy's threads for itself, as a game has.
-        threads::use_one_thread(apps < most);
+        use_one_thread(apps < most);
         MOVED.notify_all();
         Self { apps }
     }

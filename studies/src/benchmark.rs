@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use bevy_frugal_lab::headless::{FrameTimes, HeadlessApp, HeadlessError, median};
 
-use crate::record::Times;
+use crate::record::{ReportAdapter, TimeRow, Times};
 
 /// The times of something in all rounds.
 #[derive(Default)]
@@ -61,4 +61,17 @@ pub fn benchmark_apps<R>(
         .zip(times)
         .map(|(row, times)| set(row, times))
         .collect())
+}
+
+/// The same of rows of times, and what rendered them.
+pub fn time_rows(
+    candidates: Vec<(HeadlessApp, TimeRow)>,
+    rounds: u32,
+    frames: u32,
+    stages: Option<&str>,
+) -> Result<(ReportAdapter, Vec<TimeRow>), HeadlessError> {
+    let last = candidates.last();
+    let adapter = last.map_or_else(ReportAdapter::default, |(app, _)| app.adapter().into());
+    let rows = benchmark_apps(candidates, rounds, frames, stages, TimeRow::with_times)?;
+    Ok((adapter, rows))
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use bevy_frugal_lab::{
     runner::{
-        self, Scene, Side,
+        self, Scene, Side, Size,
         pictures::{headless_app, show},
     },
     scenes::{ewa::Ewa, wavelet_tex::WaveletTex},
@@ -14,8 +14,7 @@ use bevy_frugal_lab::{
 use clap::Parser;
 
 use crate::{
-    benchmark::benchmark_apps,
-    gpu::Size,
+    benchmark::time_rows,
     page::{self, machine, number, plugin_page, renew_file},
     record::{PluginTimes, Report, ReportAdapter, TimeRow},
     run::TradeoffError,
@@ -116,25 +115,16 @@ pub fn run(options: &Options) -> Result<(), TradeoffError> {
 
 impl Demo {
     fn rows(&self, options: &Options) -> Result<(ReportAdapter, Vec<TimeRow>), TradeoffError> {
-        let mut adapter = ReportAdapter::default();
         let mut candidates = Vec::new();
         for (name, side, setting) in self.candidates {
-            let [width, height] = options.size.0;
+            let Size { width, height } = options.size;
             let set = [self.set, &[*setting]].concat();
             let picture = runner::Options::picture(width, height, &set);
             let mut app = headless_app(self.scene, &picture)?;
             show(&mut app, *side)?;
-            adapter = app.adapter().into();
-            let row = TimeRow {
-                scene: self.scene.name().into(),
-                setting: (*name).into(),
-                ..TimeRow::default()
-            };
-            candidates.push((app, row));
+            candidates.push((app, TimeRow::new(self.scene.name(), *name)));
         }
-        let (rounds, frames) = (options.rounds, options.frames);
-        let rows = benchmark_apps(candidates, rounds, frames, None, TimeRow::with_times)?;
-        Ok((adapter, rows))
+        Ok(time_rows(candidates, options.rounds, options.frames, None)?)
     }
 }
 

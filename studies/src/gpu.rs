@@ -6,20 +6,19 @@
 
 use std::{
     collections::BTreeMap,
-    fmt::{self, Write},
+    fmt::Write,
     path::{Path, PathBuf},
-    str::FromStr,
     time::{Duration, Instant},
 };
 
 use bevy::utils::default;
-use bevy_frugal_lab::{content, lookups::scenes::SCENES};
+use bevy_frugal_lab::{content, lookups::scenes::SCENES, runner::Size};
 use bevy_voxel_gi::{Bounces, Receiver, Solver, VoxelGiSettings, VoxelLight};
 use clap::Parser;
 use indicatif::ProgressBar;
 
 use crate::{
-    benchmark::benchmark_apps,
+    benchmark::time_rows,
     ewa,
     page::{machine, number, plugin_page, renew_file, table},
     plan::Plan,
@@ -48,13 +47,19 @@ fn measure(options: &Options) -> Result<(), TradeoffError> {
     report.rows.size = options.size.to_string();
     let progress = ProgressBar::hidden();
     let mut failure = None;
+    let plan = Plan {
+        rounds: options.rounds,
+        frames: options.frames,
+        tunnel_frames: options.frames,
+        ..Plan::new(true)
+    };
     for (name, part) in PARTS {
-        for step in part.steps(options) {
+        for step in (part.steps)(options) {
             if start.elapsed() > limit {
                 eprintln!("{name}: left out, {} minutes are over", options.minutes);
                 continue;
             }
-            match part.rows(options, step, &progress) {
+            match (part.rows)(options, step, &plan, &progress) {
                 Ok((adapter, rows)) => {
                     report.adapter = adapter;
                     let plugins = &mut report.rows.plugins;
@@ -124,36 +129,18 @@ pub struct Options {
     pub advise: Option<PathBuf>,
 }
 
-/// Width and height.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size(pub [u32; 2]);
-
-impl fmt::Display for Size {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{} x {} pixels", self.0[0], self.0[1])
-    }
-}
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let sides = text.split_once('x').map(|(w, h)| (w.parse(), h.parse()));
-        match sides {
-            Some((Ok(width), Ok(height))) if width > 0 && height > 0 => Ok(Self([width, height])),
-            _ => Err("such as 1920x1080".into()),
-        }
-    }
+fn size(options: &Options) -> [u32; 2] {
+    [options.size.width, options.size.height]
 }
 
 /// Scenes of the lookups: small ellipses, and long ones.
-pub const LOOKUP_SCENES: [&str; 2] = ["tunnel", "checker_5deg"];
+const LOOKUP_SCENES: [&str; 2] = ["tunnel", "checker_5deg"];
 const SEED: u64 = 5;
 
 /// A part of the study. Each of its steps is measured by itself.
-pub struct Part {
+struct Part {
     /// The plugin of its rows.
-    pub plugin: &'static str,
+    plugin: &'static str,
     steps: fn(&Options) -> Vec<u32>,
     rows: fn(&Options, u32, &Plan, &ProgressBar) -> Rows,
 }
@@ -161,7 +148,7 @@ pub struct Part {
 type Rows = Result<(ReportAdapter, Vec<TimeRow>), TradeoffError>;
 
 /// All parts, the quickest first.
-pub const PARTS: [(&str, Part); 4] = [
+const PARTS: [(&str, Part); 4] = [
     (
         "filters of wavelet textures",
         Part {
@@ -170,12 +157,11 @@ pub const PARTS: [(&str, Part); 4] = [
             rows: |options, _, plan, progress| {
                 let picture = content::bricks(plan.tile[0], plan.tile[1], SEED).color;
                 let (adapter, rows) =
-                    tunnel::rows(&picture, &tunnel::FILTERS, options.size.0, plan, progress)?;
+                    tunnel::rows(&picture, &tunnel::FILTERS, size(options), plan, progress)?;
                 let rows = rows.into_iter().map(|row| TimeRow {
-                    scene: "tunnel".into(),
-                    setting: row.setting,
                     bytes: Some(row.bytes),
                     times: row.times,
+                    ..TimeRow::new("tunnel", row.setting)
                 });
                 Ok((adapter, rows.collect()))
             },
@@ -191,7 +177,7 @@ pub const PARTS: [(&str, Part); 4] = [
                 let scene = SCENES.iter().find(|scene| scene.name == name);
                 let scene = scene.unwrap_or(&SCENES[0]);
                 // A square of as many pixels.
-                let [width, height] = options.size.0.map(f64::from);
+                let [width, height] = size(options).map(f64::from);
                 let size = (width * height).sqrt().round() as u32;
                 ewa::time_rows(scene, size, plan, progress)
             },
@@ -204,7 +190,7 @@ pub const PARTS: [(&str, Part); 4] = [
             steps: |_| (0..cost::STEPS as u32).collect(),
             rows: |options, step, plan, _| {
                 let load = cost::loads(options.layers)[step as usize];
-                cost::load_rows(load, &all_cameras(), options.size.0, plan)
+                cost::load_rows(load, &all_cameras(), size(options), plan)
             },
         },
     ),
@@ -213,41 +199,21 @@ pub const PARTS: [(&str, Part); 4] = [
         Part {
             plugin: "voxel_gi",
             steps: |options| options.resolutions.clone(),
-            rows: |options, resolution, plan, _| light_rows(resolution, options.size.0, plan),
+            rows: |options, resolution, plan, _| light_rows(resolution, size(options), plan),
         },
     ),
 ];
 
-impl Part {
-    /// What its steps are called.
-    pub fn steps(&self, options: &Options) -> Vec<u32> {
-        (self.steps)(options)
-    }
-
-    /// The rows of a step.
-    pub fn rows(&self, options: &Options, step: u32, progress: &ProgressBar) -> Rows {
-        let plan = Plan {
-            rounds: options.rounds,
-            frames: options.frames,
-            tunnel_frames: options.frames,
-            ..Plan::new(true)
-        };
-        (self.rows)(options, step, &plan, progress)
-    }
-}
-
 /// The setting of the row without a volume.
-pub const WITHOUT: &str = "no volume";
+const WITHOUT: &str = "no volume";
 /// About as many triangles as a furnished room has.
 const TRIANGLES: u32 = 100_000;
 
 /// The rows of a resolution, interleaved.
 fn light_rows(resolution: u32, size: [u32; 2], plan: &Plan) -> Rows {
     let mut candidates = Vec::new();
-    let mut adapter = ReportAdapter::default();
     for (name, volume) in settings(resolution) {
         let (app, row) = load::app(TRIANGLES, volume, size)?;
-        adapter = app.adapter().into();
         let row = TimeRow {
             scene: format!("{resolution}^3"),
             setting: name.into(),
@@ -255,14 +221,12 @@ fn light_rows(resolution: u32, size: [u32; 2], plan: &Plan) -> Rows {
         };
         candidates.push((app, row));
     }
-    let rows = benchmark_apps(
+    Ok(time_rows(
         candidates,
         plan.rounds,
         plan.frames,
         Some(SPANS),
-        TimeRow::with_times,
-    )?;
-    Ok((adapter, rows))
+    )?)
 }
 
 fn settings(resolution: u32) -> [(&'static str, Option<VoxelGiSettings>); 5] {
@@ -455,21 +419,19 @@ mod tests {
     }
     #[test]
     fn a_size_has_two_sides() {
-        assert_eq!("160x90".parse(), Ok(Size([160, 90])));
+        let (width, height) = (160, 90);
+        assert_eq!("160x90".parse(), Ok(Size { width, height }));
         assert!("160".parse::<Size>().is_err() && "0x4".parse::<Size>().is_err());
     }
 
     #[test]
     fn shares_and_layers_are_beside_what_they_are_of() {
-        let row = |(scene, setting, ms): (&str, &str, f64)| TimeRow {
-            scene: scene.into(),
-            setting: setting.into(),
-            times: Times {
+        let row = |(scene, setting, ms): (&str, &str, f64)| {
+            TimeRow::new(scene, setting).with_times(Times {
                 gpu_ms: Some(ms),
                 stage_ms: [("gather".to_string(), 0.5)].into(),
                 ..Times::default()
-            },
-            ..TimeRow::default()
+            })
         };
         let plugin = |name: &str, rows: &[(&str, &str, f64)]| {
             (name.to_string(), rows.iter().copied().map(row).collect())

@@ -11,12 +11,10 @@
 //! | [`mod@cost`] | what the plugins' shaders cost, as a GPU's own compiler says |
 //! | [`mod@gpu`] | the times of all plugins on the GPU that is there |
 //! | [`demo`] | the times of the demos' pictures |
-//! | [`summary`] | what a user chooses between: each setting as one error and one cost |
-//! | [`chart`] | a summary as a chart |
+//! | [`summary`] | what a user chooses between: each setting as one error and one cost, and its chart |
 //! | [`page`] | summaries as a report, and tables in pages |
 
 pub mod benchmark;
-pub mod chart;
 pub mod cost;
 pub mod demo;
 pub mod ewa;
@@ -31,6 +29,9 @@ pub mod wavelet_tex;
 pub mod ycocg_fb;
 
 pub use run::run;
+
+/// Frames before which every asset must have been loaded and every pipeline compiled.
+const MAX_FRAMES: u32 = 200;
 
 #[cfg(test)]
 mod tests;

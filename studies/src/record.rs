@@ -90,6 +90,15 @@ pub struct TimeRow {
 }
 
 impl TimeRow {
+    /// The row of a setting, without times.
+    pub fn new(scene: impl Into<String>, setting: impl Into<String>) -> Self {
+        Self {
+            scene: scene.into(),
+            setting: setting.into(),
+            ..Self::default()
+        }
+    }
+
     pub fn with_times(self, times: Times) -> Self {
         Self { times, ..self }
     }

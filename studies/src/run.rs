@@ -16,14 +16,13 @@ use serde::{Serialize, de::DeserializeOwned};
 use thiserror::Error as ThisError;
 
 use crate::{
-    chart,
     cost::{self, CostError},
     demo,
     ewa::Ewa,
     gpu, page,
     plan::{GI_SCENES, Plan},
     record::{FileError, Report},
-    summary::Summary,
+    summary::{Summary, svg},
     voxel_gi::VoxelGi,
     wavelet_tex::WaveletTex,
     ycocg_fb::YCoCgFb,
@@ -206,7 +205,7 @@ fn write_report<S: Study>(options: &Options) -> Result<String, TradeoffError> {
     report.write(path.with_extension("json"))?;
     let summary = S::summary(&report.rows);
     let machine = page::machine(&report);
-    write(&path.with_extension("svg"), &chart::svg(&summary, &machine))?;
+    write(&path.with_extension("svg"), &svg(&summary, &machine))?;
     if options.advise {
         page::renew_file(
             &page::plugin_page(S::NAME),

@@ -1,7 +1,13 @@
 //! What a user chooses between: each setting of a plugin as one error and one cost, over all scenes
-//! of its study. Charts, tables and advice are made of it.
+//! of its study. Charts (error against cost, the front of the best choices as a line), tables and advice are made of it.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
+
+use plotters::{
+    coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter},
+    element::DynElement,
+    prelude::*,
+};
 
 /// The settings of a plugin, by error and cost.
 #[derive(Clone, Debug)]
@@ -199,6 +205,190 @@ pub fn means<'a>(
         .collect()
 }
 
+const SIZE: (u32, u32) = (960, 600);
+/// Height of a label's letters in pixels.
+const LETTERS: i32 = 12;
+
+const OURS: RGBColor = RGBColor(27, 111, 181);
+const BASELINE: RGBColor = RGBColor(196, 85, 27);
+const PUBLISHED: RGBColor = RGBColor(110, 110, 110);
+
+type Failure = DrawingAreaErrorKind<std::io::Error>;
+
+/// An SVG of 960 x 600 pixels; `machine` says where the figures were measured.
+///
+/// Discs are the plugin's settings, and the line joins those that none beats; triangles are baselines that
+/// were measured, too; crosses are figures that others published.
+pub fn svg(summary: &Summary, machine: &str) -> String {
+    let mut svg = String::new();
+    // Nothing is written but text in memory: a failure is a defect of the chart, and in its place.
+    if let Err(error) = draw(summary, machine, &mut svg) {
+        return format!("<svg xmlns=\"http://www.w3.org/2000/svg\"><!-- {error} --></svg>\n");
+    }
+    svg
+}
+
+fn draw(summary: &Summary, machine: &str, svg: &mut String) -> Result<(), Failure> {
+    let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    area.fill(&WHITE)?;
+    let x = Axis::new(summary.cost, summary.choices.iter().map(|c| c.cost));
+    let y = Axis::new(summary.error, summary.choices.iter().map(|c| c.error));
+    let mut chart = ChartBuilder::on(&area)
+        .caption(&summary.title, ("sans-serif", 18))
+        .margin(14)
+        .x_label_area_size(50)
+        .y_label_area_size(64)
+        .build_cartesian_2d(x, y)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(RGBColor(225, 225, 225))
+        .label_style(("sans-serif", LETTERS))
+        .x_desc(format!("{} ({machine})", summary.cost.label()))
+        .y_desc(summary.error.label())
+        .draw()?;
+
+    let front = summary.pareto_front();
+    let line = front.iter().map(|c| (c.cost, c.error));
+    chart
+        .draw_series(LineSeries::new(line, OURS.mix(0.5).stroke_width(2)))?
+        .label("the best choices")
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], OURS.mix(0.5).stroke_width(2)));
+    for (source, name) in [
+        (Source::Ours, "the plugin"),
+        (Source::Baseline, "baselines, measured too"),
+        (Source::Published, "published, on other hardware"),
+    ] {
+        let choices: Vec<_> = { summary.choices.iter() }
+            .filter(|choice| choice.source == source)
+            .collect();
+        if choices.is_empty() {
+            continue;
+        }
+        let style = ("sans-serif", LETTERS).into_font().color(&color(source));
+        let named = choices.into_iter().map(|choice| {
+            // The table has the names of the others, for which there would be no room.
+            let is_named = source != Source::Ours || front.contains(&choice);
+            let name = choice.name.clone();
+            let name = if is_named { name } else { String::new() };
+            EmptyElement::at((choice.cost, choice.error))
+                + mark((0, 0), source)
+                + Text::new(name, (8, -LETTERS / 2), style.clone())
+        });
+        chart
+            .draw_series(named)?
+            .label(name)
+            .legend(move |(x, y)| mark((x + 8, y), source));
+    }
+    chart
+        .configure_series_labels()
+        .position(match summary.error.better {
+            Better::Less => SeriesLabelPosition::UpperRight,
+            Better::More => SeriesLabelPosition::LowerRight,
+        })
+        .label_font(("sans-serif", LETTERS))
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(200, 200, 200))
+        .draw()?;
+    area.present()
+}
+
+fn color(source: Source) -> RGBColor {
+    match source {
+        Source::Ours => OURS,
+        Source::Baseline => BASELINE,
+        Source::Published => PUBLISHED,
+    }
+}
+
+/// A disc, a triangle or a cross at a place in pixels.
+fn mark<'b>(at: (i32, i32), source: Source) -> DynElement<'static, SVGBackend<'b>, (i32, i32)> {
+    let filled = color(source).filled();
+    match source {
+        Source::Ours => Circle::new(at, 5, filled).into_dyn(),
+        Source::Baseline => TriangleMarker::new(at, 6, filled).into_dyn(),
+        Source::Published => Cross::new(at, 5, color(source).stroke_width(2)).into_dyn(),
+    }
+}
+
+/// An axis that is linear in its value or in its logarithm.
+#[derive(Clone)]
+struct Axis {
+    quantity: Quantity,
+    /// In what is drawn: values, or their logarithms to the base of ten.
+    drawn: Range<f64>,
+}
+
+impl Axis {
+    fn new(quantity: Quantity, values: impl Iterator<Item = f64>) -> Self {
+        let ends = values.map(|value| position(&quantity, value));
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
+            (low.min(at), high.max(at))
+        });
+        let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
+        let room = (high - low).max(0.1);
+        Self {
+            quantity,
+            drawn: low - 0.08 * room..high + 0.12 * room,
+        }
+    }
+
+    fn value(&self, at: f64) -> f64 {
+        match self.quantity.logarithmic_from {
+            Some(_) => 10f64.powf(at),
+            None => at,
+        }
+    }
+}
+
+fn position(quantity: &Quantity, value: f64) -> f64 {
+    match quantity.logarithmic_from {
+        Some(least) => value.max(least).log10(),
+        None => value,
+    }
+}
+
+impl ValueFormatter<f64> for Axis {
+    /// With as few digits as a round number needs.
+    fn format(value: &f64) -> String {
+        let text = format!("{value:.6}");
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    }
+}
+
+impl Ranged for Axis {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let length = self.drawn.end - self.drawn.start;
+        let part = (position(&self.quantity, *value) - self.drawn.start) / length;
+        limit.0 + (part * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    /// Round values; on a logarithmic axis more digits of each power of ten the fewer powers it has.
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let Range { start, end } = self.drawn;
+        if self.quantity.logarithmic_from.is_none() {
+            let linear: plotters::coord::types::RangedCoordf64 = (start..end).into();
+            return linear.key_points(hint);
+        }
+        let digits: &[f64] = match end - start {
+            3.0.. => &[1.0],
+            1.0.. => &[1.0, 2.0, 5.0],
+            _ => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+        };
+        (start.floor() as i32..=end.ceil() as i32)
+            .flat_map(|power| digits.iter().map(move |digit| digit * 10f64.powi(power)))
+            .filter(|value| (start..=end).contains(&value.log10()))
+            .collect()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.value(self.drawn.start)..self.value(self.drawn.end)
+    }
+}
+
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -275,5 +465,54 @@ pub(super) mod tests {
             (&b, None),
         ]);
         assert_eq!(found.into_iter().collect::<Vec<_>>(), [("a", 2.0)]);
+    }
+
+    #[test]
+    fn every_source_has_its_mark_and_the_front_its_line() {
+        let choices = [
+            ("exact", 0.0, 10.0, Source::Ours),
+            ("fast", 5.0, 1.0, Source::Ours),
+            ("baseline <1>", 3.0, 5.0, Source::Baseline),
+            ("thesis", 4.0, 2.0, Source::Published),
+        ];
+        let mut summary = summary(&choices, Better::Less);
+        for logarithmic_from in [None, Some(0.01)] {
+            summary.error.logarithmic_from = logarithmic_from;
+            let svg = svg(&summary, "a machine");
+            assert!(svg.ends_with("</svg>\n"), "{svg}");
+            // Two marks and one in the legend.
+            assert_eq!(svg.matches("<circle").count(), 3, "{svg}");
+            for text in [
+                "exact",
+                "fast",
+                "baseline &lt;1&gt;",
+                "thesis",
+                "a machine",
+                "a &amp; b",
+            ] {
+                assert!(svg.contains(text), "{text}: {svg}");
+            }
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        }
+    }
+
+    #[test]
+    fn nothing_measured_is_an_empty_chart() {
+        let svg = svg(&summary(&[], Better::Less), "");
+        assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
+    }
+
+    #[test]
+    fn axes_keep_the_order_of_values() {
+        let mut quantity = summary(&[], Better::Less).error;
+        quantity.logarithmic_from = Some(0.1);
+        let axis = Axis::new(quantity, [0.0, 1.0, 1000.0].into_iter());
+        let at = |value| axis.map(&value, (0, 1000));
+        assert!(at(0.0) == at(0.1) && at(0.1) < at(1.0) && at(1.0) < at(1000.0));
+        assert!(at(0.0) > 0 && at(1000.0) < 1000);
+        let ticks = axis.key_points(10);
+        assert_eq!(ticks, [0.1, 1.0, 10.0, 100.0, 1000.0]);
+        let short = Axis::new(quantity, [2.1, 4.8].into_iter());
+        assert_eq!(short.key_points(10), [2.0, 3.0, 4.0, 5.0]);
     }
 }

@@ -11,7 +11,7 @@ use bevy_frugal_lab::{
     path_tracer::{Receiver, TraceSettings},
 };
 
-use crate::{bake::Baked, fill::fill, texture::texture};
+use crate::bake::{Baked, fill, texture};
 
 /// Voxels along an edge of the volume, as many as the default of `bevy_voxel_gi` has.
 const RESOLUTION: u32 = 32;

@@ -8,9 +8,7 @@ use bevy_frugal_lab::{
 
 use crate::{
     atlas::{Atlas, BORDER, Face},
-    bake::Baked,
-    fill::fill,
-    texture::texture,
+    bake::{Baked, fill, texture},
 };
 
 /// Paths from each texel.

@@ -7,30 +7,20 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | `method.rs` | the methods that draw the light, by name |
-//! | `measure.rs` | runs its frames and compares them |
-//! | `ambient.rs` | the best constant ambient light |
-//! | `bake.rs` | the memory and the time that a bake takes |
+//! | `measure.rs` | runs its frames, with the best constant ambient light, and compares them |
+//! | `bake.rs` | what bakes share: memory and time, light for texels and voxels that boxes cover, textures |
 //! | `lightmap.rs` | path-traced lightmaps |
 //! | `atlas.rs` | the layout of a lightmap |
 //! | `irradiance_volume.rs` | path-traced irradiance volumes |
-//! | `fill.rs` | light for texels and voxels that boxes cover |
-//! | `texture.rs` | textures of light |
 //! | `convert.rs` | gives a scene what `bevy_solari` needs |
-//! | `picture.rs` | pictures in floats |
-//! | `png.rs` | pictures to look at |
 
-mod ambient;
 mod atlas;
 mod bake;
 mod convert;
-mod fill;
 mod irradiance_volume;
 mod lightmap;
 mod measure;
 mod method;
-mod picture;
-mod png;
-mod texture;
 
 use std::{error::Error, path::PathBuf};
 

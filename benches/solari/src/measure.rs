@@ -2,24 +2,19 @@
 
 use std::{error::Error, ops::RangeInclusive, path::Path, time::Instant};
 
-use bevy::{math::Vec3, render::renderer::RenderDevice};
+use bevy::{color::Srgba, math::Vec3, prelude::*, render::renderer::RenderDevice};
 use bevy_frugal_lab::{
-    boxes::{TracedScene, agreement, spawn_box_scene},
-    headless::{HeadlessApp, HeadlessSettings, TargetFormat, median},
+    boxes::{TracedScene, agreement, block_means, spawn_box_scene},
+    headless::{HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat, median},
 };
 use bevy_frugal_studies::{
     record::{ReportAdapter, Times},
     voxel_gi::LightRow,
 };
 use bevy_solari::SolariPlugins;
+use image::{ImageResult, Rgb, RgbImage};
 
-use crate::{
-    ambient,
-    bake::Baked,
-    method::Method,
-    picture::{difference, flicker, picture},
-    png,
-};
+use crate::{bake::Baked, method::Method};
 
 /// Frames before which every pipeline must have been compiled.
 const MAX_FRAMES: u32 = 200;
@@ -41,7 +36,7 @@ pub fn rows(
     let (mut app, baked) = app(truth, method)?;
     let direct = picture(&mut app)?;
     if matches!(method, Method::Ambient | Method::AmbientAndSsao) {
-        ambient::fit(&mut app, truth, &direct)?;
+        fit_ambient(&mut app, truth, &direct)?;
         app.render_frames(2)?;
     }
     let total = total(truth);
@@ -111,10 +106,10 @@ pub fn rows(
     }
     rows.extend(baked.map(|baked| baked.row(&scene.name, method.name())));
     if let Some(folder) = pictures {
-        let gray = png::mean(&truth.indirect);
+        let gray = mean(&truth.indirect);
         let write = |part: &str, picture: &[Vec3]| {
             let file = format!("{} {}{part}.png", scene.name, method.name());
-            png::write(&folder.join(file), scene.camera.width, picture, gray)
+            write_png(&folder.join(file), scene.camera.width, picture, gray)
         };
         write("", &before)?;
         if adds {
@@ -165,4 +160,79 @@ fn total(truth: &TracedScene) -> Vec<Vec3> {
             indirect => direct + indirect,
         })
         .collect()
+}
+
+/// Sets the ambient light of an app that has none; `direct` is its picture.
+///
+/// # Errors
+/// [`HeadlessError`] when a frame cannot be rendered.
+fn fit_ambient(
+    app: &mut HeadlessApp,
+    truth: &TracedScene,
+    direct: &[Vec3],
+) -> Result<(), HeadlessError> {
+    app.world_mut().insert_resource(ambient(Vec3::ONE));
+    app.render_frames(2)?;
+    let white = difference(&picture(app)?, direct);
+    let white = block_means(&white, truth.scene.camera.width);
+    let (mut added, mut wanted) = (Vec3::ZERO, Vec3::ZERO);
+    for (white, indirect) in white.iter().zip(&truth.indirect) {
+        if *indirect != Vec3::ZERO {
+            added += white;
+            wanted += indirect;
+        }
+    }
+    let fitted = wanted / added.max(Vec3::splat(f32::MIN_POSITIVE));
+    app.world_mut().insert_resource(ambient(fitted));
+    Ok(())
+}
+
+fn ambient(luminance: Vec3) -> GlobalAmbientLight {
+    let brightness = luminance.max_element();
+    GlobalAmbientLight {
+        color: LinearRgba::from_vec3(luminance / brightness).into(),
+        brightness,
+        ..default()
+    }
+}
+
+/// The picture of the last frame.
+fn picture(app: &mut HeadlessApp) -> Result<Vec<Vec3>, HeadlessError> {
+    let image = app.capture_f32()?;
+    let rgb = |p: &[f32; 4]| Vec3::new(p[0], p[1], p[2]);
+    Ok(image.pixels.iter().map(rgb).collect())
+}
+
+/// One picture less another.
+fn difference(with: &[Vec3], without: &[Vec3]) -> Vec<Vec3> {
+    with.iter().zip(without).map(|(a, b)| a - b).collect()
+}
+
+/// Mean absolute difference of two pictures over the mean of the second.
+fn flicker(before: &[Vec3], now: &[Vec3]) -> f64 {
+    let sum = |values: &mut dyn Iterator<Item = Vec3>| -> f64 {
+        values.map(|v| f64::from(v.element_sum())).sum()
+    };
+    sum(&mut before.iter().zip(now).map(|(a, b)| (b - a).abs())) / sum(&mut now.iter().copied())
+}
+
+/// Writes a picture in which this radiance is a middle gray.
+///
+/// # Errors
+/// If the file cannot be written.
+fn write_png(path: &Path, width: u32, picture: &[Vec3], gray: f32) -> ImageResult<()> {
+    let height = picture.len() as u32 / width;
+    let image = RgbImage::from_fn(width, height, |x, y| {
+        let light = picture[(x + y * width) as usize] * 0.2 / gray;
+        Rgb(
+            Srgba::from(LinearRgba::from_vec3(light.clamp(Vec3::ZERO, Vec3::ONE)))
+                .to_u8_array_no_alpha(),
+        )
+    });
+    image.save(path)
+}
+
+/// The mean of all channels of a picture.
+fn mean(picture: &[Vec3]) -> f32 {
+    picture.iter().sum::<Vec3>().element_sum() / (3 * picture.len()).max(1) as f32
 }

@@ -6,12 +6,10 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use bevy::math::{Quat, Rect, Vec2, Vec3};
 
 use crate::meshes::{
-    scene::{SceneMesh, ScenePart},
+    SceneMesh, ScenePart,
     town::{
-        Materials, TownState,
-        palette::{Paint, Painted},
-        props::{chair, chest, scatter, shelf, table},
-        sign,
+        Materials, TownState, sign,
+        things::{Paint, Painted, chair, chest, scatter, shelf, table},
     },
 };
 

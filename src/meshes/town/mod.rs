@@ -11,11 +11,11 @@ use bevy::math::{Quat, Rect, Vec2, Vec3};
 use crate::{
     content,
     meshes::{
-        materials::{self, SEED, SIZE, brightened, textured},
-        scene::{MeshScene, SceneMaterial, SceneMesh, ScenePart},
+        MeshScene, SceneMaterial, SceneMesh, ScenePart,
+        shapes::{self, SEED, SIZE, brightened, textured},
         town::{
-            house::{House, Roof},
-            palette::{Paint, Painted},
+            house::{House, Roof, tower},
+            things::{Paint, Painted, palette},
         },
     },
     stage::{SceneCamera, SceneDirectionalLight, ScenePointLight, Stage},
@@ -23,9 +23,7 @@ use crate::{
 
 mod depot;
 mod house;
-mod palette;
-mod props;
-mod tower;
+mod things;
 mod yard;
 
 /// The state of what moves in the town.
@@ -111,14 +109,14 @@ pub(super) struct Materials {
 impl Materials {
     fn new() -> Self {
         Self {
-            palette: palette::material(),
+            palette: palette(),
             stone: textured(brightened(content::noise(SIZE, SIZE, SEED).color, 1.4)),
             bricks: textured(brightened(content::bricks(SIZE, SIZE, SEED).color, 1.5)),
             planks: textured(brightened(content::wood(SIZE, SIZE, SEED).color, 1.3)),
-            leaves: materials::leaves(),
-            shop: materials::sign("BAKERY", Vec3::new(160.0, 60.0, 130.0)),
-            depot: materials::sign("DEPOT", Vec3::new(150.0, 130.0, 50.0)),
-            exit: materials::sign("EXIT", Vec3::new(20.0, 90.0, 35.0)),
+            leaves: shapes::leaves(),
+            shop: shapes::sign("BAKERY", Vec3::new(160.0, 60.0, 130.0)),
+            depot: shapes::sign("DEPOT", Vec3::new(150.0, 130.0, 50.0)),
+            exit: shapes::sign("EXIT", Vec3::new(20.0, 90.0, 35.0)),
             panel: Arc::new(SceneMaterial {
                 albedo: Vec3::ZERO,
                 emission: Vec3::new(40.0, 80.0, 140.0),
@@ -238,7 +236,7 @@ impl Town {
         parts.extend(depot::parts(&materials));
         parts.extend(yard::parts(&materials));
         parts.extend(houses().iter().map(|house| materials.painted(house.mesh())));
-        parts.push(materials.painted(tower::tower()));
+        parts.push(materials.painted(tower()));
         parts.extend(sign(
             materials.shop.clone(),
             &materials.palette,

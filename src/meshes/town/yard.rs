@@ -5,12 +5,11 @@ use std::f32::consts::TAU;
 use bevy::math::{Quat, Rect, Vec2, Vec3};
 
 use crate::meshes::{
-    scene::{SceneMesh, ScenePart},
+    SceneMesh, ScenePart,
     town::{
         Materials, depot,
         house::gable,
-        palette::{Paint, Painted},
-        props::{chest, leaves, scatter, table},
+        things::{Paint, Painted, chest, leaves, scatter, table},
     },
 };
 

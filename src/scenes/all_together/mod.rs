@@ -1,11 +1,9 @@
 //! All four plugins in one game: a hall with wavelet textures, EWA on its floor, light that bounces,
 //! drawn into a packed frame buffer. Before is Bevy alone; each plugin of after has a switch.
 
-use std::f32::consts::TAU;
-
 use bevy::{
     camera::{Exposure, Hdr, visibility::RenderLayers},
-    core_pipeline::tonemapping::DebandDither,
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
     light::CascadeShadowConfigBuilder,
     mesh::VertexAttributeValues,
     prelude::*,
@@ -23,15 +21,15 @@ use bevy_ycocg_fb::{
 use crate::{
     headless::AwaitedWork,
     runner::{
-        AFTER_LAYER, BEFORE_LAYER, MemoryFigures, Notes, Scene, SceneSetting, SceneSettings, Side,
+        AFTER_LAYER, BEFORE_LAYER, Choice, MemoryFigures, Notes, Scene, SceneSetting,
+        SceneSettings, Side,
     },
     scenes::{
-        all_together::hall::{Cloth, HallPart, Matter},
+        Sun, clear_sky, move_sun,
         tone::{TONE_MAPPED, UNGRADED},
     },
 };
 
-mod hall;
 mod textures;
 
 pub struct AllTogether;
@@ -74,30 +72,20 @@ impl Scene for AllTogether {
                 1,
                 &["color2.25", "color3", "color3.25", "color5"],
             ),
-            SceneSetting::choice(
-                "ewa_method",
-                "of the floor",
-                0,
-                &["linear", "reference", "bilinear", "approximate"],
-            ),
+            textures::EWA_METHOD.setting(),
             SceneSetting::choice(
                 "resolution",
                 "voxels along an edge of the volume",
                 1,
                 &["16", "32", "64"],
             ),
-            SceneSetting::choice(
-                "tone_mapping",
-                "of both cameras; none, and dark, for comparisons of light",
-                0,
-                &["tony_mc_mapface", "none"],
-            ),
+            TONE_MAPPING.setting(),
             SceneSetting::toggle("sun_motion", "the sun wanders", true),
         ]
     }
 
     fn view(&self) -> Transform {
-        hall::view()
+        view()
     }
 
     fn build(&self, app: &mut App) {
@@ -115,8 +103,8 @@ impl Scene for AllTogether {
             VoxelMaterialPlugin::<WaveletStandardMaterial>::default(),
         ))
         .insert_resource(GlobalAmbientLight::NONE)
-        .insert_resource(ClearColor(hall::background()))
-        .init_resource::<textures::Textures>()
+        .insert_resource(ClearColor(background()))
+        .insert_resource(textures::maps())
         .init_resource::<textures::PlainMaterials>()
         .init_resource::<TextureBytes>()
         .add_systems(Startup, spawn)
@@ -130,7 +118,7 @@ impl Scene for AllTogether {
                     configure_cameras,
                 )
                     .chain()
-                    .run_if(resource_changed::<crate::runner::SceneSettings>),
+                    .run_if(resource_changed::<SceneSettings>),
                 move_sun,
                 show,
             )
@@ -139,21 +127,28 @@ impl Scene for AllTogether {
     }
 
     fn configure_camera(&self, camera: &mut EntityCommands, _: Side) {
-        camera.insert((Hdr, DebandDither::Disabled, Exposure { ev100: hall::EV100 }));
+        camera.insert((Hdr, DebandDither::Disabled, Exposure { ev100: EV100 }));
     }
 }
 
+static TONE_MAPPING: Choice<(Tonemapping, DebandDither), 2> = Choice::new(
+    "tone_mapping",
+    "of both cameras; none, and dark, for comparisons of light",
+    0,
+    [("tony_mc_mapface", TONE_MAPPED), ("none", UNGRADED)],
+);
+
 /// Spawns, changes or despawns the volume. Only the camera of after sees its light.
-pub fn place_volume(
+fn place_volume(
     mut commands: Commands,
     settings: Res<SceneSettings>,
     mut light: ResMut<VoxelGiSettings>,
     volumes: Query<(Entity, &VoxelGiVolume)>,
 ) {
-    let (center, size) = hall::volume();
+    let (center, size) = volume();
     light.resolution = settings.choice("resolution").parse().unwrap_or(32);
     let requested = settings.toggle("voxel_gi").then(|| VoxelGiVolume {
-        sky: Some(hall::sky()),
+        sky: Some(clear_sky()),
         ..VoxelGiVolume::fixed(size)
     });
     match (volumes.iter().next(), requested) {
@@ -171,7 +166,7 @@ pub fn place_volume(
 }
 
 /// Gives the cameras their frame buffer, their ambient light and their tone mapping.
-pub fn configure_cameras(
+fn configure_cameras(
     mut commands: Commands,
     settings: Res<SceneSettings>,
     cameras: Query<(Entity, &Side), With<Camera>>,
@@ -186,13 +181,10 @@ pub fn configure_cameras(
         });
         camera.insert(AmbientLight {
             color: Color::linear_rgb(1.0, 0.97, 0.92),
-            brightness: if on("voxel_gi") { 0.0 } else { hall::AMBIENT },
+            brightness: if on("voxel_gi") { 0.0 } else { AMBIENT },
             ..default()
         });
-        camera.insert(match settings.choice("tone_mapping") {
-            "none" => UNGRADED,
-            _ => TONE_MAPPED,
-        });
+        camera.insert(TONE_MAPPING.of(&settings));
     }
 }
 
@@ -207,7 +199,7 @@ pub struct TextureBytes {
 }
 
 /// Fills in what the plugins report.
-pub fn show(
+fn show(
     settings: Res<SceneSettings>,
     textures: Res<TextureBytes>,
     light: Res<VoxelGiReport>,
@@ -228,10 +220,7 @@ pub fn show(
             continue;
         }
         let taken = report.memory.total();
-        match side {
-            Side::Before => figure("frame buffer before", taken),
-            Side::After => figure("frame buffer after", taken),
-        };
+        figure(&format!("frame buffer {}", side.name()), taken);
         if *side == Side::After {
             let text = match &report.state {
                 CameraState::Rg11b10Ufloat => "three small floats".into(),
@@ -260,25 +249,17 @@ pub fn show(
     }
 }
 
-/// Seconds in which the sun wanders there and back.
-const SUN_PERIOD: f32 = 40.0;
-/// How far it wanders to each side, in radians.
-const SUN: f32 = 0.25;
-
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HasMatter(pub Matter);
 
-#[derive(Component)]
-pub struct Sun;
-
 /// Spawns everything. Parts with textures are there twice, one for each side; light meets those of
 /// after.
-pub fn spawn(
+fn spawn(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) -> Result {
-    for part in hall::parts() {
+    for part in parts() {
         let mesh = Mesh3d(meshes.add(mesh(&part)?));
         let pose = Transform::from_translation(part.center)
             .with_rotation(Quat::from_rotation_y(part.turned));
@@ -306,11 +287,14 @@ pub fn spawn(
         }
     }
     commands.spawn((
-        Sun,
+        Sun {
+            direction: SUN,
+            swing: 0.25,
+        },
         RenderLayers::from_layers(&[0, BEFORE_LAYER, AFTER_LAYER]),
         DirectionalLight {
             color: Color::linear_rgb(1.0, 0.94, 0.84),
-            illuminance: hall::SUN_LUX,
+            illuminance: SUN_LUX,
             shadow_maps_enabled: true,
             ..default()
         },
@@ -321,7 +305,7 @@ pub fn spawn(
             ..default()
         }
         .build(),
-        Transform::default().looking_to(hall::SUN, Vec3::Y),
+        Transform::default().looking_to(SUN, Vec3::Y),
     ));
     Ok(())
 }
@@ -369,19 +353,201 @@ fn mesh(part: &HallPart) -> Result<Mesh> {
     Ok(mesh.with_generated_tangents()?)
 }
 
-/// Turns the sun about the vertical. At time 0 it is where it belongs.
-pub fn move_sun(
-    settings: Res<SceneSettings>,
-    time: Res<Time>,
-    mut suns: Query<&mut Transform, With<Sun>>,
-) {
-    let phase = if settings.toggle("sun_motion") {
-        (time.elapsed_secs() * TAU / SUN_PERIOD).sin()
-    } else {
-        0.0
-    };
-    let direction = Quat::from_rotation_y(phase * SUN) * hall::SUN;
-    for mut pose in &mut suns {
-        pose.set_if_neq(Transform::default().looking_to(direction, Vec3::Y));
+// The hall in numbers: metres, lux and cd/m², Y up. It is long and low in front of the camera, so
+// that most of its floor is seen at grazing angles; the sun comes in between columns at the right.
+
+/// Exposure of the cameras: the walls in bounced light are in the middle of the scale.
+const EV100: f32 = 11.5;
+/// Direction of the sunlight at time 0.
+const SUN: Vec3 = Vec3::new(-0.72, -0.62, -0.3);
+/// Illuminance of a plane that faces the sun, in lux.
+const SUN_LUX: f32 = 80_000.0;
+/// Brightness of the ambient light where nothing computes it, in cd/m²: about the mean of what
+/// bounces in the hall.
+const AMBIENT: f32 = 1500.0;
+
+/// Half the width, the height, and the two ends of the hall.
+const HALF_WIDTH: f32 = 2.6;
+const HEIGHT: f32 = 3.8;
+const BACK: f32 = -15.0;
+const FRONT: f32 = 4.0;
+const WALL: f32 = 0.6;
+/// Distance of the columns, and half their thickness.
+const COLUMNS: f32 = 2.7;
+const COLUMN: f32 = 0.3;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Matter {
+    Bricks,
+    Planks,
+    Stone,
+    Picture,
+    Leaves,
+    Tiles,
+    /// A cloth of one colour, without textures.
+    Cloth(Cloth),
+    Ground,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cloth {
+    Red,
+    Blue,
+}
+
+/// A box, or a card where it has no depth.
+#[derive(Clone, Copy, Debug)]
+struct HallPart {
+    matter: Matter,
+    center: Vec3,
+    /// Its edges; a depth of 0 makes a card that faces +Z before it is turned.
+    size: Vec3,
+    /// Turned about the vertical, in radians.
+    turned: f32,
+}
+
+impl HallPart {
+    /// Repetitions of the texture a metre; none stretches the texture over the part.
+    fn repeats(&self) -> Option<f32> {
+        match self.matter {
+            Matter::Picture | Matter::Leaves => None,
+            Matter::Tiles => Some(0.25),
+            Matter::Stone => Some(0.6),
+            Matter::Bricks | Matter::Planks => Some(0.7),
+            Matter::Cloth(_) | Matter::Ground => Some(1.0),
+        }
+    }
+}
+
+/// Where the cameras are at the start.
+fn view() -> Transform {
+    Transform::from_xyz(0.7, 1.5, 3.2).looking_at(Vec3::new(-0.7, 1.15, -8.0), Vec3::Y)
+}
+
+fn background() -> Color {
+    let exposure = bevy::camera::Exposure { ev100: EV100 }.exposure();
+    (clear_sky().horizon * exposure).with_alpha(1.0).into()
+}
+
+/// Middle and edge of the volume in which light bounces.
+fn volume() -> (Vec3, f32) {
+    let center = Vec3::new(0.0, 0.5 * HEIGHT, 0.5 * (BACK + FRONT));
+    (center, FRONT - BACK + 2.0 * WALL + 1.0)
+}
+
+fn parts() -> Vec<HallPart> {
+    let mut parts = vec![
+        // Floor and ceiling.
+        span(
+            Matter::Tiles,
+            [-HALF_WIDTH - WALL, -WALL, BACK - WALL],
+            [HALF_WIDTH + WALL, 0.0, FRONT + WALL],
+        ),
+        span(
+            Matter::Planks,
+            [-HALF_WIDTH - WALL, HEIGHT, BACK - WALL],
+            [HALF_WIDTH + WALL, HEIGHT + WALL, FRONT + WALL],
+        ),
+        // Left, at the back and in front.
+        span(
+            Matter::Bricks,
+            [-HALF_WIDTH - WALL, 0.0, BACK - WALL],
+            [-HALF_WIDTH, HEIGHT, FRONT + WALL],
+        ),
+        span(
+            Matter::Bricks,
+            [-HALF_WIDTH, 0.0, BACK - WALL],
+            [HALF_WIDTH + WALL, HEIGHT, BACK],
+        ),
+        span(
+            Matter::Bricks,
+            [-HALF_WIDTH, 0.0, FRONT],
+            [HALF_WIDTH + WALL, HEIGHT, FRONT + WALL],
+        ),
+        // Right: a low wall, columns and what they bear.
+        span(
+            Matter::Stone,
+            [HALF_WIDTH, 0.0, BACK],
+            [HALF_WIDTH + WALL, 0.5, FRONT],
+        ),
+        span(
+            Matter::Stone,
+            [HALF_WIDTH, HEIGHT - 0.7, BACK],
+            [HALF_WIDTH + WALL, HEIGHT, FRONT],
+        ),
+        // Cloth at the left wall and at the back.
+        span(
+            Matter::Cloth(Cloth::Red),
+            [-HALF_WIDTH, 0.9, -6.3],
+            [-HALF_WIDTH + 0.06, 3.3, -4.9],
+        ),
+        span(
+            Matter::Cloth(Cloth::Blue),
+            [-HALF_WIDTH, 0.9, -11.7],
+            [-HALF_WIDTH + 0.06, 3.3, -10.3],
+        ),
+        span(
+            Matter::Cloth(Cloth::Red),
+            [-1.1, 0.7, BACK],
+            [1.1, 3.2, BACK + 0.06],
+        ),
+        // Outside.
+        span(Matter::Ground, [-60.0, -1.6, -70.0], [60.0, -0.9, 50.0]),
+    ];
+    let columns = ((FRONT - BACK) / COLUMNS) as u32;
+    for i in 0..=columns {
+        let z = BACK + COLUMN + i as f32 * COLUMNS;
+        parts.push(span(
+            Matter::Stone,
+            [HALF_WIDTH, 0.5, z - COLUMN],
+            [HALF_WIDTH + WALL, HEIGHT - 0.7, z + COLUMN],
+        ));
+    }
+    for (center, edge, turned) in [
+        (Vec3::new(-1.75, 0.45, -2.1), 0.9, 0.3),
+        (Vec3::new(-1.7, 1.2, -2.15), 0.6, -0.25),
+        (Vec3::new(-1.9, 0.35, -0.85), 0.7, 0.1),
+        (Vec3::new(1.7, 0.4, -7.6), 0.8, 0.6),
+    ] {
+        parts.push(HallPart {
+            matter: Matter::Planks,
+            center,
+            size: Vec3::splat(edge),
+            turned,
+        });
+    }
+    for z in [-3.7, -8.3] {
+        parts.push(HallPart {
+            matter: Matter::Picture,
+            center: Vec3::new(-HALF_WIDTH + 0.03, 1.9, z),
+            size: Vec3::new(1.8, 1.2, 0.0),
+            turned: std::f32::consts::FRAC_PI_2,
+        });
+    }
+    for (center, turned) in [
+        (Vec3::new(1.75, 0.55, -1.7), 0.5),
+        (Vec3::new(1.85, 0.55, -4.4), -0.4),
+        (Vec3::new(-1.9, 0.55, -6.9), 0.8),
+    ] {
+        for quarter in [0.0, std::f32::consts::FRAC_PI_2] {
+            parts.push(HallPart {
+                matter: Matter::Leaves,
+                center,
+                size: Vec3::new(1.0, 1.1, 0.0),
+                turned: turned + quarter,
+            });
+        }
+    }
+    parts
+}
+
+/// A box from corner to corner.
+fn span(matter: Matter, low: [f32; 3], high: [f32; 3]) -> HallPart {
+    let (low, high) = (Vec3::from(low), Vec3::from(high));
+    HallPart {
+        matter,
+        center: 0.5 * (low + high),
+        size: high - low,
+        turned: 0.0,
     }
 }

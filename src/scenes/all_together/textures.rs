@@ -1,135 +1,70 @@
 //! The textures of the hall, as they are and encoded, and the materials that the switches select.
 
-use std::collections::{HashMap, hash_map::Entry};
+use std::collections::HashMap;
 
-use bevy::{ecs::system::SystemParam, prelude::*, render::renderer::RenderDevice};
+use bevy::{prelude::*, render::renderer::RenderDevice};
 use bevy_ewa::{EwaMethod, EwaProbes, EwaSettings, EwaStandardMaterial};
 use bevy_voxel_gi::MeshVoxelMaterial;
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletTexture,
-    codec::{
-        image::{ColorSpace, Content, WaveletImage},
-        rate::Rate,
-    },
-    material::storage_on,
+    WaveletFilter, WaveletStandardMaterial, codec::rate::Rate, material::storage_on,
 };
-use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
+use image::{Rgb, RgbImage, buffer::ConvertBuffer};
 
 use crate::{
     content,
-    runner::{SceneSettings, Side},
-    scenes::all_together::{HasMatter, TextureBytes, hall::Matter},
-    wavelets::{encoded, wavelets},
+    runner::{Choice, SceneSettings, Side},
+    scenes::{
+        all_together::{HasMatter, Matter, TextureBytes},
+        maps::{Maps, Role, WaveletMaterials, Wavelets},
+    },
 };
 
 /// Side of the generated materials in pixels.
 const SIZE: u32 = 512;
 const SEED: u64 = 3;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Role {
-    Color,
-    Normal,
-    /// Where it is.
-    Mask,
+/// The maps of the hall.
+pub fn maps() -> Maps<Matter> {
+    let mut maps = Maps::empty();
+    for (matter, generate) in [
+        (
+            Matter::Bricks,
+            content::bricks as fn(u32, u32, u64) -> content::Material,
+        ),
+        (Matter::Planks, content::wood),
+        (Matter::Stone, content::noise),
+        (Matter::Leaves, content::foliage),
+    ] {
+        let material = generate(SIZE, SIZE, SEED);
+        maps.add_material(matter, material, matter == Matter::Leaves);
+    }
+    let picture = content::photo_like(768, 512, SEED);
+    maps.add(Matter::Picture, Role::Color, picture.convert());
+    maps.add(Matter::Tiles, Role::Color, tiles().convert());
+    maps
 }
 
-#[derive(Resource)]
-pub struct Textures {
-    maps: HashMap<(Matter, Role), RgbaImage>,
-    /// Colours with the mask as their alpha, as a `StandardMaterial` wants them.
-    masked: HashMap<Matter, RgbaImage>,
-    encoded: HashMap<(Matter, Role, Rate), WaveletImage>,
-}
-
-impl Default for Textures {
-    fn default() -> Self {
-        let mut maps = HashMap::new();
-        let mut masked = HashMap::new();
-        for (matter, generate) in [
-            (
-                Matter::Bricks,
-                content::bricks as fn(u32, u32, u64) -> content::Material,
-            ),
-            (Matter::Planks, content::wood),
-            (Matter::Stone, content::noise),
-            (Matter::Leaves, content::foliage),
-        ] {
-            let material = generate(SIZE, SIZE, SEED);
-            if matter == Matter::Leaves {
-                masked.insert(matter, material.masked_color());
-                let mask = DynamicImage::from(material.mask).into_rgba8();
-                maps.insert((matter, Role::Mask), mask);
-            }
-            maps.insert((matter, Role::Color), rgba(material.color));
-            maps.insert((matter, Role::Normal), rgba(material.normal));
-        }
-        let picture = content::photo_like(768, 512, SEED);
-        maps.insert((Matter::Picture, Role::Color), rgba(picture));
-        maps.insert((Matter::Tiles, Role::Color), rgba(tiles()));
-        Self {
-            maps,
-            masked,
-            encoded: HashMap::new(),
-        }
+/// Mean of the colours that a mask leaves, linear, and how much it leaves.
+fn surface(maps: &Maps<Matter>, matter: Matter) -> MeshVoxelMaterial {
+    let Some(colors) = maps.get(matter, Role::Color) else {
+        return MeshVoxelMaterial::default();
+    };
+    let mask = maps.get(matter, Role::Mask);
+    let is_there = |x, y| mask.is_none_or(|mask| mask.get_pixel(x, y)[0] >= 128);
+    let mut sum = Vec3::ZERO;
+    let mut count = 0.0;
+    for (_, _, pixel) in colors
+        .enumerate_pixels()
+        .filter(|(x, y, _)| is_there(*x, *y))
+    {
+        sum += LinearRgba::from(Srgba::rgb_u8(pixel[0], pixel[1], pixel[2])).to_vec3();
+        count += 1.0;
     }
-}
-
-impl Textures {
-    /// A texture with mips as Bevy has it; none where a matter has no such texture.
-    pub fn uncompressed(&self, matter: Matter, role: Role) -> Option<Image> {
-        let pixels = match role {
-            Role::Color => self.masked.get(&matter),
-            Role::Normal | Role::Mask => None,
-        };
-        let pixels = pixels.or_else(|| self.maps.get(&(matter, role)))?;
-        Some(content::mipped_texture(pixels, role == Role::Color))
+    MeshVoxelMaterial {
+        albedo: (count > 0.0).then(|| sum / count),
+        coverage: Some(count / colors.pixels().len() as f32),
+        ..default()
     }
-
-    /// Mean of the colours that a mask leaves, linear, and how much it leaves.
-    pub fn surface(&self, matter: Matter) -> MeshVoxelMaterial {
-        let Some(colors) = self.maps.get(&(matter, Role::Color)) else {
-            return MeshVoxelMaterial::default();
-        };
-        let mask = self.maps.get(&(matter, Role::Mask));
-        let is_there = |x, y| mask.is_none_or(|mask| mask.get_pixel(x, y)[0] >= 128);
-        let mut sum = Vec3::ZERO;
-        let mut count = 0.0;
-        for (_, _, pixel) in colors
-            .enumerate_pixels()
-            .filter(|(x, y, _)| is_there(*x, *y))
-        {
-            sum += LinearRgba::from(Srgba::rgb_u8(pixel[0], pixel[1], pixel[2])).to_vec3();
-            count += 1.0;
-        }
-        MeshVoxelMaterial {
-            albedo: (count > 0.0).then(|| sum / count),
-            coverage: Some(count / colors.pixels().len() as f32),
-            ..default()
-        }
-    }
-
-    /// The same encoded, colours at this rate.
-    pub fn encoded(&mut self, matter: Matter, role: Role, color: Rate) -> Option<&WaveletImage> {
-        let pixels = self.maps.get(&(matter, role))?;
-        let (rate, color_space) = match role {
-            Role::Color => (color, ColorSpace::Srgb),
-            Role::Normal => (Rate::usual(Content::Normal), ColorSpace::Linear),
-            Role::Mask => (Rate::usual(Content::Gray), ColorSpace::Linear),
-        };
-        match self.encoded.entry((matter, role, rate)) {
-            Entry::Occupied(known) => Some(known.into_mut()),
-            Entry::Vacant(vacant) => {
-                let encoded = encoded(pixels, &wavelets(rate, color_space));
-                let encoded = encoded.inspect_err(|error| error!("{error}"));
-                Some(vacant.insert(encoded.ok()?))
-            }
-        }
-    }
-}
-
-fn rgba(image: RgbImage) -> RgbaImage {
-    DynamicImage::from(image).into_rgba8()
 }
 
 /// Tiles of two kinds of polished stone, with joints.
@@ -158,7 +93,7 @@ pub struct PlainMaterials(HashMap<Matter, (Handle<StandardMaterial>, u64)>);
 /// Makes Bevy's own materials and gives them to before: they depend on no switch.
 pub fn before(
     mut commands: Commands,
-    textures: Res<Textures>,
+    maps: Res<Maps<Matter>>,
     mut plain: ResMut<PlainMaterials>,
     mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
@@ -168,7 +103,7 @@ pub fn before(
         let (material, _) = plain.0.entry(matter).or_insert_with(|| {
             let mut bytes = 0;
             let mut add = |role| {
-                let image = textures.uncompressed(matter, role)?;
+                let image = maps.uncompressed(matter, role, true)?;
                 bytes += image.data.as_ref().map_or(0, Vec::len) as u64;
                 Some(images.add(image))
             };
@@ -194,21 +129,28 @@ pub fn after(
     plain: Res<PlainMaterials>,
     materials: Res<Assets<StandardMaterial>>,
     mut bytes: ResMut<TextureBytes>,
-    mut wavelet: WaveletMaterials,
+    mut wavelet: WaveletMaterials<Matter>,
+    device: Res<RenderDevice>,
     mut ewa: ResMut<Assets<EwaStandardMaterial>>,
     parts: Query<(Entity, &Side, &HasMatter)>,
 ) {
-    let rate = Rate::from_name(settings.choice("color_rate")).unwrap_or(Rate::Color3);
+    let with = Wavelets {
+        color: Rate::from_name(settings.choice("color_rate")).unwrap_or(Rate::Color3),
+        effort: default(),
+        storage: storage_on(&device),
+        filter: WaveletFilter::Trilinear,
+    };
     let mut selected: HashMap<Matter, SelectedMaterial> = HashMap::new();
     *bytes = TextureBytes::default();
     for (&matter, (material, plain_bytes)) in &plain.0 {
         let (material, selected_bytes) = if matter == Matter::Tiles && settings.toggle("ewa") {
             let base = materials.get(material).cloned().unwrap_or_default();
-            let extension = ewa_settings(&settings).into();
+            let extension = EwaSettings::with_method(EWA_METHOD.of(&settings)).into();
             let material = ewa.add(EwaStandardMaterial { base, extension });
             (SelectedMaterial::Ewa(material), *plain_bytes)
         } else if matter != Matter::Tiles && settings.toggle("wavelet_tex") {
-            let (material, bytes) = wavelet.make(matter, rate);
+            let repeats = !matches!(matter, Matter::Picture | Matter::Leaves);
+            let (material, bytes) = wavelet.make(matter, repeats, base(matter), with);
             (SelectedMaterial::Wavelet(material), bytes)
         } else {
             (SelectedMaterial::Plain(material.clone()), *plain_bytes)
@@ -224,7 +166,7 @@ pub fn after(
         let mut entity = commands.entity(entity);
         // A sampler cannot read the coefficients of wavelet textures, so voxels have their mean; and with images the same,
         // so that the light is.
-        entity.insert(wavelet.sources.surface(*matter));
+        entity.insert(surface(&wavelet.maps, *matter));
         entity.remove::<(
             MeshMaterial3d<StandardMaterial>,
             MeshMaterial3d<WaveletStandardMaterial>,
@@ -245,57 +187,22 @@ enum SelectedMaterial {
     Ewa(Handle<EwaStandardMaterial>),
 }
 
-/// What it takes to make a material of wavelet textures.
-#[derive(SystemParam)]
-pub struct WaveletMaterials<'w> {
-    sources: ResMut<'w, Textures>,
-    images: ResMut<'w, Assets<Image>>,
-    textures: ResMut<'w, Assets<WaveletTexture>>,
-    materials: ResMut<'w, Assets<WaveletStandardMaterial>>,
-    device: Res<'w, RenderDevice>,
-}
-
-impl WaveletMaterials<'_> {
-    /// The material, and the bytes of its textures.
-    fn make(&mut self, matter: Matter, rate: Rate) -> (Handle<WaveletStandardMaterial>, u64) {
-        let mut bytes = 0;
-        let mut add = |role| {
-            let image = self.sources.encoded(matter, role, rate)?;
-            let storage = storage_on(&self.device);
-            let texture = WaveletTexture::add(image, storage, &mut self.textures, &mut self.images);
-            bytes += self.textures.get(&texture).map_or(0, |t| t.gpu_bytes) as u64;
-            Some(texture)
-        };
-        let extension = WaveletExtension {
-            base_color: add(Role::Color),
-            normal: add(Role::Normal),
-            mask: add(Role::Mask),
-            filter: WaveletFilter::Trilinear,
-            address_mode: match matter {
-                Matter::Picture | Matter::Leaves => WaveletAddressMode::ClampToEdge,
-                _ => WaveletAddressMode::Repeat,
-            },
-            ..default()
-        };
-        let base = base(matter);
+pub static EWA_METHOD: Choice<EwaMethod, 4> = Choice::new(
+    "ewa_method",
+    "of the floor",
+    0,
+    [
+        ("linear", EwaMethod::Linear),
+        ("reference", EwaMethod::Reference),
+        ("bilinear", EwaMethod::Bilinear),
         (
-            self.materials
-                .add(WaveletStandardMaterial { base, extension }),
-            bytes,
-        )
-    }
-}
-
-fn ewa_settings(settings: &SceneSettings) -> EwaSettings {
-    EwaSettings::with_method(match settings.choice("ewa_method") {
-        "reference" => EwaMethod::Reference,
-        "bilinear" => EwaMethod::Bilinear,
-        "approximate" => EwaMethod::Approximate {
-            probes: EwaProbes::Five,
-        },
-        _ => EwaMethod::Linear,
-    })
-}
+            "approximate",
+            EwaMethod::Approximate {
+                probes: EwaProbes::Five,
+            },
+        ),
+    ],
+);
 
 /// What all materials of a matter have in common.
 fn base(matter: Matter) -> StandardMaterial {

@@ -1,7 +1,9 @@
 //! Light that bounces: a sunlit room in which everything may move, and the Cornell box beside its
 //! path-traced picture. Before is what Bevy shows of the same lights.
 
-use bevy::{camera::Hdr, core_pipeline::tonemapping::DebandDither, prelude::*};
+use bevy::{
+    camera::Hdr, core_pipeline::tonemapping::DebandDither, prelude::*, window::PrimaryWindow,
+};
 use bevy_voxel_gi::{
     Bounces, DebugField, Receiver, Sky, Solver, VoxelGiDebug, VoxelGiPlugin, VoxelGiReport,
     VoxelGiSettings, VoxelGiState, VoxelGiVolume, VoxelLight, Voxelizer,
@@ -9,12 +11,15 @@ use bevy_voxel_gi::{
 
 use crate::{
     headless::AwaitedWork,
-    runner::{MemoryFigures, Notes, Scene, SceneSetting, SceneSettings, Side},
-    scenes::voxel_gi::{stage::Stage, truth::Truth},
+    runner::{
+        Choice, MemoryFigures, Notes, PictureArea, Scene, SceneSetting, SceneSettings, Side, Split,
+    },
+    scenes::{
+        move_sun,
+        voxel_gi::{stage::Stage, truth::Truth},
+    },
 };
 
-mod drag;
-pub mod room;
 mod stage;
 mod truth;
 
@@ -75,17 +80,7 @@ impl Scene for VoxelGi {
                 2,
                 &["8", "16", "32", "64", "128"],
             ),
-            SceneSetting::choice(
-                "voxelizer",
-                "how triangles become voxels",
-                0,
-                &[
-                    "conservative",
-                    "fragment_clipping",
-                    "geometry_clipping",
-                    "stochastic",
-                ],
-            ),
+            VOXELIZER.setting(),
             SceneSetting::integer(
                 "shadow_samples",
                 "points of a voxel that are tested for shadow, per light",
@@ -100,26 +95,9 @@ impl Scene for VoxelGi {
                 1..=4,
                 "",
             ),
-            SceneSetting::choice(
-                "receiver",
-                "a pixel reads all eight voxels around it, or those that it sees",
-                0,
-                &["interpolated", "per_pixel"],
-            ),
+            RECEIVER.setting(),
             SceneSetting::toggle("sun_motion", "the sun of the room wanders", true),
-            SceneSetting::choice(
-                "debug",
-                "what the voxels hold, instead of the picture of after",
-                0,
-                &[
-                    "off",
-                    "occupancy",
-                    "albedo",
-                    "normal",
-                    "radiance",
-                    "irradiance",
-                ],
-            ),
+            DEBUG.setting(),
             SceneSetting::choice("door", "of the room", 0, &["swinging", "closed", "open"]),
             SceneSetting::integer(
                 "paths",
@@ -132,7 +110,7 @@ impl Scene for VoxelGi {
     }
 
     fn view(&self) -> Transform {
-        room::view()
+        stage::room_view()
     }
 
     fn build(&self, app: &mut App) {
@@ -142,17 +120,17 @@ impl Scene for VoxelGi {
             .insert(LIGHT);
         app.add_plugins(VoxelGiPlugin)
             .insert_resource(GlobalAmbientLight::NONE)
-            .init_resource::<stage::Stage>()
-            .init_resource::<truth::Truth>()
+            .init_resource::<Stage>()
+            .init_resource::<Truth>()
             .add_systems(
                 Update,
                 (
                     stage::change,
                     apply,
                     apply_debug,
-                    stage::move_sun,
+                    move_sun,
                     stage::swing_door,
-                    drag::drag,
+                    drag,
                     truth::receive,
                     truth::place_picture,
                     truth::compare,
@@ -167,13 +145,44 @@ impl Scene for VoxelGi {
     }
 }
 
-/// Points on each triangle of the stochastic voxeliser.
-const POINTS: u32 = 1024;
+static VOXELIZER: Choice<Voxelizer, 4> = Choice::new(
+    "voxelizer",
+    "how triangles become voxels",
+    0,
+    [
+        ("conservative", Voxelizer::Conservative),
+        ("fragment_clipping", Voxelizer::FragmentClipping),
+        ("geometry_clipping", Voxelizer::GeometryClipping),
+        ("stochastic", Voxelizer::Stochastic { points: 1024 }),
+    ],
+);
+static RECEIVER: Choice<Receiver, 2> = Choice::new(
+    "receiver",
+    "a pixel reads all eight voxels around it, or those that it sees",
+    0,
+    [
+        ("interpolated", Receiver::Interpolated),
+        ("per_pixel", Receiver::PerPixel),
+    ],
+);
+static DEBUG: Choice<Option<DebugField>, 6> = Choice::new(
+    "debug",
+    "what the voxels hold, instead of the picture of after",
+    0,
+    [
+        ("off", None),
+        ("occupancy", Some(DebugField::Occupancy)),
+        ("albedo", Some(DebugField::Albedo)),
+        ("normal", Some(DebugField::Normal)),
+        ("radiance", Some(DebugField::Radiance)),
+        ("irradiance", Some(DebugField::Irradiance)),
+    ],
+);
 /// What is further away than this does not occlude, in parts of the scene's size.
 const OCCLUSION_RADIUS: f32 = 0.2;
 
 /// Renews the volume when a setting or the scene changes; only the camera of "after" sees its light.
-pub fn apply(
+fn apply(
     mut commands: Commands,
     settings: Res<SceneSettings>,
     stage: Res<Stage>,
@@ -201,19 +210,12 @@ pub fn apply(
 }
 
 /// Shows the chosen field to the camera of "after".
-pub fn apply_debug(
+fn apply_debug(
     mut commands: Commands,
     settings: Res<SceneSettings>,
     cameras: Query<(Entity, &Side, Has<VoxelGiDebug>), With<Camera>>,
 ) {
-    let field = match settings.choice("debug") {
-        "occupancy" => Some(DebugField::Occupancy),
-        "albedo" => Some(DebugField::Albedo),
-        "normal" => Some(DebugField::Normal),
-        "radiance" => Some(DebugField::Radiance),
-        "irradiance" => Some(DebugField::Irradiance),
-        _ => None,
-    };
+    let field = DEBUG.of(&settings);
     for (camera, side, has_field) in &cameras {
         let mut camera = commands.entity(camera);
         match field.filter(|_| *side == Side::After) {
@@ -267,28 +269,20 @@ fn light_settings(settings: &SceneSettings, size: f32) -> VoxelGiSettings {
     VoxelGiSettings {
         resolution: resolution(settings),
         light,
-        voxelizer: match settings.choice("voxelizer") {
-            "fragment_clipping" => Voxelizer::FragmentClipping,
-            "geometry_clipping" => Voxelizer::GeometryClipping,
-            "stochastic" => Voxelizer::Stochastic { points: POINTS },
-            _ => Voxelizer::Conservative,
-        },
-        receiver: match settings.choice("receiver") {
-            "per_pixel" => Receiver::PerPixel,
-            _ => Receiver::Interpolated,
-        },
+        voxelizer: VOXELIZER.of(settings),
+        receiver: RECEIVER.of(settings),
         shadow_samples: settings.integer("shadow_samples"),
         ..default()
     }
 }
 
 /// What a picture waits for, as it is called in messages: the light has settled.
-pub const LIGHT: &str = "the light";
+const LIGHT: &str = "the light";
 /// The same of the path-traced picture and of the comparison with it.
 const TRUTH: &str = "the path-traced picture";
 
 /// Fills in what the plugin reports.
-pub fn show(
+fn show(
     report: Res<VoxelGiReport>,
     truth: Res<Truth>,
     mut memory: ResMut<MemoryFigures>,
@@ -332,5 +326,143 @@ pub fn show(
         } else {
             work.0.remove(name);
         }
+    }
+}
+
+/// Distance from the split line in logical pixels at which the mouse is the line's.
+const LINE: f32 = 10.0;
+
+/// An object that can be dragged.
+#[derive(Component)]
+struct Draggable {
+    /// Half its edge, or its radius, in metres.
+    half: f32,
+}
+
+/// What is being dragged.
+#[derive(Clone, Copy)]
+struct Grip {
+    object: Entity,
+    /// From where it was grabbed to its centre.
+    offset: Vec3,
+}
+
+/// Follows the mouse while its left button is down.
+fn drag(
+    buttons: Option<Res<ButtonInput<MouseButton>>>,
+    windows: Query<&Window, With<PrimaryWindow>>,
+    cameras: Query<(&Camera, &GlobalTransform), With<Side>>,
+    (area, split): (Res<PictureArea>, Res<Split>),
+    mut grip: Local<Option<Grip>>,
+    mut objects: Query<(Entity, &Draggable, &mut Transform)>,
+) {
+    let (Some(buttons), Ok(window)) = (buttons, windows.single()) else {
+        return;
+    };
+    if !buttons.pressed(MouseButton::Left) {
+        *grip = None;
+        return;
+    }
+    let Some(cursor) = window.cursor_position() else {
+        return;
+    };
+    let camera = cameras.iter().find(|(camera, _)| {
+        let view = camera.logical_viewport_rect();
+        camera.is_active && view.is_some_and(|view| view.contains(cursor))
+    });
+    let Some((camera, pose)) = camera else {
+        return;
+    };
+    let Ok(ray) = camera.viewport_to_world(pose, cursor) else {
+        return;
+    };
+    if buttons.just_pressed(MouseButton::Left) {
+        let line = area.0.min.x + area.split_width(*split);
+        if (cursor.x - line as f32 / window.scale_factor()).abs() > LINE {
+            let at = |pose: &Transform| pose.translation;
+            let hits = objects.iter().filter_map(|(object, body, pose)| {
+                let distance = sphere_hit(ray, at(pose), body.half)?;
+                let grabbed = over_floor(ray, at(pose).y)?;
+                let offset = at(pose) - grabbed;
+                Some((distance, Grip { object, offset }))
+            });
+            *grip = hits
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .map(|(_, grip)| grip);
+        }
+    }
+    let Some(Grip { object, offset }) = *grip else {
+        return;
+    };
+    let Ok((_, body, mut pose)) = objects.get_mut(object) else {
+        *grip = None;
+        return;
+    };
+    if let Some(at) = over_floor(ray, pose.translation.y) {
+        let wanted = kept_inside(at + offset, body.half);
+        if wanted.distance(pose.translation) > 1e-4 {
+            pose.translation = wanted;
+        }
+    }
+}
+
+/// Distance to a sphere in front of the ray's origin.
+fn sphere_hit(ray: Ray3d, center: Vec3, radius: f32) -> Option<f32> {
+    let along = (center - ray.origin).dot(*ray.direction);
+    let aside = (center - ray.origin).length_squared() - along * along;
+    (along > 0.0 && aside <= radius * radius).then_some(along)
+}
+
+/// Where the ray comes down to a height.
+fn over_floor(ray: Ray3d, height: f32) -> Option<Vec3> {
+    let down = -ray.direction.y;
+    let distance = (ray.origin.y - height) / down;
+    (down > 1e-3 && distance > 0.0).then(|| ray.origin + distance * ray.direction)
+}
+
+/// At most at the walls.
+fn kept_inside(at: Vec3, half: f32) -> Vec3 {
+    let [low, high] = stage::INSIDE;
+    let free = at.clamp(low + half, high - half);
+    Vec3::new(free.x, at.y, free.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ray(direction: [f32; 3]) -> Ray3d {
+        Ray3d {
+            origin: Vec3::new(0.0, 2.0, 2.0),
+            direction: Dir3::new(direction.into()).expect("a direction"),
+        }
+    }
+
+    #[test]
+    fn a_ray_meets_what_is_before_it() {
+        let ray = ray([0.0, -1.0, -1.0]);
+        assert!(sphere_hit(ray, Vec3::new(0.1, 0.2, 0.0), 0.3).is_some());
+        assert!(sphere_hit(ray, Vec3::new(1.0, 0.2, 0.0), 0.3).is_none());
+        assert!(sphere_hit(ray, Vec3::new(0.0, 3.8, 4.0), 0.3).is_none());
+        let floor = over_floor(ray, 0.5).expect("below");
+        assert!(
+            (floor - Vec3::new(0.0, 0.5, 0.5)).length() < 1e-5,
+            "{floor}"
+        );
+    }
+
+    #[test]
+    fn no_height_is_met_on_the_way_up() {
+        assert!(over_floor(ray([0.0, 1.0, -1.0]), 0.5).is_none());
+        assert!(over_floor(ray([0.0, 0.0, -1.0]), 0.5).is_none());
+        assert!(over_floor(ray([0.0, -1.0, 0.0]), 2.5).is_none());
+    }
+
+    #[test]
+    fn walls_stop_objects() {
+        let at = kept_inside(Vec3::new(9.0, 0.25, -9.0), 0.25);
+        assert_eq!(at, Vec3::new(2.75, 0.25, -2.25));
+        let at = Vec3::new(0.5, 0.25, 0.5);
+        assert_eq!(kept_inside(at, 0.25), at);
     }
 }

@@ -1,23 +1,25 @@
-//! The chosen scene, the Cornell box among them, the cameras before it, and the motion of sun and door.
+//! The chosen scene, the Cornell box or the room, the cameras before it, and the motion of sun and door.
+//!
+//! The room is in metres, lux and cd/m², Y up. Light comes in through a window at the right and a door at the back.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use bevy::{
     camera::Exposure,
-    camera_controller::free_camera::FreeCameraState,
     light::{CascadeShadowConfig, CascadeShadowConfigBuilder},
     prelude::*,
 };
 use bevy_voxel_gi::Sky;
 
 use crate::{
-    boxes::{BoxScene, cornell_box, spawn_boxes_and_lights},
+    boxes::{BoxScene, SceneBox, cornell_box, spawn_boxes_and_lights},
     runner::{PictureArea, SceneSettings, Side, Split},
     scenes::{
+        Sun, clear_sky, despawn_all, place_cameras,
         tone::{TONE_MAPPED, UNGRADED},
-        voxel_gi::{drag::Draggable, room},
+        voxel_gi::Draggable,
     },
-    stage::SceneCamera,
+    stage::{SceneCamera, SceneDirectionalLight},
 };
 
 /// What is on stage.
@@ -61,13 +63,10 @@ pub fn change(world: &mut World) {
         return;
     }
     if is_new {
-        let mut parts = world.query_filtered::<Entity, With<Part>>();
-        for part in parts.iter(world).collect::<Vec<_>>() {
-            world.despawn(part);
-        }
+        despawn_all::<Part>(world);
         let (scene, sky) = match name {
             "cornell" => (spawn_cornell(world), Sky::default()),
-            _ => (spawn_room(world), room::sky()),
+            _ => (spawn_room(world), clear_sky()),
         };
         world.insert_resource(Stage {
             name,
@@ -82,17 +81,10 @@ pub fn change(world: &mut World) {
     let (pose, ev100, tone_map) = match name {
         // Not tone-mapped, as its truth.
         "cornell" => (view(aspect), EV100, UNGRADED),
-        _ => (room::view(), room::EV100, TONE_MAPPED),
+        _ => (room_view(), ROOM_EV100, TONE_MAPPED),
     };
-    let mut cameras = world.query_filtered::<Entity, (With<Side>, With<Camera>)>();
-    for camera in cameras.iter(world).collect::<Vec<_>>() {
-        let mut camera = world.entity_mut(camera);
-        camera.insert((pose, Exposure { ev100 }, tone_map));
-        // It would turn back to where it looked before.
-        if camera.contains::<FreeCameraState>() {
-            camera.insert(FreeCameraState::default());
-        }
-    }
+    let components = (pose, Exposure { ev100 }, tone_map);
+    place_cameras::<(With<Side>, With<Camera>)>(world, components);
 }
 
 fn spawn_cornell(world: &mut World) -> BoxScene {
@@ -111,10 +103,10 @@ fn spawn_cornell(world: &mut World) -> BoxScene {
 }
 
 fn spawn_room(world: &mut World) -> BoxScene {
-    let scene = room::room();
+    let scene = room();
     let mut outside = scene.clone();
     outside.directional_lights.clear();
-    outside.boxes = vec![room::ground(), room::door()];
+    outside.boxes = vec![ground(), door()];
     let mut parts = spawn_boxes_and_lights(world, &scene);
     let sun = parts.last().copied();
     parts.extend(spawn_boxes_and_lights(world, &outside));
@@ -127,13 +119,16 @@ fn spawn_room(world: &mut World) -> BoxScene {
         }
         .into();
         let direction = scene.directional_lights[0].direction;
-        world.entity_mut(sun).insert((Sun(direction), shadows));
+        let swing = 0.35;
+        world
+            .entity_mut(sun)
+            .insert((Sun { direction, swing }, shadows));
     }
     if let Some(door) = door {
         world.entity_mut(door).insert(Door);
     }
-    let (box_center, half) = room::RED_BOX;
-    let (ball_center, radius) = room::BALL;
+    let (box_center, half) = RED_BOX;
+    let (ball_center, radius) = BALL;
     let objects = [
         (
             Mesh::from(Cuboid::from_length(2.0 * half)),
@@ -169,8 +164,8 @@ fn spawn_room(world: &mut World) -> BoxScene {
     for part in parts {
         world.entity_mut(part).insert(Part);
     }
-    let exposure = Exposure { ev100: room::EV100 }.exposure();
-    let background = room::BACKGROUND * exposure;
+    let exposure = Exposure { ev100: ROOM_EV100 }.exposure();
+    let background = clear_sky().horizon.to_vec3() * exposure;
     world.insert_resource(ClearColor(LinearRgba::from_vec3(background).into()));
     scene
 }
@@ -213,39 +208,14 @@ pub fn scene() -> BoxScene {
     }
 }
 
-/// Seconds in which the sun wanders there and back.
-const SUN_PERIOD: f32 = 40.0;
-/// How far it wanders to each side, in radians.
-const SUN: f32 = 0.35;
 /// Seconds in which the door opens and closes.
 const DOOR_PERIOD: f32 = 16.0;
 /// Angle of the open door in radians.
 const OPEN: f32 = 1.1 * FRAC_PI_2;
 
-/// The room's sun, and the way that its light goes at time 0.
-#[derive(Component)]
-pub struct Sun(pub Vec3);
-
 /// The room's door.
 #[derive(Component)]
 pub struct Door;
-
-/// Turns the sun about the vertical.
-pub fn move_sun(
-    settings: Res<SceneSettings>,
-    time: Res<Time>,
-    mut suns: Query<(&Sun, &mut Transform)>,
-) {
-    let phase = if settings.toggle("sun_motion") {
-        (time.elapsed_secs() * TAU / SUN_PERIOD).sin()
-    } else {
-        0.0
-    };
-    for (Sun(direction), mut pose) in &mut suns {
-        let direction = Quat::from_rotation_y(phase * SUN) * *direction;
-        pose.set_if_neq(Transform::default().looking_to(direction, Vec3::Y));
-    }
-}
 
 /// Turns the door about its hinge, into the room.
 pub fn swing_door(
@@ -264,9 +234,147 @@ pub fn swing_door(
 }
 
 fn door_pose(angle: f32, scale: Vec3) -> Transform {
-    let mut pose = Transform::from_translation(room::door().center).with_scale(scale);
-    pose.rotate_around(room::HINGE, Quat::from_rotation_y(-angle));
+    let mut pose = Transform::from_translation(door().center).with_scale(scale);
+    pose.rotate_around(HINGE, Quat::from_rotation_y(-angle));
     pose
+}
+
+/// Exposure of the cameras: the walls in bounced light are in the middle of the scale.
+const ROOM_EV100: f32 = 10.5;
+/// Corners of where objects can be dragged.
+pub const INSIDE: [Vec3; 2] = [Vec3::new(-3.0, 0.0, -2.5), Vec3::new(3.0, 2.7, 2.5)];
+/// The edge about which the door turns.
+const HINGE: Vec3 = Vec3::new(-2.2, 0.0, -2.55);
+/// Where the red box begins: centre and half an edge.
+const RED_BOX: (Vec3, f32) = (Vec3::new(1.45, 0.25, -0.1), 0.25);
+/// Where the ball begins: centre and radius.
+const BALL: (Vec3, f32) = (Vec3::new(-0.7, 0.28, -0.3), 0.28);
+
+/// What the cameras look at.
+const TARGET: Vec3 = Vec3::new(-0.35, 0.8, -2.5);
+/// Thickness of the walls.
+const WALL: f32 = 0.3;
+/// Width, height and thickness of the door. Closed, its front is flush with the wall: beside a jamb that shows, voxels of
+/// 0.2 m would leave an edge as bright as outside.
+const DOOR: Vec3 = Vec3::new(1.0, 2.1, 0.1);
+
+/// Where the cameras are at the start.
+pub fn room_view() -> Transform {
+    Transform::from_xyz(0.9, 1.55, 2.35).looking_at(TARGET, Vec3::Y)
+}
+
+/// A box from corner to corner.
+fn span(low: [f32; 3], high: [f32; 3], albedo: Vec3) -> SceneBox {
+    let (low, high) = (Vec3::from(low), Vec3::from(high));
+    SceneBox {
+        center: 0.5 * (low + high),
+        half: 0.5 * (high - low),
+        albedo,
+        rotate_y_deg: 0.0,
+        gloss: None,
+    }
+}
+
+/// What does not move, and the sun.
+fn room() -> BoxScene {
+    const WHITE: Vec3 = Vec3::new(0.78, 0.76, 0.72);
+    const WOOD: Vec3 = Vec3::new(0.45, 0.29, 0.17);
+    const TERRACOTTA: Vec3 = Vec3::new(0.62, 0.25, 0.14);
+    const MUSTARD: Vec3 = Vec3::new(0.72, 0.47, 0.1);
+    const BLUE: Vec3 = Vec3::new(0.12, 0.25, 0.5);
+    let [inner, outer] = [[3.0, 2.5], [3.0 + WALL, 2.5 + WALL]];
+    let mut boxes = vec![
+        // Floor and ceiling.
+        span(
+            [-outer[0], -WALL, -outer[1]],
+            [outer[0], 0.0, outer[1]],
+            WOOD,
+        ),
+        span(
+            [-outer[0], 2.7, -outer[1]],
+            [outer[0], 2.7 + WALL, outer[1]],
+            WHITE,
+        ),
+        // Left, and in front.
+        span(
+            [-outer[0], 0.0, -outer[1]],
+            [-inner[0], 2.7, outer[1]],
+            TERRACOTTA,
+        ),
+        span([-inner[0], 0.0, inner[1]], [inner[0], 2.7, outer[1]], WHITE),
+        // Right, around the window.
+        span([inner[0], 0.0, -outer[1]], [outer[0], 0.9, outer[1]], WHITE),
+        span([inner[0], 2.3, -outer[1]], [outer[0], 2.7, outer[1]], WHITE),
+        span([inner[0], 0.9, -outer[1]], [outer[0], 2.3, -1.4], WHITE),
+        span([inner[0], 0.9, 0.6], [outer[0], 2.3, outer[1]], WHITE),
+        // At the back, around the door.
+        span(
+            [-inner[0], 0.0, -outer[1]],
+            [HINGE.x, 2.7, -inner[1]],
+            WHITE,
+        ),
+        span(
+            [HINGE.x + DOOR.x, 0.0, -outer[1]],
+            [inner[0], 2.7, -inner[1]],
+            WHITE,
+        ),
+        span(
+            [HINGE.x, DOOR.y, -outer[1]],
+            [HINGE.x + DOOR.x, 2.7, -inner[1]],
+            WHITE,
+        ),
+        // A sofa at the left.
+        span([-2.95, 0.05, -0.6], [-2.05, 0.45, 1.4], MUSTARD),
+        span([-2.98, 0.45, -0.6], [-2.7, 0.95, 1.4], MUSTARD),
+        span([-2.7, 0.45, -0.6], [-2.05, 0.65, -0.4], MUSTARD),
+        // A cabinet and a shelf at the back.
+        span([1.3, 0.0, -2.48], [2.7, 0.95, -2.0], BLUE),
+        span([-0.6, 1.5, -2.48], [0.9, 1.56, -2.2], WOOD),
+        // A table with legs, and a rug.
+        span([-0.5, 0.7, -1.95], [0.9, 0.76, -1.05], WHITE),
+        span([-1.5, 0.0, -0.7], [0.7, 0.02, 0.9], BLUE),
+    ];
+    for (x, z) in [(-0.45, -1.9), (0.79, -1.9), (-0.45, -1.16), (0.79, -1.16)] {
+        boxes.push(span([x, 0.0, z], [x + 0.06, 0.7, z + 0.06], WOOD));
+    }
+    BoxScene {
+        name: "sunlit_room".into(),
+        boxes,
+        point_lights: Vec::new(),
+        directional_lights: vec![SceneDirectionalLight {
+            direction: Vec3::new(-0.74, -0.5, -0.12),
+            illuminance_lux: Vec3::new(100_000.0, 94_000.0, 84_000.0),
+        }],
+        sky_radiance: Vec3::ZERO,
+        sky_quarter: Vec3::ZERO,
+        camera: SceneCamera {
+            eye: room_view().translation,
+            target: TARGET,
+            up: Vec3::Y,
+            fov_y_deg: 45.0,
+            width: 640,
+            height: 360,
+        },
+    }
+}
+
+/// The ground outside, which is larger than the volume.
+fn ground() -> SceneBox {
+    span(
+        [-20.0, -WALL - 0.3, -20.0],
+        [20.0, -WALL, 20.0],
+        Vec3::new(0.4, 0.36, 0.28),
+    )
+}
+
+/// The door, closed.
+fn door() -> SceneBox {
+    let low = HINGE - Vec3::new(0.0, 0.0, 0.5 * DOOR.z);
+    span(
+        low.to_array(),
+        (low + DOOR).to_array(),
+        Vec3::new(0.18, 0.42, 0.3),
+    )
 }
 
 #[cfg(test)]
@@ -300,18 +408,13 @@ mod tests {
             assert!((2.1 - pose.translation.y) / half_height < 1.0, "{aspect}");
         }
     }
-}
-
-#[cfg(test)]
-mod motion_tests {
-    use super::*;
 
     #[test]
     fn the_door_turns_about_its_hinge_into_the_room() {
         let closed = door_pose(0.0, Vec3::ONE).translation;
         let open = door_pose(FRAC_PI_2, Vec3::ONE).translation;
-        assert_eq!(closed, room::door().center);
-        let from_hinge = |at: Vec3| (at - room::HINGE).with_y(0.0);
+        assert_eq!(closed, door().center);
+        let from_hinge = |at: Vec3| (at - HINGE).with_y(0.0);
         assert!((from_hinge(open).length() - from_hinge(closed).length()).abs() < 1e-5);
         assert!(
             from_hinge(open).z > 0.4 && from_hinge(open).x.abs() < 1e-5,

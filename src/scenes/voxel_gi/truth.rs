@@ -4,14 +4,13 @@
 //! the light that bounces is what one with the volume's light sees more than one without.
 
 use bevy::{
-    asset::RenderAssetUsages,
     camera::{Exposure, Hdr, ImageRenderTarget, RenderTarget, visibility::RenderLayers},
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     math::Affine2,
     prelude::*,
     render::{
         gpu_readback::{Readback, ReadbackComplete},
-        render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
+        render_resource::{TextureFormat, TextureUsages},
     },
     tasks::{AsyncComputeTaskPool, Task, futures::check_ready},
 };
@@ -19,6 +18,7 @@ use bevy_voxel_gi::{VoxelGiReport, VoxelGiState};
 
 use crate::{
     boxes::{Agreement, agreement, block_means, trace},
+    content,
     headless::LabTarget,
     path_tracer::{TraceSettings, TracedPicture},
     runner::{PictureArea, SceneSettings, Side},
@@ -113,16 +113,11 @@ fn image(radiance: &[Vec3]) -> Image {
         let [r, g, b] = [color.red, color.green, color.blue].map(|c| (c * 255.0).round() as u8);
         [r, g, b, 255]
     });
-    Image::new(
-        Extent3d {
-            width: SIZE.x,
-            height: SIZE.y,
-            depth_or_array_layers: 1,
-        },
-        TextureDimension::D2,
-        texels.collect(),
+    content::texture(
+        SIZE.into(),
         TextureFormat::Rgba8UnormSrgb,
-        RenderAssetUsages::RENDER_WORLD,
+        1,
+        texels.collect(),
     )
 }
 
@@ -228,14 +223,10 @@ pub fn compare(
 
 fn spawn_cameras(commands: &mut Commands, images: &mut Assets<Image>) {
     let scene = stage::scene();
-    for side in Side::BOTH {
+    for (index, side) in Side::BOTH.into_iter().enumerate() {
         let mut image = Image::new_target_texture(SIZE.x, SIZE.y, TextureFormat::Rgba32Float, None);
         image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
         let image = images.add(image);
-        let index = match side {
-            Side::Before => 0,
-            Side::After => 1,
-        };
         let mut camera = commands.spawn((
             Part,
             Compared {
@@ -278,17 +269,7 @@ fn take(
         return;
     };
     commands.entity(event.entity).remove::<Readback>();
-    let channel = |texel: &[u8], c: usize| {
-        f32::from_le_bytes([
-            texel[4 * c],
-            texel[4 * c + 1],
-            texel[4 * c + 2],
-            texel[4 * c + 3],
-        ])
-    };
-    let pixels = event
-        .data
-        .chunks_exact(16)
-        .map(|texel| Vec3::new(channel(texel, 0), channel(texel, 1), channel(texel, 2)));
+    let texels: Vec<Vec4> = event.to_shader_type();
+    let pixels = texels.into_iter().map(Vec4::truncate);
     truth.live[camera.side] = Some(pixels.collect());
 }

@@ -23,7 +23,7 @@ use crate::{
     runner::{MemoryFigures, Notes, PictureArea, SceneSettings, Side},
     scenes::wavelet_tex::{
         self,
-        textures::{Sources, gray},
+        room::{Sources, gray},
     },
 };
 
@@ -138,7 +138,7 @@ pub fn place(
     }
     let (transform, visibility) = &mut *board;
     visibility.set_if_neq(
-        if wavelet_tex::place(&settings) == wavelet_tex::Place::Rates {
+        if wavelet_tex::PLACE.of(&settings) == wavelet_tex::Place::Rates {
             Visibility::Visible
         } else {
             Visibility::Hidden
@@ -171,13 +171,13 @@ pub fn configure(
     labels: Query<(Entity, &Label)>,
     device: Res<RenderDevice>,
 ) {
-    if wavelet_tex::place(&settings) != wavelet_tex::Place::Rates {
+    if wavelet_tex::PLACE.of(&settings) != wavelet_tex::Place::Rates {
         return;
     }
-    let filter = wavelet_tex::filter(&settings);
+    let filter = wavelet_tex::FILTER.of(&settings);
     let [color, luma] = own.originals(&sources, &mut images);
     let storage = wavelet_tex::storage(&settings, &device);
-    let relabel = own.encode(&sources, wavelet_tex::effort(&settings), storage);
+    let relabel = own.encode(&sources, wavelet_tex::EFFORT.of(&settings), storage);
     let base = StandardMaterial {
         unlit: true,
         uv_transform: zoom(&settings),

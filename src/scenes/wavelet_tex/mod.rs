@@ -7,26 +7,22 @@ use bevy::{
     render::renderer::RenderDevice,
 };
 use bevy_wavelet_tex::{
-    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
-    WaveletTexPlugin, WaveletTexture,
+    WaveletFilter, WaveletStorage, WaveletTexPlugin,
     codec::{rate::Rate, settings::Effort},
     material::storage_on,
 };
 
 use crate::{
-    runner::{MemoryFigures, Notes, Scene, SceneImage, SceneSetting, SceneSettings, Side},
+    runner::{Choice, MemoryFigures, Notes, Scene, SceneImage, SceneSetting, SceneSettings, Side},
     scenes::{
         error_view::{self, ErrorViewPlugin, ErrorViewSystems, Films},
-        wavelet_tex::{
-            room::Part,
-            textures::{SourceMap, Sources},
-        },
+        maps::{Role, WaveletMaterials, Wavelets},
+        wavelet_tex::room::{Part, Sources, Surface},
     },
 };
 
 mod board;
 mod room;
-mod textures;
 
 /// The example of `bevy_wavelet_tex`.
 pub struct WaveletTex;
@@ -46,7 +42,53 @@ impl Scene for WaveletTex {
     }
 
     fn settings(&self) -> Vec<SceneSetting> {
-        all()
+        vec![
+            PLACE.setting(),
+            error_view::view_setting(),
+            error_view::gain_setting(),
+            SceneSetting::float(
+                "zoom",
+                "of rates: the part of the picture that is shown, magnified so often",
+                1.0,
+                1.0..=32.0,
+                "",
+            ),
+            SceneSetting::float(
+                "focus_x",
+                "of rates: the middle of that part, from the left edge to the right one",
+                0.5,
+                0.0..=1.0,
+                "",
+            ),
+            SceneSetting::float(
+                "focus_y",
+                "the same from the upper edge to the lower one",
+                0.5,
+                0.0..=1.0,
+                "",
+            ),
+            FILTER.setting(),
+            SceneSetting::choice(
+                "color_rate",
+                "of the room: bits per pixel of colours",
+                1,
+                &["color2.25", "color3", "color3.25", "color5"],
+            ),
+            EFFORT.setting(),
+            SceneSetting::choice(
+                "storage",
+                "as BC blocks, or decoded on load as without BC",
+                0,
+                &["blocks", "decoded"],
+            ),
+            SceneSetting::float(
+                "light_angle",
+                "of the room: direction of the light",
+                25.0,
+                -80.0..=80.0,
+                "degrees",
+            ),
+        ]
     }
 
     fn view(&self) -> Transform {
@@ -95,7 +137,7 @@ fn map_tones(
         return;
     }
     for camera in &cameras {
-        commands.entity(camera).insert(match place(&settings) {
+        commands.entity(camera).insert(match PLACE.of(&settings) {
             Place::Room => Tonemapping::default(),
             Place::Rates => Tonemapping::None,
         });
@@ -124,14 +166,14 @@ fn configure_before(
             continue;
         }
         let surface = part.surface();
-        let mut add = |map: &SourceMap| {
-            let image = map.uncompressed(surface.repeats());
+        let mut add = |role| {
+            let image = sources.uncompressed(surface, role, surface.repeats())?;
             before.0 += image.data.as_ref().map_or(0, Vec::len) as u64;
-            images.add(image)
+            Some(images.add(image))
         };
         let material = StandardMaterial {
-            base_color_texture: Some(add(sources.base_color_with_mask(surface))),
-            normal_map_texture: sources.normal(surface).map(&mut add),
+            base_color_texture: add(Role::Color),
+            normal_map_texture: add(Role::Normal),
             ..room::base_material(*part)
         };
         let material = materials.add(material);
@@ -144,46 +186,30 @@ fn configure_after(
     mut commands: Commands,
     settings: Res<SceneSettings>,
     before: Res<BytesBefore>,
-    mut sources: ResMut<Sources>,
     mut memory: ResMut<MemoryFigures>,
     mut notes: ResMut<Notes>,
-    mut images: ResMut<Assets<Image>>,
-    mut textures: ResMut<Assets<WaveletTexture>>,
-    mut materials: ResMut<Assets<WaveletStandardMaterial>>,
+    mut wavelet: WaveletMaterials<Surface>,
     parts: Query<(Entity, &Side, &Part)>,
     device: Res<RenderDevice>,
 ) {
-    if place(&settings) != Place::Room {
+    if PLACE.of(&settings) != Place::Room {
         return;
     }
-    let filter = filter(&settings);
-    let storage = storage(&settings, &device);
-    sources.encode(effort(&settings), color_rate(&settings));
+    let with = Wavelets {
+        color: Rate::from_name(settings.choice("color_rate")).unwrap_or(Rate::Color3),
+        effort: EFFORT.of(&settings),
+        storage: storage(&settings, &device),
+        filter: FILTER.of(&settings),
+    };
     let mut bytes = 0;
     for (entity, side, part) in &parts {
         if *side == Side::Before {
             continue;
         }
         let surface = part.surface();
-        let mut add = |map: &SourceMap| {
-            let texture = WaveletTexture::add(map.encoded(), storage, &mut textures, &mut images);
-            bytes += textures.get(&texture).map_or(0, |t| t.gpu_bytes) as u64;
-            texture
-        };
-        let extension = WaveletExtension {
-            base_color: Some(add(sources.base_color(surface))),
-            normal: sources.normal(surface).map(&mut add),
-            mask: sources.mask(surface).map(&mut add),
-            filter,
-            address_mode: if surface.repeats() {
-                WaveletAddressMode::Repeat
-            } else {
-                WaveletAddressMode::ClampToEdge
-            },
-            ..default()
-        };
         let base = room::base_material(*part);
-        let material = materials.add(WaveletStandardMaterial { base, extension });
+        let (material, own) = wavelet.make(surface, surface.repeats(), base, with);
+        bytes += own;
         commands.entity(entity).insert(MeshMaterial3d(material));
     }
     let mut figures = MemoryFigures::default();
@@ -200,113 +226,40 @@ pub enum Place {
     Rates,
 }
 
-pub fn all() -> Vec<SceneSetting> {
-    vec![
-        SceneSetting::choice(
-            "place",
-            "the lit room, or the picture at all rates side by side",
-            0,
-            &["room", "rates"],
-        ),
-        error_view::view_setting(),
-        error_view::gain_setting(),
-        SceneSetting::float(
-            "zoom",
-            "of rates: the part of the picture that is shown, magnified so often",
-            1.0,
-            1.0..=32.0,
-            "",
-        ),
-        SceneSetting::float(
-            "focus_x",
-            "of rates: the middle of that part, from the left edge to the right one",
-            0.5,
-            0.0..=1.0,
-            "",
-        ),
-        SceneSetting::float(
-            "focus_y",
-            "the same from the upper edge to the lower one",
-            0.5,
-            0.0..=1.0,
-            "",
-        ),
-        SceneSetting::choice(
-            "filter",
-            "how decoded pixels are filtered",
-            5,
-            &[
-                "nearest",
-                "nearest_mip_linear",
-                "stochastic",
-                "stochastic_quad",
-                "bilinear",
-                "trilinear",
-                "anisotropic",
-            ],
-        ),
-        SceneSetting::choice(
-            "color_rate",
-            "of the room: bits per pixel of colours",
-            1,
-            &["color2.25", "color3", "color3.25", "color5"],
-        ),
-        SceneSetting::choice(
-            "effort",
-            "how hard the encoder searches",
-            1,
-            &["fast", "default", "best"],
-        ),
-        SceneSetting::choice(
-            "storage",
-            "as BC blocks, or decoded on load as without BC",
-            0,
-            &["blocks", "decoded"],
-        ),
-        SceneSetting::float(
-            "light_angle",
-            "of the room: direction of the light",
-            25.0,
-            -80.0..=80.0,
-            "degrees",
-        ),
-    ]
-}
+static PLACE: Choice<Place, 2> = Choice::new(
+    "place",
+    "the lit room, or the picture at all rates side by side",
+    0,
+    [("room", Place::Room), ("rates", Place::Rates)],
+);
+static FILTER: Choice<WaveletFilter, 7> = Choice::new(
+    "filter",
+    "how decoded pixels are filtered",
+    5,
+    [
+        ("nearest", WaveletFilter::Nearest),
+        ("nearest_mip_linear", WaveletFilter::NearestMipLinear),
+        ("stochastic", WaveletFilter::Stochastic),
+        ("stochastic_quad", WaveletFilter::StochasticQuad),
+        ("bilinear", WaveletFilter::Bilinear),
+        ("trilinear", WaveletFilter::Trilinear),
+        ("anisotropic", WaveletFilter::Anisotropic),
+    ],
+);
+static EFFORT: Choice<Effort, 3> = Choice::new(
+    "effort",
+    "how hard the encoder searches",
+    1,
+    [
+        ("fast", Effort::Fast),
+        ("default", Effort::Default),
+        ("best", Effort::Best),
+    ],
+);
 
-pub fn place(settings: &SceneSettings) -> Place {
-    match settings.choice("place") {
-        "rates" => Place::Rates,
-        _ => Place::Room,
-    }
-}
-
-pub fn filter(settings: &SceneSettings) -> WaveletFilter {
-    match settings.choice("filter") {
-        "nearest" => WaveletFilter::Nearest,
-        "nearest_mip_linear" => WaveletFilter::NearestMipLinear,
-        "stochastic" => WaveletFilter::Stochastic,
-        "stochastic_quad" => WaveletFilter::StochasticQuad,
-        "anisotropic" => WaveletFilter::Anisotropic,
-        "bilinear" => WaveletFilter::Bilinear,
-        _ => WaveletFilter::Trilinear,
-    }
-}
-
-pub fn effort(settings: &SceneSettings) -> Effort {
-    match settings.choice("effort") {
-        "fast" => Effort::Fast,
-        "best" => Effort::Best,
-        _ => Effort::Default,
-    }
-}
-
-pub fn storage(settings: &SceneSettings, device: &RenderDevice) -> WaveletStorage {
+fn storage(settings: &SceneSettings, device: &RenderDevice) -> WaveletStorage {
     match settings.choice("storage") {
         "decoded" => WaveletStorage::Decoded,
         _ => storage_on(device),
     }
-}
-
-pub fn color_rate(settings: &SceneSettings) -> Rate {
-    Rate::from_name(settings.choice("color_rate")).unwrap_or(Rate::Color3)
 }

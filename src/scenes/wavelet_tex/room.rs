@@ -1,15 +1,24 @@
-//! The geometry and the lights.
+//! The room: geometry, lights, and textures, as they are and encoded.
 
-use std::f32::consts::FRAC_PI_2;
+use std::{f32::consts::FRAC_PI_2, path::Path};
 
 use bevy::{light::CascadeShadowConfigBuilder, math::Affine2, prelude::*};
+use bevy_wavelet_tex::codec::{
+    color::ycocg_from_rgb,
+    source::{Pixels, Source},
+};
+use image::{Rgba, RgbaImage};
 
 use crate::{
+    content,
     runner::{SceneSettings, Side},
-    scenes::wavelet_tex::{self, Place},
+    scenes::{
+        maps::{Maps, Role},
+        wavelet_tex::{self, Place},
+    },
 };
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Surface {
     Picture,
     Bricks,
@@ -149,9 +158,61 @@ pub fn aim_lights(
 /// Shows the room, or hides it.
 pub fn show(settings: Res<SceneSettings>, mut parts: Query<&mut Visibility, With<Part>>) {
     for mut visibility in &mut parts {
-        visibility.set_if_neq(match wavelet_tex::place(&settings) {
+        visibility.set_if_neq(match wavelet_tex::PLACE.of(&settings) {
             Place::Room => Visibility::Inherited,
             Place::Rates => Visibility::Hidden,
         });
     }
+}
+
+/// Side of the generated materials in pixels.
+const MATERIAL_SIZE: u32 = 512;
+
+/// The maps of the room.
+pub type Sources = Maps<Surface>;
+
+impl Sources {
+    /// The room with the user's picture in it, or a generated one.
+    pub fn new(picture: Option<&Path>) -> Self {
+        let opened = picture.and_then(|path| match image::open(path) {
+            Ok(image) => Some(image),
+            Err(error) => {
+                eprintln!(
+                    "cannot show '{}': {error}; a generated picture stands in",
+                    path.display()
+                );
+                None
+            }
+        });
+        let picture = opened.unwrap_or_else(|| content::photo_like(768, 512, 1).into());
+        let mut maps = Maps::empty();
+        maps.add(Surface::Picture, Role::Color, picture.into_rgba8());
+        let [bricks, wood, leaves] = [content::bricks, content::wood, content::foliage]
+            .map(|generate| generate(MATERIAL_SIZE, MATERIAL_SIZE, 1));
+        maps.add_material(Surface::Bricks, bricks, false);
+        maps.add_material(Surface::Floor, wood, false);
+        maps.add_material(Surface::Plant, leaves, true);
+        maps
+    }
+
+    pub fn picture(&self) -> &RgbaImage {
+        let picture = self.get(Surface::Picture, Role::Color);
+        picture.expect("added when the maps were made")
+    }
+
+    /// The same for the encoder.
+    pub fn picture_source(&self) -> Source<'_> {
+        let pixels: &[[u8; 4]] = bytemuck::cast_slice(self.picture().as_raw());
+        Source::new(self.picture().dimensions().into(), Pixels::Rgba8(pixels))
+    }
+}
+
+/// The luma of a picture, in all three channels.
+pub fn gray(picture: &RgbaImage) -> RgbaImage {
+    let mut gray = picture.clone();
+    for Rgba([r, g, b, _]) in gray.pixels_mut() {
+        let luma = ycocg_from_rgb([*r, *g, *b].map(f32::from)).y.round() as u8;
+        [*r, *g, *b] = [luma; 3];
+    }
+    gray
 }

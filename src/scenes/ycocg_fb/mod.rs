@@ -3,20 +3,19 @@
 
 use std::f32::consts::TAU;
 
-use bevy::{
-    camera::Hdr, camera_controller::free_camera::FreeCameraState,
-    core_pipeline::tonemapping::DebandDither, prelude::*,
-};
+use bevy::{camera::Hdr, core_pipeline::tonemapping::DebandDither, prelude::*};
 use bevy_ycocg_fb::{
     CameraState, FrameBufferQuality, FrameBufferReport, MsaaResolve, PackedFormat, Reconstruction,
     YCoCgFrameBuffer, YCoCgFrameBufferPlugin,
 };
 
 use crate::{
-    runner::{MemoryFigures, Notes, PictureArea, Scene, SceneSetting, SceneSettings, Side},
+    runner::{Choice, MemoryFigures, Notes, PictureArea, Scene, SceneSetting, SceneSettings, Side},
     scenes::{
+        despawn_all,
         error_view::{self, ErrorViewPlugin, ErrorViewSystems, Films},
-        ycocg_fb::scenes::{SCENES, TestScene},
+        place_cameras,
+        ycocg_fb::scenes::SCENES,
     },
 };
 
@@ -58,37 +57,15 @@ impl Scene for YCoCgFb {
                  one with `Hdr` does, so before keeps it, except beside unorm8",
                 false,
             ),
-            SceneSetting::choice(
-                "msaa",
-                "samples a pixel, of both cameras",
-                1,
-                &["off", "4x"],
-            ),
+            MSAA.setting(),
             SceneSetting::choice(
                 "format",
                 "of the colours: three of two channels, unorm8 for cameras without `Hdr`, and one of three",
                 0,
                 &["float16", "float32", "unorm8", "rg11b10ufloat"],
             ),
-            SceneSetting::choice(
-                "reconstruction",
-                "how the missing chrominance is found",
-                4,
-                &[
-                    "nearest",
-                    "bilinear",
-                    "edge_directed",
-                    "guided",
-                    "wide",
-                    "quad",
-                ],
-            ),
-            SceneSetting::choice(
-                "msaa_resolve",
-                "how the samples of a pixel become one",
-                0,
-                &["box", "tone_map_weighted"],
-            ),
+            RECONSTRUCTION.setting(),
+            MSAA_RESOLVE.setting(),
             SceneSetting::toggle(
                 "motion",
                 "the sun wanders; scenes without one drift by pixels",
@@ -119,6 +96,35 @@ impl Scene for YCoCgFb {
     }
 }
 
+static MSAA: Choice<Msaa, 2> = Choice::new(
+    "msaa",
+    "samples a pixel, of both cameras",
+    1,
+    [("off", Msaa::Off), ("4x", Msaa::Sample4)],
+);
+static RECONSTRUCTION: Choice<Reconstruction, 6> = Choice::new(
+    "reconstruction",
+    "how the missing chrominance is found",
+    4,
+    [
+        ("nearest", Reconstruction::Nearest),
+        ("bilinear", Reconstruction::Bilinear),
+        ("edge_directed", Reconstruction::EdgeDirected),
+        ("guided", Reconstruction::Guided),
+        ("wide", Reconstruction::Wide),
+        ("quad", Reconstruction::Quad),
+    ],
+);
+static MSAA_RESOLVE: Choice<MsaaResolve, 2> = Choice::new(
+    "msaa_resolve",
+    "how the samples of a pixel become one",
+    0,
+    [
+        ("box", MsaaResolve::Box),
+        ("tone_map_weighted", MsaaResolve::ToneMapWeighted),
+    ],
+);
+
 /// Gives all cameras, new ones too, what the settings say.
 pub fn apply_settings(
     mut commands: Commands,
@@ -131,13 +137,9 @@ pub fn apply_settings(
     }
     let quality = quality(&settings);
     let hdr = settings.toggle("hdr");
-    let msaa = match settings.choice("msaa") {
-        "4x" => Msaa::Sample4,
-        _ => Msaa::Off,
-    };
     for (entity, Films(side)) in &cameras {
         let mut camera = commands.entity(entity);
-        camera.insert(msaa);
+        camera.insert(MSAA.of(&settings));
         let hdr = match side {
             // What a packed camera without `Hdr` is to look like: it blends scene-linear values.
             Side::Before => {
@@ -166,18 +168,8 @@ fn quality(settings: &SceneSettings) -> FrameBufferQuality {
     };
     FrameBufferQuality::Packed(YCoCgFrameBuffer {
         format,
-        reconstruction: match settings.choice("reconstruction") {
-            "nearest" => Reconstruction::Nearest,
-            "bilinear" => Reconstruction::Bilinear,
-            "edge_directed" => Reconstruction::EdgeDirected,
-            "wide" => Reconstruction::Wide,
-            "quad" => Reconstruction::Quad,
-            _ => Reconstruction::Guided,
-        },
-        msaa_resolve: match settings.choice("msaa_resolve") {
-            "tone_map_weighted" => MsaaResolve::ToneMapWeighted,
-            _ => MsaaResolve::Box,
-        },
+        reconstruction: RECONSTRUCTION.of(settings),
+        msaa_resolve: MSAA_RESOLVE.of(settings),
     })
 }
 
@@ -204,10 +196,7 @@ pub fn show(
         if report.state == CameraState::Pending {
             continue;
         }
-        let name = match side {
-            Side::Before => "before",
-            Side::After => "after",
-        };
+        let name = side.name();
         let taken = report.memory;
         for (row, bytes) in [
             ("main", taken.main),
@@ -271,28 +260,13 @@ pub fn change(world: &mut World) {
         return;
     }
     world.resource_mut::<Stage>().0 = Some((name, size));
-    let mut parts = world.query_filtered::<Entity, With<Part>>();
-    for part in parts.iter(world).collect::<Vec<_>>() {
-        world.despawn(part);
-    }
+    despawn_all::<Part>(world);
     for part in scene.spawn_content(world, area) {
         let mut part = world.entity_mut(part);
         let pose = part.get::<Transform>().copied().unwrap_or_default();
         part.insert(Part(pose));
     }
-    place_cameras(world, scene, area);
-}
-
-fn place_cameras(world: &mut World, scene: &TestScene, area: UVec2) {
-    let mut cameras = world.query_filtered::<Entity, With<Films>>();
-    for camera in cameras.iter(world).collect::<Vec<_>>() {
-        let mut camera = world.entity_mut(camera);
-        camera.insert(scene.camera(area));
-        // It would turn back to where it looked before.
-        if camera.contains::<FreeCameraState>() {
-            camera.insert(FreeCameraState::default());
-        }
-    }
+    place_cameras::<With<Films>>(world, scene.camera(area));
 }
 
 /// Moves the sun, or everything where there is none. At time 0 all is where it belongs.

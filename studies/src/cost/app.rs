@@ -18,7 +18,7 @@ use bevy::{
 };
 use bevy_ewa::EwaPlugin;
 use bevy_frugal_lab::{
-    content::{bricks, photo_like},
+    content::{self, bricks, photo_like},
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
     wavelets::{add_texture, encoded, wavelets},
 };
@@ -212,17 +212,9 @@ fn material(world: &mut World, scene: Scene, size: Option<u32>) -> StandardMater
 
 /// A white texture with all its mip levels.
 pub(super) fn texture(size: u32, format: TextureFormat) -> Image {
-    let extent = Extent3d {
-        width: size,
-        height: size,
-        depth_or_array_layers: 1,
-    };
-    let usages = RenderAssetUsages::RENDER_WORLD;
-    let mut image = Image::new_uninit(extent, TextureDimension::D2, format, usages);
-    let levels = extent.max_mips(wgpu::TextureDimension::D2);
+    let levels = size.ilog2() + 1;
     let texels: u32 = (0..levels).map(|level| (size >> level).max(1).pow(2)).sum();
-    image.data = Some(vec![255; 4 * texels as usize]);
-    image.texture_descriptor.mip_level_count = levels;
+    let mut image = content::texture([size; 2], format, levels, vec![255; 4 * texels as usize]);
     let mut sampler = ImageSamplerDescriptor::linear();
     sampler.set_address_mode(ImageAddressMode::Repeat);
     image.sampler = ImageSampler::Descriptor(sampler);
@@ -308,10 +300,8 @@ const PITCH: f32 = 27.0;
 
 /// The app, before its first frame. Its picture is what the pixels return.
 pub fn floor_app(kind: &Kind, scene: Scene) -> Result<HeadlessApp, CostError> {
-    let settings = HeadlessSettings {
-        format: TargetFormat::Float32,
-        ..HeadlessSettings::with_size(FLOOR_SIZE[0], FLOOR_SIZE[1])
-    };
+    let settings =
+        HeadlessSettings::with_size(FLOOR_SIZE[0], FLOOR_SIZE[1]).in_format(TargetFormat::Float32);
     let mut app = HeadlessApp::new(settings, |app| add_plugin(app, kind))?;
     let world = app.world_mut();
     spawn_camera(world, kind, scene);

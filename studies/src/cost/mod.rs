@@ -26,7 +26,6 @@ use crate::record::FileError;
 
 pub mod app;
 pub mod configurations;
-pub mod counting;
 pub mod cpu;
 pub mod fetches;
 pub mod pipelines;

@@ -143,13 +143,14 @@ fn compile_again(
             }
             _ => continue,
         }
-        let begin = Mark::Begin {
+        let named = CostRow {
             plugin: configuration.plugin.into(),
             setting: configuration.setting.clone(),
             material: scene.material().into(),
             pass,
+            ..CostRow::default()
         };
-        begin.print();
+        Mark::Begin(named.into()).print();
         let start = Instant::now();
         cache.process_queue();
         Mark::End(start.elapsed().as_secs_f64() * 1e3).print();
@@ -264,17 +265,8 @@ const MARK: &str = "cost: ";
 pub enum Mark {
     /// The driver's name and version.
     Driver(String),
-    /// A pipeline is compiled from here on.
-    Begin {
-        /// Name of the plugin.
-        plugin: String,
-        /// Name of the setting.
-        setting: String,
-        /// Name of the scene's material.
-        material: String,
-        /// Name of the pass.
-        pass: String,
-    },
+    /// A pipeline is compiled from here on; the row has the names of plugin, setting, material and pass.
+    Begin(Box<CostRow>),
     /// It took this many milliseconds.
     End(f64),
 }
@@ -292,7 +284,7 @@ fn rows_of(gpu: &str, log: &str) -> Vec<CostRow> {
     let mut rows = Vec::new();
     let mut driver = String::new();
     let mut shaders = Vec::new();
-    let mut name = None;
+    let mut named: Option<Box<CostRow>> = None;
     for line in log.lines() {
         if let Some(mark) = line.strip_prefix(MARK) {
             match serde_json::from_str(mark) {
@@ -300,19 +292,19 @@ fn rows_of(gpu: &str, log: &str) -> Vec<CostRow> {
                 Ok(Mark::End(ms)) => {
                     let found = shaders
                         .drain(..)
-                        .filter_map(|s| row(name.as_ref()?, &s, ms));
+                        .filter_map(|s| row(named.as_ref()?, &s, ms));
                     rows.extend(found.map(|row| CostRow {
                         gpu: gpu.into(),
                         driver: driver.clone(),
                         ..row
                     }));
-                    name = None;
+                    named = None;
                 }
-                Ok(begin) => {
+                Ok(Mark::Begin(row)) => {
                     shaders.clear();
-                    name = Some(begin);
+                    named = Some(row);
                 }
-                Err(_) => name = None,
+                Err(_) => named = None,
             }
         } else if let Some((stage, "")) = line.split_once(" Shader:") {
             shaders.push(Shader {
@@ -334,25 +326,12 @@ struct Shader {
     figures: BTreeMap<String, u64>,
 }
 
-fn row(name: &Mark, shader: &Shader, compile_ms: f64) -> Option<CostRow> {
-    let Mark::Begin {
-        plugin,
-        setting,
-        material,
-        pass,
-    } = name
-    else {
-        return None;
-    };
+fn row(named: &CostRow, shader: &Shader, compile_ms: f64) -> Option<CostRow> {
     if shader.stage != "pixel" && shader.stage != "compute" {
         return None;
     }
     let figure = |key: &str| shader.figures.get(key).copied();
     Some(CostRow {
-        plugin: plugin.clone(),
-        setting: setting.clone(),
-        material: material.clone(),
-        pass: pass.clone(),
         stage: shader.stage.clone(),
         instructions: figure("Instructions")?,
         valu: figure("VALU")?,
@@ -363,7 +342,7 @@ fn row(name: &Mark, shader: &Shader, compile_ms: f64) -> Option<CostRow> {
         scratch: figure("Scratch size")?,
         code_bytes: figure("Code size")?,
         compile_ms: (compile_ms * 10.0).round() / 10.0,
-        ..CostRow::default()
+        ..named.clone()
     })
 }
 
@@ -377,12 +356,14 @@ mod tests {
 
     #[test]
     fn a_row_has_the_name_in_the_marks_around_it() {
-        let begin = Mark::Begin {
+        let named = CostRow {
             plugin: "ewa".into(),
             setting: "linear".into(),
             material: "base colour".into(),
             pass: "forward".into(),
+            ..CostRow::default()
         };
+        let begin = Mark::Begin(named.into());
         let mark = |mark: &Mark| format!("{MARK}{}\n", serde_json::json!(mark));
         let vertex = PIXEL.replace("Pixel", "Vertex");
         let log = [

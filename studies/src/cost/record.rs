@@ -272,11 +272,6 @@ mod tests {
         // In the order of plugins, then of GPUs.
         assert_eq!(instructions, [3, 4, 1]);
     }
-}
-
-#[cfg(test)]
-mod budget_tests {
-    use super::*;
 
     #[test]
     fn growth_of_more_than_the_tolerance_is_named() {

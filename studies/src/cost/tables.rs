@@ -8,7 +8,6 @@ use std::{
 use bevy_frugal_lab::ROOT;
 
 use crate::{
-    chart,
     cost::{
         CostError,
         configurations::{PLUGINS, Scene},
@@ -19,7 +18,7 @@ use crate::{
     page::{plugin_page, renew_file, table},
     record::{FileError, read_json, write_text},
     run::{AnyStudy, STUDIES, Study, read},
-    summary::{Choice, Quantity, Source, Summary},
+    summary::{Choice, Quantity, Source, Summary, svg},
     wavelet_tex::{WaveletTex, tunnel::TunnelRow},
 };
 
@@ -54,55 +53,56 @@ pub fn page(rows: &[CostRow], gpu: &str, plugin: &str) -> String {
 }
 
 fn materials(all: &[&CostRow], own: &[&CostRow], plugin: &str) -> String {
-    let places = if plugin == "voxel_gi" {
-        &LIT_PLACES[..]
-    } else {
-        &PLACES[..]
+    let places = match plugin {
+        "voxel_gi" => &LIT_PLACES[..],
+        _ => &PLACES[..],
     };
-    let bevys = |setting| {
-        let is_shown = plugin == "voxel_gi" || setting == "default";
-        is_shown.then(|| find_all(all, "bevy", setting))
-    };
-    let mut lines = vec![(
-        "Bevy alone".to_string(),
-        bevys("default").unwrap_or_default(),
-    )];
-    let volume = bevys("irradiance_volume").unwrap_or_default();
-    lines.push(("Bevy's own irradiance volume".into(), volume));
-    let mut settings = BTreeSet::new();
-    for row in own.iter().filter(|row| settings.insert(&row.setting)) {
-        lines.push((
-            format!("`{}`", row.setting),
-            find_all(own, plugin, &row.setting),
-        ));
-    }
     // A place where nothing of the plugin differs from Bevy needs no column.
     let differs = |row: &&CostRow| {
         row.baseline_instructions
             .is_some_and(|b| b != row.instructions)
     };
-    let places: Vec<_> = places
-        .iter()
-        .filter(|(scene, pass, _)| {
-            own.iter()
-                .any(|row| is_at(row, *scene, pass) && differs(row))
-        })
-        .collect();
+    let is_shown = |(scene, pass, _): &&(Scene, &str, &str)| {
+        { own.iter() }.any(|row| is_at(row, *scene, pass) && differs(row))
+    };
+    let places: Vec<_> = places.iter().filter(is_shown).collect();
     let heads: Vec<_> = { places.iter() }.map(|(_, _, name)| *name).collect();
-    let lines = lines.into_iter().filter_map(|(name, rows)| {
-        let cells = places
-            .iter()
-            .map(|(scene, pass, _)| cell(&rows, *scene, pass));
-        let cells: Vec<_> = cells.collect();
+    let settings = own.iter().map(|row| row.setting.as_str());
+    settings_table(&heads, plugin, true, settings, |plugin, setting| {
+        let is_one = |row: &&CostRow| row.plugin == plugin && row.setting == setting;
+        let rows: Vec<_> = all.iter().copied().filter(is_one).collect();
+        let cells = { places.iter() }.map(|(scene, pass, _)| cell(&rows, *scene, pass));
+        cells.collect()
+    })
+}
+
+/// A table with a line for Bevy alone, if it has the same, one for Bevy's own irradiance volume beside global
+/// illumination, and one for each setting of a plugin; without those that have nothing. `cells` are those of a plugin's
+/// setting.
+pub fn settings_table<'a>(
+    heads: &[&str],
+    plugin: &'a str,
+    has_bevys: bool,
+    settings: impl Iterator<Item = &'a str>,
+    cells: impl Fn(&str, &str) -> Vec<String>,
+) -> String {
+    let mut lines = Vec::new();
+    if has_bevys {
+        lines.push(("Bevy alone".to_string(), "bevy", "default"));
+    }
+    if plugin == "voxel_gi" {
+        let name = "Bevy's own irradiance volume".to_string();
+        lines.push((name, "bevy", "irradiance_volume"));
+    }
+    let mut seen = BTreeSet::new();
+    let settings = settings.filter(|setting| seen.insert(*setting));
+    lines.extend(settings.map(|setting| (format!("`{setting}`"), plugin, setting)));
+    let lines = lines.into_iter().filter_map(|(name, plugin, setting)| {
+        let cells = cells(plugin, setting);
         let is_any = cells.iter().any(|cell| !cell.is_empty());
         is_any.then(|| [vec![name], cells].concat())
     });
-    table(&[vec!["setting"], heads].concat(), lines)
-}
-
-fn find_all<'a>(rows: &[&'a CostRow], plugin: &str, setting: &str) -> Vec<&'a CostRow> {
-    let is_one = |row: &&CostRow| row.plugin == plugin && row.setting == setting;
-    rows.iter().copied().filter(is_one).collect()
+    table(&[&["setting"], heads].concat(), lines)
 }
 
 fn is_at(row: &CostRow, scene: Scene, pass: &str) -> bool {
@@ -211,7 +211,7 @@ pub fn draw(rows: &[CostRow], folder: &Path) -> Result<(), FileError> {
         };
         let machine =
             { rows.first() }.map_or(String::new(), |row| format!("{GPU}, {}", row.driver));
-        let svg = chart::svg(&summary, &machine);
+        let svg = svg(&summary, &machine);
         write_text(&svg, &folder.join(study.name).with_extension("svg"))?;
     }
     Ok(())

@@ -18,7 +18,7 @@ use bevy_ewa::{EwaMethod, EwaProbes, EwaSettings};
 use bevy_frugal_lab::{
     lookups::{
         Lookups, TexelFormat,
-        picture::{Pixels, computed_picture, display, mean, true_picture},
+        picture::{computed_picture, display, mean, true_picture},
         scenes::{EwaScene, SCENES},
     },
     metrics::{SizeMismatch, compare},
@@ -27,7 +27,7 @@ use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    benchmark::benchmark_apps,
+    benchmark,
     plan::Plan,
     record::{PictureRow, Report, ReportAdapter, TimeRow},
     run::{Study, TradeoffError, note},
@@ -35,8 +35,6 @@ use crate::{
 };
 
 pub mod flicker;
-
-pub mod taa;
 
 /// The study.
 pub struct Ewa;
@@ -58,66 +56,117 @@ pub struct FlickerRow {
     pub mse: f64,
 }
 
+impl FlickerRow {
+    fn new(scene: &str, setting: &str, camera: impl Into<String>, mse: f64) -> Self {
+        Self {
+            scene: scene.into(),
+            setting: setting.into(),
+            camera: camera.into(),
+            mse,
+        }
+    }
+}
+
 impl Study for Ewa {
     const NAME: &'static str = "ewa";
     type Rows = Rows;
 
     fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report<Rows>, TradeoffError> {
-        measure(plan, progress)
+        let Some(picture) = plan.picture else {
+            return Ok(Report::default());
+        };
+        // Square; a sixth of the photographs' width, since the truth takes its time.
+        let size = picture[0] / 6;
+        progress.set_length(SCENES.len() as u64 + 4);
+        let mut report = Report::<Rows>::default();
+        for scene in &SCENES {
+            progress.set_message(scene.name);
+            report.rows.pictures.extend(scene_rows(scene, size, RATE)?);
+            progress.inc(1);
+        }
+        progress.set_message("thresholds");
+        for scene in &SCENES {
+            let rows = threshold_rows(scene, size)?;
+            report.rows.pictures.extend(rows);
+        }
+        progress.inc(1);
+        progress.set_message("flicker");
+        for scene in SCENES
+            .iter()
+            .filter(|scene| ["tunnel", "floor"].contains(&scene.name))
+        {
+            report.rows.flicker.extend(flicker_rows(scene, size));
+        }
+        progress.inc(1);
+        progress.set_message("flicker under TAA");
+        report.rows.flicker.extend(taa_rows(size)?);
+        progress.inc(1);
+        progress.set_message("time");
+        // Small ellipses and long ones.
+        for scene in SCENES
+            .iter()
+            .filter(|scene| ["tunnel", "checker_5deg"].contains(&scene.name))
+        {
+            let size = plan.picture.map_or(64, |[width, _]| width / 4);
+            let (adapter, rows) = time_rows(scene, size, plan, progress)?;
+            report.adapter = adapter;
+            report.rows.times.extend(rows);
+        }
+        progress.inc(1);
+        Ok(report)
     }
 
+    /// Mean squared error against exact EWA over all scenes, and time in the first.
     fn summary(rows: &Rows) -> Summary {
-        summary(rows)
+        let is_scene = |name: &str| SCENES.iter().any(|scene| scene.name == name);
+        let errors =
+            { rows.pictures.iter() }.filter(|row| row.reference == "ewa" && is_scene(&row.scene));
+        let errors = means(errors.map(|row| (&row.setting, Some(row.error.mse))));
+        let times = rows
+            .times
+            .iter()
+            .map(|row| (&row.setting, row.times.frame_ms()));
+        let times = means(times);
+        let unit = UNITS.iter().find(|(name, _)| times.contains_key(*name));
+        let (unit, unit_name) = *unit.unwrap_or(&UNITS[0]);
+        let unit = times.get(unit);
+        let measured = errors.iter().filter_map(|(name, error)| {
+            let is_bevys = ["trilinear", "hardware_af16"].contains(name);
+            Some(Choice {
+                name: name.to_string(),
+                error: *error,
+                cost: times.get(name)? / unit?,
+                source: if is_bevys {
+                    Source::Baseline
+                } else {
+                    Source::Ours
+                },
+            })
+        });
+        let published = THESIS.map(|(name, error, speed)| Choice {
+            name: format!("thesis: {name}"),
+            error,
+            cost: 1.0 / speed,
+            source: Source::Published,
+        });
+        Summary {
+            title: "bevy_ewa: error against time".into(),
+            error: Quantity::less("mean squared error against exact EWA", "", 2)
+                .logarithmic_from(1e-3),
+            cost: Quantity::less("time", unit_name, 2).logarithmic_from(1e-3),
+            choices: measured.chain(published).collect(),
+            needs: vec![
+                Need::LeastError,
+                Need::Error(1.0),
+                Need::Error(30.0),
+                Need::LeastCost,
+            ],
+        }
     }
 }
 
 /// Points of the truth along a side of a pixel.
 const RATE: u32 = 64;
-
-fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report<Rows>, TradeoffError> {
-    let Some(picture) = plan.picture else {
-        return Ok(Report::default());
-    };
-    // Square; a sixth of the photographs' width, since the truth takes its time.
-    let size = picture[0] / 6;
-    progress.set_length(SCENES.len() as u64 + 4);
-    let mut report = Report::<Rows>::default();
-    for scene in &SCENES {
-        progress.set_message(scene.name);
-        report.rows.pictures.extend(scene_rows(scene, size, RATE)?);
-        progress.inc(1);
-    }
-    progress.set_message("thresholds");
-    for scene in &SCENES {
-        let rows = threshold_rows(scene, size)?;
-        report.rows.pictures.extend(rows);
-    }
-    progress.inc(1);
-    progress.set_message("flicker");
-    for scene in SCENES
-        .iter()
-        .filter(|scene| ["tunnel", "floor"].contains(&scene.name))
-    {
-        report.rows.flicker.extend(flicker_rows(scene, size));
-    }
-    progress.inc(1);
-    progress.set_message("flicker under TAA");
-    report.rows.flicker.extend(taa_rows(size)?);
-    progress.inc(1);
-    progress.set_message("time");
-    // Small ellipses and long ones.
-    for scene in SCENES
-        .iter()
-        .filter(|scene| ["tunnel", "checker_5deg"].contains(&scene.name))
-    {
-        let size = plan.picture.map_or(64, |[width, _]| width / 4);
-        let (adapter, rows) = time_rows(scene, size, plan, progress)?;
-        report.adapter = adapter;
-        report.rows.times.extend(rows);
-    }
-    progress.inc(1);
-    Ok(report)
-}
 
 /// The rows of a scene: every setting against both references.
 pub fn scene_rows(
@@ -171,70 +220,40 @@ pub fn scene_rows(
             }
             let picture = mean(&pictures);
             for (name, reference) in &references {
-                rows.push(row(
-                    scene, setting, name, reference, &picture, size, fetches,
-                )?);
+                let error = compare(&display(reference, size), &display(&picture, size))?;
+                rows.push(PictureRow {
+                    scene: scene.name.into(),
+                    setting: setting.name.into(),
+                    reference: (*name).into(),
+                    error: error.into(),
+                    fetches,
+                    ..PictureRow::default()
+                });
             }
         }
     }
     Ok(rows)
 }
 
-fn row(
-    scene: &EwaScene,
-    setting: &Setting,
-    name: &str,
-    reference: &Pixels,
-    picture: &Pixels,
-    size: u32,
-    fetches: f64,
-) -> Result<PictureRow, TradeoffError> {
-    let error = compare(&display(reference, size), &display(picture, size))?;
-    Ok(PictureRow {
-        scene: scene.name.into(),
-        setting: setting.name.into(),
-        reference: name.into(),
-        error: error.into(),
-        fetches,
-        ..PictureRow::default()
-    })
-}
-
 pub fn flicker_rows(scene: &EwaScene, size: u32) -> Vec<FlickerRow> {
     let truths = flicker::truths(scene, size, RATE / 4);
-    let mut rows = Vec::new();
-    for setting in SETTINGS.iter().filter(|setting| !setting.needs_hardware()) {
+    let computed = SETTINGS.iter().filter(|setting| !setting.needs_hardware());
+    let rows = computed.flat_map(|setting| {
         let settings = setting.settings(1);
         let found = flicker::flicker(scene, &truths, size, &settings, setting.frames);
-        for (kind, mse) in [
-            ("moving", found.moving),
-            ("still", found.still),
-            ("still, TAA", found.still_with_taa),
-        ] {
-            rows.push(FlickerRow {
-                scene: scene.name.into(),
-                setting: setting.name.into(),
-                camera: kind.into(),
-                mse,
-            });
-        }
-    }
-    rows
+        found.map(|(camera, mse)| FlickerRow::new(scene.name, setting.name, camera, mse))
+    });
+    rows.collect()
 }
 
 /// The rows of flicker with Bevy's temporal anti-aliasing and without it.
 fn taa_rows(size: u32) -> Result<Vec<FlickerRow>, TradeoffError> {
     let mut rows = Vec::new();
     for (with, suffix) in [(false, ""), (true, ", Bevy's TAA")] {
-        for found in taa::taa_flicker(size, with)? {
-            for (kind, mse) in [("still", found.still), ("moving", found.moving)] {
-                rows.push(FlickerRow {
-                    scene: "rasterised floor".into(),
-                    setting: found.setting.into(),
-                    camera: format!("{kind}{suffix}"),
-                    mse,
-                });
-            }
+        for (setting, changes) in flicker::taa_flicker(size, with)? {
+            rows.extend(changes.map(|(kind, mse)| {
+                FlickerRow::new("rasterised floor", setting, format!("{kind}{suffix}"), mse)
+            }));
         }
     }
     Ok(rows)
@@ -250,7 +269,6 @@ pub fn time_rows(
     let texture = (scene.texture)();
     let coordinates = scene.coordinates(size);
     let mut candidates = Vec::new();
-    let mut adapter = ReportAdapter::default();
     for setting in &SETTINGS {
         let lookups = |anisotropy| {
             let format = TexelFormat::Unorm8;
@@ -273,22 +291,15 @@ pub fn time_rows(
         };
         let mut lookups = if probes > 1 { lookups(probes)? } else { first };
         lookups.set(&setting.settings(probes), 0)?;
-        adapter = lookups.app().adapter().into();
-        let row = TimeRow {
-            scene: scene.name.into(),
-            setting: setting.name.into(),
-            ..TimeRow::default()
-        };
+        let row = TimeRow::new(scene.name, setting.name);
         candidates.push((lookups.into_app(), row));
     }
-    let rows = benchmark_apps(
+    Ok(benchmark::time_rows(
         candidates,
         plan.rounds,
         plan.frames,
         None,
-        TimeRow::with_times,
-    )?;
-    Ok((adapter, rows))
+    )?)
 }
 
 /// A method with its defaults.
@@ -379,53 +390,6 @@ const UNITS: [(&str, &str); 2] = [
     ("software_af16", "of 16x anisotropy in a shader"),
 ];
 
-/// Mean squared error against exact EWA over all scenes, and time in the first.
-fn summary(rows: &Rows) -> Summary {
-    let is_scene = |name: &str| SCENES.iter().any(|scene| scene.name == name);
-    let errors =
-        { rows.pictures.iter() }.filter(|row| row.reference == "ewa" && is_scene(&row.scene));
-    let errors = means(errors.map(|row| (&row.setting, Some(row.error.mse))));
-    let times = rows
-        .times
-        .iter()
-        .map(|row| (&row.setting, row.times.frame_ms()));
-    let times = means(times);
-    let unit = UNITS.iter().find(|(name, _)| times.contains_key(*name));
-    let (unit, unit_name) = *unit.unwrap_or(&UNITS[0]);
-    let unit = times.get(unit);
-    let measured = errors.iter().filter_map(|(name, error)| {
-        let is_bevys = ["trilinear", "hardware_af16"].contains(name);
-        Some(Choice {
-            name: name.to_string(),
-            error: *error,
-            cost: times.get(name)? / unit?,
-            source: if is_bevys {
-                Source::Baseline
-            } else {
-                Source::Ours
-            },
-        })
-    });
-    let published = THESIS.map(|(name, error, speed)| Choice {
-        name: format!("thesis: {name}"),
-        error,
-        cost: 1.0 / speed,
-        source: Source::Published,
-    });
-    Summary {
-        title: "bevy_ewa: error against time".into(),
-        error: Quantity::less("mean squared error against exact EWA", "", 2).logarithmic_from(1e-3),
-        cost: Quantity::less("time", unit_name, 2).logarithmic_from(1e-3),
-        choices: measured.chain(published).collect(),
-        needs: vec![
-            Need::LeastError,
-            Need::Error(1.0),
-            Need::Error(30.0),
-            Need::LeastCost,
-        ],
-    }
-}
-
 /// The thresholds, from nearly always to never.
 const THRESHOLDS: [u16; 7] = [2, 4, 8, 12, 16, 24, 32];
 
@@ -492,7 +456,7 @@ mod tests {
             ..Rows::default()
         };
         let cost = |rows: &Rows| {
-            let found = summary(rows);
+            let found = Ewa::summary(rows);
             let linear = found.choices.iter().find(|c| c.name == "linear");
             linear.map(|c| (c.error, c.cost))
         };

@@ -1,7 +1,10 @@
 //! Figures on the pages are those of the committed measurements: each row is made anew from them, and must be
 //! on its page word for word.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fmt::Display,
+    path::{Path, PathBuf},
+};
 
 use bevy_frugal_lab::{ROOT, lookups::scenes::SCENES};
 
@@ -12,7 +15,7 @@ use crate::{
     record::{PictureRow, Report},
     run::{Study, read},
     voxel_gi::{self, LightRow, VoxelGi, arcade, town},
-    wavelet_tex::WaveletTex,
+    wavelet_tex::{WaveletTex, tunnel::TunnelRow},
     ycocg_fb::YCoCgFb,
 };
 
@@ -46,11 +49,21 @@ fn light<'a>(rows: &'a [LightRow], scene: &str, setting: &str) -> &'a LightRow {
         .unwrap_or_else(|| panic!("nothing of {setting} in {scene}"))
 }
 
-/// Fails with all rows that the page lacks, as it should have them.
-fn assert_rows(page: &str, rows: impl IntoIterator<Item = (String, Vec<String>)>) {
+/// Fails with all rows that a page of `docs` lacks, as it should have them: a name, and a cell for each column.
+fn assert_rows<R, C>(
+    page: &str,
+    rows: impl IntoIterator<Item = (impl Display, R)>,
+    columns: &[C],
+    cell: impl Fn(&R, &C) -> String,
+) {
+    let page = Path::new(ROOT).join("docs").join(page);
+    let page = std::fs::read_to_string(page).expect("a page");
     let missing: Vec<_> = rows
         .into_iter()
-        .map(|(name, cells)| format!("| {name} | {} |", cells.join(" | ")))
+        .map(|(name, row)| {
+            let cells: Vec<_> = columns.iter().map(|column| cell(&row, column)).collect();
+            format!("| {name} | {} |", cells.join(" | "))
+        })
         .filter(|row| !page.lines().any(|line| line == row))
         .collect();
     assert!(
@@ -71,35 +84,29 @@ fn quality_of_the_frame_buffer() {
         ("emissive 10,000 beside black", "hdr_edge"),
         ("dark", "dark"),
     ];
-    assert_rows(
-        include_str!("../../../docs/ycocg_fb.md"),
-        scenes.map(|(name, scene)| {
-            let cell = |setting: &str| {
-                let row = picture(&pictures, scene, setting, "rgba16float");
-                row.error
-                    .psnr_db
-                    .map_or("equal".into(), |psnr| format!("{psnr:.1}"))
-            };
-            let settings = [
-                "nearest",
-                "bilinear",
-                "edge_directed",
-                "quad",
-                "guided",
-                "default",
-                "rgb565",
-                "rg11b10ufloat",
-            ];
-            (name.into(), settings.map(cell).to_vec())
-        }),
-    );
+    let settings = [
+        "nearest",
+        "bilinear",
+        "edge_directed",
+        "quad",
+        "guided",
+        "default",
+        "rgb565",
+        "rg11b10ufloat",
+    ];
+    assert_rows("ycocg_fb.md", scenes, &settings, |scene, setting| {
+        let row = picture(&pictures, scene, setting, "rgba16float");
+        let psnr = row.error.psnr_db;
+        psnr.map_or("equal".into(), |psnr| format!("{psnr:.1}"))
+    });
 }
 
 #[test]
 fn quality_of_wavelet_textures() {
     let pictures = rows::<WaveletTex>().images;
     let rates = ["color2.25", "color3", "color3.25", "color5"];
-    let cells = rates.map(|rate| {
+    let row = [("the 24 Kodak images", ())];
+    assert_rows("wavelet_tex.md", row, &rates, |(), rate| {
         let images = (1..=24).map(|i| {
             let setting = format!("{rate} default");
             let row = picture(&pictures, &format!("kodim{i:02}"), &setting, "original");
@@ -107,10 +114,6 @@ fn quality_of_wavelet_textures() {
         });
         format!("{:.2}", images.sum::<f64>() / 24.0)
     });
-    assert_rows(
-        include_str!("../../../docs/wavelet_tex.md"),
-        [("the 24 Kodak images".into(), cells.to_vec())],
-    );
 }
 
 #[test]
@@ -124,16 +127,12 @@ fn price_of_sampling_wavelet_textures() {
         "trilinear",
         "anisotropic",
     ];
-    assert_rows(
-        include_str!("../../../docs/wavelet_tex.md"),
-        filters.map(|filter| {
-            let setting = format!("color3 {filter}");
-            let row = tunnel.iter().find(|row| row.setting == setting);
-            let row = row.expect("a row");
-            let cells = [row.fetches, row.fetched_bytes].map(|figure| figure.to_string());
-            (filter.into(), cells.to_vec())
-        }),
-    );
+    let filters = filters.map(|filter| (filter, format!("color3 {filter}")));
+    let figures: [fn(&TunnelRow) -> f64; 2] = [|row| row.fetches, |row| row.fetched_bytes];
+    assert_rows("wavelet_tex.md", filters, &figures, |setting, figure| {
+        let row = tunnel.iter().find(|row| row.setting == *setting);
+        figure(row.expect("a row")).to_string()
+    });
 }
 
 /// An error with as many digits as it deserves.
@@ -187,36 +186,26 @@ fn error_of_elliptical_filtering() {
         ("`SoftwareAnisotropic`", "software_af16"),
         ("Bevy's own, trilinear", "trilinear"),
     ];
-    assert_rows(
-        include_str!("../../../docs/ewa.md"),
-        methods.map(|(name, setting)| {
-            let cell = |scene| error_and_fetches(picture(&pictures, scene, setting, "truth"));
-            (name.into(), SCENES.map(|scene| cell(scene.name)).to_vec())
-        }),
-    );
+    assert_rows("ewa.md", methods, &SCENES, |setting, scene| {
+        error_and_fetches(picture(&pictures, scene.name, setting, "truth"))
+    });
 }
 
 #[test]
 fn price_of_the_spatial_threshold() {
     let pictures = rows::<Ewa>().pictures;
     let scenes = ["tunnel", "checker_5deg", "checker_5deg_45", "floor"];
-    assert_rows(
-        include_str!("../../../docs/ewa.md"),
-        [2, 4, 8, 12, 16, 24, 32].map(|threshold| {
-            let setting = format!("spatial, threshold {threshold}");
-            let cell = |scene| {
-                let sampler = format!("{setting}, 16x sampler");
-                let sampler = picture(&pictures, scene, &sampler, "ewa").fetches;
-                let computed = error_and_fetches(picture(&pictures, scene, &setting, "ewa"));
-                format!("{computed} / {sampler:.1}")
-            };
-            let name = match threshold {
-                16 => "16 (default)".into(),
-                _ => threshold.to_string(),
-            };
-            (name, scenes.map(cell).to_vec())
-        }),
-    );
+    let thresholds = [2, 4, 8, 12, 16, 24, 32].map(|threshold| {
+        let note = if threshold == 16 { " (default)" } else { "" };
+        let setting = format!("spatial, threshold {threshold}");
+        (format!("{threshold}{note}"), setting)
+    });
+    assert_rows("ewa.md", thresholds, &scenes, |setting, scene| {
+        let sampler = format!("{setting}, 16x sampler");
+        let sampler = picture(&pictures, scene, &sampler, "ewa").fetches;
+        let computed = error_and_fetches(picture(&pictures, scene, setting, "ewa"));
+        format!("{computed} / {sampler:.1}")
+    });
 }
 
 #[test]
@@ -231,17 +220,11 @@ fn flicker_of_elliptical_filtering() {
         ("Bevy's own, trilinear", "trilinear"),
     ];
     let kinds = ["still", "moving", "still, Bevy's TAA", "moving, Bevy's TAA"];
-    assert_rows(
-        include_str!("../../../docs/ewa.md"),
-        methods.map(|(name, setting)| {
-            let cell = |kind| {
-                let mut rows = flicker.iter().filter(|row| row.scene == "rasterised floor");
-                let row = rows.find(|row| row.setting == setting && row.camera == kind);
-                error(row.expect("a row").mse)
-            };
-            (name.into(), kinds.map(cell).to_vec())
-        }),
-    );
+    assert_rows("ewa.md", methods, &kinds, |setting, kind| {
+        let mut rows = flicker.iter().filter(|row| row.scene == "rasterised floor");
+        let row = rows.find(|row| row.setting == *setting && row.camera == *kind);
+        error(row.expect("a row").mse)
+    });
 }
 
 const GI_SCENES: [&str; 3] = ["cornell_point", "colonnade", "sunlit_room"];
@@ -255,26 +238,22 @@ fn error_and_bias(row: &LightRow) -> String {
 #[test]
 fn error_of_global_illumination() {
     let boxes = rows::<VoxelGi>().boxes;
-    let scenes = [
+    let names = [
         ("Cornell box, point light", "15%"),
         ("colonnade, sun and sky", "20%"),
         ("room lit through a window", "25%"),
     ];
-    let rows = scenes.into_iter().zip(GI_SCENES);
+    let scenes = names.into_iter().zip(GI_SCENES);
+    let scenes = scenes.map(|((name, goal), scene)| (name, (scene, goal)));
+    let columns = ["trace", "trace per pixel", "propagate", "goal"];
     assert_rows(
-        include_str!("../../../docs/voxel_gi.md"),
-        rows.map(|((name, goal), scene)| {
-            let cell = |setting| error_and_bias(light(&boxes, scene, setting));
-            (
-                name.into(),
-                vec![
-                    cell("trace"),
-                    cell("trace per pixel"),
-                    cell("propagate"),
-                    goal.into(),
-                ],
-            )
-        }),
+        "voxel_gi.md",
+        scenes,
+        &columns,
+        |(scene, goal), column| match *column {
+            "goal" => goal.to_string(),
+            setting => error_and_bias(light(&boxes, scene, setting)),
+        },
     );
 }
 
@@ -315,20 +294,14 @@ fn price_of_global_illumination() {
         ("16³, trace, 8 rays", "trace 8 rays 16^3"),
         ("16³, propagate, 32 steps", "propagate 32 steps 16^3"),
     ];
-    assert_rows(
-        include_str!("../../../docs/voxel_gi.md"),
-        settings.map(|(name, setting)| {
-            let cell = |scene| {
-                let row = light(&boxes, scene, setting);
-                let ms: f64 = row.times.stage_ms.values().sum();
-                let error = row
-                    .relative_error
-                    .map_or("the same".into(), |error| format!("{:.1}%", 100.0 * error));
-                format!("{error} in {ms:.0} ms")
-            };
-            (name.into(), GI_SCENES.map(cell).to_vec())
-        }),
-    );
+    assert_rows("voxel_gi.md", settings, &GI_SCENES, |setting, scene| {
+        let row = light(&boxes, scene, setting);
+        let ms: f64 = row.times.stage_ms.values().sum();
+        let error = row
+            .relative_error
+            .map_or("the same".into(), |error| format!("{:.1}%", 100.0 * error));
+        format!("{error} in {ms:.0} ms")
+    });
 }
 
 #[test]
@@ -353,34 +326,21 @@ fn global_illumination_side_by_side() {
     let frames = in_frames
         .iter()
         .flat_map(|name| [1, 8, 64].map(|frame| format!("{name}, frame {frame}")));
-    let settings: Vec<_> = still.map(String::from).into_iter().chain(frames).collect();
-    assert_rows(
-        include_str!("../../../docs/choosing-gi.md"),
-        settings.into_iter().map(|setting| {
-            let cell = |scene| {
-                let row = light(&boxes, scene, &setting);
-                let flicker = row.flicker.filter(|_| setting.ends_with("64"));
-                let flicker =
-                    flicker.map_or(String::new(), |f| format!(", flicker {:.1}%", 100.0 * f));
-                error_and_bias(row) + &flicker
-            };
-            let cells = GI_SCENES.map(cell).to_vec();
-            (setting, cells)
-        }),
-    );
-    let bakes = ["lightmaps, bake", "irradiance volume, bake"];
-    assert_rows(
-        include_str!("../../../docs/choosing-gi.md"),
-        bakes.map(|setting| {
-            let cell = |scene| {
-                let row = light(&boxes, scene, setting);
-                let bytes = row.bytes.expect("bytes") as f64;
-                let ms = row.times.cpu_ms.expect("a time");
-                format!("{:.1} MiB in {:.0} s", bytes / 1024.0 / 1024.0, ms / 1e3)
-            };
-            (setting.into(), GI_SCENES.map(cell).to_vec())
-        }),
-    );
+    let settings = still.map(String::from).into_iter().chain(frames);
+    let settings = settings.map(|setting| (setting.clone(), setting));
+    assert_rows("choosing-gi.md", settings, &GI_SCENES, |setting, scene| {
+        let row = light(&boxes, scene, setting);
+        let flicker = row.flicker.filter(|_| setting.ends_with("64"));
+        let flicker = flicker.map_or(String::new(), |f| format!(", flicker {:.1}%", 100.0 * f));
+        error_and_bias(row) + &flicker
+    });
+    let bakes = ["lightmaps, bake", "irradiance volume, bake"].map(|name| (name, name));
+    assert_rows("choosing-gi.md", bakes, &GI_SCENES, |setting, scene| {
+        let row = light(&boxes, scene, setting);
+        let bytes = row.bytes.expect("bytes") as f64;
+        let ms = row.times.cpu_ms.expect("a time");
+        format!("{:.1} MiB in {:.0} s", bytes / 1024.0 / 1024.0, ms / 1e3)
+    });
 }
 
 /// Fails with all tables that pages do not have between their marks.

@@ -1,12 +1,24 @@
-//! The study of the voxel GI, at its smallest.
+//! The study of the voxel GI, at its smallest; the arcade: curved meshes with textures, holes and emission, a light that
+//! moves and a door that opens; and the town: a level that is larger than the default volume.
 
-use bevy_frugal_lab::testing::gpu;
+use bevy::prelude::*;
+use bevy_frugal_lab::{
+    meshes::{arcade::ArcadeSettings, town::TownCamera},
+    testing::gpu,
+};
+use bevy_voxel_gi::VoxelGiSettings;
 use indicatif::ProgressBar;
 
 use crate::{
-    plan::{GiPlan, Plan},
+    plan::{ArcadePlan, GiPlan, Plan, TownPlan},
     run::Study,
-    voxel_gi::VoxelGi,
+    voxel_gi::{
+        LightRow, VoxelGi,
+        arcade::{self, setting_rows},
+        meshes::MeshApp,
+        settings::Setting,
+        town::{self, volume_rows},
+    },
 };
 
 #[test]
@@ -65,4 +77,107 @@ fn the_cornell_box_is_measured() {
             .iter()
             .all(|c| c.cost > 0.0)
     );
+}
+
+fn arcade() -> MeshApp {
+    arcade::app(&ArcadePlan {
+        scene: ArcadeSettings {
+            statue_triangles: 50_000,
+            picture: 64,
+        },
+        samples: 256,
+    })
+    .expect("the arcade")
+}
+
+/// The rows of a volume of 16^3 voxels.
+fn rows(app: &mut MeshApp) -> Vec<LightRow> {
+    let setting = Setting {
+        name: "trace".into(),
+        settings: VoxelGiSettings {
+            resolution: 16,
+            ..VoxelGiSettings::default()
+        },
+    };
+    let rows = setting_rows(app, &setting).expect("rows");
+    for row in &rows {
+        println!(
+            "{}, {}: {:?} {:?}",
+            row.scene, row.setting, row.relative_error, row.bias
+        );
+    }
+    rows
+}
+
+fn error(rows: &[LightRow], scene: &str, setting: &str) -> f64 {
+    let row = rows
+        .iter()
+        .find(|row| row.scene == scene && row.setting == setting);
+    row.and_then(|row| row.relative_error).expect("an error")
+}
+
+/// And it would be far from its truth without the light of the sign.
+#[test]
+fn it_is_near_its_truth_in_each_state_and_soon_after_a_change() {
+    let _gpu = gpu();
+    let mut app = arcade();
+    let lit = rows(&mut app);
+    for (scene, setting, most) in [
+        ("arcade", "trace", 0.0415),
+        ("arcade, light moved", "trace", 0.051),
+        ("arcade, light moved", "trace, frame 30", 0.052),
+        ("arcade, door open", "trace", 0.052),
+        ("arcade, door open", "trace, frame 30", 0.052),
+    ] {
+        let found = error(&lit, scene, setting);
+        assert!(found < most, "{scene}, {setting}: {found}");
+    }
+    // A change takes time to arrive.
+    for scene in ["arcade, light moved", "arcade, door open"] {
+        assert!(error(&lit, scene, "trace, frame 1") > error(&lit, scene, "trace, frame 30"));
+    }
+
+    let mut materials = app
+        .app
+        .world_mut()
+        .resource_mut::<Assets<StandardMaterial>>();
+    for (_, material) in materials.iter_mut() {
+        material.emissive = LinearRgba::BLACK;
+    }
+    let found = error(&rows(&mut app), "arcade", "trace");
+    // Nearly twice the bound above.
+    assert!(found > 0.075, "{found}");
+}
+
+/// Walls, ground and other houses are outside of the finest cubes.
+#[test]
+fn its_rooms_are_near_to_their_truth_in_the_default_volume() {
+    let _gpu = gpu();
+    let resolution = VoxelGiSettings::default().resolution;
+    let mut app = town::app(&TownPlan {
+        cameras: vec![TownCamera::Room, TownCamera::Corridor],
+        resolution,
+        picture: 48,
+        samples: 128,
+    })
+    .expect("the town");
+    let rows = volume_rows(&mut app, "default", resolution).expect("rows");
+    for row in &rows {
+        println!("{row:?}");
+    }
+    // The most of the relative error, and of that of 95 of 100 blocks.
+    for (scene, most) in [
+        ("town, room", [0.082, 0.25]),
+        ("town, corridor", [0.08, 0.36]),
+        ("town, corridor, door open", [0.11, 0.3]),
+    ] {
+        let mut rows = rows.iter();
+        let row = rows.find(|row| row.scene == scene && row.setting == "default");
+        let row = row.expect("a row");
+        let found = [row.relative_error, row.percentile_95].map(Option::unwrap);
+        for (found, most) in found.into_iter().zip(most) {
+            assert!(found <= most, "{scene}: {found} of {most}");
+        }
+        assert_eq!(row.black, Some(0.0), "{scene}");
+    }
 }

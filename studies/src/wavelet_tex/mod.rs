@@ -54,37 +54,33 @@ impl Study for WaveletTex {
     type Rows = Rows;
 
     fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report<Rows>, TradeoffError> {
-        measure(plan, progress)
+        progress.set_message("images");
+        let photo = content::photo_like(plan.photo[0], plan.photo[1], SEED);
+        let inputs = inputs(plan, &photo, progress)?;
+        let rendered = plan.picture.map_or(0, |_| plan.rounds as usize);
+        let rows: usize = inputs
+            .iter()
+            .map(|i| i.rates.len() + i.efforts.len() - 1)
+            .sum();
+        progress.set_length((rows + rendered) as u64);
+
+        let mut report = Report::<Rows>::default();
+        for input in &inputs {
+            let rows = image_rows(input, plan, progress)?;
+            report.rows.images.extend(rows);
+        }
+        if let Some(picture) = plan.picture {
+            let tile = content::bricks(plan.tile[0], plan.tile[1], SEED).color;
+            let (adapter, rows) = tunnel::rows(&tile, &tunnel::FILTERS, picture, plan, progress)?;
+            report.adapter = adapter;
+            report.rows.tunnel = rows;
+        }
+        Ok(report)
     }
 
     fn summary(rows: &Rows) -> Summary {
         summary(&rows.images)
     }
-}
-
-fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report<Rows>, TradeoffError> {
-    progress.set_message("images");
-    let photo = content::photo_like(plan.photo[0], plan.photo[1], SEED);
-    let inputs = inputs(plan, &photo, progress)?;
-    let rendered = plan.picture.map_or(0, |_| plan.rounds as usize);
-    let rows: usize = inputs
-        .iter()
-        .map(|i| i.rates.len() + i.efforts.len() - 1)
-        .sum();
-    progress.set_length((rows + rendered) as u64);
-
-    let mut report = Report::<Rows>::default();
-    for input in &inputs {
-        let rows = image_rows(input, plan, progress)?;
-        report.rows.images.extend(rows);
-    }
-    if let Some(picture) = plan.picture {
-        let tile = content::bricks(plan.tile[0], plan.tile[1], SEED).color;
-        let (adapter, rows) = tunnel::rows(&tile, &tunnel::FILTERS, picture, plan, progress)?;
-        report.adapter = adapter;
-        report.rows.tunnel = rows;
-    }
-    Ok(report)
 }
 
 /// The rows of an image: the image itself, every rate, and BC1 of colour.
@@ -277,7 +273,7 @@ fn encoded_row(
         reference: ORIGINAL.into(),
         cpu_ms: median(&times),
         bytes: Some(encoded.gpu_bytes() as u64),
-        fetches: fetches(&encoded, 1.0),
+        fetches: fetches_and_bytes(&encoded, 1.0)[0],
         error: PictureError::from(compare(&input.image, &decoded)?),
     })
 }
@@ -311,43 +307,32 @@ fn bc1_row(input: &Input) -> Result<PictureRow, SizeMismatch> {
 const GATHERS: f64 = 4.0;
 
 /// Fetches of one or of 2 x 2 neighbouring pixels: for each pixel, one of each texture of a wavelet plane
-/// (where the low band is gathered, only of that with the details), and one of chroma.
-pub(super) fn fetches(image: &WaveletImage, pixels: f64) -> f64 {
-    let of_group = |group: &PlaneGroup| {
-        if group.packing == Packing::Bc1 {
-            return pixels;
-        }
-        let of_plane = |coding: &PlaneCoding| {
-            if coding.predictor == 0.0 {
-                pixels * group.textures.len() as f64
-            } else {
-                GATHERS + pixels
-            }
-        };
-        group.codings.iter().map(of_plane).sum()
-    };
-    image.groups().map(of_group).sum()
-}
-
-/// Bytes that these fetches take in their blocks, without a cache: of gathers, and of chroma, which is
-/// interpolated, four texels each.
-pub(super) fn fetched_bytes(image: &WaveletImage, pixels: f64) -> f64 {
+/// (where the low band is gathered, only of that with the details), and one of chroma. And the bytes that they take in
+/// their blocks, without a cache: of gathers, and of chroma, which is interpolated, four texels each.
+pub(super) fn fetches_and_bytes(image: &WaveletImage, pixels: f64) -> [f64; 2] {
     let of_group = |group: &PlaneGroup| {
         let formats = group.packing.formats();
         let texel = |i: usize| formats[i].block_bytes() as f64 / 16.0;
         if group.packing == Packing::Bc1 {
-            return pixels * 4.0 * texel(0);
+            return vec![[pixels, pixels * 4.0 * texel(0)]];
         }
         let of_plane = |coding: &PlaneCoding| {
             if coding.predictor == 0.0 {
-                pixels * (0..formats.len()).map(texel).sum::<f64>()
-            } else {
-                GATHERS * 4.0 * texel(0) + pixels * texel(formats.len() - 1)
+                let texels: f64 = (0..formats.len()).map(texel).sum();
+                return [pixels * group.textures.len() as f64, pixels * texels];
             }
+            let details = texel(formats.len() - 1);
+            [
+                GATHERS + pixels,
+                GATHERS * 4.0 * texel(0) + pixels * details,
+            ]
         };
-        group.codings.iter().map(of_plane).sum()
+        group.codings.iter().map(of_plane).collect()
     };
-    image.groups().map(of_group).sum()
+    let parts = image.groups().flat_map(of_group);
+    parts.fold([0.0; 2], |[a, b], [fetches, bytes]| {
+        [a + fetches, b + bytes]
+    })
 }
 
 /// How many images the Kodak set has. Other figures are comparable with means of all of them only.

@@ -47,7 +47,7 @@ use crate::{
     plan::Plan,
     record::{PictureError, ReportAdapter, Times},
     run::{TradeoffError, note},
-    wavelet_tex::{fetched_bytes, fetches},
+    wavelet_tex::fetches_and_bytes,
 };
 
 /// A filter in the tunnel.
@@ -70,9 +70,6 @@ pub struct TunnelRow {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub relative_time: BTreeMap<String, f64>,
 }
-
-/// Frames before which every asset must have been loaded.
-const MAX_FRAMES: u32 = 200;
 
 /// Frames after which those of the setting before have given their times.
 const SETTLING_FRAMES: u32 = 2;
@@ -120,7 +117,7 @@ pub fn rows(
     for setting in &mut settings {
         progress.set_message(format!("tunnel, {}", setting.row.setting));
         show(app.world_mut(), setting.entity);
-        app.run_until_ready(MAX_FRAMES)?;
+        app.run_until_ready(crate::MAX_FRAMES)?;
         setting.row.bytes = bytes_on_gpu(&mut app, &setting.images);
         let shown = app.capture_rgb8()?;
         if let Some(reference) = pictures.get(&setting.row.reference) {
@@ -359,20 +356,16 @@ fn spawn_ours(
         base: base(),
         extension,
     });
+    let [fetches, bytes] = fetches_and_bytes(texture, filter.pixels);
     let row = TunnelRow {
         setting: format!("color3 {}", filter.name),
         reference: format!("rgba8 {}", filter.hardware),
-        fetches: filter.lookups * fetches(texture, filter.pixels),
-        fetched_bytes: filter.lookups * fetched_bytes(texture, filter.pixels),
+        fetches: filter.lookups * fetches,
+        fetched_bytes: filter.lookups * bytes,
         ..TunnelRow::default()
     };
-    let entity = world.spawn((
-        Mesh3d(tunnel.clone()),
-        MeshMaterial3d(material),
-        Visibility::Hidden,
-    ));
     Setting {
-        entity: entity.id(),
+        entity: spawn(world, tunnel, MeshMaterial3d(material)),
         images: images.unwrap_or_default(),
         row,
     }
@@ -393,10 +386,12 @@ fn spawn_standard(
             .0
             .push(image.untyped());
     }
+    spawn(world, tunnel, MeshMaterial3d(material))
+}
+
+fn spawn(world: &mut World, tunnel: &Handle<Mesh>, material: impl Bundle) -> Entity {
     let tunnel = Mesh3d(tunnel.clone());
-    world
-        .spawn((tunnel, MeshMaterial3d(material), Visibility::Hidden))
-        .id()
+    world.spawn((tunnel, material, Visibility::Hidden)).id()
 }
 
 /// What all materials share: four textures around, a texture for every 1.5 metres.

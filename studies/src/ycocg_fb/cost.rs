@@ -22,15 +22,12 @@ use bevy_ycocg_fb::{
 use indicatif::ProgressBar;
 
 use crate::{
-    benchmark::benchmark_apps,
+    benchmark::time_rows,
     plan::Plan,
     record::{ReportAdapter, TimeRow},
     run::TradeoffError,
     ycocg_fb::REFERENCE,
 };
-
-/// Frames before which every pipeline must have been compiled.
-const MAX_FRAMES: u32 = 200;
 
 /// What a frame has in it.
 #[derive(Clone, Copy, Debug)]
@@ -93,29 +90,18 @@ pub fn load_rows(
     plan: &Plan,
 ) -> Result<(ReportAdapter, Vec<TimeRow>), TradeoffError> {
     let mut candidates = Vec::new();
-    let mut adapter = ReportAdapter::default();
     let filters = filters().filter(|_| load.layers == 0 && load.msaa == Msaa::Off);
     for camera in cameras.iter().copied().chain(filters) {
         let Some((app, bytes)) = app(camera, load, size)? else {
             continue;
         };
-        adapter = app.adapter().into();
         let row = TimeRow {
-            scene: load.name(),
-            setting: camera.name.into(),
             bytes: Some(bytes),
-            ..TimeRow::default()
+            ..TimeRow::new(load.name(), camera.name)
         };
         candidates.push((app, row));
     }
-    let rows = benchmark_apps(
-        candidates,
-        plan.rounds,
-        plan.frames,
-        None,
-        TimeRow::with_times,
-    )?;
-    Ok((adapter, rows))
+    Ok(time_rows(candidates, plan.rounds, plan.frames, None)?)
 }
 
 /// The scene of the first load: nothing saved, and the resolve paid.
@@ -142,7 +128,7 @@ fn app(
     let world = app.world_mut();
     spawn_layers(world, load, size);
     let entity = spawn_camera(world, camera, load.msaa, size);
-    app.run_until_ready(MAX_FRAMES)?;
+    app.run_until_ready(crate::MAX_FRAMES)?;
     let report = app.world().get::<FrameBufferReport>(entity);
     let report = report.cloned().unwrap_or_default();
     let uses_format = matches!(
@@ -209,32 +195,25 @@ pub struct Camera {
 }
 
 impl Camera {
-    fn packed(name: &'static str, bytes: u32, hdr: bool, packed: YCoCgFrameBuffer) -> Self {
-        Self::with_quality(name, bytes, hdr, packed.into())
-    }
-
-    fn with_quality(
+    fn new(
         name: &'static str,
         bytes: u32,
         hdr: bool,
-        quality: FrameBufferQuality,
+        quality: impl Into<FrameBufferQuality>,
     ) -> Self {
         Self {
             name,
             bytes,
             hdr,
             target: None,
-            quality,
+            quality: quality.into(),
         }
     }
 
     fn target(name: &'static str, bytes: u32, target: TextureFormat) -> Self {
         Self {
-            name,
-            bytes,
-            hdr: false,
             target: Some(target),
-            quality: FrameBufferQuality::Exact,
+            ..Self::new(name, bytes, false, FrameBufferQuality::Exact)
         }
     }
 }
@@ -242,10 +221,10 @@ impl Camera {
 /// Bevy's own, what a user would pick today, and the plugin's: resolved to Bevy's HDR texture, or tone-mapped.
 pub fn cameras() -> Vec<Camera> {
     vec![
-        Camera::with_quality(REFERENCE, 8, true, FrameBufferQuality::Exact),
-        Camera::with_quality("rg11b10ufloat", 4, true, FrameBufferQuality::Compact),
-        Camera::packed("packed_hdr", 4, true, default()),
-        Camera::packed("packed_fused", 4, false, default()),
+        Camera::new(REFERENCE, 8, true, FrameBufferQuality::Exact),
+        Camera::new("rg11b10ufloat", 4, true, FrameBufferQuality::Compact),
+        Camera::new("packed_hdr", 4, true, YCoCgFrameBuffer::default()),
+        Camera::new("packed_fused", 4, false, YCoCgFrameBuffer::default()),
     ]
 }
 
@@ -263,7 +242,7 @@ pub fn filters() -> impl Iterator<Item = Camera> {
             reconstruction,
             ..default()
         };
-        Camera::packed(name, 4, true, packed)
+        Camera::new(name, 4, true, packed)
     })
 }
 
@@ -272,14 +251,14 @@ pub fn all_cameras() -> Vec<Camera> {
     let mut all = cameras();
     all.extend([
         Camera::target("rgba8", 4, TextureFormat::Rgba8UnormSrgb),
-        Camera::packed(
+        Camera::new(
             "packed_unorm8",
             2,
             false,
             YCoCgFrameBuffer::with_format(PackedFormat::Unorm8),
         ),
         Camera::target("rgba32float", 16, TextureFormat::Rgba32Float),
-        Camera::packed(
+        Camera::new(
             "packed_float32",
             8,
             true,

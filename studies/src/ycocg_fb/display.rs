@@ -6,14 +6,11 @@
 //! default, whose own table has 48 steps of `x / (1 + x)` an axis; so its nodes are met exactly.
 
 use bevy::{
-    asset::RenderAssetUsages,
-    camera::Hdr,
-    core_pipeline::tonemapping::Tonemapping,
-    image::ImageSampler,
-    prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    camera::Hdr, core_pipeline::tonemapping::Tonemapping, image::ImageSampler, prelude::*,
+    render::render_resource::TextureFormat,
 };
 use bevy_frugal_lab::{
+    content::texture,
     headless::{
         HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, Rgba32FImage, TargetFormat,
         pixel_camera,
@@ -33,9 +30,6 @@ const STEPS: u32 = 48;
 
 const SIZE: [u32; 2] = [STEPS * 8, STEPS * STEPS / 8];
 
-/// Frames before which every pipeline must have been compiled.
-const MAX_FRAMES: u32 = 200;
-
 /// A table of display-linear colours.
 #[derive(Clone, Debug)]
 pub struct ToneMap {
@@ -47,17 +41,15 @@ pub struct ToneMap {
 impl ToneMap {
     /// Lets a camera fill the table.
     pub fn capture() -> Result<Self, HeadlessError> {
-        let settings = HeadlessSettings {
-            format: TargetFormat::Float32,
-            ..HeadlessSettings::with_size(SIZE[0], SIZE[1])
-        };
+        let settings =
+            HeadlessSettings::with_size(SIZE[0], SIZE[1]).in_format(TargetFormat::Float32);
         let mut app = HeadlessApp::new(settings, |app| {
             let camera = pixel_camera(app.world().resource::<LabTarget>(), SIZE);
             let mut camera = app.world_mut().spawn(camera);
             camera.insert((Hdr, Tonemapping::default()));
             spawn_grid(app.world_mut());
         })?;
-        app.run_until_ready(MAX_FRAMES)?;
+        app.run_until_ready(crate::MAX_FRAMES)?;
         let picture = app.capture_f32()?;
         let table = picture.pixels.iter().map(|p| Vec3::new(p[0], p[1], p[2]));
         Ok(Self {
@@ -110,17 +102,8 @@ fn spawn_grid(world: &mut World) {
         let [r, g, b] = [1, STEPS, STEPS * STEPS].map(|stride| value(i / stride % STEPS));
         [r, g, b, 1.0].map(|v| f16::from_f32(v).to_le_bytes())
     });
-    let mut image = Image::new(
-        Extent3d {
-            width: SIZE[0],
-            height: SIZE[1],
-            depth_or_array_layers: 1,
-        },
-        TextureDimension::D2,
-        texels.flatten().collect(),
-        TextureFormat::Rgba16Float,
-        RenderAssetUsages::RENDER_WORLD,
-    );
+    let texels = texels.flatten().collect();
+    let mut image = texture(SIZE, TextureFormat::Rgba16Float, 1, texels);
     image.sampler = ImageSampler::nearest();
     let image = world.add_asset(image);
     let material = StandardMaterial {
@@ -170,14 +153,11 @@ fn scene_app(
     format: TargetFormat,
     tonemapping: Tonemapping,
 ) -> Result<(HeadlessApp, Entity), HeadlessError> {
-    let settings = HeadlessSettings {
-        format,
-        ..HeadlessSettings::with_size(size[0], size[1])
-    };
+    let settings = HeadlessSettings::with_size(size[0], size[1]).in_format(format);
     let mut app = HeadlessApp::new(settings, |app| {
         app.add_plugins(YCoCgFrameBufferPlugin);
     })?;
     let camera = scene.spawn(app.world_mut(), size.into(), tonemapping);
-    app.run_until_ready(MAX_FRAMES)?;
+    app.run_until_ready(crate::MAX_FRAMES)?;
     Ok((app, camera))
 }

@@ -56,35 +56,64 @@ impl Study for YCoCgFb {
     type Rows = Rows;
 
     fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report<Rows>, TradeoffError> {
-        measure(plan, progress)
+        let Some(size) = plan.frame else {
+            return Ok(Report::<Rows>::default());
+        };
+        let settings = settings();
+        progress.set_length((SCENES.len() + cost::STEPS) as u64);
+
+        progress.set_message("tone mapping");
+        let tone_map = ToneMap::capture()?;
+        let mut report = Report {
+            adapter: tone_map.adapter().clone(),
+            ..Report::<Rows>::default()
+        };
+        for scene in &SCENES {
+            progress.set_message(scene.name);
+            let rows = scene_rows(scene, size, &settings, &tone_map)?;
+            report.rows.pictures.extend(rows);
+            progress.inc(1);
+        }
+        report.rows.times = cost::rows(plan, progress)?;
+        Ok(report)
     }
 
+    /// Mean PSNR over the rendered scenes, none above that of rounding to 8 bits, and the time of a frame
+    /// with nothing in it, which is the worst case: nothing is saved, and the resolve is paid.
     fn summary(rows: &Rows) -> Summary {
-        summary(rows)
+        let is_scene = |name: &str| SCENES.iter().any(|scene| scene.name == name);
+        let pictures = rows.pictures.iter().filter(|row| is_scene(&row.scene));
+        let quality = means(pictures.map(|row| {
+            let psnr = row.error.psnr_db.unwrap_or(f64::INFINITY);
+            (&row.setting, Some(psnr.min(PSNR_OF_ROUNDING)))
+        }));
+        let times = rows.times.iter().filter(|row| row.scene == NO_OVERDRAW);
+        let times = means(times.map(|row| (&row.setting, row.times.frame_ms())));
+        let bevy = times.get(REFERENCE).copied();
+        let choices = times.iter().filter_map(|(name, time)| {
+            let (setting, source) = match *name {
+                "packed_hdr" => ("default", Source::Ours),
+                "rg11b10ufloat" => ("rg11b10ufloat", Source::Ours),
+                name => match name.strip_prefix("packed_hdr ") {
+                    Some(filter) => (filter, Source::Ours),
+                    None => (name, Source::Baseline),
+                },
+            };
+            Some(Choice {
+                name: setting.into(),
+                error: *quality.get(setting)?,
+                cost: time / bevy?,
+                source,
+            })
+        });
+        Summary {
+            title: "bevy_ycocg_fb: quality against time, half the memory of Rgba16Float".into(),
+            error: Quantity::more("mean PSNR", "dB", 1),
+            cost: Quantity::less("time of an empty frame", "of Bevy's own", 2),
+            choices: choices.collect(),
+            needs: vec![Need::LeastCost, Need::Error(45.0), Need::LeastError],
+        }
     }
-}
-
-fn measure(plan: &Plan, progress: &ProgressBar) -> Result<Report<Rows>, TradeoffError> {
-    let Some(size) = plan.frame else {
-        return Ok(Report::<Rows>::default());
-    };
-    let settings = settings();
-    progress.set_length((SCENES.len() + cost::STEPS) as u64);
-
-    progress.set_message("tone mapping");
-    let tone_map = ToneMap::capture()?;
-    let mut report = Report {
-        adapter: tone_map.adapter().clone(),
-        ..Report::<Rows>::default()
-    };
-    for scene in &SCENES {
-        progress.set_message(scene.name);
-        let rows = scene_rows(scene, size, &settings, &tone_map)?;
-        report.rows.pictures.extend(rows);
-        progress.inc(1);
-    }
-    report.rows.times = cost::rows(plan, progress)?;
-    Ok(report)
 }
 
 /// The rows of a scene: all settings, the reference first.
@@ -292,43 +321,6 @@ impl From<&Rgba32FImage> for Frame {
 /// differ by as much before.
 const PSNR_OF_ROUNDING: f64 = 58.922;
 
-/// Mean PSNR over the rendered scenes, none above that of rounding to 8 bits, and the time of a frame
-/// with nothing in it, which is the worst case: nothing is saved, and the resolve is paid.
-fn summary(rows: &Rows) -> Summary {
-    let is_scene = |name: &str| SCENES.iter().any(|scene| scene.name == name);
-    let pictures = rows.pictures.iter().filter(|row| is_scene(&row.scene));
-    let quality = means(pictures.map(|row| {
-        let psnr = row.error.psnr_db.unwrap_or(f64::INFINITY);
-        (&row.setting, Some(psnr.min(PSNR_OF_ROUNDING)))
-    }));
-    let times = rows.times.iter().filter(|row| row.scene == NO_OVERDRAW);
-    let times = means(times.map(|row| (&row.setting, row.times.frame_ms())));
-    let bevy = times.get(REFERENCE).copied();
-    let choices = times.iter().filter_map(|(name, time)| {
-        let (setting, source) = match *name {
-            "packed_hdr" => ("default", Source::Ours),
-            "rg11b10ufloat" => ("rg11b10ufloat", Source::Ours),
-            name => match name.strip_prefix("packed_hdr ") {
-                Some(filter) => (filter, Source::Ours),
-                None => (name, Source::Baseline),
-            },
-        };
-        Some(Choice {
-            name: setting.into(),
-            error: *quality.get(setting)?,
-            cost: time / bevy?,
-            source,
-        })
-    });
-    Summary {
-        title: "bevy_ycocg_fb: quality against time, half the memory of Rgba16Float".into(),
-        error: Quantity::more("mean PSNR", "dB", 1),
-        cost: Quantity::less("time of an empty frame", "of Bevy's own", 2),
-        choices: choices.collect(),
-        needs: vec![Need::LeastCost, Need::Error(45.0), Need::LeastError],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -380,7 +372,7 @@ mod summary_tests {
             ..TimeRow::default()
         };
         let [first, second] = [SCENES[0].name, SCENES[1].name];
-        let found = summary(&Rows {
+        let found = YCoCgFb::summary(&Rows {
             pictures: vec![
                 picture(first, "default", Some(50.0)),
                 picture(second, "default", None),

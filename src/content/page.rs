@@ -1,11 +1,12 @@
-//! A printed page: thin strokes, the hardest edges there are.
+//! A printed page and other lines of text, with thin strokes and the hardest edges there are; and smooth ramps, in which
+//! banding and quantisation show first.
 
-use ab_glyph::{Font, FontRef, InvalidFont};
+use ab_glyph::{Font, FontRef, Glyph, InvalidFont, PxScale, ScaleFont, point};
+use image::{Rgba, RgbaImage};
 
-use crate::content::{
-    lattice::Noise,
-    material::{Border, Material, Sample, assemble, units},
-    texture::{Color, for_each_glyph, hex, line_width, mix},
+use crate::content::surface::{
+    Border, Color, Material, Noise, Sample, assemble, hex, hue, lerp, mix, ramp, render, shade,
+    units,
 };
 
 const PAPER: Color = hex(0xF4EFE4);
@@ -179,5 +180,114 @@ impl Page {
             })
             .collect();
         assemble(self.width, self.height, Border::Clamp, &samples)
+    }
+}
+
+/// A line in white on transparent black, `em` pixels to the em; 1.4 em high and as wide as it must be.
+pub fn label(line: &str, em: u32) -> RgbaImage {
+    let size = em as f32;
+    // Embedded, hence valid: a failure would be one of the font crate, and leaves a blank label.
+    let Ok(font) = FontRef::try_from_slice(epaint_default_fonts::HACK_REGULAR) else {
+        return RgbaImage::new(em, em);
+    };
+    let (width, height) = (
+        line_width(&font, line, size).ceil() as u32,
+        (1.4 * size).ceil() as u32,
+    );
+    let mut image = RgbaImage::from_pixel(width.max(1), height.max(1), Rgba([255, 255, 255, 0]));
+    for_each_glyph(&font, line, size, |mut glyph| {
+        glyph.position.y += 1.05 * size;
+        let Some(outline) = font.outline_glyph(glyph) else {
+            return;
+        };
+        let origin = outline.px_bounds().min;
+        outline.draw(|dx, dy, coverage| {
+            let place = |origin: f32, d: u32| u32::try_from(origin as i64 + i64::from(d)).ok();
+            if let (Some(x), Some(y)) = (place(origin.x, dx), place(origin.y, dy))
+                && let Some(pixel) = image.get_pixel_mut_checked(x, y)
+            {
+                pixel.0[3] = pixel.0[3].max((255.0 * coverage.min(1.0)).round() as u8);
+            }
+        });
+    });
+    image
+}
+
+/// Width of a line in pixels.
+fn line_width(font: &FontRef, line: &str, size: f32) -> f32 {
+    for_each_glyph(font, line, size, |_| ())
+}
+
+/// Places the glyphs of a line at the origin, with kerning, and returns its width in pixels.
+fn for_each_glyph(font: &FontRef, line: &str, size: f32, mut place: impl FnMut(Glyph)) -> f32 {
+    let scaled = font.as_scaled(PxScale::from(size));
+    let mut x = 0.0;
+    let mut previous = None;
+    for character in line.chars() {
+        let id = scaled.glyph_id(character);
+        x += previous.map_or(0.0, |previous| scaled.kern(previous, id));
+        place(id.with_scale_and_position(size, point(x, 0.0)));
+        x += scaled.h_advance(id);
+        previous = Some(id);
+    }
+    x
+}
+
+const DUSK: [Color; 5] = [
+    hex(0x101A3A),
+    hex(0x3A3F73),
+    hex(0xA8627E),
+    hex(0xF0A36B),
+    hex(0xFBE3B0),
+];
+
+/// Six panels in two rows. Top: all hues against brightness, a dusk sky, a glow in the dark.
+/// Bottom: the eight darkest grays stretched over a panel, a saturated crossfade of four colours,
+/// and a grayscale. Panels that would be the same for every seed are turned by it. Does not tile;
+/// the normals are one smooth dome per panel, the mask is a radial falloff.
+pub fn gradients(width: u32, height: u32, seed: u64) -> Material {
+    let turn = (seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f32 / (1u64 << 24) as f32;
+    let units = units(width, height).map(|units| units as f32);
+    render(width, height, Border::Clamp, |[x, y]| {
+        gradient_sample(x / units[0], y / units[1], turn)
+    })
+}
+
+/// The sample at a point of the unit square.
+fn gradient_sample(x: f32, y: f32, turn: f32) -> Sample {
+    let (column, row) = ((x * 3.0).floor().min(2.0), (y * 2.0).floor().min(1.0));
+    let (s, t) = (x * 3.0 - column, y * 2.0 - row);
+    let radius = (s - 0.5).hypot(t - 0.5) * std::f32::consts::SQRT_2;
+
+    let color = match (row as u32, column as u32) {
+        (0, 0) => {
+            let pure = hue(s + turn);
+            if t < 0.5 {
+                shade(pure, t * 2.0)
+            } else {
+                mix(pure, [1.0; 3], t * 2.0 - 1.0)
+            }
+        }
+        (0, 1) => ramp(&DUSK, t + 0.08 * (s - 0.5)),
+        (0, _) => shade(
+            mix(hue(turn), [1.0; 3], 0.6),
+            (1.0 - radius).max(0.0).powi(2) * 0.7,
+        ),
+        (_, 0) => [lerp(0.0, 8.0 / 255.0, s); 3],
+        (_, 1) => {
+            let corner = |quarter: f32| hue(turn + quarter);
+            mix(
+                mix(corner(0.0), corner(0.25), s),
+                mix(corner(0.5), corner(0.75), s),
+                t,
+            )
+        }
+        _ => [lerp(1.0, 0.0, t); 3],
+    };
+    let wave = |v: f32| (v * std::f32::consts::PI).sin();
+    Sample {
+        color,
+        height: 0.06 * wave(s) * wave(t),
+        mask: 1.0 - radius,
     }
 }
