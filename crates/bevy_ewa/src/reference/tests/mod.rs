@@ -1,11 +1,9 @@
 //! Properties that hold for every texture, footprint and method.
 
-mod extremes;
 mod filters;
 mod footprints;
-mod pictures;
 
-use super::*;
+use super::{texture::Color, *};
 use crate::settings::*;
 
 pub(super) const EXACT: [EwaMethod; 3] =
@@ -25,7 +23,7 @@ pub(super) const METHODS: [EwaMethod; 9] = [
     EwaMethod::Hardware,
 ];
 
-pub(super) const KERNELS: [EwaKernel; 5] = [
+pub(crate) const KERNELS: [EwaKernel; 5] = [
     EwaKernel::Box,
     EwaKernel::Tent,
     EwaKernel::Gaussian { sigma_pixels: 0.5 },
@@ -47,7 +45,7 @@ pub(super) fn noise(size: [u32; 2]) -> Texture {
 
 /// Returns derivatives whose footprint has these radii in texture coordinates, with the major axis at an
 /// angle to u.
-pub(super) fn ellipse(major: f64, minor: f64, angle: f64) -> Derivatives {
+pub(crate) fn ellipse(major: f64, minor: f64, angle: f64) -> Derivatives {
     let (sin, cos) = angle.sin_cos();
     Derivatives {
         dx: [major * cos, major * sin],
@@ -55,8 +53,29 @@ pub(super) fn ellipse(major: f64, minor: f64, angle: f64) -> Derivatives {
     }
 }
 
+/// Returns the derivatives of the same ellipse in a picture that is rotated.
+pub(crate) fn rotated(Derivatives { dx, dy }: Derivatives, angle: f64) -> Derivatives {
+    let (sin, cos) = angle.sin_cos();
+    let mixed = |a: f64, b: f64| [0, 1].map(|i| a * dx[i] + b * dy[i]);
+    Derivatives {
+        dx: mixed(cos, sin),
+        dy: mixed(-sin, cos),
+    }
+}
+
+/// Filters by the default settings of a method.
+pub(super) fn sample_by(
+    method: EwaMethod,
+    texture: &Texture,
+    uv: [f64; 2],
+    derivatives: Derivatives,
+) -> Sampled {
+    let settings = EwaSettings::with_method(method);
+    sample(texture, uv, derivatives, &settings, 0)
+}
+
 /// Returns the largest absolute difference over the channels.
-pub(super) fn difference(a: Sampled, b: Sampled) -> f64 {
-    let pairs = a.color.iter().zip(b.color);
+pub(super) fn difference(a: Color, b: Color) -> f64 {
+    let pairs = a.iter().zip(b);
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
