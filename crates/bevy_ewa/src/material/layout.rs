@@ -541,7 +541,7 @@ mod tests {
         };
         let textures = MaterialTextures::of(&material);
         assert!(textures.standard.is_some() && textures.extension.is_none());
-        assert_eq!(textures.others, [1, 2, 3].map(|n| id(n)));
+        assert_eq!(textures.others, [1, 2, 3].map(id));
     }
 
     /// An image of this size with a sampler.

@@ -284,9 +284,6 @@ impl Refusals {
     }
 }
 
-/// Bevy's default handler ends the app on an error of the renderer. Where a frame that has another format is refused, and
-/// the error is about that format, the cameras that had it are drawn in Bevy's from the next frame on. All other errors go
-/// to the handler that the app has, and so does a second one, since no camera has the format then.
 type Handler = for<'a> fn(&'a RenderError, &'a mut World, &'a mut World) -> RenderErrorPolicy;
 
 /// The handler of the app, which gets what is not ours.
@@ -306,6 +303,9 @@ pub(super) fn install_error_handler(
     }
 }
 
+/// Bevy's default handler ends the app on an error of the renderer. Where a frame that has another format is refused, and
+/// the error is about that format, the cameras that had it are drawn in Bevy's from the next frame on. All other errors go
+/// to the handler that the app has, and so does a second one, since no camera has the format then.
 fn handle<'a>(
     error: &'a RenderError,
     main_world: &'a mut World,
