@@ -313,29 +313,16 @@ mod tests {
         reference::{
             Texture, sample,
             scenes::Surface,
-            tests::{KERNELS, ellipse, rotated},
+            tests::{KERNELS, TUNNEL, checks, ellipse, plane, rotated},
         },
     };
 
     const SIZE: u32 = 48;
 
     /// The surfaces of the study, all with a checkerboard texture.
-    fn surfaces() -> Vec<Surface> {
-        let plane = |grazing: f64, half_fov: f64, rotation: f64, scale: f64| Surface::Plane {
-            grazing_angle: grazing.to_radians(),
-            tan_half_fov: half_fov.to_radians().tan(),
-            rotation: rotation.to_radians(),
-            scale,
-            camera_position: 0.0,
-        };
-        let tunnel = Surface::Tunnel {
-            tan_half_fov: 1.0,
-            around: 4.0,
-            along: 0.5,
-            camera_position: 0.0,
-        };
-        vec![
-            tunnel,
+    fn surfaces() -> [Surface; 7] {
+        [
+            TUNNEL,
             plane(1.0, 0.5, 0.0, 0.5),
             plane(5.0, 3.0, 0.0, 1.0),
             plane(5.0, 3.0, 45.0, 1.0),
@@ -343,14 +330,6 @@ mod tests {
             plane(5.0, 3.0, 30.0, 0.5),
             plane(15.0, 12.0, 20.0, 0.5),
         ]
-    }
-
-    fn checks() -> Texture {
-        Texture::from_fn([256, 256], |x, y| {
-            let bright = (x / 32 + y / 32) % 2 == 0;
-            let v = if bright { 0.9 } else { 0.02 };
-            [v, v, v, 1.0]
-        })
     }
 
     /// The default settings on samplers of these anisotropies.
@@ -386,7 +365,7 @@ mod tests {
 
     #[test]
     fn the_table_has_the_measured_errors_and_costs() {
-        let (surfaces, texture) = (surfaces(), checks());
+        let (surfaces, texture) = (surfaces(), checks(0.02));
         let exact = EwaSettings::with_method(EwaMethod::Reference);
         let expected: Vec<_> = surfaces
             .iter()
@@ -427,7 +406,7 @@ mod tests {
 
     #[test]
     fn pictures_keep_within_their_budget() {
-        let (surfaces, texture) = (surfaces(), checks());
+        let (surfaces, texture) = (surfaces(), checks(0.02));
         for base in bases() {
             for fetches in [
                 1.0, 2.0, 4.9, 6.0, 15.0, 24.0, 49.0, 55.0, 80.0, 150.0, 300.0,
@@ -526,7 +505,7 @@ mod tests {
                 ..EwaSettings::default()
             };
             let settings = EwaBudget { fetches: budget }.fit_worst_case(base);
-            let texture = checks();
+            let texture = checks(0.02);
             let major = log_major.exp2();
             let derivatives = rotated(ellipse(major, major / log_ratio.exp2(), angle), rotation);
             let sampled = sample(&texture, [u, v], derivatives, &settings, 0);

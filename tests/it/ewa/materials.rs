@@ -9,28 +9,20 @@ use bevy::{
     reflect::structs::Struct,
     render::render_resource::TextureFormat,
 };
-use bevy_ewa::{
-    EwaMaps, EwaMethod, EwaPlugin, EwaProbes, EwaSettings, material::patches::ALL as PATCHES,
-};
+use bevy_ewa::{EwaMaps, EwaMethod, EwaPlugin, EwaSettings, material::patches::ALL as PATCHES};
 use bevy_frugal_hooks::ShaderPatches;
 use image::RgbImage;
 
-use super::{Floor, all, checkered, checks, texture};
+use super::{APPROXIMATE, Floor, all, checkered, checks, texture};
 use crate::support::{gpu, keep, psnr, skipped};
 
-const REFERENCE: EwaSettings = EwaSettings {
-    method: EwaMethod::Reference,
-    maps: EwaMaps::ALL,
-    kernel: bevy_ewa::EwaKernel::Gaussian { sigma_pixels: 0.5 },
-    max_anisotropy: 32.0,
-    minor_radius_texels: 1.5,
-    level_of_detail: bevy_ewa::EwaLevelOfDetail::MinorRadius,
-    level_blend: 0.25,
-    max_fetches: 2048,
-    spatial_threshold: 16.0,
-    sampler_anisotropy: 1,
-    periodic: true,
-};
+/// The exact filter of all maps.
+fn reference() -> EwaSettings {
+    EwaSettings {
+        maps: EwaMaps::ALL,
+        ..EwaSettings::with_method(EwaMethod::Reference)
+    }
+}
 
 #[test]
 fn materials_that_did_not_ask_are_the_same_byte_for_byte() {
@@ -46,7 +38,7 @@ fn materials_that_did_not_ask_are_the_same_byte_for_byte() {
     );
     let hardware = EwaSettings::with_method(EwaMethod::Hardware);
     assert!(floor.all(Some(hardware)) == stock);
-    assert!(floor.all(Some(REFERENCE)) != stock);
+    assert!(floor.all(Some(reference())) != stock);
     assert!(floor.all(None) == stock, "back to Bevy's own");
 }
 
@@ -55,17 +47,12 @@ fn all_materials_and_chosen_ones_are_filtered_alike() {
     let _gpu = gpu();
     let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
     keep("stock_with_post", &floor.picture());
-    keep("filtered_with_post", &floor.all(Some(REFERENCE)));
+    keep("filtered_with_post", &floor.all(Some(reference())));
     floor.all(None);
     let mut floor = floor.cleared();
     let stock = floor.picture();
     keep("stock", &stock);
-    for method in [
-        EwaMethod::Linear,
-        EwaMethod::Approximate {
-            probes: EwaProbes::Five,
-        },
-    ] {
+    for method in [EwaMethod::Linear, APPROXIMATE] {
         let settings = EwaSettings::with_method(method);
         let floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
         let chosen = floor.cleared().chosen(settings);
@@ -85,7 +72,7 @@ fn all_materials_and_chosen_ones_are_filtered_alike() {
 #[test]
 fn handles_and_later_edits_stay() {
     let _gpu = gpu();
-    let mut floor = Floor::new(all(REFERENCE), checkered(true));
+    let mut floor = Floor::new(all(reference()), checkered(true));
     let before = floor.picture();
     let handle = floor.material.clone();
     let mut edit = |color: Color| {
@@ -102,7 +89,7 @@ fn handles_and_later_edits_stay() {
 /// Every map that Bevy samples, whether it is in sRGB, the PSNR in dB of the filtered picture to Bevy's own that it stays
 /// below, and what it needs of its material: what its filter changes is seen. Pictures without a change have an infinite
 /// one.
-const MAPS: [(&str, bool, f64, fn(&mut StandardMaterial)); 14] = [
+pub const MAPS: [(&str, bool, f64, fn(&mut StandardMaterial)); 14] = [
     ("base_color", true, 52.5, |_| {}),
     ("emissive", true, 41.0, |m| {
         m.emissive = LinearRgba::gray(0.5);
@@ -218,7 +205,7 @@ fn every_pass_filters_alike() {
             ..checkered(true)(images)
         }
     };
-    let mut floor = Floor::new(all(REFERENCE), material);
+    let mut floor = Floor::new(all(reference()), material);
     let is_mesa_22 = floor.app.adapter().driver.contains("Mesa 22.");
     let forward = floor.picture();
     fn with(floor: &mut Floor, prepass: impl Component) -> RgbImage {
@@ -243,7 +230,7 @@ fn every_pass_filters_alike() {
             "a motion-vector prepass cuts other holes"
         );
     }
-    let mut floor = Floor::new(all(REFERENCE), |images| {
+    let mut floor = Floor::new(all(reference()), |images| {
         let mut material = material(images);
         material.opaque_render_method = OpaqueRendererMethod::Deferred;
         material
@@ -306,12 +293,7 @@ fn mapped(images: &mut Assets<Image>, lacking: [u32; 3]) -> StandardMaterial {
 #[test]
 fn shared_maps_look_like_maps_with_loops_of_their_own() {
     let _gpu = gpu();
-    for method in [
-        EwaMethod::Linear,
-        EwaMethod::Approximate {
-            probes: EwaProbes::Five,
-        },
-    ] {
+    for method in [EwaMethod::Linear, APPROXIMATE] {
         let settings = EwaSettings::with_method(method);
         let mut floor = Floor::new(all(settings), |images| mapped(images, [0; 3])).cleared();
         let shared = floor.picture();

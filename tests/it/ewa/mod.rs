@@ -20,7 +20,8 @@ use bevy::{
     },
 };
 use bevy_ewa::{
-    AllMaterials, EwaOverrides, EwaPlugin, EwaReport, EwaSettings, EwaStandardMaterial, MipReport,
+    AllMaterials, EwaMethod, EwaOverrides, EwaPlugin, EwaProbes, EwaReport, EwaSettings,
+    EwaStandardMaterial, MipReport,
     mips::{TexelFormat, generate_mip_chain, texel::Storage},
 };
 use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
@@ -30,6 +31,10 @@ use crate::support::pool::{Borrowed, Pool};
 
 static STOCK: Pool = Pool::new(|| build(small(), None), begin);
 static FILTERED: Pool = Pool::new(|| build(small(), Some(EwaPlugin::OPT_IN)), begin);
+
+pub const APPROXIMATE: EwaMethod = EwaMethod::Approximate {
+    probes: EwaProbes::Five,
+};
 
 /// A headless app with a floor, a post with an alpha mask, a sun with shadows, and one camera.
 pub struct Floor {

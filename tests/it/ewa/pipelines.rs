@@ -17,7 +17,10 @@ use bevy_frugal_lab::{
     metrics::error::mse,
 };
 
-use super::{Floor, all, checked, checkered, checks, colored, mips, sampler, texture};
+use super::{
+    APPROXIMATE, Floor, all, checked, checkered, checks, colored, materials::MAPS, mips, sampler,
+    texture,
+};
 use crate::support::{
     compose::{mesh_numbers, shader_at},
     composer, gpu, keep, psnr,
@@ -139,9 +142,7 @@ fn probes_raise_the_samplers_themselves() {
     let _gpu = gpu();
     let probes = EwaSettings {
         sampler_anisotropy: 16,
-        ..EwaSettings::with_method(EwaMethod::Approximate {
-            probes: EwaProbes::Five,
-        })
+        ..EwaSettings::with_method(APPROXIMATE)
     };
     let raised = by_hand(all(probes), 1).picture();
     assert!(raised == by_hand(all(probes), 16).picture());
@@ -219,23 +220,10 @@ fn material(uv_b: bool) -> Vec<ShaderDefVal> {
         "SHADOW_FILTER_METHOD_GAUSSIAN",
         "TONEMAP_METHOD_NONE",
     ];
-    let sets = [
-        "BASE_COLOR",
-        "SPECULAR",
-        "SPECULAR_TINT",
-        "EMISSIVE",
-        "METALLIC_ROUGHNESS",
-        "CLEARCOAT",
-        "CLEARCOAT_ROUGHNESS",
-        "SPECULAR_TRANSMISSION",
-        "THICKNESS",
-        "DIFFUSE_TRANSMISSION",
-        "OCCLUSION",
-        "NORMAL_MAP",
-        "CLEARCOAT_NORMAL",
-        "ANISOTROPY",
-    ];
-    let sets = sets.map(|map| flag(&format!("STANDARD_MATERIAL_{map}_UV_B")));
+    let sets = MAPS.map(|(map, ..)| {
+        let map = map.to_uppercase();
+        flag(&format!("STANDARD_MATERIAL_{map}_UV_B"))
+    });
     let mut defs = mesh_numbers();
     defs.extend(flags.map(flag));
     if uv_b {

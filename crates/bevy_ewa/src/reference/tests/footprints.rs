@@ -5,9 +5,7 @@ use proptest::prelude::*;
 
 use super::{
     super::{
-        exact::Ellipse,
-        footprint::max_texels,
-        scenes::{Surface, ground_truth},
+        exact::Ellipse, footprint::max_texels, scenes::ground_truth,
         stochastic::noise as random_numbers,
     },
     *,
@@ -182,23 +180,9 @@ proptest! {
 
 const SIZE: u32 = 24;
 
-/// A checkerboard in linear light.
-fn checks() -> Texture {
-    Texture::from_fn([256, 256], |x, y| {
-        let v = if (x / 32 + y / 32) % 2 == 0 { 0.9 } else { 0.1 };
-        [v, v, v, 1.0]
-    })
-}
-
-/// A floor at 5 degrees, whose texture is rotated.
+/// A floor at 5 degrees.
 fn floor(rotation_degrees: f64) -> Surface {
-    Surface::Plane {
-        grazing_angle: 5f64.to_radians(),
-        tan_half_fov: 3f64.to_radians().tan(),
-        rotation: rotation_degrees.to_radians(),
-        scale: 0.5,
-        camera_position: 0.0,
-    }
+    plane(5.0, 3.0, rotation_degrees, 0.5)
 }
 
 /// Returns the mean squared error of the mean of `frames` frames against the ground truth, in squared 8-bit units of
@@ -229,7 +213,7 @@ fn error(texture: &Texture, surface: &Surface, settings: &EwaSettings, frames: u
 
 #[test]
 fn the_methods_are_ordered_on_grazing_planes() {
-    let texture = checks();
+    let texture = checks(0.1);
     for rotation in [0.0, 45.0] {
         let surface = floor(rotation);
         let approximate = EwaMethod::Approximate { probes: FIVE };
@@ -251,21 +235,15 @@ fn the_methods_are_ordered_on_grazing_planes() {
 
 #[test]
 fn derivatives_are_continuous_at_the_seam_of_the_tunnel() {
-    let surface = Surface::Tunnel {
-        tan_half_fov: 1.0,
-        around: 4.0,
-        along: 0.5,
-        camera_position: 0.0,
-    };
     // u wraps around between these two pixels.
-    let [(above, a), (below, b)] = [[3, 31], [3, 32]].map(|pixel| surface.pixel(64, pixel));
+    let [(above, a), (below, b)] = [[3, 31], [3, 32]].map(|pixel| TUNNEL.pixel(64, pixel));
     assert!((above[0] - below[0]).abs() > 3.0);
     assert!((a.dy[0] - b.dy[0]).abs() < 1e-6, "{a:?} {b:?}");
 }
 
 #[test]
 fn the_mean_of_frames_converges_to_the_truth() {
-    let (texture, surface) = (checks(), floor(45.0));
+    let (texture, surface) = (checks(0.1), floor(45.0));
     for kernel in [EwaKernel::Box, EwaKernel::Tent, EwaKernel::default()] {
         let settings = EwaSettings {
             kernel,

@@ -3,7 +3,7 @@
 mod filters;
 mod footprints;
 
-use super::{texture::Color, *};
+use super::{scenes::Surface, texture::Color, *};
 use crate::settings::*;
 
 pub(super) const EXACT: [EwaMethod; 3] =
@@ -42,6 +42,33 @@ pub(super) fn noise(size: [u32; 2]) -> Texture {
         })
     })
 }
+
+/// A checkerboard in linear light.
+pub(crate) fn checks(dark: f64) -> Texture {
+    Texture::from_fn([256, 256], |x, y| {
+        let is_bright = (x / 32 + y / 32) % 2 == 0;
+        let v = if is_bright { 0.9 } else { dark };
+        [v, v, v, 1.0]
+    })
+}
+
+/// A plane at this angle, whose texture is rotated, in degrees.
+pub(crate) fn plane(grazing: f64, half_fov: f64, rotation: f64, scale: f64) -> Surface {
+    Surface::Plane {
+        grazing_angle: grazing.to_radians(),
+        tan_half_fov: half_fov.to_radians().tan(),
+        rotation: rotation.to_radians(),
+        scale,
+        camera_position: 0.0,
+    }
+}
+
+pub(crate) const TUNNEL: Surface = Surface::Tunnel {
+    tan_half_fov: 1.0,
+    around: 4.0,
+    along: 0.5,
+    camera_position: 0.0,
+};
 
 /// Returns derivatives whose footprint has these radii in texture coordinates, with the major axis at an
 /// angle to u.
