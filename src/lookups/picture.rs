@@ -3,7 +3,10 @@
 use bevy_ewa::{
     EwaKernel, EwaSettings,
     mips::texel::srgb_from_linear,
-    reference::{Derivatives, Texture, ground_truth::ground_truth, sample, scenes::Surface},
+    reference::{
+        Derivatives, Texture, sample,
+        scenes::{Surface, ground_truth},
+    },
 };
 use image::RgbImage;
 use rayon::prelude::*;

@@ -7,11 +7,8 @@ use bevy::prelude::*;
 ///
 /// Values outside their range are clamped to it; NaN becomes the default.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq))]
 pub struct EwaSettings {
     /// The filtering method, from reference quality to nearly the speed of the texture unit. Default:
     /// [`EwaMethod::Linear`].
@@ -140,11 +137,8 @@ impl EwaSettings {
 
 /// A filtering method: those of the thesis and two baselines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 #[non_exhaustive]
 pub enum EwaMethod {
     /// Reads every texel of the ellipse, one per fetch (thesis 5.4).
@@ -204,11 +198,8 @@ impl EwaMethod {
 
 /// The number of probes that approximate an ellipse.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 pub enum EwaProbes {
     /// Three probes.
     Three,
@@ -226,11 +217,8 @@ pub enum EwaProbes {
 /// Maps of the same size and UV set share the ellipse and the weights of their texels, so that another one costs its
 /// fetches and little more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 pub struct EwaMaps {
     /// The base colour with its alpha, which also cuts the holes of alpha masks. Default: true.
     pub base_color: bool,
@@ -283,11 +271,8 @@ impl EwaMaps {
 
 /// A radially symmetric reconstruction filter on the screen (thesis 2.1.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq))]
 #[non_exhaustive]
 pub enum EwaKernel {
     /// A constant weight up to half a pixel from the centre.
@@ -340,11 +325,8 @@ impl EwaKernel {
 
 /// The formula that chooses the mip level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 #[non_exhaustive]
 pub enum EwaLevelOfDetail {
     /// Follows the minor radius of the ellipse (thesis equation 5.3).

@@ -148,7 +148,7 @@ struct HooksInstalled;
 static HOOKS: RwLock<Vec<MaterialHook>> = RwLock::new(Vec::new());
 
 /// The original `user_specialize` function of each material type.
-static ORIGINALS: RwLock<Option<HashMap<TypeId, UserSpecializeFn>>> = RwLock::new(None);
+static ORIGINALS: RwLock<BTreeMap<TypeId, UserSpecializeFn>> = RwLock::new(BTreeMap::new());
 
 /// Replaces each material's `user_specialize` by [`specialize`], which calls the original.
 ///
@@ -161,7 +161,6 @@ fn wrap_materials(
         return;
     }
     let mut originals = ORIGINALS.write().unwrap_or_else(PoisonError::into_inner);
-    let originals = originals.get_or_insert_default();
     for (id, material) in materials.bypass_change_detection().iter_mut() {
         let current = material.properties.user_specialize;
         let known = originals.get(&id.type_id()).copied();
@@ -240,13 +239,9 @@ fn specialize_with(
         material_type: key.type_id,
         tags,
     };
-    // The function is copied, so that no lock is held while other code runs.
-    let original = {
-        let originals = ORIGINALS.read().unwrap_or_else(PoisonError::into_inner);
-        originals
-            .as_ref()
-            .and_then(|originals| originals.get(&key.type_id).copied())
-    };
+    // The functions are copied, so that no lock is held while other code runs.
+    let originals = || ORIGINALS.read().unwrap_or_else(PoisonError::into_inner);
+    let original = originals().get(&key.type_id).copied();
     if let Some(original) = original {
         original(pipeline, descriptor, layout, key)?;
     }

@@ -325,10 +325,15 @@ fn update_reports(
             if let CameraState::Fallback(reason) = &new.state
                 && logged.insert((camera, reason.clone()))
             {
-                let name = name.map_or_else(|| camera.to_string(), |name| format!("`{name}`"));
+                let name = camera_name(camera, name);
                 warn!("camera {name} does not use its FrameBufferQuality: {reason}");
             }
         }
         *report = new.clone();
     }
+}
+
+/// What messages call a camera.
+pub(crate) fn camera_name(camera: Entity, name: Option<&Name>) -> String {
+    name.map_or_else(|| camera.to_string(), |name| format!("`{name}`"))
 }

@@ -11,9 +11,9 @@ use bevy::prelude::*;
 /// their own. [`DefaultFrameBufferQuality`] is for all cameras without the
 /// component.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "bevy", derive(Component, Reflect))]
 #[cfg_attr(
     feature = "bevy",
-    derive(Component, Reflect),
     reflect(Component, Default, Debug, Clone, PartialEq, Hash)
 )]
 #[non_exhaustive]
@@ -67,11 +67,8 @@ pub struct DefaultFrameBufferQuality(pub FrameBufferQuality);
 
 /// The settings of a packed frame buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 pub struct YCoCgFrameBuffer {
     /// The format of the colours. Default: [`PackedFormat::Float16`].
     pub format: PackedFormat,
@@ -95,11 +92,8 @@ impl YCoCgFrameBuffer {
 
 /// The format of a camera's colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 #[non_exhaustive]
 pub enum FrameBufferFormat {
     /// Luminance and one of two chrominances, which a pass of this crate resolves.
@@ -124,11 +118,8 @@ impl From<PackedFormat> for FrameBufferFormat {
 
 /// The storage format of packed pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 #[non_exhaustive]
 pub enum PackedFormat {
     /// Two 16-bit floats, 4 bytes per sample: scene-linear HDR. Every adapter can render to it.
@@ -151,11 +142,8 @@ pub enum PackedFormat {
 /// optimisations), so that they fetch fewer texels than a filter reads. On OpenGL and Metal, whose derivatives may be
 /// coarse, they fetch all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 #[non_exhaustive]
 pub enum Reconstruction {
     /// Takes the chrominance of the neighbour to the right, with 2 fetches per pixel.
@@ -181,11 +169,8 @@ pub enum Reconstruction {
 
 /// The weights by which the samples of a multisampled pixel are averaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "bevy",
-    derive(Reflect),
-    reflect(Default, Debug, Clone, PartialEq, Hash)
-)]
+#[cfg_attr(feature = "bevy", derive(Reflect))]
+#[cfg_attr(feature = "bevy", reflect(Default, Debug, Clone, PartialEq, Hash))]
 #[non_exhaustive]
 pub enum MsaaResolve {
     /// Equal weights, resolved by the hardware where it supports the format.

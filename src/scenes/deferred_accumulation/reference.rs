@@ -5,8 +5,7 @@ use bevy_ycocg_fb::{
     PackedFormat, Reconstruction,
     reference::{
         PackedImage, PackedPixel,
-        pack::pack,
-        storage::{round_f16, stored},
+        pack::{pack, round_f16, stored},
     },
 };
 

@@ -18,7 +18,7 @@ use bevy_frugal_lab::{
     scenes::ycocg_fb::scenes::{TestScene, add},
 };
 use bevy_ycocg_fb::{
-    FrameBufferQuality, YCoCgFrameBufferPlugin, reference::color::srgb_from_linear,
+    FrameBufferQuality, YCoCgFrameBufferPlugin, reference::pack::srgb_from_linear,
 };
 use half::f16;
 use image::RgbImage;

@@ -20,7 +20,7 @@ use bevy_ycocg_fb::{
     FrameBufferQuality, PackedFormat, Reconstruction, YCoCgFrameBuffer,
     reference::{
         PackedImage,
-        color::{linear_from_srgb, srgb_from_linear},
+        pack::{linear_from_srgb, srgb_from_linear},
     },
 };
 use image::{Rgb, RgbImage};

@@ -129,27 +129,29 @@ fn differences(
         .collect()
 }
 
-/// An app that looks up the coordinates of a picture of `size` x `size` pixels.
-fn lookups(texture: &Texture, coordinates: &[([f64; 2], Derivatives)], size: u32) -> Lookups {
+/// An app that looks up the coordinates of a square picture.
+fn lookups(texture: &Texture, coordinates: &[([f64; 2], Derivatives)]) -> Lookups {
+    let size = coordinates.len().isqrt() as u32;
     let lookups = Lookups::new(size, texture, TexelFormat::Float32, 1, coordinates);
     lookups.expect("an app")
 }
 
-/// Demands that the largest difference is at most two levels, for each of the settings.
+/// Demands that the largest difference is at most two levels, for each of the settings. Returns the app.
 fn check(
     name: &str,
     texture: &Texture,
-    lookups: &mut Lookups,
     coordinates: &[([f64; 2], Derivatives)],
     settings: impl IntoIterator<Item = EwaSettings>,
-) {
+) -> Lookups {
+    let mut lookups = lookups(texture, coordinates);
     for settings in settings {
-        let all = differences(texture, lookups, coordinates, &settings);
+        let all = differences(texture, &mut lookups, coordinates, &settings);
         let worst = all.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
         let (error, place) = worst.expect("lookups");
         println!("{name}, {settings:?}: {error:.3}");
         assert!(error <= 2.0, "{name}, {settings:?}: {error} at {place}");
     }
+    lookups
 }
 
 fn all_methods() -> impl Iterator<Item = EwaSettings> {
@@ -168,9 +170,8 @@ fn every_method_is_within_two_levels_of_the_reference_for_every_ellipse() {
     ] {
         let texture = noise(size).with_address([address; 2]);
         let coordinates = random_lookups(SIZE * SIZE, 2.0);
-        let mut lookups = lookups(&texture, &coordinates, SIZE);
         let name = format!("{size:?} {address:?}");
-        check(&name, &texture, &mut lookups, &coordinates, all_methods());
+        check(&name, &texture, &coordinates, all_methods());
     }
 }
 
@@ -180,7 +181,6 @@ fn every_kernel_and_level_of_detail_is_within_two_levels_of_the_reference() {
     const SIZE: u32 = 32;
     let texture = noise([64, 64]);
     let coordinates = random_lookups(SIZE * SIZE, 2.0);
-    let mut lookups = lookups(&texture, &coordinates, SIZE);
     let base = EwaSettings::with_method(EwaMethod::Linear);
     let mut settings = vec![
         EwaSettings {
@@ -213,7 +213,7 @@ fn every_kernel_and_level_of_detail_is_within_two_levels_of_the_reference() {
     for probes in [EwaProbes::Three, EwaProbes::Seven, EwaProbes::ByAspect] {
         settings.push(EwaSettings::with_method(EwaMethod::Approximate { probes }));
     }
-    check("noise", &texture, &mut lookups, &coordinates, settings);
+    let mut lookups = check("noise", &texture, &coordinates, settings);
     // A box has an edge, where 32 bits may find a texel on the other side.
     let cut = EwaSettings {
         kernel: EwaKernel::Box,
@@ -230,39 +230,27 @@ fn nothing_breaks_the_shaders() {
     let _gpu = gpu();
     const SIZE: u32 = 32;
     let values = [
-        0.0,
-        1e-30,
-        1e-6,
-        0.3,
-        -0.3,
-        1e6,
-        1e30,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        f64::NAN,
-        f64::from(f32::MAX),
-    ];
+        [0.0, 1e-30, 1e-6, 0.3, -0.3, 1e6, 1e30].as_slice(),
+        &[f64::INFINITY, f64::NEG_INFINITY, f64::NAN],
+        &[f64::from(f32::MAX)],
+    ]
+    .concat();
     let mut random = Random(3);
     let mut any = |values: &[f64]| values[(random.next() * values.len() as f64) as usize];
     let coordinates: Vec<_> = (0..SIZE * SIZE)
         .map(|i| {
-            let mut four = || [any(&values), any(&values)];
-            let derivatives = Derivatives {
-                dx: four(),
-                dy: four(),
+            let mut two = || rounded([any(&values), any(&values)]);
+            let (dx, dy) = (two(), two());
+            let uv = if i % 8 == 0 {
+                two()
+            } else {
+                rounded([0.3, 0.6])
             };
-            let uv = if i % 8 == 0 { four() } else { [0.3, 0.6] };
-            (
-                rounded(uv),
-                Derivatives {
-                    dx: rounded(derivatives.dx),
-                    dy: rounded(derivatives.dy),
-                },
-            )
+            (uv, Derivatives { dx, dy })
         })
         .collect();
     let texture = noise([32, 16]);
-    let mut lookups = lookups(&texture, &coordinates, SIZE);
+    let mut lookups = lookups(&texture, &coordinates);
     for method in METHODS {
         let settings = EwaSettings::with_method(method);
         let picture = lookups.picture(&settings, 0).expect("a picture");
@@ -287,8 +275,7 @@ fn far_coordinates_keep_their_texels() {
             dy: [0.0, 0.05],
         };
     }
-    let mut lookups = lookups(&texture, &coordinates, SIZE);
-    check("far", &texture, &mut lookups, &coordinates, all_methods());
+    check("far", &texture, &coordinates, all_methods());
 }
 
 #[test]
@@ -299,7 +286,6 @@ fn textures_as_large_as_they_come_are_within_two_levels_of_the_reference() {
         let texture = noise(size);
         // From a texel to the whole texture.
         let coordinates = random_lookups(SIZE * SIZE, 1.0);
-        let mut lookups = lookups(&texture, &coordinates, SIZE);
         let methods = [
             EwaMethod::Linear,
             EwaMethod::Bilinear,
@@ -308,7 +294,7 @@ fn textures_as_large_as_they_come_are_within_two_levels_of_the_reference() {
         ];
         let settings = methods.map(EwaSettings::with_method);
         let name = format!("{size:?}");
-        check(&name, &texture, &mut lookups, &coordinates, settings);
+        check(&name, &texture, &coordinates, settings);
     }
 }
 
@@ -319,9 +305,9 @@ fn beyond_the_border_is_what_the_border_is() {
     let border = AddressMode::ClampToBorder;
     let texture = noise([40, 24]).with_address([border; 2]);
     let coordinates = random_lookups(SIZE * SIZE, 1.5);
-    let mut lookups = lookups(&texture, &coordinates, SIZE);
     let feature = wgpu::Features::ADDRESS_MODE_CLAMP_TO_BORDER;
-    if !lookups.app().features().contains(feature) {
+    let features = lookups(&texture, &coordinates).app().features();
+    if !features.contains(feature) {
         skipped("EWA at borders: the adapter has no border addressing");
         return;
     }
@@ -329,5 +315,5 @@ fn beyond_the_border_is_what_the_border_is() {
         periodic: false,
         ..settings
     });
-    check("border", &texture, &mut lookups, &coordinates, settings);
+    check("border", &texture, &coordinates, settings);
 }

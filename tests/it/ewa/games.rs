@@ -3,11 +3,11 @@
 use bevy::{
     asset::RenderAssetUsages,
     camera::RenderTarget,
-    image::{ImageFilterMode, ImageSampler},
+    image::{ImageFilterMode, ToExtents},
     math::Affine2,
     pbr::{ExtendedMaterial, MaterialExtension},
     prelude::*,
-    render::render_resource::{AsBindGroup, Extent3d, TextureFormat},
+    render::render_resource::{AsBindGroup, TextureFormat},
     shader::ShaderRef,
 };
 use bevy_ewa::{
@@ -16,7 +16,7 @@ use bevy_ewa::{
 };
 use image::RgbImage;
 
-use super::scene::{Floor, all, checks, mips, texture};
+use super::{Floor, all, checks, mips, sampler, texture, unlit};
 use crate::support::{Folder, gpu, keep, psnr};
 
 const RED: [u8; 4] = [240, 30, 20, 255];
@@ -24,19 +24,8 @@ const BLUE: [u8; 4] = [20, 40, 250, 255];
 
 /// Checks of a colour and black.
 fn picture(color: [u8; 4]) -> Image {
-    texture(
-        false,
-        TextureFormat::Rgba8UnormSrgb,
-        checks(color, [10, 10, 10, 255]),
-    )
-}
-
-fn unlit(texture: Handle<Image>) -> StandardMaterial {
-    StandardMaterial {
-        base_color_texture: Some(texture),
-        unlit: true,
-        ..default()
-    }
+    let texels = checks(color, [10, 10, 10, 255]);
+    texture(false, TextureFormat::Rgba8UnormSrgb, texels)
 }
 
 fn plugins() -> [EwaPlugin; 2] {
@@ -46,12 +35,11 @@ fn plugins() -> [EwaPlugin; 2] {
 /// A floor that shows an image, and the image.
 fn floor_of(plugin: Option<EwaPlugin>, image: Image) -> (Floor, Handle<Image>) {
     let mut handle = Handle::default();
-    let mut floor = Floor::new(plugin, |images| {
+    let floor = Floor::new(plugin, |images| {
         handle = images.add(image);
         unlit(handle.clone())
     });
-    floor.clear();
-    (floor, handle)
+    (floor.cleared(), handle)
 }
 
 fn edit(floor: &mut Floor, image: &Handle<Image>, edit: impl FnOnce(&mut Image)) {
@@ -115,11 +103,7 @@ fn a_resized_texture_has_the_levels_of_its_size() {
     for plugin in plugins() {
         let (mut floor, image) = floor_of(Some(plugin), picture(RED));
         floor.picture();
-        let size = Extent3d {
-            width: 128,
-            height: 32,
-            depth_or_array_layers: 1,
-        };
+        let size = UVec2::new(128, 32).to_extents();
         let color = [30, 200, 90, 255].repeat(128 * 32);
         let resize = |image: &mut Image| {
             image.resize(size);
@@ -246,10 +230,8 @@ fn a_mirror_is_shown_and_has_levels_where_the_game_asks() {
 fn pixel_art_and_what_the_game_excludes_is_bevys_own() {
     let _gpu = gpu();
     let mut art = picture(RED);
-    if let ImageSampler::Descriptor(sampler) = &mut art.sampler {
-        sampler.mag_filter = ImageFilterMode::Nearest;
-        sampler.min_filter = ImageFilterMode::Nearest;
-    }
+    sampler(&mut art).mag_filter = ImageFilterMode::Nearest;
+    sampler(&mut art).min_filter = ImageFilterMode::Nearest;
     for plugin in plugins() {
         let stock = floor_of(None, art.clone()).0.picture();
         assert!(fresh(plugin, art.clone()) == stock);
@@ -282,12 +264,11 @@ fn pixel_art_and_what_the_game_excludes_is_bevys_own() {
 fn faces_of_one_colour_have_it() {
     let _gpu = gpu();
     let faces = |plugin| {
-        let mut floor = Floor::new(plugin, |images| StandardMaterial {
+        let floor = Floor::new(plugin, |images| StandardMaterial {
             uv_transform: Affine2::from_scale_angle_translation(Vec2::ZERO, 0.0, Vec2::splat(0.3)),
             ..unlit(images.add(picture(RED)))
         });
-        floor.clear();
-        floor.picture()
+        floor.cleared().picture()
     };
     let expected = faces(None);
     let without_anisotropy = all(EwaSettings::with_method(EwaMethod::Hardware));
@@ -334,7 +315,7 @@ fn materials_of_the_games_own_are_filtered_by_one_line() {
     let _gpu = gpu();
     let folder = Folder::new("plain").with("plain.wesl", PLAIN.as_bytes());
     type Extended = ExtendedMaterial<StandardMaterial, Detail>;
-    let mut floor = Floor::with_plugins(folder.settings(96, 64), |app| {
+    let floor = Floor::with_plugins(folder.settings(96, 64), |app| {
         app.add_plugins((
             EwaPlugin::default(),
             MaterialPlugin::<Extended>::default(),
@@ -343,7 +324,7 @@ fn materials_of_the_games_own_are_filtered_by_one_line() {
             EwaMaterialPlugin::<Plain>::default(),
         ));
     });
-    floor.clear();
+    let mut floor = floor.cleared();
     let elliptical = EwaPlugin::elliptical().all_materials;
     let world = floor.app.world_mut();
     let mut images = world.resource_mut::<Assets<Image>>();

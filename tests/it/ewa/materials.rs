@@ -1,33 +1,28 @@
-//! Bevy's materials: those that are filtered, in every pass, and those that are not.
+//! Bevy's materials: those that are filtered, in every pass, and those that are not. Maps of one size and UV set, which
+//! share a loop, look like maps with loops of their own.
 
 use bevy::{
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
     material::OpaqueRendererMethod,
     mesh::UvChannel,
     prelude::*,
+    reflect::structs::Struct,
     render::render_resource::TextureFormat,
 };
-use bevy_ewa::{
-    EwaMaps, EwaMethod, EwaPlugin, EwaProbes, EwaSettings, material::patches::ALL as PATCHES,
-};
+use bevy_ewa::{EwaMaps, EwaMethod, EwaPlugin, EwaSettings, material::patches::ALL as PATCHES};
 use bevy_frugal_hooks::ShaderPatches;
+use image::RgbImage;
 
-use super::scene::{Floor, all, checkered, checks, texture};
+use super::{APPROXIMATE, Floor, all, checkered, checks, texture};
 use crate::support::{gpu, keep, psnr, skipped};
 
-const REFERENCE: EwaSettings = EwaSettings {
-    method: EwaMethod::Reference,
-    maps: EwaMaps::ALL,
-    kernel: bevy_ewa::EwaKernel::Gaussian { sigma_pixels: 0.5 },
-    max_anisotropy: 32.0,
-    minor_radius_texels: 1.5,
-    level_of_detail: bevy_ewa::EwaLevelOfDetail::MinorRadius,
-    level_blend: 0.25,
-    max_fetches: 2048,
-    spatial_threshold: 16.0,
-    sampler_anisotropy: 1,
-    periodic: true,
-};
+/// The exact filter of all maps.
+fn reference() -> EwaSettings {
+    EwaSettings {
+        maps: EwaMaps::ALL,
+        ..EwaSettings::with_method(EwaMethod::Reference)
+    }
+}
 
 #[test]
 fn materials_that_did_not_ask_are_the_same_byte_for_byte() {
@@ -43,7 +38,7 @@ fn materials_that_did_not_ask_are_the_same_byte_for_byte() {
     );
     let hardware = EwaSettings::with_method(EwaMethod::Hardware);
     assert!(floor.all(Some(hardware)) == stock);
-    assert!(floor.all(Some(REFERENCE)) != stock);
+    assert!(floor.all(Some(reference())) != stock);
     assert!(floor.all(None) == stock, "back to Bevy's own");
 }
 
@@ -52,25 +47,18 @@ fn all_materials_and_chosen_ones_are_filtered_alike() {
     let _gpu = gpu();
     let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
     keep("stock_with_post", &floor.picture());
-    keep("filtered_with_post", &floor.all(Some(REFERENCE)));
+    keep("filtered_with_post", &floor.all(Some(reference())));
     floor.all(None);
-    floor.clear();
+    let mut floor = floor.cleared();
     let stock = floor.picture();
     keep("stock", &stock);
-    for method in [
-        EwaMethod::Linear,
-        EwaMethod::Approximate {
-            probes: EwaProbes::Five,
-        },
-    ] {
+    for method in [EwaMethod::Linear, APPROXIMATE] {
         let settings = EwaSettings::with_method(method);
-        let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
-        floor.clear();
-        let chosen = floor.chosen(settings);
+        let floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
+        let chosen = floor.cleared().chosen(settings);
         keep("chosen", &chosen);
-        let mut floor = Floor::new(all(settings), checkered(true));
-        floor.clear();
-        let filtered = floor.picture();
+        let floor = Floor::new(all(settings), checkered(true));
+        let filtered = floor.cleared().picture();
         keep("all", &filtered);
         assert!(psnr(&stock, &filtered) < 40.0, "{method:?} changed little");
         assert!(
@@ -84,14 +72,12 @@ fn all_materials_and_chosen_ones_are_filtered_alike() {
 #[test]
 fn handles_and_later_edits_stay() {
     let _gpu = gpu();
-    let mut floor = Floor::new(all(REFERENCE), checkered(true));
+    let mut floor = Floor::new(all(reference()), checkered(true));
     let before = floor.picture();
     let handle = floor.material.clone();
     let mut edit = |color: Color| {
-        let mut materials = floor
-            .app
-            .world_mut()
-            .resource_mut::<Assets<StandardMaterial>>();
+        let world = floor.app.world_mut();
+        let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
         materials.get_mut(&handle).expect("the material").base_color = color;
         floor.picture()
     };
@@ -100,94 +86,64 @@ fn handles_and_later_edits_stay() {
     assert!(edit(Color::WHITE) == before);
 }
 
-/// Puts one map on a plain material.
-type Put = fn(&mut StandardMaterial, Handle<Image>, UvChannel);
-
-/// Every map that Bevy samples, whether it is in sRGB, and the PSNR in dB of the filtered picture to Bevy's own that
-/// it stays below: what its filter changes is seen. Pictures without a change have an infinite one.
-const MAPS: [(&str, bool, f64, Put); 14] = [
-    ("base_color", true, 52.5, |m, t, uv| {
-        m.base_color_texture = Some(t);
-        m.base_color_channel = uv;
-    }),
-    ("emissive", true, 41.0, |m, t, uv| {
+/// Every map that Bevy samples, whether it is in sRGB, the PSNR in dB of the filtered picture to Bevy's own that it stays
+/// below, and what it needs of its material: what its filter changes is seen. Pictures without a change have an infinite
+/// one.
+pub const MAPS: [(&str, bool, f64, fn(&mut StandardMaterial)); 14] = [
+    ("base_color", true, 52.5, |_| {}),
+    ("emissive", true, 41.0, |m| {
         m.emissive = LinearRgba::gray(0.5);
-        m.emissive_texture = Some(t);
-        m.emissive_channel = uv;
     }),
-    ("metallic_roughness", false, 36.5, |m, t, uv| {
+    ("metallic_roughness", false, 36.5, |m| {
         m.metallic = 1.0;
         m.perceptual_roughness = 1.0;
-        m.metallic_roughness_texture = Some(t);
-        m.metallic_roughness_channel = uv;
     }),
-    ("normal_map", false, 20.5, |m, t, uv| {
-        m.normal_map_texture = Some(t);
-        m.normal_map_channel = uv;
-    }),
-    ("occlusion", false, 35.5, |m, t, uv| {
-        m.occlusion_texture = Some(t);
-        m.occlusion_channel = uv;
-    }),
-    ("specular", false, 30.5, |m, t, uv| {
+    ("normal_map", false, 20.5, |_| {}),
+    ("occlusion", false, 35.5, |_| {}),
+    ("specular", false, 30.5, |m| {
         m.metallic = 0.0;
         m.reflectance = 1.0;
-        m.specular_texture = Some(t);
-        m.specular_channel = uv;
     }),
-    ("specular_tint", true, 27.5, |m, t, uv| {
-        m.reflectance = 1.0;
-        m.specular_tint_texture = Some(t);
-        m.specular_tint_channel = uv;
-    }),
-    ("clearcoat", false, 49.0, |m, t, uv| {
-        m.clearcoat = 1.0;
-        m.clearcoat_texture = Some(t);
-        m.clearcoat_channel = uv;
-    }),
-    ("clearcoat_roughness", false, 37.5, |m, t, uv| {
+    ("specular_tint", true, 27.5, |m| m.reflectance = 1.0),
+    ("clearcoat", false, 49.0, |m| m.clearcoat = 1.0),
+    ("clearcoat_roughness", false, 37.5, |m| {
         m.clearcoat = 1.0;
         m.clearcoat_perceptual_roughness = 1.0;
-        m.clearcoat_roughness_texture = Some(t);
-        m.clearcoat_roughness_channel = uv;
     }),
-    ("clearcoat_normal", false, 33.5, |m, t, uv| {
-        m.clearcoat = 1.0;
-        m.clearcoat_normal_texture = Some(t);
-        m.clearcoat_normal_channel = uv;
-    }),
-    ("specular_transmission", false, 53.0, |m, t, uv| {
+    ("clearcoat_normal", false, 33.5, |m| m.clearcoat = 1.0),
+    ("specular_transmission", false, 53.0, |m| {
         m.specular_transmission = 1.0;
-        m.specular_transmission_texture = Some(t);
-        m.specular_transmission_channel = uv;
     }),
-    ("thickness", false, 71.5, |m, t, uv| {
+    ("thickness", false, 71.5, |m| {
         m.specular_transmission = 0.9;
         m.thickness = 3.0;
         m.attenuation_distance = 1.0;
         m.attenuation_color = Color::srgb(0.1, 0.6, 0.2);
-        m.thickness_texture = Some(t);
-        m.thickness_channel = uv;
     }),
-    ("diffuse_transmission", false, 59.5, |m, t, uv| {
+    ("diffuse_transmission", false, 59.5, |m| {
         m.diffuse_transmission = 1.0;
-        m.diffuse_transmission_texture = Some(t);
-        m.diffuse_transmission_channel = uv;
     }),
-    ("anisotropy", false, 31.5, |m, t, uv| {
+    ("anisotropy", false, 31.5, |m| {
         m.metallic = 1.0;
         m.perceptual_roughness = 0.4;
         m.anisotropy_strength = 1.0;
-        m.anisotropy_texture = Some(t);
-        m.anisotropy_channel = uv;
     }),
 ];
+
+/// Puts a map on a material.
+fn put(material: &mut StandardMaterial, map: &str, texture: Handle<Image>, uv: UvChannel) {
+    let field = material.field_mut(&format!("{map}_texture"));
+    let field = field.and_then(|field| field.try_downcast_mut());
+    *field.expect("a texture") = Some(texture);
+    let field = material.field_mut(&format!("{map}_channel"));
+    let field = field.and_then(|field| field.try_downcast_mut());
+    *field.expect("a channel") = uv;
+}
 
 #[test]
 fn every_map_is_filtered_with_its_own_coordinates() {
     let _gpu = gpu();
-    let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true));
-    floor.clear();
+    let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), checkered(true)).cleared();
     // Occlusion is of ambient light.
     let ambient = GlobalAmbientLight {
         brightness: 2000.0,
@@ -201,7 +157,7 @@ fn every_map_is_filtered_with_its_own_coordinates() {
     for mut sun in suns.iter_mut(world) {
         *sun = Transform::from_xyz(1.0, 1.2, -5.0).looking_at(Vec3::ZERO, Vec3::Y);
     }
-    for (i, (name, srgb, most, put)) in MAPS.into_iter().enumerate() {
+    for (i, (name, srgb, most, prepare)) in MAPS.into_iter().enumerate() {
         let format = if srgb {
             TextureFormat::Rgba8UnormSrgb
         } else {
@@ -222,7 +178,8 @@ fn every_map_is_filtered_with_its_own_coordinates() {
                 base_color: Color::srgb(0.3, 0.3, 0.3),
                 ..default()
             };
-            put(&mut material, map, uv.clone());
+            prepare(&mut material);
+            put(&mut material, name, map, uv.clone());
             material
         });
         let stock = floor.all(None);
@@ -248,27 +205,21 @@ fn every_pass_filters_alike() {
             ..checkered(true)(images)
         }
     };
-    let mut floor = Floor::new(all(REFERENCE), material);
+    let mut floor = Floor::new(all(reference()), material);
     let is_mesa_22 = floor.app.adapter().driver.contains("Mesa 22.");
     let forward = floor.picture();
-    let camera = floor.camera;
-    let mut with = |change: &dyn Fn(&mut EntityWorldMut)| {
-        change(&mut floor.app.world_mut().entity_mut(camera));
+    fn with(floor: &mut Floor, prepass: impl Component) -> RgbImage {
+        let camera = floor.camera;
+        floor.app.world_mut().entity_mut(camera).insert(prepass);
         floor.picture()
-    };
-    let depth = with(&|camera| {
-        camera.insert(DepthPrepass);
-    });
+    }
+    let depth = with(&mut floor, DepthPrepass);
     assert!(forward == depth, "a prepass cuts other holes into the post");
-    let normals = with(&|camera| {
-        camera.insert(NormalPrepass);
-    });
+    let normals = with(&mut floor, NormalPrepass);
     let found = psnr(&forward, &normals);
     println!("normal prepass: {found:.1} dB");
     assert!(found > 40.0, "normals of the prepass: {found}");
-    let motion = with(&|camera| {
-        camera.insert(MotionVectorPrepass);
-    });
+    let motion = with(&mut floor, MotionVectorPrepass);
     if is_mesa_22 {
         skipped(
             "motion-vector prepasses, which llvmpipe of Mesa 22 cannot compile with the filter",
@@ -279,7 +230,7 @@ fn every_pass_filters_alike() {
             "a motion-vector prepass cuts other holes"
         );
     }
-    let mut floor = Floor::new(all(REFERENCE), |images| {
+    let mut floor = Floor::new(all(reference()), |images| {
         let mut material = material(images);
         material.opaque_render_method = OpaqueRendererMethod::Deferred;
         material
@@ -295,4 +246,87 @@ fn every_pass_filters_alike() {
     assert!(found > 35.0, "deferred: {found}");
     let stock = floor.all(None);
     assert!(psnr(&stock, &deferred) < 40.0);
+}
+
+/// A texture without its coarsest mip levels, so that it differs in shape but hardly in the picture.
+fn without_levels(mut image: Image, count: u32) -> Image {
+    image.texture_descriptor.mip_level_count -= count;
+    // Levels of 1 x 1 texel, of 2 x 2 and so on, of four bytes each.
+    let bytes: usize = (0..count).map(|level| 4 << (2 * level)).sum();
+    let data = image.data.as_mut().expect("data");
+    data.truncate(data.len() - bytes);
+    image
+}
+
+/// A lit floor with a base colour, emission and normals, whose textures lack so many levels.
+fn mapped(images: &mut Assets<Image>, lacking: [u32; 3]) -> StandardMaterial {
+    let [color, emissive, normals] = [
+        (
+            TextureFormat::Rgba8UnormSrgb,
+            [200, 190, 170, 255],
+            [20, 30, 60, 255],
+        ),
+        (
+            TextureFormat::Rgba8UnormSrgb,
+            [0, 0, 0, 255],
+            [40, 90, 20, 255],
+        ),
+        (
+            TextureFormat::Rgba8Unorm,
+            [150, 128, 240, 255],
+            [106, 128, 240, 255],
+        ),
+    ]
+    .map(|(format, a, b)| texture(true, format, checks(a, b)));
+    let mut add = |image, index: usize| Some(images.add(without_levels(image, lacking[index])));
+    StandardMaterial {
+        base_color_texture: add(color, 0),
+        emissive_texture: add(emissive, 1),
+        normal_map_texture: add(normals, 2),
+        emissive: LinearRgba::gray(0.4),
+        base_color: Color::srgb(0.4, 0.4, 0.4),
+        perceptual_roughness: 0.8,
+        ..default()
+    }
+}
+
+#[test]
+fn shared_maps_look_like_maps_with_loops_of_their_own() {
+    let _gpu = gpu();
+    for method in [EwaMethod::Linear, APPROXIMATE] {
+        let settings = EwaSettings::with_method(method);
+        let mut floor = Floor::new(all(settings), |images| mapped(images, [0; 3])).cleared();
+        let shared = floor.picture();
+        let mut with = |change: &dyn Fn(&mut Assets<Image>) -> StandardMaterial| {
+            floor.lay(|images| change(images));
+            floor.picture()
+        };
+        let own = with(&|images| mapped(images, [0, 1, 2]));
+        let partly = with(&|images| mapped(images, [0, 1, 0]));
+        // Parallax mapping of no depth changes no coordinates, but the maps are filtered after it.
+        let after_parallax = with(&|images| {
+            let depth = texture(true, TextureFormat::Rgba8Unorm, |_, _| [0, 0, 0, 255]);
+            StandardMaterial {
+                depth_map: Some(images.add(depth)),
+                parallax_depth_scale: 0.0,
+                ..mapped(images, [0; 3])
+            }
+        });
+        let stock = floor.all(None);
+        keep("shared", &shared);
+        keep("own", &own);
+        let difference = psnr(&shared, &stock);
+        for (name, found) in [
+            ("own", own),
+            ("partly", partly),
+            ("parallax", after_parallax),
+        ] {
+            let found = psnr(&shared, &found);
+            println!("{method:?}, {name}: {found:.1} dB; Bevy's own {difference:.1} dB");
+            assert!(
+                found > difference + 5.0 && difference < 40.0,
+                "{method:?}, {name}: {found} dB"
+            );
+        }
+    }
 }

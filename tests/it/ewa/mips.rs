@@ -2,11 +2,10 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    image::ImageSampler,
+    image::{ImageSampler, ToExtents},
     prelude::*,
     render::render_resource::{
-        Extent3d, TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor,
-        TextureViewDimension,
+        TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor, TextureViewDimension,
     },
 };
 use bevy_ewa::{
@@ -14,7 +13,7 @@ use bevy_ewa::{
     mips::{self, MipContent, NoMips, TexelFormat, texel::Storage},
 };
 
-use super::scene::{self, Floor, checkered, texture};
+use super::{Floor, checkered, colored, texture};
 use crate::support::{gpu, psnr};
 
 const UNORM8: TexelFormat = TexelFormat {
@@ -26,6 +25,7 @@ const SRGB: TexelFormat = TexelFormat {
     srgb: true,
     ..UNORM8
 };
+const SRGB_TEXTURE: TextureFormat = TextureFormat::Rgba8UnormSrgb;
 
 /// A floor without the plugin's filter at first.
 fn floor() -> Floor {
@@ -39,11 +39,7 @@ fn noise(i: u32) -> u8 {
 }
 
 fn image(size: [u32; 2], layers: u32, format: TextureFormat, data: Vec<u8>) -> Image {
-    let size = Extent3d {
-        width: size[0],
-        height: size[1],
-        depth_or_array_layers: layers,
-    };
+    let size = UVec3::new(size[0], size[1], layers).to_extents();
     let usages = RenderAssetUsages::default();
     Image::new(size, TextureDimension::D2, data, format, usages)
 }
@@ -53,20 +49,14 @@ fn generated(floor: &mut Floor, image: Image, material: StandardMaterial) -> Vec
     let bytes = image.texture_descriptor.format.block_copy_size(None);
     let bytes = bytes.expect("an uncompressed format");
     let image = floor.app.world_mut().add_asset(image);
-    let is_normal_map = material.normal_map_texture.is_some();
-    let texture = Some(image.clone());
-    floor.lay(|_| match is_normal_map {
-        true => StandardMaterial {
-            normal_map_texture: texture,
-            ..material
-        },
-        false => StandardMaterial {
-            base_color_texture: texture,
-            ..material
-        },
-    });
+    let mut material = material;
+    match &mut material.normal_map_texture {
+        Some(normal_map) => *normal_map = image.clone(),
+        None => material.base_color_texture = Some(image.clone()),
+    }
+    floor.lay(|_| material);
     floor.all(EwaPlugin::default().all_materials);
-    let levels = scene::mips(floor.app.world(), &image).expect("a report");
+    let levels = super::mips(floor.app.world(), &image).expect("a report");
     let MipReport::Generated(levels) = levels else {
         panic!("{levels:?}");
     };
@@ -109,23 +99,35 @@ fn levels_are_those_of_the_reference_for_all_contents_and_sizes() {
     for size in [[64, 64], [37, 51], [1, 9], [130, 3]] {
         let texels = size[0] * size[1];
         let data: Vec<u8> = (0..texels * 4).map(noise).collect();
-        let formats = [
-            (TextureFormat::Rgba8UnormSrgb, SRGB),
-            (TextureFormat::Rgba8Unorm, UNORM8),
-        ];
-        for (format, reference) in formats {
-            let mut materials = vec![
-                (StandardMaterial::default(), MipContent::Values),
-                (blend(), MipContent::Transparent),
-            ];
-            if !reference.srgb {
-                materials.push((normals(), MipContent::Normals));
-            }
+        let red = TexelFormat {
+            channels: 1,
+            ..UNORM8
+        };
+        let [values, transparent] = [MipContent::Values, MipContent::Transparent];
+        for (format, reference, materials) in [
+            (
+                TextureFormat::Rgba8UnormSrgb,
+                SRGB,
+                vec![(default(), values), (blend(), transparent)],
+            ),
+            (
+                TextureFormat::Rgba8Unorm,
+                UNORM8,
+                vec![
+                    (default(), values),
+                    (blend(), transparent),
+                    (normals(), MipContent::Normals),
+                ],
+            ),
+            (TextureFormat::R8Unorm, red, vec![(default(), values)]),
+        ] {
             for (material, content) in materials {
-                let image = image(size, 1, format, data.clone());
+                let bytes = texels as usize * reference.channels;
+                let image = image(size, 1, format, data[..bytes].to_vec());
                 let actual = generated(&mut floor, image, material);
-                let expected = expected(size, reference, &data, content);
+                let expected = expected(size, reference, &data[..bytes], content);
                 assert_eq!(actual.len(), expected.len());
+                assert!(actual.len() > 2);
                 for (actual, expected) in actual.iter().zip(&expected) {
                     let difference = difference(actual, expected);
                     assert!(
@@ -135,20 +137,6 @@ fn levels_are_those_of_the_reference_for_all_contents_and_sizes() {
                 }
             }
         }
-        let one = TexelFormat {
-            channels: 1,
-            ..UNORM8
-        };
-        let red = image(
-            size,
-            1,
-            TextureFormat::R8Unorm,
-            data[..texels as usize].to_vec(),
-        );
-        let actual = generated(&mut floor, red, default());
-        let expected = expected(size, one, &data[..texels as usize], MipContent::Values);
-        let pairs = actual.iter().zip(&expected);
-        assert!(pairs.clone().count() > 2 && pairs.into_iter().all(|(a, b)| difference(a, b) <= 1));
     }
 }
 
@@ -220,19 +208,13 @@ fn alpha_masks_keep_their_coverage() {
         for (level, texels) in actual.iter().enumerate().take(4) {
             let side = SIZE >> (level + 1);
             let part = visible(texels, side, cutoff);
-            let difference = part - whole;
-            assert!(
-                difference.abs() < 0.01,
-                "{cutoff}, {side}: {part} for {whole}"
-            );
-            let is_green = |texel: &[u8]| difference_of(texel, [60, 120, 40]) <= 2 || texel[3] == 0;
+            let is_kept = (part - whole).abs() < 0.01;
+            assert!(is_kept, "{cutoff}, {side}: {part} for {whole}");
+            let is_green =
+                |texel: &[u8]| difference(&texel[..3], &[60, 120, 40]) <= 2 || texel[3] == 0;
             assert!(texels.chunks_exact(4).all(is_green), "magenta bleeds");
         }
     }
-}
-
-fn difference_of(texel: &[u8], color: [u8; 3]) -> u8 {
-    difference(&texel[..3], &color)
 }
 
 /// The part of the area where bilinearly filtered alpha reaches the cutoff, of 8 x 8 points a texel.
@@ -309,14 +291,7 @@ fn the_report_says_what_each_texture_got_and_why_not() {
     let _gpu = gpu();
     let mut floor = floor();
     let size = [16, 16];
-    let plain = || {
-        image(
-            size,
-            1,
-            TextureFormat::Rgba8UnormSrgb,
-            vec![90; 16 * 16 * 4],
-        )
-    };
+    let plain = || image(size, 1, SRGB_TEXTURE, vec![90; 16 * 16 * 4]);
     let mut nearest = plain();
     nearest.sampler = ImageSampler::nearest();
     let mut storage = plain();
@@ -324,49 +299,30 @@ fn the_report_says_what_each_texture_got_and_why_not() {
     storage.texture_descriptor.usage |= TextureUsages::STORAGE_BINDING;
     let compressed = image(size, 1, TextureFormat::Bc1RgbaUnorm, vec![0; 16 * 16 / 2]);
     let shared_exponent = image(size, 1, TextureFormat::Rgb9e5Ufloat, vec![0; 16 * 16 * 4]);
-    let without = MipReport::Without;
+    let target = Image::new_target_texture(16, 16, SRGB_TEXTURE, None);
+    let with_levels = texture(true, SRGB_TEXTURE, |_, _| [9; 4]);
+    let use_nearest = EwaImage {
+        use_nearest: true,
+        ..default()
+    };
+    let atlas = EwaImage::atlas(UVec2::splat(4));
+    let (generated, without) = (MipReport::Generated, MipReport::Without);
+    let format = |format| without(NoMips::Format(format));
     let cases = [
-        (plain(), EwaImage::default(), MipReport::Generated(5)),
+        (plain(), default(), generated(5)),
         (plain(), EwaImage::EXCLUDED, without(NoMips::Excluded)),
-        (
-            plain(),
-            EwaImage::atlas(UVec2::splat(4)),
-            MipReport::Generated(3),
-        ),
-        (
-            nearest.clone(),
-            EwaImage::default(),
-            without(NoMips::NearestSampler),
-        ),
-        (
-            nearest,
-            EwaImage {
-                use_nearest: true,
-                ..default()
-            },
-            MipReport::Generated(5),
-        ),
-        (
-            Image::new_target_texture(16, 16, TextureFormat::Rgba8UnormSrgb, None),
-            EwaImage::default(),
-            without(NoMips::WrittenOnGpu),
-        ),
-        (storage, EwaImage::default(), without(NoMips::WrittenOnGpu)),
-        (
-            compressed,
-            EwaImage::default(),
-            without(NoMips::Format(TextureFormat::Bc1RgbaUnorm)),
-        ),
+        (plain(), atlas, generated(3)),
+        (nearest.clone(), default(), without(NoMips::NearestSampler)),
+        (nearest, use_nearest, generated(5)),
+        (target, default(), without(NoMips::WrittenOnGpu)),
+        (storage, default(), without(NoMips::WrittenOnGpu)),
+        (compressed, default(), format(TextureFormat::Bc1RgbaUnorm)),
         (
             shared_exponent,
-            EwaImage::default(),
-            without(NoMips::Format(TextureFormat::Rgb9e5Ufloat)),
-        ),
-        (
-            texture(true, TextureFormat::Rgba8UnormSrgb, |_, _| [9; 4]),
             default(),
-            MipReport::Own(7),
+            format(TextureFormat::Rgb9e5Ufloat),
         ),
+        (with_levels, default(), MipReport::Own(7)),
         (Image::default(), default(), without(NoMips::OneTexel)),
     ];
     for (image, choice, expected) in cases {
@@ -375,13 +331,9 @@ fn the_report_says_what_each_texture_got_and_why_not() {
         let image = world.add_asset(image);
         let mut overrides = world.resource_mut::<EwaOverrides>();
         overrides.set_image(&image, choice);
-        let texture = Some(image.clone());
-        floor.lay(|_| StandardMaterial {
-            base_color_texture: texture,
-            ..default()
-        });
+        floor.lay(|_| colored(image.clone()));
         floor.all(EwaPlugin::default().all_materials);
-        let actual = scene::mips(floor.app.world(), &image);
+        let actual = super::mips(floor.app.world(), &image);
         assert_eq!(actual, Some(expected), "{format:?} {choice:?}");
     }
 }

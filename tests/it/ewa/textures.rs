@@ -2,16 +2,18 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    image::{ImageAddressMode, ImageLoaderSettings, ImageSampler, ImageSamplerDescriptor},
+    image::{
+        ImageAddressMode, ImageLoaderSettings, ImageSampler, ImageSamplerDescriptor, ToExtents,
+    },
     mesh::{Indices, PrimitiveTopology},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
+    render::render_resource::{TextureDimension, TextureFormat},
 };
 use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings, MipReport};
 use bevy_frugal_lab::metrics::error::max_error;
 use image::{ImageFormat, RgbImage, RgbaImage};
 
-use super::scene::{Floor, all, checkered, checks, mips, texture};
+use super::{Floor, all, checked, checkered, checks, colored, mips, sampler, texture, unlit};
 use crate::support::{Folder, gpu, image_file, keep, psnr, skipped, wait_for};
 
 fn filtering() -> Option<EwaPlugin> {
@@ -80,10 +82,7 @@ fn a_png_file_is_filtered_as_a_texture_with_mips_is() {
             });
         })
         .load("checks.png");
-    floor.lay(|_| StandardMaterial {
-        base_color_texture: Some(loaded),
-        ..default()
-    });
+    floor.lay(|_| colored(loaded));
     assert_eq!(wait_for_mips(&mut floor), 7);
     let expected = Floor::new(filtering(), checkered(true)).picture();
     assert_like("png", &floor.picture(), &expected, 50.0);
@@ -121,11 +120,7 @@ fn wide(format: TextureFormat, texel: impl Fn(f32) -> u16) -> Image {
         .flat_map(|i| checks(i % 64, i / 64))
         .flat_map(|byte| texel(f32::from(byte) / 255.0).to_le_bytes());
     let mut image = Image::new(
-        Extent3d {
-            width: 64,
-            height: 64,
-            depth_or_array_layers: 1,
-        },
+        UVec2::splat(64).to_extents(),
         TextureDimension::D2,
         data.collect(),
         format,
@@ -138,25 +133,16 @@ fn wide(format: TextureFormat, texel: impl Fn(f32) -> u16) -> Image {
 #[test]
 fn textures_of_16_bits_get_mips_too() {
     let _gpu = gpu();
-    let unlit = |image: Image| {
-        |images: &mut Assets<Image>| StandardMaterial {
-            base_color_texture: Some(images.add(image)),
-            unlit: true,
-            ..default()
-        }
-    };
+    let unlit = |image: Image| |images: &mut Assets<Image>| unlit(images.add(image));
     let black_and_white = checks([255; 4], [0, 0, 0, 255]);
     let eight = texture(true, TextureFormat::Rgba8UnormSrgb, black_and_white);
     let expected = Floor::new(filtering(), unlit(eight)).picture();
     let half = |value: f32| -> u16 { if value > 0.5 { 0x3c00 } else { 0 } };
     let unorm = |value: f32| (value * 65535.0) as u16;
     let norm = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
+    let any = wgpu::Features::empty();
     for (format, texel, feature) in [
-        (
-            TextureFormat::Rgba16Float,
-            half as fn(f32) -> u16,
-            wgpu::Features::empty(),
-        ),
+        (TextureFormat::Rgba16Float, half as fn(f32) -> u16, any),
         (TextureFormat::Rgba16Unorm, unorm, norm),
     ] {
         let mut floor = Floor::new(filtering(), |_| StandardMaterial::default());
@@ -207,8 +193,7 @@ fn strips(anew: bool) -> Mesh {
 fn seams_of_texture_coordinates_do_not_show() {
     let _gpu = gpu();
     let [whole, seams] = [false, true].map(|anew| {
-        let mut floor = Floor::new(filtering(), checkered(true));
-        floor.clear();
+        let mut floor = Floor::new(filtering(), checkered(true)).cleared();
         let world = floor.app.world_mut();
         let mesh = world.add_asset(strips(anew));
         world.entity_mut(floor.floor).insert(Mesh3d(mesh));
@@ -227,24 +212,14 @@ fn clamped_textures_are_not_repeated_at_large_coordinates() {
     let _gpu = gpu();
     let clamped = |mode| {
         move |images: &mut Assets<Image>| {
-            let mut image = texture(
-                true,
-                TextureFormat::Rgba8UnormSrgb,
-                checks([250, 250, 240, 255], [20, 30, 60, 255]),
-            );
-            if let ImageSampler::Descriptor(sampler) = &mut image.sampler {
-                sampler.address_mode_u = mode;
-                sampler.address_mode_v = mode;
-            }
-            StandardMaterial {
-                base_color_texture: Some(images.add(image)),
-                unlit: true,
-                ..default()
-            }
+            let mut image = checked(true);
+            sampler(&mut image).address_mode_u = mode;
+            sampler(&mut image).address_mode_v = mode;
+            unlit(images.add(image))
         }
     };
-    let far = |floor: &mut Floor| {
-        floor.clear();
+    let far = |floor: Floor| {
+        let mut floor = floor.cleared();
         let mut mesh = strips(false);
         let uvs = [
             [100.0, 100.0],
@@ -256,13 +231,14 @@ fn clamped_textures_are_not_repeated_at_large_coordinates() {
         let world = floor.app.world_mut();
         let mesh = world.add_asset(mesh);
         world.entity_mut(floor.floor).insert(Mesh3d(mesh));
+        floor
     };
     for settings in [None, Some(EwaSettings::with_method(EwaMethod::Linear))] {
         let plugin = EwaPlugin {
             all_materials: settings,
         };
-        let mut floor = Floor::new(Some(plugin), clamped(ImageAddressMode::ClampToEdge));
-        far(&mut floor);
+        let clamped_to_edge = clamped(ImageAddressMode::ClampToEdge);
+        let mut floor = far(Floor::new(Some(plugin), clamped_to_edge));
         let edge = match settings {
             Some(_) => floor.picture(),
             None => floor.chosen(EwaSettings::with_method(EwaMethod::Linear)),
@@ -273,9 +249,8 @@ fn clamped_textures_are_not_repeated_at_large_coordinates() {
         assert!(below.iter().all(|c| *c > 220), "{settings:?}: {below:?}");
         assert!(steps(&edge) < 10, "{settings:?}: {}", steps(&edge));
 
-        let mut floor = Floor::new(Some(plugin), clamped(ImageAddressMode::Repeat));
-        far(&mut floor);
-        let repeated = floor.picture();
+        let repeating = clamped(ImageAddressMode::Repeat);
+        let repeated = far(Floor::new(Some(plugin), repeating)).picture();
         assert!(steps(&repeated) > 40, "{}", steps(&repeated));
     }
 }
@@ -302,32 +277,23 @@ fn shadows_of_masks_are_filtered() {
     let mut floor = Floor::new(Some(EwaPlugin::OPT_IN), plain);
     // Only its shadow is in the picture: the floor has no texture, so nothing else can change.
     let post = floor.post;
-    floor
-        .app
-        .world_mut()
-        .entity_mut(post)
-        .insert((
-            Transform::from_xyz(0.0, 1.2, -1.6)
-                .with_scale(Vec3::splat(4.0))
-                .with_rotation(Quat::from_rotation_y(0.9)),
-            bevy::camera::visibility::RenderLayers::layer(0),
-        ))
-        .insert(bevy::light::NotShadowReceiver);
-    let hide = |floor: &mut Floor, hidden: bool| {
-        let camera = floor.camera;
-        let mut camera = floor.app.world_mut().entity_mut(camera);
-        let y = if hidden { 0.3 } else { 0.6 };
-        camera.insert(
-            Transform::from_xyz(0.0, y, 0.0).looking_to(Vec3::new(0.1, -0.8, -1.0), Vec3::Y),
-        );
-    };
-    hide(&mut floor, true);
+    let camera = floor.camera;
+    let world = floor.app.world_mut();
+    world.entity_mut(post).insert((
+        Transform::from_xyz(0.0, 1.2, -1.6)
+            .with_scale(Vec3::splat(4.0))
+            .with_rotation(Quat::from_rotation_y(0.9)),
+        bevy::camera::visibility::RenderLayers::layer(0),
+        bevy::light::NotShadowReceiver,
+    ));
+    let below_it =
+        Transform::from_xyz(0.0, 0.3, 0.0).looking_to(Vec3::new(0.1, -0.8, -1.0), Vec3::Y);
+    world.entity_mut(camera).insert(below_it);
     let stock = floor.picture();
     let filtered = floor.all(Some(EwaSettings::with_method(EwaMethod::Linear)));
     keep("shadow_stock", &stock);
     keep("shadow_ewa", &filtered);
-    floor.clear();
-    let without = floor.picture();
+    let without = floor.cleared().picture();
     keep("shadow_none", &without);
     let shadow = psnr(&stock, &without);
     let changed = psnr(&stock, &filtered);

@@ -1,15 +1,15 @@
-//! Targets, viewports and several cameras.
+//! Targets, viewports and several cameras, also of one picture, as a view model over a world does.
 
 use bevy::{
-    camera::{Hdr, Viewport},
+    camera::{ClearColorConfig, Hdr, MsaaWriteback, Viewport, visibility::RenderLayers},
+    image::ToExtents,
     prelude::*,
-    render::{render_resource::Extent3d, view::Msaa},
+    render::view::Msaa,
 };
-use bevy_frugal_lab::headless::LabTarget;
-use bevy_ycocg_fb::{FrameBufferQuality, Reconstruction, YCoCgFrameBuffer};
+use bevy_ycocg_fb::{CameraState, FrameBufferQuality as Quality, Reconstruction, YCoCgFrameBuffer};
 use image::RgbImage;
 
-use super::scene::{Studio, assert_like, lit_scene, packing};
+use super::{Studio, assert_like, lit_scene, packing, spawn_mesh};
 use crate::support::{gpu, keep, psnr};
 
 #[test]
@@ -41,24 +41,6 @@ fn pictures_of_odd_sizes_are_near_bevys() {
     }
 }
 
-/// A second camera in the right part of the target, from another side.
-fn spawn_second(world: &mut World, viewport: Viewport) -> Entity {
-    let target = world.resource::<LabTarget>().0.clone();
-    world
-        .spawn((
-            Camera3d::default(),
-            Camera {
-                order: 1,
-                viewport: Some(viewport),
-                ..default()
-            },
-            target,
-            Msaa::Off,
-            Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y),
-        ))
-        .id()
-}
-
 fn rectangle(x: u32, y: u32, width: u32, height: u32) -> Viewport {
     Viewport {
         physical_position: UVec2::new(x, y),
@@ -76,22 +58,24 @@ fn viewports_at_odd_offsets_are_near_bevys_whichever_are_packed() {
             camera.viewport = Some(rectangle(3, 5, 60, 81));
         });
     });
-    let second = spawn_second(studio.app.world_mut(), rectangle(67, 1, 61, 93));
+    // In the right part of the target, from another side.
+    let camera = Camera {
+        viewport: Some(rectangle(67, 1, 61, 93)),
+        ..default()
+    };
+    let place = Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y);
+    let second = studio.spawn_beside(camera, (Camera3d::default(), Msaa::Off, place));
     for msaa in [Msaa::Off, Msaa::Sample4] {
         for hdr in [true, false] {
             let mut set = |first_packed: bool, second_packed: bool, hdr: bool| -> RgbImage {
                 for (camera, packed) in [(studio.camera, first_packed), (second, second_packed)] {
+                    studio.set_quality(camera, packed.then(packing));
                     let mut camera = studio.app.world_mut().entity_mut(camera);
                     camera.insert(msaa);
                     if hdr {
                         camera.insert(Hdr);
                     } else {
                         camera.remove::<Hdr>();
-                    }
-                    if packed {
-                        camera.insert(packing());
-                    } else {
-                        camera.remove::<FrameBufferQuality>();
                     }
                 }
                 studio.picture()
@@ -164,13 +148,11 @@ impl Mirror {
 
     /// What is seen when neither camera is packed, or both are.
     fn picture(&mut self, packed: bool) -> RgbImage {
-        let mut camera = self.studio.app.world_mut().entity_mut(self.camera);
-        if packed {
-            camera.insert(packing());
-            self.studio.packed(packing())
-        } else {
-            camera.remove::<FrameBufferQuality>();
-            self.studio.plain()
+        let quality = packed.then(packing);
+        self.studio.set_quality(self.camera, quality);
+        match quality {
+            Some(quality) => self.studio.packed(quality),
+            None => self.studio.plain(),
         }
     }
 
@@ -178,18 +160,12 @@ impl Mirror {
         let world = self.studio.app.world_mut();
         let mut images = world.resource_mut::<Assets<Image>>();
         let mut image = images.get_mut(&self.image).expect("the target");
-        image.resize(Extent3d {
-            width,
-            height,
-            depth_or_array_layers: 1,
-        });
+        image.resize(UVec2::new(width, height).to_extents());
         drop(image);
         // Its bind group is of the former texture.
         let mut materials = world.resource_mut::<Assets<StandardMaterial>>();
-        materials
-            .get_mut(&self.material)
-            .expect("the material")
-            .unlit = true;
+        let mut material = materials.get_mut(&self.material).expect("the material");
+        material.unlit = true;
     }
 }
 
@@ -215,4 +191,177 @@ fn a_target_that_changes_its_size_is_near_bevys() {
         assert_like(&format!("{width} x {height}"), &reference, &packed, least);
         mirror.picture(true);
     }
+}
+
+/// What is on top of the world.
+#[derive(Clone, Debug)]
+struct Above {
+    is_3d: bool,
+    hdr: bool,
+    msaa: Msaa,
+    clear_color: ClearColorConfig,
+    writeback: MsaaWriteback,
+    viewport: Option<Viewport>,
+}
+
+impl Above {
+    /// The camera of a view model, with Bevy's defaults.
+    fn view_model(msaa: Msaa) -> Self {
+        Self {
+            is_3d: true,
+            hdr: true,
+            msaa,
+            clear_color: ClearColorConfig::Default,
+            writeback: MsaaWriteback::Auto,
+            viewport: None,
+        }
+    }
+
+    fn spawn(&self, studio: &mut Studio) -> Entity {
+        let camera = Camera {
+            clear_color: self.clear_color,
+            msaa_writeback: self.writeback,
+            viewport: self.viewport.clone(),
+            ..default()
+        };
+        let above = studio.spawn_beside(camera, (self.msaa, RenderLayers::layer(1)));
+        let mut above = studio.app.world_mut().entity_mut(above);
+        if self.is_3d {
+            above.insert(Camera3d::default());
+        } else {
+            above.insert(Camera2d);
+        }
+        if self.hdr {
+            above.insert(Hdr);
+        }
+        above.id()
+    }
+
+    /// Whether Bevy draws both cameras into the same textures, and what of the world is seen is defined.
+    fn is_defined(&self, world: Msaa) -> bool {
+        let shares = self.hdr && self.msaa == world;
+        let keeps = matches!(self.clear_color, ClearColorConfig::None)
+            || (self.writeback == MsaaWriteback::Always && self.msaa == Msaa::Sample4);
+        shares || !keeps
+    }
+}
+
+/// A green cube close to the cameras, on the layer of the view model.
+fn spawn_arm(studio: &mut Studio) {
+    let world = studio.app.world_mut();
+    let green = StandardMaterial::from(Color::srgb(0.1, 0.9, 0.1));
+    let place = Transform::from_xyz(0.6, 0.3, -2.0);
+    let arm = spawn_mesh(world, Cuboid::from_length(0.6), green, place);
+    world.entity_mut(arm).insert(RenderLayers::layer(1));
+    world.spawn((
+        DirectionalLight::default(),
+        RenderLayers::layer(1),
+        Transform::from_xyz(1.0, 2.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+}
+
+#[test]
+fn a_compact_world_with_a_view_model_on_top() {
+    let _gpu = gpu();
+    let mut studio = Studio::lit();
+    spawn_arm(&mut studio);
+    for msaa in [Msaa::Off, Msaa::Sample4] {
+        let clear_color = match msaa {
+            // Without samples Bevy does not go on by itself.
+            Msaa::Off => ClearColorConfig::None,
+            _ => ClearColorConfig::Default,
+        };
+        let above = Above {
+            clear_color,
+            ..Above::view_model(msaa)
+        };
+        let world_alone = studio.mode(true, msaa).plain();
+        let arm = above.spawn(&mut studio);
+        let reference = studio.plain();
+        assert!(psnr(&world_alone, &reference) < 30.0, "no arm");
+        for of_the_arm in [None, Some(Quality::Compact)] {
+            studio.set_quality(arm, of_the_arm);
+            let name = format!("view model, {msaa:?}, {of_the_arm:?}");
+            studio.check(&name, &reference, Quality::Compact, 45.0);
+        }
+        assert_eq!(studio.state_of(arm), Some(CameraState::Rg11b10Ufloat));
+        studio.app.world_mut().despawn(arm);
+    }
+}
+
+#[test]
+fn a_packed_world_with_a_view_model_on_top() {
+    let _gpu = gpu();
+    let mut studio = Studio::lit();
+    spawn_arm(&mut studio);
+    let arm = Above::view_model(Msaa::Sample4).spawn(&mut studio);
+    let reference = studio.mode(true, Msaa::Sample4).plain();
+    for of_the_arm in [None, Some(packing())] {
+        studio.set_quality(arm, of_the_arm);
+        let picture = studio.quality(packing());
+        assert!(picture == reference, "the picture changed");
+        let state = studio.state();
+        assert!(matches!(state, Some(CameraState::Fallback(_))), "{state:?}");
+    }
+    let state = studio.state_of(arm);
+    assert!(matches!(state, Some(CameraState::Fallback(_))), "{state:?}");
+}
+
+/// Whatever the cameras are, they show what Bevy shows.
+#[test]
+fn every_stack_shows_what_bevy_shows() {
+    let _gpu = gpu();
+    let mut studio = Studio::lit();
+    spawn_arm(&mut studio);
+    let samples = [Msaa::Off, Msaa::Sample4];
+    let half = Viewport {
+        physical_position: UVec2::new(63, 0),
+        physical_size: UVec2::new(65, 96),
+        ..default()
+    };
+    let mut stacks = 0;
+    for of_the_world in samples {
+        for bits in 0..64_u32 {
+            let has = |bit: u32| bits >> bit & 1 == 1;
+            let above = Above {
+                is_3d: has(0),
+                hdr: has(1),
+                msaa: samples[usize::from(has(2))],
+                clear_color: [ClearColorConfig::Default, ClearColorConfig::None]
+                    [usize::from(has(3))],
+                writeback: [MsaaWriteback::Auto, MsaaWriteback::Always][usize::from(has(4))],
+                viewport: has(5).then(|| half.clone()),
+            };
+            // In two dimensions there is only a layer without content: half of them is enough.
+            if !above.is_defined(of_the_world) || (!above.is_3d && above.viewport.is_some()) {
+                continue;
+            }
+            stacks += 1;
+            check_stack(&mut studio, of_the_world, &above);
+        }
+    }
+    println!("{stacks} stacks");
+}
+
+fn check_stack(studio: &mut Studio, of_the_world: Msaa, above: &Above) {
+    let second = above.spawn(studio);
+    let reference = studio.mode(true, of_the_world).plain();
+    for (first, of_the_second) in [
+        (Quality::Compact, None),
+        (Quality::Compact, Some(Quality::Compact)),
+        (packing(), None),
+        (packing(), Some(packing())),
+        (Quality::Exact, Some(Quality::Compact)),
+        (Quality::Compact, Some(packing())),
+    ] {
+        studio.set_quality(second, of_the_second.filter(|_| above.is_3d));
+        let picture: RgbImage = studio.quality(first);
+        let psnr_db = psnr(&reference, &picture);
+        let states = [studio.state(), studio.state_of(second)];
+        assert!(
+            psnr_db > 33.0,
+            "{of_the_world:?} {first:?} below {of_the_second:?} {above:?}: {psnr_db:.2} dB, {states:?}"
+        );
+    }
+    studio.app.world_mut().despawn(second);
 }

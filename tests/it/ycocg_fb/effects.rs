@@ -9,6 +9,7 @@ use bevy::{
         tonemapping::{DebandDither, Tonemapping},
     },
     gizmos::{config::GizmoConfigStore, gizmos::Gizmos},
+    image::ToExtents,
     light::{FogVolume, VolumetricFog, VolumetricLight},
     pbr::{DistanceFog, FogFalloff, ScreenSpaceReflections},
     post_process::{bloom::Bloom, dof::DepthOfField},
@@ -16,7 +17,7 @@ use bevy::{
     render::{
         occlusion_culling::OcclusionCulling,
         render_resource::{
-            Extent3d, TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
+            TextureDimension, TextureFormat, TextureViewDescriptor, TextureViewDimension,
         },
         view::{ColorGrading, ColorGradingGlobal, Msaa},
     },
@@ -26,7 +27,7 @@ use bevy::{asset::RenderAssetUsages, ecs::system::EntityCommands};
 use bevy_ycocg_fb::FrameBufferQuality;
 use image::RgbImage;
 
-use super::scene::{Studio, assert_like, clear_to, lit_scene, packing, with};
+use super::{Studio, assert_like, clear_to, lit_scene, packing, spawn_mesh, with};
 use crate::support::gpu;
 
 /// A camera that draws with an effect, and the PSNR in dB that it has to Bevy's own.
@@ -398,11 +399,7 @@ fn sky() -> Image {
         })
     });
     let mut image = Image::new(
-        Extent3d {
-            width: size as u32,
-            height: size as u32,
-            depth_or_array_layers: 6,
-        },
+        UVec3::new(size as u32, size as u32, 6).to_extents(),
         TextureDimension::D2,
         texels.collect(),
         TextureFormat::Rgba8UnormSrgb,
@@ -451,8 +448,6 @@ fn gizmos_are_drawn_in_their_colors() {
 fn transparency_and_transmission_in_small_floats_are_near_bevys() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
-    let world = studio.app.world_mut();
-    let mesh = world.add_asset(Sphere::new(0.5).mesh());
     for (x, alpha_mode, specular_transmission) in [
         (-0.5, AlphaMode::Blend, 0.0),
         (0.3, AlphaMode::Add, 0.0),
@@ -465,12 +460,8 @@ fn transparency_and_transmission_in_small_floats_are_near_bevys() {
             thickness: 0.3,
             ..default()
         };
-        let material = world.add_asset::<StandardMaterial>(material);
-        world.spawn((
-            Mesh3d(mesh.clone()),
-            MeshMaterial3d(material),
-            Transform::from_xyz(x, 0.6, 1.0),
-        ));
+        let place = Transform::from_xyz(x, 0.6, 1.0);
+        spawn_mesh(studio.app.world_mut(), Sphere::new(0.5), material, place);
     }
     studio.app.run_until_ready(200).expect("ready");
     let glass = Effect {

@@ -1,4 +1,4 @@
-//! What cannot be packed: the picture is Bevy's own and the reason is given.
+//! What cannot be packed or drawn in three small floats: the picture is Bevy's own and the reason is given.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -10,26 +10,33 @@ use bevy::{
     },
     ecs::system::EntityCommands,
     light::atmosphere::{Atmosphere, ScatteringMedium},
+    math::UVec4,
     pbr::{
         AtmosphereSettings, ScreenSpaceReflections,
         wireframe::{Wireframe, WireframePlugin},
     },
     prelude::*,
     render::{
-        ExtractSchedule, RenderApp,
-        view::{ExtractedView, Msaa},
+        ExtractSchedule, Render, RenderApp, RenderSystems,
+        render_resource::TextureFormat,
+        sync_world::TemporaryRenderEntity,
+        view::{ColorGrading, ExtractedView, Msaa, RetainedViewEntity},
     },
 };
-use bevy_frugal_lab::headless::LabTarget;
 use bevy_ycocg_fb::{
-    CameraState, FallbackReason as Reason, FrameBufferQuality, FrameBufferReport, PackedFormat,
-    YCoCgFrameBuffer,
+    CameraState, FallbackReason as Reason, FrameBufferQuality, PackedFormat, YCoCgFrameBuffer,
 };
 
-use super::scene::{Studio, clear_to, lit_scene, packing, with, without};
+use super::{Studio, clear_to, lit_scene, packing, with, without};
 use crate::support::{gpu, skipped};
-
 type Change = fn(&mut EntityCommands);
+
+fn without_clear() -> Camera {
+    Camera {
+        clear_color: ClearColorConfig::None,
+        ..default()
+    }
+}
 
 #[test]
 fn each_obstacle_is_named_and_without_it_the_camera_packs() {
@@ -174,22 +181,9 @@ fn a_camera_whose_picture_another_continues_is_bevys_own() {
     let _gpu = gpu();
     let mut studio = Studio::lit();
     studio.mode(true, Msaa::Sample4);
-    let world = studio.app.world_mut();
-    let target = world.resource::<LabTarget>().0.clone();
-    let second = world
-        .spawn((
-            Camera3d::default(),
-            Camera {
-                order: 1,
-                clear_color: ClearColorConfig::None,
-                ..default()
-            },
-            target,
-            Hdr,
-            Msaa::Sample4,
-            Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y),
-        ))
-        .id();
+    let from_aside = Transform::from_xyz(2.5, 1.4, 1.0).looking_at(Vec3::ZERO, Vec3::Y);
+    let second = (Camera3d::default(), Hdr, Msaa::Sample4, from_aside);
+    let second = studio.spawn_beside(without_clear(), second);
     studio.check_fallback(packing(), Reason::ContinuedByMultisampled);
     studio.app.world_mut().despawn(second);
     studio.packed(packing());
@@ -201,7 +195,69 @@ fn a_camera_of_two_dimensions_stays_bevys_own() {
     let mut studio = Studio::lit();
     let (flat, _) = studio.spawn_to_image([16, 16], (Camera2d, packing()));
     studio.picture();
-    let report = studio.app.world().get::<FrameBufferReport>(flat);
-    let state = report.map(|report| report.state.clone());
+    let state = studio.state_of(flat);
     assert_eq!(state, Some(CameraState::Fallback(Reason::Not3d)));
+}
+
+#[test]
+fn what_cannot_be_drawn_so_is_named() {
+    let _gpu = gpu();
+    let mut studio = Studio::lit();
+    studio.mode(true, Msaa::Off).camera(|camera| {
+        clear_to(camera, Color::NONE.into());
+    });
+    studio.check_fallback(FrameBufferQuality::Compact, Reason::TransparentBackground);
+    studio.camera(|camera| {
+        clear_to(camera, ClearColorConfig::Default);
+    });
+
+    let second = (
+        Camera3d::default(),
+        Hdr,
+        Msaa::Off,
+        FrameBufferQuality::Exact,
+    );
+    let second = studio.spawn_beside(without_clear(), second);
+    let why = "It has `Exact`.".into();
+    let reason = Reason::ContinuedInAnotherFormat(why);
+    studio.check_fallback(FrameBufferQuality::Compact, reason);
+    studio.app.world_mut().despawn(second);
+    studio.rg11b10ufloat();
+}
+
+/// As `bevy_egui` does, whose pipelines take their format from `Hdr` alone.
+#[test]
+fn a_plugin_that_draws_over_the_picture_keeps_bevys_format() {
+    let _gpu = gpu();
+    let mut studio = Studio::new(|app| {
+        app.sub_app_mut(RenderApp).add_systems(
+            Render,
+            (|mut commands: Commands, cameras: Query<&ExtractedView>| {
+                for view in &cameras {
+                    let id = view.retained_view_entity;
+                    if id.subview_index == 0 && id.auxiliary_entity.is_none() {
+                        let over = ExtractedView {
+                            retained_view_entity: RetainedViewEntity::new(id.main_entity, None, 77),
+                            clip_from_view: Mat4::IDENTITY,
+                            world_from_view: GlobalTransform::IDENTITY,
+                            clip_from_world: None,
+                            target_format: TextureFormat::Rgba16Float,
+                            viewport: UVec4::new(0, 0, 1, 1),
+                            color_grading: ColorGrading::default(),
+                            invert_culling: false,
+                        };
+                        commands.spawn((over, TemporaryRenderEntity::default()));
+                    }
+                }
+            })
+            .in_set(RenderSystems::ExtractCommands),
+        );
+        lit_scene(app);
+    });
+    studio.mode(true, Msaa::Off);
+    studio.quality(FrameBufferQuality::Compact);
+    assert_eq!(
+        studio.state(),
+        Some(CameraState::Fallback(Reason::DrawnOver))
+    );
 }

@@ -6,12 +6,12 @@ use bevy::{
     render::view::Msaa,
 };
 use bevy_ycocg_fb::{
-    ColorMemory, FallbackReason, FrameBufferQuality, MsaaResolve, PackedFormat, Reconstruction,
-    YCoCgFrameBuffer,
+    CameraState, FallbackReason, FrameBufferFormat, FrameBufferQuality, MsaaResolve, PackedFormat,
+    Reconstruction, YCoCgFrameBuffer,
 };
 use image::RgbImage;
 
-use super::scene::{Studio, bright_edge_scene, lit_scene, packing, srgb_image, supersampled};
+use super::{Studio, bright_edge_scene, lit_scene, packing, spawn_mesh, srgb_image, supersampled};
 use crate::support::{gpu, keep, psnr, skipped};
 
 fn with(format: PackedFormat) -> YCoCgFrameBuffer {
@@ -131,37 +131,34 @@ fn memory_is_as_documented() {
         (false, Msaa::Off, 8, 12, 8),
         (false, Msaa::Sample4, 24, 28, 24),
     ] {
-        studio.mode(hdr, msaa).rg11b10ufloat();
-        assert_eq!(memory(&studio).total(), small_bytes * pixels);
-        studio.mode(hdr, msaa).quality(FrameBufferQuality::Exact);
-        assert_eq!(
-            memory(&studio).total(),
-            plain_bytes * pixels,
-            "{hdr} {msaa:?}"
-        );
-        studio.packed(packing());
-        assert_eq!(
-            memory(&studio).total(),
-            packed_bytes * pixels,
-            "{hdr} {msaa:?}"
-        );
-        studio.packed(YCoCgFrameBuffer {
-            msaa_resolve: MsaaResolve::ToneMapWeighted,
-            ..default()
-        });
+        let mut check = |quality: FrameBufferQuality, bytes: u64| {
+            studio.mode(hdr, msaa).quality(quality);
+            let memory = studio.report().expect("a report").memory;
+            assert_eq!(memory.total(), bytes * pixels, "{hdr} {msaa:?} {quality:?}");
+            studio.state()
+        };
+        let state = check(FrameBufferQuality::Compact, small_bytes);
+        assert_eq!(state, Some(CameraState::Rg11b10Ufloat));
+        check(FrameBufferQuality::Exact, plain_bytes);
         // The shader reads the samples: no texture to resolve to.
         let saved = if msaa == Msaa::Off { 0 } else { 4 };
-        assert_eq!(memory(&studio).total(), (packed_bytes - saved) * pixels);
+        let weighted = YCoCgFrameBuffer {
+            msaa_resolve: MsaaResolve::ToneMapWeighted,
+            ..default()
+        };
+        let unorm8_bytes = if msaa == Msaa::Off { 10 } else { 18 };
+        let mut packed = vec![
+            (packing(), packed_bytes),
+            (weighted.into(), packed_bytes - saved),
+        ];
         if !hdr {
-            studio.packed(with(PackedFormat::Unorm8));
-            let bytes = if msaa == Msaa::Off { 10 } else { 18 };
-            assert_eq!(memory(&studio).total(), bytes * pixels, "{msaa:?}");
+            packed.push((with(PackedFormat::Unorm8).into(), unorm8_bytes));
+        }
+        for (quality, bytes) in packed {
+            let state = check(quality, bytes);
+            assert!(matches!(state, Some(CameraState::Packed(_))), "{state:?}");
         }
     }
-}
-
-fn memory(studio: &Studio) -> ColorMemory {
-    studio.report().expect("a report").memory
 }
 
 #[test]
@@ -176,26 +173,18 @@ fn a_format_that_needs_no_hdr_says_so() {
 
 /// A bright gradient, unlit, that fills the picture of the camera.
 fn gradient_scene(app: &mut App) {
-    app.add_systems(
-        Startup,
-        |mut commands: Commands,
-         mut meshes: ResMut<Assets<Mesh>>,
-         mut materials: ResMut<Assets<StandardMaterial>>,
-         mut images: ResMut<Assets<Image>>| {
-            let gradient = RgbImage::from_fn(128, 2, |x, _| image::Rgb([225 + (x / 12) as u8; 3]));
-            let camera =
-                Transform::from_xyz(0.0, 1.6, 3.2).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y);
-            commands.spawn((
-                Mesh3d(meshes.add(Rectangle::new(1.3, 0.9))),
-                MeshMaterial3d(materials.add(StandardMaterial {
-                    base_color_texture: Some(images.add(srgb_image(gradient))),
-                    unlit: true,
-                    ..default()
-                })),
-                camera * Transform::from_xyz(0.0, 0.0, -1.0),
-            ));
-        },
-    );
+    app.add_systems(Startup, |world: &mut World| {
+        let gradient = RgbImage::from_fn(128, 2, |x, _| image::Rgb([225 + (x / 12) as u8; 3]));
+        let material = StandardMaterial {
+            base_color_texture: Some(world.add_asset(srgb_image(gradient))),
+            unlit: true,
+            ..default()
+        };
+        let camera =
+            Transform::from_xyz(0.0, 1.6, 3.2).looking_at(Vec3::new(0.0, 0.4, 0.0), Vec3::Y);
+        let place = camera * Transform::from_xyz(0.0, 0.0, -1.0);
+        spawn_mesh(world, Rectangle::new(1.3, 0.9), material, place);
+    });
 }
 
 /// The steps of the 8-bit format are three times those of the picture at white: without dither they are bands.
@@ -233,4 +222,24 @@ fn a_bright_gradient_in_8_bits_is_dithered_by_its_own_steps() {
     let (banded, dithered) = (error(&banded), error(&dithered));
     println!("{banded:.3} levels with bands, {dithered:.3} dithered");
     assert!(dithered < 0.6 * banded);
+}
+
+#[test]
+fn the_dial_names_the_formats() {
+    use FrameBufferQuality as Quality;
+    let unorm8 = FrameBufferFormat::Packed(PackedFormat::Unorm8);
+    let small_floats = FrameBufferFormat::Rg11b10Ufloat;
+    for (quality, hdr, expected) in [
+        (Quality::Exact, true, vec![]),
+        (Quality::Compact, true, vec![small_floats]),
+        (Quality::Smallest, true, vec![unorm8, small_floats]),
+        (Quality::Smallest, false, vec![unorm8]),
+        (
+            YCoCgFrameBuffer::default().into(),
+            true,
+            vec![PackedFormat::Float16.into()],
+        ),
+    ] {
+        assert_eq!(quality.formats(hdr), expected, "{quality:?}");
+    }
 }

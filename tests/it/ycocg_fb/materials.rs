@@ -12,24 +12,16 @@ use bevy::{
 use bevy_ycocg_fb::{CameraState, FallbackReason};
 use image::RgbImage;
 
-use super::scene::{Studio, lit_scene, packing};
+use super::{Studio, lit_scene, packing, spawn_mesh};
 use crate::support::{gpu, keep, psnr};
 
 /// The front of all: a tilted quad of some material before the lit scene.
 fn with_quad<M: Material>(app: &mut App, material: impl Fn() -> M + Send + Sync + 'static) {
     lit_scene(app);
-    app.add_systems(
-        Startup,
-        move |mut commands: Commands,
-              mut meshes: ResMut<Assets<Mesh>>,
-              mut materials: ResMut<Assets<M>>| {
-            commands.spawn((
-                Mesh3d(meshes.add(Rectangle::new(1.6, 0.9))),
-                MeshMaterial3d(materials.add(material())),
-                Transform::from_xyz(0.2, 0.7, 1.1).with_rotation(Quat::from_rotation_y(0.3)),
-            ));
-        },
-    );
+    app.add_systems(Startup, move |world: &mut World| {
+        let place = Transform::from_xyz(0.2, 0.7, 1.1).with_rotation(Quat::from_rotation_y(0.3));
+        spawn_mesh(world, Rectangle::new(1.6, 0.9), material(), place);
+    });
 }
 
 fn standard(alpha_mode: AlphaMode, unlit: bool) -> StandardMaterial {
@@ -94,23 +86,14 @@ fn alpha_to_coverage_is_blending_in_the_mean() {
     let quads = |mode: AlphaMode| {
         move |app: &mut App| {
             lit_scene(app);
-            app.add_systems(
-                Startup,
-                move |mut commands: Commands,
-                      mut meshes: ResMut<Assets<Mesh>>,
-                      mut materials: ResMut<Assets<StandardMaterial>>| {
-                    let mesh = meshes.add(Rectangle::new(0.55, 1.4));
-                    for (i, alpha) in [0.1, 0.35, 0.6, 0.9].into_iter().enumerate() {
-                        let mut material = standard(mode, false);
-                        material.base_color.set_alpha(alpha);
-                        commands.spawn((
-                            Mesh3d(mesh.clone()),
-                            MeshMaterial3d(materials.add(material)),
-                            Transform::from_xyz(0.6 * i as f32 - 0.9, 0.7, 1.1),
-                        ));
-                    }
-                },
-            );
+            app.add_systems(Startup, move |world: &mut World| {
+                for (i, alpha) in [0.1, 0.35, 0.6, 0.9].into_iter().enumerate() {
+                    let mut material = standard(mode, false);
+                    material.base_color.set_alpha(alpha);
+                    let place = Transform::from_xyz(0.6 * i as f32 - 0.9, 0.7, 1.1);
+                    spawn_mesh(world, Rectangle::new(0.55, 1.4), material, place);
+                }
+            });
         }
     };
     let blended = Studio::new(quads(AlphaMode::Blend))
@@ -233,11 +216,9 @@ fn a_shader_that_is_loading_is_no_reason_to_fall_back() {
     });
     late.mode(true, Msaa::Off).packed(packing());
     let world = late.app.world_mut();
-    let mesh = world.add_asset(Rectangle::new(1.6, 0.9));
-    let material = world.add_asset::<Late>(Late::default());
     let place = Transform::from_xyz(0.2, 0.7, 1.1);
-    let quad = (Mesh3d(mesh), MeshMaterial3d(material));
-    world.spawn((quad, place, NotShadowCaster));
+    let quad = spawn_mesh(world, Rectangle::new(1.6, 0.9), Late::default(), place);
+    world.entity_mut(quad).insert(NotShadowCaster);
     let is_packed = |late: &Studio| {
         let state = late.state();
         assert!(matches!(state, Some(CameraState::Packed(_))), "{state:?}");

@@ -1,16 +1,24 @@
-//! The component comes and goes.
+//! The component comes and goes, also while pipelines compile in the background, as they do in a game.
 
 use bevy::{
+    light::NotShadowCaster,
     prelude::*,
-    render::{RenderApp, render_resource::PipelineCache, renderer::RenderDevice, view::Msaa},
+    render::{
+        RenderApp,
+        render_resource::{CachedPipelineState, PipelineCache},
+        renderer::RenderDevice,
+        view::Msaa,
+    },
 };
+use bevy_frugal_lab::headless::HeadlessSettings;
 use bevy_ycocg_fb::{
-    CameraState, DefaultFrameBufferQuality, FrameBufferChanged, FrameBufferQuality,
-    FrameBufferReport, PackedFormat, YCoCgFrameBuffer,
+    CameraState, DefaultFrameBufferQuality, FrameBufferChanged, FrameBufferQuality, PackedFormat,
+    YCoCgFrameBuffer,
 };
+use image::RgbImage;
 
-use super::scene::{Studio, lit_scene, packing};
-use crate::support::gpu;
+use super::{Studio, lit_scene, packing, spawn_mesh};
+use crate::support::{gpu, keep, psnr};
 
 #[test]
 fn the_ordinary_picture_is_back_on_the_next_frame() {
@@ -21,9 +29,7 @@ fn the_ordinary_picture_is_back_on_the_next_frame() {
             let reference = studio.mode(hdr, msaa).plain();
             let packed = studio.packed(packing());
             assert!(packed != reference);
-            studio.camera(|camera| {
-                camera.remove::<FrameBufferQuality>();
-            });
+            studio.set_quality(studio.camera, None);
             studio.app.render_frames(1).expect("a frame");
             let after = studio.app.capture_rgb8().expect("a picture");
             assert!(after == reference, "{msaa:?} hdr {hdr}");
@@ -39,15 +45,9 @@ fn a_thousand_switches_leave_nothing_behind() {
     studio.mode(true, Msaa::Sample4);
     let mut after = Vec::new();
     for switch in 0..1000 {
-        studio.camera(|camera| {
-            if switch % 2 == 0 {
-                let format = [PackedFormat::Float16, PackedFormat::Float32][switch / 2 % 2];
-                let settings = YCoCgFrameBuffer::with_format(format);
-                camera.insert(FrameBufferQuality::from(settings));
-            } else {
-                camera.remove::<FrameBufferQuality>();
-            }
-        });
+        let format = [PackedFormat::Float16, PackedFormat::Float32][switch / 2 % 2];
+        let quality = FrameBufferQuality::from(YCoCgFrameBuffer::with_format(format));
+        studio.set_quality(studio.camera, (switch % 2 == 0).then_some(quality));
         studio.app.render_frames(1).expect("a frame");
         if switch == 99 || switch == 999 {
             // Bevy lets go of textures a few frames after their last use.
@@ -100,15 +100,11 @@ fn cameras_without_a_quality_have_that_of_the_app() {
     // A camera's own is preferred.
     assert!(studio.quality(FrameBufferQuality::Exact) == plain);
     assert_eq!(studio.state(), Some(CameraState::Exact));
-    studio.camera(|camera| {
-        camera.remove::<FrameBufferQuality>();
-    });
-    assert!(studio.picture() == compact);
+    assert!(studio.plain() == compact);
     let world = studio.app.world_mut();
     world.remove_resource::<DefaultFrameBufferQuality>();
     assert!(studio.picture() == plain);
-    let camera = studio.camera;
-    assert_eq!(studio.app.world().get::<FrameBufferReport>(camera), None);
+    assert_eq!(studio.report(), None);
 }
 
 #[test]
@@ -116,27 +112,15 @@ fn a_message_says_when_a_camera_changes() {
     let _gpu = gpu();
     let mut studio = Studio::with_size(64, 48, lit_scene);
     studio.mode(true, Msaa::Off).plain();
-    let mut reader = studio
-        .app
-        .world()
-        .resource::<Messages<FrameBufferChanged>>()
-        .get_cursor_current();
-    let mut told = Vec::new();
-    let qualities = [
-        FrameBufferQuality::Compact,
-        FrameBufferQuality::Exact,
-        packing(),
-    ];
-    for quality in qualities {
-        studio.camera(|camera| {
-            camera.insert(quality);
-        });
+    let messages = studio.app.world().resource::<Messages<_>>();
+    let mut reader = messages.get_cursor_current();
+    let mut told: Vec<FrameBufferChanged> = Vec::new();
+    let [compact, exact] = [FrameBufferQuality::Compact, FrameBufferQuality::Exact];
+    for quality in [compact, exact, packing()] {
+        studio.set_quality(studio.camera, Some(quality));
         for _ in 0..4 {
             studio.app.render_frames(1).expect("a frame");
-            let messages = studio
-                .app
-                .world()
-                .resource::<Messages<FrameBufferChanged>>();
+            let messages = studio.app.world().resource::<Messages<_>>();
             told.extend(reader.read(messages).cloned());
         }
     }
@@ -147,4 +131,114 @@ fn a_message_says_when_a_camera_changes() {
         [CameraState::Rg11b10Ufloat, CameraState::Exact, packed]
     );
     assert!(told.iter().all(|message| message.camera == studio.camera));
+}
+
+/// The least PSNR of a picture and the one that it is meant to be; without a mesh it is half of it.
+const SAME: f64 = 38.0;
+
+/// Frames in a row without a pipeline that compiles, after which none will.
+const QUIET_FRAMES: u32 = 5;
+
+/// The frames until all pipelines are ready, a few frames after a change at the earliest.
+fn frames_until_ready(studio: &mut Studio) -> Vec<RgbImage> {
+    let mut frames = Vec::new();
+    let mut quiet = 0;
+    while quiet < QUIET_FRAMES {
+        assert!(frames.len() < 5000, "pipelines that never are ready");
+        studio.app.render_frames(1).expect("a frame");
+        frames.push(studio.app.capture_rgb8().expect("a picture"));
+        let world = studio.app.app_mut().sub_app(RenderApp).world();
+        let compiles = world
+            .resource::<PipelineCache>()
+            .pipelines()
+            .any(|pipeline| {
+                matches!(
+                    pipeline.state,
+                    CachedPipelineState::Queued | CachedPipelineState::Creating(_)
+                )
+            });
+        quiet = if compiles { 0 } else { quiet + 1 };
+    }
+    frames
+}
+
+/// Asserts that each of the frames shows what was there before or what is there now.
+fn assert_no_flash(name: &str, frames: &[RgbImage], before: &RgbImage) {
+    let now = frames.last().expect("frames");
+    let is_like = |picture: &RgbImage, frame: &RgbImage| psnr(picture, frame) >= SAME;
+    for (number, frame) in frames.iter().enumerate() {
+        if !is_like(before, frame) && !is_like(now, frame) {
+            keep(&format!("flash {name}"), frame);
+            let (before, now) = (psnr(before, frame), psnr(now, frame));
+            panic!(
+                "{name}: frame {number} of {} is {before:.1} dB from the one before the change, and {now:.1} dB \
+                 from the last one",
+                frames.len()
+            );
+        }
+    }
+    println!("{name}: {} frames until all was ready", frames.len());
+}
+
+/// Changes something, and demands that no frame shows anything but before and after; the picture after it.
+fn change(
+    name: &str,
+    studio: &mut Studio,
+    before: &RgbImage,
+    change: impl FnOnce(&mut Studio),
+) -> RgbImage {
+    change(studio);
+    let frames = frames_until_ready(studio);
+    assert_no_flash(name, &frames, before);
+    frames.last().expect("frames").clone()
+}
+
+/// A mesh in front of the scene of a material that was not there before.
+fn spawn_in_front(studio: &mut Studio, material: StandardMaterial) {
+    let world = studio.app.world_mut();
+    let place = Transform::from_xyz(0.0, 0.9, 1.0);
+    let mesh = spawn_mesh(world, Rectangle::new(0.6, 0.6), material, place);
+    // Its shadow would come before it, as the pipelines of shadows are ready.
+    world.entity_mut(mesh).insert(NotShadowCaster);
+}
+
+#[test]
+fn nothing_vanishes_while_pipelines_compile() {
+    let _gpu = gpu();
+    for (name, quality) in [
+        ("compact", FrameBufferQuality::Compact),
+        ("packed", packing()),
+    ] {
+        let settings = HeadlessSettings {
+            compiles_in_background: true,
+            ..HeadlessSettings::with_size(128, 96)
+        };
+        let mut studio = Studio::with_settings(settings, lit_scene);
+        let plain = frames_until_ready(&mut studio).pop().expect("frames");
+        let set = |quality| move |studio: &mut Studio| studio.set_quality(studio.camera, quality);
+        let named = |what: &str| format!("{name}, {what}");
+        let small = change(&named("on"), &mut studio, &plain, set(Some(quality)));
+        assert!(small != plain);
+        let with_particle = change(&named("particle"), &mut studio, &small, |studio| {
+            let glow = StandardMaterial {
+                base_color: Color::srgb(0.9, 0.9, 0.2),
+                alpha_mode: AlphaMode::Add,
+                unlit: true,
+                ..default()
+            };
+            spawn_in_front(studio, glow);
+        });
+        assert!(psnr(&with_particle, &small) < SAME);
+        let with_shader = change(&named("shader"), &mut studio, &with_particle, |studio| {
+            let masked = StandardMaterial {
+                base_color: Color::srgb(0.1, 0.9, 0.9),
+                alpha_mode: AlphaMode::Mask(0.5),
+                clearcoat: 1.0,
+                ..default()
+            };
+            spawn_in_front(studio, masked);
+        });
+        assert!(psnr(&with_shader, &with_particle) < SAME);
+        change(&named("off"), &mut studio, &with_shader, set(None));
+    }
 }

@@ -25,11 +25,9 @@ use bevy::{
 use bevy_frugal_hooks::{MaterialTags, ShaderPatches};
 
 use super::{
-    adapter,
-    images::{ImageShape, Images},
-    layout::{MapLayout, MaterialTextures, maps},
+    layout::{ImageShape, Images, MapLayout, MaterialTextures, maps},
     patches::Refused,
-    pipeline::{EwaKey, TAG, tag_of},
+    pipeline::{EwaKey, TAG, is_llvmpipe, supported, tag_of, warn_of_anisotropy},
     settings::{AllMaterials, EwaOverrides},
 };
 use crate::{
@@ -140,10 +138,10 @@ where
 /// The materials that are not left to Bevy, and their textures.
 #[derive(Resource, Default)]
 pub(super) struct FilteredMaterials {
-    pub(super) images: Images,
-    pub(super) materials: HashMap<UntypedAssetId, Filtered>,
-    pub(super) users: HashMap<AssetId<Image>, HashSet<UntypedAssetId>>,
-    pub(super) textures: HashMap<AssetId<Image>, TextureRequest>,
+    images: Images,
+    materials: HashMap<UntypedAssetId, Filtered>,
+    users: HashMap<AssetId<Image>, HashSet<UntypedAssetId>>,
+    textures: HashMap<AssetId<Image>, TextureRequest>,
     config: Option<(AllMaterials, Refused)>,
     /// What has changed in this frame.
     pub(super) changes: Changes,
@@ -151,31 +149,31 @@ pub(super) struct FilteredMaterials {
 
 #[derive(Default)]
 pub(super) struct Changes {
-    pub(super) are_all_materials_stale: bool,
+    are_all_materials_stale: bool,
     /// Images that are others now, with true for those that were none before: no material shows these yet.
-    pub(super) images: HashMap<AssetId<Image>, bool>,
-    pub(super) overridden: HashSet<UntypedAssetId>,
+    images: HashMap<AssetId<Image>, bool>,
+    overridden: HashSet<UntypedAssetId>,
     /// Images whose users changed.
-    pub(super) used: HashSet<AssetId<Image>>,
+    used: HashSet<AssetId<Image>>,
     /// Materials that have to be prepared again.
-    pub(super) stale: HashSet<UntypedAssetId>,
+    stale: HashSet<UntypedAssetId>,
     /// Materials whose assets changed, so that they are prepared anyway.
-    pub(super) prepared: HashSet<UntypedAssetId>,
+    prepared: HashSet<UntypedAssetId>,
     /// Materials with another tag.
-    pub(super) tags: Vec<(UntypedAssetId, Option<u64>)>,
+    tags: Vec<(UntypedAssetId, Option<u64>)>,
     /// Images with other needs; `None` for those that are Bevy's own again.
-    pub(super) textures: Vec<(AssetId<Image>, Option<TextureRequest>)>,
+    pub textures: Vec<(AssetId<Image>, Option<TextureRequest>)>,
 }
 
 /// How a material is filtered.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Filtered {
+struct Filtered {
     tag: Option<u64>,
-    pub(super) textures: Vec<FilteredTexture>,
+    textures: Vec<FilteredTexture>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct FilteredTexture {
+struct FilteredTexture {
     pub image: AssetId<Image>,
     pub content: MipContent,
     /// The `anisotropy_clamp` of its sampler.
@@ -198,19 +196,17 @@ pub(super) struct TextureRequest {
 impl Filtered {
     fn new(
         material: &MaterialTextures,
-        all: Option<EwaSettings>,
-        override_: Option<Option<EwaSettings>>,
+        settings: EwaSettings,
         refused: Refused,
         images: &Images,
-    ) -> Option<Self> {
-        let own = material.extension.map(|extension| extension.settings);
-        let settings = adapter::supported(override_.unwrap_or(own.or(all))?);
+    ) -> Self {
+        let settings = supported(settings);
         let anisotropy = settings.texture_unit_anisotropy();
         let mut filtered = Self::default();
         if let Some(standard) = material.standard {
             let chosen = refused.filterable(settings.maps, standard);
             let layout = MapLayout::of(standard, chosen, images);
-            let key = EwaKey::new(&settings, adapter::is_llvmpipe()).filter(|_| !layout.is_empty());
+            let key = EwaKey::new(&settings, is_llvmpipe()).filter(|_| !layout.is_empty());
             filtered.tag = key.map(|key| tag_of((key, layout)));
             for map in maps(standard) {
                 let is_elliptical = filtered.tag.is_some() && layout.contains(map.index);
@@ -228,15 +224,14 @@ impl Filtered {
             EwaMethod::Anisotropic | EwaMethod::Hardware => anisotropy,
             _ => EwaSettings::with_method(EwaMethod::Anisotropic).texture_unit_anisotropy(),
         };
+        let others = material.others.iter().map(|image| FilteredTexture {
+            image: *image,
+            content: MipContent::Values,
+            anisotropy,
+            is_elliptical: false,
+        });
+        filtered.textures.extend(others);
         filtered
-            .textures
-            .extend(material.others.iter().map(|image| FilteredTexture {
-                image: *image,
-                content: MipContent::Values,
-                anisotropy,
-                is_elliptical: false,
-            }));
-        Some(filtered)
     }
 }
 
@@ -260,10 +255,8 @@ fn find_images(
     let support = renderer.map(|(device, adapter)| MipSupport { device, adapter });
     let mut update = |id, overrides: &EwaOverrides| {
         let is_new = filtered.images.get(id).is_none();
-        if filtered
-            .images
-            .update(id, &images, overrides, support.as_ref())
-        {
+        let support = support.as_ref();
+        if filtered.images.update(id, &images, overrides, support) {
             changes.images.insert(id, is_new);
         }
     };
@@ -286,7 +279,7 @@ fn find_images(
 
 impl FilteredMaterials {
     /// Finds how a material is filtered, and returns whether that has changed.
-    pub(super) fn update<M: Material + Reflect>(
+    fn update<M: Material + Reflect>(
         &mut self,
         id: AssetId<M>,
         materials: &Assets<M>,
@@ -298,13 +291,9 @@ impl FilteredMaterials {
         let id = id.into();
         let filtered = material.and_then(|material| {
             let material = MaterialTextures::of(material.as_partial_reflect());
-            Filtered::new(
-                &material,
-                all.0,
-                overrides.material(id),
-                refused,
-                &self.images,
-            )
+            let own = material.extension.map(|extension| extension.settings);
+            let settings = overrides.material(id).unwrap_or(own.or(all.0))?;
+            Some(Filtered::new(&material, settings, refused, &self.images))
         });
         let previous = self.materials.get(&id);
         if previous == filtered.as_ref() {
@@ -332,10 +321,47 @@ impl FilteredMaterials {
     }
 
     /// Whether a material shows an image that came in this frame, so that it was not prepared before.
-    pub(super) fn is_awaiting(&self, id: UntypedAssetId) -> bool {
+    fn is_awaiting(&self, id: UntypedAssetId) -> bool {
         let textures = self.materials.get(&id).map(|material| &material.textures);
         let mut textures = textures.into_iter().flatten();
         textures.any(|texture| self.changes.images.get(&texture.image) == Some(&true))
+    }
+
+    /// What the materials that show an image want of its texture, and what it got.
+    fn texture(
+        &self,
+        id: AssetId<Image>,
+        image: &ImageShape,
+    ) -> Option<(TextureRequest, TextureReport)> {
+        let users = self.users.get(&id)?;
+        let users = users.iter().filter_map(|user| self.materials.get(user));
+        let uses = users.flat_map(|user| user.textures.iter().filter(|used| used.image == id));
+        let used = uses.copied().reduce(|a, b| FilteredTexture {
+            image: id,
+            content: stricter(a.content, b.content),
+            anisotropy: a.anisotropy.max(b.anisotropy),
+            is_elliptical: a.is_elliptical || b.is_elliptical,
+        })?;
+        let sampler = image.with_anisotropy(used.anisotropy);
+        if sampler.is_some() {
+            warn_of_anisotropy();
+        }
+        let report = TextureReport {
+            mips: image.mips,
+            anisotropy: sampler.as_ref().unwrap_or(&image.sampler).anisotropy_clamp,
+            is_elliptical: used.is_elliptical,
+        };
+        let texture = TextureRequest {
+            levels: match image.mips {
+                MipReport::Generated(levels) => levels,
+                MipReport::Own(_) | MipReport::Without(_) => 1,
+            },
+            format: image.mip_format,
+            content: used.content,
+            sampler,
+            after_draws: image.after_draws,
+        };
+        Some((texture, report))
     }
 }
 
@@ -391,45 +417,6 @@ fn mark_materials<M: Material>(filtered: Res<FilteredMaterials>, mut materials: 
     }
 }
 
-impl FilteredMaterials {
-    /// What the materials that show an image want of its texture, and what it got.
-    fn texture(
-        &self,
-        id: AssetId<Image>,
-        image: &ImageShape,
-    ) -> Option<(TextureRequest, TextureReport)> {
-        let users = self.users.get(&id)?;
-        let users = users.iter().filter_map(|user| self.materials.get(user));
-        let uses = users.flat_map(|user| user.textures.iter().filter(|used| used.image == id));
-        let used = uses.copied().reduce(|a, b| FilteredTexture {
-            image: id,
-            content: stricter(a.content, b.content),
-            anisotropy: a.anisotropy.max(b.anisotropy),
-            is_elliptical: a.is_elliptical || b.is_elliptical,
-        })?;
-        let sampler = image.with_anisotropy(used.anisotropy);
-        if sampler.is_some() {
-            adapter::warn_of_anisotropy();
-        }
-        let report = TextureReport {
-            mips: image.mips,
-            anisotropy: sampler.as_ref().unwrap_or(&image.sampler).anisotropy_clamp,
-            is_elliptical: used.is_elliptical,
-        };
-        let texture = TextureRequest {
-            levels: match image.mips {
-                MipReport::Generated(levels) => levels,
-                MipReport::Own(_) | MipReport::Without(_) => 1,
-            },
-            format: image.mip_format,
-            content: used.content,
-            sampler,
-            after_draws: image.after_draws,
-        };
-        Some((texture, report))
-    }
-}
-
 /// Finds what the textures need whose images or users have changed.
 fn find_textures(mut filtered: ResMut<FilteredMaterials>, mut report: ResMut<EwaReport>) {
     let filtered = &mut *filtered;
@@ -441,10 +428,8 @@ fn find_textures(mut filtered: ResMut<FilteredMaterials>, mut report: ResMut<Ewa
         let (texture, reported) = requested.unzip();
         let reported = reported.or_else(|| {
             // Materials wait for it.
-            let is_awaited = filtered
-                .users
-                .get(id)
-                .is_some_and(|users| !users.is_empty());
+            let users = filtered.users.get(id);
+            let is_awaited = users.is_some_and(|users| !users.is_empty());
             is_awaited.then_some(TextureReport {
                 mips: MipReport::Without(NoMips::NotLoaded),
                 anisotropy: 1,

@@ -1,13 +1,154 @@
-//! The texture maps of a material, and which of them are filtered together: a part of the key of its pipelines.
+//! What the filter has to know of the images of an app, the texture maps of a material, and which of them are filtered
+//! together: a part of the key of its pipelines.
+
+use std::collections::HashMap;
 
 use bevy::{
+    image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor},
     mesh::UvChannel,
     prelude::*,
     reflect::{ReflectRef, structs::Struct},
+    render::render_resource::{TextureDescriptor, TextureFormat},
 };
 
-use super::{images::Images, settings::EwaExtension};
-use crate::{mips::MipContent, settings::EwaMaps};
+use super::settings::{EwaExtension, EwaImage, EwaOverrides};
+use crate::{
+    mips::{
+        MipContent, NoMips,
+        generator::{MipSupport, is_written_on_gpu},
+    },
+    report::MipReport,
+    settings::EwaMaps,
+};
+
+/// An image without its texels.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ImageShape {
+    size: [u32; 2],
+    pub mips: MipReport,
+    pub sampler: ImageSamplerDescriptor,
+    /// Format of the views that generate levels: an sRGB format where the texels or their view are sRGB.
+    pub mip_format: TextureFormat,
+    is_excluded: bool,
+    /// Whether its sampler is nearest, and the app wants it so.
+    is_pixel_art: bool,
+    /// Whether its generated levels follow each draw to it.
+    pub after_draws: bool,
+    descriptor: TextureDescriptor<'static>,
+}
+
+impl ImageShape {
+    fn new(
+        image: &Image,
+        choice: EwaImage,
+        default_sampler: &ImageSamplerDescriptor,
+        support: Option<&MipSupport>,
+    ) -> Self {
+        let descriptor = &image.texture_descriptor;
+        let sampler = match &image.sampler {
+            ImageSampler::Default => default_sampler,
+            ImageSampler::Descriptor(sampler) => sampler,
+        };
+        let is_nearest = matches!(sampler.mag_filter, ImageFilterMode::Nearest)
+            || matches!(sampler.min_filter, ImageFilterMode::Nearest);
+        let is_pixel_art = is_nearest && !choice.use_nearest;
+        let is_written = is_written_on_gpu(descriptor);
+        let mips = if descriptor.mip_level_count > 1 {
+            MipReport::Own(descriptor.mip_level_count)
+        } else if choice.is_excluded || choice.max_levels <= 1 {
+            MipReport::Without(NoMips::Excluded)
+        } else if is_pixel_art {
+            MipReport::Without(NoMips::NearestSampler)
+        } else if is_written && !choice.after_draws {
+            MipReport::Without(NoMips::WrittenOnGpu)
+        } else {
+            let levels = support.map_or(Err(NoMips::NoRenderer), |support| {
+                support.levels(descriptor)
+            });
+            match levels {
+                Ok(levels) => MipReport::Generated(levels.min(choice.max_levels)),
+                Err(reason) => MipReport::Without(reason),
+            }
+        };
+        let view = image.texture_view_descriptor.as_ref();
+        let view_format = view.and_then(|view| view.format);
+        let format = descriptor.format;
+        Self {
+            size: [descriptor.size.width, descriptor.size.height],
+            mips,
+            sampler: sampler.clone(),
+            mip_format: view_format.filter(|view| view.is_srgb()).unwrap_or(format),
+            is_excluded: choice.is_excluded,
+            is_pixel_art,
+            after_draws: is_written && choice.after_draws,
+            descriptor: descriptor.clone(),
+        }
+    }
+
+    /// Whether texture coordinates beyond the image are clamped.
+    fn is_clamped(&self) -> bool {
+        use ImageAddressMode::{ClampToBorder, ClampToEdge};
+        let modes = [self.sampler.address_mode_u, self.sampler.address_mode_v];
+        let mut modes = modes.iter();
+        modes.any(|mode| matches!(mode, ClampToEdge | ClampToBorder))
+    }
+
+    /// Whether the image is left as it is.
+    fn is_left_alone(&self) -> bool {
+        self.is_excluded || self.is_pixel_art
+    }
+
+    /// The sampler with a higher anisotropy; `None` where it has that already, or filters otherwise than linearly,
+    /// which the graphics interfaces forbid with anisotropy.
+    pub(super) fn with_anisotropy(&self, clamp: u16) -> Option<ImageSamplerDescriptor> {
+        let sampler = &self.sampler;
+        let filters = [
+            sampler.mag_filter,
+            sampler.min_filter,
+            sampler.mipmap_filter,
+        ];
+        let is_linear = filters
+            .iter()
+            .all(|filter| matches!(filter, ImageFilterMode::Linear));
+        let is_raised = is_linear && !self.is_excluded && sampler.anisotropy_clamp < clamp;
+        is_raised.then(|| ImageSamplerDescriptor {
+            anisotropy_clamp: clamp,
+            ..sampler.clone()
+        })
+    }
+}
+
+/// All images of the app.
+#[derive(Debug, Default)]
+pub(super) struct Images {
+    /// The sampler of images without one of their own.
+    pub(super) default_sampler: ImageSamplerDescriptor,
+    shapes: HashMap<AssetId<Image>, ImageShape>,
+}
+
+impl Images {
+    pub(super) fn get(&self, id: AssetId<Image>) -> Option<&ImageShape> {
+        self.shapes.get(&id)
+    }
+
+    /// Looks at an image anew, and returns whether it is another one than before.
+    pub(super) fn update(
+        &mut self,
+        id: AssetId<Image>,
+        images: &Assets<Image>,
+        overrides: &EwaOverrides,
+        support: Option<&MipSupport>,
+    ) -> bool {
+        let shape = images.get(id).map(|image| {
+            ImageShape::new(image, overrides.image(id), &self.default_sampler, support)
+        });
+        let previous = match shape {
+            Some(shape) => self.shapes.insert(id, shape),
+            None => self.shapes.remove(&id),
+        };
+        previous.as_ref() != self.shapes.get(&id)
+    }
+}
 
 /// The maps that are filtered: the names of the fields `*_texture` of `StandardMaterial` and, in capitals, of the shader
 /// defs. The depth map is not among them, which parallax mapping reads at many points.
@@ -29,10 +170,10 @@ pub(super) const MAPS: [&str; 14] = [
 ];
 
 /// The number of maps, from the first on, that can share a loop: those that Bevy binds with any features.
-pub(super) const SHARABLE: usize = 5;
+const SHARABLE: usize = 5;
 
-pub(super) const BASE_COLOR: usize = 0;
-pub(super) const NORMAL_MAP: usize = 2;
+const BASE_COLOR: usize = 0;
+const NORMAL_MAP: usize = 2;
 
 /// A map of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +187,7 @@ pub(super) struct Map<'a> {
 
 impl Map<'_> {
     /// Its name in [`MAPS`].
-    pub(super) fn name(&self) -> &'static str {
+    fn name(&self) -> &'static str {
         MAPS[self.index]
     }
 
@@ -175,17 +316,12 @@ impl MapLayout {
                 }
             }
         }
-        let largest = groups
-            .into_iter()
-            .filter(|(_, mask)| mask.count_ones() > 1)
-            .reduce(|a, b| {
-                if b.1.count_ones() > a.1.count_ones() {
-                    b
-                } else {
-                    a
-                }
-            });
-        if let Some(((_, _, is_uv_b), mask)) = largest {
+        // The first of the largest ones.
+        let largest = groups.into_iter().rev();
+        let largest = largest.max_by_key(|(_, mask): &(_, u32)| mask.count_ones());
+        if let Some(((_, _, is_uv_b), mask)) = largest
+            && mask.count_ones() > 1
+        {
             layout.shared = mask;
             layout.own &= !mask;
             layout.is_shared_uv_b = is_uv_b;
@@ -224,13 +360,7 @@ impl MapLayout {
     /// The layout in a prepass or a shadow map, which sample each map on its own, and no others than those of the
     /// base colour's alpha and of normals.
     pub(super) fn in_prepass(self, has_alpha: bool, has_normals: bool) -> Self {
-        let mut mask = 0;
-        if has_alpha {
-            mask |= 1 << BASE_COLOR;
-        }
-        if has_normals {
-            mask |= 1 << NORMAL_MAP;
-        }
+        let mask = u32::from(has_alpha) << BASE_COLOR | u32::from(has_normals) << NORMAL_MAP;
         Self {
             shared: 0,
             has_parallax: false,
@@ -242,28 +372,30 @@ impl MapLayout {
 
 #[cfg(test)]
 mod tests {
-    use bevy::{
-        asset::uuid::Uuid,
-        image::{ImageAddressMode, ImageSamplerDescriptor},
-    };
+    use bevy::asset::uuid::Uuid;
 
     use super::*;
-    use crate::material::images::tests::shape;
 
-    fn handle<A: Asset>(n: u128) -> Handle<A> {
+    fn handle(n: u128) -> Handle<Image> {
         Handle::from(Uuid::from_u128(n))
     }
 
     /// Images 1 to 9 of 64 texels, and from 10 on of 32.
     fn images() -> Images {
-        let mut images = Images::default();
-        for n in 1..20 {
+        let mut sampler = ImageSamplerDescriptor::linear();
+        sampler.set_address_mode(ImageAddressMode::Repeat);
+        let shapes = (1..20).map(|n| {
             let side = if n < 10 { 64 } else { 32 };
-            let mut sampler = ImageSamplerDescriptor::linear();
-            sampler.set_address_mode(ImageAddressMode::Repeat);
-            images.insert(AssetId::from(Uuid::from_u128(n)), shape(side, sampler));
+            (id(n), shape(side, sampler.clone()))
+        });
+        Images {
+            shapes: shapes.collect(),
+            ..default()
         }
-        images
+    }
+
+    fn id(n: u128) -> AssetId<Image> {
+        AssetId::from(Uuid::from_u128(n))
     }
 
     fn material() -> StandardMaterial {
@@ -286,36 +418,37 @@ mod tests {
         assert_eq!(masks(&material(), EwaMaps::default()), (0b111, 0));
         assert_eq!(masks(&material(), EwaMaps::ALL), (0b10111, 0));
         assert_eq!(masks(&material(), EwaMaps::NONE), (0, 0));
-        assert_eq!(
-            masks(&StandardMaterial::default(), EwaMaps::ALL),
-            (0, 0),
-            "no maps"
-        );
+        let no_maps = StandardMaterial::default();
+        assert_eq!(masks(&no_maps, EwaMaps::ALL), (0, 0), "no maps");
     }
 
     #[test]
     fn a_map_of_another_size_or_uv_set_or_one_that_is_alone_has_a_loop_of_its_own() {
-        let smaller = StandardMaterial {
-            normal_map_texture: Some(handle(10)),
-            ..material()
-        };
-        assert_eq!(masks(&smaller, EwaMaps::default()), (0b11, 0b100));
-        let second_set = StandardMaterial {
-            emissive_channel: UvChannel::Uv1,
-            ..material()
-        };
-        assert_eq!(masks(&second_set, EwaMaps::default()), (0b101, 0b10));
-        let alone = StandardMaterial {
-            emissive_texture: None,
-            normal_map_texture: None,
-            ..material()
-        };
-        assert_eq!(masks(&alone, EwaMaps::default()), (0, 1));
-        let unlit = StandardMaterial {
-            unlit: true,
-            ..material()
-        };
-        assert_eq!(masks(&unlit, EwaMaps::ALL), (0, 1));
+        type Change = fn(&mut StandardMaterial);
+        let changes: [(Change, EwaMaps, (u32, u32)); 4] = [
+            // A smaller one.
+            (
+                |material| material.normal_map_texture = Some(handle(10)),
+                EwaMaps::default(),
+                (0b11, 0b100),
+            ),
+            (
+                |material| material.emissive_channel = UvChannel::Uv1,
+                EwaMaps::default(),
+                (0b101, 0b10),
+            ),
+            (
+                |material| (material.emissive_texture, material.normal_map_texture) = (None, None),
+                EwaMaps::default(),
+                (0, 1),
+            ),
+            (|material| material.unlit = true, EwaMaps::ALL, (0, 1)),
+        ];
+        for (change, chosen, expected) in changes {
+            let mut material = material();
+            change(&mut material);
+            assert_eq!(masks(&material, chosen), expected, "{material:?}");
+        }
     }
 
     #[test]
@@ -361,7 +494,6 @@ mod tests {
             ("emissive", 2, true, false),
             ("normal_map", 3, false, true),
         ];
-        let id = |n| AssetId::from(Uuid::from_u128(n));
         assert_eq!(
             actual,
             expected.map(|(name, n, is_uv_b, normals)| (name, id(n), is_uv_b, normals))
@@ -372,7 +504,15 @@ mod tests {
 
     #[test]
     fn the_alpha_mode_decides_what_a_base_colour_is() {
-        let content = |alpha_mode, alpha| {
+        let mask = |cutoff| MipContent::Mask { cutoff };
+        for (alpha_mode, alpha, expected) in [
+            (AlphaMode::Opaque, 1.0, MipContent::Values),
+            (AlphaMode::Premultiplied, 1.0, MipContent::Values),
+            (AlphaMode::Blend, 1.0, MipContent::Transparent),
+            (AlphaMode::Mask(0.25), 1.0, mask(0.25)),
+            (AlphaMode::Mask(0.25), 0.5, mask(0.5)),
+            (AlphaMode::Mask(0.25), 0.0, MipContent::Transparent),
+        ] {
             let material = StandardMaterial {
                 base_color: Color::WHITE.with_alpha(alpha),
                 base_color_texture: Some(handle(1)),
@@ -380,15 +520,8 @@ mod tests {
                 ..default()
             };
             let map = maps(&material).next().expect("a map");
-            map.content(&material)
-        };
-        assert_eq!(content(AlphaMode::Opaque, 1.0), MipContent::Values);
-        assert_eq!(content(AlphaMode::Premultiplied, 1.0), MipContent::Values);
-        assert_eq!(content(AlphaMode::Blend, 1.0), MipContent::Transparent);
-        let mask = |cutoff| MipContent::Mask { cutoff };
-        assert_eq!(content(AlphaMode::Mask(0.25), 1.0), mask(0.25));
-        assert_eq!(content(AlphaMode::Mask(0.25), 0.5), mask(0.5));
-        assert_eq!(content(AlphaMode::Mask(0.25), 0.0), MipContent::Transparent);
+            assert_eq!(map.content(&material), expected, "{alpha_mode:?} {alpha}");
+        }
     }
 
     #[test]
@@ -408,6 +541,52 @@ mod tests {
         };
         let textures = MaterialTextures::of(&material);
         assert!(textures.standard.is_some() && textures.extension.is_none());
-        assert_eq!(textures.others, [1, 2, 3].map(|n| handle::<Image>(n).id()));
+        assert_eq!(textures.others, [1, 2, 3].map(id));
+    }
+
+    /// An image of this size with a sampler.
+    fn shape(size: u32, sampler: ImageSamplerDescriptor) -> ImageShape {
+        let mut image = Image::default();
+        image.texture_descriptor.size.width = size;
+        image.texture_descriptor.size.height = size;
+        image.sampler = ImageSampler::Descriptor(sampler);
+        ImageShape::new(&image, EwaImage::default(), &default(), None)
+    }
+
+    #[test]
+    fn only_linear_samplers_get_anisotropy_and_never_less_than_they_have() {
+        let raised = |sampler, clamp| {
+            let sampler = shape(4, sampler).with_anisotropy(clamp);
+            sampler.map(|sampler| sampler.anisotropy_clamp)
+        };
+        assert_eq!(raised(ImageSamplerDescriptor::linear(), 16), Some(16));
+        assert_eq!(raised(ImageSamplerDescriptor::linear(), 1), None);
+        assert_eq!(raised(ImageSamplerDescriptor::nearest(), 16), None);
+        let has_more = ImageSamplerDescriptor {
+            anisotropy_clamp: 8,
+            ..ImageSamplerDescriptor::linear()
+        };
+        assert_eq!(raised(has_more, 4), None);
+    }
+
+    #[test]
+    fn what_a_game_draws_or_shows_as_pixel_art_is_left_alone() {
+        let of = |image: &Image, choice| {
+            ImageShape::new(image, choice, &ImageSamplerDescriptor::linear(), None).mips
+        };
+        let target = Image::new_target_texture(64, 64, TextureFormat::Rgba8UnormSrgb, None);
+        let asked = EwaImage {
+            after_draws: true,
+            ..default()
+        };
+        let without = MipReport::Without;
+        assert_eq!(of(&target, default()), without(NoMips::WrittenOnGpu));
+        assert_eq!(of(&target, asked), without(NoMips::NoRenderer));
+        let mut image = Image::default();
+        assert_eq!(of(&image, EwaImage::EXCLUDED), without(NoMips::Excluded));
+        image.sampler = ImageSampler::nearest();
+        assert_eq!(of(&image, default()), without(NoMips::NearestSampler));
+        image.texture_descriptor.mip_level_count = 3;
+        assert_eq!(of(&image, default()), MipReport::Own(3));
     }
 }

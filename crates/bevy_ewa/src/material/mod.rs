@@ -3,19 +3,15 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`settings`] | the settings of all materials, of single materials and images |
-//! | `images` | sizes, samplers and possible mip levels of images |
-//! | [`layout`] | the maps of a material, and which of them are filtered together |
+//! | [`layout`] | the images, the maps of a material, and which of them are filtered together |
 //! | `filtered` | the plugin of a type of material, which materials are filtered, and what their textures need |
 //! | [`patches`] | statements in Bevy's shaders that are compiled only with the shader defs of the filter |
-//! | [`pipeline`] | the settings and the layout as shader defs of a pipeline |
+//! | [`pipeline`] | the settings and the layout as shader defs of a pipeline, on drivers that need workarounds, too |
 //! | [`prepared`] | mip levels and samplers of textures in the renderer |
-//! | `adapter` | detection of drivers that need workarounds |
 //!
 //! The shaders `sample_map.wesl` and `shared_maps.wesl` are what the statements in Bevy's shaders call.
 
-mod adapter;
 mod filtered;
-mod images;
 pub mod layout;
 pub mod patches;
 pub mod pipeline;
@@ -56,7 +52,7 @@ impl Plugin for MaterialsPlugin {
 
     fn finish(&self, app: &mut App) {
         if let Some(info) = app.world().get_resource::<RenderAdapterInfo>() {
-            adapter::detect(info);
+            pipeline::detect_adapter(info);
         }
     }
 }

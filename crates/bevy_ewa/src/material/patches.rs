@@ -237,31 +237,28 @@ mod tests {
             alpha_mode: AlphaMode::Mask(0.5),
             ..default()
         };
-        let filterable = |refused: Refused, material| refused.filterable(EwaMaps::ALL, material);
-        assert_eq!(filterable(Refused::default(), &masked), EwaMaps::ALL);
-        let fragment = Refused {
-            fragment: true,
-            ..default()
-        };
-        assert_eq!(filterable(fragment, &opaque), EwaMaps::NONE);
-        let prepass = Refused {
-            prepass: true,
-            ..default()
+        let refused = |patch: &str| Refused {
+            fragment: patch == FRAGMENT,
+            prepass: patch == PREPASS,
+            alpha: patch == ALPHA,
         };
         let without_normals = EwaMaps {
             normals: false,
             ..EwaMaps::ALL
         };
-        assert_eq!(filterable(prepass, &opaque), without_normals);
-        let alpha = Refused {
-            alpha: true,
-            ..default()
-        };
         let without_base_color = EwaMaps {
             base_color: false,
             ..EwaMaps::ALL
         };
-        assert_eq!(filterable(alpha, &opaque), EwaMaps::ALL);
-        assert_eq!(filterable(alpha, &masked), without_base_color);
+        for (patch, material, expected) in [
+            ("none", &masked, EwaMaps::ALL),
+            (FRAGMENT, &opaque, EwaMaps::NONE),
+            (PREPASS, &opaque, without_normals),
+            (ALPHA, &opaque, EwaMaps::ALL),
+            (ALPHA, &masked, without_base_color),
+        ] {
+            let actual = refused(patch).filterable(EwaMaps::ALL, material);
+            assert_eq!(actual, expected, "{patch} {:?}", material.alpha_mode);
+        }
     }
 }

@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 use bevy::{
     camera::NormalizedRenderTarget,
     core_pipeline::{Core2d, Core3d, schedule::camera_driver, upscaling::upscaling},
-    ecs::schedule::Schedules,
+    ecs::{schedule::Schedules, system::SystemParam},
     image::ImageSamplerDescriptor,
     prelude::*,
     render::{
@@ -29,7 +29,7 @@ use bevy::{
 };
 
 use super::filtered::{FilteredMaterials, PrepareSystems, TextureRequest};
-use crate::mips::{downsample::Levels, generator::MipGenerator};
+use crate::mips::generator::{Levels, MipGenerator};
 
 /// Prepares textures before the materials that show them.
 pub(super) struct PreparedTexturesPlugin;
@@ -122,14 +122,10 @@ fn extract_textures(
             prepared.changed.insert(*id);
         }
         let request = request.filter(|request| !request.after_draws);
+        let requested = request.map(|request| request.levels);
         let allocated = prepared.allocated_levels.remove(id);
-        if let Some(allocated) = allocate_levels(
-            image,
-            images.get(*id),
-            allocated,
-            request.map(|request| request.levels),
-        ) {
-            prepared.allocated_levels.insert(*id, allocated);
+        if let Some(levels) = allocate_levels(image, images.get(*id), allocated, requested) {
+            prepared.allocated_levels.insert(*id, levels);
         }
     }
 }
@@ -342,10 +338,8 @@ fn show_levels(
     mut originals: ResMut<OriginalViews>,
 ) {
     for (id, copy) in &prepared.copies {
-        if prepared
-            .requests
-            .get(id)
-            .is_some_and(|request| request.after_draws)
+        let request = prepared.requests.get(id);
+        if request.is_some_and(|request| request.after_draws)
             && let Some(image) = images.get_mut(*id)
         {
             let original = std::mem::replace(&mut image.texture_view, copy.view.clone());
@@ -375,54 +369,48 @@ fn follow_cameras(world: &mut World) {
 }
 
 /// Generates the levels of the image to which a camera has drawn.
-fn follow_camera(
-    camera: ViewQuery<&ExtractedCamera>,
-    prepared: Res<PreparedTextures>,
-    images: Res<RenderAssets<GpuImage>>,
-    mut generator: ResMut<MipGenerator>,
-    device: Res<RenderDevice>,
-    mut context: RenderContext,
-) {
+fn follow_camera(camera: ViewQuery<&ExtractedCamera>, mut follower: Follower) {
     if let Some(NormalizedRenderTarget::Image(target)) = &camera.into_inner().target {
-        let id = target.handle.id();
-        prepared.follow(id, &images, &mut generator, &device, || {
-            context.command_encoder()
-        });
+        follower.follow(target.handle.id());
     }
 }
 
 /// Generates the levels of the images that shaders write.
-fn follow_shaders(
-    prepared: Res<PreparedTextures>,
-    images: Res<RenderAssets<GpuImage>>,
-    mut generator: ResMut<MipGenerator>,
-    device: Res<RenderDevice>,
-    mut context: RenderContext,
-) {
-    for id in prepared.copies.keys() {
-        let image = images.get(*id);
+fn follow_shaders(mut follower: Follower) {
+    let ids: Vec<_> = follower.prepared.copies.keys().copied().collect();
+    for id in ids {
+        let image = follower.images.get(id);
         if image.is_some_and(|i| i.texture.usage().contains(TextureUsages::STORAGE_BINDING)) {
-            prepared.follow(*id, &images, &mut generator, &device, || {
-                context.command_encoder()
-            });
+            follower.follow(id);
         }
     }
 }
 
-impl PreparedTextures {
-    fn follow<'a>(
-        &self,
-        id: AssetId<Image>,
-        images: &RenderAssets<GpuImage>,
-        generator: &mut MipGenerator,
-        device: &RenderDevice,
-        encoder: impl FnOnce() -> &'a mut CommandEncoder,
-    ) {
-        if let Some(copy) = self.copies.get(&id)
-            && let Some(request) = self.requests.get(&id).filter(|request| request.after_draws)
-            && let Some(image) = images.get(id)
+/// Generates levels after draws.
+#[derive(SystemParam)]
+struct Follower<'w, 's> {
+    prepared: Res<'w, PreparedTextures>,
+    images: Res<'w, RenderAssets<GpuImage>>,
+    generator: ResMut<'w, MipGenerator>,
+    device: Res<'w, RenderDevice>,
+    context: RenderContext<'w, 's>,
+}
+
+impl Follower<'_, '_> {
+    fn follow(&mut self, id: AssetId<Image>) {
+        if let Some(copy) = self.prepared.copies.get(&id)
+            && let Some(request) = self.prepared.requests.get(&id)
+            && request.after_draws
+            && let Some(image) = self.images.get(id)
         {
-            copy.update(&image.texture, request, generator, device, encoder());
+            let encoder = self.context.command_encoder();
+            copy.update(
+                &image.texture,
+                request,
+                &mut self.generator,
+                &self.device,
+                encoder,
+            );
         }
     }
 }

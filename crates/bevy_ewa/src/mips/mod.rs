@@ -12,15 +12,9 @@
 //! | --- | --- |
 //! | [`chain`] | the mip levels of a texture on the CPU, with the coverage of alpha masks |
 //! | [`texel`] | conversion of texel formats to linear light and back |
-//! | `generator` | which images get mip levels, and their generation on the GPU |
-//! | `downsample` | the pipelines that draw a level |
-//! | `coverage` | the passes that keep the coverage of alpha masks |
+//! | `generator` | which images get mip levels, and the passes that generate them and keep the coverage of alpha masks |
 
 pub mod chain;
-#[cfg(feature = "bevy")]
-mod coverage;
-#[cfg(feature = "bevy")]
-pub(crate) mod downsample;
 #[cfg(feature = "bevy")]
 pub(crate) mod generator;
 pub mod texel;

@@ -126,7 +126,9 @@ impl Footprint {
             radius * self.major_radius_texels,
             radius * self.minor_radius_texels,
         );
-        let texels = budget_texels(settings);
+        let levels = if settings.level_blend > 0.0 { 2.0 } else { 1.0 };
+        // At one fetch per texel, the texels that the ellipse of one level may have.
+        let texels = f64::from(settings.max_fetches) / levels;
         // PI (a s + 1) (b s + 1) + 4 / sqrt(2) ((a s + 1) + (b s + 1)) + PI / 2 = texels
         let slope = 4.0 * FRAC_1_SQRT_2;
         let square = PI * a * b;
@@ -140,14 +142,6 @@ impl Footprint {
         let scale = -2.0 * constant / (linear + root).max(1.0 / MAX_RADIUS_TEXELS);
         1.0 - scale.log2()
     }
-}
-
-/// The number of texels that the ellipse of one level may have within the budget, at one fetch per
-/// texel.
-fn budget_texels(settings: &EwaSettings) -> f64 {
-    let fetches = f64::from(settings.max_fetches);
-    let levels = if settings.level_blend > 0.0 { 2.0 } else { 1.0 };
-    fetches / levels
 }
 
 /// Returns an upper bound of the number of texel centres inside an ellipse with these radii: the unit

@@ -8,12 +8,10 @@
 //! | [`probes`] | the approximation of an ellipse by a few anisotropic fetches |
 //! | [`mod@stochastic`] | one fetch at a random point of the ellipse |
 //! | [`mod@sample`] | a lookup by any method |
-//! | [`scenes`] | test scenes as functions of a point on the screen |
-//! | [`mod@ground_truth`] | ground truth of the test scenes |
+//! | [`scenes`] | test scenes as functions of a point on the screen, and their ground truth |
 
 pub mod exact;
 pub mod footprint;
-pub mod ground_truth;
 pub mod probes;
 pub mod sample;
 pub mod scenes;
@@ -25,4 +23,4 @@ pub use sample::{Sampled, sample};
 pub use texture::{AddressMode, Level, Texture};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -99,25 +99,7 @@ pub fn single_probe(
     uv: [f64; 2],
     settings: &EwaSettings,
 ) -> Color {
-    let [length, width] = single_probe_size(footprint, settings);
-    let fetch = || taps(texture, uv, footprint.major_direction, length, width);
-    fetch_probe(texture, settings, fetch)
-}
-
-fn single_probe_size(footprint: &Footprint, settings: &EwaSettings) -> [f64; 2] {
-    let radius = f64::from(settings.kernel.probe_radius_pixels());
-    let width = PROBE_WIDTH * radius * footprint.minor_radius_texels;
-    let length = SINGLE_LENGTH * radius * footprint.major_radius_texels;
-    [length.max(width), width]
-}
-
-/// Takes a probe and counts it as one fetch where the texture unit computes it.
-fn fetch_probe(texture: &Texture, settings: &EwaSettings, fetch: impl Fn() -> Color) -> Color {
-    if settings.sampler_anisotropy > 1 {
-        texture.count_as_one(fetch)
-    } else {
-        fetch()
-    }
+    Probe::single(footprint, settings).fetch(texture, uv, 0.0)
 }
 
 /// Models the anisotropic filter of a texture unit for given derivatives.
@@ -172,29 +154,9 @@ fn tap_count(length_texels: f64, width_texels: f64) -> (f64, f64) {
     (count.clamp(1.0, MAX_TAPS), width)
 }
 
-/// Returns the fetches of each of `count` probes.
-pub(crate) fn probe_fetches(footprint: &Footprint, settings: &EwaSettings, count: u32) -> f64 {
-    let probe = Probe::new(footprint, settings, count);
-    tap_fetches(settings, probe.length_texels, probe.width_texels)
-}
-
-/// Returns the fetches of the single probe of an ellipse.
-pub(crate) fn single_probe_fetches(footprint: &Footprint, settings: &EwaSettings) -> f64 {
-    let [length, width] = single_probe_size(footprint, settings);
-    tap_fetches(settings, length, width)
-}
-
-fn tap_fetches(settings: &EwaSettings, length_texels: f64, width_texels: f64) -> f64 {
-    if settings.sampler_anisotropy > 1 {
-        1.0
-    } else {
-        tap_count(length_texels, width_texels).0
-    }
-}
-
 /// The parameters that all probes of an ellipse share.
-struct Probe<'a> {
-    settings: &'a EwaSettings,
+pub(crate) struct Probe {
+    is_texture_units: bool,
     count: f64,
     direction: [f64; 2],
     length_texels: f64,
@@ -217,12 +179,12 @@ const PROFILE_INTEGRAL: f64 = 16.0 / 15.0;
 /// planes and noise, 1.2 has the smallest error.
 const PROBE_WIDTH: f64 = 1.2;
 
-impl<'a> Probe<'a> {
+impl Probe {
     /// Distributes the probes along the major axis. The line of probes is shorter than the axis by the
     /// width of a probe, so that its variance is that of the ellipse even if the ellipse is nearly
     /// round: all probes of a disc are at its centre. It is shortened again by the variance that the
     /// length and the small number of the probes add.
-    fn new(footprint: &Footprint, settings: &'a EwaSettings, count: u32) -> Self {
+    pub(crate) fn new(footprint: &Footprint, settings: &EwaSettings, count: u32) -> Self {
         let radius = f64::from(settings.kernel.probe_radius_pixels());
         let count = f64::from(count);
         let major = radius * footprint.major_radius_texels;
@@ -232,12 +194,32 @@ impl<'a> Probe<'a> {
         let spacing = 2.0 * line / count * (KERNEL_VARIANCE / spread).sqrt();
         let width = PROBE_WIDTH * minor;
         Self {
-            settings,
+            is_texture_units: settings.sampler_anisotropy > 1,
             count,
             direction: footprint.major_direction,
             length_texels: spacing.max(width),
             width_texels: width,
             spacing_texels: spacing,
+        }
+    }
+
+    /// The single probe of an ellipse.
+    pub(crate) fn single(footprint: &Footprint, settings: &EwaSettings) -> Self {
+        let radius = f64::from(settings.kernel.probe_radius_pixels());
+        let probe = Self::new(footprint, settings, 1);
+        let length = SINGLE_LENGTH * radius * footprint.major_radius_texels;
+        Self {
+            length_texels: length.max(probe.width_texels),
+            ..probe
+        }
+    }
+
+    /// Returns the fetches of each probe.
+    pub(crate) fn fetches(&self) -> f64 {
+        if self.is_texture_units {
+            1.0
+        } else {
+            tap_count(self.length_texels, self.width_texels).0
         }
     }
 
@@ -249,11 +231,16 @@ impl<'a> Probe<'a> {
         integral((2.0 * index + 1.0) / self.count) - integral((2.0 * index - 1.0) / self.count)
     }
 
+    /// Takes a probe, which counts as one fetch where the texture unit computes it.
     fn fetch(&self, texture: &Texture, uv: [f64; 2], along: f64) -> Color {
         let size = texture.size();
         let at = [0, 1].map(|i| uv[i] + self.direction[i] * along / f64::from(size[i]));
         let (length, width) = (self.length_texels, self.width_texels);
         let fetch = || taps(texture, at, self.direction, length, width);
-        fetch_probe(texture, self.settings, fetch)
+        if self.is_texture_units {
+            texture.count_as_one(fetch)
+        } else {
+            fetch()
+        }
     }
 }

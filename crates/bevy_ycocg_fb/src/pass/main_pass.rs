@@ -1,5 +1,5 @@
 //! The main pass of a packed camera. It draws the phases of Bevy's main passes, in their order, into the
-//! packed texture, and then resolves that into the view's main texture.
+//! packed texture, which it clears first, and then resolves that into the view's main texture.
 //!
 //! A pass of Bevy is a system that queries the components of the current view and is skipped where there are none.
 //! So the current view is a placeholder from the end of the packed main pass to the end of Bevy's main passes.
@@ -7,11 +7,14 @@
 use std::ops::Range;
 
 use bevy::{
+    asset::load_embedded_asset,
+    camera::ClearColorConfig,
     core_pipeline::{
-        core_3d::{AlphaMask3d, Opaque3d, Transparent3d},
+        FullscreenShader,
+        core_3d::{AlphaMask3d, CORE_3D_DEPTH_FORMAT, Opaque3d, Transparent3d},
         skybox::SkyboxBindGroup,
     },
-    ecs::query::QueryData,
+    ecs::{entity::EntityHashMap, query::QueryData},
     pbr::{ScreenSpaceTransmission, Transmissive3d, ViewTransmissionTexture},
     prelude::*,
     render::{
@@ -21,20 +24,153 @@ use bevy::{
             DrawError, TrackedRenderPass, ViewBinnedRenderPhases, ViewSortedRenderPhases,
         },
         render_resource::{
-            CachedPipelineState, CachedRenderPipelineId, LoadOp, Operations, PipelineCache,
-            PipelineDescriptor, RenderPassColorAttachment, RenderPassDescriptor, StoreOp,
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            CachedPipelineState, CachedRenderPipelineId, CompareFunction, DepthStencilState,
+            FragmentState, LoadOp, MultisampleState, Operations, PipelineCache, PipelineDescriptor,
+            RenderPassColorAttachment, RenderPassDescriptor, RenderPipelineDescriptor,
+            ShaderStages, SpecializedRenderPipeline, SpecializedRenderPipelines, StoreOp,
+            UniformBuffer, binding_types::uniform_buffer,
         },
-        renderer::{CurrentView, RenderContext, ViewQuery},
+        renderer::{CurrentView, RenderContext, RenderDevice, RenderQueue, ViewQuery},
+        sync_world::MainEntity,
         view::{ExtractedView, ViewDepthStencilTexture, ViewTarget, ViewUniformOffset},
     },
 };
 
 use super::{
-    clear::PackedClear,
+    draw_fullscreen,
     phase_pipelines::PhasePipelines,
     resolve::{PackedResolve, ResolveBindGroup},
 };
-use crate::view::{eligibility::SwitchedViews, formatted::PackedView, textures::PackedTextures};
+use crate::{
+    settings::PackedFormat,
+    view::{
+        eligibility::SwitchedViews,
+        formatted::{PackedTextures, PackedView},
+    },
+};
+
+#[derive(Resource)]
+pub(crate) struct ClearPipeline {
+    layout: BindGroupLayoutDescriptor,
+    fullscreen: FullscreenShader,
+    shader: Handle<Shader>,
+}
+
+pub(super) fn init_clear_pipeline(
+    mut commands: Commands,
+    fullscreen: Res<FullscreenShader>,
+    asset_server: Res<AssetServer>,
+) {
+    commands.insert_resource(ClearPipeline {
+        layout: BindGroupLayoutDescriptor::new(
+            "packed_ycocg_clear",
+            &BindGroupLayoutEntries::single(ShaderStages::FRAGMENT, uniform_buffer::<Vec4>(false)),
+        ),
+        fullscreen: fullscreen.clone(),
+        shader: load_embedded_asset!(asset_server.as_ref(), "clear.wesl"),
+    });
+}
+
+impl SpecializedRenderPipeline for ClearPipeline {
+    /// Format and number of samples per pixel.
+    type Key = (PackedFormat, u32);
+
+    fn specialize(&self, (format, samples): Self::Key) -> RenderPipelineDescriptor {
+        RenderPipelineDescriptor {
+            label: Some("packed_ycocg_clear".into()),
+            layout: vec![self.layout.clone()],
+            vertex: self.fullscreen.to_vertex_state(),
+            // It is drawn in the pass of the scene and must not write its depth.
+            depth_stencil: Some(DepthStencilState {
+                format: CORE_3D_DEPTH_FORMAT,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(CompareFunction::Always),
+                stencil: default(),
+                bias: default(),
+            }),
+            multisample: MultisampleState {
+                count: samples,
+                ..default()
+            },
+            fragment: Some(FragmentState {
+                shader: self.shader.clone(),
+                shader_defs: format.shader_defs(),
+                entry_point: Some("clear".into()),
+                targets: vec![Some(format.texture_format().into())],
+                ..default()
+            }),
+            ..default()
+        }
+    }
+}
+
+/// Uniform buffers of the clear colours by camera, which are kept from frame to frame.
+#[derive(Resource, Default)]
+pub(crate) struct ClearUniforms(EntityHashMap<(LinearRgba, UniformBuffer<Vec4>)>);
+
+/// The operation that clears a view. A gray one is set by the load operation; any other one has a chrominance that
+/// depends on the pixel, so a full-screen triangle draws it.
+#[derive(Component)]
+pub(crate) enum PackedClear {
+    /// The load operation clears to this luminance, with a chrominance of 0.
+    Gray(f32),
+    /// A full-screen triangle clears to a colour.
+    Colored {
+        pipeline: CachedRenderPipelineId,
+        bind_group: BindGroup,
+    },
+}
+
+pub(super) fn prepare_clear(
+    mut commands: Commands,
+    views: Query<(Entity, &MainEntity, &PackedView, &ExtractedCamera)>,
+    global: Res<ClearColor>,
+    mut uniforms: ResMut<ClearUniforms>,
+    pipeline: Res<ClearPipeline>,
+    mut pipelines: ResMut<SpecializedRenderPipelines<ClearPipeline>>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+) {
+    let uniforms = &mut uniforms.0;
+    uniforms.retain(|&camera, _| views.iter().any(|(_, main, ..)| main.id() == camera));
+    for (entity, main_entity, packed, camera) in &views {
+        let color = match camera.clear_color {
+            ClearColorConfig::Custom(color) => color,
+            ClearColorConfig::Default | ClearColorConfig::None => global.0,
+        }
+        .to_linear();
+        let format = packed.format;
+        // `Unorm8` has a bias, so a chrominance of 0 is not stored as 0.
+        if color.red == color.green && color.green == color.blue && format != PackedFormat::Unorm8 {
+            let luminance = color.green.clamp(0.0, 65504.0);
+            commands.entity(entity).insert(PackedClear::Gray(luminance));
+            continue;
+        }
+        let (previous_color, buffer) = uniforms
+            .entry(main_entity.id())
+            .or_insert_with(|| (LinearRgba::NONE, UniformBuffer::from(Vec4::ZERO)));
+        if *previous_color != color {
+            *previous_color = color;
+            buffer.set(color.to_vec4());
+            buffer.write_buffer(&device, &queue);
+        }
+        let Some(binding) = buffer.binding() else {
+            continue;
+        };
+        let bind_group = device.create_bind_group(
+            "packed_ycocg_clear",
+            &cache.get_bind_group_layout(&pipeline.layout),
+            &BindGroupEntries::single(binding),
+        );
+        let pipeline = pipelines.specialize(&cache, &pipeline, (format, packed.samples));
+        commands.entity(entity).insert(PackedClear::Colored {
+            pipeline,
+            bind_group,
+        });
+    }
+}
 
 /// The components of the view that the pass uses.
 #[derive(QueryData)]
@@ -91,9 +227,7 @@ pub(super) fn packed_main_pass(
             label: Some("packed_ycocg_main_pass"),
             color_attachments: &[attachment(&view, first, last)],
             depth_stencil_attachment: Some(view.depth.get_attachment(StoreOp::Store)),
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
+            ..default()
         });
         let span = diagnostics.pass_span(&mut pass, "packed_ycocg_main_pass");
         if let Some(viewport) = &view.camera.viewport {
@@ -229,26 +363,15 @@ fn draw_resolve(
     cache: &PipelineCache,
     ctx: &mut RenderContext,
 ) {
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-        label: Some("packed_ycocg_resolve"),
-        color_attachments: &[Some(target)],
-        depth_stencil_attachment: None,
-        timestamp_writes: None,
-        occlusion_query_set: None,
-        multiview_mask: None,
-    });
-    let span = diagnostics.pass_span(&mut pass, "packed_ycocg_resolve");
-    if let Some(pipeline) = cache.get_render_pipeline(pipeline) {
-        if let Some(viewport) = &view.camera.viewport {
-            pass.set_camera_viewport(viewport);
-        }
-        pass.set_render_pipeline(pipeline);
-        pass.set_bind_group(0, &view.resolve_bind_group.0, &[view.uniform_offset.offset]);
-        pass.draw(0..3, 0..1);
-    }
-    span.end(&mut pass);
+    draw_fullscreen(
+        ctx,
+        "packed_ycocg_resolve",
+        &[Some(target)],
+        view.camera,
+        cache.get_render_pipeline(pipeline),
+        &view.resolve_bind_group.0,
+        &[view.uniform_offset.offset],
+    );
 }
 
 fn log_draw_error(drawn: Result<(), DrawError>, phase: &str) {

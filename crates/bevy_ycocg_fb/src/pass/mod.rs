@@ -2,18 +2,14 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`main_pass`] | opaque, masked, sky, transmissive and transparent phases, in Bevy's order |
+//! | [`main_pass`] | the clear colour, and opaque, masked, sky, transmissive and transparent phases, in Bevy's order |
 //! | [`phase_pipelines`] | whether the pipelines in the phases write the format, and variants of those that can |
-//! | [`classify`] | whether a pipeline writes a format |
 //! | [`taa`] | temporal anti-aliasing in `Rg11b10Ufloat` |
-//! | [`clear`] | the clear colour |
 //! | [`resolve`] | reconstruction of colours from packed texels |
 
-mod classify;
-mod clear;
-mod main_pass;
+pub(crate) mod main_pass;
 mod phase_pipelines;
-mod resolve;
+pub(crate) mod resolve;
 pub(crate) mod taa;
 
 use bevy::{
@@ -28,7 +24,13 @@ use bevy::{
     prelude::*,
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
-        render_resource::SpecializedRenderPipelines,
+        camera::ExtractedCamera,
+        diagnostic::RecordDiagnostics,
+        render_resource::{
+            BindGroup, RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline,
+            SpecializedRenderPipelines,
+        },
+        renderer::RenderContext,
     },
 };
 
@@ -47,8 +49,8 @@ impl Plugin for PackedPassPlugin {
         };
         render_app
             .init_resource::<SpecializedRenderPipelines<resolve::ResolvePipeline>>()
-            .init_resource::<SpecializedRenderPipelines<clear::ClearPipeline>>()
-            .init_resource::<clear::ClearUniforms>()
+            .init_resource::<SpecializedRenderPipelines<main_pass::ClearPipeline>>()
+            .init_resource::<main_pass::ClearUniforms>()
             .init_resource::<phase_pipelines::PhasePipelines>()
             .init_resource::<phase_pipelines::HiddenBins<Opaque3d>>()
             .init_resource::<phase_pipelines::HiddenBins<AlphaMask3d>>()
@@ -57,15 +59,23 @@ impl Plugin for PackedPassPlugin {
             .init_resource::<main_pass::SkippedView>()
             .add_systems(
                 RenderStartup,
-                (resolve::init_pipeline, clear::init_pipeline),
+                (resolve::init_pipeline, main_pass::init_clear_pipeline),
             )
             .add_systems(
                 Render,
                 (
-                    (resolve::prepare_pipelines, clear::prepare)
+                    (resolve::prepare_pipelines, main_pass::prepare_clear)
                         .in_set(RenderSystems::PrepareResources),
                     resolve::prepare_bind_groups.in_set(RenderSystems::PrepareBindGroups),
-                    phase_pipelines::inspect_phases
+                    // The first reason for which a camera cannot draw is the one that it reports.
+                    (
+                        phase_pipelines::begin_inspection,
+                        phase_pipelines::inspect_bins::<Opaque3d>,
+                        phase_pipelines::inspect_bins::<AlphaMask3d>,
+                        phase_pipelines::inspect_items::<Transmissive3d>,
+                        phase_pipelines::inspect_items::<Transparent3d>,
+                    )
+                        .chain()
                         .after(RenderSystems::PhaseSort)
                         .before(RenderSystems::Prepare),
                     (
@@ -75,7 +85,13 @@ impl Plugin for PackedPassPlugin {
                         .chain()
                         .after(RenderSystems::Prepare)
                         .before(RenderSystems::Render),
-                    phase_pipelines::restore_phases.in_set(RenderSystems::Cleanup),
+                    (
+                        phase_pipelines::restore_bins::<Opaque3d>,
+                        phase_pipelines::restore_bins::<AlphaMask3d>,
+                        phase_pipelines::restore_items::<Transmissive3d>,
+                        phase_pipelines::restore_items::<Transparent3d>,
+                    )
+                        .in_set(RenderSystems::Cleanup),
                 ),
             )
             .add_systems(
@@ -94,4 +110,33 @@ impl Plugin for PackedPassPlugin {
                     .in_set(Core3dSystems::MainPass),
             );
     }
+}
+
+/// Draws a full-screen triangle into the viewport of a camera, in a pass of its own; nothing while there is no pipeline.
+fn draw_fullscreen(
+    ctx: &mut RenderContext,
+    label: &'static str,
+    color_attachments: &[Option<RenderPassColorAttachment>],
+    camera: &ExtractedCamera,
+    pipeline: Option<&RenderPipeline>,
+    bind_group: &BindGroup,
+    dynamic_offsets: &[u32],
+) {
+    let diagnostics = ctx.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
+        label: Some(label),
+        color_attachments,
+        ..default()
+    });
+    let span = diagnostics.pass_span(&mut pass, label);
+    if let Some(pipeline) = pipeline {
+        if let Some(viewport) = &camera.viewport {
+            pass.set_camera_viewport(viewport);
+        }
+        pass.set_render_pipeline(pipeline);
+        pass.set_bind_group(0, bind_group, dynamic_offsets);
+        pass.draw(0..3, 0..1);
+    }
+    span.end(&mut pass);
 }

@@ -6,8 +6,8 @@ use bevy::{
     core_pipeline::{
         FullscreenShader,
         tonemapping::{
-            DebandDither, Tonemapping, TonemappingLuts, TonemappingPipelineKeyFlags,
-            get_lut_bind_group_layout_entries, get_lut_bindings,
+            DebandDither, Tonemapping, TonemappingLuts, get_lut_bind_group_layout_entries,
+            get_lut_bindings,
         },
     },
     pbr::Transmissive3d,
@@ -17,10 +17,9 @@ use bevy::{
         render_phase::ViewSortedRenderPhases,
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor,
-            BindGroupLayoutEntries, CachedRenderPipelineId, ColorTargetState, ColorWrites,
-            FragmentState, IntoBinding, PipelineCache, RenderPipelineDescriptor, ShaderStages,
-            SpecializedRenderPipeline, SpecializedRenderPipelines, TextureFormat,
-            TextureSampleType,
+            BindGroupLayoutEntries, CachedRenderPipelineId, FragmentState, IntoBinding,
+            PipelineCache, RenderPipelineDescriptor, ShaderStages, SpecializedRenderPipeline,
+            SpecializedRenderPipelines, TextureFormat, TextureSampleType,
             binding_types::{texture_2d, texture_2d_multisampled, uniform_buffer},
         },
         renderer::{RenderAdapterInfo, RenderDevice},
@@ -33,10 +32,7 @@ use bevy::{
 
 use crate::{
     settings::{MsaaResolve, PackedFormat, Reconstruction},
-    view::{
-        formatted::PackedView,
-        textures::{PackedTextures, TRANSMISSION_FORMAT},
-    },
+    view::formatted::{PackedTextures, PackedView, TRANSMISSION_FORMAT, has_transmissive_items},
 };
 
 /// The textures that the resolve shader reads, with the number of samples of the multisampled one.
@@ -116,91 +112,51 @@ pub(super) fn init_pipeline(
     });
 }
 
-/// The part of the pipeline key that selects the tone mapping.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct ToneMap {
+/// Returns the shader defs of the tone mapping of a view, as Bevy's own pass would do it.
+fn tone_map_defs(
+    view: &ExtractedView,
     method: Tonemapping,
-    dither: DebandDither,
-    flags: TonemappingPipelineKeyFlags,
-}
-
-impl ToneMap {
-    /// Returns the tone mapping of a view, as Bevy's own pass would do it.
-    fn of(view: &ExtractedView, method: Tonemapping, dither: Option<&DebandDither>) -> Self {
-        let grading = &view.color_grading;
-        let mut flags = TonemappingPipelineKeyFlags::empty();
-        flags.set(
-            TonemappingPipelineKeyFlags::HUE_ROTATE,
-            grading.global.hue != 0.0,
-        );
-        flags.set(
-            TonemappingPipelineKeyFlags::WHITE_BALANCE,
-            grading.global.temperature != 0.0 || grading.global.tint != 0.0,
-        );
-        flags.set(
-            TonemappingPipelineKeyFlags::SECTIONAL_COLOR_GRADING,
-            grading.all_sections().any(|section| *section != default()),
-        );
-        Self {
-            method,
-            dither: dither.copied().unwrap_or_default(),
-            flags,
+    dither: Option<&DebandDither>,
+) -> Vec<&'static str> {
+    let grading = &view.color_grading;
+    let method = match method {
+        Tonemapping::None | Tonemapping::Linear => "TONEMAP_METHOD_LINEAR",
+        Tonemapping::Reinhard => "TONEMAP_METHOD_REINHARD",
+        Tonemapping::ReinhardLuminance => "TONEMAP_METHOD_REINHARD_LUMINANCE",
+        Tonemapping::AcesFitted => "TONEMAP_METHOD_ACES_FITTED",
+        Tonemapping::AgX => "TONEMAP_METHOD_AGX",
+        Tonemapping::SomewhatBoringDisplayTransform => {
+            "TONEMAP_METHOD_SOMEWHAT_BORING_DISPLAY_TRANSFORM"
         }
-    }
-
-    /// Returns the shader defs of Bevy's own tone mapping pass.
-    fn shader_defs(self) -> Vec<ShaderDefVal> {
-        let mut defs: Vec<ShaderDefVal> = vec![
-            "YCOCG_FB_TONE_MAP".into(),
-            ShaderDefVal::UInt("TONEMAPPING_LUT_TEXTURE_BINDING_INDEX".into(), 2),
-            ShaderDefVal::UInt("TONEMAPPING_LUT_SAMPLER_BINDING_INDEX".into(), 3),
-        ];
-        let flags = [
-            (TonemappingPipelineKeyFlags::HUE_ROTATE, "HUE_ROTATE"),
-            (TonemappingPipelineKeyFlags::WHITE_BALANCE, "WHITE_BALANCE"),
-            (
-                TonemappingPipelineKeyFlags::SECTIONAL_COLOR_GRADING,
-                "SECTIONAL_COLOR_GRADING",
-            ),
-        ];
-        defs.extend(
-            flags
-                .into_iter()
-                .filter(|(flag, _)| self.flags.contains(*flag))
-                .map(|(_, def)| def.into()),
-        );
-        if self.dither == DebandDither::Enabled {
-            defs.push("DEBAND_DITHER".into());
-        }
-        defs.push(
-            match self.method {
-                Tonemapping::None | Tonemapping::Linear => "TONEMAP_METHOD_LINEAR",
-                Tonemapping::Reinhard => "TONEMAP_METHOD_REINHARD",
-                Tonemapping::ReinhardLuminance => "TONEMAP_METHOD_REINHARD_LUMINANCE",
-                Tonemapping::AcesFitted => "TONEMAP_METHOD_ACES_FITTED",
-                Tonemapping::AgX => "TONEMAP_METHOD_AGX",
-                Tonemapping::SomewhatBoringDisplayTransform => {
-                    "TONEMAP_METHOD_SOMEWHAT_BORING_DISPLAY_TRANSFORM"
-                }
-                Tonemapping::TonyMcMapface => "TONEMAP_METHOD_TONY_MC_MAPFACE",
-                Tonemapping::BlenderFilmic => "TONEMAP_METHOD_BLENDER_FILMIC",
-                Tonemapping::KhronosPbrNeutral => "TONEMAP_METHOD_PBR_NEUTRAL",
-            }
-            .into(),
-        );
-        defs
-    }
+        Tonemapping::TonyMcMapface => "TONEMAP_METHOD_TONY_MC_MAPFACE",
+        Tonemapping::BlenderFilmic => "TONEMAP_METHOD_BLENDER_FILMIC",
+        Tonemapping::KhronosPbrNeutral => "TONEMAP_METHOD_PBR_NEUTRAL",
+    };
+    let has_white_balance = grading.global.temperature != 0.0 || grading.global.tint != 0.0;
+    let has_sections = grading.all_sections().any(|section| *section != default());
+    let has_dither = dither.copied().unwrap_or_default() == DebandDither::Enabled;
+    let defs = [
+        (true, "YCOCG_FB_TONE_MAP"),
+        (grading.global.hue != 0.0, "HUE_ROTATE"),
+        (has_white_balance, "WHITE_BALANCE"),
+        (has_sections, "SECTIONAL_COLOR_GRADING"),
+        (has_dither, "DEBAND_DITHER"),
+        (true, method),
+    ];
+    let defs = defs.into_iter().filter(|(is_set, _)| *is_set);
+    defs.map(|(_, def)| def).collect()
 }
 
 /// Pipeline key of the resolve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct ResolveKey {
     format: PackedFormat,
     reconstruction: Reconstruction,
     source: ResolveSource,
     msaa_resolve: MsaaResolve,
     output: TextureFormat,
-    tone_map: Option<ToneMap>,
+    /// Shader defs of the tone mapping; none where a later pass of Bevy maps the tones.
+    tone_map: Vec<&'static str>,
     /// Whether the viewport is one pixel wide or high.
     is_line: bool,
 }
@@ -241,8 +197,12 @@ impl SpecializedRenderPipeline for ResolvePipeline {
             }
             ResolveSource::Both(_) => shader_defs.push("YCOCG_FB_LINEAR_LIGHT".into()),
         }
-        if let Some(tone_map) = key.tone_map {
-            shader_defs.extend(tone_map.shader_defs());
+        if !key.tone_map.is_empty() {
+            shader_defs.extend([
+                ShaderDefVal::UInt("TONEMAPPING_LUT_TEXTURE_BINDING_INDEX".into(), 2),
+                ShaderDefVal::UInt("TONEMAPPING_LUT_SAMPLER_BINDING_INDEX".into(), 3),
+            ]);
+            shader_defs.extend(key.tone_map.into_iter().map(ShaderDefVal::from));
         }
         RenderPipelineDescriptor {
             label: Some("packed_ycocg_resolve".into()),
@@ -253,11 +213,7 @@ impl SpecializedRenderPipeline for ResolvePipeline {
                 shader_defs,
                 constants,
                 entry_point: Some("resolve".into()),
-                targets: vec![Some(ColorTargetState {
-                    format: key.output,
-                    blend: None,
-                    write_mask: ColorWrites::ALL,
-                })],
+                targets: vec![Some(key.output.into())],
             }),
             ..default()
         }
@@ -287,17 +243,11 @@ pub(super) fn prepare_pipelines(
         Option<&Tonemapping>,
         Option<&DebandDither>,
     )>,
-    stale: Query<Entity, (With<PackedResolve>, Without<PackedView>)>,
     transmissive_phases: Res<ViewSortedRenderPhases<Transmissive3d>>,
     pipeline: Res<ResolvePipeline>,
     mut pipelines: ResMut<SpecializedRenderPipelines<ResolvePipeline>>,
     cache: Res<PipelineCache>,
 ) {
-    for entity in &stale {
-        commands
-            .entity(entity)
-            .remove::<(PackedResolve, ResolveBindGroup)>();
-    }
     for (entity, packed, view, tonemapping, dither) in &views {
         let source = ResolveSource::of(packed);
         let to_view = ResolveKey {
@@ -308,17 +258,15 @@ pub(super) fn prepare_pipelines(
             output: view.target_format,
             tone_map: tonemapping
                 .filter(|method| packed.tone_map && method.is_enabled())
-                .map(|&method| ToneMap::of(view, method, dither)),
+                .map_or_else(Vec::new, |&method| tone_map_defs(view, method, dither)),
             is_line: view.viewport.zw().min_element() == 1,
         };
         let to_transmission = ResolveKey {
             output: TRANSMISSION_FORMAT,
-            tone_map: None,
-            ..to_view
+            tone_map: Vec::new(),
+            ..to_view.clone()
         };
-        let transmissive = transmissive_phases
-            .get(&view.retained_view_entity)
-            .is_some_and(|phase| !phase.items.is_empty());
+        let transmissive = has_transmissive_items(&transmissive_phases, view);
         commands.entity(entity).insert(PackedResolve {
             to_view: pipelines.specialize(&cache, &pipeline, to_view),
             to_transmission: transmissive
@@ -360,17 +308,14 @@ pub(super) fn prepare_bind_groups(
             lut,
             lut_sampler,
         );
-        let entries = BindGroupEntries::sequential(entries);
-        let samples = textures.multisampled.as_ref();
-        let samples = samples.filter(|_| matches!(resolve.source, ResolveSource::Both(_)));
-        let entries: Vec<_> = entries
-            .iter()
-            .cloned()
-            .chain(samples.map(|samples| BindGroupEntry {
+        let mut entries = BindGroupEntries::sequential(entries).to_vec();
+        if matches!(resolve.source, ResolveSource::Both(_)) {
+            let samples = textures.multisampled.as_ref();
+            entries.extend(samples.map(|samples| BindGroupEntry {
                 binding: 4,
                 resource: samples.default_view.into_binding(),
-            }))
-            .collect();
+            }));
+        }
         let bind_group = device.create_bind_group("packed_ycocg_resolve", &layout, &entries);
         commands.entity(entity).insert(ResolveBindGroup(bind_group));
     }

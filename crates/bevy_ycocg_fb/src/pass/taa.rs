@@ -10,19 +10,16 @@ use bevy::{
     },
     core_pipeline::{Core3d, Core3dSystems, FullscreenShader, prepass::ViewPrepassTextures},
     diagnostic::FrameCount,
-    image::ToExtents,
     prelude::*,
     render::{
         Render, RenderApp, RenderStartup, RenderSystems,
         camera::ExtractedCamera,
-        diagnostic::RecordDiagnostics,
         render_resource::{
             BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            CachedRenderPipelineId, ColorTargetState, ColorWrites, FilterMode, FragmentState,
-            Operations, PipelineCache, RenderPassColorAttachment, RenderPassDescriptor,
-            RenderPipelineDescriptor, Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages,
-            SpecializedRenderPipeline, SpecializedRenderPipelines, TextureDescriptor,
-            TextureDimension, TextureFormat, TextureSampleType, TextureUsages, TextureView,
+            CachedRenderPipelineId, FilterMode, FragmentState, Operations, PipelineCache,
+            RenderPassColorAttachment, RenderPipelineDescriptor, Sampler, SamplerBindingType,
+            SamplerDescriptor, ShaderStages, SpecializedRenderPipeline, SpecializedRenderPipelines,
+            TextureFormat, TextureSampleType,
             binding_types::{sampler, texture_2d, texture_depth_2d},
         },
         renderer::{RenderContext, RenderDevice, ViewQuery},
@@ -31,7 +28,11 @@ use bevy::{
     },
 };
 
-use crate::{material::pipeline::RG11B10UFLOAT, view::formatted::Rg11b10UfloatView};
+use super::draw_fullscreen;
+use crate::{
+    material::RG11B10UFLOAT,
+    view::formatted::{Rg11b10UfloatView, target_descriptor},
+};
 
 /// Bevy's shader.
 const SHADER: &str = "embedded://bevy_anti_alias/taa/taa.wesl";
@@ -128,13 +129,6 @@ impl SpecializedRenderPipeline for TaaPipeline {
             ("TONEMAP", hdr),
             ("RESET", !has_history),
         ];
-        let target = |format| {
-            Some(ColorTargetState {
-                format,
-                blend: None,
-                write_mask: ColorWrites::ALL,
-            })
-        };
         RenderPipelineDescriptor {
             label: Some("rg11b10ufloat_taa".into()),
             layout: vec![self.layout.clone()],
@@ -146,7 +140,9 @@ impl SpecializedRenderPipeline for TaaPipeline {
                     .filter(|(_, is_set)| *is_set)
                     .map(|(def, _)| def.into())
                     .collect(),
-                targets: vec![target(TextureFormat::Rg11b10Ufloat), target(HISTORY_FORMAT)],
+                targets: [TextureFormat::Rg11b10Ufloat, HISTORY_FORMAT]
+                    .map(|format| Some(format.into()))
+                    .into(),
                 ..default()
             }),
             ..default()
@@ -198,23 +194,11 @@ fn prepare(
         let Some(size) = camera.physical_target_size else {
             continue;
         };
-        let mut texture = |label| {
-            let descriptor = TextureDescriptor {
-                label: Some(label),
-                size: size.to_extents(),
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: TextureDimension::D2,
-                format: HISTORY_FORMAT,
-                usage: TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            };
+        let labels = ["rg11b10ufloat_taa_history_1", "rg11b10ufloat_taa_history_2"];
+        let mut pair = labels.map(|label| {
+            let descriptor = target_descriptor(label, size, HISTORY_FORMAT, 1);
             textures.get(&device, descriptor)
-        };
-        let mut pair = [
-            texture("rg11b10ufloat_taa_history_1"),
-            texture("rg11b10ufloat_taa_history_2"),
-        ];
+        });
         if !frames.0.is_multiple_of(2) {
             pair.reverse();
         }
@@ -262,34 +246,21 @@ fn anti_alias(
             &pipeline.linear,
         )),
     );
-    let diagnostics = ctx.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    let mut pass = ctx.begin_tracked_render_pass(RenderPassDescriptor {
-        label: Some("rg11b10ufloat_taa"),
-        color_attachments: &[
-            attachment(target.destination),
-            attachment(&history.write.default_view),
-        ],
-        depth_stencil_attachment: None,
-        timestamp_writes: None,
-        occlusion_query_set: None,
-        multiview_mask: None,
+    let targets = [target.destination, &history.write.default_view].map(|view| {
+        Some(RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: Operations::default(),
+        })
     });
-    let span = diagnostics.pass_span(&mut pass, "rg11b10ufloat_taa");
-    pass.set_render_pipeline(render_pipeline);
-    pass.set_bind_group(0, &bind_group, &[]);
-    if let Some(viewport) = &camera.viewport {
-        pass.set_camera_viewport(viewport);
-    }
-    pass.draw(0..3, 0..1);
-    span.end(&mut pass);
-}
-
-fn attachment(view: &TextureView) -> Option<RenderPassColorAttachment<'_>> {
-    Some(RenderPassColorAttachment {
-        view,
-        depth_slice: None,
-        resolve_target: None,
-        ops: Operations::default(),
-    })
+    draw_fullscreen(
+        &mut ctx,
+        "rg11b10ufloat_taa",
+        &targets,
+        camera,
+        Some(render_pipeline),
+        &bind_group,
+        &[],
+    );
 }

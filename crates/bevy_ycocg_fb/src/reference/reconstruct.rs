@@ -34,11 +34,7 @@
 //! that is too dark, so it serves the reconstruction only, and the colours of the samples are averaged in linear light
 //! ([`mean_in_linear_light`]).
 
-use super::{
-    color::{YCoCg, linear_from_srgb, rgb_from_ycocg},
-    image::PackedImage,
-    pack::{F16_MAX, PackedPixel},
-};
+use super::pack::{F16_MAX, PackedImage, PackedPixel, YCoCg, linear_from_srgb, rgb_from_ycocg};
 use crate::settings::{MsaaResolve, PackedFormat, Reconstruction};
 
 /// Luminance difference from which the thesis's filter detects an edge (thesis 4.5).

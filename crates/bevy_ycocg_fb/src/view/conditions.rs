@@ -1,4 +1,7 @@
-//! What decides whether a camera can use a format: the camera itself, the app, systems of other plugins and the adapter.
+//! What decides whether a camera can use a format: the camera itself, the app, systems of other plugins, the adapter, and
+//! what drawing it has shown to be impossible.
+
+use std::ptr::fn_addr_eq;
 
 use bevy::{
     camera::{
@@ -19,23 +22,23 @@ use bevy::{
         ExtractedAtmosphere, ScreenSpaceReflectionsUniform, deferred::deferred_lighting,
         main_transmissive_pass_3d, screen_space_reflections, wireframe::Mesh3dWireframe,
     },
+    platform::collections::HashMap,
     prelude::*,
     render::{
         Extract,
         camera::ExtractedCamera,
-        render_resource::{
-            TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages, WgpuFeatures,
-        },
-        renderer::{RenderAdapter, RenderDevice},
+        error_handler::{ErrorType, RenderError, RenderErrorHandler, RenderErrorPolicy},
+        render_resource::{TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages},
         sync_world::{MainEntity, RenderEntity},
         view::{ExtractedView, Msaa},
     },
 };
 use bevy_frugal_hooks::ShaderPatches;
 
+use super::formatted::{PackedView, Rg11b10UfloatView};
 use crate::{
-    material::patches::REQUIRED,
-    report::FallbackReason,
+    material::{REQUIRED, detect::PackingShaders},
+    report::{FallbackReason, camera_name},
     settings::{DefaultFrameBufferQuality, FrameBufferFormat, FrameBufferQuality},
 };
 
@@ -199,69 +202,178 @@ pub(super) fn find_main_pass_systems(
     main_pass_systems.foreign = foreign.next();
 }
 
-/// The adapter's support of multisampled textures of a format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct FormatSupport {
-    /// Whether the hardware can resolve samples of this format.
-    pub hardware_resolve: bool,
+/// Returns whether the hardware can resolve samples of a format.
+///
+/// # Errors
+/// Returns the feature that the adapter lacks as the reason of the fallback.
+pub(super) fn hardware_resolve(
+    format: FrameBufferFormat,
+    samples: u32,
+    features: TextureFormatFeatures,
+) -> Result<bool, FallbackReason> {
+    let flags = features.flags;
+    let usages = features.allowed_usages;
+    if !usages.contains(TextureUsages::RENDER_ATTACHMENT) {
+        Err(FallbackReason::NotRenderable(format))
+    } else if !flags.contains(TextureFormatFeatureFlags::BLENDABLE) {
+        Err(FallbackReason::NotBlendable(format))
+    } else if samples > 1 && !flags.sample_count_supported(samples) {
+        Err(FallbackReason::SampleCount { format, samples })
+    } else {
+        Ok(flags.contains(TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE))
+    }
 }
 
-impl FormatSupport {
-    /// Queries the adapter.
-    ///
-    /// # Errors
-    /// Returns the feature that the adapter lacks as the reason of the fallback.
-    pub(crate) fn of(
+/// What was refused, by camera in the main world. A camera is tried again when its quality changes, and when the
+/// shader that did not pack does.
+#[derive(Resource, Debug, Default)]
+pub(crate) struct Refusals {
+    formats: HashMap<(Entity, FrameBufferFormat), Refusal>,
+    /// Generation of the shaders for which `formats` is valid.
+    generation: u64,
+}
+
+#[derive(Debug)]
+struct Refusal {
+    reason: FallbackReason,
+    /// The shader that does not pack.
+    shader: Option<AssetId<Shader>>,
+    /// Quality of the camera, once it is known.
+    quality: Option<Option<FrameBufferQuality>>,
+}
+
+impl Refusals {
+    pub(crate) fn add(
+        &mut self,
+        camera: Entity,
         format: FrameBufferFormat,
-        samples: u32,
-        adapter: &RenderAdapter,
-        device: &RenderDevice,
-    ) -> Result<Self, FallbackReason> {
-        let texture_format = format.texture_format();
-        let specific = WgpuFeatures::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
-        let features = if device.features().contains(specific) {
-            adapter.get_texture_format_features(texture_format)
-        } else {
-            texture_format.guaranteed_format_features(device.features())
-        };
-        Self::from_features(format, samples, features)
+        reason: FallbackReason,
+        shader: Option<AssetId<Shader>>,
+    ) {
+        self.formats.entry((camera, format)).or_insert(Refusal {
+            reason,
+            shader,
+            quality: None,
+        });
     }
 
-    fn from_features(
-        format: FrameBufferFormat,
-        samples: u32,
-        features: TextureFormatFeatures,
-    ) -> Result<Self, FallbackReason> {
-        let flags = features.flags;
-        if !features
-            .allowed_usages
-            .contains(TextureUsages::RENDER_ATTACHMENT)
-        {
-            return Err(FallbackReason::NotRenderable(format));
+    pub(super) fn get(&self, camera: Entity, format: FrameBufferFormat) -> Option<FallbackReason> {
+        self.formats
+            .get(&(camera, format))
+            .map(|refusal| refusal.reason.clone())
+    }
+
+    pub(super) fn keep_current(&mut self, candidates: &Query<Candidate>, shaders: &PackingShaders) {
+        if self.formats.is_empty() {
+            return;
         }
-        if !flags.contains(TextureFormatFeatureFlags::BLENDABLE) {
-            return Err(FallbackReason::NotBlendable(format));
-        }
-        if samples > 1 && !flags.sample_count_supported(samples) {
-            return Err(FallbackReason::SampleCount { format, samples });
-        }
-        Ok(Self {
-            hardware_resolve: flags.contains(TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE),
+        let is_new = self.generation != shaders.generation();
+        self.generation = shaders.generation();
+        self.formats.retain(|&(camera, _), refusal| {
+            let mut cameras = candidates.iter();
+            let Some(candidate) = cameras.find(|c| c.main_entity.id() == camera) else {
+                return false;
+            };
+            let quality = candidate.quality.copied();
+            let packs_now = is_new
+                && refusal
+                    .shader
+                    .is_some_and(|shader| shaders.contains(shader));
+            *refusal.quality.get_or_insert(quality) == quality && !packs_now
+        });
+    }
+}
+
+type Handler = for<'a> fn(&'a RenderError, &'a mut World, &'a mut World) -> RenderErrorPolicy;
+
+/// The handler of the app, which gets what is not ours.
+#[derive(Resource)]
+struct AppHandler(Handler);
+
+/// Puts [`handle`] before the handler of the app, whenever the app has set one.
+pub(super) fn install_error_handler(
+    mut commands: Commands,
+    handler: Option<ResMut<RenderErrorHandler>>,
+) {
+    if let Some(mut handler) = handler
+        && !fn_addr_eq(handler.0, handle as Handler)
+    {
+        commands.insert_resource(AppHandler(handler.0));
+        handler.0 = handle;
+    }
+}
+
+/// Bevy's default handler ends the app on an error of the renderer. Where a frame that has another format is refused, and
+/// the error is about that format, the cameras that had it are drawn in Bevy's from the next frame on. All other errors go
+/// to the handler that the app has, and so does a second one, since no camera has the format then.
+fn handle<'a>(
+    error: &'a RenderError,
+    main_world: &'a mut World,
+    render_world: &'a mut World,
+) -> RenderErrorPolicy {
+    if error.ty == ErrorType::Validation && refuse(&error.description, main_world, render_world) {
+        return RenderErrorPolicy::Ignore;
+    }
+    match main_world.get_resource::<AppHandler>() {
+        Some(&AppHandler(handler)) => handler(error, main_world, render_world),
+        None => RenderErrorPolicy::StopRendering,
+    }
+}
+
+/// Refuses the formats that the error is about. Returns whether a camera has any of them.
+fn refuse(error: &str, main_world: &World, render_world: &mut World) -> bool {
+    let mut views =
+        render_world.query::<(&MainEntity, Option<&PackedView>, Has<Rg11b10UfloatView>)>();
+    let refused: Vec<_> = views
+        .iter(render_world)
+        .filter_map(|(camera, packed, is_rg11b10ufloat)| {
+            let format = match packed {
+                Some(packed) => packed.format.into(),
+                None if is_rg11b10ufloat => FrameBufferFormat::Rg11b10Ufloat,
+                None => return None,
+            };
+            let is_multisampled = packed.is_some_and(|packed| packed.samples > 1);
+            is_about(error, format, is_multisampled).then_some((camera.id(), format))
         })
+        .collect();
+    let mut refusals = render_world.resource_mut::<Refusals>();
+    for &(camera, format) in &refused {
+        let name = camera_name(camera, main_world.get(camera));
+        error!(
+            "camera {name} is drawn in Bevy's format from now on: the renderer refused {format:?}. {error}"
+        );
+        let reason = FallbackReason::RefusedByRenderer(error.to_owned());
+        refusals.add(camera, format, reason, None);
+    }
+    !refused.is_empty()
+}
+
+/// Whether an error names the format, or the samples of which a packed camera's target has only one.
+fn is_about(error: &str, format: FrameBufferFormat, is_multisampled: bool) -> bool {
+    let names = |text: &str| error.contains(text);
+    match format {
+        FrameBufferFormat::Rg11b10Ufloat => {
+            names("Rg11b10Ufloat") || names("Rg11b10ufloat") || names("rg11b10ufloat")
+        }
+        FrameBufferFormat::Packed(packed) => {
+            names(&format!("{:?}", packed.texture_format()))
+                || names("packed_ycocg")
+                || (is_multisampled && names("sample count"))
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use bevy::render::render_resource::WgpuFeatures;
+
     use super::*;
     use crate::settings::PackedFormat;
 
     #[test]
     fn what_every_adapter_can_do() {
+        use FallbackReason::{NotBlendable, NotRenderable, SampleCount};
         let no_features = WgpuFeatures::empty();
-        let resolved = Ok(FormatSupport {
-            hardware_resolve: true,
-        });
         let [float16, unorm8, float32] = [
             PackedFormat::Float16,
             PackedFormat::Unorm8,
@@ -271,25 +383,20 @@ mod tests {
         let small_floats = FrameBufferFormat::Rg11b10Ufloat;
         let renderable = WgpuFeatures::RG11B10UFLOAT_RENDERABLE;
         let mut cases = vec![
-            (
-                float32,
-                1,
-                no_features,
-                Err(FallbackReason::NotBlendable(float32)),
-            ),
+            (float32, 1, no_features, Err(NotBlendable(float32))),
             (
                 small_floats,
                 1,
                 no_features,
-                Err(FallbackReason::NotRenderable(small_floats)),
+                Err(NotRenderable(small_floats)),
             ),
-            (small_floats, 4, renderable, resolved.clone()),
+            (small_floats, 4, renderable, Ok(true)),
         ];
         for format in [float16, unorm8] {
-            let too_few = |samples| Err(FallbackReason::SampleCount { format, samples });
+            let too_few = |samples| Err(SampleCount { format, samples });
             cases.extend([
-                (format, 1, no_features, resolved.clone()),
-                (format, 4, no_features, resolved.clone()),
+                (format, 1, no_features, Ok(true)),
+                (format, 4, no_features, Ok(true)),
                 (format, 2, no_features, too_few(2)),
                 (format, 8, no_features, too_few(8)),
             ]);
@@ -297,8 +404,23 @@ mod tests {
         for (format, samples, device_features, expected) in cases {
             let texture_format = format.texture_format();
             let features = texture_format.guaranteed_format_features(device_features);
-            let actual = FormatSupport::from_features(format, samples, features);
+            let actual = hardware_resolve(format, samples, features);
             assert_eq!(actual, expected, "{format:?} with {samples} samples");
         }
+    }
+
+    #[test]
+    fn errors_about_other_formats_are_not_ours() {
+        let fixed = "In a CommandEncoder, label = 'post' Incompatible color attachments at indices [0]: the \
+            RenderPass uses textures with formats [Some(Rg11b10Ufloat)] but the RenderPipeline with 'tint' label \
+            uses attachments with formats [Some(Rgba16Float)]";
+        let samples = "Incompatible sample count: the RenderPass uses textures with sample count 1 but the \
+            RenderPipeline with 'tint' label uses attachments with format 4";
+        let packed = FrameBufferFormat::Packed(PackedFormat::Float16);
+        assert!(is_about(fixed, FrameBufferFormat::Rg11b10Ufloat, false));
+        assert!(!is_about(fixed, packed, true));
+        assert!(is_about(samples, packed, true));
+        assert!(!is_about(samples, packed, false));
+        assert!(!is_about(samples, FrameBufferFormat::Rg11b10Ufloat, false));
     }
 }

@@ -1,35 +1,41 @@
-//! The choice of the cameras that use another format.
+//! The choice of the cameras that use another format. Cameras that share a picture have one.
 
 use bevy::{
+    camera::{MsaaWriteback, NormalizedRenderTarget},
     ecs::{
         entity::{EntityHashMap, EntityHashSet},
         system::SystemParam,
     },
     prelude::*,
     render::{
-        render_resource::TextureUsages,
-        renderer::{RenderAdapter, RenderDevice},
-        view::ExtractedView,
+        camera::ExtractedCamera,
+        render_resource::{Texture, TextureFormat, TextureUsages},
+        renderer::{RenderAdapter, RenderAdapterInfo, RenderDevice},
+        sync_world::MainEntity,
+        texture::CachedTexture,
+        view::{ExtractedView, ViewTarget},
     },
 };
+use bevy_frugal_hooks::format_features;
 
 use super::{
     conditions::{
-        Candidate, CandidateItem, FormatSupport, MainPassSystems, MainWorldState, draws_colors,
+        Candidate, CandidateItem, MainPassSystems, MainWorldState, Refusals, draws_colors,
+        hardware_resolve,
     },
-    formatted::{Formatted, PackedView, Rg11b10UfloatView},
-    refusals::Refusals,
-    stack::{Layer, is_continued, packed_stack_reason},
+    formatted::{Formatted, PackedComponents, PackedTextures, PackedView, Rg11b10UfloatView},
 };
 use crate::{
     material::detect::PackingShaders,
-    report::{CameraState, FallbackReason, RefusedFormat},
+    report::{
+        CameraState, ColorMemory, FallbackReason, FrameBufferReport, RefusedFormat, RenderedReports,
+    },
     settings::{FrameBufferFormat, FrameBufferQuality, PackedFormat},
 };
 
 /// What was chosen in this frame, by camera in the main world.
 #[derive(Resource, Debug, Default)]
-pub(super) struct Decisions(pub EntityHashMap<(CameraState, Vec<RefusedFormat>)>);
+pub(super) struct Decisions(EntityHashMap<(CameraState, Vec<RefusedFormat>)>);
 
 /// The views whose format is another than in the last frame.
 #[derive(Resource, Debug, Default)]
@@ -125,22 +131,21 @@ pub(super) fn select_views(
         views.remove(&candidate.entity);
         match format {
             Some(FrameBufferFormat::Packed(_)) => {
-                let settings = candidate
-                    .quality
-                    .copied()
-                    .unwrap_or_default()
-                    .packed_settings();
+                let quality = candidate.quality.copied().unwrap_or_default();
+                let settings = quality.packed_settings();
                 // Formats without support were refused above.
-                if let Ok(support) = conditions.support(candidate, settings.format.into()) {
-                    let view = PackedView::new(candidate, settings, support);
+                if let Ok(resolve) = conditions.support(candidate, settings.format.into()) {
+                    let view = PackedView::new(candidate, settings, resolve);
                     entity.remove::<Rg11b10UfloatView>().insert(view);
                 }
             }
             Some(FrameBufferFormat::Rg11b10Ufloat) => {
-                entity.remove::<PackedView>().insert(Rg11b10UfloatView);
+                entity
+                    .remove::<PackedComponents>()
+                    .insert(Rg11b10UfloatView);
             }
             None => {
-                entity.remove::<(PackedView, Rg11b10UfloatView)>();
+                entity.remove::<(PackedComponents, Rg11b10UfloatView)>();
             }
         }
         if !is_loading {
@@ -167,7 +172,7 @@ pub(super) fn select_views(
     for entity in views {
         commands
             .entity(entity)
-            .remove::<(PackedView, Rg11b10UfloatView)>();
+            .remove::<(PackedComponents, Rg11b10UfloatView)>();
     }
     switched.views = formats
         .iter()
@@ -248,17 +253,14 @@ impl Conditions<'_, '_> {
             .or_else(|| self.support(candidate, format).err())
     }
 
+    /// Whether the hardware can resolve the camera's samples in the format, if it supports that.
     fn support(
         &self,
         candidate: &CandidateItem,
         format: FrameBufferFormat,
-    ) -> Result<FormatSupport, FallbackReason> {
-        FormatSupport::of(
-            format,
-            candidate.msaa.samples(),
-            &self.adapter,
-            &self.device,
-        )
+    ) -> Result<bool, FallbackReason> {
+        let features = format_features(format.texture_format(), &self.adapter, &self.device);
+        hardware_resolve(format, candidate.msaa.samples(), features)
     }
 }
 
@@ -270,27 +272,23 @@ fn packed_reason(
     main_pass_system: Option<&str>,
 ) -> Option<FallbackReason> {
     // The cause precedes its consequences: screen-space reflections require the deferred prepass.
+    use FallbackReason as Reason;
+    if let Some(error) = &state.refused {
+        return Some(Reason::PatchRefused(error.clone()));
+    }
+    let is_unorm8 = format == PackedFormat::Unorm8;
     let reasons = [
-        state.refused.clone().map(FallbackReason::PatchRefused),
-        candidate
-            .reflections
-            .then_some(FallbackReason::ScreenSpaceReflections),
-        candidate
-            .deferred
-            .then_some(FallbackReason::DeferredPrepass),
-        candidate
-            .transparency
-            .then_some(FallbackReason::OrderIndependentTransparency),
-        state.wireframes.then_some(FallbackReason::Wireframes),
-        candidate
-            .resolution_override
-            .then_some(FallbackReason::ResolutionOverride),
-        candidate.has_no_clear().then_some(FallbackReason::NoClear),
-        (format == PackedFormat::Unorm8 && candidate.camera.hdr)
-            .then_some(FallbackReason::Unorm8WithHdr),
-        main_pass_system.map(|name| FallbackReason::MainPassSystem(name.into())),
+        (candidate.reflections, Reason::ScreenSpaceReflections),
+        (candidate.deferred, Reason::DeferredPrepass),
+        (candidate.transparency, Reason::OrderIndependentTransparency),
+        (state.wireframes, Reason::Wireframes),
+        (candidate.resolution_override, Reason::ResolutionOverride),
+        (candidate.has_no_clear(), Reason::NoClear),
+        (is_unorm8 && candidate.camera.hdr, Reason::Unorm8WithHdr),
     ];
-    reasons.into_iter().flatten().next()
+    let reason = reasons.into_iter().find(|(applies, _)| *applies);
+    let system = main_pass_system.map(|name| Reason::MainPassSystem(name.into()));
+    reason.map(|(_, reason)| reason).or(system)
 }
 
 /// The last of the subviews of a camera that take their format from its own: that of Bevy's user interface.
@@ -306,13 +304,8 @@ fn rg11b10ufloat_reason(
             && view.retained_view_entity.subview_index > LAST_SUBVIEW
     });
     let has_storage = candidate.usages.0.contains(TextureUsages::STORAGE_BINDING);
-    if drawn_over {
-        Some(FallbackReason::DrawnOver)
-    } else if has_storage {
-        Some(FallbackReason::StorageUsage)
-    } else {
-        None
-    }
+    let drawn_over = drawn_over.then_some(FallbackReason::DrawnOver);
+    drawn_over.or(has_storage.then_some(FallbackReason::StorageUsage))
 }
 
 /// Returns the reason for which a camera cannot use the format that it prefers beside the other cameras.
@@ -372,9 +365,217 @@ fn cannot_join(choice: &Choice, conditions: &Conditions, refusals: &Refusals) ->
 /// Whether a camera without a quality of its own shares the picture of one in `Rg11b10Ufloat`.
 fn joins(index: usize, choices: &[Choice], layers: &[Layer]) -> bool {
     let layer = &layers[index];
+    let small_floats = Some(FrameBufferFormat::Rg11b10Ufloat);
+    let mut choices = choices.iter().zip(layers);
+    choices.any(|(choice, other)| other.shares(layer) && choice.preferred() == small_floats)
+        && is_continued(layers.iter().filter(|other| other.shares(layer)))
+}
+
+/// What decides with which cameras of its target a camera shares its picture.
+///
+/// Bevy draws cameras of the same target, format, usages and samples into the same textures. A camera that does not
+/// clear them continues the picture that is in them, and so does a multisampled one to which Bevy's MSAA writeback
+/// gives it, as it does to the second of two cameras that fill their target. Such cameras must have one format.
+#[derive(Clone, Debug, PartialEq)]
+struct Layer {
+    entity: Entity,
+    target: Option<NormalizedRenderTarget>,
+    usages: TextureUsages,
+    format: TextureFormat,
+    samples: u32,
+    order: isize,
+    has_viewport: bool,
+    has_no_clear: bool,
+    writeback: MsaaWriteback,
+}
+
+impl Layer {
+    fn of(candidate: &CandidateItem) -> Self {
+        Self {
+            entity: candidate.entity,
+            target: candidate.camera.target.clone(),
+            usages: candidate.usages.0,
+            format: candidate.view.target_format,
+            samples: candidate.msaa.samples(),
+            order: candidate.camera.order,
+            has_viewport: candidate.camera.viewport.is_some(),
+            has_no_clear: candidate.has_no_clear(),
+            writeback: candidate.camera.msaa_writeback,
+        }
+    }
+
+    /// Whether both have the same textures, if their formats are the same.
+    fn could_share(&self, other: &Self) -> bool {
+        self.target == other.target && self.usages == other.usages && self.samples == other.samples
+    }
+
+    /// Whether Bevy draws both into the same textures.
+    fn shares(&self, other: &Self) -> bool {
+        self.could_share(other) && self.format == other.format
+    }
+
+    /// Whether the camera continues the picture in its textures, if those of `others` have the same. Bevy leaves the
+    /// order of cameras of the same order open, so that either may be the first.
+    fn continues<'a>(&self, mut others: impl Iterator<Item = &'a Self>) -> bool {
+        let is_written_back = match self.writeback {
+            MsaaWriteback::Off => false,
+            MsaaWriteback::Always => true,
+            MsaaWriteback::Auto => {
+                !self.has_viewport
+                    && others.any(|other| other.entity != self.entity && other.order <= self.order)
+            }
+        };
+        self.has_no_clear || (self.samples > 1 && is_written_back)
+    }
+}
+
+/// Whether any of these cameras, which have the same textures, continues a picture.
+fn is_continued<'a>(members: impl Iterator<Item = &'a Layer> + Clone) -> bool {
+    members
+        .clone()
+        .any(|member| member.continues(members.clone()))
+}
+
+/// Returns the reason for which the camera cannot pack beside the other cameras of its target.
+///
+/// A packed camera writes a single-sampled `ViewTarget`, in which no later camera finds samples.
+fn packed_stack_reason(layer: &Layer, layers: &[Layer]) -> Option<FallbackReason> {
     let sharing = layers.iter().filter(|other| other.shares(layer));
-    let mut choices_of_picture = choices.iter().zip(layers).filter(|(_, o)| o.shares(layer));
-    choices_of_picture
-        .any(|(choice, _)| choice.preferred() == Some(FrameBufferFormat::Rg11b10Ufloat))
-        && is_continued(sharing)
+    if layer.continues(sharing.clone()) {
+        return Some(FallbackReason::MsaaWriteback);
+    }
+    let is_multisampled = layer.samples > 1;
+    // A single-sampled camera that does not clear would find the picture of this one instead of its own.
+    let would_be_continued = layers.iter().any(|other| {
+        let single_sampled = Layer {
+            samples: other.samples,
+            ..layer.clone()
+        };
+        other.samples == 1 && other.has_no_clear && other.shares(&single_sampled)
+    });
+    (is_multisampled && (is_continued(sharing) || would_be_continued))
+        .then_some(FallbackReason::ContinuedByMultisampled)
+}
+
+/// Publishes the reports on all cameras with a quality, with the memory of their colour textures as allocated.
+pub(super) fn publish_reports(
+    views: Query<(
+        &MainEntity,
+        &ExtractedCamera,
+        Option<&ViewTarget>,
+        Option<&PackedTextures>,
+    )>,
+    mut decisions: ResMut<Decisions>,
+    reports: Res<RenderedReports>,
+    adapter: Res<RenderAdapterInfo>,
+) {
+    if decisions.0.is_empty() {
+        return;
+    }
+    let is_free = |texture: &Texture| {
+        let usage = texture.usage();
+        adapter.transient_saves_memory == Some(true)
+            && usage.contains(TextureUsages::TRANSIENT_ATTACHMENT)
+    };
+    let packed_bytes =
+        |texture: Option<&CachedTexture>| match texture.map(|texture| &texture.texture) {
+            Some(texture) if !is_free(texture) => bytes(texture),
+            _ => 0,
+        };
+    let mut rendered = EntityHashMap::default();
+    for (main_entity, camera, target, packed) in &views {
+        // The window is not there yet.
+        if target.is_none() && draws_colors(camera) {
+            continue;
+        }
+        if let Some((state, refused)) = decisions.0.remove(&main_entity.id()) {
+            let memory = ColorMemory {
+                packed: packed_bytes(packed.and_then(|p| p.single_sampled.as_ref())),
+                packed_multisampled: packed_bytes(packed.and_then(|p| p.multisampled.as_ref())),
+                main: target.map_or(0, |t| {
+                    bytes(t.main_texture()) + bytes(t.main_texture_other())
+                }),
+                main_multisampled: target
+                    .and_then(ViewTarget::sampled_main_texture)
+                    .map_or(0, bytes),
+            };
+            let report = FrameBufferReport {
+                state,
+                refused,
+                memory,
+            };
+            rendered.insert(main_entity.id(), report);
+        }
+    }
+    reports.publish(rendered);
+}
+
+fn bytes(texture: &Texture) -> u64 {
+    let size = texture.size();
+    let texels = u64::from(size.width) * u64::from(size.height) * u64::from(texture.sample_count());
+    let texel_bytes = texture.format().block_copy_size(None).unwrap_or(0);
+    texels * u64::from(texel_bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layer(index: u32, order: isize, samples: u32) -> Layer {
+        Layer {
+            entity: Entity::from_raw_u32(index).expect("an index"),
+            target: None,
+            usages: TextureUsages::RENDER_ATTACHMENT,
+            format: TextureFormat::Rgba16Float,
+            samples,
+            order,
+            has_viewport: false,
+            has_no_clear: false,
+            writeback: MsaaWriteback::Auto,
+        }
+    }
+
+    #[test]
+    fn the_later_of_two_multisampled_cameras_continues_unless_it_has_a_viewport() {
+        for (samples, has_viewport, writeback, expected) in [
+            (4, false, MsaaWriteback::Auto, true),
+            (4, true, MsaaWriteback::Auto, false),
+            (4, true, MsaaWriteback::Always, true),
+            (4, false, MsaaWriteback::Off, false),
+            (1, false, MsaaWriteback::Auto, false),
+            (1, false, MsaaWriteback::Always, false),
+        ] {
+            let below = layer(1, 0, samples);
+            let above = Layer {
+                has_viewport,
+                writeback,
+                ..layer(2, 1, samples)
+            };
+            let both = [below, above];
+            assert!(!both[0].continues(both.iter()));
+            assert_eq!(both[1].continues(both.iter()), expected, "{:?}", both[1]);
+        }
+    }
+
+    #[test]
+    fn a_camera_without_clear_colour_continues() {
+        let alone = Layer {
+            has_no_clear: true,
+            ..layer(1, 0, 1)
+        };
+        assert!(is_continued([alone].iter()));
+        assert!(!is_continued([layer(1, 0, 4)].iter()));
+    }
+
+    #[test]
+    fn cameras_of_other_formats_or_samples_share_nothing() {
+        let hdr = layer(1, 0, 4);
+        let ldr = Layer {
+            format: TextureFormat::Rgba8UnormSrgb,
+            ..layer(2, 1, 4)
+        };
+        assert!(!hdr.shares(&ldr) && hdr.could_share(&ldr));
+        assert!(!hdr.could_share(&layer(2, 1, 1)));
+        assert!(hdr.shares(&layer(2, 1, 4)));
+    }
 }

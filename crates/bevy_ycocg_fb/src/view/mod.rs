@@ -2,19 +2,13 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`conditions`] | what decides whether a camera can use a format |
-//! | [`stack`] | the cameras that share a picture |
-//! | [`refusals`] | the formats that drawing a camera has shown to be impossible |
-//! | [`eligibility`] | the choice of the cameras that use another format |
-//! | [`formatted`] | the views with another format, and what Bevy sees of them |
-//! | [`textures`] | the packed textures |
+//! | [`conditions`] | what decides whether a camera can use a format, and what has shown that it cannot |
+//! | [`eligibility`] | the choice of the cameras that use another format, beside those that share their picture; its report |
+//! | [`formatted`] | the views with another format, what Bevy sees of them, and the packed textures |
 
 pub(crate) mod conditions;
 pub(crate) mod eligibility;
 pub(crate) mod formatted;
-pub(crate) mod refusals;
-mod stack;
-pub(crate) mod textures;
 
 use bevy::{
     pbr::check_views_need_specialization,
@@ -31,7 +25,7 @@ impl Plugin for PackedViewPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             First,
-            refusals::install_error_handler.run_if(any_with_component::<FrameBufferReport>),
+            conditions::install_error_handler.run_if(any_with_component::<FrameBufferReport>),
         );
         let reports = app.world().resource::<RenderedReports>().clone();
         let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
@@ -41,7 +35,7 @@ impl Plugin for PackedViewPlugin {
             .insert_resource(reports)
             .init_resource::<conditions::MainWorldState>()
             .init_resource::<conditions::MainPassSystems>()
-            .init_resource::<refusals::Refusals>()
+            .init_resource::<conditions::Refusals>()
             .init_resource::<eligibility::Decisions>()
             .init_resource::<eligibility::SwitchedViews>()
             .init_resource::<formatted::OriginalFormats>()
@@ -85,11 +79,11 @@ impl Plugin for PackedViewPlugin {
                         formatted::restore_msaa.after(prepare_view_targets),
                     )
                         .in_set(RenderSystems::PrepareViews),
-                    textures::prepare_textures.in_set(RenderSystems::PrepareResources),
-                    textures::replace_transmission_textures
+                    formatted::prepare_textures.in_set(RenderSystems::PrepareResources),
+                    formatted::replace_transmission_textures
                         .after(RenderSystems::PrepareResources)
                         .before(RenderSystems::PrepareBindGroups),
-                    textures::publish_reports.in_set(RenderSystems::PrepareBindGroups),
+                    eligibility::publish_reports.in_set(RenderSystems::PrepareBindGroups),
                 ),
             );
     }

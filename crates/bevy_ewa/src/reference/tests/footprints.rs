@@ -1,9 +1,13 @@
-//! The ellipse of a pixel, upper bounds of its cost, and the mip levels that it is read from.
+//! The ellipse of a pixel, upper bounds of its cost, and the mip levels that it is read from; errors of small pictures
+//! against the ground truth, and convergence of the stochastic method to it.
 
 use proptest::prelude::*;
 
 use super::{
-    super::{exact::Ellipse, footprint::max_texels, sample::sample},
+    super::{
+        exact::Ellipse, footprint::max_texels, scenes::ground_truth,
+        stochastic::noise as random_numbers,
+    },
     *,
 };
 
@@ -128,13 +132,8 @@ proptest! {
         rotation in 0.0..6.3f64,
     ) {
         prop_assume!((a * d - b * c).abs() > 0.05);
-        let (sin, cos) = rotation.sin_cos();
         let plain = Derivatives { dx: [a, c], dy: [b, d] };
-        let rotated = Derivatives {
-            dx: [a * cos + b * sin, c * cos + d * sin],
-            dy: [b * cos - a * sin, d * cos - c * sin],
-        };
-        let [p, t] = [plain, rotated].map(|d| Footprint::new(d, [128, 128], 64.0));
+        let [p, t] = [plain, rotated(plain, rotation)].map(|d| Footprint::new(d, [128, 128], 64.0));
         prop_assert!((p.major_radius_texels - t.major_radius_texels).abs() < 1e-6);
         prop_assert!((p.minor_radius_texels - t.minor_radius_texels).abs() < 1e-6);
     }
@@ -176,5 +175,106 @@ proptest! {
             .count();
         let bound = max_texels(major + 1.0, major / ratio + 1.0);
         prop_assert!(inside as f64 <= bound, "{inside} > {bound}");
+    }
+}
+
+const SIZE: u32 = 24;
+
+/// A floor at 5 degrees.
+fn floor(rotation_degrees: f64) -> Surface {
+    plane(5.0, 3.0, rotation_degrees, 0.5)
+}
+
+/// Returns the mean squared error of the mean of `frames` frames against the ground truth, in squared 8-bit units of
+/// linear light, and the mean fetches per pixel and frame.
+fn error(texture: &Texture, surface: &Surface, settings: &EwaSettings, frames: u32) -> (f64, f64) {
+    let (mut sum, mut fetches) = (0.0, 0);
+    for i in 0..SIZE * SIZE {
+        let pixel = [i % SIZE, i / SIZE];
+        let (uv, derivatives) = surface.pixel(SIZE, pixel);
+        let mut mean = 0.0;
+        for frame in 0..frames {
+            let sampled = sample(texture, uv, derivatives, settings, frame);
+            if settings.method == EwaMethod::Stochastic {
+                assert_eq!(sampled.fetches, 1);
+            }
+            fetches += sampled.fetches;
+            mean += sampled.color[0] / f64::from(frames);
+        }
+        let expected = ground_truth(texture, surface, SIZE, pixel, settings.kernel, 24);
+        sum += ((mean - expected[0]) * 255.0).powi(2);
+    }
+    let pixels = f64::from(SIZE * SIZE);
+    (
+        sum / pixels,
+        f64::from(fetches) / pixels / f64::from(frames),
+    )
+}
+
+#[test]
+fn the_methods_are_ordered_on_grazing_planes() {
+    let texture = checks(0.1);
+    for rotation in [0.0, 45.0] {
+        let surface = floor(rotation);
+        let approximate = EwaMethod::Approximate { probes: FIVE };
+        let [linear, bilinear, approximate, hardware, trilinear] = [
+            EwaMethod::Linear,
+            EwaMethod::Bilinear,
+            approximate,
+            EwaMethod::SoftwareAnisotropic,
+            EwaMethod::Hardware,
+        ]
+        .map(|method| error(&texture, &surface, &EwaSettings::with_method(method), 1));
+        println!("{rotation}: {linear:?} {bilinear:?} {approximate:?} {hardware:?} {trilinear:?}");
+        assert!(linear.0 < 10.0);
+        assert!(bilinear.0 < 1.5 * linear.0 + 3.0 && bilinear.1 < linear.1);
+        assert!(linear.0 < approximate.0 && approximate.0 < hardware.0);
+        assert!(linear.0 < trilinear.0);
+    }
+}
+
+#[test]
+fn derivatives_are_continuous_at_the_seam_of_the_tunnel() {
+    // u wraps around between these two pixels.
+    let [(above, a), (below, b)] = [[3, 31], [3, 32]].map(|pixel| TUNNEL.pixel(64, pixel));
+    assert!((above[0] - below[0]).abs() > 3.0);
+    assert!((a.dy[0] - b.dy[0]).abs() < 1e-6, "{a:?} {b:?}");
+}
+
+#[test]
+fn the_mean_of_frames_converges_to_the_truth() {
+    let (texture, surface) = (checks(0.1), floor(45.0));
+    for kernel in [EwaKernel::Box, EwaKernel::Tent, EwaKernel::default()] {
+        let settings = EwaSettings {
+            kernel,
+            ..EwaSettings::with_method(EwaMethod::Stochastic)
+        };
+        let errors =
+            [1, 8, 16, 64, 512].map(|frames| error(&texture, &surface, &settings, frames).0);
+        println!("{kernel:?}: {errors:.1?} after 1, 8, 16, 64 and 512 frames");
+        // Faster than independent random numbers, whose error falls as 1 / frames.
+        assert!(errors[1] < errors[0] / 8.0, "{errors:?}");
+        assert!(
+            errors[2] < errors[1] && errors[3] < 0.5 * errors[2],
+            "{errors:?}"
+        );
+        assert!(errors[4] < 15.0, "{errors:?}");
+    }
+}
+
+#[test]
+fn numbers_are_even_and_differ_between_pixels() {
+    let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / numbers.len() as f64;
+    for i in 0..2 {
+        let frames: Vec<_> = (0..64)
+            .map(|frame| random_numbers([0.3, 0.7], frame)[i])
+            .collect();
+        assert!((mean(&frames) - 0.5).abs() < 0.02);
+        let pixels = (0..1000).map(|x| random_numbers([f64::from(x) * 0.01, 0.4], 0)[i]);
+        let pixels: Vec<_> = pixels.collect();
+        assert!((mean(&pixels) - 0.5).abs() < 0.05);
+        let squares: Vec<_> = pixels.iter().map(|n| (n - 0.5) * (n - 0.5)).collect();
+        assert!((mean(&squares) - 1.0 / 12.0).abs() < 0.01);
+        assert!(pixels.iter().all(|n| (0.0..1.0).contains(n)));
     }
 }

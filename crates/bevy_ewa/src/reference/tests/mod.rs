@@ -1,11 +1,9 @@
 //! Properties that hold for every texture, footprint and method.
 
-mod extremes;
 mod filters;
 mod footprints;
-mod pictures;
 
-use super::*;
+use super::{scenes::Surface, texture::Color, *};
 use crate::settings::*;
 
 pub(super) const EXACT: [EwaMethod; 3] =
@@ -25,7 +23,7 @@ pub(super) const METHODS: [EwaMethod; 9] = [
     EwaMethod::Hardware,
 ];
 
-pub(super) const KERNELS: [EwaKernel; 5] = [
+pub(crate) const KERNELS: [EwaKernel; 5] = [
     EwaKernel::Box,
     EwaKernel::Tent,
     EwaKernel::Gaussian { sigma_pixels: 0.5 },
@@ -45,9 +43,36 @@ pub(super) fn noise(size: [u32; 2]) -> Texture {
     })
 }
 
+/// A checkerboard in linear light.
+pub(crate) fn checks(dark: f64) -> Texture {
+    Texture::from_fn([256, 256], |x, y| {
+        let is_bright = (x / 32 + y / 32) % 2 == 0;
+        let v = if is_bright { 0.9 } else { dark };
+        [v, v, v, 1.0]
+    })
+}
+
+/// A plane at this angle, whose texture is rotated, in degrees.
+pub(crate) fn plane(grazing: f64, half_fov: f64, rotation: f64, scale: f64) -> Surface {
+    Surface::Plane {
+        grazing_angle: grazing.to_radians(),
+        tan_half_fov: half_fov.to_radians().tan(),
+        rotation: rotation.to_radians(),
+        scale,
+        camera_position: 0.0,
+    }
+}
+
+pub(crate) const TUNNEL: Surface = Surface::Tunnel {
+    tan_half_fov: 1.0,
+    around: 4.0,
+    along: 0.5,
+    camera_position: 0.0,
+};
+
 /// Returns derivatives whose footprint has these radii in texture coordinates, with the major axis at an
 /// angle to u.
-pub(super) fn ellipse(major: f64, minor: f64, angle: f64) -> Derivatives {
+pub(crate) fn ellipse(major: f64, minor: f64, angle: f64) -> Derivatives {
     let (sin, cos) = angle.sin_cos();
     Derivatives {
         dx: [major * cos, major * sin],
@@ -55,8 +80,29 @@ pub(super) fn ellipse(major: f64, minor: f64, angle: f64) -> Derivatives {
     }
 }
 
+/// Returns the derivatives of the same ellipse in a picture that is rotated.
+pub(crate) fn rotated(Derivatives { dx, dy }: Derivatives, angle: f64) -> Derivatives {
+    let (sin, cos) = angle.sin_cos();
+    let mixed = |a: f64, b: f64| [0, 1].map(|i| a * dx[i] + b * dy[i]);
+    Derivatives {
+        dx: mixed(cos, sin),
+        dy: mixed(-sin, cos),
+    }
+}
+
+/// Filters by the default settings of a method.
+pub(super) fn sample_by(
+    method: EwaMethod,
+    texture: &Texture,
+    uv: [f64; 2],
+    derivatives: Derivatives,
+) -> Sampled {
+    let settings = EwaSettings::with_method(method);
+    sample(texture, uv, derivatives, &settings, 0)
+}
+
 /// Returns the largest absolute difference over the channels.
-pub(super) fn difference(a: Sampled, b: Sampled) -> f64 {
-    let pairs = a.color.iter().zip(b.color);
+pub(super) fn difference(a: Color, b: Color) -> f64 {
+    let pairs = a.iter().zip(b);
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }

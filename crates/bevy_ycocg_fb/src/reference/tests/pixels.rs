@@ -4,14 +4,13 @@ use proptest::prelude::*;
 
 use crate::{
     reference::{
-        YCoCg,
-        color::{linear_from_srgb, rgb_from_ycocg, srgb_from_linear, ycocg_from_rgb},
-        pack::{F16_MAX, PackedPixel, pack, sanitized, stores_co},
-        reconstruct::{mean_in_linear_light, resolved},
-        storage::{
-            round_f16, round_unorm8, stored,
+        pack::{
+            F16_MAX, PackedPixel, YCoCg, linear_from_srgb, pack, rgb_from_ycocg, round_f16,
+            round_unorm8, sanitized, srgb_from_linear, stored, stores_co,
             unorm8::{self, pack_unorm8},
+            ycocg_from_rgb,
         },
+        reconstruct::{mean_in_linear_light, resolved},
     },
     settings::{MsaaResolve, PackedFormat},
 };
