@@ -29,8 +29,6 @@
 //! [`BlockFormat::ALL`]: crate::codec::blocks::BlockFormat::ALL
 
 mod ktx2_blob;
-mod levels;
-mod plain;
 mod read;
 mod write;
 pub mod zstd;
@@ -79,5 +77,3 @@ const PLAIN_BYTES: usize = 16;
 
 #[cfg(all(test, feature = "encode"))]
 mod tests;
-#[cfg(all(test, feature = "encode", feature = "zstd_encode"))]
-mod zstd_tests;
