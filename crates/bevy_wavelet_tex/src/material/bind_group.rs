@@ -1,18 +1,23 @@
-//! The bind group of the material extension.
+//! The bind group of the material extension, and its samplers, which all materials share.
 
 use bevy::{
     asset::{AssetId, Handle},
-    ecs::system::{SystemParamItem, lifetimeless::SRes},
+    ecs::{
+        resource::Resource,
+        system::{SystemParamItem, lifetimeless::SRes},
+        world::{FromWorld, World},
+    },
     image::Image,
     log::error_once,
     pbr::StandardMaterial,
+    platform::collections::HashMap,
     render::{
         render_asset::{PrepareAssetError, RenderAsset, RenderAssets},
         render_resource::{
-            AsBindGroup, AsBindGroupError, BindGroupBuilder, BindGroupLayout, BindGroupLayoutEntry,
-            BindingType, BufferInitDescriptor, BufferUsages, Sampler, SamplerBindingType,
-            ShaderStages, ShaderType, TextureSampleType, TextureViewDimension,
-            UnpreparedBindingResource,
+            AddressMode, AsBindGroup, AsBindGroupError, BindGroupBuilder, BindGroupLayout,
+            BindGroupLayoutEntry, BindingType, BufferInitDescriptor, BufferUsages, FilterMode,
+            MipmapFilterMode, Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages,
+            ShaderType, TextureSampleType, TextureViewDimension, UnpreparedBindingResource,
             binding_types::{self, texture_2d_array, uniform_buffer},
             encase::UniformBuffer,
         },
@@ -24,13 +29,11 @@ use bevy::{
 
 use super::{
     extension::{Map, WaveletExtension, WaveletKey},
-    form::TextureForm,
-    samplers::WaveletSamplers,
-    uniform::{MaterialUniform, TextureUniform},
+    uniform::{MaterialUniform, TextureForm, TextureUniform},
 };
 use crate::{
     asset::{Part, Parts, WaveletTexture},
-    settings::WaveletStorage,
+    settings::{WaveletAddressMode, WaveletFilter, WaveletStorage},
 };
 
 /// A [`WaveletTexture`] in the render world: its uniform and its images.
@@ -200,10 +203,10 @@ impl AsBindGroup for WaveletExtension {
         let sampler = |sampler: &Sampler| {
             UnpreparedBindingResource::Sampler(SamplerBindingType::Filtering, sampler.clone())
         };
-        let decoded = samplers.decoded(self.filter, self.address_mode);
+        let decoded = &samplers.decoded[&(self.filter, self.address_mode)];
         let mut bindings = vec![
             (UNIFORM_BINDING, UnpreparedBindingResource::Buffer(buffer)),
-            (LINEAR_CLAMP_BINDING, sampler(samplers.linear_clamp())),
+            (LINEAR_CLAMP_BINDING, sampler(&samplers.linear_clamp)),
             (DECODED_SAMPLER_BINDING, sampler(decoded)),
         ];
         for (binding, (map, part)) in bound_textures(render_device) {
@@ -244,5 +247,68 @@ impl AsBindGroup for WaveletExtension {
             .chain(samplers)
             .chain(textures)
             .collect()
+    }
+}
+
+/// The samplers, which are made once.
+#[derive(Resource)]
+pub struct WaveletSamplers {
+    /// The sampler of coefficients and of chroma.
+    linear_clamp: Sampler,
+    /// Those of textures that were decoded on load, which filter as the shader filters others.
+    decoded: HashMap<(WaveletFilter, WaveletAddressMode), Sampler>,
+}
+
+impl FromWorld for WaveletSamplers {
+    fn from_world(world: &mut World) -> Self {
+        let device = world.resource::<RenderDevice>();
+        let linear_clamp = SamplerDescriptor {
+            label: Some("wavelet_linear_clamp"),
+            mag_filter: FilterMode::Linear,
+            min_filter: FilterMode::Linear,
+            ..Default::default()
+        };
+        let decoded = WaveletFilter::ALL.into_iter().flat_map(|filter| {
+            WaveletAddressMode::ALL.map(|address| {
+                let sampler = device.create_sampler(&decoded(filter, address));
+                ((filter, address), sampler)
+            })
+        });
+        Self {
+            linear_clamp: device.create_sampler(&linear_clamp),
+            decoded: decoded.collect(),
+        }
+    }
+}
+
+fn decoded(filter: WaveletFilter, address: WaveletAddressMode) -> SamplerDescriptor<'static> {
+    use WaveletFilter::{
+        Anisotropic, Bilinear, Nearest, NearestMipLinear, Stochastic, StochasticQuad,
+    };
+    let texels = match filter {
+        Nearest | NearestMipLinear => FilterMode::Nearest,
+        _ => FilterMode::Linear,
+    };
+    let levels = match filter {
+        Nearest | Bilinear => MipmapFilterMode::Nearest,
+        _ => MipmapFilterMode::Linear,
+    };
+    let address = match address {
+        WaveletAddressMode::Repeat => AddressMode::Repeat,
+        WaveletAddressMode::ClampToEdge => AddressMode::ClampToEdge,
+        WaveletAddressMode::MirrorRepeat => AddressMode::MirrorRepeat,
+    };
+    SamplerDescriptor {
+        label: Some("wavelet_decoded"),
+        address_mode_u: address,
+        address_mode_v: address,
+        mag_filter: texels,
+        min_filter: texels,
+        mipmap_filter: levels,
+        anisotropy_clamp: match filter {
+            Anisotropic | Stochastic | StochasticQuad => 16,
+            _ => 1,
+        },
+        ..Default::default()
     }
 }
