@@ -12,8 +12,8 @@ use percent_encoding::percent_decode_str;
 use serde_json::Value;
 
 use crate::{
+    Error,
     args::{AlphaArg, Role},
-    error::Error,
     files,
 };
 

@@ -9,12 +9,11 @@ use std::{
 use bevy_wavelet_tex::file::EXTENSION;
 
 use crate::{
+    Error,
     args::{AlphaArg, Role},
-    error::Error,
-    files::{self, Outputs},
+    files::{self, Destination, Input, Outputs},
     gltf::{self, Gltf, Use},
-    inputs::{Destination, Input},
-    roles::Patterns,
+    settings::Patterns,
 };
 
 /// Where the bytes of an image are.
