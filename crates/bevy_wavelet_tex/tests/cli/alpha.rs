@@ -3,7 +3,7 @@
 
 use image::{Rgba, RgbaImage};
 
-use crate::support::Folder;
+use crate::Folder;
 
 const SIZE: u32 = 256;
 
@@ -70,33 +70,33 @@ fn a_cut_out_keeps_its_area_in_every_mip() {
     let mask = image::GrayImage::from_raw(SIZE, SIZE, shape).expect("a mask");
     f.save("mask.png", mask);
     for (name, options, channel, cutoff) in [
-        ("leaves", &[][..], 3, 0.5),
-        ("hard", &[], 3, 0.5),
-        ("leaves", &["--cutoff", "0.3"], 3, 0.3),
-        ("mask", &["--role", "mask"], 0, 0.5),
+        ("leaves", "", 3, 0.5),
+        ("hard", "", 3, 0.5),
+        ("leaves", "--cutoff 0.3", 3, 0.3),
+        ("mask", "--role mask", 0, 0.5),
     ] {
         let png = format!("{name}.png");
-        let row = f.json(&[&["encode", &png, "a.wtex", "--json"][..], options].concat());
-        let levels = row[0]["levels"].as_u64().expect("a number");
+        let row = f.json(&format!("encode {png} a.wtex --json {options}"));
+        let levels = row[0]["levels"].as_u64().expect("a number") as u32;
         let cutoff = (cutoff * 255.0_f64).ceil() as u8;
-        let original = image::open(f.0.join(&png)).expect("a PNG").into_rgba8();
+        let original = f.open(&png).into_rgba8();
         let expected = covered(&original, cutoff, channel);
         assert!((0.1..0.4).contains(&expected), "{expected}");
         for level in 0..levels {
-            let decoded = f.level("a.wtex", &level.to_string());
+            let decoded = f.level("a.wtex", level);
             let actual = covered(&decoded, cutoff, channel);
             // No more than one pixel in a hundred, or what whole pixels allow.
             let pixels = f64::from(decoded.width() * decoded.height());
             let most = (0.5 / pixels).max(0.01) + 1e-9;
             assert!(
                 (actual - expected).abs() <= most,
-                "{name} {options:?}, level {level}: {actual} for {expected}"
+                "{name} {options}, level {level}: {actual} for {expected}"
             );
         }
     }
-    f.ok(&["encode", "leaves.png", "a.wtex", "--cutoff", "none"]);
+    f.ok("encode leaves.png a.wtex --cutoff none");
     // Filtered alpha has none of what is thinner than a pixel.
-    let actual = covered(&f.level("a.wtex", "6"), 128, 3);
+    let actual = covered(&f.level("a.wtex", 6), 128, 3);
     assert_eq!(actual, 0.0);
 }
 
@@ -107,8 +107,8 @@ fn colours_that_nobody_sees_cost_nothing() {
     f.save("magenta.png", image.clone());
     f.save("like.png", leaves([44, 125, 31], 4.0));
     let error = |name: &str| {
-        f.ok(&["encode", name, "a.wtex"]);
-        let decoded = f.level("a.wtex", "0");
+        f.ok(&format!("encode {name} a.wtex"));
+        let decoded = f.level("a.wtex", 0);
         opaque_error(&image, &decoded)
     };
     let [magenta, like] = ["magenta.png", "like.png"].map(error);
@@ -133,9 +133,9 @@ fn no_mip_has_the_colour_of_what_nobody_sees() {
             _ => Rgba([255, 0, 255, 0]),
         }),
     );
-    f.ok(&["encode", "a.png", "--rate", "8"]);
+    f.ok("encode a.png --rate 8");
     for level in 0..8 {
-        let decoded = f.level("a.wtex", &level.to_string());
+        let decoded = f.level("a.wtex", level);
         for (x, y, p) in decoded.enumerate_pixels() {
             let far = [39, 109, 30]
                 .iter()

@@ -1,12 +1,12 @@
-//! Tests of what images are encoded as: their roles, their alpha and their rates.
+//! Tests of what images are encoded as: their roles, their alpha and their rates, by themselves and inside glTF files.
 
-use image::{GrayAlphaImage, GrayImage, Luma, LumaA, Rgb, RgbImage, Rgba, RgbaImage};
+use image::{GrayAlphaImage, GrayImage, ImageFormat, Luma, LumaA, Rgb, RgbImage, Rgba, RgbaImage};
 use serde_json::{Value, json};
 
-use crate::support::{Folder, color_image, gltf, gray_image, normal_image, stderr};
+use crate::{Folder, color_image, gltf, gray_image, normal_image, stderr};
 
-fn row(f: &Folder, args: &[&str]) -> Value {
-    f.json(&[&["encode"], args, &["--json", "--effort", "fast"]].concat())[0].clone()
+fn row(f: &Folder, line: &str) -> Value {
+    f.json(&format!("encode {line} --json --effort fast"))[0].clone()
 }
 
 #[test]
@@ -14,24 +14,21 @@ fn masks_and_occlusion_are_one_channel() {
     let f = Folder::new("channel");
     f.save("a.png", RgbImage::from_pixel(64, 64, Rgb([255, 128, 0])));
     for role in ["mask", "occlusion"] {
-        let row = row(&f, &["a.png", "a.wtex", "--role", role]);
+        let row = row(&f, &format!("a.png a.wtex --role {role}"));
         assert_eq!(row["channel"], "red", "{row}");
         assert_eq!(row["psnr_db"], Value::Null, "{row}");
-        assert!(
-            f.level("a.wtex", "0").pixels().all(|p| p[0] == 255),
-            "{role}"
-        );
+        assert!(f.level("a.wtex", 0).pixels().all(|p| p[0] == 255), "{role}");
     }
     let shape = |x: u32| if x < 20 { 255 } else { 0 };
     f.save(
         "b.png",
         RgbaImage::from_fn(64, 64, |x, _| Rgba([7, 90, 12, shape(x)])),
     );
-    let row = row(&f, &["b.png", "b.wtex", "--role", "mask"]);
+    let row = row(&f, "b.png b.wtex --role mask");
     assert_eq!(row["channel"], "alpha", "{row}");
-    let level = f.level("b.wtex", "0");
+    let level = f.level("b.wtex", 0);
     assert!(level.get_pixel(5, 5)[0] > 250 && level.get_pixel(40, 5)[0] < 5);
-    let line = f.ok(&["encode", "b.png", "b.wtex", "--role", "mask", "--force"]);
+    let line = f.ok("encode b.png b.wtex --role mask --force");
     assert!(line.contains("mask of alpha"), "{line}");
 }
 
@@ -48,9 +45,9 @@ fn an_image_in_two_roles_serves_both_or_becomes_two() {
             "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": rest}},
         }]);
         f.write("a.gltf", &gltf(material, &["orm.png", "orm.png"]));
-        let row = row(&f, &["a.gltf", "--force"]);
+        let row = row(&f, "a.gltf --force");
         assert_eq!(row["role"], "data", "{row}");
-        let info = f.json(&["info", "orm.wtex", "--json"]);
+        let info = f.info("orm.wtex");
         assert_eq!(
             (&info["content"], &info["color_space"]),
             (&json!("color"), &json!("linear"))
@@ -62,8 +59,8 @@ fn an_image_in_two_roles_serves_both_or_becomes_two() {
         "emissiveTexture": {"index": 1},
     }]);
     f.write("b.gltf", &gltf(material, &["wall.png", "wall.png"]));
-    f.ok(&["encode", "b.gltf", "--effort", "fast"]);
-    let content = |name: &str| f.json(&["info", name, "--json"])["content"].clone();
+    f.ok("encode b.gltf --effort fast");
+    let content = |name: &str| f.info(name)["content"].clone();
     assert_eq!(content("wall.wtex"), "color");
     assert_eq!(content("wall.normal.wtex"), "normal");
 }
@@ -71,13 +68,12 @@ fn an_image_in_two_roles_serves_both_or_becomes_two() {
 #[test]
 fn names_tell_roles() {
     let f = Folder::new("names");
-    std::fs::create_dir(f.0.join("set")).expect("made");
     for name in ["wall", "wall_orm", "wall_ao", "wall_detail", "photo_n"] {
         f.save(&format!("set/{name}.png"), color_image());
     }
     f.save("set/wall_n.png", normal_image());
     f.write("roles", b"# of this game\n*_detail.png data\n");
-    let output = f.run(&["encode", "set", "--roles", "roles", "--effort", "fast"]);
+    let output = f.run("encode set --roles roles --effort fast");
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(stderr(&output).contains("photo_n.png: its name is that of a normal map"));
     for (name, content, space) in [
@@ -88,19 +84,19 @@ fn names_tell_roles() {
         ("wall_detail", "color", "linear"),
         ("photo_n", "color", "srgb"),
     ] {
-        let info = f.json(&["info", &format!("set/{name}.wtex"), "--json"]);
+        let info = f.info(&format!("set/{name}.wtex"));
         assert_eq!(
             (&info["content"], &info["color_space"]),
             (&json!(content), &json!(space)),
             "{name}"
         );
     }
-    let row = row(&f, &["set/wall_n.png", "--role", "color"]);
+    let row = row(&f, "set/wall_n.png --role color");
     assert_eq!(row["content"], "color");
     f.write("bad", b"*_x.png depth\n");
     f.fails(
         1,
-        &["encode", "set", "--roles", "bad"],
+        "encode set --roles bad",
         &["bad: line 1", "depth is no role", "occlusion"],
     );
 }
@@ -112,11 +108,11 @@ fn alpha_is_kept_where_it_is_needed_and_only_there() {
         "la.png",
         GrayAlphaImage::from_pixel(64, 64, LumaA([90, 40])),
     );
-    for options in [&[][..], &["--alpha"]] {
-        let row = row(&f, &[&["la.png", "--force"], options].concat());
+    for line in ["la.png --force", "la.png --force --alpha"] {
+        let row = row(&f, line);
         assert_eq!(row["content"], "color_alpha", "{row}");
         assert!(
-            f.level("la.wtex", "0")
+            f.level("la.wtex", 0)
                 .pixels()
                 .all(|p| p.0 == [90, 90, 90, 40])
         );
@@ -130,9 +126,9 @@ fn alpha_is_kept_where_it_is_needed_and_only_there() {
         "full.png",
         RgbaImage::from_fn(64, 64, |x, y| Rgba([x as u8, y as u8, 9, 255])),
     );
-    let content = |args: &[&str]| row(&f, args)["content"].clone();
-    assert_eq!(content(&["full.png", "--alpha"]), "color");
-    assert_eq!(content(&["half.png", "--role", "data", "--alpha"]), "color");
+    let content = |line: &str| row(&f, line)["content"].clone();
+    assert_eq!(content("full.png --alpha"), "color");
+    assert_eq!(content("half.png --role data --alpha"), "color");
     for (mode, expected) in [
         ("OPAQUE", "color"),
         ("BLEND", "color_alpha"),
@@ -143,11 +139,11 @@ fn alpha_is_kept_where_it_is_needed_and_only_there() {
             "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
         }]);
         f.write("a.gltf", &gltf(material, &["half.png"]));
-        assert_eq!(content(&["a.gltf"]), expected, "{mode}");
+        assert_eq!(content("a.gltf"), expected, "{mode}");
     }
     let material = json!([{"alphaMode": "BLEND", "emissiveTexture": {"index": 0}}]);
     f.write("a.gltf", &gltf(material, &["half.png"]));
-    assert_eq!(content(&["a.gltf"]), "color");
+    assert_eq!(content("a.gltf"), "color");
 }
 
 #[test]
@@ -156,16 +152,13 @@ fn bits_mean_a_rate_of_the_content() {
     f.save("photo.png", color_image());
     f.save("gray.png", gray_image());
     f.save("bumps.png", normal_image());
-    let content = |args: &[&str]| row(&f, args)["content"].clone();
-    assert_eq!(content(&["photo.png", "--rate", "4"]), "color");
-    assert_eq!(content(&["gray.png", "--rate", "4"]), "gray");
-    assert_eq!(
-        content(&["bumps.png", "--rate", "4", "--role", "normal"]),
-        "normal"
-    );
+    let content = |line: &str| row(&f, line)["content"].clone();
+    assert_eq!(content("photo.png --rate 4"), "color");
+    assert_eq!(content("gray.png --rate 4"), "gray");
+    assert_eq!(content("bumps.png --rate 4 --role normal"), "normal");
     f.fails(
         2,
-        &["encode", "photo.png", "new.wtex", "--rate", "2"],
+        "encode photo.png new.wtex --rate 2",
         &["color cannot", "color2.25"],
     );
     // A rate is for the images of its kind.
@@ -175,18 +168,10 @@ fn bits_mean_a_rate_of_the_content() {
     }]);
     f.write("a.gltf", &gltf(material, &["photo.png", "bumps.png"]));
     for (rate, bits) in [("color5", [5.0, 4.0]), ("color5,normal8", [5.0, 8.0])] {
-        let rows = f.json(&[
-            "encode",
-            "a.gltf",
-            "--rate",
-            rate,
-            "--effort",
-            "fast",
-            "--json",
-            "--formats",
-            "wavelet",
-        ]);
-        let info = |name| f.json(&["info", name, "--json"])["content"].clone();
+        let rows = f.json(&format!(
+            "encode a.gltf --rate {rate} --effort fast --json --formats wavelet"
+        ));
+        let info = |name| f.info(name)["content"].clone();
         assert_eq!(
             (info("photo.wtex"), info("bumps.wtex")),
             (json!("color"), json!("normal"))
@@ -210,7 +195,7 @@ fn maps_that_stay_as_they_are_are_named() {
     );
     f.fails(
         1,
-        &["encode", "a.gltf"],
+        "encode a.gltf",
         &["a.gltf", "nothing to encode", "KHR_materials_clearcoat"],
     );
     let both = json!([{
@@ -218,7 +203,7 @@ fn maps_that_stay_as_they_are_are_named() {
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
     }]);
     f.write("b.gltf", &gltf(both, &["photo.png"]));
-    let output = f.run(&["encode", "b.gltf", "--effort", "fast"]);
+    let output = f.run("encode b.gltf --effort fast");
     assert!(output.status.success());
     assert!(
         stderr(&output).contains("KHR_materials_clearcoat keep their own"),
@@ -266,9 +251,9 @@ fn what_files_say_in_vain_is_a_warning() {
     writer.write_image_data(&[90; 16]).expect("pixels");
     writer.finish().expect("an end");
     f.write("gamma.png", &png);
-    assert!(stderr(&f.run(&["encode", "gamma.png"])).contains("gAMA chunk says 1.000"));
+    assert!(stderr(&f.run("encode gamma.png")).contains("gAMA chunk says 1.000"));
     f.save("usual.png", GrayImage::new(4, 4));
-    assert_eq!(stderr(&f.run(&["encode", "usual.png"])), "");
+    assert_eq!(stderr(&f.run("encode usual.png")), "");
 
     let mut ktx2 = crate::inputs::ktx2(ktx2::Format::R8_UNORM, [4, 4], &[90; 16], false);
     // The flags of the descriptor, then a key at the end of the file.
@@ -281,8 +266,87 @@ fn what_files_say_in_vain_is_a_warning() {
     ktx2[56..60].copy_from_slice(&start.to_le_bytes());
     ktx2[60..64].copy_from_slice(&length.to_le_bytes());
     f.write("said.ktx2", &ktx2);
-    let warnings = stderr(&f.run(&["encode", "said.ktx2"]));
+    let warnings = stderr(&f.run("encode said.ktx2"));
     for words in ["KTXorientation is ru", "premultiplied"] {
         assert!(warnings.contains(words), "{words}: {warnings}");
     }
+}
+
+#[test]
+fn images_inside_gltf_files_are_encoded_by_their_role() {
+    let f = Folder::new("gltf");
+    let mut binary = Vec::new();
+    let mut views = Vec::new();
+    for (image, format) in [
+        (color_image(), ImageFormat::Jpeg),
+        (normal_image(), ImageFormat::Png),
+    ] {
+        let mut file = std::io::Cursor::new(Vec::new());
+        image.write_to(&mut file, format).expect("an image");
+        let file = file.into_inner();
+        views.push(json!({
+            "buffer": 0, "byteOffset": binary.len(), "byteLength": file.len()
+        }));
+        binary.extend(file);
+    }
+    f.save("apart.png", gray_image());
+    let json = json!({
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": binary.len()}],
+        "bufferViews": views,
+        "images": [
+            {"bufferView": 0, "mimeType": "image/jpeg"},
+            {"bufferView": 1, "mimeType": "image/png"},
+            {"uri": "apart.png"},
+            {"uri": "unused.png"},
+        ],
+        "textures": [{"source": 0}, {"source": 1}, {"source": 2}, {"source": 3}],
+        "materials": [{
+            "name": "wall",
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+            "normalTexture": {"index": 1},
+            "occlusionTexture": {"index": 2},
+        }],
+    });
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut glb = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
+    for (kind, bytes) in [(b"JSON", &json), (b"BIN\0", &binary)] {
+        glb.extend((bytes.len() as u32).to_le_bytes());
+        glb.extend(kind);
+        glb.extend(bytes);
+    }
+    f.write("model.glb", &glb);
+    let rows = f.json("encode model.glb --effort fast --json");
+    assert_eq!(rows.as_array().map(Vec::len), Some(3));
+    assert_eq!(f.info("model.glb.Texture0.wtex")["content"], "color");
+    assert_eq!(f.info("model.glb.Texture1.wtex")["content"], "normal");
+    assert_eq!(f.info("apart.wtex")["content"], "gray");
+    assert_eq!(f.info("apart.wtex")["color_space"], "linear");
+
+    f.write("short.glb", &glb[..40]);
+    f.fails(1, "encode short.glb", &["short.glb", "cut short"]);
+    f.write(
+        "bad.gltf",
+        br#"{"materials": [{"normalTexture": {"index": 7}}]}"#,
+    );
+    f.fails(1, "encode bad.gltf", &["bad.gltf", "texture 7"]);
+}
+
+#[test]
+fn a_file_without_maps_is_named_and_stops_no_other() {
+    let f = Folder::new("no-maps");
+    f.save("a.png", color_image());
+    f.write(
+        "plain.gltf",
+        br#"{"asset": {"version": "2.0"}, "materials": [{"name": "gray"}]}"#,
+    );
+    f.fails(1, "encode plain.gltf", &["no material has a map"]);
+    let output = f.run("encode plain.gltf a.png");
+    assert!(output.status.success() && f.0.join("a.wtex").exists());
+    let warnings = stderr(&output);
+    assert!(
+        warnings.contains("plain.gltf: no material has a map"),
+        "{warnings}"
+    );
 }
