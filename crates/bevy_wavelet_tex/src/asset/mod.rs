@@ -10,5 +10,5 @@ pub use loader::{
 };
 #[cfg(feature = "encode")]
 pub use saver::{WaveletProcessor, WaveletSaveError, WaveletSaver};
-pub(crate) use texture::{MipAtlas, Part};
+pub(crate) use texture::MipAtlas;
 pub use texture::{Parts, PlainParameters, TextureGroup, TextureParameters, WaveletTexture};

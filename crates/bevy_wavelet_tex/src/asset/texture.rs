@@ -145,46 +145,15 @@ pub struct Parts<T> {
     pub chroma: Option<T>,
 }
 
-/// One of the [`Parts`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
-    Luma,
-    Detail,
-    Chroma,
-}
-
 impl<T> Parts<T> {
-    pub(crate) fn as_ref(&self) -> Parts<&T> {
-        Parts {
-            luma: self.luma.as_ref(),
-            detail: self.detail.as_ref(),
-            chroma: self.chroma.as_ref(),
-        }
-    }
-
-    pub(crate) fn map<U>(self, f: impl Fn(T) -> U) -> Parts<U> {
-        Parts {
-            luma: self.luma.map(&f),
-            detail: self.detail.map(&f),
-            chroma: self.chroma.map(&f),
-        }
+    /// Luma, detail and chroma.
+    pub(crate) fn all(&self) -> [Option<&T>; 3] {
+        [&self.luma, &self.detail, &self.chroma].map(Option::as_ref)
     }
 
     /// Iterates over the parts that the texture has.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
-        [&self.luma, &self.detail, &self.chroma]
-            .into_iter()
-            .flatten()
-    }
-}
-
-impl<T: Copy> Parts<T> {
-    pub(crate) fn part(&self, part: Part) -> Option<T> {
-        match part {
-            Part::Luma => self.luma,
-            Part::Detail => self.detail,
-            Part::Chroma => self.chroma,
-        }
+        self.all().into_iter().flatten()
     }
 }
 

@@ -35,7 +35,6 @@
 pub mod angle;
 pub mod axes;
 pub mod blocks;
-pub mod chroma;
 pub mod color;
 pub mod decoder;
 #[cfg(feature = "encode")]
@@ -67,3 +66,5 @@ pub mod settings;
 #[cfg(feature = "encode")]
 pub mod source;
 pub mod wavelet;
+
+pub use interpolation::chroma;

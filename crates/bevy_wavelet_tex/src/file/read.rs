@@ -163,18 +163,19 @@ pub fn read_at_most(bytes: &[u8], max_size: Option<u32>) -> Result<WaveletImage,
     let blobs_start = groups_start + GROUP_BYTES * group_count as usize;
     let entries = part(bytes, groups_start..blobs_start)?;
     let entries = entries.chunks_exact(GROUP_BYTES).enumerate();
-    let entries: Vec<Entry> = entries
-        .map(|(group, entry)| Entry::read(entry, group))
+    let entries: Vec<(PlaneGroup, [u32; 2])> = entries
+        .map(|(group, entry)| read_entry(entry, group))
         .collect::<Result<_, _>>()?;
-    let lengths = entries.iter().flat_map(|e| e.lengths).map(u64::from);
-    check_end(bytes, "planes", blobs_start as u64 + lengths.sum::<u64>())?;
+    let lengths = entries.iter().flat_map(|(_, lengths)| lengths);
+    let end = blobs_start as u64 + lengths.map(|length| u64::from(*length)).sum::<u64>();
+    check_end(bytes, "planes", end)?;
 
     let most = layout::level_count(size);
     let first_of = |levels| first_level(size, levels, max_size);
     let mut start = blobs_start;
     let mut levels = None;
     let mut groups = Vec::with_capacity(entries.len());
-    for (index, entry) in entries.iter().enumerate() {
+    for (index, (mut group, lengths)) in entries.into_iter().enumerate() {
         let error = |reason| ReadError::Blob {
             group: index,
             reason,
@@ -183,19 +184,13 @@ pub fn read_at_most(bytes: &[u8], max_size: Option<u32>) -> Result<WaveletImage,
             0 => content.luma_planes(),
             _ => 2,
         };
-        let mut group = PlaneGroup {
-            subsampling: entry.subsampling,
-            packing: entry.packing,
-            codings: Vec::new(),
-            textures: Vec::new(),
-        };
-        for texture in 0..entry.packing.formats().len() {
-            let length = entry.lengths[texture] as usize;
+        for (texture, length) in (0..group.packing.formats().len()).zip(lengths) {
+            let length = length as usize;
             let blob = &bytes[start..start + length];
             start += length;
             let shape = Shape::of_group(&group, texture, size, planes).with_zstd(is_zstd);
             let contents = ktx2_blob::read(blob, shape, most, first_of).map_err(error)?;
-            let valid = |coding: &PlaneCoding| coding.is_valid(entry.packing);
+            let valid = |coding: &PlaneCoding| coding.is_valid(group.packing);
             if !contents.codings.iter().all(valid) {
                 return Err(error(INVALID_CODINGS.into()));
             }
@@ -334,38 +329,32 @@ fn read_axes(entry: &[u8]) -> Option<ColorAxes> {
     axes.is_valid().then_some(axes)
 }
 
-/// The entry of a plane group in the header.
-struct Entry {
-    subsampling: u32,
-    packing: Packing,
-    lengths: [u32; 2],
-}
-
-impl Entry {
-    fn read(bytes: &[u8], group: usize) -> Result<Self, ReadError> {
-        let chroma = group > 0;
-        let subsampling = bytes[0];
-        if !(if chroma { 1..=2 } else { 0..=0 }).contains(&subsampling) {
-            return Err(invalid("subsampling", subsampling));
-        }
-        let fits = |packing: &Packing| match packing {
-            Packing::Bc3 | Packing::Bc7 => true,
-            Packing::Split | Packing::Bc4 => !chroma,
-            Packing::Bc1 => chroma,
-        };
-        let packing = Packing::ALL.get(bytes[1] as usize).copied().filter(fits);
-        let packing = packing.ok_or_else(|| invalid("packing", bytes[1]))?;
-        check_reserved(&bytes[2..4])?;
-        let lengths = [u32_at(bytes, 4), u32_at(bytes, 8)];
-        if packing.formats().len() == 1 && lengths[1] != 0 {
-            return Err(invalid("length of a second texture", lengths[1]));
-        }
-        Ok(Self {
-            subsampling: subsampling.into(),
-            packing,
-            lengths,
-        })
+/// Reads the entry of a plane group in the header: a group without codings and blocks, and the lengths of its blobs.
+fn read_entry(bytes: &[u8], group: usize) -> Result<(PlaneGroup, [u32; 2]), ReadError> {
+    let is_chroma = group > 0;
+    let subsampling = bytes[0];
+    if !(if is_chroma { 1..=2 } else { 0..=0 }).contains(&subsampling) {
+        return Err(invalid("subsampling", subsampling));
     }
+    let fits = |packing: &Packing| match packing {
+        Packing::Bc3 | Packing::Bc7 => true,
+        Packing::Split | Packing::Bc4 => !is_chroma,
+        Packing::Bc1 => is_chroma,
+    };
+    let packing = Packing::ALL.get(bytes[1] as usize).copied().filter(fits);
+    let packing = packing.ok_or_else(|| invalid("packing", bytes[1]))?;
+    check_reserved(&bytes[2..4])?;
+    let lengths = [u32_at(bytes, 4), u32_at(bytes, 8)];
+    if packing.formats().len() == 1 && lengths[1] != 0 {
+        return Err(invalid("length of a second texture", lengths[1]));
+    }
+    let group = PlaneGroup {
+        subsampling: subsampling.into(),
+        packing,
+        codings: Vec::new(),
+        textures: Vec::new(),
+    };
+    Ok((group, lengths))
 }
 
 /// The first level whose sides are at most `max_size` pixels, or the last level.

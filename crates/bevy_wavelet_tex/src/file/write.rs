@@ -7,9 +7,7 @@ use super::{
     ktx2_blob::{self, Compress, Shape},
 };
 use crate::codec::{
-    blocks::BlockFormat,
     image::{ColorSpace, Content, Payload, WaveletImage},
-    packing::Packing,
     plain::PlainTexture,
 };
 
@@ -65,9 +63,7 @@ fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
     }
     let mut blobs = Vec::new();
     for group in planes.groups() {
-        let packing = Packing::ALL.iter().position(|p| *p == group.packing);
-        let packing = packing.expect("ALL has all") as u8;
-        bytes.extend([group.subsampling as u8, packing, 0, 0]);
+        bytes.extend([group.subsampling as u8, group.packing as u8, 0, 0]);
         let mut lengths = [0u32; 2];
         for (texture, length) in lengths.iter_mut().enumerate().take(group.textures.len()) {
             let shape = Shape::of_group(group, texture, image.size, group.codings.len());
@@ -91,9 +87,7 @@ fn plain_texture(
     let is_srgb = texture.is_srgb(image.content, image.color_space, image.size);
     let shape = Shape::plain(texture.format, texture.size, is_srgb);
     let blob = ktx2_blob::write(shape, image.levels, &[], &texture.blocks, compress);
-    let mut formats = BlockFormat::ALL.iter();
-    let format = formats.position(|f| *f == texture.format);
-    let mut bytes = vec![format.expect("ALL has all") as u8, 0, 0, 0];
+    let mut bytes = vec![texture.format as u8, 0, 0, 0];
     let [width, height] = texture.size;
     for field in [width, height, blob.len() as u32] {
         bytes.extend(field.to_le_bytes());

@@ -32,7 +32,7 @@ use super::{
     uniform::{MaterialUniform, TextureForm, TextureUniform},
 };
 use crate::{
-    asset::{Part, Parts, WaveletTexture},
+    asset::WaveletTexture,
     settings::{WaveletAddressMode, WaveletFilter, WaveletStorage},
 };
 
@@ -40,7 +40,8 @@ use crate::{
 pub struct GpuWaveletTexture {
     form: TextureForm,
     uniform: TextureUniform,
-    images: Parts<AssetId<Image>>,
+    /// Those of all [`Part`]s.
+    images: [Option<AssetId<Image>>; 3],
 }
 
 impl RenderAsset for GpuWaveletTexture {
@@ -56,7 +57,7 @@ impl RenderAsset for GpuWaveletTexture {
         Ok(Self {
             form: TextureForm::new(&texture),
             uniform: TextureUniform::new(&texture),
-            images: texture.images.as_ref().map(Handle::id),
+            images: texture.images.all().map(|image| image.map(Handle::id)),
         })
     }
 }
@@ -65,6 +66,14 @@ const UNIFORM_BINDING: u32 = 100;
 const LINEAR_CLAMP_BINDING: u32 = 101;
 const DECODED_SAMPLER_BINDING: u32 = 102;
 const FIRST_TEXTURE_BINDING: u32 = 103;
+
+/// An image of a texture.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Luma,
+    Detail,
+    Chroma,
+}
 
 /// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wesl`: the map, and the
 /// image of its texture.
@@ -165,7 +174,7 @@ impl AsBindGroup for WaveletExtension {
             let texture = textures.get(handle);
             let texture = texture.filter(|texture| self.forms.of(map) == texture.form);
             let texture = texture.ok_or(AsBindGroupError::RetryNextUpdate)?;
-            if is_limited && texture.images.iter().count() > 1 {
+            if is_limited && texture.images.iter().flatten().count() > 1 {
                 // The loader decodes such textures; those that are made at run time are the app's own.
                 error_once!(
                     "a wavelet texture of several planes cannot be shown, since the device binds \
@@ -176,12 +185,11 @@ impl AsBindGroup for WaveletExtension {
             Ok(Some(texture))
         };
         let uniform = |map| -> Result<TextureUniform, AsBindGroupError> {
-            let Some(texture) = texture(map)? else {
-                return Ok(TextureUniform::default());
+            let of_form = |texture: &GpuWaveletTexture| {
+                let form = texture.form.bits(self.address_mode);
+                texture.uniform.of_form(form)
             };
-            Ok(texture
-                .uniform
-                .of_form(texture.form.bits(self.address_mode)))
+            Ok(texture(map)?.map_or_else(TextureUniform::default, of_form))
         };
         let mut bytes = UniformBuffer::new(Vec::new());
         bytes
@@ -211,12 +219,10 @@ impl AsBindGroup for WaveletExtension {
         ];
         for (binding, (map, part)) in bound_textures(render_device) {
             // Missing images are bound to a fallback of one pixel, which the shader never reads.
-            let view = match texture(map)?.and_then(|texture| texture.images.part(part)) {
+            let view = match texture(map)?.and_then(|texture| texture.images[part as usize]) {
                 Some(image) => {
-                    &images
-                        .get(image)
-                        .ok_or(AsBindGroupError::RetryNextUpdate)?
-                        .texture_view
+                    let image = images.get(image);
+                    &image.ok_or(AsBindGroupError::RetryNextUpdate)?.texture_view
                 }
                 None => &fallback.d2_array.texture_view,
             };

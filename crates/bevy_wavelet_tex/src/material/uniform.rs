@@ -11,7 +11,6 @@ use crate::{
     codec::{
         haar::Transform,
         image::{ColorSpace, Content},
-        packing::Packing,
         quantizer::PlaneCoding,
     },
     settings::{WaveletAddressMode, WaveletStorage},
@@ -211,13 +210,9 @@ impl TextureForm {
         Self(form)
     }
 
+    /// The bits with those of an address mode, which are its number.
     pub(super) fn bits(self, address: WaveletAddressMode) -> u32 {
-        let address = match address {
-            WaveletAddressMode::Repeat => 0,
-            WaveletAddressMode::ClampToEdge => 1,
-            WaveletAddressMode::MirrorRepeat => 2,
-        };
-        self.0 | address << ADDRESS_SHIFT
+        self.0 | (address as u32) << ADDRESS_SHIFT
     }
 }
 
@@ -233,8 +228,7 @@ pub(super) fn has_planes(form: u32) -> bool {
 /// The coding of a group of planes. Planes of one group share it: where only one of them needs some
 /// code, all run through it, with numbers that change nothing.
 fn coding(group: &TextureGroup) -> u32 {
-    let mut all = Packing::ALL.iter();
-    let packing = all.position(|p| *p == group.packing).expect("ALL has all") as u32;
+    let packing = group.packing as u32;
     if !group.packing.is_wavelet() {
         return packing;
     }

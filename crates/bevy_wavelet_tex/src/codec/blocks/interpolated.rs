@@ -182,14 +182,9 @@ impl<const C: usize> Interpolated<'_, C> {
             loop {
                 let from = line.ends[c];
                 for step in MOVES {
-                    let tried = [0, 1].map(|e| i16::from(from[e]) + step[e]);
-                    if tried
-                        .iter()
-                        .any(|e| !(0..channel.levels() as i16).contains(e))
-                    {
+                    let Some(tried) = channel.moved(from, step) else {
                         continue;
-                    }
-                    let tried = tried.map(|e| e as u8);
+                    };
                     let found = error(channel.palette(tried));
                     // A difference in the last bits is no improvement.
                     if found < least - 1e-6 * least.abs() {

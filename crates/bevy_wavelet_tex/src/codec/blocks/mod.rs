@@ -34,7 +34,7 @@ pub use fit::Starts;
 /// An RGBA texel, 8 bits a channel.
 pub type Texel = [u8; 4];
 
-/// A block format.
+/// A block format. Files have the number of that of a plain texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BlockFormat {
     /// RGB, 8 bytes.
@@ -50,7 +50,7 @@ pub enum BlockFormat {
 }
 
 impl BlockFormat {
-    /// All formats; a file stores the index of that of a plain texture.
+    /// All formats, in the order of their numbers.
     pub const ALL: [Self; 5] = [Self::Bc1, Self::Bc3, Self::Bc4, Self::Bc5, Self::Bc7];
 
     /// Name of the format in the tool's output.
