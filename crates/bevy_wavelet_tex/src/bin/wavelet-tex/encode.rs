@@ -23,10 +23,9 @@ use crate::{
     args::{EncodeArgs, Role},
     batch::{self, Batch, Report},
     files::{self, Destination},
-    gltf::{self, Gltf},
     measure::Difference,
     picture::{self, Picture},
-    plan::{Origin, Plan, RoleSource, Task},
+    plan::{GLTF_EXTENSIONS, Gltf, Origin, Plan, RoleSource, Task},
     settings::{ImageSettings, Patterns},
 };
 
@@ -39,9 +38,9 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
     };
     let is_texture = |path: &Path| files::has_extension(path, &[file::EXTENSION]);
     let (named, out) = files::split_output(&args.inputs, args.out.as_deref(), is_texture);
-    let single = files::is_single(named) && !files::has_extension(&named[0], gltf::EXTENSIONS);
+    let single = files::is_single(named) && !files::has_extension(&named[0], GLTF_EXTENSIONS);
     let destination = Destination::new(out, single, file::EXTENSION)?;
-    let extensions = [picture::EXTENSIONS, gltf::EXTENSIONS].concat();
+    let extensions = [picture::EXTENSIONS, GLTF_EXTENSIONS].concat();
     let (inputs, errors) = files::expand(named, &extensions);
     let plan = Plan::new(&inputs, errors, &destination, args.role, &patterns);
     if plan.tasks.is_empty() && plan.errors.is_empty() {

@@ -5,7 +5,6 @@ mod args;
 mod batch;
 mod encode;
 mod files;
-mod gltf;
 mod measure;
 mod picture;
 mod plan;

@@ -79,13 +79,11 @@ impl EncodeArgs {
             RateArg::Bits(bits) => Some(*bits),
             RateArg::Named(_) | RateArg::Auto => None,
         });
-        let with_bits =
-            |bits: f64| Rate::of(content).find(|rate| rate.nominal_bits_per_pixel(false) == bits);
         let is_own_choice = matches!(given, Some((_, RoleSource::Argument)));
         let rate = match (named(content), bits, &self.rate[..]) {
             (Some(rate), _, _) => rate,
             (None, Some(bits), _) => {
-                with_bits(bits).ok_or_else(|| no_such_rate(content, &bits.to_string()))?
+                with_bits(content, bits).ok_or_else(|| no_such_rate(content, &bits.to_string()))?
             }
             (None, None, [RateArg::Named(rate)]) if is_own_choice => {
                 return Err(no_such_rate(content, rate.name()));
@@ -161,19 +159,19 @@ impl EncodeArgs {
         let content = role.content();
         let (fits, name) = match one {
             RateArg::Named(rate) => (rate.content(false) == content, rate.name().to_string()),
-            RateArg::Bits(bits) => {
-                let mut rates = Rate::of(content);
-                let fits = rates.any(|rate| rate.nominal_bits_per_pixel(false) == *bits);
-                (fits, bits.to_string())
-            }
+            RateArg::Bits(bits) => (with_bits(content, *bits).is_some(), bits.to_string()),
             RateArg::Auto => return Ok(()),
         };
-        if fits {
-            Ok(())
-        } else {
-            Err(no_such_rate(content, &name))
+        match fits {
+            true => Ok(()),
+            false => Err(no_such_rate(content, &name)),
         }
     }
+}
+
+/// The rate of a content with so many bits per pixel.
+fn with_bits(content: Content, bits: f64) -> Option<Rate> {
+    Rate::of(content).find(|rate| rate.nominal_bits_per_pixel(false) == bits)
 }
 
 fn no_such_rate(content: Content, rate: &str) -> Error {
