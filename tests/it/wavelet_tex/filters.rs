@@ -136,18 +136,10 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
                 expected
             });
             let borderline = borderline.get();
-            println!(
-                "{name} {filter:?} {mode:?} lod {lod:.2}: {:.3} steps, {borderline} borderline",
-                difference.steps()
-            );
-            assert!(borderline < 200, "{name} {filter:?}: {borderline} of 3072");
-            let most = 2.0 * STEP + chroma_rounding(image);
-            assert!(
-                difference.largest <= most,
-                "{name} {filter:?} {mode:?}: {} steps at {:?}",
-                difference.steps(),
-                difference.at
-            );
+            let name = format!("{name} {filter:?} {mode:?} lod {lod:.2}");
+            println!("{name}: {borderline} borderline");
+            assert!(borderline < 200, "{name}: {borderline} of 3072");
+            difference.check(&name, 2.0 * STEP + chroma_rounding(image));
         }
     }
 }
@@ -180,14 +172,8 @@ fn anisotropic_minification_is_that_of_the_reference() {
                 let expected = anisotropic(&levels, uv_at(x, y, view), view[1] / EXTENT, mode);
                 expected.map(|value| value as f32)
             });
-            let steps = difference.steps();
-            println!("{} {pixels:?}: {steps:.3} steps", rate.name());
-            let most = 2.0 * STEP + chroma_rounding(&image);
-            assert!(
-                difference.largest <= most,
-                "{steps} steps at {:?}",
-                difference.at
-            );
+            let name = format!("{} {pixels:?}", rate.name());
+            difference.check(&name, 2.0 * STEP + chroma_rounding(&image));
         }
     }
 }
@@ -321,8 +307,7 @@ fn anisotropic_magnification_is_bilinear() {
         let expected = levels[0].bilinear(uv_at(x, y, view), WaveletAddressMode::Repeat);
         expected.map(|v| v as f32)
     });
-    let most = 2.0 * STEP + chroma_rounding(&image);
-    assert!(difference.largest <= most, "{} steps", difference.steps());
+    difference.check("magnified", 2.0 * STEP + chroma_rounding(&image));
 }
 
 /// Frames whose mean is compared.

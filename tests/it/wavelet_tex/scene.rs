@@ -315,6 +315,21 @@ impl Difference {
     pub fn steps(&self) -> f32 {
         self.largest / STEP
     }
+
+    pub fn report(&self, name: &str) {
+        println!(
+            "{name}: {:.3} steps at {:?}, {:.2} % of pixels beyond 1",
+            self.steps(),
+            self.at,
+            self.percent_beyond_a_step,
+        );
+    }
+
+    /// Reports it, and demands that it is at most this.
+    pub fn check(&self, name: &str, most: f32) {
+        self.report(name);
+        assert!(self.largest <= most, "{name}: {} steps", self.steps());
+    }
 }
 
 pub fn difference(picture: &Rgba32FImage, expected: impl Fn(u32, u32) -> [f32; 3]) -> Difference {

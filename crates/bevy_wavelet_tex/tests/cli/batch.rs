@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 
 use serde_json::{Value, json};
 
-use crate::{Folder, color_image, gltf, gray_image, normal_image, skipped, stderr};
+use crate::{Folder, color_image, gltf, gray_image, normal_image, skipped};
 
 #[test]
 fn a_bad_file_in_a_batch_stops_no_other_and_is_named_at_the_end() {
@@ -15,15 +15,12 @@ fn a_bad_file_in_a_batch_stops_no_other_and_is_named_at_the_end() {
     }
     f.write("in/m.png", b"no image");
     f.write("in/note.txt", b"not looked at");
-    let output = f.run("encode in --out out --json --effort fast");
-    assert_eq!(output.status.code(), Some(1));
-    let errors = stderr(&output);
-    assert!(errors.contains("1 of 4 files failed"), "{errors}");
-    assert!(
-        errors.contains("in/m.png") && !errors.contains("note.txt"),
-        "{errors}"
-    );
-    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let ran = f.run("encode in --out out --json --effort fast");
+    assert_eq!(ran.code, Some(1));
+    ran.says("1 of 4 files failed");
+    ran.says("in/m.png");
+    assert!(!ran.errors.contains("note.txt"), "{ran:?}");
+    let rows = ran.json();
     assert_eq!(rows.as_array().map(Vec::len), Some(3), "{rows}");
     for name in ["out/a.wtex", "out/sub/b.wtex", "out/z.wtex"] {
         assert!(f.0.join(name).is_file(), "{name}");
@@ -52,13 +49,9 @@ fn globs_are_expanded_and_results_never_collide() {
     fs::create_dir(f.0.join("empty")).expect("made");
     f.fails(1, "encode empty", &["empty", "no .png or .jpg"]);
     f.save("other/b.png", gray_image());
-    let output = f.run("encode b.png other/b.png --out all");
-    assert_eq!(output.status.code(), Some(1));
-    assert!(
-        stderr(&output).contains("is that of b.png"),
-        "{}",
-        stderr(&output)
-    );
+    let ran = f.run("encode b.png other/b.png --out all");
+    assert_eq!(ran.code, Some(1));
+    ran.says("is that of b.png");
     assert!(f.0.join("all/b.wtex").is_file());
 }
 
@@ -75,13 +68,9 @@ fn the_rate_follows_the_wanted_quality() {
         last = bpp.expect("a number");
     }
     assert!(last > 3.5, "{last}");
-    let output = f.run("encode in.png --rate auto --min-psnr 99");
-    assert!(output.status.success());
-    assert!(
-        stderr(&output).contains("the largest rate reaches"),
-        "{}",
-        stderr(&output)
-    );
+    let ran = f.run("encode in.png --rate auto --min-psnr 99");
+    assert_eq!(ran.code, Some(0));
+    ran.says("the largest rate reaches");
 }
 
 #[test]
@@ -220,22 +209,16 @@ fn a_batch_says_each_file_as_it_is_done_and_counts_them() {
     f.save("set/a.png", gray_image());
     f.write("set/b.png", b"no image");
     f.save("set/c.png", gray_image());
-    let output = f.run("encode set --effort fast");
-    assert_eq!(output.status.code(), Some(1));
-    let errors = stderr(&output);
-    let bad = errors.find("b.png").expect("the bad file");
-    assert!(
-        bad < errors.find("1 of 3 files failed").expect("the count"),
-        "{errors}"
-    );
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert!(text.ends_with("2 files encoded\n"), "{text}");
+    let ran = f.run("encode set --effort fast");
+    assert_eq!(ran.code, Some(1));
+    let bad = ran.errors.find("b.png").expect("the bad file");
+    let count = ran.errors.find("1 of 3 files failed").expect("the count");
+    assert!(bad < count, "{ran:?}");
+    assert!(ran.text.ends_with("2 files encoded\n"), "{ran:?}");
     // The lines of the others are there though the reader leaves.
+    let line = "\"$0\" encode set --effort fast --force | head -c 1; test -f set/c.wtex";
     let status = std::process::Command::new("sh")
-        .args([
-            "-c",
-            "\"$0\" encode set --effort fast --force | head -c 1; test -f set/c.wtex",
-        ])
+        .args(["-c", line])
         .arg(env!("CARGO_BIN_EXE_wavelet-tex"))
         .current_dir(&f.0)
         .status();
@@ -258,14 +241,10 @@ fn a_folder_that_cannot_be_read_costs_no_other() {
         lock(0o755);
         return skipped("an unreadable folder: the user may read all folders");
     }
-    let output = f.run("encode set --effort fast");
+    let ran = f.run("encode set --effort fast");
     lock(0o755);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(
-        stderr(&output).contains("locked: cannot be read"),
-        "{}",
-        stderr(&output)
-    );
+    assert_eq!(ran.code, Some(1));
+    ran.says("locked: cannot be read");
     assert!(f.0.join("set/a.wtex").is_file());
 }
 
@@ -303,11 +282,11 @@ fn gltf_files_are_found_in_folders_and_share_their_images() {
     let uris = ["tex/base.png", "tex/bumps.png", "tex/gone.png"];
     f.write("in/models/a.gltf", &gltf(material(0), &uris));
     f.write("in/models/b.gltf", &gltf(material(2), &uris));
-    let output = f.run("encode in --out out --effort fast --json");
+    let ran = f.run("encode in --out out --effort fast --json");
     // One image is missing, which costs no other.
-    assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).contains("gone.png"), "{}", stderr(&output));
-    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(ran.code, Some(1));
+    ran.says("gone.png");
+    let rows = ran.json();
     assert_eq!(rows.as_array().map(Vec::len), Some(3), "{rows}");
     for (name, content) in [("base", "color"), ("bumps", "normal"), ("alone", "color")] {
         let info = f.info(&format!("out/models/tex/{name}.wtex"));
@@ -317,8 +296,7 @@ fn gltf_files_are_found_in_folders_and_share_their_images() {
     // Alone or with its folder, a model has the same textures.
     f.run("encode in/models/a.gltf --effort fast");
     let before = f.read("in/models/tex/bumps.wtex");
-    let rows = f.run("encode in --effort fast --json");
-    let rows: Value = serde_json::from_slice(&rows.stdout).expect("JSON");
+    let rows = f.run("encode in --effort fast --json").json();
     assert_eq!(f.read("in/models/tex/bumps.wtex"), before);
     let is_unchanged = |row: &&Value| row["unchanged"] == true;
     let unchanged = rows.as_array().expect("rows").iter().filter(is_unchanged);
@@ -326,11 +304,7 @@ fn gltf_files_are_found_in_folders_and_share_their_images() {
 
     let outside = gltf(material(0), &["../tex/base.png", "../tex/bumps.png"]);
     f.write("in/models/sub/c.gltf", &outside);
-    let output = f.run("encode in/models/sub/c.gltf --out deep");
-    assert!(
-        stderr(&output).contains("outside of the folder deep"),
-        "{}",
-        stderr(&output)
-    );
+    let ran = f.run("encode in/models/sub/c.gltf --out deep");
+    ran.says("outside of the folder deep");
     assert!(!Path::new(&f.0.join("tex")).exists());
 }

@@ -1,17 +1,11 @@
 //! Tests of the `wavelet-tex` tool, run as its users run it, in a folder and on images of their own.
 
-mod alpha;
 mod batch;
 mod inputs;
 mod roles;
 mod round_trips;
 
-use std::{
-    fs,
-    io::Write,
-    path::PathBuf,
-    process::{Command, Output},
-};
+use std::{fs, io::Write, path::PathBuf, process::Command};
 
 use image::{DynamicImage, GrayImage, Rgb, RgbImage, RgbaImage};
 use serde_json::{Value, json};
@@ -35,18 +29,22 @@ impl Folder {
     }
 
     /// Runs the tool and asserts that it did not panic.
-    fn run(&self, line: &str) -> Output {
+    fn run(&self, line: &str) -> Ran {
         let output = self.command(line).output().expect("the tool starts");
-        let errors = stderr(&output);
-        assert!(!errors.contains("panicked"), "{line}: {errors}");
-        output
+        let ran = Ran {
+            code: output.status.code(),
+            text: String::from_utf8(output.stdout).expect("UTF-8"),
+            errors: String::from_utf8_lossy(&output.stderr).into(),
+        };
+        assert!(!ran.errors.contains("panicked"), "{line}: {ran:?}");
+        ran
     }
 
     /// Runs the tool, which must succeed, and returns its standard output.
     fn ok(&self, line: &str) -> String {
-        let output = self.run(line);
-        assert!(output.status.success(), "{line}: {}", stderr(&output));
-        String::from_utf8(output.stdout).expect("UTF-8")
+        let ran = self.run(line);
+        assert_eq!(ran.code, Some(0), "{line}: {ran:?}");
+        ran.text
     }
 
     fn json(&self, line: &str) -> Value {
@@ -62,12 +60,9 @@ impl Folder {
     /// leave the folder as it was.
     fn fails(&self, code: i32, line: &str, words: &[&str]) {
         let before = self.contents();
-        let output = self.run(line);
-        let errors = stderr(&output);
-        assert_eq!(output.status.code(), Some(code), "{line}: {errors}");
-        for word in words {
-            assert!(errors.contains(word), "{line}: no {word:?} in: {errors}");
-        }
+        let ran = self.run(line);
+        assert_eq!(ran.code, Some(code), "{line}: {ran:?}");
+        words.iter().for_each(|words| ran.says(words));
         assert_eq!(self.contents(), before, "{line}");
     }
 
@@ -139,8 +134,24 @@ impl Drop for Folder {
     }
 }
 
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+/// What a run has written.
+#[derive(Debug)]
+struct Ran {
+    code: Option<i32>,
+    text: String,
+    /// Errors and warnings.
+    errors: String,
+}
+
+impl Ran {
+    /// Asserts that these words are in the errors and warnings.
+    fn says(&self, words: &str) {
+        assert!(self.errors.contains(words), "no {words:?} in {self:?}");
+    }
+
+    fn json(&self) -> Value {
+        serde_json::from_str(&self.text).expect("JSON")
+    }
 }
 
 /// A glTF file with these materials, an image of each URI, and a texture of each image.
