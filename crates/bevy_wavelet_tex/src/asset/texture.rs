@@ -15,7 +15,7 @@ use crate::{
         axes::ColorAxes,
         blocks::BlockFormat,
         decoder::decode,
-        image::{ColorSpace, Content, Payload, PlaneGroup, WaveletImage, WaveletPlanes},
+        image::{ColorSpace, Content, Payload, PlaneGroup, WaveletImage},
         layout,
         packing::Packing,
         plain::PlainTexture,
@@ -55,7 +55,7 @@ pub struct WaveletTexture {
 /// The parameters of a texture that a shader needs.
 #[derive(Clone, Debug, PartialEq, Reflect)]
 pub enum TextureParameters {
-    /// The parameters of wavelet planes, as in [`WaveletPlanes`].
+    /// The parameters of wavelet planes, as in [`WaveletPlanes`](crate::codec::image::WaveletPlanes).
     Wavelet {
         /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
         axes: ColorAxes,
@@ -193,18 +193,26 @@ impl WaveletTexture {
             gpu_bytes += image.data.as_ref().map_or(0, Vec::len);
             add_image(label, image)
         };
-        let images = match storage {
-            WaveletStorage::Blocks => match &image.payload {
-                Payload::Plain(plain) => Parts {
-                    luma: Some(add("plain", plain_image(image, plain))),
-                    ..Parts::default()
-                },
-                Payload::Wavelet(planes) => block_images(image, planes, add),
-            },
-            WaveletStorage::Decoded => Parts {
+        let images = match (storage, &image.payload) {
+            (WaveletStorage::Decoded, _) => Parts {
                 luma: Some(add("decoded", decoded_image(image, first_level))),
                 ..Parts::default()
             },
+            (WaveletStorage::Blocks, Payload::Plain(plain)) => Parts {
+                luma: Some(add("plain", plain_image(image, plain))),
+                ..Parts::default()
+            },
+            (WaveletStorage::Blocks, Payload::Wavelet(planes)) => {
+                let mut part = |group: Option<&PlaneGroup>, texture: usize, label| {
+                    let group = group.filter(|group| texture < group.textures.len())?;
+                    Some(add(label, block_image(image, group, texture)))
+                };
+                Parts {
+                    luma: part(Some(&planes.luma), 0, "luma"),
+                    detail: part(Some(&planes.luma), 1, "detail"),
+                    chroma: part(planes.chroma.as_ref(), 0, "chroma"),
+                }
+            }
         };
         let preview = has_preview.then(|| preview_image(image)).flatten();
         let preview = preview.map(|preview| add_image("preview", preview));
@@ -226,26 +234,6 @@ impl WaveletTexture {
         MipAtlas::new(self.levels, |level| {
             layout::texture_level_size(group.packing, self.size, group.subsampling, level)
         })
-    }
-}
-
-/// Makes the array textures of all groups.
-fn block_images(
-    image: &WaveletImage,
-    planes: &WaveletPlanes,
-    mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
-) -> Parts<Handle<Image>> {
-    let mut add = |group: &PlaneGroup, texture: usize, label| {
-        (texture < group.textures.len())
-            .then(|| add_image(label, block_image(image, group, texture)))
-    };
-    Parts {
-        luma: add(&planes.luma, 0, "luma"),
-        detail: add(&planes.luma, 1, "detail"),
-        chroma: planes
-            .chroma
-            .as_ref()
-            .and_then(|group| add(group, 0, "chroma")),
     }
 }
 
