@@ -6,10 +6,8 @@
 //! has [`WaveletGltf`] is rendered with those: each material is replaced once all of its wavelet
 //! textures have loaded, and the images of the file are dropped with the materials that used them.
 
-mod maps;
-
 use bevy::{
-    asset::{AssetEvent, AssetId, AssetServer, Assets},
+    asset::{AssetEvent, AssetId, AssetPath, AssetServer, Assets, Handle, LoadState},
     ecs::{
         component::Component,
         entity::Entity,
@@ -20,18 +18,19 @@ use bevy::{
         resource::Resource,
         system::{Commands, Query, Res, ResMut},
     },
-    image::Image,
+    image::{Image, ImageAddressMode, ImageSampler},
     log::warn,
     pbr::{MeshMaterial3d, StandardMaterial},
     platform::collections::HashMap,
     reflect::{Reflect, std_traits::ReflectDefault},
 };
 
-use self::maps::{MapExchange, MapState};
 use crate::{
     asset::WaveletTexture,
-    material::{WaveletExtension, WaveletStandardMaterial},
-    settings::WaveletFilter,
+    codec::image::{ColorSpace, Content},
+    file::EXTENSION,
+    material::{Map, WaveletExtension, WaveletStandardMaterial},
+    settings::{WaveletAddressMode, WaveletFilter},
 };
 
 /// Replaces the materials of all meshes below this entity by wavelet materials, as they are
@@ -189,8 +188,8 @@ fn exchanged(
     for map in maps {
         let reason = match &map.state {
             MapState::Loaded(texture, address) if address.is_some() && *address == address_mode => {
-                *map.map.image(&mut base) = None;
-                *map.map.texture(&mut extension) = Some(texture.clone());
+                *(map.image_of)(&mut base) = None;
+                *extension.map_mut(map.map) = Some(texture.clone());
                 continue;
             }
             MapState::Loaded(_, None) => "its sampler differs in U and V, or has a border",
@@ -209,4 +208,162 @@ fn exchanged(
     }
     let has_texture = extension.textures().next().is_some();
     has_texture.then_some(WaveletStandardMaterial { base, extension })
+}
+
+type ImageOf = fn(&mut StandardMaterial) -> &mut Option<Handle<Image>>;
+
+/// The maps of a glTF material, with the role by which `wavelet-tex` names the second texture of an image.
+const MAPS: [(Map, &str, ImageOf); 5] = [
+    (Map::BaseColor, "color", |m| &mut m.base_color_texture),
+    (Map::Emissive, "color", |m| &mut m.emissive_texture),
+    (Map::Normal, "normal", |m| &mut m.normal_map_texture),
+    (Map::MetallicRoughness, "data", |m| {
+        &mut m.metallic_roughness_texture
+    }),
+    (Map::Occlusion, "occlusion", |m| &mut m.occlusion_texture),
+];
+
+/// A map while its material is exchanged.
+struct MapExchange {
+    map: Map,
+    role: &'static str,
+    image_of: ImageOf,
+    image: Handle<Image>,
+    /// Whether the texture of the image's own name is that of another role.
+    by_role: bool,
+    state: MapState,
+}
+
+enum MapState {
+    Loading(Handle<WaveletTexture>),
+    /// The texture, and how its image was addressed, or `None` where the material cannot do the same.
+    Loaded(Handle<WaveletTexture>, Option<WaveletAddressMode>),
+    Failed(String),
+}
+
+impl MapExchange {
+    /// Begins to load the textures of all maps of a material.
+    fn all(material: &StandardMaterial, server: &AssetServer) -> Vec<Self> {
+        let mut material = material.clone();
+        let begin = |(map, role, image_of): (Map, &'static str, ImageOf)| {
+            let image = image_of(&mut material).take()?;
+            let texture = server.load(wavelet_path(image.path()?, None));
+            Some(Self {
+                map,
+                role,
+                image_of,
+                image,
+                by_role: false,
+                state: MapState::Loading(texture),
+            })
+        };
+        MAPS.into_iter().filter_map(begin).collect()
+    }
+
+    fn is_over(&self) -> bool {
+        !matches!(self.state, MapState::Loading(_))
+    }
+
+    fn go_on(
+        &mut self,
+        server: &AssetServer,
+        images: &Assets<Image>,
+        textures: &Assets<WaveletTexture>,
+    ) {
+        let MapState::Loading(handle) = &self.state else {
+            return;
+        };
+        if let LoadState::Failed(error) = server.load_state(handle) {
+            self.state = MapState::Failed(error.to_string());
+            return;
+        }
+        let Some(texture) = textures.get(handle) else {
+            return;
+        };
+        let is_normal = texture.content == Content::Normal;
+        let fits = match self.map {
+            Map::Normal => is_normal,
+            Map::BaseColor | Map::Emissive => !is_normal && texture.color_space == ColorSpace::Srgb,
+            _ => !is_normal && texture.color_space == ColorSpace::Linear,
+        };
+        if !fits {
+            let role = self.role;
+            self.state = match self.image.path().filter(|_| !self.by_role) {
+                Some(path) => MapState::Loading(server.load(wavelet_path(path, Some(role)))),
+                None => MapState::Failed(format!(
+                    "its wavelet texture is not encoded with the role `{role}`"
+                )),
+            };
+            self.by_role = true;
+            return;
+        }
+        let address = match images.get(&self.image) {
+            Some(image) => address_mode(&image.sampler),
+            // Nothing says otherwise.
+            None if server.load_state(&self.image).is_failed() => Some(WaveletAddressMode::Repeat),
+            None => return,
+        };
+        self.state = MapState::Loaded(handle.clone(), address);
+    }
+}
+
+/// How a wavelet material addresses what this sampler does.
+fn address_mode(sampler: &ImageSampler) -> Option<WaveletAddressMode> {
+    let ImageSampler::Descriptor(sampler) = sampler else {
+        // That of Bevy's images where nothing else is set.
+        return Some(WaveletAddressMode::ClampToEdge);
+    };
+    match sampler.address_mode_u {
+        _ if sampler.address_mode_u != sampler.address_mode_v => None,
+        ImageAddressMode::Repeat => Some(WaveletAddressMode::Repeat),
+        ImageAddressMode::ClampToEdge => Some(WaveletAddressMode::ClampToEdge),
+        ImageAddressMode::MirrorRepeat => Some(WaveletAddressMode::MirrorRepeat),
+        ImageAddressMode::ClampToBorder => None,
+    }
+}
+
+/// Path of the wavelet texture of an image. For an image with a label (`model.glb#Texture0`) it is
+/// beside the file that contains the image; for an image with a file of its own (`wall.png`) it is
+/// that path with another extension. The second texture of an image has its role in its name.
+fn wavelet_path(image: &AssetPath<'_>, role: Option<&str>) -> AssetPath<'static> {
+    let extension = match role {
+        Some(role) => format!("{role}.{EXTENSION}"),
+        None => EXTENSION.into(),
+    };
+    let path = match image.label() {
+        Some(label) => {
+            let mut name = image.path().as_os_str().to_os_string();
+            name.push(format!(".{label}.{extension}"));
+            name.into()
+        }
+        None => image.path().with_extension(extension),
+    };
+    AssetPath::from(path).with_source(image.source().clone_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_that_the_tool_writes() {
+        for (image, role, texture) in [
+            ("a/model.glb#Texture0", None, "a/model.glb.Texture0.wtex"),
+            (
+                "a/model.glb#Texture1",
+                Some("normal"),
+                "a/model.glb.Texture1.normal.wtex",
+            ),
+            ("a/wall.png", None, "a/wall.wtex"),
+            ("a/wall.v2.png", Some("data"), "a/wall.v2.data.wtex"),
+            (
+                "remote://m.gltf#Texture12",
+                None,
+                "remote://m.gltf.Texture12.wtex",
+            ),
+        ] {
+            let found = wavelet_path(&AssetPath::parse(image), role);
+            assert_eq!(found, AssetPath::parse(texture));
+        }
+    }
 }

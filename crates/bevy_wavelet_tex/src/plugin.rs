@@ -18,9 +18,8 @@ use crate::{
     file::EXTENSION,
     gltf::{self, Exchanges, WaveletGltf},
     material::{
-        GpuWaveletTexture, WaveletExtension, WaveletSamplers, WaveletStandardMaterial,
-        missing_textures,
-        reload::{Decals, find_decals, rebind_materials, write_forms},
+        Decals, GpuWaveletTexture, WaveletExtension, WaveletSamplers, WaveletStandardMaterial,
+        find_decals, missing_textures, rebind_materials, write_forms,
     },
     settings::{WaveletAddressMode, WaveletFilter},
 };

@@ -1,13 +1,10 @@
 //! What an app chooses: how textures are sampled, and how they are loaded and saved.
 
-#[cfg(feature = "encode")]
-mod saver;
-
 use bevy::reflect::Reflect;
 use serde::{Deserialize, Serialize};
 
 #[cfg(feature = "encode")]
-pub use saver::{WaveletQuality, WaveletRole, WaveletSaverSettings};
+pub use crate::asset::saver::{WaveletQuality, WaveletRole, WaveletSaverSettings};
 
 /// Filters of decoded pixels, from the cheapest to the smoothest.
 ///

@@ -1,7 +1,8 @@
-//! Every filter and address mode, magnified and minified, against the same in f64 over decoded mips.
+//! Every filter and address mode, magnified and minified, against the same in f64 over decoded mips; the mean of
+//! stochastic filters and their noise with and without temporal anti-aliasing; and all of them in a shader of a user's own.
 
-use bevy::math::Vec2;
-use bevy_frugal_lab::content;
+use bevy::{anti_alias::taa::TemporalAntiAliasing, prelude::*, shader::ShaderDefVal};
+use bevy_frugal_lab::{content, headless::HeadlessSettings};
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStorage,
     codec::{
@@ -13,15 +14,16 @@ use bevy_wavelet_tex::{
 };
 use image::RgbImage;
 
-use super::{
-    reference::{Level, anisotropic, exact_mips, levels, mix, supersampled, trilinear},
-    scene::{
-        STEP, Viewer, chroma_rounding, colors, difference, encoded_with, picture,
-        psnr_of_units as psnr, wavelets,
-    },
+use super::scene::{
+    Level, STEP, Viewer, anisotropic, app, chroma_rounding, colors, difference, encoded_with,
+    exact_mips, levels, mix, picture, psnr_of_units as psnr, supersampled, trilinear, wavelets,
 };
+use crate::support::{composer, gpu};
 
 const TARGET: [u32; 2] = [64, 48];
+
+/// Width and height of the target, in pixels.
+const EXTENT: Vec2 = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
 
 fn coded(picture: &RgbImage, rate: Rate, color_space: ColorSpace) -> WaveletImage {
     encoded_with(picture, &wavelets(rate, color_space))
@@ -36,8 +38,7 @@ fn filtered(view: [Vec2; 2], filter: impl Fn(Vec2) -> [f64; 3]) -> Vec<[f64; 3]>
 
 /// The centre of a target's pixel in uv.
 fn uv_at(x: u32, y: u32, [origin, extent]: [Vec2; 2]) -> Vec2 {
-    let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
-    origin + (Vec2::new(x as f32, y as f32) + 0.5) / target * extent
+    origin + (Vec2::new(x as f32, y as f32) + 0.5) / EXTENT * extent
 }
 
 /// Level of detail where `extent` uv cover the target.
@@ -62,11 +63,10 @@ fn expected(
     match filter {
         WaveletFilter::Nearest => nearest_level.nearest(uv, mode),
         WaveletFilter::Bilinear => nearest_level.bilinear(uv, mode),
-        WaveletFilter::NearestMipLinear => mix(
-            levels[fine].nearest(uv, mode),
-            levels[coarse].nearest(uv, mode),
-            lod.fract(),
-        ),
+        WaveletFilter::NearestMipLinear => {
+            let of_level = |level: usize| levels[level].nearest(uv, mode);
+            mix(of_level(fine), of_level(coarse), lod.fract())
+        }
         _ => trilinear(levels, uv, lod, mode),
     }
 }
@@ -118,10 +118,8 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
             };
             let shown = viewer.show(image, WaveletStorage::Blocks, extension, view);
             let lod = level_of_detail(image, view[1]);
-            let nearest = matches!(
-                filter,
-                WaveletFilter::Nearest | WaveletFilter::NearestMipLinear
-            );
+            let nearest = [WaveletFilter::Nearest, WaveletFilter::NearestMipLinear];
+            let nearest = nearest.contains(&filter);
             let borderline = std::cell::Cell::new(0);
             let difference = difference(&shown, |x, y| {
                 let uv = uv_at(x, y, view);
@@ -138,18 +136,10 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
                 expected
             });
             let borderline = borderline.get();
-            println!(
-                "{name} {filter:?} {mode:?} lod {lod:.2}: {:.3} steps, {borderline} borderline",
-                difference.steps()
-            );
-            assert!(borderline < 200, "{name} {filter:?}: {borderline} of 3072");
-            let most = 2.0 * STEP + chroma_rounding(image);
-            assert!(
-                difference.largest <= most,
-                "{name} {filter:?} {mode:?}: {} steps at {:?}",
-                difference.steps(),
-                difference.at
-            );
+            let name = format!("{name} {filter:?} {mode:?} lod {lod:.2}");
+            println!("{name}: {borderline} borderline");
+            assert!(borderline < 200, "{name}: {borderline} of 3072");
+            difference.check(&name, 2.0 * STEP + chroma_rounding(image));
         }
     }
 }
@@ -157,9 +147,8 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
 /// Pixels of the texture of 256 x 256 for one of the target, in x and y, at which anisotropic filters are measured.
 const FOOTPRINTS: [[f32; 2]; 3] = [[2.0, 8.0], [3.0, 6.0], [2.5, 20.0]];
 
-fn view([x, y]: [f32; 2]) -> [Vec2; 2] {
-    let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
-    [Vec2::new(0.013, 0.027), Vec2::new(x, y) * target / 256.0]
+fn view(pixels: [f32; 2]) -> [Vec2; 2] {
+    [Vec2::new(0.013, 0.027), Vec2::from(pixels) * EXTENT / 256.0]
 }
 
 #[test]
@@ -167,7 +156,6 @@ fn anisotropic_minification_is_that_of_the_reference() {
     let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
-    let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
     let picture = content::photo_like(256, 256, 5);
     for (rate, color_space) in [
         (Rate::Gray2, ColorSpace::Linear),
@@ -181,17 +169,11 @@ fn anisotropic_minification_is_that_of_the_reference() {
             let shown = viewer.show_blocks(&image, WaveletFilter::Anisotropic, view);
             let difference = difference(&shown, |x, y| {
                 let mode = WaveletAddressMode::Repeat;
-                let expected = anisotropic(&levels, uv_at(x, y, view), view[1] / target, mode);
+                let expected = anisotropic(&levels, uv_at(x, y, view), view[1] / EXTENT, mode);
                 expected.map(|value| value as f32)
             });
-            let steps = difference.steps();
-            println!("{} {pixels:?}: {steps:.3} steps", rate.name());
-            let most = 2.0 * STEP + chroma_rounding(&image);
-            assert!(
-                difference.largest <= most,
-                "{steps} steps at {:?}",
-                difference.at
-            );
+            let name = format!("{} {pixels:?}", rate.name());
+            difference.check(&name, 2.0 * STEP + chroma_rounding(&image));
         }
     }
 }
@@ -222,7 +204,6 @@ fn coordinates_that_jump_have_finite_values() {
 /// What is left in the test after this one are the errors of the mips, which are coded each on its own.
 #[test]
 fn the_anisotropic_filter_of_mips_without_coding_errors_is_right() {
-    let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
     let picture = content::photo_like(256, 256, 5);
     for (rate, color_space) in [
         (Rate::Gray2, ColorSpace::Linear),
@@ -236,17 +217,15 @@ fn the_anisotropic_filter_of_mips_without_coding_errors_is_right() {
         let exact = exact_mips(decoded.remove(0));
         for pixels in FOOTPRINTS {
             let view = view(pixels);
-            let extent = view[1] / target;
+            let extent = view[1] / EXTENT;
             let tent = filtered(view, |uv| supersampled(&exact[0], uv, extent, 40, true));
             let mode = WaveletAddressMode::Repeat;
             let ours = filtered(view, |uv| anisotropic(&exact, uv, extent, mode));
             let ours = psnr(&ours, &tent);
             let mip = psnr_of_levels(&coarser[0], &exact[1]);
-            println!(
-                "{} {pixels:?}: {ours:.1} dB; mip 1 itself {mip:.1} dB",
-                rate.name()
-            );
-            assert!(ours > 40.0, "{} {pixels:?}: {ours} dB", rate.name());
+            let name = rate.name();
+            println!("{name} {pixels:?}: {ours:.1} dB; mip 1 itself {mip:.1} dB");
+            assert!(ours > 40.0, "{name} {pixels:?}: {ours} dB");
         }
     }
 }
@@ -256,7 +235,6 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
     let Some(mut viewer) = Viewer::new(TARGET) else {
         return;
     };
-    let target = Vec2::new(TARGET[0] as f32, TARGET[1] as f32);
     let picture = content::photo_like(256, 256, 5);
     let mut missed = Vec::new();
     for (rate, color_space) in [
@@ -271,14 +249,9 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
         let levels = levels(&image, |level| viewer.decoded(&image, level));
         for pixels in FOOTPRINTS {
             let view = view(pixels);
-            let mut show = |filter, storage| {
-                let extension = WaveletExtension {
-                    filter,
-                    ..Default::default()
-                };
-                colors(&viewer.show(&image, storage, extension, view))
-            };
-            let extent = view[1] / target;
+            let mut show =
+                |filter, storage| colors(&viewer.show_filtered(&image, storage, filter, view));
+            let extent = view[1] / EXTENT;
             let [boxed, tent] = [false, true]
                 .map(|tent| filtered(view, |uv| supersampled(&levels[0], uv, extent, 40, tent)));
             let ours = show(WaveletFilter::Anisotropic, WaveletStorage::Blocks);
@@ -304,10 +277,8 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
             };
             let ours = psnr(&ours, &tent);
             if ours < least {
-                missed.push(format!(
-                    "{} {pixels:?}: {ours:.1} of {least:.1} dB",
-                    rate.name()
-                ));
+                let name = rate.name();
+                missed.push(format!("{name} {pixels:?}: {ours:.1} of {least:.1} dB"));
             }
         }
     }
@@ -333,11 +304,171 @@ fn anisotropic_magnification_is_bilinear() {
     let view = [Vec2::new(0.2, 0.1), Vec2::new(0.5, 0.4)];
     let shown = viewer.show_blocks(&image, WaveletFilter::Anisotropic, view);
     let difference = difference(&shown, |x, y| {
-        let uv = uv_at(x, y, view);
-        levels[0]
-            .bilinear(uv, WaveletAddressMode::Repeat)
-            .map(|v| v as f32)
+        let expected = levels[0].bilinear(uv_at(x, y, view), WaveletAddressMode::Repeat);
+        expected.map(|v| v as f32)
     });
-    let most = 2.0 * STEP + chroma_rounding(&image);
-    assert!(difference.largest <= most, "{} steps", difference.steps());
+    difference.check("magnified", 2.0 * STEP + chroma_rounding(&image));
+}
+
+/// Frames whose mean is compared.
+const FRAMES: usize = 64;
+
+fn colored() -> WaveletImage {
+    let picture = content::photo_like(256, 256, 5);
+    coded(&picture, Rate::Color3, ColorSpace::Srgb)
+}
+
+/// A picture of the viewer's as it is next, in one frame.
+fn next(viewer: &mut Viewer) -> Vec<[f64; 3]> {
+    colors(&viewer.app.capture_f32().expect("a picture"))
+}
+
+/// The texture with so many of its pixels for one of the target.
+fn show(
+    viewer: &mut Viewer,
+    image: &WaveletImage,
+    filter: WaveletFilter,
+    pixels: [f32; 2],
+) -> Vec<[f64; 3]> {
+    viewer.show_blocks(image, filter, view(pixels));
+    next(viewer)
+}
+
+/// The pictures of the next frames.
+fn frames(viewer: &mut Viewer, count: usize) -> Vec<Vec<[f64; 3]>> {
+    let picture = |_| {
+        viewer.app.render_frames(1).expect("a frame");
+        next(viewer)
+    };
+    (0..count).map(picture).collect()
+}
+
+fn mean(pictures: &[Vec<[f64; 3]>]) -> Vec<[f64; 3]> {
+    let mut sum = vec![[0.0; 3]; pictures[0].len()];
+    for picture in pictures {
+        for (sum, pixel) in sum.iter_mut().zip(picture) {
+            (0..3).for_each(|c| sum[c] += pixel[c] / pictures.len() as f64);
+        }
+    }
+    sum
+}
+
+/// Views by pixels of the texture for one of the target, in x and y.
+const VIEWS: [(&str, [f32; 2]); 4] = [
+    ("magnified", [0.4, 0.3]),
+    ("minified", [2.7, 2.7]),
+    ("grazing", [1.5, 6.0]),
+    ("far", [2.5, 20.0]),
+];
+
+#[test]
+fn the_mean_of_many_frames_is_the_exact_filter() {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
+        return;
+    };
+    let image = colored();
+    for (name, pixels) in VIEWS {
+        let exact = show(&mut viewer, &image, WaveletFilter::Anisotropic, pixels);
+        for filter in [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad] {
+            show(&mut viewer, &image, filter, pixels);
+            let frames = frames(&mut viewer, FRAMES);
+            let one = psnr(&frames[0], &exact);
+            let many = psnr(&mean(&frames), &exact);
+            println!(
+                "{name}, {filter:?}: one frame {one:.1} dB, the mean of {FRAMES} {many:.1} dB"
+            );
+            assert!(many > 40.0, "{name}, {filter:?}: {many} dB");
+            // Independent frames would gain 18 dB, and the same frame again and again none.
+            assert!(
+                many > one + 10.0,
+                "{name}, {filter:?}: {many} dB from {one} dB"
+            );
+        }
+    }
+}
+
+/// Frames before the noise is measured: the history has forgotten how it began.
+const WARM_UP: u32 = 48;
+
+/// The noise of a filter: the mean square of what pixels of 16 frames differ from their mean, in dB
+/// below white.
+fn noise(
+    viewer: &mut Viewer,
+    image: &WaveletImage,
+    filter: WaveletFilter,
+    pixels: [f32; 2],
+) -> f64 {
+    show(viewer, image, filter, pixels);
+    viewer.app.render_frames(WARM_UP).expect("frames");
+    let frames = frames(viewer, 16);
+    let mean = mean(&frames);
+    let all: Vec<_> = frames.iter().flatten().copied().collect();
+    psnr(&all, &mean.repeat(frames.len()))
+}
+
+#[test]
+fn temporal_anti_aliasing_averages_the_noise() {
+    let Some(mut viewer) = Viewer::new(TARGET) else {
+        return;
+    };
+    let image = colored();
+    let filters = [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad];
+    let views = [VIEWS[0], VIEWS[1], VIEWS[2]];
+    let noises = |viewer: &mut Viewer, filter| {
+        views.map(|(_, pixels)| noise(viewer, &image, filter, pixels))
+    };
+    let without = filters.map(|filter| noises(&mut viewer, filter));
+    let world = viewer.app.world_mut();
+    let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
+    let camera = cameras.single(world).expect("a camera");
+    world
+        .entity_mut(camera)
+        .insert(TemporalAntiAliasing::default());
+    let trilinear = noises(&mut viewer, WaveletFilter::Trilinear);
+    for (filter, without) in filters.into_iter().zip(without) {
+        let with = noises(&mut viewer, filter);
+        for (i, (name, _)) in views.into_iter().enumerate() {
+            let (without, with, trilinear) = (without[i], with[i], trilinear[i]);
+            println!(
+                "{name}, {filter:?}: noise {without:.1} dB below white, with temporal \
+                 anti-aliasing {with:.1} dB (trilinear {trilinear:.1} dB)"
+            );
+            assert!(with > without + 15.0, "{name}: {with} and {without} dB");
+        }
+    }
+}
+
+const USER: &str = "
+import bevy_wavelet_tex::material::sampling::sample;
+import bevy_wavelet_tex::material::types::WaveletTexture;
+
+@group(0) @binding(0) var<uniform> texture: WaveletTexture;
+@group(0) @binding(1) var luma: texture_2d_array<f32>;
+@group(0) @binding(2) var detail: texture_2d_array<f32>;
+@group(0) @binding(3) var chroma: texture_2d_array<f32>;
+@group(0) @binding(4) var linear_clamp: sampler;
+@group(0) @binding(5) var decoded: sampler;
+
+@fragment
+fn fragment(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {
+    return sample(texture, luma, detail, chroma, linear_clamp, decoded, uv, 0.0);
+}
+";
+
+#[test]
+fn the_library_validates_in_a_shader_of_ones_own() {
+    let _gpu = gpu();
+    let mut app = app(HeadlessSettings::with_size(1, 1));
+    let mut composer = composer(&mut app);
+    for filter in [
+        None,
+        Some("WAVELET_FILTER_NEAREST"),
+        Some("WAVELET_FILTER_NEAREST_MIP_LINEAR"),
+        Some("WAVELET_FILTER_BILINEAR"),
+        Some("WAVELET_FILTER_ANISOTROPIC"),
+    ] {
+        let defs: Vec<ShaderDefVal> = filter.into_iter().map(ShaderDefVal::from).collect();
+        let valid = composer.compose_source(USER, &defs);
+        assert!(valid.is_ok(), "{filter:?}: {}", valid.unwrap_err());
+    }
 }

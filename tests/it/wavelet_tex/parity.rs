@@ -490,47 +490,17 @@ fn every_map_alone_is_seen() {
         return;
     };
     let all = all_maps();
-    let none = Maps::default();
-    let (base_color, emissive, normal) = (all.base_color, all.emissive, all.normal);
-    let (metallic_roughness, occlusion) = (all.metallic_roughness, all.occlusion);
-    let bare = leaf_twin(Path::Forward, none.clone()).wavelet();
-    for (name, maps) in [
-        (
-            "base color",
-            Maps {
-                base_color,
-                ..none.clone()
-            },
-        ),
-        (
-            "emissive",
-            Maps {
-                emissive,
-                ..none.clone()
-            },
-        ),
-        (
-            "normal",
-            Maps {
-                normal,
-                ..none.clone()
-            },
-        ),
-        (
-            "metallic-roughness",
-            Maps {
-                metallic_roughness,
-                ..none.clone()
-            },
-        ),
-        (
-            "occlusion",
-            Maps {
-                occlusion,
-                ..none.clone()
-            },
-        ),
-    ] {
+    let bare = leaf_twin(Path::Forward, Maps::default()).wavelet();
+    let maps: [(&str, fn(&mut Maps) -> &mut Option<WaveletImage>); 5] = [
+        ("base color", |maps| &mut maps.base_color),
+        ("emissive", |maps| &mut maps.emissive),
+        ("normal", |maps| &mut maps.normal),
+        ("metallic-roughness", |maps| &mut maps.metallic_roughness),
+        ("occlusion", |maps| &mut maps.occlusion),
+    ];
+    for (name, map) in maps {
+        let mut maps = Maps::default();
+        *map(&mut maps) = map(&mut all.clone()).take();
         let [wavelet, decoded] = leaf_twin(Path::Forward, maps).pictures();
         let (seen, right) = (psnr(&bare, &wavelet), psnr(&decoded, &wavelet));
         println!("{name}: {right:.1} dB, {seen:.1} dB from no map");

@@ -1,6 +1,7 @@
-//! A quad that shows one wavelet texture after the other, pixel by pixel, and the codec's view of it.
+//! A quad that shows one wavelet texture after the other, pixel by pixel, and what is expected of it: the codec's view of
+//! it, and the filters in f64 over decoded levels.
 
-use std::{sync::OnceLock, thread};
+use std::{collections::BTreeMap, sync::OnceLock, thread};
 
 use bevy::{
     camera::Hdr,
@@ -17,8 +18,8 @@ use bevy_frugal_lab::{
     wavelets,
 };
 use bevy_wavelet_tex::{
-    WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,
-    WaveletTexture,
+    WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
+    WaveletTexPlugin, WaveletTexture,
     codec::{
         blocks::BlockFormat,
         color::linear_from_srgb,
@@ -61,10 +62,8 @@ pub fn encoded_with(picture: &RgbImage, settings: &EncodeSettings) -> WaveletIma
 pub fn linear(image: &WaveletImage, decoded: DecodedImage) -> ([u32; 2], Vec<[f32; 3]>) {
     let srgb = image.color_space == ColorSpace::Srgb;
     let linear = |p: [f32; 3]| if srgb { p.map(linear_from_srgb) } else { p };
-    (
-        decoded.size,
-        decoded.pixels.into_iter().map(linear).collect(),
-    )
+    let pixels = decoded.pixels.into_iter().map(linear);
+    (decoded.size, pixels.collect())
 }
 
 /// What a texture unit that filters with 8 bits, as lavapipe's does, may add: one level of what is
@@ -166,10 +165,11 @@ impl Viewer {
         })
     }
 
-    /// As [`Self::show`] with the blocks of an image and Bevy's default way to address it.
-    pub fn show_blocks(
+    /// As [`Self::show`] with Bevy's default way to address an image.
+    pub fn show_filtered(
         &mut self,
         image: &WaveletImage,
+        storage: WaveletStorage,
         filter: WaveletFilter,
         view: [Vec2; 2],
     ) -> Rgba32FImage {
@@ -177,7 +177,17 @@ impl Viewer {
             filter,
             ..default()
         };
-        self.show(image, WaveletStorage::Blocks, extension, view)
+        self.show(image, storage, extension, view)
+    }
+
+    /// The same of the blocks of an image.
+    pub fn show_blocks(
+        &mut self,
+        image: &WaveletImage,
+        filter: WaveletFilter,
+        view: [Vec2; 2],
+    ) -> Rgba32FImage {
+        self.show_filtered(image, WaveletStorage::Blocks, filter, view)
     }
 
     /// The quad with a texture that may still be loading, unlit, without a filter.
@@ -285,14 +295,8 @@ fn texels(
     });
     let inputs: [&[Binding]; 2] = [&[Binding::Texture(&view)], &[]];
     let bytes = u64::from(width * height) * 16;
-    let texels = dispatch_on(
-        device,
-        queue,
-        TEXELS,
-        inputs,
-        bytes,
-        [width / 4, height / 4],
-    );
+    let groups = [width / 4, height / 4];
+    let texels = dispatch_on(device, queue, TEXELS, inputs, bytes, groups);
     bytemuck::pod_collect_to_vec(&texels)
 }
 
@@ -310,6 +314,21 @@ impl Difference {
     /// The largest, in 8-bit steps.
     pub fn steps(&self) -> f32 {
         self.largest / STEP
+    }
+
+    pub fn report(&self, name: &str) {
+        println!(
+            "{name}: {:.3} steps at {:?}, {:.2} % of pixels beyond 1",
+            self.steps(),
+            self.at,
+            self.percent_beyond_a_step,
+        );
+    }
+
+    /// Reports it, and demands that it is at most this.
+    pub fn check(&self, name: &str, most: f32) {
+        self.report(name);
+        assert!(self.largest <= most, "{name}: {} steps", self.steps());
     }
 }
 
@@ -350,4 +369,161 @@ pub fn psnr_of_units(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
 pub fn colors(picture: &Rgba32FImage) -> Vec<[f64; 3]> {
     let pixels = picture.pixels.iter();
     pixels.map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
+}
+
+/// A level in linear units.
+pub struct Level {
+    size: [u32; 2],
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// The levels of an image, as `decode` decodes them.
+pub fn levels(image: &WaveletImage, decode: impl Fn(u32) -> DecodedImage) -> Vec<Level> {
+    let level = |level| Level::new(image, decode(level));
+    (0..image.levels).map(level).collect()
+}
+
+impl Level {
+    pub fn new(image: &WaveletImage, decoded: DecodedImage) -> Self {
+        let (size, pixels) = linear(image, decoded);
+        Self { size, pixels }
+    }
+
+    fn at(&self, position: [i64; 2], mode: WaveletAddressMode) -> [f64; 3] {
+        let inside = |axis: usize| {
+            let n = i64::from(self.size[axis]);
+            let i = position[axis];
+            let i = match mode {
+                WaveletAddressMode::Repeat => i.rem_euclid(n),
+                WaveletAddressMode::ClampToEdge => i.clamp(0, n - 1),
+                WaveletAddressMode::MirrorRepeat => {
+                    let i = i.rem_euclid(2 * n);
+                    i.min(2 * n - 1 - i)
+                }
+            };
+            i as usize
+        };
+        let pixel = self.pixels[inside(1) * self.size[0] as usize + inside(0)];
+        pixel.map(f64::from)
+    }
+
+    /// The nearest pixel.
+    pub fn nearest(&self, uv: Vec2, mode: WaveletAddressMode) -> [f64; 3] {
+        let position = |axis: usize| (f64::from(uv[axis]) * f64::from(self.size[axis])).floor();
+        self.at([position(0) as i64, position(1) as i64], mode)
+    }
+
+    /// The four nearest pixels, weighted.
+    pub fn bilinear(&self, uv: Vec2, mode: WaveletAddressMode) -> [f64; 3] {
+        let place = |axis: usize| {
+            let centered = f64::from(uv[axis]) * f64::from(self.size[axis]) - 0.5;
+            (centered.floor() as i64, centered - centered.floor())
+        };
+        let ((x, u), (y, v)) = (place(0), place(1));
+        let at = |dx, dy| self.at([x + dx, y + dy], mode);
+        let row = |dy| mix(at(0, dy), at(1, dy), u);
+        mix(row(0), row(1), v)
+    }
+}
+
+/// A level and the mips of it that are means of four pixels of the level before, without coding errors.
+pub fn exact_mips(level: Level) -> Vec<Level> {
+    let mut levels = vec![level];
+    while let Some(last) = levels.last()
+        && last.size.iter().all(|side| side % 2 == 0)
+    {
+        let size = last.size.map(|side| i64::from(side / 2));
+        let positions = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [2 * x, 2 * y]));
+        let mean = |[x, y]: [i64; 2]| {
+            let at = |dx, dy| last.at([x + dx, y + dy], WaveletAddressMode::Repeat);
+            let row = |dy| mix(at(0, dy), at(1, dy), 0.5);
+            mix(row(0), row(1), 0.5).map(|value| value as f32)
+        };
+        let pixels = positions.map(mean).collect();
+        let size = last.size.map(|side| side / 2);
+        levels.push(Level { size, pixels });
+    }
+    levels
+}
+
+/// The trilinear filter.
+pub fn trilinear(levels: &[Level], uv: Vec2, lod: f64, mode: WaveletAddressMode) -> [f64; 3] {
+    let fine = lod.floor() as usize;
+    let coarse = (fine + 1).min(levels.len() - 1);
+    let of_level = |level: usize| levels[level].bilinear(uv, mode);
+    mix(of_level(fine), of_level(coarse), lod.fract())
+}
+
+/// The anisotropic filter of `sampling.wesl`, where a pixel of the screen covers `extent` uv along their axes.
+pub fn anisotropic(levels: &[Level], uv: Vec2, extent: Vec2, mode: WaveletAddressMode) -> [f64; 3] {
+    const MAX_ANISOTROPY: f64 = 9.9;
+    const SAMPLE_DENSITY: f64 = 1.2;
+    const LONG_FOOTPRINT_BIAS: f64 = 0.45;
+    let pixels = [0, 1].map(|axis| f64::from(extent[axis]) * f64::from(levels[0].size[axis]));
+    let long = pixels[0].max(pixels[1]);
+    let least = (long / MAX_ANISOTROPY).max(1.0);
+    let short = pixels[0].min(pixels[1]).max(least);
+    let finer = LONG_FOOTPRINT_BIAS * (1.0 - (short / long).powi(2)).clamp(0.0, 1.0);
+    let width = short * (-finer).exp2();
+    let lod = width.log2().clamp(0.0, (levels.len() - 1) as f64);
+    let widths = (long / width).max(1.0);
+    let samples = (SAMPLE_DENSITY * widths + 1.0 - SAMPLE_DENSITY).ceil() as u32;
+    assert!(samples <= 16, "{samples} samples");
+    let half = (1.0 - (width / long).powi(2)).max(0.0).sqrt() as f32;
+    let axis = [Vec2::Y, Vec2::X][usize::from(pixels[0] >= pixels[1])];
+    let (mut sum, mut weights) = ([0.0; 3], 0.0);
+    for i in 0..samples {
+        let along = f64::from(2 * i + 1) / f64::from(samples) - 1.0;
+        let weight = 1.0 - along.abs();
+        let at = uv + along as f32 * half * axis * extent;
+        let sample = trilinear(levels, at, lod, mode);
+        (0..3).for_each(|c| sum[c] += weight * sample[c]);
+        weights += weight;
+    }
+    sum.map(|value| value / weights)
+}
+
+/// `a + (b - a) t`.
+pub fn mix(a: [f64; 3], b: [f64; 3], t: f64) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t)
+}
+
+/// A level filtered over a footprint of `extent` uv around `uv`, by `taps` x `taps` bilinear samples: with equal
+/// weights, or with a tent over twice the footprint, as a texture unit's filter is. Every weight is a product of
+/// one along x and one along y, so that each texel is read once.
+pub fn supersampled(level: &Level, uv: Vec2, extent: Vec2, taps: u32, tent: bool) -> [f64; 3] {
+    let weights = [0, 1].map(|axis| {
+        let texels = f64::from(level.size[axis]);
+        let centre = f64::from(uv[axis]) * texels - 0.5;
+        weights_of_texels(centre, f64::from(extent[axis]) * texels, taps, tent)
+    });
+    let mut sum = [0.0; 3];
+    for (y, weight_y) in &weights[1] {
+        for (x, weight_x) in &weights[0] {
+            let texel = level.at([*x, *y], WaveletAddressMode::Repeat);
+            (0..3).for_each(|c| sum[c] += weight_x * weight_y * texel[c]);
+        }
+    }
+    sum
+}
+
+/// The texels along one axis and their weights, one in all, where `taps` linear samples are spread over `extent`
+/// texels around `centre`.
+fn weights_of_texels(centre: f64, extent: f64, taps: u32, tent: bool) -> BTreeMap<i64, f64> {
+    let mut weights = BTreeMap::new();
+    for tap in 0..taps {
+        let offset = (f64::from(tap) + 0.5) / f64::from(taps) - 0.5;
+        let (offset, weight) = if tent {
+            (2.0 * offset, 1.0 - 2.0 * offset.abs())
+        } else {
+            (offset, 1.0)
+        };
+        let position = centre + offset * extent;
+        let (first, fraction) = (position.floor(), position - position.floor());
+        *weights.entry(first as i64).or_insert(0.0) += weight * (1.0 - fraction);
+        *weights.entry(first as i64 + 1).or_insert(0.0) += weight * fraction;
+    }
+    let total: f64 = weights.values().sum();
+    weights.values_mut().for_each(|weight| *weight /= total);
+    weights
 }

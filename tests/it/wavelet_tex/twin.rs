@@ -153,25 +153,18 @@ impl Twin<'_> {
 
     fn standard(&self, world: &mut World) -> StandardMaterial {
         let maps = &self.maps;
-        let color = match (&maps.base_color, &maps.mask) {
-            (None, None) => None,
-            (color, mask) => {
-                let pixels = |image: &WaveletImage| decode(image, 0).to_rgba8(image.content);
-                let one = color.as_ref().or(mask.as_ref()).expect("one of both");
-                let mut texels = match color {
-                    Some(color) => pixels(color),
-                    None => vec![[255; 4]; pixels(one).len()],
-                };
-                if let Some(mask) = mask {
-                    let alpha = pixels(mask);
-                    texels.iter_mut().zip(alpha).for_each(|(t, m)| t[3] = m[0]);
-                }
-                Some((one.size, texels))
-            }
-        };
         let data = |image: &Option<WaveletImage>| {
             let image = image.as_ref()?;
             Some((image.size, decode(image, 0).to_rgba8(image.content)))
+        };
+        let color = match (data(&maps.base_color), data(&maps.mask)) {
+            (color, None) => color,
+            (color, Some((size, mask))) => {
+                let white = || (size, vec![[255; 4]; mask.len()]);
+                let (size, mut texels) = color.unwrap_or_else(white);
+                texels.iter_mut().zip(mask).for_each(|(t, m)| t[3] = m[0]);
+                Some((size, texels))
+            }
         };
         let shared = if maps.is_shared {
             &maps.metallic_roughness

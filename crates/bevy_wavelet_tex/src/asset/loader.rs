@@ -9,7 +9,7 @@ use bevy::{
 };
 use thiserror::Error;
 
-use super::{atlas::MipAtlas, texture::WaveletTexture};
+use super::texture::{MipAtlas, WaveletTexture};
 use crate::{
     codec::{image::WaveletImage, layout::mip_size},
     file::{self, ReadError},
@@ -132,11 +132,7 @@ impl WaveletTextureLoader {
         let mut sizes = atlases.map(|atlas| atlas.size).chain(plain);
         let too_large = sizes.find(|size| !self.fits(*size));
         let most = settings.max_size.map_or(u32::MAX, |most| most.max(1));
-        let is_wanted = |level: &u32| {
-            mip_size(image.size, *level)
-                .iter()
-                .all(|side| *side <= most)
-        };
+        let is_wanted = |level: &u32| mip_size(image.size, *level).iter().all(|s| *s <= most);
         // The reader has left out what is not wanted, unless the blocks of a level cannot be the first.
         let begins_later = image.levels > 1 && !is_wanted(&0);
         if storage == WaveletStorage::Blocks && too_large.is_none() && !begins_later {
@@ -186,10 +182,9 @@ impl WaveletTextureLoader {
                 warn!("{lack} decoded on load to RGBA8 and take 6 to 16 times the memory");
             });
         }
-        if lack.is_none() && !settings.decode_on_load {
-            WaveletStorage::Blocks
-        } else {
-            WaveletStorage::Decoded
+        match lack.is_some() || settings.decode_on_load {
+            true => WaveletStorage::Decoded,
+            false => WaveletStorage::Blocks,
         }
     }
 }
@@ -216,11 +211,12 @@ impl AssetLoader for WaveletTextureLoader {
         };
         let (storage, first_level) = self.representation(&image, settings, &path)?;
         let add = |label: &str, image| load_context.add_labeled_asset(label.to_string(), image);
+        let previews = self.makes_previews;
         Ok(WaveletTexture::new(
             &image,
             storage,
             first_level,
-            self.makes_previews,
+            previews,
             add,
         ))
     }

@@ -1,4 +1,4 @@
-//! Encoding of images when assets are processed.
+//! Encoding of images when assets are processed, and its settings.
 
 use bevy::{
     asset::{
@@ -12,6 +12,7 @@ use bevy::{
     reflect::TypePath,
     render::render_resource::TextureFormat,
 };
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::loader::WaveletTextureLoader;
@@ -19,15 +20,15 @@ use crate::{
     codec::{
         angle::normal_blue,
         encoder::{EncodeError, encode},
-        image::Content,
+        image::{ColorSpace, Content},
         layout,
         rate::Rate,
         reduce::reduced_rgba8,
-        settings::{EncodeSettings, Method},
-        source::{Pixels, Source},
+        settings::{Effort, EncodeSettings, Formats, GrayChannel, Method},
+        source::{OwnedPixels, Pixels, Source},
     },
     file,
-    settings::{WaveletLoaderSettings, WaveletRole, WaveletSaverSettings},
+    settings::WaveletLoaderSettings,
 };
 
 /// Converts images to wavelet textures under `AssetMode::Processed`, where a `.meta` file names it.
@@ -129,8 +130,8 @@ impl WaveletSaverSettings {
                 role: self.role,
             });
         }
-        let texels =
-            texels(image, content).ok_or_else(|| WaveletSaveError::Shape { path: path() })?;
+        let texels = Texels::of(image, content);
+        let texels = texels.ok_or_else(|| WaveletSaveError::Shape { path: path() })?;
         let texels = texels.map_err(|format| {
             let path = path();
             match format.is_compressed() {
@@ -138,16 +139,19 @@ impl WaveletSaverSettings {
                 false => WaveletSaveError::Format { path, format },
             }
         })?;
+        let pixels = texels.pixels();
         let color_space = self.role.color_space();
         let size = [image.width(), image.height()];
         let reduced;
         let source = match self.max_size {
             Some(most) if size.iter().any(|s| *s > most.max(1)) => {
-                let pixels = |i: usize| texels.first().get(i);
-                reduced = reduced_rgba8(size, pixels, most.max(1), color_space);
+                reduced = reduced_rgba8(size, |i| pixels.get(i), most.max(1), color_space);
                 Source::new(reduced.0, Pixels::Rgba8(&reduced.1))
             }
-            _ => texels.source(size),
+            _ => Source {
+                size,
+                levels: levels(pixels, size),
+            },
         };
         let settings = EncodeSettings {
             rate,
@@ -204,80 +208,183 @@ impl AssetSaver for WaveletSaver {
 
 /// The texels of an image, all levels one after the other.
 enum Texels<'a> {
-    Gray8(&'a [u8]),
-    Rgba8(&'a [[u8; 4]]),
-    Rgb8(Vec<[u8; 3]>),
-    Gray16(Vec<u16>),
-    Rgba16(Vec<[u16; 4]>),
+    Given(Pixels<'a>),
+    Converted(OwnedPixels),
 }
 
-impl Texels<'_> {
-    fn first(&self) -> Pixels<'_> {
-        self.range(0, usize::MAX)
+impl<'a> Texels<'a> {
+    /// `None` where the image is not two-dimensional or has no pixels in main memory, and its format as an error where
+    /// that is not supported.
+    fn of(image: &'a Image, content: Content) -> Option<Result<Self, TextureFormat>> {
+        let data = image.data.as_deref()?;
+        if image.texture_descriptor.size.depth_or_array_layers != 1 {
+            return None;
+        }
+        let pairs = data.as_chunks::<2>().0;
+        let words = || pairs.iter().map(|pair| u16::from_le_bytes(*pair));
+        Some(Ok(match image.texture_descriptor.format {
+            TextureFormat::R8Unorm => Self::Given(Pixels::Gray8(data)),
+            TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => {
+                Self::Given(Pixels::Rgba8(data.as_chunks::<4>().0))
+            }
+            TextureFormat::Rg8Unorm => {
+                // The blue of normals is the Z of a unit vector, that of others 0.
+                let blue = |pair| match content {
+                    Content::Normal => normal_blue(pair),
+                    _ => 0,
+                };
+                let texels = pairs.iter().map(|&[r, g]| [r, g, blue([r, g]), 255]);
+                Self::Converted(OwnedPixels::Rgba8(texels.collect()))
+            }
+            TextureFormat::R16Unorm => Self::Converted(OwnedPixels::Gray16(words().collect())),
+            TextureFormat::Rgba16Unorm => {
+                let words: Vec<u16> = words().collect();
+                Self::Converted(OwnedPixels::Rgba16(words.as_chunks::<4>().0.to_vec()))
+            }
+            other => return Some(Err(other)),
+        }))
     }
 
-    fn range(&self, start: usize, length: usize) -> Pixels<'_> {
-        fn part<T>(all: &[T], start: usize, length: usize) -> &[T] {
-            let end = start.saturating_add(length).min(all.len());
-            &all[start.min(end)..end]
-        }
+    fn pixels(&self) -> Pixels<'_> {
         match self {
-            Self::Gray8(texels) => Pixels::Gray8(part(texels, start, length)),
-            Self::Rgba8(texels) => Pixels::Rgba8(part(texels, start, length)),
-            Self::Rgb8(texels) => Pixels::Rgb8(part(texels, start, length)),
-            Self::Gray16(texels) => Pixels::Gray16(part(texels, start, length)),
-            Self::Rgba16(texels) => Pixels::Rgba16(part(texels, start, length)),
+            Self::Given(pixels) => *pixels,
+            Self::Converted(pixels) => pixels.pixels(),
         }
-    }
-
-    /// Splits the texels into the levels that the image has.
-    fn source(&self, size: [u32; 2]) -> Source<'_> {
-        let all = self.first().len();
-        let mut levels = Vec::new();
-        let mut start = 0;
-        while start < all {
-            let [width, height] = layout::mip_size(size, levels.len() as u32);
-            let length = width as usize * height as usize;
-            levels.push(self.range(start, length));
-            start += length;
-        }
-        Source { size, levels }
     }
 }
 
-/// The texels of an image: `None` where it is not two-dimensional or has no pixels in main memory,
-/// and its format as an error where that is not supported.
-fn texels(image: &Image, content: Content) -> Option<Result<Texels<'_>, TextureFormat>> {
-    let data = image.data.as_deref()?;
-    if image.texture_descriptor.size.depth_or_array_layers != 1 {
-        return None;
+/// Splits pixels into the levels that an image has.
+fn levels(pixels: Pixels<'_>, size: [u32; 2]) -> Vec<Pixels<'_>> {
+    let mut levels = Vec::new();
+    let mut start = 0;
+    while start < pixels.len() {
+        let [width, height] = layout::mip_size(size, levels.len() as u32);
+        let end = pixels.len().min(start + width as usize * height as usize);
+        levels.push(pixels.part(start..end));
+        start = end;
     }
-    let words = || {
-        let (pairs, _) = data.as_chunks::<2>();
-        pairs.iter().map(|pair| u16::from_le_bytes(*pair))
-    };
-    Some(Ok(match image.texture_descriptor.format {
-        TextureFormat::R8Unorm => Texels::Gray8(data),
-        TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb => {
-            Texels::Rgba8(data.as_chunks::<4>().0)
-        }
-        TextureFormat::Rg8Unorm => {
-            let (pairs, _) = data.as_chunks::<2>();
-            Texels::Rgb8(pairs.iter().map(|pair| with_blue(*pair, content)).collect())
-        }
-        TextureFormat::R16Unorm => Texels::Gray16(words().collect()),
-        TextureFormat::Rgba16Unorm => {
-            let words: Vec<u16> = words().collect();
-            Texels::Rgba16(words.as_chunks::<4>().0.to_vec())
-        }
-        other => return Some(Err(other)),
-    }))
+    levels
 }
 
-/// Adds the blue of two channels: of normals the Z of a unit vector, of others 0.
-fn with_blue([r, g]: [u8; 2], content: Content) -> [u8; 3] {
-    match content {
-        Content::Normal => [r, g, normal_blue([r, g])],
-        _ => [r, g, 0],
+/// Settings of [`WaveletSaver`], which are the `saver_settings` in a `.meta` file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct WaveletSaverSettings {
+    /// The kind of data in the image. Default: [`WaveletRole::Color`].
+    pub role: WaveletRole,
+    /// The quality to encode at, as a rate or as a PSNR. Default: [`WaveletQuality::Usual`].
+    pub quality: WaveletQuality,
+    /// Whether colour keeps its alpha channel, which takes as many bits as luma. Default: `false`.
+    pub alpha: bool,
+    /// The `AlphaMode::Mask` cutoff of the material: mips then cover as much as the image does. Default: `None`,
+    /// which is 0.5 in the role [`WaveletRole::Mask`] and otherwise leaves alpha as it is filtered.
+    pub alpha_cutoff: Option<f32>,
+    /// Time to spend on the search for the parameters. Default: [`Effort::Default`].
+    pub effort: Effort,
+    /// Whether to make mips where the image has none. Default: `true`.
+    pub mips: bool,
+    /// Longest side in pixels: larger images are halved until no side is longer. Default: `None`,
+    /// no limit.
+    pub max_size: Option<u32>,
+    /// Whether to encode without prediction: a decoded pixel then takes one fetch of luma instead
+    /// of five, at a lower quality. Default: `false`.
+    pub one_fetch: bool,
+    /// The kinds of textures to choose from, by their error. Default: [`Formats::Any`].
+    pub formats: Formats,
+    /// Compresses the file with Zstandard, at a level from 1 (fast) to 22 (small), which needs the feature
+    /// `zstd_encode`. At level 19 the file is 11 to 20% smaller, and a game, which needs the feature `zstd`,
+    /// takes 3 to 4 ms more per megapixel to load it. Default: `None`, uncompressed.
+    pub zstd: Option<i32>,
+}
+
+impl Default for WaveletSaverSettings {
+    fn default() -> Self {
+        Self {
+            role: WaveletRole::default(),
+            quality: WaveletQuality::default(),
+            alpha: false,
+            alpha_cutoff: None,
+            effort: Effort::default(),
+            mips: true,
+            max_size: None,
+            one_fetch: false,
+            formats: Formats::default(),
+            zstd: None,
+        }
+    }
+}
+
+/// The quality of a texture, by its rate or by its error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum WaveletQuality {
+    /// The default rate of the role: 2 bits per pixel for gray, 3 for colour, 4 for normals.
+    #[default]
+    Usual,
+    /// The given rate, which must be one of the role's.
+    Rate(Rate),
+    /// The smallest rate of the role that reaches this PSNR in dB, measured on the encoded image
+    /// itself, or the largest rate where none does. `docs/wavelet_tex.md` of the repository lists the
+    /// PSNR of each rate on photographs.
+    MinPsnr(f64),
+}
+
+impl WaveletQuality {
+    /// The rate to encode with, and the PSNR in dB that replaces it by the smallest sufficient one.
+    fn goal(self, content: Content) -> (Rate, Option<f64>) {
+        match self {
+            Self::Usual => (Rate::usual(content), None),
+            Self::Rate(rate) => (rate, None),
+            Self::MinPsnr(db) => (Rate::usual(content), Some(db)),
+        }
+    }
+}
+
+/// The kind of data in an image, which decides its content and its transfer function.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum WaveletRole {
+    /// Base colour or emissive colour, in sRGB.
+    #[default]
+    Color,
+    /// A gray picture, in sRGB.
+    Gray,
+    /// A normal map in tangent space.
+    Normal,
+    /// A mask that cuts parts out: red, as linear data.
+    Mask,
+    /// One channel of linear data, which is red: occlusion.
+    Occlusion,
+    /// Three channels of linear data: metallic-roughness.
+    Data,
+}
+
+impl WaveletRole {
+    fn content(self) -> Content {
+        match self {
+            Self::Color | Self::Data => Content::Color,
+            Self::Gray | Self::Mask | Self::Occlusion => Content::Gray,
+            Self::Normal => Content::Normal,
+        }
+    }
+
+    /// What gray is made of.
+    fn gray(self) -> GrayChannel {
+        match self {
+            Self::Mask | Self::Occlusion => GrayChannel::Red,
+            Self::Color | Self::Gray | Self::Normal | Self::Data => GrayChannel::Luma,
+        }
+    }
+
+    /// The cutoff where none is set.
+    fn usual_cutoff(self) -> Option<f32> {
+        (self == Self::Mask).then_some(0.5)
+    }
+
+    fn color_space(self) -> ColorSpace {
+        match self {
+            Self::Color | Self::Gray => ColorSpace::Srgb,
+            Self::Normal | Self::Mask | Self::Occlusion | Self::Data => ColorSpace::Linear,
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! The asset: the parameters that a shader needs, and the images that it samples.
+//! The asset: the parameters that a shader needs, the images that it samples, and the placement of mip levels in these.
 
 use bevy::{
     asset::{Asset, Assets, Handle, RenderAssetUsages, UntypedAssetId, VisitAssetDependencies},
@@ -10,13 +10,12 @@ use bevy::{
     },
 };
 
-use super::atlas::MipAtlas;
 use crate::{
     codec::{
         axes::ColorAxes,
         blocks::BlockFormat,
         decoder::decode,
-        image::{ColorSpace, Content, Payload, PlaneGroup, WaveletImage, WaveletPlanes},
+        image::{ColorSpace, Content, Payload, PlaneGroup, WaveletImage},
         layout,
         packing::Packing,
         plain::PlainTexture,
@@ -56,7 +55,7 @@ pub struct WaveletTexture {
 /// The parameters of a texture that a shader needs.
 #[derive(Clone, Debug, PartialEq, Reflect)]
 pub enum TextureParameters {
-    /// The parameters of wavelet planes, as in [`WaveletPlanes`].
+    /// The parameters of wavelet planes, as in [`WaveletPlanes`](crate::codec::image::WaveletPlanes).
     Wavelet {
         /// The axes of colour along which luma and chroma are stored; those of YCoCg without colour.
         axes: ColorAxes,
@@ -146,46 +145,15 @@ pub struct Parts<T> {
     pub chroma: Option<T>,
 }
 
-/// One of the [`Parts`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
-    Luma,
-    Detail,
-    Chroma,
-}
-
 impl<T> Parts<T> {
-    pub(crate) fn as_ref(&self) -> Parts<&T> {
-        Parts {
-            luma: self.luma.as_ref(),
-            detail: self.detail.as_ref(),
-            chroma: self.chroma.as_ref(),
-        }
-    }
-
-    pub(crate) fn map<U>(self, f: impl Fn(T) -> U) -> Parts<U> {
-        Parts {
-            luma: self.luma.map(&f),
-            detail: self.detail.map(&f),
-            chroma: self.chroma.map(&f),
-        }
+    /// Luma, detail and chroma.
+    pub(crate) fn all(&self) -> [Option<&T>; 3] {
+        [&self.luma, &self.detail, &self.chroma].map(Option::as_ref)
     }
 
     /// Iterates over the parts that the texture has.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
-        [&self.luma, &self.detail, &self.chroma]
-            .into_iter()
-            .flatten()
-    }
-}
-
-impl<T: Copy> Parts<T> {
-    pub(crate) fn part(&self, part: Part) -> Option<T> {
-        match part {
-            Part::Luma => self.luma,
-            Part::Detail => self.detail,
-            Part::Chroma => self.chroma,
-        }
+        self.all().into_iter().flatten()
     }
 }
 
@@ -225,18 +193,26 @@ impl WaveletTexture {
             gpu_bytes += image.data.as_ref().map_or(0, Vec::len);
             add_image(label, image)
         };
-        let images = match storage {
-            WaveletStorage::Blocks => match &image.payload {
-                Payload::Plain(plain) => Parts {
-                    luma: Some(add("plain", plain_image(image, plain))),
-                    ..Parts::default()
-                },
-                Payload::Wavelet(planes) => block_images(image, planes, add),
-            },
-            WaveletStorage::Decoded => Parts {
+        let images = match (storage, &image.payload) {
+            (WaveletStorage::Decoded, _) => Parts {
                 luma: Some(add("decoded", decoded_image(image, first_level))),
                 ..Parts::default()
             },
+            (WaveletStorage::Blocks, Payload::Plain(plain)) => Parts {
+                luma: Some(add("plain", plain_image(image, plain))),
+                ..Parts::default()
+            },
+            (WaveletStorage::Blocks, Payload::Wavelet(planes)) => {
+                let mut part = |group: Option<&PlaneGroup>, texture: usize, label| {
+                    let group = group.filter(|group| texture < group.textures.len())?;
+                    Some(add(label, block_image(image, group, texture)))
+                };
+                Parts {
+                    luma: part(Some(&planes.luma), 0, "luma"),
+                    detail: part(Some(&planes.luma), 1, "detail"),
+                    chroma: part(planes.chroma.as_ref(), 0, "chroma"),
+                }
+            }
         };
         let preview = has_preview.then(|| preview_image(image)).flatten();
         let preview = preview.map(|preview| add_image("preview", preview));
@@ -258,26 +234,6 @@ impl WaveletTexture {
         MipAtlas::new(self.levels, |level| {
             layout::texture_level_size(group.packing, self.size, group.subsampling, level)
         })
-    }
-}
-
-/// Makes the array textures of all groups.
-fn block_images(
-    image: &WaveletImage,
-    planes: &WaveletPlanes,
-    mut add_image: impl FnMut(&'static str, Image) -> Handle<Image>,
-) -> Parts<Handle<Image>> {
-    let mut add = |group: &PlaneGroup, texture: usize, label| {
-        (texture < group.textures.len())
-            .then(|| add_image(label, block_image(image, group, texture)))
-    };
-    Parts {
-        luma: add(&planes.luma, 0, "luma"),
-        detail: add(&planes.luma, 1, "detail"),
-        chroma: planes
-            .chroma
-            .as_ref()
-            .and_then(|group| add(group, 0, "chroma")),
     }
 }
 
@@ -380,6 +336,114 @@ fn array_image(
     }
 }
 
+/// Where the mip levels of a group of planes lie in its textures. All lengths are in texels, apart from
+/// `stack`.
+///
+/// The texture unit gathers texels from the first level of a texture only (WGSL's `textureGather`
+/// as well as the APIs below it), and a lookup needs 4 x 4 values of the low band from any level. So
+/// all levels lie in one: level 1 beside level 0, or below it where that takes less memory, and the
+/// others after level 1, in whole 4 x 4 blocks. A square texture takes 3/2 of the memory of its level
+/// 0 instead of the 4/3 of a mip chain.
+///
+/// A shader computes where a level lies: with `b` the blocks that all but level 0 have along their
+/// axis, level n begins after `stack - (2 stack >> n)` of them, which for powers of two is exactly the
+/// sum of those before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct MipAtlas {
+    /// Size of the textures.
+    pub(crate) size: [u32; 2],
+    /// Position of level 1.
+    pub(crate) second: [u32; 2],
+    /// The step from a block to the next along the axis in which levels follow level 1.
+    pub(crate) block: [u32; 2],
+    /// Level n begins `stack - (2 stack >> n)` blocks after level 1.
+    pub(crate) stack: u32,
+    /// Levels after this one are one more block further each: they are smaller than a block.
+    pub(crate) tail: u32,
+}
+
+impl MipAtlas {
+    /// `level_size` is that of each level in texels.
+    pub(crate) fn new(levels: u32, level_size: impl Fn(u32) -> [u32; 2]) -> Self {
+        let blocks = |level| level_size(level).map(|s| s.div_ceil(4));
+        let [beside, below] = [1, 0].map(|axis| Self::along(levels, &blocks, axis));
+        let area = |atlas: &Self| u64::from(atlas.size[0]) * u64::from(atlas.size[1]);
+        match area(&below) < area(&beside) {
+            true => below,
+            false => beside,
+        }
+    }
+
+    /// That of a group of planes.
+    pub(crate) fn of(image: &WaveletImage, group: &PlaneGroup) -> Self {
+        Self::new(image.levels, |level| {
+            group.texture_level_size(image.size, level)
+        })
+    }
+
+    /// With levels of these whole blocks after level 1 along an axis.
+    fn along(levels: u32, blocks: &impl Fn(u32) -> [u32; 2], axis: usize) -> Self {
+        let mut atlas = Self {
+            size: blocks(0).map(|blocks| 4 * blocks),
+            ..Self::default()
+        };
+        if levels == 1 {
+            return atlas;
+        }
+        let across = 1 - axis;
+        let needed = |level: u32| blocks(level)[axis];
+        let fits = |stack: &u32| {
+            let tail = tail(*stack);
+            (1..levels.min(tail)).all(|n| (stack >> (n - 1)) - (stack >> n) >= needed(n))
+        };
+        let most = needed(0).next_power_of_two();
+        atlas.stack = (needed(0)..most).find(fits).unwrap_or(most);
+        atlas.tail = tail(atlas.stack);
+        atlas.second[across] = atlas.size[across];
+        atlas.block[axis] = 4;
+        let last = levels - 1;
+        let end = atlas.origin(last)[axis] + 4 * needed(last);
+        atlas.size[axis] = atlas.size[axis].max(end);
+        atlas.size[across] += 4 * blocks(1)[across];
+        atlas
+    }
+
+    /// Position of a level.
+    pub(crate) fn origin(&self, level: u32) -> [u32; 2] {
+        if level == 0 {
+            return [0; 2];
+        }
+        let blocks = self.stack - ((2 * self.stack) >> level) + level.saturating_sub(self.tail);
+        [0, 1].map(|axis| self.second[axis] + self.block[axis] * blocks)
+    }
+
+    /// The blocks of a texture of a group, layer by layer.
+    fn arranged(&self, image: &WaveletImage, group: &PlaneGroup, texture: usize) -> Vec<u8> {
+        let bytes = group.packing.formats()[texture].block_bytes();
+        let row = self.size[0] as usize / 4 * bytes;
+        let layer_bytes = row * self.size[1] as usize / 4;
+        let mut arranged = vec![0; layer_bytes * group.layers()];
+        for (layer, out) in arranged.chunks_exact_mut(layer_bytes).enumerate() {
+            for level in 0..image.levels {
+                let origin = self.origin(level).map(|texel| texel as usize / 4);
+                let size = group.texture_level_size(image.size, level);
+                let width = size[0].div_ceil(4) as usize * bytes;
+                let rows = group.level_blocks(image.size, texture, level, layer);
+                for (y, blocks) in rows.chunks_exact(width).enumerate() {
+                    let start = (origin[1] + y) * row + origin[0] * bytes;
+                    out[start..start + width].copy_from_slice(blocks);
+                }
+            }
+        }
+        arranged
+    }
+}
+
+/// The first level that has no block of its own between `stack - (2 stack >> n)` and the next.
+fn tail(stack: u32) -> u32 {
+    33 - stack.leading_zeros()
+}
+
 // The codec does without Bevy, so its types are reflected here, as values without fields.
 impl_reflect_opaque!((in bevy_wavelet_tex::codec::axes) ColorAxes(Clone, Debug, PartialEq));
 impl_reflect_opaque!((in bevy_wavelet_tex::codec::blocks) BlockFormat(Clone, Debug, PartialEq));
@@ -387,3 +451,56 @@ impl_reflect_opaque!((in bevy_wavelet_tex::codec::image) ColorSpace(Clone, Debug
 impl_reflect_opaque!((in bevy_wavelet_tex::codec::image) Content(Clone, Debug, PartialEq));
 impl_reflect_opaque!((in bevy_wavelet_tex::codec::packing) Packing(Clone, Debug, PartialEq));
 impl_reflect_opaque!((in bevy_wavelet_tex::codec::quantizer) PlaneCoding(Clone, Debug, PartialEq));
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::{
+        layout::{level_count, texture_level_size},
+        packing::Packing,
+    };
+
+    #[test]
+    fn no_level_lies_on_another_or_outside() {
+        let sizes = (1..400u32).chain([512, 1000, 2048, 8192]);
+        let packings = Packing::ALL.into_iter().zip([0, 0, 0, 0, 2]);
+        let all = sizes.flat_map(|width| packings.clone().map(move |packing| (width, packing)));
+        for (width, (packing, subsampling)) in all {
+            for height in [1u32, 8, 12, 37, 64, 100, 256, 600, 1024] {
+                let size = [width, height];
+                let texels = |level| texture_level_size(packing, size, subsampling, level);
+                let most = level_count(size);
+                for levels in [1, 2, most / 2, most].into_iter().filter(|l| *l > 0) {
+                    let atlas = MipAtlas::new(levels, texels);
+                    let size_of = |level| texels(level).map(|s: u32| s.next_multiple_of(4));
+                    let boxes = (0..levels).map(|level| (atlas.origin(level), size_of(level)));
+                    let boxes: Vec<_> = boxes.collect();
+                    for (i, (a, a_size)) in boxes.iter().enumerate() {
+                        let within = |axis: usize| a[axis] + a_size[axis] <= atlas.size[axis];
+                        assert!(
+                            within(0) && within(1),
+                            "{size:?}, {levels}: {i} in {atlas:?}"
+                        );
+                        assert!(a.iter().all(|texel| texel % 4 == 0));
+                        for (b, b_size) in &boxes[..i] {
+                            let apart = |axis: usize| {
+                                a[axis] >= b[axis] + b_size[axis]
+                                    || b[axis] >= a[axis] + a_size[axis]
+                            };
+                            assert!(apart(0) || apart(1), "{size:?}, {levels}: {i} in {atlas:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn squares_take_half_as_much_again_as_level_0() {
+        let size = |size: [u32; 2]| move |level: u32| size.map(|side: u32| (side >> level).max(1));
+        let atlas = MipAtlas::new(9, size([256, 256]));
+        assert_eq!(atlas.size, [384, 260]);
+        // Strips of levels that are a block high lie below.
+        assert_eq!(MipAtlas::new(7, size([256, 4])).size, [256, 8]);
+    }
+}

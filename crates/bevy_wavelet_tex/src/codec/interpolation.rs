@@ -299,6 +299,37 @@ impl FactoredMatrix {
     }
 }
 
+/// Downsampling of chroma to half or a quarter of the size, and its interpolation.
+///
+/// The texture unit interpolates BC1 at no extra cost, so a chroma value is not repeated over its
+/// pixels as in the thesis. Chroma is downsampled such that the interpolated values have the least
+/// squared error: on the Kodak images that gains 3.6 dB of chroma at half size.
+pub mod chroma {
+    use super::{Axis, Plane};
+
+    /// Interpolates a plane that was halved `subsampling` times at the pixels of a level of `size`: bilinearly
+    /// between the centres of its pixels, with the outermost values beyond them.
+    pub fn interpolated(plane: &Plane, subsampling: u32, size: [u32; 2]) -> Plane {
+        super::interpolated(plane, axes(size, subsampling))
+    }
+
+    /// Downsamples a plane of `size` such that its interpolation has the least squared error. `value` returns the value
+    /// of a pixel.
+    #[cfg(feature = "encode")]
+    pub(in crate::codec) fn reduced(
+        size: [u32; 2],
+        subsampling: u32,
+        value: impl Fn(usize) -> f32 + Sync,
+    ) -> Plane {
+        super::fitted(axes(size, subsampling), 0.0, value)
+    }
+
+    /// Where the pixels of a level of `size` lie among those of chroma.
+    pub(in crate::codec) fn axes(size: [u32; 2], subsampling: u32) -> [Axis; 2] {
+        size.map(|pixels| Axis::halved(pixels, subsampling))
+    }
+}
+
 #[cfg(all(test, feature = "encode"))]
 mod tests {
     use super::*;

@@ -4,23 +4,22 @@ use rayon::prelude::*;
 
 use super::{
     axes::ColorAxes,
-    blocks::{BlockFormat, ChromaEncoder, Starts, decode_blocks},
+    blocks::{BlockFormat, ChromaEncoder, decode_blocks, map_blocks},
     chroma,
     decoder::stored_chroma,
     image::{Payload, PlaneGroup, WaveletImage, WaveletPlanes},
     interpolation::{Interpolation, NormalEquations},
     layout,
-    pack::{PackSettings, PlaneValues, encode_plane, error_of},
+    pack::{PlaneValues, encode_plane, error_of},
     packing::Packing,
     plain,
-    plane::{Plane, union},
-    planes::LevelPlanes,
+    plane::Plane,
     quality::level_weight,
     quantizer::PlaneCoding,
     rate::Rate,
     search::{choose_coding, choose_thesis_coding},
     settings::{Effort, EncodeSettings, Method},
-    source::{Pixels, Source},
+    source::{LevelPlanes, Pixels, Source},
 };
 
 /// A packing is encoded where the estimate of its squared error is at most this factor of the least.
@@ -54,21 +53,6 @@ impl<'a> Job<'a> {
         self.settings.method == Method::Thesis
     }
 
-    pub(super) fn chroma_packing(&self) -> Packing {
-        if self.thesis() {
-            Packing::Bc3
-        } else {
-            Packing::Bc1
-        }
-    }
-
-    fn pack_settings(&self) -> PackSettings {
-        PackSettings {
-            effort: self.settings.effort,
-            thesis: self.thesis(),
-        }
-    }
-
     /// Encodes all levels by a wavelet.
     pub(super) fn planes(&self, levels: &[LevelPlanes<'_>]) -> WaveletPlanes {
         let (chroma, first) = match self.rate.chroma_subsampling() {
@@ -93,7 +77,10 @@ impl<'a> Job<'a> {
         levels: &[LevelPlanes<'_>],
         subsampling: u32,
     ) -> (PlaneGroup, Vec<Plane>) {
-        let packing = self.chroma_packing();
+        let packing = match self.thesis() {
+            true => Packing::Bc3,
+            false => Packing::Bc1,
+        };
         let small: Vec<[Plane; 2]> = levels
             .iter()
             .map(|level| self.reduced(level, subsampling))
@@ -124,7 +111,10 @@ impl<'a> Job<'a> {
             codings: Vec<PlaneCoding>,
             estimate: f64,
         }
-        let candidates = self.luma_candidates();
+        let candidates = match (self.rate.luma_packings(), self.settings.effort) {
+            (all, Effort::Fast) => &all[..1],
+            (all, Effort::Default | Effort::Best) => all,
+        };
         let mut trials = Vec::from_iter(candidates.iter().map(|&packing| Trial {
             packing,
             codings: Vec::new(),
@@ -180,7 +170,11 @@ impl<'a> Job<'a> {
         let WaveletPlanes { luma, chroma, .. } = match &mut image.payload {
             Payload::Wavelet(planes) => planes,
             Payload::Plain(plain) => {
-                let channels = plain::Channels::new(pixels, size, content);
+                let channels = plain::Channels {
+                    size,
+                    pixels,
+                    content,
+                };
                 plain::add_level(plain, level, self.size, &channels, self.settings.effort);
                 return;
             }
@@ -199,14 +193,6 @@ impl<'a> Job<'a> {
             .map(|plane| PlaneValues::new(luma.packing, plane))
             .collect();
         self.add_luma(luma, &all.iter().collect::<Vec<_>>(), level, false);
-    }
-
-    fn luma_candidates(&self) -> &'static [Packing] {
-        let all = self.rate.luma_packings();
-        match self.settings.effort {
-            Effort::Fast => &all[..1],
-            Effort::Default | Effort::Best => all,
-        }
     }
 
     /// The parameters of a plane, all of whose levels are given, and an estimate of their error, which is 0 where there
@@ -262,9 +248,8 @@ impl<'a> Job<'a> {
         let texture = group.texture_level_size(self.size, level);
         if group.packing != Packing::Bc1 {
             for (coding, plane) in group.codings.iter().zip(small) {
-                let settings = self.pack_settings();
                 let values = PlaneValues::new(group.packing, plane.clone());
-                let blocks = encode_plane(group.packing, coding, &values, texture, settings);
+                let blocks = encode_plane(group.packing, coding, &values, texture, self.settings);
                 group.textures[0].extend(&blocks[0]);
             }
             return luma;
@@ -306,27 +291,15 @@ impl<'a> Job<'a> {
         subsampling: u32,
     ) -> Vec<u8> {
         let codings = [codings[0], codings[1]];
-        let starts = match self.settings.effort {
-            Effort::Fast => Starts::One,
-            Effort::Default => Starts::Two,
-            Effort::Best => Starts::Four,
-        };
-        let encoder = ChromaEncoder::new(&codings, self.axes.chroma_weights(), starts);
-        let columns = texture[0].div_ceil(4);
-        let mut blocks: Vec<[u8; 8]> = (0..columns * texture[1].div_ceil(4))
-            .into_par_iter()
-            .map(|block| {
-                encoder.block(&std::array::from_fn(|i| {
-                    let x = block % columns * 4 + i as u32 % 4;
-                    let y = block / columns * 4 + i as u32 / 4;
-                    [small[0].clamped(x, y), small[1].clamped(x, y)]
-                }))
-            })
-            .collect();
-        if self.settings.effort != Effort::Fast {
+        let effort = self.settings.effort;
+        let encoder = ChromaEncoder::new(&codings, self.axes.chroma_weights(), effort.starts());
+        let values = |(x, y)| small.each_ref().map(|plane| plane.clamped(x, y));
+        let mut blocks = map_blocks(texture, |at| encoder.block(&at.map(values)));
+        if effort != Effort::Fast {
             let axes = chroma::axes(planes.size, subsampling);
             let equations = NormalEquations::new(axes, |plane, i| planes.chroma(plane, i));
-            encoder.refine(&mut blocks, equations, small[0].size, columns as usize);
+            let columns = texture[0].div_ceil(4) as usize;
+            encoder.refine(&mut blocks, equations, small[0].size, columns);
         }
         blocks.into_flattened()
     }
@@ -343,8 +316,7 @@ impl<'a> Job<'a> {
         let texture = group.texture_level_size(self.size, level);
         let mut error = 0.0;
         for (coding, values) in group.codings.iter().zip(planes) {
-            let settings = self.pack_settings();
-            let blocks = encode_plane(group.packing, coding, values, texture, settings);
+            let blocks = encode_plane(group.packing, coding, values, texture, self.settings);
             if let (true, Some(coefficients)) = (is_measured, values.coefficients()) {
                 let weight = level_weight(level as usize) / coefficients.details.len() as f64;
                 error += weight * error_of(group.packing, coding, coefficients, &blocks, texture);
@@ -364,7 +336,7 @@ fn is_correction(correction: f32) -> bool {
 
 /// The bounds of all levels of a plane.
 fn bounds<'a>(levels: impl Iterator<Item = &'a Plane>) -> [f32; 2] {
-    levels.fold([f32::INFINITY, f32::NEG_INFINITY], |bounds, plane| {
-        union(bounds, plane.bounds())
-    })
+    let none = [f32::INFINITY, f32::NEG_INFINITY];
+    let bounds = levels.map(Plane::bounds);
+    bounds.fold(none, |[a, b], [min, max]| [a.min(min), b.max(max)])
 }

@@ -16,7 +16,7 @@
 //! | --- | --- | --- |
 //! | [`rate`], [`mod@image`] | the rates to choose from, the kind of data, and the encoded image | 3.5.5 |
 //! | [`packing`] | how planes are packed into textures | 3.5.3 |
-//! | [`source`], `prepare`, `coverage`, [`reduce`] | input pixels, their mips, colour of clear pixels, what masks cover, and downsampling to a size limit | |
+//! | [`source`], `prepare`, [`reduce`] | input pixels, their mips, colour of clear pixels, what masks cover, and downsampling to a size limit | |
 //! | [`color`], [`axes`] | conversion between RGB and luma / chroma, of YCoCg or fitted | 3.3.1 |
 //! | [`plane`], [`chroma`], [`interpolation`] | planes and their downsampling | 3.5.5 |
 //! | [`plain`] | textures without a wavelet, at full size or smaller | |
@@ -26,8 +26,8 @@
 //! | [`blocks`] | BC blocks | 3.4.2 |
 //! | [`wavelet`], `pack` | conversion of one plane to coefficients, to blocks and back | 3.5.3 |
 //! | [`layout`] | sizes of planes, their textures and mip chains | |
-//! | [`encoder`], `choice`, `job` | the whole encoder: of an image, which kind of texture it becomes, and of its levels | 3.5.2 |
-//! | [`settings`], `search`, `windows` | its settings, the search for its parameters, and the parts of an image that decide it | 3.5.2 |
+//! | [`encoder`], `job` | the whole encoder: of an image, which kind of texture it becomes, and of its levels | 3.5.2 |
+//! | [`settings`], `search` | its settings, and the search for its parameters | 3.5.2 |
 //! | [`decoder`] | the whole decoder | 3.5.3 |
 //! | [`quality`], [`angle`] | the error of an encoded image, and of normals | 3.6.1 |
 
@@ -35,12 +35,7 @@
 pub mod angle;
 pub mod axes;
 pub mod blocks;
-#[cfg(feature = "encode")]
-mod choice;
-pub mod chroma;
 pub mod color;
-#[cfg(feature = "encode")]
-mod coverage;
 pub mod decoder;
 #[cfg(feature = "encode")]
 pub mod encoder;
@@ -55,8 +50,6 @@ mod pack;
 pub mod packing;
 pub mod plain;
 pub mod plane;
-#[cfg(feature = "encode")]
-mod planes;
 pub mod predict;
 #[cfg(feature = "encode")]
 mod prepare;
@@ -73,5 +66,5 @@ pub mod settings;
 #[cfg(feature = "encode")]
 pub mod source;
 pub mod wavelet;
-#[cfg(feature = "encode")]
-mod windows;
+
+pub use interpolation::chroma;

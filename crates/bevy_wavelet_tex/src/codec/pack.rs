@@ -4,26 +4,16 @@ use rayon::prelude::*;
 
 use super::{
     blocks::{
-        BlockFormat, BlockQuality, DetailEncoder, Starts, Texel, decode_blocks, encode_bc3,
-        encode_bc4, encode_bc7, with_alpha_blocks,
+        BlockFormat, BlockQuality, DetailEncoder, Texel, decode_blocks, encode_bc3, encode_bc4,
+        encode_bc7, map_blocks, with_alpha_blocks,
     },
     haar::Details,
     packing::Packing,
     plane::Plane,
     quantizer::PlaneCoding,
-    settings::Effort,
+    settings::{Effort, EncodeSettings, Method},
     wavelet::{CoefficientPlane, stored_details, stored_low},
 };
-
-/// Settings of [`encode_plane`].
-#[derive(Clone, Copy, Debug)]
-pub struct PackSettings {
-    /// The encoding time to spend on quality.
-    pub effort: Effort,
-    /// Whether to encode as in the thesis, with block encoders that minimise the error of the
-    /// stored values instead of the error of the decoded ones.
-    pub thesis: bool,
-}
 
 /// The values of a plane at one level, as a packing stores them.
 pub enum PlaneValues {
@@ -53,18 +43,17 @@ impl PlaneValues {
 }
 
 /// Encodes a plane at one level and returns the blocks of each texture of the packing. `texture` is
-/// the size of the textures in texels.
+/// the size of the textures in texels. Block encoders as those of the thesis minimise the error of the stored values
+/// instead of the error of the decoded ones.
 pub fn encode_plane(
     packing: Packing,
     coding: &PlaneCoding,
     values: &PlaneValues,
     texture: [u32; 2],
-    settings: PackSettings,
+    settings: &EncodeSettings,
 ) -> Vec<Vec<u8>> {
-    let quality = match settings.effort {
-        Effort::Fast => BlockQuality::Normal,
-        Effort::Default | Effort::Best => BlockQuality::High,
-    };
+    let quality = settings.effort.block_quality();
+    let is_thesis = settings.method == Method::Thesis;
     let singles = |plane: &Plane| {
         let stored = Plane::from_fn(texture, |x, y| coding.store_low(plane.clamped(x, y)));
         encode_bc4(&stored.values, texture, quality)
@@ -74,16 +63,11 @@ pub fn encode_plane(
         PlaneValues::Coefficients(coefficients) => coefficients,
     };
     match packing {
-        Packing::Bc3 if settings.thesis => {
+        Packing::Bc3 if is_thesis => {
             vec![encode_mixed(coding, coefficients, texture, quality)]
         }
         Packing::Bc3 => {
-            let starts = match settings.effort {
-                Effort::Fast => Starts::One,
-                Effort::Default => Starts::Two,
-                Effort::Best => Starts::Four,
-            };
-            let encoder = DetailEncoder::new(coding, starts);
+            let encoder = DetailEncoder::new(coding, settings.effort.starts());
             let encoded = |target: &Plane| {
                 let alpha = singles(target);
                 let low_band = decoded_low_band(coding, &alpha, texture, target.size);
@@ -106,7 +90,19 @@ pub fn encode_plane(
             }
             vec![with_alpha_blocks(&best.alpha, &best.color)]
         }
-        Packing::Bc7 => vec![encode_joint(coding, coefficients, texture, settings)],
+        Packing::Bc7 => {
+            let rounds = match settings.effort {
+                _ if coding.predictor == 0.0 => 1,
+                Effort::Fast | Effort::Default => 2,
+                Effort::Best => 8,
+            };
+            let low_weight = match is_thesis {
+                true => 3,
+                false => low_weight(coding),
+            };
+            let blocks = encode_joint(coding, coefficients, texture, rounds, low_weight);
+            vec![blocks]
+        }
         Packing::Split => {
             let alpha = singles(&coefficients.low_band);
             let low_band = decoded_low_band(coding, &alpha, texture, coefficients.low_band.size);
@@ -135,27 +131,15 @@ fn encode_details(
     low_band: &Plane,
     texture: [u32; 2],
 ) -> Halves {
-    let columns = texture[0].div_ceil(4);
-    let block = |block: u32| {
-        let at = |i: usize| {
-            let x = block % columns * 4 + i as u32 % 4;
-            let y = block / columns * 4 + i as u32 / 4;
-            (x, y)
-        };
-        let details = std::array::from_fn(|i| {
-            let (x, y) = at(i);
-            coefficients.residual(low_band, coding, x, y)
-        });
+    let blocks = map_blocks(texture, |at| {
+        let details = at.map(|(x, y)| coefficients.residual(low_band, coding, x, y));
         let (block, error) = encoder.block(&details);
-        let of_low = (0..16).map(|i| {
-            let (x, y) = at(i);
+        let of_low = at.iter().map(|&(x, y)| {
             let error = low_band.clamped(x, y) - coefficients.low_band.clamped(x, y);
             4.0 * error * error
         });
         (block, error + of_low.sum::<f32>())
-    };
-    let blocks = 0..columns * texture[1].div_ceil(4);
-    let blocks: Vec<([u8; 8], f32)> = blocks.into_par_iter().map(block).collect();
+    });
     Halves {
         alpha,
         error: blocks.iter().map(|(_, error)| f64::from(*error)).sum(),
@@ -271,7 +255,7 @@ fn encode_mixed(
         let low = coding.store_low(coefficients.low_band.clamped(x, y));
         [r, g, b, low].map(|v| (v * 255.0).round() as u8)
     };
-    let positions = (0..texture[1]).flat_map(|y| (0..texture[0]).map(move |x| (x, y)));
+    let positions = Plane::positions(texture);
     let texels: Vec<Texel> = positions.map(|(x, y)| texel(x, y)).collect();
     encode_bc3(&texels, texture, quality)
 }
@@ -283,20 +267,10 @@ fn encode_joint(
     coding: &PlaneCoding,
     coefficients: &CoefficientPlane,
     texture: [u32; 2],
-    settings: PackSettings,
+    rounds: u32,
+    low_weight: u32,
 ) -> Vec<u8> {
     let size = coefficients.low_band.size;
-    let rounds = match settings.effort {
-        _ if coding.predictor == 0.0 => 1,
-        Effort::Fast => 2,
-        Effort::Default => 2,
-        Effort::Best => 8,
-    };
-    let low_weight = if settings.thesis {
-        3
-    } else {
-        low_weight(coding)
-    };
     let mut low_band = coefficients.low_band.clone();
     let mut best: Option<(f64, Vec<u8>)> = None;
     for _ in 0..rounds {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::blocks::BlockFormat;
 
-/// How the planes of a group are packed into textures.
+/// How the planes of a group are packed into textures. Files and shaders have the number of the packing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Packing {
     /// Wavelet at 2 bpp: the detail bands in RGB of BC3, the low band in alpha, which BC3 codes
@@ -24,7 +24,7 @@ pub enum Packing {
 }
 
 impl Packing {
-    /// All packings; a file stores the index in this array.
+    /// All packings, in the order of their numbers.
     pub const ALL: [Self; 5] = [Self::Bc3, Self::Bc7, Self::Split, Self::Bc4, Self::Bc1];
 
     /// Block formats of the packing's textures.

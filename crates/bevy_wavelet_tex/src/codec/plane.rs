@@ -114,12 +114,6 @@ pub(super) fn next_mip_of<const CHANNELS: usize>(
     ([w, h], values)
 }
 
-/// The smallest interval that contains two intervals.
-#[cfg(feature = "encode")]
-pub(super) fn union([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
-    [a.min(c), b.max(d)]
-}
-
 /// One of equal cells over samples.
 struct Cell {
     /// The first sample that the cell overlaps.

@@ -169,38 +169,20 @@ mod tests {
     fn nonsense_is_not_valid() {
         let good = coding(0.86, Transform::Haar);
         assert!(good.is_valid(Packing::Bc3));
-        for bad in [
-            PlaneCoding {
-                low_max: good.low_min,
-                ..good
-            },
-            PlaneCoding {
-                low_min: f32::NAN,
-                ..good
-            },
-            PlaneCoding { range: 0.0, ..good },
-            PlaneCoding {
-                range: f32::INFINITY,
-                ..good
-            },
-            PlaneCoding { gamma: 0.0, ..good },
-            PlaneCoding {
-                gamma: f32::NAN,
-                ..good
-            },
-            PlaneCoding {
-                zero_point: [0.5, 1.0, 0.5],
-                ..good
-            },
-            PlaneCoding {
-                predictor: f32::NAN,
-                ..good
-            },
-            PlaneCoding {
-                transform: Transform::PartiallyInvertedHaar { w: 0.0 },
-                ..good
-            },
-        ] {
+        let faults: [fn(&mut PlaneCoding); 9] = [
+            |coding| coding.low_max = coding.low_min,
+            |coding| coding.low_min = f32::NAN,
+            |coding| coding.range = 0.0,
+            |coding| coding.range = f32::INFINITY,
+            |coding| coding.gamma = 0.0,
+            |coding| coding.gamma = f32::NAN,
+            |coding| coding.zero_point = [0.5, 1.0, 0.5],
+            |coding| coding.predictor = f32::NAN,
+            |coding| coding.transform = Transform::PartiallyInvertedHaar { w: 0.0 },
+        ];
+        for spoil in faults {
+            let mut bad = good;
+            spoil(&mut bad);
             assert!(!bad.is_valid(Packing::Bc3), "{bad:?}");
         }
     }

@@ -31,6 +31,25 @@ pub enum Rate {
     Normal8,
 }
 
+/// The packings of luma in 2 bits per pixel.
+const TWO_BITS: &[Packing] = &[Packing::Bc3, Packing::Bc7];
+
+/// Of each rate, in the order of [`Rate::ALL`], its name, the content without alpha, the packings of luma, and how often
+/// the size of chroma is halved.
+const ROWS: [(&str, Content, &[Packing], Option<u32>); 11] = [
+    ("gray2", Content::Gray, TWO_BITS, None),
+    ("gray3", Content::Gray, &[Packing::Split], None),
+    ("gray4", Content::Gray, &[Packing::Split], None),
+    ("color2.25", Content::Color, TWO_BITS, Some(2)),
+    ("color3", Content::Color, TWO_BITS, Some(1)),
+    ("color3.25", Content::Color, &[Packing::Split], Some(2)),
+    ("color4", Content::Color, &[Packing::Split], Some(1)),
+    ("color5", Content::Color, &[Packing::Bc4], Some(1)),
+    ("color8", Content::Color, &[Packing::Bc4], Some(1)),
+    ("normal4", Content::Normal, TWO_BITS, None),
+    ("normal8", Content::Normal, TWO_BITS, None),
+];
+
 impl Rate {
     /// All rates; those of one content are in ascending order of size.
     pub const ALL: [Self; 11] = [
@@ -47,21 +66,13 @@ impl Rate {
         Self::Normal8,
     ];
 
+    fn row(self) -> (&'static str, Content, &'static [Packing], Option<u32>) {
+        ROWS[self as usize]
+    }
+
     /// Name of the rate in the tool, such as `gray2` or `color2.25`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Gray2 => "gray2",
-            Self::Gray3 => "gray3",
-            Self::Gray4 => "gray4",
-            Self::Color2_25 => "color2.25",
-            Self::Color3 => "color3",
-            Self::Color3_25 => "color3.25",
-            Self::Color4 => "color4",
-            Self::Color5 => "color5",
-            Self::Color8 => "color8",
-            Self::Normal4 => "normal4",
-            Self::Normal8 => "normal8",
-        }
+        self.row().0
     }
 
     /// The rate with the given name.
@@ -71,11 +82,9 @@ impl Rate {
 
     /// The content of the rate, with or without an alpha channel. Only colour can have one.
     pub fn content(self, alpha: bool) -> Content {
-        match self {
-            Self::Gray2 | Self::Gray3 | Self::Gray4 => Content::Gray,
-            Self::Normal4 | Self::Normal8 => Content::Normal,
-            _ if alpha => Content::ColorAlpha,
-            _ => Content::Color,
+        match self.row().1 {
+            Content::Color if alpha => Content::ColorAlpha,
+            content => content,
         }
     }
 
@@ -129,22 +138,12 @@ impl Rate {
 
     /// Packings that the encoder can choose from for luma; all of them take the same size.
     pub fn luma_packings(self) -> &'static [Packing] {
-        match self {
-            Self::Gray2 | Self::Color2_25 | Self::Color3 | Self::Normal4 | Self::Normal8 => {
-                &[Packing::Bc3, Packing::Bc7]
-            }
-            Self::Gray3 | Self::Gray4 | Self::Color3_25 | Self::Color4 => &[Packing::Split],
-            Self::Color5 | Self::Color8 => &[Packing::Bc4],
-        }
+        self.row().2
     }
 
     /// How often the size of chroma is halved, or `None` where there is no chroma.
     pub fn chroma_subsampling(self) -> Option<u32> {
-        match self {
-            Self::Color3 | Self::Color4 | Self::Color5 | Self::Color8 => Some(1),
-            Self::Color2_25 | Self::Color3_25 => Some(2),
-            Self::Gray2 | Self::Gray3 | Self::Gray4 | Self::Normal4 | Self::Normal8 => None,
-        }
+        self.row().3
     }
 
     /// The most bits per pixel that large images take without mips. Alpha takes as many as luma; in
@@ -153,7 +152,13 @@ impl Rate {
         match self {
             Self::Gray4 => 4.0,
             Self::Color8 | Self::Normal8 => 8.0,
-            wavelet => wavelet.wavelet_bits_per_pixel(alpha),
+            wavelet => {
+                let luma = wavelet.luma_packings()[0].bits_per_pixel();
+                let planes = wavelet.content(alpha).luma_planes() as f64;
+                let chroma = wavelet.chroma_subsampling();
+                let chroma = chroma.map_or(0.0, |s| 4.0 / f64::from(1 << (2 * s)));
+                planes * luma + chroma
+            }
         }
     }
 
@@ -164,25 +169,13 @@ impl Rate {
         let group = |packing, planes, subsampling| {
             layout::group_bytes(packing, planes, layout::plane_size(image_size, subsampling))
         };
-        let luma = group(
-            self.luma_packings()[0],
-            self.content(alpha).luma_planes(),
-            0,
-        );
+        let planes = self.content(alpha).luma_planes();
+        let luma = group(self.luma_packings()[0], planes, 0);
         let chroma = self.chroma_subsampling();
         let wavelet = luma + chroma.map_or(0, |s| group(Packing::Bc1, 2, s));
         let blocks = image_size.map(|s| f64::from(s.div_ceil(4)));
         let nominal = 2.0 * self.nominal_bits_per_pixel(alpha) * blocks[0] * blocks[1];
         wavelet.max(nominal as usize)
-    }
-
-    fn wavelet_bits_per_pixel(self, alpha: bool) -> f64 {
-        let luma = self.luma_packings()[0].bits_per_pixel();
-        let planes = self.content(alpha).luma_planes() as f64;
-        let chroma = self
-            .chroma_subsampling()
-            .map_or(0.0, |s| 4.0 / f64::from(1 << (2 * s)));
-        planes * luma + chroma
     }
 }
 
@@ -206,16 +199,10 @@ mod tests {
     fn bytes_are_the_nominal_bits_of_whole_blocks_and_those_of_the_wavelet() {
         for rate in Rate::ALL {
             let nominal = rate.nominal_bits_per_pixel(false) * 128.0 * 64.0 / 8.0;
-            assert_eq!(
-                rate.most_bytes([128, 64], false) as f64,
-                nominal,
-                "{rate:?}"
-            );
-            assert_eq!(
-                rate.most_bytes([127, 63], false) as f64,
-                nominal,
-                "{rate:?}"
-            );
+            for size in [[128, 64], [127, 63]] {
+                let bytes = rate.most_bytes(size, false) as f64;
+                assert_eq!(bytes, nominal, "{rate:?} {size:?}");
+            }
         }
         assert_eq!(Rate::Color3.most_bytes([128, 64], true), 5 * 1024);
         // A block of luma and one of chroma, and of BC7.
@@ -232,13 +219,10 @@ mod tests {
             Content::Normal,
         ] {
             let alpha = content == Content::ColorAlpha;
-            let bits: Vec<f64> = Rate::of(content)
-                .map(|r| r.nominal_bits_per_pixel(alpha))
-                .collect();
-            assert!(
-                !bits.is_empty() && bits.is_sorted(),
-                "{content:?}: {bits:?}"
-            );
+            let bits = Rate::of(content).map(|r| r.nominal_bits_per_pixel(alpha));
+            let bits: Vec<f64> = bits.collect();
+            let grow = !bits.is_empty() && bits.is_sorted();
+            assert!(grow, "{content:?}: {bits:?}");
         }
     }
 }

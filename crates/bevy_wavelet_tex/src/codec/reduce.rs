@@ -3,7 +3,7 @@
 use super::{
     color::{linear_from_srgb, srgb_from_linear},
     image::ColorSpace,
-    plane::Plane,
+    plane::next_mip_of,
     source::LEAST_WEIGHT,
 };
 
@@ -16,39 +16,34 @@ pub fn reduced_rgba8(
     most: u32,
     color_space: ColorSpace,
 ) -> ([u32; 2], Vec<[u8; 4]>) {
-    let srgb = |c: usize| color_space == ColorSpace::Srgb && c < 3;
-    let mut channels = [0, 1, 2, 3].map(|c: usize| {
-        let value = |i| {
-            let rgba = pixel(i);
-            if srgb(c) {
-                linear_from_srgb(rgba[c]) * (rgba[3] + LEAST_WEIGHT)
-            } else {
-                rgba[c]
-            }
-        };
-        if size.iter().any(|s| *s > most) {
-            Plane::next_mip_of(size, value)
-        } else {
-            Plane {
-                size,
-                values: (0..size[0] as usize * size[1] as usize)
-                    .map(value)
-                    .collect(),
-            }
+    let is_srgb = color_space == ColorSpace::Srgb;
+    let linear = |i: usize| {
+        let [r, g, b, alpha] = pixel(i);
+        if !is_srgb {
+            return [r, g, b, alpha];
         }
-    });
-    while channels[0].size.iter().any(|s| *s > most.max(1)) {
-        channels = channels.map(|channel| channel.next_mip());
-    }
-    let byte = |c: usize, i: usize| {
-        let mut v = channels[c].values[i];
-        if srgb(c) {
-            v = srgb_from_linear(v / (channels[3].values[i] + LEAST_WEIGHT));
-        }
-        (v.clamp(0.0, 1.0) * 255.0).round() as u8
+        let [r, g, b] = [r, g, b].map(|v| linear_from_srgb(v) * (alpha + LEAST_WEIGHT));
+        [r, g, b, alpha]
     };
-    let pixels = (0..channels[0].values.len()).map(|i| [0, 1, 2, 3].map(|c| byte(c, i)));
-    (channels[0].size, pixels.collect())
+    let is_too_large = |size: [u32; 2], most: u32| size.iter().any(|s| *s > most);
+    let (mut size, mut pixels) = if is_too_large(size, most) {
+        next_mip_of(size, linear)
+    } else {
+        let count = size[0] as usize * size[1] as usize;
+        (size, (0..count).map(linear).collect())
+    };
+    while is_too_large(size, most.max(1)) {
+        (size, pixels) = next_mip_of(size, |i| pixels[i]);
+    }
+    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+    let encoded = |[r, g, b, alpha]: [f32; 4]| {
+        let color = |v: f32| match is_srgb {
+            true => byte(srgb_from_linear(v / (alpha + LEAST_WEIGHT))),
+            false => byte(v),
+        };
+        [color(r), color(g), color(b), byte(alpha)]
+    };
+    (size, pixels.into_iter().map(encoded).collect())
 }
 
 #[cfg(test)]

@@ -158,16 +158,10 @@ pub(super) fn choose_thesis_coding(
             [0.8, 0.9, 1.0, 1.1, 1.2].map(|s| best.1 * s).to_vec()
         };
         best = best_of(fractions.into_iter().map(|f| (best.0, f, best.2)).collect());
-        best = best_of(
-            [1.0, 0.86, 0.75, 0.65, 0.55]
-                .map(|g| (best.0, best.1, g))
-                .to_vec(),
-        );
-        best = best_of(
-            [0.88, 1.0, 1.14]
-                .map(|s| (best.0, best.1 * s, best.2))
-                .to_vec(),
-        );
+        let gammas = [1.0, 0.86, 0.75, 0.65, 0.55];
+        best = best_of(gammas.map(|g| (best.0, best.1, g)).to_vec());
+        let scales = [0.88, 1.0, 1.14];
+        best = best_of(scales.map(|s| (best.0, best.1 * s, best.2)).to_vec());
     }
     candidate(best)
 }
@@ -275,6 +269,11 @@ fn at(sample: &[Block], x: u32, y: u32) -> (&Block, usize) {
     (&sample[(x / 4) as usize], (y * 4 + x % 4) as usize)
 }
 
+/// The same for all texels, row by row.
+fn texels(sample: &[Block]) -> impl Iterator<Item = (&Block, usize)> {
+    Plane::positions(texture(sample)).map(move |(x, y)| at(sample, x, y))
+}
+
 fn bc7_error(sample: &[Block], coding: &PlaneCoding, packing: Packing) -> f64 {
     let dropped = packing == Packing::Bc7;
     let blocks = encode_bc7(texture(sample), [1; 3], |x, y| {
@@ -282,8 +281,8 @@ fn bc7_error(sample: &[Block], coding: &PlaneCoding, packing: Packing) -> f64 {
         let [r, g, b] = coding.store_details(block.residual[i]);
         [r, g, if dropped { coding.zero_point[2] } else { b }]
     });
-    let texels = decode_blocks(BlockFormat::Bc7, &blocks, texture(sample));
-    error_of_details(sample, &texels, coding)
+    let decoded = decode_blocks(BlockFormat::Bc7, &blocks, texture(sample));
+    error_of_details(sample, coding, |texel| decoded[texel])
 }
 
 /// The error of details and low band together in BC7.
@@ -293,61 +292,56 @@ fn joint_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
         let [r, g, _] = coding.store_details(block.residual[i]);
         [r, g, coding.store_low(block.low[i])]
     });
-    let texels = decode_blocks(BlockFormat::Bc7, &blocks, texture(sample));
-    let low = error_of_low(sample, coding, |texel| texels[texel][2]);
-    let details: Vec<[f32; 4]> = texels
-        .iter()
-        .map(|[r, g, ..]| [*r, *g, coding.zero_point[2], 1.0])
-        .collect();
-    low + error_of_details(sample, &details, coding)
+    let decoded = decode_blocks(BlockFormat::Bc7, &blocks, texture(sample));
+    let low = error_of_low(sample, coding, |texel| decoded[texel][2]);
+    let details = |texel: usize| {
+        let [r, g, ..] = decoded[texel];
+        [r, g, coding.zero_point[2], 1.0]
+    };
+    low + error_of_details(sample, coding, details)
 }
 
 /// The error of the low band in BC4.
 fn low_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
-    let stored = Plane::from_fn(texture(sample), |x, y| {
-        let (block, i) = at(sample, x, y);
-        coding.store_low(block.low[i])
-    });
-    let blocks = encode_bc4(&stored.values, stored.size, BlockQuality::High);
-    let texels = decode_blocks(BlockFormat::Bc4, &blocks, stored.size);
-    error_of_low(sample, coding, |texel| texels[texel][0])
+    let stored = texels(sample).map(|(block, i)| coding.store_low(block.low[i]));
+    let stored: Vec<f32> = stored.collect();
+    let blocks = encode_bc4(&stored, texture(sample), BlockQuality::High);
+    let decoded = decode_blocks(BlockFormat::Bc4, &blocks, texture(sample));
+    error_of_low(sample, coding, |texel| decoded[texel][0])
 }
 
 fn error_of_low(sample: &[Block], coding: &PlaneCoding, stored: impl Fn(usize) -> f32) -> f64 {
-    let errors = Plane::positions(texture(sample))
-        .enumerate()
-        .map(|(texel, (x, y))| {
-            let (block, i) = at(sample, x, y);
-            // An error of the low band changes all four pixels.
-            let error = f64::from(coding.load_low(stored(texel)) - block.low[i]);
-            4.0 * block.weight * error * error
-        });
+    let errors = texels(sample).enumerate().map(|(texel, (block, i))| {
+        // An error of the low band changes all four pixels.
+        let error = f64::from(coding.load_low(stored(texel)) - block.low[i]);
+        4.0 * block.weight * error * error
+    });
     errors.sum()
 }
 
 fn mixed_error(sample: &[Block], coding: &PlaneCoding) -> f64 {
-    let size = texture(sample);
-    let texels = Plane::positions(size).map(|(x, y)| {
-        let (block, i) = at(sample, x, y);
-        let [r, g, b] = coding
-            .store_details(block.residual[i])
-            .map(|v| (v * 255.0).round() as u8);
+    let stored = texels(sample).map(|(block, i)| {
+        let stored = coding.store_details(block.residual[i]);
+        let [r, g, b] = stored.map(|v| (v * 255.0).round() as u8);
         [r, g, b, 255]
     });
-    let blocks = encode_bc3(&texels.collect::<Vec<_>>(), size, BlockQuality::Normal);
-    let texels = decode_blocks(BlockFormat::Bc3, &blocks, size);
-    error_of_details(sample, &texels, coding)
+    let stored: Vec<_> = stored.collect();
+    let blocks = encode_bc3(&stored, texture(sample), BlockQuality::Normal);
+    let decoded = decode_blocks(BlockFormat::Bc3, &blocks, texture(sample));
+    error_of_details(sample, coding, |texel| decoded[texel])
 }
 
-fn error_of_details(sample: &[Block], texels: &[[f32; 4]], coding: &PlaneCoding) -> f64 {
-    let errors = Plane::positions(texture(sample))
-        .zip(texels)
-        .map(|((x, y), t)| {
-            let (block, i) = at(sample, x, y);
-            let (actual, expected) = (coding.load_details([t[0], t[1], t[2]]), block.residual[i]);
-            let error = (0..3).map(|c| f64::from(actual[c] - expected[c]).powi(2));
-            block.weight * error.sum::<f64>()
-        });
+fn error_of_details(
+    sample: &[Block],
+    coding: &PlaneCoding,
+    stored: impl Fn(usize) -> [f32; 4],
+) -> f64 {
+    let errors = texels(sample).enumerate().map(|(texel, (block, i))| {
+        let [r, g, b, _] = stored(texel);
+        let (actual, expected) = (coding.load_details([r, g, b]), block.residual[i]);
+        let error = (0..3).map(|c| f64::from(actual[c] - expected[c]).powi(2));
+        block.weight * error.sum::<f64>()
+    });
     errors.sum()
 }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
+    blocks::{BlockQuality, Starts},
     image::{ColorSpace, Content},
     rate::Rate,
 };
@@ -128,4 +129,23 @@ pub enum Effort {
     Default,
     /// A finer search over a sample of 4096 blocks.
     Best,
+}
+
+impl Effort {
+    /// The starting points of the search for the endpoints of a block.
+    pub(super) fn starts(self) -> Starts {
+        match self {
+            Self::Fast => Starts::One,
+            Self::Default => Starts::Two,
+            Self::Best => Starts::Four,
+        }
+    }
+
+    /// What the block encoders of other crates spend on quality.
+    pub(super) fn block_quality(self) -> BlockQuality {
+        match self {
+            Self::Fast => BlockQuality::Normal,
+            Self::Default | Self::Best => BlockQuality::High,
+        }
+    }
 }

@@ -1,12 +1,13 @@
-//! The input of the encoder.
+//! The input of the encoder, its mips, and the planes of a content.
 
 use rayon::prelude::*;
 
 use super::{
+    axes::ColorAxes,
     color::{linear_from_srgb, srgb_from_linear},
-    image::ColorSpace,
+    image::{ColorSpace, Content},
     layout,
-    plane::next_mip_of,
+    plane::{Plane, next_mip_of},
 };
 
 /// Pixels of one mip level, row by row from the top.
@@ -39,6 +40,18 @@ impl Pixels<'_> {
     /// Returns whether there are no pixels.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Some of the pixels.
+    #[cfg(feature = "bevy")]
+    pub(crate) fn part(self, range: std::ops::Range<usize>) -> Self {
+        match self {
+            Self::Gray8(pixels) => Self::Gray8(&pixels[range]),
+            Self::Gray16(pixels) => Self::Gray16(&pixels[range]),
+            Self::Rgb8(pixels) => Self::Rgb8(&pixels[range]),
+            Self::Rgba8(pixels) => Self::Rgba8(&pixels[range]),
+            Self::Rgba16(pixels) => Self::Rgba16(&pixels[range]),
+        }
     }
 
     /// Returns whether a channel has 16 bits.
@@ -77,6 +90,25 @@ impl Pixels<'_> {
             Self::Rgba8(pixels) => f32::from(pixels[i][c]) / 255.0,
             Self::Rgba16(pixels) => f32::from(pixels[i][c]) / 65535.0,
             _ => self.get(i)[c],
+        }
+    }
+}
+
+/// [`Pixels`] that are made of others.
+pub(crate) enum OwnedPixels {
+    Gray8(Vec<u8>),
+    Gray16(Vec<u16>),
+    Rgba8(Vec<[u8; 4]>),
+    Rgba16(Vec<[u16; 4]>),
+}
+
+impl OwnedPixels {
+    pub(crate) fn pixels(&self) -> Pixels<'_> {
+        match self {
+            Self::Gray8(pixels) => Pixels::Gray8(pixels),
+            Self::Gray16(pixels) => Pixels::Gray16(pixels),
+            Self::Rgba8(pixels) => Pixels::Rgba8(pixels),
+            Self::Rgba16(pixels) => Pixels::Rgba16(pixels),
         }
     }
 }
@@ -161,8 +193,76 @@ impl LinearLevel {
     }
 }
 
-/// Number of pixels of a mip level of [`Source::levels`].
-pub(super) fn level_pixels(size: [u32; 2], level: usize) -> u64 {
-    let [width, height] = layout::mip_size(size, level as u32);
-    u64::from(width) * u64::from(height)
+/// The pixels of one mip level, from which its planes are made where they are needed: all planes together would
+/// take several times the memory of the pixels.
+#[derive(Clone, Copy)]
+pub(super) struct LevelPlanes<'a> {
+    pub(super) size: [u32; 2],
+    pixels: Pixels<'a>,
+    pub(super) content: Content,
+    /// The weights of R, G and B in luma and in each plane of chroma.
+    weights: [[f32; 3]; 3],
+}
+
+impl<'a> LevelPlanes<'a> {
+    pub(super) fn new(
+        pixels: Pixels<'a>,
+        size: [u32; 2],
+        content: Content,
+        axes: ColorAxes,
+    ) -> Self {
+        Self {
+            size,
+            pixels,
+            content,
+            weights: axes.weights(),
+        }
+    }
+
+    /// The levels of a source.
+    pub(super) fn of(source: &Source<'a>, content: Content, axes: ColorAxes) -> Vec<Self> {
+        let level = |(level, pixels): (usize, &Pixels<'a>)| {
+            let size = layout::mip_size(source.size, level as u32);
+            Self::new(*pixels, size, content, axes)
+        };
+        source.levels.iter().enumerate().map(level).collect()
+    }
+
+    /// A plane of the luma group: luma (then alpha), gray, or X and Y of normals.
+    pub(super) fn luma(&self, plane: usize) -> Plane {
+        let values = 0..self.pixels.len();
+        let values = values.into_par_iter().map(|i| {
+            let pixel = self.pixels.get(i);
+            match (self.content, plane) {
+                (Content::Normal, plane) => unit(pixel)[plane],
+                (Content::ColorAlpha, 1) => pixel[3],
+                _ => self.along(0, pixel),
+            }
+        });
+        Plane {
+            size: self.size,
+            values: values.collect(),
+        }
+    }
+
+    /// A pixel of a plane of chroma.
+    pub(super) fn chroma(&self, plane: usize, i: usize) -> f32 {
+        self.along(1 + plane, self.pixels.get(i))
+    }
+
+    fn along(&self, axis: usize, pixel: [f32; 4]) -> f32 {
+        let [r, g, b] = self.weights[axis];
+        r * pixel[0] + g * pixel[1] + b * pixel[2]
+    }
+}
+
+/// The normal that a pixel stands for. The zero vector has no direction and becomes +Z.
+pub(super) fn unit([x, y, z, _]: [f32; 4]) -> [f32; 3] {
+    let v = [x, y, z].map(|v| 2.0 * v - 1.0);
+    let length = v.iter().map(|v| v * v).sum::<f32>().sqrt();
+    if length > 1e-6 {
+        v.map(|v| v / length)
+    } else {
+        [0.0, 0.0, 1.0]
+    }
 }

@@ -6,7 +6,8 @@ use ktx2::{Format, Header, Index, LevelIndex, SupercompressionScheme, dfd};
 
 use super::zstd;
 use crate::codec::{
-    blocks::BlockFormat, haar::Transform, layout, packing::Packing, quantizer::PlaneCoding,
+    blocks::BlockFormat, haar::Transform, image::PlaneGroup, layout, packing::Packing,
+    quantizer::PlaneCoding,
 };
 
 /// The shape of a blob, which follows from the rest of the file.
@@ -27,20 +28,18 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// That of a texture of a group of `planes`.
+    /// That of a texture of a group, which may have no codings yet, with this number of planes.
     pub(super) fn of_group(
-        format: BlockFormat,
+        group: &PlaneGroup,
+        texture: usize,
         image_size: [u32; 2],
-        subsampling: u32,
-        packing: Packing,
         planes: usize,
     ) -> Self {
-        let plane = layout::plane_size(image_size, subsampling);
         Self {
-            format,
-            size: layout::texture_size(packing, plane),
-            group: Some((image_size, subsampling, packing)),
-            layers: packing.layers(planes),
+            format: group.packing.formats()[texture],
+            size: group.texture_size(image_size),
+            group: Some((image_size, group.subsampling, group.packing)),
+            layers: group.packing.layers(planes),
             planes,
             is_srgb: false,
             is_zstd: false,
@@ -100,85 +99,70 @@ pub(super) struct Contents {
     pub(super) blocks: Vec<u8>,
 }
 
-/// Everything in a blob but its codings and blocks. It follows from the sizes alone, with Zstandard from
-/// those of the compressed levels, too.
+/// All bytes of a blob before the blocks, with the codings set to 0, and the range of these. They follow from the
+/// sizes alone, with Zstandard from those of the compressed levels, too: `stored_bytes` are those of each level in the
+/// file, from the largest.
 ///
 /// Reading compares a blob with it instead of interpreting offsets: a blob that differs is damaged.
 /// (The `ktx2` crate's own reader panics on some damaged descriptors.)
-struct Frame {
-    /// All bytes before the blocks, with the codings set to 0.
-    head: Vec<u8>,
-    /// Range of the codings in `head`.
-    codings: Range<usize>,
-}
+fn head_of(shape: Shape, stored_bytes: &[usize]) -> (Vec<u8>, Range<usize>) {
+    let levels = stored_bytes.len() as u32;
+    let planes = shape.planes;
+    let format = shape.ktx2_format();
+    let (basic, type_size) = dfd::Basic::from_format_with(format, false, None, None, None)
+        .expect("BC formats have a standard descriptor");
+    let block = dfd::Block::Basic(basic).to_vec();
+    let mut descriptor = (block.len() as u32 + 4).to_le_bytes().to_vec();
+    descriptor.extend(block);
 
-impl Frame {
-    /// `stored_bytes` are those of each level in the file, from the largest.
-    fn new(shape: Shape, stored_bytes: &[usize]) -> Self {
-        let levels = stored_bytes.len() as u32;
-        let Shape {
-            size,
-            layers,
-            planes,
-            ..
-        } = shape;
-        let format = shape.ktx2_format();
-        let (basic, type_size) = dfd::Basic::from_format_with(format, false, None, None, None)
-            .expect("BC formats have a standard descriptor");
-        let block = dfd::Block::Basic(basic).to_vec();
-        let mut descriptor = (block.len() as u32 + 4).to_le_bytes().to_vec();
-        descriptor.extend(block);
+    let mut keys = Vec::new();
+    push_key(&mut keys, "KTXwriter", b"bevy_wavelet_tex\0");
+    let value_start = match planes {
+        0 => keys.len(),
+        _ => push_key(&mut keys, CODINGS_KEY, &vec![0; planes * CODING_BYTES]),
+    };
 
-        let mut keys = Vec::new();
-        push_key(&mut keys, "KTXwriter", b"bevy_wavelet_tex\0");
-        let value_start = match planes {
-            0 => keys.len(),
-            _ => push_key(&mut keys, CODINGS_KEY, &vec![0; planes * CODING_BYTES]),
+    let dfd_offset = Header::LENGTH + LevelIndex::LENGTH * stored_bytes.len();
+    let keys_offset = dfd_offset + descriptor.len();
+    let alignment = if shape.is_zstd { 1 } else { 16 };
+    let data_offset = (keys_offset + keys.len()).next_multiple_of(alignment);
+
+    let header = Header {
+        format: Some(format),
+        type_size,
+        pixel_width: shape.size[0],
+        pixel_height: shape.size[1],
+        pixel_depth: 0,
+        layer_count: shape.layers as u32,
+        face_count: 1,
+        level_count: levels,
+        supercompression_scheme: shape.is_zstd.then_some(SupercompressionScheme::Zstandard),
+        index: Index {
+            dfd_byte_offset: dfd_offset as u32,
+            dfd_byte_length: descriptor.len() as u32,
+            kvd_byte_offset: keys_offset as u32,
+            kvd_byte_length: keys.len() as u32,
+            sgd_byte_offset: 0,
+            sgd_byte_length: 0,
+        },
+    };
+    let mut head = header.as_bytes().to_vec();
+    // KTX2 stores the smallest level first, but its index begins with the largest.
+    let lengths = stored_bytes.iter().zip(shape.level_bytes(levels));
+    for (level, (&stored, length)) in lengths.enumerate() {
+        let smaller: usize = stored_bytes[level + 1..].iter().sum();
+        let index = LevelIndex {
+            byte_offset: (data_offset + smaller) as u64,
+            byte_length: stored as u64,
+            uncompressed_byte_length: length as u64,
         };
-
-        let dfd_offset = Header::LENGTH + LevelIndex::LENGTH * stored_bytes.len();
-        let keys_offset = dfd_offset + descriptor.len();
-        let alignment = if shape.is_zstd { 1 } else { 16 };
-        let data_offset = (keys_offset + keys.len()).next_multiple_of(alignment);
-
-        let header = Header {
-            format: Some(format),
-            type_size,
-            pixel_width: size[0],
-            pixel_height: size[1],
-            pixel_depth: 0,
-            layer_count: layers as u32,
-            face_count: 1,
-            level_count: levels,
-            supercompression_scheme: shape.is_zstd.then_some(SupercompressionScheme::Zstandard),
-            index: Index {
-                dfd_byte_offset: dfd_offset as u32,
-                dfd_byte_length: descriptor.len() as u32,
-                kvd_byte_offset: keys_offset as u32,
-                kvd_byte_length: keys.len() as u32,
-                sgd_byte_offset: 0,
-                sgd_byte_length: 0,
-            },
-        };
-        let mut head = header.as_bytes().to_vec();
-        // KTX2 stores the smallest level first, but its index begins with the largest.
-        let lengths = stored_bytes.iter().zip(shape.level_bytes(levels));
-        for (level, (&stored, length)) in lengths.enumerate() {
-            let smaller: usize = stored_bytes[level + 1..].iter().sum();
-            let index = LevelIndex {
-                byte_offset: (data_offset + smaller) as u64,
-                byte_length: stored as u64,
-                uncompressed_byte_length: length as u64,
-            };
-            head.extend(index.as_bytes());
-        }
-        head.extend(descriptor);
-        head.extend(keys);
-        head.resize(data_offset, 0);
-        let codings_start = keys_offset + value_start;
-        let codings = codings_start..codings_start + planes * CODING_BYTES;
-        Self { head, codings }
+        head.extend(index.as_bytes());
     }
+    head.extend(descriptor);
+    head.extend(keys);
+    head.resize(data_offset, 0);
+    let codings_start = keys_offset + value_start;
+    (head, codings_start..codings_start + planes * CODING_BYTES)
 }
 
 /// Writes a blob. `compress` makes a Zstandard frame of a level.
@@ -198,12 +182,9 @@ pub(super) fn write(
     });
     let stored: Vec<Vec<u8>> = stored.collect();
     let stored_bytes: Vec<usize> = stored.iter().map(Vec::len).collect();
-    let Frame {
-        head: mut bytes,
-        codings: codings_range,
-    } = Frame::new(shape, &stored_bytes);
-    let codings: Vec<u8> = codings.iter().flat_map(coding_bytes).collect();
-    bytes[codings_range].copy_from_slice(&codings);
+    let (mut bytes, codings_range) = head_of(shape, &stored_bytes);
+    let codings: Vec<[u8; 4]> = codings.iter().flat_map(coding_bytes).collect();
+    bytes[codings_range].copy_from_slice(codings.as_flattened());
     bytes.extend(stored.iter().rev().flatten());
     bytes
 }
@@ -233,10 +214,7 @@ pub(super) fn read(
     } else {
         level_bytes.clone()
     };
-    let Frame {
-        head,
-        codings: codings_range,
-    } = Frame::new(shape, &stored_bytes);
+    let (head, codings_range) = head_of(shape, &stored_bytes);
     let length = head.len() + stored_bytes.iter().sum::<usize>();
     if blob.len() != length {
         return Err(format!(
@@ -253,15 +231,15 @@ pub(super) fn read(
     }
     let codings = blob[codings_range]
         .chunks_exact(CODING_BYTES)
-        .map(|bytes| read_coding(bytes).ok_or(INVALID_CODINGS))
+        .map(|bytes| read_coding(bytes.as_chunks().0).ok_or(INVALID_CODINGS))
         .collect::<Result<Vec<_>, _>>()?;
     let mut blocks = Vec::new();
     let mut end = blob.len();
     let first = first(levels);
     for (number, (length, stored)) in (0..).zip(level_bytes.into_iter().zip(stored_bytes)) {
         let level = &blob[end - stored..end];
+        end -= stored;
         if number < first {
-            end -= stored;
             continue;
         }
         if shape.is_zstd {
@@ -269,7 +247,6 @@ pub(super) fn read(
         } else {
             blocks.extend(level);
         }
-        end -= stored;
     }
     Ok(Contents {
         levels,
@@ -310,7 +287,7 @@ const CODINGS_KEY: &str = "wtex.codings";
 const CODING_FLOATS: usize = 10;
 const CODING_BYTES: usize = 4 * CODING_FLOATS;
 
-fn coding_bytes(coding: &PlaneCoding) -> [u8; CODING_BYTES] {
+fn coding_bytes(coding: &PlaneCoding) -> [[u8; 4]; CODING_FLOATS] {
     let (kind, w) = match coding.transform {
         Transform::Haar => (0.0, 0.0),
         Transform::PartiallyInvertedHaar { w } => (1.0, w),
@@ -328,24 +305,13 @@ fn coding_bytes(coding: &PlaneCoding) -> [u8; CODING_BYTES] {
         kind,
         w,
     ];
-    let mut bytes = [0; CODING_BYTES];
-    bytes
-        .as_chunks_mut::<4>()
-        .0
-        .iter_mut()
-        .zip(fields)
-        .for_each(|(b, f)| *b = f.to_le_bytes());
-    bytes
+    fields.map(f32::to_le_bytes)
 }
 
-fn read_coding(bytes: &[u8]) -> Option<PlaneCoding> {
-    let (fields, []) = bytes.as_chunks::<4>() else {
-        return None;
-    };
-    let fields: Vec<f32> = fields.iter().map(|b| f32::from_le_bytes(*b)).collect();
-    let &[low_min, low_max, range, gamma, r, g, b, predictor, kind, w] = fields.as_slice() else {
-        return None;
-    };
+fn read_coding(fields: &[[u8; 4]]) -> Option<PlaneCoding> {
+    let fields = fields.first_chunk::<CODING_FLOATS>()?;
+    let [low_min, low_max, range, gamma, r, g, b, predictor, kind, w] =
+        fields.map(f32::from_le_bytes);
     let transform = match kind {
         0.0 => Transform::Haar,
         1.0 => Transform::PartiallyInvertedHaar { w },

@@ -154,39 +154,43 @@ fn cut_at_every_byte_it_is_an_error() {
     }
 }
 
+/// A file with other bytes is an error that has these words.
+fn assert_named(file: &[u8], faults: &[(usize, &[u8], &str)]) {
+    for (at, value, words) in faults {
+        let mut bytes = file.to_vec();
+        bytes[*at..at + value.len()].copy_from_slice(value);
+        let error = read(&bytes).expect_err("a bad file").to_string();
+        assert!(error.contains(words), "{value:?} at {at}: {error}");
+    }
+}
+
 #[test]
 fn each_fault_of_the_header_is_named() {
-    let with = |at: usize, value: &[u8]| {
-        let mut bytes = sample();
-        bytes[at..at + value.len()].copy_from_slice(value);
-        read(&bytes).expect_err("a bad file").to_string()
-    };
-    assert!(with(0, b"DDS ").contains("not a wavelet texture"));
-    assert!(with(8, &[5, 0]).contains("version 5 is newer"));
-    assert!(with(8, &[2, 4]).contains("version 1026 is newer"));
-    assert!(with(8, &[1, 0]).contains("version 1 was never released"));
-    assert!(with(8, &[0, 0]).contains("version is 0"));
-    assert!(with(10, &[9]).contains("content is 9"));
-    assert!(with(11, &[9]).contains("colour space is 9"));
-    assert!(with(12, &u32::MAX.to_le_bytes()).contains("4294967295 x 13"));
-    assert!(with(16, &[0; 4]).contains("20 x 0"));
-    assert!(with(20, &[7]).contains("plane groups is 7"));
-    assert!(with(24, &[1]).contains("subsampling is 1"));
-    assert!(with(25, &[4]).contains("packing is 4"));
-    assert!(with(25, &[99]).contains("packing is 99"));
-    assert!(with(26, &[5]).contains("reserved byte is 5"));
-    assert!(with(32, &[1]).contains("length of a second texture is 1"));
-    assert!(with(36, &[0]).contains("subsampling is 0"));
-    assert!(with(28, &u32::MAX.to_le_bytes()).contains("cut short"));
-    assert!(with(12, &4096u32.to_le_bytes()).contains("bytes long instead of"));
+    let faults: [(usize, &[u8], &str); 18] = [
+        (0, b"DDS ", "not a wavelet texture"),
+        (8, &[5, 0], "version 5 is newer"),
+        (8, &[2, 4], "version 1026 is newer"),
+        (8, &[1, 0], "version 1 was never released"),
+        (8, &[0, 0], "version is 0"),
+        (10, &[9], "content is 9"),
+        (11, &[9], "colour space is 9"),
+        (12, &u32::MAX.to_le_bytes(), "4294967295 x 13"),
+        (16, &[0; 4], "20 x 0"),
+        (20, &[7], "plane groups is 7"),
+        (24, &[1], "subsampling is 1"),
+        (25, &[4], "packing is 4"),
+        (25, &[99], "packing is 99"),
+        (26, &[5], "reserved byte is 5"),
+        (32, &[1], "length of a second texture is 1"),
+        (36, &[0], "subsampling is 0"),
+        (28, &u32::MAX.to_le_bytes(), "cut short"),
+        (12, &4096u32.to_le_bytes(), "bytes long instead of"),
+    ];
+    assert_named(&sample(), &faults);
     let mut longer = sample();
     longer.push(0);
-    assert!(
-        read(&longer)
-            .expect_err("too long")
-            .to_string()
-            .contains("1 bytes follow")
-    );
+    let error = read(&longer).expect_err("too long").to_string();
+    assert!(error.contains("1 bytes follow"), "{error}");
 }
 
 #[test]
@@ -200,21 +204,19 @@ fn a_compressed_file_names_the_feature_that_reads_it() {
 
 #[test]
 fn each_fault_of_a_plain_texture_is_named() {
-    let with = |at: usize, value: &[u8]| {
-        let mut bytes = plain_sample();
-        bytes[at..at + value.len()].copy_from_slice(value);
-        read(&bytes).expect_err("a bad file").to_string()
-    };
-    assert!(with(8, &[2, 0]).contains("number of plane groups is 0"));
-    assert!(with(24, &[0]).contains("format is 0"));
-    assert!(with(24, &[77]).contains("format is 77"));
-    assert!(with(25, &[1]).contains("reserved byte is 1"));
-    assert!(with(28, &[18]).contains("texture width is 18"));
-    assert!(with(28, &[0]).contains("texture width is 0"));
-    assert!(with(28, &[24]).contains("texture width is 24"));
-    assert!(with(32, &[20]).contains("texture height is 20"));
-    assert!(with(32, &[8]).contains("bytes long instead of"));
-    assert!(with(36, &u32::MAX.to_le_bytes()).contains("cut short"));
+    let faults: [(usize, &[u8], &str); 10] = [
+        (8, &[2, 0], "number of plane groups is 0"),
+        (24, &[0], "format is 0"),
+        (24, &[77], "format is 77"),
+        (25, &[1], "reserved byte is 1"),
+        (28, &[18], "texture width is 18"),
+        (28, &[0], "texture width is 0"),
+        (28, &[24], "texture width is 24"),
+        (32, &[20], "texture height is 20"),
+        (32, &[8], "bytes long instead of"),
+        (36, &u32::MAX.to_le_bytes(), "cut short"),
+    ];
+    assert_named(&plain_sample(), &faults);
     let bytes = plain_sample();
     assert_eq!(bytes[8], 3);
     let blob = &bytes[FIXED_HEADER_BYTES + super::PLAIN_BYTES..];
@@ -223,7 +225,7 @@ fn each_fault_of_a_plain_texture_is_named() {
 }
 
 /// Files of all packings, each of which can be damaged in ways of its own.
-pub(super) fn samples() -> Vec<Vec<u8>> {
+fn samples() -> Vec<Vec<u8>> {
     let settings = [
         fast(Rate::Color3),
         fast(Rate::Gray3),
@@ -254,6 +256,14 @@ fn compressed_samples() -> Vec<Vec<u8>> {
     Vec::new()
 }
 
+fn damaged(file: &[u8], changes: Vec<(prop::sample::Index, u8)>) -> Vec<u8> {
+    let mut bytes = file.to_vec();
+    for (at, value) in changes {
+        *at.get_mut(&mut bytes) = value;
+    }
+    bytes
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4096))]
 
@@ -265,11 +275,7 @@ proptest! {
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
         static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> = std::sync::LazyLock::new(samples);
-        let mut bytes = SAMPLES[sample].clone();
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-        }
+        let bytes = damaged(&SAMPLES[sample], changes);
         if let Ok(image) = read(&bytes) {
             prop_assert!(image.gpu_bytes() <= bytes.len());
             for level in 0..image.levels {
@@ -288,12 +294,7 @@ proptest! {
     ) {
         static SAMPLES: std::sync::LazyLock<Vec<Vec<u8>>> =
             std::sync::LazyLock::new(compressed_samples);
-        let mut bytes = SAMPLES[sample].clone();
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-        }
-        if let Ok(image) = read(&bytes) {
+        if let Ok(image) = read(&damaged(&SAMPLES[sample], changes)) {
             prop_assert_eq!(&read(&write(&image)).unwrap(), &image);
         }
     }
@@ -344,4 +345,132 @@ fn the_levels_that_are_left_are_the_same() {
         }
     }
     assert!(whole > 400, "{whole}");
+}
+
+/// Files compressed with Zstandard.
+#[cfg(feature = "zstd_encode")]
+mod zstd {
+    use ktx2::{Header, LevelIndex};
+
+    use super::*;
+    use crate::{
+        codec::image::Payload,
+        file::{
+            AXES_BYTES, PLAIN_BYTES, VERSION, ktx2_blob, version, write_zstd,
+            zstd::{compress, decompress},
+        },
+    };
+
+    fn images() -> Vec<WaveletImage> {
+        let read = |bytes: &Vec<u8>| read(bytes).expect("a good file");
+        samples().iter().map(read).collect()
+    }
+
+    /// The offset of the first blob in bytes.
+    fn blob_start(image: &WaveletImage) -> usize {
+        match image.groups().count() {
+            0 => FIXED_HEADER_BYTES + PLAIN_BYTES,
+            groups => {
+                let axes = if version(image) == VERSION {
+                    AXES_BYTES
+                } else {
+                    0
+                };
+                FIXED_HEADER_BYTES + axes + groups * GROUP_BYTES
+            }
+        }
+    }
+
+    #[test]
+    fn it_comes_back_and_each_level_is_a_frame() {
+        for image in images() {
+            let bytes = write_zstd(&image, 19);
+            assert_eq!(read(&bytes).expect("a good file"), image);
+            assert_eq!(bytes[8..10], [write(&image)[8], 1]);
+            let blob = &bytes[blob_start(&image)..];
+            let header = Header::from_bytes(blob.first_chunk().unwrap()).expect("a KTX2 header");
+            assert_eq!(
+                header.supercompression_scheme,
+                Some(ktx2::SupercompressionScheme::Zstandard)
+            );
+            assert_eq!(header.level_count, image.levels);
+            let (index, _) = blob[Header::LENGTH..].as_chunks();
+            for entry in &index[..image.levels as usize] {
+                let level = LevelIndex::from_bytes(entry);
+                let end = (level.byte_offset + level.byte_length) as usize;
+                let frame = &blob[level.byte_offset as usize..end];
+                assert_eq!(frame[..4], [0x28, 0xb5, 0x2f, 0xfd]);
+                let length = level.uncompressed_byte_length as usize;
+                assert!(decompress(frame, length).is_ok());
+            }
+        }
+    }
+
+    #[test]
+    fn repeated_blocks_take_less() {
+        let mut image = images().swap_remove(4);
+        let Payload::Plain(plain) = &mut image.payload else {
+            panic!("not a plain texture")
+        };
+        plain.blocks.fill(7);
+        let (stored, compressed) = (write(&image), write_zstd(&image, 1));
+        assert!(compressed.len() < stored.len(), "{}", compressed.len());
+        assert_eq!(read(&compressed).expect("a good file"), image);
+    }
+
+    /// A file whose header claims the largest size, with an index and frames that agree with it.
+    #[test]
+    fn a_header_that_lies_allocates_no_more_than_the_frames_hold() {
+        let image = images().swap_remove(4);
+        let start = blob_start(&image);
+        let plain = image.plain().expect("plain");
+        // The blob of an image of the largest size whose only level is the frame of a small one.
+        let shape = ktx2_blob::Shape::plain(plain.format, [16384; 2], false);
+        let frame = compress(&plain.blocks, 1);
+        let blocks = vec![0; plain.format.level_bytes([16384; 2])];
+        let blob = ktx2_blob::write(shape, 1, &[], &blocks, Some(&|_| frame.clone()));
+        let mut bytes = write_zstd(&image, 1)[..start].to_vec();
+        for at in [12, 16, 28, 32] {
+            bytes[at..at + 4].copy_from_slice(&16384u32.to_le_bytes());
+        }
+        bytes[36..40].copy_from_slice(&(blob.len() as u32).to_le_bytes());
+        bytes.extend(blob);
+        let error = read(&bytes).expect_err("a lie").to_string();
+        assert!(error.contains("bytes instead of 134217728"), "{error}");
+        // The other way round, a frame is read no further than the header allows.
+        let error = decompress(&compress(&[0; 1 << 20], 1), 100);
+        assert!(error.expect_err("too long").contains("more than 100 bytes"));
+    }
+
+    #[test]
+    fn each_fault_of_a_frame_is_named() {
+        let frame = compress(&[7; 1000], 1);
+        let fault = |frame: &[u8]| decompress(frame, 1000).expect_err("damaged");
+        assert!(fault(&frame[..frame.len() - 1]).contains("damaged"));
+        assert!(fault(&[&frame[..], &[0]].concat()).contains("1 bytes follow"));
+        assert!(fault(b"no frame").contains("damaged"));
+        // A window of 16 MiB: descriptor without a single segment, exponent 14.
+        let window = [0x28, 0xb5, 0x2f, 0xfd, 0, 14 << 3, 1, 0, 0];
+        assert!(
+            fault(&window).to_lowercase().contains("window"),
+            "{}",
+            fault(&window)
+        );
+
+        let image = images().swap_remove(0);
+        let bytes = write_zstd(&image, 1);
+        let start = blob_start(&image);
+        let faults: [(usize, &[u8], &str); 3] = [
+            (88, &u64::MAX.to_le_bytes(), "index of mip levels"),
+            (88, &[1], "bytes long instead of"),
+            (44, &[0], "as `wavelet-tex` writes them"),
+        ];
+        assert_named(
+            &bytes,
+            &faults.map(|(at, value, words)| (start + at, value, words)),
+        );
+        let mut plain = bytes.clone();
+        plain[9] = 0;
+        assert!(read(&plain).is_err());
+    }
 }

@@ -4,12 +4,11 @@
 use super::zstd;
 use super::{
     FINGERPRINT_FLAG, FLAGS_AT, MAGIC, PLAIN_VERSION, PLANES_VERSION, VERSION, ZSTD_FLAG,
-    ktx2_blob::{self, Compress},
-    plain,
+    ktx2_blob::{self, Compress, Shape},
 };
 use crate::codec::{
     image::{ColorSpace, Content, Payload, WaveletImage},
-    packing::Packing,
+    plain::PlainTexture,
 };
 
 const FINGERPRINT_BYTES: usize = size_of::<u64>();
@@ -54,7 +53,7 @@ fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
     let planes = match &image.payload {
         Payload::Wavelet(planes) => planes,
         Payload::Plain(texture) => {
-            bytes.extend(plain::write(image, texture, compress));
+            bytes.extend(plain_texture(image, texture, compress));
             return bytes;
         }
     };
@@ -64,18 +63,10 @@ fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
     }
     let mut blobs = Vec::new();
     for group in planes.groups() {
-        let packing = Packing::ALL.iter().position(|p| *p == group.packing);
-        let packing = packing.expect("ALL has all") as u8;
-        bytes.extend([group.subsampling as u8, packing, 0, 0]);
+        bytes.extend([group.subsampling as u8, group.packing as u8, 0, 0]);
         let mut lengths = [0u32; 2];
         for (texture, length) in lengths.iter_mut().enumerate().take(group.textures.len()) {
-            let shape = ktx2_blob::Shape::of_group(
-                group.packing.formats()[texture],
-                image.size,
-                group.subsampling,
-                group.packing,
-                group.codings.len(),
-            );
+            let shape = Shape::of_group(group, texture, image.size, group.codings.len());
             let blocks = &group.textures[texture];
             let blob = ktx2_blob::write(shape, image.levels, &group.codings, blocks, compress);
             *length = blob.len() as u32;
@@ -84,6 +75,24 @@ fn written(image: &WaveletImage, compress: Option<&Compress>) -> Vec<u8> {
         bytes.extend(lengths.iter().flat_map(|l| l.to_le_bytes()));
     }
     bytes.extend(blobs);
+    bytes
+}
+
+/// The entry of a plain texture in the header, and the blob.
+fn plain_texture(
+    image: &WaveletImage,
+    texture: &PlainTexture,
+    compress: Option<&Compress>,
+) -> Vec<u8> {
+    let is_srgb = texture.is_srgb(image.content, image.color_space, image.size);
+    let shape = Shape::plain(texture.format, texture.size, is_srgb);
+    let blob = ktx2_blob::write(shape, image.levels, &[], &texture.blocks, compress);
+    let mut bytes = vec![texture.format as u8, 0, 0, 0];
+    let [width, height] = texture.size;
+    for field in [width, height, blob.len() as u32] {
+        bytes.extend(field.to_le_bytes());
+    }
+    bytes.extend(blob);
     bytes
 }
 

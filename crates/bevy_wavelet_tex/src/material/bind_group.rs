@@ -1,18 +1,23 @@
-//! The bind group of the material extension.
+//! The bind group of the material extension, and its samplers, which all materials share.
 
 use bevy::{
     asset::{AssetId, Handle},
-    ecs::system::{SystemParamItem, lifetimeless::SRes},
+    ecs::{
+        resource::Resource,
+        system::{SystemParamItem, lifetimeless::SRes},
+        world::{FromWorld, World},
+    },
     image::Image,
     log::error_once,
     pbr::StandardMaterial,
+    platform::collections::HashMap,
     render::{
         render_asset::{PrepareAssetError, RenderAsset, RenderAssets},
         render_resource::{
-            AsBindGroup, AsBindGroupError, BindGroupBuilder, BindGroupLayout, BindGroupLayoutEntry,
-            BindingType, BufferInitDescriptor, BufferUsages, Sampler, SamplerBindingType,
-            ShaderStages, ShaderType, TextureSampleType, TextureViewDimension,
-            UnpreparedBindingResource,
+            AddressMode, AsBindGroup, AsBindGroupError, BindGroupBuilder, BindGroupLayout,
+            BindGroupLayoutEntry, BindingType, BufferInitDescriptor, BufferUsages, FilterMode,
+            MipmapFilterMode, Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages,
+            ShaderType, TextureSampleType, TextureViewDimension, UnpreparedBindingResource,
             binding_types::{self, texture_2d_array, uniform_buffer},
             encase::UniformBuffer,
         },
@@ -24,20 +29,19 @@ use bevy::{
 
 use super::{
     extension::{Map, WaveletExtension, WaveletKey},
-    form::TextureForm,
-    samplers::WaveletSamplers,
-    uniform::{MaterialUniform, TextureUniform},
+    uniform::{MaterialUniform, TextureForm, TextureUniform},
 };
 use crate::{
-    asset::{Part, Parts, WaveletTexture},
-    settings::WaveletStorage,
+    asset::WaveletTexture,
+    settings::{WaveletAddressMode, WaveletFilter, WaveletStorage},
 };
 
 /// A [`WaveletTexture`] in the render world: its uniform and its images.
 pub struct GpuWaveletTexture {
     form: TextureForm,
     uniform: TextureUniform,
-    images: Parts<AssetId<Image>>,
+    /// Those of all [`Part`]s.
+    images: [Option<AssetId<Image>>; 3],
 }
 
 impl RenderAsset for GpuWaveletTexture {
@@ -53,7 +57,7 @@ impl RenderAsset for GpuWaveletTexture {
         Ok(Self {
             form: TextureForm::new(&texture),
             uniform: TextureUniform::new(&texture),
-            images: texture.images.as_ref().map(Handle::id),
+            images: texture.images.all().map(|image| image.map(Handle::id)),
         })
     }
 }
@@ -62,6 +66,14 @@ const UNIFORM_BINDING: u32 = 100;
 const LINEAR_CLAMP_BINDING: u32 = 101;
 const DECODED_SAMPLER_BINDING: u32 = 102;
 const FIRST_TEXTURE_BINDING: u32 = 103;
+
+/// An image of a texture.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Luma,
+    Detail,
+    Chroma,
+}
 
 /// The textures, from [`FIRST_TEXTURE_BINDING`] in the order of `bindings.wesl`: the map, and the
 /// image of its texture.
@@ -162,7 +174,7 @@ impl AsBindGroup for WaveletExtension {
             let texture = textures.get(handle);
             let texture = texture.filter(|texture| self.forms.of(map) == texture.form);
             let texture = texture.ok_or(AsBindGroupError::RetryNextUpdate)?;
-            if is_limited && texture.images.iter().count() > 1 {
+            if is_limited && texture.images.iter().flatten().count() > 1 {
                 // The loader decodes such textures; those that are made at run time are the app's own.
                 error_once!(
                     "a wavelet texture of several planes cannot be shown, since the device binds \
@@ -173,12 +185,11 @@ impl AsBindGroup for WaveletExtension {
             Ok(Some(texture))
         };
         let uniform = |map| -> Result<TextureUniform, AsBindGroupError> {
-            let Some(texture) = texture(map)? else {
-                return Ok(TextureUniform::default());
+            let of_form = |texture: &GpuWaveletTexture| {
+                let form = texture.form.bits(self.address_mode);
+                texture.uniform.of_form(form)
             };
-            Ok(texture
-                .uniform
-                .of_form(texture.form.bits(self.address_mode)))
+            Ok(texture(map)?.map_or_else(TextureUniform::default, of_form))
         };
         let mut bytes = UniformBuffer::new(Vec::new());
         bytes
@@ -200,20 +211,18 @@ impl AsBindGroup for WaveletExtension {
         let sampler = |sampler: &Sampler| {
             UnpreparedBindingResource::Sampler(SamplerBindingType::Filtering, sampler.clone())
         };
-        let decoded = samplers.decoded(self.filter, self.address_mode);
+        let decoded = &samplers.decoded[&(self.filter, self.address_mode)];
         let mut bindings = vec![
             (UNIFORM_BINDING, UnpreparedBindingResource::Buffer(buffer)),
-            (LINEAR_CLAMP_BINDING, sampler(samplers.linear_clamp())),
+            (LINEAR_CLAMP_BINDING, sampler(&samplers.linear_clamp)),
             (DECODED_SAMPLER_BINDING, sampler(decoded)),
         ];
         for (binding, (map, part)) in bound_textures(render_device) {
             // Missing images are bound to a fallback of one pixel, which the shader never reads.
-            let view = match texture(map)?.and_then(|texture| texture.images.part(part)) {
+            let view = match texture(map)?.and_then(|texture| texture.images[part as usize]) {
                 Some(image) => {
-                    &images
-                        .get(image)
-                        .ok_or(AsBindGroupError::RetryNextUpdate)?
-                        .texture_view
+                    let image = images.get(image);
+                    &image.ok_or(AsBindGroupError::RetryNextUpdate)?.texture_view
                 }
                 None => &fallback.d2_array.texture_view,
             };
@@ -244,5 +253,68 @@ impl AsBindGroup for WaveletExtension {
             .chain(samplers)
             .chain(textures)
             .collect()
+    }
+}
+
+/// The samplers, which are made once.
+#[derive(Resource)]
+pub struct WaveletSamplers {
+    /// The sampler of coefficients and of chroma.
+    linear_clamp: Sampler,
+    /// Those of textures that were decoded on load, which filter as the shader filters others.
+    decoded: HashMap<(WaveletFilter, WaveletAddressMode), Sampler>,
+}
+
+impl FromWorld for WaveletSamplers {
+    fn from_world(world: &mut World) -> Self {
+        let device = world.resource::<RenderDevice>();
+        let linear_clamp = SamplerDescriptor {
+            label: Some("wavelet_linear_clamp"),
+            mag_filter: FilterMode::Linear,
+            min_filter: FilterMode::Linear,
+            ..Default::default()
+        };
+        let decoded = WaveletFilter::ALL.into_iter().flat_map(|filter| {
+            WaveletAddressMode::ALL.map(|address| {
+                let sampler = device.create_sampler(&decoded(filter, address));
+                ((filter, address), sampler)
+            })
+        });
+        Self {
+            linear_clamp: device.create_sampler(&linear_clamp),
+            decoded: decoded.collect(),
+        }
+    }
+}
+
+fn decoded(filter: WaveletFilter, address: WaveletAddressMode) -> SamplerDescriptor<'static> {
+    use WaveletFilter::{
+        Anisotropic, Bilinear, Nearest, NearestMipLinear, Stochastic, StochasticQuad,
+    };
+    let texels = match filter {
+        Nearest | NearestMipLinear => FilterMode::Nearest,
+        _ => FilterMode::Linear,
+    };
+    let levels = match filter {
+        Nearest | Bilinear => MipmapFilterMode::Nearest,
+        _ => MipmapFilterMode::Linear,
+    };
+    let address = match address {
+        WaveletAddressMode::Repeat => AddressMode::Repeat,
+        WaveletAddressMode::ClampToEdge => AddressMode::ClampToEdge,
+        WaveletAddressMode::MirrorRepeat => AddressMode::MirrorRepeat,
+    };
+    SamplerDescriptor {
+        label: Some("wavelet_decoded"),
+        address_mode_u: address,
+        address_mode_v: address,
+        mag_filter: texels,
+        min_filter: texels,
+        mipmap_filter: levels,
+        anisotropy_clamp: match filter {
+            Anisotropic | Stochastic | StochasticQuad => 16,
+            _ => 1,
+        },
+        ..Default::default()
     }
 }

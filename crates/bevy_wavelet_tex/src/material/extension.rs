@@ -1,7 +1,15 @@
-//! The material extension, which is the API for games.
+//! The material extension, which is the API for games, and what keeps up to date in materials what their pipelines are
+//! specialised by: the forms of textures, and whether the scene has decals.
 
 use bevy::{
-    asset::{Asset, Assets, Handle, embedded_path},
+    asset::{Asset, AssetEvent, AssetId, AssetPath, Assets, Handle, embedded_path},
+    ecs::{
+        message::MessageReader,
+        query::With,
+        resource::Resource,
+        system::{Local, Query, Res, ResMut},
+    },
+    light::ClusteredDecal,
     log::warn,
     mesh::{MeshVertexBufferLayoutRef, UvChannel},
     pbr::{
@@ -12,9 +20,9 @@ use bevy::{
     render::render_resource::{RenderPipelineDescriptor, SpecializedMeshPipelineError},
     shader::{ShaderDefVal, ShaderRef},
 };
-use bevy_frugal_hooks::{MapImage, MapImages};
+use bevy_frugal_hooks::{MapImage, MapImages, MaterialImages};
 
-use super::form::{self, TextureForm};
+use super::uniform::{self, TextureForm};
 use crate::{
     asset::WaveletTexture,
     codec::image::Content,
@@ -91,7 +99,7 @@ pub struct WaveletKey {
 
 /// A map of the material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Map {
+pub(crate) enum Map {
     BaseColor,
     Emissive,
     Normal,
@@ -122,7 +130,7 @@ impl Map {
     }
 
     /// What the map is for, in messages.
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::BaseColor => "base colour",
             Self::Emissive => "emissive colour",
@@ -155,6 +163,17 @@ impl WaveletExtension {
         }
     }
 
+    pub(crate) fn map_mut(&mut self, map: Map) -> &mut Option<Handle<WaveletTexture>> {
+        match map {
+            Map::BaseColor => &mut self.base_color,
+            Map::Emissive => &mut self.emissive,
+            Map::Normal => &mut self.normal,
+            Map::MetallicRoughness => &mut self.metallic_roughness,
+            Map::Occlusion => &mut self.occlusion,
+            Map::Mask => &mut self.mask,
+        }
+    }
+
     /// Iterates over the textures that are in use.
     pub fn textures(&self) -> impl Iterator<Item = &Handle<WaveletTexture>> {
         Map::ALL.into_iter().filter_map(|map| self.map(map))
@@ -183,9 +202,8 @@ impl WaveletExtension {
             };
             if !map.takes(texture.content) {
                 if self.forms.of(map) != TextureForm::UNBOUND {
-                    let path = handle
-                        .path()
-                        .map_or_else(String::new, |path| format!(" '{path}'"));
+                    let path = handle.path().map(|path| format!(" '{path}'"));
+                    let path = path.unwrap_or_default();
                     warn!(
                         "a material goes without its map of {}: the wavelet texture{path} has the content `{}` \
                          (encode it with the role of that map, `wavelet-tex encode --role`)",
@@ -243,17 +261,13 @@ impl WaveletExtension {
 impl WaveletKey {
     fn shader_defs(self) -> impl Iterator<Item = ShaderDefVal> {
         let maps = Map::ALL.into_iter().zip(self.maps);
-        let maps = maps.flat_map(|(map, form)| {
-            let defs = form.map(|form| {
-                let name = map.shader_def();
-                let planes = form::has_planes(form).then(|| format!("{name}_PLANES").into());
-                let form = ShaderDefVal::UInt(format!("{name}_FORM").into(), form);
-                [Some(name.into()), Some(form), planes]
-                    .into_iter()
-                    .flatten()
-            });
-            defs.into_iter().flatten()
+        let maps = maps.filter_map(|(map, form)| Some((map.shader_def(), form?)));
+        let maps = maps.flat_map(|(name, form)| {
+            let planes = uniform::has_planes(form).then(|| format!("{name}_PLANES").into());
+            let form = ShaderDefVal::UInt(format!("{name}_FORM").into(), form);
+            [Some(name.into()), Some(form), planes]
         });
+        let maps = maps.flatten();
         let filter = match self.filter {
             WaveletFilter::Nearest => Some("WAVELET_FILTER_NEAREST"),
             WaveletFilter::NearestMipLinear => Some("WAVELET_FILTER_NEAREST_MIP_LINEAR"),
@@ -263,19 +277,13 @@ impl WaveletKey {
             WaveletFilter::Trilinear => None,
             WaveletFilter::Anisotropic => Some("WAVELET_FILTER_ANISOTROPIC"),
         };
-        let MaterialFeatures {
-            shared_occlusion,
-            parallax,
-            decals,
-        } = self.features;
         let features = [
-            (shared_occlusion, "WAVELET_SHARED_OCCLUSION"),
-            (parallax, "WAVELET_PARALLAX"),
-            (decals, "WAVELET_DECALS"),
+            (self.features.shared_occlusion, "WAVELET_SHARED_OCCLUSION"),
+            (self.features.parallax, "WAVELET_PARALLAX"),
+            (self.features.decals, "WAVELET_DECALS"),
         ];
-        let features = features
-            .into_iter()
-            .filter_map(|(is_used, name)| is_used.then_some(name));
+        let features = features.into_iter();
+        let features = features.filter_map(|(is_used, name)| is_used.then_some(name));
         maps.chain(features.chain(filter).map(Into::into))
     }
 }
@@ -312,5 +320,83 @@ impl MaterialExtension for WaveletExtension {
 
 fn embedded_shader(name: &str) -> ShaderRef {
     let path = embedded_path!("").join(name);
-    ShaderRef::Path(bevy::asset::AssetPath::from(path).with_source("embedded"))
+    ShaderRef::Path(AssetPath::from(path).with_source("embedded"))
+}
+
+/// Whether the scene has had clustered decals, for which materials have code from then on.
+#[derive(Resource, Default)]
+pub(crate) struct Decals(bool);
+
+/// Marks all materials as changed when the first clustered decal comes.
+pub(crate) fn find_decals(
+    mut found: ResMut<Decals>,
+    decals: Query<(), With<ClusteredDecal>>,
+    mut materials: ResMut<Assets<WaveletStandardMaterial>>,
+) {
+    if !found.0 && !decals.is_empty() {
+        found.0 = true;
+        materials.iter_mut().for_each(drop);
+    }
+}
+
+/// Marks materials as changed when one of their textures is loaded or changed, so that they are bound
+/// again: in that frame and in the next, since a frame can prepare a material before its texture.
+pub(crate) fn rebind_materials(
+    mut events: MessageReader<AssetEvent<WaveletTexture>>,
+    mut again: Local<Vec<AssetId<WaveletStandardMaterial>>>,
+    mut materials: ResMut<Assets<WaveletStandardMaterial>>,
+) {
+    let mut due = std::mem::take(&mut *again);
+    let changed = events.read().filter_map(|event| match event {
+        AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),
+        _ => None,
+    });
+    let changed: Vec<AssetId<WaveletTexture>> = changed.collect();
+    if !changed.is_empty() {
+        for (id, material) in materials.iter() {
+            let mut textures = material.extension.textures();
+            if textures.any(|texture| changed.contains(&texture.id())) {
+                again.push(id);
+            }
+        }
+    }
+    due.extend(&*again);
+    for id in due {
+        // Only access through `DerefMut` marks the material as changed.
+        if let Some(mut material) = materials.get_mut(id) {
+            let _: &mut WaveletStandardMaterial = &mut material;
+        }
+    }
+}
+
+/// Writes the forms of their textures into the materials that are new or changed, after their events
+/// and before they are extracted; and their images, where a plugin reads them.
+pub(crate) fn write_forms(
+    mut events: MessageReader<AssetEvent<WaveletStandardMaterial>>,
+    textures: Res<Assets<WaveletTexture>>,
+    decals: Res<Decals>,
+    mut materials: ResMut<Assets<WaveletStandardMaterial>>,
+    mut images: Option<ResMut<MaterialImages>>,
+) {
+    for event in events.read() {
+        match event {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => {
+                let Some(material) = materials.get_mut_untracked(*id) else {
+                    continue;
+                };
+                let WaveletStandardMaterial { base, extension } = &mut *material;
+                extension.update_forms(base, &textures, decals.0);
+                if let Some(images) = &mut images {
+                    let previews = extension.previews(base, &textures);
+                    images.0.insert(id.untyped(), previews);
+                }
+            }
+            AssetEvent::Removed { id } => {
+                if let Some(images) = &mut images {
+                    images.0.remove(&id.untyped());
+                }
+            }
+            _ => {}
+        }
+    }
 }

@@ -14,12 +14,9 @@
 
 mod bind_group;
 mod extension;
-mod form;
-pub(crate) mod reload;
-mod samplers;
 mod uniform;
 
 pub(crate) use bind_group::missing_textures;
-pub use bind_group::{GpuWaveletTexture, storage_on};
+pub use bind_group::{GpuWaveletTexture, WaveletSamplers, storage_on};
+pub(crate) use extension::{Decals, Map, find_decals, rebind_materials, write_forms};
 pub use extension::{WaveletExtension, WaveletForms, WaveletKey, WaveletStandardMaterial};
-pub use samplers::WaveletSamplers;

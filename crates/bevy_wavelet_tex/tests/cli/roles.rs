@@ -1,12 +1,13 @@
-//! Tests of what images are encoded as: their roles, their alpha and their rates.
+//! Tests of what images are encoded as: their roles, their alpha and their rates, by themselves and inside glTF files.
+//! What nobody sees of transparent parts costs nothing and shows nowhere, and what is cut out keeps its size.
 
-use image::{GrayAlphaImage, GrayImage, Luma, LumaA, Rgb, RgbImage, Rgba, RgbaImage};
+use image::{GrayAlphaImage, GrayImage, ImageFormat, Luma, LumaA, Rgb, RgbImage, Rgba, RgbaImage};
 use serde_json::{Value, json};
 
-use crate::support::{Folder, color_image, gltf, gray_image, normal_image, stderr};
+use crate::{Folder, color_image, gltf, gray_image, normal_image};
 
-fn row(f: &Folder, args: &[&str]) -> Value {
-    f.json(&[&["encode"], args, &["--json", "--effort", "fast"]].concat())[0].clone()
+fn row(f: &Folder, line: &str) -> Value {
+    f.json(&format!("encode {line} --json --effort fast"))[0].clone()
 }
 
 #[test]
@@ -14,24 +15,21 @@ fn masks_and_occlusion_are_one_channel() {
     let f = Folder::new("channel");
     f.save("a.png", RgbImage::from_pixel(64, 64, Rgb([255, 128, 0])));
     for role in ["mask", "occlusion"] {
-        let row = row(&f, &["a.png", "a.wtex", "--role", role]);
+        let row = row(&f, &format!("a.png a.wtex --role {role}"));
         assert_eq!(row["channel"], "red", "{row}");
         assert_eq!(row["psnr_db"], Value::Null, "{row}");
-        assert!(
-            f.level("a.wtex", "0").pixels().all(|p| p[0] == 255),
-            "{role}"
-        );
+        assert!(f.level("a.wtex", 0).pixels().all(|p| p[0] == 255), "{role}");
     }
     let shape = |x: u32| if x < 20 { 255 } else { 0 };
     f.save(
         "b.png",
         RgbaImage::from_fn(64, 64, |x, _| Rgba([7, 90, 12, shape(x)])),
     );
-    let row = row(&f, &["b.png", "b.wtex", "--role", "mask"]);
+    let row = row(&f, "b.png b.wtex --role mask");
     assert_eq!(row["channel"], "alpha", "{row}");
-    let level = f.level("b.wtex", "0");
+    let level = f.level("b.wtex", 0);
     assert!(level.get_pixel(5, 5)[0] > 250 && level.get_pixel(40, 5)[0] < 5);
-    let line = f.ok(&["encode", "b.png", "b.wtex", "--role", "mask", "--force"]);
+    let line = f.ok("encode b.png b.wtex --role mask --force");
     assert!(line.contains("mask of alpha"), "{line}");
 }
 
@@ -48,9 +46,9 @@ fn an_image_in_two_roles_serves_both_or_becomes_two() {
             "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": rest}},
         }]);
         f.write("a.gltf", &gltf(material, &["orm.png", "orm.png"]));
-        let row = row(&f, &["a.gltf", "--force"]);
+        let row = row(&f, "a.gltf --force");
         assert_eq!(row["role"], "data", "{row}");
-        let info = f.json(&["info", "orm.wtex", "--json"]);
+        let info = f.info("orm.wtex");
         assert_eq!(
             (&info["content"], &info["color_space"]),
             (&json!("color"), &json!("linear"))
@@ -62,8 +60,8 @@ fn an_image_in_two_roles_serves_both_or_becomes_two() {
         "emissiveTexture": {"index": 1},
     }]);
     f.write("b.gltf", &gltf(material, &["wall.png", "wall.png"]));
-    f.ok(&["encode", "b.gltf", "--effort", "fast"]);
-    let content = |name: &str| f.json(&["info", name, "--json"])["content"].clone();
+    f.ok("encode b.gltf --effort fast");
+    let content = |name: &str| f.info(name)["content"].clone();
     assert_eq!(content("wall.wtex"), "color");
     assert_eq!(content("wall.normal.wtex"), "normal");
 }
@@ -71,15 +69,14 @@ fn an_image_in_two_roles_serves_both_or_becomes_two() {
 #[test]
 fn names_tell_roles() {
     let f = Folder::new("names");
-    std::fs::create_dir(f.0.join("set")).expect("made");
     for name in ["wall", "wall_orm", "wall_ao", "wall_detail", "photo_n"] {
         f.save(&format!("set/{name}.png"), color_image());
     }
     f.save("set/wall_n.png", normal_image());
     f.write("roles", b"# of this game\n*_detail.png data\n");
-    let output = f.run(&["encode", "set", "--roles", "roles", "--effort", "fast"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    assert!(stderr(&output).contains("photo_n.png: its name is that of a normal map"));
+    let ran = f.run("encode set --roles roles --effort fast");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    ran.says("photo_n.png: its name is that of a normal map");
     for (name, content, space) in [
         ("wall", "color", "srgb"),
         ("wall_n", "normal", "linear"),
@@ -88,19 +85,19 @@ fn names_tell_roles() {
         ("wall_detail", "color", "linear"),
         ("photo_n", "color", "srgb"),
     ] {
-        let info = f.json(&["info", &format!("set/{name}.wtex"), "--json"]);
+        let info = f.info(&format!("set/{name}.wtex"));
         assert_eq!(
             (&info["content"], &info["color_space"]),
             (&json!(content), &json!(space)),
             "{name}"
         );
     }
-    let row = row(&f, &["set/wall_n.png", "--role", "color"]);
+    let row = row(&f, "set/wall_n.png --role color");
     assert_eq!(row["content"], "color");
     f.write("bad", b"*_x.png depth\n");
     f.fails(
         1,
-        &["encode", "set", "--roles", "bad"],
+        "encode set --roles bad",
         &["bad: line 1", "depth is no role", "occlusion"],
     );
 }
@@ -112,11 +109,11 @@ fn alpha_is_kept_where_it_is_needed_and_only_there() {
         "la.png",
         GrayAlphaImage::from_pixel(64, 64, LumaA([90, 40])),
     );
-    for options in [&[][..], &["--alpha"]] {
-        let row = row(&f, &[&["la.png", "--force"], options].concat());
+    for line in ["la.png --force", "la.png --force --alpha"] {
+        let row = row(&f, line);
         assert_eq!(row["content"], "color_alpha", "{row}");
         assert!(
-            f.level("la.wtex", "0")
+            f.level("la.wtex", 0)
                 .pixels()
                 .all(|p| p.0 == [90, 90, 90, 40])
         );
@@ -130,9 +127,9 @@ fn alpha_is_kept_where_it_is_needed_and_only_there() {
         "full.png",
         RgbaImage::from_fn(64, 64, |x, y| Rgba([x as u8, y as u8, 9, 255])),
     );
-    let content = |args: &[&str]| row(&f, args)["content"].clone();
-    assert_eq!(content(&["full.png", "--alpha"]), "color");
-    assert_eq!(content(&["half.png", "--role", "data", "--alpha"]), "color");
+    let content = |line: &str| row(&f, line)["content"].clone();
+    assert_eq!(content("full.png --alpha"), "color");
+    assert_eq!(content("half.png --role data --alpha"), "color");
     for (mode, expected) in [
         ("OPAQUE", "color"),
         ("BLEND", "color_alpha"),
@@ -143,11 +140,11 @@ fn alpha_is_kept_where_it_is_needed_and_only_there() {
             "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
         }]);
         f.write("a.gltf", &gltf(material, &["half.png"]));
-        assert_eq!(content(&["a.gltf"]), expected, "{mode}");
+        assert_eq!(content("a.gltf"), expected, "{mode}");
     }
     let material = json!([{"alphaMode": "BLEND", "emissiveTexture": {"index": 0}}]);
     f.write("a.gltf", &gltf(material, &["half.png"]));
-    assert_eq!(content(&["a.gltf"]), "color");
+    assert_eq!(content("a.gltf"), "color");
 }
 
 #[test]
@@ -156,16 +153,13 @@ fn bits_mean_a_rate_of_the_content() {
     f.save("photo.png", color_image());
     f.save("gray.png", gray_image());
     f.save("bumps.png", normal_image());
-    let content = |args: &[&str]| row(&f, args)["content"].clone();
-    assert_eq!(content(&["photo.png", "--rate", "4"]), "color");
-    assert_eq!(content(&["gray.png", "--rate", "4"]), "gray");
-    assert_eq!(
-        content(&["bumps.png", "--rate", "4", "--role", "normal"]),
-        "normal"
-    );
+    let content = |line: &str| row(&f, line)["content"].clone();
+    assert_eq!(content("photo.png --rate 4"), "color");
+    assert_eq!(content("gray.png --rate 4"), "gray");
+    assert_eq!(content("bumps.png --rate 4 --role normal"), "normal");
     f.fails(
         2,
-        &["encode", "photo.png", "new.wtex", "--rate", "2"],
+        "encode photo.png new.wtex --rate 2",
         &["color cannot", "color2.25"],
     );
     // A rate is for the images of its kind.
@@ -175,18 +169,10 @@ fn bits_mean_a_rate_of_the_content() {
     }]);
     f.write("a.gltf", &gltf(material, &["photo.png", "bumps.png"]));
     for (rate, bits) in [("color5", [5.0, 4.0]), ("color5,normal8", [5.0, 8.0])] {
-        let rows = f.json(&[
-            "encode",
-            "a.gltf",
-            "--rate",
-            rate,
-            "--effort",
-            "fast",
-            "--json",
-            "--formats",
-            "wavelet",
-        ]);
-        let info = |name| f.json(&["info", name, "--json"])["content"].clone();
+        let rows = f.json(&format!(
+            "encode a.gltf --rate {rate} --effort fast --json --formats wavelet"
+        ));
+        let info = |name| f.info(name)["content"].clone();
         assert_eq!(
             (info("photo.wtex"), info("bumps.wtex")),
             (json!("color"), json!("normal"))
@@ -210,7 +196,7 @@ fn maps_that_stay_as_they_are_are_named() {
     );
     f.fails(
         1,
-        &["encode", "a.gltf"],
+        "encode a.gltf",
         &["a.gltf", "nothing to encode", "KHR_materials_clearcoat"],
     );
     let both = json!([{
@@ -218,13 +204,9 @@ fn maps_that_stay_as_they_are_are_named() {
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
     }]);
     f.write("b.gltf", &gltf(both, &["photo.png"]));
-    let output = f.run(&["encode", "b.gltf", "--effort", "fast"]);
-    assert!(output.status.success());
-    assert!(
-        stderr(&output).contains("KHR_materials_clearcoat keep their own"),
-        "{}",
-        stderr(&output)
-    );
+    let ran = f.run("encode b.gltf --effort fast");
+    assert_eq!(ran.code, Some(0));
+    ran.says("KHR_materials_clearcoat keep their own");
 }
 
 #[test]
@@ -266,9 +248,9 @@ fn what_files_say_in_vain_is_a_warning() {
     writer.write_image_data(&[90; 16]).expect("pixels");
     writer.finish().expect("an end");
     f.write("gamma.png", &png);
-    assert!(stderr(&f.run(&["encode", "gamma.png"])).contains("gAMA chunk says 1.000"));
+    f.run("encode gamma.png").says("gAMA chunk says 1.000");
     f.save("usual.png", GrayImage::new(4, 4));
-    assert_eq!(stderr(&f.run(&["encode", "usual.png"])), "");
+    assert_eq!(f.run("encode usual.png").errors, "");
 
     let mut ktx2 = crate::inputs::ktx2(ktx2::Format::R8_UNORM, [4, 4], &[90; 16], false);
     // The flags of the descriptor, then a key at the end of the file.
@@ -281,8 +263,223 @@ fn what_files_say_in_vain_is_a_warning() {
     ktx2[56..60].copy_from_slice(&start.to_le_bytes());
     ktx2[60..64].copy_from_slice(&length.to_le_bytes());
     f.write("said.ktx2", &ktx2);
-    let warnings = stderr(&f.run(&["encode", "said.ktx2"]));
-    for words in ["KTXorientation is ru", "premultiplied"] {
-        assert!(warnings.contains(words), "{words}: {warnings}");
+    let ran = f.run("encode said.ktx2");
+    ran.says("KTXorientation is ru");
+    ran.says("premultiplied");
+}
+
+#[test]
+fn images_inside_gltf_files_are_encoded_by_their_role() {
+    let f = Folder::new("gltf");
+    let mut binary = Vec::new();
+    let mut views = Vec::new();
+    for (image, format) in [
+        (color_image(), ImageFormat::Jpeg),
+        (normal_image(), ImageFormat::Png),
+    ] {
+        let mut file = std::io::Cursor::new(Vec::new());
+        image.write_to(&mut file, format).expect("an image");
+        let file = file.into_inner();
+        views.push(json!({
+            "buffer": 0, "byteOffset": binary.len(), "byteLength": file.len()
+        }));
+        binary.extend(file);
+    }
+    f.save("apart.png", gray_image());
+    let json = json!({
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": binary.len()}],
+        "bufferViews": views,
+        "images": [
+            {"bufferView": 0, "mimeType": "image/jpeg"},
+            {"bufferView": 1, "mimeType": "image/png"},
+            {"uri": "apart.png"},
+            {"uri": "unused.png"},
+        ],
+        "textures": [{"source": 0}, {"source": 1}, {"source": 2}, {"source": 3}],
+        "materials": [{
+            "name": "wall",
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+            "normalTexture": {"index": 1},
+            "occlusionTexture": {"index": 2},
+        }],
+    });
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut glb = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
+    for (kind, bytes) in [(b"JSON", &json), (b"BIN\0", &binary)] {
+        glb.extend((bytes.len() as u32).to_le_bytes());
+        glb.extend(kind);
+        glb.extend(bytes);
+    }
+    f.write("model.glb", &glb);
+    let rows = f.json("encode model.glb --effort fast --json");
+    assert_eq!(rows.as_array().map(Vec::len), Some(3));
+    assert_eq!(f.info("model.glb.Texture0.wtex")["content"], "color");
+    assert_eq!(f.info("model.glb.Texture1.wtex")["content"], "normal");
+    assert_eq!(f.info("apart.wtex")["content"], "gray");
+    assert_eq!(f.info("apart.wtex")["color_space"], "linear");
+
+    f.write("short.glb", &glb[..40]);
+    f.fails(1, "encode short.glb", &["short.glb", "cut short"]);
+    f.write(
+        "bad.gltf",
+        br#"{"materials": [{"normalTexture": {"index": 7}}]}"#,
+    );
+    f.fails(1, "encode bad.gltf", &["bad.gltf", "texture 7"]);
+}
+
+#[test]
+fn a_file_without_maps_is_named_and_stops_no_other() {
+    let f = Folder::new("no-maps");
+    f.save("a.png", color_image());
+    f.write(
+        "plain.gltf",
+        br#"{"asset": {"version": "2.0"}, "materials": [{"name": "gray"}]}"#,
+    );
+    f.fails(1, "encode plain.gltf", &["no material has a map"]);
+    let ran = f.run("encode plain.gltf a.png");
+    assert!(ran.code == Some(0) && f.0.join("a.wtex").exists());
+    ran.says("plain.gltf: no material has a map");
+}
+
+const SIZE: u32 = 256;
+
+/// Thin leaves with soft edges, in several greens; `clear` is the colour where there are none.
+fn leaves(clear: [u8; 3], edge: f32) -> RgbaImage {
+    let leaf = |i: u32| {
+        let random =
+            |k: u32| ((i * 7 + k).wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32;
+        (
+            random(0) * 256.0,
+            random(1) * 256.0,
+            random(2) * std::f32::consts::PI,
+            random(3),
+        )
+    };
+    let leaves: Vec<_> = (0..60).map(leaf).collect();
+    RgbaImage::from_fn(SIZE, SIZE, |x, y| {
+        let (mut alpha, mut shade) = (0.0, 0.0);
+        for (cx, cy, angle, tone) in &leaves {
+            let (dx, dy) = (x as f32 - cx, y as f32 - cy);
+            let (along, across) = (
+                dx * angle.cos() + dy * angle.sin(),
+                dy * angle.cos() - dx * angle.sin(),
+            );
+            let inside = 1.0 - ((along / 22.0).powi(2) + (across / 3.5).powi(2)).sqrt();
+            let own = (inside * edge + 0.5).clamp(0.0, 1.0);
+            if own > alpha {
+                (alpha, shade) = (own, 0.6 + 0.4 * tone + 0.1 * (along * 0.9).sin());
+            }
+        }
+        if alpha == 0.0 {
+            let [r, g, b] = clear;
+            return Rgba([r, g, b, 0]);
+        }
+        let [r, g, b] = [50.0, 140.0, 36.0].map(|v: f32| (v * shade) as u8);
+        Rgba([r, g, b, (alpha * 255.0).round() as u8])
+    })
+}
+
+fn covered(image: &RgbaImage, cutoff: u8, channel: usize) -> f64 {
+    let there = image.pixels().filter(|p| p[channel] >= cutoff).count();
+    there as f64 / f64::from(image.width() * image.height())
+}
+
+/// Mean squared error of the colour where a picture is opaque.
+fn opaque_error(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    let pairs = a.pixels().zip(b.pixels()).filter(|(a, _)| a[3] == 255);
+    let error = |(a, b): (&Rgba<u8>, &Rgba<u8>)| {
+        (0..3)
+            .map(|c| (f64::from(a[c]) - f64::from(b[c])).powi(2))
+            .sum::<f64>()
+    };
+    let errors: Vec<f64> = pairs.map(error).collect();
+    errors.iter().sum::<f64>() / (3 * errors.len()) as f64
+}
+
+#[test]
+fn a_cut_out_keeps_its_area_in_every_mip() {
+    let f = Folder::new("coverage");
+    let image = leaves([255, 0, 255], 4.0);
+    f.save("leaves.png", image.clone());
+    f.save("hard.png", leaves([255, 0, 255], 1000.0));
+    let shape: Vec<u8> = image.pixels().map(|p| p[3]).collect();
+    let mask = GrayImage::from_raw(SIZE, SIZE, shape).expect("a mask");
+    f.save("mask.png", mask);
+    for (name, options, channel, cutoff) in [
+        ("leaves", "", 3, 0.5),
+        ("hard", "", 3, 0.5),
+        ("leaves", "--cutoff 0.3", 3, 0.3),
+        ("mask", "--role mask", 0, 0.5),
+    ] {
+        let png = format!("{name}.png");
+        let row = f.json(&format!("encode {png} a.wtex --json {options}"));
+        let levels = row[0]["levels"].as_u64().expect("a number") as u32;
+        let cutoff = (cutoff * 255.0_f64).ceil() as u8;
+        let original = f.open(&png).into_rgba8();
+        let expected = covered(&original, cutoff, channel);
+        assert!((0.1..0.4).contains(&expected), "{expected}");
+        for level in 0..levels {
+            let decoded = f.level("a.wtex", level);
+            let actual = covered(&decoded, cutoff, channel);
+            // No more than one pixel in a hundred, or what whole pixels allow.
+            let pixels = f64::from(decoded.width() * decoded.height());
+            let most = (0.5 / pixels).max(0.01) + 1e-9;
+            assert!(
+                (actual - expected).abs() <= most,
+                "{name} {options}, level {level}: {actual} for {expected}"
+            );
+        }
+    }
+    f.ok("encode leaves.png a.wtex --cutoff none");
+    // Filtered alpha has none of what is thinner than a pixel.
+    let actual = covered(&f.level("a.wtex", 6), 128, 3);
+    assert_eq!(actual, 0.0);
+}
+
+#[test]
+fn colours_that_nobody_sees_cost_nothing() {
+    let f = Folder::new("unseen");
+    let image = leaves([255, 0, 255], 4.0);
+    f.save("magenta.png", image.clone());
+    f.save("like.png", leaves([44, 125, 31], 4.0));
+    let error = |name: &str| {
+        f.ok(&format!("encode {name} a.wtex"));
+        let decoded = f.level("a.wtex", 0);
+        opaque_error(&image, &decoded)
+    };
+    let [magenta, like] = ["magenta.png", "like.png"].map(error);
+    assert!(magenta < 1.3 * like, "{magenta} for {like}");
+    // 16 bits are filled, too.
+    f.save(
+        "wide.png",
+        image::DynamicImage::from(image.clone()).into_rgba16(),
+    );
+    let wide = error("wide.png");
+    assert!(wide < 1.3 * like, "{wide} for {like}");
+}
+
+#[test]
+fn no_mip_has_the_colour_of_what_nobody_sees() {
+    let f = Folder::new("edges");
+    // Green rectangles of odd sizes on transparent magenta.
+    f.save(
+        "a.png",
+        RgbaImage::from_fn(SIZE, SIZE, |x, y| match (x * 5 / 64 % 3, y * 3 / 64 % 2) {
+            (1, 1) => Rgba([39, 109, 30, 255]),
+            _ => Rgba([255, 0, 255, 0]),
+        }),
+    );
+    f.ok("encode a.png --rate 8");
+    for level in 0..8 {
+        let decoded = f.level("a.wtex", level);
+        for (x, y, p) in decoded.enumerate_pixels() {
+            let far = [39, 109, 30]
+                .iter()
+                .zip(p.0)
+                .map(|(a, b): (&u8, u8)| a.abs_diff(b));
+            assert!(far.max() < Some(14), "level {level}, {x}, {y}: {p:?}");
+        }
     }
 }

@@ -8,7 +8,7 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::error::Error;
+use crate::Error;
 
 /// What a command has left to print at its end, and its result.
 pub type Report = (String, Result<(), Error>);

@@ -19,18 +19,14 @@ use bevy_wavelet_tex::{
 use serde::Serialize;
 
 use crate::{
+    Error,
     args::{EncodeArgs, Role},
     batch::{self, Batch, Report},
-    compare::Difference,
-    error::Error,
-    files,
-    gltf::{self, Gltf},
-    image_file,
-    inputs::{self, Destination},
-    picture::Picture,
-    plan::{Origin, Plan, RoleSource, Task},
-    roles::Patterns,
-    settings::ImageSettings,
+    files::{self, Destination},
+    measure::Difference,
+    picture::{self, Picture},
+    plan::{GLTF_EXTENSIONS, Gltf, Origin, Plan, RoleSource, Task},
+    settings::{ImageSettings, Patterns},
 };
 
 /// Encodes images and the images of glTF files, and says a line about each.
@@ -41,11 +37,11 @@ pub fn run(args: &EncodeArgs) -> Result<Report, Error> {
         None => Patterns::default(),
     };
     let is_texture = |path: &Path| files::has_extension(path, &[file::EXTENSION]);
-    let (named, out) = inputs::split_output(&args.inputs, args.out.as_deref(), is_texture);
-    let single = inputs::is_single(named) && !files::has_extension(&named[0], gltf::EXTENSIONS);
+    let (named, out) = files::split_output(&args.inputs, args.out.as_deref(), is_texture);
+    let single = files::is_single(named) && !files::has_extension(&named[0], GLTF_EXTENSIONS);
     let destination = Destination::new(out, single, file::EXTENSION)?;
-    let extensions = [image_file::EXTENSIONS, gltf::EXTENSIONS].concat();
-    let (inputs, errors) = inputs::expand(named, &extensions);
+    let extensions = [picture::EXTENSIONS, GLTF_EXTENSIONS].concat();
+    let (inputs, errors) = files::expand(named, &extensions);
     let plan = Plan::new(&inputs, errors, &destination, args.role, &patterns);
     if plan.tasks.is_empty() && plan.errors.is_empty() {
         let others = plan
@@ -191,7 +187,7 @@ impl<'a> Encoder<'a> {
             Origin::File(path) => path,
             Origin::Gltf { .. } => &task.label,
         };
-        let mut picture = image_file::decode(path, &bytes)?;
+        let mut picture = picture::decode(path, &bytes)?;
         drop(bytes);
         let ImageSettings {
             settings,

@@ -3,31 +3,25 @@
 
 mod args;
 mod batch;
-mod bench;
-mod compare;
-mod decode;
 mod encode;
-mod error;
 mod files;
-mod gltf;
-mod image_file;
-mod info;
-mod inputs;
-mod ktx2;
+mod measure;
 mod picture;
 mod plan;
-mod roles;
 mod settings;
+mod textures;
 
 use std::{
+    fmt::Display,
     io::{self, Write},
+    path::{Path, PathBuf},
     process::ExitCode,
 };
 
 use args::{Cli, Command};
 use batch::Report;
 use clap::Parser;
-use error::Error;
+use thiserror::Error;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -37,10 +31,10 @@ fn main() -> ExitCode {
     }
     let report: Result<Report, Error> = match cli.command {
         Command::Encode(args) => encode::run(&args),
-        Command::Decode(args) => decode::run(&args),
-        Command::Info(args) => info::run(&args),
-        Command::Compare(args) => compare::run(&args).map(|text| (text, Ok(()))),
-        Command::Bench(args) => bench::run(&args),
+        Command::Decode(args) => textures::decode(&args),
+        Command::Info(args) => textures::info(&args),
+        Command::Compare(args) => measure::compare(&args).map(|text| (text, Ok(()))),
+        Command::Bench(args) => measure::bench(&args),
     };
     let (text, result) = match report {
         Ok((text, result)) => (text, result),
@@ -60,5 +54,44 @@ fn main() -> ExitCode {
             let _ = writeln!(io::stderr(), "error: {error}");
             error.exit_code()
         }
+    }
+}
+
+/// The reason why a command failed.
+#[derive(Debug, Error)]
+enum Error {
+    /// A file could not be read, written or processed.
+    #[error("{}: {problem}", .path.display())]
+    File {
+        /// Path of the file.
+        path: PathBuf,
+        /// The problem, and the remedy where there is one.
+        problem: String,
+    },
+    /// Some of several files failed, and their errors have been printed.
+    #[error("{failed} of {of} files failed")]
+    Batch {
+        /// The number of failed files.
+        failed: usize,
+        /// Total number of files.
+        of: usize,
+    },
+    /// The arguments contradict each other.
+    #[error("{0}\n\nFor more information, try '--help'.")]
+    Usage(String),
+}
+
+impl Error {
+    fn file(path: &Path, problem: impl Display) -> Self {
+        Self::File {
+            path: path.to_path_buf(),
+            problem: problem.to_string(),
+        }
+    }
+
+    /// 1 for failures, 2 for wrong usage, which is the convention of clap.
+    fn exit_code(&self) -> ExitCode {
+        let is_usage = matches!(self, Self::Usage(_));
+        ExitCode::from(if is_usage { 2 } else { 1 })
     }
 }

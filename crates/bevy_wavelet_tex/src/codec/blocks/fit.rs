@@ -37,9 +37,13 @@ impl Channel {
         }
     }
 
-    /// Number of values that an endpoint can have.
-    pub(super) fn levels(&self) -> usize {
-        self.levels
+    /// Endpoints after a step, where the channel has these levels.
+    #[inline(always)]
+    pub(super) fn moved(&self, ends: [u8; 2], step: [i16; 2]) -> Option<[u8; 2]> {
+        let moved = [0, 1].map(|e| i16::from(ends[e]) + step[e]);
+        let levels = 0..self.levels as i16;
+        let is_inside = moved.iter().all(|end| levels.contains(end));
+        is_inside.then(|| moved.map(|end| end as u8))
     }
 
     #[inline(always)]
@@ -342,9 +346,7 @@ impl Clusters {
             }
         }
         for step in [[1, 0], [-1, 0], [0, 1], [0, -1]] {
-            let tried = [0, 1].map(|e| i32::from(best.1[e]) + step[e]);
-            if tried.iter().all(|e| (0..=last).contains(e)) {
-                let tried = tried.map(|e| e as u8);
+            if let Some(tried) = channel.moved(best.1, step) {
                 let error = self.error(channel.palette(tried));
                 if error < best.0 {
                     best = (error, tried);
@@ -452,11 +454,9 @@ fn refine<const C: usize>(
             all[c] = own;
             let before = ends[c];
             for step in MOVES {
-                let tried = [0, 1].map(|e| i16::from(ends[c][e]) + step[e]);
-                if tried.iter().any(|&e| e < 0 || e >= channel.levels as i16) {
+                let Some(tried) = channel.moved(ends[c], step) else {
                     continue;
-                }
-                let tried = tried.map(|e| e as u8);
+                };
                 let error = error(&others, channel, expected, tried);
                 // A difference in the last bits is no improvement, and steps by it could cycle
                 // forever.

@@ -7,7 +7,10 @@
 use rayon::prelude::*;
 
 use super::fit::{Channel, MOVES};
-use crate::codec::interpolation::NormalMatrix;
+use crate::codec::interpolation::NormalEquations;
+
+/// Number of times that all blocks are refined.
+const SWEEPS: usize = 2;
 
 /// Largest number of rounds of positions and endpoints of a block.
 const MAX_ROUNDS: usize = 4;
@@ -22,10 +25,8 @@ pub struct Line<const C: usize> {
 /// The texels of a level, and the pixels between them.
 pub struct Interpolated<'a, const C: usize> {
     pub channels: &'a [Channel; C],
-    /// The matrix of the columns and that of the rows.
-    pub matrices: [NormalMatrix; 2],
-    /// The right side of the normal equations of each channel, in its units.
-    pub right_sides: [Vec<f32>; C],
+    /// The right sides are in the units of each channel.
+    pub equations: NormalEquations<C>,
     /// Width and height in texels, without those of padding.
     pub size: [u32; 2],
     /// Number of blocks in a row.
@@ -36,16 +37,22 @@ pub struct Interpolated<'a, const C: usize> {
 type Stencil = [[f32; 3]; 3];
 
 impl<const C: usize> Interpolated<'_, C> {
-    /// Refines all blocks but those that are no line, whose texels stay as they are in `values`. The result does not
-    /// depend on the number of threads.
-    pub fn refine(&self, lines: &mut [Option<Line<C>>], values: &mut [Vec<f32>; C], sweeps: usize) {
+    /// Refines all blocks but those that are no line, whose texels stay as they are in `values`. `packed` makes a block
+    /// of a line. The result does not depend on the number of threads.
+    pub fn refine(
+        &self,
+        blocks: &mut [[u8; 8]],
+        mut lines: Vec<Option<Line<C>>>,
+        mut values: [Vec<f32>; C],
+        packed: fn(Line<C>) -> [u8; 8],
+    ) {
         // Blocks of one group do not touch.
-        for group in (0..sweeps).flat_map(|_| 0..4) {
+        for group in (0..SWEEPS).flat_map(|_| 0..4) {
             let is_in_group =
                 |b: &usize| b % self.columns % 2 == group % 2 && b / self.columns % 2 == group / 2;
-            let blocks: Vec<usize> = (0..lines.len()).filter(is_in_group).collect();
-            let refined = |b: &usize| lines[*b].map(|line| (*b, self.refined(*b, line, values)));
-            let found: Vec<(usize, Line<C>)> = blocks.par_iter().filter_map(refined).collect();
+            let group: Vec<usize> = (0..lines.len()).filter(is_in_group).collect();
+            let refined = |b: &usize| lines[*b].map(|line| (*b, self.refined(*b, line, &values)));
+            let found: Vec<(usize, Line<C>)> = group.par_iter().filter_map(refined).collect();
             for (block, line) in found {
                 for (c, values) in values.iter_mut().enumerate() {
                     let palette = self.channels[c].palette(line.ends[c]);
@@ -56,6 +63,11 @@ impl<const C: usize> Interpolated<'_, C> {
                     }
                 }
                 lines[block] = Some(line);
+            }
+        }
+        for (block, line) in blocks.iter_mut().zip(lines) {
+            if let Some(line) = line {
+                *block = packed(line);
             }
         }
     }
@@ -83,9 +95,10 @@ impl<const C: usize> Interpolated<'_, C> {
                 continue;
             };
             let [x, y] = self.position(block, i);
-            let [across, down] = [self.matrices[0].row(x), self.matrices[1].row(y)];
+            let [columns, rows] = &self.equations.matrices;
+            let [across, down] = [columns.row(x), rows.row(y)];
             stencils[i] = down.map(|v| across.map(|u| u * v));
-            for (right, all) in right.iter_mut().zip(&self.right_sides) {
+            for (right, all) in right.iter_mut().zip(&self.equations.right_sides) {
                 right[i] = all[texel];
             }
             // What the texels of other blocks add is not left to this one.
@@ -169,14 +182,9 @@ impl<const C: usize> Interpolated<'_, C> {
             loop {
                 let from = line.ends[c];
                 for step in MOVES {
-                    let tried = [0, 1].map(|e| i16::from(from[e]) + step[e]);
-                    if tried
-                        .iter()
-                        .any(|e| !(0..channel.levels() as i16).contains(e))
-                    {
+                    let Some(tried) = channel.moved(from, step) else {
                         continue;
-                    }
-                    let tried = tried.map(|e| e as u8);
+                    };
                     let found = error(channel.palette(tried));
                     // A difference in the last bits is no improvement.
                     if found < least - 1e-6 * least.abs() {
@@ -212,7 +220,7 @@ fn inside(i: usize, dx: usize, dy: usize) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use crate::codec::{
-        blocks::{BlockFormat, ColorEncoder, Starts, decode_blocks},
+        blocks::{BlockFormat, ColorEncoder, Starts, decode_blocks, map_blocks},
         interpolation::{Axis, NormalEquations, fitted, interpolated},
         plane::Plane,
     };
@@ -231,17 +239,9 @@ mod tests {
             let texels = pixels
                 .each_ref()
                 .map(|pixels| fitted(axes, 0.01, |i| pixels.values[i].clamp(0.0, 1.0)));
-            let [columns, rows] = size.map(|s| s.div_ceil(4));
             let encoder = ColorEncoder::new(Starts::Two);
-            let block = |block: u32| {
-                let at = |i: usize| {
-                    let x = block % columns * 4 + i as u32 % 4;
-                    let y = block / columns * 4 + i as u32 / 4;
-                    [0, 1, 2].map(|c: usize| texels[c].clamped(x, y).clamp(0.0, 1.0))
-                };
-                encoder.block(&std::array::from_fn(at)).0
-            };
-            let mut blocks: Vec<[u8; 8]> = (0..columns * rows).map(block).collect();
+            let color = |(x, y)| [0, 1, 2].map(|c: usize| texels[c].clamped(x, y).clamp(0.0, 1.0));
+            let mut blocks = map_blocks(size, |at| encoder.block(&at.map(color)).0);
             let error_of = |texel: &dyn Fn(usize, usize) -> f32| -> f64 {
                 let of = |c: usize| -> f64 {
                     let count = (size[0] * size[1]) as usize;

@@ -1,6 +1,9 @@
-//! The command `wavelet-tex info`.
+//! The commands that read textures, `wavelet-tex decode` and `wavelet-tex info`.
 
-use std::fmt::Write;
+use std::{
+    fmt::Write,
+    path::{Path, PathBuf},
+};
 
 use bevy_wavelet_tex::{
     codec::{
@@ -14,11 +17,59 @@ use bevy_wavelet_tex::{
 use serde::Serialize;
 
 use crate::{
-    args::InfoArgs,
+    Error,
+    args::{DecodeArgs, InfoArgs},
     batch::{self, Report},
-    error::Error,
-    files, inputs,
+    files::{self, Destination, Input, Outputs},
+    picture::{Picture, is_own_png},
 };
+
+/// Decodes one level of each texture to a PNG, and says a line about each.
+pub fn decode(args: &DecodeArgs) -> Result<Report, Error> {
+    let is_other = |path: &Path| !files::has_extension(path, &[file::EXTENSION]);
+    let (named, out) = files::split_output(&args.inputs, args.out.as_deref(), is_other);
+    let destination = Destination::new(out, files::is_single(named), "png")?;
+    let (inputs, mut errors) = files::expand(named, &[file::EXTENSION]);
+    let mut outputs = Outputs::default();
+    inputs.iter().for_each(|input| outputs.protect(&input.path));
+    let mut tasks: Vec<(&Input, PathBuf)> = Vec::new();
+    for input in &inputs {
+        let output = destination.of(input, "png");
+        match output.and_then(|o| outputs.take(&o, &input.path).map(|()| o)) {
+            Ok(output) => tasks.push((input, output)),
+            Err(error) => errors.push(error),
+        }
+    }
+    let (lines, result) = batch::run(
+        &tasks,
+        errors,
+        |(input, _)| &input.path,
+        |(input, output), batch| {
+            let texture = files::read_texture(&input.path)?;
+            if args.level >= texture.levels {
+                return Err(Error::file(
+                    &input.path,
+                    format_args!(
+                        "there is no level {}: its levels are 0 to {}",
+                        args.level,
+                        texture.levels - 1
+                    ),
+                ));
+            }
+            files::check_output(output, destination.makes_folders(), args.force, is_own_png)?;
+            let picture = Picture::from_texture(&texture, args.level);
+            picture.write_png(output)?;
+            let [width, height] = picture.size;
+            batch.say(&format!("{}: {width} x {height} pixels", output.display()));
+            Ok(())
+        },
+    );
+    let text = match lines.len() {
+        0 | 1 => String::new(),
+        files => format!("{files} files decoded"),
+    };
+    Ok((text, result))
+}
 
 /// All parameters of a texture, without its blocks.
 #[derive(Serialize)]
@@ -76,8 +127,8 @@ struct DetailInfo {
 }
 
 /// Describes textures.
-pub fn run(args: &InfoArgs) -> Result<Report, Error> {
-    let (inputs, errors) = inputs::expand(&args.inputs, &[file::EXTENSION]);
+pub fn info(args: &InfoArgs) -> Result<Report, Error> {
+    let (inputs, errors) = files::expand(&args.inputs, &[file::EXTENSION]);
     let (infos, result) = batch::run(
         &inputs,
         errors,
@@ -89,7 +140,7 @@ pub fn run(args: &InfoArgs) -> Result<Report, Error> {
     );
     let text = match infos.as_slice() {
         [] => String::new(),
-        [one] if args.json && inputs::is_single(&args.inputs) => {
+        [one] if args.json && files::is_single(&args.inputs) => {
             serde_json::to_string_pretty(one).expect("plain data")
         }
         all if args.json => serde_json::to_string_pretty(all).expect("plain data"),
