@@ -68,6 +68,33 @@ pub(crate) struct Light {
     pub tile_address: u32,
 }
 
+impl Light {
+    /// Its numbers, but for the tile of its texture: floats by their bits.
+    pub fn words(&self) -> [u32; 20] {
+        let vectors = [
+            self.position,
+            self.color,
+            self.direction,
+            self.half_width,
+            self.half_height,
+        ];
+        let [position, color, direction, width, height] = vectors.map(|v| v.to_array());
+        let floats = std::iter::once(self.inverse_range_squared)
+            .chain(position)
+            .chain(color)
+            .chain(direction)
+            .chain([self.spot_scale, self.spot_offset])
+            .chain(width)
+            .chain(height)
+            .chain([self.near]);
+        let mut words = [self.kind; 20];
+        for (word, float) in words[1..].iter_mut().zip(floats) {
+            *word = float.to_bits();
+        }
+        words
+    }
+}
+
 pub(crate) const LIGHT_DIRECTIONAL: u32 = 0;
 pub(crate) const LIGHT_POINT: u32 = 1;
 pub(crate) const LIGHT_SPOT: u32 = 2;

@@ -26,27 +26,21 @@ use crate::{
         game_sky::keep_atmosphere_map,
         lights::{ExtractedLights, extract_lights},
         material_table::{MaterialTable, begin_session, remove_unused},
-        meshes::{ExtractedScene, extract_scene},
+        meshes::{ExtractedScene, extract_scene, find_own_bounds},
         outer_levels::place_outer_levels,
-        own_bounds::find_own_bounds,
-        place_volume::{ActiveVolume, place_volume},
+        place_volume::{ActiveVolume, ExtractedVolume, extract_volume, place_volume},
         probe::place_probe,
-        unknown_materials::update_unknown_materials,
-        update_materials::update_materials,
-        volume::{ExtractedVolume, extract_volume},
+        update_materials::{update_materials, update_unknown_materials},
         voxel_material::AsVoxelMaterial,
     },
-    passes::PassesPlugin,
+    passes::{PassesPlugin, kernel::RequiredPipelines},
     prepare::{
         asset_notes::{AssetNotes, note_assets},
         buffers::VolumeBuffers,
-        light_tiles::{LightTiles, prepare_light_tiles, warn_of_missing_tiles},
         materials::{MaterialRecords, prepare_materials},
         mesh_batches::{MeshBatches, collect_mesh_batches},
-        pipelines::RequiredPipelines,
         plan::{FramePlan, plan_frame},
-        scene_buffers::SceneBuffers,
-        tiles::Tiles,
+        tiles::{LightTiles, Tiles, prepare_light_tiles, warn_of_missing_tiles},
         uniforms::VolumeUniforms,
     },
     receive::{
@@ -75,18 +69,12 @@ impl Plugin for VoxelGiPlugin {
         }
         load_shader_library!(app, "shaders/albedo.wesl");
         load_shader_library!(app, "shaders/dividers.wesl");
-        load_shader_library!(app, "shaders/emission.wesl");
-        load_shader_library!(app, "shaders/face_slots.wesl");
         load_shader_library!(app, "shaders/faces.wesl");
         load_shader_library!(app, "shaders/gpu_types.wesl");
-        load_shader_library!(app, "shaders/harmonics.wesl");
         load_shader_library!(app, "shaders/light_texture.wesl");
         load_shader_library!(app, "shaders/rays.wesl");
-        load_shader_library!(app, "shaders/sky.wesl");
         load_shader_library!(app, "shaders/surface.wesl");
-        load_shader_library!(app, "shaders/surface_item.wesl");
         load_shader_library!(app, "shaders/trace.wesl");
-        load_shader_library!(app, "shaders/traverse.wesl");
         load_shader_library!(app, "shaders/voxel.wesl");
         load_shader_library!(app, "receive/coverage.wesl");
         load_shader_library!(app, "receive/plane.wesl");
@@ -218,7 +206,6 @@ impl Plugin for VoxelGiPlugin {
 
 fn forget_buffers(mut commands: Commands) {
     commands.remove_resource::<VolumeBuffers>();
-    commands.remove_resource::<SceneBuffers>();
 }
 
 fn a_volume_is_extracted(volume: Res<ExtractedVolume>) -> bool {

@@ -22,7 +22,7 @@ use super::{
 use crate::{
     prepare::{
         asset_notes::{AssetNotes, Displacement},
-        fingerprint::hash_floats,
+        plan::hash_floats,
     },
     settings::NotVoxelized,
 };

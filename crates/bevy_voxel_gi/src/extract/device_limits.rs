@@ -5,7 +5,7 @@ use bevy::{
     render::{settings::WgpuLimits, slab_allocator::SlabAllocatorSettings},
 };
 
-use super::texture::texture_size;
+use super::probe::texture_size;
 use crate::{
     prepare::buffers::largest_buffer,
     settings::{VoxelAlbedo, VoxelGiSettings},

@@ -7,8 +7,8 @@ use bevy::{
 
 use super::{
     light_textures::{LightTexture, LightTextures},
+    place_volume::ExtractedVolume,
     placement::PlacedLevel,
-    volume::ExtractedVolume,
 };
 use crate::{
     gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_RECT, LIGHT_SPOT, Light},
@@ -100,8 +100,9 @@ pub(crate) fn extract_lights(
                 && volume.levels.iter().any(|level| reaches(light, level))
         })
         .collect();
+    // An order which does not depend on their entities: sums of floats depend on their order.
     found.sort_by_cached_key(|(light, texture)| {
-        (order(light), texture.as_ref().map(LightTexture::order))
+        (light.words(), texture.as_ref().map(LightTexture::order))
     });
     let with_textures = found.iter().enumerate();
     let with_textures =
@@ -110,39 +111,6 @@ pub(crate) fn extract_lights(
     lights
         .lights
         .extend(found.into_iter().map(|(light, _)| light));
-}
-
-/// Words that give lights an order which does not depend on their entities: sums of floats depend on their order.
-fn order(light: &Light) -> [u32; 20] {
-    let [px, py, pz] = light.position.to_array();
-    let [r, g, b] = light.color.to_array();
-    let [dx, dy, dz] = light.direction.to_array();
-    let [wx, wy, wz] = light.half_width.to_array();
-    let [hx, hy, hz] = light.half_height.to_array();
-    let floats = [
-        light.inverse_range_squared,
-        px,
-        py,
-        pz,
-        r,
-        g,
-        b,
-        dx,
-        dy,
-        dz,
-        light.spot_scale,
-        light.spot_offset,
-        wx,
-        wy,
-        wz,
-        hx,
-        hy,
-        hz,
-        light.near,
-    ];
-    let mut words = [light.kind; 20];
-    words[1..].copy_from_slice(&floats.map(f32::to_bits));
-    words
 }
 
 /// Whether light may arrive in a level: beyond its range there is none.

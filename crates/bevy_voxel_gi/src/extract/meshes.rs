@@ -3,7 +3,7 @@
 
 use bevy::{
     camera::{
-        primitives::Aabb,
+        primitives::{Aabb, MeshAabb},
         visibility::{RenderLayers, VisibilityRange},
     },
     light::NotShadowCaster,
@@ -17,7 +17,6 @@ use super::{
     changed_rows::{MovedMeshes, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable},
     outer_levels::WorldBounds,
-    own_bounds::OwnBounds,
     place_volume::ActiveVolume,
     placement::PlacedLevel,
     scene_meshes::SceneMeshes,
@@ -299,5 +298,35 @@ pub(crate) fn extract_scene(
             Err(_) => None,
         };
         scene.meshes.set(entity, mesh);
+    }
+}
+
+/// The bounds of the vertices of a mesh of which Bevy keeps none, as it is never culled: view models, skies, and what a
+/// shader displaces.
+#[derive(Component, Clone, Copy, Debug)]
+pub(crate) struct OwnBounds(pub Aabb);
+
+type HasNone = (Without<Aabb>, Without<NotVoxelized>);
+
+/// Keeps the bounds of meshes without [`Aabb`].
+pub(crate) fn find_own_bounds(
+    mut commands: Commands,
+    meshes: Res<Assets<Mesh>>,
+    new: Query<(Entity, &Mesh3d), (HasNone, Without<OwnBounds>)>,
+    mut changed: Query<
+        (&Mesh3d, &mut OwnBounds),
+        (HasNone, Or<(AssetChanged<Mesh3d>, Changed<Mesh3d>)>),
+    >,
+) {
+    let bounds = |mesh: &Mesh3d| meshes.get(mesh).and_then(MeshAabb::get_aabb);
+    for (entity, mesh) in &new {
+        if let Some(bounds) = bounds(mesh) {
+            commands.entity(entity).try_insert(OwnBounds(bounds));
+        }
+    }
+    for (mesh, mut own) in &mut changed {
+        if let Some(bounds) = bounds(mesh) {
+            own.0 = bounds;
+        }
     }
 }

@@ -10,9 +10,9 @@ use bevy::{
 
 use super::{
     meshes::{ExtractedMesh, ExtractedScene},
+    place_volume::ExtractedVolume,
     placement::PlacedLevel,
     scene_meshes::SceneMeshes,
-    volume::ExtractedVolume,
 };
 use crate::{
     gpu_types::{MAX_LEVELS, MAX_LIT_LEVELS},

@@ -37,7 +37,7 @@ pub(crate) struct PlacedVolume {
     pub own_settings: VoxelGiSettings,
     /// All volumes and cascades, the smallest first, never empty; then the levels around them.
     pub levels: Vec<PlacedLevel>,
-    /// The texture that Bevy samples; see [`texture_size`](super::texture::texture_size).
+    /// The texture that Bevy samples; see [`texture_size`](super::probe::texture_size).
     pub texture: Handle<Image>,
     /// Whether the patch of Bevy's shader applies; else the texture is that of a plain irradiance volume.
     pub patched: bool,

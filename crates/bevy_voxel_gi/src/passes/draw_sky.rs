@@ -2,7 +2,7 @@
 //! each frame in which light is computed where the GPU itself draws it.
 
 use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
+    asset::load_embedded_asset,
     prelude::*,
     render::{
         render_asset::RenderAssets,
@@ -19,10 +19,10 @@ use bevy::{
     },
 };
 
-use super::kernel::{Kernel, record_pass};
+use super::kernel::{Kernel, Pipelines, record_pass};
 use crate::{
-    extract::{game_sky::SkyMap, texture::STORAGE_SCALE, volume::ExtractedVolume},
-    prepare::{asset_notes::AssetNotes, pipelines::RequiredPipelines, plan::FramePlan},
+    extract::{game_sky::SkyMap, place_volume::ExtractedVolume, probe::STORAGE_SCALE},
+    prepare::{asset_notes::AssetNotes, plan::FramePlan},
 };
 
 /// Texels along an edge of a face: diffuse light has no finer detail.
@@ -186,25 +186,15 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     );
     let shader = load_embedded_asset!(assets.as_ref(), "draw_sky.wesl");
     commands.insert_resource(DrawSkyPass {
-        draw_sky: Kernel::new(
-            "voxel_gi_draw_sky",
-            "draw_sky",
-            &shader,
-            vec![layout.clone()],
-        ),
+        draw_sky: Kernel::new("voxel_gi_draw_sky", "draw_sky", &shader, &[&layout]),
         layout,
         job: UniformBuffer::default(),
     });
 }
 
-pub(crate) fn queue(
-    mut pass: ResMut<DrawSkyPass>,
-    sky: Res<SkyCube>,
-    cache: Res<PipelineCache>,
-    mut required: ResMut<RequiredPipelines>,
-) {
+pub(crate) fn queue(mut pass: ResMut<DrawSkyPass>, sky: Res<SkyCube>, mut pipelines: Pipelines) {
     if sky.is_seen() {
-        pass.draw_sky.require(&[], &cache, &mut required);
+        pass.draw_sky.require(&[], &mut pipelines);
     }
 }
 
@@ -251,8 +241,4 @@ pub(crate) fn draw_sky(
         compute.dispatch_workgroups(SIZE, SIZE, 6);
     });
     sky.is_drawn = true;
-}
-
-pub(crate) fn embed(app: &mut App) {
-    embedded_asset!(app, "draw_sky.wesl");
 }

@@ -1,22 +1,40 @@
 //! Compute kernels: an entry point of a shader, in the variants that settings need.
 
 use bevy::{
+    ecs::system::SystemParam,
     prelude::*,
     render::{
         diagnostic::RecordDiagnostics,
         render_resource::{
-            BindGroupLayoutDescriptor, CachedComputePipelineId, ComputePass, ComputePassDescriptor,
-            ComputePipeline, ComputePipelineDescriptor, PipelineCache,
+            BindGroup, BindGroupLayoutDescriptor, CachedComputePipelineId, ComputePass,
+            ComputePassDescriptor, ComputePipeline, ComputePipelineDescriptor, PipelineCache,
         },
         renderer::RenderContext,
     },
 };
 
-use super::bindings::light_voxels_layout;
-use crate::prepare::{
-    buffers::{BufferShape, VolumeBuffers},
-    pipelines::RequiredPipelines,
-};
+use super::bindings::Group;
+use crate::prepare::buffers::{BufferShape, VolumeBuffers};
+
+/// The pipelines that the passes of this frame need: light is computed only once all are ready.
+#[derive(Resource, Default)]
+pub(crate) struct RequiredPipelines(Vec<CachedComputePipelineId>);
+
+impl RequiredPipelines {
+    /// Empties the list; returns whether all pipelines in it are ready.
+    pub(crate) fn take_ready(&mut self, cache: &PipelineCache) -> bool {
+        self.0.drain(..).fold(true, |all, id| {
+            all & cache.get_compute_pipeline(id).is_some()
+        })
+    }
+}
+
+/// By which passes choose their pipelines.
+#[derive(SystemParam)]
+pub(crate) struct Pipelines<'w> {
+    cache: Res<'w, PipelineCache>,
+    required: ResMut<'w, RequiredPipelines>,
+}
 
 /// An entry point of a compute shader.
 pub(crate) struct Kernel {
@@ -31,12 +49,12 @@ impl Kernel {
         label: &'static str,
         entry_point: &'static str,
         shader: &Handle<Shader>,
-        layout: Vec<BindGroupLayoutDescriptor>,
+        layouts: &[&BindGroupLayoutDescriptor],
     ) -> Self {
         Self {
             descriptor: ComputePipelineDescriptor {
                 label: Some(label.into()),
-                layout,
+                layout: layouts.iter().map(|layout| (*layout).clone()).collect(),
                 shader: shader.clone(),
                 entry_point: Some(entry_point.into()),
                 ..default()
@@ -51,10 +69,10 @@ impl Kernel {
         label: &'static str,
         entry_point: &'static str,
         shader: &Handle<Shader>,
-        own: &BindGroupLayoutDescriptor,
+        own: &Group,
     ) -> Self {
-        let voxels = light_voxels_layout(false);
-        Self::new(label, entry_point, shader, vec![voxels, own.clone()])
+        let voxels = Group::of_light(0, false);
+        Self::new(label, entry_point, shader, &[&voxels.layout, &own.layout])
             .with_zeroed_workgroup_memory()
     }
 
@@ -65,20 +83,16 @@ impl Kernel {
     }
 
     /// Chooses the variant with these shader defs for this frame, which waits until it is ready.
-    pub(super) fn require(
-        &mut self,
-        defs: &[&'static str],
-        cache: &PipelineCache,
-        required: &mut RequiredPipelines,
-    ) {
-        required.add(self.choose(defs, cache));
+    pub(super) fn require(&mut self, defs: &[&'static str], pipelines: &mut Pipelines) {
+        let id = self.choose(defs, pipelines);
+        pipelines.required.0.push(id);
     }
 
     /// Chooses the variant with these shader defs for this frame.
     pub(super) fn choose(
         &mut self,
         defs: &[&'static str],
-        cache: &PipelineCache,
+        pipelines: &Pipelines,
     ) -> CachedComputePipelineId {
         let known = self.variants.iter().find(|(known, _)| known == defs);
         let id = known.map_or_else(
@@ -86,9 +100,9 @@ impl Kernel {
                 let mut descriptor = self.descriptor.clone();
                 descriptor.shader_defs = defs.iter().map(|&def| def.into()).collect();
                 if defs.contains(&REPROJECTED_ALBEDO) {
-                    descriptor.layout[0] = light_voxels_layout(true);
+                    descriptor.layout[0] = Group::of_light(0, true).layout;
                 }
-                cache.queue_compute_pipeline(descriptor)
+                pipelines.cache.queue_compute_pipeline(descriptor)
             },
             |(_, id)| *id,
         );
@@ -136,6 +150,12 @@ pub(super) fn record_pass(
     record(&mut pass);
     if let Some(span) = span {
         span.end(&mut pass);
+    }
+}
+
+pub(super) fn set_bind_groups(pass: &mut ComputePass<'_>, groups: &[BindGroup]) {
+    for (i, group) in (0..).zip(groups) {
+        pass.set_bind_group(i, group, &[]);
     }
 }
 

@@ -9,6 +9,7 @@ use std::{
 };
 
 use bevy::{
+    ecs::system::SystemParam,
     prelude::*,
     render::{
         render_resource::{BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages},
@@ -16,6 +17,7 @@ use bevy::{
     },
 };
 
+use super::mesh_batches::MeshBatches;
 use crate::{
     extract::placement::PlacedVolume,
     settings::{Solver, VoxelAlbedo, VoxelGiSettings, VoxelLight, Voxelizer},
@@ -241,7 +243,7 @@ pub(crate) struct VolumeBuffers {
     pub shape: BufferShape,
     /// A word per voxel: which of its faces have a surface, and their slots in the buffers below. Then 64 bits per
     /// voxel: the occupancy of its sub-voxels. Once a mesh casts no shadow, the occupancy by all that do follows; see
-    /// [`shadow_masks`](super::shadow_masks).
+    /// [`ShadowMasks`].
     pub voxels: Buffer,
     /// A word per slot: the packed surface.
     pub packed_surfaces: Buffer,
@@ -249,7 +251,7 @@ pub(crate) struct VolumeBuffers {
     /// and the mean over rounds with its weight, as 16-bit floats.
     pub irradiance: Buffer,
     /// Eight words per slot: four of the irradiance as it was, two of the radiance that leaves the surface, as 16-bit
-    /// floats, and two of its albedo and emission. While the scene is voxelised, the sums of `sums.wesl` are there.
+    /// floats, and two of its albedo and emission. While the scene is voxelised, its `sums` in `bindings.wesl` are there.
     pub sums: Buffer,
     /// The number of slots that were ever used, and the first free slots; see `dirty.wesl`.
     pub slot_lists: Buffer,
@@ -454,4 +456,40 @@ impl VolumeBuffers {
         .iter()
         .sum()
     }
+}
+
+/// Decides whether rays of direct light need occupancy masks of their own in a frame, as some meshes cast no shadow.
+#[derive(SystemParam)]
+pub(crate) struct ShadowMasks<'w> {
+    batches: Res<'w, MeshBatches>,
+    device: Res<'w, RenderDevice>,
+}
+
+impl ShadowMasks<'_> {
+    /// The shader def of the passes that write or read these masks, where they are needed.
+    pub(crate) fn defs(&self, shape: BufferShape) -> Option<&'static str> {
+        shadow_masks_are_needed(shape, &self.batches, &self.device).then_some("SHADOW_MASKS")
+    }
+}
+
+/// Whether the masks of meshes that cast shadows are behind those of all meshes.
+pub(super) fn shadow_masks_are_needed(
+    shape: BufferShape,
+    batches: &MeshBatches,
+    device: &RenderDevice,
+) -> bool {
+    if shape.occlusion_only || !batches.have_mesh_without_shadow() {
+        return false;
+    }
+    let most = most_bytes(device);
+    let fits = shape.mask_bytes(true) <= most;
+    if !fits {
+        warn_once!(
+            "voxel GI: `NotShadowCaster` takes a storage buffer of {} MiB, and this device binds {} MiB at most, so \
+             such meshes cast shadows. Lower `resolution` or `cascades`",
+            shape.mask_bytes(true) >> 20,
+            most >> 20,
+        );
+    }
+    fits
 }

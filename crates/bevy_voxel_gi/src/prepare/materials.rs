@@ -22,7 +22,7 @@ use super::{
 use crate::{
     extract::{
         meshes::ExtractedScene,
-        volume::ExtractedVolume,
+        place_volume::ExtractedVolume,
         voxel_material::{VoxelAlpha, VoxelMaterial, VoxelTexture},
     },
     settings::VoxelAlbedo,

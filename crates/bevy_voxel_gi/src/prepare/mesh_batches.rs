@@ -22,12 +22,12 @@ use bevy::{
 
 use super::{
     asset_notes::AssetNotes,
-    dirty_voxels::{Bounds, ChangedRegions},
     mesh_group::{LevelMask, MeshGroup},
     mesh_instance::MeshLocator,
+    voxelization::{Bounds, ChangedRegions},
 };
 use crate::{
-    extract::{meshes::ExtractedScene, scene_meshes::SceneMesh, volume::ExtractedVolume},
+    extract::{meshes::ExtractedScene, place_volume::ExtractedVolume, scene_meshes::SceneMesh},
     gpu_types::{MESH_NOT_SHADOW_CASTER, MeshInstance},
 };
 

@@ -14,7 +14,7 @@ use bevy::{
 };
 use bytemuck::Pod;
 
-use super::dirty_voxels::Bounds;
+use super::voxelization::Bounds;
 use crate::gpu_types::{MESH_SKINNED, MeshBatch, MeshInstance};
 
 /// Number of triangles in a batch.

@@ -15,9 +15,9 @@ use bevy::{
 
 use super::{
     asset_notes::{AssetNotes, PackedRanges},
-    fingerprint::hash_floats,
     mesh_batches::LocatedMesh,
     mesh_group::LevelMask,
+    plan::hash_floats,
 };
 use crate::{
     extract::{meshes::ExtractedMesh, placement::PlacedLevel},

@@ -1,9 +1,9 @@
-//! The uniforms of the volume.
+//! The uniforms of the volume, and the lights.
 
 use bevy::{
     prelude::*,
     render::{
-        render_resource::UniformBuffer,
+        render_resource::{StorageBuffer, UniformBuffer},
         renderer::{RenderDevice, RenderQueue},
     },
 };
@@ -11,10 +11,10 @@ use bevy::{
 use crate::{
     extract::{
         placement::{PlacedLevel, PlacedVolume},
-        texture::STORAGE_SCALE,
+        probe::STORAGE_SCALE,
     },
     gpu_types::{
-        Changes, FLAG_CHANGING, FLAG_FEEDBACK, FLAG_HELD, FLAG_MEAN, FLAG_WEIGHTED, Level,
+        Changes, FLAG_CHANGING, FLAG_FEEDBACK, FLAG_HELD, FLAG_MEAN, FLAG_WEIGHTED, Level, Light,
         MAX_LEVELS, Volume,
     },
     settings::{Bounces, Solver, VoxelLight, Voxelizer},
@@ -27,13 +27,15 @@ pub(super) const EMPTY_INTERVAL: u32 = 8;
 /// The same of ambient occlusion, whose other rays are fewer.
 const OCCLUSION_EMPTY_INTERVAL: u32 = 16;
 
-/// The uniforms of the volume.
+/// What the passes read beside the buffers of the volume.
 #[derive(Resource, Default)]
 pub(crate) struct VolumeUniforms {
     /// For the first bounce of a frame, for the last of several, and for those between them.
     pub bounces: [UniformBuffer<Volume>; 3],
     /// What has changed since the scene was voxelised last.
     pub changes: UniformBuffer<Changes>,
+    /// The lights of the scene, or one without light, as buffers cannot be empty.
+    pub lights: StorageBuffer<Vec<Light>>,
 }
 
 /// The one of the uniforms for a bounce of so many in a frame.
@@ -67,6 +69,13 @@ impl VolumeUniforms {
             buffer.set(volume);
             buffer.write_buffer(device, queue);
         }
+        let lights = self.lights.get_mut();
+        lights.clear();
+        lights.extend_from_slice(frame.lights);
+        if lights.is_empty() {
+            lights.push(Light::default());
+        }
+        self.lights.write_buffer(device, queue);
     }
 }
 
@@ -74,7 +83,7 @@ impl VolumeUniforms {
 #[derive(Clone, Copy)]
 pub(super) struct UniformFrame<'a> {
     pub volume: &'a PlacedVolume,
-    pub light_count: u32,
+    pub lights: &'a [Light],
     /// Number of bounces in the frame.
     pub bounces: u32,
     /// Number of the frame; see [`SettlingClock`](super::settling::SettlingClock).
@@ -135,7 +144,7 @@ impl UniformFrame<'_> {
             resolution: settings.resolution,
             level_count: self.volume.levels.len() as u32,
             lit_level_count: self.volume.lit().len() as u32,
-            light_count: self.light_count,
+            light_count: u32::try_from(self.lights.len()).unwrap_or(u32::MAX),
             storage_scale: STORAGE_SCALE,
             exposure: self.volume.exposure,
             rays,

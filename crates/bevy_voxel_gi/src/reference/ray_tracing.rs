@@ -6,14 +6,13 @@
 //! surface from its other side, and no rays are wasted on the far hemisphere.
 
 use super::{
+    each,
     gather::{hemisphere, sphere},
     irradiance_field::IrradianceField,
     light::{Light, direct_light},
-    parallel::each,
-    ray_sample::{RaySample, hit_radiance},
     share::shared_light,
     surface::{Surface, surfaces},
-    trace::trace,
+    trace::{RaySample, hit_radiance, trace},
     voxels::{Material, Voxels},
 };
 use glam::{Vec3, Vec4};

@@ -2,9 +2,9 @@
 
 use super::{
     dividers::is_beyond_divider,
+    each,
     grid::FACE_STEPS,
     packed_surface::{Plane, packed_normal_bits},
-    parallel::each,
     trace::first_occupied,
     voxels::{SUB_VOXELS, Voxels},
 };

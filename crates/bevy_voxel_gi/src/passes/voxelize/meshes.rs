@@ -1,40 +1,92 @@
-//! Chooses the triangles that are voxelised; see `cull.wesl`.
+//! What is done with the lists of meshes before these are voxelised: their changes are written, and the triangles are
+//! chosen.
 
 use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
+    asset::load_embedded_asset,
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupLayoutDescriptor, Buffer, BufferDescriptor, BufferUsages,
-            CommandEncoder, ComputePass, PipelineCache,
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, Buffer, BufferDescriptor,
+            BufferUsages, CommandEncoder, ComputePass, PipelineCache,
         },
         renderer::RenderDevice,
     },
 };
 
 use super::super::{
-    bindings::{BindGroups, DIRTY, VOLUME, group_layout, read_only, read_write, volume_uniform},
-    kernel::{Kernel, dispatch_workgroups},
+    bindings::{
+        Access::{Read, Write},
+        BindGroups, Binding, Group, group_layout, storage,
+    },
+    kernel::{Kernel, Pipelines, dispatch_workgroups},
 };
-use crate::prepare::{
-    buffers::VolumeBuffers,
-    mesh_group::{MeshGroup, UploadedGroup},
-    pipelines::RequiredPipelines,
-    uniforms::VolumeUniforms,
-};
+use crate::prepare::mesh_group::{MeshGroup, UploadedGroup, UploadedList};
 
-// Group 1, whose first numbers are those of the voxelisers.
+/// Writes what has changed of the lists: a copy for each place would take the CPU far longer where many meshes move.
+pub(super) struct ScatterPass {
+    layout: BindGroupLayoutDescriptor,
+    scatter: Kernel,
+    /// The lists, and the numbers of words that have changed.
+    lists: Vec<(BindGroup, u32)>,
+}
+
+impl ScatterPass {
+    pub(super) fn new(assets: &AssetServer) -> Self {
+        let layout = group_layout(
+            "voxel_gi_scatter",
+            ((0, storage(Write)), (1, storage(Read))),
+        );
+        let shader = load_embedded_asset!(assets, "scatter.wesl");
+        Self {
+            scatter: Kernel::new("voxel_gi_scatter", "scatter", &shader, &[&layout]),
+            layout,
+            lists: Vec::new(),
+        }
+    }
+
+    pub(super) fn queue(&mut self, pipelines: &mut Pipelines) {
+        self.scatter.require(&[], pipelines);
+    }
+
+    /// Forgets the lists of the last frame.
+    pub(super) fn begin(&mut self) {
+        self.lists.clear();
+    }
+
+    pub(super) fn add(&mut self, list: &UploadedList, groups: &BindGroups) {
+        if let Some(changes) = &list.changes {
+            let entries = BindGroupEntries::sequential((list.items.clone(), changes.clone()));
+            let bind_group = groups.create(&self.layout, &entries);
+            self.lists.push((bind_group, list.change_count));
+        }
+    }
+
+    pub(super) fn record(&self, pass: &mut ComputePass<'_>, cache: &PipelineCache) {
+        let Some(scatter) = self.scatter.pipeline(cache) else {
+            return;
+        };
+        pass.set_pipeline(scatter);
+        for (bind_group, count) in &self.lists {
+            pass.set_bind_group(0, bind_group, &[]);
+            dispatch_workgroups(pass, count.div_ceil(64));
+        }
+    }
+}
+
+// Group 1 of culling, whose first numbers are those of the voxelisers.
 const VERTICES: u32 = 0;
 const INDICES: u32 = 1;
 const INSTANCES: u32 = 2;
 const ITEMS: u32 = 3;
+const DIRTY: u32 = Binding::Dirty.number();
 const BATCHES: u32 = 14;
 
 /// Size of indirect dispatch arguments in bytes.
 const ARGS_SIZE: u64 = 12;
 
+/// Chooses the triangles that are voxelised; see `cull.wesl`.
 pub(super) struct CullPass {
-    voxels_layout: BindGroupLayoutDescriptor,
+    voxels_group: Group,
     layout: BindGroupLayoutDescriptor,
     cull: Kernel,
     write_args: Kernel,
@@ -52,27 +104,31 @@ struct CulledGroup {
 
 impl CullPass {
     pub(super) fn new(assets: &AssetServer) -> Self {
-        let voxels_layout = group_layout("voxel_gi_cull_volume", ((VOLUME, volume_uniform()),));
+        let voxels_group = Group::new("voxel_gi_cull_volume", &[(Binding::Volume(0), Read)]);
         let layout = group_layout(
             "voxel_gi_cull",
             (
-                (VERTICES, read_only()),
-                (INDICES, read_only()),
-                (INSTANCES, read_only()),
-                (ITEMS, read_write()),
-                (DIRTY, read_only()),
-                (BATCHES, read_write()),
+                (VERTICES, storage(Read)),
+                (INDICES, storage(Read)),
+                (INSTANCES, storage(Read)),
+                (ITEMS, storage(Write)),
+                (DIRTY, storage(Read)),
+                (BATCHES, storage(Write)),
             ),
         );
         let shader = load_embedded_asset!(assets, "cull.wesl");
         let kernel = |label, entry_point| {
-            let layouts = vec![voxels_layout.clone(), layout.clone()];
-            Kernel::new(label, entry_point, &shader, layouts)
+            Kernel::new(
+                label,
+                entry_point,
+                &shader,
+                &[&voxels_group.layout, &layout],
+            )
         };
         Self {
             cull: kernel("voxel_gi_cull", "cull"),
             write_args: kernel("voxel_gi_write_cull_args", "write_args"),
-            voxels_layout,
+            voxels_group,
             layout,
             voxels: None,
             groups: Vec::new(),
@@ -80,16 +136,15 @@ impl CullPass {
         }
     }
 
-    pub(super) fn queue(&mut self, cache: &PipelineCache, required: &mut RequiredPipelines) {
-        self.cull.require(&[], cache, required);
-        self.write_args.require(&[], cache, required);
+    pub(super) fn queue(&mut self, pipelines: &mut Pipelines) {
+        self.cull.require(&[], pipelines);
+        self.write_args.require(&[], pipelines);
     }
 
     /// Forgets the groups of the last frame.
-    pub(super) fn begin(&mut self, uniforms: &VolumeUniforms, groups: &BindGroups) -> Option<()> {
+    pub(super) fn begin(&mut self, groups: &BindGroups) -> Option<()> {
         self.groups.clear();
-        let volume = uniforms.bounces[0].binding()?;
-        self.voxels = Some(groups.create(&self.voxels_layout, ((VOLUME, volume),)));
+        self.voxels = Some(groups.bind(&self.voxels_group)?);
         Some(())
     }
 
@@ -97,22 +152,21 @@ impl CullPass {
         &mut self,
         [vertices, indices, _]: &[Buffer; 3],
         group: &UploadedGroup,
-        buffers: &VolumeBuffers,
         groups: &BindGroups,
     ) {
-        let bind_group = groups.create(
-            &self.layout,
-            (
-                (VERTICES, vertices.as_entire_binding()),
-                (INDICES, indices.as_entire_binding()),
-                (INSTANCES, group.instances.items.clone()),
-                (ITEMS, group.items.as_entire_binding()),
-                (DIRTY, buffers.work.as_entire_binding()),
-                (BATCHES, group.batches.items.clone()),
-            ),
-        );
+        let Some(buffers) = &groups.buffers else {
+            return;
+        };
+        let entries = BindGroupEntries::with_indices((
+            (VERTICES, vertices.as_entire_binding()),
+            (INDICES, indices.as_entire_binding()),
+            (INSTANCES, group.instances.items.clone()),
+            (ITEMS, group.items.as_entire_binding()),
+            (DIRTY, buffers.work.as_entire_binding()),
+            (BATCHES, group.batches.items.clone()),
+        ));
         self.groups.push(CulledGroup {
-            bind_group,
+            bind_group: groups.create(&self.layout, &entries),
             batch_count: group.batch_count,
             items: group.items.clone(),
         });
@@ -176,8 +230,4 @@ impl CullPass {
             pass.dispatch_workgroups_indirect(args, ARGS_SIZE * group as u64);
         }
     }
-}
-
-pub(super) fn embed(app: &mut App) {
-    embedded_asset!(app, "cull.wesl");
 }
