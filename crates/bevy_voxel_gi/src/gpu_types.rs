@@ -50,7 +50,6 @@ pub(crate) const FLAG_CHANGING: u32 = 4;
 pub(crate) const FLAG_MEAN: u32 = 8;
 pub(crate) const FLAG_HELD: u32 = 16;
 
-/// A light source.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Light {
     pub position: Vec3,

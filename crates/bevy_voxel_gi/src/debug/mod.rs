@@ -21,7 +21,7 @@ use bevy::{
 };
 
 use crate::{
-    passes::bindings::{Access, BindGroups, Binding, Group},
+    passes::bindings::{BindGroups, Binding, Group},
     prepare::buffers::VolumeBuffers,
 };
 
@@ -62,7 +62,6 @@ impl DebugField {
     }
 }
 
-/// Registers the debug view.
 pub(crate) struct DebugViewPlugin;
 
 impl Plugin for DebugViewPlugin {
@@ -106,10 +105,8 @@ fn init_pipeline(
         light: Group::of_stages(
             fragment,
             "voxel_gi_debug_light",
-            &[
-                (Binding::Radiance, Access::Read),
-                (Binding::Colors, Access::Read),
-            ],
+            &[Binding::Radiance, Binding::Colors],
+            &[],
         ),
         view_layout: BindGroupLayoutDescriptor::new(
             "voxel_gi_debug_view",

@@ -9,15 +9,13 @@ use bevy::{
 };
 
 use super::{
-    meshes::{ExtractedMesh, ExtractedScene},
+    meshes::{ExtractedMesh, ExtractedScene, SceneMeshes},
     place_volume::ExtractedVolume,
     placement::PlacedLevel,
-    scene_meshes::SceneMeshes,
 };
 use crate::{
     gpu_types::{MAX_LEVELS, MAX_LIT_LEVELS},
     prepare::buffers::{largest_buffer, most_bytes},
-    settings::{Solver, VoxelLight},
 };
 
 /// Most levels around the volumes.
@@ -39,13 +37,8 @@ pub(crate) fn place_outer_levels(
     let Some(volume) = &mut volume.0 else {
         return;
     };
-    let sees_far = matches!(
-        volume.settings.light,
-        VoxelLight::GlobalIllumination {
-            solver: Solver::Trace { .. },
-            ..
-        }
-    );
+    let light = volume.settings.light;
+    let sees_far = !light.propagates() && !light.is_occlusion();
     let Some(largest) = volume.levels.last().filter(|_| sees_far) else {
         // Changes are not followed meanwhile.
         scene.world = WorldBounds::default();
@@ -57,7 +50,7 @@ pub(crate) fn place_outer_levels(
         return;
     };
     let mut outer = outer_levels(largest, bounds, resolution);
-    let most_bytes = most_bytes(&device);
+    let most_bytes = most_bytes(&device.limits());
     let lit = volume.levels.len();
     while !outer.is_empty()
         && largest_buffer(&volume.settings, resolution, (lit + outer.len()) as u64) > most_bytes

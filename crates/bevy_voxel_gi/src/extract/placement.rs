@@ -3,7 +3,7 @@
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
 use super::game_sky::SkyMap;
-use crate::settings::{Follow, Receiver, Sky, Solver, VoxelGiSettings, VoxelGiVolume, VoxelLight};
+use crate::settings::{Follow, Receiver, Sky, VoxelGiSettings, VoxelGiVolume, VoxelLight};
 
 /// A cube of voxels: a volume, or a cascade of one.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,20 +115,13 @@ pub(super) fn supported(mut settings: VoxelGiSettings, patched: bool) -> VoxelGi
 
 /// The number of cascades of a volume: several need the receiver's patch, and rays.
 pub(super) fn cascades(volume: &VoxelGiVolume, light: VoxelLight, patched: bool) -> u32 {
-    let propagates = matches!(
-        light,
-        VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { .. },
-            ..
-        }
-    );
     if volume.cascades > 1 && !patched {
         warn_once!(
             "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
              so each volume has one cascade only"
         );
     }
-    if patched && !propagates {
+    if patched && !light.propagates() {
         volume.cascades
     } else {
         1
@@ -197,6 +190,7 @@ impl PlacedVolume {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::Solver;
 
     #[test]
     fn cascades_follow_by_whole_voxels_of_their_own_and_fixed_volumes_stay() {

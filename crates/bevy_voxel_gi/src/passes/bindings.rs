@@ -121,21 +121,25 @@ impl Group {
     pub(crate) fn of_stages(
         stages: ShaderStages,
         label: &'static str,
-        bindings: &[(Binding, Access)],
+        reads: &[Binding],
+        writes: &[Binding],
     ) -> Self {
-        let entries: Vec<_> = bindings
-            .iter()
-            .map(|(binding, access)| binding.layout(*access).build(binding.number(), stages))
-            .collect();
+        let entry = |binding: &Binding, access| {
+            let layout = binding.layout(access);
+            layout.build(binding.number(), stages)
+        };
+        let read = reads.iter().map(|binding| entry(binding, Access::Read));
+        let written = writes.iter().map(|binding| entry(binding, Access::Write));
+        let entries: Vec<_> = read.chain(written).collect();
         Self {
-            bindings: bindings.iter().map(|(binding, _)| *binding).collect(),
+            bindings: [reads, writes].concat(),
             layout: BindGroupLayoutDescriptor::new(label, &entries),
         }
     }
 
     /// A group of compute shaders.
-    pub(super) fn new(label: &'static str, bindings: &[(Binding, Access)]) -> Self {
-        Self::of_stages(ShaderStages::COMPUTE, label, bindings)
+    pub(super) fn new(label: &'static str, reads: &[Binding], writes: &[Binding]) -> Self {
+        Self::of_stages(ShaderStages::COMPUTE, label, reads, writes)
     }
 
     /// Group 0 of passes that read the voxels, with reprojected albedo or without.
@@ -151,10 +155,9 @@ impl Group {
             Binding::PackedSurfaces,
             Binding::FaceSlots,
             Binding::ReprojectedAlbedo,
-        ]
-        .map(|binding| (binding, Access::Read));
+        ];
         let count = bindings.len() - usize::from(!reprojects_albedo);
-        Self::of_stages(stages, label, &bindings[..count])
+        Self::of_stages(stages, label, &bindings[..count], &[])
     }
 
     /// The same for passes that compute light.

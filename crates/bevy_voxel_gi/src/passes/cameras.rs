@@ -22,10 +22,7 @@ use bevy::{
 };
 
 use super::{
-    bindings::{
-        Access::{Read, Write},
-        BindGroups, Binding, Group,
-    },
+    bindings::{BindGroups, Binding::*, Group},
     kernel::{Kernel, Pipelines, record_pass, set_bind_groups},
 };
 use crate::{
@@ -77,25 +74,14 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let reprojected = [
         Group::new(
             "voxel_gi_reproject_volume",
-            &[
-                (Binding::Volume(0), Read),
-                (Binding::Masks, Read),
-                (Binding::PackedSurfaces, Read),
-                (Binding::FaceSlots, Read),
-                (Binding::ReprojectedAlbedo, Write),
-            ],
+            &[Volume(0), Masks, PackedSurfaces, FaceSlots],
+            &[ReprojectedAlbedo],
         ),
-        Group::new(
-            "voxel_gi_reproject_work",
-            &[(Binding::Work, Read), (Binding::Colors, Read)],
-        ),
+        Group::new("voxel_gi_reproject_work", &[Work, Colors], &[]),
     ];
     let marked = [
-        Group::new(
-            "voxel_gi_mark_visible_volume",
-            &[(Binding::Volume(0), Read)],
-        ),
-        Group::new("voxel_gi_mark_visible", &[(Binding::Visible, Write)]),
+        Group::new("voxel_gi_mark_visible_volume", &[Volume(0)], &[]),
+        Group::new("voxel_gi_mark_visible", &[], &[Visible]),
     ];
     let shader = load_embedded_asset!(assets, "reproject.wesl");
     let mut reproject = pass("voxel_gi_reproject", "reproject", shader, reprojected);

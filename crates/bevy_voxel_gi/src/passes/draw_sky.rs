@@ -8,10 +8,10 @@ use bevy::{
         render_asset::RenderAssets,
         render_resource::{
             AddressMode, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            Extent3d, FilterMode, PipelineCache, Sampler, SamplerBindingType, SamplerDescriptor,
-            ShaderStages, ShaderType, StorageTextureAccess, Texture, TextureDescriptor,
-            TextureDimension, TextureFormat, TextureSampleType, TextureUsages, TextureView,
-            TextureViewDescriptor, TextureViewDimension, TextureViewId, UniformBuffer,
+            FilterMode, PipelineCache, Sampler, SamplerBindingType, SamplerDescriptor,
+            ShaderStages, ShaderType, StorageTextureAccess, Texture, TextureFormat,
+            TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor,
+            TextureViewDimension, TextureViewId, UniformBuffer,
             binding_types::{sampler, texture_cube, texture_storage_2d_array, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
@@ -22,7 +22,7 @@ use bevy::{
 use super::kernel::{Kernel, Pipelines, record_pass};
 use crate::{
     extract::{game_sky::SkyMap, place_volume::ExtractedVolume, probe::STORAGE_SCALE},
-    prepare::{asset_notes::AssetNotes, plan::FramePlan},
+    prepare::{asset_notes::AssetNotes, buffers::texture, plan::FramePlan},
 };
 
 /// Texels along an edge of a face: diffuse light has no finer detail.
@@ -54,20 +54,9 @@ pub(crate) struct Cube {
 
 impl Cube {
     fn new(device: &RenderDevice, size: u32) -> Self {
-        let texture = device.create_texture(&TextureDescriptor {
-            label: Some("voxel_gi_sky"),
-            size: Extent3d {
-                width: size,
-                height: size,
-                depth_or_array_layers: 6,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: TextureFormat::Rgba16Float,
-            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING,
-            view_formats: &[],
-        });
+        let format = TextureFormat::Rgba16Float;
+        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
+        let texture = texture(device, "voxel_gi_sky", [size, size, 6], format, usage);
         Self {
             view: view(&texture, TextureViewDimension::Cube),
             texture,

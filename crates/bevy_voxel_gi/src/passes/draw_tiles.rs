@@ -7,9 +7,9 @@ use bevy::{
     render::{
         render_asset::RenderAssets,
         render_resource::{
-            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferDescriptor,
-            BufferUsages, PipelineCache, ShaderSize, ShaderStages, StorageTextureAccess,
-            TextureFormat, TextureSampleType, TextureView,
+            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferUsages,
+            PipelineCache, ShaderSize, ShaderStages, StorageTextureAccess, TextureFormat,
+            TextureSampleType, TextureView,
             binding_types::{texture_2d, texture_storage_2d, uniform_buffer},
             encase,
         },
@@ -22,6 +22,7 @@ use super::kernel::{Kernel, Pipelines, record_pass};
 use crate::{
     extract::lights::{ExtractedLights, LIGHT_TEXTURES},
     prepare::{
+        buffers::buffer,
         materials::MaterialRecords,
         plan::FramePlan,
         tiles::{LightTiles, TileJob, Tiles},
@@ -124,12 +125,9 @@ impl DrawResources<'_> {
         }
         let layout = self.cache.get_bind_group_layout(&self.pass.layout);
         let group = |(source, job): (TextureView, TileJob)| {
-            let uniform = device.create_buffer(&BufferDescriptor {
-                label: Some("voxel_gi_tile_job"),
-                size: TileJob::SHADER_SIZE.get(),
-                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
+            let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+            let size = TileJob::SHADER_SIZE.get();
+            let uniform = buffer(device, "voxel_gi_tile_job", size, usage);
             let mut bytes = encase::UniformBuffer::new(Vec::new());
             bytes.write(&job).ok()?;
             queue.write_buffer(&uniform, 0, &bytes.into_inner());

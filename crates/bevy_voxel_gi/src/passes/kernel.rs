@@ -76,7 +76,6 @@ impl Kernel {
             .with_zeroed_workgroup_memory()
     }
 
-    /// Initialises workgroup memory with zeros.
     pub(super) fn with_zeroed_workgroup_memory(mut self) -> Self {
         self.descriptor.zero_initialize_workgroup_memory = true;
         self
@@ -95,20 +94,17 @@ impl Kernel {
         pipelines: &Pipelines,
     ) -> CachedComputePipelineId {
         let known = self.variants.iter().find(|(known, _)| known == defs);
-        let id = known.map_or_else(
-            || {
-                let mut descriptor = self.descriptor.clone();
-                descriptor.shader_defs = defs.iter().map(|&def| def.into()).collect();
-                if defs.contains(&REPROJECTED_ALBEDO) {
-                    descriptor.layout[0] = Group::of_light(0, true).layout;
-                }
-                pipelines.cache.queue_compute_pipeline(descriptor)
-            },
-            |(_, id)| *id,
-        );
-        if known.is_none() {
+        let known = known.map(|(_, id)| *id);
+        let id = known.unwrap_or_else(|| {
+            let mut descriptor = self.descriptor.clone();
+            descriptor.shader_defs = defs.iter().map(|&def| def.into()).collect();
+            if defs.contains(&REPROJECTED_ALBEDO) {
+                descriptor.layout[0] = Group::of_light(0, true).layout;
+            }
+            let id = pipelines.cache.queue_compute_pipeline(descriptor);
             self.variants.push((defs.to_vec(), id));
-        }
+            id
+        });
         self.current = Some(id);
         id
     }
@@ -124,14 +120,17 @@ const REPROJECTED_ALBEDO: &str = "REPROJECTED_ALBEDO";
 
 /// The shader defs of the kernels that compute light.
 pub(super) fn light_defs(shape: BufferShape) -> Vec<&'static str> {
-    [
+    chosen([
         (shape.occlusion_only, "OCCLUSION_ONLY"),
         (shape.reprojects_albedo, REPROJECTED_ALBEDO),
         (shape.per_pixel, "PER_PIXEL"),
-    ]
-    .into_iter()
-    .filter_map(|(is_on, def)| is_on.then_some(def))
-    .collect()
+    ])
+}
+
+/// The shader defs that are on.
+pub(crate) fn chosen<const N: usize>(defs: [(bool, &'static str); N]) -> Vec<&'static str> {
+    let defs = defs.into_iter().filter(|(is_on, _)| *is_on);
+    defs.map(|(_, def)| def).collect()
 }
 
 /// Records a compute pass with a timing span.

@@ -44,7 +44,6 @@ pub(crate) struct PassesPlugin;
 impl Plugin for PassesPlugin {
     fn build(&self, app: &mut App) {
         load_shader_library!(app, "bindings.wesl");
-        load_shader_library!(app, "dirty.wesl");
         load_shader_library!(app, "tiles.wesl");
         load_shader_library!(app, "voxelize/materials.wesl");
         load_shader_library!(app, "voxelize/polygon.wesl");

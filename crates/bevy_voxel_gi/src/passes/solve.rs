@@ -11,10 +11,7 @@ use bevy::{
 };
 
 use super::{
-    bindings::{
-        Access::{Read, Write},
-        BindGroups, Binding, Group, VoxelBindGroups,
-    },
+    bindings::{BindGroups, Binding::*, Group, VoxelBindGroups},
     draw_sky::{SKY_MAP_DEF, SkyCube},
     kernel::{Kernel, Pipelines, dispatch_voxels, light_defs, record_pass},
 };
@@ -62,43 +59,24 @@ struct Bound {
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let assets = assets.as_ref();
-    let compact_group = Group::new(
-        "voxel_gi_compact",
-        &[
-            (Binding::Work, Write),
-            (Binding::Irradiance, Write),
-            (Binding::LightTexture, Write),
-        ],
-    );
+    let compact_group = Group::new("voxel_gi_compact", &[], &[Work, Irradiance, LightTexture]);
     let compact = load_embedded_asset!(assets, "compact.wesl");
     let compaction =
         |label, entry_point| Kernel::of_light(label, entry_point, &compact, &compact_group);
     let inject = load_embedded_asset!(assets, "inject.wesl");
     let injection = |with_tiles: bool| {
-        let bindings = [
-            (Binding::Work, Read),
-            (Binding::Radiance, Write),
-            (Binding::Irradiance, Read),
-            // It is in the same buffer as the radiance, which cannot be bound both for reading and for writing.
-            (Binding::Colors, Write),
-            (Binding::Lights, Read),
-            (Binding::LightTiles, Read),
-        ];
-        let count = bindings.len() - usize::from(!with_tiles);
-        let group = Group::new("voxel_gi_inject", &bindings[..count]);
+        let reads = [Work, Irradiance, Lights, LightTiles];
+        let count = reads.len() - usize::from(!with_tiles);
+        // Colours are only read, but in the same buffer as the radiance, which cannot be bound both for reading and for
+        // writing.
+        let group = Group::new("voxel_gi_inject", &reads[..count], &[Radiance, Colors]);
         let kernel = Kernel::of_light("voxel_gi_inject", "inject", &inject, &group);
         (group, kernel)
     };
     let gather_group = Group::new(
         "voxel_gi_gather",
-        &[
-            (Binding::Work, Read),
-            (Binding::Radiance, Read),
-            (Binding::Irradiance, Write),
-            (Binding::LightTexture, Write),
-            (Binding::SkyMap, Read),
-            (Binding::SkySampler, Read),
-        ],
+        &[Work, Radiance, SkyMap, SkySampler],
+        &[Irradiance, LightTexture],
     );
     let gather = load_embedded_asset!(assets, "gather.wesl");
     let share = load_embedded_asset!(assets, "share.wesl");
@@ -106,17 +84,9 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         Kernel::of_light(label, entry_point, shader, &gather_group)
     };
     let propagate_groups = [0, 1].map(|from| {
-        let bindings = [
-            (Binding::Radiance, Read),
-            (Binding::Colors, Read),
-            (Binding::LightTexture, Write),
-            (Binding::SkyMap, Read),
-            (Binding::SkySampler, Read),
-            (Binding::Before(from), Read),
-            (Binding::After(1 - from), Write),
-            (Binding::Arrived, Write),
-        ];
-        Group::new("voxel_gi_propagate", &bindings)
+        let reads = [Radiance, Colors, SkyMap, SkySampler, Before(from)];
+        let writes = [LightTexture, After(1 - from), Arrived];
+        Group::new("voxel_gi_propagate", &reads, &writes)
     });
     let propagate = load_embedded_asset!(assets, "propagate.wesl");
     let propagation =
@@ -183,16 +153,19 @@ pub(crate) fn prepare(mut pass: ResMut<SolvePass>, plan: Res<FramePlan>, groups:
         return;
     };
     let shape = buffers.shape;
-    let bind = |group: &Group, is_used: bool| is_used.then(|| groups.bind(group)).flatten();
     let (inject, _) = &pass.inject[usize::from(pass.uses_textures)];
-    let bound = Bound {
+    let mut bound = Bound {
         compact: groups.bind(&pass.compact_group),
-        inject: bind(inject, !shape.occlusion_only),
-        gather: bind(&pass.gather_group, !shape.propagates),
-        propagate: { shape.propagates }
-            .then(|| groups.bind_both(&pass.propagate_groups))
-            .flatten(),
+        ..default()
     };
+    if !shape.occlusion_only {
+        bound.inject = groups.bind(inject);
+    }
+    if shape.propagates {
+        bound.propagate = groups.bind_both(&pass.propagate_groups);
+    } else {
+        bound.gather = groups.bind(&pass.gather_group);
+    }
     pass.bound = bound;
 }
 

@@ -27,7 +27,10 @@ use super::{
     voxelization::{Bounds, ChangedRegions},
 };
 use crate::{
-    extract::{meshes::ExtractedScene, place_volume::ExtractedVolume, scene_meshes::SceneMesh},
+    extract::{
+        meshes::{ExtractedScene, SceneMesh},
+        place_volume::ExtractedVolume,
+    },
     gpu_types::{MESH_NOT_SHADOW_CASTER, MeshInstance},
 };
 

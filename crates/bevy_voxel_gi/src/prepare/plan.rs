@@ -21,7 +21,7 @@ use super::{
     mesh_group::BATCH_TRIANGLES,
     settling::{Pace, SETTLE, SettlingClock},
     tiles::{LightTiles, Tiles},
-    uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
+    uniforms::{EMPTY_INTERVAL, VolumeUniforms, first_uniform},
     voxelization::{Moves, Voxelization, Voxelized, changes},
 };
 use crate::{
@@ -30,8 +30,9 @@ use crate::{
         meshes::ExtractedScene,
         place_volume::ExtractedVolume,
         placement::{PlacedLevel, PlacedVolume},
+        probe::STORAGE_SCALE,
     },
-    gpu_types::Light,
+    gpu_types::{Light, Volume},
     passes::{draw_sky::SkyCube, kernel::RequiredPipelines},
     report::{SharedReport, VoxelGiReport, VoxelGiState},
     settings::{Bounces, Solver, VoxelGiSettings, VoxelLight, Voxelizer},
@@ -95,17 +96,14 @@ impl FramePlan {
 }
 
 fn pace(settings: &VoxelGiSettings) -> Pace {
-    let rounds = match settings.light {
-        // Propagation starts over in each frame.
-        VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { .. },
-            ..
-        } => EMPTY_INTERVAL,
-        _ => SETTLE,
-    };
     Pace {
         interval: settings.update_interval,
-        rounds,
+        // Propagation starts over in each frame.
+        rounds: if settings.light.propagates() {
+            EMPTY_INTERVAL
+        } else {
+            SETTLE
+        },
     }
 }
 
@@ -264,27 +262,22 @@ pub(crate) fn plan_frame(
         Voxelization::of(&changes)
     });
     let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
-    let frame = UniformFrame {
-        volume,
-        lights: &lights.lights,
-        bounces,
-        frame: plan.clock.frame(),
-        blend: plan.clock.blend(pace),
-        is_changing: plan.clock.is_changing(pace),
-        is_held: plan.clock.is_held(pace),
-        emission_unit: materials.emission_unit,
-        has_moved,
-        voxel_capacity: shape.voxels as u32,
-    };
-    uniforms.write(frame, &device, &queue);
-    plan.work = Some(FrameWork {
+    let work = FrameWork {
         bounces,
         iterations,
         voxelizes,
         has_changed,
         has_moved,
         is_held: plan.clock.is_held(pace),
-    });
+    };
+    let first = Volume {
+        light_count: u32::try_from(lights.lights.len()).unwrap_or(u32::MAX),
+        voxel_capacity: shape.voxels as u32,
+        emission_scale: STORAGE_SCALE * materials.emission_unit / volume.exposure,
+        ..first_uniform(volume, &work, &plan.clock, pace)
+    };
+    uniforms.write(first, &lights.lights, &device, &queue);
+    plan.work = Some(work);
     plan.clock.advance(pace);
     if let Some(made) = made {
         commands.insert_resource(made);

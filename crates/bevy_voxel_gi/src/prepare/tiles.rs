@@ -10,20 +10,16 @@ use bevy::{
         Extract,
         render_asset::RenderAssets,
         render_resource::{
-            Extent3d, ShaderType, Texture, TextureDescriptor, TextureDimension, TextureFormat,
-            TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor,
-            TextureViewDimension, TextureViewId,
+            ShaderType, Texture, TextureDimension, TextureFormat, TextureSampleType, TextureUsages,
+            TextureView, TextureViewDescriptor, TextureViewDimension, TextureViewId,
         },
         renderer::RenderDevice,
         texture::GpuImage,
     },
 };
 
-use super::asset_notes::AssetNotes;
-use crate::extract::{
-    light_textures::{CubeCells, LightTexture, TextureCoverage},
-    lights::ExtractedLights,
-};
+use super::{asset_notes::AssetNotes, buffers::texture};
+use crate::extract::lights::{CubeCells, ExtractedLights, LightTexture, TextureCoverage};
 
 /// The part of a texture that a tile holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -315,23 +311,18 @@ impl Tiles {
         if rows + more > most || device.limits().max_texture_dimension_2d < ROW {
             return Err(NoTile::NoRoom(4 * u64::from(ROW) * u64::from(most)));
         }
-        let texture = device.create_texture(&TextureDescriptor {
-            label: Some("voxel_gi_tiles"),
-            size: Extent3d {
-                width: ROW,
-                height: rows + more,
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: TextureFormat::R32Uint,
-            usage: TextureUsages::TEXTURE_BINDING
-                | TextureUsages::STORAGE_BINDING
-                | TextureUsages::COPY_SRC
-                | TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        let usage = TextureUsages::TEXTURE_BINDING
+            | TextureUsages::STORAGE_BINDING
+            | TextureUsages::COPY_SRC
+            | TextureUsages::COPY_DST;
+        let size = [ROW, rows + more, 1];
+        let texture = texture(
+            device,
+            "voxel_gi_tiles",
+            size,
+            TextureFormat::R32Uint,
+            usage,
+        );
         let view = texture.create_view(&TextureViewDescriptor::default());
         for tile in self.tiles.values_mut() {
             tile.is_drawn = false;
@@ -388,12 +379,10 @@ impl Tiles {
         jobs.collect()
     }
 
-    /// The texture with all tiles, if there are any.
     pub(crate) fn view(&self) -> Option<&TextureView> {
         self.texture.as_ref().map(|(_, view)| view)
     }
 
-    /// Size of the texture in bytes.
     pub(super) fn bytes(&self) -> u64 {
         4 * u64::from(ROW) * u64::from(self.rows())
     }

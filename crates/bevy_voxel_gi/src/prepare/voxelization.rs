@@ -206,12 +206,7 @@ impl DirtyVoxels {
     }
 
     pub(super) fn write(&self, buffer: &Buffer, offset: u64, queue: &RenderQueue) {
-        let bytes: Vec<u8> = self
-            .bits
-            .iter()
-            .flat_map(|bits| bits.to_le_bytes())
-            .collect();
-        queue.write_buffer(buffer, offset, &bytes);
+        queue.write_buffer(buffer, offset, bytemuck::cast_slice(&self.bits));
     }
 
     /// Marks the voxels of the levels in which meshes have changed.

@@ -9,7 +9,7 @@ use super::{
     surface::{CLEARANCE, Surface},
     voxels::{SUB_VOXELS, Voxels},
 };
-use glam::{IVec3, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 
 /// Weight of a voxel that is not visible, relative to 1: it matters only where no voxel is visible.
@@ -60,19 +60,9 @@ impl IrradianceField {
     /// Interpolates trilinearly between voxel centres, clamped at the border. `position` is in grid
     /// coordinates.
     pub fn sample(&self, position: Vec3, face: usize) -> Vec4 {
-        let last = self.grid.resolution as f32 - 1.0;
-        let p = (position - 0.5).clamp(Vec3::ZERO, Vec3::splat(last));
-        let low = p.floor();
-        let f = p - low;
-        let mut sum = Vec4::ZERO;
-        for corner in 0..8 {
-            let step = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-            let weights = Vec3::select(step.cmpeq(IVec3::ONE), f, 1.0 - f);
-            if let Some(index) = self.grid.index(low.as_ivec3() + step) {
-                sum += self.texels[index][face] * (weights.x * weights.y * weights.z);
-            }
-        }
-        sum
+        let corners = self.grid.around_position(position);
+        let texels = corners.map(|(index, weight)| self.texels[index][face] * weight);
+        texels.sum()
     }
 
     /// Returns the irradiance of a surface in lux, from an ambient cube.
@@ -108,20 +98,10 @@ impl IrradianceField {
         let escape = escape_distance(voxels, origin, to_viewer);
         let clarity = (2.0 - 2.0 * escape / MAX_ESCAPE).min(1.0);
         origin += to_viewer * (escape + CLEARANCE);
-        let last = self.grid.resolution as f32 - 1.0;
-        let p = (receiver - 0.5).clamp(Vec3::ZERO, Vec3::splat(last));
-        let low = p.floor();
-        let f = p - low;
         let mut sum = Vec4::ZERO;
-        for corner in 0..8 {
-            let step = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-            let voxel = low.as_ivec3() + step;
-            let Some(index) = self.grid.index(voxel) else {
-                continue;
-            };
-            let mut weight = Vec3::select(step.cmpeq(IVec3::ONE), f, 1.0 - f).element_product();
+        for (index, mut weight) in self.grid.around_position(receiver) {
             // Within the plane of the surface, as far as the centre of the voxel.
-            let offset = voxel.as_vec3() + 0.5 - origin;
+            let offset = self.grid.voxel(index).as_vec3() + 0.5 - origin;
             let along = offset - normal * normal.dot(offset);
             let occupied = occupied_length(voxels, origin, along);
             weight *= 1.0 - clarity * (occupied / OPAQUE_LENGTH).min(1.0 - HIDDEN_WEIGHT);

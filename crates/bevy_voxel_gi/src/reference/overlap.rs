@@ -76,14 +76,7 @@ impl TriangleOverlap {
 
     /// Returns the axis of the largest component of the normal; of equal ones the first.
     pub fn main_axis(&self) -> usize {
-        let Vec3 { x, y, z } = self.normal.abs();
-        if x >= y && x >= z {
-            0
-        } else if y >= z {
-            1
-        } else {
-            2
-        }
+        self.normal.abs().max_position()
     }
 
     /// Returns whether the triangle overlaps the cube of edge `size` whose lowest corner is `min`.

@@ -83,30 +83,12 @@ pub struct MaterialArea {
 }
 
 /// The part of a triangle in a voxel.
-struct SurfacePart {
+struct SurfacePart<'a> {
     voxel: IVec3,
+    overlap: TriangleOverlap,
+    triangle: &'a Triangle,
+    /// It is projected along the main axis of the triangle.
     part: Part,
-    /// A corner of the triangle, in grid coordinates.
-    corner: Vec3,
-    normal: Vec3,
-    /// The axis along which `part` is projected.
-    axis: usize,
-    material: u32,
-    double_sided: bool,
-}
-
-impl SurfacePart {
-    fn new(voxel: IVec3, overlap: &TriangleOverlap, triangle: &Triangle, part: Part) -> Self {
-        Self {
-            voxel,
-            part,
-            corner: overlap.corners[0],
-            normal: overlap.normal,
-            axis: overlap.main_axis(),
-            material: triangle.material,
-            double_sided: triangle.double_sided,
-        }
-    }
 }
 
 /// The voxelised scene.
@@ -125,6 +107,11 @@ pub struct Voxels {
 /// Returns the bit of a sub-voxel in a mask.
 pub fn sub_voxel_bit(sub_voxel: IVec3) -> u64 {
     1 << (sub_voxel.x + 4 * sub_voxel.y + 16 * sub_voxel.z)
+}
+
+/// The sub-voxels of a voxel, in the order of their bits.
+pub(super) fn sub_voxels() -> impl Iterator<Item = IVec3> {
+    (0..64).map(|bit| IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
 }
 
 impl Voxels {
@@ -153,7 +140,7 @@ impl Voxels {
     }
 
     /// Marks the sub-voxels of a triangle, and collects its parts.
-    fn mark(&mut self, triangle: &Triangle, parts: &mut Vec<SurfacePart>) {
+    fn mark<'a>(&mut self, triangle: &'a Triangle, parts: &mut Vec<SurfacePart<'a>>) {
         let corners = triangle.corners.map(|v| self.grid.to_grid(v));
         let Some(overlap) = TriangleOverlap::new(corners) else {
             return;
@@ -176,7 +163,12 @@ impl Voxels {
                     {
                         let mut part = part_in_voxel(overlap.corners, min, overlap.main_axis());
                         part.area = part.area.max(MIN_AREA);
-                        parts.push(SurfacePart::new(voxel, &overlap, triangle, part));
+                        parts.push(SurfacePart {
+                            voxel,
+                            overlap,
+                            triangle,
+                            part,
+                        });
                     }
                 }
             }
@@ -188,10 +180,9 @@ impl Voxels {
     fn mark_in(&mut self, voxel: IVec3, is_in: impl Fn(Vec3, f32) -> bool) -> bool {
         let size = 1.0 / SUB_VOXELS as f32;
         let mut mask = 0;
-        for bit in 0..64 {
-            let sub = IVec3::new(bit % 4, bit / 4 % 4, bit / 16);
+        for sub in sub_voxels() {
             if is_in(voxel.as_vec3() + sub.as_vec3() * size, size) {
-                mask |= 1 << bit;
+                mask |= sub_voxel_bit(sub);
             }
         }
         let index = self.grid.index(voxel).filter(|_| mask != 0);
@@ -207,21 +198,15 @@ impl Voxels {
             return;
         };
         let shares = [false, true].map(|is_back| self.visible_share(index, part, is_back));
+        let (overlap, triangle) = (&part.overlap, part.triangle);
         for (face, direction) in FACES.into_iter().enumerate() {
-            let cosine = part.normal.dot(direction);
-            if cosine > MIN_FACE_COSINE || (part.double_sided && -cosine > MIN_FACE_COSINE) {
-                let normal = part.normal * cosine.signum();
-                let share = shares[usize::from(cosine < 0.0)];
-                let area = part.part.area;
-                let height = normal.dot(part.corner - part.voxel.as_vec3() - 0.5);
-                self.add_face(
-                    index,
-                    face,
-                    [area, share],
-                    cosine,
-                    (normal, height),
-                    part.material,
-                );
+            let cosine = overlap.normal.dot(direction);
+            if cosine > MIN_FACE_COSINE || (triangle.double_sided && -cosine > MIN_FACE_COSINE) {
+                let normal = overlap.normal * cosine.signum();
+                let areas = [part.part.area, shares[usize::from(cosine < 0.0)]];
+                let height = normal.dot(overlap.corners[0] - part.voxel.as_vec3() - 0.5);
+                let plane = (normal, height);
+                self.add_face(index, face, areas, cosine, plane, triangle.material);
             }
         }
     }
@@ -229,16 +214,16 @@ impl Voxels {
     /// The share of the columns of a part in which no sub-voxel of its voxel is in front of the surface: ground under a
     /// floor has no colour that shows.
     fn visible_share(&self, index: usize, part: &SurfacePart, is_back: bool) -> f32 {
-        let axis = part.axis;
+        let axis = part.overlap.main_axis();
         let [u_axis, v_axis] = [(axis + 1) % 3, (axis + 2) % 3];
         let edge = SUB_VOXELS as f32;
-        let point = edge * (part.corner - part.voxel.as_vec3());
+        let point = edge * (part.overlap.corners[0] - part.voxel.as_vec3());
         let middle = edge * part.part.centroid;
         let half = 0.5 * edge * part.part.size;
         let most = Vec2::splat(edge - 1.0);
         let low = (middle - half + INWARDS).floor().clamp(Vec2::ZERO, most);
         let high = ((middle + half - INWARDS).ceil() - 1.0).clamp(low, most);
-        let normal = part.normal;
+        let normal = part.overlap.normal;
         let slope = Vec2::new(normal[u_axis], normal[v_axis]) / normal[axis];
         let reach = 0.5 * slope.abs().element_sum();
         let is_forward = (normal[axis] > 0.0) != is_back;
@@ -365,8 +350,8 @@ impl Voxels {
     /// The area of the sub-voxels that are exposed towards a face, in sub-voxels, without what is in front of their sides.
     fn exposed_columns(&self, index: usize, face: usize) -> f32 {
         let base = self.grid.voxel(index) * SUB_VOXELS;
-        (0..64)
-            .map(|bit| base + IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
+        sub_voxels()
+            .map(|sub| base + sub)
             .filter(|sub| self.is_occupied(*sub) && self.is_outermost(*sub, FACE_STEPS[face]))
             .map(|sub| {
                 self.filled(index, sub, (face / 2 + 1) % 3)
@@ -445,7 +430,12 @@ impl Voxels {
                         ),
                         size: Vec2::splat((area * overlap.normal[axis].abs()).sqrt()),
                     };
-                    parts.push(SurfacePart::new(voxel, &overlap, triangle, part));
+                    parts.push(SurfacePart {
+                        voxel,
+                        overlap,
+                        triangle,
+                        part,
+                    });
                 }
             }
         }
@@ -466,11 +456,10 @@ impl Voxels {
         let local = (point - voxel) * SUB_VOXELS as f32;
         let own = local.floor().as_ivec3();
         let reach = 0.5 * normal.abs().element_sum();
-        for bit in 0..64 {
-            let sub = IVec3::new(bit % 4, bit / 4 % 4, bit / 16);
+        for sub in sub_voxels() {
             let is_near = (sub - own).abs().max_element() <= REACH;
             if is_near && normal.dot(sub.as_vec3() + 0.5 - local).abs() <= reach {
-                self.masks[index] |= 1 << bit;
+                self.masks[index] |= sub_voxel_bit(sub);
             }
         }
         for (face, direction) in FACES.into_iter().enumerate() {

@@ -37,6 +37,31 @@ impl Default for VoxelLight {
 }
 
 impl VoxelLight {
+    pub(crate) fn propagates(self) -> bool {
+        let Self::GlobalIllumination { solver, .. } = self else {
+            return false;
+        };
+        matches!(solver, Solver::Propagate { .. })
+    }
+
+    /// Returns the same light with another number of rays or iterations.
+    pub(crate) fn with_work(self, work: u32) -> Self {
+        match self {
+            Self::GlobalIllumination { solver, bounces } => Self::GlobalIllumination {
+                solver: match solver {
+                    Solver::Trace { .. } => Solver::Trace { rays: work },
+                    Solver::Propagate { .. } => Solver::Propagate { iterations: work },
+                },
+                bounces,
+            },
+            Self::AmbientOcclusion { radius, .. } => Self::AmbientOcclusion { radius, rays: work },
+        }
+    }
+
+    pub(crate) fn is_occlusion(self) -> bool {
+        matches!(self, Self::AmbientOcclusion { .. })
+    }
+
     pub(super) fn clamped(self) -> Self {
         match self {
             Self::GlobalIllumination { solver, bounces } => Self::GlobalIllumination {

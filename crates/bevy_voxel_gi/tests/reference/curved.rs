@@ -31,9 +31,11 @@ fn ball(center: Vec3, radius: f32) -> Vec<Triangle> {
     all
 }
 
-/// Directions all around.
-fn around(count: u32) -> impl Iterator<Item = Vec3> {
-    (0..count).map(move |i| sphere_ray(i, count, 0.3))
+/// Mean and least value of 500 directions all around.
+fn mean_and_least(value: impl Fn(Vec3) -> f32) -> [f32; 2] {
+    let found = (0..500).map(|i| value(sphere_ray(i, 500, 0.3)));
+    let least = found.clone().fold(f32::INFINITY, f32::min);
+    [found.sum::<f32>() / 500.0, least]
 }
 
 fn under_sky(triangles: &[Triangle], resolution: u32) -> IrradianceField {
@@ -48,11 +50,8 @@ fn a_ball_sees_all_of_the_sky() {
     for radius in [2.0, 3.3, 5.6] {
         let center = Vec3::new(8.1, 7.9, 8.3);
         let field = under_sky(&ball(center, radius), 16);
-        let found: Vec<f32> = around(500)
-            .map(|n| field.irradiance(center + radius * n, n, 0.0).x / PI)
-            .collect();
-        let mean = found.iter().sum::<f32>() / 500.0;
-        let least = found.iter().copied().fold(f32::INFINITY, f32::min);
+        let [mean, least] =
+            mean_and_least(|n| field.irradiance(center + radius * n, n, 0.0).x / PI);
         println!("ball of {radius}: mean {mean}, least {least}");
         assert!((mean - 1.0).abs() < 0.001 && least > 0.97, "{radius}");
     }
@@ -69,11 +68,8 @@ fn a_round_furnace() {
     let voxels = Voxels::new(unit_grid(16), &triangles);
     let materials = gray(0.5, 1.0);
     let field = traced_field(traced(&voxels, &materials, &[], Vec3::ZERO), 40);
-    let found: Vec<f32> = around(500)
-        .map(|n| field.irradiance(center + 5.6 * n, -n, 0.0).x / PI / 2.0)
-        .collect();
-    let mean = found.iter().sum::<f32>() / 500.0;
-    let least = found.iter().copied().fold(f32::INFINITY, f32::min);
+    let [mean, least] =
+        mean_and_least(|n| field.irradiance(center + 5.6 * n, -n, 0.0).x / PI / 2.0);
     println!("inside of a ball: mean {mean}, least {least}");
     assert!((mean - 1.0).abs() < 0.003 && least > 0.98);
 }

@@ -1,14 +1,17 @@
 //! Tests of propagation: spherical harmonics, energy, symmetry.
 
-use crate::support::{gray, images_in_cube, room, solid, sun, traced, unit_grid};
+use crate::support::{gray, images_in_cube, propagation, room, solid, sun, unit_grid};
 use bevy_voxel_gi::reference::{
-    IrradianceField, Light, Material, Propagation, PropagationSettings, Voxels,
+    IrradianceField, Light, Material, Voxels,
     propagate::{FRONT_ANGLE, SIDE_ANGLE, Y0, basis, cosine_lobe, flux},
     rays::sphere_ray,
 };
 use glam::{Vec3, Vec4};
 use proptest::prelude::*;
 use std::f32::consts::PI;
+
+/// The steps of the default settings.
+const STEPS: u32 = 128;
 
 /// Directions with equal solid angles.
 fn sphere(count: u32) -> impl Iterator<Item = Vec3> {
@@ -63,9 +66,7 @@ fn the_flux_never_grows() {
     for albedo in [0.99, 1.0] {
         let materials = gray(albedo, 0.0);
         let light = point_light(Vec3::new(8.0, 9.0, 3.0));
-        let ray_tracing = traced(&voxels, &materials, &light, Vec3::ZERO);
-        let settings = PropagationSettings::default();
-        let mut flow = Propagation::new(&ray_tracing, &voxels, &materials, Vec3::ZERO, settings);
+        let mut flow = propagation(&voxels, &materials, &light, Vec3::ZERO, STEPS);
         let mut last = flow.total_flux();
         assert!(last.min_element() > 0.0);
         for step in 0..1000 {
@@ -83,12 +84,7 @@ fn furnace() {
     for albedo in [0.5, 0.9] {
         let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(0.5), Vec3::splat(11.5)));
         let materials = gray(albedo, 1.0);
-        let ray_tracing = traced(&voxels, &materials, &[], Vec3::ZERO);
-        let settings = PropagationSettings {
-            steps: 1000,
-            ..Default::default()
-        };
-        let mut flow = Propagation::new(&ray_tracing, &voxels, &materials, Vec3::ZERO, settings);
+        let mut flow = propagation(&voxels, &materials, &[], Vec3::ZERO, 1000);
         let given = flow.total_flux();
         flow.run();
         let walls = (0..voxels.grid.len()).filter(|v| voxels.masks[*v] != 0);
@@ -100,9 +96,7 @@ fn furnace() {
 
 /// The field with the default settings, without a sky.
 fn propagated(voxels: &Voxels, materials: &[Material], light: &[Light]) -> IrradianceField {
-    let ray_tracing = traced(voxels, materials, light, Vec3::ZERO);
-    let settings = PropagationSettings::default();
-    let mut flow = Propagation::new(&ray_tracing, voxels, materials, Vec3::ZERO, settings);
+    let mut flow = propagation(voxels, materials, light, Vec3::ZERO, STEPS);
     flow.run();
     flow.field()
 }

@@ -296,6 +296,22 @@ pub fn traced<'a>(
     )
 }
 
+/// The propagated light of a scene, before its first step.
+pub fn propagation<'a>(
+    voxels: &'a Voxels,
+    materials: &[Material],
+    lights: &[Light],
+    sky: Vec3,
+    steps: u32,
+) -> Propagation<'a> {
+    let settings = PropagationSettings {
+        steps,
+        ..Default::default()
+    };
+    let ray_tracing = traced(voxels, materials, lights, sky);
+    Propagation::new(&ray_tracing, voxels, materials, sky, settings)
+}
+
 /// A light from afar, in lux, shining in this direction.
 pub fn sun(direction: Vec3, lux: f32) -> Light {
     Light::Directional {
@@ -375,13 +391,9 @@ pub fn both(
     bounces: u32,
 ) -> [IrradianceField; 2] {
     let voxels = Voxels::new(grid, triangles);
-    let ray_tracing = traced(&voxels, materials, lights, sky);
-    let settings = PropagationSettings {
-        steps: 4 * bounces,
-        ..Default::default()
-    };
-    let mut flow = Propagation::new(&ray_tracing, &voxels, materials, sky, settings);
+    let mut flow = propagation(&voxels, materials, lights, sky, 4 * bounces);
     flow.run();
+    let ray_tracing = traced(&voxels, materials, lights, sky);
     [traced_field(ray_tracing, bounces), flow.field()]
 }
 

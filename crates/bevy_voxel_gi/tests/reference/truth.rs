@@ -1,15 +1,15 @@
 //! Tests of the reference against path-traced light (`tests/data`), also with stochastic voxelisation, with and without
 //! what the camera sees (thesis 6.4.3 and 6.5.2).
 
-use crate::support::{self, Truth, for_visibility, traced, traced_field};
+use crate::support::{self, Truth, for_visibility, propagation, traced, traced_field};
 use bevy_voxel_gi::reference::{
-    FACES, IrradianceField, Material, Propagation, PropagationSettings, RayTracing,
-    RayTracingSettings, SETTLE, Triangle, VolumeGrid, Voxels,
+    FACES, IrradianceField, Material, RayTracing, RayTracingSettings, SETTLE, Triangle, VolumeGrid,
+    Voxels,
     propagate::{basis, cosine_lobe},
     rays::{hash_unit, sphere_ray},
     trace::RaySample,
 };
-use glam::{IVec3, UVec2, Vec3, Vec4};
+use glam::{UVec2, Vec3, Vec4};
 use std::f32::consts::PI;
 
 fn ray_tracing(truth: &Truth, voxels: &Voxels, settings: RayTracingSettings) -> IrradianceField {
@@ -17,12 +17,7 @@ fn ray_tracing(truth: &Truth, voxels: &Voxels, settings: RayTracingSettings) -> 
 }
 
 fn propagate(truth: &Truth, voxels: &Voxels, steps: u32) -> IrradianceField {
-    let ray_tracing = truth.ray_tracing(voxels, RayTracingSettings::default());
-    let settings = PropagationSettings {
-        steps,
-        ..Default::default()
-    };
-    let mut flow = Propagation::new(&ray_tracing, voxels, &truth.materials, truth.sky, settings);
+    let mut flow = propagation(voxels, &truth.materials, &truth.lights, truth.sky, steps);
     flow.run();
     flow.field()
 }
@@ -56,16 +51,10 @@ fn thesis(truth: &Truth, grid: VolumeGrid, ray_tracing: &RayTracing, rays: u32) 
         })
         .collect();
     let sample = |position: Vec3| {
-        let p = (position - 0.5).clamp(Vec3::ZERO, Vec3::splat(grid.resolution as f32 - 1.0));
         let mut sum = [Vec4::ZERO; 3];
-        for corner in 0..8 {
-            let step = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-            let f = p - p.floor();
-            let weight = Vec3::select(step.cmpeq(IVec3::ONE), f, 1.0 - f).element_product();
-            if let Some(index) = grid.index(p.floor().as_ivec3() + step) {
-                for (sum, value) in sum.iter_mut().zip(stored[index]) {
-                    *sum += value * weight;
-                }
+        for (index, weight) in grid.around_position(position) {
+            for (sum, value) in sum.iter_mut().zip(stored[index]) {
+                *sum += value * weight;
             }
         }
         sum

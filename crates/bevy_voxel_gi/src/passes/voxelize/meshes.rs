@@ -6,8 +6,8 @@ use bevy::{
     prelude::*,
     render::{
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, Buffer, BufferDescriptor,
-            BufferUsages, CommandEncoder, ComputePass, PipelineCache,
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, Buffer, BufferUsages,
+            CommandEncoder, ComputePass, PipelineCache,
         },
         renderer::RenderDevice,
     },
@@ -20,7 +20,10 @@ use super::super::{
     },
     kernel::{Kernel, Pipelines, dispatch_workgroups},
 };
-use crate::prepare::mesh_group::{MeshGroup, UploadedGroup, UploadedList};
+use crate::prepare::{
+    buffers::buffer,
+    mesh_group::{MeshGroup, UploadedGroup, UploadedList},
+};
 
 /// Writes what has changed of the lists: a copy for each place would take the CPU far longer where many meshes move.
 pub(super) struct ScatterPass {
@@ -104,7 +107,7 @@ struct CulledGroup {
 
 impl CullPass {
     pub(super) fn new(assets: &AssetServer) -> Self {
-        let voxels_group = Group::new("voxel_gi_cull_volume", &[(Binding::Volume(0), Read)]);
+        let voxels_group = Group::new("voxel_gi_cull_volume", &[Binding::Volume(0)], &[]);
         let layout = group_layout(
             "voxel_gi_cull",
             (
@@ -176,12 +179,8 @@ impl CullPass {
     pub(super) fn finish(&mut self, device: &RenderDevice) {
         let size = ARGS_SIZE * self.groups.len().max(1) as u64;
         if self.args.as_ref().is_none_or(|args| args.size() < size) {
-            self.args = Some(device.create_buffer(&BufferDescriptor {
-                label: Some("voxel_gi_cull_args"),
-                size,
-                usage: BufferUsages::INDIRECT | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }));
+            let usage = BufferUsages::INDIRECT | BufferUsages::COPY_DST;
+            self.args = Some(buffer(device, "voxel_gi_cull_args", size, usage));
         }
     }
 

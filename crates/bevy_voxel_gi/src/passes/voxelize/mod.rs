@@ -11,25 +11,22 @@ use bevy::{
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, PipelineCache,
-            RawBufferVec, ShaderStages, TextureSampleType, binding_types::texture_2d,
+            BufferUsages, ComputePass, ComputePipeline, PipelineCache, RawBufferVec, ShaderStages,
+            TextureSampleType, binding_types::texture_2d,
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
     },
 };
 
 use super::{
-    bindings::{
-        Access::{Read, Write},
-        BindGroups, Binding, Group, storage,
-    },
+    bindings::{Access::Read, BindGroups, Binding::*, Group, storage},
     kernel::{Kernel, Pipelines, dispatch_voxels, record_pass, set_bind_groups},
     read_back::CountsCopy,
 };
 use crate::{
     extract::{meshes::ExtractedScene, place_volume::ExtractedVolume},
     prepare::{
-        buffers::{BufferShape, ShadowMasks, VolumeBuffers},
+        buffers::{BufferShape, ShadowMasks, VolumeBuffers, buffer},
         materials::{EMISSION, MaterialRecords},
         mesh_batches::MeshBatches,
         mesh_group::MeshGroup,
@@ -135,38 +132,21 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let clear_groups = [
         Group::new(
             "voxel_gi_clear_volume",
-            &[
-                (Binding::Volume(0), Read),
-                (Binding::Masks, Write),
-                (Binding::PackedSurfaces, Write),
-                (Binding::FaceSlots, Write),
-            ],
+            &[Volume(0)],
+            &[Masks, PackedSurfaces, FaceSlots],
         ),
-        Group::new(
-            "voxel_gi_clear",
-            &[
-                (Binding::Changes, Read),
-                (Binding::Dirty, Read),
-                (Binding::SlotLists, Write),
-            ],
-        ),
+        Group::new("voxel_gi_clear", &[Changes, Dirty], &[SlotLists]),
     ];
     let voxels_groups = [
         Group::new(
             "voxel_gi_voxelize_volume",
-            &[
-                (Binding::Volume(0), Read),
-                (Binding::Masks, Write),
-                (Binding::FaceSlots, Write),
-            ],
+            &[Volume(0)],
+            &[Masks, FaceSlots],
         ),
         Group::new(
             "voxel_gi_surfaces_volume",
-            &[
-                (Binding::Volume(0), Read),
-                (Binding::Sums, Write),
-                (Binding::FaceSlotsAndMasks, Write),
-            ],
+            &[Volume(0)],
+            &[Sums, FaceSlotsAndMasks],
         ),
     ];
     let integers = || texture_2d(TextureSampleType::Uint);
@@ -186,36 +166,21 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
             ),
         ),
     );
-    let visible_group = Group::new("voxel_gi_visible", &[(Binding::Visible, Read)]);
-    // Also what resolves them binds the first four.
-    let of_slots = [
-        (Binding::Volume(0), Read),
-        (Binding::PackedSurfaces, Write),
-        (Binding::FaceSlots, Write),
-        (Binding::Sums, Write),
-    ];
+    let visible_group = Group::new("voxel_gi_visible", &[Visible], &[]);
+    let slots = [PackedSurfaces, FaceSlots, Sums];
     let allocate_groups = [
-        Group::new("voxel_gi_allocate_volume", &of_slots),
+        Group::new("voxel_gi_allocate_volume", &[Volume(0)], &slots),
         Group::new(
             "voxel_gi_allocate",
-            &[
-                (Binding::Irradiance, Write),
-                (Binding::Changes, Read),
-                (Binding::Dirty, Read),
-                (Binding::SlotLists, Write),
-            ],
+            &[Changes, Dirty],
+            &[Irradiance, SlotLists],
         ),
     ];
-    let resolve_group = Group::new("voxel_gi_resolve", &of_slots);
+    let resolve_group = Group::new("voxel_gi_resolve", &[Volume(0)], &slots);
     let share_group = Group::new(
         "voxel_gi_share_emission",
-        &[
-            (Binding::Volume(0), Read),
-            (Binding::Masks, Read),
-            (Binding::PackedSurfaces, Write),
-            (Binding::FaceSlots, Read),
-            (Binding::Sums, Write),
-        ],
+        &[Volume(0), Masks, FaceSlots],
+        &[PackedSurfaces, Sums],
     );
     let clear = load_embedded_asset!(assets, "clear.wesl");
     let clear = |label, entry_point| {
@@ -343,16 +308,15 @@ pub(crate) fn prepare(
     let levels = placed.levels.len() as u32;
     let levels = levels * (1 + u32::from(buffers.has_shadow_masks()));
     let rows = placed.settings.resolution;
-    let is_visible = buffers.shape.marks_visible;
+    let visible = if buffers.shape.marks_visible {
+        groups.bind(&pass.visible_group)
+    } else {
+        None
+    };
     // Without textures, no shader reads the tiles.
     let tiles = tiles.view().unwrap_or(records);
     let device = &groups.device;
-    let stub = device.create_buffer(&BufferDescriptor {
-        label: Some("voxel_gi_none"),
-        size: 16,
-        usage: BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
+    let stub = buffer(device, "voxel_gi_none", 16, BufferUsages::STORAGE);
     // The next frame extracts them anew.
     std::mem::swap(pass.joints.values_mut(), &mut scene.joints);
     if pass.joints.is_empty() {
@@ -387,9 +351,7 @@ pub(crate) fn prepare(
         rows: [rows, rows, levels],
         voxels,
         meshes,
-        visible: is_visible
-            .then(|| groups.bind(&pass.visible_group))
-            .flatten(),
+        visible,
         allocate,
         resolve,
         share_emission,
@@ -443,7 +405,8 @@ pub(crate) fn voxelize(
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
         encoder.clear_buffer(&buffers.visible, 0, None);
     }
-    let visible = { work.visible.as_ref() }.zip(pass.visible.pipelines(&cache));
+    let visible = work.visible.as_ref();
+    let visible = visible.zip(pass.visible.pipelines(&cache));
     // One of the two passes over all meshes, and over what cameras saw.
     let record = |compute: &mut ComputePass<'_>, number: usize, pipeline: &ComputePipeline| {
         compute.set_pipeline(pipeline);
