@@ -94,8 +94,6 @@ impl Plugin for VoxelGiPlugin {
             .register_type::<MeshVoxelMaterial>()
             .register_type::<VoxelGiLight>()
             .init_resource::<ActiveVolume>()
-            .init_resource::<MaterialTable>()
-            .init_resource::<MovedMeshes>()
             .register_type::<VoxelGiReport>()
             .init_resource::<VoxelGiReport>()
             .init_resource::<SharedReport>()

@@ -191,24 +191,9 @@ pub(crate) fn remove_unused(mut table: ResMut<MaterialTable>, used: Query<&Mater
         .remove_unused(used.iter().copied());
 }
 
-/// State of the table's updates for one type of material.
-pub(crate) struct MaterialUpdates<M: Asset> {
-    /// Entities whose table index is not known yet.
-    entities: HashSet<Entity>,
-    waiting: HashSet<AssetId<M>>,
-    /// The session of the table for which this is.
-    session: u64,
-}
-
-impl<M: Asset> Default for MaterialUpdates<M> {
-    fn default() -> Self {
-        Self {
-            entities: HashSet::default(),
-            waiting: HashSet::default(),
-            session: 0,
-        }
-    }
-}
+/// State of the table's updates for one type of material: entities whose table index is not known yet, materials that are
+/// not loaded or have changed, and the session of the table for which this is.
+type MaterialUpdates<M> = (HashSet<Entity>, HashSet<AssetId<M>>, u64);
 
 /// Keeps the table and the indices of meshes in sync with the materials of one type.
 pub(crate) fn update_materials<M: AsVoxelMaterial>(
@@ -236,18 +221,11 @@ pub(crate) fn update_materials<M: AsVoxelMaterial>(
     mut table: ResMut<MaterialTable>,
     mut pending: Local<MaterialUpdates<M>>,
 ) {
-    let is_new_session = pending.session != table.session;
+    let is_new_session = pending.2 != table.session;
     if is_new_session {
-        *pending = MaterialUpdates {
-            session: table.session,
-            ..default()
-        };
+        *pending = (default(), default(), table.session);
     }
-    let MaterialUpdates {
-        entities,
-        waiting,
-        session: _,
-    } = &mut *pending;
+    let (entities, waiting, _) = &mut *pending;
     let this = Some(TypeId::of::<M>());
     let tables = columns.contiguous_iter();
     if is_new_session || tables.is_err() {
