@@ -122,7 +122,6 @@ pub(crate) struct QualitySettings {
 }
 
 impl QualitySettings {
-    /// Relative cost of a frame.
     fn cost(&self) -> f64 {
         let work = match self.light {
             VoxelLight::GlobalIllumination { solver, .. } => match solver {
@@ -220,12 +219,10 @@ impl Controller {
         }
     }
 
-    /// Index of the current quality level.
     fn level(&self) -> usize {
         self.at
     }
 
-    /// Number of quality levels.
     fn len(&self) -> usize {
         self.levels.len()
     }

@@ -17,7 +17,6 @@ use crate::{
     settings::VoxelGiLight,
 };
 
-/// The lights of this frame.
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedLights {
     pub lights: Vec<Light>,
@@ -228,7 +227,6 @@ fn near(shadow_map_near_z: f32) -> f32 {
     }
 }
 
-/// The texture of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct LightTexture {
     pub image: AssetId<Image>,
@@ -259,7 +257,6 @@ pub(crate) enum TextureCoverage {
     Tiled,
     /// A rectangle of that plane, around which there is no light.
     Single,
-    /// All directions.
     Cube(CubeCells),
 }
 
@@ -272,7 +269,6 @@ pub(crate) struct CubeCells {
     pub columns: u32,
     /// The same of rows.
     pub rows: u32,
-    /// Number of faces.
     pub faces: u32,
 }
 
@@ -304,7 +300,6 @@ impl CubeCells {
 
 type Textured<T, L = ()> = (&'static T, L, &'static GlobalTransform);
 
-/// The lights with textures.
 #[derive(SystemParam)]
 pub(crate) struct LightTextures<'w, 's> {
     directional: Extract<'w, 's, Query<'static, 'static, Textured<DirectionalLightTexture>>>,

@@ -18,7 +18,6 @@ use crate::{
     prepare::buffers::{largest_buffer, most_bytes},
 };
 
-/// Most levels around the volumes.
 const MOST: usize = MAX_LEVELS - MAX_LIT_LEVELS;
 
 /// How much larger each is than the one before: positions in a level are exact to an eighth of its voxel, which is seen
@@ -102,7 +101,6 @@ pub(crate) struct WorldBounds {
 }
 
 impl WorldBounds {
-    /// The bounds of the meshes in this frame.
     fn update(
         &mut self,
         meshes: &mut SceneMeshes,

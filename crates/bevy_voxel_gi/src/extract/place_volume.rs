@@ -38,7 +38,6 @@ pub(crate) struct ActiveVolume {
     sky_revision: u64,
 }
 
-/// The components of a volume.
 type VolumeParts = (
     Entity,
     Ref<'static, VoxelGiVolume>,

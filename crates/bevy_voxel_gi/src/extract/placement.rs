@@ -8,7 +8,6 @@ use crate::settings::{Follow, Receiver, Sky, VoxelGiSettings, VoxelGiVolume, Vox
 /// A cube of voxels: a volume, or a cascade of one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlacedLevel {
-    /// The entity with the [`VoxelGiVolume`].
     pub owner: Entity,
     pub center: Vec3,
     /// What it follows, or its centre: its light blends into that of the next level around it.

@@ -137,7 +137,6 @@ impl Group {
         }
     }
 
-    /// A group of compute shaders.
     pub(super) fn new(label: &'static str, reads: &[Binding], writes: &[Binding]) -> Self {
         Self::of_stages(ShaderStages::COMPUTE, label, reads, writes)
     }
@@ -234,7 +233,6 @@ impl BindGroups<'_> {
         Some(self.create(&group.layout, &entries?))
     }
 
-    /// Creates two bind groups.
     pub(super) fn bind_both(&self, [a, b]: &[Group; 2]) -> Option<[BindGroup; 2]> {
         Some([self.bind(a)?, self.bind(b)?])
     }
@@ -258,7 +256,6 @@ pub(crate) struct VoxelBindGroups {
     pub bounces: [BindGroup; 3],
 }
 
-/// Creates group 0 of the passes that compute light.
 pub(crate) fn prepare_voxel_bind_groups(
     mut commands: Commands,
     plan: Res<FramePlan>,

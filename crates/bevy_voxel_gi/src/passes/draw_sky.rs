@@ -77,7 +77,6 @@ impl SkyCube {
         self.source.is_some()
     }
 
-    /// Size in bytes.
     pub fn bytes(&self) -> u64 {
         let texels = |cube: &Cube| 6 * u64::from(cube.texture.width()).pow(2);
         8 * self.cube.as_ref().map_or(0, texels)
@@ -142,7 +141,6 @@ pub(crate) fn note_sky(
     sky.version += 1;
 }
 
-/// The uniform of the shader.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 struct SkyJob {
     sky_from_world: Vec4,

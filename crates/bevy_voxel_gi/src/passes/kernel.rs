@@ -40,7 +40,6 @@ pub(crate) struct Pipelines<'w> {
 pub(crate) struct Kernel {
     descriptor: ComputePipelineDescriptor,
     variants: Vec<(Vec<&'static str>, CachedComputePipelineId)>,
-    /// The variant of this frame.
     current: Option<CachedComputePipelineId>,
 }
 
@@ -118,7 +117,6 @@ impl Kernel {
 /// The shader def of the kernels that compute light from reprojected albedo, which is in group 0 then.
 const REPROJECTED_ALBEDO: &str = "REPROJECTED_ALBEDO";
 
-/// The shader defs of the kernels that compute light.
 pub(super) fn light_defs(shape: BufferShape) -> Vec<&'static str> {
     chosen([
         (shape.occlusion_only, "OCCLUSION_ONLY"),
@@ -172,7 +170,6 @@ pub(super) fn dispatch_workgroups(pass: &mut ComputePass<'_>, count: u32) {
     pass.dispatch_workgroups(width, rows, 1);
 }
 
-/// Dispatches one thread per voxel.
 pub(super) fn dispatch_voxels(
     pass: &mut ComputePass<'_>,
     pipeline: &ComputePipeline,

@@ -310,11 +310,9 @@ pub(crate) struct VolumeBuffers {
 }
 
 impl VolumeBuffers {
-    /// Size of the counters in `work` in bytes.
     pub(crate) const COUNTERS_SIZE: u64 = Self::ARGS_OFFSET + Self::ARGS_SIZE;
     /// Byte offset of the indirect dispatch arguments in `work`.
     pub(crate) const ARGS_OFFSET: u64 = 16;
-    /// Size of the indirect dispatch arguments in bytes.
     pub(crate) const ARGS_SIZE: u64 = 48;
     /// Byte offsets of the indirect dispatch arguments: a workgroup for each surface, for each empty voxel,
     /// and for 64 surfaces.

@@ -231,9 +231,7 @@ struct MeshGroups {
     by_slabs: HashMap<Slabs, usize>,
     /// Number of triangles of all meshes.
     triangles: u64,
-    /// Number of meshes with each material.
     materials: HashMap<u32, usize>,
-    /// Number of meshes that do not shadow direct light.
     without_shadow: usize,
 }
 

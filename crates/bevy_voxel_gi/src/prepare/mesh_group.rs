@@ -18,7 +18,6 @@ use super::{
 };
 use crate::gpu_types::{MESH_SKINNED, MeshBatch, MeshInstance};
 
-/// Number of triangles in a batch.
 pub(super) const BATCH_TRIANGLES: u32 = 64;
 
 /// A bit for each level that a mesh may reach into.
@@ -54,7 +53,6 @@ pub(crate) struct UploadedGroup<'a> {
     pub items: Buffer,
 }
 
-/// Number of batches of a mesh.
 fn batch_count(triangles: u32) -> usize {
     triangles.div_ceil(BATCH_TRIANGLES) as usize
 }
@@ -210,7 +208,6 @@ impl MeshGroup {
     }
 }
 
-/// Whether a skin or morph targets deform a mesh.
 fn is_deformed(instance: &MeshInstance) -> bool {
     instance.flags & MESH_SKINNED != 0 || instance.weight_count > 0
 }
@@ -246,7 +243,7 @@ struct List<T> {
     buffer: Option<Buffer>,
     /// The words that have changed since they were copied, some of them more than once; `None` if all have.
     changed: Option<Vec<u32>>,
-    /// Changed words for [`ScatterPass`](crate::passes::scatter::ScatterPass), each behind its place.
+    /// Changed words for `ScatterPass`, each behind its place.
     changes: RawBufferVec<[u32; 2]>,
 }
 

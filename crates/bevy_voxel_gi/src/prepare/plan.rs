@@ -62,9 +62,7 @@ pub(crate) struct FramePlan {
 /// The work of the passes in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameWork {
-    /// Number of bounces.
     pub bounces: u32,
-    /// Number of propagation steps.
     pub iterations: u32,
     /// What is voxelised; all other voxels are those of the frame before.
     pub voxelizes: Option<Voxelization>,

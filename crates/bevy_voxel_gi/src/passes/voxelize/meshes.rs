@@ -51,7 +51,6 @@ impl ScatterPass {
         self.scatter.require(&[], pipelines);
     }
 
-    /// Forgets the lists of the last frame.
     pub(super) fn begin(&mut self) {
         self.lists.clear();
     }
@@ -144,7 +143,6 @@ impl CullPass {
         self.write_args.require(&[], pipelines);
     }
 
-    /// Forgets the groups of the last frame.
     pub(super) fn begin(&mut self, groups: &BindGroups) -> Option<()> {
         self.groups.clear();
         self.voxels = Some(groups.bind(&self.voxels_group)?);
@@ -175,7 +173,6 @@ impl CullPass {
         });
     }
 
-    /// Makes room for the arguments of all groups.
     pub(super) fn finish(&mut self, device: &RenderDevice) {
         let size = ARGS_SIZE * self.groups.len().max(1) as u64;
         if self.args.as_ref().is_none_or(|args| args.size() < size) {

@@ -120,7 +120,6 @@ impl Kernels {
         self.surfaces.require(&of_surfaces, pipelines);
     }
 
-    /// The pipelines of both passes, if they are ready.
     fn pipelines<'a>(&self, cache: &'a PipelineCache) -> Option<[&'a ComputePipeline; 2]> {
         let surfaces = self.surfaces.pipeline(cache)?;
         Some([self.occupancy.pipeline(cache)?, surfaces])
@@ -358,7 +357,6 @@ pub(crate) fn prepare(
     });
 }
 
-/// Voxelises the scene where it has changed.
 pub(crate) fn voxelize(
     mut context: RenderContext,
     pass: Res<VoxelizePass>,
