@@ -50,7 +50,6 @@ pub(crate) const FLAG_CHANGING: u32 = 4;
 pub(crate) const FLAG_MEAN: u32 = 8;
 pub(crate) const FLAG_HELD: u32 = 16;
 
-/// A light source.
 #[derive(ShaderType, Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Light {
     pub position: Vec3,
@@ -66,6 +65,33 @@ pub(crate) struct Light {
     pub tile_first: u32,
     pub tile_size: u32,
     pub tile_address: u32,
+}
+
+impl Light {
+    /// Its numbers, but for the tile of its texture: floats by their bits.
+    pub fn words(&self) -> [u32; 20] {
+        let vectors = [
+            self.position,
+            self.color,
+            self.direction,
+            self.half_width,
+            self.half_height,
+        ];
+        let [position, color, direction, width, height] = vectors.map(|v| v.to_array());
+        let floats = std::iter::once(self.inverse_range_squared)
+            .chain(position)
+            .chain(color)
+            .chain(direction)
+            .chain([self.spot_scale, self.spot_offset])
+            .chain(width)
+            .chain(height)
+            .chain([self.near]);
+        let mut words = [self.kind; 20];
+        for (word, float) in words[1..].iter_mut().zip(floats) {
+            *word = float.to_bits();
+        }
+        words
+    }
 }
 
 pub(crate) const LIGHT_DIRECTIONAL: u32 = 0;

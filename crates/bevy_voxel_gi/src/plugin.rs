@@ -25,28 +25,23 @@ use crate::{
         device_limits::{is_supported, keep_readable},
         game_sky::keep_atmosphere_map,
         lights::{ExtractedLights, extract_lights},
-        material_table::{MaterialTable, begin_session, remove_unused},
-        meshes::{ExtractedScene, extract_scene},
+        material_table::{
+            MaterialTable, begin_session, remove_unused, update_materials, update_unknown_materials,
+        },
+        meshes::{ExtractedScene, extract_scene, find_own_bounds},
         outer_levels::place_outer_levels,
-        own_bounds::find_own_bounds,
-        place_volume::{ActiveVolume, place_volume},
+        place_volume::{ActiveVolume, ExtractedVolume, extract_volume, place_volume},
         probe::place_probe,
-        unknown_materials::update_unknown_materials,
-        update_materials::update_materials,
-        volume::{ExtractedVolume, extract_volume},
         voxel_material::AsVoxelMaterial,
     },
-    passes::PassesPlugin,
+    passes::{PassesPlugin, kernel::RequiredPipelines},
     prepare::{
         asset_notes::{AssetNotes, note_assets},
         buffers::VolumeBuffers,
-        light_tiles::{LightTiles, prepare_light_tiles, warn_of_missing_tiles},
         materials::{MaterialRecords, prepare_materials},
         mesh_batches::{MeshBatches, collect_mesh_batches},
-        pipelines::RequiredPipelines,
         plan::{FramePlan, plan_frame},
-        scene_buffers::SceneBuffers,
-        tiles::Tiles,
+        tiles::{LightTiles, Tiles, prepare_light_tiles, warn_of_missing_tiles},
         uniforms::VolumeUniforms,
     },
     receive::{
@@ -75,18 +70,12 @@ impl Plugin for VoxelGiPlugin {
         }
         load_shader_library!(app, "shaders/albedo.wesl");
         load_shader_library!(app, "shaders/dividers.wesl");
-        load_shader_library!(app, "shaders/emission.wesl");
-        load_shader_library!(app, "shaders/face_slots.wesl");
         load_shader_library!(app, "shaders/faces.wesl");
         load_shader_library!(app, "shaders/gpu_types.wesl");
-        load_shader_library!(app, "shaders/harmonics.wesl");
         load_shader_library!(app, "shaders/light_texture.wesl");
         load_shader_library!(app, "shaders/rays.wesl");
-        load_shader_library!(app, "shaders/sky.wesl");
         load_shader_library!(app, "shaders/surface.wesl");
-        load_shader_library!(app, "shaders/surface_item.wesl");
         load_shader_library!(app, "shaders/trace.wesl");
-        load_shader_library!(app, "shaders/traverse.wesl");
         load_shader_library!(app, "shaders/voxel.wesl");
         load_shader_library!(app, "receive/coverage.wesl");
         load_shader_library!(app, "receive/plane.wesl");
@@ -105,8 +94,6 @@ impl Plugin for VoxelGiPlugin {
             .register_type::<MeshVoxelMaterial>()
             .register_type::<VoxelGiLight>()
             .init_resource::<ActiveVolume>()
-            .init_resource::<MaterialTable>()
-            .init_resource::<MovedMeshes>()
             .register_type::<VoxelGiReport>()
             .init_resource::<VoxelGiReport>()
             .init_resource::<SharedReport>()
@@ -218,7 +205,6 @@ impl Plugin for VoxelGiPlugin {
 
 fn forget_buffers(mut commands: Commands) {
     commands.remove_resource::<VolumeBuffers>();
-    commands.remove_resource::<SceneBuffers>();
 }
 
 fn a_volume_is_extracted(volume: Res<ExtractedVolume>) -> bool {

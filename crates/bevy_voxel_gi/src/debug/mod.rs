@@ -7,7 +7,6 @@ use bevy::{
     render::{
         GpuResourceAppExt, Render, RenderApp, RenderStartup, RenderSystems,
         extract_component::{ExtractComponent, ExtractComponentPlugin},
-        render_asset::RenderAssets,
         render_resource::{
             BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
             CachedRenderPipelineId, ColorTargetState, ColorWrites, FragmentState, Operations,
@@ -17,15 +16,13 @@ use bevy::{
             binding_types::{texture_3d, uniform_buffer},
         },
         renderer::{RenderContext, ViewQuery},
-        texture::GpuImage,
         view::{ExtractedView, ViewTarget, ViewUniform, ViewUniformOffset, ViewUniforms},
     },
 };
 
 use crate::{
-    extract::volume::ExtractedVolume,
-    passes::bindings::{BindGroups, COLORS, RADIANCE, read_only, voxels_bind_group, voxels_layout},
-    prepare::{buffers::VolumeBuffers, uniforms::VolumeUniforms},
+    passes::bindings::{BindGroups, Binding, Group},
+    prepare::buffers::VolumeBuffers,
 };
 
 /// Add to a camera to show the voxels instead of the scene.
@@ -65,7 +62,6 @@ impl DebugField {
     }
 }
 
-/// Registers the debug view.
 pub(crate) struct DebugViewPlugin;
 
 impl Plugin for DebugViewPlugin {
@@ -90,8 +86,8 @@ impl Plugin for DebugViewPlugin {
 #[derive(Resource)]
 struct DebugPipeline {
     /// Without reprojected albedo, and with it.
-    voxels_layouts: [BindGroupLayoutDescriptor; 2],
-    light_layout: BindGroupLayoutDescriptor,
+    voxels: [Group; 2],
+    light: Group,
     view_layout: BindGroupLayoutDescriptor,
     fullscreen: FullscreenShader,
     shader: Handle<Shader>,
@@ -104,15 +100,13 @@ fn init_pipeline(
 ) {
     let fragment = ShaderStages::FRAGMENT;
     commands.insert_resource(DebugPipeline {
-        voxels_layouts: [false, true].map(|reprojects_albedo| {
-            voxels_layout("voxel_gi_debug_volume", fragment, reprojects_albedo)
-        }),
-        light_layout: BindGroupLayoutDescriptor::new(
+        voxels: [false, true]
+            .map(|albedo| Group::of_voxels(fragment, "voxel_gi_debug_volume", 0, albedo)),
+        light: Group::of_stages(
+            fragment,
             "voxel_gi_debug_light",
-            &BindGroupLayoutEntries::with_indices(
-                fragment,
-                ((RADIANCE, read_only()), (COLORS, read_only())),
-            ),
+            &[Binding::Radiance, Binding::Colors],
+            &[],
         ),
         view_layout: BindGroupLayoutDescriptor::new(
             "voxel_gi_debug_view",
@@ -148,8 +142,10 @@ impl SpecializedRenderPipeline for DebugPipeline {
         RenderPipelineDescriptor {
             label: Some("voxel_gi_debug".into()),
             layout: vec![
-                self.voxels_layouts[usize::from(key.reprojects_albedo)].clone(),
-                self.light_layout.clone(),
+                self.voxels[usize::from(key.reprojects_albedo)]
+                    .layout
+                    .clone(),
+                self.light.layout.clone(),
                 self.view_layout.clone(),
             ],
             vertex: self.fullscreen.to_vertex_state(),
@@ -204,44 +200,28 @@ fn prepare_pipelines(
 }
 
 fn show(
-    view: ViewQuery<(
-        &ViewTarget,
-        &ViewUniformOffset,
-        &DebugPipelineId,
-        &VoxelGiDebug,
-    )>,
+    view: ViewQuery<(&ViewTarget, &ViewUniformOffset, &DebugPipelineId), With<VoxelGiDebug>>,
     mut context: RenderContext,
     pipeline: Res<DebugPipeline>,
     groups: BindGroups,
-    (uniforms, buffers, volume): (
-        Res<VolumeUniforms>,
-        Option<Res<VolumeBuffers>>,
-        Res<ExtractedVolume>,
-    ),
-    (images, views): (Res<RenderAssets<GpuImage>>, Res<ViewUniforms>),
+    views: Res<ViewUniforms>,
 ) {
-    let (target, offset, id, _) = view.into_inner();
-    let (Some(buffers), Some(volume)) = (buffers, &volume.0) else {
+    let (target, offset, id) = view.into_inner();
+    let (Some(buffers), Some(volume)) = (&groups.buffers, &groups.volume.0) else {
         return;
     };
-    let layout = &pipeline.voxels_layouts[usize::from(buffers.shape.reprojects_albedo)];
-    let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(voxels)) = (
+    let voxels = &pipeline.voxels[usize::from(buffers.shape.reprojects_albedo)];
+    let (Some(render_pipeline), Some(texture), Some(view_uniforms), Some(voxels), Some(light)) = (
         groups.cache.get_render_pipeline(id.0),
-        images.get(&volume.texture),
+        groups.images.get(&volume.texture),
         views.uniforms.binding(),
-        voxels_bind_group(layout, 0, &uniforms, &buffers, &groups),
+        groups.bind(voxels),
+        groups.bind(&pipeline.light),
     ) else {
         return;
     };
-    let light = groups.create(
-        &pipeline.light_layout,
-        ((RADIANCE, buffers.radiance()), (COLORS, buffers.colors())),
-    );
-    let view = groups.device.create_bind_group(
-        "voxel_gi_debug_view",
-        &groups.cache.get_bind_group_layout(&pipeline.view_layout),
-        &BindGroupEntries::sequential((view_uniforms, &texture.texture_view)),
-    );
+    let view = BindGroupEntries::sequential((view_uniforms, &texture.texture_view));
+    let view = groups.create(&pipeline.view_layout, &view);
     let post_process = target.post_process_write();
     let mut pass = context.begin_tracked_render_pass(RenderPassDescriptor {
         label: Some("voxel_gi_debug"),

@@ -22,7 +22,7 @@ use super::{
 use crate::{
     prepare::{
         asset_notes::{AssetNotes, Displacement},
-        fingerprint::hash_floats,
+        plan::hash_floats,
     },
     settings::NotVoxelized,
 };
@@ -56,7 +56,7 @@ pub(crate) fn extract_deformed_meshes(
         return;
     };
     for (entity, parts, (skin, morph, has_dynamic_bounds)) in &meshes {
-        let Some(mut mesh) = scene.rigid_mesh(parts) else {
+        let Some(mut mesh) = scene.rigid_mesh(&parts) else {
             continue;
         };
         let weights = match morph {
@@ -66,7 +66,7 @@ pub(crate) fn extract_deformed_meshes(
                 morphs.get(*entity).ok().map(MorphWeights::weights)
             }
         };
-        let shape = parts.3.or(parts.4.map(|own| &own.0)).map(|shape| {
+        let shape = parts.shape().map(|shape| {
             let displacements = notes.displacements(mesh.mesh);
             let morphed = morphed(shape, weights.unwrap_or_default(), displacements);
             if has_dynamic_bounds {

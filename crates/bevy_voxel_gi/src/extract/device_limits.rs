@@ -5,9 +5,9 @@ use bevy::{
     render::{settings::WgpuLimits, slab_allocator::SlabAllocatorSettings},
 };
 
-use super::texture::texture_size;
+use super::probe::texture_size;
 use crate::{
-    prepare::buffers::largest_buffer,
+    prepare::buffers::{largest_buffer, most_bytes},
     settings::{VoxelAlbedo, VoxelGiSettings},
 };
 
@@ -19,9 +19,7 @@ pub(super) fn allocatable_resolution(
     patched: bool,
     limits: &WgpuLimits,
 ) -> u32 {
-    let most_bytes = limits
-        .max_storage_buffer_binding_size
-        .min(limits.max_buffer_size);
+    let most_bytes = most_bytes(limits);
     let most_texels = limits.max_texture_dimension_3d;
     let bytes = |resolution| largest_buffer(settings, resolution, levels);
     let depth = |resolution| {
@@ -54,10 +52,8 @@ pub(super) fn allocatable_resolution(
 pub(crate) fn keep_readable(slabs: &mut SlabAllocatorSettings, limits: &WgpuLimits) {
     // By less than this a slab may exceed its largest size, as it has whole vertices.
     const VERTEX: u64 = 1 << 16;
-    let most = limits
-        .max_storage_buffer_binding_size
-        .min(limits.max_buffer_size);
-    slabs.max_slab_size = slabs.max_slab_size.min(most.saturating_sub(VERTEX));
+    let most = most_bytes(limits).saturating_sub(VERTEX);
+    slabs.max_slab_size = slabs.max_slab_size.min(most);
     slabs.large_threshold = slabs.large_threshold.min(slabs.max_slab_size);
 }
 

@@ -1,21 +1,22 @@
-//! Extracts the lights with their textures, including those outside of every view.
+//! Extracts the lights with their textures, including those outside of every view. Textures are projected as Bevy's
+//! `pbr_lighting.wesl` does.
 
 use bevy::{
-    camera::visibility::RenderLayers, ecs::query::QueryData, light::RectLight, prelude::*,
+    camera::{primitives::CubemapLayout, visibility::RenderLayers},
+    ecs::{query::QueryData, system::SystemParam},
+    light::{DirectionalLightTexture, PointLightTexture, RectLight, SpotLightTexture},
+    math::Affine3A,
+    prelude::*,
     render::Extract,
 };
 
-use super::{
-    light_textures::{LightTexture, LightTextures},
-    placement::PlacedLevel,
-    volume::ExtractedVolume,
-};
+use super::{place_volume::ExtractedVolume, placement::PlacedLevel};
 use crate::{
     gpu_types::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_RECT, LIGHT_SPOT, Light},
-    settings::{VoxelGiLight, VoxelLight},
+    passes::kernel::chosen,
+    settings::VoxelGiLight,
 };
 
-/// The lights of this frame.
 #[derive(Resource, Default)]
 pub(crate) struct ExtractedLights {
     pub lights: Vec<Light>,
@@ -34,15 +35,13 @@ impl ExtractedLights {
     }
 
     /// The shader defs that direct light needs.
-    pub(crate) fn defs(&self) -> impl Iterator<Item = &'static str> {
+    pub(crate) fn defs(&self) -> Vec<&'static str> {
         let has_rectangles = self.lights.iter().any(|light| light.kind == LIGHT_RECT);
-        let defs = [
+        chosen([
             (self.lights.len() > Self::FEW, "MANY_LIGHTS"),
             (has_rectangles, "RECTANGULAR_LIGHTS"),
             (self.has_textures(), LIGHT_TEXTURES),
-        ];
-        defs.into_iter()
-            .filter_map(|(is_on, def)| is_on.then_some(def))
+        ])
     }
 }
 
@@ -76,7 +75,7 @@ pub(crate) fn extract_lights(
         return;
     };
     // Occlusion is the same in any light.
-    if let VoxelLight::AmbientOcclusion { .. } = volume.settings.light {
+    if volume.settings.light.is_occlusion() {
         return;
     }
     let layers = &volume.scene_layers;
@@ -90,18 +89,22 @@ pub(crate) fn extract_lights(
     });
     let mut found: Vec<_> = textured
         .filter(|(light, _)| {
-            let vectors = [light.position, light.color, light.direction];
-            let finite = vectors.iter().all(|v| v.is_finite())
-                && light.half_width.is_finite()
-                && light.half_height.is_finite()
-                && light.inverse_range_squared.is_finite();
-            finite
+            let vectors = [
+                light.position,
+                light.color,
+                light.direction,
+                light.half_width,
+                light.half_height,
+            ];
+            vectors.iter().all(|v| v.is_finite())
+                && light.inverse_range_squared.is_finite()
                 && light.color.max_element() > 0.0
                 && volume.levels.iter().any(|level| reaches(light, level))
         })
         .collect();
+    // An order which does not depend on their entities: sums of floats depend on their order.
     found.sort_by_cached_key(|(light, texture)| {
-        (order(light), texture.as_ref().map(LightTexture::order))
+        (light.words(), texture.as_ref().map(LightTexture::order))
     });
     let with_textures = found.iter().enumerate();
     let with_textures =
@@ -110,39 +113,6 @@ pub(crate) fn extract_lights(
     lights
         .lights
         .extend(found.into_iter().map(|(light, _)| light));
-}
-
-/// Words that give lights an order which does not depend on their entities: sums of floats depend on their order.
-fn order(light: &Light) -> [u32; 20] {
-    let [px, py, pz] = light.position.to_array();
-    let [r, g, b] = light.color.to_array();
-    let [dx, dy, dz] = light.direction.to_array();
-    let [wx, wy, wz] = light.half_width.to_array();
-    let [hx, hy, hz] = light.half_height.to_array();
-    let floats = [
-        light.inverse_range_squared,
-        px,
-        py,
-        pz,
-        r,
-        g,
-        b,
-        dx,
-        dy,
-        dz,
-        light.spot_scale,
-        light.spot_offset,
-        wx,
-        wy,
-        wz,
-        hx,
-        hy,
-        hz,
-        light.near,
-    ];
-    let mut words = [light.kind; 20];
-    words[1..].copy_from_slice(&floats.map(f32::to_bits));
-    words
 }
 
 /// Whether light may arrive in a level: beyond its range there is none.
@@ -257,6 +227,147 @@ fn near(shadow_map_near_z: f32) -> f32 {
     }
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LightTexture {
+    pub image: AssetId<Image>,
+    pub coverage: TextureCoverage,
+    /// The light in the main world.
+    pub light: Entity,
+}
+
+impl LightTexture {
+    /// An order of textures that does not depend on the lights' entities.
+    fn order(&self) -> (AssetId<Image>, [u32; 3]) {
+        let words = match self.coverage {
+            TextureCoverage::Cone => [0; 3],
+            TextureCoverage::Tiled => [1, 0, 0],
+            TextureCoverage::Single => [2, 0, 0],
+            TextureCoverage::Cube(cells) => [3, cells.columns, cells.rows],
+        };
+        (self.image, words)
+    }
+}
+
+/// The part of a light's directions or space that its texture covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TextureCoverage {
+    /// The square around a cone. A stretched light has a wider cone, where the image goes on as its sampler says.
+    Cone,
+    /// The plane across the light, again and again.
+    Tiled,
+    /// A rectangle of that plane, around which there is no light.
+    Single,
+    Cube(CubeCells),
+}
+
+/// The places of a cube's faces in an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct CubeCells {
+    /// Columns and rows of cells.
+    pub grid: UVec2,
+    /// The column of each face, four bits each: +X in the lowest, then -X, +Y, -Y, -Z and +Z.
+    pub columns: u32,
+    /// The same of rows.
+    pub rows: u32,
+    pub faces: u32,
+}
+
+impl CubeCells {
+    /// An image that is one face.
+    pub(crate) const ONE: Self = Self {
+        grid: UVec2::ONE,
+        columns: 0,
+        rows: 0,
+        faces: 1,
+    };
+
+    fn of(layout: CubemapLayout) -> Self {
+        // The cells of Bevy's shader. It has -Z and +Z of crosses the other way round than `CubemapLayout` says.
+        let (grid, columns, rows) = match layout {
+            CubemapLayout::CrossVertical => (UVec2::new(3, 4), 0x11_1102, 0x13_2011),
+            CubemapLayout::CrossHorizontal => (UVec2::new(4, 3), 0x13_1102, 0x11_2011),
+            CubemapLayout::SequenceVertical => (UVec2::new(1, 6), 0, 0x54_3210),
+            CubemapLayout::SequenceHorizontal => (UVec2::new(6, 1), 0x54_3210, 0),
+        };
+        Self {
+            grid,
+            columns,
+            rows,
+            faces: 6,
+        }
+    }
+}
+
+type Textured<T, L = ()> = (&'static T, L, &'static GlobalTransform);
+
+#[derive(SystemParam)]
+pub(crate) struct LightTextures<'w, 's> {
+    directional: Extract<'w, 's, Query<'static, 'static, Textured<DirectionalLightTexture>>>,
+    points: Extract<'w, 's, Query<'static, 'static, Textured<PointLightTexture>>>,
+    spots: Extract<'w, 's, Query<'static, 'static, Textured<SpotLightTexture, &'static SpotLight>>>,
+}
+
+impl LightTextures<'_, '_> {
+    /// The texture of a light, whose projection is written into it.
+    fn project(&self, entity: Entity, light: &mut Light) -> Option<LightTexture> {
+        let (image, coverage) = match light.kind {
+            LIGHT_DIRECTIONAL => {
+                let (texture, (), transform) = self.directional.get(entity).ok()?;
+                project_plane(transform, light);
+                let coverage = if texture.tiled {
+                    TextureCoverage::Tiled
+                } else {
+                    TextureCoverage::Single
+                };
+                (&texture.image, coverage)
+            }
+            LIGHT_POINT => {
+                let (texture, (), transform) = self.points.get(entity).ok()?;
+                project_cube(transform, light);
+                let cells = CubeCells::of(texture.cubemap_layout);
+                (&texture.image, TextureCoverage::Cube(cells))
+            }
+            LIGHT_SPOT => {
+                let (texture, spot, transform) = self.spots.get(entity).ok()?;
+                project_cone(transform, spot.outer_angle, light);
+                (&texture.image, TextureCoverage::Cone)
+            }
+            _ => return None,
+        };
+        Some(LightTexture {
+            image: image.id(),
+            coverage,
+            light: entity,
+        })
+    }
+}
+
+/// The rows of the matrix from world space to that of a light.
+fn rows(transform: &GlobalTransform) -> [Vec3; 3] {
+    let Affine3A { matrix3, .. } = transform.affine().inverse();
+    let rows = matrix3.transpose();
+    [rows.x_axis, rows.y_axis, rows.z_axis].map(Vec3::from)
+}
+
+/// Coordinates grow by one over two units of the light's space.
+fn project_plane(transform: &GlobalTransform, light: &mut Light) {
+    let [x, y, _] = rows(transform);
+    light.position = transform.translation();
+    (light.half_width, light.half_height) = (-0.5 * x, 0.5 * y);
+}
+
+fn project_cube(transform: &GlobalTransform, light: &mut Light) {
+    [light.half_width, light.half_height, light.direction] = rows(transform);
+}
+
+/// Coordinates grow by one from edge to edge of the cone.
+fn project_cone(transform: &GlobalTransform, outer_angle: f32, light: &mut Light) {
+    let [x, y, _] = rows(transform);
+    // The shader divides by the distance along the cone's axis, in metres.
+    let scale = 0.5 * transform.affine().matrix3.z_axis.length() / outer_angle.tan();
+    (light.half_width, light.half_height) = (scale * x, -scale * y);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -327,5 +438,85 @@ mod tests {
             (rect.half_width, rect.half_height),
             (Vec3::X * 1.5, Vec3::Y)
         );
+    }
+
+    const AT: Vec3 = Vec3::new(1.0, 2.0, 3.0);
+
+    fn transform() -> GlobalTransform {
+        let rotation = Quat::from_euler(EulerRot::YXZ, 0.4, -1.1, 0.7);
+        let transform = Transform::from_translation(AT).with_rotation(rotation);
+        transform.with_scale(Vec3::new(2.0, 3.0, 0.5)).into()
+    }
+
+    fn local(transform: &GlobalTransform, point: Vec3) -> Vec3 {
+        transform.affine().inverse().transform_point3(point)
+    }
+
+    fn assert_near(found: Vec2, expected: Vec2) {
+        assert!(found.distance(expected) < 1e-4, "{found} for {expected}");
+    }
+
+    #[test]
+    fn a_plane_is_projected_as_in_bevy() {
+        let transform = transform();
+        let mut light = Light::default();
+        project_plane(&transform, &mut light);
+        for point in [AT, Vec3::ZERO, Vec3::new(-3.0, 5.0, 1.0)] {
+            let to = point - light.position;
+            let found = 0.5 + Vec2::new(light.half_width.dot(to), light.half_height.dot(to));
+            let expected = local(&transform, point).truncate() * Vec2::new(-0.5, 0.5) + 0.5;
+            assert_near(found, expected);
+        }
+    }
+
+    #[test]
+    fn a_cone_is_projected_as_in_bevy() {
+        let transform = transform();
+        let mut light = Light {
+            position: AT,
+            direction: transform.forward().into(),
+            ..default()
+        };
+        project_cone(&transform, 0.6, &mut light);
+        for around in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.3, 0.2, -1.0)] {
+            let point = AT + 3.0 * light.direction + around;
+            let to = point - light.position;
+            let across = Vec2::new(light.half_width.dot(to), light.half_height.dot(to));
+            let found = 0.5 + across / light.direction.dot(to);
+            let local = local(&transform, point);
+            let tangent = 0.6_f32.tan();
+            let expected = local.truncate() / (local.z * tangent) * Vec2::new(-0.5, 0.5) + 0.5;
+            assert_near(found, expected);
+        }
+    }
+
+    #[test]
+    fn cells_of_faces_are_those_of_bevys_shader() {
+        let cell = |layout, face: u32| {
+            let cells = CubeCells::of(layout);
+            [cells.columns, cells.rows].map(|word| word >> (4 * face) & 0xF)
+        };
+        // +X, -X, +Y, -Y, -Z, +Z.
+        for (layout, expected) in [
+            (
+                CubemapLayout::CrossVertical,
+                [[2, 1], [0, 1], [1, 0], [1, 2], [1, 3], [1, 1]],
+            ),
+            (
+                CubemapLayout::CrossHorizontal,
+                [[2, 1], [0, 1], [1, 0], [1, 2], [3, 1], [1, 1]],
+            ),
+            (
+                CubemapLayout::SequenceVertical,
+                [[0, 0], [0, 1], [0, 2], [0, 3], [0, 4], [0, 5]],
+            ),
+            (
+                CubemapLayout::SequenceHorizontal,
+                [[0, 0], [1, 0], [2, 0], [3, 0], [4, 0], [5, 0]],
+            ),
+        ] {
+            let found = [0, 1, 2, 3, 4, 5].map(|face| cell(layout, face));
+            assert_eq!(found, expected, "{layout:?}");
+        }
     }
 }

@@ -1,11 +1,13 @@
 //! Extracts the meshes, including those outside of every view, which Bevy's own extraction leaves out: rigid ones
 //! when they change. [`deformed_meshes`](super::deformed_meshes) extracts those with a skin or morph targets.
+//! They are kept from frame to frame.
 
 use bevy::{
     camera::{
-        primitives::Aabb,
+        primitives::{Aabb, MeshAabb},
         visibility::{RenderLayers, VisibilityRange},
     },
+    ecs::{entity::EntityIndexMap, query::QueryData},
     light::NotShadowCaster,
     math::{Affine3A, Vec3A},
     mesh::{morph::MeshMorphWeights, skinning::SkinnedMesh},
@@ -17,13 +19,11 @@ use super::{
     changed_rows::{MovedMeshes, for_each_changed_row, split},
     material_table::{MaterialIndex, MaterialTable},
     outer_levels::WorldBounds,
-    own_bounds::OwnBounds,
     place_volume::ActiveVolume,
     placement::PlacedLevel,
-    scene_meshes::SceneMeshes,
     voxel_material::VoxelMaterial,
 };
-use crate::settings::NotVoxelized;
+use crate::{prepare::mesh_batches::PlacedMesh, settings::NotVoxelized};
 
 /// A mesh of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,7 +103,6 @@ pub(crate) struct ExtractedScene {
     pub deformed: Vec<Entity>,
     /// Matrices from bind pose to world, of all skins; then weights of morph targets, 16 in each.
     pub joints: Vec<Mat4>,
-    /// The table of materials.
     pub materials: Vec<VoxelMaterial>,
     /// Version of the table; `None` if no mesh is extracted.
     pub materials_version: Option<u64>,
@@ -114,30 +113,25 @@ pub(crate) struct ExtractedScene {
 }
 
 /// The components that voxelisation reads of any mesh.
-pub(super) type MeshParts = (
-    &'static Mesh3d,
-    &'static GlobalTransform,
-    &'static InheritedVisibility,
-    Option<&'static Aabb>,
-    Option<&'static OwnBounds>,
-    Option<&'static MaterialIndex>,
-    Option<&'static RenderLayers>,
-    Option<&'static VisibilityRange>,
-    Has<NotShadowCaster>,
-);
+#[derive(QueryData)]
+pub(crate) struct MeshParts {
+    mesh: &'static Mesh3d,
+    transform: &'static GlobalTransform,
+    visible: &'static InheritedVisibility,
+    aabb: Option<&'static Aabb>,
+    own: Option<&'static OwnBounds>,
+    index: Option<&'static MaterialIndex>,
+    layers: Option<&'static RenderLayers>,
+    range: Option<&'static VisibilityRange>,
+    casts_none: Has<NotShadowCaster>,
+}
 
-/// [`MeshParts`] of an entity.
-pub(super) type MeshItem<'a> = (
-    &'a Mesh3d,
-    &'a GlobalTransform,
-    &'a InheritedVisibility,
-    Option<&'a Aabb>,
-    Option<&'a OwnBounds>,
-    Option<&'a MaterialIndex>,
-    Option<&'a RenderLayers>,
-    Option<&'a VisibilityRange>,
-    bool,
-);
+impl MeshPartsItem<'_, '_> {
+    /// Bounds in the mesh's own space.
+    pub(super) fn shape(&self) -> Option<&Aabb> {
+        self.aabb.or(self.own.map(|own| &own.0))
+    }
+}
 
 type IsRigid = (
     Without<NotVoxelized>,
@@ -171,34 +165,32 @@ impl ExtractedScene {
     }
 
     /// The mesh as it is voxelised without a skin; `None` if it is not.
-    pub(super) fn rigid_mesh(
-        &self,
-        (mesh, transform, visible, aabb, own, index, layers, range, casts_none): MeshItem<'_>,
-    ) -> Option<ExtractedMesh> {
+    pub(super) fn rigid_mesh(&self, parts: &MeshPartsItem) -> Option<ExtractedMesh> {
         // Of the levels of detail, the one that is seen from nearby: it is the same wherever cameras are.
-        let is_nearest = range.is_none_or(|range| range.is_visible_at_all(0.0));
-        if !layers.unwrap_or_default().intersects(&self.layers) || !is_nearest {
+        let is_nearest = (parts.range).is_none_or(|range| range.is_visible_at_all(0.0));
+        let layers = parts.layers.unwrap_or_default();
+        if !layers.intersects(&self.layers) || !is_nearest {
             return None;
         }
-        let index = index.copied().unwrap_or_default().index;
+        let index = parts.index.copied().unwrap_or_default().index;
         let material = self.materials.get(index as usize);
         let is_transparent = material.is_some_and(|material| material.transparent);
-        let world_from_local = transform.affine();
-        if !visible.get() || is_transparent || !world_from_local.is_finite() {
+        let world_from_local = parts.transform.affine();
+        if !parts.visible.get() || is_transparent || !world_from_local.is_finite() {
             return None;
         }
-        let bounds = aabb.or(own.map(|own| &own.0));
+        let bounds = parts.shape();
         let bounds = bounds.and_then(|bounds| world_bounds(bounds, &world_from_local));
         Some(ExtractedMesh {
-            mesh: mesh.id(),
+            mesh: parts.mesh.id(),
             world_from_local,
             material: index,
             first_joint: None,
             weights: None,
             pose: 0,
-            casts_shadow: !casts_none,
+            casts_shadow: !parts.casts_none,
             bounds,
-            is_culled: aabb.is_some(),
+            is_culled: parts.aabb.is_some(),
         })
     }
 }
@@ -257,17 +249,17 @@ pub(crate) fn extract_scene(
                 of_ranges.flatten(),
             ];
             for_each_changed_row(&columns, entity_rows.len(), |row| {
-                let mesh = scene.rigid_mesh((
-                    &meshes[row],
-                    &transforms[row],
-                    &visible[row],
-                    aabbs.map(|aabbs| &aabbs[row]),
-                    own.map(|own| &own[row]),
-                    indices.map(|indices| &indices[row]),
-                    layers.map(|layers| &layers[row]),
-                    ranges.map(|ranges| &ranges[row]),
+                let mesh = scene.rigid_mesh(&MeshPartsItem {
+                    mesh: &meshes[row],
+                    transform: &transforms[row],
+                    visible: &visible[row],
+                    aabb: aabbs.map(|aabbs| &aabbs[row]),
+                    own: own.map(|own| &own[row]),
+                    index: indices.map(|indices| &indices[row]),
+                    layers: layers.map(|layers| &layers[row]),
+                    range: ranges.map(|ranges| &ranges[row]),
                     casts_none,
-                ));
+                });
                 scene.meshes.set(entity_rows[row], mesh);
             });
         }
@@ -280,13 +272,13 @@ pub(crate) fn extract_scene(
     }
     if extracts_all {
         for (entity, parts) in &all_rigid {
-            let mesh = scene.rigid_mesh(parts);
+            let mesh = scene.rigid_mesh(&parts);
             scene.meshes.set(entity, mesh);
         }
     }
     for &entity in &moved.entities {
         let mesh = match all_rigid.get(entity) {
-            Ok((_, parts)) => scene.rigid_mesh(parts),
+            Ok((_, parts)) => scene.rigid_mesh(&parts),
             // Those that were deformed are extracted after these.
             Err(_)
                 if scene
@@ -299,5 +291,230 @@ pub(crate) fn extract_scene(
             Err(_) => None,
         };
         scene.meshes.set(entity, mesh);
+    }
+}
+
+/// The bounds of the vertices of a mesh of which Bevy keeps none, as it is never culled: view models, skies, and what a
+/// shader displaces.
+#[derive(Component, Clone, Copy, Debug)]
+pub(crate) struct OwnBounds(pub Aabb);
+
+type HasNone = (Without<Aabb>, Without<NotVoxelized>);
+
+/// Keeps the bounds of meshes without [`Aabb`].
+pub(crate) fn find_own_bounds(
+    mut commands: Commands,
+    meshes: Res<Assets<Mesh>>,
+    new: Query<(Entity, &Mesh3d), (HasNone, Without<OwnBounds>)>,
+    mut changed: Query<
+        (&Mesh3d, &mut OwnBounds),
+        (HasNone, Or<(AssetChanged<Mesh3d>, Changed<Mesh3d>)>),
+    >,
+) {
+    let bounds = |mesh: &Mesh3d| meshes.get(mesh).and_then(MeshAabb::get_aabb);
+    for (entity, mesh) in &new {
+        if let Some(bounds) = bounds(mesh) {
+            commands.entity(entity).try_insert(OwnBounds(bounds));
+        }
+    }
+    for (mesh, mut own) in &mut changed {
+        if let Some(bounds) = bounds(mesh) {
+            own.0 = bounds;
+        }
+    }
+}
+
+/// A mesh of the scene.
+#[derive(Default)]
+pub(crate) struct SceneMesh {
+    /// The mesh in this frame; `None` if it has gone.
+    pub now: Option<ExtractedMesh>,
+    /// Its place in the groups, if it is voxelised.
+    pub placed: Option<PlacedMesh>,
+}
+
+/// The meshes of the scene. Those that have changed lately come first, in the order in which they change, so that what
+/// moves is read from memory in a row.
+#[derive(Default)]
+pub(crate) struct SceneMeshes {
+    all: EntityIndexMap<SceneMesh>,
+    /// Number of those that have changed lately: at most a quarter of all, or twice as many as change in a frame.
+    recent: usize,
+    /// The indices of those that changed or went in this frame.
+    changed: Vec<usize>,
+    /// The meshes that rested until this frame, as they were.
+    left: Vec<ExtractedMesh>,
+    /// Whether the resting meshes are other ones than when their bounds were found.
+    rest_is_new: bool,
+}
+
+impl SceneMeshes {
+    pub(super) fn begin_frame(&mut self) {
+        let most = (2 * self.changed.len()).max(self.all.len() / 4);
+        if self.recent > most {
+            self.forget_recent();
+        }
+        self.changed.clear();
+        self.left.clear();
+    }
+
+    fn forget_recent(&mut self) {
+        self.recent = 0;
+        self.rest_is_new = true;
+    }
+
+    /// Stores what a mesh is now.
+    pub(super) fn set(&mut self, entity: Entity, mesh: Option<ExtractedMesh>) {
+        // Where what moves is the same from frame to frame, it is the next one.
+        let next = self.changed.last().map_or(0, |last| last + 1);
+        let is_next = self.all.get_index(next).is_some_and(|(e, _)| *e == entity);
+        let known = if is_next {
+            Some(next)
+        } else {
+            self.all.get_index_of(&entity)
+        };
+        let mut index = match (known, &mesh) {
+            (Some(index), _) => index,
+            (None, Some(_)) => self.all.insert_full(entity, default()).0,
+            (None, None) => return,
+        };
+        if self.all[index].now == mesh {
+            return;
+        }
+        if index >= self.recent {
+            self.left.extend(self.all[index].now);
+            self.all.swap_indices(index, self.recent);
+            index = self.recent;
+            self.recent += 1;
+        }
+        self.all[index].now = mesh;
+        self.changed.push(index);
+    }
+
+    pub(super) fn get(&self, entity: Entity) -> Option<ExtractedMesh> {
+        self.all.get(&entity)?.now
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &SceneMesh> {
+        self.all.values()
+    }
+
+    /// The meshes that have changed lately, and the resting ones.
+    pub(super) fn recent_and_resting(&self) -> [impl Iterator<Item = &ExtractedMesh>; 2] {
+        let meshes = self.all.as_slice();
+        let (recent, resting) = meshes.split_at(self.recent);
+        [recent, resting].map(|meshes| meshes.values().filter_map(|mesh| mesh.now.as_ref()))
+    }
+
+    /// The meshes that rested until this frame, as they were; `None` if the others are not those of the last call.
+    pub(super) fn take_left(&mut self) -> Option<Vec<ExtractedMesh>> {
+        let left = std::mem::take(&mut self.left);
+        (!std::mem::take(&mut self.rest_is_new)).then_some(left)
+    }
+
+    /// Calls a function with those that changed in this frame.
+    pub(crate) fn update_changed(&mut self, mut update: impl FnMut(&mut SceneMesh)) {
+        let mut gone = Vec::new();
+        for index in &self.changed {
+            if let Some((entity, mesh)) = self.all.get_index_mut(*index) {
+                update(mesh);
+                if mesh.now.is_none() {
+                    gone.push(*entity);
+                }
+            }
+        }
+        for entity in gone {
+            if let Some(index) = self.all.get_index_of(&entity) {
+                // One that rests takes its place, which must not be among the recent ones.
+                self.recent -= 1;
+                self.all.swap_indices(index, self.recent);
+                self.all.swap_remove_index(self.recent);
+            }
+        }
+    }
+
+    /// Calls a function with all of them, and with whether they changed in this frame.
+    pub(crate) fn update_all(&mut self, mut update: impl FnMut(&mut SceneMesh, bool)) {
+        let mut has_changed = vec![false; self.all.len()];
+        for index in &self.changed {
+            has_changed[*index] = true;
+        }
+        let mut has_changed = has_changed.into_iter();
+        let count = self.all.len();
+        self.all.retain(|_, mesh| {
+            update(mesh, has_changed.next() == Some(true));
+            mesh.now.is_some()
+        });
+        if self.all.len() < count {
+            self.forget_recent();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    fn mesh(material: u32) -> ExtractedMesh {
+        ExtractedMesh {
+            material,
+            ..ExtractedMesh::with_bounds(None)
+        }
+    }
+
+    /// What is kept is what was set last, exactly what has changed is updated, and what rests has not changed since it
+    /// was asked for.
+    #[test]
+    fn meshes_that_come_move_and_go_are_those_of_a_plain_map() {
+        let mut meshes = SceneMeshes::default();
+        let mut expected = BTreeMap::new();
+        let mut resting: Option<Vec<u32>> = None;
+        let mut state = 7_u32;
+        let mut random = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % below
+        };
+        for frame in 0..400 {
+            meshes.begin_frame();
+            let before = expected.clone();
+            // A crowd that moves, and what comes and goes.
+            let crowd = (20..28).map(|id| (id, Some(1000 + frame)));
+            let others = (0..random(6)).map(|_| (random(120), Some(random(3)).filter(|i| *i > 0)));
+            for (id, material) in crowd.chain(others.collect::<Vec<_>>()) {
+                let entity = Entity::from_raw_u32(id).expect("an index");
+                meshes.set(entity, material.map(mesh));
+                match material {
+                    Some(material) => expected.insert(id, material),
+                    None => expected.remove(&id),
+                };
+            }
+            let [_, rest] = meshes.recent_and_resting();
+            let mut rest: Vec<_> = rest.map(|mesh| mesh.material).collect();
+            rest.sort_unstable();
+            if let (Some(left), Some(resting)) = (meshes.take_left(), &mut resting) {
+                for mesh in left {
+                    let index = resting.iter().position(|m| *m == mesh.material);
+                    resting.remove(index.expect("it rested"));
+                }
+                assert_eq!(rest, *resting, "frame {frame}");
+            }
+            resting = Some(rest);
+            let mut updated = 0;
+            if frame % 7 == 0 {
+                meshes.update_all(|_, has_changed| updated += usize::from(has_changed));
+            } else {
+                meshes.update_changed(|_| updated += 1);
+            }
+            let is_other = |id: &u32| before.get(id) != expected.get(id);
+            let ids = (0..120).filter(is_other).count();
+            assert!(updated >= ids, "frame {frame}: {updated} of {ids}");
+            assert_eq!(meshes.iter().count(), expected.len());
+            for (id, material) in &expected {
+                let found = meshes.get(Entity::from_raw_u32(*id).expect("an index"));
+                assert_eq!(found.map(|mesh| mesh.material), Some(*material), "{id}");
+            }
+        }
     }
 }

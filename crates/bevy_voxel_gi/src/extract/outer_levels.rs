@@ -9,18 +9,15 @@ use bevy::{
 };
 
 use super::{
-    meshes::{ExtractedMesh, ExtractedScene},
+    meshes::{ExtractedMesh, ExtractedScene, SceneMeshes},
+    place_volume::ExtractedVolume,
     placement::PlacedLevel,
-    scene_meshes::SceneMeshes,
-    volume::ExtractedVolume,
 };
 use crate::{
     gpu_types::{MAX_LEVELS, MAX_LIT_LEVELS},
     prepare::buffers::{largest_buffer, most_bytes},
-    settings::{Solver, VoxelLight},
 };
 
-/// Most levels around the volumes.
 const MOST: usize = MAX_LEVELS - MAX_LIT_LEVELS;
 
 /// How much larger each is than the one before: positions in a level are exact to an eighth of its voxel, which is seen
@@ -39,13 +36,8 @@ pub(crate) fn place_outer_levels(
     let Some(volume) = &mut volume.0 else {
         return;
     };
-    let sees_far = matches!(
-        volume.settings.light,
-        VoxelLight::GlobalIllumination {
-            solver: Solver::Trace { .. },
-            ..
-        }
-    );
+    let light = volume.settings.light;
+    let sees_far = !light.propagates() && !light.is_occlusion();
     let Some(largest) = volume.levels.last().filter(|_| sees_far) else {
         // Changes are not followed meanwhile.
         scene.world = WorldBounds::default();
@@ -57,7 +49,7 @@ pub(crate) fn place_outer_levels(
         return;
     };
     let mut outer = outer_levels(largest, bounds, resolution);
-    let most_bytes = most_bytes(&device);
+    let most_bytes = most_bytes(&device.limits());
     let lit = volume.levels.len();
     while !outer.is_empty()
         && largest_buffer(&volume.settings, resolution, (lit + outer.len()) as u64) > most_bytes
@@ -109,7 +101,6 @@ pub(crate) struct WorldBounds {
 }
 
 impl WorldBounds {
-    /// The bounds of the meshes in this frame.
     fn update(
         &mut self,
         meshes: &mut SceneMeshes,

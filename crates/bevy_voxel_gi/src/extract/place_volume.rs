@@ -1,4 +1,4 @@
-//! Chooses the active volumes and places their levels in the world.
+//! Chooses the active volumes, places their levels in the world, and extracts them.
 
 use std::cmp::Reverse;
 
@@ -8,15 +8,17 @@ use bevy::{
     ecs::{change_detection::Tick, system::SystemChangeTick},
     light::Atmosphere,
     prelude::*,
-    render::renderer::RenderDevice,
+    render::{Extract, renderer::RenderDevice},
 };
 use bevy_frugal_hooks::{PatchState, ShaderPatches};
 
 use super::{
     device_limits::{allocatable_resolution, bindable_albedo, is_supported, warn_of_unsupported},
     game_sky::{AtmosphereMap, CameraSky, ambient_sky},
+    lights::ExtractedLights,
+    meshes::ExtractedScene,
     placement::{PlacedLevel, PlacedVolume, cascades, snapped, step, supported},
-    texture::{light_texture, texture_size},
+    probe::{light_texture, texture_size},
 };
 use crate::{
     budget::BudgetChoice,
@@ -36,7 +38,6 @@ pub(crate) struct ActiveVolume {
     sky_revision: u64,
 }
 
-/// The components of a volume.
 type VolumeParts = (
     Entity,
     Ref<'static, VoxelGiVolume>,
@@ -274,6 +275,23 @@ fn main_camera(
             (sees, to_window, camera.order, *entity)
         })
         .map(|(entity, ..)| entity)
+}
+
+/// The active volumes of this frame, if there are any.
+#[derive(Resource, Default)]
+pub(crate) struct ExtractedVolume(pub Option<PlacedVolume>);
+
+/// Extracts them; where there is none, forgets the scene, whose changes are not followed then.
+pub(crate) fn extract_volume(
+    mut volume: ResMut<ExtractedVolume>,
+    active: Extract<Res<ActiveVolume>>,
+    (mut scene, mut lights): (ResMut<ExtractedScene>, ResMut<ExtractedLights>),
+) {
+    if volume.0.is_some() && active.volume.is_none() {
+        *scene = default();
+        *lights = default();
+    }
+    volume.0.clone_from(&active.volume);
 }
 
 #[cfg(test)]

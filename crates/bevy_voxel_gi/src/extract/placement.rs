@@ -3,12 +3,11 @@
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
 use super::game_sky::SkyMap;
-use crate::settings::{Follow, Receiver, Sky, Solver, VoxelGiSettings, VoxelGiVolume, VoxelLight};
+use crate::settings::{Follow, Receiver, Sky, VoxelGiSettings, VoxelGiVolume, VoxelLight};
 
 /// A cube of voxels: a volume, or a cascade of one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlacedLevel {
-    /// The entity with the [`VoxelGiVolume`].
     pub owner: Entity,
     pub center: Vec3,
     /// What it follows, or its centre: its light blends into that of the next level around it.
@@ -37,7 +36,7 @@ pub(crate) struct PlacedVolume {
     pub own_settings: VoxelGiSettings,
     /// All volumes and cascades, the smallest first, never empty; then the levels around them.
     pub levels: Vec<PlacedLevel>,
-    /// The texture that Bevy samples; see [`texture_size`](super::texture::texture_size).
+    /// The texture that Bevy samples; see [`texture_size`](super::probe::texture_size).
     pub texture: Handle<Image>,
     /// Whether the patch of Bevy's shader applies; else the texture is that of a plain irradiance volume.
     pub patched: bool,
@@ -115,20 +114,13 @@ pub(super) fn supported(mut settings: VoxelGiSettings, patched: bool) -> VoxelGi
 
 /// The number of cascades of a volume: several need the receiver's patch, and rays.
 pub(super) fn cascades(volume: &VoxelGiVolume, light: VoxelLight, patched: bool) -> u32 {
-    let propagates = matches!(
-        light,
-        VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { .. },
-            ..
-        }
-    );
     if volume.cascades > 1 && !patched {
         warn_once!(
             "voxel GI: Bevy's irradiance volume shader is not the one this plugin was made for, \
              so each volume has one cascade only"
         );
     }
-    if patched && !propagates {
+    if patched && !light.propagates() {
         volume.cascades
     } else {
         1
@@ -197,6 +189,7 @@ impl PlacedVolume {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::Solver;
 
     #[test]
     fn cascades_follow_by_whole_voxels_of_their_own_and_fixed_volumes_stay() {

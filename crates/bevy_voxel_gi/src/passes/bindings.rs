@@ -1,81 +1,172 @@
-//! The bindings that several passes share, with the numbers of `bindings.wesl`.
+//! The resources that several passes bind, with the numbers of `bindings.wesl`.
 
 use bevy::{
     ecs::system::SystemParam,
     prelude::*,
     render::{
+        render_asset::RenderAssets,
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupEntry, BindGroupLayoutDescriptor,
-            BindGroupLayoutEntries, BindGroupLayoutEntryBuilder, BindingResource,
-            IntoIndexedBindGroupLayoutEntryBuilderArray, IntoIndexedBindingArray, PipelineCache,
-            SamplerBindingType, ShaderStages, StorageTextureAccess, TextureFormat,
-            TextureSampleType,
+            BindGroup, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
+            BindGroupLayoutEntryBuilder, BindingResource, IntoBinding,
+            IntoIndexedBindGroupLayoutEntryBuilderArray, PipelineCache, SamplerBindingType,
+            ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
             binding_types::{
-                sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_cube,
-                texture_storage_3d, uniform_buffer,
+                sampler, storage_buffer_read_only_sized, storage_buffer_sized, texture_2d,
+                texture_cube, texture_storage_3d, uniform_buffer,
             },
         },
         renderer::RenderDevice,
+        texture::GpuImage,
     },
 };
 
+use super::draw_sky::SkyCube;
 use crate::{
-    gpu_types::{Changes, Volume},
-    prepare::{buffers::VolumeBuffers, plan::FramePlan, uniforms::VolumeUniforms},
+    extract::place_volume::ExtractedVolume,
+    gpu_types,
+    prepare::{
+        buffers::VolumeBuffers, plan::FramePlan, tiles::LightTiles, uniforms::VolumeUniforms,
+    },
 };
 
-// Group 0.
-pub(crate) const VOLUME: u32 = 0;
-pub(crate) const MASKS: u32 = 1;
-pub(crate) const PACKED_SURFACES: u32 = 2;
-pub(crate) const FACE_SLOTS: u32 = 3;
-pub(crate) const REPROJECTED_ALBEDO: u32 = 4;
-pub(crate) const SUMS: u32 = 5;
-// Group 1.
-pub(crate) const WORK: u32 = 0;
-pub(crate) const RADIANCE: u32 = 2;
-pub(crate) const IRRADIANCE: u32 = 3;
-pub(crate) const COLORS: u32 = 4;
-pub(crate) const LIGHTS: u32 = 5;
-pub(crate) const LIGHT_TEXTURE: u32 = 6;
-/// No pass binds both tiles and changes, so they have one number.
-pub(crate) const TILES: u32 = 7;
-pub(crate) const CHANGES: u32 = 7;
-pub(crate) const DIRTY: u32 = 8;
-pub(crate) const VISIBLE: u32 = 10;
-pub(crate) const SKY_MAP: u32 = 11;
-pub(crate) const SKY_SAMPLER: u32 = 12;
-pub(crate) const SLOT_LISTS: u32 = 13;
-
-pub(crate) fn read_only() -> BindGroupLayoutEntryBuilder {
-    storage_buffer_read_only_sized(false, None)
+/// A resource that passes bind. Some that no pass binds together have the same number.
+#[derive(Clone, Copy)]
+pub(crate) enum Binding {
+    // Group 0.
+    /// One of [`VolumeUniforms::bounces`].
+    Volume(usize),
+    Masks,
+    PackedSurfaces,
+    FaceSlots,
+    /// The slots with the masks, which follow behind them.
+    FaceSlotsAndMasks,
+    ReprojectedAlbedo,
+    Sums,
+    // Group 1.
+    Work,
+    Radiance,
+    Irradiance,
+    Colors,
+    Lights,
+    LightTexture,
+    LightTiles,
+    Changes,
+    Dirty,
+    Visible,
+    SkyMap,
+    SkySampler,
+    SlotLists,
+    /// Propagated light before a step and after it, in one of the two buffers, and the light that has arrived.
+    Before(usize),
+    After(usize),
+    Arrived,
 }
 
-pub(super) fn read_write() -> BindGroupLayoutEntryBuilder {
-    storage_buffer_sized(false, None)
+/// How a pass accesses a storage buffer.
+#[derive(Clone, Copy)]
+pub(crate) enum Access {
+    Read,
+    Write,
 }
 
-pub(super) fn light_texture() -> BindGroupLayoutEntryBuilder {
-    texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly)
+impl Binding {
+    pub(super) const fn number(self) -> u32 {
+        match self {
+            Self::Volume(_) | Self::Work => 0,
+            Self::Masks => 1,
+            Self::PackedSurfaces | Self::Radiance => 2,
+            Self::FaceSlots | Self::FaceSlotsAndMasks | Self::Irradiance => 3,
+            Self::ReprojectedAlbedo | Self::Colors => 4,
+            Self::Sums | Self::Lights => 5,
+            Self::LightTexture => 6,
+            Self::LightTiles | Self::Changes | Self::Before(_) => 7,
+            Self::Dirty | Self::After(_) => 8,
+            Self::Arrived => 9,
+            Self::Visible => 10,
+            Self::SkyMap => 11,
+            Self::SkySampler => 12,
+            Self::SlotLists => 13,
+        }
+    }
+
+    fn layout(self, access: Access) -> BindGroupLayoutEntryBuilder {
+        match self {
+            Self::Volume(_) => uniform_buffer::<gpu_types::Volume>(false),
+            Self::Changes => uniform_buffer::<gpu_types::Changes>(false),
+            Self::LightTexture => {
+                texture_storage_3d(TextureFormat::Rgba16Float, StorageTextureAccess::WriteOnly)
+            }
+            Self::LightTiles => texture_2d(TextureSampleType::Uint),
+            Self::SkyMap => texture_cube(TextureSampleType::Float { filterable: true }),
+            Self::SkySampler => sampler(SamplerBindingType::Filtering),
+            _ => storage(access),
+        }
+    }
 }
 
-pub(crate) fn volume_uniform() -> BindGroupLayoutEntryBuilder {
-    uniform_buffer::<Volume>(false)
+pub(super) fn storage(access: Access) -> BindGroupLayoutEntryBuilder {
+    match access {
+        Access::Read => storage_buffer_read_only_sized(false, None),
+        Access::Write => storage_buffer_sized(false, None),
+    }
 }
 
-pub(super) fn changes_uniform() -> BindGroupLayoutEntryBuilder {
-    uniform_buffer::<Changes>(false)
+/// The resources of a bind group, and its layout.
+pub(crate) struct Group {
+    bindings: Vec<Binding>,
+    pub layout: BindGroupLayoutDescriptor,
 }
 
-pub(super) fn sky_map() -> BindGroupLayoutEntryBuilder {
-    texture_cube(TextureSampleType::Float { filterable: true })
+impl Group {
+    pub(crate) fn of_stages(
+        stages: ShaderStages,
+        label: &'static str,
+        reads: &[Binding],
+        writes: &[Binding],
+    ) -> Self {
+        let entry = |binding: &Binding, access| {
+            let layout = binding.layout(access);
+            layout.build(binding.number(), stages)
+        };
+        let read = reads.iter().map(|binding| entry(binding, Access::Read));
+        let written = writes.iter().map(|binding| entry(binding, Access::Write));
+        let entries: Vec<_> = read.chain(written).collect();
+        Self {
+            bindings: [reads, writes].concat(),
+            layout: BindGroupLayoutDescriptor::new(label, &entries),
+        }
+    }
+
+    pub(super) fn new(label: &'static str, reads: &[Binding], writes: &[Binding]) -> Self {
+        Self::of_stages(ShaderStages::COMPUTE, label, reads, writes)
+    }
+
+    /// Group 0 of passes that read the voxels, with reprojected albedo or without.
+    pub(crate) fn of_voxels(
+        stages: ShaderStages,
+        label: &'static str,
+        bounce: usize,
+        reprojects_albedo: bool,
+    ) -> Self {
+        let bindings = [
+            Binding::Volume(bounce),
+            Binding::Masks,
+            Binding::PackedSurfaces,
+            Binding::FaceSlots,
+            Binding::ReprojectedAlbedo,
+        ];
+        let count = bindings.len() - usize::from(!reprojects_albedo);
+        Self::of_stages(stages, label, &bindings[..count], &[])
+    }
+
+    /// The same for passes that compute light.
+    pub(super) fn of_light(bounce: usize, reprojects_albedo: bool) -> Self {
+        let stages = ShaderStages::COMPUTE;
+        Self::of_voxels(stages, "voxel_gi_volume", bounce, reprojects_albedo)
+    }
 }
 
-pub(super) fn sky_sampler() -> BindGroupLayoutEntryBuilder {
-    sampler(SamplerBindingType::Filtering)
-}
-
-/// Layout of a bind group of compute shaders, each entry with its number.
+/// Layout of a bind group of compute shaders that is created entry by entry, each with its number.
 pub(super) fn group_layout<const N: usize>(
     label: &'static str,
     entries: impl IntoIndexedBindGroupLayoutEntryBuilderArray<N>,
@@ -89,76 +180,73 @@ pub(super) fn group_layout<const N: usize>(
 pub(crate) struct BindGroups<'w> {
     pub cache: Res<'w, PipelineCache>,
     pub device: Res<'w, RenderDevice>,
+    pub buffers: Option<Res<'w, VolumeBuffers>>,
+    pub volume: Res<'w, ExtractedVolume>,
+    pub images: Res<'w, RenderAssets<GpuImage>>,
+    uniforms: Res<'w, VolumeUniforms>,
+    light_tiles: Res<'w, LightTiles>,
+    sky: Res<'w, SkyCube>,
 }
 
 impl BindGroups<'_> {
-    /// Creates a bind group with the label of its layout, each entry with its number.
-    pub fn create<'b, const N: usize>(
+    fn resource(&self, binding: Binding) -> Option<BindingResource<'_>> {
+        let buffers = self.buffers.as_deref()?;
+        Some(match binding {
+            Binding::Volume(bounce) => self.uniforms.bounces[bounce].binding()?,
+            Binding::Masks => buffers.masks(),
+            Binding::PackedSurfaces => buffers.packed_surfaces.as_entire_binding(),
+            Binding::FaceSlots => buffers.face_slots(),
+            Binding::FaceSlotsAndMasks => buffers.voxels.as_entire_binding(),
+            Binding::ReprojectedAlbedo => buffers.reprojected_albedo.as_entire_binding(),
+            Binding::Sums => buffers.sums.as_entire_binding(),
+            Binding::Work | Binding::Dirty => buffers.work.as_entire_binding(),
+            Binding::Radiance => buffers.radiance(),
+            Binding::Irradiance => buffers.irradiance.as_entire_binding(),
+            Binding::Colors => buffers.colors(),
+            Binding::Lights => self.uniforms.lights.binding()?,
+            Binding::LightTexture => {
+                let volume = self.volume.0.as_ref()?;
+                (self.images.get(&volume.texture)?.texture_view).into_binding()
+            }
+            Binding::LightTiles => self.light_tiles.tiles.view()?.into_binding(),
+            Binding::Changes => self.uniforms.changes.binding()?,
+            Binding::Visible => buffers.visible.as_entire_binding(),
+            Binding::SkyMap => self.sky.cube.as_ref()?.view.into_binding(),
+            Binding::SkySampler => self.sky.cube.as_ref()?.sampler.into_binding(),
+            Binding::SlotLists => buffers.slot_lists.as_entire_binding(),
+            Binding::Before(buffer) | Binding::After(buffer) => {
+                buffers.intensity[buffer].as_entire_binding()
+            }
+            Binding::Arrived => buffers.arrived.as_entire_binding(),
+        })
+    }
+
+    /// Creates a bind group, if all of its resources are there.
+    pub fn bind(&self, group: &Group) -> Option<BindGroup> {
+        let entry = |binding: &Binding| {
+            Some(BindGroupEntry {
+                binding: binding.number(),
+                resource: self.resource(*binding)?,
+            })
+        };
+        let entries: Option<Vec<_>> = group.bindings.iter().map(entry).collect();
+        Some(self.create(&group.layout, &entries?))
+    }
+
+    pub(super) fn bind_both(&self, [a, b]: &[Group; 2]) -> Option<[BindGroup; 2]> {
+        Some([self.bind(a)?, self.bind(b)?])
+    }
+
+    /// Creates a bind group of these entries with the label of its layout.
+    pub fn create(
         &self,
         layout: &BindGroupLayoutDescriptor,
-        entries: impl IntoIndexedBindingArray<'b, N>,
+        entries: &[BindGroupEntry],
     ) -> BindGroup {
-        self.device.create_bind_group(
-            layout.label.as_ref(),
-            &self.cache.get_bind_group_layout(layout),
-            &BindGroupEntries::with_indices(entries),
-        )
+        let label = layout.label.as_ref();
+        let layout = self.cache.get_bind_group_layout(layout);
+        self.device.create_bind_group(label, &layout, entries)
     }
-
-    /// The same with as many entries as are given.
-    pub fn create_of(
-        &self,
-        layout: &BindGroupLayoutDescriptor,
-        entries: Vec<(u32, BindingResource)>,
-    ) -> BindGroup {
-        let entry = |(binding, resource)| BindGroupEntry { binding, resource };
-        let entries: Vec<_> = entries.into_iter().map(entry).collect();
-        self.device.create_bind_group(
-            layout.label.as_ref(),
-            &self.cache.get_bind_group_layout(layout),
-            &entries,
-        )
-    }
-}
-
-/// Layout of group 0 in passes that read the voxels, with reprojected albedo or without.
-pub(crate) fn voxels_layout(
-    label: &'static str,
-    stages: ShaderStages,
-    reprojects_albedo: bool,
-) -> BindGroupLayoutDescriptor {
-    let voxels = (
-        (VOLUME, volume_uniform()),
-        (MASKS, read_only()),
-        (PACKED_SURFACES, read_only()),
-        (FACE_SLOTS, read_only()),
-    );
-    let mut entries = BindGroupLayoutEntries::with_indices(stages, voxels).to_vec();
-    if reprojects_albedo {
-        entries.push(read_only().build(REPROJECTED_ALBEDO, stages));
-    }
-    BindGroupLayoutDescriptor::new(label, &entries)
-}
-
-/// Creates group 0 for one of the bounces.
-pub(crate) fn voxels_bind_group(
-    layout: &BindGroupLayoutDescriptor,
-    bounce: usize,
-    uniforms: &VolumeUniforms,
-    buffers: &VolumeBuffers,
-    groups: &BindGroups,
-) -> Option<BindGroup> {
-    let mut entries = vec![
-        (VOLUME, uniforms.bounces[bounce].binding()?),
-        (MASKS, buffers.masks()),
-        (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
-        (FACE_SLOTS, buffers.face_slots()),
-    ];
-    if buffers.shape.reprojects_albedo {
-        let albedo = buffers.reprojected_albedo.as_entire_binding();
-        entries.push((REPROJECTED_ALBEDO, albedo));
-    }
-    Some(groups.create_of(layout, entries))
 }
 
 /// Group 0 of the passes that compute light.
@@ -168,25 +256,17 @@ pub(crate) struct VoxelBindGroups {
     pub bounces: [BindGroup; 3],
 }
 
-/// Layout of group 0 of the passes that compute light.
-pub(super) fn light_voxels_layout(reprojects_albedo: bool) -> BindGroupLayoutDescriptor {
-    voxels_layout("voxel_gi_volume", ShaderStages::COMPUTE, reprojects_albedo)
-}
-
-/// Creates group 0 of the passes that compute light.
 pub(crate) fn prepare_voxel_bind_groups(
     mut commands: Commands,
     plan: Res<FramePlan>,
-    buffers: Option<Res<VolumeBuffers>>,
-    uniforms: Res<VolumeUniforms>,
     groups: BindGroups,
 ) {
-    let (Some(_), Some(buffers)) = (plan.work, buffers) else {
+    let (Some(_), Some(buffers)) = (plan.work, &groups.buffers) else {
         commands.remove_resource::<VoxelBindGroups>();
         return;
     };
-    let layout = light_voxels_layout(buffers.shape.reprojects_albedo);
-    let group = |bounce| voxels_bind_group(&layout, bounce, &uniforms, &buffers, &groups);
+    let albedo = buffers.shape.reprojects_albedo;
+    let group = |bounce| groups.bind(&Group::of_light(bounce, albedo));
     if let (Some(a), Some(b), Some(c)) = (group(0), group(1), group(2)) {
         commands.insert_resource(VoxelBindGroups { bounces: [a, b, c] });
     }

@@ -2,16 +2,16 @@
 //! each frame in which light is computed where the GPU itself draws it.
 
 use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
+    asset::load_embedded_asset,
     prelude::*,
     render::{
         render_asset::RenderAssets,
         render_resource::{
             AddressMode, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            Extent3d, FilterMode, PipelineCache, Sampler, SamplerBindingType, SamplerDescriptor,
-            ShaderStages, ShaderType, StorageTextureAccess, Texture, TextureDescriptor,
-            TextureDimension, TextureFormat, TextureSampleType, TextureUsages, TextureView,
-            TextureViewDescriptor, TextureViewDimension, TextureViewId, UniformBuffer,
+            FilterMode, PipelineCache, Sampler, SamplerBindingType, SamplerDescriptor,
+            ShaderStages, ShaderType, StorageTextureAccess, Texture, TextureFormat,
+            TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor,
+            TextureViewDimension, TextureViewId, UniformBuffer,
             binding_types::{sampler, texture_cube, texture_storage_2d_array, uniform_buffer},
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
@@ -19,10 +19,10 @@ use bevy::{
     },
 };
 
-use super::kernel::{Kernel, record_pass};
+use super::kernel::{Kernel, Pipelines, record_pass};
 use crate::{
-    extract::{game_sky::SkyMap, texture::STORAGE_SCALE, volume::ExtractedVolume},
-    prepare::{asset_notes::AssetNotes, pipelines::RequiredPipelines, plan::FramePlan},
+    extract::{game_sky::SkyMap, place_volume::ExtractedVolume, probe::STORAGE_SCALE},
+    prepare::{asset_notes::AssetNotes, buffers::texture, plan::FramePlan},
 };
 
 /// Texels along an edge of a face: diffuse light has no finer detail.
@@ -54,20 +54,9 @@ pub(crate) struct Cube {
 
 impl Cube {
     fn new(device: &RenderDevice, size: u32) -> Self {
-        let texture = device.create_texture(&TextureDescriptor {
-            label: Some("voxel_gi_sky"),
-            size: Extent3d {
-                width: size,
-                height: size,
-                depth_or_array_layers: 6,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: TextureFormat::Rgba16Float,
-            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING,
-            view_formats: &[],
-        });
+        let format = TextureFormat::Rgba16Float;
+        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
+        let texture = texture(device, "voxel_gi_sky", [size, size, 6], format, usage);
         Self {
             view: view(&texture, TextureViewDimension::Cube),
             texture,
@@ -88,7 +77,6 @@ impl SkyCube {
         self.source.is_some()
     }
 
-    /// Size in bytes.
     pub fn bytes(&self) -> u64 {
         let texels = |cube: &Cube| 6 * u64::from(cube.texture.width()).pow(2);
         8 * self.cube.as_ref().map_or(0, texels)
@@ -153,7 +141,6 @@ pub(crate) fn note_sky(
     sky.version += 1;
 }
 
-/// The uniform of the shader.
 #[derive(ShaderType, Clone, Copy, Debug, Default)]
 struct SkyJob {
     sky_from_world: Vec4,
@@ -186,25 +173,15 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     );
     let shader = load_embedded_asset!(assets.as_ref(), "draw_sky.wesl");
     commands.insert_resource(DrawSkyPass {
-        draw_sky: Kernel::new(
-            "voxel_gi_draw_sky",
-            "draw_sky",
-            &shader,
-            vec![layout.clone()],
-        ),
+        draw_sky: Kernel::new("voxel_gi_draw_sky", "draw_sky", &shader, &[&layout]),
         layout,
         job: UniformBuffer::default(),
     });
 }
 
-pub(crate) fn queue(
-    mut pass: ResMut<DrawSkyPass>,
-    sky: Res<SkyCube>,
-    cache: Res<PipelineCache>,
-    mut required: ResMut<RequiredPipelines>,
-) {
+pub(crate) fn queue(mut pass: ResMut<DrawSkyPass>, sky: Res<SkyCube>, mut pipelines: Pipelines) {
     if sky.is_seen() {
-        pass.draw_sky.require(&[], &cache, &mut required);
+        pass.draw_sky.require(&[], &mut pipelines);
     }
 }
 
@@ -251,8 +228,4 @@ pub(crate) fn draw_sky(
         compute.dispatch_workgroups(SIZE, SIZE, 6);
     });
     sky.is_drawn = true;
-}
-
-pub(crate) fn embed(app: &mut App) {
-    embedded_asset!(app, "draw_sky.wesl");
 }

@@ -1,15 +1,15 @@
 //! Draws textures into their tiles: those of materials before the scene is voxelised, those of lights before direct light.
 
 use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
+    asset::load_embedded_asset,
     ecs::system::SystemParam,
     prelude::*,
     render::{
         render_asset::RenderAssets,
         render_resource::{
-            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferDescriptor,
-            BufferUsages, PipelineCache, ShaderSize, ShaderStages, StorageTextureAccess,
-            TextureFormat, TextureSampleType,
+            BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferUsages,
+            PipelineCache, ShaderSize, ShaderStages, StorageTextureAccess, TextureFormat,
+            TextureSampleType, TextureView,
             binding_types::{texture_2d, texture_storage_2d, uniform_buffer},
             encase,
         },
@@ -18,14 +18,15 @@ use bevy::{
     },
 };
 
-use super::kernel::{Kernel, record_pass};
-use crate::extract::lights::{ExtractedLights, LIGHT_TEXTURES};
-use crate::prepare::{
-    light_tiles::LightTiles,
-    materials::MaterialRecords,
-    pipelines::RequiredPipelines,
-    plan::FramePlan,
-    tiles::{TileJob, Tiles},
+use super::kernel::{Kernel, Pipelines, record_pass};
+use crate::{
+    extract::lights::{ExtractedLights, LIGHT_TEXTURES},
+    prepare::{
+        buffers::buffer,
+        materials::MaterialRecords,
+        plan::FramePlan,
+        tiles::{LightTiles, TileJob, Tiles},
+    },
 };
 
 #[derive(Resource)]
@@ -48,7 +49,7 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
         ),
     );
     let shader = load_embedded_asset!(assets.as_ref(), "draw_tiles.wesl");
-    let kernel = |label| Kernel::new(label, "draw_tile", &shader, vec![layout.clone()]);
+    let kernel = |label| Kernel::new(label, "draw_tile", &shader, &[&layout]);
     commands.insert_resource(DrawTilesPass {
         draw_tile: kernel("voxel_gi_draw_tile"),
         draw_light_tile: kernel("voxel_gi_draw_light_tile"),
@@ -59,117 +60,88 @@ pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
 pub(crate) fn queue(
     mut pass: ResMut<DrawTilesPass>,
     (materials, lights): (Res<MaterialRecords>, Res<ExtractedLights>),
-    cache: Res<PipelineCache>,
-    mut required: ResMut<RequiredPipelines>,
+    mut pipelines: Pipelines,
 ) {
     if materials.has_textures {
-        pass.draw_tile.require(&[], &cache, &mut required);
+        pass.draw_tile.require(&[], &mut pipelines);
     }
     if lights.has_textures() {
         let kernel = &mut pass.draw_light_tile;
-        kernel.require(&[LIGHT_TEXTURES], &cache, &mut required);
+        kernel.require(&[LIGHT_TEXTURES], &mut pipelines);
     }
 }
 
 pub(crate) fn draw_tiles(
     mut context: RenderContext,
-    pass: Res<DrawTilesPass>,
     plan: Res<FramePlan>,
     mut tiles: ResMut<Tiles>,
     resources: DrawResources,
 ) {
     if plan.work.is_some_and(|work| work.voxelizes.is_some()) {
+        let (label, kernel) = ("voxel_gi_draw_tiles", &resources.pass.draw_tile);
         let tiles = tiles.bypass_change_detection();
-        let label = "voxel_gi_draw_tiles";
-        draw(
-            &mut context,
-            label,
-            &pass.layout,
-            &pass.draw_tile,
-            tiles,
-            &resources,
-        );
+        resources.draw(&mut context, label, kernel, tiles);
     }
 }
 
 pub(crate) fn draw_light_tiles(
     mut context: RenderContext,
-    pass: Res<DrawTilesPass>,
     plan: Res<FramePlan>,
     mut light_tiles: ResMut<LightTiles>,
     resources: DrawResources,
 ) {
     if plan.work.is_some() {
-        let tiles = &mut light_tiles.tiles;
-        let label = "voxel_gi_draw_light_tiles";
-        draw(
-            &mut context,
-            label,
-            &pass.layout,
-            &pass.draw_light_tile,
-            tiles,
-            &resources,
-        );
+        let (label, kernel) = ("voxel_gi_draw_light_tiles", &resources.pass.draw_light_tile);
+        resources.draw(&mut context, label, kernel, &mut light_tiles.tiles);
     }
 }
 
 #[derive(SystemParam)]
 pub(crate) struct DrawResources<'w> {
+    pass: Res<'w, DrawTilesPass>,
     images: Res<'w, RenderAssets<GpuImage>>,
     cache: Res<'w, PipelineCache>,
     device: Res<'w, RenderDevice>,
     queue: Res<'w, RenderQueue>,
 }
 
-/// Records a pass that draws the tiles that have changed.
-fn draw(
-    context: &mut RenderContext,
-    label: &'static str,
-    layout: &BindGroupLayoutDescriptor,
-    kernel: &Kernel,
-    tiles: &mut Tiles,
-    resources: &DrawResources,
-) {
-    let DrawResources {
-        images,
-        cache,
-        device,
-        queue,
-    } = resources;
-    let (Some(pipeline), Some(target)) = (kernel.pipeline(cache), tiles.view().cloned()) else {
-        return;
-    };
-    let jobs = tiles.take_jobs(images);
-    if jobs.is_empty() {
-        return;
-    }
-    let layout = cache.get_bind_group_layout(layout);
-    let groups: Vec<_> = jobs
-        .into_iter()
-        .filter_map(|(source, job)| {
-            let uniform = device.create_buffer(&BufferDescriptor {
-                label: Some("voxel_gi_tile_job"),
-                size: TileJob::SHADER_SIZE.get(),
-                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
+impl DrawResources<'_> {
+    /// Records a pass that draws the tiles that have changed.
+    fn draw(
+        &self,
+        context: &mut RenderContext,
+        label: &'static str,
+        kernel: &Kernel,
+        tiles: &mut Tiles,
+    ) {
+        let Self { device, queue, .. } = self;
+        let (Some(pipeline), Some(target)) = (kernel.pipeline(&self.cache), tiles.view().cloned())
+        else {
+            return;
+        };
+        let jobs = tiles.take_jobs(&self.images);
+        if jobs.is_empty() {
+            return;
+        }
+        let layout = self.cache.get_bind_group_layout(&self.pass.layout);
+        let group = |(source, job): (TextureView, TileJob)| {
+            let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+            let size = TileJob::SHADER_SIZE.get();
+            let uniform = buffer(device, "voxel_gi_tile_job", size, usage);
             let mut bytes = encase::UniformBuffer::new(Vec::new());
             bytes.write(&job).ok()?;
             queue.write_buffer(&uniform, 0, &bytes.into_inner());
             let uniform = uniform.as_entire_binding();
             let entries = BindGroupEntries::sequential((uniform, &source, &target));
             Some(device.create_bind_group("voxel_gi_draw_tile", &layout, &entries))
-        })
-        .collect();
-    record_pass(context, label, |compute| {
-        compute.set_pipeline(pipeline);
-        for group in &groups {
-            compute.set_bind_group(0, group, &[]);
-            compute.dispatch_workgroups(1, 1, 1);
-        }
-    });
-}
-
-pub(crate) fn embed(app: &mut App) {
-    embedded_asset!(app, "draw_tiles.wesl");
+        };
+        let groups: Vec<_> = jobs.into_iter().filter_map(group).collect();
+        record_pass(context, label, |compute| {
+            compute.set_pipeline(pipeline);
+            for group in &groups {
+                compute.set_bind_group(0, group, &[]);
+                compute.dispatch_workgroups(1, 1, 1);
+            }
+        });
+    }
 }

@@ -1,28 +1,45 @@
 //! Compute kernels: an entry point of a shader, in the variants that settings need.
 
 use bevy::{
+    ecs::system::SystemParam,
     prelude::*,
     render::{
         diagnostic::RecordDiagnostics,
         render_resource::{
-            BindGroupLayoutDescriptor, CachedComputePipelineId, ComputePass, ComputePassDescriptor,
-            ComputePipeline, ComputePipelineDescriptor, PipelineCache,
+            BindGroup, BindGroupLayoutDescriptor, CachedComputePipelineId, ComputePass,
+            ComputePassDescriptor, ComputePipeline, ComputePipelineDescriptor, PipelineCache,
         },
         renderer::RenderContext,
     },
 };
 
-use super::bindings::light_voxels_layout;
-use crate::prepare::{
-    buffers::{BufferShape, VolumeBuffers},
-    pipelines::RequiredPipelines,
-};
+use super::bindings::Group;
+use crate::prepare::buffers::{BufferShape, VolumeBuffers};
+
+/// The pipelines that the passes of this frame need: light is computed only once all are ready.
+#[derive(Resource, Default)]
+pub(crate) struct RequiredPipelines(Vec<CachedComputePipelineId>);
+
+impl RequiredPipelines {
+    /// Empties the list; returns whether all pipelines in it are ready.
+    pub(crate) fn take_ready(&mut self, cache: &PipelineCache) -> bool {
+        self.0.drain(..).fold(true, |all, id| {
+            all & cache.get_compute_pipeline(id).is_some()
+        })
+    }
+}
+
+/// By which passes choose their pipelines.
+#[derive(SystemParam)]
+pub(crate) struct Pipelines<'w> {
+    cache: Res<'w, PipelineCache>,
+    required: ResMut<'w, RequiredPipelines>,
+}
 
 /// An entry point of a compute shader.
 pub(crate) struct Kernel {
     descriptor: ComputePipelineDescriptor,
     variants: Vec<(Vec<&'static str>, CachedComputePipelineId)>,
-    /// The variant of this frame.
     current: Option<CachedComputePipelineId>,
 }
 
@@ -31,12 +48,12 @@ impl Kernel {
         label: &'static str,
         entry_point: &'static str,
         shader: &Handle<Shader>,
-        layout: Vec<BindGroupLayoutDescriptor>,
+        layouts: &[&BindGroupLayoutDescriptor],
     ) -> Self {
         Self {
             descriptor: ComputePipelineDescriptor {
                 label: Some(label.into()),
-                layout,
+                layout: layouts.iter().map(|layout| (*layout).clone()).collect(),
                 shader: shader.clone(),
                 entry_point: Some(entry_point.into()),
                 ..default()
@@ -51,50 +68,42 @@ impl Kernel {
         label: &'static str,
         entry_point: &'static str,
         shader: &Handle<Shader>,
-        own: &BindGroupLayoutDescriptor,
+        own: &Group,
     ) -> Self {
-        let voxels = light_voxels_layout(false);
-        Self::new(label, entry_point, shader, vec![voxels, own.clone()])
+        let voxels = Group::of_light(0, false);
+        Self::new(label, entry_point, shader, &[&voxels.layout, &own.layout])
             .with_zeroed_workgroup_memory()
     }
 
-    /// Initialises workgroup memory with zeros.
     pub(super) fn with_zeroed_workgroup_memory(mut self) -> Self {
         self.descriptor.zero_initialize_workgroup_memory = true;
         self
     }
 
     /// Chooses the variant with these shader defs for this frame, which waits until it is ready.
-    pub(super) fn require(
-        &mut self,
-        defs: &[&'static str],
-        cache: &PipelineCache,
-        required: &mut RequiredPipelines,
-    ) {
-        required.add(self.choose(defs, cache));
+    pub(super) fn require(&mut self, defs: &[&'static str], pipelines: &mut Pipelines) {
+        let id = self.choose(defs, pipelines);
+        pipelines.required.0.push(id);
     }
 
     /// Chooses the variant with these shader defs for this frame.
     pub(super) fn choose(
         &mut self,
         defs: &[&'static str],
-        cache: &PipelineCache,
+        pipelines: &Pipelines,
     ) -> CachedComputePipelineId {
         let known = self.variants.iter().find(|(known, _)| known == defs);
-        let id = known.map_or_else(
-            || {
-                let mut descriptor = self.descriptor.clone();
-                descriptor.shader_defs = defs.iter().map(|&def| def.into()).collect();
-                if defs.contains(&REPROJECTED_ALBEDO) {
-                    descriptor.layout[0] = light_voxels_layout(true);
-                }
-                cache.queue_compute_pipeline(descriptor)
-            },
-            |(_, id)| *id,
-        );
-        if known.is_none() {
+        let known = known.map(|(_, id)| *id);
+        let id = known.unwrap_or_else(|| {
+            let mut descriptor = self.descriptor.clone();
+            descriptor.shader_defs = defs.iter().map(|&def| def.into()).collect();
+            if defs.contains(&REPROJECTED_ALBEDO) {
+                descriptor.layout[0] = Group::of_light(0, true).layout;
+            }
+            let id = pipelines.cache.queue_compute_pipeline(descriptor);
             self.variants.push((defs.to_vec(), id));
-        }
+            id
+        });
         self.current = Some(id);
         id
     }
@@ -108,16 +117,18 @@ impl Kernel {
 /// The shader def of the kernels that compute light from reprojected albedo, which is in group 0 then.
 const REPROJECTED_ALBEDO: &str = "REPROJECTED_ALBEDO";
 
-/// The shader defs of the kernels that compute light.
 pub(super) fn light_defs(shape: BufferShape) -> Vec<&'static str> {
-    [
+    chosen([
         (shape.occlusion_only, "OCCLUSION_ONLY"),
         (shape.reprojects_albedo, REPROJECTED_ALBEDO),
         (shape.per_pixel, "PER_PIXEL"),
-    ]
-    .into_iter()
-    .filter_map(|(is_on, def)| is_on.then_some(def))
-    .collect()
+    ])
+}
+
+/// The shader defs that are on.
+pub(crate) fn chosen<const N: usize>(defs: [(bool, &'static str); N]) -> Vec<&'static str> {
+    let defs = defs.into_iter().filter(|(is_on, _)| *is_on);
+    defs.map(|(_, def)| def).collect()
 }
 
 /// Records a compute pass with a timing span.
@@ -139,6 +150,12 @@ pub(super) fn record_pass(
     }
 }
 
+pub(super) fn set_bind_groups(pass: &mut ComputePass<'_>, groups: &[BindGroup]) {
+    for (i, group) in (0..).zip(groups) {
+        pass.set_bind_group(i, group, &[]);
+    }
+}
+
 /// Workgroups in two dimensions, as one is limited to 65,535: rows of equal width with this number in total, and fewer
 /// than there are rows in excess.
 fn workgroup_grid(count: u32) -> [u32; 2] {
@@ -153,7 +170,6 @@ pub(super) fn dispatch_workgroups(pass: &mut ComputePass<'_>, count: u32) {
     pass.dispatch_workgroups(width, rows, 1);
 }
 
-/// Dispatches one thread per voxel.
 pub(super) fn dispatch_voxels(
     pass: &mut ComputePass<'_>,
     pipeline: &ComputePipeline,

@@ -56,7 +56,6 @@ pub(crate) struct AssetNotes {
 }
 
 impl AssetNotes {
-    /// Address modes of an image's sampler along both axes.
     pub(super) fn address(&self, image: AssetId<Image>) -> [ImageAddressMode; 2] {
         self.addresses
             .get(&image)

@@ -9,16 +9,22 @@ use std::{
 };
 
 use bevy::{
+    ecs::system::SystemParam,
     prelude::*,
     render::{
-        render_resource::{BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages},
+        render_resource::{
+            BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, Extent3d,
+            Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+        },
         renderer::{RenderDevice, RenderQueue},
+        settings::WgpuLimits,
     },
 };
 
+use super::mesh_batches::MeshBatches;
 use crate::{
     extract::placement::PlacedVolume,
-    settings::{Solver, VoxelAlbedo, VoxelGiSettings, VoxelLight, Voxelizer},
+    settings::{VoxelAlbedo, VoxelGiSettings, Voxelizer},
 };
 
 /// The settings that the sizes of the buffers depend on.
@@ -60,7 +66,7 @@ impl BufferShape {
         let r = u64::from(volume.settings.resolution);
         let lit_levels = volume.lit().len();
         let levels = (lit_levels + outer_levels) as u64;
-        let occlusion_only = matches!(volume.settings.light, VoxelLight::AmbientOcclusion { .. });
+        let occlusion_only = volume.settings.light.is_occlusion();
         let reprojects_albedo =
             volume.settings.albedo == VoxelAlbedo::Reprojected && !occlusion_only;
         Self {
@@ -68,13 +74,7 @@ impl BufferShape {
             outer_levels,
             voxels: r * r * r * levels,
             first_slots: first_slots(r, levels),
-            propagates: matches!(
-                volume.settings.light,
-                VoxelLight::GlobalIllumination {
-                    solver: Solver::Propagate { .. },
-                    ..
-                }
-            ),
+            propagates: volume.settings.light.propagates(),
             occlusion_only,
             per_pixel: volume.is_per_pixel(),
             reprojects_albedo,
@@ -135,11 +135,9 @@ fn most_slots(voxels: u64) -> u64 {
 }
 
 /// Size of the largest storage buffer that a device binds.
-pub(crate) fn most_bytes(device: &RenderDevice) -> u64 {
-    let limits = device.limits();
-    limits
-        .max_storage_buffer_binding_size
-        .min(limits.max_buffer_size)
+pub(crate) fn most_bytes(limits: &WgpuLimits) -> u64 {
+    let bound = limits.max_storage_buffer_binding_size;
+    bound.min(limits.max_buffer_size)
 }
 
 /// What was counted on the GPU, as far as it has been read back.
@@ -195,38 +193,76 @@ pub(crate) fn largest_buffer(settings: &VoxelGiSettings, resolution: u32, levels
     let resolution = u64::from(resolution);
     let voxels = resolution.pow(3) * levels;
     let slots = first_slots(resolution, levels);
-    match settings.light {
+    if settings.light.propagates() {
         // The light that has arrived through each face.
-        VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { .. },
-            ..
-        } => 96 * voxels,
-        light => {
-            let of_cameras = match (light, settings.albedo, settings.voxelizer) {
-                (VoxelLight::AmbientOcclusion { .. }, ..) => 0,
-                (_, VoxelAlbedo::Reprojected, Voxelizer::Stochastic { .. }) => 32 * voxels,
-                (_, VoxelAlbedo::Reprojected, _) => 24 * voxels,
-                _ => 0,
-            };
-            // The occupancy, the work, and the sums of the slots.
-            (8 * voxels)
-                .max(VolumeBuffers::COUNTERS_SIZE + 4 * (slots + voxels))
-                .max(32 * slots.next_multiple_of(32))
-                .max(of_cameras)
-        }
+        return 96 * voxels;
     }
+    let of_cameras = match (settings.albedo, settings.voxelizer) {
+        _ if settings.light.is_occlusion() => 0,
+        (VoxelAlbedo::Reprojected, Voxelizer::Stochastic { .. }) => 32 * voxels,
+        (VoxelAlbedo::Reprojected, _) => 24 * voxels,
+        _ => 0,
+    };
+    // The occupancy, the work, and the sums of the slots.
+    (8 * voxels)
+        .max(VolumeBuffers::COUNTERS_SIZE + 4 * (slots + voxels))
+        .max(32 * slots.next_multiple_of(32))
+        .max(of_cameras)
 }
 
-const STORAGE: BufferUsages = BufferUsages::STORAGE
+pub(super) const STORAGE: BufferUsages = BufferUsages::STORAGE
     .union(BufferUsages::COPY_DST)
     .union(BufferUsages::COPY_SRC);
 
-fn buffer(device: &RenderDevice, label: &'static str, size: u64, usage: BufferUsages) -> Buffer {
+/// Creates a buffer, which is not empty.
+pub(crate) fn buffer(
+    device: &RenderDevice,
+    label: &'static str,
+    size: u64,
+    usage: BufferUsages,
+) -> Buffer {
     device.create_buffer(&BufferDescriptor {
         label: Some(label),
         size: size.max(16),
         usage,
         mapped_at_creation: false,
+    })
+}
+
+/// A part of a buffer, up to its end if no size is given.
+pub(super) fn part_of(
+    buffer: &Buffer,
+    offset: u64,
+    size: Option<NonZeroU64>,
+) -> BindingResource<'_> {
+    BindingResource::Buffer(BufferBinding {
+        buffer,
+        offset,
+        size,
+    })
+}
+
+/// Creates a texture of two dimensions without further mip levels.
+pub(crate) fn texture(
+    device: &RenderDevice,
+    label: &'static str,
+    [width, height, depth_or_array_layers]: [u32; 3],
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> Texture {
+    device.create_texture(&TextureDescriptor {
+        label: Some(label),
+        size: Extent3d {
+            width,
+            height,
+            depth_or_array_layers,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
     })
 }
 
@@ -241,7 +277,7 @@ pub(crate) struct VolumeBuffers {
     pub shape: BufferShape,
     /// A word per voxel: which of its faces have a surface, and their slots in the buffers below. Then 64 bits per
     /// voxel: the occupancy of its sub-voxels. Once a mesh casts no shadow, the occupancy by all that do follows; see
-    /// [`shadow_masks`](super::shadow_masks).
+    /// [`ShadowMasks`].
     pub voxels: Buffer,
     /// A word per slot: the packed surface.
     pub packed_surfaces: Buffer,
@@ -249,9 +285,9 @@ pub(crate) struct VolumeBuffers {
     /// and the mean over rounds with its weight, as 16-bit floats.
     pub irradiance: Buffer,
     /// Eight words per slot: four of the irradiance as it was, two of the radiance that leaves the surface, as 16-bit
-    /// floats, and two of its albedo and emission. While the scene is voxelised, the sums of `sums.wesl` are there.
+    /// floats, and two of its albedo and emission. While the scene is voxelised, its `sums` in `bindings.wesl` are there.
     pub sums: Buffer,
-    /// The number of slots that were ever used, and the first free slots; see `dirty.wesl`.
+    /// The number of slots that were ever used, and the first free slots; see `bindings.wesl`.
     pub slot_lists: Buffer,
     pub counts: Counts,
     /// Six times four words per voxel: the propagated light that has arrived through each face, as 32-bit floats. A
@@ -274,11 +310,9 @@ pub(crate) struct VolumeBuffers {
 }
 
 impl VolumeBuffers {
-    /// Size of the counters in `work` in bytes.
     pub(crate) const COUNTERS_SIZE: u64 = Self::ARGS_OFFSET + Self::ARGS_SIZE;
     /// Byte offset of the indirect dispatch arguments in `work`.
     pub(crate) const ARGS_OFFSET: u64 = 16;
-    /// Size of the indirect dispatch arguments in bytes.
     pub(crate) const ARGS_SIZE: u64 = 48;
     /// Byte offsets of the indirect dispatch arguments: a workgroup for each surface, for each empty voxel,
     /// and for 64 surfaces.
@@ -366,30 +400,20 @@ impl VolumeBuffers {
 
     /// The slots of voxels.
     pub(crate) fn face_slots(&self) -> BindingResource<'_> {
-        BindingResource::Buffer(BufferBinding {
-            buffer: &self.voxels,
-            offset: 0,
-            size: NonZeroU64::new(self.shape.slot_word_bytes()),
-        })
+        let bytes = self.shape.slot_word_bytes();
+        part_of(&self.voxels, 0, NonZeroU64::new(bytes))
     }
 
     /// The occupancy masks.
     pub(crate) fn masks(&self) -> BindingResource<'_> {
-        BindingResource::Buffer(BufferBinding {
-            buffer: &self.voxels,
-            offset: self.shape.slot_word_bytes(),
-            size: None,
-        })
+        part_of(&self.voxels, self.shape.slot_word_bytes(), None)
     }
 
     /// So many words of each slot in `sums`, after these.
     fn part_of_sums(&self, before: u64, words: u64) -> BindingResource<'_> {
         let words_of = |words: u64| 4 * words * self.slots();
-        BindingResource::Buffer(BufferBinding {
-            buffer: &self.sums,
-            offset: words_of(before),
-            size: NonZeroU64::new(words_of(words)),
-        })
+        let size = NonZeroU64::new(words_of(words));
+        part_of(&self.sums, words_of(before), size)
     }
 
     /// Radiance that leaves the surface of each slot.
@@ -420,7 +444,7 @@ impl VolumeBuffers {
         if demand <= self.slots() {
             return None;
         }
-        let limit = most_bytes(device);
+        let limit = most_bytes(&device.limits());
         let most = most_slots(self.shape.voxels).min(limit / 32 / 32 * 32);
         let slots = (demand + demand / 2).min(most);
         if slots < demand {
@@ -454,4 +478,40 @@ impl VolumeBuffers {
         .iter()
         .sum()
     }
+}
+
+/// Decides whether rays of direct light need occupancy masks of their own in a frame, as some meshes cast no shadow.
+#[derive(SystemParam)]
+pub(crate) struct ShadowMasks<'w> {
+    batches: Res<'w, MeshBatches>,
+    device: Res<'w, RenderDevice>,
+}
+
+impl ShadowMasks<'_> {
+    /// The shader def of the passes that write or read these masks, where they are needed.
+    pub(crate) fn defs(&self, shape: BufferShape) -> Option<&'static str> {
+        shadow_masks_are_needed(shape, &self.batches, &self.device).then_some("SHADOW_MASKS")
+    }
+}
+
+/// Whether the masks of meshes that cast shadows are behind those of all meshes.
+pub(super) fn shadow_masks_are_needed(
+    shape: BufferShape,
+    batches: &MeshBatches,
+    device: &RenderDevice,
+) -> bool {
+    if shape.occlusion_only || !batches.have_mesh_without_shadow() {
+        return false;
+    }
+    let most = most_bytes(&device.limits());
+    let fits = shape.mask_bytes(true) <= most;
+    if !fits {
+        warn_once!(
+            "voxel GI: `NotShadowCaster` takes a storage buffer of {} MiB, and this device binds {} MiB at most, so \
+             such meshes cast shadows. Lower `resolution` or `cascades`",
+            shape.mask_bytes(true) >> 20,
+            most >> 20,
+        );
+    }
+    fits
 }

@@ -6,8 +6,8 @@ use bevy::{
     render::{
         render_asset::RenderAssets,
         render_resource::{
-            Extent3d, TexelCopyBufferLayout, Texture, TextureDescriptor, TextureDimension,
-            TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
+            Extent3d, TexelCopyBufferLayout, Texture, TextureFormat, TextureUsages, TextureView,
+            TextureViewDescriptor,
         },
         renderer::{RenderDevice, RenderQueue},
         texture::GpuImage,
@@ -16,15 +16,17 @@ use bevy::{
 
 use super::{
     asset_notes::AssetNotes,
+    buffers::texture,
     mesh_batches::MeshBatches,
     tiles::{NoTile, TileContent, TilePlace, Tiles, address_code},
 };
 use crate::{
     extract::{
         meshes::ExtractedScene,
-        volume::ExtractedVolume,
+        place_volume::ExtractedVolume,
         voxel_material::{VoxelAlpha, VoxelMaterial, VoxelTexture},
     },
+    passes::kernel::chosen,
     settings::VoxelAlbedo,
 };
 
@@ -80,31 +82,25 @@ impl MaterialRecords {
         self.texture.as_ref().map(|(_, view)| view)
     }
 
-    /// Size of the texture in bytes.
     pub(super) fn bytes(&self) -> u64 {
-        let rows = self
-            .texture
-            .as_ref()
-            .map_or(0, |(texture, _)| texture.height());
+        let texture = self.texture.as_ref();
+        let rows = texture.map_or(0, |(texture, _)| texture.height());
         (16 * TEXELS * IN_ROW) as u64 * u64::from(rows)
     }
 
     /// The shader defs of the two passes of voxelisation.
     pub(crate) fn defs(&self) -> [Vec<&'static str>; 2] {
-        let chosen = |defs: &[(bool, &'static str)]| {
-            let defs = defs.iter().filter(|(is_on, _)| *is_on);
-            defs.map(|(_, def)| *def).collect()
-        };
         [
-            chosen(&[
+            [
                 (self.has_holes, "HOLES"),
                 (self.has_textured_holes, "TEXTURES"),
-            ]),
-            chosen(&[
+            ],
+            [
                 (self.has_textures, "TEXTURES"),
                 (self.emission_unit > 0.0, EMISSION),
-            ]),
+            ],
         ]
+        .map(chosen)
     }
 
     fn upload(&mut self, device: &RenderDevice, queue: &RenderQueue) {
@@ -115,36 +111,23 @@ impl MaterialRecords {
             height: rows as u32,
             depth_or_array_layers: 1,
         };
-        if self
-            .texture
-            .as_ref()
-            .is_none_or(|(texture, _)| texture.height() != size.height)
-        {
-            let texture = device.create_texture(&TextureDescriptor {
-                label: Some("voxel_gi_materials"),
-                size,
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: TextureDimension::D2,
-                format: TextureFormat::Rgba32Uint,
-                usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
-                view_formats: &[],
-            });
+        let is_other = |(texture, _): &(Texture, TextureView)| texture.height() != size.height;
+        if self.texture.as_ref().is_none_or(is_other) {
+            let size = [size.width, size.height, 1];
+            let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+            let format = TextureFormat::Rgba32Uint;
+            let texture = texture(device, "voxel_gi_materials", size, format, usage);
             let view = texture.create_view(&TextureViewDescriptor::default());
             self.texture = Some((texture, view));
         }
         if let Some((texture, _)) = &self.texture {
-            let bytes: Vec<u8> = self
-                .words
-                .iter()
-                .flat_map(|word| word.to_le_bytes())
-                .collect();
+            let bytes = bytemuck::cast_slice(&self.words);
             let layout = TexelCopyBufferLayout {
                 offset: 0,
                 bytes_per_row: Some(16 * size.width),
                 rows_per_image: None,
             };
-            queue.write_texture(texture.as_image_copy(), &bytes, layout, size);
+            queue.write_texture(texture.as_image_copy(), bytes, layout, size);
         }
     }
 }
@@ -295,6 +278,10 @@ fn finite(v: Vec3) -> Vec3 {
     if v.is_finite() { v } else { Vec3::ZERO }
 }
 
+pub(super) fn flag(is_on: bool, flag: u32) -> u32 {
+    if is_on { flag } else { 0 }
+}
+
 /// Writes a record.
 struct RecordWriter<'a> {
     notes: &'a AssetNotes,
@@ -325,15 +312,10 @@ impl RecordWriter<'_> {
     }
 
     fn write(&mut self, material: &VoxelMaterial, neutral: bool, exposure: f32, unit: f32) {
-        let mut flags = if material.double_sided {
-            DOUBLE_SIDED
-        } else {
-            0
-        };
         let ignores_colors = material.ignores_colors || neutral;
-        if ignores_colors {
-            flags |= NO_VERTEX_COLORS;
-        }
+        let mut flags = flag(material.double_sided, DOUBLE_SIDED);
+        flags |= flag(ignores_colors, NO_VERTEX_COLORS);
+        flags |= flag(material.unlit, UNLIT);
         let mut color = if neutral {
             VoxelMaterial::NEUTRAL.base_color.to_vec3()
         } else {
@@ -365,12 +347,8 @@ impl RecordWriter<'_> {
             && !(ignores_colors && content == TileContent::Color)
         {
             if self.map(0, texture, content) {
-                flags |= if ignores_colors { 0 } else { BASE_COLOR };
-                flags |= if content == TileContent::Color {
-                    0
-                } else {
-                    BASE_ALPHA
-                };
+                flags |= flag(!ignores_colors, BASE_COLOR);
+                flags |= flag(content != TileContent::Color, BASE_ALPHA);
             } else if !ignores_colors {
                 // It is not there yet.
                 color *= 0.5;
@@ -395,7 +373,6 @@ impl RecordWriter<'_> {
         }
         let mut emission = exposed_emission(material, exposure);
         let texture = if material.unlit {
-            flags |= UNLIT;
             color = if neutral { color } else { Vec3::ZERO };
             material.base_color_texture
         } else {

@@ -22,12 +22,15 @@ use bevy::{
 
 use super::{
     asset_notes::AssetNotes,
-    dirty_voxels::{Bounds, ChangedRegions},
     mesh_group::{LevelMask, MeshGroup},
     mesh_instance::MeshLocator,
+    voxelization::{Bounds, ChangedRegions},
 };
 use crate::{
-    extract::{meshes::ExtractedScene, scene_meshes::SceneMesh, volume::ExtractedVolume},
+    extract::{
+        meshes::{ExtractedScene, SceneMesh},
+        place_volume::ExtractedVolume,
+    },
     gpu_types::{MESH_NOT_SHADOW_CASTER, MeshInstance},
 };
 
@@ -228,9 +231,7 @@ struct MeshGroups {
     by_slabs: HashMap<Slabs, usize>,
     /// Number of triangles of all meshes.
     triangles: u64,
-    /// Number of meshes with each material.
     materials: HashMap<u32, usize>,
-    /// Number of meshes that do not shadow direct light.
     without_shadow: usize,
 }
 

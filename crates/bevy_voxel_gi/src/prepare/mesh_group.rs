@@ -6,18 +6,18 @@ use bevy::{
     math::{Vec3, Vec3A},
     platform::collections::HashMap,
     render::{
-        render_resource::{
-            BindingResource, Buffer, BufferBinding, BufferDescriptor, BufferUsages, RawBufferVec,
-        },
+        render_resource::{BindingResource, Buffer, BufferUsages, RawBufferVec},
         renderer::{RenderDevice, RenderQueue},
     },
 };
 use bytemuck::Pod;
 
-use super::dirty_voxels::Bounds;
+use super::{
+    buffers::{STORAGE, buffer, part_of},
+    voxelization::Bounds,
+};
 use crate::gpu_types::{MESH_SKINNED, MeshBatch, MeshInstance};
 
-/// Number of triangles in a batch.
 pub(super) const BATCH_TRIANGLES: u32 = 64;
 
 /// A bit for each level that a mesh may reach into.
@@ -53,7 +53,6 @@ pub(crate) struct UploadedGroup<'a> {
     pub items: Buffer,
 }
 
-/// Number of batches of a mesh.
 fn batch_count(triangles: u32) -> usize {
     triangles.div_ceil(BATCH_TRIANGLES) as usize
 }
@@ -112,21 +111,17 @@ impl MeshGroup {
             self.instances.set(place, instance);
         }
         self.first_batches[place] = self.batches.items.len();
-        let bounds = batch_bounds(&instance, bounds);
-        for first_triangle in (0..instance.triangle_count).step_by(BATCH_TRIANGLES as usize) {
-            self.batches.push(batch(place, first_triangle, bounds));
+        for batch in batches_of(place, instance, bounds) {
+            self.batches.push(batch);
         }
         place
     }
 
     /// Gives all batches of a mesh its bounds.
     fn set_bounds(&mut self, place: usize, bounds: Option<Bounds>) {
-        let first = self.first_batches[place];
-        let triangles = self.instances.items[place].triangle_count;
-        let first_triangles = (0..triangles).step_by(BATCH_TRIANGLES as usize);
-        let bounds = batch_bounds(&self.instances.items[place], bounds);
-        for (at, first_triangle) in (first..).zip(first_triangles) {
-            self.batches.reset(at, batch(place, first_triangle, bounds));
+        let batches = batches_of(place, self.instances.items[place], bounds);
+        for (at, batch) in (self.first_batches[place]..).zip(batches) {
+            self.batches.reset(at, batch);
         }
     }
 
@@ -201,14 +196,8 @@ impl MeshGroup {
         let batch_count = u32::try_from(self.batches.items.len()).unwrap_or(u32::MAX);
         let needed = Self::ITEMS_HEADER + 8 * self.item_count.max(1) as u64;
         let items = self.items.take().filter(|items| items.size() >= needed);
-        let items = items.unwrap_or_else(|| {
-            device.create_buffer(&BufferDescriptor {
-                label: Some("voxel_gi_triangle_items"),
-                size: needed,
-                usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        });
+        let items =
+            items.unwrap_or_else(|| buffer(device, "voxel_gi_triangle_items", needed, STORAGE));
         self.items = Some(items.clone());
         Some(UploadedGroup {
             instances: self.instances.upload(device, queue)?,
@@ -219,29 +208,31 @@ impl MeshGroup {
     }
 }
 
-/// Whether a skin or morph targets deform a mesh.
 fn is_deformed(instance: &MeshInstance) -> bool {
     instance.flags & MESH_SKINNED != 0 || instance.weight_count > 0
 }
 
-/// The corners of the batches of a mesh with these bounds in the world, if they are known: the same where it is
-/// deformed; else the GPU finds each, in the mesh's own space.
-fn batch_bounds(instance: &MeshInstance, bounds: Option<Bounds>) -> [Vec3; 2] {
-    if !is_deformed(instance) {
-        return [f32::MAX, f32::MIN].map(Vec3::splat);
-    }
-    let most = Vec3A::splat(f32::MAX);
-    let (center, half_size) = bounds.unwrap_or((Vec3A::ZERO, most));
-    [center - half_size, center + half_size].map(|corner| corner.clamp(-most, most).into())
-}
-
-fn batch(place: usize, first_triangle: u32, [low, high]: [Vec3; 2]) -> MeshBatch {
-    MeshBatch {
+/// The batches of a mesh with these bounds in the world, if they are known: they have the same corners where it is
+/// deformed; else the GPU finds those of each, in the mesh's own space.
+fn batches_of(
+    place: usize,
+    instance: MeshInstance,
+    bounds: Option<Bounds>,
+) -> impl Iterator<Item = MeshBatch> {
+    let [low, high] = if is_deformed(&instance) {
+        let most = Vec3A::splat(f32::MAX);
+        let (center, half_size) = bounds.unwrap_or((Vec3A::ZERO, most));
+        [center - half_size, center + half_size].map(|corner| corner.clamp(-most, most).into())
+    } else {
+        [f32::MAX, f32::MIN].map(Vec3::splat)
+    };
+    let first_triangles = (0..instance.triangle_count).step_by(BATCH_TRIANGLES as usize);
+    first_triangles.map(move |first_triangle| MeshBatch {
         low,
         instance: u32::try_from(place).unwrap_or(u32::MAX),
         high,
         first_triangle,
-    }
+    })
 }
 
 /// Items, and their copy on the GPU.
@@ -252,7 +243,7 @@ struct List<T> {
     buffer: Option<Buffer>,
     /// The words that have changed since they were copied, some of them more than once; `None` if all have.
     changed: Option<Vec<u32>>,
-    /// Changed words for [`ScatterPass`](crate::passes::scatter::ScatterPass), each behind its place.
+    /// Changed words for `ScatterPass`, each behind its place.
     changes: RawBufferVec<[u32; 2]>,
 }
 
@@ -326,12 +317,8 @@ impl<T: Pod> List<T> {
                 Some(_) => (self.items.len() / 2 * size_of::<T>()) as u64,
                 None => 0,
             };
-            self.buffer = Some(device.create_buffer(&BufferDescriptor {
-                label: Some(self.label),
-                size: needed + room,
-                usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }));
+            let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+            self.buffer = Some(buffer(device, self.label, needed + room, usage));
             self.changed = None;
         }
         let buffer = self.buffer.as_ref()?;
@@ -349,18 +336,10 @@ impl<T: Pod> List<T> {
         }
         let change_count = self.changes.len() as u32;
         Some(UploadedList {
-            items: BindingResource::Buffer(BufferBinding {
-                buffer,
-                offset: 0,
-                size: Some(bound),
-            }),
+            items: part_of(buffer, 0, Some(bound)),
             changes: self.changes.buffer().and_then(|buffer| {
                 let size = NonZeroU64::new(8 * u64::from(change_count))?;
-                Some(BindingResource::Buffer(BufferBinding {
-                    buffer,
-                    offset: 0,
-                    size: Some(size),
-                }))
+                Some(part_of(buffer, 0, Some(size)))
             }),
             change_count,
         })

@@ -15,9 +15,10 @@ use bevy::{
 
 use super::{
     asset_notes::{AssetNotes, PackedRanges},
-    fingerprint::hash_floats,
+    materials::flag,
     mesh_batches::LocatedMesh,
     mesh_group::LevelMask,
+    plan::hash_floats,
 };
 use crate::{
     extract::{meshes::ExtractedMesh, placement::PlacedLevel},
@@ -159,13 +160,7 @@ fn mesh_hash(extracted: &ExtractedMesh, instance: &MeshInstance) -> u64 {
 /// What of the flags does not depend on the asset.
 fn placement_flags(extracted: &ExtractedMesh, is_skinned: bool) -> u32 {
     let is_mirrored = !is_skinned && extracted.world_from_local.matrix3.determinant() < 0.0;
-    let mirrored = if is_mirrored { MESH_MIRRORED } else { 0 };
-    let not_caster = if extracted.casts_shadow {
-        0
-    } else {
-        MESH_NOT_SHADOW_CASTER
-    };
-    mirrored | not_caster
+    flag(is_mirrored, MESH_MIRRORED) | flag(!extracted.casts_shadow, MESH_NOT_SHADOW_CASTER)
 }
 
 /// The instance without the base offsets of its buffers; `None` if it has no triangles that can be read.
@@ -227,10 +222,7 @@ fn mesh_instance(
             }
             _ => continue,
         };
-        flags |= MESH_UVS << channel;
-        if packed {
-            flags |= MESH_PACKED_UVS << channel;
-        }
+        flags |= MESH_UVS << channel | flag(packed, MESH_PACKED_UVS << channel);
     }
     let mut color_offset = 0;
     if let Some((offset, format)) = attribute(Mesh::ATTRIBUTE_COLOR) {
@@ -275,10 +267,7 @@ fn mesh_instance(
             VertexFormat::Unorm16x4
         );
     }
-    flags |= placement_flags(extracted, skin.is_some());
-    if skin.is_some() {
-        flags |= MESH_SKINNED;
-    }
+    flags |= placement_flags(extracted, skin.is_some()) | flag(skin.is_some(), MESH_SKINNED);
     let (first_weights, weight_count) = extracted.weights.unwrap_or_default();
     let (first_joint, joint_index_offset, joint_weight_offset) = skin.unwrap_or_default();
     Some(MeshInstance {

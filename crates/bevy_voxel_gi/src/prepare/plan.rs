@@ -1,6 +1,9 @@
 //! Plans what a frame computes: nothing, once nothing has changed for as long as the light needs to settle.
 
+use std::hash::{BuildHasher, Hash, Hasher};
+
 use bevy::{
+    platform::hash::FixedHasher,
     prelude::*,
     render::{
         render_asset::RenderAssets,
@@ -11,31 +14,28 @@ use bevy::{
 };
 
 use super::{
-    buffers::{BufferShape, VolumeBuffers},
-    fingerprint::{Fingerprint, fingerprint, voxel_fingerprint},
+    buffers::{BufferShape, VolumeBuffers, shadow_masks_are_needed},
     level_table::LevelTable,
-    light_tiles::LightTiles,
     materials::MaterialRecords,
     mesh_batches::MeshBatches,
     mesh_group::BATCH_TRIANGLES,
-    pipelines::RequiredPipelines,
-    scene_buffers::SceneBuffers,
     settling::{Pace, SETTLE, SettlingClock},
-    shadow_masks,
-    tiles::Tiles,
-    uniforms::{EMPTY_INTERVAL, UniformFrame, VolumeUniforms},
+    tiles::{LightTiles, Tiles},
+    uniforms::{EMPTY_INTERVAL, VolumeUniforms, first_uniform},
     voxelization::{Moves, Voxelization, Voxelized, changes},
 };
 use crate::{
     extract::{
         lights::ExtractedLights,
         meshes::ExtractedScene,
+        place_volume::ExtractedVolume,
         placement::{PlacedLevel, PlacedVolume},
-        volume::ExtractedVolume,
+        probe::STORAGE_SCALE,
     },
-    passes::draw_sky::SkyCube,
+    gpu_types::{Light, Volume},
+    passes::{draw_sky::SkyCube, kernel::RequiredPipelines},
     report::{SharedReport, VoxelGiReport, VoxelGiState},
-    settings::{Bounces, Solver, VoxelGiSettings, VoxelLight},
+    settings::{Bounces, Solver, VoxelGiSettings, VoxelLight, Voxelizer},
 };
 
 /// What is computed in this frame, and what decides it.
@@ -62,9 +62,7 @@ pub(crate) struct FramePlan {
 /// The work of the passes in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameWork {
-    /// Number of bounces.
     pub bounces: u32,
-    /// Number of propagation steps.
     pub iterations: u32,
     /// What is voxelised; all other voxels are those of the frame before.
     pub voxelizes: Option<Voxelization>,
@@ -96,17 +94,14 @@ impl FramePlan {
 }
 
 fn pace(settings: &VoxelGiSettings) -> Pace {
-    let rounds = match settings.light {
-        // Propagation starts over in each frame.
-        VoxelLight::GlobalIllumination {
-            solver: Solver::Propagate { .. },
-            ..
-        } => EMPTY_INTERVAL,
-        _ => SETTLE,
-    };
     Pace {
         interval: settings.update_interval,
-        rounds,
+        // Propagation starts over in each frame.
+        rounds: if settings.light.propagates() {
+            EMPTY_INTERVAL
+        } else {
+            SETTLE
+        },
     }
 }
 
@@ -142,7 +137,7 @@ pub(crate) fn plan_frame(
         Res<LightTiles>,
         Res<SkyCube>,
     ),
-    (mut buffers, scene_buffers): (Option<ResMut<VolumeBuffers>>, Option<ResMut<SceneBuffers>>),
+    mut buffers: Option<ResMut<VolumeBuffers>>,
     mut uniforms: ResMut<VolumeUniforms>,
     mut required: ResMut<RequiredPipelines>,
     images: Res<RenderAssets<GpuImage>>,
@@ -155,7 +150,7 @@ pub(crate) fn plan_frame(
     let Some(volume) = &volume.0 else {
         if buffers.is_some() {
             commands.remove_resource::<VolumeBuffers>();
-            commands.remove_resource::<SceneBuffers>();
+            uniforms.lights = default();
             *plan = FramePlan::default();
         }
         report.set(VoxelGiReport::default());
@@ -189,7 +184,7 @@ pub(crate) fn plan_frame(
         light_tiles.tiles.version,
         sky.version,
     );
-    let has_shadow_masks = shadow_masks::are_needed(shape, &batches, &device);
+    let has_shadow_masks = shadow_masks_are_needed(shape, &batches, &device);
     let voxelized = Voxelized {
         fingerprint: voxel_fingerprint(batches.fingerprint, volume),
         materials: materials.version,
@@ -265,35 +260,23 @@ pub(crate) fn plan_frame(
         Voxelization::of(&changes)
     });
     let (bounces, iterations) = bounces_and_iterations(volume.settings.light);
-    let frame = UniformFrame {
-        volume,
-        light_count: u32::try_from(lights.lights.len()).unwrap_or(u32::MAX),
-        bounces,
-        frame: plan.clock.frame(),
-        blend: plan.clock.blend(pace),
-        is_changing: plan.clock.is_changing(pace),
-        is_held: plan.clock.is_held(pace),
-        emission_unit: materials.emission_unit,
-        has_moved,
-        voxel_capacity: shape.voxels as u32,
-    };
-    uniforms.write(frame, &device, &queue);
-    plan.work = Some(FrameWork {
+    let work = FrameWork {
         bounces,
         iterations,
         voxelizes,
         has_changed,
         has_moved,
         is_held: plan.clock.is_held(pace),
-    });
+    };
+    let first = Volume {
+        light_count: u32::try_from(lights.lights.len()).unwrap_or(u32::MAX),
+        voxel_capacity: shape.voxels as u32,
+        emission_scale: STORAGE_SCALE * materials.emission_unit / volume.exposure,
+        ..first_uniform(volume, &work, &plan.clock, pace)
+    };
+    uniforms.write(first, &lights.lights, &device, &queue);
+    plan.work = Some(work);
     plan.clock.advance(pace);
-    if let Some(mut known) = scene_buffers {
-        known.write(&lights.lights, &device, &queue);
-    } else {
-        let mut new = SceneBuffers::default();
-        new.write(&lights.lights, &device, &queue);
-        commands.insert_resource(new);
-    }
     if let Some(made) = made {
         commands.insert_resource(made);
     }
@@ -302,4 +285,85 @@ pub(crate) fn plan_frame(
 fn texture_bytes(texture: &GpuImage) -> u64 {
     let size = texture.texture_descriptor.size;
     8 * u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers)
+}
+
+/// Adds floats to a hash by their bits, so that NaN equals itself.
+pub(crate) fn hash_floats<const N: usize>(hasher: &mut impl Hasher, floats: &[f32; N]) {
+    u32::hash_slice(&floats.map(f32::to_bits), hasher);
+}
+
+/// Hash of what the voxels depend on; `meshes` is that of the meshes.
+fn voxel_fingerprint(meshes: u64, volume: &PlacedVolume) -> u64 {
+    let mut hasher = FixedHasher.build_hasher();
+    meshes.hash(&mut hasher);
+    for level in &volume.levels {
+        hash_floats(&mut hasher, &level.center.to_array());
+        hash_floats(&mut hasher, &[level.size]);
+    }
+    match volume.settings.voxelizer {
+        Voxelizer::Conservative => 0,
+        Voxelizer::FragmentClipping => 1,
+        Voxelizer::GeometryClipping => 2,
+        Voxelizer::Stochastic { points } => 3 + u64::from(points),
+    }
+    .hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Hashes of what the light depends on, except the settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Fingerprint {
+    /// That of the scene, and of the colours that cameras see.
+    pub scene: u64,
+    /// That of where the levels are.
+    pub places: u64,
+}
+
+/// `meshes` is the hash of the meshes.
+fn fingerprint(
+    meshes: u64,
+    volume: &PlacedVolume,
+    lights: &[Light],
+    materials: &MaterialRecords,
+    light_tiles_version: u64,
+    sky_version: u64,
+) -> Fingerprint {
+    let mut hasher = FixedHasher.build_hasher();
+    let mut places = FixedHasher.build_hasher();
+    (meshes, materials.version, light_tiles_version).hash(&mut hasher);
+    (sky_version, volume.sky_revision).hash(&mut hasher);
+    for level in &volume.levels {
+        let PlacedLevel {
+            owner: _,
+            center,
+            // Only pixels notice.
+            focus: _,
+            step: _,
+            size,
+            sky,
+            intensity,
+            sees_map,
+            is_outer: _,
+        } = level;
+        hash_floats(&mut places, &center.to_array());
+        hash_floats(&mut hasher, &[*size, *intensity]);
+        sees_map.hash(&mut hasher);
+        for color in [sky.zenith, sky.horizon, sky.ground] {
+            hash_floats(&mut hasher, &color.to_f32_array());
+        }
+    }
+    for viewpoint in &volume.viewpoints {
+        hash_floats(&mut hasher, &viewpoint.to_matrix().to_cols_array());
+    }
+    for light in lights {
+        light.words().hash(&mut hasher);
+        (light.tile_first, light.tile_size, light.tile_address).hash(&mut hasher);
+    }
+    if materials.depends_on_exposure {
+        hash_floats(&mut hasher, &[volume.exposure]);
+    }
+    Fingerprint {
+        scene: hasher.finish(),
+        places: places.finish(),
+    }
 }

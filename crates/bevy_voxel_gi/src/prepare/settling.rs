@@ -99,12 +99,10 @@ impl SettlingClock {
         self.since_change.saturating_sub(later)
     }
 
-    /// Whether the light has settled.
     pub(crate) fn has_settled(&self, pace: Pace) -> bool {
         self.at_rest(pace) >= pace.rounds * pace.interval
     }
 
-    /// The number of this frame.
     pub(crate) fn frame(&self) -> u32 {
         self.frame
     }

@@ -2,23 +2,24 @@
 //! holds all. Each has a chain of mip levels, and up to 2,048 texels in the first.
 
 use bevy::{
+    ecs::name::NameOrEntity,
     image::ImageAddressMode,
-    platform::collections::HashMap,
+    platform::collections::{HashMap, HashSet},
     prelude::*,
     render::{
+        Extract,
         render_asset::RenderAssets,
         render_resource::{
-            Extent3d, ShaderType, Texture, TextureDescriptor, TextureDimension, TextureFormat,
-            TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor,
-            TextureViewDimension, TextureViewId,
+            ShaderType, Texture, TextureDimension, TextureFormat, TextureSampleType, TextureUsages,
+            TextureView, TextureViewDescriptor, TextureViewDimension, TextureViewId,
         },
         renderer::RenderDevice,
         texture::GpuImage,
     },
 };
 
-use super::asset_notes::AssetNotes;
-use crate::extract::light_textures::CubeCells;
+use super::{asset_notes::AssetNotes, buffers::texture};
+use crate::extract::lights::{CubeCells, ExtractedLights, LightTexture, TextureCoverage};
 
 /// The part of a texture that a tile holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -74,11 +75,11 @@ impl TileContent {
 }
 
 // How coordinates outside of 0 to 1 are brought into a texture; keep in sync with `tiles.wesl`.
-pub(super) const ADDRESS_CLAMP: u32 = 0;
-pub(super) const ADDRESS_REPEAT: u32 = 1;
+const ADDRESS_CLAMP: u32 = 0;
+const ADDRESS_REPEAT: u32 = 1;
 const ADDRESS_MIRROR: u32 = 2;
 /// There is nothing outside; only for lights.
-pub(super) const ADDRESS_BORDER: u32 = 3;
+const ADDRESS_BORDER: u32 = 3;
 
 pub(super) fn address_code(mode: ImageAddressMode) -> u32 {
     match mode {
@@ -137,7 +138,7 @@ pub(crate) enum NoTile {
     NoRoom(u64),
 }
 
-/// All tiles of materials whose meshes reach into a level, or in [`LightTiles`](super::light_tiles::LightTiles) of lights.
+/// All tiles of materials whose meshes reach into a level, or in [`LightTiles`] of lights.
 #[derive(Resource, Default)]
 pub(crate) struct Tiles {
     tiles: HashMap<TileKey, Tile>,
@@ -310,23 +311,18 @@ impl Tiles {
         if rows + more > most || device.limits().max_texture_dimension_2d < ROW {
             return Err(NoTile::NoRoom(4 * u64::from(ROW) * u64::from(most)));
         }
-        let texture = device.create_texture(&TextureDescriptor {
-            label: Some("voxel_gi_tiles"),
-            size: Extent3d {
-                width: ROW,
-                height: rows + more,
-                depth_or_array_layers: 1,
-            },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: TextureFormat::R32Uint,
-            usage: TextureUsages::TEXTURE_BINDING
-                | TextureUsages::STORAGE_BINDING
-                | TextureUsages::COPY_SRC
-                | TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
+        let usage = TextureUsages::TEXTURE_BINDING
+            | TextureUsages::STORAGE_BINDING
+            | TextureUsages::COPY_SRC
+            | TextureUsages::COPY_DST;
+        let size = [ROW, rows + more, 1];
+        let texture = texture(
+            device,
+            "voxel_gi_tiles",
+            size,
+            TextureFormat::R32Uint,
+            usage,
+        );
         let view = texture.create_view(&TextureViewDescriptor::default());
         for tile in self.tiles.values_mut() {
             tile.is_drawn = false;
@@ -383,14 +379,95 @@ impl Tiles {
         jobs.collect()
     }
 
-    /// The texture with all tiles, if there are any.
     pub(crate) fn view(&self) -> Option<&TextureView> {
         self.texture.as_ref().map(|(_, view)| view)
     }
 
-    /// Size of the texture in bytes.
     pub(super) fn bytes(&self) -> u64 {
         4 * u64::from(ROW) * u64::from(self.rows())
+    }
+}
+
+/// The tiles of the textures of lights. The texture that holds them exists only while a light has one.
+#[derive(Resource, Default)]
+pub(crate) struct LightTiles {
+    pub tiles: Tiles,
+    /// Lights whose texture has no tile, and why: to warn of.
+    without: Vec<(Entity, NoTile)>,
+    /// The images that have been warned of.
+    known: HashSet<AssetId<Image>>,
+}
+
+impl LightTiles {
+    fn note(&mut self, texture: &LightTexture, reason: NoTile) {
+        if reason != NoTile::NotLoaded && self.known.insert(texture.image) {
+            self.without.push((texture.light, reason));
+        }
+    }
+}
+
+/// Asks for the tiles of the textures of lights. Lights without one shine as without a texture, as in Bevy.
+pub(crate) fn prepare_light_tiles(
+    mut light_tiles: ResMut<LightTiles>,
+    mut lights: ResMut<ExtractedLights>,
+    (images, notes): (Res<RenderAssets<GpuImage>>, Res<AssetNotes>),
+    device: Res<RenderDevice>,
+) {
+    let lights = &mut *lights;
+    if lights.textures.is_empty() && light_tiles.tiles.view().is_none() {
+        return;
+    }
+    let light_tiles = &mut *light_tiles;
+    light_tiles.tiles.begin();
+    for (index, texture) in &lights.textures {
+        let content = match texture.coverage {
+            TextureCoverage::Cube(cells) => TileContent::LightCube(cells),
+            _ => TileContent::Light,
+        };
+        let [u, v] = match texture.coverage {
+            TextureCoverage::Cone => notes.address(texture.image).map(address_code),
+            TextureCoverage::Tiled => [ADDRESS_REPEAT; 2],
+            TextureCoverage::Single => [ADDRESS_BORDER; 2],
+            TextureCoverage::Cube(_) => [ADDRESS_CLAMP; 2],
+        };
+        let key = (texture.image, content);
+        match light_tiles.tiles.of(key, (&images, &notes, &device)) {
+            Ok((place, _)) => {
+                let light = &mut lights.lights[*index];
+                light.tile_first = place.first;
+                light.tile_size = place.size.x | place.size.y << 16;
+                light.tile_address = u | v << 2;
+            }
+            Err(reason) => light_tiles.note(texture, reason),
+        }
+    }
+    light_tiles.tiles.end();
+}
+
+/// Warns of lights whose texture has no tile, by their names, which only the main world has.
+pub(crate) fn warn_of_missing_tiles(
+    mut light_tiles: ResMut<LightTiles>,
+    names: Extract<Query<NameOrEntity>>,
+) {
+    if light_tiles.without.is_empty() {
+        return;
+    }
+    for (light, reason) in light_tiles.without.drain(..) {
+        let Ok(light) = names.get(light) else {
+            continue;
+        };
+        match reason {
+            NoTile::NotLoaded => (),
+            NoTile::Unreadable(format, dimension) => warn!(
+                "voxel GI: the texture of the light {light} has the format {format:?} and dimension {dimension:?}, which \
+                 cannot be read, so volumes have its light as without a texture. Use a two-dimensional colour image"
+            ),
+            NoTile::NoRoom(bytes) => warn!(
+                "voxel GI: the textures of lights take more than the {} MiB that this device has for them, so volumes \
+                 have the light {light} as without a texture. Use fewer textures",
+                bytes >> 20
+            ),
+        }
     }
 }
 

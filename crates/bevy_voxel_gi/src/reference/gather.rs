@@ -2,9 +2,9 @@
 
 use super::{
     grid::FACES,
-    ray_sample::RaySample,
     rays::{cosine_ray, hash_unit, sphere_ray},
     surface::Surface,
+    trace::RaySample,
 };
 use glam::{Vec3, Vec4};
 

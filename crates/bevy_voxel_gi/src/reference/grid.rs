@@ -81,6 +81,21 @@ impl VolumeGrid {
         place.x.wrapping_add(rows.wrapping_mul(977))
     }
 
+    /// Returns the indices of the voxels whose centres are around a position in grid coordinates, with their weights in
+    /// trilinear interpolation, clamped at the border.
+    pub fn around_position(&self, position: Vec3) -> impl Iterator<Item = (usize, f32)> {
+        let last = self.resolution as f32 - 1.0;
+        let p = (position - 0.5).clamp(Vec3::ZERO, Vec3::splat(last));
+        let low = p.floor();
+        let f = p - low;
+        (0..8).filter_map(move |corner| {
+            let step = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+            let weights = Vec3::select(step.cmpeq(IVec3::ONE), f, 1.0 - f);
+            let index = self.index(low.as_ivec3() + step)?;
+            Some((index, weights.element_product()))
+        })
+    }
+
     /// Converts world to grid coordinates.
     pub fn to_grid(&self, world: Vec3) -> Vec3 {
         (world - self.min) / self.voxel_size

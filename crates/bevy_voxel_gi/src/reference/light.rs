@@ -1,6 +1,10 @@
 //! Direct light on surfaces, shadowed by the voxels (thesis 6.5.4).
 
-use super::{ray_sample::hit_radiance, surface::Surface, trace::trace, voxels::Voxels};
+use super::{
+    surface::Surface,
+    trace::{hit_radiance, trace},
+    voxels::Voxels,
+};
 use glam::Vec3;
 
 /// A light source.

@@ -3,26 +3,19 @@
 //! | module | content |
 //! | --- | --- |
 //! | [`grid`] | placement and indexing of the voxels |
-//! | [`overlap`] | whether a triangle overlaps a cube |
-//! | [`clip`] | the area of a triangle in a voxel |
+//! | [`overlap`] | whether a triangle overlaps a cube, and its area there |
 //! | [`packed_surface`] | the packed surface of a face, in 32 bits |
-//! | [`voxels`] | voxelisation of triangles |
-//! | [`points`] | voxelisation by random points on triangles |
-//! | [`hit`] | the hit of a ray |
-//! | [`mod@trace`] | ray tracing through voxels |
+//! | [`voxels`] | voxelisation of triangles, by random points on them, too |
+//! | [`mod@trace`] | ray tracing through voxels, and the light that a ray receives from its hit |
 //! | [`surface`] | the surfaces in the voxels, and points on them |
-//! | [`ray_sample`] | the light that a ray receives from its hit |
 //! | [`light`] | direct light |
 //! | [`rays`] | ray directions |
 //! | [`gather`] | the light that arrives at a surface, or in an empty voxel |
 //! | [`ray_tracing`] | bounces by ray tracing, and ambient occlusion |
 //! | [`share`] | sharing between neighbouring surfaces of one plane |
-//! | [`harmonics`] | spherical harmonics |
-//! | [`propagate`] | light propagation from voxel to voxel |
-//! | [`irradiance_field`] | the light that receivers sample |
+//! | [`propagate`] | light propagation from voxel to voxel in spherical harmonics |
+//! | [`irradiance_field`] | the light that receivers sample, of all voxels or of visible ones, and the specular light of rough surfaces |
 //! | [`dividers`] | the same without light from beyond thin walls |
-//! | [`visibility`] | the same from visible voxels only |
-//! | [`specular`] | the specular light of rough surfaces |
 //! | [`noise`] | the noise of light on flat walls |
 //!
 //! Comparison with path tracing, at 32^3, 24 frames, for the scenes `cornell_point`, `colonnade` and
@@ -34,28 +27,20 @@
 //! | [`Propagation`], 128 steps | 39%, 19%, 34% | +31%, +10%, +30% |
 //! | the thesis's ray marching and reconstruction, 256 rays | 11.0%, 8.0%, 9.7% | -1.7%, -5.7%, -1.1% |
 
-pub mod clip;
 pub mod dividers;
 pub mod gather;
 pub mod grid;
-pub mod harmonics;
-pub mod hit;
 pub mod irradiance_field;
 pub mod light;
 pub mod noise;
 pub mod overlap;
 pub mod packed_surface;
-mod parallel;
-pub mod points;
 pub mod propagate;
-pub mod ray_sample;
 pub mod ray_tracing;
 pub mod rays;
 pub mod share;
-pub mod specular;
 pub mod surface;
 pub mod trace;
-pub mod visibility;
 pub mod voxels;
 
 pub use grid::{FACES, VolumeGrid};
@@ -64,3 +49,25 @@ pub use light::Light;
 pub use propagate::{Propagation, PropagationSettings};
 pub use ray_tracing::{RayTracing, RayTracingSettings, SETTLE, ambient_occlusion};
 pub use voxels::{Material, Triangle, Voxels};
+
+/// Runs a function for each of `count` indices, on all cores. On the web there is one thread.
+fn each<T: Send>(count: usize, run: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    if cfg!(target_arch = "wasm32") {
+        return (0..count).map(run).collect();
+    }
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let share = count.div_ceil(threads).max(1);
+    let run = &run;
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = (0..count)
+            .step_by(share)
+            .map(|from| {
+                scope.spawn(move || (from..count.min(from + share)).map(run).collect::<Vec<_>>())
+            })
+            .collect();
+        parts
+            .into_iter()
+            .flat_map(|part| part.join().expect("a worker panicked"))
+            .collect()
+    })
+}

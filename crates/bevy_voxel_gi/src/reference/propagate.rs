@@ -1,7 +1,10 @@
 //! Light propagation from voxel to voxel (thesis 6.6.2), such that the energy never grows.
 //!
 //! Each empty voxel stores the intensity of the light that has just arrived in it, as spherical
-//! harmonics. In each step all of it leaves through the six faces, in proportion to the intensity towards
+//! harmonics of the second order: four coefficients (thesis 6.5.4). The basis, here and in the shaders, is
+//! Y0 = 1 / (2 sqrt(pi)), and sqrt(3 / (4 pi)) times y, z and x, in this order and without signs.
+//!
+//! In each step all of it leaves through the six faces, in proportion to the intensity towards
 //! the five other faces of the neighbour behind each (A. Kaplanyan and C. Dachsbacher, *Cascaded Light
 //! Propagation Volumes*, 2010):
 //!
@@ -16,16 +19,36 @@
 //! of its face as a cosine lobe about its normal; light that reaches the border is lost.
 
 use super::{
+    each,
     grid::{FACE_STEPS, FACES},
-    harmonics::{basis, cosine_lobe, flux},
     irradiance_field::IrradianceField,
     packed_surface::packed_normal,
-    parallel::each,
     ray_tracing::{RayTracing, face_materials},
     voxels::{Material, Voxels},
 };
 use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
+
+/// The constant basis function, 1 / (2 sqrt(pi)).
+pub const Y0: f32 = 0.282_094_8;
+/// Factor of the linear basis functions, sqrt(3 / (4 pi)).
+pub const Y1: f32 = 0.488_602_5;
+
+/// Returns the four basis functions in a direction.
+pub fn basis(direction: Vec3) -> Vec4 {
+    Vec4::new(Y0, Y1 * direction.y, Y1 * direction.z, Y1 * direction.x)
+}
+
+/// Returns the clamped cosine about a unit normal (thesis Eq. 6.5, as corrected); its flux is pi.
+pub fn cosine_lobe(normal: Vec3) -> Vec4 {
+    let (a, b) = (0.5 * PI.sqrt(), (PI / 3.0).sqrt());
+    Vec4::new(a, b * normal.y, b * normal.z, b * normal.x)
+}
+
+/// Returns the integral over all directions.
+pub fn flux(coefficients: Vec4) -> f32 {
+    2.0 * PI.sqrt() * coefficients.x
+}
 
 /// Solid angle of the far face of the neighbouring voxel, from the centre of a voxel.
 pub const FRONT_ANGLE: f32 = 0.400_669_7;

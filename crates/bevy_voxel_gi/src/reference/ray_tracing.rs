@@ -6,14 +6,13 @@
 //! surface from its other side, and no rays are wasted on the far hemisphere.
 
 use super::{
+    each,
     gather::{hemisphere, sphere},
     irradiance_field::IrradianceField,
     light::{Light, direct_light},
-    parallel::each,
-    ray_sample::{RaySample, hit_radiance},
     share::shared_light,
     surface::{Surface, surfaces},
-    trace::trace,
+    trace::{RaySample, hit_radiance, trace},
     voxels::{Material, Voxels},
 };
 use glam::{Vec3, Vec4};
@@ -113,9 +112,7 @@ impl<'a> RayTracing<'a> {
             materials: face_materials(voxels, materials),
             sky,
             settings,
-            direct: each(surfaces.len(), |i| {
-                direct_light(voxels, &surfaces[i], lights, settings.shadow_points)
-            }),
+            direct: Vec::new(),
             indirect: vec![Vec3::ZERO; surfaces.len()],
             mean: vec![Vec4::ZERO; surfaces.len()],
             radiance: vec![[Vec3::ZERO; 6]; voxels.grid.len()],
@@ -124,7 +121,7 @@ impl<'a> RayTracing<'a> {
             since_change: 0,
             mean_frames: 0,
         };
-        ray_tracing.reflect();
+        ray_tracing.set_lights(lights);
         ray_tracing
     }
 
@@ -216,12 +213,12 @@ impl<'a> RayTracing<'a> {
         let mut field = surround(self.voxels, empty_rays, empty_weight, |o, d| {
             self.arriving(o, d).map(|radiance| radiance * PI)
         });
-        if self.settings.shares {
-            let shared = shared_light(self.voxels, &self.surfaces, &self.mean);
-            field.put(&self.surfaces, &shared);
+        let light = if self.settings.shares {
+            &shared_light(self.voxels, &self.surfaces, &self.mean)
         } else {
-            field.put(&self.surfaces, &self.mean);
-        }
+            &self.mean
+        };
+        field.put(&self.surfaces, light);
         field
     }
 }

@@ -4,7 +4,7 @@
 //! changes evenly, as it does beside a wall, so sharing smooths noise and keeps gradients.
 
 use super::{
-    parallel::each,
+    each,
     surface::{CLEARANCE, Surface, is_clear, main_face},
     voxels::{SUB_VOXELS, Voxels},
 };

@@ -2,13 +2,13 @@
 
 use super::{
     dividers::is_beyond_divider,
+    each,
     grid::FACE_STEPS,
     packed_surface::{Plane, packed_normal_bits},
-    parallel::each,
     trace::first_occupied,
-    voxels::{SUB_VOXELS, Voxels},
+    voxels::{SUB_VOXELS, Voxels, sub_voxels},
 };
-use glam::{IVec3, Vec3};
+use glam::Vec3;
 
 /// Distance between the sub-voxels that a surface fills and the origins of its rays, in voxels.
 pub const CLEARANCE: f32 = 1.0 / 256.0;
@@ -66,14 +66,7 @@ impl Surface {
 
 /// Returns the face whose normal is closest to a direction.
 pub fn main_face(direction: Vec3) -> usize {
-    let size = direction.abs();
-    let axis = if size.x >= size.y && size.x >= size.z {
-        0
-    } else if size.y >= size.z {
-        1
-    } else {
-        2
-    };
+    let axis = direction.abs().max_position();
     2 * axis + usize::from(direction[axis] < 0.0)
 }
 
@@ -131,8 +124,8 @@ fn points_of(voxels: &Voxels, index: usize, plane: &mut Plane) -> (Vec<Vec3>, f3
     let base = voxel * SUB_VOXELS;
     let middle = voxel.as_vec3() + 0.5;
     let ahead = FACE_STEPS[main_face(plane.normal)];
-    let exposed: Vec<Vec3> = (0..64)
-        .map(|bit| base + IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
+    let exposed: Vec<Vec3> = sub_voxels()
+        .map(|sub| base + sub)
         .filter(|sub| voxels.is_occupied(*sub) && voxels.is_outermost(*sub, ahead))
         .map(|sub| (sub.as_vec3() + 0.5) / SUB_VOXELS as f32)
         .collect();

@@ -1,17 +1,59 @@
-//! Ray tracing: steps a ray through the voxels, and through the sub-voxels of occupied ones.
+//! Ray tracing and the light that a ray receives from its hit. It steps a ray through the voxels, and through the sub-voxels of occupied ones.
 //!
 //! The ray visits every sub-voxel along it (J. Amanatides and A. Woo, *A Fast Voxel Traversal Algorithm
 //! for Ray Tracing*, 1987), so nothing is missed, unlike with the thesis's steps of equal length (6.6.1).
 //! In an occupied one it hits if it crosses the surface's plane.
 
 use super::{
-    grid::FACE_STEPS,
-    hit::{Hit, PassedSurface},
+    grid::{FACE_STEPS, FACES},
     overlap::SINK,
-    packed_surface::{HEIGHT_ERROR, Plane},
+    packed_surface::{HEIGHT_ERROR, Plane, packed_normal},
     voxels::{SUB_VOXELS, Voxels, sub_voxel_bit},
 };
 use glam::{IVec3, Vec3};
+
+/// The hit of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Index of the voxel.
+    pub voxel: usize,
+    /// The sub-voxel, counted from the volume's lowest corner.
+    pub sub_voxel: IVec3,
+    /// Distance along the ray, in voxels.
+    pub distance: f32,
+    /// The surface that the ray passed in the sub-voxel just before.
+    pub passed: Option<PassedSurface>,
+}
+
+/// A surface that a ray passes without a hit in one of its sub-voxels: a near miss.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PassedSurface {
+    /// The ray stays in front of the surface: index of the voxel, and face.
+    Front(usize, usize),
+    /// The ray stays behind the surface.
+    Back,
+    /// The ray was in front of the back-facing surface when it entered the sub-voxel, and leaves it.
+    Left,
+}
+
+impl Hit {
+    /// Returns whether a face of the hit voxel has a front-facing surface.
+    pub fn is_front_facing(&self, voxels: &Voxels, direction: Vec3, face: usize) -> bool {
+        let packed = voxels.packed_surfaces[self.voxel][face];
+        packed != 0
+            && direction.dot(FACES[face]) < 0.0
+            && direction.dot(packed_normal(packed)) < 0.0
+    }
+
+    /// Returns whether a face of the hit voxel has a back-facing surface, which the ray reaches from
+    /// behind.
+    pub fn is_back_facing(&self, voxels: &Voxels, direction: Vec3, face: usize) -> bool {
+        let packed = voxels.packed_surfaces[self.voxel][face];
+        packed != 0
+            && direction.dot(FACES[face]) > 0.0
+            && direction.dot(packed_normal(packed)) > 0.0
+    }
+}
 
 fn smallest_axis(v: Vec3) -> usize {
     if v.x < v.y {
@@ -225,5 +267,94 @@ fn passed_surface(
         Some(PassedSurface::Left)
     } else {
         None
+    }
+}
+
+/// The result of tracing a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RaySample<T> {
+    /// The ray hit the front of a surface, or nothing: the light from there.
+    Light(T),
+    /// The ray hit the back of a single-sided surface, which is black, at a distance in voxels.
+    BackFace(f32),
+    /// The ray hit a sub-voxel without a front-facing surface, though its voxel has one, as inside a thin
+    /// wall: the sample is invalid.
+    Invalid,
+}
+
+impl<T> RaySample<T> {
+    /// Converts the light.
+    pub fn map<U>(self, change: impl FnOnce(T) -> U) -> RaySample<U> {
+        match self {
+            Self::Light(light) => RaySample::Light(change(light)),
+            Self::BackFace(distance) => RaySample::BackFace(distance),
+            Self::Invalid => RaySample::Invalid,
+        }
+    }
+
+    /// Returns whether the ray ends at a back or in a wall, as all rays in a solid do.
+    pub fn is_enclosed(&self) -> bool {
+        !matches!(self, Self::Light(_))
+    }
+
+    /// Returns whether the ray may start in a solid, close to its surface.
+    ///
+    /// Only the region near the surface of a large solid matters: receivers outside interpolate with it.
+    pub fn is_inside_geometry(&self) -> bool {
+        match self {
+            Self::Light(_) => false,
+            Self::BackFace(distance) => *distance < NEAR,
+            Self::Invalid => true,
+        }
+    }
+}
+
+/// A back face that is hit nearer than this, in voxels, may belong to the solid in which the ray starts.
+pub const NEAR: f32 = 1.5;
+
+/// Returns the weight of each face of a hit voxel, 1 in total.
+///
+/// The weight is the squared cosine if the face's surface is front-facing and the hit sub-voxel is one of
+/// that surface's own: otherwise the outside of a thin wall would be visible from inside.
+pub fn face_weights(voxels: &Voxels, hit: &Hit, direction: Vec3) -> RaySample<[f32; 6]> {
+    let mut is_back_face = true;
+    let weights = [0, 1, 2, 3, 4, 5].map(|face| {
+        if !hit.is_front_facing(voxels, direction, face) {
+            return 0.0;
+        }
+        is_back_face = false;
+        let is_own = voxels.is_outermost(hit.sub_voxel, FACE_STEPS[face]);
+        let cosine = direction.dot(FACES[face]);
+        if is_own { cosine * cosine } else { 0.0 }
+    });
+    let sum: f32 = weights.iter().sum();
+    if sum > 0.0 {
+        RaySample::Light(weights.map(|w| w / sum))
+    } else if is_back_face {
+        RaySample::BackFace(hit.distance)
+    } else {
+        RaySample::Invalid
+    }
+}
+
+/// Returns the radiance of a hit, where `radiance` is per voxel and face. In the edge between two
+/// surfaces it is that of the surface that the ray passed.
+pub fn hit_radiance(
+    voxels: &Voxels,
+    hit: &Hit,
+    direction: Vec3,
+    radiance: impl Fn(usize, usize) -> Vec3,
+) -> RaySample<Vec3> {
+    let sample = face_weights(voxels, hit, direction).map(|weights| {
+        (0..6)
+            .map(|face| radiance(hit.voxel, face) * weights[face])
+            .sum()
+    });
+    match (sample, hit.passed) {
+        (RaySample::Invalid, Some(PassedSurface::Front(voxel, face))) => {
+            RaySample::Light(radiance(voxel, face))
+        }
+        (RaySample::Invalid, Some(PassedSurface::Back)) => RaySample::BackFace(hit.distance),
+        _ => sample,
     }
 }

@@ -3,14 +3,18 @@
 //! A voxel stores which of its 4 x 4 x 4 sub-voxels triangles overlap, and for each of its six faces the
 //! plane of the largest surface that faces that side, and the areas of all materials there (6.5.2, 6.5.3: a single
 //! average would mix the two sides of a wall).
+//!
+//! Stochastic voxelisation is by random points on triangles (thesis 6.4.3; G. Turk, *Generating Random Points in
+//! Triangles*, 1990). A voxel with a point has those sub-voxels that the triangle's plane crosses within its bounds. Whole
+//! voxels, as in the thesis, would bring surfaces forward by half a voxel on average; the sub-voxels with a point alone
+//! would let light through. What a camera sees can be added, pixel by pixel.
 
 use super::{
-    clip::{Part, part_in_voxel},
     grid::{FACE_STEPS, FACES, VolumeGrid},
-    overlap::{SINK, TriangleOverlap},
+    overlap::{Part, SINK, TriangleOverlap, part_in_voxel},
     packed_surface::{MIN_FACE_COSINE, Plane, pack_surface},
 };
-use glam::{IVec3, Vec2, Vec3};
+use glam::{IVec3, UVec3, Vec2, Vec3};
 
 /// Number of sub-voxels along an edge of a voxel.
 pub const SUB_VOXELS: i32 = 4;
@@ -26,6 +30,26 @@ const INWARDS: f32 = 0.0625;
 
 /// Number of voxels in front of a face and behind in which a tilted surface is taken to go on.
 const CONTINUATION: i32 = 2;
+
+/// The sub-voxels that a pixel marks are at most this many away from its own along each axis: farther ones would
+/// thicken edges, and without them surfaces under grazing angles would have holes.
+const REACH: i32 = 1;
+
+/// The area of what a pixel marks, in units of a voxel's face: it decides where there is no triangle only.
+const VISIBLE_AREA: f32 = 1e-12;
+
+/// Two random numbers from 0 to below 1 (M. Jarzynski and M. Olano, *Hash Functions for GPU Rendering*, 2020: pcg3d).
+fn random(key: UVec3) -> Vec2 {
+    let step = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    let [mut x, mut y, mut z] = key.to_array().map(step);
+    x = x.wrapping_add(y.wrapping_mul(z));
+    y = y.wrapping_add(z.wrapping_mul(x));
+    z = z.wrapping_add(x.wrapping_mul(y));
+    [x, y, z] = [x, y, z].map(|v| v ^ (v >> 16));
+    x = x.wrapping_add(y.wrapping_mul(z));
+    y = y.wrapping_add(z.wrapping_mul(x));
+    Vec2::new((x >> 8) as f32, (y >> 8) as f32) / 16_777_216.0
+}
 
 /// Reflectance and emission of a surface, per channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,30 +83,12 @@ pub struct MaterialArea {
 }
 
 /// The part of a triangle in a voxel.
-pub(super) struct SurfacePart {
+struct SurfacePart<'a> {
     voxel: IVec3,
+    overlap: TriangleOverlap,
+    triangle: &'a Triangle,
+    /// It is projected along the main axis of the triangle.
     part: Part,
-    /// A corner of the triangle, in grid coordinates.
-    corner: Vec3,
-    normal: Vec3,
-    /// The axis along which `part` is projected.
-    axis: usize,
-    material: u32,
-    double_sided: bool,
-}
-
-impl SurfacePart {
-    pub fn new(voxel: IVec3, overlap: &TriangleOverlap, triangle: &Triangle, part: Part) -> Self {
-        Self {
-            voxel,
-            part,
-            corner: overlap.corners[0],
-            normal: overlap.normal,
-            axis: overlap.main_axis(),
-            material: triangle.material,
-            double_sided: triangle.double_sided,
-        }
-    }
 }
 
 /// The voxelised scene.
@@ -101,6 +107,11 @@ pub struct Voxels {
 /// Returns the bit of a sub-voxel in a mask.
 pub fn sub_voxel_bit(sub_voxel: IVec3) -> u64 {
     1 << (sub_voxel.x + 4 * sub_voxel.y + 16 * sub_voxel.z)
+}
+
+/// The sub-voxels of a voxel, in the order of their bits.
+pub(super) fn sub_voxels() -> impl Iterator<Item = IVec3> {
+    (0..64).map(|bit| IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
 }
 
 impl Voxels {
@@ -129,7 +140,7 @@ impl Voxels {
     }
 
     /// Marks the sub-voxels of a triangle, and collects its parts.
-    fn mark(&mut self, triangle: &Triangle, parts: &mut Vec<SurfacePart>) {
+    fn mark<'a>(&mut self, triangle: &'a Triangle, parts: &mut Vec<SurfacePart<'a>>) {
         let corners = triangle.corners.map(|v| self.grid.to_grid(v));
         let Some(overlap) = TriangleOverlap::new(corners) else {
             return;
@@ -152,7 +163,12 @@ impl Voxels {
                     {
                         let mut part = part_in_voxel(overlap.corners, min, overlap.main_axis());
                         part.area = part.area.max(MIN_AREA);
-                        parts.push(SurfacePart::new(voxel, &overlap, triangle, part));
+                        parts.push(SurfacePart {
+                            voxel,
+                            overlap,
+                            triangle,
+                            part,
+                        });
                     }
                 }
             }
@@ -161,13 +177,12 @@ impl Voxels {
 
     /// Marks those sub-voxels of a voxel, by lowest corner and edge, that `is_in` accepts, and returns whether there are
     /// any.
-    pub(super) fn mark_in(&mut self, voxel: IVec3, is_in: impl Fn(Vec3, f32) -> bool) -> bool {
+    fn mark_in(&mut self, voxel: IVec3, is_in: impl Fn(Vec3, f32) -> bool) -> bool {
         let size = 1.0 / SUB_VOXELS as f32;
         let mut mask = 0;
-        for bit in 0..64 {
-            let sub = IVec3::new(bit % 4, bit / 4 % 4, bit / 16);
+        for sub in sub_voxels() {
             if is_in(voxel.as_vec3() + sub.as_vec3() * size, size) {
-                mask |= 1 << bit;
+                mask |= sub_voxel_bit(sub);
             }
         }
         let index = self.grid.index(voxel).filter(|_| mask != 0);
@@ -178,26 +193,20 @@ impl Voxels {
     }
 
     /// Adds a part of a triangle to the faces of its voxel, once all sub-voxels are marked.
-    pub(super) fn add_part(&mut self, part: &SurfacePart) {
+    fn add_part(&mut self, part: &SurfacePart) {
         let Some(index) = self.grid.index(part.voxel) else {
             return;
         };
         let shares = [false, true].map(|is_back| self.visible_share(index, part, is_back));
+        let (overlap, triangle) = (&part.overlap, part.triangle);
         for (face, direction) in FACES.into_iter().enumerate() {
-            let cosine = part.normal.dot(direction);
-            if cosine > MIN_FACE_COSINE || (part.double_sided && -cosine > MIN_FACE_COSINE) {
-                let normal = part.normal * cosine.signum();
-                let share = shares[usize::from(cosine < 0.0)];
-                let area = part.part.area;
-                let height = normal.dot(part.corner - part.voxel.as_vec3() - 0.5);
-                self.add_face(
-                    index,
-                    face,
-                    [area, share],
-                    cosine,
-                    (normal, height),
-                    part.material,
-                );
+            let cosine = overlap.normal.dot(direction);
+            if cosine > MIN_FACE_COSINE || (triangle.double_sided && -cosine > MIN_FACE_COSINE) {
+                let normal = overlap.normal * cosine.signum();
+                let areas = [part.part.area, shares[usize::from(cosine < 0.0)]];
+                let height = normal.dot(overlap.corners[0] - part.voxel.as_vec3() - 0.5);
+                let plane = (normal, height);
+                self.add_face(index, face, areas, cosine, plane, triangle.material);
             }
         }
     }
@@ -205,16 +214,16 @@ impl Voxels {
     /// The share of the columns of a part in which no sub-voxel of its voxel is in front of the surface: ground under a
     /// floor has no colour that shows.
     fn visible_share(&self, index: usize, part: &SurfacePart, is_back: bool) -> f32 {
-        let axis = part.axis;
+        let axis = part.overlap.main_axis();
         let [u_axis, v_axis] = [(axis + 1) % 3, (axis + 2) % 3];
         let edge = SUB_VOXELS as f32;
-        let point = edge * (part.corner - part.voxel.as_vec3());
+        let point = edge * (part.overlap.corners[0] - part.voxel.as_vec3());
         let middle = edge * part.part.centroid;
         let half = 0.5 * edge * part.part.size;
         let most = Vec2::splat(edge - 1.0);
         let low = (middle - half + INWARDS).floor().clamp(Vec2::ZERO, most);
         let high = ((middle + half - INWARDS).ceil() - 1.0).clamp(low, most);
-        let normal = part.normal;
+        let normal = part.overlap.normal;
         let slope = Vec2::new(normal[u_axis], normal[v_axis]) / normal[axis];
         let reach = 0.5 * slope.abs().element_sum();
         let is_forward = (normal[axis] > 0.0) != is_back;
@@ -246,7 +255,7 @@ impl Voxels {
 
     /// Adds an area of a surface to a face of a voxel, and its share that shows. The plane is a normal, and the distance
     /// from the voxel's centre along it.
-    pub(super) fn add_face(
+    fn add_face(
         &mut self,
         index: usize,
         face: usize,
@@ -341,8 +350,8 @@ impl Voxels {
     /// The area of the sub-voxels that are exposed towards a face, in sub-voxels, without what is in front of their sides.
     fn exposed_columns(&self, index: usize, face: usize) -> f32 {
         let base = self.grid.voxel(index) * SUB_VOXELS;
-        (0..64)
-            .map(|bit| base + IVec3::new(bit % 4, bit / 4 % 4, bit / 16))
+        sub_voxels()
+            .map(|sub| base + sub)
             .filter(|sub| self.is_occupied(*sub) && self.is_outermost(*sub, FACE_STEPS[face]))
             .map(|sub| {
                 self.filled(index, sub, (face / 2 + 1) % 3)
@@ -392,5 +401,73 @@ impl Voxels {
             at += step;
         }
         !self.is_occupied(at)
+    }
+
+    /// Voxelises triangles by this number of random points on each, of which each stands for an equal part of the area;
+    /// those without an area or that are not finite are skipped.
+    pub fn from_points(grid: VolumeGrid, triangles: &[Triangle], points: u32) -> Self {
+        let mut voxels = Self::empty(grid);
+        let mut parts = Vec::new();
+        for (number, triangle) in (0..).zip(triangles) {
+            let [a, b, c] = triangle.corners.map(|corner| grid.to_grid(corner));
+            let Some(overlap) = TriangleOverlap::new([a, b, c]) else {
+                continue;
+            };
+            let area = 0.5 * (b - a).cross(c - a).length() / points as f32;
+            for i in 0..points {
+                let r = random(UVec3::new(0, number, i));
+                let root = r.x.sqrt();
+                let point = a * (1.0 - root) + b * ((1.0 - r.y) * root) + c * (r.y * root);
+                let voxel = (point - overlap.normal * SINK).floor().as_ivec3();
+                if voxels.mark_in(voxel, |min, size| overlap.crosses_plane(min, size)) {
+                    let axis = overlap.main_axis();
+                    let from_corner = point - overlap.normal * SINK - voxel.as_vec3();
+                    let part = Part {
+                        area,
+                        centroid: Vec2::new(
+                            from_corner[(axis + 1) % 3],
+                            from_corner[(axis + 2) % 3],
+                        ),
+                        size: Vec2::splat((area * overlap.normal[axis].abs()).sqrt()),
+                    };
+                    parts.push(SurfacePart {
+                        voxel,
+                        overlap,
+                        triangle,
+                        part,
+                    });
+                }
+            }
+        }
+        for part in &parts {
+            voxels.add_part(part);
+        }
+        voxels
+    }
+
+    /// Marks what a camera sees at a pixel: the sub-voxels around the position that its plane crosses, and the faces that
+    /// the normal turns to, unless they have a surface of a triangle. `position` is in metres.
+    pub fn mark_visible(&mut self, position: Vec3, normal: Vec3, material: u32) {
+        let point = self.grid.to_grid(position) - normal * SINK;
+        let voxel = point.floor();
+        let Some(index) = self.grid.index(voxel.as_ivec3()) else {
+            return;
+        };
+        let local = (point - voxel) * SUB_VOXELS as f32;
+        let own = local.floor().as_ivec3();
+        let reach = 0.5 * normal.abs().element_sum();
+        for sub in sub_voxels() {
+            let is_near = (sub - own).abs().max_element() <= REACH;
+            if is_near && normal.dot(sub.as_vec3() + 0.5 - local).abs() <= reach {
+                self.masks[index] |= sub_voxel_bit(sub);
+            }
+        }
+        for (face, direction) in FACES.into_iter().enumerate() {
+            let cosine = normal.dot(direction);
+            if cosine > MIN_FACE_COSINE {
+                let plane = (normal, normal.dot(point - voxel - 0.5));
+                self.add_face(index, face, [VISIBLE_AREA, 1.0], cosine, plane, material);
+            }
+        }
     }
 }

@@ -1,8 +1,8 @@
-//! The light that a volume computes, and how.
+//! The light that a volume computes, and how; and the light from outside of it.
 
 use bevy::prelude::*;
 
-use super::range::clamped_or;
+use super::clamped_or;
 
 /// The light that a volume computes.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,31 @@ impl Default for VoxelLight {
 }
 
 impl VoxelLight {
+    pub(crate) fn propagates(self) -> bool {
+        let Self::GlobalIllumination { solver, .. } = self else {
+            return false;
+        };
+        matches!(solver, Solver::Propagate { .. })
+    }
+
+    /// Returns the same light with another number of rays or iterations.
+    pub(crate) fn with_work(self, work: u32) -> Self {
+        match self {
+            Self::GlobalIllumination { solver, bounces } => Self::GlobalIllumination {
+                solver: match solver {
+                    Solver::Trace { .. } => Solver::Trace { rays: work },
+                    Solver::Propagate { .. } => Solver::Propagate { iterations: work },
+                },
+                bounces,
+            },
+            Self::AmbientOcclusion { radius, .. } => Self::AmbientOcclusion { radius, rays: work },
+        }
+    }
+
+    pub(crate) fn is_occlusion(self) -> bool {
+        matches!(self, Self::AmbientOcclusion { .. })
+    }
+
     pub(super) fn clamped(self) -> Self {
         match self {
             Self::GlobalIllumination { solver, bounces } => Self::GlobalIllumination {
@@ -108,4 +133,50 @@ pub enum Bounces {
     /// light of infinitely many bounces.
     #[default]
     Endless,
+}
+
+/// The light from outside of the volume: radiance in cd/m². Default: black.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default)]
+pub struct Sky {
+    /// Radiance from straight above (+Y).
+    pub zenith: LinearRgba,
+    /// Radiance from the horizon.
+    pub horizon: LinearRgba,
+    /// Radiance from straight below (-Y).
+    pub ground: LinearRgba,
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        // The default of `LinearRgba` is white.
+        Self::uniform(LinearRgba::BLACK)
+    }
+}
+
+impl Sky {
+    /// Creates a sky with the same radiance in all directions, in cd/m².
+    pub const fn uniform(radiance: LinearRgba) -> Self {
+        Self {
+            zenith: radiance,
+            horizon: radiance,
+            ground: radiance,
+        }
+    }
+
+    pub(crate) fn clamped(self) -> Self {
+        let clamped = |color: LinearRgba| {
+            let channel = |value: f32| clamped_or(value, 0.0, f32::MAX, 0.0);
+            LinearRgba::rgb(
+                channel(color.red),
+                channel(color.green),
+                channel(color.blue),
+            )
+        };
+        Self {
+            zenith: clamped(self.zenith),
+            horizon: clamped(self.horizon),
+            ground: clamped(self.ground),
+        }
+    }
 }

@@ -8,7 +8,7 @@ use bevy::{
     prelude::*,
 };
 
-use super::{range::clamped_or, shared::VoxelGiSettings, sky::Sky};
+use super::{Sky, VoxelGiSettings, clamped_or};
 
 /// A part of the world in which light bounces.
 ///

@@ -1,9 +1,9 @@
 //! Tests with curved surfaces, which most game scenes consist of, under a uniform sky.
 
-use crate::support::shapes::{gray, solid, traced_field, unit_grid};
+use crate::support::{for_visibility, gray, quad, solid, traced, traced_field, unit_grid};
 use bevy_voxel_gi::reference::{
     IrradianceField, RayTracing, RayTracingSettings, Triangle, Voxels,
-    rays::{cosine_ray, hash_unit},
+    rays::{cosine_ray, hash_unit, sphere_ray},
 };
 use glam::{IVec3, Vec2, Vec3};
 use std::f32::consts::PI;
@@ -21,32 +21,27 @@ fn ball(center: Vec3, radius: f32) -> Vec<Triangle> {
                 center + radius * p.normalize()
             };
             for (u, v) in (0..STEPS * STEPS).map(|i| (i % STEPS, i / STEPS)) {
-                let [a, b, c, d] = [at(u, v), at(u + 1, v), at(u + 1, v + 1), at(u, v + 1)];
-                all.extend([[a, b, c], [a, c, d]].map(one_sided));
+                all.extend(quad(
+                    [at(u, v), at(u + 1, v), at(u + 1, v + 1), at(u, v + 1)],
+                    0,
+                ));
             }
         }
     }
     all
 }
 
-fn one_sided(corners: [Vec3; 3]) -> Triangle {
-    Triangle {
-        corners,
-        material: 0,
-        double_sided: false,
-    }
-}
-
-/// Directions all around.
-fn around(count: u32) -> impl Iterator<Item = Vec3> {
-    (0..count).map(move |i| bevy_voxel_gi::reference::rays::sphere_ray(i, count, 0.3))
+/// Mean and least value of 500 directions all around.
+fn mean_and_least(value: impl Fn(Vec3) -> f32) -> [f32; 2] {
+    let found = (0..500).map(|i| value(sphere_ray(i, 500, 0.3)));
+    let least = found.clone().fold(f32::INFINITY, f32::min);
+    [found.sum::<f32>() / 500.0, least]
 }
 
 fn under_sky(triangles: &[Triangle], resolution: u32) -> IrradianceField {
     let voxels = Voxels::new(unit_grid(resolution), triangles);
     let materials = gray(0.0, 0.0);
-    let settings = RayTracingSettings::default();
-    let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
+    let ray_tracing = traced(&voxels, &materials, &[], Vec3::ONE);
     traced_field(ray_tracing, 16)
 }
 
@@ -55,11 +50,8 @@ fn a_ball_sees_all_of_the_sky() {
     for radius in [2.0, 3.3, 5.6] {
         let center = Vec3::new(8.1, 7.9, 8.3);
         let field = under_sky(&ball(center, radius), 16);
-        let found: Vec<f32> = around(500)
-            .map(|n| field.irradiance(center + radius * n, n, 0.0).x / PI)
-            .collect();
-        let mean = found.iter().sum::<f32>() / 500.0;
-        let least = found.iter().copied().fold(f32::INFINITY, f32::min);
+        let [mean, least] =
+            mean_and_least(|n| field.irradiance(center + radius * n, n, 0.0).x / PI);
         println!("ball of {radius}: mean {mean}, least {least}");
         assert!((mean - 1.0).abs() < 0.001 && least > 0.97, "{radius}");
     }
@@ -75,14 +67,9 @@ fn a_round_furnace() {
     }
     let voxels = Voxels::new(unit_grid(16), &triangles);
     let materials = gray(0.5, 1.0);
-    let settings = RayTracingSettings::default();
-    let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ZERO, settings);
-    let field = traced_field(ray_tracing, 40);
-    let found: Vec<f32> = around(500)
-        .map(|n| field.irradiance(center + 5.6 * n, -n, 0.0).x / PI / 2.0)
-        .collect();
-    let mean = found.iter().sum::<f32>() / 500.0;
-    let least = found.iter().copied().fold(f32::INFINITY, f32::min);
+    let field = traced_field(traced(&voxels, &materials, &[], Vec3::ZERO), 40);
+    let [mean, least] =
+        mean_and_least(|n| field.irradiance(center + 5.6 * n, -n, 0.0).x / PI / 2.0);
     println!("inside of a ball: mean {mean}, least {least}");
     assert!((mean - 1.0).abs() < 0.003 && least > 0.98);
 }
@@ -101,8 +88,8 @@ fn hills_shade_each_other() {
         let mut triangles = vec![];
         for i in -4..68 {
             for k in -4..68 {
-                let [a, b, c, d] = [at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)];
-                triangles.extend([[a, b, c], [a, c, d]].map(one_sided));
+                let corners = [at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)];
+                triangles.extend(quad(corners, 0));
             }
         }
         let field = under_sky(&triangles, 16);
@@ -155,12 +142,11 @@ fn visible_irradiance_changes_gradually() {
     let voxels = Voxels::new(unit_grid(16), &triangles);
     let materials = gray(0.3, 0.0);
     let settings = RayTracingSettings {
-        tests_visibility: true,
         rays: 64,
-        ..Default::default()
+        ..for_visibility()
     };
-    let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
-    let field = traced_field(ray_tracing, 16);
+    let light = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
+    let field = traced_field(light, 16);
     let changes: Vec<f32> = (0..40 * 200)
         .filter_map(|place| {
             let [x, z] = [place % 200, place / 200];
@@ -199,8 +185,8 @@ fn the_foot_of_a_ball_is_in_shadow() {
             rays: 64,
             ..Default::default()
         };
-        let ray_tracing = RayTracing::new(&voxels, &[gray(0.0, 0.0)[0]], &[], Vec3::ONE, settings);
-        let field = traced_field(ray_tracing, 16);
+        let light = RayTracing::new(&voxels, &[gray(0.0, 0.0)[0]], &[], Vec3::ONE, settings);
+        let field = traced_field(light, 16);
         for place in 0..64 * 64 {
             let offset = Vec2::new((place % 64) as f32, (place / 64) as f32) / 64.0 - 0.5;
             let at = Vec3::new(center.x + 4.8 * offset.x, 7.28, 10.0 + 10.4 * offset.y);

@@ -1,10 +1,10 @@
 //! Tests of the light of emitters that are smaller than voxels.
 
-use crate::support::shapes::{gray, solid};
+use crate::support::{gray, quad, solid, traced};
 use bevy_voxel_gi::reference::{
-    Light, RayTracing, RayTracingSettings, Triangle, VolumeGrid, Voxels,
-    ray_sample::RaySample,
+    Triangle, VolumeGrid, Voxels,
     rays::{cosine_ray, hash_unit},
+    trace::RaySample,
 };
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -20,9 +20,7 @@ fn with_light<T>(
 ) -> T {
     let voxels = Voxels::new(grid, triangles);
     let materials = [gray(0.0, 0.0)[0], gray(0.0, RADIANCE)[0]];
-    let lights: [Light; 0] = [];
-    let settings = RayTracingSettings::default();
-    let light = RayTracing::new(&voxels, &materials, &lights, Vec3::ZERO, settings);
+    let light = traced(&voxels, &materials, &[], Vec3::ZERO);
     run(
         &|origin, direction| match light.arriving(grid.to_grid(origin), direction) {
             RaySample::Light(radiance) => radiance.x,
@@ -129,12 +127,10 @@ fn intensity(radiance: &dyn Fn(Vec3, Vec3) -> f32, to: Vec3, edge: u32) -> f32 {
 fn an_emissive_strip_keeps_its_intensity() {
     const DIRECTIONS: u32 = 48;
     let at = |x: f32, z: f32| Vec3::new(1.53 + x, 1.97, 2.01 + z);
-    let [a, b, c, d] = [at(0.0, 0.0), at(0.0, 0.07), at(0.9, 0.07), at(0.9, 0.0)];
-    let strip = [[a, b, c], [a, c, d]].map(|corners| Triangle {
-        corners,
-        material: 1,
-        double_sided: false,
-    });
+    let strip = quad(
+        [at(0.0, 0.0), at(0.0, 0.07), at(0.9, 0.07), at(0.9, 0.0)],
+        1,
+    );
     let wanted = RADIANCE * 0.07 * 0.9;
     for (resolution, power_error) in [(16, 0.006), (32, 0.008), (64, 0.004)] {
         let grid = VolumeGrid {

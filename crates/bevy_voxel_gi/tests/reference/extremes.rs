@@ -1,19 +1,13 @@
 //! For extreme inputs, every output is finite.
 
-use crate::support::shapes::{both, gray, is_sound, room, solid, unit_grid};
+use crate::support::{both, gray, is_sound, point_light, room, solid, sun, unit_grid};
 use bevy_voxel_gi::reference::{Light, Triangle, light::Cone};
 use glam::Vec3;
 use proptest::prelude::*;
 
 fn check(triangles: &[Triangle], albedo: f32, lights: &[Light], sky: Vec3) {
-    let fields = both(
-        unit_grid(12),
-        triangles,
-        &gray(albedo, 0.0),
-        lights,
-        sky,
-        24,
-    );
+    let materials = gray(albedo, 0.0);
+    let fields = both(unit_grid(12), triangles, &materials, lights, sky, 24);
     assert!(fields.iter().all(is_sound));
 }
 
@@ -21,18 +15,11 @@ fn check(triangles: &[Triangle], albedo: f32, lights: &[Light], sky: Vec3) {
 fn bright_light_many_bounces() {
     let mut scene = room(Vec3::splat(1.3), Vec3::splat(10.6));
     scene.retain(|t| t.corners.iter().any(|c| c.y < 10.0));
-    let sun = Light::Directional {
-        direction: Vec3::new(0.3, -0.9, 0.2).normalize(),
-        illuminance: Vec3::splat(130_000.0),
-    };
+    let sun = sun(Vec3::new(0.3, -0.9, 0.2), 130_000.0);
     check(&scene, 0.95, &[sun], Vec3::splat(5_000.0));
     for distance in [0.1, 0.01, 0.0] {
-        let light = Light::Point {
-            position: Vec3::new(1.3 + distance, 5.0, 5.0),
-            intensity: Vec3::splat(1e6 / (4.0 * std::f32::consts::PI)),
-            cone: None,
-            near: 0.0,
-        };
+        let candela = 1e6 / (4.0 * std::f32::consts::PI);
+        let light = point_light(Vec3::new(1.3 + distance, 5.0, 5.0), candela);
         check(&scene, 0.95, &[light], Vec3::ZERO);
     }
 }
@@ -41,30 +28,19 @@ fn bright_light_many_bounces() {
 fn no_light_no_geometry() {
     check(&[], 0.5, &[], Vec3::ZERO);
     check(&[], 0.5, &[], Vec3::ONE);
-    check(
-        &room(Vec3::splat(1.3), Vec3::splat(10.6)),
-        1.0,
-        &[],
-        Vec3::ZERO,
-    );
+    let closed = room(Vec3::splat(1.3), Vec3::splat(10.6));
+    check(&closed, 1.0, &[], Vec3::ZERO);
 }
 
 #[test]
 fn geometry_half_outside() {
-    let far = solid(Vec3::splat(-1e6), Vec3::splat(6.0));
-    check(&far, 0.8, &[], Vec3::ONE);
-    check(
-        &room(Vec3::splat(-30.0), Vec3::splat(6.0)),
-        0.8,
-        &[],
-        Vec3::ONE,
-    );
-    check(
-        &solid(Vec3::splat(100.0), Vec3::splat(200.0)),
-        0.8,
-        &[],
-        Vec3::ONE,
-    );
+    for scene in [
+        solid(Vec3::splat(-1e6), Vec3::splat(6.0)),
+        room(Vec3::splat(-30.0), Vec3::splat(6.0)),
+        solid(Vec3::splat(100.0), Vec3::splat(200.0)),
+    ] {
+        check(&scene, 0.8, &[], Vec3::ONE);
+    }
 }
 
 #[test]
@@ -107,12 +83,7 @@ proptest! {
             material,
             double_sided,
         }).collect();
-        let light = Light::Point {
-            position: Vec3::from_array(light),
-            intensity: Vec3::splat(100.0),
-            cone: None,
-            near: 0.0,
-        };
+        let light = point_light(Vec3::from_array(light), 100.0);
         let fields = both(unit_grid(12), &triangles, &gray(albedo, 1.0), &[light], Vec3::ONE, 4);
         prop_assert!(fields.iter().all(is_sound));
     }

@@ -1,6 +1,5 @@
 //! Tests of the CPU reference against analytic results and against path tracing.
 
-mod area;
 mod curved;
 mod emitters;
 mod extremes;
@@ -8,7 +7,6 @@ mod noise;
 mod propagate;
 mod ray_tracing;
 mod specular;
-mod stochastic;
 mod support;
 mod truth;
 mod voxelize;

@@ -1,8 +1,8 @@
 //! Tests of the noise on flat walls, and of the sharing that reduces it.
 
-use crate::support::{self, Solid, Truth, triangles};
+use crate::support::{self, Solid, Truth, triangles, unit_grid};
 use bevy_voxel_gi::reference::{
-    FACES, Light, RayTracing, RayTracingSettings, SETTLE, VolumeGrid, Voxels, ambient_occlusion,
+    FACES, Light, RayTracing, RayTracingSettings, SETTLE, Voxels, ambient_occlusion,
     noise::{WallSample, wall_noise},
     share::shared_light,
     surface::surfaces,
@@ -14,14 +14,20 @@ const RADIUS: f32 = 3.0;
 /// Every n-th pixel along an edge of the picture is a sample.
 const STRIDE: u32 = 2;
 
+/// What the camera of a scene sees at every n-th pixel: position, normal, material.
+fn seen(truth: &Truth) -> impl Iterator<Item = (Vec3, Vec3, u32)> {
+    let edge = truth.size as u32 / STRIDE;
+    (0..edge * edge).filter_map(move |i| {
+        let pixel = UVec2::new(i % edge, i / edge) * STRIDE;
+        truth.see(pixel.as_vec2() + 0.5)
+    })
+}
+
 /// The noise of the light that a scene's camera sees on the walls.
 fn noise(truth: &Truth, light: &RayTracing, voxel_size: f32) -> f32 {
     let field = light.field();
-    let edge = truth.size as u32 / STRIDE;
-    let samples: Vec<_> = (0..edge * edge)
-        .filter_map(|i| {
-            let pixel = UVec2::new(i % edge, i / edge) * STRIDE;
-            let (position, normal, material) = truth.see(pixel.as_vec2() + 0.5)?;
+    let samples: Vec<_> = seen(truth)
+        .filter_map(|(position, normal, material)| {
             let local = truth.solids[material as usize].rotation.transpose() * normal;
             let face = FACES.iter().position(|face| face.dot(local) > 0.9)?;
             Some(WallSample {
@@ -86,17 +92,11 @@ fn walls_are_smooth_while_a_light_moves() {
     assert!(found < 0.006, "{found}");
 }
 
-/// Visibility at the pixels of a scene, of every n-th along an edge of the picture.
+/// Visibility at the pixels of a scene.
 fn visibility(truth: &Truth, light: &RayTracing) -> Vec<f32> {
     let field = light.field();
-    let edge = truth.size as u32 / STRIDE;
-    (0..edge * edge)
-        .filter_map(|i| {
-            let pixel = UVec2::new(i % edge, i / edge) * STRIDE;
-            let (position, normal, _) = truth.see(pixel.as_vec2() + 0.5)?;
-            Some(field.irradiance(position, normal, 0.0).x)
-        })
-        .collect()
+    let seen = seen(truth).map(|(position, normal, _)| field.irradiance(position, normal, 0.0).x);
+    seen.collect()
 }
 
 /// Ambient occlusion with 16 rays a frame, while things change (a mean over 8 frames) and settled, beside 8 times the
@@ -149,15 +149,10 @@ fn solid(center: [f32; 3], half: [f32; 3]) -> Solid {
 
 /// A floor of 16 x 16 voxels, and a wall on it that is thinner than a voxel.
 fn floor(wall: Option<Solid>) -> Voxels {
-    let grid = VolumeGrid {
-        min: Vec3::ZERO,
-        voxel_size: 1.0,
-        resolution: 16,
-    };
     let floor = solid([8.0, 1.0, 8.0], [20.0, 1.3, 20.0]);
     let solids = std::iter::once(floor).chain(wall);
     let all: Vec<_> = solids.flat_map(|solid| triangles(&solid)).collect();
-    Voxels::new(grid, &all)
+    Voxels::new(unit_grid(16), &all)
 }
 
 /// Light on the floor by the position of its voxels, after sharing: voxels and their light.

@@ -1,19 +1,21 @@
 //! Tests of propagation: spherical harmonics, energy, symmetry.
 
-use crate::support::shapes::{gray, images_in_cube, room, solid, unit_grid};
+use crate::support::{gray, images_in_cube, propagation, room, solid, sun, unit_grid};
 use bevy_voxel_gi::reference::{
-    IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
-    RayTracingSettings, Voxels,
-    harmonics::{Y0, basis, cosine_lobe, flux},
-    propagate::{FRONT_ANGLE, SIDE_ANGLE},
+    IrradianceField, Light, Material, Voxels,
+    propagate::{FRONT_ANGLE, SIDE_ANGLE, Y0, basis, cosine_lobe, flux},
+    rays::sphere_ray,
 };
 use glam::{Vec3, Vec4};
 use proptest::prelude::*;
 use std::f32::consts::PI;
 
+/// The steps of the default settings.
+const STEPS: u32 = 128;
+
 /// Directions with equal solid angles.
 fn sphere(count: u32) -> impl Iterator<Item = Vec3> {
-    (0..count).map(move |i| bevy_voxel_gi::reference::rays::sphere_ray(i, count, 0.0))
+    (0..count).map(move |i| sphere_ray(i, count, 0.0))
 }
 
 proptest! {
@@ -64,15 +66,7 @@ fn the_flux_never_grows() {
     for albedo in [0.99, 1.0] {
         let materials = gray(albedo, 0.0);
         let light = point_light(Vec3::new(8.0, 9.0, 3.0));
-        let ray_tracing = RayTracing::new(
-            &voxels,
-            &materials,
-            &light,
-            Vec3::ZERO,
-            RayTracingSettings::default(),
-        );
-        let settings = PropagationSettings::default();
-        let mut flow = Propagation::new(&ray_tracing, &voxels, &materials, Vec3::ZERO, settings);
+        let mut flow = propagation(&voxels, &materials, &light, Vec3::ZERO, STEPS);
         let mut last = flow.total_flux();
         assert!(last.min_element() > 0.0);
         for step in 0..1000 {
@@ -90,18 +84,7 @@ fn furnace() {
     for albedo in [0.5, 0.9] {
         let voxels = Voxels::new(unit_grid(12), &room(Vec3::splat(0.5), Vec3::splat(11.5)));
         let materials = gray(albedo, 1.0);
-        let ray_tracing = RayTracing::new(
-            &voxels,
-            &materials,
-            &[],
-            Vec3::ZERO,
-            RayTracingSettings::default(),
-        );
-        let settings = PropagationSettings {
-            steps: 1000,
-            ..Default::default()
-        };
-        let mut flow = Propagation::new(&ray_tracing, &voxels, &materials, Vec3::ZERO, settings);
+        let mut flow = propagation(&voxels, &materials, &[], Vec3::ZERO, 1000);
         let given = flow.total_flux();
         flow.run();
         let walls = (0..voxels.grid.len()).filter(|v| voxels.masks[*v] != 0);
@@ -113,15 +96,7 @@ fn furnace() {
 
 /// The field with the default settings, without a sky.
 fn propagated(voxels: &Voxels, materials: &[Material], light: &[Light]) -> IrradianceField {
-    let ray_tracing = RayTracing::new(
-        voxels,
-        materials,
-        light,
-        Vec3::ZERO,
-        RayTracingSettings::default(),
-    );
-    let settings = PropagationSettings::default();
-    let mut flow = Propagation::new(&ray_tracing, voxels, materials, Vec3::ZERO, settings);
+    let mut flow = propagation(voxels, materials, light, Vec3::ZERO, STEPS);
     flow.run();
     flow.field()
 }
@@ -147,10 +122,7 @@ fn a_symmetric_scene_has_symmetric_light() {
 fn no_light_comes_through_a_wall() {
     let wall = solid(Vec3::new(7.2, -1.0, -1.0), Vec3::new(7.7, 20.0, 20.0));
     let voxels = Voxels::new(unit_grid(16), &wall);
-    let light = [Light::Directional {
-        direction: Vec3::NEG_X,
-        illuminance: Vec3::splat(1e5),
-    }];
+    let light = [sun(Vec3::NEG_X, 1e5)];
     let materials = gray(0.9, 0.0);
     let field = propagated(&voxels, &materials, &light);
     let found = field.irradiance(Vec3::new(7.2, 8.0, 7.7), Vec3::NEG_X, 0.0);

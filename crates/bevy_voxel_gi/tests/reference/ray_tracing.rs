@@ -1,8 +1,8 @@
 //! Tests of ray traced light and occlusion against analytic results.
 
 use crate::support::{
-    lights::{point_light, sun},
-    shapes::{gray, images_in_cube, is_dark, room, solid, traced_field, unit_grid},
+    gray, images_in_cube, is_dark, one_sided, point_light, room, solid, sun, traced, traced_field,
+    unit_grid,
 };
 use bevy_voxel_gi::reference::{
     FACES, Light, RayTracing, RayTracingSettings, Triangle, Voxels, ambient_occlusion,
@@ -30,14 +30,7 @@ fn furnace() {
         for albedo in [0.0, 0.5, 0.8] {
             let voxels = Voxels::new(unit_grid(14), &triangles);
             let materials = gray(albedo, 1.0);
-            let ray_tracing = RayTracing::new(
-                &voxels,
-                &materials,
-                &[],
-                Vec3::ZERO,
-                RayTracingSettings::default(),
-            );
-            let field = traced_field(ray_tracing, 40);
+            let field = traced_field(traced(&voxels, &materials, &[], Vec3::ZERO), 40);
             for (face, normal) in FACES.into_iter().enumerate() {
                 for (u, v) in [(0.0, 0.0), (3.0, 1.5), (-4.0, 4.0), (4.9, 4.9)] {
                     let at = [normal.yzx(), normal.zxy()];
@@ -55,27 +48,18 @@ fn furnace() {
 #[test]
 fn without_anything_there_is_no_light() {
     let voxels = Voxels::empty(unit_grid(8));
-    let ray_tracing = RayTracing::new(&voxels, &[], &[], Vec3::ZERO, RayTracingSettings::default());
-    let field = traced_field(ray_tracing, 3);
-    assert!(is_dark(&field));
-    let light = [sun(Vec3::NEG_Y, 1e5), point_light(Vec3::splat(4.0), 1e3)];
-    let ray_tracing = RayTracing::new(
-        &voxels,
-        &[],
-        &light,
-        Vec3::ZERO,
-        RayTracingSettings::default(),
-    );
-    let field = traced_field(ray_tracing, 3);
-    assert!(is_dark(&field));
+    let lights = [sun(Vec3::NEG_Y, 1e5), point_light(Vec3::splat(4.0), 1e3)];
+    for lights in [&[], &lights[..]] {
+        let field = traced_field(traced(&voxels, &[], lights, Vec3::ZERO), 3);
+        assert!(is_dark(&field));
+    }
 }
 
 #[test]
 fn the_sky_alone_is_uniform() {
     let sky = Vec3::new(1.0, 2.0, 3.0);
     let voxels = Voxels::empty(unit_grid(8));
-    let ray_tracing = RayTracing::new(&voxels, &[], &[], sky, RayTracingSettings::default());
-    let field = traced_field(ray_tracing, 3);
+    let field = traced_field(traced(&voxels, &[], &[], sky), 3);
     for normal in [Vec3::Y, Vec3::new(0.6, 0.0, -0.8)] {
         let found = field.irradiance(Vec3::splat(3.7), normal, 0.0);
         assert!((found / (PI * sky) - 1.0).abs().max_element() < 1e-4);
@@ -89,16 +73,9 @@ fn an_open_floor_sees_the_whole_sky() {
         for tilt in [0.0, 0.2, 0.5] {
             let at = |x: f32, z: f32| Vec3::new(x, height + tilt * x, z);
             let corners = [at(-9.0, -9.0), at(-9.0, 40.0), at(40.0, -9.0)];
-            let floor = Triangle {
-                corners,
-                material: 0,
-                double_sided: false,
-            };
-            let voxels = Voxels::new(unit_grid(16), &[floor]);
+            let voxels = Voxels::new(unit_grid(16), &[one_sided(corners, 0)]);
             let materials = gray(0.0, 0.0);
-            let ray_tracing =
-                RayTracing::new(&voxels, &materials, &[], sky, RayTracingSettings::default());
-            let field = traced_field(ray_tracing, 12);
+            let field = traced_field(traced(&voxels, &materials, &[], sky), 12);
             let normal = Vec3::new(-tilt, 1.0, 0.0).normalize();
             for x in [2.0, 5.3, 8.0, 11.6] {
                 let found = field.irradiance(at(x, x * 0.7), normal, 0.0);
@@ -185,8 +162,8 @@ fn back_faces_are_black() {
     {
         for (up, down) in FRONTS {
             let voxels = under_roof(height, up, down);
-            let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
-            let field = traced_field(ray_tracing, 12);
+            let light = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
+            let field = traced_field(light, 12);
             for x in [4.0, 7.0, 9.3, 10.4, 11.0, 12.0, 13.0, 16.0] {
                 let (left, right) = ((10.0 - x) / height, (22.0 - x) / height);
                 let deep = 6.0 / height;
@@ -205,12 +182,11 @@ fn back_faces_are_black() {
 /// A light above the roof illuminates nothing below it.
 #[test]
 fn back_faces_shade_the_light() {
-    let settings = RayTracingSettings::default();
     let materials = gray(0.0, 0.0);
     let light = [sun(Vec3::NEG_Y, 1e5)];
     for (height, (up, down)) in [2.0, 6.0].into_iter().flat_map(|h| FRONTS.map(|f| (h, f))) {
         let voxels = under_roof(height, up, down);
-        let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+        let ray_tracing = traced(&voxels, &materials, &light, Vec3::ZERO);
         let is_floor = |s: &Surface| s.points[0].y < 4.0 && s.normal == Vec3::Y;
         for (surface, direct) in ray_tracing.surfaces.iter().zip(&ray_tracing.direct) {
             let at = surface.points[0];
@@ -244,16 +220,7 @@ fn light_adds_up() {
     .concat();
     let voxels = Voxels::new(unit_grid(16), &scene);
     let materials = gray(0.7, 0.0);
-    let field = |lights: &[Light]| {
-        let ray_tracing = RayTracing::new(
-            &voxels,
-            &materials,
-            lights,
-            Vec3::ZERO,
-            RayTracingSettings::default(),
-        );
-        traced_field(ray_tracing, 8)
-    };
+    let field = |lights: &[Light]| traced_field(traced(&voxels, &materials, lights, Vec3::ZERO), 8);
     let (a, b) = (
         point_light(Vec3::new(10.0, 10.0, 4.0), 30.0),
         point_light(Vec3::new(3.0, 9.0, 12.0), 70.0),
@@ -328,8 +295,8 @@ fn light_falls_with_the_square_of_the_distance() {
         triangles.extend(wall.into_iter().map(|t| Triangle { material: 1, ..t }));
         let voxels = Voxels::new(unit_grid(32), &triangles);
         let materials = [gray(0.0, 1.0)[0], gray(0.0, 0.0)[0]];
-        let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ZERO, settings);
-        let field = traced_field(ray_tracing, 12);
+        let light = RayTracing::new(&voxels, &materials, &[], Vec3::ZERO, settings);
+        let field = traced_field(light, 12);
         field
             .irradiance(Vec3::new(1.5 + distance, 16.0, 16.0), Vec3::NEG_X, 0.0)
             .x

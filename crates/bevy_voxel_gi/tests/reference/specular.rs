@@ -1,6 +1,7 @@
 //! Specular light of rough surfaces.
 
-use bevy_voxel_gi::reference::{IrradianceField, VolumeGrid, dividers::NOTHING};
+use crate::support::unit_grid;
+use bevy_voxel_gi::reference::{IrradianceField, dividers::NOTHING};
 use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 
@@ -10,11 +11,7 @@ const EMPTY: f32 = 1.0 / 512.0;
 
 /// Voxels of 1 m without surfaces: irradiance of each face.
 fn field(irradiance: impl Fn(Vec3, usize) -> f32) -> IrradianceField {
-    let grid = VolumeGrid {
-        min: Vec3::ZERO,
-        voxel_size: 1.0,
-        resolution: RESOLUTION,
-    };
+    let grid = unit_grid(RESOLUTION);
     let texels = (0..grid.len()).map(|index| {
         let center = grid.voxel(index).as_vec3() + 0.5;
         std::array::from_fn(|face| Vec3::splat(irradiance(center, face) * EMPTY).extend(EMPTY))
@@ -35,12 +32,18 @@ const TO_VIEWER: Vec3 = Vec3::new(
     0.0,
 );
 
+/// What is seen at a place of a floor.
+fn seen(field: &IrradianceField, dividers: &[Vec3], place: Vec3, roughness: f32) -> f32 {
+    let radiance = field.specular_radiance(dividers, place, Vec3::Y, TO_VIEWER, roughness);
+    radiance.x
+}
+
 #[test]
 fn even_light_is_seen_as_it_is() {
     let field = field(|_, _| 3.0 * PI);
     for roughness in [0.4, 0.7, 1.0] {
-        let seen = field.specular_radiance(&UNDIVIDED, MIDDLE, Vec3::Y, TO_VIEWER, roughness);
-        assert!((seen.x - 3.0).abs() < 1e-4, "{roughness}: {seen}");
+        let seen = seen(&field, &UNDIVIDED, MIDDLE, roughness);
+        assert!((seen - 3.0).abs() < 1e-4, "{roughness}: {seen}");
     }
 }
 
@@ -48,11 +51,7 @@ fn even_light_is_seen_as_it_is() {
 fn smoother_surfaces_see_more_of_what_they_mirror() {
     // Light from +X only, which a floor does not receive by its normal.
     let field = field(|_, face| if face == 0 { PI } else { 0.0 });
-    let seen = |roughness| {
-        field
-            .specular_radiance(&UNDIVIDED, MIDDLE, Vec3::Y, TO_VIEWER, roughness)
-            .x
-    };
+    let seen = |roughness| seen(&field, &UNDIVIDED, MIDDLE, roughness);
     assert_eq!(seen(1.0), 0.0);
     assert!(seen(0.7) > 0.1 && seen(0.4) > seen(0.7) && seen(0.4) < 0.5);
 }
@@ -61,9 +60,7 @@ fn smoother_surfaces_see_more_of_what_they_mirror() {
 fn light_behind_a_wall_is_not_seen() {
     // It is bright behind a wall at x = 9.5, dark before it; its far side is a surface, with a weight of 1.
     let mut field = field(|center, _| if center.x > 9.0 { PI } else { 0.0 });
-    let open = field
-        .specular_radiance(&UNDIVIDED, MIDDLE, Vec3::Y, TO_VIEWER, 0.4)
-        .x;
+    let open = seen(&field, &UNDIVIDED, MIDDLE, 0.4);
     assert!(open > 0.6, "{open}");
     let grid = field.grid;
     for (index, texel) in field.texels.iter_mut().enumerate() {
@@ -73,9 +70,7 @@ fn light_behind_a_wall_is_not_seen() {
             _ => {}
         }
     }
-    let seen = field
-        .specular_radiance(&UNDIVIDED, MIDDLE, Vec3::Y, TO_VIEWER, 0.4)
-        .x;
+    let seen = seen(&field, &UNDIVIDED, MIDDLE, 0.4);
     assert!(seen < 0.02, "{seen}");
 }
 
@@ -90,11 +85,7 @@ fn the_hemisphere_keeps_to_its_side_of_a_divider() {
         }
     }
     let place = Vec3::new(7.9, 8.0, 8.0);
-    let seen = |dividers| {
-        field
-            .specular_radiance(dividers, place, Vec3::Y, TO_VIEWER, 1.0)
-            .x
-    };
+    let seen = |dividers| seen(&field, dividers, place, 1.0);
     assert!(seen(&UNDIVIDED) > 0.3, "{}", seen(&UNDIVIDED));
     assert_eq!(seen(&divided), 0.0);
 }

@@ -1,14 +1,10 @@
 //! Tests of walls: what is lit on one side of them is dark on the other.
 
 use crate::support::{
-    Solid,
-    lights::{point_light, sun},
-    shapes::{gray, solid, traced_field, unit_grid},
-    triangles,
+    Solid, for_visibility, gray, point_light, solid, sun, traced, traced_field, triangles,
+    unit_grid,
 };
-use bevy_voxel_gi::reference::{
-    IrradianceField, RayTracing, RayTracingSettings, Voxels, dividers::dividers,
-};
+use bevy_voxel_gi::reference::{IrradianceField, RayTracing, Voxels, dividers::dividers};
 use glam::{Mat3, Vec3};
 use std::f32::consts::PI;
 
@@ -23,13 +19,7 @@ fn no_light_comes_through_a_wall() {
         let voxels = Voxels::new(unit_grid(16), &wall);
         let light = [sun(Vec3::NEG_X, 1e5)];
         let materials = gray(0.9, 0.0);
-        let ray_tracing = RayTracing::new(
-            &voxels,
-            &materials,
-            &light,
-            Vec3::ZERO,
-            RayTracingSettings::default(),
-        );
+        let ray_tracing = traced(&voxels, &materials, &light, Vec3::ZERO);
         let lit = ray_tracing.surfaces.iter().zip(&ray_tracing.direct);
         for (surface, direct) in lit {
             let wanted = if surface.normal == Vec3::X { 1e5 } else { 0.0 };
@@ -51,14 +41,7 @@ fn the_foot_of_a_wall_is_dark() {
     let voxels = Voxels::new(unit_grid(16), &[wall, floor].concat());
     let light = [point_light(Vec3::new(12.0, 8.0, 8.0), 1e3)];
     let materials = gray(0.7, 0.0);
-    let ray_tracing = RayTracing::new(
-        &voxels,
-        &materials,
-        &light,
-        Vec3::ZERO,
-        RayTracingSettings::default(),
-    );
-    let field = traced_field(ray_tracing, 12);
+    let field = traced_field(traced(&voxels, &materials, &light, Vec3::ZERO), 12);
     let dividers = dividers(&voxels);
     let at = |x: f32| {
         let place = Vec3::new(x, 1.2, 8.0);
@@ -78,10 +61,7 @@ fn the_foot_of_a_wall_is_dark() {
 #[test]
 fn divided_and_visible_irradiance_do_not_leak_at_the_foot_of_a_wall() {
     let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
-    let settings = RayTracingSettings {
-        tests_visibility: true,
-        ..Default::default()
-    };
+    let settings = for_visibility();
     let mut worst = [0.0f32; 3];
     for (x, thickness) in [
         (7.1, 0.1),
@@ -99,36 +79,26 @@ fn divided_and_visible_irradiance_do_not_leak_at_the_foot_of_a_wall() {
         let voxels = Voxels::new(unit_grid(16), &[wall, floor.clone()].concat());
         let light = [point_light(Vec3::new(12.0, 8.0, 8.0), 1e3)];
         let materials = gray(0.7, 0.0);
-        let ray_tracing = |settings| {
-            let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
-            traced_field(ray_tracing, 12)
-        };
-        let (plain, field) = (
-            ray_tracing(RayTracingSettings::default()),
-            ray_tracing(settings),
-        );
+        let plain = traced_field(traced(&voxels, &materials, &light, Vec3::ZERO), 12);
+        let field = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+        let field = traced_field(field, 12);
         let lit = at_lit(&plain);
         let dividers = dividers(&voxels);
+        let shares = |x: f32, side: f32| {
+            let place = Vec3::new(x, 1.2, 8.0);
+            let viewer = Vec3::new(0.7 * side, 0.7, 0.1).normalize();
+            let up = Vec3::Y;
+            let plain_light = plain.irradiance(place, up, 0.0).x;
+            let divided = plain.divided_irradiance(&dividers, place, up, viewer).x;
+            let visible = field.visible_irradiance(&voxels, place, up, viewer).x;
+            [plain_light, divided, visible].map(|light| light / lit)
+        };
         for distance in [0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 4.0] {
-            let place = Vec3::new(x - distance, 1.2, 8.0);
-            let viewer = Vec3::new(-0.7, 0.7, 0.1).normalize();
-            let visible = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
-            let divided = plain
-                .divided_irradiance(&dividers, place, Vec3::Y, viewer)
-                .x
-                / lit;
-            let plain = plain.irradiance(place, Vec3::Y, 0.0).x / lit;
-            let found = [plain, divided, visible];
+            let found = shares(x - distance, -1.0);
             worst = std::array::from_fn(|i| worst[i].max(found[i]));
         }
         for distance in [0.05, 0.3, 0.6, 1.0] {
-            let place = Vec3::new(x + thickness + distance, 1.2, 8.0);
-            let viewer = Vec3::new(0.7, 0.7, 0.1).normalize();
-            let visible = field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / lit;
-            let divided = plain
-                .divided_irradiance(&dividers, place, Vec3::Y, viewer)
-                .x
-                / lit;
+            let [_, divided, visible] = shares(x + thickness + distance, 1.0);
             for found in [visible, divided] {
                 assert!(
                     (0.9..1.1).contains(&found),
@@ -152,10 +122,7 @@ fn divided_and_visible_irradiance_do_not_leak_at_the_foot_of_a_wall() {
 #[test]
 fn visible_irradiance_does_not_leak_at_the_foot_of_a_turned_wall() {
     let floor = solid(Vec3::new(-9.0, 0.2, -9.0), Vec3::new(25.0, 1.2, 25.0));
-    let settings = RayTracingSettings {
-        tests_visibility: true,
-        ..Default::default()
-    };
+    let settings = for_visibility();
     let mut worst = [0.0f32; 2];
     for (angle, thickness) in [(0.2, 0.1), (0.5, 0.1), (0.5, 0.3), (PI / 4.0, 0.1)] {
         let turned = Mat3::from_rotation_y(angle);
@@ -169,8 +136,8 @@ fn visible_irradiance_does_not_leak_at_the_foot_of_a_turned_wall() {
         let voxels = Voxels::new(unit_grid(16), &[wall, floor.clone()].concat());
         let light = [point_light(center + turned * Vec3::new(4.0, 8.0, 0.0), 1e3)];
         let materials = gray(0.7, 0.0);
-        let ray_tracing = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
-        let field = traced_field(ray_tracing, 12);
+        let light = RayTracing::new(&voxels, &materials, &light, Vec3::ZERO, settings);
+        let field = traced_field(light, 12);
         let visible = |across: f32, along: f32| {
             let place = center + turned * Vec3::new(across, 1.2, along);
             let viewer = turned * Vec3::new(0.7 * across.signum(), 0.7, 0.1).normalize();
@@ -202,18 +169,15 @@ fn visible_irradiance_does_not_leak_at_the_foot_of_a_turned_wall() {
 fn visible_irradiance_is_not_black_below_the_edge_of_a_box() {
     let floor = solid(Vec3::new(-1.0, 0.2, -1.0), Vec3::new(20.0, 1.2, 20.0));
     let materials = gray(0.5, 0.0);
-    let settings = RayTracingSettings {
-        tests_visibility: true,
-        ..Default::default()
-    };
+    let settings = for_visibility();
     let viewer = Vec3::new(1.0, 0.3, 0.1).normalize();
     for gap in [0.35, 0.5] {
         for edge in [8.0, 8.25, 8.4, 8.6, 8.8] {
             let low = Vec3::new(2.0, 1.2 + gap, 2.0);
             let low_box = solid(low, Vec3::new(edge, 6.0, 14.0));
             let voxels = Voxels::new(unit_grid(16), &[low_box, floor.clone()].concat());
-            let ray_tracing = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
-            let field = traced_field(ray_tracing, 16);
+            let light = RayTracing::new(&voxels, &materials, &[], Vec3::ONE, settings);
+            let field = traced_field(light, 16);
             let light = [-0.2, 0.5].map(|x| {
                 let place = Vec3::new(edge + x, 1.2, 8.0);
                 field.visible_irradiance(&voxels, place, Vec3::Y, viewer).x / PI
@@ -247,9 +211,7 @@ fn no_light_comes_around_a_ceiling() {
         let voxels = Voxels::new(unit_grid(16), &[wall.clone(), ceiling].concat());
         let lights = [point_light(Vec3::new(6.0, 11.0, 8.0), 1e4)];
         let materials = gray(0.7, 0.0);
-        let settings = RayTracingSettings::default();
-        let ray_tracing = RayTracing::new(&voxels, &materials, &lights, Vec3::ZERO, settings);
-        let field = traced_field(ray_tracing, 12);
+        let field = traced_field(traced(&voxels, &materials, &lights, Vec3::ZERO), 12);
         let dividers = dividers(&voxels);
         let light = |y: f32| {
             let place = Vec3::new(2.6, y, 8.0);

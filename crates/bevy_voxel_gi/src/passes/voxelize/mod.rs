@@ -1,73 +1,65 @@
-//! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5), where something has changed: voxels are cleared, and
-//! triangles that reach into them are found. Then come two passes over these: occupancy and the faces that have a
-//! surface, then the areas and colours of the surfaces, whose sums are resolved last.
+//! Voxelisation: meshes to voxels (thesis sections 6.4 and 6.5), where something has changed: voxels are cleared or moved
+//! with their levels, and triangles that reach into the cleared ones are found. Then come two passes over these: occupancy
+//! and the faces that have a surface, to which slots are allocated; then the areas and colours of the surfaces, whose sums
+//! are resolved last.
 
-mod clear;
-mod cull;
-mod kernels;
-mod scatter;
-mod visible;
+mod meshes;
 
 use bevy::{
-    asset::{embedded_asset, load_embedded_asset},
+    asset::load_embedded_asset,
     prelude::*,
     render::{
         render_resource::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries,
-            BufferDescriptor, BufferUsages, ComputePass, ComputePipeline, PipelineCache,
-            RawBufferVec, ShaderStages, TextureSampleType, binding_types::texture_2d,
+            BufferUsages, ComputePass, ComputePipeline, PipelineCache, RawBufferVec, ShaderStages,
+            TextureSampleType, binding_types::texture_2d,
         },
         renderer::{RenderContext, RenderDevice, RenderQueue},
     },
 };
 
 use super::{
-    allocate::{AllocatePass, keep_slots},
-    bindings::{
-        BindGroups, FACE_SLOTS, MASKS, PACKED_SURFACES, SUMS, VOLUME, group_layout, read_only,
-        read_write, volume_uniform,
-    },
-    kernel::{Kernel, dispatch_voxels, record_pass},
+    bindings::{Access::Read, BindGroups, Binding::*, Group, storage},
+    kernel::{Kernel, Pipelines, dispatch_voxels, record_pass, set_bind_groups},
     read_back::CountsCopy,
 };
 use crate::{
-    extract::{meshes::ExtractedScene, volume::ExtractedVolume},
+    extract::{meshes::ExtractedScene, place_volume::ExtractedVolume},
     prepare::{
-        buffers::{BufferShape, VolumeBuffers},
+        buffers::{BufferShape, ShadowMasks, VolumeBuffers, buffer},
         materials::{EMISSION, MaterialRecords},
         mesh_batches::MeshBatches,
         mesh_group::MeshGroup,
-        pipelines::RequiredPipelines,
         plan::FramePlan,
-        shadow_masks::ShadowMasks,
         tiles::Tiles,
-        uniforms::VolumeUniforms,
         voxelization::Voxelization,
     },
     settings::Voxelizer,
 };
-use clear::ClearPass;
-use cull::CullPass;
-use kernels::Kernels;
-use scatter::ScatterPass;
-use visible::VisibleVoxels;
+use meshes::{CullPass, ScatterPass};
 
 #[derive(Resource)]
 pub(crate) struct VoxelizePass {
-    /// Layouts of the volume's buffers, which the voxelisers write in their two passes.
-    voxels_layouts: [BindGroupLayoutDescriptor; 2],
+    scatter: ScatterPass,
+    cull: CullPass,
+    clear_groups: [Group; 2],
+    clear: Kernel,
+    /// Moves masks along each axis.
+    moves: [Kernel; 3],
+    /// The volume's buffers, which the voxelisers write in their two passes.
+    voxels_groups: [Group; 2],
     /// Layout of the buffers of a group of meshes, which the voxelisers read.
     meshes_layout: BindGroupLayoutDescriptor,
-    scatter: ScatterPass,
-    clear: ClearPass,
-    cull: CullPass,
-    conservative: Kernels,
-    slices: Kernels,
-    points: Kernels,
-    visible: VisibleVoxels,
-    resolve_layout: BindGroupLayoutDescriptor,
+    /// Conservative, by slices, and by points.
+    voxelizers: [Kernels; 3],
+    /// What cameras saw; see `cameras`.
+    visible_group: Group,
+    visible: Kernels,
+    allocate_groups: [Group; 2],
+    allocate: Kernel,
+    resolve_group: Group,
     resolve: Kernel,
-    share_layout: BindGroupLayoutDescriptor,
+    share_group: Group,
     /// Where something emits.
     share_emission: Kernel,
     emits: bool,
@@ -78,105 +70,168 @@ pub(crate) struct VoxelizePass {
 
 /// The bind groups of a frame that voxelises.
 struct VoxelizeWork {
+    clear: [BindGroup; 2],
+    /// Rows of masks along both other edges of a level, and the number of levels, of which those of meshes that shadow
+    /// direct light count, too.
+    rows: [u32; 3],
     voxels: [BindGroup; 2],
+    meshes: Vec<BindGroup>,
+    /// Where the volume voxelises what is visible.
+    visible: Option<BindGroup>,
+    allocate: [BindGroup; 2],
     resolve: BindGroup,
     share_emission: BindGroup,
-    groups: Vec<BindGroup>,
+}
+
+/// The kernels of the two passes of a voxeliser.
+struct Kernels {
+    /// Marks occupied sub-voxels, and the faces with a surface.
+    occupancy: Kernel,
+    /// Writes the surfaces, once the faces have slots.
+    surfaces: Kernel,
+}
+
+impl Kernels {
+    /// `labels` and `voxels` are of the two passes, `source` is the layout of what both read.
+    fn new(
+        labels: [&'static str; 2],
+        shader: &Handle<Shader>,
+        voxels: &[Group; 2],
+        source: &BindGroupLayoutDescriptor,
+    ) -> Self {
+        let kernel = |pass: usize| {
+            let layouts = [&voxels[pass].layout, source];
+            Kernel::new(labels[pass], "voxelize", shader, &layouts)
+        };
+        Self {
+            occupancy: kernel(0),
+            surfaces: kernel(1),
+        }
+    }
+
+    /// Chooses the variants of the two passes with these shader defs for this frame, which waits until they are ready.
+    fn require(
+        &mut self,
+        [of_occupancy, of_surfaces]: [&[&'static str]; 2],
+        pipelines: &mut Pipelines,
+    ) {
+        self.occupancy.require(of_occupancy, pipelines);
+        let of_surfaces = [of_surfaces, &["SURFACES"]].concat();
+        self.surfaces.require(&of_surfaces, pipelines);
+    }
+
+    fn pipelines<'a>(&self, cache: &'a PipelineCache) -> Option<[&'a ComputePipeline; 2]> {
+        let surfaces = self.surfaces.pipeline(cache)?;
+        Some([self.occupancy.pipeline(cache)?, surfaces])
+    }
 }
 
 pub(crate) fn init(mut commands: Commands, assets: Res<AssetServer>) {
     let assets = assets.as_ref();
-    let voxels_layout = |label, own| {
-        let entries = (
-            (VOLUME, volume_uniform()),
-            (own, read_write()),
-            (FACE_SLOTS, read_write()),
-        );
-        group_layout(label, entries)
-    };
-    let voxels_layouts = [
-        voxels_layout("voxel_gi_voxelize_volume", MASKS),
-        voxels_layout("voxel_gi_surfaces_volume", SUMS),
+    let clear_groups = [
+        Group::new(
+            "voxel_gi_clear_volume",
+            &[Volume(0)],
+            &[Masks, PackedSurfaces, FaceSlots],
+        ),
+        Group::new("voxel_gi_clear", &[Changes, Dirty], &[SlotLists]),
     ];
-    let resolve_layout = group_layout(
-        "voxel_gi_resolve",
-        (
-            (VOLUME, volume_uniform()),
-            (PACKED_SURFACES, read_write()),
-            (FACE_SLOTS, read_write()),
-            (SUMS, read_write()),
+    let voxels_groups = [
+        Group::new(
+            "voxel_gi_voxelize_volume",
+            &[Volume(0)],
+            &[Masks, FaceSlots],
         ),
-    );
-    let share_layout = group_layout(
-        "voxel_gi_share_emission",
-        (
-            (VOLUME, volume_uniform()),
-            (MASKS, read_only()),
-            (PACKED_SURFACES, read_write()),
-            (FACE_SLOTS, read_only()),
-            (SUMS, read_write()),
+        Group::new(
+            "voxel_gi_surfaces_volume",
+            &[Volume(0)],
+            &[Sums, FaceSlotsAndMasks],
         ),
-    );
+    ];
     let integers = || texture_2d(TextureSampleType::Uint);
     let meshes_layout = BindGroupLayoutDescriptor::new(
         "voxel_gi_voxelize_meshes",
         &BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
             (
-                read_only(),
-                read_only(),
-                read_only(),
-                read_only(),
-                read_only(),
-                read_only(),
+                storage(Read),
+                storage(Read),
+                storage(Read),
+                storage(Read),
+                storage(Read),
+                storage(Read),
                 integers(),
                 integers(),
             ),
         ),
     );
+    let visible_group = Group::new("voxel_gi_visible", &[Visible], &[]);
+    let slots = [PackedSurfaces, FaceSlots, Sums];
+    let allocate_groups = [
+        Group::new("voxel_gi_allocate_volume", &[Volume(0)], &slots),
+        Group::new(
+            "voxel_gi_allocate",
+            &[Changes, Dirty],
+            &[Irradiance, SlotLists],
+        ),
+    ];
+    let resolve_group = Group::new("voxel_gi_resolve", &[Volume(0)], &slots);
+    let share_group = Group::new(
+        "voxel_gi_share_emission",
+        &[Volume(0), Masks, FaceSlots],
+        &[PackedSurfaces, Sums],
+    );
+    let clear = load_embedded_asset!(assets, "clear.wesl");
+    let clear = |label, entry_point| {
+        let [voxels, own] = &clear_groups;
+        Kernel::new(label, entry_point, &clear, &[&voxels.layout, &own.layout])
+    };
     let kernels = |shader: Handle<Shader>| {
         let labels = ["voxel_gi_voxelize", "voxel_gi_surfaces"];
-        Kernels::new(labels, &shader, &voxels_layouts, &meshes_layout)
+        Kernels::new(labels, &shader, &voxels_groups, &meshes_layout)
     };
-    let resolve = |label, entry_point, layout: &BindGroupLayoutDescriptor| {
-        let shader = load_embedded_asset!(assets, "resolve.wesl");
-        Kernel::new(label, entry_point, &shader, vec![layout.clone()])
+    let visible = load_embedded_asset!(assets, "visible.wesl");
+    let labels = ["voxel_gi_visible", "voxel_gi_visible_surfaces"];
+    let allocate = load_embedded_asset!(assets, "allocate.wesl");
+    let layouts = allocate_groups.each_ref().map(|group| &group.layout);
+    let resolve = load_embedded_asset!(assets, "resolve.wesl");
+    let resolve = |label, entry_point, group: &Group| {
+        Kernel::new(label, entry_point, &resolve, &[&group.layout])
     };
     commands.insert_resource(VoxelizePass {
         scatter: ScatterPass::new(assets),
-        clear: ClearPass::new(assets),
         cull: CullPass::new(assets),
-        conservative: kernels(load_embedded_asset!(assets, "conservative.wesl")),
-        slices: kernels(load_embedded_asset!(assets, "slices.wesl")),
-        points: kernels(load_embedded_asset!(assets, "points.wesl")),
-        visible: VisibleVoxels::new(&voxels_layouts, assets),
-        resolve: resolve("voxel_gi_resolve", "resolve", &resolve_layout),
-        share_emission: resolve("voxel_gi_share_emission", "share_emission", &share_layout),
+        clear: clear("voxel_gi_clear", "clear"),
+        moves: ["move_along_x", "move_along_y", "move_along_z"]
+            .map(|entry_point| clear("voxel_gi_move", entry_point)),
+        voxelizers: [
+            kernels(load_embedded_asset!(assets, "conservative.wesl")),
+            kernels(load_embedded_asset!(assets, "slices.wesl")),
+            kernels(load_embedded_asset!(assets, "points.wesl")),
+        ],
+        visible: Kernels::new(labels, &visible, &voxels_groups, &visible_group.layout),
+        allocate: Kernel::new("voxel_gi_allocate", "allocate", &allocate, &layouts),
+        resolve: resolve("voxel_gi_resolve", "resolve", &resolve_group),
+        share_emission: resolve("voxel_gi_share_emission", "share_emission", &share_group),
         emits: false,
-        resolve_layout,
-        share_layout,
-        voxels_layouts,
+        clear_groups,
+        voxels_groups,
         meshes_layout,
+        visible_group,
+        allocate_groups,
+        resolve_group,
+        share_group,
         joints: RawBufferVec::new(BufferUsages::STORAGE),
         work: None,
     });
 }
 
-impl VoxelizePass {
-    fn kernels(&self, voxelizer: Voxelizer) -> &Kernels {
-        match voxelizer {
-            Voxelizer::Conservative => &self.conservative,
-            Voxelizer::FragmentClipping | Voxelizer::GeometryClipping => &self.slices,
-            Voxelizer::Stochastic { .. } => &self.points,
-        }
-    }
-
-    fn kernels_mut(&mut self, voxelizer: Voxelizer) -> &mut Kernels {
-        match voxelizer {
-            Voxelizer::Conservative => &mut self.conservative,
-            Voxelizer::FragmentClipping | Voxelizer::GeometryClipping => &mut self.slices,
-            Voxelizer::Stochastic { .. } => &mut self.points,
-        }
+/// The index of a voxeliser in [`VoxelizePass::voxelizers`].
+fn number_of(voxelizer: Voxelizer) -> usize {
+    match voxelizer {
+        Voxelizer::Conservative => 0,
+        Voxelizer::FragmentClipping | Voxelizer::GeometryClipping => 1,
+        Voxelizer::Stochastic { .. } => 2,
     }
 }
 
@@ -184,12 +239,12 @@ pub(crate) fn queue(
     mut pass: ResMut<VoxelizePass>,
     (volume, materials): (Res<ExtractedVolume>, Res<MaterialRecords>),
     shadow_masks: ShadowMasks,
-    cache: Res<PipelineCache>,
-    mut required: ResMut<RequiredPipelines>,
+    mut pipelines: Pipelines,
 ) {
     let Some(volume) = &volume.0 else {
         return;
     };
+    let pass = &mut *pass;
     let mut defs = materials.defs();
     let voxelizer = volume.settings.voxelizer;
     if voxelizer == Voxelizer::GeometryClipping {
@@ -200,21 +255,24 @@ pub(crate) fn queue(
     let shape = BufferShape::of(volume);
     let shadow_masks = shadow_masks.defs(shape);
     defs[0].extend(shadow_masks);
-    let kernels = pass.kernels_mut(voxelizer);
-    kernels.require(defs.each_ref().map(Vec::as_slice), &cache, &mut required);
+    let kernels = &mut pass.voxelizers[number_of(voxelizer)];
+    kernels.require(defs.each_ref().map(Vec::as_slice), &mut pipelines);
     let emission = (materials.emission_unit > 0.0).then_some(EMISSION);
-    pass.resolve
-        .require(emission.as_slice(), &cache, &mut required);
+    pass.resolve.require(emission.as_slice(), &mut pipelines);
     pass.emits = emission.is_some();
     if pass.emits {
-        pass.share_emission.require(&[], &cache, &mut required);
+        pass.share_emission.require(&[], &mut pipelines);
     }
-    pass.scatter.queue(&cache, &mut required);
-    pass.clear.queue(shadow_masks, &cache, &mut required);
-    pass.cull.queue(&cache, &mut required);
+    pass.scatter.queue(&mut pipelines);
+    for kernel in pass.moves.iter_mut().chain([&mut pass.clear]) {
+        kernel.require(shadow_masks.as_slice(), &mut pipelines);
+    }
+    pass.cull.queue(&mut pipelines);
     if shape.marks_visible {
-        pass.visible.queue(shadow_masks, &cache, &mut required);
+        let defs = [shadow_masks.as_slice(), &[]];
+        pass.visible.require(defs, &mut pipelines);
     }
+    pass.allocate.require(&[], &mut pipelines);
 }
 
 pub(crate) fn prepare(
@@ -222,83 +280,48 @@ pub(crate) fn prepare(
     plan: Res<FramePlan>,
     (mut batches, mut scene): (ResMut<MeshBatches>, ResMut<ExtractedScene>),
     (materials, tiles): (Res<MaterialRecords>, Res<Tiles>),
-    buffers: Option<Res<VolumeBuffers>>,
-    (uniforms, volume): (Res<VolumeUniforms>, Res<ExtractedVolume>),
     (groups, queue): (BindGroups, Res<RenderQueue>),
 ) {
     let pass = &mut *pass;
     pass.work = None;
-    let Some(placed) = &volume.0 else {
-        return;
-    };
-    let (Some(_), Some(buffers), Some(volume), Some(records)) = (
+    let (Some(_), Some(buffers), Some(placed), Some(records)) = (
         plan.work.and_then(|work| work.voxelizes),
-        buffers,
-        uniforms.bounces[0].binding(),
+        &groups.buffers,
+        &groups.volume.0,
         materials.view(),
     ) else {
         return;
     };
-    let levels = placed.levels.len() as u32;
-    let levels = levels * (1 + u32::from(buffers.has_shadow_masks()));
-    let rows = [placed.settings.resolution, levels];
-    let clear = pass.clear.prepare(rows, &buffers, &uniforms, &groups);
-    if clear.and(pass.cull.begin(&uniforms, &groups)).is_none() {
+    let (Some(clear), Some(voxels), Some(allocate), Some(resolve), Some(share_emission)) = (
+        groups.bind_both(&pass.clear_groups),
+        groups.bind_both(&pass.voxels_groups),
+        groups.bind_both(&pass.allocate_groups),
+        groups.bind(&pass.resolve_group),
+        groups.bind(&pass.share_group),
+    ) else {
+        return;
+    };
+    if pass.cull.begin(&groups).is_none() {
         return;
     }
-    let [occupancy_layout, surfaces_layout] = &pass.voxels_layouts;
-    let voxels = |layout, own, buffer, slots| {
-        let entries = ((VOLUME, volume.clone()), (own, buffer), (FACE_SLOTS, slots));
-        groups.create(layout, entries)
+    let levels = placed.levels.len() as u32;
+    let levels = levels * (1 + u32::from(buffers.has_shadow_masks()));
+    let rows = placed.settings.resolution;
+    let visible = if buffers.shape.marks_visible {
+        groups.bind(&pass.visible_group)
+    } else {
+        None
     };
-    let [sums, all] = [&buffers.sums, &buffers.voxels].map(|buffer| buffer.as_entire_binding());
-    let voxels = [
-        voxels(
-            occupancy_layout,
-            MASKS,
-            buffers.masks(),
-            buffers.face_slots(),
-        ),
-        // The masks follow behind the slots.
-        voxels(surfaces_layout, SUMS, sums, all),
-    ];
-    let resolve = groups.create(
-        &pass.resolve_layout,
-        (
-            (VOLUME, volume.clone()),
-            (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
-            (FACE_SLOTS, buffers.face_slots()),
-            (SUMS, buffers.sums.as_entire_binding()),
-        ),
-    );
-    let share_emission = groups.create(
-        &pass.share_layout,
-        (
-            (VOLUME, volume.clone()),
-            (MASKS, buffers.masks()),
-            (PACKED_SURFACES, buffers.packed_surfaces.as_entire_binding()),
-            (FACE_SLOTS, buffers.face_slots()),
-            (SUMS, buffers.sums.as_entire_binding()),
-        ),
-    );
     // Without textures, no shader reads the tiles.
     let tiles = tiles.view().unwrap_or(records);
-    pass.visible.prepare(&buffers, &groups);
     let device = &groups.device;
-    let stub = device.create_buffer(&BufferDescriptor {
-        label: Some("voxel_gi_none"),
-        size: 16,
-        usage: BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
+    let stub = buffer(device, "voxel_gi_none", 16, BufferUsages::STORAGE);
     // The next frame extracts them anew.
     std::mem::swap(pass.joints.values_mut(), &mut scene.joints);
     if pass.joints.is_empty() {
         pass.joints.push(Mat4::IDENTITY);
     }
     pass.joints.write_buffer(device, &queue);
-    let layout = groups.cache.get_bind_group_layout(&pass.meshes_layout);
-    let volume_buffers = &*buffers;
     pass.scatter.begin();
     let bind = |group: &mut MeshGroup| {
         let buffers = group.buffers.each_ref();
@@ -307,78 +330,72 @@ pub(crate) fn prepare(
         let uploaded = group.upload(device, &queue)?;
         pass.scatter.add(&uploaded.instances, &groups);
         pass.scatter.add(&uploaded.batches, &groups);
-        pass.cull.add(&buffers, &uploaded, volume_buffers, &groups);
-        let bind_group = device.create_bind_group(
-            "voxel_gi_voxelize_meshes",
-            &layout,
-            &BindGroupEntries::sequential((
-                vertices.as_entire_binding(),
-                indices.as_entire_binding(),
-                uploaded.instances.items,
-                uploaded.items.as_entire_binding(),
-                pass.joints.binding()?,
-                morph_targets.as_entire_binding(),
-                records,
-                tiles,
-            )),
-        );
-        Some(bind_group)
+        pass.cull.add(&buffers, &uploaded, &groups);
+        let entries = BindGroupEntries::sequential((
+            vertices.as_entire_binding(),
+            indices.as_entire_binding(),
+            uploaded.instances.items,
+            uploaded.items.as_entire_binding(),
+            pass.joints.binding()?,
+            morph_targets.as_entire_binding(),
+            records,
+            tiles,
+        ));
+        Some(groups.create(&pass.meshes_layout, &entries))
     };
-    let bind_groups = batches.groups_mut().filter_map(bind).collect();
+    let meshes = batches.groups_mut().filter_map(bind).collect();
     pass.cull.finish(device);
     pass.work = Some(VoxelizeWork {
+        clear,
+        rows: [rows, rows, levels],
         voxels,
+        meshes,
+        visible,
+        allocate,
         resolve,
         share_emission,
-        groups: bind_groups,
     });
 }
 
-impl VoxelizeWork {
-    /// Records one of the two passes over all meshes.
-    fn record(
-        &self,
-        pass: &mut ComputePass<'_>,
-        pipeline: &ComputePipeline,
-        voxels: &BindGroup,
-        cull: &CullPass,
-    ) {
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, voxels, &[]);
-        for (i, bind_group) in self.groups.iter().enumerate() {
-            pass.set_bind_group(1, bind_group, &[]);
-            cull.dispatch(pass, i);
-        }
-    }
-}
-
-/// Voxelises the scene where it has changed.
 pub(crate) fn voxelize(
     mut context: RenderContext,
-    (pass, allocate): (Res<VoxelizePass>, Res<AllocatePass>),
+    pass: Res<VoxelizePass>,
     mut counts: ResMut<CountsCopy>,
     plan: Res<FramePlan>,
     volume: Res<ExtractedVolume>,
     buffers: Option<Res<VolumeBuffers>>,
     (cache, device): (Res<PipelineCache>, Res<RenderDevice>),
 ) {
-    let (Some(work), Some(frame), Some(volume), Some(buffers)) =
-        (&pass.work, plan.work, &volume.0, buffers)
+    let (Some(frame), Some(volume), Some(buffers)) = (plan.work, &volume.0, buffers) else {
+        return;
+    };
+    let kernels = &pass.voxelizers[number_of(volume.settings.voxelizer)];
+    let (
+        Some(work),
+        Some(voxelizes),
+        Some([occupancy, surfaces]),
+        Some(clear),
+        Some(allocate),
+        Some(resolve),
+    ) = (
+        &pass.work,
+        frame.voxelizes,
+        kernels.pipelines(&cache),
+        pass.clear.pipeline(&cache),
+        pass.allocate.pipeline(&cache),
+        pass.resolve.pipeline(&cache),
+    )
     else {
         return;
     };
-    let kernels = pass.kernels(volume.settings.voxelizer);
-    let (Some([occupancy, surfaces]), Some(resolve)) =
-        (kernels.pipelines(&cache), pass.resolve.pipeline(&cache))
-    else {
-        return;
-    };
-    let Some(voxelizes) = frame.voxelizes else {
-        return;
-    };
+    let is_whole = voxelizes == Voxelization::Whole;
     let encoder = context.command_encoder();
-    keep_slots(encoder, &buffers);
-    if voxelizes == Voxelization::Whole {
+    // The slots and their light as they are now, for `allocate.wesl`.
+    let light = buffers.irradiance.size();
+    encoder.copy_buffer_to_buffer(&buffers.irradiance, 0, &buffers.sums, 0, light);
+    let (offset, words) = buffers.former_slot_words();
+    encoder.copy_buffer_to_buffer(&buffers.voxels, 0, &buffers.work, offset, words);
+    if is_whole {
         encoder.clear_buffer(&buffers.slot_lists, 0, None);
     }
     pass.cull.clear_counts(encoder);
@@ -386,30 +403,48 @@ pub(crate) fn voxelize(
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
         encoder.clear_buffer(&buffers.visible, 0, None);
     }
-    let visible = pass.visible.pipelines(&cache);
-    let [masks, sums] = &work.voxels;
+    let visible = work.visible.as_ref();
+    let visible = visible.zip(pass.visible.pipelines(&cache));
+    // One of the two passes over all meshes, and over what cameras saw.
+    let record = |compute: &mut ComputePass<'_>, number: usize, pipeline: &ComputePipeline| {
+        compute.set_pipeline(pipeline);
+        compute.set_bind_group(0, &work.voxels[number], &[]);
+        for (i, meshes) in work.meshes.iter().enumerate() {
+            compute.set_bind_group(1, meshes, &[]);
+            pass.cull.dispatch(compute, i);
+        }
+        if let Some((group, pipelines)) = &visible {
+            compute.set_bind_group(1, *group, &[]);
+            dispatch_voxels(compute, pipelines[number], &buffers);
+        }
+    };
     record_pass(&mut context, "voxel_gi_clear", |compute| {
         pass.scatter.record(compute, &cache);
-        pass.clear.record(compute, voxelizes, &buffers, &cache);
+        set_bind_groups(compute, &work.clear);
+        if let Voxelization::Part { moved } = voxelizes {
+            let [x, y, z] = work.rows;
+            let kernels = pass.moves.iter().enumerate();
+            for (_, kernel) in kernels.filter(|(axis, _)| moved.test(*axis)) {
+                if let Some(pipeline) = kernel.pipeline(&cache) {
+                    compute.set_pipeline(pipeline);
+                    compute.dispatch_workgroups(x, y, z);
+                }
+            }
+        }
+        dispatch_voxels(compute, clear, &buffers);
         pass.cull.record(compute, &cache);
     });
     pass.cull.copy_args(context.command_encoder());
     record_pass(&mut context, "voxel_gi_voxelize", |compute| {
-        work.record(compute, occupancy, masks, &pass.cull);
-        if let Some([occupancy, _]) = visible {
-            pass.visible.record(compute, occupancy, masks, &buffers);
-        }
-        allocate.record(compute, &buffers, &cache);
+        record(compute, 0, occupancy);
+        set_bind_groups(compute, &work.allocate);
+        dispatch_voxels(compute, allocate, &buffers);
     });
     // The sums of areas and emission; those of albedo are cleared where slots are allocated.
-    let bytes = buffers.irradiance.size();
     let encoder = context.command_encoder();
-    encoder.clear_buffer(&buffers.sums, 0, Some(bytes));
+    encoder.clear_buffer(&buffers.sums, 0, Some(light));
     record_pass(&mut context, "voxel_gi_surfaces", |compute| {
-        work.record(compute, surfaces, sums, &pass.cull);
-        if let Some([_, surfaces]) = visible {
-            pass.visible.record(compute, surfaces, sums, &buffers);
-        }
+        record(compute, 1, surfaces);
         compute.set_bind_group(0, &work.resolve, &[]);
         dispatch_voxels(compute, resolve, &buffers);
         if let Some(share_emission) = pass.share_emission.pipeline(&cache).filter(|_| pass.emits) {
@@ -417,21 +452,10 @@ pub(crate) fn voxelize(
             dispatch_voxels(compute, share_emission, &buffers);
         }
     });
-    if frame.has_changed {
-        pass.visible.clear(context.command_encoder(), &buffers);
-    }
-    let is_whole = voxelizes == Voxelization::Whole;
     let encoder = context.command_encoder();
+    if frame.has_changed && work.visible.is_some() {
+        // The marks of the frames before are not valid any more.
+        encoder.clear_buffer(&buffers.visible, 0, None);
+    }
     counts.record(encoder, &buffers, pass.cull.counts(), is_whole, &device);
-}
-
-pub(crate) fn embed(app: &mut App) {
-    clear::embed(app);
-    cull::embed(app);
-    scatter::embed(app);
-    embedded_asset!(app, "conservative.wesl");
-    embedded_asset!(app, "slices.wesl");
-    embedded_asset!(app, "points.wesl");
-    embedded_asset!(app, "resolve.wesl");
-    visible::embed(app);
 }

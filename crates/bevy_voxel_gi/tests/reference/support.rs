@@ -1,10 +1,9 @@
-//! Path-traced scenes: their boxes as triangles, camera rays, and the light on the visible surfaces.
-
-pub mod lights;
-pub mod shapes;
+//! Path-traced scenes: their boxes as triangles, camera rays, and the light on the visible surfaces. Then shapes, lights,
+//! and fields of other scenes.
 
 use bevy_voxel_gi::reference::{
-    Light, Material, RayTracing, RayTracingSettings, SETTLE, Triangle, VolumeGrid, Voxels,
+    IrradianceField, Light, Material, Propagation, PropagationSettings, RayTracing,
+    RayTracingSettings, SETTLE, Triangle, VolumeGrid, Voxels,
 };
 use glam::{Mat3, UVec2, Vec2, Vec3};
 use serde_json::Value;
@@ -187,14 +186,8 @@ pub fn triangles(solid: &Solid) -> Vec<Triangle> {
             let n = Vec3::AXES[axis] * sign;
             let u = Vec3::AXES[(axis + 1) % 3];
             let v = n.cross(u);
-            let quad = [n - u - v, n + u - v, n + u + v, n - u + v].map(at);
-            for i in [1, 2] {
-                all.push(Triangle {
-                    corners: [quad[0], quad[i], quad[i + 1]],
-                    material: solid.material,
-                    double_sided: false,
-                });
-            }
+            let corners = [n - u - v, n + u - v, n + u + v, n - u + v].map(at);
+            all.extend(quad(corners, solid.material));
         }
     }
     all
@@ -264,4 +257,176 @@ impl Truth {
         }
         all
     }
+}
+
+/// The two triangles of a quadrilateral, whose corners are counter-clockwise on its front.
+pub fn quad([a, b, c, d]: [Vec3; 4], material: u32) -> [Triangle; 2] {
+    [[a, b, c], [a, c, d]].map(|corners| one_sided(corners, material))
+}
+
+pub fn one_sided(corners: [Vec3; 3], material: u32) -> Triangle {
+    Triangle {
+        corners,
+        material,
+        double_sided: false,
+    }
+}
+
+/// The default settings, for receivers that test visibility.
+pub fn for_visibility() -> RayTracingSettings {
+    RayTracingSettings {
+        tests_visibility: true,
+        ..Default::default()
+    }
+}
+
+/// The ray traced light of a scene with the default settings, without a frame yet.
+pub fn traced<'a>(
+    voxels: &'a Voxels,
+    materials: &[Material],
+    lights: &[Light],
+    sky: Vec3,
+) -> RayTracing<'a> {
+    RayTracing::new(
+        voxels,
+        materials,
+        lights,
+        sky,
+        RayTracingSettings::default(),
+    )
+}
+
+/// The propagated light of a scene, before its first step.
+pub fn propagation<'a>(
+    voxels: &'a Voxels,
+    materials: &[Material],
+    lights: &[Light],
+    sky: Vec3,
+    steps: u32,
+) -> Propagation<'a> {
+    let settings = PropagationSettings {
+        steps,
+        ..Default::default()
+    };
+    let ray_tracing = traced(voxels, materials, lights, sky);
+    Propagation::new(&ray_tracing, voxels, materials, sky, settings)
+}
+
+/// A light from afar, in lux, shining in this direction.
+pub fn sun(direction: Vec3, lux: f32) -> Light {
+    Light::Directional {
+        direction: direction.normalize(),
+        illuminance: Vec3::splat(lux),
+    }
+}
+
+/// A light to all sides, in candela.
+pub fn point_light(position: Vec3, candela: f32) -> Light {
+    Light::Point {
+        position,
+        intensity: Vec3::splat(candela),
+        cone: None,
+        near: 0.0,
+    }
+}
+
+/// A box from corner to corner.
+pub fn solid(min: Vec3, max: Vec3) -> Vec<Triangle> {
+    triangles(&Solid {
+        center: 0.5 * (min + max),
+        half: 0.5 * (max - min),
+        rotation: Mat3::IDENTITY,
+        material: 0,
+    })
+}
+
+/// A room seen from inside: a box whose fronts are inside.
+pub fn room(min: Vec3, max: Vec3) -> Vec<Triangle> {
+    let mut all = solid(min, max);
+    for triangle in &mut all {
+        triangle.corners.swap(1, 2);
+    }
+    all
+}
+
+/// A volume with voxels of 1 m, with its lowest corner at the origin.
+pub fn unit_grid(resolution: u32) -> VolumeGrid {
+    VolumeGrid {
+        min: Vec3::ZERO,
+        voxel_size: 1.0,
+        resolution,
+    }
+}
+
+/// A gray material.
+pub fn gray(albedo: f32, emission: f32) -> [Material; 1] {
+    [Material {
+        albedo: Vec3::splat(albedo),
+        emission: Vec3::splat(emission),
+    }]
+}
+
+/// The field after this number of frames.
+pub fn traced_field(mut ray_tracing: RayTracing, frames: u32) -> IrradianceField {
+    for _ in 0..frames {
+        ray_tracing.step();
+    }
+    ray_tracing.field()
+}
+
+/// Whether every value of a field is finite and not negative.
+pub fn is_sound(field: &IrradianceField) -> bool {
+    let sound = |x: f32| x.is_finite() && x >= 0.0;
+    let mut texels = field.texels.iter().flatten();
+    texels.all(|t| t.to_array().into_iter().all(sound))
+}
+
+/// Runs both solvers on a scene, with lights and bounces; returns their fields.
+pub fn both(
+    grid: VolumeGrid,
+    triangles: &[Triangle],
+    materials: &[Material],
+    lights: &[Light],
+    sky: Vec3,
+    bounces: u32,
+) -> [IrradianceField; 2] {
+    let voxels = Voxels::new(grid, triangles);
+    let mut flow = propagation(&voxels, materials, lights, sky, 4 * bounces);
+    flow.run();
+    let ray_tracing = traced(&voxels, materials, lights, sky);
+    [traced_field(ray_tracing, bounces), flow.field()]
+}
+
+/// Whether there is no light anywhere in a field.
+pub fn is_dark(field: &IrradianceField) -> bool {
+    let mut texels = field.texels.iter().flatten();
+    texels.all(|t| t.truncate() == Vec3::ZERO)
+}
+
+/// Irradiance at points on the walls of a cube about (6, 6, 6), each point relative to the centre, and at
+/// its 48 images.
+pub fn images_in_cube(field: &IrradianceField) -> [(Vec3, Vec<f32>); 3] {
+    const AXES: [[usize; 3]; 6] = [
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ];
+    [
+        Vec3::new(-5.0, 0.0, 0.0),
+        Vec3::new(-5.0, 2.2, 3.9),
+        Vec3::new(-5.0, 4.8, 4.8),
+    ]
+    .map(|offset| {
+        let images = AXES.into_iter().flat_map(|axes| {
+            (0..8).map(move |signs| {
+                let sign = |i: usize| if signs >> i & 1 != 0 { -1.0 } else { 1.0 };
+                let image = |v: Vec3| Vec3::from_array([0, 1, 2].map(|i| v[axes[i]] * sign(i)));
+                field.irradiance(image(offset) + 6.0, image(Vec3::X), 0.0).x
+            })
+        });
+        (offset, images.collect())
+    })
 }
