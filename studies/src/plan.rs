@@ -138,7 +138,7 @@ impl GiPlan {
                         statue_triangles: 50_000,
                         picture: 64,
                     },
-                    samples: 256,
+                    samples: 1024,
                 }),
                 // Each camera takes a minute or more, so only those that are named.
                 town: TownPlan {

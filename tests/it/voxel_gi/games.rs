@@ -3,16 +3,18 @@
 use std::f32::consts::PI;
 
 use bevy::{
+    asset::RenderAssetUsages,
     camera::{
         Exposure,
         visibility::{RenderLayers, VisibilityRange},
     },
-    light::{NotShadowCaster, RectLight},
+    light::{IrradianceVolume, LightProbe, NotShadowCaster, RectLight},
     pbr::{
         Lightmap,
         wireframe::{Wireframe, WireframeColor, WireframePlugin},
     },
     prelude::*,
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_voxel_gi::MeshVoxelMaterial;
 
@@ -314,6 +316,56 @@ fn lightmapped_meshes_receive_where_the_volume_says_so() {
     };
     assert_eq!(light(false), 0.0);
     near(light(true), 1.0, 0.05);
+}
+
+#[test]
+fn a_baked_irradiance_volume_lights_what_is_in_it_and_nothing_else() {
+    let mut app = app_with(|_| ());
+    let world = app.world_mut();
+    floor(world);
+    world.spawn(under_sky(1.0));
+    let alone = settled(&mut app);
+    let world = app.world_mut();
+    let size = Extent3d {
+        width: 1,
+        height: 2,
+        depth_or_array_layers: 3,
+    };
+    let voxels = Image::new_fill(
+        size,
+        TextureDimension::D3,
+        &[255, 0, 0, 255],
+        TextureFormat::Rgba8Unorm,
+        RenderAssetUsages::all(),
+    );
+    let baked = IrradianceVolume {
+        voxels: world.add_asset(voxels),
+        intensity: 3.0,
+        ..default()
+    };
+    let place = Transform::from_xyz(1.0, 0.0, 0.0);
+    let baked = world.spawn((baked, LightProbe::new(), place)).id();
+    let both = settled_again(&mut app);
+    // Each volume has the same weight there.
+    let inside = at(&both, 1.0, 0.0);
+    near(inside.x, 2.0, 0.05);
+    near(inside.y, 0.5, 0.05);
+    let is_outside = |i: &usize| {
+        let across = |i: usize| (i as f32 + 0.5) * 4.0 / SIZE as f32 - 2.0;
+        let offset = Vec2::new(across(i % SIZE as usize) - 1.0, across(i / SIZE as usize));
+        offset.abs().max_element() > 0.6
+    };
+    let outside = |picture: &[Vec3]| -> Vec<Vec3> {
+        let indices = (0..picture.len()).filter(is_outside);
+        indices.map(|i| picture[i]).collect()
+    };
+    // Where it is not, both ways to find a volume read the same.
+    for (with, without) in outside(&both).iter().zip(outside(&alone)) {
+        assert!(with.abs_diff_eq(without, 1e-3), "{with} {without}");
+    }
+    app.world_mut().despawn(baked);
+    let after = settled_again(&mut app);
+    near(at(&after, 1.0, 0.0).y, at(&alone, 1.0, 0.0).y, 1e-3);
 }
 
 #[test]

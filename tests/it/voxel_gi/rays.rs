@@ -145,7 +145,7 @@ fn every_ray_ends() {
         .map(|slot| (word(&mut runner) | 1 << 24) * u32::from(slot > 0))
         .collect();
     let face_slots: Vec<u32> = (0..voxels as u32)
-        .map(|voxel| (6 * voxel + 1) << 6 | 63)
+        .map(|voxel| (6 * voxel + 1) << 7 | 63)
         .collect();
     let mut composer = Composer::of_crate("bevy_voxel_gi");
     let source = composer
