@@ -20,8 +20,8 @@ use super::{
     fixture::*,
     room::{
         PALETTE, Quad, around_room, assert_close, ceiling_light, compressed_palette, image,
-        in_palette, in_room, matt_with, mesh, on_floor, on_floor_without_light, palette, quad,
-        room, spawn, spawn_colored, square, textured, whole, without_colors,
+        in_palette, in_room, matt_with, mesh, on_floor, on_floor_without_light, palette,
+        palette_of_file, quad, room, spawn, spawn_colored, square, textured, whole, without_colors,
     },
 };
 
@@ -62,6 +62,7 @@ fn a_palette_gives_the_light_of_a_material_for_each_colour() {
         ("one mesh", palette(), true),
         ("only on the GPU", gpu_only(), true),
         ("BC7", compressed_palette(), true),
+        ("BC7 in a KTX2 file", palette_of_file(), true),
     ] {
         assert_as_six_materials(what, |world| {
             let material = textured(world, image);

@@ -4,6 +4,7 @@ use std::f32::consts::PI;
 
 use bevy::{
     asset::RenderAssetUsages,
+    image::{CompressedImageFormats, ImageSampler, ImageType},
     mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
     prelude::*,
     render::render_resource::TextureFormat,
@@ -138,6 +139,38 @@ pub fn compressed_palette() -> Image {
         asset_usage: RenderAssetUsages::RENDER_WORLD,
         ..image_of(UVec2::new(16, 4), format, blocks)
     }
+}
+
+/// The same from a KTX2 file, without descriptors of its format.
+pub fn palette_of_file() -> Image {
+    const BC7_SRGB_BLOCK: u32 = 146;
+    const DESCRIPTORS: u32 = 104;
+    const BLOCKS: u64 = 112;
+    let image = compressed_palette();
+    let blocks = image.data.expect("blocks");
+    let size = blocks.len() as u64;
+    let format = [BC7_SRGB_BLOCK, 1, 16, 4, 0, 0, 1, 1, 0];
+    let index = [DESCRIPTORS, 4, 0, 0, 0, 0, 0, 0];
+    let level = [BLOCKS, size, size];
+    let mut file = b"\xABKTX 20\xBB\r\n\x1A\n".to_vec();
+    file.extend(
+        [&format[..], &index]
+            .concat()
+            .iter()
+            .flat_map(|word| word.to_le_bytes()),
+    );
+    file.extend(level.iter().flat_map(|word| word.to_le_bytes()));
+    file.resize(BLOCKS as usize, 0);
+    file.extend(blocks);
+    Image::from_buffer(
+        &file,
+        ImageType::Extension("ktx2"),
+        CompressedImageFormats::BC,
+        true,
+        ImageSampler::Default,
+        RenderAssetUsages::RENDER_WORLD,
+    )
+    .expect("a file")
 }
 
 pub fn spawn(world: &mut World, mesh: Mesh, material: StandardMaterial) -> Entity {
