@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | [`boxes`] | scenes in plain numbers, and their path-traced light |
 //! | [`mod@compose`] | shaders as Bevy composes them, in plain WGSL |
-//! | [`content`] | procedural textures and photographs |
+//! | [`content`] | procedural textures and photographs; pictures as wavelet textures |
 //! | [`headless`] | Bevy without a window, the same frames on every run |
 //! | [`lookups`] | texture lookups by the shaders of `bevy_ewa`, one a pixel |
 //! | [`meshes`] | scenes of meshes with textures, and their path-traced light |
@@ -14,7 +14,6 @@
 //! | [`scenes`] | the example scenes |
 //! | [`gallery`] | all scenes in one window or on one page |
 //! | [`stage`] | lights, sky and camera of a scene |
-//! | [`mod@wavelets`] | pictures as wavelet textures |
 //! | [`testing`] | what tests of pictures share: the right to run apps, and their log |
 
 pub mod boxes;
@@ -30,7 +29,6 @@ pub mod runner;
 pub mod scenes;
 pub mod stage;
 pub mod testing;
-pub mod wavelets;
 
 /// The root of the repository.
 pub const ROOT: &str = env!("CARGO_MANIFEST_DIR");

@@ -21,18 +21,27 @@
 //! image's short side, sampled four times a pixel; normals are the central differences of the
 //! heights. Sizes of details are thus relative to the image, and its resolution only sharpens it.
 //!
-//! [`mipped_texture`] makes a texture of an image, [`label`] one of a line of text.
+//! [`mipped_texture`] makes a texture of an image, [`label`] one of a line of text; [`encoded`] and [`add_texture`] make
+//! wavelet textures of pictures.
 
 use bevy::{
     asset::RenderAssetUsages,
-    image::{Image, ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
+    image::{ImageAddressMode, ImageSampler, ImageSamplerDescriptor},
+    prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_wavelet_tex::codec::{
-    color::{linear_from_srgb, srgb_from_linear},
-    plane::Plane,
+use bevy_wavelet_tex::{
+    WaveletStorage, WaveletTexture,
+    codec::{
+        color::{linear_from_srgb, srgb_from_linear},
+        encoder::{EncodeError, encode_rgb8},
+        image::{ColorSpace, WaveletImage},
+        plane::Plane,
+        rate::Rate,
+        settings::{EncodeSettings, Formats},
+    },
 };
-use image::RgbaImage;
+use image::{ImageBuffer, Pixel, RgbaImage};
 
 pub use crate::content::{
     page::{gradients, label, text},
@@ -107,4 +116,35 @@ pub fn texture(
     image.data = Some(data);
     image.texture_descriptor.mip_level_count = levels;
     image
+}
+
+/// Settings that encode by a wavelet, even where a plain texture has less error.
+pub fn wavelets(rate: Rate, color_space: ColorSpace) -> EncodeSettings {
+    EncodeSettings {
+        rate,
+        color_space,
+        formats: Formats::Wavelet,
+        ..EncodeSettings::default()
+    }
+}
+
+/// Encodes the colours of a picture.
+pub fn encoded<P: Pixel<Subpixel = u8>>(
+    picture: &ImageBuffer<P, Vec<u8>>,
+    settings: &EncodeSettings,
+) -> Result<WaveletImage, EncodeError> {
+    let pixels: Vec<[u8; 3]> = picture.pixels().map(|pixel| pixel.to_rgb().0).collect();
+    encode_rgb8(&pixels, picture.dimensions().into(), settings)
+}
+
+/// Adds a wavelet texture to a world.
+pub fn add_texture(
+    world: &mut World,
+    image: &WaveletImage,
+    storage: WaveletStorage,
+) -> Handle<WaveletTexture> {
+    world.resource_scope(|world, mut textures: Mut<Assets<WaveletTexture>>| {
+        let mut images = world.resource_mut::<Assets<Image>>();
+        WaveletTexture::add(image, storage, &mut textures, &mut images)
+    })
 }

@@ -23,13 +23,9 @@ use crate::{
     headless::{
         HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, TargetFormat, pixel_camera,
     },
-    lookups::{
-        picture::{computed_picture, linear_mse},
-        scenes::EwaScene,
-    },
+    lookups::scenes::{EwaScene, computed_picture, linear_mse},
 };
 
-pub mod picture;
 pub mod scenes;
 
 /// A quad that filters one texture at given coordinates.

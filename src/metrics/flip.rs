@@ -22,7 +22,7 @@ use bevy_wavelet_tex::codec::color::linear_from_srgb;
 use image::RgbImage;
 use rayon::prelude::*;
 
-use crate::metrics::error::{SizeMismatch, check_sizes};
+use crate::metrics::{SizeMismatch, check_sizes};
 
 /// Pixels per degree of visual angle of the paper's default viewer: 0.7 m from a display 0.7 m
 /// and 3840 pixels wide.

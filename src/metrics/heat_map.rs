@@ -3,10 +3,7 @@
 
 use image::{Rgb, RgbImage};
 
-use crate::metrics::{
-    error::{SizeMismatch, check_sizes},
-    flip::FlipMap,
-};
+use crate::metrics::{SizeMismatch, check_sizes, flip::FlipMap};
 
 /// Paints a FLIP map: black is 0, pale yellow 1. No gain, so that maps compare with one another
 /// and with those in the literature.

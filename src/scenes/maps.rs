@@ -21,10 +21,7 @@ use bevy_wavelet_tex::{
 };
 use image::{RgbaImage, buffer::ConvertBuffer};
 
-use crate::{
-    content,
-    wavelets::{encoded, wavelets},
-};
+use crate::content::{self, encoded, wavelets};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {

@@ -2,17 +2,26 @@
 
 use std::f32::consts::TAU;
 
-use bevy::{camera_controller::free_camera::FreeCameraState, ecs::query::QueryFilter, prelude::*};
+use bevy::{
+    camera::{CameraOutputMode, ScalingMode, Viewport, visibility::RenderLayers},
+    camera_controller::free_camera::FreeCameraState,
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    ecs::query::QueryFilter,
+    prelude::*,
+    render::render_resource::BlendState,
+};
 use bevy_voxel_gi::Sky;
 
-use crate::runner::{Scene, SceneSettings};
+use crate::{
+    headless::LabTarget,
+    runner::{AFTER_LAYER, Scene, SceneSettings},
+};
 
 pub mod all_together;
 pub mod deferred_accumulation;
 mod error_view;
 pub mod ewa;
 mod maps;
-pub mod tone;
 pub mod voxel_gi;
 pub mod wavelet_tex;
 pub mod ycocg_fb;
@@ -26,6 +35,17 @@ pub static ALL: &[&dyn Scene] = &[
     &all_together::AllTogether,
     &deferred_accumulation::DeferredAccumulation,
 ];
+
+/// Bevy's default for a `Camera3d`: it tone-maps and dithers.
+pub const TONE_MAPPED: (Tonemapping, DebandDither) =
+    (Tonemapping::TonyMcMapface, DebandDither::Enabled);
+
+/// The camera writes its colours unchanged. Bevy does not dither without tone mapping, and warns of cameras
+/// that ask for it.
+pub const UNGRADED: (Tonemapping, DebandDither) = (Tonemapping::None, DebandDither::Disabled);
+
+/// The layer of what a [`quad_camera`] shows.
+const QUAD_LAYER: usize = AFTER_LAYER + 1;
 
 /// Light from outside: a clear sky, and sunlit ground below it.
 fn clear_sky() -> Sky {
@@ -81,4 +101,36 @@ fn despawn_all<C: Component>(world: &mut World) {
     for part in parts.iter(world).collect::<Vec<_>>() {
         world.despawn(part);
     }
+}
+
+/// A camera that fills `area`, in pixels of the target, with a quad of 1 x 1 at the origin.
+fn quad_camera(area: URect, target: &LabTarget) -> impl Bundle + use<> {
+    (
+        Camera2d,
+        Camera {
+            order: QUAD_LAYER as isize,
+            viewport: Some(Viewport {
+                physical_position: area.min,
+                physical_size: area.size(),
+                ..default()
+            }),
+            output_mode: CameraOutputMode::Write {
+                blend_state: Some(BlendState::REPLACE),
+                clear_color: ClearColorConfig::None,
+            },
+            ..default()
+        },
+        Projection::from(OrthographicProjection {
+            scaling_mode: ScalingMode::Fixed {
+                width: 1.0,
+                height: 1.0,
+            },
+            ..OrthographicProjection::default_2d()
+        }),
+        target.0.clone(),
+        RenderLayers::layer(QUAD_LAYER),
+        Msaa::Off,
+        Tonemapping::None,
+        DebandDither::Disabled,
+    )
 }

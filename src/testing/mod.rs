@@ -1,15 +1,30 @@
-//! What tests of pictures share: the right to run apps, and what they log.
+//! What tests of pictures share: the right to run apps, and what was logged.
+//!
+//! The apps of the tests have no logger, so that one of the process can listen to all. An error of the renderer that is
+//! only logged, such as a bind group that was refused, leaves a picture dark and the app running. So it fails the test
+//! whose app runs.
 
 use std::{
+    fmt,
     fs::OpenOptions,
     io::Write,
-    sync::{Condvar, Mutex, PoisonError},
+    sync::{Condvar, Mutex, MutexGuard, Once, PoisonError},
     thread,
 };
 
-use crate::headless::app::use_one_thread;
+use bevy::log::{
+    Level,
+    tracing::{
+        self, Event, Subscriber,
+        field::{Field, Visit},
+    },
+    tracing_subscriber::{
+        Layer, Registry,
+        layer::{Context, SubscriberExt},
+    },
+};
 
-pub mod logs;
+use crate::headless::app::use_one_thread;
 
 static QUEUE: Mutex<Queue> = Mutex::new(Queue {
     running: 0,
@@ -33,7 +48,7 @@ pub struct Gpu {
 
 impl Gpu {
     fn wait_for(apps: usize) -> Self {
-        logs::listen();
+        listen();
         let most = most_apps();
         let mut queue = QUEUE.lock().unwrap_or_else(PoisonError::into_inner);
         let ticket = queue.asked;
@@ -57,7 +72,7 @@ impl Drop for Gpu {
         queue.running -= self.apps;
         MOVED.notify_all();
         drop(queue);
-        let errors = logs::renderer_errors();
+        let errors = renderer_errors();
         if !thread::panicking() {
             assert!(
                 errors.is_empty(),
@@ -93,4 +108,70 @@ pub fn skipped(what: &str) {
     let file = OpenOptions::new().create(true).append(true).open(&path);
     file.and_then(|mut file| writeln!(file, "{what}"))
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+}
+
+static LOG: Mutex<Log> = Mutex::new(Log {
+    warnings: Vec::new(),
+    errors: Vec::new(),
+});
+
+struct Log {
+    warnings: Vec<String>,
+    /// Those of the renderer that no test has taken yet.
+    errors: Vec<String>,
+}
+
+fn log() -> MutexGuard<'static, Log> {
+    LOG.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Whose errors count: what the others log, such as a file that is missing, tests ask the app for.
+const RENDERER: [&str; 3] = ["wgpu", "naga", "bevy_render"];
+
+struct Listener;
+
+impl<S: Subscriber> Layer<S> for Listener {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
+        let (level, target) = (*event.metadata().level(), event.metadata().target());
+        if level > Level::WARN {
+            return;
+        }
+        let mut message = Message(String::new());
+        event.record(&mut message);
+        let mut log = log();
+        if level == Level::WARN {
+            log.warnings.push(message.0);
+        } else if RENDERER.iter().any(|name| target.starts_with(name)) {
+            log.errors.push(format!("{target}: {}", message.0));
+        }
+    }
+}
+
+struct Message(String);
+
+impl Visit for Message {
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        if field.name() == "message" {
+            self.0 = format!("{value:?}");
+        }
+    }
+}
+
+/// Begins to listen; more than once is once.
+pub fn listen() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let all = Registry::default().with(Listener);
+        tracing::subscriber::set_global_default(all).expect("no other logger");
+    });
+}
+
+/// Whether there was a warning, in any app so far, with this in its text.
+pub fn warned_of(text: &str) -> bool {
+    log().warnings.iter().any(|warning| warning.contains(text))
+}
+
+/// The errors of the renderer since the last call, of any app.
+pub fn renderer_errors() -> Vec<String> {
+    std::mem::take(&mut log().errors)
 }

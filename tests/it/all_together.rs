@@ -12,7 +12,7 @@ use bevy_frugal_lab::{
 };
 use image::RgbImage;
 
-use crate::{support::scenes, wavelet_tex::gpu_with_all_planes};
+use crate::{scenes, wavelet_tex::gpu_with_all_planes};
 
 const WIDTH: u32 = 112;
 const HEIGHT: u32 = 64;

@@ -16,7 +16,10 @@ use bevy_frugal_lab::{
     },
 };
 
-use crate::support::{float_settings, gpu, scenes};
+use crate::{
+    scenes,
+    support::{float_settings, gpu},
+};
 
 const SIZE: [u32; 2] = [161, 119];
 const MAX_FRAMES: u32 = 100;

@@ -15,7 +15,7 @@ use bevy_frugal_lab::headless::{
     AwaitedAssets, HeadlessApp, HeadlessError, HeadlessSettings, TargetFormat,
 };
 
-use crate::support::{gpu, gpu_alone, headless, lit_cube, logs};
+use crate::support::{gpu, gpu_alone, headless, lit_cube, renderer_errors};
 
 const MAX_FRAMES: u32 = 200;
 
@@ -158,5 +158,5 @@ fn an_error_of_the_renderer_is_reported() {
         .expect_err("it was refused")
         .to_string();
     assert!(error.contains("larger_than_any_memory"), "{error}");
-    assert!(!logs::renderer_errors().is_empty());
+    assert!(!renderer_errors().is_empty());
 }

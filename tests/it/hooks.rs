@@ -10,7 +10,7 @@ use bevy::{
 use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings, EwaStandardMaterial};
 use bevy_frugal_hooks::ShaderPatches;
 use bevy_frugal_lab::headless::HeadlessApp;
-use bevy_frugal_lab::metrics::error::mse;
+use bevy_frugal_lab::metrics::mse;
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiSettings, VoxelGiVolume};
 use bevy_ycocg_fb::{
     CameraState, FallbackReason, FrameBufferQuality, FrameBufferReport, YCoCgFrameBuffer,

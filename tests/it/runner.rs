@@ -11,9 +11,9 @@ use bevy_frugal_lab::{
 use indicatif::ProgressBar;
 use proptest::prelude::*;
 
-use crate::support::{
-    gpu,
+use crate::{
     scenes::{joined, picture, sides},
+    support::gpu,
 };
 
 /// A cube that is red before and green after, turning if asked to.

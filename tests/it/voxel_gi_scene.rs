@@ -14,9 +14,9 @@ use bevy_frugal_lab::{
 use bevy_voxel_gi::VoxelGiVolume;
 use image::RgbImage;
 
-use crate::support::{
-    gpu,
+use crate::{
     scenes::{self, default_value, joined, picture, set, sides, values},
+    support::gpu,
 };
 
 fn app(set: &[&str]) -> HeadlessApp {

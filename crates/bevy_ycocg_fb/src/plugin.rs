@@ -22,10 +22,9 @@ impl Plugin for YCoCgFrameBufferPlugin {
         if !app.is_plugin_added::<ViewWireframesPlugin>() {
             app.add_plugins(ViewWireframesPlugin);
         }
+        load_shader_library!(app, "shaders/formats.wesl");
         load_shader_library!(app, "shaders/pack.wesl");
         load_shader_library!(app, "shaders/reconstruct.wesl");
-        load_shader_library!(app, "shaders/rg11b10ufloat.wesl");
-        load_shader_library!(app, "shaders/unorm8.wesl");
         app.register_type::<FrameBufferQuality>()
             .register_type::<DefaultFrameBufferQuality>()
             .add_plugins((

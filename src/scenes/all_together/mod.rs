@@ -24,10 +24,7 @@ use crate::{
         AFTER_LAYER, BEFORE_LAYER, Choice, MemoryFigures, Notes, Scene, SceneSetting,
         SceneSettings, Side,
     },
-    scenes::{
-        Sun, clear_sky, move_sun,
-        tone::{TONE_MAPPED, UNGRADED},
-    },
+    scenes::{Sun, TONE_MAPPED, UNGRADED, clear_sky, move_sun},
 };
 
 mod textures;

@@ -207,7 +207,6 @@ impl Plugin for LightAccumulationPlugin {
             app.add_plugins(YCoCgFrameBufferPlugin);
         }
         load_shader_library!(app, "surface.wesl");
-        load_shader_library!(app, "packing.wesl");
         embedded_asset!(app, "light.wesl");
         embedded_asset!(app, "combine.wesl");
         app.init_resource::<LightSources>().add_plugins((

@@ -13,7 +13,7 @@ use bevy::{
 use crate::{
     headless::LabTarget,
     runner::{PictureArea, SceneSetting, SceneSettings, Side, SplitLine},
-    scenes::tone::{LAYER, quad_camera},
+    scenes::{QUAD_LAYER, quad_camera},
 };
 
 /// The systems in `Update` that open and close the view; what configures its cameras comes after.
@@ -161,7 +161,7 @@ pub fn open_or_close(
             after,
             gain,
         })),
-        RenderLayers::layer(LAYER),
+        RenderLayers::layer(QUAD_LAYER),
     ));
     commands.spawn((OfView, quad_camera(area, &target)));
 }

@@ -15,9 +15,7 @@ use crate::{
     boxes::{BoxScene, SceneBox, cornell_box, spawn_boxes_and_lights},
     runner::{PictureArea, SceneSettings, Side, Split},
     scenes::{
-        Sun, clear_sky, despawn_all, place_cameras,
-        tone::{TONE_MAPPED, UNGRADED},
-        voxel_gi::Draggable,
+        Sun, TONE_MAPPED, UNGRADED, clear_sky, despawn_all, place_cameras, voxel_gi::Draggable,
     },
     stage::{SceneCamera, SceneDirectionalLight},
 };

@@ -23,7 +23,7 @@ use crate::{
     path_tracer::{TraceSettings, TracedPicture},
     runner::{PictureArea, SceneSettings, Side},
     scenes::{
-        tone::{LAYER, quad_camera},
+        QUAD_LAYER, quad_camera,
         voxel_gi::stage::{self, EV100, EV100_OF_ONE, FOV, Part, SIZE, Stage},
     },
 };
@@ -150,7 +150,7 @@ pub fn place_picture(
             Quad,
             Mesh2d(meshes.add(Rectangle::from_length(1.0))),
             MeshMaterial2d(materials.add(left_half)),
-            RenderLayers::layer(LAYER),
+            RenderLayers::layer(QUAD_LAYER),
         ));
     }
     if views.iter().any(|(_, view)| view.0 == area.0) {

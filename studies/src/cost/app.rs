@@ -18,9 +18,8 @@ use bevy::{
 };
 use bevy_ewa::EwaPlugin;
 use bevy_frugal_lab::{
-    content::{self, bricks, photo_like},
+    content::{self, add_texture, bricks, encoded, photo_like, wavelets},
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
-    wavelets::{add_texture, encoded, wavelets},
 };
 use bevy_voxel_gi::VoxelGiPlugin;
 use bevy_wavelet_tex::{

@@ -15,9 +15,8 @@ use bevy_ewa::{
 use bevy_frugal_lab::{
     content,
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget, TargetFormat},
-    lookups::{
-        picture::{Pixels, computed_picture, linear_mse, mean, true_picture},
-        scenes::{EwaScene, coordinates},
+    lookups::scenes::{
+        EwaScene, Pixels, computed_picture, coordinates, linear_mse, mean, true_picture,
     },
 };
 use image::{Rgba, RgbaImage};

@@ -18,8 +18,7 @@ use bevy_ewa::{EwaMethod, EwaProbes, EwaSettings};
 use bevy_frugal_lab::{
     lookups::{
         Lookups, TexelFormat,
-        picture::{computed_picture, display, mean, true_picture},
-        scenes::{EwaScene, SCENES},
+        scenes::{EwaScene, SCENES, computed_picture, display, mean, true_picture},
     },
     metrics::{SizeMismatch, compare},
 };

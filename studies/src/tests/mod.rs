@@ -5,7 +5,7 @@ use std::path::Path;
 use bevy_frugal_lab::{
     ROOT, content,
     lookups::scenes::SCENES as LOOKUP_SCENES,
-    metrics::error::max_error,
+    metrics::max_error,
     scenes::ycocg_fb::scenes::{SCENES, TestScene},
     testing::{gpu, skipped},
 };

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use bevy_frugal_lab::{
     headless::{HeadlessApp, HeadlessError, HeadlessSettings, LabTarget},
-    scenes::tone::UNGRADED,
+    scenes::UNGRADED,
 };
 use bevy_voxel_gi::{VoxelGiPlugin, VoxelGiReport, VoxelGiSettings, VoxelGiVolume};
 use indicatif::ProgressBar;

@@ -11,10 +11,9 @@
 use std::{collections::HashMap, time::Instant};
 
 use bevy_frugal_lab::{
-    content,
+    content::{self, encoded, wavelets},
     headless::median,
     metrics::{SizeMismatch, compare},
-    wavelets::{encoded, wavelets},
 };
 use bevy_wavelet_tex::codec::{
     blocks::{BlockFormat, BlockQuality, decode_blocks, encode_bc1},

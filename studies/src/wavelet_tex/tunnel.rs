@@ -23,10 +23,9 @@ use bevy::{
     },
 };
 use bevy_frugal_lab::{
-    content,
+    content::{self, add_texture, encoded, wavelets},
     headless::{AwaitedAssets, HeadlessApp, HeadlessSettings, LabTarget},
     metrics::compare,
-    wavelets::{add_texture, encoded, wavelets},
 };
 use bevy_wavelet_tex::{
     WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage, WaveletTexPlugin,

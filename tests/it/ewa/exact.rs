@@ -7,10 +7,9 @@ use bevy_ewa::{
 use bevy_frugal_lab::{
     lookups::{
         Lookups, TexelFormat, linear_error,
-        picture::{Pixels, computed_picture, display},
-        scenes::SCENES,
+        scenes::{Pixels, SCENES, computed_picture, display},
     },
-    metrics::error::max_error,
+    metrics::max_error,
 };
 
 use crate::support::{gpu, skipped};

@@ -14,7 +14,7 @@ use bevy_ewa::{
 };
 use bevy_frugal_lab::{
     headless::{HeadlessApp, HeadlessSettings},
-    metrics::error::mse,
+    metrics::mse,
 };
 
 use super::{

@@ -10,7 +10,7 @@ use bevy::{
     render::render_resource::{TextureDimension, TextureFormat},
 };
 use bevy_ewa::{EwaMethod, EwaPlugin, EwaSettings, MipReport};
-use bevy_frugal_lab::metrics::error::max_error;
+use bevy_frugal_lab::metrics::max_error;
 use image::{ImageFormat, RgbImage, RgbaImage};
 
 use super::{Floor, all, checked, checkered, checks, colored, mips, sampler, texture, unlit};

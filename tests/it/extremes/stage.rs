@@ -5,10 +5,9 @@ use bevy::{
 };
 use bevy_ewa::{EwaSettings, EwaStandardMaterial};
 use bevy_frugal_lab::{
-    content::mipped_texture,
+    content::{add_texture, encoded, mipped_texture, wavelets},
     headless::{HeadlessApp, LabTarget},
-    scenes::tone::UNGRADED,
-    wavelets::{add_texture, encoded, wavelets},
+    scenes::UNGRADED,
 };
 use bevy_voxel_gi::{Sky, VoxelGiSettings, VoxelGiVolume};
 use bevy_wavelet_tex::{

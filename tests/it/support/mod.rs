@@ -2,7 +2,6 @@
 
 pub mod compute;
 pub mod pool;
-pub mod scenes;
 
 use std::{
     io::Cursor,
@@ -15,12 +14,12 @@ use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
 use bevy_ewa::EwaPlugin;
 pub use bevy_frugal_lab::{
     compose,
-    testing::{Gpu, gpu, gpu_alone, logs, skipped},
+    testing::{Gpu, gpu, gpu_alone, renderer_errors, skipped, warned_of},
 };
 use bevy_frugal_lab::{
     compose::Composer,
     headless::{HeadlessApp, HeadlessSettings, LabTarget, TargetFormat},
-    metrics::error::{mse, psnr_db},
+    metrics::{mse, psnr_db},
 };
 use bevy_voxel_gi::VoxelGiPlugin;
 use bevy_wavelet_tex::WaveletTexPlugin;

@@ -16,10 +16,7 @@ use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
 use bevy_voxel_gi::{VoxelAlbedo, VoxelLight};
 
 use super::fixture::*;
-use crate::support::{
-    gpu_alone,
-    logs::{renderer_errors, warned_of},
-};
+use crate::support::{gpu_alone, renderer_errors, warned_of};
 
 /// As many as every WebGPU device binds in a stage.
 const STORAGE_BUFFERS: u32 = 8;

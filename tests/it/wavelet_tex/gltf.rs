@@ -18,7 +18,7 @@ use image::{ImageFormat, RgbImage};
 use super::scene::{
     STEP, Viewer, app, chroma_rounding, difference, encoded, gpu_with_all_planes, linear,
 };
-use crate::support::{Folder, gpu, image_file, logs::warned_of, wait_for};
+use crate::support::{Folder, gpu, image_file, wait_for, warned_of};
 
 const SIZE: [u32; 2] = [64, 48];
 

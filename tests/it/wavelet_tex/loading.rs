@@ -36,7 +36,7 @@ use super::{
     },
     twin::rectangle,
 };
-use crate::support::{Folder, gpu, logs::warned_of, psnr, wait_for};
+use crate::support::{Folder, gpu, psnr, wait_for, warned_of};
 
 fn file_bytes() -> Vec<u8> {
     file::write(&encoded(&picture(), Content::Color, ColorSpace::Srgb))

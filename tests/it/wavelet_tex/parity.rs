@@ -16,7 +16,7 @@ use super::{
     scene::gpu_with_all_planes,
     twin::{Maps, Path, Twin, add_image, differences, rectangle, square, without_mips},
 };
-use crate::support::{logs::warned_of, psnr, skipped};
+use crate::support::{psnr, skipped, warned_of};
 
 const TEXELS: u32 = 64;
 

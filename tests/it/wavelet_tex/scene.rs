@@ -9,13 +9,12 @@ use bevy::{
     prelude::*,
     render::renderer::{RenderDevice, RenderQueue},
 };
-pub use bevy_frugal_lab::wavelets::{add_texture, wavelets};
+pub use bevy_frugal_lab::content::{add_texture, wavelets};
 use bevy_frugal_lab::{
     content,
     headless::{
         HeadlessApp, HeadlessSettings, LabTarget, Rgba32FImage, TargetFormat, pixel_camera,
     },
-    wavelets,
 };
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
@@ -55,7 +54,7 @@ pub fn encoded(picture: &RgbImage, content: Content, color_space: ColorSpace) ->
 }
 
 pub fn encoded_with(picture: &RgbImage, settings: &EncodeSettings) -> WaveletImage {
-    wavelets::encoded(picture, settings).expect("a good image")
+    content::encoded(picture, settings).expect("a good image")
 }
 
 /// Pixels in linear units, as they would be filtered.

@@ -36,7 +36,7 @@ use bevy_ycocg_fb::{
 };
 
 use super::{Studio, TestCamera, lit_scene, packing};
-use crate::support::{gpu, gpu_alone, logs};
+use crate::support::{gpu, gpu_alone, renderer_errors};
 
 #[test]
 fn storage_in_the_main_texture_keeps_bevys_format() {
@@ -161,7 +161,7 @@ fn post_processing_of_a_fixed_format_keeps_bevys_format_and_is_named() {
     };
     assert!(error.contains("fixed_post"), "{error}");
     // One frame: wgpu reports it at the end of the encoder and of the submission.
-    let errors = logs::renderer_errors();
+    let errors = renderer_errors();
     assert!(
         errors.len() == 2 && errors.iter().all(|error| error.contains("fixed_post")),
         "{errors:#?}"
@@ -205,7 +205,7 @@ fn an_error_that_is_not_of_the_format_reaches_the_app() {
         panic!("{result:?}");
     };
     assert!(error.contains("of the game"), "{error}");
-    assert!(!logs::renderer_errors().is_empty());
+    assert!(!renderer_errors().is_empty());
 }
 
 /// A pass of its own, as Bevy's example `custom_render_phase` has one.

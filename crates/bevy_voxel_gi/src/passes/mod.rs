@@ -6,7 +6,7 @@
 //! | [`draw_tiles`] | textures of materials and lights to the tiles that `tiles.wesl` samples |
 //! | [`voxelize`] | meshes to voxels, where something has changed: occupancy; slots for the faces that have a surface (`allocate.wesl`), to which their light moves; surfaces |
 //! | [`mod@solve`] | lists the surfaces and the empty voxels, and writes what divides new voxels (`compact.wesl`); direct light (`inject.wesl`), then ray tracing and sharing (`gather.wesl`, `share.wesl`) or propagation (`propagate.wesl`) |
-//! | [`mod@read_back`] | counts for later frames |
+//! | [`read_back`] | counts for later frames |
 //! | [`cameras`] | from cameras' G-buffers to voxels: albedo (`reproject.wesl`), and what cameras see, for the next frame (`mark_visible.wesl`) |
 //!
 //! Each has its shaders beside it. [`bindings`] has the resources that they share, [`kernel`] makes their pipelines, and
@@ -17,7 +17,6 @@ mod cameras;
 pub(crate) mod draw_sky;
 mod draw_tiles;
 pub(crate) mod kernel;
-mod read_back;
 mod solve;
 mod voxelize;
 
@@ -33,6 +32,7 @@ use bevy::{
 };
 
 use crate::prepare::{
+    buffers::{CountsCopy, read_back},
     plan::{FramePlan, plan_frame},
     tiles::prepare_light_tiles,
 };
@@ -73,7 +73,7 @@ impl Plugin for PassesPlugin {
             return;
         };
         render_app
-            .init_gpu_resource::<read_back::CountsCopy>()
+            .init_gpu_resource::<CountsCopy>()
             .init_gpu_resource::<draw_sky::SkyCube>()
             .add_systems(
                 RenderStartup,
@@ -106,7 +106,7 @@ impl Plugin for PassesPlugin {
                     .after(plan_frame)
                     .run_if(light_is_computed),
             )
-            .add_systems(Render, read_back::read_back.in_set(RenderSystems::Cleanup))
+            .add_systems(Render, read_back.in_set(RenderSystems::Cleanup))
             .add_systems(
                 Core3d,
                 cameras::read_g_buffer

@@ -12,7 +12,7 @@
 //! | [`level_table`] | the placement of the levels, for pixels |
 //! | [`plan`] | what this frame computes, and whether anything has changed that the light depends on |
 //! | [`uniforms`] | the uniforms of the volume, and the lights |
-//! | [`buffers`] | the buffers of the volume |
+//! | [`buffers`] | the buffers of the volume, and what is counted in them |
 
 pub(crate) mod asset_notes;
 pub(crate) mod buffers;

@@ -37,12 +37,12 @@ pub mod overlap;
 pub mod packed_surface;
 pub mod propagate;
 pub mod ray_tracing;
-pub mod rays;
 pub mod share;
 pub mod surface;
 pub mod trace;
 pub mod voxels;
 
+pub use gather::rays;
 pub use grid::{FACES, VolumeGrid};
 pub use irradiance_field::IrradianceField;
 pub use light::Light;

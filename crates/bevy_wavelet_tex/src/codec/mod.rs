@@ -31,8 +31,6 @@
 //! | [`decoder`] | the whole decoder | 3.5.3 |
 //! | [`quality`], [`angle`] | the error of an encoded image, and of normals | 3.6.1 |
 
-#[cfg(feature = "encode")]
-pub mod angle;
 pub mod axes;
 pub mod blocks;
 pub mod color;
@@ -47,7 +45,6 @@ mod job;
 pub mod layout;
 #[cfg(feature = "encode")]
 mod pack;
-pub mod packing;
 pub mod plain;
 pub mod plane;
 pub mod predict;
@@ -58,8 +55,6 @@ pub mod quality;
 pub mod quantizer;
 pub mod rate;
 #[cfg(feature = "encode")]
-pub mod reduce;
-#[cfg(feature = "encode")]
 mod search;
 #[cfg(feature = "encode")]
 pub mod settings;
@@ -68,3 +63,8 @@ pub mod source;
 pub mod wavelet;
 
 pub use interpolation::chroma;
+pub use layout::packing;
+#[cfg(feature = "encode")]
+pub use quality::angle;
+#[cfg(feature = "encode")]
+pub use source::reduce;

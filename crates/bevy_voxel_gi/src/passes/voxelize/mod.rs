@@ -21,12 +21,11 @@ use bevy::{
 use super::{
     bindings::{Access::Read, BindGroups, Binding::*, Group, storage},
     kernel::{Kernel, Pipelines, dispatch_voxels, record_pass, set_bind_groups},
-    read_back::CountsCopy,
 };
 use crate::{
     extract::{meshes::ExtractedScene, place_volume::ExtractedVolume},
     prepare::{
-        buffers::{BufferShape, ShadowMasks, VolumeBuffers, buffer},
+        buffers::{BufferShape, CountsCopy, ShadowMasks, VolumeBuffers, buffer},
         materials::{EMISSION, MaterialRecords},
         mesh_batches::MeshBatches,
         mesh_group::MeshGroup,
