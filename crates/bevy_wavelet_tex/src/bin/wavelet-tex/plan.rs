@@ -367,13 +367,13 @@ impl Gltf {
         let entry = &self.json["images"][image];
         let bytes = match entry["uri"].as_str() {
             Some(uri) => from_data_uri(uri),
-            None => self.from_buffer(entry)?,
+            None => self.bytes_in_buffer(entry)?,
         };
         bytes.ok_or_else(|| Error::file(&self.path, format_args!("its image {image} has no bytes")))
     }
 
     /// The bytes of an image in a buffer.
-    fn from_buffer(&self, image: &Value) -> Result<Option<Vec<u8>>, Error> {
+    fn bytes_in_buffer(&self, image: &Value) -> Result<Option<Vec<u8>>, Error> {
         let Some(view) = image["bufferView"].as_u64() else {
             return Ok(None);
         };
