@@ -399,9 +399,9 @@ fn drag(
         return;
     };
     if let Some(at) = over_floor(ray, pose.translation.y) {
-        let wanted = kept_inside(at + offset, body.half);
-        if wanted.distance(pose.translation) > 1e-4 {
-            pose.translation = wanted;
+        let target = kept_inside(at + offset, body.half);
+        if target.distance(pose.translation) > 1e-4 {
+            pose.translation = target;
         }
     }
 }

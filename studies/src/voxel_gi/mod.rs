@@ -91,7 +91,7 @@ impl Study for VoxelGi {
         let plan = &plan.gi;
         let scenes = plan.scenes.iter().map(|name| TracedScene::read(name));
         let scenes: Vec<_> = scenes.collect::<Result<_, _>>()?;
-        let settings = settings::wanted(plan)?;
+        let settings = settings::selected(plan)?;
         progress.set_length((scenes.len() * settings.len() + plan.triangles.len()) as u64);
         for scene in &scenes {
             let mut candidates = Vec::new();
@@ -114,7 +114,7 @@ impl Study for VoxelGi {
         if let Some(plan) = &plan.arcade {
             (report.rows.arcade, report.adapter) = arcade::rows(plan, &settings, progress)?;
         }
-        let volumes = town::wanted(&plan.settings);
+        let volumes = town::selected(&plan.settings);
         if !volumes.is_empty() && !plan.town.cameras.is_empty() {
             (report.rows.town, report.adapter) = town::rows(&plan.town, &volumes, progress)?;
         }

@@ -151,7 +151,7 @@ pub fn settings(plan: &GiPlan) -> Vec<Setting> {
 
 /// The settings that the plan names, in the order of [`settings`]; all where it names none. It may name volumes of the
 /// town, too.
-pub fn wanted(plan: &GiPlan) -> Result<Vec<Setting>, TradeoffError> {
+pub fn selected(plan: &GiPlan) -> Result<Vec<Setting>, TradeoffError> {
     let mut settings = settings(plan);
     let is_unknown = |name: &&String| {
         !settings.iter().any(|setting| setting.name == **name) && !VOLUMES.contains(&name.as_str())
@@ -208,12 +208,12 @@ mod tests {
     fn a_name_that_no_setting_has_is_an_error() {
         let mut plan = Plan::new(true).gi;
         plan.retain_settings(&["trace 8 rays 16^3".into()]);
-        let names: Vec<_> = { wanted(&plan).expect("a setting").into_iter() }
+        let names: Vec<_> = { selected(&plan).expect("a setting").into_iter() }
             .map(|setting| setting.name)
             .collect();
         assert_eq!(names, plan.settings);
         plan.retain_settings(&["trase".into()]);
-        let error = wanted(&plan).expect_err("no such setting").to_string();
+        let error = selected(&plan).expect_err("no such setting").to_string();
         assert!(
             error.contains("`trase`") && error.contains("trace 8 rays 16^3"),
             "{error}"

@@ -41,7 +41,7 @@ fn placed(name: &str, resolution: u32, scene: &MeshScene) -> (VoxelGiVolume, Tra
 }
 
 /// The volumes of these names; all where there are none.
-pub fn wanted(names: &[String]) -> Vec<&'static str> {
+pub fn selected(names: &[String]) -> Vec<&'static str> {
     let is_named = |volume: &&str| names.is_empty() || names.iter().any(|name| name == volume);
     VOLUMES.into_iter().filter(is_named).collect()
 }

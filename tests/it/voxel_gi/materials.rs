@@ -31,9 +31,9 @@ fn under_changed_roof(app: &mut HeadlessApp) -> Vec3 {
 }
 
 #[track_caller]
-fn assert_like(found: Vec3, wanted: Vec3, what: &str) {
-    let is_like = found.distance(wanted) < 0.01 * wanted.length();
-    assert!(is_like, "{what}: {found} {wanted}");
+fn assert_like(found: Vec3, expected: Vec3, what: &str) {
+    let is_like = found.distance(expected) < 0.01 * expected.length();
+    assert!(is_like, "{what}: {found} {expected}");
 }
 
 const RED: LinearRgba = LinearRgba::rgb(0.8, 0.1, 0.1);
@@ -112,12 +112,12 @@ fn of_color(color: LinearRgba) -> MeshVoxelMaterial {
 
 #[test]
 fn a_mesh_can_say_what_its_albedo_is() {
-    let wanted = under_roof(Color::from(RED));
+    let expected = under_roof(Color::from(RED));
     let (mut app, _, roof) = floor_under_sky(|world| roof(world, Color::WHITE));
     let white = at(&settled(&mut app), 0.0, 0.0);
     app.world_mut().entity_mut(roof).insert(of_color(RED));
     let found = under_changed_roof(&mut app);
-    assert_like(found, wanted, "with an albedo");
+    assert_like(found, expected, "with an albedo");
     assert!(
         found.distance(white) > 0.05 * white.length(),
         "{found} {white}"
@@ -137,7 +137,7 @@ fn filtered(world: &mut World, color: LinearRgba) -> MeshMaterial3d<EwaStandardM
 
 #[test]
 fn materials_that_nobody_knows_are_gray_or_what_their_mesh_says() {
-    let [gray, wanted] = [LinearRgba::gray(0.5), RED].map(|color| under_roof(Color::from(color)));
+    let [gray, expected] = [LinearRgba::gray(0.5), RED].map(|color| under_roof(Color::from(color)));
     let mut app = app_with(|app| {
         app.add_plugins(EwaPlugin::OPT_IN);
     });
@@ -151,13 +151,13 @@ fn materials_that_nobody_knows_are_gray_or_what_their_mesh_says() {
         .insert(material);
     world.spawn(under_sky(1.0));
     let own = Some(of_color(RED));
-    for (own, wanted) in [(None, gray), (own, wanted), (None, gray), (own, wanted)] {
+    for (own, expected) in [(None, gray), (own, expected), (None, gray), (own, expected)] {
         let mut entity = app.world_mut().entity_mut(roof);
         match own {
             Some(own) => entity.insert(own),
             None => entity.remove::<MeshVoxelMaterial>(),
         };
-        assert_like(under_changed_roof(&mut app), wanted, &format!("{own:?}"));
+        assert_like(under_changed_roof(&mut app), expected, &format!("{own:?}"));
     }
 }
 
@@ -184,7 +184,7 @@ fn a_mesh_that_changes_its_type_of_material_changes_its_colour() {
             MeshMaterial3d<StandardMaterial>,
             MeshMaterial3d<EwaStandardMaterial>,
         )>();
-        let wanted = if is_filtered {
+        let expected = if is_filtered {
             entity.insert(filtered.clone());
             under_green
         } else {
@@ -192,7 +192,7 @@ fn a_mesh_that_changes_its_type_of_material_changes_its_colour() {
             under_red
         };
         let what = format!("filtered: {is_filtered}");
-        assert_like(under_changed_roof(&mut app), wanted, &what);
+        assert_like(under_changed_roof(&mut app), expected, &what);
     }
 }
 

@@ -179,15 +179,15 @@ fn prepare_pipelines(
         return;
     };
     let occlusion_only = buffers.shape.occlusion_only;
-    for (entity, view, wanted) in &views {
-        let field = if occlusion_only && wanted.field == DebugField::Radiance {
+    for (entity, view, debug) in &views {
+        let field = if occlusion_only && debug.field == DebugField::Radiance {
             warn_once!(
                 "voxel GI: ambient occlusion stores no radiance, so the debug view shows occupancy; \
                  choose another field, or global illumination"
             );
             DebugField::Occupancy
         } else {
-            wanted.field
+            debug.field
         };
         let key = DebugKey {
             field,

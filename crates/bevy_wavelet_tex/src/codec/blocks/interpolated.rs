@@ -134,14 +134,14 @@ impl<const C: usize> Interpolated<'_, C> {
             }
             let mut errors = [0.0; 4];
             for (palette, right) in palettes.iter().zip(right) {
-                let mut wanted = right[i];
+                let mut residual = right[i];
                 for (dx, dy) in NEIGHBOURS {
                     if let Some(j) = inside(i, dx, dy) {
-                        wanted -= stencils[i][dy][dx] * palette[line.positions[j] as usize];
+                        residual -= stencils[i][dy][dx] * palette[line.positions[j] as usize];
                     }
                 }
                 for (error, value) in errors.iter_mut().zip(*palette) {
-                    *error += value * (own * value - 2.0 * wanted);
+                    *error += value * (own * value - 2.0 * residual);
                 }
             }
             for position in 0..4 {
@@ -167,14 +167,14 @@ impl<const C: usize> Interpolated<'_, C> {
         }
         for c in 0..C {
             let channel = &self.channels[c];
-            let mut wanted = [0.0; 4];
+            let mut sums = [0.0; 4];
             for (position, right) in line.positions.iter().zip(&right[c]) {
-                wanted[*position as usize] += right;
+                sums[*position as usize] += right;
             }
             let error = |values: &[f32; 4]| -> f32 {
                 let of = |a: usize| {
                     let row: f32 = (0..4).map(|b| matrix[a][b] * values[b]).sum();
-                    values[a] * (row - 2.0 * wanted[a])
+                    values[a] * (row - 2.0 * sums[a])
                 };
                 (0..4).map(of).sum()
             };
