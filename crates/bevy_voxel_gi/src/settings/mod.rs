@@ -8,7 +8,7 @@ use bevy::prelude::*;
 pub use light::{Bounces, Sky, Solver, VoxelLight};
 pub use volume::{Follow, FollowTemplate, VoxelGiVolume, VoxelGiVolumeTemplate};
 
-/// The settings that all [`VoxelGiVolume`](crate::VoxelGiVolume)s of an app share: what is computed, and how exactly.
+/// The settings that all [`VoxelGiVolume`]s of an app share: what is computed, and how exactly.
 ///
 /// [`VoxelGiPlugin`](crate::VoxelGiPlugin) adds this resource with its defaults. A change counts from the next frame on.
 #[derive(Resource, Reflect, Clone, Debug, PartialEq)]
