@@ -183,7 +183,7 @@ pub fn scene_box(center: [f32; 3], half: [f32; 3], albedo: Vec3) -> SceneBox {
     }
 }
 
-/// Puts the camera of a scene elsewhere, with a square picture.
+/// Places the camera of a scene, with a square picture of this size.
 pub fn look(scene: &mut BoxScene, eye: Vec3, target: Vec3, size: u32) {
     (scene.camera.eye, scene.camera.target) = (eye, target);
     (scene.camera.width, scene.camera.height) = (size, size);

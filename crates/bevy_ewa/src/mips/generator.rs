@@ -272,7 +272,7 @@ fn view(texture: &Texture, format: Option<TextureFormat>, level: u32, layer: u32
     })
 }
 
-/// What a pipeline draws.
+/// The key of a pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Draw {
     /// Entry point of the fragment shader.

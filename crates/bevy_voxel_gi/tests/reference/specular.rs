@@ -32,7 +32,7 @@ const TO_VIEWER: Vec3 = Vec3::new(
     0.0,
 );
 
-/// What is seen at a place of a floor.
+/// The specular radiance of a floor at a place.
 fn seen(field: &IrradianceField, dividers: &[Vec3], place: Vec3, roughness: f32) -> f32 {
     let radiance = field.specular_radiance(dividers, place, Vec3::Y, TO_VIEWER, roughness);
     radiance.x

@@ -368,7 +368,7 @@ impl WaveletRole {
         }
     }
 
-    /// What gray is made of.
+    /// The channels of which gray is made.
     fn gray(self) -> GrayChannel {
         match self {
             Self::Mask | Self::Occlusion => GrayChannel::Red,

@@ -224,7 +224,7 @@ impl Squares {
     }
 }
 
-/// What is cut out of an image.
+/// The rule by which alpha cuts parts out of an image.
 #[derive(Clone, Copy)]
 pub(super) struct CutOut {
     content: Content,

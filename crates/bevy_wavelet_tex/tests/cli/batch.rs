@@ -123,7 +123,7 @@ fn an_original_stays_when_its_texture_is_decoded() {
     f.fails(1, "decode a.wtex", &["a.png", "did not write", "--force"]);
     f.fails(1, "decode set", &["b.png", "--force"]);
     assert_eq!([f.read("a.png"), f.read("set/b.png")], originals);
-    // What was decoded is decoded again.
+    // The tool replaces a file that it has decoded itself.
     f.ok("decode a.wtex back.png");
     f.ok("decode a.wtex back.png --level 1");
     f.ok("decode a.wtex --force");

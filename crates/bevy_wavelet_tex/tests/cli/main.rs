@@ -51,7 +51,7 @@ impl Folder {
         serde_json::from_str(&self.ok(line)).expect("JSON")
     }
 
-    /// What the tool says of a texture.
+    /// Returns the output of `info` for a texture.
     fn info(&self, name: &str) -> Value {
         self.json(&format!("info {name} --json"))
     }

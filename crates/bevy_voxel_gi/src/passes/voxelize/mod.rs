@@ -51,7 +51,7 @@ pub(crate) struct VoxelizePass {
     meshes_layout: BindGroupLayoutDescriptor,
     /// Conservative, by slices, and by points.
     voxelizers: [Kernels; 3],
-    /// What cameras saw; see `cameras`.
+    /// The pass that adds the points that cameras saw; `cameras` marks them.
     visible_group: Group,
     visible: Kernels,
     allocate_groups: [Group; 2],
@@ -75,7 +75,7 @@ struct VoxelizeWork {
     rows: [u32; 3],
     voxels: [BindGroup; 2],
     meshes: Vec<BindGroup>,
-    /// Where the volume voxelises what is visible.
+    /// The group is there if the volume voxelises the points that cameras saw.
     visible: Option<BindGroup>,
     allocate: [BindGroup; 2],
     resolve: BindGroup,

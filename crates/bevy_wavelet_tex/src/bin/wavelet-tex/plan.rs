@@ -251,7 +251,7 @@ impl Image {
 /// Extensions of glTF files.
 pub const GLTF_EXTENSIONS: &[&str] = &["gltf", "glb"];
 
-/// What a material uses an image for.
+/// The use of an image by a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Use {
     role: Role,
