@@ -4,7 +4,7 @@ use std::{env, fs, path::Path, process::Command};
 
 use bevy_frugal_lab::metrics::flip::{DEFAULT_PIXELS_PER_DEGREE, flip_map};
 
-use crate::support::{gpu, skipped};
+use crate::support::skipped;
 
 /// Mean FLIP to the committed picture: what another adapter rounds differently is far below.
 const MOST: f64 = 0.03;
@@ -31,7 +31,6 @@ fn examples_draw_their_pictures() {
             );
             return;
         }
-        let _gpu = gpu();
         let file = drawn.join(format!("{name}.png"));
         let output = Command::new(&example).arg("--headless").arg(&file).output();
         let output = output.expect("it starts");
