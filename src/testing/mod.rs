@@ -1,4 +1,4 @@
-//! What tests of pictures share: the right to run apps, and what was logged.
+//! What tests of pictures share: the right to run apps, what was logged, and the rows of a table that a run tests.
 //!
 //! The apps of the tests have no logger, so that one of the process can listen to all. An error of the renderer that is
 //! only logged, such as a bind group that was refused, leaves a picture dark and the app running. So it fails the test
@@ -7,6 +7,7 @@
 use std::{
     fmt,
     fs::OpenOptions,
+    hash::{DefaultHasher, Hash, Hasher},
     io::Write,
     sync::{Condvar, Mutex, MutexGuard, Once, PoisonError},
     thread,
@@ -110,6 +111,32 @@ pub fn skipped(what: &str) {
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
 }
 
+/// The rows that a run tests of a table: all of them, or `count` where `scripts/test` names a seed in `TEST_SEED`, which is
+/// another one for each commit. What is drawn depends on the name of the test, too. It is printed, so that a failure says it.
+pub fn drawn<T>(count: usize, rows: impl IntoIterator<Item = T>) -> Vec<T> {
+    let rows: Vec<T> = rows.into_iter().collect();
+    let Ok(seed) = std::env::var("TEST_SEED") else {
+        return rows;
+    };
+    let drawn = draw(&seed, thread::current().name(), count, rows.len());
+    println!("rows {drawn:?} of {}: TEST_SEED={seed}", rows.len());
+    let rows = rows.into_iter().enumerate();
+    let rows = rows.filter(|(row, _)| drawn.contains(row));
+    rows.map(|(_, row)| row).collect()
+}
+
+/// The indices of `count` rows of `len`.
+fn draw(seed: &str, test: Option<&str>, count: usize, len: usize) -> Vec<usize> {
+    let mut rows: Vec<_> = (0..len).collect();
+    rows.sort_by_key(|row| {
+        let mut hasher = DefaultHasher::new();
+        (seed, test, row).hash(&mut hasher);
+        hasher.finish()
+    });
+    rows.truncate(count);
+    rows
+}
+
 static LOG: Mutex<Log> = Mutex::new(Log {
     warnings: Vec::new(),
     errors: Vec::new(),
@@ -174,4 +201,24 @@ pub fn warned_of(text: &str) -> bool {
 /// The errors of the renderer since the last call, of any app.
 pub fn renderer_errors() -> Vec<String> {
     std::mem::take(&mut log().errors)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn seeds_draw_all_rows_in_time_and_each_the_same_again() {
+        let of = |seed: u32| draw(&seed.to_string(), Some("a test"), 3, 10);
+        let all: BTreeSet<_> = (0..40).flat_map(of).collect();
+        assert_eq!(all.len(), 10);
+        for seed in 0..40 {
+            let rows: BTreeSet<_> = of(seed).into_iter().collect();
+            assert_eq!(rows.len(), 3);
+            assert_eq!(of(seed), of(seed));
+        }
+        assert_eq!(draw("7", None, 3, 2).len(), 2);
+    }
 }

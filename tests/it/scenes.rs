@@ -113,6 +113,7 @@ mod ewa {
     }
 
     #[test]
+    #[ignore = "long: a picture for each value"]
     fn every_value_of_every_setting_changes_the_picture() {
         let _gpu = gpu();
         let mut app = app([64, 40], &["motion=false"]);
@@ -213,6 +214,7 @@ mod wavelet_tex {
     }
 
     #[test]
+    #[ignore = "long: encodes seven textures"]
     fn the_board_has_every_rate_with_its_bytes_and_its_error() {
         let Some(_gpu) = gpu_with_all_planes() else {
             return;
@@ -297,6 +299,7 @@ mod ycocg_fb {
     }
 
     #[test]
+    #[ignore = "long: a picture for each value"]
     fn every_value_of_every_setting_renders() {
         let _gpu = gpu();
         let mut app = app([64, 48], &[]);

@@ -101,6 +101,7 @@ fn a_room_is_dark_before_and_lit_after() {
 }
 
 #[test]
+#[ignore = "long: light for each value"]
 fn every_value_of_every_setting_changes_the_picture() {
     let _gpu = gpu();
     let mut app = scenes::app(&VoxelGi, [64, 36], &["resolution=8", "rays=8"]);
@@ -150,6 +151,7 @@ fn every_value_of_every_setting_changes_the_picture() {
 }
 
 #[test]
+#[ignore = "long: many frames"]
 fn sun_and_door_move_when_asked_to() {
     let _gpu = gpu();
     let mut app = app(&["resolution=16", "sun_motion=false", "door=closed"]);
@@ -167,6 +169,7 @@ fn sun_and_door_move_when_asked_to() {
 }
 
 #[test]
+#[ignore = "long: many frames"]
 fn the_cornell_box_is_beside_its_truth() {
     let _gpu = gpu();
     let mut app = app(&["scene=cornell", "resolution=16", "paths=64"]);

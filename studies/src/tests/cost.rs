@@ -12,6 +12,7 @@ use crate::{
 };
 
 #[test]
+#[ignore = "long: compiles a hundred shaders"]
 fn no_shader_has_grown_unnoticed() {
     let budget = Budget::read().expect("the committed budget");
     match pipelines::check() {

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use bevy_frugal_lab::{
     headless::HeadlessError,
-    meshes::arcade::{Arcade, ArcadeState},
+    meshes::arcade::{Arcade, ArcadeSettings, ArcadeState},
 };
 use bevy_voxel_gi::VoxelGiVolume;
 use indicatif::ProgressBar;
@@ -14,7 +14,7 @@ use crate::{
     record::ReportAdapter,
     voxel_gi::{
         LightRow,
-        meshes::{MeshApp, View, cell, changes_table, error_and_bias},
+        meshes::{MeshApp, View, cell, changes_table, error_and_bias, traced},
         settings::Setting,
     },
 };
@@ -35,7 +35,9 @@ pub fn rows(
     progress: &ProgressBar,
 ) -> Result<(Vec<LightRow>, ReportAdapter), HeadlessError> {
     progress.set_message("arcade: path tracing");
-    let mut app = app(plan)?;
+    let views = views(plan.scene);
+    let truth = traced(&views, plan.samples);
+    let mut app = MeshApp::new(views, &truth)?;
     let mut rows = Vec::new();
     for setting in settings {
         if SETTINGS.contains(&setting.name.as_str()) {
@@ -47,11 +49,11 @@ pub fn rows(
 }
 
 /// The arcade in all of its states.
-pub fn app(plan: &ArcadePlan) -> Result<MeshApp, HeadlessError> {
-    let arcade = Arcade::new(plan.scene);
+pub fn views(settings: ArcadeSettings) -> Vec<View> {
+    let arcade = Arcade::new(settings);
     let [usual, changes @ ..] = ArcadeState::ALL.map(|state| (state.name(), arcade.scene(state)));
     let changes = changes.into();
-    MeshApp::new(vec![View { usual, changes }], plan.samples)
+    vec![View { usual, changes }]
 }
 
 /// The rows of a volume that fits the arcade.

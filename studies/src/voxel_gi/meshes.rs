@@ -1,8 +1,10 @@
 //! Scenes of meshes with textures, in which something moves.
 //!
-//! Their truth is traced when the study runs. Each volume is compared once the light has settled in the usual state;
+//! Their truth is traced when the study runs; that of the arcade's test is committed. Each volume is compared once the light has settled in the usual state;
 //! then something changes, and the picture is compared with the truth of the new state some frames after the change and
 //! once the light has settled again.
+
+use std::collections::BTreeMap;
 
 use bevy::prelude::*;
 use bevy_frugal_lab::{
@@ -47,13 +49,29 @@ struct StateTruth {
     truth: Vec<Vec3>,
 }
 
+/// Block means of the path-traced light of states that a volume is to add, by their names.
+pub type Truth = BTreeMap<String, Vec<[f32; 3]>>;
+
+/// Traces the truth of views with this number of samples.
+pub fn traced(views: &[View], samples: u32) -> Truth {
+    let settings = TraceSettings {
+        samples,
+        ..default()
+    };
+    let states = views
+        .iter()
+        .flat_map(|view| std::iter::once(&view.usual).chain(&view.changes));
+    let truth = states.map(|(name, scene)| {
+        let traced = trace(scene, &settings);
+        let means = block_means(&traced.indirect, traced.width);
+        (name.to_string(), means.iter().map(Vec3::to_array).collect())
+    });
+    truth.collect()
+}
+
 impl MeshApp {
-    /// Traces the truth of views of the same parts with this number of samples, and renders them without a volume.
-    pub fn new(views: Vec<View>, samples: u32) -> Result<Self, HeadlessError> {
-        let settings = TraceSettings {
-            samples,
-            ..default()
-        };
+    /// Renders views of the same parts without a volume.
+    pub fn new(views: Vec<View>, truth: &Truth) -> Result<Self, HeadlessError> {
         let first = &views[0].usual.1;
         let camera = &first.stage.camera;
         // Twice as wide as the truth, since a pixel of Bevy's has one sample of the geometry.
@@ -76,27 +94,26 @@ impl MeshApp {
             light.shadow_maps_enabled = false;
         }
         app.run_until_ready(MAX_FRAMES)?;
-        let mut truth = |(name, scene)| {
+        let mut with_truth = |(name, scene): (&'static str, MeshScene)| {
             move_to(app.world_mut(), &spawned, &scene);
             app.render_frames(2)?;
-            let traced = trace(&scene, &settings);
             Ok(StateTruth {
                 name,
                 without: picture(&mut app)?,
-                truth: block_means(&traced.indirect, traced.width),
+                truth: truth[name].iter().copied().map(Vec3::from).collect(),
                 scene,
             })
         };
-        let mut traced = Vec::new();
+        let mut rendered = Vec::new();
         for View { usual, changes } in views {
-            let usual = truth(usual)?;
-            let changes = changes.into_iter().map(&mut truth);
-            traced.push((usual, changes.collect::<Result<_, HeadlessError>>()?));
+            let usual = with_truth(usual)?;
+            let changes = changes.into_iter().map(&mut with_truth);
+            rendered.push((usual, changes.collect::<Result<_, HeadlessError>>()?));
         }
         Ok(Self {
             app,
             spawned,
-            views: traced,
+            views: rendered,
         })
     }
 

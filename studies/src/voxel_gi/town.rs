@@ -17,7 +17,7 @@ use crate::{
     record::ReportAdapter,
     voxel_gi::{
         LightRow,
-        meshes::{MeshApp, View, cell, changes_table, error_and_bias, percent},
+        meshes::{MeshApp, View, cell, changes_table, error_and_bias, percent, traced},
     },
 };
 
@@ -78,7 +78,9 @@ pub fn app(plan: &TownPlan) -> Result<MeshApp, HeadlessError> {
                 .collect(),
         }
     });
-    MeshApp::new(views.collect(), plan.samples)
+    let views: Vec<_> = views.collect();
+    let truth = traced(&views, plan.samples);
+    MeshApp::new(views, &truth)
 }
 
 /// The rows of a volume of [`VOLUMES`] with so many voxels along an edge.

@@ -22,7 +22,7 @@ use self::stage::{
     ALL, Eye, Middle, Props, all, app, change_filtered, change_materials, difference, full_app,
     picture, switch,
 };
-use crate::support::{gpu, gpu_alone, triangle_mesh};
+use crate::support::{drawn, gpu, gpu_alone, triangle_mesh};
 
 /// Asserts that the picture with these plugins is Bevy's but for this share, and finite with all of them.
 fn assert_as_bevys(size: [u32; 2], texture: [u32; 2], plugins: [bool; 4], most: f32) {
@@ -44,14 +44,15 @@ fn assert_as_bevys(size: [u32; 2], texture: [u32; 2], plugins: [bool; 4], most: 
 fn pictures_of_any_size_are_bevys_own_but_for_a_little() {
     let _gpu = gpu();
     // A pixel alone has no neighbour to take its chrominance from, and EWA filters textures otherwise.
-    for (size, most) in [
+    let rows = [
         ([1, 1], 0.19),
         ([1, 9], 0.042),
         ([9, 1], 0.021),
         ([2, 3], 0.016),
         ([33, 17], 0.097),
         ([257, 2], 0.0003),
-    ] {
+    ];
+    for (size, most) in drawn(2, rows) {
         // Without GI, which adds light.
         assert_as_bevys(size, [32, 32], [true, true, true, false], most);
     }
@@ -60,7 +61,7 @@ fn pictures_of_any_size_are_bevys_own_but_for_a_little() {
 #[test]
 fn textures_of_any_size_are_bevys_own_but_for_a_little() {
     let _gpu = gpu();
-    for (texture, most) in [
+    let rows = [
         ([1, 1], 0.001),
         ([1, 64], 0.055),
         ([64, 1], 0.09),
@@ -68,7 +69,8 @@ fn textures_of_any_size_are_bevys_own_but_for_a_little() {
         ([3, 5], 0.013),
         ([127, 33], 0.012),
         ([2048, 1], 0.006),
-    ] {
+    ];
+    for (texture, most) in drawn(2, rows) {
         // Without EWA: of textures so long and thin, Bevy's own filter leaves a blur.
         assert_as_bevys([48, 32], texture, [true, true, false, false], most);
     }
@@ -86,84 +88,73 @@ const MAGNITUDES: [f32; 8] = [
 ];
 
 /// Asserts that every magnitude leaves the picture finite, and that it heals once it is gone.
-fn endures(what: &str, usual: f32, set: impl Fn(&mut World, f32)) {
-    let _gpu = gpu();
-    let mut app = full_app();
+fn endures(app: &mut HeadlessApp, what: &str, usual: f32, set: fn(&mut World, f32)) {
     set(app.world_mut(), usual);
-    let before = picture(&mut app, 60);
+    let before = picture(app, 60);
     for value in MAGNITUDES {
         println!("{what}: {value}");
         set(app.world_mut(), value);
-        picture(&mut app, 3);
+        picture(app, 3);
     }
     set(app.world_mut(), usual);
-    let left = difference(&before, &picture(&mut app, 60));
+    let left = difference(&before, &picture(app, 60));
     println!("{what}: {left} once it is gone");
     assert!(left < 0.02, "{what} leaves something behind: {left}");
 }
 
-/// The same of each component of this kind.
-fn component_endures<C, F>(what: &str, usual: f32, set: impl Fn(&mut C, f32))
+/// Changes each component of this kind.
+fn change_components<C, F>(world: &mut World, change: impl Fn(&mut C))
 where
     C: Component<Mutability = Mutable>,
     F: QueryFilter,
 {
-    endures(what, usual, |world, value| {
-        for entity in all::<(With<C>, F)>(world) {
-            set(&mut world.get_mut::<C>(entity).expect("it"), value);
-        }
-    });
+    for entity in all::<(With<C>, F)>(world) {
+        change(&mut world.get_mut::<C>(entity).expect("it"));
+    }
 }
 
-#[test]
-fn emission_of_any_magnitude() {
-    endures("emission", 0.0, |world, value| {
+/// What is changed, its usual value, and how it is set.
+type Row = (&'static str, f32, fn(&mut World, f32));
+
+const VALUES: [Row; 7] = [
+    ("emission", 0.0, |world, value| {
         let emissive = LinearRgba::rgb(value, 0.5 * value, 0.0);
         change_materials(world, |base| base.emissive = emissive);
-    });
-}
-
-#[test]
-fn texture_coordinates_of_any_scale() {
-    endures("texture coordinates", 4.0, |world, value| {
+    }),
+    ("texture coordinates", 4.0, |world, value| {
         let scale = Affine2::from_scale(Vec2::splat(value));
         change_materials(world, |base| base.uv_transform = scale);
-    });
-}
-
-#[test]
-fn colours_of_any_magnitude() {
-    endures("base colour", 0.8, |world, value| {
+    }),
+    ("base colour", 0.8, |world, value| {
         let color = Color::linear_rgb(value, 1.0, 0.5);
         change_filtered(world, |base| base.base_color = color);
-    });
-}
+    }),
+    ("illuminance", 8000.0, |world, value| {
+        change_components::<DirectionalLight, ()>(world, |light| light.illuminance = value);
+    }),
+    ("pose", 1.0, |world, value| {
+        change_components::<Transform, With<Middle>>(world, |pose| {
+            pose.scale = Vec3::new(value, 1.0, 1.0);
+            pose.translation.z = if value == 1.0 { 0.0 } else { value };
+        });
+    }),
+    ("camera", 3.0, |world, value| {
+        change_components::<Transform, With<Eye>>(world, |pose| {
+            pose.translation = Vec3::new(0.3, 1.2, value);
+        });
+    }),
+    ("volume", 8.0, |world, value| {
+        change_components::<VoxelGiVolume, ()>(world, |volume| volume.size = value);
+    }),
+];
 
 #[test]
-fn lights_of_any_strength() {
-    component_endures::<DirectionalLight, ()>("illuminance", 8000.0, |light, value| {
-        light.illuminance = value;
-    });
-}
-
-#[test]
-fn poses_of_any_magnitude() {
-    component_endures::<Transform, With<Middle>>("pose", 1.0, |pose, value| {
-        pose.scale = Vec3::new(value, 1.0, 1.0);
-        pose.translation.z = if value == 1.0 { 0.0 } else { value };
-    });
-}
-
-#[test]
-fn cameras_anywhere() {
-    component_endures::<Transform, With<Eye>>("camera", 3.0, |pose, value| {
-        pose.translation = Vec3::new(0.3, 1.2, value);
-    });
-}
-
-#[test]
-fn volumes_of_any_size() {
-    component_endures::<VoxelGiVolume, ()>("volume", 8.0, |volume, value| volume.size = value);
+fn values_of_any_magnitude() {
+    let _gpu = gpu();
+    let mut app = full_app();
+    for (what, usual, set) in drawn(3, VALUES) {
+        endures(&mut app, what, usual, set);
+    }
 }
 
 /// A mesh with all that materials read.
@@ -252,6 +243,7 @@ fn combination(step: u32) -> [bool; 4] {
 }
 
 #[test]
+#[ignore = "long: 700 frames"]
 fn hundreds_of_switches_leave_nothing_behind() {
     let _gpu = gpu_alone();
     let mut app = app([32, 16], [16, 16]);

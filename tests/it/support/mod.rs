@@ -14,7 +14,7 @@ use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
 use bevy_ewa::EwaPlugin;
 pub use bevy_frugal_lab::{
     compose,
-    testing::{Gpu, gpu, gpu_alone, renderer_errors, skipped, warned_of},
+    testing::{Gpu, drawn, gpu, gpu_alone, renderer_errors, skipped, warned_of},
 };
 use bevy_frugal_lab::{
     compose::Composer,

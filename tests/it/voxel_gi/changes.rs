@@ -5,6 +5,7 @@ use bevy_frugal_lab::headless::LabTarget;
 use bevy_voxel_gi::NotVoxelized;
 
 use super::{fixture::*, history::copied};
+use crate::support::drawn;
 
 /// A change of the block, and whether it changes the light.
 type Change = (&'static str, bool, fn(&mut World, Entity));
@@ -100,8 +101,16 @@ fn settled_light(app: &mut HeadlessApp) -> Vec<f32> {
 fn after_any_change_the_light_is_that_of_a_new_app() {
     let (mut app, _, block) = floor_under_sky(|world| block(world, BEGIN, Vec3::ONE));
     ready(&mut app);
-    let mut before = settled_light(&mut app);
-    for (name, matters, change) in CHANGES {
+    let tested = drawn(3, 0..CHANGES.len());
+    let mut before = None;
+    for (i, (name, matters, change)) in CHANGES.into_iter().enumerate() {
+        if !tested.contains(&i) {
+            change(app.world_mut(), block);
+            frames(&mut app, 3);
+            before = None;
+            continue;
+        }
+        let light_before = before.unwrap_or_else(|| settled_light(&mut app));
         change(app.world_mut(), block);
         let found = settled_light(&mut app);
         let mut new = copied(&mut app);
@@ -109,12 +118,12 @@ fn after_any_change_the_light_is_that_of_a_new_app() {
         let anew = settled_light(&mut new);
         let (wrong, effect) = (
             relative_difference(&anew, &found),
-            relative_difference(&before, &anew),
+            relative_difference(&light_before, &anew),
         );
         println!("{name}: {wrong:.5} of an effect of {effect:.5}");
         assert!(wrong < 0.001, "{name}: {wrong}");
         assert_eq!(effect > 5e-4, matters, "{name}: {effect}");
-        before = anew;
+        before = Some(anew);
     }
 }
 

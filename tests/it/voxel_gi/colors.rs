@@ -24,6 +24,7 @@ use super::{
         palette_of_file, quad, room, spawn, spawn_colored, square, textured, whole, without_colors,
     },
 };
+use crate::support::drawn;
 
 /// The light of a room with a material for each colour.
 fn of_six_materials() -> [Vec3; 3] {
@@ -57,13 +58,14 @@ fn a_palette_gives_the_light_of_a_material_for_each_colour() {
         asset_usage: RenderAssetUsages::RENDER_WORLD,
         ..palette()
     };
-    for (what, image, is_one_mesh) in [
+    let rows = [
         ("RGBA8", palette(), false),
         ("one mesh", palette(), true),
         ("only on the GPU", gpu_only(), true),
         ("BC7", compressed_palette(), true),
         ("BC7 in a KTX2 file", palette_of_file(), true),
-    ] {
+    ];
+    for (what, image, is_one_mesh) in drawn(2, rows) {
         assert_as_six_materials(what, |world| {
             let material = textured(world, image);
             let room = room();
@@ -230,12 +232,13 @@ fn coordinates_repeat_mirror_and_move_as_in_the_picture() {
         Vec2::new(-0.5, 0.0),
     );
     use {ImageAddressMode as Mode, UvChannel::*};
-    for (what, mesh, mode, channel, uv_transform) in [
+    let rows = [
         ("repeat", repeated, Mode::Repeat, Uv0, default()),
         ("mirror", mirrored, Mode::MirrorRepeat, Uv0, default()),
         ("second set", second, Mode::ClampToEdge, Uv1, default()),
         ("transform", transformed, Mode::ClampToEdge, Uv0, transform),
-    ] {
+    ];
+    for (what, mesh, mode, channel, uv_transform) in drawn(2, rows) {
         assert_as_six_materials(what, |world| {
             let material = StandardMaterial {
                 base_color_channel: channel,

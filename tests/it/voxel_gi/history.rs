@@ -9,6 +9,7 @@ use bevy::{
 use bevy_voxel_gi::{MeshVoxelMaterial, NotVoxelized, VoxelGiSettings, VoxelGiVolume};
 
 use super::fixture::*;
+use crate::support::drawn;
 
 /// A new app with all on which the light of this one depends.
 pub fn copied(app: &mut HeadlessApp) -> Borrowed {
@@ -267,7 +268,7 @@ impl Changes {
 
 #[test]
 fn after_any_sequence_of_changes_the_light_is_that_of_a_new_app() {
-    for seed in [3, 11] {
+    for seed in drawn(1, [3, 11]) {
         // Its own: Bevy goes on drawing with lights that go while they are disabled.
         let mut app = app_with(|_| ());
         let mut changes = Changes::new(app.world_mut(), seed);
@@ -291,7 +292,7 @@ fn after_any_sequence_of_changes_the_light_is_that_of_a_new_app() {
 /// The volume is hidden meanwhile, or despawned.
 #[test]
 fn what_happens_without_a_volume_counts() {
-    for is_hidden in [false, true] {
+    for is_hidden in drawn(1, [false, true]) {
         happens_without_a_volume(is_hidden);
     }
 }

@@ -141,6 +141,7 @@ fn after_things_have_moved_the_light_is_that_of_a_new_app() {
 }
 
 #[test]
+#[ignore = "long: flights"]
 fn after_a_flight_of_cascades_the_light_is_that_of_a_new_app() {
     let volume = VoxelGiVolume {
         size: 1.5,
@@ -207,6 +208,7 @@ fn floor_points() -> Vec<Vec2> {
 
 /// Cascades that fly past leave light where it is: it changes from that of one size of voxels to that of another slowly.
 #[test]
+#[ignore = "long: flights"]
 fn light_changes_slowly_where_cascades_fly_past() {
     let (mut app, leader) = room_with_cascades(-1.5);
     let (mean, most) = change_of(&floor_points(), &mut app, 60, |world, _| {
@@ -218,6 +220,7 @@ fn light_changes_slowly_where_cascades_fly_past() {
 /// What is in no voxel, as a view model or particles, has the light of the empty voxels around. It stays the same from
 /// frame to frame, and where the cascades follow something.
 #[test]
+#[ignore = "long: flights"]
 fn what_is_not_voxelized_does_not_flicker_where_cascades_move() {
     let (mut app, leader) = room_with_cascades(0.9);
     let middle = Vec3::new(1.1, 0.9, 1.1);
@@ -367,6 +370,7 @@ fn a_small_thing_that_moves_in_a_large_level_has_little_voxelised() {
 
 /// Textures that come with what is streamed in, and those that are painted on.
 #[test]
+#[ignore = "long: a large level"]
 fn new_textures_of_a_small_thing_in_a_large_level_have_little_voxelised() {
     let (mut app, _) = large_level();
     let world = app.world_mut();
@@ -405,6 +409,7 @@ fn new_textures_of_a_small_thing_in_a_large_level_have_little_voxelised() {
 
 /// The brightest one gives the unit of emission: the others are written anew in the new unit, but nothing else is.
 #[test]
+#[ignore = "long: a large level"]
 fn an_emissive_block_that_brightens_in_a_large_level_has_little_voxelised() {
     let (mut app, _) = large_level();
     let world = app.world_mut();

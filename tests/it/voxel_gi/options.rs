@@ -9,6 +9,7 @@ use bevy_voxel_gi::{
 };
 
 use super::fixture::*;
+use crate::support::drawn;
 
 /// A closed room whose walls all emit the same light and reflect half: each bounce adds half of the one before, and
 /// everywhere it is the same.
@@ -42,12 +43,13 @@ fn each_bounce_adds_its_light() {
     };
     let once = light_of(Bounces::Count(1));
     assert!(once > 0.0);
-    for (bounces, expected) in [
+    let rows = [
         (Bounces::Count(2), 1.5),
         (Bounces::Count(3), 1.75),
         (Bounces::Count(8), 2.0 - 0.5_f32.powi(7)),
         (Bounces::Endless, 2.0),
-    ] {
+    ];
+    for (bounces, expected) in drawn(2, rows) {
         let found = light_of(bounces) / once;
         println!("{bounces:?}: {found}, expected {expected}");
         assert!(
@@ -242,6 +244,7 @@ fn each_solver_has_the_memory_that_it_needs() {
 
 /// Small boxes in 14 x 14 x 14 voxels of their own have more faces than a volume of 16^3 has slots for at first.
 #[test]
+#[ignore = "long: thousands of boxes"]
 fn slots_grow_with_the_surfaces() {
     const ALONG: i16 = 14;
     const FACES: usize = 6 * (ALONG as usize).pow(3);
@@ -265,6 +268,7 @@ fn slots_grow_with_the_surfaces() {
 }
 
 #[test]
+#[ignore = "long: the default volume"]
 fn the_default_takes_at_most_12_mib_in_a_large_level_too() {
     let mut app = app_with(|_| ());
     *settings(app.world_mut()) = default();

@@ -108,11 +108,13 @@ fn assert_halved(name: &str, sky: Option<Vec3>) {
 }
 
 #[test]
+#[ignore = "long: path tracing"]
 fn in_a_room_without_a_sky() {
     assert_halved("cornell_point", None);
 }
 
 #[test]
+#[ignore = "long: path tracing"]
 fn in_a_room_with_a_window_to_the_sky() {
     assert_halved("sunlit_room", Some(Vec3::new(10.0, 12.0, 15.0)));
 }

@@ -15,6 +15,7 @@ use super::{
     fixture::*,
     room::{image, textured},
 };
+use crate::support::drawn;
 
 /// A plate over the floor's middle that the camera does not see, of this mesh.
 fn plate(
@@ -202,7 +203,7 @@ fn is_about(found: Vec3, expected: Vec3) {
 fn what_cameras_see_is_the_albedo_and_else_that_of_materials() {
     let (green, red, gray) = (Vec3::Y, Vec3::X, Vec3::splat(0.5));
     let own = Vec3::new(0.1, 0.2, 0.8);
-    for (albedo, own, with_prepass, is_visible, [left, right]) in [
+    let rows = [
         (VoxelAlbedo::Material, None, false, true, [green, red]),
         (VoxelAlbedo::Material, Some(own), true, true, [own; 2]),
         (VoxelAlbedo::Neutral, None, true, true, [gray; 2]),
@@ -216,7 +217,8 @@ fn what_cameras_see_is_the_albedo_and_else_that_of_materials() {
         // Without a G-buffer nothing is seen, nor what no camera draws.
         (VoxelAlbedo::Reprojected, Some(own), false, true, [own; 2]),
         (VoxelAlbedo::Reprojected, Some(own), true, false, [own; 2]),
-    ] {
+    ];
+    for (albedo, own, with_prepass, is_visible, [left, right]) in drawn(2, rows) {
         let found = shown_albedo(albedo, own, with_prepass, is_visible);
         is_about(at(&found, -1.0, 0.0), left);
         is_about(at(&found, 1.0, 0.0), right);
@@ -240,7 +242,8 @@ fn back_faces_are_black() {
     let up = Quat::IDENTITY;
     let down = Quat::from_rotation_x(PI);
     // The middle's light is the sky less the form factor of the roof.
-    for (height, middle, allowed) in [(1.27, 0.474, 0.004), (0.51, 0.128, 0.009)] {
+    let rows = [(1.27, 0.474, 0.004), (0.51, 0.128, 0.009)];
+    for (height, middle, allowed) in drawn(1, rows) {
         let sides = [
             (two_sides.clone(), up),
             (one_side.clone(), up),

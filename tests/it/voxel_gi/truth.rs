@@ -57,6 +57,7 @@ fn room_with_a_sunlit_window() {
 }
 
 #[test]
+#[ignore = "long: the default volume"]
 fn the_default_in_the_cornell_box() {
     let found = measured("cornell_point", &[VoxelGiSettings::default()])[0];
     assert!(found.relative_error < 0.032, "{found:?}");

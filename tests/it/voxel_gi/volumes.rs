@@ -88,6 +88,7 @@ fn more_cubes_than_eight_are_left_out() {
 }
 
 #[test]
+#[ignore = "long: many frames"]
 fn a_change_of_the_settings_counts_for_all_volumes_at_once() {
     let mut app = floor_app();
     for x in [-1.0, 1.0] {

@@ -19,6 +19,7 @@ use bevy_frugal_lab::{
 use bevy_voxel_gi::{Sky, VoxelGiVolume};
 
 use super::fixture::*;
+use crate::support::drawn;
 
 /// A closed hall of 12 m whose floor's top is at y = 0, with or without its ceiling.
 fn hall(world: &mut World, has_ceiling: bool) {
@@ -184,6 +185,7 @@ fn a_floor_under_an_environment_map_has_no_edge() {
 }
 
 #[test]
+#[ignore = "long: many frames"]
 fn a_floor_in_ambient_light_has_no_edge() {
     a_floor_without_an_edge(|world| {
         world.insert_resource(GlobalAmbientLight {
@@ -224,7 +226,7 @@ fn rays_see_the_games_own_sky_as_it_is_turned() {
     let truth = block_means(&truth.indirect, scene.camera.width);
     let mut app = box_app(&scene);
     let (center, size) = scene.volume(32);
-    for (what, turn) in [("as it is", 0.0), ("turned", 2.0)] {
+    for (what, turn) in drawn(1, [("as it is", 0.0), ("turned", 2.0)]) {
         let rotation = Quat::from_rotation_y(turn);
         let world = app.world_mut();
         let map = cube_map(world, |direction| {
@@ -284,6 +286,7 @@ fn a_sky_that_changes_is_seen_anew() {
 
 /// A floor in the light of an atmosphere alone is about as bright as Bevy has it, also where the camera only shows it.
 #[test]
+#[ignore = "long: many frames"]
 fn rays_see_the_atmosphere() {
     let mut app = app_with(|_| ());
     wide_floor(&mut app, 4.0);

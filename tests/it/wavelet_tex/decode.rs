@@ -34,7 +34,7 @@ use super::scene::{
     Difference, Level, STEP, Viewer, WHOLE, app, chroma_rounding, difference, driver_texels,
     encoded, encoded_with, levels, linear, picture,
 };
-use crate::support::gpu;
+use crate::support::{drawn, gpu};
 
 fn contents() -> [WaveletImage; 3] {
     [
@@ -305,7 +305,7 @@ fn every_filter_and_address_mode_shows_one_colour_as_it_is() {
     let color = [200u8, 90, 31];
     let flat = RgbImage::from_pixel(64, 64, Rgb(color));
     let mut viewer = Viewer::with_settings(gpu(), [24, 16], HeadlessSettings::default());
-    for rate in [Rate::Color2_25, Rate::Color8] {
+    for rate in drawn(1, [Rate::Color2_25, Rate::Color8]) {
         let settings = EncodeSettings {
             rate,
             formats: Formats::Plain,
@@ -396,7 +396,7 @@ fn every_form_of_a_texture_is_bilinear_across_its_edges() {
     // What is blended with the background is in the test of modes.
     let opaque = |(_, image): &(_, WaveletImage)| image.content != Content::ColorAlpha;
     let textures = wavelet_textures().into_iter().filter(opaque);
-    for (i, (name, image)) in textures.enumerate() {
+    for (i, (name, image)) in drawn(6, textures.enumerate()) {
         let view = views[i / 3 % 3];
         check_bilinear(&mut viewer, &name, &image, ADDRESS_MODES[i % 3], view);
     }
@@ -416,7 +416,7 @@ fn every_small_and_odd_size_is_bilinear_across_its_edges() {
         (Method::Best, Rate::Gray4, Formats::Plain),
         (Method::Best, Rate::Normal8, Formats::Plain),
     ];
-    for (i, size) in sizes.into_iter().enumerate() {
+    for (i, size) in drawn(2, sizes.into_iter().enumerate()) {
         for (j, (method, rate, formats)) in formats.into_iter().enumerate() {
             let settings = EncodeSettings {
                 rate,

@@ -18,7 +18,7 @@ use super::scene::{
     Level, STEP, Viewer, anisotropic, app, chroma_rounding, colors, difference, encoded_with,
     exact_mips, levels, mix, picture, psnr_of_units as psnr, supersampled, trilinear, wavelets,
 };
-use crate::support::{composer, gpu};
+use crate::support::{composer, drawn, gpu};
 
 const TARGET: [u32; 2] = [64, 48];
 
@@ -96,7 +96,7 @@ fn every_filter_and_address_mode_is_that_of_the_decoded_image() {
         [Vec2::new(-0.17, 0.63), Vec2::new(0.53, 0.61)],
         [Vec2::new(-0.3, -0.2), Vec2::new(1.9, 2.1)],
     ];
-    for (name, image) in &images {
+    for (name, image) in &drawn(2, images) {
         let levels = levels(image, |level| viewer.decoded(image, level));
         for (mode, filter, view) in [
             (WaveletAddressMode::Repeat, WaveletFilter::Nearest, 0),

@@ -2,7 +2,7 @@
 
 use bevy::{
     core_pipeline::oit::OrderIndependentTransparencySettings,
-    light::{ClusteredDecal, DirectionalLightShadowMap, GlobalAmbientLight},
+    light::{ClusteredDecal, GlobalAmbientLight},
     mesh::UvChannel,
     pbr::{ParallaxMappingMethod, ScreenSpaceAmbientOcclusion},
     prelude::*,
@@ -16,7 +16,7 @@ use super::{
     scene::gpu_with_all_planes,
     twin::{Maps, Path, Twin, add_image, differences, rectangle, square, without_mips},
 };
-use crate::support::{psnr, skipped, warned_of};
+use crate::support::{drawn, psnr, skipped, warned_of};
 
 const TEXELS: u32 = 64;
 
@@ -31,12 +31,7 @@ fn orm() -> WaveletImage {
 }
 
 /// As bright as a white wall of 0.5 on the screen.
-fn ambient(app: &mut App) {
-    app.insert_resource(GlobalAmbientLight {
-        brightness: 600.0,
-        ..default()
-    });
-}
+const AMBIENT: f32 = 600.0;
 
 /// A square under a light.
 fn lit(world: &mut World, _: Entity) -> Vec<Entity> {
@@ -63,7 +58,7 @@ fn lit_twin(path: Path, maps: Maps) -> Twin<'static> {
         path,
         maps,
         base: &rough,
-        setup: &ambient,
+        ambient: AMBIENT,
         scene: &lit,
     }
 }
@@ -334,10 +329,11 @@ fn a_depth_map_moves_wavelet_maps() {
         world.entity_mut(camera).insert(eye);
         lit(world, camera)
     };
-    for (name, parallax_mapping_method) in [
+    let methods = [
         ("occlusion", ParallaxMappingMethod::Occlusion),
         ("relief", ParallaxMappingMethod::Relief { max_steps: 5 }),
-    ] {
+    ];
+    for (name, parallax_mapping_method) in drawn(1, methods) {
         let base = |world: &mut World| {
             // Slopes without edges, at which a rounding would decide.
             let depth = (0..16 * 16).map(|i| [100 + (i % 16) * 6 + (i / 16) * 3; 4]);
@@ -449,17 +445,12 @@ fn leaf(_: &mut World) -> StandardMaterial {
     }
 }
 
-/// Texels on the other side of the mask's cutoff cast shadows no larger than a pixel.
-fn fine_shadows(app: &mut App) {
-    app.insert_resource(DirectionalLightShadowMap::default());
-}
-
 fn leaf_twin(path: Path, maps: Maps) -> Twin<'static> {
     Twin {
         path,
         maps,
         base: &leaf,
-        setup: &fine_shadows,
+        ambient: GlobalAmbientLight::default().brightness,
         scene: &before_a_wall,
     }
 }

@@ -208,14 +208,9 @@ fn what_cannot_be_saved_is_named() {
         ..default()
     };
     let any = WaveletSaverSettings::default();
-    let zstd = WaveletSaverSettings {
-        zstd: Some(19),
-        ..default()
-    };
     let blocks = bevy_image([4, 4], TextureFormat::Bc7RgbaUnormSrgb, vec![0; 16]);
     for (settings, image, words) in [
         (any, &floats, "Rgba32Float"),
-        (zstd, &bytes, "enable the feature `zstd_encode`"),
         (any, &blocks, "block-compressed: encode the original"),
         (any, &short, "should have 4 pixels"),
         (wrong_rate, &bytes, "possible are gray2, gray3"),

@@ -6,14 +6,14 @@ use bevy::{
         prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
         tonemapping::{DebandDither, Tonemapping},
     },
+    light::{DirectionalLightShadowMap, GlobalAmbientLight},
     pbr::DefaultOpaqueRendererMethod,
     prelude::*,
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
-use bevy_frugal_lab::headless::{HeadlessApp, HeadlessSettings, LabTarget};
+use bevy_frugal_lab::headless::{HeadlessSettings, LabTarget};
 use bevy_wavelet_tex::{
     WaveletAddressMode, WaveletExtension, WaveletFilter, WaveletStandardMaterial, WaveletStorage,
-    WaveletTexPlugin,
     codec::{
         decoder::decode,
         image::{ColorSpace, Content, WaveletImage},
@@ -23,7 +23,8 @@ use bevy_wavelet_tex::{
 };
 use image::RgbImage;
 
-use super::scene::{MAX_FRAMES, add_texture, encoded_with, wavelets};
+use super::scene::{MAX_FRAMES, add_texture, app, encoded_with, wavelets};
+use crate::support::pool::Pool;
 
 /// How the camera draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,13 +62,19 @@ pub struct Twin<'a> {
     pub path: Path,
     pub maps: Maps,
     pub base: &'a dyn Fn(&mut World) -> StandardMaterial,
-    /// Adds to the app.
-    pub setup: &'a dyn Fn(&mut App),
+    /// The brightness of the ambient light.
+    pub ambient: f32,
     /// Spawns lights, cameras and meshes, and returns those that have the material.
     pub scene: &'a dyn Fn(&mut World, Entity) -> Vec<Entity>,
 }
 
 const SIZE: [u32; 2] = [96, 96];
+
+static APPS: Pool = Pool::new(
+    || app(HeadlessSettings::with_size(SIZE[0], SIZE[1])),
+    // Texels on the other side of a mask's cutoff cast shadows no larger than a pixel.
+    |world| world.insert_resource(DirectionalLightShadowMap::default()),
+);
 
 impl Twin<'_> {
     /// The picture of the wavelet material, and that of the decoded images.
@@ -87,16 +94,16 @@ impl Twin<'_> {
     }
 
     fn render<M: Material>(&self, material: impl FnOnce(&mut World) -> M) -> RgbImage {
-        let settings = HeadlessSettings::with_size(SIZE[0], SIZE[1]);
-        let mut app = HeadlessApp::new(settings, |app| {
-            app.add_plugins(WaveletTexPlugin);
-            if self.path == Path::Deferred {
-                app.insert_resource(DefaultOpaqueRendererMethod::deferred());
-            }
-            (self.setup)(app);
-        })
-        .expect("an adapter");
+        let mut app = APPS.app();
         let world = app.world_mut();
+        world.insert_resource(match self.path {
+            Path::Deferred => DefaultOpaqueRendererMethod::deferred(),
+            Path::Forward | Path::Prepass => DefaultOpaqueRendererMethod::forward(),
+        });
+        world.insert_resource(GlobalAmbientLight {
+            brightness: self.ambient,
+            ..default()
+        });
         let target = world.resource::<LabTarget>().0.clone();
         let mut camera = world.spawn((
             Camera3d::default(),

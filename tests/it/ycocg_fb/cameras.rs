@@ -10,7 +10,7 @@ use bevy_ycocg_fb::{CameraState, FrameBufferQuality as Quality, Reconstruction, 
 use image::RgbImage;
 
 use super::{Studio, assert_like, lit_scene, packing, spawn_mesh};
-use crate::support::{gpu, keep, psnr};
+use crate::support::{drawn, gpu, keep, psnr};
 
 #[test]
 fn pictures_of_odd_sizes_are_near_bevys() {
@@ -319,7 +319,7 @@ fn every_stack_shows_what_bevy_shows() {
         physical_size: UVec2::new(65, 96),
         ..default()
     };
-    let mut stacks = 0;
+    let mut stacks = Vec::new();
     for of_the_world in samples {
         for bits in 0..64_u32 {
             let has = |bit: u32| bits >> bit & 1 == 1;
@@ -336,11 +336,13 @@ fn every_stack_shows_what_bevy_shows() {
             if !above.is_defined(of_the_world) || (!above.is_3d && above.viewport.is_some()) {
                 continue;
             }
-            stacks += 1;
-            check_stack(&mut studio, of_the_world, &above);
+            stacks.push((of_the_world, above));
         }
     }
-    println!("{stacks} stacks");
+    println!("{} stacks", stacks.len());
+    for (of_the_world, above) in drawn(10, stacks) {
+        check_stack(&mut studio, of_the_world, &above);
+    }
 }
 
 fn check_stack(studio: &mut Studio, of_the_world: Msaa, above: &Above) {

@@ -23,7 +23,7 @@ use bevy_ycocg_fb::{
     reference::{PackedImage, rg11b10ufloat::dithered},
 };
 
-use crate::support::gpu;
+use crate::support::{drawn, gpu};
 
 /// Cameras that see one unlit quad each, scene-linear.
 struct Flat {
@@ -202,7 +202,7 @@ fn largest_difference(actual: &[[f32; 3]], expected: &[[f32; 3]], floor: f32) ->
 #[test]
 fn every_filter_at_every_size_and_offset_is_that_of_the_reference() {
     let _gpu = gpu();
-    for (size, offset) in [
+    let rows = [
         ([37, 23], [0, 0]),
         ([36, 22], [1, 0]),
         ([31, 21], [3, 5]),
@@ -214,7 +214,8 @@ fn every_filter_at_every_size_and_offset_is_that_of_the_reference() {
         ([2, 2], [5, 4]),
         ([1, 1], [0, 0]),
         ([1, 1], [2, 3]),
-    ] {
+    ];
+    for (size, offset) in drawn(3, rows) {
         let colors = random_colors(size, 5);
         let mut flat = Flat::new([40, 28], size, offset, &colors);
         for format in [PackedFormat::Float16, PackedFormat::Float32] {
@@ -274,7 +275,7 @@ const BAD: [[f32; 3]; 10] = [
 fn one_bad_pixel_is_one_bad_pixel() {
     let _gpu = gpu();
     let size = [24, 20];
-    for (i, bad) in BAD.into_iter().enumerate() {
+    for (i, bad) in drawn(3, BAD.into_iter().enumerate()) {
         let mut colors = random_colors(size, 3);
         // Both parities.
         for (x, y) in [(7, 6), (15, 13)] {

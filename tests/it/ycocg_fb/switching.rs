@@ -39,6 +39,7 @@ fn the_ordinary_picture_is_back_on_the_next_frame() {
 }
 
 #[test]
+#[ignore = "long: a thousand frames"]
 fn a_thousand_switches_leave_nothing_behind() {
     let _gpu = gpu();
     let mut studio = Studio::with_size(16, 16, lit_scene);

@@ -388,3 +388,31 @@ impl WaveletRole {
         }
     }
 }
+
+#[cfg(all(test, not(feature = "zstd_encode")))]
+mod tests {
+    use bevy::{
+        asset::RenderAssetUsages,
+        prelude::default,
+        render::render_resource::{Extent3d, TextureDimension},
+    };
+
+    use super::*;
+
+    #[test]
+    fn zstandard_needs_its_feature() {
+        let image = Image::new_fill(
+            Extent3d::default(),
+            TextureDimension::D2,
+            &[0; 4],
+            TextureFormat::Rgba8Unorm,
+            RenderAssetUsages::all(),
+        );
+        let settings = WaveletSaverSettings {
+            zstd: Some(19),
+            ..default()
+        };
+        let error = settings.encode(&image, "x.png").expect_err("refused");
+        assert!(matches!(error, WaveletSaveError::ZstdDisabled { path } if path == "x.png"));
+    }
+}
