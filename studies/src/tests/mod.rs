@@ -7,7 +7,7 @@ use bevy_frugal_lab::{
     lookups::scenes::SCENES as LOOKUP_SCENES,
     metrics::max_error,
     scenes::ycocg_fb::scenes::{SCENES, TestScene},
-    testing::{gpu, skipped},
+    testing::{drawn, gpu, skipped},
 };
 use clap::Parser;
 use indicatif::ProgressBar;
@@ -223,6 +223,7 @@ const SETTING_NAMES: [&str; 11] = [
 ];
 
 #[test]
+#[ignore = "long: the whole study"]
 fn every_scene_has_every_setting_against_both_references() {
     let _gpu = gpu();
     assert_eq!(LOOKUP_SCENES.map(|scene| scene.name), SCENE_NAMES);
@@ -378,7 +379,7 @@ fn every_scene_is_measured_with_every_setting() {
     let _gpu = gpu();
     let tone_map = ToneMap::capture().expect("a table");
     let settings = settings();
-    for scene in &SCENES {
+    for scene in drawn(2, &SCENES) {
         let rows = scene_rows(scene, SIZE, &settings, &tone_map).expect("rows");
         assert_eq!(rows.len(), 1 + settings.len());
         let mse = |setting: &str| mse(&rows, setting);

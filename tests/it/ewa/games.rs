@@ -17,7 +17,7 @@ use bevy_ewa::{
 use image::RgbImage;
 
 use super::{Floor, all, checks, mips, sampler, texture, unlit};
-use crate::support::{Folder, gpu, keep, psnr};
+use crate::support::{Folder, drawn, gpu, keep, psnr};
 
 const RED: [u8; 4] = [240, 30, 20, 255];
 const BLUE: [u8; 4] = [20, 40, 250, 255];
@@ -129,7 +129,7 @@ fn images_that_are_only_on_the_gpu_and_those_loaded_long_before_their_material_g
     assert!(floor.picture() == expected);
     assert_levels(&floor, &image, 7);
 
-    for image in [gpu_only, picture(RED)] {
+    for image in drawn(1, [gpu_only, picture(RED)]) {
         let (mut floor, _) = floor_of(Some(plugin), picture(BLUE));
         let image = { floor.app.world_mut().resource_mut::<Assets<Image>>() }.add(image);
         floor.app.render_frames(310).expect("frames");

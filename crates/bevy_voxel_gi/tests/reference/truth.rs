@@ -111,6 +111,7 @@ fn ray_tracing_is_near_the_truth() {
 /// Wherever walls, floors and their edges are in their voxels. Without the heights of planes the mean errors were 4.3, 4.2
 /// and 11.0%, the largest 5.1, 5.8 and 18.1%.
 #[test]
+#[ignore = "long: six resolutions of each scene"]
 fn no_resolution_is_unlucky() {
     const RESOLUTIONS: [u32; 6] = [14, 15, 17, 18, 19, 22];
     let bounds = [(0.036, 0.048), (0.038, 0.046), (0.052, 0.06)];
@@ -249,6 +250,7 @@ fn error(truth: &Truth, what: &str, voxels: &Voxels, materials: &[Material]) -> 
 /// room, whose light comes through what it does not see. Where unseen faces are neutral gray, as in the thesis, the
 /// conservative voxeliser's own error more than doubles.
 #[test]
+#[ignore = "long: five voxelisations of each scene"]
 fn points_on_fine_meshes_and_visible_pixels() {
     for truth in support::all() {
         let conservative = truth.voxels(32);
