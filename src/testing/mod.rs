@@ -1,4 +1,4 @@
-//! What tests of pictures share: the right to run apps, what was logged, and the rows of a table that a run tests.
+//! Tests of pictures share the right to run apps, the log, and the choice of a table's rows.
 //!
 //! The apps of the tests have no logger, so that one of the process can listen to all. An error of the renderer that is
 //! only logged, such as a bind group that was refused, leaves a picture dark and the app running. So it fails the test
@@ -111,8 +111,8 @@ pub fn skipped(what: &str) {
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
 }
 
-/// The rows that a run tests of a table: all of them, or `count` where `scripts/test` names a seed in `TEST_SEED`, which is
-/// another one for each commit. What is drawn depends on the name of the test, too. It is printed, so that a failure says it.
+/// Chooses the rows of a table that a run tests: `count` of them where `TEST_SEED` is set, and all otherwise. `scripts/test`
+/// sets it to another seed for each commit. The choice also depends on the name of the test. A failed test prints it.
 pub fn drawn<T>(count: usize, rows: impl IntoIterator<Item = T>) -> Vec<T> {
     let rows: Vec<T> = rows.into_iter().collect();
     let Ok(seed) = std::env::var("TEST_SEED") else {

@@ -112,7 +112,7 @@ fn the_committed_truth_is_what_paths_give() {
             .zip(committed[&name].iter().flatten());
         let most = pairs.map(|(a, b)| (a - b).abs() / b.abs().max(1e-3));
         let most = most.fold(0.0, f32::max);
-        // Other processors round otherwise, so that a path may end elsewhere.
+        // Rounding differs between processors, so a path may end at another surface.
         assert!(most < 0.02, "{name}: {most}");
     }
 }
