@@ -18,7 +18,8 @@ use bevy::{
 pub struct Composer(ShaderCache<String, ()>);
 
 impl Composer {
-    fn empty() -> Self {
+    /// No shaders.
+    pub fn empty() -> Self {
         Self(ShaderCache::new((), |(), source, _| match source {
             ShaderCacheSource::Wgsl(source) => Ok(source),
             ShaderCacheSource::SpirV(_) => unreachable!("no shader is SPIR-V"),
@@ -190,32 +191,4 @@ pub fn mesh_numbers() -> Vec<ShaderDefVal> {
     ]
     .map(|(name, value)| ShaderDefVal::UInt(name.into(), value))
     .into()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn elements_of_binding_arrays_are_no_arguments() {
-        let with_call = |call: &str| {
-            let source = format!(
-                "enable wgpu_binding_array;
-                @group(0) @binding(0) var textures: binding_array<texture_2d<f32>>;
-                @group(0) @binding(1) var single: texture_2d<f32>;
-                fn width(texture: texture_2d<f32>) -> u32 {{ return textureDimensions(texture).x; }}
-                @fragment fn main(@location(0) @interpolate(flat) i: u32) -> @location(0) vec4<u32> {{
-                    if (i > 1u) {{ return vec4({call}); }}
-                    return vec4(0u);
-                }}"
-            );
-            Composer::empty().compose_source(&source, &[])
-        };
-        for element in ["textures[i]", "textures[0]"] {
-            let error = with_call(&format!("width({element})")).expect_err("it is refused");
-            assert!(error.contains("`width`"), "{error}");
-        }
-        with_call("width(single)").expect("a texture is an argument");
-        with_call("textureDimensions(textures[i]).x").expect("no function of the shader");
-    }
 }

@@ -22,9 +22,6 @@ use crate::{
     },
 };
 
-#[cfg(test)]
-mod tests;
-
 /// A scene whose light an independent renderer has path-traced.
 pub struct TracedScene {
     /// The geometry, the lights and the camera.
@@ -196,7 +193,7 @@ pub fn read_npy(path: &Path) -> Result<Vec<Vec3>, TruthError> {
     parse_npy(&bytes).map_err(wrong)
 }
 
-fn parse_npy(bytes: &[u8]) -> Result<Vec<Vec3>, &'static str> {
+pub fn parse_npy(bytes: &[u8]) -> Result<Vec<Vec3>, &'static str> {
     let (header, data) = bytes
         .strip_prefix(b"\x93NUMPY\x01\x00")
         .and_then(|rest| rest.split_first_chunk::<2>())

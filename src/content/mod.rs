@@ -46,15 +46,13 @@ use image::{ImageBuffer, Pixel, RgbaImage};
 pub use crate::content::{
     page::{gradients, label, text},
     photo::photo_like,
-    surface::Material,
+    surface::{Border, Material, Sample, assemble},
     tiles::{bricks, decals, foliage, noise, packed_maps, wood},
 };
 
 mod page;
 mod photo;
 mod surface;
-#[cfg(test)]
-mod tests;
 mod tiles;
 
 /// `pixels` as an RGBA8 texture that repeats, with a full chain of mips.

@@ -131,7 +131,7 @@ fn mix_bits(mut bits: u32) -> u32 {
 }
 
 /// An sRGB-encoded colour, channels 0 to 1.
-pub(super) type Color = [f32; 3];
+pub type Color = [f32; 3];
 
 /// The colour of a hexadecimal code such as `0xB2_55_3C`.
 pub(super) const fn hex(code: u32) -> Color {
@@ -192,7 +192,7 @@ impl Material {
 
 /// A point of a surface.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Sample {
+pub struct Sample {
     pub color: Color,
     /// Height in units, positive out of the surface.
     pub height: f32,
@@ -202,7 +202,7 @@ pub(super) struct Sample {
 
 /// How a surface continues beyond its border.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Border {
+pub enum Border {
     /// It repeats.
     Wrap,
     /// It ends: heights there extend those at the border.
@@ -258,7 +258,7 @@ pub(super) fn render(
 }
 
 /// Encodes samples, given one a pixel in raster order.
-pub(super) fn assemble(width: u32, height: u32, border: Border, samples: &[Sample]) -> Material {
+pub fn assemble(width: u32, height: u32, border: Border, samples: &[Sample]) -> Material {
     let at = |x: i64, y: i64| {
         let (w, h) = (i64::from(width), i64::from(height));
         let (x, y) = match border {

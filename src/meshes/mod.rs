@@ -16,12 +16,10 @@ use crate::{
     stage::{Stage, spawn_camera, spawn_lights, volume_around},
 };
 
-pub use crate::meshes::triangles::trace;
+pub use crate::meshes::triangles::{TriangleBvh, trace};
 
 pub mod arcade;
 mod shapes;
-#[cfg(test)]
-mod tests;
 pub mod town;
 mod triangles;
 

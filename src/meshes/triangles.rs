@@ -190,7 +190,7 @@ impl Surfaces for Triangles {
 // `obvhs` may depend on another version of `glam` than Bevy does, so vectors enter it as arrays.
 
 /// Triangles in a bounding volume hierarchy.
-pub(super) struct TriangleBvh {
+pub struct TriangleBvh {
     bvh: CwBvh,
     /// In the order of the hierarchy's leaves.
     triangles: Vec<RtTriangle>,
@@ -198,7 +198,7 @@ pub(super) struct TriangleBvh {
 
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TriangleHit {
+pub struct TriangleHit {
     /// Its distance from the origin of the ray.
     pub distance: f32,
     /// The number of the triangle.

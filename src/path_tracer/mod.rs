@@ -209,10 +209,11 @@ impl<'a, S: Surfaces> Tracer<'a, S> {
 }
 
 /// Random numbers by PCG, the same for the same path of the same pixel.
-struct Random(u32);
+pub struct Random(u32);
 
 impl Random {
-    fn new(pixel: u32, sample: u32, seed: u32) -> Self {
+    /// Those of a path of a pixel.
+    pub fn new(pixel: u32, sample: u32, seed: u32) -> Self {
         let mut state = Self(seed);
         for part in [pixel, sample] {
             state.0 = state.bits() ^ part;
@@ -228,12 +229,12 @@ impl Random {
     }
 
     /// From 0 to below 1.
-    fn unit(&mut self) -> f32 {
+    pub fn unit(&mut self) -> f32 {
         unit(self.bits())
     }
 
     /// A point of the unit square.
-    fn point(&mut self) -> Vec2 {
+    pub fn point(&mut self) -> Vec2 {
         Vec2::new(self.unit(), self.unit())
     }
 }
@@ -261,7 +262,7 @@ fn unit(bits: u32) -> f32 {
 }
 
 /// A direction around a normal, with a density in proportion to its cosine, from a point of the unit square.
-fn cosine_direction(normal: Vec3, at: Vec2) -> Vec3 {
+pub fn cosine_direction(normal: Vec3, at: Vec2) -> Vec3 {
     let (sin, cos) = (TAU * at.x).sin_cos();
     let radius = at.y.sqrt();
     let (tangent, bitangent) = normal.any_orthonormal_pair();

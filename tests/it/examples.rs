@@ -11,7 +11,7 @@ const MOST: f64 = 0.03;
 
 #[test]
 fn examples_draw_their_pictures() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(bevy_frugal_lab::ROOT);
     let program = env::current_exe().expect("this test");
     let programs = program.ancestors().nth(2).expect("target").join("examples");
     let folder = root.join("target/examples");

@@ -18,7 +18,7 @@ use bevy_ycocg_fb::{
 };
 use image::RgbImage;
 
-use crate::support::{gpu, headless, spawn_camera_and_light};
+use crate::support::{drawn, gpu, headless, spawn_camera_and_light};
 
 /// A change of one of Bevy's shaders, as a patch release might bring it, without any effect.
 #[derive(Resource, Clone, Copy)]
@@ -150,7 +150,7 @@ fn filtered(method: EwaMethod, chosen: bool, alpha_mode: AlphaMode) -> impl FnOn
 
 #[test]
 fn without_its_anchors_ewa_leaves_materials_to_the_texture_unit() {
-    for chosen in [false, true] {
+    for chosen in drawn(1, [false, true]) {
         is_like(
             filtered(EwaMethod::Hardware, chosen, AlphaMode::Opaque),
             FRAGMENT_CHANGED,
@@ -162,10 +162,11 @@ fn without_its_anchors_ewa_leaves_materials_to_the_texture_unit() {
 
 #[test]
 fn without_the_patch_of_shadows_only_alpha_masks_are_left_to_the_texture_unit() {
-    for (alpha_mode, expected) in [
+    let rows = [
         (AlphaMode::Mask(0.5), EwaMethod::Hardware),
         (AlphaMode::Opaque, EwaMethod::Linear),
-    ] {
+    ];
+    for (alpha_mode, expected) in drawn(1, rows) {
         is_like(
             filtered(expected, false, alpha_mode),
             ALPHA_CHANGED,

@@ -7,6 +7,7 @@ mod examples;
 mod extremes;
 mod headless;
 mod hooks;
+mod lab;
 mod pages;
 mod reflection;
 mod runner;

@@ -253,6 +253,7 @@ fn exact_db(picture: Picture, size: [u32; 2], shown: impl Iterator<Item = [f32; 
 }
 
 #[test]
+#[ignore = "long: 480 encodings"]
 fn no_size_is_worse_than_a_texture_of_the_same_bytes() {
     let small = (1..=9).flat_map(|w| [[w, 1], [w, 6], [w, 9]]);
     let larger = [[17, 17], [33, 30], [30, 33], [61, 93], [250, 90]];
@@ -361,6 +362,7 @@ fn chain_error(image: &WaveletImage, expected: &[Vec<[f64; 3]>]) -> f64 {
 /// The levels of a wavelet share their parameters, and none pays for that with much more than what it has as an image of
 /// its own. Of wavelets and plain textures, that is kept whose levels together have the least error.
 #[test]
+#[ignore = "long: large images"]
 fn all_levels_decide_and_none_is_neglected() {
     for (name, picture) in [("waves", waves as Opaque), ("squares", squares)] {
         for size in [[1000, 1000], [1920, 1080], [1, 6]] {

@@ -20,7 +20,7 @@ use crate::{
     },
 };
 
-mod stage;
+pub mod stage;
 mod truth;
 
 /// The example of `bevy_voxel_gi`.
@@ -407,62 +407,22 @@ fn drag(
 }
 
 /// Distance to a sphere in front of the ray's origin.
-fn sphere_hit(ray: Ray3d, center: Vec3, radius: f32) -> Option<f32> {
+pub fn sphere_hit(ray: Ray3d, center: Vec3, radius: f32) -> Option<f32> {
     let along = (center - ray.origin).dot(*ray.direction);
     let aside = (center - ray.origin).length_squared() - along * along;
     (along > 0.0 && aside <= radius * radius).then_some(along)
 }
 
 /// Where the ray comes down to a height.
-fn over_floor(ray: Ray3d, height: f32) -> Option<Vec3> {
+pub fn over_floor(ray: Ray3d, height: f32) -> Option<Vec3> {
     let down = -ray.direction.y;
     let distance = (ray.origin.y - height) / down;
     (down > 1e-3 && distance > 0.0).then(|| ray.origin + distance * ray.direction)
 }
 
 /// At most at the walls.
-fn kept_inside(at: Vec3, half: f32) -> Vec3 {
+pub fn kept_inside(at: Vec3, half: f32) -> Vec3 {
     let [low, high] = stage::INSIDE;
     let free = at.clamp(low + half, high - half);
     Vec3::new(free.x, at.y, free.z)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn ray(direction: [f32; 3]) -> Ray3d {
-        Ray3d {
-            origin: Vec3::new(0.0, 2.0, 2.0),
-            direction: Dir3::new(direction.into()).expect("a direction"),
-        }
-    }
-
-    #[test]
-    fn a_ray_meets_what_is_before_it() {
-        let ray = ray([0.0, -1.0, -1.0]);
-        assert!(sphere_hit(ray, Vec3::new(0.1, 0.2, 0.0), 0.3).is_some());
-        assert!(sphere_hit(ray, Vec3::new(1.0, 0.2, 0.0), 0.3).is_none());
-        assert!(sphere_hit(ray, Vec3::new(0.0, 3.8, 4.0), 0.3).is_none());
-        let floor = over_floor(ray, 0.5).expect("below");
-        assert!(
-            (floor - Vec3::new(0.0, 0.5, 0.5)).length() < 1e-5,
-            "{floor}"
-        );
-    }
-
-    #[test]
-    fn no_height_is_met_on_the_way_up() {
-        assert!(over_floor(ray([0.0, 1.0, -1.0]), 0.5).is_none());
-        assert!(over_floor(ray([0.0, 0.0, -1.0]), 0.5).is_none());
-        assert!(over_floor(ray([0.0, -1.0, 0.0]), 2.5).is_none());
-    }
-
-    #[test]
-    fn walls_stop_objects() {
-        let at = kept_inside(Vec3::new(9.0, 0.25, -9.0), 0.25);
-        assert_eq!(at, Vec3::new(2.75, 0.25, -2.25));
-        let at = Vec3::new(0.5, 0.25, 0.5);
-        assert_eq!(kept_inside(at, 0.25), at);
-    }
 }

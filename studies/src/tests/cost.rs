@@ -73,6 +73,7 @@ fn compiles_what_is_in_the_budget() {
 }
 
 #[test]
+#[ignore = "long: nine apps"]
 fn a_pixel_counts_its_own_fetches() {
     let _gpu = gpu();
     let all = configurations();

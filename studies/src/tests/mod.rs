@@ -379,7 +379,7 @@ fn every_scene_is_measured_with_every_setting() {
     let _gpu = gpu();
     let tone_map = ToneMap::capture().expect("a table");
     let settings = settings();
-    for scene in drawn(2, &SCENES) {
+    for scene in drawn(1, &SCENES) {
         let rows = scene_rows(scene, SIZE, &settings, &tone_map).expect("rows");
         assert_eq!(rows.len(), 1 + settings.len());
         let mse = |setting: &str| mse(&rows, setting);

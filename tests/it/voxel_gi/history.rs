@@ -267,6 +267,7 @@ impl Changes {
 }
 
 #[test]
+#[ignore = "long: two apps and 40 changes"]
 fn after_any_sequence_of_changes_the_light_is_that_of_a_new_app() {
     for seed in drawn(1, [3, 11]) {
         // Its own: Bevy goes on drawing with lights that go while they are disabled.
@@ -341,6 +342,7 @@ fn happens_without_a_volume(is_hidden: bool) {
 
 /// Components that disable entities may be those of an app, in a sparse set.
 #[test]
+#[ignore = "long: settles for each"]
 fn disabled_meshes_are_not_there() {
     #[derive(Component)]
     #[component(storage = "SparseSet")]

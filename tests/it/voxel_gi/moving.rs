@@ -136,6 +136,7 @@ fn camera_pose(world: &mut World) -> Mut<'_, Transform> {
 }
 
 #[test]
+#[ignore = "long: flights"]
 fn after_things_have_moved_the_light_is_that_of_a_new_app() {
     move_about(under_sky(0.5), false);
 }
@@ -239,6 +240,7 @@ fn what_is_not_voxelized_does_not_flicker_where_cascades_move() {
 
 /// After a cut all voxels of the cascades are new, and have no light to keep.
 #[test]
+#[ignore = "long: a flight"]
 fn after_a_cut_of_the_camera_light_is_soon_what_it_is_at_rest() {
     let (mut app, leader) = room_with_cascades(40.0);
     pose(app.world_mut(), leader).translation.x = 0.1;
@@ -337,6 +339,7 @@ fn voxelized(app: &mut HeadlessApp, mut change: impl FnMut(&mut World)) -> (f64,
 }
 
 #[test]
+#[ignore = "long: a large level"]
 fn a_small_thing_that_moves_in_a_large_level_has_little_voxelised() {
     let (mut app, level) = large_level();
     let mover = block(app.world_mut(), Vec3::new(0.0, 0.5, 0.0), Vec3::ONE);

@@ -120,6 +120,7 @@ fn in_a_room_with_a_window_to_the_sky() {
 }
 
 #[test]
+#[ignore = "long: a picture of many paths"]
 fn in_a_colonnade_under_the_sky() {
     assert_halved("colonnade", None);
 }

@@ -218,7 +218,7 @@ fn what_cameras_see_is_the_albedo_and_else_that_of_materials() {
         (VoxelAlbedo::Reprojected, Some(own), false, true, [own; 2]),
         (VoxelAlbedo::Reprojected, Some(own), true, false, [own; 2]),
     ];
-    for (albedo, own, with_prepass, is_visible, [left, right]) in drawn(2, rows) {
+    for (albedo, own, with_prepass, is_visible, [left, right]) in drawn(1, rows) {
         let found = shown_albedo(albedo, own, with_prepass, is_visible);
         is_about(at(&found, -1.0, 0.0), left);
         is_about(at(&found, 1.0, 0.0), right);

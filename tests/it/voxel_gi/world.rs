@@ -172,6 +172,7 @@ fn a_floor_without_an_edge(light: impl Fn(&mut World)) {
 }
 
 #[test]
+#[ignore = "long: a large volume"]
 fn a_floor_under_an_environment_map_has_no_edge() {
     a_floor_without_an_edge(|world| {
         let map = cube_map(world, |_| 1.0);

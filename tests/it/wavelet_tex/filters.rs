@@ -237,14 +237,15 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
     };
     let picture = content::photo_like(256, 256, 5);
     let mut missed = Vec::new();
-    for (rate, color_space) in [
+    let rows = [
         (Rate::Gray2, ColorSpace::Linear),
         (Rate::Gray3, ColorSpace::Linear),
         (Rate::Color3, ColorSpace::Linear),
         (Rate::Gray2, ColorSpace::Srgb),
         (Rate::Color2_25, ColorSpace::Srgb),
         (Rate::Color3, ColorSpace::Srgb),
-    ] {
+    ];
+    for (rate, color_space) in drawn(2, rows) {
         let image = coded(&picture, rate, color_space);
         let levels = levels(&image, |level| viewer.decoded(&image, level));
         for pixels in FOOTPRINTS {
@@ -367,7 +368,7 @@ fn the_mean_of_many_frames_is_the_exact_filter() {
         return;
     };
     let image = colored();
-    for (name, pixels) in VIEWS {
+    for (name, pixels) in drawn(2, VIEWS) {
         let exact = show(&mut viewer, &image, WaveletFilter::Anisotropic, pixels);
         for filter in [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad] {
             show(&mut viewer, &image, filter, pixels);
@@ -413,28 +414,26 @@ fn temporal_anti_aliasing_averages_the_noise() {
     };
     let image = colored();
     let filters = [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad];
-    let views = [VIEWS[0], VIEWS[1], VIEWS[2]];
-    let noises = |viewer: &mut Viewer, filter| {
-        views.map(|(_, pixels)| noise(viewer, &image, filter, pixels))
-    };
-    let without = filters.map(|filter| noises(&mut viewer, filter));
+    let rows = filters.map(|filter| VIEWS[..3].iter().map(move |view| (filter, *view)));
+    let rows = drawn(2, rows.into_iter().flatten());
+    let without: Vec<_> = rows
+        .iter()
+        .map(|(filter, (_, pixels))| noise(&mut viewer, &image, *filter, *pixels))
+        .collect();
     let world = viewer.app.world_mut();
     let mut cameras = world.query_filtered::<Entity, With<Camera3d>>();
     let camera = cameras.single(world).expect("a camera");
     world
         .entity_mut(camera)
         .insert(TemporalAntiAliasing::default());
-    let trilinear = noises(&mut viewer, WaveletFilter::Trilinear);
-    for (filter, without) in filters.into_iter().zip(without) {
-        let with = noises(&mut viewer, filter);
-        for (i, (name, _)) in views.into_iter().enumerate() {
-            let (without, with, trilinear) = (without[i], with[i], trilinear[i]);
-            println!(
-                "{name}, {filter:?}: noise {without:.1} dB below white, with temporal \
-                 anti-aliasing {with:.1} dB (trilinear {trilinear:.1} dB)"
-            );
-            assert!(with > without + 15.0, "{name}: {with} and {without} dB");
-        }
+    for ((filter, (name, pixels)), without) in rows.into_iter().zip(without) {
+        let trilinear = noise(&mut viewer, &image, WaveletFilter::Trilinear, pixels);
+        let with = noise(&mut viewer, &image, filter, pixels);
+        println!(
+            "{name}, {filter:?}: noise {without:.1} dB below white, with temporal anti-aliasing {with:.1} dB (trilinear \
+             {trilinear:.1} dB)"
+        );
+        assert!(with > without + 15.0, "{name}: {with} and {without} dB");
     }
 }
 

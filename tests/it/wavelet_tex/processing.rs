@@ -229,7 +229,7 @@ fn what_cannot_be_saved_is_named() {
 /// Features of Bevy can bring the same native libraries, and cargo refuses two crates that link one: what it says when
 /// it resolves a game with a feature of Bevy and the crate with these features.
 fn resolve(feature: &str, features: &str) -> Result<(), String> {
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let workspace = Path::new(bevy_frugal_lab::ROOT);
     let name = format!("resolve-{feature}-{features}");
     let folder = Folder::new(&name).with("lib.rs", b"");
     let manifest = format!(

@@ -245,7 +245,7 @@ fn small() -> HeadlessSettings {
 }
 
 fn build(mut settings: HeadlessSettings, scene: impl FnOnce(&mut App)) -> HeadlessApp {
-    settings.asset_folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/ycocg_fb").into();
+    settings.asset_folder = concat!(env!("CARGO_MANIFEST_DIR"), "/it/ycocg_fb").into();
     HeadlessApp::new(settings, |app| {
         app.add_plugins(YCoCgFrameBufferPlugin);
         scene(app);

@@ -64,6 +64,7 @@ fn walls_are_smooth() {
 
 /// The light moves at 1 m/s, at 60 frames a second.
 #[test]
+#[ignore = "long: 60 frames"]
 fn walls_are_smooth_while_a_light_moves() {
     let truth = &support::all()[0];
     let voxels = truth.voxels(32);

@@ -79,6 +79,7 @@ fn thesis(truth: &Truth, grid: VolumeGrid, ray_tracing: &RayTracing, rays: u32) 
 /// With eight times the rays of the default, the error of the thesis's method is still at least twice as
 /// large.
 #[test]
+#[ignore = "long: eight times the rays"]
 fn the_thesis_way_is_farther_from_the_truth() {
     for (truth, voxels, light) in support::settled() {
         let (error, bias) = thesis(truth, voxels.grid, light, 256);
@@ -134,6 +135,7 @@ fn no_resolution_is_unlucky() {
 
 /// Receivers with visibility tests have the same error, without the leaks (see `ray_tracing.rs`).
 #[test]
+#[ignore = "long: a settled volume of each scene"]
 fn visible_voxels_are_as_near_the_truth() {
     let settings = for_visibility();
     for truth in support::all() {
@@ -149,6 +151,7 @@ fn visible_voxels_are_as_near_the_truth() {
 
 /// Propagation has no goal of its own; this detects regressions.
 #[test]
+#[ignore = "long: 128 steps in each scene"]
 fn propagation_keeps_its_distance_from_the_truth() {
     for truth in support::all() {
         let field = propagate(truth, &truth.voxels(32), 128);
@@ -160,6 +163,7 @@ fn propagation_keeps_its_distance_from_the_truth() {
 /// Propagation is the worse choice at every resolution and with any count of steps: its least error is at least 2.5 times
 /// that of 8 rays at 16^3, which take a fraction of the time.
 #[test]
+#[ignore = "long: six fields of each scene"]
 fn rays_are_nearer_the_truth_than_propagation_at_any_level() {
     for truth in support::all() {
         let settings = RayTracingSettings {

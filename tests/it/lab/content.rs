@@ -1,9 +1,6 @@
 use image::{Rgb, RgbImage};
 
-use crate::content::{
-    surface::{Border, Sample, assemble},
-    *,
-};
+use bevy_frugal_lab::content::*;
 
 type Make = fn(u32, u32, u64) -> Material;
 

@@ -1,8 +1,12 @@
 use std::f32::consts::PI;
 
+use bevy::math::{Vec2, Vec3};
+use bevy_frugal_lab::{
+    boxes::*,
+    path_tracer::{Receiver, TraceSettings, View},
+    stage::{SceneDirectionalLight, ScenePointLight},
+};
 use proptest::prelude::*;
-
-use crate::boxes::*;
 
 /// A floor, and a block on it that is turned.
 fn block_on_floor(albedo: f32) -> BoxScene {

@@ -3,14 +3,13 @@ use std::{f32::consts::PI, sync::Arc};
 use bevy::math::{Quat, Vec2, Vec3, Vec3Swizzles};
 use image::{Rgba, RgbaImage};
 
-use crate::{
+use bevy_frugal_lab::{
     boxes::{self, cornell_box},
     meshes::{
-        MeshScene, SceneMaterial, SceneMesh, ScenePart, SceneTexture,
+        MeshScene, SceneMaterial, SceneMesh, ScenePart, SceneTexture, TriangleBvh,
         arcade::{Arcade, ArcadeSettings, ArcadeState},
         town::{Town, TownCamera, TownState},
         trace,
-        triangles::TriangleBvh,
     },
     path_tracer::{Ray, TraceSettings, View},
     stage::{SceneCamera, SceneDirectionalLight, Stage},
