@@ -22,7 +22,7 @@ fn examples_draw_their_pictures() {
         .collect();
     pictures.sort();
     assert!(pictures.len() >= 12, "{} pictures", pictures.len());
-    for picture in drawn(3, pictures) {
+    for picture in drawn(1, pictures) {
         let name = picture
             .file_stem()
             .and_then(|name| name.to_str())

@@ -132,6 +132,7 @@ fn lights_light_and_shade_as_the_law_has_it() {
 }
 
 #[test]
+#[ignore = "long: many paths"]
 fn receivers_have_the_light_of_another_path_tracer() {
     // Noise sets the bounds, and pixels at edges show two walls there.
     let most_errors = [0.05, 0.03, 0.06];

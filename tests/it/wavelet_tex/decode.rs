@@ -265,7 +265,7 @@ fn nearest_is_the_decoded_pixel_in_every_mode() {
         let most = 1.0 + chroma_rounding(image) / STEP;
         check_nearest(&mut viewer, name, image, WaveletStorage::Blocks, most);
     }
-    for (name, image) in drawn(3, &textures) {
+    for (name, image) in drawn(2, &textures) {
         // The driver's texels are up to 1.7 levels off, of which a pixel adds several.
         check_nearest(&mut viewer, name, image, WaveletStorage::Decoded, 2.7);
     }
@@ -399,7 +399,7 @@ fn every_form_of_a_texture_is_bilinear_across_its_edges() {
     // What is blended with the background is in the test of modes.
     let opaque = |(_, image): &(_, WaveletImage)| image.content != Content::ColorAlpha;
     let textures = wavelet_textures().into_iter().filter(opaque);
-    for (i, (name, image)) in drawn(3, textures.enumerate()) {
+    for (i, (name, image)) in drawn(2, textures.enumerate()) {
         let view = views[i / 3 % 3];
         check_bilinear(&mut viewer, &name, &image, ADDRESS_MODES[i % 3], view);
     }

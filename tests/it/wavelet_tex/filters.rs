@@ -245,7 +245,7 @@ fn anisotropic_minification_is_near_a_supersampled_picture() {
         (Rate::Color2_25, ColorSpace::Srgb),
         (Rate::Color3, ColorSpace::Srgb),
     ];
-    for (rate, color_space) in drawn(2, rows) {
+    for (rate, color_space) in drawn(1, rows) {
         let image = coded(&picture, rate, color_space);
         let levels = levels(&image, |level| viewer.decoded(&image, level));
         for pixels in FOOTPRINTS {
@@ -415,7 +415,7 @@ fn temporal_anti_aliasing_averages_the_noise() {
     let image = colored();
     let filters = [WaveletFilter::Stochastic, WaveletFilter::StochasticQuad];
     let rows = filters.map(|filter| VIEWS[..3].iter().map(move |view| (filter, *view)));
-    let rows = drawn(2, rows.into_iter().flatten());
+    let rows = drawn(1, rows.into_iter().flatten());
     let without: Vec<_> = rows
         .iter()
         .map(|(filter, (_, pixels))| noise(&mut viewer, &image, *filter, *pixels))

@@ -13,7 +13,7 @@ use bevy_ycocg_fb::{CameraState, FallbackReason};
 use image::RgbImage;
 
 use super::{Studio, lit_scene, packing, spawn_mesh};
-use crate::support::{gpu, keep, psnr};
+use crate::support::{drawn, gpu, keep, psnr};
 
 /// The front of all: a tilted quad of some material before the lit scene.
 fn with_quad<M: Material>(app: &mut App, material: impl Fn() -> M + Send + Sync + 'static) {
@@ -45,13 +45,14 @@ fn check(name: &str, least_db: [f64; 2], scene: impl FnOnce(&mut App)) {
 
 #[test]
 fn every_alpha_mode_lit() {
-    for mode in [
+    let modes = [
         AlphaMode::Opaque,
         AlphaMode::Mask(0.5),
         AlphaMode::Blend,
         AlphaMode::Premultiplied,
         AlphaMode::Add,
-    ] {
+    ];
+    for mode in drawn(2, modes) {
         check(&format!("{mode:?}"), [42.0, 38.0], |app| {
             with_quad(app, move || standard(mode, false));
         });
