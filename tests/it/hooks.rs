@@ -209,7 +209,7 @@ fn without_its_anchor_a_volume_is_read_as_bevys_own() {
     let volume = |app: &mut App| {
         app.add_plugins(VoxelGiPlugin)
             .insert_resource(VoxelGiSettings {
-                resolution: 8,
+                resolution: 16,
                 ..default()
             })
             .add_systems(Startup, |mut commands: Commands| {
