@@ -19,7 +19,7 @@ use crate::{
     cost::{self, CostError},
     demo,
     ewa::Ewa,
-    gpu, page,
+    gpu, motion, page,
     plan::{GI_SCENES, Plan},
     record::{FileError, Report},
     summary::{Summary, svg},
@@ -124,6 +124,8 @@ enum Other {
     Gpu(gpu::Options),
     /// Times of the demos' pictures.
     Demo(demo::Options),
+    /// Times of frames in which something moves, with global illumination and without.
+    Motion(motion::Options),
 }
 
 impl Options {
@@ -164,6 +166,7 @@ pub fn run() -> ExitCode {
         Some(Other::Cost(options)) => cost::measure(options).map_err(TradeoffError::from),
         Some(Other::Gpu(options)) => gpu::run(options),
         Some(Other::Demo(options)) => demo::run(options),
+        Some(Other::Motion(options)) => motion::run(options),
         None => write_reports(&options),
     };
     match result {

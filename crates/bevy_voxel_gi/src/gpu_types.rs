@@ -42,6 +42,7 @@ pub(crate) struct Volume {
     pub blend: f32,
     pub emission_scale: f32,
     pub voxel_capacity: u32,
+    pub frame: u32,
 }
 
 pub(crate) const FLAG_FEEDBACK: u32 = 1;

@@ -5,6 +5,7 @@
 //! | [`mod@draw_sky`] | the game's sky to a small map that rays see |
 //! | [`draw_tiles`] | textures of materials and lights to the tiles that `tiles.wesl` samples |
 //! | [`voxelize`] | meshes to voxels, where something has changed: occupancy; slots for the faces that have a surface (`allocate.wesl`), to which their light moves; surfaces |
+//! | [`mod@move_light`] | the light that pixels read, with the levels that have moved |
 //! | [`mod@solve`] | lists the surfaces and the empty voxels, and writes what divides new voxels (`compact.wesl`); direct light (`inject.wesl`), then ray tracing and sharing (`gather.wesl`, `share.wesl`) or propagation (`propagate.wesl`) |
 //! | [`read_back`] | counts for later frames |
 //! | [`cameras`] | from cameras' G-buffers to voxels: albedo (`reproject.wesl`), and what cameras see, for the next frame (`mark_visible.wesl`) |
@@ -17,6 +18,7 @@ mod cameras;
 pub(crate) mod draw_sky;
 mod draw_tiles;
 pub(crate) mod kernel;
+mod move_light;
 mod solve;
 mod voxelize;
 
@@ -119,7 +121,7 @@ impl Plugin for PassesPlugin {
                     draw_sky::draw_sky,
                     draw_tiles::draw_tiles,
                     draw_tiles::draw_light_tiles,
-                    (voxelize::voxelize, solve::solve)
+                    (voxelize::voxelize, move_light::move_light, solve::solve)
                         .chain()
                         .run_if(light_is_computed),
                 )

@@ -32,7 +32,7 @@ use crate::{
         placement::{PlacedLevel, PlacedVolume},
         probe::STORAGE_SCALE,
     },
-    gpu_types::{Light, Volume},
+    gpu_types::{Light, MAX_LEVELS, Volume},
     passes::{draw_sky::SkyCube, kernel::RequiredPipelines},
     report::{SharedReport, VoxelGiReport, VoxelGiState},
     settings::{Bounces, Solver, VoxelGiSettings, VoxelLight, Voxelizer},
@@ -43,6 +43,8 @@ use crate::{
 pub(crate) struct FramePlan {
     /// The work of the passes; `None` if nothing is computed.
     pub work: Option<FrameWork>,
+    /// Counts the frames with work.
+    frame: u32,
     clock: SettlingClock,
     /// Hashes of everything that the light depends on, except the settings.
     fingerprint: Fingerprint,
@@ -68,10 +70,16 @@ pub(crate) struct FrameWork {
     pub voxelizes: Option<Voxelization>,
     /// Whether meshes or levels have moved: what cameras saw before is out of date.
     pub has_changed: bool,
-    /// Whether levels have moved: reprojected albedo is cleared then.
-    pub has_moved: bool,
+    /// By how many voxels each level has moved.
+    pub moves: [IVec3; MAX_LEVELS],
     /// Whether pixels keep the light that they have.
     pub is_held: bool,
+}
+
+impl FrameWork {
+    pub(crate) fn has_moved(&self) -> bool {
+        self.moves != [IVec3::ZERO; MAX_LEVELS]
+    }
 }
 
 impl FramePlan {
@@ -250,7 +258,7 @@ pub(crate) fn plan_frame(
         && !shape.marks_visible
         && moves.as_ref().is_some_and(|moves| moves.are_whole)
         && before.is_some_and(|before| voxelized.continues(before));
-    let has_moved = moves.as_ref().is_some_and(Moves::are_some);
+    let moved = moves.as_ref().map(|moves| moves.by).unwrap_or_default();
     let voxelizes = (before != Some(voxelized) || !keeps_others).then(|| {
         let regions = batches.take_changed(&std::mem::take(&mut materials.changed), &scene);
         let (dirty, changes) = changes(volume, moves, keeps_others.then_some(regions));
@@ -265,10 +273,13 @@ pub(crate) fn plan_frame(
         iterations,
         voxelizes,
         has_changed,
-        has_moved,
+        moves: moved.map(|by| by.truncate()),
         is_held: plan.clock.is_held(pace),
     };
+    // The words of voxels have 25 bits for it, and 0 is never.
+    plan.frame = plan.frame % 0x1ff_ffff + 1;
     let first = Volume {
+        frame: plan.frame,
         light_count: u32::try_from(lights.lights.len()).unwrap_or(u32::MAX),
         voxel_capacity: shape.voxels as u32,
         emission_scale: STORAGE_SCALE * materials.emission_unit / volume.exposure,

@@ -104,16 +104,10 @@ pub(super) fn first_uniform(
         VoxelLight::AmbientOcclusion { radius, rays } => (rays, radius, false),
     };
     let frame = clock.frame();
-    let (phase, interval, empty_interval) = if work.has_moved {
-        // All voxels are updated.
-        (0, 1, 1)
+    let empty_interval = if settings.light.is_occlusion() {
+        OCCLUSION_EMPTY_INTERVAL
     } else {
-        let empty_interval = if settings.light.is_occlusion() {
-            OCCLUSION_EMPTY_INTERVAL
-        } else {
-            EMPTY_INTERVAL
-        };
-        (frame % pace.interval, pace.interval, empty_interval)
+        EMPTY_INTERVAL
     };
     let flags = [
         (feedback, FLAG_FEEDBACK),
@@ -136,8 +130,8 @@ pub(super) fn first_uniform(
         rays,
         shadow_samples: settings.shadow_samples,
         max_distance,
-        phase,
-        interval,
+        phase: frame % pace.interval,
+        interval: pace.interval,
         flags: flags
             .into_iter()
             .filter(|(is_on, _)| *is_on)

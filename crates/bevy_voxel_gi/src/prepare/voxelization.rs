@@ -54,16 +54,12 @@ impl Voxelized {
 
 /// By how many of its voxels each level has moved.
 pub(super) struct Moves {
-    by: [IVec4; MAX_LEVELS],
+    pub by: [IVec4; MAX_LEVELS],
     /// Whether these are whole ones.
     pub are_whole: bool,
 }
 
 impl Moves {
-    pub(super) fn are_some(&self) -> bool {
-        self.by != [IVec4::ZERO; MAX_LEVELS]
-    }
-
     /// Those in the world since the levels were these; `None` if other ones light pixels now. The world has moved, too.
     pub(super) fn since(
         before: &[PlacedLevel],

@@ -398,7 +398,7 @@ pub(crate) fn voxelize(
         encoder.clear_buffer(&buffers.slot_lists, 0, None);
     }
     pass.cull.clear_counts(encoder);
-    if frame.has_moved {
+    if frame.has_moved() {
         encoder.clear_buffer(&buffers.reprojected_albedo, 0, None);
         encoder.clear_buffer(&buffers.visible, 0, None);
     }
