@@ -1,6 +1,6 @@
 //! Holes cut by masks, colours of vertices, targets of morphs, and what cameras see of surfaces.
 
-use std::f32::consts::PI;
+use std::f32::consts::{FRAC_PI_4, PI};
 
 use bevy::{
     camera::visibility::NoFrustumCulling,
@@ -285,4 +285,26 @@ fn curved_surfaces_do_not_shade_themselves() {
         ball.len() > 300 && least > 0.99 && most < 1.005,
         "{least} {most}"
     );
+}
+
+/// A lamp gives light in proportion to its area, however it is turned to the voxels.
+#[test]
+fn tilted_surfaces_emit_by_their_area() {
+    let below = |tilt: f32| {
+        let mut app = floor_app();
+        let world = app.world_mut();
+        let bright = emitting(0.0, LinearRgba::rgb(100.0, 100.0, 100.0));
+        let lamp = plate(world, Plane3d::default().mesh().size(0.4, 0.4), bright);
+        let down = Quat::from_rotation_x(PI) * Quat::from_rotation_z(tilt);
+        let place = Transform::from_xyz(0.05, 1.3, 0.07).with_rotation(down);
+        world.entity_mut(lamp).insert(place);
+        world.spawn(under_sky(0.0));
+        at(&settled(&mut app), 0.0, 0.0).x
+    };
+    let level = below(0.0);
+    for tilt in [0.5, FRAC_PI_4] {
+        let share = below(tilt) / level;
+        println!("{tilt}: {share} for {}", tilt.cos());
+        assert!((share / tilt.cos() - 1.0).abs() < 0.15, "{tilt}: {share}");
+    }
 }
